@@ -1,0 +1,1 @@
+"""Reduced-order state observers, derived in SymPy and run in NumPy."""

@@ -1,0 +1,109 @@
+"""Symbolic derivations, one module per method.  SymPy only: no NumPy here.
+
+A module's `derive()` returns a `Derivation`: the formulas a method defines, the
+claims that were proved about them, and the ordered list of small assignments
+(the *stage list*) that the kernels compile.
+"""
+
+from dataclasses import dataclass, field
+
+import sympy as sp
+
+
+@dataclass(frozen=True)
+class Solve:
+    """The matrix X with X M = N, M symmetric and positive definite: N M^-1.
+
+    Kernels lower it to a factorisation of M and never form the inverse.
+    """
+
+    N: sp.MatrixExpr
+    M: sp.MatrixExpr
+
+    @property
+    def shape(self):
+        return self.N.shape[0], self.M.shape[0]
+
+    def as_inverse(self):
+        """The same matrix written with an inverse, for reading and for exact checks."""
+        return self.N * self.M.I
+
+    def _repr_latex_(self):
+        return f"$\\displaystyle {sp.latex(self.as_inverse())}$"
+
+
+@dataclass(frozen=True)
+class Stage:
+    """One assignment of a recursion, at symbolic sizes.
+
+    Attributes
+    ----------
+    target : MatrixSymbol
+        What is assigned.
+    formula : MatrixExpr or Solve
+        In terms of the derivation's `given` and of earlier targets.
+    equation : str
+        Where the paper has it, e.g. "(29)"; empty for a step of our own.
+    symmetric : bool
+        The target is symmetric; kernels store it symmetrically, because rounding
+        that is not symmetric grows from step to step.
+    """
+
+    target: sp.MatrixSymbol
+    formula: object
+    equation: str = ""
+    symmetric: bool = False
+
+    def _repr_latex_(self):
+        formula = self.formula
+        formula = formula.as_inverse() if isinstance(formula, Solve) else formula
+        tag = rf" \qquad \text{{{self.equation}}}" if self.equation else ""
+        return f"$\\displaystyle {self.target.name} = {sp.latex(formula)}{tag}$"
+
+
+@dataclass(frozen=True)
+class Derivation:
+    """Formulas for one method, with the proof of what is claimed of them.
+
+    Attributes
+    ----------
+    given : tuple of MatrixSymbol
+        What the stages need, by name.
+    stages : tuple of Stage
+        The assignments that the kernels compile, in order.
+    formulas : dict of str to expression
+        Every definition, in page order; the key begins with the paper's equation
+        number where there is one, e.g. "(25) T".
+    steps : dict of str to residual
+        Every claim: an object that must be zero.  The key states the claim in
+        words and begins with the equation number, e.g. "(13) P T + V H = I".
+    source : str
+        Where the result is published.
+    """
+
+    given: tuple = ()
+    stages: tuple = ()
+    formulas: dict = field(default_factory=dict)
+    steps: dict = field(default_factory=dict)
+    source: str = ""
+
+    def unproved(self):
+        """Names of the steps that do not come out as zero."""
+        return [name for name, residual in self.steps.items() if not vanishes(residual)]
+
+    def proved(self):
+        """True if there are steps and every one of them is zero."""
+        return bool(self.steps) and not self.unproved()
+
+
+def vanishes(residual):
+    """Whether a residual is identically zero.
+
+    Accepts the normal forms of `algebra`, explicit SymPy matrices and scalars.
+    """
+    known = getattr(residual, "is_zero", None)
+    if isinstance(known, bool):
+        return known
+    if isinstance(residual, sp.MatrixBase):
+        return all(sp.simplify(entry) == 0 for entry in residual)
+    return sp.simplify(residual) == 0
