@@ -1,0 +1,53 @@
+"""Derivation -> callable.  The only place that turns symbols into code.
+
+Each function compiles one stage list at its first call (a few tenths of a second,
+SymPy's import included) and returns the same callable afterwards.
+"""
+
+from functools import cache
+
+
+@cache
+def compiled(module, stages, *outputs):
+    """The kernel of `derivations.<module>.<stages>()`, pruned to `outputs`."""
+    from importlib import import_module
+
+    from .numpy import kernel
+
+    derivation = getattr(import_module(f"..derivations.{module}", __package__), stages)
+    return kernel(derivation(), *outputs)
+
+
+def gain_step(*outputs):
+    """Omega, M, K and the next error covariance: Leondes and Novak (27)-(33)."""
+    return compiled("trace_minimisation", "gain_step", *outputs)
+
+
+def estimate_step(*outputs):
+    """One step of the estimate, from x_i and y_{i+1} to x_{i+1}: Fig. 1, (43)."""
+    return compiled("trace_minimisation", "estimate_step", *outputs)
+
+
+def step_differential(*outputs):
+    """How the next covariance moves with Omega; Newton's method needs it."""
+    return compiled("trace_minimisation", "step_differential", *outputs)
+
+
+def steady_gradient(*outputs):
+    """Gradient of the steady error trace with respect to a constant gain."""
+    return compiled("trace_minimisation", "steady_gradient", *outputs)
+
+
+def observer_matrices(*outputs):
+    """F, G, D, T, W of the observer that a gain defines: (10), (14), (15), (25)."""
+    return compiled("huddle", "observer", *outputs)
+
+
+def decorrelation(*outputs):
+    """The plant whose two noises are uncorrelated, from one with S."""
+    return compiled("huddle", "decorrelation", *outputs)
+
+
+def error_recursion(*outputs):
+    """Covariance of the error of any observer, one step: (11), (26), (28)."""
+    return compiled("huddle", "error_recursion", *outputs)

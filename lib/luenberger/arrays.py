@@ -1,0 +1,122 @@
+"""Validation shared by Plant and Observer: what goes in is checked once, then frozen."""
+
+import numpy as np
+
+ASYMMETRY_TOL = 1e-9  # |X - X'| relative to |X|: below it is rounding, above a mistake
+INDEFINITE_TOL = 1e-9  # a negative eigenvalue below this (unit diagonal) is rounding
+
+
+def matrix(name, value, rows=None, cols=None, steps=False):
+    """Return `value` as a read-only float array of the given shape.
+
+    With ``steps=True`` a leading time axis, (N, rows, cols), is accepted too.
+    """
+    array = real(name, value)
+    dims = (2, 3) if steps else (2,)
+    if array.ndim not in dims:
+        wanted = "a matrix, or a stack (N, ., .) of them" if steps else "a matrix"
+        raise ValueError(f"{name} must be {wanted}; it has shape {array.shape}")
+    got = array.shape[-2:]
+    want = tuple(g if w is None else w for g, w in zip(got, (rows, cols)))
+    if got != want:
+        raise ValueError(f"{name} must be {want[0]} x {want[1]}, got {got[0]} x {got[1]}")
+    if array.ndim == 3 and len(array) == 0:
+        raise ValueError(f"{name} is time-varying but has no rows")
+    return freeze(array)
+
+
+def vector(name, value, size):
+    """Return `value` as a read-only float vector of the given size."""
+    array = real(name, value)
+    if array.shape != (size,):
+        raise ValueError(f"{name} must have shape ({size},), got {array.shape}")
+    return freeze(array)
+
+
+def real(name, value):
+    """Return a float copy of `value`, which must be finite and real."""
+    try:
+        array = np.array(value)
+        if array.dtype.kind in "USbc" and array.size:
+            raise TypeError(f"its entries are {array.dtype.name}")
+        array = array.astype(float)
+    except (TypeError, ValueError, OverflowError) as error:
+        raise ValueError(f"{name} must be an array of real numbers: {error}") from None
+    if not np.isfinite(array).all():
+        where = tuple(int(k) for k in np.argwhere(~np.isfinite(array))[0])
+        raise ValueError(
+            f"{name} has entries that are not finite: {name}{list(where)} is "
+            f"{array[where]}"
+        )
+    return array
+
+
+def covariance(name, value, size, steps=False):
+    """Return `value` as a read-only covariance matrix: symmetric, semi-definite.
+
+    Asymmetry and negative eigenvalues at the level of rounding are repaired or
+    accepted; larger ones are refused with their size.
+    """
+    array = np.array(matrix(name, value, size, size, steps))
+    skew = np.abs(array - array.mT).max(initial=0.0)
+    scale = np.abs(array).max(initial=0.0)
+    if skew > ASYMMETRY_TOL * scale:
+        raise ValueError(
+            f"{name} must be symmetric: the largest |{name} - {name}'| is {skew:.3g}, "
+            f"{skew / scale:.1e} of its largest entry. "
+            f"Pass ({name} + {name}') / 2 if that is what is meant."
+        )
+    array = 0.5 * (array + array.mT)
+    require_semidefinite(name, array)
+    return freeze(array)
+
+
+def require_semidefinite(name, array):
+    """Raise unless the symmetric `array` (or each of a stack) has no negative mode.
+
+    The test is made at unit diagonal, so units do not hide a small bad block.
+    """
+    if array.size == 0:
+        return
+    diagonal = np.diagonal(array, axis1=-2, axis2=-1)
+    unit = np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
+    scaled = array / unit[..., :, None] / unit[..., None, :]
+    least = float(np.linalg.eigvalsh(scaled).min())
+    if least < -INDEFINITE_TOL:
+        raise ValueError(
+            f"{name} must be positive semi-definite: scaled to unit diagonal it has "
+            f"the eigenvalue {least:.3g}. No noise has this covariance; check signs "
+            "and off-diagonal entries."
+        )
+
+
+def freeze(array):
+    array.setflags(write=False)
+    return array
+
+
+def sample_time(dt):
+    """Return dt as a float: 0 for continuous time, else seconds per step."""
+    number = isinstance(dt, (int, float, np.integer, np.floating))
+    if not number or isinstance(dt, bool) or not 0 <= dt < np.inf:
+        raise ValueError(
+            f"dt must be 0 (continuous time) or a period in seconds, got {dt!r}"
+        )
+    return float(dt)
+
+
+def names(kind, value, size):
+    """Return `value` as a tuple of `size` different strings.
+
+    `kind` is e.g. "x state"; its letter makes the default names x1, x2, ...
+    """
+    letter, _, kind = kind.partition(" ")
+    if value is None:
+        return tuple(f"{letter}{k + 1}" for k in range(size))
+    if isinstance(value, str) or not all(isinstance(v, str) and v for v in value):
+        raise ValueError(f"{kind} names must be a list of non-empty strings")
+    if len(value) != size or len(set(value)) != size:
+        raise ValueError(
+            f"{kind} names must be {size} different strings, got {list(value)}"
+        )
+    return tuple(value)

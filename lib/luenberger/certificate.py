@@ -1,0 +1,183 @@
+"""The residuals that make (F, G, D, P, V, W, T) an observer of w = L x.
+
+For the plant   x+ = A x + B u,          y  = C x + E u
+and the system  z+ = F z + G u + D y,    w^ = P z + V y + W u,
+
+the error eps = z - T x obeys
+    eps+ = F eps - (T+ A - F T - D C) x - (T+ B - G - D E) u
+and w^ - w = P eps + (P T + V C - L) x + (W + V E) u.  If the four brackets vanish
+and F is stable, w^ -> w for every x(0), z(0) and u.  (Luenberger; Leondes and
+Novak (9)-(13).)  T+ is T at the next instant; it is T itself when T is constant.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .errors import CertificateError
+
+
+def residuals(A, B, C, E, L, F, G, D, P, V, W, T, T_next):
+    """Return (T+ A - F T - D C, T+ B - G - D E, P T + V C - L, W + V E).
+
+    Written once and used twice: derivations pass SymPy matrices and prove the
+    result zero; `certify` passes NumPy arrays and measures it.
+    """
+    return (
+        T_next @ A - F @ T - D @ C,
+        T_next @ B - G - D @ E,
+        P @ T + V @ C - L,
+        W + V @ E,
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Certificate:
+    """How far an observer is from its claim on one plant.
+
+    Attributes
+    ----------
+    dynamics, input, output, feedthrough : float
+        Frobenius norms of the four residuals, each divided by the norms of the
+        terms it is made of; the largest over time when there are rows.
+        Dimensionless; a good design gives about 1e-15.
+    poles : (r,) or (N, r) complex ndarray
+        Eigenvalues of F, sorted; they set the decay of the error.
+    stable : bool
+        All poles in Re s < 0 (dt == 0) or |z| < 1 (dt > 0).  For a time-varying
+        observer: its transition matrix over all N rows contracts, that is, has
+        norm below 1.
+    """
+
+    dynamics: float
+    input: float
+    output: float
+    feedthrough: float
+    poles: np.ndarray
+    stable: bool
+
+    @property
+    def worst(self):
+        """The largest of the four residuals."""
+        return max(self.dynamics, self.input, self.output, self.feedthrough)
+
+    def require(self, tol=1e-9):
+        """Return self, or raise CertificateError naming what failed and why."""
+        for name, cause in _LIKELY_CAUSE.items():
+            value = getattr(self, name)
+            if not value <= tol:  # also catches NaN
+                raise CertificateError(
+                    f"the {name} residual is {value:.1e}, above {tol:.0e}. {cause}"
+                )
+        if not self.stable:
+            raise CertificateError(
+                f"the error dynamics are not stable: poles {self.poles}. Poles must "
+                "lie in Re s < 0 (dt == 0) or inside the unit circle (dt > 0)."
+            )
+        return self
+
+
+_LIKELY_CAUSE = {
+    "dynamics": "T+ A = F T + D C does not hold: an observer pole is probably equal "
+    "or close to a plant pole, T is badly scaled, or the plant is another one.",
+    "input": "G must equal T+ B - D E; was the observer designed for another plant?",
+    "output": "L is not a combination of the rows of T and C; raise the observer's "
+    "order or estimate fewer functionals.",
+    "feedthrough": "W must equal -V E, or the known input leaks into the estimate.",
+}
+
+
+def certify(observer, plant):
+    """Measure an observer's claim (T, L) against a plant, passing no judgement.
+
+    Parameters
+    ----------
+    observer : Observer
+    plant : Plant
+        The plant it was designed for, or another one.
+
+    Returns
+    -------
+    Certificate
+
+    Raises
+    ------
+    ValueError
+        If the two do not have the same sizes or sampling period.
+
+    Examples
+    --------
+    >>> import luenberger as lb
+    >>> plant = lb.Plant([[0, 1], [-2, -3]], [[0], [1]], [[1, 0]])
+    >>> observer = lb.Observer([[-5]], [[1]], [[-12]], [[0], [1]], [[1], [2]],
+    ...                        T=[[-2, 1]], L=[[1, 0], [0, 1]])
+    >>> certificate = lb.certify(observer, plant)
+    >>> certificate.worst, certificate.stable
+    (0.0, True)
+    """
+    require_match(observer, plant)
+    o = observer
+    rows = o.steps or 1
+    instants = [plant.at(k + 1) for k in range(rows if plant.steps else 1)]
+    A, B, C, E = (np.stack([getattr(i, s) for i in instants]) for s in "ABCE")
+    F, G, D, P, V, W, T = (
+        X.reshape(rows, *X.shape[-2:]) for X in (o.F, o.G, o.D, o.P, o.V, o.W, o.T)
+    )
+    T_next = np.concatenate([T[1:], T[-1:]])  # beyond the last row T is held
+    found = residuals(A, B, C, E, o.L, F, G, D, P, V, W, T, T_next)
+    terms = (
+        _size(T_next) * _size(A) + _size(F) * _size(T) + _size(D) * _size(C),
+        _size(T_next) * _size(B) + _size(G) + _size(D) * _size(E),
+        _size(P) * _size(T) + _size(V) * _size(C) + _size(o.L),
+        _size(W) + _size(V) * _size(E),
+    )
+    return Certificate(
+        *(_ratio(r, t) for r, t in zip(found, terms)),
+        poles=o.poles,
+        stable=_stable(o),
+    )
+
+
+def require_match(observer, plant):
+    """Raise unless observer and plant agree in n, m, p, dt and covered instants."""
+    o, p = observer, plant
+    if o.dt != p.dt:
+        raise ValueError(f"the observer has dt={o.dt:g} but the plant dt={p.dt:g}")
+    mine = (o.L.shape[1], o.G.shape[-1], o.D.shape[-1])
+    if mine != (p.n, p.m, p.p):
+        raise ValueError(
+            f"the observer is for n, m, p = {mine}, the plant has {(p.n, p.m, p.p)}"
+        )
+    if p.steps is not None and o.steps is None:
+        raise ValueError(
+            "a constant observer cannot be measured against a time-varying plant; "
+            "design one over steps"
+        )
+    if p.steps is not None and o.steps >= p.steps:
+        raise ValueError(
+            f"the observer covers instants 1 .. {o.steps}, the plant only "
+            f"0 .. {p.steps - 1}"
+        )
+
+
+def _size(X):
+    return np.linalg.norm(X, axis=(-2, -1)) if X.ndim == 3 else np.linalg.norm(X)
+
+
+def _ratio(residual, scale):
+    """Largest relative size over the rows; an empty residual is exactly met."""
+    size = _size(residual)
+    return float(np.max(np.where(size == 0, 0.0, size / np.where(scale > 0, scale, 1))))
+
+
+def _stable(observer):
+    if observer.order == 0:
+        return True
+    if observer.steps is not None:
+        product = np.eye(observer.order)
+        for F in observer.F:
+            product = F @ product
+        return bool(np.linalg.norm(product, 2) < 1)
+    poles = observer.poles
+    margin = -poles.real if observer.dt == 0 else 1 - np.abs(poles)
+    return bool(np.all(margin > 0))

@@ -1,0 +1,148 @@
+"""Numerical steps shared by the designs, each with its refusal.
+
+The primitives are LAPACK's, through SciPy; what is decided here is what to do when
+a matrix is singular, and what to tell the user.
+"""
+
+import numpy as np
+import scipy.linalg
+from scipy.linalg.lapack import dposv
+
+from .errors import DesignError
+
+SINGULAR_TOL = 1e-13  # 1 - (multiple correlation)^2 below this: a redundant output
+RANK_TOL = 1e-10  # smallest singular value, relative to the largest, called nonzero
+UNIT_TOL = 1e-9  # a pole this close to the unit circle is called on it
+
+
+def symmetrise(X):
+    """(X + X') / 2: rounding that is not symmetric would grow from step to step."""
+    return 0.5 * (X + X.mT)
+
+
+def solve_right(N, M):
+    """Return X with X M = N for symmetric positive semi-definite M.
+
+    Cholesky where M is definite.  A singular M has redundant rows; then the
+    solution of least norm, which exists for every gain because the rows of N lie in
+    the range of M.  Singularity is judged at unit diagonal, so units play no part.
+    """
+    if M.ndim > 2 or N.ndim > 2:
+        lead = np.broadcast_shapes(N.shape[:-2], M.shape[:-2])
+        N, M = (np.broadcast_to(X, lead + X.shape[-2:]) for X in (N, M))
+        out = np.empty(N.shape)
+        for index in np.ndindex(*lead):
+            out[index] = solve_right(N[index], M[index])
+        return out
+    if M.shape[0] == 0 or N.shape[0] == 0:
+        return np.zeros(N.shape)
+    factor, X, info = dposv(M, N.T)
+    if info == 0:
+        pivots, diagonal = factor.diagonal(), M.diagonal()
+        if (pivots * pivots > SINGULAR_TOL * diagonal).all():
+            return X.T
+    return N @ pseudo_inverse(M)
+
+
+def pseudo_inverse(M):
+    """Moore-Penrose inverse of a symmetric positive semi-definite M, scaled.
+
+    The rank is decided at unit diagonal.
+    """
+    diagonal = M.diagonal()
+    scale = 1 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
+    values, vectors = np.linalg.eigh(M * scale * scale[:, None])
+    keep = values > SINGULAR_TOL * max(len(M), 1)
+    half = vectors[:, keep] / np.sqrt(values[keep]) * scale[:, None]
+    return half @ half.T
+
+
+def null_directions(X):
+    """Orthonormal columns spanning the null space of a covariance X, at unit scale."""
+    diagonal = X.diagonal()
+    scale = 1 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
+    values, vectors = np.linalg.eigh(X * scale * scale[:, None])
+    return scale[:, None] * vectors[:, values <= SINGULAR_TOL * max(len(X), 1)]
+
+
+def square_root(X):
+    """A factor H with H H' = X, for symmetric positive semi-definite X."""
+    values, vectors = np.linalg.eigh(X)
+    return vectors * np.sqrt(np.clip(values, 0, None))
+
+
+def complete(C1, weight=None, labels=None):
+    """Return Phat, Gamma1, That with [That; C1]^-1 = [Phat | Gamma1], (47).
+
+    Phat spans the null space of C1 and contains rows of the identity chosen by
+    pivoted QR, so each observer state tracks one named plant state and the choice
+    does not hang on signs.  Gamma1 = W^-1 C1' (C1 W^-1 C1')^-1 is the right inverse
+    of least error trace for the weight W, default the identity.
+    """
+    m1, n = C1.shape
+    if m1 == 0:
+        return np.eye(n), np.zeros((n, 0)), np.eye(n)
+    rows = np.linalg.norm(C1, axis=1, keepdims=True)
+    scaled = C1 / np.where(rows > 0, rows, 1)
+    _, upper, pivots = scipy.linalg.qr(scaled, mode="economic", pivoting=True)
+    diagonal = np.abs(np.diagonal(upper))
+    if m1 > n or diagonal[-1] <= RANK_TOL * diagonal[0]:
+        which = f"outputs {list(labels)}" if labels is not None else "rows of C1"
+        raise DesignError(
+            f"the accurate {which} are linearly dependent, so x^ cannot reproduce "
+            "each of them. Take fewer of them as accurate."
+        )
+    bound, free = np.sort(pivots[:m1]), np.sort(pivots[m1:])
+    Phat = np.zeros((n, n - m1))
+    Phat[free, np.arange(n - m1)] = 1
+    Phat[bound] = -np.linalg.solve(C1[:, bound], C1[:, free])
+    lifted = C1.T if weight is None else np.linalg.solve(weight, C1.T)
+    Gamma1 = np.linalg.solve(C1 @ lifted, lifted.T).T
+    That = np.linalg.inv(np.hstack([Phat, Gamma1]))[: n - m1]
+    return Phat, Gamma1, That
+
+
+def lyapunov(F, Q):
+    """Solve X = F X F' + Q for stable F, refined once to working accuracy."""
+    if F.shape[0] == 0:
+        return np.zeros((0, 0))
+    X = symmetrise(scipy.linalg.solve_discrete_lyapunov(F, Q))
+    residual = symmetrise(F @ X @ F.T + Q - X)
+    return symmetrise(X + scipy.linalg.solve_discrete_lyapunov(F, residual))
+
+
+def radius(F):
+    """Largest |eigenvalue| of F; 0 for an empty matrix."""
+    return float(np.abs(np.linalg.eigvals(F)).max(initial=0.0))
+
+
+def require_detectable(A, C):
+    """Raise DesignError naming the modes that are not stable and not seen by C."""
+    hidden = [mode for mode in np.linalg.eigvals(A) if abs(mode) >= 1 - UNIT_TOL]
+    hidden = [mode for mode in hidden if _hidden(A, C, mode)]
+    if hidden:
+        raise DesignError(
+            f"not detectable: the plant mode at {modes(hidden)} does not decay and "
+            "does not reach the outputs, so its error grows without bound or never "
+            "dies out. Add a sensor that sees it, or a model in which it decays."
+        )
+
+
+def _hidden(A, C, mode):
+    """PBH test at `mode`, with rows of C at the scale of A so units do not decide."""
+    norms = np.linalg.norm(C, axis=1, keepdims=True)
+    scale = max(np.linalg.norm(A, 2), 1.0)
+    unit = C / np.where(norms > 0, norms, 1) * scale
+    pencil = np.vstack([A - mode * np.eye(len(A)), unit])
+    return np.linalg.svd(pencil, compute_uv=False)[-1] <= RANK_TOL * scale
+
+
+def modes(values):
+    """A short readable list of complex numbers, conjugates once."""
+    shown = []
+    for value in sorted(values, key=lambda v: (v.real, abs(v.imag))):
+        real, imag = f"{value.real:.6g}", f"{abs(value.imag):.6g}"
+        text = real if abs(value.imag) < 1e-12 else f"{real} +- {imag}j"
+        if text not in shown:
+            shown.append(text)
+    return ", ".join(shown)

@@ -1,0 +1,134 @@
+"""The observer: z+ = F z + G u + D y, w^ = P z + V y + W u, an estimate of L x."""
+
+import dataclasses
+from dataclasses import dataclass
+
+import numpy as np
+
+from . import record
+from .arrays import matrix, sample_time, vector
+
+
+@dataclass(frozen=True, eq=False)
+class Observer:
+    """What every design function returns.
+
+    Either every matrix F, G, D, P, V, T, W is constant, or every one carries a
+    leading time axis (N, ., .).  Row k of a time-varying observer belongs to
+    instant i = k + 1, the first sample after the initial condition.
+
+    Attributes
+    ----------
+    F, G, D : (r, r), (r, m), (r, p) ndarray
+        State, known-input and measurement matrices of z.
+    P, V, W : (q, r), (q, p), (q, m) ndarray
+        Output map: w^ = P z + V y + W u.  W (default zero) removes the plant's
+        feedthrough from y.
+    T : (r, n) ndarray
+        What z tracks: z -> T x.
+    L : (q, n) ndarray
+        What w^ estimates: w = L x.  Constant.
+    z0 : (r,) ndarray
+        The state the observer starts from at its first sample, default zero; a
+        time-varying one starts from z0 + G0 u0.
+    dt : float
+        0 for continuous time, else the sampling period in seconds.
+    T0, G0 : (r, n), (r, m) ndarray or None
+        Of a time-varying filter: how its first state follows from the mean x0 of
+        x[0] and from the input u0 between instants 0 and 1, z = T0 x0 + G0 u0.
+        For a constant observer T0 is T: a guess of x at the first sample is T x.
+    """
+
+    F: np.ndarray
+    G: np.ndarray
+    D: np.ndarray
+    P: np.ndarray
+    V: np.ndarray
+    T: np.ndarray
+    L: np.ndarray
+    W: np.ndarray | None = None
+    z0: np.ndarray | None = None
+    dt: float = 0.0
+    _: dataclasses.KW_ONLY
+    T0: np.ndarray | None = None
+    G0: np.ndarray | None = None
+
+    def __post_init__(self):
+        L = matrix("L", self.L)
+        T = matrix("T", self.T, cols=L.shape[1], steps=True)
+        D = matrix("D", self.D, rows=T.shape[-2], steps=True)
+        G = matrix("G", self.G, rows=T.shape[-2], steps=True)
+        r, n = T.shape[-2:]
+        q, p, m = L.shape[0], D.shape[-1], G.shape[-1]
+        lead = T.shape[:-2]
+        W = np.zeros((*lead, q, m)) if self.W is None else self.W
+        given = dict(
+            F=matrix("F", self.F, r, r, steps=True),
+            G=G,
+            D=D,
+            P=matrix("P", self.P, q, r, steps=True),
+            V=matrix("V", self.V, q, p, steps=True),
+            T=T,
+            W=matrix("W", W, q, m, steps=True),
+        )
+        leads = {name: X.shape[:-2] for name, X in given.items()}
+        if set(leads.values()) != {lead}:
+            raise ValueError(
+                "an observer is constant or time-varying in all its matrices; the "
+                f"leading axes are {leads}"
+            )
+        T0 = self.T0 if lead else T
+        if lead and (T0 is None or self.G0 is None):
+            raise ValueError(
+                "a time-varying observer needs T0 and G0, which say how it starts"
+            )
+        record.fill(
+            self,
+            **given,
+            L=L,
+            z0=vector("z0", np.zeros(r) if self.z0 is None else self.z0, r),
+            dt=sample_time(self.dt),
+            T0=matrix("T0", T0, r, n),
+            G0=None if self.G0 is None else matrix("G0", self.G0, r, m),
+        )
+
+    @property
+    def order(self):
+        """Number of observer states r."""
+        return self.F.shape[-1]
+
+    @property
+    def steps(self):
+        """Number of rows N of a time-varying observer, None if it is constant."""
+        return len(self.F) if self.F.ndim == 3 else None
+
+    @property
+    def poles(self):
+        """Eigenvalues of F, sorted.
+
+        Of a time-varying observer (N, r), row by row; such rows alone do not
+        decide stability, `certify` looks at their product.
+        """
+        return np.sort_complex(np.linalg.eigvals(self.F))
+
+    def at(self, k):
+        """(F, G, D, P, V, W) of row k; the same for every k when constant."""
+        matrices = (self.F, self.G, self.D, self.P, self.V, self.W)
+        return matrices if self.steps is None else tuple(X[k] for X in matrices)
+
+    def to_json(self, path):
+        """Write the observer as JSON; numbers come back bit for bit."""
+        record.write(path, {"luenberger": "observer"} | record.as_data(self))
+
+    @classmethod
+    def from_json(cls, path):
+        """Read an observer from JSON.  The file is data: nothing is evaluated."""
+        data = record.read(path, "observer", cls)
+        data.pop("description", None)
+        missing = [key for key in "FGDPVTL" if key not in data]
+        if missing:
+            raise ValueError(f"{path}: the observer has no {missing}")
+        try:
+            return cls(**data)
+        except (ValueError, TypeError) as error:
+            raise ValueError(f"{path}: {error}") from None

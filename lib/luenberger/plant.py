@@ -1,0 +1,238 @@
+"""The plant: x+ = A x + B u + w, y = C x + E u + v."""
+
+import dataclasses
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+from . import record
+from .arrays import covariance, matrix, names, require_semidefinite, sample_time, vector
+
+
+class Instant(NamedTuple):
+    """The plant's matrices at one instant, all two-dimensional."""
+
+    A: np.ndarray
+    B: np.ndarray
+    C: np.ndarray
+    E: np.ndarray
+    Q: np.ndarray | None
+    R: np.ndarray | None
+    S: np.ndarray | None
+
+
+@dataclass(frozen=True, eq=False)
+class Plant:
+    """Linear plant with known inputs, measurements and white noise.
+
+    In discrete time ``x[i+1] = A x[i] + B u[i] + w[i]``,
+    ``y[i] = C x[i] + E u[i] + v[i]``; in continuous time (``dt == 0``) the first
+    is a differential equation.  Any matrix may carry a leading time axis
+    ``(N, ., .)``: row i is its value at instant i = 0 .. N - 1.
+
+    Parameters
+    ----------
+    A : (n, n) or (N, n, n) array_like
+        Dynamics.
+    B : (n, m) array_like or None
+        Known inputs; None when there are none (m = 0).
+    C : (p, n) array_like
+        Measurements.
+    E : (p, m) array_like, optional
+        Feedthrough, default zero.  (`D` is the observer's.)
+    dt : float, default 0
+        0 for continuous time, or the sampling period in seconds.
+    Q, R : (n, n), (p, p) array_like, optional
+        Covariances of w and v, symmetric and positive semi-definite, in the
+        squared units of the states and outputs.  Singular and zero are allowed.
+    S : (n, p) array_like, optional
+        E[w v'], default zero; [[Q, S], [S', R]] must be positive semi-definite.
+    x0, P0 : (n,), (n, n) array_like, optional
+        Mean (default zero) and covariance of the state before the first sample.
+    multiplicative : sequence of (A1, C1), optional
+        Unit white noises that multiply the state: A + sum A_k g_k, C + sum C_k g_k.
+    P0_is : "posterior" or "prior"
+        "posterior", as in Leondes and Novak: x0, P0 describe x[0] given everything
+        up to instant 0, and the first sample is y[1].  "prior": they describe x[1]
+        before its sample y[1] is used.
+    name : str, optional
+    state_names, input_names, output_names : sequences of str, optional
+        Used in tables and plots; default x1, x2, ..., u1, ..., y1, ...
+
+    Raises
+    ------
+    ValueError
+        If a shape, a number, a covariance or dt is not what it should be; the
+        message names the matrix, what it is and what it should be.
+
+    Examples
+    --------
+    >>> import luenberger as lb
+    >>> plant = lb.Plant([[1, 1], [0, 1]], None, [[1, 0]], dt=1.0,
+    ...                  Q=[[0.25, 0.5], [0.5, 1]], R=[[1]])
+    >>> plant.n, plant.m, plant.p
+    (2, 0, 1)
+    """
+
+    A: np.ndarray
+    B: np.ndarray | None
+    C: np.ndarray
+    E: np.ndarray | None = None
+    _: dataclasses.KW_ONLY
+    dt: float = 0.0
+    Q: np.ndarray | None = None
+    R: np.ndarray | None = None
+    S: np.ndarray | None = None
+    x0: np.ndarray | None = None
+    P0: np.ndarray | None = None
+    multiplicative: tuple = ()
+    P0_is: str = "posterior"
+    name: str | None = None
+    state_names: tuple = field(default=None)
+    input_names: tuple = field(default=None)
+    output_names: tuple = field(default=None)
+
+    def __post_init__(self):
+        A = matrix("A", self.A, steps=True)
+        n = A.shape[-1]
+        if A.shape[-2] != n or n == 0:
+            raise ValueError(f"A must be square and not empty, got {A.shape[-2]} x {n}")
+        B = np.zeros((n, 0)) if self.B is None else self.B
+        B = matrix("B", B, rows=n, steps=True)
+        C = matrix("C", self.C, cols=n, steps=True)
+        m, p = B.shape[-1], C.shape[-2]
+        E = np.zeros((p, m)) if self.E is None else self.E
+        E = matrix("E", E, p, m, steps=True)
+        Q = None if self.Q is None else covariance("Q", self.Q, n, steps=True)
+        R = None if self.R is None else covariance("R", self.R, p, steps=True)
+        S = None if self.S is None else matrix("S", self.S, n, p, steps=True)
+        x0 = vector("x0", np.zeros(n) if self.x0 is None else self.x0, n)
+        P0 = None if self.P0 is None else covariance("P0", self.P0, n)
+        record.fill(self, A=A, B=B, C=C, E=E, Q=Q, R=R, S=S, x0=x0, P0=P0)
+        self._check_joint()
+        record.fill(
+            self,
+            dt=sample_time(self.dt),
+            multiplicative=self._noise_pairs(),
+            state_names=names("x state", self.state_names, n),
+            input_names=names("u input", self.input_names, m),
+            output_names=names("y output", self.output_names, p),
+        )
+        self._check_rest()
+
+    def _check_joint(self):
+        """S needs Q and R, and the three together must be a covariance."""
+        if self.S is None:
+            return
+        if self.Q is None or self.R is None:
+            raise ValueError("S = E[w v'] is given but Q or R is not; give all three")
+        lead = np.broadcast_shapes(*(X.shape[:-2] for X in (self.Q, self.R, self.S)))
+        Q, R, S = (
+            np.broadcast_to(X, lead + X.shape[-2:]) for X in (self.Q, self.R, self.S)
+        )
+        require_semidefinite("[[Q, S], [S', R]]", np.block([[Q, S], [S.mT, R]]))
+
+    def _noise_pairs(self):
+        pairs = []
+        for k, pair in enumerate(self.multiplicative):
+            if len(pair) != 2:
+                raise ValueError(
+                    "multiplicative must be a list of pairs (A1, C1) of matrices"
+                )
+            A1 = matrix(f"multiplicative[{k}] A", pair[0], self.n, self.n)
+            C1 = matrix(f"multiplicative[{k}] C", pair[1], self.p, self.n)
+            pairs.append((A1, C1))
+        return tuple(pairs)
+
+    def _check_rest(self):
+        lengths = {
+            name: len(getattr(self, name))
+            for name in Instant._fields
+            if getattr(self, name) is not None and getattr(self, name).ndim == 3
+        }
+        if len(set(lengths.values())) > 1:
+            raise ValueError(
+                f"time-varying matrices must have equally many rows, got {lengths}"
+            )
+        if self.P0_is not in ("posterior", "prior"):
+            raise ValueError(
+                f"P0_is must be 'posterior' (of x[0], first sample y[1]) or 'prior' "
+                f"(of x[1], before y[1]), got {self.P0_is!r}"
+            )
+        if self.name is not None and not isinstance(self.name, str):
+            raise ValueError(f"name must be a string, got {self.name!r}")
+
+    @property
+    def n(self):
+        """Number of states."""
+        return self.A.shape[-1]
+
+    @property
+    def m(self):
+        """Number of known inputs."""
+        return self.B.shape[-1]
+
+    @property
+    def p(self):
+        """Number of measurements."""
+        return self.C.shape[-2]
+
+    @property
+    def steps(self):
+        """Number of rows N of the time-varying matrices; None if there are none."""
+        for name in Instant._fields:
+            value = getattr(self, name)
+            if value is not None and value.ndim == 3:
+                return len(value)
+        return None
+
+    def at(self, i):
+        """The matrices at instant i; beyond the last row the last one is held."""
+        return Instant(
+            *(
+                X if X is None or X.ndim == 2 else X[min(i, len(X) - 1)]
+                for X in (getattr(self, name) for name in Instant._fields)
+            )
+        )
+
+    @classmethod
+    def from_statespace(cls, sys, **noise):
+        """Read A, B, C, D, dt from a python-control or scipy.signal StateSpace.
+
+        Keyword arguments are those of `Plant` (Q, R, P0, names, ...).
+        """
+        dt = getattr(sys, "dt", None)
+        if type(sys).__module__.startswith("scipy."):
+            dt = 0.0 if dt is None else dt
+        if dt is None or dt is True:
+            raise ValueError(
+                f"the system's dt is {dt!r}: it does not say whether time is "
+                "continuous, or how long a step is. Set dt to 0 or to seconds."
+            )
+        for kind in ("state", "input", "output"):
+            labels = getattr(sys, f"{kind}_labels", None)
+            if labels is not None:
+                noise.setdefault(f"{kind}_names", tuple(labels))
+        return cls(sys.A, sys.B, sys.C, sys.D, dt=dt, **noise)
+
+    def to_json(self, path):
+        """Write the plant as JSON; numbers come back bit for bit."""
+        record.write(path, {"luenberger": "plant"} | record.as_data(self))
+
+    @classmethod
+    def from_json(cls, path):
+        """Read a plant from JSON.  The file is data: nothing in it is evaluated.
+
+        Keys are the parameters of `Plant`; "description" may hold a remark.  A, C
+        and, when there are known inputs, B are required.
+        """
+        data = record.read(path, "plant", cls)
+        data.pop("description", None)
+        for key in ("A", "C"):
+            if key not in data:
+                raise ValueError(f"{path}: the plant has no {key!r}")
+        try:
+            return cls(data.pop("A"), data.pop("B", None), data.pop("C"), **data)
+        except (ValueError, TypeError) as error:
+            raise ValueError(f"{path}: {error}") from None

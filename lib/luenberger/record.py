@@ -1,0 +1,104 @@
+"""Frozen records: filling them after validation, and JSON as plain data."""
+
+import dataclasses
+import json
+import os
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+
+def fill(frozen, **values):
+    """Set fields of a frozen dataclass from within its __post_init__."""
+    for name, value in values.items():
+        object.__setattr__(frozen, name, value)
+
+
+def as_data(frozen):
+    """The fields of a record as lists, numbers and strings; absent ones left out."""
+    data = {}
+    for field in dataclasses.fields(frozen):
+        value = plain(getattr(frozen, field.name))
+        if value is not None and value != []:
+            data[field.name] = value
+    return data
+
+
+def plain(value):
+    if isinstance(value, np.ndarray):
+        # an empty matrix has lost a dimension as nested lists, so keep its shape
+        return value.tolist() if value.size else {"shape": list(value.shape)}
+    if isinstance(value, tuple | list):
+        return [plain(item) for item in value]
+    return value
+
+
+def write(path, data):
+    """Write JSON beside `path` and rename, so an old file survives a failure."""
+    path = Path(path)
+    handle, beside = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+    try:
+        with os.fdopen(handle, "w", encoding="utf-8") as file:
+            file.write(layout(data))
+        os.chmod(beside, 0o666 & ~_umask())
+        os.replace(beside, path)
+    except BaseException:
+        os.unlink(beside)
+        raise
+
+
+def layout(data):
+    """JSON text with one key, or one row of a matrix, to a line."""
+    lines = []
+    for key, value in data.items():
+        text = json.dumps(value, allow_nan=False)
+        if text.startswith("[["):
+            text = text.replace("], [", "],\n    [").replace("[[", "[\n    [", 1)
+            text = text.removesuffix("]") + "\n  ]"
+        lines.append(f"  {json.dumps(key)}: {text}")
+    return "{\n" + ",\n".join(lines) + "\n}\n"
+
+
+def _umask():
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask
+
+
+def read(path, kind, cls):
+    """Read the JSON object of a record: known keys, lists, numbers and strings."""
+    path = Path(path)
+    try:
+        data = json.loads(path.read_text(encoding="utf-8"), parse_constant=_refuse)
+    except (UnicodeDecodeError, json.JSONDecodeError, RecursionError) as error:
+        raise ValueError(f"{path}: not a JSON file: {error}") from None
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from None
+    if not isinstance(data, dict):
+        raise ValueError(f"{path}: a {kind} is a JSON object, got {type(data).__name__}")
+    if data.pop("luenberger", kind) != kind:
+        raise ValueError(f"{path}: this file does not hold a {kind}")
+    known = {field.name for field in dataclasses.fields(cls)} | {"description"}
+    unknown = sorted(set(data) - known)
+    if unknown:
+        raise ValueError(
+            f"{path}: unknown keys {unknown}; a {kind} has {sorted(known)}"
+        )
+    return {key: _array(path, key, value) for key, value in data.items()}
+
+
+def _refuse(constant):
+    raise ValueError(f"the number {constant} is not finite, and not JSON")
+
+
+def _array(path, key, value):
+    """Turn {"shape": [0, n]} back into an empty array; pass other data on."""
+    if not isinstance(value, dict):
+        return value
+    shape = value.get("shape")
+    if set(value) != {"shape"} or not isinstance(shape, list) or 0 not in shape:
+        raise ValueError(f"{path}: {key} must be numbers or lists, not an object")
+    if not all(type(size) is int and 0 <= size < 10**6 for size in shape):
+        raise ValueError(f"{path}: {key} has the shape {shape}")
+    return np.zeros(shape)
