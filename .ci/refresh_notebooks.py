@@ -1,0 +1,53 @@
+"""Run notebooks top to bottom in place: python .ci/refresh_notebooks.py [NOTEBOOK ...]
+
+Without arguments every notebook of the repository.  Timings, widget state and the
+interpreter's version are left out, so a second run leaves no difference in git.
+"""
+
+import os
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT / "notebooks"))
+import conftest  # noqa: E402, F401  sets the environment the tests run in
+
+sys.modules.setdefault("rfc3987_syntax", None)  # spares nbformat 3 s of unused grammar
+import nbformat  # noqa: E402
+from nbclient import NotebookClient  # noqa: E402
+
+
+def refresh(path):
+    notebook = nbformat.read(path, as_version=4)
+    kernel = {"name": "python3", "display_name": "Python 3 (ipykernel)"}
+    notebook.metadata = nbformat.from_dict({"kernelspec": kernel})
+    client = NotebookClient(
+        notebook,
+        timeout=600,
+        kernel_name="python3",
+        record_timing=False,
+        store_widget_state=False,
+        resources={"metadata": {"path": str(path.parent)}},
+    )
+    client.execute()
+    notebook.metadata.pop("widgets", None)
+    notebook.metadata.pop("language_info", None)
+    nbformat.write(notebook, path)
+
+
+def main(arguments):
+    given = [Path(argument).resolve() for argument in arguments]
+    templates = ROOT / "lib" / "luenberger" / "templates"
+    every = sorted([*(ROOT / "notebooks").rglob("*.ipynb"), *templates.glob("*.ipynb")])
+    with tempfile.TemporaryDirectory() as settings:
+        os.environ["IPYTHONDIR"] = settings  # nobody's personal start-up files
+        for path in given or [p for p in every if ".ipynb_checkpoints" not in p.parts]:
+            start = time.perf_counter()
+            refresh(path)
+            print(f"{path} {time.perf_counter() - start:.1f} s")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
