@@ -87,6 +87,18 @@ class Derivation:
     steps: dict = field(default_factory=dict)
     source: str = ""
 
+    def unfolded(self, keep=()):
+        """Every target, by name, in terms of `given` and of the targets in `keep`."""
+        known = {}
+        for stage in self.stages:
+            formula = stage.formula
+            if isinstance(formula, Solve):
+                formula = formula.as_inverse()
+            known[stage.target] = formula.xreplace(
+                {s: value for s, value in known.items() if s.name not in keep}
+            )
+        return {target.name: formula for target, formula in known.items()}
+
     def unproved(self):
         """Names of the steps that do not come out as zero."""
         return [name for name, residual in self.steps.items() if not vanishes(residual)]

@@ -10,12 +10,14 @@ Source: Leondes and Novak (1975), equations (9)-(15), (26)-(33), (41)-(43); the
 differential, the steady gradient and the correlated noise are our own.
 """
 
+from dataclasses import replace
 from functools import cache
 
 import sympy as sp
 from sympy import Identity, MatrixSymbol
 
 from . import Derivation, Solve, Stage
+from . import recursion_proofs as prove
 
 n, p, m, r = sp.symbols("n p m r", integer=True, nonnegative=True)
 
@@ -47,7 +49,8 @@ def gain_step():
         Stage(Y, Identity(n) - K * C, "(13)"),
         Stage(Sigma_next, Y * Omega * Y.T + K * R * K.T, "(27)", symmetric=True),
     )
-    return Derivation((A, Q, C, R, Gamma, Sigma), stages, source=PAPER)
+    found = Derivation((A, Q, C, R, Gamma, Sigma), stages, source=PAPER)
+    return replace(found, steps=prove.gain_step(found))
 
 
 @cache
@@ -67,7 +70,8 @@ def estimate_step():
         Stage(x_next, x_minus + K * innovation, "(43)"),
         Stage(rho_next, y - E * u_next - C * x_next),
     )
-    return Derivation((A, B, C, E, J, K, x, u, rho, y, u_next), stages, source=PAPER)
+    found = Derivation((A, B, C, E, J, K, x, u, rho, y, u_next), stages, source=PAPER)
+    return replace(found, steps=prove.estimate_step(found))
 
 
 @cache
@@ -86,7 +90,8 @@ def step_differential():
             symmetric=True,
         ),
     )
-    return Derivation((C, R, Gamma, M, Kmv, Y, dOmega), stages, source="our own")
+    found = Derivation((C, R, Gamma, M, Kmv, Y, dOmega), stages, source="our own")
+    return replace(found, steps=prove.step_differential(found, gain_step()))
 
 
 @cache
@@ -98,7 +103,8 @@ def steady_gradient():
     Omega, Lambda = square("Omega Lambda")
     (Gradient,) = matrices("Gradient", n, p)
     stages = (Stage(Gradient, 2 * Lambda * (K * M - Omega * C.T)),)
-    return Derivation((K, M, Omega, C, Lambda), stages, source="our own")
+    found = Derivation((K, M, Omega, C, Lambda), stages, source="our own")
+    return replace(found, steps=prove.steady_gradient(found))
 
 
 @cache
@@ -122,7 +128,8 @@ def observer():
         Stage(G, T_next * B - D * E, "(10)"),
         Stage(W, -K * E),
     )
-    return Derivation((As, B, J, C, E, Phat, That, K, T_next), stages, source=PAPER)
+    found = Derivation((As, B, J, C, E, Phat, That, K, T_next), stages, source=PAPER)
+    return replace(found, steps=prove.observer(found))
 
 
 @cache
@@ -135,7 +142,8 @@ def decorrelation():
         Stage(As, A - J * C),
         Stage(Qs, Q - J * S.T, symmetric=True),
     )
-    return Derivation((A, C, Q, S, J), stages, source="our own")
+    found = Derivation((A, C, Q, S, J), stages, source="our own")
+    return replace(found, steps=prove.decorrelation(found))
 
 
 @cache
@@ -158,4 +166,5 @@ def error_recursion():
         ),
         Stage(Sigma, P * X * P.T + V * R * V.T, "(26)", symmetric=True),
     )
-    return Derivation((F, D, T_next, P, V, Q, R, S, X), stages, source=PAPER)
+    found = Derivation((F, D, T_next, P, V, Q, R, S, X), stages, source=PAPER)
+    return replace(found, steps=prove.error_recursion(found))

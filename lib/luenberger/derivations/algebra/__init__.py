@@ -1,0 +1,28 @@
+"""Matrix algebra that proves: normal forms of non-commutative polynomials.
+
+An expression in matrix symbols is written as a sum of words (products of symbols,
+transposes, inverses) with coefficients; traces likewise, with words taken up to
+cyclic shift and transposition.  Relations such as ``P T = I - V C`` rewrite words,
+so that a claim is proved when the difference of its sides has no words left.
+SymPy goes in and comes out; sizes are symbols, and a product whose sizes are not
+provably equal is refused, which SymPy does not do.
+
+Source: our own.  SymPy 1.14 alone differentiates a sum of traces to zero (#26561),
+collapses partitioned matrices wrongly (#22034) and cannot reduce modulo relations.
+"""
+
+from .blocks import Blocks
+from .claims import Claim
+from .core import Algebra
+from .polynomials import Polynomial, Traces
+from .words import Letter, ShapeError
+
+__all__ = [
+    "Algebra",
+    "Blocks",
+    "Claim",
+    "Letter",
+    "Polynomial",
+    "ShapeError",
+    "Traces",
+]

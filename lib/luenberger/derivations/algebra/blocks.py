@@ -1,0 +1,147 @@
+"""Partitioned matrices, multiplied block by block.
+
+SymPy's `block_collapse` is wrong when an identity meets a partitioned matrix
+(sympy #22034), so it is not used: blocks are normal forms and we multiply them.
+"""
+
+import sympy as sp
+
+from .polynomials import Polynomial
+from .words import ShapeError, same_size
+
+
+class Blocks:
+    """A matrix of `Polynomial` entries with row sizes and column sizes."""
+
+    def __init__(self, algebra, entries):
+        self.algebra = algebra
+        self.entries = tuple(tuple(row) for row in entries)
+        self.rows = tuple(row[0].shape[0] for row in self.entries)
+        self.cols = tuple(entry.shape[1] for entry in self.entries[0])
+
+    @classmethod
+    def of(cls, algebra, nested):
+        """From nested sequences of SymPy expressions or normal forms."""
+        return cls(algebra, [[algebra.normal(x) for x in row] for row in nested])
+
+    @classmethod
+    def spread(cls, value, rows, cols):
+        """A `Polynomial` on a given partition: only c I and 0 are known there."""
+        if isinstance(value, Blocks):
+            return value
+        if len(rows) == len(cols) == 1:
+            return cls(value.algebra, [[value]])
+        if not value.is_scaled_identity or (value.terms and not same(rows, cols)):
+            raise ShapeError(f"{value} is not partitioned into {rows} by {cols}")
+        c = value.terms.get((), 0)
+        entry = lambda i, j: {(): c} if i == j and c != 0 else {}  # noqa: E731
+        return cls(
+            value.algebra,
+            [
+                [
+                    Polynomial(value.algebra, entry(i, j).items(), (rows[i], cols[j]))
+                    for j in range(len(cols))
+                ]
+                for i in range(len(rows))
+            ],
+        )
+
+    @property
+    def shape(self):
+        return sp.Add(*self.rows), sp.Add(*self.cols)
+
+    @property
+    def is_zero(self):
+        return all(entry.is_zero for row in self.entries for entry in row)
+
+    @property
+    def T(self):
+        columns = zip(*self.entries)
+        return Blocks(self.algebra, [[x.T for x in column] for column in columns])
+
+    def __getitem__(self, index):
+        i, j = index
+        return self.entries[i][j]
+
+    def map(self, function):
+        return Blocks(self.algebra, [[function(x) for x in y] for y in self.entries])
+
+    def __add__(self, other):
+        other = Blocks.spread(self.algebra.normal(other), self.rows, self.cols)
+        if not (same(self.rows, other.rows) and same(self.cols, other.cols)):
+            raise ShapeError(
+                f"cannot add blocks {self.rows} x {self.cols} "
+                f"and {other.rows} x {other.cols}"
+            )
+        return Blocks(
+            self.algebra,
+            [
+                [x + y for x, y in zip(a, b)]
+                for a, b in zip(self.entries, other.entries)
+            ],
+        )
+
+    def __matmul__(self, other):
+        return product(self, self.algebra.normal(other))
+
+    def __rmatmul__(self, other):
+        return product(self.algebra.normal(other), self)
+
+    def __rmul__(self, scalar):
+        return self.map(lambda x: scalar * x)
+
+    def __neg__(self):
+        return -1 * self
+
+    def __sub__(self, other):
+        return self + (-self.algebra.normal(other))
+
+    def trace(self):
+        if not same(self.rows, self.cols):
+            raise ShapeError(f"no trace of blocks {self.rows} x {self.cols}")
+        return sum(
+            (self[i, i].trace() for i in range(1, len(self.rows))), self[0, 0].trace()
+        )
+
+    def as_expr(self):
+        """Back to SymPy."""
+        return sp.BlockMatrix([[x.as_expr() for x in row] for row in self.entries])
+
+    def __repr__(self):
+        return str(self.as_expr())
+
+    def _repr_latex_(self):
+        return f"$\\displaystyle {sp.latex(self.as_expr())}$"
+
+
+def same(a, b):
+    """Whether two partitions are equal."""
+    return len(a) == len(b) and all(same_size(x, y) for x, y in zip(a, b))
+
+
+def beside(value, sizes, axis):
+    """A polynomial partitioned to stand before (axis 0) or behind `sizes`."""
+    if value.is_scaled_identity and same_size(*value.shape):
+        return Blocks.spread(value, sizes, sizes)
+    far = value.shape[axis : axis + 1]
+    if value.is_zero:
+        return Blocks.spread(value, *((far, sizes) if axis == 0 else (sizes, far)))
+    return Blocks(value.algebra, [[value]])
+
+
+def product(left, right):
+    """Multiply two normal forms, at least one of them partitioned."""
+    if isinstance(left, Polynomial):
+        left = beside(left, right.rows, 0)
+    if isinstance(right, Polynomial):
+        right = beside(right, left.cols, 1)
+    if not same(left.cols, right.rows):
+        raise ShapeError(f"cannot multiply blocks {left.cols} by {right.rows}")
+    columns = list(zip(*right.entries))
+
+    def entry(row, column):
+        terms = [x @ y for x, y in zip(row, column)]
+        return sum(terms[1:], terms[0])
+
+    grid = [[entry(row, column) for column in columns] for row in left.entries]
+    return grid[0][0] if len(grid) == len(grid[0]) == 1 else Blocks(left.algebra, grid)

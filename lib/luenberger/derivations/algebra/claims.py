@@ -1,0 +1,64 @@
+"""A claim: two sides, and the algebra in which their difference must vanish."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import sympy as sp
+from sympy.matrices.expressions.matexpr import MatrixExpr
+
+from .core import Algebra
+
+
+@dataclass(frozen=True, eq=False)
+class Claim:
+    """`left = right`, for all values of the symbols that satisfy the relations.
+
+    Attributes
+    ----------
+    left, right : SymPy expression or normal form
+        A right side of 0 fits every left side.
+    algebra : Algebra, optional
+        Without one, the sides are explicit matrices or scalars.
+    """
+
+    left: object
+    right: object = 0
+    algebra: Algebra | None = None
+
+    @cached_property
+    def residual(self):
+        """The difference of the sides in normal form."""
+        if self.algebra is None:
+            left = sp.sympify(self.left)
+            return left if self._is_bare() else left - sp.sympify(self.right)
+        left = self.algebra.normal(self.left)
+        return left if self._is_bare() else left - self.algebra.normal(self.right)
+
+    def _is_bare(self):
+        return isinstance(self.right, int) and self.right == 0
+
+    @property
+    def is_zero(self):
+        """Whether the claim is proved."""
+        residual = self.residual
+        if self.algebra is not None:
+            return residual.is_zero
+        if isinstance(residual, sp.MatrixBase):
+            return all(sp.simplify(entry) == 0 for entry in residual)
+        return sp.simplify(residual) == 0
+
+    @property
+    def relations(self):
+        """What the claim takes for granted."""
+        return () if self.algebra is None else self.algebra.relations
+
+    def _sides(self):
+        for side in (self.left, self.right):
+            side = side.as_expr() if hasattr(side, "terms") else side
+            yield side if isinstance(side, (MatrixExpr, sp.Basic)) else sp.sympify(side)
+
+    def __repr__(self):
+        return " = ".join(str(side) for side in self._sides())
+
+    def _repr_latex_(self):
+        return f"$\\displaystyle {' = '.join(sp.latex(s) for s in self._sides())}$"

@@ -1,0 +1,56 @@
+"""Words: products of matrix symbols, each perhaps transposed or inverted."""
+
+from typing import NamedTuple
+
+import sympy as sp
+
+
+class ShapeError(ValueError):
+    """The shapes of a sum, product or trace do not fit, at symbolic sizes."""
+
+
+class Letter(NamedTuple):
+    """One factor of a word.  A word is a tuple of letters; () is the identity."""
+
+    atom: sp.MatrixSymbol
+    transposed: bool = False
+    inverted: bool = False
+
+    @property
+    def rows(self):
+        return self.atom.shape[1 if self.transposed else 0]
+
+    def as_expr(self):
+        expr = self.atom.I if self.inverted else self.atom
+        return expr.T if self.transposed else expr
+
+    def __str__(self):
+        mark = "^-1" if self.inverted else ""
+        return self.atom.name + mark + ("'" if self.transposed else "")
+
+
+def text(word):
+    """A word as a string: what words are ordered and printed by."""
+    return " ".join(str(letter) for letter in word)
+
+
+def rotations(word):
+    """The word and its cyclic shifts."""
+    return [word[i:] + word[:i] for i in range(max(len(word), 1))]
+
+
+def same_size(a, b):
+    """Whether two sizes, numbers or expressions, are provably equal."""
+    return a == b or sp.expand(a - b) == 0
+
+
+def same_shape(a, b):
+    return same_size(a[0], b[0]) and same_size(a[1], b[1])
+
+
+def gather(pairs):
+    """Sum (word, coefficient) pairs into a dict without zero coefficients."""
+    terms = {}
+    for word, coefficient in pairs:
+        terms[word] = terms.get(word, 0) + coefficient
+    return {w: c for w, c in ((w, sp.expand(c)) for w, c in terms.items()) if c != 0}
