@@ -1,1 +1,38 @@
-"""Reduced-order state observers, derived in SymPy and run in NumPy."""
+"""Reduced-order observers: derived in SymPy, compiled to NumPy, certified.
+
+>>> import luenberger as lb
+>>> plant = lb.Plant([[1, 1], [0, 1]], None, [[1, 0]], dt=1.0,
+...                  Q=[[1/3, 1/2], [1/2, 1]], R=[[0]])
+>>> observer = lb.reduced_order_filter(plant, m1=1)   # z+ = F z + G u + D y
+>>> lb.certify(observer, plant).worst < 1e-14         # T+ A = F T + D C, ...
+True
+"""
+
+from importlib import import_module
+
+from .analysis import error_covariance as error_covariance
+from .analysis import multiply_adds as multiply_adds
+from .certificate import Certificate as Certificate
+from .certificate import certify as certify
+from .certificate import residuals as residuals
+from .designs.trace_minimisation import kalman_filter as kalman_filter
+from .designs.trace_minimisation import reduced_order_filter as reduced_order_filter
+from .ensemble import Ensemble as Ensemble
+from .ensemble import monte_carlo as monte_carlo
+from .errors import CertificateError as CertificateError
+from .errors import DesignError as DesignError
+from .filtering import Filtered as Filtered
+from .filtering import filter_data as filter_data
+from .observer import Observer as Observer
+from .plant import Plant as Plant
+from .recorded import estimate as estimate
+from .simulate import Run as Run
+from .simulate import simulate as simulate
+
+_ON_DEMAND = ("plot", "report")  # they import matplotlib
+
+
+def __getattr__(name):
+    if name in _ON_DEMAND:
+        return import_module(f".{name}", __name__)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -19,7 +19,9 @@ def matrix(name, value, rows=None, cols=None, steps=False):
     got = array.shape[-2:]
     want = tuple(g if w is None else w for g, w in zip(got, (rows, cols)))
     if got != want:
-        raise ValueError(f"{name} must be {want[0]} x {want[1]}, got {got[0]} x {got[1]}")
+        raise ValueError(
+            f"{name} must be {want[0]} x {want[1]}, got {got[0]} x {got[1]}"
+        )
     if array.ndim == 3 and len(array) == 0:
         raise ValueError(f"{name} is time-varying but has no rows")
     return freeze(array)

@@ -27,7 +27,9 @@ def solve_right(N, M):
     solution of least norm, which exists for every gain because the rows of N lie in
     the range of M.  Singularity is judged at unit diagonal, so units play no part.
     """
-    if M.ndim > 2 or N.ndim > 2:
+    if M.ndim == 2 and N.ndim > 2:
+        return solve_right(N.reshape(-1, len(M)), M).reshape(N.shape)
+    if M.ndim > 2:
         lead = np.broadcast_shapes(N.shape[:-2], M.shape[:-2])
         N, M = (np.broadcast_to(X, lead + X.shape[-2:]) for X in (N, M))
         out = np.empty(N.shape)

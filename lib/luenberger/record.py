@@ -76,7 +76,9 @@ def read(path, kind, cls):
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from None
     if not isinstance(data, dict):
-        raise ValueError(f"{path}: a {kind} is a JSON object, got {type(data).__name__}")
+        raise ValueError(
+            f"{path}: a {kind} is a JSON object, got {type(data).__name__}"
+        )
     if data.pop("luenberger", kind) != kind:
         raise ValueError(f"{path}: this file does not hold a {kind}")
     known = {field.name for field in dataclasses.fields(cls)} | {"description"}

@@ -16,7 +16,7 @@ def kernel(derivation, *outputs):
     name is a TypeError.  Only the stages that `outputs` need are kept (all, if none
     are named).  Refuses a derivation whose proof fails.  Leading axes broadcast.
     """
-    if unproved := derivation.unproved() or not derivation.steps:
+    if unproved := derivation.unproved():
         raise AssertionError(f"unproved derivation: {derivation.source}: {unproved}")
     given, source = numpy_source(derivation, outputs)
     namespace = dict(_NAMESPACE)
@@ -76,7 +76,9 @@ def _formula(e, sizes):
     if isinstance(e, sp.MatMul):
         scalars = sp.Mul(*(a for a in e.args if not isinstance(a, MatrixExpr)))
         factors = " @ ".join(
-            f"({_formula(a, sizes)})" if isinstance(a, sp.MatAdd) else _formula(a, sizes)
+            f"({_formula(a, sizes)})"
+            if isinstance(a, sp.MatAdd)
+            else _formula(a, sizes)
             for a in e.args
             if isinstance(a, MatrixExpr)
         )

@@ -1,0 +1,230 @@
+"""Questions about any observer: how accurate, how much work."""
+
+import numpy as np
+
+from . import kernels
+from .certificate import certify, require_match, residuals
+from .errors import DesignError
+from .linalg import lyapunov, modes, symmetrise
+
+EXACT_TOL = 1e-9  # certificate below which the error does not depend on the state
+
+
+def error_covariance(observer, plant, *, steps=None):
+    r"""Second moment E[e e'] of the error e = w^ - L x of any observer on a plant.
+
+    For an observer that satisfies (9), (13) the error obeys (11), (26),
+
+    .. math:: \varepsilon_{i+1} = F_i\varepsilon_i + D_i v_i - T_{i+1} w_i,
+              \qquad e_i = P_i\varepsilon_i + V_i v_i .
+
+    Where it does not (a wrong plant), the state drives the error too; then the
+    moments of x and eps are propagated together, with u = 0.
+
+    Parameters
+    ----------
+    observer : Observer
+        With any gains, optimal or not.
+    plant : Plant
+        Discrete, with Q and R; with P0 when `steps` is given.
+    steps : int, optional
+        Number of steps; default the steady state of a constant observer.
+
+    Returns
+    -------
+    (q, q) or (steps + 1, q, q) ndarray
+        Steady value, or rows i = 0 .. steps.  For a time-varying filter row 0 is the
+        initial L P0 L'; for a constant observer row 0 is its first sample, the state
+        having the mean x0 and covariance P0 there.
+
+    Raises
+    ------
+    DesignError
+        Without noise covariances or P0, when there is no steady state (the modes at
+        fault are named), or when the observer depends on the input and there is one.
+
+    References
+    ----------
+    Leondes and Novak (1975), equations (11), (26), (28); derivations/huddle.py.
+
+    Examples
+    --------
+    >>> import luenberger as lb
+    >>> plant = lb.Plant([[1, 1], [0, 1]], None, [[1, 0]], dt=1.0,
+    ...                  Q=[[0.25, 0.5], [0.5, 1]], R=[[1]])
+    >>> lb.error_covariance(lb.kalman_filter(plant), plant).round(12)
+    array([[0.75, 0.5 ],
+           [0.5 , 1.  ]])
+    """
+    require_match(observer, plant)
+    _require_noise(plant, steps)
+    if steps is not None and observer.steps is not None and steps > observer.steps:
+        raise ValueError(
+            f"steps = {steps}, but the observer covers instants 1 .. {observer.steps}"
+        )
+    if observer.steps is not None and steps is None:
+        raise ValueError("give steps: a time-varying observer has no steady state")
+    certificate = certify(observer, plant)
+    if max(certificate.input, certificate.feedthrough) > EXACT_TOL and plant.m:
+        raise DesignError(
+            "the estimate depends on the known input (input residual "
+            f"{certificate.input:.1e}, feedthrough {certificate.feedthrough:.1e}), so "
+            "its error does too. Certify the observer against the plant it is for."
+        )
+    exact = max(certificate.dynamics, certificate.output) <= EXACT_TOL
+    system = _Exact(observer, plant) if exact else _Joint(observer, plant)
+    return system.steady() if steps is None else system.over(steps)
+
+
+def _require_noise(plant, steps):
+    if plant.dt == 0:
+        raise DesignError("error covariances are for discrete time, the plant has dt=0")
+    if plant.Q is None or plant.R is None:
+        raise DesignError("the plant needs both noise covariances Q and R")
+    if plant.multiplicative:
+        raise DesignError(
+            "the plant has multiplicative noise, which is not modelled here"
+        )
+    if steps is not None and plant.P0 is None:
+        raise DesignError("the plant needs P0, the covariance of its initial state")
+
+
+class _Exact:
+    """The error on its own: X = E[eps eps']."""
+
+    def __init__(self, observer, plant):
+        self.observer, self.plant = observer, plant
+
+    def matrices(self, k):
+        """Arguments of the error recursion at row k, T_next held beyond the end."""
+        o, N = self.observer, self.observer.steps
+        now = self.plant.at(self.instant(k))
+        F, _, D, P, V, _ = o.at(k)
+        T_next = o.T if N is None else o.T[min(k + 1, N - 1)]
+        S = np.zeros((self.plant.n, self.plant.p)) if now.S is None else now.S
+        return dict(F=F, D=D, T_next=T_next, P=P, V=V, Q=now.Q, R=now.R, S=S)
+
+    def instant(self, k):
+        return k if self.observer.steps is None else k + 1
+
+    def start(self):
+        """E[eps eps'] at row 0: z there is fixed, and x has a mean and a spread."""
+        o, plant = self.observer, self.plant
+        bias = o.z0 - o.T0 @ plant.x0
+        T, spread = o.T, plant.P0
+        if o.steps is not None:
+            T = o.T[0]
+            if plant.P0_is == "posterior":
+                first = plant.at(0)
+                spread = first.A @ spread @ first.A.T + first.Q
+        return symmetrise(T @ spread @ T.T + np.outer(bias, bias))
+
+    def over(self, steps):
+        step, L = kernels.error_recursion("X_next", "Sigma"), self.observer.L
+        varying = self.observer.steps is not None
+        out = [L @ self.plant.P0 @ L.T] if varying else []
+        X = self.start()
+        for k in range(steps if varying else steps + 1):
+            new = step(X=X, **self.matrices(k))
+            out.append(new["Sigma"])
+            X = new["X_next"]
+        return np.stack(out)
+
+    def steady(self):
+        o = self.observer
+        _require_decay(o.F, "the observer's error")
+        given = self.matrices(0)
+        drive = kernels.error_recursion("X_next")(
+            X=np.zeros((o.order, o.order)),
+            **{k: given[k] for k in given if k not in "PV"},
+        )["X_next"]
+        X = lyapunov(o.F, drive)
+        return kernels.error_recursion("Sigma")(P=o.P, V=o.V, R=given["R"], X=X)[
+            "Sigma"
+        ]
+
+
+class _Joint(_Exact):
+    """State and error together, for an observer whose error depends on the state.
+
+    With s = [x; eps], s+ = [[A, 0], [-N1, F]] s + [[0, I], [D, -T+]] [v; w] and
+    e = [N3, P] s + V v; N1, N3 are the dynamics and output residuals.  This is the
+    same recursion with F, D, T+, P replaced by those blocks.
+    """
+
+    def matrices(self, k):
+        o, plant = self.observer, self.plant
+        i = plant.at(self.instant(k))
+        given = super().matrices(k)
+        F, G, D, P, V, W = o.at(k)
+        T = o.T if o.steps is None else o.T[k]
+        N1, _, N3, _ = residuals(
+            i.A, i.B, i.C, i.E, o.L, F, G, D, P, V, W, T, given["T_next"]
+        )
+        n, r = plant.n, o.order
+        return given | dict(
+            F=np.block([[i.A, np.zeros((n, r))], [-N1, F]]),
+            D=np.vstack([np.zeros((n, plant.p)), D]),
+            T_next=np.vstack([-np.eye(n), given["T_next"]]),
+            P=np.hstack([N3, P]),
+        )
+
+    def start(self):
+        o, plant = self.observer, self.plant
+        mean, spread, T = plant.x0, plant.P0, o.T
+        if o.steps is not None:
+            T = o.T[0]
+            if plant.P0_is == "posterior":
+                first = plant.at(0)
+                mean = first.A @ mean
+                spread = first.A @ spread @ first.A.T + first.Q
+        map_ = np.vstack([np.eye(plant.n), -T])
+        mean = np.concatenate([mean, o.z0 - T @ mean])
+        return symmetrise(map_ @ spread @ map_.T + np.outer(mean, mean))
+
+    def steady(self):
+        given = self.matrices(0)
+        _require_decay(
+            given["F"], "the observer does not fit this plant, and its error"
+        )
+        drive = kernels.error_recursion("X_next")(
+            X=np.zeros_like(given["F"]), **{k: given[k] for k in given if k not in "PV"}
+        )["X_next"]
+        return kernels.error_recursion("Sigma")(
+            P=given["P"], V=given["V"], R=given["R"], X=lyapunov(given["F"], drive)
+        )["Sigma"]
+
+
+def _require_decay(F, whose):
+    poles = np.linalg.eigvals(F)
+    bad = poles[np.abs(poles) >= 1]
+    if bad.size:
+        raise DesignError(
+            f"no steady state: {whose} has the mode {modes(bad)} on or outside the "
+            "unit circle. Give steps, or use another observer."
+        )
+
+
+def multiply_adds(observer):
+    """Multiply-adds of one step of a constant observer: entries that are not 0 or 1.
+
+    A zero costs nothing and a one no multiplication but an addition, which is
+    counted; the figure is the number of nonzero entries of F, G, D, P, V, W less one
+    for each row of w^ that is a bare copy of one signal.
+
+    Examples
+    --------
+    >>> import luenberger as lb
+    >>> lb.multiply_adds(lb.Observer([[0.5]], [[1]], [[2]], [[0], [1]], [[1], [2]],
+    ...                              T=[[-2, 1]], L=[[1, 0], [0, 1]]))
+    5
+    """
+    o = observer
+    if o.steps is not None:
+        raise ValueError("the count is of a constant observer; take one row's worth")
+    work = sum(np.count_nonzero(X) for X in (o.F, o.G, o.D))
+    for row in np.hstack([o.P, o.V, o.W]):
+        entries = row[row != 0]
+        copied = len(entries) == 1 and entries[0] == 1
+        work += 0 if copied else len(entries)
+    return int(work)

@@ -1,0 +1,1 @@
+"""Design functions, one module per method: plant and wishes in, Observer out."""

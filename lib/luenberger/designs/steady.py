@@ -1,0 +1,240 @@
+"""Steady states: the fixed point of the recursion, and the best constant gain.
+
+The fixed point is found by Newton's method with the derived differential, started
+from the recursion itself; it is accepted only with a residual at rounding level
+and stable error dynamics.
+"""
+
+import numpy as np
+import scipy.linalg
+import scipy.optimize
+from scipy.sparse.linalg import LinearOperator, gmres
+
+from .. import kernels
+from ..errors import CertificateError, DesignError
+from ..linalg import (
+    UNIT_TOL,
+    complete,
+    lyapunov,
+    modes,
+    radius,
+    require_detectable,
+    square_root,
+    symmetrise,
+)
+
+RESIDUAL_TOL = 1e-12  # of Sigma = f(Sigma), relative
+DENSE_LIMIT = 40  # states up to which Newton's equation is solved densely
+WARM_UP = 200  # recursion steps between attempts with Newton's method
+
+
+def steady_gain(now, accurate):
+    """Gain of the steady step-wise filter; Sigma = f(Sigma) with f of (29)-(33)."""
+    require_detectable(now.As, now.C)
+    Sigma = _start(now)
+    for _ in range(10):
+        Sigma = _recur(now, Sigma, WARM_UP)
+        found, K = _newton(now, Sigma)
+        if found is not None and radius(_closed(now, K)) < 1 - UNIT_TOL:
+            _require_excited(now, K)
+            return K
+    _require_excited(now, _step(now, Sigma)["K"])
+    raise CertificateError(
+        "the recursion of the reduced-order gain does not settle on a stable filter: "
+        f"after {10 * WARM_UP} steps its largest pole is "
+        f"{radius(_closed(now, _step(now, Sigma)['K'])):.6g}. Take other outputs as "
+        f"accurate than {list(accurate)}, or fewer."
+    )
+
+
+def _step(now, Sigma):
+    return kernels.gain_step()(
+        A=now.As, Q=now.Qs, C=now.C, R=now.R, Gamma=now.Gamma, Sigma=Sigma
+    )
+
+
+def _closed(now, K):
+    """F of the reduced filter, in the coordinates of Phat: (14)."""
+    return now.That @ (np.eye(len(K)) - K @ now.C) @ now.As @ now.Phat
+
+
+def _start(now):
+    """The Kalman filter's covariance where SciPy finds it, else a generous guess."""
+    try:
+        Omega = scipy.linalg.solve_discrete_are(now.As.T, now.C.T, now.Qs, now.R)
+        if np.isfinite(Omega).all() and np.linalg.eigvalsh(Omega)[0] > -1e-8 * abs(
+            Omega
+        ).max(initial=0):
+            return symmetrise(Omega)
+    except (np.linalg.LinAlgError, ValueError):
+        pass  # a singular pencil, or no strictly stable solution: the recursion tells
+    size = np.trace(now.Qs) + np.trace(now.R)
+    return (size if size > 0 else 1.0) * np.eye(len(now.As))
+
+
+def _recur(now, Sigma, steps):
+    for _ in range(steps):
+        new = _step(now, Sigma)["Sigma_next"]
+        moved = np.abs(new - Sigma).max(initial=0)
+        Sigma = new
+        if moved <= 1e-9 * np.abs(Sigma).max(initial=0):
+            break
+    return Sigma
+
+
+def _newton(now, Sigma):
+    """Polish Sigma; return it and its gain, or None where Newton does not arrive."""
+    for _ in range(30):
+        new = _step(now, Sigma)
+        gap = new["Sigma_next"] - Sigma
+        # measured against Omega, which does not vanish with perfect measurements
+        scale = np.abs(new["Omega"]).max(initial=0)
+        if np.abs(gap).max(initial=0) <= 0.1 * RESIDUAL_TOL * scale:
+            return new["Sigma_next"], new["K"]
+        Sigma = Sigma + _newton_step(now, new, gap)
+        if not np.isfinite(Sigma).all():
+            return None, None
+    done = np.abs(gap).max() <= RESIDUAL_TOL * scale
+    return (new["Sigma_next"], new["K"]) if done else (None, None)
+
+
+def _newton_step(now, new, gap):
+    """Solve (1 - Df) d = gap for symmetric d, with the derived differential Df."""
+    n = len(gap)
+    differential = kernels.step_differential("dSigma")
+    fixed = dict(
+        C=now.C, R=now.R, Gamma=now.Gamma, M=new["M"], Kmv=new["Kmv"], Y=new["Y"]
+    )
+
+    def moved(d):
+        return d - differential(dOmega=now.As @ d @ now.As.T, **fixed)["dSigma"]
+
+    if n <= DENSE_LIMIT:
+        rows, columns = np.triu_indices(n)
+        basis = np.zeros((len(rows), n, n))
+        basis[np.arange(len(rows)), rows, columns] = 1
+        basis = np.maximum(basis, basis.mT)
+        matrix = moved(basis)[:, rows, columns].T
+        solution = np.linalg.lstsq(matrix, gap[rows, columns], rcond=None)[0]
+        return np.tensordot(solution, basis, 1)
+    operator = LinearOperator(
+        (n * n, n * n), matvec=lambda v: moved(symmetrise(v.reshape(n, n))).ravel()
+    )
+    solution, _ = gmres(operator, gap.ravel(), rtol=1e-10, restart=100, maxiter=20)
+    return symmetrise(solution.reshape(n, n))
+
+
+def _require_excited(now, K):
+    """Refuse when the filter's slowest pole tends to the unit circle.
+
+    At a pole e^{jw} the matrix [[As - e^{jw} I, sqrt(Qs), 0], [C, 0, sqrt(R)]] loses
+    rank: a motion that no noise drives and the outputs do not report.  Then the
+    optimal gain leaves it alone and the filter never forgets how it started.
+    """
+    Phi = (np.eye(len(K)) - K @ now.C) @ now.As
+    suspects = [z for z in np.linalg.eigvals(Phi) if abs(z) > 0.98]
+    caught = []
+    for pole in suspects:
+        centre = np.angle(pole)
+        best = scipy.optimize.minimize_scalar(
+            lambda angle: _excitation(now, angle),
+            bounds=(centre - 0.05, centre + 0.05),
+            method="bounded",
+            options=dict(xatol=1e-12),
+        )
+        candidates = [
+            best.x,
+            *(a for a in (0, np.pi, -np.pi) if abs(a - centre) < 0.05),
+        ]
+        angle = min(candidates, key=lambda a: _excitation(now, a))
+        if _excitation(now, angle) < 1e-9:
+            caught.append(np.exp(1j * angle))
+    if caught:
+        raise DesignError(
+            f"no steady filter: a motion at {modes(caught)}, on the unit circle, is "
+            "neither driven by the process noise nor seen apart from it in the "
+            "outputs, so the filter's pole would sit there and its start would never "
+            "be forgotten. Add process noise that drives it (Q), give the noise-free "
+            "outputs some noise (R), or design over a number of steps."
+        )
+
+
+def _excitation(now, angle):
+    """Least singular value of the noise pencil on the unit circle, relative."""
+    n, p = len(now.As), len(now.C)
+    noise, sensor = square_root(now.Qs), square_root(now.R)
+    size = max(np.linalg.norm(now.As, 2), 1.0)
+    unit = np.linalg.norm(np.hstack([now.C, sensor]), axis=1, keepdims=True)
+    unit = size / np.where(unit > 0, unit, 1)
+    strength = np.linalg.norm(noise, 2)
+    noise = noise * (size / strength if strength > 0 else 1)
+    pencil = np.block(
+        [
+            [now.As - np.exp(1j * angle) * np.eye(n), noise, np.zeros((n, p))],
+            [unit * now.C, np.zeros((p, n)), unit * sensor],
+        ]
+    )
+    return np.linalg.svd(pencil, compute_uv=False)[-1] / size
+
+
+def best_constant_gain(now, accurate):
+    """Constant gain of the same structure with the least steady weighted trace.
+
+    With Lambda = Phi' Lambda Phi + weight, the stationary gain is the step-wise gain
+    for the weight Lambda.  That gain gives a direction of descent, followed with
+    backtracking; the gradient is the derived one.
+    """
+    weight = np.eye(len(now.As)) if now.weight is None else now.weight
+    columns = now.Gamma.any(axis=0)
+    K = steady_gain(now, accurate)
+    cost, state = _cost(now, K, weight)
+    for _ in range(500):
+        residual, toward = _descent(now, K, state, weight, columns)
+        if residual <= 1e-11:
+            break
+        length = 1.0
+        while length > 1e-10:
+            trial = K + length * (toward - K)
+            lower, reached = _cost(now, trial, weight)
+            if lower < cost or (length == 1.0 and lower <= cost * (1 + 1e-14)):
+                break
+            length /= 2
+        else:
+            break
+        K, cost, state = trial, lower, reached
+    if residual > 1e-8:
+        raise CertificateError(
+            "the best constant gain was not reached: the stationarity residual stays "
+            f"at {residual:.1e}. Use horizon='step', or another set of accurate outputs."
+        )
+    return K
+
+
+def _cost(now, K, weight):
+    """tr(weight Sigma) of a constant gain, and (Sigma, Phi); inf when unstable."""
+    Y = np.eye(len(K)) - K @ now.C
+    Phi = Y @ now.As
+    if not radius(Phi) < 1:
+        return np.inf, None
+    Sigma = lyapunov(Phi, symmetrise(Y @ now.Qs @ Y.T + K @ now.R @ K.T))
+    return float(np.trace(weight @ Sigma)), (Sigma, Phi)
+
+
+def _descent(now, K, state, weight, columns):
+    """Relative stationarity residual at K, and the step-wise gain to move toward."""
+    Sigma, Phi = state
+    Lambda = lyapunov(Phi.T, weight)
+    new = _step(now._replace(Gamma=_regamma(now, Lambda, columns)), Sigma)
+    gradient = kernels.steady_gradient()(
+        K=K, M=new["M"], Omega=new["Omega"], C=now.C, Lambda=Lambda
+    )["Gradient"]
+    along = now.Phat.T
+    size = 2 * np.linalg.norm(along @ Lambda) * np.linalg.norm(new["Omega"] @ now.C.T)
+    residual = np.linalg.norm(along @ gradient) / size if size > 0 else 0.0
+    return residual, new["K"]
+
+
+def _regamma(now, weight, columns):
+    Gamma = np.zeros_like(now.Gamma)
+    Gamma[:, columns] = complete(now.C[columns], weight)[1]
+    return Gamma
