@@ -92,6 +92,8 @@ def _require_noise(plant, steps):
 class _Exact:
     """The error on its own: X = E[eps eps']."""
 
+    whose = "the observer's error"
+
     def __init__(self, observer, plant):
         self.observer, self.plant = observer, plant
 
@@ -131,17 +133,12 @@ class _Exact:
         return np.stack(out)
 
     def steady(self):
-        o = self.observer
-        _require_decay(o.F, "the observer's error")
         given = self.matrices(0)
-        drive = kernels.error_recursion("X_next")(
-            X=np.zeros((o.order, o.order)),
-            **{k: given[k] for k in given if k not in "PV"},
-        )["X_next"]
-        X = lyapunov(o.F, drive)
-        return kernels.error_recursion("Sigma")(P=o.P, V=o.V, R=given["R"], X=X)[
-            "Sigma"
-        ]
+        F, P, V = given["F"], given.pop("P"), given.pop("V")
+        _require_decay(F, self.whose)
+        drive = kernels.error_recursion("X_next")(X=np.zeros_like(F), **given)
+        X = lyapunov(F, drive["X_next"])
+        return kernels.error_recursion("Sigma")(P=P, V=V, R=given["R"], X=X)["Sigma"]
 
 
 class _Joint(_Exact):
@@ -151,6 +148,8 @@ class _Joint(_Exact):
     e = [N3, P] s + V v; N1, N3 are the dynamics and output residuals.  This is the
     same recursion with F, D, T+, P replaced by those blocks.
     """
+
+    whose = "the observer does not fit this plant, and its error"
 
     def matrices(self, k):
         o, plant = self.observer, self.plant
@@ -181,18 +180,6 @@ class _Joint(_Exact):
         map_ = np.vstack([np.eye(plant.n), -T])
         mean = np.concatenate([mean, o.z0 - T @ mean])
         return symmetrise(map_ @ spread @ map_.T + np.outer(mean, mean))
-
-    def steady(self):
-        given = self.matrices(0)
-        _require_decay(
-            given["F"], "the observer does not fit this plant, and its error"
-        )
-        drive = kernels.error_recursion("X_next")(
-            X=np.zeros_like(given["F"]), **{k: given[k] for k in given if k not in "PV"}
-        )["X_next"]
-        return kernels.error_recursion("Sigma")(
-            P=given["P"], V=given["V"], R=given["R"], X=lyapunov(given["F"], drive)
-        )["Sigma"]
 
 
 def _require_decay(F, whose):

@@ -1,4 +1,4 @@
-"""Validation shared by Plant and Observer: what goes in is checked once, then frozen."""
+"""Validation shared by Plant and Observer: checked once, then frozen."""
 
 import numpy as np
 

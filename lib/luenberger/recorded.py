@@ -40,9 +40,9 @@ def estimate(observer, y, u=None, *, u0=None, z0=None, x0=None, backend="auto"):
     >>> observer = lb.Observer([[0.5]], [[1]], [[2]], [[1]], [[1]], T=[[1]],
     ...                        L=[[1]], dt=1.0)
     >>> lb.estimate(observer, [[1], [1], [1]])
-    array([[1. ],
-           [3. ],
-           [4. ]])
+    array([[1.],
+           [3.],
+           [4.]])
     """
     require_backend(backend)
     o = observer

@@ -205,7 +205,7 @@ def best_constant_gain(now, accurate):
     if residual > 1e-8:
         raise CertificateError(
             "the best constant gain was not reached: the stationarity residual stays "
-            f"at {residual:.1e}. Use horizon='step', or another set of accurate outputs."
+            f"at {residual:.1e}. Use horizon='step', or other accurate outputs."
         )
     return K
 

@@ -149,10 +149,7 @@ def certified(observer, plant, settling=True, tol=1e-9):
 
     A filter over a few steps need not have settled, so its stability is not asked.
     """
-    certificate = certify(observer, plant)
-    if not settling:
-        object.__setattr__(certificate, "stable", True)
-    certificate.require(tol)
+    certify(observer, plant).require(tol, stable=settling)
     return observer
 
 

@@ -16,7 +16,7 @@ def kernel(derivation, *outputs):
     name is a TypeError.  Only the stages that `outputs` need are kept (all, if none
     are named).  Refuses a derivation whose proof fails.  Leading axes broadcast.
     """
-    if unproved := derivation.unproved():
+    if unproved := derivation.unproved() or not derivation.steps:
         raise AssertionError(f"unproved derivation: {derivation.source}: {unproved}")
     given, source = numpy_source(derivation, outputs)
     namespace = dict(_NAMESPACE)
@@ -75,12 +75,10 @@ def _formula(e, sizes):
         return " + ".join(_formula(term, sizes) for term in e.args).replace("+ -", "- ")
     if isinstance(e, sp.MatMul):
         scalars = sp.Mul(*(a for a in e.args if not isinstance(a, MatrixExpr)))
+        matrices = [a for a in e.args if isinstance(a, MatrixExpr)]
         factors = " @ ".join(
-            f"({_formula(a, sizes)})"
-            if isinstance(a, sp.MatAdd)
-            else _formula(a, sizes)
-            for a in e.args
-            if isinstance(a, MatrixExpr)
+            f"({_formula(a, sizes)})" if a.is_MatAdd else _formula(a, sizes)
+            for a in matrices
         )
         scale = {1: "", -1: "-"}.get(scalars, f"{float(scalars)!r} * ")
         return f"{scale}({factors})" if scale else factors
