@@ -10,18 +10,13 @@ Source: Leondes and Novak (1975); our own where `recursions` says so.
 import sympy as sp
 from sympy import BlockMatrix, Identity, MatrixSymbol, Trace, ZeroMatrix
 
-from .algebra import Algebra, Claim
+from .algebra import Algebra, Claim, claims
 
 
 def named(derivation):
     """The symbols of a stage list by name."""
     targets = (stage.target for stage in derivation.stages)
     return {s.name: s for s in (*derivation.given, *targets)}
-
-
-def claims(algebra, sides):
-    """{name: Claim} from {name: (left, right)}."""
-    return {name: Claim(left, right, algebra) for name, (left, right) in sides.items()}
 
 
 def joseph(K, C, Omega, R):

@@ -12,7 +12,7 @@ collapses partitioned matrices wrongly (#22034) and cannot reduce modulo relatio
 """
 
 from .blocks import Blocks
-from .claims import Claim
+from .claims import Claim, claims
 from .core import Algebra
 from .polynomials import Polynomial, Traces
 from .words import Letter, ShapeError
@@ -25,4 +25,5 @@ __all__ = [
     "Polynomial",
     "ShapeError",
     "Traces",
+    "claims",
 ]

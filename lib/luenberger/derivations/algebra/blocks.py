@@ -21,8 +21,17 @@ class Blocks:
 
     @classmethod
     def of(cls, algebra, nested):
-        """From nested sequences of SymPy expressions or normal forms."""
-        return cls(algebra, [[algebra.normal(x) for x in row] for row in nested])
+        """From nested sequences of SymPy expressions or normal forms.
+
+        Blocks of no rows or no columns are dropped, so that a limiting size leaves
+        the partition it should; a single block left is no longer partitioned.
+        """
+        grid = [[algebra.normal(x) for x in row] for row in nested]
+        rows = [row for row in grid if not same_size(row[0].shape[0], 0)] or grid[:1]
+        wide = [not same_size(x.shape[1], 0) for x in grid[0]]
+        wide = wide if any(wide) else [True] + wide[1:]
+        rows = [[x for x, keep in zip(row, wide) if keep] for row in rows]
+        return rows[0][0] if len(rows) == len(rows[0]) == 1 else cls(algebra, rows)
 
     @classmethod
     def spread(cls, value, rows, cols):

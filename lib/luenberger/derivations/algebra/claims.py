@@ -62,3 +62,8 @@ class Claim:
 
     def _repr_latex_(self):
         return f"$\\displaystyle {' = '.join(sp.latex(s) for s in self._sides())}$"
+
+
+def claims(algebra, sides):
+    """{name: Claim} from {name: (left, right)}, all in one algebra."""
+    return {name: Claim(left, right, algebra) for name, (left, right) in sides.items()}
