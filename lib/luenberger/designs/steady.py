@@ -25,6 +25,9 @@ from ..linalg import (
 
 RESIDUAL_TOL = 1e-12  # of Sigma = f(Sigma), relative
 DENSE_LIMIT = 40  # states up to which Newton's equation is solved densely
+STATIONARITY_TOL = 1e-9  # of the best constant gain, relative
+PATIENCE = 20  # moves without a smaller residual before the search ends
+MEMORY = 8  # moves that Anderson mixing looks back on
 WARM_UP = 200  # recursion steps between attempts with Newton's method
 
 
@@ -181,33 +184,47 @@ def best_constant_gain(now, accurate):
     """Constant gain of the same structure with the least steady weighted trace.
 
     With Lambda = Phi' Lambda Phi + weight, the stationary gain is the step-wise gain
-    for the weight Lambda.  That gain gives a direction of descent, followed with
-    backtracking; the gradient is the derived one.
+    for the weight Lambda.  Moving toward that gain is a direction of descent; it is
+    extrapolated from the last moves (Anderson mixing) where that lowers the trace,
+    and shortened where it does not.  The gradient that certifies is the derived one.
     """
     weight = np.eye(len(now.As)) if now.weight is None else now.weight
     columns = now.Gamma.any(axis=0)
     K = steady_gain(now, accurate)
     cost, state = _cost(now, K, weight)
-    for _ in range(500):
+    best, memory, idle = (np.inf, K), [], 0
+    while idle < PATIENCE:
         residual, toward = _descent(now, K, state, weight, columns)
-        if residual <= 1e-11:
+        idle = idle + 1 if residual >= best[0] else 0
+        best = min(best, (residual, K), key=lambda pair: pair[0])
+        if residual <= 1e-12:
             break
-        length = 1.0
-        while length > 1e-10:
-            trial = K + length * (toward - K)
+        memory = [*memory[-MEMORY:], (K, toward - K)]
+        for trial in _trials(memory):
             lower, reached = _cost(now, trial, weight)
-            if lower < cost or (length == 1.0 and lower <= cost * (1 + 1e-14)):
+            if lower <= cost * (1 + 1e-13):  # equal: at the bottom costs only round
                 break
-            length /= 2
         else:
             break
         K, cost, state = trial, lower, reached
-    if residual > 1e-8:
+    if best[0] > STATIONARITY_TOL:
         raise CertificateError(
             "the best constant gain was not reached: the stationarity residual stays "
-            f"at {residual:.1e}. Use horizon='step', or other accurate outputs."
+            f"at {best[0]:.1e}. Use horizon='step', or other accurate outputs."
         )
-    return K
+    return best[1]
+
+
+def _trials(memory):
+    """Gains to try in turn: extrapolated, then along the descent ever more shortly."""
+    K, move = memory[-1]
+    if len(memory) > 1:
+        moves = np.stack([(move - m).ravel() for _, m in memory[:-1]], axis=1)
+        steps = np.stack([(K + move - k - m).ravel() for k, m in memory[:-1]], axis=1)
+        mix = np.linalg.lstsq(moves, move.ravel(), rcond=1e-12)[0]
+        yield K + move - (steps @ mix).reshape(K.shape)
+    for halvings in range(30):
+        yield K + move / 2**halvings
 
 
 def _cost(now, K, weight):
