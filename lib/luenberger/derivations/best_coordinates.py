@@ -141,7 +141,7 @@ def best_choice():
                     Gamma,
                     Gamma_W - N * That * Gamma_W,
                 ),
-                "tr(W Gamma Psi Gamma') = least + tr(N'W N Z Psi Z') if Gamma_W'W N = 0": (
+                "completed square: tr(W Gamma Psi Gamma') in Gamma = Gamma_W + N Z": (
                     Trace(W * moved * Psi * moved.T),
                     Trace(W * Gamma_W * Psi * Gamma_W.T)
                     + Trace(N.T * W * N * Zeta * Psi * Zeta.T),

@@ -80,6 +80,14 @@ def gradients_32():
     )
 
 
+def solved_relations(K1, K2):
+    """(32) as rewriting rules, for gains that satisfy it."""
+    return (
+        (K1 * R11, O21 - K1 * O11 - K2 * (H2 * O21 + R21)),
+        (K2 * R22, O22 * H2.T - K2 * H2 * O22 * H2.T - K1 * (O21.T * H2.T + R21.T)),
+    )
+
+
 def formulas():
     z, eps = MatrixSymbol("z", nz, 1), MatrixSymbol("varepsilon", nz, 1)
     y, v = (
@@ -172,10 +180,7 @@ def minimum_steps():
     curve = ALGEBRA.differential(ALGEBRA.differential(J, step), step)
     S1, S2 = MatrixSymbol("K_1*", nz, m1), MatrixSymbol("K_2*", nz, p2)
     best = BlockMatrix([[S1, S2]])
-    solved = ALGEBRA.with_relations(
-        (S1 * R11, O21 - S1 * O11 - S2 * (H2 * O21 + R21)),
-        (S2 * R22, O22 * H2.T - S2 * H2 * O22 * H2.T - S1 * (O21.T * H2.T + R21.T)),
-    )
+    solved = ALGEBRA.with_relations(*solved_relations(S1, S2))
     least = Trace(R11) + Trace(O22) - Trace(best * M * best.T)
     half = sp.S.Half
     return claims(
@@ -207,7 +212,7 @@ def minimum_steps():
     ) | claims(
         solved,
         {
-            "(33) J = J* + tr (K - K*) M (K - K*)', J* = tr R11 + tr Omega_22 - tr K* M K*'": (
+            "(33) minimum: J = J* + tr (K - K*) M (K - K*)'": (
                 J,
                 least + Trace((K - best) * M * (K - best).T),
             )

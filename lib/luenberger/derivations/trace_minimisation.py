@@ -1,11 +1,59 @@
-"""The gain of least error trace, step by step.
+"""The gain of least error trace, step by step: the paper's section III, entire.
 
-Source: Leondes and Novak (1975), section III.
+Coordinates in which the accurate outputs are states (`coordinates`), the quadratic
+in the gain and its minimum there (`canonical_gain`, `uniqueness`), the coordinates
+that are best for the user's error (`best_coordinates`), and the recursions that run
+(`recursions`).  This module collects them; each part is a `Derivation` of its own.
+
+Source: Leondes and Novak (1975), section III, (16)-(36).
 """
 
-from .recursions import (  # noqa: F401  (offered under this module's name)
-    estimate_step,
-    gain_step,
-    steady_gradient,
-    step_differential,
-)
+from functools import cache
+
+from . import Derivation, best_coordinates, canonical_gain, coordinates, uniqueness
+from .misprints import misprints
+from .recursions import estimate_step, gain_step, steady_gradient, step_differential
+
+__all__ = [
+    "derive",
+    "estimate_step",
+    "gain_step",
+    "misprints",
+    "parts",
+    "steady_gradient",
+    "step_differential",
+]
+
+
+def parts():
+    """The parts by name, in page order."""
+    return {
+        "coordinates": coordinates.derive(),
+        "canonical gain": canonical_gain.derive(),
+        "uniqueness": uniqueness.derive(),
+        "best coordinates": best_coordinates.derive(),
+        "one step": gain_step(),
+        "estimate": estimate_step(),
+        "differential": step_differential(),
+        "steady gain": steady_gradient(),
+    }
+
+
+@cache
+def derive():
+    formulas, steps = {}, {}
+    for name, part in parts().items():
+        label = "" if name in ("coordinates", "canonical gain") else f"{name}: "
+        for key, formula in part.formulas.items():
+            formulas[key if key.startswith("(") else label + key] = formula
+        for key, step in part.steps.items():
+            steps[label + key if key in steps or not key.startswith("(") else key] = (
+                step
+            )
+    return Derivation(
+        given=gain_step().given,
+        stages=gain_step().stages,
+        formulas=formulas,
+        steps=steps,
+        source="Leondes and Novak (1975), section III",
+    )

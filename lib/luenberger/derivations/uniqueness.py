@@ -79,13 +79,10 @@ def singular():
     )
     full = H * Omega * H.T + R
     seen, noise = G.T * H.T * a, G_R.T * a
-    cost = lambda gain: (
-        Trace(gain * full * gain.T)
-        - 2
-        * Trace(  # noqa: E731
-            gain * H * Omega * P
-        )
-    )
+
+    def cost(gain):
+        return Trace(gain * full * gain.T) - 2 * Trace(gain * H * Omega * P)
+
     return claims(
         split,
         {
