@@ -1,9 +1,14 @@
-"""Recorded measurements and inputs as CSV, and estimates written back as CSV."""
+"""Recorded measurements as CSV, the estimates made from them, and these as CSV."""
 
 import csv
+import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
+
+from .analysis import error_covariance
+from .filtering import filter_data
+from .recorded import estimate
 
 TIME = ("time", "t", "instant")  # a first column of this name is only carried along
 
@@ -25,6 +30,14 @@ class Measurements:
     y: np.ndarray
     u: np.ndarray
     time: np.ndarray
+
+    def of(self, plant, state):
+        """The record of an output that is this very state, or None."""
+        for k in range(plant.p):
+            unit = np.arange(plant.n) == state
+            if np.array_equal(plant.C[k], unit) and not plant.E[k].any():
+                return self.y[:, k]
+        return None
 
     @property
     def missing(self):
@@ -58,7 +71,8 @@ def read(path, plant):
     for k, row in lines[1:]:
         if len(row) != len(header):
             raise ValueError(
-                f"{path}, line {k}: {len(row)} cells, but {len(header)} columns are named"
+                f"{path}, line {k}: {len(row)} cells, but the header names "
+                f"{len(header)} columns"
             )
         for name, cell in zip(header, row):
             may_miss = name in plant.output_names
@@ -118,12 +132,81 @@ def _stack(columns, names, count):
     return np.array([columns[name] for name in names]).reshape(-1, count).T
 
 
-def write(file, plant, time, x, std):
-    """Write estimates (N, n) and their one-sigma bounds (N, n) to an open file."""
+@dataclass(frozen=True, eq=False)
+class Estimates:
+    """Estimates (N, n) and their one-sigma bounds (N, n), and how they were made."""
+
+    time: np.ndarray
+    x: np.ndarray
+    std: np.ndarray
+    how: str
+
+
+def apply(observer, accurate, plant, data):
+    """Estimate every state from a record.
+
+    A complete record is run through the observer itself.  Where measurements are
+    missing its constant gain is of no use, and the time-varying filter with the same
+    accurate outputs takes its place.
+
+    Parameters
+    ----------
+    observer : Observer
+        Constant, an estimate of all states (L = I).
+    accurate : tuple of int
+        The outputs it takes as accurate.
+    plant : Plant
+    data : Measurements
+    """
+    if data.missing:
+        done = filter_data(plant, data.y, data.u, m1=accurate)
+        how = (
+            f"{data.missing} of {data.y.size} measurements are missing, so the "
+            "estimates come from the time-varying filter with the same accurate "
+            "outputs, which leaves out what was not measured; not from observer.json."
+        )
+        return Estimates(data.time, done.x, done.std, how)
+    here = first_sample(plant)
+    x = estimate(observer, data.y, data.u, x0=here.x0)
+    if plant.P0 is None:
+        covariance = error_covariance(observer, plant)[None]
+        how = (
+            "the plant gives no P0, so the one-sigma bounds are those of steady state."
+        )
+    else:
+        covariance = covariance_from_start(observer, plant, len(data.y))
+        how = "the one-sigma bounds start from the plant's P0."
+    variance = np.diagonal(covariance, axis1=1, axis2=2)
+    std = np.broadcast_to(np.sqrt(np.maximum(variance, 0)), x.shape)
+    how = "The estimates are those of observer.json; " + how
+    return Estimates(data.time, x, std, how)
+
+
+def covariance_from_start(observer, plant, samples):
+    """Error covariance of a constant observer at instants 1 .. samples.
+
+    It starts from T times the expected state of the first sample.
+    """
+    here = first_sample(plant)
+    begun = dataclasses.replace(observer, z0=observer.T @ here.x0)
+    return error_covariance(begun, here, steps=samples - 1)
+
+
+def first_sample(plant):
+    """The plant with x0 and P0 carried to the first sample, before it is used."""
+    if plant.P0_is == "prior":
+        return plant
+    now = plant.at(0)
+    P0 = None if plant.P0 is None else now.A @ plant.P0 @ now.A.T + now.Q
+    return dataclasses.replace(plant, x0=now.A @ plant.x0, P0=P0, P0_is="prior")
+
+
+def write(file, plant, estimates):
+    """Write estimates to an open file: time, then each state and its one sigma."""
     out = csv.writer(file, lineterminator="\n")
     out.writerow(
         ["time", *(s for name in plant.state_names for s in (name, f"{name}_sigma"))]
     )
-    for t, estimate, sigma in zip(time, x, std):
-        pairs = np.stack([estimate, sigma], axis=1).ravel()
+    for t, x, std in zip(estimates.time, estimates.x, estimates.std):
+        pairs = np.stack([x, std], axis=1).ravel()
         out.writerow([repr(float(value)) for value in (t, *pairs)])

@@ -37,6 +37,7 @@ def error_variance(covariances, plant, state=0, ax=None, *, start=0):
     for i, (label, covariance) in enumerate(covariances.items()):
         t = plant.dt * (start + np.arange(len(covariance)))
         ax.plot(t, np.asarray(covariance)[:, k, k], label=label, **style(i))
+    ax.set_ylim(bottom=0)
     ax.set(xlabel="time (s)", ylabel="error variance", title=plant.state_names[k])
     return ax
 
@@ -135,7 +136,11 @@ def _gain_bars(K, plant, ax):
             label=f"from {output}",
         )
     ax.axhline(0, color="0.3", lw=0.8)
-    ax.set_xticks(range(n), plant.state_names, rotation=30 if n > 3 else 0)
+    turned = sum(map(len, plant.state_names)) > 20
+    ax.set_xticks(range(n), plant.state_names)
+    if turned:
+        ax.tick_params(axis="x", rotation=30)
+        plt.setp(ax.get_xticklabels(), ha="right")
     ax.set(ylabel="gain")
     ax.legend(fontsize="small")
     return ax
@@ -165,18 +170,19 @@ def poles(groups, dt, ax=None):
     return ax
 
 
-def grid(count, *, columns=3, height=2.0, width=8.0):
-    """A figure of `count` small panels; returns the figure and the panels."""
-    columns = min(columns, max(count, 1))
+def panels(count, *, columns=3, height=2.0, width=8.0):
+    """A figure of `count` small panels; returns the panels, none for count = 0."""
+    if count == 0:
+        return []
+    columns = min(columns, count)
     rows = -(-count // columns)
-    fig, axes = plt.subplots(
+    _, axes = plt.subplots(
         rows,
         columns,
         figsize=(width, height * rows + 0.4),
         squeeze=False,
         layout="constrained",
-        sharex=True,
     )
     for ax in axes.flat[count:]:
         ax.remove()
-    return fig, list(axes.flat[:count])
+    return list(axes.flat[:count])

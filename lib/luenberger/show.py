@@ -82,7 +82,7 @@ class Table:
         )
 
     def _repr_html_(self):
-        right = [' style="text-align:right"' if r else "" for r in self._numeric()]
+        right = [' class="number"' if numeric else "" for numeric in self._numeric()]
         lines = ["<table>", _row("th", self.header, right)]
         for k, cells in enumerate(self.rows):
             lines.append(_row("td", cells, right, k in self.marked))
@@ -92,7 +92,7 @@ class Table:
         """Whether each column holds numbers, and is set flush right."""
         return [
             any(row[k] for row in self.rows)
-            and all(row[k][:1] in "0123456789-+" for row in self.rows)
+            and all(row[k][:1] in "0123456789-" for row in self.rows)
             for k in range(len(self.header))
         ]
 

@@ -1,0 +1,181 @@
+"""Run a notebook, and turn it into one HTML page that needs no network."""
+
+import asyncio
+import os
+import re
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+from pathlib import Path
+
+TEMPLATES = Path(__file__).parent / "templates"
+DISPLAYED = re.compile(r"\$\$(.+?)\$\$", re.S)
+INLINE = re.compile(r"(?<![\\$\w])\$([^$\n]+?)\$(?![\w$])")
+
+
+class NotebookError(RuntimeError):
+    """A cell of the notebook raised; the message is that of the exception."""
+
+
+def run(notebook, folder, progress=lambda step, steps, title: None):
+    """Execute a notebook (a node) in `folder`, in this Python and in place.
+
+    ``progress(step, steps, title)`` is called before each code cell with the
+    heading the cell stands under.
+    """
+    nbclient = _notebook_tools().nbclient
+    titles = _headings(notebook)
+    steps = len(titles)
+
+    def started(cell, cell_index):
+        if cell_index in titles:
+            number, title = titles[cell_index]
+            progress(number, steps, title)
+
+    client = _client_class(nbclient)(
+        notebook,
+        timeout=None,
+        kernel_name="python3",
+        record_timing=False,
+        store_widget_state=False,
+        extra_arguments=["--log-level=ERROR"],
+        resources={"metadata": {"path": str(folder)}},
+        on_cell_start=started,
+    )
+    with tempfile.TemporaryDirectory() as settings:
+        # no personal start-up files, and the kernel's threads do not fight
+        env = os.environ | {"IPYTHONDIR": settings, "OMP_NUM_THREADS": "1"}
+        try:
+            client.execute(env=env, stderr=subprocess.DEVNULL)
+        except nbclient.exceptions.CellExecutionError as error:
+            raise NotebookError(f"{error.ename}: {error.evalue}") from None
+        except (nbclient.exceptions.DeadKernelError, asyncio.CancelledError):
+            client.answer_signal()
+            raise NotebookError("the notebook's Python process died") from None
+        finally:
+            client.give_signals_back()
+    notebook.metadata.pop("language_info", None)  # names this very interpreter
+    return notebook
+
+
+def _client_class(nbclient):
+    """A client that ends cleanly on a signal, and then lets the signal have its way.
+
+    nbclient's own answer to a signal is to end the kernel under itself.
+    """
+    numbers = (signal.SIGINT, signal.SIGTERM)
+    before = {number: signal.getsignal(number) for number in numbers}
+
+    class Client(nbclient.NotebookClient):
+        came = None
+
+        async def async_start_new_kernel(self, **options):
+            loop, task = asyncio.get_running_loop(), asyncio.current_task()
+            if threading.current_thread() is threading.main_thread():
+                for number in numbers:
+                    loop.add_signal_handler(number, self.stop, task, number)
+            await super().async_start_new_kernel(**options)
+
+        def stop(self, task, number):
+            self.came = number
+            task.cancel()
+
+        def give_signals_back(self):
+            for number, handler in before.items():
+                if threading.current_thread() is threading.main_thread():
+                    signal.signal(number, handler)
+
+        def answer_signal(self):
+            self.give_signals_back()
+            if self.came is not None:
+                signal.raise_signal(self.came)
+
+    return Client
+
+
+def read(path):
+    return _notebook_tools().nbformat.read(path, as_version=4)
+
+
+def write(notebook, path):
+    _notebook_tools().nbformat.write(notebook, path)
+
+
+def to_html(notebook, title):
+    """The notebook's text and results, without its code, as one HTML page."""
+    tools = _notebook_tools()
+    formulas = {}
+    page = tools.nbformat.from_dict(notebook)  # a copy: formulas are taken out of it
+    for cell in page.cells:
+        if cell.cell_type == "markdown":
+            cell.source = _take_formulas(cell.source, formulas)
+        for output in cell.get("outputs", []):
+            data = output.get("data", {})
+            if "text/latex" in data and "text/html" not in data:
+                data["text/html"] = _take_formulas(data.pop("text/latex"), formulas)
+    exporter = tools.nbconvert.HTMLExporter(
+        template_name="offline",
+        extra_template_basedirs=[str(TEMPLATES)],
+        exclude_input=True,
+        exclude_anchor_links=True,
+        embed_images=True,
+    )
+    body, _ = exporter.from_notebook_node(page, {"metadata": {"name": title}})
+    for token, formula in formulas.items():
+        body = body.replace(token, formula)
+    return body
+
+
+def _take_formulas(text, formulas):
+    """Replace TeX by tokens that Markdown leaves alone; remember their MathML."""
+
+    def token(match, display):
+        tex = match[1].removeprefix(r"\displaystyle ")
+        name = f"formula{len(formulas)}end"
+        formulas[name] = _mathml(tex, display)
+        return name
+
+    text = DISPLAYED.sub(lambda match: token(match, "block"), text)
+    return INLINE.sub(lambda match: token(match, "inline"), text)
+
+
+def _mathml(tex, display):
+    from latex2mathml.converter import convert
+
+    return convert(tex, display=display)
+
+
+def _headings(notebook):
+    """Of each code cell by index: its number and the heading above it."""
+    found, title = {}, ""
+    for k, cell in enumerate(notebook.cells):
+        if cell.cell_type == "markdown":
+            lines = [line for line in cell.source.splitlines() if line.startswith("#")]
+            title = lines[-1].strip("# ") if lines else title
+        elif cell.source.strip():
+            found[k] = (len(found) + 1, title)
+    return found
+
+
+def _notebook_tools():
+    """Jupyter's packages, imported when needed: the library does without them."""
+    # 3 s of building a grammar for international URLs, which notebooks have none of;
+    # jsonschema treats the absent module as an absent optional check
+    sys.modules.setdefault("rfc3987_syntax", None)
+    try:
+        import nbclient
+        import nbconvert
+        import nbformat
+    except ImportError as error:
+        raise NotebookError(
+            f"the report needs the Python package {error.name!r}: install "
+            "environment-pip.txt, or luenberger[report]"
+        ) from None
+    return _Tools(nbclient, nbconvert, nbformat)
+
+
+class _Tools:
+    def __init__(self, nbclient, nbconvert, nbformat):
+        self.nbclient, self.nbconvert, self.nbformat = nbclient, nbconvert, nbformat
