@@ -39,7 +39,8 @@ class Certificate:
     ----------
     dynamics, input, output, feedthrough : float
         Frobenius norms of the four residuals, each divided by the norms of the
-        terms it is made of; the largest over time when there are rows.
+        terms it is made of (in discrete time of T x too, so that A = 0 does not
+        measure rounding by rounding); the largest over time when there are rows.
         Dimensionless; a good design gives about 1e-15.
     poles : (r,) or (N, r) complex ndarray
         Eigenvalues of F, sorted; they set the decay of the error.
@@ -129,8 +130,9 @@ def certify(observer, plant):
     )
     T_next = np.concatenate([T[1:], T[-1:]])  # beyond the last row T is held
     found = residuals(A, B, C, E, o.L, F, G, D, P, V, W, T, T_next)
+    unit = 1.0 if plant.dt else 0.0  # x+ is measured against x
     terms = (
-        _size(T_next) * _size(A) + _size(F) * _size(T) + _size(D) * _size(C),
+        _size(T_next) * (_size(A) + unit) + _size(F) * _size(T) + _size(D) * _size(C),
         _size(T_next) * _size(B) + _size(G) + _size(D) * _size(E),
         _size(P) * _size(T) + _size(V) * _size(C) + _size(o.L),
         _size(W) + _size(V) * _size(E),

@@ -115,8 +115,8 @@ class _Pass:
         self.u = np.zeros(plant.m) if u0 is None else single("u0", u0, plant.m)
         self.i = 0
         self.before = None  # setting of the instant before, and its residual
-        self.gain = kernels.gain_step("K", "Sigma_next")
-        self.estimate = kernels.estimate_step("x_next", "rho_next")
+        self.gain = kernels.gain_step("Kmv", "K", "Sigma_next")
+        self.estimate = kernels.estimate_step("innovation", "x_next", "rho_next")
         self._blind = {}
 
     def chunks(self, y, u):
@@ -159,7 +159,9 @@ class _Pass:
         )  # fmt: skip
         self.Sigma, self.x, self.u = new["Sigma_next"], moved["x_next"], u
         self.before = now, moved["rho_next"]
-        self.require_agreement(now, moved["rho_next"], y, seen)
+        # judged before accurate outputs are taken at their word: K moves y off them
+        left = moved["innovation"] - now.C @ (new["Kmv"] @ moved["innovation"])
+        self.require_agreement(now, left, y, seen)
         return new["K"], now
 
     def transition(self):
@@ -174,15 +176,15 @@ class _Pass:
             return np.eye(n), 0 * first.B, np.zeros((n, n)), np.eye(n), J, rho
         return first.A, first.B, first.Q, first.A, J, rho
 
-    def require_agreement(self, now, rho, y, seen):
-        """Noise-free combinations of outputs must be reproduced by the estimate."""
+    def require_agreement(self, now, left, y, seen):
+        """Noise-free combinations of outputs must be met by the best estimate."""
         key = seen.tobytes()
         if key not in self._blind or self.plant.steps is not None:
             self._blind[key] = null_directions(now.R)
         blind = self._blind[key]
         if blind.shape[1] == 0:
             return
-        left = np.abs(blind.T @ rho).max(axis=1)
+        left = np.abs(blind.T @ left).max(axis=1)
         size = np.abs(blind).T @ (np.abs(y[seen]) + np.abs(now.C @ self.x)[:, 0])
         bad = left > CONFLICT_TOL * size
         if bad.any():
