@@ -134,12 +134,14 @@ class Plant:
         require_semidefinite("[[Q, S], [S', R]]", np.block([[Q, S], [S.mT, R]]))
 
     def _noise_pairs(self):
-        pairs = []
-        for k, pair in enumerate(self.multiplicative):
-            if len(pair) != 2:
-                raise ValueError(
-                    "multiplicative must be a list of pairs (A1, C1) of matrices"
-                )
+        pairs, given = [], self.multiplicative
+        if not isinstance(given, (list, tuple)) or not all(
+            isinstance(pair, (list, tuple)) and len(pair) == 2 for pair in given
+        ):
+            raise ValueError(
+                "multiplicative must be a list of pairs (A1, C1) of matrices"
+            )
+        for k, pair in enumerate(given):
             A1 = matrix(f"multiplicative[{k}] A", pair[0], self.n, self.n)
             C1 = matrix(f"multiplicative[{k}] C", pair[1], self.p, self.n)
             pairs.append((A1, C1))

@@ -138,18 +138,14 @@ def _require_excited(now, K):
     suspects = [z for z in np.linalg.eigvals(Phi) if abs(z) > 0.98]
     caught = []
     for pole in suspects:
-        centre = np.angle(pole)
-        best = scipy.optimize.minimize_scalar(
-            lambda angle: _excitation(now, angle),
-            bounds=(centre - 0.05, centre + 0.05),
-            method="bounded",
-            options=dict(xatol=1e-12),
-        )
-        candidates = [
-            best.x,
-            *(a for a in (0, np.pi, -np.pi) if abs(a - centre) < 0.05),
-        ]
-        angle = min(candidates, key=lambda a: _excitation(now, a))
+        angle = np.angle(pole)
+        for reach in (0.05, 1e-6):  # the search is precise relative to its interval
+            angle += scipy.optimize.minimize_scalar(
+                lambda turn, start=angle: _excitation(now, start + turn),
+                bounds=(-reach, reach),
+                method="bounded",
+                options=dict(xatol=1e-9 * reach),
+            ).x
         if _excitation(now, angle) < 1e-9:
             caught.append(np.exp(1j * angle))
     if caught:

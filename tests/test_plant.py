@@ -1,0 +1,254 @@
+"""Types: what goes in is checked, frozen, and comes back from JSON bit for bit."""
+
+import json
+
+import numpy as np
+import pytest
+
+import luenberger as lb
+
+A, C = [[1.0, 1.0], [0.0, 1.0]], [[1.0, 0.0]]
+
+
+def make(**changes):
+    parts = dict(A=A, B=[[0.5], [1.0]], C=C, dt=1.0, Q=np.eye(2), R=[[1.0]]) | changes
+    return lb.Plant(parts.pop("A"), parts.pop("B"), parts.pop("C"), **parts)
+
+
+def test_sizes_and_defaults():
+    plant = make()
+    assert (plant.n, plant.m, plant.p, plant.steps) == (2, 1, 1, None)
+    assert plant.E.shape == (1, 1) and not plant.E.any()
+    assert plant.state_names == ("x1", "x2")
+    assert (plant.input_names, plant.output_names) == (("u1",), ("y1",))
+    assert make(B=None).m == 0
+
+
+def test_arrays_are_copies_and_read_only():
+    mine = np.array(A)
+    plant = make(A=mine)
+    mine[0, 0] = 7
+    assert plant.A[0, 0] == 1
+    for name in ("A", "B", "C", "E", "Q", "R", "x0"):
+        with pytest.raises(ValueError, match="read-only"):
+            getattr(plant, name)[...] = 0
+
+
+def test_rounding_asymmetry_is_repaired():
+    Q = np.eye(2)
+    Q[0, 1] = 1e-14
+    plant = make(Q=Q)
+    assert (plant.Q == plant.Q.T).all()
+
+
+def test_time_varying_rows_are_held_beyond_the_last():
+    stack = np.stack([A, 2 * np.array(A), 3 * np.array(A)])
+    plant = make(A=stack)
+    assert plant.steps == 3
+    assert plant.at(1).A[0, 0] == 2 and plant.at(9).A[0, 0] == 3
+    assert plant.at(1).C is plant.C
+
+
+@pytest.mark.parametrize(
+    "changes, message",
+    [
+        (dict(A=[[1, 2, 3], [4, 5, 6]]), r"A must be square.*2 x 3"),
+        (dict(A=[1, 2]), r"A must be a matrix.*shape \(2,\)"),
+        (dict(A=[]), "A must be"),
+        (dict(A=[[1, 2], [3]]), "A must be an array of real numbers"),
+        (dict(A=[[1, "2"], [3, 4]]), "A must be an array of real numbers"),
+        (dict(A=[[1, 2j], [3, 4]]), "A must be an array of real numbers"),
+        (dict(A=[[1, 10**400], [3, 4]]), "A must be an array of real numbers"),
+        (dict(A=[[1, np.nan], [3, 4]]), r"A\[0, 1\] is nan"),
+        (dict(B=[[1.0]]), r"B must be 2 x 1, got 1 x 1"),
+        (dict(C=[[1, 0, 0]]), r"C must be 1 x 2, got 1 x 3"),
+        (dict(E=[[1, 0]]), r"E must be 1 x 1, got 1 x 2"),
+        (dict(Q=np.eye(3)), r"Q must be 2 x 2, got 3 x 3"),
+        (dict(Q=[[1, 0.1], [0.2, 1]]), r"Q must be symmetric.*is 0\.1, 1\.0e-01"),
+        (dict(Q=[[1, 2], [2, 1]]), r"Q must be positive semi-definite.*eigenvalue -1"),
+        (dict(R=[[-1]]), "R must be positive semi-definite"),
+        (dict(P0=[[1, 2], [2, 1]]), "P0 must be positive semi-definite"),
+        (dict(S=[[1], [1]]), r"\[\[Q, S\], \[S', R\]\] must be positive semi-definite"),
+        (dict(S=[[1], [1]], Q=None), "S .* but Q or R is not"),
+        (dict(Q=np.diag([0.0, 1.0]), S=[[0.1], [0]]), "positive semi-definite"),
+        (dict(dt=-1), "dt must be 0 .* got -1"),
+        (dict(dt=None), "dt must be 0"),
+        (dict(dt=True), "dt must be 0"),
+        (dict(dt=np.inf), "dt must be 0"),
+        (dict(x0=[1, 2, 3]), r"x0 must have shape \(2,\), got \(3,\)"),
+        (dict(P0_is="initial"), "P0_is must be 'posterior'"),
+        (dict(state_names=["a"]), "state names must be 2 different strings"),
+        (dict(state_names=["a", "a"]), "state names must be 2 different strings"),
+        (dict(state_names="ab"), "state names must be a list"),
+        (dict(multiplicative=[(np.eye(2),)]), "pairs"),
+        (dict(multiplicative=[(np.eye(3), C)]), r"multiplicative\[0\] A must be 2 x 2"),
+        (dict(A=np.ones((3, 2, 2)), Q=np.ones((4, 2, 2))), "equally many rows"),
+        (dict(A=np.ones((0, 2, 2))), "no rows"),
+    ],
+)
+def test_refusal(changes, message):
+    with pytest.raises(ValueError, match=message):
+        make(**changes)
+
+
+def test_small_indefinite_block_is_not_hidden_by_a_large_one():
+    Q = np.zeros((4, 4))
+    Q[:2, :2] = 1e9 * np.eye(2)
+    Q[2:, 2:] = 1e-9 * np.array([[1, 2], [2, 1]])
+    with pytest.raises(ValueError, match="eigenvalue -1"):
+        lb.Plant(np.eye(4), None, np.eye(4), dt=1.0, Q=Q)
+
+
+ODD = 0.1 + np.arange(4).reshape(2, 2) / 3
+
+
+def full_plant():
+    return lb.Plant(
+        ODD,
+        [[1e-300], [-0.0]],
+        [[1 / 3, 5e-324]],
+        [[0.7]],
+        dt=0.1,
+        Q=ODD @ ODD.T,
+        R=[[1e300]],
+        S=[[0.1], [0.2]],
+        x0=[1, 2],
+        P0=np.eye(2) / 7,
+        multiplicative=[(ODD, [[1, 2]])],
+        P0_is="prior",
+        name="odd",
+        state_names=["position (m)", "v"],
+        input_names=["force"],
+        output_names=["radar"],
+    )
+
+
+def test_json_round_trip_is_bit_for_bit(tmp_path):
+    first = full_plant()
+    first.to_json(tmp_path / "plant.json")
+    again = lb.Plant.from_json(tmp_path / "plant.json")
+    for name in ("A", "B", "C", "E", "Q", "R", "S", "x0", "P0"):
+        assert getattr(first, name).tobytes() == getattr(again, name).tobytes(), name
+    assert again.multiplicative[0][0].tobytes() == first.multiplicative[0][0].tobytes()
+    for name in ("dt", "P0_is", "name", "state_names", "input_names", "output_names"):
+        assert getattr(first, name) == getattr(again, name)
+    again.to_json(tmp_path / "again.json")
+    texts = [(tmp_path / f"{name}.json").read_bytes() for name in ("plant", "again")]
+    assert texts[0] == texts[1]
+
+
+def test_json_keeps_empty_and_time_varying_matrices(tmp_path):
+    plant = make(B=None, A=np.stack([A, A]))
+    plant.to_json(tmp_path / "plant.json")
+    again = lb.Plant.from_json(tmp_path / "plant.json")
+    assert again.B.shape == (2, 0) and again.A.shape == (2, 2, 2)
+
+
+@pytest.mark.parametrize(
+    "text, message",
+    [
+        ("{", "not a JSON file"),
+        ("[" * 100_000, "not a JSON file"),
+        ("[1]", "a plant is a JSON object, got list"),
+        ('{"A": [[NaN]], "C": [[1]]}', "NaN is not finite"),
+        ('{"A": [[1e999]], "C": [[1]]}', "A has entries that are not finite"),
+        ('{"A": "__import__(\'os\')", "C": [[1]]}', "A must be an array of real"),
+        ('{"A": [["1+1"]], "C": [[1]]}', "A must be an array of real numbers"),
+        ('{"A": {"shape": [9999999999, 0]}, "C": [[1]]}', "shape"),
+        ('{"A": {"x": 1}, "C": [[1]]}', "A must be numbers or lists"),
+        ('{"A": [[1]]}', "the plant has no 'C'"),
+        ('{"A": [[1]], "C": [[1]], "D": [[1]]}', r"unknown keys \['D'\]"),
+        ('{"luenberger": "observer", "A": [[1]]}', "does not hold a plant"),
+        ('{"A": [[1]], "C": [[1]], "dt": "1"}', "dt must be 0"),
+        ('{"A": [[1]], "C": [[1]], "name": 5}', "name must be a string"),
+        ('{"A": [[1]], "C": [[1]], "multiplicative": [[1]]}', "multiplicative"),
+        ('{"A": [[1]], "C": [[1]], "state_names": [1]}', "state names"),
+        ('{"A": [[1]], "C": [[1]], "multiplicative": 3}', "multiplicative"),
+    ],
+)
+def test_json_is_data_and_bad_data_is_refused(tmp_path, text, message):
+    path = tmp_path / "plant.json"
+    path.write_text(text)
+    with pytest.raises(ValueError, match=message):
+        lb.Plant.from_json(path)
+
+
+def test_description_in_json_is_allowed(tmp_path):
+    path = tmp_path / "plant.json"
+    path.write_text(json.dumps(dict(A=A, C=C, description="a remark")))
+    assert lb.Plant.from_json(path).n == 2
+
+
+def test_writing_leaves_the_old_file_when_it_fails(tmp_path, monkeypatch):
+    path = tmp_path / "plant.json"
+    path.write_text("old")
+    monkeypatch.setattr("os.replace", lambda *_: (_ for _ in ()).throw(OSError("full")))
+    with pytest.raises(OSError, match="full"):
+        make().to_json(path)
+    assert path.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_from_python_control():
+    control = pytest.importorskip("control")
+    sys = control.ss(A, [[0.5], [1]], C, [[0.2]], 0.5, states=["pos", "vel"])
+    plant = lb.Plant.from_statespace(sys, R=[[1]])
+    assert plant.dt == 0.5 and plant.E[0, 0] == 0.2 and plant.R[0, 0] == 1
+    assert plant.state_names == ("pos", "vel")
+    for dt in (None, True):
+        with pytest.raises(ValueError, match="does not say whether time"):
+            lb.Plant.from_statespace(control.ss(A, [[0.5], [1]], C, [[0]], dt))
+
+
+def test_from_scipy():
+    import scipy.signal
+
+    discrete = scipy.signal.StateSpace(A, [[0.5], [1]], C, [[0.2]], dt=0.5)
+    assert lb.Plant.from_statespace(discrete).dt == 0.5
+    continuous = scipy.signal.StateSpace(A, [[0.5], [1]], C, [[0.2]])
+    assert lb.Plant.from_statespace(continuous).dt == 0
+
+
+OBSERVER = dict(F=[[0.5]], G=[[1.0]], D=[[2.0]], P=[[1.0]], V=[[1.0]], T=[[1.0]])
+
+
+def test_observer_round_trip_constant_and_over_steps(tmp_path):
+    plant = make(P0=np.eye(2), E=[[0.3]], x0=[1, 2])
+    for steps in (None, 4):
+        first = lb.reduced_order_filter(plant, 1, steps=steps)
+        first.to_json(tmp_path / "observer.json")
+        again = lb.Observer.from_json(tmp_path / "observer.json")
+        for name in ("F", "G", "D", "P", "V", "T", "L", "W", "z0", "T0", "G0"):
+            mine, theirs = getattr(first, name), getattr(again, name)
+            assert (mine is None) == (theirs is None), name
+            assert mine is None or mine.tobytes() == theirs.tobytes(), name
+        assert (again.dt, again.order, again.steps) == (1.0, 1, steps)
+
+
+@pytest.mark.parametrize(
+    "changes, message",
+    [
+        (dict(F=[[1, 2]]), "F must be 1 x 1, got 1 x 2"),
+        (dict(D=[[1], [2]]), "D must be 1 x 1, got 2 x 1"),
+        (dict(F=[[[1.0]]]), "constant or time-varying in all its matrices"),
+        (dict(T=[[1.0, 2.0]]), "T must be 1 x 1, got 1 x 2"),
+        (dict(z0=[1, 2]), "z0 must have shape"),
+        (dict(dt=None), "dt must be 0"),
+    ],
+)
+def test_observer_refusal(changes, message):
+    with pytest.raises(ValueError, match=message):
+        lb.Observer(**(OBSERVER | dict(L=[[1.0]]) | changes))
+
+
+def test_time_varying_observer_must_say_how_it_starts():
+    stacked = {name: [value, value] for name, value in OBSERVER.items()}
+    with pytest.raises(ValueError, match="needs T0 and G0"):
+        lb.Observer(**stacked, L=[[1.0]], dt=1.0)
+
+
+def test_observer_json_with_missing_matrices_is_refused(tmp_path):
+    path = tmp_path / "observer.json"
+    path.write_text('{"F": [[1]]}')
+    with pytest.raises(ValueError, match=r"the observer has no \['G', 'D'"):
+        lb.Observer.from_json(path)

@@ -1,0 +1,218 @@
+"""Steady states: fixed points to rounding, the best constant gain, and refusals."""
+
+import generators
+import numpy as np
+import pytest
+import scipy.linalg
+
+import luenberger as lb
+from luenberger import kernels
+from luenberger.designs import steady
+from luenberger.designs.setting import Settings
+
+
+def plants():
+    rng = np.random.default_rng(11)
+    shapes = [(2, 1), (3, 2), (5, 3), (9, 4), (16, 3)]
+    for n, p in shapes:
+        yield generators.plant(rng, n, p)
+        yield generators.plant(rng, n, p, radius=1.3, cross=False)
+
+
+CASES = [
+    pytest.param(plant, m1, id=f"n={plant.n} m1={m1} plant {k}")
+    for k, plant in enumerate(plants())
+    for m1 in range(plant.p + 1)
+]
+
+
+@pytest.mark.parametrize("plant, m1", CASES)
+def test_fixed_point_to_rounding(plant, m1):
+    now = Settings(plant, m1).at(0)
+    observer = lb.reduced_order_filter(plant, m1)
+    Sigma = lb.error_covariance(observer, plant)
+    new = kernels.gain_step()(
+        A=now.As, Q=now.Qs, C=now.C, R=now.R, Gamma=now.Gamma, Sigma=Sigma
+    )
+    gap = np.abs(new["Sigma_next"] - Sigma).max()
+    assert gap <= 1e-12 * np.abs(new["Omega"]).max()
+    assert (np.abs(observer.poles) < 1).all()
+
+
+@pytest.mark.parametrize("plant", list(plants()), ids=lambda plant: f"n={plant.n}")
+def test_kalman_filter_solves_the_riccati_equation_of_scipy(plant):
+    Omega = scipy.linalg.solve_discrete_are(
+        plant.A.T, plant.C.T, plant.Q, plant.R, s=plant.S
+    )
+    M = plant.C @ Omega @ plant.C.T + plant.R
+    gain = Omega @ plant.C.T @ np.linalg.inv(M)
+    np.testing.assert_allclose(lb.kalman_filter(plant).V, gain, rtol=1e-7, atol=1e-9)
+
+
+def test_the_filter_over_steps_settles_on_it():
+    plant = generators.plant(np.random.default_rng(3), 4, 3)
+    for m1 in range(4):
+        settled = lb.reduced_order_filter(plant, m1, steps=400).V[-1]
+        np.testing.assert_allclose(
+            lb.reduced_order_filter(plant, m1).V, settled, rtol=1e-9, atol=1e-11
+        )
+
+
+def test_large_plant_takes_the_iterative_path():
+    n = steady.DENSE_LIMIT + 4
+    plant = generators.plant(np.random.default_rng(4), n, 3, cross=False)
+    observer = lb.reduced_order_filter(plant, 2)
+    now = Settings(plant, 2).at(0)
+    Sigma = lb.error_covariance(observer, plant)
+    new = steady._step(now, Sigma)
+    gap = np.abs(new["Sigma_next"] - Sigma).max()
+    assert gap <= 1e-12 * np.abs(new["Omega"]).max()
+
+
+def greedy_case():
+    """A plant on which the step-wise gain is far from the best constant one."""
+    A = [[0.5, 1.1, 0.0], [-0.9, 0.3, 0.8], [0.2, -0.6, 0.9]]
+    Q = np.diag([0.1, 0.02, 0.01])
+    return lb.Plant(A, None, [[1, 0, 0], [0, 1, 0]], dt=1.0, Q=Q, R=np.diag([2.0, 3.0]))
+
+
+def steady_trace(plant, observer, weight=None):
+    Sigma = lb.error_covariance(observer, plant)
+    return np.trace(Sigma if weight is None else weight @ Sigma)
+
+
+@pytest.mark.parametrize("weight", [None, np.diag([1.0, 5.0, 0.1])], ids=["I", "W"])
+def test_best_constant_gain_is_lower_and_nothing_near_is_lower_still(weight):
+    plant = greedy_case()
+    step = lb.reduced_order_filter(plant, 1, weight=weight)
+    best = lb.reduced_order_filter(plant, 1, weight=weight, horizon="steady")
+    least = steady_trace(plant, best, weight)
+    assert least < 0.98 * steady_trace(plant, step, weight)
+    now = Settings(plant, 1, weight).at(0)
+    rng = np.random.default_rng(1)
+    for size in (1e-4, 1e-2, 1e-1):
+        for _ in range(20):
+            K = best.V + size * now.Phat @ rng.normal(size=(2, 2))
+            cost, _ = steady._cost(now, K, np.eye(3) if weight is None else weight)
+            assert cost > least
+
+
+def test_gradient_of_the_steady_trace_by_finite_differences():
+    now = Settings(greedy_case(), 1).at(0)
+    W = np.diag([1.0, 2.0, 0.5])
+    K = steady.steady_gain(now, (0,)) + 0.05 * now.Phat @ np.ones((2, 2))
+    _, (Sigma, Phi) = steady._cost(now, K, W)
+    Lambda = scipy.linalg.solve_discrete_lyapunov(Phi.T, W)
+    Omega = now.As @ Sigma @ now.As.T + now.Qs
+    M = now.C @ Omega @ now.C.T + now.R
+    gradient = kernels.steady_gradient()(K=K, M=M, Omega=Omega, C=now.C, Lambda=Lambda)
+    rng = np.random.default_rng(0)
+    for _ in range(5):
+        d = now.Phat @ rng.normal(size=(2, 2))
+        h = 1e-5
+        slope = steady._cost(now, K + h * d, W)[0] - steady._cost(now, K - h * d, W)[0]
+        slope /= 2 * h
+        np.testing.assert_allclose(np.sum(gradient["Gradient"] * d), slope, rtol=1e-6)
+
+
+def test_stationary_gain_is_the_stepwise_gain_with_weight_lambda():
+    plant = greedy_case()
+    best = lb.reduced_order_filter(plant, 1, horizon="steady")
+    now = Settings(plant, 1).at(0)
+    Phi = (np.eye(3) - best.V @ now.C) @ now.As
+    Lambda = scipy.linalg.solve_discrete_lyapunov(Phi.T, np.eye(3))
+    again = lb.reduced_order_filter(plant, 1, weight=Lambda)
+    np.testing.assert_allclose(again.V, best.V, rtol=1e-8, atol=1e-12)
+
+
+def test_horizon_makes_no_difference_to_the_kalman_filter_and_perfect_outputs():
+    rng = np.random.default_rng(7)
+    plant = generators.plant(rng, 4, 2, cross=False)
+    perfect = lb.Plant(
+        plant.A, None, plant.C, dt=1.0, Q=plant.Q, R=np.diag([0, plant.R[1, 1]])
+    )
+    for which, m1 in ((plant, 0), (perfect, 1)):
+        one = lb.reduced_order_filter(which, m1)
+        two = lb.reduced_order_filter(which, m1, horizon="steady")
+        np.testing.assert_allclose(one.V, two.V, rtol=1e-8, atol=1e-10)
+
+
+DOUBLE = [[1.0, 1.0], [0.0, 1.0]]
+CONSTANT_ACCELERATION = [[0.25, 0.5], [0.5, 1.0]]
+
+
+@pytest.mark.parametrize(
+    "plant, m1, message",
+    [
+        (
+            lb.Plant(DOUBLE, None, [[0, 1]], dt=1.0, Q=np.eye(2), R=[[1]]),
+            0,
+            "not detectable: the plant mode at 1 ",
+        ),
+        (
+            lb.Plant(np.diag([1.2, 0.5]), None, [[0, 1]], dt=1.0, Q=np.eye(2), R=[[1]]),
+            1,
+            r"not detectable: the plant mode at 1\.2 ",
+        ),
+        (
+            lb.Plant(DOUBLE, None, [[1, 0]], dt=1.0, Q=CONSTANT_ACCELERATION, R=[[0]]),
+            0,
+            "no steady filter: a motion at -1,",
+        ),
+        (
+            lb.Plant(DOUBLE, None, [[1, 0]], dt=1.0, Q=CONSTANT_ACCELERATION, R=[[0]]),
+            1,
+            "no steady filter: a motion at -1,",
+        ),
+        (
+            lb.Plant(DOUBLE, None, [[1, 0]], dt=1.0, Q=np.zeros((2, 2)), R=[[1]]),
+            0,
+            "no steady filter: a motion at 1,",
+        ),
+        (
+            lb.Plant(
+                [[np.cos(1), -np.sin(1)], [np.sin(1), np.cos(1)]],
+                None,
+                [[1, 0]],
+                dt=1.0,
+                Q=np.zeros((2, 2)),
+                R=[[1]],
+            ),
+            0,
+            r"no steady filter: a motion at 0\.540302 \+- 0\.841471j",
+        ),
+    ],
+    ids=[
+        "undetectable at 1",
+        "undetectable and unstable",
+        "exact position, order 2",
+        "exact position, order 1",
+        "no process noise",
+        "undriven oscillator",
+    ],
+)
+def test_no_steady_state_is_refused_with_its_mode(plant, m1, message):
+    with pytest.raises(lb.DesignError, match=message):
+        lb.reduced_order_filter(plant, m1)
+
+
+def test_slow_but_forgetting_filter_is_not_refused():
+    """Tracking index 1e-6: poles at 0.9995, next to the unit circle but inside."""
+    plant = lb.Plant(
+        DOUBLE,
+        None,
+        [[1, 0]],
+        dt=1.0,
+        Q=1e-12 * np.array(CONSTANT_ACCELERATION),
+        R=[[1]],
+    )
+    observer = lb.kalman_filter(plant)
+    index = 1e-6
+    r = (4 + index - np.sqrt(8 * index + index**2)) / 4
+    np.testing.assert_allclose(observer.V[0, 0], 1 - r**2, rtol=1e-6)
+
+
+def test_unstable_noise_free_mode_is_stabilised():
+    """x+ = 2 x without process noise: the steady pole is 1/2, not the plant's 2."""
+    plant = lb.Plant([[2]], None, [[1]], dt=1.0, Q=[[0]], R=[[1]])
+    np.testing.assert_allclose(lb.kalman_filter(plant).poles, [0.5], rtol=1e-12)
