@@ -9,7 +9,7 @@ from . import kernels
 from .designs.setting import Settings, require_start
 from .errors import DesignError
 from .linalg import null_directions
-from .recorded import require_backend, rows, single
+from .recorded import rows, single
 
 CONFLICT_TOL = 1e-6  # noise-free outputs may disagree by this, relative to the data
 
@@ -95,7 +95,7 @@ def filter_data(
     >>> lb.filter_data(plant, [[2], [nan], [2]]).std[:, 0].round(4)
     array([0.7071, 0.7071, 0.5774])
     """
-    require_backend(backend)
+    kernels.require_backend(backend)
     run = _Pass(plant, m1, weight, u0, history)
     if not isinstance(y, Iterator):
         return run.chunk(y, u)

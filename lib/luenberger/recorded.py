@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from .kernels import require_backend
+
 
 def estimate(observer, y, u=None, *, u0=None, z0=None, x0=None, backend="auto"):
     """Run an observer on recorded data.
@@ -119,8 +121,3 @@ def single(name, value, size):
     if array.shape != (size,) or not np.isfinite(array).all():
         raise ValueError(f"{name} must be {size} finite numbers, got {value!r}")
     return array
-
-
-def require_backend(backend):
-    if backend not in ("auto", "numpy"):
-        raise ValueError(f"backend must be 'auto' or 'numpy', got {backend!r}")

@@ -10,7 +10,7 @@ from .setting import Settings, require_start
 from .steady import best_constant_gain, steady_gain
 
 
-def kalman_filter(plant, *, steps=None):
+def kalman_filter(plant, *, steps=None, backend="auto"):
     r"""Kalman filter: every output is filtered, the order is n.
 
     The case m1 = 0 of `reduced_order_filter`, which see,
@@ -24,6 +24,7 @@ def kalman_filter(plant, *, steps=None):
         Discrete (``dt > 0``), with Q and R; with P0 when `steps` is given.
     steps : int, optional
         Number N of instants i = 1 .. N; default the steady state.
+    backend : "auto" or "numpy"
 
     Returns
     -------
@@ -52,10 +53,12 @@ def kalman_filter(plant, *, steps=None):
     array([[0.75],
            [0.5 ]])
     """
-    return reduced_order_filter(plant, 0, steps=steps)
+    return reduced_order_filter(plant, 0, steps=steps, backend=backend)
 
 
-def reduced_order_filter(plant, m1, *, steps=None, weight=None, horizon="step"):
+def reduced_order_filter(
+    plant, m1, *, steps=None, weight=None, horizon="step", backend="auto"
+):
     r"""Reduced-order filter of least error trace (Leondes and Novak 1975).
 
     The m1 accurate outputs y1 are taken at their word, C1 x^ = y1, and only the
@@ -85,6 +88,7 @@ def reduced_order_filter(plant, m1, *, steps=None, weight=None, horizon="step"):
     horizon : "step" or "steady", default "step"
         "steady": the constant gain of the same structure with the least steady
         trace (a local minimum found from the step-wise gain).  `steps` must be None.
+    backend : "auto" or "numpy"
 
     Returns
     -------
@@ -128,6 +132,7 @@ def reduced_order_filter(plant, m1, *, steps=None, weight=None, horizon="step"):
     >>> observer.order, observer.poles.real.round(12)
     (1, array([-0.26794919]))
     """
+    kernels.require_backend(backend)
     if horizon not in ("step", "steady"):
         raise ValueError(f"horizon must be 'step' or 'steady', got {horizon!r}")
     settings = Settings(plant, m1, weight)

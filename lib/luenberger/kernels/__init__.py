@@ -7,6 +7,12 @@ SymPy's import included) and returns the same callable afterwards.
 from functools import cache
 
 
+def require_backend(backend):
+    """Raise unless `backend` is one that exists; "auto" is NumPy for now."""
+    if backend not in ("auto", "numpy"):
+        raise ValueError(f"backend must be 'auto' or 'numpy', got {backend!r}")
+
+
 @cache
 def compiled(module, stages, *outputs):
     """The kernel of `derivations.<module>.<stages>()`, pruned to `outputs`."""
