@@ -1,18 +1,16 @@
-"""What the design report says: tables and sentences about a survey, and its files."""
+"""What the design report says: tables and sentences about a survey."""
 
-import csv
-import io
 import json
 from pathlib import Path
 
 import numpy as np
 
-from . import measurements, record
 from .analysis import error_covariance
 from .designs.trace_minimisation import reduced_order_filter
+from .measurements import covariance_from_start
 from .show import Prose, Table, number
+from .survey import TOLERANCE
 
-TOLERANCE = 0.05  # a design this close to the best error trace is good enough
 SETTLED = 1e-3  # the time axis of the variances ends when transients are this small
 
 
@@ -62,7 +60,7 @@ def label(design, plant):
 
 def designs(survey):
     """The table of all designs; the recommended one is set in bold."""
-    chosen = survey.recommended(TOLERANCE)
+    chosen = survey.recommended()
     header = [
         "outputs taken as accurate",
         "gain",
@@ -105,7 +103,7 @@ def refusals(survey):
 def recommendation(survey):
     """Which design to take, by which rule, and what it costs; in sentences."""
     plant, best = survey.plant, survey.yardstick
-    chosen = survey.recommended(TOLERANCE)
+    chosen = survey.recommended()
     rule = (
         "The rule: the fewest multiply-adds per step among the designs whose error "
         f"trace is at most {number(100 * TOLERANCE)} % above the smallest one."
@@ -159,7 +157,7 @@ def _next_smaller(survey, chosen):
 
 def state_errors(survey):
     """One-sigma steady error of each state, recommended design against the best."""
-    chosen, best = survey.recommended(TOLERANCE), survey.yardstick
+    chosen, best = survey.recommended(), survey.yardstick
     new, old = _sigma(chosen), _sigma(best)
     rows = [
         [name, number(a, 4), number(b, 4), _percent(b / a - 1 if a > 0 else 0.0)]
@@ -206,7 +204,7 @@ def transients(survey):
     The Kalman filter and the recommended structure with the gains of each instant,
     from P0; and the recommended observer with its constant gain.
     """
-    plant, chosen = survey.plant, survey.recommended(TOLERANCE)
+    plant, chosen = survey.plant, survey.recommended()
     if plant.P0 is None:
         return {}, Prose("The plant gives no P0, so there is no start to show.")
     steps = settling_steps(survey)
@@ -234,15 +232,13 @@ def _varying(plant, accurate, steps):
 
 
 def _constant(plant, design, steps):
-    later = measurements.covariance_from_start(design.observer, plant, steps)
+    later = covariance_from_start(design.observer, plant, steps)
     return np.concatenate([plant.P0[None], later])
 
 
 def settling_steps(survey):
     """How many steps show the start: until the slowest error has died away."""
-    slowest = max(
-        one.radius for one in (survey.yardstick, survey.recommended(TOLERANCE))
-    )
+    slowest = max(one.radius for one in (survey.yardstick, survey.recommended()))
     if not 0 < slowest < 1:
         return 10
     return int(np.clip(np.ceil(np.log(SETTLED) / np.log(slowest) / 2), 10, 400))
@@ -253,51 +249,6 @@ def about(data, estimates):
     if data is None:
         return Prose("No measurements were given.")
     return Prose(f"{_count(len(data.y), 'sample')}. {estimates.how}")
-
-
-def files(survey, estimates=None):
-    """The report's results as texts by file name."""
-    chosen = survey.recommended(TOLERANCE)
-    out = {
-        "observer.json": record.layout(
-            {"luenberger": "observer"} | record.as_data(chosen.observer)
-        ),
-        "designs.csv": _designs_csv(survey),
-    }
-    if estimates is not None:
-        file = io.StringIO()
-        measurements.write(file, survey.plant, estimates)
-        out["estimates.csv"] = file.getvalue()
-    return out
-
-
-def save(texts, folder="out"):
-    """Write the files into `folder` if there is such a folder, and nothing if not.
-
-    The command makes the folder; a notebook run by hand or by a test has none.
-    """
-    folder = Path(folder)
-    for name, text in texts.items() if folder.is_dir() else ():
-        (folder / name).write_text(text, encoding="utf-8", newline="")
-
-
-def _designs_csv(survey):
-    file = io.StringIO()
-    out = csv.writer(file, lineterminator="\n")
-    out.writerow(
-        "accurate,gain,order,error_trace,excess,multiply_adds,certificate,poles,"
-        "refusal".split(",")
-    )
-    for one in survey.attempts:
-        names = "; ".join(survey.plant.output_names[k] for k in one.accurate)
-        row = [names, one.horizon, one.order]
-        if one.refusal:
-            out.writerow([*row, "", "", "", "", "", one.refusal])
-            continue
-        poles = " ".join(str(complex(pole)).strip("()") for pole in one.observer.poles)
-        found = [one.trace, float(survey.excess(one)), one.work, one.certificate.worst]
-        out.writerow([*row, *found, poles, ""])
-    return file.getvalue()
 
 
 def _count(size, noun):

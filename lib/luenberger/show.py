@@ -20,9 +20,9 @@ def number(value, digits=6, scale=0.0):
     if isinstance(value, int | np.integer):
         return str(value)
     value = complex(value)
+    noise = NOISE * max(scale, abs(value)) if np.isfinite(value) else 0.0
     real, imag = (
-        0.0 if abs(part) <= NOISE * max(scale, abs(value)) else part
-        for part in (value.real, value.imag)
+        0.0 if abs(part) <= noise else part for part in (value.real, value.imag)
     )
     text = f"{real:.{digits}g}"
     return text if imag == 0 else f"{text}{imag:+.{digits}g}j"

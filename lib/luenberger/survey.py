@@ -13,6 +13,7 @@ from .observer import Observer
 from .plant import Plant
 
 EVERY_SUBSET_UP_TO = 4  # outputs; above it only the first 0, 1, ..., p are surveyed
+TOLERANCE = 0.05  # a design this close to the smallest error trace is good enough
 LEVEL = 1e-9  # traces closer than this, relative, are equal: the rest is rounding
 
 
@@ -111,7 +112,7 @@ class Survey:
                 front.append(one)
         return front
 
-    def recommended(self, tolerance=0.05):
+    def recommended(self, tolerance=TOLERANCE):
         """The least work among designs whose trace exceeds the least by `tolerance`.
 
         Among equal work the smaller trace wins, and among equal traces the paper's
