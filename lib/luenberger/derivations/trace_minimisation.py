@@ -8,10 +8,10 @@ that are best for the user's error (`best_coordinates`), and the recursions that
 Source: Leondes and Novak (1975), section III, (16)-(36).
 """
 
+import re
 from functools import cache
 
-from . import Derivation, best_coordinates, canonical_gain, coordinates, uniqueness
-from .misprints import misprints
+from . import Derivation
 from .recursions import estimate_step, gain_step, steady_gradient, step_differential
 
 __all__ = [
@@ -25,8 +25,14 @@ __all__ = [
 ]
 
 
+NUMBERED = re.compile(r"\(\d")
+
+
 def parts():
     """The parts by name, in page order."""
+    # imported here, because kernels need the recursions only
+    from . import best_coordinates, canonical_gain, coordinates, uniqueness
+
     return {
         "coordinates": coordinates.derive(),
         "canonical gain": canonical_gain.derive(),
@@ -39,15 +45,22 @@ def parts():
     }
 
 
+def misprints():
+    """List of (place, printed, why the algebra rejects it) for the paper."""
+    from . import errata
+
+    return errata.misprints()
+
+
 @cache
 def derive():
     formulas, steps = {}, {}
     for name, part in parts().items():
         label = "" if name in ("coordinates", "canonical gain") else f"{name}: "
         for key, formula in part.formulas.items():
-            formulas[key if key.startswith("(") else label + key] = formula
+            formulas[key if NUMBERED.match(key) else label + key] = formula
         for key, step in part.steps.items():
-            steps[label + key if key in steps or not key.startswith("(") else key] = (
+            steps[label + key if key in steps or not NUMBERED.match(key) else key] = (
                 step
             )
     return Derivation(

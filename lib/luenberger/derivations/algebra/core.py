@@ -1,5 +1,7 @@
 """The algebra: which symbols are symmetric, which relations hold, and calculus."""
 
+from functools import cached_property
+
 import sympy as sp
 from sympy.matrices.expressions.matexpr import MatrixExpr
 
@@ -30,10 +32,14 @@ class Algebra:
     def __init__(self, symmetric=(), relations=()):
         self.symmetric = frozenset(symmetric)
         self.relations = tuple(relations)
-        self._rules, self._known, self._known_cyclic = [], {}, {}
-        rules = [self._rule(left, right) for left, right in self.relations]
-        self._rules = [rule for pair in rules for rule in pair]
-        self._known.clear()
+        self._known, self._known_cyclic = {}, {}
+
+    @cached_property
+    def _rules(self):
+        """(word, {word: coefficient}) pairs, made when first needed."""
+        plain = Algebra(self.symmetric) if self.relations else self
+        rules = (plain._rule(left, right) for left, right in self.relations)
+        return [rule for pair in rules for rule in pair]
 
     def with_relations(self, *relations, symmetric=()):
         """A new algebra that knows more."""

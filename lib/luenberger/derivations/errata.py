@@ -6,16 +6,15 @@ normal form as ours, which either cannot multiply it or finds a difference.
 Source: Leondes and Novak (1975), (24)-(33), as scanned.
 """
 
-import sympy as sp
 from sympy import BlockMatrix, Identity, Trace, ZeroMatrix
 
-from .algebra import ShapeError
+from . import coordinates, uniqueness
+from .algebra import Claim, ShapeError
 from .canonical_gain import (
     ALGEBRA,
     H2,
     K1,
     K2,
-    O11,
     O21,
     O22,
     R11,
@@ -40,12 +39,6 @@ def printed():
     cross, last = 2 * Trace(K1 * R21.T * K2.T), 2 * Trace(O22 * H2.T * K2.T)
     return [
         ("(24)", "V = [I; K1]", lambda: P * T + V * H, Identity(n)),
-        (
-            "(25)",
-            "T = [-K1 | I] - K2 H2",
-            lambda: sp.MatAdd(BlockMatrix([[-K1, Identity(nz)]]), -K2 * H2),
-            T,
-        ),
         ("(29)", "Omega21 = Omega12", lambda: O21 - O21.T, ZeroMatrix(nz, m1)),
         ("(30)", "tr K1 R11 K1", lambda: Trace(K1 * R11 * K1), Trace(K1 * R11 * K1.T)),
         ("(30)", "2 tr K1 R11", lambda: J - cross + 2 * Trace(K1 * R11), J),
@@ -85,19 +78,37 @@ def printed():
             lambda: BlockMatrix([[O21, O22 * H2]]),
             BlockMatrix([[O21, O22 * H2.T]]),
         ),
-        ("after (33)", "Omega11 of (33) as Omega21", lambda: O21 + R11, O11 + R11),
     ]
+
+
+def no_input():
+    """(20) leaves the input out, which (10) carries."""
+    claim = coordinates.derive().steps["(17),(20) q_+ = M A M^-1 q + M B u + M w"]
+    silent = Claim(
+        claim.left.xreplace({coordinates.u: 0 * coordinates.u}),
+        claim.right,
+        claim.algebra,
+    )
+    assert not silent.is_zero
+    return "(20)", "no term in u", f"differs from M x_+ by {silent.residual.as_expr()}"
+
+
+def too_weak():
+    """The condition after (33), on the counterexample of `uniqueness`."""
+    assert all(step.is_zero for step in uniqueness.counterexample().values())
+    place, words = "after (33)", "R22 > 0 and cov(w1) > 0 suffice"
+    return place, words, "A = 0, Q = R = ones(2, 2), H = I satisfy it with det M = 0"
 
 
 def misprints():
     """List of (place, printed, why it is rejected)."""
-    found = []
+    found = [no_input()]
     for place, words, expression, ours in printed():
         try:
             difference = ALGEBRA.normal(expression()) - ALGEBRA.normal(ours)
             if difference.is_zero:
                 raise AssertionError(f"{place} {words} is no misprint")
             found.append((place, words, "not equal to what is derived"))
-        except (ShapeError, sp.ShapeError) as error:
+        except ShapeError as error:
             found.append((place, words, f"not conformable: {error}"))
-    return found
+    return [*found, too_weak()]

@@ -1,0 +1,93 @@
+"""Numbers for symbols: random matrices that satisfy what a derivation assumes.
+
+The proofs rewrite symbols; here the same expressions are evaluated with NumPy, by
+other code, so that a fault of the algebra or a contradictory assumption shows.
+"""
+
+import numpy as np
+import sympy as sp
+from sympy.matrices.expressions.matexpr import MatrixExpr
+
+
+class Numbers:
+    """Random values for matrix symbols, made when first asked for.
+
+    `values` maps names to arrays and is used where the shape fits; a relation whose
+    left side is a single symbol defines that symbol.
+    """
+
+    def __init__(self, sizes, seed=0, symmetric=(), relations=(), values=None):
+        self.sizes = {str(k): v for k, v in sizes.items()}
+        self.rng = np.random.default_rng(seed)
+        self.symmetric = {s.name for s in symmetric}
+        self.defined = {
+            left: right
+            for left, right in relations
+            if isinstance(left, sp.MatrixSymbol)
+        }
+        self.values = values or {}
+        self.known = {}
+
+    def size(self, expr):
+        expr = sp.sympify(expr)
+        return int(expr.subs({s: self.sizes[s.name] for s in expr.free_symbols}))
+
+    def shape(self, expr):
+        return tuple(self.size(d) for d in expr.shape)
+
+    def symbol(self, s):
+        if s not in self.known:
+            shape, value = self.shape(s), self.values.get(s.name)
+            if s in self.defined:
+                value = self.value(self.defined[s])
+            elif value is None or value.shape != shape:
+                value = self.rng.normal(size=shape)
+                if s.name in self.symmetric:
+                    value = value @ value.T + np.eye(len(value))
+            self.known[s] = value
+        return self.known[s]
+
+    def value(self, expr, swap=None):
+        """The value of a SymPy expression; `swap` overrides some symbols."""
+        if swap:
+            other = Numbers(self.sizes)
+            other.known = {**{s: self.symbol(s) for s in symbols(expr)}, **swap}
+            return other.value(expr)
+        if isinstance(expr, MatrixExpr):
+            return self.matrix(expr)
+        if isinstance(expr, sp.Trace):
+            return np.trace(self.value(expr.arg))
+        if isinstance(expr, (sp.Add, sp.Mul)) and expr.has(sp.Trace):
+            parts = [self.value(a) for a in expr.args]
+            return sum(parts) if isinstance(expr, sp.Add) else np.prod(parts)
+        expr = sp.sympify(expr)
+        named = {s: self.sizes.get(s.name, 0.7) for s in expr.free_symbols}
+        return float(expr.subs(named))
+
+    def matrix(self, expr):
+        if isinstance(expr, sp.MatrixSymbol):
+            return self.symbol(expr)
+        if isinstance(expr, sp.BlockMatrix):
+            rows = [[self.value(x) for x in row] for row in expr.blocks.tolist()]
+            return np.vstack([np.hstack(row) for row in rows])
+        if isinstance(expr, sp.Identity):
+            return np.eye(*self.shape(expr))
+        if isinstance(expr, sp.ZeroMatrix):
+            return np.zeros(self.shape(expr))
+        if isinstance(expr, sp.Transpose):
+            return self.value(expr.arg).T
+        if isinstance(expr, (sp.Inverse, sp.MatPow)):
+            return np.linalg.matrix_power(self.value(expr.base), int(expr.exp))
+        parts = [self.value(a) for a in expr.args]
+        if isinstance(expr, sp.MatAdd):
+            return sum(parts[1:], parts[0])
+        total = parts[0]
+        for part in parts[1:]:
+            total = (
+                total * part if np.ndim(total) * np.ndim(part) == 0 else total @ part
+            )
+        return total
+
+
+def symbols(expr):
+    return expr.atoms(sp.MatrixSymbol)
