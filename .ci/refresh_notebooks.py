@@ -35,6 +35,9 @@ def refresh(path):
     client.execute()
     notebook.metadata.pop("widgets", None)
     notebook.metadata.pop("language_info", None)
+    for output in (o for cell in notebook.cells for o in cell.get("outputs", ())):
+        # a view names its model by a random id, and without state shows nothing
+        output.get("data", {}).pop("application/vnd.jupyter.widget-view+json", None)
     nbformat.write(notebook, path)
 
 
