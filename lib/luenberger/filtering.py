@@ -8,7 +8,6 @@ import numpy as np
 from . import kernels
 from .designs.setting import Settings, require_start
 from .errors import DesignError
-from .linalg import null_directions
 from .recorded import rows, single
 
 CONFLICT_TOL = 1e-6  # noise-free outputs may disagree by this, relative to the data
@@ -115,9 +114,7 @@ class _Pass:
         self.u = np.zeros(plant.m) if u0 is None else single("u0", u0, plant.m)
         self.i = 0
         self.before = None  # setting of the instant before, and its residual
-        self.gain = kernels.gain_step("Kmv", "K", "Sigma_next")
         self.estimate = kernels.estimate_step("innovation", "x_next", "rho_next")
-        self._blind = {}
 
     def chunks(self, y, u):
         for part in y:
@@ -152,7 +149,7 @@ class _Pass:
         self.i += 1
         now = self.settings.at(self.i, None if seen.all() else seen)
         A, B, Q, As, J, rho = self.transition()
-        new = self.gain(A=As, Q=Q, C=now.C, R=now.R, Gamma=now.Gamma, Sigma=self.Sigma)
+        new = now.step(As, Q, self.Sigma)
         moved = self.estimate(
             A=A, B=B, C=now.C, E=now.E, J=J, K=new["K"], x=self.x, rho=rho,
             u=self.u[:, None], y=y[seen, None], u_next=u[:, None],
@@ -178,10 +175,7 @@ class _Pass:
 
     def require_agreement(self, now, left, y, seen):
         """Noise-free combinations of outputs must be met by the best estimate."""
-        key = seen.tobytes()
-        if key not in self._blind or self.plant.steps is not None:
-            self._blind[key] = null_directions(now.R)
-        blind = self._blind[key]
+        blind = now.blind
         if blind.shape[1] == 0:
             return
         left = np.abs(blind.T @ left).max(axis=1)

@@ -11,6 +11,7 @@ from scipy.linalg.lapack import dposv
 from .errors import DesignError
 
 SINGULAR_TOL = 1e-13  # 1 - (multiple correlation)^2 below this: a redundant output
+ROUNDING = 1e-14  # a variance this small beside the terms it is made of is zero
 RANK_TOL = 1e-10  # smallest singular value, relative to the largest, called nonzero
 UNIT_TOL = 1e-9  # a pole this close to the unit circle is called on it
 
@@ -18,6 +19,44 @@ UNIT_TOL = 1e-9  # a pole this close to the unit circle is called on it
 def symmetrise(X):
     """(X + X') / 2: rounding that is not symmetric would grow from step to step."""
     return 0.5 * (X + X.mT)
+
+
+def settle(M, size):
+    """Symmetrise M and clear the rows that are nothing but rounding.
+
+    `size` is M with every term of it taken at its magnitude.  A diagonal entry far
+    below its size is what cancellation left of zero: a noise-free output of which
+    all is known.  Judged by itself it would look like any small variance.
+    """
+    M = symmetrise(M)
+    real = np.diagonal(M, axis1=-2, axis2=-1) > ROUNDING * np.diagonal(
+        size, axis1=-2, axis2=-1
+    )
+    if real.all():
+        return M
+    return np.where(real[..., :, None] & real[..., None, :], M, 0.0)
+
+
+def drop_rounding(X, size):
+    """Return the semi-definite X without what is rounding beside `size`.
+
+    Where noise-free outputs leave a covariance with null directions, what rounding
+    puts there would be amplified as if it were uncertainty, and may be negative.
+    """
+    half = factor(X, size)
+    return half @ half.T if half.shape[1] < len(X) else X
+
+
+def factor(X, size):
+    """H with H H' = X and a column for each direction that is not rounding.
+
+    Rounding is judged at unit diagonal of the covariance `size` that X came from.
+    """
+    diagonal = size.diagonal()
+    scale = np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
+    values, vectors = np.linalg.eigh(X / scale / scale[:, None])
+    keep = values > SINGULAR_TOL * len(X)
+    return vectors[:, keep] * np.sqrt(values[keep]) * scale[:, None]
 
 
 def solve_right(N, M):

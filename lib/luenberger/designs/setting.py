@@ -8,7 +8,7 @@ import scipy.linalg
 from .. import kernels
 from ..arrays import covariance
 from ..errors import DesignError
-from ..linalg import RANK_TOL, complete, solve_right
+from ..linalg import RANK_TOL, complete, drop_rounding, null_directions, solve_right
 
 
 class Setting(NamedTuple):
@@ -16,6 +16,7 @@ class Setting(NamedTuple):
 
     ``As, Qs, J`` describe x+ = As x + B u + J (y - E u) + w~ with w~ independent of
     v.  ``Gamma`` (n, p) makes C1 x^ = y1; ``Phat, That`` are the rest of (47).
+    ``blind`` (p, .) are the combinations of outputs that carry no noise.
     """
 
     A: np.ndarray
@@ -31,6 +32,16 @@ class Setting(NamedTuple):
     Phat: np.ndarray
     That: np.ndarray
     weight: np.ndarray | None
+    blind: np.ndarray
+
+    def step(self, A, Q, Sigma):
+        """From Sigma of the instant before to the gains and Sigma of this one."""
+        new = kernels.gain_step()(
+            A=A, Q=Q, C=self.C, R=self.R, Gamma=self.Gamma, Sigma=Sigma
+        )
+        if self.blind.size:
+            new["Sigma_next"] = drop_rounding(new["Sigma_next"], new["Omega"])
+        return new
 
 
 class Settings:
@@ -86,9 +97,9 @@ class Settings:
         S = np.zeros(C.T.shape) if S is None else S
         J = solve_right(S, R)
         white = kernels.decorrelation()(A=A, C=C, Q=Q, S=S, J=J)
-        return Setting(
-            A, B, C, E, Q, R, white["As"], white["Qs"], J, Gamma, Phat, That, weight
-        )
+        As, Qs = white["As"], drop_rounding(white["Qs"], Q) if S.any() else Q
+        blind = null_directions(R)
+        return Setting(A, B, C, E, Q, R, As, Qs, J, Gamma, Phat, That, weight, blind)
 
 
 def require_noise(plant):

@@ -13,13 +13,14 @@ from scipy.sparse.linalg import LinearOperator, gmres
 from .. import kernels
 from ..errors import CertificateError, DesignError
 from ..linalg import (
+    ROUNDING,
     UNIT_TOL,
     complete,
+    factor,
     lyapunov,
     modes,
     radius,
     require_detectable,
-    square_root,
     symmetrise,
 )
 
@@ -42,6 +43,7 @@ def steady_gain(now, accurate):
             _require_excited(now, K)
             return K
     _require_excited(now, _step(now, Sigma)["K"])
+    _require_noise_enough(now)
     raise CertificateError(
         "the recursion of the reduced-order gain does not settle on a stable filter: "
         f"after {10 * WARM_UP} steps its largest pole is "
@@ -51,9 +53,7 @@ def steady_gain(now, accurate):
 
 
 def _step(now, Sigma):
-    return kernels.gain_step()(
-        A=now.As, Q=now.Qs, C=now.C, R=now.R, Gamma=now.Gamma, Sigma=Sigma
-    )
+    return now.step(now.As, now.Qs, Sigma)
 
 
 def _closed(now, K):
@@ -87,11 +87,13 @@ def _recur(now, Sigma, steps):
 
 def _newton(now, Sigma):
     """Polish Sigma; return it and its gain, or None where Newton does not arrive."""
+    back = np.linalg.pinv(now.C)  # far below what one measurement tells is zero
+    floor = ROUNDING * np.abs(back @ now.R @ back.T).max(initial=0)
     for _ in range(30):
         new = _step(now, Sigma)
         gap = new["Sigma_next"] - Sigma
         # measured against Omega, which does not vanish with perfect measurements
-        scale = np.abs(new["Omega"]).max(initial=0)
+        scale = max(np.abs(new["Omega"]).max(initial=0), floor)
         if np.abs(gap).max(initial=0) <= 0.1 * RESIDUAL_TOL * scale:
             return new["Sigma_next"], new["K"]
         Sigma = Sigma + _newton_step(now, new, gap)
@@ -136,6 +138,8 @@ def _require_excited(now, K):
     """
     Phi = (np.eye(len(K)) - K @ now.C) @ now.As
     suspects = [z for z in np.linalg.eigvals(Phi) if abs(z) > 0.98]
+    if suspects:
+        _require_noise_enough(now)
     caught = []
     for pole in suspects:
         angle = np.angle(pole)
@@ -158,22 +162,53 @@ def _require_excited(now, K):
         )
 
 
+def _require_noise_enough(now):
+    """Refuse when some outputs are, in the long run, functions of the others.
+
+    Then the pencil loses rank everywhere, not at one mode: the innovation covariance
+    is singular, many gains reach the same covariance, and the one of least norm need
+    not be stable.  Redundant outputs alone do no harm and do not come here.
+    """
+    left, values, _ = np.linalg.svd(_pencil(now, 1.2345))  # an angle like any other
+    if values[-1] > 1e-9 * values[0]:
+        return
+    bound = left[:, values <= 1e-9 * values[0]][len(now.As) :]
+    which = np.flatnonzero(np.abs(bound).max(axis=1) > 1e-6)
+    raise DesignError(
+        "no steady filter: more noise-free outputs than noise sources. In the steady "
+        f"state outputs {which.tolist()} (counted from 0) obey a relation that no "
+        "noise disturbs, so the noise does not determine a stable gain. Give them "
+        "noise in R, add process noise (Q), leave some of them out, or take some as "
+        "accurate (m1)."
+    )
+
+
 def _excitation(now, angle):
     """Least singular value of the noise pencil on the unit circle, relative."""
+    return np.linalg.svd(_pencil(now, angle), compute_uv=False)[-1]
+
+
+def _pencil(now, angle):
+    """The noise pencil at a point of the unit circle, at the scale of As."""
     n, p = len(now.As), len(now.C)
-    noise, sensor = square_root(now.Qs), square_root(now.R)
+    noise, sensor = np.zeros((n, n)), np.zeros((p, p))
+    for root, covariance in ((noise, now.Qs), (sensor, now.R)):
+        found = factor(covariance, covariance)  # a root of rounding would not be small
+        root[:, : found.shape[1]] = found
     size = max(np.linalg.norm(now.As, 2), 1.0)
     unit = np.linalg.norm(np.hstack([now.C, sensor]), axis=1, keepdims=True)
     unit = size / np.where(unit > 0, unit, 1)
     strength = np.linalg.norm(noise, 2)
     noise = noise * (size / strength if strength > 0 else 1)
-    pencil = np.block(
-        [
-            [now.As - np.exp(1j * angle) * np.eye(n), noise, np.zeros((n, p))],
-            [unit * now.C, np.zeros((p, n)), unit * sensor],
-        ]
+    return (
+        np.block(
+            [
+                [now.As - np.exp(1j * angle) * np.eye(n), noise, np.zeros((n, p))],
+                [unit * now.C, np.zeros((p, n)), unit * sensor],
+            ]
+        )
+        / size
     )
-    return np.linalg.svd(pencil, compute_uv=False)[-1] / size
 
 
 def best_constant_gain(now, accurate):

@@ -161,7 +161,6 @@ def certified(observer, plant, settling=True, tol=1e-9):
 def gains(settings, steps):
     """Yield (K, Sigma) at instants 1 .. steps, from P0: (33) and (27)."""
     plant = settings.plant
-    step = kernels.gain_step("K", "Sigma_next")
     first = plant.at(0)
     A, Q = first.A, first.Q
     if plant.P0_is == "prior":
@@ -169,7 +168,7 @@ def gains(settings, steps):
     Sigma = plant.P0
     for i in range(1, steps + 1):
         now = settings.at(i)
-        new = step(A=A, Q=Q, C=now.C, R=now.R, Gamma=now.Gamma, Sigma=Sigma)
+        new = now.step(A, Q, Sigma)
         Sigma = new["Sigma_next"]
         yield now, new["K"], Sigma
         A, Q = now.As, now.Qs

@@ -4,9 +4,9 @@ import sympy as sp
 from sympy.matrices.expressions.matexpr import MatrixExpr
 
 from ..derivations import Solve
-from ..linalg import solve_right, symmetrise
+from ..linalg import settle, solve_right, symmetrise
 
-_NAMESPACE = {"solve_right": solve_right, "symmetrise": symmetrise}
+_NAMESPACE = dict(solve_right=solve_right, symmetrise=symmetrise, settle=settle)
 
 
 def kernel(derivation, *outputs):
@@ -32,6 +32,7 @@ def numpy_source(derivation, outputs=()):
     names = {s.name for stage in stages for s in symbols_in(stage.formula)}
     given = [s for s in derivation.given if s.name in names]
     targets = [stage.target.name for stage in stages]
+    divisors = {stage.formula.M for stage in stages if isinstance(stage.formula, Solve)}
     sizes = {}
     for symbol in given:
         for axis, size in zip((-2, -1), symbol.shape):
@@ -39,7 +40,10 @@ def numpy_source(derivation, outputs=()):
     lines = [f"def step(*, {', '.join(s.name for s in given)}):"]
     for stage in stages:
         code = _formula(stage.formula, sizes)
-        code = f"symmetrise({code})" if stage.symmetric else code
+        if stage.symmetric and stage.target in divisors:
+            code = f"settle({code}, {_formula(magnitude(stage.formula), sizes)})"
+        elif stage.symmetric:
+            code = f"symmetrise({code})"
         tag = f"  # {stage.equation}" if stage.equation else ""
         lines.append(f"    {stage.target.name} = {code}{tag}")
     results = ", ".join(f"{name}={name}" for name in outputs or targets)
@@ -68,6 +72,23 @@ def symbols_in(formula):
     return formula.atoms(sp.MatrixSymbol)
 
 
+class Magnitude(sp.MatrixSymbol):
+    """The entrywise absolute value of a matrix, by name."""
+
+
+def magnitude(e):
+    """The sum of products `e` with every matrix and factor at its magnitude."""
+    e = e.xreplace({s: Magnitude(s.name, *s.shape) for s in symbols_in(e)})
+    return sp.MatAdd(
+        *(
+            sp.MatMul(*(a if isinstance(a, MatrixExpr) else abs(a) for a in term.args))
+            if isinstance(term, sp.MatMul)
+            else term
+            for term in sp.MatAdd.make_args(e)
+        )
+    )
+
+
 def _formula(e, sizes):
     if isinstance(e, Solve):
         return f"solve_right({_formula(e.N, sizes)}, {_formula(e.M, sizes)})"
@@ -82,6 +103,8 @@ def _formula(e, sizes):
         )
         scale = {1: "", -1: "-"}.get(scalars, f"{float(scalars)!r} * ")
         return f"{scale}({factors})" if scale else factors
+    if isinstance(e, Magnitude):
+        return f"np.abs({e.name})"
     if isinstance(e, sp.Transpose):
         inner = _formula(e.arg, sizes)
         return f"{inner}.mT" if isinstance(e.arg, sp.MatrixSymbol) else f"({inner}).mT"
