@@ -22,6 +22,7 @@ from nbclient import NotebookClient  # noqa: E402
 def refresh(path):
     notebook = nbformat.read(path, as_version=4)
     kernel = {"name": "python3", "display_name": "Python 3 (ipykernel)"}
+    kernel["language"] = "python"  # without it ruff passes over the notebook
     notebook.metadata = nbformat.from_dict({"kernelspec": kernel})
     client = NotebookClient(
         notebook,
@@ -38,6 +39,8 @@ def refresh(path):
     for output in (o for cell in notebook.cells for o in cell.get("outputs", ())):
         # a view names its model by a random id, and without state shows nothing
         output.get("data", {}).pop("application/vnd.jupyter.widget-view+json", None)
+        if output.output_type == "error":  # the message; the rest is paths and lines
+            output.traceback = [f"{output.ename}: {output.evalue}"]
     nbformat.write(notebook, path)
 
 
