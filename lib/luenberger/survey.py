@@ -155,7 +155,7 @@ def survey(plant):
     ...                  Q=[[0.25, 0.5], [0.5, 1]], R=[[1]])
     >>> table = survey(plant)
     >>> [(one.order, round(one.trace, 3)) for one in table.designs]
-    [(2, 1.25), (1, 1.309), (1, 1.309)]
+    [(2, 1.75), (1, 2.094), (1, 2.075)]
     """
     attempts = tuple(
         _attempt(plant, accurate, horizon)
