@@ -208,6 +208,6 @@ def test_substitution_replaces_transposes_too():
 def test_canary_sympy_differentiates_a_sum_of_traces_to_zero():
     """When this fails, SymPy has changed: see whether the layer is still needed."""
     wrong = (Trace(X.T * A * X) + Trace(X.T * Y)).diff(X)
-    assert sp.simplify(wrong).is_zero_matrix
+    assert str(wrong) == "0"
     right = KNOWN.gradient(Trace(X.T * A * X) + Trace(X.T * Y), X)
     assert right == (A + A.T) * X + Y
