@@ -61,7 +61,7 @@ def expr(side):
 # -- proved -------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", {**ENTRY_POINTS, **RECURSIONS})
+@pytest.mark.parametrize("name", [*ENTRY_POINTS, *RECURSIONS])
 def test_proved(name):
     derivation = {**ENTRY_POINTS, **RECURSIONS}[name]
     assert derivation.steps
@@ -143,7 +143,7 @@ def damaged_stages():
                 yield pytest.param(name, i, new, id=f"{name}-{stage.target.name}-{k}")
 
 
-@pytest.mark.parametrize("name, index, formula", damaged_stages())
+@pytest.mark.parametrize("name, index, formula", list(damaged_stages()))
 def test_one_wrong_sign_in_a_stage_is_noticed(name, index, formula):
     sound = RECURSIONS[name]
     stages = list(sound.stages)
@@ -198,7 +198,7 @@ def damages(left):
         yield f"transposed {s}", left.xreplace({s: s.T})
 
 
-@pytest.mark.parametrize("name", SYMBOLIC)
+@pytest.mark.parametrize("name", list(SYMBOLIC))
 def test_damage_is_noticed(name):
     _, claim = SYMBOLIC[name]
     left = expr(claim.left)
@@ -390,7 +390,7 @@ def close(given, left, right):
     return np.allclose(a, b, atol=1e-8 * (1 + np.abs(a).max(initial=0)))
 
 
-@pytest.mark.parametrize("name", SYMBOLIC)
+@pytest.mark.parametrize("name", list(SYMBOLIC))
 def test_numbers_agree(name):
     part, claim = SYMBOLIC[name]
     given = numbers_for(part, claim)
