@@ -122,8 +122,8 @@ def derive():
         f"(54) A is the exact transition: A(T) A(-T) = I {name}": Claim(
             A * A.subs(T, -T), sp.eye(3)
         ),
-        f"(57) three positions determine the state: det = T^3 {name}": Claim(
-            positions.det() ** 2, T**6
+        f"(57) three positions determine the state: det = -T^3 {name}": Claim(
+            positions.det(), -(T**3)
         ),
         f"(57) the parabola meets all three measurements {name}": Claim(
             positions * start, y
