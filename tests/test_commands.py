@@ -128,7 +128,8 @@ def test_page_says_what_was_asked_and_what_to_take(reported):
     here, _ = reported
     page = (here / "a/report/report.html").read_text(encoding="utf-8")
     assert "<h1>Velocity-aided tracker</h1>" in page
-    assert "Recommended: radar position (m) taken as accurate, order 2" in page
+    assert "radar position (m) taken as accurate, order 2, best constant gain" in page
+    assert "Out[" not in page and "assert" not in page
     assert page.count("<img") == 4 and page.count("alt=") == 4
 
 

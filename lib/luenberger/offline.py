@@ -119,6 +119,7 @@ def to_html(notebook, title):
         template_name="offline",
         extra_template_basedirs=[str(TEMPLATES)],
         exclude_input=True,
+        exclude_output_prompt=True,
         exclude_anchor_links=True,
         embed_images=True,
     )

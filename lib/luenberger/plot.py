@@ -12,6 +12,11 @@ DASHES = ("-", "--", ":", "-.", (0, (5, 1)), (0, (3, 1, 1, 1, 1, 1)))
 MARKERS = ("o", "s", "^", "D", "v", "P")
 
 
+def text(name):
+    """A name of the user's as it is: no mathematics between dollar signs."""
+    return name.replace("$", r"\$")
+
+
 def style(k):
     """Colour and dashes of the k-th curve of a figure."""
     return {"color": COLOURS[k % 6], "linestyle": DASHES[k % 6]}
@@ -38,7 +43,7 @@ def error_variance(covariances, plant, state=0, ax=None, *, start=0):
         t = plant.dt * (start + np.arange(len(covariance)))
         ax.plot(t, np.asarray(covariance)[:, k, k], label=label, **style(i))
     ax.set_ylim(bottom=0)
-    ax.set(xlabel="time (s)", ylabel="error variance", title=plant.state_names[k])
+    ax.set(xlabel="time (s)", ylabel="error variance", title=text(plant.state_names[k]))
     return ax
 
 
@@ -100,7 +105,7 @@ def estimates(plant, time, x, std, state=0, ax=None, *, y=None, label="estimate"
         lw=0,
         label="one sigma",
     )
-    ax.set(xlabel="time (s)", title=plant.state_names[k])
+    ax.set(xlabel="time (s)", title=text(plant.state_names[k]))
     return ax
 
 
@@ -114,7 +119,7 @@ def gains(K, plant, ax=None, *, start=1):
     for j, output in enumerate(plant.output_names):
         for i, state in enumerate(plant.state_names):
             curve = style(i) | {"marker": MARKERS[j % 6], "markevery": 0.2}
-            ax.plot(t, K[:, i, j], label=f"{state} from {output}", **curve)
+            ax.plot(t, K[:, i, j], label=text(f"{state} from {output}"), **curve)
     ax.set(xlabel="time (s)", ylabel="gain")
     ax.legend(fontsize="small")
     return ax
@@ -133,16 +138,17 @@ def _gain_bars(K, plant, ax):
             color=COLOURS[j % 6],
             hatch=hatches[j % 6],
             edgecolor="white",
-            label=f"from {output}",
+            label=text(f"from {output}"),
         )
     ax.axhline(0, color="0.3", lw=0.8)
     turned = sum(map(len, plant.state_names)) > 20
-    ax.set_xticks(range(n), plant.state_names)
+    ax.set_xticks(range(n), [text(name) for name in plant.state_names])
     if turned:
         ax.tick_params(axis="x", rotation=30)
         plt.setp(ax.get_xticklabels(), ha="right")
     ax.set(ylabel="gain")
-    ax.legend(fontsize="small")
+    if p:
+        ax.legend(fontsize="small")
     return ax
 
 

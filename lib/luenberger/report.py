@@ -108,12 +108,9 @@ def recommendation(survey):
         "The rule: the fewest multiply-adds per step among the designs whose error "
         f"trace is at most {number(100 * TOLERANCE)} % above the smallest one."
     )
-    what = (
-        f"Recommended: {label(chosen, plant)}, order {chosen.order}, {_gain(chosen)}."
-    )
-    return Prose(
-        what, rule, _price(survey, chosen, best), _next_smaller(survey, chosen)
-    )
+    what = f"{label(chosen, plant)}, order {chosen.order}, {_gain(chosen)} gain"
+    price, further = _price(survey, chosen, best), _next_smaller(survey, chosen)
+    return Prose(f"Recommended: {what}.", rule, price, further)
 
 
 def _price(survey, chosen, best):
@@ -123,16 +120,20 @@ def _price(survey, chosen, best):
             f"{number(best.trace, 5)}, and no lighter one comes near enough."
         )
     saved = 1 - chosen.work / best.work if best.work else 0.0
+    size = (
+        f"It runs with {_count(chosen.order, 'observer state')} instead of "
+        f"{best.order} and {chosen.work} multiply-adds a step instead of {best.work}, "
+        f"{100 * saved:.0f} % less."
+    )
+    excess, name = survey.excess(chosen), label(best, survey.plant)
+    if excess == 0:
+        return f"Nothing is lost: its error trace is that of the {name}. {size}"
     k, ratio = _worst_state(chosen, best)
     return (
-        f"Its error trace is {number(chosen.trace, 5)}, "
-        f"{_above(survey.excess(chosen))} the {number(best.trace, 5)} of the "
-        f"most accurate design ({label(best, survey.plant)}). It runs with "
-        f"{_count(chosen.order, 'observer state')} instead of {best.order} and "
-        f"{chosen.work} multiply-adds a step instead of {best.work}, "
-        f"{100 * saved:.0f} % less. The state that loses most is "
-        f"{survey.plant.state_names[k]}: its standard deviation grows by "
-        f"{_percent(ratio - 1)}."
+        f"Its error trace is {number(chosen.trace, 5)}, {_above(excess)} the "
+        f"{number(best.trace, 5)} of the most accurate design ({name}). {size} The "
+        f"state that loses most is {survey.plant.state_names[k]}: its standard "
+        f"deviation grows by {_percent(ratio - 1)}."
     )
 
 
