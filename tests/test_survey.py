@@ -169,3 +169,9 @@ def test_names_of_a_user_are_text_and_not_markup():
 )
 def test_printing_shows_no_noise(value, text):
     assert array(value) == text
+
+
+def test_rounding_is_not_work(table):
+    """A zero that rounding has made 1e-16 costs nothing on another machine either."""
+    best = table.find([0, 1], "steady")
+    assert best.work == table.find([0, 1], "step").work == 6

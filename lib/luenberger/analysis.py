@@ -7,6 +7,7 @@ from .certificate import certify, require_match, residuals
 from .errors import DesignError
 from .linalg import lyapunov, modes, symmetrise
 
+NEGLIGIBLE = 1e-12  # beside the largest entry of a matrix: rounding, not work
 EXACT_TOL = 1e-9  # certificate below which the error does not depend on the state
 
 
@@ -197,7 +198,8 @@ def multiply_adds(observer):
 
     A zero costs nothing and a one no multiplication but an addition, which is
     counted; the figure is the number of nonzero entries of F, G, D, P, V, W less one
-    for each row of w^ that is a bare copy of one signal.
+    for each row of w^ that is a bare copy of one signal.  An entry below 1e-12 of the
+    largest of its matrix is rounding and counts as zero.
 
     Examples
     --------
@@ -209,9 +211,16 @@ def multiply_adds(observer):
     o = observer
     if o.steps is not None:
         raise ValueError("the count is of a constant observer; take one row's worth")
-    work = sum(np.count_nonzero(X) for X in (o.F, o.G, o.D))
-    for row in np.hstack([o.P, o.V, o.W]):
+    F, G, D, P, V, W = (_rounded(X) for X in (o.F, o.G, o.D, o.P, o.V, o.W))
+    work = sum(np.count_nonzero(X) for X in (F, G, D))
+    for row in np.hstack([P, V, W]):
         entries = row[row != 0]
         copied = len(entries) == 1 and entries[0] == 1
         work += 0 if copied else len(entries)
     return int(work)
+
+
+def _rounded(X):
+    """X with entries that are rounding set to 0, and those a rounding off 1 to 1."""
+    X = np.where(np.abs(X) <= NEGLIGIBLE * np.abs(X).max(initial=0), 0.0, X)
+    return np.where(np.abs(X - 1) <= NEGLIGIBLE, 1.0, X)
