@@ -7,6 +7,7 @@ interpreter's version are left out, so a second run leaves no difference in git.
 import os
 import sys
 import tempfile
+import textwrap
 import time
 from pathlib import Path
 
@@ -40,7 +41,8 @@ def refresh(path):
         # a view names its model by a random id, and without state shows nothing
         output.get("data", {}).pop("application/vnd.jupyter.widget-view+json", None)
         if output.output_type == "error":  # the message; the rest is paths and lines
-            output.traceback = [f"{output.ename}: {output.evalue}"]
+            message = f"{output.ename}: {output.evalue}"
+            output.traceback = textwrap.wrap(message, 88)
     nbformat.write(notebook, path)
 
 
