@@ -15,6 +15,7 @@ from luenberger.derivations import (
     brammer,
     huddle,
     limiting_cases,
+    missing_outputs,
     recursion_proofs,
     recursions,
     trace_minimisation,
@@ -45,6 +46,7 @@ PARTS = {
     "limiting cases": limiting_cases.derive(),
     "brammer": brammer.derive(),
     "tracking": tracking.derive(),
+    "missing outputs": missing_outputs.derive(),
 }
 CLAIMS = {
     f"{part}: {name}": (part, claim)
@@ -236,7 +238,7 @@ def test_misprints_are_rejected_for_a_reason():
 
 # -- numbers ------------------------------------------------------------------------
 
-SIZES = dict(n=5, p=3, m_1=1, m1=1, m=2, r=2, g=2)
+SIZES = dict(n=5, p=3, m_1=1, m1=1, m=2, r=2, g=2, p_a=2, p_m=1)
 
 
 def definite(rng, k, rank=None):
@@ -365,8 +367,16 @@ def perfect(rng):
     return accurate(rng, perfect=True)
 
 
+def one_row_less(rng):
+    """C1 and one accurate row c more, the null space of both, and g that c shows."""
+    n, m1 = SIZES["n"], SIZES["m_1"]
+    rows = rng.normal(size=(m1 + 1, n))
+    values = {"C_1": rows[:m1], "c": rows[m1:], "g_c": np.linalg.pinv(rows)[:, m1:]}
+    return {**values, "N": np.linalg.svd(rows)[2][m1 + 1 :].T}
+
+
 WORLDS = (dict, step, observing, accurate, perfect, square_w, unbiased, unseen,
-          inverse_rows, optimum, invisible, innovation)  # fmt: skip
+          inverse_rows, optimum, invisible, innovation, one_row_less)  # fmt: skip
 
 
 def numbers_for(part, claim):
