@@ -7,7 +7,7 @@ from .certificate import certify, require_match, residuals
 from .errors import DesignError
 from .linalg import lyapunov, modes, symmetrise
 
-NEGLIGIBLE = 1e-12  # beside the largest entry of a matrix: rounding, not work
+NEGLIGIBLE = 1e-10  # beside the largest entry of a matrix: rounding, not work
 EXACT_TOL = 1e-9  # certificate below which the error does not depend on the state
 
 
@@ -198,7 +198,7 @@ def multiply_adds(observer):
 
     A zero costs nothing and a one no multiplication but an addition, which is
     counted; the figure is the number of nonzero entries of F, G, D, P, V, W less one
-    for each row of w^ that is a bare copy of one signal.  An entry below 1e-12 of the
+    for each row of w^ that is a bare copy of one signal.  An entry below 1e-10 of the
     largest of its matrix is rounding and counts as zero.
 
     Examples
