@@ -172,9 +172,9 @@ def test_printing_shows_no_noise(value, text):
 
 
 def test_rounding_is_not_work(table):
-    """The best minimal observer takes no acceleration from the position: zero, not 1e-14.
+    """The best minimal observer takes no acceleration from the position: 0, not 1e-14.
 
-    What is left is F, D and V for the doppler, and the two states that are copied.
+    What is left: the next z and the acceleration, each from z and from the doppler.
     """
     best = table.find([0, 1], "steady").observer
     np.testing.assert_allclose(best.V[2, 0], 0, atol=1e-10)
