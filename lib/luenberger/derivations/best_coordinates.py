@@ -9,7 +9,7 @@ the null space of C1: Gamma = W^-1 C1'(C1 W^-1 C1')^-1.
 Psi, the covariance of y1 - C1 x^_mv, is inverted in two of the steps and nowhere in
 the recursion; where R11 = 0 it is zero and all choices agree.
 
-Source: our own; the coordinates are those of Leondes and Novak (1975), (19).
+Source: our own; the coordinates are those of Leondes and Novak (1974), (19).
 """
 
 from functools import cache

@@ -4,7 +4,7 @@ Brammer keeps the projected estimate T^ x of the Kalman filter and reads the res
 the perfect outputs.  With z = z^ - L y, L = T^ K^, his filter is the observer of
 Leondes and Novak, so (48) and Fig. 1 are one system drawn twice.
 
-Source: Leondes and Novak (1975), section IV.C, (45)-(53); Brammer (1968).
+Source: Leondes and Novak (1974), section IV.C, (45)-(53); Brammer (1968).
 """
 
 from functools import cache
@@ -198,5 +198,5 @@ def derive():
         given=(A, C, C1, Q, R, That, Phat, Vhat1),
         formulas=formulas(),
         steps=filter_steps() | covariance_steps() | canonical_steps(),
-        source="Leondes and Novak (1975), (45)-(53); Brammer (1968)",
+        source="Leondes and Novak (1974), (45)-(53); Brammer (1968)",
     )

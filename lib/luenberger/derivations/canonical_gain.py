@@ -9,7 +9,7 @@ one exactly when M > 0.
 The paper's sufficient condition, R22 > 0 and cov(w1) > 0, is right when R12 = 0 and
 has a counterexample otherwise.
 
-Source: Leondes and Novak (1975), section III, (24)-(36).
+Source: Leondes and Novak (1974), section III, (24)-(36).
 """
 
 from functools import cache
@@ -260,5 +260,5 @@ def derive():
         given=(O11, O21, O22, R11, R21, R22, H2),
         formulas=formulas() | first,
         steps=structure_steps() | minimum_steps() | initial,
-        source="Leondes and Novak (1975), (24)-(36)",
+        source="Leondes and Novak (1974), (24)-(36)",
     )

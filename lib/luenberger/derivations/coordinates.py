@@ -6,7 +6,7 @@ other outputs the next.  The inverse is [X1 X2 X3]; that it exists is what "C ha
 full rank" means, and nothing else about C is used.  Everything designed in q returns
 by x = Mbar^-1 q with the certificate unchanged.
 
-Source: Leondes and Novak (1975), section III, (16)-(23).
+Source: Leondes and Novak (1974), section III, (16)-(23).
 """
 
 from functools import cache
@@ -124,5 +124,5 @@ def derive():
         given=(A, B, *rows, *cols),
         formulas=formulas(),
         steps=steps(),
-        source="Leondes and Novak (1975), (16)-(23)",
+        source="Leondes and Novak (1974), (16)-(23)",
     )

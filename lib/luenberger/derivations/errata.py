@@ -3,7 +3,7 @@
 Each entry is tried, not remembered: the printed expression goes through the same
 normal form as ours, which either cannot multiply it or finds a difference.
 
-Source: Leondes and Novak (1975), (24)-(33), as scanned.
+Source: Leondes and Novak (1974), (24)-(33), as scanned.
 """
 
 from sympy import BlockMatrix, Identity, Trace, ZeroMatrix

@@ -6,7 +6,7 @@ sufficient.  Huddle's F = T+ A P, D = T+ A V factors the first residual through
 I - P T - V C, which unbiasedness (13) makes zero.  Feedthrough E and noises that
 are correlated, E[w v'] = S, are carried along; the paper is E = 0, S = 0.
 
-Source: Leondes and Novak (1975), section II, (7)-(15); Aoki and Huddle (1967).
+Source: Leondes and Novak (1974), section II, (7)-(15); Aoki and Huddle (1967).
 """
 
 from functools import cache
@@ -197,5 +197,5 @@ def derive():
         given=(A, B, C, E, Q, R, S, P, T, Tn, V),
         formulas=formulas(),
         steps=error_steps() | huddle_steps() | noise_steps(),
-        source="Leondes and Novak (1975), section II",
+        source="Leondes and Novak (1974), section II",
     )

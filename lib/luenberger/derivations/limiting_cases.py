@@ -5,7 +5,7 @@ filter.  Both are read off the formulas of `canonical_gain` by giving the size m
 value.  Accurate outputs without noise: again the Kalman filter, which `brammer`
 compares with the literature's form.
 
-Source: Leondes and Novak (1975), section IV, (37)-(53).
+Source: Leondes and Novak (1974), section IV, (37)-(53).
 """
 
 from functools import cache
@@ -191,5 +191,5 @@ def derive():
         given=(A, C, Q, R),
         formulas=formulas | other.formulas,
         steps=steps | perfect() | other.steps,
-        source="Leondes and Novak (1975), section IV",
+        source="Leondes and Novak (1974), section IV",
     )

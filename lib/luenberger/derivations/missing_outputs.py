@@ -7,7 +7,7 @@ is missing leaves C1 too: the null space of what remains of C1 has one dimension
 and the direction that the output would have shown is predicted and filtered like the
 others.  The same gain is the limit of infinite noise on the missing outputs.
 
-Source: our own; the step is Leondes and Novak's (1975), (27)-(33).
+Source: our own; the step is Leondes and Novak's (1974), (27)-(33).
 """
 
 from functools import cache

@@ -4,7 +4,7 @@ A stage list is unfolded into its formulas, so a damaged stage makes a claim fai
 The inverse in the gain is harmless because M is kept as a symbol and its definition
 is solved for R; no other inverse occurs.
 
-Source: Leondes and Novak (1975); our own where `recursions` says so.
+Source: Leondes and Novak (1974); our own where `recursions` says so.
 """
 
 import sympy as sp

@@ -6,7 +6,7 @@ Each function returns a `Derivation` whose `stages` the kernels compile and whos
 C1 Gamma1 = I, and zeros for the other outputs, so that Gamma = 0 is the Kalman
 filter.  `huddle` and `trace_minimisation` offer these functions under their names.
 
-Source: Leondes and Novak (1975), equations (9)-(15), (26)-(33), (41)-(43); the
+Source: Leondes and Novak (1974), equations (9)-(15), (26)-(33), (41)-(43); the
 differential, the steady gradient and the correlated noise are our own.
 """
 
@@ -21,7 +21,7 @@ from . import recursion_proofs as prove
 
 n, p, m, r = sp.symbols("n p m r", integer=True, nonnegative=True)
 
-PAPER = "Leondes and Novak (1975)"
+PAPER = "Leondes and Novak (1974)"
 
 
 def square(names, size=n):

@@ -5,7 +5,7 @@ in the gain and its minimum there (`canonical_gain`, `uniqueness`), the coordina
 that are best for the user's error (`best_coordinates`), and the recursions that run
 (`recursions`).  This module collects them; each part is a `Derivation` of its own.
 
-Source: Leondes and Novak (1975), section III, (16)-(36).
+Source: Leondes and Novak (1974), section III, (16)-(36).
 """
 
 import re
@@ -68,5 +68,5 @@ def derive():
         stages=gain_step().stages,
         formulas=formulas,
         steps=steps,
-        source="Leondes and Novak (1975), section III",
+        source="Leondes and Novak (1974), section III",
     )

@@ -6,7 +6,7 @@ the three measurement noises and in the two manoeuvres between them, which gives
 covariance (58).  All steps are at the concrete sizes of the example, n = 3, p = 2,
 m1 = 1, with symbols for T and the variances.
 
-Source: Leondes and Novak (1975), section V, (54)-(58).
+Source: Leondes and Novak (1974), section V, (54)-(58).
 """
 
 from functools import cache
@@ -144,5 +144,5 @@ def derive():
         ),
     }
     return Derivation(
-        formulas=formulas, steps=steps, source="Leondes and Novak (1975), section V"
+        formulas=formulas, steps=steps, source="Leondes and Novak (1974), section V"
     )

@@ -5,7 +5,7 @@ is neither seen by the outputs nor moved by their noise, so b a' can be added to
 gain at no cost.  The paper's condition, R22 > 0 and cov(w1) > 0, gives M > 0 when
 R12 = 0 and not in general: noises may cancel each other.
 
-Source: our own; Leondes and Novak (1975), after (33), state the condition.
+Source: our own; Leondes and Novak (1974), after (33), state the condition.
 """
 
 from functools import cache
@@ -168,5 +168,5 @@ def derive():
             "other solutions if M a = 0": K + b * a.T,
         },
         steps=positive() | schur() | singular() | sufficient() | counterexample(),
-        source="our own; Leondes and Novak (1975), after (33)",
+        source="our own; Leondes and Novak (1974), after (33)",
     )

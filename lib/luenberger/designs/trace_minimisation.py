@@ -39,7 +39,7 @@ def kalman_filter(plant, *, steps=None, backend="auto"):
 
     References
     ----------
-    Leondes and Novak (1975), equations (39)-(44); derivations/limiting_cases.py.
+    Leondes and Novak (1974), equations (39)-(44); derivations/limiting_cases.py.
 
     Examples
     --------
@@ -59,7 +59,7 @@ def kalman_filter(plant, *, steps=None, backend="auto"):
 def reduced_order_filter(
     plant, m1, *, steps=None, weight=None, horizon="step", backend="auto"
 ):
-    r"""Reduced-order filter of least error trace (Leondes and Novak 1975).
+    r"""Reduced-order filter of least error trace (Leondes and Novak 1974).
 
     The m1 accurate outputs y1 are taken at their word, C1 x^ = y1, and only the
     remaining n - m1 directions are filtered,
@@ -118,7 +118,7 @@ def reduced_order_filter(
 
     References
     ----------
-    Leondes and Novak (1975), equations (14), (15), (24)-(36);
+    Leondes and Novak (1974), equations (14), (15), (24)-(36);
     derivations/trace_minimisation.py.
 
     Examples
