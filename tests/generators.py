@@ -4,6 +4,8 @@ The filters here share no code and no formulas with the library: predictor form 
 S, one solve a step, rows of missing outputs dropped by hand.
 """
 
+from fractions import Fraction
+
 import numpy as np
 
 import luenberger as lb
@@ -119,3 +121,53 @@ def kalman(plant, y, u, u0):
 def relative(found, wanted):
     """Largest deviation relative to the largest wanted entry."""
     return np.abs(found - wanted).max() / np.abs(wanted).max()
+
+
+def exact(plant, y, u=None, u0=None):
+    """The best estimates and covariances in rational arithmetic, for any noise.
+
+    The noises are made part of the state, s = [x; w; v], so that every output is
+    noise-free; outputs are used one at a time, and one of zero variance is skipped.
+    Right for singular R, redundant outputs, S and P0 = 0 alike, with no tolerance.
+    """
+    n, p = plant.n, plant.p
+    N = len(y)
+    u = np.zeros((N, plant.m)) if u is None else u
+    u0 = np.zeros(plant.m) if u0 is None else u0
+    u = rational(np.vstack([u0, u]))
+    mean, spread = rational(plant.x0), rational(plant.P0)
+    xs, Ps = [], []
+    for i in range(N + 1):
+        now = plant.at(i)
+        A, B, C, E, Q, R = (rational(X) for X in now[:6])
+        S = rational(np.zeros((n, p)) if now.S is None else now.S)
+        noise = np.block([[Q, S], [S.T, R]])
+        zero = rational(np.zeros((n, n + p)))
+        s = np.concatenate([mean, rational(np.zeros(n + p))])
+        P = np.block([[spread, zero], [zero.T, noise]])
+        if i > 0:
+            H = np.hstack([C, rational(np.zeros((p, n))), rational(np.eye(p))])
+            for j in np.flatnonzero(~np.isnan(y[i - 1])):
+                seen = P @ H[j]
+                variance = H[j] @ seen
+                if variance != 0:
+                    gap = rational(y[i - 1][j : j + 1])[0] - H[j] @ s - E[j] @ u[i]
+                    s = s + seen * (gap / variance)
+                    P = P - np.outer(seen, seen) / variance
+            xs.append(s[:n].astype(float))
+            Ps.append(P[:n, :n].astype(float))
+        mean, spread = s[:n], P[:n, :n]
+        if i > 0 or plant.P0_is == "posterior":
+            move = np.hstack([A, rational(np.eye(n)), rational(np.zeros((n, p)))])
+            mean, spread = move @ s + B @ u[i], move @ P @ move.T
+    return np.array(xs), np.array(Ps)
+
+
+def rational(X):
+    """X as an array of fractions, exactly."""
+    X = np.asarray(X)
+    if X.dtype == object:
+        return X
+    out = np.empty(X.shape, dtype=object)
+    out.flat = [Fraction(float(v)) for v in X.flat]
+    return out

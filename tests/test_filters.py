@@ -249,9 +249,10 @@ def test_error_covariance_of_a_wrong_plant_counts_the_state():
 def test_kernel_source_holds_no_inverse_and_keeps_symmetry():
     source = kernels.gain_step().source
     assert "inv(" not in source and "solve_right" in source
-    for name in ("Omega", "Sigma_next"):
+    for name in ("Omega", "M", "Sigma_next"):
         assert f"{name} = symmetrise(" in source
-    assert "M = settle(" in source  # symmetrised too, and cleared of rounding
+    settled = kernels.gain_step(settled=True).source
+    assert "Omega = settle(" in settled and "M = settle(" in settled
 
 
 def test_kernels_take_names_only_and_the_right_ones():

@@ -11,6 +11,7 @@ from .errors import DesignError
 from .recorded import rows, single
 
 CONFLICT_TOL = 1e-6  # noise-free outputs may disagree by this, relative to the data
+NOISE_TOL = 1e-12  # and by this, relative to the largest data so far: rounding remains
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,8 +84,8 @@ def filter_data(
 
     References
     ----------
-    Leondes and Novak (1975), equations (27)-(36), (41)-(43);
-    derivations/trace_minimisation.py.
+    Leondes and Novak (1974), equations (27)-(36), (41)-(43);
+    derivations/trace_minimisation.py; derivations/missing_outputs.py.
 
     Examples
     --------
@@ -113,6 +114,7 @@ class _Pass:
         self.x, self.Sigma = plant.x0[:, None], plant.P0
         self.u = np.zeros(plant.m) if u0 is None else single("u0", u0, plant.m)
         self.i = 0
+        self.largest = np.zeros(plant.p)  # of each output so far
         self.before = None  # setting of the instant before, and its residual
         self.estimate = kernels.estimate_step("innovation", "x_next", "rho_next")
 
@@ -179,8 +181,10 @@ class _Pass:
         if blind.shape[1] == 0:
             return
         left = np.abs(blind.T @ left).max(axis=1)
-        size = np.abs(blind).T @ (np.abs(y[seen]) + np.abs(now.C @ self.x)[:, 0])
-        bad = left > CONFLICT_TOL * size
+        size = np.abs(y[seen]) + (np.abs(now.C) @ np.abs(self.x))[:, 0]
+        self.largest[seen] = np.maximum(self.largest[seen], size)
+        size = np.maximum(CONFLICT_TOL * size, NOISE_TOL * self.largest[seen])
+        bad = left > np.abs(blind).T @ size
         if bad.any():
             part = np.abs(blind[:, bad]).max(axis=1) > 1e-9
             which = [self.plant.output_names[j] for j in np.flatnonzero(seen)[part]]

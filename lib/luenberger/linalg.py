@@ -44,7 +44,9 @@ def drop_rounding(X, size):
     puts there would be amplified as if it were uncertainty, and may be negative.
     """
     half = factor(X, size)
-    return half @ half.T if half.shape[1] < len(X) else X
+    if half.shape[1] == len(X) and half.any(axis=1).all():
+        return X
+    return half @ half.T
 
 
 def factor(X, size):
@@ -55,8 +57,10 @@ def factor(X, size):
     diagonal = size.diagonal()
     scale = np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
     values, vectors = np.linalg.eigh(X / scale / scale[:, None])
-    keep = values > SINGULAR_TOL * len(X)
-    return vectors[:, keep] * np.sqrt(values[keep]) * scale[:, None]
+    tol = SINGULAR_TOL * len(X)
+    keep = values > tol
+    half = vectors[:, keep] * np.sqrt(values[keep])
+    return np.where((half * half).sum(1) > tol, scale, 0.0)[:, None] * half
 
 
 def solve_right(N, M):

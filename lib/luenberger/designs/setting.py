@@ -36,10 +36,11 @@ class Setting(NamedTuple):
 
     def step(self, A, Q, Sigma):
         """From Sigma of the instant before to the gains and Sigma of this one."""
-        new = kernels.gain_step()(
+        perfect = self.blind.size > 0
+        new = kernels.gain_step(settled=perfect)(
             A=A, Q=Q, C=self.C, R=self.R, Gamma=self.Gamma, Sigma=Sigma
         )
-        if self.blind.size:
+        if perfect:
             new["Sigma_next"] = drop_rounding(new["Sigma_next"], new["Omega"])
         return new
 

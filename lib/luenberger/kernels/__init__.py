@@ -14,19 +14,22 @@ def require_backend(backend):
 
 
 @cache
-def compiled(module, stages, *outputs):
+def compiled(module, stages, *outputs, **options):
     """The kernel of `derivations.<module>.<stages>()`, pruned to `outputs`."""
     from importlib import import_module
 
     from .numpy import kernel
 
     derivation = getattr(import_module(f"..derivations.{module}", __package__), stages)
-    return kernel(derivation(), *outputs)
+    return kernel(derivation(), *outputs, **options)
 
 
-def gain_step(*outputs):
-    """Omega, M, K and the next error covariance: Leondes and Novak (27)-(33)."""
-    return compiled("trace_minimisation", "gain_step", *outputs)
+def gain_step(*outputs, settled=False):
+    """Omega, M, K and the next error covariance: Leondes and Novak (27)-(33).
+
+    `settled` is for noise-free outputs, where rounding would pass for uncertainty.
+    """
+    return compiled("trace_minimisation", "gain_step", *outputs, settled=settled)
 
 
 def estimate_step(*outputs):

@@ -9,16 +9,18 @@ from ..linalg import settle, solve_right, symmetrise
 _NAMESPACE = dict(solve_right=solve_right, symmetrise=symmetrise, settle=settle)
 
 
-def kernel(derivation, *outputs):
+def kernel(derivation, *outputs, settled=False):
     """Compile the stages of `derivation` into ``f(**arrays) -> dict of arrays``.
 
     Inputs are passed by name, so a caller cannot swap Q and R; a missing or unknown
     name is a TypeError.  Only the stages that `outputs` need are kept (all, if none
     are named).  Refuses a derivation whose proof fails.  Leading axes broadcast.
+    With `settled`, covariances that later stages use are cleared of rounding (see
+    `linalg.settle`), which costs half as much again.
     """
     if unproved := derivation.unproved() or not derivation.steps:
         raise AssertionError(f"unproved derivation: {derivation.source}: {unproved}")
-    given, source = numpy_source(derivation, outputs)
+    given, source = numpy_source(derivation, outputs, settled)
     namespace = dict(_NAMESPACE)
     exec("import numpy as np\n" + source, namespace)  # text made here, from symbols
     step = namespace["step"]
@@ -26,13 +28,13 @@ def kernel(derivation, *outputs):
     return step
 
 
-def numpy_source(derivation, outputs=()):
+def numpy_source(derivation, outputs=(), settled=False):
     """Return the names of the inputs and the source of one step, outputs pruned."""
     stages = needed(derivation.stages, outputs)
     names = {s.name for stage in stages for s in symbols_in(stage.formula)}
     given = [s for s in derivation.given if s.name in names]
     targets = [stage.target.name for stage in stages]
-    divisors = {stage.formula.M for stage in stages if isinstance(stage.formula, Solve)}
+    used = {s.name for stage in stages for s in symbols_in(stage.formula)}
     sizes = {}
     for symbol in given:
         for axis, size in zip((-2, -1), symbol.shape):
@@ -40,7 +42,7 @@ def numpy_source(derivation, outputs=()):
     lines = [f"def step(*, {', '.join(s.name for s in given)}):"]
     for stage in stages:
         code = _formula(stage.formula, sizes)
-        if stage.symmetric and stage.target in divisors:
+        if stage.symmetric and settled and stage.target.name in used:
             code = f"settle({code}, {_formula(magnitude(stage.formula), sizes)})"
         elif stage.symmetric:
             code = f"symmetrise({code})"
