@@ -182,9 +182,12 @@ def _over(settings, steps):
     rows = [(now, K) for now, K, _ in gains(settings, steps)]
     stack = {
         name: np.stack([getattr(now, name) for now, _ in rows])
-        for name in ("As", "B", "J", "C", "E", "Phat", "That")
+        for name in ("As", "B", "J", "C", "E", "Gamma", "Phat", "That")
     }
     K = np.stack([K for _, K in rows])
+    K = stack["Gamma"] + stack["Phat"] @ (
+        stack["That"] @ K
+    )  # C1 K = [I 0] without rounding
     compute = kernels.observer_matrices
     T = compute("T")(That=stack["That"], K=K, C=stack["C"])["T"]
     T_next = np.concatenate([T[1:], T[-1:]])
@@ -214,6 +217,7 @@ def _over(settings, steps):
 def _constant(settings, K):
     """A constant gain as an Observer."""
     now, plant = settings.at(0), settings.plant
+    K = now.Gamma + now.Phat @ (now.That @ K)  # C1 K = [I 0] without rounding
     compute = kernels.observer_matrices
     T = compute("T")(That=now.That, K=K, C=now.C)["T"]
     rest = compute("F", "D", "G", "W")(
