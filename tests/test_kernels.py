@@ -1,0 +1,127 @@
+"""Kernels compute the formulas they were compiled from, and refuse false ones."""
+
+import numpy as np
+import pytest
+import sympy as sp
+
+from luenberger.derivations import Derivation, Solve, Stage, recursions
+from luenberger.kernels.numpy import kernel, numpy_source
+
+STAGE_LISTS = (
+    "gain_step",
+    "estimate_step",
+    "step_differential",
+    "steady_gradient",
+    "observer",
+    "decorrelation",
+    "error_recursion",
+)
+SIZES = dict(n=4, p=2, m=2, r=3)
+SYMMETRIC = ("Q", "R", "Sigma", "M", "Omega", "dOmega", "Lambda", "X")
+
+
+def number(size):
+    """A symbolic size as an int."""
+    size = sp.sympify(size)
+    return int(size.subs({s: SIZES[s.name] for s in size.free_symbols}))
+
+
+def exact_inputs(derivation, rng):
+    """Rational matrices for what a stage list is given; covariances definite."""
+    values = {}
+    for symbol in derivation.given:
+        shape = [number(size) for size in symbol.shape]
+        value = sp.Matrix(*shape, lambda i, j: sp.Rational(int(rng.integers(-9, 9)), 7))
+        if symbol.name in SYMMETRIC:
+            value = value * value.T + sp.eye(shape[0])
+        values[symbol.name] = value
+    if {"J", "S"} <= set(values):  # S = J R, or Q - J S' is no covariance
+        values["S"] = values["J"] * sp.diag(2, 3)
+    return values
+
+
+def exact_step(derivation, values):
+    """The stages in exact arithmetic, inverses and all."""
+    known = dict(values)
+    for stage in derivation.stages:
+        known[stage.target.name] = evaluate(stage.formula, known)
+    return {stage.target.name: known[stage.target.name] for stage in derivation.stages}
+
+
+def evaluate(e, known):
+    if isinstance(e, Solve):
+        return evaluate(e.N, known) * evaluate(e.M, known).inv()
+    if isinstance(e, sp.MatrixSymbol):
+        return known[e.name]
+    if isinstance(e, sp.Identity):
+        return sp.eye(number(e.shape[0]))
+    if isinstance(e, sp.Transpose):
+        return evaluate(e.arg, known).T
+    parts = [evaluate(a, known) if a.is_Matrix else a for a in e.args]
+    total = parts[0]
+    for part in parts[1:]:
+        total = total + part if e.is_MatAdd else total * part
+    return total
+
+
+@pytest.mark.parametrize("name", STAGE_LISTS)
+def test_kernel_agrees_with_exact_arithmetic(name):
+    derivation = getattr(recursions, name)()
+    values = exact_inputs(derivation, np.random.default_rng(8))
+    step = kernel(derivation)
+    found = step(
+        **{key: np.array(values[key].tolist(), dtype=float) for key in step.given}
+    )
+    wanted = exact_step(derivation, values)
+    assert set(found) == set(wanted)
+    for target, value in wanted.items():
+        value = np.array(value.tolist(), dtype=float)
+        scale = np.abs(value).max()
+        np.testing.assert_allclose(
+            found[target], value, rtol=0, atol=1e-12 * scale, err_msg=target
+        )
+
+
+@pytest.mark.parametrize("name", STAGE_LISTS)
+def test_leading_axes_broadcast(name):
+    derivation = getattr(recursions, name)()
+    rng = np.random.default_rng(3)
+    step = kernel(derivation)
+    one, two = (
+        {k: np.array(v.tolist(), dtype=float) for k, v in given.items()}
+        for given in (exact_inputs(derivation, rng), exact_inputs(derivation, rng))
+    )
+    both = step(**{k: np.stack([one[k], two[k]]) for k in step.given})
+    for k, given in enumerate((one, two)):
+        alone = step(**{key: given[key] for key in step.given})
+        for target, value in alone.items():
+            np.testing.assert_allclose(both[target][k], value, rtol=1e-12, atol=1e-12)
+
+
+def test_only_the_stages_that_are_asked_for_are_kept():
+    derivation = recursions.gain_step()
+    given, source = numpy_source(derivation, ("M",))
+    assert "Kmv" not in source and "Gamma" not in given
+    with pytest.raises(KeyError, match="no stage assigns"):
+        numpy_source(derivation, ("Psi",))
+
+
+def false_derivation(steps):
+    X = sp.MatrixSymbol("X", 2, 2)
+    Y = sp.MatrixSymbol("Y", 2, 2)
+    return Derivation((X,), (Stage(Y, 2 * X),), steps=steps, source="nowhere")
+
+
+@pytest.mark.parametrize(
+    "steps", [{}, {"2 X = 3 X": sp.Matrix([[1]])}], ids=["no steps", "a false step"]
+)
+def test_kernel_refuses_what_is_not_proved(steps):
+    with pytest.raises(AssertionError, match="unproved derivation: nowhere"):
+        kernel(false_derivation(steps))
+
+
+def test_an_inverse_has_no_numpy_form():
+    X = sp.MatrixSymbol("X", 2, 2)
+    bad = Derivation((X,), (Stage(sp.MatrixSymbol("Y", 2, 2), X.I),))
+    with pytest.raises(TypeError, match="write an inverse as Solve"):
+        numpy_source(bad)
