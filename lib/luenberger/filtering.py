@@ -116,7 +116,9 @@ class _Pass:
         self.i = 0
         self.largest = np.zeros(plant.p)  # of each output so far
         self.before = None  # setting of the instant before, and its residual
-        self.estimate = kernels.estimate_step("innovation", "x_next", "rho_next")
+        self.estimate = kernels.estimate_step(
+            "x_minus", "innovation", "x_next", "rho_next"
+        )
 
     def chunks(self, y, u):
         for part in y:
@@ -158,9 +160,12 @@ class _Pass:
         )  # fmt: skip
         self.Sigma, self.x, self.u = new["Sigma_next"], moved["x_next"], u
         self.before = now, moved["rho_next"]
-        # judged before accurate outputs are taken at their word: K moves y off them
-        left = moved["innovation"] - now.C @ (new["Kmv"] @ moved["innovation"])
-        self.require_agreement(now, left, y, seen)
+        if now.blind.size:
+            states = np.abs(moved["x_minus"]) + np.abs(moved["x_next"])
+            size = np.abs(now.C) @ states[:, 0] + np.abs(now.E) @ np.abs(u)
+            # before accurate outputs are taken at their word: that moves C x^ again
+            left = moved["innovation"] - now.C @ (new["Kmv"] @ moved["innovation"])
+            self.require_agreement(now.blind, left, size + np.abs(y[seen]), seen)
         return new["K"], now
 
     def transition(self):
@@ -175,13 +180,9 @@ class _Pass:
             return np.eye(n), 0 * first.B, np.zeros((n, n)), np.eye(n), J, rho
         return first.A, first.B, first.Q, first.A, J, rho
 
-    def require_agreement(self, now, left, y, seen):
+    def require_agreement(self, blind, left, size, seen):
         """Noise-free combinations of outputs must be met by the best estimate."""
-        blind = now.blind
-        if blind.shape[1] == 0:
-            return
         left = np.abs(blind.T @ left).max(axis=1)
-        size = np.abs(y[seen]) + (np.abs(now.C) @ np.abs(self.x))[:, 0]
         self.largest[seen] = np.maximum(self.largest[seen], size)
         size = np.maximum(CONFLICT_TOL * size, NOISE_TOL * self.largest[seen])
         bad = left > np.abs(blind).T @ size

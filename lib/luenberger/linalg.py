@@ -6,7 +6,7 @@ a matrix is singular, and what to tell the user.
 
 import numpy as np
 import scipy.linalg
-from scipy.linalg.lapack import dposv
+from scipy.linalg.lapack import dposv, dpotrf
 
 from .errors import DesignError
 
@@ -49,7 +49,20 @@ def drop_rounding(X, size):
     return half @ half.T
 
 
-def factor(X, size):
+def semidefinite(X, size):
+    """Return X, its negative eigenvalues raised to zero if rounding made any.
+
+    Where an unstable mode has no variance and no noise drives it, zero is a point of
+    balance that the recursion leaves to either side.  On the positive side the filter
+    settles; on the negative one the covariance runs away.
+    """
+    if dpotrf(X)[1] == 0:
+        return X
+    half = factor(X, size, 0.0)
+    return half @ half.T
+
+
+def factor(X, size, tol=SINGULAR_TOL):
     """H with H H' = X and a column for each direction that is not rounding.
 
     Rounding is judged at unit diagonal of the covariance `size` that X came from.
@@ -57,7 +70,7 @@ def factor(X, size):
     diagonal = size.diagonal()
     scale = np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
     values, vectors = np.linalg.eigh(X / scale / scale[:, None])
-    tol = SINGULAR_TOL * len(X)
+    tol = tol * len(X)
     keep = values > tol
     half = vectors[:, keep] * np.sqrt(values[keep])
     return np.where((half * half).sum(1) > tol, scale, 0.0)[:, None] * half
@@ -140,7 +153,7 @@ def complete(C1, weight=None, labels=None):
     bound, free = np.sort(pivots[:m1]), np.sort(pivots[m1:])
     Phat = np.zeros((n, n - m1))
     Phat[free, np.arange(n - m1)] = 1
-    Phat[bound] = -np.linalg.solve(C1[:, bound], C1[:, free])
+    Phat[bound] = 0.0 - np.linalg.solve(C1[:, bound], C1[:, free])  # no -0.0
     lifted = C1.T if weight is None else np.linalg.solve(weight, C1.T)
     Gamma1 = np.linalg.solve(C1 @ lifted, lifted.T).T
     That = np.linalg.inv(np.hstack([Phat, Gamma1]))[: n - m1]
@@ -148,12 +161,19 @@ def complete(C1, weight=None, labels=None):
 
 
 def lyapunov(F, Q):
-    """Solve X = F X F' + Q for stable F, refined once to working accuracy."""
-    if F.shape[0] == 0:
-        return np.zeros((0, 0))
-    X = symmetrise(scipy.linalg.solve_discrete_lyapunov(F, Q))
-    residual = symmetrise(F @ X @ F.T + Q - X)
-    return symmetrise(X + scipy.linalg.solve_discrete_lyapunov(F, residual))
+    """Solve X = F X F' + Q for stable F, by doubling.
+
+    The sum of F^k Q F^k' is doubled in length each time, so X stays semi-definite,
+    and an F with large entries and small poles does no harm.
+    """
+    X, power = symmetrise(Q), F
+    for _ in range(64):  # 2^64 terms: no pole below 1 in floating point needs more
+        more = power @ X @ power.T
+        X = symmetrise(X + more)
+        if (more.diagonal() <= 1e-17 * X.diagonal()).all():
+            break
+        power = power @ power
+    return X
 
 
 def radius(F):

@@ -8,7 +8,14 @@ import scipy.linalg
 from .. import kernels
 from ..arrays import covariance
 from ..errors import DesignError
-from ..linalg import RANK_TOL, complete, drop_rounding, null_directions, solve_right
+from ..linalg import (
+    RANK_TOL,
+    complete,
+    drop_rounding,
+    null_directions,
+    semidefinite,
+    solve_right,
+)
 
 
 class Setting(NamedTuple):
@@ -40,8 +47,8 @@ class Setting(NamedTuple):
         new = kernels.gain_step(settled=perfect)(
             A=A, Q=Q, C=self.C, R=self.R, Gamma=self.Gamma, Sigma=Sigma
         )
-        if perfect:
-            new["Sigma_next"] = drop_rounding(new["Sigma_next"], new["Omega"])
+        proper = drop_rounding if perfect else semidefinite
+        new["Sigma_next"] = proper(new["Sigma_next"], new["Omega"])
         return new
 
 
