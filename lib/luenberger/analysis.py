@@ -5,7 +5,7 @@ import numpy as np
 from . import kernels
 from .certificate import certify, require_match, residuals
 from .errors import DesignError
-from .linalg import lyapunov, modes, symmetrise
+from .linalg import lyapunov, modes, semidefinite, symmetrise
 
 NEGLIGIBLE = 1e-10  # beside the largest entry of a matrix: rounding, not work
 EXACT_TOL = 1e-9  # certificate below which the error does not depend on the state
@@ -46,7 +46,7 @@ def error_covariance(observer, plant, *, steps=None):
 
     References
     ----------
-    Leondes and Novak (1975), equations (11), (26), (28); derivations/huddle.py.
+    Leondes and Novak (1974), equations (11), (26), (28); derivations/huddle.py.
 
     Examples
     --------
@@ -130,7 +130,7 @@ class _Exact:
         for k in range(steps if varying else steps + 1):
             new = step(X=X, **self.matrices(k))
             out.append(new["Sigma"])
-            X = new["X_next"]
+            X = semidefinite(new["X_next"], new["X_next"])
         return np.stack(out)
 
     def steady(self):

@@ -122,7 +122,10 @@ class _Pass:
 
     def chunks(self, y, u):
         for part in y:
-            yield self.chunk(part, None if u is None else next(u))
+            inputs = None if u is None else next(u, ())
+            if inputs is not None and len(inputs) == 0 < len(part):
+                raise ValueError("u has fewer chunks, or emptier ones, than y")
+            yield self.chunk(part, inputs)
 
     def chunk(self, y, u):
         plant = self.plant

@@ -56,7 +56,7 @@ def semidefinite(X, size):
     balance that the recursion leaves to either side.  On the positive side the filter
     settles; on the negative one the covariance runs away.
     """
-    if dpotrf(X)[1] == 0:
+    if len(X) == 0 or dpotrf(X)[1] == 0:
         return X
     half = factor(X, size, 0.0)
     return half @ half.T
