@@ -145,10 +145,11 @@ class _Pass:
         for k in range(N):
             seen = ~np.isnan(y[k])
             gain, now = self.step(y[k], u[k], seen)
-            x[k], std[k] = self.x[:, 0], np.sqrt(self.Sigma.diagonal().clip(0))
+            x[k], std[k] = self.x[:, 0], self.Sigma.diagonal()
             orders[k] = now.Phat.shape[1]
             if self.history:
                 P[k], K[k][:, seen] = self.Sigma, gain
+        std = np.sqrt(std.clip(0))
         return Filtered(x, std, self.Sigma if P is None else P, K, orders)
 
     def step(self, y, u, seen):

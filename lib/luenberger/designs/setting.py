@@ -75,6 +75,7 @@ class Settings:
             raise ValueError(
                 f"weight must be an (n, n) matrix or 'canonical', got {weight!r}"
             )
+        self.steps = plant.steps
         self._known = {}
 
     @property
@@ -83,10 +84,10 @@ class Settings:
 
     def at(self, i, seen=None):
         """The setting at instant i; `seen` (p,) bool tells which outputs arrived."""
-        i = 0 if self.plant.steps is None else min(i, self.plant.steps - 1)
+        i = 0 if self.steps is None else min(i, self.steps - 1)
         key = i, None if seen is None else seen.tobytes()
         if key not in self._known:
-            if self.plant.steps is not None:
+            if self.steps is not None:
                 self._known.clear()  # a time-varying plant passes each instant once
             self._known[key] = self._make(i, seen)
         return self._known[key]
