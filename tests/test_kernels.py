@@ -125,3 +125,15 @@ def test_an_inverse_has_no_numpy_form():
     bad = Derivation((X,), (Stage(sp.MatrixSymbol("Y", 2, 2), X.I),))
     with pytest.raises(TypeError, match="write an inverse as Solve"):
         numpy_source(bad)
+
+
+@pytest.mark.parametrize("name", STAGE_LISTS)
+def test_symmetric_stages_come_out_symmetric_to_the_last_bit(name):
+    derivation = getattr(recursions, name)()
+    given = exact_inputs(derivation, np.random.default_rng(5))
+    step = kernel(derivation)
+    found = step(**{k: np.array(given[k].tolist(), dtype=float) for k in step.given})
+    for stage in derivation.stages:
+        if stage.symmetric:
+            value = found[stage.target.name]
+            np.testing.assert_array_equal(value, value.T, err_msg=stage.target.name)
