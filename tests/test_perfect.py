@@ -417,13 +417,14 @@ def test_units_of_a_state_do_not_matter(scale):
 
 @pytest.mark.parametrize("r", [1e-4, 1e-8, 1e-11])
 def test_almost_redundant_outputs_are_both_used(r):
-    """Two good sensors of one state: their mean is twice as good as either."""
+    """A good sensor and a fair one of one state: weighed, they beat the good one."""
     plant = lb.Plant(
-        DOUBLE, None, [[1, 0], [1, 0]], dt=1.0, Q=SMOOTH, R=r * np.eye(2), P0=np.eye(2)
-    )
+        DOUBLE, None, [[1, 0], [1, 0]], dt=1.0, Q=SMOOTH, P0=np.eye(2),
+        R=r * np.diag([1.0, 4]),
+    )  # fmt: skip
     y = np.array([[1.0, 1], [2, 2], [3, 3]])
     x, P = generators.exact(plant, y)
     run = lb.filter_data(plant, y, history=True)
     np.testing.assert_allclose(run.P[:, 0, 0], P[:, 0, 0], rtol=1e-3)
-    np.testing.assert_allclose(run.P[:, 0, 0], r / 2, rtol=1e-3)
+    np.testing.assert_allclose(run.P[:, 0, 0], 0.8 * r, rtol=1e-3)
     np.testing.assert_allclose(run.x, x, rtol=0, atol=1e-9)
