@@ -64,11 +64,12 @@ def evaluate(e, known):
     return total
 
 
+@pytest.mark.parametrize("flat", [False, True], ids=["stacks", "flat"])
 @pytest.mark.parametrize("name", STAGE_LISTS)
-def test_kernel_agrees_with_exact_arithmetic(name):
+def test_kernel_agrees_with_exact_arithmetic(name, flat):
     derivation = getattr(recursions, name)()
     values = exact_inputs(derivation, np.random.default_rng(8))
-    step = kernel(derivation)
+    step = kernel(derivation, flat=flat)
     found = step(
         **{key: np.array(values[key].tolist(), dtype=float) for key in step.given}
     )

@@ -4,6 +4,8 @@ The primitives are LAPACK's, through SciPy; what is decided here is what to do w
 a matrix is singular, and what to tell the user.
 """
 
+from functools import cache
+
 import numpy as np
 import scipy.linalg
 from scipy.linalg.lapack import dposv, dpotrf
@@ -14,6 +16,14 @@ SINGULAR_TOL = 1e-13  # 1 - (multiple correlation)^2 below this: a redundant out
 ROUNDING = 1e-14  # a variance this small beside the terms it is made of is zero
 RANK_TOL = 1e-10  # smallest singular value, relative to the largest, called nonzero
 UNIT_TOL = 1e-9  # a pole this close to the unit circle is called on it
+
+
+@cache
+def eye(n):
+    """The identity matrix, made once for each size; read-only."""
+    identity = np.eye(n)
+    identity.setflags(write=False)
+    return identity
 
 
 def symmetrise(X):

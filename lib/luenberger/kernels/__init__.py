@@ -29,12 +29,14 @@ def gain_step(*outputs, settled=False):
 
     `settled` is for noise-free outputs, where rounding would pass for uncertainty.
     """
-    return compiled("trace_minimisation", "gain_step", *outputs, settled=settled)
+    return compiled(
+        "trace_minimisation", "gain_step", *outputs, flat=True, settled=settled
+    )
 
 
 def estimate_step(*outputs):
     """One step of the estimate, from x_i and y_{i+1} to x_{i+1}: Fig. 1, (43)."""
-    return compiled("trace_minimisation", "estimate_step", *outputs)
+    return compiled("trace_minimisation", "estimate_step", *outputs, flat=True)
 
 
 def step_differential(*outputs):
@@ -44,7 +46,7 @@ def step_differential(*outputs):
 
 def steady_gradient(*outputs):
     """Gradient of the steady error trace with respect to a constant gain."""
-    return compiled("trace_minimisation", "steady_gradient", *outputs)
+    return compiled("trace_minimisation", "steady_gradient", *outputs, flat=True)
 
 
 def observer_matrices(*outputs):
@@ -54,9 +56,9 @@ def observer_matrices(*outputs):
 
 def decorrelation(*outputs):
     """The plant whose two noises are uncorrelated, from one with S."""
-    return compiled("huddle", "decorrelation", *outputs)
+    return compiled("huddle", "decorrelation", *outputs, flat=True)
 
 
 def error_recursion(*outputs):
     """Covariance of the error of any observer, one step: (11), (26), (28)."""
-    return compiled("huddle", "error_recursion", *outputs)
+    return compiled("huddle", "error_recursion", *outputs, flat=True)

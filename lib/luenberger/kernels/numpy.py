@@ -4,23 +4,26 @@ import sympy as sp
 from sympy.matrices.expressions.matexpr import MatrixExpr
 
 from ..derivations import Solve
-from ..linalg import settle, solve_right, symmetrise
+from ..linalg import eye, settle, solve_right, symmetrise
 
-_NAMESPACE = dict(solve_right=solve_right, symmetrise=symmetrise, settle=settle)
+_NAMESPACE = dict(
+    eye=eye, settle=settle, solve_right=solve_right, symmetrise=symmetrise
+)
 
 
-def kernel(derivation, *outputs, settled=False):
+def kernel(derivation, *outputs, settled=False, flat=False):
     """Compile the stages of `derivation` into ``f(**arrays) -> dict of arrays``.
 
     Inputs are passed by name, so a caller cannot swap Q and R; a missing or unknown
     name is a TypeError.  Only the stages that `outputs` need are kept (all, if none
-    are named).  Refuses a derivation whose proof fails.  Leading axes broadcast.
-    With `settled`, covariances that later stages use are cleared of rounding (see
-    `linalg.settle`), which costs half as much again.
+    are named).  Refuses a derivation whose proof fails.  Leading axes broadcast, but
+    not those of a `flat` kernel, which is faster.  With `settled`, covariances that
+    later stages use are cleared of rounding (see `linalg.settle`), which costs half
+    as much again.
     """
     if unproved := derivation.unproved() or not derivation.steps:
         raise AssertionError(f"unproved derivation: {derivation.source}: {unproved}")
-    given, source = numpy_source(derivation, outputs, settled)
+    given, source = numpy_source(derivation, outputs, settled, flat)
     namespace = dict(_NAMESPACE)
     exec("import numpy as np\n" + source, namespace)  # text made here, from symbols
     step = namespace["step"]
@@ -28,7 +31,7 @@ def kernel(derivation, *outputs, settled=False):
     return step
 
 
-def numpy_source(derivation, outputs=(), settled=False):
+def numpy_source(derivation, outputs=(), settled=False, flat=False):
     """Return the names of the inputs and the source of one step, outputs pruned."""
     stages = needed(derivation.stages, outputs)
     names = {s.name for stage in stages for s in symbols_in(stage.formula)}
@@ -39,11 +42,12 @@ def numpy_source(derivation, outputs=(), settled=False):
     for symbol in given:
         for axis, size in zip((-2, -1), symbol.shape):
             sizes.setdefault(size, f"{symbol.name}.shape[{axis}]")
+    code_of = Printer(sizes, flat)
     lines = [f"def step(*, {', '.join(s.name for s in given)}):"]
     for stage in stages:
-        code = _formula(stage.formula, sizes)
+        code = code_of(stage.formula)
         if stage.symmetric and settled and stage.target.name in used:
-            code = f"settle({code}, {_formula(magnitude(stage.formula), sizes)})"
+            code = f"settle({code}, {code_of(magnitude(stage.formula))})"
         elif stage.symmetric:
             code = f"symmetrise({code})"
         tag = f"  # {stage.equation}" if stage.equation else ""
@@ -91,29 +95,45 @@ def magnitude(e):
     )
 
 
-def _formula(e, sizes):
-    if isinstance(e, Solve):
-        return f"solve_right({_formula(e.N, sizes)}, {_formula(e.M, sizes)})"
-    if isinstance(e, sp.MatAdd):
-        return " + ".join(_formula(term, sizes) for term in e.args).replace("+ -", "- ")
-    if isinstance(e, sp.MatMul):
-        scalars = sp.Mul(*(a for a in e.args if not isinstance(a, MatrixExpr)))
-        matrices = [a for a in e.args if isinstance(a, MatrixExpr)]
-        factors = " @ ".join(
-            f"({_formula(a, sizes)})" if a.is_MatAdd else _formula(a, sizes)
-            for a in matrices
+class Printer:
+    """SymPy matrix expressions as NumPy source.
+
+    `flat` code is for matrices only: ``dot`` takes half the time of ``@`` on small
+    ones, which is most of a step's time.  Otherwise leading axes broadcast.
+    """
+
+    def __init__(self, sizes, flat):
+        self.sizes, self.flat = sizes, flat
+
+    def __call__(self, e):
+        if isinstance(e, Solve):
+            return f"solve_right({self(e.N)}, {self(e.M)})"
+        if isinstance(e, sp.MatAdd):
+            return " + ".join(map(self, e.args)).replace("+ -", "- ")
+        if isinstance(e, sp.MatMul):
+            return self.product(e)
+        if isinstance(e, Magnitude):
+            return f"np.abs({e.name})"
+        if isinstance(e, sp.Transpose):
+            return f"{self.factor(e.arg)}.{'T' if self.flat else 'mT'}"
+        if isinstance(e, sp.Identity):
+            return f"eye({self.sizes[e.shape[0]]})"
+        if isinstance(e, sp.MatrixSymbol):
+            return e.name
+        raise TypeError(
+            f"no NumPy form for {type(e).__name__} in {e}; write an inverse as Solve"
         )
+
+    def product(self, e):
+        scalars = sp.Mul(*(a for a in e.args if not isinstance(a, MatrixExpr)))
+        first, *rest = (a for a in e.args if isinstance(a, MatrixExpr))
+        if self.flat:
+            code = self.factor(first) + "".join(f".dot({self(a)})" for a in rest)
+        else:
+            code = " @ ".join(map(self.factor, (first, *rest)))
         scale = {1: "", -1: "-"}.get(scalars, f"{float(scalars)!r} * ")
-        return f"{scale}({factors})" if scale else factors
-    if isinstance(e, Magnitude):
-        return f"np.abs({e.name})"
-    if isinstance(e, sp.Transpose):
-        inner = _formula(e.arg, sizes)
-        return f"{inner}.mT" if isinstance(e.arg, sp.MatrixSymbol) else f"({inner}).mT"
-    if isinstance(e, sp.Identity):
-        return f"np.eye({sizes[e.shape[0]]})"
-    if isinstance(e, sp.MatrixSymbol):
-        return e.name
-    raise TypeError(
-        f"no NumPy form for {type(e).__name__} in {e}; write an inverse as Solve"
-    )
+        return f"{scale}({code})" if scale else code
+
+    def factor(self, e):
+        """The code of `e`, in parentheses where an operator would tear it apart."""
+        return f"({self(e)})" if isinstance(e, sp.MatAdd | sp.MatMul) else self(e)
