@@ -8,6 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
+from .arrays import numbers
+
 
 def fill(frozen, **values):
     """Set fields of a frozen dataclass from within its __post_init__."""
@@ -26,6 +28,8 @@ def as_data(frozen):
 
 
 def plain(value):
+    if isinstance(value, np.ndarray) and np.iscomplexobj(value):
+        return {"real": value.real.tolist(), "imag": value.imag.tolist()}
     if isinstance(value, np.ndarray):
         # an empty matrix has lost a dimension as nested lists, so keep its shape
         return value.tolist() if value.size else {"shape": list(value.shape)}
@@ -95,9 +99,21 @@ def _refuse(constant):
 
 
 def _array(path, key, value):
-    """Turn {"shape": [0, n]} back into an empty array; pass other data on."""
+    """Turn {"shape": [0, n]} back into an empty array, {"real", "imag"} into a
+    complex one; pass other data on.
+    """
     if not isinstance(value, dict):
         return value
+    if set(value) == {"real", "imag"}:
+        real, imag = (numbers(f"{path}: {key}", value[k]) for k in ("real", "imag"))
+        if real.shape != imag.shape:
+            raise ValueError(
+                f"{path}: {key} has a real part of shape {real.shape} and an "
+                f"imaginary one of shape {imag.shape}"
+            )
+        both = np.empty(real.shape, dtype=complex)
+        both.real, both.imag = real, imag
+        return both
     shape = value.get("shape")
     if set(value) != {"shape"} or not isinstance(shape, list) or 0 not in shape:
         raise ValueError(f"{path}: {key} must be numbers or lists, not an object")

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.linalg
 
+from .arrays import require_real
 from .certificate import require_match
 from .errors import DesignError
 from .linalg import square_root
@@ -75,6 +76,7 @@ def simulate(plant, observer, t, *, u=None, u0=None, x0=None, z0=None, seed=None
     array([3., 4., 5., 6., 7.])
     """
     require_match(observer, plant)
+    require_real("simulation", plant, observer)
     if plant.multiplicative:
         raise DesignError("simulation does not model multiplicative noise yet")
     if plant.dt == 0:
