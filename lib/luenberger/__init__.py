@@ -15,6 +15,10 @@ from .analysis import multiply_adds as multiply_adds
 from .certificate import Certificate as Certificate
 from .certificate import certify as certify
 from .certificate import residuals as residuals
+from .designs.canonical import ObservabilityForm as ObservabilityForm
+from .designs.canonical import observability_form as observability_form
+from .designs.deadbeat import deadbeat_observer as deadbeat_observer
+from .designs.reconstruction import reconstruct_state as reconstruct_state
 from .designs.trace_minimisation import kalman_filter as kalman_filter
 from .designs.trace_minimisation import reduced_order_filter as reduced_order_filter
 from .ensemble import Ensemble as Ensemble
