@@ -19,6 +19,7 @@ from .designs.canonical import ObservabilityForm as ObservabilityForm
 from .designs.canonical import observability_form as observability_form
 from .designs.deadbeat import deadbeat_observer as deadbeat_observer
 from .designs.reconstruction import reconstruct_state as reconstruct_state
+from .designs.staircase import reduced_order_observer as reduced_order_observer
 from .designs.trace_minimisation import kalman_filter as kalman_filter
 from .designs.trace_minimisation import reduced_order_filter as reduced_order_filter
 from .ensemble import Ensemble as Ensemble
@@ -32,6 +33,8 @@ from .plant import Plant as Plant
 from .recorded import estimate as estimate
 from .simulate import Run as Run
 from .simulate import simulate as simulate
+from .staircase import Staircase as Staircase
+from .staircase import staircase as staircase
 
 _ON_DEMAND = ("plot", "report")  # they import matplotlib
 
