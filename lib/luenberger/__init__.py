@@ -33,8 +33,8 @@ from .plant import Plant as Plant
 from .recorded import estimate as estimate
 from .simulate import Run as Run
 from .simulate import simulate as simulate
-from .staircase import Staircase as Staircase
-from .staircase import staircase as staircase
+from .stairs import Staircase as Staircase
+from .stairs import staircase as staircase
 
 _ON_DEMAND = ("plot", "report")  # they import matplotlib
 

@@ -11,7 +11,7 @@ from scipy.linalg.lapack import get_lapack_funcs
 from ..certificate import certify
 from ..errors import DesignError
 from ..observer import Observer
-from ..staircase import find
+from ..stairs import find
 from . import echelon
 
 METHODS = {
