@@ -5,15 +5,19 @@ above it, with zero diagonal blocks in F: Van Dooren's recursion with all poles 
 one stair at a time, so that F^(p_M - 1) = 0 and not only F^(n - p) = 0.
 """
 
+import warnings
+
 import numpy as np
 import scipy.linalg
 
+from ..certificate import residuals
 from ..errors import DesignError
 from ..linalg import modes
 from ..observer import Observer
 from . import exact
 from .canonical import find_form, require_discrete, solve_left
 from .selection import default_tol, levels, scaled, split_hidden
+from .staircase import CONDITION_WARNING, LOST_TOL
 from .trace_minimisation import certified
 
 
@@ -48,9 +52,14 @@ def deadbeat_observer(plant, *, method="staircase"):
     ------
     DesignError
         Continuous or time-varying plant; modes that no output sees and that are not
-        zero, by name.
+        zero, by name; a plant so ill-conditioned that no digit would be right.
     CertificateError
         If rounding spoils the design.
+
+    Warns
+    -----
+    RuntimeWarning
+        When cond([T; C]) exceeds 1e10, states and outputs scaled.
 
     See Also
     --------
@@ -90,7 +99,41 @@ def deadbeat_observer(plant, *, method="staircase"):
         z0=None if np.iscomplexobj(T) else T @ plant.x0,
         dt=plant.dt,
     )
+    _judge(observer, plant)
     return certified(observer, plant)
+
+
+def _judge(observer, plant):
+    """Refuse what has no digits left, warn of what has few.
+
+    A residual can be small beside T and P and not beside x: both that of
+    P T + V C = I and, through P, that of T A - F T = D C are measured in the states'
+    own scales, as the error they put into the estimate.
+    """
+    o, (d, *_) = observer, scaled(plant)
+    dynamics, _, output, _ = residuals(
+        plant.A, plant.B, plant.C, plant.E, o.L, o.F, o.G, o.D, o.P, o.V, o.W, o.T, o.T
+    )
+    lost = [np.linalg.norm(X / d[:, None] * d) for X in (output, o.P @ dynamics)]
+    cond = np.linalg.cond(np.vstack([o.T * d, plant.C * d / _norms(plant.C * d)]))
+    if not max(lost) <= LOST_TOL:
+        raise DesignError(
+            f"cond([T; C]) = {cond:.1e}: the plant is so close to one that cannot be "
+            "told from p_M samples that the estimate would have no correct digit. Add "
+            "sensors, or take an observer with poles closer to those of the plant."
+        )
+    if cond > CONDITION_WARNING:
+        warnings.warn(
+            f"cond([T; C]) = {cond:.1e}: the deadbeat estimate loses about "
+            f"{int(np.log10(cond))} digits, and amplifies noise as much.",
+            RuntimeWarning,
+            stacklevel=3,
+        )
+
+
+def _norms(C):
+    size = np.linalg.norm(C, axis=1, keepdims=True)
+    return np.where(size > 0, size, 1)
 
 
 def rows_of_T(A, sizes, inverses, one, first=None):
@@ -104,25 +147,21 @@ def rows_of_T(A, sizes, inverses, one, first=None):
     at = np.cumsum([0, *sizes])
     block = [slice(*pair) for pair in zip(at, at[1:])]
     order, last = at[-2], len(sizes) - 1
-    T, F = A[:order] * 0, A[:order, :order] * 0
-    D = A[:order, block[last]] * 0
+    T, F, D = A[:order] * 0, A[:order, :order] * 0, A[:order, order:] * 0
+    T[:, :order] = one(order)
     for i, me in enumerate(block[:last]):
-        T[me, me] = one(sizes[i])
-        drive = A[me] * 0  # row block i of F T
+        above = block[max(i - 1, 0)]  # F has this block only
         if i:
-            F[me, block[i - 1]] = A[me, block[i - 1]]
-            drive = A[me, block[i - 1]] @ T[block[i - 1]]
+            F[me, above] = A[me, above]
         elif first is not None:
-            F[me, me] = first
+            F[me, above] = first
         for c in range(i, last + 1):
-            known = slice(at[i], at[c + 1])
-            rest = drive[:, block[c]] - T[me, known] @ A[known, block[c]]
-            if i == 0 and first is not None:
-                rest = rest + first @ T[me, block[c]]
-            if c == last:
-                D[me] = -rest
-            else:
+            here, known = block[c], slice(at[i], at[c + 1])
+            rest = F[me, above] @ T[above, here] - T[me, known] @ A[known, here]
+            if c < last:
                 T[me, block[c + 1]] = rest @ inverses[c]
+            else:
+                D[me] = -rest
     return T, F, D
 
 
@@ -162,10 +201,11 @@ def _stairs(A, sizes, hidden):
 
 
 def _complete(T, last):
-    """[T; last]^-1 for T with unit upper triangular left part."""
-    return scipy.linalg.solve_triangular(
-        np.vstack([T, last]), np.eye(T.shape[1]), unit_diagonal=True
-    )
+    """X with X [T; last] = I, for T with unit upper triangular left part."""
+    full = np.vstack([T, last])
+    one = np.eye(len(full))
+    # solved from the left: the certificate is about P T + V C, not [T; C] [P V]
+    return scipy.linalg.solve_triangular(full, one, trans=1, unit_diagonal=True).T
 
 
 def _refuse(values):
@@ -203,10 +243,9 @@ def _canonical(plant):
     stairs = form.Phi[np.ix_(order, order)]
     T, F, D = rows_of_T(stairs, [len(own) for own in has], inverses, one)
     n, r = plant.n, len(T)
-    full = np.vstack([T, one(n)[r:]])
-    X = exact.solve(full, one(n)) if form.exact else np.linalg.solve(full, one(n))
-    X = solve_left(X.T, M.T).T  # x = M^-1 (coordinates)
-    F, D, T, X = (_rounded(Y) for Y in (F, D, T @ M, X))
+    T = T @ M
+    X = solve_left(one(n), np.vstack([T, M[r:]]))
+    F, D, T, X = (_rounded(Y) for Y in (F, D, T, X))
     to_y = np.eye(plant.p)[outputs]  # zeros for outputs that add nothing
     return F, D @ to_y, T, X[:, :r], X[:, r:] @ to_y
 

@@ -41,7 +41,7 @@ class Rows:
         self.T = np.zeros((n - r, n), kind)
         self.F = np.zeros((n - r, n - r), kind)
         self.D = np.zeros((n - r, r), kind)
-        self.pivots = None  # for back substitution, made when first asked for
+        self.pivots = np.ascontiguousarray(self.G[form.leads])
 
     def start(self, i):
         """First column that rows i + 1, ... of A_U reach."""
@@ -49,29 +49,29 @@ class Rows:
 
     def add(self, i, f):
         """Row i with the pole f."""
-        x, known = self.solve(self, i, f, self.G.dtype)
+        x, known = self.solve(self, i, f)
         self.T[i, i], self.F[i, i] = 1, f
-        self._store(i, i, x, known, self.G.dtype)
+        self._store(i, i, x, known)
 
     def add_pair(self, i, f):
         """Rows i and i + 1 of a real plant with the poles f = a + jb and a - jb."""
-        x, known = self.solve(self, i, f, complex)
-        here = i - self.start(i)
-        tau = x[here].imag
+        x, known = self.solve(self, i, f, pair=True)
+        tau = x[i - self.start(i)].imag
         size = abs(tau) if not 1 / WIDE <= abs(tau) <= WIDE else 1.0
         if not 0 < size < np.inf:
             raise DesignError(
                 f"the pair {f.real:.6g} +- {abs(f.imag):.6g}j cannot be given to rows "
-                f"{i} and {i + 1}: the second would not depend on a new state. Change "
-                "the order of the poles, or move the pair away from the real axis."
+                f"{i} and {i + 1}: the second would not depend on a new state, as far "
+                "as the arithmetic can tell. Change the order of the poles, or scale "
+                "the states."
             )
         a, b = f.real, f.imag
         self.T[i, i] = 1
-        self._store(i, i, x.real, known.real, float)
-        self._store(i + 1, i, x.imag / size, known.imag / size, float)
+        self._store(i, i, x.real, known.real)
+        self._store(i + 1, i, x.imag / size, known.imag / size)
         self.F[i : i + 2, i : i + 2] = [[a, -b * size], [b / size, a]]
 
-    def _store(self, row, i, x, known, kind):
+    def _store(self, row, i, x, known):
         s, n = self.start(i), self.n
         if s:
             self.F[row, s - 1] = known
@@ -79,19 +79,26 @@ class Rows:
         self.T[row, i + 1 :] = x[i - s : n - s - 1]
         self.D[row] = x[n - s - 1 :]
 
-    def right_side(self, i, f, kind):
+    def right_side(self, i, f):
         """f_i at the one known column s - 1, and what is left of -af_i' beyond it."""
         s = self.start(i)
-        b = -self.G[i, s:].astype(kind)
+        b = -self.G[i, s:].astype(np.result_type(self.G, type(f)))
         b[i - s] += f
-        known = kind(0) if isinstance(kind, type) else kind.type(0)
+        known = b.dtype.type(0)
         if s:
-            known = self.G[i, s - 1] / self.T[s - 1, s - 1] + known
+            known = known + self.G[i, s - 1] / self.T[s - 1, s - 1]
             b += known * self.T[s - 1, s:]
         return known, b
 
+    def shifted(self, start, stop, first, f):
+        """Rows start:stop of [A_U - f I; -C_U], from column `first` on."""
+        block = self.G[start:stop, first:].astype(np.result_type(self.G, type(f)))
+        diagonal = np.arange(max(start, first), min(stop, self.n))
+        block[diagonal - start, diagonal - first] -= f
+        return block
 
-def minimum_norm(rows, i, f, kind):
+
+def minimum_norm(rows, i, f, pair=False):
     """The solution of least norm, by a QR factorisation that sweeps the columns, (21).
 
     A panel of columns reaches r - 1 rows beyond itself.  These are carried into the
@@ -99,109 +106,98 @@ def minimum_norm(rows, i, f, kind):
     is set to 1, as the paper does; where the stair is one wide, tau = b / X.
     """
     s, r = rows.start(i), rows.r
-    known, b = rows.right_side(i, f, kind)
-    unit = None
-    if kind is complex and not np.iscomplexobj(rows.G) and rows.form.leads[i] > i + 1:
-        unit = i - s
-    w, factors, free = _sweep(rows, i, f, kind, b, unit)
-    x = _unsweep(w, factors, np.zeros(r - 1, kind), r)
-    if unit is not None:
+    if r == 1:  # M_i is square: there is one solution only
+        return back_substitution(rows, i, f, pair)
+    known, b = rows.right_side(i, f)
+    w, factors = _sweep(rows, i, f, b)
+    x = _unsweep(w, factors, np.zeros(r - 1, b.dtype))
+    if pair and rows.form.leads[i] > i + 1:
+        free = _outside(factors, i - s, r - 1)
         weight = float(np.vdot(free, free).real)  # |projection of e_tau|^2
-        gap = 1 - x[unit].imag
+        gap = 1 - x[i - s].imag
         if weight > LOOSE**2 and weight > LOOSE * gap**2 / (1 + np.vdot(x, x).real):
             none = [np.zeros_like(part) for part in w]
-            x = x + 1j * gap / weight * _unsweep(none, factors, free.conj(), r)
+            x = x + 1j * gap / weight * _unsweep(none, factors, free.conj())
     return x, known
 
 
-def _sweep(rows, i, f, kind, b, unit):
-    """R' w = b panel by panel; the factors; the part of e_unit outside the range."""
-    G, n, r, s = rows.G, rows.n, rows.r, rows.start(i)
-    geqrf, orgqr, trtrs = get_lapack_funcs(
-        ("geqrf", "orgqr", "trtrs"), dtype=np.dtype(kind)
-    )
+def _sweep(rows, i, f, b):
+    """w with R' w = b, and the Q of every panel."""
+    n, r, s = rows.n, rows.r, rows.start(i)
     above = i - s  # rows of T among those carried into the first panel
-    carry = np.zeros((r - 1, n - s), kind)
-    first = i + 1 + r - 1 - above
+    row = i + r - above
+    carry = np.empty((r - 1, n - s), b.dtype)
     carry[:above] = -rows.T[s:i, s:]
-    carry[above:] = _shifted(G, i + 1, first, s, f, n)
-    probe = np.zeros(r - 1, kind)
-    late = unit is not None and unit >= r - 1
-    if unit is not None and not late:
-        probe[unit] = 1
-    w, factors, at, row = [], [], 0, first
-    width = max(PANEL, r)
+    carry[above:] = rows.shifted(i + 1, row, s, f)
+    (trtrs,) = get_lapack_funcs(("trtrs",), (b,))
+    w, factors, at, width = [], [], 0, max(PANEL, r)
     while at < n - s:
         k = min(width, n - s - at)
-        X = np.empty((k + r - 1, n - s - at), kind)
-        X[: r - 1] = carry
-        X[r - 1 :] = _shifted(G, row, row + k, s + at, f, n)
-        packed, tau, _, _ = geqrf(X[:, :k])
-        full = np.zeros((k + r - 1, k + r - 1), kind, order="F")
-        full[:, :k] = packed
-        Q, _, _ = orgqr(full, _padded(tau, k + r - 1))
-        part, _ = trtrs(packed[:k], b[at : at + k], trans=1)
+        X = np.concatenate([carry, rows.shifted(row, row + k, s + at, f)])
+        R, Q = _factor(X[:, :k])
+        part, _ = trtrs(R, b[at : at + k], trans=1)
         rest = Q.conj().T @ X[:, k:]
         b[at + k :] -= part @ rest[:k]
         carry = rest[k:]
-        if unit is not None:
-            probe = Q.T @ np.concatenate([probe, np.full(1, late), np.zeros(k - 1)])
-            probe, late = probe[k:], False
-        rows.multiply_adds += Q.size * (n - s - at - k) + packed.size * k
+        rows.multiply_adds += Q.size * rest.shape[1] + X[:, :k].size * k
         w.append(part)
         factors.append(Q)
         at, row = at + k, row + k
-    return w, factors, probe
+    return w, factors
 
 
-def _shifted(G, start, stop, first, f, n):
-    """Rows start:stop of [A_U - f I; -C_U], from column `first` on."""
-    block = G[start:stop, first:].astype(np.result_type(G, type(f)))
-    diagonal = np.arange(max(start, first), min(stop, n))
-    block[diagonal - start, diagonal - first] -= f
-    return block
+def _factor(X):
+    """Square R and full Q of a tall panel."""
+    geqrf, orgqr = get_lapack_funcs(("geqrf", "orgqr"), (X,))
+    packed, scales, _, _ = geqrf(X)
+    m, k = X.shape
+    full = np.zeros((m, m), X.dtype, order="F")
+    full[:, :k] = packed
+    Q, _, _ = orgqr(full, np.concatenate([scales, np.zeros(m - k, X.dtype)]))
+    return packed[:k], Q
 
 
-def _padded(tau, size):
-    """Reflector scales, with none for the columns that complete Q."""
-    return np.concatenate([tau, np.zeros(size - len(tau), tau.dtype)])
-
-
-def _unsweep(w, factors, tail, r):
+def _unsweep(w, factors, tail):
     """x = conj(Q) [w; tail], from the last panel back to the first."""
-    pieces = []
+    pieces, kept = [], len(tail)
     for part, Q in zip(reversed(w), reversed(factors)):
         both = Q.conj() @ np.concatenate([part, tail])
-        tail = both[: r - 1]
-        pieces.append(both[r - 1 :])
+        tail = both[:kept]
+        pieces.append(both[kept:])
     return np.concatenate([tail, *reversed(pieces)])
 
 
-def back_substitution(rows, i, f, kind):
+def _outside(factors, unit, kept):
+    """Components of e_unit outside the range of M_i; unit <= r - 1 is in panel one."""
+    inside = np.zeros(len(factors[0]), complex)
+    inside[unit] = 1
+    for k, Q in enumerate(factors):
+        if k:
+            inside = np.concatenate([inside, np.zeros(len(Q) - kept)])
+        inside = Q.T @ inside
+        inside = inside[len(inside) - kept :]
+    return inside
+
+
+def back_substitution(rows, i, f, pair=False):
     """One solution, with zeros where the echelon form has no leading row, 2(b)."""
     n, r, s, leads = rows.n, rows.r, rows.start(i), rows.form.leads
-    known, b = rows.right_side(i, f, kind)
-    x = np.zeros(n - s + r - 1, kind)
-    if kind is complex and not np.iscomplexobj(rows.G) and leads[i] > i + 1:
+    known, b = rows.right_side(i, f)
+    x = np.zeros(n - s + r - 1, b.dtype)
+    if pair and leads[i] > i + 1:
         x[i - s] = 1j  # tau is free: 1
-        b -= 1j * _shifted(rows.G, i + 1, i + 2, s, f, n)[0]
-    trtrs = get_lapack_funcs("trtrs", dtype=np.dtype(kind))
+        b -= 1j * rows.shifted(i + 1, i + 2, s, f)[0]
+    (trtrs,) = get_lapack_funcs(("trtrs",), (b,))
     if i > s:
-        above, _ = trtrs(-rows.T[s:i, s:i].astype(kind), b[: i - s], trans=1)
+        above, _ = trtrs(-rows.T[s:i, s:i].astype(b.dtype), b[: i - s], trans=1)
         x[: i - s] = above
         b[i - s :] += above @ rows.T[s:i, i:]
-    # the transpose of a C-ordered triangle is what LAPACK wants, without a copy
-    triangle = _pivot_rows(rows)[i:, i:].astype(kind)
+    triangle = rows.pivots[i:, i:].astype(b.dtype)
     lead = leads[i:]
     inside = np.flatnonzero(lead < n)
     triangle[inside, lead[inside] - i] -= f
-    t, _ = trtrs(triangle.T, b[i - s :], lower=1, trans=0)
+    # the transpose of a C-ordered triangle is what LAPACK wants, without a copy
+    t, _ = trtrs(triangle.T, b[i - s :], lower=1)
     x[i - s + lead - i - 1] = t
     rows.multiply_adds += (n - i) ** 2 // 2 + (i - s) * (n - i)
     return x, known
-
-
-def _pivot_rows(rows):
-    if rows.pivots is None:
-        rows.pivots = np.ascontiguousarray(rows.G[rows.form.leads])
-    return rows.pivots

@@ -9,11 +9,13 @@ enter a decision.
 from dataclasses import dataclass
 
 import numpy as np
+import scipy.linalg
 
 from ..errors import DesignError
 from ..linalg import modes
 from . import exact
 
+SMALL_STAIR = 1e-4  # relative size of a stair that asks for better units
 SWEEPS = 6  # alternations of row and column scaling; more change nothing much
 
 
@@ -31,7 +33,7 @@ def default_tol(n):
 def choose(plant, selection, tol=None):
     """Subindices of (6), one per output; DesignError if they do not add up to n."""
     tol = default_tol(plant.n) if tol is None else float(tol)
-    _, _, A, C = scaled(plant)
+    _, _, A, C = scaled(plant, tol)
     given = plant.exact
     chosen = Choice(_exact(given["A"], given["C"])) if given is not None else None
     if chosen is None or selection == "largest":
@@ -60,28 +62,55 @@ def _refuse(A, C, seen, tol):
     )
 
 
-def scaled(plant):
+def scaled(plant, tol=None):
     """Scales d of x and s of y, diag(1/d) A diag(d), and diag(1/s) C diag(d).
 
-    The d balance the columns of the observability matrix and the s give C unit
-    rows, so that neither units of states nor of outputs decide anything.
+    Units of states and outputs must not decide anything.  The d balance A, as for an
+    eigenvalue problem; where that leaves a very small stair, as in a chain of states
+    with unlike units, they balance the columns of the observability matrix instead.
     """
-    A, C = plant.A, plant.C
+    tol = default_tol(plant.n) if tol is None else tol
+    best = _in_units(plant, _balanced(plant.A))
+    rank, margin = _stairs(*best[2:], tol)
+    if rank < plant.n or margin < SMALL_STAIR:
+        other = _in_units(plant, _seen(plant.A, plant.C))
+        if _stairs(*other[2:], tol) > (rank, margin / SMALL_STAIR):
+            return other
+    return best
+
+
+def _stairs(A, C, tol):
+    """Rank, and the smallest stair that was kept."""
+    found, margin = climb(A, C, tol)
+    return sum(map(len, found)), margin
+
+
+def _in_units(plant, d):
+    C = plant.C * d
+    s = np.linalg.norm(C, axis=1)
+    s = np.where(s > 0, s, 1)
+    return d, s, plant.A / d[:, None] * d, C / s[:, None]
+
+
+def _balanced(A):
+    _, (d, _) = scipy.linalg.matrix_balance(A, permute=False, separate=True)
+    return np.where(np.isfinite(d) & (d > 0), d, 1.0)
+
+
+def _seen(A, C):
+    """Scales that give the columns of the observability matrix comparable sizes."""
     size = float(np.abs(np.linalg.eigvals(np.abs(A))).max())
     size = size if size > 0 else 1.0  # Perron's root: the same in all units
     rows, power = [], C
-    for _ in range(plant.n):
+    for _ in range(len(A)):
         rows.append(np.abs(power))
         power = power @ A / size
     rows = np.array(rows)
-    outputs, d = np.ones(plant.p), np.ones(plant.n)
+    outputs, d = np.ones(len(C)), np.ones(len(A))
     for _ in range(SWEEPS):
         d = _reciprocal((rows * outputs[:, None]).max(axis=(0, 1)))
         outputs = _reciprocal((rows * d).max(axis=(0, 2)))
-    C = C * d
-    s = np.linalg.norm(C, axis=1)
-    s = np.where(s > 0, s, 1)
-    return d, s, A / d[:, None] * d, C / s[:, None]
+    return d
 
 
 def scaling(M):
@@ -158,8 +187,13 @@ def levels(A, C, tol):
     Stacked, they span what the outputs can see; in these coordinates A and C have
     Van Dooren's staircase form (7), the last level on top.
     """
+    return climb(A, C, tol)[0]
+
+
+def climb(A, C, tol):
+    """`levels`, and the smallest singular value, relative, that was not called 0."""
     n = len(A)
-    found, basis, scale = [], np.zeros((0, n), A.dtype), 1.0
+    found, basis, scale, margin = [], np.zeros((0, n), A.dtype), 1.0, np.inf
     rows = C
     while len(basis) < n and len(rows):
         rows = outside(rows, basis)
@@ -167,12 +201,13 @@ def levels(A, C, tol):
         new = outside(new[size > tol * scale], basis)
         if not len(new):
             break
+        margin = min(margin, size[len(new) - 1] / scale)
         new = np.linalg.qr(new.conj().T)[0].conj().T
         found.append(new)
         basis = np.vstack([basis, new])
         scale = max(scale * (len(found) > 1), _row_size(new, A))
         rows = new @ A
-    return found
+    return found, margin
 
 
 def _row_size(rows, A):

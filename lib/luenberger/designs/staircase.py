@@ -196,7 +196,8 @@ def _judge(S, inverse, lost, form):
         warnings.warn(
             f"cond([T; C]) = {cond:.1e}: the estimate loses about "
             f"{int(np.log10(cond))} digits. The pair (A, C) is close to an "
-            "unobservable one, or the poles are far from those of A.",
+            "unobservable one, the poles are far from those of A, or the units of "
+            "states and outputs differ widely.",
             RuntimeWarning,
             stacklevel=5,
         )
