@@ -99,11 +99,11 @@ def deadbeat_observer(plant, *, method="staircase"):
         z0=None if np.iscomplexobj(T) else T @ plant.x0,
         dt=plant.dt,
     )
-    _judge(observer, plant)
+    _judge(observer, plant, method)
     return certified(observer, plant)
 
 
-def _judge(observer, plant):
+def _judge(observer, plant, method):
     """Refuse what has no digits left, warn of what has few.
 
     A residual can be small beside T and P and not beside x: both that of
@@ -117,10 +117,15 @@ def _judge(observer, plant):
     lost = [np.linalg.norm(X / d[:, None] * d) for X in (output, o.P @ dynamics)]
     cond = np.linalg.cond(np.vstack([o.T * d, plant.C * d / _norms(plant.C * d)]))
     if not max(lost) <= LOST_TOL:
+        advice = (
+            "Add sensors, or take an observer with poles closer to those of the plant."
+            if method == "staircase"
+            else "Use method='staircase', whose coordinates lose less."
+        )
         raise DesignError(
             f"cond([T; C]) = {cond:.1e}: the plant is so close to one that cannot be "
-            "told from p_M samples that the estimate would have no correct digit. Add "
-            "sensors, or take an observer with poles closer to those of the plant."
+            "told from p_M samples that the estimate would have no correct digit. "
+            f"{advice}"
         )
     if cond > CONDITION_WARNING:
         warnings.warn(

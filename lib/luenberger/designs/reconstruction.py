@@ -1,10 +1,14 @@
 """The exact state from as few samples as possible, window by window."""
 
+import warnings
+
 import numpy as np
 
 from ..arrays import exact as rational
 from ..arrays import matrix
 from .canonical import find_form, require_discrete, solve_left
+from .selection import scaling
+from .staircase import CONDITION_WARNING
 
 
 def reconstruct_state(plant, y, u=None, *, at="start", selection="interleaved"):
@@ -44,6 +48,11 @@ def reconstruct_state(plant, y, u=None, *, at="start", selection="interleaved"):
     ValueError
         Shapes that do not agree, missing values, fewer than p_M samples.
 
+    Warns
+    -----
+    RuntimeWarning
+        When the condition number of P, rows and columns scaled, exceeds 1e10.
+
     References
     ----------
     Kawazoe (1978), equations (15)-(26), with (25) corrected;
@@ -72,10 +81,25 @@ def reconstruct_state(plant, y, u=None, *, at="start", selection="interleaved"):
             f"observability index), y has {len(y)}"
         )
     w = known_part(form, (y - u @ E.T)[:, outputs], u, windows)
+    if not exactly:
+        _warn_of_lost_digits(form.P)
     x = solve_left(w, form.P.T)
     for k in range(form.samples - 1 if at == "end" else 0):
         x = x @ A.T + u[k : k + windows] @ B.T
     return x
+
+
+def _warn_of_lost_digits(P):
+    row, column = scaling(P)
+    cond = np.linalg.cond(P * row[:, None] * column)
+    if not cond <= CONDITION_WARNING:
+        warnings.warn(
+            f"cond(P) = {cond:.1e}, rows and columns scaled: up to "
+            f"{min(int(np.log10(cond)), 16)} of 16 digits of the state are lost. Try "
+            "selection='largest', an exact plant and record, or deadbeat_observer.",
+            RuntimeWarning,
+            stacklevel=3,
+        )
 
 
 def known_part(form, y, u, windows):
