@@ -117,7 +117,7 @@ def minimum_norm(rows, i, f, pair=False):
         gap = 1 - x[i - s].imag
         if weight > LOOSE**2 and weight > LOOSE * gap**2 / (1 + np.vdot(x, x).real):
             none = [np.zeros_like(part) for part in w]
-            x = x + 1j * gap / weight * _unsweep(none, factors, free.conj())
+            x = x + 1j * gap / weight * _unsweep(none, factors, free)
     return x, known
 
 

@@ -193,11 +193,12 @@ def _judge(S, inverse, lost, form):
     if not np.linalg.norm(lost) <= LOST_TOL:
         raise DesignError(_hopeless(cond, form))
     if cond > CONDITION_WARNING:
+        even = np.linalg.cond(S / np.linalg.norm(S, axis=1, keepdims=True))
         warnings.warn(
-            f"cond([T; C]) = {cond:.1e}: the estimate loses about "
-            f"{int(np.log10(cond))} digits. The pair (A, C) is close to an "
-            "unobservable one, the poles are far from those of A, or the units of "
-            "states and outputs differ widely.",
+            f"cond([T; C]) = {cond:.1e}, and {even:.1e} with rows of unit length: the "
+            f"estimate can lose {np.log10(even):.0f} digits. The pair (A, C) is close "
+            "to an unobservable one, the poles are far from those of A, or the units "
+            "of states or outputs differ widely.",
             RuntimeWarning,
             stacklevel=5,
         )
