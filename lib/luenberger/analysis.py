@@ -3,8 +3,7 @@
 import numpy as np
 
 from . import kernels
-from .arrays import require_real
-from .certificate import certify, require_match, residuals
+from .certificate import certify, require_match, require_real, residuals
 from .errors import DesignError
 from .linalg import lyapunov, modes, symmetrise
 

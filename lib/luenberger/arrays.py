@@ -5,8 +5,6 @@ from numbers import Integral
 
 import numpy as np
 
-from .errors import DesignError
-
 ASYMMETRY_TOL = 1e-9  # |X - X'| relative to |X|: below it is rounding, above a mistake
 INDEFINITE_TOL = 1e-9  # a negative eigenvalue below this (unit diagonal) is rounding
 
@@ -130,17 +128,6 @@ def exact(value):
         else:
             return None
     return freeze(out)
-
-
-def require_real(what, *records):
-    """Raise DesignError if a plant or observer among `records` is complex."""
-    for one in records:
-        if one.is_complex:
-            raise DesignError(
-                f"{what} is for real matrices, but the {type(one).__name__.lower()} is "
-                "complex. Separate real and imaginary parts into a real one of twice "
-                "the size."
-            )
 
 
 def sample_time(dt):

@@ -17,7 +17,7 @@ import numpy as np
 import scipy.linalg
 from scipy.optimize import linear_sum_assignment
 
-from .errors import CertificateError
+from .errors import CertificateError, DesignError
 
 
 def residuals(A, B, C, E, L, F, G, D, P, V, W, T, T_next):
@@ -190,6 +190,17 @@ def require_match(observer, plant):
             f"the observer covers instants 1 .. {o.steps}, the plant only "
             f"0 .. {p.steps - 1}"
         )
+
+
+def require_real(what, *records):
+    """Raise DesignError if a plant or observer among `records` is complex."""
+    for one in records:
+        if one.is_complex:
+            raise DesignError(
+                f"{what} is for real matrices, but the {type(one).__name__.lower()} is "
+                "complex. Separate real and imaginary parts into a real one of twice "
+                "the size."
+            )
 
 
 def _size(X):

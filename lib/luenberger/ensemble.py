@@ -4,8 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .arrays import require_real
-from .certificate import require_match
+from .certificate import require_match, require_real
 from .errors import DesignError
 from .recorded import start
 from .simulate import follow, trajectory

@@ -8,8 +8,6 @@ from pathlib import Path
 
 import numpy as np
 
-from .arrays import numbers
-
 
 def fill(frozen, **values):
     """Set fields of a frozen dataclass from within its __post_init__."""
@@ -98,6 +96,16 @@ def _refuse(constant):
     raise ValueError(f"the number {constant} is not finite, and not JSON")
 
 
+def _numbers(path, key, value):
+    try:
+        array = np.array(value)
+    except ValueError:
+        array = np.array("ragged")
+    if array.size and array.dtype.kind not in "iuf":
+        raise ValueError(f"{path}: {key} must be an array of real numbers")
+    return array.astype(float)
+
+
 def _array(path, key, value):
     """Turn {"shape": [0, n]} back into an empty array, {"real", "imag"} into a
     complex one; pass other data on.
@@ -105,7 +113,7 @@ def _array(path, key, value):
     if not isinstance(value, dict):
         return value
     if set(value) == {"real", "imag"}:
-        real, imag = (numbers(f"{path}: {key}", value[k]) for k in ("real", "imag"))
+        real, imag = (_numbers(path, key, value[k]) for k in ("real", "imag"))
         if real.shape != imag.shape:
             raise ValueError(
                 f"{path}: {key} has a real part of shape {real.shape} and an "

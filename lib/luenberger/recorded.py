@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .arrays import require_real
+from .certificate import require_real
 from .kernels import require_backend
 
 

@@ -5,8 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.linalg
 
-from .arrays import require_real
-from .certificate import require_match
+from .certificate import require_match, require_real
 from .errors import DesignError
 from .linalg import square_root
 from .recorded import rows, single, start

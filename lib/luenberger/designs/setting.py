@@ -6,7 +6,8 @@ import numpy as np
 import scipy.linalg
 
 from .. import kernels
-from ..arrays import covariance, require_real
+from ..arrays import covariance
+from ..certificate import require_real
 from ..errors import DesignError
 from ..linalg import RANK_TOL, complete, solve_right
 
