@@ -9,6 +9,7 @@ from pairs import characteristic, conjugates, hidden_chains, with_stairs
 import luenberger as lb
 from luenberger import stairs
 from luenberger.derivations import staircase as derivation
+from luenberger.derivations import staircase_errata, vanishes
 from luenberger.designs import echelon
 from luenberger.designs import staircase as design
 
@@ -225,3 +226,9 @@ def test_count_of_the_staircase_as_run(monkeypatch):
     at = {derivation.n: n, derivation.r: p}
     assert sum(counted) < float(derivation.counts()["(23) staircase"].subs(at))
     assert sum(counted) == pytest.approx(8 / 3 * n**3, rel=0.1)
+
+
+@pytest.mark.parametrize("place", staircase_errata.entries())
+def test_errata_are_tried(place):
+    printed, ours = staircase_errata.entries()[place]
+    assert not vanishes(printed) and vanishes(ours)

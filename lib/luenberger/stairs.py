@@ -262,5 +262,6 @@ def _unobservable(hidden, dt):
     return (
         f"not observable: the eigenvalue(s) {modes(hidden)} of A do not reach the "
         f"outputs, so no observer can move them. {stable} Add a sensor that sees them, "
-        "or leave those states out of the model."
+        "or leave those states out of the model; if the units of the states differ by "
+        "many orders of magnitude, scale them first."
     )
