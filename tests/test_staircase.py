@@ -74,6 +74,29 @@ def test_rows_of_C_are_judged_at_unit_length():
     assert lb.staircase(A, np.diag([1e-8, 1e8]) @ C).rank == 2
 
 
+@pytest.mark.parametrize("a, c", [(1e150, 1e-150), (1e-200, 1e200), (1e-8, 1e8)])
+def test_no_scale_overflows(a, c):
+    A, C, _ = hidden_chains(6, 2)
+    form = lb.staircase(a * A, c * C)
+    assert form.blocks == (2, 2, 2)
+    assert np.abs(form.U.T @ A @ form.U - form.A / a).max() < 1e-14
+
+
+@pytest.mark.parametrize(
+    "A, C, message",
+    [
+        (np.zeros((0, 0)), np.zeros((1, 0)), "A must not be empty"),
+        ([[1, 2, 3], [4, 5, 6]], [[1, 0]], "A must be 2 x 2, got 2 x 3"),
+        (np.eye(2), [[1, 0, 0]], "C must be 1 x 2, got 1 x 3"),
+        ([[np.nan]], [[1]], "not finite"),
+        ([["1"]], [[1]], "array of real numbers"),
+    ],
+)
+def test_wrong_shapes_and_numbers(A, C, message):
+    with pytest.raises(ValueError, match=message):
+        lb.staircase(A, C)
+
+
 def test_tolerance_is_the_users():
     A, C = np.diag([1.0, 2.0]), [[1.0, 1e-6]]
     assert lb.staircase(A, C).blocks == (1, 1)

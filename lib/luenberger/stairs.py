@@ -120,6 +120,8 @@ def find(A, C, tol=None, dt=None):
     A = matrix("A", A, field=complex)
     n = len(A)
     A = matrix("A", A, n, n, field=complex)
+    if n == 0:
+        raise ValueError("A must not be empty: there is no state to observe")
     C = matrix("C", C, cols=n, field=complex)
     p = len(C)
     if tol is None:
@@ -127,8 +129,9 @@ def find(A, C, tol=None, dt=None):
     if not (np.isscalar(tol) and np.isreal(tol) and 0 <= tol < 1):
         raise ValueError(f"tol must be a number in [0, 1), got {tol!r}")
     tol = float(tol)
-    lengths = np.linalg.norm(C, axis=1)
-    unit = C / np.where(lengths > 0, lengths, 1)[:, None]
+    unit = _scaled(C, axis=1, keepdims=True)
+    lengths = np.linalg.norm(unit, axis=1, keepdims=True)
+    unit = unit / np.where(lengths > 0, lengths, 1)
     kind = np.result_type(A, C)
     U, AU, sizes, hidden = _climb(A.astype(kind), unit.astype(kind), tol)
     if hidden:
@@ -153,7 +156,7 @@ def _climb(A, X, tol):
     n = len(A)
     A = np.array(A, order="F")
     U = np.eye(n, dtype=A.dtype, order="F")
-    size_A = np.linalg.norm(A)
+    size_A = np.linalg.norm(_scaled(A)) * np.abs(A).max(initial=0)
     scale = np.linalg.norm(X, 2) if X.size else 0.0
     N, sizes = n, []
     while N:
@@ -192,6 +195,12 @@ def _climb_steps(A, U, N, sizes, least):
         N, sizes = N - 1, [1, *sizes]
     A[N:k, :N] = 0 if N else A[N:k, :N]
     return U, A, sizes, N
+
+
+def _scaled(X, **axis):
+    """X with its largest entry (of each row) at 1, so that no square overflows."""
+    top = np.abs(X).max(initial=0, **axis)
+    return X / np.where(top > 0, top, 1)
 
 
 def _compress(X, least):

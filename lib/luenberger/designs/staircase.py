@@ -163,7 +163,7 @@ def _in_users_coordinates(plant, form, rows):
     r, n, U = form.rank, plant.n, form.U
     S = np.vstack([rows.T, form.C[:r]])  # upper triangular, (13) and (8)
     inverse, _ = get_lapack_funcs("trtri", (S,))(S)
-    if not (np.isfinite(inverse).all() and np.isfinite(rows.D).all()):
+    if not all(np.isfinite(X).all() for X in (inverse, S, rows.F, rows.D)):
         raise DesignError(_hopeless(np.inf, form))
     outputs = form.Y[:, :r].conj().T
     back = U @ inverse
