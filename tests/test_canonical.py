@@ -385,3 +385,27 @@ def test_units_decide_nothing(case):
         found = lb.reconstruct_state(plant, y / s, u, selection=selection) * d
         bound = 1e3 * first.cond * EPS * np.abs(x).max()
         assert np.abs(found - x[: len(found)]).max() < bound
+
+
+@settings(max_examples=100, deadline=None)
+@given(
+    n=st.integers(1, 8),
+    p=st.integers(1, 4),
+    seed=st.integers(0, 10**6),
+    small=st.sampled_from([0, 1e-6, 1e-12, 1e-17]),
+)
+def test_a_form_or_a_refusal(n, p, seed, small):
+    """Repeated modes, weak links and dependent outputs: never a silent NaN."""
+    rng = np.random.default_rng(seed)
+    A = np.eye(n) * rng.choice([0, 0.5]) + np.diag(rng.choice([1, small], n - 1), 1)
+    C = rng.normal(size=(p, n)) * (rng.random((p, n)) < 0.4)
+    plant = lb.Plant(A, None, C, dt=1.0)
+    for selection in ("interleaved", "largest"):
+        try:
+            form = lb.observability_form(plant, selection=selection)
+        except lb.DesignError:
+            continue
+        assert sum(form.indices) == n and min(form.indices) >= 1
+        assert all(np.isfinite(X).all() for X in (form.P, form.Phi, form.H))
+        residual = np.abs(form.P @ A - form.Phi @ form.P).max()
+        assert residual < 1e-9 * max(1, np.abs(form.Phi).max()) or form.cond > 1e12

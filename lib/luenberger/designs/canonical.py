@@ -99,7 +99,8 @@ def observability_form(plant, *, selection="interleaved", tol=None):
     ------
     DesignError
         For a time-varying plant, for outputs that are combinations of others (they
-        are named) and for an unobservable plant (its hidden modes are named).
+        are named), for an unobservable plant (its hidden modes are named) and when
+        P is singular to working accuracy.  Short of that, look at `cond`.
 
     See Also
     --------
@@ -188,7 +189,14 @@ def solve_left(N, P):
         return exact.solve(P.T, N.T).T
     row, column = scaling(P)
     scaled = P * row[:, None] * column
-    return np.linalg.solve(scaled.T, (N * column).T).T * row
+    try:
+        return np.linalg.solve(scaled.T, (N * column).T).T * row
+    except np.linalg.LinAlgError:
+        raise DesignError(
+            "the rows C_i A^k are independent but singular to working accuracy. Give "
+            "the plant in ints or Fractions, or use deadbeat_observer, whose "
+            "coordinates are orthogonal."
+        ) from None
 
 
 def structure(indices, phi):

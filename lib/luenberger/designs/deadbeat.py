@@ -59,7 +59,7 @@ def deadbeat_observer(plant, *, method="staircase"):
     Warns
     -----
     RuntimeWarning
-        When cond([T; C]) exceeds 1e10, states and outputs scaled.
+        When cond([T; C]) exceeds 1e10, its rows at unit length.
 
     See Also
     --------
@@ -115,7 +115,7 @@ def _judge(observer, plant, method):
         plant.A, plant.B, plant.C, plant.E, o.L, o.F, o.G, o.D, o.P, o.V, o.W, o.T, o.T
     )
     lost = [np.linalg.norm(X / d[:, None] * d) for X in (output, o.P @ dynamics)]
-    cond = np.linalg.cond(np.vstack([o.T * d, plant.C * d / _norms(plant.C * d)]))
+    cond = _condition(np.vstack([o.T, plant.C]) * d)
     if not max(lost) <= LOST_TOL:
         advice = (
             "Add sensors, or take an observer with poles closer to those of the plant."
@@ -127,18 +127,23 @@ def _judge(observer, plant, method):
             "told from p_M samples that the estimate would have no correct digit. "
             f"{advice}"
         )
+    cond = max(cond, _condition(np.vstack([o.T, plant.C])))
     if cond > CONDITION_WARNING:
         warnings.warn(
-            f"cond([T; C]) = {cond:.1e}: the deadbeat estimate loses about "
-            f"{int(np.log10(cond))} digits, and amplifies noise as much.",
+            f"cond([T; C]) = {cond:.1e}, rows at unit length: the deadbeat estimate "
+            f"loses up to {min(np.log10(cond), 16):.0f} digits, and amplifies noise as "
+            "much, unless the units of the states are that unlike.",
             RuntimeWarning,
             stacklevel=3,
         )
 
 
-def _norms(C):
-    size = np.linalg.norm(C, axis=1, keepdims=True)
-    return np.where(size > 0, size, 1)
+def _condition(M):
+    size = np.linalg.norm(M, axis=1, keepdims=True)
+    if not np.isfinite(size).all():
+        return np.inf
+    M = (M / np.where(size > 0, size, 1))[size[:, 0] > 0]  # no sensor: no row
+    return float(np.linalg.cond(M)) if M.size else 1.0
 
 
 def rows_of_T(A, sizes, inverses, one, first=None):

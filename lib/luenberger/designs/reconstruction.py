@@ -95,7 +95,7 @@ def _warn_of_lost_digits(P):
     if not cond <= CONDITION_WARNING:
         warnings.warn(
             f"cond(P) = {cond:.1e}, rows and columns scaled: up to "
-            f"{min(int(np.log10(cond)), 16)} of 16 digits of the state are lost. Try "
+            f"{min(np.log10(cond), 16):.0f} of 16 digits of the state are lost. Try "
             "selection='largest', an exact plant and record, or deadbeat_observer.",
             RuntimeWarning,
             stacklevel=3,
