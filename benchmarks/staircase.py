@@ -3,9 +3,10 @@
     python benchmarks/staircase.py            the whole table, about five minutes
     python benchmarks/staircase.py --quick    n up to 200, without place_poles at n = 50
 
-Every method gets the same plant, poles and run.  The plant is p chains of delays with
-small random couplings, turned by a random orthogonal matrix, so that the problem
-itself is well conditioned at every size; the poles are real, distinct and random.
+Every method gets the same plant, poles and run.  The first plants are p chains of
+delays with small random couplings, turned by a random orthogonal matrix, so that T and
+C are well conditioned at every size; the last ones are dense random matrices.  The
+poles are real, distinct and random.
 
 * luenberger: `reduced_order_observer` from (A, C) to the certified Observer, by
   minimum norm and by back substitution; the time includes the certificate.
@@ -31,6 +32,7 @@ from scipy.optimize import linear_sum_assignment
 
 import luenberger as lb
 
+DENSE = ((10, 2), (20, 5), (50, 5), (50, 15))
 SIZES = ((10, 2), (20, 2), (50, 5), (100, 4), (200, 4), (400, 4), (800, 4), (1000, 4))
 LIMITS = {"place_poles": 50, "control.place": 20, "place_varga": 400}
 HEAD = (
@@ -40,11 +42,19 @@ HEAD = (
 
 
 def hidden_chains(n, p, seed=0):
-    """A well-conditioned observable pair, and a generator for what goes with it."""
+    """A plant whose outputs are delayed states, and poles."""
     rng = np.random.default_rng(seed)
     A = np.eye(n, k=-p) + 0.3 * np.triu(rng.standard_normal((n, n)), 1 - p) / n
     Q = scipy.linalg.qr(rng.standard_normal((n, n)))[0]
-    return Q @ A @ Q.T, np.eye(n)[n - p :] @ Q.T, rng
+    poles = 0.5 * rng.random(n - p) - 0.25
+    return lb.Plant(Q @ A @ Q.T, None, np.eye(n)[n - p :] @ Q.T, dt=1.0), poles
+
+
+def dense(n, p, seed=0):
+    """A plant of normally distributed entries, and poles."""
+    rng = np.random.default_rng(seed)
+    A, C = rng.standard_normal((n, n)) / math.sqrt(n), rng.standard_normal((p, n))
+    return lb.Plant(A, None, C), -1 - rng.random(n - p)
 
 
 def reduced(A, C):
@@ -99,11 +109,9 @@ def peers(n, A11, A21, poles, limits):
         )
 
 
-def rows(n, p, limits):
+def rows(plant, poles, limits):
     """One table row per method: name, seconds, hessenbergs, errors, gain, cond."""
-    A, C, rng = hidden_chains(n, p)
-    poles = 0.5 * rng.random(n - p) - 0.25
-    plant = lb.Plant(A, None, C, dt=1.0)
+    A, C, n, p = plant.A, plant.C, plant.n, plant.p
     Q, A11, A21 = reduced(A, C)
     repeats = 5 if n <= 200 else 2
     unit, _ = timed(lambda: scipy.linalg.hessenberg(A), 3 * repeats)
@@ -177,8 +185,12 @@ def main():
     for n, p in SIZES:
         if quick and n > 200:
             break
-        for name, *values in rows(n, p, limits):
+        for name, *values in rows(*hidden_chains(n, p), limits):
             table[n, name] = values
+            print(shown(n, p, name, *values), flush=True)
+    print("dense random matrices")
+    for n, p in DENSE:
+        for name, *values in rows(*dense(n, p), limits):
             print(shown(n, p, name, *values), flush=True)
     targets(table)
 
