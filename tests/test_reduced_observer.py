@@ -85,6 +85,18 @@ def test_a_pole_of_the_plant_may_be_a_pole_of_the_observer():
         assert (observer.F.diagonal() == poles).all()
 
 
+def test_more_equal_poles_than_outputs_where_place_poles_refuses():
+    A, C, _ = hidden_chains(5, 2)
+    plant = lb.Plant(A, None, C, dt=1.0)
+    poles = [0.1, 0.1, 0.1]
+    Q = np.roll(scipy.linalg.qr(C.T)[0], 3, axis=1)  # C Q = [0 R]
+    dual = (Q.T @ A @ Q).T
+    with pytest.raises(ValueError, match="repeated more than rank"):
+        scipy.signal.place_poles(dual[:3, :3], dual[:3, 3:], poles)
+    observer = lb.reduced_order_observer(plant, poles)
+    assert (observer.poles == 0.1).all()
+
+
 def test_conjugates_apart_are_moved_together_and_the_rest_keeps_its_order():
     A, C, _ = hidden_chains(7, 2)
     plant = lb.Plant(A, None, C, dt=1.0)

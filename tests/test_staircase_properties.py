@@ -38,6 +38,7 @@ def designed(plant, poles, method):
     """The observer and its certificate, or the refusal; NaN nowhere."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)
+        warnings.simplefilter("error", np.exceptions.ComplexWarning)
         try:
             observer = lb.reduced_order_observer(plant, poles, method=method)
         except (lb.DesignError, lb.CertificateError) as refusal:
