@@ -162,14 +162,14 @@ def _in_users_coordinates(plant, form, rows):
     """The Observer: (5), (12), (24), with the outputs compressed by Y."""
     r, n, U = form.rank, plant.n, form.U
     S = np.vstack([rows.T, form.C[:r]])  # upper triangular, (13) and (8)
-    inverse, _ = get_lapack_funcs("trtri", (S,))(S)
-    if not all(np.isfinite(X).all() for X in (inverse, S, rows.F, rows.D)):
+    (trtrs,) = get_lapack_funcs(("trtrs",), (S,))
+    back = trtrs(S, U.T, trans=1)[0].T  # back S = U, n^3 / 2 of (25)
+    if not all(np.isfinite(X).all() for X in (back, S, rows.F, rows.D)):
         raise DesignError(_hopeless(np.inf, form))
     outputs = form.Y[:, :r].conj().T
-    back = U @ inverse
     T, D = rows.T @ U.conj().T, rows.D @ outputs
     P, V = back[:, : n - r], back[:, n - r :] @ outputs
-    _judge(S, inverse, P @ T + V @ plant.C - np.eye(n), form)
+    _judge(S, back, P @ T + V @ plant.C - np.eye(n), form)
     return Observer(
         F=rows.F,
         G=T @ plant.B - D @ plant.E,
@@ -184,9 +184,9 @@ def _in_users_coordinates(plant, form, rows):
     )
 
 
-def _judge(S, inverse, lost, form):
+def _judge(S, back, lost, form):
     """Warn, or refuse, by the condition of [T; C]; its singular values are S's."""
-    bound = np.linalg.norm(S) * np.linalg.norm(inverse)
+    bound = np.linalg.norm(S) * np.linalg.norm(back)
     if not bound > CONDITION_WARNING:
         return
     cond = np.linalg.cond(S) if np.isfinite(bound) else np.inf
