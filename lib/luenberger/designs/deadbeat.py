@@ -20,6 +20,8 @@ from .selection import default_tol, levels, scaled, split_hidden
 from .staircase import CONDITION_WARNING, LOST_TOL
 from .trace_minimisation import certified
 
+EXACT_ORDER = 20  # beyond, fractions of thousands of digits take minutes
+
 
 def deadbeat_observer(plant, *, method="staircase"):
     r"""Deadbeat observer: F is nilpotent, the error is zero after p_M samples.
@@ -37,7 +39,8 @@ def deadbeat_observer(plant, *, method="staircase"):
         allowed, and modes that no output sees if they die out in finite time.
     method : "staircase" or "canonical"
         The coordinates it is computed in: orthogonal ones, or Kawazoe's, where an
-        exact plant is treated in exact arithmetic and rounded once at the end.
+        exact plant of up to 20 states is treated in exact arithmetic and rounded
+        once at the end.
         "canonical" needs an observable plant.
 
     Returns
@@ -235,7 +238,8 @@ def _refuse(values):
 
 def _canonical(plant):
     """Kawazoe's coordinates sorted by level: a staircase whose stairs hold units."""
-    form, outputs = find_form(plant, "interleaved", None)
+    exactly = plant.exact is not None and plant.n <= EXACT_ORDER
+    form, outputs = find_form(plant, "interleaved", None, exactly)
     one, zero = (exact.eye, exact.zeros) if form.exact else (np.eye, _zeros)
     start = np.cumsum([0, *form.indices[:-1]])
     has = [

@@ -24,7 +24,11 @@ def eye(n):
 
 
 def solve(M, N):
-    """The exact X with M X = N; ZeroDivisionError when M is singular."""
+    """The exact X with M X = N; ZeroDivisionError when M is singular.
+
+    Elimination above and below the pivot: at the end every diagonal entry is the
+    determinant, and each entry of X is one fraction, reduced once.
+    """
     n = len(M)
     rows = [_integers([*M[i], *N[i]]) for i in range(n)]
     previous = 1
@@ -34,18 +38,16 @@ def solve(M, N):
             raise ZeroDivisionError("the matrix is singular")
         rows[k], rows[pivot] = rows[pivot], rows[k]
         top = rows[k]
-        for i in range(k + 1, n):
-            row, head = rows[i], rows[i][k]
-            rows[i] = [
-                (top[k] * row[j] - head * top[j]) // previous if j > k else 0
-                for j in range(len(row))
-            ]
+        for i in range(n):
+            if i != k:
+                row, head = rows[i], rows[i][k]
+                rows[i] = [
+                    (top[k] * a - head * b) // previous for a, b in zip(row, top)
+                ]
         previous = top[k]
     X = zeros(n, N.shape[1])
-    for i in reversed(range(n)):
-        for j in range(N.shape[1]):
-            known = sum(rows[i][k] * X[k, j] for k in range(i + 1, n))
-            X[i, j] = (rows[i][n + j] - known) / Fraction(rows[i][i])
+    for i, j in np.ndindex(*X.shape):
+        X[i, j] = Fraction(rows[i][n + j], rows[i][i])
     return X
 
 

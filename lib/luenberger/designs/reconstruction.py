@@ -70,9 +70,8 @@ def reconstruct_state(plant, y, u=None, *, at="start", selection="interleaved"):
     require_discrete(plant)
     if at not in ("start", "end"):
         raise ValueError(f"at must be 'start' or 'end' of the window, got {at!r}")
-    form, outputs = find_form(plant, selection, None)
     y, u, exactly = _record(plant, y, u)
-    form = form if exactly else form.as_float()
+    form, outputs = find_form(plant, selection, None, exactly)
     A, B, E = (plant.exact[k] if exactly else getattr(plant, k) for k in "ABE")
     windows = len(y) - form.samples + 1
     if windows < 1:

@@ -30,11 +30,11 @@ def default_tol(n):
     return 50 * n * float(np.finfo(float).eps)
 
 
-def choose(plant, selection, tol=None):
+def choose(plant, selection, tol, exactly):
     """Subindices of (6), one per output; DesignError if they do not add up to n."""
     tol = default_tol(plant.n) if tol is None else float(tol)
     _, _, A, C = scaled(plant, tol)
-    given = plant.exact
+    given = plant.exact if exactly else None
     chosen = Choice(_exact(given["A"], given["C"])) if given is not None else None
     if chosen is None or selection == "largest":
         found = _largest_or_first(A, C, tol, selection)
