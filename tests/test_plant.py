@@ -57,7 +57,7 @@ def test_time_varying_rows_are_held_beyond_the_last():
         (dict(A=[]), "A must be"),
         (dict(A=[[1, 2], [3]]), "A must be an array of real numbers"),
         (dict(A=[[1, "2"], [3, 4]]), "A must be an array of real numbers"),
-        (dict(A=[[1, 2j], [3, 4]]), "A must be an array of real numbers"),
+        (dict(Q=[[1, 2j], [-2j, 4]]), "Q must be an array of real numbers: .*complex"),
         (dict(A=[[1, 10**400], [3, 4]]), "A must be an array of real numbers"),
         (dict(A=[[1, np.nan], [3, 4]]), r"A\[0, 1\] is nan"),
         (dict(B=[[1.0]]), r"B must be 2 x 1, got 1 x 1"),

@@ -15,6 +15,11 @@ from .analysis import multiply_adds as multiply_adds
 from .certificate import Certificate as Certificate
 from .certificate import certify as certify
 from .certificate import residuals as residuals
+from .designs.canonical import ObservabilityForm as ObservabilityForm
+from .designs.canonical import observability_form as observability_form
+from .designs.deadbeat import deadbeat_observer as deadbeat_observer
+from .designs.reconstruction import reconstruct_state as reconstruct_state
+from .designs.staircase import reduced_order_observer as reduced_order_observer
 from .designs.trace_minimisation import kalman_filter as kalman_filter
 from .designs.trace_minimisation import reduced_order_filter as reduced_order_filter
 from .ensemble import Ensemble as Ensemble
@@ -28,6 +33,8 @@ from .plant import Plant as Plant
 from .recorded import estimate as estimate
 from .simulate import Run as Run
 from .simulate import simulate as simulate
+from .stairs import Staircase as Staircase
+from .stairs import staircase as staircase
 
 _ON_DEMAND = ("plot", "report")  # they import matplotlib
 

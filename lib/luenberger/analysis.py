@@ -3,7 +3,7 @@
 import numpy as np
 
 from . import kernels
-from .certificate import certify, require_match, residuals
+from .certificate import certify, require_match, require_real, residuals
 from .errors import DesignError
 from .linalg import lyapunov, modes, semidefinite, symmetrise
 
@@ -58,6 +58,7 @@ def error_covariance(observer, plant, *, steps=None):
            [0.5 , 1.  ]])
     """
     require_match(observer, plant)
+    require_real("the error covariance", plant, observer)
     _require_noise(plant, steps)
     if steps is not None and observer.steps is not None and steps > observer.steps:
         raise ValueError(

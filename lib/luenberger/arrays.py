@@ -1,17 +1,21 @@
 """Validation shared by Plant and Observer: checked once, then frozen."""
 
+from fractions import Fraction
+from numbers import Integral
+
 import numpy as np
 
 ASYMMETRY_TOL = 1e-9  # |X - X'| relative to |X|: below it is rounding, above a mistake
 INDEFINITE_TOL = 1e-9  # a negative eigenvalue below this (unit diagonal) is rounding
 
 
-def matrix(name, value, rows=None, cols=None, steps=False):
-    """Return `value` as a read-only float array of the given shape.
+def matrix(name, value, rows=None, cols=None, steps=False, field=float):
+    """Return `value` as a read-only array of the given shape.
 
-    With ``steps=True`` a leading time axis, (N, rows, cols), is accepted too.
+    With ``steps=True`` a leading time axis, (N, rows, cols), is accepted too; with
+    ``field=complex`` complex entries, and the array is complex if it has any.
     """
-    array = real(name, value)
+    array = numbers(name, value, field)
     dims = (2, 3) if steps else (2,)
     if array.ndim not in dims:
         wanted = "a matrix, or a stack (N, ., .) of them" if steps else "a matrix"
@@ -29,21 +33,24 @@ def matrix(name, value, rows=None, cols=None, steps=False):
 
 def vector(name, value, size):
     """Return `value` as a read-only float vector of the given size."""
-    array = real(name, value)
+    array = numbers(name, value)
     if array.shape != (size,):
         raise ValueError(f"{name} must have shape ({size},), got {array.shape}")
     return freeze(array)
 
 
-def real(name, value):
-    """Return a float copy of `value`, which must be finite and real."""
+def numbers(name, value, field=float):
+    """Return a copy of `value`, which must be finite numbers, real or of `field`."""
+    wanted = "real numbers" if field is float else "real numbers (or complex)"
     try:
         array = np.array(value)
-        if array.dtype.kind in "USbc" and array.size:
+        if array.dtype.kind in ("USb" if field is complex else "USbc") and array.size:
             raise TypeError(f"its entries are {array.dtype.name}")
-        array = array.astype(float)
+        array = array.astype(field)
     except (TypeError, ValueError, OverflowError) as error:
-        raise ValueError(f"{name} must be an array of real numbers: {error}") from None
+        raise ValueError(f"{name} must be an array of {wanted}: {error}") from None
+    if field is complex and not array.imag.any():
+        array = array.real.copy()
     if not np.isfinite(array).all():
         where = tuple(int(k) for k in np.argwhere(~np.isfinite(array))[0])
         raise ValueError(
@@ -95,6 +102,32 @@ def require_semidefinite(name, array):
 def freeze(array):
     array.setflags(write=False)
     return array
+
+
+def exact(value):
+    """Return `value` as an object array of Fractions, or None if it has a float.
+
+    Integers, Fractions and rationals of computer algebra (known by their integer
+    attributes p and q) are exact.
+    """
+    try:
+        array = np.array(value)
+        if array.dtype.kind in "fc" and array.size:
+            return None
+        array = np.array(value, dtype=object)
+    except ValueError:
+        return None
+    out = np.empty(array.shape, dtype=object)
+    for index, entry in np.ndenumerate(array):
+        if isinstance(entry, (Integral, Fraction)) and not isinstance(entry, bool):
+            out[index] = Fraction(entry if isinstance(entry, Fraction) else int(entry))
+        elif isinstance(getattr(entry, "p", None), Integral) and isinstance(
+            getattr(entry, "q", None), Integral
+        ):
+            out[index] = Fraction(int(entry.p), int(entry.q))
+        else:
+            return None
+    return freeze(out)
 
 
 def sample_time(dt):

@@ -10,11 +10,14 @@ and F is stable, w^ -> w for every x(0), z(0) and u.  (Luenberger; Leondes and
 Novak (9)-(13).)  T+ is T at the next instant; it is T itself when T is constant.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
+import scipy.linalg
+from scipy.optimize import linear_sum_assignment
 
-from .errors import CertificateError
+from .errors import CertificateError, DesignError
 
 
 def residuals(A, B, C, E, L, F, G, D, P, V, W, T, T_next):
@@ -48,6 +51,13 @@ class Certificate:
         All poles in Re s < 0 (dt == 0) or |z| < 1 (dt > 0).  For a time-varying
         observer: its transition matrix over all N rows contracts, that is, has
         norm below 1.
+    cond : float or None
+        Condition of [T; C], computed when first asked for: digits lost when the
+        state is recovered from z and y.  None when T or C varies in time.
+    sensitivity : (r,) ndarray or None
+        How far each of `poles` moves per unit change of F: 1 / |y'x| of its left
+        and right unit eigenvectors, 1 at best and huge for a defective pole.
+        Computed when first asked for; None for a time-varying observer.
     """
 
     dynamics: float
@@ -56,6 +66,21 @@ class Certificate:
     feedthrough: float
     poles: np.ndarray
     stable: bool
+    given: tuple = field(default=(), repr=False)  # T, C, F, for cond and sensitivity
+
+    @cached_property
+    def cond(self):
+        if not self.given or any(X.ndim != 2 for X in self.given):
+            return None
+        T, C, _ = self.given
+        values = np.linalg.svd(np.vstack([T, C]), compute_uv=False)
+        return float(values[0] / values[-1]) if values[-1] > 0 else np.inf
+
+    @cached_property
+    def sensitivity(self):
+        if not self.given or self.given[2].ndim != 2:
+            return None
+        return _sensitivity(self.given[2], self.poles)
 
     @property
     def worst(self):
@@ -141,6 +166,7 @@ def certify(observer, plant):
         *(_ratio(r, t) for r, t in zip(found, terms)),
         poles=o.poles,
         stable=_stable(o),
+        given=(o.T, plant.C, o.F),
     )
 
 
@@ -166,6 +192,17 @@ def require_match(observer, plant):
         )
 
 
+def require_real(what, *records):
+    """Raise DesignError if a plant or observer among `records` is complex."""
+    for one in records:
+        if one.is_complex:
+            raise DesignError(
+                f"{what} is for real matrices, but the {type(one).__name__.lower()} is "
+                "complex. Separate real and imaginary parts into a real one of twice "
+                "the size."
+            )
+
+
 def _size(X):
     return np.linalg.norm(X, axis=(-2, -1)) if X.ndim == 3 else np.linalg.norm(X)
 
@@ -174,6 +211,18 @@ def _ratio(residual, scale):
     """Largest relative size over the rows; an empty residual is exactly met."""
     size = _size(residual)
     return float(np.max(np.where(size == 0, 0.0, size / np.where(scale > 0, scale, 1))))
+
+
+def _sensitivity(F, poles):
+    """1 / |y'x| of every eigenvalue, in the order of `poles`."""
+    if len(F) == 0:
+        return np.zeros(0)
+    found, left, right = scipy.linalg.eig(F, left=True, right=True)
+    overlap = np.abs(np.sum(left.conj() * right, axis=0))
+    with np.errstate(divide="ignore"):
+        size = 1 / overlap
+    _, order = linear_sum_assignment(np.abs(poles[:, None] - found))
+    return np.maximum(size[order], 1.0)
 
 
 def _stable(observer):

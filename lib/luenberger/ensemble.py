@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .certificate import require_match
+from .certificate import require_match, require_real
 from .errors import DesignError
 from .recorded import start
 from .simulate import follow, trajectory
@@ -71,6 +71,7 @@ def monte_carlo(plant, observer, *, runs, steps, seed, executor=None):
     ((4, 1, 1), 200)
     """
     require_match(observer, plant)
+    require_real("simulation", plant, observer)
     if plant.dt == 0 or plant.Q is None or plant.R is None or plant.P0 is None:
         raise DesignError("a Monte Carlo run needs dt > 0 and the covariances Q, R, P0")
     for name, value in (("runs", runs), ("steps", steps)):

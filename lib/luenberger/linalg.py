@@ -191,6 +191,30 @@ def radius(F):
     return float(np.abs(np.linalg.eigvals(F)).max(initial=0.0))
 
 
+def eigenvalues(F):
+    """Eigenvalues of F, taken from its diagonal blocks where it is block triangular.
+
+    Those of a triangular matrix are exactly its diagonal, whatever their
+    multiplicity, where a QR iteration on the whole would scatter them.
+    """
+    if F.size == 0:
+        return np.zeros(0)
+    for X in (F, F.T):
+        rows, cols = np.nonzero(X)
+        # right[k]: the furthest column that rows 0 .. k reach
+        right = np.arange(len(X))
+        np.maximum.at(right, rows, cols)
+        right = np.maximum.accumulate(right)
+        ends = np.flatnonzero(right == np.arange(len(X))) + 1
+        if len(ends) > 1:
+            break
+    starts = np.concatenate([[0], ends[:-1]])
+    if len(ends) == len(F):
+        return F.diagonal().copy()
+    blocks = (F[a:b, a:b] for a, b in zip(starts, ends))
+    return np.concatenate([np.linalg.eigvals(block) for block in blocks])
+
+
 def require_detectable(A, C):
     """Raise DesignError naming the modes that are not stable and not seen by C."""
     hidden = [mode for mode in np.linalg.eigvals(A) if abs(mode) >= 1 - UNIT_TOL]

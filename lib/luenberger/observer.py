@@ -2,20 +2,24 @@
 
 import dataclasses
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from . import record
 from .arrays import matrix, sample_time, vector
+from .linalg import eigenvalues
+
+varying = partial(matrix, steps=True, field=complex)
 
 
 @dataclass(frozen=True, eq=False)
 class Observer:
     """What every design function returns.
 
-    Either every matrix F, G, D, P, V, T, W is constant, or every one carries a
-    leading time axis (N, ., .).  Row k of a time-varying observer belongs to
-    instant i = k + 1, the first sample after the initial condition.
+    Real or complex.  Either every matrix F, G, D, P, V, T, W is constant, or every
+    one carries a leading time axis (N, ., .).  Row k of a time-varying observer
+    belongs to instant i = k + 1, the first sample after the initial condition.
 
     Attributes
     ----------
@@ -54,22 +58,22 @@ class Observer:
     G0: np.ndarray | None = None
 
     def __post_init__(self):
-        L = matrix("L", self.L)
-        T = matrix("T", self.T, cols=L.shape[1], steps=True)
-        D = matrix("D", self.D, rows=T.shape[-2], steps=True)
-        G = matrix("G", self.G, rows=T.shape[-2], steps=True)
+        L = matrix("L", self.L, field=complex)
+        T = varying("T", self.T, cols=L.shape[1])
+        D = varying("D", self.D, rows=T.shape[-2])
+        G = varying("G", self.G, rows=T.shape[-2])
         r, n = T.shape[-2:]
         q, p, m = L.shape[0], D.shape[-1], G.shape[-1]
         lead = T.shape[:-2]
         W = np.zeros((*lead, q, m)) if self.W is None else self.W
         given = dict(
-            F=matrix("F", self.F, r, r, steps=True),
+            F=varying("F", self.F, r, r),
             G=G,
             D=D,
-            P=matrix("P", self.P, q, r, steps=True),
-            V=matrix("V", self.V, q, p, steps=True),
+            P=varying("P", self.P, q, r),
+            V=varying("V", self.V, q, p),
             T=T,
-            W=matrix("W", W, q, m, steps=True),
+            W=varying("W", W, q, m),
         )
         leads = {name: X.shape[:-2] for name, X in given.items()}
         if set(leads.values()) != {lead}:
@@ -88,8 +92,8 @@ class Observer:
             L=L,
             z0=vector("z0", np.zeros(r) if self.z0 is None else self.z0, r),
             dt=sample_time(self.dt),
-            T0=matrix("T0", T0, r, n),
-            G0=None if self.G0 is None else matrix("G0", self.G0, r, m),
+            T0=matrix("T0", T0, r, n, field=complex),
+            G0=None if self.G0 is None else matrix("G0", self.G0, r, m, field=complex),
         )
 
     @property
@@ -104,12 +108,19 @@ class Observer:
 
     @property
     def poles(self):
-        """Eigenvalues of F, sorted.
+        """Eigenvalues of F, sorted; exactly its diagonal when F is triangular.
 
         Of a time-varying observer (N, r), row by row; such rows alone do not
         decide stability, `certify` looks at their product.
         """
-        return np.sort_complex(np.linalg.eigvals(self.F))
+        if self.F.ndim == 3:
+            return np.sort_complex(np.linalg.eigvals(self.F))
+        return np.sort_complex(eigenvalues(self.F))
+
+    @property
+    def is_complex(self):
+        """Whether a matrix has a complex entry."""
+        return any(np.iscomplexobj(getattr(self, name)) for name in "FGDPVTWL")
 
     def at(self, k):
         """(F, G, D, P, V, W) of row k; the same for every k when constant."""

@@ -7,7 +7,15 @@ from typing import NamedTuple
 import numpy as np
 
 from . import record
-from .arrays import covariance, matrix, names, require_semidefinite, sample_time, vector
+from .arrays import (
+    covariance,
+    exact,
+    matrix,
+    names,
+    require_semidefinite,
+    sample_time,
+    vector,
+)
 
 
 class Instant(NamedTuple):
@@ -29,7 +37,8 @@ class Plant:
     In discrete time ``x[i+1] = A x[i] + B u[i] + w[i]``,
     ``y[i] = C x[i] + E u[i] + v[i]``; in continuous time (``dt == 0``) the first
     is a differential equation.  Any matrix may carry a leading time axis
-    ``(N, ., .)``: row i is its value at instant i = 0 .. N - 1.
+    ``(N, ., .)``: row i is its value at instant i = 0 .. N - 1.  A, B, C, E may be
+    complex; noise is for real plants.
 
     Parameters
     ----------
@@ -94,22 +103,31 @@ class Plant:
     output_names: tuple = field(default=None)
 
     def __post_init__(self):
-        A = matrix("A", self.A, steps=True)
+        rational = self._rational()
+        A = matrix("A", self.A, steps=True, field=complex)
         n = A.shape[-1]
         if A.shape[-2] != n or n == 0:
             raise ValueError(f"A must be square and not empty, got {A.shape[-2]} x {n}")
         B = np.zeros((n, 0)) if self.B is None else self.B
-        B = matrix("B", B, rows=n, steps=True)
-        C = matrix("C", self.C, cols=n, steps=True)
+        B = matrix("B", B, rows=n, steps=True, field=complex)
+        C = matrix("C", self.C, cols=n, steps=True, field=complex)
         m, p = B.shape[-1], C.shape[-2]
         E = np.zeros((p, m)) if self.E is None else self.E
-        E = matrix("E", E, p, m, steps=True)
+        E = matrix("E", E, p, m, steps=True, field=complex)
         Q = None if self.Q is None else covariance("Q", self.Q, n, steps=True)
         R = None if self.R is None else covariance("R", self.R, p, steps=True)
         S = None if self.S is None else matrix("S", self.S, n, p, steps=True)
         x0 = vector("x0", np.zeros(n) if self.x0 is None else self.x0, n)
         P0 = None if self.P0 is None else covariance("P0", self.P0, n)
         record.fill(self, A=A, B=B, C=C, E=E, Q=Q, R=R, S=S, x0=x0, P0=P0)
+        if rational is not None:
+            rational = {
+                name: exact(np.zeros(getattr(self, name).shape, int))
+                if X is None
+                else X
+                for name, X in rational.items()
+            }
+        record.fill(self, _exact=rational)
         self._check_joint()
         record.fill(
             self,
@@ -120,6 +138,13 @@ class Plant:
             output_names=names("y output", self.output_names, p),
         )
         self._check_rest()
+
+    def _rational(self):
+        """A, B, C, E as Fractions (None for an absent one), or None if any is not."""
+        given = {name: getattr(self, name) for name in "ABCE"}
+        found = {k: None if X is None else exact(X) for k, X in given.items()}
+        lost = any(X is not None and found[k] is None for k, X in given.items())
+        return None if lost else found
 
     def _check_joint(self):
         """S needs Q and R, and the three together must be a covariance."""
@@ -179,6 +204,20 @@ class Plant:
     def p(self):
         """Number of measurements."""
         return self.C.shape[-2]
+
+    @property
+    def exact(self):
+        """{"A", "B", "C", "E"} as object arrays of Fractions, beside the floats.
+
+        None unless every entry was given as an int, a Fraction or a rational of
+        computer algebra.
+        """
+        return None if self._exact is None else dict(self._exact)
+
+    @property
+    def is_complex(self):
+        """Whether A, B, C or E has a complex entry."""
+        return any(np.iscomplexobj(getattr(self, name)) for name in "ABCE")
 
     @property
     def steps(self):

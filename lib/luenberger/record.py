@@ -26,6 +26,8 @@ def as_data(frozen):
 
 
 def plain(value):
+    if isinstance(value, np.ndarray) and np.iscomplexobj(value):
+        return {"real": value.real.tolist(), "imag": value.imag.tolist()}
     if isinstance(value, np.ndarray):
         # an empty matrix has lost a dimension as nested lists, so keep its shape
         return value.tolist() if value.size else {"shape": list(value.shape)}
@@ -94,10 +96,32 @@ def _refuse(constant):
     raise ValueError(f"the number {constant} is not finite, and not JSON")
 
 
+def _numbers(path, key, value):
+    try:
+        array = np.array(value)
+    except ValueError:
+        array = np.array("ragged")
+    if array.size and array.dtype.kind not in "iuf":
+        raise ValueError(f"{path}: {key} must be an array of real numbers")
+    return array.astype(float)
+
+
 def _array(path, key, value):
-    """Turn {"shape": [0, n]} back into an empty array; pass other data on."""
+    """Turn {"shape": [0, n]} back into an empty array, {"real", "imag"} into a
+    complex one; pass other data on.
+    """
     if not isinstance(value, dict):
         return value
+    if set(value) == {"real", "imag"}:
+        real, imag = (_numbers(path, key, value[k]) for k in ("real", "imag"))
+        if real.shape != imag.shape:
+            raise ValueError(
+                f"{path}: {key} has a real part of shape {real.shape} and an "
+                f"imaginary one of shape {imag.shape}"
+            )
+        both = np.empty(real.shape, dtype=complex)
+        both.real, both.imag = real, imag
+        return both
     shape = value.get("shape")
     if set(value) != {"shape"} or not isinstance(shape, list) or 0 not in shape:
         raise ValueError(f"{path}: {key} must be numbers or lists, not an object")

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from .certificate import require_real
 from .kernels import require_backend
 
 
@@ -47,6 +48,7 @@ def estimate(observer, y, u=None, *, u0=None, z0=None, x0=None, backend="auto"):
            [4.]])
     """
     require_backend(backend)
+    require_real("estimate", observer)
     o = observer
     if o.dt == 0:
         raise ValueError("recorded data need a discrete observer; this one has dt = 0")

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.linalg
 
-from .certificate import require_match
+from .certificate import require_match, require_real
 from .errors import DesignError
 from .linalg import square_root
 from .recorded import rows, single, start
@@ -75,6 +75,7 @@ def simulate(plant, observer, t, *, u=None, u0=None, x0=None, z0=None, seed=None
     array([3., 4., 5., 6., 7.])
     """
     require_match(observer, plant)
+    require_real("simulation", plant, observer)
     if plant.multiplicative:
         raise DesignError("simulation does not model multiplicative noise yet")
     if plant.dt == 0:

@@ -113,9 +113,9 @@ def vanishes(residual):
 
     Accepts the normal forms of `algebra`, explicit SymPy matrices and scalars.
     """
+    if isinstance(residual, sp.MatrixBase):  # whose is_zero is about something else
+        return all(sp.simplify(entry) == 0 for entry in residual)
     known = getattr(residual, "is_zero", None)
     if isinstance(known, bool):
         return known
-    if isinstance(residual, sp.MatrixBase):
-        return all(sp.simplify(entry) == 0 for entry in residual)
     return sp.simplify(residual) == 0

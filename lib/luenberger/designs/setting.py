@@ -7,6 +7,7 @@ import scipy.linalg
 
 from .. import kernels
 from ..arrays import covariance
+from ..certificate import require_real
 from ..errors import DesignError
 from ..linalg import (
     RANK_TOL,
@@ -113,6 +114,7 @@ class Settings:
 
 def require_noise(plant):
     """Raise DesignError unless the plant says what a stochastic filter must know."""
+    require_real("the filter", plant)
     if plant.dt == 0:
         raise DesignError(
             "the filter is for discrete time but the plant has dt = 0. Discretise the "

@@ -1,0 +1,78 @@
+"""Linear algebra over the rationals: matrices are object arrays of Fractions.
+
+Elimination is Bareiss's: rows are first scaled to integers, and every division
+after that is exact, so no fraction has to be reduced on the way.
+"""
+
+from fractions import Fraction
+from math import lcm
+
+import numpy as np
+
+
+def zeros(*shape):
+    out = np.empty(shape, dtype=object)
+    out.fill(Fraction(0))
+    return out
+
+
+def eye(n):
+    out = zeros(n, n)
+    for k in range(n):
+        out[k, k] = Fraction(1)
+    return out
+
+
+def solve(M, N):
+    """The exact X with M X = N; ZeroDivisionError when M is singular.
+
+    Elimination above and below the pivot: at the end every diagonal entry is the
+    determinant, and each entry of X is one fraction, reduced once.
+    """
+    n = len(M)
+    rows = [_integers([*M[i], *N[i]]) for i in range(n)]
+    previous = 1
+    for k in range(n):
+        pivot = next((i for i in range(k, n) if rows[i][k]), None)
+        if pivot is None:
+            raise ZeroDivisionError("the matrix is singular")
+        rows[k], rows[pivot] = rows[pivot], rows[k]
+        top = rows[k]
+        for i in range(n):
+            if i != k:
+                row, head = rows[i], rows[i][k]
+                rows[i] = [
+                    (top[k] * a - head * b) // previous for a, b in zip(row, top)
+                ]
+        previous = top[k]
+    X = zeros(n, N.shape[1])
+    for i, j in np.ndindex(*X.shape):
+        X[i, j] = Fraction(rows[i][n + j], rows[i][i])
+    return X
+
+
+class Span:
+    """The rows accepted so far, in echelon form over the integers."""
+
+    def __init__(self):
+        self._rows = []  # pairs (leading column, integer row)
+
+    def accept(self, row):
+        """Take `row` in and return True, or return False if it depends on the rest."""
+        row = _integers(row)
+        for lead, other in self._rows:
+            if row[lead]:
+                row = [other[lead] * a - row[lead] * b for a, b in zip(row, other)]
+        lead = next((j for j, entry in enumerate(row) if entry), None)
+        if lead is None:
+            return False
+        self._rows.append((lead, _integers(row)))
+        return True
+
+
+def _integers(row):
+    """The row times the positive number that makes it integers without a divisor."""
+    scale = lcm(*(entry.denominator for entry in row)) if len(row) else 1
+    row = [int(entry * scale) for entry in row]
+    common = int(np.gcd.reduce(np.array(row, dtype=object))) if any(row) else 1
+    return [entry // common for entry in row]
