@@ -93,7 +93,8 @@ def _in_units(plant, d):
 
 
 def _balanced(A):
-    _, (d, _) = scipy.linalg.matrix_balance(A, permute=False, separate=True)
+    (gebal,) = scipy.linalg.get_lapack_funcs(("gebal",), (A,))
+    d = gebal(A, scale=True, permute=False)[3]
     return np.where(np.isfinite(d) & (d > 0), d, 1.0)
 
 
