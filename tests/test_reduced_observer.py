@@ -42,6 +42,45 @@ def test_every_kind_of_plant_and_poles(kind, method, dt):
     assert certificate.cond == pytest.approx(np.linalg.cond(both))
 
 
+def chains(lengths, order):
+    """Output i sees a chain of delays of its own; `order` shuffles the outputs."""
+    n, k = sum(lengths), 0
+    A, C = 0.3 * np.eye(n), np.zeros((len(lengths), n))
+    for i, length in enumerate(lengths):
+        A[k : k + length, k : k + length] += np.eye(length, k=1)
+        C[i, k] = 1
+        k += length
+    return A, C[list(order)]
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("order", [(0, 1, 2), (2, 0, 1), (1, 2, 0)], ids=str)
+@pytest.mark.parametrize("lengths", [(1, 2, 1), (3, 1, 1), (1, 3, 2), (4, 2, 1)])
+def test_outputs_that_do_not_see_the_next_stair(lengths, order, method):
+    """The foot of a tall block is zero then, and must not be divided by."""
+    A, C = chains(lengths, order)
+    rng = np.random.default_rng(1)
+    turn = np.linalg.qr(rng.standard_normal(A.shape))[0]
+    r = len(A) - 3
+    pairs = [x for _ in range(r // 2) for x in (0.1 + 0.2j, 0.1 - 0.2j)]
+    for plant in (
+        lb.Plant(A, None, C, dt=1.0),
+        lb.Plant(turn.T @ A @ turn, None, C @ turn, dt=1.0),
+        lb.Plant(A + 0.1j * np.diag(rng.standard_normal(len(A))), None, C, dt=1.0),
+    ):
+        for poles in (np.linspace(-0.3, 0.4, r), pairs + [0.2] * (r % 2)):
+            observer = lb.reduced_order_observer(plant, poles, method=method)
+            certificate = lb.certify(observer, plant)
+            assert certificate.worst < 1e-13 and certificate.cond < 1e4
+
+
+def test_trolley_of_notebook_01_by_back_substitution():
+    A = [[1, 0.5, 0.125], [0, 1, 0.5], [0, 0, 1]]
+    plant = lb.Plant(A, None, [[1, 0, 0], [0, 0, 1]], dt=0.5)
+    observer = lb.reduced_order_observer(plant, [0.5], method="back-substitution")
+    assert observer.F[0, 0] == 0.5 and lb.certify(observer, plant).worst < 1e-15
+
+
 def test_the_error_dies_out_as_the_poles_say():
     """A second method: simulate, and compare with e = P F^k eps_0."""
     A, C, rng = hidden_chains(6, 2)

@@ -157,3 +157,10 @@ def test_unobservable_modes_are_named_with_their_stability():
 def test_unobservable_pairs(A, C, modes):
     with pytest.raises(lb.DesignError, match=rf"eigenvalue\(s\) -?{modes} of A"):
         lb.staircase(A, C)
+
+
+def test_a_mode_on_the_boundary_is_not_called_stable():
+    """Two coupled oscillators, seen where the antisymmetric swing is still."""
+    A = [[0, 0, 1, 0], [0, 0, 0, 1], [-2, 1, 0, 0], [1, -2, 0, 0]]
+    with pytest.raises(lb.DesignError, match="time the stable ones are none; in dis"):
+        lb.staircase(A, [[1, 1, 0, 0]])

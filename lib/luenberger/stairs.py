@@ -11,7 +11,7 @@ from scipy.linalg.lapack import get_lapack_funcs
 
 from .arrays import matrix
 from .errors import DesignError
-from .linalg import eigenvalues, modes
+from .linalg import UNIT_TOL, eigenvalues, modes
 
 RANK_UNITS = 10.0  # default tolerance of a rank decision: 10 max(n, p) eps
 
@@ -37,8 +37,8 @@ class Staircase:
         counts when it exceeds tol ||A||_F, of C (rows at unit length) when it
         exceeds tol times the largest.
     leads : (n,) int ndarray
-        For column c the row of [A_U; C_U] that holds its last nonzero entry; these
-        rows are all different, which is the echelon form.
+        For column c the last row of [A_U; C_U] that it reaches; these rows are all
+        different, which is the echelon form.
     """
 
     U: np.ndarray
@@ -74,12 +74,12 @@ def staircase(A, C, tol=None):
               & & A_{k,k-1} & A_{kk} \end{bmatrix},\qquad
               Y^*CU = \begin{bmatrix} 0 & \cdots & 0 & C_k\end{bmatrix}.
 
-    Every block below the diagonal, and C_k, has full column rank and is in column
-    echelon form: upper triangular when it is square; a tall one carries its
-    triangle in its last rows.  (The printed form (8) has it in the first rows.
-    Without an output transformation that can be had only when the stairs are equal;
-    both are echelon forms.)  Redundant outputs are compressed by Y, so that
-    C_k = [R; 0].
+    Every block below the diagonal, and C_k, has full column rank.  A square one is
+    upper triangular; a tall one is zero below the diagonal that ends in its last
+    corner, and that triangle can be singular though the block is not.  (The printed
+    form (8) has a regular triangle in the first rows; without an output
+    transformation that can be had only when the stairs are equal.)  Redundant
+    outputs are compressed by Y, so that C_k = [R; 0].
 
     Parameters
     ----------
@@ -259,7 +259,9 @@ def _leads(sizes):
 def _unobservable(hidden, dt):
     """The message: which eigenvalues, and which of them decay."""
     hidden = np.asarray(hidden, dtype=complex)
-    continuous, discrete = hidden[hidden.real < 0], hidden[np.abs(hidden) < 1]
+    # a mode on the boundary does not decay, whichever side rounding puts it
+    continuous = hidden[hidden.real < -UNIT_TOL * np.abs(hidden)]
+    discrete = hidden[np.abs(hidden) < 1 - UNIT_TOL]
     if dt is None:
         stable = (
             f"In continuous time the stable ones are {modes(continuous) or 'none'}; in "

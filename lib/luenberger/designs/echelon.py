@@ -12,13 +12,17 @@ imaginary parts are the two rows, because T_i, A_U and C_U are real.
 Source: Van Dooren (1984), section 3; the pair as one complex row is our own.
 """
 
+import dataclasses
+
 import numpy as np
+import scipy.linalg
 from scipy.linalg.lapack import get_lapack_funcs
 
 from ..errors import DesignError
 
 PANEL = 32  # columns triangularised at a time
 WIDE = 1e4  # how far tau may be from 1 before its row is rescaled
+FIRM = 1e-3  # least entry of a tall block's foot, beside its least singular value
 LOOSE = 1e-8  # weight of t_{i+1} in the solutions of M_i, above which it is free
 
 
@@ -177,6 +181,41 @@ def _outside(factors, unit, kept):
         inside = Q.T @ inside
         inside = inside[len(inside) - kept :]
     return inside
+
+
+def firm(form):
+    """The form itself, or one with (8) as printed where a tall block has no foot.
+
+    Back substitution divides by the leads.  A tall block has full column rank, and
+    still the triangle in its last rows can be singular, as when the last output does
+    not see a state of the next stair.  Then the stairs are turned from the top, the
+    outputs in the end as well, so that every block is [R; 0].
+    """
+    ends = np.cumsum(form.blocks)
+    steps = list(zip(form.blocks, ends, form.blocks[1:]))
+    if all(_has_foot(form.A[e : e + below, e - w : e]) for w, e, below in steps):
+        return form
+    U, A, C, r = form.U.copy(), form.A.copy(), form.C.copy(), form.rank
+    for width, end, below in steps:
+        here, lower = slice(end - width, end), slice(end, end + below)
+        Q, R = scipy.linalg.qr(A[lower, here])
+        A[lower, end:] = Q.conj().T @ A[lower, end:]
+        A[lower, here] = R
+        for X in (A, C, U):
+            X[:, lower] = X[:, lower] @ Q
+    Q, R = scipy.linalg.qr(C[:, -r:])
+    C[:, -r:] = R
+    leads = np.concatenate([e + np.arange(w) for w, e in zip(form.blocks, ends)])
+    return dataclasses.replace(form, U=U, A=A, C=C, Y=form.Y @ Q, leads=leads)
+
+
+def _has_foot(block):
+    """Whether the triangle in the last rows of a block is safe to divide by."""
+    below, width = block.shape
+    if below == width:
+        return True
+    foot = np.abs(np.diagonal(block[below - width :]))
+    return foot.min() > FIRM * np.linalg.svd(block, compute_uv=False)[-1]
 
 
 def back_substitution(rows, i, f, pair=False):

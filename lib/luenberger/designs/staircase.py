@@ -90,6 +90,7 @@ def reduced_order_observer(plant, poles, *, method="minimum-norm"):
     True
     """
     form = _stairs(plant, method)
+    form = echelon.firm(form) if method == "back-substitution" else form
     poles, pairs = _arranged(poles, len(form.A) - form.rank, plant)
     with np.errstate(all="ignore"):  # what overflows is refused below
         rows = solve_rows(form, poles, pairs, METHODS[method])
