@@ -3,6 +3,18 @@
 import numpy as np
 import scipy.linalg
 
+# SLICOT, example data of AB01OD, as the dual pair (A, C)
+AB01OD = (
+    [
+        [17, 24, 1, 8, 15],
+        [23, 5, 7, 14, 16],
+        [4, 6, 13, 20, 22],
+        [10, 12, 19, 21, 3],
+        [11, 18, 25, 2, 9],
+    ],
+    [[-1, 4, -9, 16, -25], [-4, 9, -16, 25, -36]],
+)
+
 
 def hidden_chains(n, p, seed=0, complex_=False):
     """p chains of delays with small random couplings, turned by a random unitary."""

@@ -7,6 +7,7 @@ import pytest
 import sympy as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from pairs import AB01OD
 
 import luenberger as lb
 from luenberger.derivations import canonical
@@ -149,14 +150,7 @@ def test_published_observable_form_of_python_control():
 
 def test_published_stairs_of_slicot():
     """SLICOT AB01OD, dual: stairs 2, 2, 1, so the indices are 3 and 2."""
-    A = [
-        [17, 24, 1, 8, 15],
-        [23, 5, 7, 14, 16],
-        [4, 6, 13, 20, 22],
-        [10, 12, 19, 21, 3],
-        [11, 18, 25, 2, 9],
-    ]
-    C = [[-1, 4, -9, 16, -25], [-4, 9, -16, 25, -36]]
+    A, C = AB01OD
     form = lb.observability_form(lb.Plant(A, None, C, dt=1.0))
     assert form.indices == (3, 2) and form.exact
     exact = lb.Plant(A, None, C).exact["A"]

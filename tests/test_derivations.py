@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import sympy as sp
 from sympy import MatAdd, MatrixSymbol, Trace
-from worlds import Numbers, symbols
+from worlds import STAGE_LISTS, Numbers, symbols
 
 from luenberger.derivations import (
     Derivation,
@@ -23,16 +23,7 @@ from luenberger.derivations import (
 )
 from luenberger.derivations.algebra import ShapeError
 
-NAMES = (
-    "gain_step",
-    "estimate_step",
-    "step_differential",
-    "steady_gradient",
-    "observer",
-    "decorrelation",
-    "error_recursion",
-)
-RECURSIONS = {name: getattr(recursions, name)() for name in NAMES}
+RECURSIONS = {name: getattr(recursions, name)() for name in STAGE_LISTS}
 ENTRY_POINTS = {
     "huddle": huddle.derive(),
     "trace_minimisation": trace_minimisation.derive(),
@@ -114,7 +105,7 @@ def test_formulas_have_latex():
 # -- stage lists --------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", STAGE_LISTS)
 def test_stages_use_only_what_is_known(name):
     derivation = RECURSIONS[name]
     known = set(derivation.given)
@@ -129,7 +120,7 @@ def test_stages_use_only_what_is_known(name):
 
 
 def damaged_stages():
-    for name in NAMES:
+    for name in STAGE_LISTS:
         for i, stage in enumerate(RECURSIONS[name].stages):
             formula = stage.formula
             inner = formula.N if isinstance(formula, Solve) else formula
@@ -159,7 +150,7 @@ def test_one_wrong_sign_in_a_stage_is_noticed(name, index, formula):
     assert dataclasses.replace(broken, steps=steps).unproved()
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", STAGE_LISTS)
 def test_symmetric_stages_are_symmetric(name):
     derivation = RECURSIONS[name]
     given = numbers_for(name, RECURSIONS[name].steps[next(iter(derivation.steps))])

@@ -3,19 +3,11 @@
 import numpy as np
 import pytest
 import sympy as sp
+from worlds import STAGE_LISTS
 
 from luenberger.derivations import Derivation, Solve, Stage, recursions
 from luenberger.kernels.numpy import kernel, numpy_source
 
-STAGE_LISTS = (
-    "gain_step",
-    "estimate_step",
-    "step_differential",
-    "steady_gradient",
-    "observer",
-    "decorrelation",
-    "error_recursion",
-)
 SIZES = dict(n=4, p=2, m=2, r=3)
 SYMMETRIC = ("Q", "R", "Sigma", "M", "Omega", "dOmega", "Lambda", "X")
 

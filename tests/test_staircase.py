@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from pairs import hidden_chains, with_stairs
+from pairs import AB01OD, hidden_chains, with_stairs
 
 import luenberger as lb
 
@@ -109,14 +109,7 @@ def test_tolerance_is_the_users():
 
 def test_slicot_ab01od():
     """SLICOT AB01OD example: stairs 2, 2, 1 of the dual pair, four decimals."""
-    A = [
-        [17, 24, 1, 8, 15],
-        [23, 5, 7, 14, 16],
-        [4, 6, 13, 20, 22],
-        [10, 12, 19, 21, 3],
-        [11, 18, 25, 2, 9],
-    ]
-    form = lb.staircase(A, [[-1, 4, -9, 16, -25], [-4, 9, -16, 25, -36]])
+    form = lb.staircase(*AB01OD)
     assert form.blocks == (1, 2, 2)
     for mine, published in [
         (form.C[:, 3:], [[31.1199, 47.6865], [3.248, 0.0]]),

@@ -8,6 +8,17 @@ import numpy as np
 import sympy as sp
 from sympy.matrices.expressions.matexpr import MatrixExpr
 
+# The recursions that have a stage list, by name.
+STAGE_LISTS = (
+    "gain_step",
+    "estimate_step",
+    "step_differential",
+    "steady_gradient",
+    "observer",
+    "decorrelation",
+    "error_recursion",
+)
+
 
 class Numbers:
     """Random values for matrix symbols, made when first asked for.
