@@ -111,16 +111,18 @@ class _Exact:
     def instant(self, k):
         return k if self.observer.steps is None else k + 1
 
+    def first_sample(self):
+        """T, and the mean and covariance of x, at row 0 of the observer."""
+        o, plant = self.observer, self.plant
+        if o.steps is None:
+            return o.T, plant.x0, plant.P0
+        A, _, Q = plant.first_step()
+        return o.T[0], A @ plant.x0, A @ plant.P0 @ A.T + Q
+
     def start(self):
         """E[eps eps'] at row 0: z there is fixed, and x has a mean and a spread."""
-        o, plant = self.observer, self.plant
-        bias = o.z0 - o.T0 @ plant.x0
-        T, spread = o.T, plant.P0
-        if o.steps is not None:
-            T = o.T[0]
-            if plant.P0_is == "posterior":
-                first = plant.at(0)
-                spread = first.A @ spread @ first.A.T + first.Q
+        T, mean, spread = self.first_sample()
+        bias = self.observer.z0 - T @ mean
         return symmetrise(T @ spread @ T.T + np.outer(bias, bias))
 
     def over(self, steps):
@@ -171,17 +173,10 @@ class _Joint(_Exact):
         )
 
     def start(self):
-        o, plant = self.observer, self.plant
-        mean, spread, T = plant.x0, plant.P0, o.T
-        if o.steps is not None:
-            T = o.T[0]
-            if plant.P0_is == "posterior":
-                first = plant.at(0)
-                mean = first.A @ mean
-                spread = first.A @ spread @ first.A.T + first.Q
-        map_ = np.vstack([np.eye(plant.n), -T])
-        mean = np.concatenate([mean, o.z0 - T @ mean])
-        return symmetrise(map_ @ spread @ map_.T + np.outer(mean, mean))
+        T, mean, spread = self.first_sample()
+        both = np.vstack([np.eye(len(mean)), -T])
+        mean = np.concatenate([mean, self.observer.z0 - T @ mean])
+        return symmetrise(both @ spread @ both.T + np.outer(mean, mean))
 
 
 def _require_decay(F, whose):

@@ -177,12 +177,8 @@ class _Pass:
         if self.before is not None:
             old, rho = self.before
             return old.A, old.B, old.Qs, old.As, old.J, rho
-        first = self.plant.at(0)
-        n = self.plant.n
-        J, rho = np.zeros((n, 0)), np.zeros((0, 1))
-        if self.plant.P0_is == "prior":
-            return np.eye(n), 0 * first.B, np.zeros((n, n)), np.eye(n), J, rho
-        return first.A, first.B, first.Q, first.A, J, rho
+        A, B, Q = self.plant.first_step()
+        return A, B, Q, A, np.zeros((len(A), 0)), np.zeros((0, 1))  # no y before
 
     def require_agreement(self, blind, left, size, seen):
         """Noise-free combinations of outputs must be met by the best estimate."""

@@ -194,11 +194,9 @@ def covariance_from_start(observer, plant, samples):
 
 def first_sample(plant):
     """The plant with x0 and P0 carried to the first sample, before it is used."""
-    if plant.P0_is == "prior":
-        return plant
-    now = plant.at(0)
-    P0 = None if plant.P0 is None else now.A @ plant.P0 @ now.A.T + now.Q
-    return dataclasses.replace(plant, x0=now.A @ plant.x0, P0=P0, P0_is="prior")
+    A, _, Q = plant.first_step()
+    P0 = None if plant.P0 is None else A @ plant.P0 @ A.T + Q
+    return dataclasses.replace(plant, x0=A @ plant.x0, P0=P0, P0_is="prior")
 
 
 def write(file, plant, estimates):

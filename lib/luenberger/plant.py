@@ -237,6 +237,16 @@ class Plant:
             )
         )
 
+    def first_step(self):
+        """A, B, Q that carry x0 and P0 to the first sample.
+
+        Those of instant 0; or I, 0, 0 when x0, P0 are the prior of that sample.
+        """
+        now = self.at(0)
+        if self.P0_is == "prior":
+            return np.eye(self.n), np.zeros_like(now.B), np.zeros((self.n, self.n))
+        return now.A, now.B, now.Q
+
     @classmethod
     def from_statespace(cls, sys, **noise):
         """Read A, B, C, D, dt from a python-control or scipy.signal StateSpace.

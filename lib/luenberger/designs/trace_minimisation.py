@@ -161,10 +161,7 @@ def certified(observer, plant, settling=True, tol=1e-9):
 def gains(settings, steps):
     """Yield (K, Sigma) at instants 1 .. steps, from P0: (33) and (27)."""
     plant = settings.plant
-    first = plant.at(0)
-    A, Q = first.A, first.Q
-    if plant.P0_is == "prior":
-        A, Q = np.eye(plant.n), np.zeros((plant.n, plant.n))
+    A, _, Q = plant.first_step()
     Sigma = plant.P0
     for i in range(1, steps + 1):
         now = settings.at(i)
@@ -196,10 +193,7 @@ def _over(settings, steps):
         K=K,
         T_next=T_next,
     )
-    first = plant.at(0)
-    A, B = first.A, first.B
-    if plant.P0_is == "prior":
-        A, B = np.eye(plant.n), np.zeros_like(B)
+    A, B, _ = plant.first_step()
     T0 = T[0] @ A
     return Observer(
         **rest,
