@@ -62,3 +62,13 @@ def decorrelation(*outputs):
 def error_recursion(*outputs):
     """Covariance of the error of any observer, one step: (11), (26), (28)."""
     return compiled("huddle", "error_recursion", *outputs, flat=True)
+
+
+def functional_row(*outputs):
+    """The next row of T from the one above, in companion form: Moore (5)."""
+    return compiled("functional", "companion_row", *outputs)
+
+
+def functional_input(*outputs):
+    """G of an observer without feedthrough: Moore (6)."""
+    return compiled("functional", "observer", *outputs)
