@@ -34,6 +34,7 @@ ALLOWED = {
     "analysis": NUMERIC,
     "filtering": NUMERIC | {"designs", "recorded"},
     "measurements": NUMERIC | QUESTIONS,
+    "sampling": NUMERIC | {"simulate"},
     "survey": NUMERIC | QUESTIONS | {"designs"},
     "plot": {"show"},
     "report": NUMERIC | QUESTIONS | {"designs", "measurements", "show", "survey"},

@@ -10,6 +10,7 @@ True
 
 from importlib import import_module
 
+from . import sampling as sampling
 from .analysis import error_covariance as error_covariance
 from .analysis import multiply_adds as multiply_adds
 from .certificate import Certificate as Certificate

@@ -72,3 +72,26 @@ def functional_row(*outputs):
 def functional_input(*outputs):
     """G of an observer without feedthrough: Moore (6)."""
     return compiled("functional", "observer", *outputs)
+
+
+@cache
+def sampling_law(name, coefficient):
+    """A law of Hsia's Table II without bounds: f(rho, T_max, `coefficient`)."""
+    from ..derivations import adaptive_sampling
+    from .scalar import function
+
+    return function(
+        adaptive_sampling.derive(),
+        adaptive_sampling.key(name),
+        *("rho", "T_max", coefficient),
+    )
+
+
+def noise_of_a_period(*outputs):
+    """Covariance of the noise of one period from Van Loan's exponential."""
+    return compiled("adaptive_sampling", "noise_of_a_period", *outputs, flat=True)
+
+
+def noise_doubled(*outputs):
+    """The same of a period twice as long."""
+    return compiled("adaptive_sampling", "noise_doubled", *outputs, flat=True)
