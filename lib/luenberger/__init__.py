@@ -19,6 +19,7 @@ from .certificate import residuals as residuals
 from .designs.canonical import ObservabilityForm as ObservabilityForm
 from .designs.canonical import observability_form as observability_form
 from .designs.deadbeat import deadbeat_observer as deadbeat_observer
+from .designs.functional import functional_observer as functional_observer
 from .designs.reconstruction import reconstruct_state as reconstruct_state
 from .designs.staircase import reduced_order_observer as reduced_order_observer
 from .designs.trace_minimisation import kalman_filter as kalman_filter

@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 
 from . import record
-from .arrays import matrix, sample_time, vector
+from .arrays import exact, matrix, sample_time, vector
 from .linalg import eigenvalues
 
 varying = partial(matrix, steps=True, field=complex)
@@ -58,6 +58,7 @@ class Observer:
     G0: np.ndarray | None = None
 
     def __post_init__(self):
+        rational = self._rational()
         L = matrix("L", self.L, field=complex)
         T = varying("T", self.T, cols=L.shape[1])
         D = varying("D", self.D, rows=T.shape[-2])
@@ -94,7 +95,27 @@ class Observer:
             dt=sample_time(self.dt),
             T0=matrix("T0", T0, r, n, field=complex),
             G0=None if self.G0 is None else matrix("G0", self.G0, r, m, field=complex),
+            _exact=rational,
         )
+
+    def _rational(self):
+        """The constant matrices as Fractions, or None if any entry is a float."""
+        found = {name: exact(getattr(self, name)) for name in "FGDPVTL"}
+        lost = [X is None or X.ndim != 2 for X in found.values()]
+        if any(lost):
+            return None
+        zero = np.zeros((len(found["L"]), found["G"].shape[1]), int)
+        found["W"] = exact(zero if self.W is None else self.W)
+        return None if found["W"] is None else found
+
+    @property
+    def exact(self):
+        """{"F", "G", "D", "P", "V", "W", "T", "L"} as Fractions, beside the floats.
+
+        None unless the observer is constant and every entry was given as an int, a
+        Fraction or a rational of computer algebra.
+        """
+        return None if self._exact is None else dict(self._exact)
 
     @property
     def order(self):

@@ -51,6 +51,38 @@ def solve(M, N):
     return X
 
 
+def reduced(M):
+    """Reduced row echelon form of M without its zero rows, and the pivot columns."""
+    rows, pivots = [_integers(row) for row in M], []
+    for j in range(M.shape[1]):
+        at = len(pivots)
+        pivot = next((i for i in range(at, len(rows)) if rows[i][j]), None)
+        if pivot is None:
+            continue
+        rows[at], rows[pivot] = rows[pivot], rows[at]
+        top = rows[at]
+        for i, row in enumerate(rows):
+            if i != at and row[j]:
+                rows[i] = _integers([top[j] * a - row[j] * b for a, b in zip(row, top)])
+        pivots.append(j)
+    out = zeros(len(pivots), M.shape[1])
+    for i, j in enumerate(pivots):
+        out[i] = [Fraction(entry, rows[i][j]) for entry in rows[i]]
+    return out, pivots
+
+
+def null_space(M):
+    """Columns that span the x with M x = 0; each has a one where the others have 0."""
+    echelon, pivots = reduced(M)
+    free = [j for j in range(M.shape[1]) if j not in pivots]
+    basis = zeros(M.shape[1], len(free))
+    for k, j in enumerate(free):
+        basis[j, k] = Fraction(1)
+        for i, pivot in enumerate(pivots):
+            basis[pivot, k] = -echelon[i, j]
+    return basis
+
+
 class Span:
     """The rows accepted so far, in echelon form over the integers."""
 

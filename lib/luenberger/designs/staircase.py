@@ -91,7 +91,7 @@ def reduced_order_observer(plant, poles, *, method="minimum-norm"):
     """
     form = _stairs(plant, method)
     form = echelon.firm(form) if method == "back-substitution" else form
-    poles, pairs = _arranged(poles, len(form.A) - form.rank, plant)
+    poles, pairs = arranged(poles, len(form.A) - form.rank, plant)
     with np.errstate(all="ignore"):  # what overflows is refused below
         rows = solve_rows(form, poles, pairs, METHODS[method])
         observer = _in_users_coordinates(plant, form, rows)
@@ -125,7 +125,7 @@ def _stairs(plant, method):
     return find(plant.A, plant.C, dt=plant.dt)
 
 
-def _arranged(poles, order, plant):
+def arranged(poles, order, plant):
     """The poles as complex numbers, and where a conjugate pair begins."""
     try:
         poles = np.array(poles, dtype=complex)

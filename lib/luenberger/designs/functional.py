@@ -1,0 +1,257 @@
+"""Moore's observers of a linear functional, without feedthrough from y.
+
+Source: Moore (1973); derivations/functional.py.
+"""
+
+import dataclasses
+from fractions import Fraction
+
+import numpy as np
+
+from .. import kernels
+from ..arrays import exact as rational
+from ..observer import Observer
+from . import exact, inadmissible
+from .cascade import chain
+from .recurrences import Admissible, functionals
+from .staircase import arranged
+from .trace_minimisation import certified
+
+ADMISSIBLE_TOL = 1e-10  # what is left of k beta(A), beside its terms: rounding
+LOST_TOL = 1e-6  # error of the estimate that the state drives, relative to k
+
+
+def functional_observer(plant, k, *, order=None, poles=None):
+    r"""Observer of w = k x that does not pass y on to its estimate, of least order.
+
+    .. math:: z_+ = F z + G u + D y, \qquad \hat w = P z,
+              \qquad TA - FT = DC, \quad G = TB - DE, \quad PT = k .
+
+    As V = 0 and W = 0, noise in y reaches the estimate only through the states.  Such
+    an observer of order r with characteristic polynomial beta exists exactly when
+    k beta(A) is a combination of the rows of C, CA, ..., CA^(r-1): with one output,
+    when the numbers k A^i g obey the recurrence with coefficients beta, (13).  The
+    least order is that of the shortest stable recurrence.
+
+    Parameters
+    ----------
+    plant : Plant
+        Constant and real, continuous or discrete, in any coordinates, with any
+        number of inputs and outputs, with or without feedthrough.  Modes that no
+        output sees are allowed; if k sees them they must be stable, and are among
+        the poles.
+    k : (n,) or (q, n) array_like
+        The functional, or several.  Each row gets an observer of its own, side by
+        side: one of all rows jointly may need fewer states.  A row of zeros needs
+        none.  A combination of the rows of C does need states here, since y is not
+        passed on.
+    order : int, optional
+        Number of states r for each row, 1 .. n; default the least.
+    poles : (r,) array_like, optional
+        For each row, in rad/s (dt == 0) or in the z-plane, closed under conjugation.
+        They must be admissible; from some order on, with one output r = n, all are.
+
+    Returns
+    -------
+    Observer
+        Certified, V = 0 and W = 0 exactly.  Without `poles` it has the largest
+        stability margin of its order, measured on the disc |zeta| < 1, in continuous
+        time that of s = sigma (zeta - 1) / (zeta + 1), sigma near the geometric mean
+        of the rates of the plant.  F is a chain of blocks of order 1 and 2 with the
+        poles.
+
+        A plant in ints or Fractions (up to 20 states) with such k, and such poles if
+        any, gives an observer in Fractions, ``observer.exact``; its polynomial is
+        then a simple rational one near the optimum, and F one companion matrix.
+
+    Raises
+    ------
+    DesignError
+        No stable observer of the order asked for, or of any; poles that are not
+        admissible, with the rows of the recurrence they violate; a plant that varies
+        in time or is complex; rounding that would leave no digit.
+    CertificateError
+        If a pole asked for is not stable.
+    ValueError
+        k, order or poles of the wrong shape or kind.
+
+    Notes
+    -----
+    That no lower order will do is proved when the admissible polynomials are none,
+    one, all, or given by one equation (this covers r <= 2 and, with one output,
+    r = n - 1), and when the signs of their coefficients exclude a stable one.
+    Otherwise a search from many starts found none.  ``recurrences(plant, k)`` in
+    `luenberger.designs.recurrences` says for each order which it was.  With floats
+    "exact" means up to a relative 1e-10.
+
+    See Also
+    --------
+    reduced_order_observer : the state, with V y in its estimate.
+    error_covariance : what the two make of measurement noise.
+
+    References
+    ----------
+    Moore (1973), (1)-(13); derivations/functional.py.
+
+    Examples
+    --------
+    Acceleration, velocity and position of a cart from its position: two states give
+    this combination, where the state takes three without feedthrough.
+
+    >>> import luenberger as lb
+    >>> plant = lb.Plant([[0, 1, 0], [0, 0, 1], [0, 0, 0]], [[0], [0], [1]],
+    ...                  [[1, 0, 0]])
+    >>> observer = lb.functional_observer(plant, [2, 3, -1])
+    >>> observer.F, observer.D
+    (array([[-13.,   1.],
+           [-41.,   0.]]), array([[149.],
+           [ 82.]]))
+    >>> observer.exact["F"].tolist() == observer.F.tolist()
+    True
+    """
+    k = functionals(plant, k)
+    poles = _poles(plant, poles, order)
+    chains = [_chain(plant, row, order, poles) for row in k]
+    return certified(_side_by_side(plant, k, chains), plant)
+
+
+def _poles(plant, poles, order):
+    """The poles, conjugates side by side; Fractions if they were given so."""
+    if poles is None:
+        if order is not None and not (
+            isinstance(order, (int, np.integer)) and not isinstance(order, bool)
+        ):
+            raise ValueError(f"order must be an integer, got {order!r}")
+        if order is not None and not 1 <= order <= plant.n:
+            raise inadmissible.out_of_range(plant, order)
+        return None
+    found = rational(poles)
+    if found is None:
+        found, _ = arranged(poles, np.size(poles), plant)
+    if found.ndim != 1 or not 1 <= len(found) <= plant.n:
+        raise inadmissible.out_of_range(plant, np.size(found))
+    if order is not None and order != len(found):
+        raise ValueError(
+            f"order is {order!r}, but {len(found)} poles are given; leave order out"
+        )
+    return found
+
+
+def _chain(plant, k, order, poles):
+    """The observer of one row k, in the user's coordinates."""
+    if poles is not None:
+        return _with_poles(plant, k, poles)
+    admissible, loss = Admissible(plant, k), None
+    if order is None and not k.any():
+        return chain(admissible.A, admissible.C, admissible.k, [])
+    for r in range(1, plant.n + 1) if order is None else [order]:
+        recurrence, answer = admissible.answer(r)
+        if recurrence.stable:
+            factors = _factors(admissible, answer, recurrence.dimension == r)
+            found = chain(admissible.A, admissible.C, admissible.k, factors)
+            loss = _loss(admissible, found, recurrence.poles)
+            if loss is None:
+                return _in_users_units(admissible, found)
+    raise inadmissible.no_order(admissible, order, loss)
+
+
+def _with_poles(plant, k, poles):
+    if k.dtype != poles.dtype:  # exact only together
+        k, poles = k.astype(float), poles.astype(complex)
+    admissible = Admissible(plant, k)
+    found = chain(admissible.A, admissible.C, admissible.k, factors_of(poles))
+    loss = _loss(admissible, found, poles.astype(complex))
+    if loss is not None:
+        raise inadmissible.poles(admissible, poles.astype(complex), loss)
+    return _in_users_units(admissible, found)
+
+
+def factors_of(poles):
+    """A factor s - a for each real pole, s^2 - 2 a s + a^2 + b^2 for each pair."""
+    if poles.dtype == object:
+        return [[-pole] for pole in poles]
+    return [
+        [-pole.real] if pole.imag == 0 else [abs(pole) ** 2, -2 * pole.real]
+        for pole in poles
+        if pole.imag >= 0
+    ]
+
+
+def _factors(admissible, answer, free):
+    """The factors of the polynomial found; one only if it has to stay rational."""
+    sigma = admissible.sigma
+    if not admissible.exactly:
+        return factors_of(answer.roots * sigma)
+    sigma, r = Fraction(sigma), len(answer.roots)
+    if free:
+        return [[-Fraction(root) * sigma] for root in answer.roots]
+    return [[b * sigma ** (r - j) for j, b in enumerate(answer.beta[:-1])]]
+
+
+def _loss(admissible, found, poles):
+    """None, or what is wrong: a pair (what is left of the equation, error of w^).
+
+    The first is relative to the terms of k beta(A).  What is left of it drives the
+    estimate from the state, by after / beta(s); the second is the largest of this at
+    s = 0 and at the frequencies of the poles, relative to k, in scaled units.
+    """
+    if not found.after.any():
+        return None
+    if admissible.exactly:
+        return 1.0, np.inf
+    left, size = np.linalg.norm(found.after), np.linalg.norm(admissible.k)
+    axis = np.r_[0, poles.imag] * 1j
+    if admissible.discrete:
+        axis = np.exp(1j * np.r_[0, np.angle(poles)])
+    with np.errstate(divide="ignore"):
+        gain = 1 / np.abs(np.prod(axis[:, None] - poles, axis=1)).min()
+    loss = left / found.size, left * gain / size
+    fine = loss[0] <= ADMISSIBLE_TOL and loss[1] <= LOST_TOL
+    return None if fine else loss
+
+
+def _in_users_units(admissible, found):
+    """The chain for x and y as given, its rows of T at comparable size.
+
+    A row is divided by the size of its terms, not by its own: it can be rounding.
+    """
+    if admissible.exactly:
+        return found
+    terms = found.T @ admissible.A, found.D @ admissible.C
+    size = np.linalg.norm(terms, axis=2).sum(axis=0)
+    size = np.r_[np.linalg.norm(admissible.k), size][: len(size)]
+    size = np.exp2(np.round(np.log2(np.where(size > 0, size, 1.0))))  # exact to divide
+    return dataclasses.replace(
+        found,
+        F=found.F / size[:, None] * size,
+        D=found.D / size[:, None] / admissible.outputs,
+        T=found.T / size[:, None] / admissible.d,
+        P=found.P * size,
+    )
+
+
+def _side_by_side(plant, k, chains):
+    """One observer of all rows: every chain has its own states."""
+    exactly = all(one.F.dtype == object for one in chains)
+    zero = exact.zeros if exactly else lambda *shape: np.zeros(shape)
+    A, B, C, E = (plant.exact[s] if exactly else getattr(plant, s) for s in "ABCE")
+    T = np.vstack([zero(0, plant.n), *(one.T for one in chains)])
+    D = np.vstack([zero(0, plant.p), *(one.D for one in chains)])
+    order, at = len(T), 0
+    F, P = zero(order, order), zero(len(k), order)
+    for i, one in enumerate(chains):
+        here = slice(at, at + len(one.F))
+        F[here, here], P[i, here] = one.F, one.P[0]
+        at = here.stop
+    T, D = (X if exactly else X.astype(float) for X in (T, D))
+    return Observer(
+        F=F,
+        G=kernels.functional_input("G")(T=T, B=B, D=D, E=E)["G"],
+        D=D,
+        P=P,
+        V=zero(len(k), plant.p),
+        T=T,
+        L=k if exactly else k.astype(float),
+        z0=T.astype(float) @ plant.x0,
+        dt=plant.dt,
+    )
