@@ -28,7 +28,7 @@ DERIVATIONS = {
     "signs": functional_signs.derive(),
 }
 STAGE_LISTS = {
-    "companion_row": (functional.companion_row(), functional_condition.companion_steps),
+    "companion_row": (functional.companion_row(), functional_condition.row_steps),
     "observer": (functional.observer(), functional.prove_observer),
 }
 CLAIMS = {

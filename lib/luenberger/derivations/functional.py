@@ -71,7 +71,7 @@ def companion_row():
     b, d = MatrixSymbol("b", 1, 1), MatrixSymbol("d", 1, p)
     stages = (Stage(t_next, t * A + b * row - d * C, "(5)"),)
     found = Derivation((t, A, b, row, d, C), stages, source=PAPER)
-    return replace(found, steps=condition.companion_steps(found))
+    return replace(found, steps=condition.row_steps(found))
 
 
 @cache

@@ -24,6 +24,7 @@ P, k = MatrixSymbol("P", q, r), MatrixSymbol("k", q, n)
 FREE = Algebra()
 SOLVED = Algebra([], [(T * A, F * T + D * C)])  # (5)
 ORDERS = (1, 2, 3, 4, 5)
+CHAINS = ((1, 1), (1, 2), (2, 1), (1, 2, 1))  # degrees of the factors of beta
 
 
 def column(blocks):
@@ -56,6 +57,11 @@ def in_companion_form(beta):
     return BlockMatrix(rows), BlockMatrix([[one] + [none] * (order - 1)])
 
 
+def row_steps(found):
+    """What the rows are for: one companion block, and a chain of several."""
+    return companion_steps(found) | chain_steps(found)
+
+
 def companion_steps(found):
     """T A - F T - D C has the row after the last as its only row that is not zero."""
     steps = {}
@@ -79,6 +85,48 @@ def companion_steps(found):
             f"(13) the last is k beta(A) - sum D_i C A^(r-i), {name}": (
                 after,
                 k_beta - shown,
+            ),
+        }
+    return claims(FREE, steps)
+
+
+def chain_steps(found):
+    """The same for a chain of companion blocks, one for each factor of beta.
+
+    Each block feeds the one before it, and the stage takes the first row of its own
+    block in place of k.  The poles of short blocks stay where they are put.
+    """
+    (stage,) = found.stages
+    t, _, b, row, d, _ = found.given
+    steps = {}
+    for degrees in CHAINS:
+        order, name = sum(degrees), f"factors of degrees {degrees}"
+        D_rows = [MatrixSymbol(f"D_{i + 1}", 1, p) for i in range(order)]
+        F_rows = sp.eye(order + 1)[1:, :order].tolist()  # ones above the diagonal
+        T_rows, after, polynomial, later = [], row, row, [C] * order
+        for f, degree in enumerate(degrees):
+            first, at_first = after, len(T_rows)
+            factor = [*sp.symbols(f"b_{f + 1}_:{degree}"), sp.S.One]
+            later[:at_first] = [X * at(A, factor) for X in later[:at_first]]
+            for i in range(degree):
+                coefficient = factor[degree - 1 - i]
+                F_rows[at_first + i][at_first] -= coefficient
+                later[at_first + i] = C * A ** (degree - 1 - i)
+                new = {t: after, b: coefficient * Identity(1), row: first}
+                T_rows.append(after)
+                after = stage.formula.xreplace(new | {d: D_rows[at_first + i]})
+            polynomial = polynomial * at(A, factor)
+        F_blocks = BlockMatrix([[x * Identity(1) for x in line] for line in F_rows])
+        none = [ZeroMatrix(1, n)] * (order - 1)
+        shown = MatAdd(*(d_i * X for d_i, X in zip(D_rows, later)))
+        steps |= {
+            f"(5) all rows of T A - F T - D C vanish but the last, {name}": (
+                column(T_rows) * A - F_blocks * column(T_rows) - column(D_rows) * C,
+                column([*none, after]),
+            ),
+            f"(13) the last is k beta(A) - sum D_i X_i, {name}": (
+                after,
+                polynomial - shown,
             ),
         }
     return claims(FREE, steps)
