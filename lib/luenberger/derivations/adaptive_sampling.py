@@ -110,8 +110,11 @@ def general():
     of_q = {g: lam * (q - s) / b}
     rise = sp.diff(slope(T) / T**k, T)
     within = (slope(c * law) / (c * law) ** k).subs(of_q)
-    # b = -beta and s + b g / lambda = -sigma: the root would not be positive
-    beyond = (slope(T) / T**k).subs({b: -beta, g: lam * (s + sigma) / beta})
+
+    def beyond(b_):
+        """T^-k dJ/dT where q = -sigma: the law would not be a positive number."""
+        return (slope(T) / T**k).subs({b: b_, g: lam * (-sigma - s) / b_})
+
     return {
         "general form: dJ/dT = T^k (rho^a - lambda h(T))": Claim(
             sp.diff(objective(T), T), slope(T)
@@ -133,11 +136,11 @@ def general():
         "bounds: and rises with c: J falls before the law and rises after it": positive(
             sp.diff(within, c)
         ),
-        "bounds: where s + b rho^a / lambda <= 0, dJ/dT > 0: the shortest": positive(
-            beyond
+        "bounds: where s + b rho^a / lambda <= 0 and b < 0, J rises: the shortest": (
+            positive(beyond(-beta))
         ),
-        "bounds: where rho = 0 and s = 0 < b, dJ/dT < 0: the longest": positive(
-            -(slope(T) / T**k).subs({g: 0, s: 0, b: beta})
+        "bounds: where s + b rho^a / lambda <= 0 and b > 0, J falls: the longest": (
+            positive(-beyond(beta))
         ),
         "k = 0: J is convex": positive(sp.diff(slope(T).subs(k, 0), T)),
     }
