@@ -78,7 +78,7 @@ def injections(A, C, factors):
             powers.append(powers[-1] @ A)
         M += powers[:-1]
         X = powers[-1] + sum(b * Y for b, Y in zip(factor, powers))
-    return np.array(M[::-1]).reshape(-1, *C.shape)
+    return np.array(M[::-1]).reshape(len(M), *C.shape)
 
 
 def dynamics(factors, zero):

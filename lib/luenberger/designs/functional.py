@@ -13,12 +13,14 @@ from ..arrays import exact as rational
 from ..observer import Observer
 from . import exact, inadmissible
 from .cascade import chain
+from .orthonormal import orthonormal
 from .recurrences import Admissible, functionals
 from .staircase import arranged
 from .trace_minimisation import certified
 
-ADMISSIBLE_TOL = 1e-10  # what is left of k beta(A), beside its terms: rounding
-LOST_TOL = 1e-6  # error of the estimate that the state drives, relative to k
+ACCURATE = 1e-12  # an error of the estimate, relative to k, that needs no better
+LOST_TOL = 1e-6  # an error above it is not rounding
+RESIDUAL_TOL = 1e-10  # of T A - F T = D C, beside its terms
 
 
 def functional_observer(plant, k, *, order=None, poles=None):
@@ -126,9 +128,9 @@ def _poles(plant, poles, order):
             raise inadmissible.out_of_range(plant, order)
         return None
     found = rational(poles)
-    if found is None:
+    if found is None or found.ndim != 1:
         found, _ = arranged(poles, np.size(poles), plant)
-    if found.ndim != 1 or not 1 <= len(found) <= plant.n:
+    if not 1 <= len(found) <= plant.n:
         raise inadmissible.out_of_range(plant, np.size(found))
     if order is not None and order != len(found):
         raise ValueError(
@@ -141,29 +143,49 @@ def _chain(plant, k, order, poles):
     """The observer of one row k, in the user's coordinates."""
     if poles is not None:
         return _with_poles(plant, k, poles)
-    admissible, loss = Admissible(plant, k), None
+    admissible, error = Admissible(plant, k), None
     if order is None and not k.any():
         return chain(admissible.A, admissible.C, admissible.k, [])
     for r in range(1, plant.n + 1) if order is None else [order]:
         recurrence, answer = admissible.answer(r)
         if recurrence.stable:
             factors = _factors(admissible, answer, recurrence.dimension == r)
-            found = chain(admissible.A, admissible.C, admissible.k, factors)
-            loss = _loss(admissible, found, recurrence.poles)
-            if loss is None:
-                return _in_users_units(admissible, found)
-    raise inadmissible.no_order(admissible, order, loss)
+            found, error = _built(admissible, factors, answer.roots * admissible.sigma)
+            if error <= LOST_TOL:
+                return found
+    raise inadmissible.no_order(admissible, order, error)
 
 
 def _with_poles(plant, k, poles):
     if k.dtype != poles.dtype:  # exact only together
         k, poles = k.astype(float), poles.astype(complex)
-    admissible = Admissible(plant, k)
-    found = chain(admissible.A, admissible.C, admissible.k, factors_of(poles))
-    loss = _loss(admissible, found, poles.astype(complex))
-    if loss is not None:
-        raise inadmissible.poles(admissible, poles.astype(complex), loss)
-    return _in_users_units(admissible, found)
+    admissible, floats = Admissible(plant, k), poles.astype(complex)
+    if not admissible.admits(floats if poles.dtype != object else poles):
+        raise inadmissible.poles(admissible, floats)
+    found, error = _built(admissible, factors_of(poles), floats)
+    if not error <= LOST_TOL:
+        raise inadmissible.no_order(admissible, len(poles), error)
+    return found
+
+
+def _built(admissible, factors, poles):
+    """The observer in the user's units, and its error: see `_error`.
+
+    In orthonormal coordinates where the chain has lost digits.
+    """
+    A, C, k = admissible.A, admissible.C, admissible.k
+    found = chain(A, C, k, factors)
+    if admissible.exactly:
+        return found, 0.0 if not found.after.any() else np.inf
+    found = _scaled(admissible, found)
+    error = _error(admissible, found, poles)
+    if error > ACCURATE:
+        other = orthonormal(A, C, k, found, in_order(poles))
+        better = _error(admissible, other, poles)
+        if better < error:
+            found, error = other, better
+    d, outputs = admissible.d, admissible.outputs
+    return dataclasses.replace(found, T=found.T / d, D=found.D / outputs), error
 
 
 def factors_of(poles):
@@ -177,6 +199,12 @@ def factors_of(poles):
     ]
 
 
+def in_order(poles):
+    """The poles in the order of their factors, of a pair first that with b > 0."""
+    pairs = [[p] if p.imag == 0 else [p, p.conjugate()] for p in poles if p.imag >= 0]
+    return np.concatenate(pairs)
+
+
 def _factors(admissible, answer, free):
     """The factors of the polynomial found; one only if it has to stay rational."""
     sigma = admissible.sigma
@@ -188,35 +216,11 @@ def _factors(admissible, answer, free):
     return [[b * sigma ** (r - j) for j, b in enumerate(answer.beta[:-1])]]
 
 
-def _loss(admissible, found, poles):
-    """None, or what is wrong: a pair (what is left of the equation, error of w^).
-
-    The first is relative to the terms of k beta(A).  What is left of it drives the
-    estimate from the state, by after / beta(s); the second is the largest of this at
-    s = 0 and at the frequencies of the poles, relative to k, in scaled units.
-    """
-    if not found.after.any():
-        return None
-    if admissible.exactly:
-        return 1.0, np.inf
-    left, size = np.linalg.norm(found.after), np.linalg.norm(admissible.k)
-    axis = np.r_[0, poles.imag] * 1j
-    if admissible.discrete:
-        axis = np.exp(1j * np.r_[0, np.angle(poles)])
-    with np.errstate(divide="ignore"):
-        gain = 1 / np.abs(np.prod(axis[:, None] - poles, axis=1)).min()
-    loss = left / found.size, left * gain / size
-    fine = loss[0] <= ADMISSIBLE_TOL and loss[1] <= LOST_TOL
-    return None if fine else loss
-
-
-def _in_users_units(admissible, found):
-    """The chain for x and y as given, its rows of T at comparable size.
+def _scaled(admissible, found):
+    """The chain with rows of T at comparable size.
 
     A row is divided by the size of its terms, not by its own: it can be rounding.
     """
-    if admissible.exactly:
-        return found
     terms = found.T @ admissible.A, found.D @ admissible.C
     size = np.linalg.norm(terms, axis=2).sum(axis=0)
     size = np.r_[np.linalg.norm(admissible.k), size][: len(size)]
@@ -224,10 +228,33 @@ def _in_users_units(admissible, found):
     return dataclasses.replace(
         found,
         F=found.F / size[:, None] * size,
-        D=found.D / size[:, None] / admissible.outputs,
-        T=found.T / size[:, None] / admissible.d,
+        D=found.D / size[:, None],
+        T=found.T / size[:, None],
         P=found.P * size,
     )
+
+
+def _error(admissible, found, poles):
+    """Error that the state drives into the estimate, relative to k, in scaled units.
+
+    The largest of |P T - k + P (s I - F)^-1 (T A - F T - D C)| over s = 0 (z = 1)
+    and the frequencies of the poles.  A residual that the certificate would notice
+    counts as lost, whatever comes of it.
+    """
+    A, C, k, o = admissible.A, admissible.C, admissible.k, found
+    dynamics = o.T @ A - o.F @ o.T - o.D @ C
+    output = o.P @ o.T - k
+    s = np.r_[0, poles.imag] * 1j
+    if admissible.discrete:
+        s = np.exp(1j * np.r_[0, np.angle(poles)])
+    s = s[np.abs(s[:, None] - poles).min(axis=1) > 0]  # not stable: refused elsewhere
+    eye = np.eye(len(poles))
+    errors = [output + o.P @ np.linalg.solve(x * eye - o.F, dynamics) for x in s]
+    norm = np.linalg.norm
+    terms = norm(o.T) * (norm(A) + norm(o.F)) + norm(o.D) * norm(C)
+    relative = norm(dynamics) / terms if terms > 0 else 0.0
+    error = max(map(norm, errors), default=0.0) / (norm(k) if k.any() else 1.0)
+    return max(error, relative * (LOST_TOL / RESIDUAL_TOL))
 
 
 def _side_by_side(plant, k, chains):

@@ -16,13 +16,13 @@ def out_of_range(plant, order):
     )
 
 
-def no_order(admissible, order, loss):
-    """No stable observer of this order, or of any."""
-    if loss is not None:
+def no_order(admissible, order, error):
+    """No stable observer of this order, or of any; or one that rounding spoils."""
+    if error is not None:
         return DesignError(
-            f"the observer found would err by {loss[1]:.0e} of k x: k beta(A) is a "
-            "combination of the rows of C, CA, ... only up to rounding. The outputs "
-            "hardly see k x; add a sensor, or give plant and k in ints or Fractions."
+            f"rounding would put an error of {error:.0e} k x into the estimate: the "
+            "outputs hardly see k x, or the poles are far from those of the plant. "
+            "Add a sensor, allow a higher order, or ask for other poles."
         )
     if order is None:
         return DesignError(_hidden(admissible))
@@ -37,11 +37,9 @@ def no_order(admissible, order, loss):
     return DesignError(text + more)
 
 
-def poles(admissible, wanted, loss):
-    """The poles asked for are not admissible, or only just."""
+def poles(admissible, wanted):
+    """The poles asked for are not admissible."""
     r = len(wanted)
-    if loss[0] <= VIOLATED:
-        return no_order(admissible, r, loss)
     recurrence, _ = admissible.answer(r)
     text = f"no observer of order {r} has the poles {modes(wanted)}: "
     text += _violated(admissible, wanted)
@@ -71,7 +69,7 @@ def _violated(admissible, wanted):
     bad = [
         f"row {i} comes to {size:.2g} of its terms"
         for i, size in enumerate(sizes)
-        if size > VIOLATED
+        if size > min(VIOLATED, 0.99 * max(sizes))
     ]
     more = f", and {len(bad) - SHOWN} more rows" if len(bad) > SHOWN else ""
     return (

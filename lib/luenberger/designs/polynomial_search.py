@@ -1,69 +1,104 @@
-"""The polynomial of least radius in an affine family, by descent from many starts."""
+"""The polynomial of least radius in an affine family: candidates, then descent."""
 
 from math import comb
 
 import numpy as np
+import scipy.linalg
 import scipy.optimize
 
 from .half_plane import to_disc
 
-STARTS = 12  # at least
+GRID = np.sin(np.linspace(0.01, np.pi / 2, 120))  # radii, denser towards 1
+DESCENTS = 6  # from the best starts
 
 
 def search(basis, discrete):
-    """Roots of the polynomial of least radius that a descent from many starts finds.
+    """Roots, in s or z, of the polynomial of least radius that was found.
 
     Deterministic.  The radius is neither convex nor smooth, so the least one can be
-    missed.
+    missed.  Where it is least most roots lie on the circle and many coincide; hence
+    the candidates with all but m - 1 roots at rho and -rho, m the number of equations.
     """
-    g = to_disc(basis.astype(float), discrete)
-    weight = np.array([comb(len(g) - 1, j) for j in range(len(g))], float)[:, None]
-    _, _, right = np.linalg.svd(g[-1:])  # monic: g[-1] y = 1
-    y0, free = right[0] / (g[-1] @ right[0]), right[1:].T
-    Z, _ = np.linalg.qr(g @ free / weight)
-    Z = Z * weight
-    g0 = g @ y0
-    best = None
-    for start in _starts(g0 / weight[:, 0], Z / weight):
-        found = scipy.optimize.minimize(
-            _radius_and_gradient, start, (g0, Z), jac=True, method="BFGS"
+    g0, Z, weight = _monic(to_disc(basis.astype(float), discrete))
+
+    def value(c):
+        return _radius(c, g0, Z, weight)[0]
+
+    several = list(_candidates(g0, Z, weight))
+    wanted = [np.poly(roots)[::-1].real for roots in [*several, *_plain(len(g0) - 1)]]
+    starts = [Z.T @ (g / weight - g0) for g in wanted]
+    if Z.shape[1] == 1:
+        starts += [np.array([x]) for x in np.tan(np.linspace(-1.55, 1.55, 201))]
+    found = []
+    for start in sorted(starts, key=value)[:DESCENTS]:
+        descent = scipy.optimize.minimize(
+            _radius, start, (g0, Z, weight), jac=True, method="BFGS"
         )
-        if best is None or found.fun < best.fun:
-            best = found
-    for _ in range(2):
-        found = scipy.optimize.minimize(
-            lambda c: _radius_and_gradient(c, g0, Z)[0],
-            best.x,
-            method="Nelder-Mead",
-            options=dict(maxfev=200 * len(best.x), xatol=1e-10, fatol=1e-12),
-        )
-        best = min(best, found, key=lambda one: one.fun)
-    zeta = np.roots((g0 + Z @ best.x)[::-1])
+        found += [start, descent.x]
+    best = scipy.optimize.minimize(
+        value,
+        min(found, key=value),
+        method="Nelder-Mead",
+        options=dict(maxfev=150 * Z.shape[1], xatol=1e-10, fatol=1e-12),
+    )
+    several.append(np.roots((weight * (g0 + Z @ best.x))[::-1]))
+    zeta = min(several, key=lambda roots: np.abs(roots).max())
     return zeta if discrete else (zeta - 1) / (zeta + 1)
 
 
-def _starts(g0, Z):
-    """Projections of polynomials with few different roots, and random ones."""
-    r = len(g0) - 1
-    weight = np.array([comb(r, j) for j in range(r + 1)], float)
+def _monic(g):
+    """g0, Z, weight: the monic polynomials of the family are weight (g0 + Z c)."""
+    weight = np.array([comb(len(g) - 1, j) for j in range(len(g))], float)
+    _, _, right = np.linalg.svd(g[-1:])
+    one = g @ (right[0] / (g[-1] @ right[0])) / weight
+    Z, _ = np.linalg.qr(g @ right[1:].T / weight[:, None])
+    Z[-1] = 0  # monic, exactly
+    return one, Z, weight
+
+
+def _candidates(g0, Z, weight):
+    """Roots of (zeta - rho)^a (zeta + rho)^b f(zeta) in the family, deg f = m - 1.
+
+    The m equations are linear in the coefficients of f, so that rho is where their
+    determinant vanishes.
+    """
+    equations = scipy.linalg.null_space(np.column_stack([g0, Z]).T).T / weight
+    m, r = len(equations), len(g0) - 1
+    degree = r - m + 1
+    windows = np.lib.stride_tricks.sliding_window_view(equations, degree + 1, axis=1)
+    for b in range(degree + 1):
+        at_one = np.poly(np.r_[np.ones(degree - b), -np.ones(b)])[::-1]
+
+        def system(rho, at_one=at_one):
+            return windows @ (at_one * rho ** np.arange(degree, -1, -1))
+
+        def determinant(rho, system=system):
+            return np.linalg.det(system(rho))
+
+        values = [determinant(rho) for rho in GRID]
+        for low, high, u, v in zip(GRID, GRID[1:], values, values[1:]):
+            if u * v < 0:
+                rho = scipy.optimize.brentq(determinant, low, high)
+                M = system(rho)
+                f = np.linalg.lstsq(M[:, :-1], -M[:, -1], rcond=None)[0]
+                circle = np.r_[np.full(degree - b, rho), np.full(b, -rho)]
+                yield np.r_[circle, np.roots(np.r_[1.0, f[::-1]])]
+
+
+def _plain(r):
+    """Roots of polynomials to be projected on the family."""
     for k in range(r + 1):
         for rho in (0.3, 0.8):
-            wanted = np.poly(np.r_[np.full(r - k, rho), np.full(k, -rho)])[::-1]
-            yield Z.T @ (wanted / weight - g0)
-    rng = np.random.default_rng(0)
-    for _ in range(max(STARTS - 2 * (r + 1), 4)):
-        wanted = np.poly(rng.uniform(-0.9, 0.9, r))[::-1]
-        yield Z.T @ (wanted / weight - g0)
+            yield np.r_[np.full(r - k, rho), np.full(k, -rho)]
 
 
-def _radius_and_gradient(c, g0, Z):
-    g = g0 + Z @ c
+def _radius(c, g0, Z, weight):
+    """Largest |root|, and its gradient with respect to c."""
+    g = weight * (g0 + Z @ c)
     zeta = np.roots(g[::-1])
-    if len(zeta) == 0:
-        return 0.0, np.zeros(len(c))
-    top = zeta[np.argmax(np.abs(zeta))]
+    top = zeta[np.argmax(np.abs(zeta))] if len(zeta) else 0.0
     slope = np.polyval(np.polyder(g[::-1]), top)
     if top == 0 or slope == 0:
         return float(abs(top)), np.zeros(len(c))
-    moved = -(top ** np.arange(len(g)) @ Z) / slope
+    moved = -(top ** np.arange(len(g)) @ (weight[:, None] * Z)) / slope
     return float(abs(top)), (top.conjugate() * moved).real / abs(top)

@@ -10,6 +10,7 @@ coordinates, obey the recurrence with coefficients beta.
 """
 
 from dataclasses import dataclass
+from fractions import Fraction
 from functools import cached_property
 
 import numpy as np
@@ -24,6 +25,8 @@ from .selection import default_tol, levels, scaled
 from .stable_polynomials import decide
 
 EXACT_ORDER = 20  # beyond, fractions of thousands of digits take minutes
+SET_TOL = 1e-12  # k A^j at length one on N: below it a combination of them is zero
+FAR = 1e-11  # a leading coefficient this small beside the others is zero
 SLOW = 1e-6  # an eigenvalue this small beside the largest is zero, for the time scale
 
 
@@ -68,7 +71,7 @@ class Recurrence:
             return (
                 "a single polynomial is admissible"
                 if self.dimension == 0
-                else f"the admissible polynomials have {self.dimension} free numbers"
+                else f"the admissible polynomials form a set of dimension {self.dimension}"
             )
         if self.dimension == 0:
             return "the only admissible polynomial is not stable"
@@ -143,11 +146,28 @@ class Admissible:
         size = np.where(size > 0, size, 1.0)
         rows = (self.powers[: r + 1] / size[:, None]) @ self.unseen(r)
         left, values, _ = np.linalg.svd(rows)
-        rank = int((values > RANK_TOL).sum())
+        rank = int((values > SET_TOL).sum())
         basis = left[:, rank:]
-        if not np.linalg.norm(basis[-1:]) > np.sqrt(RANK_TOL):
+        if not np.linalg.norm(basis[-1:]) > FAR:
             return np.zeros((r + 1, 0))
         return basis / size[:, None]
+
+    def admits(self, poles):
+        """Whether an observer can have these poles."""
+        r = len(poles)
+        if self.exactly:
+            beta = np.array([Fraction(1)])  # descending
+            for pole in poles / Fraction(self.sigma):
+                beta = np.append(beta, 0) - pole * np.append([0], beta)
+            basis = self.basis(r)
+            if basis is None:
+                return False
+            both = np.column_stack([basis, beta[::-1]])
+            return len(exact.reduced(both)[1]) == basis.shape[1]
+        beta = np.poly(poles / self.sigma)[::-1]
+        rows = beta.real[:, None] * self.powers[: r + 1]
+        left = np.linalg.norm(rows.sum(axis=0) @ self.unseen(r))
+        return left <= RANK_TOL * np.linalg.norm(rows, axis=1).sum()
 
     def answer(self, r):
         """(Recurrence, Answer) of order r."""
@@ -257,5 +277,7 @@ def functionals(plant, k):
         )
     one = np.ndim(k) == 1
     floats = vector("k", k, plant.n) if one else matrix("k", k, cols=plant.n)
+    if np.ndim(k) == 2 and len(floats) == 0:
+        raise ValueError("k has no rows; give at least one functional")
     rational = None if plant.exact is None or plant.n > EXACT_ORDER else exact_k(k)
     return np.atleast_2d(floats if rational is None else rational)
