@@ -67,12 +67,11 @@ class Recurrence:
         """In words, why there is no stable observer of this order; or how many."""
         if self.dimension is None:
             return "no polynomial is admissible"
+        if self.stable and self.dimension == 0:
+            return "a single polynomial is admissible"
         if self.stable:
-            return (
-                "a single polynomial is admissible"
-                if self.dimension == 0
-                else f"the admissible polynomials form a set of dimension {self.dimension}"
-            )
+            numbers = "number" if self.dimension == 1 else "numbers"
+            return f"the admissible polynomials have {self.dimension} free {numbers}"
         if self.dimension == 0:
             return "the only admissible polynomial is not stable"
         if self.decided == "search":
