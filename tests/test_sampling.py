@@ -315,6 +315,16 @@ def test_an_unstable_loop_is_followed_while_it_is_finite():
     np.testing.assert_allclose(slow.y, 1 - (-2.0) ** np.arange(10), rtol=1e-9)
 
 
+def test_plot_of_a_run():
+    run = run_of("root", 0.08)
+    ax = Figure().subplots()
+    assert lb.plot.sampled_response(run, ax) is ax
+    star, y, dots = ax.lines
+    assert (dots.get_xdata() == run.t).all() and (dots.get_ydata() == run.y).all()
+    _, expected, continuous = run.at(y.get_xdata())
+    assert (y.get_ydata() == expected).all() and (star.get_ydata() == continuous).all()
+
+
 # -- the discrete plant -------------------------------------------------------------
 
 

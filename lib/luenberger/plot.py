@@ -47,6 +47,25 @@ def error_variance(covariances, plant, state=0, ax=None, *, start=0):
     return ax
 
 
+def sampled_response(run, ax=None):
+    """Output of a sampled loop with its samples, and of the continuous loop.
+
+    Parameters
+    ----------
+    run : sampling.Response
+    ax : Axes, optional
+    """
+    ax = ax or plt.gca()
+    t = np.union1d(np.linspace(0, run.duration, 400), run.t)
+    _, y, y_star = run.at(t)
+    ax.plot(t, y_star, label="continuous loop, y*", **style(1))
+    ax.plot(t, y, label=f"sampled loop, {run.samples} samples", **style(0))
+    ax.plot(run.t, run.y, "o", ms=4, color=COLOURS[0])
+    ax.set(xlabel="time (s)", ylabel="output")
+    ax.legend(fontsize="small")
+    return ax
+
+
 def pareto(survey, ax=None):
     """Error trace against order for every design of a survey, the front marked.
 
