@@ -8,6 +8,7 @@ import scipy.integrate
 import scipy.linalg
 import scipy.optimize
 import sympy as sp
+from matplotlib.figure import Figure
 
 import luenberger as lb
 from luenberger import sampling
