@@ -109,7 +109,7 @@ def _seen(A, C):
     rows = np.array(rows)
     outputs, d = np.ones(len(C)), np.ones(len(A))
     for _ in range(SWEEPS):
-        d = _reciprocal((rows * outputs[:, None]).max(axis=(0, 1)))
+        d = _reciprocal((rows * outputs[:, None]).max(axis=(0, 1), initial=0))
         outputs = _reciprocal((rows * d).max(axis=(0, 2)))
     return d
 
