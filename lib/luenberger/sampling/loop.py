@@ -178,20 +178,20 @@ def simulate(
 
 def _period(law, rate, t, duration):
     """What the law says, if it is a period."""
-    said = law(rate)
+    said, name = law(rate), getattr(law, "__name__", repr(law))
     try:
         T = float(said)
     except (TypeError, ValueError):
         T = np.nan
     if not 0 < T < np.inf:
         raise DesignError(
-            f"the law {law!r} asks for the period {said} at t = {t:.6g} s, rate "
+            f"the law {name} asks for the period {said} at t = {t:.6g} s, rate "
             f"{rate:.6g}: a period is a positive, finite number of seconds. Clip the "
             "law with `sampling.bounded`, or give another first_rate."
         )
     if T * SAMPLES < duration:
         raise DesignError(
-            f"the law {law!r} asks for a period of {T:.3g} s at t = {t:.6g} s, rate "
+            f"the law {name} asks for a period of {T:.3g} s at t = {t:.6g} s, rate "
             f"{rate:.6g}; at that pace {duration:g} s take more than {SAMPLES} "
             "samples. Give it a longer shortest period."
         )

@@ -1,5 +1,7 @@
 """Everything between two samples, as one linear system that runs by itself."""
 
+from math import comb
+
 import numpy as np
 import scipy.linalg
 
@@ -9,6 +11,13 @@ from ..plant import Plant
 
 PIECES = 10_000_000  # more than these is a plant far too fast for the duration
 DEGREE = 19  # of the Taylor series on a piece with |M h| <= 1: 1 / 20! is 4e-19
+MEANS = 1 / np.arange(1, DEGREE + 2)  # of t^k over 0 <= t <= 1
+BERNSTEIN = np.array(  # from the coefficients of t^k to Bernstein's
+    [
+        [comb(j, k) / comb(DEGREE, k) for k in range(DEGREE + 1)]
+        for j in range(DEGREE + 1)
+    ]
+)
 
 
 class Loop:
@@ -78,13 +87,14 @@ def absolute_integral(coefficients):
 
     The interval is split at the real part of every root: those of complex roots
     split it where nothing changes sign, which does no harm, so no root has to be
-    called real.
+    called real.  Most often Bernstein's coefficients have one sign, and so has the
+    polynomial.
     """
-    whole = coefficients @ (1 / np.arange(1, len(coefficients) + 1))
-    if abs(coefficients[0]) >= np.abs(coefficients[1:]).sum():  # no sign change
-        return abs(whole)
     if not np.isfinite(coefficients).all():
         return np.nan
+    bernstein = BERNSTEIN @ coefficients
+    if bernstein.min() >= 0 or bernstein.max() <= 0:
+        return abs(coefficients @ MEANS)
     p = np.polynomial.Polynomial(coefficients / np.abs(coefficients).max())
     ends = np.clip(p.trim(1e-18).roots().real, 0, 1)
     parts = np.diff(p.integ()(np.sort([0, *ends, 1])))
