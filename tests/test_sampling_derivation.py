@@ -104,7 +104,7 @@ def test_a_damaged_price_is_noticed(monkeypatch, damage):
         "price",
         lambda t: damage(sound(adaptive_sampling.T)).subs(adaptive_sampling.T, t),
     )
-    assert unproved(adaptive_sampling.general())
+    assert not all(map(vanishes, adaptive_sampling.general().values()))
 
 
 def test_a_maximum_is_not_taken_for_a_minimum(monkeypatch):

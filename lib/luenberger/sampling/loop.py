@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from numbers import Real
 
 import numpy as np
-import scipy.linalg
 
 from ..errors import DesignError
 from .references import step
@@ -74,8 +73,7 @@ class Response:
         if times.ndim != 1 or not ((times >= 0) & (times <= self.duration)).all():
             raise ValueError(f"times must lie between 0 and {self.duration:g} s")
         i = np.searchsorted(self.t, times, side="right") - 1
-        flow = scipy.linalg.expm(self._loop.M * (times - self.t[i])[:, None, None])
-        s = np.einsum("ijk,ik->ij", flow, self._states[i])
+        s = self._loop.ahead(self._states[i], times - self.t[i])
         return tuple((s @ np.array(self._loop.outputs).T).T)
 
 
