@@ -486,6 +486,17 @@ def test_rounding_that_leaves_no_digit_is_refused():
         lb.functional_observer(plant, np.ones(16), poles=-np.linspace(50, 100, 16))
 
 
+def test_an_exact_observer_that_rounding_spoils_is_refused_too():
+    """Deadbeat for a plant that grows eightfold a step; its certificate is 1e-17."""
+    rng = np.random.default_rng(0)
+    parts = [rng.integers(-3, 4, shape) for shape in ((16, 16), (1, 16), 16)]
+    plant = lb.Plant(parts[0], None, parts[1], dt=1.0)
+    with pytest.raises(lb.DesignError, match="rounding would put an error of"):
+        lb.functional_observer(plant, parts[2], poles=[0] * 16)
+    with pytest.raises(lb.DesignError, match="rounding would put an error of"):
+        lb.functional_observer(plant, parts[2], order=16)
+
+
 # -- exact observers ----------------------------------------------------------------
 
 

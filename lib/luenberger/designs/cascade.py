@@ -56,6 +56,23 @@ def chain(A, C, k, factors):
     return Chain(dynamics(factors, zero), D, T, P, after, size)
 
 
+def factors_of(poles):
+    """A factor s - a for each real pole, s^2 - 2 a s + a^2 + b^2 for each pair."""
+    if poles.dtype == object:
+        return [[-pole] for pole in poles]
+    return [
+        [-pole.real] if pole.imag == 0 else [abs(pole) ** 2, -2 * pole.real]
+        for pole in poles
+        if pole.imag >= 0
+    ]
+
+
+def in_order(poles):
+    """The poles in the order of their factors, of a pair first that with b > 0."""
+    pairs = [[p] if p.imag == 0 else [p, p.conjugate()] for p in poles if p.imag >= 0]
+    return np.concatenate(pairs)
+
+
 def rows(A, C, k, factors, D):
     """The rows of T, and the one after them."""
     step = kernels.functional_row("t_next")

@@ -12,7 +12,7 @@ from .. import kernels
 from ..arrays import exact as rational
 from ..observer import Observer
 from . import exact, inadmissible
-from .cascade import chain
+from .cascade import Chain, chain, factors_of, in_order
 from .orthonormal import orthonormal
 from .recurrences import Admissible, functionals
 from .staircase import arranged
@@ -62,9 +62,10 @@ def functional_observer(plant, k, *, order=None, poles=None):
         of the rates of the plant.  F is a chain of blocks of order 1 and 2 with the
         poles.
 
-        A plant in ints or Fractions (up to 20 states) with such k, and such poles if
-        any, gives an observer in Fractions, ``observer.exact``; its polynomial is
-        then a simple rational one near the optimum, and F one companion matrix.
+        Plant, k and poles (if any) in ints or Fractions give an observer in
+        Fractions, ``observer.exact``, up to 20 states.  Its polynomial is a simple
+        rational one near the optimum, and F one companion matrix unless poles are
+        given or all are possible.
 
     Raises
     ------
@@ -84,7 +85,9 @@ def functional_observer(plant, k, *, order=None, poles=None):
     r = n - 1), and when the signs of their coefficients exclude a stable one.
     Otherwise a search from many starts found none.  ``recurrences(plant, k)`` in
     `luenberger.designs.recurrences` says for each order which it was.  With floats
-    "exact" means up to a relative 1e-10.
+    all this holds up to rounding: terms that cancel to a relative 1e-12 count as
+    zero, and an order is passed over, or refused, where rounding would put an error
+    of more than 1e-6 k x into the estimate.
 
     See Also
     --------
@@ -97,8 +100,8 @@ def functional_observer(plant, k, *, order=None, poles=None):
 
     Examples
     --------
-    Acceleration, velocity and position of a cart from its position: two states give
-    this combination, where the state takes three without feedthrough.
+    A combination of a cart's position, velocity and acceleration, from its position.
+    Without feedthrough the whole state takes three observer states, this takes two.
 
     >>> import luenberger as lb
     >>> plant = lb.Plant([[0, 1, 0], [0, 0, 1], [0, 0, 0]], [[0], [0], [1]],
@@ -153,6 +156,8 @@ def _chain(plant, k, order, poles):
             found, error = _built(admissible, factors, answer.roots * admissible.sigma)
             if error <= LOST_TOL:
                 return found
+            if admissible.exactly:  # floats may have better coordinates
+                return _chain(plant, k.astype(float), order, None)
     raise inadmissible.no_order(admissible, order, error)
 
 
@@ -163,9 +168,11 @@ def _with_poles(plant, k, poles):
     if not admissible.admits(floats if poles.dtype != object else poles):
         raise inadmissible.poles(admissible, floats)
     found, error = _built(admissible, factors_of(poles), floats)
-    if not error <= LOST_TOL:
-        raise inadmissible.no_order(admissible, len(poles), error)
-    return found
+    if error <= LOST_TOL:
+        return found
+    if admissible.exactly:
+        return _with_poles(plant, k.astype(float), poles)
+    raise inadmissible.no_order(admissible, len(poles), error)
 
 
 def _built(admissible, factors, poles):
@@ -176,7 +183,7 @@ def _built(admissible, factors, poles):
     A, C, k = admissible.A, admissible.C, admissible.k
     found = chain(A, C, k, factors)
     if admissible.exactly:
-        return found, 0.0 if not found.after.any() else np.inf
+        return found, _error_of_rounding(admissible, found, poles)
     found = _scaled(admissible, found)
     error = _error(admissible, found, poles)
     if error > ACCURATE:
@@ -188,21 +195,12 @@ def _built(admissible, factors, poles):
     return dataclasses.replace(found, T=found.T / d, D=found.D / outputs), error
 
 
-def factors_of(poles):
-    """A factor s - a for each real pole, s^2 - 2 a s + a^2 + b^2 for each pair."""
-    if poles.dtype == object:
-        return [[-pole] for pole in poles]
-    return [
-        [-pole.real] if pole.imag == 0 else [abs(pole) ** 2, -2 * pole.real]
-        for pole in poles
-        if pole.imag >= 0
-    ]
-
-
-def in_order(poles):
-    """The poles in the order of their factors, of a pair first that with b > 0."""
-    pairs = [[p] if p.imag == 0 else [p, p.conjugate()] for p in poles if p.imag >= 0]
-    return np.concatenate(pairs)
+def _error_of_rounding(admissible, found, poles):
+    """What an exact chain loses when its matrices become floats."""
+    floats = Admissible(admissible.plant, admissible.k.astype(float))
+    F, D, T, P = (X.astype(float) for X in (found.F, found.D, found.T, found.P))
+    rounded = Chain(F, D * floats.outputs, T * floats.d, P, None)
+    return _error(floats, rounded, poles)
 
 
 def _factors(admissible, answer, free):

@@ -9,7 +9,9 @@ import scipy.optimize
 from .half_plane import to_disc
 
 GRID = np.sin(np.linspace(0.01, np.pi / 2, 120))  # radii, denser towards 1
-DESCENTS = 6  # from the best starts
+POWERS = (6, 20, 60)  # of the means that replace the radius, which is not smooth
+DESCENTS = 8  # from the best starts, if none of the first finds a stable one
+ENOUGH = 3
 
 
 def search(basis, discrete):
@@ -22,7 +24,7 @@ def search(basis, discrete):
     g0, Z, weight = _monic(to_disc(basis.astype(float), discrete))
 
     def value(c):
-        return _radius(c, g0, Z, weight)[0]
+        return _radius(c, g0, Z, weight)
 
     several = list(_candidates(g0, Z, weight))
     wanted = [np.poly(roots)[::-1].real for roots in [*several, *_plain(len(g0) - 1)]]
@@ -30,11 +32,10 @@ def search(basis, discrete):
     if Z.shape[1] == 1:
         starts += [np.array([x]) for x in np.tan(np.linspace(-1.55, 1.55, 201))]
     found = []
-    for start in sorted(starts, key=value)[:DESCENTS]:
-        descent = scipy.optimize.minimize(
-            _radius, start, (g0, Z, weight), jac=True, method="BFGS"
-        )
-        found += [start, descent.x]
+    for count, start in enumerate(sorted(starts, key=value)[:DESCENTS]):
+        if count >= ENOUGH and min(map(value, found)) < 1:
+            break
+        found += [start, *_descent(start, g0, Z, weight)]
     best = scipy.optimize.minimize(
         value,
         min(found, key=value),
@@ -92,13 +93,31 @@ def _plain(r):
             yield np.r_[np.full(r - k, rho), np.full(k, -rho)]
 
 
-def _radius(c, g0, Z, weight):
-    """Largest |root|, and its gradient with respect to c."""
+def _descent(c, g0, Z, weight):
+    """Where the power means of the |roots| are least, the last near the radius."""
+    for power in POWERS:
+        c = scipy.optimize.minimize(
+            _mean, c, (g0, Z, weight, power), jac=True, method="BFGS",
+            options=dict(maxiter=80),
+        ).x  # fmt: skip
+        yield c
+
+
+def _mean(c, g0, Z, weight, power):
+    """log of the power mean of the |roots|, and its gradient with respect to c."""
     g = weight * (g0 + Z @ c)
     zeta = np.roots(g[::-1])
-    top = zeta[np.argmax(np.abs(zeta))] if len(zeta) else 0.0
-    slope = np.polyval(np.polyder(g[::-1]), top)
-    if top == 0 or slope == 0:
-        return float(abs(top)), np.zeros(len(c))
-    moved = -(top ** np.arange(len(g)) @ (weight[:, None] * Z)) / slope
-    return float(abs(top)), (top.conjugate() * moved).real / abs(top)
+    size = np.maximum(np.abs(zeta), np.finfo(float).tiny)
+    slope = np.polyval(np.polyder(g[::-1]), zeta)
+    slope = np.where(slope == 0, np.finfo(float).tiny, slope)
+    share = (size / size.max()) ** power
+    value = np.log(size.max()) + np.log(share.sum()) / power
+    moved = -(zeta[:, None] ** np.arange(len(g)) @ (weight[:, None] * Z))
+    with np.errstate(over="ignore", invalid="ignore"):
+        each = (zeta.conj() / size**2 / slope)[:, None] * moved
+        gradient = (share / share.sum()) @ each.real
+    return value, gradient if np.isfinite(gradient).all() else np.zeros(len(c))
+
+
+def _radius(c, g0, Z, weight):
+    return float(np.abs(np.roots((weight * (g0 + Z @ c))[::-1])).max())
