@@ -304,7 +304,9 @@ def test_laws_say_what_they_are():
     assert repr(sampling.periodic(0.04)) == "periodic(0.04)"
     assert repr(sampling.quadratic(0.05)) == "quadratic(0.05)"
     assert repr(sampling.root(1, T_max=0.5)) == "root(1, T_min=0.02, T_max=0.5)"
-    assert np.allclose(sampling.linear(0.01)([-4, 4]), 0.06)  # of |e'|, and of arrays
+    for law, value in ((sampling.linear(0.01), 0.06), (sampling.periodic(0.3), 0.3)):
+        periods = law([-4, 4])  # of |e'|, and of arrays
+        assert np.shape(periods) == (2,) and np.allclose(periods, value)
 
 
 def test_at_rest_law_3_samples_as_seldom_as_it_may():

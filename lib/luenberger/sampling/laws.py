@@ -50,7 +50,7 @@ def periodic(T):
     (periodic(0.04), 0.04)
     """
     T = _positive("T", T)
-    return Law(lambda rate: T, T, T, f"periodic({T:g})")
+    return Law(lambda rate: np.full_like(rate, T, float), T, T, f"periodic({T:g})")
 
 
 def quadratic(alpha, *, T_min=T_MIN, T_max=T_MAX):

@@ -98,7 +98,7 @@ def simulate(
 
     Nothing is stepped: between samples the loop is a matrix exponential.  E is
     summed over the sign changes of y* - y, found on a Taylor series that is exact to
-    rounding.
+    rounding.  Either loop may be unstable, as long as its numbers stay finite.
 
     Parameters
     ----------
