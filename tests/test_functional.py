@@ -387,6 +387,13 @@ def test_one_sign_is_no_obstacle_in_discrete_time(discrete):
             lb.functional_observer(plant, [1, 2], order=1)
 
 
+def test_the_remark_is_not_made_in_discrete_time():
+    plant = lb.Plant(np.eye(3, k=1), None, [[1, 0, 0]], dt=1.0)
+    with pytest.raises(lb.DesignError, match="order 1 .*no polynomial") as refusal:
+        lb.functional_observer(plant, [5, 1, 1], order=1)
+    assert "one sign" not in str(refusal.value)
+
+
 # -- refusals -----------------------------------------------------------------------
 
 SERVO = dict(A=[[0, 1, 0], [0, 0, 1], [-6.0, -11, -6]], C=[[1, 0, 0]])

@@ -15,16 +15,13 @@ import scipy.linalg
 from .. import kernels
 from . import exact
 
-REFINEMENTS = 2  # of D; the first solution has lost what the second brings back
-
 
 @dataclass(frozen=True)
 class Chain:
     """F, D, T, P of (5) and (7) in the coordinates of A, C, k.
 
     `after` is the row that would follow the last row of T.  It is what the last row
-    of T A - F T - D C comes to, and zero when the polynomial is admissible; `size`
-    is what it would be of, had nothing cancelled.
+    of T A - F T - D C comes to, and zero when the polynomial is admissible.
     """
 
     F: np.ndarray
@@ -32,7 +29,6 @@ class Chain:
     T: np.ndarray
     P: np.ndarray
     after: np.ndarray
-    size: float = 0.0
 
 
 def chain(A, C, k, factors):
@@ -45,15 +41,12 @@ def chain(A, C, k, factors):
     zero = exact.zeros if exactly else _zeros
     p, order = len(C), sum(map(len, factors))
     inputs = injections(A, C, factors).reshape(order * p, len(A))
-    D = zero(order, p)
-    T, after = rows(A, C, k, factors, D)  # k beta(A)
-    size = float(np.linalg.norm(after.astype(float)))
-    for _ in range(1 if exactly else REFINEMENTS):
-        D = D + (_exactly if exactly else _least)(inputs, after).reshape(order, p)
-        T, after = rows(A, C, k, factors, D)
+    _, after = rows(A, C, k, factors, zero(order, p))  # k beta(A)
+    D = (_exactly if exactly else _least)(inputs, after).reshape(order, p)
+    T, after = rows(A, C, k, factors, D)
     P = zero(1, order)
     P[:, :1] += 1
-    return Chain(dynamics(factors, zero), D, T, P, after, size)
+    return Chain(dynamics(factors, zero), D, T, P, after)
 
 
 def factors_of(poles):
