@@ -18,24 +18,20 @@ from . import exact
 
 @dataclass(frozen=True)
 class Chain:
-    """F, D, T, P of (5) and (7) in the coordinates of A, C, k.
-
-    `after` is the row that would follow the last row of T.  It is what the last row
-    of T A - F T - D C comes to, and zero when the polynomial is admissible.
-    """
+    """F, D, T, P of (5) and (7) in the coordinates of A, C, k."""
 
     F: np.ndarray
     D: np.ndarray
     T: np.ndarray
     P: np.ndarray
-    after: np.ndarray
 
 
 def chain(A, C, k, factors):
     """The observer with characteristic polynomial prod(factors).
 
     A factor is the list of its coefficients b_0 .. b_(m-1), the leading one left
-    out.  Entries are floats or, all of them, Fractions.
+    out.  Entries are floats or, all of them, Fractions.  Where the polynomial is not
+    admissible the last row of T A - F T = D C does not hold.
     """
     exactly = k.dtype == object
     zero = exact.zeros if exactly else _zeros
@@ -43,10 +39,10 @@ def chain(A, C, k, factors):
     inputs = injections(A, C, factors).reshape(order * p, len(A))
     _, after = rows(A, C, k, factors, zero(order, p))  # k beta(A)
     D = (_exactly if exactly else _least)(inputs, after).reshape(order, p)
-    T, after = rows(A, C, k, factors, D)
+    T, _ = rows(A, C, k, factors, D)
     P = zero(1, order)
     P[:, :1] += 1
-    return Chain(dynamics(factors, zero), D, T, P, after)
+    return Chain(dynamics(factors, zero), D, T, P)
 
 
 def factors_of(poles):

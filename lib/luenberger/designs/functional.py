@@ -199,7 +199,7 @@ def _error_of_rounding(admissible, found, poles):
     """What an exact chain loses when its matrices become floats."""
     floats = Admissible(admissible.plant, admissible.k.astype(float))
     F, D, T, P = (X.astype(float) for X in (found.F, found.D, found.T, found.P))
-    rounded = Chain(F, D * floats.outputs, T * floats.d, P, None)
+    rounded = Chain(F, D * floats.outputs, T * floats.d, P)
     return _error(floats, rounded, poles)
 
 

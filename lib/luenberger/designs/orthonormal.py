@@ -11,15 +11,15 @@ closest to the chain's row is taken, and t turned orthogonal to the rows below. 
 upper triangular, with 2 x 2 blocks for conjugate pairs, so the poles stay exact.
 """
 
-import dataclasses
-
 import numpy as np
+
+from .cascade import Chain
 
 NULL_TOL = 1e-12  # a singular value this small beside the largest is zero
 
 
 def orthonormal(A, C, k, chain, poles):
-    """A `Chain` with the same poles; `after` is not defined for it.
+    """A `Chain` with the same poles.
 
     `poles` are in the order of the chain's factors, of a pair the one with positive
     imaginary part first.
@@ -43,7 +43,7 @@ def orthonormal(A, C, k, chain, poles):
             F[i, i] = pole
         F[me, below:], D[me] = f, d
         T = np.vstack([t, T])
-    return dataclasses.replace(chain, F=F, D=D, T=T, P=(k @ T.T)[None], after=None)
+    return Chain(F, D, T, (k @ T.T)[None])
 
 
 def _row(A, C, pole, T, F, D, wanted):
