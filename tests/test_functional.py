@@ -161,6 +161,9 @@ def test_moore_by_hand():
     assert admitted.exact["F"].tolist() == [[-4, 1], [0, -14]]
     with pytest.raises(lb.DesignError, match="row 0 comes to 0.0046 of its terms"):
         lb.functional_observer(plant, k, poles=[-4, -13.5])  # 54 and 54.5
+    near = -14 - Fraction(1, 10**15)  # rounding would not tell
+    with pytest.raises(lb.DesignError, match="row 0 comes to"):
+        lb.functional_observer(plant, k, poles=[-4, near])
 
 
 # -- second methods -----------------------------------------------------------------

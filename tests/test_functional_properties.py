@@ -10,7 +10,7 @@ import luenberger as lb
 from luenberger.designs.recurrences import recurrences
 
 quick = settings(
-    max_examples=60,
+    max_examples=40,
     deadline=None,
     derandomize=True,
     suppress_health_check=[HealthCheck.too_slow],
