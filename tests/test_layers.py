@@ -12,7 +12,9 @@ PACKAGE = ROOT / "lib" / "luenberger"
 
 # A layer may import only itself and what is listed for it.
 TYPES = {"arrays", "errors", "record"}
-NUMERIC = TYPES | {"certificate", "kernels", "linalg", "observer", "plant"}
+NUMERIC = TYPES | {
+    *("certificate", "kernels", "linalg", "mean_square", "observer", "plant")
+}
 QUESTIONS = {"analysis", "ensemble", "filtering", "recorded", "simulate"}
 ALLOWED = {
     "errors": set(),
@@ -24,6 +26,7 @@ ALLOWED = {
     "kernels": {"derivations", "linalg"},
     "certificate": {"errors"},
     "linalg": {"errors"},
+    "mean_square": {"errors", "kernels", "linalg"},
     "plant": TYPES,
     "observer": TYPES | {"linalg"},
     "stairs": {"arrays", "errors", "linalg"},
