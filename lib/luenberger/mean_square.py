@@ -13,15 +13,17 @@ formed beyond a few states.  (Haddad and Bernstein (4.3)-(4.5), Lemma 4.1.)
 from typing import NamedTuple
 
 import numpy as np
-from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigs, gmres
+from scipy.optimize import brentq
+from scipy.sparse.linalg import LinearOperator, gmres
 
 from . import linalg
+from .covariance_maps import Sums, dominant, packing, spread, stack
 from .errors import CertificateError, DesignError
 from .linalg import modes, semidefinite, symmetrise
 
 RESIDUAL_TOL = 1e-12  # of X = T(X) + V, relative to its terms
-DENSE_LIMIT = 8  # states up to which a map of covariances is written as a matrix
 KRYLOV = 60  # vectors that GMRES keeps
+TINY = 1e-100  # a spectral radius below this is zero
 ROUNDS = 20  # solutions with GMRES, each for what the last one left over
 
 
@@ -74,9 +76,9 @@ def second_moment(A, pairs, V):
     array([[1.45454545]])
     """
     _require_stable(A, pairs)
-    noise, sums = _stack(A, pairs), _Sums(A)
+    noise, sums = stack(A, pairs), Sums(A)
     # at unit diagonal, so that the units of the states play no part
-    size = np.sqrt(sums(V + _spread(noise, sums(V))).diagonal())
+    size = np.sqrt(sums(V + spread(noise, sums(V))).diagonal())
     size = np.where(size > 0, size, 1.0)
     unit = size / size[:, None]
     X = _solve(A * unit, noise * unit, V / size / size[:, None])
@@ -85,16 +87,16 @@ def second_moment(A, pairs, V):
 
 def _solve(A, noise, V):
     """X = L(V + Pi(X)) by GMRES, and again for what each answer leaves over."""
-    sums, (pack, unpack) = _Sums(A), _packing(len(A))
+    sums, (pack, unpack) = Sums(A), packing(len(A))
 
     def left_over(packed):
-        return packed - pack(sums(_spread(noise, unpack(packed))))
+        return packed - pack(sums(spread(noise, unpack(packed))))
 
     operator = LinearOperator((pack(V).size,) * 2, matvec=left_over, dtype=float)
     strength = 1 + sum(np.linalg.norm(M, 2) ** 2 for M in (A, *noise))
     X, best = np.zeros_like(V), (np.inf, None)
     for _ in range(ROUNDS):
-        gap = V + A @ X @ A.T + _spread(noise, X) - X
+        gap = V + A @ X @ A.T + spread(noise, X) - X
         size = np.linalg.norm(V) + strength * np.linalg.norm(X)
         residual = np.linalg.norm(gap) / size if size > 0 else 0.0
         if not residual < 0.5 * best[0]:
@@ -115,19 +117,29 @@ def _solve(A, noise, V):
 def radius(A, pairs):
     """Spectral radius of A(x)A + sum A_i(x)A_i, which decides mean-square stability.
 
-    The map X -> A X A' + sum A_i X A_i' keeps covariances covariances, so its radius
-    is its eigenvalue of largest real part.
+    It is the r at which the plant A / sqrt(r), A_i / sqrt(r) is at its limit, or the
+    squared radius of A where the noises do not add to that.
 
     Examples
     --------
     >>> round(radius(np.array([[0.5]]), [([[1.2]], [[0]])]), 12)  # 0.25 + 1.44
     1.69
     """
-    alone = linalg.radius(A) ** 2
-    noise = _stack(A, pairs)
-    if len(noise) == 0:
-        return alone
-    return max(alone, _dominant(lambda X: A @ X @ A.T + _spread(noise, X), len(A)))
+    alone, noise = linalg.radius(A) ** 2, stack(A, pairs)
+
+    def short_of_limit(r):
+        feedback = _feedback(A / np.sqrt(r), noise)
+        return r / feedback - 1 if feedback > 0 else np.inf
+
+    bound = np.linalg.norm(A @ A.T + spread(noise, np.eye(len(A))), 2)
+    low = high = bound * (1 + 1e-9)
+    above = high - alone
+    while short_of_limit(low) >= 0:
+        high, above = low, above / 8
+        low = alone + above
+        if not above > 1e-9 * max(alone, TINY):
+            return alone
+    return float(brentq(short_of_limit, low, high, rtol=1e-14, xtol=1e-14 * low))
 
 
 def largest_scaling(A, pairs):
@@ -143,11 +155,14 @@ def largest_scaling(A, pairs):
     """
     if not linalg.radius(A) < 1:
         return 0.0
-    noise, sums = _stack(A, pairs), _Sums(A)
-    if len(noise) == 0:
-        return np.inf
-    found = _dominant(lambda X: sums(_spread(noise, X)), len(A))
-    return float(1 / np.sqrt(found)) if found > 0 else np.inf
+    feedback = _feedback(A, stack(A, pairs))
+    return float(1 / np.sqrt(feedback)) if feedback > 0 else np.inf
+
+
+def _feedback(A, noise):
+    """Spectral radius of L Pi for a stable A: how the noise acts back on itself."""
+    sums = Sums(A)
+    return dominant(lambda X: sums(spread(noise, X)), len(A))
 
 
 def require_mean_square_stable(plant):
@@ -220,74 +235,3 @@ def noise_at(now, pairs, X):
     for A1, C1 in pairs:
         Q, S, R = Q + A1 @ X @ A1.T, S + A1 @ X @ C1.T, R + C1 @ X @ C1.T
     return symmetrise(Q), S, symmetrise(R)
-
-
-class _Sums:
-    """L: X -> sum_k A^k X A^k' by doubling, the squares of A made once."""
-
-    def __init__(self, A):
-        self.squares = [A]
-        while np.abs(self.squares[-1]).max() > 1e-18 and len(self.squares) < 64:
-            self.squares.append(self.squares[-1] @ self.squares[-1])
-
-    def __call__(self, X):
-        for power in self.squares:
-            X = X + power @ X @ power.T
-        return symmetrise(X)
-
-
-def _stack(A, pairs):
-    """The A_i that are not zero, (k, n, n)."""
-    noise = [np.asarray(A1, float) for A1, _ in pairs if np.any(A1)]
-    return np.array(noise).reshape(-1, *A.shape)
-
-
-def _spread(noise, X):
-    """Pi: X -> sum A_i X A_i'."""
-    return sum((A1 @ X @ A1.T for A1 in noise), np.zeros_like(X))
-
-
-def _packing(n):
-    """Symmetric matrices as vectors of n (n + 1) / 2 entries of equal length; back."""
-    rows, columns = np.triu_indices(n)
-    weight = np.where(rows == columns, 1.0, np.sqrt(2.0))
-
-    def pack(X):
-        return X[..., rows, columns] * weight
-
-    def unpack(packed):
-        X = np.zeros((*packed.shape[:-1], n, n))
-        X[..., rows, columns] = X[..., columns, rows] = packed / weight
-        return X
-
-    return pack, unpack
-
-
-def _dominant(move, n):
-    """Spectral radius of a linear map that keeps covariances covariances.
-
-    It is an eigenvalue, and the real one furthest to the right.  The identity has a
-    share of its eigenvector, so a map that takes it to zero in n steps has radius 0.
-    """
-    pack, unpack = _packing(n)
-    X = np.eye(n)
-    for _ in range(n):
-        X = move(X)
-        size = np.abs(X).max()
-        if size == 0:
-            return 0.0
-        X = X / size
-    if n <= DENSE_LIMIT:
-        basis = unpack(np.eye(n * (n + 1) // 2))
-        return linalg.radius(pack(move(basis)))
-    operator = LinearOperator(
-        (n * (n + 1) // 2,) * 2, matvec=lambda v: pack(move(unpack(v))), dtype=float
-    )
-    try:
-        found = eigs(operator, 1, which="LR", v0=pack(X), ncv=20, tol=1e-13)[0]
-    except ArpackNoConvergence:
-        raise CertificateError(
-            "the spectral radius that decides mean-square stability was not found: "
-            "Arnoldi's iteration did not settle. Scale the states to similar sizes."
-        ) from None
-    return float(found[0].real)
