@@ -100,17 +100,13 @@ def best_output(*outputs):
 
 
 def best_output_differential(*outputs):
-    """How `best_output` moves with Q12 and Q2."""
-    return compiled(
-        "projection_recursions", "best_output_differential", *outputs, flat=True
-    )
+    """How `best_output` moves with Q12 and Q2; many directions at a time."""
+    return compiled("projection_recursions", "best_output_differential", *outputs)
 
 
 def projection_differential(*outputs):
     """How moments and gradients move with the gains: exact second derivatives."""
-    return compiled(
-        "projection_recursions", "projection_differential", *outputs, flat=True
-    )
+    return compiled("projection_recursions", "projection_differential", *outputs)
 
 
 def projection_innovation(*outputs):
