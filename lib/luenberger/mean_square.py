@@ -16,10 +16,10 @@ import numpy as np
 from scipy.optimize import brentq
 from scipy.sparse.linalg import LinearOperator, gmres
 
-from . import linalg
+from . import kernels, linalg
 from .covariance_maps import Sums, dominant, packing, spread, stack
 from .errors import CertificateError, DesignError
-from .linalg import modes, semidefinite, symmetrise
+from .linalg import modes, semidefinite
 
 RESIDUAL_TOL = 1e-12  # of X = T(X) + V, relative to its terms
 KRYLOV = 60  # vectors that GMRES keeps
@@ -28,7 +28,7 @@ ROUNDS = 20  # solutions with GMRES, each for what the last one left over
 
 
 class EquivalentNoise(NamedTuple):
-    """The second moment X of the state, and the noises of the additive plant.
+    """The second moment X of the state, and the noises of the equivalent plant.
 
     A linear estimator's steady error is the same on the plant with constant A, C and
     noise covariances Q, R, S as on the one with multiplicative noise.
@@ -196,8 +196,8 @@ def equivalent_noise(plant):
     """The additive noises that trouble linear estimators as the plant's own do.
 
     In the steady state w + sum g_i A_i x and v + sum g_i C_i x are white and
-    uncorrelated with the past, so an estimator sees a plant with A and C constant and
-    the noise covariances returned here.
+    uncorrelated with the past, so a linear estimator errs as on the plant with A and
+    C constant and the noise covariances returned here.
 
     Parameters
     ----------
@@ -207,13 +207,17 @@ def equivalent_noise(plant):
     Returns
     -------
     EquivalentNoise
-        X, Q, S, R; without multiplicative noise those of the plant.
+        X, Q, S, R; without multiplicative noise the last three are the plant's.
 
     Raises
     ------
     DesignError
         If the plant is not mean-square stable; the radius and the largest stable
         scaling of the noise are named.
+
+    References
+    ----------
+    Haddad and Bernstein (1987), equation (4.4); derivations/projection_recursions.py.
 
     Examples
     --------
@@ -223,15 +227,19 @@ def equivalent_noise(plant):
     >>> [round(float(one[0, 0]) * 11, 12) for one in equivalent_noise(plant)]
     [16.0, 12.0, 0.0, 9.5]
     """
+    if plant.dt == 0 or plant.Q is None or plant.R is None:
+        raise DesignError("equivalent noises need dt > 0 and the covariances Q and R")
     require_mean_square_stable(plant)
     X = second_moment(plant.A, plant.multiplicative, plant.Q)
-    return EquivalentNoise(X, *noise_at(plant.at(0), plant.multiplicative, X))
+    return noise_at(plant, 0, X)
 
 
-def noise_at(now, pairs, X):
-    """Q, S, R with what multiplicative noise adds where E[x x'] = X."""
-    S = np.zeros(now.C.T.shape) if now.S is None else now.S
+def noise_at(plant, i, X):
+    """The additive noises at instant i, where E[x x'] = X."""
+    now = plant.at(i)
+    S = np.zeros((plant.n, plant.p)) if now.S is None else now.S
     Q, R = now.Q, now.R
-    for A1, C1 in pairs:
-        Q, S, R = Q + A1 @ X @ A1.T, S + A1 @ X @ C1.T, R + C1 @ X @ C1.T
-    return symmetrise(Q), S, symmetrise(R)
+    for A1, C1 in plant.multiplicative:
+        more = kernels.equivalent_noise()(A1=A1, C1=C1, X=X)
+        Q, S, R = Q + more["dV1"], S + more["dV12"], R + more["dV2"]
+    return EquivalentNoise(X, Q, S, R)
