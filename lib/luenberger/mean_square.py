@@ -21,8 +21,9 @@ from .covariance_maps import Sums, dominant, packing, spread, stack
 from .errors import CertificateError, DesignError
 from .linalg import modes, semidefinite
 
-RESIDUAL_TOL = 1e-12  # of X = T(X) + V, relative to its terms
+RESIDUAL_TOL = 1e-12  # of X = T(X) + V, relative to X at unit diagonal
 KRYLOV = 60  # vectors that GMRES keeps
+ROUNDING = 1e-15  # below this nothing is left to improve
 TINY = 1e-100  # a spectral radius below this is zero
 ROUNDS = 20  # solutions with GMRES, each for what the last one left over
 
@@ -76,16 +77,27 @@ def second_moment(A, pairs, V):
     array([[1.45454545]])
     """
     _require_stable(A, pairs)
-    noise, sums = stack(A, pairs), Sums(A)
+    noise = stack(A, pairs)
+    X = _sum_up(A, noise, V)
     # at unit diagonal, so that the units of the states play no part
-    size = np.sqrt(sums(V + spread(noise, sums(V))).diagonal())
+    size = np.sqrt(X.diagonal())
     size = np.where(size > 0, size, 1.0)
-    unit = size / size[:, None]
-    X = _solve(A * unit, noise * unit, V / size / size[:, None])
-    return X * size * size[:, None]
+    unit, both = size / size[:, None], np.outer(size, size)
+    return _solve(A * unit, noise * unit, V / both, X / both) * both
 
 
-def _solve(A, noise, V):
+def _sum_up(A, noise, V):
+    """n + 1 terms of X = L V + L Pi L V + ...: all there are if nothing feeds back."""
+    sums = Sums(A)
+    X = sums(V)
+    for _ in range(len(A)):
+        more, X = X, sums(V + spread(noise, X))
+        if (X.diagonal() - more.diagonal() <= ROUNDING * X.diagonal()).all():
+            break
+    return X
+
+
+def _solve(A, noise, V, X):
     """X = L(V + Pi(X)) by GMRES, and again for what each answer leaves over."""
     sums, (pack, unpack) = Sums(A), packing(len(A))
 
@@ -93,23 +105,26 @@ def _solve(A, noise, V):
         return packed - pack(sums(spread(noise, unpack(packed))))
 
     operator = LinearOperator((pack(V).size,) * 2, matvec=left_over, dtype=float)
-    strength = 1 + sum(np.linalg.norm(M, 2) ** 2 for M in (A, *noise))
-    X, best = np.zeros_like(V), (np.inf, None)
+    best = np.inf, X
     for _ in range(ROUNDS):
         gap = V + A @ X @ A.T + spread(noise, X) - X
-        size = np.linalg.norm(V) + strength * np.linalg.norm(X)
+        size = np.linalg.norm(X)
         residual = np.linalg.norm(gap) / size if size > 0 else 0.0
         if not residual < 0.5 * best[0]:
             break
         best = residual, X
-        more, _ = gmres(operator, pack(sums(gap)), rtol=1e-6, restart=KRYLOV)
+        if residual <= ROUNDING:
+            break
+        left = pack(sums(gap))
+        more, _ = gmres(operator, left, rtol=1e-6, restart=KRYLOV, maxiter=9)
         X = X + unpack(more)
     residual, X = best
     if not residual <= RESIDUAL_TOL:
         raise CertificateError(
             "the second moment of the state was not found to rounding: the relative "
             f"residual stays at {residual:.1e}. The plant is close to the limit of "
-            "mean-square stability; reduce its multiplicative noise."
+            "mean-square stability, or its A far from normal; reduce the "
+            "multiplicative noise, or scale the states to similar sizes."
         )
     return semidefinite(X, X)
 
