@@ -202,8 +202,8 @@ def _require_stable(A, pairs):
         raise DesignError(
             "not mean-square stable: the spectral radius of A(x)A + sum A_i(x)A_i is "
             f"{radius(A, pairs):.6g}, so the second moment of the state grows without "
-            f"bound. The noise A_i would have to be {scaling:.6g} times what it is, "
-            "or less."
+            f"bound. The noises A_i must be less than {scaling:.6g} times what they "
+            "are."
         )
 
 
