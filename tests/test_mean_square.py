@@ -143,6 +143,9 @@ def test_radius_where_many_eigenvalues_share_it(n):
     assert mean_square.radius(A, pairs) == pytest.approx(0.81 + 0.09, rel=1e-13)
     limit = np.sqrt(0.19) / 0.3
     assert mean_square.largest_scaling(A, pairs) == pytest.approx(limit, rel=1e-13)
+    A, pairs = np.zeros((n, n)), [(A, None)]  # the noise turns, and nothing else
+    assert mean_square.radius(A, pairs) == pytest.approx(0.81, rel=1e-13)
+    assert mean_square.largest_scaling(A, pairs) == pytest.approx(1 / 0.9, rel=1e-13)
 
 
 @pytest.mark.parametrize("n", [5, 15])

@@ -128,8 +128,9 @@ def test_steady_error_is_that_of_the_augmented_system(make, noises, cross):
 
 @pytest.mark.parametrize("make", OBSERVERS.values(), ids=OBSERVERS)
 @pytest.mark.parametrize("m", [0, 1], ids=["no input", "an input"])
-def test_error_of_constant_observers_over_steps(make, m):
-    plant = noisy(3, m=m)
+@pytest.mark.parametrize("known", ["posterior", "prior"])
+def test_error_of_constant_observers_over_steps(make, m, known):
+    plant = noisy(3, m=m, P0_is=known)
     observer = make(plant)
     observer = dataclasses.replace(observer, z0=observer.z0 + 1)
     wanted = over(observer, plant, 6)
