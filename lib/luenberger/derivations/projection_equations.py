@@ -25,7 +25,10 @@ from .augmented import (
     V2,
     V12,
     A,
+    Ae,
+    Be,
     C,
+    Ce,
     De,
     L,
     R,
@@ -34,9 +37,6 @@ from .augmented import (
     q,
     r,
 )
-from .augmented import Ae as AE
-from .augmented import Be as BE
-from .augmented import Ce as CE
 from .recursions import matrices
 
 PAPER = "Haddad and Bernstein (1987)"
@@ -93,9 +93,9 @@ def projection_gains():
     stages = (
         Stage(Kq, Solve(Qs, V2s)),
         Stage(Aq, A - Kq * C),
-        Stage(AE, Gam * Aq * G.T, "(3.10)"),
-        Stage(BE, Gam * Kq, "(3.11)"),
-        Stage(CE, (L - De * C) * G.T, "(3.12)"),
+        Stage(Ae, Gam * Aq * G.T, "(3.10)"),
+        Stage(Be, Gam * Kq, "(3.11)"),
+        Stage(Ce, (L - De * C) * G.T, "(3.12)"),
     )
     given = (A, C, L, Qs, V2s, G, Gam, De)
     found = Derivation(given, stages, source=PAPER)
@@ -160,7 +160,7 @@ def projection_equations():
             "(3.16)",
             symmetric=True,
         ),
-        Stage(idempotent, tau * tau - tau, "(3.6)"),
+        Stage(idempotent, -tau * forgets, "(3.6)"),
         Stage(aligned_Q, tau * Qh - Qh * tau.T, "(3.17)"),
         Stage(aligned_P, Ph * tau - tau.T * Ph, "(3.17)"),
     )
