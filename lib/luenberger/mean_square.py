@@ -7,7 +7,8 @@ With white g_i of unit variance, E[x x'] obeys X+ = T(X) + V, where
 maps covariances to covariances.  With L(X) = sum_k A^k X A^k' and Pi(X) = sum A_i X
 A_i', the steady state X = T(X) + V is X = L(V + Pi(X)), and it exists exactly when A
 is stable and the spectral radius of L Pi is below 1.  Nothing of size n^2 x n^2 is
-formed beyond a few states.  (Haddad and Bernstein (4.3)-(4.5), Lemma 4.1.)
+formed beyond a few states.  (Haddad and Bernstein (1987), (4.3)-(4.5), lemma 4.1;
+derivations/mean_square.py.)
 """
 
 from typing import NamedTuple
@@ -182,11 +183,15 @@ def _feedback(A, noise):
 
 def require_mean_square_stable(plant):
     """Raise DesignError unless the plant's state has a steady second moment."""
+    _require_constant(plant)
+    _require_stable(plant.A, plant.multiplicative)
+
+
+def _require_constant(plant):
     if plant.steps is not None:
         raise DesignError(
             "mean-square stability is of a constant plant, and this one varies in time"
         )
-    _require_stable(plant.A, plant.multiplicative)
 
 
 def _require_stable(A, pairs):
@@ -232,7 +237,7 @@ def equivalent_noise(plant):
 
     References
     ----------
-    Haddad and Bernstein (1987), equation (4.4); derivations/projection_recursions.py.
+    Haddad and Bernstein (1987), equation (4.4); derivations/equivalent_plant.py.
 
     Examples
     --------
@@ -244,7 +249,7 @@ def equivalent_noise(plant):
     """
     if plant.dt == 0 or plant.Q is None or plant.R is None:
         raise DesignError("equivalent noises need dt > 0 and the covariances Q and R")
-    require_mean_square_stable(plant)
+    _require_constant(plant)
     X = second_moment(plant.A, plant.multiplicative, plant.Q)
     return noise_at(plant, 0, X)
 
