@@ -53,7 +53,7 @@ def error_covariance(observer, plant, *, steps=None):
     References
     ----------
     Leondes and Novak (1974), equations (11), (26), (28); derivations/huddle.py.
-    Haddad and Bernstein (1987), equations (4.3), (4.4).
+    Haddad and Bernstein (1987), (4.3), (4.4); derivations/equivalent_plant.py.
 
     Examples
     --------
