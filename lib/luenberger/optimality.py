@@ -13,19 +13,20 @@ from . import kernels
 from .arrays import covariance
 from .certificate import require_match, require_real
 from .errors import CertificateError, DesignError
+from .kernels import run
 from .linalg import lyapunov, modes, symmetrise
 from .mean_square import noise_at, require_mean_square_stable, second_moment
 
 STATIONARY_TOL = 1e-8  # of every relative residual of a design that is accepted
-WEAK = 1e-7  # share of a Gramian's unit diagonal below which rounding takes over
+WEAK = 1e-7  # of a Gramian's largest direction: below, rounding takes over
 
 
 @dataclass(frozen=True, eq=False)
 class Optimality:
     """How far an estimator is from the conditions of least error at its order.
 
-    All residuals are relative.  Those of the gradient are in proportion to the two
-    parts that cancel in it.
+    All residuals are relative, and independent of units: that of a gradient is in
+    proportion to the terms that cancel in it, for states and outputs of unit variance.
 
     Attributes
     ----------
@@ -149,19 +150,24 @@ def optimality(observer, plant, *, weight=None, feedthrough=None):
     weight = covariance("weight", weight, len(observer.L))
     feedthrough = bool(observer.V.any()) if feedthrough is None else feedthrough
     _require(observer, plant, feedthrough)
-    have = _moments(observer, plant, weight)
+    have, (x, z, _) = _moments(observer, plant, weight)
     gradients = _gradients(have, feedthrough)
-    cost = float(np.trace(_run(kernels.projection_cost("J"), have)["J"]))
-    have |= _projection(have, observer.T)
-    have |= _run(kernels.projection_innovation(), have)
-    have |= _run(kernels.projection_scripts("Qh", "Ph"), have)
-    formula = float(np.trace(_run(kernels.projection_trace("J"), have)["J"]))
+    cost = float(np.trace(run(kernels.projection_cost("J"), have)["J"]))
+    have |= _projection(have, observer.T * x / z[:, None])
+    have |= run(kernels.projection_innovation(), have)
+    have |= run(kernels.projection_scripts("Qh", "Ph"), have)
+    formula = float(np.trace(run(kernels.projection_trace("J"), have)["J"]))
     return Optimality(
         **gradients,
         **_equations(have),
         trace=_ratio(formula - cost, cost),
         cost=cost,
-        **{name: have[name] for name in ("tau", "Q", "Qh", "Ph", "G", "Gam")},
+        tau=have["tau"] * x[:, None] / x,
+        Q=have["Q"] * x[:, None] * x,
+        Qh=have["Qh"] * x[:, None] * x,
+        Ph=have["Ph"] / x[:, None] / x,
+        G=have["G"] / z[:, None] * x,
+        Gam=have["Gam"] * z[:, None] / x,
     )
 
 
@@ -185,13 +191,12 @@ def _require(observer, plant, feedthrough):
         raise ValueError("feedthrough=False, but the observer's V is not zero")
 
 
-def _run(step, have):
-    """Call a kernel with what it needs of the matrices in `have`, by name."""
-    return step(**{name: have[name] for name in step.given})
-
-
 def _moments(observer, plant, weight):
-    """The blocks of (4.4), (4.5) by the derivation's names, and what they are of."""
+    """The blocks of (4.4), (4.5) and what they are of, by the derivation's names.
+
+    Every state and output is divided by its standard deviation, and these are
+    returned too: so units play no part in the residuals.
+    """
     o, n, r, now = observer, plant.n, observer.order, plant.at(0)
     S = np.zeros((n, plant.p)) if now.S is None else now.S
 
@@ -203,34 +208,45 @@ def _moments(observer, plant, weight):
     half = np.block([[np.eye(n), np.zeros(S.shape)], [np.zeros((r, n)), o.D]])
     noise = np.block([[now.Q, S], [S.T, now.R]])
     second = second_moment(A, pairs, half @ noise @ half.T)
-    error = np.hstack([o.L - o.V @ now.C, -o.P])
+    _, V1, V12, V2 = noise_at(plant, 0, second[:n, :n])
+    whole = _unit(second)
+    x, z, y = whole[:n], whole[n:], _unit(now.C @ second[:n, :n] @ now.C.T + V2)
+    error = np.hstack([o.L - o.V @ now.C, -o.P]) * whole
+    A, second = A * whole / whole[:, None], second / whole / whole[:, None]
     dual = lyapunov(A.T, error.T @ weight @ error)  # the pairs act on P1 alone
-    Q1 = second[:n, :n]
-    _, V1, V12, V2 = noise_at(plant, 0, Q1)
-    have = dict(A=now.A, C=now.C, L=o.L, R=weight, V1=V1, V12=V12, V2=V2, Q1=Q1)
-    have |= dict(Ae=o.F, Be=o.D, Ce=o.P, De=o.V)
-    have |= dict(Q12=second[:n, n:], Q2=second[n:, n:])
-    have |= dict(P12=dual[:n, n:], P2=dual[n:, n:])
-    return have | _run(kernels.output_moments(), have)
+    have = dict(A=A[:n, :n], C=now.C * x / y[:, None], L=o.L * x, R=weight)
+    have |= dict(V1=V1 / x / x[:, None], V12=V12 / y / x[:, None])
+    have |= dict(V2=V2 / y / y[:, None], Ae=A[n:, n:], Be=o.D * y / z[:, None])
+    have |= dict(Ce=o.P * z, De=o.V * y, Q1=second[:n, :n], P12=dual[:n, n:])
+    have |= dict(Q12=second[:n, n:], Q2=second[n:, n:], P2=dual[n:, n:])
+    return have | run(kernels.output_moments(), have), (x, z, y)
+
+
+def _unit(X):
+    """Square roots of the variances in X, 1 for those that are zero."""
+    size = np.sqrt(X.diagonal())
+    return np.where(size > 0, size, 1.0)
 
 
 def _gradients(have, feedthrough):
-    """Relative sizes of the four gradients, each against the two parts of it.
+    """Relative sizes of the four gradients, each against the terms it is a sum of.
 
-    The first two are linear in P12 and P2, the others in L and [Ce De].
+    A term is what is left when the matrices that the others contain are zero.
     """
     names = dict(F="gradAe", D="gradBe", P="gradCe", V="gradDe")
-    parts = [("P12",), ("P2",)], [("L",), ("Ce", "De")]
+    absent = {
+        **dict.fromkeys("FD", [("P2",), ("P12", "Ae"), ("P12", "Be")]),
+        **dict.fromkeys("PV", [("Ce", "De"), ("L", "De"), ("L", "Ce")]),
+    }
     found = {}
     for name, gradient in names.items():
         step = kernels.projection_gradient(gradient)
-        whole = _run(step, have)[gradient]
-        without = (
-            have | {one: np.zeros_like(have[one]) for one in part}
-            for part in parts[name in "PV"]
+        terms = (
+            run(step, have | {one: np.zeros_like(have[one]) for one in zero})
+            for zero in absent[name]
         )
-        size = sum(np.linalg.norm(_run(step, one)[gradient]) for one in without)
-        found[name] = _ratio(np.linalg.norm(whole), size)
+        size = sum(np.linalg.norm(term[gradient]) for term in terms)
+        found[name] = _ratio(np.linalg.norm(run(step, have)[gradient]), size)
     return found if feedthrough else found | dict(V=None)
 
 
@@ -240,7 +256,7 @@ def _projection(have, T):
     Where z has states of next to no variance, or that no estimate uses, Q2 or P2
     leaves G or Gam open; there Gam is T, and G such that Gam G' = I.
     """
-    found = _run(kernels.projection_factors("G", "Gam", "tau", "Q"), have)
+    found = run(kernels.projection_factors("G", "Gam", "tau", "Q"), have)
     used, moved = _settled(have["P2"]), _settled(have["Q2"])
     if used is None and moved is None:
         return found
@@ -256,19 +272,17 @@ def _projection(have, T):
 
 def _settled(M):
     """Inverse of a Gramian in its strong directions; None when all of them are."""
-    diagonal = M.diagonal()
-    scale = 1 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
-    values, vectors = np.linalg.eigh(M * scale * scale[:, None])
-    strong = values > WEAK
+    values, vectors = np.linalg.eigh(M)
+    strong = values > WEAK * values[-1]
     if strong.all():
         return None
-    half = scale[:, None] * vectors[:, strong] / np.sqrt(values[strong])
+    half = vectors[:, strong] / np.sqrt(values[strong])
     return half @ half.T
 
 
 def _equations(have):
     """Relative residuals of (3.14)-(3.17)."""
-    found = _run(kernels.projection_equations(), have)
+    found = run(kernels.projection_equations(), have)
     Qh, Ph = np.linalg.norm(have["Qh"]), np.linalg.norm(have["Ph"])
     sizes = dict(
         riccati=np.linalg.norm(have["Q1"]),

@@ -9,11 +9,13 @@ from .. import kernels
 from ..arrays import matrix
 from ..certificate import residuals
 from ..errors import CertificateError, DesignError
+from ..kernels import run
 from ..linalg import modes
 from ..observer import Observer
 from ..optimality import optimality
+from .projection_descent import balancing
 from .projection_search import Minimum, Search, directions, minima
-from .projection_setting import prediction, run, target
+from .projection_setting import prediction, target
 from .setting import positive_weight, require_noise
 
 
@@ -155,20 +157,28 @@ def fixed_order_search(
         return Minimum(observer, whole.cost + excess, excess, residuals, tuple(names))
 
     if order == plant.n:
-        full = judged(_full_order(plant, whole), 0.0, ["the Kalman filter"])
+        eye = np.eye(plant.n)
+        full = judged(_projected(plant, whole, eye, eye), 0.0, ["the Kalman filter"])
         return Search((full,), (), whole.cost, plant.n)
     sought = target(whole)
-    enough = len(directions(sought).strength)
+    every = directions(sought)
+    enough = len(every.strength)
     if order > enough:
         raise _superfluous(order, enough, plant.n)
-    known, failed = minima(sought, order, starts, seed)
+    if order == enough:
+        G, Gam = _signed(
+            (every.lift * sought.states[:, None]).T, every.read / sought.states
+        )
+        full = judged(_projected(plant, whole, G, Gam), 0.0, ["the Kalman filter"])
+        return Search((full,), (), whole.cost, enough)
+    known, failed = minima(sought, every, order, starts, seed)
     if not known:
         raise CertificateError(_nowhere(order, failed))
-    found = [
+    found = tuple(
         judged(_observer(plant, whole, sought, frame), frame.point.cost, names)
         for frame, names in known
-    ]
-    return Search(tuple(found), tuple(failed), whole.cost, enough)
+    )
+    return Search(found, tuple(failed), whole.cost, enough)
 
 
 def _require(plant, order, feedthrough, starts):
@@ -216,28 +226,25 @@ def _nowhere(order, failed):
     )
 
 
-def _full_order(plant, whole):
-    """Corollary 3.1, with G = Gam = I."""
-    have = whole._asdict() | dict(G=np.eye(plant.n), Gam=np.eye(plant.n))
+def _projected(plant, whole, G, Gam):
+    """The Kalman filter with the states Gam x^: (3.10)-(3.13)."""
+    have = whole._asdict() | dict(G=G, Gam=Gam)
     return _assembled(plant, have | run(kernels.projection_gains(), have))
 
 
 def _observer(plant, whole, sought, frame):
     """The estimator for the plant itself, in balanced coordinates."""
     have = frame.point.have
-    Gam = run(kernels.projection_factors("Gam"), have)["Gam"]
-    to, back = _balancing(have["Q2"], have["P2"])
-    Gam = to @ Gam
-    largest = np.abs(Gam).max(axis=1, keepdims=True)
-    lead = np.argmax(np.abs(Gam) > 0.99 * largest, axis=1)
-    sign = np.sign(Gam[np.arange(len(Gam)), lead])
-    to, back, Gam = sign[:, None] * to, back * sign, sign[:, None] * Gam
+    to, back = balancing(have["Q2"], have["P2"])
+    Gam = to @ run(kernels.projection_factors("Gam"), have)["Gam"] / sought.states
+    back, Gam = _signed(back.T, Gam)
+    to = np.linalg.inv(back.T)
     return _assembled(
         plant,
         dict(
-            Ae=to @ have["Ae"] @ back,
+            Ae=to @ have["Ae"] @ back.T,
             Be=to @ have["Be"] @ sought.outputs,
-            Ce=sought.unweighted @ have["Ce"] @ back,
+            Ce=sought.unweighted @ have["Ce"] @ back.T,
             De=sought.unweighted @ have["De"] @ sought.outputs + whole.De,
             Gam=Gam,
             L=whole.L,
@@ -245,12 +252,12 @@ def _observer(plant, whole, sought, frame):
     )
 
 
-def _balancing(Q2, P2):
-    """S and its inverse, for which S Q2 S' and S^-T P2 S^-1 are equal and diagonal."""
-    half, seen = np.linalg.cholesky(Q2), np.linalg.cholesky(P2)
-    left, values, right = np.linalg.svd(seen.T @ half)
-    root = np.sqrt(values)
-    return (seen @ left / root).T, half @ right.T / root
+def _signed(G, Gam):
+    """Both, with signs that make the first large entry of each row of Gam positive."""
+    large = np.abs(Gam) > 0.99 * np.abs(Gam).max(axis=1, keepdims=True)
+    first = np.argmax(large, axis=1)
+    sign = np.sign(Gam[np.arange(len(Gam)), first])[:, None]
+    return sign * G, sign * Gam
 
 
 def _assembled(plant, have):

@@ -14,13 +14,14 @@ import numpy as np
 
 from .. import kernels
 from ..errors import CertificateError
-from ..linalg import lyapunov
-from .projection_setting import run
+from ..kernels import run
+from ..linalg import lyapunov, radius
 from .stein import Schur
 
 NEAR = 1e-9  # gradient, relative to the cost's scale, below which Newton goes alone
 CLOSE = 1e-14  # the same for the cost that is left to win, which may be but rounding
 CURVED = 1e-9  # relative curvature below zero that is not rounding
+FLAT = 1e-7  # least curvature, beside the largest, that isolates a minimum
 MOVES = 300  # of the trust region
 ROUNDING = 1e-13  # of a cost, relative to its scale
 
@@ -34,10 +35,8 @@ class Point(NamedTuple):
 
 
 def evaluate(target, Ae, Be):
-    """The Point of (Ae, Be), or None when Ae is not stable."""
+    """The Point of (Ae, Be); Ae must be stable."""
     F, G = Schur(Ae), target.dynamics
-    if not F.radius < 1:
-        return None
     have = target.matrices | dict(Ae=Ae, Be=Be)
     have["Q12"] = G.forward(F, run(kernels.estimator_moments("N12"), have)["N12"])
     have["Q2"] = _even(F.forward(F, run(kernels.estimator_moments("N2"), have)["N2"]))
@@ -85,6 +84,8 @@ def second_derivatives(target, point, dAe, dBe):
 
 def normalised(Ae, Be):
     """The same estimator with Ae Ae' + Be Be' = I."""
+    if not radius(Ae) < 1:
+        raise CertificateError("it reaches the limit of stability")
     try:
         half = np.linalg.cholesky(lyapunov(Ae, Be @ Be.T))
     except np.linalg.LinAlgError:
@@ -92,42 +93,74 @@ def normalised(Ae, Be):
     return np.linalg.solve(half, Ae @ half), np.linalg.solve(half, Be)
 
 
-class Frame:
-    """Gradient and Hessian at a point, in the rp directions that matter."""
+def balancing(Q2, P2):
+    """S and its inverse, for which S Q2 S' and S^-T P2 S^-1 are equal and diagonal."""
+    try:
+        half, seen = np.linalg.cholesky(Q2), np.linalg.cholesky(P2)
+    except np.linalg.LinAlgError:
+        raise CertificateError("it uses fewer states than its order") from None
+    left, values, right = np.linalg.svd(seen.T @ half)
+    root = np.sqrt(values)
+    return (seen @ left / root).T, half @ right.T / root
 
-    def __init__(self, target, Ae, Be):
-        self.target, self.point = target, evaluate(target, *normalised(Ae, Be))
-        if self.point is None:
-            raise CertificateError("it reaches the limit of stability")
+
+class Frame:
+    """Gradient and Hessian at a point, in the rp directions that matter.
+
+    With `balanced`, costs and moments are those of balanced coordinates, where a state
+    that hardly matters loses fewer digits.
+    """
+
+    def __init__(self, target, Ae, Be, balanced=False):
+        self.target, self.pair = target, normalised(Ae, Be)
+        self.r, p = Be.shape
+        self.to = self.back = np.eye(self.r)
+        self.point = evaluate(target, *self.pair)
+        if balanced:
+            have = self.point.have
+            self.to, self.back = balancing(have["Q2"], have["P2"])
+            self.point = evaluate(target, *self._there(*self.pair))
+        basis = np.linalg.qr(np.hstack(self.pair).T, mode="complete")[0]
+        self.N = basis[:, self.r :].T
         have = self.point.have
-        self.r, p = have["Be"].shape
-        pair = np.hstack([have["Ae"], have["Be"]])
-        self.N = np.linalg.qr(pair.T, mode="complete")[0][:, self.r :].T
         self.gradient = self._along(have["gradAe"], have["gradBe"])
         units = np.eye(self.r * p).reshape(-1, self.r, p)
-        hessian = self._along(
-            *second_derivatives(target, self.point, *self.direction(units))
-        )
+        moves = self._there(*self._direction(units))
+        hessian = self._along(*second_derivatives(target, self.point, *moves))
         self.values, self.vectors = np.linalg.eigh(_even(hessian))
         self.slope = self.vectors.T @ self.gradient
-        self.steepness = np.linalg.norm(self.gradient) / target.scale
 
-    def _along(self, gradAe, gradBe):
-        moved = np.concatenate([gradAe, gradBe], axis=-1) @ self.N.T
-        return moved.reshape(*moved.shape[:-2], -1)
+    def _there(self, Ae, Be):
+        """Ae, Be of the normalised coordinates in those of the point."""
+        return self.to @ Ae @ self.back, self.to @ Be
 
-    def direction(self, units):
+    def _direction(self, units):
         """(dAe, dBe) of coefficients D, (..., r, p)."""
         return np.split(units @ self.N, [self.r], axis=-1)
+
+    def _along(self, gradAe, gradBe):
+        both = [gradAe @ self.back.T, gradBe]
+        moved = self.to.T @ np.concatenate(both, axis=-1) @ self.N.T
+        return moved.reshape(*moved.shape[:-2], -1)
+
+    @property
+    def left(self):
+        """What the quadratic model says is left to win, where it curves up."""
+        floor = 1e-14 * np.abs(self.values).max()
+        return 0.5 * np.sum(self.slope**2 / np.maximum(self.values, floor))
+
+    @property
+    def is_flat(self):
+        """Whether the minimum is one of a continuum."""
+        return self.values[0] <= FLAT * np.abs(self.values).max()
 
     @property
     def is_minimum(self):
         """Whether no direction leads down, to second order, but for rounding."""
-        most = np.abs(self.values).max()
-        if self.values[0] < -CURVED * most:
+        scale = self.target.scale
+        if self.values[0] < -CURVED * np.abs(self.values).max():
             return False
-        left = np.sum(self.slope**2 / np.maximum(self.values, 1e-14 * most)) / 2
-        return self.steepness < NEAR or left < CLOSE * self.target.scale
+        return np.linalg.norm(self.slope) < NEAR * scale or self.left < CLOSE * scale
 
     def step(self, reach):
         """The step of length <= reach that is best for the quadratic model."""
@@ -152,9 +185,8 @@ class Frame:
 
     def moved(self, step):
         """(Ae, Be) after a step."""
-        units = (self.vectors @ step).reshape(self.r, -1)
-        dAe, dBe = self.direction(units)
-        return self.point.have["Ae"] + dAe, self.point.have["Be"] + dBe
+        dAe, dBe = self._direction((self.vectors @ step).reshape(self.r, -1))
+        return self.pair[0] + dAe, self.pair[1] + dBe
 
 
 def descend(target, Ae, Be):
@@ -177,8 +209,8 @@ def _move(frame, reach):
         step = frame.step(reach)
         length, promised = np.linalg.norm(step), frame.model(step)
         pair = frame.moved(step)
-        there = evaluate(target, *pair)
-        fall = -np.inf if there is None else start - there.cost
+        stable = radius(pair[0]) < 1
+        fall = start - evaluate(target, *pair).cost if stable else -np.inf
         slack = ROUNDING * target.scale
         kept = (fall + slack) / (promised + slack)
         if kept > 0.75 and length > 0.9 * reach:
@@ -191,15 +223,16 @@ def _move(frame, reach):
 
 
 def _polished(frame):
-    """Newton's method alone, as long as it halves the gradient."""
+    """Newton's method alone, in balanced coordinates, while it halves what is left."""
+    frame = Frame(frame.target, *frame.pair, balanced=True)
     for _ in range(10):
         floor = 1e-14 * np.abs(frame.values).max()
         step = -frame.slope / np.maximum(frame.values, floor)
         try:
-            better = Frame(frame.target, *frame.moved(step))
+            better = Frame(frame.target, *frame.moved(step), balanced=True)
         except CertificateError:
             break
-        if not better.steepness < 0.5 * frame.steepness:
+        if not better.left < 0.5 * frame.left:
             break
         frame = better
     return frame

@@ -14,15 +14,16 @@ import numpy as np
 
 from .. import kernels
 from ..errors import CertificateError
+from ..kernels import run
 from ..linalg import radius
 from ..observer import Observer
 from ..optimality import Optimality
 from .projection_descent import Frame, descend
-from .projection_setting import run
 
 RANK_TOL = 1e-8  # direction too weak, beside the strongest, to change the cost
 UNUSED = 1e-7  # the same beside the estimate that is sought, when all are weak
 AHEAD = 8  # strongest directions from which the first starts are chosen, at least
+EQUAL = 1e-10  # difference of two costs, beside their scale, that is none
 SAME = 1e-4  # relative distance of two frequency responses that are one minimum
 
 
@@ -149,9 +150,11 @@ def _projection(target, found, chosen):
     return gains["Ae"], gains["Be"]
 
 
-def minima(target, order, number, seed):
-    """Different minima [(Frame, names of starts)], the best first; and the failures."""
-    found = directions(target)
+def minima(target, found, order, number, seed):
+    """Different minima [(Frame, names of starts)], the best first; and failed starts.
+
+    `found` are the Directions of the target.
+    """
     known, failed = [], []
     for name, Ae, Be in starts(target, found, order, number, seed):
         try:
@@ -159,10 +162,8 @@ def minima(target, order, number, seed):
         except CertificateError as reason:
             failed.append((name, str(reason)))
             continue
-        response = _response(frame)
         for other, names in known:
-            gap = np.linalg.norm(response - _response(other))
-            if gap <= SAME * np.linalg.norm(response):
+            if _same(frame, other):
                 names.append(name)
                 break
         else:
@@ -171,7 +172,17 @@ def minima(target, order, number, seed):
     return known, failed
 
 
-def _response(frame: Frame):
+def _same(one: Frame, other: Frame):
+    """Whether two minima are one, or lie in one valley of equal cost."""
+    level = abs(one.point.cost - other.point.cost) <= EQUAL * one.target.scale
+    if one.is_flat and other.is_flat and level:
+        return True
+    response = _response(one)
+    gap = np.linalg.norm(response - _response(other))
+    return gap <= SAME * np.linalg.norm(response)
+
+
+def _response(frame):
     """Frequency response at three points, which coordinates do not change."""
     have = frame.point.have
     eye = np.eye(frame.r)

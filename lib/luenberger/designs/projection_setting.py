@@ -14,6 +14,7 @@ import numpy as np
 
 from .. import kernels
 from ..errors import DesignError
+from ..kernels import run
 from ..linalg import lyapunov, null_directions
 from ..mean_square import equivalent_noise
 from .setting import Settings
@@ -41,7 +42,7 @@ class Prediction(NamedTuple):
 
 
 class Target(NamedTuple):
-    """The innovations plant: outputs of unit innovation, weight I.
+    """The innovations plant: states of unit variance, unit innovations, weight I.
 
     An estimator (Ae, Be, Ce, De) here is the estimator Ae, Be `outputs`,
     `unweighted` Ce, `unweighted` De `outputs` + De of the prediction there.
@@ -52,14 +53,10 @@ class Target(NamedTuple):
     dynamics: Schur
     feedthrough: bool
     scale: float  # mean square of the weighted estimate that is sought
-    power: float  # mean square of the weighted L x itself
+    power: float  # the same of the weighted L x itself, were its states independent
+    states: np.ndarray  # (n,) what the states were divided by
     outputs: np.ndarray
     unweighted: np.ndarray
-
-
-def run(step, have):
-    """Call a kernel with what it needs of the matrices in `have`, by name."""
-    return step(**{name: have[name] for name in step.given})
 
 
 def prediction(plant, L, weight, feedthrough):
@@ -67,7 +64,9 @@ def prediction(plant, L, weight, feedthrough):
     noise = equivalent_noise(plant)
     additive = replace(plant, multiplicative=(), Q=noise.Q, R=noise.R, S=noise.S)
     now = Settings(additive, 0).at(0)
-    K, eye = steady_gain(now, ()), np.eye(plant.n)
+    K, eye = np.zeros(now.C.T.shape), np.eye(plant.n)
+    if noise.Q.any():  # without process noise the state is known to be zero
+        K = steady_gain(now, ())
     compute = kernels.observer_matrices
     D = compute("D")(As=now.As, J=now.J, K=K, T_next=eye)["D"]
     F = now.As @ compute("T")(That=eye, K=K, C=now.C)["T"]
@@ -92,17 +91,22 @@ def target(found):
     have |= run(kernels.innovations_plant(), have)
     unit = np.linalg.inv(np.linalg.cholesky(found.V2s))
     half = np.linalg.cholesky(found.R).T
-    Q1, L = lyapunov(found.A, have["V1i"]), half @ have["Lq"]
-    matrices = dict(A=found.A, C=unit @ found.C, L=L, R=np.eye(len(half)), Q1=Q1)
-    noise = dict(V12=found.Qs @ unit.T, V2=np.eye(len(unit)))
+    Q1 = lyapunov(found.A, have["V1i"])
+    size = np.sqrt((found.Q + Q1).diagonal())
+    size = np.where(size > 0, size, 1.0)
+    A, L, whole = found.A * size / size[:, None], have["Lq"] * size, found.L * size
+    matrices = dict(A=A, C=unit @ found.C * size, L=half @ L, R=np.eye(len(half)))
+    matrices["Q1"] = Q1 = Q1 / size / size[:, None]
+    noise = dict(V12=found.Qs @ unit.T / size[:, None], V2=np.eye(len(unit)))
     matrices |= run(kernels.output_moments(), matrices | noise)
     return Target(
         matrices,
         Kq=noise["V12"],
-        dynamics=Schur(found.A),
+        dynamics=Schur(A),
         feedthrough=found.feedthrough,
-        scale=float(np.sum((L @ Q1) * L)),
-        power=float(np.sum((half @ found.L @ (found.Q + Q1)) * (half @ found.L))),
+        scale=float(np.trace(half @ L @ Q1 @ L.T @ half.T)),
+        power=float(np.sum((half @ whole) ** 2)),
+        states=size,
         outputs=unit,
         unweighted=np.linalg.inv(half),
     )

@@ -16,10 +16,6 @@ class Schur:
     def __init__(self, A):
         self.upper, self.basis = schur(A, output="complex", check_finite=False)
 
-    @property
-    def radius(self):
-        return np.abs(self.upper.diagonal()).max(initial=0.0)
-
     def forward(self, F, N):
         """X with X = A X F' + N; N is (n, r) or a stack (k, n, r)."""
         return self._march(F, N, range(len(F.upper))[::-1], adjoint=False)

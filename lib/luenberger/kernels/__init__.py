@@ -24,6 +24,11 @@ def compiled(module, stages, *outputs, **options):
     return kernel(derivation(), *outputs, **options)
 
 
+def run(step, have):
+    """Call a kernel with what it needs of the matrices in `have`, by name."""
+    return step(**{name: have[name] for name in step.given})
+
+
 def gain_step(*outputs, settled=False):
     """Omega, M, K and the next error covariance: Leondes and Novak (27)-(33).
 
