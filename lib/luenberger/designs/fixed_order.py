@@ -166,10 +166,10 @@ def fixed_order_search(
     if order > enough:
         raise _superfluous(order, enough, plant.n)
     if order == enough:
-        G, Gam = _signed(
-            (every.lift * sought.states[:, None]).T, every.read / sought.states
-        )
-        full = judged(_projected(plant, whole, G, Gam), 0.0, ["the Kalman filter"])
+        G, Gam = every.lift.T * sought.states, every.read / sought.states
+        sign = _signs(Gam)
+        same = _projected(plant, whole, sign * G, sign * Gam)
+        full = judged(same, 0.0, ["the Kalman filter"])
         return Search((full,), (), whole.cost, enough)
     known, failed = minima(sought, every, order, starts, seed)
     if not known:
@@ -237,27 +237,26 @@ def _observer(plant, whole, sought, frame):
     have = frame.point.have
     to, back = balancing(have["Q2"], have["P2"])
     Gam = to @ run(kernels.projection_factors("Gam"), have)["Gam"] / sought.states
-    back, Gam = _signed(back.T, Gam)
-    to = np.linalg.inv(back.T)
+    sign = _signs(Gam)
+    to, back = sign * to, back * sign.T
     return _assembled(
         plant,
         dict(
-            Ae=to @ have["Ae"] @ back.T,
+            Ae=to @ have["Ae"] @ back,
             Be=to @ have["Be"] @ sought.outputs,
-            Ce=sought.unweighted @ have["Ce"] @ back.T,
+            Ce=sought.unweighted @ have["Ce"] @ back,
             De=sought.unweighted @ have["De"] @ sought.outputs + whole.De,
-            Gam=Gam,
+            Gam=sign * Gam,
             L=whole.L,
         ),
     )
 
 
-def _signed(G, Gam):
-    """Both, with signs that make the first large entry of each row of Gam positive."""
+def _signs(Gam):
+    """A column of signs that make the first large entry of each row positive."""
     large = np.abs(Gam) > 0.99 * np.abs(Gam).max(axis=1, keepdims=True)
     first = np.argmax(large, axis=1)
-    sign = np.sign(Gam[np.arange(len(Gam)), first])[:, None]
-    return sign * G, sign * Gam
+    return np.sign(Gam[np.arange(len(Gam)), first])[:, None]
 
 
 def _assembled(plant, have):

@@ -66,7 +66,7 @@ class Search:
         The cost of the best estimator of any order, the Kalman filter.
     enough : int
         The order at which the Kalman filter's accuracy is reached; n when no state
-        can be spared.
+        can be spared, and for a search of order n, which does not ask.
     """
 
     minima: tuple
