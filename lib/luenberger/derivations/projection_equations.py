@@ -160,7 +160,7 @@ def projection_equations():
             "(3.16)",
             symmetric=True,
         ),
-        Stage(idempotent, -tau * forgets, "(3.6)"),
+        Stage(idempotent, -tau * forgets, "(3.6)"),  # tau^2 - tau
         Stage(aligned_Q, tau * Qh - Qh * tau.T, "(3.17)"),
         Stage(aligned_P, Ph * tau - tau.T * Ph, "(3.17)"),
     )

@@ -190,7 +190,8 @@ def projection_equations(found):
         stationary, {f"stationary: {zero[k]}": (f[k], 0) for k in zero}
     ) | claims(
         ALGEBRA,
-        {f"{k} of the theorem": (found.unfolded()[k], whole[k]) for k in whole},
+        {f"{k} of the theorem": (found.unfolded()[k], whole[k]) for k in whole}
+        | {"(3.6) idempotent = tau^2 - tau": (f["idempotent"], tau * tau - tau)},
     )
 
 
