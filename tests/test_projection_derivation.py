@@ -22,6 +22,7 @@ from luenberger.derivations.projection_recursions import best_output
 
 LISTS = {name: make() for name, make in optimal_projection.STAGE_LISTS.items()}
 PARTS = optimal_projection.parts()
+MISPRINTS = optimal_projection.misprints()
 CLAIMS = {
     f"{part}: {name}": claim
     for part, derivation in PARTS.items()
@@ -61,14 +62,14 @@ def test_formulas_have_latex():
         assert sp.latex(formula), name
 
 
-@pytest.mark.parametrize("place", optimal_projection.misprints())
+@pytest.mark.parametrize("place", MISPRINTS)
 def test_errata_are_tried(place):
-    printed, ours = optimal_projection.misprints()[place]
+    printed, ours = MISPRINTS[place]
     assert not vanishes(printed) and vanishes(ours)
 
 
 def test_errata_cover_the_page():
-    places = " ".join(optimal_projection.misprints())
+    places = " ".join(MISPRINTS)
     for number in ("R~", "3.14", "3.15", "3.16", "4.7", "4.8", "4.9", "4.11", "4.13",
                    "4.14", "4.15", "4.16", "lemma 4.1", "3.20"):  # fmt: skip
         assert number in places
