@@ -120,14 +120,21 @@ def close(given, left, right):
     return np.allclose(a, b, atol=1e-8 * (1 + np.abs(a).max(initial=0)))
 
 
-def damages(left):
-    """The left side with one term negated, one symbol doubled or transposed."""
+def damages(left, most=None):
+    """The left side with one term negated, one symbol doubled or transposed.
+
+    At most about `most` terms and symbols, evenly spaced, where a claim is long.
+    """
     if isinstance(left, (sp.Add, MatAdd)):
-        for term in left.args:
+        for term in spaced(left.args, most):
             yield f"sign of {term}", left - 2 * term
-    for s in symbols(left):
+    for s in spaced(sorted(symbols(left), key=lambda s: s.name), most):
         yield f"twice {s}", left.xreplace({s: 2 * s})
         yield f"transposed {s}", left.xreplace({s: s.T})
+
+
+def spaced(items, most):
+    return items if most is None else items[:: max(1, -(-len(items) // most))]
 
 
 def one_wrong_sign(stages):
