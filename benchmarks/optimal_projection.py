@@ -130,9 +130,10 @@ class Raw:
         A = np.block([[self.plant.A, zero], [Be @ C, Ae]])
         H = scipy.linalg.block_diag(np.eye(n), Be)
         X = scipy.linalg.solve_discrete_lyapunov(A, H @ self.noise @ H.T)[n:, n:]
-        half = np.linalg.cholesky(X)
-        Ae, Be = np.linalg.solve(half, Ae @ half), np.linalg.solve(half, Be)
-        return self(self.join(Ae, Be, Ce @ half, De))[0]
+        size = np.sqrt(X.diagonal())
+        size = np.where(size > 0, size, 1.0)
+        Ae, Be = Ae * size / size[:, None], Be / size[:, None]
+        return self(self.join(Ae, Be, Ce * size, De))[0]
 
 
 def baseline(raw, runs=20, seed=0):

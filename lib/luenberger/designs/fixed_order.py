@@ -157,8 +157,8 @@ def fixed_order_search(
         return Minimum(observer, whole.cost + excess, excess, residuals, tuple(names))
 
     if order == plant.n:
-        eye = np.eye(plant.n)
-        full = judged(_projected(plant, whole, eye, eye), 0.0, ["the Kalman filter"])
+        G, Gam = np.diag(1 / whole.states), np.diag(whole.states)
+        full = judged(_projected(plant, whole, G, Gam), 0.0, ["the Kalman filter"])
         return Search((full,), (), whole.cost, plant.n)
     sought = target(whole)
     every = directions(sought)
@@ -166,9 +166,8 @@ def fixed_order_search(
     if order > enough:
         raise _superfluous(order, enough, plant.n)
     if order == enough:
-        G, Gam = every.lift.T * sought.states, every.read / sought.states
-        sign = _signs(Gam)
-        same = _projected(plant, whole, sign * G, sign * Gam)
+        sign = _signs(every.read / whole.states)
+        same = _projected(plant, whole, sign * every.lift.T, sign * every.read)
         full = judged(same, 0.0, ["the Kalman filter"])
         return Search((full,), (), whole.cost, enough)
     known, failed = minima(sought, every, order, starts, seed)
@@ -229,25 +228,25 @@ def _nowhere(order, failed):
 def _projected(plant, whole, G, Gam):
     """The Kalman filter with the states Gam x^: (3.10)-(3.13)."""
     have = whole._asdict() | dict(G=G, Gam=Gam)
-    return _assembled(plant, have | run(kernels.projection_gains(), have))
+    return _assembled(plant, whole, have | run(kernels.projection_gains(), have))
 
 
 def _observer(plant, whole, sought, frame):
     """The estimator for the plant itself, in balanced coordinates."""
     have = frame.point.have
     to, back = balancing(have["Q2"], have["P2"])
-    Gam = to @ run(kernels.projection_factors("Gam"), have)["Gam"] / sought.states
-    sign = _signs(Gam)
+    Gam = to @ run(kernels.projection_factors("Gam"), have)["Gam"]
+    sign = _signs(Gam / whole.states)
     to, back = sign * to, back * sign.T
     return _assembled(
         plant,
+        whole,
         dict(
             Ae=to @ have["Ae"] @ back,
             Be=to @ have["Be"] @ sought.outputs,
             Ce=sought.unweighted @ have["Ce"] @ back,
             De=sought.unweighted @ have["De"] @ sought.outputs + whole.De,
             Gam=sign * Gam,
-            L=whole.L,
         ),
     )
 
@@ -259,9 +258,10 @@ def _signs(Gam):
     return np.sign(Gam[np.arange(len(Gam)), first])[:, None]
 
 
-def _assembled(plant, have):
+def _assembled(plant, whole, have):
     """The Observer of an estimator; the known input enters as in (3.19)."""
-    F, D, P, V, T, L = (have[k] for k in ("Ae", "Be", "Ce", "De", "Gam", "L"))
+    F, D, P, V, T = (have[k] for k in ("Ae", "Be", "Ce", "De", "Gam"))
+    T, L = T / whole.states, whole.L / whole.states
     A, B, C, E = plant.A, plant.B, plant.C, plant.E
     _, G, _, W = residuals(A, B, C, E, L, F, 0, D, P, V, 0, T, T)
     return Observer(F, G, D, P, V, T, L, 0.0 - W, z0=T @ plant.x0, dt=plant.dt)

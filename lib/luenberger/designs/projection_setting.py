@@ -23,7 +23,7 @@ from .stein import Schur
 
 
 class Prediction(NamedTuple):
-    """The Kalman predictor of the plant with equivalent additive noise."""
+    """The Kalman predictor, for states of unit variance and additive noise."""
 
     A: np.ndarray
     C: np.ndarray
@@ -33,6 +33,7 @@ class Prediction(NamedTuple):
     Q: np.ndarray  # its error covariance
     Qs: np.ndarray
     V2s: np.ndarray
+    states: np.ndarray  # (n,) what the plant's states were divided by
     feedthrough: bool
 
     @property
@@ -42,7 +43,7 @@ class Prediction(NamedTuple):
 
 
 class Target(NamedTuple):
-    """The innovations plant: states of unit variance, unit innovations, weight I.
+    """The innovations plant, with innovations of unit covariance and weight I.
 
     An estimator (Ae, Be, Ce, De) here is the estimator Ae, Be `outputs`,
     `unweighted` Ce, `unweighted` De `outputs` + De of the prediction there.
@@ -54,7 +55,6 @@ class Target(NamedTuple):
     feedthrough: bool
     scale: float  # mean square of the weighted estimate that is sought
     power: float  # the same of the weighted L x itself, were its states independent
-    states: np.ndarray  # (n,) what the states were divided by
     outputs: np.ndarray
     unweighted: np.ndarray
 
@@ -62,19 +62,15 @@ class Target(NamedTuple):
 def prediction(plant, L, weight, feedthrough):
     """The Kalman predictor, with equivalent noise when some is multiplicative."""
     noise = equivalent_noise(plant)
-    additive = replace(plant, multiplicative=(), Q=noise.Q, R=noise.R, S=noise.S)
-    now = Settings(additive, 0).at(0)
-    K, eye = np.zeros(now.C.T.shape), np.eye(plant.n)
-    if noise.Q.any():  # without process noise the state is known to be zero
-        K = steady_gain(now, ())
-    compute = kernels.observer_matrices
-    D = compute("D")(As=now.As, J=now.J, K=K, T_next=eye)["D"]
-    F = now.As @ compute("T")(That=eye, K=K, C=now.C)["T"]
-    drive = kernels.error_recursion("X_next")(
-        F=F, D=D, T_next=eye, Q=noise.Q, R=noise.R, S=noise.S, X=np.zeros_like(F)
+    size = np.sqrt(noise.X.diagonal())
+    size = np.where(size > 0, size, 1.0)
+    A, C, L = plant.A * size / size[:, None], plant.C * size, L * size
+    Q, S = noise.Q / size / size[:, None], noise.S / size[:, None]
+    K = _predictor_gain(
+        replace(plant, multiplicative=(), A=A, C=C, Q=Q, R=noise.R, S=S)
     )
-    have = dict(A=plant.A, C=plant.C, L=L, R=weight, V12=noise.S, V2=noise.R)
-    have["Q"] = lyapunov(F, drive["X_next"])
+    have = dict(A=A, C=C, L=L, R=weight, V1=Q, V12=S, V2=noise.R, states=size)
+    have["Q"] = _error_covariance(have, K)
     have |= run(kernels.projection_innovation(), have)
     have["De"] = np.zeros((len(L), plant.p))
     if feedthrough:
@@ -84,6 +80,24 @@ def prediction(plant, L, weight, feedthrough):
     )
 
 
+def _predictor_gain(plant):
+    """K of x^+ = A x^ + K (y - C x^); zero where nothing ever disturbs the state."""
+    if not plant.Q.any():
+        return np.zeros(plant.C.T.shape)
+    now, eye = Settings(plant, 0).at(0), np.eye(plant.n)
+    K = steady_gain(now, ())
+    return kernels.observer_matrices("D")(As=now.As, J=now.J, K=K, T_next=eye)["D"]
+
+
+def _error_covariance(have, K):
+    """Covariance of the prediction error for the predictor gain K."""
+    F, eye = have["A"] - K @ have["C"], np.eye(len(K))
+    drive = kernels.error_recursion("X_next")(
+        F=F, D=K, T_next=eye, Q=have["V1"], R=have["V2"], S=have["V12"], X=0 * F
+    )
+    return lyapunov(F, drive["X_next"])
+
+
 def target(found):
     """The problem of approximating the filter `found`, a Prediction."""
     _require_innovation(found.V2s)
@@ -91,22 +105,17 @@ def target(found):
     have |= run(kernels.innovations_plant(), have)
     unit = np.linalg.inv(np.linalg.cholesky(found.V2s))
     half = np.linalg.cholesky(found.R).T
-    Q1 = lyapunov(found.A, have["V1i"])
-    size = np.sqrt((found.Q + Q1).diagonal())
-    size = np.where(size > 0, size, 1.0)
-    A, L, whole = found.A * size / size[:, None], have["Lq"] * size, found.L * size
-    matrices = dict(A=A, C=unit @ found.C * size, L=half @ L, R=np.eye(len(half)))
-    matrices["Q1"] = Q1 = Q1 / size / size[:, None]
-    noise = dict(V12=found.Qs @ unit.T / size[:, None], V2=np.eye(len(unit)))
+    Q1, L = lyapunov(found.A, have["V1i"]), half @ have["Lq"]
+    matrices = dict(A=found.A, C=unit @ found.C, L=L, R=np.eye(len(half)), Q1=Q1)
+    noise = dict(V12=found.Qs @ unit.T, V2=np.eye(len(unit)))
     matrices |= run(kernels.output_moments(), matrices | noise)
     return Target(
         matrices,
         Kq=noise["V12"],
-        dynamics=Schur(A),
+        dynamics=Schur(found.A),
         feedthrough=found.feedthrough,
-        scale=float(np.trace(half @ L @ Q1 @ L.T @ half.T)),
-        power=float(np.sum((half @ whole) ** 2)),
-        states=size,
+        scale=float(np.trace(L @ Q1 @ L.T)),
+        power=float(np.sum((half @ found.L) ** 2)),
         outputs=unit,
         unweighted=np.linalg.inv(half),
     )

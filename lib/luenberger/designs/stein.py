@@ -9,6 +9,8 @@ import numpy as np
 from scipy.linalg import schur
 from scipy.linalg.lapack import ztrtrs
 
+from ..linalg import eye
+
 
 class Schur:
     """A real matrix by its complex Schur form."""
@@ -18,22 +20,23 @@ class Schur:
 
     def forward(self, F, N):
         """X with X = A X F' + N; N is (n, r) or a stack (k, n, r)."""
-        return self._march(F, N, range(len(F.upper))[::-1], adjoint=False)
+        return self._march(F, N, adjoint=False)
 
     def backward(self, F, N):
         """X with X = A'X F + N, the adjoint of `forward`."""
-        return self._march(F, N, range(len(F.upper)), adjoint=True)
+        return self._march(F, N, adjoint=True)
 
-    def _march(self, F, N, columns, adjoint):
-        a, f = self.upper, F.upper.T if adjoint else F.upper.conj()
-        step = a.conj().T if adjoint else a
-        Y = np.atleast_3d((self.basis.conj().T @ N @ F.basis).T)  # columns first
-        Y = np.ascontiguousarray(Y.reshape(N.shape[-1], N.shape[-2], -1))
-        known = []
-        for j in columns:
-            if known:
-                Y[j] += step @ np.tensordot(f[j, known], Y[known], 1)
-            shifted = np.eye(len(a)) - F.upper[j, j].conj() * a
-            Y[j], _ = ztrtrs(shifted, Y[j], trans=2 if adjoint else 0)
-            known.append(j)
+    def _march(self, F, N, adjoint):
+        n, r, a = len(self.upper), len(F.upper), self.upper
+        poles = F.upper.diagonal().conj()
+        step, f = (a.conj().T, F.upper.T) if adjoint else (a, F.upper.conj())
+        turned = (self.basis.conj().T @ N @ F.basis).T  # columns first
+        Y = np.ascontiguousarray(turned).reshape(r, -1)
+        for j in range(r) if adjoint else range(r)[::-1]:
+            known = slice(0, j) if adjoint else slice(j + 1, r)
+            right = Y[j] + (step @ (f[j, known] @ Y[known]).reshape(n, -1)).ravel()
+            solved, _ = ztrtrs(
+                eye(n) - poles[j] * a, right.reshape(n, -1), trans=2 * adjoint
+            )
+            Y[j] = solved.ravel()
         return (self.basis @ Y.reshape(N.T.shape).T @ F.basis.conj().T).real
