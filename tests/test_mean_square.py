@@ -179,6 +179,9 @@ def test_noise_on_part_of_the_state_leaves_the_rest_at_zero():
     X = mean_square.second_moment(A, pairs, np.diag([1.0, 0, 0]))
     np.testing.assert_allclose(X, np.diag([1 / (0.75 - 0.09), 0, 0]), rtol=1e-13)
     assert not mean_square.second_moment(A, pairs, np.zeros((3, 3))).any()
+    A = np.diag([0.9, 0.5, 0.3, 0.2])
+    X = mean_square.second_moment(A, [], np.diag([1.0, 1, 0, 0]))
+    assert not X[2:].any() and not X[:, 2:].any()
 
 
 def test_same_answer_every_time():

@@ -81,10 +81,11 @@ def second_moment(A, pairs, V):
     noise = stack(A, pairs)
     X = _sum_up(A, noise, V)
     # at unit diagonal, so that the units of the states play no part
-    size = np.sqrt(X.diagonal())
-    size = np.where(size > 0, size, 1.0)
+    driven = np.sqrt(X.diagonal())  # 0 for a state that no noise reaches, and stays 0
+    size = np.where(driven > 0, driven, 1.0)
     unit, both = size / size[:, None], np.outer(size, size)
-    return _solve(A * unit, noise * unit, V / both, X / both) * both
+    found = _solve(A * unit, noise * unit, V / both, X / both)
+    return found * np.outer(driven, driven)
 
 
 def _sum_up(A, noise, V):

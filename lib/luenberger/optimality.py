@@ -18,6 +18,7 @@ from .linalg import lyapunov, modes, symmetrise
 from .mean_square import noise_at, require_mean_square_stable, second_moment
 
 STATIONARY_TOL = 1e-8  # of every relative residual of a design that is accepted
+SILENT = 1e-14  # standard deviation of z, beside that of T x: below it is rounding
 WEAK = 1e-7  # of a Gramian's largest direction: below, rounding takes over
 
 
@@ -209,8 +210,9 @@ def _moments(observer, plant, weight):
     noise = np.block([[now.Q, S], [S.T, now.R]])
     second = second_moment(A, pairs, half @ noise @ half.T)
     _, V1, V12, V2 = noise_at(plant, 0, second[:n, :n])
-    whole = _unit(second)
-    x, z, y = whole[:n], whole[n:], _unit(now.C @ second[:n, :n] @ now.C.T + V2)
+    x, y = _unit(second[:n, :n]), _unit(now.C @ second[:n, :n] @ now.C.T + V2)
+    z = _unit(second[n:, n:], SILENT * np.abs(o.T) @ x)
+    whole = np.concatenate([x, z])
     error = np.hstack([o.L - o.V @ now.C, -o.P]) * whole
     A, second = A * whole / whole[:, None], second / whole / whole[:, None]
     dual = lyapunov(A.T, error.T @ weight @ error)  # the pairs act on P1 alone
@@ -222,10 +224,10 @@ def _moments(observer, plant, weight):
     return have | run(kernels.output_moments(), have), (x, z, y)
 
 
-def _unit(X):
-    """Square roots of the variances in X, 1 for those that are zero."""
+def _unit(X, rounding=0.0):
+    """Square roots of the variances in X, 1 for those that are zero or rounding."""
     size = np.sqrt(X.diagonal())
-    return np.where(size > 0, size, 1.0)
+    return np.where(size > rounding, size, 1.0)
 
 
 def _gradients(have, feedthrough):
@@ -258,15 +260,14 @@ def _projection(have, T):
     """
     found = run(kernels.projection_factors("G", "Gam", "tau", "Q"), have)
     used, moved = _settled(have["P2"]), _settled(have["Q2"])
-    if used is None and moved is None:
-        return found
     if used is not None:
         found["Gam"] = T - used @ (have["P12"].T + have["P2"] @ T)
     if moved is not None:
         right = np.linalg.pinv(found["Gam"]).T
         found["G"] = right + moved @ (have["Q12"].T - have["Q2"] @ right)
-    found["tau"] = found["G"].T @ found["Gam"]
-    found["Q"] = symmetrise(have["Q1"] - found["G"].T @ have["Q12"].T)
+    if used is not None or moved is not None:
+        found["tau"] = found["G"].T @ found["Gam"]
+        found["Q"] = symmetrise(have["Q1"] - found["G"].T @ have["Q12"].T)
     return found
 
 
