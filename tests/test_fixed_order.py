@@ -252,6 +252,14 @@ def test_search_lists_the_minima_and_their_starts():
         assert one.optimality.worst < 1e-12
 
 
+def test_a_saddle_is_left():
+    """The weaker of two unconnected states alone is stationary, but no minimum."""
+    A, Q = np.diag([0.9, 0.5]), np.diag([1, 2])
+    plant = made(A, np.eye(2), Q=Q, R=np.eye(2))
+    found = lb.fixed_order_search(plant, 1, feedthrough=False)
+    assert len(found.minima) == 1 and "directions 2" in found.best.starts
+
+
 def test_minima_that_form_a_continuum_are_one():
     """Two copies of a plant: any mixture of their best estimates is as good."""
     twice = np.eye(2)
@@ -270,13 +278,16 @@ def test_order_that_is_enough_loses_nothing():
     parts = {
         k: scipy.linalg.block_diag(getattr(one, k), getattr(other, k)) for k in "ACQRS"
     }
-    plant, L = made(**parts), np.eye(7)[:1]
+    turn = np.linalg.qr(np.random.default_rng(7).normal(size=(7, 7)))[0]
+    A, C, Q, R, S = parts.values()
+    plant = made(turn @ A @ turn.T, C @ turn.T, Q=turn @ Q @ turn.T, R=R, S=turn @ S)
+    L = turn.T[:1]
     full = lb.fixed_order_search(plant, 7, L=L)
     found = lb.fixed_order_search(plant, 4, L=L)
     assert found.enough == 4 and found.best.excess == 0
     assert found.best.optimality.worst < 1e-10 and full.best.optimality.worst < 1e-10
     assert found.best.optimality.cost == pytest.approx(full.best.cost, rel=1e-12)
-    assert np.abs(found.best.observer.T[:, 4:]).max() < 1e-10
+    assert np.abs((found.best.observer.T @ turn)[:, 4:]).max() < 1e-10
     three = lb.fixed_order_search(plant, 3, L=L).best
     assert three.excess > 0
     with pytest.raises(lb.DesignError, match="needs only 4 states.*Order 4 loses"):
@@ -310,6 +321,17 @@ def test_units_play_no_part(size):
         assert (
             np.abs(np.abs(wanted) - np.abs(found)).max() < 1e-7 * np.abs(wanted).max()
         )
+
+
+@pytest.mark.parametrize("size", [1e-12, 1e12])
+def test_strength_of_all_noise_plays_no_part(size):
+    plant = replace(noisy(8, 4, 2), multiplicative=())
+    scaled = replace(plant, Q=size * plant.Q, R=size * plant.R, S=size * plant.S)
+    one, two = (lb.fixed_order_search(p, 2, starts=6) for p in (plant, scaled))
+    assert len(two.minima) == len(one.minima) and not two.failed
+    assert two.best.cost == pytest.approx(size * one.best.cost, rel=1e-10)
+    assert two.best.optimality.worst < 1e-12
+    assert np.abs(two.best.observer.V - one.best.observer.V).max() < 1e-8
 
 
 @pytest.mark.parametrize("feedthrough", [True, False])
