@@ -48,6 +48,13 @@ At = BlockMatrix([[A, ZeroMatrix(n, r)], [Be * C, Ae]])
 Vt = BlockMatrix([[V1, V12 * Be.T], [Be * V12.T, Be * V2 * Be.T]])
 error = BlockMatrix([[L - De * C, -Ce]])  # L x - y_e without what is noise
 
+NU = sp.symbols("nu_1 nu_2")
+x, xe, w1, w2 = (
+    MatrixSymbol(k, d, 1) for k, d in (("x", n), ("x_e", r), ("w_1", n), ("w_2", l))
+)
+JOINT = BlockMatrix([[V1, V12], [V12.T, V2]])
+SUMS = tuple(zip(zip(*PAIRS), (ZeroMatrix(n, n), ZeroMatrix(l, n))))
+
 SYMMETRIC = (V1, V2, R, Q1, Q2, P1, P2)
 ALGEBRA = Algebra(SYMMETRIC)
 
@@ -116,13 +123,6 @@ def mean(value):
     return sp.Rational(1, 4) * found
 
 
-NU = sp.symbols("nu_1 nu_2")
-x, xe, w1, w2 = (
-    MatrixSymbol(k, d, 1) for k, d in (("x", n), ("x_e", r), ("w_1", n), ("w_2", l))
-)
-JOINT = BlockMatrix([[V1, V12], [V12.T, V2]])
-
-
 def formulas():
     Ai, Ci = (sum((nu * X for nu, X in zip(NU, Xs)), Z) for Xs, Z in SUMS)
     x_next, y = (A + Ai) * x + w1, (C + Ci) * x + w2
@@ -144,9 +144,6 @@ def formulas():
         f"(4.{k}) half of dJ/d{X.name}": gradients(PAIRS)[X].as_expr()
         for k, X in enumerate(GAINS, 8)
     }
-
-
-SUMS = tuple(zip(zip(*PAIRS), (ZeroMatrix(n, n), ZeroMatrix(l, n))))
 
 
 def printed_weight():
@@ -205,7 +202,7 @@ def system_steps():
             dual,
             ((adjoint(PAIRS) - weight(PAIRS)) @ Q).trace(),
         ),
-        "(4.5) so that J = tr P~V~ + tr De V2 De'R + what (4.4), (4.5) make zero": (
+        "(4.5) J - tr P~V~ - tr De V2 De'R vanishes with (4.4) - Q~ and (4.5) - P~": (
             cost(PAIRS)
             - Trace(Pt * Vt)
             - Trace(De * V2 * De.T * R)

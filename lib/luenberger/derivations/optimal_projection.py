@@ -7,8 +7,9 @@ Our own: multiplicative noise needs no more than an equivalent plant
 (`equivalent_plant`), the equations with (3.17) as printed are equivalent to
 stationarity (`projection_converse`) and weaker readings are not
 (`projection_counterexamples`), and when the estimator is stable
-(`projection_stability`).  The stage lists that run are in `projection_recursions` and
-`projection_equations`.  This module collects them; each part is a `Derivation`.
+(`projection_stability`); H2 model reduction is a case of it (`model_reduction`).  The
+stage lists that run are in `projection_recursions` and `projection_equations`.  This
+module collects them; each part is a `Derivation`.
 
 Source: Haddad and Bernstein (1987), Systems and Control Letters 8, 381-388.
 """
@@ -45,6 +46,7 @@ def sections():
         equivalent_plant,
         full_order,
         mean_square,
+        model_reduction,
         projection,
         projection_converse,
         projection_counterexamples,
@@ -62,6 +64,7 @@ def sections():
         "converse": projection_converse.derive(),
         "counterexamples": projection_counterexamples.derive(),
         "stability": projection_stability.derive(),
+        "model reduction": model_reduction.derive(),
     }
 
 
