@@ -19,6 +19,7 @@ run it with OMP_NUM_THREADS=1.
 import argparse
 import math
 import time
+import warnings
 
 import numpy as np
 import scipy.linalg
@@ -234,6 +235,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--quick", action="store_true")
     quick = parser.parse_args().quick
+    warnings.simplefilter("ignore", scipy.linalg.LinAlgWarning)  # where BFGS strays
     compare(10 if quick else 100)
     growth(100 if quick else 400)
 

@@ -391,10 +391,12 @@ def test_refusals(changes, options, message):
 
 
 def test_order_n_is_not_refused_where_less_would_be():
-    for changes in (TWICE, {"Q": np.zeros((2, 2))}, {"C": [[0, 0]]}):
+    nothing = {"A": [[0.95, 0.1], [0, -0.4]], "Q": np.zeros((2, 2))}
+    for changes in (TWICE, nothing, {"C": [[0, 0]]}):
         plant = made(**(STABLE | changes))
-        found = lb.fixed_order_filter(plant, 2)
-        assert lb.certify(found, plant).worst < 1e-12
+        found = lb.fixed_order_search(plant, 2).best
+        assert found.optimality.worst < 1e-12
+        assert lb.certify(found.observer, plant).worst < 1e-12
 
 
 def test_start_that_fails_says_why():
