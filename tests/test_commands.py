@@ -197,7 +197,7 @@ def test_plant_without_any_filter_is_refused_from_within_the_notebook(
     (tmp_path / "plant.json").write_text(edited(C=[[0, 1, 0], [0, 0, 1]]))
     before = contents(here)
     run = command(tmp_path / "plant.json", "--out", "a/report", cwd=here)
-    refused(run, "DesignError: no filter of any order exists: ")
+    refused(run, "DesignError: no exact filter of any order exists: ")
     assert contents(here) == before and len(list(here.iterdir())) == 1
 
 

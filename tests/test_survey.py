@@ -103,7 +103,7 @@ def _with_outputs(C):
     ],
 )
 def test_nothing_to_survey_is_an_error(changes, reason):
-    with pytest.raises(lb.DesignError, match=f"no filter of any order.*{reason}"):
+    with pytest.raises(lb.DesignError, match=f"no exact filter of any order.*{reason}"):
         survey(tracker(**changes))
 
 

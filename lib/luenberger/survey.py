@@ -163,7 +163,7 @@ def survey(plant):
         for horizon in (("step", "steady") if accurate else ("step",))
     )
     if all(one.refusal for one in attempts):
-        raise DesignError(f"no filter of any order exists: {attempts[0].refusal}")
+        raise DesignError(f"no exact filter of any order exists: {attempts[0].refusal}")
     return Survey(plant, attempts)
 
 
