@@ -8,7 +8,7 @@ import pytest
 import scipy.linalg
 
 import luenberger as lb
-from luenberger.designs import projection_descent, projection_search
+from luenberger.designs import fixed_order, projection_descent, projection_search
 from luenberger.designs.projection_setting import prediction, target
 from luenberger.designs.stein import Schur
 from luenberger.mean_square import largest_scaling
@@ -209,8 +209,13 @@ def test_same_numbers_every_time_and_balanced_coordinates():
     assert np.abs(reach - seen).max() < 1e-10 * seen.max()
     assert np.abs(seen - np.diag(np.diag(seen))).max() < 1e-10 * seen.max()
     assert seen[0, 0] > seen[1, 1]
-    lead = one.T[np.arange(2), np.abs(one.T).argmax(axis=1)]
-    assert (lead > 0).all()
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_rows_of_t_point_the_same_way_on_every_machine(seed):
+    plant = generators.plant(np.random.default_rng(seed), 4, 2, m=0)
+    T = lb.fixed_order_filter(plant, 3, starts=2).T
+    assert (T[np.arange(3), np.abs(T).argmax(axis=1)] > 0).all()
 
 
 def equivalent_reach(observer, plant):
@@ -397,6 +402,17 @@ def test_order_n_is_not_refused_where_less_would_be():
         found = lb.fixed_order_search(plant, 2).best
         assert found.optimality.worst < 1e-12
         assert lb.certify(found.observer, plant).worst < 1e-12
+
+
+def test_a_filter_that_misses_a_condition_is_refused(monkeypatch):
+    def spoilt(*args, **options):
+        return replace(lb.optimality(*args, **options), riccati=1e-7)
+
+    monkeypatch.setattr(fixed_order, "optimality", spoilt)
+    plant = made(**SIMON)
+    assert lb.fixed_order_search(plant, 1, starts=2).best.optimality.worst == 1e-7
+    with pytest.raises(lb.CertificateError, match=r"\(3\.14\) is missed by 1.0e-07"):
+        lb.fixed_order_filter(plant, 1, starts=2)
 
 
 def test_start_that_fails_says_why():
