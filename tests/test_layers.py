@@ -34,7 +34,10 @@ ALLOWED = {
     "designs": NUMERIC | {"stairs"},
     "recorded": NUMERIC,
     "simulate": NUMERIC | {"recorded"},
-    "ensemble": NUMERIC | {"recorded", "simulate"},
+    "parallel": set(),
+    "batches": NUMERIC | {"recorded", "simulate"},
+    "ensemble": NUMERIC | {"analysis", "batches", "parallel", "simulate"},
+    "sweep": NUMERIC | {"analysis", "parallel", "show"},
     "analysis": NUMERIC,
     "filtering": NUMERIC | {"designs", "recorded"},
     "measurements": NUMERIC | QUESTIONS,
@@ -55,7 +58,7 @@ SPECIAL = {
 # Optional packages: only inside a function of these layers.
 INSIDE_A_FUNCTION = {
     "export": {"control"},
-    "ensemble": {"dask"},
+    "parallel": {"tqdm"},
     "kernels": {"numba"},
     "offline": {"nbclient", "nbconvert", "nbformat", "latex2mathml"},
 }
@@ -133,6 +136,7 @@ def test_this_test_reads_imports(source, found):
 
 def test_importing_the_library_is_light():
     heavy = ("sympy", "matplotlib", "numba", "control", "nbformat", "IPython")
+    heavy += ("concurrent.futures.process", "dask", "tqdm")
     code = (
         "import sys, luenberger\n"
         f"heavy = {heavy!r}\n"
