@@ -18,6 +18,7 @@ import scipy.stats
 
 import luenberger as lb
 from luenberger import batches, parallel
+from luenberger.derivations import side_by_side
 
 RUNS, STEPS, SEED = 900, 5, 9  # 15 blocks, the last one of 4 runs
 FIELDS = [field.name for field in dataclasses.fields(lb.Ensemble)]
@@ -39,6 +40,13 @@ def problem():
 
 def runs_of_the_problem(**options):
     return lb.monte_carlo(*problem(), runs=RUNS, steps=STEPS, seed=SEED, **options)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def own_cache(tmp_path_factory):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("LUENBERGER_CACHE", str(tmp_path_factory.mktemp("cache")))
+        yield
 
 
 @pytest.fixture(scope="module")
@@ -158,6 +166,77 @@ def test_sums_are_a_binary_tree_however_the_blocks_are_shared_out(blocks):
         for a, b in zip([0, *edges], [*edges, blocks]):
             nodes += batches.join([(int(k), 0, (leaves[k],)) for k in range(a, b)])
         assert batches.total(nodes) == (tree(0, blocks),)
+
+
+# compiled runs
+
+
+@pytest.mark.parametrize("kind", ["constant", "prior", "changing"])
+def test_compiled_runs_are_those_of_numpy(kind):
+    rng = np.random.default_rng(8)
+    if kind == "changing":
+        plant = generators.varying(rng, 3, 2, STEPS + 1, m=1, P0_is="prior")
+    else:
+        prior = {"P0_is": "prior"} if kind == "prior" else {}
+        plant = generators.plant(rng, 3, 2, m=1, **prior)
+    observer = lb.reduced_order_filter(
+        plant, 1, steps=None if kind == "constant" else STEPS
+    )
+    options = dict(runs=70, steps=STEPS - 1, seed=2)
+    plain, compiled = (
+        lb.monte_carlo(plant, observer, backend=backend, **options)
+        for backend in ("numpy", "numba")
+    )
+    for name in FIELDS:
+        one, other = getattr(plain, name), getattr(compiled, name)
+        np.testing.assert_allclose(other, one, rtol=1e-9, atol=1e-12)
+    assert plain.mean.tobytes() != compiled.mean.tobytes()  # it was other code
+
+
+def test_same_bits_from_compiled_runs_on_a_pool(pool):
+    compiled = runs_of_the_problem(backend="numba")
+    there = runs_of_the_problem(backend="numba", executor=pool, chunk=100)
+    assert bits(there) == bits(compiled)
+
+
+def test_multiplicative_noise_is_left_to_numpy():
+    plant = plant_of(3, multiplicative=[(0.1 * np.eye(3), np.zeros((2, 3)))])
+    observer = lb.kalman_filter(dataclasses.replace(plant, multiplicative=()))
+    options = dict(runs=10, steps=2, seed=2)
+    plain, asked = (
+        lb.monte_carlo(plant, observer, backend=backend, **options)
+        for backend in ("numpy", "numba")
+    )
+    assert bits(plain) == bits(asked)
+
+
+def test_auto_compiles_long_work_only(monkeypatch, here):
+    monkeypatch.setattr(batches.Batch, "compiled", None)  # cannot be called
+    assert bits(runs_of_the_problem()) == bits(here)
+    monkeypatch.setattr("luenberger.ensemble.ENOUGH", RUNS * STEPS)
+    with pytest.raises(TypeError):
+        runs_of_the_problem()
+    monkeypatch.setattr("luenberger.ensemble.ENOUGH", RUNS * STEPS + 1)
+    assert bits(runs_of_the_problem()) == bits(here)
+
+
+def test_the_compiled_step_is_derived():
+    found = side_by_side.side_by_side()
+    assert found.proved() and len(found.steps) == 2
+
+
+@pytest.mark.parametrize("target", ["y", "w", "w_hat", "e", "z_next", "x_next"])
+def test_a_damaged_step_is_not_proved(target):
+    found = side_by_side.side_by_side()
+    stages = [
+        dataclasses.replace(one, formula=2 * one.formula)
+        if one.target.name == target
+        else one
+        for one in found.stages
+    ]
+    damaged = dataclasses.replace(found, stages=tuple(stages))
+    steps = side_by_side._error_equation(damaged)
+    assert not dataclasses.replace(damaged, steps=steps).proved()
 
 
 # workers that die, functions that fail

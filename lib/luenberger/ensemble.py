@@ -10,9 +10,11 @@ from .arrays import covariance
 from .batches import BLOCK, Batch, join, sums_of, total, whiten
 from .certificate import require_match, require_real
 from .errors import DesignError
+from .kernels import runs_compiled
 from .parallel import in_order, reporting
 from .simulate import noise_roots
 
+ENOUGH = 10_000_000  # steps that NumPy takes in the time that compiling takes
 TASKS = 64  # parts that an executor is given, unless the caller says how many runs
 
 
@@ -88,6 +90,7 @@ def monte_carlo(
     executor=None,
     chunk=None,
     progress=False,
+    backend="auto",
 ):
     """Simulate many runs and gather the statistics of the estimation error.
 
@@ -115,6 +118,11 @@ def monte_carlo(
         Runs that one task of the executor takes, rounded up to blocks of 64.
     progress : bool or callable, default False
         True shows a bar (needs tqdm); a function is called with (runs done, runs).
+    backend : "auto", "numpy" or "numba"
+        "numba" runs code compiled for this plant and observer (``pip install
+        luenberger[fast]``), the same to rounding and from the same random streams,
+        unless noise is multiplicative; "auto" takes it for ten million steps or more,
+        where numba is installed.
 
     Returns
     -------
@@ -128,6 +136,8 @@ def monte_carlo(
         If runs or steps are not positive, or observer or `claimed` do not fit.
     BrokenExecutor
         If a worker died and its pool does not replace it.  Nothing is returned then.
+    ImportError
+        If numba or a bar is asked for and not installed.
 
     References
     ----------
@@ -146,7 +156,8 @@ def monte_carlo(
     _require_runs(plant, observer, runs=runs, steps=steps, chunk=chunk)
     claim = _claim(plant, observer, steps, claimed)
     roots = noise_roots(plant, steps)
-    batch = Batch(plant, observer, steps, seed, runs, claim, roots)
+    compile = runs_compiled(backend, runs * steps, ENOUGH) and not plant.multiplicative
+    batch = Batch(plant, observer, steps, seed, runs, claim, roots, compile)
     blocks = -(-runs // BLOCK)
     size = -(-blocks // TASKS) if executor is not None else 1
     size = size if chunk is None else -(-chunk // BLOCK)

@@ -152,6 +152,13 @@ def noise_roots(plant, steps):
     return square_root(P0), H[0] if plant.steps is None else H
 
 
+def draw(seed, *arrays):
+    """Fill the arrays with standard normal numbers from one random stream."""
+    rng = np.random.default_rng(seed)
+    for array in arrays:
+        rng.standard_normal(out=array)
+
+
 def _noise(plant, steps, seeds, H0, H):
     """[w; v] of every instant and run, the g_j, and the first state's deviation.
 
@@ -164,10 +171,7 @@ def _noise(plant, steps, seeds, H0, H):
     deviation = np.zeros((runs, plant.n))
     for run, seed in enumerate(seeds):
         if seed is not None:
-            rng = np.random.default_rng(seed)
-            rng.standard_normal(out=deviation[run])
-            rng.standard_normal(out=noise[run])
-            rng.standard_normal(out=gains[run])
+            draw(seed, deviation[run], noise[run], gains[run])
     noise, gains = (np.ascontiguousarray(g.transpose(1, 2, 0)) for g in (noise, gains))
     return times(H, noise), gains, times(H0, deviation.T)
 

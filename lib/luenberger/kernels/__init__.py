@@ -50,7 +50,7 @@ def over_record(recursion, sizes, known, changing):
 
     Parameters
     ----------
-    recursion : "filter_recursion" or "observer_recursion"
+    recursion : "filter_recursion", "observer_recursion", "side_by_side_recursion"
     sizes : tuple of (name, int)
     known : tuple of (name, table)
         Entries of the given matrices that are 0 or 1; see `entries_known`.

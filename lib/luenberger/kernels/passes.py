@@ -87,3 +87,16 @@ def observer_recursion(zero=()):
         {"y": ("y", 0), "u": ("u", 0)},
         (("w_hats", "w_hat", "vector"),),
     )
+
+
+def side_by_side_recursion(zero=()):
+    """Plant and observer side by side; `zero` names matrices that vanish."""
+    from ..derivations.side_by_side import side_by_side
+
+    return Recursion(
+        "side_by_side",
+        lower(side_by_side(), ["x_next", "z_next", "w", "w_hat"], zero=zero),
+        {"x_next": "x", "z_next": "z"},
+        {"xi": ("xi", 0)},
+        (("w_hats", "w_hat", "vector"), ("ws", "w", "vector")),
+    )
