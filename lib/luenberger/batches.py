@@ -19,6 +19,7 @@ from .recorded import start
 from .simulate import draw, follow, over, times, trajectory
 
 BLOCK = 64  # runs; part of what defines the result's last bits
+ROWS = 128  # taken together when sums are formed, so that they stay in the cache
 RULED_OUT = 1e-9  # an error beyond this, relative to w, is more than rounding
 
 
@@ -46,46 +47,43 @@ class Batch:
     roots: tuple  # of the noise, found once: LAPACK too depends on threads
     compile: bool = False
 
-    def estimates(self, block):
-        """w^ and w (steps + 1, q, runs) of the runs of a block."""
-        plant, L = self.plant, self.observer.L
+    def errors(self, block):
+        """e and w (steps + 1, q, runs) of the runs of a block."""
         runs = range(block * BLOCK, min((block + 1) * BLOCK, self.runs))
         seeds = [np.random.SeedSequence(self.seed, spawn_key=(run,)) for run in runs]
-        w_hat, w = (self.compiled if self.compile else self.plain)(seeds)
-        if self.observer.steps is not None:  # row 0: known before the first sample
-            known = np.broadcast_to((L @ plant.x0)[:, None], (1, *w_hat.shape[1:]))
-            w_hat = np.concatenate([known, w_hat])
-        return w_hat, w
+        return (self.compiled if self.compile else self.plain)(seeds)
 
     def plain(self, seeds):
-        """w^ at the observer's rows and w at all, from all runs at once."""
-        observer = self.observer
-        x, y, u = trajectory(
-            self.plant, observer, self.steps, seeds=seeds, roots=self.roots
-        )
+        """From all runs at once, instant by instant."""
+        plant, observer = self.plant, self.observer
+        x, y, u = trajectory(plant, observer, self.steps, seeds=seeds, roots=self.roots)
         _, w_hat = follow(observer, y, u, start(observer))
-        return w_hat, times(observer.L, x)
+        w = times(observer.L, x)
+        if observer.steps is not None:  # row 0: known before the first sample
+            known = np.broadcast_to((observer.L @ plant.x0)[:, None], w[:1].shape)
+            w_hat = np.concatenate([known, w_hat])
+        return w_hat - w, w
 
     def compiled(self, seeds):
-        """The same run by run, from `kernels.passes.side_by_side_recursion`."""
+        """Run by run, by `kernels.passes.side_by_side_recursion`."""
         plant, observer, (H0, H) = self.plant, self.observer, self.roots
         first, rows = int(observer.steps is not None), self.steps + 1
         (A0, *_), H1 = plant.at(0), H if H.ndim == 2 else H[0]
         x0, z0 = np.empty(plant.n), start(observer)
         xi = np.empty((rows, H.shape[-1]))
-        w_hat = np.empty((len(seeds), rows - first, len(observer.L)))
-        w = np.empty((len(seeds), rows, len(observer.L)))
+        e, w = np.empty((2, len(seeds), rows, len(observer.L)))
         for run, seed in enumerate(seeds):
             draw(seed, x0, xi)
             x = plant.x0 + H0 @ x0
             if first:
                 w[run, 0] = observer.L @ x
+                e[run, 0] = observer.L @ plant.x0 - w[run, 0]
                 if plant.P0_is == "posterior":
                     x = A0 @ x + H1[: plant.n] @ xi[0]
             self.loop(
-                x=x, z=z0.copy(), xi=xi[first:], w_hats=w_hat[run], ws=w[run, first:]
+                x=x, z=z0.copy(), xi=xi[first:], es=e[run, first:], ws=w[run, first:]
             )
-        return w_hat.transpose(1, 2, 0), w.transpose(1, 2, 0)
+        return e.transpose(1, 2, 0), w.transpose(1, 2, 0)
 
     @cached_property
     def loop(self):
@@ -151,16 +149,26 @@ def sums_of(job):
 
 def _sums(batch, block):
     """Over the runs of a block: of e, e e', its entries squared, NEES and NEES^2."""
-    w_hat, w = batch.estimates(block)
-    e = np.subtract(w_hat, w, order="C")
+    e, w = batch.errors(block)
+    parts = []
+    for a in range(0, len(e), ROWS):
+        here = slice(a, a + ROWS)
+        parts.append(_sums_of_rows(batch.claim, e[here], w[here], here))
+    return tuple(map(np.concatenate, zip(*parts)))
+
+
+def _sums_of_rows(claim, e, w, here):
+    e = np.ascontiguousarray(e)
     squares = e * e
     sums = e.sum(axis=-1), times(e, e.mT), times(squares, squares.mT)
-    if batch.claim is None:
+    if claim is None:
         return sums
-    root, null, _ = batch.claim
+    root, null = (
+        X if X is None or X.ndim == 2 else X[here] for X in (claim.root, claim.null)
+    )
     nees = (times(root, e) ** 2).sum(axis=-2)
     if null is not None:
-        size = times(np.abs(null), np.abs(w_hat) + np.abs(w))
+        size = times(np.abs(null), np.abs(e) + np.abs(w))
         beyond = np.abs(times(null, e)) > RULED_OUT * size
         nees = np.where(beyond.any(axis=-2), np.inf, nees)
     return *sums, nees.sum(axis=-1), (nees * nees).sum(axis=-1)

@@ -159,8 +159,7 @@ def monte_carlo(
     compile = runs_compiled(backend, runs * steps, ENOUGH) and not plant.multiplicative
     batch = Batch(plant, observer, steps, seed, runs, claim, roots, compile)
     blocks = -(-runs // BLOCK)
-    size = -(-blocks // TASKS) if executor is not None else 1
-    size = size if chunk is None else -(-chunk // BLOCK)
+    size = -(-blocks // TASKS) if chunk is None else -(-chunk // BLOCK)
     jobs = [(batch, range(a, min(a + size, blocks))) for a in range(0, blocks, size)]
     nodes = []
     with reporting(progress, runs, "run") as report:
