@@ -59,7 +59,7 @@ SPECIAL = {
 INSIDE_A_FUNCTION = {
     "export": {"control"},
     "parallel": {"tqdm"},
-    "kernels": {"numba"},
+    "kernels": {"numba", "llvmlite"},
     "offline": {"nbclient", "nbconvert", "nbformat", "latex2mathml"},
 }
 FILES = sorted(

@@ -36,7 +36,7 @@ def numbers(exact):
 def by_loops(program, given):
     """The loops in plain Python."""
     to = numba.Python(1)
-    for name, length in arrays(program, ALL).items():
+    for name, length in arrays(program, ALL, to).items():
         to.let(name, f"np.full({length}, np.nan)")
     to.let("ok", "True")
     write(program, ALL, to)

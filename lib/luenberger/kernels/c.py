@@ -11,7 +11,7 @@ Compile without -ffast-math, which would let the pivots' tests be dropped.
 
 import re
 
-from .loops import Writer, arrays, write
+from .loops import Writer, arrays, write, write_definite
 from .scalars import WORD, Let, unroll
 
 LITERAL = re.compile(r"(?<![\w.])(\d+\.\d*(?:e[+-]?\d+)?|\d+e[+-]?\d+)")
@@ -103,9 +103,10 @@ def parameters(program, sizes, real="double"):
 
 
 def _loops(program, sizes, to):
-    for name, length in arrays(program, sizes).items():
+    for name, length in arrays(program, sizes, to).items():
         to.array(name, length)
     write(program, sizes, to)
+    write_definite(program, sizes, to)
     for name in outputs(program):
         operand = program.results[name]
         rows, cols = program.shape(operand.name, sizes)

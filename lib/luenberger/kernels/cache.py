@@ -9,6 +9,7 @@ be used costs the time of compiling, nothing else.
 """
 
 import hashlib
+import inspect
 import os
 import stat
 import sys
@@ -17,6 +18,10 @@ import warnings
 from functools import cache
 from pathlib import Path
 from types import ModuleType
+
+import numpy as np
+
+from . import stack
 
 FASTMATH = ("contract", "reassoc")  # sums may be taken in another order, NaNs count
 OPTIONS = dict(error_model="numpy", fastmath=set(FASTMATH))
@@ -31,7 +36,7 @@ def compiled(text, types):
     from numba import config
 
     if config.DISABLE_JIT:
-        return _function(text, "luenberger_uncompiled")
+        return _function(text, "luenberger_uncompiled", np.empty)
     folder = usable_folder()
     if folder is not None:
         try:
@@ -40,7 +45,8 @@ def compiled(text, types):
             Exception
         ) as error:  # of numba's files or of the disk: not our arithmetic
             warnings.warn(f"compiled code is not kept: {error}", stacklevel=2)
-    return _compile(_function(text, f"luenberger_{key(text, types)}"), types)
+    name = f"luenberger_{key(text, types)}"
+    return _compile(_function(text, name, stack.local_array()), types)
 
 
 def folder():
@@ -83,14 +89,15 @@ def private(path):
     return found.st_uid == os.getuid() and not found.st_mode & 0o022
 
 
-def _function(text, path):
+def _function(text, path, array):
     """`run` of a module made of `text`, as if it came from `path`.
 
-    The module is entered by its name, because numba asks for it by name when it
-    reads its files.
+    The text calls `array` for its arrays.  The module is entered by its name, because
+    numba asks for it by name when it reads its files.
     """
     module = ModuleType(Path(path).stem)
     sys.modules[module.__name__] = module
+    module.array = array
     exec(compile(text, path, "exec"), module.__dict__)  # text made here, from symbols
     return module.run
 
@@ -120,7 +127,8 @@ def _from_folder(folder, text, types):
     path = folder / f"luenberger_{key(text, types)}.py"
     if not path.is_file() or path.read_bytes() != text.encode():
         replace(path, text)
-    run = _compile(_function(text, str(path)), types, cache=True)
+    function = _function(text, str(path), stack.local_array())
+    run = _compile(function, types, cache=True)
     beside = Path(run.stats.cache_path)
     written = path.with_suffix(".sha256")
     kept = hashes(beside, path.stem)
@@ -139,7 +147,7 @@ def key(text, types):
     import numba
 
     versions = numba.__version__, sys.version, sys.platform
-    parts = text, *types, *versions, *FASTMATH
+    parts = text, *types, *versions, *FASTMATH, inspect.getsource(stack)
     return hashlib.sha256("\0".join(parts).encode()).hexdigest()[:32]
 
 

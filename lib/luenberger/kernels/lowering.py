@@ -43,7 +43,7 @@ def lower(derivation, outputs=(), *, zero=(), symmetric=(), definite=(), same=()
         Given matrices that are the same as another one.
     """
     require_proved(derivation)
-    work = _Lowering(frozenset(zero), frozenset(symmetric), frozenset(definite))
+    work = _Lowering(zero, symmetric)
     work.alias.update((one, Operand(other)) for one, other in same)
     for symbol in derivation.given:
         work.shapes[symbol.name] = sizes_of(symbol)
@@ -61,7 +61,7 @@ def lower(derivation, outputs=(), *, zero=(), symmetric=(), definite=(), same=()
     made = {step.target for step in steps if not isinstance(step, Factor)}
     shapes = {k: v for k, v in work.shapes.items() if k in made or k in given}
     known = frozenset(work.symmetric & set(shapes))
-    return Program(given, shapes, steps, results, known)
+    return Program(given, shapes, steps, results, known, tuple(definite))
 
 
 def require_proved(derivation):
@@ -92,7 +92,7 @@ def symbols_in(formula):
 
 
 def _used(steps, results):
-    """The steps that the results need, in order; a demand for definiteness stays."""
+    """The steps that the results need, in order."""
     wanted = {op.name for op in results.values() if op is not None}
     kept = []
     for step in reversed(steps):
@@ -108,9 +108,9 @@ def sizes_of(e):
 
 
 class _Lowering:
-    def __init__(self, zero, symmetric, definite):
+    def __init__(self, zero, symmetric):
         self.zero, self.symmetric = set(zero), set(symmetric)
-        self.definite, self.alias, self.shapes = definite, {}, {}
+        self.alias, self.shapes = {}, {}
         self.steps, self.products, self.factored = [], {}, set()
 
     def stage(self, stage):
@@ -119,8 +119,6 @@ class _Lowering:
             self.solve(name, formula, stage.equation)
         else:
             self.assign(name, formula, stage.symmetric, stage.equation)
-        if name in self.definite:
-            self.factor(name, 0.0)
 
     def assign(self, name, e, symmetric=False, equation=""):
         terms = self.terms(e)
@@ -143,13 +141,10 @@ class _Lowering:
         if right is None:
             self.zero.add(name)
             return
-        self.factor(M.name, SINGULAR_TOL)
+        if M.name not in self.factored:
+            self.factored.add(M.name)
+            self.steps.append(Factor(M.name, SINGULAR_TOL))
         self.steps.append(Substitute(name, right, M.name, equation))
-
-    def factor(self, name, tol):
-        if name not in self.factored:
-            self.factored.add(name)
-            self.steps.append(Factor(name, tol))
 
     def terms(self, e):
         """The sum e as terms, longer products cut down by earlier steps."""

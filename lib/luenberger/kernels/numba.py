@@ -1,15 +1,17 @@
 """Print a recursion, its loop over time included, as Python that numba compiles."""
 
-from .loops import Writer, arrays, write
+from .loops import Writer, arrays, write, write_definite, write_turned
 from .scalars import Let
 
+TEST_EVERY = 8  # rows; the test costs as much as half a row
+ON_STACK = 8000  # numbers at most; more go to the heap
 START = ("start", "stop", "now", "before", "good", "keep")
 
 
 class Python(Writer):
     """Python, in the part of it that numba compiles."""
 
-    comment, stop = "#", ""
+    comment, stop, has_blas, turns = "#", "", True, True
 
     def let(self, name, text):
         self.line(f"{name} = {text}")
@@ -27,6 +29,13 @@ class Python(Writer):
     def need(self, text):
         self.line(f"if not {text}:")
         self.line("    ok = False")
+
+    def multiply(self, target, left, right):
+        (a, *shape, turned), (b, *other, other_turned) = left, right
+        made = shape[turned], other[not other_turned]
+        a, b = f"{a}.reshape({tuple(shape)})", f"{b}.reshape({tuple(other)})"
+        a, b = a + ".T" * turned, b + ".T" * other_turned
+        self.line(f"np.dot({a}, {b}, {target}.reshape({made}))")
 
 
 def arguments(recursion):
@@ -88,6 +97,7 @@ class _Body:
         to.let("done", "stop_")
         self.prepare()
         self.read([name for name in all_ if name not in self.changing])
+        self.turn()
         to.loop("row", "start_", "stop_")
         to.line("if not good_[row]:")
         self.give_up()
@@ -114,6 +124,9 @@ class _Body:
 
 
 class _Scalars(_Body):
+    def turn(self):
+        pass
+
     def prepare(self):
         for name in self.recursion.carried.values():
             _, cols = self.shape(name)
@@ -177,14 +190,33 @@ class _Scalars(_Body):
 
 
 class _LoopBody(_Body):
+    """Loops; a matrix is tested for definiteness every few rows.
+
+    Where the test fails, all rows since the last one that passed are taken back.
+    """
+
     def prepare(self):
-        for name, length in arrays(self.program, self.sizes).items():
-            self.to.let(name, f"np.empty({length})")
+        lengths = arrays(self.program, self.sizes, self.to)
         for name in self.recursion.rows:
             if name in self.program.given:
-                self.to.let(name, f"np.empty({self.shape(name)[0]})")
+                lengths[name] = self.shape(name)[0]
         for name in self.recursion.carried.values():
-            self.to.let(name, f"{name}_")
+            lengths[name] = lengths[f"{name}_kept"] = self.length(name)
+        new = "array" if sum(lengths.values()) <= ON_STACK else "np.empty"
+        for name, length in lengths.items():
+            self.to.let(name, f"{new}({length})")
+        for name in self.recursion.carried.values():
+            self.copy(f"{name}[i]", f"{name}_[i]", self.length(name))
+        self.keep("start_")
+
+    def turn(self):
+        """Transposes of what does not change, before the loop over rows."""
+        fixed = set(self.recursion.matrices) - self.changing
+        self.turned = write_turned(self.program, self.sizes, self.to, fixed)
+
+    def length(self, name):
+        rows, cols = self.shape(name)
+        return rows * cols
 
     def read(self, names):
         for name in names:
@@ -197,9 +229,30 @@ class _LoopBody(_Body):
                 row = f"row + {ahead}" if ahead else "row"
                 self.copy(f"{name}[i]", f"{array}_[{row}, i]", self.shape(name)[0])
         to.let("ok", "True")
-        write(self.program, self.sizes, to)
+        write(self.program, self.sizes, to, self.turned)
+        if self.program.definite:
+            last = "row + 1 == stop_ or not good_[row + 1]"
+            to.let("test", f"row % {TEST_EVERY} == 0 or {last}")
+            to.line("if test:")
+            to.depth += 1
+            write_definite(self.program, self.sizes, to)
+            to.end()
         to.line("if not ok:")
         self.give_up()
+
+    def give_up(self):
+        to = self.to
+        to.depth += 1
+        to.let("done", "safe")
+        for name in self.recursion.carried.values():
+            self.copy(f"{name}[i]", f"{name}_kept[i]", self.length(name))
+        to.line("break")
+        to.depth -= 1
+
+    def keep(self, row):
+        self.to.let("safe", row)
+        for name in self.recursion.carried.values():
+            self.copy(f"{name}_kept[i]", f"{name}[i]", self.length(name))
 
     def copy(self, target, value, length):
         self.to.loop("i", 0, length)
@@ -221,9 +274,14 @@ class _LoopBody(_Body):
 
     def carry(self):
         for result, name in self.recursion.carried.items():
-            rows, cols = self.shape(name)
             found = self.program.results[result]
-            self.copy(f"{name}[i]", f"{found.name}[i]", rows * cols)
+            self.copy(f"{name}[i]", f"{found.name}[i]", self.length(name))
+        if self.program.definite:
+            self.to.line("if test:")
+            self.to.depth += 1
+            self.keep("row + 1")
+            self.to.end()
 
     def leave(self):
-        pass
+        for name in self.recursion.carried.values():
+            self.copy(f"{name}_[i]", f"{name}[i]", self.length(name))

@@ -69,6 +69,8 @@ class Program:
         Where each output is found; None if it is zero.
     symmetric : frozenset of str
         Matrices of which one triangle says all.
+    definite : tuple of str
+        Results that must be positive definite, or the step gives up.
     """
 
     given: tuple
@@ -76,6 +78,7 @@ class Program:
     steps: tuple
     results: dict
     symmetric: frozenset
+    definite: tuple = ()
 
     def shape(self, name, sizes):
         """The shape of a matrix as numbers."""

@@ -71,6 +71,8 @@ def unroll(program, sizes, known=None):
             work.factor(step)
         else:
             work.substitute(step)
+    for name in program.definite:
+        work.factor(Factor(name, 0.0))
     statements = _live(work.statements, program, work.entries)
     operations = sum(s.text.count(" ") // 2 for s in statements)
     return Straight(statements, work.entries, work.given, operations)
