@@ -183,11 +183,11 @@ def _require_sendable(designs, executor):
     for name, design in designs.items():
         try:
             pickle.dumps(design)
-        except (pickle.PicklingError, AttributeError, TypeError) as error:
+        except (pickle.PicklingError, AttributeError, TypeError):
             raise ValueError(
-                f"design {name!r} cannot be sent to another process ({error}). Define "
-                "it with def in a module that can be imported, or use "
-                "functools.partial of such a function."
+                f"design {name!r} cannot be sent to another process. Define it with "
+                "def in a module that can be imported, or use functools.partial of "
+                "such a function."
             ) from None
 
 
