@@ -2,7 +2,8 @@
 
 Floating-point sums depend on their order.  Here it is fixed by the numbers of the
 runs alone: blocks of 64, joined two by two as in a binary tree over the numbers of
-the blocks.  Who computed which block, and how many at a time, leaves no trace.
+the blocks.  Who computed which block, and how many at a time, leaves no trace, nor
+does the number of threads that BLAS has there (see `simulate.times`).
 """
 
 from dataclasses import dataclass
@@ -68,21 +69,21 @@ class Batch:
         """Run by run, by `kernels.passes.side_by_side_recursion`."""
         plant, observer, (H0, H) = self.plant, self.observer, self.roots
         first, rows = int(observer.steps is not None), self.steps + 1
-        (A0, *_), H1 = plant.at(0), H if H.ndim == 2 else H[0]
-        x0, z0 = np.empty(plant.n), start(observer)
-        xi = np.empty((rows, H.shape[-1]))
+        (A0, *_), H1 = plant.at(0), (H if H.ndim == 2 else H[0])[: plant.n]
+        first_state, xi = np.empty((plant.n, 1)), np.empty((rows, H.shape[-1]))
+        z0 = start(observer)
         e, w = np.empty((2, len(seeds), rows, len(observer.L)))
         for run, seed in enumerate(seeds):
-            draw(seed, x0, xi)
-            x = plant.x0 + H0 @ x0
+            draw(seed, first_state, xi)
+            deviation = times(H0, first_state)
+            x = plant.x0[:, None] + deviation
             if first:
-                w[run, 0] = observer.L @ x
-                e[run, 0] = observer.L @ plant.x0 - w[run, 0]
+                w[run, 0] = times(observer.L, x)[:, 0]
+                e[run, 0] = times(observer.L, -deviation)[:, 0]
                 if plant.P0_is == "posterior":
-                    x = A0 @ x + H1[: plant.n] @ xi[0]
-            self.loop(
-                x=x, z=z0.copy(), xi=xi[first:], es=e[run, first:], ws=w[run, first:]
-            )
+                    x = times(A0, x) + times(H1, xi[0][:, None])
+            out = dict(es=e[run, first:], ws=w[run, first:])
+            self.loop(x=x[:, 0].copy(), z=z0.copy(), xi=xi[first:], **out)
         return e.transpose(1, 2, 0), w.transpose(1, 2, 0)
 
     @cached_property
@@ -182,9 +183,7 @@ def join(nodes):
     """
     joined = []
     for begin, level, sums in nodes:
-        while (
-            joined and joined[-1][1] == level and joined[-1][0] % 2 ** (level + 1) == 0
-        ):
+        while joined and joined[-1][1] == level and begin >> level & 1:
             begin, _, left = joined.pop()
             sums, level = _add(left, sums), level + 1
         joined.append((begin, level, sums))
