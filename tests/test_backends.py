@@ -14,7 +14,8 @@ import luenberger as lb
 from luenberger import kernels
 from luenberger.designs.compiled import Compiled
 from luenberger.designs.setting import Settings
-from luenberger.kernels import cache
+from luenberger.kernels import cache, loops
+from luenberger.kernels import numba as printer
 
 numba = pytest.importorskip("numba", reason="numba is an optional extra")
 
@@ -41,7 +42,8 @@ def plain(monkeypatch):
     """The generated code as Python, without numba."""
     monkeypatch.setattr(numba.config, "DISABLE_JIT", True)
     forget()
-    yield
+    with np.errstate(all="ignore"):  # as in compiled code
+        yield
     forget()
 
 
@@ -50,9 +52,15 @@ def forget():
     cache.compiled.cache_clear()
 
 
-@pytest.fixture(params=["scalars", "loops"])
+@pytest.fixture(params=["scalars", "loops", "large"])
 def form(request, monkeypatch, plain):
+    """Each way of writing a kernel; "large" is what large plants get."""
     monkeypatch.setattr(kernels, "UNROLLED", 10**6 * (request.param == "scalars"))
+    if request.param == "large":
+        monkeypatch.setattr(loops, "BLAS", 1)
+        monkeypatch.setattr(loops, "SHORT", 0)
+        monkeypatch.setattr(loops, "SHORT_SOLVE", 0)
+        monkeypatch.setattr(printer, "ON_STACK", 0)
     return request.param
 
 
@@ -147,9 +155,9 @@ def test_weights(weight, plain):
 
 
 @pytest.mark.parametrize("block", range(4))
-def test_any_singular_noise_is_handed_over_or_right(block, plain):
+def test_any_singular_noise_is_handed_over_or_right(block, form):
     """As in test_perfect: joint noise and P0 of every rank, against exact numbers."""
-    for seed in range(25 * block, 25 * block + 25):
+    for seed in range(15 * block, 15 * block + 15):
         plant, y, u, u0 = integer_plant(seed)
         x, P = generators.exact(plant, y, u, u0)
         run = lb.filter_data(plant, y, u, u0=u0, history=True, backend="numba")
@@ -171,7 +179,7 @@ def test_a_state_known_at_first_is_handed_over_until_it_is_not(plain, monkeypatc
     assert 1 < len(rows) < 12
 
 
-def test_a_plant_without_noise_anywhere_stays_with_numpy(plain, monkeypatch):
+def test_a_plant_without_noise_anywhere_stays_with_numpy(form, monkeypatch):
     """Every Sigma is singular: tried again now and then, never believed."""
     plant = lb.Plant(
         [[0.9, 1], [0, 0.8]], None, [[1, 0]], dt=1.0, Q=np.zeros((2, 2)), R=[[1]],
@@ -182,6 +190,25 @@ def test_a_plant_without_noise_anywhere_stays_with_numpy(plain, monkeypatch):
     rows = counted(monkeypatch)
     agree(lb.filter_data(plant, y, history=True, backend="numba"), wanted)
     assert len(rows) == 300
+
+
+def test_rows_since_the_last_test_are_taken_back(form, monkeypatch):
+    """Q and R vanish for good at instant 22, with a Sigma that was definite.
+
+    Loops look at Sigma every few rows only, so they notice late, and what they did
+    since the last look is done again by NumPy.
+    """
+    N = 40
+    Q, R = np.ones((N, 2, 2)) * np.eye(2), np.ones((N, 1, 1))
+    Q[21:] = 0
+    A = np.ones((N, 2, 2)) * [[0.9, 0.1], [0, 0.8]]
+    A[22] = [[1, 1], [1, 1]]  # Sigma is singular from here
+    plant = lb.Plant(A, None, [[1, 0]], dt=1.0, Q=Q, R=R, P0=np.eye(2))
+    y = np.random.default_rng(1).normal(size=(N - 1, 1))
+    wanted = lb.filter_data(plant, y, history=True, backend="numpy")
+    rows = counted(monkeypatch)
+    agree(lb.filter_data(plant, y, history=True, backend="numba"), wanted)
+    assert len(rows) > 10 and min(rows[1:]) >= 16
 
 
 def test_noise_free_outputs_are_refused_before_the_run():
@@ -229,32 +256,34 @@ def test_numba_scalars_for_ten_thousand_steps(m1):
     agree(*both(TRACKER, y, m1=m1))
 
 
-def test_numba_loops_for_ten_thousand_steps():
+def test_numba_loops_for_ten_thousand_steps(used):
     rng = np.random.default_rng(2)
     plant = generators.plant(rng, 6, 3, m=1, cross=False)
     y, u, u0 = generators.record(rng, plant, 10_000)
     agree(*both(plant, y, u, u0=u0), tol=1e-11)
-    assert "as loops" in last_source()
+    assert "as loops" in used[-1] and "array(" in used[-1]
 
 
-def last_source():
-    """The text of the kernel that is used for that plant, by asking again."""
-    return LAST[-1].source
+def test_numba_and_blas_for_a_large_plant(used):
+    rng = np.random.default_rng(2)
+    plant = generators.plant(rng, 45, 7, m=0, cross=False)
+    y, _, _ = generators.record(rng, plant, 40)
+    agree(*both(plant, y), tol=1e-11)
+    assert "np.dot(" in used[-1] and "np.empty(" in used[-1]
 
 
-LAST = []
-
-
-@pytest.fixture(autouse=True)
-def remember(monkeypatch):
-    over = kernels.over_record
+@pytest.fixture
+def used(monkeypatch):
+    """The texts of the kernels that are used."""
+    texts, over = [], kernels.over_record
 
     def remembered(*given):
-        LAST.append(over(*given))
-        return LAST[-1]
+        found = over(*given)
+        texts.append(found.source)
+        return found
 
-    remembered.cache_clear = over.cache_clear
     monkeypatch.setattr(kernels, "over_record", remembered)
+    return texts
 
 
 def test_numba_with_missing_outputs_and_any_kind_of_array():

@@ -1,19 +1,25 @@
-"""The stage lists that compiled loops run are proved, and notice damage."""
+"""The stage lists that compiled loops and exported C run notice damage."""
 
 import dataclasses
 
 import pytest
 from sympy.matrices.expressions import MatAdd
 
-from luenberger.derivations import Solve, one_pass
+from luenberger.derivations import Solve, on_target, one_pass
 from luenberger.derivations.algebra import ShapeError
 
 PROOFS = {
     "filter_step": one_pass._same_step,
     "padded": one_pass._same_with_fewer_outputs,
     "observer_step": one_pass._error_is_free,
+    "predict": on_target._is_the_error_ahead,
+    "update": on_target._is_the_filter,
+    "arrived": on_target._is_padded,
 }
-FOUND = {name: getattr(one_pass, name)() for name in PROOFS}
+FOUND = {
+    name: getattr(one_pass if hasattr(one_pass, name) else on_target, name)()
+    for name in PROOFS
+}
 
 
 @pytest.mark.parametrize("name", FOUND)

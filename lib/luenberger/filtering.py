@@ -125,7 +125,7 @@ def _chunk(run, y, u, history, backend):
     fast = kernels.runs_compiled(backend, run.i + len(y))
     x, variances, P, K = run.over(y, u, fast, history)
     came = ~np.isnan(y[:, list(settings.accurate)])
-    std = np.sqrt(variances.clip(0))
+    std = np.sqrt(np.maximum(variances, 0, out=variances), out=variances)
     return Filtered(
         x, std, run.Sigma if P is None else P, K, plant.n - came.sum(axis=1)
     )

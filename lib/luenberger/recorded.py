@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from .certificate import require_real
-from .kernels import entries_known, over_record, runs_compiled
+from .kernels import entries_known, over_record, plain_array, runs_compiled
 
 ESTIMATED = 1_000_000  # rows that NumPy estimates in the time that compiling takes
 
@@ -121,12 +121,12 @@ class _Run:
         sizes = (("m", u.shape[1]), ("p", y.shape[1]), ("q", q), ("r", r))
         changing = frozenset("FGDPVW" if varying else ())
         step = over_record("observer_recursion", sizes, tuple(known), changing)
-        index = np.arange(N) if varying else np.zeros(N, dtype=np.int64)
+        index = np.arange(N) if varying else np.zeros(1, dtype=np.int64)
         z, w_hats = np.array(self.z, dtype=float), np.empty((N, q))
         step(
             **given, start=0, stop=N, now=index, before=index, keep=False, z=z,
-            good=np.ones(N, dtype=bool), y=np.array(y, order="C"),
-            u=np.array(u, order="C"), w_hats=w_hats,
+            good=np.ones(N if varying else 1, dtype=bool), y=plain_array(y),
+            u=plain_array(u), w_hats=w_hats,
         )  # fmt: skip
         self.z = z
         return w_hats

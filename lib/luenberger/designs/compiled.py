@@ -37,8 +37,8 @@ class Compiled:
         if self.varying:
             now, before, good, stacks = self.instants(run, seen)
         elif complete:
-            now = before = np.zeros(len(y), dtype=np.int64)
-            good, stacks = np.ones(len(y), dtype=bool), self.constant()
+            now = before = np.zeros(1, dtype=np.int64)  # which nothing reads
+            good, stacks = np.ones(1, dtype=bool), self.constant()
         else:
             now, before, good, stacks = self.patterns(run, seen)
         changing = self.changing(complete)
@@ -50,7 +50,7 @@ class Compiled:
             known,
             changing,
         )
-        u = np.concatenate([run.u[None], u])
+        u = np.concatenate([run.u[None], u]) if plant.m else np.empty((len(y) + 1, 0))
         return Rows(kernel, now, before, good, stacks, y, seen, u)
 
     def changing(self, complete):
@@ -144,7 +144,9 @@ class Rows:
     def __init__(self, kernel, now, before, good, stacks, y, seen, u):
         self.kernel, self.seen = kernel, seen
         given = {k: _flat(np.array(X, order="C")) for k, X in stacks.items()}
-        y = np.array(np.where(seen, y, 0.0), order="C")
+        if not seen.all():
+            y = np.where(seen, y, 0.0)
+        y = kernels.plain_array(y)
         self.given = given | dict(now=now, before=before, good=good, y=y, u=u)
 
     def run(self, run, k, x, variances, P, K):

@@ -40,6 +40,12 @@ def entries_known(zero, one):
     )
 
 
+def plain_array(X):
+    """X as compiled code takes it: floats by rows, without gaps, and writable."""
+    plain = X.flags.c_contiguous and X.flags.writeable and X.dtype == float
+    return X if plain else X.astype(float, order="C")
+
+
 def _vanishes(table):
     return all(value == 0 for row in table for value in row)
 

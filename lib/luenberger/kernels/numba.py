@@ -4,7 +4,7 @@ from .loops import Writer, arrays, write, write_definite, write_turned
 from .scalars import Let
 
 TEST_EVERY = 8  # rows; the test costs as much as half a row
-ON_STACK = 8000  # numbers at most; more go to the heap
+ON_STACK = 16_000  # numbers at most, 128 kB; more go to the heap
 START = ("start", "stop", "now", "before", "good", "keep")
 
 
@@ -58,8 +58,9 @@ def source(recursion, sizes, known, changing, unrolled):
     ``run(start, stop, now, before, good, keep, ...)`` works on rows start to stop
     and returns the row at which it gave up, or stop.  Matrices come as stacks
     (S, rows * cols), of which row k uses index ``now[k]``, or ``before[k]`` for those
-    of the instant before; a matrix that is not `changing` uses index 0.  What is
-    carried comes flat and is left as after the last row that was done.
+    of the instant before; a matrix that is not `changing` uses index 0, and if none
+    is, `now`, `before` and `good` are not read.  What is carried comes flat and is
+    left as after the last row that was done.
 
     Parameters
     ----------
@@ -99,8 +100,9 @@ class _Body:
         self.read([name for name in all_ if name not in self.changing])
         self.turn()
         to.loop("row", "start_", "stop_")
-        to.line("if not good_[row]:")
-        self.give_up()
+        if self.changing:
+            to.line("if not good_[row]:")
+            self.give_up()
         self.read([name for name in all_ if name in self.changing])
         self.steps()
         for array, result, kind in self.recursion.written:
@@ -231,7 +233,8 @@ class _LoopBody(_Body):
         to.let("ok", "True")
         write(self.program, self.sizes, to, self.turned)
         if self.program.definite:
-            last = "row + 1 == stop_ or not good_[row + 1]"
+            last = "row + 1 == stop_"
+            last += " or not good_[row + 1]" if self.changing else ""
             to.let("test", f"row % {TEST_EVERY} == 0 or {last}")
             to.line("if test:")
             to.depth += 1
