@@ -45,7 +45,8 @@ ALLOWED = {
     "plot": {"show"},
     "report": NUMERIC | QUESTIONS | {"designs", "measurements", "show", "survey"},
     "results": TYPES | {"measurements", "survey"},
-    "__main__": {"measurements", "offline", "plant"},
+    "export": NUMERIC | {"designs", "filtering", "recorded"},
+    "__main__": {"export", "measurements", "observer", "offline", "plant"},
 }
 EVERYWHERE = {"numpy", "scipy"}
 SPECIAL = {

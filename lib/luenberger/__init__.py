@@ -38,7 +38,7 @@ from .stairs import staircase as staircase
 from .sweep import Sweep as Sweep
 from .sweep import sweep as sweep
 
-_ON_DEMAND = ("plot", "report")  # they import matplotlib
+_ON_DEMAND = ("export", "plot", "report")  # the last two import matplotlib
 
 
 def __getattr__(name):

@@ -101,6 +101,16 @@ def compiled(module, stages, *outputs, **options):
     return kernel(derivation(), *outputs, **options)
 
 
+def lowered(module, stages, outputs, **options):
+    """`derivations.<module>.<stages>()` as steps that a printer writes out."""
+    from importlib import import_module
+
+    from .lowering import lower
+
+    derivation = getattr(import_module(f"..derivations.{module}", __package__), stages)
+    return lower(derivation(), outputs, **options)
+
+
 def gain_step(*outputs, settled=False):
     """Omega, M, K and the next error covariance: Leondes and Novak (27)-(33).
 
