@@ -297,6 +297,33 @@ def test_a_failure_calls_off_the_rest():
     assert len(done) < 500
 
 
+@pytest.mark.parametrize("what", ["runs", "trials"])
+def test_an_interruption_calls_off_the_rest(what):
+    started = []
+
+    class Counting(concurrent.futures.ThreadPoolExecutor):
+        def submit(self, function, job):
+            return super().submit(self.late, function, job)
+
+        def late(self, function, job):
+            started.append(job)
+            time.sleep(0.01)
+            return function(job)
+
+    def interrupt(done, total):
+        raise KeyboardInterrupt
+
+    with Counting(1) as executor:
+        options = dict(executor=executor, progress=interrupt)
+        with pytest.raises(KeyboardInterrupt) as caught:  # it holds on to the frames
+            if what == "runs":
+                lb.monte_carlo(*problem(), runs=6400, steps=2, seed=1, **options)
+            else:
+                plants = {str(k): problem()[0] for k in range(100)}
+                lb.sweep({"Kalman": lb.kalman_filter}, plants, **options)
+    assert caught.value and len(started) < 40
+
+
 def test_results_keep_the_order_of_the_jobs(threads):
     jobs = [0.03, 0.0, 0.02, 0.01]
 
@@ -477,6 +504,12 @@ def test_a_bar_needs_tqdm(monkeypatch):
 def test_refusals(options, message):
     with pytest.raises(ValueError, match=message):
         runs_of_the_problem(**options)
+
+
+@pytest.mark.parametrize("seed", [None, -1, 0.5, True])
+def test_seed_is_a_number_so_that_the_runs_can_be_made_again(seed):
+    with pytest.raises(ValueError, match="seed must be"):
+        lb.monte_carlo(*problem(), runs=2, steps=2, seed=seed)
 
 
 @pytest.mark.parametrize("confidence", [0, 1, 95, np.nan])

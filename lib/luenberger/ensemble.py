@@ -1,5 +1,6 @@
 """Many simulated runs of one observer: the error's statistics, with their errors."""
 
+from contextlib import closing
 from dataclasses import dataclass
 
 import numpy as np
@@ -133,7 +134,7 @@ def monte_carlo(
     DesignError
         If the plant has no noise or initial covariance to draw from.
     ValueError
-        If runs or steps are not positive, or observer or `claimed` do not fit.
+        If a number is not what it should be, or observer or `claimed` do not fit.
     BrokenExecutor
         If a worker died and its pool does not replace it.  Nothing is returned then.
     ImportError
@@ -153,7 +154,7 @@ def monte_carlo(
     >>> found.covariance.shape, found.nees.round(1), found.runs
     ((4, 1, 1), array([0.9, 1.1, 1. , 0.9]), 200)
     """
-    _require_runs(plant, observer, runs=runs, steps=steps, chunk=chunk)
+    _require_runs(plant, observer, runs=runs, steps=steps, chunk=chunk, seed=seed)
     claim = _claim(plant, observer, steps, claimed)
     roots = noise_roots(plant, steps)
     compile = runs_compiled(backend, runs * steps, ENOUGH) and not plant.multiplicative
@@ -162,8 +163,9 @@ def monte_carlo(
     size = -(-blocks // TASKS) if chunk is None else -(-chunk // BLOCK)
     jobs = [(batch, range(a, min(a + size, blocks))) for a in range(0, blocks, size)]
     nodes = []
-    with reporting(progress, runs, "run") as report:
-        for (_, some), part in zip(jobs, in_order(sums_of, jobs, executor)):
+    parts = in_order(sums_of, jobs, executor)
+    with reporting(progress, runs, "run") as report, closing(parts):
+        for (_, some), part in zip(jobs, parts):
             nodes = join([*nodes, *part])
             report(min(some.stop * BLOCK, runs))
     return _ensemble(total(nodes), runs, steps, claim)
@@ -179,8 +181,9 @@ def _require_runs(plant, observer, **counts):
             continue
         if isinstance(value, bool) or not isinstance(value, (int, np.integer)):
             raise ValueError(f"{name} must be a whole number, got {value!r}")
-        if value < 1:
-            raise ValueError(f"{name} must be at least 1, got {value}")
+        least = 0 if name == "seed" else 1
+        if value < least:
+            raise ValueError(f"{name} must be at least {least}, got {value}")
 
 
 def _claim(plant, observer, steps, claimed):

@@ -1,6 +1,7 @@
 """A table of design problems: every design on every plant, here or on many workers."""
 
 import pickle
+from contextlib import closing
 from dataclasses import dataclass
 
 import numpy as np
@@ -138,9 +139,9 @@ def sweep(designs, plants, *, executor=None, progress=False):
         for name, design in designs.items()
     ]
     _require_sendable(designs, executor)
-    trials = []
-    with reporting(progress, len(jobs), "trial") as report:
-        for trial in in_order(_trial, jobs, executor):
+    trials, made = [], in_order(_trial, jobs, executor)
+    with reporting(progress, len(jobs), "trial") as report, closing(made):
+        for trial in made:
             trials.append(trial)
             report(len(trials))
     return Sweep(tuple(trials))
