@@ -9,9 +9,16 @@ import subprocess
 import generators
 import numpy as np
 import pytest
+import sympy as sp
 
 import luenberger as lb
+from luenberger.derivations import Derivation, Solve, Stage, on_target
+from luenberger.export import code as code_module
 from luenberger.export import to_c
+from luenberger.export.code import Module
+from luenberger.kernels.c import C
+from luenberger.kernels.lowering import lower
+from luenberger.kernels.numpy import kernel
 
 GCC = shutil.which("gcc") or shutil.which("cc")
 needs_compiler = pytest.mark.skipif(GCC is None, reason="there is no C compiler")
@@ -378,6 +385,80 @@ def test_zeros_and_ones_cost_nothing(tmp_path):
     sparse = to_c(tracker(B=None), tmp_path / "sparse")[1]
     what = "a sample with every output"
     assert said(sparse, what) < 0.6 * said(dense, what)
+
+
+def awkward():
+    """Fractions, identities, transposes of sums and of products, a copy, a zero."""
+    n, m = sp.symbols("n m", integer=True)
+    A, B, S = (sp.MatrixSymbol(k, n, n) for k in "ABS")
+    H, x = sp.MatrixSymbol("H", m, n), sp.MatrixSymbol("x", n, 1)
+    one = sp.Identity(n)
+    X, Y, U, V, W = (sp.MatrixSymbol(k, n, n) for k in "XYUVW")
+    y, G = sp.MatrixSymbol("y", m, 1), sp.MatrixSymbol("G", n, m)
+    stages = (
+        Stage(X, A * (B - 3 * one) * A.T / 7),
+        Stage(Y, X.T),
+        Stage(U, (A + B).T * Y + 2 * one - B.T - A / 3),
+        Stage(V, Solve(U, S)),
+        Stage(W, A.T * S * A + A * S * A.T, symmetric=True),
+        Stage(y, H * x - H * A.T * x),
+        Stage(G, (H * W).T),
+    )
+    return Derivation((A, B, S, H, x), stages, steps={"none": sp.S.Zero})
+
+
+LISTS = {
+    "update": on_target.update,
+    "predict": on_target.predict,
+    "arrived": on_target.arrived,
+    "awkward": awkward,
+}
+
+
+@needs_compiler
+@pytest.mark.parametrize("constant", [False, True], ids=["given", "tables"])
+@pytest.mark.parametrize("stages", LISTS.values(), ids=LISTS)
+def test_loops_by_rows_agree_with_the_generic_kernel(stages, constant, tmp_path):
+    derivation, sizes = stages(), {"n": 4, "p": 3, "m": 2}
+    rng, given = np.random.default_rng(3), {}
+    for symbol in derivation.given:
+        shape = [sizes[d.name] if d.is_Symbol else int(d) for d in symbol.shape]
+        given[symbol.name] = rng.normal(size=shape)
+        if symbol.name in (
+            "R",
+            "S",
+            "Q",
+            "Sigma",
+            "Omega",
+            "R_all",
+            "Q_all",
+            "Inverse",
+        ):
+            if shape[0] == shape[1]:
+                given[symbol.name] = given[symbol.name] @ given[symbol.name].T
+    for name in {"Seen", "Taken"} & set(given):
+        given[name] = np.diag([1.0, 0, 1] if name == "Seen" else [0.0, 0, 1])
+    step = kernel(derivation)
+    wanted = step(**{k: given[k] for k in step.given})
+    program = lower(derivation)
+    to, module = C("double"), Module("unit", "double")
+    tables = given if constant else {}
+    results = {k: (f"out_{k}", X.size) for k, X in wanted.items()}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(code_module, "SHORT", -1)  # never scalars
+        module.steps(program, sizes, to, tables, {}, results)
+    places = [] if constant else [f"const double {k}[]" for k in program.given]
+    head = ", ".join(places + [f"double out_{k}[]" for k in results])
+    prototype = f"int unit({head})"
+    text = [*module.table_lines(), f"{prototype};", prototype, "{", *to.lines]
+    (tmp_path / "unit.c").write_text("\n".join([*text, "return 0;", "}", ""]))
+    gcc("-shared", "-fPIC", "-o", tmp_path / "unit.so", tmp_path / "unit.c")
+    found = {k: np.full(X.shape, np.nan) for k, X in wanted.items()}
+    arrays = [] if constant else [np.array(given[k], order="C") for k in program.given]
+    pointers = [X.ctypes.data_as(ctypes.c_void_p) for X in (*arrays, *found.values())]
+    assert ctypes.CDLL(str(tmp_path / "unit.so")).unit(*pointers) == 0
+    for name, X in wanted.items():
+        np.testing.assert_allclose(found[name], X, rtol=0, atol=1e-12 * np.abs(X).max())
 
 
 def test_text_is_the_same_every_time(tmp_path):

@@ -8,7 +8,7 @@ from ..designs.setting import Settings, require_start
 from ..errors import DesignError
 from ..filtering import filter_data
 from ..kernels import lowered
-from ..linalg import symmetrise
+from ..linalg import require_detectable, symmetrise
 from . import pair
 from .code import Cost, Module
 from .constant import inputs
@@ -110,6 +110,7 @@ class _Filter:
             {k: representable(k, X, module.real) for k, X in matrices.items()}
             for matrices in (full, whole)
         )
+        self.guarded = bool(settings.accurate) or undriven(now.As, now.Qs)
         complete, lean = self.complete()
         predict, after = self.predict()
         partial, before = self.partial()
@@ -132,7 +133,7 @@ class _Filter:
             ["x", "Sigma", "x_minus_next", "Omega_next"],
             zero=_zero(self.full),
             symmetric=("Q", "R", "Omega"),
-            definite=("Sigma",),
+            definite=("Sigma",) if self.guarded else (),
             same=() if self.cross else [("As", "A")],
         )
         places = {k: f"state->{k}" for k in ("x_minus", "Omega")}
@@ -273,6 +274,20 @@ class _Filter:
                 "",
             ]
         )
+
+
+def undriven(As, Q):
+    """Whether a mode that does not decay has no noise to drive it.
+
+    A Kalman filter without such a mode forgets what rounding did to its covariance.
+    With one, a negative variance may run away, so definiteness is then tested at
+    every sample; for accurate outputs it always is.
+    """
+    try:
+        require_detectable(As.T, Q)
+    except DesignError:
+        return True
+    return False
 
 
 def _zero(given):
