@@ -14,7 +14,7 @@ import luenberger as lb
 from luenberger import kernels
 from luenberger.designs.compiled import Compiled
 from luenberger.designs.setting import Settings
-from luenberger.kernels import cache, loops
+from luenberger.kernels import cache, loops, solves
 from luenberger.kernels import numba as printer
 
 numba = pytest.importorskip("numba", reason="numba is an optional extra")
@@ -59,7 +59,7 @@ def form(request, monkeypatch, plain):
     if request.param == "large":
         monkeypatch.setattr(loops, "BLAS", 1)
         monkeypatch.setattr(loops, "SHORT", 0)
-        monkeypatch.setattr(loops, "SHORT_SOLVE", 0)
+        monkeypatch.setattr(solves, "SHORT_SOLVE", 0)
         monkeypatch.setattr(printer, "ON_STACK", 0)
     return request.param
 

@@ -17,7 +17,7 @@ from test_kernels import SIZES, exact_inputs, exact_step
 from worlds import STAGE_LISTS
 
 from luenberger.derivations import Derivation, Solve, Stage, one_pass, recursions
-from luenberger.kernels import c, entries_known, numba, passes, scalars
+from luenberger.kernels import c, entries_known, loops, numba, passes, scalars, solves
 from luenberger.kernels.loops import arrays, write
 from luenberger.kernels.lowering import lower
 from luenberger.kernels.numpy import kernel
@@ -158,6 +158,18 @@ def test_printers_agree_with_the_generic_kernel(stage_list):
 def test_c_agrees_with_exact_arithmetic(unrolled, stage_list, compile_c):
     derivation, program, given, wanted = stage_list
     failed, found = compile_c(program, given, unrolled=unrolled)
+    assert failed == 0
+    close(found, wanted)
+
+
+def test_loops_as_large_matrices_get_them(stage_list, compile_c, monkeypatch):
+    """BLAS where a language has it, and no inner loop written out."""
+    derivation, program, given, wanted = stage_list
+    monkeypatch.setattr(loops, "BLAS", 1)
+    monkeypatch.setattr(loops, "SHORT", 0)
+    monkeypatch.setattr(solves, "SHORT_SOLVE", 0)
+    close(by_loops(program, given), wanted)
+    failed, found = compile_c(program, given)
     assert failed == 0
     close(found, wanted)
 

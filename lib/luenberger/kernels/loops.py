@@ -8,7 +8,7 @@ is the same for Python and C.
 import math
 
 from .program import IDENTITY, Assign, Factor
-from .solves import SHORT_SOLVE, Solves
+from .solves import Solves
 
 SHORT = 12  # an inner product this short is written in one line
 BLAS = 8000  # multiplications from which a product is left to BLAS
@@ -87,7 +87,7 @@ def arrays(program, sizes, writer):
     for step in (*program.steps, *(Factor(name, 0.0) for name in program.definite)):
         if isinstance(step, Factor):
             rows, cols = program.shape(step.matrix, sizes)
-            if not step.tol or rows > SHORT_SOLVE:
+            if not (step.tol and work.is_short(step.matrix)):
                 lengths[f"{step.matrix}_l"] = rows * cols
             continue
         rows, cols = program.shape(step.target, sizes)
