@@ -125,6 +125,24 @@ def test_generated_code_agrees_with_rational_arithmetic(kind, form):
     assert generators.relative(run.x, x) < 1e-12
 
 
+@pytest.mark.parametrize("spread, noise", [(1e8, 1e-4), (1e6, 1e-10), (1e-8, 1e4)])
+def test_the_covariance_is_as_accurate_as_joseph_form(spread, noise, plain):
+    """P0 and R far apart, where Omega - K (Omega C')' loses what Joseph's keeps."""
+    for seed in range(3):
+        rng = np.random.default_rng(seed)
+        plant = generators.plant(rng, 3, 2, m=0, cross=False)
+        plant = lb.Plant(
+            plant.A, None, plant.C, dt=1.0, Q=plant.Q, R=noise * plant.R,
+            P0=spread * plant.P0,
+        )  # fmt: skip
+        y, _, _ = generators.record(rng, plant, 6)
+        _, P = generators.exact(plant, y)
+        errors = []
+        for run in reversed(both(plant, y)):
+            errors.append(max(map(generators.relative, run.P, P)))
+        assert errors[1] < 20 * errors[0] + 1e-14
+
+
 @pytest.mark.parametrize("varying", ["A", "C", "R", "E"])
 def test_one_matrix_that_changes(varying, plain):
     rng, N = np.random.default_rng(3), 20
@@ -228,6 +246,20 @@ def test_noise_free_for_a_while_and_a_contradiction(plain):
     for backend in ("numpy", "numba"):
         with pytest.raises(lb.DesignError, match="instant 11 .*contradict"):
             lb.filter_data(plant, y, backend=backend)
+
+
+def test_rows_with_noise_free_outputs_are_numpys(plain, monkeypatch):
+    """Their covariance is singular, and NumPy clears what is only rounding in it."""
+    N, R = 30, np.ones((30, 1, 1))
+    R[10:13] = 0
+    given = dict(dt=1.0, Q=np.eye(2), P0=np.eye(2))
+    A, y = [[0.9, 0.1], [0, 0.8]], np.random.default_rng(1).normal(size=(N - 1, 1))
+    plant = lb.Plant(A, None, [[1, 0]], R=R, **given)
+    wanted = lb.filter_data(plant, y, history=True, backend="numpy")
+    rows = counted(monkeypatch)
+    found = lb.filter_data(plant, y, history=True, backend="numba")
+    agree(found, wanted)
+    assert rows == [0, 9, 10, 11]  # instants 1, 10, 11, 12
 
 
 def test_overflow_is_not_hidden(plain):
