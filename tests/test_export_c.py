@@ -19,6 +19,7 @@ from luenberger.export.code import Module
 from luenberger.kernels.c import C
 from luenberger.kernels.lowering import lower
 from luenberger.kernels.numpy import kernel
+from luenberger.linalg import semidefinite
 
 GCC = shutil.which("gcc") or shutil.which("cc")
 needs_compiler = pytest.mark.skipif(GCC is None, reason="there is no C compiler")
@@ -237,6 +238,44 @@ def test_rounding_does_not_make_a_variance_negative(compiled):
     # rounding grows until the mode has the variance that settles it; then it is gone
     for part in (slice(10), slice(-100, None)):
         assert generators.relative(found[part], wanted.x[part]) < 1e-9
+
+
+def test_definiteness_is_tested_where_rounding_could_run_away(tmp_path):
+    def tested(source, **options):
+        text = to_c(source, tmp_path, **options)[0].read_text()
+        return "Sigma_0_0 > 0.0" in text.partition("observer_definite")[0]
+
+    assert tested(undriven()) and tested(tracker(), m1=1)
+    assert not tested(tracker())
+
+
+@needs_compiler
+@pytest.mark.parametrize("dtype", ["double", "float"])
+def test_repair_is_that_of_the_library(dtype, tmp_path):
+    to_c(plant(5, 2), tmp_path, name="unit", dtype=dtype)
+    text = f"void repair({dtype} *, const {dtype} *);\n"
+    text += (
+        f"void repair({dtype} *S, const {dtype} *O) {{ unit_semidefinite(S, O); }}\n"
+    )
+    (tmp_path / "whole.c").write_text('#include "unit.c"\n' + text)
+    gcc("-shared", "-fPIC", "-o", tmp_path / "unit.so", tmp_path / "whole.c")
+    repair, rng = (
+        ctypes.CDLL(str(tmp_path / "unit.so")).repair,
+        np.random.default_rng(7),
+    )
+    kind, tol = (np.float64, 1e-13) if dtype == "double" else (np.float32, 1e-5)
+    for least in (0.5, 0.0, -1e-3, -0.2):
+        V, _ = np.linalg.qr(rng.normal(size=(5, 5)))
+        units = np.diag([1e3, 1, 1e-3, 1, 50])
+        X = units @ (V @ np.diag([least, 0.1, 0.3, 0.3, 0.9]) @ V.T) @ units
+        X, Omega = np.array((X + X.T) / 2, kind), np.array(units @ units, kind)
+        wanted = semidefinite(X.astype(float), Omega.astype(float))
+        repair(*(M.ctypes.data_as(ctypes.c_void_p) for M in (X, Omega)))
+        inverse = np.linalg.inv(units)
+        np.testing.assert_allclose(
+            inverse @ X @ inverse, inverse @ wanted @ inverse, rtol=0, atol=tol
+        )
+        np.testing.assert_array_equal(X, X.T)
 
 
 @needs_compiler
