@@ -73,6 +73,8 @@ def _settings(plant, m1, weight, real):
             "the plant varies with time, and a device has no room for its matrices at "
             "every instant; give a constant plant"
         )
+    if plant.p == 0:
+        raise DesignError("the plant has no outputs, so there is nothing to filter")
     if isinstance(weight, str):
         raise DesignError(
             "weight='canonical' depends on which outputs arrive; give the matrix"
