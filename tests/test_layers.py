@@ -35,7 +35,10 @@ ALLOWED = {
     "designs": NUMERIC | {"optimality", "stairs"},
     "recorded": NUMERIC,
     "simulate": NUMERIC | {"recorded"},
-    "ensemble": NUMERIC | {"recorded", "simulate"},
+    "parallel": set(),
+    "batches": NUMERIC | {"recorded", "simulate"},
+    "ensemble": NUMERIC | {"analysis", "batches", "parallel", "simulate"},
+    "sweep": NUMERIC | {"analysis", "parallel", "show"},
     "analysis": NUMERIC,
     "filtering": NUMERIC | {"designs", "recorded"},
     "measurements": NUMERIC | QUESTIONS,
@@ -44,7 +47,8 @@ ALLOWED = {
     "plot": {"show"},
     "report": NUMERIC | QUESTIONS | {"designs", "measurements", "show", "survey"},
     "results": TYPES | {"measurements", "survey"},
-    "__main__": {"measurements", "offline", "plant"},
+    "export": NUMERIC | {"designs", "filtering", "recorded"},
+    "__main__": {"export", "measurements", "observer", "offline", "plant"},
 }
 EVERYWHERE = {"numpy", "scipy"}
 SPECIAL = {
@@ -57,8 +61,8 @@ SPECIAL = {
 # Optional packages: only inside a function of these layers.
 INSIDE_A_FUNCTION = {
     "export": {"control"},
-    "ensemble": {"dask"},
-    "kernels": {"numba"},
+    "parallel": {"tqdm"},
+    "kernels": {"numba", "llvmlite"},
     "offline": {"nbclient", "nbconvert", "nbformat", "latex2mathml"},
 }
 FILES = sorted(
@@ -135,6 +139,7 @@ def test_this_test_reads_imports(source, found):
 
 def test_importing_the_library_is_light():
     heavy = ("sympy", "matplotlib", "numba", "control", "nbformat", "IPython")
+    heavy += ("concurrent.futures.process", "dask", "tqdm")
     code = (
         "import sys, luenberger\n"
         f"heavy = {heavy!r}\n"

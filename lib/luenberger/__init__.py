@@ -41,8 +41,10 @@ from .simulate import Run as Run
 from .simulate import simulate as simulate
 from .stairs import Staircase as Staircase
 from .stairs import staircase as staircase
+from .sweep import Sweep as Sweep
+from .sweep import sweep as sweep
 
-_ON_DEMAND = ("plot", "report")  # they import matplotlib
+_ON_DEMAND = ("export", "plot", "report")  # the last two import matplotlib
 
 
 def __getattr__(name):

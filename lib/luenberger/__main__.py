@@ -1,4 +1,8 @@
-"""The command line: python -m luenberger design PLANT.json --out DIR."""
+"""The command line.
+
+python -m luenberger design PLANT.json --out DIR
+python -m luenberger export OBSERVER.json --c DIR
+"""
 
 import argparse
 import contextlib
@@ -10,6 +14,8 @@ import tempfile
 from pathlib import Path
 
 from . import measurements, offline
+from .export import to_c
+from .observer import Observer
 from .plant import Plant
 
 REPORT = "report.html"
@@ -23,7 +29,7 @@ def main(arguments=None):
     # ended from outside is like interrupted: temporary folders are to be removed
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))
     try:
-        design(options.plant, options.out, options.data)
+        options.run(options)
     except OSError as error:
         where = f"{error.filename}: " if error.filename else ""
         return _fail(f"{where}{error.strerror or error}")
@@ -40,12 +46,19 @@ def _parser():
         prog="python -m luenberger", description="Reduced-order state observers."
     )
     commands = parser.add_subparsers(dest="command", required=True)
+    _design_options(commands)
+    _export_options(commands)
+    return parser
+
+
+def _design_options(commands):
     one = commands.add_parser(
         "design",
         help="design observers of every order for a plant, and write a report",
         description="Design observers of every order for a plant, compare them, and "
         "write a report, the recommended observer and, with measurements, estimates.",
     )
+    one.set_defaults(run=lambda given: design(given.plant, given.out, given.data))
     one.add_argument("plant", type=Path, metavar="PLANT.json")
     one.add_argument(
         "--out", type=Path, required=True, metavar="DIR", help="folder for the results"
@@ -56,7 +69,36 @@ def _parser():
         metavar="DATA.csv",
         help="measurements, in columns named after the plant's outputs and inputs",
     )
-    return parser
+
+
+def _export_options(commands):
+    one = commands.add_parser(
+        "export",
+        help="write an observer as C99 source",
+        description="Write an observer as C99 source that allocates nothing: NAME.c "
+        "and NAME.h. Compiled with -DNAME_SELFTEST it is a program that ends with 0 "
+        "if it computes what Python does.",
+    )
+    one.set_defaults(run=export)
+    one.add_argument("observer", type=Path, metavar="OBSERVER.json")
+    one.add_argument(
+        "--c", type=Path, required=True, metavar="DIR", help="folder for the two files"
+    )
+    one.add_argument(
+        "--plant", type=Path, metavar="PLANT.json", help="names for the comments"
+    )
+    one.add_argument("--name", default="observer", help="of files and functions")
+    one.add_argument("--float", action="store_true", help="float instead of double")
+
+
+def export(options):
+    """Write an observer as C and print what was written."""
+    observer = Observer.from_json(options.observer)
+    plant = None if options.plant is None else Plant.from_json(options.plant)
+    dtype = "float" if options.float else "double"
+    given = dict(plant=plant, name=options.name, dtype=dtype)
+    for path in to_c(observer, options.c, **given):
+        print(path)
 
 
 def design(plant_path, out, data_path=None):

@@ -1,0 +1,92 @@
+"""Words of others in C source: names that are refused, comments, numbers."""
+
+import re
+
+import numpy as np
+
+LONGEST = 24  # C99 tells external names apart by 31 characters, and _state is added
+KEYWORDS = frozenset(
+    "auto break case char const continue default do double else enum extern float for "
+    "goto if inline int long register restrict return short signed sizeof static "
+    "struct switch typedef union unsigned void volatile while main "
+    # of C++, where the header may be included
+    "alignas alignof and asm bool catch class compl concept consteval constexpr "
+    "decltype delete dynamic_cast explicit export false friend mutable namespace new "
+    "noexcept not nullptr operator or private protected public requires static_assert "
+    "template this throw thread_local true try typeid typename using virtual wchar_t "
+    "xor".split()
+)
+HEADERS = frozenset(
+    "assert complex ctype errno fenv float inttypes iso646 limits locale math setjmp "
+    "signal stdarg stdbool stddef stdint stdio stdlib string tgmath time wchar "
+    "wctype".split()
+)
+
+
+def identifier(name):
+    """Return `name` if it can begin the names of a C module, else raise."""
+    if not isinstance(name, str) or not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name):
+        raise ValueError(
+            f"name must be a C identifier, a letter and then letters, digits or "
+            f"underscores, got {name!r}"
+        )
+    if name in KEYWORDS or name in HEADERS or "__" in name:
+        what = "a word of C" if name in KEYWORDS else "reserved in C"
+        what = "the name of a standard header" if name in HEADERS else what
+        raise ValueError(f"name {name!r} is {what}; take another, e.g. 'my_{name}'")
+    if len(name) > LONGEST:
+        raise ValueError(
+            f"name {name!r} has {len(name)} characters; compilers need tell apart no "
+            f"more than 31, of which _state takes 6: take at most {LONGEST}"
+        )
+    return name
+
+
+def quoted(text):
+    """Any text as one quoted line of printable ASCII."""
+    text = text.encode("unicode_escape").decode("ascii")
+    return '"' + text.replace('"', "'") + '"'
+
+
+def comment(lines):
+    """Lines of ASCII as one C comment, which nothing in them opens or ends."""
+    return (
+        ["/* " + unpaired(lines[0])]
+        + [f" * {unpaired(line)}".rstrip() for line in [*lines[1:]]]
+        + [" */"]
+    )
+
+
+def unpaired(text):
+    """The text without comment marks and trigraphs, which compilers read."""
+    for pair in ("*/", "/*", "//", "??"):
+        while pair in text:
+            text = text.replace(pair, f"{pair[0]} {pair[1]}")
+    return text
+
+
+def representable(name, array, real):
+    """The array as numbers of the C type, or an error if they leave its range."""
+    array = np.asarray(array, dtype=float)
+    if real == "double":
+        return array
+    with np.errstate(over="ignore"):
+        narrow = array.astype(np.float32).astype(float)
+    if not np.isfinite(narrow).all():
+        where = np.argwhere(~np.isfinite(narrow))[0].tolist()
+        raise ValueError(
+            f"{name}{where} is {array[tuple(where)]:.3g}, beyond the range of float; "
+            "scale the units, or export double"
+        )
+    return narrow
+
+
+def listed(array, per_line=4):
+    """Numbers between braces; NaN is C99's NAN."""
+    numbers = [repr(float(v)) if v == v else "NAN" for v in np.ravel(array)] or ["0.0"]
+    rows = [
+        ", ".join(numbers[k : k + per_line]) for k in range(0, len(numbers), per_line)
+    ]
+    if len(rows) == 1:
+        return f"{{{rows[0]}}}"
+    return "{\n        " + ",\n        ".join(rows) + "\n    }"

@@ -1,0 +1,235 @@
+"""Write a lowered program out as loops over arrays at frozen sizes.
+
+Arrays are flat, row by row, so an index is written out with the size in it, and a
+transpose is an index turned round.  A `Writer` knows a language; what the loops are
+is the same for Python and C.
+"""
+
+import math
+
+from .program import IDENTITY, Assign, Factor
+from .solves import Solves
+
+SHORT = 12  # an inner product this short is written in one line
+BLAS = 8000  # multiplications from which a product is left to BLAS
+
+
+class Writer:
+    """Lines of code in a language with loops; indented by four."""
+
+    has_blas = False  # with `multiply`, the product of two views into an array
+    turns = False  # a transpose on the right is copied, so that loops run along rows
+
+    def __init__(self, depth=1):
+        self.lines, self.depth = [], depth
+
+    def line(self, text):
+        self.lines.append("    " * self.depth + text)
+
+    def let(self, name, text):
+        """A scalar that changes."""
+        raise NotImplementedError
+
+    def loop(self, index, start, stop):
+        raise NotImplementedError
+
+    def end(self):
+        """End of a loop or a condition."""
+        raise NotImplementedError
+
+    def need(self, text):
+        """Note a failure unless the condition holds."""
+        raise NotImplementedError
+
+    def set(self, target, text, sign="="):
+        self.line(f"{target} {sign} {text}" + self.stop)
+
+
+def write(program, sizes, writer, turned=()):
+    """Write every step of `program` at `sizes`; arrays are there, of their size.
+
+    Of the matrices `turned` a transpose has been written before.
+    """
+    work = _Loops(program, sizes, writer)
+    work.turned.update(turned)
+    for step in program.steps:
+        if step_tag := getattr(step, "equation", ""):
+            writer.line(f"{writer.comment} {step_tag}")
+        if isinstance(step, Assign):
+            work.assign(step)
+        elif isinstance(step, Factor):
+            short = work.is_short(step.matrix)
+            (work.factor_short if short else work.factor)(step)
+        else:
+            short = work.is_short(step.matrix)
+            (work.substitute_short if short else work.substitute)(step)
+
+
+def write_definite(program, sizes, writer):
+    """Write the tests that results are positive definite."""
+    for name in program.definite:
+        _Loops(program, sizes, writer).factor(Factor(name, 0.0))
+
+
+def write_turned(program, sizes, writer, names):
+    """Write the transposes that the steps need of `names`, and say which they are."""
+    work = _Loops(program, sizes, writer)
+    for step in program.steps:
+        for term in step.terms if isinstance(step, Assign) else ():
+            if work.wants_turned(step, term) and term.factors[1].name in names:
+                work.turn(term.factors[1].name)
+    return work.turned
+
+
+def arrays(program, sizes, writer):
+    """Lengths of the arrays that the steps write, factors included, by name."""
+    lengths, work = {}, _Loops(program, sizes, writer)
+    for step in (*program.steps, *(Factor(name, 0.0) for name in program.definite)):
+        if isinstance(step, Factor):
+            rows, cols = program.shape(step.matrix, sizes)
+            if not (step.tol and work.is_short(step.matrix)):
+                lengths[f"{step.matrix}_l"] = rows * cols
+            continue
+        rows, cols = program.shape(step.target, sizes)
+        lengths[step.target] = rows * cols
+        for k, term in enumerate(step.terms if isinstance(step, Assign) else ()):
+            if work.is_large(step, term):
+                lengths[f"{step.target}_b{k}"] = rows * cols
+            elif work.wants_turned(step, term):
+                name = term.factors[1].name
+                lengths[f"{name}_T"] = math.prod(program.shape(name, sizes))
+    return lengths
+
+
+def inner_width(program, sizes, term):
+    rows, cols = program.shape(term.factors[0].name, sizes)
+    return rows if term.factors[0].turned else cols
+
+
+class _Loops(Solves):
+    def __init__(self, program, sizes, writer):
+        self.program, self.sizes, self.to = program, sizes, writer
+        self.turned = set()
+
+    def at(self, name, i, j):
+        _, cols = self.program.shape(name, self.sizes)
+        if cols == 1:
+            return f"{name}[{i}]"
+        return f"{name}[{i} * {cols} + {j}]"
+
+    def of(self, operand, i, j):
+        i, j = (j, i) if operand.turned else (i, j)
+        return self.at(operand.name, i, j)
+
+    def assign(self, step):
+        to = self.to
+        rows, cols = self.program.shape(step.target, self.sizes)
+        parts = list(enumerate(step.terms))
+        added = [t for _, t in parts if len(t.factors) == 1]
+        large = [(k, t) for k, t in parts if self.is_large(step, t)]
+        small = [
+            (k, t) for k, t in parts if len(t.factors) == 2 and (k, t) not in large
+        ]
+        for k, term in large:
+            to.multiply(f"{step.target}_b{k}", *map(self.view, term.factors))
+        for _, term in small:
+            if self.wants_turned(step, term):
+                self.turn(term.factors[1].name)
+        to.loop("i", 0, rows)
+        for k, term in small:
+            self.load_row(k, term)
+        to.loop("j", "i" if step.symmetric else 0, cols)
+        to.let("s", self.sum([t for t in added if t.factors[0].name != IDENTITY]))
+        for k, term in large:
+            product = f"{step.target}_b{k}[i * {cols} + j]"
+            to.set("s", *_signed(term.scale, product))
+        for k, term in small:
+            self.add_product(k, term, self.wants_turned(step, term))
+        to.set(self.at(step.target, "i", "j"), "s")
+        to.end()
+        to.end()
+        if step.symmetric:
+            to.loop("i", 1, rows)
+            to.loop("j", 0, "i")
+            to.set(self.at(step.target, "i", "j"), self.at(step.target, "j", "i"))
+            to.end()
+            to.end()
+        for term in added:
+            if term.factors[0].name == IDENTITY:
+                to.loop("i", 0, rows)
+                to.set(self.at(step.target, "i", "i"), *_signed(term.scale, "1.0"))
+                to.end()
+
+    def is_large(self, step, term):
+        """Whether a product is better left to BLAS."""
+        if not self.to.has_blas or len(term.factors) == 1:
+            return False
+        rows, cols = self.program.shape(step.target, self.sizes)
+        work = rows * cols * inner_width(self.program, self.sizes, term)
+        return cols > 1 and work >= BLAS
+
+    def wants_turned(self, step, term):
+        """Whether the right factor's columns are better copied into rows first."""
+        if not self.to.turns or len(term.factors) == 1 or self.is_large(step, term):
+            return False
+        rows, cols = self.program.shape(step.target, self.sizes)
+        return term.factors[1].turned and rows > 1 and cols > 1
+
+    def turn(self, name):
+        """Write the transpose of a matrix into an array, once."""
+        if name not in self.turned:
+            self.turned.add(name)
+            to, (rows, cols) = self.to, self.program.shape(name, self.sizes)
+            to.loop("i", 0, rows)
+            to.loop("j", 0, cols)
+            to.set(f"{name}_T[j * {rows} + i]", self.at(name, "i", "j"))
+            to.end()
+            to.end()
+
+    def view(self, operand):
+        return (
+            operand.name,
+            *self.program.shape(operand.name, self.sizes),
+            operand.turned,
+        )
+
+    def load_row(self, k, term):
+        """Row i of a short left factor, into scalars."""
+        width = inner_width(self.program, self.sizes, term)
+        for m in range(width if width <= SHORT else 0):
+            self.to.let(f"a{k}_{m}", self.of(term.factors[0], "i", m))
+
+    def add_product(self, k, term, turned):
+        """Add entry (i, j) of a product to s: in one line where the sum is short."""
+        to, (left, right) = self.to, term.factors
+        rows, _ = self.program.shape(right.name, self.sizes)
+
+        def entry(m):
+            if turned:
+                return f"{right.name}_T[{m} * {rows} + j]"
+            return self.of(right, m, "j")
+
+        width = inner_width(self.program, self.sizes, term)
+        if 0 < width <= SHORT:
+            parts = (f"a{k}_{m} * {entry(m)}" for m in range(width))
+            to.set("s", *_signed(term.scale, " + ".join(parts), width > 1))
+            return
+        to.loop("k", 0, width)
+        product = f"{self.of(left, 'i', 'k')} * {entry('k')}"
+        to.set("s", *_signed(term.scale, product))
+        to.end()
+
+    def sum(self, terms):
+        text = ""
+        for term in sorted(terms, key=lambda term: term.scale < 0):
+            value, sign = _signed(term.scale, self.of(term.factors[0], "i", "j"))
+            text += f" {sign[0]} {value}" if text else f"{sign[0]}{value}".lstrip("+")
+        return text or "0.0"
+
+
+def _signed(scale, text, is_sum=False):
+    """The text times |scale|, and the operator that adds it with its sign."""
+    size = abs(scale)
+    text = f"({text})" if is_sum and size != 1 else text
+    text = text if size == 1 else f"{float(size)!r} * {text}"
+    return text, "-=" if scale < 0 else "+="

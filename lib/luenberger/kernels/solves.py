@@ -1,0 +1,96 @@
+"""Factors L d L' and substitution through them, as loops or, when small, as scalars."""
+
+SHORT_SOLVE = 6  # a factor this small is written as scalars
+
+
+class Solves:
+    """Writes `Factor` and `Substitute`; the rest of the writing is `loops`."""
+
+    def factor_short(self, step):
+        """The factor of a small M as scalars: L, and 1 / d as {M}_i0, {M}_i1, ..."""
+        to, M = self.to, step.matrix
+        for i in range(self.program.shape(M, self.sizes)[0]):
+            for j in range(i):  # L d, and L
+                rest = "".join(f" - {M}_a{i}_{k} * {M}_l{j}_{k}" for k in range(j))
+                to.let(f"{M}_a{i}_{j}", self.at(M, i, j) + rest)
+                to.let(f"{M}_l{i}_{j}", f"{M}_a{i}_{j} * {M}_i{j}")
+            rest = "".join(f" - {M}_a{i}_{k} * {M}_l{i}_{k}" for k in range(i))
+            to.let(f"{M}_d{i}", self.at(M, i, i) + rest)
+            to.need(f"{M}_d{i} > {step.tol!r} * {self.at(M, i, i)}")
+            to.let(f"{M}_i{i}", f"1.0 / {M}_d{i}")
+
+    def substitute_short(self, step):
+        """target L d L' = right, row by row, a row as scalars."""
+        to, M, target = self.to, step.matrix, step.target
+        rows, size = self.program.shape(target, self.sizes)
+        to.loop("i", 0, rows)
+        for j in range(size):
+            rest = "".join(f" - {M}_l{j}_{k} * f{k}" for k in range(j))
+            to.let(f"f{j}", self.of(step.right, "i", j) + rest)
+        for j in reversed(range(size)):
+            rest = (f" - {M}_l{k}_{j} * g{k}" for k in range(j + 1, size))
+            to.let(f"g{j}", f"f{j} * {M}_i{j}" + "".join(rest))
+            to.set(self.at(target, "i", j), f"g{j}")
+        to.end()
+
+    def is_short(self, M):
+        return self.program.shape(M, self.sizes)[0] <= SHORT_SOLVE
+
+    def factor(self, step):
+        """matrix = L d L': L below the diagonal of the array, 1 / d on it.
+
+        The row under work holds L d above... until its pivot is known.
+        """
+        to, M, name = self.to, step.matrix, f"{step.matrix}_l"
+        size, _ = self.program.shape(M, self.sizes)
+
+        def L(i, j):
+            return f"{name}[{i} * {size} + {j}]"
+
+        to.loop("i", 0, size)
+        to.loop("j", 0, "i")  # L d in row i, column by column
+        to.let("s", self.at(M, "i", "j"))
+        to.loop("k", 0, "j")
+        to.set("s", f"{L('i', 'k')} * {L('j', 'k')}", "-=")
+        to.end()
+        to.set(L("i", "j"), "s")
+        to.end()
+        to.let("s", self.at(M, "i", "i"))
+        to.loop("k", 0, "i")  # divide by d, and take the row off the pivot
+        to.let("q", f"{L('i', 'k')} * {L('k', 'k')}")
+        to.set("s", f"{L('i', 'k')} * q", "-=")
+        to.set(L("i", "k"), "q")
+        to.end()
+        bound = f"{step.tol!r} * {self.at(M, 'i', 'i')}" if step.tol else "0.0"
+        to.need(f"s > {bound}")
+        to.set(L("i", "i"), "1.0 / s")
+        to.end()
+
+    def substitute(self, step):
+        """target L d L' = right, row by row."""
+        to, name, target = self.to, f"{step.matrix}_l", step.target
+        rows, size = self.program.shape(target, self.sizes)
+
+        def L(i, j):
+            return f"{name}[{i} * {size} + {j}]"
+
+        to.loop("i", 0, rows)
+        to.loop("j", 0, size)
+        to.let("s", self.of(step.right, "i", "j"))
+        to.loop("k", 0, "j")
+        to.set("s", f"{L('j', 'k')} * {self.at(target, 'i', 'k')}", "-=")
+        to.end()
+        to.set(self.at(target, "i", "j"), "s")
+        to.end()
+        to.loop("j", 0, size)
+        to.set(self.at(target, "i", "j"), L("j", "j"), "*=")
+        to.end()
+        to.loop("back", 1, size)
+        to.index("j", f"{size - 1} - back")
+        to.let("s", self.at(target, "i", "j"))
+        to.loop("k", "j + 1", size)
+        to.set("s", f"{L('k', 'j')} * {self.at(target, 'i', 'k')}", "-=")
+        to.end()
+        to.set(self.at(target, "i", "j"), "s")
+        to.end()
+        to.end()
