@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import sympy as sp
 from sympy import MatAdd, MatrixSymbol, Trace
-from worlds import STAGE_LISTS, Numbers, symbols
+from worlds import STAGE_LISTS, Numbers, close, damages, expr, one_wrong_sign, symbols
 
 from luenberger.derivations import (
     Derivation,
@@ -45,10 +45,6 @@ CLAIMS = {
     for name, claim in derivation.steps.items()
 }
 SYMBOLIC = {name: c for name, c in CLAIMS.items() if c[1].algebra is not None}
-
-
-def expr(side):
-    return side.as_expr() if hasattr(side, "algebra") else side
 
 
 # -- proved -------------------------------------------------------------------------
@@ -121,19 +117,8 @@ def test_stages_use_only_what_is_known(name):
 
 def damaged_stages():
     for name in STAGE_LISTS:
-        for i, stage in enumerate(RECURSIONS[name].stages):
-            formula = stage.formula
-            inner = formula.N if isinstance(formula, Solve) else formula
-            terms = inner.args if isinstance(inner, MatAdd) else (inner,)
-            for k in range(len(terms)):
-                flipped = sum(
-                    (-t if j == k else t for j, t in enumerate(terms[1:], 1)),
-                    -terms[0] if k == 0 else terms[0],
-                )
-                new = (
-                    Solve(flipped, formula.M) if isinstance(formula, Solve) else flipped
-                )
-                yield pytest.param(name, i, new, id=f"{name}-{stage.target.name}-{k}")
+        for i, what, formula in one_wrong_sign(RECURSIONS[name].stages):
+            yield pytest.param(name, i, formula, id=f"{name}-{what}")
 
 
 @pytest.mark.parametrize("name, index, formula", list(damaged_stages()))
@@ -179,16 +164,6 @@ SYMMETRIC = {"Q", "R", "Sigma", "X", "M", "Omega", "dOmega", "Lambda"}
 HOMOGENEOUS = re.compile(
     r"forces? |it vanishes|matched|uncorrelated|N' Gradient|= 0$|= 0:"
 )
-
-
-def damages(left):
-    """The left side with one term negated, one symbol doubled or transposed."""
-    if isinstance(left, (sp.Add, MatAdd)):
-        for term in left.args:
-            yield f"sign of {term}", left - 2 * term
-    for s in symbols(left):
-        yield f"twice {s}", left.xreplace({s: 2 * s})
-        yield f"transposed {s}", left.xreplace({s: s.T})
 
 
 @pytest.mark.parametrize("name", list(SYMBOLIC))
@@ -384,11 +359,6 @@ def numbers_for(part, claim):
         except RecursionError:
             continue
     raise AssertionError("no world satisfies the relations")
-
-
-def close(given, left, right):
-    a, b = given.value(expr(left)), given.value(expr(right))
-    return np.allclose(a, b, atol=1e-8 * (1 + np.abs(a).max(initial=0)))
 
 
 @pytest.mark.parametrize("name", list(SYMBOLIC))

@@ -12,7 +12,9 @@ PACKAGE = ROOT / "lib" / "luenberger"
 
 # A layer may import only itself and what is listed for it.
 TYPES = {"arrays", "errors", "record"}
-NUMERIC = TYPES | {"certificate", "kernels", "linalg", "observer", "plant"}
+NUMERIC = TYPES | {
+    *("certificate", "kernels", "linalg", "mean_square", "observer", "plant")
+}
 QUESTIONS = {"analysis", "ensemble", "filtering", "recorded", "simulate"}
 ALLOWED = {
     "errors": set(),
@@ -24,10 +26,13 @@ ALLOWED = {
     "kernels": {"derivations", "linalg"},
     "certificate": {"errors"},
     "linalg": {"errors"},
+    "covariance_maps": {"errors", "linalg"},
+    "mean_square": {"covariance_maps", "errors", "kernels", "linalg"},
     "plant": TYPES,
     "observer": TYPES | {"linalg"},
     "stairs": {"arrays", "errors", "linalg"},
-    "designs": NUMERIC | {"stairs"},
+    "optimality": NUMERIC,
+    "designs": NUMERIC | {"optimality", "stairs"},
     "recorded": NUMERIC,
     "simulate": NUMERIC | {"recorded"},
     "ensemble": NUMERIC | {"recorded", "simulate"},

@@ -32,6 +32,9 @@ FIGURES = {
         {"one": COVARIANCES}, PLANT, 0, ax
     ),
     "pareto": lambda ax: plot.pareto(survey(PLANT), ax),
+    "cost_against_order": lambda ax: plot.cost_against_order(
+        {"best": {2: 0.5, 1: 0.7}, r"$\frac": {1: 0.9}}, ax, least=0.4
+    ),
     "estimates": lambda ax: plot.estimates(PLANT, *RECORD, NAMES[0], ax, y=np.ones(6)),
     "gains": lambda ax: plot.gains(OBSERVER.V, PLANT, ax),
     "gain bars": lambda ax: plot.gains(OBSERVER.V[-1], PLANT, ax),
@@ -66,6 +69,15 @@ def test_error_variance_shows_the_variance_against_seconds(ax):
     line = plot.error_variance({"one": COVARIANCES}, PLANT, "speed_1", ax).lines[0]
     np.testing.assert_array_equal(line.get_ydata(), COVARIANCES[:, 1, 1])
     np.testing.assert_array_equal(line.get_xdata(), 0.5 * np.arange(7))
+
+
+def test_cost_is_drawn_in_the_order_of_orders(ax):
+    costs = {"best": {3: 0.4, 1: 0.7, 2: 0.5}, "other": {1: 0.9}}
+    best, other, least = plot.cost_against_order(costs, ax, least=0.3).lines
+    np.testing.assert_array_equal(best.get_xydata(), [[1, 0.7], [2, 0.5], [3, 0.4]])
+    assert other.get_marker() != best.get_marker()
+    assert set(least.get_ydata()) == {0.3}
+    assert len(plot.cost_against_order(costs, ax).lines) == 5
 
 
 def test_band_is_one_sigma(ax):

@@ -4,9 +4,14 @@ The proofs rewrite symbols; here the same expressions are evaluated with NumPy, 
 other code, so that a fault of the algebra or a contradictory assumption shows.
 """
 
+from itertools import product
+
 import numpy as np
 import sympy as sp
+from sympy import MatAdd
 from sympy.matrices.expressions.matexpr import MatrixExpr
+
+from luenberger.derivations import Solve
 
 # The recursions that have a stage list, by name.
 STAGE_LISTS = (
@@ -102,3 +107,46 @@ class Numbers:
 
 def symbols(expr):
     return expr.atoms(sp.MatrixSymbol)
+
+
+def expr(side):
+    """A side of a claim in SymPy."""
+    return side.as_expr() if hasattr(side, "algebra") else side
+
+
+def close(given, left, right):
+    """Whether two sides have the same value, up to rounding."""
+    a, b = given.value(expr(left)), given.value(expr(right))
+    return np.allclose(a, b, atol=1e-8 * (1 + np.abs(a).max(initial=0)))
+
+
+def damages(left):
+    """The left side with one term negated, one symbol doubled or transposed."""
+    if isinstance(left, (sp.Add, MatAdd)):
+        for term in left.args:
+            yield f"sign of {term}", left - 2 * term
+    for s in symbols(left):
+        yield f"twice {s}", left.xreplace({s: 2 * s})
+        yield f"transposed {s}", left.xreplace({s: s.T})
+
+
+def one_wrong_sign(stages):
+    """(stage index, what, formula) with one term of one stage negated."""
+    for i, stage in enumerate(stages):
+        formula = stage.formula
+        inner = formula.N if isinstance(formula, Solve) else formula
+        if isinstance(inner, sp.BlockMatrix):
+            rows, cols = inner.blockshape
+            for j, k in product(range(rows), range(cols)):
+                grid = inner.blocks.tolist()
+                grid[j][k] = -grid[j][k]
+                yield i, f"{stage.target.name}-{j}{k}", sp.BlockMatrix(grid)
+            continue
+        terms = inner.args if isinstance(inner, MatAdd) else (inner,)
+        for k in range(len(terms)):
+            flipped = sum(
+                (-t if j == k else t for j, t in enumerate(terms[1:], 1)),
+                -terms[0] if k == 0 else terms[0],
+            )
+            new = Solve(flipped, formula.M) if isinstance(formula, Solve) else flipped
+            yield i, f"{stage.target.name}-{k}", new

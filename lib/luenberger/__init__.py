@@ -19,6 +19,8 @@ from .certificate import residuals as residuals
 from .designs.canonical import ObservabilityForm as ObservabilityForm
 from .designs.canonical import observability_form as observability_form
 from .designs.deadbeat import deadbeat_observer as deadbeat_observer
+from .designs.fixed_order import fixed_order_filter as fixed_order_filter
+from .designs.fixed_order import fixed_order_search as fixed_order_search
 from .designs.functional import functional_observer as functional_observer
 from .designs.reconstruction import reconstruct_state as reconstruct_state
 from .designs.staircase import reduced_order_observer as reduced_order_observer
@@ -31,6 +33,8 @@ from .errors import DesignError as DesignError
 from .filtering import Filtered as Filtered
 from .filtering import filter_data as filter_data
 from .observer import Observer as Observer
+from .optimality import Optimality as Optimality
+from .optimality import optimality as optimality
 from .plant import Plant as Plant
 from .recorded import estimate as estimate
 from .simulate import Run as Run

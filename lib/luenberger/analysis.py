@@ -6,6 +6,7 @@ from . import kernels
 from .certificate import certify, require_match, require_real, residuals
 from .errors import DesignError
 from .linalg import lyapunov, modes, semidefinite, symmetrise
+from .mean_square import equivalent_noise, noise_at
 
 NEGLIGIBLE = 1e-10  # beside the largest entry of a matrix: rounding, not work
 EXACT_TOL = 1e-9  # certificate below which the error does not depend on the state
@@ -19,8 +20,12 @@ def error_covariance(observer, plant, *, steps=None):
     .. math:: \varepsilon_{i+1} = F_i\varepsilon_i + D_i v_i - T_{i+1} w_i,
               \qquad e_i = P_i\varepsilon_i + V_i v_i .
 
-    Where it does not (a wrong plant), the state drives the error too; then the
-    moments of x and eps are propagated together, with u = 0.
+    Where it does not (a filter of fixed order, or a wrong plant), the state drives
+    the error too; then the moments of x and eps are propagated together, with u = 0.
+
+    Multiplicative noise joins w and v: ``w + sum g_j A_j x`` and ``v + sum g_j C_j x``
+    are white and uncorrelated with the past, with covariances that follow from the
+    second moment E[x x'] of the state.  That depends on the input, and again u = 0.
 
     Parameters
     ----------
@@ -42,11 +47,13 @@ def error_covariance(observer, plant, *, steps=None):
     ------
     DesignError
         Without noise covariances or P0, when there is no steady state (the modes at
-        fault are named), or when the observer depends on the input and there is one.
+        fault are named, or how much multiplicative noise the plant would stand), or
+        when the observer depends on the input and there is one.
 
     References
     ----------
     Leondes and Novak (1974), equations (11), (26), (28); derivations/huddle.py.
+    Haddad and Bernstein (1987), (4.3), (4.4); derivations/equivalent_plant.py.
 
     Examples
     --------
@@ -74,7 +81,7 @@ def error_covariance(observer, plant, *, steps=None):
             "its error does too. Certify the observer against the plant it is for."
         )
     exact = max(certificate.dynamics, certificate.output) <= EXACT_TOL
-    system = _Exact(observer, plant) if exact else _Joint(observer, plant)
+    system = (_Exact if exact else _Joint)(observer, plant, steps)
     return system.steady() if steps is None else system.over(steps)
 
 
@@ -83,10 +90,6 @@ def _require_noise(plant, steps):
         raise DesignError("error covariances are for discrete time, the plant has dt=0")
     if plant.Q is None or plant.R is None:
         raise DesignError("the plant needs both noise covariances Q and R")
-    if plant.multiplicative:
-        raise DesignError(
-            "the plant has multiplicative noise, which is not modelled here"
-        )
     if steps is not None and plant.P0 is None:
         raise DesignError("the plant needs P0, the covariance of its initial state")
 
@@ -96,17 +99,36 @@ class _Exact:
 
     whose = "the observer's error"
 
-    def __init__(self, observer, plant):
+    def __init__(self, observer, plant, steps):
         self.observer, self.plant = observer, plant
+        self.moments = self._moments(steps) if plant.multiplicative else None
+
+    def _moments(self, steps):
+        """E[x x'] at the instants 0 .. steps, or of the steady state for all."""
+        plant = self.plant
+        if steps is None:
+            return [equivalent_noise(plant).X]
+        X = plant.P0 + np.outer(plant.x0, plant.x0)
+        found = [X]
+        for i in range(steps):
+            if i or self.observer.steps is None or plant.P0_is == "posterior":
+                A = plant.at(i).A
+                X = symmetrise(A @ X @ A.T + noise_at(plant, i, X).Q)
+            found.append(X)
+        return found
+
+    def noise(self, i):
+        """Covariances of all that acts as w and v at instant i."""
+        X = None if self.moments is None else self.moments[i]
+        _, Q, S, R = noise_at(self.plant, i, X)
+        return dict(Q=Q, S=S, R=R)
 
     def matrices(self, k):
         """Arguments of the error recursion at row k, T_next held beyond the end."""
         o, N = self.observer, self.observer.steps
-        now = self.plant.at(self.instant(k))
         F, _, D, P, V, _ = o.at(k)
         T_next = o.T if N is None else o.T[min(k + 1, N - 1)]
-        S = np.zeros((self.plant.n, self.plant.p)) if now.S is None else now.S
-        return dict(F=F, D=D, T_next=T_next, P=P, V=V, Q=now.Q, R=now.R, S=S)
+        return dict(F=F, D=D, T_next=T_next, P=P, V=V) | self.noise(self.instant(k))
 
     def instant(self, k):
         return k if self.observer.steps is None else k + 1
@@ -117,6 +139,8 @@ class _Exact:
         if o.steps is None:
             return o.T, plant.x0, plant.P0
         A, _, Q = plant.first_step()
+        if plant.P0_is == "posterior":
+            Q = self.noise(0)["Q"]
         return o.T[0], A @ plant.x0, A @ plant.P0 @ A.T + Q
 
     def start(self):

@@ -60,7 +60,8 @@ class Plant:
     x0, P0 : (n,), (n, n) array_like, optional
         Mean (default zero) and covariance of the state before the first sample.
     multiplicative : sequence of (A1, C1), optional
-        Unit white noises that multiply the state: A + sum A_k g_k, C + sum C_k g_k.
+        Noises that multiply the state: A + sum g_k A_k, C + sum g_k C_k with white
+        g_k of mean 0 and variance 1, independent of each other and of w, v.
     P0_is : "posterior" or "prior"
         "posterior", as in Leondes and Novak: x0, P0 describe x[0] given everything
         up to instant 0, and the first sample is y[1].  "prior": they describe x[1]

@@ -90,6 +90,30 @@ def pareto(survey, ax=None):
     return ax
 
 
+def cost_against_order(costs, ax=None, *, least=None):
+    """Error cost against the number of filter states, a curve for each kind of filter.
+
+    Parameters
+    ----------
+    costs : dict of str to dict of int to float
+        A label, and for each order the cost of its filter.
+    ax : Axes, optional
+    least : float, optional
+        A cost that no order goes below, that of the Kalman filter; a level line.
+    """
+    ax = ax or plt.gca()
+    for k, (label, found) in enumerate(costs.items()):
+        orders = sorted(found)
+        curve = style(k) | {"marker": MARKERS[k % 6], "mfc": "none"}
+        ax.plot(orders, [found[order] for order in orders], label=text(label), **curve)
+    if least is not None:
+        ax.axhline(least, color="0.6", lw=0.8, label="least of any order")
+    ax.xaxis.set_major_locator(plt.MaxNLocator(integer=True))
+    ax.set(xlabel="order (observer states)", ylabel="error cost")
+    ax.legend(fontsize="small")
+    return ax
+
+
 def _order_and_trace(designs):
     return [d.order for d in designs], [d.trace for d in designs]
 

@@ -6,7 +6,6 @@ import numpy as np
 import scipy.linalg
 
 from .certificate import require_match, require_real
-from .errors import DesignError
 from .linalg import square_root
 from .recorded import rows, single, start
 
@@ -52,7 +51,8 @@ def simulate(plant, observer, t, *, u=None, u0=None, x0=None, z0=None, seed=None
     z0 : (r,) array_like, optional
         Observer state at its first row, default as designed.
     seed : int, optional
-        Draw the start (from P0) and the noises (from Q, R, S).  None: no noise.
+        Draw the start (from P0) and the noises (from Q, R, S, then the multiplicative
+        ones).  None: no noise.
 
     Returns
     -------
@@ -76,8 +76,6 @@ def simulate(plant, observer, t, *, u=None, u0=None, x0=None, z0=None, seed=None
     """
     require_match(observer, plant)
     require_real("simulation", plant, observer)
-    if plant.multiplicative:
-        raise DesignError("simulation does not model multiplicative noise yet")
     if plant.dt == 0:
         return _simulate_continuous(plant, observer, t, u, x0, z0, seed, u0)
     steps = _whole_steps(t, plant.dt)
@@ -105,7 +103,7 @@ def trajectory(plant, observer, steps, *, u=None, u0=None, x0=None, seeds=(None,
     u = _input(u, steps + 1 - first, plant.m)
     before = np.zeros(plant.m) if u0 is None else single("u0", u0, plant.m)
     full = np.vstack([before, u]) if varying else u
-    noise, deviation = _noise(plant, steps, seeds)
+    noise, gains, deviation = _noise(plant, steps, seeds)
     x = np.empty((len(seeds), steps + 1, n))
     x[:, 0] = plant.x0 + deviation if x0 is None else single("x0", x0, n)
     y = np.empty((len(seeds), steps + 1 - first, p))
@@ -113,21 +111,28 @@ def trajectory(plant, observer, steps, *, u=None, u0=None, x0=None, seeds=(None,
         now = plant.at(i)
         if i >= first:
             y[:, i - first] = x[:, i] @ now.C.T + full[i] @ now.E.T + noise[:, i, n:]
+            for (_, C1), g in zip(plant.multiplicative, gains[i]):
+                y[:, i - first] += g * (x[:, i] @ C1.T)
         if i < steps:
             if varying and i == 0 and plant.P0_is == "prior":
                 x[:, 1] = x[:, 0]
                 continue
             x[:, i + 1] = x[:, i] @ now.A.T + full[i] @ now.B.T + noise[:, i, :n]
+            for (A1, _), g in zip(plant.multiplicative, gains[i]):
+                x[:, i + 1] += g * (x[:, i] @ A1.T)
     return x, y, u
 
 
 def _noise(plant, steps, seeds):
-    """[w, v] of every run and instant, and the deviation of the first state."""
+    """[w, v] of every run and instant, the g_j, and the first state's deviation.
+
+    The g_j (instants, number of g_j, runs, 1) are drawn last, so that the rest of a
+    run is the same with multiplicative noise as without.
+    """
     n, p = plant.n, plant.p
-    noise, deviation = (
-        np.zeros((len(seeds), steps + 1, n + p)),
-        np.zeros((len(seeds), n)),
-    )
+    noise = np.zeros((len(seeds), steps + 1, n + p))
+    gains = np.zeros((steps + 1, len(plant.multiplicative), len(seeds), 1))
+    deviation = np.zeros((len(seeds), n))
     root0 = np.zeros((n, n)) if plant.P0 is None else square_root(plant.P0)
     for run, seed in enumerate(seeds):
         if seed is None:
@@ -135,11 +140,12 @@ def _noise(plant, steps, seeds):
         rng = np.random.default_rng(seed)
         deviation[run] = root0 @ rng.standard_normal(n)
         noise[run] = rng.standard_normal((steps + 1, n + p))
+        gains[:, :, run, 0] = rng.standard_normal(gains.shape[:2])
     constant = plant.steps is None
     for i in range(1 if constant else steps + 1):
         here = slice(None) if constant else i
         noise[:, here] = noise[:, here] @ square_root(_joint(plant.at(i))).T
-    return noise, deviation
+    return noise, gains, deviation
 
 
 def _joint(now):

@@ -129,8 +129,8 @@ def require_noise(plant):
     if plant.multiplicative:
         raise DesignError(
             "the plant has multiplicative noise, which this filter does not model and "
-            "whose error covariance would come out too small. Leave it out knowingly, "
-            "with Plant(..., multiplicative=())."
+            "whose error covariance would come out too small. Use fixed_order_filter, "
+            "or leave it out knowingly, with Plant(..., multiplicative=())."
         )
 
 

@@ -87,8 +87,9 @@ def _recur(now, Sigma, steps):
 
 def _newton(now, Sigma):
     """Polish Sigma; return it and its gain, or None where Newton does not arrive."""
-    back = np.linalg.pinv(now.C)  # far below what one measurement tells is zero
-    floor = ROUNDING * np.abs(back @ now.R @ back.T).max(initial=0)
+    back = np.linalg.pinv(now.C)
+    # far below what one measurement tells, or one step brings, is zero
+    floor = ROUNDING * max(np.abs(back @ now.R @ back.T).max(initial=0), now.Q.max())
     for _ in range(30):
         new = _step(now, Sigma)
         gap = new["Sigma_next"] - Sigma

@@ -24,6 +24,11 @@ def compiled(module, stages, *outputs, **options):
     return kernel(derivation(), *outputs, **options)
 
 
+def run(step, have):
+    """Call a kernel with what it needs of the matrices in `have`, by name."""
+    return step(**{name: have[name] for name in step.given})
+
+
 def gain_step(*outputs, settled=False):
     """Omega, M, K and the next error covariance: Leondes and Novak (27)-(33).
 
@@ -95,3 +100,90 @@ def noise_of_a_period(*outputs):
 def noise_doubled(*outputs):
     """The same of a period twice as long."""
     return compiled("adaptive_sampling", "noise_doubled", *outputs, flat=True)
+
+
+def equivalent_noise(*outputs):
+    """What a pair (A1, C1) of multiplicative noise adds to V1, V12, V2."""
+    return compiled("projection_recursions", "equivalent_noise", *outputs, flat=True)
+
+
+def output_moments(*outputs):
+    """E[x y'], E[x+ y'], E[y y'] from the second moment Q1 of x."""
+    return compiled("projection_recursions", "output_moments", *outputs, flat=True)
+
+
+def estimator_moments(*outputs):
+    """Right sides of the equations for Q12 and Q2: Haddad and Bernstein (4.6)."""
+    return compiled("projection_recursions", "estimator_moments", *outputs, flat=True)
+
+
+def adjoint_moments(*outputs):
+    """Right sides of the equations for P2, P12 and P1: (4.7)."""
+    return compiled("projection_recursions", "adjoint_moments", *outputs, flat=True)
+
+
+def projection_cost(*outputs):
+    """Error covariance of a fixed-order estimator, and J whose trace is its cost."""
+    return compiled("projection_recursions", "projection_cost", *outputs, flat=True)
+
+
+def projection_gradient(*outputs):
+    """Gradients of the cost in Ae, Be, Ce, De: (4.8)-(4.11), unreduced."""
+    return compiled("projection_recursions", "projection_gradient", *outputs, flat=True)
+
+
+def best_output(*outputs):
+    """CeDe = [Ce De], or Ce without feedthrough, of least cost for given Ae, Be."""
+    return compiled("projection_recursions", "best_output", *outputs, flat=True)
+
+
+def best_output_differential(*outputs):
+    """How `best_output` moves with Q12 and Q2; many directions at a time."""
+    return compiled("projection_recursions", "best_output_differential", *outputs)
+
+
+def projection_differential(*outputs):
+    """How moments and gradients move with the gains: exact second derivatives."""
+    return compiled("projection_recursions", "projection_differential", *outputs)
+
+
+def projection_innovation(*outputs):
+    """Qs and V2s from the error covariance Q."""
+    return compiled(
+        "projection_equations", "projection_innovation", *outputs, flat=True
+    )
+
+
+def projection_factors(*outputs):
+    """G, Gam, tau and Q of an estimator, from its moments: (3.8), (3.9)."""
+    return compiled("projection_equations", "projection_factors", *outputs, flat=True)
+
+
+def feedthrough_gain(*outputs):
+    """De of the theorem: (3.13)."""
+    return compiled("projection_equations", "feedthrough_gain", *outputs, flat=True)
+
+
+def projection_gains(*outputs):
+    """Ae, Be, Ce of the theorem: (3.10)-(3.12)."""
+    return compiled("projection_equations", "projection_gains", *outputs, flat=True)
+
+
+def projection_scripts(*outputs):
+    """Qh and Ph of the theorem, from an estimator's Q2, P2, G, Gam."""
+    return compiled("projection_equations", "projection_scripts", *outputs, flat=True)
+
+
+def projection_equations(*outputs):
+    """Residuals of the optimal projection equations: (3.14)-(3.17)."""
+    return compiled("projection_equations", "projection_equations", *outputs, flat=True)
+
+
+def projection_trace(*outputs):
+    """J whose trace is the least cost: (3.18)."""
+    return compiled("projection_equations", "projection_trace", *outputs, flat=True)
+
+
+def innovations_plant(*outputs):
+    """The Kalman predictor as a plant, on which costs are excesses."""
+    return compiled("projection_equations", "innovations_plant", *outputs, flat=True)

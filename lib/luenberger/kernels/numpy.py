@@ -116,6 +116,9 @@ class Printer:
             return f"np.abs({e.name})"
         if isinstance(e, sp.Transpose):
             return f"{self.factor(e.arg)}.{'T' if self.flat else 'mT'}"
+        if isinstance(e, sp.BlockMatrix):
+            rows = (", ".join(map(self, row)) for row in e.blocks.tolist())
+            return f"np.block([[{'], ['.join(rows)}]])"
         if isinstance(e, sp.Identity):
             return f"eye({self.sizes[e.shape[0]]})"
         if isinstance(e, sp.MatrixSymbol):

@@ -1,0 +1,176 @@
+"""The optimal projection equations: proved, complete, and sensitive to damage."""
+
+import dataclasses
+import re
+
+import numpy as np
+import pytest
+import sympy as sp
+from projection_worlds import WORLDS
+from sympy import MatAdd
+from worlds import Numbers, close, damages, expr, one_wrong_sign, symbols
+
+from luenberger.derivations import (
+    Solve,
+    optimal_projection,
+    projection_proofs,
+    projection_theorem,
+    vanishes,
+)
+from luenberger.derivations.algebra import ShapeError
+from luenberger.derivations.projection_recursions import best_output
+
+LISTS = {name: make() for name, make in optimal_projection.STAGE_LISTS.items()}
+PARTS = optimal_projection.parts()
+MISPRINTS = optimal_projection.misprints()
+CLAIMS = {
+    f"{part}: {name}": claim
+    for part, derivation in PARTS.items()
+    for name, claim in derivation.steps.items()
+}
+SYMBOLIC = {name: claim for name, claim in CLAIMS.items() if claim.algebra is not None}
+
+# -- proved -------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", PARTS)
+def test_proved(name):
+    assert PARTS[name].steps
+    assert PARTS[name].unproved() == []
+    assert PARTS[name].source
+
+
+def test_the_entry_point_holds_every_step_of_its_parts():
+    whole = optimal_projection.derive()
+    assert len(whole.steps) == sum(len(part.steps) for part in PARTS.values())
+    assert set(map(id, whole.steps.values())) >= set(map(id, CLAIMS.values()))
+    assert whole.source
+
+
+def test_every_numbered_equation_has_an_entry():
+    whole = optimal_projection.derive()
+    found = set()
+    for key in (*whole.formulas, *whole.steps):
+        head = re.match(r"(?:\(\d\.\d+\)'?[,-]?)*", key).group()
+        found |= set(re.findall(r"\d\.\d+", head))
+    wanted = [f"3.{k}" for k in range(1, 28)] + [f"4.{k}" for k in range(1, 17)]
+    assert [number for number in wanted if number not in found] == []
+
+
+def test_formulas_have_latex():
+    for name, formula in optimal_projection.derive().formulas.items():
+        assert sp.latex(formula), name
+
+
+@pytest.mark.parametrize("place", MISPRINTS)
+def test_errata_are_tried(place):
+    printed, ours = MISPRINTS[place]
+    assert not vanishes(printed) and vanishes(ours)
+
+
+def test_errata_cover_the_page():
+    places = " ".join(MISPRINTS)
+    for number in ("R~", "3.14", "3.15", "3.16", "4.7", "4.8", "4.9", "4.11", "4.13",
+                   "4.14", "4.15", "4.16", "lemma 4.1", "3.20"):  # fmt: skip
+        assert number in places
+
+
+# -- stage lists --------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", LISTS)
+def test_stages_use_only_what_is_known(name):
+    known = set(LISTS[name].given)
+    assert len({s.name for s in known}) == len(known)
+    for stage in LISTS[name].stages:
+        parts = stage.formula
+        parts = (parts.N, parts.M) if isinstance(parts, Solve) else (parts,)
+        assert set().union(*(symbols(part) for part in parts)) <= known
+        assert stage.target.shape == tuple(stage.formula.shape)
+        known.add(stage.target)
+    assert set(LISTS[name].given) <= set().union(
+        *(part_symbols(stage.formula) for stage in LISTS[name].stages)
+    )
+
+
+def part_symbols(formula):
+    if isinstance(formula, Solve):
+        return symbols(formula.N) | symbols(formula.M)
+    return symbols(formula)
+
+
+def wrong_signs():
+    for name, derivation in LISTS.items():
+        for i, what, formula in one_wrong_sign(derivation.stages):
+            yield pytest.param(name, i, formula, id=f"{name}-{what}")
+
+
+@pytest.mark.parametrize("name, index, formula", list(wrong_signs()))
+def test_one_wrong_sign_in_a_stage_is_noticed(name, index, formula):
+    sound = LISTS[name]
+    stages = list(sound.stages)
+    stages[index] = dataclasses.replace(stages[index], formula=formula)
+    broken = dataclasses.replace(sound, stages=tuple(stages))
+    extra = (best_output(),) if name == "best_output_differential" else ()
+    module = projection_proofs if hasattr(projection_proofs, name) else None
+    prove = getattr(module or projection_theorem, name)
+    try:
+        steps = prove(broken, *extra)
+    except ShapeError:
+        return
+    assert dataclasses.replace(broken, steps=steps).unproved()
+
+
+# -- numbers ------------------------------------------------------------------------
+
+
+def numbers_for(claim):
+    """Values that satisfy the relations of a claim, from the first world that does."""
+    for make in WORLDS:
+        sizes, values = make(np.random.default_rng(5))
+        symmetric = claim.algebra.symmetric
+        given = Numbers(sizes, 7, symmetric, claim.relations, values=values)
+        try:
+            if all(close(given, *relation) for relation in claim.relations):
+                return given
+        except RecursionError:
+            continue
+    raise AssertionError("no world satisfies the relations")
+
+
+@pytest.mark.parametrize("name", SYMBOLIC)
+def test_numbers_agree(name):
+    claim = SYMBOLIC[name]
+    given = numbers_for(claim)
+    left = given.value(expr(claim.left))
+    right = 0 if isinstance(claim.right, int) else given.value(expr(claim.right))
+    scale = 1 + np.abs(left).max(initial=0)
+    np.testing.assert_allclose(left, right + 0 * left, atol=1e-7 * scale)
+
+
+# -- damage -------------------------------------------------------------------------
+
+# Claims that something is zero, where a factor may be doubled at no loss.
+ZERO = re.compile(r"vanishes|stationary:|holds if|without feedthrough: J|with feedthr")
+
+
+@pytest.mark.parametrize("name", SYMBOLIC)
+def test_damage_is_noticed(name):
+    claim = SYMBOLIC[name]
+    left = expr(claim.left)
+    noticed = set()
+    for what, broken in damages(left):
+        try:
+            sound = dataclasses.replace(claim, left=broken).is_zero
+        except (ValueError, TypeError):  # ShapeError, ours or SymPy's
+            sound = False
+        if not sound:
+            noticed.add(what)
+    kinds = [what.split()[0] for what in noticed]
+    if "tau^2 = tau" not in name:  # as true of tau'
+        assert "transposed" in kinds
+    if not ZERO.search(name):
+        terms = left.args if isinstance(left, (sp.Add, MatAdd)) else ()
+        terms = [t for t in terms if not claim.algebra.normal(t).is_zero]
+        assert kinds.count("sign") == len(terms)
+        assert "twice" in kinds
