@@ -35,7 +35,10 @@ ALLOWED = {
     "designs": NUMERIC | {"optimality", "stairs"},
     "recorded": NUMERIC,
     "simulate": NUMERIC | {"recorded"},
-    "ensemble": NUMERIC | {"recorded", "simulate"},
+    "parallel": set(),
+    "batches": NUMERIC | {"recorded", "simulate"},
+    "ensemble": NUMERIC | {"analysis", "batches", "parallel", "simulate"},
+    "sweep": NUMERIC | {"analysis", "parallel", "show"},
     "analysis": NUMERIC,
     "filtering": NUMERIC | {"designs", "recorded"},
     "measurements": NUMERIC | QUESTIONS,
@@ -57,7 +60,7 @@ SPECIAL = {
 # Optional packages: only inside a function of these layers.
 INSIDE_A_FUNCTION = {
     "export": {"control"},
-    "ensemble": {"dask"},
+    "parallel": {"tqdm"},
     "kernels": {"numba"},
     "offline": {"nbclient", "nbconvert", "nbformat", "latex2mathml"},
 }
@@ -135,6 +138,7 @@ def test_this_test_reads_imports(source, found):
 
 def test_importing_the_library_is_light():
     heavy = ("sympy", "matplotlib", "numba", "control", "nbformat", "IPython")
+    heavy += ("concurrent.futures.process", "dask", "tqdm")
     code = (
         "import sys, luenberger\n"
         f"heavy = {heavy!r}\n"

@@ -41,6 +41,8 @@ from .simulate import Run as Run
 from .simulate import simulate as simulate
 from .stairs import Staircase as Staircase
 from .stairs import staircase as staircase
+from .sweep import Sweep as Sweep
+from .sweep import sweep as sweep
 
 _ON_DEMAND = ("plot", "report")  # they import matplotlib
 

@@ -133,6 +133,14 @@ def null_directions(X):
     return scale[:, None] * vectors[:, values <= SINGULAR_TOL * max(len(X), 1)]
 
 
+def nonsingular(X):
+    """Whether a covariance, or each of a stack, has no null direction at unit scale."""
+    diagonal = np.diagonal(X, axis1=-2, axis2=-1)
+    scale = 1 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
+    values = np.linalg.eigvalsh(X * scale[..., :, None] * scale[..., None, :])
+    return (values > SINGULAR_TOL * max(X.shape[-1], 1)).all(axis=-1)
+
+
 def square_root(X):
     """A factor H with H H' = X, for symmetric positive semi-definite X."""
     values, vectors = np.linalg.eigh(X)

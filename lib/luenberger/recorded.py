@@ -1,9 +1,13 @@
 """Run a given observer on recorded data."""
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from .certificate import require_real
-from .kernels import require_backend
+from .kernels import entries_known, over_record, runs_compiled
+
+ESTIMATED = 1_000_000  # rows that NumPy estimates in the time that compiling takes
 
 
 def estimate(observer, y, u=None, *, u0=None, z0=None, x0=None, backend="auto"):
@@ -13,9 +17,11 @@ def estimate(observer, y, u=None, *, u0=None, z0=None, x0=None, backend="auto"):
     ----------
     observer : Observer
         Discrete.
-    y : (N, p) array_like
-        Measurements; for a time-varying filter row k is instant k + 1.
-    u : (N, m) array_like, optional
+    y : (N, p) array_like, or an iterator of such chunks
+        Measurements; for a time-varying filter row k is instant k + 1.  With an
+        iterator the result is an iterator of arrays, one for each chunk, and memory
+        stays flat.
+    u : (N, m) array_like, or an iterator of chunks like y's, optional
         Known input at the same instants, default zero.
     u0 : (m,) array_like, optional
         For a time-varying filter, the input that acted from instant 0 to 1.
@@ -24,11 +30,14 @@ def estimate(observer, y, u=None, *, u0=None, z0=None, x0=None, backend="auto"):
     x0 : (n,) array_like, optional
         Instead of z0: a guess of the plant state, at the first row for a constant
         observer, at instant 0 (the mean of x[0]) for a time-varying filter.
-    backend : "auto" or "numpy"
+    backend : "auto", "numpy" or "numba"
+        "numba" runs code compiled for this observer (`pip install luenberger[fast]`),
+        the same to rounding; "auto" takes it for records of a million rows or more,
+        where numba is installed.
 
     Returns
     -------
-    (N, q) ndarray
+    (N, q) ndarray, or an iterator of them
         The estimate of L x at each row; it uses y up to and including that row.
 
     Raises
@@ -36,6 +45,8 @@ def estimate(observer, y, u=None, *, u0=None, z0=None, x0=None, backend="auto"):
     ValueError
         If sizes disagree, a value is missing (use `filter_data`), a time-varying
         filter is given more rows than it has, or both z0 and x0 are given.
+    ImportError
+        If numba is asked for and not installed.
 
     Examples
     --------
@@ -47,27 +58,87 @@ def estimate(observer, y, u=None, *, u0=None, z0=None, x0=None, backend="auto"):
            [3.],
            [4.]])
     """
-    require_backend(backend)
+    runs_compiled(backend, 0)
     require_real("estimate", observer)
-    o = observer
-    if o.dt == 0:
+    if observer.dt == 0:
         raise ValueError("recorded data need a discrete observer; this one has dt = 0")
-    y = rows("y", y, o.D.shape[-1])
-    u = rows("u", np.zeros((len(y), o.G.shape[-1])) if u is None else u, o.G.shape[-1])
-    if len(u) != len(y):
-        raise ValueError(f"y has {len(y)} rows but u has {len(u)}")
-    if o.steps is not None and len(y) > o.steps:
-        raise ValueError(f"y has {len(y)} rows, the filter was designed for {o.steps}")
-    F, G, D, P, V, W = (
-        X if o.steps is None else X[: len(y)] for X in (o.F, o.G, o.D, o.P, o.V, o.W)
-    )
-    drive = _apply(G, u) + _apply(D, y)
-    z = np.empty((len(y), o.order))
-    state = start(o, u0, z0, x0)
-    for k in range(len(y)):
-        z[k] = state
-        state = (F if o.steps is None else F[k]) @ state + drive[k]
-    return _apply(P, z) + _apply(V, y) + _apply(W, u)
+    run = _Run(observer, start(observer, u0, z0, x0), backend)
+    if not isinstance(y, Iterator):
+        return run.chunk(y, u)
+    if u is not None and not isinstance(u, Iterator):
+        raise ValueError("y is an iterator of chunks, so u must be one too")
+    return (run.chunk(*part) for part in pairs(y, u))
+
+
+class _Run:
+    """An observer on its way over a record: its state and how many rows are done."""
+
+    def __init__(self, observer, z, backend):
+        self.observer, self.z, self.backend, self.k = observer, z, backend, 0
+
+    def chunk(self, y, u):
+        """The estimates of the next rows."""
+        o = self.observer
+        y = rows("y", y, o.D.shape[-1])
+        m = o.G.shape[-1]
+        u = rows("u", np.zeros((len(y), m)) if u is None else u, m)
+        if len(u) != len(y):
+            raise ValueError(f"y has {len(y)} rows but u has {len(u)}")
+        here = slice(self.k, self.k + len(y))
+        if o.steps is not None and here.stop > o.steps:
+            raise ValueError(
+                f"y has {here.stop} rows, the filter was designed for {o.steps}"
+            )
+        self.k = here.stop
+        fast = runs_compiled(self.backend, here.stop, ESTIMATED)
+        return (self.compiled if fast else self.plain)(y, u, here)
+
+    def plain(self, y, u, here):
+        matrices = (getattr(self.observer, name) for name in "FGDPVW")
+        F, G, D, P, V, W = (X if X.ndim == 2 else X[here] for X in matrices)
+        drive = _apply(G, u) + _apply(D, y)
+        z = np.empty((len(y), self.observer.order))
+        state = self.z
+        for k in range(len(y)):
+            z[k] = state
+            state = (F if F.ndim == 2 else F[k]) @ state + drive[k]
+        self.z = state
+        return _apply(P, z) + _apply(V, y) + _apply(W, u)
+
+    def compiled(self, y, u, here):
+        o, N = self.observer, len(y)
+        varying = o.steps is not None
+        given, known = {}, []
+        for name in "FGDPVW":
+            X = getattr(o, name)
+            whole = X if varying else X[None]
+            one = (whole == 1).all(axis=0) & (not varying)
+            known.append((name, entries_known((whole == 0).all(axis=0), one)))
+            part = whole[here] if varying else whole
+            rows_, cols = part.shape[1:]
+            given[name] = np.array(part.reshape(len(part), rows_ * cols), order="C")
+        q, r = o.P.shape[-2:]
+        sizes = (("m", u.shape[1]), ("p", y.shape[1]), ("q", q), ("r", r))
+        changing = frozenset("FGDPVW" if varying else ())
+        step = over_record("observer_recursion", sizes, tuple(known), changing)
+        index = np.arange(N) if varying else np.zeros(N, dtype=np.int64)
+        z, w_hats = np.array(self.z, dtype=float), np.empty((N, q))
+        step(
+            **given, start=0, stop=N, now=index, before=index, keep=False, z=z,
+            good=np.ones(N, dtype=bool), y=np.array(y, order="C"),
+            u=np.array(u, order="C"), w_hats=w_hats,
+        )  # fmt: skip
+        self.z = z
+        return w_hats
+
+
+def pairs(y, u):
+    """The chunks of y with those of u, or with None; both are iterators."""
+    for part in y:
+        inputs = None if u is None else next(u, ())
+        if inputs is not None and len(inputs) == 0 < len(part):
+            raise ValueError("u has fewer chunks, or emptier ones, than y")
+        yield part, inputs
 
 
 def _apply(matrix, signal):

@@ -9,6 +9,8 @@ from .certificate import require_match, require_real
 from .linalg import square_root
 from .recorded import rows, single, start
 
+WHOLE = 64 * 64  # entries of a matrix that BLAS multiplies without dividing the work
+
 
 @dataclass(frozen=True, eq=False)
 class Run:
@@ -80,72 +82,98 @@ def simulate(plant, observer, t, *, u=None, u0=None, x0=None, z0=None, seed=None
         return _simulate_continuous(plant, observer, t, u, x0, z0, seed, u0)
     steps = _whole_steps(t, plant.dt)
     x, y, u = trajectory(plant, observer, steps, u=u, u0=u0, x0=x0, seeds=(seed,))
-    x, y = x[0], y[0]
     first = 0 if observer.steps is None else 1
-    z, w_hat = follow(observer, y[None], u, start(observer, u0, z0))
+    z, w_hat = follow(observer, y, u, start(observer, u0, z0))
     times = plant.dt * np.arange(first, steps + 1)
-    x = x[first:]
-    return Run(times, x, z[0], u, y, x @ observer.L.T, w_hat[0])
+    x, y, z, w_hat = (signal[..., 0] for signal in (x[first:], y, z, w_hat))
+    return Run(times, x, z, u, y, x @ observer.L.T, w_hat)
 
 
-def trajectory(plant, observer, steps, *, u=None, u0=None, x0=None, seeds=(None,)):
-    """States (runs, steps + 1, n), measurements (runs, N, p) and inputs (N, m).
+def trajectory(
+    plant, observer, steps, *, u=None, u0=None, x0=None, seeds=(None,), roots=None
+):
+    """States (steps + 1, n, runs), measurements (N, p, runs) and inputs (N, m).
 
     Each seed makes one run from a stream of its own, so a run does not depend on
     which others are made beside it.  Measurements start at the observer's first row.
+    `roots` are those of the noise, if they are known already.
     """
     varying = observer.steps is not None
     if varying and steps > observer.steps:
         raise ValueError(
             f"{steps} steps asked of a filter designed for {observer.steps}"
         )
-    n, p, first = plant.n, plant.p, int(varying)
+    n, first = plant.n, int(varying)
     u = _input(u, steps + 1 - first, plant.m)
     before = np.zeros(plant.m) if u0 is None else single("u0", u0, plant.m)
     full = np.vstack([before, u]) if varying else u
-    noise, gains, deviation = _noise(plant, steps, seeds)
-    x = np.empty((len(seeds), steps + 1, n))
-    x[:, 0] = plant.x0 + deviation if x0 is None else single("x0", x0, n)
-    y = np.empty((len(seeds), steps + 1 - first, p))
-    for i in range(steps + 1):
-        now = plant.at(i)
-        if i >= first:
-            y[:, i - first] = x[:, i] @ now.C.T + full[i] @ now.E.T + noise[:, i, n:]
-            for (_, C1), g in zip(plant.multiplicative, gains[i]):
-                y[:, i - first] += g * (x[:, i] @ C1.T)
-        if i < steps:
-            if varying and i == 0 and plant.P0_is == "prior":
-                x[:, 1] = x[:, 0]
-                continue
-            x[:, i + 1] = x[:, i] @ now.A.T + full[i] @ now.B.T + noise[:, i, :n]
-            for (A1, _), g in zip(plant.multiplicative, gains[i]):
-                x[:, i + 1] += g * (x[:, i] @ A1.T)
-    return x, y, u
-
-
-def _noise(plant, steps, seeds):
-    """[w, v] of every run and instant, the g_j, and the first state's deviation.
-
-    The g_j (instants, number of g_j, runs, 1) are drawn last, so that the rest of a
-    run is the same with multiplicative noise as without.
-    """
-    n, p = plant.n, plant.p
-    noise = np.zeros((len(seeds), steps + 1, n + p))
-    gains = np.zeros((steps + 1, len(plant.multiplicative), len(seeds), 1))
-    deviation = np.zeros((len(seeds), n))
-    root0 = np.zeros((n, n)) if plant.P0 is None else square_root(plant.P0)
-    for run, seed in enumerate(seeds):
-        if seed is None:
+    roots = noise_roots(plant, steps) if roots is None else roots
+    noise, gains, deviation = _noise(plant, steps, seeds, *roots)
+    A, B, C, E = (over(X, steps + 1) for X in (plant.A, plant.B, plant.C, plant.E))
+    x = np.empty((steps + 1, n, len(seeds)))
+    x[0] = (plant.x0 if x0 is None else single("x0", x0, n))[:, None]
+    x[0] += deviation if x0 is None else 0.0
+    drive = noise[:, :n] + times(B, full[..., None])
+    for i in range(steps):
+        if varying and i == 0 and plant.P0_is == "prior":
+            x[1] = x[0]
             continue
-        rng = np.random.default_rng(seed)
-        deviation[run] = root0 @ rng.standard_normal(n)
-        noise[run] = rng.standard_normal((steps + 1, n + p))
-        gains[:, :, run, 0] = rng.standard_normal(gains.shape[:2])
-    constant = plant.steps is None
-    for i in range(1 if constant else steps + 1):
-        here = slice(None) if constant else i
-        noise[:, here] = noise[:, here] @ square_root(_joint(plant.at(i))).T
-    return noise, gains, deviation
+        times(A if A.ndim == 2 else A[i], x[i], out=x[i + 1])
+        x[i + 1] += drive[i]
+        for (A1, _), g in zip(plant.multiplicative, gains[i]):
+            x[i + 1] += g * times(A1, x[i])
+    y = times(C, x) + times(E, full[..., None]) + noise[:, n:]
+    for j, (_, C1) in enumerate(plant.multiplicative):
+        y += gains[:, j, None] * times(C1, x)
+    return x, y[first:], u
+
+
+def times(A, X, out=None):
+    """A @ X, in an order of summation that does not hang on the number of threads.
+
+    BLAS divides a large product among its threads, and then the last bits depend on
+    how many there are.  It leaves a small one whole.
+    """
+    if A.shape[-2] * A.shape[-1] <= WHOLE:
+        return np.matmul(A, X, out=out)
+    return np.einsum("...ij,...jr->...ir", A, X, out=out)
+
+
+def over(X, rows):
+    """X, or its first `rows` rows if it changes in time, the last one held."""
+    return X if X.ndim == 2 else X[np.minimum(np.arange(rows), len(X) - 1)]
+
+
+def noise_roots(plant, steps):
+    """H0, H with H0 H0' = P0, H H' = [[Q, S], [S', R]], a stack if those change."""
+    rows = 1 if plant.steps is None else steps + 1
+    H = np.stack([square_root(_joint(plant.at(i))) for i in range(rows)])
+    P0 = np.zeros((plant.n, plant.n)) if plant.P0 is None else plant.P0
+    return square_root(P0), H[0] if plant.steps is None else H
+
+
+def draw(seed, *arrays):
+    """Fill the arrays with standard normal numbers from one random stream."""
+    rng = np.random.default_rng(seed)
+    for array in arrays:
+        rng.standard_normal(out=array)
+
+
+def _noise(plant, steps, seeds, H0, H):
+    """[w; v] of every instant and run, the g_j, and the first state's deviation.
+
+    The g_j (instants, number of g_j, runs) are drawn last, so that the rest of a run
+    is the same with multiplicative noise as without.
+    """
+    runs, width = len(seeds), plant.n + plant.p
+    noise = np.zeros((runs, steps + 1, width))
+    gains = np.zeros((runs, steps + 1, len(plant.multiplicative)))
+    deviation = np.zeros((runs, plant.n))
+    for run, seed in enumerate(seeds):
+        if seed is not None:
+            draw(seed, deviation[run], noise[run], gains[run])
+    noise, gains = (np.ascontiguousarray(g.transpose(1, 2, 0)) for g in (noise, gains))
+    return times(H, noise), gains, times(H0, deviation.T)
 
 
 def _joint(now):
@@ -157,16 +185,16 @@ def _joint(now):
 
 
 def follow(observer, y, u, state):
-    """Observer states and estimates for runs of measurements y (runs, N, p)."""
-    z = np.empty((*y.shape[:2], observer.order))
-    w_hat = np.empty((*y.shape[:2], observer.L.shape[0]))
-    now = np.broadcast_to(state, (len(y), observer.order))
-    for k in range(y.shape[1]):
-        F, G, D, P, V, W = observer.at(k)
-        z[:, k] = now
-        w_hat[:, k] = now @ P.T + y[:, k] @ V.T + u[k] @ W.T
-        now = now @ F.T + u[k] @ G.T + y[:, k] @ D.T
-    return z, w_hat
+    """States (N, r, runs) and estimates (N, q, runs) from measurements (N, p, runs)."""
+    N, r, o = len(y), observer.order, observer
+    F, G, D, P, V, W = (over(X, N) for X in (o.F, o.G, o.D, o.P, o.V, o.W))
+    drive = times(D, y) + times(G, u[..., None])
+    z = np.empty((N, r, y.shape[-1]))
+    z[0] = state[:, None]
+    for k in range(N - 1):
+        times(F if F.ndim == 2 else F[k], z[k], out=z[k + 1])
+        z[k + 1] += drive[k]
+    return z, times(P, z) + times(V, y) + times(W, u[..., None])
 
 
 def _input(u, length, m):

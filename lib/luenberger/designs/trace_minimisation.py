@@ -6,8 +6,11 @@ from .. import kernels
 from ..certificate import certify
 from ..errors import DesignError
 from ..observer import Observer
+from .one_pass import Pass
 from .setting import Settings, require_start
 from .steady import best_constant_gain, steady_gain
+
+BLOCK = 4096  # rows of gains that compiled code makes at a time
 
 
 def kalman_filter(plant, *, steps=None, backend="auto"):
@@ -24,7 +27,8 @@ def kalman_filter(plant, *, steps=None, backend="auto"):
         Discrete (``dt > 0``), with Q and R; with P0 when `steps` is given.
     steps : int, optional
         Number N of instants i = 1 .. N; default the steady state.
-    backend : "auto" or "numpy"
+    backend : "auto", "numpy" or "numba"
+        Of the recursion over `steps`; see `filter_data`.
 
     Returns
     -------
@@ -88,7 +92,8 @@ def reduced_order_filter(
     horizon : "step" or "steady", default "step"
         "steady": the constant gain of the same structure with the least steady
         trace (a local minimum found from the step-wise gain).  `steps` must be None.
-    backend : "auto" or "numpy"
+    backend : "auto", "numpy" or "numba"
+        Of the recursion over `steps`; see `filter_data`.
 
     Returns
     -------
@@ -132,14 +137,14 @@ def reduced_order_filter(
     >>> observer.order, observer.poles.real.round(12)
     (1, array([-0.26794919]))
     """
-    kernels.require_backend(backend)
+    kernels.runs_compiled(backend, 0)
     if horizon not in ("step", "steady"):
         raise ValueError(f"horizon must be 'step' or 'steady', got {horizon!r}")
     settings = Settings(plant, m1, weight)
     if steps is not None:
         if horizon == "steady":
             raise DesignError("horizon='steady' is a constant gain; leave out steps")
-        return certified(_over(settings, steps), plant, settling=False)
+        return certified(_over(settings, steps, backend), plant, settling=False)
     if plant.steps is not None:
         raise DesignError(
             "a time-varying plant has no steady state; give the number of steps"
@@ -158,8 +163,11 @@ def certified(observer, plant, settling=True, tol=1e-9):
     return observer
 
 
-def gains(settings, steps):
+def gains(settings, steps, backend="numpy"):
     """Yield (K, Sigma) at instants 1 .. steps, from P0: (33) and (27)."""
+    if kernels.runs_compiled(backend, steps):
+        yield from _compiled_gains(settings, steps)
+        return
     plant = settings.plant
     A, _, Q = plant.first_step()
     Sigma = plant.P0
@@ -171,12 +179,24 @@ def gains(settings, steps):
         A, Q = now.As, now.Qs
 
 
-def _over(settings, steps):
+def _compiled_gains(settings, steps):
+    """The same, as the filter of a record of zeros; a block of rows at a time."""
+    plant = settings.plant
+    run = Pass(settings, np.zeros(plant.n), np.zeros(plant.m))
+    for first in range(1, steps + 1, BLOCK):
+        rows = min(BLOCK, steps + 1 - first)
+        y, u = np.zeros((rows, plant.p)), np.zeros((rows, plant.m))
+        _, _, Sigma, K = run.over(y, u, True, history=True)
+        for k in range(rows):
+            yield settings.at(first + k), K[k], Sigma[k]
+
+
+def _over(settings, steps, backend):
     """The time-varying filter of instants 1 .. steps as an Observer."""
     plant = settings.plant
     require_start(plant)
     steps = whole(steps, plant)
-    rows = [(now, K) for now, K, _ in gains(settings, steps)]
+    rows = [(now, K) for now, K, _ in gains(settings, steps, backend)]
     stack = {
         name: np.stack([getattr(now, name) for now, _ in rows])
         for name in ("As", "B", "J", "C", "E", "Gamma", "Phat", "That")

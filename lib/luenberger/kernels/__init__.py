@@ -4,16 +4,87 @@ Each function compiles one stage list at its first call (a few tenths of a secon
 SymPy's import included) and returns the same callable afterwards.
 """
 
-from functools import cache
+import functools
+from importlib.util import find_spec
+
+AUTO_ROWS = 20_000  # NumPy takes about as long for these as compiling the first time
+OPTIONAL = ("B", "E", "Gamma", "J", "G", "W")  # whose terms go if they are zero
+UNROLLED = 1000  # operations of one row; more are faster and sooner compiled as loops
 
 
-def require_backend(backend):
-    """Raise unless `backend` is one that exists; "auto" is NumPy for now."""
-    if backend not in ("auto", "numpy"):
-        raise ValueError(f"backend must be 'auto' or 'numpy', got {backend!r}")
+def runs_compiled(backend, rows, enough=AUTO_ROWS):
+    """Whether a pass over so many rows is to run in code that numba compiles.
+
+    "auto" asks for it where numba is installed and the record has `enough` rows to
+    pay for the compiling; that is decided by the length alone, so that the same call
+    gives the same bits tomorrow.
+    """
+    if backend not in ("auto", "numpy", "numba"):
+        raise ValueError(f"backend must be 'auto', 'numpy' or 'numba', got {backend!r}")
+    if backend == "numpy" or (backend == "auto" and rows < enough):
+        return False
+    there = find_spec("numba") is not None
+    if backend == "numba" and not there:
+        raise ImportError(
+            "backend='numba' needs numba, which is not installed: "
+            "pip install 'luenberger[fast]', or leave backend at 'auto'"
+        )
+    return there
 
 
-@cache
+def entries_known(zero, one):
+    """A table of 0.0, 1.0 and None (read at run time), from two boolean matrices."""
+    return tuple(
+        tuple(0.0 if z else 1.0 if o else None for z, o in zip(*rows))
+        for rows in zip(zero.tolist(), one.tolist())
+    )
+
+
+def _vanishes(table):
+    return all(value == 0 for row in table for value in row)
+
+
+@functools.cache
+def over_record(recursion, sizes, known, changing):
+    """A recursion of `passes` with its loop over a record, compiled by numba.
+
+    Parameters
+    ----------
+    recursion : "filter_recursion", "observer_recursion", "side_by_side_recursion"
+    sizes : tuple of (name, int)
+    known : tuple of (name, table)
+        Entries of the given matrices that are 0 or 1; see `entries_known`.
+    changing : frozenset of str
+        Matrices that change from row to row.
+
+    Returns
+    -------
+    callable
+        ``f(**arrays)``, the arguments of `numba.source`'s `run` by name; `f.names`
+        lists them, `f.source` is the text.
+    """
+    from . import cache, numba, passes, scalars
+
+    sizes, known = dict(sizes), dict(known)
+    zero = tuple(name for name in OPTIONAL if _vanishes(known.get(name, ())))
+    found = getattr(passes, recursion)(zero)
+    straight = None
+    if found.program.work(sizes) <= 4 * UNROLLED:
+        straight = scalars.unroll(found.program, sizes, known)
+        if straight.operations > UNROLLED:
+            straight = None
+    text = numba.source(found, sizes, known, changing, straight)
+    types = numba.arguments(found)
+    run = cache.compiled(text, tuple(types.values()))
+
+    def over(**arrays):
+        return run(*(arrays[name] for name in types))
+
+    over.names, over.source, over.recursion = tuple(types), text, found
+    return over
+
+
+@functools.cache
 def compiled(module, stages, *outputs, **options):
     """The kernel of `derivations.<module>.<stages>()`, pruned to `outputs`."""
     from importlib import import_module
@@ -57,6 +128,11 @@ def steady_gradient(*outputs):
 def observer_matrices(*outputs):
     """F, G, D, T, W of the observer that a gain defines: (10), (14), (15), (25)."""
     return compiled("huddle", "observer", *outputs)
+
+
+def padded(*outputs):
+    """The matrices of the outputs that arrived, each in the place of its output."""
+    return compiled("one_pass", "padded", *outputs, flat=True)
 
 
 def decorrelation(*outputs):

@@ -5,6 +5,7 @@ from sympy.matrices.expressions.matexpr import MatrixExpr
 
 from ..derivations import Solve
 from ..linalg import eye, settle, solve_right, symmetrise
+from .lowering import needed, require_proved, symbols_in
 
 _NAMESPACE = dict(
     eye=eye, settle=settle, solve_right=solve_right, symmetrise=symmetrise
@@ -21,8 +22,7 @@ def kernel(derivation, *outputs, settled=False, flat=False):
     later stages use are cleared of rounding (see `linalg.settle`), which costs half
     as much again.
     """
-    if unproved := derivation.unproved() or not derivation.steps:
-        raise AssertionError(f"unproved derivation: {derivation.source}: {unproved}")
+    require_proved(derivation)
     given, source = numpy_source(derivation, outputs, settled, flat)
     namespace = dict(_NAMESPACE)
     exec("import numpy as np\n" + source, namespace)  # text made here, from symbols
@@ -55,27 +55,6 @@ def numpy_source(derivation, outputs=(), settled=False, flat=False):
     results = ", ".join(f"{name}={name}" for name in outputs or targets)
     lines.append(f"    return dict({results})")
     return tuple(s.name for s in given), "\n".join(lines) + "\n"
-
-
-def needed(stages, outputs):
-    """The stages that `outputs` depend on, in order; all of them if none are named."""
-    if not outputs:
-        return stages
-    wanted, kept = set(outputs), []
-    for stage in reversed(stages):
-        if stage.target.name in wanted:
-            kept.append(stage)
-            wanted |= {s.name for s in symbols_in(stage.formula)}
-    missing = set(outputs) - {stage.target.name for stage in kept}
-    if missing:
-        raise KeyError(f"no stage assigns {sorted(missing)}")
-    return tuple(reversed(kept))
-
-
-def symbols_in(formula):
-    if isinstance(formula, Solve):
-        return symbols_in(formula.N) | symbols_in(formula.M)
-    return formula.atoms(sp.MatrixSymbol)
 
 
 class Magnitude(sp.MatrixSymbol):

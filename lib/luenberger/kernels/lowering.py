@@ -1,0 +1,225 @@
+"""Lower a stage list, sizes still symbols, to steps that any printer can write out.
+
+A step sums products of at most two matrices, factors a symmetric matrix as L d L',
+or substitutes through such a factor.  Nothing of SymPy is left in the result: sizes
+are names such as "n", matrices are names, a transpose is an order of indices.
+"""
+
+from fractions import Fraction
+
+import sympy as sp
+from sympy.matrices.expressions.matexpr import MatrixExpr
+
+from ..derivations import Solve
+from ..linalg import SINGULAR_TOL
+from .program import (
+    IDENTITY,
+    Assign,
+    Factor,
+    Operand,
+    Program,
+    Substitute,
+    Term,
+    reads,
+)
+
+
+def lower(derivation, outputs=(), *, zero=(), symmetric=(), definite=(), same=()):
+    """Lower the stages that `outputs` need; all of them if none are named.
+
+    Parameters
+    ----------
+    derivation : Derivation
+        Proved, or it is refused.
+    outputs : sequence of str
+        Targets that are wanted.
+    zero : sequence of str
+        Given matrices that vanish; what they multiply is left out.
+    symmetric : sequence of str
+        Given matrices that are symmetric.
+    definite : sequence of str
+        Symmetric targets that must come out positive definite, or the step gives up.
+    same : sequence of (str, str)
+        Given matrices that are the same as another one.
+    """
+    require_proved(derivation)
+    work = _Lowering(frozenset(zero), frozenset(symmetric), frozenset(definite))
+    work.alias.update((one, Operand(other)) for one, other in same)
+    for symbol in derivation.given:
+        work.shapes[symbol.name] = sizes_of(symbol)
+    for stage in needed(derivation.stages, outputs):
+        work.stage(stage)
+    outputs = outputs or [stage.target.name for stage in derivation.stages]
+    results = {
+        name: None if name in work.zero else work.alias.get(name, Operand(name))
+        for name in outputs
+    }
+    steps = _used(work.steps, results)
+    read = {name for step in steps for name in reads(step)}
+    read |= {op.name for op in results.values() if op is not None}
+    given = tuple(s.name for s in derivation.given if s.name in read)
+    made = {step.target for step in steps if not isinstance(step, Factor)}
+    shapes = {k: v for k, v in work.shapes.items() if k in made or k in given}
+    known = frozenset(work.symmetric & set(shapes))
+    return Program(given, shapes, steps, results, known)
+
+
+def require_proved(derivation):
+    """Raise AssertionError for a derivation without proofs, or with a false one."""
+    if unproved := derivation.unproved() or not derivation.steps:
+        raise AssertionError(f"unproved derivation: {derivation.source}: {unproved}")
+
+
+def needed(stages, outputs):
+    """The stages that `outputs` depend on, in order; all of them if none are named."""
+    if not outputs:
+        return stages
+    wanted, kept = set(outputs), []
+    for stage in reversed(stages):
+        if stage.target.name in wanted:
+            kept.append(stage)
+            wanted |= {s.name for s in symbols_in(stage.formula)}
+    missing = set(outputs) - {stage.target.name for stage in kept}
+    if missing:
+        raise KeyError(f"no stage assigns {sorted(missing)}")
+    return tuple(reversed(kept))
+
+
+def symbols_in(formula):
+    if isinstance(formula, Solve):
+        return symbols_in(formula.N) | symbols_in(formula.M)
+    return formula.atoms(sp.MatrixSymbol)
+
+
+def _used(steps, results):
+    """The steps that the results need, in order; a demand for definiteness stays."""
+    wanted = {op.name for op in results.values() if op is not None}
+    kept = []
+    for step in reversed(steps):
+        if isinstance(step, Factor) or step.target in wanted:
+            kept.append(step)
+            wanted |= reads(step)
+    return tuple(reversed(kept))
+
+
+def sizes_of(e):
+    """The shape of a SymPy matrix, as names and numbers."""
+    return tuple(int(d) if d.is_Integer else d.name for d in map(sp.sympify, e.shape))
+
+
+class _Lowering:
+    def __init__(self, zero, symmetric, definite):
+        self.zero, self.symmetric = set(zero), set(symmetric)
+        self.definite, self.alias, self.shapes = definite, {}, {}
+        self.steps, self.products, self.factored = [], {}, set()
+
+    def stage(self, stage):
+        name, formula = stage.target.name, stage.formula
+        if isinstance(formula, Solve):
+            self.solve(name, formula, stage.equation)
+        else:
+            self.assign(name, formula, stage.symmetric, stage.equation)
+        if name in self.definite:
+            self.factor(name, 0.0)
+
+    def assign(self, name, e, symmetric=False, equation=""):
+        terms = self.terms(e)
+        self.shapes[name] = sizes_of(e)
+        if symmetric:
+            self.symmetric.add(name)
+        if not terms:
+            self.zero.add(name)
+        elif _is_copy(terms) and (not symmetric or self.is_symmetric(terms)):
+            self.alias[name] = terms[0].factors[0]
+        else:
+            self.steps.append(Assign(name, terms, symmetric, equation))
+
+    def is_symmetric(self, terms):
+        return terms[0].factors[0].name in self.symmetric
+
+    def solve(self, name, formula, equation):
+        right, M = self.operand(formula.N), self.operand(formula.M)
+        self.shapes[name] = sizes_of(formula.N)
+        if right is None:
+            self.zero.add(name)
+            return
+        self.factor(M.name, SINGULAR_TOL)
+        self.steps.append(Substitute(name, right, M.name, equation))
+
+    def factor(self, name, tol):
+        if name not in self.factored:
+            self.factored.add(name)
+            self.steps.append(Factor(name, tol))
+
+    def terms(self, e):
+        """The sum e as terms, longer products cut down by earlier steps."""
+        out = []
+        for part in sp.MatAdd.make_args(e):
+            args = part.args if isinstance(part, sp.MatMul) else (part,)
+            scale = sp.Mul(*(a for a in args if not isinstance(a, MatrixExpr)))
+            factors = [self.operand(a) for a in args if isinstance(a, MatrixExpr)]
+            if None in factors:
+                continue
+            factors = [f for f in factors if f.name != IDENTITY] or factors[:1]
+            out.append(Term(Fraction(int(scale.p), int(scale.q)), self.pair(factors)))
+        return tuple(out)
+
+    def pair(self, factors):
+        """At most two factors: the cheapest neighbours are multiplied first."""
+        while len(factors) > 2:
+            costs = [_cost(*map(self.shape, two)) for two in zip(factors, factors[1:])]
+            at = costs.index(min(costs))
+            factors[at : at + 2] = [self.product(*factors[at : at + 2])]
+        return tuple(factors)
+
+    def product(self, left, right):
+        if (left, right) not in self.products:
+            shape = self.shape(left)[0], self.shape(right)[1]
+            name = self.fresh(shape)
+            terms = (Term(Fraction(1), (left, right)),)
+            self.steps.append(Assign(name, terms))
+            self.products[left, right] = Operand(name)
+        return self.products[left, right]
+
+    def operand(self, e):
+        """The matrix e as an operand, None if it is zero."""
+        if isinstance(e, sp.Transpose):
+            found = self.operand(e.arg)
+            return found if self.same_turned(found) else found.T
+        if isinstance(e, sp.Identity):
+            return Operand(IDENTITY)
+        if isinstance(e, sp.MatrixSymbol):
+            if e.name in self.zero:
+                return None
+            return self.alias.get(e.name, Operand(e.name))
+        if isinstance(e, sp.MatAdd | sp.MatMul):
+            name = self.fresh(sizes_of(e))
+            self.assign(name, e)
+            return None if name in self.zero else self.alias.get(name, Operand(name))
+        raise TypeError(
+            f"no kernel for {type(e).__name__} in {e}; write an inverse as Solve"
+        )
+
+    def same_turned(self, operand):
+        return operand is None or operand.name in self.symmetric | {IDENTITY}
+
+    def fresh(self, shape):
+        name = f"t{sum(key[0] == 't' and key[1:].isdigit() for key in self.shapes)}"
+        self.shapes[name] = shape
+        return name
+
+    def shape(self, operand):
+        rows, cols = self.shapes[operand.name]
+        return (cols, rows) if operand.turned else (rows, cols)
+
+
+def _is_copy(terms):
+    one = len(terms) == 1 and terms[0].scale == 1 and len(terms[0].factors) == 1
+    return one and terms[0].factors[0].name != IDENTITY
+
+
+def _cost(left, right):
+    """Multiplications of a product, at sizes as they mostly are."""
+    usual = {"n": 12, "r": 10, "p": 4, "m": 3}
+    a, b, c = (usual.get(k, k if isinstance(k, int) else 4) for k in (*left, right[1]))
+    return a * b * c

@@ -1,0 +1,218 @@
+"""Write a lowered program out as scalars: no loops, no arrays, no work on zeros.
+
+Every entry of a matrix is a number that is known beforehand, or a name.  What is
+zero drops out, a factor of one is not multiplied, an entry below the diagonal of a
+symmetric matrix is the entry above it, and equal expressions are computed once.
+Expressions are plain enough for Python and C alike.
+"""
+
+import re
+from dataclasses import dataclass
+
+from .program import IDENTITY, Assign, Factor
+
+WORD = re.compile(r"[A-Za-z_]\w*")
+
+
+@dataclass(frozen=True)
+class Let:
+    """name = text."""
+
+    name: str
+    text: str
+
+
+@dataclass(frozen=True)
+class Need:
+    """Give up unless the condition holds; it does not where a NaN is involved."""
+
+    text: str
+
+
+@dataclass(frozen=True)
+class Straight:
+    """Statements in order, and what each entry of each matrix is called.
+
+    Attributes
+    ----------
+    statements : list of Let or Need
+    entries : dict of str to list of lists
+        Of each matrix; an entry is a float or a name.
+    given : dict of str to list of (i, j, name)
+        The entries of given matrices that the statements may read.
+    operations : int
+        Additions, multiplications, divisions and comparisons.
+    """
+
+    statements: list
+    entries: dict
+    given: dict
+    operations: int
+
+
+def unroll(program, sizes, known=None):
+    """Unroll `program` at `sizes`; `known` holds entries that are numbers.
+
+    Parameters
+    ----------
+    program : Program
+    sizes : dict of str to int
+    known : dict of str to nested sequence, optional
+        For a given matrix its entries, 0.0 or 1.0 where they will always be that,
+        and None where they are read at run time.
+    """
+    work = _Unrolling(program, sizes)
+    for name in program.given:
+        work.read(name, (known or {}).get(name))
+    for step in program.steps:
+        if isinstance(step, Assign):
+            work.assign(step)
+        elif isinstance(step, Factor):
+            work.factor(step)
+        else:
+            work.substitute(step)
+    statements = _live(work.statements, program, work.entries)
+    operations = sum(s.text.count(" ") // 2 for s in statements)
+    return Straight(statements, work.entries, work.given, operations)
+
+
+def _live(statements, program, entries):
+    """The statements without those whose result nothing reads."""
+    wanted, kept = set(), []
+    for operand in program.results.values():
+        table = entries[operand.name] if operand else []
+        wanted |= {entry for row in table for entry in row}
+    for one in reversed(statements):
+        if isinstance(one, Need) or one.name in wanted:
+            kept.append(one)
+            wanted |= set(WORD.findall(one.text))
+    return kept[::-1]
+
+
+class _Unrolling:
+    def __init__(self, program, sizes):
+        self.program, self.sizes = program, sizes
+        self.statements, self.entries, self.given = [], {}, {}
+        self.seen, self.factors = {}, {}
+
+    def read(self, name, known):
+        rows, cols = self.program.shape(name, self.sizes)
+        table, self.given[name] = [[None] * cols for _ in range(rows)], []
+        for i in range(rows):
+            for j in range(cols):
+                value = None if known is None else known[i][j]
+                if value is None and name in self.program.symmetric and j < i:
+                    value = table[j][i]
+                elif value is None:
+                    value = f"{name}_{i}_{j}"
+                    self.given[name].append((i, j, value))
+                table[i][j] = value
+        self.entries[name] = table
+
+    def of(self, operand, i, j):
+        """The entry (i, j) of an operand."""
+        if operand.name == IDENTITY:
+            return float(i == j)
+        i, j = (j, i) if operand.turned else (i, j)
+        return self.entries[operand.name][i][j]
+
+    def let(self, name, products):
+        """The sum of `products`, each a sequence of numbers and names."""
+        number, terms = 0.0, []
+        for product in products:
+            scale, names = 1.0, []
+            for factor in product:
+                if isinstance(factor, str):
+                    names.append(factor)
+                else:
+                    scale *= factor
+            if not names:
+                number += scale
+            elif scale:
+                terms.append((scale, names))
+        if not terms:
+            return number
+        text = _text(terms, number)
+        return text if text.isidentifier() else self.name(name, text)
+
+    def name(self, name, text):
+        if text not in self.seen:
+            self.seen[text] = name
+            self.statements.append(Let(name, text))
+        return self.seen[text]
+
+    def assign(self, step):
+        rows, cols = self.program.shape(step.target, self.sizes)
+        table = self.entries[step.target] = [[0.0] * cols for _ in range(rows)]
+        for i in range(rows):
+            for j in range(cols):
+                if step.symmetric and j < i:
+                    table[i][j] = table[j][i]
+                    continue
+                products = self.products(step.terms, i, j)
+                table[i][j] = self.let(f"{step.target}_{i}_{j}", products)
+
+    def products(self, terms, i, j):
+        for term in terms:
+            scale = float(term.scale)
+            if len(term.factors) == 1:
+                yield scale, self.of(term.factors[0], i, j)
+                continue
+            left, right = term.factors
+            for k in range(self.width(left)):
+                yield scale, self.of(left, i, k), self.of(right, k, j)
+
+    def width(self, operand):
+        rows, cols = self.program.shape(operand.name, self.sizes)
+        return rows if operand.turned else cols
+
+    def factor(self, step):
+        """matrix = L d L'; `inverse` holds 1 / d."""
+        name, M = step.matrix, self.entries[step.matrix]
+        size = len(M)
+        L, d, inverse = [[0.0] * size for _ in M], [0.0] * size, [0.0] * size
+        for j in range(size):
+            rest = [(-1.0, L[j][k], L[j][k], d[k]) for k in range(j)]
+            d[j] = self.let(f"{name}_d{j}", [(M[j][j],), *rest])
+            relative = step.tol and d[j] != M[j][j]
+            bound = f"{step.tol!r} * {M[j][j]}" if relative else "0.0"
+            self.statements.append(Need(f"{d[j]} > {bound}"))
+            inverse[j] = self.name(f"{name}_i{j}", f"1.0 / {d[j]}")
+            for i in range(j + 1, size):
+                rest = [(-1.0, L[i][k], L[j][k], d[k]) for k in range(j)]
+                above = self.let(f"{name}_a{i}_{j}", [(M[j][i],), *rest])
+                L[i][j] = self.let(f"{name}_l{i}_{j}", [(above, inverse[j])])
+        self.factors[name] = L, inverse
+
+    def substitute(self, step):
+        """target L d L' = right, row by row."""
+        L, inverse = self.factors[step.matrix]
+        rows, size = self.program.shape(step.target, self.sizes)
+        table = self.entries[step.target] = []
+        for i in range(rows):
+            name, row = f"{step.target}_{i}", [0.0] * size
+            for j in range(size):
+                rest = [(-1.0, L[j][k], row[k]) for k in range(j)]
+                row[j] = self.let(f"{name}_f{j}", [(self.of(step.right, i, j),), *rest])
+            row = [
+                self.let(f"{name}_s{j}", [(row[j], inverse[j])]) for j in range(size)
+            ]
+            for j in reversed(range(size)):
+                rest = [(-1.0, L[k][j], row[k]) for k in range(j + 1, size)]
+                row[j] = self.let(f"{name}_{j}", [(row[j],), *rest])
+            table.append(row)
+
+
+def _text(terms, number):
+    """A sum as Python and C read it; a minus sign in front only where it must be."""
+    terms = sorted(terms, key=lambda term: term[0] < 0)  # stable
+    text = ""
+    for scale, names in terms:
+        product = " * ".join(names)
+        if abs(scale) != 1:
+            product = f"{abs(scale)!r} * {product}"
+        sign = "-" if scale < 0 else "+"
+        text += (
+            f" {sign} {product}" if text else product if scale > 0 else f"-{product}"
+        )
+    return text + (f" {'-' if number < 0 else '+'} {abs(number)!r}" if number else "")

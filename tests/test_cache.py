@@ -1,0 +1,243 @@
+"""Compiled code is kept for the next process, and trusted only if it is ours."""
+
+import os
+import subprocess
+import sys
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import luenberger as lb
+from luenberger import kernels
+from luenberger.kernels import cache
+
+numba = pytest.importorskip("numba", reason="numba is an optional extra")
+
+OBSERVER = lb.Observer([[0.5]], [[1]], [[2]], [[1]], [[1]], T=[[1]], L=[[1]], dt=1.0)
+WANTED = [[1], [3], [4]]
+
+
+def forget():
+    """As a new process would begin."""
+    kernels.over_record.cache_clear()
+    cache.compiled.cache_clear()
+
+
+@pytest.fixture
+def home(tmp_path, monkeypatch):
+    folder = tmp_path / "kept"
+    monkeypatch.setenv("LUENBERGER_CACHE", str(folder))
+    monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
+    forget()
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        yield folder
+    forget()
+
+
+@pytest.fixture
+def compilations(monkeypatch):
+    """The number of times that numba compiled, and did not read."""
+    done, settled = [], cache._settled
+
+    def watched(run, types):
+        run = settled(run, types)
+        done.append(sum(run.stats.cache_hits.values()) == 0)
+        return run
+
+    monkeypatch.setattr(cache, "_settled", watched)
+    return done
+
+
+def estimated():
+    forget()
+    found = lb.estimate(OBSERVER, [[1], [1], [1]], backend="numba")
+    np.testing.assert_array_equal(found, WANTED)
+
+
+def kept(home, pattern):
+    found = sorted(home.rglob(pattern))
+    assert found, pattern
+    return found
+
+
+def test_the_second_time_nothing_is_compiled(home, compilations):
+    estimated()
+    estimated()
+    assert compilations == [True, False]
+    assert len(kept(home, "luenberger_*.py")) == 1
+    assert len(kept(home, "*.nbc")) == len(kept(home, "*.sha256")) == 1
+    if hasattr(os, "getuid"):
+        assert home.stat().st_mode & 0o777 == 0o700
+
+
+def test_a_second_process_does_not_compile(home, compilations):
+    estimated()
+    code = (
+        "import luenberger as lb\n"
+        "from luenberger.kernels import cache\n"
+        "settled = cache._settled\n"
+        "def watched(run, types):\n"
+        "    run = settled(run, types)\n"
+        "    print(sum(run.stats.cache_hits.values()))\n"
+        "    return run\n"
+        "cache._settled = watched\n"
+        "o = lb.Observer([[0.5]], [[1]], [[2]], [[1]], [[1]], T=[[1]], L=[[1]], dt=1)\n"
+        "print(lb.estimate(o, [[1], [1], [1]], backend='numba').ravel())\n"
+    )
+    run = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    )
+    assert run.stdout.splitlines() == ["1", "[1. 3. 4.]"], run.stderr
+
+
+def truncate(path):
+    path.write_bytes(path.read_bytes()[:100])
+
+
+def change_a_byte(path):
+    data = bytearray(path.read_bytes())
+    data[-20] ^= 1
+    path.write_bytes(data)
+
+
+BROKEN = {
+    "code cut short": ("*.nbc", truncate),
+    "code with one byte changed": ("*.nbc", change_a_byte),
+    "index cut short": ("*.nbi", truncate),
+    "index empty": ("*.nbi", lambda path: path.write_bytes(b"")),
+    "no hashes": ("*.sha256", Path.unlink),
+    "hashes of something else": ("*.sha256", lambda path: path.write_text("00  x\n")),
+    "no code": ("*.nbc", Path.unlink),
+    "writable by all": ("*.nbc", lambda path: path.chmod(0o666)),
+}
+
+
+@pytest.mark.parametrize("pattern, harm", BROKEN.values(), ids=BROKEN.keys())
+def test_a_broken_entry_is_made_anew(pattern, harm, home, compilations):
+    if pattern == "*.nbc" and harm is BROKEN["writable by all"][1] and os.name == "nt":
+        pytest.skip("permissions of this kind are POSIX")
+    estimated()
+    (path,) = kept(home, pattern)
+    harm(path)
+    estimated()
+    estimated()
+    assert compilations == [True, True, False]
+
+
+def test_foreign_text_is_never_run(home, compilations):
+    estimated()
+    (path,) = kept(home, "luenberger_*.py")
+    ours = path.read_text()
+    path.write_text(ours + "raise SystemExit('foreign text was run')\n")
+    estimated()
+    assert path.read_text() == ours
+
+
+def test_foreign_machine_code_is_never_loaded(home, compilations, tmp_path):
+    """Somebody else's files under our names: a pickle that would call what it likes."""
+    estimated()
+    for path in kept(home, "*.nb?"):
+        path.write_bytes(
+            b"cos\nsystem\n(S'touch %s'\ntR." % str(tmp_path / "x").encode()
+        )
+    estimated()
+    assert not (tmp_path / "x").exists()
+    assert compilations == [True, True]
+
+
+def test_a_folder_that_others_can_write_to_is_not_used(home):
+    home.mkdir()
+    home.chmod(0o777)
+    forget()
+    with pytest.warns(UserWarning, match="can be written by others.*LUENBERGER_CACHE"):
+        assert cache.usable_folder() is None
+    with pytest.warns(UserWarning):
+        estimated()
+    assert list(home.iterdir()) == []
+
+
+@pytest.mark.skipif(not hasattr(os, "getuid"), reason="files have no owner here")
+def test_a_folder_of_somebody_else_is_not_used(home, monkeypatch):
+    home.mkdir(mode=0o700)
+    monkeypatch.setattr(os, "getuid", lambda: home.stat().st_uid + 1)
+    with pytest.warns(UserWarning, match="belongs to somebody else"):
+        estimated()
+    assert list(home.iterdir()) == []
+
+
+def test_a_folder_that_cannot_be_made_costs_only_time(home, monkeypatch, tmp_path):
+    (tmp_path / "file").write_text("in the way")
+    monkeypatch.setenv("LUENBERGER_CACHE", str(tmp_path / "file" / "below"))
+    estimated()
+    assert (tmp_path / "file").read_text() == "in the way"
+
+
+def test_a_disk_that_fails_costs_only_time(home, monkeypatch):
+    def full(path, text):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(cache, "replace", full)
+    with pytest.warns(UserWarning, match="not kept: .*No space left"):
+        estimated()
+
+
+def test_half_a_file_is_never_left(home, monkeypatch):
+    home.mkdir(mode=0o700)
+    monkeypatch.setattr(os, "replace", lambda *_: (_ for _ in ()).throw(OSError(5, "")))
+    with pytest.raises(OSError):
+        cache.replace(home / "a", "text")
+    assert list(home.iterdir()) == []
+
+
+def test_numba_may_keep_its_files_elsewhere(home, tmp_path, monkeypatch, compilations):
+    """NUMBA_CACHE_DIR is honoured, and its folder is looked at as ours is."""
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir(mode=0o700)
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(elsewhere))
+    estimated()
+    (path,) = kept(elsewhere, "*.nbc")
+    truncate(path)
+    estimated()
+    estimated()
+    assert compilations == [True, True, False]
+
+
+def test_another_version_is_another_entry(monkeypatch):
+    before = cache.key("text", ("f8",))
+    assert cache.key("text", ("f8",)) == before
+    assert cache.key("text ", ("f8",)) != before != cache.key("text", ("i8",))
+    monkeypatch.setattr(numba, "__version__", "9.9")
+    assert cache.key("text", ("f8",)) != before
+
+
+PLACES = [
+    ("linux", {"XDG_CACHE_HOME": "/x"}, "/x/luenberger"),
+    ("linux", {}, "/home/me/.cache/luenberger"),
+    ("darwin", {}, "/home/me/Library/Caches/luenberger"),
+    ("win32", {"LOCALAPPDATA": "/local"}, "/local/luenberger"),
+    ("linux", {"LUENBERGER_CACHE": "/here", "XDG_CACHE_HOME": "/x"}, "/here"),
+]
+
+
+@pytest.mark.parametrize("platform, environment, wanted", PLACES)
+def test_where_the_folder_is(platform, environment, wanted, monkeypatch):
+    for name in ("LUENBERGER_CACHE", "XDG_CACHE_HOME", "LOCALAPPDATA"):
+        monkeypatch.delenv(name, raising=False)
+    for name, value in environment.items():
+        monkeypatch.setenv(name, value)
+    monkeypatch.setattr(cache.sys, "platform", platform)
+    monkeypatch.setattr(Path, "home", lambda: Path("/home/me"))
+    assert cache.folder() == Path(wanted)
+
+
+def test_without_a_home_nothing_is_kept(monkeypatch):
+    def homeless():
+        raise RuntimeError("Could not determine home directory.")
+
+    for name in ("LUENBERGER_CACHE", "XDG_CACHE_HOME", "LOCALAPPDATA"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setattr(Path, "home", homeless)
+    assert cache.usable_folder() is None

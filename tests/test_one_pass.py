@@ -1,0 +1,48 @@
+"""The stage lists that compiled loops run are proved, and notice damage."""
+
+import dataclasses
+
+import pytest
+from sympy.matrices.expressions import MatAdd
+
+from luenberger.derivations import Solve, one_pass
+from luenberger.derivations.algebra import ShapeError
+
+PROOFS = {
+    "filter_step": one_pass._same_step,
+    "padded": one_pass._same_with_fewer_outputs,
+    "observer_step": one_pass._error_is_free,
+}
+FOUND = {name: getattr(one_pass, name)() for name in PROOFS}
+
+
+@pytest.mark.parametrize("name", FOUND)
+def test_proved(name):
+    assert FOUND[name].proved()
+
+
+def damaged():
+    """Every stage with the sign of one of its terms turned."""
+    for name, derivation in FOUND.items():
+        for i, stage in enumerate(derivation.stages):
+            solve = isinstance(stage.formula, Solve)
+            whole = stage.formula.N if solve else stage.formula
+            terms = list(MatAdd.make_args(whole))
+            for k in range(len(terms)):
+                wrong = sum((t for j, t in enumerate(terms) if j != k), -terms[k])
+                wrong = Solve(wrong, stage.formula.M) if solve else wrong
+                label = f"{name}-{stage.target.name}-{k}"
+                yield pytest.param(name, i, wrong, id=label)
+
+
+@pytest.mark.parametrize("name, index, formula", list(damaged()))
+def test_one_wrong_sign_in_a_stage_is_noticed(name, index, formula):
+    sound = FOUND[name]
+    stages = list(sound.stages)
+    stages[index] = dataclasses.replace(stages[index], formula=formula)
+    broken = dataclasses.replace(sound, stages=tuple(stages))
+    try:
+        steps = PROOFS[name](broken)
+    except ShapeError:
+        return
+    assert dataclasses.replace(broken, steps=steps).unproved()
