@@ -155,7 +155,7 @@ def functional_input(*outputs):
     return compiled("functional", "observer", *outputs)
 
 
-@cache
+@functools.cache
 def sampling_law(name, coefficient):
     """A law of Hsia's Table II without bounds: f(rho, T_max, `coefficient`)."""
     from ..derivations import adaptive_sampling
