@@ -24,6 +24,7 @@ ALLOWED = {
     "offline": set(),
     "derivations": {"certificate"},
     "kernels": {"derivations", "linalg"},
+    "ledger": {"derivations", "show"},
     "certificate": {"errors"},
     "linalg": {"errors"},
     "covariance_maps": {"errors", "linalg"},
@@ -62,6 +63,7 @@ INSIDE_A_FUNCTION = {
     "export": {"control"},
     "parallel": {"tqdm"},
     "kernels": {"numba"},
+    "ledger": {"latex2mathml"},
     "offline": {"nbclient", "nbconvert", "nbformat", "latex2mathml"},
 }
 FILES = sorted(
