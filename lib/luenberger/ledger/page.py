@@ -5,7 +5,8 @@ import os
 import tempfile
 from pathlib import Path
 
-from . import PAPERS, count, entries, evidence, find_paper, misprints, title
+from . import evidence
+from .records import PAPERS, count, entries, find_paper, misprints, title
 
 LONGEST = 420  # characters of LaTeX; what is longer is named, not shown
 
@@ -99,7 +100,7 @@ def _counts(papers):
         total = sum(count(paper) for paper in chosen)
         slips = sum(len(misprints(paper)) for paper in chosen)
         yield (
-            f'<p class="count {key}"><b>{total} equations</b>, {slips} misprints or '
+            f'<p class="count {key}"><b>{total} entries</b>, {slips} misprints or '
             "losses of the scan</p>"
         )
 
