@@ -13,12 +13,6 @@ def is_test(pointer):
     return pointer.startswith("tests/")
 
 
-def is_errata(pointer):
-    """Whether it points into an errata module, which tries the page and the truth."""
-    module = pointer.partition(":")[0]
-    return module.endswith("errata")
-
-
 @cache
 def derivation(name):
     """What "module" or "module.function" returns; a module's function is `derive`."""
@@ -56,9 +50,3 @@ def steps(pointer):
         if not isinstance(claim, Claim):
             raise TypeError(f"{name}: {key!r} is not a Claim with two sides")
     return found
-
-
-def level_of(claims):
-    """ "proved at symbolic sizes" if every claim is; otherwise "proved"."""
-    symbolic = all(claim.algebra is not None for claim in claims)
-    return "proved at symbolic sizes" if symbolic else "proved"
