@@ -118,7 +118,7 @@ def find_paper(name):
     hits = [
         paper
         for paper in PAPERS
-        if wanted in paper or wanted in title(paper).casefold() or wanted == "all"
+        if wanted in paper or wanted in title(paper).casefold()
     ]
     if not wanted or len(hits) != 1:
         problem = "no paper" if not hits else "more than one paper"
