@@ -90,9 +90,12 @@ def _file(paper):
 def _entries(paper):
     found = []
     for row in _file(paper)["entry"]:
-        misprints = tuple(Misprint(**slip) for slip in row.pop("misprint", ()))
-        evidence = tuple(row.pop("evidence"))
-        found.append(Entry(paper, evidence=evidence, misprints=misprints, **row))
+        fields = row | {
+            "evidence": tuple(row["evidence"]),
+            "misprints": tuple(Misprint(**slip) for slip in row.get("misprint", ())),
+        }
+        fields.pop("misprint", None)
+        found.append(Entry(paper, **fields))
     return tuple(found)
 
 
