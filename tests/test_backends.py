@@ -235,6 +235,36 @@ def test_noise_free_outputs_are_refused_before_the_run():
     assert Compiled(Settings(TRACKER, 1)).applies
 
 
+@pytest.mark.parametrize("options", [dict(m1=2), dict(weight="canonical")], ids=str)
+def test_redundant_outputs_that_never_arrive_together(options, plain):
+    """They cannot both be taken at their word, but nothing asks for that."""
+    plant = lb.Plant(
+        [[0.9, 0.1], [0, 0.8]], None, [[1, 0], [2, 0]], dt=1.0, Q=np.eye(2),
+        R=np.eye(2), P0=np.eye(2),
+    )  # fmt: skip
+    y = np.random.default_rng(1).normal(size=(12, 2))
+    y[::2, 0], y[1::2, 1] = np.nan, np.nan
+    agree(*both(plant, y, **options))
+    y[5] = 1
+    for backend in ("numpy", "numba"):
+        with pytest.raises(lb.DesignError, match="dependent|independent"):
+            lb.filter_data(plant, y, backend=backend, **options)
+
+
+def test_outputs_of_instant_0_are_not_read(plain, monkeypatch):
+    """The first measurement is that of instant 1; the rest is compiled."""
+    C = np.ones((13, 1, 1)) * [[1, 0.5]]
+    C[0] = 0
+    plant = lb.Plant(
+        [[0.9, 0.1], [0, 0.8]], None, C, dt=1.0, Q=np.eye(2), R=[[1]], P0=np.eye(2)
+    )
+    y = np.random.default_rng(1).normal(size=(12, 1))
+    wanted = lb.filter_data(plant, y, m1=1, history=True, backend="numpy")
+    rows = counted(monkeypatch)
+    agree(lb.filter_data(plant, y, m1=1, history=True, backend="numba"), wanted)
+    assert len(rows) == 1
+
+
 def test_noise_free_for_a_while_and_a_contradiction(plain):
     """R is zero at instants 10 to 12: those rows go to NumPy, which looks at them."""
     R = np.ones((30, 2, 2)) * np.eye(2)

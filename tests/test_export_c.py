@@ -279,6 +279,22 @@ def test_repair_is_that_of_the_library(dtype, tmp_path):
 
 
 @needs_compiler
+@pytest.mark.parametrize("m1", [0, 1], ids=["Kalman", "taken at its word"])
+def test_filter_of_one_state(m1, compiled):
+    source = lb.Plant(
+        [[0.9]], None, [[2.0]], dt=1.0, Q=[[0.5]], R=[[0.25]], P0=[[1.0]], x0=[3.0]
+    )
+    y = np.random.default_rng(5).normal(size=(40, 1))
+    y[::3] = NAN
+    unit = compiled(source, m1=m1)
+    found, code = unit.run(y, np.zeros((40, 0)), 1)
+    wanted = lb.filter_data(source, y, m1=m1)
+    assert not code.any()
+    assert generators.relative(found, wanted.x) < 1e-12
+    assert generators.relative(unit.sigma(1), wanted.P) < 1e-12
+
+
+@needs_compiler
 def test_known_states_are_filtered_as_in_python(compiled):
     source = tracker(P0=np.zeros((3, 3)))
     y = np.random.default_rng(5).normal(size=(60, 2))

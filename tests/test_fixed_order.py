@@ -373,7 +373,12 @@ TWICE = dict(C=[[1, 0], [2, 0]], R=np.zeros((2, 2)))
         ({}, {"order": 1.0}, "got 1.0"),
         ({}, {"order": True}, "got True"),
         ({}, {"starts": 0}, "starts must be a whole number from 1 up"),
+        *(
+            ({}, {"seed": seed}, "seed must be a whole number from 0 up")
+            for seed in (None, -1, 0.5, "1", True)
+        ),
         ({}, {"feedthrough": 1}, "feedthrough must be True or False"),
+        ({}, {"L": np.zeros((0, 2))}, "L has no rows"),
         ({}, {"L": [[1, 2, 3]]}, "L must be 1 x 2"),
         ({}, {"weight": np.diag([1, 0])}, "weight must be positive definite"),
         ({}, {"weight": [[1]]}, "weight must be 2 x 2"),

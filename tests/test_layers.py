@@ -24,6 +24,7 @@ ALLOWED = {
     "offline": set(),
     "derivations": {"certificate"},
     "kernels": {"derivations", "linalg"},
+    "ledger": {"derivations", "show"},
     "certificate": {"errors"},
     "linalg": {"errors"},
     "covariance_maps": {"errors", "linalg"},
@@ -63,6 +64,7 @@ INSIDE_A_FUNCTION = {
     "export": {"control"},
     "parallel": {"tqdm"},
     "kernels": {"numba", "llvmlite"},
+    "ledger": {"latex2mathml"},
     "offline": {"nbclient", "nbconvert", "nbformat", "latex2mathml"},
 }
 FILES = sorted(

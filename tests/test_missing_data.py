@@ -267,3 +267,15 @@ def test_infinite_or_misshapen_data_are_refused():
     short = generators.varying(np.random.default_rng(3), 2, 2, 3, m=1)
     with pytest.raises(ValueError, match="instants 0 .. 3, the data reach instant 4"):
         lb.filter_data(short, y, u)
+
+
+@pytest.mark.parametrize("weight", [None, [[2, 1], [1, 3]], "canonical"], ids=str)
+def test_accurate_outputs_are_met_whatever_the_units_of_states(weight):
+    """A position in nanometres beside an angle: C C' would lose the angle."""
+    C = np.array([[-3.75e8, -0.66], [-6.34e7, 1.27]])
+    plant = lb.Plant(
+        0.9 * np.eye(2), None, C, dt=1.0, Q=np.eye(2), R=np.eye(2), P0=np.eye(2)
+    )
+    y = np.random.default_rng(1).normal(size=(5, 2))
+    run = lb.filter_data(plant, y, m1=2, weight=weight)
+    np.testing.assert_allclose(run.x @ C.T, y, rtol=0, atol=1e-12)

@@ -309,6 +309,17 @@ def test_laws_say_what_they_are():
         assert np.shape(periods) == (2,) and np.allclose(periods, value)
 
 
+@pytest.mark.parametrize(
+    "law", [PLAIN, *(getattr(sampling, name)(0.05) for name in LAWS)], ids=str
+)
+def test_laws_can_be_sent_to_another_process(law):
+    sent = pickle.loads(pickle.dumps(law))
+    assert repr(sent) == repr(law)
+    assert [sent(rate) for rate in (0, 3, np.inf)] == [
+        law(rate) for rate in (0, 3, np.inf)
+    ]
+
+
 def test_at_rest_law_3_samples_as_seldom_as_it_may():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -453,6 +464,9 @@ BAD_LAWS = {
     "never again": (lambda rate: np.inf, "period inf at.*bounded"),
     "nothing": (lambda rate: None, "period None at"),
     "array": (lambda rate: np.array([0.1, 0.2]), r"period \[0.1 0.2\] at"),
+    "complex": (lambda rate: np.complex128(0.1 + 1j), r"period \(0.1\+1j\) at t = 0 s"),
+    "truth": (lambda rate: True, "period True at t = 0 s"),
+    "text": (lambda rate: "0.1", "period 0.1 at t = 0 s"),
     "later": (lambda rate: 0.1 if rate > 1e9 else -1, "period -1 at t = 0.1 s, rate"),
     "too often": (lambda rate: 1e-7, "more than 1000000 samples.*longer shortest"),
 }
@@ -524,6 +538,14 @@ REFUSED = {
         lambda: run_of("periodic", 0.1).at([0, 1.3]),
         "times must lie between 0 and 1.2 s",
     ),
+    "one time": (
+        lambda: run_of("periodic", 0.1).at(0.5),
+        "times must be a list of seconds, got array",
+    ),
+    "complex times": (
+        lambda: run_of("periodic", 0.1).at([0.5j]),
+        "times must be an array of real numbers",
+    ),
     "not a plant": (lambda: sampling.simulate(PLAIN, E, 1), "plant must be a Plant"),
     "period of zero": (
         lambda: sampling.discretise(PAPER, [0.1, 0, 0.1]),
@@ -572,6 +594,12 @@ DESIGNS = {
             lb.Plant([[1]], None, [[1]], multiplicative=[([[1]], [[0]])]), [1]
         ),
         "multiplicative noise is not",
+    ),
+    "growth": (
+        lambda: sampling.discretise(
+            lb.Plant([[3]], [[1]], [[1]], Q=[[1]], R=[[1]]), [1, 1e3]
+        ),
+        "within a period of 1000 s the plant grows beyond",
     ),
     "varying noise": (
         lambda: sampling.discretise(lb.Plant([[[1]]], None, [[1]]), [1]),

@@ -172,10 +172,27 @@ def complete(C1, weight=None, labels=None):
     Phat = np.zeros((n, n - m1))
     Phat[free, np.arange(n - m1)] = 1
     Phat[bound] = 0.0 - np.linalg.solve(C1[:, bound], C1[:, free])  # no -0.0
-    lifted = C1.T if weight is None else np.linalg.solve(weight, C1.T)
-    Gamma1 = np.linalg.solve(C1 @ lifted, lifted.T).T
+    Gamma1 = _right_inverse(C1, weight)
     That = np.linalg.inv(np.hstack([Phat, Gamma1]))[: n - m1]
     return Phat, Gamma1, That
+
+
+def _right_inverse(C1, weight):
+    """W^-1 C1' (C1 W^-1 C1')^-1 by QR, as the Gram matrix squares what units do."""
+    if weight is None:
+        basis, upper = scipy.linalg.qr(C1.T, mode="economic")
+        return scipy.linalg.solve_triangular(upper, basis.T).T
+    try:
+        lower = np.linalg.cholesky(weight)
+    except np.linalg.LinAlgError:
+        raise DesignError(
+            "the weight is singular to working precision; scale the states, or give "
+            "another weight"
+        ) from None
+    lifted = scipy.linalg.solve_triangular(lower, C1.T, lower=True)
+    basis, upper = scipy.linalg.qr(lifted, mode="economic")
+    basis = scipy.linalg.solve_triangular(lower, basis, lower=True, trans=1)
+    return scipy.linalg.solve_triangular(upper, basis.T).T
 
 
 def lyapunov(F, Q):

@@ -217,7 +217,7 @@ def single_output(n=3):
     combined = sum((-a * r for a, r in zip(coefficients, chain)), sp.zeros(1, n))
     return {
         f"(11) one output: phi = minus the coefficients of det(s I - A) [n = {n}]": (
-            Claim((row - combined).expand())
+            Claim(row, combined.expand())
         )
     }
 

@@ -87,20 +87,25 @@ def construction_steps(size, order):
     kappa = continued(beta, size)
     found = (kappa[:, :order] * kalman.inv()).applyfunc(sp.cancel)
     minor = shift[:, order:]
+    first, last = S([*beta[:-1], 0], size), S([0] * order + [1], size)
     name = f"n = {size}, r = {order}"
     return {
         f"(5) by columns: T_(j+1) = F T_j, and the last gives D, {name}": Claim(
             free * A - F * free - d * C, (ahead - F * free).expand()
         ),
         f"(8),(9) solve (5): T A - F T = D C, {name}": Claim(
-            (T * A - F * T - D * C).expand()
+            (T * A - F * T).expand(), (D * C).expand()
         ),
-        f"(10),(11) S_r T' = 0, T as used here, {name}": Claim((shift * T.T).expand()),
-        f"(10) k = P T gives S_r k' = 0, {name}": Claim((shift * (P * T).T).expand()),
+        f"(10),(11) S_r T' = 0, T as used here, {name}": Claim(
+            (first * T.T).expand(), -(last * T.T).expand()
+        ),
+        f"(10) k = P T gives S_r k' = 0, {name}": Claim(
+            (first * (P * T).T).expand(), -(last * (P * T).T).expand()
+        ),
         f"(10) S_r k' = 0 gives k = P T, P = [k_0 .. k_(r-1)][t .. F^(r-1) t]^-1, "
-        f"{name}": Claim((found * T - kappa).applyfunc(sp.cancel)),
+        f"{name}": Claim((found * T).applyfunc(sp.cancel), kappa),
         f"(11) S_r has rank n - r: its last columns are triangular, {name}": Claim(
-            minor - minor.lower_triangular()
+            minor, minor.lower_triangular()
         ),
         f"(11) with beta_r = 1 on the diagonal, {name}": Claim(minor.det(), 1),
     }
@@ -120,9 +125,9 @@ def hamilton_step(order):
     """(12) Cayley and Hamilton, for F with a symbol for every entry."""
     F = sp.Matrix(order, order, lambda i, j: sp.Symbol(f"f_{i + 1}{j + 1}"))
     total, power = sp.zeros(order), sp.eye(order)
-    for b in characteristic(F):
+    for b in characteristic(F)[:-1]:
         total, power = total + b * power, (power * F).expand()
-    return {f"(12) beta(F) = 0, r = {order}": Claim(total.expand())}
+    return {f"(12) beta(F) = 0, r = {order}": Claim(power, -total.expand())}
 
 
 # -- the same in any coordinates ----------------------------------------------------
@@ -229,7 +234,7 @@ def row_space_steps(size, order):
             seen[:, free:].det() ** 2, 1
         ),
         f"(13) the first n - r of k beta(A) are S_r k', {name}": Claim(
-            (k_beta[:, :free].T - S(beta, size) * k.T).expand()
+            k_beta[:, :free].T.expand(), (S(beta, size) * k.T).expand()
         ),
     }
 
@@ -245,7 +250,7 @@ def scale_step(size, order):
     wanted = sp.Matrix([x / sigma ** (i + order) for i, x in enumerate(rows)])
     return {
         "(13) in another unit of time: row i divided by sigma^(i + r), "
-        f"n = {size}, r = {order}": Claim((scaled * sequence - wanted).expand())
+        f"n = {size}, r = {order}": Claim((scaled * sequence).expand(), wanted.expand())
     }
 
 
@@ -277,7 +282,9 @@ def derive():
         steps |= construction_steps(size, order) | row_space_steps(size, order)
         steps |= scale_step(size, order)
     for size in (2, 3):  # r = n: S_n has no rows, and every beta will do
-        steps |= construction_steps(size, size)
+        for name, claim in construction_steps(size, size).items():
+            if "S_r T'" not in name and "gives S_r" not in name:
+                steps[name] = claim
     for size in (2, 3, 4, 5, 6):
         steps |= coordinate_steps(size) | sequence_steps(size)
     return Derivation(

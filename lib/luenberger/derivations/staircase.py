@@ -22,6 +22,7 @@ import sympy as sp
 from sympy.matrices import kronecker_product
 
 from . import Derivation
+from .algebra import Claim
 
 STAIRS = ((1, 1, 1), (1, 2), (2, 2), (1, 1, 2), (1, 2, 3), (2, 3))
 PAIRS = ((1, 1, 1), (1, 1, 2), (1, 2, 2), (2, 2), (3, 3))
@@ -92,15 +93,15 @@ def row_steps(p, name):
         residual = t * p.A - f * t - x[0] * p.T_above(i) - x[2] * p.C
         system = sp.Matrix.hstack(*x) * M + af
         where = f"stairs {name}, row {i}"
-        steps[f"(16),(18) the row is x'M_i + af_i' = 0, {where}"] = (
-            residual - system
-        ).expand()
-        lead = M.extract(p.leading(i), list(range(p.n)))
-        steps[f"(18) M_i has {p.n + p.r - 1} x {p.n} entries, {where}"] = sp.Matrix(
-            [M.shape[0] - p.n - p.r + 1, M.shape[1] - p.n]
+        steps[f"(16),(18) the row is x'M_i + af_i' = 0, {where}"] = Claim(
+            residual.expand(), system.expand()
         )
-        steps[f"(20) the leading rows of M_i make a triangle, {where}"] = lead - (
-            lead.upper_triangular()
+        lead = M.extract(p.leading(i), list(range(p.n)))
+        steps[f"(18) M_i has {p.n + p.r - 1} x {p.n} entries, {where}"] = Claim(
+            sp.Matrix(M.shape), sp.Matrix([p.n + p.r - 1, p.n])
+        )
+        steps[f"(20) the leading rows of M_i make a triangle, {where}"] = Claim(
+            lead, lead.upper_triangular()
         )
         entries = [-p.T_above(i)[k, k] for k in range(i)]
         entries += [
@@ -108,9 +109,9 @@ def row_steps(p, name):
             for c, lead in enumerate(p.leads)
             if c >= i
         ]
-        steps[f"(20) with the stair's entries on its diagonal, {where}"] = sp.Matrix(
-            entries
-        ) - sp.Matrix(lead.diagonal()).T.reshape(p.n, 1)
+        steps[f"(20) with the stair's entries on its diagonal, {where}"] = Claim(
+            sp.Matrix(entries), lead.diagonal().T
+        )
     return steps
 
 
@@ -142,21 +143,21 @@ def pair_steps(p, name):
         residual = T * p.A - block * T - f * p.T_above(i) - d * p.C
         Mb, first = doubled(p, i, a, b)
         system = sp.Matrix.hstack(*map(interleaved, (f, t, d))) * Mb + first
-        steps[f"(29),(30) the pair is xb' Mb = -ab', tau unknown, {where}"] = (
-            interleaved(residual) - system
-        ).expand()
+        steps[f"(29),(30) the pair is xb' Mb = -ab', tau unknown, {where}"] = Claim(
+            interleaved(residual).expand(), system.expand()
+        )
         M, af = p.M(i, a + sp.I * b)
         x = sp.Matrix.hstack(f, t, d)
         complex_row = (x[0, :] + sp.I * x[1, :]) * M + af
-        steps[f"(29) it is one complex row of (18) with f = a + jb, {where}"] = (
-            complex_row - residual[0, :] - sp.I * residual[1, :]
-        ).expand()
+        steps[f"(29) it is one complex row of (18) with f = a + jb, {where}"] = Claim(
+            complex_row.expand(), (residual[0, :] + sp.I * residual[1, :]).expand()
+        )
         lead = [2 * k + side for k in p.leading(i) for side in (0, 1)]
         square = Mb.extract(lead, list(range(2 * p.n)))
         entries = p.M(i, 0)[0].extract(p.leading(i), list(range(p.n))).diagonal()
         diagonal = sp.diag(*[x for x in entries for _ in (0, 1)])
         steps[f"(32) repaired: leading rows make a triangle, entries X, {where}"] = (
-            square.lower_triangular() - diagonal
+            Claim(square.lower_triangular(), diagonal)
         )
         steps |= (
             one_wide(p, i, Mb, af, b, where) if p.one_wide(i) else wide(p, i, where)
@@ -175,16 +176,16 @@ def one_wide(p, i, Mb, af, b, where):
         v[k] = -(T[k, k + 1 :] * v[k + 1 :, :])[0] / T[k, k]
     e = sp.zeros(M.shape[0], 1)
     e[i] = 1
-    printed = Mb.copy()
-    printed.row_del(2 * i)  # the row of tau, which the paper takes as known
+    there = sp.zeros(Mb.shape[0], 1)
+    there[2 * i] = 1  # the row of tau, which the paper takes as known and leaves out
     t = -(af * v)[0] * X  # X times the entry t_(i,i+1) + j tau of the complex row
     half = kronecker_product(v, sp.Matrix([1, 0]))
     return {
-        f"(32) one wide: M_i v = e at the row of t_(i,i+1), {where}": (
-            (M * v - e).applyfunc(sp.cancel)
+        f"(32) one wide: M_i v = e at the row of t_(i,i+1), {where}": Claim(
+            (M * v).applyfunc(sp.cancel), e
         ),
-        f"(32) one wide: the printed Mb has rank below 2n, Mb v = 0, {where}": (
-            (printed * half).applyfunc(sp.cancel)
+        f"(32) one wide: the printed Mb has rank below 2n, Mb v = 0, {where}": Claim(
+            (Mb * half).applyfunc(sp.cancel), there
         ),
         f"(32) one wide: tau X = b, so tau is zero only if b is, {where}": (
             sp.expand(t - t.subs(b, 0) - sp.I * b)
@@ -228,19 +229,17 @@ def count_steps():
     """The leading terms agree, and what is saved."""
     c = counts()
     share = c["all rows, on the columns that are not yet triangular"]
+    leading = lambda x, y: sp.limit(x / y, n, sp.oo)  # noqa: E731
     return {
-        "(21) reflectors of r entries cost r n^2 to leading order": sp.limit(
-            c["(21) reflectors of r entries"] / c["(21) one M_i"], n, sp.oo
-        )
-        - 1,
-        "(22) without the triangular columns: a third of it": sp.limit(
-            share / c["(22) all rows"], n, sp.oo
-        )
-        - sp.Rational(1, 3),
-        "(34) a complex row instead of the doubled system: half of it": (
-            c["conjugate pairs, complex rows"]
-            / c["(34) conjugate pairs, doubled real systems"]
-            - sp.Rational(1, 2)
+        "(21) reflectors of r entries cost r n^2 to leading order": Claim(
+            leading(c["(21) reflectors of r entries"], c["(21) one M_i"]), sp.Integer(1)
+        ),
+        "(22) without the triangular columns: a third of it": Claim(
+            leading(share, c["(22) all rows"]), sp.Rational(1, 3)
+        ),
+        "(34) a complex row instead of the doubled system: half of it": Claim(
+            2 * c["conjugate pairs, complex rows"],
+            c["(34) conjugate pairs, doubled real systems"],
         ),
     }
 

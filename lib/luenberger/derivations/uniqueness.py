@@ -19,7 +19,7 @@ from .algebra import Algebra, Claim, claims
 n, p, m1 = sp.symbols("n p m_1", integer=True, nonnegative=True)
 nz, p2 = n - m1, p - m1
 K, D, N = (MatrixSymbol(k, nz, p) for k in ("K", "Delta", "N"))
-M, L, R = (MatrixSymbol(k, p, p) for k in ("M", "L", "R"))
+M, Mi, L, R = (MatrixSymbol(k, p, p) for k in ("M", "M^-1", "L", "R"))
 H, P = MatrixSymbol("H", p, n), MatrixSymbol("P", n, nz)
 Omega, G, G_R = (
     MatrixSymbol("Omega", n, n),
@@ -45,8 +45,8 @@ def positive():
             ),
         },
     ) | claims(
-        Algebra([M]),
-        {"(33) K = N M^-1 solves K M = N": (N * M.I * M, N)},
+        Algebra([M], [(Mi, M.I)]),  # by name: SymPy itself would cancel M.I * M
+        {"(33) K = N M^-1 solves K M = N": (N * Mi * M, N)},
     )
 
 

@@ -9,6 +9,7 @@ has all p outputs.
 import numpy as np
 
 from .. import kernels
+from ..errors import DesignError
 from ..linalg import nonsingular
 
 BEFORE = {"A": "A", "As": "As", "Q": "Qs", "B": "B", "J": "J"}
@@ -25,9 +26,13 @@ class Compiled:
         self.varying = plant.steps is not None
         self.cross = plant.S is not None and bool(plant.S.any())
         self.accurate = len(settings.accurate) > 0
-        self.full = settings.at(0)
         self.table, self.padded = {}, []
-        self.applies = plant.p > 0 and (self.varying or not self.full.blind.size)
+        try:
+            self.full = settings.at(1)  # what it was at instant 0 is not used
+        except DesignError:  # perhaps the outputs never arrive together
+            self.full = None
+        has_all = plant.p > 0 and self.full is not None
+        self.applies = has_all and (self.varying or not self.full.blind.size)
 
     def rows(self, run, y, u):
         """The rows of a chunk, ready to be run; `run` is the pass before them."""

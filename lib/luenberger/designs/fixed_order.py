@@ -147,8 +147,10 @@ def fixed_order_search(
     >>> [(round(one.excess, 4), one.observer.F.round(4)) for one in found.minima]
     [(0.049, array([[0.7214]])), (0.0909, array([[-0.8536]]))]
     """
-    _require(plant, order, feedthrough, starts)
+    _require(plant, order, feedthrough, starts, seed)
     L = matrix("L", np.eye(plant.n) if L is None else L, cols=plant.n)
+    if len(L) == 0:
+        raise ValueError("L has no rows; give at least one combination of the states")
     weight = positive_weight(np.eye(len(L)) if weight is None else weight, len(L))
     whole = prediction(plant, L, weight, feedthrough)
 
@@ -180,17 +182,23 @@ def fixed_order_search(
     return Search(found, tuple(failed), whole.cost, enough)
 
 
-def _require(plant, order, feedthrough, starts):
+def _require(plant, order, feedthrough, starts, seed):
     """Refuse what the paper's problem does not cover."""
     if plant.steps is not None:
         raise DesignError("the fixed-order filter is for a constant plant")
     require_noise(replace(plant, multiplicative=()))
-    for name, value, most in (("order", order, plant.n), ("starts", starts, np.inf)):
+    for name, value, least, most in (
+        ("order", order, 1, plant.n),
+        ("starts", starts, 1, np.inf),
+        ("seed", seed, 0, np.inf),
+    ):
         whole = isinstance(value, Integral) and not isinstance(value, bool)
-        if not whole or not 1 <= value <= most:
-            limit = f"from 1 to n = {most}" if name == "order" else "from 1 up"
-            raise DesignError(f"{name} must be a whole number {limit}, got {value!r}")
-    if not isinstance(feedthrough, bool):
+        if not whole or not least <= value <= most:
+            limit = f"to n = {most}" if name == "order" else "up"
+            raise DesignError(
+                f"{name} must be a whole number from {least} {limit}, got {value!r}"
+            )
+    if not isinstance(feedthrough, bool | np.bool_):
         raise ValueError(f"feedthrough must be True or False, got {feedthrough!r}")
     poles = np.linalg.eigvals(plant.A)
     if (np.abs(poles) >= 1).any():

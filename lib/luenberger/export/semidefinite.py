@@ -109,7 +109,9 @@ static void @NAME@_semidefinite(@REAL@ Sigma[], const @REAL@ Omega[])
                 const @REAL@ value = X[k * @N@ + k];
                 if (value > 0) s += V[i * @N@ + k] * value * V[j * @N@ + k];
             }
-            Sigma[i * @N@ + j] = Sigma[j * @N@ + i] = s * scale[i] * scale[j];
+            s *= scale[i] * scale[j];
+            Sigma[i * @N@ + j] = s;
+            Sigma[j * @N@ + i] = s;
         }
     }
 }

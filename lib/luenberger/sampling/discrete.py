@@ -42,7 +42,8 @@ def discretise(plant, periods):
     ------
     DesignError
         If the plant is not continuous and constant, has S (cross-covariance with a
-        sample's noise) or multiplicative noise.
+        sample's noise) or multiplicative noise, or grows beyond what floats hold
+        within a period.
     ValueError
         If a period is not positive.
 
@@ -63,11 +64,16 @@ def discretise(plant, periods):
     periods = _periods(periods)
     unique, where = np.unique(periods, return_inverse=True)
     where = np.append(where, where[-1])  # instant N
-    held = [hold(plant.A, plant.B, T) for T in unique]
-    A, B = (np.array(parts)[where] for parts in zip(*held))
-    Q = plant.Q
-    if Q is not None:
-        Q = np.array([_noise(plant.A, Q, T) for T in unique])[where]
+    with np.errstate(over="ignore", invalid="ignore"):  # refused below
+        each = [_over_one(plant, T) for T in unique]
+    for T, parts in zip(unique, each):
+        if not all(np.isfinite(X).all() for X in parts):
+            raise DesignError(
+                f"within a period of {T:g} s the plant grows beyond what floats hold. "
+                "Take shorter periods."
+            )
+    A, B, *noise = (np.array(parts)[where] for parts in zip(*each))
+    Q = noise[0] if noise else None
     return Plant(
         A,
         B,
@@ -84,6 +90,12 @@ def discretise(plant, periods):
         input_names=plant.input_names,
         output_names=plant.output_names,
     )
+
+
+def _over_one(plant, T):
+    """A, B and, if there is noise, Q of one period."""
+    held = hold(plant.A, plant.B, T)
+    return held if plant.Q is None else (*held, _noise(plant.A, plant.Q, T))
 
 
 def _noise(A, Q, T):

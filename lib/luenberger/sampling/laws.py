@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from numbers import Real
 
 import numpy as np
@@ -50,7 +51,7 @@ def periodic(T):
     (periodic(0.04), 0.04)
     """
     T = _positive("T", T)
-    return Law(lambda rate: np.full_like(rate, T, float), T, T, f"periodic({T:g})")
+    return Law(partial(_constant, T), T, T, f"periodic({T:g})")
 
 
 def quadratic(alpha, *, T_min=T_MIN, T_max=T_MAX):
@@ -179,15 +180,22 @@ def _of_table(name, letter, value, T_min, T_max):
     """A law of Table II, its formula compiled from the derivation at first use."""
     value = _positive(letter, value)
     T_min, T_max = _bounds(T_min, T_max)
-
-    def period(rate):
-        law = kernels.sampling_law(name, letter)
-        return law(rho=rate, T_max=T_max, **{letter: value})
-
     text = f"{name}({value:g})"
     if (T_min, T_max) != (T_MIN, T_MAX):
         text = f"{name}({value:g}, T_min={T_min:g}, T_max={T_max:g})"
-    return Law(period, T_min, T_max, text)
+    return Law(partial(_compiled, name, letter, value, T_max), T_min, T_max, text)
+
+
+# Functions with names, not closures, so that laws can be sent to other processes.
+
+
+def _constant(T, rate):
+    return np.full_like(rate, T, float)
+
+
+def _compiled(name, letter, value, T_max, rate):
+    law = kernels.sampling_law(name, letter)
+    return law(rho=rate, T_max=T_max, **{letter: value})
 
 
 def _positive(name, value):

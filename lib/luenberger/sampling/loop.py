@@ -8,6 +8,7 @@ from numbers import Real
 
 import numpy as np
 
+from ..arrays import numbers
 from ..errors import DesignError
 from .references import step
 from .system import Loop
@@ -69,8 +70,10 @@ class Response:
         ValueError
             If a time lies outside the run.
         """
-        times = np.asarray(times, dtype=float)
-        if times.ndim != 1 or not ((times >= 0) & (times <= self.duration)).all():
+        times = numbers("times", times)
+        if times.ndim != 1:
+            raise ValueError(f"times must be a list of seconds, got {times!r}")
+        if not ((times >= 0) & (times <= self.duration)).all():
             raise ValueError(f"times must lie between 0 and {self.duration:g} s")
         i = np.searchsorted(self.t, times, side="right") - 1
         s = self._loop.ahead(self._states[i], times - self.t[i])
@@ -177,10 +180,10 @@ def simulate(
 def _period(law, rate, t, duration):
     """What the law says, if it is a period."""
     said, name = law(rate), getattr(law, "__name__", repr(law))
-    try:
-        T = float(said)
-    except (TypeError, ValueError):
-        T = np.nan
+    if isinstance(said, np.ndarray) and said.ndim == 0:
+        said = said[()]
+    number = isinstance(said, Real) and not isinstance(said, bool | np.bool_)
+    T = float(said) if number else np.nan
     if not 0 < T < np.inf:
         raise DesignError(
             f"the law {name} asks for the period {said} at t = {t:.6g} s, rate "

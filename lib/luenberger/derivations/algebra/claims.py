@@ -54,7 +54,7 @@ class Claim:
 
     def _sides(self):
         for side in (self.left, self.right):
-            side = side.as_expr() if hasattr(side, "terms") else side
+            side = side.as_expr() if hasattr(side, "algebra") else side
             yield side if isinstance(side, (MatrixExpr, sp.Basic)) else sp.sympify(side)
 
     def __repr__(self):

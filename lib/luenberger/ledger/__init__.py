@@ -1,0 +1,51 @@
+"""The equation ledger: every numbered equation of the papers, and what vouches for it.
+
+The entries are data, one file for each paper in `papers/`; they point at code.  An
+entry's evidence is a proved step of a derivation, or a test; `ledger.evidence` finds
+it.  The tests run every piece of evidence, damage it, and see it fail.
+
+>>> from luenberger import ledger
+>>> entry, = ledger.entries("moore", number="(5)")
+>>> entry.says
+'T A - F T = D C: what z tracks moves as z does.'
+"""
+
+from .records import KINDS as KINDS
+from .records import PAPERS as PAPERS
+from .records import Entry as Entry
+from .records import Misprint as Misprint
+from .records import count as count
+from .records import entries as entries
+from .records import find_paper as find_paper
+from .records import misprints as misprints
+from .records import title as title
+from .tables import by_paper as by_paper
+from .tables import misprint_table as misprint_table
+from .tables import summary as summary
+from .tables import table as table
+
+
+def write_page(path, paper=None, *, formulas=True):
+    """Write the ledger as one HTML page that needs no network and runs no script.
+
+    Parameters
+    ----------
+    path : str or Path
+        Written beside and renamed, so that an interrupted run leaves the old file.
+    paper : str, optional
+        One paper instead of all.
+    formulas : bool
+        With the proved claims, as MathML; this runs the derivations, which takes half
+        a minute.  Without them the page is written at once.
+
+    Raises
+    ------
+    ValueError
+        If there is no such paper.
+    ModuleNotFoundError
+        If `latex2mathml`, of luenberger[report], is not installed and formulas are
+        wanted.
+    """
+    from .page import write
+
+    write(path, paper, formulas)

@@ -1,0 +1,52 @@
+"""From an entry's pointer to what it points at.  A dangling pointer is an error."""
+
+from functools import cache
+from importlib import import_module
+
+from ..derivations.algebra import Claim
+
+SIZES = (", ", " [", " (")  # how the sizes at the end of a step's name begin
+
+
+def is_test(pointer):
+    """Whether the evidence is a test, "tests/test_file.py::test"."""
+    return pointer.startswith("tests/")
+
+
+@cache
+def derivation(name):
+    """What "module" or "module.function" returns; a module's function is `derive`."""
+    module, _, function = name.partition(".")
+    try:
+        found = import_module(f"luenberger.derivations.{module}")
+        return getattr(found, function or "derive")()
+    except (ImportError, AttributeError):
+        raise LookupError(f"there is no derivation {name!r}") from None
+
+
+def steps(pointer):
+    """{name: Claim} of every step that "module: step" points at.
+
+    Raises
+    ------
+    LookupError
+        If there is none.
+    TypeError
+        If a step is a bare residual: it has no sides, so nothing in it could be
+        damaged without the proof being another one.
+    """
+    name, _, step = pointer.partition(": ")
+    known = derivation(name).steps
+    found = {
+        key: claim
+        for key, claim in known.items()
+        if key == step or key.startswith(tuple(step + sizes for sizes in SIZES))
+    }
+    if step in found:
+        found = {step: found[step]}
+    if not found:
+        raise LookupError(f"{name} has no step {step!r}")
+    for key, claim in found.items():
+        if not isinstance(claim, Claim):
+            raise TypeError(f"{name}: {key!r} is not a Claim with two sides")
+    return found

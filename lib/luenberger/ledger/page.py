@@ -1,0 +1,144 @@
+"""The ledger as one HTML page: no script, no request, filtered by style sheet alone."""
+
+import html
+import os
+import tempfile
+from pathlib import Path
+
+from . import evidence
+from .records import PAPERS, count, entries, find_paper, misprints, title
+
+LONGEST = 420  # characters of LaTeX; what is longer is named, not shown
+
+HEAD = """<!DOCTYPE html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta http-equiv="Content-Security-Policy"
+ content="default-src 'none'; style-src 'unsafe-inline'">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<title>The equation ledger</title>
+<style>
+body { max-width: 72em; margin: 2em auto; padding: 0 1em; color: #1a1a1a;
+       font: 16px/1.5 system-ui, "Segoe UI", "Helvetica Neue", Arial, sans-serif; }
+h1 { font-size: 1.7em; margin: 0 0 .4em; }
+input { margin: 0 .3em 0 0; }
+label { margin-right: 1.2em; white-space: nowrap; }
+table { border-collapse: collapse; width: 100%; font-size: .9em; }
+th { text-align: left; border-bottom: 2px solid #444; }
+th, td { padding: .35em .7em .35em 0; vertical-align: top; }
+td { border-bottom: 1px solid #ddd; }
+td:first-child { white-space: nowrap; }
+code { font: .88em ui-monospace, Menlo, Consolas, monospace; overflow-wrap: anywhere; }
+summary { cursor: pointer; color: #0072b2; }
+math { overflow-x: auto; max-width: 40em; display: block; margin: .2em 0; }
+.slip { margin: .3em 0 0; padding-left: .6em; border-left: 3px solid #d55e00; }
+.count { display: none; }
+"""
+
+
+def write(path, paper=None, formulas=True):
+    """See `ledger.write_page`."""
+    path, text = Path(path), render(paper, formulas)
+    handle, beside = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+    try:
+        with os.fdopen(handle, "w", encoding="utf-8") as file:
+            file.write(text)
+        os.chmod(beside, 0o644)  # mkstemp keeps it to the user alone
+        os.replace(beside, path)
+    except BaseException:
+        os.unlink(beside)
+        raise
+
+
+def render(paper=None, formulas=True):
+    """The page as text."""
+    papers = PAPERS if paper is None else (find_paper(paper),)
+    rows = [_row(e, formulas) for key in papers for e in entries(key)]
+    body = [
+        "<h1>The equation ledger</h1>",
+        "<p>Every numbered equation of the papers, in our words and letters: how well "
+        "it is established, what vouches for it, what uses it, where a notebook shows "
+        "it, and what the page misprints.</p>",
+        *_controls(papers),
+        "<main>",
+        *_counts(papers),
+        "<table><thead><tr><th>equation</th><th>says</th><th>kind</th>"
+        "<th>evidence</th><th>used by, shown in</th></tr></thead><tbody>",
+        *rows,
+        "</tbody></table></main>",
+    ]
+    style = "\n".join(_rules(papers))
+    return f"{HEAD}{style}\n</style>\n</head>\n<body>\n" + "\n".join(
+        [*body, "</body>", "</html>", ""]
+    )
+
+
+def _rules(papers):
+    """A chosen paper hides the rows of the others; the counts go with it."""
+    for key in ("all", *papers):
+        plain = f"#{key}:checked ~ main"
+        yield f"{plain} .count.{key} {{ display: block; }}"
+        if key != "all":
+            yield f"{plain} tr.entry:not(.{key}) {{ display: none; }}"
+    yield "#slips:checked ~ main tr.entry:not(.misprinted) { display: none; }"
+
+
+def _controls(papers):
+    for key in ("all", *papers):
+        name = "all" if key == "all" else html.escape(title(key))
+        checked = " checked" if key == "all" else ""
+        yield f'<input type="radio" name="paper" id="{key}"{checked}>'
+        yield f'<label for="{key}">{name}</label>'
+    yield '<input type="checkbox" id="slips">'
+    yield '<label for="slips">misprinted only</label>'
+
+
+def _counts(papers):
+    for key in ("all", *papers):
+        chosen = papers if key == "all" else (key,)
+        total = sum(count(paper) for paper in chosen)
+        slips = sum(len(misprints(paper)) for paper in chosen)
+        yield (
+            f'<p class="count {key}"><b>{total} entries</b>, {slips} misprints or '
+            "losses of the scan</p>"
+        )
+
+
+def _row(entry, formulas):
+    slip = " misprinted" if entry.misprints else ""
+    says = html.escape(entry.says) + "".join(
+        f'<p class="slip">Printed: {html.escape(s.printed)}<br>'
+        f"Correct: {html.escape(s.correct)}</p>"
+        for s in entry.misprints
+    )
+    where = f"<code>{html.escape(entry.used)}</code>"
+    where += f"<br>{html.escape(entry.shown.partition(': ')[0])}"
+    cells = [
+        f"{html.escape(entry.number)}<br><small>{html.escape(entry.source)}</small>",
+        says,
+        entry.kind,
+        f"{html.escape(entry.level)}{_details(entry, formulas)}",
+        where,
+    ]
+    inner = "".join(f"<td>{cell}</td>" for cell in cells)
+    return f'<tr class="entry {entry.paper}{slip}">{inner}</tr>'
+
+
+def _details(entry, formulas):
+    lines = []
+    for pointer in entry.evidence:
+        lines.append(f"<code>{html.escape(pointer)}</code>")
+        if formulas and not evidence.is_test(pointer):
+            lines += _formulas(pointer)
+    return "<details><summary>evidence</summary>" + "<br>".join(lines) + "</details>"
+
+
+def _formulas(pointer):
+    """The claims as MathML, where they hold for symbolic sizes and are not long."""
+    from latex2mathml.converter import convert
+
+    for claim in evidence.steps(pointer).values():
+        latex = claim._repr_latex_().strip("$").removeprefix("\\displaystyle ")
+        if claim.algebra is not None and len(latex) <= LONGEST:
+            yield convert(latex)

@@ -1,0 +1,171 @@
+"""The entries, read from the files in `papers/`, and what can be asked of them."""
+
+import tomllib
+from dataclasses import asdict, dataclass
+from functools import cache
+from importlib.resources import files
+
+# The papers in the order in which they are dealt with; the keys name the files.
+PAPERS = (
+    "leondes_novak",
+    "moore",
+    "haddad_bernstein",
+    "van_dooren",
+    "kawazoe",
+    "hsia",
+)
+KINDS = ("definition", "claim", "algorithm", "data")
+
+
+@dataclass(frozen=True)
+class Misprint:
+    """What a page prints, or the scan leaves, and what it should say.
+
+    Attributes
+    ----------
+    printed, correct : str
+    tried : str
+        The step, test or entry of an errata module that tries both; empty where
+        letters were lost and there is nothing to try.
+    """
+
+    printed: str
+    correct: str
+    tried: str = ""
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One numbered equation, or a displayed definition without a number.
+
+    Attributes
+    ----------
+    paper, number : str
+        Key of the paper, as in `PAPERS`; the number as printed.
+    says : str
+        The equation in our words and letters.
+    kind : str
+        One of `KINDS`.
+    level : str
+        How well it is established: "proved at symbolic sizes", "proved at sizes
+        n = 3, ..", "reproduced to ..".
+    evidence : tuple of str
+        "module: step" or "module.function: step" of `luenberger.derivations`, where
+        a step is named in full or up to the sizes at its end; or
+        "tests/test_file.py::test".
+    used : str
+        The public function or type that uses it.
+    shown : str
+        "notebook: words of a cell", or empty.
+    misprints : tuple of Misprint
+    """
+
+    paper: str
+    number: str
+    says: str
+    kind: str
+    level: str
+    evidence: tuple
+    used: str
+    shown: str = ""
+    misprints: tuple = ()
+
+    @property
+    def source(self):
+        """The paper as it is cited."""
+        return title(self.paper)
+
+    def as_dict(self):
+        """Plain data, for JSON."""
+        return asdict(self) | {"source": self.source}
+
+
+@cache
+def _file(paper):
+    text = files(__package__).joinpath("papers", f"{paper}.toml").read_text("utf-8")
+    return tomllib.loads(text)
+
+
+@cache
+def _entries(paper):
+    found = []
+    for row in _file(paper)["entry"]:
+        fields = row | {
+            "evidence": tuple(row["evidence"]),
+            "misprints": tuple(Misprint(**slip) for slip in row.get("misprint", ())),
+        }
+        fields.pop("misprint", None)
+        found.append(Entry(paper, **fields))
+    return tuple(found)
+
+
+def title(paper):
+    """How a paper is cited, by its key."""
+    return _file(paper)["paper"]
+
+
+def find_paper(name):
+    """The key of a paper from part of its key or title, in any case.
+
+    Raises
+    ------
+    ValueError
+        If no paper or several have `name` in them.
+
+    Examples
+    --------
+    >>> find_paper("Van Dooren")
+    'van_dooren'
+    """
+    wanted = str(name).casefold().replace("-", "_")
+    hits = [
+        paper
+        for paper in PAPERS
+        if wanted in paper or wanted in title(paper).casefold()
+    ]
+    if not wanted or len(hits) != 1:
+        problem = "no paper" if not hits else "more than one paper"
+        raise ValueError(f"{problem} is called {name!r}: give one of {_listed()}")
+    return hits[0]
+
+
+def _listed():
+    return ", ".join(repr(paper) for paper in PAPERS)
+
+
+def entries(paper=None, *, number=None):
+    """The entries of one paper or of all, in page order.
+
+    Parameters
+    ----------
+    paper : str, optional
+        Part of a paper's key or title, e.g. "moore".
+    number : str, optional
+        Only the entry with this number, e.g. "(33)".
+
+    Returns
+    -------
+    tuple of Entry
+
+    Raises
+    ------
+    ValueError
+        If there is no such paper.
+    """
+    papers = PAPERS if paper is None else (find_paper(paper),)
+    found = (entry for key in papers for entry in _entries(key))
+    return tuple(entry for entry in found if number in (None, entry.number))
+
+
+def count(paper=None):
+    """Number of entries.
+
+    >>> count("leondes"), count()
+    (58, 192)
+    """
+    return len(entries(paper))
+
+
+def misprints(paper=None):
+    """Every misprint as (entry, misprint), in page order."""
+    return tuple((e, slip) for e in entries(paper) for slip in e.misprints)

@@ -1,0 +1,87 @@
+"""The ledger as tables: of entries, of counts, of misprints."""
+
+import html
+
+from ..show import Table
+from .records import KINDS, PAPERS, count, entries, misprints, title
+
+
+def table(paper=None):
+    """The entries as a `show.Table`: number, what it says, kind, level, user."""
+    header = ["equation", "says", "kind", "evidence", "used by"]
+    header = header if paper is not None else ["paper", *header]
+    rows = []
+    for e in entries(paper):
+        row = [e.number, e.says, e.kind, e.level, e.used.removeprefix("luenberger.")]
+        rows.append(row if paper is not None else [e.source, *row])
+    return Table(header, rows)
+
+
+def summary():
+    """One row for each paper: entries by kind, and misprints.
+
+    >>> print(str(summary()).splitlines()[-1].split())
+    ['all', '192', '71', '93', '16', '12', '94']
+    """
+    rows = [_counted(title(paper), paper) for paper in PAPERS]
+    return Table(
+        [
+            "paper",
+            "entries",
+            *(f"{kind}s" for kind in KINDS[:3]),
+            "data",
+            "misprinted or lost",
+        ],
+        [*rows, _counted("all")],
+        marked={len(rows)},
+    )
+
+
+def _counted(name, paper=None):
+    kinds = [entry.kind for entry in entries(paper)]
+    of_kind = [kinds.count(kind) for kind in KINDS]
+    return [name, len(kinds), *of_kind, len(misprints(paper))]
+
+
+def misprint_table(paper=None):
+    """What is printed, and what is correct, place by place."""
+    rows = [
+        [e.source, e.number, slip.printed, slip.correct] for e, slip in misprints(paper)
+    ]
+    return Table(["paper", "equation", "printed or scanned", "correct"], rows)
+
+
+class Folded:
+    """Tables under headings that a notebook unfolds; a terminal shows the headings.
+
+    Attributes
+    ----------
+    tables : dict of str to Table
+    """
+
+    def __init__(self, tables):
+        self.tables = dict(tables)
+
+    def __repr__(self):
+        return "\n".join(self.tables)
+
+    def _repr_html_(self):
+        return "\n".join(
+            f"<details><summary>{html.escape(heading)}</summary>\n"
+            f"{table._repr_html_()}</details>"
+            for heading, table in self.tables.items()
+        )
+
+
+def by_paper():
+    """Every entry, one folded table for each paper, with its count.
+
+    >>> by_paper()
+    Leondes and Novak (1974): 58 entries
+    Moore (1973): 13 entries
+    Haddad and Bernstein (1987): 55 entries
+    Van Dooren (1984): 34 entries
+    Kawazoe (1978): 26 entries
+    Hsia (1974): 6 entries
+    """
+    return Folded({f"{title(p)}: {count(p)} entries": table(p) for p in PAPERS})

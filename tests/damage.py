@@ -1,0 +1,82 @@
+"""A claim with one thing wrong in it: a sign, a factor or a transpose."""
+
+import dataclasses
+from itertools import islice
+
+import sympy as sp
+from sympy import MatAdd
+from worlds import damages, expr
+
+SIGNS = 4  # terms, or entries of an explicit matrix, whose sign is tried
+
+
+def broken(claim):
+    """(what, the claim with its left side damaged), one at a time, signs first."""
+    left = claim.left
+    if claim.algebra is not None:
+        sides = [*damages(expr(left)), ("twice the whole", 2 * expr(left))]
+        zero = zero_terms(claim)
+        sides = [(what, side) for what, side in sides if what not in zero]
+    elif isinstance(left, sp.MatrixBase):
+        sides = damaged_entries(left)
+    else:
+        sides = damaged_scalar(sp.sympify(left))
+    for what, side in sides:
+        yield what, dataclasses.replace(claim, left=side)
+
+
+def zero_terms(claim):
+    """Terms that vanish: a wrong sign of theirs changes nothing."""
+    left = expr(claim.left)
+    terms = left.args if isinstance(left, (sp.Add, MatAdd)) else ()
+    return {f"sign of {t}" for t in terms if claim.algebra.normal(t).is_zero}
+
+
+def damaged_entries(matrix):
+    """An explicit matrix with one entry negated, transposed, or all doubled."""
+    rows, cols = matrix.shape
+    places = [(i, j) for i in range(rows) for j in range(cols) if matrix[i, j] != 0]
+    for i, j in places[:: 1 + len(places) // SIGNS]:
+        wrong = matrix.as_mutable()
+        wrong[i, j] = -wrong[i, j]
+        yield f"sign of entry {i}, {j}", wrong
+    if rows == cols and matrix != matrix.T:
+        yield "transposed the whole", matrix.T
+    yield "twice the whole", 2 * matrix
+
+
+def damaged_scalar(value):
+    """A scalar with one of its terms negated, or doubled."""
+    for term in sp.Add.make_args(value):
+        yield f"sign of {term}", value - 2 * term
+    yield "twice the whole", 2 * value
+
+
+def survives(claim):
+    """Whether a claim is proved; what cannot be multiplied is not."""
+    try:
+        return claim.is_zero if claim.algebra else unrefuted(claim) and claim.is_zero
+    except (ValueError, TypeError):  # ShapeError, ours or SymPy's
+        return False
+
+
+def unrefuted(claim):
+    """Whether the two sides agree at some numbers: quicker than simplifying them."""
+    residual = sp.Matrix([claim.residual])
+    some = sorted(residual.free_symbols, key=str)
+    values = {s: sp.Rational(k + 2, k + 5) for k, s in enumerate(some)}
+    return all(abs(sp.N(entry)) < 1e-9 for entry in residual.xreplace(values))
+
+
+def unnoticed(claim):
+    """Damage that the proof lets pass: any wrong sign, or everything that was tried.
+
+    A transpose or a factor need not matter by itself, as where a symbol stands on both
+    sides of a definite matrix; of each kind one must be noticed unless a sign was.
+    """
+    found = list(broken(claim))
+    signs = [pair for pair in found if pair[0].startswith("sign")]
+    passed = [what for what, wrong in signs[:SIGNS] if survives(wrong)]
+    others = (wrong for what, wrong in found if not what.startswith("sign"))
+    noticed = next(islice((1 for w in others if not survives(w)), 1), 0)
+    return passed or ([] if noticed else ["a factor or a transpose"])
