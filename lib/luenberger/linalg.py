@@ -173,6 +173,7 @@ def complete(C1, weight=None, labels=None):
     Phat[free, np.arange(n - m1)] = 1
     Phat[bound] = 0.0 - np.linalg.solve(C1[:, bound], C1[:, free])  # no -0.0
     Gamma1 = _right_inverse(C1, weight)
+    Gamma1 = Gamma1 + Gamma1 @ (np.eye(m1) - C1 @ Gamma1)  # what rounding left
     That = np.linalg.inv(np.hstack([Phat, Gamma1]))[: n - m1]
     return Phat, Gamma1, That
 
