@@ -6,17 +6,18 @@ export makes (finite data, positive pivots, a definite covariance).  Two forms o
 covariance: the one that the library uses, which no rounding of the gain amplifies,
 and Omega - K C Omega, which is shorter.  Results are compared before anything is timed.
 
-Run:  OMP_NUM_THREADS=1 python benchmarks/c_export.py
+Run:  OMP_NUM_THREADS=1 python benchmarks/c_export.py [--quick]
 """
 
 import ctypes
 import pathlib
+import shutil
 import subprocess
+import sys
 import tempfile
-import time
 
 import numpy as np
-from filter_step import plant
+from common import in_turns, line, plant, record, same
 
 import luenberger as lb
 from luenberger.export import to_c
@@ -150,36 +151,40 @@ def start(source, n):
     return np.concatenate([np.zeros(n), Omega.ravel(), Omega.ravel()])
 
 
-def medians(runs, source, n, p):
-    """Nanoseconds a step of each, in turns, and their ratio to `by hand`."""
-    y = np.random.default_rng(1).normal(size=(STEPS, p))
-    times, found = {name: [] for name in runs}, {}
-    for _ in range(ROUNDS):
-        for name, run in runs.items():
-            state, what = start(source, n), np.empty((STEPS, n))
-            given = (X.ctypes.data_as(ctypes.c_void_p) for X in (state, y, what))
-            began = time.perf_counter()
-            failed = run(*given, STEPS)
-            times[name].append((time.perf_counter() - began) / STEPS * 1e9)
-            found[name] = what
-            gap = np.abs(what - found["exported"]).max()
-            if failed or gap > 1e-9 * np.abs(what).max():
-                raise SystemExit(f"{name} computes something else; nothing is timed")
-    base = np.array(times["by hand"])
-    return {k: (np.median(t), np.median(np.array(t) / base)) for k, t in times.items()}
+def called(run, source, y):
+    """The estimates of a record."""
+    n = len(source.L) if isinstance(source, lb.Observer) else source.n
+    state, what = start(source, n), np.empty((len(y), n))
+    if run(*(ctypes.c_void_p(X.ctypes.data) for X in (state, y, what)), len(y)):
+        raise SystemExit("the compiled step refused its data")
+    return what
 
 
-def main():
-    print(f"{STEPS} steps, medians of {ROUNDS} rounds, nanoseconds a step (ratio)")
+def records(quick=False):
+    """Two rows a size, filter and observer; ratios are to the exported C."""
+    if shutil.which("gcc") is None:
+        return
     for n, p in SIZES:
-        source = plant(n, p)
-        for kind, one in (("filter", source), ("observer", lb.kalman_filter(source))):
+        y = np.random.default_rng(1).normal(size=(STEPS, p))
+        one = plant(n, p)
+        for kind, source in (("filter", one), ("observer", lb.kalman_filter(one))):
             with tempfile.TemporaryDirectory() as folder:
-                runs = contestants(pathlib.Path(folder), one, n, p)
-                found = medians(runs, one, n, p)
-            cells = (f"{k} {t:.0f} ({ratio:.2f})" for k, (t, ratio) in found.items())
-            print(f"{n:2}, {p} {kind:9}" + ", ".join(cells))
+                runs = contestants(pathlib.Path(folder), source, n, p)
+                wanted = called(runs["exported"], source, y)
+                for name, run in runs.items():
+                    same(name, called(run, source, y), wanted)
+                calls = {
+                    name: lambda run=run: called(run, source, y)  # noqa: B023
+                    for name, run in runs.items()
+                }
+                times = in_turns(calls, 21 if quick else ROUNDS)
+            names = {"exported": "exported C", "by hand, short form": "C, short form"}
+            names["by hand"] = "C by hand"
+            times = {names[name]: all_ for name, all_ in times.items()}
+            case = f"{kind}, n = {n}, p = {p}"
+            yield record("exported C", case, "ns", times, 1e9 / STEPS)
 
 
 if __name__ == "__main__":
-    main()
+    for one in records("--quick" in sys.argv):
+        print(line(one), flush=True)

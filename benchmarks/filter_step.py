@@ -6,36 +6,37 @@ so that a slow minute of the machine hits all of them, and medians are compared,
 processor time: everything runs in one thread.  Before any timing the estimates are
 compared, to 1e-8.
 
-Run:  OMP_NUM_THREADS=1 python benchmarks/filter_step.py [FILE.json]
+Two peers do it in their own way.  python-control has no filter over a record: it
+simulates its estimator, which is the one-step predictor with the same covariance.
+simdkalman filters many series at once; its time is for one step of one of them.
+
+Run:  OMP_NUM_THREADS=1 python benchmarks/filter_step.py [--quick]
 """
 
 import ctypes
-import json
 import shutil
 import subprocess
 import sys
 import tempfile
-import time
 from pathlib import Path
 
+import control
 import numpy as np
+import pykalman
+import simdkalman
+from common import in_turns, line, plant, record, same, seconds
 from filterpy.kalman import KalmanFilter
 from statsmodels.tsa.statespace import kalman_filter
 
 import luenberger as lb
 
 SIZES = [(2, 1), (3, 2), (6, 3), (10, 4), (30, 6), (100, 10)]
-SLOW, ROUNDS = 0.1, 11  # seconds that a contestant runs in a round, about; rounds
+SPELL, ROUNDS = 0.1, 11  # seconds that a contestant runs in a round, about; rounds
 
 
-def plant(n, p, seed=8):
-    """A random stable plant with full-rank noise."""
-    rng = np.random.default_rng(seed)
-    A = rng.normal(size=(n, n))
-    A *= 0.95 / np.abs(np.linalg.eigvals(A)).max()
-    H, h = rng.normal(size=(n, n)), rng.normal(size=(p, p))
-    C = rng.normal(size=(p, n))
-    return lb.Plant(A, None, C, dt=1.0, Q=H @ H.T, R=h @ h.T, P0=np.eye(n))
+def first_prior(plant):
+    """The covariance of x[1] before y[1], where most filters start."""
+    return plant.A @ plant.P0 @ plant.A.T + plant.Q
 
 
 def with_filterpy(plant, y):
@@ -63,10 +64,44 @@ def with_statsmodels(plant, y):
     model["transition"], model["design"] = plant.A, plant.C
     model["state_cov"], model["obs_cov"] = plant.Q, plant.R
     model["selection"] = np.eye(plant.n)
-    first = plant.A @ plant.P0 @ plant.A.T + plant.Q
-    model.initialize_known(np.zeros(plant.n), first)
+    model.initialize_known(np.zeros(plant.n), first_prior(plant))
     model.tolerance = 0
     return model.filter().filtered_state.T
+
+
+def with_pykalman(plant, y):
+    """Its filter keeps the covariance of every step."""
+    kf = pykalman.KalmanFilter(
+        plant.A, plant.C, plant.Q, plant.R,
+        initial_state_mean=np.zeros(plant.n),
+        initial_state_covariance=first_prior(plant),
+    )  # fmt: skip
+    return kf.filter(y)[0]
+
+
+def with_simdkalman(plant, y):
+    """(N, p), or (series, N, p) side by side; it keeps the covariances too."""
+    model = simdkalman.KalmanFilter(plant.A, plant.Q, plant.C, plant.R)
+    found = model.compute(
+        y.reshape(-1, *y.shape[-2:]), 0,
+        initial_value=np.zeros(plant.n), initial_covariance=first_prior(plant),
+        filtered=True, smoothed=False, observations=False, covariances=False,
+    )  # fmt: skip
+    return found.filtered.states.mean.reshape(*y.shape[:-1], plant.n)
+
+
+def with_control(plant, y):
+    """The one-step predictor A x, not x; x is not among its outputs."""
+    n = plant.n
+    # w enters as an input would, and there is none
+    system = control.ss(plant.A, np.eye(n), plant.C, np.zeros(plant.C.shape), plant.dt)
+    filter_ = control.create_estimator_iosystem(
+        system, plant.Q, plant.R, first_prior(plant)
+    )
+    given = np.hstack([y, np.zeros((len(y), n))]).T
+    start = np.concatenate([np.zeros(n), first_prior(plant).ravel()])
+    T = np.arange(len(y)) * plant.dt
+    return control.input_output_response(filter_, T, given, start).outputs.T
 
 
 def with_c(n, p, folder):
@@ -90,60 +125,55 @@ def with_c(n, p, folder):
 
 
 def contestants(n, p, folder):
+    """Ours first: ratios are to its time."""
     found = {
         "numba": lambda plant, y: lb.filter_data(plant, y, backend="numba").x,
         "NumPy": lambda plant, y: lb.filter_data(plant, y, backend="numpy").x,
         "C by hand": with_c(n, p, folder),
         "statsmodels": with_statsmodels,
         "FilterPy": with_filterpy,
+        "pykalman": with_pykalman,
+        "simdkalman": with_simdkalman,
+        "python-control": with_control,
     }
     return {name: run for name, run in found.items() if run is not None}
 
 
-def medians(runs, plant, y):
-    """Nanoseconds per step of each contestant, in turns, and their quartiles."""
-    records = {}
-    for name, run in runs.items():  # as many steps as take a while
-        start = time.process_time()
-        for _ in range(3):
-            run(plant, y)
-        each = (time.process_time() - start) / len(y) / 3
-        records[name] = np.tile(y, (max(1, int(SLOW / each / len(y))), 1))
-    times = {name: [] for name in runs}
-    for _ in range(ROUNDS):
-        for name, run in runs.items():
-            start = time.process_time()
-            run(plant, records[name])
-            each = (time.process_time() - start) / len(records[name])
-            times[name].append(each * 1e9)
-    return {name: np.percentile(all_, [25, 50, 75]) for name, all_ in times.items()}
-
-
 def agree(runs, plant, y):
-    """Nothing is timed that does not compute the same."""
     wanted = lb.filter_data(plant, y, backend="numpy").x
     for name, run in runs.items():
-        if np.abs(run(plant, y) - wanted).max() > 1e-8 * np.abs(wanted).max():
-            raise SystemExit(f"{name} computes something else; nothing was timed")
+        if name == "python-control":
+            same(name, run(plant, y)[1:], wanted[:-1] @ plant.A.T)
+        else:
+            same(name, run(plant, y), wanted)
 
 
-def main(file=None):
-    print(f"nanoseconds a step, median of {ROUNDS} rounds (ratio to luenberger, numba)")
-    rows = []
-    with tempfile.TemporaryDirectory() as folder:
-        for n, p in SIZES:
-            runs = contestants(n, p, folder)
+def long_enough(name, run, plant, y):
+    """As many copies of a record as take a while: in a row, or side by side."""
+    if name == "simdkalman":
+        series = int(np.clip(2e7 / plant.n**2 / len(y), 20, 1000))  # 160 MB
+        return np.repeat(y[None], series, axis=0)
+    each = seconds(lambda: [run(plant, y) for _ in range(3)])[0] / 3
+    return np.tile(y, (max(1, int(SPELL / each)), 1))
+
+
+def records(quick=False):
+    """One row a size, nanoseconds a step."""
+    for n, p in SIZES[: 4 if quick else None]:
+        with tempfile.TemporaryDirectory() as folder:
+            runs, one = contestants(n, p, folder), plant(n, p)
             y = np.random.default_rng(1).normal(size=(50 if n > 50 else 500, p))
-            agree(runs, plant(n, p), y)
-            found = medians(runs, plant(n, p), y)
-            base = found["numba"][1]
-            cells = (f"{k} {t[1]:.0f} ({t[1] / base:.2f})" for k, t in found.items())
-            print(f"{n}, {p}: " + "  ".join(cells), flush=True)
-            quartiles = {k: [float(f"{v:.4g}") for v in t] for k, t in found.items()}
-            rows.append({"n": n, "p": p, "quartiles_ns": quartiles})
-    if file is not None:
-        Path(file).write_text(json.dumps(rows, indent=1) + "\n")
+            agree(runs, one, y)
+            given = {name: long_enough(name, run, one, y) for name, run in runs.items()}
+            work = {name: Y.size // p for name, Y in given.items()}
+            calls = {
+                name: lambda run=run, Y=given[name]: run(one, Y)  # noqa: B023
+                for name, run in runs.items()
+            }
+            times = in_turns(calls, 5 if quick else ROUNDS, work)
+        yield record("filter step", f"n = {n}, p = {p}", "ns", times, 1e9)
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    for one in records("--quick" in sys.argv):
+        print(line(one), flush=True)

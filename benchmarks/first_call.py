@@ -1,16 +1,17 @@
-"""How long a new process waits: imports, and the first record with a warm cache.
+"""How long a new process waits: imports, and the first record, cache cold and warm.
 
 Processor time of the new process, which is what it takes on a machine with nothing
-else to do.
+else to do.  Cold: the cache folder is empty, and the compiler runs.
 
-Run:  OMP_NUM_THREADS=1 python benchmarks/first_call.py
+Run:  OMP_NUM_THREADS=1 python benchmarks/first_call.py [--quick]
 """
 
 import os
-import statistics
 import subprocess
 import sys
 import tempfile
+
+from common import line, record
 
 ROUNDS = 7
 FIRST = (
@@ -20,16 +21,20 @@ FIRST = (
     "                 R=np.diag([0.25, 4]), P0=np.eye(3))\n"
     "lb.filter_data(plant, np.zeros((1000, 2)), backend={!r})\n"
 )
-CASES = {
-    "import scipy.linalg, scipy.signal": "import scipy.linalg, scipy.signal",
-    "import luenberger": "import luenberger",
-    "import numba": "import numba",
-    "first record, numpy": FIRST.format("numpy"),
-    "first record, numba, warm": FIRST.format("numba"),
+IMPORTS = {
+    "NumPy": "import luenberger",
+    "numba": "import luenberger, numba",
+    "statsmodels": "import statsmodels.tsa.statespace.kalman_filter",
+    "FilterPy": "import filterpy.kalman",
+    "pykalman": "import pykalman",
+    "simdkalman": "import simdkalman",
+    "python-control": "import control",
+    "SciPy": "import scipy.linalg, scipy.signal",
 }
 
 
 def seconds(code, folder):
+    """A process has its own clock, so `common.in_turns` cannot be used."""
     environment = os.environ | {"LUENBERGER_CACHE": folder}
     before = os.times()
     subprocess.run([sys.executable, "-c", code], check=True, env=environment)
@@ -38,17 +43,29 @@ def seconds(code, folder):
     return user + after.children_system - before.children_system
 
 
-def main():
+def in_turns(codes, folders, rounds):
+    times = {name: [] for name in codes}
+    for _ in range(rounds):
+        for name, code in codes.items():
+            times[name].append(seconds(code, folders()))
+    return times
+
+
+def records(quick=False):
+    rounds = 3 if quick else ROUNDS
+    numba, numpy = FIRST.format("numba"), FIRST.format("numpy")
     with tempfile.TemporaryDirectory() as folder:
-        cold = seconds(FIRST.format("numba"), folder)
-        print(f"{cold:6.2f} s  first record, numba, cold cache (once)")
-        times = {name: [] for name in CASES}
-        for _ in range(ROUNDS):
-            for name, code in CASES.items():
-                times[name].append(seconds(code, folder))
-    for name, all_ in times.items():
-        print(f"{statistics.median(all_):6.2f} s  {name}")
+        times = in_turns(IMPORTS, lambda: folder, rounds)
+        yield record("import", "", "s", times)
+        seconds(numba, folder)  # fills the cache
+        times = in_turns({"numba": numba, "NumPy": numpy}, lambda: folder, rounds)
+        yield record("first record", "n = 3, warm cache", "s", times)
+        times = in_turns(
+            {"numba": numba}, lambda: tempfile.mkdtemp(dir=folder), (rounds + 1) // 2
+        )
+        yield record("first record", "n = 3, cold cache", "s", times)
 
 
 if __name__ == "__main__":
-    main()
+    for one in records("--quick" in sys.argv):
+        print(line(one), flush=True)

@@ -12,32 +12,22 @@ Before anything is timed the results are compared.  Contestants take turns, each
 core, and it is the time of that core which is counted, so that what else the machine
 does matters less.
 
-Run:  OMP_NUM_THREADS=1 python benchmarks/monte_carlo.py [runs steps sizes]
+Run:  OMP_NUM_THREADS=1 python benchmarks/monte_carlo.py [--quick]
 """
 
 import sys
-import time
 from functools import partial
 
 import numpy as np
 import simdkalman
+from common import in_turns, line, plant, record
 
 import luenberger as lb
 from luenberger.batches import Batch
 from luenberger.simulate import noise_roots
 
-SIZES = [(3, 2), (6, 3), (10, 4)]
+SIZES = [(3, 2), (6, 3)]
 ROUNDS = 5
-
-
-def plant(n, p, seed=8):
-    """A random stable plant with full-rank noise."""
-    rng = np.random.default_rng(seed)
-    A = rng.normal(size=(n, n))
-    A *= 0.95 / np.abs(np.linalg.eigvals(A)).max()
-    H, h = rng.normal(size=(n, n)), rng.normal(size=(p, p))
-    C = rng.normal(size=(p, n))
-    return lb.Plant(A, None, C, dt=1.0, Q=H @ H.T, R=h @ h.T, P0=np.eye(n))
 
 
 def filtered(plant, y, covariances):
@@ -123,44 +113,34 @@ def agree(plant):
         raise SystemExit("the statistics disagree; nothing was timed")
 
 
-def medians(plant, runs, steps):
-    """Nanoseconds per series and step of each contestant, in turns."""
-    batch = min(runs, 1000)  # more series at once do not make simdkalman faster
-    y = np.random.default_rng(1).normal(size=(batch, steps, plant.p))
-    ours = partial(with_luenberger, plant, runs, steps)
-    contestants = {
-        "luenberger, numba": (runs, partial(ours, "numba")),
-        "luenberger, NumPy": (runs, partial(ours, "numpy")),
-        "simdkalman": (batch, partial(with_simdkalman, plant, batch, steps)),
-        "luenberger, kernel": (batch, kernel(plant, batch, steps)),
-        "simdkalman, kernel": (batch, partial(filtered, plant, y, False)),
-    }
-    times = {name: [] for name in contestants}
-    for round_ in range(ROUNDS + 1):
-        for name, (series, run) in contestants.items():
-            start = time.process_time()
-            run()
-            taken = (time.process_time() - start) / series / steps * 1e9
-            if round_:  # the first one compiles
-                times[name].append(taken)
-    return {name: np.quantile(all_, [0.5, 0, 1]) for name, all_ in times.items()}
-
-
-def main():
-    given = [int(text) for text in sys.argv[1:]]
-    runs, steps, sizes = (*given, *(10_000, 1000, len(SIZES))[len(given) :])
-    print(f"{runs} runs of {steps} steps, ns per series and step, median of {ROUNDS}")
-    print("(least-most), and as a multiple of ours")
-    for n, p in SIZES[:sizes]:
-        agree(plant(n, p))
-        found = medians(plant(n, p), runs, steps)
-        ours = found["luenberger, numba"][0]
-        for name, (middle, least, most) in found.items():
-            print(
-                f"{n:2}, {p}  {name:24} {middle:6.0f} ({least:.0f}-{most:.0f})"
-                f"  {middle / ours:6.1f}"
-            )
+def records(quick=False):
+    """Two rows a size: the whole experiment and the kernels, ns a run and step."""
+    runs, steps = 4000 if quick else 10_000, 1000
+    batch = 1000  # more series at once do not make simdkalman faster
+    for n, p in SIZES[: 1 if quick else None]:
+        one = plant(n, p)
+        agree(one)
+        whole = partial(with_luenberger, one, runs, steps)
+        calls = {
+            "numba": partial(whole, "numba"),
+            "NumPy": partial(whole, "numpy"),
+            "simdkalman": partial(with_simdkalman, one, batch, steps),
+        }
+        work = {name: runs * steps for name in calls} | {"simdkalman": batch * steps}
+        size = f"n = {n}, p = {p}"
+        times = in_turns(calls, 3 if quick else ROUNDS, work)
+        yield record(f"Monte Carlo of {runs} runs", size, "ns", times, 1e9)
+        y = np.random.default_rng(1).normal(size=(batch, steps, p))
+        calls = {
+            "numba": kernel(one, batch, steps),
+            "simdkalman": partial(filtered, one, y, False),
+        }
+        calls["numba"]()  # compiles
+        work = dict.fromkeys(calls, batch * steps)
+        times = in_turns(calls, 3 if quick else ROUNDS, work)
+        yield record("Monte Carlo, kernels alone", size, "ns", times, 1e9)
 
 
 if __name__ == "__main__":
-    main()
+    for one in records("--quick" in sys.argv):
+        print(line(one), flush=True)

@@ -16,9 +16,8 @@ Costs are those of the independent code here.  Then time against n, for all 24 s
 run it with OMP_NUM_THREADS=1.
 """
 
-import argparse
 import math
-import time
+import sys
 import warnings
 
 import numpy as np
@@ -170,15 +169,8 @@ def parameters(observer):
     return observer.F, observer.D, observer.P, observer.V
 
 
-def timed(work):
-    """Seconds of processor time, so that a busy machine counts less, and the result."""
-    start = time.process_time()
-    result = work()
-    return time.process_time() - start, result
-
-
-def compare(count):
-    """One line a problem, then what they add up to."""
+def compare(count, seconds):
+    """One line a problem, then what they add up to; the seconds of both."""
     excess, lost, times, worst, more = [], [], [], 0.0, []
     print(f"{'':4} {'n p q r noises':>15} {'cost':>13} {'BFGS is above by':>17} "
           f"{'residual':>9} {'seconds':>8} {'BFGS':>7} {'truncation':>11}")  # fmt: skip
@@ -186,13 +178,13 @@ def compare(count):
         plant, order, L, feedthrough = random_problem(seed)
         raw = Raw(plant, order, L, feedthrough)
         options = dict(L=L, feedthrough=feedthrough)
-        mine, search = timed(lambda: lb.fixed_order_search(plant, order, **options))  # noqa: B023
-        theirs, other = timed(lambda: baseline(raw))  # noqa: B023
+        mine, search = seconds(lambda: lb.fixed_order_search(plant, order, **options))  # noqa: B023
+        theirs, other = seconds(lambda: baseline(raw))  # noqa: B023
         cost, floor = raw.of(*parameters(search.best.observer)), search.least_cost
         cut = raw.of(*truncated(plant, order, L, feedthrough))
         excess.append(other / cost - 1)
         lost.append((cut - floor) / max(cost - floor, 1e-12 * cost))
-        times.append(theirs / mine)
+        times.append((mine, theirs))
         worst = max(worst, search.best.optimality.worst)
         more.append(len(search.minima))
         sizes = f"{plant.n} {plant.p} {len(L)} {order} {len(plant.multiplicative)}"
@@ -205,40 +197,44 @@ def compare(count):
     print(f"below BFGS by more than 1e-7: {sum(e > 1e-7 for e in excess)} of {count}")
     print(f"largest residual of a necessary condition: {worst:.0e}")
     print(f"problems with several local minima: {sum(k > 1 for k in more)}")
-    print(f"time of BFGS / ours: median {np.median(times):.0f}")
     quartiles = np.quantile(lost, [0.25, 0.5, 0.75, 1])
     print("excess over the Kalman filter, truncation / ours: quartiles and largest "
           + " ".join(f"{value:.3g}" for value in quartiles))  # fmt: skip
+    return zip(*times)
 
 
-def growth(largest):
-    """Time against n."""
-    print(f"\n{'n':>4} {'order':>5} {'noises':>6} {'seconds':>8} {'residual':>9}")
-    seconds = {}
+def growth(largest, seconds):
+    """Time against n: sizes in words, seconds."""
+    times = {}
     for n, order, noises in SIZES:
         if n > largest:
             break
         rng = np.random.default_rng(n)
         plant = random_plant(rng, dense(rng, n), 3, noises, n)
-        taken, found = timed(lambda: lb.fixed_order_search(plant, order))  # noqa: B023
-        seconds[n] = taken
-        print(f"{n:4} {order:5} {noises:6} {taken:8.2f} "
-              f"{found.best.optimality.worst:9.0e}", flush=True)  # fmt: skip
-    sizes = [n for n in seconds if n >= 50]
+        times[n], _ = seconds(lambda: lb.fixed_order_search(plant, order))  # noqa: B023
+        yield f"n = {n}, order {order}, {noises} noises", times[n]
+    sizes = [n for n in times if n >= 50]
     if len(sizes) > 1:
         a, b = sizes[0], sizes[-1]
-        exponent = math.log(seconds[b] / seconds[a]) / math.log(b / a)
+        exponent = math.log(times[b] / times[a]) / math.log(b / a)
         print(f"time grows as n^{exponent:.2f}, n = {a} to {b}")
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--quick", action="store_true")
-    quick = parser.parse_args().quick
+def records(quick=False):
+    """Seconds beside BFGS, over problems where others have rounds; then against n."""
+    from common import record, seconds  # here, as the tests load this file by its path
+
     warnings.simplefilter("ignore", scipy.linalg.LinAlgWarning)  # where BFGS strays
-    compare(10 if quick else 100)
-    growth(100 if quick else 400)
+    count = 10 if quick else 100
+    ours, bfgs = compare(count, seconds)
+    case = f"{count} problems, n = 3 to 8"
+    yield record("fixed-order filter", case, "s", {"NumPy": ours, "SciPy": bfgs})
+    for case, taken in growth(50 if quick else 400, seconds):
+        yield record("fixed-order filter", case, "s", {"NumPy": [taken]})
 
 
 if __name__ == "__main__":
-    main()
+    from common import line
+
+    for one in records("--quick" in sys.argv):
+        print(line(one), flush=True)

@@ -15,29 +15,32 @@ poles are real, distinct and random.
   orthogonal change of state; the time is of the gain alone.
 * hessenberg: `scipy.linalg.hessenberg` of A, the yardstick; times are in these units.
 
+Times are medians of processor time, in turns.
+
 "pole error" is the largest distance of an eigenvalue of the matrix that the method
 returns (F, or A11 - L A21) from its pole, matched one to one; "by gain" is the same
 for A11 - L A21 with the gain our observer implies.
 """
 
-import argparse
 import math
-import time
+import sys
 import warnings
 
 import numpy as np
 import scipy.linalg
 import scipy.signal
+from common import in_turns, line, record
 from scipy.optimize import linear_sum_assignment
 
 import luenberger as lb
 
 DENSE = ((10, 2), (20, 5), (50, 5), (50, 15))
 SIZES = ((10, 2), (20, 2), (50, 5), (100, 4), (200, 4), (400, 4), (800, 4), (1000, 4))
+OURS = "minimum-norm", "back-substitution"
 LIMITS = {"place_poles": 50, "control.place": 20, "place_varga": 400}
 HEAD = (
     f"{'n':>5} {'p':>3}  {'method':<18} {'seconds':>9} {'hessenb.':>9} "
-    f"{'pole error':>11} {'by gain':>9} {'|gain|':>9} {'cond':>9}"
+    f"{'pole error':>11} {'by gain':>10} {'|gain|':>10} {'cond':>10}"
 )
 
 
@@ -73,18 +76,6 @@ def pole_error(matrix, poles):
     return gaps[rows, cols].max()
 
 
-def timed(work, repeats):
-    """Best time of `repeats` runs, and the result."""
-    best = math.inf
-    for _ in range(repeats):
-        start = time.perf_counter()
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            result = work()
-        best = min(best, time.perf_counter() - start)
-    return best, result
-
-
 def peers(n, A11, A21, poles, limits):
     """(name, function that returns the gain L) of every peer that can be run."""
     if n <= limits["place_poles"]:
@@ -109,91 +100,89 @@ def peers(n, A11, A21, poles, limits):
         )
 
 
+def contestants(plant, poles, A11, A21, limits):
+    """Ours first: ratios are to its time."""
+    ours = {
+        method: lambda method=method: lb.reduced_order_observer(
+            plant, poles, method=method
+        )
+        for method in OURS
+    }
+    A, C = plant.A, plant.C
+    ours["hessenberg"] = lambda: scipy.linalg.hessenberg(A)
+    ours["staircase"] = lambda: lb.staircase(A, C)
+    return ours | dict(peers(plant.n, A11, A21, poles, limits))
+
+
+def tried(name, work, found):
+    """Once, untimed; a peer may fail, and is left out then."""
+    try:
+        found[name] = work()
+    except Exception as error:
+        print(f"{name} failed: {error}")
+    return name in found
+
+
 def rows(plant, poles, limits):
-    """One table row per method: name, seconds, hessenbergs, errors, gain, cond."""
-    A, C, n, p = plant.A, plant.C, plant.n, plant.p
-    Q, A11, A21 = reduced(A, C)
-    repeats = 5 if n <= 200 else 2
-    unit, _ = timed(lambda: scipy.linalg.hessenberg(A), 3 * repeats)
-    yield "hessenberg", unit, 1.0, None, None, None, None
-    seconds, _ = timed(lambda: lb.staircase(A, C), repeats)
-    yield "staircase", seconds, seconds / unit, None, None, None, None
-    for method in ("minimum-norm", "back-substitution"):
-
-        def work(method=method):
-            return lb.reduced_order_observer(plant, poles, method=method)
-
-        seconds, observer = timed(work, repeats)
-        T = observer.T @ Q
-        gain = -np.linalg.solve(T[:, : n - p], T[:, n - p :])
-        yield (
-            method, seconds, seconds / unit, pole_error(observer.F, poles),
-            pole_error(A11 - gain @ A21, poles), np.linalg.norm(gain, 2),
-            lb.certify(observer, plant).cond,
-        )  # fmt: skip
-    for name, work in peers(n, A11, A21, poles, limits):
-        try:
-            seconds, gain = timed(work, 1 if n >= 50 else 3)
-        except Exception as error:
-            print(f"{n:5d} {p:3d}  {name:<18} failed: {error}")
+    """Times of all methods, and of each: errors, gain, cond."""
+    C, n, p = plant.C, plant.n, plant.p
+    Q, A11, A21 = reduced(plant.A, C)
+    runs, found = contestants(plant, poles, A11, A21, limits), {}
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        runs = {name: work for name, work in runs.items() if tried(name, work, found)}
+        times = in_turns(runs, 5 if n <= 200 else 3)
+    figures = {}
+    for name, got in found.items():
+        if name in OURS:
+            T = got.T @ Q
+            gain = -np.linalg.solve(T[:, : n - p], T[:, n - p :])
+            error, cond = pole_error(got.F, poles), lb.certify(got, plant).cond
+        elif name in LIMITS:
+            gain, error = got, pole_error(A11 - got @ A21, poles)
+            T = np.hstack([np.eye(n - p), -gain]) @ Q.T
+            cond = np.linalg.cond(np.vstack([T, C]))
+        else:
             continue
-        error = pole_error(A11 - gain @ A21, poles)
-        T = np.hstack([np.eye(n - p), -gain]) @ Q.T
-        yield (
-            name, seconds, seconds / unit, error, error, np.linalg.norm(gain, 2),
-            np.linalg.cond(np.vstack([T, C])),
-        )  # fmt: skip
+        by_gain = pole_error(A11 - gain @ A21, poles)
+        figures[name] = error, by_gain, np.linalg.norm(gain, 2), cond
+    return times, figures
 
 
-def shown(n, p, name, seconds, ratio, *rest):
-    cells = " ".join(
-        f"{'' if value is None else f'{value:.1e}':>{width}}"
-        for value, width in zip(rest, (11, 9, 9, 9))
-    )
-    return f"{n:5d} {p:3d}  {name:<18} {seconds:9.4f} {ratio:9.1f} {cells}"
+def shown(n, p, times, figures):
+    """A line a method, times in Hessenberg reductions too."""
+    unit = np.median(times["hessenberg"])
+    for name, all_ in times.items():
+        taken = np.median(all_)
+        cells = "".join(f" {value:10.1e}" for value in figures.get(name, ()))
+        print(f"{n:5} {p:3}  {name:<18} {taken:9.4f} {taken / unit:9.1f} {cells}")
 
 
-def targets(table):
-    """The figures that were asked for, from this run."""
-    if (50, "place_poles") in table:
-        mine, theirs = table[50, "minimum-norm"], table[50, "place_poles"]
-        print(
-            f"n = 50, p = 5: place_poles / minimum norm = {theirs[0] / mine[0]:.0f} "
-            f"(asked: 100); pole error {mine[2]:.1e} ({mine[3]:.1e} by gain) against "
-            f"{theirs[2]:.1e}"
-        )
-    for method in ("minimum-norm", "back-substitution"):
-        if (800, method) in table:
-            growth = math.log(table[800, method][0] / table[200, method][0], 4)
-            print(
-                f"{method}: time grows as n^{growth:.2f}, n = 200 to 800 (asked: 3.3)"
-            )
-    if (400, "minimum-norm") in table:
-        print(
-            f"n = 400, p = 4: minimum norm takes {table[400, 'minimum-norm'][1]:.0f} "
-            "Hessenberg reductions (asked: 60)"
-        )
+COLUMNS = {
+    "minimum-norm": "NumPy",
+    "back-substitution": "back substitution",
+    "hessenberg": "Hessenberg reduction",
+    "place_poles": "SciPy",
+    "place_varga": "python-control",
+}
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--quick", action="store_true")
-    quick = parser.parse_args().quick
+def records(quick=False):
+    """A row a size, seconds; the accuracy is printed."""
     limits = LIMITS | ({"place_poles": 20} if quick else {})
-    table = {}
     print(HEAD)
-    for n, p in SIZES:
-        if quick and n > 200:
-            break
-        for name, *values in rows(*hidden_chains(n, p), limits):
-            table[n, name] = values
-            print(shown(n, p, name, *values), flush=True)
-    print("dense random matrices")
-    for n, p in DENSE:
-        for name, *values in rows(*dense(n, p), limits):
-            print(shown(n, p, name, *values), flush=True)
-    targets(table)
+    for make, sizes in ((hidden_chains, SIZES), (dense, DENSE)):
+        for n, p in sizes:
+            if quick and n > 200:
+                break
+            times, figures = rows(*make(n, p), limits)
+            shown(n, p, times, figures)
+            if make is hidden_chains:
+                columns = {COLUMNS[k]: t for k, t in times.items() if k in COLUMNS}
+                yield record("staircase and poles", f"n = {n}, p = {p}", "s", columns)
+        print("above: chains of delays; below: dense random matrices")
 
 
 if __name__ == "__main__":
-    main()
+    for one in records("--quick" in sys.argv):
+        print(line(one), flush=True)

@@ -1,0 +1,173 @@
+"""Every benchmark, one table: results.json and the tables of both READMEs.
+
+    python benchmarks/run.py                everything, about twenty minutes
+    python benchmarks/run.py staircase      this one anew; the others as they are stored
+    python benchmarks/run.py --quick        small sizes, few rounds, printed only
+
+Contestants take turns in one process with one thread, and what is compared is
+processor time.  `results.json` holds every median with its ratio to ours in the same
+round (quartiles), the versions of all peers, and the targets.
+"""
+
+import argparse
+import json
+import os
+import re
+import sys
+from importlib import import_module
+from importlib.metadata import version
+from pathlib import Path
+from platform import machine, python_version
+from subprocess import run
+
+os.environ["OMP_NUM_THREADS"] = "1"  # before NumPy is loaded
+
+HERE = Path(__file__).parent
+RESULTS = HERE / "results.json"
+SCRIPTS = (
+    "first_call", "filter_step", "constant_gain", "c_export", "monte_carlo",
+    "staircase", "optimal_projection",
+)  # fmt: skip
+PEERS = (
+    "numpy", "scipy", "numba", "statsmodels", "filterpy", "pykalman", "simdkalman",
+    "control", "slycot",
+)  # fmt: skip
+COLUMNS = (
+    "numba", "NumPy", "exported C", "C by hand", "statsmodels", "FilterPy", "pykalman",
+    "simdkalman", "python-control", "SciPy",
+)  # fmt: skip
+SMALL, TEN = "filter step, n = 3, p = 2", "filter step, n = 10, p = 4"
+TARGETS = (  # row; over / under; asked
+    (SMALL, "statsmodels", "numba", "at least", 100),
+    (SMALL, "FilterPy", "numba", "at least", 1500),
+    (SMALL, "numba", "C by hand", "at most", 1.5),
+    (TEN, "statsmodels", "numba", "at least", 5),
+    (TEN, "numba", "C by hand", "at most", 1.6),
+    ("filter step, n = 30, p = 6", "statsmodels", "numba", "at least", 2),
+    ("filter step, n = 100, p = 10", "statsmodels", "numba", "at least", 1),
+    ("Monte Carlo of 10000 runs, n = 3, p = 2", "simdkalman", "numba", "at least", 20),
+    ("Monte Carlo, kernels alone, n = 3, p = 2", "simdkalman", "numba", "at least", 20),
+    ("exported C, filter, n = 3, p = 2", "exported C", "C by hand", "at most", 1.2),
+    ("exported C, filter, n = 10, p = 4", "exported C", "C by hand", "at most", 1.2),
+    ("first record, n = 3, warm cache", "numba", None, "at most", 1.5),
+    ("import", "NumPy", "SciPy", "at most", 1.3),
+)
+
+
+def name(one):
+    return ", ".join(filter(None, (one["row"], one["case"])))
+
+
+def versions():
+    found = {peer: version(peer) for peer in PEERS} | {"python": python_version()}
+    gcc = run(["gcc", "-dumpfullversion"], capture_output=True, text=True)
+    return found | {"gcc": gcc.stdout.strip(), "machine": machine()}
+
+
+def checked(records):
+    """The targets, each with what was found; medians over medians."""
+    by_name = {name(one): one["contestants"] for one in records}
+    for row, over, under, bound, asked in TARGETS:
+        if row not in by_name or over not in by_name[row]:
+            continue
+        who = by_name[row]
+        found = who[over]["median"] / (who[under]["median"] if under else 1)
+        met = found >= asked if bound == "at least" else found <= asked
+        over = f"{over} / {under}" if under else f"{over}, seconds"
+        yield {
+            "row": row, "ratio": over, "asked": f"{bound} {asked}",
+            "found": float(f"{found:.3g}"), "met": met,
+        }  # fmt: skip
+
+
+def rounded(value):
+    """Two digits, three from 100 on, never with an exponent."""
+    if value >= 100:
+        return f"{float(f'{value:.3g}'):.0f}"
+    return f"{float(f'{value:.2g}'):.12g}"
+
+
+def cell(one, column):
+    """The time of ours in bold; of others the ratio to it and its quartiles."""
+    who = one["contestants"].get(column)
+    if who is None:
+        return ""
+    if column == next(iter(one["contestants"])):
+        return f"**{rounded(who['median'])} {one['unit']}**"
+    low, middle, high = map(rounded, who["ratios"])
+    return middle if low == high else f"{middle} ({low}-{high})"
+
+
+def table(records):
+    rows = [["", *COLUMNS], ["---"] * (len(COLUMNS) + 1)]
+    rows += [[name(one), *(cell(one, c) for c in COLUMNS)] for one in records]
+    return "\n".join(f"| {' | '.join(row)} |" for row in rows)
+
+
+def targets(found):
+    rows = [["asked for", "", "asked", "found", "met"], ["---"] * 5]
+    for one in found:
+        met = "yes" if one["met"] else "no"
+        rows.append(
+            [one["row"], one["ratio"], one["asked"], rounded(one["found"]), met]
+        )
+    return "\n".join(f"| {' | '.join(row)} |" for row in rows)
+
+
+def put(path, mark, text):
+    """Replace what stands between two comments."""
+    given = path.read_text(encoding="utf-8")
+    pattern = rf"(<!-- {mark} -->\n).*?(\n<!-- end -->)"
+    new, count = re.subn(
+        pattern, lambda m: m[1] + text + m[2], given, count=1, flags=re.S
+    )
+    if not count:
+        raise SystemExit(f"{path.name} has no <!-- {mark} --> and <!-- end -->")
+    path.write_text(new, encoding="utf-8")
+
+
+def measured(script, quick):
+    line = import_module("common").line
+    found = []
+    for one in import_module(script).records(quick):
+        found.append(one)
+        print(line(one), flush=True)
+    return found
+
+
+def stored(now):
+    """What was measured before, with the same versions of everything."""
+    if not RESULTS.exists():
+        return {}
+    before = json.loads(RESULTS.read_text(encoding="utf-8"))
+    return before["records"] if before["versions"] == now else {}
+
+
+def write(now, by_script):
+    ordered = {script: by_script[script] for script in SCRIPTS if script in by_script}
+    records = [one for found in ordered.values() for one in found]
+    found = list(checked(records))
+    what = {"versions": now, "targets": found, "records": ordered}
+    RESULTS.write_text(json.dumps(what, indent=1) + "\n", encoding="utf-8")
+    for path in (HERE / "README.md", HERE.parent / "README.md"):
+        put(path, "speed", table(records))
+    put(HERE / "README.md", "targets", targets(found))
+
+
+def main(arguments):
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--quick", action="store_true")
+    parser.add_argument("scripts", nargs="*", default=SCRIPTS, metavar="SCRIPT")
+    given = parser.parse_args(arguments)
+    if unknown := set(given.scripts) - set(SCRIPTS):
+        parser.error(f"no script {unknown.pop()!r}; there are {', '.join(SCRIPTS)}")
+    now, records = versions(), []
+    for script in given.scripts:
+        records += (found := measured(script, given.quick))
+        if not given.quick:  # what is measured is kept if a later script fails
+            write(now, stored(now) | {script: found})
+    print(f"\n{table(records)}\n\n{targets(checked(records))}")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
