@@ -110,6 +110,10 @@ BROKEN = {
     "index empty": ("*.nbi", lambda path: path.write_bytes(b"")),
     "no hashes": ("*.sha256", Path.unlink),
     "hashes of something else": ("*.sha256", lambda path: path.write_text("00  x\n")),
+    "hashes that are no text": (
+        "*.sha256",
+        lambda path: path.write_bytes(b"\xff\xfe\0"),
+    ),
     "no code": ("*.nbc", Path.unlink),
     "writable by all": ("*.nbc", lambda path: path.chmod(0o666)),
 }

@@ -125,21 +125,27 @@ def _settled(run, types):
 
 def _from_folder(folder, text, types):
     path = folder / f"luenberger_{key(text, types)}.py"
-    if not path.is_file() or path.read_bytes() != text.encode():
+    if not _says(path, text):
         replace(path, text)
     function = _function(text, str(path), stack.local_array())
     run = _compile(function, types, cache=True)
     beside = Path(run.stats.cache_path)
     written = path.with_suffix(".sha256")
     kept = hashes(beside, path.stem)
-    if kept is None or not written.is_file() or written.read_text() != kept:
+    trusted = kept is not None and _says(written, kept)
+    if not trusted:
         for old in _files(beside, path.stem):
             old.unlink()
     run = _settled(run, types)
     made = hashes(beside, path.stem)
-    if made is not None and made != kept:
+    if made is not None and not (trusted and made == kept):
         replace(written, made)
     return run
+
+
+def _says(path, text):
+    """Whether a file holds this text; bytes, as a broken one need not be text."""
+    return path.is_file() and path.read_bytes() == text.encode()
 
 
 def key(text, types):
