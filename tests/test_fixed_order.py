@@ -339,6 +339,17 @@ def test_strength_of_all_noise_plays_no_part(size):
     assert np.abs(two.best.observer.V - one.best.observer.V).max() < 1e-8
 
 
+def test_a_weight_may_have_any_units():
+    plant, units = noisy(4, 3, 1), np.array([1, 1e-9, 1e9])
+    weight = np.array([[2, 1, 0], [1, 2, 1], [0, 1, 2]]) * np.outer(units, units)
+    one = lb.fixed_order_search(plant, 1, weight=weight, starts=4).best
+    two = lb.fixed_order_search(
+        plant, 1, L=np.diag(units), weight=weight / np.outer(units, units), starts=4
+    ).best
+    assert one.cost == pytest.approx(two.cost, rel=1e-12)
+    assert one.optimality.worst < 1e-10
+
+
 @pytest.mark.parametrize("feedthrough", [True, False])
 def test_measurements_without_noise(feedthrough):
     """R = 0 is a limit that exists as long as every output brings something new."""

@@ -5,6 +5,7 @@ from dataclasses import fields, replace
 import generators
 import numpy as np
 import pytest
+import scipy.linalg
 from test_fixed_order import STABLE, made, noisy
 
 import luenberger as lb
@@ -196,6 +197,21 @@ def test_states_that_are_silent_or_unused():
         assert lb.optimality(wrong, plant).worst > 1e-3
 
 
+def test_the_best_estimate_without_states_meets_every_condition():
+    plant = quiet(designed()[0])
+    X = scipy.linalg.solve_discrete_lyapunov(plant.A, plant.Q)
+    C, none = plant.C, np.zeros((0, 0))
+    V = np.linalg.solve(C @ X @ C.T + plant.R, C @ X).T
+    o = lb.Observer(
+        none, np.zeros((0, plant.m)), np.zeros((0, plant.p)), np.zeros((plant.n, 0)), V,
+        T=np.zeros((0, plant.n)), L=np.eye(plant.n), W=-V @ plant.E, dt=plant.dt,
+    )  # fmt: skip
+    found = lb.optimality(o, plant)
+    assert found.worst < 1e-12
+    assert found.cost == pytest.approx(np.trace(X - V @ C @ X), rel=1e-12)
+    assert lb.optimality(replace(o, V=1.1 * V), plant).V > 1e-3
+
+
 @pytest.mark.parametrize("size", [1e-5, 1e5])
 def test_units_play_no_part(size):
     plant, o = designed()
@@ -274,6 +290,7 @@ def test_plants_without_a_cost(changes, message):
         (lambda o: replace(o, dt=0.0), {}, ValueError, "dt=0"),
         (lambda o: o, {"weight": np.eye(3)}, ValueError, "weight must be 2 x 2"),
         (lambda o: o, {"weight": -np.eye(2)}, ValueError, "positive semi-definite"),
+        (lambda o: o, {"feedthrough": "no"}, ValueError, "feedthrough must be True"),
     ],
 )
 def test_observers_without_a_cost(wrong, options, error, message):

@@ -188,6 +188,8 @@ def _require(observer, plant, feedthrough):
             f"the observer has the mode {modes(poles[np.abs(poles) >= 1])} on or "
             "outside the unit circle, so its error has no steady state"
         )
+    if not isinstance(feedthrough, bool | np.bool_):
+        raise ValueError(f"feedthrough must be True, False or None, got {feedthrough}")
     if not feedthrough and observer.V.any():
         raise ValueError("feedthrough=False, but the observer's V is not zero")
 
@@ -274,7 +276,7 @@ def _projection(have, T):
 def _settled(M):
     """Inverse of a Gramian in its strong directions; None when all of them are."""
     values, vectors = np.linalg.eigh(M)
-    strong = values > WEAK * values[-1]
+    strong = values > WEAK * values.max(initial=0.0)
     if strong.all():
         return None
     half = vectors[:, strong] / np.sqrt(values[strong])
@@ -285,12 +287,8 @@ def _equations(have):
     """Relative residuals of (3.14)-(3.17)."""
     found = run(kernels.projection_equations(), have)
     Qh, Ph = np.linalg.norm(have["Qh"]), np.linalg.norm(have["Ph"])
-    sizes = dict(
-        riccati=np.linalg.norm(have["Q1"]),
-        estimate=Qh,
-        adjoint=Ph,
-        idempotent=np.linalg.norm(have["tau"]),
-    )
+    sizes = dict(riccati=np.linalg.norm(have["Q1"]), estimate=Qh, adjoint=Ph)
+    sizes["idempotent"] = np.linalg.norm(have["tau"])
     out = {k: _ratio(np.linalg.norm(found[k]), size) for k, size in sizes.items()}
     aligned = [np.linalg.norm(found[f"aligned_{name}"]) for name in "QP"]
     return out | dict(aligned=max(_ratio(aligned[0], Qh), _ratio(aligned[1], Ph)))

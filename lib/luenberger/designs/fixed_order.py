@@ -69,7 +69,8 @@ def fixed_order_filter(
         of range, or so high that states would be superfluous; outputs that add
         nothing to earlier ones; noise covariances that are missing.
     CertificateError
-        If no start leads to a minimum that meets its conditions.
+        If no start leads to a minimum that meets its conditions.  States that hardly
+        matter can do this, as rounding decides what they are: take a lower order.
 
     See Also
     --------
@@ -220,7 +221,8 @@ def _superfluous(order, enough, n):
     return DesignError(
         f"order {order} is more than it takes: L x^ of the Kalman filter needs only "
         f"{enough} states, and more would be driven by nothing or used for nothing. "
-        f"Order {enough} loses nothing; order n = {n} gives the whole Kalman filter."
+        f"Order {enough} loses nothing (one or two less will do if rounding spoils "
+        f"its conditions); order n = {n} gives the whole Kalman filter."
     )
 
 

@@ -169,11 +169,16 @@ def accurate_outputs(plant, m1):
 
 
 def positive_weight(weight, n):
+    """The weight, if positive definite: at unit diagonal, whatever the units."""
     weight = covariance("weight", weight, n)
-    values = np.linalg.eigvalsh(weight)
-    if not values[0] > 1e-14 * values[-1]:
+    unit = np.sqrt(weight.diagonal())
+    least = min(unit, default=0.0)
+    if least > 0:
+        least = np.linalg.eigvalsh(weight / unit[:, None] / unit)[0]
+    if not least > 1e-14:
         raise DesignError(
-            f"weight must be positive definite, its least eigenvalue is {values[0]:.3g}"
+            "weight must be positive definite: scaled to unit diagonal its least "
+            f"eigenvalue is {least:.3g}"
         )
     return weight
 
