@@ -127,6 +127,22 @@ def test_what_does_not_fit_is_refused_where_it_is_met():
         next(run)
 
 
+@pytest.mark.filterwarnings("ignore:Casting complex")
+def test_complex_data_are_refused():
+    """NumPy would drop the imaginary part, with no more than a warning."""
+    plant = lb.Plant([[0.5]], [[1]], [[1]], dt=1.0, Q=[[1]], R=[[1]], P0=[[1]])
+    observer, y = lb.kalman_filter(plant), np.ones((3, 1))
+    for run in (
+        lambda: lb.estimate(observer, 1j * y),
+        lambda: lb.estimate(observer, y, 1j * y),
+        lambda: lb.estimate(observer, y, z0=[1j]),
+        lambda: lb.filter_data(plant, 1j * y),
+        lambda: lb.filter_data(plant, y, u0=[1j]),
+    ):
+        with pytest.raises(ValueError, match="must be .* complex"):
+            run()
+
+
 def test_a_stream_that_proves_long_goes_on_compiled(monkeypatch):
     """ "auto" cannot know the length of a stream, so it goes by what it has seen."""
     from luenberger import kernels

@@ -131,6 +131,10 @@ def test_refusals(here):
         lb.sweep({}, cart)
     with pytest.raises(ValueError, match="at least one design and one plant"):
         lb.sweep(DESIGNS, {})
+    with pytest.raises(ValueError, match="designs must be a dict, by name, got list"):
+        lb.sweep([lb.kalman_filter], cart)
+    with pytest.raises(ValueError, match="plants must be a dict, by name, got Plant"):
+        lb.sweep(DESIGNS, cart["cart"])
     with pytest.raises(ValueError, match="design 'Kalman' must be a function"):
         lb.sweep({"Kalman": lb.kalman_filter(cart["cart"])}, cart)
     with pytest.raises(TypeError, match="must return an Observer, got 3"):

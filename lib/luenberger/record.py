@@ -79,17 +79,21 @@ def read(path, kind, cls):
         raise ValueError(f"{path}: {error}") from None
     if not isinstance(data, dict):
         raise ValueError(
-            f"{path}: a {kind} is a JSON object, got {type(data).__name__}"
+            f"{path}: {_one(kind)} is a JSON object, got {type(data).__name__}"
         )
     if data.pop("luenberger", kind) != kind:
-        raise ValueError(f"{path}: this file does not hold a {kind}")
+        raise ValueError(f"{path}: this file does not hold {_one(kind)}")
     known = {field.name for field in dataclasses.fields(cls)} | {"description"}
     unknown = sorted(set(data) - known)
     if unknown:
         raise ValueError(
-            f"{path}: unknown keys {unknown}; a {kind} has {sorted(known)}"
+            f"{path}: unknown keys {unknown}; {_one(kind)} has {sorted(known)}"
         )
     return {key: _array(path, key, value) for key, value in data.items()}
+
+
+def _one(kind):
+    return f"{'an' if kind[0] in 'aeiou' else 'a'} {kind}"
 
 
 def _refuse(constant):

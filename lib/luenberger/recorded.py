@@ -166,10 +166,7 @@ def start(observer, u0=None, z0=None, x0=None):
 
 def rows(name, value, width, missing=False):
     """Return `value` as (N, width) floats, all finite; NaN only where `missing`."""
-    try:
-        array = np.asarray(value, dtype=float)
-    except (TypeError, ValueError) as error:
-        raise ValueError(f"{name} must be an array of numbers: {error}") from None
+    array = _real(name, value, "an array of numbers")
     if array.ndim == 1 and width == 1:
         array = array[:, None]
     if array.ndim != 2 or array.shape[1] != width:
@@ -190,7 +187,17 @@ def rows(name, value, width, missing=False):
 
 
 def single(name, value, size):
-    array = np.asarray(value, dtype=float)
+    array = _real(name, value, f"{size} finite numbers")
     if array.shape != (size,) or not np.isfinite(array).all():
         raise ValueError(f"{name} must be {size} finite numbers, got {value!r}")
     return array
+
+
+def _real(name, value, wanted):
+    """`value` as floats; numpy would drop imaginary parts with a warning."""
+    try:
+        if np.iscomplexobj(np.asarray(value)):
+            raise TypeError("it is complex")
+        return np.asarray(value, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"{name} must be {wanted}: {error}") from None

@@ -1,6 +1,7 @@
 """A table of design problems: every design on every plant, here or on many workers."""
 
 import pickle
+from collections.abc import Mapping
 from contextlib import closing
 from dataclasses import dataclass
 
@@ -126,6 +127,11 @@ def sweep(designs, plants, *, executor=None, progress=False):
     >>> [(t.plant, t.order, t.refusal[:13]) for t in found]
     [('cart', 2, ''), ('deaf', None, 'not detectabl')]
     """
+    for what, given in (("designs", designs), ("plants", plants)):
+        if not isinstance(given, Mapping):
+            raise ValueError(
+                f"{what} must be a dict, by name, got {type(given).__name__}"
+            )
     if not designs or not plants:
         raise ValueError("a sweep needs at least one design and one plant")
     for name, design in designs.items():
