@@ -63,9 +63,9 @@ def functional_observer(plant, k, *, order=None, poles=None):
         poles.
 
         Plant, k and poles (if any) in ints or Fractions give an observer in
-        Fractions, ``observer.exact``, up to 20 states.  Its polynomial is a simple
-        rational one near the optimum, and F one companion matrix unless poles are
-        given or all are possible.
+        Fractions, ``observer.exact``, up to 20 states, unless its rounding to floats
+        would lose the estimate.  Its polynomial is a simple rational one near the
+        optimum, and F one companion matrix unless poles are given or all are possible.
 
     Raises
     ------
