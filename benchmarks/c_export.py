@@ -23,7 +23,7 @@ import luenberger as lb
 from luenberger.export import to_c
 
 SIZES = [(3, 2), (6, 3), (10, 4)]
-STEPS, ROUNDS = 4000, 101
+STEPS, ROUNDS = 4000, 51
 
 FILTER = """
 int hand_step(double *restrict state, const double *u, const double *restrict y,

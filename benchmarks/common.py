@@ -10,8 +10,6 @@ import numpy as np
 
 import luenberger as lb
 
-SLOW = 5.0  # seconds; whoever takes longer is timed in the first round only
-
 
 def plant(n, p, seed=8):
     """A random stable plant with full-rank noise."""
@@ -36,8 +34,7 @@ def in_turns(runs, rounds, work=None):
     times = {name: [] for name in runs}
     for _ in range(rounds):
         for name, run in runs.items():
-            if not times[name] or times[name][0] * work.get(name, 1) < SLOW:
-                times[name].append(seconds(run)[0] / work.get(name, 1))
+            times[name].append(seconds(run)[0] / work.get(name, 1))
     return times
 
 

@@ -64,7 +64,7 @@ def contestants(plant, observer, folder):
             found[name] = lambda y, run=made[run]: c_export.called(run, observer, y)
     return found | {
         "FilterPy": lambda y: with_filterpy(plant, observer, y),
-        "SciPy dlsim": lambda y: with_dlsim(scipy_, observer, y),
+        "SciPy": lambda y: with_dlsim(scipy_, observer, y),
         "python-control": lambda y: with_control(control_, observer, y),
     }
 
@@ -80,7 +80,7 @@ def records(quick=False):
             wanted = lb.estimate(observer, y, backend="numpy")
             for name, run in runs.items():
                 same(name, run(y), wanted)
-            slow = "FilterPy", "SciPy dlsim", "python-control"
+            slow = "FilterPy", "SciPy", "python-control"
             given = {k: y[: STEPS // FEW] if k in slow else y for k in runs}
             calls = {k: lambda k=k: runs[k](given[k]) for k in runs}  # noqa: B023
             work = {name: len(Y) for name, Y in given.items()}

@@ -31,7 +31,7 @@ from statsmodels.tsa.statespace import kalman_filter
 import luenberger as lb
 
 SIZES = [(2, 1), (3, 2), (6, 3), (10, 4), (30, 6), (100, 10)]
-SPELL, ROUNDS = 0.1, 11  # seconds that a contestant runs in a round, about; rounds
+SPELL, ROUNDS = 0.05, 9  # seconds that a contestant runs in a round, about; rounds
 
 
 def first_prior(plant):
