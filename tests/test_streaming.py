@@ -8,6 +8,7 @@ import pytest
 from test_missing_data import holes
 
 import luenberger as lb
+from luenberger.designs import compiled, one_pass, setting
 
 PLANT = generators.plant(np.random.default_rng(3), 3, 2, m=1)
 OBSERVERS = {
@@ -96,6 +97,29 @@ def test_memory_stays_flat(backend):
     assert peak(filtered) < 6 * chunk
     estimates = lb.estimate(OBSERVERS["constant"], zeros(2), zeros(1), backend=backend)
     assert peak(estimates) < 6 * chunk
+
+
+@pytest.mark.parametrize("backend", ["numpy", "numba"])
+def test_patterns_of_missing_outputs_do_not_pile_up(backend, monkeypatch):
+    """Of twelve outputs there are 4096; each would keep its matrices."""
+    numba = pytest.importorskip("numba", reason="numba is an optional extra")
+    monkeypatch.setattr(numba.config, "DISABLE_JIT", True)
+    monkeypatch.setattr(setting, "PATTERNS", 20)
+    monkeypatch.setattr(compiled, "PATTERNS", 20)
+    plant = lb.Plant(
+        [[0.5]], None, np.ones((12, 1)), dt=1.0, Q=[[1]], R=np.eye(12), P0=[[1]]
+    )
+    rng = np.random.default_rng(8)
+    y = rng.normal(size=(80, 12))
+    y[rng.random(y.shape) < 0.5] = np.nan
+    settings = setting.Settings(plant, 0)
+    run = one_pass.Pass(settings, plant.x0, np.zeros(0))
+    x = [run.over(part, np.zeros((10, 0)), backend == "numba")[0] for part in
+         np.split(y, 8)]  # fmt: skip
+    wanted = lb.filter_data(plant, y, backend="numpy").x
+    np.testing.assert_allclose(np.concatenate(x), wanted, rtol=1e-12, atol=1e-12)
+    assert len(settings._known) <= 20
+    assert run.compiled is None or len(run.compiled.padded) <= 31
 
 
 def test_a_stream_is_read_one_chunk_at_a_time():

@@ -11,6 +11,7 @@ import numpy as np
 from .. import kernels
 from ..errors import DesignError
 from ..linalg import nonsingular
+from .setting import PATTERNS
 
 BEFORE = {"A": "A", "As": "As", "Q": "Qs", "B": "B", "J": "J"}
 NOW = {"C": "C", "R": "R", "E": "E", "Gamma": "Gamma"}
@@ -85,6 +86,8 @@ class Compiled:
 
     def patterns(self, run, seen):
         """A constant plant with outputs missing: an index for each pattern."""
+        if len(self.padded) >= PATTERNS:
+            self.table, self.padded = {}, []
         bits = np.packbits(seen, axis=1)
         bits = bits.view(f"S{bits.shape[1]}")[:, 0]
         _, first, now = np.unique(bits, return_index=True, return_inverse=True)

@@ -18,6 +18,8 @@ from ..linalg import (
     solve_right,
 )
 
+PATTERNS = 1000  # of outputs that arrived, kept at most: a long record has many
+
 
 class Setting(NamedTuple):
     """One instant: the decorrelated plant and the split of the outputs.
@@ -88,8 +90,9 @@ class Settings:
         i = 0 if self.steps is None else min(i, self.steps - 1)
         key = i, None if seen is None else seen.tobytes()
         if key not in self._known:
-            if self.steps is not None:
-                self._known.clear()  # a time-varying plant passes each instant once
+            # a time-varying plant passes each instant once
+            if self.steps is not None or len(self._known) >= PATTERNS:
+                self._known.clear()
             self._known[key] = self._make(i, seen)
         return self._known[key]
 
