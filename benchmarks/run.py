@@ -13,6 +13,7 @@ import argparse
 import json
 import os
 import re
+import shutil
 import sys
 from importlib import import_module
 from importlib.metadata import version
@@ -69,8 +70,10 @@ def name(one):
 
 def versions():
     found = {peer: version(peer) for peer in PEERS} | {"python": python_version()}
-    gcc = run(["gcc", "-dumpfullversion"], capture_output=True, text=True)
-    return found | {"gcc": gcc.stdout.strip(), "machine": machine()}
+    if shutil.which("gcc"):
+        gcc = run(["gcc", "-dumpfullversion"], capture_output=True, text=True)
+        found["gcc"] = gcc.stdout.strip()
+    return found | {"machine": machine()}
 
 
 def checked(records):
