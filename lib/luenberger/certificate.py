@@ -15,7 +15,6 @@ from functools import cached_property
 
 import numpy as np
 import scipy.linalg
-from scipy.optimize import linear_sum_assignment
 
 from .errors import CertificateError, DesignError
 
@@ -221,7 +220,7 @@ def _sensitivity(F, poles):
     overlap = np.abs(np.sum(left.conj() * right, axis=0))
     with np.errstate(divide="ignore"):
         size = 1 / overlap
-    _, order = linear_sum_assignment(np.abs(poles[:, None] - found))
+    _, order = scipy.optimize.linear_sum_assignment(np.abs(poles[:, None] - found))
     return np.maximum(size[order], 1.0)
 
 

@@ -4,7 +4,7 @@ from contextlib import closing
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import gammaincinv
+import scipy  # its parts load when first used
 
 from .analysis import error_covariance
 from .arrays import covariance
@@ -76,7 +76,11 @@ class Ensemble:
             )
         tails = np.array([[1 - confidence], [1 + confidence]]) / 2
         shape = 0.5 * self.runs * self.dof
-        bounds = 2 * gammaincinv(np.where(shape > 0, shape, 1), tails) / self.runs
+        bounds = (
+            2
+            * scipy.special.gammaincinv(np.where(shape > 0, shape, 1), tails)
+            / self.runs
+        )
         return np.where(shape > 0, bounds, 0.0)
 
 

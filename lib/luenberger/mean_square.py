@@ -14,7 +14,7 @@ derivations/mean_square.py.)
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import brentq
+import scipy  # its parts load when first used
 from scipy.sparse.linalg import LinearOperator, gmres
 
 from . import kernels, linalg
@@ -156,7 +156,9 @@ def radius(A, pairs):
         low = alone + above
         if not above > 1e-9 * max(alone, TINY):
             return alone
-    return float(brentq(short_of_limit, low, high, rtol=1e-14, xtol=1e-14 * low))
+    return float(
+        scipy.optimize.brentq(short_of_limit, low, high, rtol=1e-14, xtol=1e-14 * low)
+    )
 
 
 def largest_scaling(A, pairs):

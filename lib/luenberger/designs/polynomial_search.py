@@ -4,7 +4,6 @@ from math import comb
 
 import numpy as np
 import scipy.linalg
-import scipy.optimize
 
 from .half_plane import to_disc
 

@@ -21,7 +21,6 @@ from math import comb
 
 import numpy as np
 import scipy.linalg
-import scipy.optimize
 
 from . import exact
 from .half_plane import is_stable, radius, to_half_plane

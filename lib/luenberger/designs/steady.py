@@ -7,7 +7,6 @@ and stable error dynamics.
 
 import numpy as np
 import scipy.linalg
-import scipy.optimize
 from scipy.sparse.linalg import LinearOperator, gmres
 
 from .. import kernels
