@@ -137,11 +137,17 @@ def _require(plant):
             "continuous plant (dt = 0)"
         )
     if plant.steps is not None or plant.is_complex:
-        raise DesignError("only constant, real plants can be discretised")
+        raise DesignError(
+            "only constant, real plants can be discretised. Give one A, B, C and E, "
+            "and real and imaginary parts as states of their own."
+        )
     if plant.S is not None and plant.S.any():
         raise DesignError(
             "the plant has S, but continuous noise w has no covariance with the noise "
             "of a sample. Leave S out."
         )
     if plant.multiplicative:
-        raise DesignError("multiplicative noise is not discretised")
+        raise DesignError(
+            "multiplicative noise is not discretised. Leave it out knowingly, with "
+            "Plant(..., multiplicative=()), or give the pairs to the discrete plant."
+        )

@@ -124,7 +124,9 @@ def require_plant(plant):
             "between its samples is lost. Give the continuous plant."
         )
     if plant.steps is not None or plant.is_complex:
-        raise DesignError("the sampled loop needs constant, real matrices")
+        raise DesignError(
+            "the sampled loop needs constant, real matrices. Give one A, B and C."
+        )
     if (plant.m, plant.p) != (1, 1):
         raise DesignError(
             f"the sampled loop is for one input and one output, the plant has "
