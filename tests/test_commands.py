@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import luenberger as lb
-from luenberger.__main__ import main
+from luenberger.commands import main
 
 ROOT = pathlib.Path(__file__).parents[1]
 PLANTS = ROOT / "notebooks" / "plants"
@@ -171,8 +171,8 @@ BAD_DATA = {
 
 
 def refused(run, pattern):
-    """Status 2, one readable message, no traceback."""
-    assert run.returncode == 2, run.stderr
+    """Status 1, one readable message, no traceback."""
+    assert run.returncode == 1, run.stderr
     message = run.stderr.strip().splitlines()[-1]
     assert message.startswith("luenberger: ") and re.search(pattern, run.stderr)
     assert "Traceback" not in run.stderr and run.stdout == ""

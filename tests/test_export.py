@@ -97,7 +97,7 @@ def test_signals_have_names():
     )
     assert shared.input_labels == ["u y", "y y"]
     part = to_control(dataclasses.replace(observer(), L=[[1, 1], [0, 2]]))
-    assert part.output_labels == ["row 1 of L x estimate", "row 2 of L x estimate"]
+    assert part.output_labels == ["w1 estimate", "w2 estimate"]
 
 
 def test_a_state_space_comes_back():
@@ -300,7 +300,7 @@ def test_command_refuses_in_one_line(command, tmp_path):
         (("o.json", "--c", "o.json"), "o.json is a file"),
     ):
         status, out, err = command(*arguments)
-        assert status == 2 and out == "" and why in err and err.count("\n") == 1
+        assert status == 1 and out == "" and why in err and err.count("\n") == 1
     assert not (tmp_path / "c").exists()
 
 

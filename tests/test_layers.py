@@ -49,7 +49,8 @@ ALLOWED = {
     "report": NUMERIC | QUESTIONS | {"designs", "measurements", "show", "survey"},
     "results": TYPES | {"measurements", "survey"},
     "export": NUMERIC | {"designs", "filtering", "recorded"},
-    "__main__": {"export", "measurements", "observer", "offline", "plant"},
+    "commands": {"export", "measurements", "observer", "offline", "plant"},
+    "__main__": {"commands"},
 }
 EVERYWHERE = {"numpy", "scipy"}
 SPECIAL = {

@@ -1,0 +1,30 @@
+"""How a command is made known to argparse, which suffices and is always there."""
+
+import argparse
+import textwrap
+
+
+def register(commands, name, run, help, description, examples):
+    """Add a command; returns its parser, for its options.
+
+    Parameters
+    ----------
+    commands : the object that `main` passes to every module's ``add``
+    run : callable of the parsed options
+    help, description : str
+        One line for the list of commands, and a paragraph for the command's own page.
+    examples : sequence of str
+        What follows ``python -m luenberger``, on the files of notebooks/plants and
+        on what the examples before them write; the tests run every one.
+    """
+    lines = [f"  python -m luenberger {example}" for example in examples]
+    one = commands.add_parser(
+        name,
+        help=help,
+        description=textwrap.fill(description, 79),
+        epilog="\n".join(["examples:", *lines]),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
+    )
+    one.set_defaults(run=run)
+    return one
