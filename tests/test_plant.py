@@ -222,7 +222,61 @@ def test_observer_round_trip_constant_and_over_steps(tmp_path):
             mine, theirs = getattr(first, name), getattr(again, name)
             assert (mine is None) == (theirs is None), name
             assert mine is None or mine.tobytes() == theirs.tobytes(), name
+        for kind in ("state", "input", "output"):
+            assert getattr(first, f"{kind}_names") == getattr(again, f"{kind}_names")
         assert (again.dt, again.order, again.steps) == (1.0, 1, steps)
+
+
+DESIGNS = {
+    "Kalman": lambda plant: lb.kalman_filter(plant),
+    "Leondes-Novak": lambda plant: lb.reduced_order_filter(plant, 1),
+    "over steps": lambda plant: lb.reduced_order_filter(plant, 1, steps=3),
+    "fixed order": lambda plant: lb.fixed_order_filter(plant, 1, starts=2),
+    "reduced order": lambda plant: lb.reduced_order_observer(plant, [0.5]),
+    "deadbeat": lambda plant: lb.deadbeat_observer(plant),
+    "functional": lambda plant: lb.functional_observer(plant, [[1, 0], [0, 1]]),
+}
+
+
+@pytest.mark.parametrize("design", DESIGNS.values(), ids=DESIGNS)
+def test_observers_are_named_after_their_plant(design):
+    plant = make(
+        A=[[0.9, 1], [0, 0.8]], P0=np.eye(2),
+        state_names=("s", "v"), input_names=("push",), output_names=("radar",),
+    )  # fmt: skip
+    observer = design(plant)
+    assert observer.state_names == observer.estimate_names == ("s", "v")
+    assert (observer.input_names, observer.output_names) == (("push",), ("radar",))
+    assert observer.named(make()).estimate_names == ("x1", "x2")
+    assert observer.estimate_names == ("s", "v")  # the first one stays as it was
+
+
+@pytest.mark.parametrize(
+    "states, L, wanted",
+    [
+        (("s", "v"), [[0, 1], [1, 0]], ("v", "s")),
+        (("s", "v"), [[0, 1], [2, 0], [1, 1]], ("v", "w2", "w3")),
+        (("s", "v"), [[0, 1], [0, 1]], ("w1", "w2")),  # not the same name twice
+        (("s", "w2"), [[0, 1], [1, 1]], ("w1", "w2")),
+        (None, [[0, 1j], [0, 1]], ("w1", "x2")),
+        (None, np.zeros((0, 2)), ()),
+    ],
+)
+def test_what_estimates_are_called(states, L, wanted):
+    q = len(L)
+    observer = lb.Observer(
+        [[0.5]], [[]], [[1]], np.ones((q, 1)), np.ones((q, 1)), [[1, 0]], L,
+        state_names=states,
+    )  # fmt: skip
+    assert observer.estimate_names == wanted
+    assert observer.input_names == () and observer.output_names is None
+
+
+@pytest.mark.parametrize("kind", ["state", "input", "output"])
+def test_names_of_an_observer_are_checked(kind):
+    parts = OBSERVER | dict(L=[[1.0]]) | {f"{kind}_names": ("a", "b")}
+    with pytest.raises(ValueError, match=f"{kind} names must be 1 different strings"):
+        lb.Observer(**parts)
 
 
 @pytest.mark.parametrize(

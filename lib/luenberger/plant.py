@@ -270,7 +270,7 @@ class Plant:
 
     def to_json(self, path):
         """Write the plant as JSON; numbers come back bit for bit."""
-        record.write(path, {"luenberger": "plant"} | record.as_data(self))
+        record.write(path, record.as_data("plant", self))
 
     @classmethod
     def from_json(cls, path):

@@ -8,6 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
+FORMAT = 1  # of the files; those without the key are from before it
+
 
 def fill(frozen, **values):
     """Set fields of a frozen dataclass from within its __post_init__."""
@@ -15,9 +17,9 @@ def fill(frozen, **values):
         object.__setattr__(frozen, name, value)
 
 
-def as_data(frozen):
-    """The fields of a record as lists, numbers and strings; absent ones left out."""
-    data = {}
+def as_data(kind, frozen):
+    """A record as lists, numbers and strings, headed by what it is; None left out."""
+    data = {"luenberger": kind, "format": FORMAT}
     for field in dataclasses.fields(frozen):
         value = plain(getattr(frozen, field.name))
         if value is not None and value != []:
@@ -83,6 +85,7 @@ def read(path, kind, cls):
         )
     if data.pop("luenberger", kind) != kind:
         raise ValueError(f"{path}: this file does not hold {_one(kind)}")
+    _check_format(path, data.pop("format", FORMAT))
     known = {field.name for field in dataclasses.fields(cls)} | {"description"}
     unknown = sorted(set(data) - known)
     if unknown:
@@ -90,6 +93,17 @@ def read(path, kind, cls):
             f"{path}: unknown keys {unknown}; {_one(kind)} has {sorted(known)}"
         )
     return {key: _array(path, key, value) for key, value in data.items()}
+
+
+def _check_format(path, number):
+    """Refuse a file of a later format: its keys may mean something else."""
+    if type(number) is not int or number < 1:
+        raise ValueError(f"{path}: format must be a whole number, got {number!r}")
+    if number > FORMAT:
+        raise ValueError(
+            f"{path}: the file has format {number}, and this version of luenberger "
+            f"reads format {FORMAT}; update luenberger"
+        )
 
 
 def _one(kind):

@@ -11,9 +11,7 @@ def files(survey, estimates=None):
     """The report's results as texts by file name."""
     chosen = survey.recommended()
     out = {
-        "observer.json": record.layout(
-            {"luenberger": "observer"} | record.as_data(chosen.observer)
-        ),
+        "observer.json": record.layout(record.as_data("observer", chosen.observer)),
         "designs.csv": _designs_csv(survey),
     }
     if estimates is not None:

@@ -3,6 +3,7 @@
 import numpy as np
 
 from .. import certificate
+from ..arrays import names
 from ..errors import DesignError
 from ..observer import Observer
 from ..plant import Plant
@@ -192,21 +193,13 @@ def _matrices(o):
 
 
 def _signals(observer, plant):
-    """Names of u, y and w^; of the plant, or by number."""
-    (q, n), m, p = observer.L.shape, observer.G.shape[-1], observer.D.shape[-1]
-    if plant is None:
-        states = [f"x{k + 1}" for k in range(n)]
-        u, y = [f"u{k + 1}" for k in range(m)], [f"y{k + 1}" for k in range(p)]
-    else:
+    """Names of u, y and w^; of the plant, of the observer, or by number."""
+    if plant is not None:
         certificate.require_match(observer, plant)
-        states, u, y = plant.state_names, plant.input_names, plant.output_names
-    unit = (observer.L != 0).sum(axis=1) == 1
-    unit &= (observer.L == 1).any(axis=1)
-    what = (
-        states[int(np.argmax(observer.L[k] != 0))] if unit[k] else f"row {k + 1} of L x"
-        for k in range(q)
-    )
-    return Signals(tuple(u), tuple(y), tuple(what))
+        observer = observer.named(plant)
+    u = names("u input", observer.input_names, observer.G.shape[-1])
+    y = names("y output", observer.output_names, observer.D.shape[-1])
+    return Signals(u, y, observer.estimate_names)
 
 
 def _labels(names):
