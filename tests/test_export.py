@@ -12,8 +12,9 @@ import pytest
 import scipy.signal
 
 import luenberger as lb
+from luenberger import files
 from luenberger.__main__ import main
-from luenberger.export import files, to_c, to_control, to_scipy
+from luenberger.export import to_c, to_control, to_scipy
 from luenberger.export.words import HEADERS, KEYWORDS
 
 NAMES = dict(
@@ -90,8 +91,10 @@ def test_signals_have_names():
     assert made.input_labels == ["push", "radar 1_5 GHz"]  # a dot parts system.signal
     assert made.output_labels == ["position estimate", "speed estimate"]
     assert made.state_labels == ["z1"]
-    assert to_control(observer()).input_labels == ["u1", "y1"]
-    assert to_control(observer()).output_labels == ["x1 estimate", "x2 estimate"]
+    assert to_control(observer()).input_labels == made.input_labels  # it knows them
+    nameless = observer(state_names=None, input_names=None, output_names=None)
+    assert to_control(nameless).input_labels == ["u1", "y1"]
+    assert to_control(nameless).output_labels == ["x1 estimate", "x2 estimate"]
     shared = to_control(
         observer(), plant=plant(input_names=("y",), output_names=("y",))
     )
