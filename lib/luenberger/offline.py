@@ -1,6 +1,7 @@
 """Run a notebook, and turn it into one HTML page that needs no network."""
 
 import asyncio
+import atexit
 import os
 import re
 import signal
@@ -30,6 +31,7 @@ def run(notebook, folder, progress=lambda step, steps, title: None):
     steps = len(titles)
 
     def started(cell, cell_index):
+        client.heed_signal()
         if cell_index in titles:
             number, title = titles[cell_index]
             progress(number, steps, title)
@@ -49,13 +51,14 @@ def run(notebook, folder, progress=lambda step, steps, title: None):
         env = os.environ | {"IPYTHONDIR": settings, "OMP_NUM_THREADS": "1"}
         try:
             client.execute(env=env, stderr=subprocess.DEVNULL)
+            client.heed_signal()
         except nbclient.exceptions.CellExecutionError as error:
             raise NotebookError(f"{error.ename}: {error.evalue}") from None
         except (nbclient.exceptions.DeadKernelError, asyncio.CancelledError):
             client.answer_signal()
             raise NotebookError("the notebook's Python process died") from None
         finally:
-            client.give_signals_back()
+            client.end()
     notebook.metadata.pop("language_info", None)  # names this very interpreter
     return notebook
 
@@ -63,32 +66,49 @@ def run(notebook, folder, progress=lambda step, steps, title: None):
 def _client_class(nbclient):
     """A client that ends cleanly on a signal, and then lets the signal have its way.
 
-    nbclient's own answer to a signal is to end the kernel under itself.
+    nbclient's own answer to a signal is to end the kernel under itself.  Here its task
+    is cancelled.  asyncio may lose that, where what is awaited is done in the same
+    turn of its loop, so the signal is remembered as well.
     """
     numbers = (signal.SIGINT, signal.SIGTERM)
     before = {number: signal.getsignal(number) for number in numbers}
 
     class Client(nbclient.NotebookClient):
-        came = None
+        came, ending, loop = None, False, None
 
         async def async_start_new_kernel(self, **options):
-            loop, task = asyncio.get_running_loop(), asyncio.current_task()
-            if threading.current_thread() is threading.main_thread():
+            here = threading.current_thread()
+            if here is threading.main_thread() and os.name != "nt":
+                self.loop, task = asyncio.get_running_loop(), asyncio.current_task()
                 for number in numbers:
-                    loop.add_signal_handler(number, self.stop, task, number)
+                    self.loop.add_signal_handler(number, self.stop, task, number)
             await super().async_start_new_kernel(**options)
 
-        def stop(self, task, number):
-            self.came = number
-            task.cancel()
+        async def _async_cleanup_kernel(self):
+            self.ending = True  # let it: what writes into the folder has to be gone
+            await super()._async_cleanup_kernel()
 
-        def give_signals_back(self):
-            for number, handler in before.items():
-                if threading.current_thread() is threading.main_thread():
-                    signal.signal(number, handler)
+        def stop(self, task, number):
+            again, self.came = self.came is not None, number
+            if not (again or self.ending):
+                task.cancel()
+
+        def heed_signal(self):
+            if self.came is not None:
+                raise asyncio.CancelledError
+
+        def end(self):
+            """Leave no kernel, which nbclient does to one that starts, nor handlers."""
+            self.ending = True
+            if self.km is not None and self.km.has_kernel:
+                self._cleanup_kernel()
+            atexit.unregister(self._cleanup_kernel)
+            for number, handler in before.items() if self.loop else ():
+                self.loop.remove_signal_handler(number)
+                signal.signal(number, handler)
 
         def answer_signal(self):
-            self.give_signals_back()
+            self.end()
             if self.came is not None:
                 signal.raise_signal(self.came)
 
