@@ -19,8 +19,8 @@ QUESTIONS = {"analysis", "ensemble", "filtering", "recorded", "simulate"}
 ALLOWED = {
     "errors": set(),
     "arrays": set(),
-    "record": set(),
     "files": set(),
+    "record": {"files"},
     "show": set(),
     "offline": set(),
     "derivations": {"certificate"},
@@ -45,12 +45,14 @@ ALLOWED = {
     "filtering": NUMERIC | {"designs", "recorded"},
     "measurements": NUMERIC | QUESTIONS,
     "sampling": NUMERIC | {"simulate"},
+    "compare": NUMERIC
+    | {"analysis", "designs", "export", "optimality", "show", "stairs"},
     "survey": NUMERIC | QUESTIONS | {"designs"},
     "plot": {"show"},
     "report": NUMERIC | QUESTIONS | {"designs", "measurements", "show", "survey"},
     "results": TYPES | {"measurements", "survey"},
     "export": NUMERIC | {"designs", "files", "filtering", "recorded"},
-    "commands": {"export", "files", "measurements", "observer", "offline", "plant"},
+    "commands": NUMERIC | {"export", "files", "ledger", "measurements", "offline"},
     "__main__": {"commands"},
 }
 EVERYWHERE = {"numpy", "scipy"}
