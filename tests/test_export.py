@@ -298,7 +298,8 @@ def test_command_writes_what_the_function_writes(command, tmp_path):
 def test_command_refuses_in_one_line(command, tmp_path):
     for arguments, why in (
         (("o.json", "--c", "c", "--name", "int"), "a word of C"),
-        (("p.json", "--c", "c"), "does not hold an observer"),
+        (("p.json", "--c", "c", "--plant", "p.json"), "the source is a plant"),
+        (("o.json", "--c", "c", "--m1", "1"), "the source is an observer"),
         (("absent.json", "--c", "c"), "absent.json: No such file"),
         (("o.json", "--c", "o.json"), "o.json is a file"),
     ):

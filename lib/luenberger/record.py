@@ -2,11 +2,11 @@
 
 import dataclasses
 import json
-import os
-import tempfile
 from pathlib import Path
 
 import numpy as np
+
+from . import files
 
 FORMAT = 1  # of the files; those without the key are from before it
 
@@ -39,17 +39,8 @@ def plain(value):
 
 
 def write(path, data):
-    """Write JSON beside `path` and rename, so an old file survives a failure."""
-    path = Path(path)
-    handle, beside = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8") as file:
-            file.write(layout(data))
-        os.chmod(beside, 0o666 & ~_umask())
-        os.replace(beside, path)
-    except BaseException:
-        os.unlink(beside)
-        raise
+    """Write JSON; an old file survives a failure."""
+    files.write(path, layout(data))
 
 
 def layout(data):
@@ -64,25 +55,16 @@ def layout(data):
     return "{\n" + ",\n".join(lines) + "\n}\n"
 
 
-def _umask():
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask
+def kind(path):
+    """What a file says it holds, "plant" or "observer"; without a word, by its keys."""
+    data = _object(Path(path), "record")
+    return data.get("luenberger", "observer" if "F" in data else "plant")
 
 
 def read(path, kind, cls):
     """Read the JSON object of a record: known keys, lists, numbers and strings."""
     path = Path(path)
-    try:
-        data = json.loads(path.read_text(encoding="utf-8"), parse_constant=_refuse)
-    except (UnicodeDecodeError, json.JSONDecodeError, RecursionError) as error:
-        raise ValueError(f"{path}: not a JSON file: {error}") from None
-    except ValueError as error:
-        raise ValueError(f"{path}: {error}") from None
-    if not isinstance(data, dict):
-        raise ValueError(
-            f"{path}: {_one(kind)} is a JSON object, got {type(data).__name__}"
-        )
+    data = _object(path, kind)
     if data.pop("luenberger", kind) != kind:
         raise ValueError(f"{path}: this file does not hold {_one(kind)}")
     _check_format(path, data.pop("format", FORMAT))
@@ -93,6 +75,21 @@ def read(path, kind, cls):
             f"{path}: unknown keys {unknown}; {_one(kind)} has {sorted(known)}"
         )
     return {key: _array(path, key, value) for key, value in data.items()}
+
+
+def _object(path, kind):
+    """The JSON object that a file holds."""
+    try:
+        data = json.loads(path.read_text(encoding="utf-8"), parse_constant=_refuse)
+    except (UnicodeDecodeError, json.JSONDecodeError, RecursionError) as error:
+        raise ValueError(f"{path}: not a JSON file: {error}") from None
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from None
+    if not isinstance(data, dict):
+        raise ValueError(
+            f"{path}: {_one(kind)} is a JSON object, got {type(data).__name__}"
+        )
+    return data
 
 
 def _check_format(path, number):

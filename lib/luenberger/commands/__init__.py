@@ -7,38 +7,54 @@ needs beyond the standard library it imports in ``run``, so that ``--help`` is q
 """
 
 import argparse
+import contextlib
 import signal
-import sys
 
-from . import design, export
-from .terminal import say
+from . import design, export, ledger, terminal
 
-COMMANDS = (design, export)
+COMMANDS = (design, export, ledger)
 DONE, REFUSED = 0, 1  # 2, for wrong usage, is argparse's own
 STATUSES = """\
 exit status:
   0    done
   1    refused, with the reason on stderr; also a file that cannot be read or written
   2    the command line itself is wrong
-  130  interrupted (143 when terminated); every file is whole, the old one or the new"""
+  130  interrupted (143 if terminated, 129 if hung up, 141 if nobody reads the output)
+Files are written beside and renamed: after any of these, and after a crash, each is
+whole, the old one or the new.  A path that is a symbolic link is followed."""
 
 
 def main(arguments=None):
-    """Run a command; returns the exit status."""
-    options = parser().parse_args(arguments)
-    # ended from outside is like interrupted: temporary files are to be removed
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))
+    """Run a command; returns the exit status, or raises SystemExit for --help."""
+    terminal.prepare()
     try:
-        options.run(options)
+        with _ended_like_interrupted():
+            try:
+                options = parser().parse_args(arguments)
+                options.run(options)
+            finally:
+                terminal.flush()
+        return DONE
+    except BrokenPipeError:
+        return 128 + signal.SIGPIPE
+    except KeyboardInterrupt:
+        return _end(128 + signal.SIGINT, "interrupted")
     except OSError as error:
         where = f"{error.filename}: " if error.filename else ""
-        return _refuse(f"{where}{error.strerror or error}")
-    except (ValueError, ImportError) as error:
-        return _refuse(str(error))
-    except KeyboardInterrupt:
-        say("luenberger: interrupted; nothing was written")
-        return 128 + signal.SIGINT
-    return DONE
+        return _end(REFUSED, f"{where}{error.strerror or error}")
+    except (ValueError, ImportError, MemoryError) as error:
+        return _end(REFUSED, str(error) or type(error).__name__)
+
+
+class _Print(argparse.Action):
+    """An option that prints what a function returns, and ends."""
+
+    def __init__(self, option_strings, dest, const, help):
+        super().__init__(option_strings, dest, nargs=0, const=const, help=help)
+
+    def __call__(self, *_):
+        print(self.const())
+        raise SystemExit(DONE)
 
 
 def parser():
@@ -50,6 +66,9 @@ def parser():
         formatter_class=argparse.RawDescriptionHelpFormatter,
         allow_abbrev=False,
     )
+    top.add_argument(
+        "--version", action=_Print, const=_version, help="print the version and end"
+    )
     commands = top.add_subparsers(
         title="commands", dest="command", metavar="COMMAND", required=True
     )
@@ -58,6 +77,32 @@ def parser():
     return top
 
 
-def _refuse(message):
-    say(f"luenberger: {message}")
-    return REFUSED
+def _version():
+    from importlib.metadata import version
+
+    return f"luenberger {version('luenberger')}"
+
+
+@contextlib.contextmanager
+def _ended_like_interrupted():
+    """Ended from outside, a command removes its temporary files before it goes."""
+    before = {}
+
+    def leave(number, _):
+        raise SystemExit(128 + number)
+
+    for name in ("SIGTERM", "SIGHUP"):
+        number = getattr(signal, name, None)
+        if number and signal.getsignal(number) is signal.SIG_DFL:  # not under nohup
+            before[number] = signal.signal(number, leave)
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def _end(status, message):
+    with contextlib.suppress(OSError):
+        terminal.say(f"luenberger: {message}")
+    return status

@@ -7,6 +7,8 @@ import textwrap
 def register(commands, name, run, help, description, examples):
     """Add a command; returns its parser, for its options.
 
+    ``options.wrong(message)`` ends a run whose options do not go together.
+
     Parameters
     ----------
     commands : the object that `main` passes to every module's ``add``
@@ -26,5 +28,14 @@ def register(commands, name, run, help, description, examples):
         formatter_class=argparse.RawDescriptionHelpFormatter,
         allow_abbrev=False,
     )
-    one.set_defaults(run=run)
+    one.set_defaults(run=run, wrong=one.error)
     return one
+
+
+def dry_run(one):
+    """The option that every command has which writes files."""
+    one.add_argument(
+        "--dry-run",
+        action="store_true",
+        help="do everything but write, and print which files would be written",
+    )
