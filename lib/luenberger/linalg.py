@@ -244,7 +244,7 @@ def eigenvalues(F):
 def require_detectable(A, C):
     """Raise DesignError naming the modes that are not stable and not seen by C."""
     hidden = [mode for mode in np.linalg.eigvals(A) if abs(mode) >= 1 - UNIT_TOL]
-    hidden = [mode for mode in hidden if _hidden(A, C, mode)]
+    hidden = [mode for mode in hidden if unseen(A, C, mode)]
     if hidden:
         raise DesignError(
             f"not detectable: the plant mode at {modes(hidden)} does not decay and "
@@ -253,7 +253,7 @@ def require_detectable(A, C):
         )
 
 
-def _hidden(A, C, mode):
+def unseen(A, C, mode):
     """PBH test at `mode`, with rows of C at the scale of A so units do not decide."""
     norms = np.linalg.norm(C, axis=1, keepdims=True)
     scale = max(np.linalg.norm(A, 2), 1.0)

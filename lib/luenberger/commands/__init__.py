@@ -10,9 +10,9 @@ import argparse
 import contextlib
 import signal
 
-from . import design, export, ledger, terminal
+from . import check, design, export, ledger, terminal
 
-COMMANDS = (design, export, ledger)
+COMMANDS = (check, design, export, ledger)
 DONE, REFUSED = 0, 1  # 2, for wrong usage, is argparse's own
 STATUSES = """\
 exit status:
