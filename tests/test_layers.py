@@ -61,7 +61,6 @@ ALLOWED = {
     "commands": NUMERIC
     | {"compare", "examination", "export", "files", "inputs", "ledger"}
     | {"measurements", "offline", "streaming", "tables"}
-    | {"inputs", "streaming", "tables"},
     "__main__": {"commands"},
 }
 EVERYWHERE = {"numpy", "scipy"}
