@@ -60,7 +60,7 @@ ALLOWED = {
     "examination": NUMERIC | {"designs", "stairs"},
     "commands": NUMERIC
     | {"compare", "examination", "export", "files", "inputs", "ledger"}
-    | {"measurements", "offline", "streaming", "tables"}
+    | {"measurements", "offline", "streaming", "tables"},
     "__main__": {"commands"},
 }
 EVERYWHERE = {"numpy", "scipy"}
