@@ -189,26 +189,6 @@ def test_writing_leaves_the_old_file_when_it_fails(tmp_path, monkeypatch):
     assert list(tmp_path.iterdir()) == [path]
 
 
-def test_from_python_control():
-    control = pytest.importorskip("control")
-    sys = control.ss(A, [[0.5], [1]], C, [[0.2]], 0.5, states=["pos", "vel"])
-    plant = lb.Plant.from_statespace(sys, R=[[1]])
-    assert plant.dt == 0.5 and plant.E[0, 0] == 0.2 and plant.R[0, 0] == 1
-    assert plant.state_names == ("pos", "vel")
-    for dt in (None, True):
-        with pytest.raises(ValueError, match="does not say whether time"):
-            lb.Plant.from_statespace(control.ss(A, [[0.5], [1]], C, [[0]], dt))
-
-
-def test_from_scipy():
-    import scipy.signal
-
-    discrete = scipy.signal.StateSpace(A, [[0.5], [1]], C, [[0.2]], dt=0.5)
-    assert lb.Plant.from_statespace(discrete).dt == 0.5
-    continuous = scipy.signal.StateSpace(A, [[0.5], [1]], C, [[0.2]])
-    assert lb.Plant.from_statespace(continuous).dt == 0
-
-
 OBSERVER = dict(F=[[0.5]], G=[[1.0]], D=[[2.0]], P=[[1.0]], V=[[1.0]], T=[[1.0]])
 
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from . import record
+from . import record, statespace
 from .arrays import (
     covariance,
     exact,
@@ -249,24 +249,27 @@ class Plant:
         return now.A, now.B, now.Q
 
     @classmethod
-    def from_statespace(cls, sys, **noise):
-        """Read A, B, C, D, dt from a python-control or scipy.signal StateSpace.
+    def from_statespace(cls, sys, **options):
+        """Read A, B, C, D, dt and names from a python-control or scipy.signal system.
 
-        Keyword arguments are those of `Plant` (Q, R, P0, names, ...).
+        Parameters
+        ----------
+        sys : control.StateSpace, scipy.signal.StateSpace, lti or dlti
+            Its D is the plant's E.  What it calls its states, inputs and outputs is
+            kept.  `export.to_control` and `export.to_scipy` are the way back.
+        **options
+            Those of `Plant`: Q, R, P0, names, ...  ``dt=`` in seconds is needed where
+            the system does not say it (its dt is True, or None in python-control).
+
+        Examples
+        --------
+        >>> import scipy.signal, luenberger as lb
+        >>> sys = scipy.signal.dlti([[0.5]], [[1]], [[2]], [[0]], dt=0.1)
+        >>> lb.Plant.from_statespace(sys, R=[[1]]).dt
+        0.1
         """
-        dt = getattr(sys, "dt", None)
-        if type(sys).__module__.startswith("scipy."):
-            dt = 0.0 if dt is None else dt
-        if dt is None or dt is True:
-            raise ValueError(
-                f"the system's dt is {dt!r}: it does not say whether time is "
-                "continuous, or how long a step is. Set dt to 0 or to seconds."
-            )
-        for kind in ("state", "input", "output"):
-            labels = getattr(sys, f"{kind}_labels", None)
-            if labels is not None:
-                noise.setdefault(f"{kind}_names", tuple(labels))
-        return cls(sys.A, sys.B, sys.C, sys.D, dt=dt, **noise)
+        found = statespace.read(sys, options.pop("dt", None))
+        return cls(**(found | options))
 
     def to_json(self, path):
         """Write the plant as JSON; numbers come back bit for bit."""
