@@ -51,16 +51,16 @@ ALLOWED = {
     "streaming": NUMERIC | QUESTIONS | {"measurements", "tables"},
     "sampling": NUMERIC | {"simulate"},
     "compare": NUMERIC
-    | {"analysis", "designs", "export", "optimality", "show", "stairs"},
-    "survey": NUMERIC | QUESTIONS | {"designs"},
-    "plot": {"show"},
-    "report": NUMERIC | QUESTIONS | {"designs", "measurements", "show", "survey"},
-    "results": TYPES | {"measurements", "survey"},
+    | QUESTIONS
+    | {"designs", "export", "measurements", "optimality", "show", "stairs"},
+    "plot": {"compare", "observer", "plant", "show"},
+    "report": {"compare", "show"},
+    "results": {"measurements", "record"},
     "export": NUMERIC | {"designs", "files", "filtering", "recorded"},
     "examination": NUMERIC | {"designs", "stairs"},
     "commands": NUMERIC
     | {"compare", "examination", "export", "files", "inputs", "ledger"}
-    | {"measurements", "offline", "streaming", "tables"},
+    | {"measurements", "offline", "show", "streaming", "tables"},
     "__main__": {"commands"},
 }
 EVERYWHERE = {"numpy", "scipy"}

@@ -10,9 +10,9 @@ import argparse
 import contextlib
 import signal
 
-from . import check, design, estimate, export, ledger, terminal
+from . import check, compare, design, estimate, export, ledger, terminal
 
-COMMANDS = (check, design, estimate, export, ledger)
+COMMANDS = (check, compare, design, estimate, export, ledger)
 DONE, REFUSED = 0, 1  # 2, for wrong usage, is argparse's own
 STATUSES = """\
 exit status:

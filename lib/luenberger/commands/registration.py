@@ -32,10 +32,10 @@ def register(commands, name, run, help, description, examples):
     return one
 
 
-def dry_run(one):
+def dry_run(one, instead="do everything but write"):
     """The option that every command has which writes files."""
     one.add_argument(
         "--dry-run",
         action="store_true",
-        help="do everything but write, and print which files would be written",
+        help=f"{instead}, and print which files would be written",
     )
