@@ -77,28 +77,30 @@ def read(path, plant):
     )
 
 
-def time_column(table, outputs, inputs):
+def time_column(table, outputs, inputs, others=False):
     """The name of a table's time column, or None.
 
     Raises
     ------
     ValueError
-        Unless the other columns are the outputs and the inputs.
+        Unless the outputs and the inputs are columns, and, but for `others`, there
+        are no more.
     """
     where, header, wanted = table.where, table.header, [*outputs, *inputs]
     shared = sorted(set(outputs) & set(inputs))
     if shared:
         raise ValueError(
-            f"{where}: {few(shared)} name both an output and an input of the plant, so "
-            "a column does not say which it is; rename one in the plant"
+            f"{where}: {few(shared)} name both an output and an input, so a column "
+            "does not say which it is; rename one in the plant"
         )
     twice = sorted(name for name, count in Counter(header).items() if count > 1)
     if twice:
         raise ValueError(f"{where}: the columns {few(twice)} occur more than once")
     time = next((n for n in header if n.lower() in TIME and n not in wanted), None)
-    given = [name for name in header if name != time]
-    lacking = [name for name in wanted if name not in set(given)]
-    foreign = [name for name in given if name not in set(wanted)]
+    given = dict.fromkeys(name for name in header if name != time)
+    lacking = [name for name in wanted if name not in given]
+    known = dict.fromkeys(given if others else wanted)
+    foreign = [name for name in given if name not in known]
     marks = separator(header)
     if lacking and marks:
         raise ValueError(
@@ -109,8 +111,7 @@ def time_column(table, outputs, inputs):
     parts += [f"has the unknown columns {few(foreign)}"] * bool(foreign)
     if parts:
         raise ValueError(
-            f"{where} {' and '.join(parts)}; the plant's outputs and inputs are "
-            f"{few(wanted)}"
+            f"{where} {' and '.join(parts)}; outputs and inputs are {few(wanted)}"
         )
     return time
 

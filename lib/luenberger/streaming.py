@@ -21,8 +21,8 @@ def estimates(observer, table, plant=None, backend="numpy"):
     ----------
     observer : Observer
     table : Table
-        With a column for each of its outputs and inputs; the names are the observer's
-        own, or the plant's, or else y1, y2, ..., u1, u2, ...
+        With a column for each of its outputs and inputs, among others; the names are
+        the observer's own, or the plant's, or else y1, y2, ..., u1, u2, ...
     plant : Plant, optional
         Its mean x0, carried to the first sample, is where the estimates start.
     backend : "numpy" or "numba"
@@ -41,7 +41,7 @@ def estimates(observer, table, plant=None, backend="numpy"):
         Naming line and column, if a value is missing or an estimate overflows.
     """
     outputs, inputs, x0 = _signals(observer, plant)
-    clock = time_column(table, outputs, inputs)
+    clock = time_column(table, outputs, inputs, others=True)
     header = [clock or "instant", *observer.estimate_names]
     if header[0] in header[1:]:
         raise ValueError(

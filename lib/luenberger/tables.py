@@ -8,6 +8,7 @@ fault.  Both give the same numbers.
 import csv
 import io
 import math
+import re
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +17,7 @@ PIECE = 1 << 18  # bytes that are parsed at once
 LINE = 1 << 20  # bytes of the longest line; a longer one is not of a table
 SHOWN = 5  # names in a message
 SEPARATORS = {";": "semicolons", "\t": "tabs", "|": "bars"}
+GAP = re.compile("(?<![^,\n])(?=[,\n])")  # where a cell is empty
 UTF16 = (b"\xff\xfe", b"\xfe\xff")
 
 
@@ -88,9 +90,10 @@ class Table:
         ValueError
             Naming the line, and the column where it is a cell that is wrong.
         """
-        places = [self.header.index(name) for name in wanted]
+        place = {name: j for j, name in enumerate(self.header)}
+        places = [place[name] for name in wanted]
         may_miss = np.array([name in may_miss for name in wanted], dtype=bool)
-        carry = None if carry is None else self.header.index(carry)
+        carry = place.get(carry)
         none = True
         for line, text in self._pieces():
             found = self._plain(line, text, places, may_miss, carry)
@@ -135,9 +138,11 @@ class Table:
         if last[:, :-1].any() or not last[:, -1].all():
             return None
         text = text.decode("ascii")
+        gaps = ends[0] == 0 or (np.diff(ends) == 1).any()
+        full = GAP.sub("nan", text) if gaps else text
         try:
             values = np.loadtxt(
-                io.StringIO(text, newline="\n"), delimiter=",", comments=None,
+                io.StringIO(full, newline="\n"), delimiter=",", comments=None,
                 usecols=places, ndmin=2,
             )  # fmt: skip
         except ValueError:

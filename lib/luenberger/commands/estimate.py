@@ -19,9 +19,9 @@ def add(commands):
         run,
         help="run a saved observer on measurements",
         description="Run an observer on a CSV file of any length, a few rows at a "
-        "time. The file has a column for each output and input, by name and in any "
-        "order, and perhaps a column time, t or instant, which is carried along as it "
-        "is. A missing measurement is refused: gains that are fixed beforehand cannot "
+        "time. The file has a column for each output and input, by name, in any order "
+        "and among others, and perhaps one called time, t or instant, which is carried "
+        "along as it is. A missing measurement is refused: gains that are fixed beforehand cannot "
         "leave it out.",
         examples=[
             "estimate report/observer.json tracker.csv --out estimates.csv",
