@@ -125,12 +125,12 @@ def test_a_file_that_may_mean_something_else_is_refused(tmp_path, changes, messa
 def test_names_of_an_observer_come_back(tmp_path):
     plant = lb.Plant(
         [[0.5, 0.1], [0, 0.7]], None, [[1, 0]], dt=0.1,
-        state_names=["Druck (bar)", "\u03b8"], output_names=["a,b\"\n"],
+        state_names=["Druck (bar)", "\u03b8"], output_names=["a,b\""],
     )  # fmt: skip
     lb.reduced_order_observer(plant, [0.3]).to_json(tmp_path / "o.json")
     again = lb.Observer.from_json(tmp_path / "o.json")
     assert again.state_names == ("Druck (bar)", "\u03b8")
-    assert (again.input_names, again.output_names) == ((), ('a,b"\n',))
+    assert (again.input_names, again.output_names) == ((), ('a,b"',))
 
 
 # -- python-control and scipy.signal --------------------------------------------------

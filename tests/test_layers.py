@@ -18,10 +18,10 @@ NUMERIC = TYPES | {
 QUESTIONS = {"analysis", "ensemble", "filtering", "recorded", "simulate"}
 ALLOWED = {
     "errors": set(),
-    "arrays": set(),
+    "arrays": {"inputs"},
     "files": set(),
     "inputs": set(),
-    "tables": set(),
+    "tables": {"inputs"},
     "frames": set(),
     "statespace": set(),
     "record": {"files", "inputs"},
@@ -34,7 +34,7 @@ ALLOWED = {
     "linalg": {"errors"},
     "covariance_maps": {"errors", "linalg"},
     "mean_square": {"covariance_maps", "errors", "kernels", "linalg"},
-    "plant": TYPES | {"statespace"},
+    "plant": TYPES | {"inputs", "statespace"},
     "observer": TYPES | {"linalg"},
     "stairs": {"arrays", "errors", "linalg"},
     "optimality": NUMERIC,
@@ -48,7 +48,7 @@ ALLOWED = {
     "analysis": NUMERIC,
     "filtering": NUMERIC | {"designs", "frames", "recorded"},
     "measurements": NUMERIC | QUESTIONS | {"inputs", "tables"},
-    "streaming": NUMERIC | QUESTIONS | {"measurements", "tables"},
+    "streaming": NUMERIC | QUESTIONS | {"inputs", "measurements", "tables"},
     "sampling": NUMERIC | {"simulate"},
     "compare": NUMERIC
     | QUESTIONS

@@ -150,7 +150,7 @@ def test_json_keeps_empty_and_time_varying_matrices(tmp_path):
         ("{", "not a JSON file"),
         ("[" * 100_000, "not a JSON file"),
         ("[1]", "a plant is a JSON object, got list"),
-        ('{"A": [[NaN]], "C": [[1]]}', "NaN is not finite"),
+        ('{"A": [[NaN]], "C": [[1]]}', "A has entries that are not finite: NaN"),
         ('{"A": [[1e999]], "C": [[1]]}', "A has entries that are not finite"),
         ('{"A": "__import__(\'os\')", "C": [[1]]}', "A must be an array of real"),
         ('{"A": [["1+1"]], "C": [[1]]}', "A must be an array of real numbers"),

@@ -9,9 +9,9 @@ import numpy as np
 
 from .analysis import error_covariance
 from .filtering import filter_data
-from .inputs import opened
+from .inputs import few, opened, short
 from .recorded import estimate
-from .tables import Table, few, number, separator, short
+from .tables import Table, number, separator
 
 TIME = ("time", "t", "instant")  # a first column of this name is only carried along
 

@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 
 from . import record
-from .arrays import exact, matrix, names, sample_time, vector
+from .arrays import exact, matrix, names, sample_time, vector, zeros
 from .linalg import eigenvalues
 
 varying = partial(matrix, steps=True, field=complex)
@@ -65,7 +65,6 @@ class Observer:
     output_names: tuple | None = None
 
     def __post_init__(self):
-        rational = self._rational()
         L = matrix("L", self.L, field=complex)
         T = varying("T", self.T, cols=L.shape[1])
         D = varying("D", self.D, rows=T.shape[-2])
@@ -73,7 +72,8 @@ class Observer:
         r, n = T.shape[-2:]
         q, p, m = L.shape[0], D.shape[-1], G.shape[-1]
         lead = T.shape[:-2]
-        W = np.zeros((*lead, q, m)) if self.W is None else self.W
+        W = zeros("W", (*lead, q, m)) if self.W is None else self.W
+        rational = self._rational()
         given = dict(
             F=varying("F", self.F, r, r),
             G=G,

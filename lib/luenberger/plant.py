@@ -14,8 +14,13 @@ from .arrays import (
     names,
     require_semidefinite,
     sample_time,
+    text,
     vector,
+    zeros,
 )
+from .inputs import short
+
+P0_IS = ("posterior", "prior")
 
 
 class Instant(NamedTuple):
@@ -113,7 +118,7 @@ class Plant:
         B = matrix("B", B, rows=n, steps=True, field=complex)
         C = matrix("C", self.C, cols=n, steps=True, field=complex)
         m, p = B.shape[-1], C.shape[-2]
-        E = np.zeros((p, m)) if self.E is None else self.E
+        E = zeros("E", (p, m)) if self.E is None else self.E
         E = matrix("E", E, p, m, steps=True, field=complex)
         Q = None if self.Q is None else covariance("Q", self.Q, n, steps=True)
         R = None if self.R is None else covariance("R", self.R, p, steps=True)
@@ -128,6 +133,8 @@ class Plant:
                 else X
                 for name, X in rational.items()
             }
+            if any(X is None for X in rational.values()):
+                rational = None
         record.fill(self, _exact=rational)
         self._check_joint()
         record.fill(
@@ -183,13 +190,13 @@ class Plant:
             raise ValueError(
                 f"time-varying matrices must have equally many rows, got {lengths}"
             )
-        if self.P0_is not in ("posterior", "prior"):
+        if not isinstance(self.P0_is, str) or self.P0_is not in P0_IS:
             raise ValueError(
                 f"P0_is must be 'posterior' (of x[0], first sample y[1]) or 'prior' "
-                f"(of x[1], before y[1]), got {self.P0_is!r}"
+                f"(of x[1], before y[1]), got {short(self.P0_is)}"
             )
-        if self.name is not None and not isinstance(self.name, str):
-            raise ValueError(f"name must be a string, got {self.name!r}")
+        if self.name is not None:
+            text("name", self.name)
 
     @property
     def n(self):

@@ -2,11 +2,10 @@
 
 import dataclasses
 import json
-from pathlib import Path
 
 import numpy as np
 
-from . import files
+from . import files, inputs
 
 FORMAT = 1  # of the files; those without the key are from before it
 
@@ -40,7 +39,13 @@ def plain(value):
 
 def write(path, data):
     """Write JSON; an old file survives a failure."""
-    files.write(path, layout(data))
+    text = layout(data)
+    if len(text) > inputs.LARGEST * inputs.MIB:
+        raise ValueError(
+            f"{path}: this would be larger than the {inputs.LARGEST} MiB that are read "
+            "back; use numpy.savez for the matrices"
+        )
+    files.write(path, text)
 
 
 def layout(data):
@@ -57,14 +62,13 @@ def layout(data):
 
 def kind(path):
     """What a file says it holds, "plant" or "observer"; without a word, by its keys."""
-    data = _object(Path(path), "record")
+    data = inputs.json_object(path, "a record")
     return data.get("luenberger", "observer" if "F" in data else "plant")
 
 
 def read(path, kind, cls):
     """Read the JSON object of a record: known keys, lists, numbers and strings."""
-    path = Path(path)
-    data = _object(path, kind)
+    data = inputs.json_object(path, _one(kind))
     if data.pop("luenberger", kind) != kind:
         raise ValueError(f"{path}: this file does not hold {_one(kind)}")
     _check_format(path, data.pop("format", FORMAT))
@@ -72,30 +76,21 @@ def read(path, kind, cls):
     unknown = sorted(set(data) - known)
     if unknown:
         raise ValueError(
-            f"{path}: unknown keys {unknown}; {_one(kind)} has {sorted(known)}"
+            f"{path}: unknown keys {inputs.few(unknown)}; {_one(kind)} has "
+            f"{sorted(known)}"
         )
+    data = {key: value for key, value in data.items() if value is not None}
+    for key, value in data.items():
+        inputs.require_plain(f"{path}: {key}", value)
     return {key: _array(path, key, value) for key, value in data.items()}
-
-
-def _object(path, kind):
-    """The JSON object that a file holds."""
-    try:
-        data = json.loads(path.read_text(encoding="utf-8"), parse_constant=_refuse)
-    except (UnicodeDecodeError, json.JSONDecodeError, RecursionError) as error:
-        raise ValueError(f"{path}: not a JSON file: {error}") from None
-    except ValueError as error:
-        raise ValueError(f"{path}: {error}") from None
-    if not isinstance(data, dict):
-        raise ValueError(
-            f"{path}: {_one(kind)} is a JSON object, got {type(data).__name__}"
-        )
-    return data
 
 
 def _check_format(path, number):
     """Refuse a file of a later format: its keys may mean something else."""
     if type(number) is not int or number < 1:
-        raise ValueError(f"{path}: format must be a whole number, got {number!r}")
+        raise ValueError(
+            f"{path}: format must be a whole number, got {inputs.short(number)}"
+        )
     if number > FORMAT:
         raise ValueError(
             f"{path}: the file has format {number}, and this version of luenberger "
@@ -105,10 +100,6 @@ def _check_format(path, number):
 
 def _one(kind):
     return f"{'an' if kind[0] in 'aeiou' else 'a'} {kind}"
-
-
-def _refuse(constant):
-    raise ValueError(f"the number {constant} is not finite, and not JSON")
 
 
 def _numbers(path, key, value):
@@ -140,6 +131,7 @@ def _array(path, key, value):
     shape = value.get("shape")
     if set(value) != {"shape"} or not isinstance(shape, list) or 0 not in shape:
         raise ValueError(f"{path}: {key} must be numbers or lists, not an object")
-    if not all(type(size) is int and 0 <= size < 10**6 for size in shape):
-        raise ValueError(f"{path}: {key} has the shape {shape}")
+    sizes = all(type(size) is int and 0 <= size < 10**6 for size in shape)
+    if not sizes or len(shape) > 3:
+        raise ValueError(f"{path}: {key} has the shape {inputs.short(shape)}")
     return np.zeros(shape)

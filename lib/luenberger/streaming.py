@@ -8,10 +8,10 @@ import numpy as np
 
 from .arrays import names
 from .certificate import require_match
+from .inputs import few, short
 from .kernels import runs_compiled
 from .measurements import first_sample, require_finite, time_column
 from .recorded import estimate
-from .tables import few, short
 
 
 def estimates(observer, table, plant=None, backend="numpy"):

@@ -13,9 +13,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .inputs import short
+
 PIECE = 1 << 18  # bytes that are parsed at once
 LINE = 1 << 20  # bytes of the longest line; a longer one is not of a table
-SHOWN = 5  # names in a message
 SEPARATORS = {";": "semicolons", "\t": "tabs", "|": "bars"}
 GAP = re.compile("(?<![^,\n])(?=[,\n])")  # where a cell is empty
 UTF16 = (b"\xff\xfe", b"\xfe\xff")
@@ -252,18 +253,6 @@ def as_csv(text):
     if any(mark in text for mark in ',"\r\n'):
         return '"' + text.replace('"', '""') + '"'
     return text
-
-
-def short(text):
-    """The text between quotes, or its beginning."""
-    return repr(text) if len(text) <= 60 else f"{text[:60]!r}..."
-
-
-def few(names):
-    """The list of names, or its beginning and how many more there are."""
-    shown = ", ".join(short(name) for name in names[:SHOWN])
-    more = len(names) - SHOWN
-    return f"[{shown}]" if more <= 0 else f"[{shown}, and {more} more]"
 
 
 def separator(header):
