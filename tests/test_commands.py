@@ -37,9 +37,7 @@ def inside(monkeypatch, capfd):
 
     def run(*arguments, cwd):
         monkeypatch.chdir(cwd)
-        before = signal.getsignal(signal.SIGTERM)
         status = main(["design", *map(str, arguments)])
-        signal.signal(signal.SIGTERM, before)
         return subprocess.CompletedProcess(arguments, status, *capfd.readouterr())
 
     return run
@@ -69,7 +67,7 @@ def test_files_and_nothing_else(reported):
     here, run = reported
     found = {str(path.relative_to(here)) for path in here.rglob("*") if path.is_file()}
     assert found == {f"a/report/{name}" for name in WITH_DATA}
-    assert run.stdout == ""
+    assert set(run.stdout.split()) == found and run.stdout.endswith("report.html\n")
 
 
 def test_progress_counts_every_step(reported):
@@ -231,6 +229,16 @@ def test_refused_arguments_leave_everything_alone(tmp_path, arguments, pattern):
     before = contents(tmp_path)
     refused(command(*arguments, cwd=tmp_path), pattern)
     assert contents(tmp_path) == before and not (tmp_path / "r").exists()
+
+
+def test_a_dry_run_names_what_a_run_writes(reported, inside, tmp_path):
+    _, run = reported
+    given = (PLANTS / "tracker.json", "--out", "a/report", "--dry-run")
+    dry = inside(*given, "--data", PLANTS / "tracker.csv", cwd=tmp_path)
+    assert dry.returncode == 0 and dry.stdout == run.stdout
+    without = inside(*given, cwd=tmp_path).stdout.split()
+    assert {pathlib.Path(name).name for name in without} == FILES
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_interrupted_run_leaves_nothing(tmp_path):

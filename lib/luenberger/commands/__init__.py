@@ -14,6 +14,7 @@ from . import check, compare, design, estimate, export, ledger, terminal
 
 COMMANDS = (check, compare, design, estimate, export, ledger)
 DONE, REFUSED = 0, 1  # 2, for wrong usage, is argparse's own
+NO_READER = 128 + 13  # as if by SIGPIPE
 STATUSES = """\
 exit status:
   0    done
@@ -36,7 +37,7 @@ def main(arguments=None):
                 terminal.flush()
         return DONE
     except BrokenPipeError:
-        return 128 + signal.SIGPIPE
+        return NO_READER
     except KeyboardInterrupt:
         return _end(128 + signal.SIGINT, "interrupted")
     except OSError as error:

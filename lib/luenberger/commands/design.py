@@ -25,8 +25,8 @@ def add(commands):
         "write a report, the recommended observer and, with measurements, estimates. "
         "Prints what it wrote. All files appear at the end, together.",
         examples=[
-            "design tracker.json --out report",
-            "design tracker.json --out report --data tracker.csv --dry-run",
+            "design tracker.json --out report --data tracker.csv",
+            "design reactor.json --out reactor --dry-run",
         ],
     )
     one.add_argument("plant", type=Path, metavar="PLANT.json")
