@@ -139,6 +139,11 @@ def test_version(call):
     assert call("--version") == (0, f"luenberger {version('luenberger')}\n", "")
 
 
+def test_the_readme_lists_every_command():
+    text = (PLANTS.parents[1] / "README.md").read_text(encoding="utf-8")
+    assert [name for name in NAMES if f"\n| `{name}" not in text] == []
+
+
 # -- statuses -------------------------------------------------------------------------
 
 

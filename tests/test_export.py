@@ -2,7 +2,6 @@
 
 import dataclasses
 import os
-import signal
 import subprocess
 import sys
 
@@ -275,10 +274,7 @@ def test_never_half_a_pair(failing, before, tmp_path, monkeypatch):
 def command(monkeypatch, capfd, tmp_path):
     def run(*arguments):
         monkeypatch.chdir(tmp_path)
-        before = signal.getsignal(signal.SIGTERM)
-        status = main(["export", *map(str, arguments)])
-        signal.signal(signal.SIGTERM, before)
-        return status, *capfd.readouterr()
+        return main(["export", *map(str, arguments)]), *capfd.readouterr()
 
     observer().to_json(tmp_path / "o.json")
     plant().to_json(tmp_path / "p.json")
