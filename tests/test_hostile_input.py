@@ -5,6 +5,7 @@ file claims.
 """
 
 import io
+import json
 import os
 import tracemalloc
 
@@ -12,7 +13,7 @@ import numpy as np
 import pytest
 
 import luenberger as lb
-from luenberger import measurements, tables
+from luenberger import inputs, measurements, tables
 from luenberger.tables import Table
 
 PLANT = lb.Plant(
@@ -137,7 +138,7 @@ REFUSED = {
     "UTF-16": (ROWS.decode().encode("utf-16"), "this is UTF-16; save it as UTF-8"),
     "UTF-16 without a mark": (ROWS.decode().encode("utf-16-le"), "line 1: a NUL byte"),
     "JSON": (b'{"time": [1, 2]}\n', "lacks the columns"),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize(("data", "pattern"), REFUSED.values(), ids=REFUSED)
@@ -220,3 +221,212 @@ def test_only_plain_files_are_read(kind, tmp_path):
         error = IsADirectoryError if kind == "folder" else ValueError
         with pytest.raises(error, match=r"Is a directory|this is a (pipe|device)"):
             reader()
+
+
+# ------------------------------------------------------------------ plants, observers
+
+PLANT_DATA = dict(
+    luenberger="plant", format=1, name="cart", A=[[1, 0.5], [0, 1]], B=[[0.125], [0.5]],
+    C=[[1, 0]], dt=0.5, Q=[[0.0625, 0.125], [0.125, 0.25]], R=[[0.5]], x0=[1, 2],
+    P0=[[1, 0], [0, 1]], multiplicative=[[[[0, 0], [0, 0.25]], [[0, 0.125]]]],
+    state_names=["position", "speed"], output_names=["radar"], description="text",
+)  # fmt: skip
+OBSERVER_DATA = dict(
+    luenberger="observer", format=1, F=[[0.5]], G=[[1]], D=[[0.25]], P=[[0], [1]],
+    V=[[1], [2]], T=[[0.5, -1]], L=[[1, 0], [0, 1]], W=[[0], [0]], z0=[0.5], dt=0.5,
+    output_names=["radar"], input_names=["push"],
+)  # fmt: skip
+READERS = {
+    "plant": (lb.Plant.from_json, PLANT_DATA),
+    "observer": (lb.Observer.from_json, OBSERVER_DATA),
+}
+
+
+def with_(key, text, kind="plant"):
+    """A valid file with one value replaced by a piece of JSON text."""
+    data = READERS[kind][1] | {key: "@"}
+    return kind, json.dumps(data).replace('"@"', text)
+
+
+DEEP = "[" * 500 + "]" * 500
+HUGE = "1" * 10**6
+BAD_JSON = {
+    "number beyond floats": (*with_("A", "[[1e999, 0], [0, 1]]"), "A has entries .* b"),
+    "number of 400 digits": (
+        *with_("R", f"[[{'9' * 400}]]"),
+        "R has entries .* beyond",
+    ),
+    "number of 310 digits": (
+        *with_("R", f"[[{'9' * 310}]]"),
+        "R has entries .* beyond",
+    ),
+    "number of a million digits": (*with_("dt", HUGE), "dt has entries .* beyond"),
+    "negative one": (*with_("x0", f"[-{HUGE}, 0]"), "x0 has entries .* beyond"),
+    "infinite in an observer": (*with_("z0", "[-1e999]", "observer"), "z0 has entries"),
+    "NaN": (*with_("Q", "[[NaN, 0], [0, 1]]"), "Q has entries .* NaN"),
+    "Infinity": (*with_("dt", "Infinity"), "dt has entries"),
+    "true for 1": (*with_("A", "[[1, 0], [0, true]]"), "A holds true, .* not a number"),
+    "true for a step": (*with_("dt", "true"), "dt holds true"),
+    "true for a format": (*with_("format", "true"), "format must be a whole number"),
+    "null within": (*with_("A", "[[1, 0], [0, null]]"), "A holds null, .* not a num"),
+    "null for a matrix": (*with_("A", "null"), "the plant has no 'A'"),
+    "text for numbers": (
+        *with_("A", '[["1", 0], [0, 1]]'),
+        "A must be an array of real",
+    ),
+    "symbols": (*with_("dt", '"1/0"'), "dt must be 0 .* got '1/0'"),
+    "a formula": (*with_("A", "\"__import__('os')\""), "A must be an array of real"),
+    "ragged": (*with_("A", "[[1, 0], [0]]"), "A must be an array of real"),
+    "no matrix": (*with_("A", "[]"), r"A must be a matrix.*shape \(0,\)"),
+    "empty matrix": (*with_("A", "[[]]"), "A must be square and not empty, got 1 x 0"),
+    "a number for a matrix": (*with_("C", "3"), r"C must be a matrix.*shape \(\)"),
+    "step below normal numbers": (*with_("dt", "1e-320"), "dt must be 0 .* got 1e-320"),
+    "negative step": (*with_("dt", "-0.5"), "dt must be 0 .* got -0.5"),
+    "nested": (*with_("A", DEEP), "A is nested too deeply"),
+    "nested objects": (
+        *with_("name", '{"a": ' * 50 + "1" + "}" * 50),
+        "name is nested",
+    ),
+    "nested without end": ("plant", "[" * 10**6, "not a JSON file: nested too deeply"),
+    "objects without end": ("plant", '{"a":' * 10**6, "JSON file: nested too deeply"),
+    "key twice": (
+        "plant",
+        '{"A": [[1]], "C": [[1]], "A": [[2]]}',
+        "key 'A' occurs more",
+    ),
+    "key twice within": (
+        *with_("A", '{"shape": [0, 2], "shape": [2, 0]}'),
+        "key 'shape' occurs",
+    ),
+    "sizes claimed": (*with_("n", "1000000000"), r"unknown keys \['n'\]"),
+    "a shape claimed": (*with_("B", '{"shape": [1000000000, 0]}'), "B has the shape"),
+    "a shape that is not empty": (
+        *with_("B", '{"shape": [30000, 9]}'),
+        "B must be num",
+    ),
+    "a shape of many axes": (
+        *with_("B", f'{{"shape": {[0] * 70}}}'),
+        "B has the shape",
+    ),
+    "a shape of halves": (*with_("B", '{"shape": [0, 0.5]}'), "B has the shape"),
+    "many unknown keys": (
+        "plant",
+        json.dumps({f"k{k}": 0 for k in range(10**5)}),
+        "unknown keys .*, and 99995 more",
+    ),
+    "a name that is a path": (*with_("state_names", '["../../x", 5]'), "state names"),
+    "a NUL in a name": (
+        *with_("name", r'"a\u0000b"'),
+        r"name 'a\\x00b' must be one line",
+    ),
+    "a line end in a name": (*with_("name", r'"a\nb"'), "must be one line of text"),
+    "colours in a name": (
+        *with_("output_names", r'["\u001b[31mred"]', "observer"),
+        r"output name '\\x1b\[31mred' must be one line .* without control characters",
+    ),
+    "a name read backwards": (
+        *with_("output_names", r'["\u202egnp"]'),
+        "one line of tex",
+    ),
+    "half a character": (*with_("output_names", r'["\ud800"]'), "must be one line of"),
+    "a number for a name": (*with_("name", "5"), "name must be a string, got 5"),
+    "a matrix for a name": (
+        *with_("name", '{"real": 1, "imag": 2}'),
+        "name must be a st",
+    ),
+    "names that are numbers": (
+        *with_("output_names", "[5]"),
+        "output names must be a li",
+    ),
+    "names that are one number": (
+        *with_("output_names", "5"),
+        "output names must be a l",
+    ),
+    "100000 names": (
+        *with_("output_names", json.dumps([str(k) for k in range(10**5)])),
+        "output names must be 1 different strings, got 100000: .* and 99995 more",
+    ),
+    "a long text": (*with_("P0_is", f'"{HUGE}"'), "P0_is must be 'posterior'"),
+    "a matrix for a text": (*with_("P0_is", "[[1]]"), "P0_is must be 'posterior'"),
+    "a text for pairs": (
+        *with_("multiplicative", '"ab"'),
+        "multiplicative must be a li",
+    ),
+    "a format to come": (*with_("format", "2"), "format 2, .* reads format 1"),
+    "a format of 400 digits": (
+        *with_("format", "9" * 400),
+        "format must be a whole num",
+    ),
+    "another kind": (*with_("luenberger", '"observer"'), "does not hold a plant"),
+    "a list for a kind": (*with_("luenberger", "[[]]"), "does not hold a plant"),
+    "a list": ("observer", "[]", "an observer is a JSON object, got list"),
+    "nothing": ("observer", "", "not a JSON file"),
+    "NULs": ("plant", "\0" * 100, "not a JSON file"),
+    "trailing text": ("plant", json.dumps(PLANT_DATA) + "x", "not a JSON file: Extra"),
+    "unequal parts": (
+        *with_("F", '{"real": [[1]], "imag": [1]}', "observer"),
+        r"F has a real part of shape \(1, 1\)",
+    ),
+    "inputs that are claimed": (
+        "observer",
+        json.dumps(
+            dict(
+                F={"shape": [0, 0]},
+                G={"shape": [0, 999_999]},
+                D={"shape": [0, 0]},
+                P={"shape": [999_999, 0]},
+                V={"shape": [999_999, 0]},
+                T={"shape": [0, 0]},
+                L={"shape": [999_999, 0]},
+            )
+        ),
+        "W would be 999999 x 999999 zeros",
+    ),
+    "a feedthrough that is implied": (
+        "plant",
+        json.dumps(dict(A=[[1]], B=[[0] * 20_000], C=[[0]] * 20_000)),
+        "E would be 20000 x 20000 zeros",
+    ),
+}
+
+
+@pytest.mark.parametrize(("kind", "text", "pattern"), BAD_JSON.values(), ids=BAD_JSON)
+def test_json_is_refused_with_the_key(kind, text, pattern, tmp_path):
+    path = tmp_path / "bad.json"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(ValueError, match=pattern) as refused:
+        READERS[kind][0](path)
+    message = str(refused.value)
+    assert message.startswith(f"{path}: ") and len(message) < 600
+
+
+def test_bytes_that_are_not_text_are_refused(tmp_path):
+    (tmp_path / "bad.json").write_bytes(b'{"A": "\xff"}')
+    with pytest.raises(ValueError, match="not a JSON file: 'utf-8' codec can't decode"):
+        lb.Plant.from_json(tmp_path / "bad.json")
+
+
+def test_json_with_a_byte_order_mark_is_read(tmp_path):
+    (tmp_path / "plant.json").write_text(json.dumps(PLANT_DATA), encoding="utf-8-sig")
+    assert lb.Plant.from_json(tmp_path / "plant.json").name == "cart"
+
+
+def test_json_has_a_largest_size_both_ways(tmp_path, monkeypatch):
+    with open(tmp_path / "large.json", "wb") as file:
+        file.truncate(65 * inputs.MIB)  # a hole: nothing is written
+    with pytest.raises(ValueError, match="the file is larger than 64 MiB"):
+        lb.Plant.from_json(tmp_path / "large.json")
+    monkeypatch.setattr(inputs, "MIB", 1)
+    with pytest.raises(ValueError, match="larger than the 64 MiB that are read back"):
+        PLANT.to_json(tmp_path / "plant.json")
+    assert not (tmp_path / "plant.json").exists()
+
+
+def test_a_matrix_too_large_for_fractions_has_none(tmp_path):
+    """Each would be an object of 100 bytes, for arithmetic that never ends."""
+    assert lb.Plant(np.eye(300, dtype=int), None, np.eye(300, dtype=int)).exact
+    data = dict(A=np.eye(320, dtype=int).tolist(), C=np.eye(1, 320, dtype=int).tolist())
+    (tmp_path / "plant.json").write_text(json.dumps(data))
+    assert lb.Plant.from_json(tmp_path / "plant.json").exact is None
+    wide = dict(A=[[1]], B=[[0] * 400], C=[[0]] * 400)
+    assert lb.Plant(**wide, dt=1.0).exact is None

@@ -179,9 +179,7 @@ def names(kind, value, size):
             f"{few(value)}"
         )
     for one in value:
-        text(
-            f"a name of an {kind}" if kind[0] in "aeiou" else f"a name of a {kind}", one
-        )
+        text(f"the {kind} name", one)
     return value
 
 
