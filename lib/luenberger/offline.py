@@ -13,6 +13,7 @@ from pathlib import Path
 
 TEMPLATES = Path(__file__).parent / "templates"
 DISPLAYED = re.compile(r"\$\$(.+?)\$\$", re.S)
+SIGNALS = signal.SIGINT, signal.SIGTERM
 INLINE = re.compile(r"(?<![\\$\w])\$([^$\n]+?)\$(?![\w$])")
 
 
@@ -36,16 +37,7 @@ def run(notebook, folder, progress=lambda step, steps, title: None):
             number, title = titles[cell_index]
             progress(number, steps, title)
 
-    client = _client_class(nbclient)(
-        notebook,
-        timeout=None,
-        kernel_name="python3",
-        record_timing=False,
-        store_widget_state=False,
-        extra_arguments=["--log-level=ERROR"],
-        resources={"metadata": {"path": str(folder)}},
-        on_cell_start=started,
-    )
+    client = _client(notebook, folder, started)
     with tempfile.TemporaryDirectory() as settings:
         # no personal start-up files, and the kernel's threads do not fight
         env = os.environ | {"IPYTHONDIR": settings, "OMP_NUM_THREADS": "1"}
@@ -55,7 +47,9 @@ def run(notebook, folder, progress=lambda step, steps, title: None):
         except nbclient.exceptions.CellExecutionError as error:
             raise NotebookError(f"{error.ename}: {error.evalue}") from None
         except (nbclient.exceptions.DeadKernelError, asyncio.CancelledError):
-            client.answer_signal()
+            client.end()
+            if client.came is not None:
+                signal.raise_signal(client.came)
             raise NotebookError("the notebook's Python process died") from None
         finally:
             client.end()
@@ -63,56 +57,66 @@ def run(notebook, folder, progress=lambda step, steps, title: None):
     return notebook
 
 
-def _client_class(nbclient):
+def _client(notebook, folder, started):
+    class Client(_Heeding, _notebook_tools().nbclient.NotebookClient):
+        pass
+
+    return Client(
+        notebook,
+        timeout=None,
+        kernel_name="python3",
+        record_timing=False,
+        store_widget_state=False,
+        extra_arguments=["--log-level=ERROR"],
+        resources={"metadata": {"path": str(folder)}},
+        on_cell_start=started,
+    )
+
+
+class _Heeding:
     """A client that ends cleanly on a signal, and then lets the signal have its way.
 
     nbclient's own answer to a signal is to end the kernel under itself.  Here its task
     is cancelled.  asyncio may lose that, where what is awaited is done in the same
     turn of its loop, so the signal is remembered as well.
     """
-    numbers = (signal.SIGINT, signal.SIGTERM)
-    before = {number: signal.getsignal(number) for number in numbers}
 
-    class Client(nbclient.NotebookClient):
-        came, ending, loop = None, False, None
+    came, ending, loop = None, False, None
 
-        async def async_start_new_kernel(self, **options):
-            here = threading.current_thread()
-            if here is threading.main_thread() and os.name != "nt":
-                self.loop, task = asyncio.get_running_loop(), asyncio.current_task()
-                for number in numbers:
-                    self.loop.add_signal_handler(number, self.stop, task, number)
-            await super().async_start_new_kernel(**options)
+    def __init__(self, *arguments, **options):
+        super().__init__(*arguments, **options)
+        self.before = {number: signal.getsignal(number) for number in SIGNALS}
 
-        async def _async_cleanup_kernel(self):
-            self.ending = True  # let it: what writes into the folder has to be gone
-            await super()._async_cleanup_kernel()
+    async def async_start_new_kernel(self, **options):
+        here = threading.current_thread()
+        if here is threading.main_thread() and os.name != "nt":
+            self.loop, task = asyncio.get_running_loop(), asyncio.current_task()
+            for number in SIGNALS:
+                self.loop.add_signal_handler(number, self.stop, task, number)
+        await super().async_start_new_kernel(**options)
 
-        def stop(self, task, number):
-            again, self.came = self.came is not None, number
-            if not (again or self.ending):
-                task.cancel()
+    async def _async_cleanup_kernel(self):
+        self.ending = True  # let it: what writes into the folder has to be gone
+        await super()._async_cleanup_kernel()
 
-        def heed_signal(self):
-            if self.came is not None:
-                raise asyncio.CancelledError
+    def stop(self, task, number):
+        again, self.came = self.came is not None, number
+        if not (again or self.ending):
+            task.cancel()
 
-        def end(self):
-            """Leave no kernel, which nbclient does to one that starts, nor handlers."""
-            self.ending = True
-            if self.km is not None and self.km.has_kernel:
-                self._cleanup_kernel()
-            atexit.unregister(self._cleanup_kernel)
-            for number, handler in before.items() if self.loop else ():
-                self.loop.remove_signal_handler(number)
-                signal.signal(number, handler)
+    def heed_signal(self):
+        if self.came is not None:
+            raise asyncio.CancelledError
 
-        def answer_signal(self):
-            self.end()
-            if self.came is not None:
-                signal.raise_signal(self.came)
-
-    return Client
+    def end(self):
+        """Leave no kernel, which nbclient does to one that starts; handlers back."""
+        self.ending = True
+        if self.km is not None and self.km.has_kernel:
+            self._cleanup_kernel()
+        atexit.unregister(self._cleanup_kernel)
+        for number, handler in self.before.items() if self.loop else ():
+            self.loop.remove_signal_handler(number)
+            signal.signal(number, handler)
 
 
 def read(path):
