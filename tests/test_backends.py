@@ -39,8 +39,9 @@ def own_cache(tmp_path_factory):
 
 @pytest.fixture
 def plain(monkeypatch):
-    """The generated code as Python, without numba."""
+    """The generated code as Python, without numba; nothing of it is kept."""
     monkeypatch.setattr(numba.config, "DISABLE_JIT", True)
+    monkeypatch.setattr(cache, "usable_folder", lambda: None)
     forget()
     with np.errstate(all="ignore"):  # as in compiled code
         yield
