@@ -232,13 +232,14 @@ WAYS = {
 @pytest.mark.parametrize("to", [to_control, to_scipy])
 @pytest.mark.parametrize("design", WAYS.values(), ids=WAYS)
 def test_an_observer_comes_back_with_what_it_tracks(design, to):
-    plant = car(E=None) if design is WAYS["functional"] else car()
+    plant = car(x0=[1, 2], **(dict(E=None) if design is WAYS["functional"] else {}))
     observer = design(plant)
     back = from_statespace(to(observer), plant)
     for name in ("F", "G", "D", "P", "V", "W"):
         np.testing.assert_array_equal(getattr(back, name), getattr(observer, name))
     np.testing.assert_allclose(back.T, observer.T, rtol=1e-12, atol=1e-12)
     np.testing.assert_array_equal(back.L, observer.L)
+    np.testing.assert_allclose(back.z0, observer.z0, atol=1e-12)
     assert back.estimate_names == observer.estimate_names
     y, u = record()
     same = lb.estimate(back, y, u, z0=observer.z0)
@@ -324,6 +325,19 @@ def test_a_pole_shared_with_the_plant_leaves_open_what_is_tracked():
     with pytest.raises(lb.DesignError, match="pole at 0.9 is one of the plant's"):
         from_statespace(to_scipy(model), plant)
     assert from_statespace(to_scipy(model), plant, T=T).estimate_names == ("speed",)
+
+
+NEAR = (0.51, 0.5001)  # |T| is 2e5 and 2e11, rounding takes 3e-11 and 2e-5 of it
+
+
+def test_poles_near_a_triple_pole_of_the_plant_cost_the_digits_of_what_is_tracked():
+    turn = np.linalg.qr(np.random.default_rng(1).normal(size=(3, 3)))[0]
+    A = turn @ (0.5 * np.eye(3) + np.eye(3, k=1)) @ turn.T
+    plant = lb.Plant(A, None, [[1, 0, 0]], dt=1.0)
+    one = {p: scipy.signal.dlti([[p]], [[1]], [[1]], [[0]], dt=1.0) for p in NEAR}
+    assert lb.certify(from_statespace(one[0.51], plant), plant).worst < 1e-9
+    with pytest.raises(lb.DesignError, match=r"0\.5001 is .* or too close to one"):
+        from_statespace(one[0.5001], plant)
 
 
 # -- pandas ---------------------------------------------------------------------------
@@ -442,6 +456,12 @@ def test_tables_that_do_not_fit(given, message):
     observer = lb.kalman_filter(two_sensors())
     with pytest.raises(ValueError, match=message):
         lb.estimate(observer, *given(table()))
+
+
+def test_inputs_are_not_left_out_by_a_missing_column():
+    two = dict(B=np.eye(2), input_names=("push", "slope"))
+    with pytest.raises(ValueError, match="u has no column 'slope'"):
+        lb.estimate(lb.kalman_filter(two_sensors(**two)), table())
 
 
 def test_a_name_that_is_input_and_output_needs_two_tables():

@@ -198,7 +198,11 @@ class Observer:
 
     @classmethod
     def from_json(cls, path):
-        """Read an observer from JSON.  The file is data: nothing is evaluated."""
+        """Read an observer from JSON.  The file is data: nothing is evaluated.
+
+        Files of every earlier version are read.  A key that is not known is refused,
+        and so is a file of a later "format".
+        """
         data = record.read(path, "observer", cls)
         data.pop("description", None)
         missing = [key for key in "FGDPVTL" if key not in data]

@@ -275,8 +275,7 @@ class Plant:
         >>> lb.Plant.from_statespace(sys, R=[[1]]).dt
         0.1
         """
-        found = statespace.read(sys, options.pop("dt", None))
-        return cls(**(found | options))
+        return cls(**(statespace.read(sys, options.pop("dt", None)) | options))
 
     def to_json(self, path):
         """Write the plant as JSON; numbers come back bit for bit."""
@@ -287,7 +286,8 @@ class Plant:
         """Read a plant from JSON.  The file is data: nothing in it is evaluated.
 
         Keys are the parameters of `Plant`; "description" may hold a remark.  A, C
-        and, when there are known inputs, B are required.
+        and, when there are known inputs, B are required.  A key that is not known is
+        refused, and so is a file of a later "format".
         """
         data = record.read(path, "plant", cls)
         data.pop("description", None)
