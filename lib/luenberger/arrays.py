@@ -86,7 +86,8 @@ def covariance(name, value, size, steps=False):
     accepted; larger ones are refused with their size.
     """
     array = np.array(matrix(name, value, size, size, steps))
-    skew = np.abs(array - array.mT).max(initial=0.0)
+    with np.errstate(over="ignore"):  # of entries near the largest float
+        skew = np.abs(array - array.mT).max(initial=0.0)
     scale = np.abs(array).max(initial=0.0)
     if skew > ASYMMETRY_TOL * scale:
         raise ValueError(
@@ -94,7 +95,8 @@ def covariance(name, value, size, steps=False):
             f"{skew / scale:.1e} of its largest entry. "
             f"Pass ({name} + {name}') / 2 if that is what is meant."
         )
-    array = 0.5 * (array + array.mT)
+    mean = 0.5 * array + 0.5 * array.mT  # their sum could overflow
+    array = np.where(array == array.mT, array, mean)
     require_semidefinite(name, array)
     return freeze(array)
 
@@ -108,8 +110,10 @@ def require_semidefinite(name, array):
         return
     diagonal = np.diagonal(array, axis1=-2, axis2=-1)
     unit = np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
-    scaled = array / unit[..., :, None] / unit[..., None, :]
-    least = float(np.linalg.eigvalsh(scaled).min())
+    with np.errstate(over="ignore"):
+        scaled = array / unit[..., :, None] / unit[..., None, :]
+    finite = np.isfinite(scaled).all()  # no entry of a covariance is then above 1
+    least = float(np.linalg.eigvalsh(scaled).min()) if finite else -np.inf
     if least < -INDEFINITE_TOL:
         raise ValueError(
             f"{name} must be positive semi-definite: scaled to unit diagonal it has "

@@ -69,8 +69,12 @@ def kind(path):
 def read(path, kind, cls):
     """Read the JSON object of a record: known keys, lists, numbers and strings."""
     data = inputs.json_object(path, _one(kind))
-    if data.pop("luenberger", kind) != kind:
-        raise ValueError(f"{path}: this file does not hold {_one(kind)}")
+    said = data.pop("luenberger", kind)
+    if said != kind:
+        raise ValueError(
+            f"{path}: this file does not hold {_one(kind)}: its key 'luenberger' says "
+            f"{inputs.short(said)}"
+        )
     _check_format(path, data.pop("format", FORMAT))
     known = {field.name for field in dataclasses.fields(cls)} | {"description"}
     unknown = sorted(set(data) - known)
