@@ -14,6 +14,7 @@ import pytest
 
 import luenberger as lb
 from luenberger.commands import main
+from luenberger.compare import METHODS
 
 ROOT = pathlib.Path(__file__).parents[1]
 PLANTS = ROOT / "notebooks" / "plants"
@@ -86,9 +87,13 @@ def test_observer_is_certified_and_as_accurate_as_its_table_says(reported):
         rows = list(csv.DictReader(file))
     assert [row["accurate"] for row in rows][:2] == ["", "radar position (m)"]
     trace = np.trace(lb.error_covariance(observer, plant))
-    chosen = [row for row in rows if np.isclose(float(row["error_trace"]), trace)]
-    assert len(chosen) == 1 and int(chosen[0]["order"]) == observer.order == 2
-    assert float(chosen[0]["excess"]) < 0.05
+    (chosen,) = [row for row in rows if row["recommended"] == "yes"]
+    assert float(chosen["error_trace"]) == pytest.approx(trace, rel=1e-12)
+    assert int(chosen["order"]) == observer.order == 2
+    assert float(chosen["excess"]) < 0.05
+    assert {row["method"] for row in rows} == set(METHODS)
+    refused = [row for row in rows if row["refusal"]]
+    assert refused and all(row["error_trace"] == "" for row in refused)
 
 
 def test_estimates_are_those_of_the_observer(reported):
@@ -126,9 +131,29 @@ def test_page_says_what_was_asked_and_what_to_take(reported):
     here, _ = reported
     page = (here / "a/report/report.html").read_text(encoding="utf-8")
     assert "<h1>Velocity-aided tracker</h1>" in page
-    assert "radar position (m) taken as accurate, order 2, best constant gain" in page
+    name = "Leondes-Novak filter, radar position (m) taken as accurate"
+    assert f"Recommended: {name}, best constant gain, order 2." in page
+    assert "the fixed-order filter is for stable plants" in page
     assert "Out[" not in page and "assert" not in page
-    assert page.count("<img") == 4 and page.count("alt=") == 4
+    described = re.findall(r'<img alt="([^"]+)"', page)
+    assert page.count("<img") == 4 == len(described)
+    assert "star marks the recommended Leondes-Novak filter" in described[0]
+    assert "Estimates of 3 states at " in described[3]
+
+
+def test_plant_without_noise_is_reported_on(inside, tmp_path):
+    """Observers without an error, and estimates without bounds."""
+    (tmp_path / "plant.json").write_text(edited(Q=None, R=None))
+    given = ("--out", "r", "--data", PLANTS / "tracker.csv")
+    assert inside("plant.json", *given, cwd=tmp_path).returncode == 0
+    page = (tmp_path / "r/report.html").read_text(encoding="utf-8")
+    assert "Recommended: deadbeat observer, order 1." in page
+    assert "no noise covariances Q and R to weigh accuracy by" in page
+    assert "No figure: no error is known" in page and "nan" not in page
+    with open(tmp_path / "r/estimates.csv", newline="") as file:
+        header, *rows = list(csv.reader(file))
+    assert header[1:] == list(lb.Plant.from_json(PLANTS / "tracker.json").state_names)
+    assert rows and all(len(row) == 4 for row in rows)
 
 
 def test_notebook_names_no_machine(reported):
@@ -153,7 +178,6 @@ BAD_PLANTS = {
     "not a number": (edited(A=[["__import__('os')"]]), "A must be"),
     "asymmetric R": (edited(R=[[1, 2], [0, 1]]), "R must be symmetric"),
     "unknown key": (edited(exec="1"), "exec"),
-    "no noise": (edited(Q=None), "Q"),
 }
 BAD_DATA = {
     "empty": ("", "empty"),

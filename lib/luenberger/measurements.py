@@ -118,11 +118,11 @@ def time_column(table, outputs, inputs, others=False):
 
 @dataclass(frozen=True, eq=False)
 class Estimates:
-    """Estimates (N, n) and their one-sigma bounds (N, n), and how they were made."""
+    """Estimates (N, n), their one-sigma bounds (N, n) or None, and how it was done."""
 
     time: np.ndarray
     x: np.ndarray
-    std: np.ndarray
+    std: np.ndarray | None
     how: str
 
 
@@ -145,16 +145,20 @@ def apply(observer, accurate, plant, data):
     if data.missing:
         done = filter_data(plant, data.y, data.u, m1=accurate)
         require_finite(done.x, plant.state_names, _row)
+        kind = "filter with the same accurate outputs" if accurate else "Kalman filter"
         how = (
             f"{data.missing} of {data.y.size} measurements are missing, so the "
-            "estimates come from the time-varying filter with the same accurate "
-            "outputs, which leaves out what was not measured; not from observer.json."
+            f"estimates come from the time-varying {kind}, which leaves out what was "
+            "not measured; not from observer.json."
         )
         return Estimates(data.time, done.x, done.std, how)
     here = first_sample(plant)
     with np.errstate(over="ignore", invalid="ignore"):
         x = estimate(observer, data.y, data.u, x0=here.x0)
     require_finite(x, plant.state_names, _row)
+    if plant.Q is None or plant.R is None:
+        how = "The estimates are those of observer.json; without Q and R their bounds "
+        return Estimates(data.time, x, None, how + "are not known.")
     if plant.P0 is None:
         covariance = error_covariance(observer, plant)[None]
         how = (
@@ -186,7 +190,8 @@ def covariance_from_start(observer, plant, samples):
 def first_sample(plant):
     """The plant with x0 and P0 carried to the first sample, before it is used."""
     A, _, Q = plant.first_step()
-    P0 = None if plant.P0 is None else A @ plant.P0 @ A.T + Q
+    known = plant.P0 is not None and Q is not None
+    P0 = A @ plant.P0 @ A.T + Q if known else None
     return dataclasses.replace(plant, x0=A @ plant.x0, P0=P0, P0_is="prior")
 
 
@@ -201,11 +206,17 @@ def require_finite(x, names, at):
 
 
 def write(file, plant, estimates):
-    """Write estimates to an open file: time, then each state and its one sigma."""
-    out = csv.writer(file, lineterminator="\n")
-    out.writerow(
-        ["time", *(s for name in plant.state_names for s in (name, f"{name}_sigma"))]
-    )
-    for t, x, std in zip(estimates.time, estimates.x, estimates.std):
-        pairs = np.stack([x, std], axis=1).ravel()
-        out.writerow([repr(float(value)) for value in (t, *pairs)])
+    """Write estimates to an open file: time, then each state and its one sigma.
+
+    Without bounds there are no columns for them.
+    """
+    out, wide = csv.writer(file, lineterminator="\n"), ("", "_sigma")
+    if estimates.std is None:
+        table, wide = estimates.x, wide[:1]
+    else:
+        pairs = np.stack([estimates.x, estimates.std], axis=2)
+        table = pairs.reshape(len(pairs), -1)
+    names = (name + end for name in plant.state_names for end in wide)
+    out.writerow(["time", *names])
+    for t, row in zip(estimates.time, table):
+        out.writerow([repr(float(value)) for value in (t, *row)])

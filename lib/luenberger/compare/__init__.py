@@ -7,9 +7,15 @@ from ..errors import DesignError
 from ..plant import Plant
 from .attempts import Attempt as Attempt
 from .attempts import attempt
-from .methods import METHODS, Question
+from .attempts import noisy as noisy
+from .methods import METHODS as METHODS
+from .methods import Question
 from .table import TOLERANCE as TOLERANCE
 from .table import Comparison as Comparison
+from .table import percent as percent
+from .transients import from_start as from_start
+from .transients import transients as transients
+from .words import sigma as sigma
 
 
 def compare(plant, *, k=None, orders=None, poles=None, methods=None):

@@ -12,6 +12,7 @@ from ..linalg import eigenvalues
 from ..observer import Observer
 from ..optimality import STATIONARY_TOL, Optimality, optimality
 
+SINGLE = {"Kalman filter", "deadbeat observer", "functional observer"}
 EXACT_TOL = 1e-9  # of a certificate, as in `Certificate.require`
 
 
@@ -73,8 +74,14 @@ class Attempt:
 
     @property
     def name(self):
-        """Method and label, as in a sentence."""
-        return f"{self.method}, {self.label}"
+        """The method, and which design of it where there are several."""
+        return self.method if self.method in SINGLE else f"{self.method}, {self.label}"
+
+    @property
+    def title(self):
+        """The name with the order."""
+        order = f"order {self.order}"
+        return self.name if order in self.name else f"{self.name}, {order}"
 
     @property
     def whole(self):

@@ -96,9 +96,9 @@ def butterworth(plant, count):
     known = rates(plant)
     unit = 1 / plant.dt if plant.dt > 0 else 1.0
     distance = SPEED * (np.exp(np.log(known).mean()) if len(known) else unit / SPEED)
-    angle = np.pi * (2 * np.arange(count) + count + 1) / (2 * max(count, 1))
-    s = distance * np.exp(1j * angle)
-    s[np.abs(s.imag) < 1e-9 * distance] = -distance
+    angle = np.pi * (2 * np.arange(count // 2) + count + 1) / (2 * max(count, 1))
+    upper = distance * np.exp(1j * angle)
+    s = np.concatenate([upper, upper.conj(), [-distance] * (count % 2)])
     return tuple(np.exp(s * plant.dt) if plant.dt > 0 else s)
 
 
@@ -155,12 +155,12 @@ def fixed_order(asked):
         if few and order > FEW_ORDERS:
             design = functools.partial(_not_tried, plant.n)
         if feedthrough or plant.n <= PREDICTORS_UP_TO:
-            label = f"best of order {order}{of}{'' if feedthrough else ' with V = 0'}"
+            label = f"order {order}{of}{'' if feedthrough else ', V = 0'}"
             given = dict(order=order, feedthrough=feedthrough, note=_disturbed(plant))
             yield Plan("fixed-order filter", label, design, **given)
     if plant.n > PREDICTORS_UP_TO:
         design = functools.partial(_not_tried, plant.n, "V = 0")
-        yield Plan("fixed-order filter", f"every order{of} with V = 0", design)
+        yield Plan("fixed-order filter", f"every order{of}, V = 0", design)
 
 
 def _not_tried(n, what="this order"):

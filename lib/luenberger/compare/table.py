@@ -198,7 +198,7 @@ def verdict(one):
     """What its certificate, or the conditions of an optimum, say."""
     if not one.sound:
         return "fails"
-    return "exact" if one.optimality is None else "best of its order"
+    return "exact" if one.optimality is None else "optimal"
 
 
 def percent(excess):
@@ -223,7 +223,7 @@ def _row(table, one, chosen, front):
         on_front=one in front,
     )
     figures = "error_trace error_of_k excess variances worst_pole noise_gain cond"
-    figures = dict.fromkeys(f"{figures} multiply_adds bytes residual".split())
+    figures = dict.fromkeys(f"{figures} multiply_adds bytes residual poles".split())
     if not one.refusal:
         best = one.optimality
         variances = one.variances
@@ -238,6 +238,7 @@ def _row(table, one, chosen, front):
             multiply_adds=one.work,
             bytes=one.bytes,
             residual=one.certificate.worst if best is None else best.worst,
+            poles=[str(complex(pole)).strip("()") for pole in one.observer.poles],
         )
     return row | {key: _finite(value) for key, value in figures.items()}
 

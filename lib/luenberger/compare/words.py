@@ -91,8 +91,9 @@ def worst_state(chosen, best):
 def _remark(chosen):
     if chosen.optimality is not None:
         yield (
-            "It does not follow its states exactly: it needs the plant to be as stable "
-            "as the model says, and has the least error of its order on average."
+            "It is not exact: it lets the state disturb the estimate where that costs "
+            "less than noise would. It is the best of its order as long as the plant "
+            "and its noise are as the model says."
         )
     if chosen.note:
         yield chosen.note
@@ -121,8 +122,8 @@ def _next_smaller(table, chosen):
         return "No design has fewer observer states."
     least = min(smaller, key=lambda one: one.error)
     return (
-        f"With fewer observer states the best is {least.name}, order {least.order}: "
-        f"its {ranking(table)} is {number(least.error, 5)}, "
+        f"With fewer observer states the best is {least.title}: its "
+        f"{ranking(table)} is {number(least.error, 5)}, "
         f"{above(table.excess(least))} the smallest."
     )
 
