@@ -10,7 +10,7 @@ from .arrays import names
 from .certificate import require_match
 from .inputs import few, short
 from .kernels import runs_compiled
-from .measurements import first_sample, require_finite, time_column
+from .measurements import require_finite, time_column
 from .recorded import estimate
 
 
@@ -40,7 +40,12 @@ def estimates(observer, table, plant=None, backend="numpy"):
     ValueError
         Naming line and column, if a value is missing or an estimate overflows.
     """
-    outputs, inputs, x0 = _signals(observer, plant)
+    x0 = None
+    if plant is not None:
+        observer = _named(observer, plant)
+        x0 = plant.x0 if observer.steps else plant.first_step()[0] @ plant.x0
+    outputs = observer.output_names or names("y output", None, observer.D.shape[-1])
+    inputs = observer.input_names or names("u input", None, observer.G.shape[-1])
     clock = time_column(table, outputs, inputs, others=True)
     header = [clock or "instant", *observer.estimate_names]
     if header[0] in header[1:]:
@@ -53,24 +58,17 @@ def estimates(observer, table, plant=None, backend="numpy"):
     return header, _estimated(observer, table, rows, outputs, x0, backend)
 
 
-def _signals(observer, plant):
-    """Names of outputs and inputs, and the start for `estimate`, if it is known."""
-    if plant is not None:
-        require_match(observer, plant)
-    found = []
-    for kind, size in (("y output", "D"), ("u input", "G")):
-        field = f"{kind[2:]}_names"
-        mine, theirs = getattr(observer, field), getattr(plant, field, None)
-        if mine and theirs and mine != theirs:
+def _named(observer, plant):
+    """The observer with the names of its plant, once they are seen to fit."""
+    require_match(observer, plant)
+    for kind in ("state", "output", "input"):
+        mine, theirs = (getattr(one, f"{kind}_names") for one in (observer, plant))
+        if mine and mine != theirs:
             raise ValueError(
-                f"the observer's {kind[2:]}s are {few(mine)} and the plant's "
-                f"{few(theirs)}; take the plant that the observer was designed for"
+                f"the observer's {kind}s are {few(mine)} and the plant's "
+                f"{few(theirs)}; give the plant that the observer was designed for"
             )
-        width = getattr(observer, size).shape[-1]
-        found.append(mine or theirs or names(kind, None, width))
-    if plant is None:
-        return *found, None
-    return *found, (first_sample(plant) if observer.steps is None else plant).x0
+    return observer.named(plant)
 
 
 def _estimated(observer, table, rows, outputs, x0, backend):

@@ -21,8 +21,8 @@ def add(commands):
         description="Run an observer on a CSV file of any length, a few rows at a "
         "time. The file has a column for each output and input, by name, in any order "
         "and among others, and perhaps one called time, t or instant, which is carried "
-        "along as it is. A missing measurement is refused: gains that are fixed beforehand cannot "
-        "leave it out.",
+        "along as it is. A missing measurement is refused: gains that are fixed "
+        "beforehand cannot leave it out.",
         examples=[
             "estimate report/observer.json tracker.csv --out estimates.csv",
             "estimate report/observer.json tracker.csv --plant tracker.json --out -",
@@ -56,10 +56,12 @@ def add(commands):
 def run(options):
     """Estimate, and say how many rows were written."""
     from .. import streaming
+    from ..inputs import few
     from ..observer import Observer
     from ..plant import Plant
     from ..tables import Table
 
+    _require_other_file(options)
     observer = Observer.from_json(options.observer)
     plant = None if options.plant is None else Plant.from_json(options.plant)
     with _source(options.data) as file, _sink(options) as out:
@@ -70,9 +72,21 @@ def run(options):
         count = streaming.write(out, header, rows)
     if options.out != STREAM:
         tell(options.out)
-    say(f"{count} rows: {', '.join(header)}")
+    say(f"{count} rows of {few(header)}")
     if options.dry_run:
         say("dry run: nothing was written")
+
+
+def _require_other_file(options):
+    """Raise if what would be replaced is what is read."""
+    for path in (options.observer, options.data, options.plant):
+        known = path is not None and os.path.exists(path)
+        if (
+            known
+            and os.path.exists(options.out)
+            and os.path.samefile(path, options.out)
+        ):
+            raise ValueError(f"--out {options.out} would replace {path}, which is read")
 
 
 def _source(path):
