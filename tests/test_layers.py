@@ -60,7 +60,7 @@ ALLOWED = {
     "examination": NUMERIC | {"designs", "stairs"},
     "commands": NUMERIC
     | {"compare", "examination", "export", "files", "inputs", "ledger"}
-    | {"measurements", "offline", "show", "streaming", "tables"},
+    | {"measurements", "offline", "results", "show", "streaming", "tables"},
     "__main__": {"commands"},
 }
 EVERYWHERE = {"numpy", "scipy"}

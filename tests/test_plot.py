@@ -113,7 +113,7 @@ def test_errors_far_above_are_counted_and_not_drawn(ax):
     far = [one for one in table.ranked if one.error > 100 * best]
     assert far and ax.get_title() == ""
     plot.pareto(table, ax)
-    assert ax.get_title().startswith(f"{len(far)} designs above ")
+    assert ax.get_title().startswith(f"not shown: {len(far)} above ")
     highest = max(line.get_ydata().max() for line in ax.lines if len(line.get_ydata()))
     assert highest <= 100 * best
 

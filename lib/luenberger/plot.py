@@ -120,7 +120,7 @@ def pareto(table, ax=None, *, by="work"):
     beyond = len(table.ranked) - len(near)
     if beyond:
         limit = number(float(f"{highest:.1e}"))
-        ax.set_title(f"{beyond} designs above {limit} are not shown", fontsize="small")
+        ax.set_title(f"not shown: {beyond} above {limit}", fontsize="small")
     ax.xaxis.set_major_locator(plt.MaxNLocator(integer=True))
     along = {"work": "multiply-adds per step", "order": "order (observer states)"}
     error = "error trace" if table.k is None else "error variance of k x"

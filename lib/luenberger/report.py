@@ -73,7 +73,7 @@ def state_errors(table):
     """One-sigma steady error of each state, recommended design against the best."""
     chosen, best = table.recommended(), table.yardstick
     if best is None:
-        return Prose("Without noise covariances the errors are not known.")
+        return Prose("No error is known, as there is no noise to weigh.")
     rows = [
         [name, number(a, 4), number(b, 4), percent(b / a - 1 if a > 0 else 0.0)]
         for name, a, b in zip(table.plant.state_names, sigma(best), sigma(chosen))

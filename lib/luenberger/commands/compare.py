@@ -1,7 +1,5 @@
 """`compare`: one plant under every method, in a table."""
 
-import csv
-import io
 import textwrap
 from pathlib import Path
 
@@ -63,6 +61,7 @@ def run(options):
     from .. import files
     from ..compare import compare
     from ..plant import Plant
+    from ..results import designs_csv
 
     if options.json and options.csv is not None:
         options.wrong("--csv goes without --json")
@@ -76,7 +75,7 @@ def run(options):
         _print(found)
     else:
         if not options.dry_run:
-            files.write(options.csv, _csv(found.rows()))
+            files.write(options.csv, designs_csv(found.rows()))
         written([options.csv], options.dry_run)
 
 
@@ -121,24 +120,3 @@ def _table(table):
 def _refusals(found):
     for method, which, reason in found.refusals.rows:
         yield f"{method}, {which}: {reason}"
-
-
-def _csv(rows):
-    """A line for each design: lists with spaces between, nothing where none applies."""
-    file = io.StringIO()
-    out = csv.writer(file, lineterminator="\n")
-    out.writerow(rows[0])
-    for row in rows:
-        out.writerow(_cell(value) for value in row.values())
-    return file.getvalue()
-
-
-def _cell(value):
-    if value is None:
-        return ""
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    if isinstance(value, list):
-        between = "; " if all(isinstance(one, str) for one in value) else " "
-        return between.join(map(str, value))
-    return value

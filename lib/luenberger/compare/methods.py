@@ -84,7 +84,7 @@ class Question:
             minimal = ()
         if len(minimal) == count:
             return minimal, "poles of the minimal-order filter"
-        return butterworth(plant, count), f"{SPEED:g} times as fast as the plant"
+        return butterworth(plant, count), f"Butterworth poles, {SPEED:g} times the rates of the plant"
 
 
 def butterworth(plant, count):
