@@ -84,7 +84,8 @@ class Question:
             minimal = ()
         if len(minimal) == count:
             return minimal, "poles of the minimal-order filter"
-        return butterworth(plant, count), f"Butterworth poles, {SPEED:g} times the rates of the plant"
+        how = f"Butterworth poles, {SPEED:g} times the rates of the plant"
+        return butterworth(plant, count), how
 
 
 def butterworth(plant, count):
