@@ -386,16 +386,27 @@ def plant(A, C, dt=1.0, **noise):
 A2 = [[0.5, 0.0], [0.0, 2.0]]
 J2 = [[[1.0, 1.0], [0.0, 1.0]], [[1.0, 0.0]]]
 PLANTS_TO_CHECK = {
-    "observable": (plant(*J2), ["observable; indices 2", "steady filter  exists"]),
+    "observable": (
+        plant(*J2),
+        ["not stable: 1 (2 times)", "  observable; indices 2", "filter  exists"],
+    ),
     "unobservable, decays": (
         plant(A2, [[0, 1]]),
-        ["not observable; indices 1", "hidden modes   0.5, which decay"],
+        ["not observable; indices 1", "hidden modes   0.5, which decay\n"],
     ),
     "unobservable, does not decay": (
         plant(A2, [[1, 0]]),
         ["hidden modes   2, which do not decay", "steady filter  none: not detectable"],
     ),
-    "nothing measured": (plant(A2, [[0, 0]]), ["indices none", "redundant      1 of"]),
+    "nothing measured": (
+        plant(A2, [[0, 0]]),
+        [
+            "indices none",
+            "hidden modes   0.5, ",
+            "hidden modes   2, ",
+            "redundant      1",
+        ],
+    ),
     "unstable": (plant(A2, [[1, 1]]), ["not stable: 2"]),
     "continuous": (
         lb.Plant([[0, 1], [-1, 0]], [[0], [1]], [[1, 0]]),
@@ -466,6 +477,7 @@ def test_check_says_what_a_plant_is_like(tmp_path, call, one, lines):
     assert all(len(line) < 80 for line in out.splitlines())
     for line in lines:
         assert line in out, out
+    assert out.count("hidden modes") == sum("hidden modes" in line for line in lines)
     status, out, _ = call(["check", str(tmp_path / "p.json"), "--json"])
     assert status == 0 and json.loads(out, parse_constant=refuse)["name"] is None
 
@@ -506,6 +518,15 @@ def test_the_exported_filter_of_a_plant(here, call):
     call("export tracker.json --m1 2 --c by-command --name two --float")
     lb.export.to_c(plant, "by-function", m1=2, name="two", dtype="float")
     assert contents(here / "by-command") == contents(here / "by-function")
+
+
+@pytest.mark.parametrize("path", ["tracker.json", "report/observer.json"])
+def test_a_file_that_does_not_say_what_it_is_is_known_by_its_keys(here, call, path):
+    data = json.loads((here / path).read_text())
+    assert data.pop("luenberger")
+    (here / "plain.json").write_text(json.dumps(data))
+    assert call(f"export {path} --c a")[0] == call("export plain.json --c b")[0] == 0
+    assert contents(here / "a") == contents(here / "b")
 
 
 def test_the_ledger_is_printed_whole(call):
