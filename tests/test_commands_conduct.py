@@ -159,6 +159,7 @@ def test_the_readme_lists_every_command():
         ("compare tracker.json --orders=7", "from 0 to 3, got 7"),
         ("compare tracker.json --csv report", "report is a folder"),
         ("compare tracker.json --csv no/such.csv", "no/such.csv: No such file"),
+        ("compare tracker.json --csv ./tracker.json", "would replace tracker.json"),
         ("export tracker.json --c c --m1 speed", "'speed' is not an output"),
         ("export tracker.json --c c --m1 3", "between 0 and p = 2, got 3"),
         ("export report/observer.json --c tracker.csv", "tracker.csv is a file"),

@@ -122,6 +122,14 @@ def destination(path):
     return target
 
 
+def require_other(path, *read):
+    """Raise ValueError if what would be replaced is one of the files that are read."""
+    for other in read:
+        known = other is not None and os.path.exists(other) and os.path.exists(path)
+        if known and os.path.samefile(other, path):
+            raise ValueError(f"{path} would replace {other}, which is read")
+
+
 def _move(finished, target):
     if target.exists():
         shutil.copymode(target, finished)

@@ -67,6 +67,7 @@ def run(options):
         options.wrong("--csv goes without --json")
     if options.csv is not None:
         files.destination(options.csv)
+        files.require_other(options.csv, options.plant)
     plant = Plant.from_json(options.plant)
     found = compare(plant, k=options.k, orders=options.orders)
     if options.json:

@@ -56,12 +56,13 @@ def add(commands):
 def run(options):
     """Estimate, and say how many rows were written."""
     from .. import streaming
+    from ..files import require_other
     from ..inputs import few
     from ..observer import Observer
     from ..plant import Plant
     from ..tables import Table
 
-    _require_other_file(options)
+    require_other(options.out, options.observer, options.data, options.plant)
     observer = Observer.from_json(options.observer)
     plant = None if options.plant is None else Plant.from_json(options.plant)
     with _source(options.data) as file, _sink(options) as out:
@@ -75,18 +76,6 @@ def run(options):
     say(f"{count} rows of {few(header)}")
     if options.dry_run:
         say("dry run: nothing was written")
-
-
-def _require_other_file(options):
-    """Raise if what would be replaced is what is read."""
-    for path in (options.observer, options.data, options.plant):
-        known = path is not None and os.path.exists(path)
-        if (
-            known
-            and os.path.exists(options.out)
-            and os.path.samefile(path, options.out)
-        ):
-            raise ValueError(f"--out {options.out} would replace {path}, which is read")
 
 
 def _source(path):
