@@ -283,15 +283,18 @@ def test_interrupted_run_leaves_nothing(tmp_path):
 
 
 def test_missing_measurements_and_a_second_run(reported, tmp_path):
-    """NaN is filtered around; estimates of an earlier run do not survive."""
+    """NaN is filtered around; earlier estimates go; names are text, not markup."""
     here, _ = reported
     shutil.copytree(here / "a", tmp_path / "a")
     rows = (PLANTS / "tracker.csv").read_text().splitlines()[:12]
     rows[4] = rows[4].rpartition(",")[0] + ","
     rows[5] = "5,NaN,NaN"
     (tmp_path / "data.csv").write_text("\n".join(rows))
+    names = ["<img src=x onerror=1>", "$x$", "[a](javascript:1)"]
+    plant = edited(name="</title><script>alert(1)</script>", state_names=names)
+    (tmp_path / "plant.json").write_text(plant)
     given = ("--out", "a/report", "--data", "data.csv")
-    run = command(PLANTS / "tracker.json", *given, cwd=tmp_path)
+    run = command("plant.json", *given, cwd=tmp_path)
     assert run.returncode == 0, run.stderr
     assert {p.name for p in (tmp_path / "a/report").iterdir()} == WITH_DATA
     values = np.loadtxt(tmp_path / "a/report/estimates.csv", delimiter=",", skiprows=1)
@@ -299,3 +302,5 @@ def test_missing_measurements_and_a_second_run(reported, tmp_path):
     assert values[4, 2] > 0.5 == values[3, 2]  # nothing measured: position too widens
     page = (tmp_path / "a/report/report.html").read_text(encoding="utf-8")
     assert "3 of 22 measurements are missing" in page
+    assert "&lt;script&gt;alert(1)" in page and "&lt;img src=x onerror=1" in page
+    assert not re.search(r"<script|<img src=x|href=.javascript", page)
