@@ -82,9 +82,10 @@ def test_with_a_plant_they_are_those_of_the_report(here, call):
     assert np.abs(x - lb.estimate(OBSERVER, Y, U)).max() > 1e-3
 
 
-def test_without_times_rows_are_counted(here, call):
+def test_without_times_rows_are_counted(here, call, monkeypatch):
     text = table(header='note,push,x,"a, b",radar')
     (here / "data.csv").write_text(text)
+    monkeypatch.setattr("luenberger.tables.Table.__init__.__defaults__", (30,))
     status, out, _ = call("observer.json", "data.csv", "--out", "-")
     names, times, x = columns(out)
     assert status == 0 and names[0] == "instant"
