@@ -408,6 +408,14 @@ PLANTS_TO_CHECK = {
             "redundant      1",
         ],
     ),
+    "no outputs": (
+        plant([[0.999, 1], [0, 0.998]], np.zeros((0, 2))),
+        ["outputs        none", "hidden modes   0.998, 0.999, which", "filter  exists"],
+    ),
+    "growing too fast to compute": (
+        plant(1e9 * np.array([[1, 2, 0], [0, 1, 1], [1, 0, 1]]), [[1, 0, 0]]),
+        ["steady filter  none: the "],
+    ),
     "unstable": (plant(A2, [[1, 1]]), ["not stable: 2"]),
     "continuous": (
         lb.Plant([[0, 1], [-1, 0]], [[0], [1]], [[1, 0]]),
