@@ -102,7 +102,7 @@ def test_a_valid_table_is_read_in_any_pieces(table, piece):
     assert same(outcome(data, names, piece), found)
 
 
-@bounded(500)
+@bounded(300)
 @given(written(), st.data())
 def test_a_damaged_table_is_read_by_hand_or_refused(table, data):
     raw, names, _, _ = table
