@@ -1,5 +1,6 @@
 """One plant under every method: complete, open about refusals, sound in its advice."""
 
+import dataclasses
 import itertools
 import json
 import re
@@ -369,6 +370,37 @@ def test_front_falls_and_is_not_beaten(table, smooth, by):
 def test_front_by_something_else_is_refused(table):
     with pytest.raises(ValueError, match="'work' or 'order', got 'bytes'"):
         table.pareto(by="bytes")
+
+
+def test_what_differs_by_rounding_is_equal():
+    """With one output both have the same poles, so the same error: the first counts."""
+    plant = stable()
+    found = lb.compare(plant, methods=[FILTERS[1], "reduced-order observer"])
+    steady, reduced = found.attempts[1:]
+    assert steady.error == pytest.approx(reduced.error, rel=1e-9)
+    for error in (0.5, 1 - 1e-12, 1 + 1e-12):
+        other = dataclasses.replace(reduced, covariance=error * steady.covariance)
+        both = dataclasses.replace(found, attempts=(steady, other))
+        first = other if error == 0.5 else steady
+        assert both.pareto() == [first] and both.pareto("order") == [first]
+        assert both.recommended() is both.yardstick is first
+
+
+@pytest.mark.parametrize("tolerance", [-0.1, np.nan])
+def test_tolerances_that_no_design_meets(table, tolerance):
+    with pytest.raises(ValueError, match="tolerance must not be negative"):
+        table.recommended(tolerance)
+
+
+def test_digits_that_rounding_spoils_are_not_shown():
+    """Two sensors of almost the same: the deadbeat observer has cond about 1e11."""
+    plant = tracker(R=np.diag([0.25, 4.0]))
+    close = lb.Plant(
+        plant.A, None, [[1, 0, 0], [1, 1e-11, 0]], dt=1.0, Q=plant.Q, R=plant.R
+    )
+    found = lb.compare(close, methods=["Kalman filter", "deadbeat observer"])
+    _, badly = found.table.rows
+    assert re.fullmatch(r"\d(\.\d{1,3})?e\+\d\d", badly[3])
 
 
 @pytest.mark.parametrize(("tolerance", "order"), [(0, 3), (0.05, 2), (10, 1)])

@@ -67,7 +67,7 @@ class Comparison:
         for one in ranked:
             if one.method == "Kalman filter":
                 return one
-        return min(ranked, key=lambda one: one.error, default=None)
+        return first_least(ranked, "error") if ranked else None
 
     def excess(self, design):
         """Error beyond the yardstick's, as a fraction of it; None if not known."""
@@ -99,12 +99,12 @@ class Comparison:
         """
         if by not in ("work", "order"):
             raise ValueError(f"by must be 'work' or 'order', got {by!r}")
-        front = []
-        for one in sorted(self.ranked, key=lambda one: (getattr(one, by), one.error)):
-            if not front or (
-                getattr(one, by) > getattr(front[-1], by)
-                and one.error < front[-1].error * (1 - LEVEL)
-            ):
+        front, groups = [], {}
+        for one in self.ranked:
+            groups.setdefault(getattr(one, by), []).append(one)
+        for cost in sorted(groups):
+            one = first_least(groups[cost], "error")
+            if not front or one.error < front[-1].error * (1 - LEVEL):
                 front.append(one)
         return front
 
@@ -115,13 +115,15 @@ class Comparison:
         the table.  Where there is no error to weigh, the least work of all, and among
         equal work the smaller noise gain.
         """
-        if self.yardstick is None:
-            return min(self.eligible, key=lambda one: (one.work, one.noise_gain or 0))
-        near = [one for one in self.eligible if self.excess(one) <= tolerance]
+        if not tolerance >= 0:
+            raise ValueError(f"tolerance must not be negative, got {tolerance}")
+        near, weighed = self.eligible, "noise_gain"
+        if self.yardstick is not None:
+            near = [one for one in near if self.excess(one) <= tolerance]
+            weighed = "error"
         work = min(one.work for one in near)
         light = [one for one in near if one.work == work]
-        least = min(one.error for one in light)
-        return next(one for one in light if one.error <= least * (1 + LEVEL))
+        return first_least(light, weighed)
 
     def reasons(self, tolerance=TOLERANCE):
         """Why that design is recommended: plain sentences."""
@@ -168,6 +170,13 @@ class Comparison:
         return "\n".join(one._repr_html_() for one in tables)
 
 
+def first_least(designs, what):
+    """The first of the least, where what differs by rounding is equal."""
+    values = [getattr(one, what) or 0.0 for one in designs]
+    least = min(values) * (1 + LEVEL)
+    return next(one for one, value in zip(designs, values) if value <= least)
+
+
 def together(labels):
     """Several labels in a few words."""
     return f"{labels[0]}, and {len(labels) - 1} more"
@@ -175,19 +184,25 @@ def together(labels):
 
 def _cells(table, one):
     errors = [one.error] if table.k is None else [one.error, one.trace]
+    digits = _digits(one)
     return [
         one.method,
         one.label,
         str(one.order),
-        *(_text(value, 5) for value in errors),
-        percent(table.excess(one)),
+        *(_text(value, digits) for value in errors),
+        percent(table.excess(one), digits - 1),
         _text(one.worst_pole, 3),
-        _text(one.noise_gain, 3),
+        _text(one.noise_gain, min(digits, 3)),
         _text(one.cond, 2),
         str(one.work),
         _text(one.bytes),
         verdict(one),
     ]
+
+
+def _digits(one):
+    """Digits of an error that rounding leaves, at most 5."""
+    return 5 if one.cond is None else int(np.clip(15 - np.log10(one.cond), 2, 5))
 
 
 def _text(value, digits=6):
@@ -201,13 +216,17 @@ def verdict(one):
     return "exact" if one.optimality is None else "optimal"
 
 
-def percent(excess):
+def percent(excess, digits=4):
     """A fraction as text; empty where not known."""
     if excess is None:
         return ""
     if not np.isfinite(excess):
         return "unbounded"
-    return f"{100 * excess:.2f} %" if excess < 10 else f"{number(1 + excess, 4)} times"
+    return (
+        f"{100 * excess:.2f} %"
+        if excess < 10
+        else f"{number(1 + excess, digits)} times"
+    )
 
 
 def _row(table, one, chosen, front):

@@ -3,7 +3,7 @@
 import numpy as np
 
 from ..show import number
-from .table import percent
+from .table import first_least, percent
 
 
 def reasons(table, tolerance):
@@ -120,7 +120,7 @@ def _next_smaller(table, chosen):
     smaller = [one for one in table.ranked if one.order < chosen.order]
     if not smaller:
         return "No design has fewer observer states."
-    least = min(smaller, key=lambda one: one.error)
+    least = first_least(smaller, "error")
     return (
         f"With fewer observer states the best is {least.title}: its "
         f"{ranking(table)} is {number(least.error, 5)}, "
@@ -141,7 +141,7 @@ def _without_accuracy(table, chosen):
         yield f"{work}."
         return
     yield f"{work}; its noise gain is {number(chosen.noise_gain, 4)}."
-    calm = min(table.designs, key=lambda one: one.noise_gain)
+    calm = first_least(table.designs, "noise_gain")
     if calm.noise_gain < chosen.noise_gain * (1 - 1e-9):
         yield (
             f"The least noise gain has {calm.name}: {number(calm.noise_gain, 4)}, with "
