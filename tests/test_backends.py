@@ -310,6 +310,16 @@ def test_overflow_is_not_hidden(plain):
     assert outcomes[0] == outcomes[1]
 
 
+def test_long_products_are_added_up_in_parts(plain, used):
+    """18 terms in two lines, of all columns and of those on the right."""
+    rng = np.random.default_rng(2)
+    plant = generators.plant(rng, 18, 3, m=1, cross=False)
+    y, u, u0 = generators.record(rng, plant, 5)
+    agree(*both(plant, y, u, u0=u0), tol=1e-11)
+    assert "+ a0_8 * " in used[-1] and "+ a0_17 * " in used[-1]
+    assert "np.dot(" not in used[-1]
+
+
 # -- compiled ------------------------------------------------------------------------
 
 
@@ -345,6 +355,7 @@ def used(monkeypatch):
         texts.append(found.source)
         return found
 
+    remembered.cache_clear = over.cache_clear
     monkeypatch.setattr(kernels, "over_record", remembered)
     return texts
 
