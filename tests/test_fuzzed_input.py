@@ -73,16 +73,21 @@ def outcome(data, names, piece=tables.PIECE):
 
 
 def by_hand(data, names):
-    """The same by `csv` and `float` alone, as text is without any checks."""
+    """The same by `csv` and `float` alone."""
     reader = csv.reader(io.StringIO(data.decode("utf-8-sig"), newline=""), strict=True)
     rows = [row for row in reader if len(row) > 1 or "".join(row).strip()]
     header = [cell.strip() for cell in rows[0]]
     return np.array(
         [
-            [float(row[header.index(name)].strip() or "nan") for name in names]
+            [by_float(row[header.index(name)].strip()) for name in names]
             for row in rows[1:]
         ]
     )
+
+
+def by_float(text):
+    assert re.fullmatch("[-+0-9.eEnaN]*", text), f"{text!r} is not to be read"
+    return float(text or "nan")
 
 
 def same(one, other):
@@ -177,6 +182,7 @@ def places(value):
 
 def as_numpy(value):
     """What an entry means, by numpy alone."""
+    assert not re.search("true|false|null|NaN|Inf", json.dumps(value))
     if isinstance(value, dict) and "shape" in value:
         return np.zeros(value["shape"])
     if isinstance(value, dict):

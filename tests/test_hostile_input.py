@@ -115,6 +115,10 @@ REFUSED = {
         HEADER + b"1,2,3\n4,5,6,7,8\n",
         "line 2: 3 cells",
     ),
+    "such rows, times last": (
+        b"range (m),b,u,time\n1,2,3\n4,5,6,7,8\n",
+        "line 2: 3 cells",
+    ),
     "text": (HEADER + b"1,2,fast,4\n", "line 2: 'b' is 'fast', not a number"),
     "formula": (HEADER + b"1,2,=1+1,4\n", "line 2: 'b' is '=1"),
     "underscore": (HEADER + b"1,2,1_0,4\n", "line 2: 'b' is '1_0'"),
