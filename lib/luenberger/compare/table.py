@@ -111,9 +111,9 @@ class Comparison:
     def recommended(self, tolerance=TOLERANCE):
         """The least work among eligible designs within `tolerance` of the yardstick.
 
-        Among equal work the smaller error wins, and among equal errors the first in
-        the table.  Where there is no error to weigh, the least work of all, and among
-        equal work the smaller noise gain.
+        Among equal work the smaller error wins, and among errors that differ by LEVEL
+        or less the first in the table.  Where there is no error to weigh, the least
+        work of all, and among equal work the smaller noise gain.
         """
         if not tolerance >= 0:
             raise ValueError(f"tolerance must not be negative, got {tolerance}")
@@ -222,11 +222,9 @@ def percent(excess, digits=4):
         return ""
     if not np.isfinite(excess):
         return "unbounded"
-    return (
-        f"{100 * excess:.2f} %"
-        if excess < 10
-        else f"{number(1 + excess, digits)} times"
-    )
+    if excess < 10:
+        return f"{100 * excess:.2f} %"
+    return f"{number(1 + excess, digits)} times"
 
 
 def _row(table, one, chosen, front):
