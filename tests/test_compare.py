@@ -353,6 +353,30 @@ def test_order_zero():
     assert still.rows()[still.attempts.index(still.recommended())]["worst_pole"] is None
 
 
+ODD = {
+    "complex": (
+        lb.Plant([[0.5, 1], [0, 0.3j]], None, [[1, 0]], dt=1.0),
+        ["reduced-order observer", "deadbeat observer"],
+    ),
+    "no outputs": (
+        lb.Plant([[0.5]], None, np.zeros((0, 1)), dt=1.0, Q=[[1]], R=np.zeros((0, 0))),
+        ["Kalman filter"],
+    ),
+    "feedthrough": (
+        lb.Plant([[0.5]], [[1]], [[1]], [[2]], dt=1.0, Q=[[1]], R=[[1]]),
+        [*FILTERS, FILTERS[1], "reduced-order observer", "deadbeat observer"],
+    ),
+}
+
+
+@pytest.mark.parametrize(("plant", "methods"), ODD.values(), ids=ODD)
+def test_odd_plants_get_what_applies(plant, methods):
+    found = lb.compare(plant)
+    assert [one.method for one in found.designs] == methods
+    assert all(one.refusal for one in found.refused) and found.reasons()
+    json.dumps(found.rows(), allow_nan=False)
+
+
 # -- what to take -------------------------------------------------------------------
 
 
