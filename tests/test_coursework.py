@@ -4,6 +4,7 @@ tests/coursework/NAME.toml holds the wrong answers to assignment NAME.
 """
 
 import csv
+import dis
 import html
 import json
 import os
@@ -13,6 +14,7 @@ import shutil
 import subprocess
 import sys
 import tomllib
+from types import CodeType
 
 import pytest
 
@@ -114,6 +116,36 @@ def test_every_answer_and_check_is_covered_by_a_mistake(name):
         assert sum(m["answer"] == answer for m in mistakes(name)) >= 2
 
 
+def names_of(source):
+    """The names that a cell takes from other cells, and those it sets."""
+    parts, taken, own = [compile(source, "cell", "exec")], set(), set()
+    for part in parts:  # the functions in the cell come after its own lines
+        parts += [const for const in part.co_consts if isinstance(const, CodeType)]
+        for step in dis.get_instructions(part):
+            if step.opname in ("LOAD_NAME", "LOAD_GLOBAL"):
+                taken |= {step.argval} - own
+            elif step.opname == "STORE_NAME" and part is parts[0]:
+                own.add(step.argval)
+    return taken, own
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_an_answer_that_fails_does_not_spoil_the_next(name):
+    notebook = assignment(name)
+    code, _, checks = answers(notebook)
+    comes_from = {}  # the answers that a name depends on
+    for cell in notebook["cells"]:
+        if cell["cell_type"] == "code":
+            key = role(cell).get("grade_id")
+            taken, own = names_of(cell["source"])
+            needed = {key} & set(code)
+            needed = needed.union(*(comes_from.get(name, ()) for name in taken))
+            comes_from |= dict.fromkeys(own, needed)
+            if key in checks:
+                owners = {m["answer"] for m in mistakes(name) if key in m["fails"]}
+                assert needed == owners, key
+
+
 MISTAKES = [(name, mistake) for name in NAMES for mistake in mistakes(name)]
 
 
@@ -165,7 +197,7 @@ class Course:
         }  # fmt: skip
         done = subprocess.run(
             ["sh", "-e", "-c", commands()[step]], cwd=cwd or self.root, env=env,
-            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=1800,
         )  # fmt: skip
         assert done.returncode == 0, done.stdout[-5000:]
 
@@ -344,6 +376,13 @@ def test_the_marks_are_exported(course):
         assert float(rows[name, "correct"]["score"]) == 20
         assert float(rows[name, "blank"]["score"]) == 0
         assert float(rows[name, "wrong-1"]["max_score"]) == 20
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_page_lists_the_assignment_and_its_minutes(name):
+    minutes = re.search(r"\*\*Time\*\* (\d+)", assignment(name)["cells"][0]["source"])
+    page = (COURSE / "README.md").read_text(encoding="utf-8")
+    assert re.search(rf"^\| `{name}` \|.*\| {minutes[1]} \|$", page, re.M)
 
 
 def test_the_page_installs_the_extra_that_is_pinned():
