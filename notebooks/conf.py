@@ -74,6 +74,7 @@ html_show_sourcelink = False
 html_last_updated_fmt = None
 html_theme_options = {
     "show_navbar_depth": 1,
+    "navbar_persistent": [],  # the search stands in the sidebar
     "show_toc_level": 2,
     "use_download_button": False,
     "use_fullscreen_button": False,

@@ -32,7 +32,7 @@ def modules(paper):
 
 
 def pointers(name):
-    """"module" and the "module.function" whose steps the ledger points at."""
+    """ "module" and the "module.function" whose steps the ledger points at."""
     module = import_module(f"luenberger.derivations.{name}")
     found = [name] if hasattr(module, "derive") else []
     named = {p.partition(": ")[0] for e in ledger.entries() for p in e.evidence}
@@ -56,17 +56,20 @@ class Derivations(SphinxDirective):
         section["names"], section["ids"] = [], [f"derivation-{nodes.make_id(name)}"]
         section["names"].append(section["ids"][0])
         self.state.document.note_explicit_target(section)
-        functions = [
-            key
-            for key, value in vars(module).items()
-            if inspect.isfunction(value) and value.__module__ == full
-        ]
-        first = ["derive"] if "derive" in functions else functions[:1]
-        shown = "".join(f".. autofunction:: {full}.{name}\n" for name in first)
+        shown = "".join(f".. autofunction:: {full}.{f}\n" for f in self.shown(module))
         section += self.parse_text_to_nodes(f"{plain_bars(rest)}\n\n{shown}")
         for pointer in pointers(name):
             section += self.claims(pointer)
         return section
+
+    def shown(self, module):
+        """`derive`, or else the first function: its [source] leads to all the rest."""
+        own = [
+            name
+            for name, value in vars(module).items()
+            if inspect.isfunction(value) and value.__module__ == module.__name__
+        ]
+        return ["derive"] if hasattr(module, "derive") else own[:1]
 
     def claims(self, pointer):
         derivation = evidence.derivation(pointer)
@@ -80,7 +83,7 @@ class Derivations(SphinxDirective):
 
     def formula(self, shown):
         latex = shown._repr_latex_().strip("$").removeprefix("\\displaystyle ")
-        if len(latex) > LONGEST:
+        if len(latex) > LONGEST or latex == "0 = 0":
             return nodes.comment()
         block = nodes.math_block("", latex, docname=self.env.docname)
         block["no-wrap"], block["number"], block["label"] = False, None, None

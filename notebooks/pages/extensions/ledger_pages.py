@@ -22,7 +22,9 @@ FILTER = """<form class="filter" role="search" aria-label="{what}">
 <label>Words <input type="search" name="words" autocomplete="off"></label>
 {more}<output></output></form>"""
 KINDS = ("scan", "print", "mathematics")
-KIND = '<label>Kind <select name="kind"><option value="">all</option>{}</select></label>'
+KIND = (
+    '<label>Kind <select name="kind"><option value="">all</option>{}</select></label>'
+)
 SLIPS = '<label><input type="checkbox" name="misprinted"> misprinted only</label>'
 
 
@@ -33,7 +35,7 @@ def slug(entry):
 
 
 def link(label, text, docname):
-    """A link to a label anywhere in these pages; a label that is nowhere is a warning."""
+    """A link to a label anywhere in these pages; one that is nowhere is a warning."""
     target = {"reftype": "ref", "reftarget": label, "refdomain": "std"}
     inner = nodes.inline("", text)
     return addnodes.pending_xref(
@@ -93,7 +95,7 @@ class Ledger(SphinxDirective):
         head = self.row(*([nodes.paragraph("", name)] for name in self.COLUMNS))
         group += nodes.thead("", head)
         group += nodes.tbody("", *(self.entry(entry) for entry in ledger.entries()))
-        table = nodes.table("", group, classes=["ledger"])
+        table = nodes.table("", group, classes=["ledger", "colwidths-given"])
         return [form("Filter the ledger", SLIPS), table]
 
     def row(self, *cells):
@@ -127,7 +129,7 @@ class Misprints(SphinxDirective):
     def run(self):
         words = self.words()
         self.env.note_dependency(str(WORDS))
-        kinds = KIND.format("".join(f"<option>{kind}</option>" for kind in KINDS))
+        kinds = KIND.format("".join(f"<option>{kind}" for kind in KINDS)) + "</label>"
         found = [form("Filter the misprints", kinds)]
         for paper in ledger.PAPERS:
             section = nodes.section(ids=[f"misprints-{nodes.make_id(paper)}"])
@@ -197,7 +199,7 @@ def tried_link(pointer, docname):
 
 
 def address_cells(app, docname, content):
-    """Give the cells that the ledger names an address: a label in a cell before each."""
+    """Give the cells that the ledger names an address: a label in a cell before."""
     shown = {e: e.shown.partition(": ") for e in ledger.entries() if e.shown}
     here = {e: words for e, (name, _, words) in shown.items() if name == docname}
     if not here:
