@@ -150,7 +150,7 @@ def site(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def pages(site):
-    files = sorted(site.rglob("*.html"))
+    files = [f for f in sorted(site.rglob("*.html")) if "_static" not in f.parts]
     return {path.resolve(): Page(path.read_text(encoding="utf-8")) for path in files}
 
 

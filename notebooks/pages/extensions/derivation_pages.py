@@ -13,6 +13,7 @@ from luenberger import derivations, ledger
 from luenberger.ledger import evidence
 
 LONGEST = 420  # characters of LaTeX; a longer claim is named, not shown
+GATHERING = ("optimal_projection", "trace_minimisation")  # claims of other modules
 AUTHORS = {key: ledger.title(key).partition(" ")[0] for key in ledger.PAPERS}
 AUTHORS["van_dooren"] = "Van Dooren"
 
@@ -34,7 +35,8 @@ def modules(paper):
 def pointers(name):
     """ "module" and the "module.function" whose steps the ledger points at."""
     module = import_module(f"luenberger.derivations.{name}")
-    found = [name] if hasattr(module, "derive") else []
+    own = hasattr(module, "derive") and name not in GATHERING
+    found = [name] if own else []
     named = {p.partition(": ")[0] for e in ledger.entries() for p in e.evidence}
     return found + sorted(n for n in named if n.startswith(f"{name}."))
 
@@ -67,7 +69,9 @@ class Derivations(SphinxDirective):
         own = [
             name
             for name, value in vars(module).items()
-            if inspect.isfunction(value) and value.__module__ == module.__name__
+            if callable(value)
+            and not inspect.isclass(value)
+            and getattr(value, "__module__", "") == module.__name__
         ]
         return ["derive"] if hasattr(module, "derive") else own[:1]
 
