@@ -69,9 +69,8 @@ class Derivations(SphinxDirective):
         own = [
             name
             for name, value in vars(module).items()
-            if callable(value)
-            and not inspect.isclass(value)
-            and getattr(value, "__module__", "") == module.__name__
+            if callable(value) and not inspect.isclass(value) and name[0] != "_"
+            if getattr(value, "__module__", "") == module.__name__
         ]
         return ["derive"] if hasattr(module, "derive") else own[:1]
 
