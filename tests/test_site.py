@@ -177,8 +177,8 @@ def test_numbered_equations_have_addresses_and_are_linked(path, site, pages):
 
 @pytest.mark.site
 def test_nothing_is_fetched_from_elsewhere(site, pages):
-    found = {path.name: outside(page) for path, page in pages.items()}
-    assert not {name: urls for name, urls in found.items() if urls}
+    found = {path: outside(page) for path, page in pages.items()}
+    assert not {path: urls for path, urls in found.items() if urls}
     for style in site.rglob("*.css"):
         urls = fetched_by(style.read_text(encoding="utf-8"))
         assert not [url for url in urls if is_outside(url)], style.name
@@ -186,21 +186,21 @@ def test_nothing_is_fetched_from_elsewhere(site, pages):
 
 @pytest.mark.site
 def test_no_link_is_dead(pages):
-    found = {path.name: list(dead(path, page, pages)) for path, page in pages.items()}
-    assert not {name: urls for name, urls in found.items() if urls}
+    found = {path: list(dead(path, page, pages)) for path, page in pages.items()}
+    assert not {path: urls for path, urls in found.items() if urls}
 
 
 @pytest.mark.site
 def test_all_mathematics_is_set(pages):
-    found = {path.name: list(unset(page)) for path, page in pages.items()}
-    assert not {name: texts for name, texts in found.items() if texts}
+    found = {path: list(unset(page)) for path, page in pages.items()}
+    assert not {path: texts for path, texts in found.items() if texts}
     assert sum(len(page.mathematics) for page in pages.values()) > 1000
 
 
 @pytest.mark.site
 def test_every_image_has_words(pages):
-    found = {path.name: wordless(page) for path, page in pages.items()}
-    assert not {name: images for name, images in found.items() if images}
+    found = {path: wordless(page) for path, page in pages.items()}
+    assert not {path: images for path, images in found.items() if images}
     assert sum(len(page.images) for page in pages.values()) > 20
 
 
