@@ -13,6 +13,7 @@ NEEDED = {
     "sphinx_book_theme": "sphinx-book-theme",
     "sphinx-mathjax-offline": "sphinx-mathjax-offline",
 }
+COMMAND = ["-m", "sphinx", "-W", "--keep-going", "-q", "-j", "auto"]
 
 
 def missing():
@@ -24,7 +25,7 @@ def missing():
 
 def build(folder):
     """The pages in `folder`, built as the README says, every warning an error."""
-    command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-j", "auto"]
+    command = [sys.executable, *COMMAND]
     library = os.pathsep.join([str(ROOT / "lib"), os.environ.get("PYTHONPATH", "")])
     done = subprocess.run(
         [*command, str(ROOT / "notebooks"), str(folder)],

@@ -10,7 +10,7 @@ import urllib.parse
 from html.parser import HTMLParser
 
 import pytest
-from site_build import ROOT, build, missing
+from site_build import COMMAND, ROOT, build, missing
 
 from luenberger import ledger
 
@@ -255,6 +255,11 @@ def test_no_solution_of_the_coursework_is_among_them(site):
         assert not leaked(html.unescape(path.read_text("utf-8")), secrets)
     index = (site / "searchindex.js").read_text(encoding="utf-8")
     assert "coursework/source" not in index
+
+
+def test_the_readme_builds_them_so():
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    assert f".venv/bin/python {' '.join(COMMAND)} notebooks site\n" in readme
 
 
 # -- the checks themselves -------------------------------------------------------------
