@@ -233,6 +233,15 @@ def test_each_misprint_leads_to_its_evidence(site):
 
 
 @pytest.mark.site
+def test_every_public_name_has_its_reference(pages):
+    text = (ROOT / "lib" / "luenberger" / "__init__.py").read_text(encoding="utf-8")
+    public = re.findall(r"^from \.[\w.]+ import \w+ as (\w+)", text, re.M)
+    described = {name for page in pages.values() for name in page.names}
+    assert "certify" in public
+    assert {f"luenberger.{name}" for name in public} <= described
+
+
+@pytest.mark.site
 def test_derivations_lead_to_their_source(site):
     sources = {
         path.stem for path in site.glob("_modules/luenberger/derivations/*.html")
