@@ -106,8 +106,9 @@ def grouped_by_exercise(cells):
     found, inside = [], False
     for cell in cells:
         source = "".join(cell["source"])
-        if cell["cell_type"] == "markdown" and source.startswith("## "):
-            inside = source.startswith("## Exercises")
+        headings = re.findall(r"^## .*", source, re.M)
+        if cell["cell_type"] == "markdown" and headings:
+            inside = headings[-1].startswith("## Exercises")
         if inside and cell["cell_type"] == "markdown" and "**Exercise" in source:
             found.append([])
         if inside and found:
