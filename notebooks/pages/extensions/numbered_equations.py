@@ -38,17 +38,14 @@ class NumberEquations(SphinxTransform):
     def number(self, block, number):
         formula = TAG.sub("", block.astext())
         block.children[:] = [nodes.Text(formula)]
-        name = "equation-" + nodes.make_id("e" + number.replace(".", "-"))[1:]
-        while name in self.document.ids:
-            name += "-again"
-        label = f"{self.env.docname}:{number}"
+        doc = self.env.docname
+        label = f"{doc}:{number}"
+        name = nodes.make_id(f"equation-{label}")  # where {eq} looks for it
         block["ids"].append(name)
         self.document.ids[name] = block
-        block.update_basic_atts({"docname": self.env.docname})
-        block["docname"], block["label"] = self.env.docname, name
+        block["docname"], block["label"] = doc, label
         block["number"], block["no-wrap"] = number, False
-        domain = self.env.domains.math_domain
-        domain.equations[label] = (self.env.docname, number)
+        self.env.domains.math_domain.equations[label] = (doc, number)
 
 
 def parts(tag):
