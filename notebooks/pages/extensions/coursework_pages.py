@@ -23,7 +23,9 @@ def asks(notebook):
 
 def list_assignments(app, docname, content):
     if docname == PAGE:
+        app.env.note_dependency(str(SOURCE))  # assignments that come or go
         for path in sorted(SOURCE.glob("*/*.ipynb")):
+            app.env.note_dependency(str(path))
             notebook = json.loads(path.read_text(encoding="utf-8"))
             content[0] += "\n\n" + "\n\n".join(asks(notebook))
 

@@ -28,6 +28,12 @@ KIND = (
 SLIPS = '<label><input type="checkbox" name="misprinted"> misprinted only</label>'
 
 
+def note_papers(env):
+    """A page is built anew when the ledger changes."""
+    for path in Path(ledger.__file__).parent.glob("papers/*.toml"):
+        env.note_dependency(str(path))
+
+
 def slug(entry):
     """The end of an entry's addresses."""
     number = entry.number.replace("'", " prime")
@@ -90,6 +96,7 @@ class Ledger(SphinxDirective):
     COLUMNS = {"equation": 2, "says": 5, "kind": 1, "evidence": 5, "used, shown": 3}
 
     def run(self):
+        note_papers(self.env)
         group = nodes.tgroup(cols=len(self.COLUMNS))
         group += [nodes.colspec(colwidth=width) for width in self.COLUMNS.values()]
         head = self.row(*([nodes.paragraph("", name)] for name in self.COLUMNS))
@@ -128,6 +135,7 @@ class Misprints(SphinxDirective):
 
     def run(self):
         words = self.words()
+        note_papers(self.env)
         self.env.note_dependency(str(WORDS))
         kinds = KIND.format("".join(f"<option>{kind}" for kind in KINDS)) + "</label>"
         found = [form("Filter the misprints", kinds)]
@@ -204,6 +212,7 @@ def address_cells(app, docname, content):
     here = {e: words for e, (name, _, words) in shown.items() if name == docname}
     if not here:
         return
+    note_papers(app.env)
     notebook = json.loads(content[0])
     labelled = []
     for k, cell in enumerate(notebook["cells"]):
