@@ -43,7 +43,21 @@ def refresh(path):
         if output.output_type == "error":  # the message; the rest is paths and lines
             message = f"{output.ename}: {output.evalue}"
             output.traceback = textwrap.wrap(message, 88)
+    describe_figures(notebook)
     nbformat.write(notebook, path)
+
+
+def describe_figures(notebook):
+    """Give each figure the words that its cell has for it.
+
+    The cell's are where an author writes them and where the pages look; the output's
+    are where nbconvert looks, and running the cell has just lost them.
+    """
+    for cell in notebook.cells:
+        image = cell.metadata.get("mystnb", {}).get("image", {})
+        for output in cell.get("outputs", ()):
+            if "alt" in image and "image/png" in output.get("data", {}):
+                output.metadata["image/png"] = {"alt": image["alt"]}
 
 
 def main(arguments):

@@ -24,6 +24,8 @@ class Algebra:
         symbols; wherever it occurs, also transposed and, in a trace, also across the
         cyclic seam, it is replaced by the right side.
 
+    Notes
+    -----
     A symbol X may be inverted by writing ``X.I``; X times X.I cancels.  A composite
     must be named first, which is no loss: solve its definition for another symbol
     and give that as a relation, e.g. ``(R, M - C * Omega * C.T)``.

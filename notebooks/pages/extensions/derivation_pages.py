@@ -1,0 +1,110 @@
+"""{derivations} writes out the derivations of one paper: idea, stages, every claim."""
+
+import inspect
+import re
+from importlib import import_module
+from pkgutil import iter_modules
+
+from docutils import nodes
+from ledger_pages import target
+from sphinx.util.docutils import SphinxDirective
+
+from luenberger import derivations, ledger
+from luenberger.ledger import evidence
+
+LONGEST = 420  # characters of LaTeX; a longer claim is named, not shown
+GATHERING = ("optimal_projection", "trace_minimisation")  # claims of other modules
+AUTHORS = {key: ledger.title(key).partition(" ")[0] for key in ledger.PAPERS}
+AUTHORS["van_dooren"] = "Van Dooren"
+
+
+def paper_of(module):
+    """The paper that a derivation's source names first, or "ours"."""
+    source = inspect.getdoc(module).partition("Source:")[2]
+    places = {key: source.find(name) for key, name in AUTHORS.items()}
+    named = {key: place for key, place in places.items() if place >= 0}
+    return min(named, key=named.get, default="ours")
+
+
+def modules(paper):
+    names = [m.name for m in iter_modules(derivations.__path__) if not m.ispkg]
+    loaded = {name: import_module(f"luenberger.derivations.{name}") for name in names}
+    return [name for name, module in loaded.items() if paper_of(module) == paper]
+
+
+def pointers(name):
+    """ "module" and the "module.function" whose steps the ledger points at."""
+    module = import_module(f"luenberger.derivations.{name}")
+    own = hasattr(module, "derive") and name not in GATHERING
+    found = [name] if own else []
+    named = {p.partition(": ")[0] for e in ledger.entries() for p in e.evidence}
+    return found + sorted(n for n in named if n.startswith(f"{name}."))
+
+
+class Derivations(SphinxDirective):
+    """A section for each module of a paper."""
+
+    required_arguments = 1
+
+    def run(self):
+        return [self.section(name) for name in modules(self.arguments[0])]
+
+    def section(self, name):
+        full = f"luenberger.derivations.{name}"
+        module = import_module(full)
+        heading, _, rest = inspect.getdoc(module).partition("\n")
+        section = nodes.section()
+        section += nodes.title("", heading.rstrip("."))
+        section["names"], section["ids"] = [], [f"derivation-{nodes.make_id(name)}"]
+        section["names"].append(section["ids"][0])
+        self.state.document.note_explicit_target(section)
+        shown = "".join(f".. autofunction:: {full}.{f}\n" for f in self.shown(module))
+        section += self.parse_text_to_nodes(f"{plain_bars(rest)}\n\n{shown}")
+        for pointer in pointers(name):
+            section += self.claims(pointer)
+        return section
+
+    def shown(self, module):
+        """`derive`, or else the first function: its [source] leads to all the rest."""
+        own = [
+            name
+            for name, value in vars(module).items()
+            if callable(value) and not inspect.isclass(value) and name[0] != "_"
+            if getattr(value, "__module__", "") == module.__name__
+        ]
+        return ["derive"] if hasattr(module, "derive") else own[:1]
+
+    def claims(self, pointer):
+        derivation = evidence.derivation(pointer)
+        for stage in derivation.stages:
+            yield self.formula(stage)
+        for k, (step, claim) in enumerate(derivation.steps.items(), 1):
+            yield target(self.state.document, f"step-{nodes.make_id(pointer)}-{k}")
+            yield nodes.paragraph("", step, classes=["step"])
+            if getattr(claim, "algebra", None) is not None:
+                yield self.formula(claim)
+
+    def formula(self, shown):
+        latex = shown._repr_latex_().strip("$").removeprefix("\\displaystyle ")
+        if len(latex) > LONGEST or latex == "0 = 0":
+            return nodes.comment()
+        block = nodes.math_block("", latex, docname=self.env.docname)
+        block["no-wrap"], block["number"], block["label"] = False, None, None
+        return block
+
+
+def plain_bars(text):
+    """|x| as it is meant, an absolute value, where reST would see a substitution."""
+    return re.sub(r"(?<![|`])\|(?=[^|\s][^|\n`]*\|)([^|\n]*)\|", r"\|\1\|", text)
+
+
+def write_bars_plainly(app, what, name, object, options, lines):
+    for k, line in enumerate(lines):
+        if "\\" not in line and not line.lstrip().startswith((">>>", "...")):
+            lines[k] = plain_bars(line)
+
+
+def setup(app):
+    app.add_directive("derivations", Derivations)
+    app.connect("autodoc-process-docstring", write_bars_plainly)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -1,0 +1,232 @@
+"""The ledger and its misprints as pages, with links to their evidence.
+
+{ledger} is the table of entries and {misprints} the list of what the papers' pages
+have wrong; both can be filtered.  A notebook's cell that the ledger names gets an
+address when the notebook is read.
+"""
+
+import json
+import tomllib
+from pathlib import Path
+
+from docutils import nodes
+from sphinx import addnodes
+from sphinx.util.docutils import SphinxDirective
+
+from luenberger import ledger
+from luenberger.ledger import evidence
+
+WORDS = Path(__file__).parents[1] / "misprints.toml"
+FILTER = """<form class="filter" role="search" aria-label="{what}">
+<label>Paper <select name="paper"><option value="">all</option>{papers}</select></label>
+<label>Words <input type="search" name="words" autocomplete="off"></label>
+{more}<output></output></form>"""
+KINDS = ("scan", "print", "mathematics")
+KIND = (
+    '<label>Kind <select name="kind"><option value="">all</option>{}</select></label>'
+)
+SLIPS = '<label><input type="checkbox" name="misprinted"> misprinted only</label>'
+
+
+def note_papers(env):
+    """A page is built anew when the ledger changes."""
+    for path in Path(ledger.__file__).parent.glob("papers/*.toml"):
+        env.note_dependency(str(path))
+
+
+def slug(entry):
+    """The end of an entry's addresses."""
+    number = entry.number.replace("'", " prime")
+    return nodes.make_id(f"{entry.paper} {number}")
+
+
+def link(label, text, docname):
+    """A link to a label anywhere in these pages; one that is nowhere is a warning."""
+    target = {"reftype": "ref", "reftarget": label, "refdomain": "std"}
+    inner = nodes.inline("", text)
+    return addnodes.pending_xref(
+        "", inner, refdoc=docname, refexplicit=True, refwarn=True, **target
+    )
+
+
+def api_link(name, docname):
+    """A link to a public name."""
+    target = {"reftype": "obj", "reftarget": name, "refdomain": "py"}
+    shown = nodes.literal("", name.removeprefix("luenberger."))
+    return addnodes.pending_xref("", shown, refdoc=docname, refwarn=True, **target)
+
+
+def step_links(pointer, docname):
+    """Links to the steps that a pointer names, as `derivation_pages` labels them."""
+    module, _, step = pointer.partition(": ")
+    if evidence.is_test(pointer):
+        return [nodes.literal("", pointer)]
+    known = list(evidence.derivation(module).steps)
+    first = next(iter(evidence.steps(pointer)))
+    label = f"step-{nodes.make_id(module)}-{known.index(first) + 1}"
+    return [link(label, f"{module}: {step}", docname)]
+
+
+def notebook_link(entry, docname):
+    return link(f"shown-{slug(entry)}", entry.shown.partition(": ")[0], docname)
+
+
+def target(document, label):
+    """A place that {ref} and #label find."""
+    place = nodes.target("", "", ids=[label], names=[label])
+    document.note_explicit_target(place)
+    return place
+
+
+def lines(*paragraphs):
+    return [nodes.paragraph("", "", *children) for children in paragraphs]
+
+
+def form(what, more=""):
+    papers = "".join(
+        f'<option value="{key}">{ledger.title(key)}</option>' for key in ledger.PAPERS
+    )
+    text = FILTER.format(what=what, papers=papers, more=more)
+    return nodes.raw("", text, format="html")
+
+
+class Ledger(SphinxDirective):
+    """Every entry as a row."""
+
+    COLUMNS = {"equation": 2, "says": 5, "kind": 1, "evidence": 5, "used, shown": 3}
+
+    def run(self):
+        note_papers(self.env)
+        group = nodes.tgroup(cols=len(self.COLUMNS))
+        group += [nodes.colspec(colwidth=width) for width in self.COLUMNS.values()]
+        head = self.row(*([nodes.paragraph("", name)] for name in self.COLUMNS))
+        group += nodes.thead("", head)
+        group += nodes.tbody("", *(self.entry(entry) for entry in ledger.entries()))
+        table = nodes.table("", group, classes=["ledger", "colwidths-given"])
+        return [form("Filter the ledger", SLIPS), table]
+
+    def row(self, *cells):
+        return nodes.row("", *(nodes.entry("", *cell) for cell in cells))
+
+    def entry(self, entry):
+        doc = self.env.docname
+        number = nodes.strong("", entry.number)
+        says = lines([nodes.Text(entry.says)])
+        for k, _ in enumerate(entry.misprints, 1):
+            label = f"misprint-{slug(entry)}-{k}"
+            says += lines([link(label, "misprinted", doc)])
+        proofs = [step_links(pointer, doc) for pointer in entry.evidence]
+        shown = [api_link(entry.used, doc)], [notebook_link(entry, doc)]
+        row = self.row(
+            [target(self.state.document, f"ledger-{slug(entry)}")]
+            + lines([number], [nodes.Text(entry.source)]),
+            says,
+            lines([nodes.Text(entry.kind)]),
+            lines([nodes.Text(entry.level)], *proofs),
+            lines(*shown),
+        )
+        slipped = ["misprinted"] if entry.misprints else []
+        row["classes"] += ["entry", f"of-{entry.paper}", *slipped]
+        return row
+
+
+class Misprints(SphinxDirective):
+    """Every misprint, paper by paper: printed, correct, how one sees it, evidence."""
+
+    def run(self):
+        words = self.words()
+        note_papers(self.env)
+        self.env.note_dependency(str(WORDS))
+        kinds = KIND.format("".join(f"<option>{kind}" for kind in KINDS)) + "</label>"
+        found = [form("Filter the misprints", kinds)]
+        for paper in ledger.PAPERS:
+            section = nodes.section(ids=[f"misprints-{nodes.make_id(paper)}"])
+            self.state.document.note_explicit_target(section)
+            section += nodes.title("", ledger.title(paper))
+            for entry in ledger.entries(paper):
+                for k, slip in enumerate(entry.misprints, 1):
+                    key = (paper, entry.number, slip.printed)
+                    if key not in words:
+                        raise self.error(f"{WORDS.name} has no row for {key}")
+                    section += self.one(entry, slip, k, words.pop(key))
+            found.append(section)
+        if words:
+            raise self.error(f"{WORDS.name} has rows for no misprint: {list(words)}")
+        return found
+
+    def words(self):
+        rows = tomllib.loads(WORDS.read_text(encoding="utf-8"))
+        return {
+            (paper, row["number"], row["printed"]): row
+            for paper, of_paper in rows.items()
+            for row in of_paper
+        }
+
+    def one(self, entry, slip, k, words):
+        doc = self.env.docname
+        label, kind = f"misprint-{slug(entry)}-{k}", words["kind"]
+        if kind not in KINDS:
+            raise self.error(f"{WORDS.name}: {kind!r} is none of {KINDS}")
+        said = [
+            ("Printed", [nodes.inline("", slip.printed, classes=["printed"])]),
+            ("Correct", self.inline(words["correct"])),
+            ("How one sees it", self.inline(words["seen"])),
+        ]
+        proof = [link(f"ledger-{slug(entry)}", "the ledger's entry", doc)]
+        if slip.tried:
+            proof += [nodes.Text(", "), *tried_link(slip.tried, doc)]
+        proof += [nodes.Text(", notebook "), notebook_link(entry, doc)]
+        said.append(("Evidence", proof))
+        classes = ["entry", "misprint", f"of-{entry.paper}", f"is-{kind}"]
+        card = nodes.container(classes=classes)
+        card += target(self.state.document, label)
+        card += nodes.rubric("", f"{entry.number} · {kind}")
+        fields = nodes.field_list()
+        for name, body in said:
+            body = nodes.field_body("", *lines(body))
+            fields += nodes.field("", nodes.field_name("", name), body)
+        card += fields
+        return card
+
+    def inline(self, text):
+        """Markdown with mathematics, as the children of one paragraph."""
+        paragraph = self.parse_text_to_nodes(text)
+        return [child for node in paragraph for child in node.children]
+
+
+def tried_link(pointer, docname):
+    """Where the printed form is tried: a test, a step, or a row of an errata module."""
+    module, _, _ = pointer.partition(": ")
+    if evidence.is_test(pointer):
+        return [nodes.literal("", pointer)]
+    try:
+        return step_links(pointer, docname)
+    except (LookupError, AttributeError):
+        label = f"derivation-{nodes.make_id(module)}"
+        return [nodes.Text("tried in "), link(label, module, docname)]
+
+
+def address_cells(app, docname, content):
+    """Give the cells that the ledger names an address: a label in a cell before."""
+    shown = {e: e.shown.partition(": ") for e in ledger.entries() if e.shown}
+    here = {e: words for e, (name, _, words) in shown.items() if name == docname}
+    if not here:
+        return
+    note_papers(app.env)
+    notebook = json.loads(content[0])
+    labelled = []
+    for k, cell in enumerate(notebook["cells"]):
+        source = "".join(cell["source"])
+        labels = [f"(shown-{slug(e)})=" for e in here if here[e] in source]
+        if labels:
+            before = {"cell_type": "markdown", "id": f"address-{k}", "metadata": {}}
+            labelled.append(before | {"source": "\n".join(labels)})
+        labelled.append(cell)
+    content[0] = json.dumps(notebook | {"cells": labelled})
+
+
+def setup(app):
+    app.add_directive("ledger", Ledger)
+    app.add_directive("misprints", Misprints)
+    app.connect("source-read", address_cells)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}
