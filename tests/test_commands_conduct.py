@@ -439,7 +439,14 @@ PLANTS_TO_CHECK = {
     ),
     "mean-square stable": (
         plant([[0.5]], [[1]], multiplicative=[([[0.5]], [[0]])]),
-        ["1 pairs; mean-square stable, spectral radius 0.5,", "1.73205 times as"],
+        ["1 pair; mean-square stable, spectral radius 0.5,", "1.73205 times as"],
+    ),
+    "mean-square unstable by itself": (
+        plant([[2]], [[1]], multiplicative=[([[0.5]], [[0]])] * 2),
+        [
+            "2 pairs; not mean-square stable, ",
+            "as A alone\n               is not stable",
+        ],
     ),
     "mean-square unstable": (
         plant([[0.5]], [[1]], multiplicative=[([[1.2]], [[0]])]),
@@ -471,7 +478,11 @@ PLANTS_TO_CHECK = {
     ),
     "complex": (
         lb.Plant([[0.5j, 0], [0, 0.5]], None, [[1, 1]], dt=1.0),
-        ["observable; indices 2", "filter  none:"],
+        ["modes          0+0.5j, 0.5\n", "observable; indices 2", "filter  none:"],
+    ),
+    "complex, two of one size": (
+        lb.Plant(np.diag([0.5j, -0.5j, 2, 1j]), None, np.ones((1, 4)), dt=1.0),
+        ["modes          0 +- 0.5j, 0+1j, 2\n"],
     ),
 }
 

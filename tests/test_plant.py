@@ -144,6 +144,15 @@ def test_json_keeps_empty_and_time_varying_matrices(tmp_path):
     assert again.B.shape == (2, 0) and again.A.shape == (2, 2, 2)
 
 
+def test_json_keeps_pairs_of_a_plant_without_outputs(tmp_path):
+    pairs = [(ODD, np.zeros((0, 2))), (A, np.zeros((0, 2)))]
+    plant = lb.Plant(A, None, np.zeros((0, 2)), multiplicative=pairs)
+    plant.to_json(tmp_path / "p.json")
+    again = lb.Plant.from_json(tmp_path / "p.json").multiplicative
+    assert [pair[1].shape for pair in again] == [(0, 2), (0, 2)]
+    assert again[0][0].tobytes() == ODD.tobytes()
+
+
 @pytest.mark.parametrize(
     "text, message",
     [

@@ -118,8 +118,10 @@ def _numbers(path, key, value):
 
 def _array(path, key, value):
     """Turn {"shape": [0, n]} back into an empty array, {"real", "imag"} into a
-    complex one; pass other data on.
+    complex one, also in a list of pairs of matrices; pass other data on.
     """
+    if key == "multiplicative" and isinstance(value, list):
+        return [_array(path, key, one) for one in value]
     if not isinstance(value, dict):
         return value
     if set(value) == {"real", "imag"}:

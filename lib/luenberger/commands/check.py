@@ -72,13 +72,18 @@ def _time(time):
 
 def _modes(modes):
     """Each mode once, conjugates together, and how often it occurs."""
-    from ..linalg import modes as text
+    from ..show import number
 
-    above, below = collections.Counter(), collections.Counter()
-    for mode in modes:
-        value = complex(mode["real"], mode["imag"])
-        (below if value.imag < 0 else above)[text([value])] += 1
-    times = (above | below).items()
+    values = [complex(mode["real"], mode["imag"]) for mode in modes]
+    times = collections.Counter()
+    for value in values:
+        text, other = number(value), value.conjugate()
+        paired = "j" in text and values.count(value) == values.count(other)
+        if paired:  # those of a complex plant need not be
+            real = number(value.real, scale=abs(value))
+            text = f"{real} +- {number(abs(value.imag))}j"
+        times[text] += not paired or value.imag > 0
+    times = times.items()
     return ", ".join(f"{mode} ({k} times)" if k > 1 else mode for mode, k in times)
 
 
@@ -112,16 +117,20 @@ def _noise(noise, n, p):
 def _multiplicative(noise):
     if noise is None:
         return
-    text = f"{noise['pairs']} pairs"
+    pairs = noise["pairs"]
+    text = "1 pair" if pairs == 1 else f"{pairs} pairs"
     if noise["mean_square_stable"] is not None:
         stable = "" if noise["mean_square_stable"] else "not "
-        scaling = noise["largest_scaling"]
-        limit = "any factor" if scaling is None else f"{scaling:.6g} times as strong"
-        text += (
-            f"; {stable}mean-square stable, spectral radius {noise['radius']:.6g}, "
-            f"stable up to {limit}"
-        )
+        text += f"; {stable}mean-square stable, spectral radius {noise['radius']:.6g}, "
+        text += _strongest(noise["largest_scaling"])
     yield "multiplicative", text
+
+
+def _strongest(scaling):
+    if scaling == 0:
+        return "as A alone is not stable"
+    limit = "any factor" if scaling is None else f"{scaling:.6g} times as strong"
+    return f"stable up to {limit}"
 
 
 def _start(start):
