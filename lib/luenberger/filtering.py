@@ -129,9 +129,14 @@ def _chunk(run, y, u, history, backend):
         )
     fast = kernels.runs_compiled(backend, run.i + len(y))
     x, variances, P, K = run.over(y, u, fast, history)
-    came = ~np.isnan(y[:, list(settings.accurate)])
     std = np.sqrt(np.maximum(variances, 0, out=variances), out=variances)
     x, std = (frames.like(table, X, plant.state_names) for X in (x, std))
-    return Filtered(
-        x, std, run.Sigma if P is None else P, K, plant.n - came.sum(axis=1)
-    )
+    orders = _orders(plant, settings.accurate, y)
+    return Filtered(x, std, run.Sigma if P is None else P, K, orders)
+
+
+def _orders(plant, accurate, y):
+    """n minus the number of accurate outputs in each row."""
+    if not len(accurate):
+        return np.broadcast_to(plant.n, len(y))  # takes no memory for a long record
+    return plant.n - (~np.isnan(y[:, list(accurate)])).sum(axis=1)
