@@ -12,11 +12,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .kernels import entries_known, over_record
 from .linalg import SINGULAR_TOL
 from .observer import Observer
 from .plant import Plant
-from .recorded import start
+from .recorded import over_stacks, start
 from .simulate import draw, follow, over, times, trajectory
 
 BLOCK = 64  # runs; part of what defines the result's last bits
@@ -103,19 +102,8 @@ class Batch:
         stacks = {k: _stack(X, self.steps + 1, first) for k, X in given.items()}
         stacks |= {k: _stack(getattr(observer, k), rows) for k in ("F", "D", "P", "V")}
         stacks["L"] = observer.L[None]
-        changing = frozenset(k for k, X in stacks.items() if len(X) > 1)
-        known = tuple(
-            (k, entries_known((X == 0).all(axis=0), (X == 1).all(axis=0)))
-            for k, X in stacks.items()
-        )
         sizes = dict(d=H.shape[-1], n=n, p=plant.p, q=len(observer.L), r=observer.order)
-        step = over_record(
-            "side_by_side_recursion", tuple(sizes.items()), known, changing
-        )
-        flat = {
-            k: np.array(X.reshape(len(X), X.shape[1] * X.shape[2]), order="C")
-            for k, X in stacks.items()
-        }
+        step, flat = over_stacks("side_by_side_recursion", sizes, stacks)
         index, good = np.arange(rows), np.ones(rows, dtype=bool)
         return partial(
             step,

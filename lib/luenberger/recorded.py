@@ -120,19 +120,11 @@ class _Run:
     def compiled(self, y, u, here):
         o, N = self.observer, len(y)
         varying = o.steps is not None
-        given, known = {}, []
-        for name in "FGDPVW":
-            X = getattr(o, name)
-            whole = X if varying else X[None]
-            one = (whole == 1).all(axis=0) & (not varying)
-            known.append((name, entries_known((whole == 0).all(axis=0), one)))
-            part = whole[here] if varying else whole
-            rows_, cols = part.shape[1:]
-            given[name] = np.array(part.reshape(len(part), rows_ * cols), order="C")
+        given = {name: getattr(o, name) for name in "FGDPVW"}
+        stacks = {k: X if varying else X[None] for k, X in given.items()}
         q, r = o.P.shape[-2:]
-        sizes = (("m", u.shape[1]), ("p", y.shape[1]), ("q", q), ("r", r))
-        changing = frozenset("FGDPVW" if varying else ())
-        step = over_record("observer_recursion", sizes, tuple(known), changing)
+        sizes = dict(m=u.shape[1], p=y.shape[1], q=q, r=r)
+        step, given = over_stacks("observer_recursion", sizes, stacks, here)
         index = np.arange(N) if varying else np.zeros(1, dtype=np.int64)
         z, w_hats = np.array(self.z, dtype=float), np.empty((N, q))
         step(
@@ -142,6 +134,25 @@ class _Run:
         )  # fmt: skip
         self.z = z
         return w_hats
+
+
+def over_stacks(recursion, sizes, stacks, here=slice(None)):
+    """A compiled loop over a record, and the matrices of the rows `here` as it asks.
+
+    A stack (S, rows, cols) of one matrix is the same in every row.  Entries that are
+    0, or 1, in all of a stack are known to the compiler; see `kernels.over_record`.
+    """
+    changing = frozenset(name for name, X in stacks.items() if len(X) > 1)
+    known = tuple(
+        (name, entries_known((X == 0).all(axis=0), (X == 1).all(axis=0)))
+        for name, X in stacks.items()
+    )
+    step, given = over_record(recursion, tuple(sizes.items()), known, changing), {}
+    for name, X in stacks.items():
+        part = X[here] if name in changing else X
+        flat = part.reshape(len(part), X.shape[1] * X.shape[2])
+        given[name] = np.array(flat, order="C")
+    return step, given
 
 
 def pairs(y, u):
