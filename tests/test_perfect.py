@@ -88,6 +88,7 @@ def test_noise_free_outputs_lower_the_order_for_nothing(seed):
     np.testing.assert_allclose(less.P, full.P, atol=1e-12 * np.abs(full.P).max())
     np.testing.assert_allclose(less.x, full.x, atol=1e-10 * np.abs(full.x).max())
     assert set(less.orders) == {n - m1}
+    assert full.orders.tolist() == [n] * len(y)
     steady = lb.reduced_order_filter(plant, m1)
     assert steady.order == n - m1
     kalman = lb.kalman_filter(plant)
