@@ -4,10 +4,11 @@ import generators
 import numpy as np
 import pytest
 import scipy.linalg
+import scipy.sparse.linalg
 
 import luenberger as lb
 from luenberger import kernels
-from luenberger.designs import steady
+from luenberger.designs import excitation, steady
 from luenberger.designs.setting import Settings
 
 
@@ -67,6 +68,44 @@ def test_large_plant_takes_the_iterative_path():
     new = steady._step(now, Sigma)
     gap = np.abs(new["Sigma_next"] - Sigma).max()
     assert gap <= 1e-12 * np.abs(new["Omega"]).max()
+
+
+def springs(n, p):
+    """Masses and springs with little damping: every mode forgets slowly."""
+    m = n // 2
+    K = 2 * np.eye(m) - np.eye(m, k=1) - np.eye(m, k=-1)
+    A = np.block([[np.zeros((m, m)), np.eye(m)], [-K, -0.02 * np.eye(m)]])
+    C = np.eye(n)[np.linspace(0, n - 1, p).astype(int)]
+    A = scipy.linalg.expm(0.3 * A)
+    return lb.Plant(A, None, C, dt=1.0, Q=0.1 * np.eye(n), R=0.01 * np.eye(p))
+
+
+@pytest.mark.parametrize("m1", [0, 2])
+def test_large_slow_plant_takes_few_steps(monkeypatch, m1):
+    """Few iterations of Newton's equation, and no search where all is driven."""
+    plant, count = springs(steady.DENSE_LIMIT + 4, 3), dict(moves=0, values=0)
+
+    def counted_gmres(*args, **options):
+        def count_one(_):
+            count["moves"] += 1
+
+        return scipy.sparse.linalg.gmres(
+            *args, callback=count_one, callback_type="pr_norm", **options
+        )
+
+    def counted_values(*args, **options):
+        count["values"] += 1
+        return np.linalg.svd(*args, **options, compute_uv=False)
+
+    monkeypatch.setattr(steady, "gmres", counted_gmres)
+    monkeypatch.setattr(scipy.linalg, "svdvals", counted_values)
+    observer = lb.reduced_order_filter(plant, m1)
+    assert 0 < count["moves"] <= (20 if m1 else 4)
+    assert 0 < count["values"] <= plant.n / 2  # one for each pair of poles at most
+    if m1 == 0:
+        Omega = scipy.linalg.solve_discrete_are(plant.A.T, plant.C.T, plant.Q, plant.R)
+        gain = Omega @ plant.C.T @ np.linalg.inv(plant.C @ Omega @ plant.C.T + plant.R)
+        np.testing.assert_allclose(observer.V, gain, rtol=1e-7, atol=1e-9)
 
 
 def greedy_case():
@@ -216,3 +255,20 @@ def test_unstable_noise_free_mode_is_stabilised():
     """x+ = 2 x without process noise: the steady pole is 1/2, not the plant's 2."""
     plant = lb.Plant([[2]], None, [[1]], dt=1.0, Q=[[0]], R=[[1]])
     np.testing.assert_allclose(lb.kalman_filter(plant).poles, [0.5], rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("start", "found", "searched"),
+    [(0.26, 0.3, True), (0.34, 0.3, True), (0.36, None, False), (-0.3, None, False)],
+)
+def test_where_the_pencil_loses_rank_is_found_within_reach(start, found, searched):
+    """A pencil that does at 0.3 rad, looked for 0.05 rad to either side."""
+    seen = []
+
+    def pencil(angle):
+        seen.append(angle)
+        return np.array([[1 - np.exp(1j * (angle - 0.3))]])
+
+    angle = excitation._loss(pencil, 1.0, start)
+    assert angle == found or angle == pytest.approx(found, abs=1e-9)
+    assert (len(seen) > 1) == searched

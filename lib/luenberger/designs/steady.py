@@ -10,18 +10,17 @@ import scipy.linalg
 from scipy.sparse.linalg import LinearOperator, gmres
 
 from .. import kernels
-from ..errors import CertificateError, DesignError
+from ..errors import CertificateError
 from ..linalg import (
     ROUNDING,
     UNIT_TOL,
     complete,
-    factor,
     lyapunov,
-    modes,
     radius,
     require_detectable,
     symmetrise,
 )
+from .excitation import require_excited, require_noise_enough
 
 RESIDUAL_TOL = 1e-12  # of Sigma = f(Sigma), relative
 DENSE_LIMIT = 40  # states up to which Newton's equation is solved densely
@@ -51,10 +50,10 @@ def _settled_gain(now, accurate):
         Sigma = _recur(now, Sigma, WARM_UP)
         found, K = _newton(now, Sigma)
         if found is not None and radius(_closed(now, K)) < 1 - UNIT_TOL:
-            _require_excited(now, K)
+            require_excited(now, K)
             return K
-    _require_excited(now, _step(now, Sigma)["K"])
-    _require_noise_enough(now)
+    require_excited(now, _step(now, Sigma)["K"])
+    require_noise_enough(now)
     raise CertificateError(
         "the recursion of the reduced-order gain does not settle on a stable filter: "
         f"after {10 * WARM_UP} steps its largest pole is "
@@ -137,90 +136,36 @@ def _newton_step(now, new, gap):
     operator = LinearOperator(
         (n * n, n * n), matvec=lambda v: moved(symmetrise(v.reshape(n, n))).ravel()
     )
-    solution, _ = gmres(operator, gap.ravel(), rtol=1e-10, restart=100, maxiter=20)
+    solution, _ = gmres(
+        operator,
+        gap.ravel(),
+        rtol=1e-10,
+        restart=100,
+        maxiter=20,
+        M=_of_fixed_gain(new["Y"] @ now.As),
+    )
     return symmetrise(solution.reshape(n, n))
 
 
-def _require_excited(now, K):
-    """Refuse when the filter's slowest pole tends to the unit circle.
+def _of_fixed_gain(Phi):
+    """The inverse of 1 - Df as if the gain did not move: d = Phi d Phi' + right side.
 
-    At a pole e^{jw} the matrix [[As - e^{jw} I, sqrt(Qs), 0], [C, 0, sqrt(R)]] loses
-    rank: a motion that no noise drives and the outputs do not report.  Then the
-    optimal gain leaves it alone and the filter never forgets how it started.
+    Nearly the inverse of the whole, and for the Kalman filter exactly; None where the
+    gain is not stable.
     """
-    Phi = (np.eye(len(K)) - K @ now.C) @ now.As
-    suspects = [z for z in np.linalg.eigvals(Phi) if abs(z) > 0.98]
-    if suspects:
-        _require_noise_enough(now)
-    caught = []
-    for pole in suspects:
-        angle = np.angle(pole)
-        for reach in (0.05, 1e-6):  # the search is precise relative to its interval
-            angle += scipy.optimize.minimize_scalar(
-                lambda turn, start=angle: _excitation(now, start + turn),
-                bounds=(-reach, reach),
-                method="bounded",
-                options=dict(xatol=1e-9 * reach),
-            ).x
-        if _excitation(now, angle) < 1e-9:
-            caught.append(np.exp(1j * angle))
-    if caught:
-        raise DesignError(
-            f"no steady filter: a motion at {modes(caught)}, on the unit circle, is "
-            "neither driven by the process noise nor seen apart from it in the "
-            "outputs, so the filter's pole would sit there and its start would never "
-            "be forgotten. Add process noise that drives it (Q), give the noise-free "
-            "outputs some noise (R), or design over a number of steps."
-        )
+    if not radius(Phi) < 1:
+        return None
+    powers = [Phi]
+    while np.linalg.norm(powers[-1]) > ROUNDING:
+        powers.append(powers[-1] @ powers[-1])
 
+    def solved(v):
+        X = v.reshape(Phi.shape)
+        for power in powers:
+            X = X + power @ X @ power.T
+        return X.ravel()
 
-def _require_noise_enough(now):
-    """Refuse when some outputs are, in the long run, functions of the others.
-
-    Then the pencil loses rank everywhere, not at one mode: the innovation covariance
-    is singular, many gains reach the same covariance, and the one of least norm need
-    not be stable.  Redundant outputs alone do no harm and do not come here.
-    """
-    left, values, _ = np.linalg.svd(_pencil(now, 1.2345))  # an angle like any other
-    if values[-1] > 1e-9 * values[0]:
-        return
-    bound = left[:, values <= 1e-9 * values[0]][len(now.As) :]
-    which = np.flatnonzero(np.abs(bound).max(axis=1) > 1e-6)
-    raise DesignError(
-        "no steady filter: more noise-free outputs than noise sources. In the steady "
-        f"state outputs {which.tolist()} (counted from 0) obey a relation that no "
-        "noise disturbs, so the noise does not determine a stable gain. Give them "
-        "noise in R, add process noise (Q), leave some of them out, or take some as "
-        "accurate (m1)."
-    )
-
-
-def _excitation(now, angle):
-    """Least singular value of the noise pencil on the unit circle, relative."""
-    return np.linalg.svd(_pencil(now, angle), compute_uv=False)[-1]
-
-
-def _pencil(now, angle):
-    """The noise pencil at a point of the unit circle, at the scale of As."""
-    n, p = len(now.As), len(now.C)
-    noise, sensor = np.zeros((n, n)), np.zeros((p, p))
-    for root, covariance in ((noise, now.Qs), (sensor, now.R)):
-        found = factor(covariance, covariance)  # a root of rounding would not be small
-        root[:, : found.shape[1]] = found
-    size = max(np.linalg.norm(now.As, 2), 1.0)
-    unit = np.linalg.norm(np.hstack([now.C, sensor]), axis=1, keepdims=True)
-    unit = size / np.where(unit > 0, unit, 1)
-    strength = np.linalg.norm(noise, 2)
-    noise = noise * (size / strength if strength > 0 else 1)
-    return (
-        np.block(
-            [
-                [now.As - np.exp(1j * angle) * np.eye(n), noise, np.zeros((n, p))],
-                [unit * now.C, np.zeros((p, n)), unit * sensor],
-            ]
-        )
-        / size
-    )
+    return LinearOperator((Phi.size, Phi.size), matvec=solved)
 
 
 def best_constant_gain(now, accurate):
