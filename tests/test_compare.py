@@ -12,7 +12,13 @@ import luenberger as lb
 from luenberger import report
 from luenberger.compare import METHODS, from_start, transients
 from luenberger.compare.attempts import noise_gain
-from luenberger.compare.methods import butterworth, choices
+from luenberger.compare.methods import (
+    Question,
+    _not_tried,
+    _too_many,
+    butterworth,
+    choices,
+)
 from luenberger.export import to_c
 from luenberger.export.constant import step_cost
 from luenberger.mean_square import equivalent_noise
@@ -60,8 +66,46 @@ def smooth():
 
 
 def test_every_subset_is_tried_up_to_four_outputs():
-    assert len(choices(4)) == 16 and choices(0) == [()]
-    assert choices(5) == [tuple(range(m1)) for m1 in range(6)]
+    assert len(choices(50, 4)) == 16 and choices(3, 0) == choices(60, 0) == [()]
+    assert choices(50, 5) == [tuple(range(m1)) for m1 in range(6)]
+
+
+def test_large_plants_try_few_sets_of_outputs():
+    for p, sizes in (1, [0, 1]), (4, [0, 1, 2, 4]), (6, [0, 1, 2, 4, 6]):
+        assert choices(51, p) == [tuple(range(m1)) for m1 in sizes]
+
+
+def planned(n, p, orders=None):
+    """What would be tried on a plant of this size; and the reasons for what is not."""
+    plant = lb.Plant(0.5 * np.eye(n), None, np.eye(n)[:p], dt=1.0)
+    asked = Question(plant, orders=orders)
+    for method in ("Leondes-Novak filter", "fixed-order filter"):
+        for plan in METHODS[method](asked):
+            reason = ""
+            if getattr(plan.design, "func", None) in (_not_tried, _too_many):
+                with pytest.raises(lb.DesignError, match="^not tried.*plant, ") as told:
+                    plan.design()
+                reason = str(told.value)
+            yield plan, reason
+
+
+@pytest.mark.parametrize(
+    ("n", "p", "filters", "fixed"),
+    [(50, 4, 30, 3), (51, 4, 6, 3), (200, 1, 2, 0), (101, 5, 8, 0), (10, 5, 10, 9)],
+)
+def test_what_is_not_tried_is_listed_and_says_what_makes_it(n, p, filters, fixed):
+    tried = [plan.method for plan, reason in planned(n, p) if not reason]
+    assert tried.count("Leondes-Novak filter") == filters
+    assert tried.count("fixed-order filter") == fixed
+    left = [plan.label for plan, reason in planned(n, p) if reason]
+    assert ("other outputs taken as accurate" in left) == (filters < 2 * (2**p - 1))
+    assert f"order {n - 1}" in left or fixed == n - 1
+
+
+def test_orders_that_are_asked_for_are_tried_however_large_the_plant():
+    assert [p.label for p, why in planned(101, 1, (7,)) if why] == [
+        "every order, V = 0"
+    ]
 
 
 def test_every_method_is_listed_and_every_subset_with_both_gains(table):

@@ -20,8 +20,10 @@ from ..stairs import staircase
 from .attempts import noisy, rates
 
 EVERY_SUBSET_UP_TO = 4  # outputs; above it only the first 0, 1, ..., p are tried
+EVERY_SIZE_UP_TO = 50  # states; above it only the first 0, 1, 2, 4, ..., p outputs
 EVERY_ORDER_UP_TO = 10  # states; above it only fixed-order filters up to FEW_ORDERS
 FEW_ORDERS = 3
+NO_ORDER_ABOVE = 100  # states; above it no fixed-order filter
 PREDICTORS_UP_TO = 5  # states; above it no fixed-order filter with V = 0
 STARTS = 12  # of the search for each fixed-order filter
 SPEED = 3.0  # of an observer, beside the plant, where no noise says how fast
@@ -103,12 +105,14 @@ def butterworth(plant, count):
     return tuple(np.exp(s * plant.dt) if plant.dt > 0 else s)
 
 
-def choices(p):
+def choices(n, p):
     """The sets of accurate outputs to try, smallest first."""
-    if p > EVERY_SUBSET_UP_TO:
-        return [tuple(range(m1)) for m1 in range(p + 1)]
     sizes = range(p + 1)
-    return [one for m1 in sizes for one in itertools.combinations(range(p), m1)]
+    if n > EVERY_SIZE_UP_TO:
+        sizes = sorted({0, *(2**k for k in range(p.bit_length())), p})
+    elif p <= EVERY_SUBSET_UP_TO:
+        return [one for m1 in sizes for one in itertools.combinations(range(p), m1)]
+    return [tuple(range(m1)) for m1 in sizes]
 
 
 def kalman(asked):
@@ -125,7 +129,8 @@ def kalman(asked):
 def leondes_novak(asked):
     plant = asked.plant
     gains = {"step": "step-wise gain", "steady": "best constant gain"}
-    for accurate in choices(plant.p)[1:]:
+    tried = choices(plant.n, plant.p)
+    for accurate in tried[1:]:
         names = ", ".join(plant.output_names[k] for k in accurate)
         for horizon, gain in gains.items():
             yield Plan(
@@ -139,11 +144,24 @@ def leondes_novak(asked):
                 horizon,
                 note=asked.note,
             )
+    if len(tried) < 2**plant.p:
+        label = "other outputs taken as accurate"
+        design = functools.partial(_too_many, plant)
+        yield Plan("Leondes-Novak filter", label, design)
+
+
+def _too_many(plant):
+    raise DesignError(
+        f"not tried: every set of p = {plant.p} outputs, with n = {plant.n} states, "
+        "takes a while. reduced_order_filter(plant, m1) makes it for any of them."
+    )
 
 
 def fixed_order(asked):
     plant, of = asked.plant, "" if asked.k is None else " for k x"
-    few = plant.n > EVERY_ORDER_UP_TO and asked.orders is None
+    most = np.inf
+    if plant.n > EVERY_ORDER_UP_TO and asked.orders is None:
+        most = FEW_ORDERS if plant.n <= NO_ORDER_ABOVE else 0
     for order, feedthrough in itertools.product(range(1, plant.n), (True, False)):
         design = functools.partial(
             fixed_order_filter,
@@ -153,7 +171,7 @@ def fixed_order(asked):
             feedthrough=feedthrough,
             starts=STARTS,
         )
-        if few and order > FEW_ORDERS:
+        if order > most:
             design = functools.partial(_not_tried, plant.n)
         if feedthrough or plant.n <= PREDICTORS_UP_TO:
             label = f"order {order}{of}{'' if feedthrough else ', V = 0'}"
