@@ -157,6 +157,7 @@ def test_the_readme_lists_every_command():
         ("compare tracker.json --k=1,2", "k must be"),
         ("compare tracker.json --k=1,nan,2", "k has entries that are not finite"),
         ("compare tracker.json --orders=7", "from 0 to 3, got 7"),
+        ("compare tracker.json --orders=0", "no design that is asked for exists"),
         ("compare tracker.json --csv report", "report is a folder"),
         ("compare tracker.json --csv no/such.csv", "no/such.csv: No such file"),
         ("compare tracker.json --csv ./tracker.json", "would replace tracker.json"),
@@ -500,6 +501,15 @@ def test_check_says_what_a_plant_is_like(tmp_path, call, one, lines):
     assert out.count("hidden modes") == sum("hidden modes" in line for line in lines)
     status, out, _ = call(["check", str(tmp_path / "p.json"), "--json"])
     assert status == 0 and json.loads(out, parse_constant=refuse)["name"] is None
+
+
+def test_an_overflow_is_no_line_of_numpy_on_stderr(tmp_path):
+    one = plant([[0.5, 0.1], [0, 0.6]], [[1e300, 0]])
+    one.to_json(tmp_path / "p.json")
+    for line in (["check"], ["compare", "--orders=1"]):
+        run = process(*line, str(tmp_path / "p.json"))
+        assert (run.returncode, run.stderr) == (0, "")
+        assert "encountered" not in run.stdout and "steady" in run.stdout
 
 
 # -- the others -----------------------------------------------------------------------

@@ -17,6 +17,7 @@ from .linalg import UNIT_TOL, eigenvalues, null_directions, square_root, unseen
 SCATTER = 1e-6  # how far from the unit circle rounding may put a double eigenvalue
 
 
+@np.errstate(all="ignore")  # what overflows is refused by what it spoils
 def examine(plant):
     """Everything `check` says of a plant, as a dict of lists, numbers and strings.
 

@@ -58,6 +58,8 @@ def whole_numbers(text):
 
 def run(options):
     """Compare, and print or write what came of it."""
+    import numpy as np
+
     from .. import files
     from ..compare import compare
     from ..plant import Plant
@@ -69,14 +71,15 @@ def run(options):
         files.destination(options.csv)
         files.require_other(options.csv, options.plant)
     plant = Plant.from_json(options.plant)
-    found = compare(plant, k=options.k, orders=options.orders)
-    if options.json:
-        tell_json(_data(plant, found))
-    elif options.csv is None:
-        _print(found)
-    else:
-        if not options.dry_run:
+    with np.errstate(all="ignore"):  # what overflows is in the table as such
+        found = compare(plant, k=options.k, orders=options.orders)
+        if options.json:
+            tell_json(_data(plant, found))
+        elif options.csv is None:
+            _print(found)
+        elif not options.dry_run:
             files.write(options.csv, designs_csv(found.rows()))
+    if options.csv is not None:
         written([options.csv], options.dry_run)
 
 

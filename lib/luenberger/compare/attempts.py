@@ -145,6 +145,7 @@ class Attempt:
         return self.optimality.worst <= STATIONARY_TOL
 
 
+@np.errstate(all="ignore")  # a note is a design's warning, not NumPy's of an overflow
 def attempt(plan, plant, k):
     """Carry a plan out, and measure what comes of it."""
     known = dict(accurate=plan.accurate, horizon=plan.horizon, k=k)
