@@ -90,6 +90,35 @@ def test_level_is_that_of_the_evidence(entry):
     assert symbolic == (bool(claims) and all(claim.algebra for claim in claims))
 
 
+# Kinds in page order: c for a claim, d a definition, a an algorithm, n for numbers.
+# A change of one is a decision, to be made here too.
+KINDS = {
+    "leondes_novak": "ddddddddcccdcaadddddddddccccdcdcaccdccccccccdddcaccdcnnnac",
+    "moore": "dddccccaacddc",
+    "haddad_bernstein": "d" * 17 + "c" * 22 + "dd" + "c" * 14,
+    "van_dooren": "dddcccdccccdcdccaadcannanddcccdcdn",
+    "kawazoe": "ddcdadcdcccddcccacdacaddda",
+    "hsia": "dnnnnn",
+}
+
+
+@pytest.mark.parametrize("paper", ledger.PAPERS)
+def test_kinds_are_those_of_the_page(paper):
+    letters = {"claim": "c", "definition": "d", "algorithm": "a", "data": "n"}
+    found = {e.number: letters[e.kind] for e in ledger.entries(paper)}
+    assert found == dict(zip(WANTED[paper], KINDS[paper], strict=True))
+
+
+@pytest.mark.parametrize("entry", ENTRIES, ids=name)
+def test_what_a_kind_obliges_to(entry):
+    """Claims and algorithms are proved, numbers alone never enough; data may be."""
+    proved = not any(evidence.is_test(pointer) for pointer in entry.evidence)
+    if entry.kind in ("claim", "algorithm"):
+        assert proved and entry.level.startswith("proved")
+    if "reproduced" in entry.level:
+        assert entry.kind in ("data", "definition")
+
+
 # -- evidence -----------------------------------------------------------------------
 
 
