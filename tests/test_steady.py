@@ -272,3 +272,11 @@ def test_where_the_pencil_loses_rank_is_found_within_reach(start, found, searche
     angle = excitation._loss(pencil, 1.0, start)
     assert angle == found or angle == pytest.approx(found, abs=1e-9)
     assert (len(seen) > 1) == searched
+
+
+@pytest.mark.filterwarnings("ignore:overflow", "ignore:invalid value")
+def test_a_residual_that_overflows_ends_the_search():
+    noise = dict(Q=1e300 * np.eye(2), R=[[1e300]])
+    plant = lb.Plant([[0.5, 0.1], [0, 0.6]], None, [[1, 0]], dt=1.0, **noise)
+    with pytest.raises(lb.CertificateError, match="best constant gain was not reached"):
+        lb.reduced_order_filter(plant, 1, horizon="steady")

@@ -183,7 +183,7 @@ def best_constant_gain(now, accurate):
     best, memory, idle = (np.inf, K), [], 0
     while idle < PATIENCE:
         residual, toward = _descent(now, K, state, weight, columns)
-        idle = idle + 1 if residual >= best[0] else 0
+        idle = 0 if residual < best[0] else idle + 1  # NaN is no progress
         best = min(best, (residual, K), key=lambda pair: pair[0])
         if residual <= 1e-12:
             break
