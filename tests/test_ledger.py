@@ -95,7 +95,7 @@ def test_level_is_that_of_the_evidence(entry):
 KINDS = {
     "leondes_novak": "ddddddddcccdcaadddddddddccccdcdcaccdccccccccdddcaccdcnnnac",
     "moore": "dddccccaacddc",
-    "haddad_bernstein": "d" * 17 + "c" * 22 + "dd" + "c" * 14,
+    "haddad_bernstein": "d" * 16 + "c" * 23 + "dd" + "c" * 14,
     "van_dooren": "dddcccdccccdcdccaadcannanddcccdcdn",
     "kawazoe": "ddcdadcdcccddcccacdacaddda",
     "hsia": "dnnnnn",
