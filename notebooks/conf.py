@@ -47,6 +47,7 @@ myst_heading_anchors = 3
 smartquotes = False  # it would turn the prime of a transpose
 suppress_warnings = ["misc.highlighting_failure"]  # of messages that show a lambda
 
+default_role = "py:obj"  # a name in single backquotes leads to its reference
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"
 napoleon_google_docstring = False

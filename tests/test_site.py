@@ -121,6 +121,13 @@ def answers(notebook):
             yield from (line.strip() for line in region.splitlines())
 
 
+def slug(entry):
+    """The end of an entry's addresses."""
+    number = entry.number.replace("'", " prime ")
+    words = f"{entry.paper} {number}".lower()
+    return re.sub("[^a-z0-9]+", "-", words).strip("-")
+
+
 def leaked(text, secrets):
     return sorted(line for line in secrets if len(line) > 24 and line in text)
 
@@ -228,8 +235,22 @@ def test_each_misprint_leads_to_its_evidence(site):
     text = (site / "pages" / "misprints.html").read_text(encoding="utf-8")
     cards = re.split(r'<div class="entry misprint', text)[1:]
     assert len(cards) == len(ledger.misprints())
-    for card in cards:
+    for card, (_, slip) in zip(cards, ledger.misprints(), strict=True):
         assert "ledger.html#ledger-" in card and "#shown-" in card
+        tried = slip.tried and not slip.tried.startswith("tests/")
+        assert bool(tried) == ("#tried-" in card or "#step-" in card)
+
+
+@pytest.mark.site
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+def test_the_ledger_leads_to_the_very_equation(path, site):
+    text = (site / f"{path.stem}.html").read_text(encoding="utf-8")
+    for entry in ledger.entries():
+        notebook, _, words = entry.shown.partition(": ")
+        if notebook == path.stem and words.startswith(r"\tag"):
+            before, after = text.split(f'id="shown-{slug(entry)}"')
+            around = re.split("<p[ >]", before)[-1] + re.split("<p[ >]", after)[0]
+            assert 'id="equation-' in around, entry.number
 
 
 @pytest.mark.site
@@ -239,6 +260,15 @@ def test_every_public_name_has_its_reference(pages):
     described = {name for page in pages.values() for name in page.names}
     assert "certify" in public
     assert {f"luenberger.{name}" for name in public} <= described
+
+
+@pytest.mark.site
+def test_docstrings_are_read_as_meant(site):
+    """No half of a property's sentence is its type, no name that of another."""
+    for path in (site / "pages" / "api").glob("*.html"):
+        text = path.read_text(encoding="utf-8")
+        assert "Type<span" not in text, path.name
+        assert not re.findall(r"\(<em>\w+,[^<]*</em>\)", text), path.name
 
 
 @pytest.mark.site

@@ -156,7 +156,7 @@ class Observer:
 
     @property
     def estimate_names(self):
-        """Names of w^: a state's where the row of L picks one, else w1, w2, ..."""
+        """Names of w^, a state's where the row of L picks one, else w1, w2, ..."""
         L, states = self.L, names("x state", self.state_names, self.L.shape[1])
         picks = ((L != 0).sum(axis=1) == 1) & (L == 1).any(axis=1)
         numbered = names("w estimate", None, len(L))

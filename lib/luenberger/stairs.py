@@ -56,12 +56,12 @@ class Staircase:
 
     @property
     def redundant(self):
-        """How many outputs say nothing that the others do not: p - r."""
+        """How many outputs say nothing that the others do not, p - r."""
         return len(self.C) - self.rank
 
     @property
     def indices(self):
-        """Observability indices, largest first: (7) is their conjugate partition."""
+        """Observability indices, largest first; (7) is their conjugate partition."""
         return conjugate(self.blocks)
 
 

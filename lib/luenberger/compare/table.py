@@ -58,7 +58,7 @@ class Comparison:
 
     @property
     def yardstick(self):
-        """What the others are measured against: the most accurate design.
+        """What the others are measured against, the most accurate design.
 
         It is the Kalman filter where there is one; no filter is more accurate.
         Without noise covariances there is none: None.

@@ -43,12 +43,12 @@ class ObservabilityForm:
 
     @property
     def samples(self):
-        """p_M, the largest index: so many samples determine the state (21)."""
+        """The largest index p_M, how many samples determine the state (21)."""
         return max(self.indices)
 
     @property
     def cond(self):
-        """2-norm condition number of P: the digits (26) can lose."""
+        """2-norm condition number of P, the digits that (26) can lose."""
         return float(np.linalg.cond(self.as_float().P))
 
     @property

@@ -50,7 +50,7 @@ class Response:
 
     @property
     def samples(self):
-        """Number of samples: instants t with 0 <= t < duration."""
+        """Number of samples, at instants t with 0 <= t < duration."""
         return len(self.t)
 
     def at(self, times):

@@ -6,7 +6,7 @@ from importlib import import_module
 from pkgutil import iter_modules
 
 from docutils import nodes
-from ledger_pages import target
+from ledger_pages import target, tried_label
 from sphinx.util.docutils import SphinxDirective
 
 from luenberger import derivations, ledger
@@ -59,10 +59,19 @@ class Derivations(SphinxDirective):
         section["names"].append(section["ids"][0])
         self.state.document.note_explicit_target(section)
         shown = "".join(f".. autofunction:: {full}.{f}\n" for f in self.shown(module))
-        section += self.parse_text_to_nodes(f"{plain_bars(rest)}\n\n{shown}")
+        section += self.parse_text_to_nodes(f"{as_set(plain_bars(rest))}\n\n{shown}")
         for pointer in pointers(name):
             section += self.claims(pointer)
+        section += self.rows(name, module)
         return section
+
+    def rows(self, name, module):
+        """What a page prints, each with an address, and what comes of it if said."""
+        for place, why in tried(name, module).items():
+            yield target(self.state.document, tried_label(f"{name}: {place}"))
+            yield nodes.paragraph("", place, classes=["step"])
+            if why:
+                yield nodes.paragraph("", why)
 
     def shown(self, module):
         """`derive`, or else the first function: its [source] leads to all the rest."""
@@ -93,6 +102,21 @@ class Derivations(SphinxDirective):
         return block
 
 
+def tried(name, module):
+    """{place and what is printed: why it is wrong, where that is put in words}."""
+    if name in GATHERING:
+        return {}
+    if hasattr(module, "entries"):
+        return dict.fromkeys(module.entries(), "")
+    rows = module.misprints() if hasattr(module, "misprints") else []
+    return {f"{place} {printed}": why for place, printed, why in rows}
+
+
+def as_set(text):
+    """What is indented in a docstring is shown as it is set: formulas, tables."""
+    return re.sub(r"(?<!::)\n\n(?=    +\S)", "\n\n::\n\n", text)
+
+
 def plain_bars(text):
     """|x| as it is meant, an absolute value, where reST would see a substitution."""
     return re.sub(r"(?<![|`])\|(?=[^|\s][^|\n`]*\|)([^|\n]*)\|", r"\|\1\|", text)
@@ -104,7 +128,16 @@ def write_bars_plainly(app, what, name, object, options, lines):
             lines[k] = plain_bars(line)
 
 
+def keep_names_together(app, what, name, object, options, lines):
+    """One entry for attributes that share one, where the last would be taken alone."""
+    for k, line in enumerate(lines):
+        if field := re.match(r":(ivar|vartype) ([\w, ]+):", line):
+            names = field[2].replace(", ", ",\u200b")  # no space, yet it can break here
+            lines[k] = f":{field[1]} {names}:{line[field.end() :]}"
+
+
 def setup(app):
     app.add_directive("derivations", Derivations)
     app.connect("autodoc-process-docstring", write_bars_plainly)
+    app.connect("autodoc-process-docstring", keep_names_together)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -1,12 +1,13 @@
 """The ledger and its misprints as pages, with links to their evidence.
 
 {ledger} is the table of entries and {misprints} the list of what the papers' pages
-have wrong; both can be filtered.  A notebook's cell that the ledger names gets an
+have wrong; both can be filtered.  What the ledger names in a notebook gets an
 address when the notebook is read.
 """
 
 import json
 import tomllib
+import zlib
 from pathlib import Path
 
 from docutils import nodes
@@ -202,12 +203,16 @@ def tried_link(pointer, docname):
     try:
         return step_links(pointer, docname)
     except (LookupError, AttributeError):
-        label = f"derivation-{nodes.make_id(module)}"
-        return [nodes.Text("tried in "), link(label, module, docname)]
+        return [nodes.Text("tried in "), link(tried_label(pointer), module, docname)]
+
+
+def tried_label(pointer):
+    """The address of a row of an errata module, as `derivation_pages` gives it."""
+    return f"tried-{zlib.crc32(pointer.encode()):08x}"
 
 
 def address_cells(app, docname, content):
-    """Give the cells that the ledger names an address: a label in a cell before."""
+    """Give an address to the paragraphs and the code that the ledger names."""
     shown = {e: e.shown.partition(": ") for e in ledger.entries() if e.shown}
     here = {e: words for e, (name, _, words) in shown.items() if name == docname}
     if not here:
@@ -217,12 +222,25 @@ def address_cells(app, docname, content):
     labelled = []
     for k, cell in enumerate(notebook["cells"]):
         source = "".join(cell["source"])
-        labels = [f"(shown-{slug(e)})=" for e in here if here[e] in source]
-        if labels:
+        places = [(source.find(here[e]), f"(shown-{slug(e)})=\n") for e in here]
+        places = sorted(place for place in places if place[0] >= 0)
+        if places and cell["cell_type"] == "markdown":
+            cell = cell | {"source": with_labels(source, places)}
+        elif places:  # in a cell before
             before = {"cell_type": "markdown", "id": f"address-{k}", "metadata": {}}
-            labelled.append(before | {"source": "\n".join(labels)})
+            labels = "".join(label for _, label in places)
+            labelled.append(before | {"source": labels})
         labelled.append(cell)
     content[0] = json.dumps(notebook | {"cells": labelled})
+
+
+def with_labels(source, places):
+    """Markdown with each label before the paragraph, or formula, of its place."""
+    for place, label in reversed(places):
+        blank = source.rfind("\n\n", 0, place)
+        start = blank + 2 if blank >= 0 else 0
+        source = source[:start] + label + source[start:]
+    return source
 
 
 def setup(app):

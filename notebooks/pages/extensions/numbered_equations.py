@@ -24,9 +24,9 @@ class NumberEquations(SphinxTransform):
         found = {}
         for block in list(self.document.findall(nodes.math_block)):
             if tag := TAG.search(block.astext()):
-                self.number(block, tag[1])
+                address = self.number(block, tag[1])
                 for part in parts(tag[1]):
-                    found.setdefault(part, block["ids"][0])
+                    found.setdefault(part, address)
         for text in list(self.document.findall(nodes.Text)):
             ancestor = text.parent
             while ancestor is not None and not isinstance(ancestor, QUIET):
@@ -36,6 +36,7 @@ class NumberEquations(SphinxTransform):
                     text.parent.replace(text, new)
 
     def number(self, block, number):
+        """Numbers the formula and returns its address."""
         formula = TAG.sub("", block.astext())
         block.children[:] = [nodes.Text(formula)]
         doc = self.env.docname
@@ -46,6 +47,7 @@ class NumberEquations(SphinxTransform):
         block["docname"], block["label"] = doc, label
         block["number"], block["no-wrap"] = number, False
         self.env.domains.math_domain.equations[label] = (doc, number)
+        return name
 
 
 def parts(tag):
