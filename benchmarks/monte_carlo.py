@@ -72,7 +72,7 @@ def with_simdkalman(plant, runs, steps):
 
 
 def with_luenberger(plant, runs, steps, backend):
-    observer = lb.kalman_filter(plant, steps=steps)
+    observer = lb.kalman_filter(plant, steps=steps, backend=backend)
     return lb.monte_carlo(
         plant, observer, runs=runs, steps=steps, seed=1, backend=backend
     )

@@ -39,8 +39,9 @@ def own_cache(tmp_path_factory):
 
 @pytest.fixture
 def plain(monkeypatch):
-    """The generated code as Python, without numba."""
+    """The generated code as Python, without numba; nothing of it is kept."""
     monkeypatch.setattr(numba.config, "DISABLE_JIT", True)
+    monkeypatch.setattr(cache, "usable_folder", lambda: None)
     forget()
     with np.errstate(all="ignore"):  # as in compiled code
         yield
@@ -309,6 +310,20 @@ def test_overflow_is_not_hidden(plain):
     assert outcomes[0] == outcomes[1]
 
 
+def test_long_products_are_added_up_in_parts(plain, used, monkeypatch):
+    """18 terms in two lines, of all columns and of those on the right."""
+    rng = np.random.default_rng(2)
+    plant = generators.plant(rng, 18, 3, m=1, cross=False)
+    y, u, u0 = generators.record(rng, plant, 5)
+    wanted = lb.filter_data(plant, y, u, u0=u0, history=True, backend="numpy")
+    rows = counted(monkeypatch)
+    found = lb.filter_data(plant, y, u, u0=u0, history=True, backend="numba")
+    agree(found, wanted, 1e-11)
+    assert len(rows) == 1  # a wrong covariance would leave its rows to NumPy
+    assert "+ a0_8 * " in used[-1] and "+ a0_17 * " in used[-1]
+    assert "np.dot(" not in used[-1]
+
+
 # -- compiled ------------------------------------------------------------------------
 
 
@@ -344,6 +359,7 @@ def used(monkeypatch):
         texts.append(found.source)
         return found
 
+    remembered.cache_clear = over.cache_clear
     monkeypatch.setattr(kernels, "over_record", remembered)
     return texts
 

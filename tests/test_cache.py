@@ -1,4 +1,4 @@
-"""Compiled code is kept for the next process, and trusted only if it is ours."""
+"""What is generated is kept for the next process, and trusted only if it is ours."""
 
 import os
 import subprocess
@@ -21,6 +21,7 @@ WANTED = [[1], [3], [4]]
 
 def forget():
     """As a new process would begin."""
+    kernels.compiled.cache_clear()
     kernels.over_record.cache_clear()
     cache.compiled.cache_clear()
 
@@ -73,9 +74,13 @@ def test_the_second_time_nothing_is_compiled(home, compilations):
         assert home.stat().st_mode & 0o777 == 0o700
 
 
-def test_a_second_process_does_not_compile(home, compilations):
+def test_a_second_process_neither_compiles_nor_derives(home, compilations):
+    """Neither the loop over a record nor the NumPy kernels of its first row."""
+    plant = lb.Plant([[0.5]], None, [[1]], dt=1, Q=[[1]], R=[[1]], P0=[[1]])
+    x = lb.filter_data(plant, [[2]], backend="numpy").x
     estimated()
     code = (
+        "import sys\n"
         "import luenberger as lb\n"
         "from luenberger.kernels import cache\n"
         "settled = cache._settled\n"
@@ -86,11 +91,14 @@ def test_a_second_process_does_not_compile(home, compilations):
         "cache._settled = watched\n"
         "o = lb.Observer([[0.5]], [[1]], [[2]], [[1]], [[1]], T=[[1]], L=[[1]], dt=1)\n"
         "print(lb.estimate(o, [[1], [1], [1]], backend='numba').ravel())\n"
+        "p = lb.Plant([[0.5]], None, [[1]], dt=1, Q=[[1]], R=[[1]], P0=[[1]])\n"
+        "print(lb.filter_data(p, [[2]], backend='numpy').x, 'sympy' in sys.modules)\n"
     )
     run = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, check=True
     )
-    assert run.stdout.splitlines() == ["1", "[1. 3. 4.]"], run.stderr
+    said = run.stdout.splitlines()
+    assert said == ["1", "[1. 3. 4.]", f"{x} False"], run.stderr
 
 
 def truncate(path):
@@ -150,6 +158,102 @@ def test_foreign_machine_code_is_never_loaded(home, compilations, tmp_path):
     estimated()
     assert not (tmp_path / "x").exists()
     assert compilations == [True, True]
+
+
+@pytest.fixture
+def answered(home):
+    """A question that was answered once: its file, and who counts the answers."""
+    answers = []
+
+    def answer(text="right", question="what"):
+        return cache.derived(question, lambda: answers.append(text) or (text, ["x"]))
+
+    assert answer() == ("right", ["x"])
+    assert list(answer("not asked for")) == ["right", ["x"]] and answers == ["right"]
+    (path,) = kept(home, "derived_*.txt")
+    return path, answer, answers
+
+
+def change_a_letter(path):
+    path.write_text(path.read_text().replace("right", "wrong"))
+
+
+def seal_it_again(path):
+    """A hash of the text alone, as of a file that says nothing of the question."""
+    note = path.read_text().partition("\n")[2].replace("right", "wrong")
+    path.write_text(f"{cache._seal('', note)}\n{note}")
+
+
+def put_a_link(path):
+    path.rename(path.with_suffix(".away"))
+    path.symlink_to(path.with_suffix(".away"))
+
+
+SPOILT = {
+    "cut short": lambda path: path.write_bytes(path.read_bytes()[:-3]),
+    "empty": lambda path: path.write_bytes(b""),
+    "no text": lambda path: path.write_bytes(b"\xff\xfe\0"),
+    "edited": change_a_letter,
+    "edited, and its own hash": seal_it_again,
+    "gone": Path.unlink,
+    "a folder": lambda path: path.unlink() or path.mkdir(),
+    "a link": put_a_link,
+    "writable by all": lambda path: path.chmod(0o666),
+}
+
+
+@pytest.mark.parametrize("harm", SPOILT.values(), ids=SPOILT)
+def test_a_spoilt_text_is_derived_anew(harm, answered):
+    path, answer, answers = answered
+    harm(path)
+    if path.is_dir():
+        with pytest.warns(UserWarning, match="a derivation is not kept"):
+            assert answer("anew")[0] == "anew"
+        return
+    assert answer("anew")[0] == "anew" == answer("not asked for")[0]
+    assert answers == ["right", "anew"]
+
+
+def test_the_answer_to_another_question_is_not_taken(answered, home):
+    path, answer, answers = answered
+    answer("left", question="where")
+    (other,) = set(kept(home, "derived_*.txt")) - {path}
+    other.replace(path)
+    assert answer("anew")[0] == "anew" and answers == ["right", "left", "anew"]
+
+
+def test_other_sources_or_versions_are_another_question(monkeypatch, tmp_path):
+    for part in cache.DERIVING:
+        if part.endswith(".py"):
+            (tmp_path / part).write_text("")
+        else:
+            (tmp_path / part).mkdir()
+            (tmp_path / part / "a.py").write_text("1")
+    monkeypatch.setattr(cache, "PACKAGE", tmp_path)
+    names = []
+
+    def name():
+        cache.sources.cache_clear()
+        names.append(cache.asked("what"))
+
+    name()
+    (tmp_path / "linalg.py").write_text("2")
+    name()
+    (tmp_path / "derivations" / "a.py").write_text("2")
+    name()
+    (tmp_path / "kernels" / "a.py").rename(tmp_path / "kernels" / "b.py")
+    name()
+    monkeypatch.setattr(np, "__version__", "9.9")
+    name()
+    monkeypatch.setattr("importlib.metadata.version", lambda name: "9.9")
+    name()
+    monkeypatch.setattr(sys, "version", "9.9")
+    name()
+    assert len(set(names)) == len(names) == 7 and None not in names
+    (tmp_path / "linalg.py").unlink()
+    name()
+    assert names[-1] is None  # a library without its sources: nothing is kept
+    cache.sources.cache_clear()
 
 
 def test_a_folder_that_others_can_write_to_is_not_used(home):

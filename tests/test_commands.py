@@ -13,7 +13,8 @@ import numpy as np
 import pytest
 
 import luenberger as lb
-from luenberger.__main__ import main
+from luenberger.commands import main
+from luenberger.compare import METHODS
 
 ROOT = pathlib.Path(__file__).parents[1]
 PLANTS = ROOT / "notebooks" / "plants"
@@ -37,9 +38,7 @@ def inside(monkeypatch, capfd):
 
     def run(*arguments, cwd):
         monkeypatch.chdir(cwd)
-        before = signal.getsignal(signal.SIGTERM)
         status = main(["design", *map(str, arguments)])
-        signal.signal(signal.SIGTERM, before)
         return subprocess.CompletedProcess(arguments, status, *capfd.readouterr())
 
     return run
@@ -69,7 +68,7 @@ def test_files_and_nothing_else(reported):
     here, run = reported
     found = {str(path.relative_to(here)) for path in here.rglob("*") if path.is_file()}
     assert found == {f"a/report/{name}" for name in WITH_DATA}
-    assert run.stdout == ""
+    assert set(run.stdout.split()) == found and run.stdout.endswith("report.html\n")
 
 
 def test_progress_counts_every_step(reported):
@@ -88,9 +87,13 @@ def test_observer_is_certified_and_as_accurate_as_its_table_says(reported):
         rows = list(csv.DictReader(file))
     assert [row["accurate"] for row in rows][:2] == ["", "radar position (m)"]
     trace = np.trace(lb.error_covariance(observer, plant))
-    chosen = [row for row in rows if np.isclose(float(row["error_trace"]), trace)]
-    assert len(chosen) == 1 and int(chosen[0]["order"]) == observer.order == 2
-    assert float(chosen[0]["excess"]) < 0.05
+    (chosen,) = [row for row in rows if row["recommended"] == "yes"]
+    assert float(chosen["error_trace"]) == pytest.approx(trace, rel=1e-12)
+    assert int(chosen["order"]) == observer.order == 2
+    assert float(chosen["excess"]) < 0.05
+    assert {row["method"] for row in rows} == set(METHODS)
+    refused = [row for row in rows if row["refusal"]]
+    assert refused and all(row["error_trace"] == "" for row in refused)
 
 
 def test_estimates_are_those_of_the_observer(reported):
@@ -128,9 +131,29 @@ def test_page_says_what_was_asked_and_what_to_take(reported):
     here, _ = reported
     page = (here / "a/report/report.html").read_text(encoding="utf-8")
     assert "<h1>Velocity-aided tracker</h1>" in page
-    assert "radar position (m) taken as accurate, order 2, best constant gain" in page
+    name = "Leondes-Novak filter, radar position (m) taken as accurate"
+    assert f"Recommended: {name}, best constant gain, order 2." in page
+    assert "the fixed-order filter is for stable plants" in page
     assert "Out[" not in page and "assert" not in page
-    assert page.count("<img") == 4 and page.count("alt=") == 4
+    described = re.findall(r'<img alt="([^"]+)"', page)
+    assert page.count("<img") == 4 == len(described)
+    assert "star marks the recommended Leondes-Novak filter" in described[0]
+    assert "Estimates of 3 states at " in described[3]
+
+
+def test_plant_without_noise_is_reported_on(inside, tmp_path):
+    """Observers without an error, and estimates without bounds."""
+    (tmp_path / "plant.json").write_text(edited(Q=None, R=None))
+    given = ("--out", "r", "--data", PLANTS / "tracker.csv")
+    assert inside("plant.json", *given, cwd=tmp_path).returncode == 0
+    page = (tmp_path / "r/report.html").read_text(encoding="utf-8")
+    assert "Recommended: deadbeat observer, order 1." in page
+    assert "no noise covariances Q and R to weigh accuracy by" in page
+    assert "No figure: no error is known" in page and "nan" not in page
+    with open(tmp_path / "r/estimates.csv", newline="") as file:
+        header, *rows = list(csv.reader(file))
+    assert header[1:] == list(lb.Plant.from_json(PLANTS / "tracker.json").state_names)
+    assert rows and all(len(row) == 4 for row in rows)
 
 
 def test_notebook_names_no_machine(reported):
@@ -155,7 +178,6 @@ BAD_PLANTS = {
     "not a number": (edited(A=[["__import__('os')"]]), "A must be"),
     "asymmetric R": (edited(R=[[1, 2], [0, 1]]), "R must be symmetric"),
     "unknown key": (edited(exec="1"), "exec"),
-    "no noise": (edited(Q=None), "Q"),
 }
 BAD_DATA = {
     "empty": ("", "empty"),
@@ -171,8 +193,8 @@ BAD_DATA = {
 
 
 def refused(run, pattern):
-    """Status 2, one readable message, no traceback."""
-    assert run.returncode == 2, run.stderr
+    """Status 1, one readable message, no traceback."""
+    assert run.returncode == 1, run.stderr
     message = run.stderr.strip().splitlines()[-1]
     assert message.startswith("luenberger: ") and re.search(pattern, run.stderr)
     assert "Traceback" not in run.stderr and run.stdout == ""
@@ -233,6 +255,16 @@ def test_refused_arguments_leave_everything_alone(tmp_path, arguments, pattern):
     assert contents(tmp_path) == before and not (tmp_path / "r").exists()
 
 
+def test_a_dry_run_names_what_a_run_writes(reported, inside, tmp_path):
+    _, run = reported
+    given = (PLANTS / "tracker.json", "--out", "a/report", "--dry-run")
+    dry = inside(*given, "--data", PLANTS / "tracker.csv", cwd=tmp_path)
+    assert dry.returncode == 0 and dry.stdout == run.stdout
+    without = inside(*given, cwd=tmp_path).stdout.split()
+    assert {pathlib.Path(name).name for name in without} == FILES
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_interrupted_run_leaves_nothing(tmp_path):
     run = subprocess.Popen(
         [sys.executable, "-m", "luenberger", "design"]
@@ -251,15 +283,18 @@ def test_interrupted_run_leaves_nothing(tmp_path):
 
 
 def test_missing_measurements_and_a_second_run(reported, tmp_path):
-    """NaN is filtered around; estimates of an earlier run do not survive."""
+    """NaN is filtered around; earlier estimates go; names are text, not markup."""
     here, _ = reported
     shutil.copytree(here / "a", tmp_path / "a")
     rows = (PLANTS / "tracker.csv").read_text().splitlines()[:12]
     rows[4] = rows[4].rpartition(",")[0] + ","
     rows[5] = "5,NaN,NaN"
     (tmp_path / "data.csv").write_text("\n".join(rows))
+    names = ["<img src=x onerror=1>", "$x$", "[a](javascript:1)"]
+    plant = edited(name="</title><script>alert(1)</script>", state_names=names)
+    (tmp_path / "plant.json").write_text(plant)
     given = ("--out", "a/report", "--data", "data.csv")
-    run = command(PLANTS / "tracker.json", *given, cwd=tmp_path)
+    run = command("plant.json", *given, cwd=tmp_path)
     assert run.returncode == 0, run.stderr
     assert {p.name for p in (tmp_path / "a/report").iterdir()} == WITH_DATA
     values = np.loadtxt(tmp_path / "a/report/estimates.csv", delimiter=",", skiprows=1)
@@ -267,3 +302,5 @@ def test_missing_measurements_and_a_second_run(reported, tmp_path):
     assert values[4, 2] > 0.5 == values[3, 2]  # nothing measured: position too widens
     page = (tmp_path / "a/report/report.html").read_text(encoding="utf-8")
     assert "3 of 22 measurements are missing" in page
+    assert "&lt;script&gt;alert(1)" in page and "&lt;img src=x onerror=1" in page
+    assert not re.search(r"<script|<img src=x|href=.javascript", page)

@@ -2,7 +2,6 @@
 
 import dataclasses
 import os
-import signal
 import subprocess
 import sys
 
@@ -12,8 +11,9 @@ import pytest
 import scipy.signal
 
 import luenberger as lb
+from luenberger import files
 from luenberger.__main__ import main
-from luenberger.export import files, to_c, to_control, to_scipy
+from luenberger.export import to_c, to_control, to_scipy
 from luenberger.export.words import HEADERS, KEYWORDS
 
 NAMES = dict(
@@ -90,14 +90,16 @@ def test_signals_have_names():
     assert made.input_labels == ["push", "radar 1_5 GHz"]  # a dot parts system.signal
     assert made.output_labels == ["position estimate", "speed estimate"]
     assert made.state_labels == ["z1"]
-    assert to_control(observer()).input_labels == ["u1", "y1"]
-    assert to_control(observer()).output_labels == ["x1 estimate", "x2 estimate"]
+    assert to_control(observer()).input_labels == made.input_labels  # it knows them
+    nameless = observer(state_names=None, input_names=None, output_names=None)
+    assert to_control(nameless).input_labels == ["u1", "y1"]
+    assert to_control(nameless).output_labels == ["x1 estimate", "x2 estimate"]
     shared = to_control(
         observer(), plant=plant(input_names=("y",), output_names=("y",))
     )
     assert shared.input_labels == ["u y", "y y"]
     part = to_control(dataclasses.replace(observer(), L=[[1, 1], [0, 2]]))
-    assert part.output_labels == ["row 1 of L x estimate", "row 2 of L x estimate"]
+    assert part.output_labels == ["w1 estimate", "w2 estimate"]
 
 
 def test_a_state_space_comes_back():
@@ -272,10 +274,7 @@ def test_never_half_a_pair(failing, before, tmp_path, monkeypatch):
 def command(monkeypatch, capfd, tmp_path):
     def run(*arguments):
         monkeypatch.chdir(tmp_path)
-        before = signal.getsignal(signal.SIGTERM)
-        status = main(["export", *map(str, arguments)])
-        signal.signal(signal.SIGTERM, before)
-        return status, *capfd.readouterr()
+        return main(["export", *map(str, arguments)]), *capfd.readouterr()
 
     observer().to_json(tmp_path / "o.json")
     plant().to_json(tmp_path / "p.json")
@@ -295,12 +294,13 @@ def test_command_writes_what_the_function_writes(command, tmp_path):
 def test_command_refuses_in_one_line(command, tmp_path):
     for arguments, why in (
         (("o.json", "--c", "c", "--name", "int"), "a word of C"),
-        (("p.json", "--c", "c"), "does not hold an observer"),
+        (("p.json", "--c", "c", "--plant", "p.json"), "the source is a plant"),
+        (("o.json", "--c", "c", "--m1", "1"), "the source is an observer"),
         (("absent.json", "--c", "c"), "absent.json: No such file"),
         (("o.json", "--c", "o.json"), "o.json is a file"),
     ):
         status, out, err = command(*arguments)
-        assert status == 2 and out == "" and why in err and err.count("\n") == 1
+        assert status == 1 and out == "" and why in err and err.count("\n") == 1
     assert not (tmp_path / "c").exists()
 
 

@@ -177,6 +177,13 @@ def test_sums_are_a_binary_tree_however_the_blocks_are_shared_out(blocks):
         assert found.text == tree(0, blocks)
 
 
+@pytest.mark.parametrize("q", [1, batches.FEW, batches.FEW + 1, 65])
+def test_products_of_few_outputs_and_of_many_are_the_same_sums(q):
+    e = np.random.default_rng(q).normal(size=(3, q, 9))
+    wanted = np.einsum("kir,kjr->kij", e, e)
+    np.testing.assert_allclose(batches._products(e), wanted, rtol=1e-12, atol=1e-13)
+
+
 # compiled runs
 
 

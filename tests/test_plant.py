@@ -144,13 +144,22 @@ def test_json_keeps_empty_and_time_varying_matrices(tmp_path):
     assert again.B.shape == (2, 0) and again.A.shape == (2, 2, 2)
 
 
+def test_json_keeps_pairs_of_a_plant_without_outputs(tmp_path):
+    pairs = [(ODD, np.zeros((0, 2))), (A, np.zeros((0, 2)))]
+    plant = lb.Plant(A, None, np.zeros((0, 2)), multiplicative=pairs)
+    plant.to_json(tmp_path / "p.json")
+    again = lb.Plant.from_json(tmp_path / "p.json").multiplicative
+    assert [pair[1].shape for pair in again] == [(0, 2), (0, 2)]
+    assert again[0][0].tobytes() == ODD.tobytes()
+
+
 @pytest.mark.parametrize(
     "text, message",
     [
         ("{", "not a JSON file"),
         ("[" * 100_000, "not a JSON file"),
         ("[1]", "a plant is a JSON object, got list"),
-        ('{"A": [[NaN]], "C": [[1]]}', "NaN is not finite"),
+        ('{"A": [[NaN]], "C": [[1]]}', "A has entries that are not finite: NaN"),
         ('{"A": [[1e999]], "C": [[1]]}', "A has entries that are not finite"),
         ('{"A": "__import__(\'os\')", "C": [[1]]}', "A must be an array of real"),
         ('{"A": [["1+1"]], "C": [[1]]}', "A must be an array of real numbers"),
@@ -189,26 +198,6 @@ def test_writing_leaves_the_old_file_when_it_fails(tmp_path, monkeypatch):
     assert list(tmp_path.iterdir()) == [path]
 
 
-def test_from_python_control():
-    control = pytest.importorskip("control")
-    sys = control.ss(A, [[0.5], [1]], C, [[0.2]], 0.5, states=["pos", "vel"])
-    plant = lb.Plant.from_statespace(sys, R=[[1]])
-    assert plant.dt == 0.5 and plant.E[0, 0] == 0.2 and plant.R[0, 0] == 1
-    assert plant.state_names == ("pos", "vel")
-    for dt in (None, True):
-        with pytest.raises(ValueError, match="does not say whether time"):
-            lb.Plant.from_statespace(control.ss(A, [[0.5], [1]], C, [[0]], dt))
-
-
-def test_from_scipy():
-    import scipy.signal
-
-    discrete = scipy.signal.StateSpace(A, [[0.5], [1]], C, [[0.2]], dt=0.5)
-    assert lb.Plant.from_statespace(discrete).dt == 0.5
-    continuous = scipy.signal.StateSpace(A, [[0.5], [1]], C, [[0.2]])
-    assert lb.Plant.from_statespace(continuous).dt == 0
-
-
 OBSERVER = dict(F=[[0.5]], G=[[1.0]], D=[[2.0]], P=[[1.0]], V=[[1.0]], T=[[1.0]])
 
 
@@ -222,7 +211,61 @@ def test_observer_round_trip_constant_and_over_steps(tmp_path):
             mine, theirs = getattr(first, name), getattr(again, name)
             assert (mine is None) == (theirs is None), name
             assert mine is None or mine.tobytes() == theirs.tobytes(), name
+        for kind in ("state", "input", "output"):
+            assert getattr(first, f"{kind}_names") == getattr(again, f"{kind}_names")
         assert (again.dt, again.order, again.steps) == (1.0, 1, steps)
+
+
+DESIGNS = {
+    "Kalman": lambda plant: lb.kalman_filter(plant),
+    "Leondes-Novak": lambda plant: lb.reduced_order_filter(plant, 1),
+    "over steps": lambda plant: lb.reduced_order_filter(plant, 1, steps=3),
+    "fixed order": lambda plant: lb.fixed_order_filter(plant, 1, starts=2),
+    "reduced order": lambda plant: lb.reduced_order_observer(plant, [0.5]),
+    "deadbeat": lambda plant: lb.deadbeat_observer(plant),
+    "functional": lambda plant: lb.functional_observer(plant, [[1, 0], [0, 1]]),
+}
+
+
+@pytest.mark.parametrize("design", DESIGNS.values(), ids=DESIGNS)
+def test_observers_are_named_after_their_plant(design):
+    plant = make(
+        A=[[0.9, 1], [0, 0.8]], P0=np.eye(2),
+        state_names=("s", "v"), input_names=("push",), output_names=("radar",),
+    )  # fmt: skip
+    observer = design(plant)
+    assert observer.state_names == observer.estimate_names == ("s", "v")
+    assert (observer.input_names, observer.output_names) == (("push",), ("radar",))
+    assert observer.named(make()).estimate_names == ("x1", "x2")
+    assert observer.estimate_names == ("s", "v")  # the first one stays as it was
+
+
+@pytest.mark.parametrize(
+    "states, L, wanted",
+    [
+        (("s", "v"), [[0, 1], [1, 0]], ("v", "s")),
+        (("s", "v"), [[0, 1], [2, 0], [1, 1]], ("v", "w2", "w3")),
+        (("s", "v"), [[0, 1], [0, 1]], ("w1", "w2")),  # not the same name twice
+        (("s", "w2"), [[0, 1], [1, 1]], ("w1", "w2")),
+        (None, [[0, 1j], [0, 1]], ("w1", "x2")),
+        (None, np.zeros((0, 2)), ()),
+    ],
+)
+def test_what_estimates_are_called(states, L, wanted):
+    q = len(L)
+    observer = lb.Observer(
+        [[0.5]], [[]], [[1]], np.ones((q, 1)), np.ones((q, 1)), [[1, 0]], L,
+        state_names=states,
+    )  # fmt: skip
+    assert observer.estimate_names == wanted
+    assert observer.input_names == () and observer.output_names is None
+
+
+@pytest.mark.parametrize("kind", ["state", "input", "output"])
+def test_names_of_an_observer_are_checked(kind):
+    parts = OBSERVER | dict(L=[[1.0]]) | {f"{kind}_names": ("a", "b")}
+    with pytest.raises(ValueError, match=f"{kind} names must be 1 different strings"):
+        lb.Observer(**parts)
 
 
 @pytest.mark.parametrize(

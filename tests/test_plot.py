@@ -1,5 +1,10 @@
 """Figures: each function draws on the Axes it is given and returns it."""
 
+import base64
+import dataclasses
+import re
+import types
+
 import matplotlib
 import numpy as np
 import pytest
@@ -9,8 +14,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
 
 import luenberger as lb  # noqa: E402
-from luenberger import plot  # noqa: E402
-from luenberger.survey import survey  # noqa: E402
+from luenberger import plot, report  # noqa: E402
 
 NAMES = [r"$\frac", "speed_1"]  # not mathematics, though it looks like some
 PLANT = lb.Plant(
@@ -25,19 +29,33 @@ PLANT = lb.Plant(
 )
 OBSERVER = lb.kalman_filter(PLANT, steps=6)
 COVARIANCES = lb.error_covariance(OBSERVER, PLANT, steps=6)
+QUIET = dataclasses.replace(PLANT, Q=None, R=None)
+TABLE = lb.compare(PLANT)
 RECORD = np.arange(6) * PLANT.dt, np.ones((6, 2)), np.full((6, 2), 0.1)
 
 FIGURES = {
     "error_variance": lambda ax: plot.error_variance(
         {"one": COVARIANCES}, PLANT, 0, ax
     ),
-    "pareto": lambda ax: plot.pareto(survey(PLANT), ax),
+    "error_variance of observers": lambda ax: plot.error_variance(
+        {"constant": lb.kalman_filter(PLANT), "varying": OBSERVER}, PLANT, 0, ax
+    ),
+    "error_variance of a comparison": lambda ax: plot.error_variance(TABLE, ax=ax),
+    "pareto": lambda ax: plot.pareto(TABLE, ax),
+    "pareto by order": lambda ax: plot.pareto(TABLE, ax, by="order"),
     "cost_against_order": lambda ax: plot.cost_against_order(
         {"best": {2: 0.5, 1: 0.7}, r"$\frac": {1: 0.9}}, ax, least=0.4
     ),
     "estimates": lambda ax: plot.estimates(PLANT, *RECORD, NAMES[0], ax, y=np.ones(6)),
     "gains": lambda ax: plot.gains(OBSERVER.V, PLANT, ax),
     "gain bars": lambda ax: plot.gains(OBSERVER.V[-1], PLANT, ax),
+    "gains of an observer": lambda ax: plot.gains(OBSERVER, PLANT, ax),
+    "gains of a comparison": lambda ax: plot.gains(TABLE, ax=ax),
+    "gains of a functional": lambda ax: plot.gains(
+        lb.functional_observer(PLANT, [[1, 1], [0, 1]]), PLANT, ax
+    ),
+    "poles of a comparison": lambda ax: plot.poles(TABLE, ax=ax),
+    "poles of an observer": lambda ax: plot.poles(lb.kalman_filter(PLANT), None, ax),
     "poles": lambda ax: plot.poles({"observer": [0.5, 0.2 + 0.1j]}, 1.0, ax),
     "continuous poles": lambda ax: plot.poles({"observer": [-1]}, 0.0, ax),
 }
@@ -69,6 +87,105 @@ def test_error_variance_shows_the_variance_against_seconds(ax):
     line = plot.error_variance({"one": COVARIANCES}, PLANT, "speed_1", ax).lines[0]
     np.testing.assert_array_equal(line.get_ydata(), COVARIANCES[:, 1, 1])
     np.testing.assert_array_equal(line.get_xdata(), 0.5 * np.arange(7))
+
+
+def test_front_and_methods_of_a_comparison(ax):
+    plot.pareto(TABLE, ax)
+    drawn = {line.get_label(): line for line in ax.lines}
+    front = TABLE.pareto()
+    wanted = [[one.work, one.error] for one in front]
+    np.testing.assert_array_equal(drawn.pop("front").get_xydata(), wanted)
+    chosen = TABLE.recommended()
+    np.testing.assert_array_equal(
+        drawn.pop("recommended").get_xydata(), [[chosen.work, chosen.error]]
+    )
+    assert set(drawn) == {one.method for one in TABLE.ranked}
+    assert len({line.get_marker() for line in drawn.values()}) == len(drawn)
+    assert sum(len(line.get_xdata()) for line in drawn.values()) == len(TABLE.ranked)
+    plot.pareto(TABLE, ax, by="order")
+    np.testing.assert_array_equal(ax.lines[-1].get_xdata(), [chosen.order])
+
+
+def test_errors_far_above_are_counted_and_not_drawn(ax):
+    plant = dataclasses.replace(PLANT, Q=1e-8 * PLANT.Q)
+    table = lb.compare(plant)
+    best = table.yardstick.error
+    far = [one for one in table.ranked if one.error > 100 * best]
+    assert far and ax.get_title() == ""
+    plot.pareto(table, ax)
+    assert ax.get_title().startswith(f"not shown: {len(far)} above ")
+    highest = max(line.get_ydata().max() for line in ax.lines if len(line.get_ydata()))
+    assert highest <= 100 * best
+
+
+def test_a_comparison_shows_its_plant_and_its_best_designs(ax):
+    labels = [line.get_label() for line in plot.poles(TABLE, ax=ax).lines[1:]]
+    assert labels == ["plant", "recommended"]  # which is the most accurate one too
+    table = lb.compare(dataclasses.replace(PLANT, R=[[0.01]]))
+    chosen, drawn = table.recommended(), plot.poles(table, ax=ax).lines[-2:]
+    assert drawn[1].get_label() == "Kalman filter"
+    for line, one in zip(drawn, (chosen, table.yardstick)):
+        poles = line.get_xdata() + 1j * line.get_ydata()
+        np.testing.assert_allclose(np.sort_complex(poles), one.observer.poles)
+    bars = plot.gains(table, ax=plt.figure().gca())
+    heights = [bar.get_height() for bar in bars.patches]
+    np.testing.assert_array_equal(heights, chosen.observer.V.T.ravel())
+
+
+def test_observers_start_from_P0(ax):
+    observers = {"constant": lb.kalman_filter(PLANT), "varying": OBSERVER}
+    plot.error_variance(observers, PLANT, 1, ax, steps=6)
+    constant, varying = ax.lines
+    np.testing.assert_array_equal(varying.get_ydata(), COVARIANCES[:, 1, 1])
+    assert constant.get_ydata()[0] == varying.get_ydata()[0] == PLANT.P0[1, 1]
+    assert (constant.get_ydata() >= varying.get_ydata() - 1e-12).all()
+
+
+@pytest.mark.parametrize(
+    ("draw", "message"),
+    [
+        (lambda ax: plot.poles({"one": [0.5]}, None, ax), "give dt"),
+        (lambda ax: plot.pareto(lb.compare(QUIET), ax), "no error is known"),
+        (lambda ax: plot.error_variance(lb.compare(QUIET), ax=ax), "no curves"),
+    ],
+    ids=["numbers without dt", "front without noise", "curves without noise"],
+)
+def test_what_cannot_be_drawn_is_said(ax, draw, message):
+    with pytest.raises(ValueError, match=message):
+        draw(ax)
+
+
+@pytest.mark.parametrize(
+    "picture",
+    [
+        lambda ax: report.pareto(TABLE, [plot.pareto(TABLE, ax)]),
+        lambda ax: report.variances(
+            {"a": COVARIANCES, "b": 2 * COVARIANCES}, PLANT, [ax]
+        ),
+        lambda ax: report.gains_and_poles(TABLE, [ax]),
+        lambda ax: report.estimates(
+            types.SimpleNamespace(x=RECORD[1], std=RECORD[2]), PLANT, [ax]
+        ),
+    ],
+    ids=["pareto", "variances", "gains and poles", "estimates"],
+)
+def test_pictures_are_described_in_words(ax, picture):
+    shown = picture(ax)
+    data, look = shown._repr_mimebundle_()
+    assert base64.b64decode(data["image/png"]).startswith(b"\x89PNG")
+    assert look["image/png"]["alt"] == data["text/plain"] == repr(shown)
+    assert re.search(r"\d", shown.alt) and len(shown.alt) > 60
+    assert not plt.fignum_exists(ax.figure.number)  # shown once, not twice
+
+
+def test_alt_text_says_what_is_seen(ax):
+    chosen, last = TABLE.recommended(), TABLE.pareto()[-1]
+    words = report.pareto(TABLE, [ax]).alt
+    assert f"{len(TABLE.ranked)} designs" in words and f"at {chosen.work}." in words
+    assert f"at {last.work} ({last.method})" in words
+    words = report.variances({"a": COVARIANCES, "b": 2 * COVARIANCES}, PLANT, [ax]).alt
+    assert "the last 2 times the first" in words
+    assert "No figure" in repr(report.pareto(TABLE, []))
 
 
 def test_cost_is_drawn_in_the_order_of_orders(ax):

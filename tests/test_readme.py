@@ -60,3 +60,14 @@ def test_direct_dependencies_are_pinned_exactly():
     given = [line for line in lines if line and not line.startswith("#")]
     assert given[-1] == "-e ./lib"
     assert all(re.fullmatch(r"[\w-]+==[\d.]+", line) for line in given[:-1])
+
+
+def test_the_example_of_compare_recommends_what_it_says():
+    names = {}
+    exec(EXAMPLE, names)
+    second = re.findall(r"```python\n(.+?)```", README, re.S)[1]
+    exec(second, names)
+    said = re.search(r"recommended\(\).name  # '(.+)'", second)[1]
+    assert names["table"].recommended().name == said
+    for call in re.findall(r"`lb\.(plot\.\w+)\(", README):
+        assert hasattr(names["lb"].plot, call.partition(".")[2])

@@ -16,6 +16,7 @@ from .analysis import multiply_adds as multiply_adds
 from .certificate import Certificate as Certificate
 from .certificate import certify as certify
 from .certificate import residuals as residuals
+from .compare import compare as compare
 from .designs.canonical import ObservabilityForm as ObservabilityForm
 from .designs.canonical import observability_form as observability_form
 from .designs.deadbeat import deadbeat_observer as deadbeat_observer

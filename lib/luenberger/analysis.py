@@ -1,5 +1,7 @@
 """Questions about any observer: how accurate, how much work."""
 
+import dataclasses
+
 import numpy as np
 
 from . import kernels
@@ -240,7 +242,15 @@ def multiply_adds(observer):
     return int(work)
 
 
+def without_rounding(observer):
+    """The observer without what `multiply_adds` takes for rounding."""
+    exact = {k: _rounded(getattr(observer, k)) for k in "FGDPVW"}
+    return dataclasses.replace(observer, **exact)
+
+
 def _rounded(X):
-    """X with entries that are rounding set to 0, and those a rounding off 1 to 1."""
+    """X with entries that are rounding set to 0, and those a rounding off +-1 to it."""
     X = np.where(np.abs(X) <= NEGLIGIBLE * np.abs(X).max(initial=0), 0.0, X)
-    return np.where(np.abs(X - 1) <= NEGLIGIBLE, 1.0, X)
+    for one in (1.0, -1.0):
+        X = np.where(np.abs(X - one) <= NEGLIGIBLE, one, X)
+    return X

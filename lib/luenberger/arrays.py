@@ -1,12 +1,20 @@
 """Validation shared by Plant and Observer: checked once, then frozen."""
 
+import math
+import re
 from fractions import Fraction
 from numbers import Integral
 
 import numpy as np
 
+from .inputs import few, short
+
 ASYMMETRY_TOL = 1e-9  # |X - X'| relative to |X|: below it is rounding, above a mistake
 INDEFINITE_TOL = 1e-9  # a negative eigenvalue below this (unit diagonal) is rounding
+LARGEST = 10**8  # entries of a matrix that is left out
+EXACT = 100_000  # entries of the largest matrix that is also kept as Fractions
+# line ends, terminal controls, reordering of text, and halves of characters
+STEERING = re.compile("[\x00-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
 
 
 def matrix(name, value, rows=None, cols=None, steps=False, field=float):
@@ -60,6 +68,17 @@ def numbers(name, value, field=float):
     return array
 
 
+def zeros(name, shape):
+    """A default of zeros, unless sizes that come from other matrices are absurd."""
+    if math.prod(shape) > LARGEST:
+        size = " x ".join(map(str, shape))
+        raise ValueError(
+            f"{name} would be {size} zeros, by the sizes of the other matrices; give "
+            f"{name} if that is meant"
+        )
+    return np.zeros(shape)
+
+
 def covariance(name, value, size, steps=False):
     """Return `value` as a read-only covariance matrix: symmetric, semi-definite.
 
@@ -67,7 +86,8 @@ def covariance(name, value, size, steps=False):
     accepted; larger ones are refused with their size.
     """
     array = np.array(matrix(name, value, size, size, steps))
-    skew = np.abs(array - array.mT).max(initial=0.0)
+    with np.errstate(over="ignore"):  # of entries near the largest float
+        skew = np.abs(array - array.mT).max(initial=0.0)
     scale = np.abs(array).max(initial=0.0)
     if skew > ASYMMETRY_TOL * scale:
         raise ValueError(
@@ -75,7 +95,8 @@ def covariance(name, value, size, steps=False):
             f"{skew / scale:.1e} of its largest entry. "
             f"Pass ({name} + {name}') / 2 if that is what is meant."
         )
-    array = 0.5 * (array + array.mT)
+    mean = 0.5 * array + 0.5 * array.mT  # their sum could overflow
+    array = np.where(array == array.mT, array, mean)
     require_semidefinite(name, array)
     return freeze(array)
 
@@ -89,8 +110,10 @@ def require_semidefinite(name, array):
         return
     diagonal = np.diagonal(array, axis1=-2, axis2=-1)
     unit = np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
-    scaled = array / unit[..., :, None] / unit[..., None, :]
-    least = float(np.linalg.eigvalsh(scaled).min())
+    with np.errstate(over="ignore"):
+        scaled = array / unit[..., :, None] / unit[..., None, :]
+    finite = np.isfinite(scaled).all()  # no entry of a covariance is then above 1
+    least = float(np.linalg.eigvalsh(scaled).min()) if finite else -np.inf
     if least < -INDEFINITE_TOL:
         raise ValueError(
             f"{name} must be positive semi-definite: scaled to unit diagonal it has "
@@ -108,11 +131,12 @@ def exact(value):
     """Return `value` as an object array of Fractions, or None if it has a float.
 
     Integers, Fractions and rationals of computer algebra (known by their integer
-    attributes p and q) are exact.
+    attributes p and q) are exact.  Of matrices too large for exact arithmetic to end
+    there are no Fractions.
     """
     try:
         array = np.array(value)
-        if array.dtype.kind in "fc" and array.size:
+        if (array.dtype.kind in "fc" and array.size) or array.size > EXACT:
             return None
         array = np.array(value, dtype=object)
     except ValueError:
@@ -133,9 +157,10 @@ def exact(value):
 def sample_time(dt):
     """Return dt as a float: 0 for continuous time, else seconds per step."""
     number = isinstance(dt, (int, float, np.integer, np.floating))
-    if not number or isinstance(dt, bool) or not 0 <= dt < np.inf:
+    least, most = np.finfo(float).tiny, np.finfo(float).max
+    if not number or isinstance(dt, bool) or not (dt == 0 or least <= dt <= most):
         raise ValueError(
-            f"dt must be 0 (continuous time) or a period in seconds, got {dt!r}"
+            "dt must be 0 (continuous time) or a period in seconds, got " + short(dt)
         )
     return float(dt)
 
@@ -148,10 +173,27 @@ def names(kind, value, size):
     letter, _, kind = kind.partition(" ")
     if value is None:
         return tuple(f"{letter}{k + 1}" for k in range(size))
-    if isinstance(value, str) or not all(isinstance(v, str) and v for v in value):
+    listed = not isinstance(value, str) and np.iterable(value)
+    value = tuple(value) if listed else ()
+    if not listed or not all(isinstance(v, str) and v for v in value):
         raise ValueError(f"{kind} names must be a list of non-empty strings")
     if len(value) != size or len(set(value)) != size:
         raise ValueError(
-            f"{kind} names must be {size} different strings, got {list(value)}"
+            f"{kind} names must be {size} different strings, got {len(value)}: "
+            f"{few(value)}"
         )
-    return tuple(value)
+    for one in value:
+        text(f"the {kind} name", one)
+    return value
+
+
+def text(what, value):
+    """Return `value`, a line of text that can be shown as it is."""
+    if not isinstance(value, str):
+        raise ValueError(f"{what} must be a string, got {short(value)}")
+    if found := STEERING.search(value):
+        raise ValueError(
+            f"{what} {short(value)} must be one line of text, without control "
+            f"characters such as {found[0]!r}"
+        )
+    return value

@@ -12,15 +12,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .kernels import entries_known, over_record
 from .linalg import SINGULAR_TOL
 from .observer import Observer
 from .plant import Plant
-from .recorded import start
+from .recorded import over_stacks, start
 from .simulate import draw, follow, over, times, trajectory
 
 BLOCK = 64  # runs; part of what defines the result's last bits
 ROWS = 128  # taken together when sums are formed, so that they stay in the cache
+FEW = 6  # outputs; the dot products of so few are faster one by one than as a matrix
 RULED_OUT = 1e-9  # an error beyond this, relative to w, is more than rounding
 
 
@@ -67,24 +67,30 @@ class Batch:
 
     def compiled(self, seeds):
         """Run by run, by `kernels.passes.side_by_side_recursion`."""
-        plant, observer, (H0, H) = self.plant, self.observer, self.roots
-        first, rows = int(observer.steps is not None), self.steps + 1
-        (A0, *_), H1 = plant.at(0), (H if H.ndim == 2 else H[0])[: plant.n]
-        first_state, xi = np.empty((plant.n, 1)), np.empty((rows, H.shape[-1]))
-        z0 = start(observer)
-        e, w = np.empty((2, len(seeds), rows, len(observer.L)))
-        for run, seed in enumerate(seeds):
-            draw(seed, first_state, xi)
-            deviation = times(H0, first_state)
-            x = plant.x0[:, None] + deviation
-            if first:
-                w[run, 0] = times(observer.L, x)[:, 0]
-                e[run, 0] = times(observer.L, -deviation)[:, 0]
-                if plant.P0_is == "posterior":
-                    x = times(A0, x) + times(H1, xi[0][:, None])
+        first, rows = int(self.observer.steps is not None), self.steps + 1
+        streams = [np.random.default_rng(seed) for seed in seeds]
+        z0, xi = start(self.observer), np.empty((rows - first, self.roots[1].shape[-1]))
+        e, w = np.empty((2, len(seeds), rows, len(self.observer.L)))
+        x = self.begin(streams, e, w)
+        for run, stream in enumerate(streams):
+            draw(stream, xi)  # one at a time: it is read while it is in the cache
             out = dict(es=e[run, first:], ws=w[run, first:])
-            self.loop(x=x[:, 0].copy(), z=z0.copy(), xi=xi[first:], **out)
+            self.loop(x=x[run], z=z0.copy(), xi=xi, **out)
         return e.transpose(1, 2, 0), w.transpose(1, 2, 0)
+
+    def begin(self, streams, e, w):
+        """The states (runs, n) at the observer's first row; fills the row before."""
+        plant, observer, (H0, H) = self.plant, self.observer, self.roots
+        deviation = times(H0, drawn(streams, plant.n))
+        x = plant.x0[:, None] + deviation
+        if observer.steps is not None:
+            w[:, 0] = times(observer.L, x)[..., 0]
+            e[:, 0] = times(observer.L, -deviation)[..., 0]
+            noise = drawn(streams, H.shape[-1])  # of instant 0, even if it is not used
+            if plant.P0_is == "posterior":
+                H1 = (H if H.ndim == 2 else H[0])[: plant.n]
+                x = times(plant.at(0).A, x) + times(H1, noise)
+        return x[..., 0]
 
     @cached_property
     def loop(self):
@@ -96,19 +102,8 @@ class Batch:
         stacks = {k: _stack(X, self.steps + 1, first) for k, X in given.items()}
         stacks |= {k: _stack(getattr(observer, k), rows) for k in ("F", "D", "P", "V")}
         stacks["L"] = observer.L[None]
-        changing = frozenset(k for k, X in stacks.items() if len(X) > 1)
-        known = tuple(
-            (k, entries_known((X == 0).all(axis=0), (X == 1).all(axis=0)))
-            for k, X in stacks.items()
-        )
         sizes = dict(d=H.shape[-1], n=n, p=plant.p, q=len(observer.L), r=observer.order)
-        step = over_record(
-            "side_by_side_recursion", tuple(sizes.items()), known, changing
-        )
-        flat = {
-            k: np.array(X.reshape(len(X), X.shape[1] * X.shape[2]), order="C")
-            for k, X in stacks.items()
-        }
+        step, flat = over_stacks("side_by_side_recursion", sizes, stacks)
         index, good = np.arange(rows), np.ones(rows, dtype=bool)
         return partial(
             step,
@@ -120,6 +115,14 @@ class Batch:
             good=good,
             keep=False,
         )
+
+
+def drawn(streams, size):
+    """The next numbers of each stream, a column for each (runs, size, 1)."""
+    numbers = np.empty((len(streams), size, 1))
+    for stream, one in zip(streams, numbers):
+        draw(stream, one)
+    return numbers
 
 
 def _stack(X, rows, first=0):
@@ -161,18 +164,26 @@ def _sums(batch, block):
 def _sums_of_rows(claim, e, w, here):
     e = np.ascontiguousarray(e)
     squares = e * e
-    sums = e.sum(axis=-1), times(e, e.mT), times(squares, squares.mT)
+    sums = e.sum(axis=-1), _products(e), _products(squares)
     if claim is None:
         return sums
     root, null = (
         X if X is None or X.ndim == 2 else X[here] for X in (claim.root, claim.null)
     )
-    nees = (times(root, e) ** 2).sum(axis=-2)
+    white = times(root, e, out=squares)  # in their place, which is in the cache
+    nees = np.einsum("rij,rij->rj", white, white)
     if null is not None:
         size = times(np.abs(null), np.abs(e) + np.abs(w))
         beyond = np.abs(times(null, e)) > RULED_OUT * size
         nees = np.where(beyond.any(axis=-2), np.inf, nees)
-    return *sums, nees.sum(axis=-1), (nees * nees).sum(axis=-1)
+    return *sums, nees.sum(axis=-1), np.vecdot(nees, nees)
+
+
+def _products(e):
+    """Over the runs, the sum of e e' at each instant."""
+    if e.shape[-2] <= FEW:
+        return np.vecdot(e[:, :, None], e[:, None])
+    return times(e, e.mT)
 
 
 def join(nodes):

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from . import kernels
+from . import frames, kernels
 from .designs.one_pass import Pass
 from .designs.setting import Settings
 from .recorded import pairs, rows, single
@@ -17,9 +17,9 @@ class Filtered:
 
     Attributes
     ----------
-    x : (N, n) ndarray
+    x : (N, n) ndarray or pandas.DataFrame
         Estimates of the state, each using y up to and including its row.
-    std : (N, n) ndarray
+    std : (N, n) ndarray or pandas.DataFrame
         Their one-sigma errors, square roots of the diagonal of P.
     P : (n, n) or (N, n, n) ndarray
         Error covariance at the last row; with ``history=True`` at every row.
@@ -51,11 +51,13 @@ def filter_data(
     ----------
     plant : Plant
         Discrete, with Q, R and P0.
-    y : (N, p) array_like, or an iterator of such chunks
+    y : (N, p) array_like or pandas.DataFrame, or an iterator of such chunks
         Measurements at instants 1 .. N.  With an iterator the result is an iterator
-        of `Filtered`, one for each chunk, and memory stays flat.
-    u : (N, m) array_like, or an iterator of chunks like y's, optional
-        Known input at the same instants, default zero.
+        of `Filtered`, one for each chunk, and memory stays flat.  The columns of a
+        DataFrame are found by the plant's names, as in `estimate`.
+    u : (N, m) array_like or DataFrame, or an iterator of chunks like y's, optional
+        Known input at the same instants, default zero, or the columns of the
+        DataFrame y that are named as inputs.
     m1 : int or sequence, default 0
         Accurate outputs, as in `reduced_order_filter`; 0 is the Kalman filter.
     u0 : (m,) array_like, optional
@@ -73,6 +75,7 @@ def filter_data(
     Returns
     -------
     Filtered, or an iterator of Filtered
+        For a DataFrame or Series y, x and std are DataFrames with its index.
 
     Raises
     ------
@@ -100,6 +103,7 @@ def filter_data(
     array([0.7071, 0.7071, 0.5774])
     """
     settings = Settings(plant, m1, weight)
+    u0 = frames.entries("u0", u0, plant.input_names)
     u0 = np.zeros(plant.m) if u0 is None else single("u0", u0, plant.m)
     run = Pass(settings, plant.x0, u0)
     if not isinstance(y, Iterator):
@@ -112,7 +116,8 @@ def filter_data(
 
 def _chunk(run, y, u, history, backend):
     """Filter the next rows of a pass."""
-    plant, settings = run.plant, run.settings
+    plant, settings, table = run.plant, run.settings, y
+    y, u = frames.arrays(y, u, plant.output_names, plant.input_names)
     y = rows("y", y, plant.p, missing=True)
     u = rows("u", np.zeros((len(y), plant.m)) if u is None else u, plant.m)
     if len(u) != len(y):
@@ -124,8 +129,14 @@ def _chunk(run, y, u, history, backend):
         )
     fast = kernels.runs_compiled(backend, run.i + len(y))
     x, variances, P, K = run.over(y, u, fast, history)
-    came = ~np.isnan(y[:, list(settings.accurate)])
     std = np.sqrt(np.maximum(variances, 0, out=variances), out=variances)
-    return Filtered(
-        x, std, run.Sigma if P is None else P, K, plant.n - came.sum(axis=1)
-    )
+    x, std = (frames.like(table, X, plant.state_names) for X in (x, std))
+    orders = _orders(plant, settings.accurate, y)
+    return Filtered(x, std, run.Sigma if P is None else P, K, orders)
+
+
+def _orders(plant, accurate, y):
+    """n minus the number of accurate outputs in each row."""
+    if not len(accurate):
+        return np.broadcast_to(plant.n, len(y))  # takes no memory for a long record
+    return plant.n - (~np.isnan(y[:, list(accurate)])).sum(axis=1)

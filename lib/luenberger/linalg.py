@@ -93,7 +93,7 @@ def solve_right(N, M):
     solution of least norm, which exists for every gain because the rows of N lie in
     the range of M.  Singularity is judged at unit diagonal, so units play no part.
     """
-    if M.ndim == 2 and N.ndim > 2:
+    if M.ndim == 2 and N.ndim > 2 and N.size:
         return solve_right(N.reshape(-1, len(M)), M).reshape(N.shape)
     if M.ndim > 2:
         lead = np.broadcast_shapes(N.shape[:-2], M.shape[:-2])
@@ -102,7 +102,7 @@ def solve_right(N, M):
         for index in np.ndindex(*lead):
             out[index] = solve_right(N[index], M[index])
         return out
-    if M.shape[0] == 0 or N.shape[0] == 0:
+    if N.size == 0:
         return np.zeros(N.shape)
     factor, X, info = dposv(M, N.T)
     if info == 0:
@@ -244,7 +244,7 @@ def eigenvalues(F):
 def require_detectable(A, C):
     """Raise DesignError naming the modes that are not stable and not seen by C."""
     hidden = [mode for mode in np.linalg.eigvals(A) if abs(mode) >= 1 - UNIT_TOL]
-    hidden = [mode for mode in hidden if _hidden(A, C, mode)]
+    hidden = [mode for mode in hidden if unseen(A, C, mode)]
     if hidden:
         raise DesignError(
             f"not detectable: the plant mode at {modes(hidden)} does not decay and "
@@ -253,7 +253,7 @@ def require_detectable(A, C):
         )
 
 
-def _hidden(A, C, mode):
+def unseen(A, C, mode):
     """PBH test at `mode`, with rows of C at the scale of A so units do not decide."""
     norms = np.linalg.norm(C, axis=1, keepdims=True)
     scale = max(np.linalg.norm(A, 2), 1.0)

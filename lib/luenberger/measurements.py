@@ -2,13 +2,16 @@
 
 import csv
 import dataclasses
+from collections import Counter
 from dataclasses import dataclass
 
 import numpy as np
 
 from .analysis import error_covariance
 from .filtering import filter_data
+from .inputs import few, opened, short
 from .recorded import estimate
+from .tables import Table, number, separator
 
 TIME = ("time", "t", "instant")  # a first column of this name is only carried along
 
@@ -56,89 +59,70 @@ def read(path, plant):
     ValueError
         Naming the line and the column that are not as they should be.
     """
-    try:
-        with open(path, encoding="utf-8-sig", newline="") as file:
-            lines = [(k, row) for k, row in _numbered(file) if any(map(str.strip, row))]
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise ValueError(f"{path}: not a CSV file: {error}") from None
-    if not lines:
-        raise ValueError(f"{path}: the file is empty")
-    header = [cell.strip() for cell in lines[0][1]]
-    time = _check_header(path, header, plant)
-    if len(lines) == 1:
-        raise ValueError(f"{path}: there are column names but no measurements")
-    columns = {name: [] for name in header}
-    for k, row in lines[1:]:
-        if len(row) != len(header):
-            raise ValueError(
-                f"{path}, line {k}: {len(row)} cells, but the header names "
-                f"{len(header)} columns"
-            )
-        for name, cell in zip(header, row):
-            may_miss = name in plant.output_names
-            columns[name].append(_cell(path, k, name, cell.strip(), may_miss))
-    count = len(lines) - 1
+    outputs, inputs = plant.output_names, plant.input_names
+    with opened(path) as file:
+        table = Table(file, path)
+        clock = time_column(table, outputs, inputs)
+        parts = list(table.rows([*outputs, *inputs], outputs, clock))
+    values = np.concatenate([part.values for part in parts])
+    time = [
+        number(path, line, clock, text)
+        for part in parts
+        for line, text in zip(part.lines, part.carried)
+    ]
     return Measurements(
-        y=_stack(columns, plant.output_names, count),
-        u=_stack(columns, plant.input_names, count),
-        time=np.array(columns[time]) if time else np.arange(1.0, count + 1),
+        y=values[:, : plant.p],
+        u=values[:, plant.p :],
+        time=np.array(time) if clock else np.arange(1.0, len(values) + 1),
     )
 
 
-def _numbered(file):
-    reader = csv.reader(file, strict=True)
-    for row in reader:
-        yield reader.line_num, row
+def time_column(table, outputs, inputs, others=False):
+    """The name of a table's time column, or None.
 
-
-def _check_header(path, header, plant):
-    """Return the name of the time column, if any; raise unless the rest is right."""
-    wanted = [*plant.output_names, *plant.input_names]
-    shared = sorted(set(plant.output_names) & set(plant.input_names))
+    Raises
+    ------
+    ValueError
+        Unless the outputs and the inputs are columns, and, but for `others`, there
+        are no more.
+    """
+    where, header, wanted = table.where, table.header, [*outputs, *inputs]
+    shared = sorted(set(outputs) & set(inputs))
     if shared:
         raise ValueError(
-            f"{path}: {shared} name both an output and an input of the plant, so a "
-            "column does not say which it is; rename one in the plant"
+            f"{where}: {few(shared)} name both an output and an input, so a column "
+            "does not say which it is; rename one in the plant"
         )
+    twice = sorted(name for name, count in Counter(header).items() if count > 1)
+    if twice:
+        raise ValueError(f"{where}: the columns {few(twice)} occur more than once")
     time = next((n for n in header if n.lower() in TIME and n not in wanted), None)
-    given = [name for name in header if name != time]
-    if len(set(header)) != len(header):
-        twice = sorted({name for name in header if header.count(name) > 1})
-        raise ValueError(f"{path}: the columns {twice} occur more than once")
-    if set(given) != set(wanted):
-        lacking = [name for name in wanted if name not in given]
-        foreign = [name for name in given if name not in wanted]
-        parts = [f"lacks the columns {lacking}"] * bool(lacking)
-        parts += [f"has the unknown columns {foreign}"] * bool(foreign)
+    given = dict.fromkeys(name for name in header if name != time)
+    lacking = [name for name in wanted if name not in given]
+    known = dict.fromkeys(given if others else wanted)
+    foreign = [name for name in given if name not in known]
+    marks = separator(header)
+    if lacking and marks:
         raise ValueError(
-            f"{path} {' and '.join(parts)}; the plant's outputs and inputs are {wanted}"
+            f"{where}: {marks} separate the columns, and commas should; numbers have "
+            "a decimal point"
+        )
+    parts = [f"lacks the columns {few(lacking)}"] * bool(lacking)
+    parts += [f"has the unknown columns {few(foreign)}"] * bool(foreign)
+    if parts:
+        raise ValueError(
+            f"{where} {' and '.join(parts)}; outputs and inputs are {few(wanted)}"
         )
     return time
 
 
-def _cell(path, line, name, text, may_miss):
-    if may_miss and text.lower() in ("", "nan"):
-        return np.nan
-    try:
-        value = float(text)
-    except ValueError:
-        value = None
-    if value is None or "_" in text or not np.isfinite(value):
-        raise ValueError(f"{path}, line {line}: {name!r} is {text!r}, not a number")
-    return value
-
-
-def _stack(columns, names, count):
-    return np.array([columns[name] for name in names]).reshape(-1, count).T
-
-
 @dataclass(frozen=True, eq=False)
 class Estimates:
-    """Estimates (N, n) and their one-sigma bounds (N, n), and how they were made."""
+    """Estimates (N, n), their one-sigma bounds (N, n) or None, and how it was done."""
 
     time: np.ndarray
     x: np.ndarray
-    std: np.ndarray
+    std: np.ndarray | None
     how: str
 
 
@@ -160,14 +144,21 @@ def apply(observer, accurate, plant, data):
     """
     if data.missing:
         done = filter_data(plant, data.y, data.u, m1=accurate)
+        require_finite(done.x, plant.state_names, _row)
+        kind = "filter with the same accurate outputs" if accurate else "Kalman filter"
         how = (
             f"{data.missing} of {data.y.size} measurements are missing, so the "
-            "estimates come from the time-varying filter with the same accurate "
-            "outputs, which leaves out what was not measured; not from observer.json."
+            f"estimates come from the time-varying {kind}, which leaves out what was "
+            "not measured; not from observer.json."
         )
         return Estimates(data.time, done.x, done.std, how)
     here = first_sample(plant)
-    x = estimate(observer, data.y, data.u, x0=here.x0)
+    with np.errstate(over="ignore", invalid="ignore"):
+        x = estimate(observer, data.y, data.u, x0=here.x0)
+    require_finite(x, plant.state_names, _row)
+    if plant.Q is None or plant.R is None:
+        how = "The estimates are those of observer.json; without Q and R their bounds "
+        return Estimates(data.time, x, None, how + "are not known.")
     if plant.P0 is None:
         covariance = error_covariance(observer, plant)[None]
         how = (
@@ -180,6 +171,10 @@ def apply(observer, accurate, plant, data):
     std = np.broadcast_to(np.sqrt(np.maximum(variance, 0)), x.shape)
     how = "The estimates are those of observer.json; " + how
     return Estimates(data.time, x, std, how)
+
+
+def _row(k):
+    return f"instant {k + 1} of the measurements"
 
 
 def covariance_from_start(observer, plant, samples):
@@ -195,16 +190,33 @@ def covariance_from_start(observer, plant, samples):
 def first_sample(plant):
     """The plant with x0 and P0 carried to the first sample, before it is used."""
     A, _, Q = plant.first_step()
-    P0 = None if plant.P0 is None else A @ plant.P0 @ A.T + Q
+    known = plant.P0 is not None and Q is not None
+    P0 = A @ plant.P0 @ A.T + Q if known else None
     return dataclasses.replace(plant, x0=A @ plant.x0, P0=P0, P0_is="prior")
 
 
+def require_finite(x, names, at):
+    """Raise unless every estimate is finite; `at(k)` says where row k is."""
+    if not np.isfinite(x).all():
+        k, j = np.argwhere(~np.isfinite(x))[0]
+        raise ValueError(
+            f"{at(k)}: the estimate of {short(names[j])} overflows; the measurements "
+            "are too large, or the observer is not stable"
+        )
+
+
 def write(file, plant, estimates):
-    """Write estimates to an open file: time, then each state and its one sigma."""
-    out = csv.writer(file, lineterminator="\n")
-    out.writerow(
-        ["time", *(s for name in plant.state_names for s in (name, f"{name}_sigma"))]
-    )
-    for t, x, std in zip(estimates.time, estimates.x, estimates.std):
-        pairs = np.stack([x, std], axis=1).ravel()
-        out.writerow([repr(float(value)) for value in (t, *pairs)])
+    """Write estimates to an open file: time, then each state and its one sigma.
+
+    Without bounds there are no columns for them.
+    """
+    out, wide = csv.writer(file, lineterminator="\n"), ("", "_sigma")
+    if estimates.std is None:
+        table, wide = estimates.x, wide[:1]
+    else:
+        pairs = np.stack([estimates.x, estimates.std], axis=2)
+        table = pairs.reshape(len(pairs), -1)
+    names = (name + end for name in plant.state_names for end in wide)
+    out.writerow(["time", *names])
+    for t, row in zip(estimates.time, table):
+        out.writerow([repr(float(value)) for value in (t, *row)])

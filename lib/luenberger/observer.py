@@ -1,5 +1,6 @@
 """The observer: z+ = F z + G u + D y, w^ = P z + V y + W u, an estimate of L x."""
 
+import copy
 import dataclasses
 from dataclasses import dataclass
 from functools import partial
@@ -7,7 +8,7 @@ from functools import partial
 import numpy as np
 
 from . import record
-from .arrays import exact, matrix, sample_time, vector
+from .arrays import exact, matrix, names, sample_time, vector, zeros
 from .linalg import eigenvalues
 
 varying = partial(matrix, steps=True, field=complex)
@@ -41,6 +42,9 @@ class Observer:
         Of a time-varying filter: how its first state follows from the mean x0 of
         x[0] and from the input u0 between instants 0 and 1, z = T0 x0 + G0 u0.
         For a constant observer T0 is T: a guess of x at the first sample is T x.
+    state_names, input_names, output_names : tuple of str or None
+        Of the plant's x, u and y.  Every design fills them in from its plant; None
+        where they are not known.
     """
 
     F: np.ndarray
@@ -56,9 +60,11 @@ class Observer:
     _: dataclasses.KW_ONLY
     T0: np.ndarray | None = None
     G0: np.ndarray | None = None
+    state_names: tuple | None = None
+    input_names: tuple | None = None
+    output_names: tuple | None = None
 
     def __post_init__(self):
-        rational = self._rational()
         L = matrix("L", self.L, field=complex)
         T = varying("T", self.T, cols=L.shape[1])
         D = varying("D", self.D, rows=T.shape[-2])
@@ -66,7 +72,8 @@ class Observer:
         r, n = T.shape[-2:]
         q, p, m = L.shape[0], D.shape[-1], G.shape[-1]
         lead = T.shape[:-2]
-        W = np.zeros((*lead, q, m)) if self.W is None else self.W
+        W = zeros("W", (*lead, q, m)) if self.W is None else self.W
+        rational = self._rational()
         given = dict(
             F=varying("F", self.F, r, r),
             G=G,
@@ -76,12 +83,7 @@ class Observer:
             T=T,
             W=varying("W", W, q, m),
         )
-        leads = {name: X.shape[:-2] for name, X in given.items()}
-        if set(leads.values()) != {lead}:
-            raise ValueError(
-                "an observer is constant or time-varying in all its matrices; the "
-                f"leading axes are {leads}"
-            )
+        _require_one_lead(given, lead)
         T0 = self.T0 if lead else T
         if lead and (T0 is None or self.G0 is None):
             raise ValueError(
@@ -97,6 +99,36 @@ class Observer:
             G0=None if self.G0 is None else matrix("G0", self.G0, r, m, field=complex),
             _exact=rational,
         )
+        self._name(self)
+
+    def _name(self, source):
+        """Take the names of x, u and y from a record that has them."""
+        sizes = {
+            "x state": self.L.shape[1],
+            "u input": self.G.shape[-1],
+            "y output": self.D.shape[-1],
+        }
+        for kind, size in sizes.items():
+            field = f"{kind[2:]}_names"
+            value = getattr(source, field)
+            known = value is not None or size == 0
+            record.fill(self, **{field: names(kind, value, size) if known else None})
+
+    def named(self, plant):
+        """The same observer, with the names of a plant's states, inputs and outputs.
+
+        Examples
+        --------
+        >>> import luenberger as lb
+        >>> plant = lb.Plant([[0.5]], None, [[1]], dt=1.0, output_names=["radar"])
+        >>> observer = lb.Observer([[0.25]], [[]], [[0.25]], [[1]], [[0]], T=[[1]],
+        ...                        L=[[1]], dt=1.0)
+        >>> observer.output_names, observer.named(plant).output_names
+        (None, ('radar',))
+        """
+        same = copy.copy(self)
+        same._name(plant)
+        return same
 
     def _rational(self):
         """The constant matrices as Fractions, or None if any entry is a float."""
@@ -121,6 +153,18 @@ class Observer:
     def order(self):
         """Number of observer states r."""
         return self.F.shape[-1]
+
+    @property
+    def estimate_names(self):
+        """Names of w^: a state's where the row of L picks one, else w1, w2, ..."""
+        L, states = self.L, names("x state", self.state_names, self.L.shape[1])
+        picks = ((L != 0).sum(axis=1) == 1) & (L == 1).any(axis=1)
+        numbered = names("w estimate", None, len(L))
+        found = tuple(
+            states[int(np.argmax(L[k] != 0))] if picks[k] else numbered[k]
+            for k in range(len(L))
+        )
+        return found if len(set(found)) == len(found) else numbered
 
     @property
     def steps(self):
@@ -150,11 +194,15 @@ class Observer:
 
     def to_json(self, path):
         """Write the observer as JSON; numbers come back bit for bit."""
-        record.write(path, {"luenberger": "observer"} | record.as_data(self))
+        record.write(path, record.as_data("observer", self))
 
     @classmethod
     def from_json(cls, path):
-        """Read an observer from JSON.  The file is data: nothing is evaluated."""
+        """Read an observer from JSON.  The file is data: nothing is evaluated.
+
+        Files of every earlier version are read.  A key that is not known is refused,
+        and so is a file of a later "format".
+        """
         data = record.read(path, "observer", cls)
         data.pop("description", None)
         missing = [key for key in "FGDPVTL" if key not in data]
@@ -164,3 +212,13 @@ class Observer:
             return cls(**data)
         except (ValueError, TypeError) as error:
             raise ValueError(f"{path}: {error}") from None
+
+
+def _require_one_lead(given, lead):
+    """Raise unless all the matrices are constant or all have the same rows."""
+    leads = {name: X.shape[:-2] for name, X in given.items()}
+    if set(leads.values()) != {lead}:
+        raise ValueError(
+            "an observer is constant or time-varying in all its matrices; the "
+            f"leading axes are {leads}"
+        )

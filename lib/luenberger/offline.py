@@ -1,6 +1,7 @@
 """Run a notebook, and turn it into one HTML page that needs no network."""
 
 import asyncio
+import atexit
 import os
 import re
 import signal
@@ -12,6 +13,7 @@ from pathlib import Path
 
 TEMPLATES = Path(__file__).parent / "templates"
 DISPLAYED = re.compile(r"\$\$(.+?)\$\$", re.S)
+SIGNALS = signal.SIGINT, signal.SIGTERM
 INLINE = re.compile(r"(?<![\\$\w])\$([^$\n]+?)\$(?![\w$])")
 
 
@@ -30,11 +32,36 @@ def run(notebook, folder, progress=lambda step, steps, title: None):
     steps = len(titles)
 
     def started(cell, cell_index):
+        client.heed_signal()
         if cell_index in titles:
             number, title = titles[cell_index]
             progress(number, steps, title)
 
-    client = _client_class(nbclient)(
+    client = _client(notebook, folder, started)
+    with tempfile.TemporaryDirectory() as settings:
+        # no personal start-up files, and the kernel's threads do not fight
+        env = os.environ | {"IPYTHONDIR": settings, "OMP_NUM_THREADS": "1"}
+        try:
+            client.execute(env=env, stderr=subprocess.DEVNULL)
+            client.heed_signal()
+        except nbclient.exceptions.CellExecutionError as error:
+            raise NotebookError(f"{error.ename}: {error.evalue}") from None
+        except (nbclient.exceptions.DeadKernelError, asyncio.CancelledError):
+            client.end()
+            if client.came is not None:
+                signal.raise_signal(client.came)
+            raise NotebookError("the notebook's Python process died") from None
+        finally:
+            client.end()
+    notebook.metadata.pop("language_info", None)  # names this very interpreter
+    return notebook
+
+
+def _client(notebook, folder, started):
+    class Client(_Heeding, _notebook_tools().nbclient.NotebookClient):
+        pass
+
+    return Client(
         notebook,
         timeout=None,
         kernel_name="python3",
@@ -44,55 +71,52 @@ def run(notebook, folder, progress=lambda step, steps, title: None):
         resources={"metadata": {"path": str(folder)}},
         on_cell_start=started,
     )
-    with tempfile.TemporaryDirectory() as settings:
-        # no personal start-up files, and the kernel's threads do not fight
-        env = os.environ | {"IPYTHONDIR": settings, "OMP_NUM_THREADS": "1"}
-        try:
-            client.execute(env=env, stderr=subprocess.DEVNULL)
-        except nbclient.exceptions.CellExecutionError as error:
-            raise NotebookError(f"{error.ename}: {error.evalue}") from None
-        except (nbclient.exceptions.DeadKernelError, asyncio.CancelledError):
-            client.answer_signal()
-            raise NotebookError("the notebook's Python process died") from None
-        finally:
-            client.give_signals_back()
-    notebook.metadata.pop("language_info", None)  # names this very interpreter
-    return notebook
 
 
-def _client_class(nbclient):
+class _Heeding:
     """A client that ends cleanly on a signal, and then lets the signal have its way.
 
-    nbclient's own answer to a signal is to end the kernel under itself.
+    nbclient's own answer to a signal is to end the kernel under itself.  Here its task
+    is cancelled.  asyncio may lose that, where what is awaited is done in the same
+    turn of its loop, so the signal is remembered as well.
     """
-    numbers = (signal.SIGINT, signal.SIGTERM)
-    before = {number: signal.getsignal(number) for number in numbers}
 
-    class Client(nbclient.NotebookClient):
-        came = None
+    came, ending, loop = None, False, None
 
-        async def async_start_new_kernel(self, **options):
-            loop, task = asyncio.get_running_loop(), asyncio.current_task()
-            if threading.current_thread() is threading.main_thread():
-                for number in numbers:
-                    loop.add_signal_handler(number, self.stop, task, number)
-            await super().async_start_new_kernel(**options)
+    def __init__(self, *arguments, **options):
+        super().__init__(*arguments, **options)
+        self.before = {number: signal.getsignal(number) for number in SIGNALS}
 
-        def stop(self, task, number):
-            self.came = number
+    async def async_start_new_kernel(self, **options):
+        here = threading.current_thread()
+        if here is threading.main_thread() and os.name != "nt":
+            self.loop, task = asyncio.get_running_loop(), asyncio.current_task()
+            for number in SIGNALS:
+                self.loop.add_signal_handler(number, self.stop, task, number)
+        await super().async_start_new_kernel(**options)
+
+    async def _async_cleanup_kernel(self):
+        self.ending = True  # let it: what writes into the folder has to be gone
+        await super()._async_cleanup_kernel()
+
+    def stop(self, task, number):
+        again, self.came = self.came is not None, number
+        if not (again or self.ending):
             task.cancel()
 
-        def give_signals_back(self):
-            for number, handler in before.items():
-                if threading.current_thread() is threading.main_thread():
-                    signal.signal(number, handler)
+    def heed_signal(self):
+        if self.came is not None:
+            raise asyncio.CancelledError
 
-        def answer_signal(self):
-            self.give_signals_back()
-            if self.came is not None:
-                signal.raise_signal(self.came)
-
-    return Client
+    def end(self):
+        """Leave no kernel, which nbclient does to one that starts; handlers back."""
+        self.ending = True
+        if self.km is not None and self.km.has_kernel:
+            self._cleanup_kernel()
+        atexit.unregister(self._cleanup_kernel)
+        for number, handler in self.before.items() if self.loop else ():
+            self.loop.remove_signal_handler(number)
+            signal.signal(number, handler)
 
 
 def read(path):

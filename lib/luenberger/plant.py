@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from . import record
+from . import record, statespace
 from .arrays import (
     covariance,
     exact,
@@ -14,8 +14,13 @@ from .arrays import (
     names,
     require_semidefinite,
     sample_time,
+    text,
     vector,
+    zeros,
 )
+from .inputs import short
+
+P0_IS = ("posterior", "prior")
 
 
 class Instant(NamedTuple):
@@ -113,7 +118,7 @@ class Plant:
         B = matrix("B", B, rows=n, steps=True, field=complex)
         C = matrix("C", self.C, cols=n, steps=True, field=complex)
         m, p = B.shape[-1], C.shape[-2]
-        E = np.zeros((p, m)) if self.E is None else self.E
+        E = zeros("E", (p, m)) if self.E is None else self.E
         E = matrix("E", E, p, m, steps=True, field=complex)
         Q = None if self.Q is None else covariance("Q", self.Q, n, steps=True)
         R = None if self.R is None else covariance("R", self.R, p, steps=True)
@@ -128,6 +133,8 @@ class Plant:
                 else X
                 for name, X in rational.items()
             }
+            if any(X is None for X in rational.values()):
+                rational = None
         record.fill(self, _exact=rational)
         self._check_joint()
         record.fill(
@@ -183,13 +190,13 @@ class Plant:
             raise ValueError(
                 f"time-varying matrices must have equally many rows, got {lengths}"
             )
-        if self.P0_is not in ("posterior", "prior"):
+        if not isinstance(self.P0_is, str) or self.P0_is not in P0_IS:
             raise ValueError(
                 f"P0_is must be 'posterior' (of x[0], first sample y[1]) or 'prior' "
-                f"(of x[1], before y[1]), got {self.P0_is!r}"
+                f"(of x[1], before y[1]), got {short(self.P0_is)}"
             )
-        if self.name is not None and not isinstance(self.name, str):
-            raise ValueError(f"name must be a string, got {self.name!r}")
+        if self.name is not None:
+            text("name", self.name)
 
     @property
     def n(self):
@@ -249,35 +256,38 @@ class Plant:
         return now.A, now.B, now.Q
 
     @classmethod
-    def from_statespace(cls, sys, **noise):
-        """Read A, B, C, D, dt from a python-control or scipy.signal StateSpace.
+    def from_statespace(cls, sys, **options):
+        """Read A, B, C, D, dt and names from a python-control or scipy.signal system.
 
-        Keyword arguments are those of `Plant` (Q, R, P0, names, ...).
+        Parameters
+        ----------
+        sys : control.StateSpace, scipy.signal.StateSpace, lti or dlti
+            Its D is the plant's E.  What it calls its states, inputs and outputs is
+            kept.  `export.to_control` and `export.to_scipy` are the way back.
+        **options
+            Those of `Plant`: Q, R, P0, names, ...  ``dt=`` in seconds is needed where
+            the system does not say it (its dt is True, or None in python-control).
+
+        Examples
+        --------
+        >>> import scipy.signal, luenberger as lb
+        >>> sys = scipy.signal.dlti([[0.5]], [[1]], [[2]], [[0]], dt=0.1)
+        >>> lb.Plant.from_statespace(sys, R=[[1]]).dt
+        0.1
         """
-        dt = getattr(sys, "dt", None)
-        if type(sys).__module__.startswith("scipy."):
-            dt = 0.0 if dt is None else dt
-        if dt is None or dt is True:
-            raise ValueError(
-                f"the system's dt is {dt!r}: it does not say whether time is "
-                "continuous, or how long a step is. Set dt to 0 or to seconds."
-            )
-        for kind in ("state", "input", "output"):
-            labels = getattr(sys, f"{kind}_labels", None)
-            if labels is not None:
-                noise.setdefault(f"{kind}_names", tuple(labels))
-        return cls(sys.A, sys.B, sys.C, sys.D, dt=dt, **noise)
+        return cls(**(statespace.read(sys, options.pop("dt", None)) | options))
 
     def to_json(self, path):
         """Write the plant as JSON; numbers come back bit for bit."""
-        record.write(path, {"luenberger": "plant"} | record.as_data(self))
+        record.write(path, record.as_data("plant", self))
 
     @classmethod
     def from_json(cls, path):
         """Read a plant from JSON.  The file is data: nothing in it is evaluated.
 
         Keys are the parameters of `Plant`; "description" may hold a remark.  A, C
-        and, when there are known inputs, B are required.
+        and, when there are known inputs, B are required.  A key that is not known is
+        refused, and so is a file of a later "format".
         """
         data = record.read(path, "plant", cls)
         data.pop("description", None)

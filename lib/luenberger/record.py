@@ -2,11 +2,12 @@
 
 import dataclasses
 import json
-import os
-import tempfile
-from pathlib import Path
 
 import numpy as np
+
+from . import files, inputs
+
+FORMAT = 1  # of the files; those without the key are from before it
 
 
 def fill(frozen, **values):
@@ -15,9 +16,9 @@ def fill(frozen, **values):
         object.__setattr__(frozen, name, value)
 
 
-def as_data(frozen):
-    """The fields of a record as lists, numbers and strings; absent ones left out."""
-    data = {}
+def as_data(kind, frozen):
+    """A record as lists, numbers and strings, headed by what it is; None left out."""
+    data = {"luenberger": kind, "format": FORMAT}
     for field in dataclasses.fields(frozen):
         value = plain(getattr(frozen, field.name))
         if value is not None and value != []:
@@ -37,17 +38,14 @@ def plain(value):
 
 
 def write(path, data):
-    """Write JSON beside `path` and rename, so an old file survives a failure."""
-    path = Path(path)
-    handle, beside = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8") as file:
-            file.write(layout(data))
-        os.chmod(beside, 0o666 & ~_umask())
-        os.replace(beside, path)
-    except BaseException:
-        os.unlink(beside)
-        raise
+    """Write JSON; an old file survives a failure."""
+    text = layout(data)
+    if len(text) > inputs.LARGEST * inputs.MIB:
+        raise ValueError(
+            f"{path}: this would be larger than the {inputs.LARGEST} MiB that are read "
+            "back; use numpy.savez for the matrices"
+        )
+    files.write(path, text)
 
 
 def layout(data):
@@ -62,42 +60,50 @@ def layout(data):
     return "{\n" + ",\n".join(lines) + "\n}\n"
 
 
-def _umask():
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask
+def kind(path):
+    """What a file says it holds, "plant" or "observer"; without a word, by its keys."""
+    data = inputs.json_object(path, "a record")
+    return data.get("luenberger", "observer" if "F" in data else "plant")
 
 
 def read(path, kind, cls):
     """Read the JSON object of a record: known keys, lists, numbers and strings."""
-    path = Path(path)
-    try:
-        data = json.loads(path.read_text(encoding="utf-8"), parse_constant=_refuse)
-    except (UnicodeDecodeError, json.JSONDecodeError, RecursionError) as error:
-        raise ValueError(f"{path}: not a JSON file: {error}") from None
-    except ValueError as error:
-        raise ValueError(f"{path}: {error}") from None
-    if not isinstance(data, dict):
+    data = inputs.json_object(path, _one(kind))
+    said = data.pop("luenberger", kind)
+    if said != kind:
         raise ValueError(
-            f"{path}: {_one(kind)} is a JSON object, got {type(data).__name__}"
+            f"{path}: this file does not hold {_one(kind)}: its key 'luenberger' says "
+            f"{inputs.short(said)}"
         )
-    if data.pop("luenberger", kind) != kind:
-        raise ValueError(f"{path}: this file does not hold {_one(kind)}")
+    _check_format(path, data.pop("format", FORMAT))
     known = {field.name for field in dataclasses.fields(cls)} | {"description"}
     unknown = sorted(set(data) - known)
     if unknown:
         raise ValueError(
-            f"{path}: unknown keys {unknown}; {_one(kind)} has {sorted(known)}"
+            f"{path}: unknown keys {inputs.few(unknown)}; {_one(kind)} has "
+            f"{sorted(known)}"
         )
+    data = {key: value for key, value in data.items() if value is not None}
+    for key, value in data.items():
+        inputs.require_plain(f"{path}: {key}", value)
     return {key: _array(path, key, value) for key, value in data.items()}
+
+
+def _check_format(path, number):
+    """Refuse a file of a later format: its keys may mean something else."""
+    if type(number) is not int or number < 1:
+        raise ValueError(
+            f"{path}: format must be a whole number, got {inputs.short(number)}"
+        )
+    if number > FORMAT:
+        raise ValueError(
+            f"{path}: the file has format {number}, and this version of luenberger "
+            f"reads format {FORMAT}; update luenberger"
+        )
 
 
 def _one(kind):
     return f"{'an' if kind[0] in 'aeiou' else 'a'} {kind}"
-
-
-def _refuse(constant):
-    raise ValueError(f"the number {constant} is not finite, and not JSON")
 
 
 def _numbers(path, key, value):
@@ -112,8 +118,10 @@ def _numbers(path, key, value):
 
 def _array(path, key, value):
     """Turn {"shape": [0, n]} back into an empty array, {"real", "imag"} into a
-    complex one; pass other data on.
+    complex one, also in a list of pairs of matrices; pass other data on.
     """
+    if key == "multiplicative" and isinstance(value, list):
+        return [_array(path, key, one) for one in value]
     if not isinstance(value, dict):
         return value
     if set(value) == {"real", "imag"}:
@@ -129,6 +137,7 @@ def _array(path, key, value):
     shape = value.get("shape")
     if set(value) != {"shape"} or not isinstance(shape, list) or 0 not in shape:
         raise ValueError(f"{path}: {key} must be numbers or lists, not an object")
-    if not all(type(size) is int and 0 <= size < 10**6 for size in shape):
-        raise ValueError(f"{path}: {key} has the shape {shape}")
+    sizes = all(type(size) is int and 0 <= size < 10**6 for size in shape)
+    if not sizes or len(shape) > 3:
+        raise ValueError(f"{path}: {key} has the shape {inputs.short(shape)}")
     return np.zeros(shape)

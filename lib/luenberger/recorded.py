@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from . import frames
 from .certificate import require_real
 from .kernels import entries_known, over_record, plain_array, runs_compiled
 
@@ -17,12 +18,15 @@ def estimate(observer, y, u=None, *, u0=None, z0=None, x0=None, backend="auto"):
     ----------
     observer : Observer
         Discrete.
-    y : (N, p) array_like, or an iterator of such chunks
+    y : (N, p) array_like or pandas.DataFrame, or an iterator of such chunks
         Measurements; for a time-varying filter row k is instant k + 1.  With an
         iterator the result is an iterator of arrays, one for each chunk, and memory
-        stays flat.
-    u : (N, m) array_like, or an iterator of chunks like y's, optional
-        Known input at the same instants, default zero.
+        stays flat.  The columns of a DataFrame are found by `observer.output_names`,
+        in any order and among others; by position where the observer has no names.
+        A Series is the one channel of p = 1.
+    u : (N, m) array_like or DataFrame, or an iterator of chunks like y's, optional
+        Known input at the same instants, default zero.  If y is a DataFrame with
+        columns named `observer.input_names`, the default is these.
     u0 : (m,) array_like, optional
         For a time-varying filter, the input that acted from instant 0 to 1.
     z0 : (r,) array_like, optional
@@ -38,13 +42,17 @@ def estimate(observer, y, u=None, *, u0=None, z0=None, x0=None, backend="auto"):
     Returns
     -------
     (N, q) ndarray, or an iterator of them
-        The estimate of L x at each row; it uses y up to and including that row.
+        The estimate of L x at each row; it uses y up to and including that row.  For
+        a DataFrame or Series y a DataFrame: the index is y's, the columns are
+        `observer.estimate_names`.
 
     Raises
     ------
     ValueError
         If sizes disagree, a value is missing (use `filter_data`), a time-varying
-        filter is given more rows than it has, or both z0 and x0 are given.
+        filter is given more rows than it has, or both z0 and x0 are given.  If a
+        table lacks a column, holds other things than numbers in one, or y and u
+        have different indices.
     ImportError
         If numba is asked for and not installed.
 
@@ -62,6 +70,8 @@ def estimate(observer, y, u=None, *, u0=None, z0=None, x0=None, backend="auto"):
     require_real("estimate", observer)
     if observer.dt == 0:
         raise ValueError("recorded data need a discrete observer; this one has dt = 0")
+    u0 = frames.entries("u0", u0, observer.input_names)
+    x0 = frames.entries("x0", x0, observer.state_names)
     run = _Run(observer, start(observer, u0, z0, x0), backend)
     if not isinstance(y, Iterator):
         return run.chunk(y, u)
@@ -78,7 +88,8 @@ class _Run:
 
     def chunk(self, y, u):
         """The estimates of the next rows."""
-        o = self.observer
+        o, table = self.observer, y
+        y, u = frames.arrays(y, u, o.output_names, o.input_names)
         y = rows("y", y, o.D.shape[-1])
         m = o.G.shape[-1]
         u = rows("u", np.zeros((len(y), m)) if u is None else u, m)
@@ -91,7 +102,8 @@ class _Run:
             )
         self.k = here.stop
         fast = runs_compiled(self.backend, here.stop, ESTIMATED)
-        return (self.compiled if fast else self.plain)(y, u, here)
+        found = (self.compiled if fast else self.plain)(y, u, here)
+        return frames.like(table, found, o.estimate_names)
 
     def plain(self, y, u, here):
         matrices = (getattr(self.observer, name) for name in "FGDPVW")
@@ -108,19 +120,11 @@ class _Run:
     def compiled(self, y, u, here):
         o, N = self.observer, len(y)
         varying = o.steps is not None
-        given, known = {}, []
-        for name in "FGDPVW":
-            X = getattr(o, name)
-            whole = X if varying else X[None]
-            one = (whole == 1).all(axis=0) & (not varying)
-            known.append((name, entries_known((whole == 0).all(axis=0), one)))
-            part = whole[here] if varying else whole
-            rows_, cols = part.shape[1:]
-            given[name] = np.array(part.reshape(len(part), rows_ * cols), order="C")
+        given = {name: getattr(o, name) for name in "FGDPVW"}
+        stacks = {k: X if varying else X[None] for k, X in given.items()}
         q, r = o.P.shape[-2:]
-        sizes = (("m", u.shape[1]), ("p", y.shape[1]), ("q", q), ("r", r))
-        changing = frozenset("FGDPVW" if varying else ())
-        step = over_record("observer_recursion", sizes, tuple(known), changing)
+        sizes = dict(m=u.shape[1], p=y.shape[1], q=q, r=r)
+        step, given = over_stacks("observer_recursion", sizes, stacks, here)
         index = np.arange(N) if varying else np.zeros(1, dtype=np.int64)
         z, w_hats = np.array(self.z, dtype=float), np.empty((N, q))
         step(
@@ -130,6 +134,25 @@ class _Run:
         )  # fmt: skip
         self.z = z
         return w_hats
+
+
+def over_stacks(recursion, sizes, stacks, here=slice(None)):
+    """A compiled loop over a record, and the matrices of the rows `here` as it asks.
+
+    A stack (S, rows, cols) of one matrix is the same in every row.  Entries that are
+    0, or 1, in all of a stack are known to the compiler; see `kernels.over_record`.
+    """
+    changing = frozenset(name for name, X in stacks.items() if len(X) > 1)
+    known = tuple(
+        (name, entries_known((X == 0).all(axis=0), (X == 1).all(axis=0)))
+        for name, X in stacks.items()
+    )
+    step, given = over_record(recursion, tuple(sizes.items()), known, changing), {}
+    for name, X in stacks.items():
+        part = X[here] if name in changing else X
+        flat = part.reshape(len(part), X.shape[1] * X.shape[2])
+        given[name] = np.array(flat, order="C")
+    return step, given
 
 
 def pairs(y, u):

@@ -1,17 +1,17 @@
-"""What the design report says: tables and sentences about a survey."""
+"""What the design report says: tables, sentences and pictures of a comparison."""
 
+import base64
+import io
 import json
 from pathlib import Path
 
+import matplotlib.pyplot as plt
 import numpy as np
 
-from .analysis import error_covariance
-from .designs.trace_minimisation import reduced_order_filter
-from .measurements import covariance_from_start
+from .compare import percent, sigma
 from .show import Prose, Table, number
-from .survey import TOLERANCE
 
-SETTLED = 1e-3  # the time axis of the variances ends when transients are this small
+WIDE = 90  # points of the page for an inch of a picture
 
 
 def title(plant, path):
@@ -22,154 +22,63 @@ def title(plant, path):
 
 def sizes(plant):
     """How large the plant is, in a sentence."""
+    clock = f"one sample every {number(plant.dt)} s" if plant.dt else "continuous time"
     return Prose(
         f"{_count(plant.n, 'state')}, {_count(plant.m, 'known input')}, "
-        f"{_count(plant.p, 'output')}; one sample every {number(plant.dt)} s."
+        f"{_count(plant.p, 'output')}; {clock}."
     )
 
 
 def signals(plant):
     """States, inputs and outputs by name, with the noise that acts on each."""
     rows = [
-        ["state", name, number(np.sqrt(q), 4)]
-        for name, q in zip(plant.state_names, np.diagonal(plant.Q))
-    ]
-    rows += [["input", name, "known"] for name in plant.input_names]
-    rows += [
-        ["output", name, number(np.sqrt(r), 4)]
-        for name, r in zip(plant.output_names, np.diagonal(plant.R))
+        *_noises("state", plant.state_names, plant.Q),
+        *(["input", name, "known"] for name in plant.input_names),
+        *_noises("output", plant.output_names, plant.R),
     ]
     return Table(["", "name", "noise per step (one sigma)"], rows)
+
+
+def _noises(kind, names, covariance):
+    if covariance is None:
+        return [[kind, name, "not given"] for name in names]
+    sizes = np.sqrt(np.diagonal(covariance))
+    return [[kind, name, number(size, 4)] for name, size in zip(names, sizes)]
 
 
 def plant_poles(plant):
     """The poles of the plant, in a sentence."""
     poles = np.linalg.eigvals(plant.A)
-    size = np.abs(poles).max()
-    kind = "stable" if size < 1 - 1e-6 else "unstable" if size > 1 + 1e-6 else "neutral"
-    return Prose(f"The plant is {kind}. Magnitudes of its poles: {_magnitudes(poles)}.")
+    if plant.dt:
+        margin, what, shown = 1 - np.abs(poles).max(), "Magnitudes", np.abs(poles)
+    else:
+        margin, what, shown = -poles.real.max(), "Real parts", poles.real
+    kind = "stable" if margin > 1e-6 else "unstable" if margin < -1e-6 else "neutral"
+    scale = np.abs(shown).max()
+    listed = ", ".join(number(size, 3, scale) for size in np.sort(shown)[::-1])
+    return Prose(f"The plant is {kind}. {what} of its poles: {listed}.")
 
 
-def label(design, plant):
-    """A design in a few words."""
-    if not design.accurate:
-        return "Kalman filter"
-    names = ", ".join(plant.output_names[k] for k in design.accurate)
-    return f"{names} taken as accurate"
-
-
-def designs(survey):
-    """The table of all designs; the recommended one is set in bold."""
-    chosen = survey.recommended()
-    header = [
-        "outputs taken as accurate",
-        "gain",
-        "order",
-        "error trace",
-        "above the best",
-        "largest |pole|",
-        "multiply-adds per step",
-        "certificate",
-    ]
-    rows = [_design_row(survey, one) for one in survey.attempts]
-    return Table(header, rows, marked=[survey.attempts.index(chosen)])
-
-
-def _design_row(survey, one):
-    names = ", ".join(survey.plant.output_names[k] for k in one.accurate)
-    start = [names or "none (Kalman filter)", _gain(one), str(one.order)]
-    if one.refusal:
-        return [*start, "", "", "", "", "refused"]
-    return [
-        *start,
-        number(one.trace, 5),
-        _percent(survey.excess(one)),
-        number(one.radius, 4),
-        str(one.work),
-        "holds" if one.certificate.worst < 1e-9 else "fails",
-    ]
-
-
-def refusals(survey):
+def refusals(table):
     """Why some designs do not exist, or that all of them do."""
-    if not survey.refused:
-        return Prose("Every design exists; none was refused.")
-    return Table(
-        ["outputs taken as accurate", "gain", "why there is no such filter"],
-        [_design_row(survey, one)[:2] + [one.refusal] for one in survey.refused],
-    )
+    return table.refusals if table.refused else Prose("None was refused.")
 
 
-def recommendation(survey):
+def recommendation(table):
     """Which design to take, by which rule, and what it costs; in sentences."""
-    plant, best = survey.plant, survey.yardstick
-    chosen = survey.recommended()
-    rule = (
-        "The rule: the fewest multiply-adds per step among the designs whose error "
-        f"trace is at most {number(100 * TOLERANCE)} % above the smallest one."
-    )
-    what = f"{label(chosen, plant)}, order {chosen.order}, {_gain(chosen)} gain"
-    price, further = _price(survey, chosen, best), _next_smaller(survey, chosen)
-    return Prose(f"Recommended: {what}.", rule, price, further)
+    return Prose(f"Recommended: {table.recommended().title}.", *table.reasons())
 
 
-def _price(survey, chosen, best):
-    if chosen is best:
-        return (
-            f"It is the most accurate design of all, with the error trace "
-            f"{number(best.trace, 5)}, and no lighter one comes near enough."
-        )
-    saved = 1 - chosen.work / best.work if best.work else 0.0
-    size = (
-        f"It runs with {_count(chosen.order, 'observer state')} instead of "
-        f"{best.order} and {chosen.work} multiply-adds a step instead of {best.work}, "
-        f"{100 * saved:.0f} % less."
-    )
-    excess, name = survey.excess(chosen), label(best, survey.plant)
-    if excess == 0:
-        return f"Nothing is lost: its error trace is that of the {name}. {size}"
-    k, ratio = _worst_state(chosen, best)
-    return (
-        f"Its error trace is {number(chosen.trace, 5)}, {_above(excess)} the "
-        f"{number(best.trace, 5)} of the most accurate design ({name}). {size} The "
-        f"state that loses most is {survey.plant.state_names[k]}: its standard "
-        f"deviation grows by {_percent(ratio - 1)}."
-    )
-
-
-def _worst_state(chosen, best):
-    """Index of the state whose standard deviation grows most, and the ratio."""
-    new, old = _sigma(chosen), _sigma(best)
-    ratio = np.where(old > 1e-12 * old.max(), new / np.where(old > 0, old, 1), 1.0)
-    return int(np.argmax(np.round(ratio, 9))), float(ratio.max())
-
-
-def _next_smaller(survey, chosen):
-    smaller = [one for one in survey.designs if one.order < chosen.order]
-    if not smaller:
-        return "No design has fewer observer states."
-    least = min(smaller, key=lambda one: one.trace)
-    return (
-        f"With fewer observer states the best is {label(least, survey.plant)}, order "
-        f"{least.order}: its error trace is {number(least.trace, 5)}, "
-        f"{_above(survey.excess(least))} the smallest."
-    )
-
-
-def state_errors(survey):
+def state_errors(table):
     """One-sigma steady error of each state, recommended design against the best."""
-    chosen, best = survey.recommended(), survey.yardstick
-    new, old = _sigma(chosen), _sigma(best)
+    chosen, best = table.recommended(), table.yardstick
+    if best is None:
+        return Prose("No error is known, as there is no noise to weigh.")
     rows = [
-        [name, number(a, 4), number(b, 4), _percent(b / a - 1 if a > 0 else 0.0)]
-        for name, a, b in zip(survey.plant.state_names, old, new)
+        [name, number(a, 4), number(b, 4), percent(b / a - 1 if a > 0 else 0.0)]
+        for name, a, b in zip(table.plant.state_names, sigma(best), sigma(chosen))
     ]
-    header = ["state", label(best, survey.plant), "recommended", "more"]
-    return Table(["" if h == "state" else h for h in header], rows)
-
-
-def _sigma(design):
-    return np.sqrt(np.maximum(np.diagonal(design.covariance), 0.0))
+    return Table(["", best.method, "recommended", "more"], rows)
 
 
 def matrices(design, plant):
@@ -199,52 +108,6 @@ def _named(names, matrix):
     ]
 
 
-def transients(survey):
-    """Error covariances from the start on, by label, and remarks on them.
-
-    The Kalman filter and the recommended structure with the gains of each instant,
-    from P0; and the recommended observer with its constant gain.
-    """
-    plant, chosen = survey.plant, survey.recommended()
-    if plant.P0 is None:
-        return {}, Prose("The plant gives no P0, so there is no start to show.")
-    steps = settling_steps(survey)
-    attempts = {
-        "Kalman filter": lambda: _varying(plant, (), steps),
-        "recommended, gains of each instant": lambda: _varying(
-            plant, chosen.accurate, steps
-        ),
-        "recommended, constant gain": lambda: _constant(plant, chosen, steps),
-    }
-    if not chosen.accurate:
-        attempts.pop("recommended, gains of each instant")
-    curves, remarks = {}, []
-    for name, attempt in attempts.items():
-        try:
-            curves[name] = attempt()
-        except ValueError as error:
-            remarks.append(f"Not shown: {name}. {error}")
-    return curves, Prose(f"{steps} steps from P0.", *remarks)
-
-
-def _varying(plant, accurate, steps):
-    observer = reduced_order_filter(plant, accurate, steps=steps)
-    return error_covariance(observer, plant, steps=steps)
-
-
-def _constant(plant, design, steps):
-    later = covariance_from_start(design.observer, plant, steps)
-    return np.concatenate([plant.P0[None], later])
-
-
-def settling_steps(survey):
-    """How many steps show the start: until the slowest error has died away."""
-    slowest = max(one.radius for one in (survey.yardstick, survey.recommended()))
-    if not 0 < slowest < 1:
-        return 10
-    return int(np.clip(np.ceil(np.log(SETTLED) / np.log(slowest) / 2), 10, 400))
-
-
 def about(data, estimates):
     """How many measurements there were and what was done with them."""
     if data is None:
@@ -256,22 +119,101 @@ def _count(size, noun):
     return f"{size or 'no'} {noun}{'' if size == 1 else 's'}"
 
 
-def _gain(design):
-    if not design.accurate:
-        return "optimal"
-    return "step-wise" if design.horizon == "step" else "best constant"
+class Picture:
+    """A figure as PNG, with words for those who do not see it.
+
+    The figure is closed, so that a notebook shows it once.
+
+    Parameters
+    ----------
+    axes : list of Axes
+        Of one figure; without any there is no picture.
+    alt : str
+        What is seen.
+    """
+
+    def __init__(self, axes, alt):
+        self.alt, self.png = alt, None
+        if axes:
+            figure, file = axes[0].figure, io.BytesIO()
+            figure.savefig(
+                file, format="png", dpi=2 * WIDE, metadata={"Software": None}
+            )
+            self.png = base64.b64encode(file.getvalue()).decode()
+            self.width = round(WIDE * figure.get_figwidth())
+            plt.close(figure)
+
+    def __repr__(self):
+        return self.alt
+
+    def _repr_mimebundle_(self, include=None, exclude=None):
+        if self.png is None:
+            return {"text/plain": self.alt}
+        look = {"alt": self.alt, "width": self.width}
+        return {"image/png": self.png, "text/plain": self.alt}, {"image/png": look}
 
 
-def _percent(excess):
-    if not np.isfinite(excess):
-        return "unbounded"
-    return f"{100 * excess:.2f} %" if excess < 10 else f"{number(1 + excess, 4)} times"
+def pareto(table, axes):
+    """The picture of `plot.pareto`."""
+    if not axes:
+        return Picture([], "No figure: no error is known to weigh work against.")
+    front, chosen = table.pareto(), table.recommended()
+    first, last = front[0], front[-1]
+    return Picture(
+        axes,
+        f"Error trace against multiply-adds per step, {len(table.ranked)} designs. "
+        f"The front runs from {number(first.error, 4)} at {first.work} multiply-adds "
+        f"({first.method}) to {number(last.error, 4)} at {last.work} ({last.method}). "
+        f"A star marks the recommended {chosen.method}, {number(chosen.error, 4)} at "
+        f"{chosen.work}.",
+    )
 
 
-def _above(excess):
-    return _percent(excess) + (" above" if excess < 10 else "")
+def variances(curves, plant, axes):
+    """The picture of `plot.error_variance`, a panel for each state."""
+    if not curves:
+        return Picture([], "No figure: there are no curves.")
+    last = np.array([np.diagonal(one[-1]) for one in curves.values()])
+    ratio = np.divide(last[-1], last[0], where=last[0] > 0, out=np.ones(plant.n))
+    k = int(np.argmax(np.round(ratio, 6)))
+    return Picture(
+        axes,
+        f"Error variance against time, a panel for each of {plant.n} states, from P0 "
+        f"to the steady state: {', '.join(curves)}. The curves end farthest apart for "
+        f"{plant.state_names[k]}, the last {number(ratio[k], 3)} times the first.",
+    )
 
 
-def _magnitudes(poles):
-    sizes = np.sort(np.abs(poles))[::-1]
-    return ", ".join(number(size, 3, scale=sizes[0]) for size in sizes)
+def gains_and_poles(table, axes):
+    """The picture of `plot.gains` beside that of `plot.poles`."""
+    chosen, plant = table.recommended(), table.plant
+    V = chosen.observer.V
+    i, j = np.unravel_index(np.argmax(np.abs(V)), V.shape) if V.any() else (0, 0)
+    largest = (
+        f"the largest gain is {number(V[i, j], 3)}, {plant.state_names[i]} from "
+        f"{plant.output_names[j]}"
+        if V.any()
+        else "all of them are zero"
+    )
+    what = "largest magnitude" if plant.dt else "largest real part"
+    return Picture(
+        axes,
+        f"Left, bars of the gains V: {largest}. Right, poles of the plant and of the "
+        f"observer in the complex plane: the observer's {what} is "
+        f"{number(chosen.worst_pole, 3)}.",
+    )
+
+
+def estimates(found, plant, axes):
+    """The picture of `plot.estimates`, a panel for each state."""
+    if not found:
+        return Picture([], "No figure: no measurements were given.")
+    spans = (
+        f"{name} from {number(x.min(), 3)} to {number(x.max(), 3)}"
+        for name, x in zip(plant.state_names, found.x.T)
+    )
+    return Picture(
+        axes,
+        f"Estimates of {plant.n} states at {len(found.x)} samples, each with its "
+        f"one-sigma band where it is known: {'; '.join(spans)}.",
+    )

@@ -7,18 +7,16 @@ from pathlib import Path
 from . import measurements, record
 
 
-def files(survey, estimates=None):
+def files(table, estimates=None):
     """The report's results as texts by file name."""
-    chosen = survey.recommended()
+    chosen = table.recommended()
     out = {
-        "observer.json": record.layout(
-            {"luenberger": "observer"} | record.as_data(chosen.observer)
-        ),
-        "designs.csv": _designs_csv(survey),
+        "observer.json": record.layout(record.as_data("observer", chosen.observer)),
+        "designs.csv": designs_csv(table.rows()),
     }
     if estimates is not None:
         file = io.StringIO()
-        measurements.write(file, survey.plant, estimates)
+        measurements.write(file, table.plant, estimates)
         out["estimates.csv"] = file.getvalue()
     return out
 
@@ -33,20 +31,25 @@ def save(texts, folder="out"):
         (folder / name).write_text(text, encoding="utf-8", newline="")
 
 
-def _designs_csv(survey):
+def designs_csv(rows):
+    """The rows of a comparison, a line each.
+
+    Lists have spaces between, names semicolons; what does not apply is empty.
+    """
     file = io.StringIO()
     out = csv.writer(file, lineterminator="\n")
-    out.writerow(
-        "accurate,gain,order,error_trace,excess,multiply_adds,certificate,poles,"
-        "refusal".split(",")
-    )
-    for one in survey.attempts:
-        names = "; ".join(survey.plant.output_names[k] for k in one.accurate)
-        row = [names, one.horizon, one.order]
-        if one.refusal:
-            out.writerow([*row, "", "", "", "", "", one.refusal])
-            continue
-        poles = " ".join(str(complex(pole)).strip("()") for pole in one.observer.poles)
-        found = [one.trace, float(survey.excess(one)), one.work, one.certificate.worst]
-        out.writerow([*row, *found, poles, ""])
+    out.writerow(rows[0])
+    for row in rows:
+        out.writerow(_cell(value) for value in row.values())
     return file.getvalue()
+
+
+def _cell(value):
+    if value is None:
+        return ""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, list):
+        between = "; " if all(isinstance(one, str) for one in value) else " "
+        return between.join(map(str, value))
+    return value

@@ -62,8 +62,13 @@ class Staircase:
     @property
     def indices(self):
         """Observability indices, largest first: (7) is their conjugate partition."""
-        sizes = np.array(self.blocks)
-        return tuple(int((sizes >= k).sum()) for k in range(1, self.rank + 1))
+        return conjugate(self.blocks)
+
+
+def conjugate(blocks):
+    """The conjugate partition: of the widths of stairs, their heights."""
+    sizes = np.array(blocks)
+    return tuple(int((sizes >= k).sum()) for k in range(1, max(blocks, default=0) + 1))
 
 
 def staircase(A, C, tol=None):
@@ -117,34 +122,50 @@ def staircase(A, C, tol=None):
 
 def find(A, C, tol=None, dt=None):
     """`staircase`; with dt the message says which hidden modes are stable there."""
+    C, tol, U, AU, sizes, hidden = _stairs(A, C, tol)
+    (p, n), r = C.shape, max(sizes, default=0)
+    if hidden:
+        raise DesignError(_unobservable(eigenvalues(AU[:hidden, :hidden]), dt))
+    CU = C @ U
+    CU[:, : n - r] = 0
+    Y = np.eye(p, dtype=CU.dtype)
+    if r < p:
+        Y, R = scipy.linalg.qr(CU[:, n - r :])
+        CU[:, n - r :] = R
+    CU[:, n - r :] = np.triu(CU[:, n - r :])
+    return Staircase(U, AU, CU, tuple(sizes), Y, tol, _leads(sizes))
+
+
+def unobservable(A, C, tol=None):
+    """Eigenvalues of A that do not reach the outputs, and the widths of the stairs.
+
+    Examples
+    --------
+    >>> hidden, sizes = unobservable([[0.5, 0], [0, 2]], [[1, 0]])
+    >>> hidden.tolist(), sizes
+    ([2.0], (1,))
+    """
+    *_, AU, sizes, hidden = _stairs(A, C, tol)
+    return eigenvalues(AU[:hidden, :hidden]), tuple(sizes)
+
+
+def _stairs(A, C, tol):
+    """C and tol once they are right, and what `_climb` makes of them."""
     A = matrix("A", A, field=complex)
     n = len(A)
     A = matrix("A", A, n, n, field=complex)
     if n == 0:
         raise ValueError("A must not be empty: there is no state to observe")
     C = matrix("C", C, cols=n, field=complex)
-    p = len(C)
     if tol is None:
-        tol = RANK_UNITS * max(n, p) * np.finfo(float).eps
+        tol = RANK_UNITS * max(n, len(C)) * np.finfo(float).eps
     if not (np.isscalar(tol) and np.isreal(tol) and 0 <= tol < 1):
         raise ValueError(f"tol must be a number in [0, 1), got {tol!r}")
-    tol = float(tol)
     unit = _scaled(C, axis=1, keepdims=True)
     lengths = np.linalg.norm(unit, axis=1, keepdims=True)
     unit = unit / np.where(lengths > 0, lengths, 1)
     kind = np.result_type(A, C)
-    U, AU, sizes, hidden = _climb(A.astype(kind), unit.astype(kind), tol)
-    if hidden:
-        raise DesignError(_unobservable(eigenvalues(AU[:hidden, :hidden]), dt))
-    CU = C @ U
-    r = sizes[-1]
-    CU[:, : n - r] = 0
-    Y = np.eye(p, dtype=kind)
-    if r < p:
-        Y, R = scipy.linalg.qr(CU[:, n - r :])
-        CU[:, n - r :] = R
-    CU[:, n - r :] = np.triu(CU[:, n - r :])
-    return Staircase(U, AU, CU, tuple(sizes), Y, tol, _leads(sizes))
+    return C, float(tol), *_climb(A.astype(kind), unit.astype(kind), float(tol))
 
 
 def _climb(A, X, tol):

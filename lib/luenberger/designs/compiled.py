@@ -37,7 +37,8 @@ class Compiled:
 
     def rows(self, run, y, u):
         """The rows of a chunk, ready to be run; `run` is the pass before them."""
-        seen = ~np.isnan(y)
+        seen = np.isnan(y)
+        np.logical_not(seen, out=seen)  # the first touch of new memory costs most
         # with S, what carries over from the row before hangs on what it had
         complete = seen.all() and (not self.cross or run.seen.all())
         if self.varying:

@@ -274,4 +274,5 @@ def _assembled(plant, whole, have):
     T, L = T / whole.states, whole.L / whole.states
     A, B, C, E = plant.A, plant.B, plant.C, plant.E
     _, G, _, W = residuals(A, B, C, E, L, F, 0, D, P, V, 0, T, T)
-    return Observer(F, G, D, P, V, T, L, 0.0 - W, z0=T @ plant.x0, dt=plant.dt)
+    observer = Observer(F, G, D, P, V, T, L, 0.0 - W, z0=T @ plant.x0, dt=plant.dt)
+    return observer.named(plant)

@@ -8,11 +8,11 @@ import warnings
 import numpy as np
 from scipy.linalg.lapack import get_lapack_funcs
 
-from ..certificate import certify
 from ..errors import DesignError
 from ..observer import Observer
 from ..stairs import find
 from . import echelon
+from .trace_minimisation import certified
 
 METHODS = {
     "minimum-norm": echelon.minimum_norm,
@@ -95,8 +95,7 @@ def reduced_order_observer(plant, poles, *, method="minimum-norm"):
     with np.errstate(all="ignore"):  # what overflows is refused below
         rows = solve_rows(form, poles, pairs, METHODS[method])
         observer = _in_users_coordinates(plant, form, rows)
-    certify(observer, plant).require()
-    return observer
+    return certified(observer, plant)
 
 
 def solve_rows(form, poles, pairs, solve):

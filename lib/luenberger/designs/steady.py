@@ -34,6 +34,18 @@ WARM_UP = 200  # recursion steps between attempts with Newton's method
 def steady_gain(now, accurate):
     """Gain of the steady step-wise filter; Sigma = f(Sigma) with f of (29)-(33)."""
     require_detectable(now.As, now.C)
+    try:
+        with np.errstate(over="raise"):
+            return _settled_gain(now, accurate)
+    except FloatingPointError:
+        raise CertificateError(
+            "the covariance overflows on the way to its steady state: modes of the "
+            f"plant grow {radius(now.As):.3g} times in a step. Sample faster, or scale "
+            "the states."
+        ) from None
+
+
+def _settled_gain(now, accurate):
     Sigma = _start(now)
     for _ in range(10):
         Sigma = _recur(now, Sigma, WARM_UP)

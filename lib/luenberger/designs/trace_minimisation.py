@@ -155,12 +155,12 @@ def reduced_order_filter(
 
 
 def certified(observer, plant, settling=True, tol=1e-9):
-    """Return `observer` if it meets its certificate; the only way out.
+    """Return `observer`, named, if it meets its certificate; the only way out.
 
     A filter over a few steps need not have settled, so its stability is not asked.
     """
     certify(observer, plant).require(tol, stable=settling)
-    return observer
+    return observer.named(plant)
 
 
 def gains(settings, steps, backend="numpy"):

@@ -1,14 +1,14 @@
 """Observers for elsewhere: C99 source, python-control and scipy.signal systems."""
 
-import numpy as np
-
 from .. import certificate
-from ..errors import DesignError
 from ..observer import Observer
 from ..plant import Plant
 from . import constant, recursive
 from .files import write_pair
-from .pair import Signals
+from .pair import signals
+from .systems import from_statespace as from_statespace
+from .systems import to_control as to_control
+from .systems import to_scipy as to_scipy
 from .words import identifier
 
 
@@ -92,123 +92,9 @@ def to_c(
             raise ValueError("m1 and weight go with a plant; the source is an observer")
         certificate.require_real("C export", source)
         constant.require_exportable(source)
-        texts = constant.texts(source, name, dtype, _signals(source, plant))
+        texts = constant.texts(source, name, dtype, signals(source, plant))
     else:
         raise ValueError(
             f"source must be an Observer or a Plant, got {type(source).__name__}"
         )
     return write_pair(path, texts)
-
-
-def to_control(observer, *, plant=None):
-    """The observer as a python-control StateSpace from [u; y] to w^.
-
-    Parameters
-    ----------
-    observer : Observer
-        Constant.
-    plant : Plant, optional
-        For the names of the signals.
-
-    Returns
-    -------
-    control.StateSpace
-        Inputs named as the plant's inputs and outputs, states z1, z2, ..., outputs
-        after what they estimate.  It starts from zero, not from z0: pass
-        ``X0=observer.z0`` to a simulation.
-
-    Raises
-    ------
-    DesignError
-        If the observer varies with time.
-    ImportError
-        If python-control is not installed.
-
-    Examples
-    --------
-    >>> import luenberger as lb
-    >>> from luenberger.export import to_control
-    >>> observer = lb.Observer([[0.5]], [[1]], [[2]], [[1]], [[1]], T=[[1]],
-    ...                        L=[[1]], dt=1.0)
-    >>> to_control(observer).input_labels, to_control(observer).dt
-    (['u1', 'y1'], 1.0)
-    """
-    import control
-
-    signals = _signals(observer, plant)
-    u, y = _labels(signals.u), _labels(signals.y)
-    if set(u) & set(y):
-        u, y = [f"u {label}" for label in u], [f"y {label}" for label in y]
-    return control.ss(
-        *_matrices(observer),
-        observer.dt,
-        inputs=[*u, *y],
-        outputs=[f"{label} estimate" for label in _labels(signals.what)],
-        states=[f"z{k + 1}" for k in range(observer.order)],
-    )
-
-
-def to_scipy(observer):
-    """The observer as a scipy.signal StateSpace from [u; y] to w^.
-
-    Parameters
-    ----------
-    observer : Observer
-        Constant.
-
-    Returns
-    -------
-    scipy.signal.StateSpace
-        The first m inputs are u, the others y.  It starts from zero, not from z0.
-
-    Raises
-    ------
-    DesignError
-        If the observer varies with time.
-
-    Examples
-    --------
-    >>> import luenberger as lb
-    >>> from luenberger.export import to_scipy
-    >>> observer = lb.Observer([[0.5]], [[1]], [[2]], [[1]], [[1]], T=[[1]],
-    ...                        L=[[1]], dt=1.0)
-    >>> to_scipy(observer).B
-    array([[1., 2.]])
-    """
-    import scipy.signal
-
-    options = {"dt": observer.dt} if observer.dt else {}
-    return scipy.signal.StateSpace(*_matrices(observer), **options)
-
-
-def _matrices(o):
-    """The four matrices from [u; y] to w^."""
-    if o.steps is not None:
-        raise DesignError(
-            f"the observer has {o.steps} rows of gains, a StateSpace is constant; "
-            "design without steps"
-        )
-    return o.F, np.hstack([o.G, o.D]), o.P, np.hstack([o.W, o.V])
-
-
-def _signals(observer, plant):
-    """Names of u, y and w^; of the plant, or by number."""
-    (q, n), m, p = observer.L.shape, observer.G.shape[-1], observer.D.shape[-1]
-    if plant is None:
-        states = [f"x{k + 1}" for k in range(n)]
-        u, y = [f"u{k + 1}" for k in range(m)], [f"y{k + 1}" for k in range(p)]
-    else:
-        certificate.require_match(observer, plant)
-        states, u, y = plant.state_names, plant.input_names, plant.output_names
-    unit = (observer.L != 0).sum(axis=1) == 1
-    unit &= (observer.L == 1).any(axis=1)
-    what = (
-        states[int(np.argmax(observer.L[k] != 0))] if unit[k] else f"row {k + 1} of L x"
-        for k in range(q)
-    )
-    return Signals(tuple(u), tuple(y), tuple(what))
-
-
-def _labels(names):
-    """Names that python-control takes, whose dot is between system and signal."""
-    return [name.replace(".", "_") for name in names]

@@ -13,17 +13,23 @@ FLOAT_TOL = 1e-6  # a pivot relative to its diagonal: float has 1.2e-7
 
 @dataclass
 class Cost:
-    """Operations of one pass, and numbers kept in tables and on the stack."""
+    """Operations of one pass, and numbers kept in tables and on the stack.
+
+    `terms` counts the products and names that sums add up: multiply-adds, where
+    nothing is divided.
+    """
 
     operations: int = 0
     constants: int = 0
     stack: int = 0
+    terms: int = 0
 
     def __add__(self, other):
         return Cost(
             self.operations + other.operations,
             self.constants + other.constants,
             self.stack + other.stack,
+            self.terms + other.terms,
         )
 
 
@@ -87,7 +93,8 @@ class Module:
             to.set(target, entry if isinstance(entry, str) else repr(entry))
         text = "\n".join(one.text for one in straight.statements)
         numbers = sum(not w[0].isalpha() for w in text.split() if w[0].isalnum())
-        return Cost(straight.operations, numbers, read + lets)
+        terms = lets + sum(text.count(sign) for sign in (" + ", " - "))
+        return Cost(straight.operations, numbers, read + lets, terms)
 
     def _loops(self, program, sizes, to, constants, places, results, _):
         from ..kernels.rows import Rows
@@ -109,7 +116,7 @@ class Module:
             to.set(f"{place}[i]", "0.0")
             to.end()
         added = sum(np.size(X) for X in self.tables.values()) - before
-        return Cost(work.operations, added, work.stack)
+        return Cost(work.operations, added, work.stack, work.operations // 2)
 
     def table_lines(self):
         """The tables as C declarations."""

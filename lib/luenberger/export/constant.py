@@ -1,6 +1,7 @@
 """A constant observer in C."""
 
 import dataclasses
+from typing import NamedTuple
 
 import numpy as np
 
@@ -37,6 +38,32 @@ def texts(observer, name, real, signals):
         ],
     )
     return pair.stamped(name, head, body)
+
+
+class StepCost(NamedTuple):
+    """What one observer costs on a device, in doubles."""
+
+    multiply_adds: int  # of a step
+    bytes: int  # of its state and constants
+
+
+def step_cost(observer):
+    """Count the C that `to_c` would write for a constant, real observer.
+
+    Short observers are written as scalars, where zeros and copies cost nothing and
+    equal expressions are computed once; long and dense ones as loops, which multiply
+    by zeros too.
+
+    Examples
+    --------
+    >>> import luenberger as lb
+    >>> step_cost(lb.Observer([[0.5]], [[1]], [[2]], [[0], [1]], [[1], [2]],
+    ...                       T=[[-2, 1]], L=[[1, 0], [0, 1]]))
+    StepCost(multiply_adds=5, bytes=32)
+    """
+    _, cost = _step(Module("observer", "double"), observer)
+    size = pair.BYTES["double"]
+    return StepCost(cost.terms, (observer.order + cost.constants) * size)
 
 
 EQUATIONS = [

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..arrays import names
+from ..certificate import require_match
 from .files import MARK
 from .words import comment, quoted
 
@@ -19,6 +21,16 @@ class Signals:
     u: tuple
     y: tuple
     what: tuple
+
+
+def signals(observer, plant=None):
+    """Names of u, y and w^: the plant's, the observer's own, or by number."""
+    if plant is not None:
+        require_match(observer, plant)
+        observer = observer.named(plant)
+    u = names("u input", observer.input_names, observer.G.shape[-1])
+    y = names("y output", observer.output_names, observer.D.shape[-1])
+    return Signals(u, y, observer.estimate_names)
 
 
 def header(module, title, equations, dt, signals, members, notes):

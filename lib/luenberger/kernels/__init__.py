@@ -1,7 +1,8 @@
 """Derivation -> callable.  The only place that turns symbols into code.
 
-Each function compiles one stage list at its first call (a few tenths of a second,
-SymPy's import included) and returns the same callable afterwards.
+Each function compiles one stage list at its first call and returns the same callable
+afterwards.  Deriving the text takes a few tenths of a second, SymPy's import included,
+so `cache` keeps it for the next process.
 """
 
 import functools
@@ -69,9 +70,25 @@ def over_record(recursion, sizes, known, changing):
         ``f(**arrays)``, the arguments of `numba.source`'s `run` by name; `f.names`
         lists them, `f.source` is the text.
     """
-    from . import cache, numba, passes, scalars
+    from . import cache
 
-    sizes, known = dict(sizes), dict(known)
+    text, types = cache.derived(
+        ("numba", recursion, sizes, known, sorted(changing), UNROLLED),
+        lambda: _text(recursion, dict(sizes), dict(known), changing),
+    )
+    run = cache.compiled(text, tuple(types.values()))
+
+    def over(**arrays):
+        return run(*(arrays[name] for name in types))
+
+    over.names, over.source = tuple(types), text
+    return over
+
+
+def _text(recursion, sizes, known, changing):
+    """The text that numba compiles, and the type of each argument by name."""
+    from . import numba, passes, scalars
+
     zero = tuple(name for name in OPTIONAL if _vanishes(known.get(name, ())))
     found = getattr(passes, recursion)(zero)
     straight = None
@@ -80,25 +97,26 @@ def over_record(recursion, sizes, known, changing):
         if straight.operations > UNROLLED:
             straight = None
     text = numba.source(found, sizes, known, changing, straight)
-    types = numba.arguments(found)
-    run = cache.compiled(text, tuple(types.values()))
-
-    def over(**arrays):
-        return run(*(arrays[name] for name in types))
-
-    over.names, over.source, over.recursion = tuple(types), text, found
-    return over
+    return text, numba.arguments(found)
 
 
 @functools.cache
 def compiled(module, stages, *outputs, **options):
     """The kernel of `derivations.<module>.<stages>()`, pruned to `outputs`."""
-    from importlib import import_module
+    from . import cache
+    from .step import assemble
 
-    from .numpy import kernel
+    def make():
+        from importlib import import_module
 
-    derivation = getattr(import_module(f"..derivations.{module}", __package__), stages)
-    return kernel(derivation(), *outputs, **options)
+        from .numpy import kernel
+
+        within = import_module(f"..derivations.{module}", __package__)
+        found = kernel(getattr(within, stages)(), *outputs, **options)
+        return found.source, list(found.given)
+
+    question = "numpy", module, stages, outputs, sorted(options.items())
+    return assemble(*cache.derived(question, make))
 
 
 def run(step, have):

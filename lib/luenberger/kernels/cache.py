@@ -1,15 +1,22 @@
-"""Compile generated Python with numba, and keep the machine code from run to run.
+"""Keep what is generated for the next process: texts, and what numba makes of them.
 
-A generated module lies in a folder of the user's as ``luenberger_KEY.py``, KEY a hash
-of its text and of every version that matters, and numba's files for it beside it.
-What runs is the text made here, never the text of the file, and numba's files are
-used only if their hashes are those written down when they were made and nobody else
-can write there.  Whatever is not as it should be is made anew; a folder that cannot
-be used costs the time of compiling, nothing else.
+A text lies in a folder of the user's as ``derived_QUESTION.txt``.  QUESTION is a hash
+of what was asked, of the sources that derive and print, and of the versions they need;
+the first line of the file is a hash of all that follows and of QUESTION.  What numba
+compiles lies there as ``luenberger_KEY.py``, KEY a hash of its text and of every
+version that matters, and numba's files beside it, with their hashes.
+
+A file is used only if it is a plain file in a folder where nobody else can write, and
+has the hash that goes with it.  So one that is broken, cut short, edited, renamed, or
+of another version or question is noticed and made anew.  That keeps out accidents and
+other users.  It does not keep out a program that runs as this user and makes the
+hashes fit; it could change this library as well.  A folder that cannot be used costs
+the time of deriving and compiling, nothing else.
 """
 
 import hashlib
 import inspect
+import json
 import os
 import stat
 import sys
@@ -25,6 +32,66 @@ from . import stack
 
 FASTMATH = ("contract", "reassoc")  # sums may be taken in another order, NaNs count
 OPTIONS = dict(error_model="numpy", fastmath=set(FASTMATH))
+PACKAGE = Path(__file__).parents[1]
+DERIVING = ("derivations", "kernels", "certificate.py", "errors.py", "linalg.py")
+
+
+def derived(question, make):
+    """What ``make()`` returns, (text, arguments), or what it returned before.
+
+    The repr of `question` says what it hangs on apart from the sources; `arguments`
+    are anything that JSON gives back as it was.
+    """
+    name, folder = asked(question), usable_folder()
+    path = folder and name and folder / f"derived_{name}.txt"
+    found = path and recall(path, name)
+    if found:
+        return found
+    text, arguments = make()
+    if path:
+        note = json.dumps([text, arguments])
+        try:
+            replace(path, f"{_seal(name, note)}\n{note}")
+        except OSError as error:
+            warnings.warn(f"a derivation is not kept: {error}", stacklevel=2)
+    return text, arguments
+
+
+def recall(path, name):
+    """What a file says, or None if it does not say that it answers this question."""
+    try:
+        if not ours(path):
+            return None
+        seal, _, note = path.read_bytes().decode().partition("\n")
+        return json.loads(note) if seal == _seal(name, note) else None
+    except (OSError, ValueError):  # not there, or no text
+        return None
+
+
+def _seal(name, note):
+    return hashlib.sha256(f"{name}\n{note}".encode()).hexdigest()
+
+
+def asked(question):
+    """A name for a question to this version of the library; None if it has no files."""
+    from importlib.metadata import PackageNotFoundError, version
+
+    try:
+        parts = repr(question), sources(), version("sympy"), np.__version__, sys.version
+    except (OSError, PackageNotFoundError):
+        return None
+    return hashlib.sha256("\0".join(parts).encode()).hexdigest()[:32]
+
+
+@cache
+def sources():
+    """A hash of the files that a derived text comes from."""
+    found = hashlib.sha256()
+    for part in DERIVING:
+        one = PACKAGE / part
+        for path in sorted(one.rglob("*.py")) if one.suffix == "" else [one]:
+            found.update(f"{path.relative_to(PACKAGE)}\0".encode() + path.read_bytes())
+    return found.hexdigest()
 
 
 @cache
@@ -50,7 +117,7 @@ def compiled(text, types):
 
 
 def folder():
-    """Where compiled code is kept: LUENBERGER_CACHE, or the platform's place for it."""
+    """Where code is kept: LUENBERGER_CACHE, or the platform's place for it."""
     if named := os.environ.get("LUENBERGER_CACHE"):
         return Path(named)
     if sys.platform == "win32":
@@ -70,9 +137,9 @@ def usable_folder():
         if not private(path):
             warnings.warn(
                 f"{path} belongs to somebody else or can be written by others, so "
-                "compiled code is neither read from it nor kept in it. Take their "
+                "generated code is neither read from it nor kept in it. Take their "
                 "write permission away, or set LUENBERGER_CACHE to a folder of yours.",
-                stacklevel=2,
+                stacklevel=1,  # one place, so that Python says it once
             )
             return None
         with tempfile.TemporaryFile(dir=path):
@@ -89,6 +156,11 @@ def private(path):
     return found.st_uid == os.getuid() and not found.st_mode & 0o022
 
 
+def ours(path):
+    """Whether this is a plain file that nobody else can write to."""
+    return stat.S_ISREG(os.lstat(path).st_mode) and private(path)
+
+
 def _function(text, path, array):
     """`run` of a module made of `text`, as if it came from `path`.
 
@@ -98,7 +170,7 @@ def _function(text, path, array):
     module = ModuleType(Path(path).stem)
     sys.modules[module.__name__] = module
     module.array = array
-    exec(compile(text, path, "exec"), module.__dict__)  # text made here, from symbols
+    exec(compile(text, path, "exec"), module.__dict__)  # made by us, see above
     return module.run
 
 
@@ -144,8 +216,8 @@ def _from_folder(folder, text, types):
 
 
 def _says(path, text):
-    """Whether a file holds this text; bytes, as a broken one need not be text."""
-    return path.is_file() and path.read_bytes() == text.encode()
+    """Whether a file of ours holds this text; bytes, as a broken one need not."""
+    return path.is_file() and ours(path) and path.read_bytes() == text.encode()
 
 
 def key(text, types):
@@ -167,7 +239,7 @@ def hashes(beside, stem):
         return None
     lines = []
     for path in _files(beside, stem):
-        if not stat.S_ISREG(os.lstat(path).st_mode) or not private(path):
+        if not ours(path):
             return None
         lines.append(f"{hashlib.sha256(path.read_bytes()).hexdigest()}  {path.name}\n")
     return "".join(lines)

@@ -6,12 +6,14 @@ is the same for Python and C.
 """
 
 import math
+from itertools import pairwise
 
 from .program import IDENTITY, Assign, Factor
 from .solves import Solves
 
-SHORT = 12  # an inner product this short is written in one line
-BLAS = 8000  # multiplications from which a product is left to BLAS
+SHORT = 12  # factors of an inner product that are written in one line
+WIDE = 16  # entries of a row from which it is added up along itself
+BLAS = 80_000  # multiplications from which a product is left to BLAS; a tenth if narrow
 
 
 class Writer:
@@ -122,40 +124,56 @@ class _Loops(Solves):
         return self.at(operand.name, i, j)
 
     def assign(self, step):
-        to = self.to
-        rows, cols = self.program.shape(step.target, self.sizes)
         parts = list(enumerate(step.terms))
-        added = [t for _, t in parts if len(t.factors) == 1]
         large = [(k, t) for k, t in parts if self.is_large(step, t)]
         small = [
             (k, t) for k, t in parts if len(t.factors) == 2 and (k, t) not in large
         ]
         for k, term in large:
-            to.multiply(f"{step.target}_b{k}", *map(self.view, term.factors))
+            target = f"{step.target}_b{k}"
+            self.to.multiply(target, *map(self.view, term.factors))
         for _, term in small:
             if self.wants_turned(step, term):
                 self.turn(term.factors[1].name)
+        self.add_up(step, large, small)
+        self.mirror(step)
+
+    def add_up(self, step, large, small):
+        """The sum of the terms, row by row; of a symmetric one what is on the right."""
+        to = self.to
+        rows, cols = self.program.shape(step.target, self.sizes)
+        single = [t for t in step.terms if len(t.factors) == 1]
+        single = [t for t in single if t.factors[0].name != IDENTITY]
+        spans = {k: self.spans(term, cols) for k, term in small}
         to.loop("i", 0, rows)
-        for k, term in small:
-            self.load_row(k, term)
-        to.loop("j", "i" if step.symmetric else 0, cols)
-        to.let("s", self.sum([t for t in added if t.factors[0].name != IDENTITY]))
-        for k, term in large:
-            product = f"{step.target}_b{k}[i * {cols} + j]"
-            to.set("s", *_signed(term.scale, product))
-        for k, term in small:
-            self.add_product(k, term, self.wants_turned(step, term))
-        to.set(self.at(step.target, "i", "j"), "s")
+        for turn in range(max(map(len, spans.values()), default=1)):
+            now = [(k, t, spans[k][turn]) for k, t in small if turn < len(spans[k])]
+            for k, term, span in now:
+                self.load_row(k, term, span)
+            to.loop("j", "i" if step.symmetric else 0, cols)
+            so_far = self.at(step.target, "i", "j")
+            to.let("s", so_far if turn else self.sum(single))
+            for k, term in () if turn else large:
+                product = f"{step.target}_b{k}[i * {cols} + j]"
+                to.set("s", *_signed(term.scale, product))
+            for k, term, span in now:
+                self.add_product(k, term, span, self.wants_turned(step, term))
+            to.set(so_far, "s")
+            to.end()
         to.end()
-        to.end()
+
+    def mirror(self, step):
+        """The other triangle of a symmetric target, and multiples of the identity."""
+        to = self.to
+        rows, _ = self.program.shape(step.target, self.sizes)
         if step.symmetric:
             to.loop("i", 1, rows)
             to.loop("j", 0, "i")
             to.set(self.at(step.target, "i", "j"), self.at(step.target, "j", "i"))
             to.end()
             to.end()
-        for term in added:
-            if term.factors[0].name == IDENTITY:
+        for term in step.terms:
+            if [factor.name for factor in term.factors] == [IDENTITY]:
                 to.loop("i", 0, rows)
                 to.set(self.at(step.target, "i", "i"), *_signed(term.scale, "1.0"))
                 to.end()
@@ -166,7 +184,7 @@ class _Loops(Solves):
             return False
         rows, cols = self.program.shape(step.target, self.sizes)
         work = rows * cols * inner_width(self.program, self.sizes, term)
-        return cols > 1 and work >= BLAS
+        return cols > 1 and work >= (BLAS if cols >= WIDE else BLAS // 10)
 
     def wants_turned(self, step, term):
         """Whether the right factor's columns are better copied into rows first."""
@@ -193,14 +211,26 @@ class _Loops(Solves):
             operand.turned,
         )
 
-    def load_row(self, k, term):
-        """Row i of a short left factor, into scalars."""
+    def spans(self, term, cols):
+        """The inner indices in the parts in which they are added up.
+
+        A part is written in one line, so that the loop along a row has one store for
+        many products.  None is a loop of its own, for rows that are short.
+        """
         width = inner_width(self.program, self.sizes, term)
-        for m in range(width if width <= SHORT else 0):
+        if width > SHORT and cols < WIDE or not SHORT:
+            return [None]
+        count = max(1, -(-width // SHORT))
+        ends = [width * part // count for part in range(count + 1)]
+        return [range(*two) for two in pairwise(ends)]
+
+    def load_row(self, k, term, span):
+        """A part of row i of a left factor, into scalars."""
+        for m in span or ():
             self.to.let(f"a{k}_{m}", self.of(term.factors[0], "i", m))
 
-    def add_product(self, k, term, turned):
-        """Add entry (i, j) of a product to s: in one line where the sum is short."""
+    def add_product(self, k, term, span, turned):
+        """Add a part of the entry (i, j) of a product to s."""
         to, (left, right) = self.to, term.factors
         rows, _ = self.program.shape(right.name, self.sizes)
 
@@ -209,15 +239,14 @@ class _Loops(Solves):
                 return f"{right.name}_T[{m} * {rows} + j]"
             return self.of(right, m, "j")
 
-        width = inner_width(self.program, self.sizes, term)
-        if 0 < width <= SHORT:
-            parts = (f"a{k}_{m} * {entry(m)}" for m in range(width))
-            to.set("s", *_signed(term.scale, " + ".join(parts), width > 1))
-            return
-        to.loop("k", 0, width)
-        product = f"{self.of(left, 'i', 'k')} * {entry('k')}"
-        to.set("s", *_signed(term.scale, product))
-        to.end()
+        if span is None:
+            to.loop("k", 0, inner_width(self.program, self.sizes, term))
+            product = f"{self.of(left, 'i', 'k')} * {entry('k')}"
+            to.set("s", *_signed(term.scale, product))
+            to.end()
+        elif span:
+            parts = (f"a{k}_{m} * {entry(m)}" for m in span)
+            to.set("s", *_signed(term.scale, " + ".join(parts), len(span) > 1))
 
     def sum(self, terms):
         text = ""

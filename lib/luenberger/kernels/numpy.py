@@ -4,12 +4,8 @@ import sympy as sp
 from sympy.matrices.expressions.matexpr import MatrixExpr
 
 from ..derivations import Solve
-from ..linalg import eye, settle, solve_right, symmetrise
 from .lowering import needed, require_proved, symbols_in
-
-_NAMESPACE = dict(
-    eye=eye, settle=settle, solve_right=solve_right, symmetrise=symmetrise
-)
+from .step import assemble
 
 
 def kernel(derivation, *outputs, settled=False, flat=False):
@@ -24,11 +20,7 @@ def kernel(derivation, *outputs, settled=False, flat=False):
     """
     require_proved(derivation)
     given, source = numpy_source(derivation, outputs, settled, flat)
-    namespace = dict(_NAMESPACE)
-    exec("import numpy as np\n" + source, namespace)  # text made here, from symbols
-    step = namespace["step"]
-    step.source, step.given = source, given
-    return step
+    return assemble(source, given)
 
 
 def numpy_source(derivation, outputs=(), settled=False, flat=False):

@@ -1,10 +1,8 @@
 """The ledger as one HTML page: no script, no request, filtered by style sheet alone."""
 
 import html
-import os
-import tempfile
-from pathlib import Path
 
+from .. import files
 from . import evidence
 from .records import PAPERS, count, entries, find_paper, misprints, title
 
@@ -47,16 +45,7 @@ math { overflow-x: auto; max-width: 40em; display: block; margin: .2em 0; }
 
 def write(path, paper=None, formulas=True):
     """See `ledger.write_page`."""
-    path, text = Path(path), render(paper, formulas)
-    handle, beside = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8") as file:
-            file.write(text)
-        os.chmod(beside, 0o644)  # mkstemp keeps it to the user alone
-        os.replace(beside, path)
-    except BaseException:
-        os.unlink(beside)
-        raise
+    files.write(path, render(paper, formulas))
 
 
 def render(paper=None, formulas=True):

@@ -1,0 +1,109 @@
+"""The command line, `python -m luenberger COMMAND`: a module for each command.
+
+A command's module has two functions.  ``add(commands)`` says what its options are, by
+`registration.register`; ``run(options)`` does the work and returns nothing, or raises.
+`main` turns what it raises into an exit status and one line on stderr.  What a command
+needs beyond the standard library it imports in ``run``, so that ``--help`` is quick.
+"""
+
+import argparse
+import contextlib
+import signal
+
+from . import check, compare, design, estimate, export, ledger, terminal
+
+COMMANDS = (check, compare, design, estimate, export, ledger)
+DONE, REFUSED = 0, 1  # 2, for wrong usage, is argparse's own
+NO_READER = 128 + 13  # as if by SIGPIPE
+STATUSES = """\
+exit status:
+  0    done
+  1    refused, with the reason on stderr; also a file that cannot be read or written
+  2    the command line itself is wrong
+  130  interrupted (143 if terminated, 129 if hung up, 141 if nobody reads the output)
+Files are written beside and renamed: after any of these, and after a crash, each is
+whole, the old one or the new.  A path that is a symbolic link is followed."""
+
+
+def main(arguments=None):
+    """Run a command; returns the exit status, or raises SystemExit for --help."""
+    terminal.prepare()
+    try:
+        with _ended_like_interrupted():
+            try:
+                options = parser().parse_args(arguments)
+                options.run(options)
+            finally:
+                terminal.flush()
+        return DONE
+    except BrokenPipeError:
+        return NO_READER
+    except KeyboardInterrupt:
+        return _end(128 + signal.SIGINT, "interrupted")
+    except OSError as error:
+        where = f"{error.filename}: " if error.filename else ""
+        return _end(REFUSED, f"{where}{error.strerror or error}")
+    except (ValueError, ImportError, MemoryError) as error:
+        return _end(REFUSED, str(error) or type(error).__name__)
+
+
+class _Print(argparse.Action):
+    """An option that prints what a function returns, and ends."""
+
+    def __init__(self, option_strings, dest, const, help):
+        super().__init__(option_strings, dest, nargs=0, const=const, help=help)
+
+    def __call__(self, *_):
+        print(self.const())
+        raise SystemExit(DONE)
+
+
+def parser():
+    """The parser of every command."""
+    top = argparse.ArgumentParser(
+        prog="python -m luenberger",
+        description="Reduced-order state observers.",
+        epilog=STATUSES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
+    )
+    top.add_argument(
+        "--version", action=_Print, const=_version, help="print the version and end"
+    )
+    commands = top.add_subparsers(
+        title="commands", dest="command", metavar="COMMAND", required=True
+    )
+    for module in COMMANDS:
+        module.add(commands)
+    return top
+
+
+def _version():
+    from importlib.metadata import version
+
+    return f"luenberger {version('luenberger')}"
+
+
+@contextlib.contextmanager
+def _ended_like_interrupted():
+    """Ended from outside, a command removes its temporary files before it goes."""
+    before = {}
+
+    def leave(number, _):
+        raise SystemExit(128 + number)
+
+    for name in ("SIGTERM", "SIGHUP"):
+        number = getattr(signal, name, None)
+        if number and signal.getsignal(number) is signal.SIG_DFL:  # not under nohup
+            before[number] = signal.signal(number, leave)
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def _end(status, message):
+    with contextlib.suppress(OSError):
+        terminal.say(f"luenberger: {message}")
+    return status

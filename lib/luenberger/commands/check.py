@@ -1,0 +1,139 @@
+"""`check`: whether a plant's file is right, and what the plant is like."""
+
+import collections
+import textwrap
+from pathlib import Path
+
+from .registration import register
+from .terminal import tell, tell_json, visible
+
+WIDE, FIRST = 79, 15
+
+
+def add(commands):
+    one = register(
+        commands,
+        "check",
+        run,
+        help="validate a plant's file, and say what the plant is like",
+        description="Validate a plant's file and print sizes, modes, observability "
+        "indices, modes that no output shows, the structure of the noise, and whether "
+        "there is a steady filter. A file that is not a plant is refused; a plant that "
+        "no observer can be had for is not. Writes nothing.",
+        examples=["check tracker.json", "check reactor.json --json"],
+    )
+    one.add_argument("plant", type=Path, metavar="PLANT.json")
+    one.add_argument(
+        "--json", action="store_true", help="one JSON document on stdout instead"
+    )
+
+
+def run(options):
+    from ..examination import examine
+    from ..plant import Plant
+
+    found = examine(Plant.from_json(options.plant))
+    if options.json:
+        tell_json(found)
+        return
+    for head, text in _lines(found):
+        lead, indent = f"{head:<{FIRST}}", " " * FIRST
+        fill = dict(initial_indent=lead, subsequent_indent=indent)
+        tell(textwrap.fill(visible(text), WIDE, break_on_hyphens=False, **fill))
+
+
+def _lines(found):
+    """(heading, text) of everything that was found."""
+    signals = found["signals"]
+    yield "plant", found["name"] or "without a name"
+    yield "time", _time(found["time"])
+    for kind, names in signals.items():
+        yield kind, f"{len(names)}: {', '.join(names)}" if names else "none"
+    if found["modes"] is None:
+        yield "modes", "of one instant say nothing of a plant that varies in time"
+    else:
+        yield "modes", _modes(found["modes"])
+        slow = [mode for mode in found["modes"] if not mode["decays"]]
+        yield "stability", f"not stable: {_modes(slow)}" if slow else "stable"
+        yield from _observability(found["observability"])
+    yield from _noise(found["noise"], len(signals["states"]), len(signals["outputs"]))
+    yield from _multiplicative(found["multiplicative"])
+    yield "start", _start(found["start"])
+    steady = found["steady_filter"]
+    yield "steady filter", "exists" if steady["exists"] else f"none: {steady['reason']}"
+
+
+def _time(time):
+    if not time["discrete"]:
+        return "continuous (dt = 0)"
+    varies = "" if time["instants"] is None else f", varies over {time['instants']}"
+    return f"discrete, dt = {time['dt']:.6g}{varies and varies + ' instants'}"
+
+
+def _modes(modes):
+    """Each mode once, conjugates together, and how often it occurs."""
+    from ..show import number
+
+    values = [complex(mode["real"], mode["imag"]) for mode in modes]
+    times = collections.Counter()
+    for value in values:
+        text, other = number(value), value.conjugate()
+        paired = "j" in text and values.count(value) == values.count(other)
+        if paired:  # those of a complex plant need not be
+            real = number(value.real, scale=abs(value))
+            text = f"{real} +- {number(abs(value.imag))}j"
+        times[text] += not paired or value.imag > 0
+    times = times.items()
+    return ", ".join(f"{mode} ({k} times)" if k > 1 else mode for mode, k in times)
+
+
+def _observability(seen):
+    indices = ", ".join(map(str, seen["indices"])) or "none"
+    hidden = seen["unobservable"]
+    yield "observability", f"{'not ' if hidden else ''}observable; indices {indices}"
+    for decays, kind in ((True, "which decay"), (False, "which do not decay")):
+        some = [mode for mode in hidden if mode["decays"] is decays]
+        if some:
+            yield "hidden modes", f"{_modes(some)}, {kind}"
+    if seen["redundant_outputs"]:
+        yield "redundant", f"{seen['redundant_outputs']} of the outputs"
+
+
+def _noise(noise, n, p):
+    if noise is None:
+        yield "noise", "Q or R is not given"
+        return
+    yield (
+        "noise",
+        f"rank of Q {noise['rank_Q']} of {n}, of R {noise['rank_R']} of {p}, of "
+        f"[Q S; S' R] {noise['rank_joint']} of {n + p}",
+    )
+    yield "noise-free", ", ".join(noise["perfect_outputs"]) or "no output alone"
+    undriven = noise["undriven_on_unit_circle"]
+    if undriven is not None:
+        yield "undriven", _modes(undriven) or "no mode on the unit circle"
+
+
+def _multiplicative(noise):
+    if noise is None:
+        return
+    pairs = noise["pairs"]
+    text = "1 pair" if pairs == 1 else f"{pairs} pairs"
+    if noise["mean_square_stable"] is not None:
+        stable = "" if noise["mean_square_stable"] else "not "
+        text += f"; {stable}mean-square stable, spectral radius {noise['radius']:.6g}, "
+        text += _strongest(noise["largest_scaling"])
+    yield "multiplicative", text
+
+
+def _strongest(scaling):
+    if scaling == 0:
+        return "as A alone is not stable"
+    limit = "any factor" if scaling is None else f"{scaling:.6g} times as strong"
+    return f"stable up to {limit}"
+
+
+def _start(start):
+    if start is None:
+        return "no P0: filters from a start, and their bounds, need it"
+    return f"x0, P0 are {'of x[1], before y[1]' if start == 'prior' else 'of x[0]'}"

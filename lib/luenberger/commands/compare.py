@@ -1,0 +1,123 @@
+"""`compare`: one plant under every method, in a table."""
+
+import textwrap
+from pathlib import Path
+
+from .registration import dry_run, register
+from .terminal import tell, tell_json, visible, written
+
+WIDE = 79
+
+
+def add(commands):
+    one = register(
+        commands,
+        "compare",
+        run,
+        help="compare what every method makes of a plant",
+        description="Design observers of a plant by every method and order, and print "
+        "the error, the worst pole, the work of each, the one recommended and why, "
+        "and which methods do not apply.",
+        examples=[
+            "compare tracker.json",
+            "compare tracker.json --k=1,0.5,0 --orders 1,2 --json",
+            "compare tracker.json --csv designs.csv",
+        ],
+    )
+    one.add_argument("plant", type=Path, metavar="PLANT.json")
+    one.add_argument(
+        "--k",
+        type=numbers,
+        metavar="K1,K2,...",
+        help="estimate only this combination k x of the states; write --k=-1,2 where "
+        "the first number is negative",
+    )
+    one.add_argument(
+        "--orders", type=whole_numbers, metavar="R1,R2,...", help="only these orders"
+    )
+    one.add_argument(
+        "--json", action="store_true", help="one JSON document on stdout instead"
+    )
+    one.add_argument(
+        "--csv",
+        type=Path,
+        metavar="FILE",
+        help="write every design to a file, and print its path",
+    )
+    dry_run(one)
+
+
+def numbers(text):
+    """Numbers with commas between; argparse names the function where it fails."""
+    return [float(number) for number in text.split(",")]
+
+
+def whole_numbers(text):
+    return [int(number) for number in text.split(",")]
+
+
+def run(options):
+    """Compare, and print or write what came of it."""
+    from .. import files
+    from ..compare import compare
+    from ..plant import Plant
+    from ..results import designs_csv
+
+    if options.json and options.csv is not None:
+        options.wrong("--csv goes without --json")
+    if options.csv is not None:
+        files.destination(options.csv)
+        files.require_other(options.csv, options.plant)
+    plant = Plant.from_json(options.plant)
+    found = compare(plant, k=options.k, orders=options.orders)
+    if options.json:
+        tell_json(_data(plant, found))
+    elif options.csv is None:
+        _print(found)
+    else:
+        if not options.dry_run:
+            files.write(options.csv, designs_csv(found.rows()))
+        written([options.csv], options.dry_run)
+
+
+def _data(plant, found):
+    return {
+        "plant": plant.name,
+        "k": None if found.k is None else found.k.tolist(),
+        "recommended": found.recommended().name,
+        "reasons": found.reasons(),
+        "designs": found.rows(),
+    }
+
+
+def _print(found):
+    tell(_table(found.table))
+    for one in _refusals(found):
+        tell("")
+        tell(textwrap.fill(visible(one), WIDE, subsequent_indent="  "))
+    tell("")
+    tell(textwrap.fill(visible(f"Take the {found.recommended().name}."), WIDE))
+    for sentence in found.reasons():
+        tell(textwrap.fill(visible(sentence), WIDE))
+
+
+def _table(table):
+    """The numbers first: names are long, and may run over the edge of the terminal.
+
+    A star marks the design that is recommended.
+    """
+    from ..show import Table
+
+    def turned(cells, mark):
+        return [mark, *cells[2:], *map(visible, cells[:2])]
+
+    rows = (
+        turned(cells, "*" if k in table.marked else "")
+        for k, cells in enumerate(table.rows)
+    )
+    return Table(turned(table.header, ""), rows)
+
+
+def _refusals(found):
+    for method, which, reason in found.refusals.rows:
+        yield f"{method}, {which}: {reason}"

@@ -1,0 +1,131 @@
+"""`design`: observers of every order for a plant, compared in a report."""
+
+import contextlib
+import os
+import shutil
+import tempfile
+from pathlib import Path
+
+from .registration import dry_run, register
+from .terminal import say, written
+
+REPORT = "report.html"
+ESTIMATES = "estimates.csv"
+FROM_DATA = ("data.csv", ESTIMATES)
+WRITTEN = ("design.ipynb", "plant.json", "observer.json", "designs.csv")
+
+
+def add(commands):
+    one = register(
+        commands,
+        "design",
+        run,
+        help="design observers of every order for a plant, and write a report",
+        description="Design observers of every order for a plant, compare them, and "
+        "write a report, the recommended observer and, with measurements, estimates. "
+        "Prints what it wrote. All files appear at the end, together.",
+        examples=[
+            "design tracker.json --out report --data tracker.csv",
+            "design reactor.json --out reactor --dry-run",
+        ],
+    )
+    one.add_argument("plant", type=Path, metavar="PLANT.json")
+    one.add_argument(
+        "--out", type=Path, required=True, metavar="DIR", help="folder for the results"
+    )
+    one.add_argument(
+        "--data",
+        type=Path,
+        metavar="DATA.csv",
+        help="measurements, in columns named after the plant's outputs and inputs",
+    )
+    dry_run(one, "check the plant, the data and the folder")
+
+
+def run(options):
+    """Run the report's notebook on a plant and put what it makes into a folder.
+
+    Nothing appears there before everything is finished.
+    """
+    from .. import measurements, offline
+    from ..plant import Plant
+
+    plant, out = Plant.from_json(options.plant), options.out
+    if options.data is not None:
+        measurements.read(options.data, plant)
+    beside = _existing_parent(out)
+    if options.dry_run:
+        names = {*WRITTEN, REPORT, *([] if options.data is None else FROM_DATA)}
+        written([out / name for name in _in_order(names)], dry=True)
+        return
+    with contextlib.ExitStack() as stack:
+        work = Path(tempfile.mkdtemp(prefix=".luenberger-", dir=beside))
+        stack.callback(shutil.rmtree, work, ignore_errors=True)
+        try:
+            finished = _make(work, plant, options)
+        except offline.NotebookError as error:
+            raise ValueError(str(error)) from None
+        written(_publish(finished, out), dry=False)
+    say(f"done: open {out / REPORT}")
+
+
+def _make(work, plant, options):
+    """Everything that is to be written, in a folder below `work`."""
+    from .. import offline
+
+    finished = work / "out"
+    finished.mkdir()
+    given = {"plant.json": options.plant, "data.csv": options.data}
+    given = {name: path for name, path in given.items() if path is not None}
+    for name, path in given.items():
+        shutil.copyfile(path, work / name)
+    notebook = offline.read(offline.TEMPLATES / "design.ipynb")
+    offline.run(notebook, work, progress=_show_progress)
+    say(f"writing {REPORT}")
+    offline.write(notebook, finished / "design.ipynb")
+    page = offline.to_html(notebook, f"{plant.name or 'Plant'}: observer design")
+    (finished / REPORT).write_text(page, encoding="utf-8", newline="")
+    for name in given:
+        os.replace(work / name, finished / name)
+    return finished
+
+
+def _existing_parent(out):
+    """The nearest folder above `out` that exists, once `out` is seen to be usable."""
+    if out.exists() and not out.is_dir():
+        raise ValueError(f"{out} is a file; --out must name a folder")
+    taken = [name for name in (*WRITTEN, *FROM_DATA) if (out / name).exists()]
+    if taken and not (out / REPORT).exists():
+        raise ValueError(
+            f"{out} holds {', '.join(taken)} but no report, so these are not of an "
+            "earlier run and would be overwritten; give --out another folder"
+        )
+    parent = Path(os.path.abspath(out)).parent
+    while not parent.exists():
+        parent = parent.parent
+    return parent
+
+
+def _in_order(names):
+    """File names by letter, the report last."""
+    return sorted(names, key=lambda name: (name == REPORT, name))
+
+
+def _publish(finished, out):
+    """Move finished files into `out`; returns where they are.
+
+    Estimates of an earlier run do not stay beside a report that has none.
+    """
+    from .. import files
+
+    names = _in_order(path.name for path in finished.iterdir())
+    moves = {finished / name: out / name for name in names}
+    out.mkdir(parents=True, exist_ok=True)
+    files.replace_all(moves, beside=finished)
+    if ESTIMATES not in names:
+        (out / ESTIMATES).unlink(missing_ok=True)
+    return moves.values()
+
+
+def _show_progress(step, steps, title):
+    say(f"step {step} of {steps}: {title or 'Reading the plant'}")

@@ -1,0 +1,98 @@
+"""`estimate`: a saved observer run on a CSV file of any length."""
+
+import codecs
+import contextlib
+import os
+import sys
+from pathlib import Path
+
+from .registration import register
+from .terminal import say, tell
+
+STREAM = "-"
+
+
+def add(commands):
+    one = register(
+        commands,
+        "estimate",
+        run,
+        help="run a saved observer on measurements",
+        description="Run an observer on a CSV file of any length, a few rows at a "
+        "time. The file has a column for each output and input, by name, in any order "
+        "and among others, and perhaps one called time, t or instant, which is carried "
+        "along as it is. A missing measurement is refused: gains that are fixed "
+        "beforehand cannot leave it out.",
+        examples=[
+            "estimate report/observer.json tracker.csv --out estimates.csv",
+            "estimate report/observer.json tracker.csv --plant tracker.json --out -",
+        ],
+    )
+    one.add_argument("observer", type=Path, metavar="OBSERVER.json")
+    one.add_argument("data", metavar="DATA.csv", help="measurements; - reads stdin")
+    one.add_argument(
+        "--out",
+        required=True,
+        metavar="FILE.csv",
+        help="estimates; - writes to stdout, where rows before a refusal remain",
+    )
+    one.add_argument(
+        "--plant",
+        type=Path,
+        metavar="PLANT.json",
+        help="the plant it observes: names the observer lacks, and x0 for the start",
+    )
+    one.add_argument(
+        "--backend",
+        choices=("numpy", "numba"),
+        default="numpy",
+        help="numba compiles the observer first, which pays from 10 million rows",
+    )
+    one.add_argument(
+        "--dry-run", action="store_true", help="read and estimate, but write nothing"
+    )
+
+
+def run(options):
+    """Estimate, and say how many rows were written."""
+    from .. import streaming
+    from ..files import require_other
+    from ..inputs import few
+    from ..observer import Observer
+    from ..plant import Plant
+    from ..tables import Table
+
+    require_other(options.out, options.observer, options.data, options.plant)
+    observer = Observer.from_json(options.observer)
+    plant = None if options.plant is None else Plant.from_json(options.plant)
+    with _source(options.data) as file, _sink(options) as out:
+        where = "stdin" if options.data == STREAM else options.data
+        header, rows = streaming.estimates(
+            observer, Table(file, where), plant, options.backend
+        )
+        count = streaming.write(out, header, rows)
+    if options.out != STREAM:
+        tell(options.out)
+    say(f"{count} rows of {few(header)}")
+    if options.dry_run:
+        say("dry run: nothing was written")
+
+
+def _source(path):
+    from ..inputs import opened
+
+    if path == STREAM:
+        return contextlib.nullcontext(sys.stdin.buffer)
+    return opened(path)
+
+
+def _sink(options):
+    from ..files import destination, replacing
+
+    if options.dry_run and options.out != STREAM:
+        destination(options.out)
+    if options.dry_run:
+        return open(os.devnull, "w", encoding="utf-8")
+    if options.out == STREAM:  # UTF-8, whatever the terminal has
+        return contextlib.nullcontext(codecs.getwriter("utf-8")(sys.stdout.buffer))
+    return replacing(options.out)

@@ -1,0 +1,88 @@
+"""`export`: an observer, or the filter of a plant, as C99 source."""
+
+import tempfile
+from pathlib import Path
+
+from .registration import dry_run, register
+from .terminal import written
+
+
+def add(commands):
+    one = register(
+        commands,
+        "export",
+        run,
+        help="write an observer, or a plant's time-varying filter, as C99 source",
+        description="Write C99 source that allocates nothing: NAME.c and NAME.h. An "
+        "observer becomes its recursion; a plant becomes the time-varying filter with "
+        "its covariance, where NaN in y means not measured. Compiled with "
+        "-DNAME_SELFTEST it is a program that ends with 0 if it computes what Python "
+        "does. Prints the two paths.",
+        examples=[
+            "export report/observer.json --c firmware",
+            'export tracker.json --m1 "radar position (m)" --c firmware --name filter',
+            "export report/observer.json --c firmware --float --dry-run",
+        ],
+    )
+    one.add_argument("source", type=Path, metavar="OBSERVER.json|PLANT.json")
+    one.add_argument(
+        "--c", type=Path, required=True, metavar="DIR", help="folder for the two files"
+    )
+    one.add_argument(
+        "--plant", type=Path, help="beside an observer: names for the comments"
+    )
+    one.add_argument(
+        "--m1",
+        action="append",
+        metavar="OUTPUT",
+        help="beside a plant: the name of an output taken at its word, once for each; "
+        "or how many of the first outputs; default none",
+    )
+    one.add_argument("--name", default="observer", help="of files and functions")
+    one.add_argument("--float", action="store_true", help="float instead of double")
+    dry_run(one)
+
+
+def run(options):
+    """Write the source, or into a folder that is thrown away, and print the paths."""
+    from ..export import to_c
+    from ..export.files import places
+
+    given = _read(options)
+    if not options.dry_run:
+        written(to_c(path=options.c, **given), dry=False)
+        return
+    with tempfile.TemporaryDirectory() as nowhere:
+        names = [path.name for path in to_c(path=nowhere, **given)]
+    written(places(options.c, names), dry=True)
+
+
+def _read(options):
+    """The arguments of `to_c`, read from the files that are named."""
+    from .. import record
+    from ..observer import Observer
+    from ..plant import Plant
+
+    kind = Observer if record.kind(options.source) == "observer" else Plant
+    source, m1 = kind.from_json(options.source), None
+    if options.m1 is not None:
+        outputs = getattr(source, "output_names", ())
+        m1 = accurate(options.m1, outputs or ())
+    return dict(
+        source=source,
+        plant=None if options.plant is None else Plant.from_json(options.plant),
+        m1=m1,
+        name=options.name,
+        dtype="float" if options.float else "double",
+    )
+
+
+def accurate(given, outputs):
+    """What --m1 says: names of outputs, or one number of them.
+
+    >>> accurate(["2"], ["a", "b"]), accurate(["b", "a"], ["a", "b"])
+    (2, ['b', 'a'])
+    """
+    if len(given) == 1 and given[0].isdecimal() and given[0] not in outputs:
+        return int(given[0])
+    return given

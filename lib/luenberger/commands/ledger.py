@@ -1,0 +1,95 @@
+"""`ledger`: every numbered equation of the papers, and what vouches for it."""
+
+import textwrap
+from pathlib import Path
+
+from .registration import dry_run, register
+from .terminal import say, tell, tell_json, written
+
+WIDE, INDENT = 79, " " * 6
+
+
+def add(commands):
+    one = register(
+        commands,
+        "ledger",
+        run,
+        help="list the papers' equations, their evidence and their misprints",
+        description="List every numbered equation of the papers: what it says, how "
+        "well it is established, what uses it, and what the page misprints. Without "
+        "--paper it prints counts.",
+        examples=[
+            "ledger",
+            'ledger --paper "Van Dooren"',
+            "ledger --misprints --json",
+            "ledger --paper hsia --html ledger.html",
+        ],
+    )
+    one.add_argument(
+        "--paper", metavar="NAME", help="one paper, by part of its name or title"
+    )
+    one.add_argument(
+        "--misprints", action="store_true", help="list misprints, not equations"
+    )
+    one.add_argument(
+        "--json", action="store_true", help="one JSON document on stdout instead"
+    )
+    one.add_argument(
+        "--html",
+        type=Path,
+        metavar="FILE",
+        help="write a page with every equation and its proved formulas, which runs "
+        "the derivations: half a minute for all papers",
+    )
+    dry_run(one)
+
+
+def run(options):
+    """Print the ledger, or write its page."""
+    from .. import files, ledger
+
+    if options.paper is not None:
+        options.paper = ledger.find_paper(options.paper)
+    if options.html is None:
+        return _print(ledger, options)
+    if options.json or options.misprints:
+        options.wrong("--html goes without --json and --misprints")
+    files.destination(options.html)
+    if not options.dry_run:
+        say("running the derivations, for their formulas")
+        ledger.write_page(options.html, options.paper)
+    written([options.html], options.dry_run)
+
+
+def _print(ledger, options):
+    if options.json:
+        tell_json(_data(ledger, options))
+    elif options.misprints:
+        for entry, slip in ledger.misprints(options.paper):
+            tell(f"{entry.source} {entry.number}")
+            tell(_filled(f"  printed: {slip.printed}", "    "))
+            tell(_filled(f"  correct: {slip.correct}", "    "))
+    elif options.paper is None:
+        tell(ledger.summary())
+    else:
+        for entry in ledger.entries(options.paper):
+            used = entry.used.removeprefix("luenberger.")
+            tell(_filled(f"{entry.number:<4}  {entry.says}", INDENT))
+            tell(_filled(f"{INDENT}{entry.kind}; {entry.level}; {used}", INDENT))
+
+
+def _filled(text, indent):
+    return textwrap.fill(text, WIDE, subsequent_indent=indent, break_on_hyphens=False)
+
+
+def _data(ledger, options):
+    """The entries as plain data, or the misprints with the place of each."""
+    if options.misprints:
+        return {
+            "misprints": [
+                {"paper": entry.paper, "number": entry.number}
+                | {"printed": slip.printed, "correct": slip.correct}
+                for entry, slip in ledger.misprints(options.paper)
+            ]
+        }
+    return {"entries": [entry.as_dict() for entry in ledger.entries(options.paper)]}

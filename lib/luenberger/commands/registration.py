@@ -1,0 +1,41 @@
+"""How a command is made known to argparse, which suffices and is always there."""
+
+import argparse
+import textwrap
+
+
+def register(commands, name, run, help, description, examples):
+    """Add a command; returns its parser, for its options.
+
+    ``options.wrong(message)`` ends a run whose options do not go together.
+
+    Parameters
+    ----------
+    commands : the object that `main` passes to every module's ``add``
+    run : callable of the parsed options
+    help, description : str
+        One line for the list of commands, and a paragraph for the command's own page.
+    examples : sequence of str
+        What follows ``python -m luenberger``, on the files of notebooks/plants and
+        on what the examples before them write; the tests run every one.
+    """
+    lines = [f"  python -m luenberger {example}" for example in examples]
+    one = commands.add_parser(
+        name,
+        help=help,
+        description=textwrap.fill(description, 79),
+        epilog="\n".join(["examples:", *lines]),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
+    )
+    one.set_defaults(run=run, wrong=one.error)
+    return one
+
+
+def dry_run(one, instead="do everything but write"):
+    """The option that every command has which writes files."""
+    one.add_argument(
+        "--dry-run",
+        action="store_true",
+        help=f"{instead}, and print which files would be written",
+    )

@@ -1,0 +1,75 @@
+"""What commands print: results on stdout, everything else on stderr.
+
+Text may hold names from a user's file.  Characters that would steer a terminal are
+printed as escapes, as are those that its encoding lacks.
+"""
+
+import contextlib
+import json
+import os
+import sys
+
+
+def say(text):
+    """One line on stderr, at once."""
+    print(visible(text), file=sys.stderr, flush=True)
+
+
+def tell(text):
+    """Lines on stdout."""
+    print("\n".join(visible(line) for line in str(text).split("\n")))
+
+
+def tell_json(value):
+    """One JSON document on stdout; ASCII, keys in the order of `value`.
+
+    Raises
+    ------
+    ValueError
+        If a number in it is not finite: null is for what is not there.
+    """
+    print(json.dumps(value, indent=2, allow_nan=False))
+
+
+def written(paths, dry):
+    """The files of a run on stdout; on stderr, of a dry one, that there are none."""
+    for path in paths:
+        tell(path)
+    if dry:
+        say("dry run: nothing was written")
+
+
+def visible(text):
+    r"""The text in one line, with escapes for what is not printable.
+
+    >>> visible("a\x1b[31m\nb")
+    'a\\x1b[31m\\nb'
+    """
+    text = str(text)
+    if text.isprintable():
+        return text
+    return "".join(
+        c if c.isprintable() else c.encode("unicode_escape").decode("ascii")
+        for c in text
+    )
+
+
+def prepare():
+    """Let both streams print any text, whatever their encoding."""
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="backslashreplace")
+
+
+def flush():
+    """Send what was printed, so that a full disk or a closed pipe is noticed now."""
+    if sys.stdout is None:
+        return
+    try:
+        sys.stdout.flush()
+    except OSError:
+        with contextlib.suppress(OSError):  # nobody is to try again when Python ends
+            nowhere = os.open(os.devnull, os.O_WRONLY)
+            os.dup2(nowhere, sys.stdout.fileno())
+            os.close(nowhere)
+        raise

@@ -1,0 +1,130 @@
+"""One plant under every method: what each design gains, and what it costs."""
+
+import numpy as np
+
+from ..arrays import matrix
+from ..errors import DesignError
+from ..plant import Plant
+from .attempts import Attempt as Attempt
+from .attempts import attempt
+from .attempts import noisy as noisy
+from .methods import METHODS as METHODS
+from .methods import Question
+from .table import TOLERANCE as TOLERANCE
+from .table import Comparison as Comparison
+from .table import percent as percent
+from .transients import from_start as from_start
+from .transients import transients as transients
+from .words import sigma as sigma
+
+
+def compare(plant, *, k=None, orders=None, poles=None, methods=None):
+    """Try every method on one plant, and compare what comes of it.
+
+    Tried are
+
+    - the Kalman filter;
+    - the Leondes-Novak filter for every set of outputs taken as accurate (with more
+      than four outputs for the first 1, 2, ..., p), with the paper's gain in its
+      steady state and with the best constant gain; all outputs accurate is the
+      minimal order;
+    - the fixed-order filter of every order below n, with feedthrough, and for up to 5
+      states without it; for more than 10 states orders 1 to 3, unless `orders` asks
+      for others;
+    - the reduced-order observer with `poles`;
+    - the deadbeat observer;
+    - the functional observer of k x of least order.
+
+    Parameters
+    ----------
+    plant : Plant
+        Without noise covariances, or in continuous time, only the last three apply.
+        Multiplicative noise is known to the fixed-order filter; other filters are
+        designed for the additive noise that has the same covariance in steady state,
+        and all are measured on the plant as it is.
+    k : (n,) or (q, n) array_like, optional
+        The comparison is then about k x: designs are ranked by its error variance,
+        fixed-order filters estimate it, and functional observers join in.
+    orders : iterable of int, optional
+        Only designs of these orders.
+    poles : (n - rank C,) array_like, optional
+        Of the reduced-order observer.  Default those of the minimal-order
+        Leondes-Novak filter with the best constant gain; where there is none, on a
+        circle (Butterworth) three times as far out as the geometric mean of the
+        rates of the plant's modes, in discrete time exp(s dt) of these.
+    methods : iterable of str, optional
+        Only these methods, by their names in the table.
+
+    Returns
+    -------
+    Comparison
+        A design that was refused is listed with its reason.
+
+    Raises
+    ------
+    DesignError
+        If every design is refused.
+    ValueError
+        An unknown method, or k that does not fit the plant.
+
+    See Also
+    --------
+    sweep : designs of your choice on many plants.
+    plot.pareto : the picture.
+
+    Examples
+    --------
+    >>> import luenberger as lb
+    >>> plant = lb.Plant([[1, 1], [0, 1]], None, [[1, 0]], dt=1.0,
+    ...                  Q=[[0.25, 0.5], [0.5, 1]], R=[[0.01]])
+    >>> table = lb.compare(plant)
+    >>> [(one.order, round(one.trace, 4), one.work) for one in table.pareto()]
+    [(1, 0.28, 3), (1, 0.1813, 4), (2, 0.1806, 10)]
+    >>> table.recommended().name
+    'Leondes-Novak filter, y1 taken as accurate, best constant gain'
+    """
+    if not isinstance(plant, Plant):
+        raise ValueError(f"plant must be a Plant, got {type(plant).__name__}")
+    asked = Question(
+        plant,
+        None if k is None else matrix("k", np.atleast_2d(k), cols=plant.n),
+        None if poles is None else tuple(np.ravel(poles)),
+        None if orders is None else _orders(orders, plant.n),
+    )
+    attempts = tuple(
+        one
+        for method in _chosen(methods)
+        for plan in METHODS[method](asked)
+        if _wanted(plan, asked.orders)
+        for one in [attempt(plan, plant, asked.k)]
+        if _wanted(one, asked.orders)
+    )
+    if all(one.refusal for one in attempts):
+        reason = attempts[0].refusal if attempts else f"none has {asked.orders} states"
+        raise DesignError(f"no exact filter of any order exists: {reason}")
+    return Comparison(plant, attempts, asked.k)
+
+
+def _chosen(methods):
+    """The methods in the order of the table."""
+    if methods is None:
+        return list(METHODS)
+    methods = [methods] if isinstance(methods, str) else list(methods)
+    unknown = [name for name in methods if name not in METHODS]
+    if unknown:
+        raise ValueError(f"there is no method {unknown[0]!r}; there are {[*METHODS]}")
+    return [name for name in METHODS if name in methods]
+
+
+def _orders(orders, n):
+    found = tuple(orders) if np.iterable(orders) else (orders,)
+    for order in found:
+        whole = isinstance(order, (int, np.integer)) and not isinstance(order, bool)
+        if not whole or not 0 <= order <= n:
+            raise ValueError(f"orders must be whole numbers from 0 to {n}, got {order}")
+    return found
+
+
+def _wanted(one, orders):
+    """Whether a plan or an attempt has an order that was asked for, or none yet."""
+    return orders is None or one.order is None or one.order in orders

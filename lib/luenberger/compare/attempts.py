@@ -1,0 +1,217 @@
+"""One design of a comparison, measured, or the reason why there is none."""
+
+import dataclasses
+import warnings
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..analysis import error_covariance, multiply_adds, without_rounding
+from ..certificate import Certificate, certify
+from ..linalg import eigenvalues
+from ..observer import Observer
+from ..optimality import STATIONARY_TOL, Optimality, optimality
+
+SINGLE = {"Kalman filter", "deadbeat observer", "functional observer"}
+EXACT_TOL = 1e-9  # of a certificate, as in `Certificate.require`
+
+
+@dataclass(frozen=True, eq=False)
+class Attempt:
+    """One design, or the reason why there is none.
+
+    Attributes
+    ----------
+    method : str
+        "Kalman filter", "Leondes-Novak filter", "fixed-order filter", "reduced-order
+        observer", "deadbeat observer" or "functional observer".
+    label : str
+        Which one of them, in a few words.
+    order : int or None
+        Number of observer states; None where that was never settled.
+    accurate : tuple of int
+        The outputs taken at their word.
+    horizon : "step", "steady" or None
+        Of a Leondes-Novak filter: the paper's gain in its steady state, or the best
+        constant gain.
+    observer : Observer or None
+    covariance : (q, q) ndarray or None
+        Of the steady error of what the observer estimates; None without noise.
+    k : (., n) ndarray or None
+        The functional that the comparison is about, if it is about one.
+    noise_gain : float or None
+        Square root of the trace that v alone would leave in `covariance`, with the
+        plant's R, or R = I if it has none.  None in continuous time, where V y passes
+        white noise of any strength on.
+    work, bytes : int, int or None
+        Multiply-adds per step, and state and constants of one observer, in the C that
+        `export.to_c` writes in doubles; entries that are rounding count as zero.  In
+        continuous time multiply-adds per evaluation, and None.
+    certificate : Certificate or None
+    optimality : Optimality or None
+        Of a fixed-order filter, whose certificate has residuals: what it gives up.
+    note : str
+        What to know about the design; may be empty.
+    refusal : str
+        Why there is no observer; empty when there is one.
+    """
+
+    method: str
+    label: str
+    order: int | None = None
+    accurate: tuple = ()
+    horizon: str | None = None
+    observer: Observer | None = None
+    covariance: np.ndarray | None = None
+    k: np.ndarray | None = None
+    noise_gain: float | None = None
+    work: int | None = None
+    bytes: int | None = None
+    certificate: Certificate | None = None
+    optimality: Optimality | None = None
+    note: str = ""
+    refusal: str = ""
+
+    @property
+    def name(self):
+        """The method, and which design of it where there are several."""
+        return self.method if self.method in SINGLE else f"{self.method}, {self.label}"
+
+    @property
+    def title(self):
+        """The name with the order."""
+        order = f"order {self.order}"
+        return self.name if order in self.name else f"{self.name}, {order}"
+
+    @property
+    def whole(self):
+        """Whether it estimates the whole state, and not k x only."""
+        n = self.observer.L.shape[1]
+        return np.array_equal(self.observer.L, np.eye(n))
+
+    @property
+    def variances(self):
+        """Steady error variance of each state, or of each row of k x; or None."""
+        if self.covariance is None:
+            return None
+        return np.maximum(self.covariance.diagonal(), 0.0)
+
+    @property
+    def trace(self):
+        """Sum of the steady error variances of all states; None where not known."""
+        if self.covariance is None or not self.whole:
+            return None
+        return float(np.trace(self.covariance))
+
+    @property
+    def error_of_k(self):
+        """Steady error variance of k x, its rows added; None where not known."""
+        if self.covariance is None or self.k is None:
+            return None
+        k = self.k if self.whole else np.eye(len(self.covariance))
+        return float(np.trace(k @ self.covariance @ k.T))
+
+    @property
+    def error(self):
+        """What designs are ranked by: `error_of_k` where there is a k, or `trace`."""
+        return self.trace if self.k is None else self.error_of_k
+
+    @property
+    def worst_pole(self):
+        """Largest magnitude of the poles, 0 if there are none.
+
+        In continuous time the largest real part, -inf if there are none.
+        """
+        poles = self.observer.poles
+        if self.observer.dt == 0:
+            return float(poles.real.max(initial=-np.inf))
+        return float(np.abs(poles).max(initial=0.0))
+
+    @property
+    def cond(self):
+        """Condition of [T; C]; None where the state is not recovered from z and y."""
+        return self.certificate.cond if self.exact and self.whole else None
+
+    @property
+    def exact(self):
+        """Whether the error does not depend on the state and the known input."""
+        return self.certificate.worst <= EXACT_TOL
+
+    @property
+    def sound(self):
+        """Whether the certificate, or the conditions of an optimum, hold."""
+        if self.optimality is None:
+            return self.exact and self.certificate.stable
+        return self.optimality.worst <= STATIONARY_TOL
+
+
+def attempt(plan, plant, k):
+    """Carry a plan out, and measure what comes of it."""
+    known = dict(accurate=plan.accurate, horizon=plan.horizon, k=k)
+    given = (plan.method, plan.label, plan.order)
+    try:
+        observer, warned = _quietly(plan.design)
+        figures = _figures(observer, plant, plan)
+    except ValueError as error:  # DesignError, CertificateError: listed, not raised
+        return Attempt(*given, **known, refusal=str(error))
+    note = " ".join(filter(None, [plan.note, *warned]))
+    given = (plan.method, plan.label, observer.order)
+    return Attempt(*given, **known, observer=observer, note=note, **figures)
+
+
+def _quietly(design):
+    """What a design gives, and the texts of its warnings."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        observer = design()
+    return observer, [f"{one.message}" for one in caught]
+
+
+def _figures(observer, plant, plan):
+    from ..export.constant import step_cost
+
+    work, size = multiply_adds(observer), None
+    if not observer.is_complex:
+        cost = step_cost(without_rounding(observer))
+        work, size = cost.multiply_adds, cost.bytes
+    best = None
+    if plan.feedthrough is not None:
+        best = optimality(observer, plant, feedthrough=plan.feedthrough)
+    return dict(
+        covariance=error_covariance(observer, plant) if noisy(plant) else None,
+        noise_gain=noise_gain(observer, plant),
+        work=work,
+        bytes=size if plant.dt > 0 else None,
+        certificate=certify(observer, plant),
+        optimality=best,
+    )
+
+
+def noisy(plant):
+    """Whether the plant says how noisy it is."""
+    return plant.dt > 0 and plant.Q is not None and plant.R is not None
+
+
+def noise_gain(observer, plant):
+    """Root of the steady error trace that v alone would leave; None if dt = 0.
+
+    Without R, that of white noise of unit variance in every output.
+    """
+    if plant.dt == 0 or plant.is_complex or observer.is_complex:
+        return None
+    quiet = dataclasses.replace(
+        plant,
+        Q=np.zeros((plant.n, plant.n)),
+        R=np.eye(plant.p) if plant.R is None else plant.R,
+        S=None,
+        multiplicative=(),
+    )
+    return float(np.sqrt(max(np.trace(error_covariance(observer, quiet)), 0.0)))
+
+
+def rates(plant):
+    """How fast the plant's modes are, in rad/s; those that never change left out."""
+    poles = eigenvalues(plant.A)
+    if plant.dt > 0:
+        poles = np.log(poles[poles != 0].astype(complex)) / plant.dt
+    return np.abs(poles[poles != 0])

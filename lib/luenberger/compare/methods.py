@@ -1,0 +1,217 @@
+"""What a comparison tries: every method, and within it every choice."""
+
+import dataclasses
+import functools
+import itertools
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..designs.deadbeat import deadbeat_observer
+from ..designs.fixed_order import fixed_order_filter
+from ..designs.functional import functional_observer
+from ..designs.staircase import reduced_order_observer
+from ..designs.trace_minimisation import kalman_filter, reduced_order_filter
+from ..errors import DesignError
+from ..mean_square import equivalent_noise
+from ..plant import Plant
+from ..stairs import staircase
+from .attempts import noisy, rates
+
+EVERY_SUBSET_UP_TO = 4  # outputs; above it only the first 0, 1, ..., p are tried
+EVERY_ORDER_UP_TO = 10  # states; above it only fixed-order filters up to FEW_ORDERS
+FEW_ORDERS = 3
+PREDICTORS_UP_TO = 5  # states; above it no fixed-order filter with V = 0
+STARTS = 12  # of the search for each fixed-order filter
+SPEED = 3.0  # of an observer, beside the plant, where no noise says how fast
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A design to be tried: what it is called, and a function that makes it."""
+
+    method: str
+    label: str
+    design: Callable
+    order: int | None = None
+    accurate: tuple = ()
+    horizon: str | None = None
+    feedthrough: bool | None = None  # of a fixed-order filter
+    note: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Question:
+    """What was asked: the plant, the functional and the poles, if any."""
+
+    plant: Plant
+    k: np.ndarray | None = None
+    poles: tuple | None = None
+    orders: tuple | None = None
+
+    @functools.cached_property
+    def additive(self):
+        """The plant with additive noises that trouble an estimate as much as its own.
+
+        It is for filters that know no multiplicative noise: (4.4) of Haddad and
+        Bernstein; see `mean_square.equivalent_noise`.
+        """
+        plant = self.plant
+        if not plant.multiplicative or not noisy(plant):
+            return plant
+        _, Q, S, R = equivalent_noise(plant)
+        return dataclasses.replace(plant, Q=Q, R=R, S=S, multiplicative=())
+
+    @functools.cached_property
+    def note(self):
+        if not self.plant.multiplicative:
+            return ""
+        return "Designed for additive noise of the same steady covariance."
+
+    @functools.cached_property
+    def speed(self):
+        """Poles for a reduced-order observer, and where they are from."""
+        plant = self.plant
+        if self.poles is not None:
+            return self.poles, "poles as given"
+        count = plant.n - staircase(plant.A, plant.C).rank
+        try:
+            minimal = reduced_order_filter(
+                self.additive, plant.p, horizon="steady"
+            ).poles
+        except ValueError:
+            minimal = ()
+        if len(minimal) == count:
+            return minimal, "poles of the minimal-order filter"
+        how = f"Butterworth poles, {SPEED:g} times the rates of the plant"
+        return butterworth(plant, count), how
+
+
+def butterworth(plant, count):
+    """Poles on a circle in the left half plane, SPEED times as far out as the plant's.
+
+    The plant's distance is the geometric mean of its modes' rates, |s|.  In discrete
+    time the poles are exp(s dt).
+    """
+    known = rates(plant)
+    unit = 1 / plant.dt if plant.dt > 0 else 1.0
+    distance = SPEED * (np.exp(np.log(known).mean()) if len(known) else unit / SPEED)
+    angle = np.pi * (2 * np.arange(count // 2) + count + 1) / (2 * max(count, 1))
+    upper = distance * np.exp(1j * angle)
+    s = np.concatenate([upper, upper.conj(), [-distance] * (count % 2)])
+    return tuple(np.exp(s * plant.dt) if plant.dt > 0 else s)
+
+
+def choices(p):
+    """The sets of accurate outputs to try, smallest first."""
+    if p > EVERY_SUBSET_UP_TO:
+        return [tuple(range(m1)) for m1 in range(p + 1)]
+    sizes = range(p + 1)
+    return [one for m1 in sizes for one in itertools.combinations(range(p), m1)]
+
+
+def kalman(asked):
+    yield Plan(
+        "Kalman filter",
+        "every output filtered",
+        lambda: kalman_filter(asked.additive),
+        asked.plant.n,
+        horizon="step",
+        note=asked.note,
+    )
+
+
+def leondes_novak(asked):
+    plant = asked.plant
+    gains = {"step": "step-wise gain", "steady": "best constant gain"}
+    for accurate in choices(plant.p)[1:]:
+        names = ", ".join(plant.output_names[k] for k in accurate)
+        for horizon, gain in gains.items():
+            yield Plan(
+                "Leondes-Novak filter",
+                f"{names} taken as accurate, {gain}",
+                lambda accurate=accurate, horizon=horizon: reduced_order_filter(
+                    asked.additive, accurate, horizon=horizon
+                ),
+                plant.n - len(accurate),
+                accurate,
+                horizon,
+                note=asked.note,
+            )
+
+
+def fixed_order(asked):
+    plant, of = asked.plant, "" if asked.k is None else " for k x"
+    few = plant.n > EVERY_ORDER_UP_TO and asked.orders is None
+    for order, feedthrough in itertools.product(range(1, plant.n), (True, False)):
+        design = functools.partial(
+            fixed_order_filter,
+            plant,
+            order,
+            L=asked.k,
+            feedthrough=feedthrough,
+            starts=STARTS,
+        )
+        if few and order > FEW_ORDERS:
+            design = functools.partial(_not_tried, plant.n)
+        if feedthrough or plant.n <= PREDICTORS_UP_TO:
+            label = f"order {order}{of}{'' if feedthrough else ', V = 0'}"
+            given = dict(order=order, feedthrough=feedthrough, note=_disturbed(plant))
+            yield Plan("fixed-order filter", label, design, **given)
+    if plant.n > PREDICTORS_UP_TO:
+        design = functools.partial(_not_tried, plant.n, "V = 0")
+        yield Plan("fixed-order filter", f"every order{of}, V = 0", design)
+
+
+def _not_tried(n, what="this order"):
+    remedy = ", feedthrough=False" if what == "V = 0" else ""
+    raise DesignError(
+        f"not tried: with n = {n} states the search for {what} takes a while. "
+        f"fixed_order_filter(plant, order{remedy}) makes it."
+    )
+
+
+def _disturbed(plant):
+    if not plant.m:
+        return ""
+    return "Best for u = 0: known inputs disturb its estimate."
+
+
+def reduced_order(asked):
+    def design():
+        return reduced_order_observer(asked.plant, asked.speed[0])
+
+    try:
+        label = asked.speed[1]
+    except ValueError:
+        label = "chosen poles"
+    yield Plan("reduced-order observer", label, design)
+
+
+def deadbeat(asked):
+    def design():
+        return deadbeat_observer(asked.plant)
+
+    yield Plan("deadbeat observer", "all poles zero", design)
+
+
+def functional(asked):
+    def design():
+        if asked.k is None:
+            raise DesignError(
+                "it estimates a combination k x of the states; give compare one with k="
+            )
+        return functional_observer(asked.plant, asked.k)
+
+    yield Plan("functional observer", "k x from the fewest states", design)
+
+
+METHODS = {
+    "Kalman filter": kalman,
+    "Leondes-Novak filter": leondes_novak,
+    "fixed-order filter": fixed_order,
+    "reduced-order observer": reduced_order,
+    "deadbeat observer": deadbeat,
+    "functional observer": functional,
+}

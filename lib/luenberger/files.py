@@ -1,0 +1,155 @@
+"""Files written beside and renamed: a reader, or a crash, finds the old or the new.
+
+A path that is a symbolic link is followed, as `open` does: the link stays and what it
+points to is replaced.  An existing file keeps its permissions.  A run that is killed
+outright may leave a file `.luenberger-...` beside; nothing ever reads it.
+"""
+
+import contextlib
+import os
+import secrets
+import shutil
+import signal
+import tempfile
+import threading
+from pathlib import Path
+
+SIGNALS = [
+    getattr(signal, name)
+    for name in ("SIGINT", "SIGTERM", "SIGHUP")
+    if hasattr(signal, name)
+]
+
+
+@contextlib.contextmanager
+def replacing(path):
+    """A new text file, which takes the place of `path` if the block ends well.
+
+    UTF-8 with the line ends that are written, so that every machine writes the same.
+
+    Raises
+    ------
+    ValueError
+        If `path` is a folder, a device or a pipe.
+    OSError
+        If it cannot be written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     with replacing(Path(folder) / "a.txt") as file:
+    ...         print("one", file=file)
+    ...     [path.name for path in Path(folder).iterdir()]
+    ['a.txt']
+    """
+    target = destination(path)
+    beside = target.with_name(f".luenberger-{secrets.token_hex(8)}")
+    try:
+        try:
+            file = open(beside, "x", encoding="utf-8", newline="")
+        except OSError as error:  # the name the user knows
+            raise type(error)(error.errno, error.strerror, str(path)) from None
+        with file:
+            yield file
+        _move(beside, target)
+    except BaseException:
+        beside.unlink(missing_ok=True)
+        raise
+
+
+def write(path, text):
+    """Write `text` to `path`, or leave what was there; see `replacing`."""
+    with replacing(path) as file:
+        file.write(text)
+
+
+def write_all(folder, texts):
+    """Write the files of `texts`, by name, into `folder`, all or none of them.
+
+    Returns their paths.  The folder is made if it is not there.
+    """
+    folder = Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    beside = Path(tempfile.mkdtemp(prefix=".luenberger-", dir=folder))
+    try:
+        for name, text in texts.items():
+            (beside / name).write_bytes(text.encode("utf-8"))
+        moves = {beside / name: folder / name for name in texts}
+        replace_all(moves, beside)
+    finally:
+        shutil.rmtree(beside, ignore_errors=True)
+    return list(moves.values())
+
+
+def replace_all(moves, beside):
+    """Rename each file to its path, in order; {finished: path}.
+
+    If a rename fails, what was there before is put back.  Signals wait until it is
+    done: there is no point at which some files are new and others old, but for a kill.
+    `beside` is a folder for copies of the old files.
+    """
+    targets = {finished: destination(path) for finished, path in moves.items()}
+    kept = {}
+    for k, target in enumerate(targets.values()):
+        if target.exists():
+            kept[target] = Path(shutil.copy2(target, beside / f".before-{k}"))
+    done = []
+    with _signals_wait():
+        try:
+            for finished, target in targets.items():
+                _move(finished, target)
+                done.append(target)
+        except BaseException:
+            for target in done:
+                if target in kept:
+                    os.replace(kept[target], target)
+                else:
+                    target.unlink(missing_ok=True)
+            raise
+
+
+def destination(path):
+    """The file that `path` names, links followed, if it can be replaced.
+
+    A device or a pipe is not a file to put another in the place of.
+    """
+    target = Path(os.path.realpath(path))
+    if target.is_dir():
+        raise ValueError(f"{path} is a folder; name a file")
+    if target.exists() and not target.is_file():
+        raise ValueError(f"{path} is a device or a pipe; name a file")
+    return target
+
+
+def require_other(path, *read):
+    """Raise ValueError if what would be replaced is one of the files that are read."""
+    for other in read:
+        known = other is not None and os.path.exists(other) and os.path.exists(path)
+        if known and os.path.samefile(other, path):
+            raise ValueError(f"{path} would replace {other}, which is read")
+
+
+def _move(finished, target):
+    if target.exists():
+        shutil.copymode(target, finished)
+    os.replace(finished, target)
+
+
+@contextlib.contextmanager
+def _signals_wait():
+    """Signals that come inside the block are answered after it."""
+    if threading.current_thread() is not threading.main_thread():
+        yield  # Python answers signals in the main thread alone
+        return
+    came, before = [], {}
+    for number in SIGNALS:
+        old = signal.signal(number, lambda number, _: came.append(number))
+        before[number] = signal.SIG_DFL if old is None else old
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+        for number in came:
+            signal.raise_signal(number)

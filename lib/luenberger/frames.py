@@ -1,0 +1,98 @@
+"""pandas tables in and out of `estimate` and `filter_data`.
+
+pandas is not imported here: a caller who passes a table has done so.
+"""
+
+import sys
+
+import numpy as np
+
+SHOWN = 8  # column names in a message
+
+
+def arrays(y, u, outputs, inputs):
+    """Return y and u as arrays; the columns of a DataFrame are found by name.
+
+    Without u, the columns of y's DataFrame that are named as inputs are it.
+    """
+    if u is None and _is("DataFrame", y) and inputs:
+        shared = sorted(set(inputs) & set(outputs or ()))
+        if shared:
+            raise ValueError(
+                f"an input and an output are both called {shared[0]!r}, so one table "
+                "cannot hold both. Pass u as well, or rename one."
+            )
+        u = y if any(name in y.columns for name in inputs) else None
+    if _is_table(y) and _is_table(u) and not y.index.equals(u.index):
+        raise ValueError(
+            "y and u are tables with different rows; give both the same index"
+        )
+    return _numbers("y", y, outputs), _numbers("u", u, inputs)
+
+
+def like(table, values, names):
+    """`values` as a DataFrame with the index of `table`, if that is a table."""
+    if not _is_table(table):
+        return values
+    frame = sys.modules["pandas"].DataFrame
+    return frame(values, index=table.index, columns=list(names))
+
+
+def entries(name, value, labels):
+    """One value per signal; those of a labelled Series are found by name."""
+    if not _is("Series", value) or list(value.index) == list(range(len(value))):
+        return value
+    if labels is None or sorted(map(str, value.index)) != sorted(labels):
+        wanted = "nothing has names here" if labels is None else f"not {list(labels)}"
+        raise ValueError(
+            f"{name} is a Series with the labels {_few(value.index)}, {wanted}"
+        )
+    return _numbers(name, value[list(labels)], None)
+
+
+def _is(kind, value):
+    pandas = sys.modules.get("pandas")
+    return pandas is not None and isinstance(value, getattr(pandas, kind))
+
+
+def _is_table(value):
+    return _is("DataFrame", value) or _is("Series", value)
+
+
+def _numbers(name, value, wanted):
+    if not _is_table(value):
+        return value
+    if _is("DataFrame", value) and wanted is not None:
+        value = _columns(name, value, wanted)
+    types = [value.dtype] if _is("Series", value) else list(value.dtypes)
+    labels = [value.name] if _is("Series", value) else list(value.columns)
+    for label, dtype in zip(labels, types):
+        if getattr(dtype, "kind", "O") not in "biuf":
+            raise ValueError(
+                f"the column {label!r} of {name} holds {dtype}, not real numbers; "
+                "convert it first, for example with pandas.to_numeric"
+            )
+    found = value.to_numpy(dtype=float, na_value=np.nan)
+    return np.ascontiguousarray(found)
+
+
+def _columns(name, frame, wanted):
+    """The columns `wanted`, in that order, of a DataFrame that may have more."""
+    missing = [one for one in wanted if one not in frame.columns]
+    if missing:
+        raise ValueError(
+            f"{name} has no column {missing[0]!r}; it has {_few(frame.columns)}. "
+            "Columns are found by the names of the plant's signals: rename them, name "
+            "the plant's, or pass an array."
+        )
+    found = frame[list(wanted)]
+    if found.shape[1] != len(wanted):
+        twice = next(one for one in wanted if list(frame.columns).count(one) > 1)
+        raise ValueError(f"{name} has more than one column {twice!r}")
+    return found
+
+
+def _few(labels):
+    labels = list(labels)
+    more = f" and {len(labels) - SHOWN} more" if len(labels) > SHOWN else ""
+    return f"{labels[:SHOWN]}{more}"
