@@ -288,6 +288,21 @@ def rebuilt(observer, **changes):
     return to_scipy(dataclasses.replace(observer, **changes))
 
 
+@pytest.mark.parametrize("to", [to_control, to_scipy])
+def test_an_observer_without_states_comes_back(to):
+    plant = car(C=np.eye(2), E=None, R=np.eye(2), output_names=("radar", "wheel"))
+    observer = lb.deadbeat_observer(plant)
+    again = from_statespace(to(observer), plant)
+    assert observer.order == again.order == 0
+    np.testing.assert_array_equal(again.V, observer.V)
+    assert again.estimate_names == ("position", "speed")
+
+
+def test_names_that_differ_by_a_dot_stay_different():
+    plant = car(state_names=("a.x", "a_x"))
+    assert to_control(plant).state_labels == ["a_x_", "a_x"]
+
+
 def test_systems_that_are_no_observer():
     plant = car()
     good = lb.reduced_order_observer(plant, [0.3])
@@ -442,6 +457,7 @@ def late(one):
          "u has no column 'push'"),
         (lambda t: (t.rename(columns=str.upper),), "rename them, name the plant's, or"),
         (lambda t: (t, late(t)[["push"]]), "give both the same index"),
+        (lambda t: (pd.concat({"radar": t, "wheel": t}, axis=1),), "several levels"),
         (lambda t: (t.assign(wheel="7"),), "column 'wheel' of y holds str"),
         (lambda t: (t.assign(wheel=1j),), "column 'wheel' of y holds complex128"),
         (lambda t: (t.assign(wheel=TIMES),), "column 'wheel' of y holds datetime64"),

@@ -56,7 +56,7 @@ ALLOWED = {
     "plot": {"compare", "observer", "plant", "show"},
     "report": {"compare", "show"},
     "results": {"measurements", "record"},
-    "export": NUMERIC | {"designs", "files", "filtering", "recorded"},
+    "export": NUMERIC | {"designs", "files", "filtering", "recorded", "statespace"},
     "examination": NUMERIC | {"designs", "stairs"},
     "commands": NUMERIC
     | {"compare", "examination", "export", "files", "inputs", "ledger"}

@@ -78,6 +78,10 @@ def _numbers(name, value, wanted):
 
 def _columns(name, frame, wanted):
     """The columns `wanted`, in that order, of a DataFrame that may have more."""
+    if frame.columns.nlevels > 1:
+        raise ValueError(
+            f"{name} has columns of several levels; give them one name each"
+        )
     missing = [one for one in wanted if one not in frame.columns]
     if missing:
         raise ValueError(

@@ -3,6 +3,7 @@
 import numpy as np
 import scipy.linalg
 
+from .. import statespace
 from ..certificate import certify, require_real
 from ..errors import DesignError
 from ..linalg import eigenvalues, modes
@@ -180,20 +181,23 @@ def _parts(sys, plant):
     """F, G, D, P, V, W of a state space, if it fits the plant."""
     if plant.steps is not None:
         raise DesignError("the plant varies with time, a StateSpace is constant")
-    same = Plant.from_statespace(sys, dt=plant.dt)
-    if same.m != plant.m + plant.p:
+    same = statespace.read(sys, plant.dt)  # not a Plant: it may have no states
+    F, gains, P, through = (np.atleast_2d(same[name]) for name in "ABCE")
+    if gains.shape[1] != plant.m + plant.p:
         raise DesignError(
-            f"the system has {same.m} inputs; [u; y] of this plant are "
+            f"the system has {gains.shape[1]} inputs; [u; y] of this plant are "
             f"{plant.m} + {plant.p}"
         )
-    G, D = np.hsplit(same.B, [plant.m])
-    W, V = np.hsplit(same.E, [plant.m])
-    return same.A, G, D, same.C, V, W
+    G, D = np.hsplit(gains, [plant.m])
+    W, V = np.hsplit(through, [plant.m])
+    return F, G, D, P, V, W
 
 
 def _tracked(F, D, P, V, plant):
     """T of T A - F T = D C; one refinement tells how many of its digits are lost."""
     A, C = plant.A, plant.C
+    if not F.size:
+        return np.zeros((0, plant.n))
     with np.errstate(all="ignore"):
         T = scipy.linalg.solve_sylvester(-F, A, D @ C)
         change = scipy.linalg.solve_sylvester(-F, A, D @ C - (T @ A - F @ T))
@@ -230,4 +234,10 @@ def _matrices(source, plant=None):
 
 def _labels(names):
     """Names that python-control takes, whose dot is between system and signal."""
-    return [name.replace(".", "_") for name in names]
+    found = []
+    for name in names:
+        label = name.replace(".", "_")
+        while label in found or label != name and label in names:
+            label += "_"
+        found.append(label)
+    return found

@@ -32,6 +32,14 @@ summary { cursor: pointer; color: #0072b2; }
 math { overflow-x: auto; max-width: 40em; display: block; margin: .2em 0; }
 .slip { margin: .3em 0 0; padding-left: .6em; border-left: 3px solid #d55e00; }
 .count { display: none; }
+@media (max-width: 45em) { /* a row is a card */
+  thead { display: none; }
+  table, tbody, tr, td { display: block; }
+  tr { border-bottom: 1px solid #444; padding: .4em 0; }
+  td { border: 0; padding: .1em 0; overflow-wrap: anywhere; }
+  td:first-child, label { white-space: normal; }
+  math { max-width: 100%; }
+}
 """
 
 
