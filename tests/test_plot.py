@@ -213,3 +213,15 @@ def test_panels(count, columns):
     panels = plot.panels(count, columns=columns)
     assert len(panels) == count
     plt.close("all")
+
+
+@pytest.mark.parametrize("level", [0.25, 0.0])
+def test_level_error_variances_stay_clear_of_the_frame(level):
+    """Curves between 0.21 and 0.25: a margin of their span would hide the upper one."""
+    plant = lb.Plant([[1.0]], None, [[1.0]], dt=1.0)
+    shown = {"level": np.full((4, 1, 1), level), "falls": np.full((4, 1, 1), level)}
+    shown["falls"][1:] *= 0.84
+    ax = plot.error_variance(shown, plant, ax=plt.figure().subplots())
+    bottom, top = ax.get_ylim()
+    assert bottom == 0 and top >= max(1.04 * level, 0.1)
+    plt.close("all")

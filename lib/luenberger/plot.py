@@ -62,7 +62,7 @@ def error_variance(shown, plant=None, state=0, ax=None, *, start=0, steps=None):
         t = plant.dt * (start + np.arange(len(covariance)))
         variance = np.asarray(covariance)[:, k, k]
         ax.plot(t, variance, label=text(label), **style(i))
-    ax.set_ylim(bottom=0)
+    ax.set_ylim(0, 1.05 * ax.dataLim.y1 or 1)  # a level curve off the frame
     ax.set(xlabel="time (s)", ylabel="error variance", title=text(plant.state_names[k]))
     return ax
 
