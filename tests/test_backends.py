@@ -4,6 +4,8 @@ Most tests run the generated code as plain Python, which is the same text; those
 marked "numba" compile it.
 """
 
+import dataclasses
+
 import generators
 import numpy as np
 import pytest
@@ -396,7 +398,11 @@ def observers():
     yield "reduced order", lb.reduced_order_filter(plant, 1)
     yield "poles", lb.reduced_order_observer(plant, [0.1, 0.2])
     yield "deadbeat", lb.deadbeat_observer(exact)
-    yield "over steps", lb.reduced_order_filter(plant, 1, steps=50)
+    varying = lb.reduced_order_filter(plant, 1, steps=50)
+    yield "over steps", varying
+    F = np.array(varying.F)
+    F[::2, 0, 0], F[1::3, 0, 1] = 1, 0  # not so in every row: not known
+    yield "over steps, 1 and 0 in some rows", dataclasses.replace(varying, F=F)
     nothing = np.zeros((0, 2))
     yield (
         "order 0",
