@@ -3,6 +3,7 @@
 tests/coursework/NAME.toml holds the wrong answers to assignment NAME.
 """
 
+import copy
 import csv
 import dis
 import html
@@ -53,9 +54,14 @@ def answers(notebook):
     return code, {k: c for k, c in solved.items() if k not in code}, checks
 
 
-def mistakes(name):
+def tried(name):
+    """The answers that are tried on an assignment, by kind."""
     text = (ROOT / "tests" / "coursework" / f"{name}.toml").read_text(encoding="utf-8")
-    return tomllib.loads(text)["mistake"]
+    return tomllib.loads(text)
+
+
+def mistakes(name):
+    return tried(name)["mistake"]
 
 
 def submissions(name):
@@ -163,6 +169,23 @@ def test_a_wrong_answer_gets_its_lesson(name, mistake, solved):
             assert mistake["says"] in str(caught.value)
 
 
+OTHERS = [(name, other) for name in NAMES for other in tried(name).get("right", ())]
+
+
+@pytest.mark.parametrize(
+    "name, other", OTHERS, ids=[f"{name}-{other['form']}" for name, other in OTHERS]
+)
+def test_a_right_answer_in_another_form_passes(name, other, solved):
+    names, checks = solved(name), answers(assignment(name))[2]
+    exec(other["code"], names)
+    owned = {
+        k for m in mistakes(name) if m["answer"] == other["answer"] for k in m["fails"]
+    }
+    assert owned
+    for check in owned:
+        exec(checks[check]["source"], dict(names))
+
+
 # The whole cycle, by the commands of the instructor's page
 
 
@@ -253,16 +276,6 @@ def answered(course, name, wrong=()):
     return notebook
 
 
-def endless(course, name):
-    """One answer does not return where only a hidden check asks."""
-    loop = {
-        "answer": "lazy-gain",
-        "code": "def lazy_gain(Omega, R, m1):\n    while len(R) > 2:\n        pass\n"
-        "    return Omega[1:, 1:2] / (Omega[1, 1] + R[1, 1])",
-    }
-    return answered(course, name, [loop])
-
-
 def tampered(course, name):
     """The mistakes of submission 1, with checks that are edited, revalued or gone."""
     notebook = answered(course, name, submissions(name)[1])
@@ -271,7 +284,30 @@ def tampered(course, name):
     for check in answers(notebook)[2]:
         cells[check]["source"] = "pass"
         role(cells[check])["points"] = 100
-    notebook["cells"].remove(cells["check-J"])
+    for gone in ("imports", "J", "check-J", "check-budget"):
+        notebook["cells"].remove(cells[gone])
+    return notebook
+
+
+def clumsy(course, name):
+    """Right answers, but copied, no code, too much output, and one without an end.
+
+    That one does not return where only a hidden check asks.
+    """
+    loop = {
+        "answer": "lazy-gain",
+        "code": "def lazy_gain(Omega, R, m1):\n    while len(R) > 2:\n        pass\n"
+        "    return Omega[1:, 1:2] / (Omega[1, 1] + R[1, 1])",
+    }
+    notebook = answered(course, name, [loop])
+    cells = named(notebook)
+    for copied, first in {"J": "J = 0", "check-T": "T"}.items():
+        cell = copy.deepcopy(cells[copied]) | {"source": first, "id": f"{copied}-copy"}
+        notebook["cells"].insert(notebook["cells"].index(cells[copied]), cell)
+    cells["k-best"]["source"] = "k_best = = c"
+    cells["factors"]["cell_type"] = "markdown"
+    cells["factors"].pop("outputs"), cells["factors"].pop("execution_count")
+    cells["units"]["source"] += "\nfor line in range(10**5):\n    print(line)"
     return notebook
 
 
@@ -286,8 +322,8 @@ def course(tmp_path_factory):
         course.hand_in("blank", name, course.released(name))
         for number, wrong in submissions(name).items():
             course.hand_in(f"wrong-{number}", name, answered(course, name, wrong))
-    course.hand_in("endless", FIRST, endless(course, FIRST))
     course.hand_in("tampered", FIRST, tampered(course, FIRST))
+    course.hand_in("clumsy", FIRST, clumsy(course, FIRST))
     course.run("grade")
     for name in NAMES:
         course.mark_by_hand("correct", name)
@@ -356,10 +392,12 @@ def test_feedback_pages_teach(name, number, course):
 
 
 @pytest.mark.course
-def test_an_endless_loop_costs_one_check(course):
-    marks = full(FIRST) | {"check-lazy-gain-elsewhere": 0}
-    assert course.marks("endless", FIRST) == marks
-    assert "KeyboardInterrupt" in course.feedback("endless", FIRST)
+def test_an_endless_loop_and_clumsy_hands_cost_what_they_broke(course):
+    marks = full(FIRST) | {"check-lazy-gain-elsewhere": 0, "check-k-best": 0}
+    assert course.marks("clumsy", FIRST) == marks
+    page = course.feedback("clumsy", FIRST)
+    assert "KeyboardInterrupt" in page and "SyntaxError" in page
+    assert len(page) < 300_000, "the lines of `units` are cut short"
 
 
 @pytest.mark.course
