@@ -257,6 +257,27 @@ def test_unstable_noise_free_mode_is_stabilised():
     np.testing.assert_allclose(lb.kalman_filter(plant).poles, [0.5], rtol=1e-12)
 
 
+@pytest.mark.parametrize("noisy", [0.0, 1.0], ids=["quiet", "driven"])
+def test_a_constant_gain_that_gives_a_mode_up_is_refused(noisy):
+    """The best constant gain leaves the undriven mode 1 - 1e-12 to itself."""
+    plant = lb.Plant(
+        [[1 - 1e-12, 0, 0], [1, 0.5, 0], [0, 0.3, 0.2]],
+        None,
+        [[1, 1, 1]],
+        dt=1.0,
+        Q=np.diag([0, noisy, 1.0]),
+        R=[[1.0]],
+    )
+    for design in (
+        lambda: lb.kalman_filter(plant),
+        lambda: lb.reduced_order_filter(plant, 1, horizon="steady"),
+    ):
+        with pytest.raises(lb.DesignError, match="motion at 1, on the unit circle"):
+            design()
+    table = lb.compare(plant)
+    assert max(one.worst_pole for one in table.designs) < 1 - 1e-9
+
+
 @pytest.mark.parametrize(
     ("start", "found", "searched"),
     [(0.26, 0.3, True), (0.34, 0.3, True), (0.36, None, False), (-0.3, None, False)],

@@ -195,6 +195,13 @@ def best_constant_gain(now, accurate):
         else:
             break
         K, cost, state = trial, lower, reached
+    if radius(_closed(now, best[1])) >= 1 - UNIT_TOL:
+        require_excited(now, best[1])
+        raise CertificateError(
+            "the best constant gain leaves a pole on the unit circle, to rounding, so "
+            "its start would never be forgotten. Use horizon='step', or other accurate "
+            "outputs."
+        )
     if best[0] > STATIONARITY_TOL:
         raise CertificateError(
             "the best constant gain was not reached: the stationarity residual stays "
