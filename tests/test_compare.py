@@ -382,6 +382,51 @@ def test_without_k_the_functional_observer_says_what_it_lacks(table):
     assert "give compare one with k=" in table.find("functional observer").refusal
 
 
+def test_an_exact_fixed_order_filter_is_free_of_known_inputs():
+    """Two outputs with one noise: the Kalman filter needs one state, and loses none."""
+    plant = lb.Plant(
+        [[0.9, 0.1], [0, 0.8]],
+        [[0], [1]],
+        [[1, 0], [1, 1]],
+        Q=np.eye(2),
+        R=np.ones((2, 2)),
+        dt=1.0,
+    )
+    table = lb.compare(plant)
+    one, held = (
+        table.find("fixed-order filter", order=1, label=f"order 1{held}")
+        for held in ("", ", V = 0")
+    )
+    assert one.exact and not one.disturbed and one.note == ""
+    assert held.disturbed and "u = 0" in held.note
+    assert one in table.eligible and held not in table.eligible
+    assert table.recommended() is one
+    said = " ".join(table.reasons())
+    assert "u = 0" not in said and "not exact" not in said
+
+
+@pytest.mark.parametrize(
+    ("A", "q", "k", "error"),
+    [
+        ([[0.9, 0.1], [0, 0.8]], [0, 0], None, 0),
+        ([[0.9, 0.1], [0, 0.8]], [1, 0], [0, 1], 0),
+        ([[1.2, 0.1], [0, 0.8]], [0, 0], None, (1.44 - 1) / 1.44),
+        ([[0.9, 0.0], [0, 0.8]], [1e-60, 0], None, 1e-60 / 0.19),
+    ],
+    ids=["nothing driven", "k x not driven", "grows undriven", "hardly driven"],
+)
+def test_what_nothing_drives_is_known_without_error(A, q, k, error):
+    plant = lb.Plant(A, None, [[1.0, 0]], Q=np.diag(q), R=[[1.0]], dt=1.0)
+    table = lb.compare(plant, k=k, methods=[*FILTERS, "deadbeat observer"])
+    found = table.find("Kalman filter").error
+    assert found == 0 if error == 0 else found == pytest.approx(error, rel=0.3)
+    if error == 0:
+        worst = table.find("deadbeat observer")
+        assert worst.error > 1 and table.excess(worst) == np.inf
+        assert k or "and the smallest is 0." in table.reasons()[-1]
+        assert "unbounded" in repr(table)
+
+
 def test_order_zero():
     """Every state measured: no poles, and a matrix product is all there is."""
     plant = lb.Plant([[0.5]], None, [[1.0]], Q=[[1.0]], R=[[0.0]], dt=1.0)

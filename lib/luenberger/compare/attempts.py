@@ -8,12 +8,13 @@ import numpy as np
 
 from ..analysis import error_covariance, multiply_adds, without_rounding
 from ..certificate import Certificate, certify
-from ..linalg import eigenvalues
+from ..linalg import ROUNDING, UNIT_TOL, eigenvalues, lyapunov, radius
 from ..observer import Observer
 from ..optimality import STATIONARY_TOL, Optimality, optimality
 
 SINGLE = {"Kalman filter", "deadbeat observer", "functional observer"}
 EXACT_TOL = 1e-9  # of a certificate, as in `Certificate.require`
+DISTURBED = "Best for u = 0: known inputs disturb its estimate."
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,6 +139,11 @@ class Attempt:
         return self.certificate.worst <= EXACT_TOL
 
     @property
+    def disturbed(self):
+        """Whether a known input of the plant acts on the error."""
+        return self.observer.G.shape[-1] > 0 and not self.exact
+
+    @property
     def sound(self):
         """Whether the certificate, or the conditions of an optimum, hold."""
         if self.optimality is None:
@@ -155,9 +161,10 @@ def attempt(plan, plant, k):
         figures = _figures(observer, plant, plan)
     except ValueError as error:  # DesignError, CertificateError: listed, not raised
         return Attempt(*given, **known, refusal=str(error))
-    note = " ".join(filter(None, [plan.note, *warned]))
     given = (plan.method, plan.label, observer.order)
-    return Attempt(*given, **known, observer=observer, note=note, **figures)
+    found = Attempt(*given, **known, observer=observer, **figures)
+    notes = [plan.note, DISTURBED if found.disturbed else "", *warned]
+    return dataclasses.replace(found, note=" ".join(filter(None, notes)))
 
 
 def _quietly(design):
@@ -179,13 +186,30 @@ def _figures(observer, plant, plan):
     if plan.feedthrough is not None:
         best = optimality(observer, plant, feedthrough=plan.feedthrough)
     return dict(
-        covariance=error_covariance(observer, plant) if noisy(plant) else None,
+        covariance=_covariance(observer, plant) if noisy(plant) else None,
         noise_gain=noise_gain(observer, plant),
         work=work,
         bytes=size if plant.dt > 0 else None,
         certificate=certify(observer, plant),
         optimality=best,
     )
+
+
+def _covariance(observer, plant):
+    """The steady error covariance, 0 where nothing moves what is estimated.
+
+    What decays and has no noise is known without measuring, but the gain that an
+    iteration leaves for it is not quite 0.  What that lets in of R, beside what a plain
+    inverse of C would, is below rounding.
+    """
+    Sigma, L = error_covariance(observer, plant), observer.L
+    if plant.multiplicative and plant.Q.any() or radius(plant.A) >= 1 - UNIT_TOL:
+        return Sigma
+    still = (L @ lyapunov(plant.A, plant.Q) @ L.T).diagonal() == 0
+    let_in = (L @ np.linalg.pinv(plant.C)) ** 2 @ plant.R.diagonal()
+    floor = ROUNDING**2 * min(let_in[let_in > 0], default=0.0)
+    moved = ~still | (Sigma.diagonal() > floor)
+    return Sigma * np.outer(moved, moved)
 
 
 def noisy(plant):

@@ -175,7 +175,7 @@ def fixed_order(asked):
             design = functools.partial(_not_tried, plant.n)
         if feedthrough or plant.n <= PREDICTORS_UP_TO:
             label = f"order {order}{of}{'' if feedthrough else ', V = 0'}"
-            given = dict(order=order, feedthrough=feedthrough, note=_disturbed(plant))
+            given = dict(order=order, feedthrough=feedthrough)
             yield Plan("fixed-order filter", label, design, **given)
     if plant.n > PREDICTORS_UP_TO:
         design = functools.partial(_not_tried, plant.n, "V = 0")
@@ -188,12 +188,6 @@ def _not_tried(n, what="this order"):
         f"not tried: with n = {n} states the search for {what} takes a while. "
         f"fixed_order_filter(plant, order{remedy}) makes it."
     )
-
-
-def _disturbed(plant):
-    if not plant.m:
-        return ""
-    return "Best for u = 0: known inputs disturb its estimate."
 
 
 def reduced_order(asked):

@@ -50,10 +50,10 @@ class Comparison:
         """Designs that may be recommended.
 
         Those that know the error, where there are any; without those that a known
-        input would disturb (fixed-order filters of a plant that has one).
+        input would disturb: most fixed-order filters of a plant that has one.
         """
         known = self.ranked or self.designs
-        calm = [one for one in known if one.exact or not self.plant.m]
+        calm = [one for one in known if not one.disturbed]
         return calm or known
 
     @property

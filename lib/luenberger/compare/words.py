@@ -26,7 +26,7 @@ def count(size, noun):
 
 
 def above(excess):
-    """ "3.00 % above", "12 times", "unbounded"."""
+    """ "3.00 % above", "12 times"."""
     return percent(excess) + (" above" if excess < 10 else "")
 
 
@@ -89,7 +89,7 @@ def worst_state(chosen, best):
 
 
 def _remark(chosen):
-    if chosen.optimality is not None:
+    if not chosen.exact:
         yield (
             "It is not exact: it lets the state disturb the estimate where that costs "
             "less than noise would. It is the best of its order as long as the plant "
@@ -121,10 +121,13 @@ def _next_smaller(table, chosen):
     if not smaller:
         return "No design has fewer observer states."
     least = first_least(smaller, "error")
+    excess = table.excess(least)
+    beside = f"{above(excess)} the smallest"
+    if excess == np.inf:
+        beside = "and the smallest is 0"
     return (
         f"With fewer observer states the best is {least.title}: its "
-        f"{ranking(table)} is {number(least.error, 5)}, "
-        f"{above(table.excess(least))} the smallest."
+        f"{ranking(table)} is {number(least.error, 5)}, {beside}."
     )
 
 
