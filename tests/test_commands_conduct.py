@@ -166,6 +166,7 @@ def test_the_readme_lists_every_command():
         ("export report/observer.json --c tracker.csv", "tracker.csv is a file"),
         ("ledger --paper Kalman", "no paper is called 'Kalman'"),
         ("ledger --paper an", "more than one paper"),
+        ("ledger --paper=", "no paper is called ''"),
         ("ledger --html no/such.html --paper hsia", "no/such.html: No such file"),
         ("ledger --html report --dry-run", "report is a folder"),
         ("design tracker.json --out tracker.csv", "tracker.csv is a file"),
@@ -197,6 +198,7 @@ def test_refused_with_one_line_and_status_1(here, call, line, why):
         "ledger --html a.html --json",
         "ledger --html a.html --misprints",
         "design tracker.json",
+        "design tracker.json --out=",
         "estimate report/observer.json tracker.csv",
     ],
 )

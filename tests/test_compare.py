@@ -379,7 +379,7 @@ def test_one_functional_of_the_state():
 
 
 def test_without_k_the_functional_observer_says_what_it_lacks(table):
-    assert "give compare one with k=" in table.find("functional observer").refusal
+    assert "it needs k, the combination" in table.find("functional observer").refusal
 
 
 def test_an_exact_fixed_order_filter_is_free_of_known_inputs():
@@ -584,6 +584,17 @@ def test_every_design_refused_is_an_error():
         lb.compare(plant)
     with pytest.raises(lb.DesignError, match="none has .0,. states"):
         lb.compare(tracker(), methods="Kalman filter", orders=[0])
+
+
+@pytest.mark.parametrize(
+    ("A", "why"),
+    [(0.5 + 0.1j, "complex plant .* without noise"), ([[[0.5]]] * 3, "varies over")],
+    ids=["complex with noise", "time-varying"],
+)
+def test_a_plant_that_no_table_is_for_is_refused_for_that(A, why):
+    plant = lb.Plant(A if np.ndim(A) else [[A]], None, [[1]], Q=[[1]], R=[[1]], dt=1.0)
+    with pytest.raises(lb.DesignError, match=why):
+        lb.compare(plant)
 
 
 def test_warnings_become_notes(recwarn):

@@ -311,6 +311,13 @@ def test_staircase_keeps_the_digits_that_the_canonical_form_loses():
             "mode -1.5 does not reach.*finite time. Add a sensor",
         ),
         (
+            lambda: lb.deadbeat_observer(
+                lb.Plant(np.diag([0.4, 0.5, 0]), None, [[0, 0, 1]], dt=1.0)
+            ),
+            lb.DesignError,
+            "modes 0.4, 0.5 do not reach the outputs and are not zero.*They decay",
+        ),
+        (
             lambda: lb.deadbeat_observer(rotated(HIDDEN, SEES, 0), method="canonical"),
             lb.DesignError,
             "modes 0 do not reach them. They die out in finite time",

@@ -398,7 +398,7 @@ TWICE = dict(C=[[1, 0], [2, 0]], R=np.zeros((2, 2)))
         ({"R": None}, {}, "no R"),
         ({"A": np.stack([np.eye(2)] * 3)}, {}, "for a constant plant"),
         ({"A": [[0.5, 0.1j], [0, 0.2]]}, {}, "the plant is complex"),
-        (TWICE, {}, r"V2s of \(3\.10\) is singular.*outputs \[0, 1\].*noise in R"),
+        (TWICE, {}, r"V2s of \(3\.10\) is singular.*outputs y1, y2 .*noise in R"),
         ({"Q": np.zeros((2, 2))}, {}, "no filter state is of use"),
         ({"C": [[0, 0]]}, {}, "no filter state is of use"),
     ],
@@ -547,4 +547,18 @@ def test_a_better_start_among_bad_ones_is_enough(monkeypatch):
     assert search.failed[0] == ("directions 2", "of a bad mood")
     fussy.first = np.inf
     with pytest.raises(lb.CertificateError, match="of a bad mood.*more starts"):
+        lb.fixed_order_filter(plant, 1)
+
+
+def test_outputs_that_say_the_same_are_named():
+    plant = lb.Plant(
+        [[0.6, 0.1], [0, 0.3]],
+        None,
+        [[1, 0], [0, 1], [1, 0]],
+        dt=1.0,
+        Q=np.eye(2),
+        R=np.zeros((3, 3)),
+        output_names=["radar", "speed", "sonar"],
+    )
+    with pytest.raises(lb.DesignError, match="of the outputs radar, sonar follows"):
         lb.fixed_order_filter(plant, 1)

@@ -295,6 +295,21 @@ def test_where_the_pencil_loses_rank_is_found_within_reach(start, found, searche
     assert (len(seen) > 1) == searched
 
 
+@pytest.mark.filterwarnings("ignore:invalid value")
+@pytest.mark.parametrize(
+    ("A", "C", "why"),
+    [
+        ([[0.5, 0.1], [0, 0.3]], 1e200, "entries too large.*Scale the states and"),
+        ([[1e200, 0.1], [0, 0.3]], 1, "grow 1e[+]200 times in a step. Sample faster"),
+    ],
+    ids=["large outputs", "fast growth"],
+)
+def test_an_overflow_is_blamed_on_what_is_large(A, C, why):
+    plant = lb.Plant(A, None, [[C, 1]], dt=1.0, Q=np.eye(2), R=[[1.0]])
+    with pytest.raises(lb.CertificateError, match=f"overflows.*{why}"):
+        lb.kalman_filter(plant)
+
+
 @pytest.mark.filterwarnings("ignore:overflow", "ignore:invalid value")
 def test_a_residual_that_overflows_ends_the_search():
     noise = dict(Q=1e300 * np.eye(2), R=[[1e300]])

@@ -1,5 +1,6 @@
 """`design`: observers of every order for a plant, compared in a report."""
 
+import argparse
 import contextlib
 import os
 import shutil
@@ -31,7 +32,11 @@ def add(commands):
     )
     one.add_argument("plant", type=Path, metavar="PLANT.json")
     one.add_argument(
-        "--out", type=Path, required=True, metavar="DIR", help="folder for the results"
+        "--out",
+        type=folder,
+        required=True,
+        metavar="DIR",
+        help="folder for the results",
     )
     one.add_argument(
         "--data",
@@ -40,6 +45,13 @@ def add(commands):
         help="measurements, in columns named after the plant's outputs and inputs",
     )
     dry_run(one, "check the plant, the data and the folder")
+
+
+def folder(text):
+    """A path; an empty one, as of a variable never set, is not the current folder."""
+    if not text:
+        raise argparse.ArgumentTypeError("give a folder; '.' is the current one")
+    return Path(text)
 
 
 def run(options):

@@ -94,6 +94,7 @@ def compare(plant, *, k=None, orders=None, poles=None, methods=None):
         None if poles is None else tuple(np.ravel(poles)),
         None if orders is None else _orders(orders, plant.n),
     )
+    _require_comparable(plant)
     attempts = tuple(
         one
         for method in _chosen(methods)
@@ -110,6 +111,19 @@ def compare(plant, *, k=None, orders=None, poles=None, methods=None):
         )
         raise DesignError(f"{what} exists: {reason}")
     return Comparison(plant, attempts, asked.k)
+
+
+def _require_comparable(plant):
+    if plant.steps is not None:
+        raise DesignError(
+            "only a constant plant is compared, and this one varies over time. Design "
+            "a filter over its steps: kalman_filter or reduced_order_filter with steps="
+        )
+    if plant.is_complex and noisy(plant):
+        raise DesignError(
+            "a complex plant is compared without noise: leave Q and R out, or separate "
+            "real and imaginary parts into a real plant of twice the size"
+        )
 
 
 def _chosen(methods):

@@ -212,7 +212,7 @@ def functional(asked):
     def design():
         if asked.k is None:
             raise DesignError(
-                "it estimates a combination k x of the states; give compare one with k="
+                "it needs k, the combination k x of the states that it is to estimate"
             )
         return functional_observer(asked.plant, asked.k)
 

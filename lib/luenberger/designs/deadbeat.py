@@ -222,16 +222,19 @@ def _complete(T, last):
 
 
 def _refuse(values):
-    decaying = np.abs(values).max() < 1
+    which, decaying = modes(values), np.abs(values).max() < 1
+    mode, do, are, it, decays = "mode", "does", "is", "it", "It decays by itself"
+    if "," in which:
+        mode, do, are, it, decays = "modes", "do", "are", "them", "They decay"
     advice = (
-        "It decays by itself: an observer with other poles, such as "
-        "kalman_filter, can estimate it asymptotically."
+        f"{decays}: an observer with other poles, such as kalman_filter, can estimate "
+        f"{it} asymptotically."
         if decaying
-        else "Add a sensor that sees it."
+        else f"Add a sensor that sees {it}."
     )
     raise DesignError(
-        f"no deadbeat observer: the plant mode {modes(values)} does not reach the "
-        "outputs and is not zero, so no observer can forget a wrong start of it in "
+        f"no deadbeat observer: the plant {mode} {which} {do} not reach the outputs "
+        f"and {are} not zero, so no observer can forget a wrong start of {it} in "
         f"finite time. {advice}"
     )
 

@@ -35,6 +35,7 @@ class Prediction(NamedTuple):
     V2s: np.ndarray
     states: np.ndarray  # (n,) what the plant's states were divided by
     feedthrough: bool
+    output_names: tuple
 
     @property
     def cost(self):
@@ -75,9 +76,8 @@ def prediction(plant, L, weight, feedthrough):
     have["De"] = np.zeros((len(L), plant.p))
     if feedthrough:
         have |= run(kernels.feedthrough_gain(), have)
-    return Prediction(
-        *(have[name] for name in Prediction._fields[:-1]), feedthrough=feedthrough
-    )
+    have |= dict(feedthrough=feedthrough, output_names=plant.output_names)
+    return Prediction(*(have[name] for name in Prediction._fields))
 
 
 def _predictor_gain(plant):
@@ -100,7 +100,7 @@ def _error_covariance(have, K):
 
 def target(found):
     """The problem of approximating the filter `found`, a Prediction."""
-    _require_innovation(found.V2s)
+    _require_innovation(found.V2s, found.output_names)
     have = found._asdict()
     have |= run(kernels.innovations_plant(), have)
     unit = np.linalg.inv(np.linalg.cholesky(found.V2s))
@@ -121,14 +121,14 @@ def target(found):
     )
 
 
-def _require_innovation(V2s):
+def _require_innovation(V2s, names):
     """Refuse when a combination of outputs is known before it is measured."""
     blind = null_directions(V2s)
     if blind.size:
         which = np.flatnonzero(np.abs(blind).max(axis=1) > 1e-6 * np.abs(blind).max())
         raise DesignError(
             "the innovation covariance V2s of (3.10) is singular: a combination of "
-            f"the outputs {which.tolist()} (counted from 0) follows from earlier "
+            f"the outputs {', '.join(names[k] for k in which)} follows from earlier "
             "outputs and carries nothing new. Leave one of them out, or give them "
             "noise in R."
         )

@@ -37,10 +37,13 @@ def steady_gain(now, accurate):
         with np.errstate(over="raise"):
             return _settled_gain(now, accurate)
     except FloatingPointError:
+        growth = radius(now.As)
+        why = "entries too large to compute with. Scale the states and the outputs"
+        if growth > 1:
+            why = f"modes of the plant grow {growth:.3g} times in a step. Sample "
+            why += "faster, or scale the states"
         raise CertificateError(
-            "the covariance overflows on the way to its steady state: modes of the "
-            f"plant grow {radius(now.As):.3g} times in a step. Sample faster, or scale "
-            "the states."
+            f"the covariance overflows on the way to its steady state: {why}."
         ) from None
 
 

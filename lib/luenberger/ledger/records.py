@@ -121,9 +121,9 @@ def find_paper(name):
     hits = [
         paper
         for paper in PAPERS
-        if wanted in paper or wanted in title(paper).casefold()
+        if wanted and (wanted in paper or wanted in title(paper).casefold())
     ]
-    if not wanted or len(hits) != 1:
+    if len(hits) != 1:
         problem = "no paper" if not hits else "more than one paper"
         raise ValueError(f"{problem} is called {name!r}: give one of {_listed()}")
     return hits[0]
