@@ -91,7 +91,14 @@ def planned(n, p, orders=None):
 
 @pytest.mark.parametrize(
     ("n", "p", "filters", "fixed"),
-    [(50, 4, 30, 3), (51, 4, 6, 3), (200, 1, 2, 0), (101, 5, 8, 0), (10, 5, 10, 9)],
+    [
+        (50, 4, 30, 3),
+        (51, 4, 6, 3),
+        (200, 1, 2, 0),
+        (101, 5, 8, 0),
+        (9, 5, 10, 8),
+        (10, 8, 16, 3),
+    ],
 )
 def test_what_is_not_tried_is_listed_and_says_what_makes_it(n, p, filters, fixed):
     tried = [plan.method for plan, reason in planned(n, p) if not reason]

@@ -29,7 +29,7 @@ def compare(plant, *, k=None, orders=None, poles=None, methods=None):
       1, 2, 4, ..., p), with the paper's gain in its steady state and with the best
       constant gain; all outputs accurate is the minimal order;
     - the fixed-order filter of every order below n, with feedthrough, and for up to 5
-      states without it; for more than 10 states orders 1 to 3 and for more than 100
+      states without it; for more than 9 states orders 1 to 3 and for more than 100
       none, unless `orders` asks for others;
     - the reduced-order observer with `poles`;
     - the deadbeat observer;

@@ -21,7 +21,7 @@ from .attempts import noisy, rates
 
 EVERY_SUBSET_UP_TO = 4  # outputs; above it only the first 0, 1, ..., p are tried
 EVERY_SIZE_UP_TO = 50  # states; above it only the first 0, 1, 2, 4, ..., p outputs
-EVERY_ORDER_UP_TO = 10  # states; above it only fixed-order filters up to FEW_ORDERS
+EVERY_ORDER_UP_TO = 9  # states; above it only fixed-order filters up to FEW_ORDERS
 FEW_ORDERS = 3
 NO_ORDER_ABOVE = 100  # states; above it no fixed-order filter
 PREDICTORS_UP_TO = 5  # states; above it no fixed-order filter with V = 0
