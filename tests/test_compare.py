@@ -426,7 +426,7 @@ def test_what_nothing_drives_is_known_without_error(A, q, k, error):
     plant = lb.Plant(A, None, [[1.0, 0]], Q=np.diag(q), R=[[1.0]], dt=1.0)
     table = lb.compare(plant, k=k, methods=[*FILTERS, "deadbeat observer"])
     found = table.find("Kalman filter").error
-    assert found == 0 if error == 0 else found == pytest.approx(error, rel=0.3)
+    assert found == 0 if error == 0 else found == pytest.approx(error, rel=0.3, abs=0)
     if error == 0:
         worst = table.find("deadbeat observer")
         assert worst.error > 1 and table.excess(worst) == np.inf
