@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 
+import interrupts  # noqa: F401  SIGINT is heeded
 import numpy as np
 import pytest
 

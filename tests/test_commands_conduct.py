@@ -10,6 +10,7 @@ import subprocess
 import sys
 import time
 
+import interrupts  # noqa: F401  SIGINT is heeded
 import numpy as np
 import pytest
 

@@ -6,6 +6,7 @@ import stat
 import subprocess
 import sys
 
+import interrupts  # noqa: F401  SIGINT is heeded
 import pytest
 
 from luenberger import files

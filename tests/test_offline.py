@@ -4,6 +4,7 @@ import asyncio
 import os
 import signal
 
+import interrupts  # noqa: F401  SIGINT is heeded
 import pytest
 
 from luenberger import offline
