@@ -162,6 +162,13 @@ def test_the_readme_lists_every_command():
         ("compare tracker.json --csv report", "report is a folder"),
         ("compare tracker.json --csv no/such.csv", "no/such.csv: No such file"),
         ("compare tracker.json --csv ./tracker.json", "would replace tracker.json"),
+        ("compare tracker.json --csv loop", "loop: Too many levels of symbolic links"),
+        ("export tracker.json --c loop", "loop is a link that leads to no folder"),
+        ("export tracker.json --c loop/a/b --dry-run", "loop is a link that leads to"),
+        ("export tracker.json --c tracker.csv/a --dry-run", "tracker.csv is a file"),
+        ("design tracker.json --out loop --dry-run", "loop is a link that leads to no"),
+        ("design tracker.json --out tracker.csv/r --dry-run", "tracker.csv is a file"),
+        ("estimate report/observer.json tracker.csv --out loop", "loop: Too many lev"),
         ("export tracker.json --c c --m1 speed", "'speed' is not an output"),
         ("export tracker.json --c c --m1 3", "between 0 and p = 2, got 3"),
         ("export report/observer.json --c tracker.csv", "tracker.csv is a file"),
@@ -176,6 +183,8 @@ def test_the_readme_lists_every_command():
     ids=lambda value: value if " " in value and "--" in value else "",
 )
 def test_refused_with_one_line_and_status_1(here, call, line, why):
+    (here / "loop").symlink_to("back")
+    (here / "back").symlink_to("loop")
     before = contents(here)
     status, out, err = call(line)
     assert status == 1 and out == "", (status, out)
@@ -183,6 +192,7 @@ def test_refused_with_one_line_and_status_1(here, call, line, why):
     assert message.startswith("luenberger: ") and why in message
     assert "Traceback" not in err and len(said) <= 1
     assert contents(here) == before
+    assert os.readlink(here / "loop") == "back" and os.readlink("back") == "loop"
 
 
 @pytest.mark.parametrize(
@@ -299,6 +309,17 @@ def test_names_do_not_become_paths(here, call):
     assert made == {f"work/{name}" for name in named}
 
 
+@pytest.mark.parametrize(
+    "line", ["compare odd.json --csv=d", "design odd.json --out=r"]
+)
+def test_names_do_not_become_formulas_of_a_spreadsheet(here, call, line):
+    with_names(here, "=cmd|' /C calc'!A0 ", "odd.json")
+    before = contents(here)
+    status, out, err = call(line)
+    assert (status, out) == (1, "") and contents(here) == before
+    assert "the state name \"=cmd|' /C calc'!A0 0\" would be a formula" in err
+
+
 def test_names_do_not_steer_the_terminal(here, call):
     """Plants refuse such names; what is printed of the refusal is harmless too."""
     with_names(here, "\x1b[31m red\r\n\x07", "odd.json")
@@ -330,13 +351,21 @@ def test_a_terminal_without_unicode(here):
 # -- closed pipes, full disks, signals ------------------------------------------------
 
 
-@pytest.mark.parametrize("arguments", [("--help",), ("ledger", "--json")])
-def test_a_closed_pipe_ends_it_quietly(arguments):
+BUFFERS = pytest.mark.parametrize("unbuffered", ["", "1"], ids=["", "unbuffered"])
+PRINTING = pytest.mark.parametrize(
+    "arguments",
+    [("--help",), ("check", "--help"), ("--version",), ("ledger", "--json")],
+)
+
+
+@PRINTING
+@BUFFERS
+def test_a_closed_pipe_ends_it_quietly(arguments, unbuffered):
     run = subprocess.Popen(
         [sys.executable, "-m", "luenberger", *arguments],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
-        env=CLEAN,
+        env=CLEAN | {"PYTHONUNBUFFERED": unbuffered},
     )
     run.stdout.close()
     assert run.stderr.read() == b"" and run.wait(timeout=60) == 141
@@ -344,12 +373,81 @@ def test_a_closed_pipe_ends_it_quietly(arguments):
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no device that is full")
-@pytest.mark.parametrize("arguments", [("--version",), ("ledger", "--json")])
-def test_a_full_disk_behind_stdout_is_noticed(arguments):
+@PRINTING
+@BUFFERS
+def test_a_full_disk_behind_stdout_is_noticed(arguments, unbuffered):
+    env = CLEAN | {"PYTHONUNBUFFERED": unbuffered}
     with open("/dev/full", "w") as full:
-        run = process(*arguments, capture_output=False, stdout=full, stderr=-1)
+        run = process(*arguments, capture_output=False, stdout=full, stderr=-1, env=env)
     assert run.returncode == 1
     assert run.stderr == "luenberger: No space left on device\n"
+
+
+def without(closed, line, **options):
+    """Run a command line with streams closed, as `<&-` does: status, stdout, stderr."""
+    shell = f'exec "$@" {closed}'
+    arguments = ["sh", "-c", shell, "sh", sys.executable, "-m", "luenberger"]
+    run = subprocess.run(
+        [*arguments, *line.split()], capture_output=True, text=True, timeout=120,
+        env=CLEAN, **options,
+    )  # fmt: skip
+    return run.returncode, run.stdout, run.stderr
+
+
+@pytest.mark.parametrize(
+    ("line", "closed", "name"),
+    [
+        ("estimate report/observer.json - --out -", "<&-", "stdin"),
+        ("estimate report/observer.json - --out e.csv", "<&-", "stdin"),
+        ("estimate report/observer.json tracker.csv --out -", ">&-", "stdout"),
+        ("estimate report/observer.json - --out -", "<&- >&-", "stdout"),
+        ("estimate report/observer.json tracker.csv --out e.csv", ">&-", "stdout"),
+        ("check tracker.json", ">&-", "stdout"),
+        ("--help", "<&- >&-", "stdout"),
+    ],
+)
+def test_a_stream_that_is_needed_and_closed_is_a_refusal(here, line, closed, name):
+    before = contents(here)
+    assert without(closed, line) == (1, "", f"luenberger: {name} is closed\n")
+    assert contents(here) == before
+
+
+def test_a_stream_that_is_closed_and_not_needed_changes_nothing(here, call):
+    """Least of all where it is stderr, what is said there among the results."""
+    line = "estimate report/observer.json tracker.csv --out -"
+    _, out, err = call(line)
+    assert without("<&-", line) == (0, out, err)
+    assert without("2>&-", line) == without("<&- 2>&-", line) == (0, out, "")
+    assert without("2>&-", "check absent.json") == (1, "", "")
+    assert without("2>&-", "destroy") == (2, "", "")
+    assert without(">&- 2>&-", line) == (1, "", "")
+
+
+def test_no_file_takes_the_place_of_a_closed_stream(tmp_path):
+    """A child process, of which the report starts one, would write into it."""
+    code = (
+        "from luenberger.commands import terminal; terminal.prepare()\n"
+        "print(open('new', 'w').fileno() > 2)"
+    )
+    for closed in ("<&-", "2>&-", "<&- 2>&-"):
+        shell = f'exec "$@" {closed}'
+        run = subprocess.run(
+            ["sh", "-c", shell, "sh", sys.executable, "-c", code],
+            cwd=tmp_path, capture_output=True, text=True,
+        )  # fmt: skip
+        assert run.stdout == "True\n", run.stderr
+
+
+def test_the_file_behind_stdout_is_not_replaced(here):
+    """It would be another file that ends up under its name, and the path nowhere."""
+    line = "estimate report/observer.json tracker.csv --out"
+    (here / "e.csv").write_text("earlier\n")
+    for name in ("e.csv", "/dev/stdout"):
+        with open("e.csv", "a") as file:
+            run = process(*line.split(), name, capture_output=False, stdout=file,
+                          stderr=subprocess.PIPE)  # fmt: skip
+        assert run.returncode == 1 and "the file that stdout or" in run.stderr
+    assert (here / "e.csv").read_text() == "earlier\n"
 
 
 @pytest.mark.parametrize(

@@ -198,6 +198,66 @@ def test_refused_data_leave_the_earlier_file(here, call, text, pattern):
     assert sorted(here.iterdir()) == before
 
 
+FORMULAS = ["=cmd()", "+A1", "-cmd|' /C calc'!A0", "@SUM(1)", "7;=cmd()", "7\t+A1",
+            '"=a,b"', "\uff1dcmd()", "-1+2"]  # fmt: skip
+SIGNED = ["-7.5", "+1e-3", "-00:05:00", "-1 days +23:59:55.5", "2024-01-01T00:00-01:00"]
+
+
+@pytest.mark.parametrize("time", FORMULAS)
+def test_a_time_that_a_spreadsheet_would_calculate_is_refused(here, call, time):
+    for unusual in (False, True):  # a quote makes the reader go cell by cell
+        times = ["1", '"2"' if unusual else "2", time, "4", "5"]
+        (here / "data.csv").write_text(table(times), encoding="utf-8")
+        status, out, err = call("observer.json", "data.csv", "--out", "x.csv")
+        assert (status, out) == (1, "") and not (here / "x.csv").exists()
+        assert err.startswith("luenberger: data.csv, line 4: the time ")
+        assert "would be a formula in a spreadsheet" in err
+
+
+def test_a_signed_time_is_carried(here, call):
+    (here / "data.csv").write_text(table(SIGNED))
+    status, out, _ = call("observer.json", "data.csv", "--out", "-")
+    assert status == 0 and columns(out)[1] == SIGNED
+
+
+def test_a_state_that_a_spreadsheet_would_calculate_is_refused(here, call):
+    names = ["=HYPERLINK(1)", "speed"]
+    OBSERVER.named(dataclasses.replace(PLANT, state_names=names)).to_json("o.json")
+    status, out, err = call("o.json", "data.csv", "--out", "-")
+    assert (status, out) == (1, "")
+    assert "the state name '=HYPERLINK(1)' would be a formula" in err
+
+
+def test_blanks_around_a_name_do_not_count(here, call):
+    names = dict(output_names=[" radar", "a, b\u00a0"], input_names=["push "])
+    odd = dataclasses.replace(PLANT, **names)
+    odd.to_json("plant.json")
+    OBSERVER.named(odd).to_json("observer.json")
+    call("observer.json", "data.csv", "--plant", "plant.json", "--out", "x")
+    _, _, x = columns((here / "x").read_text())
+    record = measurements.Measurements(Y, U, np.arange(5.0))
+    report = measurements.apply(OBSERVER, (0,), PLANT, record)
+    np.testing.assert_array_equal(x, report.x)
+    (here / "data.csv").write_text(table(["1", "2", "3", "4", "5"]).replace("n/a,", "")
+                                   .replace("note,", ""))  # fmt: skip
+    np.testing.assert_array_equal(measurements.read("data.csv", odd).y, Y)
+
+
+@pytest.mark.parametrize("other", ["radar ", "radar"])
+def test_names_that_are_one_column_are_refused(here, call, other):
+    """Two outputs but for blanks, or an output and an input."""
+    names = {"input_names" if other == "radar" else "output_names": [other]}
+    names.setdefault("output_names", ["radar"])
+    plant = lb.Plant([[0.5]], [[1]], [[1]], dt=1, **names)
+    if other == "radar ":
+        plant = lb.Plant([[0.5]], None, [[1], [2]], dt=1, output_names=["radar", other])
+    observer = lb.reduced_order_observer(plant, [])
+    observer.to_json("observer.json")
+    (here / "data.csv").write_text("radar\n1\n")
+    status, _, err = call("observer.json", "data.csv", "--out", "-")
+    assert status == 1 and "['radar'] each name more than one output or input" in err
+
+
 @pytest.mark.parametrize(
     ("change", "pattern"),
     [

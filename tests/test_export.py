@@ -244,7 +244,7 @@ def test_files_of_others_are_left_alone(name, tmp_path):
 
 def test_a_folder_that_is_a_file(tmp_path):
     (tmp_path / "taken").write_text("")
-    with pytest.raises(ValueError, match="taken is a file; the C files need a folder"):
+    with pytest.raises(ValueError, match="taken is a file; a folder is needed"):
         to_c(observer(), tmp_path / "taken")
 
 

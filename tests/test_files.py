@@ -100,6 +100,28 @@ def test_a_link_to_nothing_makes_the_file(tmp_path):
     assert (tmp_path / "target").read_text() == "new"
 
 
+def test_a_link_that_comes_back_to_itself_stays(tmp_path):
+    (tmp_path / "a").symlink_to("b")
+    (tmp_path / "b").symlink_to("a")
+    with pytest.raises(OSError, match="symbolic links") as caught:
+        files.write(tmp_path / "a", "new")
+    assert caught.value.filename == str(tmp_path / "a")
+    assert os.readlink(tmp_path / "a") == "b" and names(tmp_path) == ["a", "b"]
+
+
+def test_the_nearest_folder(tmp_path):
+    (tmp_path / "there").mkdir()
+    (tmp_path / "link").symlink_to("there")
+    (tmp_path / "file").write_text("")
+    (tmp_path / "nowhere").symlink_to("absent")
+    assert files.existing_folder(tmp_path / "there/a/b") == tmp_path / "there"
+    assert files.existing_folder(tmp_path / "link") == tmp_path / "link"
+    for name in ("file", "file/a", "nowhere", "nowhere/a/b"):
+        said = name.partition("/")[0] + " is a "
+        with pytest.raises(ValueError, match=f"{said}(file;|link that leads to no)"):
+            files.existing_folder(tmp_path / name)
+
+
 @pytest.mark.parametrize("kind", ["folder", "pipe", "device"])
 def test_only_files_are_replaced(tmp_path, kind):
     path = tmp_path / "x"

@@ -21,6 +21,7 @@ ALLOWED = {
     "arrays": {"inputs"},
     "files": set(),
     "inputs": set(),
+    "spreadsheets": {"inputs"},
     "tables": {"inputs"},
     "frames": set(),
     "statespace": set(),
@@ -48,7 +49,9 @@ ALLOWED = {
     "analysis": NUMERIC,
     "filtering": NUMERIC | {"designs", "frames", "recorded"},
     "measurements": NUMERIC | QUESTIONS | {"inputs", "tables"},
-    "streaming": NUMERIC | QUESTIONS | {"inputs", "measurements", "tables"},
+    "streaming": NUMERIC
+    | QUESTIONS
+    | {"inputs", "measurements", "spreadsheets", "tables"},
     "sampling": NUMERIC | {"simulate"},
     "compare": NUMERIC
     | QUESTIONS
@@ -60,7 +63,8 @@ ALLOWED = {
     "examination": NUMERIC | {"designs", "stairs"},
     "commands": NUMERIC
     | {"compare", "examination", "export", "files", "inputs", "ledger"}
-    | {"measurements", "offline", "results", "show", "streaming", "tables"},
+    | {"measurements", "offline", "results", "show", "spreadsheets", "streaming"}
+    | {"tables"},
     "__main__": {"commands"},
 }
 EVERYWHERE = {"numpy", "scipy"}

@@ -63,6 +63,19 @@ def test_signal_in_the_same_turn_as_the_end_of_a_cell(tmp_path, monkeypatch):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["0", "1"]
 
 
+def test_text_that_looks_like_what_stands_for_a_formula_stays(tmp_path):
+    """Names of signals are in the outputs; formulas are put back into the page last."""
+    notebook = nbformat.v4.new_notebook(
+        cells=[
+            nbformat.v4.new_markdown_cell("$x$ and $$y$$"),
+            nbformat.v4.new_markdown_cell("formula0end, formula1end"),
+        ]
+    )
+    page = offline.to_html(notebook, "formula0end")
+    assert page.count("<math") == 2 and "formula0end, formula1end" in page
+    assert "<title>formula0end</title>" in page
+
+
 def test_signal_while_the_kernel_starts(tmp_path, monkeypatch):
     name = "async_start_new_kernel_client"
     seen = watched(monkeypatch, name, before=interrupt)

@@ -6,6 +6,7 @@ outright may leave a file `.luenberger-...` beside; nothing ever reads it.
 """
 
 import contextlib
+import errno
 import os
 import secrets
 import shutil
@@ -112,14 +113,45 @@ def replace_all(moves, beside):
 def destination(path):
     """The file that `path` names, links followed, if it can be replaced.
 
-    A device or a pipe is not a file to put another in the place of.
+    A device or a pipe is not a file to put another in the place of, nor is the file
+    that the shell has opened for stdout or stderr: what is printed would go to one
+    that has lost its name.
     """
     target = Path(os.path.realpath(path))
+    if target.is_symlink():  # links were followed, so this one comes back to itself
+        raise OSError(errno.ELOOP, os.strerror(errno.ELOOP), str(path))
     if target.is_dir():
         raise ValueError(f"{path} is a folder; name a file")
     if target.exists() and not target.is_file():
         raise ValueError(f"{path} is a device or a pipe; name a file")
+    if target.exists() and any(_is_open_as(number, target) for number in (1, 2)):
+        raise ValueError(f"{path} is the file that stdout or stderr goes to")
     return target
+
+
+def _is_open_as(number, path):
+    with contextlib.suppress(OSError):
+        return os.path.samestat(os.fstat(number), path.stat())
+    return False
+
+
+def existing_folder(path):
+    """The folder `path`, or the nearest above it while it has yet to be made.
+
+    Raises
+    ------
+    ValueError
+        If it is a file, or below one, or a link that leads to no folder.
+    """
+    path = Path(path)
+    for here in (path, *path.absolute().parents):
+        if here.is_dir():
+            return here
+        if here.exists():
+            raise ValueError(f"{here} is a file; a folder is needed")
+        if here.is_symlink():
+            raise ValueError(f"{here} is a link that leads to no folder")
+    raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(path))
 
 
 def require_other(path, *read):

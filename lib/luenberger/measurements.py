@@ -80,21 +80,22 @@ def read(path, plant):
 def time_column(table, outputs, inputs, others=False):
     """The name of a table's time column, or None.
 
+    Blanks around a name do not count, in the plant as in the table.
+
     Raises
     ------
     ValueError
         Unless the outputs and the inputs are columns, and, but for `others`, there
         are no more.
     """
-    where, header, wanted = table.where, table.header, [*outputs, *inputs]
-    shared = sorted(set(outputs) & set(inputs))
-    if shared:
+    where, header = table.where, table.header
+    wanted = [name.strip() for name in (*outputs, *inputs)]
+    if shared := _repeated(wanted):
         raise ValueError(
-            f"{where}: {few(shared)} name both an output and an input, so a column "
-            "does not say which it is; rename one in the plant"
+            f"{where}: {few(shared)} each name more than one output or input, so a "
+            "column does not say which it is; rename one in the plant"
         )
-    twice = sorted(name for name, count in Counter(header).items() if count > 1)
-    if twice:
+    if twice := _repeated(header):
         raise ValueError(f"{where}: the columns {few(twice)} occur more than once")
     time = next((n for n in header if n.lower() in TIME and n not in wanted), None)
     given = dict.fromkeys(name for name in header if name != time)
@@ -114,6 +115,10 @@ def time_column(table, outputs, inputs, others=False):
             f"{where} {' and '.join(parts)}; outputs and inputs are {few(wanted)}"
         )
     return time
+
+
+def _repeated(names):
+    return sorted(name for name, count in Counter(names).items() if count > 1)
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,6 +4,7 @@ import asyncio
 import atexit
 import os
 import re
+import secrets
 import signal
 import subprocess
 import sys
@@ -158,7 +159,7 @@ def _take_formulas(text, formulas):
 
     def token(match, display):
         tex = match[1].removeprefix(r"\displaystyle ")
-        name = f"formula{len(formulas)}end"
+        name = f"formula{secrets.token_hex(16)}end"  # not in anybody's text
         formulas[name] = _mathml(tex, display)
         return name
 

@@ -12,6 +12,7 @@ from .inputs import few, short
 from .kernels import runs_compiled
 from .measurements import require_finite, time_column
 from .recorded import estimate
+from .spreadsheets import first_formula, require_plain
 
 
 def estimates(observer, table, plant=None, backend="numpy"):
@@ -38,7 +39,8 @@ def estimates(observer, table, plant=None, backend="numpy"):
     Raises
     ------
     ValueError
-        Naming line and column, if a value is missing or an estimate overflows.
+        Naming line and column, if a value is missing, an estimate overflows, or a
+        time would be a formula in a spreadsheet.
     """
     x0 = None
     if plant is not None:
@@ -53,6 +55,7 @@ def estimates(observer, table, plant=None, backend="numpy"):
             f"{table.where}: {short(header[0])} would be the name of a column of times "
             "and of an estimate; rename one"
         )
+    require_plain("state", observer.estimate_names)
     rows = table.rows([*outputs, *inputs], outputs, clock)
     runs_compiled(backend, 0)
     return header, _estimated(observer, table, rows, outputs, x0, backend)
@@ -77,6 +80,7 @@ def _estimated(observer, table, rows, outputs, x0, backend):
 
     def ys():
         for piece in rows:
+            _require_times(table, piece)
             now.append(piece)
             yield _measured(table, outputs, piece)
 
@@ -92,6 +96,15 @@ def _estimated(observer, table, rows, outputs, x0, backend):
             x, observer.estimate_names, lambda k, lines=lines: table.at(lines[k])
         )
         yield now[0], x
+
+
+def _require_times(table, piece):
+    if (k := first_formula(piece.carried)) is not None:
+        raise ValueError(
+            f"{table.at(piece.lines[k])}: the time {short(piece.carried[k])} would be "
+            "a formula in a spreadsheet; a time is a number or text, and begins with "
+            "no =, @, + or - unless it is a number"
+        )
 
 
 def _measured(table, outputs, piece):

@@ -80,7 +80,7 @@ class Table:
         Parameters
         ----------
         wanted : sequence of str
-            Columns of numbers.
+            Columns of numbers; blanks around their names do not count.
         may_miss : collection of str
             Those in which a cell may be empty or `nan`; both give NaN.
         carry : str, optional
@@ -92,7 +92,7 @@ class Table:
             Naming the line, and the column where it is a cell that is wrong.
         """
         place = {name: j for j, name in enumerate(self.header)}
-        places = [place[name] for name in wanted]
+        places = [place[name.strip()] for name in wanted]
         may_miss = np.array([name in may_miss for name in wanted], dtype=bool)
         carry = place.get(carry)
         none = True

@@ -27,8 +27,8 @@ whole, the old one or the new.  A path that is a symbolic link is followed."""
 
 def main(arguments=None):
     """Run a command; returns the exit status, or raises SystemExit for --help."""
-    terminal.prepare()
     try:
+        terminal.prepare()
         with _ended_like_interrupted():
             try:
                 options = parser().parse_args(arguments)
@@ -47,6 +47,13 @@ def main(arguments=None):
         return _end(REFUSED, str(error) or type(error).__name__)
 
 
+class _Parser(argparse.ArgumentParser):
+    """A parser whose help either arrives or is an error, as argparse's is not."""
+
+    def print_help(self, file=None):
+        print(self.format_help(), end="", file=file)
+
+
 class _Print(argparse.Action):
     """An option that prints what a function returns, and ends."""
 
@@ -60,7 +67,7 @@ class _Print(argparse.Action):
 
 def parser():
     """The parser of every command."""
-    top = argparse.ArgumentParser(
+    top = _Parser(
         prog="python -m luenberger",
         description="Reduced-order state observers.",
         epilog=STATUSES,

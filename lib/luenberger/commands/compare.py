@@ -64,6 +64,7 @@ def run(options):
     from ..compare import compare
     from ..plant import Plant
     from ..results import designs_csv
+    from ..spreadsheets import require_plain_names
 
     if options.json and options.csv is not None:
         options.wrong("--csv goes without --json")
@@ -71,6 +72,8 @@ def run(options):
         files.destination(options.csv)
         files.require_other(options.csv, options.plant)
     plant = Plant.from_json(options.plant)
+    if options.csv is not None:
+        require_plain_names(plant)
     with np.errstate(all="ignore"):  # what overflows is in the table as such
         found = compare(plant, k=options.k, orders=options.orders)
         if options.json:

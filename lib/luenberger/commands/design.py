@@ -61,11 +61,13 @@ def run(options):
     """
     from .. import measurements, offline
     from ..plant import Plant
+    from ..spreadsheets import require_plain_names
 
     plant, out = Plant.from_json(options.plant), options.out
+    require_plain_names(plant)
     if options.data is not None:
         measurements.read(options.data, plant)
-    beside = _existing_parent(out)
+    beside = _workplace(out)
     if options.dry_run:
         names = {*WRITTEN, REPORT, *([] if options.data is None else FROM_DATA)}
         written([out / name for name in _in_order(names)], dry=True)
@@ -102,20 +104,18 @@ def _make(work, plant, options):
     return finished
 
 
-def _existing_parent(out):
-    """The nearest folder above `out` that exists, once `out` is seen to be usable."""
-    if out.exists() and not out.is_dir():
-        raise ValueError(f"{out} is a file; --out must name a folder")
+def _workplace(out):
+    """A folder on the disk of `out`, once that is seen to be usable."""
+    from .. import files
+
+    found = files.existing_folder(out)
     taken = [name for name in (*WRITTEN, *FROM_DATA) if (out / name).exists()]
     if taken and not (out / REPORT).exists():
         raise ValueError(
             f"{out} holds {', '.join(taken)} but no report, so these are not of an "
             "earlier run and would be overwritten; give --out another folder"
         )
-    parent = Path(os.path.abspath(out)).parent
-    while not parent.exists():
-        parent = parent.parent
-    return parent
+    return found
 
 
 def _in_order(names):

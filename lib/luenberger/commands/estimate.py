@@ -3,11 +3,10 @@
 import codecs
 import contextlib
 import os
-import sys
 from pathlib import Path
 
 from .registration import register
-from .terminal import say, tell
+from .terminal import flush, require_open, say, tell
 
 STREAM = "-"
 
@@ -71,7 +70,9 @@ def run(options):
             observer, Table(file, where), plant, options.backend
         )
         count = streaming.write(out, header, rows)
-    if options.out != STREAM:
+    if options.out == STREAM:
+        flush()
+    else:
         tell(options.out)
     say(f"{count} rows of {few(header)}")
     if options.dry_run:
@@ -82,7 +83,7 @@ def _source(path):
     from ..inputs import opened
 
     if path == STREAM:
-        return contextlib.nullcontext(sys.stdin.buffer)
+        return contextlib.nullcontext(require_open("stdin"))
     return opened(path)
 
 
@@ -94,5 +95,5 @@ def _sink(options):
     if options.dry_run:
         return open(os.devnull, "w", encoding="utf-8")
     if options.out == STREAM:  # UTF-8, whatever the terminal has
-        return contextlib.nullcontext(codecs.getwriter("utf-8")(sys.stdout.buffer))
+        return contextlib.nullcontext(codecs.getwriter("utf-8")(require_open("stdout")))
     return replacing(options.out)

@@ -55,16 +55,44 @@ def visible(text):
 
 
 def prepare():
-    """Let both streams print any text, whatever their encoding."""
+    """Let both streams print any text, whatever their encoding.
+
+    Where stderr is closed, what is said goes nowhere.  No file that is opened later
+    takes the number of a closed stream, as a child process would write into it.
+
+    Raises
+    ------
+    OSError
+        If stdout is closed: nobody would learn the results.
+    """
+    for number in range(3):
+        _keep_from_others(number)
+    if sys.stderr is None:
+        sys.stderr = open(os.devnull, "w", encoding="utf-8")
+    require_open("stdout")
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="backslashreplace")
 
 
+def _keep_from_others(number):
+    """Fill the place of a closed stream; those of lower numbers are open."""
+    try:
+        os.fstat(number)
+    except OSError:
+        os.open(os.devnull, os.O_RDWR)  # takes the lowest number that is free
+
+
+def require_open(name):
+    """The bytes of "stdin" or "stdout"; OSError if that was closed."""
+    stream = getattr(sys, name)
+    if stream is None:
+        raise OSError(f"{name} is closed")
+    return stream.buffer
+
+
 def flush():
     """Send what was printed, so that a full disk or a closed pipe is noticed now."""
-    if sys.stdout is None:
-        return
     try:
         sys.stdout.flush()
     except OSError:

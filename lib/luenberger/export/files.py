@@ -20,11 +20,10 @@ def write_pair(folder, texts):
 def places(folder, names):
     """The paths of the files in `folder`; raises if one of them is not ours."""
     folder = Path(folder)
-    if folder.exists() and not folder.is_dir():
-        raise ValueError(f"{folder} is a file; the C files need a folder")
+    files.existing_folder(folder)
     paths = [folder / name for name in names]
     for path in paths:
-        if path.is_dir() or path.exists() and MARK not in _head(path):
+        if files.destination(path).exists() and MARK not in _head(path):
             raise ValueError(
                 f"{path} is there and was not written by this library; give another "
                 "name or folder"
