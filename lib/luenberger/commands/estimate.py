@@ -20,9 +20,8 @@ def add(commands):
         description="Run an observer on a CSV file of any length, a few rows at a "
         "time. The file has a column for each output and input, by name, in any order "
         "and among others, and perhaps one called time, t or instant, which is carried "
-        "along as it is: numbers or any text, but no formula of a spreadsheet, which "
-        "begins with =, @, + or -. A missing measurement is refused: gains that are fixed "
-        "beforehand cannot leave it out.",
+        "along as it is, unless a spreadsheet would take it for a formula. A missing "
+        "measurement is refused: gains that are fixed beforehand cannot leave it out.",
         examples=[
             "estimate report/observer.json tracker.csv --out estimates.csv",
             "estimate report/observer.json tracker.csv --plant tracker.json --out -",
