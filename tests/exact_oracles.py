@@ -12,6 +12,7 @@ The known input is zero throughout.
 from fractions import Fraction
 from typing import NamedTuple
 
+import mpmath
 import numpy as np
 from generators import rational
 
@@ -288,3 +289,27 @@ def smoothed(plant, y, u=None, u0=None):
         state[:, w] += eye(n)
     means = [H @ source + one for H, one in states]
     return np.array(means), np.array([H @ spread @ H.T for H, _ in states])
+
+
+# -- Riccati equations ----------------------------------------------------------------
+
+
+def riccati(A, C, Q, R, S=None, digits=60):
+    """X = A X A' - (A X C' + S)(C X C' + R)^-1 (A X C' + S)' + Q to many digits.
+
+    By doubling: each step does the work of as many steps of the recursion as all
+    before it.  (E. K.-W. Chu et al., Int. J. Control 77 (2004) 767-788.)  R is
+    invertible.
+    """
+    with mpmath.workdps(digits + 20):
+        A, C, Q, R = (mpmath.matrix(np.atleast_2d(X).tolist()) for X in (A, C, Q, R))
+        S = mpmath.zeros(A.rows, C.rows) if S is None else mpmath.matrix(S.tolist())
+        one, back = mpmath.eye(A.rows), R**-1
+        A, X, G = (A - S * back * C).T, Q - S * back * S.T, C.T * back * C
+        for _ in range(100):
+            W = (one + G * X) ** -1
+            more = A.T * X * W * A
+            A, X, G = A * W * A, X + more, G + A * W * G * A.T
+            if mpmath.norm(more) <= mpmath.norm(X) * mpmath.mpf(10) ** -digits:
+                return np.array(X.tolist(), dtype=float)
+    raise AssertionError("doubling has not settled; is there a stable filter?")
