@@ -5,7 +5,8 @@ from fractions import Fraction
 import numpy as np
 import pytest
 import sympy as sp
-from hypothesis import given, settings
+from drawn import bounded
+from hypothesis import given
 from hypothesis import strategies as st
 from pairs import AB01OD
 
@@ -352,7 +353,7 @@ def test_lost_digits_are_announced():
         lb.reconstruct_state(plant, np.zeros(16))
 
 
-@settings(max_examples=60, deadline=None)
+@bounded(60)
 @given(
     st.integers(1, 7).flatmap(
         lambda n: st.tuples(st.just(n), st.integers(1, n), st.integers(0, 10**6))
@@ -383,7 +384,7 @@ def test_units_decide_nothing(case):
         assert np.abs(found - x[: len(found)]).max() < bound
 
 
-@settings(max_examples=100, deadline=None)
+@bounded(100)
 @given(
     n=st.integers(1, 8),
     p=st.integers(1, 4),

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 import scipy.linalg
 import sympy as sp
-from hypothesis import given, settings
+from drawn import bounded
+from hypothesis import given
 from hypothesis import strategies as st
 
 import luenberger as lb
@@ -344,7 +345,7 @@ def test_warning_names_the_condition():
         lb.deadbeat_observer(slow(11))
 
 
-@settings(max_examples=150, deadline=None)
+@bounded(150)
 @given(
     n=st.integers(1, 8),
     p=st.integers(1, 8),

@@ -3,18 +3,14 @@
 from fractions import Fraction
 
 import numpy as np
-from hypothesis import HealthCheck, given, settings
+from drawn import bounded
+from hypothesis import given
 from hypothesis import strategies as st
 
 import luenberger as lb
 from luenberger.designs.recurrences import recurrences
 
-quick = settings(
-    max_examples=40,
-    deadline=None,
-    derandomize=True,
-    suppress_health_check=[HealthCheck.too_slow],
-)
+quick = bounded(40)
 seeds = st.integers(0, 2**32 - 1)
 sizes = st.integers(1, 6)
 times = st.sampled_from([0.0, 0.5])

@@ -14,10 +14,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from drawn import bounded
 from hypothesis import given
 from hypothesis import strategies as st
 from test_hostile_input import OBSERVER_DATA, PLANT_DATA, READERS
-from test_properties import bounded
 
 from luenberger import measurements, tables
 from luenberger.tables import Table

@@ -10,21 +10,11 @@ import warnings
 import generators
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from drawn import bounded
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import luenberger as lb
-
-
-def bounded(examples):
-    """The same examples on every machine, few enough, and no clock in the verdict."""
-    return settings(
-        derandomize=True,
-        max_examples=examples,
-        deadline=None,
-        database=None,
-        suppress_health_check=list(HealthCheck),
-    )
 
 
 @st.composite
@@ -306,3 +296,14 @@ def test_bytes_that_are_no_text_are_refused(tmp_path):
     path.write_bytes(b"\xff\xfe\x00{")
     with pytest.raises(ValueError, match="bad.json"):
         lb.Plant.from_json(path)
+
+
+def test_the_long_run_draws_more_and_others():
+    usual = settings.get_current_profile_name()
+    try:
+        settings.load_profile("long")
+        long = bounded(7)
+    finally:
+        settings.load_profile(usual)
+    assert (long.max_examples, long.derandomize) == (140, False)
+    assert (bounded(7).max_examples, bounded(7).derandomize) == (7, True)

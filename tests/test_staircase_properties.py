@@ -3,18 +3,14 @@
 import warnings
 
 import numpy as np
-from hypothesis import HealthCheck, given, settings
+from drawn import bounded
+from hypothesis import given
 from hypothesis import strategies as st
 from pairs import conjugates, hidden_chains, with_stairs
 
 import luenberger as lb
 
-quick = settings(
-    max_examples=150,
-    deadline=None,
-    derandomize=True,
-    suppress_health_check=[HealthCheck.too_slow],
-)
+quick = bounded(150)
 methods = st.sampled_from(["minimum-norm", "back-substitution"])
 stair_sizes = st.lists(st.integers(1, 4), min_size=1, max_size=5).map(sorted)
 exponents = st.integers(-8, 8)

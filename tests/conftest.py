@@ -1,0 +1,3 @@
+"""Registers the profile that `--hypothesis-profile=long` asks for, before it does."""
+
+import drawn  # noqa: F401
