@@ -6,7 +6,7 @@ import sympy as sp
 from sympy import BlockMatrix, Identity, MatrixSymbol, Trace, ZeroMatrix
 from worlds import Numbers
 
-from luenberger.derivations.algebra import Algebra, Claim, ShapeError, claims
+from luenberger.symbolic import Algebra, Claim, ShapeError, claims
 
 n, p, m1 = sp.symbols("n p m_1", integer=True, nonnegative=True)
 A, B = MatrixSymbol("A", n, n), MatrixSymbol("B", n, n)

@@ -21,7 +21,7 @@ from luenberger.derivations import (
     trace_minimisation,
     tracking,
 )
-from luenberger.derivations.algebra import ShapeError
+from luenberger.symbolic import ShapeError
 
 RECURSIONS = {name: getattr(recursions, name)() for name in STAGE_LISTS}
 ENTRY_POINTS = {

@@ -20,7 +20,7 @@ from luenberger.derivations import (
     functional_signs,
     vanishes,
 )
-from luenberger.derivations.algebra import ShapeError
+from luenberger.symbolic import ShapeError
 
 DERIVATIONS = {
     "general": functional.derive(),

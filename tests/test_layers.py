@@ -28,9 +28,10 @@ ALLOWED = {
     "record": {"files", "inputs"},
     "show": set(),
     "offline": set(),
-    "derivations": {"certificate"},
+    "symbolic": set(),
+    "derivations": {"certificate", "symbolic"},
     "kernels": {"derivations", "linalg"},
-    "ledger": {"derivations", "files", "show"},
+    "ledger": {"derivations", "files", "show", "symbolic"},
     "certificate": {"errors"},
     "linalg": {"errors"},
     "covariance_maps": {"errors", "linalg"},
@@ -69,6 +70,7 @@ ALLOWED = {
 }
 EVERYWHERE = {"numpy", "scipy"}
 SPECIAL = {
+    "symbolic": {"sympy"},
     "derivations": {"sympy"},
     "kernels": {"sympy", "numpy"},
     "ledger": {"sympy"},

@@ -20,8 +20,8 @@ from damage import broken, unnoticed
 import luenberger as lb
 from luenberger import ledger
 from luenberger.derivations import adaptive_sampling, huddle, vanishes
-from luenberger.derivations.algebra import Claim
 from luenberger.ledger import evidence
+from luenberger.symbolic import Claim
 
 ROOT = Path(__file__).parents[1]
 ENTRIES = ledger.entries()

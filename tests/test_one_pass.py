@@ -6,7 +6,7 @@ import pytest
 from sympy.matrices.expressions import MatAdd
 
 from luenberger.derivations import Solve, on_target, one_pass
-from luenberger.derivations.algebra import ShapeError
+from luenberger.symbolic import ShapeError
 
 PROOFS = {
     "filter_step": one_pass._same_step,

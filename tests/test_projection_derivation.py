@@ -16,8 +16,8 @@ from luenberger.derivations import (
     projection_theorem,
     vanishes,
 )
-from luenberger.derivations.algebra import ShapeError
 from luenberger.derivations.projection_recursions import best_output
+from luenberger.symbolic import ShapeError
 
 LISTS = {name: make() for name, make in optimal_projection.STAGE_LISTS.items()}
 PARTS = optimal_projection.parts()

@@ -111,7 +111,7 @@ class Derivation:
 def vanishes(residual):
     """Whether a residual is identically zero.
 
-    Accepts the normal forms of `algebra`, explicit SymPy matrices and scalars.
+    Accepts the normal forms of `symbolic`, explicit SymPy matrices and scalars.
     """
     if isinstance(residual, sp.MatrixBase):  # whose is_zero is about something else
         return all(sp.simplify(entry) == 0 for entry in residual)

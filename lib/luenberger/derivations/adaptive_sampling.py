@@ -29,8 +29,8 @@ from functools import cache
 import sympy as sp
 from sympy import Identity, MatrixSymbol
 
+from ..symbolic import Algebra, Claim
 from . import Derivation, Stage
-from .algebra import Algebra, Claim
 
 T, T_max, rho = sp.symbols("T T_max rho", positive=True)
 alpha, C, K = sp.symbols("alpha C K", positive=True)

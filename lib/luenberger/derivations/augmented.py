@@ -21,8 +21,8 @@ from functools import cache
 import sympy as sp
 from sympy import BlockMatrix, MatrixSymbol, Trace, ZeroMatrix
 
+from ..symbolic import Algebra, claims
 from . import Derivation
-from .algebra import Algebra, claims
 
 n, l, r, q = sp.symbols("n l n_e q", integer=True, nonnegative=True)
 

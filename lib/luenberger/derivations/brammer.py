@@ -12,9 +12,9 @@ from functools import cache
 import sympy as sp
 from sympy import BlockMatrix, Identity, MatrixSymbol, ZeroMatrix
 
+from ..symbolic import Algebra, claims
 from . import Derivation
 from . import canonical_gain as gain
-from .algebra import Algebra, claims
 from .recursion_proofs import joseph
 
 n, p, m1 = gain.n, gain.p, gain.m1

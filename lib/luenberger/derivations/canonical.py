@@ -13,8 +13,8 @@ from functools import cache
 import sympy as sp
 from sympy import Matrix, MatrixSymbol
 
+from ..symbolic import Algebra, Claim, claims
 from . import Derivation
-from .algebra import Algebra, Claim, claims
 
 PATTERNS = ((2, 1), (2, 2), (3, 1), (2, 2, 1))
 INPUTS = 2  # concrete number r of inputs

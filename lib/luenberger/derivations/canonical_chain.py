@@ -11,8 +11,8 @@ from functools import cache
 import sympy as sp
 from sympy import Matrix, MatrixSymbol
 
+from ..symbolic import Algebra, Claim, claims
 from . import Derivation
-from .algebra import Algebra, Claim, claims
 from .canonical import PATTERNS, chains, named, record, starts, structure, toeplitz
 
 n, m, r = sp.symbols("n m r", integer=True, positive=True)

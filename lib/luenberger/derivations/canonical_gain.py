@@ -17,8 +17,8 @@ from functools import cache
 import sympy as sp
 from sympy import BlockMatrix, Identity, MatrixSymbol, Trace, ZeroMatrix
 
+from ..symbolic import Algebra, claims
 from . import Derivation
-from .algebra import Algebra, claims
 
 n, p, m1 = sp.symbols("n p m_1", integer=True, nonnegative=True)
 nz, p2 = n - m1, p - m1  # order of the observer; number of the other outputs

@@ -14,8 +14,8 @@ from functools import cache
 import sympy as sp
 from sympy import BlockMatrix, Identity, MatrixSymbol, Trace, ZeroMatrix
 
+from ..symbolic import Algebra, claims
 from . import Derivation
-from .algebra import Algebra, claims
 
 n, p, m1, m, r = sp.symbols("n p m_1 m r", integer=True, nonnegative=True)
 sizes = (m1, p - m1, n - p)

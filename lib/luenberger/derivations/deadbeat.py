@@ -14,8 +14,8 @@ import sympy as sp
 from sympy import Matrix
 
 from ..certificate import residuals
+from ..symbolic import Claim
 from . import Derivation
-from .algebra import Claim
 from .canonical import starts, structure
 
 

@@ -14,8 +14,8 @@ from functools import cache
 
 from sympy import ZeroMatrix
 
+from ..symbolic import Algebra, claims
 from . import Derivation
-from .algebra import Algebra, claims
 from .augmented import (
     GAINS,
     PAIRS,

@@ -8,8 +8,8 @@ Source: Leondes and Novak (1974), (24)-(33), as scanned.
 
 from sympy import BlockMatrix, Identity, Trace, ZeroMatrix
 
+from ..symbolic import Claim, ShapeError
 from . import coordinates, uniqueness
-from .algebra import Claim, ShapeError
 from .canonical_gain import (
     ALGEBRA,
     H2,

@@ -14,8 +14,8 @@ from functools import cache
 
 from sympy import Identity, MatrixSymbol, Trace, ZeroMatrix
 
+from ..symbolic import Algebra, claims
 from . import Derivation, projection
-from .algebra import Algebra, claims
 from .augmented import PAIRS, V1, V2, V12, A, Ae, Be, C, Ce, De, L, R, l, n, r
 from .projection import BEST, G, Gam, Q, Qs, V2s, noise, theorem
 

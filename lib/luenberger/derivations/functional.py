@@ -25,9 +25,9 @@ import sympy as sp
 from sympy import BlockMatrix, Identity, MatrixSymbol, ZeroMatrix
 
 from ..certificate import residuals
+from ..symbolic import Algebra, Claim, claims
 from . import Derivation, Solve, Stage
 from . import functional_condition as condition
-from .algebra import Algebra, Claim, claims
 from .functional_condition import (
     FREE,
     SOLVED,

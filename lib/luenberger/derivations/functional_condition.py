@@ -13,7 +13,7 @@ import sympy as sp
 from sympy import BlockMatrix, Identity, MatAdd, MatrixSymbol, ZeroMatrix
 
 from ..certificate import residuals
-from .algebra import Algebra, claims
+from ..symbolic import Algebra, claims
 
 n, p, m, r, q = sp.symbols("n p m r q", integer=True, nonnegative=True)
 A, F = MatrixSymbol("A", n, n), MatrixSymbol("F", r, r)

@@ -16,8 +16,8 @@ from functools import cache
 import sympy as sp
 from sympy import Identity, MatAdd, MatrixSymbol, ZeroMatrix
 
+from ..symbolic import Algebra, Claim, claims
 from . import Derivation
-from .algebra import Algebra, Claim, claims
 from .functional_condition import at
 
 SIZES = ((2, 1), (3, 1), (3, 2), (4, 2), (5, 3), (6, 4))  # (n, r)

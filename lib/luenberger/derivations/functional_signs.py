@@ -17,8 +17,8 @@ from itertools import product
 
 import sympy as sp
 
+from ..symbolic import Claim
 from . import Derivation
-from .algebra import Claim
 from .functional_recurrence import SIZES, S, observable_form
 
 

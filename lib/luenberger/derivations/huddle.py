@@ -14,8 +14,8 @@ from functools import cache
 import sympy as sp
 from sympy import Identity, MatrixSymbol, ZeroMatrix
 
+from ..symbolic import Algebra, claims
 from . import Derivation
-from .algebra import Algebra, claims
 from .recursions import decorrelation, error_recursion, observer
 
 __all__ = ["decorrelation", "derive", "error_recursion", "observer"]

@@ -13,9 +13,9 @@ from functools import cache
 import sympy as sp
 from sympy import BlockMatrix, Identity, MatrixSymbol, Trace, ZeroMatrix
 
+from ..symbolic import Algebra, claims
 from . import Derivation, brammer
 from . import canonical_gain as gain
-from .algebra import Algebra, claims
 
 n, p, m1 = gain.n, gain.p, gain.m1
 A, Q = MatrixSymbol("A", n, n), MatrixSymbol("Q", n, n)

@@ -20,8 +20,8 @@ import sympy as sp
 from sympy import MatrixSymbol, Trace, ZeroMatrix
 from sympy import kronecker_product as kron
 
+from ..symbolic import Algebra, Claim, claims
 from . import Derivation
-from .algebra import Algebra, Claim, claims
 from .augmented import (
     PAIRS,
     Q1,

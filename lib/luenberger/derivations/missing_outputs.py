@@ -15,8 +15,8 @@ from functools import cache
 import sympy as sp
 from sympy import Identity, MatrixSymbol, Trace, ZeroMatrix
 
+from ..symbolic import Algebra, claims
 from . import Derivation
-from .algebra import Algebra, claims
 
 n, p, pa, m1, pm = sp.symbols("n p p_a m_1 p_m", integer=True, nonnegative=True)
 C, R = MatrixSymbol("C", p, n), MatrixSymbol("R", p, p)

@@ -14,8 +14,8 @@ from functools import cache
 
 from sympy import Identity, MatrixSymbol, Symbol
 
+from ..symbolic import Algebra, claims
 from . import Derivation, Solve, Stage
-from .algebra import Algebra, claims
 from .one_pass import filter_step, padded
 from .recursion_proofs import joseph, named
 from .recursions import PAPER, decorrelation, m, matrices, n, p, square

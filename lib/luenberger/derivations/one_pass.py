@@ -15,8 +15,8 @@ from functools import cache
 import sympy as sp
 from sympy import Identity, MatrixSymbol
 
+from ..symbolic import Algebra, claims
 from . import Derivation, Solve, Stage
-from .algebra import Algebra, claims
 from .recursion_proofs import joseph, named
 from .recursions import PAPER, estimate_step, gain_step, m, matrices, n, p, r, square
 

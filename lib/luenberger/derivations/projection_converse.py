@@ -18,8 +18,8 @@ from functools import cache
 
 from sympy import BlockMatrix, Identity, MatrixSymbol, ZeroMatrix
 
+from ..symbolic import Algebra, claims
 from . import Derivation
-from .algebra import Algebra, claims
 from .augmented import (
     GAINS,
     P2,

@@ -18,8 +18,8 @@ import sympy as sp
 from sympy import Identity, MatrixSymbol
 from sympy import Rational as F
 
+from ..symbolic import Algebra, Claim, claims
 from . import Derivation
-from .algebra import Algebra, Claim, claims
 from .augmented import (
     GAINS,
     JOINT,

@@ -12,8 +12,8 @@ Source: Haddad and Bernstein (1987), as scanned.
 import sympy as sp
 from sympy import BlockMatrix, Identity
 
+from ..symbolic import Claim
 from . import mean_square, projection
-from .algebra import Claim
 from .augmented import (
     ALGEBRA,
     P2,

@@ -11,7 +11,7 @@ Source: Haddad and Bernstein (1987), (4.4)-(4.11).
 import sympy as sp
 from sympy import BlockMatrix, Identity, MatrixSymbol, Trace, ZeroMatrix
 
-from .algebra import claims
+from ..symbolic import claims
 from .augmented import (
     ALGEBRA,
     GAINS,

@@ -7,8 +7,8 @@ from functools import cache
 
 from sympy import Identity, MatrixSymbol, Trace, ZeroMatrix
 
+from ..symbolic import Algebra, claims
 from . import Derivation
-from .algebra import Algebra, claims
 from .augmented import (
     P2,
     P12,

@@ -19,8 +19,8 @@ from functools import cache
 import sympy as sp
 from sympy import BlockMatrix, Identity, MatrixSymbol, Trace, ZeroMatrix
 
+from ..symbolic import Algebra, claims
 from . import Derivation
-from .algebra import Algebra, claims
 from .augmented import (
     JOINT,
     P2,

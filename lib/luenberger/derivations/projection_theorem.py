@@ -9,7 +9,7 @@ Source: Haddad and Bernstein (1987), theorem 3.1 and section 4.
 
 from sympy import BlockMatrix, Identity, MatrixSymbol, Trace, ZeroMatrix
 
-from .algebra import Algebra, claims
+from ..symbolic import Algebra, claims
 from .augmented import (
     GAINS,
     P2,

@@ -10,7 +10,7 @@ Source: Leondes and Novak (1974); our own where `recursions` says so.
 import sympy as sp
 from sympy import BlockMatrix, Identity, MatrixSymbol, Trace, ZeroMatrix
 
-from .algebra import Algebra, Claim, claims
+from ..symbolic import Algebra, Claim, claims
 
 
 def named(derivation):

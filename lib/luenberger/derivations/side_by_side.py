@@ -12,8 +12,8 @@ from functools import cache
 import sympy as sp
 from sympy import MatrixSymbol
 
+from ..symbolic import Algebra, claims
 from . import Derivation, Stage
-from .algebra import Algebra, claims
 from .recursions import PAPER, matrices, n, p, r, square
 
 d, q = sp.symbols("d q", integer=True, nonnegative=True)

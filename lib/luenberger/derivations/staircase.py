@@ -21,8 +21,8 @@ from functools import cache
 import sympy as sp
 from sympy.matrices import kronecker_product
 
+from ..symbolic import Claim
 from . import Derivation
-from .algebra import Claim
 
 STAIRS = ((1, 1, 1), (1, 2), (2, 2), (1, 1, 2), (1, 2, 3), (2, 3))
 PAIRS = ((1, 1, 1), (1, 1, 2), (1, 2, 2), (2, 2), (3, 3))

@@ -12,8 +12,8 @@ from functools import cache
 import sympy as sp
 from sympy.matrices import kronecker_product
 
+from ..symbolic import Claim
 from . import Derivation
-from .algebra import Claim
 from .staircase import Pattern, counts, interleaved, j, m, n, r, row_symbols
 
 STAIRS = (1, 2, 2)  # the smallest with a row before a pair

@@ -12,8 +12,8 @@ from functools import cache
 import sympy as sp
 from sympy import BlockMatrix, Identity, MatrixSymbol, ZeroMatrix
 
+from ..symbolic import Algebra, Claim, claims
 from . import Derivation
-from .algebra import Algebra, Claim, claims
 from .staircase import Pattern, row_symbols
 
 n, m, r, d = sp.symbols("n m r d", integer=True, positive=True)  # d = n - r

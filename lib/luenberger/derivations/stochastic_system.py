@@ -12,8 +12,8 @@ from functools import cache
 
 from sympy import BlockMatrix, Identity, MatrixSymbol, ZeroMatrix
 
+from ..symbolic import Algebra, claims
 from . import Derivation
-from .algebra import Algebra, claims
 from .huddle import FREE, A, B, C, D, E, F, P, Q, R, S, Tn, V, eps, n, p, r, u, v, w, x
 
 X = MatrixSymbol("X", r, r)  # cov(eps)

@@ -13,8 +13,8 @@ from functools import cache
 
 import sympy as sp
 
+from ..symbolic import Claim
 from . import Derivation
-from .algebra import Claim
 
 T, s_x, s_v, s_m = sp.symbols("T sigma_x sigma_xdot sigma_m", positive=True)
 Rat = sp.Rational

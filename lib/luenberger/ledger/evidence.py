@@ -3,7 +3,7 @@
 from functools import cache
 from importlib import import_module
 
-from ..derivations.algebra import Claim
+from ..symbolic import Claim
 
 SIZES = (", ", " [", " (")  # how the sizes at the end of a step's name begin
 

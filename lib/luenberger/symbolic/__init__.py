@@ -15,6 +15,7 @@ from .blocks import Blocks
 from .claims import Claim, claims
 from .core import Algebra
 from .polynomials import Polynomial, Traces
+from .relations import Relation
 from .words import Letter, ShapeError
 
 __all__ = [
@@ -23,6 +24,7 @@ __all__ = [
     "Claim",
     "Letter",
     "Polynomial",
+    "Relation",
     "ShapeError",
     "Traces",
     "claims",

@@ -1,0 +1,60 @@
+"""A relation: an equation between matrices that a proof may cite by its name."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Relation:
+    """`left = right`, under a name that a line of a derivation can cite.
+
+    Attributes
+    ----------
+    name : str
+        How the relation is cited, e.g. "M = C P C' + R" or "(3.8)".
+    left, right : MatrixExpr
+        Any two matrix expressions of one shape.
+
+    Examples
+    --------
+    A relation unpacks to its two sides, so that it can stand wherever a pair does.
+
+    >>> from sympy import Identity, MatrixSymbol, symbols
+    >>> from luenberger.symbolic import Relation
+    >>> n = symbols("n", integer=True, positive=True)
+    >>> A, B = MatrixSymbol("A", n, n), MatrixSymbol("B", n, n)
+    >>> inverse = Relation("A B = I", A * B, Identity(n))
+    >>> left, right = inverse
+    >>> left
+    A*B
+    """
+
+    name: str
+    left: object
+    right: object
+
+    def __iter__(self):
+        return iter((self.left, self.right))
+
+
+def named(given):
+    """`Relation`s from relations and (left, right) pairs; a pair is named by its sides.
+
+    Raises
+    ------
+    TypeError
+        Something is neither a relation nor a pair.
+    """
+    return tuple(_named(item) for item in given)
+
+
+def _named(item):
+    if isinstance(item, Relation):
+        return item
+    try:
+        left, right = item
+    except (TypeError, ValueError):
+        raise TypeError(
+            f"{item!r} is not a relation: give Relation(name, left, right) "
+            "or a pair (left, right)"
+        ) from None
+    return Relation(f"{left} = {right}", left, right)
