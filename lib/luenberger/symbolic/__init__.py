@@ -13,8 +13,10 @@ collapses partitioned matrices wrongly (#22034) and cannot reduce modulo relatio
 
 from .blocks import Blocks
 from .claims import Claim, claims
+from .completion import Limit
 from .core import Algebra
 from .polynomials import Polynomial, Traces
+from .proofs import Proof, Unproved, prove
 from .relations import Relation
 from .words import Letter, ShapeError
 
@@ -23,9 +25,13 @@ __all__ = [
     "Blocks",
     "Claim",
     "Letter",
+    "Limit",
     "Polynomial",
+    "Proof",
     "Relation",
     "ShapeError",
     "Traces",
+    "Unproved",
     "claims",
+    "prove",
 ]

@@ -7,7 +7,7 @@ SymPy's `block_collapse` is wrong when an identity meets a partitioned matrix
 import sympy as sp
 
 from .polynomials import Polynomial
-from .words import ShapeError, same_size
+from .words import ShapeError, same_shape, same_size
 
 
 class Blocks:
@@ -40,8 +40,11 @@ class Blocks:
             return value
         if len(rows) == len(cols) == 1:
             return cls(value.algebra, [[value]])
+        whole = sp.Add(*rows), sp.Add(*cols)
         if not value.is_scaled_identity or (value.terms and not same(rows, cols)):
             raise ShapeError(f"{value} is not partitioned into {rows} by {cols}")
+        if not same_shape(value.shape, whole):
+            raise ShapeError(f"{value} of shape {value.shape} meets blocks of {whole}")
         c = value.terms.get((), 0)
         entry = lambda i, j: {(): c} if i == j and c != 0 else {}  # noqa: E731
         return cls(

@@ -7,7 +7,7 @@ from sympy.matrices.expressions.matexpr import MatrixExpr
 
 from .blocks import Blocks, product
 from .polynomials import Polynomial, Traces
-from .words import Letter, ShapeError, rotations, same_shape, text
+from .words import Letter, ShapeError, rotations, same_shape, same_size, text
 
 DEEPEST = 300  # rewritings of one word, one inside the other, before we give up
 
@@ -36,6 +36,17 @@ class Algebra:
         self.relations = tuple(relations)
         self._known, self._known_cyclic = {}, {}
 
+    def __eq__(self, other):
+        if not isinstance(other, Algebra):
+            return NotImplemented
+        return self._knows() == other._knows()
+
+    def __hash__(self):
+        return hash(self._knows())
+
+    def _knows(self):
+        return self.symmetric, frozenset(map(tuple, self.relations))
+
     @cached_property
     def _rules(self):
         """(word, {word: coefficient}) pairs, made when first needed."""
@@ -58,7 +69,13 @@ class Algebra:
 
     def _rule(self, left, right):
         left, right = self.normal(left), self.normal(right)
-        if len(left.terms) != 1 or not same_shape(left.shape, right.shape):
+        if left.terms and left.is_scaled_identity:  # I = A B says what A B is
+            left, right = right, left
+        if (
+            len(left.terms) != 1
+            or left.is_scaled_identity
+            or not same_shape(left.shape, right.shape)
+        ):
             raise ShapeError(f"{left} = {right} is not a relation word = polynomial")
         ((word, c),) = left.terms.items()
         right = (1 / sp.sympify(c)) * right
@@ -129,15 +146,33 @@ class Algebra:
             for w, d in self._reduce_cyclic(word).items()
         )
 
+    def spelled(self, expr):
+        """An expression as it is shown; nothing stands for anything else here."""
+        return expr
+
     # -- SymPy in ---------------------------------------------------------------
 
     def normal(self, expr):
         """Normal form of a SymPy expression: `Polynomial`, `Blocks` or `Traces`."""
         if isinstance(expr, (Polynomial, Blocks, Traces)):
-            return expr
+            return self._adopted(expr)
         if isinstance(expr, MatrixExpr):
             return self._matrix(expr)
         return self._scalar(sp.sympify(expr))
+
+    def _adopted(self, value):
+        """A normal form of this algebra, or of one that knows no more than this."""
+        known = value.algebra
+        if known is self or known == self:
+            return value
+        extra = [r for r in known.relations if r not in self.relations]
+        extra += sorted(known.symmetric - self.symmetric, key=str)
+        if extra:
+            raise ValueError(
+                f"a normal form made with {extra[0]} is not one of this algebra, "
+                "which does not know that; give the expression itself"
+            )
+        return self.normal(value.as_expr())
 
     def _matrix(self, expr):
         if isinstance(expr, sp.BlockMatrix):
@@ -185,19 +220,21 @@ class Algebra:
     def _power(self, base, exponent):
         if not exponent.is_Integer or exponent == 0:
             raise TypeError(f"no normal form for the power {exponent}")
-        if exponent < 0:
-            turned = isinstance(base, sp.Transpose)
-            atom = base.arg if turned else base
-            if not isinstance(atom, sp.MatrixSymbol):
-                raise TypeError(f"name the composite before inverting it: {base}")
-            letter = self.letter(atom, turned, inverted=True)
-            factor = Polynomial(self, [((letter,), 1)], base.shape)
-        else:
-            factor = self.normal(base)
+        factor = self._inverted(base) if exponent < 0 else self.normal(base)
         total = factor
         for _ in range(abs(int(exponent)) - 1):
             total = total @ factor
         return total
+
+    def _inverted(self, base):
+        turned = isinstance(base, sp.Transpose)
+        atom = base.arg if turned else base
+        if not isinstance(atom, sp.MatrixSymbol):
+            raise TypeError(f"name the composite before inverting it: {base}")
+        if not same_size(*base.shape):
+            raise ShapeError(f"{base} of shape {base.shape} has no inverse")
+        letter = self.letter(atom, turned, inverted=True)
+        return Polynomial(self, [((letter,), 1)], base.shape)
 
     def _scalar(self, expr):
         if isinstance(expr, sp.Add):

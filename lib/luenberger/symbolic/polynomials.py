@@ -47,7 +47,7 @@ class Sum:
     __hash__ = None
 
     def __repr__(self):
-        return str(self.as_expr())
+        return str(self.algebra.spelled(self.as_expr()))
 
     def _repr_latex_(self):
         return f"$\\displaystyle {sp.latex(self.as_expr())}$"

@@ -53,4 +53,10 @@ def gather(pairs):
     terms = {}
     for word, coefficient in pairs:
         terms[word] = terms.get(word, 0) + coefficient
-    return {w: c for w, c in ((w, sp.expand(c)) for w, c in terms.items()) if c != 0}
+    return {w: c for w, c in ((w, tidy(c)) for w, c in terms.items()) if c != 0}
+
+
+def tidy(coefficient):
+    """A coefficient multiplied out, so that what is zero is seen to be."""
+    known = isinstance(coefficient, (int, sp.Rational))
+    return sp.sympify(coefficient) if known else sp.expand(coefficient)

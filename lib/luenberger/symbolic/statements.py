@@ -1,0 +1,185 @@
+"""From SymPy to plain data: what is to be proved, and from what.
+
+Everything is multiplied out as written; nothing cancels and nothing is reordered.
+A side is `(shape, terms)`: `terms` is {word: coefficient}, a word is a tuple of
+letters, a letter is `(name, transposed)`.  A scalar has no shape; its words stand for
+traces and the empty word for 1.
+"""
+
+from dataclasses import dataclass, field
+
+import sympy as sp
+
+from .blocks import Blocks, same
+from .core import Algebra
+from .polynomials import Polynomial, Traces
+from .relations import named
+from .words import Letter, ShapeError, same_shape, same_size
+
+
+@dataclass(frozen=True)
+class Statement:
+    """A claim and what it rests on, in plain data that needs no SymPy matrices.
+
+    Attributes
+    ----------
+    claims : dict of str to (left, right)
+        The claim, block by block where it is partitioned.
+    given : dict of str to (left, right)
+        The relations, likewise.
+    inverses : dict of str to side
+        What each inverse letter is the inverse of.
+    symmetric : frozenset of str
+    sizes : dict of str to (rows, columns)
+    """
+
+    claims: dict
+    given: dict = field(default_factory=dict)
+    inverses: dict = field(default_factory=dict)
+    symmetric: frozenset = frozenset()
+    sizes: dict = field(default_factory=dict)
+
+
+class Free(Algebra):
+    """The free algebra: nothing is known of the symbols, so that nothing cancels.
+
+    The inverse of a composite is a letter of its own.
+    """
+
+    def __init__(self):
+        super().__init__()
+        self.composites = {}  # symbol: (the expression it stands for, its value)
+        self.partitioned = {}  # expression: the blocks of its inverse, its value
+        self.names, self.inverses = {}, {}
+
+    def reduced(self, pairs):
+        return pairs
+
+    reduced_cyclically = reduced
+
+    def spelled(self, expr):
+        """An expression with its composites written out."""
+        return expr.xreplace({s: base for s, (base, _) in self.composites.items()})
+
+    def _inverted(self, base):
+        value = self.normal(base)
+        if not same_size(*value.shape):
+            raise ShapeError(f"{base} of shape {value.shape} has no inverse")
+        if isinstance(value, Blocks):
+            return self._inverted_blocks(base, value)
+        if len(value.terms) == 1:
+            ((word, c),) = value.terms.items()
+            if len(word) < 2 and c.is_zero is False:
+                turned = tuple(x._replace(inverted=not x.inverted) for x in word)
+                return value.like([(turned, 1 / c)])
+        return self._inverted_composite(base, value)
+
+    def _inverted_composite(self, base, value):
+        for symbol, (_, known) in self.composites.items():
+            for turned in (False, True):
+                if same_shape(known.shape, value.shape) and (
+                    (known.T if turned else known).terms == value.terms
+                ):
+                    return value.like([((self.letter(symbol, turned, True),), 1)])
+        symbol = sp.MatrixSymbol(f"({base})", *value.shape)
+        self.composites[symbol] = (base, value)
+        return value.like([((self.letter(symbol, False, True),), 1)])
+
+    def _inverted_blocks(self, base, value):
+        if not same(value.rows, value.cols):
+            raise ShapeError(f"no inverse of blocks {value.rows} x {value.cols}")
+        if base not in self.partitioned:
+            block = lambda i, j: sp.MatrixSymbol(  # noqa: E731
+                f"({base})^-1[{i + 1},{j + 1}]", value.rows[i], value.cols[j]
+            )
+            k = range(len(value.rows))
+            grid = [[self.normal(block(i, j)) for j in k] for i in k]
+            self.partitioned[base] = (Blocks(self, grid), value)
+        return self.partitioned[base][0]
+
+    # -- plain data ---------------------------------------------------------------
+
+    def name(self, letter):
+        """The name of a letter; no two symbols share one, whatever they are called."""
+        key = (letter.atom, letter.inverted)
+        if key not in self.names:
+            name = letter.atom.name + ("^-1" if letter.inverted else "")
+            if name in self.names.values():
+                name += " ({} x {})".format(*letter.atom.shape)
+            self.names[key] = name
+            if letter.inverted:
+                base = Polynomial(self, [((Letter(letter.atom),), 1)], key[0].shape)
+                self.inverses[name] = self.composites.get(key[0], (None, base))[1]
+        return self.names[key]
+
+    def side(self, value):
+        """(shape, {word: coefficient}) of a normal form."""
+        shape = None if isinstance(value, Traces) else value.shape
+        plain = {
+            tuple((self.name(x), x.transposed) for x in word): c
+            for word, c in value.terms.items()
+        }
+        return shape, plain
+
+    def equations(self, name, left, right):
+        """{name: (side, side)}, an entry for each block of a partitioned equation."""
+        left = self.normal(left)
+        if isinstance(right, int) and right == 0:
+            right = 0 * left
+        right = self.normal(right)
+        if not isinstance(left, Blocks) and not isinstance(right, Blocks):
+            if isinstance(left, Traces) != isinstance(right, Traces):
+                raise ShapeError(f"{name}: a scalar and a matrix are never equal")
+            if isinstance(left, Polynomial) and not same_shape(left.shape, right.shape):
+                raise ShapeError(
+                    f"{name}: shapes {left.shape} and {right.shape} are not the same"
+                )
+            return {name: (self.side(left), self.side(right))}
+        whole = left if isinstance(left, Blocks) else right
+        left, right = (Blocks.spread(x, whole.rows, whole.cols) for x in (left, right))
+        if not (same(left.rows, right.rows) and same(left.cols, right.cols)):
+            raise ShapeError(f"{name}: the two sides are partitioned differently")
+        return {
+            f"{name} [{i + 1},{j + 1}]": (self.side(left[i, j]), self.side(right[i, j]))
+            for i in range(len(left.rows))
+            for j in range(len(left.cols))
+        }
+
+
+def read(left, right, given=(), symmetric=()):
+    """The `Statement` of a claim, and the free algebra in which it was read.
+
+    Raises
+    ------
+    ShapeError
+        Shapes do not fit, or an inverse is not square, at symbolic sizes.
+    """
+    free = Free()
+    claims = free.equations("claim", left, right)
+    known = {}
+    for relation in named(given):
+        for name, sides in free.equations(relation.name, *relation).items():
+            known[unused(name, known)] = sides
+    for base, (inverse, value) in free.partitioned.items():
+        whole = sp.Identity(value.shape[0])
+        for name, product in (("M M^-1", value @ inverse), ("M^-1 M", inverse @ value)):
+            named_so = f"{name} = I, M = {base}"
+            known |= free.equations(named_so, product, whole)
+    inverses = {}
+    while len(inverses) < len(free.inverses):  # a base may bring in further inverses
+        inverses |= {k: free.side(v) for k, v in list(free.inverses.items())}
+    for s in symmetric:
+        if not same_size(*s.shape):
+            raise ShapeError(f"{s} of shape {s.shape} is not symmetric")
+    told = frozenset(free.name(Letter(s)) for s in symmetric)
+    sizes = {name: tuple(atom.shape) for (atom, _), name in free.names.items()}
+    return Statement(claims, known, inverses, told, sizes), free
+
+
+def unused(name, taken):
+    """The name, with a number behind it if it is taken."""
+    k, found = 1, name
+    while found in taken:
+        k += 1
+        found = f"{name} ({k})"
+    return found
