@@ -41,7 +41,7 @@ ALLOWED = {
     "stairs": {"arrays", "errors", "linalg"},
     "optimality": NUMERIC,
     "designs": NUMERIC | {"optimality", "stairs"},
-    "recorded": NUMERIC | {"frames"},
+    "recorded": NUMERIC | {"frames", "inputs"},
     "simulate": NUMERIC | {"recorded"},
     "parallel": set(),
     "batches": NUMERIC | {"recorded", "simulate"},

@@ -2,6 +2,8 @@
 
 import math
 import re
+import sys
+import warnings
 from fractions import Fraction
 from numbers import Integral
 
@@ -13,6 +15,8 @@ ASYMMETRY_TOL = 1e-9  # |X - X'| relative to |X|: below it is rounding, above a 
 INDEFINITE_TOL = 1e-9  # a negative eigenvalue below this (unit diagonal) is rounding
 LARGEST = 10**8  # entries of a matrix that is left out
 EXACT = 100_000  # entries of the largest matrix that is also kept as Fractions
+WORDS = {"U": "text", "S": "text", "b": "truth values"}
+WORDS |= {"M": "times; count seconds from one of them", "m": "times; divide by a unit"}
 # line ends, terminal controls, reordering of text, and halves of characters
 STEERING = re.compile("[\x00-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
 
@@ -51,21 +55,72 @@ def numbers(name, value, field=float):
     """Return a copy of `value`, which must be finite numbers, real or of `field`."""
     wanted = "real numbers" if field is float else "real numbers (or complex)"
     try:
-        array = np.array(value)
-        if array.dtype.kind in ("USb" if field is complex else "USbc") and array.size:
-            raise TypeError(f"its entries are {array.dtype.name}")
-        array = array.astype(field)
+        array, missing = entries(value, field)
     except (TypeError, ValueError, OverflowError) as error:
         raise ValueError(f"{name} must be an array of {wanted}: {error}") from None
     if field is complex and not array.imag.any():
-        array = array.real.copy()
+        array = array.real
+    array = np.array(array)
     if not np.isfinite(array).all():
         where = tuple(int(k) for k in np.argwhere(~np.isfinite(array))[0])
+        said = "missing" if missing[where] else array[where]
         raise ValueError(
-            f"{name} has entries that are not finite: {name}{list(where)} is "
-            f"{array[where]}"
+            f"{name} has entries that are not finite: {name}{list(where)} is {said}"
         )
     return array
+
+
+def entries(value, field=float, truth=False):
+    """Return `value` as an array of `field`, perhaps itself, and where it is missing.
+
+    Missing is what a mask covers, None and pandas.NA; the array has NaN there.  Text
+    and times are refused, though NumPy would read them as numbers, and so are truth
+    values, unless `truth`.
+
+    Raises
+    ------
+    TypeError, ValueError, OverflowError
+        If something is not a number of that kind; it says what.
+    """
+    array = as_array(value)
+    missing, array = np.ma.getmask(array), np.ma.getdata(array)
+    kind, allowed = array.dtype.kind, "iuf" + "c" * (field is complex) + "b" * truth
+    if kind == "O":
+        absent = np.frompyfunc(_missing, 2, 1)(array, allowed)
+        missing = missing | np.asarray(absent, dtype=bool)
+        array = np.where(missing, np.nan, array)
+    elif kind not in allowed and array.size:
+        raise TypeError(f"its entries are {WORDS.get(kind, array.dtype.name)}")
+    if np.any(missing):
+        return np.where(missing, np.nan, array.astype(field)), missing
+    return array.astype(field, copy=False), np.broadcast_to(missing, array.shape)
+
+
+def as_array(value):
+    """`value` as NumPy takes it, masked if any part of it is."""
+    if not _is_masked(value):
+        return np.asarray(value)
+    with warnings.catch_warnings():  # of a masked scalar in a list, which becomes NaN
+        warnings.simplefilter("ignore", UserWarning)
+        return np.ma.array(value)
+
+
+def _is_masked(value):
+    if isinstance(value, list | tuple):
+        return any(map(_is_masked, value))
+    return isinstance(value, np.ma.MaskedArray)
+
+
+def _missing(one, allowed):
+    """Whether an entry of an object array is missing; TypeError if it is no number."""
+    if one is None or type(one).__name__ == "NAType":
+        return True
+    kind = np.asarray(one).dtype.kind
+    if type(one).__name__ == "NaTType" or hasattr(one, "isoformat"):
+        kind = "M"
+    if kind not in allowed + "O":
+        raise TypeError(f"among its entries are {WORDS.get(kind, type(one).__name__)}")
+    return False
 
 
 def zeros(name, shape):
@@ -132,11 +187,12 @@ def exact(value):
 
     Integers, Fractions and rationals of computer algebra (known by their integer
     attributes p and q) are exact.  Of matrices too large for exact arithmetic to end
-    there are no Fractions.
+    there are no Fractions, nor of masked ones.
     """
     try:
-        array = np.array(value)
-        if (array.dtype.kind in "fc" and array.size) or array.size > EXACT:
+        array = as_array(value)
+        other = array.dtype.kind in "fcMm" and array.size
+        if other or array.size > EXACT or np.ma.is_masked(array):
             return None
         array = np.array(value, dtype=object)
     except ValueError:
@@ -157,8 +213,9 @@ def exact(value):
 def sample_time(dt):
     """Return dt as a float: 0 for continuous time, else seconds per step."""
     number = isinstance(dt, (int, float, np.integer, np.floating))
-    least, most = np.finfo(float).tiny, np.finfo(float).max
-    if not number or isinstance(dt, bool) or not (dt == 0 or least <= dt <= most):
+    number = number and not isinstance(dt, (bool, np.timedelta64))
+    least, most = sys.float_info.min, sys.float_info.max  # NumPy's refuse a long int
+    if not number or not (dt == 0 or least <= dt <= most):
         raise ValueError(
             "dt must be 0 (continuous time) or a period in seconds, got " + short(dt)
         )

@@ -52,9 +52,10 @@ def filter_data(
     plant : Plant
         Discrete, with Q, R and P0.
     y : (N, p) array_like or pandas.DataFrame, or an iterator of such chunks
-        Measurements at instants 1 .. N.  With an iterator the result is an iterator
-        of `Filtered`, one for each chunk, and memory stays flat.  The columns of a
-        DataFrame are found by the plant's names, as in `estimate`.
+        Measurements at instants 1 .. N.  NaN, None, pandas.NA and what a mask covers
+        were not measured.  With an iterator the result is an iterator of `Filtered`,
+        one for each chunk, and memory stays flat.  The columns of a DataFrame are
+        found by the plant's names, as in `estimate`.
     u : (N, m) array_like or DataFrame, or an iterator of chunks like y's, optional
         Known input at the same instants, default zero, or the columns of the
         DataFrame y that are named as inputs.

@@ -121,7 +121,10 @@ def require_plain(at, value):
 
 def short(value):
     """A value as Python writes it, or the beginning of that."""
-    text = repr(value)
+    try:
+        text = repr(value)
+    except ValueError:  # Python writes no whole number of more than 4300 digits
+        text = f"{type(value).__name__} of too many digits"
     return text if len(text) <= 62 else f"{text[:60]}..."
 
 

@@ -78,8 +78,8 @@ class Plant:
     Raises
     ------
     ValueError
-        If a shape, a number, a covariance or dt is not what it should be; the
-        message names the matrix, what it is and what it should be.
+        If a shape, a covariance, dt or an entry (masked, a time, text) is not what it
+        should be; the message names the matrix, what it is and what it should be.
 
     Examples
     --------

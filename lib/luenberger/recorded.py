@@ -5,7 +5,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from . import frames
+from .arrays import entries
 from .certificate import require_real
+from .inputs import short
 from .kernels import entries_known, over_record, plain_array, runs_compiled
 
 ESTIMATED = 1_000_000  # rows that NumPy estimates in the time that compiling takes
@@ -189,7 +191,7 @@ def start(observer, u0=None, z0=None, x0=None):
 
 def rows(name, value, width, missing=False):
     """Return `value` as (N, width) floats, all finite; NaN only where `missing`."""
-    array = _real(name, value, "an array of numbers")
+    array = real(name, value, "an array of numbers")
     if array.ndim == 1 and width == 1:
         array = array[:, None]
     if array.ndim != 2 or array.shape[1] != width:
@@ -210,17 +212,16 @@ def rows(name, value, width, missing=False):
 
 
 def single(name, value, size):
-    array = _real(name, value, f"{size} finite numbers")
+    array = real(name, value, f"{size} finite numbers")
     if array.shape != (size,) or not np.isfinite(array).all():
-        raise ValueError(f"{name} must be {size} finite numbers, got {value!r}")
+        got = short(array.tolist())
+        raise ValueError(f"{name} must be {size} finite numbers, got {got}")
     return array
 
 
-def _real(name, value, wanted):
-    """`value` as floats; numpy would drop imaginary parts with a warning."""
+def real(name, value, wanted):
+    """`value` as floats, NaN where it is missing."""
     try:
-        if np.iscomplexobj(np.asarray(value)):
-            raise TypeError("it is complex")
-        return np.asarray(value, dtype=float)
-    except (TypeError, ValueError) as error:
+        return entries(value, truth=True)[0]
+    except (TypeError, ValueError, OverflowError) as error:
         raise ValueError(f"{name} must be {wanted}: {error}") from None

@@ -7,7 +7,7 @@ import scipy.linalg
 
 from .certificate import require_match, require_real
 from .linalg import square_root
-from .recorded import rows, single, start
+from .recorded import real, rows, single, start
 
 WHOLE = 64 * 64  # entries of a matrix that BLAS multiplies without dividing the work
 
@@ -198,7 +198,7 @@ def follow(observer, y, u, state):
 
 
 def _input(u, length, m):
-    u = np.zeros(m) if u is None else np.asarray(u, dtype=float)
+    u = np.zeros(m) if u is None else real("u", u, "an array of numbers")
     try:
         u = np.broadcast_to(u, (length, m))
     except ValueError:
@@ -220,7 +220,7 @@ def _whole_steps(t, dt):
 
 
 def _equally_spaced(t):
-    t = np.asarray(t, dtype=float)
+    t = real("t", t, "a number of steps or equally spaced times")
     if t.ndim != 1 or len(t) < 2 or not np.allclose(np.diff(t), t[1] - t[0], rtol=1e-6):
         raise ValueError("t must be a number of steps or equally spaced times")
     return t

@@ -9,6 +9,7 @@ from fractions import Fraction
 import numpy as np
 
 from .. import kernels
+from ..arrays import as_array
 from ..arrays import exact as rational
 from ..observer import Observer
 from . import exact, inadmissible
@@ -132,7 +133,7 @@ def _poles(plant, poles, order):
         return None
     found = rational(poles)
     if found is None or found.ndim != 1:
-        found, _ = arranged(poles, np.size(poles), plant)
+        found, _ = arranged(poles, as_array(poles).size, plant)
     if not 1 <= len(found) <= plant.n:
         raise inadmissible.out_of_range(plant, np.size(found))
     if order is not None and order != len(found):

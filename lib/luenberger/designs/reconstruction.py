@@ -4,8 +4,8 @@ import warnings
 
 import numpy as np
 
+from ..arrays import as_array, matrix
 from ..arrays import exact as rational
-from ..arrays import matrix
 from .canonical import find_form, require_discrete, solve_left
 from .selection import scaling
 from .staircase import CONDITION_WARNING
@@ -134,7 +134,7 @@ def _record(plant, y, u):
 
 
 def _column(signal, width):
-    array = np.asarray(signal)
+    array = as_array(signal)
     return array[:, None] if array.ndim == 1 and width == 1 else array
 
 

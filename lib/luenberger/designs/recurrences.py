@@ -15,8 +15,8 @@ from functools import cached_property
 
 import numpy as np
 
+from ..arrays import as_array, matrix, vector
 from ..arrays import exact as exact_k
-from ..arrays import matrix, vector
 from ..certificate import require_real
 from ..errors import DesignError
 from ..linalg import RANK_TOL, eigenvalues
@@ -270,13 +270,13 @@ def functionals(plant, k):
             f"{plant.steps} steps. Give one A, B, C and E."
         )
     require_real("an observer of a functional", plant)
-    if np.ndim(k) not in (1, 2):
+    k = as_array(k)
+    if k.ndim not in (1, 2):
         raise ValueError(
             f"k must be a vector of {plant.n} numbers, or a matrix with such rows"
         )
-    one = np.ndim(k) == 1
-    floats = vector("k", k, plant.n) if one else matrix("k", k, cols=plant.n)
-    if np.ndim(k) == 2 and len(floats) == 0:
+    floats = vector("k", k, plant.n) if k.ndim == 1 else matrix("k", k, cols=plant.n)
+    if len(floats) == 0:
         raise ValueError("k has no rows; give at least one functional")
     rational = None if plant.exact is None or plant.n > EXACT_ORDER else exact_k(k)
     return np.atleast_2d(floats if rational is None else rational)

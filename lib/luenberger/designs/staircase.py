@@ -8,6 +8,7 @@ import warnings
 import numpy as np
 from scipy.linalg.lapack import get_lapack_funcs
 
+from ..arrays import entries
 from ..errors import DesignError
 from ..observer import Observer
 from ..stairs import find
@@ -127,8 +128,8 @@ def _stairs(plant, method):
 def arranged(poles, order, plant):
     """The poles as complex numbers, and where a conjugate pair begins."""
     try:
-        poles = np.array(poles, dtype=complex)
-    except (TypeError, ValueError) as error:
+        poles, _ = entries(poles, complex)
+    except (TypeError, ValueError, OverflowError) as error:
         raise ValueError(f"poles must be a list of numbers: {error}") from None
     if poles.ndim != 1 or not np.isfinite(poles).all():
         raise ValueError(f"poles must be a list of finite numbers, got {poles}")

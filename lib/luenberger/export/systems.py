@@ -4,6 +4,7 @@ import numpy as np
 import scipy.linalg
 
 from .. import statespace
+from ..arrays import matrix
 from ..certificate import certify, require_real
 from ..errors import DesignError
 from ..linalg import eigenvalues, modes
@@ -167,7 +168,7 @@ def from_statespace(sys, plant, *, T=None, L=None):
            [0., 1.]]), array([[ 0.5, -1. ]]))
     """
     F, G, D, P, V, W = _parts(sys, plant)
-    T = _tracked(F, D, P, V, plant) if T is None else np.asarray(T, dtype=float)
+    T = _tracked(F, D, P, V, plant) if T is None else matrix("T", T, cols=plant.n)
     if L is None:
         L = P @ T + V @ plant.C
         whole = np.rint(L)  # rows that pick a state pick it, without rounding
