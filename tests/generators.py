@@ -4,9 +4,8 @@ The filters here share no code and no formulas with the library: predictor form 
 S, one solve a step, rows of missing outputs dropped by hand.
 """
 
-from fractions import Fraction
-
 import numpy as np
+from exact_filter import rational
 
 import luenberger as lb
 
@@ -129,6 +128,7 @@ def exact(plant, y, u=None, u0=None):
     The noises are made part of the state, s = [x; w; v], so that every output is
     noise-free; outputs are used one at a time, and one of zero variance is skipped.
     Right for singular R, redundant outputs, S and P0 = 0 alike, with no tolerance.
+    It knows time-varying plants; `exact_filter` knows accurate outputs instead.
     """
     n, p = plant.n, plant.p
     N = len(y)
@@ -161,13 +161,3 @@ def exact(plant, y, u=None, u0=None):
             move = np.hstack([A, rational(np.eye(n)), rational(np.zeros((n, p)))])
             mean, spread = move @ s + B @ u[i], move @ P @ move.T
     return np.array(xs), np.array(Ps)
-
-
-def rational(X):
-    """X as an array of fractions, exactly."""
-    X = np.asarray(X)
-    if X.dtype == object:
-        return X
-    out = np.empty(X.shape, dtype=object)
-    out.flat = [Fraction(float(v)) for v in X.flat]
-    return out
