@@ -13,7 +13,8 @@ PACKAGE = ROOT / "lib" / "luenberger"
 # A layer may import only itself and what is listed for it.
 TYPES = {"arrays", "errors", "record"}
 NUMERIC = TYPES | {
-    *("certificate", "kernels", "linalg", "mean_square", "observer", "plant")
+    *("certificate", "factors", "kernels", "linalg", "mean_square", "observer"),
+    "plant",
 }
 QUESTIONS = {"analysis", "ensemble", "filtering", "recorded", "simulate"}
 ALLOWED = {
@@ -30,12 +31,13 @@ ALLOWED = {
     "offline": set(),
     "symbolic": set(),
     "derivations": {"certificate", "symbolic"},
-    "kernels": {"derivations", "linalg"},
+    "kernels": {"derivations", "factors", "linalg"},
     "ledger": {"derivations", "files", "show", "symbolic"},
     "certificate": {"errors"},
     "linalg": {"errors"},
     "covariance_maps": {"errors", "linalg"},
-    "mean_square": {"covariance_maps", "errors", "kernels", "linalg"},
+    "factors": set(),
+    "mean_square": {"covariance_maps", "errors", "factors", "kernels", "linalg"},
     "plant": TYPES | {"inputs", "statespace"},
     "observer": TYPES | {"linalg"},
     "stairs": {"arrays", "errors", "linalg"},

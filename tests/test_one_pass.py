@@ -1,11 +1,11 @@
-"""The stage lists that compiled loops and exported C run notice damage."""
+"""The stage lists of compiled loops, exported C and factors notice damage."""
 
 import dataclasses
 
 import pytest
 from sympy.matrices.expressions import MatAdd
 
-from luenberger.derivations import Solve, on_target, one_pass
+from luenberger.derivations import Solve, on_target, one_pass, square_root
 from luenberger.symbolic import ShapeError
 
 PROOFS = {
@@ -15,9 +15,15 @@ PROOFS = {
     "predict": on_target._is_the_error_ahead,
     "update": on_target._is_the_filter,
     "arrived": on_target._is_padded,
+    "root_gain": square_root._is_the_gain,
+    "root_update": square_root._is_the_covariance,
+    "root_error": square_root._is_the_error,
+    "root_decorrelation": square_root._is_the_noise,
 }
+FACTORS = {"kept", "drawn", "moved", "shown"}
+HOMES = one_pass, on_target, square_root
 FOUND = {
-    name: getattr(one_pass if hasattr(one_pass, name) else on_target, name)()
+    name: next(getattr(home, name) for home in HOMES if hasattr(home, name))()
     for name in PROOFS
 }
 
@@ -35,7 +41,11 @@ def damaged():
             whole = stage.formula.N if solve else stage.formula
             terms = list(MatAdd.make_args(whole))
             for k in range(len(terms)):
-                wrong = sum((t for j, t in enumerate(terms) if j != k), -terms[k])
+                # a factor of a covariance may have either sign, but no other size
+                turned = 2 if stage.target.name in FACTORS else -1
+                wrong = sum(
+                    (t for j, t in enumerate(terms) if j != k), turned * terms[k]
+                )
                 wrong = Solve(wrong, stage.formula.M) if solve else wrong
                 label = f"{name}-{stage.target.name}-{k}"
                 yield pytest.param(name, i, wrong, id=label)

@@ -203,7 +203,7 @@ def structured():
         ["Sigma_next", "x_next", "rho_next", "K"],
         zero=zero,
         symmetric=("Q", "R", "Sigma"),
-        definite=("Sigma_next",),
+        definite=[Factor("Sigma_next", 0.0)],
         same=[("As", "A")],
     )
     return program, known, given, exact_step(derivation, exact)
@@ -309,7 +309,7 @@ def test_symmetric_targets_are_symmetric_to_the_last_bit(printer, stage_list):
 def test_c_gives_up_where_a_matrix_is_not_definite(fault, unrolled, compile_c):
     derivation = one_pass.filter_step()
     _, given = cases(derivation)
-    program = lower(derivation, definite=("Sigma_next",))
+    program = lower(derivation, definite=[Factor("Sigma_next", 0.0)])
     if fault == "singular M":
         given["C"][1], given["R"][:] = given["C"][0], 0
     elif fault == "indefinite Sigma":

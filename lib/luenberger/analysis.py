@@ -7,7 +7,8 @@ import numpy as np
 from . import kernels
 from .certificate import certify, require_match, require_real, residuals
 from .errors import DesignError
-from .linalg import lyapunov, modes, semidefinite, symmetrise
+from .factors import factor, shorten
+from .linalg import lyapunov, modes, symmetrise
 from .mean_square import equivalent_noise, noise_at
 
 NEGLIGIBLE = 1e-10  # beside the largest entry of a matrix: rounding, not work
@@ -136,30 +137,36 @@ class _Exact:
         return k if self.observer.steps is None else k + 1
 
     def first_sample(self):
-        """T, and the mean and covariance of x, at row 0 of the observer."""
+        """T, and the mean and a factor of the covariance of x, at row 0."""
         o, plant = self.observer, self.plant
         if o.steps is None:
-            return o.T, plant.x0, plant.P0
+            return o.T, plant.x0, factor(plant.P0)
         A, _, Q = plant.first_step()
         if plant.P0_is == "posterior":
             Q = self.noise(0)["Q"]
-        return o.T[0], A @ plant.x0, A @ plant.P0 @ A.T + Q
+        spread = np.concatenate([A @ factor(plant.P0), factor(Q)], axis=1)
+        return o.T[0], A @ plant.x0, spread
 
     def start(self):
-        """E[eps eps'] at row 0: z there is fixed, and x has a mean and a spread."""
+        """A factor of E[eps eps'] at row 0: z is fixed, x has a mean and a spread."""
         T, mean, spread = self.first_sample()
-        bias = self.observer.z0 - T @ mean
-        return symmetrise(T @ spread @ T.T + np.outer(bias, bias))
+        return np.column_stack([T @ spread, self.observer.z0 - T @ mean])
 
     def over(self, steps):
-        step, L = kernels.error_recursion("X_next", "Sigma"), self.observer.L
+        """E[e e'] at each row, in factors: what is singular needs no repair."""
+        step, L = kernels.root("error"), self.observer.L
         varying = self.observer.steps is not None
         out = [L @ self.plant.P0 @ L.T] if varying else []
-        X = self.start()
+        H, noise = self.start(), None
         for k in range(steps if varying else steps + 1):
-            new = step(X=X, **self.matrices(k))
-            out.append(new["Sigma"])
-            X = semidefinite(new["X_next"], new["X_next"])
+            given = self.matrices(k)
+            Q, S, R = (given.pop(name) for name in "QSR")
+            if noise is None or self.plant.steps is not None or self.moments:
+                noise = factor(np.block([[Q, S], [S.T, R]]))
+            new = step(H=H, Nw=noise[: len(Q)], Nv=noise[len(Q) :], **given)
+            shown = np.concatenate([new["shown"], new["drawn"]], axis=1)
+            out.append(shown @ shown.T)
+            H = shorten(np.concatenate([new["moved"], new["drive"]], axis=1))
         return np.stack(out)
 
     def steady(self):
@@ -202,7 +209,7 @@ class _Joint(_Exact):
         T, mean, spread = self.first_sample()
         both = np.vstack([np.eye(len(mean)), -T])
         mean = np.concatenate([mean, self.observer.z0 - T @ mean])
-        return symmetrise(both @ spread @ both.T + np.outer(mean, mean))
+        return np.column_stack([both @ spread, mean])
 
 
 def _require_decay(F, whose):

@@ -8,7 +8,7 @@ from functools import cache
 
 import numpy as np
 import scipy.linalg
-from scipy.linalg.lapack import dposv, dpotrf
+from scipy.linalg.lapack import dposv
 
 from .errors import DesignError
 
@@ -29,61 +29,6 @@ def eye(n):
 def symmetrise(X):
     """(X + X') / 2: rounding that is not symmetric would grow from step to step."""
     return 0.5 * (X + X.mT)
-
-
-def settle(M, size):
-    """Symmetrise M and clear the rows that are nothing but rounding.
-
-    `size` is M with every term of it taken at its magnitude.  A diagonal entry far
-    below its size is what cancellation left of zero: a noise-free output of which
-    all is known.  Judged by itself it would look like any small variance.
-    """
-    M = symmetrise(M)
-    real = np.diagonal(M, axis1=-2, axis2=-1) > ROUNDING * np.diagonal(
-        size, axis1=-2, axis2=-1
-    )
-    if real.all():
-        return M
-    return np.where(real[..., :, None] & real[..., None, :], M, 0.0)
-
-
-def drop_rounding(X, size):
-    """Return the semi-definite X without what is rounding beside `size`.
-
-    Where noise-free outputs leave a covariance with null directions, what rounding
-    puts there would be amplified as if it were uncertainty, and may be negative.
-    """
-    half = factor(X, size)
-    if half.shape[1] == len(X) and half.any(axis=1).all():
-        return X
-    return half @ half.T
-
-
-def semidefinite(X, size):
-    """Return X, its negative eigenvalues raised to zero if rounding made any.
-
-    Where an unstable mode has no variance and no noise drives it, zero is a point of
-    balance that the recursion leaves to either side.  On the positive side the filter
-    settles; on the negative one the covariance runs away.
-    """
-    if len(X) == 0 or dpotrf(X)[1] == 0:
-        return X
-    half = factor(X, size, 0.0)
-    return half @ half.T
-
-
-def factor(X, size, tol=SINGULAR_TOL):
-    """H with H H' = X and a column for each direction that is not rounding.
-
-    Rounding is judged at unit diagonal of the covariance `size` that X came from.
-    """
-    diagonal = size.diagonal()
-    scale = np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
-    values, vectors = np.linalg.eigh(X / scale / scale[:, None])
-    tol = tol * len(X)
-    keep = values > tol
-    half = vectors[:, keep] * np.sqrt(values[keep])
-    return np.where((half * half).sum(1) > tol, scale, 0.0)[:, None] * half
 
 
 def solve_right(N, M):

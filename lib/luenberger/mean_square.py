@@ -20,7 +20,8 @@ from scipy.sparse.linalg import LinearOperator, gmres
 from . import kernels, linalg
 from .covariance_maps import Sums, dominant, packing, spread, stack
 from .errors import CertificateError, DesignError
-from .linalg import modes, semidefinite
+from .factors import semidefinite
+from .linalg import modes
 
 RESIDUAL_TOL = 1e-12  # of X = T(X) + V, relative to X at unit diagonal
 KRYLOV = 60  # vectors that GMRES keeps
@@ -128,7 +129,9 @@ def _solve(A, noise, V, X):
             "mean-square stability, or its A far from normal; reduce the "
             "multiplicative noise, or scale the states to similar sizes."
         )
-    return semidefinite(X, X)
+    pairs = [(np.abs(one), np.sqrt(X.diagonal())) for one in (A, *noise)]
+    size = sum((one @ std) ** 2 for one, std in pairs) + V.diagonal()
+    return semidefinite(X, size)
 
 
 def radius(A, pairs):

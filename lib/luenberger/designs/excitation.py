@@ -11,7 +11,8 @@ import numpy as np
 import scipy.linalg
 
 from ..errors import DesignError
-from ..linalg import factor, modes
+from ..factors import factor
+from ..linalg import modes
 
 LOST = 1e-9  # singular value of the pencil, relative, that is none
 
@@ -95,7 +96,7 @@ def _pencil(now):
     n, p = len(now.As), len(now.C)
     noise, sensor = np.zeros((n, n)), np.zeros((p, p))
     for root, covariance in ((noise, now.Qs), (sensor, now.R)):
-        found = factor(covariance, covariance)  # a root of rounding would not be small
+        found = factor(covariance)  # a root of rounding would not be small
         root[:, : found.shape[1]] = found
     size = max(np.linalg.norm(now.As, 2), 1.0)
     unit = np.linalg.norm(np.hstack([now.C, sensor]), axis=1, keepdims=True)

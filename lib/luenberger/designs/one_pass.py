@@ -3,12 +3,11 @@
 import numpy as np
 
 from .. import kernels
-from ..errors import DesignError
+from .agreement import Agreement
 from .compiled import Compiled
+from .root_step import Spread, first_move
 from .setting import require_start
 
-CONFLICT_TOL = 1e-6  # noise-free outputs may disagree by this, relative to the data
-NOISE_TOL = 1e-12  # and by this, relative to the largest data so far: rounding remains
 PATIENCE = 64  # rows at most that NumPy takes before compiled code is tried again
 
 
@@ -24,9 +23,9 @@ class Pass:
         plant = settings.plant
         require_start(plant)
         self.settings, self.plant = settings, plant
-        self.x, self.Sigma, self.u = x[:, None], plant.P0, u
+        self.x, self.spread, self.u = x[:, None], Spread.of(plant.P0), u
+        self.agreement = Agreement(x)
         self.i = 0
-        self.largest = np.zeros(plant.p)  # of each output so far
         self.before = None  # setting of the instant before, and its residual
         self.seen = np.ones(plant.p, dtype=bool)  # which outputs it had
         self.compiled = None
@@ -34,6 +33,11 @@ class Pass:
         self.estimate = kernels.estimate_step(
             "x_minus", "innovation", "x_next", "rho_next"
         )
+
+    @property
+    def Sigma(self):
+        """Error covariance at the last row that was done."""
+        return self.spread.Sigma
 
     def over(self, y, u, compile, history=False):
         """Filter the rows of y; return x, variances, P and K (None without history).
@@ -51,7 +55,8 @@ class Pass:
         rows = self.compiled.rows(self, y, u) if compile and N else None
         k = 0
         while k < N:
-            if compile and self.before is not None and self.waiting == 0:
+            ready = self.before is not None and self.spread.half is None
+            if compile and ready and self.waiting == 0:
                 k = self.run(rows, k, out)
             if k < N:
                 self.row(k, y, u, out)
@@ -69,7 +74,8 @@ class Pass:
         """Go on after `rows` rows that compiled code has done."""
         self.i += rows
         self.x, self.u, self.seen = state["x"][:, None], u, seen
-        self.Sigma = state["Sigma"].reshape(self.Sigma.shape)
+        self.spread = Spread(state["Sigma"].reshape(self.Sigma.shape))
+        self.agreement = Agreement(state["x"])
         now = self.settings.at(self.i, None if seen.all() else seen)
         self.before = now, state["rho"][seen][:, None]
 
@@ -86,41 +92,33 @@ class Pass:
         """Advance to the next instant with the outputs that arrived."""
         self.i += 1
         now = self.settings.at(self.i, None if seen.all() else seen)
-        A, B, Q, As, J, rho = self.transition()
-        new = now.step(As, Q, self.Sigma)
+        move, A, B, J, rho = self.transition()
+        new, self.spread, known = now.step(move, self.spread)
         moved = self.estimate(
             A=A, B=B, C=now.C, E=now.E, J=J, K=new["K"], x=self.x, rho=rho,
             u=self.u[:, None], y=y[seen, None], u_next=u[:, None],
         )  # fmt: skip
-        self.Sigma, self.x, self.u = new["Sigma_next"], moved["x_next"], u
-        self.before, self.seen = (now, moved["rho_next"]), seen
         if now.blind.size:
-            states = np.abs(moved["x_minus"]) + np.abs(moved["x_next"])
-            size = np.abs(now.C) @ states[:, 0] + np.abs(now.E) @ np.abs(u)
-            # before accurate outputs are taken at their word: that moves C x^ again
-            left = moved["innovation"] - now.C @ (new["Kmv"] @ moved["innovation"])
-            self.require_agreement(now.blind, left, size + np.abs(y[seen]), seen)
+            made_of = np.abs(A) @ np.abs(self.x) + np.abs(B) @ np.abs(self.u[:, None])
+            read = np.abs(y[seen, None]) + np.abs(now.E) @ np.abs(u[:, None])
+            self.agreement.step(
+                move.A,
+                now.C,
+                new,
+                (made_of + np.abs(J) @ np.abs(rho))[:, 0],
+                read[:, 0],
+            )
+            names = [self.plant.output_names[j] for j in np.flatnonzero(seen)]
+            self.agreement.require(known, moved["innovation"][:, 0], names, self.i)
+        self.x, self.u = moved["x_next"], u
+        self.before, self.seen = (now, moved["rho_next"]), seen
         return new["K"]
 
     def transition(self):
-        """A, B, Q, As, J and residual that lead from the instant before."""
+        """What leads from the instant before: `Move`, A, B, J, and the residual."""
         if self.before is not None:
             old, rho = self.before
-            return old.A, old.B, old.Qs, old.As, old.J, rho
-        A, B, Q = self.plant.first_step()
-        return A, B, Q, A, np.zeros((len(A), 0)), np.zeros((0, 1))  # no y before
-
-    def require_agreement(self, blind, left, size, seen):
-        """Noise-free combinations of outputs must be met by the best estimate."""
-        left = np.abs(blind.T @ left).max(axis=1)
-        self.largest[seen] = np.maximum(self.largest[seen], size)
-        size = np.maximum(CONFLICT_TOL * size, NOISE_TOL * self.largest[seen])
-        bad = left > np.abs(blind).T @ size
-        if bad.any():
-            part = np.abs(blind[:, bad]).max(axis=1) > 1e-9
-            which = [self.plant.output_names[j] for j in np.flatnonzero(seen)[part]]
-            raise DesignError(
-                f"at instant {self.i} the noise-free outputs {which} contradict each "
-                "other, or a state that is believed known exactly, by "
-                f"{left[bad].max():.3g}. Give them noise in R, or raise Q or P0."
-            )
+            return old.move, old.A, old.B, old.J, rho
+        A, B, _ = self.plant.first_step()
+        move = first_move(self.plant)
+        return move, A, B, np.zeros((len(A), 0)), np.zeros((0, 1))  # no y before

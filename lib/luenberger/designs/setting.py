@@ -9,14 +9,9 @@ from .. import kernels
 from ..arrays import covariance
 from ..certificate import require_real
 from ..errors import DesignError
-from ..linalg import (
-    RANK_TOL,
-    complete,
-    drop_rounding,
-    null_directions,
-    semidefinite,
-    solve_right,
-)
+from ..factors import clear, factor, lengths, safe
+from ..linalg import RANK_TOL, complete, null_directions, solve_right
+from .root_step import Move, Spread, root_step
 
 PATTERNS = 1000  # of outputs that arrived, kept at most: a long record has many
 
@@ -26,7 +21,9 @@ class Setting(NamedTuple):
 
     ``As, Qs, J`` describe x+ = As x + B u + J (y - E u) + w~ with w~ independent of
     v.  ``Gamma`` (n, p) makes C1 x^ = y1; ``Phat, That`` are the rest of (47).
-    ``blind`` (p, .) are the combinations of outputs that carry no noise.
+    ``blind`` (p, .) are the combinations of outputs that carry no noise; ``V`` (p, .)
+    and ``deviation`` (p,) are a factor of R and the roots of its diagonal.  ``move``
+    leads from this instant to the next: As, Qs and a factor of Qs.
     """
 
     A: np.ndarray
@@ -43,16 +40,24 @@ class Setting(NamedTuple):
     That: np.ndarray
     weight: np.ndarray | None
     blind: np.ndarray
+    V: np.ndarray
+    deviation: np.ndarray
+    move: Move
 
-    def step(self, A, Q, Sigma):
-        """From Sigma of the instant before to the gains and Sigma of this one."""
-        perfect = self.blind.size > 0
-        new = kernels.gain_step(settled=perfect)(
-            A=A, Q=Q, C=self.C, R=self.R, Gamma=self.Gamma, Sigma=Sigma
-        )
-        proper = drop_rounding if perfect else semidefinite
-        new["Sigma_next"] = proper(new["Sigma_next"], new["Omega"])
-        return new
+    def step(self, move, spread):
+        """From the `Spread` of the instant before to the gain and Sigma of this one.
+
+        Returns the matrices by name, the `Spread`, and the combinations of outputs
+        that were known before they were read (None if there can be none).
+        """
+        if spread.half is None and not self.blind.size:
+            new = kernels.gain_step()(
+                A=move.A, Q=move.Q, C=self.C, R=self.R, Gamma=self.Gamma,
+                Sigma=spread.Sigma,
+            )  # fmt: skip
+            if safe(new["Sigma_next"], new["Omega"].diagonal()):
+                return new, Spread(new["Sigma_next"]), None
+        return root_step(self, move, spread)
 
 
 class Settings:
@@ -109,10 +114,24 @@ class Settings:
         Gamma[:, accurate] = Gamma1
         S = np.zeros(C.T.shape) if S is None else S
         J = solve_right(S, R)
-        white = kernels.decorrelation()(A=A, C=C, Q=Q, S=S, J=J)
-        As, Qs = white["As"], drop_rounding(white["Qs"], Q) if S.any() else Q
-        blind = null_directions(R)
-        return Setting(A, B, C, E, Q, R, As, Qs, J, Gamma, Phat, That, weight, blind)
+        move = _decorrelated(A, C, Q, R, S, J)
+        blind, V, deviation = null_directions(R), factor(R), np.sqrt(R.diagonal())
+        return Setting(
+            A, B, C, E, Q, R, move.A, move.Q, J, Gamma, Phat, That, weight,
+            blind, V, deviation, move,
+        )  # fmt: skip
+
+
+def _decorrelated(A, C, Q, R, S, J):
+    """What leads to the next instant, driven by the part of w that v does not show."""
+    if not S.any():
+        return Move(A, Q, factor(Q))
+    As = kernels.decorrelation("As")(A=A, C=C, J=J)["As"]
+    joint = factor(np.block([[Q, S], [S.T, R]]))
+    Nw, Nv = joint[: len(A)], joint[len(A) :]
+    G = kernels.root("decorrelation")(Nw=Nw, Nv=Nv, J=J)["G"]
+    G = clear(G, lengths(Nw) + np.abs(J) @ lengths(Nv))
+    return Move(As, G @ G.T, G)
 
 
 def require_noise(plant):

@@ -21,6 +21,7 @@ from ..linalg import (
     symmetrise,
 )
 from .excitation import require_excited, require_noise_enough
+from .root_step import Spread
 
 RESIDUAL_TOL = 1e-12  # of Sigma = f(Sigma), relative
 DENSE_LIMIT = 40  # states up to which Newton's equation is solved densely
@@ -66,7 +67,10 @@ def _settled_gain(now, accurate):
 
 
 def _step(now, Sigma):
-    return now.step(now.As, now.Qs, Sigma)
+    """One step from a covariance that need not have come from a step."""
+    moved = np.abs(now.As) @ np.sqrt(np.maximum(Sigma.diagonal(), 0))
+    size = np.maximum(Sigma.diagonal(), moved**2 + now.Qs.diagonal())
+    return now.step(now.move, Spread.of(Sigma, size))[0]
 
 
 def _closed(now, K):
@@ -89,8 +93,10 @@ def _start(now):
 
 
 def _recur(now, Sigma, steps):
+    spread = Spread.of(Sigma)
     for _ in range(steps):
-        new = _step(now, Sigma)["Sigma_next"]
+        _, spread, _ = now.step(now.move, spread)
+        new = spread.Sigma
         moved = np.abs(new - Sigma).max(initial=0)
         Sigma = new
         if moved <= 1e-9 * np.abs(Sigma).max(initial=0):

@@ -7,6 +7,7 @@ from ..certificate import certify
 from ..errors import DesignError
 from ..observer import Observer
 from .one_pass import Pass
+from .root_step import Spread, first_move
 from .setting import Settings, require_start
 from .steady import best_constant_gain, steady_gain
 
@@ -169,14 +170,12 @@ def gains(settings, steps, backend="numpy"):
         yield from _compiled_gains(settings, steps)
         return
     plant = settings.plant
-    A, _, Q = plant.first_step()
-    Sigma = plant.P0
+    move, spread = first_move(plant), Spread.of(plant.P0)
     for i in range(1, steps + 1):
         now = settings.at(i)
-        new = now.step(A, Q, Sigma)
-        Sigma = new["Sigma_next"]
-        yield now, new["K"], Sigma
-        A, Q = now.As, now.Qs
+        new, spread, _ = now.step(move, spread)
+        yield now, new["K"], spread.Sigma
+        move = now.move
 
 
 def _compiled_gains(settings, steps):

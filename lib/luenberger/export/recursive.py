@@ -1,6 +1,7 @@
 """A plant's filter in C: the estimate, its gain and its covariance at every sample."""
 
 import dataclasses
+import re
 
 import numpy as np
 
@@ -8,11 +9,12 @@ from ..designs.setting import Settings, require_start
 from ..errors import DesignError
 from ..filtering import filter_data
 from ..kernels import lowered
-from ..linalg import require_detectable, symmetrise
+from ..kernels.program import Factor
+from ..linalg import symmetrise
 from . import pair
 from .code import Cost, Module
 from .constant import inputs
-from .semidefinite import operations, repair
+from .semidefinite import operations, repair, settle, settling, undriven
 from .words import quoted, representable
 
 FULL = {k: k for k in ("C", "R", "E", "Gamma", "A", "B", "J", "As")} | {"Q": "Qs"}
@@ -117,8 +119,12 @@ class _Filter:
         predict, after = self.predict()
         partial, before = self.partial()
         n = plant.n
-        mended = repair(module, n)
-        self.functions = [self.init(), complete, mended, predict, partial, self.step()]
+        settled, mended = (
+            settle(module, self.full["As"], self.full["Q"]),
+            repair(module, n),
+        )
+        self.functions = [self.init(), settled, complete, mended, predict, partial]
+        self.functions.append(self.step())
         some = before + after
         rare = Cost(some.operations + operations(n), 0, some.stack + n * (2 * n + 1))
         self.costs = {
@@ -135,7 +141,7 @@ class _Filter:
             ["x", "Sigma", "x_minus_next", "Omega_next"],
             zero=_zero(self.full),
             symmetric=("Q", "R", "Omega"),
-            definite=("Sigma",) if self.guarded else (),
+            definite=[Factor("Sigma", 0.0)] if self.guarded else (),
             same=() if self.cross else [("As", "A")],
         )
         places = {k: f"state->{k}" for k in ("x_minus", "Omega")}
@@ -145,7 +151,14 @@ class _Filter:
             self.full,
             places,
             RESULTS | {"x": "what", "Sigma": "state->Sigma"},
+            after=[self.settled()],
         )
+
+    def settled(self, given=False):
+        """The call that clears Omega of rounding; are As and Q the function's own?"""
+        prefix = "" if given else f"{self.module.name}_settle_"
+        which = f"state->Omega, state->Sigma, {prefix}As, {prefix}Q"
+        return f"    {self.module.name}_settle({which});"
 
     def partial(self):
         """Some did not: matrices for those that did, update, repair, predict."""
@@ -207,6 +220,7 @@ class _Filter:
             constants,
             {"Sigma": "state->Sigma"},
             RESULTS,
+            after=[self.settled(given=self.cross)],
             given=given,
         )
 
@@ -221,11 +235,13 @@ class _Filter:
         lengths = {"x": n, "x_minus_next": n, "rho": p, "J": n * p}
         results = {k: (results[k], lengths.get(k, n * n)) for k in program.results}
         cost = self.module.steps(program, self.sizes, to, constants, places, results)
+        cost.operations += settling(n) if "Omega_next" in results else 0
         arguments = [f"{name}_state *state"]
         arguments += [f"const {real} {k}[]" for k in given or ("u", "y")]
         arguments += [f"{real} what[]"] if given is None else []
         unused = [k for k in given or ("u", "y") if k not in program.given]
-        unused = [k for k in unused if not (k in ("y", "u") and (before or after))]
+        around = " ".join([*before, *after])
+        unused = [k for k in unused if not re.search(rf"\b{k}\b", around)]
         kind, end = ("int", ["    return 0;"]) if given is None else ("void", [])
         lines = [f"static {kind} {name}_{what}({', '.join(arguments)})", "{"]
         lines += [f"    (void){k};" for k in unused]
@@ -276,20 +292,6 @@ class _Filter:
                 "",
             ]
         )
-
-
-def undriven(As, Q):
-    """Whether a mode that does not decay has no noise to drive it.
-
-    A Kalman filter without such a mode forgets what rounding did to its covariance.
-    With one, a negative variance may run away, so definiteness is then tested at
-    every sample; for accurate outputs it always is.
-    """
-    try:
-        require_detectable(As.T, Q)
-    except DesignError:
-        return True
-    return False
 
 
 def _zero(given):

@@ -1,37 +1,66 @@
-"""The C form of `linalg.semidefinite`: no variance below zero, whatever rounding did.
+"""The C form of `factors.semidefinite`: no variance below zero, whatever rounding did.
 
-Where an unstable mode has no variance and no noise drives it, rounding may leave a
-negative one, from which the covariance runs away.  LAPACK is not on the device, so
-eigenvalues are found by Jacobi's rotations, a fixed number of sweeps at the most.
+A device carries the covariance itself, not a factor.  Where a row of As annihilates
+what is uncertain, rounding leaves a variance of its own size; judged by itself it
+would look like any small one.  So Omega is settled when it is made, against what it
+was made of, and Sigma is repaired beside Omega: Cholesky with pivots, the rest cut off.
 """
 
-SWEEPS = 30
+import numpy as np
+
+from ..errors import DesignError
+from ..linalg import require_detectable
+
+
+def undriven(As, Q):
+    """Whether a mode that does not decay has no noise to drive it.
+
+    A Kalman filter without such a mode forgets what rounding did to its covariance.
+    With one, a negative variance may run away, so definiteness is then tested at
+    every sample; for accurate outputs it always is.
+    """
+    try:
+        require_detectable(As.T, Q)
+    except DesignError:
+        return True
+    return False
 
 
 def operations(n):
     """Operations of the repair at the most, its square roots among them."""
-    rotation = 14 + 18 * n
-    return SWEEPS * n * (n - 1) // 2 * rotation + n * n * (2 * n + 4) + n**3 // 3
+    return n**3 // 3 + n * (2 * n * n + 3 * n) + n * n * (n + 4)
+
+
+def settling(n):
+    """Operations of `settle`."""
+    return n * (3 * n + 2)
 
 
 def repair(module, n):
     """A static C function that repairs Sigma in place where it is not definite."""
+    return _written(DEFINITE + REPAIR, module, n)
+
+
+def settle(module, As, Q):
+    """A static C function that clears Omega of rounding, and the matrices it takes."""
+    given = {"AS": module.numbers(As), "Q": module.numbers(Q)}
+    return _written(SETTLE, module, len(As), given)
+
+
+def _written(text, module, n, given=()):
+    """A text with its words put in; rounding is some of the device's, for n terms."""
     suffix = "f" if module.real == "float" else ""
-    negligible = module.number(1e-9 if suffix else 1e-18)
-    words = {
+    eps = float(np.finfo(np.float32 if suffix else float).eps)
+    words = dict(given) | {
         "NAME": module.name,
         "REAL": module.real,
-        "SWEEPS": str(SWEEPS),
-        "NEGLIGIBLE": negligible,
-        "ZERO": module.number(0.0),
+        "NEGLIGIBLE": module.number(10 * eps * n),
         "ONE": module.number(1.0),
-        "TWO": module.number(2.0),
-        "FABS": f"fabs{suffix}",
         "SQRT": f"sqrt{suffix}",
+        "NEXT": str(n + 1),
         "NN": str(n * n),
         "N": str(n),
     }
-    text = DEFINITE + REPAIR
     for word, value in words.items():
         text = text.replace(f"@{word}@", value)
     return text
@@ -55,64 +84,67 @@ static int @NAME@_definite(const @REAL@ Sigma[])
 """
 
 REPAIR = """\
-/* Eigenvalues of Sigma that are negative, at unit diagonal of Omega, become zero. */
+/* Sigma without directions that are negative or rounding, beside Omega and itself. */
 static void @NAME@_semidefinite(@REAL@ Sigma[], const @REAL@ Omega[])
 {
-    @REAL@ X[@NN@], V[@NN@], scale[@N@];
-    int turned = 1;
+    @REAL@ X[@NN@], H[@NN@] = {0}, scale[@N@];
     if (@NAME@_definite(Sigma)) return;
     for (int i = 0; i < @N@; i++) {
-        const @REAL@ variance = Omega[i * @N@ + i];
+        const @REAL@ variance = Omega[i * @NEXT@] + Sigma[i * @NEXT@];
         scale[i] = variance > 0 ? @SQRT@(variance) : @ONE@;
     }
     for (int i = 0; i < @N@; i++) {
         for (int j = 0; j < @N@; j++) {
             X[i * @N@ + j] = Sigma[i * @N@ + j] / scale[j] / scale[i];
-            V[i * @N@ + j] = i == j ? @ONE@ : @ZERO@;
         }
     }
-    for (int sweep = 0; turned && sweep < @SWEEPS@; sweep++) {
-        turned = 0;
+    for (int k = 0; k < @N@; k++) {
+        int at = 0;
+        @REAL@ root;
+        for (int i = 1; i < @N@; i++) {
+            if (X[i * @NEXT@] > X[at * @NEXT@]) at = i;
+        }
+        if (!(X[at * @NEXT@] > @NEGLIGIBLE@)) break;
+        root = @SQRT@(X[at * @NEXT@]);
+        for (int i = 0; i < @N@; i++) H[i * @N@ + k] = X[i * @N@ + at] / root;
         for (int i = 0; i < @N@; i++) {
-            for (int j = i + 1; j < @N@; j++) {
-                const @REAL@ a = X[i * @N@ + j];
-                @REAL@ q, t, c, s;
-                if (!(@FABS@(a) > @NEGLIGIBLE@)) continue;
-                turned = 1;
-                q = (X[j * @N@ + j] - X[i * @N@ + i]) / (@TWO@ * a);
-                t = @ONE@ / (@FABS@(q) + @SQRT@(q * q + @ONE@));
-                if (q < 0) t = -t;
-                c = @ONE@ / @SQRT@(t * t + @ONE@);
-                s = t * c;
-                for (int k = 0; k < @N@; k++) {
-                    const @REAL@ left = X[k * @N@ + i], right = X[k * @N@ + j];
-                    X[k * @N@ + i] = c * left - s * right;
-                    X[k * @N@ + j] = s * left + c * right;
-                }
-                for (int k = 0; k < @N@; k++) {
-                    const @REAL@ left = X[i * @N@ + k], right = X[j * @N@ + k];
-                    X[i * @N@ + k] = c * left - s * right;
-                    X[j * @N@ + k] = s * left + c * right;
-                }
-                for (int k = 0; k < @N@; k++) {
-                    const @REAL@ left = V[k * @N@ + i], right = V[k * @N@ + j];
-                    V[k * @N@ + i] = c * left - s * right;
-                    V[k * @N@ + j] = s * left + c * right;
-                }
+            for (int j = 0; j < @N@; j++) {
+                X[i * @N@ + j] -= H[i * @N@ + k] * H[j * @N@ + k];
             }
         }
+        X[at * @NEXT@] = 0;
     }
     for (int i = 0; i < @N@; i++) {
         for (int j = i; j < @N@; j++) {
             @REAL@ s = 0;
-            for (int k = 0; k < @N@; k++) {
-                const @REAL@ value = X[k * @N@ + k];
-                if (value > 0) s += V[i * @N@ + k] * value * V[j * @N@ + k];
-            }
+            for (int k = 0; k < @N@; k++) s += H[i * @N@ + k] * H[j * @N@ + k];
             s *= scale[i] * scale[j];
             Sigma[i * @N@ + j] = s;
             Sigma[j * @N@ + i] = s;
         }
     }
 }
+"""
+
+SETTLE = """\
+static const @REAL@ @NAME@_settle_As[@NN@] = @AS@;
+static const @REAL@ @NAME@_settle_Q[@NN@] = @Q@;
+
+/* Omega without variances that are rounding of what they were made of. */
+static void @NAME@_settle(@REAL@ Omega[], const @REAL@ Sigma[],
+                          const @REAL@ As[], const @REAL@ Q[])
+{
+    for (int i = 0; i < @N@; i++) {
+        @REAL@ size = Q[i * @NEXT@];
+        for (int k = 0; k < @N@; k++) {
+            size += As[i * @N@ + k] * As[i * @N@ + k] * Sigma[k * @NEXT@];
+        }
+        if (Omega[i * @NEXT@] > @NEGLIGIBLE@ * size) continue;
+        for (int k = 0; k < @N@; k++) {
+            Omega[i * @N@ + k] = 0;
+            Omega[k * @N@ + i] = 0;
+        }
+    }
+}
+
 """

@@ -134,14 +134,14 @@ def lowered(module, stages, outputs, **options):
     return lower(derivation(), outputs, **options)
 
 
-def gain_step(*outputs, settled=False):
-    """Omega, M, K and the next error covariance: Leondes and Novak (27)-(33).
+def gain_step(*outputs):
+    """Omega, M, K and the next error covariance: Leondes and Novak (27)-(33)."""
+    return compiled("trace_minimisation", "gain_step", *outputs, flat=True)
 
-    `settled` is for noise-free outputs, where rounding would pass for uncertainty.
-    """
-    return compiled(
-        "trace_minimisation", "gain_step", *outputs, flat=True, settled=settled
-    )
+
+def root(stages, *outputs):
+    """The same in factors: "gain", "update", "error" or "decorrelation"."""
+    return compiled("square_root", f"root_{stages}", *outputs, flat=True)
 
 
 def estimate_step(*outputs):

@@ -69,8 +69,8 @@ def write(program, sizes, writer, turned=()):
 
 def write_definite(program, sizes, writer):
     """Write the tests that results are positive definite."""
-    for name in program.definite:
-        _Loops(program, sizes, writer).factor(Factor(name, 0.0))
+    for factor in program.definite:
+        _Loops(program, sizes, writer).factor(factor)
 
 
 def write_turned(program, sizes, writer, names):
@@ -86,10 +86,10 @@ def write_turned(program, sizes, writer, names):
 def arrays(program, sizes, writer):
     """Lengths of the arrays that the steps write, factors included, by name."""
     lengths, work = {}, _Loops(program, sizes, writer)
-    for step in (*program.steps, *(Factor(name, 0.0) for name in program.definite)):
+    for step in (*program.steps, *program.definite):
         if isinstance(step, Factor):
             rows, cols = program.shape(step.matrix, sizes)
-            if not (step.tol and work.is_short(step.matrix)):
+            if step in program.definite or not work.is_short(step.matrix):
                 lengths[f"{step.matrix}_l"] = rows * cols
             continue
         rows, cols = program.shape(step.target, sizes)

@@ -37,8 +37,9 @@ def lower(derivation, outputs=(), *, zero=(), symmetric=(), definite=(), same=()
         Given matrices that vanish; what they multiply is left out.
     symmetric : sequence of str
         Given matrices that are symmetric.
-    definite : sequence of str
-        Symmetric targets that must come out positive definite, or the step gives up.
+    definite : sequence of Factor
+        Of symmetric targets that must come out positive definite, or the step gives
+        up.
     same : sequence of (str, str)
         Given matrices that are the same as another one.
     """

@@ -8,28 +8,25 @@ from .lowering import needed, require_proved, symbols_in
 from .step import assemble
 
 
-def kernel(derivation, *outputs, settled=False, flat=False):
+def kernel(derivation, *outputs, flat=False):
     """Compile the stages of `derivation` into ``f(**arrays) -> dict of arrays``.
 
     Inputs are passed by name, so a caller cannot swap Q and R; a missing or unknown
     name is a TypeError.  Only the stages that `outputs` need are kept (all, if none
     are named).  Refuses a derivation whose proof fails.  Leading axes broadcast, but
-    not those of a `flat` kernel, which is faster.  With `settled`, covariances that
-    later stages use are cleared of rounding (see `linalg.settle`), which costs half
-    as much again.
+    not those of a `flat` kernel, which is faster.
     """
     require_proved(derivation)
-    given, source = numpy_source(derivation, outputs, settled, flat)
+    given, source = numpy_source(derivation, outputs, flat)
     return assemble(source, given)
 
 
-def numpy_source(derivation, outputs=(), settled=False, flat=False):
+def numpy_source(derivation, outputs=(), flat=False):
     """Return the names of the inputs and the source of one step, outputs pruned."""
     stages = needed(derivation.stages, outputs)
     names = {s.name for stage in stages for s in symbols_in(stage.formula)}
     given = [s for s in derivation.given if s.name in names]
     targets = [stage.target.name for stage in stages]
-    used = {s.name for stage in stages for s in symbols_in(stage.formula)}
     sizes = {}
     for symbol in given:
         for axis, size in zip((-2, -1), symbol.shape):
@@ -38,32 +35,13 @@ def numpy_source(derivation, outputs=(), settled=False, flat=False):
     lines = [f"def step(*, {', '.join(s.name for s in given)}):"]
     for stage in stages:
         code = code_of(stage.formula)
-        if stage.symmetric and settled and stage.target.name in used:
-            code = f"settle({code}, {code_of(magnitude(stage.formula))})"
-        elif stage.symmetric:
+        if stage.symmetric:
             code = f"symmetrise({code})"
         tag = f"  # {stage.equation}" if stage.equation else ""
         lines.append(f"    {stage.target.name} = {code}{tag}")
     results = ", ".join(f"{name}={name}" for name in outputs or targets)
     lines.append(f"    return dict({results})")
     return tuple(s.name for s in given), "\n".join(lines) + "\n"
-
-
-class Magnitude(sp.MatrixSymbol):
-    """The entrywise absolute value of a matrix, by name."""
-
-
-def magnitude(e):
-    """The sum of products `e` with every matrix and factor at its magnitude."""
-    e = e.xreplace({s: Magnitude(s.name, *s.shape) for s in symbols_in(e)})
-    return sp.MatAdd(
-        *(
-            sp.MatMul(*(a if isinstance(a, MatrixExpr) else abs(a) for a in term.args))
-            if isinstance(term, sp.MatMul)
-            else term
-            for term in sp.MatAdd.make_args(e)
-        )
-    )
 
 
 class Printer:
@@ -83,8 +61,6 @@ class Printer:
             return " + ".join(map(self, e.args)).replace("+ -", "- ")
         if isinstance(e, sp.MatMul):
             return self.product(e)
-        if isinstance(e, Magnitude):
-            return f"np.abs({e.name})"
         if isinstance(e, sp.Transpose):
             return f"{self.factor(e.arg)}.{'T' if self.flat else 'mT'}"
         if isinstance(e, sp.BlockMatrix):

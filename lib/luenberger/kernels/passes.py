@@ -6,8 +6,9 @@ row hands to the next, what is read from the record's rows, what is written down
 
 from dataclasses import dataclass, field
 
+from ..factors import SAFE
 from .lowering import lower
-from .program import Program
+from .program import Factor, Program
 
 
 @dataclass(frozen=True)
@@ -57,7 +58,7 @@ def filter_recursion(zero=()):
         [*carried, "K"],
         zero=zero,
         symmetric=("Q", "R", "Sigma"),
-        definite=("Sigma_next",),
+        definite=[Factor("Sigma_next", SAFE, "Omega")],
         same=[("As", "A")] if "J" in zero else (),
     )
     return Recursion(

@@ -38,10 +38,14 @@ class Assign:
 
 @dataclass(frozen=True)
 class Factor:
-    """matrix = L d L', each pivot above tol times its diagonal entry, or give up."""
+    """matrix = L d L', each pivot above tol times its diagonal entry, or give up.
+
+    With `beside`, tol times the sum of that entry and the one of the matrix `beside`.
+    """
 
     matrix: str
     tol: float
+    beside: str = ""
 
 
 @dataclass(frozen=True)
@@ -69,8 +73,8 @@ class Program:
         Where each output is found; None if it is zero.
     symmetric : frozenset of str
         Matrices of which one triangle says all.
-    definite : tuple of str
-        Results that must be positive definite, or the step gives up.
+    definite : tuple of Factor
+        Of results that must be positive definite, or the step gives up.
     """
 
     given: tuple

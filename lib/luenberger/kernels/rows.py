@@ -39,8 +39,7 @@ class Rows:
         self.operations, self.stack, self.tables = 0, 0, set()
 
     def write(self):
-        tests = (Factor(name, 0.0) for name in self.program.definite)
-        for step in (*self.program.steps, *tests):
+        for step in (*self.program.steps, *self.program.definite):
             if getattr(step, "equation", ""):
                 self.to.line(f"{self.to.comment} {step.equation}")
             if isinstance(step, Assign):
@@ -158,8 +157,10 @@ class Rows:
         self.array(name, size, size)
         to.copy(name, matrix, size * size)
         to.loop("k", 0, size)
-        diagonal = f"{matrix}[k * {size} + k]"
-        bound = f"{step.tol!r} * {diagonal}" if step.tol else "0.0"
+        unit = f"{matrix}[k * {size} + k]"
+        if step.beside:
+            unit = f"({unit} + {self.place(step.beside)}[k * {size} + k])"
+        bound = f"{step.tol!r} * {unit}" if step.tol else "0.0"
         to.need(f"{L('k', 'k')} > {bound}")
         to.set(L("k", "k"), f"1.0 / {L('k', 'k')}")
         to.loop("i", "k + 1", size)  # the row k is still above the diagonal

@@ -71,8 +71,8 @@ def unroll(program, sizes, known=None):
             work.factor(step)
         else:
             work.substitute(step)
-    for name in program.definite:
-        work.factor(Factor(name, 0.0))
+    for factor in program.definite:
+        work.factor(factor)
     statements = _live(work.statements, program, work.entries)
     operations = sum(s.text.count(" ") // 2 for s in statements)
     return Straight(statements, work.entries, work.given, operations)
@@ -176,8 +176,12 @@ class _Unrolling:
         for j in range(size):
             rest = [(-1.0, L[j][k], L[j][k], d[k]) for k in range(j)]
             d[j] = self.let(f"{name}_d{j}", [(M[j][j],), *rest])
-            relative = step.tol and d[j] != M[j][j]
-            bound = f"{step.tol!r} * {M[j][j]}" if relative else "0.0"
+            bound = "0.0"
+            if step.beside:
+                beside = self.entries[step.beside][j][j]
+                bound = f"{step.tol!r} * ({M[j][j]} + {beside})"
+            elif step.tol and d[j] != M[j][j]:
+                bound = f"{step.tol!r} * {M[j][j]}"
             self.statements.append(Need(f"{d[j]} > {bound}"))
             inverse[j] = self.name(f"{name}_i{j}", f"1.0 / {d[j]}")
             for i in range(j + 1, size):

@@ -61,7 +61,10 @@ class Solves:
         to.set("s", f"{L('i', 'k')} * q", "-=")
         to.set(L("i", "k"), "q")
         to.end()
-        bound = f"{step.tol!r} * {self.at(M, 'i', 'i')}" if step.tol else "0.0"
+        unit = self.at(M, "i", "i")
+        if step.beside:
+            unit = f"({unit} + {self.at(step.beside, 'i', 'i')})"
+        bound = f"{step.tol!r} * {unit}" if step.tol else "0.0"
         to.need(f"s > {bound}")
         to.set(L("i", "i"), "1.0 / s")
         to.end()

@@ -1,10 +1,8 @@
 """A NumPy kernel from its text, which may have been kept: no SymPy here."""
 
-from ..linalg import eye, settle, solve_right, symmetrise
+from ..linalg import eye, solve_right, symmetrise
 
-_NAMESPACE = dict(
-    eye=eye, settle=settle, solve_right=solve_right, symmetrise=symmetrise
-)
+_NAMESPACE = dict(eye=eye, solve_right=solve_right, symmetrise=symmetrise)
 
 
 def assemble(source, given):

@@ -1,0 +1,115 @@
+"""One step of the covariance where it is singular, or nearly: in factors.
+
+Two things go on from step to step: a factor H of Sigma, and the covariance of what
+rounding has done to H so far.  Both obey the recursion of the error itself, so a
+rounding that an unstable mode has made large is still known for what it is.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from .. import kernels
+from ..factors import CLEAR, EPS, factor, lengths, safe, shorten
+
+
+class Move(NamedTuple):
+    """What leads from an instant to the next: A, Q, and G with G G' = Q."""
+
+    A: np.ndarray
+    Q: np.ndarray
+    G: np.ndarray
+
+
+def first_move(plant):
+    """What leads from P0 to the first sample."""
+    A, _, Q = plant.first_step()
+    return Move(A, Q, factor(Q))
+
+
+class Spread(NamedTuple):
+    """The covariance of the error; as a factor too where it is not safely definite.
+
+    ``rounding`` is the covariance of the rounding in each column of ``half``.
+    """
+
+    Sigma: np.ndarray
+    half: np.ndarray | None = None
+    rounding: np.ndarray | None = None
+
+    @classmethod
+    def of(cls, Sigma, size=None):
+        """From a covariance alone; `size` holds the variances that it was made of."""
+        size = Sigma.diagonal() if size is None else size
+        if safe(Sigma, size):
+            return cls(Sigma)
+        return cls(Sigma, factor(Sigma, size), np.diag(EPS**2 * size))
+
+    def factored(self):
+        """The same, with a factor in any case."""
+        if self.half is not None:
+            return self
+        half = np.linalg.cholesky(self.Sigma)
+        return Spread(self.Sigma, half, np.diag(EPS**2 * self.Sigma.diagonal()))
+
+
+def root_step(now, move, spread):
+    """The matrices of `kernels.gain_step`, the next `Spread`, and what is known.
+
+    The last are the combinations of outputs (p, .) in which there is no noise and
+    nothing uncertain, so that their value is known before they are read.
+    """
+    spread = spread.factored()
+    H_minus, rounding = ahead(move, spread)
+    size = lengths(H_minus)
+    seen = np.abs(now.C) @ size + now.deviation
+    if now.blind.size:
+        unit = np.einsum("ij,jk,ik->i", now.C, rounding, now.C) + (EPS * seen) ** 2
+        found, known = visible(now, H_minus, np.sqrt(unit))
+    else:
+        found = kernels.root("gain")(C=now.C, R=now.R, H_minus=H_minus)
+        known = np.zeros((len(now.C), 0))
+    found |= kernels.root("update")(
+        C=now.C, V=now.V, Gamma=now.Gamma, Kmv=found["Kmv"], H_minus=H_minus
+    )
+    half = shorten(np.concatenate([found["kept"], found["drawn"]], axis=1))
+    size = size + np.abs(found["K"]) @ seen
+    rounding = found["Y"] @ rounding @ found["Y"].T
+    rounding[np.diag_indices(len(half))] += (EPS * size) ** 2
+    found["Omega"], Sigma = H_minus @ H_minus.T, half @ half.T
+    found["Sigma_next"] = Sigma
+    if not now.blind.size and safe(Sigma, found["Omega"].diagonal()):
+        return found, Spread(Sigma), known
+    return found, Spread(Sigma, half, rounding), known
+
+
+def ahead(move, spread):
+    """H_minus = [A H, G], and the covariance of its rounding: (44)."""
+    A = move.A
+    H_minus = np.concatenate([A @ spread.half, move.G], axis=1)
+    rounding = A @ spread.rounding @ A.T
+    size = np.abs(A) @ lengths(spread.half) + lengths(move.G)
+    rounding[np.diag_indices(len(A))] += (EPS * size) ** 2
+    return H_minus, rounding
+
+
+def visible(now, H_minus, unit):
+    """M and Kmv of (33) where M may be singular, and the combinations known before.
+
+    Kmv = Hx T D^-1 U' W^-1 with [C H_minus, V] = W U D T' and W = diag(unit), the
+    rounding of each row, so that singular values are counted in roundings.
+    """
+    L = now.C @ H_minus
+    Z = np.concatenate([L, now.V], axis=1)
+    unit = np.where(unit > 0, unit, 1.0)
+    if Z.shape[1] < len(Z):
+        Z = np.pad(Z, ((0, 0), (0, len(Z) - Z.shape[1])))
+    U, D, Tt = np.linalg.svd(Z / unit[:, None], full_matrices=False)
+    keep = D > CLEAR
+    T = Tt[keep, : H_minus.shape[1]].T
+    Kmv = (H_minus @ T / D[keep]) @ U[:, keep].T / unit
+    # the rounding of an entry is that of its row of Kmv W, whose columns are alike
+    size = lengths(Kmv * unit)[:, None] / unit
+    return dict(L=L, M=Z @ Z.T, Kmv=Kmv, unit=unit, K_size=size), U[:, ~keep] / unit[
+        :, None
+    ]

@@ -1,0 +1,66 @@
+"""Covariances as factors, X = H H', and what of them is rounding.
+
+What rounding does to H is eps beside what H was made of, so eps^2 in X: a factor
+tells variances apart that differ by 30 digits.  Rounding is judged against the
+numbers that were computed with, never against the difference they left.
+"""
+
+import numpy as np
+from scipy.linalg.lapack import dgeqrf, dpotrf, dpstrf
+
+EPS = np.finfo(float).eps
+CLEAR = 30.0  # roundings; a standard deviation above them is real
+SAFE = 1e-10  # a pivot above this, beside the variance before, leaves six digits
+
+
+def factor(X, size=None):
+    """H with H H' = X and a column for each direction that is not rounding.
+
+    Cholesky with pivots, at unit diagonal of `size`: the variances that X was made
+    of, default its own.
+    """
+    size = X.diagonal() if size is None else size
+    scale = np.sqrt(np.where(size > 0, size, 1.0))
+    lower, order, rank, _ = dpstrf(
+        X / scale / scale[:, None], lower=1, tol=10 * EPS * len(X)
+    )
+    H = np.empty((len(X), rank))
+    H[order - 1] = np.tril(lower)[:, :rank]
+    return scale[:, None] * H
+
+
+def shorten(H):
+    """A factor of the same covariance with no more columns than rows."""
+    n, columns = H.shape
+    if columns <= n:
+        return H
+    return np.tril(dgeqrf(H.T)[0][:n].T)
+
+
+def lengths(H):
+    """The standard deviations of the covariance H H'."""
+    return np.sqrt(np.einsum("ij,ij->i", H, H))
+
+
+def clear(H, size):
+    """H without the directions that are rounding of numbers of `size`, by rows."""
+    unit = EPS * np.where(size > 0, size, 1.0)
+    left, values, _ = np.linalg.svd(H / unit[:, None], full_matrices=False)
+    keep = values > CLEAR
+    return unit[:, None] * (left[:, keep] * values[keep])
+
+
+def safe(X, size):
+    """Whether X is definite by more than the rounding of variances of `size`."""
+    upper, info = dpotrf(X)
+    if info != 0:
+        return False
+    return bool((upper.diagonal() ** 2 > SAFE * (size + X.diagonal())).all())
+
+
+def semidefinite(X, size):
+    """X, raised where rounding of variances of `size` has left it indefinite."""
+    if len(X) == 0 or dpotrf(X)[1] == 0:
+        return X
+    H = factor(X, size)
+    return H @ H.T
