@@ -7,6 +7,9 @@ so that a claim is proved when the difference of its sides has no words left.
 SymPy goes in and comes out; sizes are symbols, and a product whose sizes are not
 provably equal is refused, which SymPy does not do.
 
+`prove` proves an equation from others, `refute` finds matrices that deny it, and
+`model` matrices that satisfy relations.
+
 Source: our own.  SymPy 1.14 alone differentiates a sum of traces to zero (#26561),
 collapses partitioned matrices wrongly (#22034) and cannot reduce modulo relations.
 """
@@ -15,6 +18,7 @@ from .blocks import Blocks
 from .claims import Claim, claims
 from .completion import Limit
 from .core import Algebra
+from .models import NoModel, evaluate, model, refute
 from .polynomials import Polynomial, Traces
 from .proofs import Proof, Unproved, prove
 from .relations import Relation
@@ -26,6 +30,7 @@ __all__ = [
     "Claim",
     "Letter",
     "Limit",
+    "NoModel",
     "Polynomial",
     "Proof",
     "Relation",
@@ -33,5 +38,8 @@ __all__ = [
     "Traces",
     "Unproved",
     "claims",
+    "evaluate",
+    "model",
     "prove",
+    "refute",
 ]

@@ -1,0 +1,216 @@
+"""The search for one model: an order of the symbols, solving and drawing."""
+
+from collections import Counter
+from math import comb
+from random import Random
+
+import sympy as sp
+
+from .exact import (
+    World,
+    as_matrix,
+    constant,
+    multiplied,
+    plus,
+    scaled,
+    transposed,
+)
+from .settings import FIRST
+from .systems import System, Unsolvable, search
+
+LONGEST = 250  # terms of a polynomial
+
+
+def models(setting, sizes, attempts):
+    """Every model found in so many attempts, the sizes taken in turn."""
+    turns = [s for s in sizes[:FIRST] for _ in range(3)] + sizes[FIRST:]
+    for k in range(attempts if turns else 0):
+        try:
+            yield Attempt(setting, turns[k % len(turns)], Random(k)).solve()
+        except (Unsolvable, ZeroDivisionError):
+            continue
+
+
+class Attempt:
+    """One search: sizes are given, symbols get their values one after the other."""
+
+    def __init__(self, setting, sizes, random):
+        self.setting, self.random, self.system = setting, random, System()
+        self.sparse, self.thin = random.random() < 0.3, random.random() < 0.25
+        self.world = World(sizes, {})
+        for k, (s, shape) in enumerate(setting.unknowns.items()):
+            self.world.of[s] = self._unknowns_of(k, s, shape)
+
+    def _unknowns_of(self, k, s, shape):
+        """A table of unknown entries; a scalar is one unknown."""
+        if shape is None:
+            return {((k, 0, 0),): 1}
+        rows, cols = (self.world.size(d) for d in shape)
+        even = s in self.setting.symmetric
+        entry = lambda i, j: (k, *sorted((i, j))) if even else (k, i, j)  # noqa: E731
+        return [[{(entry(i, j),): 1} for j in range(cols)] for i in range(rows)]
+
+    def solve(self):
+        """The model.
+
+        Raises
+        ------
+        Unsolvable
+            Not with these sizes, this order and these draws.
+        """
+        waiting = list(zip(self.setting.equations, self.setting.supports))
+        order = self._order()
+        while True:
+            waiting, order = self._solve_linear(waiting, order)
+            if not order:
+                return Model(self.setting, self.world)
+            s = order.pop(0)
+            alone = [(e, m) for e, m in waiting if not names(m) & set(order)]
+            waiting = [(e, m) for e, m in waiting if names(m) & set(order)]
+            self._refuse_long(s, alone)
+            entries = [p for e, _ in alone for p in self._difference(*e)]
+            self.system = search(self.system, entries, self.random)
+            self._draw(s)
+
+    def _refuse_long(self, s, equations):
+        """Polynomials of high degree in many unknowns are not worth multiplying out."""
+        products = [m for _, support in equations for m in support]
+        degree = max((m.count(s) for m in products), default=0)
+        if comb(len(self._entries(s)) + degree, degree) > LONGEST:
+            raise Unsolvable
+
+    def _order(self):
+        """Symbols in which relations are not linear first, those they define last."""
+        degree, defined = Counter(), set()
+        for (left, _), support in zip(self.setting.equations, self.setting.supports):
+            defined |= {left} if isinstance(left, sp.MatrixSymbol) else set()
+            for m in support:
+                for s, d in Counter(m).items():
+                    degree[s] = max(degree[s], d)
+        mixed = self.random.random
+        inverses_first, by_degree = mixed() < 0.5, mixed() < 0.8
+        early = self.setting.symmetric if mixed() < 0.5 else ()
+
+        def key(s):
+            late = isinstance(s, tuple) != inverses_first
+            first = -degree[s] * by_degree, s in defined, s not in early
+            return *first, late, mixed()
+
+        return sorted(self.setting.unknowns, key=key)
+
+    def _solve_linear(self, waiting, order):
+        """Solve what is linear; a symbol that this determines leaves the order."""
+        while True:
+            free, later = set(order), []
+            for equation, support in waiting:
+                if all(sum(s in free for s in m) <= 1 for m in support):
+                    for p in self._difference(*equation):
+                        self.system.require(p)
+                else:
+                    later.append((equation, support))
+            known = {s for s in order if self._is_determined(s)}
+            for s in known:
+                self._draw(s)
+            waiting, order = later, [s for s in order if s not in known]
+            if not known:
+                return waiting, order
+
+    def _is_determined(self, s):
+        solved = self.system.solved
+        return all(set(solved.get(x, {x: 1})) <= {()} for x in self._entries(s))
+
+    def _entries(self, s):
+        """The unknowns that a symbol consists of."""
+        table = self.world.of[s]
+        rows = [[table]] if isinstance(table, dict) else table
+        return {x for row in rows for p in row for m in p for x in m}
+
+    def _difference(self, left, right):
+        return [
+            self.system.reduced(plus(x, scaled({(): -1}, [[y]])[0][0]))
+            for x, y in paired(self.world.value(left), self.world.value(right))
+        ]
+
+    def _draw(self, s):
+        """Give a symbol its value: random where the equations leave it free."""
+        table = self.world.of[s]
+        scalar = isinstance(table, dict)
+        rows = [[table]] if scalar else table
+        entries = self._entries(s)
+        if not entries & set(self.system.solved):
+            if s in self.setting.symmetric:
+                self._draw_definite(rows)
+            elif self.thin and self.random.random() < 0.7:
+                self._draw_thin(rows)
+        for x in sorted(entries):
+            for m in self.system.reduced({(x,): 1}):
+                for y in m:
+                    if y not in self.system.solved:
+                        self.system.fix(y, self._number())
+        rows = [[self.system.reduced(p) for p in row] for row in rows]
+        self.world.of[s] = rows[0][0] if scalar else rows
+
+    def _draw_definite(self, rows):
+        n = len(rows)
+        G = [[constant(self._number()) for _ in range(n)] for _ in range(n)]
+        square = multiplied(G, transposed(G))
+        for i in range(n):
+            for j in range(i, n):
+                value = square[i][j].get((), 0) + (i == j)
+                ((x,),) = rows[i][j]
+                self.system.fix(x, value)
+
+    def _draw_thin(self, rows):
+        """A product of a column and a row, singular unless there is one of each."""
+        column = [self._number() for _ in rows]
+        for x in range(len(rows[0])):
+            scale = self._number()
+            for row, number in zip(rows, column):
+                ((entry,),) = row[x]
+                self.system.fix(entry, number * scale)
+
+    def _number(self):
+        choices = (0, 0, 1, -1) if self.sparse else (-2, -1, 1, 2, 3)
+        return self.random.choice(choices)
+
+
+def names(support):
+    return {s for m in support for s in m}
+
+
+def paired(a, b):
+    """The entries of two values side by side; the number 0 fits a table."""
+    if isinstance(a, dict):
+        return [(a, b)]
+    flat = [x for row in a for x in row]
+    return zip(flat, [b] * len(flat) if b == {} else [y for row in b for y in row])
+
+
+class Model:
+    """Explicit values that satisfy the relations of a problem."""
+
+    def __init__(self, setting, world):
+        self.setting, self.world = setting, world
+        for left, right in setting.equations:
+            if not self.agree(left, right):
+                raise Unsolvable
+
+    def agree(self, left, right):
+        """Whether two expressions have one value here."""
+        both = paired(self.world.value(left), self.world.value(right))
+        return all(x == y for x, y in both)
+
+    @property
+    def zeros(self):
+        """How many matrix symbols are zero."""
+        tables = [v for v in self.world.of.values() if isinstance(v, list)]
+        return sum(any(t) and not any(map(any, t)) for t in tables)
+
+    def matrices(self):
+        return {
+            s: sp.Rational(v.get((), 0))
+            if isinstance(v, dict)
+            else as_matrix(v, self.world.shape(s))
+            for s, v in self.world.of.items()
+            if not isinstance(s, tuple)
+        }

@@ -1,0 +1,290 @@
+"""Matrix expressions evaluated at explicit rational matrices, without SymPy's rules.
+
+The value of an expression is a table of polynomials in unknown entries; where every
+symbol has numbers for entries, the polynomials are constant.  Nothing is simplified
+on the way, so a value is a second opinion on what the algebra proves.
+
+Source: our own.
+"""
+
+from fractions import Fraction
+
+import sympy as sp
+from sympy.matrices.expressions.matexpr import MatrixExpr
+
+MANY = 99  # the degree of an expression that is not a polynomial in a symbol
+
+
+# -- polynomials: {monomial: coefficient}, a monomial a sorted tuple of unknowns ----
+
+
+def constant(value):
+    """The polynomial without unknowns; integers stay integers, for speed."""
+    value = value.numerator if value.denominator == 1 else value
+    return {(): value} if value else {}
+
+
+def plus(p, q):
+    total = dict(p)
+    for m, c in q.items():
+        c += total.get(m, 0)
+        if c:
+            total[m] = c
+        else:
+            total.pop(m, None)
+    return total
+
+
+def times(p, q):
+    total = {}
+    for m, c in p.items():
+        for k, d in q.items():
+            mk = tuple(sorted(m + k)) if m and k else m or k
+            total[mk] = total.get(mk, 0) + c * d
+    return {m: c for m, c in total.items() if c}
+
+
+def rational(number):
+    """A SymPy number as an integer or a fraction."""
+    number = sp.Rational(number)
+    return number.p if number.q == 1 else Fraction(number.p, number.q)
+
+
+# -- tables -------------------------------------------------------------------------
+
+
+def added(a, b):
+    return [[plus(x, y) for x, y in zip(r, s)] for r, s in zip(a, b)]
+
+
+def multiplied(a, b):
+    columns = list(zip(*b))
+    return [[dot(row, column) for column in columns] for row in a]
+
+
+def dot(row, column):
+    total = {}
+    for x, y in zip(row, column):
+        if x and y:
+            total = plus(total, times(x, y))
+    return total
+
+
+def scaled(c, a):
+    return [[times(c, x) for x in row] for row in a]
+
+
+def transposed(a):
+    return [list(column) for column in zip(*a)]
+
+
+def zeros(rows, cols):
+    return [[{}] * cols for _ in range(rows)]
+
+
+def diagonal(n, value=1):
+    return [[constant(value) if i == j else {} for j in range(n)] for i in range(n)]
+
+
+def trace(a):
+    total = {}
+    for i, row in enumerate(a):
+        total = plus(total, row[i])
+    return total
+
+
+def as_matrix(table, shape):
+    """A table of constants as a SymPy matrix."""
+    return sp.ImmutableMatrix(
+        *shape, [sp.Rational(x.get((), 0)) for row in table for x in row]
+    )
+
+
+def as_table(matrix):
+    """An explicit SymPy matrix of rational numbers as a table."""
+    return [[constant(rational(x)) for x in row] for row in matrix.tolist()]
+
+
+# -- expressions ------------------------------------------------------------------
+
+
+def base_of_inverse(node):
+    """What a node is an inverse of, transposes put aside; None for other nodes."""
+    if not (isinstance(node, sp.MatPow) and node.exp.is_negative):
+        return None
+    return node.base.arg if isinstance(node.base, sp.Transpose) else node.base
+
+
+def plain(expr):
+    """A SymPy expression; a normal form is written out."""
+    return expr.as_expr() if hasattr(expr, "algebra") else sp.sympify(expr)
+
+
+class World:
+    """What every symbol stands for: sizes, scalars, tables.
+
+    Attributes
+    ----------
+    sizes : dict of Symbol to int
+    of : dict of symbol to table or, for a scalar, polynomial
+        The inverse of an expression X is listed under ``("inverse", X)``.
+    """
+
+    def __init__(self, sizes, of):
+        self.sizes, self.of = sizes, of
+        self._known = {}
+
+    def size(self, expr):
+        if expr not in self._known:
+            self._known[expr] = int(sp.sympify(expr).subs(self.sizes))
+        return self._known[expr]
+
+    def shape(self, expr):
+        return tuple(self.size(s) for s in expr.shape)
+
+    def value(self, expr):
+        """The table of a matrix expression, the polynomial of a scalar one."""
+        expr = plain(expr)
+        if isinstance(expr, (MatrixExpr, sp.MatrixBase)):
+            return self._table(expr)
+        return self._scalar(expr)
+
+    def _table(self, expr):
+        if 0 in self.shape(expr):
+            return [[]] * self.size(expr.shape[0])
+        if isinstance(expr, sp.MatrixSymbol):
+            return self.of[expr]
+        if isinstance(expr, sp.MatAdd):
+            return fold(added, [self._table(a) for a in expr.args])
+        if isinstance(expr, sp.MatMul):
+            return self._product(expr.args)
+        if isinstance(expr, sp.Transpose):
+            return transposed(self._table(expr.arg))
+        if isinstance(expr, sp.MatPow):
+            return self._power(expr)
+        if isinstance(expr, sp.Identity):
+            return diagonal(self.size(expr.shape[0]))
+        if isinstance(expr, sp.ZeroMatrix):
+            return zeros(*self.shape(expr))
+        if isinstance(expr, sp.BlockMatrix):
+            return self._blocks(expr.blocks)
+        if isinstance(expr, sp.MatrixBase):
+            return [[self._scalar(x) for x in row] for row in expr.tolist()]
+        raise TypeError(f"no value for {type(expr).__name__}: {expr}")
+
+    def _product(self, args):
+        factors = [a for a in args if isinstance(a, (MatrixExpr, sp.MatrixBase))]
+        scale = [a for a in args if not isinstance(a, (MatrixExpr, sp.MatrixBase))]
+        if any(0 in self.shape(a) for a in factors):
+            ends = factors[0].shape[0], factors[-1].shape[1]
+            return zeros(*map(self.size, ends))
+        total = fold(multiplied, [self._table(a) for a in factors])
+        return scaled(self._scalar(sp.Mul(*scale)), total) if scale else total
+
+    def _power(self, expr):
+        inner = base_of_inverse(expr)
+        if inner is None:
+            factor = self._table(expr.base)
+        else:
+            factor = self._inverse(inner)
+            if isinstance(expr.base, sp.Transpose):
+                factor = transposed(factor)
+        return fold(multiplied, [factor] * abs(int(expr.exp)), len(factor))
+
+    def _inverse(self, inner):
+        if ("inverse", inner) in self.of:
+            return self.of["inverse", inner]
+        matrix = as_matrix(self._table(inner), self.shape(inner))
+        if matrix.det() == 0:
+            raise ZeroDivisionError(f"{inner} is singular")
+        return as_table(matrix.inv())
+
+    def _blocks(self, blocks):
+        rows = []
+        for line in blocks.tolist():
+            parts = [self._table(block) for block in line]
+            rows += [sum(pieces, []) for pieces in zip(*parts)]
+        return rows
+
+    def _scalar(self, expr):
+        expr = sp.sympify(expr)
+        if isinstance(expr, sp.Add):
+            return fold(plus, [self._scalar(a) for a in expr.args])
+        if isinstance(expr, sp.Mul):
+            return fold(times, [self._scalar(a) for a in expr.args])
+        if isinstance(expr, sp.Trace):
+            return trace(self._table(expr.arg))
+        if isinstance(expr, sp.Symbol):
+            size = self.sizes.get(expr)
+            return self.of[expr] if size is None else constant(size)
+        if isinstance(expr, sp.Pow):
+            return self._scalar_power(*expr.args)
+        return constant(rational(expr))
+
+    def _scalar_power(self, base, exponent):
+        value, exponent = self._scalar(base), int(exponent.subs(self.sizes))
+        if exponent < 0:
+            if set(value) != {()}:
+                raise ZeroDivisionError(f"{base} is not a number other than zero")
+            value = constant(Fraction(1) / value[()])
+        return fold(times, [value] * abs(exponent), None)
+
+
+def fold(operation, values, size=None):
+    """All values combined; of none at all, the identity or the number one."""
+    if not values:
+        return constant(1) if size is None else diagonal(size)
+    total = values[0]
+    for value in values[1:]:
+        total = operation(total, value)
+    return total
+
+
+def unknowns(expr):
+    """Symbols that need a value, sizes included; an inverse counts as a symbol."""
+    found, waiting = set(), [plain(expr)]
+    while waiting:
+        node = waiting.pop()
+        inner = base_of_inverse(node)
+        if inner is not None:
+            found.add(("inverse", inner))
+        if isinstance(node, (sp.MatrixSymbol, sp.Symbol)):
+            found.add(node)
+        elif isinstance(node, sp.MatrixBase):
+            waiting += list(node)
+        elif not isinstance(node, (sp.Identity, sp.ZeroMatrix)):
+            waiting += node.args
+    return found
+
+
+def monomials(expr):
+    """The products of unknowns that an expression is a sum of, orders put aside.
+
+    A set of sorted tuples.  An inverse counts as one unknown, and what is inverted
+    does not count.  A scalar with a negative exponent is listed twice, because no
+    equation is linear in it.
+    """
+    expr = plain(expr)
+    inner = base_of_inverse(expr)
+    if inner is not None:
+        return {(("inverse", inner),) * -int(expr.exp)}
+    if isinstance(expr, (sp.MatrixSymbol, sp.Symbol)):
+        return {(expr,)}
+    if isinstance(expr, (sp.Identity, sp.ZeroMatrix)):
+        return {()}
+    if isinstance(expr, (sp.MatPow, sp.Pow)):
+        whole = expr.exp.is_Integer and expr.exp.is_nonnegative
+        return together([monomials(expr.base)] * (int(expr.exp) if whole else 2))
+    if isinstance(expr, sp.MatrixBase):
+        return set().union({()}, *(monomials(x) for x in expr))
+    if isinstance(expr, (sp.MatMul, sp.Mul)):
+        return together([monomials(part) for part in expr.args])
+    return set().union({()}, *(monomials(part) for part in expr.args))
+
+
+def together(factors):
+    """Every product of one monomial from each factor."""
+    total = {()}
+    for factor in factors:
+        total = {tuple(sorted(m + k, key=str)) for m in total for k in factor}
+    return total
