@@ -136,7 +136,10 @@ class World:
 
     def size(self, expr):
         if expr not in self._known:
-            self._known[expr] = int(sp.sympify(expr).subs(self.sizes))
+            value = sp.sympify(expr).subs(self.sizes)
+            if not value.is_Integer:
+                raise ValueError(f"no shape of these matrices says what {expr} is")
+            self._known[expr] = int(value)
         return self._known[expr]
 
     def shape(self, expr):

@@ -63,6 +63,12 @@ def model(relations, symmetric=(), also=()):
     >>> model([(T * T, T), (T * T, 2 * T), (T, Identity(n))]) is None
     True
     """
+    found = instance(relations, symmetric, also)
+    return None if found is None else found.matrices()
+
+
+def instance(relations, symmetric=(), also=()):
+    """The same as a `Model`, which knows its sizes as well."""
     setting = Setting(named(relations), symmetric, also)
     best = None
     for found in models(setting, setting.generic_sizes(), PATIENT):
@@ -70,7 +76,7 @@ def model(relations, symmetric=(), also=()):
             best = found
         if best.zeros <= setting.stated_zeros:
             break
-    return None if best is None else best.matrices()
+    return best
 
 
 def refute(left, right, given=(), symmetric=()):

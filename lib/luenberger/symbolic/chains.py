@@ -1,0 +1,157 @@
+"""Calculational chains: a derivation line by line, each checked against its reasons.
+
+    start
+      = next line         reason: the relations cited, and nothing else
+      = ...
+
+as `calc` in Lean and `also ... finally` in Isabelle.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+from .equivalences import Equation, Implies
+from .lines import Line
+from .operators import Operator
+from .typeset import latex, text
+
+CHECKED, FAILED = "✓", "✗"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Chain:
+    r"""A derivation that reads from top to bottom.
+
+    Parameters
+    ----------
+    number : str
+        The paper's equation number, e.g. "27–29"; empty for a chain of our own.
+    says : str
+        What the chain shows, in a few words.
+    left : expression or Equation
+        What it begins with.
+    lines : sequence of Line
+        `Line` says that the line before is equal to this one, for the reasons cited;
+        the other kinds of line differentiate, average, drop a square, and so on.
+        After an `Equation` every line is an `Implies` or an `Iff`.
+    symmetric : iterable of MatrixSymbol
+        Symbols equal to their transpose.
+
+    Notes
+    -----
+    A chain never changes, so it is checked once.  A line is checked against what it
+    cites and nothing else: without one of its reasons it must fail, a model of them is
+    found, and the line is true there.
+
+    Examples
+    --------
+    >>> from sympy import MatrixSymbol, symbols
+    >>> from luenberger.symbolic import Relation
+    >>> n = symbols("n", integer=True, positive=True)
+    >>> A, B, S = (MatrixSymbol(name, n, n) for name in "ABS")
+    >>> meant = Relation("S = A + B", S, A + B)
+    >>> chain = Chain("2", "a product", A * S, [
+    ...     Line(A * (A + B), by=[meant]),
+    ...     Line(A * A + A * B, why="multiply out"),
+    ... ])
+    >>> chain.check()
+    []
+    >>> print(chain)
+    (2) a product
+      A S
+        = A (A + B)  S = A + B     ✓
+        = A B + A²   multiply out  ✓
+    >>> Chain("", "wrong", A * B, [Line(B * A)]).check()[0]  # doctest: +ELLIPSIS
+    'line 1 does not follow: what is left over is ...; with A = ...'
+    """
+
+    number: str
+    says: str
+    left: object
+    lines: tuple
+    symmetric: tuple = ()
+
+    def __post_init__(self):
+        object.__setattr__(self, "lines", tuple(self.lines))
+        object.__setattr__(self, "symmetric", tuple(self.symmetric))
+        stated = isinstance(self.left, Equation)
+        for k, line in enumerate(self.lines, 1):
+            if not isinstance(line, Line) or isinstance(line, Implies) != stated:
+                wanted = "Implies or Iff" if stated else "Line"
+                raise TypeError(
+                    f"line {k} of chain ({self.number}) is a {type(line).__name__}; "
+                    f"what begins with {type(self.left).__name__} goes on with {wanted}"
+                )
+
+    @property
+    def right(self):
+        """Where the chain ends."""
+        return self.lines[-1].right if self.lines else self.left
+
+    @property
+    def relations(self):
+        """Everything cited, each once, in order."""
+        return tuple(dict.fromkeys(r for line in self.lines for r in line.by))
+
+    def check(self):
+        """What is wrong, line by line; [] when every line follows as it says."""
+        return [
+            f"line {k} {fault}"
+            for k, faults in enumerate(self._faults, 1)
+            for fault in faults
+        ]
+
+    @cached_property
+    def _faults(self):
+        """The faults of each line."""
+        before = (self.left, *(line.right for line in self.lines))
+        return [
+            line.complaints(left, self.symmetric) + line.too_wide()
+            for left, line in zip(before, self.lines)
+        ]
+
+    # -- shown --------------------------------------------------------------------
+
+    def __str__(self):
+        start = self.left.show(text) if self._stated else text(self.left)
+        title = f"({self.number}) {self.says}" if self.number else self.says
+        rows = [
+            (str(line), line.reason(text), FAILED if faults else CHECKED)
+            for line, faults in zip(self.lines, self._faults)
+        ]
+        wide = [max((len(row[k]) for row in rows), default=0) for k in range(2)]
+        out = [title, f"  {start}"]
+        out += [
+            f"    {body.ljust(wide[0])}  {reason.ljust(wide[1])}  {mark}"
+            for body, reason, mark in rows
+        ]
+        return "\n".join([*out, *(f"  {fault}" for fault in self.check())])
+
+    __repr__ = __str__
+
+    def _repr_latex_(self):
+        rows = []
+        for line, faults in zip(self.lines, self._faults):
+            mark = r"\times" if faults else r"\checkmark"
+            sign = line.latex_sign
+            rows.append(
+                rf"{line.head(latex)} &{sign} {line.body(latex)} "
+                rf"&& {line.reason(latex)} && {mark}".strip()
+            )
+        if self._stated or (self.lines and isinstance(self.lines[0], Operator)):
+            start = self.left.show(latex) if self._stated else latex(self.left)
+            rows.insert(0, f"& {start}")
+        elif rows:
+            rows[0] = f"{latex(self.left)} {rows[0]}"
+        return framed(rows, self.number)
+
+    @property
+    def _stated(self):
+        return isinstance(self.left, Equation)
+
+
+def framed(rows, number):
+    """Rows as one display with its number."""
+    tag = rf" \tag{{{number}}}" if number else ""
+    body = r" \\[2pt] ".join(rows)
+    return rf"$$\begin{{aligned}} {body} \end{{aligned}}{tag}$$"

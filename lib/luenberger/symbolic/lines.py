@@ -1,0 +1,284 @@
+"""The lines of a derivation: what each says of the line before it, and why.
+
+Every kind of line has what follows the sign (`right`), what it cites (`by`), words
+where nothing is cited (`why`), a sign, and `complaints(left, symmetric)`: [] when the
+line follows from exactly what it cites and needs all of it.
+"""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import sympy as sp
+from sympy.matrices.expressions.matexpr import MatrixExpr
+
+from .core import Algebra
+from .reasons import cited_latex, cited_text, follows, gap, idle, vacuous, words
+from .relations import named
+from .typeset import WIDEST, latex, text, width
+
+
+@dataclass(frozen=True, eq=False)
+class Line:
+    r"""The next line of a chain of equations.
+
+    Parameters
+    ----------
+    right : expression
+        What the line before it is equal to.
+    by : tuple of Relation
+        The relations that the step needs, all of them and no others.
+    why : str
+        Words for the reason; where nothing is cited, say what was done.
+
+    Examples
+    --------
+    >>> from sympy import MatrixSymbol, symbols
+    >>> from luenberger.symbolic import Relation
+    >>> n = symbols("n", integer=True, positive=True)
+    >>> A, B, C = (MatrixSymbol(x, n, n) for x in "ABC")
+    >>> meant, idle = Relation("A B = C", A * B, C), Relation("B A = C", B * A, C)
+    >>> Line(C * B, by=(meant,)).complaints(A * B * B, ())
+    []
+    >>> print(*Line(C * B, by=(meant, idle)).complaints(A * B * B, ()))
+    does not need B A = C
+    """
+
+    right: object
+    by: tuple = ()
+    why: str = ""
+
+    sign: ClassVar[str] = "="
+    latex_sign: ClassVar[str] = "="
+
+    def __post_init__(self):
+        object.__setattr__(self, "by", named(self.by))
+
+    def complaints(self, left, symmetric):
+        """What is wrong with the step from `left` to this line, in plain language."""
+        missing = self.gap(left, self.by, symmetric)
+        if missing is not None:
+            return [f"does not follow{self._sources()}: {missing}"]
+        spare = idle(self.by, lambda others: self.follows(left, others, symmetric))
+        return [f"does not need {cited_text(r)}" for r in spare] + self.vacuous(
+            left, symmetric
+        )
+
+    def gap(self, left, cited, symmetric):
+        return gap(*self.equation(left), cited, symmetric)
+
+    def follows(self, left, cited, symmetric):
+        return follows(*self.equation(left), cited, symmetric)
+
+    def vacuous(self, left, symmetric):
+        return vacuous(*self.equation(left), self.by, symmetric)
+
+    def equation(self, left):
+        """The two expressions that must be equal."""
+        return left, self.right
+
+    def too_wide(self):
+        """A complaint if the line does not fit on a page."""
+        wide = width(self.right)
+        if wide <= WIDEST:
+            return []
+        return [f"is {wide} characters wide; {WIDEST} fit, so it needs a letter"]
+
+    def _sources(self):
+        return " from " + " and ".join(map(cited_text, self.by)) if self.by else ""
+
+    # -- shown ------------------------------------------------------------------------
+
+    def head(self, show):
+        """What stands to the left of the sign: nothing, or what is done to the left."""
+        return ""
+
+    def body(self, show):
+        """What stands to the right of the sign."""
+        return show(self.right)
+
+    def reason(self, show):
+        """Why the line follows, in words or formulas."""
+        cite, word = (
+            (cited_latex, words) if show is latex else (cited_text, lambda w: w)
+        )
+        said = [cite(r) for r in self.by] + ([word(self.why)] if self.why else [])
+        return (r",\; " if show is latex else ", ").join(said)
+
+    def __str__(self):
+        return f"{self.head(text)} {self.sign} {self.body(text)}".strip()
+
+
+class Cyclic(Line):
+    """A line that holds because the trace of a product is that of its rotations.
+
+    Multiplying out must not be enough, or the reason would be decoration.
+
+    >>> from sympy import MatrixSymbol, Trace, symbols
+    >>> n = symbols("n", integer=True, positive=True)
+    >>> A, B = MatrixSymbol("A", n, n), MatrixSymbol("B", n, n)
+    >>> Cyclic(Trace(B * A)).complaints(Trace(A * B), ())
+    []
+    >>> print(*Cyclic(Trace(A * B)).complaints(Trace(A * B), ()))
+    does not need that the trace is cyclic
+    """
+
+    def complaints(self, left, symmetric):
+        found = super().complaints(left, symmetric)
+        if not found and not self.by and as_written(left) == as_written(self.right):
+            found = ["does not need that the trace is cyclic"]
+        return found
+
+    def reason(self, show):
+        said = super().reason(show)
+        mine = words("the trace is cyclic") if show is latex else "the trace is cyclic"
+        return f"{said}, {mine}" if said else mine
+
+
+def as_written(expr):
+    """Traces multiplied out, the words neither rotated nor transposed."""
+    total = {}
+    for number, inner in traces(sp.expand(expr)):
+        for word, c in Algebra().normal(inner).terms.items():
+            total[word] = sp.expand(total.get(word, 0) + number * c)
+    return {word: c for word, c in total.items() if c != 0}
+
+
+def traces(scalar):
+    """(coefficient, matrix) pairs of a sum of traces."""
+    for term in sp.Add.make_args(scalar):
+        found = [f for f in sp.Mul.make_args(term) if isinstance(f, sp.Trace)]
+        if found:
+            yield term / found[0], found[0].arg
+
+
+@dataclass(frozen=True, eq=False)
+class Substitute(Line):
+    """A definition put in, or a definition recognised.
+
+    Each relation cited must define a symbol, its left side, and nothing but putting
+    the definitions in is done.
+
+    >>> from sympy import MatrixSymbol, symbols
+    >>> from luenberger.symbolic import Relation
+    >>> n = symbols("n", integer=True, positive=True)
+    >>> A, B, S = (MatrixSymbol(x, n, n) for x in "ABS")
+    >>> sum_ = Relation("S = A + B", S, A + B)
+    >>> Substitute(A * (A + B), by=(sum_,)).complaints(A * S, ())
+    []
+    """
+
+    def complaints(self, left, symmetric):
+        for relation in self.by:
+            if not isinstance(relation.left, (sp.MatrixSymbol, sp.Symbol)):
+                return [f"{cited_text(relation)} does not define a symbol"]
+        return super().complaints(left, symmetric)
+
+    def gap(self, left, cited, symmetric):
+        meant = {r.left: r.right for r in cited}
+        left, right = (put_in(side, meant) for side in self.equation(left))
+        return gap(left, right, (), symmetric)
+
+    def follows(self, left, cited, symmetric):
+        return self.gap(left, cited, symmetric) is None
+
+
+def put_in(expr, meant):
+    """Definitions put in until nothing changes."""
+    for _ in range(len(meant)):
+        expr = expr.xreplace(meant)
+    return expr
+
+
+@dataclass(frozen=True, eq=False)
+class AtLeast(Line):
+    """An inequality: a square is dropped.
+
+    Parameters
+    ----------
+    root : MatrixExpr
+        What is dropped is X X' with this X; between scalars, the trace of X X'.
+
+    >>> from sympy import MatrixSymbol, symbols
+    >>> n = symbols("n", integer=True, positive=True)
+    >>> A, B = MatrixSymbol("A", n, n), MatrixSymbol("B", n, n)
+    >>> AtLeast(A, root=B).complaints(A + B * B.T, ())
+    []
+    """
+
+    root: object = None
+
+    sign: ClassVar[str] = "≥"
+    latex_sign: ClassVar[str] = r"\ge"
+    side: ClassVar[int] = 1
+
+    def equation(self, left):
+        square = self.root * self.root.T
+        if not isinstance(left, MatrixExpr) and not hasattr(left, "shape"):
+            square = sp.Trace(square)
+        return left, self.right + self.side * square
+
+    def reason(self, show):
+        X = show(self.root)
+        if show is latex:
+            mine = rf"X X' \ge 0,\; X = {X}"
+        else:
+            mine = f"X X' ≥ 0, X = {X}"
+        said = super().reason(show)
+        return f"{mine}, {said}" if said else mine
+
+
+class AtMost(AtLeast):
+    """The reverse inequality: a square is added.
+
+    >>> from sympy import MatrixSymbol, symbols
+    >>> n = symbols("n", integer=True, positive=True)
+    >>> A, B = MatrixSymbol("A", n, n), MatrixSymbol("B", n, n)
+    >>> AtMost(A + B * B.T, root=B).complaints(A, ())
+    []
+    """
+
+    sign: ClassVar[str] = "≤"
+    latex_sign: ClassVar[str] = r"\le"
+    side: ClassVar[int] = -1
+
+
+@dataclass(frozen=True, eq=False)
+class Cases(Line):
+    """A line that holds in each of several cases.
+
+    Parameters
+    ----------
+    of : tuple of Relation
+        The cases.  That there is no other is for the words to say.
+
+    >>> from sympy import MatrixSymbol, ZeroMatrix, symbols
+    >>> from luenberger.symbolic import Relation
+    >>> n = symbols("n", integer=True, positive=True)
+    >>> A, B, O = MatrixSymbol("A", n, n), MatrixSymbol("B", n, n), ZeroMatrix(n, n)
+    >>> either = Relation("A = 0", A, O), Relation("B = 0", B, O)
+    >>> Cases(O, of=either, why="one of them is zero").complaints(A * B, ())
+    []
+    """
+
+    of: tuple = ()
+
+    def __post_init__(self):
+        super().__post_init__()
+        object.__setattr__(self, "of", named(self.of))
+
+    def complaints(self, left, symmetric):
+        if super().gap(left, self.by, symmetric) is None:
+            return ["does not need its cases"]
+        return [
+            f"in the case {cited_text(case)} {complaint}"
+            for case in self.of
+            for complaint in Line(self.right, (*self.by, case)).complaints(
+                left, symmetric
+            )
+        ]
+
+    def reason(self, show):
+        cite = cited_latex if show is latex else cited_text
+        either = (r"\text{ or }" if show is latex else " or ").join(map(cite, self.of))
+        said = super().reason(show)
+        return f"{either}, {said}" if said else either

@@ -1,0 +1,137 @@
+"""What a line of a derivation rests on: whether it follows, and needs what it cites."""
+
+import re
+from dataclasses import dataclass
+
+from .models import NoModel, evaluate, instance, refute
+from .proofs import Unproved, prove
+from .rewriting import Contradiction
+from .typeset import latex, text, width
+
+WIDEST_REASON = 44  # characters; a longer relation is cited by its name alone
+
+
+@dataclass(frozen=True)
+class Gap:
+    """Why an equation is not proved.
+
+    Attributes
+    ----------
+    left_over : expression
+        What is left of the difference of the sides.
+    counterexample : dict or None
+        {symbol: explicit Matrix} at which the sides differ.
+    sides : tuple of expression
+    why : str
+        Said instead, where the reasons contradict each other.
+    """
+
+    left_over: object = None
+    counterexample: dict | None = None
+    sides: tuple = ()
+    why: str = ""
+
+    def __str__(self):
+        said = self.why or f"what is left over is {text(self.left_over)}"
+        if self.counterexample is None:
+            return said
+        values = ", ".join(
+            f"{text(symbol)} = {shown(value)}"
+            for symbol, value in self.counterexample.items()
+        )
+        left, right = (shown(evaluate(s, self.counterexample)) for s in self.sides)
+        return f"{said}; with {values}, the sides are {left} and {right}"
+
+
+def shown(value, show=text):
+    """An explicit value on one line; a 1 x 1 matrix is shown as a number."""
+    return show(value[0] if getattr(value, "shape", ()) == (1, 1) else value)
+
+
+def gap(left, right, cited, symmetric):
+    """None if `left = right` follows from what is cited, otherwise the `Gap`."""
+    try:
+        proof = prove(left, right, cited, symmetric)
+    except Unproved as e:
+        return Gap(e.left_over, e.counterexample, (left, right))
+    except Contradiction as e:
+        return Gap(why=str(e))
+    if proof.check():
+        return None
+    raise AssertionError(f"the certificate of {left} = {right} does not hold")
+
+
+def follows(left, right, cited, symmetric):
+    """Whether `left = right` follows; what is false is seen to be so at once."""
+    try:
+        if refute(left, right, cited, symmetric) is not None:
+            return False
+    except NoModel:
+        pass
+    return gap(left, right, cited, symmetric) is None
+
+
+def idle(cited, holds):
+    """The citations without which a line holds as well, by `holds(the others)`."""
+    return [
+        relation
+        for relation in cited
+        if holds(tuple(other for other in cited if other is not relation))
+    ]
+
+
+def vacuous(left, right, cited, symmetric):
+    """A complaint if nothing satisfies what is cited, or a model denies the line."""
+    found = instance(cited, symmetric, (left, right))
+    if found is None:
+        return ["no matrices were found that satisfy what is cited"]
+    if not found.agree(left, right):
+        values = found.matrices()
+        raise AssertionError(f"{left} = {right} is proved, and false at {values}")
+    return []
+
+
+# -- how a citation is shown ----------------------------------------------------------
+
+
+def cited_text(relation):
+    """A citation in Unicode: its number, and what it says if that is short.
+
+    >>> from sympy import MatrixSymbol, symbols
+    >>> from luenberger.symbolic import Relation
+    >>> n = symbols("n", integer=True, positive=True)
+    >>> X, Y = MatrixSymbol("X_next", n, n), MatrixSymbol("Yhat", n, n)
+    >>> cited_text(Relation("(3.8) X = Y", X, Y)), cited_text(Relation("(3.9)", X, Y))
+    ('(3.8) X₊ = Ŷ', '(3.9)')
+    """
+    number, says = numbered(relation.name)
+    if "=" not in says or too_wide(relation):
+        return relation.name
+    return f"{number} {text(relation.left)} = {text(relation.right)}".strip()
+
+
+def cited_latex(relation):
+    """The same in LaTeX."""
+    number, says = numbered(relation.name)
+    if "=" not in says or too_wide(relation):
+        return words(relation.name)
+    formula = f"{latex(relation.left)} = {latex(relation.right)}"
+    return rf"{words(number)}\; {formula}" if number else formula
+
+
+def numbered(name):
+    """A relation's name as its equation number and the rest.
+
+    >>> numbered("(3.8) X = Y"), numbered("X = Y")
+    (('(3.8)', 'X = Y'), ('', 'X = Y'))
+    """
+    return re.fullmatch(r"((?:\([^()]*\)'?)?)\s*(.*)", name).groups()
+
+
+def too_wide(relation):
+    return width(relation.left) + width(relation.right) > WIDEST_REASON
+
+
+def words(string):
+    """Plain text inside a formula."""
+    return r"\text{" + re.sub(r"([_#%&$])", r"\\\1", string) + "}"

@@ -1,0 +1,227 @@
+"""Expressions as they stand on a page, typeset and in Unicode.
+
+Terms keep the order in which they were written.  A prime is the transpose; an
+identity is I and a zero matrix 0, whatever their sizes.  Anything that this module
+has no rule for is set by SymPy.
+"""
+
+from dataclasses import dataclass
+
+import sympy as sp
+from sympy.matrices.expressions.matexpr import MatrixExpr
+
+from .letters import HIGH, latex_name, text_name
+
+SUM, PRODUCT, POSTFIX, ATOM = range(4)  # how tightly an expression holds together
+WIDEST = 90  # characters of one side, set in Unicode: what a display line holds
+
+
+def latex(expr):
+    r"""An expression in LaTeX.
+
+    Examples
+    --------
+    >>> from sympy import MatrixSymbol, Trace, symbols
+    >>> n, p = symbols("n p", integer=True, positive=True)
+    >>> K, C = MatrixSymbol("K_mv", n, p), MatrixSymbol("C", p, n)
+    >>> Omega = MatrixSymbol("Omega_next", n, n)
+    >>> print(latex(K * C * Omega * C.T))
+    K_{\mathrm{mv}} C \Omega_{+} C'
+    >>> print(latex(Trace(2 * Omega.I - C.T * C)))
+    \operatorname{tr}\left(2 \Omega_{+}^{-1} - C' C\right)
+    """
+    return Printer(LATEX).show(expr)
+
+
+def text(expr):
+    """An expression in Unicode, on one line.
+
+    Examples
+    --------
+    >>> from sympy import MatrixSymbol, symbols
+    >>> n, p = symbols("n p", integer=True, positive=True)
+    >>> K, C = MatrixSymbol("K", n, p), MatrixSymbol("C", p, n)
+    >>> Omega = MatrixSymbol("Omega", n, n)
+    >>> print(text((K * C + Omega).I * Omega.I * (K * C).T))
+    (K C + Ω)⁻¹ Ω⁻¹ C' K'
+    """
+    return Printer(TEXT).show(expr)
+
+
+def width(expr):
+    """How many characters an expression takes in Unicode."""
+    return len(text(expr))
+
+
+def plain(expr):
+    """A SymPy expression; a normal form is written out."""
+    return expr.as_expr() if hasattr(expr, "algebra") else sp.sympify(expr)
+
+
+@dataclass(frozen=True)
+class Style:
+    """What differs between the two ways of setting an expression."""
+
+    name: object
+    open: str
+    close: str
+    trace: str
+    power: object
+    fraction: object
+    rows: object
+    fallback: object
+
+
+LATEX = Style(
+    name=latex_name,
+    open=r"\left(",
+    close=r"\right)",
+    trace=r"\operatorname{tr}",
+    power=lambda base, k: f"{base}^{{{k}}}",
+    fraction=lambda p, q: rf"\tfrac{{{p}}}{{{q}}}",
+    rows=lambda rows: (
+        r"\begin{bmatrix}"
+        + r" \\ ".join(" & ".join(row) for row in rows)
+        + r"\end{bmatrix}"
+    ),
+    fallback=sp.latex,
+)
+TEXT = Style(
+    name=text_name,
+    open="(",
+    close=")",
+    trace="tr",
+    power=lambda base, k: (
+        base + (str(k).translate(HIGH) if k.lstrip("-").isdigit() else f"^({k})")
+    ),
+    fraction=lambda p, q: f"{p}/{q}",
+    rows=lambda rows: "[" + "; ".join(" ".join(row) for row in rows) + "]",
+    fallback=str,
+)
+
+
+class Printer:
+    """Sets expressions in one style."""
+
+    def __init__(self, style):
+        self.style = style
+
+    def show(self, expr, least=SUM):
+        """The expression, in brackets if it holds together less than `least`."""
+        string, tightness = self._set(plain(expr))
+        if tightness < least:
+            return f"{self.style.open}{string}{self.style.close}"
+        return string
+
+    def _set(self, e):
+        if isinstance(e, (sp.MatrixSymbol, sp.Symbol)):
+            return self.style.name(e.name), ATOM
+        if isinstance(e, sp.Identity):
+            return "I", ATOM
+        if isinstance(e, sp.ZeroMatrix):
+            return "0", ATOM
+        if isinstance(e, (sp.MatAdd, sp.Add)):
+            return self._sum(e)
+        if isinstance(e, (sp.MatMul, sp.Mul)):
+            return self._product(e)
+        if isinstance(e, sp.Transpose):
+            return self._transpose(e.arg)
+        if isinstance(e, (sp.MatPow, sp.Pow)):
+            return self._power(e.base, e.exp)
+        if isinstance(e, sp.Trace):
+            return self._call(self.style.trace, e.arg)
+        if isinstance(e, sp.Rational):
+            return self._number(e)
+        if isinstance(e, (sp.BlockMatrix, sp.MatrixBase)):
+            rows = e.blocks.tolist() if isinstance(e, sp.BlockMatrix) else e.tolist()
+            return self.style.rows([[self.show(x) for x in row] for row in rows]), ATOM
+        return self.style.fallback(e), SUM if isinstance(e, MatrixExpr) else ATOM
+
+    def _sum(self, e):
+        out = ""
+        for sign, term in signed(e):
+            body = self.show(term, PRODUCT)
+            if not out:
+                out = ("-" if sign < 0 else "") + body
+            else:
+                out += (" - " if sign < 0 else " + ") + body
+        return out, SUM
+
+    def _product(self, e):
+        number, factors = split(e)
+        if number < 0:
+            rest = sp.Mul(-1, e) if not factors else rebuilt(-number, factors, e)
+            return "-" + self.show(rest, PRODUCT), SUM
+        least = PRODUCT if len(factors) == 1 else POSTFIX
+        parts = [self.show(f, least) for f in factors]
+        if number != 1 or not parts:
+            parts.insert(0, self._number(number)[0])
+        return " ".join(parts), PRODUCT if len(parts) > 1 else POSTFIX
+
+    def _transpose(self, inner):
+        if isinstance(inner, (sp.MatPow, sp.Pow)) or raised(inner):
+            return self._grouped(self.show(inner, POSTFIX)) + "'", POSTFIX
+        return self.show(inner, ATOM) + "'", POSTFIX
+
+    def _power(self, base, exponent):
+        if isinstance(base, sp.Transpose) or raised(base):
+            shown = self._grouped(self.show(base, POSTFIX))
+        else:
+            shown = self.show(base, ATOM)
+        return self.style.power(shown, self.show(exponent)), POSTFIX
+
+    def _grouped(self, string):
+        """Two marks on one letter: braces keep LaTeX from refusing them."""
+        return f"{{{string}}}" if self.style is LATEX else string
+
+    def _call(self, function, argument):
+        inner = f"{self.style.open}{self.show(argument)}{self.style.close}"
+        return function + inner, ATOM
+
+    def _number(self, q):
+        if q.q == 1:
+            return str(q.p), SUM if q.p < 0 else ATOM
+        return self.style.fraction(q.p, q.q), SUM if q.p < 0 else PRODUCT
+
+
+def signed(e):
+    """(sign, term) pairs of a sum, inner sums opened, in the order written."""
+    for term in e.args:
+        if isinstance(term, (sp.MatAdd, sp.Add)):
+            yield from signed(term)
+            continue
+        number, factors = split(term)
+        if number < 0:
+            yield -1, rebuilt(-number, factors, term)
+        else:
+            yield 1, term
+
+
+def split(e):
+    """The number in front of a product, and its factors; inner products are opened."""
+    if isinstance(e, sp.Rational):
+        return e, []
+    if not isinstance(e, (sp.MatMul, sp.Mul)):
+        return sp.S.One, [e]
+    number, factors = sp.S.One, []
+    for arg in e.args:
+        inner, rest = split(arg)
+        number *= inner
+        factors += rest
+    return number, factors
+
+
+def rebuilt(number, factors, like):
+    """A product with another number in front, nothing evaluated."""
+    kind = sp.MatMul if isinstance(like, MatrixExpr) else sp.Mul
+    if number == 1 and len(factors) == 1:
+        return factors[0]
+    if not factors:
+        return number
+    args = factors if number == 1 else [number, *factors]
+    return kind(*args, evaluate=False)
+
+
+def raised(e):
+    """Whether a symbol's own name has something above it already."""
+    return isinstance(e, sp.MatrixSymbol) and "^" in latex_name(e.name)
