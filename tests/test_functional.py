@@ -1,5 +1,6 @@
 """Moore's functional observers: ground truth, second methods, published numbers."""
 
+import warnings
 from fractions import Fraction
 
 import numpy as np
@@ -330,6 +331,40 @@ def test_stable_hidden_modes_that_k_sees_are_among_the_poles(kind):
     A[0, 0] = 5
     with pytest.raises(lb.DesignError, match=r"mode\(s\) 5 do not decay.*k sees them"):
         lb.functional_observer(lb.Plant(A, None, plant.C), k)
+
+
+def integrator_within(seed):
+    """A mode at 0 that no output shows, among integers that hide it from floats."""
+    rng = np.random.default_rng(seed)
+    A = np.zeros((4, 4), int)
+    A[:2, :2] = rng.integers(-3, 4, (2, 1)) @ rng.integers(-3, 4, (1, 2))
+    A[:2, 2:], A[2:, 2:] = 1, [[-1, 1], [0, -2]]
+    return lb.Plant(A.tolist(), None, [[0, 0, 1, 0]])
+
+
+@pytest.mark.parametrize("seed", [34, 90, 114])
+def test_a_mode_that_rounding_takes_for_decaying_is_named(seed):
+    plant = integrator_within(seed)
+    message = (
+        r"mode\(s\) (-?[\d.e-]+, )*-?(0|\d[\d.]*e-1\d)(, -?[\d.e-]+)* do not decay"
+    )
+    with pytest.raises(lb.DesignError, match=message):
+        lb.functional_observer(plant, [1, 1, 1, 1])
+    with pytest.raises(lb.DesignError, match=r"Stable among them: (none|-\d+)\."):
+        lb.reduced_order_observer(plant, [-1, -1, -1])
+
+
+@pytest.mark.parametrize("seed", [169, 319, 369])
+def test_rows_that_become_dependent_are_no_bare_traceback(seed):
+    """Without outputs the chain is the plant's own, and loses digits."""
+    rng = np.random.default_rng(seed)
+    n, p = int(rng.integers(2, 9)), int(rng.integers(1, 3))
+    A = rng.normal(size=(n, n)) - 5 * np.eye(n)
+    rng.normal(size=(p, n)), rng.integers(0, 2)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        plant = lb.Plant(A, None, np.zeros((p, n)))
+        assert lb.functional_observer(plant, rng.normal(size=n)).order <= n
 
 
 def test_more_than_twenty_states_are_designed_in_floats():

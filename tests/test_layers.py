@@ -13,7 +13,8 @@ PACKAGE = ROOT / "lib" / "luenberger"
 # A layer may import only itself and what is listed for it.
 TYPES = {"arrays", "errors", "record"}
 NUMERIC = TYPES | {
-    *("certificate", "factors", "kernels", "linalg", "mean_square", "observer"),
+    *("arguments", "certificate", "factors", "kernels", "linalg", "mean_square"),
+    "observer",
     "plant",
 }
 QUESTIONS = {"analysis", "ensemble", "filtering", "recorded", "simulate"}
@@ -33,7 +34,8 @@ ALLOWED = {
     "derivations": {"certificate", "symbolic"},
     "kernels": {"derivations", "factors", "linalg"},
     "ledger": {"derivations", "files", "show", "symbolic"},
-    "certificate": {"errors"},
+    "arguments": {"observer", "plant"},
+    "certificate": {"arguments", "errors"},
     "linalg": {"errors"},
     "covariance_maps": {"errors", "linalg"},
     "factors": set(),
@@ -59,8 +61,8 @@ ALLOWED = {
     "compare": NUMERIC
     | QUESTIONS
     | {"designs", "export", "measurements", "optimality", "show", "stairs"},
-    "plot": {"compare", "observer", "plant", "show"},
-    "report": {"compare", "show"},
+    "plot": {"arguments", "compare", "observer", "plant", "show"},
+    "report": {"compare", "inputs", "show"},
     "results": {"measurements", "record"},
     "export": NUMERIC | {"designs", "files", "filtering", "recorded", "statespace"},
     "examination": NUMERIC | {"designs", "stairs"},

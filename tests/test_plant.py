@@ -188,6 +188,16 @@ def test_description_in_json_is_allowed(tmp_path):
     assert lb.Plant.from_json(path).n == 2
 
 
+@pytest.mark.parametrize("about", [[1], {"text": "x"}, 3, True])
+def test_a_description_is_text(tmp_path, about):
+    path = tmp_path / "record.json"
+    for cls, keys in ((lb.Plant, "AC"), (lb.Observer, "FGDPVTL")):
+        matrices = {key: [[1]] for key in keys}
+        path.write_text(json.dumps(matrices | dict(description=about)))
+        with pytest.raises(ValueError, match=r"record.json: description must be text"):
+            cls.from_json(path)
+
+
 def test_writing_leaves_the_old_file_when_it_fails(tmp_path, monkeypatch):
     path = tmp_path / "plant.json"
     path.write_text("old")

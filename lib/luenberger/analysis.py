@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 
 from . import kernels
+from .arguments import expect
 from .certificate import certify, require_match, require_real, residuals
 from .errors import DesignError
 from .factors import factor, shorten
@@ -67,6 +68,7 @@ def error_covariance(observer, plant, *, steps=None):
     array([[0.75, 0.5 ],
            [0.5 , 1.  ]])
     """
+    expect(observer=observer, plant=plant)
     require_match(observer, plant)
     require_real("the error covariance", plant, observer)
     _require_noise(plant, steps)
@@ -237,6 +239,7 @@ def multiply_adds(observer):
     ...                              T=[[-2, 1]], L=[[1, 0], [0, 1]]))
     5
     """
+    expect(observer=observer)
     o = observer
     if o.steps is not None:
         raise ValueError("the count is of a constant observer; take one row's worth")

@@ -16,6 +16,7 @@ from functools import cached_property
 import numpy as np
 import scipy.linalg
 
+from .arguments import expect
 from .errors import CertificateError, DesignError
 
 
@@ -144,6 +145,7 @@ def certify(observer, plant):
     >>> certificate.worst, certificate.stable
     (0.0, True)
     """
+    expect(observer=observer, plant=plant)
     require_match(observer, plant)
     o = observer
     rows = o.steps or 1

@@ -7,6 +7,7 @@ import numpy as np
 import scipy  # its parts load when first used
 
 from .analysis import error_covariance
+from .arguments import expect
 from .arrays import covariance
 from .batches import BLOCK, Batch, join, sums_of, total, whiten
 from .certificate import require_match, require_real
@@ -158,6 +159,7 @@ def monte_carlo(
     >>> found.covariance.shape, found.nees.round(1), found.runs
     ((4, 1, 1), array([0.9, 1.1, 1. , 0.9]), 200)
     """
+    expect(plant=plant, observer=observer)
     _require_runs(plant, observer, runs=runs, steps=steps, chunk=chunk, seed=seed)
     claim = _claim(plant, observer, steps, claimed)
     roots = noise_roots(plant, steps)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from . import frames, kernels
+from .arguments import expect
 from .designs.one_pass import Pass
 from .designs.setting import Settings
 from .recorded import pairs, rows, single
@@ -103,6 +104,7 @@ def filter_data(
     >>> lb.filter_data(plant, [[2], [nan], [2]]).std[:, 0].round(4)
     array([0.7071, 0.7071, 0.5774])
     """
+    expect(plant=plant)
     settings = Settings(plant, m1, weight)
     u0 = frames.entries("u0", u0, plant.input_names)
     u0 = np.zeros(plant.m) if u0 is None else single("u0", u0, plant.m)

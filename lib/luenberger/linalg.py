@@ -16,6 +16,7 @@ SINGULAR_TOL = 1e-13  # 1 - (multiple correlation)^2 below this: a redundant out
 ROUNDING = 1e-14  # a variance this small beside the terms it is made of is zero
 RANK_TOL = 1e-10  # smallest singular value, relative to the largest, called nonzero
 UNIT_TOL = 1e-9  # a pole this close to the unit circle is called on it
+ZERO_TOL = 1e-13  # an eigenvalue this small beside the largest may be a zero
 
 
 @cache
@@ -184,6 +185,15 @@ def eigenvalues(F):
         return F.diagonal().copy()
     blocks = (F[a:b, a:b] for a, b in zip(starts, ends))
     return np.concatenate([np.linalg.eigvals(block) for block in blocks])
+
+
+def decaying(modes, discrete):
+    """Which modes decay; one on the boundary does not, wherever rounding puts it."""
+    size = np.abs(modes)
+    if discrete:
+        return size < 1 - UNIT_TOL
+    least = np.maximum(UNIT_TOL * size, ZERO_TOL * size.max(initial=0.0))
+    return np.real(modes) < -least
 
 
 def require_detectable(A, C):

@@ -204,7 +204,6 @@ class Observer:
         and so is a file of a later "format".
         """
         data = record.read(path, "observer", cls)
-        data.pop("description", None)
         missing = [key for key in "FGDPVTL" if key not in data]
         if missing:
             raise ValueError(f"{path}: the observer has no {missing}")

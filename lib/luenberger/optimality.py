@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from . import kernels
+from .arguments import expect
 from .arrays import covariance
 from .certificate import require_match, require_real
 from .errors import CertificateError, DesignError
@@ -147,6 +148,7 @@ def optimality(observer, plant, *, weight=None, feedthrough=None):
     >>> lb.optimality(lb.kalman_filter(plant), plant).worst < 1e-12
     True
     """
+    expect(observer=observer, plant=plant)
     weight = np.eye(len(observer.L)) if weight is None else weight
     weight = covariance("weight", weight, len(observer.L))
     feedthrough = bool(observer.V.any()) if feedthrough is None else feedthrough

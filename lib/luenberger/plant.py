@@ -290,7 +290,6 @@ class Plant:
         refused, and so is a file of a later "format".
         """
         data = record.read(path, "plant", cls)
-        data.pop("description", None)
         for key in ("A", "C"):
             if key not in data:
                 raise ValueError(f"{path}: the plant has no {key!r}")

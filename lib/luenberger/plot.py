@@ -8,6 +8,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.ticker import LogFormatter
 
+from .arguments import expect
 from .compare import METHODS, Comparison, from_start, transients
 from .observer import Observer
 from .plant import Plant
@@ -54,6 +55,7 @@ def error_variance(shown, plant=None, state=0, ax=None, *, start=0, steps=None):
         shown = transients(shown, steps)[0]
         if not shown:
             raise ValueError("the plant gives no P0 or no noise: there are no curves")
+    expect(shown=shown, plant=plant)
     curves = shown
     if any(isinstance(one, Observer) for one in shown.values()):
         curves = from_start(shown, plant, steps)
@@ -170,6 +172,7 @@ def estimates(plant, time, x, std, state=0, ax=None, *, y=None, label="estimate"
     y : (N,) array_like, optional
         A measurement of this very state, drawn as points.
     """
+    expect(plant=plant)
     ax = ax or plt.gca()
     k = plant.state_names.index(state) if isinstance(state, str) else state
     middle = np.asarray(x)[:, k]
@@ -194,6 +197,7 @@ def gains(shown, plant=None, ax=None, *, start=1):
     ax = ax or plt.gca()
     if isinstance(shown, Comparison):
         plant, shown = shown.plant, shown.recommended().observer
+    expect(shown=shown, plant=plant)
     K, rows = np.asarray(shown.V if isinstance(shown, Observer) else shown), None
     if isinstance(shown, Observer) and not np.array_equal(shown.L, np.eye(plant.n)):
         rows = [f"row {k + 1} of k x" for k in range(len(shown.L))]

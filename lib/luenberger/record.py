@@ -67,7 +67,10 @@ def kind(path):
 
 
 def read(path, kind, cls):
-    """Read the JSON object of a record: known keys, lists, numbers and strings."""
+    """Read the JSON object of a record: known keys, lists, numbers and strings.
+
+    A "description" is a remark for readers of the file and left out.
+    """
     data = inputs.json_object(path, _one(kind))
     said = data.pop("luenberger", kind)
     if said != kind:
@@ -76,6 +79,9 @@ def read(path, kind, cls):
             f"{inputs.short(said)}"
         )
     _check_format(path, data.pop("format", FORMAT))
+    about = data.pop("description", None)
+    if not isinstance(about, str | None):
+        raise ValueError(f"{path}: description must be text, got {inputs.short(about)}")
     known = {field.name for field in dataclasses.fields(cls)} | {"description"}
     unknown = sorted(set(data) - known)
     if unknown:

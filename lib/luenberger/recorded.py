@@ -5,6 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from . import frames
+from .arguments import expect
 from .arrays import entries
 from .certificate import require_real
 from .inputs import short
@@ -68,6 +69,7 @@ def estimate(observer, y, u=None, *, u0=None, z0=None, x0=None, backend="auto"):
            [3.],
            [4.]])
     """
+    expect(observer=observer)
     runs_compiled(backend, 0)
     require_real("estimate", observer)
     if observer.dt == 0:

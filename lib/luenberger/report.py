@@ -2,13 +2,12 @@
 
 import base64
 import io
-import json
-from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
 
 from .compare import percent, sigma
+from .inputs import json_object
 from .show import Prose, Table, number
 
 WIDE = 90  # points of the page for an inch of a picture
@@ -16,7 +15,7 @@ WIDE = 90  # points of the page for an inch of a picture
 
 def title(plant, path):
     """The plant's name as a heading, and what its file says about it."""
-    about = json.loads(Path(path).read_text(encoding="utf-8")).get("description", "")
+    about = json_object(path, "a plant").get("description")
     return Prose(*([about] if about else []), heading=plant.name or "Unnamed plant")
 
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.linalg
 
+from .arguments import expect
 from .certificate import require_match, require_real
 from .linalg import square_root
 from .recorded import real, rows, single, start
@@ -76,6 +77,7 @@ def simulate(plant, observer, t, *, u=None, u0=None, x0=None, z0=None, seed=None
     >>> lb.simulate(plant, observer, 5, x0=[2, 1]).x[:, 0]
     array([3., 4., 5., 6., 7.])
     """
+    expect(plant=plant, observer=observer)
     require_match(observer, plant)
     require_real("simulation", plant, observer)
     if plant.dt == 0:

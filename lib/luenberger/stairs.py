@@ -11,7 +11,7 @@ from scipy.linalg.lapack import get_lapack_funcs
 
 from .arrays import matrix
 from .errors import DesignError
-from .linalg import UNIT_TOL, eigenvalues, modes
+from .linalg import decaying, eigenvalues, modes
 
 RANK_UNITS = 10.0  # default tolerance of a rank decision: 10 max(n, p) eps
 
@@ -280,17 +280,15 @@ def _leads(sizes):
 def _unobservable(hidden, dt):
     """The message: which eigenvalues, and which of them decay."""
     hidden = np.asarray(hidden, dtype=complex)
-    # a mode on the boundary does not decay, whichever side rounding puts it
-    continuous = hidden[hidden.real < -UNIT_TOL * np.abs(hidden)]
-    discrete = hidden[np.abs(hidden) < 1 - UNIT_TOL]
+    continuous, discrete = (hidden[decaying(hidden, k)] for k in (False, True))
     if dt is None:
         stable = (
             f"In continuous time the stable ones are {modes(continuous) or 'none'}; in "
             f"discrete time {modes(discrete) or 'none'}."
         )
     else:
-        decaying = discrete if dt else continuous
-        stable = f"Stable among them: {modes(decaying) or 'none'}."
+        found = discrete if dt else continuous
+        stable = f"Stable among them: {modes(found) or 'none'}."
     return (
         f"not observable: the eigenvalue(s) {modes(hidden)} of A do not reach the "
         f"outputs, so no observer can move them. {stable} Add a sensor that sees them, "

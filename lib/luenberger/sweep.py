@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .analysis import error_covariance
+from .arguments import expect_as
 from .certificate import certify
 from .observer import Observer
 from .parallel import in_order, reporting
@@ -139,6 +140,8 @@ def sweep(designs, plants, *, executor=None, progress=False):
             raise ValueError(
                 f"design {name!r} must be a function of a plant, got {design!r}"
             )
+    for name, plant in plants.items():
+        expect_as(f"plants[{name!r}]", "plant", plant)
     jobs = [
         (name, design, of, plant)
         for of, plant in plants.items()

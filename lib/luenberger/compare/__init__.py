@@ -2,9 +2,9 @@
 
 import numpy as np
 
+from ..arguments import expect
 from ..arrays import matrix
 from ..errors import DesignError
-from ..plant import Plant
 from .attempts import Attempt as Attempt
 from .attempts import attempt
 from .attempts import noisy as noisy
@@ -86,8 +86,7 @@ def compare(plant, *, k=None, orders=None, poles=None, methods=None):
     >>> table.recommended().name
     'Leondes-Novak filter, y1 taken as accurate, best constant gain'
     """
-    if not isinstance(plant, Plant):
-        raise ValueError(f"plant must be a Plant, got {type(plant).__name__}")
+    expect(plant=plant)
     asked = Question(
         plant,
         None if k is None else matrix("k", np.atleast_2d(k), cols=plant.n),

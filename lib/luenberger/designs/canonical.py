@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..arguments import expect
 from ..errors import DesignError
 from . import exact
 from .selection import choose, scaling
@@ -123,6 +124,7 @@ def observability_form(plant, *, selection="interleaved", tol=None):
     >>> [str(entry) for entry in form.Phi[2]]
     ['2', '3', '4']
     """
+    expect(plant=plant)
     form, outputs = find_form(plant, selection, tol, plant.exact is not None)
     spare = sorted(set(range(plant.p)) - set(outputs))
     if spare:

@@ -10,6 +10,7 @@ import warnings
 import numpy as np
 import scipy.linalg
 
+from ..arguments import expect
 from ..certificate import residuals
 from ..errors import DesignError
 from ..linalg import modes
@@ -85,6 +86,7 @@ def deadbeat_observer(plant, *, method="staircase"):
     >>> (observer.P @ observer.D).round(9)[1], observer.V.round(9)[1]
     (array([-5.]), array([5.]))
     """
+    expect(plant=plant)
     require_discrete(plant)
     if method not in ("staircase", "canonical"):
         raise ValueError(f"method must be 'staircase' or 'canonical', got {method!r}")

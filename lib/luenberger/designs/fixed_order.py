@@ -6,6 +6,7 @@ from numbers import Integral
 import numpy as np
 
 from .. import kernels
+from ..arguments import expect
 from ..arrays import matrix
 from ..certificate import residuals
 from ..errors import CertificateError, DesignError
@@ -148,6 +149,7 @@ def fixed_order_search(
     >>> [(round(one.excess, 4), one.observer.F.round(4)) for one in found.minima]
     [(0.049, array([[0.7214]])), (0.0909, array([[-0.8536]]))]
     """
+    expect(plant=plant)
     _require(plant, order, feedthrough, starts, seed)
     L = matrix("L", np.eye(plant.n) if L is None else L, cols=plant.n)
     if len(L) == 0:

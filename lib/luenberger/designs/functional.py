@@ -189,7 +189,7 @@ def _built(admissible, factors, poles):
     error = _error(admissible, found, poles)
     if error > ACCURATE:
         other = orthonormal(A, C, k, found, in_order(poles))
-        better = _error(admissible, other, poles)
+        better = np.inf if other is None else _error(admissible, other, poles)
         if better < error:
             found, error = other, better
     d, outputs = admissible.d, admissible.outputs

@@ -3,7 +3,7 @@
 import numpy as np
 
 from ..errors import DesignError
-from ..linalg import UNIT_TOL, modes
+from ..linalg import decaying, modes
 
 SHOWN = 3  # recurrence rows in a message
 VIOLATED = 1e-10  # a recurrence row this small beside its terms is met
@@ -115,11 +115,21 @@ def _remark(admissible):
 
 
 def _hidden(admissible):
-    """Modes that k sees, no output shows and that do not decay."""
+    """Modes that k sees, no output shows and that do not decay.
+
+    Where rounding has moved them all to the stable side, the slowest.
+    """
     values = admissible.hidden
-    left = np.abs(values) >= 1 - UNIT_TOL
-    if not admissible.discrete:
-        left = values.real >= -UNIT_TOL * np.abs(values)
+    if not len(values):
+        return (
+            "No stable observer of any order was found, though every mode reaches the "
+            "outputs: rounding decides. Scale the states to similar sizes, or give "
+            "the plant and k as Fractions."
+        )
+    left = ~decaying(values, admissible.discrete)
+    if not left.any():
+        slow = np.abs(values) if admissible.discrete else values.real
+        left = slow == slow.max()
     return (
         f"No observer of any order is stable: the plant mode(s) {modes(values[left])} "
         "do not decay and do not reach the outputs, but k sees them. Add a sensor."

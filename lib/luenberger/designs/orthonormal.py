@@ -19,7 +19,7 @@ NULL_TOL = 1e-12  # a singular value this small beside the largest is zero
 
 
 def orthonormal(A, C, k, chain, poles):
-    """A `Chain` with the same poles.
+    """A `Chain` with the same poles; None where rounding leaves no independent row.
 
     `poles` are in the order of the chain's factors, of a pair the one with positive
     imaginary part first.
@@ -34,11 +34,14 @@ def orthonormal(A, C, k, chain, poles):
         pole = poles[i] if paired else poles[i].real
         wanted = pole * chain.T[i] + chain.T[i + 1] if paired else chain.T[i]
         t, f, d = _row(A, C, pole, T, F[below:, below:], D[below:], wanted)
-        me = slice(i, below)
+        me, size = slice(i, below), np.linalg.norm(t)
+        if not size > 0:
+            return None
         if paired:
             t, f, d, F[me, me] = _pair(t, f, d, pole)
+            if not np.isfinite(t).all():
+                return None
         else:
-            size = np.linalg.norm(t)
             t, f, d = t[None] / size, f[None] / size, d[None] / size
             F[i, i] = pole
         F[me, below:], D[me] = f, d
@@ -70,5 +73,6 @@ def _pair(t, f, d, pole):
     a, b = pole.real, pole.imag
     x, y = np.linalg.norm(t.real), np.linalg.norm(t.imag)
     size = np.array([[x], [y]])
-    t, f, d = (np.array([v.real, v.imag]) / size for v in (t, f, d))
-    return t, f, d, np.array([[a, -b * y / x], [b * x / y, a]])
+    with np.errstate(divide="ignore", invalid="ignore"):  # of a part that vanishes
+        t, f, d = (np.array([v.real, v.imag]) / size for v in (t, f, d))
+        return t, f, d, np.array([[a, -b * y / x], [b * x / y, a]])

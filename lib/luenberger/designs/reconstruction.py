@@ -4,6 +4,7 @@ import warnings
 
 import numpy as np
 
+from ..arguments import expect
 from ..arrays import as_array, matrix
 from ..arrays import exact as rational
 from .canonical import find_form, require_discrete, solve_left
@@ -67,6 +68,7 @@ def reconstruct_state(plant, y, u=None, *, at="start", selection="interleaved"):
            [2., 3.],
            [5., 4.]])
     """
+    expect(plant=plant)
     require_discrete(plant)
     if at not in ("start", "end"):
         raise ValueError(f"at must be 'start' or 'end' of the window, got {at!r}")

@@ -15,6 +15,7 @@ from functools import cached_property
 
 import numpy as np
 
+from ..arguments import expect
 from ..arrays import as_array, matrix, vector
 from ..arrays import exact as exact_k
 from ..certificate import require_real
@@ -264,6 +265,7 @@ def recurrences(plant, k, *, orders=None):
 
 def functionals(plant, k):
     """k as a matrix of rows: Fractions when plant and k are exact, else floats."""
+    expect(plant=plant)
     if plant.steps is not None:
         raise DesignError(
             "Moore's observers are for a constant plant, and this one varies over "

@@ -8,6 +8,7 @@ import warnings
 import numpy as np
 from scipy.linalg.lapack import get_lapack_funcs
 
+from ..arguments import expect
 from ..arrays import entries
 from ..errors import DesignError
 from ..observer import Observer
@@ -90,6 +91,7 @@ def reduced_order_observer(plant, poles, *, method="minimum-norm"):
     >>> lb.certify(observer, plant).worst < 1e-14
     True
     """
+    expect(plant=plant)
     form = _stairs(plant, method)
     form = echelon.firm(form) if method == "back-substitution" else form
     poles, pairs = arranged(poles, len(form.A) - form.rank, plant)

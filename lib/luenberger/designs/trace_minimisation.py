@@ -3,6 +3,7 @@
 import numpy as np
 
 from .. import kernels
+from ..arguments import expect
 from ..certificate import certify
 from ..errors import DesignError
 from ..observer import Observer
@@ -138,6 +139,7 @@ def reduced_order_filter(
     >>> observer.order, observer.poles.real.round(12)
     (1, array([-0.26794919]))
     """
+    expect(plant=plant)
     kernels.runs_compiled(backend, 0)
     if horizon not in ("step", "steady"):
         raise ValueError(f"horizon must be 'step' or 'steady', got {horizon!r}")

@@ -1,7 +1,7 @@
 """Observers for elsewhere: C99 source, python-control and scipy.signal systems."""
 
 from .. import certificate
-from ..observer import Observer
+from ..arguments import expect, expect_as
 from ..plant import Plant
 from . import constant, recursive
 from .files import write_pair
@@ -80,6 +80,9 @@ def to_c(
     speed.c speed.h
     True
     """
+    expect(source=source)
+    if plant is not None:
+        expect_as("plant=", "plant", plant)
     identifier(name)
     if dtype not in ("double", "float"):
         raise ValueError(f"dtype must be 'double' or 'float', got {dtype!r}")
@@ -87,14 +90,10 @@ def to_c(
         if plant is not None:
             raise ValueError("plant= goes with an observer; the source is a plant")
         texts = recursive.texts(source, m1 or 0, weight, name, dtype)
-    elif isinstance(source, Observer):
+    else:
         if m1 is not None or weight is not None:
             raise ValueError("m1 and weight go with a plant; the source is an observer")
         certificate.require_real("C export", source)
         constant.require_exportable(source)
         texts = constant.texts(source, name, dtype, signals(source, plant))
-    else:
-        raise ValueError(
-            f"source must be an Observer or a Plant, got {type(source).__name__}"
-        )
     return write_pair(path, texts)

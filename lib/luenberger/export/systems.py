@@ -4,6 +4,7 @@ import numpy as np
 import scipy.linalg
 
 from .. import statespace
+from ..arguments import expect, expect_as
 from ..arrays import matrix
 from ..certificate import certify, require_real
 from ..errors import DesignError
@@ -56,6 +57,9 @@ def to_control(source, *, plant=None):
     >>> to_control(observer).input_labels, to_control(observer).dt
     (['u1', 'y1'], 1.0)
     """
+    expect(source=source)
+    if plant is not None:
+        expect_as("plant=", "plant", plant)
     import control
 
     given = _matrices(source, plant)
@@ -113,6 +117,7 @@ def to_scipy(source):
     >>> to_scipy(observer).B
     array([[1., 2.]])
     """
+    expect(source=source)
     import scipy.signal
 
     options = {"dt": source.dt} if source.dt else {}
@@ -167,6 +172,7 @@ def from_statespace(sys, plant, *, T=None, L=None):
     (array([[1., 0.],
            [0., 1.]]), array([[ 0.5, -1. ]]))
     """
+    expect(sys=sys, plant=plant)
     F, G, D, P, V, W = _parts(sys, plant)
     T = _tracked(F, D, P, V, plant) if T is None else matrix("T", T, cols=plant.n)
     if L is None:

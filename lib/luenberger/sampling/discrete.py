@@ -4,6 +4,7 @@ import numpy as np
 import scipy.linalg
 
 from .. import kernels
+from ..arguments import expect
 from ..arrays import numbers
 from ..errors import DesignError
 from ..plant import Plant
@@ -60,6 +61,7 @@ def discretise(plant, periods):
     >>> sampled.A[:2, 0, 1], sampled.Q[:2, 0, 0]
     (array([1., 2.]), array([1., 8.]))
     """
+    expect(plant=plant)
     _require(plant)
     periods = _periods(periods)
     unique, where = np.unique(periods, return_inverse=True)
@@ -129,8 +131,6 @@ def _periods(periods):
 
 
 def _require(plant):
-    if not isinstance(plant, Plant):
-        raise ValueError(f"plant must be a Plant, got {type(plant).__name__}")
     if plant.dt != 0:
         raise DesignError(
             f"the plant has dt = {plant.dt:g}, it is discrete already; give the "

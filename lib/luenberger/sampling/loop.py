@@ -8,6 +8,7 @@ from numbers import Real
 
 import numpy as np
 
+from ..arguments import expect
 from ..arrays import numbers
 from ..errors import DesignError
 from .references import step
@@ -149,6 +150,7 @@ def simulate(
     >>> run.samples, round(run.E, 4)
     (20, 0.0552)
     """
+    expect(law=law, plant=plant)
     _require_options(law, duration, rate, first_rate)
     loop = Loop(plant, step() if reference is None else reference, duration)
     s, t, E, rows = loop.start(x0), 0.0, 0.0, []

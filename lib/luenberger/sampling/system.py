@@ -116,8 +116,6 @@ def absolute_integral(coefficients):
 
 
 def require_plant(plant):
-    if not isinstance(plant, Plant):
-        raise ValueError(f"plant must be a Plant, got {type(plant).__name__}")
     if plant.dt != 0:
         raise DesignError(
             f"the plant has dt = {plant.dt:g}: it is sampled already, and what happens "
