@@ -5,7 +5,7 @@ any covariances: no pseudo-inverse, no tolerance, no opinion on what is nearly z
 Matrices are object arrays of Fractions; floats are taken as they are, bit for bit.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import NamedTuple
 
@@ -180,6 +180,29 @@ class Problem:
     def exact(self):
         """The exact estimates."""
         return run(self.model, self.y, accurate=self.accurate)
+
+    def damaged(self, rng):
+        """The same with one reading changed by a part of its output's largest."""
+        at = np.argwhere(self.y != None)  # noqa: E711, entry by entry
+        y = self.y.copy()
+        if len(at):
+            k, j = at[rng.integers(len(at))]
+            largest = max(abs(v) for v in y[:, j] if v is not None)
+            y[k, j] += Fraction(int(rng.integers(1, 50)), 100) * largest
+        return replace(self, y=y)
+
+    def sensitivity(self, found):
+        """How far P moves where P0 grows by 1e-20 of what it is, in each state.
+
+        A state that is known exactly may have an error that grows 200 times a step:
+        then rounding becomes a variance too, in any filter that rounds.
+        """
+        size = (self.plant.P0 + self.plant.Q).diagonal()
+        size = np.where(size > 0, size, max(size.max(), 1e-12))
+        more = rational(1e-20 * np.diag(size))
+        more = self.model._replace(P0=self.model.P0 + more)
+        moved = run(more, self.y, accurate=self.accurate)
+        return self.errors(*as_floats(moved), found)[1]
 
     def errors(self, x, P, found):
         """Largest errors of x and P, beside what they were made of.

@@ -94,7 +94,7 @@ def filter_data(
     ----------
     Leondes and Novak (1974), equations (27)-(36), (41)-(43);
     derivations/trace_minimisation.py; derivations/missing_outputs.py;
-    derivations/one_pass.py.
+    derivations/one_pass.py; derivations/square_root.py where a covariance is singular.
 
     Examples
     --------

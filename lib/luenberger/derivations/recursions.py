@@ -134,7 +134,14 @@ def observer():
 
 @cache
 def decorrelation():
-    """The plant driven by the part of w that v does not show, J = S R^+."""
+    """The plant driven by the part of w that v does not show, J = S R^+.
+
+    Where R is singular, J R = S leaves J free in the directions b with b'R = 0, and
+    J + Z b' adds Z b'rho to the prediction.  That is zero for the Kalman filter, which
+    meets noise-free outputs exactly, and for accurate outputs without noise.  Beside a
+    noisy output taken at its word it is -b'C Gamma R M^-1 times the innovation: there
+    the gain (33), and its trace, are those of the J that is taken (`square_root`).
+    """
     A, Q, As, Qs = square("A Q As Qs")
     (C,) = matrices("C", p, n)
     S, J = matrices("S J", n, p)

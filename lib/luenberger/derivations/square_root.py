@@ -16,7 +16,7 @@ from dataclasses import replace
 from functools import cache
 
 import sympy as sp
-from sympy import Identity, MatrixSymbol
+from sympy import Identity, MatrixSymbol, ZeroMatrix
 
 from ..symbolic import Algebra, claims
 from . import Derivation, Solve, Stage
@@ -206,7 +206,7 @@ def root_decorrelation():
     (Nw,), (Nv,), (J,) = matrices("Nw", n, q), matrices("Nv", p, q), matrices("J", n, p)
     (G,) = matrices("G", n, q)
     found = Derivation((Nw, Nv, J), (Stage(G, Nw - J * Nv),), source=SOURCE)
-    return replace(found, steps=_is_the_noise(found))
+    return replace(found, steps=_is_the_noise(found) | _which_J())
 
 
 def _is_the_noise(derivation):
@@ -224,3 +224,25 @@ def _is_the_noise(derivation):
         ],
     )
     return claims(algebra, {"G G' = Qs": (f["G"] * f["G"].T, old.unfolded()["Qs"])})
+
+
+def _which_J():
+    """R singular, b'R = 0: J + Z b' is as good a J, and tells the filter b'rho too."""
+    (C,), (R, M), (Omega,) = matrices("C", p, n), square("R M", p), square("Omega")
+    J, S, Gamma = matrices("J S Gamma", n, p)
+    b, Z = MatrixSymbol("b", p, q), MatrixSymbol("Z", n, q)
+    Kmv = Omega * C.T * M.I
+    K = Kmv + Gamma - Gamma * C * Kmv
+    free = Algebra([R], [(S, J * R), (b.T * R, ZeroMatrix(q, p))])
+    blind = Algebra([M, Omega], [(b.T * C * Omega * C.T, b.T * M)])  # b'(M - R)
+    return claims(
+        free, {"R singular: (J + Z b') R = S where b'R = 0": ((J + Z * b.T) * R, S)}
+    ) | claims(
+        blind,
+        {
+            "R singular: b'(I - C K) M = -b'C Gamma R, b'rho is zero if that is": (
+                b.T * (Identity(p) - C * K) * M,
+                -b.T * C * Gamma * (M - C * Omega * C.T),
+            )
+        },
+    )

@@ -42,7 +42,8 @@ class Agreement:
         self.before[np.diag_indices(len(C))] += (EPS * self.size) ** 2
         rounding = new["Y"] @ rounding @ new["Y"].T
         size = made_of + (new["K_size"] + np.abs(new["K"])) @ self.size
-        self.mixed = EPS * np.linalg.norm(self.size / new["unit"])
+        self.some = new["unit"] > 0
+        self.mixed = EPS * np.linalg.norm(self.size[self.some] / new["unit"][self.some])
         rounding[np.diag_indices(len(A))] += (EPS * size) ** 2
         self.rounding = rounding
 
@@ -51,7 +52,7 @@ class Agreement:
         left = np.abs(known.T @ innovation)
         size = CONFLICT_TOL * (np.abs(known).T @ self.size)
         grown = np.sqrt(np.einsum("ji,jk,ki->i", known, self.before, known))
-        size += CLEAR * (grown + self.mixed)
+        size += CLEAR * (grown + self.mixed * known[self.some].any(axis=0))
         bad = left > size
         if bad.any():
             part = np.abs(known[:, bad]).max(axis=1)

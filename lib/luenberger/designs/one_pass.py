@@ -99,15 +99,12 @@ class Pass:
             u=self.u[:, None], y=y[seen, None], u_next=u[:, None],
         )  # fmt: skip
         if now.blind.size:
-            made_of = np.abs(A) @ np.abs(self.x) + np.abs(B) @ np.abs(self.u[:, None])
-            read = np.abs(y[seen, None]) + np.abs(now.E) @ np.abs(u[:, None])
             self.agreement.step(
-                move.A,
-                now.C,
-                new,
-                (made_of + np.abs(J) @ np.abs(rho))[:, 0],
-                read[:, 0],
-            )
+                move.A, now.C, new,
+                made_of=move.size @ np.abs(self.x[:, 0]) + np.abs(B) @ np.abs(self.u)
+                + np.abs(J) @ np.abs(rho[:, 0]),
+                read=np.abs(y[seen]) + np.abs(now.E) @ np.abs(u),
+            )  # fmt: skip
             names = [self.plant.output_names[j] for j in np.flatnonzero(seen)]
             self.agreement.require(known, moved["innovation"][:, 0], names, self.i)
         self.x, self.u = moved["x_next"], u

@@ -14,17 +14,21 @@ from ..factors import CLEAR, EPS, factor, lengths, safe, shorten
 
 
 class Move(NamedTuple):
-    """What leads from an instant to the next: A, Q, and G with G G' = Q."""
+    """What leads from an instant to the next: A, Q, and G with G G' = Q.
+
+    ``size`` holds the magnitudes that the entries of A are sums of.
+    """
 
     A: np.ndarray
     Q: np.ndarray
     G: np.ndarray
+    size: np.ndarray
 
 
 def first_move(plant):
     """What leads from P0 to the first sample."""
     A, _, Q = plant.first_step()
-    return Move(A, Q, factor(Q))
+    return Move(A, Q, factor(Q), np.abs(A))
 
 
 class Spread(NamedTuple):
@@ -78,7 +82,8 @@ def root_step(now, move, spread):
     rounding[np.diag_indices(len(half))] += (EPS * size) ** 2
     found["Omega"], Sigma = H_minus @ H_minus.T, half @ half.T
     found["Sigma_next"] = Sigma
-    if not now.blind.size and safe(Sigma, found["Omega"].diagonal()):
+    made_of = rounding.diagonal() / EPS**2
+    if not now.blind.size and safe(Sigma, made_of):
         return found, Spread(Sigma), known
     return found, Spread(Sigma, half, rounding), known
 
@@ -88,7 +93,7 @@ def ahead(move, spread):
     A = move.A
     H_minus = np.concatenate([A @ spread.half, move.G], axis=1)
     rounding = A @ spread.rounding @ A.T
-    size = np.abs(A) @ lengths(spread.half) + lengths(move.G)
+    size = move.size @ lengths(spread.half) + lengths(move.G)
     rounding[np.diag_indices(len(A))] += (EPS * size) ** 2
     return H_minus, rounding
 
@@ -101,15 +106,20 @@ def visible(now, H_minus, unit):
     """
     L = now.C @ H_minus
     Z = np.concatenate([L, now.V], axis=1)
-    unit = np.where(unit > 0, unit, 1.0)
-    if Z.shape[1] < len(Z):
-        Z = np.pad(Z, ((0, 0), (0, len(Z) - Z.shape[1])))
-    U, D, Tt = np.linalg.svd(Z / unit[:, None], full_matrices=False)
+    some = unit > 0  # an output of no size at all is known, and mixes with no other
+    W = unit[some, None]
+    scaled = Z[some] / W
+    if scaled.shape[1] < len(scaled):
+        scaled = np.pad(scaled, ((0, 0), (0, len(scaled) - scaled.shape[1])))
+    U, D, Tt = np.linalg.svd(scaled, full_matrices=False)
     keep = D > CLEAR
-    T = Tt[keep, : H_minus.shape[1]].T
-    Kmv = (H_minus @ T / D[keep]) @ U[:, keep].T / unit
-    # the rounding of an entry is that of its row of Kmv W, whose columns are alike
-    size = lengths(Kmv * unit)[:, None] / unit
-    return dict(L=L, M=Z @ Z.T, Kmv=Kmv, unit=unit, K_size=size), U[:, ~keep] / unit[
-        :, None
-    ]
+    Kmv, K_size = np.zeros((2, len(H_minus), len(Z)))
+    rows = H_minus @ Tt[keep, : H_minus.shape[1]].T / D[keep]  # of Kmv W U
+    Kmv[:, some] = rows @ U[:, keep].T / W.T
+    # the rounding of an entry of Kmv W is that of its row
+    K_size[:, some] = lengths(rows)[:, None] / W.T
+    known = np.eye(len(Z))[:, ~some]
+    mixed = np.zeros((len(Z), int((~keep).sum())))
+    mixed[some] = U[:, ~keep] / W
+    found = dict(L=L, M=Z @ Z.T, Kmv=Kmv, unit=unit, K_size=K_size)
+    return found, np.concatenate([known, mixed], axis=1)

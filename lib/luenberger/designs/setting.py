@@ -125,13 +125,13 @@ class Settings:
 def _decorrelated(A, C, Q, R, S, J):
     """What leads to the next instant, driven by the part of w that v does not show."""
     if not S.any():
-        return Move(A, Q, factor(Q))
+        return Move(A, Q, factor(Q), np.abs(A))
     As = kernels.decorrelation("As")(A=A, C=C, J=J)["As"]
     joint = factor(np.block([[Q, S], [S.T, R]]))
     Nw, Nv = joint[: len(A)], joint[len(A) :]
     G = kernels.root("decorrelation")(Nw=Nw, Nv=Nv, J=J)["G"]
     G = clear(G, lengths(Nw) + np.abs(J) @ lengths(Nv))
-    return Move(As, G @ G.T, G)
+    return Move(As, G @ G.T, G, np.abs(A) + np.abs(J) @ np.abs(C))
 
 
 def require_noise(plant):

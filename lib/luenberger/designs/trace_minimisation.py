@@ -123,10 +123,16 @@ def reduced_order_filter(
     definite to be unique; with redundant noise-free outputs the gain of least norm
     is taken, and the estimate is the same.
 
+    S enters through J with J R = S.  Where R is singular there are many J, and
+    J = S R^+ (outputs at unit variance) is taken: the residual of a noise-free output
+    does not enter the prediction.  Which J it is matters only where a noisy output is
+    taken at its word beside a noise-free one that is not; take that one as accurate
+    too, and it does not.
+
     References
     ----------
     Leondes and Novak (1974), equations (14), (15), (24)-(36);
-    derivations/trace_minimisation.py.
+    derivations/trace_minimisation.py; derivations/square_root.py.
 
     Examples
     --------
