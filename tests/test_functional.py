@@ -10,8 +10,9 @@ from pairs import with_stairs
 
 import luenberger as lb
 from luenberger.designs import cascade
+from luenberger.designs.driven import driven
 from luenberger.designs.orthonormal import orthonormal
-from luenberger.designs.recurrences import recurrences
+from luenberger.designs.recurrences import Admissible, recurrences
 
 half = Fraction(1, 2)
 
@@ -242,27 +243,30 @@ def test_noise_passes_only_through_the_states():
     assert np.allclose(found, o.P @ steady @ o.P.T)
 
 
-# -- the chain and the orthonormal rows ---------------------------------------------
+# -- the chain, the rows driven to zero and the orthonormal rows --------------------
 
 
 @pytest.mark.parametrize("p", [1, 2])
-def test_one_factor_or_many_or_orthonormal_rows_are_the_same_observer(p):
+def test_a_chain_of_one_factor_or_many_and_other_rows_are_the_same_observer(p):
     rng = np.random.default_rng(21)
     poles = np.array([-1 + 2j, -1 - 2j, -3, -0.5 + 0.1j, -0.5 - 0.1j])
     plant, k = truth(rng, 12, [p for p in poles if p.imag >= 0], 0.0, p)
     A, C = plant.A, plant.C
     single = cascade.chain(A, C, k, [np.poly(poles).real[:0:-1]])
     many = cascade.chain(A, C, k, [[5, 2], [3], [0.26, 1]])
+    steps = driven(A, C, k, poles)
     other = orthonormal(A, C, k, many, poles)
     values = []
-    for one in (single, many, other):
+    for one in (single, many, steps, other):
         assert np.abs(one.T @ A - one.F @ one.T - one.D @ C).max() < 1e-8
         assert np.abs(one.P @ one.T - k).max() < 1e-10
         assert np.allclose(np.poly(one.F), np.poly(poles).real, rtol=1e-9)
         values.append(one.P @ np.linalg.solve(0.7j * np.eye(5) - one.F, one.D))
+    assert np.allclose(np.linalg.norm(steps.T, axis=1), 1, atol=1e-12)
     assert np.allclose(other.T @ other.T.T, np.eye(5), atol=1e-12)
     assert np.allclose(values, values[0], rtol=1e-7)
-    assert (other.F.diagonal() == poles.real).all()
+    for one in (steps, other):
+        assert (one.F.diagonal() == poles.real).all()
 
 
 def test_digits_that_cancel_in_the_chain_are_kept_by_orthonormal_rows():
@@ -280,6 +284,53 @@ def test_digits_that_cancel_in_the_chain_are_kept_by_orthonormal_rows():
     observer = lb.functional_observer(plant, k, poles=[-1] * 10)
     assert error(chain) > 1e-9 > 1e-11 > error(observer)
     assert (observer.poles == -1).all()
+
+
+def large(n, p, dt, seed=1):
+    rng = np.random.default_rng(seed)
+    A = rng.standard_normal((n, n)) / np.sqrt(n) - (0 if dt else 1.2) * np.eye(n)
+    plant = lb.Plant(A, None, rng.standard_normal((p, n)), dt=dt)
+    return plant, rng.standard_normal(n)
+
+
+def test_digits_that_high_powers_of_the_plant_cancel_are_kept_step_by_step():
+    plant, k = large(80, 2, 0.0)
+    poles = np.full(40, -1 + 0j)
+    chain = cascade.chain(plant.A, plant.C, k, [[1.0]] * 40)
+    steps = driven(plant.A, plant.C, k, poles)
+
+    def error(o):
+        dynamics = o.T @ plant.A - o.F @ o.T - o.D @ plant.C
+        there = o.P @ (np.linalg.solve(-o.F, dynamics) + o.T) - k
+        return np.linalg.norm(there) / np.linalg.norm(k)
+
+    assert error(chain) > 3e-8 > 3e-9 > error(steps)
+    assert not np.tril(steps.F, -1).any() and (steps.F.diagonal() == -1).all()
+
+
+def test_two_hundred_states_take_seconds():
+    """Fewer than n / p states would give 200 equations too few unknowns; see it run."""
+    plant, k = large(200, 5, 1.0)
+    observer = lb.functional_observer(plant, k)
+    assert observer.order == 34  # the least r with r (p + 1) >= n
+    lb.certify(observer, plant).require(1e-9)
+    x, z = np.random.default_rng(2).standard_normal(200), np.zeros(34)
+    for _ in range(400):
+        x, z = plant.A @ x, observer.F @ z + observer.D @ (plant.C @ x)
+    found = observer.P @ z
+    assert abs(found - k @ x) < 1e-6 * np.linalg.norm(k) * np.linalg.norm(x)
+
+
+def test_where_rounding_spoils_order_after_order_few_are_tried(monkeypatch):
+    tried, answer = [], Admissible.answer
+    monkeypatch.setattr(
+        Admissible, "answer", lambda self, r: tried.append(r) or answer(self, r)
+    )
+    plant, k = large(60, 2, 0.0)
+    observer = lb.functional_observer(plant, k)
+    lb.certify(observer, plant).require(1e-9)
+    assert observer.order == 30 == tried[-1]  # any poles: r p >= n
+    assert len(tried) < 25 and tried == sorted(tried)
 
 
 # -- several functionals, none, hidden modes ----------------------------------------

@@ -14,6 +14,7 @@ from ..arrays import exact as rational
 from ..observer import Observer
 from . import exact, inadmissible
 from .cascade import Chain, chain, factors_of, in_order
+from .driven import driven
 from .orthonormal import orthonormal
 from .recurrences import Admissible, functionals
 from .staircase import arranged
@@ -22,6 +23,8 @@ from .trace_minimisation import certified
 ACCURATE = 1e-12  # an error of the estimate, relative to k, that needs no better
 LOST_TOL = 1e-6  # an error above it is not rounding
 RESIDUAL_TOL = 1e-10  # of T A - F T = D C, beside its terms
+DEPENDENT = 1e-8  # rows of T so dependent, at length one, say little of each other
+PATIENCE = 3  # orders that rounding spoils before others are left out
 
 
 def functional_observer(plant, k, *, order=None, poles=None):
@@ -88,7 +91,8 @@ def functional_observer(plant, k, *, order=None, poles=None):
     `luenberger.designs.recurrences` says for each order which it was.  With floats
     all this holds up to rounding: terms that cancel to a relative 1e-12 count as
     zero, and an order is passed over, or refused, where rounding would put an error
-    of more than 1e-6 k x into the estimate.
+    of more than 1e-6 k x into the estimate.  After three such orders the next one tried
+    is that from which on any poles are possible, and then some of those above it.
 
     See Also
     --------
@@ -147,10 +151,11 @@ def _chain(plant, k, order, poles):
     """The observer of one row k, in the user's coordinates."""
     if poles is not None:
         return _with_poles(plant, k, poles)
-    admissible, error = Admissible(plant, k), None
+    admissible = Admissible(plant, k)
     if order is None and not k.any():
         return chain(admissible.A, admissible.C, admissible.k, [])
-    for r in range(1, plant.n + 1) if order is None else [order]:
+    least, lost, r = np.inf, 0, 1 if order is None else order
+    while r <= plant.n:
         recurrence, answer = admissible.answer(r)
         if recurrence.stable:
             factors = _factors(admissible, answer, recurrence.dimension == r)
@@ -159,7 +164,22 @@ def _chain(plant, k, order, poles):
                 return found
             if admissible.exactly:  # floats may have better coordinates
                 return _chain(plant, k.astype(float), order, None)
-    raise inadmissible.no_order(admissible, order, error)
+            least, lost = min(least, error), lost + 1
+        if order is not None:
+            break
+        r = _next_order(r, lost, admissible)
+    raise inadmissible.no_order(admissible, order, least if lost else None)
+
+
+def _next_order(r, lost, admissible):
+    """The order to try after r, when rounding has spoiled so many.
+
+    It hardly stops doing so, but where any poles are possible: there the roots may
+    coincide.
+    """
+    if lost <= PATIENCE:
+        return r + 1
+    return max(len(admissible.found), r + 2 ** (lost - PATIENCE - 1))
 
 
 def _with_poles(plant, k, poles):
@@ -179,7 +199,7 @@ def _with_poles(plant, k, poles):
 def _built(admissible, factors, poles):
     """The observer in the user's units, and its error: see `_error`.
 
-    In orthonormal coordinates where the chain has lost digits.
+    Where the chain has lost digits others are tried, which lose fewer.
     """
     A, C, k = admissible.A, admissible.C, admissible.k
     found = chain(A, C, k, factors)
@@ -187,13 +207,21 @@ def _built(admissible, factors, poles):
         return found, _error_of_rounding(admissible, found, poles)
     found = _scaled(admissible, found)
     error = _error(admissible, found, poles)
-    if error > ACCURATE:
-        other = orthonormal(A, C, k, found, in_order(poles))
-        better = np.inf if other is None else _error(admissible, other, poles)
+    for other in _others(A, C, k, in_order(poles)):
+        if error <= ACCURATE:
+            break
+        better = _error(admissible, other, poles)
         if better < error:
             found, error = other, better
     d, outputs = admissible.d, admissible.outputs
     return dataclasses.replace(found, T=found.T / d, D=found.D / outputs), error
+
+
+def _others(A, C, k, poles):
+    found = driven(A, C, k, poles)
+    yield found
+    if len(C) == 1 or np.linalg.matrix_rank(found.T, DEPENDENT) == len(poles):
+        yield orthonormal(A, C, k, found, poles)
 
 
 def _error_of_rounding(admissible, found, poles):

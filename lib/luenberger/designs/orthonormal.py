@@ -9,11 +9,14 @@ first.  Row t for the pole a satisfies
 so [t, -f, -d] is in the left null space of [A - a I; T_below; C]; in it the vector
 closest to the chain's row is taken, and t turned orthogonal to the rows below.  F is
 upper triangular, with 2 x 2 blocks for conjugate pairs, so the poles stay exact.
+
+With one output there is no choice but of sign, and what the chain lost does not count.
 """
 
 import numpy as np
 
 from .cascade import Chain
+from .driven import pivoted
 
 NULL_TOL = 1e-12  # a singular value this small beside the largest is zero
 
@@ -53,8 +56,8 @@ def _row(A, C, pole, T, F, D, wanted):
     """t, f, d with t (A - pole I) = f T + d C, t orthogonal to T and near `wanted`."""
     n, below = len(A), len(T)
     pencil = np.vstack([A - pole * np.eye(n), T, C])
-    left, values, _ = np.linalg.svd(pencil)
-    null = left[:, int((values > NULL_TOL * values[0]).sum()) :].conj().T
+    left, rank = pivoted(pencil, NULL_TOL)
+    null = left[:, rank:].conj().T
     outside = null[:, :n] - (null[:, :n] @ T.T) @ T
     wanted = wanted - (wanted @ T.T) @ T
     wanted = wanted / max(np.linalg.norm(wanted), np.finfo(float).tiny)

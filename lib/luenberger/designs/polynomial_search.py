@@ -11,6 +11,10 @@ GRID = np.sin(np.linspace(0.01, np.pi / 2, 120))  # radii, denser towards 1
 POWERS = (6, 20, 60)  # of the means that replace the radius, which is not smooth
 DESCENTS = 8  # from the best starts, if none of the first finds a stable one
 ENOUGH = 3
+SIMPLEX = 8  # dimensions in which Nelder-Mead still gains on BFGS
+STEPS = 80  # of a descent; fewer above the degree LARGE, where a step costs r^3
+LARGE = 30
+PLAIN = 20  # how many numbers k of roots at -rho are tried, about
 
 
 def search(basis, discrete):
@@ -32,16 +36,18 @@ def search(basis, discrete):
         starts += [np.array([x]) for x in np.tan(np.linspace(-1.55, 1.55, 201))]
     found = []
     for count, start in enumerate(sorted(starts, key=value)[:DESCENTS]):
-        if count >= ENOUGH and min(map(value, found)) < 1:
+        large = len(g0) > LARGE + 1
+        if count >= ENOUGH and (large or min(map(value, found)) < 1):
             break
         found += [start, *_descent(start, g0, Z, weight)]
-    best = scipy.optimize.minimize(
-        value,
-        min(found, key=value),
-        method="Nelder-Mead",
-        options=dict(maxfev=150 * Z.shape[1], xatol=1e-10, fatol=1e-12),
-    )
-    several.append(np.roots((weight * (g0 + Z @ best.x))[::-1]))
+    best = min(found, key=value)
+    if len(best) <= SIMPLEX:
+        calls = 2 * len(best) * _steps(len(g0) - 1)
+        options = dict(maxfev=calls, xatol=1e-10, fatol=1e-12)
+        best = scipy.optimize.minimize(
+            value, best, method="Nelder-Mead", options=options
+        ).x
+    several.append(np.roots((weight * (g0 + Z @ best))[::-1]))
     zeta = min(several, key=lambda roots: np.abs(roots).max())
     return zeta if discrete else (zeta - 1) / (zeta + 1)
 
@@ -75,7 +81,7 @@ def _candidates(g0, Z, weight):
         def determinant(rho, system=system):
             return np.linalg.det(system(rho))
 
-        values = [determinant(rho) for rho in GRID]
+        values = np.linalg.det(np.array([system(rho) for rho in GRID]))
         for low, high, u, v in zip(GRID, GRID[1:], values, values[1:]):
             if u * v < 0:
                 rho = scipy.optimize.brentq(determinant, low, high)
@@ -87,7 +93,7 @@ def _candidates(g0, Z, weight):
 
 def _plain(r):
     """Roots of polynomials to be projected on the family."""
-    for k in range(r + 1):
+    for k in range(0, r + 1, max(1, r // PLAIN)):
         for rho in (0.3, 0.8):
             yield np.r_[np.full(r - k, rho), np.full(k, -rho)]
 
@@ -97,9 +103,13 @@ def _descent(c, g0, Z, weight):
     for power in POWERS:
         c = scipy.optimize.minimize(
             _mean, c, (g0, Z, weight, power), jac=True, method="BFGS",
-            options=dict(maxiter=80),
+            options=dict(maxiter=_steps(len(g0) - 1)),
         ).x  # fmt: skip
         yield c
+
+
+def _steps(r):
+    return max(5, int(STEPS * min(1, LARGE / r) ** 3))
 
 
 def _mean(c, g0, Z, weight, power):

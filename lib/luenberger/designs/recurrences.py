@@ -111,11 +111,15 @@ class Admissible:
         """Orthonormal rows, level by level, and what no output sees last."""
         return levels(self.A, self.C, default_tol(len(self.A)))
 
+    @cached_property
+    def _complete(self):
+        """An orthonormal basis that begins with what the outputs see, by levels."""
+        seen = np.vstack([np.zeros((0, len(self.A))), *self.found])
+        return np.linalg.qr(seen.T, mode="complete")[0]
+
     def unseen(self, r):
         """Orthonormal columns N that C, CA, .., CA^(r-1) do not see; floats only."""
-        seen = np.vstack([np.zeros((0, len(self.A))), *self.found[:r]])
-        full = np.linalg.qr(seen.T, mode="complete")[0]
-        return full[:, len(seen) :]
+        return self._complete[:, sum(map(len, self.found[:r])) :]
 
     @cached_property
     def hidden(self):
