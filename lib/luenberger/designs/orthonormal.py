@@ -35,7 +35,7 @@ def orthonormal(A, C, k, chain, poles):
         i -= 2 if paired else 1
         below = i + (2 if paired else 1)
         pole = poles[i] if paired else poles[i].real
-        wanted = pole * chain.T[i] + chain.T[i + 1] if paired else chain.T[i]
+        wanted = _complex_row(chain, i, pole) if paired else chain.T[i]
         t, f, d = _row(A, C, pole, T, F[below:, below:], D[below:], wanted)
         me, size = slice(i, below), np.linalg.norm(t)
         if not size > 0:
@@ -50,6 +50,12 @@ def orthonormal(A, C, k, chain, poles):
         F[me, below:], D[me] = f, d
         T = np.vstack([t, T])
     return Chain(F, D, T, (k @ T.T)[None])
+
+
+def _complex_row(chain, i, pole):
+    """The row of the pole alone in the span of rows i and i + 1, which share a pair."""
+    share = (pole - chain.F[i + 1, i + 1]) / chain.F[i, i + 1]
+    return share * chain.T[i] + chain.T[i + 1]
 
 
 def _row(A, C, pole, T, F, D, wanted):

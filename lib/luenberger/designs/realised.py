@@ -43,7 +43,9 @@ def _others(A, C, k, poles):
     found = driven(A, C, k, poles)
     yield found
     if len(C) == 1 or np.linalg.matrix_rank(found.T, DEPENDENT) == len(poles):
-        yield orthonormal(A, C, k, found, poles)
+        found = orthonormal(A, C, k, found, poles)
+        if found is not None:
+            yield found
 
 
 def _error_of_rounding(admissible, found, poles):
