@@ -28,6 +28,7 @@ from .operators import Differential, Expect, Gradient, Transposed
 from .polynomials import Polynomial, Traces
 from .proofs import Proof, Unproved, prove
 from .relations import Relation
+from .symbols import BlockMatrix, Identity, MatrixSymbol, ZeroMatrix
 from .typeset import latex, text
 from .words import Letter, ShapeError
 
@@ -35,6 +36,7 @@ __all__ = [
     "Algebra",
     "AtLeast",
     "AtMost",
+    "BlockMatrix",
     "Blocks",
     "Cases",
     "Chain",
@@ -46,11 +48,13 @@ __all__ = [
     "Equation",
     "Expect",
     "Gradient",
+    "Identity",
     "Iff",
     "Implies",
     "Letter",
     "Limit",
     "Line",
+    "MatrixSymbol",
     "NoModel",
     "Polynomial",
     "Proof",
@@ -60,6 +64,7 @@ __all__ = [
     "Traces",
     "Transposed",
     "Unproved",
+    "ZeroMatrix",
     "claims",
     "evaluate",
     "latex",

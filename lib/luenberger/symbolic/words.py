@@ -3,10 +3,14 @@
 from typing import NamedTuple
 
 import sympy as sp
+from sympy.matrices.exceptions import NonSquareMatrixError
 
 
-class ShapeError(ValueError):
-    """The shapes of a sum, product or trace do not fit, at symbolic sizes."""
+class ShapeError(NonSquareMatrixError):
+    """The shapes of a sum, product or trace do not fit, at symbolic sizes.
+
+    SymPy, too, takes it for its own refusal of a shape, and for a ValueError.
+    """
 
 
 class Letter(NamedTuple):

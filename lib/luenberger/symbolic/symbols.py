@@ -1,0 +1,264 @@
+"""Matrix symbols whose expressions stay as they are written.
+
+SymPy sorts the terms of a sum and cancels what it can before anybody looks: to it
+X X^-1 is I for X that is not square, and A I is A whatever the size of I.  The classes
+here have SymPy's names and print as SymPy's do, but sums, products, transposes and
+inverses of them are kept, in the order in which they were written, and every shape is
+checked at once.
+"""
+
+import sympy as sp
+from sympy.matrices.expressions.matexpr import MatrixExpr
+
+from .words import ShapeError, same_shape, same_size
+
+
+class Operators:
+    """What `+ - * / **`, `.T` and `.I` build: expressions that are not evaluated."""
+
+    _op_priority = 12.0  # before SymPy's own, where one side is SymPy's
+
+    def __add__(self, other):
+        return add(self, other)
+
+    def __radd__(self, other):
+        return self if isinstance(other, int) and other == 0 else add(other, self)
+
+    def __neg__(self):
+        return multiply(-1, self)
+
+    def __sub__(self, other):
+        return add(self, multiply(-1, other))
+
+    def __rsub__(self, other):
+        return -self if isinstance(other, int) and other == 0 else add(other, -self)
+
+    def __mul__(self, other):
+        return multiply(self, other)
+
+    def __rmul__(self, other):
+        return multiply(other, self)
+
+    __matmul__, __rmatmul__ = __mul__, __rmul__
+
+    def __truediv__(self, other):
+        return multiply(1 / sp.sympify(other), self)
+
+    def __pow__(self, exponent):
+        exponent = sp.sympify(exponent)
+        if exponent == -1:
+            return self.I
+        return self if exponent == 1 else MatrixPower(self, exponent)
+
+    @property
+    def T(self):
+        return MatrixTranspose(self)
+
+    @property
+    def I(self):  # noqa: E743
+        return MatrixInverse(self)
+
+    def transpose(self):
+        return self.T
+
+    def inverse(self):
+        return self.I
+
+    inv = inverse
+
+
+class MatrixSymbol(Operators, sp.MatrixSymbol):
+    """A matrix with a name and a size; sizes may be symbols.
+
+    Parameters
+    ----------
+    name : str
+    n, m : int or expression
+        Rows and columns.
+
+    Raises
+    ------
+    ShapeError
+        From an expression that is built with it, if shapes are not provably equal, or
+        from `.I` if it is not provably square.  The message names both shapes.
+
+    Examples
+    --------
+    >>> from sympy import symbols
+    >>> from luenberger.symbolic import Identity, MatrixSymbol
+    >>> n, m = symbols("n m", integer=True, positive=True)
+    >>> X, K = MatrixSymbol("X", n, m), MatrixSymbol("K", m, n)
+    >>> X * K + Identity(n)
+    X*K + I
+    >>> (X * K).I * X * K
+    (X*K)**(-1)*X*K
+    >>> X.I
+    Traceback (most recent call last):
+        ...
+    luenberger.symbolic.words.ShapeError: X is (n, m), not square: it has no inverse
+    """
+
+
+class Identity(Operators, sp.Identity):
+    """The identity matrix of a size."""
+
+    @property
+    def T(self):
+        return self
+
+    @property
+    def I(self):  # noqa: E743
+        return self
+
+
+class ZeroMatrix(Operators, sp.ZeroMatrix):
+    """The zero matrix of a shape."""
+
+    @property
+    def T(self):
+        return ZeroMatrix(self.cols, self.rows)
+
+
+class BlockMatrix(Operators, sp.BlockMatrix):
+    """A partitioned matrix, from a list of rows of blocks."""
+
+    @property
+    def T(self):
+        grid = self.blocks.tolist()
+        return BlockMatrix([[block.T for block in column] for column in zip(*grid)])
+
+
+class MatrixSum(Operators, sp.MatAdd):
+    """A sum, in the order written."""
+
+    def __new__(cls, *terms, **_):
+        terms = [sp.sympify(term) for term in terms]
+        for term in terms:
+            if not isinstance(term, MatrixExpr | sp.MatrixBase):
+                raise ShapeError(f"{term} is a scalar: it cannot be added to a matrix")
+            if not same_shape(term.shape, terms[0].shape):
+                raise ShapeError(
+                    f"cannot add {terms[0]} of shape {terms[0].shape} "
+                    f"and {term} of shape {term.shape}"
+                )
+        return sp.Basic.__new__(cls, *terms)
+
+    @property
+    def func(self):
+        return add
+
+    def doit(self, **_):
+        return self
+
+    def _sympystr(self, printer):
+        return signed([printer._print(x) for x in self.args])
+
+    def _latex(self, printer):
+        return signed([printer._print(x) for x in self.args])
+
+
+class MatrixProduct(Operators, sp.MatMul):
+    """A product, in the order written; a number stands first."""
+
+    def __new__(cls, *factors, **_):
+        factors = [sp.sympify(factor) for factor in factors]
+        matrices = [f for f in factors if getattr(f, "is_Matrix", False)]
+        for a, b in zip(matrices, matrices[1:]):
+            if not same_size(a.shape[1], b.shape[0]):
+                raise ShapeError(
+                    f"cannot multiply {a} of shape {a.shape} by {b} of shape {b.shape}"
+                )
+        return sp.Basic.__new__(cls, *factors)
+
+    @property
+    def func(self):
+        return multiply
+
+    def doit(self, **_):
+        return self
+
+    def as_coeff_mmul(self):
+        number, matrices = self.as_coeff_matrices()
+        return number, MatrixProduct(*matrices)
+
+    def could_extract_minus_sign(self):
+        return self.as_coeff_matrices()[0].could_extract_minus_sign()
+
+
+class MatrixTranspose(Operators, sp.Transpose):
+    """A transpose, of whatever was transposed."""
+
+    def __new__(cls, matrix):
+        return matrix.arg if isinstance(matrix, sp.Transpose) else _node(cls, matrix)
+
+    def doit(self, **_):
+        return self
+
+
+class MatrixInverse(Operators, sp.Inverse):
+    """An inverse; what is inverted must be square at symbolic sizes."""
+
+    def __new__(cls, matrix, exponent=-1):
+        _square(matrix, "it has no inverse")
+        return _node(cls, matrix, sp.S.NegativeOne)
+
+    def doit(self, **_):
+        return self
+
+
+class MatrixPower(Operators, sp.MatPow):
+    """A power of a square matrix."""
+
+    def __new__(cls, matrix, exponent, **_):
+        _square(matrix, "it has no powers")
+        return _node(cls, matrix, sp.sympify(exponent))
+
+    def doit(self, **_):
+        return self
+
+
+def signed(terms):
+    """Terms joined by their signs, in the order given."""
+    text = terms[0]
+    for term in terms[1:]:
+        minus = term.startswith("-")
+        text += " - " + term[1:].lstrip() if minus else " + " + term
+    return text
+
+
+def _node(cls, *args):
+    return sp.Basic.__new__(cls, *args)
+
+
+def _square(matrix, so):
+    if not same_size(*matrix.shape):
+        raise ShapeError(f"{matrix} is {matrix.shape}, not square: {so}")
+
+
+def add(*terms, **_):
+    """The sum of matrices, nested sums written as one; a zero matrix is left out."""
+    whole = MatrixSum(*terms)
+    flat = []
+    for term in whole.args:
+        flat += term.args if isinstance(term, sp.MatAdd) else [term]
+    kept = [term for term in flat if not isinstance(term, sp.ZeroMatrix)]
+    if len(kept) > 1:
+        return MatrixSum(*kept)
+    return kept[0] if kept else ZeroMatrix(*whole.shape)
+
+
+def multiply(*factors, **_):
+    """The product, nested products written as one and numbers gathered in front."""
+    number, matrices = sp.S.One, []
+    for factor in map(sp.sympify, factors):
+        for part in factor.args if isinstance(factor, sp.MatMul) else [factor]:
+            if getattr(part, "is_Matrix", False):
+                matrices.append(part)
+            else:
+                number = number * part
+    whole = MatrixProduct(*matrices)
+    if number == 0:
+        return ZeroMatrix(*whole.shape)
+    if number == 1:
+        return whole if len(matrices) > 1 else matrices[0]
+    return MatrixProduct(number, *matrices)
