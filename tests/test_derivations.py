@@ -163,6 +163,7 @@ SYMMETRIC = {"Q", "R", "Sigma", "X", "M", "Omega", "dOmega", "Lambda"}
 # Claims that something is zero, where a factor may be doubled at no loss.
 HOMOGENEOUS = re.compile(
     r"forces? |it vanishes|matched|uncorrelated|N' Gradient|= 0$|= 0:"
+    r"|M(\^-1)? M(\^-1)? = I by blocks|Gamma' W N = 0 for the same Gamma"
 )
 
 

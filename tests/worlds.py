@@ -12,6 +12,7 @@ from sympy import MatAdd
 from sympy.matrices.expressions.matexpr import MatrixExpr
 
 from luenberger.derivations import Solve
+from luenberger.symbolic import ShapeError
 
 # The recursions that have a stage list, by name.
 STAGE_LISTS = (
@@ -130,7 +131,15 @@ def damages(left, most=None):
             yield f"sign of {term}", left - 2 * term
     for s in spaced(sorted(symbols(left), key=lambda s: s.name), most):
         yield f"twice {s}", left.xreplace({s: 2 * s})
-        yield f"transposed {s}", left.xreplace({s: s.T})
+        yield f"transposed {s}", transposed(left, s)
+
+
+def transposed(left, s):
+    """The expression with one symbol transposed; if it has no shape, a stray scalar."""
+    try:
+        return left.xreplace({s: s.T})
+    except ShapeError:
+        return sp.Symbol("nonsense")
 
 
 def spaced(items, most):

@@ -27,9 +27,8 @@ Van Loan (1978) for the integral of the noise.
 from functools import cache
 
 import sympy as sp
-from sympy import Identity, MatrixSymbol
 
-from ..symbolic import Algebra, Claim
+from ..symbolic import Algebra, Claim, Identity, MatrixSymbol
 from . import Derivation, Stage
 
 T, T_max, rho = sp.symbols("T T_max rho", positive=True)

@@ -19,9 +19,9 @@ Source: Haddad and Bernstein (1987), sections 2 and 4, (3.1)-(3.5), (4.1)-(4.11)
 from functools import cache
 
 import sympy as sp
-from sympy import BlockMatrix, MatrixSymbol, Trace, ZeroMatrix
+from sympy import Trace
 
-from ..symbolic import Algebra, claims
+from ..symbolic import Algebra, BlockMatrix, Identity, MatrixSymbol, ZeroMatrix, claims
 from . import Derivation
 
 n, l, r, q = sp.symbols("n l n_e q", integer=True, nonnegative=True)
@@ -171,7 +171,7 @@ def system_steps():
         noisy_A = noisy_A + nu * ALGEBRA.normal(noisy(pair))
     xt = BlockMatrix([[x], [xe]])
     # columns of w~ = [w1; Be w2] and of the error's own noise
-    into = BlockMatrix([[sp.Identity(n), ZeroMatrix(n, l)], [ZeroMatrix(r, n), Be]])
+    into = BlockMatrix([[Identity(n), ZeroMatrix(n, l)], [ZeroMatrix(r, n), Be]])
     out = ALGEBRA.normal(error)
     for nu, (_, Ci) in zip(NU, PAIRS):
         out = out - nu * ALGEBRA.normal(BlockMatrix([[De * Ci, ZeroMatrix(q, r)]]))

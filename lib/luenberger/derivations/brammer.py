@@ -10,9 +10,8 @@ Source: Leondes and Novak (1974), section IV.C, (45)-(53); Brammer (1968).
 from functools import cache
 
 import sympy as sp
-from sympy import BlockMatrix, Identity, MatrixSymbol, ZeroMatrix
 
-from ..symbolic import Algebra, claims
+from ..symbolic import Algebra, BlockMatrix, Identity, MatrixSymbol, ZeroMatrix, claims
 from . import Derivation
 from . import canonical_gain as gain
 from .recursion_proofs import joseph

@@ -11,9 +11,9 @@ Source: Kawazoe (1978), (5)-(26).
 from functools import cache
 
 import sympy as sp
-from sympy import Matrix, MatrixSymbol
+from sympy import Matrix
 
-from ..symbolic import Algebra, Claim, claims
+from ..symbolic import Algebra, Claim, Identity, MatrixSymbol, claims
 from . import Derivation
 
 PATTERNS = ((2, 1), (2, 2), (3, 1), (2, 2, 1))
@@ -190,7 +190,7 @@ def any_size():
     P, Pi, A, Phi = (MatrixSymbol(k, n, n) for k in ("P", "P^-", "A", "Phi"))
     B, C, H = MatrixSymbol("B", n, r), MatrixSymbol("C", m, n), MatrixSymbol("H", m, n)
     x, u = MatrixSymbol("x", n, 1), MatrixSymbol("u", r, 1)
-    one = sp.Identity(n)
+    one = Identity(n)
     algebra = Algebra([], [(P * A, Phi * P), (H * P, C), (Pi * P, one)])
     return claims(
         algebra,

@@ -9,9 +9,9 @@ Source: Kawazoe (1978), (1)-(8), (12), (15), (19)-(24).
 from functools import cache
 
 import sympy as sp
-from sympy import Matrix, MatrixSymbol
+from sympy import Matrix
 
-from ..symbolic import Algebra, Claim, claims
+from ..symbolic import Algebra, Claim, MatrixSymbol, ZeroMatrix, claims
 from . import Derivation
 from .canonical import PATTERNS, chains, named, record, starts, structure, toeplitz
 
@@ -38,7 +38,7 @@ def every_size():
                 H * Phi ** (k - 1 - i) * G * MatrixSymbol(f"u_{i}", r, 1)
                 for i in range(k)
             ),
-            sp.ZeroMatrix(m, 1),
+            ZeroMatrix(m, 1),
         )
         steps |= {
             f"(1),(2),(15) y_{k} = H Phi^{k} w + the inputs since": (

@@ -12,9 +12,9 @@ Source: Leondes and Novak (1974), section III, (16)-(23).
 from functools import cache
 
 import sympy as sp
-from sympy import BlockMatrix, Identity, MatrixSymbol, Trace, ZeroMatrix
+from sympy import Trace
 
-from ..symbolic import Algebra, claims
+from ..symbolic import Algebra, BlockMatrix, Identity, MatrixSymbol, ZeroMatrix, claims
 from . import Derivation
 
 n, p, m1, m, r = sp.symbols("n p m_1 m r", integer=True, nonnegative=True)

@@ -12,9 +12,7 @@ Source: our own; Haddad and Bernstein (1987) for the equations that are compared
 
 from functools import cache
 
-from sympy import ZeroMatrix
-
-from ..symbolic import Algebra, claims
+from ..symbolic import Algebra, ZeroMatrix, claims
 from . import Derivation
 from .augmented import (
     GAINS,

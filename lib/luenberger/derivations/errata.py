@@ -6,9 +6,9 @@ normal form as ours, which either cannot multiply it or finds a difference.
 Source: Leondes and Novak (1974), (24)-(33), as scanned.
 """
 
-from sympy import BlockMatrix, Identity, Trace, ZeroMatrix
+from sympy import Trace
 
-from ..symbolic import Claim, ShapeError
+from ..symbolic import BlockMatrix, Claim, Identity, ShapeError, ZeroMatrix
 from . import coordinates, uniqueness
 from .canonical_gain import (
     ALGEBRA,

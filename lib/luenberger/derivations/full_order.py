@@ -12,9 +12,9 @@ our own.
 
 from functools import cache
 
-from sympy import Identity, MatrixSymbol, Trace, ZeroMatrix
+from sympy import Trace
 
-from ..symbolic import Algebra, claims
+from ..symbolic import Algebra, Identity, MatrixSymbol, ZeroMatrix, claims
 from . import Derivation, projection
 from .augmented import PAIRS, V1, V2, V12, A, Ae, Be, C, Ce, De, L, R, l, n, r
 from .projection import BEST, G, Gam, Q, Qs, V2s, noise, theorem

@@ -22,10 +22,17 @@ from dataclasses import replace
 from functools import cache
 
 import sympy as sp
-from sympy import BlockMatrix, Identity, MatrixSymbol, ZeroMatrix
 
 from ..certificate import residuals
-from ..symbolic import Algebra, Claim, claims
+from ..symbolic import (
+    Algebra,
+    BlockMatrix,
+    Claim,
+    Identity,
+    MatrixSymbol,
+    ZeroMatrix,
+    claims,
+)
 from . import Derivation, Solve, Stage
 from . import functional_condition as condition
 from .functional_condition import (

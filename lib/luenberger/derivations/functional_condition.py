@@ -10,10 +10,10 @@ Source: Moore (1973), (5), (10), (12), (13); this form of them is our own.
 """
 
 import sympy as sp
-from sympy import BlockMatrix, Identity, MatAdd, MatrixSymbol, ZeroMatrix
+from sympy import MatAdd
 
 from ..certificate import residuals
-from ..symbolic import Algebra, claims
+from ..symbolic import Algebra, BlockMatrix, Identity, MatrixSymbol, ZeroMatrix, claims
 
 n, p, m, r, q = sp.symbols("n p m r q", integer=True, nonnegative=True)
 A, F = MatrixSymbol("A", n, n), MatrixSymbol("F", r, r)

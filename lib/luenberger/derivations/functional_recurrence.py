@@ -14,9 +14,17 @@ Source: Moore (1973), (2), (8)-(13); the sequence in other coordinates is our ow
 from functools import cache
 
 import sympy as sp
-from sympy import Identity, MatAdd, MatrixSymbol, ZeroMatrix
+from sympy import MatAdd
 
-from ..symbolic import Algebra, Claim, claims
+from ..symbolic import (
+    Algebra,
+    BlockMatrix,
+    Claim,
+    Identity,
+    MatrixSymbol,
+    ZeroMatrix,
+    claims,
+)
 from . import Derivation
 from .functional_condition import at
 
@@ -148,7 +156,7 @@ def coordinate_steps(size):
     known = Algebra([], [*unseen(size), (A**size, -at(A, alpha))])
     X = [A**j * g for j in range(size)]
     last = MatAdd(*(-a * x for a, x in zip(alpha, X)))
-    moved = sp.BlockMatrix([[A * x for x in X]])
+    moved = BlockMatrix([[A * x for x in X]])
     name = f"n = {size}"
     tall = sp.Matrix(size, size, lambda i, j: hankel_entry(i + j, size))
     return claims(
@@ -156,11 +164,11 @@ def coordinate_steps(size):
         {
             f"(2) A X = X A_o, the last column of A_o is -alpha, {name}": (
                 moved,
-                sp.BlockMatrix([[*X[1:], last]]),
+                BlockMatrix([[*X[1:], last]]),
             ),
             f"(1) C X = [0 .. 0 1], {name}": (
-                sp.BlockMatrix([[C * x for x in X]]),
-                sp.BlockMatrix([[ZeroMatrix(1, 1)] * (size - 1) + [Identity(1)]]),
+                BlockMatrix([[C * x for x in X]]),
+                BlockMatrix([[ZeroMatrix(1, 1)] * (size - 1) + [Identity(1)]]),
             ),
         },
     ) | {

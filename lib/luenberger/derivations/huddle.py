@@ -12,9 +12,8 @@ Source: Leondes and Novak (1974), section II, (7)-(15); Aoki and Huddle (1967).
 from functools import cache
 
 import sympy as sp
-from sympy import Identity, MatrixSymbol, ZeroMatrix
 
-from ..symbolic import Algebra, claims
+from ..symbolic import Algebra, BlockMatrix, Identity, MatrixSymbol, ZeroMatrix, claims
 from . import Derivation
 from .recursions import decorrelation, error_recursion, observer
 
@@ -178,8 +177,8 @@ def noise_steps():
     a, b = MatrixSymbol("a", p, 1), MatrixSymbol("b", n, 1)
     t = sp.Symbol("t", real=True)
     null = FREE.with_relations((R * a, ZeroMatrix(p, 1)))
-    joint = sp.BlockMatrix([[Q, S], [S.T, R]])
-    pair = sp.BlockMatrix([[b], [t * a]])
+    joint = BlockMatrix([[Q, S], [S.T, R]])
+    pair = BlockMatrix([[b], [t * a]])
     sides = {
         "R a = 0 forces S a = 0: [b; t a]' cov [b; t a] = b'Q b + 2 t b'S a >= 0 "
         "for all t": (

@@ -11,9 +11,9 @@ Source: Leondes and Novak (1974), section IV, (37)-(53).
 from functools import cache
 
 import sympy as sp
-from sympy import BlockMatrix, Identity, MatrixSymbol, Trace, ZeroMatrix
+from sympy import Trace
 
-from ..symbolic import Algebra, claims
+from ..symbolic import Algebra, BlockMatrix, Identity, MatrixSymbol, ZeroMatrix, claims
 from . import Derivation, brammer
 from . import canonical_gain as gain
 

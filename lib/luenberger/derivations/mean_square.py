@@ -17,10 +17,10 @@ Source: Haddad and Bernstein (1987), lemma 4.1; the scaling is our own.
 from functools import cache
 
 import sympy as sp
-from sympy import MatrixSymbol, Trace, ZeroMatrix
+from sympy import Trace
 from sympy import kronecker_product as kron
 
-from ..symbolic import Algebra, Claim, claims
+from ..symbolic import Algebra, Claim, Identity, MatrixSymbol, ZeroMatrix, claims
 from . import Derivation
 from .augmented import (
     PAIRS,
@@ -88,7 +88,7 @@ def at_least():
     V, M = MatrixSymbol("V", n, k), MatrixSymbol("M", k, k)
     H = MatrixSymbol("H", n, n)
     invariant = Algebra(
-        [X], [(A.T * V, V * M), (M * M.T, c * sp.Identity(k)), (X, H * H.T)]
+        [X], [(A.T * V, V * M), (M * M.T, c * Identity(k)), (X, H * H.T)]
     )
     grown = sum((Trace((H.T * Ai.T * V).T * (H.T * Ai.T * V)) for Ai, _ in PAIRS), 0)
     return claims(

@@ -13,9 +13,9 @@ Source: our own; the step is Leondes and Novak's (1974), (27)-(33).
 from functools import cache
 
 import sympy as sp
-from sympy import Identity, MatrixSymbol, Trace, ZeroMatrix
+from sympy import Trace
 
-from ..symbolic import Algebra, claims
+from ..symbolic import Algebra, Identity, MatrixSymbol, ZeroMatrix, claims
 from . import Derivation
 
 n, p, pa, m1, pm = sp.symbols("n p p_a m_1 p_m", integer=True, nonnegative=True)

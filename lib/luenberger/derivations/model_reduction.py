@@ -13,9 +13,9 @@ Source: our own.
 from functools import cache
 
 import sympy as sp
-from sympy import BlockMatrix, Identity, MatrixSymbol, Trace, ZeroMatrix
+from sympy import Trace
 
-from ..symbolic import Algebra, claims
+from ..symbolic import Algebra, BlockMatrix, Identity, MatrixSymbol, ZeroMatrix, claims
 from . import Derivation
 from .augmented import (
     Q1,

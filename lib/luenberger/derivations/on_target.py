@@ -12,9 +12,9 @@ marks are our own.
 from dataclasses import replace
 from functools import cache
 
-from sympy import Identity, MatrixSymbol, Symbol
+from sympy import Symbol
 
-from ..symbolic import Algebra, claims
+from ..symbolic import Algebra, Identity, MatrixSymbol, claims
 from . import Derivation, Solve, Stage
 from .one_pass import filter_step, padded
 from .recursion_proofs import joseph, named

@@ -13,9 +13,8 @@ from dataclasses import replace
 from functools import cache
 
 import sympy as sp
-from sympy import Identity, MatrixSymbol
 
-from ..symbolic import Algebra, claims
+from ..symbolic import Algebra, Identity, MatrixSymbol, claims
 from . import Derivation, Solve, Stage
 from .recursion_proofs import joseph, named
 from .recursions import PAPER, estimate_step, gain_step, m, matrices, n, p, r, square

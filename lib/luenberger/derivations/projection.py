@@ -12,9 +12,9 @@ Source: Haddad and Bernstein (1987), theorem 3.1, lemma 3.1, remarks and section
 
 from functools import cache
 
-from sympy import Identity, MatrixSymbol, Trace, ZeroMatrix
+from sympy import Trace
 
-from ..symbolic import Algebra, claims
+from ..symbolic import Algebra, Identity, MatrixSymbol, ZeroMatrix, claims
 from . import Derivation
 from .augmented import (
     GAINS,

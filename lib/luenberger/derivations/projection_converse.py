@@ -16,9 +16,7 @@ Source: our own; Haddad and Bernstein (1987), theorem 3.1 and section 4.
 
 from functools import cache
 
-from sympy import BlockMatrix, Identity, MatrixSymbol, ZeroMatrix
-
-from ..symbolic import Algebra, claims
+from ..symbolic import Algebra, BlockMatrix, Identity, MatrixSymbol, ZeroMatrix, claims
 from . import Derivation
 from .augmented import (
     GAINS,

@@ -15,10 +15,9 @@ Source: our own.
 from functools import cache
 
 import sympy as sp
-from sympy import Identity, MatrixSymbol
 from sympy import Rational as F
 
-from ..symbolic import Algebra, Claim, claims
+from ..symbolic import Algebra, BlockMatrix, Claim, Identity, MatrixSymbol, claims
 from . import Derivation
 from .augmented import (
     GAINS,
@@ -240,9 +239,7 @@ def not_stable():
             known[Ce], sp.Matrix([[0, F(1, 2)]])
         ),
         "Q2, P2 > 0, yet Ae is not stable: cov(w1, w2) is singular": Claim(
-            sp.Matrix(
-                sp.BlockMatrix([[known[V1], known[V12]], [known[V12], one]])
-            ).det()
+            sp.Matrix(BlockMatrix([[known[V1], known[V12]], [known[V12], one]])).det()
         ),
     }
 

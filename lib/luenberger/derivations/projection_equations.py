@@ -11,8 +11,7 @@ Source: Haddad and Bernstein (1987), (3.8)-(3.18); the innovations plant is our 
 from dataclasses import replace
 from functools import cache
 
-from sympy import Identity
-
+from ..symbolic import Identity
 from . import Derivation, Solve, Stage
 from . import projection_theorem as prove
 from .augmented import (

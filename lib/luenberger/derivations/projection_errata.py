@@ -10,9 +10,8 @@ Source: Haddad and Bernstein (1987), as scanned.
 """
 
 import sympy as sp
-from sympy import BlockMatrix, Identity
 
-from ..symbolic import Claim
+from ..symbolic import BlockMatrix, Claim, Identity
 from . import mean_square, projection
 from .augmented import (
     ALGEBRA,

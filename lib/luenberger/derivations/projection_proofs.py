@@ -9,9 +9,9 @@ Source: Haddad and Bernstein (1987), (4.4)-(4.11).
 """
 
 import sympy as sp
-from sympy import BlockMatrix, Identity, MatrixSymbol, Trace, ZeroMatrix
+from sympy import Trace
 
-from ..symbolic import claims
+from ..symbolic import BlockMatrix, Identity, MatrixSymbol, ZeroMatrix, claims
 from .augmented import (
     ALGEBRA,
     GAINS,

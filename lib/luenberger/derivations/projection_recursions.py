@@ -12,8 +12,7 @@ Source: Haddad and Bernstein (1987), (4.4)-(4.11); the differentials are our own
 from dataclasses import replace
 from functools import cache
 
-from sympy import BlockMatrix, MatrixSymbol
-
+from ..symbolic import BlockMatrix, MatrixSymbol
 from . import Derivation, Solve, Stage
 from . import projection_proofs as prove
 from .augmented import (

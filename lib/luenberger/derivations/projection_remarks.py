@@ -5,9 +5,9 @@ Source: Haddad and Bernstein (1987), section 3.
 
 from functools import cache
 
-from sympy import Identity, MatrixSymbol, Trace, ZeroMatrix
+from sympy import Trace
 
-from ..symbolic import Algebra, claims
+from ..symbolic import Algebra, Identity, MatrixSymbol, ZeroMatrix, claims
 from . import Derivation
 from .augmented import (
     P2,

@@ -7,9 +7,9 @@ so that the inverse of V2s is that of a symbol.
 Source: Haddad and Bernstein (1987), theorem 3.1 and section 4.
 """
 
-from sympy import BlockMatrix, Identity, MatrixSymbol, Trace, ZeroMatrix
+from sympy import Trace
 
-from ..symbolic import Algebra, claims
+from ..symbolic import Algebra, BlockMatrix, Identity, MatrixSymbol, ZeroMatrix, claims
 from .augmented import (
     GAINS,
     P2,

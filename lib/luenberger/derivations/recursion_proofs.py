@@ -8,9 +8,17 @@ Source: Leondes and Novak (1974); our own where `recursions` says so.
 """
 
 import sympy as sp
-from sympy import BlockMatrix, Identity, MatrixSymbol, Trace, ZeroMatrix
+from sympy import Trace
 
-from ..symbolic import Algebra, Claim, claims
+from ..symbolic import (
+    Algebra,
+    BlockMatrix,
+    Claim,
+    Identity,
+    MatrixSymbol,
+    ZeroMatrix,
+    claims,
+)
 
 
 def named(derivation):

@@ -14,8 +14,8 @@ from dataclasses import replace
 from functools import cache
 
 import sympy as sp
-from sympy import Identity, MatrixSymbol
 
+from ..symbolic import Identity, MatrixSymbol
 from . import Derivation, Solve, Stage
 from . import recursion_proofs as prove
 

@@ -10,9 +10,8 @@ from dataclasses import replace
 from functools import cache
 
 import sympy as sp
-from sympy import MatrixSymbol
 
-from ..symbolic import Algebra, claims
+from ..symbolic import Algebra, MatrixSymbol, claims
 from . import Derivation, Stage
 from .recursions import PAPER, matrices, n, p, r, square
 

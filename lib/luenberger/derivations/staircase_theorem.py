@@ -10,9 +10,16 @@ Source: Van Dooren (1984), (1)-(24).
 from functools import cache
 
 import sympy as sp
-from sympy import BlockMatrix, Identity, MatrixSymbol, ZeroMatrix
 
-from ..symbolic import Algebra, Claim, claims
+from ..symbolic import (
+    Algebra,
+    BlockMatrix,
+    Claim,
+    Identity,
+    MatrixSymbol,
+    ZeroMatrix,
+    claims,
+)
 from . import Derivation
 from .staircase import Pattern, row_symbols
 

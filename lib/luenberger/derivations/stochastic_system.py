@@ -10,9 +10,7 @@ Source: Leondes and Novak (1974), section I, (1)-(6).
 
 from functools import cache
 
-from sympy import BlockMatrix, Identity, MatrixSymbol, ZeroMatrix
-
-from ..symbolic import Algebra, claims
+from ..symbolic import Algebra, BlockMatrix, Identity, MatrixSymbol, ZeroMatrix, claims
 from . import Derivation
 from .huddle import FREE, A, B, C, D, E, F, P, Q, R, S, Tn, V, eps, n, p, r, u, v, w, x
 

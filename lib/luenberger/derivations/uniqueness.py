@@ -11,9 +11,17 @@ Source: our own; Leondes and Novak (1974), after (33), state the condition.
 from functools import cache
 
 import sympy as sp
-from sympy import BlockMatrix, Identity, MatrixSymbol, Trace, ZeroMatrix
+from sympy import Trace
 
-from ..symbolic import Algebra, Claim, claims
+from ..symbolic import (
+    Algebra,
+    BlockMatrix,
+    Claim,
+    Identity,
+    MatrixSymbol,
+    ZeroMatrix,
+    claims,
+)
 from . import Derivation
 
 n, p, m1 = sp.symbols("n p m_1", integer=True, nonnegative=True)

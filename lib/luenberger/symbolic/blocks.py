@@ -7,6 +7,7 @@ SymPy's `block_collapse` is wrong when an identity meets a partitioned matrix
 import sympy as sp
 
 from .polynomials import Polynomial
+from .symbols import BlockMatrix
 from .words import ShapeError, same_shape, same_size
 
 
@@ -117,7 +118,7 @@ class Blocks:
 
     def as_expr(self):
         """Back to SymPy."""
-        return sp.BlockMatrix([[x.as_expr() for x in row] for row in self.entries])
+        return BlockMatrix([[x.as_expr() for x in row] for row in self.entries])
 
     def __repr__(self):
         return str(self.as_expr())

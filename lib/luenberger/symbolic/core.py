@@ -7,6 +7,7 @@ from sympy.matrices.expressions.matexpr import MatrixExpr
 
 from .blocks import Blocks, product
 from .polynomials import Polynomial, Traces
+from .symbols import MatrixSymbol
 from .words import Letter, ShapeError, rotations, same_shape, same_size, text
 
 DEEPEST = 300  # rewritings of one word, one inside the other, before we give up
@@ -227,14 +228,17 @@ class Algebra:
         return total
 
     def _inverted(self, base):
-        turned = isinstance(base, sp.Transpose)
-        atom = base.arg if turned else base
-        if not isinstance(atom, sp.MatrixSymbol):
+        """The inverse of a product of square symbols, each inverted in turn."""
+        value = self.normal(base)
+        if not same_size(*value.shape):
+            raise ShapeError(f"{base} of shape {value.shape} has no inverse")
+        if isinstance(value, Blocks) or len(value.terms) != 1:
             raise TypeError(f"name the composite before inverting it: {base}")
-        if not same_size(*base.shape):
-            raise ShapeError(f"{base} of shape {base.shape} has no inverse")
-        letter = self.letter(atom, turned, inverted=True)
-        return Polynomial(self, [((letter,), 1)], base.shape)
+        ((word, c),) = value.terms.items()
+        if not all(same_size(*x.atom.shape) for x in word):
+            raise TypeError(f"name the composite before inverting it: {base}")
+        turned = tuple(x._replace(inverted=not x.inverted) for x in reversed(word))
+        return value.like([(turned, 1 / c)])
 
     def _scalar(self, expr):
         if isinstance(expr, sp.Add):
@@ -271,7 +275,7 @@ class Algebra:
 
         SymPy's own derivative of a sum of traces is 0 (sympy #26561), hence this.
         """
-        dX = sp.MatrixSymbol(f"d{X.name}", *X.shape)
+        dX = MatrixSymbol(f"d{X.name}", *X.shape)
         moved = self.differential(self.normal(scalar), {X: dX})
         pairs = []
         for word, c in moved.terms.items():

@@ -2,6 +2,7 @@
 
 import sympy as sp
 
+from .symbols import Identity, MatrixProduct, MatrixSum, ZeroMatrix
 from .words import ShapeError, gather, same_shape, same_size, text
 
 
@@ -108,14 +109,13 @@ class Polynomial(Sum):
 
     def as_expr(self):
         """Back to SymPy."""
-        terms = []
-        for word, c in self.ordered():
-            factors = [x.as_expr() for x in word] or [sp.Identity(self.shape[0])]
-            product = sp.MatMul(*factors) if len(factors) > 1 else factors[0]
-            terms.append(product if c == 1 else sp.MatMul(c, *factors))
-        if not terms:
-            return sp.ZeroMatrix(*self.shape)
-        return sp.MatAdd(*terms) if len(terms) > 1 else terms[0]
+        if not self.terms:
+            return ZeroMatrix(*self.shape)
+        return MatrixSum(*(self._term(word, c) for word, c in self.ordered()))
+
+    def _term(self, word, c):
+        one = () if word else (Identity(self.shape[0]),)
+        return MatrixProduct(c, *(x.as_expr() for x in word), *one)
 
 
 class Traces(Sum):
@@ -140,7 +140,7 @@ class Traces(Sum):
         """Back to SymPy."""
         return sp.Add(
             *(
-                c * sp.Trace(sp.MatMul(*(x.as_expr() for x in word))) if word else c
+                c * sp.Trace(MatrixProduct(*(x.as_expr() for x in word))) if word else c
                 for word, c in self.ordered()
             )
         )

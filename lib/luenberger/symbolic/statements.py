@@ -8,12 +8,11 @@ traces and the empty word for 1.
 
 from dataclasses import dataclass, field
 
-import sympy as sp
-
 from .blocks import Blocks, same
 from .core import Algebra
 from .polynomials import Polynomial, Traces
 from .relations import named
+from .symbols import Identity, MatrixSymbol
 from .words import Letter, ShapeError, same_shape, same_size
 
 
@@ -81,7 +80,7 @@ class Free(Algebra):
                     (known.T if turned else known).terms == value.terms
                 ):
                     return value.like([((self.letter(symbol, turned, True),), 1)])
-        symbol = sp.MatrixSymbol(f"({base})", *value.shape)
+        symbol = MatrixSymbol(f"({base})", *value.shape)
         self.composites[symbol] = (base, value)
         return value.like([((self.letter(symbol, False, True),), 1)])
 
@@ -89,7 +88,7 @@ class Free(Algebra):
         if not same(value.rows, value.cols):
             raise ShapeError(f"no inverse of blocks {value.rows} x {value.cols}")
         if base not in self.partitioned:
-            block = lambda i, j: sp.MatrixSymbol(  # noqa: E731
+            block = lambda i, j: MatrixSymbol(  # noqa: E731
                 f"({base})^-1[{i + 1},{j + 1}]", value.rows[i], value.cols[j]
             )
             k = range(len(value.rows))
@@ -161,7 +160,7 @@ def read(left, right, given=(), symmetric=()):
         for name, sides in free.equations(relation.name, *relation).items():
             known[unused(name, known)] = sides
     for base, (inverse, value) in free.partitioned.items():
-        whole = sp.Identity(value.shape[0])
+        whole = Identity(value.shape[0])
         for name, product in (("M M^-1", value @ inverse), ("M^-1 M", inverse @ value)):
             named_so = f"{name} = I, M = {base}"
             known |= free.equations(named_so, product, whole)

@@ -4,7 +4,8 @@ SymPy sorts the terms of a sum and cancels what it can before anybody looks: to 
 X X^-1 is I for X that is not square, and A I is A whatever the size of I.  The classes
 here have SymPy's names and print as SymPy's do, but sums, products, transposes and
 inverses of them are kept, in the order in which they were written, and every shape is
-checked at once.
+checked at once.  `doit()` hands an expression to SymPy, as after explicit matrices
+have been put in.
 """
 
 import sympy as sp
@@ -19,36 +20,41 @@ class Operators:
     _op_priority = 12.0  # before SymPy's own, where one side is SymPy's
 
     def __add__(self, other):
-        return add(self, other)
+        return MatrixSum(self, other)
 
     def __radd__(self, other):
-        return self if isinstance(other, int) and other == 0 else add(other, self)
+        return self if isinstance(other, int) and other == 0 else MatrixSum(other, self)
 
     def __neg__(self):
-        return multiply(-1, self)
+        return MatrixProduct(-1, self)
 
     def __sub__(self, other):
-        return add(self, multiply(-1, other))
+        return MatrixSum(self, MatrixProduct(-1, other))
 
     def __rsub__(self, other):
-        return -self if isinstance(other, int) and other == 0 else add(other, -self)
+        return (
+            -self if isinstance(other, int) and other == 0 else MatrixSum(other, -self)
+        )
 
     def __mul__(self, other):
-        return multiply(self, other)
+        return MatrixProduct(self, other)
 
     def __rmul__(self, other):
-        return multiply(other, self)
+        return MatrixProduct(other, self)
 
     __matmul__, __rmatmul__ = __mul__, __rmul__
 
     def __truediv__(self, other):
-        return multiply(1 / sp.sympify(other), self)
+        return MatrixProduct(1 / sp.sympify(other), self)
 
     def __pow__(self, exponent):
         exponent = sp.sympify(exponent)
         if exponent == -1:
             return self.I
-        return self if exponent == 1 else MatrixPower(self, exponent)
+        power = MatrixPower(self, exponent)
+        if exponent == 0:
+            return Identity(self.rows)
+        return self if exponent == 1 else power
 
     @property
     def T(self):
@@ -129,7 +135,7 @@ class BlockMatrix(Operators, sp.BlockMatrix):
 
 
 class MatrixSum(Operators, sp.MatAdd):
-    """A sum, in the order written."""
+    """A sum in the order written; sums in it are opened, zero matrices left out."""
 
     def __new__(cls, *terms, **_):
         terms = [sp.sympify(term) for term in terms]
@@ -141,14 +147,13 @@ class MatrixSum(Operators, sp.MatAdd):
                     f"cannot add {terms[0]} of shape {terms[0].shape} "
                     f"and {term} of shape {term.shape}"
                 )
-        return sp.Basic.__new__(cls, *terms)
-
-    @property
-    def func(self):
-        return add
-
-    def doit(self, **_):
-        return self
+        parts = [
+            x for t in terms for x in (t.args if isinstance(t, sp.MatAdd) else [t])
+        ]
+        kept = [x for x in parts if not isinstance(x, sp.ZeroMatrix)]
+        if len(kept) > 1:
+            return _node(cls, *kept)
+        return kept[0] if kept else ZeroMatrix(*terms[0].shape)
 
     def _sympystr(self, printer):
         return signed([printer._print(x) for x in self.args])
@@ -158,28 +163,32 @@ class MatrixSum(Operators, sp.MatAdd):
 
 
 class MatrixProduct(Operators, sp.MatMul):
-    """A product, in the order written; a number stands first."""
+    """A product in the order written; products in it are opened, numbers in front."""
 
     def __new__(cls, *factors, **_):
-        factors = [sp.sympify(factor) for factor in factors]
-        matrices = [f for f in factors if getattr(f, "is_Matrix", False)]
+        number, matrices = sp.S.One, []
+        for factor in map(sp.sympify, factors):
+            for part in factor.args if isinstance(factor, sp.MatMul) else [factor]:
+                if getattr(part, "is_Matrix", False):
+                    matrices.append(part)
+                else:
+                    number = number * part
         for a, b in zip(matrices, matrices[1:]):
             if not same_size(a.shape[1], b.shape[0]):
                 raise ShapeError(
                     f"cannot multiply {a} of shape {a.shape} by {b} of shape {b.shape}"
                 )
-        return sp.Basic.__new__(cls, *factors)
-
-    @property
-    def func(self):
-        return multiply
-
-    def doit(self, **_):
-        return self
+        if not matrices:
+            return number
+        if number == 0:
+            return ZeroMatrix(matrices[0].shape[0], matrices[-1].shape[1])
+        if number == 1:
+            return _node(cls, *matrices) if len(matrices) > 1 else matrices[0]
+        return _node(cls, number, *matrices)
 
     def as_coeff_mmul(self):
         number, matrices = self.as_coeff_matrices()
-        return number, MatrixProduct(*matrices)
+        return number, _node(MatrixProduct, *matrices)
 
     def could_extract_minus_sign(self):
         return self.as_coeff_matrices()[0].could_extract_minus_sign()
@@ -191,9 +200,6 @@ class MatrixTranspose(Operators, sp.Transpose):
     def __new__(cls, matrix):
         return matrix.arg if isinstance(matrix, sp.Transpose) else _node(cls, matrix)
 
-    def doit(self, **_):
-        return self
-
 
 class MatrixInverse(Operators, sp.Inverse):
     """An inverse; what is inverted must be square at symbolic sizes."""
@@ -202,9 +208,6 @@ class MatrixInverse(Operators, sp.Inverse):
         _square(matrix, "it has no inverse")
         return _node(cls, matrix, sp.S.NegativeOne)
 
-    def doit(self, **_):
-        return self
-
 
 class MatrixPower(Operators, sp.MatPow):
     """A power of a square matrix."""
@@ -212,9 +215,6 @@ class MatrixPower(Operators, sp.MatPow):
     def __new__(cls, matrix, exponent, **_):
         _square(matrix, "it has no powers")
         return _node(cls, matrix, sp.sympify(exponent))
-
-    def doit(self, **_):
-        return self
 
 
 def signed(terms):
@@ -233,32 +233,3 @@ def _node(cls, *args):
 def _square(matrix, so):
     if not same_size(*matrix.shape):
         raise ShapeError(f"{matrix} is {matrix.shape}, not square: {so}")
-
-
-def add(*terms, **_):
-    """The sum of matrices, nested sums written as one; a zero matrix is left out."""
-    whole = MatrixSum(*terms)
-    flat = []
-    for term in whole.args:
-        flat += term.args if isinstance(term, sp.MatAdd) else [term]
-    kept = [term for term in flat if not isinstance(term, sp.ZeroMatrix)]
-    if len(kept) > 1:
-        return MatrixSum(*kept)
-    return kept[0] if kept else ZeroMatrix(*whole.shape)
-
-
-def multiply(*factors, **_):
-    """The product, nested products written as one and numbers gathered in front."""
-    number, matrices = sp.S.One, []
-    for factor in map(sp.sympify, factors):
-        for part in factor.args if isinstance(factor, sp.MatMul) else [factor]:
-            if getattr(part, "is_Matrix", False):
-                matrices.append(part)
-            else:
-                number = number * part
-    whole = MatrixProduct(*matrices)
-    if number == 0:
-        return ZeroMatrix(*whole.shape)
-    if number == 1:
-        return whole if len(matrices) > 1 else matrices[0]
-    return MatrixProduct(number, *matrices)

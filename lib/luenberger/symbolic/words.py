@@ -3,13 +3,13 @@
 from typing import NamedTuple
 
 import sympy as sp
-from sympy.matrices.exceptions import NonSquareMatrixError
+from sympy.matrices.exceptions import NonInvertibleMatrixError, NonSquareMatrixError
 
 
-class ShapeError(NonSquareMatrixError):
+class ShapeError(NonSquareMatrixError, NonInvertibleMatrixError):
     """The shapes of a sum, product or trace do not fit, at symbolic sizes.
 
-    SymPy, too, takes it for its own refusal of a shape, and for a ValueError.
+    SymPy, too, takes it for its own refusal of a shape; it is a ValueError.
     """
 
 
