@@ -10,6 +10,8 @@ left.  Words are tuples of letters (name, transposed).
 
 import sympy as sp
 
+NUMBER = (int, sp.Rational)
+
 
 def complaints(statement, claim, certificate):
     """What is wrong with a certificate of a claim; [] when it proves the claim."""
@@ -27,12 +29,19 @@ def complaints(statement, claim, certificate):
                 rest[word] = rest.get(word, 0) + c * d * factor
     except (KeyError, ValueError) as problem:
         return [f"{type(problem).__name__}: {problem}"]
-    return [f"left over: {c} {w}" for w, c in rest.items() if sp.simplify(c) != 0]
+    return [f"left over: {c} {w}" for w, c in rest.items() if not vanishes(c)]
+
+
+def vanishes(c):
+    """Whether a number, or an expression in scalars, is zero."""
+    return c == 0 if isinstance(c, NUMBER) else sp.simplify(c) == 0
 
 
 def fact(statement, name, u, v):
     """(shape, terms) of the l - r that a term names as (kind, name, transposed)."""
     kind, key, transposed = name
+    if kind == "turned" and v:
+        raise ValueError("a trace is transposed as a whole")
     if kind == "cyclic":  # tr(u v) - tr(v u)
         return None, difference({u + v: 1}, {v + u: 1})
     if kind == "turned":  # tr(u) - tr(u')

@@ -7,6 +7,7 @@ import sympy as sp
 from sympy.matrices.expressions.matexpr import MatrixExpr
 
 from .core import Algebra
+from .proofs import prove
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,6 +31,11 @@ class Claim:
         """The difference of the sides in normal form."""
         if self.algebra is None:
             left = sp.sympify(self.left)
+            if isinstance(left, sp.MatrixBase) and 0 in left.shape:
+                raise ValueError(
+                    f"a claim about an empty matrix, {left.rows} x {left.cols}, "
+                    "says nothing"
+                )
             return left if self._is_bare() else left - sp.sympify(self.right)
         left = self.algebra.normal(self.left)
         return left if self._is_bare() else left - self.algebra.normal(self.right)
@@ -46,6 +52,25 @@ class Claim:
         if isinstance(residual, sp.MatrixBase):
             return all(sp.simplify(entry) == 0 for entry in residual)
         return sp.simplify(residual) == 0
+
+    def proof(self):
+        """The `Proof` of the claim, with a certificate that can be checked.
+
+        Raises
+        ------
+        Unproved
+            It does not follow from the relations, or the search met its limit.
+        TypeError
+            The claim is about explicit matrices or scalars: it is evaluated, and there
+            is nothing to certify.
+        """
+        if self.algebra is None:
+            raise TypeError("an explicit claim is evaluated; it has no certificate")
+        left, right = (
+            side.as_expr() if hasattr(side, "algebra") else side
+            for side in (self.left, self.right)
+        )
+        return prove(left, right, self.relations, self.algebra.symmetric)
 
     @property
     def relations(self):

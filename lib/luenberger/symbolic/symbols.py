@@ -10,6 +10,7 @@ have been put in.
 
 import sympy as sp
 from sympy.matrices.expressions.matexpr import MatrixExpr
+from sympy.printing.precedence import PRECEDENCE
 
 from .words import ShapeError, same_shape, same_size
 
@@ -133,6 +134,10 @@ class BlockMatrix(Operators, sp.BlockMatrix):
         grid = self.blocks.tolist()
         return BlockMatrix([[block.T for block in column] for column in zip(*grid)])
 
+    def _sympystr(self, printer):
+        rows = self.blocks.tolist()
+        return "[" + "; ".join(", ".join(map(printer._print, r)) for r in rows) + "]"
+
 
 class MatrixSum(Operators, sp.MatAdd):
     """A sum in the order written; sums in it are opened, zero matrices left out."""
@@ -144,8 +149,8 @@ class MatrixSum(Operators, sp.MatAdd):
                 raise ShapeError(f"{term} is a scalar: it cannot be added to a matrix")
             if not same_shape(term.shape, terms[0].shape):
                 raise ShapeError(
-                    f"cannot add {terms[0]} of shape {terms[0].shape} "
-                    f"and {term} of shape {term.shape}"
+                    f"cannot add {brief(terms[0])} of shape {terms[0].shape} "
+                    f"and {brief(term)} of shape {term.shape}"
                 )
         parts = [
             x for t in terms for x in (t.args if isinstance(t, sp.MatAdd) else [t])
@@ -176,7 +181,8 @@ class MatrixProduct(Operators, sp.MatMul):
         for a, b in zip(matrices, matrices[1:]):
             if not same_size(a.shape[1], b.shape[0]):
                 raise ShapeError(
-                    f"cannot multiply {a} of shape {a.shape} by {b} of shape {b.shape}"
+                    f"cannot multiply {brief(a)} of shape {a.shape} "
+                    f"by {brief(b)} of shape {b.shape}"
                 )
         if not matrices:
             return number
@@ -197,12 +203,16 @@ class MatrixProduct(Operators, sp.MatMul):
 class MatrixTranspose(Operators, sp.Transpose):
     """A transpose, of whatever was transposed."""
 
+    precedence = PRECEDENCE["Pow"]
+
     def __new__(cls, matrix):
         return matrix.arg if isinstance(matrix, sp.Transpose) else _node(cls, matrix)
 
 
 class MatrixInverse(Operators, sp.Inverse):
     """An inverse; what is inverted must be square at symbolic sizes."""
+
+    precedence = PRECEDENCE["Pow"]
 
     def __new__(cls, matrix, exponent=-1):
         _square(matrix, "it has no inverse")
@@ -212,9 +222,17 @@ class MatrixInverse(Operators, sp.Inverse):
 class MatrixPower(Operators, sp.MatPow):
     """A power of a square matrix."""
 
+    precedence = PRECEDENCE["Pow"]
+
     def __new__(cls, matrix, exponent, **_):
         _square(matrix, "it has no powers")
         return _node(cls, matrix, sp.sympify(exponent))
+
+
+def brief(expr):
+    """An expression in a message: its beginning, where it is long."""
+    text = str(expr)
+    return text if len(text) < 60 else text[:50] + " ..."
 
 
 def signed(terms):

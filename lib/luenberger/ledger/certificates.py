@@ -1,0 +1,67 @@
+"""Every claim of the library, with a certificate where it is about matrix symbols.
+
+A claim about explicit matrices or scalars is evaluated, and has none.
+"""
+
+from importlib import import_module
+from pkgutil import iter_modules
+
+from .. import derivations
+from ..symbolic import Claim
+from .evidence import derivation, is_test, steps
+from .records import entries
+
+
+def claims():
+    """{(where, name): Claim} of every derivation and of the ledger's evidence.
+
+    A claim that several derivations share is listed where it is found first.  A few
+    steps are bare: a residual that is zero, without sides.
+    """
+    found, seen = {}, set()
+    for where, known in _listed():
+        for name, claim in known.items():
+            if not isinstance(claim, Claim) or id(claim) not in seen:
+                seen.add(id(claim))
+                found[where, name] = claim
+    return found
+
+
+def _listed():
+    for module in iter_modules(derivations.__path__):
+        if hasattr(import_module(f"{derivations.__name__}.{module.name}"), "derive"):
+            yield module.name, derivation(module.name).steps
+    for entry in entries():
+        for pointer in entry.evidence:
+            if not is_test(pointer):
+                yield pointer.partition(":")[0], steps(pointer)
+
+
+def symbolic(claim):
+    """Whether a claim is about matrix symbols, and so proved rather than evaluated."""
+    return getattr(claim, "algebra", None) is not None
+
+
+def explicit():
+    """The claims that are evaluated, not proved: {(where, name): Claim}."""
+    return {key: claim for key, claim in claims().items() if not symbolic(claim)}
+
+
+def certified():
+    """Yield ((where, name), Proof) for each claim about matrix symbols.
+
+    Raises
+    ------
+    Unproved
+        A claim has no proof.
+
+    Examples
+    --------
+    >>> from luenberger.ledger import certificates
+    >>> key, proof = next(certificates.certified())
+    >>> proof.check()
+    True
+    """
+    for key, claim in claims().items():
+        if symbolic(claim):
+            yield key, claim.proof()
