@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from heapq import heappop, heappush
 from itertools import count
 
-from .rewriting import Rewriter
+from .rewriting import Rewriter, inside
 
 
 @dataclass(frozen=True)
@@ -111,11 +111,8 @@ class Completion(Rewriter):
 
     def simplify(self, lead):
         """Take out the rules whose leads contain the new one, to be reduced again."""
-        k = len(lead)
         for old in list(self.rules):
-            if old != lead and any(
-                old[i : i + k] == lead for i in range(len(old) - k + 1)
-            ):
+            if old != lead and inside(lead, old):
                 tail, node = self.rules.pop(old)
                 whole = {old: 1} | {w: -c for w, c in tail.items()}
                 self.consider(whole, [(1, (), node, ())])

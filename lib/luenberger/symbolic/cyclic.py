@@ -4,7 +4,7 @@ Two rules may overlap at both ends, around the circle.  The two ways of rewritin
 circle give linear relations between traces; they decide with the rules themselves.
 """
 
-from .rewriting import LONGEST, Endless, add, quotient
+from .rewriting import LONGEST, Endless, add, inside, quotient
 from .words import rotations
 
 
@@ -98,42 +98,38 @@ class Circle:
         return done, used
 
     def overlaps(self, degree):
-        """(terms, why) of every circle that two leads cover, overlapping twice."""
-        rules = self.rewriter.rules
-        for first, (tail, node) in rules.items():
-            for second, (other, second_node) in rules.items():
-                for q, s in both_ends(first, second):
-                    if self.rewriter.degree(first + s) > degree:
-                        continue
-                    # the circle is first + s, and second + q after a turn
-                    terms = {}
-                    for w, c in tail.items():
-                        whole, factor = self.closed((), w, s, first)
-                        add(terms, whole, c * factor)
-                    for w, c in other.items():
-                        whole, factor = self.closed((), w, q, second)
-                        add(terms, whole, -c * factor)
-                    if terms:
-                        why = [(1, (), second_node, q), (-1, (), node, s)]
-                        yield terms, why
+        """The circles that can be rewritten in two ways which rules do not settle.
 
-    def sideways(self, rows):
-        """The moves that do not lead down: relations between circles, too."""
-        found, words = [], {w for row in rows for w in self.reduce(row)[0] if w}
-        for word in sorted(words, key=self.rewriter.key):
+        Two leads overlap at both ends; or one overlaps the transpose of another.
+        """
+        found, leads = set(), list(self.rewriter.rules)
+        for first in leads:
+            for second in leads:
+                found |= {first + s for s in both_ends(first, second)}
+                if self.turn:
+                    turned = self.rewriter.turned(second)
+                    found |= {first + s for s in both_ends(first, turned, 0)}
+                    found |= {first} if inside(turned, first) else set()
+        short = {self.standard(w) for w in found if self.rewriter.degree(w) <= degree}
+        return sorted(short, key=self.rewriter.key)
+
+    def sideways(self, words):
+        """Every move from each circle as a relation: (terms, why)."""
+        for word in words:
             for terms, u, node, v, factor in self.moves(word):
-                row = {w: -d for w, d in terms.items()}
-                row[word] = factor
-                found.append((row, [(1, u, node, v)]))
-        return found
+                yield (
+                    {**{w: -d for w, d in terms.items()}, word: factor},
+                    [(1, u, node, v)],
+                )
 
     def solve(self, terms, degree):
         """The same as `reduce`, modulo the linear relations between traces as well."""
         rest, used = self.reduce(terms)
         pivots = {}
         relations = [(dict(t), [(1, (), k, ())]) for t, k in self.given]
-        relations += self.overlaps(degree)
-        for row, why in relations + self.sideways([rest, *(r for r, _ in relations)]):
+        words = {w for row, _ in [(rest, ()), *relations] for w in self.reduce(row)[0]}
+        circles = sorted(words - {()}, key=self.rewriter.key) + self.overlaps(degree)
+        for row, why in [*relations, *self.sideways(circles)]:
             row, extra = self.reduce(row)
             why = why + [(-c, u, ref, v) for c, u, ref, v in extra]
             row, why = self.eliminate(row, why, pivots)
@@ -167,11 +163,11 @@ class Circle:
             why += [(-c * d, u, ref, v) for d, u, ref, v in because]
 
 
-def both_ends(first, second):
-    """(q, s): first = p q r and second = r s p with p and r not empty."""
-    for a in range(1, len(first)):
-        for b in range(1, len(first) - a + 1):
-            p, q, r = first[:a], first[a : len(first) - b], first[len(first) - b :]
-            fits = len(second) >= a + b and second[:b] == r
+def both_ends(first, second, least=1):
+    """Each s: first = p q r, second = r s p; p and r have `least` letters or more."""
+    for a in range(least, len(first)):
+        for b in range(least, len(first) - a + 1):
+            p, r = first[:a], first[len(first) - b :]
+            fits = a + b and len(second) >= a + b and second[:b] == r
             if fits and second[len(second) - a :] == p:
-                yield q, second[b : len(second) - a]
+                yield second[b : len(second) - a]

@@ -171,6 +171,12 @@ class Rewriter:
         return {key: c for key, c in done.items() if c}
 
 
+def inside(word, other):
+    """Whether a word occurs in another."""
+    k = len(word)
+    return any(other[i : i + k] == word for i in range(len(other) - k + 1))
+
+
 def add(terms, key, c):
     """Add c to an entry, which disappears when it becomes zero."""
     total = terms.get(key, 0) + c

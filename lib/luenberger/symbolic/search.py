@@ -3,7 +3,7 @@
 from .completion import Completion, Limit
 from .cyclic import Circle
 from .problems import Problem
-from .rewriting import Endless, Rewriter, quotient
+from .rewriting import Endless, Rewriter, inside, quotient
 
 MOST = 5_000  # rewritings of a claim by the relations as they are written
 LIMITS = (
@@ -73,10 +73,10 @@ class Rewriting(Search):
         if not lead or not self.problem.solid(terms[lead]):
             return
         tail = {w: quotient(-c, terms[lead]) for w, c in terms.items() if w != lead}
-        if occurs(lead, tail):
+        if any(inside(lead, w) for w in tail):
             return  # X = A X A' + Q would never end
         mirrored = self.engine.turned(lead), self.engine.transposed(tail)
-        both = not occurs(lead, mirrored[1])  # not so with A' = -A
+        both = not any(inside(lead, w) for w in mirrored[1])  # not so with A' = -A
         for ref, (word, rest) in ((k, (lead, tail)), (~k, mirrored)):
             if (ref == k or both) and word not in self.engine.rules:
                 self.engine.nodes.append([(quotient(1, terms[lead]), (), ref, ())])
@@ -134,12 +134,6 @@ class Completing(Search):
                 rest, used = self.circle.solve(rest, self.limit.degree)
                 self.targets[claim] = rest, why + used
         return self.done
-
-
-def occurs(lead, tail):
-    """Whether a word of the tail contains the lead."""
-    k = len(lead)
-    return any(w[i : i + k] == lead for w in tail for i in range(len(w) - k + 1))
 
 
 def searches(statement, limits=LIMITS):

@@ -68,6 +68,10 @@ class Free(Algebra):
             return self._inverted_blocks(base, value)
         if len(value.terms) == 1:
             ((word, c),) = value.terms.items()
+            again = word and word[0].inverted and word[0].atom in self.composites
+            if len(word) == 1 and again and c == 1:  # the inverse of an inverse
+                known = self.composites[word[0].atom][1]
+                return known.T if word[0].transposed else known
             if len(word) < 2 and c.is_zero is False:
                 turned = tuple(x._replace(inverted=not x.inverted) for x in word)
                 return value.like([(turned, 1 / c)])
