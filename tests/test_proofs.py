@@ -19,6 +19,7 @@ from luenberger.symbolic import (
     Unproved,
     ZeroMatrix,
     checker,
+    evaluate,
     prove,
 )
 from luenberger.symbolic.checker import complaints, fact
@@ -44,10 +45,17 @@ def test_identity_is_proved_within_a_second(name):
 
 
 @pytest.mark.parametrize("name", FALSE)
-def test_false_variant_is_not_proved(name):
+def test_false_variant_is_refuted_by_explicit_matrices(name):
+    left, right, given, symmetric = parts(FALSE[name])
     with pytest.raises(Unproved) as failure:
-        prove(*parts(FALSE[name]))
+        prove(left, right, given, symmetric)
     assert not failure.value.left_over.is_zero
+    found = failure.value.counterexample
+    for a, b in given:
+        assert evaluate(a, found) == evaluate(b, found)
+    for s in symmetric:
+        assert found[s] == found[s].T
+    assert evaluate(left, found) != evaluate(right, found)
 
 
 # -- damage ---------------------------------------------------------------------------
@@ -165,10 +173,11 @@ def test_what_is_not_proved_says_how_far_it_went():
         prove(A * B, B * A)
     assert failure.value.complete
     assert failure.value.left_over.as_expr() == A * B - B * A
-    with pytest.raises(Unproved, match="limit at degree") as failure:
-        growing = [(A * B * A, B * A * B + C), (B * C * B, A)]
-        prove(A, B, growing, limits=[("inverses", Limit(degree=6, rules=30))])
+    short = [("inverses", Limit(degree=3))]
+    with pytest.raises(Unproved, match="limit at degree 4") as failure:
+        prove(*parts(TRUE["pseudo-inverse is unique"]), limits=short)
     assert not failure.value.complete
+    assert failure.value.counterexample is None
 
 
 def test_left_over_spells_composites_out():

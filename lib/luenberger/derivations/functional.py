@@ -3,19 +3,16 @@
 For the plant x+ = A x + B u, y = C x + E u an observer z+ = F z + G u + D y with
 w^ = P z tracks k x exactly when T A - F T = D C, G = T B - D E, P T = k (x+ is the
 next state or the derivative).  In companion coordinates T is built row by row from
-k, and the only condition left is on the characteristic polynomial beta of F:
-k beta(A) must be a combination of the rows of C, CA, ..., CA^(r-1).  That holds in
-any coordinates and for any number of outputs.
+k; what is left is a condition on beta, the characteristic polynomial of F: k beta(A)
+is a combination of the rows of C, CA, ..., CA^(r-1), in any coordinates.
 
     letter of the paper   F  g  h'  k'  A  b  d  l'  T'  p
     letter here           A  B  C   k   F  D  G  P   T   r
 
 Sizes are symbols except where a step's name gives r or a power.  The condition is
-proved in `functional_condition`; Moore's own form of it, with his T and S_r, in
-`functional_recurrence`.
+proved in `functional_condition`, in Moore's own form in `functional_recurrence`.
 
-Source: Moore (1973), (1)-(7), (10), (13); feedthrough E, several functionals, the
-graph in the necessity proof and the companion rows are our own.
+Source: Moore (1973), (1)-(7), (10), (13); the rest is our own.
 """
 
 from dataclasses import replace

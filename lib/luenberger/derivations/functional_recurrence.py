@@ -2,19 +2,17 @@
 
 In observable companion form T is a Krylov matrix, [t, F t, ..., F^(n-1) t], so that
 S_r T' = 0 by Cayley and Hamilton, and k is a combination of its rows exactly if
-S_r k' = 0: the entries of k obey the recurrence whose polynomial is beta.  These
-entries are kappa_i = k A^i g in any coordinates, g being the state that C, CA, ...,
-CA^(n-2) do not see; they are also the observer's response P F^i T g.
+S_r k' = 0: the entries of k obey the recurrence whose polynomial is beta.  They are
+kappa_i = k A^i g in any coordinates, g the state that C, CA, ..., CA^(n-2) do not see;
+they are also the observer's response P F^i T g.
 
 The letters are those of `functional`.  One output; n, and mostly r, are numbers.
-
 Source: Moore (1973), (2), (8)-(13); the sequence in other coordinates is our own.
 """
 
 from functools import cache
 
 import sympy as sp
-from sympy import MatAdd
 
 from ..symbolic import (
     Algebra,
@@ -155,7 +153,7 @@ def coordinate_steps(size):
     # A^n = -alpha_0 - ... - alpha_(n-1) A^(n-1), Cayley and Hamilton
     known = Algebra([], [*unseen(size), (A**size, -at(A, alpha))])
     X = [A**j * g for j in range(size)]
-    last = MatAdd(*(-a * x for a, x in zip(alpha, X)))
+    last = sp.MatAdd(*(-a * x for a, x in zip(alpha, X)))
     moved = BlockMatrix([[A * x for x in X]])
     name = f"n = {size}"
     tall = sp.Matrix(size, size, lambda i, j: hankel_entry(i + j, size))
@@ -200,7 +198,7 @@ def sequence_steps(size):
     for order in range(1, size):
         beta = [*sp.symbols(f"beta_:{order}"), sp.S.One]
         rest = [MatrixSymbol(f"D_{i + 1}", 1, 1) for i in range(order)]
-        shown = MatAdd(*(d * C * A ** (order - 1 - i) for i, d in enumerate(rest)))
+        shown = sp.MatAdd(*(d * C * A ** (order - 1 - i) for i, d in enumerate(rest)))
         steps |= claims(
             Algebra([], unseen(size)),
             {
@@ -213,8 +211,8 @@ def sequence_steps(size):
             | {
                 f"(13) row {i} of S_r kappa is k beta(A) A^{i} g, n = {size}, "
                 f"r = {order}": (
-                    MatAdd(*(k * b * A**j for j, b in enumerate(beta))) * A**i * g,
-                    MatAdd(*(b * k * A ** (i + j) * g for j, b in enumerate(beta))),
+                    sp.MatAdd(*(k * b * A**j for j, b in enumerate(beta))) * A**i * g,
+                    sp.MatAdd(*(b * k * A ** (i + j) * g for j, b in enumerate(beta))),
                 )
                 for i in range(size - order)
             },
