@@ -169,10 +169,14 @@ def test_symbols_of_one_name_are_told_apart():
 
 
 def test_what_is_not_proved_says_how_far_it_went():
-    with pytest.raises(Unproved, match="does not follow") as failure:
+    with pytest.raises(Unproved, match="it is false") as failure:
         prove(A * B, B * A)
     assert failure.value.complete
     assert failure.value.left_over.as_expr() == A * B - B * A
+    u, v = MatrixSymbol("u", n, 1), MatrixSymbol("v", n, 1)
+    with pytest.raises(Unproved, match="does not follow") as failure:
+        prove(u.T * v, v.T * u)  # true, because a 1 x 1 matrix is a number
+    assert failure.value.complete and failure.value.counterexample is None
     short = [("inverses", Limit(degree=3))]
     with pytest.raises(Unproved, match="limit at degree 4") as failure:
         prove(*parts(TRUE["pseudo-inverse is unique"]), limits=short)
