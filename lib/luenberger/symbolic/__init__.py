@@ -1,18 +1,58 @@
-"""Matrix algebra that proves: normal forms of non-commutative polynomials.
+"""Matrix algebra that proves, refutes and shows: a tool for derivations.
 
-An expression in matrix symbols is written as a sum of words (products of symbols,
-transposes, inverses) with coefficients; traces likewise, with words taken up to
-cyclic shift and transposition.  Relations such as ``P T = I - V C`` rewrite words,
-so that a claim is proved when the difference of its sides has no words left.
-SymPy goes in and comes out; sizes are symbols, and a product whose sizes are not
-provably equal is refused, which SymPy does not do.
+A *word* is a product of letters: symbols, transposes, inverses.  Multiplied out, a
+matrix expression is a sum of words with coefficients, and two expressions are equal
+for all matrices exactly when these sums are.  Sizes are symbols; a sum or a product
+whose shapes are not provably equal is refused when it is written.
 
-`prove` proves an equation from others, `refute` finds matrices that deny it, and
-`model` matrices that satisfy relations.  A `Chain` is a derivation that reads: every
-line is checked against exactly the reasons it cites.
+>>> from sympy import symbols
+>>> from luenberger.symbolic import Identity, MatrixSymbol, Relation, prove, refute
+>>> n, m = symbols("n m", integer=True, positive=True)
+>>> A, B = MatrixSymbol("A", n, m), MatrixSymbol("B", m, n)
+>>> prove((Identity(n) + A * B) * A, A * (Identity(m) + B * A)).check()
+True
 
-Source: our own.  SymPy 1.14 alone differentiates a sum of traces to zero (#26561),
-collapses partitioned matrices wrongly (#22034) and cannot reduce modulo relations.
+A *relation* is an equation that one may use.  An inverse brings two of its own,
+X X^-1 = I and X^-1 X = I, also where X is a sum; every relation holds transposed as
+well.  This is the push-through identity, for matrices of any sizes:
+
+>>> proof = prove((Identity(n) + A * B).I * A, A * (Identity(m) + B * A).I)
+>>> print(proof)  # doctest: +NORMALIZE_WHITESPACE
+(I + A*B)**(-1)*A - (A*(I + B*A)**(-1)) =
+  -1 * (I + A*B)^-1 A [(I + B*A)^-1 is an inverse, on the right]
+  1 * [(I + A*B)^-1 is an inverse, on the left] A (I + B*A)^-1
+
+A *proof* is that sum: the left side less the right side, written as terms
+c u (l - r) v, each with a relation l = r in its middle.  Multiply it out, and nothing
+is left; `proof.check()` does so with code of its own that knows no rewriting.  It is
+found by rewriting words with the relations and by *completing* these: where two
+overlap, a word can be rewritten in two ways, and that both are equal is a new relation.
+
+Relations that are given have names, and a proof says which it used:
+
+>>> M, K, N = MatrixSymbol("M", m, m), MatrixSymbol("K", n, m), MatrixSymbol("N", n, m)
+>>> gain = Relation("K M = N", K * M, N)
+>>> proof = prove(K, N * M.I, [gain])
+>>> proof.cited
+('K M = N',)
+
+What is false is refuted by explicit matrices where the search finds some, and what
+relations could never be satisfied is found out by asking for a `model` of them.
+
+>>> refute(A * B, B.T * A.T) is None
+False
+
+A `Claim` is two sides in an `Algebra` whose relations are applied from left to right
+as they are written; the library's derivations are made of these.  A `Chain` is a
+derivation that reads: every line is checked against exactly the reasons it cites.
+
+What rewriting cannot do: two square matrices with A B = I have B A = I, and a 1 x 1
+matrix equals its transpose, but neither follows from equations between words alone.
+
+Source: our own; Bergman (1978) for the method, Hofstadler, Raab and Regensburger
+(2019) for its use on matrices of unequal sizes.  SymPy 1.14 alone differentiates a sum
+of traces to zero (#26561), collapses partitioned matrices wrongly (#22034), cancels
+what has no inverse, and cannot reduce modulo relations.
 """
 
 from .blocks import Blocks
