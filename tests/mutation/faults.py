@@ -214,8 +214,8 @@ def _values(value):
         if value:
             yield value - 1
     elif isinstance(value, float) and value:
-        yield value * DECADES
-        yield value / DECADES
+        yield float(f"{value * DECADES:.12g}")
+        yield float(f"{value / DECADES:.12g}")
     elif isinstance(value, str) and not SENTENCE.search(value):
         for old, new in PRINTED.items():
             if old in value:

@@ -1,7 +1,9 @@
 """A copy of the tree, and children of this process that run tests in it."""
 
+import math
 import os
 import pickle
+import resource
 import shutil
 import signal
 import subprocess
@@ -11,6 +13,7 @@ import traceback
 from contextlib import suppress
 from pathlib import Path
 
+CLOCK = 10  # seconds of the clock for a second of the processor
 HERE = Path(__file__).parent
 IGNORED = ("*", ".git", ".venv", "__pycache__", "*.egg-info", ".pytest_cache")
 
@@ -75,11 +78,14 @@ def _copy(repository, to):
 class Child:
     """A forked process that carries out `task`, for `limit` seconds at most.
 
-    What the task returns is `result`; without it, `ended` says why.
+    They are seconds of its processor, so that a busy machine does not count; of the
+    clock it has ten times as many.  What the task returns is `result`; without it,
+    `ended` says why.
     """
 
     def __init__(self, task, folder, limit):
-        self.answer, self.deadline = folder / "answer", time.monotonic() + limit
+        self.answer, self.limit = folder / "answer", math.ceil(limit)
+        self.deadline = time.monotonic() + CLOCK * self.limit
         self.answer.unlink(missing_ok=True)
         sys.stdout.flush()
         self.pid = os.fork()
@@ -92,6 +98,7 @@ class Child:
     def _work(self, task, log):
         try:
             os.setpgid(0, 0)
+            resource.setrlimit(resource.RLIMIT_CPU, (self.limit, self.limit + 1))
             signal.signal(signal.SIGINT, signal.default_int_handler)
             out = os.open(log, os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
             for stream in (1, 2):
@@ -106,10 +113,11 @@ class Child:
             os._exit(0)
 
     def finished(self):
-        done, _ = os.waitpid(self.pid, os.WNOHANG)
+        done, status = os.waitpid(self.pid, os.WNOHANG)
         if not done and time.monotonic() < self.deadline:
             return False
-        self.ended = "died" if done else "hung"
+        used_up = os.WIFSIGNALED(status) and os.WTERMSIG(status) == signal.SIGXCPU
+        self.ended = "died" if done and not used_up else "hung"
         self.stop(reap=not done)
         if done and self.answer.exists():
             self.result, self.ended = pickle.loads(self.answer.read_bytes()), None
