@@ -19,6 +19,7 @@ from luenberger.kernels import numba, scalars, solves
 from luenberger.kernels.c import C
 from luenberger.kernels.loops import arrays, write, write_definite
 from luenberger.kernels.lowering import lower
+from luenberger.kernels.program import Factor
 from luenberger.linalg import solve_right
 
 n = sp.Symbol("n", integer=True)
@@ -105,13 +106,21 @@ def test_units_of_an_output_do_not_move_the_line(run, size):
 LEAST = 2.0**-52
 
 
+DEFINITE = [
+    (Factor("X", 0.0), [(LEAST, True), (0.0, False), (-LEAST, False)]),
+    (Factor("X", 1e-3), [(1.1e-3, True), (0.9e-3, False)]),
+    (Factor("X", 1e-3, "M"), [(2.1e-3, True), (1.9e-3, False)]),  # beside X and M
+]
+
+
 @pytest.mark.parametrize("size", SIZES)
 @pytest.mark.parametrize("run", [python_loops, python_scalars])
-def test_what_must_be_definite_may_have_any_positive_pivot(run, size):
-    """Of a result one asks whether rounding spoiled it, not what its rank is."""
-    one = np.eye(size)
-    for d, definite in ((LEAST, True), (0.0, False), (-LEAST, False)):
-        assert run(one, matrix(size, d), definite=("X",))[0] == definite
+@pytest.mark.parametrize(("factor", "cases"), DEFINITE, ids=["any", "part", "beside"])
+def test_what_must_be_definite_has_pivots_above_the_asked_part(
+    factor, cases, run, size
+):
+    for d, definite in cases:
+        assert run(np.eye(size), matrix(size, d), definite=[factor])[0] == definite
 
 
 C_CASES = [(real, size) for real in ("double", "float") for size in (2, 11)]
@@ -125,11 +134,12 @@ def in_c(tmp_path_factory):
         pytest.skip("there is no C compiler")
     pieces = []
     for real, size in C_CASES:
-        for name, options in (("solve", {}), ("definite", dict(definite=("X",)))):
+        for name, definite in [("solve", ()), *enumerate(DEFINITE)]:
+            options = dict(definite=[definite[0]]) if definite else {}
             to = C(real)
             known = dict(constants={}, places={}, results={"X": ("out", size * size)})
             Module("unit", real).steps(program(**options), {"n": size}, to, **known)
-            head = f"int {name}_{real}_{size}"
+            head = f"int solve_{name}_{real}_{size}"
             head += f"(const {real} *M, const {real} *N, {real} *out)"
             pieces.append("\n".join([head, "{", *to.lines, "return 0;", "}"]))
     folder = tmp_path_factory.mktemp("pivots")
@@ -142,7 +152,7 @@ def in_c(tmp_path_factory):
         kind = np.float64 if real == "double" else np.float32
         matrices = [X.astype(kind) for X in (M, N, 0 * M)]
         pointers = [X.ctypes.data_as(ctypes.c_void_p) for X in matrices]
-        return library[f"{name}_{real}_{len(M)}"](*pointers) == 0
+        return library[f"solve_{name}_{real}_{len(M)}"](*pointers) == 0
 
     return solves
 
@@ -153,6 +163,7 @@ def test_exported_c_draws_the_line_of_its_number_type(real, size, in_c):
     tol = 1e-13 if real == "double" else 1e-6
     for d, solved in ((1.5 * tol, True), (0.6 * tol, False)):
         assert in_c("solve", real, matrix(size, d), matrix(size, d)) == solved
-    least = LEAST if real == "double" else 2.0**-23
-    for d, definite in ((least, True), (0.0, False), (-least, False)):
-        assert in_c("definite", real, np.eye(size), matrix(size, d)) == definite
+    for k, (_, cases) in enumerate(DEFINITE):
+        for d, definite in cases:
+            d = d if real == "double" or abs(d) != LEAST else np.sign(d) * 2.0**-23
+            assert in_c(k, real, np.eye(size), matrix(size, d)) == definite
