@@ -98,6 +98,18 @@ INVERSES = {
     "geometric sum": ((In - A).I, In + A + A**2 + A**3 * (In - A).I),
 }
 
+FINITE = {
+    "square: AB = I, BA = I": (B * A, In, [(A * B, In)]),
+    "square: AB = A + B commute": (A * B, B * A, [(A * B, A + B)]),
+    "square: three factors": (C * A * B, In, [(A * B * C, In)]),
+    "square: scaled": (B * A, 3 * In, [(A * B, 3 * In)]),
+    "orthogonal on both sides": (A * A.T, In, [(A.T * A, In)]),
+    "1 x 1: transposes": (u.T * A * v, v.T * A.T * u),
+    "1 x 1: numbers commute": (u * v.T * A * u * u.T * v, u * u.T * v * v.T * A * u),
+    "1 x 1: symmetric form": (u.T * P * v, v.T * P * u, [], [P]),
+    "Householder": ((In - 2 * u * u.T) ** 2, In, [(u.T * u, ONE)]),
+}
+
 PROJECTIONS = {
     "complement of an idempotent": ((In - P) ** 2, In - P, [(P * P, P)]),
     "product of idempotents": (
@@ -272,6 +284,12 @@ OBSERVERS = {
         [Q2, Ph],
     ),
     "(3.15) projected moment": (tau * Ph * tau.T, Gh.T * Q2 * Gh, MOMENT, [Q2, Ph]),
+    "Krein: adjoint equations": (
+        Trace(Q * X),
+        Trace(Y * B),
+        [(A * X + X * A.T + B, ZERO), (A.T * Y + Y * A + Q, ZERO)],
+        [X, Y, B, Q],
+    ),
     "AX = XB, squares": (A**2 * U, U * D**2, [(A * U, U * D)]),
     "AX = XB, resolvents": (
         (s * In - A).I * U,
@@ -316,7 +334,8 @@ TRACES = {
 }
 
 TRUE = {
-    **INVERSES, **PROJECTIONS, **BLOCKS, **FILTER, **PSEUDO, **OBSERVERS, **TRACES
+    **INVERSES, **FINITE, **PROJECTIONS, **BLOCKS, **FILTER, **PSEUDO, **OBSERVERS,
+    **TRACES
 }  # fmt: skip
 
 FALSE = {
@@ -357,6 +376,8 @@ FALSE = {
     ),
     "short form is symmetric": ((In - K * H) * P, P * (In - K * H).T, [], [P]),
     "both sides of an oblique projection": (U * V, In, [(V * U, Im)]),
+    "AB = 0, BA = 0": (B * A, ZERO, [(A * B, ZERO)]),
+    "1 x 1: another form": (u.T * A * v, v.T * A * u),
     "AX = XB, equal": (A, B, [(A * X, X * B)]),
     "square root is unique": (A, B, [(A * A, B * B)]),
     "trace is multiplicative in order": (Trace(A * B * C), Trace(A * C * B)),

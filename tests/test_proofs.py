@@ -137,6 +137,27 @@ def test_checker_does_not_take_a_symbol_for_symmetric():
     assert complaints(nothing, "claim", proof.certificate)
 
 
+def test_checker_does_not_take_a_lemma_on_trust():
+    proof = prove(B * A, Identity(n), [(A * B, Identity(n))])
+    (name,) = proof.statement.lemmas
+    p, q, c = proof.statement.lemmas[name]
+    assert proof.check()
+    without = {k: v for k, v in proof.certificates.items() if k != name}
+    assert not dataclasses.replace(proof, certificates=without).check()
+    itself = proof.certificates | {name: ((1, (), ("exchanged", name, False), ()),)}
+    assert not dataclasses.replace(proof, certificates=itself).check()
+    for wrong in [(p, q, 0), (p, q, 2), (p, q, sp.Symbol("c")), (q, p, c)]:
+        statement = dataclasses.replace(proof.statement, lemmas={name: wrong})
+        assert not dataclasses.replace(proof, statement=statement).check()
+
+
+def test_checker_exchanges_square_matrices_only():
+    proof = prove(B * A, Identity(n), [(A * B, Identity(n))])
+    sizes = {"A": (n, m), "B": (m, n)}
+    statement = dataclasses.replace(proof.statement, sizes=sizes)
+    assert complaints(statement, "claim", proof.certificates["claim"])
+
+
 def test_checker_shares_no_code_with_the_prover():
     source = pathlib.Path(checker.__file__).read_text(encoding="utf-8")
     imports = re.findall(r"^ *(?:import|from) .*", source, re.M)
@@ -173,9 +194,8 @@ def test_what_is_not_proved_says_how_far_it_went():
         prove(A * B, B * A)
     assert failure.value.complete
     assert failure.value.left_over.as_expr() == A * B - B * A
-    u, v = MatrixSymbol("u", n, 1), MatrixSymbol("v", n, 1)
     with pytest.raises(Unproved, match="does not follow") as failure:
-        prove(u.T * v, v.T * u)  # true, because a 1 x 1 matrix is a number
+        prove(A, ZeroMatrix(n, n), [(A.T * A, ZeroMatrix(n, n))])  # by signs only
     assert failure.value.complete and failure.value.counterexample is None
     short = [("inverses", Limit(degree=3))]
     with pytest.raises(Unproved, match="limit at degree 4") as failure:

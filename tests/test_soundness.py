@@ -177,6 +177,13 @@ def test_nothing_is_divided_by_a_scalar_that_may_vanish():
     assert prove(A, ZeroMatrix(n, n), [(b * A, ZeroMatrix(n, n))]).check()
 
 
+def test_factors_are_exchanged_where_the_number_is_not_zero():
+    with pytest.raises(Unproved):
+        prove(B * A, a * Identity(n), [(A * B, a * Identity(n))])
+    with pytest.raises(Unproved):
+        prove(X * K, Identity(n), [(K * X, Identity(m))])
+
+
 def test_sizes_may_be_equal():
     """(n - m) A = 0 does not say that A is 0."""
     with pytest.raises(Unproved):

@@ -46,8 +46,9 @@ A `Claim` is two sides in an `Algebra` whose relations are applied from left to 
 as they are written; the library's derivations are made of these.  A `Chain` is a
 derivation that reads: every line is checked against exactly the reasons it cites.
 
-What rewriting cannot do: two square matrices with A B = I have B A = I, and a 1 x 1
-matrix equals its transpose, but neither follows from equations between words alone.
+Two things are used that equations between words do not say: square matrices with
+A B = I have B A = I, and a 1 x 1 matrix is a number.  What rests on signs, as that
+A'A = 0 only if A = 0, is not used.
 
 Source: our own; Bergman (1978) for the method, Hofstadler, Raab and Regensburger
 (2019) for its use on matrices of unequal sizes.  SymPy 1.14 alone differentiates a sum

@@ -5,6 +5,7 @@ circle.  Here these steps are made explicit, so that the terms add up in the fre
 algebra, where nothing at all is taken for granted.
 """
 
+from .finite import product
 from .words import rotations
 
 
@@ -36,7 +37,7 @@ class Writer:
 
     def __init__(self, problem, claim):
         self.problem, self.statement = problem, problem.statement
-        (self.shape, left), (_, right) = self.statement.claims[claim]
+        (self.shape, left), (_, right) = self.statement.sides(claim)
         self.rest, self.terms = {}, []
         self._subtract(-1, left)
         self._subtract(1, right)
@@ -65,6 +66,12 @@ class Writer:
         kind, name, transposed = fact
         if kind == "given":
             (shape, left), (_, right) = self.statement.given[name]
+        elif kind == "exchanged":
+            p, q, c = self.statement.lemmas[name]
+            shape, left, right = p[0], product(q[1], p[1]), {(): c}
+        elif kind == "number":
+            (a, b), shape = name, (1, 1)
+            left, right = ({a + b: 1}, {b + a: 1}) if b else ({a: 1}, {flip(a): 1})
         else:
             shape, base = self.statement.inverses[name]
             y, right = ((name, False),), {(): 1}

@@ -2,10 +2,11 @@
 
 A certificate is a sum of terms `(c, u, fact, v)`; each stands for c u (l - r) v, where
 l = r is a given relation, a defining equation of an inverse, a symmetry, or one of
-these transposed.  In a claim about traces a term stands for the trace of that, and two
-more kinds say that the trace is cyclic and that it does not change by transposition.
-The claim is proved when its left side less its right side, less all terms, has no word
-left.  Words are tuples of letters (name, transposed).
+these transposed; or p q = c I the other way round, a lemma about square p and q; or it
+says that a 1 x 1 matrix is a number.  In a claim about traces a term stands for the
+trace of that, and two more kinds say that the trace is cyclic and does not change by
+transposition.  The claim is proved when its left side less its right side, less all
+terms, has no word left.  Words are tuples of letters (name, transposed).
 """
 
 import sympy as sp
@@ -15,9 +16,9 @@ NUMBER = (int, sp.Rational)
 
 def complaints(statement, claim, certificate):
     """What is wrong with a certificate of a claim; [] when it proves the claim."""
-    (shape, left), (other, right) = statement.claims[claim]
-    parts = [(shape, 1, (), left, (), shape), (other, -1, (), right, (), shape)]
     try:
+        (shape, left), (other, right) = equation(statement, claim, certificate)
+        parts = [(shape, 1, (), left, (), shape), (other, -1, (), right, (), shape)]
         for c, u, name, v in certificate:
             inner, terms = fact(statement, name, u, v)
             outside = ((), ()) if name[0] in ("cyclic", "turned") else (u, v)
@@ -27,9 +28,23 @@ def complaints(statement, claim, certificate):
             for word, d in terms.items():
                 word, factor = fitted(statement, u, word, v, inner, whole)
                 rest[word] = rest.get(word, 0) + c * d * factor
-    except (KeyError, ValueError) as problem:
+    except (KeyError, TypeError, ValueError) as problem:
         return [f"{type(problem).__name__}: {problem}"]
     return [f"left over: {c} {w}" for w, c in rest.items() if not vanishes(c)]
+
+
+def equation(statement, claim, certificate):
+    """The two sides of a claim, or of a lemma, which cites earlier lemmas only."""
+    if claim not in statement.lemmas:
+        return statement.claims[claim]
+    names = list(statement.lemmas)
+    later = names[names.index(claim) :]
+    if any(
+        kind == "exchanged" and key in later for _, _, (kind, key, _), _ in certificate
+    ):
+        raise ValueError("a lemma rests on itself")
+    p, q, c = statement.lemmas[claim]
+    return times(p, q), (p[0], {(): c})
 
 
 def vanishes(c):
@@ -54,6 +69,17 @@ def fact(statement, name, u, v):
             {((key, True),): 1},
             {((key, False),): 1},
         )
+    elif kind == "exchanged":  # square p, q with p q = c I have q p = c I
+        p, q, c = statement.lemmas[key]
+        joined([p[0], p[0], q[0], q[0]])
+        if sp.sympify(c).is_zero is not False:
+            raise ValueError(f"{c} may be zero")
+        (shape, left), right = times(q, p), {(): c}
+    elif kind == "number":  # 1 x 1: a = a', a b = b a
+        (a, b), shape = key, (1, 1)
+        for word in (a, b):
+            joined([shape, *[size(statement, x) for x in word], shape])
+        left, right = ({a + b: 1}, {b + a: 1}) if b else ({a: 1}, {flip(a): 1})
     else:
         shape, base = statement.inverses[key]
         y, left = ((key, False),), {}
@@ -97,6 +123,15 @@ def joined(shapes):
     for a, b in zip(shapes, shapes[1:]):
         if sp.expand(a[1] - b[0]) != 0:
             raise ValueError(f"shapes {a} and {b} do not fit")
+
+
+def times(p, q):
+    (one, left), (two, right) = p, q
+    found = {}
+    for u, c in left.items():
+        for v, d in right.items():
+            found[u + v] = found.get(u + v, 0) + c * d
+    return (one[0], two[1]), found
 
 
 def difference(left, right):

@@ -46,6 +46,7 @@ class Completion(Rewriter):
         self.turn = turn  # whether transposes of the relations matter
         self.queue, self.order = [], count()
         self.skipped = set()  # degrees of overlaps beyond the limit
+        self.beyond = lambda lead, tail, node: ()  # what follows otherwise
         self.set_aside = 0  # polynomials whose leading coefficient might vanish
         for k in range(len(generators)):
             self.consider(generators[k], [(1, (), k, ())])
@@ -107,6 +108,8 @@ class Completion(Rewriter):
             turned = self.transposed({lead: 1} | {w: -c for w, c in tail.items()})
             self.consider(turned, [(1, (), ~node, ())])
         self.overlap(lead)
+        for terms, because in self.beyond(lead, tail, node):
+            self.consider(terms, because)
         return goal(lead)
 
     def simplify(self, lead):

@@ -4,6 +4,10 @@ from fractions import Fraction
 
 import sympy as sp
 
+from .certificates import flip
+from .finite import numbers
+from .words import same_size
+
 
 class Problem:
     """The letters of a statement in some order, and its polynomials over them.
@@ -37,7 +41,8 @@ class Problem:
         self.flip = [self.index[name, not t] for name, t in self.letters]
         heavy = heavy_names(statement) if order == "definitions" else {}
         self.weight = [heavy.get(name, 1) for name, _ in self.letters]
-        self.facts, self.generators, self.scalars = [], [], []
+        self.facts, self.generators, self.scalars = {}, [], []
+        self.numbers = list(numbers(statement))
         self._collect()
 
     def _all_symmetric(self):
@@ -59,17 +64,19 @@ class Problem:
             if shape is not None:
                 self._add(("given", name), terms)
             elif terms:
-                self.facts.append(("given", name))
-                self.generators.append({})
-                self.scalars.append((terms, len(self.facts) - 1))
+                self.scalars.append((terms, len(self.generators)))
+                self._add(("given", name), {})
         for name, (_, base) in self.statement.inverses.items():
             y = ((name, False),)
             for kind in ("right inverse", "left inverse"):
                 side = {w + y if kind[0] == "r" else y + w: c for w, c in base.items()}
                 self._add((kind, name), self.terms(side, {(): 1}))
+        for a, b in self.numbers:
+            left, right = (a + b, b + a) if b else (a, flip(a))
+            self._add(("number", (a, b)), self.terms({left: 1}, {right: 1}))
 
     def _add(self, fact, terms):
-        self.facts.append(fact)
+        self.facts[len(self.generators)] = fact
         self.generators.append(terms)
 
     @property
@@ -78,7 +85,8 @@ class Problem:
         sides = [*self.statement.claims.values(), *self.statement.given.values()]
         words = [w for pair in sides for _, terms in pair for w in terms]
         words += [w for _, terms in self.statement.inverses.values() for w in terms]
-        return bool(self.symmetric) or any(t for w in words for _, t in w)
+        known = bool(self.symmetric or self.numbers)
+        return known or any(t for w in words for _, t in w)
 
     def word(self, plain):
         return tuple(self.index[x] for x in plain)
@@ -100,6 +108,19 @@ class Problem:
         """The number of rows of a letter, as a coefficient."""
         name, transposed = self.letters[letter]
         return self.number(self.statement.sizes[name][1 if transposed else 0])
+
+    def square(self, word):
+        """Whether a word is provably square."""
+        (name, t), (last, u) = self.spelled((word[0], word[-1]))
+        sizes = self.statement.sizes
+        return same_size(sizes[name][1 if t else 0], sizes[last][0 if u else 1])
+
+    def side(self, terms, letter):
+        """The plain side of a square polynomial, as large as a letter's rows."""
+        name, t = self.letters[letter]
+        size = self.statement.sizes[name][1 if t else 0]
+        plain = {self.spelled(w): self.coefficient(c) for w, c in terms.items()}
+        return (size, size), plain
 
     def number(self, c):
         """A coefficient for the engine."""

@@ -1,6 +1,6 @@
 """Prove that an equation follows from others, with a certificate to be checked."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from .certificates import spelled_out
 from .checker import complaints
@@ -32,13 +32,14 @@ class Proof:
 
     @property
     def certificate(self):
-        """All terms, block after block."""
+        """All terms, block after block, and those of the lemmas used."""
         return tuple(term for terms in self.certificates.values() for term in terms)
 
     def complaints(self):
         """What the independent checker has to say against the certificate."""
-        missing = [c for c in self.statement.claims if c not in self.certificates]
-        return [f"no certificate of {c}" for c in missing] + [
+        wanted = [*self.statement.claims, *self.statement.lemmas]
+        missing = [name for name in wanted if name not in self.certificates]
+        return [f"no certificate of {name}" for name in missing] + [
             f"{claim}: {fault}"
             for claim, terms in self.certificates.items()
             for fault in complaints(self.statement, claim, terms)
@@ -58,7 +59,9 @@ class Proof:
 
     def __str__(self):
         lines = [f"{self.left} - ({self.right}) ="]
-        lines += [f"  {text(term)}" for term in self.certificate] or ["  0"]
+        for claim, terms in self.certificates.items():
+            lines += [f" {claim}:"] if len(self.certificates) > 1 else []
+            lines += [f"  {text(term)}" for term in terms] or ["  0"]
         return "\n".join(lines)
 
 
@@ -73,6 +76,8 @@ def text(term):
         "left inverse": f"[{name} is an inverse, on the left]",
         "cyclic": "[tr(X Y) = tr(Y X)]",
         "turned": "[tr X' = tr X]",
+        "exchanged": f"[{name}: p q = c I, so q p = c I]",
+        "number": "[a 1 x 1 matrix is a number]",
     }[kind]
     return " ".join(filter(None, [f"{c} *", mark(u), said + "'" * transposed, mark(v)]))
 
@@ -146,26 +151,49 @@ def prove(left, right, given=(), symmetric=(), limits=LIMITS):
 
     Notes
     -----
-    What does not follow by rewriting may still be true of matrices.  Two square
-    matrices with A B = I have B A = I, but that uses the finite size of A.
+    Beyond the equations that are given, it is used that square matrices with
+    p q = c I have q p = c I, which the certificate has as a lemma, and that a 1 x 1
+    matrix is a number.  What rests on signs is not used: A'A = 0 has A = 0 for real
+    matrices, and does not follow by rewriting.
+
+    Where nothing is given, both sides are rational functions of free entries; scalars
+    other than sizes may then be divided by, as s - t is in the resolvent identity.
+    Otherwise only what is certainly not zero is divided by.
     """
     statement, free = read(left, right, given, symmetric)
     outcome = None
     for search in searches(statement, limits):
         outcome = search.run()
         if outcome == "proved":
-            return Proof(left, right, statement, certificates(search))
+            return Proof(left, right, *certified(search))
         if outcome == "complete":
             break
     raise unproved(left, right, given, symmetric, search, free, outcome)
 
 
-def certificates(search):
-    """{claim: terms} of a search that has proved every claim."""
-    return {
-        claim: spelled_out(search.problem, claim, search.engine.flatten(why))
-        for claim, (_, why) in search.targets.items()
-    }
+def certified(search):
+    """The statement with the lemmas that were used, and {claim: terms} of all."""
+    problem, engine = search.problem, search.engine
+    whys = {name: engine.flatten(why) for name, (_, why) in search.targets.items()}
+    waiting = list(whys)
+    while waiting:
+        for ref in {max(ref, ~ref) for _, ref, _ in whys[waiting.pop()]}:
+            kind, name = problem.facts[ref]
+            if kind == "exchanged" and name not in whys:
+                whys[name] = engine.flatten([(1, (), search.lemmas[name][3], ())])
+                waiting.append(name)
+    used = {name: search.lemmas[name] for name in search.lemmas if name in whys}
+    plain = {name: lemma(problem, *parts) for name, parts in used.items()}
+    problem.statement = replace(problem.statement, lemmas=plain)
+    terms = {name: spelled_out(problem, name, why) for name, why in whys.items()}
+    return problem.statement, terms
+
+
+def lemma(problem, p, q, c, node):
+    """A lemma in plain data: its two factors and the number."""
+    letter = next(w[0] for w in p if w)
+    sides = problem.side(p, letter), problem.side(q, letter)
+    return *sides, problem.coefficient(c)
 
 
 def unproved(left, right, given, symmetric, search, free, outcome):

@@ -61,12 +61,6 @@ class Rewriter:
     def transposed(self, terms):
         return {self.turned(w): c for w, c in terms.items()}
 
-    def polynomial(self, ref):
-        """The polynomial of a generator, or of its transpose."""
-        return (
-            self.generators[ref] if ref >= 0 else self.transposed(self.generators[~ref])
-        )
-
     # -- rewriting ----------------------------------------------------------------
 
     def match(self, word):

@@ -2,8 +2,9 @@
 
 from .completion import Completion, Limit
 from .cyclic import Circle
+from .finite import exchangeable, product
 from .problems import Problem
-from .rewriting import Endless, Rewriter, inside, quotient
+from .rewriting import Endless, Rewriter, add, inside, quotient
 
 MOST = 5_000  # rewritings of a claim by the relations as they are written
 LIMITS = (
@@ -25,7 +26,7 @@ class Search:
         self.problem, self.engine = problem, engine
         traces = problem.rows, problem.scalars, problem.turns
         self.circle = Circle(engine, *traces, down)
-        self.scalar = set()
+        self.scalar, self.lemmas = set(), {}  # lemmas: {name: (p, q, c, node)}
         self.targets = {}
         for claim, ((shape, left), (_, right)) in problem.statement.claims.items():
             if shape is None:
@@ -54,7 +55,7 @@ class Rewriting(Search):
         problem = Problem(statement)
         engine = Rewriter(problem.generators, problem.flip, None, problem.solid)
         super().__init__(problem, engine, down=False)
-        for k, (kind, name) in enumerate(problem.facts):
+        for k, (kind, name) in problem.facts.items():
             self._orient(k, self._lead(kind, name))
 
     def _lead(self, kind, name):
@@ -103,6 +104,7 @@ class Completing(Search):
         )
         super().__init__(problem, engine, down=True)
         self.limit, self.made = limit, 0
+        engine.beyond = self._exchanged
 
     @property
     def reached(self):
@@ -125,6 +127,19 @@ class Completing(Search):
         if self.reduce():
             return True
         return bool(self.scalar) and self.made % EVERY == 0 and self._solve()
+
+    def _exchanged(self, lead, tail, node):
+        """q p = c I wherever a rule says p q = c I of square matrices."""
+        problem, engine = self.problem, self.engine
+        for p, q, c in exchangeable(lead, tail, problem.square, problem.solid):
+            terms = product(q, p)
+            add(terms, (), -c)
+            if engine.reduce(terms)[0]:
+                name = f"lemma {len(self.lemmas) + 1}"
+                self.lemmas[name] = p, q, c, node
+                problem.facts[len(engine.nodes)] = "exchanged", name
+                engine.nodes.append(None)
+                yield terms, [(1, (), len(engine.nodes) - 1, ())]
 
     def _solve(self):
         """Relations between traces, found around the circle."""

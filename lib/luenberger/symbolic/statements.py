@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 
 from .blocks import Blocks, same
 from .core import Algebra
+from .finite import product
 from .polynomials import Polynomial, Traces
 from .relations import named
 from .symbols import Identity, MatrixSymbol
@@ -30,6 +31,8 @@ class Statement:
         What each inverse letter is the inverse of.
     symmetric : frozenset of str
     sizes : dict of str to (rows, columns)
+    lemmas : dict of str to (p, q, c)
+        Square sides with p q = c I, proved on the way; then q p = c I.
     """
 
     claims: dict
@@ -37,6 +40,14 @@ class Statement:
     inverses: dict = field(default_factory=dict)
     symmetric: frozenset = frozenset()
     sizes: dict = field(default_factory=dict)
+    lemmas: dict = field(default_factory=dict)
+
+    def sides(self, claim):
+        """Left and right of a claim or a lemma."""
+        if claim not in self.lemmas:
+            return self.claims[claim]
+        p, q, c = self.lemmas[claim]
+        return (p[0], product(p[1], q[1])), (p[0], {(): c})
 
 
 class Free(Algebra):
@@ -165,9 +176,8 @@ def read(left, right, given=(), symmetric=()):
             known[unused(name, known)] = sides
     for base, (inverse, value) in free.partitioned.items():
         whole = Identity(value.shape[0])
-        for name, product in (("M M^-1", value @ inverse), ("M^-1 M", inverse @ value)):
-            named_so = f"{name} = I, M = {base}"
-            known |= free.equations(named_so, product, whole)
+        for name, both in (("M M^-1", value @ inverse), ("M^-1 M", inverse @ value)):
+            known |= free.equations(f"{name} = I, M = {base}", both, whole)
     inverses = {}
     while len(inverses) < len(free.inverses):  # a base may bring in further inverses
         inverses |= {k: free.side(v) for k, v in list(free.inverses.items())}
