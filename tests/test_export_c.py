@@ -536,3 +536,19 @@ def test_header_says_what_every_argument_is(tmp_path):
             assert label in text
         assert "every 0.5 s" in text and ("(9)" in text or "(27)" in text)
     assert "state 168 bytes" in text  # x_minus, Omega, Sigma
+
+
+@needs_compiler
+@pytest.mark.parametrize("m1", [0, 1])
+def test_before_the_first_sample_sigma_is_the_covariance_of_the_prediction(
+    m1, compiled
+):
+    """x- = A x0 with no input, and Omega = A P0 A' + Q for both covariances."""
+    start = dict(x0=[1.0, -2.0, 0.5], P0=np.diag([1.0, 0.5, 2.0]))
+    source = tracker(**start)
+    unit = compiled(source, m1=m1)
+    unit.run(np.zeros((0, 2)), np.zeros((0, 1)), 3)  # no step
+    Omega = source.A @ source.P0 @ source.A.T + source.Q
+    np.testing.assert_array_equal(unit.state[:3], source.A @ source.x0)
+    np.testing.assert_allclose(unit.state[3:12].reshape(3, 3), Omega, rtol=1e-15)
+    np.testing.assert_array_equal(unit.sigma(3), unit.state[3:12].reshape(3, 3))
