@@ -13,7 +13,7 @@ from functools import cached_property
 from .equivalences import Equation, Implies
 from .lines import Line
 from .operators import Operator
-from .typeset import latex, text
+from .typeset import columns, latex, padded, text
 
 CHECKED, FAILED = "✓", "✗"
 
@@ -119,10 +119,10 @@ class Chain:
             (str(line), line.reason(text), FAILED if faults else CHECKED)
             for line, faults in zip(self.lines, self._faults)
         ]
-        wide = [max((len(row[k]) for row in rows), default=0) for k in range(2)]
+        wide = [max((columns(row[k]) for row in rows), default=0) for k in range(2)]
         out = [title, f"  {start}"]
         out += [
-            f"    {body.ljust(wide[0])}  {reason.ljust(wide[1])}  {mark}"
+            f"    {padded(body, wide[0])}  {padded(reason, wide[1])}  {mark}"
             for body, reason, mark in rows
         ]
         return "\n".join([*out, *(f"  {fault}" for fault in self.check())])

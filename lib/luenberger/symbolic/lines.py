@@ -218,11 +218,8 @@ class AtLeast(Line):
         return left, self.right + self.side * square
 
     def reason(self, show):
-        X = show(self.root)
-        if show is latex:
-            mine = rf"X X' \ge 0,\; X = {X}"
-        else:
-            mine = f"X X' ≥ 0, X = {X}"
+        square = sp.MatMul(self.root, sp.Transpose(self.root), evaluate=False)
+        mine = show(square) + (r" \ge 0" if show is latex else " ≥ 0")
         said = super().reason(show)
         return f"{mine}, {said}" if said else mine
 

@@ -5,6 +5,7 @@ identity is I and a zero matrix 0, whatever their sizes.  Anything that this mod
 has no rule for is set by SymPy.
 """
 
+import unicodedata
 from dataclasses import dataclass
 
 import sympy as sp
@@ -49,8 +50,22 @@ def text(expr):
 
 
 def width(expr):
-    """How many characters an expression takes in Unicode."""
-    return len(text(expr))
+    """How many columns an expression takes in Unicode."""
+    return columns(text(expr))
+
+
+def columns(string):
+    """How many columns a string takes: an accent stands over its letter.
+
+    >>> columns("Q\u0302 + x"), len("Q\u0302 + x")
+    (5, 6)
+    """
+    return sum(not unicodedata.combining(c) for c in string)
+
+
+def padded(string, wide):
+    """A string with blanks behind it."""
+    return string + " " * (wide - columns(string))
 
 
 def plain(expr):
