@@ -8,11 +8,14 @@ import sympy as sp
 from pages import GAIN, PROJECTION
 from sympy import Identity, Matrix, MatrixSymbol, Trace, ZeroMatrix
 
+from luenberger.derivations import recursions
 from luenberger.symbolic import (
+    Algebra,
     AtLeast,
     AtMost,
     Cases,
     Chain,
+    Claim,
     Construction,
     Counterexample,
     Cyclic,
@@ -317,3 +320,23 @@ def test_operators_are_shown_before_the_sign():
     assert "E[e e'] = X, E[w w'] = Q, E[e w'] = 0" in str(expect)
     gradient = Chain("1", "", Trace(X * M), [Gradient(M.T, of=X)])
     assert r"\frac{\partial}{\partial X}[\,\cdot\,] &= M'" in gradient._repr_latex_()
+
+
+def test_a_derivation_is_shown_as_its_stages():
+    shown = str(recursions.gain_step()).splitlines()
+    assert shown[0] == "Leondes and Novak (1974)"
+    assert "  K_mv = Ω C' M⁻¹           (33)" in shown
+    assert re.fullmatch(r"  \d+ formulas, \d+ claims", shown[-1])
+    latex = recursions.gain_step()._repr_latex_()
+    assert r"K_{\mathrm{mv}} &= \Omega C' M^{-1} && \text{(33)}" in latex
+
+
+def test_a_stage_and_a_claim_are_shown():
+    stage = recursions.estimate_step().stages[0]
+    assert str(stage) == "x₋ = A x + B u + J ρ  (43)"
+    assert stage._repr_latex_() == (
+        r"$\displaystyle x_{-} = A x + B u + J \rho \qquad \text{(43)}$"
+    )
+    claim = Claim(MatrixSymbol("z_next", n, n) * A.T, Q.I, Algebra())
+    assert repr(claim) == "z₊ A' = Q⁻¹"
+    assert claim._repr_latex_() == r"$\displaystyle z_{+} A' = Q^{-1}$"

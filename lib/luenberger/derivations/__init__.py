@@ -9,6 +9,8 @@ from dataclasses import dataclass, field
 
 import sympy as sp
 
+from ..symbolic.typeset import latex, padded, text
+
 
 @dataclass(frozen=True)
 class Solve:
@@ -28,11 +30,14 @@ class Solve:
         """The same matrix written with an inverse, for reading and for exact checks."""
         return self.N * self.M.I
 
+    def __str__(self):
+        return text(self.as_inverse())
+
     def _repr_latex_(self):
-        return f"$\\displaystyle {sp.latex(self.as_inverse())}$"
+        return f"$\\displaystyle {latex(self.as_inverse())}$"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Stage:
     """One assignment of a recursion, at symbolic sizes.
 
@@ -54,14 +59,23 @@ class Stage:
     equation: str = ""
     symmetric: bool = False
 
-    def _repr_latex_(self):
+    def shown(self, show):
+        """The assignment, set by `show`: `latex` or `text`."""
         formula = self.formula
         formula = formula.as_inverse() if isinstance(formula, Solve) else formula
+        return f"{show(self.target)} = {show(formula)}"
+
+    def __str__(self):
+        return f"{self.shown(text)}  {self.equation}".rstrip()
+
+    __repr__ = __str__
+
+    def _repr_latex_(self):
         tag = rf" \qquad \text{{{self.equation}}}" if self.equation else ""
-        return f"$\\displaystyle {self.target.name} = {sp.latex(formula)}{tag}$"
+        return f"$\\displaystyle {self.shown(latex)}{tag}$"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Derivation:
     """Formulas for one method, with the proof of what is claimed of them.
 
@@ -86,6 +100,26 @@ class Derivation:
     formulas: dict = field(default_factory=dict)
     steps: dict = field(default_factory=dict)
     source: str = ""
+
+    def __str__(self):
+        rows = [(stage.shown(text), stage.equation) for stage in self.stages]
+        wide = max((len(row) for row, _ in rows), default=0)
+        lines = [f"  {padded(row, wide)}  {number}".rstrip() for row, number in rows]
+        ending = f"{len(self.formulas)} formulas, {len(self.steps)} claims"
+        return "\n".join([self.source or "Our own", *lines, f"  {ending}"])
+
+    __repr__ = __str__
+
+    def _repr_latex_(self):
+        if not self.stages:
+            return None
+        rows = (
+            stage.shown(latex).replace(" = ", " &= ", 1)
+            + (rf" && \text{{{stage.equation}}}" if stage.equation else "")
+            for stage in self.stages
+        )
+        body = r" \\[2pt] ".join(rows)
+        return rf"$$\begin{{aligned}} {body} \end{{aligned}}$$"
 
     def unfolded(self, keep=()):
         """Every target, by name, in terms of `given` and of the targets in `keep`."""

@@ -33,7 +33,8 @@ from . import stack
 FASTMATH = ("contract", "reassoc")  # sums may be taken in another order, NaNs count
 OPTIONS = dict(error_model="numpy", fastmath=set(FASTMATH))
 PACKAGE = Path(__file__).parents[1]
-DERIVING = ("derivations", "kernels", "certificate.py", "errors.py", "linalg.py")
+DERIVING = ("derivations", "kernels", "symbolic", "certificate.py", "errors.py")
+DERIVING += ("linalg.py",)
 
 
 def derived(question, make):

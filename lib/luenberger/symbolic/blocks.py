@@ -8,6 +8,7 @@ import sympy as sp
 
 from .polynomials import Polynomial
 from .symbols import BlockMatrix
+from .typeset import latex
 from .words import ShapeError, same_shape, same_size
 
 
@@ -124,7 +125,7 @@ class Blocks:
         return str(self.as_expr())
 
     def _repr_latex_(self):
-        return f"$\\displaystyle {sp.latex(self.as_expr())}$"
+        return f"$\\displaystyle {latex(self.as_expr())}$"
 
 
 def same(a, b):

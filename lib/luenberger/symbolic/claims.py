@@ -8,6 +8,7 @@ from sympy.matrices.expressions.matexpr import MatrixExpr
 
 from .core import Algebra
 from .proofs import prove
+from .typeset import latex, text
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,10 +84,10 @@ class Claim:
             yield side if isinstance(side, (MatrixExpr, sp.Basic)) else sp.sympify(side)
 
     def __repr__(self):
-        return " = ".join(str(side) for side in self._sides())
+        return " = ".join(map(text, self._sides()))
 
     def _repr_latex_(self):
-        return f"$\\displaystyle {' = '.join(sp.latex(s) for s in self._sides())}$"
+        return f"$\\displaystyle {' = '.join(map(latex, self._sides()))}$"
 
 
 def claims(algebra, sides):

@@ -3,6 +3,7 @@
 import sympy as sp
 
 from .symbols import Identity, MatrixProduct, MatrixSum, ZeroMatrix
+from .typeset import latex
 from .words import ShapeError, gather, same_shape, same_size, text
 
 
@@ -51,7 +52,7 @@ class Sum:
         return str(self.algebra.spelled(self.as_expr()))
 
     def _repr_latex_(self):
-        return f"$\\displaystyle {sp.latex(self.as_expr())}$"
+        return f"$\\displaystyle {latex(self.as_expr())}$"
 
 
 class Polynomial(Sum):
