@@ -4,9 +4,16 @@ Leondes and Novak (1974), section III, (24)-(33), and Haddad and Bernstein (1987
 (4.13)-(4.16) repaired, to (3.6), (3.15) and (3.16).
 """
 
-from sympy import Identity, MatrixSymbol, Trace, ZeroMatrix, symbols
+from sympy import Trace, symbols
 
-from luenberger.symbolic import Chain, Line, Relation
+from luenberger.symbolic import (
+    Chain,
+    Identity,
+    Line,
+    MatrixSymbol,
+    Relation,
+    ZeroMatrix,
+)
 
 n, p, m1, k, r, q = symbols("n p m_1 k r q", integer=True, positive=True)
 

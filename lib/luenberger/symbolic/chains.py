@@ -45,8 +45,8 @@ class Chain:
 
     Examples
     --------
-    >>> from sympy import MatrixSymbol, symbols
-    >>> from luenberger.symbolic import Relation
+    >>> from sympy import symbols
+    >>> from luenberger.symbolic import MatrixSymbol, Relation
     >>> n = symbols("n", integer=True, positive=True)
     >>> A, B, S = (MatrixSymbol(name, n, n) for name in "ABS")
     >>> meant = Relation("S = A + B", S, A + B)
@@ -60,7 +60,7 @@ class Chain:
     (2) a product
       A S
         = A (A + B)  S = A + B     ✓
-        = A B + A²   multiply out  ✓
+        = A A + A B  multiply out  ✓
     >>> Chain("", "wrong", A * B, [Line(B * A)]).check()[0]  # doctest: +ELLIPSIS
     'line 1 does not follow: what is left over is ...; with A = ...'
     """

@@ -33,8 +33,8 @@ class Construction:
 
     Examples
     --------
-    >>> from sympy import Identity, MatrixSymbol, symbols
-    >>> from luenberger.symbolic import Relation
+    >>> from sympy import symbols
+    >>> from luenberger.symbolic import Identity, MatrixSymbol, Relation
     >>> n, p = symbols("n p", integer=True, positive=True)
     >>> C, G = MatrixSymbol("C", p, n), MatrixSymbol("G", n, p)
     >>> X, N = MatrixSymbol("X", n, p), MatrixSymbol("N", p, p)
@@ -125,7 +125,8 @@ class Counterexample:
 
     Examples
     --------
-    >>> from sympy import Matrix, MatrixSymbol, symbols
+    >>> from sympy import Matrix, symbols
+    >>> from luenberger.symbolic import MatrixSymbol
     >>> n = symbols("n", integer=True, positive=True)
     >>> A, B = MatrixSymbol("A", n, n), MatrixSymbol("B", n, n)
     >>> sums = Counterexample("", "the inverse of a sum", (A + B).I, A.I + B.I,

@@ -13,7 +13,7 @@ from .typeset import text
 class Equation:
     """An equation as a statement, which a chain of equivalences leads on.
 
-    >>> from sympy import MatrixSymbol
+    >>> from luenberger.symbolic import MatrixSymbol
     >>> print(Equation(MatrixSymbol("x_next", 2, 1), MatrixSymbol("x", 2, 1)))
     x₊ = x
     """
@@ -34,7 +34,8 @@ class Equation:
 class Implies(Line):
     """An equation that follows from the one before it.
 
-    >>> from sympy import MatrixSymbol, symbols
+    >>> from sympy import symbols
+    >>> from luenberger.symbolic import MatrixSymbol
     >>> n = symbols("n", integer=True, positive=True)
     >>> A, B, C = (MatrixSymbol(x, n, n) for x in "ABC")
     >>> Implies(Equation(A * C, B * C)).complaints(Equation(A, B), ())
@@ -81,7 +82,8 @@ class Implies(Line):
 class Iff(Implies):
     """An equation that says the same as the one before it.
 
-    >>> from sympy import MatrixSymbol, symbols
+    >>> from sympy import symbols
+    >>> from luenberger.symbolic import MatrixSymbol
     >>> n = symbols("n", integer=True, positive=True)
     >>> A, B, C = (MatrixSymbol(x, n, n) for x in "ABC")
     >>> Iff(Equation(A, B * C.I)).complaints(Equation(A * C, B), ())

@@ -32,8 +32,8 @@ class Line:
 
     Examples
     --------
-    >>> from sympy import MatrixSymbol, symbols
-    >>> from luenberger.symbolic import Relation
+    >>> from sympy import symbols
+    >>> from luenberger.symbolic import MatrixSymbol, Relation
     >>> n = symbols("n", integer=True, positive=True)
     >>> A, B, C = (MatrixSymbol(x, n, n) for x in "ABC")
     >>> meant, idle = Relation("A B = C", A * B, C), Relation("B A = C", B * A, C)
@@ -113,7 +113,8 @@ class Cyclic(Line):
 
     Multiplying out must not be enough, or the reason would be decoration.
 
-    >>> from sympy import MatrixSymbol, Trace, symbols
+    >>> from sympy import Trace, symbols
+    >>> from luenberger.symbolic import MatrixSymbol
     >>> n = symbols("n", integer=True, positive=True)
     >>> A, B = MatrixSymbol("A", n, n), MatrixSymbol("B", n, n)
     >>> Cyclic(Trace(B * A)).complaints(Trace(A * B), ())
@@ -158,8 +159,8 @@ class Substitute(Line):
     Each relation cited must define a symbol, its left side, and nothing but putting
     the definitions in is done.
 
-    >>> from sympy import MatrixSymbol, symbols
-    >>> from luenberger.symbolic import Relation
+    >>> from sympy import symbols
+    >>> from luenberger.symbolic import MatrixSymbol, Relation
     >>> n = symbols("n", integer=True, positive=True)
     >>> A, B, S = (MatrixSymbol(x, n, n) for x in "ABS")
     >>> sum_ = Relation("S = A + B", S, A + B)
@@ -198,7 +199,8 @@ class AtLeast(Line):
     root : MatrixExpr
         What is dropped is X X' with this X; between scalars, the trace of X X'.
 
-    >>> from sympy import MatrixSymbol, symbols
+    >>> from sympy import symbols
+    >>> from luenberger.symbolic import MatrixSymbol
     >>> n = symbols("n", integer=True, positive=True)
     >>> A, B = MatrixSymbol("A", n, n), MatrixSymbol("B", n, n)
     >>> AtLeast(A, root=B).complaints(A + B * B.T, ())
@@ -227,7 +229,8 @@ class AtLeast(Line):
 class AtMost(AtLeast):
     """The reverse inequality: a square is added.
 
-    >>> from sympy import MatrixSymbol, symbols
+    >>> from sympy import symbols
+    >>> from luenberger.symbolic import MatrixSymbol
     >>> n = symbols("n", integer=True, positive=True)
     >>> A, B = MatrixSymbol("A", n, n), MatrixSymbol("B", n, n)
     >>> AtMost(A + B * B.T, root=B).complaints(A, ())
@@ -248,8 +251,8 @@ class Cases(Line):
     of : tuple of Relation
         The cases.  That there is no other is for the words to say.
 
-    >>> from sympy import MatrixSymbol, ZeroMatrix, symbols
-    >>> from luenberger.symbolic import Relation
+    >>> from sympy import symbols
+    >>> from luenberger.symbolic import MatrixSymbol, Relation, ZeroMatrix
     >>> n = symbols("n", integer=True, positive=True)
     >>> A, B, O = MatrixSymbol("A", n, n), MatrixSymbol("B", n, n), ZeroMatrix(n, n)
     >>> either = Relation("A = 0", A, O), Relation("B = 0", B, O)

@@ -53,7 +53,8 @@ def model(relations, symmetric=(), also=()):
 
     Examples
     --------
-    >>> from sympy import Identity, MatrixSymbol, symbols
+    >>> from sympy import symbols
+    >>> from luenberger.symbolic import Identity, MatrixSymbol
     >>> n, p = symbols("n p", integer=True, positive=True)
     >>> A, B = MatrixSymbol("A", p, n), MatrixSymbol("B", n, p)
     >>> found = model([(A * B, Identity(p))])
@@ -104,7 +105,8 @@ def refute(left, right, given=(), symmetric=()):
     --------
     A right inverse is not a left inverse, unless the matrices are square.
 
-    >>> from sympy import Identity, MatrixSymbol, symbols
+    >>> from sympy import symbols
+    >>> from luenberger.symbolic import Identity, MatrixSymbol
     >>> n, p = symbols("n p", integer=True, positive=True)
     >>> A, B = MatrixSymbol("A", p, n), MatrixSymbol("B", n, p)
     >>> found = refute(B * A, Identity(n), given=[(A * B, Identity(p))])
@@ -147,7 +149,8 @@ def evaluate(expr, values):
 
     Examples
     --------
-    >>> from sympy import Identity, Matrix, MatrixSymbol, symbols
+    >>> from sympy import Matrix, symbols
+    >>> from luenberger.symbolic import Identity, MatrixSymbol
     >>> n = symbols("n", integer=True, positive=True)
     >>> A = MatrixSymbol("A", n, n)
     >>> evaluate((A + Identity(n)).I, {A: Matrix([[1, 1], [0, 1]])})
@@ -165,7 +168,8 @@ def evaluate(expr, values):
 def differ(left, right, values):
     """Whether two expressions have different values; a right side of 0 fits any left.
 
-    >>> from sympy import Matrix, MatrixSymbol, symbols
+    >>> from sympy import Matrix, symbols
+    >>> from luenberger.symbolic import MatrixSymbol
     >>> n = symbols("n", integer=True, positive=True)
     >>> A = MatrixSymbol("A", n, n)
     >>> differ(A, A.T, {A: Matrix([[0, 1], [0, 0]])})

@@ -44,7 +44,7 @@ class Operator(Line):
 class Transposed(Operator):
     """The transpose of the line before.
 
-    >>> from sympy import MatrixSymbol
+    >>> from luenberger.symbolic import MatrixSymbol
     >>> A, B = MatrixSymbol("A", 2, 2), MatrixSymbol("B", 2, 2)
     >>> Transposed(B.T * A.T).complaints(A * B, ())
     []
@@ -69,7 +69,8 @@ class Gradient(Operator):
 
     Examples
     --------
-    >>> from sympy import MatrixSymbol, Trace
+    >>> from sympy import Trace
+    >>> from luenberger.symbolic import MatrixSymbol
     >>> A, X = MatrixSymbol("A", 2, 2), MatrixSymbol("X", 2, 2)
     >>> Gradient(A.T, of=X).complaints(Trace(A * X), ())
     []
@@ -102,7 +103,7 @@ class Differential(Operator):
 
     Examples
     --------
-    >>> from sympy import MatrixSymbol
+    >>> from luenberger.symbolic import MatrixSymbol
     >>> A, X, dX = (MatrixSymbol(name, 2, 2) for name in ("A", "X", "dX"))
     >>> Differential(-X.I * dX * X.I * A, of={X: dX}).complaints(X.I * A, ())
     []
@@ -130,7 +131,8 @@ class Expect(Operator):
 
     Examples
     --------
-    >>> from sympy import MatrixSymbol, ZeroMatrix, symbols
+    >>> from sympy import symbols
+    >>> from luenberger.symbolic import MatrixSymbol, ZeroMatrix
     >>> n = symbols("n", integer=True, positive=True)
     >>> F, P, Q = (MatrixSymbol(name, n, n) for name in "FPQ")
     >>> e, w = MatrixSymbol("e", n, 1), MatrixSymbol("w", n, 1)

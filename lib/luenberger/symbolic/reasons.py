@@ -97,8 +97,8 @@ def vacuous(left, right, cited, symmetric):
 def cited_text(relation):
     """A citation in Unicode: its number, and what it says if that is short.
 
-    >>> from sympy import MatrixSymbol, symbols
-    >>> from luenberger.symbolic import Relation
+    >>> from sympy import symbols
+    >>> from luenberger.symbolic import MatrixSymbol, Relation
     >>> n = symbols("n", integer=True, positive=True)
     >>> X, Y = MatrixSymbol("X_next", n, n), MatrixSymbol("Yhat", n, n)
     >>> cited_text(Relation("(3.8) X = Y", X, Y)), cited_text(Relation("(3.9)", X, Y))

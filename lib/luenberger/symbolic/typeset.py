@@ -22,7 +22,8 @@ def latex(expr):
 
     Examples
     --------
-    >>> from sympy import MatrixSymbol, Trace, symbols
+    >>> from sympy import Trace, symbols
+    >>> from luenberger.symbolic import MatrixSymbol
     >>> n, p = symbols("n p", integer=True, positive=True)
     >>> K, C = MatrixSymbol("K_mv", n, p), MatrixSymbol("C", p, n)
     >>> Omega = MatrixSymbol("Omega_next", n, n)
@@ -39,12 +40,13 @@ def text(expr):
 
     Examples
     --------
-    >>> from sympy import MatrixSymbol, symbols
+    >>> from sympy import symbols
+    >>> from luenberger.symbolic import MatrixSymbol
     >>> n, p = symbols("n p", integer=True, positive=True)
     >>> K, C = MatrixSymbol("K", n, p), MatrixSymbol("C", p, n)
     >>> Omega = MatrixSymbol("Omega", n, n)
     >>> print(text((K * C + Omega).I * Omega.I * (K * C).T))
-    (K C + Ω)⁻¹ Ω⁻¹ C' K'
+    (K C + Ω)⁻¹ Ω⁻¹ (K C)'
     """
     return Printer(TEXT).show(expr)
 
