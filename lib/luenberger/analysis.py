@@ -72,12 +72,15 @@ def error_covariance(observer, plant, *, steps=None):
     require_match(observer, plant)
     require_real("the error covariance", plant, observer)
     _require_noise(plant, steps)
-    if steps is not None and observer.steps is not None and steps > observer.steps:
-        raise ValueError(
-            f"steps = {steps}, but the observer covers instants 1 .. {observer.steps}"
-        )
     if observer.steps is not None and steps is None:
         raise ValueError("give steps: a time-varying observer has no steady state")
+    certificate = require_free_of_input(observer, plant)
+    system = error_system(observer, plant, steps, certificate)
+    return system.steady() if steps is None else system.over(steps)
+
+
+def require_free_of_input(observer, plant):
+    """Return the certificate, or raise DesignError if the known input has a say."""
     certificate = certify(observer, plant)
     if max(certificate.input, certificate.feedthrough) > EXACT_TOL and plant.m:
         raise DesignError(
@@ -85,9 +88,18 @@ def error_covariance(observer, plant, *, steps=None):
             f"{certificate.input:.1e}, feedthrough {certificate.feedthrough:.1e}), so "
             "its error does too. Certify the observer against the plant it is for."
         )
+    return certificate
+
+
+def error_system(observer, plant, steps, certificate=None):
+    """What the error obeys: alone, or with the state where that drives it."""
+    if steps is not None and observer.steps is not None and steps > observer.steps:
+        raise ValueError(
+            f"steps = {steps}, but the observer covers instants 1 .. {observer.steps}"
+        )
+    certificate = certify(observer, plant) if certificate is None else certificate
     exact = max(certificate.dynamics, certificate.output) <= EXACT_TOL
-    system = (_Exact if exact else _Joint)(observer, plant, steps)
-    return system.steady() if steps is None else system.over(steps)
+    return (_Exact if exact else _Joint)(observer, plant, steps)
 
 
 def _require_noise(plant, steps):
@@ -106,9 +118,9 @@ class _Exact:
 
     def __init__(self, observer, plant, steps):
         self.observer, self.plant = observer, plant
-        self.moments = self._moments(steps) if plant.multiplicative else None
+        self.moments = self.of_state(steps) if plant.multiplicative else None
 
-    def _moments(self, steps):
+    def of_state(self, steps):
         """E[x x'] at the instants 0 .. steps, or of the steady state for all."""
         plant = self.plant
         if steps is None:
@@ -155,21 +167,26 @@ class _Exact:
         return np.column_stack([T @ spread, self.observer.z0 - T @ mean])
 
     def over(self, steps):
-        """E[e e'] at each row, in factors: what is singular needs no repair."""
-        step, L = kernels.root("error"), self.observer.L
-        varying = self.observer.steps is not None
+        L, varying = self.observer.L, self.observer.steps is not None
         out = [L @ self.plant.P0 @ L.T] if varying else []
+        return np.stack(out + [H @ H.T for H, _ in self.factors(steps)])
+
+    def factors(self, steps):
+        """A factor of E[e e'] at each row of the observer, and what it is made of.
+
+        In factors what is singular needs no repair.
+        """
+        step, rows = kernels.root("error"), steps + (self.observer.steps is None)
         H, noise = self.start(), None
-        for k in range(steps if varying else steps + 1):
+        for k in range(rows):
             given = self.matrices(k)
             Q, S, R = (given.pop(name) for name in "QSR")
             if noise is None or self.plant.steps is not None or self.moments:
                 noise = factor(np.block([[Q, S], [S.T, R]]))
-            new = step(H=H, Nw=noise[: len(Q)], Nv=noise[len(Q) :], **given)
-            shown = np.concatenate([new["shown"], new["drawn"]], axis=1)
-            out.append(shown @ shown.T)
+            given |= dict(H=H, Nw=noise[: len(Q)], Nv=noise[len(Q) :])
+            new = step(**given)
+            yield np.concatenate([new["shown"], new["drawn"]], axis=1), given
             H = shorten(np.concatenate([new["moved"], new["drive"]], axis=1))
-        return np.stack(out)
 
     def steady(self):
         given = self.matrices(0)

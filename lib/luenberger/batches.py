@@ -8,11 +8,10 @@ does the number of threads that BLAS has there (see `simulate.times`).
 
 from dataclasses import dataclass
 from functools import cached_property, partial
-from typing import NamedTuple
 
 import numpy as np
 
-from .linalg import SINGULAR_TOL
+from .claims import RULED_OUT, Claim
 from .observer import Observer
 from .plant import Plant
 from .recorded import over_stacks, start
@@ -21,18 +20,6 @@ from .simulate import draw, follow, over, times, trajectory
 BLOCK = 64  # runs; part of what defines the result's last bits
 ROWS = 128  # taken together when sums are formed, so that they stay in the cache
 FEW = 6  # outputs; the dot products of so few are faster one by one than as a matrix
-RULED_OUT = 1e-9  # an error beyond this, relative to w, is more than rounding
-
-
-class Claim(NamedTuple):
-    """An error covariance X, ready for e' X^+ e = |root e|^2.
-
-    With a leading time axis if X has one.
-    """
-
-    root: np.ndarray  # (., q, q), rows of zeros for directions without variance
-    null: np.ndarray | None  # (., q, q) rows N with N e = 0, None if there are none
-    rank: np.ndarray  # () or (steps + 1,)
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +36,7 @@ class Batch:
     compile: bool = False
 
     def errors(self, block):
-        """e and w (steps + 1, q, runs) of the runs of a block."""
+        """e (steps + 1, q, runs) of the runs of a block."""
         runs = range(block * BLOCK, min((block + 1) * BLOCK, self.runs))
         seeds = [np.random.SeedSequence(self.seed, spawn_key=(run,)) for run in runs]
         return (self.compiled if self.compile else self.plain)(seeds)
@@ -63,28 +50,26 @@ class Batch:
         if observer.steps is not None:  # row 0: known before the first sample
             known = np.broadcast_to((observer.L @ plant.x0)[:, None], w[:1].shape)
             w_hat = np.concatenate([known, w_hat])
-        return w_hat - w, w
+        return w_hat - w
 
     def compiled(self, seeds):
         """Run by run, by `kernels.passes.side_by_side_recursion`."""
         first, rows = int(self.observer.steps is not None), self.steps + 1
         streams = [np.random.default_rng(seed) for seed in seeds]
         z0, xi = start(self.observer), np.empty((rows - first, self.roots[1].shape[-1]))
-        e, w = np.empty((2, len(seeds), rows, len(self.observer.L)))
-        x = self.begin(streams, e, w)
+        e = np.empty((len(seeds), rows, len(self.observer.L)))
+        x = self.begin(streams, e)
         for run, stream in enumerate(streams):
             draw(stream, xi)  # one at a time: it is read while it is in the cache
-            out = dict(es=e[run, first:], ws=w[run, first:])
-            self.loop(x=x[run], z=z0.copy(), xi=xi, **out)
-        return e.transpose(1, 2, 0), w.transpose(1, 2, 0)
+            self.loop(x=x[run], z=z0.copy(), xi=xi, es=e[run, first:])
+        return e.transpose(1, 2, 0)
 
-    def begin(self, streams, e, w):
+    def begin(self, streams, e):
         """The states (runs, n) at the observer's first row; fills the row before."""
         plant, observer, (H0, H) = self.plant, self.observer, self.roots
         deviation = times(H0, drawn(streams, plant.n))
         x = plant.x0[:, None] + deviation
         if observer.steps is not None:
-            w[:, 0] = times(observer.L, x)[..., 0]
             e[:, 0] = times(observer.L, -deviation)[..., 0]
             noise = drawn(streams, H.shape[-1])  # of instant 0, even if it is not used
             if plant.P0_is == "posterior":
@@ -130,18 +115,6 @@ def _stack(X, rows, first=0):
     return X[None] if X.ndim == 2 else over(X, rows)[first:]
 
 
-def whiten(X):
-    """The claim that the error covariance is X; rank decided at unit diagonal."""
-    diagonal = np.diagonal(X, axis1=-2, axis2=-1)
-    scale = 1 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
-    values, vectors = np.linalg.eigh(X * scale[..., :, None] * scale[..., None, :])
-    keep = values > SINGULAR_TOL * X.shape[-1]
-    rows = vectors.mT * scale[..., None, :]
-    root = np.where(keep, 1 / np.sqrt(np.where(keep, values, 1.0)), 0.0)
-    null = None if keep.all() else rows * ~keep[..., None]
-    return Claim(root[..., None] * rows, null, keep.sum(axis=-1))
-
-
 def sums_of(job):
     """Nodes of the tree over the blocks of one task; see `join`."""
     batch, blocks = job
@@ -153,28 +126,25 @@ def sums_of(job):
 
 def _sums(batch, block):
     """Over the runs of a block: of e, e e', its entries squared, NEES and NEES^2."""
-    e, w = batch.errors(block)
+    e = batch.errors(block)
     parts = []
     for a in range(0, len(e), ROWS):
         here = slice(a, a + ROWS)
-        parts.append(_sums_of_rows(batch.claim, e[here], w[here], here))
+        parts.append(_sums_of_rows(batch.claim, e[here], here))
     return tuple(map(np.concatenate, zip(*parts)))
 
 
-def _sums_of_rows(claim, e, w, here):
+def _sums_of_rows(claim, e, here):
     e = np.ascontiguousarray(e)
     squares = e * e
     sums = e.sum(axis=-1), _products(e), _products(squares)
     if claim is None:
         return sums
-    root, null = (
-        X if X is None or X.ndim == 2 else X[here] for X in (claim.root, claim.null)
-    )
+    root, null = (None if X is None else X[here] for X in (claim.root, claim.null))
     white = times(root, e, out=squares)  # in their place, which is in the cache
     nees = np.einsum("rij,rij->rj", white, white)
     if null is not None:
-        size = times(np.abs(null), np.abs(e) + np.abs(w))
-        beyond = np.abs(times(null, e)) > RULED_OUT * size
+        beyond = np.abs(times(null, e)) > RULED_OUT
         nees = np.where(beyond.any(axis=-2), np.inf, nees)
     return *sums, nees.sum(axis=-1), np.vecdot(nees, nees)
 

@@ -6,11 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 import scipy  # its parts load when first used
 
-from .analysis import error_covariance
+from .analysis import require_free_of_input
 from .arguments import expect
 from .arrays import covariance
-from .batches import BLOCK, Batch, join, sums_of, total, whiten
+from .batches import BLOCK, Batch, join, sums_of, total
 from .certificate import require_match, require_real
+from .claims import given_claim, true_claim
 from .errors import DesignError
 from .kernels import runs_compiled
 from .parallel import in_order, reporting
@@ -38,7 +39,8 @@ class Ensemble:
         that is claimed: about `dof` if the claim is right, more if it promises too
         much, less if too little.  inf where an error occurred that X rules out.
     dof : (steps + 1,) ndarray of int, or None
-        Rank of X.
+        Rank of X.  A standard deviation below 1e-12 of the numbers that meet in an
+        error is rounding, and counts as zero.
     runs : int
     """
 
@@ -174,7 +176,7 @@ def monte_carlo(
         for (_, some), part in zip(jobs, parts):
             nodes = join([*nodes, *part])
             report(min(some.stop * BLOCK, runs))
-    return _ensemble(total(nodes), runs, steps, claim)
+    return _ensemble(total(nodes), runs, claim)
 
 
 def _require_runs(plant, observer, **counts):
@@ -201,14 +203,16 @@ def _claim(plant, observer, steps, claimed):
             raise ValueError(
                 f"claimed must be ({q}, {q}) or ({steps + 1}, {q}, {q}), got {X.shape}"
             )
-        return whiten(X)
+        X = np.broadcast_to(X, (steps + 1, q, q))
+        return given_claim(observer, plant, steps, X)
     try:
-        return whiten(error_covariance(observer, plant, steps=steps))
-    except DesignError:  # the error depends on the input
+        require_free_of_input(observer, plant)
+    except DesignError:
         return None
+    return true_claim(observer, plant, steps)
 
 
-def _ensemble(sums, runs, steps, claim):
+def _ensemble(sums, runs, claim):
     e, products, squares, *normalised = sums
     mean, second = e / runs, products / runs
     variance = np.diagonal(second, axis1=-2, axis2=-1) - mean**2
@@ -219,7 +223,7 @@ def _ensemble(sums, runs, steps, claim):
         finite = np.where(ruled_out, 0.0, nees)
         spread = _standard_error(np.where(ruled_out, 0.0, of_squares) - finite**2, runs)
         spread = np.where(ruled_out, np.inf, spread)
-        dof = np.broadcast_to(claim.rank, (steps + 1,))
+        dof = claim.rank
     return Ensemble(
         mean,
         _standard_error(variance, runs),

@@ -12,7 +12,8 @@ from . import mean_square, stairs
 from .designs.setting import Settings
 from .designs.trace_minimisation import kalman_filter
 from .errors import CertificateError, DesignError
-from .linalg import UNIT_TOL, eigenvalues, null_directions, square_root, unseen
+from .factors import square_root
+from .linalg import UNIT_TOL, eigenvalues, null_directions, unseen
 
 SCATTER = 1e-6  # how far from the unit circle rounding may put a double eigenvalue
 

@@ -10,6 +10,7 @@ from scipy.linalg.lapack import dgeqrf, dpotrf, dpstrf
 
 EPS = np.finfo(float).eps
 CLEAR = 30.0  # roundings; a standard deviation above them is real
+SPOILED = 1e-12  # of a variance: an error that no random number may have
 SAFE = 1e-10  # a pivot above this, beside the variance before, leaves six digits
 
 
@@ -27,6 +28,28 @@ def factor(X, size=None):
     H = np.empty((len(X), rank))
     H[order - 1] = np.tril(lower)[:, :rank]
     return scale[:, None] * H
+
+
+def square_root(X):
+    """H with H H' = X and as many columns as rows, for a fixed count of random numbers.
+
+    From the eigenvalues of X: at unit diagonal where units would spoil them, and
+    without the directions that `factor` leaves out, of which rounding would leave its
+    square root in H.
+    """
+    scale = np.sqrt(np.where(X.diagonal() > 0, X.diagonal(), 1.0))[:, None]
+    half, kept = _eigenroot(X), factor(X) / scale
+    if np.abs((half @ half.T - X) / scale / scale.T).max(initial=0) > SPOILED:
+        half = scale * _eigenroot(X / scale / scale.T)
+    if kept.shape[1] == len(X):
+        return half
+    span = np.linalg.qr(kept)[0] * (X.diagonal() > 0)[:, None]  # zeros stay zeros
+    return scale * (span @ (span.T @ (half / scale)))
+
+
+def _eigenroot(X):
+    values, vectors = np.linalg.eigh(X)
+    return vectors * np.sqrt(np.clip(values, 0, None))
 
 
 def shorten(H):

@@ -87,12 +87,6 @@ def nonsingular(X):
     return (values > SINGULAR_TOL * max(X.shape[-1], 1)).all(axis=-1)
 
 
-def square_root(X):
-    """A factor H with H H' = X, for symmetric positive semi-definite X."""
-    values, vectors = np.linalg.eigh(X)
-    return vectors * np.sqrt(np.clip(values, 0, None))
-
-
 def complete(C1, weight=None, labels=None):
     """Return Phat, Gamma1, That with [That; C1]^-1 = [Phat | Gamma1], (47).
 

@@ -7,7 +7,7 @@ import scipy.linalg
 
 from .arguments import expect
 from .certificate import require_match, require_real
-from .linalg import square_root
+from .factors import square_root
 from .recorded import real, rows, single, start
 
 WHOLE = 64 * 64  # entries of a matrix that BLAS multiplies without dividing the work

@@ -96,8 +96,8 @@ def side_by_side_recursion(zero=()):
 
     return Recursion(
         "side_by_side",
-        lower(side_by_side(), ["x_next", "z_next", "w", "e"], zero=zero),
+        lower(side_by_side(), ["x_next", "z_next", "e"], zero=zero),
         {"x_next": "x", "z_next": "z"},
         {"xi": ("xi", 0)},
-        (("es", "e", "vector"), ("ws", "w", "vector")),
+        (("es", "e", "vector"),),
     )
