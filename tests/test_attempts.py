@@ -34,7 +34,36 @@ def test_variance_that_a_gain_of_rounding_lets_in_is_zero(part, kept, R, C):
     """
     observer, plant = resting(part * np.sqrt(3 / 4) / C, R, C)
     found = attempts._covariance(observer, plant)[0, 0]
-    assert found == (pytest.approx(part**2 * R / C**2) if kept else 0.0)
+    assert found == (
+        pytest.approx(part**2 * R / C**2, rel=1e-6, abs=0) if kept else 0.0
+    )
+
+
+@pytest.mark.parametrize(("part", "kept"), [(1.05e-14, True), (0.95e-14, False)])
+def test_an_output_that_does_not_see_a_state_lets_nothing_into_it(part, kept):
+    """Of two states at rest one is measured; the least that R lets in is into that."""
+    one, _ = resting(part * np.sqrt(3 / 4))
+    zero, half = np.zeros((2, 1)), 0.5 * np.eye(2)
+    half[0, 0] = one.F[0, 0]
+    P = np.diag([one.P[0, 0], 1.0])
+    plant = lb.Plant(0.5 * np.eye(2), None, [[1, 0]], dt=1.0, Q=0 * P, R=[[1.0]])
+    observer = lb.Observer(
+        half, zero[:, :0], [one.D[0], [0]], P, [one.V[0], [0]], T=np.eye(2),
+        L=np.eye(2), dt=1.0,
+    )  # fmt: skip
+    lb.certify(observer, plant).require()
+    found = attempts._covariance(observer, plant)
+    wanted = [pytest.approx(part**2, rel=1e-6, abs=0) if kept else 0.0, 0.0]
+    assert found.diagonal().tolist() == wanted
+
+
+def test_without_outputs_nothing_is_let_in():
+    plant = lb.Plant(
+        [[0.5]], None, np.zeros((0, 1)), dt=1.0, Q=[[0]], R=np.zeros((0, 0))
+    )
+    zero = np.zeros((1, 0))
+    observer = lb.Observer([[0.5]], zero, zero, [[1]], zero, T=[[1]], L=[[1]], dt=1.0)
+    assert attempts._covariance(observer, plant) == 0
 
 
 def test_variance_of_what_is_driven_is_kept_however_small():

@@ -46,4 +46,4 @@ def test_what_is_left_of_the_noise_counts_beside_the_noise(part, counts):
     one = lb.Plant([[0.9]], None, [[1]], dt=1.0, Q=[[g * g * r * (1 + part)]], R=[[r]],
                    S=[[g * r]])  # fmt: skip
     left = Settings(one, 0).at(0).Qs[0, 0]
-    assert left == (pytest.approx(part * g * g * r, rel=0.1) if counts else 0)
+    assert left == (pytest.approx(part * g * g * r, rel=0.1, abs=0) if counts else 0)

@@ -134,7 +134,7 @@ def test_a_step_without_a_fall_is_shortened_until_it_is_rounding(move, kept):
     with pytest.raises(lb.CertificateError, match="falls no further"):
         move(frame, 1.0)
     quarters = 0.25 ** np.arange(len(frame.reaches))
-    assert frame.reaches == pytest.approx(quarters)
+    assert frame.reaches == pytest.approx(quarters, rel=1e-9, abs=0)
     assert frame.reaches[-1] > 1e-12 >= 0.25 * frame.reaches[-1]
 
 

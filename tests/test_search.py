@@ -89,7 +89,7 @@ def directions(strength, power):
 )
 def test_directions_too_weak_to_change_the_cost_are_none(strength, power, count):
     found = directions(strength, power)
-    assert found.strength.tolist() == pytest.approx(strength[:count])
+    assert found.strength.tolist() == pytest.approx(strength[:count], rel=1e-9, abs=0)
     np.testing.assert_allclose(found.read @ found.lift, np.eye(count), atol=1e-12)
 
 
