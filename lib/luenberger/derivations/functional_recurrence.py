@@ -289,7 +289,7 @@ def derive():
         steps |= scale_step(size, order)
     for size in (2, 3):  # r = n: S_n has no rows, and every beta will do
         for name, claim in construction_steps(size, size).items():
-            if "S_r T'" not in name and "gives S_r" not in name:
+            if "(11)" not in name and "gives S_r" not in name:
                 steps[name] = claim
     for size in (2, 3, 4, 5, 6):
         steps |= coordinate_steps(size) | sequence_steps(size)
