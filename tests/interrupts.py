@@ -1,9 +1,30 @@
-"""Imported by tests that interrupt themselves or what they start.
+"""Signals for tests that interrupt themselves or what they start.
 
-A shell's background job is started deaf to SIGINT, and so is what it starts in turn.
+A shell's background job is started deaf to SIGINT, one under nohup to SIGHUP, and so is
+what it starts in turn.
 """
 
 import signal
+import sys
 
-if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
-    signal.signal(signal.SIGINT, signal.default_int_handler)
+import pytest
+
+HEED = """
+import os, signal, sys
+for name in ("SIGINT", "SIGTERM", "SIGHUP"):
+    signal.signal(getattr(signal, name), signal.SIG_DFL)
+os.execv(sys.executable, [sys.executable, *sys.argv[1:]])
+"""
+
+
+def heeding(*arguments):
+    """The command line of a Python process that no signal is ignored by."""
+    return [sys.executable, "-c", HEED, *arguments]
+
+
+@pytest.fixture
+def sigint():
+    """This process heeds SIGINT as one in the foreground does."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)

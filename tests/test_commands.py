@@ -9,9 +9,9 @@ import signal
 import subprocess
 import sys
 
-import interrupts  # noqa: F401  SIGINT is heeded
 import numpy as np
 import pytest
+from interrupts import heeding
 
 import luenberger as lb
 from luenberger.commands import main
@@ -268,8 +268,7 @@ def test_a_dry_run_names_what_a_run_writes(reported, inside, tmp_path):
 
 def test_interrupted_run_leaves_nothing(tmp_path):
     run = subprocess.Popen(
-        [sys.executable, "-m", "luenberger", "design"]
-        + [str(PLANTS / "tracker.json"), "--out", "r"],
+        heeding("-m", "luenberger", "design", PLANTS / "tracker.json", "--out", "r"),
         cwd=tmp_path,
         stderr=subprocess.PIPE,
         text=True,

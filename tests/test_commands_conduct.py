@@ -10,9 +10,9 @@ import subprocess
 import sys
 import time
 
-import interrupts  # noqa: F401  SIGINT is heeded
 import numpy as np
 import pytest
+from interrupts import heeding
 
 import luenberger as lb
 from luenberger.commands import COMMANDS, main
@@ -113,7 +113,8 @@ def test_slow_examples_exist():
     assert set(EXAMPLES) > SLOW
 
 
-def test_help_names_every_command_and_status(call):
+def test_help_names_every_command_and_status(call, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")  # argparse fills lines as wide as the terminal
     status, out, _ = call("--help")
     assert status == 0 and all(f"\n    {name} " in out for name in NAMES)
     assert all(f"\n  {code:<5}" in out for code in (0, 1, 2, 130))
@@ -460,7 +461,7 @@ def test_interrupted_while_writing_leaves_the_old_file(here, number, status):
     line = "estimate report/observer.json - --out e.csv"
     before = contents(here)
     run = subprocess.Popen(
-        [sys.executable, "-m", "luenberger", *line.split()],
+        heeding("-m", "luenberger", *line.split()),
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,

@@ -4,10 +4,9 @@ import os
 import signal
 import stat
 import subprocess
-import sys
 
-import interrupts  # noqa: F401  SIGINT is heeded
 import pytest
+from interrupts import heeding, sigint  # noqa: F401  a fixture
 
 from luenberger import files
 
@@ -33,7 +32,7 @@ def names(folder):
 def test_interrupted_write_leaves_the_old_file(tmp_path, number):
     (tmp_path / "kept.csv").write_text("old")
     run = subprocess.Popen(
-        [sys.executable, "-c", WRITER],
+        heeding("-c", WRITER),
         cwd=tmp_path,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
@@ -179,6 +178,7 @@ def test_several_files_are_replaced_or_none(tmp_path, monkeypatch, failing):
     assert (tmp_path / "1").read_text() == "old"
 
 
+@pytest.mark.usefixtures("sigint")
 @pytest.mark.parametrize("at", [1, 2, 3])
 def test_a_signal_between_renames_waits_for_the_last(tmp_path, monkeypatch, at):
     moves, beside = some(tmp_path)

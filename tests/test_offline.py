@@ -4,14 +4,17 @@ import asyncio
 import os
 import signal
 
-import interrupts  # noqa: F401  SIGINT is heeded
 import pytest
+from interrupts import sigint  # noqa: F401  a fixture
 
 from luenberger import offline
 
 nbclient = pytest.importorskip("nbclient", reason="the report is an optional extra")
 nbformat = pytest.importorskip("nbformat", reason="the report is an optional extra")
-pytestmark = pytest.mark.skipif(os.name == "nt", reason="signals are POSIX's")
+pytestmark = [
+    pytest.mark.skipif(os.name == "nt", reason="signals are POSIX's"),
+    pytest.mark.usefixtures("sigint"),
+]
 
 
 def interrupt():
@@ -61,6 +64,18 @@ def test_signal_in_the_same_turn_as_the_end_of_a_cell(tmp_path, monkeypatch):
     with pytest.raises(KeyboardInterrupt):
         run_three_cells(tmp_path)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["0", "1"]
+
+
+def test_a_signal_that_is_ignored_stays_so(tmp_path, monkeypatch):
+    """As in a job in the background, which the terminal's SIGINT does not concern."""
+    ignored = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        watched(monkeypatch, "async_start_new_kernel_client", before=interrupt)
+        run_three_cells(tmp_path)
+        assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN
+    finally:
+        signal.signal(signal.SIGINT, ignored)
+    assert len(list(tmp_path.iterdir())) == 3
 
 
 def test_text_that_looks_like_what_stands_for_a_formula_stays(tmp_path):

@@ -77,6 +77,8 @@ def _client(notebook, folder, started):
 class _Heeding:
     """A client that ends cleanly on a signal, and then lets the signal have its way.
 
+    A signal that is ignored, as by a job in the background, stays ignored.
+
     nbclient's own answer to a signal is to end the kernel under itself.  Here its task
     is cancelled.  asyncio may lose that, where what is awaited is done in the same
     turn of its loop, so the signal is remembered as well.
@@ -92,8 +94,12 @@ class _Heeding:
         here = threading.current_thread()
         if here is threading.main_thread() and os.name != "nt":
             self.loop, task = asyncio.get_running_loop(), asyncio.current_task()
-            for number in SIGNALS:
-                self.loop.add_signal_handler(number, self.stop, task, number)
+            for number, handler in self.before.items():
+                if handler == signal.SIG_IGN:  # nbclient has put its own there
+                    self.loop.remove_signal_handler(number)
+                    signal.signal(number, signal.SIG_IGN)
+                else:
+                    self.loop.add_signal_handler(number, self.stop, task, number)
         await super().async_start_new_kernel(**options)
 
     async def _async_cleanup_kernel(self):
