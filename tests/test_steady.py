@@ -296,23 +296,31 @@ def test_where_the_pencil_loses_rank_is_found_within_reach(start, found, searche
 
 
 @pytest.mark.filterwarnings("ignore:invalid value")
-@pytest.mark.parametrize(
-    ("A", "C", "why"),
-    [
-        ([[0.5, 0.1], [0, 0.3]], 1e200, "entries too large.*Scale the states and"),
-        ([[1e200, 0.1], [0, 0.3]], 1, "grow 1e[+]200 times in a step. Sample faster"),
-    ],
-    ids=["large outputs", "fast growth"],
-)
-def test_an_overflow_is_blamed_on_what_is_large(A, C, why):
-    plant = lb.Plant(A, None, [[C, 1]], dt=1.0, Q=np.eye(2), R=[[1.0]])
+def test_an_overflow_is_blamed_on_a_mode_that_grows():
+    A, noise = [[1e200, 0.1], [0, 0.3]], dict(Q=np.eye(2), R=[[1.0]])
+    plant = lb.Plant(A, None, [[1, 1]], dt=1.0, **noise)
+    why = "grow 1e[+]200 times in a step. Sample faster"
     with pytest.raises(lb.CertificateError, match=f"overflows.*{why}"):
         lb.kalman_filter(plant)
 
 
 @pytest.mark.filterwarnings("ignore:overflow", "ignore:invalid value")
-def test_a_residual_that_overflows_ends_the_search():
+def test_an_overflow_is_blamed_on_large_entries(monkeypatch):
+    """In the user's units, which natural ones make up for."""
+    A, noise = [[0.5, 0.1], [0, 0.3]], dict(Q=np.eye(2), R=[[1.0]])
+    plant = lb.Plant(A, None, [[1e200, 1]], dt=1.0, **noise)
+    assert lb.kalman_filter(plant).order == 2
+    monkeypatch.setattr(steady, "natural", lambda now: (np.ones(2), np.ones(1)))
+    why = "entries too large.*Scale the states and"
+    with pytest.raises(lb.CertificateError, match=f"overflows.*{why}"):
+        lb.kalman_filter(plant)
+
+
+@pytest.mark.filterwarnings("ignore:overflow", "ignore:invalid value")
+def test_a_residual_that_overflows_ends_the_search(monkeypatch):
     noise = dict(Q=1e300 * np.eye(2), R=[[1e300]])
     plant = lb.Plant([[0.5, 0.1], [0, 0.6]], None, [[1, 0]], dt=1.0, **noise)
+    assert lb.reduced_order_filter(plant, 1, horizon="steady").order == 1
+    monkeypatch.setattr(steady, "_units", lambda now, K: (np.ones(2), np.ones(1)))
     with pytest.raises(lb.CertificateError, match="best constant gain was not reached"):
         lb.reduced_order_filter(plant, 1, horizon="steady")

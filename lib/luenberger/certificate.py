@@ -205,13 +205,20 @@ def require_real(what, *records):
 
 
 def _size(X):
-    return np.linalg.norm(X, axis=(-2, -1)) if X.ndim == 3 else np.linalg.norm(X)
+    """Frobenius norm, of each of a stack; no square overflows."""
+    top = np.abs(X).max(axis=(-2, -1), initial=0.0)
+    unit = np.where((top > 0) & np.isfinite(top), top, 1.0)
+    return unit * np.linalg.norm(X / unit[..., None, None], axis=(-2, -1))
 
 
 def _ratio(residual, scale):
-    """Largest relative size over the rows; an empty residual is exactly met."""
+    """Largest relative size over the rows; an empty residual is exactly met.
+
+    NaN where the terms overflow: what is lost there cannot be told.
+    """
     size = _size(residual)
-    return float(np.max(np.where(size == 0, 0.0, size / np.where(scale > 0, scale, 1))))
+    scale = np.where(np.isfinite(scale), np.where(scale > 0, scale, 1), np.nan)
+    return float(np.max(np.where(size == 0, 0.0, size / scale)))
 
 
 def _sensitivity(F, poles):

@@ -22,6 +22,7 @@ from ..linalg import (
 )
 from .excitation import require_excited, require_noise_enough
 from .root_step import Spread
+from .units import in_units, natural, power_of_two
 
 RESIDUAL_TOL = 1e-12  # of Sigma = f(Sigma), relative
 DENSE_LIMIT = 40  # states up to which Newton's equation is solved densely
@@ -33,10 +34,12 @@ WARM_UP = 200  # recursion steps between attempts with Newton's method
 
 def steady_gain(now, accurate):
     """Gain of the steady step-wise filter; Sigma = f(Sigma) with f of (29)-(33)."""
+    states, outputs = natural(now)
+    now = in_units(now, states, outputs)
     require_detectable(now.As, now.C)
     try:
         with np.errstate(over="raise"):
-            return _settled_gain(now, accurate)
+            return _settled_gain(now, accurate) * states[:, None] / outputs
     except FloatingPointError:
         growth = radius(now.As)
         why = "entries too large to compute with. Scale the states and the outputs"
@@ -79,7 +82,12 @@ def _closed(now, K):
 
 
 def _start(now):
-    """The Kalman filter's covariance where SciPy finds it, else a generous guess."""
+    """The Kalman filter's covariance where SciPy finds it, else a generous guess.
+
+    Without any noise it is zero, and stays so.
+    """
+    if not now.Qs.any() and not now.R.any():
+        return np.zeros_like(now.Qs)
     try:
         Omega = scipy.linalg.solve_discrete_are(now.As.T, now.C.T, now.Qs, now.R)
         if np.isfinite(Omega).all() and np.linalg.eigvalsh(Omega)[0] > -1e-8 * abs(
@@ -180,25 +188,52 @@ def _of_fixed_gain(Phi):
 def best_constant_gain(now, accurate):
     """Constant gain of the same structure with the least steady weighted trace.
 
+    The search starts from the step-wise gain, in units in which each state and each
+    output matters as much as the others: so the user's units play no part.
+    """
+    K = steady_gain(now, accurate)
+    states, outputs = _units(now, K)
+    K = _descended(in_units(now, states, outputs), K / states[:, None] * outputs)
+    return K * states[:, None] / outputs
+
+
+def _units(now, K):
+    """Units of states and outputs in which all of them matter to the cost.
+
+    That of an output is its innovation's deviation; that of a state the deviation
+    that would cost as much as the filter does, at its weight Lambda in the long run.
+    """
+    weight = np.eye(len(K)) if now.weight is None else now.weight
+    cost, (Sigma, Phi) = _cost(now, K, weight)
+    Lambda = lyapunov(Phi.T, weight)
+    states = np.sqrt((cost if cost > 0 else 1.0) / Lambda.diagonal())
+    innovation = _step(now, Sigma)["M"].diagonal()
+    known = (now.C * now.C) @ (states * states)  # what an exact output may be off by
+    outputs = np.where(innovation > ROUNDING * known, innovation, known)
+    outputs = np.sqrt(np.where(outputs > 0, outputs, 1.0))
+    return power_of_two(states), power_of_two(outputs)
+
+
+def _descended(now, K):
+    """From K to the gain of least cost.
+
     With Lambda = Phi' Lambda Phi + weight, the stationary gain is the step-wise gain
     for the weight Lambda.  Moving toward that gain is a direction of descent; it is
     extrapolated from the last moves (Anderson mixing) where that lowers the trace,
     and shortened where it does not.  The gradient that certifies is the derived one.
     """
-    weight = np.eye(len(now.As)) if now.weight is None else now.weight
     columns = now.Gamma.any(axis=0)
-    K = steady_gain(now, accurate)
-    cost, state = _cost(now, K, weight)
+    cost, state = _cost(now, K, now.weight)
     best, memory, idle = (np.inf, K), [], 0
     while idle < PATIENCE:
-        residual, toward = _descent(now, K, state, weight, columns)
+        residual, toward = _descent(now, K, state, columns)
         idle = 0 if residual < best[0] else idle + 1  # NaN is no progress
         best = min(best, (residual, K), key=lambda pair: pair[0])
         if residual <= 1e-12:
             break
         memory = [*memory[-MEMORY:], (K, toward - K)]
         for trial in _trials(memory):
-            lower, reached = _cost(now, trial, weight)
+            lower, reached = _cost(now, trial, now.weight)
             if lower <= cost * (1 + 1e-13):  # equal: at the bottom costs only round
                 break
         else:
@@ -241,10 +276,10 @@ def _cost(now, K, weight):
     return float(np.trace(weight @ Sigma)), (Sigma, Phi)
 
 
-def _descent(now, K, state, weight, columns):
+def _descent(now, K, state, columns):
     """Relative stationarity residual at K, and the step-wise gain to move toward."""
     Sigma, Phi = state
-    Lambda = lyapunov(Phi.T, weight)
+    Lambda = lyapunov(Phi.T, now.weight)
     new = _step(now._replace(Gamma=_regamma(now, Lambda, columns)), Sigma)
     gradient = kernels.steady_gradient()(
         K=K, M=new["M"], Omega=new["Omega"], C=now.C, Lambda=Lambda
