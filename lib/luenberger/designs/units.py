@@ -6,6 +6,8 @@ of them is in light years.  Units are powers of two: a change of them does not r
 
 import numpy as np
 
+from .root_step import Move
+
 SWEEPS = 50  # at most; a few are enough unless units differ along a long chain
 EVEN = 2.0  # rows and columns that differ by less are left alone
 
@@ -14,11 +16,15 @@ def in_units(now, states, outputs):
     """The setting of the plant whose state is x / states and output y / outputs."""
     x, y = states[:, None], outputs[:, None]
     weight = np.eye(len(x)) if now.weight is None else now.weight
+    move = now.move
     return now._replace(
         A=now.A / x * states, As=now.As / x * states, C=now.C / y * states,
         Q=now.Q / x / states, Qs=now.Qs / x / states, R=now.R / y / outputs,
         J=now.J / x * outputs, Gamma=now.Gamma / x * outputs, Phat=now.Phat / x,
         That=now.That * states, weight=weight * x * states, blind=now.blind * y,
+        V=now.V / y, deviation=now.deviation / outputs,
+        move=Move(move.A / x * states, move.Q / x / states, move.G / x,
+                  move.size / x * states),
     )  # fmt: skip
 
 
