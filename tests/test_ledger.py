@@ -335,12 +335,8 @@ def test_a_bare_residual_is_no_evidence(monkeypatch):
 
 @pytest.mark.parametrize(
     "claim",
-    [
-        Claim(sp.zeros(2), sp.zeros(2)),
-        Claim(sp.zeros(0, 2), sp.zeros(0, 2)),
-        Claim(sp.S.Zero, sp.S.Zero),
-    ],
-    ids=["zero matrices", "no rows", "zero"],
+    [Claim(sp.zeros(2), sp.zeros(2)), Claim(sp.S.Zero, sp.S.Zero)],
+    ids=["zero matrices", "zero"],
 )
 def test_a_claim_that_nothing_can_damage_is_noticed(claim):
     assert claim.is_zero and unnoticed(claim)
