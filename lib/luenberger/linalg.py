@@ -215,7 +215,7 @@ def modes(values):
     """A short readable list of complex numbers, conjugates once."""
     shown = []
     for value in sorted(values, key=lambda v: (v.real, abs(v.imag))):
-        real, imag = f"{value.real:.6g}", f"{abs(value.imag):.6g}"
+        real, imag = f"{value.real + 0.0:.6g}", f"{abs(value.imag):.6g}"  # no -0
         text = real if abs(value.imag) < 1e-12 else f"{real} +- {imag}j"
         if text not in shown:
             shown.append(text)

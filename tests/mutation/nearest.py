@@ -9,6 +9,7 @@ import ast
 import hashlib
 import json
 import os
+import re
 import sys
 import time
 from functools import partial
@@ -59,7 +60,7 @@ class Collector:
     def pytest_runtest_protocol(self, item):
         self.passed, start = True, time.perf_counter()
         result = yield
-        found = self.take() | self.head
+        found = self.take()
         for definitions in item._fixtureinfo.name2fixturedefs.values():
             for one in definitions:
                 found |= self.fixtures.get(one, set())
@@ -119,11 +120,15 @@ def _collect(tree, path):
     Noting(tree.root, tree.package.name).install()
     collector = Collector(notes)
     pytest_main(tree, path, collector)
-    names = sorted(set().union(*(t["entered"] for t in collector.tests.values())))
+    names = collector.head.union(*(t["entered"] for t in collector.tests.values()))
+    names = sorted(names)
     number = {name: k for k, name in enumerate(names)}
     for test in collector.tests.values():
         test["entered"] = [number[name] for name in test["entered"]]
-    return dict(seconds=collector.seconds, names=names, tests=collector.tests)
+    head = [number[name] for name in sorted(collector.head)]
+    return dict(
+        seconds=collector.seconds, names=names, head=head, tests=collector.tests
+    )
 
 
 def _kept(tree, path):
@@ -137,9 +142,10 @@ def _read(kept, tree):
     """What was kept, unless a module that it names has gone since."""
     try:
         answer = json.loads(kept.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+        modules = {name.partition("::")[0] for name in answer["names"]}
+        answer["head"]
+    except (OSError, ValueError, KeyError):
         return None
-    modules = {name.partition("::")[0] for name in answer["names"]}
     return answer if all((tree.root / one).exists() for one in modules) else None
 
 
@@ -148,28 +154,43 @@ class Nearest:
 
     def __init__(self, tree, collected):
         self.tree, self.collected = tree, collected
-        self.uses = _uses(tree)
+        self.uses, self.texts = _uses(tree), {}
 
     def __call__(self, fault, budget):
-        """{test file: {test: seconds}}, the quickest file first; and how many in all.
+        """{test file: {test: seconds}}, the nearest file first; and how many in all.
 
-        Files are taken while their seconds are in the budget, and of the first that is
-        beyond it the quickest tests.
+        First come files that name the function or its module, then the others, the
+        quicker ones before; last, tests of files that only entered the function while
+        they were read.  They are taken while their seconds are in the budget.
         """
-        chosen = {}
+        groups = []
         for wanted in self._functions(fault):
             for path, answer in self.collected.items():
                 numbers = {k for k, n in enumerate(answer["names"]) if wanted(n)}
-                tests = {
-                    name: test["seconds"]
-                    for name, test in answer["tests"].items()
-                    if test["passed"] and not numbers.isdisjoint(test["entered"])
-                }
-                if tests:
-                    chosen[path] = dict(sorted(tests.items(), key=lambda pair: pair[1]))
-            if chosen:
+                read = not numbers.isdisjoint(answer["head"])
+                own, others = {}, {}
+                for name, test in answer["tests"].items():
+                    if test["passed"] and not numbers.isdisjoint(test["entered"]):
+                        own[name] = test["seconds"]
+                    elif test["passed"] and read:
+                        others[name] = test["seconds"]
+                far = not self._names(path, fault)
+                for late, tests in enumerate((own, others)):
+                    seconds = sum(tests.values()) + answer["seconds"]
+                    groups += [(late, far, seconds, path, tests)] if tests else []
+            if groups:
                 break
-        return self._within(chosen, budget), sum(map(len, chosen.values()))
+        groups.sort(key=lambda group: group[:4])
+        near = sum(len(group[-1]) for group in groups)
+        return self._within(groups, budget), near
+
+    def _names(self, path, fault):
+        """Whether a test file has the name of the function or of its module."""
+        if path not in self.texts:
+            text = (self.tree.root / path).read_text(encoding="utf-8")
+            self.texts[path] = set(re.findall(r"\w+", text))
+        function = fault.where.rpartition(".")[2] or fault.name
+        return not self.texts[path].isdisjoint({function, Path(fault.path).stem})
 
     def _functions(self, fault):
         """Tests of the names of functions, the narrowest first."""
@@ -182,24 +203,17 @@ class Nearest:
             yield lambda name: name.startswith(f"{inside}.")
         yield lambda name: name.startswith(f"{fault.path}::")
 
-    def _within(self, chosen, budget):
-        cost = {
-            path: self.collected[path]["seconds"] + sum(tests.values())
-            for path, tests in chosen.items()
-        }
-        taken = {}
-        for path in sorted(chosen, key=cost.get):
-            left = budget - self.collected[path]["seconds"]
-            taken[path] = {}
-            for name, seconds in chosen[path].items():
+    def _within(self, groups, budget):
+        taken, left = {}, budget
+        for _, _, _, path, tests in groups:
+            if path not in taken:
+                left -= self.collected[path]["seconds"]
+            for name, seconds in sorted(tests.items(), key=lambda pair: pair[1]):
                 left -= seconds
-                if left < 0 and any(taken.values()):
-                    break
-                taken[path][name] = seconds
-            budget = left
-            if left < 0:
-                break
-        return {path: tests for path, tests in taken.items() if tests}
+                if left < 0 and taken:
+                    return taken
+                taken.setdefault(path, {})[name] = seconds
+        return taken
 
 
 def _uses(tree):
