@@ -11,9 +11,10 @@ import numpy as np
 from . import mean_square, stairs
 from .designs.setting import Settings
 from .designs.trace_minimisation import kalman_filter
+from .detectability import unseen
 from .errors import CertificateError, DesignError
 from .factors import square_root
-from .linalg import UNIT_TOL, eigenvalues, null_directions, unseen
+from .linalg import decaying, eigenvalues, null_directions
 
 SCATTER = 1e-6  # how far from the unit circle rounding may put a double eigenvalue
 
@@ -75,9 +76,7 @@ def _modes(values, dt):
     One on the boundary does not, whichever side rounding puts it.
     """
     values = np.asarray(values, dtype=complex)
-    size = np.abs(values) if dt else values.real
-    margin = UNIT_TOL if dt else UNIT_TOL * np.abs(values)
-    decays = size < 1 - margin if dt else size < -margin
+    size, decays = np.abs(values) if dt else values.real, decaying(values, dt > 0)
     order = np.lexsort((values.imag, values.real, size))
     return [
         {

@@ -190,33 +190,13 @@ def decaying(modes, discrete):
     return np.real(modes) < -least
 
 
-def require_detectable(A, C):
-    """Raise DesignError naming the modes that are not stable and not seen by C."""
-    hidden = [mode for mode in np.linalg.eigvals(A) if abs(mode) >= 1 - UNIT_TOL]
-    hidden = [mode for mode in hidden if unseen(A, C, mode)]
-    if hidden:
-        raise DesignError(
-            f"not detectable: the plant mode at {modes(hidden)} does not decay and "
-            "does not reach the outputs, so its error grows without bound or never "
-            "dies out. Add a sensor that sees it, or a model in which it decays."
-        )
-
-
-def unseen(A, C, mode):
-    """PBH test at `mode`, with rows of C at the scale of A so units do not decide."""
-    norms = np.linalg.norm(C, axis=1, keepdims=True)
-    scale = max(np.linalg.norm(A, 2), 1.0)
-    unit = C / np.where(norms > 0, norms, 1) * scale
-    pencil = np.vstack([A - mode * np.eye(len(A)), unit])
-    return np.linalg.svd(pencil, compute_uv=False)[-1] <= RANK_TOL * scale
-
-
 def modes(values):
     """A short readable list of complex numbers, conjugates once."""
     shown = []
     for value in sorted(values, key=lambda v: (v.real, abs(v.imag))):
         real, imag = f"{value.real + 0.0:.6g}", f"{abs(value.imag):.6g}"  # no -0
-        text = real if abs(value.imag) < 1e-12 else f"{real} +- {imag}j"
+        level = max(1e-12, 1e-6 * abs(value))  # what six digits leave out
+        text = real if abs(value.imag) < level else f"{real} +- {imag}j"
         if text not in shown:
             shown.append(text)
     return ", ".join(shown)

@@ -10,6 +10,7 @@ import scipy.linalg
 from scipy.sparse.linalg import LinearOperator, gmres
 
 from .. import kernels
+from ..detectability import require_detectable
 from ..errors import CertificateError
 from ..linalg import (
     ROUNDING,
@@ -17,7 +18,6 @@ from ..linalg import (
     complete,
     lyapunov,
     radius,
-    require_detectable,
     symmetrise,
 )
 from .excitation import require_excited, require_noise_enough

@@ -8,8 +8,8 @@ was made of, and Sigma is repaired beside Omega: Cholesky with pivots, the rest 
 
 import numpy as np
 
+from ..detectability import require_detectable
 from ..errors import DesignError
-from ..linalg import require_detectable
 
 
 def undriven(As, Q):
