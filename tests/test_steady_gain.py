@@ -6,6 +6,7 @@ import scipy.linalg
 
 import luenberger as lb
 from luenberger.designs import steady
+from luenberger.designs.setting import Settings
 
 
 def correlated():
@@ -61,3 +62,16 @@ def test_a_search_that_stalls_is_believed_below_1e_9(monkeypatch, residual, arri
     else:
         with pytest.raises(lb.CertificateError, match=r"residual stays at 1\.1e-09"):
             design()
+
+
+@pytest.mark.parametrize("size", [2.0**-200, 2.0**200])
+def test_strength_of_all_noise_does_not_end_the_recursion(size):
+    """Sigma for size Q and size R is size Sigma, to the last bit."""
+    plain = correlated()
+    other = lb.Plant(plain.A, None, plain.C, dt=1.0, Q=size * plain.Q, R=size * plain.R,
+                     S=size * plain.S)  # fmt: skip
+    one, two = (Settings(plant, 1).at(0) for plant in (plain, other))
+    start = np.eye(3)
+    found = steady._recur(one, start, 60), steady._recur(two, size * start, 60)
+    np.testing.assert_array_equal(found[0] * size, found[1])
+    assert not np.array_equal(found[0], steady._recur(one, start, 5))
