@@ -13,8 +13,8 @@ PACKAGE = ROOT / "lib" / "luenberger"
 # A layer may import only itself and what is listed for it.
 TYPES = {"arrays", "errors", "record"}
 NUMERIC = TYPES | {
-    *("arguments", "certificate", "detectability", "factors", "kernels", "linalg"),
-    *("mean_square", "observer", "plant"),
+    *("arguments", "balance", "certificate", "detectability", "factors", "kernels"),
+    *("linalg", "mean_square", "observer", "plant"),
 }
 QUESTIONS = {"analysis", "ensemble", "filtering", "recorded", "simulate"}
 ALLOWED = {
@@ -37,6 +37,7 @@ ALLOWED = {
     "certificate": {"arguments", "errors"},
     "linalg": {"errors"},
     "covariance_maps": {"errors", "linalg"},
+    "balance": set(),
     "detectability": {"errors", "linalg"},
     "factors": set(),
     "mean_square": {"covariance_maps", "errors", "factors", "kernels", "linalg"},

@@ -127,6 +127,26 @@ def test_units_that_only_an_exponent_holds():
     np.testing.assert_allclose(gains, np.broadcast_to(gains[1], (3, 2, 1)), rtol=1e-9)
 
 
+@pytest.mark.parametrize("T", [1e-6, 0.1, 2.0])
+def test_a_plant_is_discretised_in_any_units(T):
+    """Q had lost five digits where the units are 1e13 apart."""
+    rng = np.random.default_rng(2)
+    for _ in range(10):
+        A, B = rng.integers(-3, 4, (3, 3)), rng.integers(-3, 4, (3, 2))
+        H = rng.integers(-2, 3, (3, 1))
+        x, u = 2.0 ** rng.integers(-26, 27, 3), 2.0 ** rng.integers(-26, 27, 2)
+        y = x[:, None]
+        one = lb.Plant(A, B, [[1, 0, 0]], Q=H @ H.T, R=[[1]])
+        other = replace(one, A=y * A / x, B=y * B / u, Q=y * one.Q * x, C=one.C / x)
+        one, other = (lb.sampling.discretise(plant, [T]) for plant in (one, other))
+        for name, left, right in (("A", x, x), ("B", x, u), ("Q", x, 1 / x)):
+            wanted = getattr(one, name)[0]
+            found = getattr(other, name)[0] / left[:, None] * right
+            np.testing.assert_allclose(
+                found, wanted, rtol=0, atol=1e-13 * np.abs(wanted).max()
+            )
+
+
 @pytest.mark.filterwarnings("ignore:overflow", "ignore:invalid value")
 def test_a_certificate_whose_terms_overflow_is_none():
     """Its residual would be divided by infinity and look perfect."""

@@ -10,6 +10,7 @@ import scipy.linalg
 from scipy.sparse.linalg import LinearOperator, gmres
 
 from .. import kernels
+from ..balance import power_of_two
 from ..detectability import require_detectable
 from ..errors import CertificateError
 from ..linalg import (
@@ -22,7 +23,7 @@ from ..linalg import (
 )
 from .excitation import require_excited, require_noise_enough
 from .root_step import Spread
-from .units import in_units, natural, power_of_two
+from .units import in_units, natural
 
 RESIDUAL_TOL = 1e-12  # of Sigma = f(Sigma), relative
 DENSE_LIMIT = 40  # states up to which Newton's equation is solved densely

@@ -6,6 +6,7 @@ import scipy.linalg
 from .. import kernels
 from ..arguments import expect
 from ..arrays import numbers
+from ..balance import balanced, power_of_two
 from ..errors import DesignError
 from ..plant import Plant
 from ..simulate import hold
@@ -95,9 +96,25 @@ def discretise(plant, periods):
 
 
 def _over_one(plant, T):
-    """A, B and, if there is noise, Q of one period."""
-    held = hold(plant.A, plant.B, T)
-    return held if plant.Q is None else (*held, _noise(plant.A, plant.Q, T))
+    """A, B and, if there is noise, Q of one period.
+
+    In units in which no entry drowns another: the exponential rounds beside a norm.
+    """
+    n, Q = plant.n, np.zeros((plant.n, plant.n)) if plant.Q is None else plant.Q
+    none = np.zeros((0, n)), np.zeros(0)  # no outputs
+    states, _ = balanced(plant.A * T, none[0], Q.diagonal() * T, none[1])
+    x, both = states[:, None], np.outer(states, states)
+    A, B, Q = plant.A / x * states, plant.B / x, Q / both
+    inputs, noise = _size(B, axis=0), _size(Q)
+    A_i, B_i = hold(A, B / inputs, T)
+    held = A_i * x / states, B_i * x * inputs
+    return held if plant.Q is None else (*held, _noise(A, Q / noise, T) * noise * both)
+
+
+def _size(X, axis=None):
+    """The power of two nearest to the largest entry, 1 where all are zero."""
+    top = np.abs(X).max(axis=axis, initial=0.0)
+    return power_of_two(np.where(top > 0, top, 1.0))
 
 
 def _noise(A, Q, T):
