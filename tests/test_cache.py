@@ -139,6 +139,35 @@ def test_a_broken_entry_is_made_anew(pattern, harm, home, compilations):
     assert compilations == [True, True, False]
 
 
+@pytest.mark.skipif(os.name == "nt", reason="umask is POSIX's")
+@pytest.mark.parametrize("umask", [0o002, 0o000])
+def test_a_loose_umask_costs_nothing(home, compilations, umask):
+    """002 is many a system's own: numba's files are then open to the user's group."""
+    before = os.umask(umask)
+    try:
+        estimated()
+        estimated()
+    finally:
+        os.umask(before)
+    assert compilations == [True, False]
+    assert all(cache.private(path) for path in home.rglob("*"))
+
+
+@pytest.mark.skipif(os.name == "nt", reason="permissions of this kind are POSIX's")
+def test_a_folder_that_is_not_trusted_is_no_remark_on_a_design(tmp_path, monkeypatch):
+    monkeypatch.setenv("LUENBERGER_CACHE", str(tmp_path))
+    tmp_path.chmod(0o777)
+    plant = lb.Plant([[0.5]], None, [[1]], dt=1, Q=[[1]], R=[[1]])
+    forget()
+    with warnings.catch_warnings(record=True):
+        warnings.simplefilter("always")
+        table = lb.compare(plant)
+        with pytest.warns(cache.CacheWarning, match="can be written by others"):
+            cache.usable_folder()
+    forget()
+    assert str(tmp_path) not in f"{table.rows()} {table.reasons()}"
+
+
 def test_foreign_text_is_never_run(home, compilations):
     estimated()
     (path,) = kept(home, "luenberger_*.py")

@@ -8,6 +8,7 @@ import numpy as np
 
 from ..analysis import error_covariance, multiply_adds, without_rounding
 from ..certificate import Certificate, certify
+from ..kernels.cache import CacheWarning
 from ..linalg import ROUNDING, UNIT_TOL, eigenvalues, lyapunov, radius
 from ..observer import Observer
 from ..optimality import STATIONARY_TOL, Optimality, optimality
@@ -171,6 +172,7 @@ def _quietly(design):
     """What a design gives, and the texts of its warnings."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
+        warnings.simplefilter("ignore", CacheWarning)  # no property of the design
         observer = design()
     return observer, [f"{one.message}" for one in caught]
 

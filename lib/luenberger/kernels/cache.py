@@ -14,6 +14,7 @@ hashes fit; it could change this library as well.  A folder that cannot be used 
 the time of deriving and compiling, nothing else.
 """
 
+import contextlib
 import hashlib
 import inspect
 import json
@@ -37,6 +38,10 @@ DERIVING = ("derivations", "kernels", "symbolic", "certificate.py", "errors.py")
 DERIVING += ("linalg.py",)
 
 
+class CacheWarning(UserWarning):
+    """What is generated is not kept: only time is lost."""
+
+
 def derived(question, make):
     """What ``make()`` returns, (text, arguments), or what it returned before.
 
@@ -54,7 +59,8 @@ def derived(question, make):
         try:
             replace(path, f"{_seal(name, note)}\n{note}")
         except OSError as error:
-            warnings.warn(f"a derivation is not kept: {error}", stacklevel=2)
+            said = f"a derivation is not kept: {error}"
+            warnings.warn(said, CacheWarning, stacklevel=2)
     return text, arguments
 
 
@@ -112,7 +118,8 @@ def compiled(text, types):
         except (
             Exception
         ) as error:  # of numba's files or of the disk: not our arithmetic
-            warnings.warn(f"compiled code is not kept: {error}", stacklevel=2)
+            said = f"compiled code is not kept: {error}"
+            warnings.warn(said, CacheWarning, stacklevel=2)
     name = f"luenberger_{key(text, types)}"
     return _compile(_function(text, name, stack.local_array()), types)
 
@@ -140,6 +147,7 @@ def usable_folder():
                 f"{path} belongs to somebody else or can be written by others, so "
                 "generated code is neither read from it nor kept in it. Take their "
                 "write permission away, or set LUENBERGER_CACHE to a folder of yours.",
+                CacheWarning,
                 stacklevel=1,  # one place, so that Python says it once
             )
             return None
@@ -207,13 +215,24 @@ def _from_folder(folder, text, types):
     kept = hashes(beside, path.stem)
     trusted = kept is not None and _says(written, kept)
     if not trusted:
+        if beside.parent == folder:  # and not a place that numba was told to use
+            _close(beside)
         for old in _files(beside, path.stem):
             old.unlink()
     run = _settled(run, types)
+    if not trusted:
+        for new in _files(beside, path.stem):
+            _close(new)
     made = hashes(beside, path.stem)
     if made is not None and not (trusted and made == kept):
         replace(written, made)
     return run
+
+
+def _close(path):
+    """Take from others the right to write that a loose umask gave them."""
+    with contextlib.suppress(OSError):  # of somebody else's, which `private` notices
+        path.chmod(path.stat().st_mode & ~0o022)
 
 
 def _says(path, text):

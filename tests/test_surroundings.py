@@ -1,0 +1,64 @@
+"""Tests that pass at a terminal also pass elsewhere: part of the suite, elsewhere.
+
+Where signals are ignored, files made for nobody or for everybody, no home, another
+language, clock and width of the terminal, in another order and without root's powers.
+"""
+
+import os
+import pathlib
+import subprocess
+import sys
+
+import pytest
+
+TESTS = pathlib.Path(__file__).parent
+CONDUCT = "test_commands_conduct.py"
+# first what a shell does, then the tests in the order that is given
+ELSEWHERE = """
+import os, signal, sys
+for name in {ignored}:
+    signal.signal(getattr(signal, name), signal.SIG_IGN)
+os.umask({umask})
+import pytest
+class Order:
+    def pytest_collection_modifyitems(self, items):
+        items.sort(key=lambda one: one.nodeid, reverse={reverse})
+options = ["-n", "0", "-q", "-p", "no:cacheprovider", "--color=no"]
+sys.exit(pytest.main([*options, *sys.argv[1:]], plugins=[Order()]))
+"""
+PLACES = {
+    "a job in the background": (
+        ["test_files.py::test_permissions",
+         f"{CONDUCT}::test_help_names_every_command_and_status",
+         f"{CONDUCT}::test_interrupted_while_writing_leaves_the_old_file[SIGHUP-]"],
+        dict(ignored=["SIGINT", "SIGHUP", "SIGPIPE"], umask=0o077, reverse=False),
+        dict(LC_ALL="C", TZ="Asia/Kolkata", COLUMNS="20", LINES="5", TERM="dumb",
+             PYTHONUNBUFFERED="1", PYTHONHASHSEED="1"),
+    ),
+    "a machine of others": (
+        ["test_cache.py::test_the_second_time_nothing_is_compiled",
+         "test_estimate_command.py::test_many_pieces_are_one_record",
+         "test_files.py::test_a_signal_between_renames_waits_for_the_last"],
+        dict(ignored=["SIGTERM"], umask=0, reverse=True),
+        dict(LC_ALL="de_DE.UTF-8", TZ="ABC+12:34:56", COLUMNS="500", NO_COLOR="1",
+             HOME="/dev/null/home", PYTHONIOENCODING="ascii", PYTHONHASHSEED="2"),
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals and umask are POSIX's")
+@pytest.mark.parametrize(("tests", "shell", "environment"), PLACES.values(), ids=PLACES)
+def test_some_of_the_suite_passes_elsewhere(tmp_path, tests, shell, environment):
+    ours = ("HOME", "LANG", "LANGUAGE", "PYTEST_ADDOPTS")
+    kept = [n for n in os.environ if n not in ours and not n.startswith("LC_")]
+    run = subprocess.run(
+        [sys.executable, "-c", ELSEWHERE.format(**shell), "--basetemp", tmp_path / "b"]
+        + [TESTS / line for line in tests],
+        cwd=TESTS.parent,
+        env={name: os.environ[name] for name in kept} | environment,
+        capture_output=True,
+        text=True,
+        encoding="utf-8",
+    )
+    assert run.returncode == 0, run.stdout + run.stderr
+    assert " passed" in run.stdout or "[100%]" in run.stdout
