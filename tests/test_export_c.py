@@ -280,6 +280,30 @@ def test_repair_is_that_of_the_library(dtype, tmp_path):
 
 
 @needs_compiler
+def test_a_variance_that_is_rounding_moves_no_other(tmp_path):
+    """A row of A annihilates what is uncertain: settled beside what it was made of.
+
+    Omega is one that rounding can leave of [[49, 0], [0, 0]]: at unit diagonal its
+    second row looks like a variance, whose correlation would move the first.
+    """
+    h = np.array([2.0, -3])
+    source = lb.Plant(
+        [[-0.5, 2], [-0.3, -0.2]], None, [[1, 0]], dt=1.0, Q=np.zeros((2, 2)),
+        R=[[1.0]], P0=np.outer(h, h),
+    )  # fmt: skip
+    to_c(source, tmp_path, name="unit")
+    text = "void whole(double O[], double S[]);\nvoid whole(double O[], double S[])\n"
+    text += "{ unit_settle(O, S, unit_settle_As, unit_settle_Q);"
+    text += " for (int i = 0; i < 4; i++) S[i] = O[i]; unit_semidefinite(S, O); }\n"
+    (tmp_path / "whole.c").write_text('#include "unit.c"\n' + text)
+    gcc("-shared", "-fPIC", "-o", tmp_path / "unit.so", tmp_path / "whole.c")
+    Omega, Sigma = np.array([[49, 5e-16], [5e-16, 4e-33]]), np.outer(h, h)
+    whole = ctypes.CDLL(str(tmp_path / "unit.so")).whole
+    whole(*(X.ctypes.data_as(ctypes.c_void_p) for X in (Omega, Sigma)))
+    np.testing.assert_allclose(Sigma, [[49, 0], [0, 0]], rtol=1e-15, atol=0)
+
+
+@needs_compiler
 @pytest.mark.parametrize("m1", [0, 1], ids=["Kalman", "taken at its word"])
 def test_filter_of_one_state(m1, compiled):
     source = lb.Plant(

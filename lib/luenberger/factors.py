@@ -62,7 +62,13 @@ def shorten(H):
 
 def lengths(H):
     """The standard deviations of the covariance H H'."""
-    return np.sqrt(np.einsum("ij,ij->i", H, H))
+    return np.sqrt(np.add.reduce(H * H, axis=1))
+
+
+def rounded(X, size):
+    """X, a covariance of rounding, and that of the next sums, of numbers of `size`."""
+    X.flat[:: len(X) + 1] += (EPS * size) ** 2
+    return X
 
 
 def clear(H, size):
@@ -78,7 +84,8 @@ def safe(X, size):
     upper, info = dpotrf(X)
     if info != 0:
         return False
-    return bool((upper.diagonal() ** 2 > SAFE * (size + X.diagonal())).all())
+    pivots = upper.diagonal()
+    return min((pivots * pivots - SAFE * (size + X.diagonal())).tolist(), default=1) > 0
 
 
 def semidefinite(X, size):

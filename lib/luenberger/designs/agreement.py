@@ -9,7 +9,7 @@ is carried along, so that a difference can be told from a contradiction.
 import numpy as np
 
 from ..errors import DesignError
-from ..factors import CLEAR, EPS
+from ..factors import CLEAR, EPS, rounded
 
 CONFLICT_TOL = 1e-6  # readings may be rounded by this, beside what they are met with
 
@@ -35,24 +35,23 @@ class Agreement:
         read : (p,) ndarray
             Those of y - E u.
         """
-        rounding = A @ self.rounding @ A.T
-        rounding[np.diag_indices(len(A))] += (EPS * made_of) ** 2
+        rounding = rounded(A @ self.rounding @ A.T, made_of)
         self.size = read + np.abs(C) @ made_of  # what the innovation is a sum of
-        self.before = C @ rounding @ C.T
-        self.before[np.diag_indices(len(C))] += (EPS * self.size) ** 2
-        rounding = new["Y"] @ rounding @ new["Y"].T
+        self.before = rounded(C @ rounding @ C.T, self.size)
         size = made_of + (new["K_size"] + np.abs(new["K"])) @ self.size
         self.some = new["unit"] > 0
         self.mixed = EPS * np.linalg.norm(self.size[self.some] / new["unit"][self.some])
-        rounding[np.diag_indices(len(A))] += (EPS * size) ** 2
-        self.rounding = rounding
+        self.rounding = rounded(new["Y"] @ rounding @ new["Y"].T, size)
 
     def require(self, known, innovation, names, instant):
         """Raise unless the combinations `known` of the innovation are rounding."""
+        if not known.size:
+            return
         left = np.abs(known.T @ innovation)
         size = CONFLICT_TOL * (np.abs(known).T @ self.size)
         grown = np.sqrt(np.einsum("ji,jk,ki->i", known, self.before, known))
-        size += CLEAR * (grown + self.mixed * known[self.some].any(axis=0))
+        # a variance left out as rounding may be real: 5 sigmas of it are no conflict
+        size += CLEAR * (grown + (self.mixed + 5) * known[self.some].any(axis=0))
         bad = left > size
         if bad.any():
             part = np.abs(known[:, bad]).max(axis=1)

@@ -8,9 +8,10 @@ rounding that an unstable mode has made large is still known for what it is.
 from typing import NamedTuple
 
 import numpy as np
+from scipy.linalg.lapack import dgesdd
 
 from .. import kernels
-from ..factors import CLEAR, EPS, factor, lengths, safe, shorten
+from ..factors import CLEAR, EPS, factor, lengths, rounded, safe, shorten
 
 
 class Move(NamedTuple):
@@ -68,7 +69,7 @@ def root_step(now, move, spread):
     size = lengths(H_minus)
     seen = np.abs(now.C) @ size + now.deviation
     if now.blind.size:
-        unit = np.einsum("ij,jk,ik->i", now.C, rounding, now.C) + (EPS * seen) ** 2
+        unit = rounded(now.C @ rounding @ now.C.T, seen).diagonal()
         found, known = visible(now, H_minus, np.sqrt(unit))
     else:
         found = kernels.root("gain")(C=now.C, R=now.R, H_minus=H_minus)
@@ -78,8 +79,7 @@ def root_step(now, move, spread):
     )
     half = shorten(np.concatenate([found["kept"], found["drawn"]], axis=1))
     size = size + np.abs(found["K"]) @ seen
-    rounding = found["Y"] @ rounding @ found["Y"].T
-    rounding[np.diag_indices(len(half))] += (EPS * size) ** 2
+    rounding = rounded(found["Y"] @ rounding @ found["Y"].T, size)
     found["Omega"], Sigma = H_minus @ H_minus.T, half @ half.T
     found["Sigma_next"] = Sigma
     made_of = rounding.diagonal() / EPS**2
@@ -92,10 +92,8 @@ def ahead(move, spread):
     """H_minus = [A H, G], and the covariance of its rounding: (44)."""
     A = move.A
     H_minus = np.concatenate([A @ spread.half, move.G], axis=1)
-    rounding = A @ spread.rounding @ A.T
     size = move.size @ lengths(spread.half) + lengths(move.G)
-    rounding[np.diag_indices(len(A))] += (EPS * size) ** 2
-    return H_minus, rounding
+    return H_minus, rounded(A @ spread.rounding @ A.T, size)
 
 
 def visible(now, H_minus, unit):
@@ -107,19 +105,33 @@ def visible(now, H_minus, unit):
     L = now.C @ H_minus
     Z = np.concatenate([L, now.V], axis=1)
     some = unit > 0  # an output of no size at all is known, and mixes with no other
-    W = unit[some, None]
-    scaled = Z[some] / W
-    if scaled.shape[1] < len(scaled):
-        scaled = np.pad(scaled, ((0, 0), (0, len(scaled) - scaled.shape[1])))
-    U, D, Tt = np.linalg.svd(scaled, full_matrices=False)
-    keep = D > CLEAR
-    Kmv, K_size = np.zeros((2, len(H_minus), len(Z)))
-    rows = H_minus @ Tt[keep, : H_minus.shape[1]].T / D[keep]  # of Kmv W U
-    Kmv[:, some] = rows @ U[:, keep].T / W.T
+    if not some.all():
+        return _apart(L, Z, H_minus, unit, some)
+    Kmv, K_size, known = _seen(Z / unit[:, None], H_minus)
+    found = dict(L=L, M=Z @ Z.T, Kmv=Kmv / unit, unit=unit, K_size=K_size / unit)
+    return found, known / unit[:, None]
+
+
+def _seen(Z, H_minus):
+    """Kmv W, the size of its entries' rounding, and what is known, from W^-1 Z."""
+    if len(Z) == 0:
+        return np.zeros((len(H_minus), 0)), np.zeros((len(H_minus), 1)), np.eye(0)
+    if Z.shape[1] < len(Z):
+        Z = np.concatenate([Z, np.zeros((len(Z), len(Z) - Z.shape[1]))], axis=1)
+    U, D, Tt, _ = dgesdd(Z, full_matrices=0)
+    rank = int(np.add.reduce(D > CLEAR))
+    rows = H_minus @ Tt[:rank, : H_minus.shape[1]].T / D[:rank]  # of Kmv W U
     # the rounding of an entry of Kmv W is that of its row
-    K_size[:, some] = lengths(rows)[:, None] / W.T
-    known = np.eye(len(Z))[:, ~some]
-    mixed = np.zeros((len(Z), int((~keep).sum())))
-    mixed[some] = U[:, ~keep] / W
+    return rows @ U[:, :rank].T, lengths(rows)[:, None], U[:, rank:]
+
+
+def _apart(L, Z, H_minus, unit, some):
+    """The same where outputs of no size stand apart."""
+    W = unit[some]
+    Kmv, K_size = np.zeros((2, len(H_minus), len(Z)))
+    gain, size, mixed = _seen(Z[some] / W[:, None], H_minus)
+    Kmv[:, some], K_size[:, some] = gain / W, size / W
+    known = np.zeros((len(Z), mixed.shape[1]))
+    known[some] = mixed / W[:, None]
     found = dict(L=L, M=Z @ Z.T, Kmv=Kmv, unit=unit, K_size=K_size)
-    return found, np.concatenate([known, mixed], axis=1)
+    return found, np.concatenate([np.eye(len(Z))[:, ~some], known], axis=1)
