@@ -198,6 +198,11 @@ WRONG = {
         Iff(Equation(A * X, B * X)),
         "this line, back",
     ),
+    "reasons that no finite matrices satisfy": (
+        A * B,
+        Line(B * A + I, by=[(A * B, B * A + I)]),
+        "no matrices were found that satisfy what is cited",
+    ),
     "contradictory reasons": (
         A,
         Line(0 * A, by=[(X, ZERO), (X * Y, I)]),

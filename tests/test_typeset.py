@@ -1,0 +1,84 @@
+"""Expressions are set as they stand on a page, in LaTeX and in Unicode."""
+
+import pytest
+import sympy as sp
+from sympy import Rational, Trace
+
+from luenberger.symbolic import (
+    BlockMatrix,
+    Identity,
+    MatrixSymbol,
+    ZeroMatrix,
+    latex,
+    text,
+)
+from luenberger.symbolic.letters import latex_name, text_name
+
+n, p = sp.symbols("n p", integer=True, positive=True)
+beta = sp.Symbol("beta_0")
+A, B, Omega = (MatrixSymbol(name, n, n) for name in ("A", "B", "Omega"))
+K, C = MatrixSymbol("K_1*", n, p), MatrixSymbol("C", p, n)
+I = Identity(n)
+
+NAMES = {
+    "z_next": ("z_{+}", "z₊"),
+    "x_minus": ("x_{-}", "x₋"),
+    "w_hat": (r"\hat w", "ŵ"),
+    "Qhat": (r"\hat Q", "Q̂"),
+    "xt_next": (r"\tilde x_{+}", "x̃₊"),
+    "K_mv": (r"K_{\mathrm{mv}}", "K_mv"),
+    "Kmv": (r"K_{\mathrm{mv}}", "K_mv"),
+    "M_1": ("M_{1}", "M₁"),
+    "Q12": ("Q_{12}", "Q₁₂"),
+    "As": ("A_{s}", "A_s"),
+    "V2s": ("V_{2s}", "V_2s"),
+    "Omega": (r"\Omega", "Ω"),
+    "Sigma_p": (r"\Sigma_{p}", "Σ_p"),
+    "Gam": (r"\Gamma", "Γ"),
+    "dOmega": (r"\mathrm{d}\Omega", "dΩ"),
+    "U^*": ("U^{*}", "U*"),
+    "X+": ("X^{+}", "X⁺"),
+    "Khat_+": (r"\hat K_{+}", "K̂₊"),
+    "Pick": (r"\mathrm{Pick}", "Pick"),
+    "R_seen": (r"R_{\mathrm{seen}}", "R_seen"),
+}
+EXPRESSIONS = {
+    "a sum as written": (I - B * A, "I - B A", "I - B A"),
+    "minus first": (-A - B, "-A - B", "-A - B"),
+    "a bracket taken away": (A - 2 * (B - I) * A, None, "A - 2 (B - I) A"),
+    "minus a bracket": (A + -1 * (A + B) * I, None, "A - (A + B) I"),
+    "a fraction": (A / 2 - B / 3, r"\tfrac{1}{2} A - \tfrac{1}{3} B", "1/2 A - 1/3 B"),
+    "a scalar": (beta * A, r"\beta_{0} A", "β₀ A"),
+    "a transpose": ((A * B).T * A.T, r"\left(A B\right)' A'", "(A B)' A'"),
+    "a transposed star": (K.T, "{K_{1}^{*}}'", "K₁*'"),
+    "an inverse": ((A + B).I * A.I, r"\left(A + B\right)^{-1} A^{-1}", "(A + B)⁻¹ A⁻¹"),
+    "a transposed inverse": (A.I.T, "{A^{-1}}'", "A⁻¹'"),
+    "a power": (A**2 * B, "A^{2} B", "A² B"),
+    "a trace": (
+        Trace(A * B),
+        r"\operatorname{tr}\left(A B\right)",
+        "tr(A B)",
+    ),
+    "blocks": (
+        BlockMatrix([[A, ZeroMatrix(n, n)], [I, B]]),
+        r"\begin{bmatrix}A & 0 \\ I & B\end{bmatrix}",
+        "[A 0; I B]",
+    ),
+    "explicit": (sp.Matrix([[1, Rational(-1, 2)]]), None, "[1 -1/2]"),
+    "a root": (sp.sqrt(beta), None, "β₀^(1/2)"),
+}
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_name(name):
+    assert (latex_name(name), text_name(name)) == NAMES[name]
+
+
+@pytest.mark.parametrize("name", EXPRESSIONS)
+def test_expression(name):
+    expr, typeset, plain = EXPRESSIONS[name]
+    assert text(expr) == plain
+    if typeset is not None:
+        assert latex(expr) == typeset
+    assert latex(expr).count("{") == latex(expr).count("}")
+    assert "top" not in latex(expr) and "^T" not in latex(expr)
