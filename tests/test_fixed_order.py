@@ -562,3 +562,29 @@ def test_outputs_that_say_the_same_are_named():
     )
     with pytest.raises(lb.DesignError, match="of the outputs radar, sonar follows"):
         lb.fixed_order_filter(plant, 1)
+
+
+@pytest.mark.parametrize(
+    "A, C", [([[0.5]], [[1], [2]]), (np.diag([0.5, 0.7]), [[1, 2], [3, 4]])]
+)
+def test_what_exact_outputs_tell_is_optimal(A, C):
+    """Of an error that is zero every condition is met, however it was rounded."""
+    n, p = len(A), len(C)
+    plant = lb.Plant(A, None, C, dt=1.0, Q=np.eye(n), R=np.zeros((p, p)))
+    observer = lb.fixed_order_filter(plant, n)
+    np.testing.assert_allclose(observer.V @ C, np.eye(n), atol=1e-12)
+    found = lb.optimality(observer, plant)
+    assert found.worst < 1e-12 and abs(found.cost) < 1e-12
+    off = replace(observer, V=0.9 * observer.V)
+    assert lb.optimality(off, plant).worst > 1e-2
+    off = replace(observer, P=1e-6 * np.ones((n, n)))
+    assert lb.optimality(off, plant).worst > 1e-2
+
+
+def test_no_filter_state_is_of_use_beside_exact_outputs():
+    plant = lb.Plant(
+        [[0.5, 0.2], [0.1, 0.7]], None, [[1, 2], [3, 4]], dt=1.0, Q=np.eye(2),
+        R=np.zeros((2, 2)),
+    )  # fmt: skip
+    with pytest.raises(lb.DesignError, match="no filter state is of use: the static"):
+        lb.fixed_order_filter(plant, 1)

@@ -324,3 +324,44 @@ def test_a_residual_that_overflows_ends_the_search(monkeypatch):
     monkeypatch.setattr(steady, "_units", lambda now, K: (np.ones(2), np.ones(1)))
     with pytest.raises(lb.CertificateError, match="best constant gain was not reached"):
         lb.reduced_order_filter(plant, 1, horizon="steady")
+
+
+@pytest.mark.parametrize("Q", [np.zeros((2, 2)), np.diag([0, 1.0]), np.ones((2, 2))])
+@pytest.mark.parametrize("C", [np.eye(2), [[1, 2], [3, 4]]], ids=["C = I", "C"])
+@pytest.mark.parametrize("unit", [1.0, 1e9])
+@pytest.mark.parametrize("noisy", [False, True], ids=["all exact", "a noisy one too"])
+def test_the_state_is_read_off_exact_outputs(Q, C, unit, noisy):
+    """x = C^-1 y, though no noise tells that gain from others that are not stable."""
+    d = np.array([1.0, unit])
+    A, C, R = np.array([[1.5, 0.2], [0.1, 2.0]]), np.array(C, float), np.zeros((2, 2))
+    if noisy:
+        C, R = np.vstack([C, [[1.0, 1.0]]]), np.diag([0, 0, 1.0])
+    A, C, Q = A * d[:, None] / d, C / d, Q * d[:, None] * d
+    plant = lb.Plant(A, None, C, dt=1.0, Q=Q, R=R, P0=np.diag(d * d))
+    for observer in (lb.kalman_filter(plant), lb.reduced_order_filter(plant, 1)):
+        assert lb.certify(observer, plant).stable
+        np.testing.assert_allclose(
+            observer.V @ C * d / d[:, None], np.eye(2), atol=1e-9
+        )
+        X = lb.error_covariance(observer, plant) / d / d[:, None]
+        np.testing.assert_allclose(X, 0, atol=1e-20)
+    run = lb.simulate(plant, lb.kalman_filter(plant), 3, x0=d, seed=None)
+    np.testing.assert_allclose(run.error / d, 0, atol=1e-9)
+
+
+def test_too_few_exact_outputs_leave_the_gain_open():
+    A, C = np.diag([1.5, 2.0, 1.2]), np.array([[1.0, 1, 0], [0, 1, 1]])
+    plant = lb.Plant(A, None, C, dt=1.0, Q=np.zeros((3, 3)), R=np.zeros((2, 2)))
+    with pytest.raises(lb.DesignError, match="more noise-free outputs than noise"):
+        lb.kalman_filter(plant)
+
+
+def test_a_noisy_output_taken_as_accurate_beside_exact_ones():
+    C = np.vstack([[[1.0, 1.0]], np.eye(2)])
+    A, R = [[1.5, 0.2], [0.1, 2.0]], np.diag([0.25, 0, 0])
+    plant = lb.Plant(A, None, C, dt=1.0, Q=np.zeros((2, 2)), R=R)
+    observer = lb.reduced_order_filter(plant, 1)
+    np.testing.assert_allclose(C[:1] @ observer.V, [[1, 0, 0]], atol=1e-12)
+    np.testing.assert_allclose(
+        lb.error_covariance(observer, plant), np.full((2, 2), 0.0625), atol=1e-12
+    )

@@ -136,6 +136,12 @@ def _right_inverse(C1, weight):
     return scipy.linalg.solve_triangular(upper, basis.T).T
 
 
+def left_over(L, V, C, x):
+    """(L - V C) diag(x), and 0 where rounding is all that the difference leaves."""
+    left, size = (L - V @ C) * x, (np.abs(L) + np.abs(V) @ np.abs(C)) * x
+    return np.where(np.abs(left) > ROUNDING * size.max(axis=1, keepdims=True), left, 0)
+
+
 def lyapunov(F, Q):
     """Solve X = F X F' + Q for stable F, by doubling.
 

@@ -15,11 +15,11 @@ from .arrays import covariance
 from .certificate import require_match, require_real
 from .errors import CertificateError, DesignError
 from .kernels import run
-from .linalg import lyapunov, modes, symmetrise
+from .linalg import left_over, lyapunov, modes, symmetrise
 from .mean_square import noise_at, require_mean_square_stable, second_moment
 
 STATIONARY_TOL = 1e-8  # of every relative residual of a design that is accepted
-SILENT = 1e-14  # standard deviation of z, beside that of T x: below it is rounding
+SILENT = 1e-14  # of what a number is the sum of: below it is rounding
 WEAK = 1e-7  # of a Gramian's largest direction: below, rounding takes over
 
 
@@ -73,8 +73,8 @@ class Optimality:
     @property
     def residuals(self):
         """The relative residuals by name, those that apply."""
-        found = {name: getattr(self, name) for name in _MEANING}
-        return {name: value for name, value in found.items() if value is not None}
+        found = ((name, getattr(self, name)) for name in _MEANING)
+        return dict(pair for pair in found if pair[1] is not None)
 
     @property
     def worst(self):
@@ -159,11 +159,12 @@ def optimality(observer, plant, *, weight=None, feedthrough=None):
     have |= _projection(have, observer.T * x / z[:, None])
     have |= run(kernels.projection_innovation(), have)
     have |= run(kernels.projection_scripts("Qh", "Ph"), have)
-    formula = float(np.trace(run(kernels.projection_trace("J"), have)["J"]))
+    gap = float(np.trace(run(kernels.projection_trace("J"), have)["J"])) - cost
+    power = np.trace(weight @ have["L"] @ have["Q1"] @ have["L"].T)  # of L x
     return Optimality(
         **gradients,
         **_equations(have),
-        trace=_ratio(formula - cost, cost),
+        trace=_ratio(gap, cost) if abs(gap) > SILENT * power else 0.0,
         cost=cost,
         tau=have["tau"] * x[:, None] / x,
         Q=have["Q"] * x[:, None] * x,
@@ -199,8 +200,7 @@ def _require(observer, plant, feedthrough):
 def _moments(observer, plant, weight):
     """The blocks of (4.4), (4.5) and what they are of, by the derivation's names.
 
-    Every state and output is divided by its standard deviation, and these are
-    returned too: so units play no part in the residuals.
+    All signals are divided by their standard deviations, which are returned too.
     """
     o, n, r, now = observer, plant.n, observer.order, plant.at(0)
     S = np.zeros((n, plant.p)) if now.S is None else now.S
@@ -217,7 +217,8 @@ def _moments(observer, plant, weight):
     x, y = _unit(second[:n, :n]), _unit(now.C @ second[:n, :n] @ now.C.T + V2)
     z = _unit(second[n:, n:], SILENT * np.abs(o.T) @ x)
     whole = np.concatenate([x, z])
-    error = np.hstack([o.L - o.V @ now.C, -o.P]) * whole
+    P = np.where(np.abs(o.P * z) > SILENT * (np.abs(o.L) @ x)[:, None], o.P * z, 0.0)
+    error = np.hstack([left_over(o.L, o.V, now.C, x), -P])
     A, second = A * whole / whole[:, None], second / whole / whole[:, None]
     dual = lyapunov(A.T, error.T @ weight @ error)  # the pairs act on P1 alone
     have = dict(A=A[:n, :n], C=now.C * x / y[:, None], L=o.L * x, R=weight)
@@ -230,8 +231,7 @@ def _moments(observer, plant, weight):
 
 def _unit(X, rounding=0.0):
     """Square roots of the variances in X, 1 for those that are zero or rounding."""
-    size = np.sqrt(X.diagonal())
-    return np.where(size > rounding, size, 1.0)
+    return np.where((size := np.sqrt(X.diagonal())) > rounding, size, 1.0)
 
 
 def _gradients(have, feedthrough):

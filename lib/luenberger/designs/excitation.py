@@ -10,9 +10,9 @@ loses rank if a motion there is not driven by noise and not reported by the outp
 import numpy as np
 import scipy.linalg
 
-from ..errors import DesignError
+from ..errors import CertificateError, DesignError
 from ..factors import factor
-from ..linalg import modes
+from ..linalg import RANK_TOL, modes
 
 LOST = 1e-9  # singular value of the pencil, relative, that is none
 
@@ -85,6 +85,34 @@ def require_noise_enough(now):
         "noise disturbs, so the noise does not determine a stable gain. Give them "
         "noise in R, add process noise (Q), leave some of them out, or take some as "
         "accurate (m1)."
+    )
+
+
+def read_off(now):
+    """K with K C = I from the outputs that carry no noise, or None if they are too few.
+
+    Its error is that of noisy outputs that are taken as accurate, or none, whatever
+    drives the state.  So it is optimal, and where no noise tells it from other gains
+    the recursion need not find it.
+    """
+    seen = now.blind.T @ now.C
+    size = np.linalg.norm(seen, axis=1, keepdims=True)
+    unit = 1 / np.where(size > 0, size, 1.0)
+    values = np.linalg.svd(unit * seen, compute_uv=False)
+    if len(values) < len(now.As) or not values[-1] > RANK_TOL * values[0]:
+        return None
+    K = np.linalg.pinv(unit * seen) @ (unit * now.blind.T)
+    return K + now.Gamma @ (np.eye(len(now.C)) - now.C @ K)
+
+
+def overflow(growth):
+    """The refusal of a plant whose covariance overflows; `growth` in one step."""
+    why = "entries too large to compute with. Scale the states and the outputs"
+    if growth > 1:
+        why = f"modes of the plant grow {growth:.3g} times in a step. Sample "
+        why += "faster, or scale the states"
+    return CertificateError(
+        f"the covariance overflows on the way to its steady state: {why}."
     )
 
 

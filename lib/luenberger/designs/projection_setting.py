@@ -15,7 +15,7 @@ import numpy as np
 from .. import kernels
 from ..errors import DesignError
 from ..kernels import run
-from ..linalg import lyapunov, null_directions
+from ..linalg import left_over, lyapunov, null_directions
 from ..mean_square import equivalent_noise
 from .setting import Settings
 from .steady import steady_gain
@@ -105,7 +105,8 @@ def target(found):
     have |= run(kernels.innovations_plant(), have)
     unit = np.linalg.inv(np.linalg.cholesky(found.V2s))
     half = np.linalg.cholesky(found.R).T
-    Q1, L = lyapunov(found.A, have["V1i"]), half @ have["Lq"]
+    Lq = left_over(found.L, found.De, found.C, np.ones(len(found.A)))
+    Q1, L = lyapunov(found.A, have["V1i"]), half @ Lq
     matrices = dict(A=found.A, C=unit @ found.C, L=L, R=np.eye(len(half)), Q1=Q1)
     noise = dict(V12=found.Qs @ unit.T, V2=np.eye(len(unit)))
     matrices |= run(kernels.output_moments(), matrices | noise)
