@@ -202,6 +202,56 @@ def test_error_from_the_start_on(design, noises, kind):
         assert exact.off(one, other) < 1e-13
 
 
+def in_units(given, observer, x, y, z, w):
+    """Plant and observer whose x, y, z, w^ are these powers of two times as large."""
+    over = lambda X, left, right: X * left[:, None] / right  # noqa: E731
+    plant = replace(
+        given, A=over(given.A, x, x), B=None, C=over(given.C, y, x), E=None,
+        Q=over(given.Q, x, 1 / x), R=over(given.R, y, 1 / y),
+        S=over(given.S, x, 1 / y), P0=over(given.P0, x, 1 / x), x0=x * given.x0,
+    )  # fmt: skip
+    o = observer
+    moved = lb.Observer(
+        over(o.F, z, z), np.zeros((o.order, 0)), over(o.D, z, y), over(o.P, w, z),
+        over(o.V, w, y), over(o.T, z, x), over(o.L, w, x), z0=z * o.z0, dt=1.0,
+    )  # fmt: skip
+    return plant, moved
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_a_state_in_light_years_hides_no_error_behind_it(seed):
+    """The error was taken to be free of the state by residuals in users' units."""
+    rng = np.random.default_rng(seed)
+    given = plant(rng, 2, 2, m=0)
+    observer = arbitrary(rng, given)
+    units = [2.0 ** rng.integers(-30, 31, 2) for _ in "xyzw"]
+    other, moved = in_units(given, observer, *units)
+    found = lb.error_covariance(moved, other)
+    assert exact.off_units(found, exact.steady_error(moved, other)) < 1e-12
+    found, wanted = (
+        lb.error_covariance(moved, other, steps=3),
+        exact.error_over(moved, other, 3),
+    )
+    for one, true in zip(found, wanted):
+        assert exact.off_units(one, true) < 1e-12
+
+
+def test_a_sensor_that_shows_nothing_hides_no_error_either():
+    """Its gain is large beside the rest in any unit of it."""
+    given = lb.Plant(
+        [[0.75, -0.5], [0.125, 0]], None, [[-2, 2], [0, 0]], dt=1.0,
+        Q=np.zeros((2, 2)), R=np.zeros((2, 2)), P0=[[0.25, 0], [0, 0]],
+    )  # fmt: skip
+    observer = lb.Observer(
+        [[0.375, 0], [-0.375, -0.375]], np.zeros((2, 0)), [[0, 0], [-0.5, 1e30]],
+        [[-1, 0.5], [1, 1]], [[0, -1e30], [0, 0]], [[0.5, 1], [1, -0.5]],
+        [[0, 2], [1, 1]], dt=1.0,
+    )  # fmt: skip
+    found = lb.error_covariance(observer, given, steps=2)
+    for one, true in zip(found, exact.error_over(observer, given, 2)):
+        assert exact.off(one, true) < 1e-14
+
+
 # -- moments of a plant with multiplicative noise -------------------------------------
 
 

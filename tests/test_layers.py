@@ -34,7 +34,7 @@ ALLOWED = {
     "kernels": {"derivations", "factors", "linalg"},
     "ledger": {"derivations", "files", "show", "symbolic"},
     "arguments": {"observer", "plant"},
-    "certificate": {"arguments", "errors"},
+    "certificate": {"arguments", "balance", "errors"},
     "linalg": {"errors"},
     "covariance_maps": {"errors", "linalg"},
     "balance": set(),

@@ -6,7 +6,7 @@ import numpy as np
 
 from . import kernels
 from .arguments import expect
-from .certificate import certify, require_match, require_real, residuals
+from .certificate import certify, evenly, require_match, require_real, residuals
 from .errors import DesignError
 from .factors import factor, shorten
 from .linalg import lyapunov, modes, symmetrise
@@ -81,7 +81,7 @@ def error_covariance(observer, plant, *, steps=None):
 
 def require_free_of_input(observer, plant):
     """Return the certificate, or raise DesignError if the known input has a say."""
-    certificate = certify(observer, plant)
+    certificate = certify(*evenly(observer, plant))
     if max(certificate.input, certificate.feedthrough) > EXACT_TOL and plant.m:
         raise DesignError(
             "the estimate depends on the known input (input residual "
@@ -97,7 +97,8 @@ def error_system(observer, plant, steps, certificate=None):
         raise ValueError(
             f"steps = {steps}, but the observer covers instants 1 .. {observer.steps}"
         )
-    certificate = certify(observer, plant) if certificate is None else certificate
+    if certificate is None:
+        certificate = certify(*evenly(observer, plant))
     exact = max(certificate.dynamics, certificate.output) <= EXACT_TOL
     return (_Exact if exact else _Joint)(observer, plant, steps)
 

@@ -15,14 +15,15 @@ def balanced(A, C, noise, sensor):
     """Units (n,), (p,) of the states and outputs of x+ = A x + w, y = C x + v.
 
     A state's unit is such that what moves it, other states and noise, is as large as
-    what it moves, other states and outputs; an output's unit is its own size.  This
-    is the balancing of LAPACK's gebal, with noise and outputs taken along.
+    what it moves, other states and noisy outputs; an output's unit is its own size.
+    This is the balancing of LAPACK's gebal, with noise and outputs taken along.  An
+    exact output has no size of its own, and counts where nothing else does.
 
     Parameters
     ----------
     A, C : (n, n), (p, n) ndarray
     noise, sensor : (n,), (p,) ndarray
-        Variances of w and v.
+        Variances of w and v; what rounding leaves below zero is zero.
 
     Examples
     --------
@@ -34,13 +35,17 @@ def balanced(A, C, noise, sensor):
     (array([ 0., 20.]), array([0.]))
     """
     A, C = np.abs(A - np.diag(A.diagonal())), np.abs(C)
-    states = np.ones(len(A))
+    noise, sensor = (np.sqrt(np.maximum(X, 0)) for X in (noise, sensor))
+    states, noisy = np.ones(len(A)), sensor > 0
     for _ in range(SWEEPS):
         even = True
         for i in range(len(A)):
             outputs = _sizes(C, sensor, states)
-            moved = max((A[i] * states).max(), np.sqrt(noise[i]))
-            seen = max((A[:, i] / states).max(), (C[:, i] / outputs).max(initial=0))
+            moved = max((A[i] * states).max(), noise[i])
+            shown = C[:, i] / outputs
+            seen = max((A[:, i] / states).max(), shown[noisy].max(initial=0))
+            if moved == seen == 0:
+                seen = shown.max(initial=0)
             found = _unit(moved, seen)
             if found is not None and not 1 / EVEN <= found / states[i] <= EVEN:
                 states[i], even = found, False
@@ -59,8 +64,8 @@ def _unit(moved, seen):
 
 
 def _sizes(C, sensor, states):
-    """Units of the outputs: the size of what they show and of their noise."""
-    size = np.maximum((C * states).max(axis=1), np.sqrt(sensor))
+    """Units of the outputs: the size of what they show and of their deviation."""
+    size = np.maximum((C * states).max(axis=1), sensor)
     return power_of_two(np.where(size > 0, size, 1.0))
 
 

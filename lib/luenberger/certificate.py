@@ -10,13 +10,14 @@ and F is stable, w^ -> w for every x(0), z(0) and u.  (Luenberger; Leondes and
 Novak (9)-(13).)  T+ is T at the next instant; it is T itself when T is constant.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 import scipy.linalg
 
 from .arguments import expect
+from .balance import balanced, power_of_two
 from .errors import CertificateError, DesignError
 
 
@@ -169,6 +170,46 @@ def certify(observer, plant):
         stable=_stable(o),
         given=(o.T, plant.C, o.F),
     )
+
+
+def evenly(observer, plant):
+    """The two in units in which states, outputs, inputs and estimates are of like size.
+
+    Residuals are norms, so in the user's units a row of small numbers, such as an
+    estimate in light years, hides behind the others.  In these no row does.  The
+    noise of the plant is left out.
+    """
+    o, now = observer, plant.at(0)
+    noise = np.zeros(plant.n) if now.Q is None else now.Q.diagonal()
+    sensor = np.zeros(plant.p) if now.R is None else now.R.diagonal()
+    x, _ = balanced(now.A, now.C, noise, sensor)
+    y, z, w = (_unit(_top(X * x)) for X in (plant.C, o.T, o.L))
+    moves, shows = (plant.B / x[:, None]).mT, (plant.E / y[:, None]).mT
+    of = dict(x=x, y=y, z=z, w=w, u=1 / _unit(np.maximum(_top(moves), _top(shows))))
+    heard = np.maximum(_top(plant.C), _top(plant.E)) > 0  # a gain on 0 weighs nothing
+    of["Y"] = np.where(heard, y, 0.0)
+
+    def moved(owner, **maps):
+        return {
+            name: getattr(owner, name) / of[left][:, None] * of[right]
+            for name, (left, right) in maps.items()
+            if getattr(owner, name) is not None
+        }
+
+    silent = dict(Q=None, R=None, S=None, P0=None, multiplicative=())
+    plant = replace(plant, **moved(plant, A="xx", B="xu", C="yx", E="yu"), **silent)
+    rows = dict(F="zz", G="zu", D="zY", P="wz", V="wY", W="wu", T="zx", L="wx")
+    return replace(o, **moved(o, **rows, T0="zx", G0="zu")), plant
+
+
+def _top(rows):
+    """The largest entry of each row, at any time."""
+    return np.abs(rows).max(axis=(0, 2) if rows.ndim == 3 else 1, initial=0.0)
+
+
+def _unit(top):
+    """The nearest power of two; 1 for what is zero."""
+    return power_of_two(np.where(top > 0, top, 1.0))
 
 
 def require_match(observer, plant):
