@@ -1,5 +1,7 @@
 """How every command behaves: statuses, streams, dry runs, signals, names, help."""
 
+import contextlib
+import io
 import json
 import os
 import pathlib
@@ -9,6 +11,7 @@ import signal
 import subprocess
 import sys
 import time
+import warnings
 
 import numpy as np
 import pytest
@@ -170,6 +173,10 @@ def test_the_readme_lists_every_command():
         ("design tracker.json --out loop --dry-run", "loop is a link that leads to no"),
         ("design tracker.json --out tracker.csv/r --dry-run", "tracker.csv is a file"),
         ("estimate report/observer.json tracker.csv --out loop", "loop: Too many lev"),
+        (
+            "estimate report/observer.json tracker.csv --out tracker.csv/e",
+            "tracker.csv/e: Not a directory",
+        ),
         ("export tracker.json --c c --m1 speed", "'speed' is not an output"),
         ("export tracker.json --c c --m1 3", "between 0 and p = 2, got 3"),
         ("export report/observer.json --c tracker.csv", "tracker.csv is a file"),
@@ -211,12 +218,43 @@ def test_refused_with_one_line_and_status_1(here, call, line, why):
         "ledger --html a.html --misprints",
         "design tracker.json",
         "design tracker.json --out=",
+        "check ''",
+        "compare tracker.json --k=1_0,0,0",
+        "compare tracker.json --csv=",
+        "compare tracker.json --csv=folder/",
+        "export report/observer.json --c=",
+        "export '' --c c",
+        "estimate '' tracker.csv --out e.csv",
+        "estimate report/observer.json '' --out e.csv",
+        "estimate report/observer.json tracker.csv --out=",
+        "estimate report/observer.json tracker.csv --out=folder/",
+        "ledger --html=",
         "estimate report/observer.json tracker.csv",
     ],
 )
 def test_wrong_usage_has_status_2(here, call, line):
     status, out, err = call(line)
     assert status == 2 and out == "" and "usage: python -m luenberger" in err
+
+
+@pytest.mark.parametrize("command", ["check", "export --c c"])
+def test_numbers_that_overflow_are_a_refusal_in_one_line(here, call, command):
+    lb.Plant(np.full((3, 3), 1e308), None, np.eye(3), dt=1.0, Q=np.eye(3), R=np.eye(3),
+             P0=np.eye(3)).to_json(here / "p.json")  # fmt: skip
+    before = contents(here)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", RuntimeWarning)  # would be lines on stderr
+        status, out, err = call(f"{command} p.json")
+    assert (status, out) == (1, "") and err.count("\n") == 1
+    assert contents(here) == before
+    assert "the numbers are too large or too unlike to compute with" in err
+
+
+def test_main_prints_to_whatever_stands_for_stdout(here):
+    """As a notebook's stream does, which has no bytes beneath."""
+    with contextlib.redirect_stdout(io.StringIO()) as out:
+        assert main(["check", "tracker.json"]) == 0
+    assert "steady filter  exists" in out.getvalue()
 
 
 def test_a_missing_package_is_a_refusal(here, call, monkeypatch):
@@ -608,10 +646,10 @@ def test_check_says_what_a_plant_is_like(tmp_path, call, one, lines):
 def test_an_overflow_is_no_line_of_numpy_on_stderr(tmp_path):
     one = plant([[0.5, 0.1], [0, 0.6]], [[1e300, 0]])
     one.to_json(tmp_path / "p.json")
-    for line in (["check"], ["compare", "--orders=1"]):
-        run = process(*line, str(tmp_path / "p.json"))
+    for line, said in (("check", "steady filter"), ("compare --orders=1", "Take the ")):
+        run = process(*line.split(), str(tmp_path / "p.json"))
         assert (run.returncode, run.stderr) == (0, "")
-        assert "encountered" not in run.stdout and "steady" in run.stdout
+        assert "encountered" not in run.stdout and said in run.stdout
 
 
 # -- the others -----------------------------------------------------------------------

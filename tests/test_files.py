@@ -1,5 +1,6 @@
 """Files are written beside and renamed: real signals, full disks, links, devices."""
 
+import errno
 import os
 import signal
 import stat
@@ -53,6 +54,12 @@ def test_an_error_in_the_block_leaves_the_old_file(tmp_path):
         file.write("new")
         raise ZeroDivisionError
     assert names(tmp_path) == ["a"] and (tmp_path / "a").read_text() == "old"
+
+
+def test_a_disk_that_is_full_is_said_with_the_file(tmp_path):
+    with pytest.raises(OSError) as caught, files.replacing(tmp_path / "a"):
+        raise OSError(errno.ENOSPC, "No space left on device")
+    assert caught.value.filename == str(tmp_path / "a") and names(tmp_path) == []
 
 
 def test_until_the_block_ends_the_old_file_is_there(tmp_path):

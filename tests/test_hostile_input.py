@@ -4,6 +4,7 @@ Never another exception, a number that is not there, or memory that grows with w
 file claims.
 """
 
+import errno
 import io
 import json
 import os
@@ -38,6 +39,20 @@ def read(data, piece=tables.PIECE, may_miss=("range (m)", "b")):
         [cell for part in parts for cell in part.carried],
         np.concatenate([part.values for part in parts]),
     )
+
+
+class Failing(io.BytesIO):
+    """A file on a disk that fails."""
+
+    def read(self, size=-1):
+        raise OSError(errno.EIO, "Input/output error")
+
+
+def test_a_disk_that_fails_is_said_with_the_file():
+    one = Table(Failing(ROWS), "data.csv")
+    with pytest.raises(OSError) as caught:
+        list(one.rows(["b"]))
+    assert caught.value.filename == "data.csv"
 
 
 # ---------------------------------------------------------------------- what is read

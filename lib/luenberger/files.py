@@ -53,9 +53,13 @@ def replacing(path):
             raise type(error)(error.errno, error.strerror, str(path)) from None
         with file:
             yield file
+            file.flush()
         _move(beside, target)
-    except BaseException:
-        beside.unlink(missing_ok=True)
+    except BaseException as error:
+        if isinstance(error, OSError) and error.errno and not error.filename:
+            error.filename = str(path)  # of a full disk, which says no more
+        with contextlib.suppress(OSError):  # what went wrong first is what is said
+            beside.unlink()
         raise
 
 

@@ -1,5 +1,6 @@
 """Files that a user names: plain ones only, and JSON only as finite plain data."""
 
+import contextlib
 import json
 import math
 import os
@@ -39,6 +40,17 @@ def opened(path):
     return file
 
 
+@contextlib.contextmanager
+def named(path):
+    """An error of reading or writing says which file it is of."""
+    try:
+        yield
+    except OSError as error:
+        if error.errno and not error.filename:
+            error.filename = str(path)
+        raise
+
+
 def _at_once(path, flags):
     return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
 
@@ -73,7 +85,7 @@ def json_object(path, what):
 
 
 def _text(path):
-    with opened(path) as file:
+    with opened(path) as file, named(path):
         found = file.read(LARGEST * MIB + 1)
     if len(found) > LARGEST * MIB:
         raise ValueError(f"{path}: the file is larger than {LARGEST} MiB")

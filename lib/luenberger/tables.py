@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .inputs import short
+from .inputs import named, short
 
 PIECE = 1 << 18  # bytes that are parsed at once
 LINE = 1 << 20  # bytes of the longest line; a longer one is not of a table
@@ -64,7 +64,7 @@ class Table:
         self.header = self._read_header()
 
     def _read_header(self):
-        while raw := self.file.readline(LINE + 1):
+        while raw := self._read(self.file.readline, LINE + 1):
             self.line += 1
             if self.line == 1 and raw.startswith(UTF16):
                 raise ValueError(f"{self.where}: this is UTF-16; save it as UTF-8")
@@ -111,7 +111,7 @@ class Table:
     def _pieces(self):
         """Whole lines, about `piece` bytes of them, and the number of the first."""
         line, rest = self.line + 1, b""
-        while block := self.file.read(self.piece):
+        while block := self._read(self.file.read, self.piece):
             cut = block.rfind(b"\n") + 1
             first = block.find(b"\n") if cut else len(block)
             _require_line(self.where, line, len(rest) + first)
@@ -123,6 +123,10 @@ class Table:
             line, rest = line + text.count(b"\n"), block[cut:]
         if rest:
             yield line, rest + b"\n"
+
+    def _read(self, how, size):
+        with named(self.where):
+            return how(size)
 
     def _plain(self, line, text, places, may_miss, carry):
         """The rows of a piece without anything unusual, or None."""

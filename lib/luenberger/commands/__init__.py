@@ -44,7 +44,7 @@ def main(arguments=None):
         where = f"{error.filename}: " if error.filename else ""
         return _end(REFUSED, f"{where}{error.strerror or error}")
     except (ValueError, ImportError, MemoryError) as error:
-        return _end(REFUSED, str(error) or type(error).__name__)
+        return _end(REFUSED, _reason(error))
 
 
 class _Parser(argparse.ArgumentParser):
@@ -108,6 +108,14 @@ def _ended_like_interrupted():
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
+
+
+def _reason(error):
+    """What an error says; more, where linear algebra alone noticed an overflow."""
+    said = str(error) or type(error).__name__
+    if type(error).__name__ == "LinAlgError" or "infs or NaNs" in said:
+        return f"the numbers are too large or too unlike to compute with: {said}"
+    return said
 
 
 def _end(status, message):

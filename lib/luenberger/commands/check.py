@@ -2,9 +2,8 @@
 
 import collections
 import textwrap
-from pathlib import Path
 
-from .registration import register
+from .registration import file, register
 from .terminal import tell, tell_json, visible
 
 WIDE, FIRST = 79, 15
@@ -22,7 +21,7 @@ def add(commands):
         "no observer can be had for is not. Writes nothing.",
         examples=["check tracker.json", "check reactor.json --json"],
     )
-    one.add_argument("plant", type=Path, metavar="PLANT.json")
+    one.add_argument("plant", type=file, metavar="PLANT.json")
     one.add_argument(
         "--json", action="store_true", help="one JSON document on stdout instead"
     )

@@ -1,9 +1,8 @@
 """`compare`: one plant under every method, in a table."""
 
 import textwrap
-from pathlib import Path
 
-from .registration import dry_run, register
+from .registration import dry_run, file, register
 from .terminal import tell, tell_json, visible, written
 
 WIDE = 79
@@ -24,7 +23,7 @@ def add(commands):
             "compare tracker.json --csv designs.csv",
         ],
     )
-    one.add_argument("plant", type=Path, metavar="PLANT.json")
+    one.add_argument("plant", type=file, metavar="PLANT.json")
     one.add_argument(
         "--k",
         type=numbers,
@@ -40,7 +39,7 @@ def add(commands):
     )
     one.add_argument(
         "--csv",
-        type=Path,
+        type=file,
         metavar="FILE",
         help="write every design to a file, and print its path",
     )
@@ -49,6 +48,8 @@ def add(commands):
 
 def numbers(text):
     """Numbers with commas between; argparse names the function where it fails."""
+    if "_" in text or not text.isascii():  # float() takes 1_0 and foreign digits
+        raise ValueError
     return [float(number) for number in text.split(",")]
 
 

@@ -1,13 +1,12 @@
 """`design`: observers of every order for a plant, compared in a report."""
 
-import argparse
 import contextlib
 import os
 import shutil
 import tempfile
 from pathlib import Path
 
-from .registration import dry_run, register
+from .registration import dry_run, file, folder, register
 from .terminal import say, written
 
 REPORT = "report.html"
@@ -30,7 +29,7 @@ def add(commands):
             "design reactor.json --out reactor --dry-run",
         ],
     )
-    one.add_argument("plant", type=Path, metavar="PLANT.json")
+    one.add_argument("plant", type=file, metavar="PLANT.json")
     one.add_argument(
         "--out",
         type=folder,
@@ -40,18 +39,11 @@ def add(commands):
     )
     one.add_argument(
         "--data",
-        type=Path,
+        type=file,
         metavar="DATA.csv",
         help="measurements, in columns named after the plant's outputs and inputs",
     )
     dry_run(one, "check the plant, the data and the folder")
-
-
-def folder(text):
-    """A path; an empty one, as of a variable never set, is not the current folder."""
-    if not text:
-        raise argparse.ArgumentTypeError("give a folder; '.' is the current one")
-    return Path(text)
 
 
 def run(options):

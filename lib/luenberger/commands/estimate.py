@@ -3,9 +3,8 @@
 import codecs
 import contextlib
 import os
-from pathlib import Path
 
-from .registration import register
+from .registration import file, register
 from .terminal import flush, require_open, say, tell
 
 STREAM = "-"
@@ -27,17 +26,20 @@ def add(commands):
             "estimate report/observer.json tracker.csv --plant tracker.json --out -",
         ],
     )
-    one.add_argument("observer", type=Path, metavar="OBSERVER.json")
-    one.add_argument("data", metavar="DATA.csv", help="measurements; - reads stdin")
+    one.add_argument("observer", type=file, metavar="OBSERVER.json")
+    one.add_argument(
+        "data", type=stream, metavar="DATA.csv", help="measurements; - reads stdin"
+    )
     one.add_argument(
         "--out",
+        type=stream,
         required=True,
         metavar="FILE.csv",
         help="estimates; - writes to stdout, where rows before a refusal remain",
     )
     one.add_argument(
         "--plant",
-        type=Path,
+        type=file,
         metavar="PLANT.json",
         help="the plant it observes: names the observer lacks, and x0 for the start",
     )
@@ -50,6 +52,11 @@ def add(commands):
     one.add_argument(
         "--dry-run", action="store_true", help="read and estimate, but write nothing"
     )
+
+
+def stream(text):
+    """The path of a file, or `STREAM` as it is."""
+    return text if text == STREAM else file(text)
 
 
 def run(options):
@@ -83,7 +90,7 @@ def _source(path):
     from ..inputs import opened
 
     if path == STREAM:
-        return contextlib.nullcontext(require_open("stdin"))
+        return contextlib.nullcontext(require_open("stdin").buffer)
     return opened(path)
 
 
@@ -95,5 +102,7 @@ def _sink(options):
     if options.dry_run:
         return open(os.devnull, "w", encoding="utf-8")
     if options.out == STREAM:  # UTF-8, whatever the terminal has
-        return contextlib.nullcontext(codecs.getwriter("utf-8")(require_open("stdout")))
+        return contextlib.nullcontext(
+            codecs.getwriter("utf-8")(require_open("stdout").buffer)
+        )
     return replacing(options.out)

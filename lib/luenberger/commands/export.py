@@ -1,9 +1,8 @@
 """`export`: an observer, or the filter of a plant, as C99 source."""
 
 import tempfile
-from pathlib import Path
 
-from .registration import dry_run, register
+from .registration import dry_run, file, folder, register
 from .terminal import written
 
 
@@ -24,12 +23,16 @@ def add(commands):
             "export report/observer.json --c firmware --float --dry-run",
         ],
     )
-    one.add_argument("source", type=Path, metavar="OBSERVER.json|PLANT.json")
+    one.add_argument("source", type=file, metavar="OBSERVER.json|PLANT.json")
     one.add_argument(
-        "--c", type=Path, required=True, metavar="DIR", help="folder for the two files"
+        "--c",
+        type=folder,
+        required=True,
+        metavar="DIR",
+        help="folder for the two files",
     )
     one.add_argument(
-        "--plant", type=Path, help="beside an observer: names for the comments"
+        "--plant", type=file, help="beside an observer: names for the comments"
     )
     one.add_argument(
         "--m1",
@@ -45,16 +48,18 @@ def add(commands):
 
 def run(options):
     """Write the source, or into a folder that is thrown away, and print the paths."""
+    import numpy as np
+
     from ..export import to_c
     from ..export.files import places
 
     given = _read(options)
-    if not options.dry_run:
-        written(to_c(path=options.c, **given), dry=False)
-        return
-    with tempfile.TemporaryDirectory() as nowhere:
-        names = [path.name for path in to_c(path=nowhere, **given)]
-    written(places(options.c, names), dry=True)
+    with np.errstate(all="ignore"), tempfile.TemporaryDirectory() as nowhere:
+        where = nowhere if options.dry_run else options.c
+        paths = to_c(path=where, **given)
+    if options.dry_run:
+        paths = places(options.c, [path.name for path in paths])
+    written(paths, options.dry_run)
 
 
 def _read(options):

@@ -1,9 +1,8 @@
 """`ledger`: every numbered equation of the papers, and what vouches for it."""
 
 import textwrap
-from pathlib import Path
 
-from .registration import dry_run, register
+from .registration import dry_run, file, register
 from .terminal import say, tell, tell_json, written
 
 WIDE, INDENT = 79, " " * 6
@@ -36,7 +35,7 @@ def add(commands):
     )
     one.add_argument(
         "--html",
-        type=Path,
+        type=file,
         metavar="FILE",
         help="write a page with every equation and its proved formulas, which runs "
         "the derivations: half a minute for all papers",

@@ -1,7 +1,9 @@
 """How a command is made known to argparse, which suffices and is always there."""
 
 import argparse
+import os
 import textwrap
+from pathlib import Path
 
 
 def register(commands, name, run, help, description, examples):
@@ -30,6 +32,20 @@ def register(commands, name, run, help, description, examples):
     )
     one.set_defaults(run=run, wrong=one.error)
     return one
+
+
+def file(text):
+    """The path of a file; an empty one is of a variable that was never set."""
+    if not text or text.endswith(os.sep):
+        raise argparse.ArgumentTypeError(f"name a file, not {text!r}")
+    return Path(text)
+
+
+def folder(text):
+    """The path of a folder; an empty one is not the current folder."""
+    if not text:
+        raise argparse.ArgumentTypeError("give a folder; '.' is the current one")
+    return Path(text)
 
 
 def dry_run(one, instead="do everything but write"):

@@ -84,11 +84,11 @@ def _keep_from_others(number):
 
 
 def require_open(name):
-    """The bytes of "stdin" or "stdout"; OSError if that was closed."""
+    """The stream "stdin" or "stdout"; OSError if it was closed."""
     stream = getattr(sys, name)
     if stream is None:
         raise OSError(f"{name} is closed")
-    return stream.buffer
+    return stream
 
 
 def flush():
