@@ -27,9 +27,8 @@ def add(commands):
         ],
     )
     one.add_argument("observer", type=file, metavar="OBSERVER.json")
-    one.add_argument(
-        "data", type=stream, metavar="DATA.csv", help="measurements; - reads stdin"
-    )
+    reads = "measurements; - reads stdin"
+    one.add_argument("data", type=stream, metavar="DATA.csv", help=reads)
     one.add_argument(
         "--out",
         type=stream,
@@ -43,14 +42,18 @@ def add(commands):
         metavar="PLANT.json",
         help="the plant it observes: names the observer lacks, and x0 for the start",
     )
+    _backend(one)
+    one.add_argument(
+        "--dry-run", action="store_true", help="read and estimate, but write nothing"
+    )
+
+
+def _backend(one):
     one.add_argument(
         "--backend",
         choices=("numpy", "numba"),
         default="numpy",
         help="numba compiles the observer first, which pays from 10 million rows",
-    )
-    one.add_argument(
-        "--dry-run", action="store_true", help="read and estimate, but write nothing"
     )
 
 
