@@ -62,7 +62,7 @@ def describe_figures(notebook):
 
 def main(arguments):
     given = [Path(argument).resolve() for argument in arguments]
-    templates = ROOT / "lib" / "luenberger" / "templates"
+    templates = ROOT / "lib" / "luenberger" / "report" / "templates"
     every = sorted([*(ROOT / "notebooks").rglob("*.ipynb"), *templates.glob("*.ipynb")])
     with tempfile.TemporaryDirectory() as settings:
         os.environ["IPYTHONDIR"] = settings  # nobody's personal start-up files

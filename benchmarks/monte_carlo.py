@@ -23,8 +23,8 @@ import simdkalman
 from common import in_turns, line, plant, record
 
 import luenberger as lb
-from luenberger.batches import Batch
-from luenberger.simulate import noise_roots
+from luenberger.run.monte_carlo_blocks import Batch
+from luenberger.run.simulate import noise_roots
 
 SIZES = [(3, 2), (6, 3)]
 ROUNDS = 5

@@ -97,3 +97,7 @@ def link_to_pages(app, docname, content):
 
 def setup(app):
     app.connect("source-read", link_to_pages)
+
+
+# the index of names is enough; one of modules would be pictures without words
+html_domain_indices = False

@@ -1,7 +1,8 @@
-"""Imports point one way, the library stays light, and modules stay short."""
+"""Imports point one way, as lib/ARCHITECTURE.md says, and modules stay short."""
 
 import ast
 import pathlib
+import re
 import subprocess
 import sys
 
@@ -9,103 +10,53 @@ import pytest
 
 ROOT = pathlib.Path(__file__).parents[1]
 PACKAGE = ROOT / "lib" / "luenberger"
-
-# A layer may import only itself and what is listed for it.
-TYPES = {"arrays", "errors", "record"}
-NUMERIC = TYPES | {
-    *("arguments", "balance", "certificate", "detectability", "factors", "kernels"),
-    *("linalg", "mean_square", "observer", "plant"),
-}
-QUESTIONS = {"analysis", "ensemble", "filtering", "recorded", "simulate"}
-ALLOWED = {
-    "errors": set(),
-    "arrays": {"inputs"},
-    "files": set(),
-    "inputs": set(),
-    "spreadsheets": {"inputs"},
-    "tables": {"inputs"},
-    "frames": set(),
-    "statespace": set(),
-    "record": {"files", "inputs"},
-    "show": set(),
-    "offline": set(),
-    "symbolic": set(),
-    "derivations": {"certificate", "symbolic"},
-    "kernels": {"derivations", "factors", "linalg"},
-    "ledger": {"derivations", "files", "show", "symbolic"},
-    "arguments": {"observer", "plant"},
-    "certificate": {"arguments", "balance", "errors"},
-    "linalg": {"errors"},
-    "covariance_maps": {"errors", "linalg"},
-    "balance": set(),
-    "detectability": {"errors", "linalg"},
-    "factors": set(),
-    "mean_square": {"covariance_maps", "errors", "factors", "kernels", "linalg"},
-    "plant": TYPES | {"inputs", "statespace"},
-    "observer": TYPES | {"linalg"},
-    "stairs": {"arrays", "errors", "linalg"},
-    "optimality": NUMERIC,
-    "designs": NUMERIC | {"optimality", "stairs"},
-    "recorded": NUMERIC | {"frames", "inputs"},
-    "simulate": NUMERIC | {"recorded"},
-    "parallel": set(),
-    "claims": NUMERIC | {"analysis"},
-    "batches": NUMERIC | {"claims", "recorded", "simulate"},
-    "ensemble": NUMERIC | {"analysis", "batches", "claims", "parallel", "simulate"},
-    "sweep": NUMERIC | {"analysis", "parallel", "show"},
-    "analysis": NUMERIC,
-    "filtering": NUMERIC | {"designs", "frames", "recorded"},
-    "measurements": NUMERIC | QUESTIONS | {"inputs", "tables"},
-    "streaming": NUMERIC
-    | QUESTIONS
-    | {"inputs", "measurements", "spreadsheets", "tables"},
-    "sampling": NUMERIC | {"simulate"},
-    "compare": NUMERIC
-    | QUESTIONS
-    | {"designs", "export", "measurements", "optimality", "show", "stairs"},
-    "plot": {"arguments", "compare", "observer", "plant", "show"},
-    "report": {"compare", "inputs", "show"},
-    "results": {"measurements", "record"},
-    "export": NUMERIC | {"designs", "files", "filtering", "recorded", "statespace"},
-    "examination": NUMERIC | {"designs", "stairs"},
-    "commands": NUMERIC
-    | {"compare", "examination", "export", "files", "inputs", "ledger"}
-    | {"measurements", "offline", "results", "show", "spreadsheets", "streaming"}
-    | {"tables"},
-    "__main__": {"commands"},
+PAGE = (ROOT / "lib" / "ARCHITECTURE.md").read_text(encoding="utf-8")
+ROOMS = {  # room: the rooms it may use; from the bottom floor up
+    room: re.findall(r"`([^`]+)`", uses)
+    for room, uses in re.findall(r"^\| `([^`]+)` \| .+ \| (.+) \|$", PAGE, flags=re.M)
 }
 EVERYWHERE = {"numpy", "scipy"}
 SPECIAL = {
     "symbolic": {"sympy"},
-    "derivations": {"sympy"},
+    "derivation": {"sympy"},
     "kernels": {"sympy", "numpy"},
     "ledger": {"sympy"},
     "plot": {"numpy", "matplotlib"},
     "report": {"numpy", "matplotlib"},
 }
-# Optional packages: only inside a function of these layers.
+# Optional packages: only inside a function of these rooms.
 INSIDE_A_FUNCTION = {
     "export": {"control"},
-    "parallel": {"tqdm"},
+    "run": {"tqdm"},
     "kernels": {"numba", "llvmlite"},
     "ledger": {"latex2mathml"},
-    "offline": {"nbclient", "nbconvert", "nbformat", "latex2mathml"},
+    "report": {"nbclient", "nbconvert", "nbformat", "latex2mathml"},
 }
-FILES = sorted(
-    path for path in PACKAGE.rglob("*.py") if path.parent.name != "templates"
-)
-
-
-def layer_of(path):
-    return path.relative_to(PACKAGE).parts[0].removesuffix(".py")
+FILES = sorted(path for path in PACKAGE.rglob("*.py") if "templates" not in path.parts)
+DOOR = PACKAGE / "__init__.py"  # the public names come from everywhere
 
 
 def relative(path):
-    return str(path.relative_to(PACKAGE))
+    return path.relative_to(PACKAGE).as_posix()
+
+
+def room_of(*parts):
+    """The room of a module, given by the parts of its path; None for the top."""
+    inner = ("/".join(parts[:k]) for k in range(len(parts), 0, -1))
+    return next((room for room in inner if room in ROOMS), None)
+
+
+def room_of_file(path):
+    return room_of(*path.relative_to(PACKAGE).with_suffix("").parts)
+
+
+def is_module(parts):
+    path = PACKAGE.joinpath(*parts)
+    return path.with_suffix(".py").is_file() or (path / "__init__.py").is_file()
 
 
 def imports(source, package):
-    """Layers, outside names at module level, and outside names inside functions.
+    """Rooms, outside names at module level, and outside names inside functions.
 
     `package` is the path of the module's package below luenberger, as a tuple.
     """
@@ -116,51 +67,120 @@ def imports(source, package):
         if isinstance(outer, ast.FunctionDef | ast.AsyncFunctionDef)
         for node in ast.walk(outer)
     }
-    layers, outside, inside = set(), set(), set()
+    rooms, outside, inside = set(), set(), set()
     for node in ast.walk(tree):
         names = inside if id(node) in lazy else outside
         if isinstance(node, ast.Import):
             names |= {alias.name.partition(".")[0] for alias in node.names}
-        elif isinstance(node, ast.ImportFrom) and node.level == 0:
-            names.add(node.module.partition(".")[0])
         elif isinstance(node, ast.ImportFrom):
-            base = package[: len(package) - (node.level - 1)]
-            target = base + tuple((node.module or "").split("."))
-            first = next((part for part in target if part), None)
-            layers |= {first} if first else {alias.name for alias in node.names}
+            target = tuple((node.module or "").split(".")) if node.module else ()
+            if node.level:
+                target = package[: len(package) - (node.level - 1)] + target
+            elif target[0] == "luenberger":
+                target = target[1:]
+            else:
+                names.add(target[0])
+                continue
+            for alias in node.names:
+                whole = (*target, alias.name)
+                rooms.add(room_of(*(whole if is_module(whole) else target)))
     standard = sys.stdlib_module_names
-    return layers, outside - standard, inside - standard
+    return rooms, outside - standard, inside - standard
+
+
+def read(path):
+    package = path.relative_to(PACKAGE).parent.parts
+    return imports(path.read_text(encoding="utf-8"), package)
+
+
+def used(room):
+    """The rooms that a room's files import."""
+    files = [path for path in FILES if path != DOOR and room_of_file(path) == room]
+    assert files, f"lib/ARCHITECTURE.md has a room {room}, which is empty"
+    return set().union(*(read(path)[0] for path in files)) - {room}
 
 
 @pytest.mark.parametrize("path", FILES, ids=relative)
 def test_imports_point_one_way(path):
-    layer = layer_of(path)
-    package = path.relative_to(PACKAGE).parent.parts
-    layers, outside, inside = imports(path.read_text(encoding="utf-8"), package)
-    if layer == "__init__":  # the public names come from everywhere
-        layers = set()
-    else:
-        assert layer in ALLOWED, f"say in this file what {layer} may import"
-        assert layers <= ALLOWED[layer] | {layer}, f"{layer} imports {layers}"
-    assert outside <= SPECIAL.get(layer, EVERYWHERE)
-    assert inside <= SPECIAL.get(layer, EVERYWHERE) | INSIDE_A_FUNCTION.get(
-        layer, set()
-    )
+    rooms, outside, inside = read(path)
+    room = room_of_file(path)
+    if path != DOOR:
+        assert room, f"say in lib/ARCHITECTURE.md which room {relative(path)} is in"
+        assert rooms <= {*ROOMS[room], room}, f"{room} imports {rooms}"
+    kinds = [room or "", "derivation" if "derivation" in path.parts else ""]
+    kinds += [kind.partition("/")[0] for kind in kinds]
+    kind = next((kind for kind in kinds if kind in SPECIAL), kinds[2])
+    assert outside <= SPECIAL.get(kind, EVERYWHERE)
+    optional = INSIDE_A_FUNCTION.get(kind, set())
+    assert inside <= SPECIAL.get(kind, EVERYWHERE) | optional
+
+
+def test_the_page_has_no_arrow_too_many():
+    assert len(ROOMS) > 20
+    assert {room: sorted(used(room)) for room in ROOMS} == {
+        room: sorted(uses) for room, uses in ROOMS.items()
+    }
+
+
+def test_no_room_uses_one_on_its_own_floor_or_above():
+    order = list(ROOMS)
+    for room, uses in ROOMS.items():
+        assert set(uses) <= set(order[: order.index(room)]), room
+
+
+def test_no_paper_uses_another():
+    for room, uses in ROOMS.items():
+        if room.startswith("papers/"):
+            paper = room.split("/")[1]
+            others = {use.split("/")[1] for use in uses if use.startswith("papers/")}
+            assert others <= {paper}
+
+
+@pytest.mark.parametrize("journey", PAGE.split("\n**")[1:], ids=lambda t: t[:20])
+def test_what_a_journey_passes_is_there(journey):
+    stops = re.findall(r"`([\w/]+\.py)` `(\w+)`", journey)
+    assert len(stops) > 3
+    for path, name in stops:
+        tree = ast.parse((PACKAGE / path).read_text(encoding="utf-8"))
+        there = {getattr(node, "name", None) for node in tree.body}
+        there |= {
+            target.id
+            for node in tree.body
+            if isinstance(node, ast.Assign)
+            for target in node.targets
+            if isinstance(target, ast.Name)
+        }
+        assert name in there, f"{path} has no {name}"
+
+
+@pytest.mark.parametrize("folder", sorted(PACKAGE.glob("papers/*/derivation")))
+def test_a_front_door_lists_its_modules_in_their_own_words(folder):
+    door = ast.get_docstring(ast.parse((folder / "__init__.py").read_text("utf-8")))
+    listed = dict(re.findall(r"^`(\w+)`\n    (.+)$", door, flags=re.M))
+    assert listed == {
+        path.stem: ast.get_docstring(ast.parse(path.read_text("utf-8")))
+        .partition("\n\n")[0]
+        .replace("\n", " ")
+        for path in folder.glob("*.py")
+        if path.name != "__init__.py"
+    }
 
 
 @pytest.mark.parametrize(
     ("source", "found"),
     [
         ("import sympy as sp", (set(), {"sympy"}, set())),
-        ("from ..plant import Plant", ({"plant"}, set(), set())),
-        ("from .. import kernels", ({"kernels"}, set(), set())),
-        ("from .steady import gain", ({"designs"}, set(), set())),
+        ("from ...plant import Plant", ({"plant"}, set(), set())),
+        ("from ... import kernels", ({"kernels"}, set(), set())),
+        ("from .recurrences import functionals", ({"papers/moore"}, set(), set())),
+        ("from .derivation import signs", ({"papers/moore/derivation"}, set(), set())),
+        ("from luenberger.run import simulate", ({"run"}, set(), set())),
         ("def f():\n    import control", (set(), set(), {"control"})),
         ("import json", (set(), set(), set())),
     ],
 )
 def test_this_test_reads_imports(source, found):
-    assert imports(source, ("designs",)) == found
+    assert imports(source, ("papers", "moore")) == found
 
 
 def test_importing_the_library_is_light():
@@ -185,7 +205,7 @@ def test_no_module_is_long(path):
 @pytest.mark.parametrize(
     "path",
     # a derivation is a list of formulas and claims in page order, not a procedure
-    [path for path in FILES if layer_of(path) != "derivations"],
+    [path for path in FILES if path.parent.name != "derivation"],
     ids=relative,
 )
 def test_no_function_is_long(path):

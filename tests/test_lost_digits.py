@@ -12,9 +12,10 @@ import numpy as np
 import pytest
 
 import luenberger as lb
-from luenberger.designs import deadbeat, realised
-from luenberger.designs.cascade import Chain
-from luenberger.designs.selection import scaled
+from luenberger.numeric.independent_rows import scaled
+from luenberger.papers.kawazoe import deadbeat
+from luenberger.papers.moore import realised
+from luenberger.papers.moore.companion_chain import Chain
 
 A = np.array([[0.5, 1.0, 0.2], [-0.3, 0.8, 0.7], [0.1, 0.4, 0.6]])
 C = np.array([[1.0, 0.5, 0.0]])

@@ -12,7 +12,7 @@ import sys
 import pytest
 
 TESTS = pathlib.Path(__file__).parent
-CONDUCT = "test_commands_conduct.py"
+CONDUCT = "commands/test_conduct.py"
 # first what a shell does, then the tests in the order that is given
 ELSEWHERE = """
 import os, signal, sys
@@ -28,7 +28,7 @@ sys.exit(pytest.main([*options, *sys.argv[1:]], plugins=[Order()]))
 """
 PLACES = {
     "a job in the background": (
-        ["test_files.py::test_permissions",
+        ["formats/test_atomic.py::test_permissions",
          f"{CONDUCT}::test_help_names_every_command_and_status",
          f"{CONDUCT}::test_interrupted_while_writing_leaves_the_old_file[SIGHUP-]"],
         dict(ignored=["SIGINT", "SIGHUP", "SIGPIPE"], umask=0o077, reverse=False),
@@ -36,9 +36,9 @@ PLACES = {
              PYTHONUNBUFFERED="1", PYTHONHASHSEED="1"),
     ),
     "a machine of others": (
-        ["test_cache.py::test_the_second_time_nothing_is_compiled",
-         "test_estimate_command.py::test_many_pieces_are_one_record",
-         "test_files.py::test_a_signal_between_renames_waits_for_the_last"],
+        ["kernels/test_cache.py::test_the_second_time_nothing_is_compiled",
+         "commands/test_estimate.py::test_many_pieces_are_one_record",
+         "formats/test_atomic.py::test_a_signal_between_renames_waits_for_the_last"],
         dict(ignored=["SIGTERM"], umask=0, reverse=True),
         dict(LC_ALL="de_DE.UTF-8", TZ="ABC+12:34:56", COLUMNS="500", NO_COLOR="1",
              HOME="/dev/null/home", PYTHONIOENCODING="ascii", PYTHONHASHSEED="2"),

@@ -11,11 +11,17 @@ import numpy as np
 import pytest
 
 import luenberger as lb
-from luenberger import analysis, arrays, show
+from luenberger import show
+from luenberger.analysis import error_covariance
 from luenberger.compare import table
-from luenberger.designs import excitation, inadmissible, staircase
+from luenberger.compare.attempts import first_least
+from luenberger.numeric import validation
+from luenberger.papers.moore import refusals as inadmissible
+from luenberger.papers.poles import arranged
+from luenberger.papers.van_dooren import design as staircase
+from luenberger.recursion import excitation
 
-simulate = importlib.import_module("luenberger.simulate")  # lb's is the function
+simulate = importlib.import_module("luenberger.run.simulate")  # lb's is the function
 
 
 @pytest.mark.parametrize("size", [1.0, 1e-20, 1e20])
@@ -27,11 +33,11 @@ def test_a_covariance_is_symmetric_and_not_indefinite_but_for_rounding(
     indefinite = size * np.array([[1.0, 1.0 + part], [1.0 + part, 1.0]])
     for X, why in ((skewed, "symmetric"), (indefinite, "semi-definite")):
         if kept:
-            found = arrays.covariance("Q", X, 2)
+            found = validation.covariance("Q", X, 2)
             assert (found == found.T).all()
         else:
             with pytest.raises(ValueError, match=why):
-                arrays.covariance("Q", X, 2)
+                validation.covariance("Q", X, 2)
 
 
 PLANT = lb.Plant([[0, 1], [-2, -3]], None, [[1.0, 0]])
@@ -44,11 +50,11 @@ def test_conjugates_may_differ_by_rounding(off, pair, size):
     first = size * (-0.6 + 0.8j)
     poles = [first, first.conjugate() + off * size]
     if pair:
-        found, pairs = staircase.arranged(poles, 2, PLANT)
+        found, pairs = arranged(poles, 2, PLANT)
         assert found[1] == found[0].conjugate() and pairs.tolist() == [True, False]
     else:
         with pytest.raises(lb.DesignError, match="needs its conjugate"):
-            staircase.arranged(poles, 2, PLANT)
+            arranged(poles, 2, PLANT)
 
 
 @pytest.mark.parametrize(
@@ -85,7 +91,7 @@ def designs(*errors):
 def test_errors_that_differ_by_rounding_are_equal(part, equal, size):
     """Of two equal ones the first is taken; against the yardstick it costs nothing."""
     first, second = designs(size * (1 + part), size)
-    assert (table.first_least([first, second], "error") is first) is equal
+    assert (first_least([first, second], "error") is first) is equal
     yardstick = SimpleNamespace(yardstick=second)
     excess = table.Comparison.excess(yardstick, first)
     assert excess == (0.0 if equal else pytest.approx(part, rel=1e-5, abs=0))
@@ -119,10 +125,10 @@ def test_times_are_those_of_the_samples_to_a_millionth(off, fits):
 @pytest.mark.parametrize(("part", "counts"), [(0.9e-10, False), (1.1e-10, True)])
 def test_entries_that_are_rounding_cost_nothing(part, counts, size):
     X = size * np.array([[3.0, 3 * part]])
-    assert bool(analysis._rounded(X)[0, 1]) is counts
+    assert bool(error_covariance._rounded(X)[0, 1]) is counts
     for one in (1.0, -1.0):
         near = np.array([[one + part, 2.0]])
-        assert (analysis._rounded(near)[0, 0] == one) is not counts
+        assert (error_covariance._rounded(near)[0, 0] == one) is not counts
 
 
 @pytest.mark.parametrize(("part", "exact"), [(0.9e-9, True), (1.2e-9, False)])

@@ -11,44 +11,50 @@ True
 from importlib import import_module
 
 from . import sampling as sampling
-from .analysis import error_covariance as error_covariance
-from .analysis import multiply_adds as multiply_adds
+from .analysis.error_covariance import error_covariance as error_covariance
+from .analysis.error_covariance import multiply_adds as multiply_adds
+from .analysis.optimality import Optimality as Optimality
+from .analysis.optimality import optimality as optimality
 from .certificate import Certificate as Certificate
 from .certificate import certify as certify
 from .certificate import residuals as residuals
 from .compare import compare as compare
-from .designs.canonical import ObservabilityForm as ObservabilityForm
-from .designs.canonical import observability_form as observability_form
-from .designs.deadbeat import deadbeat_observer as deadbeat_observer
-from .designs.fixed_order import fixed_order_filter as fixed_order_filter
-from .designs.fixed_order import fixed_order_search as fixed_order_search
-from .designs.functional import functional_observer as functional_observer
-from .designs.reconstruction import reconstruct_state as reconstruct_state
-from .designs.staircase import reduced_order_observer as reduced_order_observer
-from .designs.trace_minimisation import kalman_filter as kalman_filter
-from .designs.trace_minimisation import reduced_order_filter as reduced_order_filter
-from .ensemble import Ensemble as Ensemble
-from .ensemble import monte_carlo as monte_carlo
+from .compare.sweep import Sweep as Sweep
+from .compare.sweep import sweep as sweep
 from .errors import CertificateError as CertificateError
 from .errors import DesignError as DesignError
-from .filtering import Filtered as Filtered
-from .filtering import filter_data as filter_data
+from .numeric.staircase_form import Staircase as Staircase
+from .numeric.staircase_form import staircase as staircase
 from .observer import Observer as Observer
-from .optimality import Optimality as Optimality
-from .optimality import optimality as optimality
+from .papers.haddad_bernstein.design import fixed_order_filter as fixed_order_filter
+from .papers.haddad_bernstein.design import fixed_order_search as fixed_order_search
+from .papers.kawazoe.deadbeat import deadbeat_observer as deadbeat_observer
+from .papers.kawazoe.form import ObservabilityForm as ObservabilityForm
+from .papers.kawazoe.form import observability_form as observability_form
+from .papers.kawazoe.reconstruction import reconstruct_state as reconstruct_state
+from .papers.leondes_novak.design import kalman_filter as kalman_filter
+from .papers.leondes_novak.design import reduced_order_filter as reduced_order_filter
+from .papers.moore.design import functional_observer as functional_observer
+from .papers.van_dooren.design import reduced_order_observer as reduced_order_observer
 from .plant import Plant as Plant
-from .recorded import estimate as estimate
-from .simulate import Run as Run
-from .simulate import simulate as simulate
-from .stairs import Staircase as Staircase
-from .stairs import staircase as staircase
-from .sweep import Sweep as Sweep
-from .sweep import sweep as sweep
+from .run.estimate import estimate as estimate
+from .run.filter_data import Filtered as Filtered
+from .run.filter_data import filter_data as filter_data
+from .run.monte_carlo import Ensemble as Ensemble
+from .run.monte_carlo import monte_carlo as monte_carlo
+from .run.simulate import Run as Run
+from .run.simulate import simulate as simulate
 
-_ON_DEMAND = ("export", "plot", "report")  # the last two import matplotlib
+_ON_DEMAND = {  # export takes time; plot and report import matplotlib
+    "export": "export",
+    "plot": "plot",
+    "report": "report",
+    "measurements": "run.measurements",  # named by notebooks of earlier reports
+    "results": "report.result_files",
+}
 
 
 def __getattr__(name):
     if name in _ON_DEMAND:
-        return import_module(f".{name}", __name__)
+        return import_module(f".{_ON_DEMAND[name]}", __name__)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

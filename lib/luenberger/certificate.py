@@ -17,8 +17,8 @@ import numpy as np
 import scipy.linalg
 
 from .arguments import expect
-from .balance import balanced, power_of_two
 from .errors import CertificateError, DesignError
+from .numeric.balance import balanced, power_of_two
 
 
 def residuals(A, B, C, E, L, F, G, D, P, V, W, T, T_next):

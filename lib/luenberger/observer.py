@@ -7,9 +7,9 @@ from functools import partial
 
 import numpy as np
 
-from . import record
-from .arrays import exact, matrix, names, sample_time, vector, zeros
-from .linalg import eigenvalues
+from .formats import json_records
+from .numeric.linalg import eigenvalues
+from .numeric.validation import exact, matrix, names, sample_time, vector, zeros
 
 varying = partial(matrix, steps=True, field=complex)
 
@@ -89,7 +89,7 @@ class Observer:
             raise ValueError(
                 "a time-varying observer needs T0 and G0, which say how it starts"
             )
-        record.fill(
+        json_records.fill(
             self,
             **given,
             L=L,
@@ -112,7 +112,9 @@ class Observer:
             field = f"{kind[2:]}_names"
             value = getattr(source, field)
             known = value is not None or size == 0
-            record.fill(self, **{field: names(kind, value, size) if known else None})
+            json_records.fill(
+                self, **{field: names(kind, value, size) if known else None}
+            )
 
     def named(self, plant):
         """The same observer, with the names of a plant's states, inputs and outputs.
@@ -194,7 +196,7 @@ class Observer:
 
     def to_json(self, path):
         """Write the observer as JSON; numbers come back bit for bit."""
-        record.write(path, record.as_data("observer", self))
+        json_records.write(path, json_records.as_data("observer", self))
 
     @classmethod
     def from_json(cls, path):
@@ -203,7 +205,7 @@ class Observer:
         Files of every earlier version are read.  A key that is not known is refused,
         and so is a file of a later "format".
         """
-        data = record.read(path, "observer", cls)
+        data = json_records.read(path, "observer", cls)
         missing = [key for key in "FGDPVTL" if key not in data]
         if missing:
             raise ValueError(f"{path}: the observer has no {missing}")

@@ -6,8 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from . import record, statespace
-from .arrays import (
+from .errors import short
+from .formats import json_records, statespace
+from .numeric.validation import (
     covariance,
     exact,
     matrix,
@@ -18,7 +19,6 @@ from .arrays import (
     vector,
     zeros,
 )
-from .inputs import short
 
 P0_IS = ("posterior", "prior")
 
@@ -125,7 +125,7 @@ class Plant:
         S = None if self.S is None else matrix("S", self.S, n, p, steps=True)
         x0 = vector("x0", np.zeros(n) if self.x0 is None else self.x0, n)
         P0 = None if self.P0 is None else covariance("P0", self.P0, n)
-        record.fill(self, A=A, B=B, C=C, E=E, Q=Q, R=R, S=S, x0=x0, P0=P0)
+        json_records.fill(self, A=A, B=B, C=C, E=E, Q=Q, R=R, S=S, x0=x0, P0=P0)
         if rational is not None:
             rational = {
                 name: exact(np.zeros(getattr(self, name).shape, int))
@@ -135,9 +135,9 @@ class Plant:
             }
             if any(X is None for X in rational.values()):
                 rational = None
-        record.fill(self, _exact=rational)
+        json_records.fill(self, _exact=rational)
         self._check_joint()
-        record.fill(
+        json_records.fill(
             self,
             dt=sample_time(self.dt),
             multiplicative=self._noise_pairs(),
@@ -279,7 +279,7 @@ class Plant:
 
     def to_json(self, path):
         """Write the plant as JSON; numbers come back bit for bit."""
-        record.write(path, record.as_data("plant", self))
+        json_records.write(path, json_records.as_data("plant", self))
 
     @classmethod
     def from_json(cls, path):
@@ -289,7 +289,7 @@ class Plant:
         and, when there are known inputs, B are required.  A key that is not known is
         refused, and so is a file of a later "format".
         """
-        data = record.read(path, "plant", cls)
+        data = json_records.read(path, "plant", cls)
         for key in ("A", "C"):
             if key not in data:
                 raise ValueError(f"{path}: the plant has no {key!r}")

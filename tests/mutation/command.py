@@ -28,9 +28,9 @@ from faults import faults
 from nearest import OPTIONS, Nearest, collect, pytest_main, test_files
 from trees import Child, Tree
 
-ROOMS = "kernels designs papers numeric linalg covariance_maps mean_square optimality "
-ROOMS += "stairs certificate analysis export symbolic algebra ledger"
-PROOFS = {"derivation", "derivations"}  # claims are damaged by tests of their own
+ROOMS = "kernels papers numeric certificate recursion analysis run export symbolic "
+ROOMS += "ledger"
+PROOFS = {"derivation"}  # claims are damaged by tests of their own
 PRELOAD = "numpy scipy.linalg scipy.optimize scipy.sparse.linalg sympy numba "
 PRELOAD += "hypothesis.strategies hypothesis.internal.conjecture.engine"
 PATIENCE = 5  # a run may take this many times the seconds that its tests took
@@ -174,7 +174,7 @@ def arguments(argv):
     add("--budget", type=float, default=30, help="seconds of tests for a fault (30)")
     add("--patience", type=float, default=60, help="seconds more, until it hangs (60)")
     add("--fresh", action="store_true", help="learn anew what the tests enter")
-    add("--repository", type=Path, default=Path(__file__).parents[2])
+    add("--repository", type=Path, default=Path(__file__).parents[3])
     add("--package", default="luenberger")
     add("--preload", default=PRELOAD, help=argparse.SUPPRESS)
     return parser.parse_args(argv)

@@ -4,6 +4,9 @@ A command's module has two functions.  ``add(commands)`` says what its options a
 `registration.register`; ``run(options)`` does the work and returns nothing, or raises.
 `main` turns what it raises into an exit status and one line on stderr.  What a command
 needs beyond the standard library it imports in ``run``, so that ``--help`` is quick.
+
+What reads arguments and tells the user enters here; what computes does not.  It uses
+every room, inside the function that needs it.
 """
 
 import argparse

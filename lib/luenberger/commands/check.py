@@ -28,8 +28,8 @@ def add(commands):
 
 
 def run(options):
-    from ..examination import examine
     from ..plant import Plant
+    from ..report.plant_facts import examine
 
     found = examine(Plant.from_json(options.plant))
     if options.json:

@@ -61,17 +61,17 @@ def run(options):
     """Compare, and print or write what came of it."""
     import numpy as np
 
-    from .. import files
     from ..compare import compare
+    from ..formats import atomic
+    from ..formats.spreadsheets import require_plain_names
     from ..plant import Plant
-    from ..results import designs_csv
-    from ..spreadsheets import require_plain_names
+    from ..report.result_files import designs_csv
 
     if options.json and options.csv is not None:
         options.wrong("--csv goes without --json")
     if options.csv is not None:
-        files.destination(options.csv)
-        files.require_other(options.csv, options.plant)
+        atomic.destination(options.csv)
+        atomic.require_other(options.csv, options.plant)
     plant = Plant.from_json(options.plant)
     if options.csv is not None:
         require_plain_names(plant)
@@ -82,7 +82,7 @@ def run(options):
         elif options.csv is None:
             _print(found)
         elif not options.dry_run:
-            files.write(options.csv, designs_csv(found.rows()))
+            atomic.write(options.csv, designs_csv(found.rows()))
     if options.csv is not None:
         written([options.csv], options.dry_run)
 

@@ -51,9 +51,10 @@ def run(options):
 
     Nothing appears there before everything is finished.
     """
-    from .. import measurements, offline
+    from ..formats.spreadsheets import require_plain_names
     from ..plant import Plant
-    from ..spreadsheets import require_plain_names
+    from ..report import notebook as offline
+    from ..run import measurements
 
     plant, out = Plant.from_json(options.plant), options.out
     require_plain_names(plant)
@@ -77,7 +78,7 @@ def run(options):
 
 def _make(work, plant, options):
     """Everything that is to be written, in a folder below `work`."""
-    from .. import offline
+    from ..report import notebook as offline
 
     finished = work / "out"
     finished.mkdir()
@@ -98,9 +99,9 @@ def _make(work, plant, options):
 
 def _workplace(out):
     """A folder on the disk of `out`, once that is seen to be usable."""
-    from .. import files
+    from ..formats import atomic
 
-    found = files.existing_folder(out)
+    found = atomic.existing_folder(out)
     taken = [name for name in (*WRITTEN, *FROM_DATA) if (out / name).exists()]
     if taken and not (out / REPORT).exists():
         raise ValueError(
@@ -120,12 +121,12 @@ def _publish(finished, out):
 
     Estimates of an earlier run do not stay beside a report that has none.
     """
-    from .. import files
+    from ..formats import atomic
 
     names = _in_order(path.name for path in finished.iterdir())
     moves = {finished / name: out / name for name in names}
     out.mkdir(parents=True, exist_ok=True)
-    files.replace_all(moves, beside=finished)
+    atomic.replace_all(moves, beside=finished)
     if ESTIMATES not in names:
         (out / ESTIMATES).unlink(missing_ok=True)
     return moves.values()

@@ -64,22 +64,22 @@ def stream(text):
 
 def run(options):
     """Estimate, and say how many rows were written."""
-    from .. import streaming
-    from ..files import require_other
-    from ..inputs import few
+    from ..errors import few
+    from ..formats.atomic import require_other
+    from ..formats.csv_reader import Table
     from ..observer import Observer
     from ..plant import Plant
-    from ..tables import Table
+    from ..run import estimate_csv
 
     require_other(options.out, options.observer, options.data, options.plant)
     observer = Observer.from_json(options.observer)
     plant = None if options.plant is None else Plant.from_json(options.plant)
     with _source(options.data) as file, _sink(options) as out:
         where = "stdin" if options.data == STREAM else options.data
-        header, rows = streaming.estimates(
+        header, rows = estimate_csv.estimates(
             observer, Table(file, where), plant, options.backend
         )
-        count = streaming.write(out, header, rows)
+        count = estimate_csv.write(out, header, rows)
     if options.out == STREAM:
         flush()
     else:
@@ -90,7 +90,7 @@ def run(options):
 
 
 def _source(path):
-    from ..inputs import opened
+    from ..formats.json_files import opened
 
     if path == STREAM:
         return contextlib.nullcontext(require_open("stdin").buffer)
@@ -98,7 +98,7 @@ def _source(path):
 
 
 def _sink(options):
-    from ..files import destination, replacing
+    from ..formats.atomic import destination, replacing
 
     if options.dry_run and options.out != STREAM:
         destination(options.out)

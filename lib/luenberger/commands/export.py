@@ -51,7 +51,7 @@ def run(options):
     import numpy as np
 
     from ..export import to_c
-    from ..export.files import places
+    from ..export.c.source_and_header import places
 
     given = _read(options)
     with np.errstate(all="ignore"), tempfile.TemporaryDirectory() as nowhere:
@@ -64,11 +64,11 @@ def run(options):
 
 def _read(options):
     """The arguments of `to_c`, read from the files that are named."""
-    from .. import record
+    from ..formats import json_records
     from ..observer import Observer
     from ..plant import Plant
 
-    kind = Observer if record.kind(options.source) == "observer" else Plant
+    kind = Observer if json_records.kind(options.source) == "observer" else Plant
     source, m1 = kind.from_json(options.source), None
     if options.m1 is not None:
         outputs = getattr(source, "output_names", ())

@@ -45,7 +45,8 @@ def add(commands):
 
 def run(options):
     """Print the ledger, or write its page."""
-    from .. import files, ledger
+    from .. import ledger
+    from ..formats import atomic
 
     if options.paper is not None:
         options.paper = ledger.find_paper(options.paper)
@@ -53,7 +54,7 @@ def run(options):
         return _print(ledger, options)
     if options.json or options.misprints:
         options.wrong("--html goes without --json and --misprints")
-    files.destination(options.html)
+    atomic.destination(options.html)
     if not options.dry_run:
         say("running the derivations, for their formulas")
         ledger.write_page(options.html, options.paper)

@@ -1,21 +1,25 @@
-"""One plant under every method: what each design gains, and what it costs."""
+"""One plant under every method: what each design gains, and what it costs.
+
+What weighs designs against each other enters here.  It uses all papers, `analysis`,
+`run` and `export`, whose C it counts.
+"""
 
 import numpy as np
 
 from ..arguments import expect
-from ..arrays import matrix
 from ..errors import DesignError
+from ..numeric.validation import matrix
 from .attempts import Attempt as Attempt
 from .attempts import attempt
 from .attempts import noisy as noisy
 from .methods import METHODS as METHODS
 from .methods import Question
+from .reasons import percent as percent
+from .reasons import sigma as sigma
 from .table import TOLERANCE as TOLERANCE
 from .table import Comparison as Comparison
-from .table import percent as percent
 from .transients import from_start as from_start
 from .transients import transients as transients
-from .words import sigma as sigma
 
 
 def compare(plant, *, k=None, orders=None, poles=None, methods=None):

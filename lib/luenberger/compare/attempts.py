@@ -6,12 +6,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..analysis import error_covariance, multiply_adds, without_rounding
+from ..analysis.error_covariance import (
+    error_covariance,
+    multiply_adds,
+    without_rounding,
+)
+from ..analysis.optimality import STATIONARY_TOL, Optimality, optimality
 from ..certificate import Certificate, certify
 from ..kernels.cache import CacheWarning
-from ..linalg import ROUNDING, UNIT_TOL, eigenvalues, lyapunov, radius
+from ..numeric.linalg import ROUNDING, UNIT_TOL, eigenvalues, lyapunov, radius
 from ..observer import Observer
-from ..optimality import STATIONARY_TOL, Optimality, optimality
+
+LEVEL = 1e-9  # errors closer than this, relative, are equal: the rest is rounding
+
 
 SINGLE = {"Kalman filter", "deadbeat observer", "functional observer"}
 EXACT_TOL = 1e-9  # of a certificate, as in `Certificate.require`
@@ -178,7 +185,7 @@ def _quietly(design):
 
 
 def _figures(observer, plant, plan):
-    from ..export.constant import step_cost
+    from ..export.c.observer import step_cost
 
     work, size = multiply_adds(observer), None
     if not observer.is_complex:
@@ -242,3 +249,10 @@ def rates(plant):
     if plant.dt > 0:
         poles = np.log(poles[poles != 0].astype(complex)) / plant.dt
     return np.abs(poles[poles != 0])
+
+
+def first_least(designs, what):
+    """The first of the least, where what differs by rounding is equal."""
+    values = [getattr(one, what) or 0.0 for one in designs]
+    least = min(values) * (1 + LEVEL)
+    return next(one for one, value in zip(designs, values) if value <= least)

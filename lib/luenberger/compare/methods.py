@@ -8,15 +8,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..designs.deadbeat import deadbeat_observer
-from ..designs.fixed_order import fixed_order_filter
-from ..designs.functional import functional_observer
-from ..designs.staircase import reduced_order_observer
-from ..designs.trace_minimisation import kalman_filter, reduced_order_filter
+from ..analysis.mean_square import equivalent_noise
 from ..errors import DesignError
-from ..mean_square import equivalent_noise
+from ..numeric.staircase_form import staircase
+from ..papers.haddad_bernstein.design import fixed_order_filter
+from ..papers.kawazoe.deadbeat import deadbeat_observer
+from ..papers.leondes_novak.design import kalman_filter, reduced_order_filter
+from ..papers.moore.design import functional_observer
+from ..papers.van_dooren.design import reduced_order_observer
 from ..plant import Plant
-from ..stairs import staircase
 from .attempts import noisy, rates
 
 EVERY_SUBSET_UP_TO = 4  # outputs; above it only the first 0, 1, ..., p are tried

@@ -6,10 +6,10 @@ import numpy as np
 
 from ..plant import Plant
 from ..show import Table, number
-from .attempts import Attempt
+from .attempts import LEVEL, Attempt, first_least
+from .reasons import percent, reasons
 
 TOLERANCE = 0.05  # a design this close to the smallest error is good enough
-LEVEL = 1e-9  # errors closer than this, relative, are equal: the rest is rounding
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,8 +127,6 @@ class Comparison:
 
     def reasons(self, tolerance=TOLERANCE):
         """Why that design is recommended: plain sentences."""
-        from .words import reasons
-
         return reasons(self, tolerance)
 
     def rows(self):
@@ -170,13 +168,6 @@ class Comparison:
         return "\n".join(one._repr_html_() for one in tables)
 
 
-def first_least(designs, what):
-    """The first of the least, where what differs by rounding is equal."""
-    values = [getattr(one, what) or 0.0 for one in designs]
-    least = min(values) * (1 + LEVEL)
-    return next(one for one, value in zip(designs, values) if value <= least)
-
-
 def together(labels):
     """Several labels in a few words."""
     return f"{labels[0]}, and {len(labels) - 1} more"
@@ -214,17 +205,6 @@ def verdict(one):
     if not one.sound:
         return "fails"
     return "exact" if one.optimality is None else "optimal"
-
-
-def percent(excess, digits=4):
-    """A fraction as text; empty where not known."""
-    if excess is None:
-        return ""
-    if not np.isfinite(excess):
-        return "unbounded"
-    if excess < 10:
-        return f"{100 * excess:.2f} %"
-    return f"{number(1 + excess, digits)} times"
 
 
 def _row(table, one, chosen, front):

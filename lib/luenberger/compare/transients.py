@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from ..analysis import error_covariance
-from ..designs.trace_minimisation import reduced_order_filter
-from ..measurements import covariance_from_start
+from ..analysis.error_covariance import error_covariance
 from ..observer import Observer
+from ..papers.leondes_novak.design import reduced_order_filter
+from ..run.measurements import covariance_from_start
 from .attempts import noisy
 
 SETTLED = 1e-3  # the time axis ends when transients are this small

@@ -1,15 +1,19 @@
-"""Observers for elsewhere: C99 source, python-control and scipy.signal systems."""
+"""Observers for elsewhere: C99 source, python-control and scipy.signal systems.
+
+What turns an observer or a plant's filter into somebody else's object or source
+enters here.  It uses `recursion`, `run`, the kernels and what is below them.
+"""
 
 from .. import certificate
 from ..arguments import expect, expect_as
 from ..plant import Plant
-from . import constant, recursive
-from .files import write_pair
-from .pair import signals
-from .systems import from_statespace as from_statespace
-from .systems import to_control as to_control
-from .systems import to_scipy as to_scipy
-from .words import identifier
+from .c import filter as recursive
+from .c import observer as constant
+from .c.identifiers import identifier
+from .c.source_and_header import signals, write_pair
+from .control_systems import from_statespace as from_statespace
+from .control_systems import to_control as to_control
+from .control_systems import to_scipy as to_scipy
 
 
 def to_c(
@@ -65,7 +69,7 @@ def to_c(
     References
     ----------
     Leondes and Novak (1974), equations (9), (27), (33), (43), (44);
-    derivations/one_pass.py, derivations/on_target.py.
+    papers/leondes_novak/derivation/one_pass.py, on_target.py.
 
     Examples
     --------

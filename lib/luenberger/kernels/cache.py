@@ -34,8 +34,8 @@ from . import stack
 FASTMATH = ("contract", "reassoc")  # sums may be taken in another order, NaNs count
 OPTIONS = dict(error_model="numpy", fastmath=set(FASTMATH))
 PACKAGE = Path(__file__).parents[1]
-DERIVING = ("derivations", "kernels", "symbolic", "certificate.py", "errors.py")
-DERIVING += ("linalg.py",)
+DERIVING = ("symbolic", "papers/*/derivation", "kernels")
+DERIVING += ("certificate.py", "errors.py", "numeric/linalg.py")
 
 
 class CacheWarning(UserWarning):
@@ -95,9 +95,10 @@ def sources():
     """A hash of the files that a derived text comes from."""
     found = hashlib.sha256()
     for part in DERIVING:
-        one = PACKAGE / part
-        for path in sorted(one.rglob("*.py")) if one.suffix == "" else [one]:
-            found.update(f"{path.relative_to(PACKAGE)}\0".encode() + path.read_bytes())
+        for one in sorted(PACKAGE.glob(part)) or [PACKAGE / part]:
+            for path in sorted(one.rglob("*.py")) if one.is_dir() else [one]:
+                name = path.relative_to(PACKAGE).as_posix()
+                found.update(f"{name}\0".encode() + path.read_bytes())
     return found.hexdigest()
 
 

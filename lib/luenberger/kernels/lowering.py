@@ -10,18 +10,9 @@ from fractions import Fraction
 import sympy as sp
 from sympy.matrices.expressions.matexpr import MatrixExpr
 
-from ..derivations import Solve
-from ..linalg import SINGULAR_TOL
-from .program import (
-    IDENTITY,
-    Assign,
-    Factor,
-    Operand,
-    Program,
-    Substitute,
-    Term,
-    reads,
-)
+from ..numeric.linalg import SINGULAR_TOL
+from ..symbolic import Solve
+from .program import IDENTITY, Assign, Factor, Operand, Program, Substitute, Term, reads
 
 
 def lower(derivation, outputs=(), *, zero=(), symmetric=(), definite=(), same=()):

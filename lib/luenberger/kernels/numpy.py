@@ -3,7 +3,7 @@
 import sympy as sp
 from sympy.matrices.expressions.matexpr import MatrixExpr
 
-from ..derivations import Solve
+from ..symbolic import Solve
 from .lowering import needed, require_proved, symbols_in
 from .step import assemble
 

@@ -6,7 +6,7 @@ row hands to the next, what is read from the record's rows, what is written down
 
 from dataclasses import dataclass, field
 
-from ..factors import SAFE
+from ..numeric.factors import SAFE
 from .lowering import lower
 from .program import Factor, Program
 
@@ -48,7 +48,7 @@ class Recursion:
 
 def filter_recursion(zero=()):
     """The filter and its covariance; `zero` names matrices that vanish."""
-    from ..derivations.one_pass import filter_step
+    from ..papers.leondes_novak.derivation.one_pass import filter_step
 
     carried = {"Sigma_next": "Sigma", "x_next": "x"}
     if "J" not in zero:
@@ -78,7 +78,7 @@ def filter_recursion(zero=()):
 
 def observer_recursion(zero=()):
     """Any observer; `zero` names matrices that vanish."""
-    from ..derivations.one_pass import observer_step
+    from ..papers.leondes_novak.derivation.one_pass import observer_step
 
     program = lower(observer_step(), ["z_next", "w_hat"], zero=zero)
     return Recursion(
@@ -92,7 +92,7 @@ def observer_recursion(zero=()):
 
 def side_by_side_recursion(zero=()):
     """Plant and observer side by side; `zero` names matrices that vanish."""
-    from ..derivations.side_by_side import side_by_side
+    from ..papers.leondes_novak.derivation.side_by_side import side_by_side
 
     return Recursion(
         "side_by_side",

@@ -1,6 +1,6 @@
 """A NumPy kernel from its text, which may have been kept: no SymPy here."""
 
-from ..linalg import eye, solve_right, symmetrise
+from ..numeric.linalg import eye, solve_right, symmetrise
 
 _NAMESPACE = dict(eye=eye, solve_right=solve_right, symmetrise=symmetrise)
 

@@ -8,6 +8,10 @@ it.  The tests run every piece of evidence, damage it, and see it fail.
 >>> entry, = ledger.entries("moore", number="(5)")
 >>> entry.says
 'T A - F T = D C: what z tracks moves as z does.'
+
+What asks or prints the entries enters here; an entry is a row of a file in
+`papers/`.  It uses `symbolic`, `formats` and `show`, and loads a derivation by the
+pointer "paper.module" of an entry.
 """
 
 from .records import KINDS as KINDS

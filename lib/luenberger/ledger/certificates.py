@@ -6,10 +6,9 @@ A claim about explicit matrices or scalars is evaluated, and has none.
 from importlib import import_module
 from pkgutil import iter_modules
 
-from .. import derivations
 from ..symbolic import Claim
 from .evidence import derivation, is_test, steps
-from .records import entries
+from .records import PAPERS, entries
 
 
 def claims():
@@ -28,9 +27,12 @@ def claims():
 
 
 def _listed():
-    for module in iter_modules(derivations.__path__):
-        if hasattr(import_module(f"{derivations.__name__}.{module.name}"), "derive"):
-            yield module.name, derivation(module.name).steps
+    for paper in PAPERS:
+        package = f"luenberger.papers.{paper}.derivation"
+        for module in iter_modules(import_module(package).__path__):
+            if hasattr(import_module(f"{package}.{module.name}"), "derive"):
+                name = f"{paper}.{module.name}"
+                yield name, derivation(name).steps
     for entry in entries():
         for pointer in entry.evidence:
             if not is_test(pointer):

@@ -9,23 +9,24 @@ SIZES = (", ", " [", " (")  # how the sizes at the end of a step's name begin
 
 
 def is_test(pointer):
-    """Whether the evidence is a test, "tests/test_file.py::test"."""
+    """Whether the evidence is a test, "tests/room/test_file.py::test"."""
     return pointer.startswith("tests/")
 
 
 @cache
 def derivation(name):
-    """What "module" or "module.function" returns; a module's function is `derive`."""
-    module, _, function = name.partition(".")
+    """What "paper.module" or "paper.module.function" returns; or else `derive`."""
+    paper, _, rest = name.partition(".")
+    module, _, function = rest.partition(".")
     try:
-        found = import_module(f"luenberger.derivations.{module}")
+        found = import_module(f"luenberger.papers.{paper}.derivation.{module}")
         return getattr(found, function or "derive")()
     except (ImportError, AttributeError):
         raise LookupError(f"there is no derivation {name!r}") from None
 
 
 def steps(pointer):
-    """{name: Claim} of every step that "module: step" points at.
+    """{name: Claim} of every step that "paper.module: step" points at.
 
     Raises
     ------

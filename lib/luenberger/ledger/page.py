@@ -2,7 +2,7 @@
 
 import html
 
-from .. import files
+from ..formats import atomic
 from . import evidence
 from .records import PAPERS, count, entries, find_paper, misprints, title
 
@@ -45,7 +45,7 @@ math { overflow-x: auto; max-width: 40em; display: block; margin: .2em 0; }
 
 def write(path, paper=None, formulas=True):
     """See `ledger.write_page`."""
-    files.write(path, render(paper, formulas))
+    atomic.write(path, render(paper, formulas))
 
 
 def render(paper=None, formulas=True):

@@ -50,9 +50,9 @@ class Entry:
         How well it is established: "proved at symbolic sizes", "proved at sizes
         n = 3, ..", "reproduced to ..".
     evidence : tuple of str
-        "module: step" or "module.function: step" of `luenberger.derivations`, where
-        a step is named in full or up to the sizes at its end; or
-        "tests/test_file.py::test".
+        "paper.module: step" or "paper.module.function: step" of the derivations
+        in `luenberger.papers`, where a step is named in full or up to the
+        sizes at its end; or "tests/room/test_file.py::test".
     used : str
         The public function or type that uses it.
     shown : str

@@ -54,6 +54,9 @@ Source: our own; Bergman (1978) for the method, Hofstadler, Raab and Regensburge
 (2019) for its use on matrices of unequal sizes.  SymPy 1.14 alone differentiates a sum
 of traces to zero (#26561), collapses partitioned matrices wrongly (#22034), cancels
 what has no inverse, and cannot reduce modulo relations.
+
+What a proof needs that no paper owns enters here.  It uses SymPy alone, and none
+of the other rooms.
 """
 
 from .blocks import Blocks
@@ -62,6 +65,7 @@ from .claims import Claim, claims
 from .completion import Limit
 from .constructions import Construction, Counterexample
 from .core import Algebra
+from .derivation import Derivation, Solve, Stage, named, vanishes
 from .equivalences import Equation, Iff, Implies
 from .lines import AtLeast, AtMost, Cases, Cyclic, Line, Substitute
 from .models import NoModel, evaluate, model, refute
@@ -69,7 +73,7 @@ from .operators import Differential, Expect, Gradient, Transposed
 from .polynomials import Polynomial, Traces
 from .proofs import Proof, Unproved, prove
 from .relations import Relation
-from .symbols import BlockMatrix, Identity, MatrixSymbol, ZeroMatrix
+from .symbols import BlockMatrix, Identity, MatrixSymbol, ZeroMatrix, matrices
 from .typeset import latex, text
 from .words import Letter, ShapeError
 
@@ -85,6 +89,7 @@ __all__ = [
     "Construction",
     "Counterexample",
     "Cyclic",
+    "Derivation",
     "Differential",
     "Equation",
     "Expect",
@@ -101,6 +106,8 @@ __all__ = [
     "Proof",
     "Relation",
     "ShapeError",
+    "Solve",
+    "Stage",
     "Substitute",
     "Traces",
     "Transposed",
@@ -109,8 +116,11 @@ __all__ = [
     "claims",
     "evaluate",
     "latex",
+    "matrices",
     "model",
+    "named",
     "prove",
     "refute",
     "text",
+    "vanishes",
 ]

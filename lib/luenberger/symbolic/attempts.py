@@ -6,15 +6,7 @@ from random import Random
 
 import sympy as sp
 
-from .exact import (
-    World,
-    as_matrix,
-    constant,
-    multiplied,
-    plus,
-    scaled,
-    transposed,
-)
+from .exact import World, as_matrix, constant, multiplied, plus, scaled, transposed
 from .settings import FIRST
 from .systems import System, Unsolvable, search
 

@@ -251,3 +251,8 @@ def _node(cls, *args):
 def _square(matrix, so):
     if not same_size(*matrix.shape):
         raise ShapeError(f"{matrix} is {matrix.shape}, not square: {so}")
+
+
+def matrices(names, rows, cols):
+    """Matrix symbols of one shape, from a string of names."""
+    return [MatrixSymbol(name, rows, cols) for name in names.split()]

@@ -3,17 +3,16 @@
 import inspect
 import re
 from importlib import import_module
-from pkgutil import iter_modules
 
 from docutils import nodes
 from ledger_pages import target, tried_label
 from sphinx.util.docutils import SphinxDirective
 
-from luenberger import derivations, ledger
+from luenberger import ledger
 from luenberger.ledger import evidence
 
 LONGEST = 420  # characters of LaTeX; a longer claim is named, not shown
-GATHERING = ("optimal_projection", "trace_minimisation")  # claims of other modules
+GATHERING = ("haddad_bernstein.paper", "leondes_novak.paper")  # claims of other modules
 AUTHORS = {key: ledger.title(key).partition(" ")[0] for key in ledger.PAPERS}
 AUTHORS["van_dooren"] = "Van Dooren"
 
@@ -27,14 +26,25 @@ def paper_of(module):
 
 
 def modules(paper):
-    names = [m.name for m in iter_modules(derivations.__path__) if not m.ispkg]
-    loaded = {name: import_module(f"luenberger.derivations.{name}") for name in names}
-    return [name for name, module in loaded.items() if paper_of(module) == paper]
+    """ "paper.module" of what a page shows, in the order of the rooms' front doors."""
+    found = []
+    for room in ledger.PAPERS:
+        front = import_module(f"luenberger.papers.{room}.derivation")
+        for name in re.findall(r"^`(\w+)`$", inspect.getdoc(front), flags=re.M):
+            if paper_of(loaded(f"{room}.{name}")) == paper:
+                found.append(f"{room}.{name}")
+    return found
+
+
+def loaded(name):
+    """The module of "paper.module"."""
+    paper, _, module = name.partition(".")
+    return import_module(f"luenberger.papers.{paper}.derivation.{module}")
 
 
 def pointers(name):
-    """ "module" and the "module.function" whose steps the ledger points at."""
-    module = import_module(f"luenberger.derivations.{name}")
+    """ "paper.module", and each "paper.module.function" of the ledger's pointers."""
+    module = loaded(name)
     own = hasattr(module, "derive") and name not in GATHERING
     found = [name] if own else []
     named = {p.partition(": ")[0] for e in ledger.entries() for p in e.evidence}
@@ -50,8 +60,8 @@ class Derivations(SphinxDirective):
         return [self.section(name) for name in modules(self.arguments[0])]
 
     def section(self, name):
-        full = f"luenberger.derivations.{name}"
-        module = import_module(full)
+        module = loaded(name)
+        full = module.__name__
         heading, _, rest = inspect.getdoc(module).partition("\n")
         section = nodes.section()
         section += nodes.title("", heading.rstrip("."))

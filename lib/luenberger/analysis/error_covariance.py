@@ -1,0 +1,285 @@
+"""Questions about any observer: how accurate, how much work."""
+
+import dataclasses
+
+import numpy as np
+
+from .. import kernels
+from ..arguments import expect
+from ..certificate import certify, evenly, require_match, require_real, residuals
+from ..errors import DesignError
+from ..numeric.factors import factor, shorten
+from ..numeric.linalg import lyapunov, modes, symmetrise
+from .mean_square import equivalent_noise, noise_at
+
+NEGLIGIBLE = 1e-10  # beside the largest entry of a matrix: rounding, not work
+EXACT_TOL = 1e-9  # certificate below which the error does not depend on the state
+
+
+def error_covariance(observer, plant, *, steps=None):
+    r"""Second moment E[e e'] of the error e = w^ - L x of any observer on a plant.
+
+    For an observer that satisfies (9), (13) the error obeys (11), (26),
+
+    .. math:: \varepsilon_{i+1} = F_i\varepsilon_i + D_i v_i - T_{i+1} w_i,
+              \qquad e_i = P_i\varepsilon_i + V_i v_i .
+
+    Where it does not (a filter of fixed order, or a wrong plant), the state drives
+    the error too; then the moments of x and eps are propagated together, with u = 0.
+
+    Multiplicative noise joins w and v: ``w + sum g_j A_j x`` and ``v + sum g_j C_j x``
+    are white and uncorrelated with the past, with covariances that follow from the
+    second moment E[x x'] of the state.  That depends on the input, and again u = 0.
+
+    Parameters
+    ----------
+    observer : Observer
+        With any gains, optimal or not.
+    plant : Plant
+        Discrete, with Q and R; with P0 when `steps` is given.
+    steps : int, optional
+        Number of steps; default the steady state of a constant observer.
+
+    Returns
+    -------
+    (q, q) or (steps + 1, q, q) ndarray
+        Steady value, or rows i = 0 .. steps.  For a time-varying filter row 0 is the
+        initial L P0 L'; for a constant observer row 0 is its first sample, the state
+        having the mean x0 and covariance P0 there.
+
+    Raises
+    ------
+    DesignError
+        Without noise covariances or P0, when there is no steady state (the modes at
+        fault are named, or how much multiplicative noise the plant would stand), or
+        when the observer depends on the input and there is one.
+
+    References
+    ----------
+    Leondes and Novak (1974), equations (11), (26), (28);
+    papers/leondes_novak/derivation/huddle.py. Haddad and Bernstein (1987), (4.3),
+    (4.4); papers/haddad_bernstein/derivation/equivalent_plant.py.
+
+    Examples
+    --------
+    >>> import luenberger as lb
+    >>> plant = lb.Plant([[1, 1], [0, 1]], None, [[1, 0]], dt=1.0,
+    ...                  Q=[[0.25, 0.5], [0.5, 1]], R=[[1]])
+    >>> lb.error_covariance(lb.kalman_filter(plant), plant).round(12)
+    array([[0.75, 0.5 ],
+           [0.5 , 1.  ]])
+    """
+    expect(observer=observer, plant=plant)
+    require_match(observer, plant)
+    require_real("the error covariance", plant, observer)
+    _require_noise(plant, steps)
+    if observer.steps is not None and steps is None:
+        raise ValueError("give steps: a time-varying observer has no steady state")
+    certificate = require_free_of_input(observer, plant)
+    system = error_system(observer, plant, steps, certificate)
+    return system.steady() if steps is None else system.over(steps)
+
+
+def require_free_of_input(observer, plant):
+    """Return the certificate, or raise DesignError if the known input has a say."""
+    certificate = certify(*evenly(observer, plant))
+    if max(certificate.input, certificate.feedthrough) > EXACT_TOL and plant.m:
+        raise DesignError(
+            "the estimate depends on the known input (input residual "
+            f"{certificate.input:.1e}, feedthrough {certificate.feedthrough:.1e}), so "
+            "its error does too. Certify the observer against the plant it is for."
+        )
+    return certificate
+
+
+def error_system(observer, plant, steps, certificate=None):
+    """What the error obeys: alone, or with the state where that drives it."""
+    if steps is not None and observer.steps is not None and steps > observer.steps:
+        raise ValueError(
+            f"steps = {steps}, but the observer covers instants 1 .. {observer.steps}"
+        )
+    if certificate is None:
+        certificate = certify(*evenly(observer, plant))
+    exact = max(certificate.dynamics, certificate.output) <= EXACT_TOL
+    return (_Exact if exact else _Joint)(observer, plant, steps)
+
+
+def _require_noise(plant, steps):
+    if plant.dt == 0:
+        raise DesignError("error covariances are for discrete time, the plant has dt=0")
+    if plant.Q is None or plant.R is None:
+        raise DesignError("the plant needs both noise covariances Q and R")
+    if steps is not None and plant.P0 is None:
+        raise DesignError("the plant needs P0, the covariance of its initial state")
+
+
+class _Exact:
+    """The error on its own: X = E[eps eps']."""
+
+    whose = "the observer's error"
+
+    def __init__(self, observer, plant, steps):
+        self.observer, self.plant = observer, plant
+        self.moments = self.of_state(steps) if plant.multiplicative else None
+
+    def of_state(self, steps):
+        """E[x x'] at the instants 0 .. steps, or of the steady state for all."""
+        plant = self.plant
+        if steps is None:
+            return [equivalent_noise(plant).X]
+        X = plant.P0 + np.outer(plant.x0, plant.x0)
+        found = [X]
+        for i in range(steps):
+            if i or self.observer.steps is None or plant.P0_is == "posterior":
+                A = plant.at(i).A
+                X = symmetrise(A @ X @ A.T + noise_at(plant, i, X).Q)
+            found.append(X)
+        return found
+
+    def noise(self, i):
+        """Covariances of all that acts as w and v at instant i."""
+        X = None if self.moments is None else self.moments[i]
+        _, Q, S, R = noise_at(self.plant, i, X)
+        return dict(Q=Q, S=S, R=R)
+
+    def matrices(self, k):
+        """Arguments of the error recursion at row k, T_next held beyond the end."""
+        o, N = self.observer, self.observer.steps
+        F, _, D, P, V, _ = o.at(k)
+        T_next = o.T if N is None else o.T[min(k + 1, N - 1)]
+        return dict(F=F, D=D, T_next=T_next, P=P, V=V) | self.noise(self.instant(k))
+
+    def instant(self, k):
+        return k if self.observer.steps is None else k + 1
+
+    def first_sample(self):
+        """T, and the mean and a factor of the covariance of x, at row 0."""
+        o, plant = self.observer, self.plant
+        if o.steps is None:
+            return o.T, plant.x0, factor(plant.P0)
+        A, _, Q = plant.first_step()
+        if plant.P0_is == "posterior":
+            Q = self.noise(0)["Q"]
+        spread = np.concatenate([A @ factor(plant.P0), factor(Q)], axis=1)
+        return o.T[0], A @ plant.x0, spread
+
+    def start(self):
+        """A factor of E[eps eps'] at row 0: z is fixed, x has a mean and a spread."""
+        T, mean, spread = self.first_sample()
+        return np.column_stack([T @ spread, self.observer.z0 - T @ mean])
+
+    def over(self, steps):
+        L, varying = self.observer.L, self.observer.steps is not None
+        out = [L @ self.plant.P0 @ L.T] if varying else []
+        return np.stack(out + [H @ H.T for H, _ in self.factors(steps)])
+
+    def factors(self, steps):
+        """A factor of E[e e'] at each row of the observer, and what it is made of.
+
+        In factors what is singular needs no repair.
+        """
+        step, rows = kernels.root("error"), steps + (self.observer.steps is None)
+        H, noise = self.start(), None
+        for k in range(rows):
+            given = self.matrices(k)
+            Q, S, R = (given.pop(name) for name in "QSR")
+            if noise is None or self.plant.steps is not None or self.moments:
+                noise = factor(np.block([[Q, S], [S.T, R]]))
+            given |= dict(H=H, Nw=noise[: len(Q)], Nv=noise[len(Q) :])
+            new = step(**given)
+            yield np.concatenate([new["shown"], new["drawn"]], axis=1), given
+            H = shorten(np.concatenate([new["moved"], new["drive"]], axis=1))
+
+    def steady(self):
+        given = self.matrices(0)
+        F, P, V = given["F"], given.pop("P"), given.pop("V")
+        _require_decay(F, self.whose)
+        drive = kernels.error_recursion("X_next")(X=np.zeros_like(F), **given)
+        X = lyapunov(F, drive["X_next"])
+        return kernels.error_recursion("Sigma")(P=P, V=V, R=given["R"], X=X)["Sigma"]
+
+
+class _Joint(_Exact):
+    """State and error together, for an observer whose error depends on the state.
+
+    With s = [x; eps], s+ = [[A, 0], [-N1, F]] s + [[0, I], [D, -T+]] [v; w] and
+    e = [N3, P] s + V v; N1, N3 are the dynamics and output residuals.  This is the
+    same recursion with F, D, T+, P replaced by those blocks.
+    """
+
+    whose = "the observer does not fit this plant, and its error"
+
+    def matrices(self, k):
+        o, plant = self.observer, self.plant
+        i = plant.at(self.instant(k))
+        given = super().matrices(k)
+        F, G, D, P, V, W = o.at(k)
+        T = o.T if o.steps is None else o.T[k]
+        N1, _, N3, _ = residuals(
+            i.A, i.B, i.C, i.E, o.L, F, G, D, P, V, W, T, given["T_next"]
+        )
+        n, r = plant.n, o.order
+        return given | dict(
+            F=np.block([[i.A, np.zeros((n, r))], [-N1, F]]),
+            D=np.vstack([np.zeros((n, plant.p)), D]),
+            T_next=np.vstack([-np.eye(n), given["T_next"]]),
+            P=np.hstack([N3, P]),
+        )
+
+    def start(self):
+        T, mean, spread = self.first_sample()
+        both = np.vstack([np.eye(len(mean)), -T])
+        mean = np.concatenate([mean, self.observer.z0 - T @ mean])
+        return np.column_stack([both @ spread, mean])
+
+
+def _require_decay(F, whose):
+    poles = np.linalg.eigvals(F)
+    bad = poles[np.abs(poles) >= 1]
+    if bad.size:
+        raise DesignError(
+            f"no steady state: {whose} has the mode {modes(bad)} on or outside the "
+            "unit circle. Give steps, or use another observer."
+        )
+
+
+def multiply_adds(observer):
+    """Multiply-adds of one step of a constant observer: entries that are not 0 or 1.
+
+    A zero costs nothing and a one no multiplication but an addition, which is
+    counted; the figure is the number of nonzero entries of F, G, D, P, V, W less one
+    for each row of w^ that is a bare copy of one signal.  An entry below 1e-10 of the
+    largest of its matrix is rounding and counts as zero.
+
+    Examples
+    --------
+    >>> import luenberger as lb
+    >>> lb.multiply_adds(lb.Observer([[0.5]], [[1]], [[2]], [[0], [1]], [[1], [2]],
+    ...                              T=[[-2, 1]], L=[[1, 0], [0, 1]]))
+    5
+    """
+    expect(observer=observer)
+    o = observer
+    if o.steps is not None:
+        raise ValueError("the count is of a constant observer; take one row's worth")
+    F, G, D, P, V, W = (_rounded(X) for X in (o.F, o.G, o.D, o.P, o.V, o.W))
+    work = sum(np.count_nonzero(X) for X in (F, G, D))
+    for row in np.hstack([P, V, W]):
+        entries = row[row != 0]
+        copied = len(entries) == 1 and entries[0] == 1
+        work += 0 if copied else len(entries)
+    return int(work)
+
+
+def without_rounding(observer):
+    """The observer without what `multiply_adds` takes for rounding."""
+    exact = {k: _rounded(getattr(observer, k)) for k in "FGDPVW"}
+    return dataclasses.replace(observer, **exact)
+
+
+def _rounded(X):
+    """X with entries that are rounding set to 0, and those a rounding off +-1 to it."""
+    X = np.where(np.abs(X) <= NEGLIGIBLE * np.abs(X).max(initial=0), 0.0, X)
+    for one in (1.0, -1.0):
+        X = np.where(np.abs(X - one) <= NEGLIGIBLE, one, X)
+    return X

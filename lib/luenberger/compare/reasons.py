@@ -1,0 +1,163 @@
+"""Why one design is recommended, in plain sentences."""
+
+import numpy as np
+
+from ..show import number
+from .attempts import first_least
+
+
+def reasons(table, tolerance):
+    """The rule, what the design costs and saves, and what was passed over."""
+    chosen = table.recommended(tolerance)
+    if table.yardstick is None:
+        return [*_without_accuracy(table, chosen), *_remark(chosen)]
+    return [
+        _rule(table, tolerance),
+        *_price(table, chosen),
+        *_remark(chosen),
+        *_passed_over(table, chosen, tolerance),
+        _next_smaller(table, chosen),
+    ]
+
+
+def count(size, noun):
+    """ "no states", "1 state", "2 states"."""
+    return f"{size or 'no'} {noun}{'' if size == 1 else 's'}"
+
+
+def above(excess):
+    """ "3.00 % above", "12 times"."""
+    return percent(excess) + (" above" if excess < 10 else "")
+
+
+def sigma(design):
+    """Standard deviations of what a design estimates."""
+    return np.sqrt(design.variances)
+
+
+def ranking(table):
+    """What designs are ranked by."""
+    return "error trace" if table.k is None else "error variance of k x"
+
+
+def _rule(table, tolerance):
+    return (
+        "The rule: the fewest multiply-adds per step among the designs whose "
+        f"{ranking(table)} is at most {number(100 * tolerance)} % above the smallest."
+    )
+
+
+def _price(table, chosen):
+    best, what = table.yardstick, ranking(table)
+    if chosen is best:
+        yield (
+            f"It is the most accurate design of all, with the {what} "
+            f"{number(best.error, 5)}, and no lighter one comes near enough."
+        )
+        return
+    excess = table.excess(chosen)
+    if excess == 0:
+        yield f"Nothing is lost: its {what} is that of the {best.name}."
+    else:
+        yield (
+            f"Its {what} is {number(chosen.error, 5)}, {above(excess)} the "
+            f"{number(best.error, 5)} of the most accurate design ({best.name})."
+        )
+    yield _saving(chosen, best)
+    if excess > 0 and chosen.whole and best.whole:
+        k, ratio = worst_state(chosen, best)
+        yield (
+            f"The state that loses most is {table.plant.state_names[k]}: its standard "
+            f"deviation grows by {percent(ratio - 1)}."
+        )
+
+
+def _saving(chosen, best):
+    saved = 1 - chosen.work / best.work if best.work else 0.0
+    less = f"{100 * abs(saved):.0f} % {'less' if saved >= 0 else 'more'}"
+    return (
+        f"It runs with {count(chosen.order, 'observer state')} instead of {best.order} "
+        f"and {chosen.work} multiply-adds a step instead of {best.work}, {less}."
+    )
+
+
+def worst_state(chosen, best):
+    """Index of the state whose standard deviation grows most, and the ratio."""
+    new, old = sigma(chosen), sigma(best)
+    ratio = np.where(old > 1e-12 * old.max(), new / np.where(old > 0, old, 1), 1.0)
+    return int(np.argmax(np.round(ratio, 9))), float(ratio.max())
+
+
+def _remark(chosen):
+    if not chosen.exact:
+        yield (
+            "It is not exact: it lets the state disturb the estimate where that costs "
+            "less than noise would. It is the best of its order as long as the plant "
+            "and its noise are as the model says."
+        )
+    if chosen.note:
+        yield chosen.note
+
+
+def _passed_over(table, chosen, tolerance):
+    """Designs that the rule would prefer if a known input did not disturb them."""
+    lighter = [
+        one
+        for one in table.ranked
+        if one not in table.eligible
+        and table.excess(one) <= tolerance
+        and one.work < chosen.work
+    ]
+    if lighter:
+        least = min(lighter, key=lambda one: one.work)
+        yield (
+            f"Passed over: {least.name}, with {least.work} multiply-adds a step. Its "
+            "error is as small only while the known input is zero."
+        )
+
+
+def _next_smaller(table, chosen):
+    smaller = [one for one in table.ranked if one.order < chosen.order]
+    if not smaller:
+        return "No design has fewer observer states."
+    least = first_least(smaller, "error")
+    excess = table.excess(least)
+    beside = f"{above(excess)} the smallest"
+    if excess == np.inf:
+        beside = "and the smallest is 0"
+    return (
+        f"With fewer observer states the best is {least.title}: its "
+        f"{ranking(table)} is {number(least.error, 5)}, {beside}."
+    )
+
+
+def _without_accuracy(table, chosen):
+    plant = table.plant
+    if plant.dt == 0:
+        why = "The plant is in continuous time, where no error variance is computed"
+    else:
+        why = "The plant has no noise covariances Q and R to weigh accuracy by"
+    yield f"{why}."
+    yield "The rule: the fewest multiply-adds, among equals the least noise gain."
+    work = f"It takes {chosen.work} multiply-adds and {count(chosen.order, 'state')}"
+    if chosen.noise_gain is None:
+        yield f"{work}."
+        return
+    yield f"{work}; its noise gain is {number(chosen.noise_gain, 4)}."
+    calm = first_least(table.designs, "noise_gain")
+    if calm.noise_gain < chosen.noise_gain * (1 - 1e-9):
+        yield (
+            f"The least noise gain has {calm.name}: {number(calm.noise_gain, 4)}, with "
+            f"{calm.work} multiply-adds. Give Q and R to have noise weighed."
+        )
+
+
+def percent(excess, digits=4):
+    """A fraction as text; empty where not known."""
+    if excess is None:
+        return ""
+    if not np.isfinite(excess):
+        return "unbounded"
+    if excess < 10:
+        return f"{100 * excess:.2f} %"
+    return f"{number(1 + excess, digits)} times"

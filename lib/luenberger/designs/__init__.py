@@ -1,1 +1,0 @@
-"""Design functions, one module per method: plant and wishes in, Observer out."""

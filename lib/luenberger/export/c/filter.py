@@ -1,0 +1,300 @@
+"""A plant's filter in C: the estimate, its gain and its covariance at every sample."""
+
+import dataclasses
+import re
+
+import numpy as np
+
+from ...errors import DesignError
+from ...kernels import lowered
+from ...kernels.program import Factor
+from ...numeric.linalg import symmetrise
+from ...recursion.settings import Settings, require_start
+from ...run.filter_data import filter_data
+from . import source_and_header
+from .function_body import Cost, Module
+from .identifiers import quoted, representable
+from .observer import inputs
+from .repair import operations, repair, settle, settling, undriven
+
+FULL = {k: k for k in ("C", "R", "E", "Gamma", "A", "B", "J", "As")} | {"Q": "Qs"}
+MOVES = ["J", "As", "Q"]  # what S makes of the outputs that arrived
+RESULTS = {"x_minus_next": "state->x_minus", "Omega_next": "state->Omega"}
+PLANT = {"A": "A", "Q_all": "Q", "C_all": "C", "E_all": "E", "R_all": "R"}
+
+
+def texts(plant, m1, weight, name, real):
+    """The two files of a plant's filter, by name."""
+    settings = _settings(plant, m1, weight, real)
+    filter_ = _Filter(settings, Module(name, real))
+    module, n = filter_.module, settings.plant.n
+    u, y = inputs(plant.m, plant.p)
+    y = np.array(y)
+    y[4::5, 0], y[7::9] = np.nan, np.nan  # one missing, all missing
+    expected = filter_data(settings.plant, y, u, m1=settings.accurate, weight=weight)
+    body = source_and_header.source(module, filter_.functions)
+    body += "\n" + source_and_header.selftest(module, u, y, expected.x)
+    accurate = ", ".join(quoted(plant.output_names[k]) for k in settings.accurate)
+    head = source_and_header.header(
+        module,
+        f"The filter of {n} states"
+        + (f", {accurate} taken at their word." if accurate else " (Kalman)."),
+        EQUATIONS,
+        plant.dt,
+        source_and_header.Signals(
+            plant.input_names, plant.output_names, plant.state_names
+        ),
+        [
+            ("x_minus", n, "x^ of the next sample before it is used"),
+            ("Omega", n * n, "its error covariance, row by row"),
+            ("Sigma", n * n, "error covariance of what, for reading"),
+        ],
+        [*NOTES, *source_and_header.cost_notes(module, n + 2 * n * n, filter_.costs)],
+    )
+    return source_and_header.stamped(name, head, body)
+
+
+EQUATIONS = [
+    "M = C Omega C' + R,  Kmv = Omega C' M^-1            (33)",
+    "K = Kmv + Gamma - Gamma C Kmv                       (33)",
+    "Sigma = (I - K C) Omega (I - K C)' + K R K'         (27)",
+    "x^ = x_minus + K (y - E u - C x_minus)              (43)",
+    "Omega[i+1] = As Sigma As' + Q                       (44)",
+    "x_minus[i+1] = A x^ + B u + J (y - E u - C x^)      (43)",
+]
+NOTES = [
+    "NaN in y: not measured; the others are used.  A number that is infinite is",
+    "refused, and so is a sample whose M is singular to working precision.",
+    "Before the first step the state is the prediction of that sample, with no input",
+    "before it, and Sigma is Omega.",
+]
+
+
+def _settings(plant, m1, weight, real):
+    """What the filter needs, in the numbers that the device has; or a refusal."""
+    if plant.steps is not None:
+        raise DesignError(
+            "the plant varies with time, and a device has no room for its matrices at "
+            "every instant; give a constant plant"
+        )
+    if plant.p == 0:
+        raise DesignError("the plant has no outputs, so there is nothing to filter")
+    if isinstance(weight, str):
+        raise DesignError(
+            "weight='canonical' depends on which outputs arrive; give the matrix"
+        )
+    narrow = {k: representable(k, getattr(plant, k), real) for k in "ABCE"}
+    settings = Settings(dataclasses.replace(plant, **narrow), m1, weight)
+    require_start(plant)
+    blind = settings.at(0).blind
+    if blind.size:
+        part = np.abs(blind).max(axis=1) > 1e-9
+        which = [plant.output_names[k] for k in np.flatnonzero(part)]
+        raise DesignError(
+            f"the outputs {which} carry no noise, alone or combined, and what is then "
+            "known exactly is a decision about rank that a device cannot take safely. "
+            "Give them noise in R, or export reduced_order_filter(plant, m1), whose "
+            "gain is constant."
+        )
+    return settings
+
+
+class _Filter:
+    """The functions of one filter, and what a sample costs."""
+
+    def __init__(self, settings, module):
+        self.settings, self.plant, self.module = settings, settings.plant, module
+        plant, now = self.plant, settings.at(0)
+        self.sizes = {"n": plant.n, "p": plant.p, "m": plant.m}
+        self.cross = plant.S is not None and bool(plant.S.any())
+        weight = np.eye(plant.n) if settings.weight is None else settings.weight
+        whole = {k: getattr(plant, field) for k, field in PLANT.items()}
+        whole["S_all"] = plant.S if self.cross else np.zeros((plant.n, plant.p))
+        whole["Inverse"] = symmetrise(np.linalg.inv(weight))
+        full = {k: getattr(now, field) for k, field in FULL.items()}
+        self.full, self.whole = (
+            {k: representable(k, X, module.real) for k, X in matrices.items()}
+            for matrices in (full, whole)
+        )
+        self.guarded = bool(settings.accurate) or undriven(now.As, now.Qs)
+        complete, lean = self.complete()
+        predict, after = self.predict()
+        partial, before = self.partial()
+        n = plant.n
+        settled, mended = (
+            settle(module, self.full["As"], self.full["Q"]),
+            repair(module, n),
+        )
+        self.functions = [self.init(), settled, complete, mended, predict, partial]
+        self.functions.append(self.step())
+        some = before + after
+        rare = Cost(some.operations + operations(n), 0, some.stack + n * (2 * n + 1))
+        self.costs = {
+            "a sample with every output": lean,
+            "one with outputs missing": some,
+            "one after which rounding left Sigma indefinite": rare,
+        }
+
+    def complete(self):
+        """Every output arrived: the fast way, which gives up where it must."""
+        program = lowered(
+            "leondes_novak.on_target",
+            "complete_sample",
+            ["x", "Sigma", "x_minus_next", "Omega_next"],
+            zero=_zero(self.full),
+            symmetric=("Q", "R", "Omega"),
+            definite=[Factor("Sigma", 0.0)] if self.guarded else (),
+            same=() if self.cross else [("As", "A")],
+        )
+        places = {k: f"state->{k}" for k in ("x_minus", "Omega")}
+        return self.function(
+            "complete",
+            program,
+            self.full,
+            places,
+            RESULTS | {"x": "what", "Sigma": "state->Sigma"},
+            after=[self.settled()],
+        )
+
+    def settled(self, given=False):
+        """The call that clears Omega of rounding; are As and Q the function's own?"""
+        prefix = "" if given else f"{self.module.name}_settle_"
+        which = f"state->Omega, state->Sigma, {prefix}As, {prefix}Q"
+        return f"    {self.module.name}_settle({which});"
+
+    def partial(self):
+        """Some did not: matrices for those that did, update, repair, predict."""
+        p, name, real = self.plant.p, self.module.name, self.module.real
+        zero, one = map(self.module.number, (0.0, 1.0))
+        outputs = ["x", "Sigma"] + (["rho", *MOVES] if self.cross else [])
+        accurate = self.settings.accurate
+        program = lowered(
+            "leondes_novak.on_target",
+            "partial_sample",
+            outputs,
+            zero=_zero(self.whole) + ([] if accurate else ["Taken"]),
+            symmetric=("Q_all", "R_all", "Inverse", "Omega"),
+        )
+        n = self.plant.n
+        local = {k: {"rho": p, "J": n * p}.get(k, n * n) for k in outputs[2:]}
+        before = [
+            f"    {real} Seen[{p * p}] = {{0}}, Taken[{p * p}] = {{0}}, came[{p}];",
+            *(f"    {real} {k}_now[{size}];" for k, size in local.items()),
+            f"    for (int i = 0; i < {p}; i++) {{",
+            f"        Seen[i * {p + 1}] = isnan(y[i]) ? {zero} : {one};",
+            f"        came[i] = isnan(y[i]) ? {zero} : y[i];",
+            "    }",
+            *(f"    Taken[{k * (p + 1)}] = Seen[{k * (p + 1)}];" for k in accurate),
+            *([] if accurate else ["    (void)Taken;"]),
+        ]
+        rest = "".join(f", {k}_now" for k in local)
+        after = [
+            f"    {name}_semidefinite(state->Sigma, state->Omega);",
+            f"    {name}_predict(state, u, what{rest});",
+        ]
+        results = {k: f"{k}_now" for k in local} | {
+            "x": "what",
+            "Sigma": "state->Sigma",
+        }
+        places = {"y": "came"} | {k: f"state->{k}" for k in ("x_minus", "Omega")}
+        text, cost = self.function(
+            "partial", program, self.whole, places, results, before, after
+        )
+        cost.stack += 2 * p * p + p + sum(local.values())
+        return text, cost
+
+    def predict(self):
+        """From Sigma and x of this sample to the next."""
+        moves = [] if not self.cross else MOVES
+        constants = {k: X for k, X in self.full.items() if k not in moves}
+        program = lowered(
+            "leondes_novak.on_target",
+            "predict",
+            list(RESULTS),
+            zero=[k for k in _zero(constants) if k in "A As B J Q".split()],
+            symmetric=("Q", "Sigma"),
+            same=() if self.cross else [("As", "A")],
+        )
+        given = ["u", "x", *(["rho", *moves] if moves else [])]
+        return self.function(
+            "predict",
+            program,
+            constants,
+            {"Sigma": "state->Sigma"},
+            RESULTS,
+            after=[self.settled(given=self.cross)],
+            given=given,
+        )
+
+    def function(
+        self, what, program, constants, places, results, before=(), after=(), given=None
+    ):
+        """A static C function around a program, and its cost."""
+        from ...kernels.c import C
+
+        name, real, to = self.module.name, self.module.real, C(self.module.real)
+        n, p = self.plant.n, self.plant.p
+        lengths = {"x": n, "x_minus_next": n, "rho": p, "J": n * p}
+        results = {k: (results[k], lengths.get(k, n * n)) for k in program.results}
+        cost = self.module.steps(program, self.sizes, to, constants, places, results)
+        cost.operations += settling(n) if "Omega_next" in results else 0
+        arguments = [f"{name}_state *state"]
+        arguments += [f"const {real} {k}[]" for k in given or ("u", "y")]
+        arguments += [f"{real} what[]"] if given is None else []
+        unused = [k for k in given or ("u", "y") if k not in program.given]
+        around = " ".join([*before, *after])
+        unused = [k for k in unused if not re.search(rf"\b{k}\b", around)]
+        kind, end = ("int", ["    return 0;"]) if given is None else ("void", [])
+        lines = [f"static {kind} {name}_{what}({', '.join(arguments)})", "{"]
+        lines += [f"    (void){k};" for k in unused]
+        return "\n".join([*lines, *before, *to.lines, *after, *end, "}", ""]), cost
+
+    def init(self):
+        plant, number = self.plant, self.module.number
+        A, _, Q = plant.first_step()
+        x, Omega = A @ plant.x0, symmetrise(A @ plant.P0 @ A.T + Q)
+        x, Omega = (representable("P0", X, self.module.real) for X in (x, Omega))
+        name, size = self.module.name, Omega.size
+        return "\n".join(
+            [
+                f"void {name}_init({name}_state *state)",
+                "{",
+                f"    static const {self.module.real} Omega[{size}] = "
+                f"{self.module.numbers(Omega)};",
+                *(f"    state->x_minus[{k}] = {number(v)};" for k, v in enumerate(x)),
+                f"    for (int i = 0; i < {size}; i++) {{",
+                "        state->Omega[i] = Omega[i];",
+                "        state->Sigma[i] = Omega[i];",
+                "    }",
+                "}",
+                "",
+            ]
+        )
+
+    def step(self):
+        name, p, m = self.module.name, self.plant.p, self.plant.m
+        finite = [
+            f"    for (int i = 0; i < {m}; i++) {{",
+            "        if (!isfinite(u[i])) return 1;",
+            "    }",
+        ]
+        return "\n".join(
+            [
+                source_and_header.prototype(self.module),
+                "{",
+                "    int all = 1;",
+                *(finite if m else []),
+                f"    for (int i = 0; i < {p}; i++) {{",
+                "        if (isinf(y[i])) return 1;",
+                "        if (isnan(y[i])) all = 0;",
+                "    }",
+                f"    if (all && {name}_complete(state, u, y, what) == 0) return 0;",
+                f"    return {name}_partial(state, u, y, what);",
+                "}",
+                "",
+            ]
+        )
+
+
+def _zero(given):
+    return [k for k, X in given.items() if not X.any()]

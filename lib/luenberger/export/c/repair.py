@@ -1,0 +1,150 @@
+"""The C form of `factors.semidefinite`: no variance below zero, whatever rounding did.
+
+A device carries the covariance itself, not a factor.  Where a row of As annihilates
+what is uncertain, rounding leaves a variance of its own size; judged by itself it
+would look like any small one.  So Omega is settled when it is made, against what it
+was made of, and Sigma is repaired beside Omega: Cholesky with pivots, the rest cut off.
+"""
+
+import numpy as np
+
+from ...errors import DesignError
+from ...numeric.detectability import require_detectable
+
+
+def undriven(As, Q):
+    """Whether a mode that does not decay has no noise to drive it.
+
+    A Kalman filter without such a mode forgets what rounding did to its covariance.
+    With one, a negative variance may run away, so definiteness is then tested at
+    every sample; for accurate outputs it always is.
+    """
+    try:
+        require_detectable(As.T, Q)
+    except DesignError:
+        return True
+    return False
+
+
+def operations(n):
+    """Operations of the repair at the most, its square roots among them."""
+    return n**3 // 3 + n * (2 * n * n + 3 * n) + n * n * (n + 4)
+
+
+def settling(n):
+    """Operations of `settle`."""
+    return n * (3 * n + 2)
+
+
+def repair(module, n):
+    """A static C function that repairs Sigma in place where it is not definite."""
+    return _written(DEFINITE + REPAIR, module, n)
+
+
+def settle(module, As, Q):
+    """A static C function that clears Omega of rounding, and the matrices it takes."""
+    given = {"AS": module.numbers(As), "Q": module.numbers(Q)}
+    return _written(SETTLE, module, len(As), given)
+
+
+def _written(text, module, n, given=()):
+    """A text with its words put in; rounding is some of the device's, for n terms."""
+    suffix = "f" if module.real == "float" else ""
+    eps = float(np.finfo(np.float32 if suffix else float).eps)
+    words = dict(given) | {
+        "NAME": module.name,
+        "REAL": module.real,
+        "NEGLIGIBLE": module.number(10 * eps * n),
+        "ONE": module.number(1.0),
+        "SQRT": f"sqrt{suffix}",
+        "NEXT": str(n + 1),
+        "NN": str(n * n),
+        "N": str(n),
+    }
+    for word, value in words.items():
+        text = text.replace(f"@{word}@", value)
+    return text
+
+
+DEFINITE = """\
+static int @NAME@_definite(const @REAL@ Sigma[])
+{
+    @REAL@ L[@NN@];
+    for (int i = 0; i < @NN@; i++) L[i] = Sigma[i];
+    for (int k = 0; k < @N@; k++) {
+        if (!(L[k * @N@ + k] > 0)) return 0;
+        for (int i = k + 1; i < @N@; i++) {
+            const @REAL@ s = L[k * @N@ + i] / L[k * @N@ + k];
+            for (int j = i; j < @N@; j++) L[i * @N@ + j] -= s * L[k * @N@ + j];
+        }
+    }
+    return 1;
+}
+
+"""
+
+REPAIR = """\
+/* Sigma without directions that are negative or rounding, beside Omega and itself. */
+static void @NAME@_semidefinite(@REAL@ Sigma[], const @REAL@ Omega[])
+{
+    @REAL@ X[@NN@], H[@NN@] = {0}, scale[@N@];
+    if (@NAME@_definite(Sigma)) return;
+    for (int i = 0; i < @N@; i++) {
+        const @REAL@ variance = Omega[i * @NEXT@] + Sigma[i * @NEXT@];
+        scale[i] = variance > 0 ? @SQRT@(variance) : @ONE@;
+    }
+    for (int i = 0; i < @N@; i++) {
+        for (int j = 0; j < @N@; j++) {
+            X[i * @N@ + j] = Sigma[i * @N@ + j] / scale[j] / scale[i];
+        }
+    }
+    for (int k = 0; k < @N@; k++) {
+        int at = 0;
+        @REAL@ root;
+        for (int i = 1; i < @N@; i++) {
+            if (X[i * @NEXT@] > X[at * @NEXT@]) at = i;
+        }
+        if (!(X[at * @NEXT@] > @NEGLIGIBLE@)) break;
+        root = @SQRT@(X[at * @NEXT@]);
+        for (int i = 0; i < @N@; i++) H[i * @N@ + k] = X[i * @N@ + at] / root;
+        for (int i = 0; i < @N@; i++) {
+            for (int j = 0; j < @N@; j++) {
+                X[i * @N@ + j] -= H[i * @N@ + k] * H[j * @N@ + k];
+            }
+        }
+        X[at * @NEXT@] = 0;
+    }
+    for (int i = 0; i < @N@; i++) {
+        for (int j = i; j < @N@; j++) {
+            @REAL@ s = 0;
+            for (int k = 0; k < @N@; k++) s += H[i * @N@ + k] * H[j * @N@ + k];
+            s *= scale[i] * scale[j];
+            Sigma[i * @N@ + j] = s;
+            Sigma[j * @N@ + i] = s;
+        }
+    }
+}
+"""
+
+SETTLE = """\
+static const @REAL@ @NAME@_settle_As[@NN@] = @AS@;
+static const @REAL@ @NAME@_settle_Q[@NN@] = @Q@;
+
+/* Omega without variances that are rounding of what they were made of. */
+static void @NAME@_settle(@REAL@ Omega[], const @REAL@ Sigma[],
+                          const @REAL@ As[], const @REAL@ Q[])
+{
+    for (int i = 0; i < @N@; i++) {
+        @REAL@ size = Q[i * @NEXT@];
+        for (int k = 0; k < @N@; k++) {
+            size += As[i * @N@ + k] * As[i * @N@ + k] * Sigma[k * @NEXT@];
+        }
+        if (Omega[i * @NEXT@] > @NEGLIGIBLE@ * size) continue;
+        for (int k = 0; k < @N@; k++) {
+            Omega[i * @N@ + k] = 0;
+            Omega[k * @N@ + i] = 0;
+        }
+    }
+}
+
+"""

@@ -1,0 +1,266 @@
+"""A CSV file of numbers, read a piece at a time: memory does not grow with the file.
+
+A piece that is plain (no quotes, equally many cells in every line) is parsed by NumPy.
+Any other is read cell by cell, which is slower and finds the line and the column at
+fault.  Both give the same numbers.
+"""
+
+import csv
+import io
+import math
+import re
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..errors import short
+from .json_files import named
+
+PIECE = 1 << 18  # bytes that are parsed at once
+LINE = 1 << 20  # bytes of the longest line; a longer one is not of a table
+SEPARATORS = {";": "semicolons", "\t": "tabs", "|": "bars"}
+GAP = re.compile("(?<![^,\n])(?=[,\n])")  # where a cell is empty
+UTF16 = (b"\xff\xfe", b"\xfe\xff")
+
+
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """Consecutive rows of a table.
+
+    Attributes
+    ----------
+    lines : (N,) sequence of int
+        The line of the file that each row is on.
+    carried : list of str
+        The cells of the column that is only carried along, as CSV; or empty.
+    values : (N, k) ndarray
+        The wanted columns, in the order in which they were asked for.
+    """
+
+    lines: range | list
+    carried: list
+    values: np.ndarray
+
+
+class Table:
+    """The rows of an open CSV file.
+
+    Parameters
+    ----------
+    file : binary file
+    where : str or Path
+        What messages call it.
+    piece : int
+        Bytes to parse at once, at most `LINE`.
+
+    Attributes
+    ----------
+    header : list of str
+        Names of the columns, from the first line that is not blank.
+    """
+
+    def __init__(self, file, where, piece=PIECE):
+        self.file, self.where, self.piece = file, where, piece
+        self.line, self.blank = 0, None
+        self.header = self._read_header()
+
+    def _read_header(self):
+        while raw := self._read(self.file.readline, LINE + 1):
+            self.line += 1
+            if self.line == 1 and raw.startswith(UTF16):
+                raise ValueError(f"{self.where}: this is UTF-16; save it as UTF-8")
+            raw = raw.removeprefix(b"\xef\xbb\xbf") if self.line == 1 else raw
+            _require_line(self.where, self.line, len(raw.rstrip(b"\r\n")))
+            if cells := self._cells(self.line, raw):
+                return [cell.strip() for cell in cells]
+        raise ValueError(f"{self.where}: the file is empty")
+
+    def rows(self, wanted, may_miss=(), carry=None):
+        """Yield the rows that follow the header, as `Rows`.
+
+        Parameters
+        ----------
+        wanted : sequence of str
+            Columns of numbers; blanks around their names do not count.
+        may_miss : collection of str
+            Those in which a cell may be empty or `nan`; both give NaN.
+        carry : str, optional
+            A column of any text.
+
+        Raises
+        ------
+        ValueError
+            Naming the line, and the column where it is a cell that is wrong.
+        """
+        place = {name: j for j, name in enumerate(self.header)}
+        places = [place[name.strip()] for name in wanted]
+        may_miss = np.array([name in may_miss for name in wanted], dtype=bool)
+        carry = place.get(carry)
+        none = True
+        for line, text in self._pieces():
+            found = self._plain(line, text, places, may_miss, carry)
+            if found is None:
+                found = self._careful(line, text, places, may_miss, carry)
+            if len(found.lines):
+                none = False
+                yield found
+        if none:
+            raise ValueError(
+                f"{self.where}: there are column names but no measurements"
+            )
+
+    def _pieces(self):
+        """Whole lines, about `piece` bytes of them, and the number of the first."""
+        line, rest = self.line + 1, b""
+        while block := self._read(self.file.read, self.piece):
+            cut = block.rfind(b"\n") + 1
+            first = block.find(b"\n") if cut else len(block)
+            _require_line(self.where, line, len(rest) + first)
+            if not cut:
+                rest += block
+                continue
+            text = rest + block[:cut]
+            yield line, text
+            line, rest = line + text.count(b"\n"), block[cut:]
+        if rest:
+            yield line, rest + b"\n"
+
+    def _read(self, how, size):
+        with named(self.where):
+            return how(size)
+
+    def _plain(self, line, text, places, may_miss, carry):
+        """The rows of a piece without anything unusual, or None."""
+        text, width = text.replace(b"\r\n", b"\n"), len(self.header)
+        odd = any(mark in text for mark in (b'"', b"\r", b"\0", b"\n\n"))
+        odd = odd or text.startswith(b"\n") or (self.blank and width == 1)
+        if odd or not (text.isascii() and places):
+            return None
+        codes = np.frombuffer(text, dtype=np.uint8)
+        ends = np.flatnonzero((codes == ord(",")) | (codes == ord("\n")))
+        if len(ends) % width:
+            return None
+        last = (codes[ends] == ord("\n")).reshape(-1, width)
+        if last[:, :-1].any() or not last[:, -1].all():
+            return None
+        text = text.decode("ascii")
+        gaps = ends[0] == 0 or (np.diff(ends) == 1).any()
+        full = GAP.sub("nan", text) if gaps else text
+        try:
+            values = np.loadtxt(
+                io.StringIO(full, newline="\n"), delimiter=",", comments=None,
+                usecols=places, ndmin=2,
+            )  # fmt: skip
+        except ValueError:
+            return None
+        if not (np.isfinite(values) | (np.isnan(values) & may_miss)).all():
+            return None
+        carried = [] if carry is None else _between(text, ends, carry, width)
+        return Rows(range(line, line + len(values)), carried, values)
+
+    def _careful(self, line, text, places, may_miss, carry):
+        """The same, cell by cell."""
+        lines, carried, values = [], [], []
+        for k, raw in enumerate(text.split(b"\n")[:-1], line):
+            cells = self._cells(k, raw)
+            if not cells:
+                self.blank = k
+                continue
+            self._require_width(k, cells)
+            lines.append(k)
+            carried += [] if carry is None else [as_csv(cells[carry].strip())]
+            values.append(
+                [
+                    number(self.where, k, self.header[j], cells[j], missing)
+                    for j, missing in zip(places, may_miss)
+                ]
+            )
+        values = np.array(values, dtype=float).reshape(len(lines), len(places))
+        return Rows(lines, carried, values)
+
+    def at(self, line):
+        """How messages begin."""
+        return f"{self.where}, line {line}"
+
+    def _require_width(self, line, cells):
+        if len(cells) != len(self.header):
+            raise ValueError(
+                f"{self.where}, line {line}: {len(cells)} cells, but the header names "
+                f"{len(self.header)} columns"
+            )
+        if self.blank and len(self.header) == 1:
+            raise ValueError(
+                f"{self.where}, line {self.blank}: blank, with more lines after it; "
+                "write nan for a measurement that is missing"
+            )
+
+    def _cells(self, line, raw):
+        """The cells of one line; of a blank one there are none."""
+        at = self.at(line)
+        if b"\0" in raw:
+            raise ValueError(f"{at}: a NUL byte, so this is not a CSV file")
+        try:
+            text = raw.decode("utf-8").removesuffix("\n").removesuffix("\r")
+        except UnicodeDecodeError as error:
+            byte = raw[error.start]
+            raise ValueError(
+                f"{at}: not UTF-8 text: the byte 0x{byte:02x}; save the file as UTF-8"
+            ) from None
+        if "\r" in text:
+            raise ValueError(f"{at}: a carriage return that does not end the line")
+        if not text.strip():
+            return []
+        if '"' not in text:
+            return text.split(",")
+        try:
+            return next(csv.reader([text], strict=True))
+        except csv.Error:
+            raise ValueError(
+                f"{at}: a quotation mark is not closed on its line, or text follows it"
+            ) from None
+
+
+def _require_line(where, line, size):
+    if size > LINE:
+        raise ValueError(
+            f"{where}, line {line}: longer than {LINE} bytes, so not a line of a table"
+        )
+
+
+def _between(text, ends, column, width):
+    """The text of one column, given where every cell ends."""
+    stops = ends[column::width]
+    starts = np.append(-1, ends)[column::width][: len(stops)] + 1
+    cuts = map(slice, starts.tolist(), stops.tolist())
+    return list(map(str.strip, map(text.__getitem__, cuts)))
+
+
+def number(where, line, name, text, may_miss=False):
+    """The number a cell holds, or NaN for one that may be missing and is."""
+    text = text.strip()
+    try:
+        value = float(text or "nan")
+    except ValueError:
+        value = math.inf
+    # float() also takes 1_0 and the digits of every script
+    if math.isfinite(value) and "_" not in text and text.isascii():
+        return value
+    if math.isnan(value) and may_miss:
+        return value
+    hint = "; write a point before the decimals" if "," in text else ""
+    raise ValueError(
+        f"{where}, line {line}: {short(name)} is {short(text)}, not a number{hint}"
+    )
+
+
+def as_csv(text):
+    """A cell as it stands in a CSV file."""
+    if any(mark in text for mark in ',"\r\n'):
+        return '"' + text.replace('"', '""') + '"'
+    return text
+
+
+def separator(header):
+    """What else than commas seems to separate the cells of a header, or None."""
+    only = header[0] if len(header) == 1 else ""
+    return next((name for mark, name in SEPARATORS.items() if mark in only), None)

@@ -1,0 +1,147 @@
+"""Frozen records: filling them after validation, and JSON as plain data."""
+
+import dataclasses
+import json
+
+import numpy as np
+
+from ..errors import few, short
+from . import atomic, json_files
+
+FORMAT = 1  # of the files; those without the key are from before it
+
+
+def fill(frozen, **values):
+    """Set fields of a frozen dataclass from within its __post_init__."""
+    for name, value in values.items():
+        object.__setattr__(frozen, name, value)
+
+
+def as_data(kind, frozen):
+    """A record as lists, numbers and strings, headed by what it is; None left out."""
+    data = {"luenberger": kind, "format": FORMAT}
+    for field in dataclasses.fields(frozen):
+        value = plain(getattr(frozen, field.name))
+        if value is not None and value != []:
+            data[field.name] = value
+    return data
+
+
+def plain(value):
+    if isinstance(value, np.ndarray) and np.iscomplexobj(value):
+        return {"real": value.real.tolist(), "imag": value.imag.tolist()}
+    if isinstance(value, np.ndarray):
+        # an empty matrix has lost a dimension as nested lists, so keep its shape
+        return value.tolist() if value.size else {"shape": list(value.shape)}
+    if isinstance(value, tuple | list):
+        return [plain(item) for item in value]
+    return value
+
+
+def write(path, data):
+    """Write JSON; an old file survives a failure."""
+    text = layout(data)
+    if len(text) > json_files.LARGEST * json_files.MIB:
+        raise ValueError(
+            f"{path}: this would be larger than the {json_files.LARGEST} MiB that are "
+            "read back; use numpy.savez for the matrices"
+        )
+    atomic.write(path, text)
+
+
+def layout(data):
+    """JSON text with one key, or one row of a matrix, to a line."""
+    lines = []
+    for key, value in data.items():
+        text = json.dumps(value, allow_nan=False)
+        if text.startswith("[["):
+            text = text.replace("], [", "],\n    [").replace("[[", "[\n    [", 1)
+            text = text.removesuffix("]") + "\n  ]"
+        lines.append(f"  {json.dumps(key)}: {text}")
+    return "{\n" + ",\n".join(lines) + "\n}\n"
+
+
+def kind(path):
+    """What a file says it holds, "plant" or "observer"; without a word, by its keys."""
+    data = json_files.json_object(path, "a record")
+    return data.get("luenberger", "observer" if "F" in data else "plant")
+
+
+def read(path, kind, cls):
+    """Read the JSON object of a record: known keys, lists, numbers and strings.
+
+    A "description" is a remark for readers of the file and left out.
+    """
+    data = json_files.json_object(path, _one(kind))
+    said = data.pop("luenberger", kind)
+    if said != kind:
+        raise ValueError(
+            f"{path}: this file does not hold {_one(kind)}: its key 'luenberger' says "
+            f"{short(said)}"
+        )
+    _check_format(path, data.pop("format", FORMAT))
+    about = data.pop("description", None)
+    if not isinstance(about, str | None):
+        raise ValueError(f"{path}: description must be text, got {short(about)}")
+    known = {field.name for field in dataclasses.fields(cls)} | {"description"}
+    unknown = sorted(set(data) - known)
+    if unknown:
+        raise ValueError(
+            f"{path}: unknown keys {few(unknown)}; {_one(kind)} has {sorted(known)}"
+        )
+    data = {key: value for key, value in data.items() if value is not None}
+    for key, value in data.items():
+        json_files.require_plain(f"{path}: {key}", value)
+    return {key: _array(path, key, value) for key, value in data.items()}
+
+
+def _check_format(path, number):
+    """Refuse a file of a later format: its keys may mean something else."""
+    if type(number) is not int or number < 1:
+        raise ValueError(f"{path}: format must be a whole number, got {short(number)}")
+    if number > FORMAT:
+        raise ValueError(
+            f"{path}: the file has format {number}, and this version of luenberger "
+            f"reads format {FORMAT}; update luenberger"
+        )
+
+
+def _one(kind):
+    return f"{'an' if kind[0] in 'aeiou' else 'a'} {kind}"
+
+
+def _numbers(path, key, value):
+    try:
+        array = np.array(value)
+    except ValueError:
+        array = np.array("ragged")
+    if array.size and array.dtype.kind not in "iuf":
+        raise ValueError(f"{path}: {key} must be an array of real numbers")
+    return array.astype(float)
+
+
+def _array(path, key, value):
+    """Turn {"shape": [0, n]} back into an empty array, {"real", "imag"} into a
+    complex one, also in a list of pairs of matrices; pass other data on.
+    """
+    if key == "multiplicative" and isinstance(value, list):
+        return [_array(path, key, one) for one in value]
+    if not isinstance(value, dict):
+        return value
+    if set(value) == {"real", "imag"}:
+        real, imag = (_numbers(path, key, value[k]) for k in ("real", "imag"))
+        if real.shape != imag.shape:
+            raise ValueError(
+                f"{path}: {key} has a real part of shape {real.shape} and an "
+                f"imaginary one of shape {imag.shape}"
+            )
+        both = np.empty(real.shape, dtype=complex)
+        both.real, both.imag = real, imag
+        return both
+    shape = value.get("shape")
+    if set(value) != {"shape"} or not isinstance(shape, list) or 0 not in shape:
+        raise ValueError(f"{path}: {key} must be numbers or lists, not an object")
+    sizes = all(type(size) is int and 0 <= size < 10**6 for size in shape)
+    if not sizes or len(shape) > 3:
+        raise ValueError(f"{path}: {key} has the shape {short(shape)}")
+    return np.zeros(shape)

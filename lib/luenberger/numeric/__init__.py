@@ -1,0 +1,5 @@
+"""Linear algebra on plain arrays: ranks, forms, roots, exact rationals, checks.
+
+What computes with arrays and numbers, and refuses what cannot be computed, enters
+here; it knows nothing of plants.  It uses `errors`, NumPy and SciPy.
+"""

@@ -1,0 +1,256 @@
+"""Validation shared by Plant and Observer: checked once, then frozen."""
+
+import math
+import re
+import sys
+import warnings
+from fractions import Fraction
+from numbers import Integral
+
+import numpy as np
+
+from ..errors import few, short
+
+ASYMMETRY_TOL = 1e-9  # |X - X'| relative to |X|: below it is rounding, above a mistake
+INDEFINITE_TOL = 1e-9  # a negative eigenvalue below this (unit diagonal) is rounding
+LARGEST = 10**8  # entries of a matrix that is left out
+EXACT = 100_000  # entries of the largest matrix that is also kept as Fractions
+WORDS = {"U": "text", "S": "text", "b": "truth values"}
+WORDS |= {"M": "times; count seconds from one of them", "m": "times; divide by a unit"}
+# line ends, terminal controls, reordering of text, and halves of characters
+STEERING = re.compile("[\x00-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
+
+
+def matrix(name, value, rows=None, cols=None, steps=False, field=float):
+    """Return `value` as a read-only array of the given shape.
+
+    With ``steps=True`` a leading time axis, (N, rows, cols), is accepted too; with
+    ``field=complex`` complex entries, and the array is complex if it has any.
+    """
+    array = numbers(name, value, field)
+    dims = (2, 3) if steps else (2,)
+    if array.ndim not in dims:
+        wanted = "a matrix, or a stack (N, ., .) of them" if steps else "a matrix"
+        raise ValueError(f"{name} must be {wanted}; it has shape {array.shape}")
+    got = array.shape[-2:]
+    want = tuple(g if w is None else w for g, w in zip(got, (rows, cols)))
+    if got != want:
+        raise ValueError(
+            f"{name} must be {want[0]} x {want[1]}, got {got[0]} x {got[1]}"
+        )
+    if array.ndim == 3 and len(array) == 0:
+        raise ValueError(f"{name} is time-varying but has no rows")
+    return freeze(array)
+
+
+def vector(name, value, size):
+    """Return `value` as a read-only float vector of the given size."""
+    array = numbers(name, value)
+    if array.shape != (size,):
+        raise ValueError(f"{name} must have shape ({size},), got {array.shape}")
+    return freeze(array)
+
+
+def numbers(name, value, field=float):
+    """Return a copy of `value`, which must be finite numbers, real or of `field`."""
+    wanted = "real numbers" if field is float else "real numbers (or complex)"
+    try:
+        array, missing = entries(value, field)
+    except (TypeError, ValueError, OverflowError) as error:
+        raise ValueError(f"{name} must be an array of {wanted}: {error}") from None
+    if field is complex and not array.imag.any():
+        array = array.real
+    array = np.array(array)
+    if not np.isfinite(array).all():
+        where = tuple(int(k) for k in np.argwhere(~np.isfinite(array))[0])
+        said = "missing" if missing[where] else array[where]
+        raise ValueError(
+            f"{name} has entries that are not finite: {name}{list(where)} is {said}"
+        )
+    return array
+
+
+def entries(value, field=float, truth=False):
+    """Return `value` as an array of `field`, perhaps itself, and where it is missing.
+
+    Missing is what a mask covers, None and pandas.NA; the array has NaN there.  Text
+    and times are refused, though NumPy would read them as numbers, and so are truth
+    values, unless `truth`.
+
+    Raises
+    ------
+    TypeError, ValueError, OverflowError
+        If something is not a number of that kind; it says what.
+    """
+    array = as_array(value)
+    missing, array = np.ma.getmask(array), np.ma.getdata(array)
+    kind, allowed = array.dtype.kind, "iuf" + "c" * (field is complex) + "b" * truth
+    if kind == "O":
+        absent = np.frompyfunc(_missing, 2, 1)(array, allowed)
+        missing = missing | np.asarray(absent, dtype=bool)
+        array = np.where(missing, np.nan, array)
+    elif kind not in allowed and array.size:
+        raise TypeError(f"its entries are {WORDS.get(kind, array.dtype.name)}")
+    if np.any(missing):
+        return np.where(missing, np.nan, array.astype(field)), missing
+    return array.astype(field, copy=False), np.broadcast_to(missing, array.shape)
+
+
+def as_array(value):
+    """`value` as NumPy takes it, masked if any part of it is."""
+    if not _is_masked(value):
+        return np.asarray(value)
+    with warnings.catch_warnings():  # of a masked scalar in a list, which becomes NaN
+        warnings.simplefilter("ignore", UserWarning)
+        return np.ma.array(value)
+
+
+def _is_masked(value):
+    if isinstance(value, list | tuple):
+        return any(map(_is_masked, value))
+    return isinstance(value, np.ma.MaskedArray)
+
+
+def _missing(one, allowed):
+    """Whether an entry of an object array is missing; TypeError if it is no number."""
+    if one is None or type(one).__name__ == "NAType":
+        return True
+    kind = np.asarray(one).dtype.kind
+    if type(one).__name__ == "NaTType" or hasattr(one, "isoformat"):
+        kind = "M"
+    if kind not in allowed + "O":
+        raise TypeError(f"among its entries are {WORDS.get(kind, type(one).__name__)}")
+    return False
+
+
+def zeros(name, shape):
+    """A default of zeros, unless sizes that come from other matrices are absurd."""
+    if math.prod(shape) > LARGEST:
+        size = " x ".join(map(str, shape))
+        raise ValueError(
+            f"{name} would be {size} zeros, by the sizes of the other matrices; give "
+            f"{name} if that is meant"
+        )
+    return np.zeros(shape)
+
+
+def covariance(name, value, size, steps=False):
+    """Return `value` as a read-only covariance matrix: symmetric, semi-definite.
+
+    Asymmetry and negative eigenvalues at the level of rounding are repaired or
+    accepted; larger ones are refused with their size.
+    """
+    array = np.array(matrix(name, value, size, size, steps))
+    with np.errstate(over="ignore"):  # of entries near the largest float
+        skew = np.abs(array - array.mT).max(initial=0.0)
+    scale = np.abs(array).max(initial=0.0)
+    if skew > ASYMMETRY_TOL * scale:
+        raise ValueError(
+            f"{name} must be symmetric: the largest |{name} - {name}'| is {skew:.3g}, "
+            f"{skew / scale:.1e} of its largest entry. "
+            f"Pass ({name} + {name}') / 2 if that is what is meant."
+        )
+    mean = 0.5 * array + 0.5 * array.mT  # their sum could overflow
+    array = np.where(array == array.mT, array, mean)
+    require_semidefinite(name, array)
+    return freeze(array)
+
+
+def require_semidefinite(name, array):
+    """Raise unless the symmetric `array` (or each of a stack) has no negative mode.
+
+    The test is made at unit diagonal, so units do not hide a small bad block.
+    """
+    if array.size == 0:
+        return
+    diagonal = np.diagonal(array, axis1=-2, axis2=-1)
+    unit = np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
+    with np.errstate(over="ignore"):
+        scaled = array / unit[..., :, None] / unit[..., None, :]
+    finite = np.isfinite(scaled).all()  # no entry of a covariance is then above 1
+    least = float(np.linalg.eigvalsh(scaled).min()) if finite else -np.inf
+    if least < -INDEFINITE_TOL:
+        raise ValueError(
+            f"{name} must be positive semi-definite: scaled to unit diagonal it has "
+            f"the eigenvalue {least:.3g}. No noise has this covariance; check signs "
+            "and off-diagonal entries."
+        )
+
+
+def freeze(array):
+    array.setflags(write=False)
+    return array
+
+
+def exact(value):
+    """Return `value` as an object array of Fractions, or None if it has a float.
+
+    Integers, Fractions and rationals of computer algebra (known by their integer
+    attributes p and q) are exact.  Of matrices too large for exact arithmetic to end
+    there are no Fractions, nor of masked ones.
+    """
+    try:
+        array = as_array(value)
+        other = array.dtype.kind in "fcMm" and array.size
+        if other or array.size > EXACT or np.ma.is_masked(array):
+            return None
+        array = np.array(value, dtype=object)
+    except ValueError:
+        return None
+    out = np.empty(array.shape, dtype=object)
+    for index, entry in np.ndenumerate(array):
+        if isinstance(entry, (Integral, Fraction)) and not isinstance(entry, bool):
+            out[index] = Fraction(entry if isinstance(entry, Fraction) else int(entry))
+        elif isinstance(getattr(entry, "p", None), Integral) and isinstance(
+            getattr(entry, "q", None), Integral
+        ):
+            out[index] = Fraction(int(entry.p), int(entry.q))
+        else:
+            return None
+    return freeze(out)
+
+
+def sample_time(dt):
+    """Return dt as a float: 0 for continuous time, else seconds per step."""
+    number = isinstance(dt, (int, float, np.integer, np.floating))
+    number = number and not isinstance(dt, (bool, np.timedelta64))
+    least, most = sys.float_info.min, sys.float_info.max  # NumPy's refuse a long int
+    if not number or not (dt == 0 or least <= dt <= most):
+        raise ValueError(
+            "dt must be 0 (continuous time) or a period in seconds, got " + short(dt)
+        )
+    return float(dt)
+
+
+def names(kind, value, size):
+    """Return `value` as a tuple of `size` different strings.
+
+    `kind` is e.g. "x state"; its letter makes the default names x1, x2, ...
+    """
+    letter, _, kind = kind.partition(" ")
+    if value is None:
+        return tuple(f"{letter}{k + 1}" for k in range(size))
+    listed = not isinstance(value, str) and np.iterable(value)
+    value = tuple(value) if listed else ()
+    if not listed or not all(isinstance(v, str) and v for v in value):
+        raise ValueError(f"{kind} names must be a list of non-empty strings")
+    if len(value) != size or len(set(value)) != size:
+        raise ValueError(
+            f"{kind} names must be {size} different strings, got {len(value)}: "
+            f"{few(value)}"
+        )
+    for one in value:
+        text(f"the {kind} name", one)
+    return value
+
+
+def text(what, value):
+    """Return `value`, a line of text that can be shown as it is."""
+    if not isinstance(value, str):
+        raise ValueError(f"{what} must be a string, got {short(value)}")
+    if found := STEERING.search(value):
+        raise ValueError(
+            f"{what} {short(value)} must be one line of text, without control "
+            f"characters such as {found[0]!r}"
+        )
+    return value

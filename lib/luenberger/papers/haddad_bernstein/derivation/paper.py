@@ -1,0 +1,101 @@
+"""The optimal projection equations: Haddad and Bernstein's paper, entire.
+
+The augmented system and the gradients of its Lagrangian (`augmented`), the way from
+there to the projection and its equations (`stationarity`, `remarks`), full
+order and the Kalman filter (`full_order`), mean-square stability (`mean_square`).
+Our own: multiplicative noise needs no more than an equivalent plant
+(`equivalent_plant`), the equations with (3.17) as printed are equivalent to
+stationarity (`converse`) and weaker readings are not
+(`counterexamples`), and when the estimator is stable
+(`stability`); H2 model reduction is a case of it (`model_reduction`).  The
+stage lists that run are in `moment_stages` and `theorem_stages`.  This
+module collects them; each part is a `Derivation`.
+
+Source: Haddad and Bernstein (1987), Systems and Control Letters 8, 381-388.
+"""
+
+from functools import cache
+
+from ....symbolic import Derivation
+from . import moment_stages, theorem_stages
+
+STAGE_LISTS = {
+    name: getattr(module, name)
+    for module, names in (
+        (
+            moment_stages,
+            "equivalent_noise output_moments estimator_moments adjoint_moments "
+            "projection_cost projection_gradient best_output "
+            "best_output_differential projection_differential",
+        ),
+        (
+            theorem_stages,
+            "projection_innovation projection_factors feedthrough_gain "
+            "projection_gains projection_scripts projection_equations "
+            "projection_trace innovations_plant",
+        ),
+    )
+    for name in names.split()
+}
+
+
+def sections():
+    """The parts that follow the paper or add to it, in page order."""
+    # imported here, because kernels need the stage lists only
+    from . import (
+        augmented,
+        converse,
+        counterexamples,
+        equivalent_plant,
+        full_order,
+        mean_square,
+        model_reduction,
+        remarks,
+        stability,
+        stationarity,
+    )
+
+    return {
+        "augmented system": augmented.derive(),
+        "mean-square stability": mean_square.derive(),
+        "projection": stationarity.derive(),
+        "remarks": remarks.derive(),
+        "full order": full_order.derive(),
+        "equivalent plant": equivalent_plant.derive(),
+        "converse": converse.derive(),
+        "counterexamples": counterexamples.derive(),
+        "stability": stability.derive(),
+        "model reduction": model_reduction.derive(),
+    }
+
+
+def parts():
+    """All parts by name, the stage lists last."""
+    return sections() | {name: make() for name, make in STAGE_LISTS.items()}
+
+
+def misprints():
+    """{place and what is printed: (printed claim, correct claim)}."""
+    from . import errata as projection_errata
+
+    return projection_errata.entries()
+
+
+@cache
+def derive():
+    formulas, steps = {}, {}
+    for name, part in parts().items():
+        formulas |= {
+            k if k[0] == "(" else f"{name}: {k}": f for k, f in part.formulas.items()
+        }
+        for key, step in part.steps.items():
+            new = key[0] == "(" and key not in steps
+            steps[key if new else f"{name}: {key}"] = step
+    gains = STAGE_LISTS["projection_gains"]()
+    return Derivation(
+        given=gains.given,
+        stages=gains.stages,
+        formulas=formulas,
+        steps=steps,
+        source="Haddad and Bernstein (1987)",
+    )

@@ -1,0 +1,281 @@
+"""Haddad and Bernstein's filter: of all estimators of a given order the best."""
+
+from dataclasses import replace
+from numbers import Integral
+
+import numpy as np
+
+from ... import kernels
+from ...analysis.optimality import optimality
+from ...arguments import expect
+from ...certificate import residuals
+from ...errors import CertificateError, DesignError
+from ...kernels import run
+from ...numeric.linalg import modes
+from ...numeric.validation import matrix
+from ...observer import Observer
+from ...recursion.settings import positive_weight, require_noise
+from .descent import balancing
+from .search import Minimum, Search, directions, minima
+from .target import prediction, target
+
+
+def fixed_order_filter(
+    plant, order, *, L=None, weight=None, feedthrough=True, starts=24, seed=0
+):
+    r"""The estimator of a given order with the least steady error.
+
+    Of all stable systems of that order
+
+    .. math:: z_{i+1} = F z_i + D y_i, \qquad \hat w_i = P z_i + V y_i
+
+    the one with the least E[(w^ - L x)' weight (w^ - L x)].  It is
+    :math:`F = \Gamma (A - Q_s V_{2s}^{-1} C) G'`, :math:`D = \Gamma Q_s V_{2s}^{-1}`,
+    :math:`P = (L - V C) G'`, where :math:`\tau = G'\Gamma` is the optimal projection:
+    z tracks :math:`\Gamma x`, and :math:`G' z` is the estimate of x.
+
+    Parameters
+    ----------
+    plant : Plant
+        Discrete, constant and stable (mean-square stable with multiplicative noise),
+        with Q and R; S, feedthrough, singular noise and singular A are allowed.
+    order : int
+        1 <= order <= n.  At n it is the Kalman filter of the plant, multiplicative
+        noise included.
+    L : (q, n) array_like, optional
+        What is estimated; default the whole state.
+    weight : (q, q) array_like, optional
+        Positive definite; default the identity, the error trace of L x.
+    feedthrough : bool, default True
+        Whether w^ at i may use y at i.  False: V = 0, a prediction from the outputs
+        before.
+    starts, seed : int
+        Number of starts of the search, and the seed of the random half of them.  The
+        result is the same whenever these are.
+
+    Returns
+    -------
+    Observer
+        With T = Gam, in coordinates in which the two Gramians Q2 and P2 of z are
+        equal and diagonal.  Every residual of `optimality` is below 1e-8.  Known
+        inputs enter by G = T B - D E, W = -V E, as in (3.19); unless T is exact
+        (`certify`), what is left of x beside z moves with u and disturbs the
+        estimate, which is best for u = 0.  At order n T = I is exact.
+
+    Raises
+    ------
+    DesignError
+        A plant that is not stable, with its modes, or not mean-square stable, with
+        the spectral radius and the largest stable scaling of the noise; an order out
+        of range, or so high that states would be superfluous; outputs that add
+        nothing to earlier ones; noise covariances that are missing.
+    CertificateError
+        If no start leads to a minimum that meets its conditions.  States that hardly
+        matter can do this, as rounding decides what they are: take a lower order.
+
+    See Also
+    --------
+    fixed_order_search : the same, with all local minima found and failed starts.
+    optimality : the conditions, for any observer.
+    reduced_order_filter : exact for every input and any plant, at a higher cost.
+
+    Notes
+    -----
+    The cost has local minima, and none of them is known to be the best one but by
+    comparing.  Each start follows a trust region Newton method with exact second
+    derivatives.
+
+    References
+    ----------
+    Haddad and Bernstein (1987), equations (3.10)-(3.27);
+    papers/haddad_bernstein/derivation/theorem_stages.py, moment_stages.py.
+
+    Examples
+    --------
+    The best one-state estimate of x1 of a plant with two states; the Kalman filter
+    has 0.485934.
+
+    >>> import luenberger as lb
+    >>> plant = lb.Plant([[0.9, 0.1], [0.2, 0.7]], None, [[0, 1]], dt=1.0,
+    ...                  Q=[[0.1, 0], [0, 0]], R=[[1]])
+    >>> observer = lb.fixed_order_filter(plant, 1, L=[[1, 0]])
+    >>> observer.F.round(6), observer.V.round(6)
+    (array([[0.83029]]), array([[0.198368]]))
+    >>> round(lb.optimality(observer, plant).cost, 6)
+    0.485938
+    """
+    options = dict(L=L, weight=weight, feedthrough=feedthrough)
+    found = fixed_order_search(plant, order, **options, starts=starts, seed=seed)
+    return certified(found.best)
+
+
+def certified(minimum):
+    """Return its observer if it meets the conditions; the only way out."""
+    minimum.optimality.require()
+    return minimum.observer
+
+
+def fixed_order_search(
+    plant, order, *, L=None, weight=None, feedthrough=True, starts=24, seed=0
+):
+    """The local minima that `fixed_order_filter` chooses from.
+
+    Parameters
+    ----------
+    plant, order, L, weight, feedthrough, starts, seed
+        As of `fixed_order_filter`.
+
+    Returns
+    -------
+    Search
+
+    Raises
+    ------
+    DesignError, CertificateError
+        As `fixed_order_filter`; residuals of the minima are reported, not judged.
+
+    References
+    ----------
+    Haddad and Bernstein (1987), Theorem 3.1;
+    papers/haddad_bernstein/derivation/moment_stages.py.
+
+    Examples
+    --------
+    Two modes and one filter state, which can follow either of them.
+
+    >>> import luenberger as lb
+    >>> plant = lb.Plant([[0.9, 0], [0, -0.8]], None, [[1, 1]], dt=1.0,
+    ...                  Q=[[1, 0], [0, 1]], R=[[1]])
+    >>> found = lb.fixed_order_search(plant, 1, L=[[1, 1]])
+    >>> [(round(one.excess, 4), one.observer.F.round(4)) for one in found.minima]
+    [(0.049, array([[0.7214]])), (0.0909, array([[-0.8536]]))]
+    """
+    expect(plant=plant)
+    _require(plant, order, feedthrough, starts, seed)
+    L = matrix("L", np.eye(plant.n) if L is None else L, cols=plant.n)
+    if len(L) == 0:
+        raise ValueError("L has no rows; give at least one combination of the states")
+    weight = positive_weight(np.eye(len(L)) if weight is None else weight, len(L))
+    whole = prediction(plant, L, weight, feedthrough)
+
+    def judged(observer, excess, names):
+        residuals = optimality(observer, plant, weight=weight, feedthrough=feedthrough)
+        return Minimum(observer, whole.cost + excess, excess, residuals, tuple(names))
+
+    if order == plant.n:
+        G, Gam = np.diag(1 / whole.states), np.diag(whole.states)
+        full = judged(_projected(plant, whole, G, Gam), 0.0, ["the Kalman filter"])
+        return Search((full,), (), whole.cost, plant.n)
+    sought = target(whole)
+    every = directions(sought)
+    enough = len(every.strength)
+    if order > enough:
+        raise _superfluous(order, enough, plant.n)
+    if order == enough:
+        sign = _signs(every.read / whole.states)
+        same = _projected(plant, whole, sign * every.lift.T, sign * every.read)
+        full = judged(same, 0.0, ["the Kalman filter"])
+        return Search((full,), (), whole.cost, enough)
+    known, failed = minima(sought, every, order, starts, seed)
+    if not known:
+        raise CertificateError(_nowhere(order, failed))
+    found = tuple(
+        judged(_observer(plant, whole, sought, frame), frame.point.cost, names)
+        for frame, names in known
+    )
+    return Search(found, tuple(failed), whole.cost, enough)
+
+
+def _require(plant, order, feedthrough, starts, seed):
+    """Refuse what the paper's problem does not cover."""
+    if plant.steps is not None:
+        raise DesignError("the fixed-order filter is for a constant plant")
+    require_noise(replace(plant, multiplicative=()))
+    for name, value, least, most in (
+        ("order", order, 1, plant.n),
+        ("starts", starts, 1, np.inf),
+        ("seed", seed, 0, np.inf),
+    ):
+        whole = isinstance(value, Integral) and not isinstance(value, bool)
+        if not whole or not least <= value <= most:
+            limit = f"to n = {most}" if name == "order" else "up"
+            raise DesignError(
+                f"{name} must be a whole number from {least} {limit}, got {value!r}"
+            )
+    if not isinstance(feedthrough, bool | np.bool_):
+        raise ValueError(f"feedthrough must be True or False, got {feedthrough!r}")
+    poles = np.linalg.eigvals(plant.A)
+    if (np.abs(poles) >= 1).any():
+        raise DesignError(
+            "the fixed-order filter is for stable plants, and A has the mode "
+            f"{modes(poles[np.abs(poles) >= 1])} on or outside the unit circle. What "
+            "the filter does not track would grow without bound. Use kalman_filter or "
+            "reduced_order_filter, which need no stability, or split the unstable part "
+            "off and filter it in full."
+        )
+
+
+def _superfluous(order, enough, n):
+    if enough == 0:
+        return DesignError(
+            "no filter state is of use: the static estimate V y is as good as the "
+            f"Kalman filter's. Use order n = {n}, or V alone."
+        )
+    return DesignError(
+        f"order {order} is more than it takes: L x^ of the Kalman filter needs only "
+        f"{enough} states, and more would be driven by nothing or used for nothing. "
+        f"Order {enough} loses nothing (one or two less will do if rounding spoils "
+        f"its conditions); order n = {n} gives the whole Kalman filter."
+    )
+
+
+def _nowhere(order, failed):
+    reasons = sorted({reason for _, reason in failed})
+    return (
+        f"no start led to a filter of order {order}: {'; '.join(reasons)}. Try a lower "
+        "order, more starts or another seed, or scale states and outputs to similar "
+        "sizes."
+    )
+
+
+def _projected(plant, whole, G, Gam):
+    """The Kalman filter with the states Gam x^: (3.10)-(3.13)."""
+    have = whole._asdict() | dict(G=G, Gam=Gam)
+    return _assembled(plant, whole, have | run(kernels.projection_gains(), have))
+
+
+def _observer(plant, whole, sought, frame):
+    """The estimator for the plant itself, in balanced coordinates."""
+    have = frame.point.have
+    to, back = balancing(have["Q2"], have["P2"])
+    Gam = to @ run(kernels.projection_factors("Gam"), have)["Gam"]
+    sign = _signs(Gam / whole.states)
+    to, back = sign * to, back * sign.T
+    return _assembled(
+        plant,
+        whole,
+        dict(
+            Ae=to @ have["Ae"] @ back,
+            Be=to @ have["Be"] @ sought.outputs,
+            Ce=sought.unweighted @ have["Ce"] @ back,
+            De=sought.unweighted @ have["De"] @ sought.outputs + whole.De,
+            Gam=sign * Gam,
+        ),
+    )
+
+
+def _signs(Gam):
+    """A column of signs that make the first large entry of each row positive."""
+    large = np.abs(Gam) > 0.99 * np.abs(Gam).max(axis=1, keepdims=True)
+    first = np.argmax(large, axis=1)
+    return np.sign(Gam[np.arange(len(Gam)), first])[:, None]
+
+
+def _assembled(plant, whole, have):
+    """The Observer of an estimator; the known input enters as in (3.19)."""
+    F, D, P, V, T = (have[k] for k in ("Ae", "Be", "Ce", "De", "Gam"))
+    T, L = T / whole.states, whole.L / whole.states
+    A, B, C, E = plant.A, plant.B, plant.C, plant.E
+    _, G, _, W = residuals(A, B, C, E, L, F, 0, D, P, V, 0, T, T)
+    observer = Observer(F, G, D, P, V, T, L, 0.0 - W, z0=T @ plant.x0, dt=plant.dt)
+    return observer.named(plant)

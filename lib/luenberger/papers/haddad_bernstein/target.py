@@ -1,0 +1,135 @@
+"""What the search for a fixed-order filter needs to know of a plant.
+
+The error of any linear estimator is that of the Kalman filter plus, uncorrelated with
+it, the distance to the Kalman filter's own estimate.  So the search approximates the
+Kalman filter: the plant whose state is the prediction x^ and whose noise is the
+innovation.  Nothing cancels then, however close the two filters come.  Multiplicative
+noise has become additive before (`mean_square.equivalent_noise`).
+"""
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from ... import kernels
+from ...analysis.mean_square import equivalent_noise
+from ...errors import DesignError
+from ...kernels import run
+from ...numeric.linalg import left_over, lyapunov, null_directions
+from ...recursion.settings import Settings
+from ...recursion.steady_gain import steady_gain
+from .stein import Schur
+
+
+class Prediction(NamedTuple):
+    """The Kalman predictor, for states of unit variance and additive noise."""
+
+    A: np.ndarray
+    C: np.ndarray
+    L: np.ndarray
+    R: np.ndarray  # the weight
+    De: np.ndarray  # its best feedthrough; zero when there is to be none
+    Q: np.ndarray  # its error covariance
+    Qs: np.ndarray
+    V2s: np.ndarray
+    states: np.ndarray  # (n,) what the plant's states were divided by
+    feedthrough: bool
+    output_names: tuple
+
+    @property
+    def cost(self):
+        """What the best estimator of any order costs: (3.18)."""
+        return float(np.trace(run(kernels.projection_trace("J"), self._asdict())["J"]))
+
+
+class Target(NamedTuple):
+    """The innovations plant, with innovations of unit covariance and weight I.
+
+    An estimator (Ae, Be, Ce, De) here is the estimator Ae, Be `outputs`,
+    `unweighted` Ce, `unweighted` De `outputs` + De of the prediction there.
+    """
+
+    matrices: dict  # A, C, L, R and the moments Q1, Qxy, Qxy_next, Qyy
+    Kq: np.ndarray  # gain on the innovation
+    dynamics: Schur
+    feedthrough: bool
+    scale: float  # mean square of the weighted estimate that is sought
+    power: float  # the same of the weighted L x itself, were its states independent
+    outputs: np.ndarray
+    unweighted: np.ndarray
+
+
+def prediction(plant, L, weight, feedthrough):
+    """The Kalman predictor, with equivalent noise when some is multiplicative."""
+    noise = equivalent_noise(plant)
+    size = np.sqrt(noise.X.diagonal())
+    size = np.where(size > 0, size, 1.0)
+    A, C, L = plant.A * size / size[:, None], plant.C * size, L * size
+    Q, S = noise.Q / size / size[:, None], noise.S / size[:, None]
+    K = _predictor_gain(
+        replace(plant, multiplicative=(), A=A, C=C, Q=Q, R=noise.R, S=S)
+    )
+    have = dict(A=A, C=C, L=L, R=weight, V1=Q, V12=S, V2=noise.R, states=size)
+    have["Q"] = _error_covariance(have, K)
+    have |= run(kernels.projection_innovation(), have)
+    have["De"] = np.zeros((len(L), plant.p))
+    if feedthrough:
+        have |= run(kernels.feedthrough_gain(), have)
+    have |= dict(feedthrough=feedthrough, output_names=plant.output_names)
+    return Prediction(*(have[name] for name in Prediction._fields))
+
+
+def _predictor_gain(plant):
+    """K of x^+ = A x^ + K (y - C x^); zero where nothing ever disturbs the state."""
+    if not plant.Q.any():
+        return np.zeros(plant.C.T.shape)
+    now, eye = Settings(plant, 0).at(0), np.eye(plant.n)
+    K = steady_gain(now, ())
+    return kernels.observer_matrices("D")(As=now.As, J=now.J, K=K, T_next=eye)["D"]
+
+
+def _error_covariance(have, K):
+    """Covariance of the prediction error for the predictor gain K."""
+    F, eye = have["A"] - K @ have["C"], np.eye(len(K))
+    drive = kernels.error_recursion("X_next")(
+        F=F, D=K, T_next=eye, Q=have["V1"], R=have["V2"], S=have["V12"], X=0 * F
+    )
+    return lyapunov(F, drive["X_next"])
+
+
+def target(found):
+    """The problem of approximating the filter `found`, a Prediction."""
+    _require_innovation(found.V2s, found.output_names)
+    have = found._asdict()
+    have |= run(kernels.innovations_plant(), have)
+    unit = np.linalg.inv(np.linalg.cholesky(found.V2s))
+    half = np.linalg.cholesky(found.R).T
+    Lq = left_over(found.L, found.De, found.C, np.ones(len(found.A)))
+    Q1, L = lyapunov(found.A, have["V1i"]), half @ Lq
+    matrices = dict(A=found.A, C=unit @ found.C, L=L, R=np.eye(len(half)), Q1=Q1)
+    noise = dict(V12=found.Qs @ unit.T, V2=np.eye(len(unit)))
+    matrices |= run(kernels.output_moments(), matrices | noise)
+    return Target(
+        matrices,
+        Kq=noise["V12"],
+        dynamics=Schur(found.A),
+        feedthrough=found.feedthrough,
+        scale=float(np.trace(L @ Q1 @ L.T)),
+        power=float(np.sum((half @ found.L) ** 2)),
+        outputs=unit,
+        unweighted=np.linalg.inv(half),
+    )
+
+
+def _require_innovation(V2s, names):
+    """Refuse when a combination of outputs is known before it is measured."""
+    blind = null_directions(V2s)
+    if blind.size:
+        which = np.flatnonzero(np.abs(blind).max(axis=1) > 1e-6 * np.abs(blind).max())
+        raise DesignError(
+            "the innovation covariance V2s of (3.10) is singular: a combination of "
+            f"the outputs {', '.join(names[k] for k in which)} follows from earlier "
+            "outputs and carries nothing new. Leave one of them out, or give them "
+            "noise in R."
+        )

@@ -1,0 +1,13 @@
+"""The equations of Kawazoe (1978) in SymPy, in reading order.
+
+`definitions`
+    Kawazoe's definitions and the outputs (15), each as a claim that can fail.
+`form`
+    Kawazoe's observability form, and the state from p_M samples.
+`deadbeat`
+    The deadbeat observer: Van Dooren's recursion with every pole at zero.
+
+A proof or a stage list of this paper enters here.  It uses
+`luenberger.symbolic`, and `luenberger.certificate` where the residuals are
+proved; no other paper.
+"""

@@ -1,0 +1,260 @@
+"""Leondes and Novak's reduced-order filter, with the Kalman filter as m1 = 0."""
+
+import numpy as np
+
+from ... import kernels
+from ...arguments import expect
+from ...errors import DesignError
+from ...observer import Observer
+from ...recursion.filter_pass import Pass
+from ...recursion.root_step import Spread, first_move
+from ...recursion.settings import Settings, require_start
+from ...recursion.steady_gain import best_constant_gain, steady_gain
+from ..certified import certified
+
+BLOCK = 4096  # rows of gains that compiled code makes at a time
+
+
+def kalman_filter(plant, *, steps=None, backend="auto"):
+    r"""Kalman filter: every output is filtered, the order is n.
+
+    The case m1 = 0 of `reduced_order_filter`, which see,
+
+    .. math:: \hat x_{i+1} = A\hat x_i + B u_i
+              + K_{i+1} (y_{i+1} - C (A\hat x_i + B u_i)).
+
+    Parameters
+    ----------
+    plant : Plant
+        Discrete (``dt > 0``), with Q and R; with P0 when `steps` is given.
+    steps : int, optional
+        Number N of instants i = 1 .. N; default the steady state.
+    backend : "auto", "numpy" or "numba"
+        Of the recursion over `steps`; see `filter_data`.
+
+    Returns
+    -------
+    Observer
+        In filter form: the estimate at i uses y up to and including i.  Its V is the
+        filter gain K (not A K, the predictor gain).
+
+    Raises
+    ------
+    DesignError, CertificateError
+        As `reduced_order_filter`.
+
+    References
+    ----------
+    Leondes and Novak (1974), equations (39)-(44);
+    papers/leondes_novak/derivation/limiting_cases.py.
+
+    Examples
+    --------
+    Constant-velocity radar track at tracking index 1 (Kalata 1984): alpha = 3/4,
+    beta = 1/2.
+
+    >>> import luenberger as lb
+    >>> plant = lb.Plant([[1, 1], [0, 1]], None, [[1, 0]], dt=1.0,
+    ...                  Q=[[0.25, 0.5], [0.5, 1]], R=[[1]])
+    >>> lb.kalman_filter(plant).V.round(12)
+    array([[0.75],
+           [0.5 ]])
+    """
+    return reduced_order_filter(plant, 0, steps=steps, backend=backend)
+
+
+def reduced_order_filter(
+    plant, m1, *, steps=None, weight=None, horizon="step", backend="auto"
+):
+    r"""Reduced-order filter of least error trace (Leondes and Novak 1974).
+
+    The m1 accurate outputs y1 are taken at their word, C1 x^ = y1, and only the
+    remaining n - m1 directions are filtered,
+
+    .. math:: z_{i+1} = F z_i + G u_i + D y_i, \qquad
+              \hat x_i = P z_i + V_i y_i + W u_i ,
+
+    with the gain V of (33): at each step the least tr(weight Sigma) among the
+    estimates with C1 x^ = y1, given Sigma of the step before.
+
+    Parameters
+    ----------
+    plant : Plant
+        Discrete (``dt > 0``), with Q and R; S, feedthrough, singular noise and
+        singular A are allowed.  With P0 when `steps` is given.
+    m1 : int or sequence
+        Number of accurate outputs, the first m1 rows of C, or their indices or
+        names.  0 is the Kalman filter, p the minimal order n - p.
+    steps : int, optional
+        Number N of instants i = 1 .. N of a time-varying filter.  Default: the
+        steady state, a constant observer.
+    weight : (n, n) array_like or "canonical", optional
+        Positive definite; default the identity, the error trace in the user's
+        coordinates.  "canonical" is the paper's literal choice (19), whose weight is
+        M'M with M = [C; rows of the identity].
+    horizon : "step" or "steady", default "step"
+        "steady": the constant gain of the same structure with the least steady
+        trace (a local minimum found from the step-wise gain).  `steps` must be None.
+    backend : "auto", "numpy" or "numba"
+        Of the recursion over `steps`; see `filter_data`.
+
+    Returns
+    -------
+    Observer
+        Of order n - m1 with P = Phat, V = K; the certificate holds to rounding.  A
+        steady filter starts from z0 = T x0; pass `estimate` your own start.
+
+    Raises
+    ------
+    DesignError
+        dt = 0, no Q, R or P0; accurate outputs that are linearly dependent; an
+        undetectable mode; or no steady state, with the mode at fault.
+    CertificateError
+        If rounding spoils the design.
+
+    See Also
+    --------
+    filter_data : the same filter in one pass over a record, with missing values.
+    error_covariance : the accuracy this design reaches.
+
+    Notes
+    -----
+    The step-wise gain is best at each step, not always in the long run; compare
+    ``horizon="steady"``.  The gain needs the innovation covariance M to be positive
+    definite to be unique; with redundant noise-free outputs the gain of least norm
+    is taken, and the estimate is the same.
+
+    S enters through J with J R = S.  Where R is singular there are many J, and
+    J = S R^+ (outputs at unit variance) is taken: the residual of a noise-free output
+    does not enter the prediction.  Which J it is matters only where a noisy output is
+    taken at its word beside a noise-free one that is not; take that one as accurate
+    too, and it does not.
+
+    References
+    ----------
+    Leondes and Novak (1974), equations (14), (15), (24)-(36);
+    papers/leondes_novak/derivation/paper.py;
+    papers/leondes_novak/derivation/square_root.py.
+
+    Examples
+    --------
+    Exact position of a double integrator: one state, pole sqrt(3) - 2.
+
+    >>> import luenberger as lb
+    >>> plant = lb.Plant([[1, 1], [0, 1]], None, [[1, 0]], dt=1.0,
+    ...                  Q=[[1/3, 1/2], [1/2, 1]], R=[[0]])
+    >>> observer = lb.reduced_order_filter(plant, m1=1)
+    >>> observer.order, observer.poles.real.round(12)
+    (1, array([-0.26794919]))
+    """
+    expect(plant=plant)
+    kernels.runs_compiled(backend, 0)
+    if horizon not in ("step", "steady"):
+        raise ValueError(f"horizon must be 'step' or 'steady', got {horizon!r}")
+    settings = Settings(plant, m1, weight)
+    if steps is not None:
+        if horizon == "steady":
+            raise DesignError("horizon='steady' is a constant gain; leave out steps")
+        return certified(_over(settings, steps, backend), plant, settling=False)
+    if plant.steps is not None:
+        raise DesignError(
+            "a time-varying plant has no steady state; give the number of steps"
+        )
+    best = best_constant_gain if horizon == "steady" else steady_gain
+    K = best(settings.at(0), settings.accurate)
+    return certified(_constant(settings, K), plant)
+
+
+def gains(settings, steps, backend="numpy"):
+    """Yield (K, Sigma) at instants 1 .. steps, from P0: (33) and (27)."""
+    if kernels.runs_compiled(backend, steps):
+        yield from _compiled_gains(settings, steps)
+        return
+    plant = settings.plant
+    move, spread = first_move(plant), Spread.of(plant.P0)
+    for i in range(1, steps + 1):
+        now = settings.at(i)
+        new, spread, _ = now.step(move, spread)
+        yield now, new["K"], spread.Sigma
+        move = now.move
+
+
+def _compiled_gains(settings, steps):
+    """The same, as the filter of a record of zeros; a block of rows at a time."""
+    plant = settings.plant
+    run = Pass(settings, np.zeros(plant.n), np.zeros(plant.m))
+    for first in range(1, steps + 1, BLOCK):
+        rows = min(BLOCK, steps + 1 - first)
+        y, u = np.zeros((rows, plant.p)), np.zeros((rows, plant.m))
+        _, _, Sigma, K = run.over(y, u, True, history=True)
+        for k in range(rows):
+            yield settings.at(first + k), K[k], Sigma[k]
+
+
+def _over(settings, steps, backend):
+    """The time-varying filter of instants 1 .. steps as an Observer."""
+    plant = settings.plant
+    require_start(plant)
+    steps = whole(steps, plant)
+    rows = [(now, K) for now, K, _ in gains(settings, steps, backend)]
+    stack = {
+        name: np.stack([getattr(now, name) for now, _ in rows])
+        for name in ("As", "B", "J", "C", "E", "Gamma", "Phat", "That")
+    }
+    K = np.stack([K for _, K in rows])
+    K = stack["Gamma"] + stack["Phat"] @ (
+        stack["That"] @ K
+    )  # C1 K = [I 0] without rounding
+    compute = kernels.observer_matrices
+    T = compute("T")(That=stack["That"], K=K, C=stack["C"])["T"]
+    T_next = np.concatenate([T[1:], T[-1:]])
+    rest = compute("F", "D", "G", "W")(
+        **{name: stack[name] for name in ("As", "B", "J", "E", "Phat")},
+        K=K,
+        T_next=T_next,
+    )
+    A, B, _ = plant.first_step()
+    T0 = T[0] @ A
+    return Observer(
+        **rest,
+        P=stack["Phat"],
+        V=K,
+        T=T,
+        L=np.eye(plant.n),
+        z0=T0 @ plant.x0,
+        dt=plant.dt,
+        T0=T0,
+        G0=T[0] @ B,
+    )
+
+
+def _constant(settings, K):
+    """A constant gain as an Observer."""
+    now, plant = settings.at(0), settings.plant
+    K = now.Gamma + now.Phat @ (now.That @ K)  # C1 K = [I 0] without rounding
+    compute = kernels.observer_matrices
+    T = compute("T")(That=now.That, K=K, C=now.C)["T"]
+    rest = compute("F", "D", "G", "W")(
+        As=now.As, B=now.B, J=now.J, E=now.E, Phat=now.Phat, K=K, T_next=T
+    )
+    return Observer(
+        **rest,
+        P=now.Phat,
+        V=K,
+        T=T,
+        L=np.eye(plant.n),
+        z0=T @ plant.x0,
+        dt=plant.dt,
+    )
+
+
+def whole(steps, plant):
+    """Return `steps` as a positive int that the plant's rows cover."""
+    if isinstance(steps, bool) or not isinstance(steps, (int, np.integer)) or steps < 1:
+        raise ValueError(f"steps must be a whole number >= 1, got {steps!r}")
+    if plant.steps is not None and steps >= plant.steps:
+        raise DesignError(
+            f"steps = {steps} needs the plant at instants 0 .. {steps}, it has rows "
+            f"0 .. {plant.steps - 1}; take steps <= {plant.steps - 1}"
+        )
+    return int(steps)

@@ -1,0 +1,17 @@
+"""The equations of Moore (1973) in SymPy, in reading order.
+
+`observer`
+    Moore's observer of a functional k x without feedthrough: the case V = 0.
+`condition`
+    When an observer without feedthrough exists: a condition on beta alone.
+`recurrence`
+    Moore's own route, (8)-(13): the functional as a sequence with a recurrence.
+`signs`
+    Moore's remark: no observer of order r < n when k has all entries of one sign.
+`errata`
+    What Moore's page prints and what holds, each entry tried.
+
+A proof or a stage list of this paper enters here.  It uses
+`luenberger.symbolic`, and `luenberger.certificate` where the residuals are
+proved; no other paper.
+"""

@@ -1,0 +1,229 @@
+"""Moore's observers of a linear functional, without feedthrough from y.
+
+Source: Moore (1973); papers/moore/derivation/observer.py.
+"""
+
+from fractions import Fraction
+
+import numpy as np
+
+from ... import kernels
+from ...numeric import rationals
+from ...numeric.validation import as_array
+from ...numeric.validation import exact as rational
+from ...observer import Observer
+from ..certified import certified
+from ..poles import arranged
+from . import refusals as inadmissible
+from .companion_chain import chain, factors_of
+from .realised import LOST_TOL, built
+from .recurrences import Admissible, functionals
+
+PATIENCE = 3  # orders that rounding spoils before others are left out
+
+
+def functional_observer(plant, k, *, order=None, poles=None):
+    r"""Observer of w = k x that does not pass y on to its estimate, of least order.
+
+    .. math:: z_+ = F z + G u + D y, \qquad \hat w = P z,
+              \qquad TA - FT = DC, \quad G = TB - DE, \quad PT = k .
+
+    As V = 0 and W = 0, noise in y reaches the estimate only through the states.  Such
+    an observer of order r with characteristic polynomial beta exists exactly when
+    k beta(A) is a combination of the rows of C, CA, ..., CA^(r-1): with one output,
+    when the numbers k A^i g obey the recurrence with coefficients beta, (13).  The
+    least order is that of the shortest stable recurrence.
+
+    Parameters
+    ----------
+    plant : Plant
+        Constant and real, continuous or discrete, in any coordinates, with any
+        number of inputs and outputs, with or without feedthrough.  Modes that no
+        output sees are allowed; if k sees them they must be stable, and are among
+        the poles.
+    k : (n,) or (q, n) array_like
+        The functional, or several.  Each row gets an observer of its own, side by
+        side: one of all rows jointly may need fewer states.  A row of zeros needs
+        none.  A combination of the rows of C does need states here, since y is not
+        passed on.
+    order : int, optional
+        Number of states r for each row, 1 .. n; default the least.
+    poles : (r,) array_like, optional
+        For each row, in rad/s (dt == 0) or in the z-plane, closed under conjugation.
+        They must be admissible; from some order on, with one output r = n, all are.
+
+    Returns
+    -------
+    Observer
+        Certified, V = 0 and W = 0 exactly.  Without `poles` it has the largest
+        stability margin of its order, measured on the disc |zeta| < 1, in continuous
+        time that of s = sigma (zeta - 1) / (zeta + 1), sigma near the geometric mean
+        of the rates of the plant.  F is a chain of blocks of order 1 and 2 with the
+        poles.
+
+        Plant, k and poles (if any) in ints or Fractions give an observer in
+        Fractions, ``observer.exact``, up to 20 states, unless its rounding to floats
+        would lose the estimate.  Its polynomial is a simple rational one near the
+        optimum, and F one companion matrix unless poles are given or all are possible.
+
+    Raises
+    ------
+    DesignError
+        No stable observer of the order asked for, or of any; poles that are not
+        admissible, with the rows of the recurrence they violate; a plant that varies
+        in time or is complex; rounding that would leave no digit.
+    CertificateError
+        If a pole asked for is not stable.
+    ValueError
+        k, order or poles of the wrong shape or kind.
+
+    Notes
+    -----
+    That no lower order will do is proved when the admissible polynomials are none,
+    one, all, or given by one equation (this covers r <= 2 and, with one output,
+    r = n - 1), and when the signs of their coefficients exclude a stable one.
+    Otherwise a search from many starts found none.  ``recurrences(plant, k)`` in
+    `luenberger.papers.moore.recurrences` says for each order which it was.  With floats
+    all this holds up to rounding: terms that cancel to a relative 1e-12 count as
+    zero, and an order is passed over, or refused, where rounding would put an error
+    of more than 1e-6 k x into the estimate.  After three such orders the next one tried
+    is that from which on any poles are possible, and then some of those above it.
+
+    See Also
+    --------
+    reduced_order_observer : the state, with V y in its estimate.
+    error_covariance : what the two make of measurement noise.
+
+    References
+    ----------
+    Moore (1973), (1)-(13); papers/moore/derivation/observer.py.
+
+    Examples
+    --------
+    A combination of a cart's position, velocity and acceleration, from its position.
+    Without feedthrough the whole state takes three observer states, this takes two.
+
+    >>> import luenberger as lb
+    >>> plant = lb.Plant([[0, 1, 0], [0, 0, 1], [0, 0, 0]], [[0], [0], [1]],
+    ...                  [[1, 0, 0]])
+    >>> observer = lb.functional_observer(plant, [2, 3, -1])
+    >>> observer.F, observer.D
+    (array([[-13.,   1.],
+           [-41.,   0.]]), array([[149.],
+           [ 82.]]))
+    >>> observer.exact["F"].tolist() == observer.F.tolist()
+    True
+    """
+    k = functionals(plant, k)
+    poles = _poles(plant, poles, order)
+    chains = [_chain(plant, row, order, poles) for row in k]
+    return certified(_side_by_side(plant, k, chains), plant)
+
+
+def _poles(plant, poles, order):
+    """The poles, conjugates side by side; Fractions if they were given so."""
+    if poles is None:
+        if order is not None and not (
+            isinstance(order, (int, np.integer)) and not isinstance(order, bool)
+        ):
+            raise ValueError(f"order must be an integer, got {order!r}")
+        if order is not None and not 1 <= order <= plant.n:
+            raise inadmissible.out_of_range(plant, order)
+        return None
+    found = rational(poles)
+    if found is None or found.ndim != 1:
+        found, _ = arranged(poles, as_array(poles).size, plant)
+    if not 1 <= len(found) <= plant.n:
+        raise inadmissible.out_of_range(plant, np.size(found))
+    if order is not None and order != len(found):
+        raise ValueError(
+            f"order is {order!r}, but {len(found)} poles are given; leave order out"
+        )
+    return found
+
+
+def _chain(plant, k, order, poles):
+    """The observer of one row k, in the user's coordinates."""
+    if poles is not None:
+        return _with_poles(plant, k, poles)
+    admissible = Admissible(plant, k)
+    if order is None and not k.any():
+        return chain(admissible.A, admissible.C, admissible.k, [])
+    least, lost, r = np.inf, 0, 1 if order is None else order
+    while r <= plant.n:
+        recurrence, answer = admissible.answer(r)
+        if recurrence.stable:
+            factors = _factors(admissible, answer, recurrence.dimension == r)
+            found, error = built(admissible, factors, answer.roots * admissible.sigma)
+            if error <= LOST_TOL:
+                return found
+            if admissible.exactly:  # floats may have better coordinates
+                return _chain(plant, k.astype(float), order, None)
+            least, lost = min(least, error), lost + 1
+        if order is not None:
+            break
+        r = _next_order(r, lost, admissible)
+    raise inadmissible.no_order(admissible, order, least if lost else None)
+
+
+def _next_order(r, lost, admissible):
+    """The order to try after r, when rounding has spoiled so many.
+
+    It hardly stops doing so, but where any poles are possible: there the roots may
+    coincide.
+    """
+    if lost <= PATIENCE:
+        return r + 1
+    return max(len(admissible.found), r + 2 ** (lost - PATIENCE - 1))
+
+
+def _with_poles(plant, k, poles):
+    if k.dtype != poles.dtype:  # exact only together
+        k, poles = k.astype(float), poles.astype(complex)
+    admissible, floats = Admissible(plant, k), poles.astype(complex)
+    if not admissible.admits(floats if poles.dtype != object else poles):
+        raise inadmissible.poles(admissible, floats)
+    found, error = built(admissible, factors_of(poles), floats)
+    if error <= LOST_TOL:
+        return found
+    if admissible.exactly:
+        return _with_poles(plant, k.astype(float), poles)
+    raise inadmissible.no_order(admissible, len(poles), error)
+
+
+def _factors(admissible, answer, free):
+    """The factors of the polynomial found; one only if it has to stay rational."""
+    sigma = admissible.sigma
+    if not admissible.exactly:
+        return factors_of(answer.roots * sigma)
+    sigma, r = Fraction(sigma), len(answer.roots)
+    if free:
+        return [[-Fraction(root) * sigma] for root in answer.roots]
+    return [[b * sigma ** (r - j) for j, b in enumerate(answer.beta[:-1])]]
+
+
+def _side_by_side(plant, k, chains):
+    """One observer of all rows: every chain has its own states."""
+    exactly = all(one.F.dtype == object for one in chains)
+    zero = rationals.zeros if exactly else lambda *shape: np.zeros(shape)
+    A, B, C, E = (plant.exact[s] if exactly else getattr(plant, s) for s in "ABCE")
+    T = np.vstack([zero(0, plant.n), *(one.T for one in chains)])
+    D = np.vstack([zero(0, plant.p), *(one.D for one in chains)])
+    order, at = len(T), 0
+    F, P = zero(order, order), zero(len(k), order)
+    for i, one in enumerate(chains):
+        here = slice(at, at + len(one.F))
+        F[here, here], P[i, here] = one.F, one.P[0]
+        at = here.stop
+    T, D = (X if exactly else X.astype(float) for X in (T, D))
+    return Observer(
+        F=F,
+        G=kernels.functional_input("G")(T=T, B=B, D=D, E=E)["G"],
+        D=D,
+        P=P,
+        V=zero(len(k), plant.p),
+        T=T,
+        L=k if exactly else k.astype(float),
+        z0=T.astype(float) @ plant.x0,
+        dt=plant.dt,
+    )

@@ -1,0 +1,119 @@
+"""What Van Dooren's pages print and what holds, each entry tried.
+
+`entries()` gives for every place the printed claim as a residual that does not
+vanish, and the correct one as a residual that does.  The rank of the doubled system
+is in `rows`; the paper's order (31) of the unknowns is right, and the other
+order fails.
+
+Source: Van Dooren (1984), as scanned; (8) and (34) by complex rows are our own
+findings.
+"""
+
+import sympy as sp
+
+from .rows import Pattern, counts, doubled, interleaved, n, r, row_symbols
+
+# The example after (20): stairs 2, 2, 3, 3 and i = 4, as printed.
+PRINTED_M4 = """
+-1 x x x x x x x x x
+0 -1 x x x x x x x x
+0 0 -1 x x x x x x x
+0 0 X x x x x x x x
+0 0 0 X x x x x x x
+0 0 0 0 x x x x x x
+0 0 0 0 0 X x x x x
+0 0 0 0 0 0 X x x x
+0 0 0 0 0 0 0 X x x
+0 0 0 0 0 0 0 0 X x
+0 0 0 0 0 0 0 0 0 X
+0 0 0 0 0 0 0 0 0 X
+"""
+
+
+def unsafe(rows):
+    """Number of columns whose last nonzero entry is not marked as nonzero for sure."""
+    table = [row.split() for row in rows.strip().splitlines()]
+    last = [
+        [row[c] for row in table if row[c] != "0"][-1] for c in range(len(table[0]))
+    ]
+    return sp.Integer(sum(entry == "x" for entry in last))
+
+
+def correct_M4():
+    """The same example from the stairs: the marks of every entry of M_4."""
+    p = Pattern((2, 2, 3, 3), printed=True)
+    M, _ = p.M(3, 0)
+    pivots = {(k, k) for k in range(3)}
+    pivots |= {(lead - 1, c) for c, lead in enumerate(p.leads) if lead > 3}
+
+    def mark(k, c):
+        if M[k, c] == 0:
+            return "0"
+        return "X" if (k, c) in pivots else "x"
+
+    return "\n".join(
+        " ".join(mark(k, c) for c in range(p.n)) for k in range(M.shape[0])
+    )
+
+
+def sign_of_20():
+    """(20) x'M_i = af_i' against x'M_i = -af_i'."""
+    p, i, f = Pattern((1, 2)), 0, sp.Symbol("f_ii")
+    M, af = p.M(i, f)
+    x = row_symbols(p, i)
+    t = sp.Matrix.hstack(sp.eye(1), x[1])
+    row = t * p.A - f * t - x[2] * p.C
+    system = sp.Matrix.hstack(*x) * M
+    return (row - system + af).expand(), (row - system - af).expand()
+
+
+def order_of_31():
+    """Row i first in (31), against the printed order with row i + 1 first."""
+    p, i = Pattern((2, 2)), 0
+    a, b = sp.symbols("a b", real=True)
+    f, t, d = row_symbols(p, i, rows=2)
+    T = sp.Matrix.hstack(sp.Matrix([1, 0]), t)
+    block = sp.Matrix([[a, -b], [b, a]])
+    residual = T * p.A - block * T - d * p.C
+    Mb, first = doubled(p, i, a, b)
+    system = sp.Matrix.hstack(*map(interleaved, (f, t, d))) * Mb + first
+    swapped = sp.Matrix.vstack(residual[1, :], residual[0, :])
+    return (
+        (interleaved(swapped) - system).expand(),
+        (interleaved(residual) - system).expand(),
+    )
+
+
+def form_8():
+    """A tall stair in the form (8), and C_k triangular, without turning the outputs.
+
+    The vector c = C_k A_21 of stairs (1, 2) belongs to the plant: no unitary state
+    transformation changes it but by a phase.  With both blocks as in (8) its last
+    entry would be zero; with the triangle of A_21 in its last rows it is free.
+    """
+    printed, ours = Pattern((1, 2), printed=True), Pattern((1, 2))
+    c = sp.Matrix(sp.symbols("c_1 c_2"))
+    blocks = [(p.C[:, 1:], p.A[1:, :1]) for p in (printed, ours)]
+    unknown = [sp.Matrix([block[1][k] for k in range(2)]) for block in blocks]
+    lost = (blocks[0][0] * unknown[0] - c)[1]
+    solved = blocks[1][0].LUsolve(c)
+    return lost, (blocks[1][0] * solved - c).applyfunc(sp.cancel)
+
+
+def entries():
+    """{place and what is printed: (printed residual, correct residual)}."""
+    total = counts()["(34) conjugate pairs, doubled real systems"]
+    pairs = (n - r) / 2 * (2 * r) * (2 * n) ** 2
+    return {
+        "(20) x'M_i = af_i' has lost a minus sign": sign_of_20(),
+        "(31) is right as printed: with row i first it fails": order_of_31(),
+        "after (20): column 5 of the example has no safe leading entry": (
+            unsafe(PRINTED_M4),
+            unsafe(correct_M4()),
+        ),
+        "(34) 4 (n - 4) r n^2 for 4 (n - r) r n^2": (
+            sp.expand(4 * (n - 4) * r * n**2 - pairs),
+            sp.expand(total - pairs),
+        ),
+        "(8) cannot hold for a tall stair and C_k with CU = [0 C_k]": form_8(),
+    }

@@ -1,0 +1,184 @@
+"""Van Dooren's reduced order observer with prescribed poles.
+
+Source: Van Dooren (1984); papers/van_dooren/derivation/rows.py.
+"""
+
+import warnings
+
+import numpy as np
+from scipy.linalg.lapack import get_lapack_funcs
+
+from ...arguments import expect
+from ...errors import DesignError
+from ...numeric.staircase_form import find
+from ...observer import Observer
+from ..certified import CONDITION_WARNING, LOST_TOL, certified
+from ..poles import arranged
+from . import rows_of_T
+
+METHODS = {
+    "minimum-norm": rows_of_T.minimum_norm,
+    "back-substitution": rows_of_T.back_substitution,
+}
+
+
+def reduced_order_observer(plant, poles, *, method="minimum-norm"):
+    r"""Observer of order n - rank C whose error decays with the poles asked for.
+
+    In unitary staircase coordinates the rows of
+
+    .. math:: TA - FT = DC, \qquad \begin{bmatrix} T\\ C\end{bmatrix}
+              \text{ invertible}
+
+    are solved one after another, F lower triangular with the poles on its diagonal,
+    T upper triangular with a unit diagonal, (13)-(20).  Poles may be repeated, and
+    may be eigenvalues of A.
+
+    Parameters
+    ----------
+    plant : Plant
+        Constant and observable, real or complex, continuous or discrete, with or
+        without feedthrough and redundant outputs.
+    poles : (n - rank C,) array_like
+        In rad/s (dt == 0) or in the z-plane.  For a real plant complex poles come
+        in conjugate pairs; the second of a pair is moved up beside the first.
+    method : "minimum-norm" or "back-substitution"
+        Each row by least norm, (21), or by the cheapest solution, remark 2(b),
+        which is O(n^3) in total but can be more sensitive.
+
+    Returns
+    -------
+    Observer
+        Certified.  Row i of F has ``poles[i]`` on its diagonal, exactly; a conjugate
+        pair of a real plant has a 2 x 2 block with diagonal a, a and determinant
+        a^2 + b^2.  ``certify(observer, plant)`` tells cond([T; C]) and the
+        sensitivity of each pole.
+
+    Raises
+    ------
+    DesignError
+        If the plant is not observable (the modes are named), varies in time, the
+        number of poles is wrong, a conjugate is missing, or the pair (A, C) is so
+        close to an unobservable one that the estimate would have no correct digit.
+    CertificateError
+        If a pole asked for is not stable.
+
+    Warns
+    -----
+    RuntimeWarning
+        When cond([T; C]) exceeds 1e10; the message has the number.
+
+    See Also
+    --------
+    staircase, certify, deadbeat_observer
+
+    References
+    ----------
+    Van Dooren (1984), (13)-(34); papers/van_dooren/derivation/rows.py.  The block for a
+    conjugate pair is repaired where a stair is one wide.
+
+    Examples
+    --------
+    >>> import luenberger as lb
+    >>> plant = lb.Plant([[0, 1, 0], [0, 0, 1], [0, -24, -10]], [[0], [10], [-80]],
+    ...                  [[1, 0, 0]])
+    >>> observer = lb.reduced_order_observer(plant, [-10, -10])
+    >>> observer.F.diagonal()
+    array([-10., -10.])
+    >>> lb.certify(observer, plant).worst < 1e-14
+    True
+    """
+    expect(plant=plant)
+    form = _stairs(plant, method)
+    form = rows_of_T.firm(form) if method == "back-substitution" else form
+    poles, pairs = arranged(poles, len(form.A) - form.rank, plant)
+    with np.errstate(all="ignore"):  # what overflows is refused below
+        rows = solve_rows(form, poles, pairs, METHODS[method])
+        observer = _in_users_coordinates(plant, form, rows)
+    return certified(observer, plant)
+
+
+def solve_rows(form, poles, pairs, solve):
+    """T_U, F, D of (10), row by row."""
+    rows = rows_of_T.Rows(form, solve)
+    i = 0
+    while i < rows.size:
+        if pairs[i]:
+            rows.add_pair(i, complex(poles[i]))
+            i += 2
+        else:
+            real = not np.iscomplexobj(rows.G)
+            rows.add(i, float(poles[i].real) if real else complex(poles[i]))
+            i += 1
+    return rows
+
+
+def _stairs(plant, method):
+    if method not in METHODS:
+        raise ValueError(f"method must be one of {sorted(METHODS)}, got {method!r}")
+    if plant.steps is not None:
+        raise DesignError(
+            "prescribed poles are for a constant plant, and this one varies over "
+            f"{plant.steps} steps. Give one A and one C."
+        )
+    return find(plant.A, plant.C, dt=plant.dt)
+
+
+def _in_users_coordinates(plant, form, rows):
+    """The Observer: (5), (12), (24), with the outputs compressed by Y."""
+    r, n, U = form.rank, plant.n, form.U
+    S = np.vstack([rows.T, form.C[:r]])  # upper triangular, (13) and (8)
+    (trtrs,) = get_lapack_funcs(("trtrs",), (S,))
+    back = trtrs(S, U.T, trans=1)[0].T  # back S = U, n^3 / 2 of (25)
+    if not all(np.isfinite(X).all() for X in (back, S, rows.F, rows.D)):
+        raise DesignError(_hopeless(np.inf, form))
+    outputs = form.Y[:, :r].conj().T
+    T, D = rows.T @ U.conj().T, rows.D @ outputs
+    P, V = back[:, : n - r], back[:, n - r :] @ outputs
+    _judge(S, back, P @ T + V @ plant.C - np.eye(n), form)
+    return Observer(
+        F=rows.F,
+        G=T @ plant.B - D @ plant.E,
+        D=D,
+        P=P,
+        V=V,
+        T=T,
+        L=np.eye(n),
+        W=-V @ plant.E,
+        z0=None if plant.is_complex else T @ plant.x0,
+        dt=plant.dt,
+    )
+
+
+def _judge(S, back, lost, form):
+    """Warn, or refuse, by the condition of [T; C]; its singular values are S's."""
+    bound = np.linalg.norm(S) * np.linalg.norm(back)
+    if not bound > CONDITION_WARNING:
+        return
+    cond = np.linalg.cond(S) if np.isfinite(bound) else np.inf
+    if not np.linalg.norm(lost) <= LOST_TOL:
+        raise DesignError(_hopeless(cond, form))
+    if cond > CONDITION_WARNING:
+        even = np.linalg.cond(S / np.linalg.norm(S, axis=1, keepdims=True))
+        warnings.warn(
+            f"cond([T; C]) = {cond:.1e}, and {even:.1e} with rows of unit length: the "
+            f"estimate can lose {np.log10(even):.0f} digits. The pair (A, C) is close "
+            "to an unobservable one, the poles are far from those of A, or the units "
+            "of states or outputs differ widely.",
+            RuntimeWarning,
+            stacklevel=5,
+        )
+
+
+def _hopeless(cond, form):
+    return (
+        f"cond([T; C]) = {cond:.1e}: with stairs {_short(form.blocks)} the pair (A, C) "
+        "is so close to an unobservable one, for these poles, that the estimate would "
+        "have no correct digit. Add sensors, scale the states, or ask for poles "
+        "closer to the eigenvalues of A."
+    )
+
+
+def _short(blocks):
+    shown = ", ".join(str(k) for k in blocks[:8])
+    return f"({shown}{', ...' if len(blocks) > 8 else ''})"

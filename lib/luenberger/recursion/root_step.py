@@ -1,0 +1,138 @@
+"""One step of the covariance where it is singular, or nearly: in factors.
+
+Two things go on from step to step: a factor H of Sigma, and the covariance of what
+rounding has done to H so far.  Both obey the recursion of the error itself, so a
+rounding that an unstable mode has made large is still known for what it is.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg.lapack import dgesdd
+
+from .. import kernels
+from ..numeric.factors import CLEAR, EPS, factor, lengths, rounded, safe, shorten
+
+
+class Move(NamedTuple):
+    """What leads from an instant to the next: A, Q, and G with G G' = Q.
+
+    ``size`` holds the magnitudes that the entries of A are sums of.
+    """
+
+    A: np.ndarray
+    Q: np.ndarray
+    G: np.ndarray
+    size: np.ndarray
+
+
+def first_move(plant):
+    """What leads from P0 to the first sample."""
+    A, _, Q = plant.first_step()
+    return Move(A, Q, factor(Q), np.abs(A))
+
+
+class Spread(NamedTuple):
+    """The covariance of the error; as a factor too where it is not safely definite.
+
+    ``rounding`` is the covariance of the rounding in each column of ``half``.
+    """
+
+    Sigma: np.ndarray
+    half: np.ndarray | None = None
+    rounding: np.ndarray | None = None
+
+    @classmethod
+    def of(cls, Sigma, size=None):
+        """From a covariance alone; `size` holds the variances that it was made of."""
+        size = Sigma.diagonal() if size is None else size
+        if safe(Sigma, size):
+            return cls(Sigma)
+        return cls(Sigma, factor(Sigma, size), np.diag(EPS**2 * size))
+
+    def factored(self):
+        """The same, with a factor in any case."""
+        if self.half is not None:
+            return self
+        half = np.linalg.cholesky(self.Sigma)
+        return Spread(self.Sigma, half, np.diag(EPS**2 * self.Sigma.diagonal()))
+
+
+def root_step(now, move, spread):
+    """The matrices of `kernels.gain_step`, the next `Spread`, and what is known.
+
+    The last are the combinations of outputs (p, .) in which there is no noise and
+    nothing uncertain, so that their value is known before they are read.
+    """
+    spread = spread.factored()
+    H_minus, rounding = ahead(move, spread)
+    size = lengths(H_minus)
+    seen = np.abs(now.C) @ size + now.deviation
+    if now.blind.size:
+        unit = rounded(now.C @ rounding @ now.C.T, seen).diagonal()
+        unit = np.maximum(unit, (EPS * seen) ** 2)  # rounding may have made it less
+        found, known = visible(now, H_minus, np.sqrt(unit))
+    else:
+        found = kernels.root("gain")(C=now.C, R=now.R, H_minus=H_minus)
+        known = np.zeros((len(now.C), 0))
+    found |= kernels.root("update")(
+        C=now.C, V=now.V, Gamma=now.Gamma, Kmv=found["Kmv"], H_minus=H_minus
+    )
+    half = shorten(np.concatenate([found["kept"], found["drawn"]], axis=1))
+    size = size + np.abs(found["K"]) @ seen
+    rounding = rounded(found["Y"] @ rounding @ found["Y"].T, size)
+    found["Omega"], Sigma = H_minus @ H_minus.T, half @ half.T
+    found["Sigma_next"] = Sigma
+    made_of = rounding.diagonal() / EPS**2
+    if not now.blind.size and safe(Sigma, made_of):
+        return found, Spread(Sigma), known
+    return found, Spread(Sigma, half, rounding), known
+
+
+def ahead(move, spread):
+    """H_minus = [A H, G], and the covariance of its rounding: (44)."""
+    A = move.A
+    H_minus = np.concatenate([A @ spread.half, move.G], axis=1)
+    size = move.size @ lengths(spread.half) + lengths(move.G)
+    return H_minus, rounded(A @ spread.rounding @ A.T, size)
+
+
+def visible(now, H_minus, unit):
+    """M and Kmv of (33) where M may be singular, and the combinations known before.
+
+    Kmv = Hx T D^-1 U' W^-1 with [C H_minus, V] = W U D T' and W = diag(unit), the
+    rounding of each row, so that singular values are counted in roundings.
+    """
+    L = now.C @ H_minus
+    Z = np.concatenate([L, now.V], axis=1)
+    some = unit > 0  # an output of no size at all is known, and mixes with no other
+    if not some.all():
+        return _apart(L, Z, H_minus, unit, some)
+    Kmv, K_size, known = _seen(Z / unit[:, None], H_minus)
+    found = dict(L=L, M=Z @ Z.T, Kmv=Kmv / unit, unit=unit, K_size=K_size / unit)
+    return found, known / unit[:, None]
+
+
+def _seen(Z, H_minus):
+    """Kmv W, the size of its entries' rounding, and what is known, from W^-1 Z."""
+    if len(Z) == 0:
+        return np.zeros((len(H_minus), 0)), np.zeros((len(H_minus), 1)), np.eye(0)
+    if Z.shape[1] < len(Z):
+        Z = np.concatenate([Z, np.zeros((len(Z), len(Z) - Z.shape[1]))], axis=1)
+    U, D, Tt, _ = dgesdd(Z, full_matrices=0)
+    rank = int(np.add.reduce(D > CLEAR))
+    rows = H_minus @ Tt[:rank, : H_minus.shape[1]].T / D[:rank]  # of Kmv W U
+    # the rounding of an entry of Kmv W is that of its row
+    return rows @ U[:, :rank].T, lengths(rows)[:, None], U[:, rank:]
+
+
+def _apart(L, Z, H_minus, unit, some):
+    """The same where outputs of no size stand apart."""
+    W = unit[some]
+    Kmv, K_size = np.zeros((2, len(H_minus), len(Z)))
+    gain, size, mixed = _seen(Z[some] / W[:, None], H_minus)
+    Kmv[:, some], K_size[:, some] = gain / W, size / W
+    known = np.zeros((len(Z), mixed.shape[1]))
+    known[some] = mixed / W[:, None]
+    found = dict(L=L, M=Z @ Z.T, Kmv=Kmv, unit=unit, K_size=K_size)
+    return found, np.concatenate([np.eye(len(Z))[:, ~some], known], axis=1)

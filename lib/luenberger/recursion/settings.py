@@ -1,0 +1,222 @@
+"""What every filter of Leondes and Novak needs to know of a plant at one instant."""
+
+from typing import NamedTuple
+
+import numpy as np
+import scipy.linalg
+
+from .. import kernels
+from ..certificate import require_real
+from ..errors import DesignError
+from ..numeric.factors import clear, factor, lengths, safe
+from ..numeric.linalg import RANK_TOL, complete, null_directions, solve_right
+from ..numeric.validation import covariance
+from .root_step import Move, Spread, root_step
+
+PATTERNS = 1000  # of outputs that arrived, kept at most: a long record has many
+
+
+class Setting(NamedTuple):
+    """One instant: the decorrelated plant and the split of the outputs.
+
+    ``As, Qs, J`` describe x+ = As x + B u + J (y - E u) + w~ with w~ independent of
+    v.  ``Gamma`` (n, p) makes C1 x^ = y1; ``Phat, That`` are the rest of (47).
+    ``blind`` (p, .) are the combinations of outputs that carry no noise; ``V`` (p, .)
+    and ``deviation`` (p,) are a factor of R and the roots of its diagonal.  ``move``
+    leads from this instant to the next: As, Qs and a factor of Qs.
+    """
+
+    A: np.ndarray
+    B: np.ndarray
+    C: np.ndarray
+    E: np.ndarray
+    Q: np.ndarray
+    R: np.ndarray
+    As: np.ndarray
+    Qs: np.ndarray
+    J: np.ndarray
+    Gamma: np.ndarray
+    Phat: np.ndarray
+    That: np.ndarray
+    weight: np.ndarray | None
+    blind: np.ndarray
+    V: np.ndarray
+    deviation: np.ndarray
+    move: Move
+
+    def step(self, move, spread):
+        """From the `Spread` of the instant before to the gain and Sigma of this one.
+
+        Returns the matrices by name, the `Spread`, and the combinations of outputs
+        that were known before they were read (None if there can be none).
+        """
+        if spread.half is None and not self.blind.size:
+            new = kernels.gain_step()(
+                A=move.A, Q=move.Q, C=self.C, R=self.R, Gamma=self.Gamma,
+                Sigma=spread.Sigma,
+            )  # fmt: skip
+            if safe(new["Sigma_next"], new["Omega"].diagonal()):
+                return new, Spread(new["Sigma_next"]), None
+        return root_step(self, move, spread)
+
+
+class Settings:
+    """The settings of a plant over time, for a choice of accurate outputs.
+
+    Parameters
+    ----------
+    plant : Plant
+    m1 : int or sequence
+        How many leading outputs are accurate, or which (indices or names).
+    weight : (n, n) array_like, "canonical" or None
+        Whose trace is minimised: tr(weight Sigma).
+    """
+
+    def __init__(self, plant, m1, weight=None):
+        require_noise(plant)
+        self.plant = plant
+        self.accurate = accurate_outputs(plant, m1)
+        self.weight = weight
+        if weight is not None and not isinstance(weight, str):
+            self.weight = positive_weight(weight, plant.n)
+        elif weight not in (None, "canonical"):
+            raise ValueError(
+                f"weight must be an (n, n) matrix or 'canonical', got {weight!r}"
+            )
+        self.steps = plant.steps
+        self._known = {}
+
+    @property
+    def order(self):
+        return self.plant.n - len(self.accurate)
+
+    def at(self, i, seen=None):
+        """The setting at instant i; `seen` (p,) bool tells which outputs arrived."""
+        i = 0 if self.steps is None else min(i, self.steps - 1)
+        key = i, None if seen is None else seen.tobytes()
+        if key not in self._known:
+            # a time-varying plant passes each instant once
+            if self.steps is not None or len(self._known) >= PATTERNS:
+                self._known.clear()
+            self._known[key] = self._make(i, seen)
+        return self._known[key]
+
+    def _make(self, i, seen):
+        A, B, C, E, Q, R, S = self.plant.at(i)
+        accurate = np.isin(np.arange(self.plant.p), self.accurate)
+        if seen is not None:
+            C, E, R, accurate = C[seen], E[seen], R[np.ix_(seen, seen)], accurate[seen]
+            S = None if S is None else S[:, seen]
+        weight = canonical_weight(C) if isinstance(self.weight, str) else self.weight
+        labels = [self.plant.output_names[k] for k in self.accurate]
+        Phat, Gamma1, That = complete(C[accurate], weight, labels)
+        Gamma = np.zeros(C.T.shape)
+        Gamma[:, accurate] = Gamma1
+        S = np.zeros(C.T.shape) if S is None else S
+        J = solve_right(S, R)
+        move = _decorrelated(A, C, Q, R, S, J)
+        blind, V, deviation = null_directions(R), factor(R), np.sqrt(R.diagonal())
+        return Setting(
+            A, B, C, E, Q, R, move.A, move.Q, J, Gamma, Phat, That, weight,
+            blind, V, deviation, move,
+        )  # fmt: skip
+
+
+def _decorrelated(A, C, Q, R, S, J):
+    """What leads to the next instant, driven by the part of w that v does not show."""
+    if not S.any():
+        return Move(A, Q, factor(Q), np.abs(A))
+    As = kernels.decorrelation("As")(A=A, C=C, J=J)["As"]
+    joint = factor(np.block([[Q, S], [S.T, R]]))
+    Nw, Nv = joint[: len(A)], joint[len(A) :]
+    G = kernels.root("decorrelation")(Nw=Nw, Nv=Nv, J=J)["G"]
+    G = clear(G, lengths(Nw) + np.abs(J) @ lengths(Nv))
+    return Move(As, G @ G.T, G, np.abs(A) + np.abs(J) @ np.abs(C))
+
+
+def require_noise(plant):
+    """Raise DesignError unless the plant says what a stochastic filter must know."""
+    require_real("the filter", plant)
+    if plant.dt == 0:
+        raise DesignError(
+            "the filter is for discrete time but the plant has dt = 0. Discretise the "
+            "plant and its noise, and give dt in seconds."
+        )
+    for name, meaning in (("Q", "process"), ("R", "measurement")):
+        if getattr(plant, name) is None:
+            raise DesignError(
+                f"the plant has no {name}, the covariance of the {meaning} noise; "
+                f"give Plant(..., {name}=...), zeros if there is none"
+            )
+    if plant.multiplicative:
+        raise DesignError(
+            "the plant has multiplicative noise, which this filter does not model and "
+            "whose error covariance would come out too small. Use fixed_order_filter, "
+            "or leave it out knowingly, with Plant(..., multiplicative=())."
+        )
+
+
+def require_start(plant):
+    if plant.P0 is None:
+        raise DesignError(
+            "a time-varying filter starts from the covariance P0 of the initial "
+            "state; give Plant(..., P0=...), zeros if the state is known exactly"
+        )
+
+
+def accurate_outputs(plant, m1):
+    """Indices of the accurate outputs, from a number, indices or names."""
+    p = plant.p
+    if isinstance(m1, (int, np.integer)) and not isinstance(m1, bool):
+        if not 0 <= m1 <= p:
+            raise DesignError(f"m1 must be between 0 and p = {p}, got {m1}")
+        return tuple(range(m1))
+    if isinstance(m1, (str, bool, float)) or not np.iterable(m1):
+        raise DesignError(
+            f"m1 must be a number of outputs or a list of outputs, got {m1!r}"
+        )
+    chosen = []
+    for one in m1:
+        if isinstance(one, str) and one in plant.output_names:
+            one = plant.output_names.index(one)
+        if not isinstance(one, (int, np.integer)) or not 0 <= one < p:
+            raise DesignError(
+                f"{one!r} is not an output: use indices 0 .. {p - 1} or names among "
+                f"{list(plant.output_names)}"
+            )
+        chosen.append(int(one))
+    if len(set(chosen)) != len(chosen):
+        raise DesignError(f"the accurate outputs {list(m1)} name one output twice")
+    return tuple(sorted(chosen))
+
+
+def positive_weight(weight, n):
+    """The weight, if positive definite: at unit diagonal, whatever the units."""
+    weight = covariance("weight", weight, n)
+    unit = np.sqrt(weight.diagonal())
+    least = min(unit, default=0.0)
+    if least > 0:
+        least = np.linalg.eigvalsh(weight / unit[:, None] / unit)[0]
+    if not least > 1e-14:
+        raise DesignError(
+            "weight must be positive definite: scaled to unit diagonal its least "
+            f"eigenvalue is {least:.3g}"
+        )
+    return weight
+
+
+def canonical_weight(C):
+    """The weight that the paper's transformation (19) implies: M'M, M = [C; rows].
+
+    The rows that complete M are rows of the identity chosen by pivoted QR.
+    """
+    p, n = C.shape
+    _, upper, pivots = scipy.linalg.qr(C, mode="economic", pivoting=True)
+    diagonal = np.abs(np.diagonal(upper))
+    if p > n or (p and diagonal[-1] <= RANK_TOL * diagonal[0]):
+        raise DesignError(
+            "weight='canonical' needs outputs that are linearly independent, as (19) "
+            "does. Leave out the redundant ones, or use the default weight."
+        )
+    M = np.vstack([C, np.eye(n)[np.sort(pivots[p:])]])
+    return M.T @ M

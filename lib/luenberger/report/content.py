@@ -1,0 +1,218 @@
+"""What the design report says: tables, sentences and pictures of a comparison."""
+
+import base64
+import io
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+from ..compare import percent, sigma
+from ..formats.json_files import json_object
+from ..show import Prose, Table, number
+
+WIDE = 90  # points of the page for an inch of a picture
+
+
+def title(plant, path):
+    """The plant's name as a heading, and what its file says about it."""
+    about = json_object(path, "a plant").get("description")
+    return Prose(*([about] if about else []), heading=plant.name or "Unnamed plant")
+
+
+def sizes(plant):
+    """How large the plant is, in a sentence."""
+    clock = f"one sample every {number(plant.dt)} s" if plant.dt else "continuous time"
+    return Prose(
+        f"{_count(plant.n, 'state')}, {_count(plant.m, 'known input')}, "
+        f"{_count(plant.p, 'output')}; {clock}."
+    )
+
+
+def signals(plant):
+    """States, inputs and outputs by name, with the noise that acts on each."""
+    rows = [
+        *_noises("state", plant.state_names, plant.Q),
+        *(["input", name, "known"] for name in plant.input_names),
+        *_noises("output", plant.output_names, plant.R),
+    ]
+    return Table(["", "name", "noise per step (one sigma)"], rows)
+
+
+def _noises(kind, names, covariance):
+    if covariance is None:
+        return [[kind, name, "not given"] for name in names]
+    sizes = np.sqrt(np.diagonal(covariance))
+    return [[kind, name, number(size, 4)] for name, size in zip(names, sizes)]
+
+
+def plant_poles(plant):
+    """The poles of the plant, in a sentence."""
+    poles = np.linalg.eigvals(plant.A)
+    if plant.dt:
+        margin, what, shown = 1 - np.abs(poles).max(), "Magnitudes", np.abs(poles)
+    else:
+        margin, what, shown = -poles.real.max(), "Real parts", poles.real
+    kind = "stable" if margin > 1e-6 else "unstable" if margin < -1e-6 else "neutral"
+    scale = np.abs(shown).max()
+    listed = ", ".join(number(size, 3, scale) for size in np.sort(shown)[::-1])
+    return Prose(f"The plant is {kind}. {what} of its poles: {listed}.")
+
+
+def refusals(table):
+    """Why some designs do not exist, or that all of them do."""
+    return table.refusals if table.refused else Prose("None was refused.")
+
+
+def recommendation(table):
+    """Which design to take, by which rule, and what it costs; in sentences."""
+    return Prose(f"Recommended: {table.recommended().title}.", *table.reasons())
+
+
+def state_errors(table):
+    """One-sigma steady error of each state, recommended design against the best."""
+    chosen, best = table.recommended(), table.yardstick
+    if best is None:
+        return Prose("No error is known, as there is no noise to weigh.")
+    rows = [
+        [name, number(a, 4), number(b, 4), percent(b / a - 1 if a > 0 else 0.0)]
+        for name, a, b in zip(table.plant.state_names, sigma(best), sigma(chosen))
+    ]
+    return Table(["", best.method, "recommended", "more"], rows)
+
+
+def matrices(design, plant):
+    """The observer's matrices, each a table with names; zero ones are left out."""
+    o = design.observer
+    z = [f"z{k + 1}" for k in range(o.order)]
+    sides = dict(
+        F=(z, z, "next z from z"),
+        G=(z, plant.input_names, "next z from u"),
+        D=(z, plant.output_names, "next z from y"),
+        P=(plant.state_names, z, "estimate from z"),
+        V=(plant.state_names, plant.output_names, "estimate from y"),
+        W=(plant.state_names, plant.input_names, "estimate from u"),
+    )
+    return [
+        Table([f"{name}: {meaning}", *columns], _named(rows, getattr(o, name)))
+        for name, (rows, columns, meaning) in sides.items()
+        if getattr(o, name).size and np.any(getattr(o, name))
+    ]
+
+
+def _named(names, matrix):
+    scale = np.abs(matrix).max(initial=0.0)
+    return [
+        [name, *(number(entry, 5, scale) for entry in row)]
+        for name, row in zip(names, matrix)
+    ]
+
+
+def about(data, estimates):
+    """How many measurements there were and what was done with them."""
+    if data is None:
+        return Prose("No measurements were given.")
+    return Prose(f"{_count(len(data.y), 'sample')}. {estimates.how}")
+
+
+def _count(size, noun):
+    return f"{size or 'no'} {noun}{'' if size == 1 else 's'}"
+
+
+class Picture:
+    """A figure as PNG, with words for those who do not see it.
+
+    The figure is closed, so that a notebook shows it once.
+
+    Parameters
+    ----------
+    axes : list of Axes
+        Of one figure; without any there is no picture.
+    alt : str
+        What is seen.
+    """
+
+    def __init__(self, axes, alt):
+        self.alt, self.png = alt, None
+        if axes:
+            figure, file = axes[0].figure, io.BytesIO()
+            figure.savefig(
+                file, format="png", dpi=2 * WIDE, metadata={"Software": None}
+            )
+            self.png = base64.b64encode(file.getvalue()).decode()
+            self.width = round(WIDE * figure.get_figwidth())
+            plt.close(figure)
+
+    def __repr__(self):
+        return self.alt
+
+    def _repr_mimebundle_(self, include=None, exclude=None):
+        if self.png is None:
+            return {"text/plain": self.alt}
+        look = {"alt": self.alt, "width": self.width}
+        return {"image/png": self.png, "text/plain": self.alt}, {"image/png": look}
+
+
+def pareto(table, axes):
+    """The picture of `plot.pareto`."""
+    if not axes:
+        return Picture([], "No figure: no error is known to weigh work against.")
+    front, chosen = table.pareto(), table.recommended()
+    first, last = front[0], front[-1]
+    return Picture(
+        axes,
+        f"Error trace against multiply-adds per step, {len(table.ranked)} designs. "
+        f"The front runs from {number(first.error, 4)} at {first.work} multiply-adds "
+        f"({first.method}) to {number(last.error, 4)} at {last.work} ({last.method}). "
+        f"A star marks the recommended {chosen.method}, {number(chosen.error, 4)} at "
+        f"{chosen.work}.",
+    )
+
+
+def variances(curves, plant, axes):
+    """The picture of `plot.error_variance`, a panel for each state."""
+    if not curves:
+        return Picture([], "No figure: there are no curves.")
+    last = np.array([np.diagonal(one[-1]) for one in curves.values()])
+    ratio = np.divide(last[-1], last[0], where=last[0] > 0, out=np.ones(plant.n))
+    k = int(np.argmax(np.round(ratio, 6)))
+    return Picture(
+        axes,
+        f"Error variance against time, a panel for each of {plant.n} states, from P0 "
+        f"to the steady state: {', '.join(curves)}. The curves end farthest apart for "
+        f"{plant.state_names[k]}, the last {number(ratio[k], 3)} times the first.",
+    )
+
+
+def gains_and_poles(table, axes):
+    """The picture of `plot.gains` beside that of `plot.poles`."""
+    chosen, plant = table.recommended(), table.plant
+    V = chosen.observer.V
+    i, j = np.unravel_index(np.argmax(np.abs(V)), V.shape) if V.any() else (0, 0)
+    largest = (
+        f"the largest gain is {number(V[i, j], 3)}, {plant.state_names[i]} from "
+        f"{plant.output_names[j]}"
+        if V.any()
+        else "all of them are zero"
+    )
+    what = "largest magnitude" if plant.dt else "largest real part"
+    return Picture(
+        axes,
+        f"Left, bars of the gains V: {largest}. Right, poles of the plant and of the "
+        f"observer in the complex plane: the observer's {what} is "
+        f"{number(chosen.worst_pole, 3)}.",
+    )
+
+
+def estimates(found, plant, axes):
+    """The picture of `plot.estimates`, a panel for each state."""
+    if not found:
+        return Picture([], "No figure: no measurements were given.")
+    spans = (
+        f"{name} from {number(x.min(), 3)} to {number(x.max(), 3)}"
+        for name, x in zip(plant.state_names, found.x.T)
+    )
+    return Picture(
+        axes,
+        f"Estimates of {plant.n} states at {len(found.x)} samples, each with its "
+        f"one-sigma band where it is known: {'; '.join(spans)}.",
+    )

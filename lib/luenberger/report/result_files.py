@@ -1,0 +1,58 @@
+"""The files of a design report: the observer, the table of designs, the estimates."""
+
+import csv
+import io
+from pathlib import Path
+
+from ..formats import json_records
+from ..run import measurements
+
+
+def files(table, estimates=None):
+    """The report's results as texts by file name."""
+    chosen = table.recommended()
+    out = {
+        "observer.json": json_records.layout(
+            json_records.as_data("observer", chosen.observer)
+        ),
+        "designs.csv": designs_csv(table.rows()),
+    }
+    if estimates is not None:
+        file = io.StringIO()
+        measurements.write(file, table.plant, estimates)
+        out["estimates.csv"] = file.getvalue()
+    return out
+
+
+def save(texts, folder="out"):
+    """Write the files into `folder` if there is such a folder, and nothing if not.
+
+    The command makes the folder; a notebook run by hand or by a test has none.
+    """
+    folder = Path(folder)
+    for name, text in texts.items() if folder.is_dir() else ():
+        (folder / name).write_text(text, encoding="utf-8", newline="")
+
+
+def designs_csv(rows):
+    """The rows of a comparison, a line each.
+
+    Lists have spaces between, names semicolons; what does not apply is empty.
+    """
+    file = io.StringIO()
+    out = csv.writer(file, lineterminator="\n")
+    out.writerow(rows[0])
+    for row in rows:
+        out.writerow(_cell(value) for value in row.values())
+    return file.getvalue()
+
+
+def _cell(value):
+    if value is None:
+        return ""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, list):
+        between = "; " if all(isinstance(one, str) for one in value) else " "
+        return between.join(map(str, value))
+    return value

@@ -1,0 +1,132 @@
+"""An observer run over a table of any length, in memory that does not grow."""
+
+import csv
+from collections import deque
+from itertools import repeat
+
+import numpy as np
+
+from ..certificate import require_match
+from ..errors import few, short
+from ..formats.spreadsheets import first_formula, require_plain
+from ..kernels import runs_compiled
+from ..numeric.validation import names
+from .estimate import estimate
+from .measurements import require_finite, time_column
+
+
+def estimates(observer, table, plant=None, backend="numpy"):
+    """Run an observer over a table; memory does not grow with its length.
+
+    Parameters
+    ----------
+    observer : Observer
+    table : Table
+        With a column for each of its outputs and inputs, among others; the names are
+        the observer's own, or the plant's, or else y1, y2, ..., u1, u2, ...
+    plant : Plant, optional
+        Its mean x0, carried to the first sample, is where the estimates start.
+    backend : "numpy" or "numba"
+        As in `estimate`; "auto" would change it within the record, and the last digits.
+
+    Returns
+    -------
+    header : list of str
+        The time column of the table, or "instant", and the names of the estimates.
+    rows : iterator of (Rows, (N, q) ndarray)
+        Some rows of the table, and the estimates at them.
+
+    Raises
+    ------
+    ValueError
+        Naming line and column, if a value is missing, an estimate overflows, or a
+        time would be a formula in a spreadsheet.
+    """
+    x0 = None
+    if plant is not None:
+        observer = _named(observer, plant)
+        x0 = plant.x0 if observer.steps else plant.first_step()[0] @ plant.x0
+    outputs = observer.output_names or names("y output", None, observer.D.shape[-1])
+    inputs = observer.input_names or names("u input", None, observer.G.shape[-1])
+    clock = time_column(table, outputs, inputs, others=True)
+    header = [clock or "instant", *observer.estimate_names]
+    if header[0] in header[1:]:
+        raise ValueError(
+            f"{table.where}: {short(header[0])} would be the name of a column of times "
+            "and of an estimate; rename one"
+        )
+    require_plain("state", observer.estimate_names)
+    rows = table.rows([*outputs, *inputs], outputs, clock)
+    runs_compiled(backend, 0)
+    return header, _estimated(observer, table, rows, outputs, x0, backend)
+
+
+def _named(observer, plant):
+    """The observer with the names of its plant, once they are seen to fit."""
+    require_match(observer, plant)
+    for kind in ("state", "output", "input"):
+        mine, theirs = (getattr(one, f"{kind}_names") for one in (observer, plant))
+        if mine and mine != theirs:
+            raise ValueError(
+                f"the observer's {kind}s are {few(mine)} and the plant's "
+                f"{few(theirs)}; give the plant that the observer was designed for"
+            )
+    return observer.named(plant)
+
+
+def _estimated(observer, table, rows, outputs, x0, backend):
+    """The pieces of a table with their estimates; no piece is kept."""
+    now, p = deque(maxlen=1), len(outputs)
+
+    def ys():
+        for piece in rows:
+            _require_times(table, piece)
+            now.append(piece)
+            yield _measured(table, outputs, piece)
+
+    us = (now[0].values[:, p:] for _ in repeat(None))
+    found = estimate(observer, ys(), us, x0=x0, backend=backend)
+    while True:
+        with np.errstate(over="ignore", invalid="ignore"):
+            x = next(found, None)
+        if x is None:
+            return
+        lines = now[0].lines
+        require_finite(
+            x, observer.estimate_names, lambda k, lines=lines: table.at(lines[k])
+        )
+        yield now[0], x
+
+
+def _require_times(table, piece):
+    if (k := first_formula(piece.carried)) is not None:
+        raise ValueError(
+            f"{table.at(piece.lines[k])}: the time {short(piece.carried[k])} would be "
+            "a formula in a spreadsheet; a time is a number or text, and begins with "
+            "no =, @, + or - unless it is a number"
+        )
+
+
+def _measured(table, outputs, piece):
+    """The measurements of some rows, none of which may be missing."""
+    y = piece.values[:, : len(outputs)]
+    if np.isnan(y).any():
+        k, j = np.argwhere(np.isnan(y))[0]
+        raise ValueError(
+            f"{table.at(piece.lines[k])}: {short(outputs[j])} was not measured, and an "
+            "observer whose gains are fixed beforehand cannot leave a measurement out. "
+            "filter_data(plant, y, u) can, and so does design with --data"
+        )
+    return y
+
+
+def write(file, header, rows):
+    """Write what `estimates` returns to an open file; returns the number of rows."""
+    csv.writer(file, lineterminator="\n").writerow(header)
+    count = 0
+    for piece, x in rows:
+        times = piece.carried or map(str, range(count + 1, count + len(x) + 1))
+        numbers = repr(x.tolist())[2:-2].replace(", ", ",").split("],[")
+        file.write("".join([f"{time},{row}\n" for time, row in zip(times, numbers)]))
+        count += len(x)
+    return count

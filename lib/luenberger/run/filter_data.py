@@ -1,0 +1,148 @@
+"""The filter and its covariance in one pass over a record, with missing values."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from .. import kernels
+from ..arguments import expect
+from ..formats import dataframes
+from ..recursion.filter_pass import Pass
+from ..recursion.settings import Settings
+from .estimate import pairs, rows, single
+
+
+@dataclass(frozen=True, eq=False)
+class Filtered:
+    """What `filter_data` returns; row k is instant k + 1 of the record.
+
+    Attributes
+    ----------
+    x : (N, n) ndarray or pandas.DataFrame
+        Estimates of the state, each using y up to and including its row.
+    std : (N, n) ndarray or pandas.DataFrame
+        Their one-sigma errors, square roots of the diagonal of P.
+    P : (n, n) or (N, n, n) ndarray
+        Error covariance at the last row; with ``history=True`` at every row.
+    K : (N, n, p) ndarray or None
+        Gains, with ``history=True``; the columns of missing outputs are zero.
+    orders : (N,) ndarray of int
+        States the reduced-order filter needs at each row: n minus the number of
+        accurate outputs that arrived.
+    """
+
+    x: np.ndarray
+    std: np.ndarray
+    P: np.ndarray
+    K: np.ndarray | None
+    orders: np.ndarray
+
+
+def filter_data(
+    plant, y, u=None, *, m1=0, u0=None, weight=None, history=False, backend="auto"
+):
+    """Filter a record in one pass, with its covariance; NaN means not measured.
+
+    At each instant the outputs that arrived form C, and the step is that of
+    `reduced_order_filter` for them.  An accurate output that is missing cannot be
+    taken at its word, so the order rises by one there: its direction is predicted
+    and filtered like the others, and drops out again when the output returns.
+
+    Parameters
+    ----------
+    plant : Plant
+        Discrete, with Q, R and P0.
+    y : (N, p) array_like or pandas.DataFrame, or an iterator of such chunks
+        Measurements at instants 1 .. N.  NaN, None, pandas.NA and what a mask covers
+        were not measured.  With an iterator the result is an iterator of `Filtered`,
+        one for each chunk, and memory stays flat.  The columns of a DataFrame are
+        found by the plant's names, as in `estimate`.
+    u : (N, m) array_like or DataFrame, or an iterator of chunks like y's, optional
+        Known input at the same instants, default zero, or the columns of the
+        DataFrame y that are named as inputs.
+    m1 : int or sequence, default 0
+        Accurate outputs, as in `reduced_order_filter`; 0 is the Kalman filter.
+    u0 : (m,) array_like, optional
+        Input from instant 0 to 1, default zero.
+    weight : optional
+        As in `reduced_order_filter`.
+    history : bool, default False
+        Keep the covariance and gain of every row.
+    backend : "auto", "numpy" or "numba"
+        "numba" runs code compiled for this plant (`pip install luenberger[fast]`),
+        hundreds of times faster than "numpy" and the same to rounding; the first
+        record of a plant waits a few seconds for the compiler.  "auto" takes it
+        for records of 20 000 rows or more, where numba is installed.
+
+    Returns
+    -------
+    Filtered, or an iterator of Filtered
+        For a DataFrame or Series y, x and std are DataFrames with its index.
+
+    Raises
+    ------
+    ValueError
+        If sizes disagree or a value is infinite.
+    ImportError
+        If numba is asked for and not installed.
+    DesignError
+        If the plant lacks Q, R or P0, accurate outputs are dependent, or
+        noise-free outputs contradict each other or a state known exactly; the
+        message names outputs and instant.
+
+    References
+    ----------
+    Leondes and Novak (1974), equations (27)-(36), (41)-(43);
+    papers/leondes_novak/derivation/paper.py;
+    papers/leondes_novak/derivation/missing_outputs.py;
+    papers/leondes_novak/derivation/one_pass.py;
+    papers/leondes_novak/derivation/square_root.py where a covariance is singular.
+
+    Examples
+    --------
+    >>> import luenberger as lb
+    >>> plant = lb.Plant([[1]], None, [[1]], dt=1.0, Q=[[0]], R=[[1]], P0=[[1]])
+    >>> nan = float("nan")
+    >>> lb.filter_data(plant, [[2], [nan], [2]]).std[:, 0].round(4)
+    array([0.7071, 0.7071, 0.5774])
+    """
+    expect(plant=plant)
+    settings = Settings(plant, m1, weight)
+    u0 = dataframes.entries("u0", u0, plant.input_names)
+    u0 = np.zeros(plant.m) if u0 is None else single("u0", u0, plant.m)
+    run = Pass(settings, plant.x0, u0)
+    if not isinstance(y, Iterator):
+        return _chunk(run, y, u, history, backend)
+    if u is not None and not isinstance(u, Iterator):
+        raise ValueError("y is an iterator of chunks, so u must be one too")
+    kernels.runs_compiled(backend, 0)  # refuse a backend now, not at the first chunk
+    return (_chunk(run, *part, history, backend) for part in pairs(y, u))
+
+
+def _chunk(run, y, u, history, backend):
+    """Filter the next rows of a pass."""
+    plant, settings, table = run.plant, run.settings, y
+    y, u = dataframes.arrays(y, u, plant.output_names, plant.input_names)
+    y = rows("y", y, plant.p, missing=True)
+    u = rows("u", np.zeros((len(y), plant.m)) if u is None else u, plant.m)
+    if len(u) != len(y):
+        raise ValueError(f"y has {len(y)} rows but u has {len(u)}")
+    if plant.steps is not None and run.i + len(y) >= plant.steps:
+        raise ValueError(
+            f"the plant has rows for instants 0 .. {plant.steps - 1}, the data "
+            f"reach instant {run.i + len(y)}"
+        )
+    fast = kernels.runs_compiled(backend, run.i + len(y))
+    x, variances, P, K = run.over(y, u, fast, history)
+    std = np.sqrt(np.maximum(variances, 0, out=variances), out=variances)
+    x, std = (dataframes.like(table, X, plant.state_names) for X in (x, std))
+    orders = _orders(plant, settings.accurate, y)
+    return Filtered(x, std, run.Sigma if P is None else P, K, orders)
+
+
+def _orders(plant, accurate, y):
+    """n minus the number of accurate outputs in each row."""
+    if not len(accurate):
+        return np.broadcast_to(plant.n, len(y))  # takes no memory for a long record
+    return plant.n - (~np.isnan(y[:, list(accurate)])).sum(axis=1)

@@ -1,0 +1,228 @@
+"""Recorded measurements as CSV, the estimates made from them, and these as CSV."""
+
+import csv
+import dataclasses
+from collections import Counter
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..analysis.error_covariance import error_covariance
+from ..errors import few, short
+from ..formats.csv_reader import Table, number, separator
+from ..formats.json_files import opened
+from .estimate import estimate
+from .filter_data import filter_data
+
+TIME = ("time", "t", "instant")  # a first column of this name is only carried along
+
+
+@dataclass(frozen=True, eq=False)
+class Measurements:
+    """A record: row k is instant k + 1, the k-th sample after the initial condition.
+
+    Attributes
+    ----------
+    y : (N, p) ndarray
+        Measurements; NaN where a channel was not measured.
+    u : (N, m) ndarray
+        Known inputs.
+    time : (N,) ndarray
+        The record's own time column, or the instants 1 .. N.
+    """
+
+    y: np.ndarray
+    u: np.ndarray
+    time: np.ndarray
+
+    def of(self, plant, state):
+        """The record of an output that is this very state, or None."""
+        for k in range(plant.p):
+            unit = np.arange(plant.n) == state
+            if np.array_equal(plant.C[k], unit) and not plant.E[k].any():
+                return self.y[:, k]
+        return None
+
+    @property
+    def missing(self):
+        """How many single measurements are missing."""
+        return int(np.isnan(self.y).sum())
+
+
+def read(path, plant):
+    """Read a CSV file whose columns are named after the plant's outputs and inputs.
+
+    The columns may come in any order, a column `time`, `t` or `instant` beside them.
+    An empty cell or `nan` in an output column means that it was not measured.
+
+    Raises
+    ------
+    ValueError
+        Naming the line and the column that are not as they should be.
+    """
+    outputs, inputs = plant.output_names, plant.input_names
+    with opened(path) as file:
+        table = Table(file, path)
+        clock = time_column(table, outputs, inputs)
+        parts = list(table.rows([*outputs, *inputs], outputs, clock))
+    values = np.concatenate([part.values for part in parts])
+    time = [
+        number(path, line, clock, text)
+        for part in parts
+        for line, text in zip(part.lines, part.carried)
+    ]
+    return Measurements(
+        y=values[:, : plant.p],
+        u=values[:, plant.p :],
+        time=np.array(time) if clock else np.arange(1.0, len(values) + 1),
+    )
+
+
+def time_column(table, outputs, inputs, others=False):
+    """The name of a table's time column, or None.
+
+    Blanks around a name do not count, in the plant as in the table.
+
+    Raises
+    ------
+    ValueError
+        Unless the outputs and the inputs are columns, and, but for `others`, there
+        are no more.
+    """
+    where, header = table.where, table.header
+    wanted = [name.strip() for name in (*outputs, *inputs)]
+    if shared := _repeated(wanted):
+        raise ValueError(
+            f"{where}: {few(shared)} each name more than one output or input, so a "
+            "column does not say which it is; rename one in the plant"
+        )
+    if twice := _repeated(header):
+        raise ValueError(f"{where}: the columns {few(twice)} occur more than once")
+    time = next((n for n in header if n.lower() in TIME and n not in wanted), None)
+    given = dict.fromkeys(name for name in header if name != time)
+    lacking = [name for name in wanted if name not in given]
+    known = dict.fromkeys(given if others else wanted)
+    foreign = [name for name in given if name not in known]
+    marks = separator(header)
+    if lacking and marks:
+        raise ValueError(
+            f"{where}: {marks} separate the columns, and commas should; numbers have "
+            "a decimal point"
+        )
+    parts = [f"lacks the columns {few(lacking)}"] * bool(lacking)
+    parts += [f"has the unknown columns {few(foreign)}"] * bool(foreign)
+    if parts:
+        raise ValueError(
+            f"{where} {' and '.join(parts)}; outputs and inputs are {few(wanted)}"
+        )
+    return time
+
+
+def _repeated(names):
+    return sorted(name for name, count in Counter(names).items() if count > 1)
+
+
+@dataclass(frozen=True, eq=False)
+class Estimates:
+    """Estimates (N, n), their one-sigma bounds (N, n) or None, and how it was done."""
+
+    time: np.ndarray
+    x: np.ndarray
+    std: np.ndarray | None
+    how: str
+
+
+def apply(observer, accurate, plant, data):
+    """Estimate every state from a record.
+
+    A complete record is run through the observer itself.  Where measurements are
+    missing its constant gain is of no use, and the time-varying filter with the same
+    accurate outputs takes its place.
+
+    Parameters
+    ----------
+    observer : Observer
+        Constant, an estimate of all states (L = I).
+    accurate : tuple of int
+        The outputs it takes as accurate.
+    plant : Plant
+    data : Measurements
+    """
+    if data.missing:
+        done = filter_data(plant, data.y, data.u, m1=accurate)
+        require_finite(done.x, plant.state_names, _row)
+        kind = "filter with the same accurate outputs" if accurate else "Kalman filter"
+        how = (
+            f"{data.missing} of {data.y.size} measurements are missing, so the "
+            f"estimates come from the time-varying {kind}, which leaves out what was "
+            "not measured; not from observer.json."
+        )
+        return Estimates(data.time, done.x, done.std, how)
+    here = first_sample(plant)
+    with np.errstate(over="ignore", invalid="ignore"):
+        x = estimate(observer, data.y, data.u, x0=here.x0)
+    require_finite(x, plant.state_names, _row)
+    if plant.Q is None or plant.R is None:
+        how = "The estimates are those of observer.json; without Q and R their bounds "
+        return Estimates(data.time, x, None, how + "are not known.")
+    if plant.P0 is None:
+        covariance = error_covariance(observer, plant)[None]
+        how = (
+            "the plant gives no P0, so the one-sigma bounds are those of steady state."
+        )
+    else:
+        covariance = covariance_from_start(observer, plant, len(data.y))
+        how = "the one-sigma bounds start from the plant's P0."
+    variance = np.diagonal(covariance, axis1=1, axis2=2)
+    std = np.broadcast_to(np.sqrt(np.maximum(variance, 0)), x.shape)
+    how = "The estimates are those of observer.json; " + how
+    return Estimates(data.time, x, std, how)
+
+
+def _row(k):
+    return f"instant {k + 1} of the measurements"
+
+
+def covariance_from_start(observer, plant, samples):
+    """Error covariance of a constant observer at instants 1 .. samples.
+
+    It starts from T times the expected state of the first sample.
+    """
+    here = first_sample(plant)
+    begun = dataclasses.replace(observer, z0=observer.T @ here.x0)
+    return error_covariance(begun, here, steps=samples - 1)
+
+
+def first_sample(plant):
+    """The plant with x0 and P0 carried to the first sample, before it is used."""
+    A, _, Q = plant.first_step()
+    known = plant.P0 is not None and Q is not None
+    P0 = A @ plant.P0 @ A.T + Q if known else None
+    return dataclasses.replace(plant, x0=A @ plant.x0, P0=P0, P0_is="prior")
+
+
+def require_finite(x, names, at):
+    """Raise unless every estimate is finite; `at(k)` says where row k is."""
+    if not np.isfinite(x).all():
+        k, j = np.argwhere(~np.isfinite(x))[0]
+        raise ValueError(
+            f"{at(k)}: the estimate of {short(names[j])} overflows; the measurements "
+            "are too large, or the observer is not stable"
+        )
+
+
+def write(file, plant, estimates):
+    """Write estimates to an open file: time, then each state and its one sigma.
+
+    Without bounds there are no columns for them.
+    """
+    out, wide = csv.writer(file, lineterminator="\n"), ("", "_sigma")
+    if estimates.std is None:
+        table, wide = estimates.x, wide[:1]
+    else:
+        pairs = np.stack([estimates.x, estimates.std], axis=2)
+        table = pairs.reshape(len(pairs), -1)
+    names = (name + end for name in plant.state_names for end in wide)
+    out.writerow(["time", *names])
+    for t, row in zip(estimates.time, table):
+        out.writerow([repr(float(value)) for value in (t, *row)])

@@ -1,0 +1,258 @@
+"""Run a plant and an observer side by side, exactly."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.linalg
+
+from ..arguments import expect
+from ..certificate import require_match, require_real
+from ..numeric.factors import square_root
+from .estimate import real, rows, single, start
+
+WHOLE = 64 * 64  # entries of a matrix that BLAS multiplies without dividing the work
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """One simulation.  Rows are times, as in scipy and MATLAB ``lsim``.
+
+    For a filter designed over steps the rows are its instants 1 .. N; otherwise row
+    0 is the first sample.
+    """
+
+    t: np.ndarray  # (N,) seconds
+    x: np.ndarray  # (N, n) plant state
+    z: np.ndarray  # (N, r) observer state
+    u: np.ndarray  # (N, m) known input
+    y: np.ndarray  # (N, p) measurement
+    w: np.ndarray  # (N, q) L x
+    w_hat: np.ndarray  # (N, q) the observer's estimate of w
+
+    @property
+    def error(self):
+        """w^ - w, (N, q)."""
+        return self.w_hat - self.w
+
+
+def simulate(plant, observer, t, *, u=None, u0=None, x0=None, z0=None, seed=None):
+    """Simulate plant and observer together, exactly.
+
+    Parameters
+    ----------
+    plant : Plant
+    observer : Observer
+    t : int or (N,) array_like
+        In discrete time the number of steps; or equally spaced times in seconds,
+        spaced by dt when dt > 0.
+    u : float or (N, m) array_like, optional
+        Known input at each row, held until the next; default zero.
+    u0 : (m,) array_like, optional
+        The input from instant 0 to 1, for a filter designed over steps.
+    x0 : (n,) array_like, optional
+        Plant state at the start; default ``plant.x0``, with a seed drawn around it.
+    z0 : (r,) array_like, optional
+        Observer state at its first row, default as designed.
+    seed : int, optional
+        Draw the start (from P0) and the noises (from Q, R, S, then the multiplicative
+        ones).  None: no noise.
+
+    Returns
+    -------
+    Run
+        A constant observer gives rows 0 .. steps, a filter over N steps its rows
+        1 .. steps.
+
+    Raises
+    ------
+    ValueError
+        If sizes, times or sampling periods disagree.
+
+    Examples
+    --------
+    >>> import luenberger as lb
+    >>> plant = lb.Plant([[1, 1], [0, 1]], None, [[1, 0]], dt=1.0,
+    ...                  Q=[[0, 0], [0, 0]], R=[[1]], P0=[[1, 0], [0, 1]])
+    >>> observer = lb.kalman_filter(plant, steps=5)
+    >>> lb.simulate(plant, observer, 5, x0=[2, 1]).x[:, 0]
+    array([3., 4., 5., 6., 7.])
+    """
+    expect(plant=plant, observer=observer)
+    require_match(observer, plant)
+    require_real("simulation", plant, observer)
+    if plant.dt == 0:
+        return _simulate_continuous(plant, observer, t, u, x0, z0, seed, u0)
+    steps = _whole_steps(t, plant.dt)
+    x, y, u = trajectory(plant, observer, steps, u=u, u0=u0, x0=x0, seeds=(seed,))
+    first = 0 if observer.steps is None else 1
+    z, w_hat = follow(observer, y, u, start(observer, u0, z0))
+    times = plant.dt * np.arange(first, steps + 1)
+    x, y, z, w_hat = (signal[..., 0] for signal in (x[first:], y, z, w_hat))
+    return Run(times, x, z, u, y, x @ observer.L.T, w_hat)
+
+
+def trajectory(
+    plant, observer, steps, *, u=None, u0=None, x0=None, seeds=(None,), roots=None
+):
+    """States (steps + 1, n, runs), measurements (N, p, runs) and inputs (N, m).
+
+    Each seed makes one run from a stream of its own, so a run does not depend on
+    which others are made beside it.  Measurements start at the observer's first row.
+    `roots` are those of the noise, if they are known already.
+    """
+    varying = observer.steps is not None
+    if varying and steps > observer.steps:
+        raise ValueError(
+            f"{steps} steps asked of a filter designed for {observer.steps}"
+        )
+    n, first = plant.n, int(varying)
+    u = _input(u, steps + 1 - first, plant.m)
+    before = np.zeros(plant.m) if u0 is None else single("u0", u0, plant.m)
+    full = np.vstack([before, u]) if varying else u
+    roots = noise_roots(plant, steps) if roots is None else roots
+    noise, gains, deviation = _noise(plant, steps, seeds, *roots)
+    A, B, C, E = (over(X, steps + 1) for X in (plant.A, plant.B, plant.C, plant.E))
+    x = np.empty((steps + 1, n, len(seeds)))
+    x[0] = (plant.x0 if x0 is None else single("x0", x0, n))[:, None]
+    x[0] += deviation if x0 is None else 0.0
+    drive = noise[:, :n] + times(B, full[..., None])
+    for i in range(steps):
+        if varying and i == 0 and plant.P0_is == "prior":
+            x[1] = x[0]
+            continue
+        times(A if A.ndim == 2 else A[i], x[i], out=x[i + 1])
+        x[i + 1] += drive[i]
+        for (A1, _), g in zip(plant.multiplicative, gains[i]):
+            x[i + 1] += g * times(A1, x[i])
+    y = times(C, x) + times(E, full[..., None]) + noise[:, n:]
+    for j, (_, C1) in enumerate(plant.multiplicative):
+        y += gains[:, j, None] * times(C1, x)
+    return x, y[first:], u
+
+
+def times(A, X, out=None):
+    """A @ X, in an order of summation that does not hang on the number of threads.
+
+    BLAS divides a large product among its threads, and then the last bits depend on
+    how many there are.  It leaves a small one whole.
+    """
+    if A.shape[-2] * A.shape[-1] <= WHOLE:
+        return np.matmul(A, X, out=out)
+    return np.einsum("...ij,...jr->...ir", A, X, out=out)
+
+
+def over(X, rows):
+    """X, or its first `rows` rows if it changes in time, the last one held."""
+    return X if X.ndim == 2 else X[np.minimum(np.arange(rows), len(X) - 1)]
+
+
+def noise_roots(plant, steps):
+    """H0, H with H0 H0' = P0, H H' = [[Q, S], [S', R]], a stack if those change."""
+    rows = 1 if plant.steps is None else steps + 1
+    H = np.stack([square_root(_joint(plant.at(i))) for i in range(rows)])
+    P0 = np.zeros((plant.n, plant.n)) if plant.P0 is None else plant.P0
+    return square_root(P0), H[0] if plant.steps is None else H
+
+
+def draw(seed, *arrays):
+    """Fill the arrays with standard normal numbers from one random stream."""
+    rng = np.random.default_rng(seed)
+    for array in arrays:
+        rng.standard_normal(out=array)
+
+
+def _noise(plant, steps, seeds, H0, H):
+    """[w; v] of every instant and run, the g_j, and the first state's deviation.
+
+    The g_j (instants, number of g_j, runs) are drawn last, so that the rest of a run
+    is the same with multiplicative noise as without.
+    """
+    runs, width = len(seeds), plant.n + plant.p
+    noise = np.zeros((runs, steps + 1, width))
+    gains = np.zeros((runs, steps + 1, len(plant.multiplicative)))
+    deviation = np.zeros((runs, plant.n))
+    for run, seed in enumerate(seeds):
+        if seed is not None:
+            draw(seed, deviation[run], noise[run], gains[run])
+    noise, gains = (np.ascontiguousarray(g.transpose(1, 2, 0)) for g in (noise, gains))
+    return times(H, noise), gains, times(H0, deviation.T)
+
+
+def _joint(now):
+    n, p = now.A.shape[0], now.C.shape[0]
+    Q = np.zeros((n, n)) if now.Q is None else now.Q
+    R = np.zeros((p, p)) if now.R is None else now.R
+    S = np.zeros((n, p)) if now.S is None else now.S
+    return np.block([[Q, S], [S.T, R]])
+
+
+def follow(observer, y, u, state):
+    """States (N, r, runs) and estimates (N, q, runs) from measurements (N, p, runs)."""
+    N, r, o = len(y), observer.order, observer
+    F, G, D, P, V, W = (over(X, N) for X in (o.F, o.G, o.D, o.P, o.V, o.W))
+    drive = times(D, y) + times(G, u[..., None])
+    z = np.empty((N, r, y.shape[-1]))
+    z[0] = state[:, None]
+    for k in range(N - 1):
+        times(F if F.ndim == 2 else F[k], z[k], out=z[k + 1])
+        z[k + 1] += drive[k]
+    return z, times(P, z) + times(V, y) + times(W, u[..., None])
+
+
+def _input(u, length, m):
+    u = np.zeros(m) if u is None else real("u", u, "an array of numbers")
+    try:
+        u = np.broadcast_to(u, (length, m))
+    except ValueError:
+        raise ValueError(f"u must be ({length}, {m}), got {u.shape}") from None
+    return rows("u", u, m)
+
+
+def _whole_steps(t, dt):
+    if isinstance(t, (int, np.integer)) and not isinstance(t, bool):
+        if t < 1:
+            raise ValueError(f"steps must be at least 1, got {t}")
+        return int(t)
+    t = _equally_spaced(t)
+    if not np.isclose(t[1] - t[0], dt, rtol=1e-6):
+        raise ValueError(
+            f"t is spaced by {t[1] - t[0]:g} s but the plant samples every {dt:g} s"
+        )
+    return len(t) - 1
+
+
+def _equally_spaced(t):
+    t = real("t", t, "a number of steps or equally spaced times")
+    if t.ndim != 1 or len(t) < 2 or not np.allclose(np.diff(t), t[1] - t[0], rtol=1e-6):
+        raise ValueError("t must be a number of steps or equally spaced times")
+    return t
+
+
+def _simulate_continuous(plant, observer, t, u, x0, z0, seed, u0):
+    if seed is not None or u0 is not None:
+        raise ValueError(
+            "noise (seed) and u0 are for discrete time; the plant has dt=0"
+        )
+    t = _equally_spaced(t)
+    u = _input(u, len(t), plant.m)
+    n, r = plant.n, observer.order
+    M = np.block([[plant.A, np.zeros((n, r))], [observer.D @ plant.C, observer.F]])
+    N = np.vstack([plant.B, observer.G + observer.D @ plant.E])
+    M, N = hold(M, N, t[1] - t[0])
+    s = np.empty((len(t), n + r))
+    s[0] = np.concatenate(
+        [plant.x0 if x0 is None else single("x0", x0, n), start(observer, None, z0)]
+    )
+    for k in range(len(t) - 1):
+        s[k + 1] = M @ s[k] + N @ u[k]
+    x, z = s[:, :n], s[:, n:]
+    y = x @ plant.C.T + u @ plant.E.T
+    w_hat = z @ observer.P.T + y @ observer.V.T + u @ observer.W.T
+    return Run(t, x, z, u, y, x @ observer.L.T, w_hat)
+
+
+def hold(M, N, step):
+    """Exact discretisation of s' = M s + N u for u held over `step` seconds."""
+    k, m = N.shape
+    E = scipy.linalg.expm(step * np.block([[M, N], [np.zeros((m, k + m))]]))
+    return E[:k, :k], E[:k, k:]

@@ -1,0 +1,714 @@
+"""How every command behaves: statuses, streams, dry runs, signals, names, help."""
+
+import contextlib
+import io
+import json
+import os
+import pathlib
+import shlex
+import shutil
+import signal
+import subprocess
+import sys
+import time
+import warnings
+
+import numpy as np
+import pytest
+from interrupts import heeding
+
+import luenberger as lb
+from luenberger.commands import COMMANDS, main
+from luenberger.commands.terminal import visible
+
+PLANTS = pathlib.Path(__file__).parents[2] / "notebooks" / "plants"
+NAMES = [module.__name__.rpartition(".")[2] for module in COMMANDS]
+CLIMBING = '../../x \N{SNOWMAN} "; rm -rf </script> {0} %s =1+1'
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """A folder with a plant, its record and an observer, as the examples have them."""
+    folder = tmp_path_factory.mktemp("made")
+    for path in PLANTS.iterdir():
+        shutil.copy(path, folder)
+    plant = lb.Plant.from_json(folder / "tracker.json")
+    (folder / "report").mkdir()
+    (folder / "report" / "report.html").write_text("an earlier report")
+    observer = lb.reduced_order_filter(plant, 1, horizon="steady")
+    observer.to_json(folder / "report" / "observer.json")
+    return folder
+
+
+@pytest.fixture
+def here(made, tmp_path, monkeypatch):
+    """A copy of that folder, which is then the working folder."""
+    shutil.copytree(made, tmp_path / "work")
+    monkeypatch.chdir(tmp_path / "work")
+    return tmp_path / "work"
+
+
+@pytest.fixture
+def call(capfd):
+    """Run a command line in this process: status, stdout, stderr."""
+
+    def run(line):
+        try:
+            status = main(shlex.split(line) if isinstance(line, str) else line)
+        except SystemExit as end:
+            status = end.code
+        return status, *capfd.readouterr()
+
+    return run
+
+
+# Whether Python buffers decides where a closed pipe shows.
+CLEAN = {
+    name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"
+}
+
+
+def process(*arguments, **options):
+    """The same in a process of its own."""
+    options = dict(capture_output=True, text=True, timeout=120, env=CLEAN) | options
+    return subprocess.run([sys.executable, "-m", "luenberger", *arguments], **options)
+
+
+def contents(folder):
+    return {
+        str(p.relative_to(folder)): p.read_bytes()
+        for p in sorted(folder.rglob("*"))
+        if p.is_file()
+    }
+
+
+# -- help -----------------------------------------------------------------------------
+
+
+def examples(name):
+    from luenberger.commands import parser
+
+    actions = parser()._subparsers._group_actions[0].choices
+    head = "  python -m luenberger "
+    lines = actions[name].format_help().splitlines()
+    return [line.removeprefix(head) for line in lines if line.startswith(head)]
+
+
+EXAMPLES = [line for name in NAMES for line in examples(name)]
+SLOW = {"design tracker.json --out report --data tracker.csv"}  # in test_commands.py
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_help_has_examples_and_says_what_is_written(call, name):
+    status, out, err = call(f"{name} --help")
+    assert (status, err) == (0, "") and "\nexamples:\n" in out
+    assert "--dry-run" in out or "Writes nothing." in out
+    assert len(examples(name)) >= 2
+
+
+@pytest.mark.parametrize("line", [line for line in EXAMPLES if line not in SLOW])
+def test_examples_run(here, call, line):
+    status, out, err = call(line)
+    assert status == 0 and out, err
+
+
+def test_slow_examples_exist():
+    assert set(EXAMPLES) > SLOW
+
+
+def test_help_names_every_command_and_status(call, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")  # argparse fills lines as wide as the terminal
+    status, out, _ = call("--help")
+    assert status == 0 and all(f"\n    {name} " in out for name in NAMES)
+    assert all(f"\n  {code:<5}" in out for code in (0, 1, 2, 130))
+
+
+def test_help_is_as_quick_as_the_library():
+    """It imports next to nothing that `import luenberger` does not."""
+    code = (
+        "import sys, luenberger; before = set(sys.modules)\n"
+        "from luenberger.commands import parser; parser().format_help()\n"
+        "print(*sorted(set(sys.modules) - before))"
+    )
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    new = run.stdout.split()
+    ours = [name for name in new if name.startswith("luenberger.")]
+    assert "luenberger.commands" in ours
+    assert all(name.startswith("luenberger.commands") for name in ours)
+    assert len(new) - len(ours) < 10, new
+
+
+def test_version(call):
+    from importlib.metadata import version
+
+    assert call("--version") == (0, f"luenberger {version('luenberger')}\n", "")
+
+
+def test_the_readme_lists_every_command():
+    text = (PLANTS.parents[1] / "README.md").read_text(encoding="utf-8")
+    assert [name for name in NAMES if f"\n| `{name}" not in text] == []
+
+
+# -- statuses -------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("line", "why"),
+    [
+        ("check absent.json", "absent.json: No such file"),
+        ("check report", "report"),
+        ("check tracker.csv", "tracker.csv: not a JSON file"),
+        ("check report/observer.json", "does not hold a plant"),
+        ("compare tracker.json --k=1,2", "k must be"),
+        ("compare tracker.json --k=1,nan,2", "k has entries that are not finite"),
+        ("compare tracker.json --orders=7", "from 0 to 3, got 7"),
+        ("compare tracker.json --orders=0", "no design that is asked for exists"),
+        ("compare tracker.json --csv report", "report is a folder"),
+        ("compare tracker.json --csv no/such.csv", "no/such.csv: No such file"),
+        ("compare tracker.json --csv ./tracker.json", "would replace tracker.json"),
+        ("compare tracker.json --csv loop", "loop: Too many levels of symbolic links"),
+        ("export tracker.json --c loop", "loop is a link that leads to no folder"),
+        ("export tracker.json --c loop/a/b --dry-run", "loop is a link that leads to"),
+        ("export tracker.json --c tracker.csv/a --dry-run", "tracker.csv is a file"),
+        ("design tracker.json --out loop --dry-run", "loop is a link that leads to no"),
+        ("design tracker.json --out tracker.csv/r --dry-run", "tracker.csv is a file"),
+        ("estimate report/observer.json tracker.csv --out loop", "loop: Too many lev"),
+        (
+            "estimate report/observer.json tracker.csv --out tracker.csv/e",
+            "tracker.csv/e: Not a directory",
+        ),
+        ("export tracker.json --c c --m1 speed", "'speed' is not an output"),
+        ("export tracker.json --c c --m1 3", "between 0 and p = 2, got 3"),
+        ("export report/observer.json --c tracker.csv", "tracker.csv is a file"),
+        ("ledger --paper Kalman", "no paper is called 'Kalman'"),
+        ("ledger --paper an", "more than one paper"),
+        ("ledger --paper=", "no paper is called ''"),
+        ("ledger --html no/such.html --paper hsia", "no/such.html: No such file"),
+        ("ledger --html report --dry-run", "report is a folder"),
+        ("design tracker.json --out tracker.csv", "tracker.csv is a file"),
+        ("estimate tracker.json tracker.csv --out e.csv", "does not hold an observer"),
+    ],
+    ids=lambda value: value if " " in value and "--" in value else "",
+)
+def test_refused_with_one_line_and_status_1(here, call, line, why):
+    (here / "loop").symlink_to("back")
+    (here / "back").symlink_to("loop")
+    before = contents(here)
+    status, out, err = call(line)
+    assert status == 1 and out == "", (status, out)
+    *said, message = err.splitlines()
+    assert message.startswith("luenberger: ") and why in message
+    assert "Traceback" not in err and len(said) <= 1
+    assert contents(here) == before
+    assert os.readlink(here / "loop") == "back" and os.readlink("back") == "loop"
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "",
+        "destroy",
+        "check",
+        "check a.json b.json",
+        "check tracker.json --jso",
+        "compare tracker.json --k=one",
+        "compare tracker.json --csv a.csv --json",
+        "export report/observer.json",
+        "ledger --html a.html --json",
+        "ledger --html a.html --misprints",
+        "design tracker.json",
+        "design tracker.json --out=",
+        "check ''",
+        "compare tracker.json --k=1_0,0,0",
+        "compare tracker.json --csv=",
+        "compare tracker.json --csv=folder/",
+        "export report/observer.json --c=",
+        "export '' --c c",
+        "estimate '' tracker.csv --out e.csv",
+        "estimate report/observer.json '' --out e.csv",
+        "estimate report/observer.json tracker.csv --out=",
+        "estimate report/observer.json tracker.csv --out=folder/",
+        "ledger --html=",
+        "estimate report/observer.json tracker.csv",
+    ],
+)
+def test_wrong_usage_has_status_2(here, call, line):
+    status, out, err = call(line)
+    assert status == 2 and out == "" and "usage: python -m luenberger" in err
+
+
+@pytest.mark.parametrize("command", ["check", "export --c c"])
+def test_numbers_that_overflow_are_a_refusal_in_one_line(here, call, command):
+    lb.Plant(np.full((3, 3), 1e308), None, np.eye(3), dt=1.0, Q=np.eye(3), R=np.eye(3),
+             P0=np.eye(3)).to_json(here / "p.json")  # fmt: skip
+    before = contents(here)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", RuntimeWarning)  # would be lines on stderr
+        status, out, err = call(f"{command} p.json")
+    assert (status, out) == (1, "") and err.count("\n") == 1
+    assert contents(here) == before
+    assert "the numbers are too large or too unlike to compute with" in err
+
+
+def test_main_prints_to_whatever_stands_for_stdout(here):
+    """As a notebook's stream does, which has no bytes beneath."""
+    with contextlib.redirect_stdout(io.StringIO()) as out:
+        assert main(["check", "tracker.json"]) == 0
+    assert "steady filter  exists" in out.getvalue()
+
+
+def test_a_missing_package_is_a_refusal(here, call, monkeypatch):
+    monkeypatch.setitem(sys.modules, "latex2mathml.converter", None)
+    status, out, err = call("ledger --paper hsia --html page.html")
+    assert status == 1 and out == "" and "latex2mathml" in err
+    assert not (here / "page.html").exists()
+
+
+# -- dry runs -------------------------------------------------------------------------
+
+WRITING = [
+    "compare tracker.json --orders=1 --csv designs.csv",
+    "ledger --paper hsia --html page.html",
+    "export report/observer.json --c firmware --plant tracker.json",
+    "export tracker.json --c . --name filter",
+    "estimate report/observer.json tracker.csv --out estimates.csv",
+]
+
+
+@pytest.mark.parametrize("line", WRITING)
+def test_a_dry_run_writes_nothing_and_names_what_a_run_writes(here, call, line):
+    before = contents(here)
+    status, planned, err = call(f"{line} --dry-run")
+    assert status == 0 and err.endswith("dry run: nothing was written\n")
+    assert contents(here) == before and not (here / "firmware").exists()
+    status, out, err = call(line)
+    assert status == 0 and "dry run" not in err
+    new = sorted(set(contents(here)) - set(before))
+    assert out == planned and sorted(map(os.path.normpath, out.splitlines())) == new
+
+
+def test_a_dry_run_refuses_what_the_run_would(here, call):
+    (here / "mine.h").write_text("not ours")
+    line = "export report/observer.json --c . --name mine"
+    for more in ("", " --dry-run"):
+        status, out, err = call(line + more)
+        assert (status, out) == (1, "") and "not written by this library" in err
+
+
+# -- output ---------------------------------------------------------------------------
+
+JSON = [
+    "check tracker.json --json",
+    "compare tracker.json --k=1,0,0 --orders=1 --json",
+    "ledger --paper moore --json",
+    "ledger --misprints --json",
+]
+
+
+def refuse(constant):
+    raise AssertionError(f"{constant} is not JSON")
+
+
+@pytest.mark.parametrize("line", JSON)
+def test_json_is_one_document_of_ascii(here, call, line):
+    status, out, err = call(line)
+    found = json.loads(out, parse_constant=refuse)
+    assert (status, err) == (0, "") and isinstance(found, dict) and out.isascii()
+
+
+@pytest.mark.parametrize(
+    "line", ["compare tracker.json --orders=1", "check reactor.json"]
+)
+def test_output_is_the_same_in_every_process(here, call, line):
+    """Whatever order sets have in it."""
+    run = process(*line.split(), env=CLEAN | {"PYTHONHASHSEED": "1"})
+    assert call(line)[1] == run.stdout != ""
+
+
+def with_names(here, text, path):
+    """The tracker with `text` in every name."""
+    data = json.loads((here / "tracker.json").read_text())
+    names = dict(name=text, state_names=[f"{text}{k}" for k in range(3)])
+    names["output_names"] = [f"{text} out {k}" for k in range(2)]
+    (here / path).write_text(json.dumps(data | names))
+
+
+def test_names_do_not_become_paths(here, call):
+    """They are in the JSON of a stranger; the files are those that were asked for."""
+    with_names(here, CLIMBING, "odd.json")
+    before = set(contents(here.parent))
+    lines = ["check odd.json", "check odd.json --json"]
+    lines += ["compare odd.json --orders=1", "compare odd.json --orders=1 --csv d.csv"]
+    lines += [["export", "odd.json", "--c=c", f"--m1={CLIMBING} out 0"]]
+    lines += ["export report/observer.json --plant odd.json --c d"]
+    for line in lines:
+        assert call(line)[0] == 0
+    made = {path for path in contents(here.parent) if path not in before}
+    named = {"d.csv", "c/observer.c", "c/observer.h", "d/observer.c", "d/observer.h"}
+    assert made == {f"work/{name}" for name in named}
+
+
+@pytest.mark.parametrize(
+    "line", ["compare odd.json --csv=d", "design odd.json --out=r"]
+)
+def test_names_do_not_become_formulas_of_a_spreadsheet(here, call, line):
+    with_names(here, "=cmd|' /C calc'!A0 ", "odd.json")
+    before = contents(here)
+    status, out, err = call(line)
+    assert (status, out) == (1, "") and contents(here) == before
+    assert "the state name \"=cmd|' /C calc'!A0 0\" would be a formula" in err
+
+
+def test_names_do_not_steer_the_terminal(here, call):
+    """Plants refuse such names; what is printed of the refusal is harmless too."""
+    with_names(here, "\x1b[31m red\r\n\x07", "odd.json")
+    observer = json.loads((here / "report/observer.json").read_text())
+    (here / "o.json").write_text(json.dumps(observer | {"\x1b[2J": 1}))
+    for line in ("check odd.json", "compare odd.json", "export o.json --c c"):
+        status, out, err = call(line)
+        assert status == 1 and out == "" and "\\x1b[" in err
+        assert err.removesuffix("\n").isprintable()
+
+
+@pytest.mark.parametrize(
+    "character", ["\x1b", "\n", "\x7f", "\u202e", "\ud800", "\x9b"]
+)
+def test_what_steers_a_terminal_is_printed_as_an_escape(character):
+    assert visible(f"a{character}b").isprintable()
+    assert visible(f"a{character}b") != visible("ab")
+
+
+def test_a_terminal_without_unicode(here):
+    data = json.loads((here / "tracker.json").read_text())
+    data["state_names"] = ["\N{SNOWMAN}", "Straße", "position"]
+    (here / "odd.json").write_text(json.dumps(data))
+    env = CLEAN | {"PYTHONIOENCODING": "ascii"}
+    run = process("check", "odd.json", env=env)
+    assert run.returncode == 0 and "\\u2603, Stra\\xdfe, position" in run.stdout
+
+
+# -- closed pipes, full disks, signals ------------------------------------------------
+
+
+BUFFERS = pytest.mark.parametrize("unbuffered", ["", "1"], ids=["", "unbuffered"])
+PRINTING = pytest.mark.parametrize(
+    "arguments",
+    [("--help",), ("check", "--help"), ("--version",), ("ledger", "--json")],
+)
+
+
+@PRINTING
+@BUFFERS
+def test_a_closed_pipe_ends_it_quietly(arguments, unbuffered):
+    run = subprocess.Popen(
+        [sys.executable, "-m", "luenberger", *arguments],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        env=CLEAN | {"PYTHONUNBUFFERED": unbuffered},
+    )
+    run.stdout.close()
+    assert run.stderr.read() == b"" and run.wait(timeout=60) == 141
+    run.stderr.close()
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no device that is full")
+@PRINTING
+@BUFFERS
+def test_a_full_disk_behind_stdout_is_noticed(arguments, unbuffered):
+    env = CLEAN | {"PYTHONUNBUFFERED": unbuffered}
+    with open("/dev/full", "w") as full:
+        run = process(*arguments, capture_output=False, stdout=full, stderr=-1, env=env)
+    assert run.returncode == 1
+    assert run.stderr == "luenberger: No space left on device\n"
+
+
+def without(closed, line, **options):
+    """Run a command line with streams closed, as `<&-` does: status, stdout, stderr."""
+    shell = f'exec "$@" {closed}'
+    arguments = ["sh", "-c", shell, "sh", sys.executable, "-m", "luenberger"]
+    run = subprocess.run(
+        [*arguments, *line.split()], capture_output=True, text=True, timeout=120,
+        env=CLEAN, **options,
+    )  # fmt: skip
+    return run.returncode, run.stdout, run.stderr
+
+
+@pytest.mark.parametrize(
+    ("line", "closed", "name"),
+    [
+        ("estimate report/observer.json - --out -", "<&-", "stdin"),
+        ("estimate report/observer.json - --out e.csv", "<&-", "stdin"),
+        ("estimate report/observer.json tracker.csv --out -", ">&-", "stdout"),
+        ("estimate report/observer.json - --out -", "<&- >&-", "stdout"),
+        ("estimate report/observer.json tracker.csv --out e.csv", ">&-", "stdout"),
+        ("check tracker.json", ">&-", "stdout"),
+        ("--help", "<&- >&-", "stdout"),
+    ],
+)
+def test_a_stream_that_is_needed_and_closed_is_a_refusal(here, line, closed, name):
+    before = contents(here)
+    assert without(closed, line) == (1, "", f"luenberger: {name} is closed\n")
+    assert contents(here) == before
+
+
+def test_a_stream_that_is_closed_and_not_needed_changes_nothing(here, call):
+    """Least of all where it is stderr, what is said there among the results."""
+    line = "estimate report/observer.json tracker.csv --out -"
+    _, out, err = call(line)
+    assert without("<&-", line) == (0, out, err)
+    assert without("2>&-", line) == without("<&- 2>&-", line) == (0, out, "")
+    assert without("2>&-", "check absent.json") == (1, "", "")
+    assert without("2>&-", "destroy") == (2, "", "")
+    assert without(">&- 2>&-", line) == (1, "", "")
+
+
+def test_no_file_takes_the_place_of_a_closed_stream(tmp_path):
+    """A child process, of which the report starts one, would write into it."""
+    code = (
+        "from luenberger.commands import terminal; terminal.prepare()\n"
+        "print(open('new', 'w').fileno() > 2)"
+    )
+    for closed in ("<&-", "2>&-", "<&- 2>&-"):
+        shell = f'exec "$@" {closed}'
+        run = subprocess.run(
+            ["sh", "-c", shell, "sh", sys.executable, "-c", code],
+            cwd=tmp_path, capture_output=True, text=True,
+        )  # fmt: skip
+        assert run.stdout == "True\n", run.stderr
+
+
+def test_the_file_behind_stdout_is_not_replaced(here):
+    """It would be another file that ends up under its name, and the path nowhere."""
+    line = "estimate report/observer.json tracker.csv --out"
+    (here / "e.csv").write_text("earlier\n")
+    for name in ("e.csv", "/dev/stdout"):
+        with open("e.csv", "a") as file:
+            run = process(*line.split(), name, capture_output=False, stdout=file,
+                          stderr=subprocess.PIPE)  # fmt: skip
+        assert run.returncode == 1 and "the file that stdout or" in run.stderr
+    assert (here / "e.csv").read_text() == "earlier\n"
+
+
+@pytest.mark.parametrize(
+    ("number", "status"),
+    [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)],
+    ids=lambda value: getattr(value, "name", ""),
+)
+def test_interrupted_while_writing_leaves_the_old_file(here, number, status):
+    (here / "e.csv").write_text("old")
+    line = "estimate report/observer.json - --out e.csv"
+    before = contents(here)
+    run = subprocess.Popen(
+        heeding("-m", "luenberger", *line.split()),
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    run.stdin.write((here / "tracker.csv").read_text())
+    run.stdin.flush()
+    while run.poll() is None and not list(here.glob(".luenberger-*")):
+        time.sleep(0.01)
+    assert run.poll() is None  # it waits for more, its new file beside the old one
+    run.send_signal(number)
+    _, err = run.communicate(timeout=60)
+    assert run.returncode == status and "Traceback" not in err
+    assert contents(here) == before
+
+
+# -- check ----------------------------------------------------------------------------
+
+
+def plant(A, C, dt=1.0, **noise):
+    n, p = len(A), len(C)
+    noise = dict(Q=np.eye(n), R=np.eye(p)) | noise
+    return lb.Plant(A, None, C, dt=dt, **noise)
+
+
+A2 = [[0.5, 0.0], [0.0, 2.0]]
+J2 = [[[1.0, 1.0], [0.0, 1.0]], [[1.0, 0.0]]]
+PLANTS_TO_CHECK = {
+    "observable": (
+        plant(*J2),
+        ["not stable: 1 (2 times)", "  observable; indices 2", "filter  exists"],
+    ),
+    "unobservable, decays": (
+        plant(A2, [[0, 1]]),
+        ["not observable; indices 1", "hidden modes   0.5, which decay\n"],
+    ),
+    "unobservable, does not decay": (
+        plant(A2, [[1, 0]]),
+        ["hidden modes   2, which do not decay", "steady filter  none: not detectable"],
+    ),
+    "nothing measured": (
+        plant(A2, [[0, 0]]),
+        [
+            "indices none",
+            "hidden modes   0.5, ",
+            "hidden modes   2, ",
+            "redundant      1",
+        ],
+    ),
+    "no outputs": (
+        plant([[0.999, 1], [0, 0.998]], np.zeros((0, 2))),
+        ["outputs        none", "hidden modes   0.998, 0.999, which", "filter  exists"],
+    ),
+    "growing too fast to compute": (
+        plant(1e9 * np.array([[1, 2, 0], [0, 1, 1], [1, 0, 1]]), [[1, 0, 0]]),
+        ["steady filter  none: the "],
+    ),
+    "unstable": (plant(A2, [[1, 1]]), ["not stable: 2"]),
+    "continuous": (
+        lb.Plant([[0, 1], [-1, 0]], [[0], [1]], [[1, 0]]),
+        ["continuous (dt = 0)", "modes          0 +- 1j", "not stable: 0 +- 1j"],
+    ),
+    "noise-free": (
+        plant(*J2, Q=[[0, 0], [0, 1]], R=[[0]]),
+        ["rank of Q 1 of 2, of R 0 of 1, of [Q S; S' R] 1 of 3", "noise-free     y1"],
+    ),
+    "correlated": (
+        plant([[0.5]], [[1]], Q=[[1]], R=[[1]], S=[[1]]),
+        ["of [Q S; S' R] 1 of 2"],
+    ),
+    "undriven": (
+        plant([[1, 0], [0, 0.5]], [[1, 1]], Q=[[0, 0], [0, 1]]),
+        ["undriven       1", "steady filter  none: no steady filter: a motion at 1"],
+    ),
+    "undriven by what is left of w": (
+        plant([[2]], [[1]], Q=[[1]], R=[[1]], S=[[1]]),
+        ["undriven       1", "steady filter  none: no steady filter"],
+    ),
+    "mean-square stable": (
+        plant([[0.5]], [[1]], multiplicative=[([[0.5]], [[0]])]),
+        ["1 pair; mean-square stable, spectral radius 0.5,", "1.73205 times as"],
+    ),
+    "mean-square unstable by itself": (
+        plant([[2]], [[1]], multiplicative=[([[0.5]], [[0]])] * 2),
+        [
+            "2 pairs; not mean-square stable, ",
+            "as A alone\n               is not stable",
+        ],
+    ),
+    "mean-square unstable": (
+        plant([[0.5]], [[1]], multiplicative=[([[1.2]], [[0]])]),
+        [
+            "not mean-square stable, spectral radius 1.69",
+            "none: not mean-square stable",
+        ],
+    ),
+    "noise that does not feed back": (
+        plant([[0.5]], [[1]], multiplicative=[([[0]], [[1]])]),
+        ["up to\n               any factor", "steady filter  exists"],
+    ),
+    "varies in time": (
+        plant(np.array([[[0.5]], [[0.6]]]), [[1]], Q=[[1]], R=[[1]]),
+        ["varies over 2 instants", "of one instant say nothing", "filter  none:"],
+    ),
+    "no noise": (
+        lb.Plant(A2, None, [[1, 1]], dt=1.0),
+        ["noise          Q or R is not"],
+    ),
+    "start": (
+        plant([[0.5]], [[1]], P0=[[1]], P0_is="prior"),
+        ["x0, P0 are of x[1], before y[1]"],
+    ),
+    "twice": (plant(np.eye(2) / 2, np.eye(2)), ["modes          0.5 (2 times)"]),
+    "pair": (
+        plant([[0, 1], [-0.5, 0]], [[1, 0]]),
+        ["modes          0 +- 0.707107j\n"],
+    ),
+    "complex": (
+        lb.Plant([[0.5j, 0], [0, 0.5]], None, [[1, 1]], dt=1.0),
+        ["modes          0+0.5j, 0.5\n", "observable; indices 2", "filter  none:"],
+    ),
+    "complex, two of one size": (
+        lb.Plant(np.diag([0.5j, -0.5j, 2, 1j]), None, np.ones((1, 4)), dt=1.0),
+        ["modes          0 +- 0.5j, 0+1j, 2\n"],
+    ),
+}
+
+
+@pytest.mark.parametrize(
+    ("one", "lines"), PLANTS_TO_CHECK.values(), ids=list(PLANTS_TO_CHECK)
+)
+def test_check_says_what_a_plant_is_like(tmp_path, call, one, lines):
+    one.to_json(tmp_path / "p.json")
+    status, out, err = call(["check", str(tmp_path / "p.json")])
+    assert (status, err) == (0, "")
+    assert all(len(line) < 80 for line in out.splitlines())
+    for line in lines:
+        assert line in out, out
+    assert out.count("hidden modes") == sum("hidden modes" in line for line in lines)
+    status, out, _ = call(["check", str(tmp_path / "p.json"), "--json"])
+    assert status == 0 and json.loads(out, parse_constant=refuse)["name"] is None
+
+
+def test_an_overflow_is_no_line_of_numpy_on_stderr(tmp_path):
+    one = plant([[0.5, 0.1], [0, 0.6]], [[1e300, 0]])
+    one.to_json(tmp_path / "p.json")
+    for line, said in (("check", "steady filter"), ("compare --orders=1", "Take the ")):
+        run = process(*line.split(), str(tmp_path / "p.json"))
+        assert (run.returncode, run.stderr) == (0, "")
+        assert "encountered" not in run.stdout and said in run.stdout
+
+
+# -- the others -----------------------------------------------------------------------
+
+
+def test_compare_prints_what_the_library_finds(here, call):
+    table = lb.compare(lb.Plant.from_json("tracker.json"), orders=[1])
+    _, out, _ = call("compare tracker.json --orders=1 --json")
+    found = json.loads(out)
+    assert found["designs"] == table.rows() and found["reasons"] == table.reasons()
+    _, out, _ = call("compare tracker.json --orders=1")
+    starred = [line for line in out.splitlines() if line.startswith("*")]
+    assert len(starred) == 1 and table.recommended().label in starred[0]
+    assert "the fixed-order filter is for" in out
+    assert table.reasons()[0] in " ".join(out.split())
+
+
+def test_compare_writes_a_line_for_each_design(here, call):
+    import csv
+
+    call("compare tracker.json --orders=1 --csv d.csv")
+    with open("d.csv", newline="") as file:
+        rows = list(csv.DictReader(file))
+    found = lb.compare(lb.Plant.from_json("tracker.json"), orders=[1])
+    assert [row["method"] for row in rows] == [one.method for one in found]
+    assert sum(row["recommended"] == "yes" for row in rows) == 1
+    traces = [float(row["error_trace"]) for row in rows if row["error_trace"]]
+    assert traces == [one.trace for one in found.designs]
+
+
+def test_the_exported_filter_of_a_plant(here, call):
+    call('export tracker.json --m1 "radar position (m)" --c by-command')
+    plant = lb.Plant.from_json("tracker.json")
+    lb.export.to_c(plant, "by-function", m1=["radar position (m)"])
+    assert contents(here / "by-command") == contents(here / "by-function")
+    call("export tracker.json --m1 2 --c by-command --name two --float")
+    lb.export.to_c(plant, "by-function", m1=2, name="two", dtype="float")
+    assert contents(here / "by-command") == contents(here / "by-function")
+
+
+@pytest.mark.parametrize("path", ["tracker.json", "report/observer.json"])
+def test_a_file_that_does_not_say_what_it_is_is_known_by_its_keys(here, call, path):
+    data = json.loads((here / path).read_text())
+    assert data.pop("luenberger")
+    (here / "plain.json").write_text(json.dumps(data))
+    assert call(f"export {path} --c a")[0] == call("export plain.json --c b")[0] == 0
+    assert contents(here / "a") == contents(here / "b")
+
+
+def test_the_ledger_is_printed_whole(call):
+    from luenberger import ledger
+
+    _, out, _ = call("ledger --paper moore")
+    text = " ".join(out.split())
+    for entry in ledger.entries("moore"):
+        assert f"{entry.number} {' '.join(entry.says.split())}" in text
+    _, out, _ = call("ledger --misprints")
+    assert out.count("  printed: ") == len(ledger.misprints())
+    _, out, _ = call("ledger --json")
+    assert len(json.loads(out)["entries"]) == ledger.count()
+    _, out, _ = call("ledger --misprints --json --paper hsia")
+    assert len(json.loads(out)["misprints"]) == len(ledger.misprints("hsia"))

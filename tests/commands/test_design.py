@@ -1,0 +1,306 @@
+"""`python -m luenberger design`: what it writes, and what it leaves when it fails."""
+
+import csv
+import json
+import pathlib
+import re
+import shutil
+import signal
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from interrupts import heeding
+
+import luenberger as lb
+from luenberger.commands import main
+from luenberger.compare import METHODS
+
+ROOT = pathlib.Path(__file__).parents[2]
+PLANTS = ROOT / "notebooks" / "plants"
+FILES = {"design.ipynb", "report.html", "observer.json", "designs.csv", "plant.json"}
+WITH_DATA = FILES | {"data.csv", "estimates.csv"}
+
+
+def command(*arguments, cwd):
+    return subprocess.run(
+        [sys.executable, "-m", "luenberger", "design", *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        cwd=cwd,
+        timeout=120,
+    )
+
+
+@pytest.fixture
+def inside(monkeypatch, capfd):
+    """The same command without a process of its own, for mistakes seen at once."""
+
+    def run(*arguments, cwd):
+        monkeypatch.chdir(cwd)
+        status = main(["design", *map(str, arguments)])
+        return subprocess.CompletedProcess(arguments, status, *capfd.readouterr())
+
+    return run
+
+
+def contents(folder):
+    """Every file below a folder and what is in it."""
+    return {p: p.read_bytes() for p in sorted(folder.rglob("*")) if p.is_file()}
+
+
+@pytest.fixture(scope="module")
+def reported(tmp_path_factory):
+    """A folder with a finished report on the tracker, and what the command said."""
+    here = tmp_path_factory.mktemp("command")
+    run = command(
+        PLANTS / "tracker.json",
+        "--out=a/report",
+        "--data",
+        PLANTS / "tracker.csv",
+        cwd=here,
+    )
+    assert run.returncode == 0, run.stderr
+    return here, run
+
+
+def test_files_and_nothing_else(reported):
+    here, run = reported
+    found = {str(path.relative_to(here)) for path in here.rglob("*") if path.is_file()}
+    assert found == {f"a/report/{name}" for name in WITH_DATA}
+    assert set(run.stdout.split()) == found and run.stdout.endswith("report.html\n")
+
+
+def test_progress_counts_every_step(reported):
+    _, run = reported
+    steps = re.findall(r"^step (\d+) of (\d+): .+$", run.stderr, re.M)
+    last = int(steps[-1][1])
+    assert [int(step) for step, _ in steps] == list(range(1, last + 1))
+
+
+def test_observer_is_certified_and_as_accurate_as_its_table_says(reported):
+    here, _ = reported
+    plant = lb.Plant.from_json(PLANTS / "tracker.json")
+    observer = lb.Observer.from_json(here / "a/report/observer.json")
+    lb.certify(observer, plant).require()
+    with open(here / "a/report/designs.csv", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [row["accurate"] for row in rows][:2] == ["", "radar position (m)"]
+    trace = np.trace(lb.error_covariance(observer, plant))
+    (chosen,) = [row for row in rows if row["recommended"] == "yes"]
+    assert float(chosen["error_trace"]) == pytest.approx(trace, rel=1e-12)
+    assert int(chosen["order"]) == observer.order == 2
+    assert float(chosen["excess"]) < 0.05
+    assert {row["method"] for row in rows} == set(METHODS)
+    refused = [row for row in rows if row["refusal"]]
+    assert refused and all(row["error_trace"] == "" for row in refused)
+
+
+def test_estimates_are_those_of_the_observer(reported):
+    here, _ = reported
+    plant = lb.Plant.from_json(PLANTS / "tracker.json")
+    with open(here / "a/report/estimates.csv", newline="") as file:
+        header, *rows = list(csv.reader(file))
+    names = [name for s in plant.state_names for name in (s, f"{s}_sigma")]
+    assert header == ["time", *names]
+    values = np.array(rows, dtype=float)
+    y = np.loadtxt(PLANTS / "tracker.csv", delimiter=",", skiprows=1)[:, 1:]
+    observer = lb.Observer.from_json(here / "a/report/observer.json")
+    x = lb.estimate(observer, y, x0=plant.A @ plant.x0)
+    np.testing.assert_allclose(values[:, 1::2], x, rtol=1e-12)
+    steady = np.sqrt(np.diag(lb.error_covariance(observer, plant)))
+    np.testing.assert_allclose(values[-1, 2::2], steady, rtol=1e-6)
+    assert values[0, 4] > steady[1]  # larger at the start, where P0 counts
+
+
+def test_page_asks_nothing_of_the_network(reported):
+    here, _ = reported
+    page = (here / "a/report/report.html").read_text(encoding="utf-8")
+    links = re.findall(
+        r"(?:src|href|action|data|poster)\s*=\s*[\"']?([^\"'\s>]{1,30})", page
+    )
+    assert links and all(link.startswith("data:image/png") for link in links)
+    assert not re.search(r"<script|<link|<iframe|@import|url\(", page)
+    addresses = set(re.findall(r"https?://[^\s\"'<]+", page))
+    assert addresses <= {"http://www.w3.org/1998/Math/MathML"}
+    assert "default-src 'none'" in page
+    assert page.count("<math") >= 5 and "$" not in re.sub(r"<[^>]*>", "", page)
+
+
+def test_page_says_what_was_asked_and_what_to_take(reported):
+    here, _ = reported
+    page = (here / "a/report/report.html").read_text(encoding="utf-8")
+    assert "<h1>Velocity-aided tracker</h1>" in page
+    name = "Leondes-Novak filter, radar position (m) taken as accurate"
+    assert f"Recommended: {name}, best constant gain, order 2." in page
+    assert "the fixed-order filter is for stable plants" in page
+    assert "Out[" not in page and "assert" not in page
+    described = re.findall(r'<img alt="([^"]+)"', page)
+    assert page.count("<img") == 4 == len(described)
+    assert "star marks the recommended Leondes-Novak filter" in described[0]
+    assert "Estimates of 3 states at " in described[3]
+
+
+def test_plant_without_noise_is_reported_on(inside, tmp_path):
+    """Observers without an error, and estimates without bounds."""
+    (tmp_path / "plant.json").write_text(edited(Q=None, R=None))
+    given = ("--out", "r", "--data", PLANTS / "tracker.csv")
+    assert inside("plant.json", *given, cwd=tmp_path).returncode == 0
+    page = (tmp_path / "r/report.html").read_text(encoding="utf-8")
+    assert "Recommended: deadbeat observer, order 1." in page
+    assert "no noise covariances Q and R to weigh accuracy by" in page
+    assert "No figure: no error is known" in page and "nan" not in page
+    with open(tmp_path / "r/estimates.csv", newline="") as file:
+        header, *rows = list(csv.reader(file))
+    assert header[1:] == list(lb.Plant.from_json(PLANTS / "tracker.json").state_names)
+    assert rows and all(len(row) == 4 for row in rows)
+
+
+def test_notebook_names_no_machine(reported):
+    here, _ = reported
+    notebook = json.loads((here / "a/report/design.ipynb").read_text(encoding="utf-8"))
+    text = json.dumps(notebook)
+    assert str(here) not in text and sys.prefix not in text
+    counts = [c["execution_count"] for c in notebook["cells"] if "outputs" in c]
+    assert counts == list(range(1, len(counts) + 1))
+
+
+def edited(**changes):
+    """The tracker's JSON with some keys changed; None leaves a key out."""
+    data = json.loads((PLANTS / "tracker.json").read_text(encoding="utf-8")) | changes
+    return json.dumps({key: value for key, value in data.items() if value is not None})
+
+
+HEADER = "radar position (m),radar velocity (m/s)"
+BAD_PLANTS = {
+    "not JSON": ("{", "not a JSON file"),
+    "not finite": (edited().replace("37.5", "NaN").replace("0.5", "NaN"), "NaN"),
+    "not a number": (edited(A=[["__import__('os')"]]), "A must be"),
+    "asymmetric R": (edited(R=[[1, 2], [0, 1]]), "R must be symmetric"),
+    "unknown key": (edited(exec="1"), "exec"),
+}
+BAD_DATA = {
+    "empty": ("", "empty"),
+    "no rows": (HEADER, "no measurements"),
+    "wrong columns": ("time,position\n1,2\n", "lacks the columns"),
+    "column twice": (f"{HEADER},{HEADER}\n1,2,3,4\n", "more than once"),
+    "ragged": (f"{HEADER}\n1,2\n1\n", "line 3: 1 cells"),
+    "text": (f"{HEADER}\n1,2\n1,fast\n", "line 3: 'radar velocity .*'fast'"),
+    "infinite": (f"{HEADER}\n1,inf\n", "line 2"),
+    "underscored": (f"{HEADER}\n1,1_0\n", "line 2"),
+    "binary": ("\x00\xff", "CSV|columns|NUL"),
+}
+
+
+def refused(run, pattern):
+    """Status 1, one readable message, no traceback."""
+    assert run.returncode == 1, run.stderr
+    message = run.stderr.strip().splitlines()[-1]
+    assert message.startswith("luenberger: ") and re.search(pattern, run.stderr)
+    assert "Traceback" not in run.stderr and run.stdout == ""
+
+
+@pytest.mark.parametrize(("text", "pattern"), BAD_PLANTS.values(), ids=BAD_PLANTS)
+def test_refused_plant_leaves_the_earlier_report(
+    reported, inside, tmp_path, text, pattern
+):
+    here, _ = reported
+    (tmp_path / "plant.json").write_text(text)
+    before = contents(here)
+    refused(inside(tmp_path / "plant.json", "--out", "a/report", cwd=here), pattern)
+    assert contents(here) == before
+
+
+def test_plant_without_any_filter_is_refused_from_within_the_notebook(
+    reported, tmp_path
+):
+    """Position is not measured: nothing certain can be said of it."""
+    here, _ = reported
+    (tmp_path / "plant.json").write_text(edited(C=[[0, 1, 0], [0, 0, 1]]))
+    before = contents(here)
+    run = command(tmp_path / "plant.json", "--out", "a/report", cwd=here)
+    refused(run, "DesignError: no exact filter of any order exists: ")
+    assert contents(here) == before and len(list(here.iterdir())) == 1
+
+
+@pytest.mark.parametrize(("text", "pattern"), BAD_DATA.values(), ids=BAD_DATA)
+def test_refused_data_leaves_the_earlier_report(
+    reported, inside, tmp_path, text, pattern
+):
+    here, _ = reported
+    (tmp_path / "data.csv").write_text(text, encoding="latin-1")
+    before = contents(here)
+    given = ("--data", tmp_path / "data.csv", "--out", "a/report")
+    refused(inside(PLANTS / "tracker.json", *given, cwd=here), pattern)
+    assert contents(here) == before
+
+
+@pytest.mark.parametrize(
+    ("arguments", "pattern"),
+    [
+        (("absent.json", "--out", "r"), "absent.json: No such file"),
+        ((PLANTS / "tracker.json", "--out", "file"), "file is a file"),
+        ((PLANTS / "tracker.json", "--out", "file/r"), "file"),
+        ((PLANTS / "tracker.json", "--out", "mine"), "mine holds plant.json"),
+        ((PLANTS / "tracker.json", "--out", "r", "--data", "absent.csv"), "absent.csv"),
+    ],
+    ids=["no plant", "out is a file", "out below a file", "out is in use", "no data"],
+)
+def test_refused_arguments_leave_everything_alone(tmp_path, arguments, pattern):
+    (tmp_path / "file").write_text("kept")
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "plant.json").write_text("kept")
+    before = contents(tmp_path)
+    refused(command(*arguments, cwd=tmp_path), pattern)
+    assert contents(tmp_path) == before and not (tmp_path / "r").exists()
+
+
+def test_a_dry_run_names_what_a_run_writes(reported, inside, tmp_path):
+    _, run = reported
+    given = (PLANTS / "tracker.json", "--out", "a/report", "--dry-run")
+    dry = inside(*given, "--data", PLANTS / "tracker.csv", cwd=tmp_path)
+    assert dry.returncode == 0 and dry.stdout == run.stdout
+    without = inside(*given, cwd=tmp_path).stdout.split()
+    assert {pathlib.Path(name).name for name in without} == FILES
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_interrupted_run_leaves_nothing(tmp_path):
+    run = subprocess.Popen(
+        heeding("-m", "luenberger", "design", PLANTS / "tracker.json", "--out", "r"),
+        cwd=tmp_path,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    for line in run.stderr:
+        if line.startswith("step 2"):
+            break
+    assert list(tmp_path.iterdir())  # the working folder, beside the one to come
+    run.send_signal(signal.SIGINT)
+    assert "interrupted" in run.communicate(timeout=60)[1]
+    assert run.returncode == 130 and list(tmp_path.iterdir()) == []
+
+
+def test_missing_measurements_and_a_second_run(reported, tmp_path):
+    """NaN is filtered around; earlier estimates go; names are text, not markup."""
+    here, _ = reported
+    shutil.copytree(here / "a", tmp_path / "a")
+    rows = (PLANTS / "tracker.csv").read_text().splitlines()[:12]
+    rows[4] = rows[4].rpartition(",")[0] + ","
+    rows[5] = "5,NaN,NaN"
+    (tmp_path / "data.csv").write_text("\n".join(rows))
+    names = ["<img src=x onerror=1>", "$x$", "[a](javascript:1)"]
+    plant = edited(name="</title><script>alert(1)</script>", state_names=names)
+    (tmp_path / "plant.json").write_text(plant)
+    given = ("--out", "a/report", "--data", "data.csv")
+    run = command("plant.json", *given, cwd=tmp_path)
+    assert run.returncode == 0, run.stderr
+    assert {p.name for p in (tmp_path / "a/report").iterdir()} == WITH_DATA
+    values = np.loadtxt(tmp_path / "a/report/estimates.csv", delimiter=",", skiprows=1)
+    assert values.shape == (11, 7) and np.isfinite(values).all()
+    assert values[4, 2] > 0.5 == values[3, 2]  # nothing measured: position too widens
+    page = (tmp_path / "a/report/report.html").read_text(encoding="utf-8")
+    assert "3 of 22 measurements are missing" in page
+    assert "&lt;script&gt;alert(1)" in page and "&lt;img src=x onerror=1" in page
+    assert not re.search(r"<script|<img src=x|href=.javascript", page)

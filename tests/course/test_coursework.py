@@ -1,0 +1,430 @@
+"""The coursework: every wrong answer gets its lesson, and nbgrader gives the marks.
+
+tests/course/NAME.toml holds the wrong answers to assignment NAME.
+"""
+
+import copy
+import csv
+import dis
+import html
+import json
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import tomllib
+from types import CodeType
+
+import pytest
+
+ROOT = pathlib.Path(__file__).parents[2]
+COURSE = ROOT / "notebooks" / "coursework"
+NAMES = sorted(path.parent.name for path in COURSE.glob("source/*/*.ipynb"))
+STEPS = ("install", "copy", "release", "grade", "feedback", "marks")
+REGION = re.compile(r"^[ \t]*### BEGIN (\w+).*?^[ \t]*### END \1[^\n]*\n?", re.M | re.S)
+
+
+def assignment(name, folder=COURSE / "source"):
+    """A notebook as JSON, with the sources of its cells joined."""
+    path = folder / name / f"{name}.ipynb"
+    notebook = json.loads(path.read_text(encoding="utf-8"))
+    for cell in notebook["cells"]:
+        cell["source"] = "".join(cell["source"])
+    return notebook
+
+
+def role(cell):
+    return cell["metadata"].get("nbgrader", {})
+
+
+def named(notebook):
+    """The cells with a role, by grade_id."""
+    found = (cell for cell in notebook["cells"] if role(cell))
+    return {role(cell)["grade_id"]: cell for cell in found}
+
+
+def answers(notebook):
+    """The solution cells of code, those that are written, and the checks, by id."""
+    cells = named(notebook)
+    solved = {k: c for k, c in cells.items() if role(c)["solution"]}
+    code = {k: c for k, c in solved.items() if c["cell_type"] == "code"}
+    checks = {k: c for k, c in cells.items() if role(c)["grade"] and k not in solved}
+    return code, {k: c for k, c in solved.items() if k not in code}, checks
+
+
+def tried(name):
+    """The answers that are tried on an assignment, by kind."""
+    text = (ROOT / "tests" / "course" / f"{name}.toml").read_text(encoding="utf-8")
+    return tomllib.loads(text)
+
+
+def mistakes(name):
+    return tried(name)["mistake"]
+
+
+def submissions(name):
+    """The mistakes that are handed in together, by number."""
+    together = {}
+    for mistake in mistakes(name):
+        if "submission" in mistake:
+            together.setdefault(mistake["submission"], []).append(mistake)
+    return together
+
+
+# The notebooks themselves
+
+
+@pytest.fixture(scope="module")
+def solved():
+    """The names that an assignment leaves behind, run from top to bottom once."""
+    kept = {}
+
+    def run(name):
+        if name not in kept:
+            kept[name] = {"__name__": name}
+            for cell in assignment(name)["cells"]:
+                if cell["cell_type"] == "code":
+                    exec(cell["source"], kept[name])
+        return dict(kept[name])
+
+    return run
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_points_and_tasks_are_stated(name):
+    notebook = assignment(name)
+    code, written, checks = answers(notebook)
+    head = notebook["cells"][0]["source"]
+    by_machine = sum(role(cell)["points"] for cell in checks.values())
+    by_hand = sum(role(cell)["points"] for cell in written.values())
+    assert (by_machine, by_hand) == (14, 6), "20 points, 6 of them by hand"
+    assert "**Points** 20" in head and "**You will be able to**" in head
+    minutes = re.search(r"\*\*Time\*\* (\d+) minutes", head)
+    assert minutes and 60 <= int(minutes[1]) <= 120
+    rows = re.findall(r"^\| \d .*\|([ \d]*)\|([ \d]*)\|$", head, re.M)
+    stated = [[int(cell) if cell.strip() else 0 for cell in row] for row in rows]
+    assert len(stated) == 5
+    assert [sum(column) for column in zip(*stated)] == [by_machine, by_hand]
+    tasks = [re.match(r"## Task (\d)", c["source"]) for c in notebook["cells"]]
+    assert [int(task[1]) for task in tasks if task] == [1, 2, 3, 4, 5]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_answer_and_check_is_covered_by_a_mistake(name):
+    code, written, checks = answers(assignment(name))
+    assert {mistake["answer"] for mistake in mistakes(name)} == set(code)
+    assert {check for m in mistakes(name) for check in m["fails"]} == set(checks)
+    handed_in = [m for together in submissions(name).values() for m in together]
+    assert {check for m in handed_in for check in m["fails"]} == set(checks)
+    for answer in code:
+        assert sum(m["answer"] == answer for m in mistakes(name)) >= 2
+
+
+def names_of(source):
+    """The names that a cell takes from other cells, and those it sets."""
+    parts, taken, own = [compile(source, "cell", "exec")], set(), set()
+    for part in parts:  # the functions in the cell come after its own lines
+        parts += [const for const in part.co_consts if isinstance(const, CodeType)]
+        for step in dis.get_instructions(part):
+            if step.opname in ("LOAD_NAME", "LOAD_GLOBAL"):
+                taken |= {step.argval} - own
+            elif step.opname == "STORE_NAME" and part is parts[0]:
+                own.add(step.argval)
+    return taken, own
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_an_answer_that_fails_does_not_spoil_the_next(name):
+    notebook = assignment(name)
+    code, _, checks = answers(notebook)
+    comes_from = {}  # the answers that a name depends on
+    for cell in notebook["cells"]:
+        if cell["cell_type"] == "code":
+            key = role(cell).get("grade_id")
+            taken, own = names_of(cell["source"])
+            needed = {key} & set(code)
+            needed = needed.union(*(comes_from.get(name, ()) for name in taken))
+            comes_from |= dict.fromkeys(own, needed)
+            if key in checks:
+                owners = {m["answer"] for m in mistakes(name) if key in m["fails"]}
+                assert needed == owners, key
+
+
+MISTAKES = [(name, mistake) for name in NAMES for mistake in mistakes(name)]
+
+
+@pytest.mark.parametrize(
+    "name, mistake", MISTAKES, ids=[f"{name}-{m['says']}" for name, m in MISTAKES]
+)
+def test_a_wrong_answer_gets_its_lesson(name, mistake, solved):
+    names, (_, _, checks) = solved(name), answers(assignment(name))
+    exec(mistake["code"], names)
+    for k, check in enumerate(mistake["fails"]):
+        with pytest.raises(Exception) as caught:
+            exec(checks[check]["source"], dict(names))
+        if k == 0:
+            assert caught.type is AssertionError
+            assert mistake["says"] in str(caught.value)
+
+
+OTHERS = [(name, other) for name in NAMES for other in tried(name).get("right", ())]
+
+
+@pytest.mark.parametrize(
+    "name, other", OTHERS, ids=[f"{name}-{other['form']}" for name, other in OTHERS]
+)
+def test_a_right_answer_in_another_form_passes(name, other, solved):
+    names, checks = solved(name), answers(assignment(name))[2]
+    exec(other["code"], names)
+    owned = {
+        k for m in mistakes(name) if m["answer"] == other["answer"] for k in m["fails"]
+    }
+    assert owned
+    for check in owned:
+        exec(checks[check]["source"], dict(names))
+
+
+# The whole cycle, by the commands of the instructor's page
+
+
+def commands():
+    """The instructor's commands, one block for each step of the page."""
+    page = (COURSE / "README.md").read_text(encoding="utf-8")
+    blocks = re.findall(r"^```sh\n(.*?)^```$", page, re.M | re.S)
+    return dict(zip(STEPS, blocks, strict=True))
+
+
+class Course:
+    """A course in a folder of its own, and what nbgrader says of it."""
+
+    def __init__(self, folder):
+        self.folder = folder
+        self.repository = folder / "repository"
+        shutil.copytree(COURSE, self.repository / "notebooks" / "coursework")
+        self.run("copy", self.repository)
+        self.root = folder / "course"
+
+    def run(self, step, cwd=None):
+        binaries = str(pathlib.Path(sys.executable).parent)
+        own = {
+            f"JUPYTER_{kind}_DIR": str(self.folder / kind.lower())
+            for kind in ("CONFIG", "DATA", "RUNTIME")
+        }
+        env = os.environ | own | {
+            "PATH": binaries + os.pathsep + os.environ["PATH"],
+            "PYTHONPATH": str(ROOT / "lib"),
+            "IPYTHONDIR": str(self.folder / "ipython"),
+            "OMP_NUM_THREADS": "1",
+        }  # fmt: skip
+        done = subprocess.run(
+            ["sh", "-e", "-c", commands()[step]], cwd=cwd or self.root, env=env,
+            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=1800,
+        )  # fmt: skip
+        assert done.returncode == 0, done.stdout[-5000:]
+
+    def released(self, name):
+        return assignment(name, self.root / "release")
+
+    def hand_in(self, student, name, notebook):
+        folder = self.root / "submitted" / student / name
+        folder.mkdir(parents=True)
+        (folder / f"{name}.ipynb").write_text(json.dumps(notebook), encoding="utf-8")
+
+    def gradebook(self):
+        from nbgrader.api import Gradebook
+
+        return Gradebook(f"sqlite:///{self.root / 'gradebook.db'}")
+
+    def marks(self, student, name):
+        """The marks by the machine, by check."""
+        with self.gradebook() as book:
+            grades = book.find_submission_notebook(name, name, student).grades
+            return {
+                grade.name: grade.auto_score
+                for grade in grades
+                if grade.cell.cell_type == "code"
+            }
+
+    def mark_by_hand(self, student, name):
+        """Full marks for what is written."""
+        with self.gradebook() as book:
+            notebook = book.find_submission_notebook(name, name, student)
+            for grade in notebook.grades:
+                if grade.cell.cell_type == "markdown":
+                    grade.manual_score = grade.max_score
+                    grade.needs_manual_grade = False
+            book.db.commit()
+
+    def feedback(self, student, name):
+        """The text of a feedback page."""
+        path = self.root / "feedback" / student / name / f"{name}.html"
+        text = re.sub(r"<[^>]*>", "", path.read_text(encoding="utf-8"))
+        return " ".join(html.unescape(text).split())
+
+
+def answered(course, name, wrong=()):
+    """The student's notebook with the right answers, but for the wrong ones."""
+    notebook, source = course.released(name), named(assignment(name))
+    for key, cell in named(notebook).items():
+        if role(cell)["solution"]:
+            right = source[key]["source"]
+            cell["source"] = re.sub(r"[ \t]*### (BEGIN|END).*\n?", "", right)
+    for mistake in wrong:
+        named(notebook)[mistake["answer"]]["source"] = mistake["code"]
+    return notebook
+
+
+def tampered(course, name):
+    """The mistakes of submission 1, with checks that are edited, revalued or gone."""
+    notebook = answered(course, name, submissions(name)[1])
+    cells = named(notebook)
+    cells["tools"]["source"] = "def same(*_):\n    return True\n\n\nspot = print"
+    for check in answers(notebook)[2]:
+        cells[check]["source"] = "pass"
+        role(cells[check])["points"] = 100
+    for gone in ("imports", "J", "check-J", "check-budget"):
+        notebook["cells"].remove(cells[gone])
+    return notebook
+
+
+def clumsy(course, name):
+    """Right answers, but copied, no code, too much output, and one without an end.
+
+    That one does not return where only a hidden check asks.
+    """
+    loop = {
+        "answer": "lazy-gain",
+        "code": "def lazy_gain(Omega, R, m1):\n    while len(R) > 2:\n        pass\n"
+        "    return Omega[1:, 1:2] / (Omega[1, 1] + R[1, 1])",
+    }
+    notebook = answered(course, name, [loop])
+    cells = named(notebook)
+    for copied, first in {"J": "J = 0", "check-T": "T"}.items():
+        cell = copy.deepcopy(cells[copied]) | {"source": first, "id": f"{copied}-copy"}
+        notebook["cells"].insert(notebook["cells"].index(cells[copied]), cell)
+    cells["k-best"]["source"] = "k_best = = c"
+    cells["factors"]["cell_type"] = "markdown"
+    cells["factors"].pop("outputs"), cells["factors"].pop("execution_count")
+    cells["units"]["source"] += "\nfor line in range(10**5):\n    print(line)"
+    return notebook
+
+
+@pytest.fixture(scope="module")
+def course(tmp_path_factory):
+    """Every assignment released, handed in, graded and sent back."""
+    pytest.importorskip("nbgrader", reason="install nbgrader, the extra `course`")
+    course = Course(tmp_path_factory.mktemp("coursework"))
+    course.run("release")
+    for name in NAMES:
+        course.hand_in("correct", name, answered(course, name))
+        course.hand_in("blank", name, course.released(name))
+        for number, wrong in submissions(name).items():
+            course.hand_in(f"wrong-{number}", name, answered(course, name, wrong))
+    course.hand_in("tampered", FIRST, tampered(course, FIRST))
+    course.hand_in("clumsy", FIRST, clumsy(course, FIRST))
+    course.run("grade")
+    for name in NAMES:
+        course.mark_by_hand("correct", name)
+    course.run("feedback")
+    course.run("marks")
+    return course
+
+
+FIRST = "leondes-novak"
+
+
+def full(name):
+    checks = answers(assignment(name))[2]
+    return {check: role(cell)["points"] for check, cell in checks.items()}
+
+
+def expected(name, wrong):
+    lost = {check for mistake in wrong for check in mistake["fails"]}
+    return {c: 0 if c in lost else points for c, points in full(name).items()}
+
+
+@pytest.mark.course
+@pytest.mark.parametrize("name", NAMES)
+def test_the_student_version_holds_no_solution(name, course):
+    given, source = sources(course.released(name)), sources(assignment(name))
+    assert "BEGIN" not in given and "HIDDEN" not in given
+    free = set(REGION.sub("", source).splitlines())
+    hidden = set("\n".join(m[0] for m in REGION.finditer(source)).splitlines()) - free
+    assert len(hidden) > 50
+    assert not hidden & set(given.splitlines())
+    assert not any(cell.get("outputs") for cell in course.released(name)["cells"])
+
+
+def sources(notebook):
+    return "\n".join(cell["source"] + "\n" for cell in notebook["cells"])
+
+
+@pytest.mark.course
+@pytest.mark.parametrize("name", NAMES)
+def test_a_correct_submission_has_full_marks(name, course):
+    assert course.marks("correct", name) == full(name)
+
+
+@pytest.mark.course
+@pytest.mark.parametrize("name", NAMES)
+def test_a_blank_submission_has_none(name, course):
+    assert set(course.marks("blank", name).values()) == {0}
+
+
+HANDED_IN = [(name, number) for name in NAMES for number in submissions(name)]
+
+
+@pytest.mark.course
+@pytest.mark.parametrize("name, number", HANDED_IN)
+def test_a_wrong_submission_has_the_marks_it_should(name, number, course):
+    wrong = submissions(name)[number]
+    assert course.marks(f"wrong-{number}", name) == expected(name, wrong)
+
+
+@pytest.mark.course
+@pytest.mark.parametrize("name, number", HANDED_IN)
+def test_feedback_pages_teach(name, number, course):
+    page = course.feedback(f"wrong-{number}", name)
+    for mistake in submissions(name)[number]:
+        assert re.search(rf"Error: [^\n]*{re.escape(mistake['says'])}", page)
+
+
+@pytest.mark.course
+def test_an_endless_loop_and_clumsy_hands_cost_what_they_broke(course):
+    marks = full(FIRST) | {"check-lazy-gain-elsewhere": 0, "check-k-best": 0}
+    assert course.marks("clumsy", FIRST) == marks
+    page = course.feedback("clumsy", FIRST)
+    assert "KeyboardInterrupt" in page and "SyntaxError" in page
+    assert len(page) < 300_000, "the lines of `units` are cut short"
+
+
+@pytest.mark.course
+def test_checks_that_were_tampered_with_are_restored(course):
+    assert course.marks("tampered", FIRST) == course.marks("wrong-1", FIRST)
+
+
+@pytest.mark.course
+def test_the_marks_are_exported(course):
+    with (course.root / "grades.csv").open(encoding="utf-8", newline="") as file:
+        lines = list(csv.DictReader(file))
+    rows = {(line["assignment"], line["student_id"]): line for line in lines}
+    for name in NAMES:
+        assert float(rows[name, "correct"]["score"]) == 20
+        assert float(rows[name, "blank"]["score"]) == 0
+        assert float(rows[name, "wrong-1"]["max_score"]) == 20
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_page_lists_the_assignment_and_its_minutes(name):
+    minutes = re.search(r"\*\*Time\*\* (\d+)", assignment(name)["cells"][0]["source"])
+    page = (COURSE / "README.md").read_text(encoding="utf-8")
+    assert re.search(rf"^\| `{name}` \|.*\| {minutes[1]} \|$", page, re.M)
+
+
+def test_the_page_installs_the_extra_that_is_pinned():
+    settings = tomllib.loads((ROOT / "lib" / "pyproject.toml").read_text("utf-8"))
+    extra = settings["project"]["optional-dependencies"]["course"]
+    assert all("==" in package for package in extra)
+    assert "[course]" in commands()["install"]

@@ -1,0 +1,176 @@
+"""The optimal projection equations: proved, complete, and sensitive to damage."""
+
+import dataclasses
+import re
+
+import numpy as np
+import pytest
+import sympy as sp
+from projection_worlds import WORLDS
+from worlds import Numbers, close, damages, expr, one_wrong_sign, symbols
+
+from luenberger.papers.haddad_bernstein.derivation import moment_claims, theorem_claims
+from luenberger.papers.haddad_bernstein.derivation import paper as optimal_projection
+from luenberger.papers.haddad_bernstein.derivation.moment_stages import best_output
+from luenberger.symbolic import ShapeError, Solve, vanishes
+
+LISTS = {name: make() for name, make in optimal_projection.STAGE_LISTS.items()}
+PARTS = optimal_projection.parts()
+MISPRINTS = optimal_projection.misprints()
+CLAIMS = {
+    f"{part}: {name}": claim
+    for part, derivation in PARTS.items()
+    for name, claim in derivation.steps.items()
+}
+SYMBOLIC = {name: claim for name, claim in CLAIMS.items() if claim.algebra is not None}
+
+# -- proved -------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", PARTS)
+def test_proved(name):
+    assert PARTS[name].steps
+    assert PARTS[name].unproved() == []
+    assert PARTS[name].source
+
+
+def test_the_entry_point_holds_every_step_of_its_parts():
+    whole = optimal_projection.derive()
+    assert len(whole.steps) == sum(len(part.steps) for part in PARTS.values())
+    assert set(map(id, whole.steps.values())) >= set(map(id, CLAIMS.values()))
+    assert whole.source
+
+
+def test_every_numbered_equation_has_an_entry():
+    whole = optimal_projection.derive()
+    found = set()
+    for key in (*whole.formulas, *whole.steps):
+        head = re.match(r"(?:\(\d\.\d+\)'?[,-]?)*", key).group()
+        found |= set(re.findall(r"\d\.\d+", head))
+    wanted = [f"3.{k}" for k in range(1, 28)] + [f"4.{k}" for k in range(1, 17)]
+    assert [number for number in wanted if number not in found] == []
+
+
+def test_formulas_have_latex():
+    for name, formula in optimal_projection.derive().formulas.items():
+        assert sp.latex(formula), name
+
+
+@pytest.mark.parametrize("place", MISPRINTS)
+def test_errata_are_tried(place):
+    printed, ours = MISPRINTS[place]
+    assert not vanishes(printed) and vanishes(ours)
+
+
+def test_errata_cover_the_page():
+    places = " ".join(MISPRINTS)
+    for number in ("R~", "3.14", "3.15", "3.16", "4.7", "4.8", "4.9", "4.11", "4.13",
+                   "4.14", "4.15", "4.16", "lemma 4.1", "3.20"):  # fmt: skip
+        assert number in places
+
+
+# -- stage lists --------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", LISTS)
+def test_stages_use_only_what_is_known(name):
+    known = set(LISTS[name].given)
+    assert len({s.name for s in known}) == len(known)
+    for stage in LISTS[name].stages:
+        parts = stage.formula
+        parts = (parts.N, parts.M) if isinstance(parts, Solve) else (parts,)
+        assert set().union(*(symbols(part) for part in parts)) <= known
+        assert stage.target.shape == tuple(stage.formula.shape)
+        known.add(stage.target)
+    assert set(LISTS[name].given) <= set().union(
+        *(part_symbols(stage.formula) for stage in LISTS[name].stages)
+    )
+
+
+def part_symbols(formula):
+    if isinstance(formula, Solve):
+        return symbols(formula.N) | symbols(formula.M)
+    return symbols(formula)
+
+
+def wrong_signs():
+    for name, derivation in LISTS.items():
+        for i, what, formula in one_wrong_sign(derivation.stages):
+            yield pytest.param(name, i, formula, id=f"{name}-{what}")
+
+
+@pytest.mark.parametrize("name, index, formula", list(wrong_signs()))
+def test_one_wrong_sign_in_a_stage_is_noticed(name, index, formula):
+    sound = LISTS[name]
+    stages = list(sound.stages)
+    stages[index] = dataclasses.replace(stages[index], formula=formula)
+    broken = dataclasses.replace(sound, stages=tuple(stages))
+    extra = (best_output(),) if name == "best_output_differential" else ()
+    module = moment_claims if hasattr(moment_claims, name) else None
+    prove = getattr(module or theorem_claims, name)
+    try:
+        steps = prove(broken, *extra)
+    except ShapeError:
+        return
+    assert dataclasses.replace(broken, steps=steps).unproved()
+
+
+# -- numbers ------------------------------------------------------------------------
+
+
+def numbers_for(claim):
+    """Values that satisfy the relations of a claim, from the first world that does."""
+    for make in WORLDS:
+        sizes, values = make(np.random.default_rng(5))
+        symmetric = claim.algebra.symmetric
+        given = Numbers(sizes, 7, symmetric, claim.relations, values=values)
+        try:
+            if all(close(given, *relation) for relation in claim.relations):
+                return given
+        except RecursionError:
+            continue
+    raise AssertionError("no world satisfies the relations")
+
+
+@pytest.mark.parametrize("name", SYMBOLIC)
+def test_numbers_agree(name):
+    claim = SYMBOLIC[name]
+    given = numbers_for(claim)
+    left = given.value(expr(claim.left))
+    right = 0 if isinstance(claim.right, int) else given.value(expr(claim.right))
+    scale = 1 + np.abs(left).max(initial=0)
+    np.testing.assert_allclose(left, right + 0 * left, atol=1e-7 * scale)
+
+
+# -- damage -------------------------------------------------------------------------
+
+# Claims that something is zero, where a factor may be doubled at no loss.
+ZERO = re.compile(r"vanishes|stationary:|holds if|without feedthrough: J|with feedthr")
+
+
+def noticed(claim, broken):
+    """Whether the claim fails, or cannot be written, with another left side."""
+    try:
+        return not dataclasses.replace(claim, left=broken).is_zero
+    except (ValueError, TypeError):  # ShapeError, ours or SymPy's
+        return True
+
+
+def zero_term(claim, term):
+    return claim.algebra.normal(term).is_zero
+
+
+@pytest.mark.parametrize("name", SYMBOLIC)
+def test_damage_is_noticed(name):
+    claim = SYMBOLIC[name]
+    left = expr(claim.left)
+    tried = {"sign": [], "twice": [], "transposed": []}
+    for what, broken in damages(left, most=4):
+        tried[what.split()[0]].append(broken)
+    if "tau^2 = tau" not in name:  # as true of tau'
+        assert any(noticed(claim, broken) for broken in tried["transposed"])
+    if ZERO.search(name):
+        return
+    assert any(noticed(claim, broken) for broken in tried["twice"])
+    for broken in tried["sign"]:
+        assert noticed(claim, broken) or zero_term(claim, left - broken)

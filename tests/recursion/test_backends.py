@@ -1,0 +1,491 @@
+"""Compiled code gives what NumPy gives, or hands the row over to it.
+
+Most tests run the generated code as plain Python, which is the same text; those
+marked "numba" compile it.
+"""
+
+import dataclasses
+
+import generators
+import numpy as np
+import pytest
+from generators import holes, integer_plant
+
+import luenberger as lb
+from luenberger import kernels
+from luenberger.kernels import cache, loops, solves
+from luenberger.kernels import numba as printer
+from luenberger.recursion.filter_stacks import Compiled
+from luenberger.recursion.settings import Settings
+
+numba = pytest.importorskip("numba", reason="numba is an optional extra")
+
+TRACKER = lb.Plant(
+    [[1, 1, 0.5], [0, 1, 1], [0, 0, 1]],
+    None,
+    [[1, 0, 0], [0, 1, 0]],
+    dt=1.0,
+    Q=np.diag([0.0, 0, 1]),
+    R=np.diag([0.25, 4]),
+    P0=[[0.25, 0.375, 0.25], [0.375, 1.6875, 1.625], [0.25, 1.625, 2.75]],
+)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def own_cache(tmp_path_factory):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("LUENBERGER_CACHE", str(tmp_path_factory.mktemp("cache")))
+        yield
+
+
+@pytest.fixture
+def plain(monkeypatch):
+    """The generated code as Python, without numba; nothing of it is kept."""
+    monkeypatch.setattr(numba.config, "DISABLE_JIT", True)
+    monkeypatch.setattr(cache, "usable_folder", lambda: None)
+    forget()
+    with np.errstate(all="ignore"):  # as in compiled code
+        yield
+    forget()
+
+
+def forget():
+    kernels.over_record.cache_clear()
+    cache.compiled.cache_clear()
+
+
+@pytest.fixture(params=["scalars", "loops", "large"])
+def form(request, monkeypatch, plain):
+    """Each way of writing a kernel; "large" is what large plants get."""
+    monkeypatch.setattr(kernels, "UNROLLED", 10**6 * (request.param == "scalars"))
+    if request.param == "large":
+        monkeypatch.setattr(loops, "BLAS", 1)
+        monkeypatch.setattr(loops, "SHORT", 0)
+        monkeypatch.setattr(solves, "SHORT_SOLVE", 0)
+        monkeypatch.setattr(printer, "ON_STACK", 0)
+    return request.param
+
+
+def both(plant, y, u=None, **options):
+    """The filter by compiled code and by NumPy, and whether it ran compiled."""
+    options |= dict(history=True)
+    wanted = lb.filter_data(plant, y, u, backend="numpy", **options)
+    found = lb.filter_data(plant, y, u, backend="numba", **options)
+    np.testing.assert_array_equal(found.orders, wanted.orders)
+    return found, wanted
+
+
+def agree(found, wanted, tol=1e-12):
+    for name in ("x", "std", "P", "K"):
+        a, b = getattr(found, name), getattr(wanted, name)
+        assert a.shape == b.shape
+        assert generators.relative(a, b) < tol, name
+    np.testing.assert_array_equal(found.P, found.P.mT)
+
+
+def counted(monkeypatch):
+    """How many rows NumPy does, from now on."""
+    from luenberger.recursion.filter_pass import Pass
+
+    rows, step = [], Pass.step
+    monkeypatch.setattr(
+        Pass, "step", lambda self, *row: rows.append(self.i) or step(self, *row)
+    )
+    return rows
+
+
+@pytest.mark.parametrize("m1", [0, 1, [0, 2], 3], ids=str)
+@pytest.mark.parametrize("gaps", [False, True], ids=["complete", "gaps"])
+@pytest.mark.parametrize("kind", ["S = 0", "S", "varying", "varying, S"])
+def test_generated_code_is_the_numpy_filter(kind, gaps, m1, form, monkeypatch):
+    rng, cross, N = np.random.default_rng(12), kind.endswith("S"), 25
+    if kind.startswith("varying"):
+        plant = generators.varying(rng, 4, 3, N, m=2, cross=cross)
+    else:
+        plant = generators.plant(rng, 4, 3, m=2, cross=cross)
+    y, u, u0 = generators.record(rng, plant, N)
+    y = holes(rng, y) if gaps else y
+    wanted = lb.filter_data(plant, y, u, u0=u0, m1=m1, history=True, backend="numpy")
+    rows = counted(monkeypatch)
+    found = lb.filter_data(plant, y, u, u0=u0, m1=m1, history=True, backend="numba")
+    agree(found, wanted, 1e-11)
+    np.testing.assert_array_equal(found.orders, wanted.orders)
+    assert len(rows) == 1  # the first row
+
+
+@pytest.mark.parametrize("kind", ["S = 0", "S", "varying, S"])
+def test_generated_code_agrees_with_rational_arithmetic(kind, form):
+    rng, cross = np.random.default_rng(5), kind.endswith("S")
+    make = generators.varying if kind.startswith("v") else generators.plant
+    size = (3, 2, 8) if kind.startswith("v") else (3, 2)
+    plant = make(rng, *size, m=1, cross=cross)
+    y, u, u0 = generators.record(rng, plant, 8)
+    y[4, 0] = np.nan
+    x, P = generators.exact(plant, y, u, u0)
+    run = lb.filter_data(plant, y, u, u0=u0, history=True, backend="numba")
+    assert generators.relative(run.P, P) < 1e-12
+    assert generators.relative(run.x, x) < 1e-12
+
+
+@pytest.mark.parametrize("spread, noise", [(1e8, 1e-4), (1e6, 1e-10), (1e-8, 1e4)])
+def test_the_covariance_is_as_accurate_as_joseph_form(spread, noise, plain):
+    """P0 and R far apart, where Omega - K (Omega C')' loses what Joseph's keeps."""
+    for seed in range(3):
+        rng = np.random.default_rng(seed)
+        plant = generators.plant(rng, 3, 2, m=0, cross=False)
+        plant = lb.Plant(
+            plant.A, None, plant.C, dt=1.0, Q=plant.Q, R=noise * plant.R,
+            P0=spread * plant.P0,
+        )  # fmt: skip
+        y, _, _ = generators.record(rng, plant, 6)
+        _, P = generators.exact(plant, y)
+        errors = []
+        for run in reversed(both(plant, y)):
+            errors.append(max(map(generators.relative, run.P, P)))
+        assert errors[1] < 20 * errors[0] + 1e-14
+
+
+@pytest.mark.parametrize("varying", ["A", "C", "R", "E"])
+def test_one_matrix_that_changes(varying, plain):
+    rng, N = np.random.default_rng(3), 20
+    fixed = generators.plant(rng, 3, 2, m=1, cross=False)
+    whole = generators.varying(rng, 3, 2, N, m=1, cross=False)
+    given = {k: getattr(fixed, k) for k in ("A", "B", "C", "E", "Q", "R", "P0", "x0")}
+    plant = lb.Plant(**given | {varying: getattr(whole, varying)}, dt=1.0)
+    y, u, u0 = generators.record(rng, plant, N)
+    y[3, 0] = y[9] = np.nan
+    for m1 in (0, 1):
+        found, wanted = both(plant, y, u, u0=u0, m1=m1)
+        agree(found, wanted, 1e-11)
+
+
+def test_a_prior_of_the_first_sample(plain):
+    rng = np.random.default_rng(4)
+    plant = generators.plant(rng, 3, 2, m=1, P0_is="prior")
+    y, u, u0 = generators.record(rng, plant, 12)
+    agree(*both(plant, y, u, u0=u0, m1=1), tol=1e-11)
+
+
+@pytest.mark.parametrize("weight", ["canonical", np.diag([1.0, 2, 3])], ids=str)
+def test_weights(weight, plain):
+    rng = np.random.default_rng(4)
+    plant = generators.plant(rng, 3, 2, m=1)
+    y, u, _ = generators.record(rng, plant, 12)
+    agree(*both(plant, holes(rng, y), u, m1=1, weight=weight), tol=1e-11)
+
+
+@pytest.mark.parametrize("block", range(4))
+def test_any_singular_noise_is_handed_over_or_right(block, form):
+    """As in test_perfect: joint noise and P0 of every rank, against exact numbers."""
+    for seed in range(15 * block, 15 * block + 15):
+        plant, y, u, u0 = integer_plant(seed)
+        x, P = generators.exact(plant, y, u, u0)
+        run = lb.filter_data(plant, y, u, u0=u0, history=True, backend="numba")
+        size = np.abs(P).max() + np.abs(plant.P0).max() + np.abs(plant.Q).max() + 1
+        assert np.abs(run.x - x).max() < 1e-10 * (1 + np.abs(x).max()), seed
+        assert np.abs(run.P - P).max() < 1e-10 * size, seed
+
+
+def test_a_state_known_at_first_is_handed_over_until_it_is_not(plain, monkeypatch):
+    """P0 = 0 and noise on the acceleration only: Sigma is singular for two rows."""
+    known = lb.Plant(
+        TRACKER.A, None, TRACKER.C, dt=1.0, Q=TRACKER.Q, R=TRACKER.R,
+        P0=np.zeros((3, 3)),
+    )  # fmt: skip
+    y = np.random.default_rng(1).normal(size=(40, 2))
+    wanted = lb.filter_data(known, y, history=True, backend="numpy")
+    rows = counted(monkeypatch)
+    agree(lb.filter_data(known, y, history=True, backend="numba"), wanted)
+    assert 1 < len(rows) < 12
+
+
+def test_a_plant_without_noise_anywhere_stays_with_numpy(form, monkeypatch):
+    """Every Sigma is singular: tried again now and then, never believed."""
+    plant = lb.Plant(
+        [[0.9, 1], [0, 0.8]], None, [[1, 0]], dt=1.0, Q=np.zeros((2, 2)), R=[[1]],
+        P0=np.diag([1.0, 0]),
+    )  # fmt: skip
+    y = np.random.default_rng(1).normal(size=(300, 1))
+    wanted = lb.filter_data(plant, y, history=True, backend="numpy")
+    rows = counted(monkeypatch)
+    agree(lb.filter_data(plant, y, history=True, backend="numba"), wanted)
+    assert len(rows) == 300
+
+
+def test_rows_since_the_last_test_are_taken_back(form, monkeypatch):
+    """Q and R vanish for good at instant 22, with a Sigma that was definite.
+
+    Loops look at Sigma every few rows only, so they notice late, and what they did
+    since the last look is done again by NumPy.
+    """
+    N = 40
+    Q, R = np.ones((N, 2, 2)) * np.eye(2), np.ones((N, 1, 1))
+    Q[21:] = 0
+    A = np.ones((N, 2, 2)) * [[0.9, 0.1], [0, 0.8]]
+    A[22] = [[1, 1], [1, 1]]  # Sigma is singular from here
+    plant = lb.Plant(A, None, [[1, 0]], dt=1.0, Q=Q, R=R, P0=np.eye(2))
+    y = np.random.default_rng(1).normal(size=(N - 1, 1))
+    wanted = lb.filter_data(plant, y, history=True, backend="numpy")
+    rows = counted(monkeypatch)
+    agree(lb.filter_data(plant, y, history=True, backend="numba"), wanted)
+    assert len(rows) > 10 and min(rows[1:]) >= 16
+
+
+def test_noise_free_outputs_are_refused_before_the_run():
+    plant = lb.Plant([[0.5]], None, [[1]], dt=1.0, Q=[[1]], R=[[0]], P0=[[1]])
+    assert not Compiled(Settings(plant, 0)).applies
+    assert Compiled(Settings(TRACKER, 1)).applies
+
+
+@pytest.mark.parametrize("options", [dict(m1=2), dict(weight="canonical")], ids=str)
+def test_redundant_outputs_that_never_arrive_together(options, plain):
+    """They cannot both be taken at their word, but nothing asks for that."""
+    plant = lb.Plant(
+        [[0.9, 0.1], [0, 0.8]], None, [[1, 0], [2, 0]], dt=1.0, Q=np.eye(2),
+        R=np.eye(2), P0=np.eye(2),
+    )  # fmt: skip
+    y = np.random.default_rng(1).normal(size=(12, 2))
+    y[::2, 0], y[1::2, 1] = np.nan, np.nan
+    agree(*both(plant, y, **options))
+    y[5] = 1
+    for backend in ("numpy", "numba"):
+        with pytest.raises(lb.DesignError, match="dependent|independent"):
+            lb.filter_data(plant, y, backend=backend, **options)
+
+
+def test_outputs_of_instant_0_are_not_read(plain, monkeypatch):
+    """The first measurement is that of instant 1; the rest is compiled."""
+    C = np.ones((13, 1, 1)) * [[1, 0.5]]
+    C[0] = 0
+    plant = lb.Plant(
+        [[0.9, 0.1], [0, 0.8]], None, C, dt=1.0, Q=np.eye(2), R=[[1]], P0=np.eye(2)
+    )
+    y = np.random.default_rng(1).normal(size=(12, 1))
+    wanted = lb.filter_data(plant, y, m1=1, history=True, backend="numpy")
+    rows = counted(monkeypatch)
+    agree(lb.filter_data(plant, y, m1=1, history=True, backend="numba"), wanted)
+    assert len(rows) == 1
+
+
+def test_noise_free_for_a_while_and_a_contradiction(plain):
+    """R is zero at instants 10 to 12: those rows go to NumPy, which looks at them."""
+    R = np.ones((30, 2, 2)) * np.eye(2)
+    R[10:13] = 0
+    plant = lb.Plant([[0.9]], None, [[1], [1]], dt=1.0, Q=[[1]], R=R, P0=[[1]])
+    y = np.ones((29, 2))
+    agree(*both(plant, y))
+    y[10] = [1, 2]  # instant 11
+    for backend in ("numpy", "numba"):
+        with pytest.raises(lb.DesignError, match="instant 11 .*contradict"):
+            lb.filter_data(plant, y, backend=backend)
+
+
+def test_rows_with_noise_free_outputs_are_numpys(plain, monkeypatch):
+    """Their covariance is singular, and NumPy clears what is only rounding in it."""
+    N, R = 30, np.ones((30, 1, 1))
+    R[10:13] = 0
+    given = dict(dt=1.0, Q=np.eye(2), P0=np.eye(2))
+    A, y = [[0.9, 0.1], [0, 0.8]], np.random.default_rng(1).normal(size=(N - 1, 1))
+    plant = lb.Plant(A, None, [[1, 0]], R=R, **given)
+    wanted = lb.filter_data(plant, y, history=True, backend="numpy")
+    rows = counted(monkeypatch)
+    found = lb.filter_data(plant, y, history=True, backend="numba")
+    agree(found, wanted)
+    # instants 1, 10, 11, 12, and 13, which starts from a singular covariance
+    assert rows == [0, 9, 10, 11, 12]
+
+
+def test_overflow_is_not_hidden(plain):
+    """An unstable state that nothing sees: its variance passes all bounds."""
+    plant = lb.Plant(
+        np.diag([1e30, 0.5]), None, [[0, 1]], dt=1.0, Q=np.eye(2), R=[[1]], P0=np.eye(2)
+    )
+    y = np.zeros((20, 1))
+    with np.errstate(all="ignore"):
+        outcomes = []
+        for backend in ("numpy", "numba"):
+            try:
+                P = lb.filter_data(plant, y, backend=backend).P
+                outcomes.append(np.isfinite(P).all())
+            except (ValueError, np.linalg.LinAlgError) as error:
+                outcomes.append(type(error))
+    assert outcomes[0] == outcomes[1]
+
+
+def test_long_products_are_added_up_in_parts(plain, used, monkeypatch):
+    """18 terms in two lines, of all columns and of those on the right."""
+    rng = np.random.default_rng(2)
+    plant = generators.plant(rng, 18, 3, m=1, cross=False)
+    y, u, u0 = generators.record(rng, plant, 5)
+    wanted = lb.filter_data(plant, y, u, u0=u0, history=True, backend="numpy")
+    rows = counted(monkeypatch)
+    found = lb.filter_data(plant, y, u, u0=u0, history=True, backend="numba")
+    agree(found, wanted, 1e-11)
+    assert len(rows) == 1  # a wrong covariance would leave its rows to NumPy
+    assert "+ a0_8 * " in used[-1] and "+ a0_17 * " in used[-1]
+    assert "np.dot(" not in used[-1]
+
+
+# -- compiled ------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("m1", [0, 1])
+def test_numba_scalars_for_ten_thousand_steps(m1):
+    y, _, _ = generators.record(np.random.default_rng(1), TRACKER, 10_000)
+    agree(*both(TRACKER, y, m1=m1))
+
+
+def test_numba_loops_for_ten_thousand_steps(used):
+    rng = np.random.default_rng(2)
+    plant = generators.plant(rng, 6, 3, m=1, cross=False)
+    y, u, u0 = generators.record(rng, plant, 10_000)
+    agree(*both(plant, y, u, u0=u0), tol=1e-11)
+    assert "as loops" in used[-1] and "array(" in used[-1]
+
+
+def test_numba_and_blas_for_a_large_plant(used):
+    rng = np.random.default_rng(2)
+    plant = generators.plant(rng, 45, 7, m=0, cross=False)
+    y, _, _ = generators.record(rng, plant, 40)
+    agree(*both(plant, y), tol=1e-11)
+    assert "np.dot(" in used[-1] and "np.empty(" in used[-1]
+
+
+@pytest.fixture
+def used(monkeypatch):
+    """The texts of the kernels that are used."""
+    texts, over = [], kernels.over_record
+
+    def remembered(*given):
+        found = over(*given)
+        texts.append(found.source)
+        return found
+
+    remembered.cache_clear = over.cache_clear
+    monkeypatch.setattr(kernels, "over_record", remembered)
+    return texts
+
+
+def test_numba_with_missing_outputs_and_any_kind_of_array():
+    """Read-only, integer, Fortran and strided arrays, lists; the same bits."""
+    plant = lb.Plant(
+        [[1, 1], [0, 1]], [[0], [1]], np.eye(2), dt=1.0, Q=np.eye(2), R=np.eye(2),
+        P0=np.eye(2),
+    )  # fmt: skip
+    y = np.arange(40.0).reshape(20, 2)
+    y[3, 0] = y[7] = np.nan
+    u = np.arange(20)[:, None]
+    found, wanted = both(plant, y, u)
+    agree(found, wanted)
+    frozen = y.copy()
+    frozen.setflags(write=False)
+    wide = np.full((40, 4), np.inf)
+    wide[::2, ::2] = y
+    for same in (frozen, np.asfortranarray(y), wide[::2, ::2], y.tolist()):
+        again = lb.filter_data(plant, same, u, history=True, backend="numba")
+        np.testing.assert_array_equal(again.x, found.x)
+        np.testing.assert_array_equal(again.P, found.P)
+
+
+# -- observers -----------------------------------------------------------------------
+
+
+def observers():
+    rng = np.random.default_rng(7)
+    plant = generators.plant(rng, 4, 2, m=1)
+    exact = lb.Plant([[1, 1], [0, 1]], [[0], [1]], [[1, 0]], dt=1.0)
+    yield "Kalman", lb.kalman_filter(plant)
+    yield "reduced order", lb.reduced_order_filter(plant, 1)
+    yield "poles", lb.reduced_order_observer(plant, [0.1, 0.2])
+    yield "deadbeat", lb.deadbeat_observer(exact)
+    varying = lb.reduced_order_filter(plant, 1, steps=50)
+    yield "over steps", varying
+    F = np.array(varying.F)
+    F[::2, 0, 0], F[1::3, 0, 1] = 1, 0  # not so in every row: not known
+    yield "over steps, 1 and 0 in some rows", dataclasses.replace(varying, F=F)
+    nothing = np.zeros((0, 2))
+    yield (
+        "order 0",
+        lb.Observer(
+            np.zeros((0, 0)), np.zeros((0, 1)), nothing, np.zeros((2, 0)), np.eye(2),
+            nothing, np.eye(2), W=[[1.0], [2]], dt=1.0,
+        ),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "observer", [pytest.param(o, id=name) for name, o in observers()]
+)
+def test_estimate_of_every_kind_of_observer(observer, form):
+    rng = np.random.default_rng(2)
+    y = rng.normal(size=(50, observer.D.shape[-1]))
+    u = rng.normal(size=(50, observer.G.shape[-1]))
+    start = dict(z0=rng.normal(size=observer.order))
+    wanted = lb.estimate(observer, y, u, backend="numpy", **start)
+    found = lb.estimate(observer, y, u, backend="numba", **start)
+    assert found.shape == wanted.shape
+    assert generators.relative(found, wanted) < 1e-12
+
+
+def test_numba_estimate():
+    observer = lb.reduced_order_filter(TRACKER, 1)
+    y, _, _ = generators.record(np.random.default_rng(1), TRACKER, 10_000)
+    wanted = lb.estimate(observer, y, backend="numpy")
+    found = lb.estimate(observer, y, backend="numba")
+    assert generators.relative(found, wanted) < 1e-12
+
+
+@pytest.mark.parametrize("kind", ["constant", "varying"])
+@pytest.mark.parametrize("m1", [0, 1])
+def test_designs_over_steps(kind, m1, plain, monkeypatch):
+    from luenberger.papers.leondes_novak import design as trace_minimisation
+
+    monkeypatch.setattr(trace_minimisation, "BLOCK", 7)
+    rng = np.random.default_rng(2)
+    if kind == "varying":
+        plant = generators.varying(rng, 3, 2, 30, m=1)
+    else:
+        plant = generators.plant(rng, 3, 2, m=1)
+    a = lb.reduced_order_filter(plant, m1, steps=30, backend="numpy")
+    b = lb.reduced_order_filter(plant, m1, steps=30, backend="numba")
+    for name in "FGDPVTW":
+        if getattr(a, name).any():
+            found, wanted = getattr(b, name), getattr(a, name)
+            assert generators.relative(found, wanted) < 1e-11, name
+
+
+# -- which backend ---------------------------------------------------------------------
+
+
+def test_auto_goes_by_the_length_alone():
+    assert not kernels.runs_compiled("auto", kernels.AUTO_ROWS - 1)
+    assert kernels.runs_compiled("auto", kernels.AUTO_ROWS)
+    assert not kernels.runs_compiled("numpy", 10**9)
+    assert kernels.runs_compiled("numba", 1)
+
+
+def test_without_numba(monkeypatch):
+    monkeypatch.setattr(kernels, "find_spec", lambda name: None)
+    assert not kernels.runs_compiled("auto", 10**9)
+    with pytest.raises(ImportError, match=r"pip install 'luenberger\[fast\]'"):
+        lb.filter_data(TRACKER, np.zeros((3, 2)), backend="numba")
+    observer = lb.kalman_filter(TRACKER)
+    with pytest.raises(ImportError, match="leave backend at 'auto'"):
+        lb.estimate(observer, np.zeros((3, 2)), backend="numba")
+    with pytest.raises(ImportError, match="not installed"):
+        lb.kalman_filter(TRACKER, steps=5, backend="numba")
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda: lb.filter_data(TRACKER, np.zeros((3, 2)), backend="c"),
+        lambda: lb.filter_data(TRACKER, iter([]), backend="c"),
+        lambda: lb.estimate(lb.kalman_filter(TRACKER), np.zeros((3, 2)), backend="c"),
+        lambda: lb.kalman_filter(TRACKER, steps=3, backend="c"),
+    ],
+    ids=["filter_data", "chunks", "estimate", "kalman_filter"],
+)
+def test_an_unknown_backend_is_refused(call):
+    with pytest.raises(ValueError, match="'auto', 'numpy' or 'numba', got 'c'"):
+        call()

@@ -1,0 +1,185 @@
+"""Records in chunks: the same numbers, and no more memory than a chunk takes."""
+
+import tracemalloc
+
+import generators
+import numpy as np
+import pytest
+from generators import holes
+
+import luenberger as lb
+from luenberger.recursion import filter_pass, filter_stacks
+from luenberger.recursion import settings as setting
+
+PLANT = generators.plant(np.random.default_rng(3), 3, 2, m=1)
+OBSERVERS = {
+    "constant": lb.reduced_order_filter(PLANT, 1),
+    "over steps": lb.reduced_order_filter(PLANT, 1, steps=60),
+}
+
+
+@pytest.fixture(scope="module", autouse=True)
+def own_cache(tmp_path_factory):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("LUENBERGER_CACHE", str(tmp_path_factory.mktemp("cache")))
+        yield
+
+
+@pytest.fixture(params=["numpy", "numba"])
+def backend(request):
+    if request.param == "numba":
+        pytest.importorskip("numba", reason="numba is an optional extra")
+    return request.param
+
+
+def parts(array, sizes):
+    return iter(np.split(array, np.cumsum(sizes)[:-1]))
+
+
+SIZES = [(1,) * 60, (7, 0, 53), (59, 1)]
+
+
+@pytest.mark.parametrize("sizes", SIZES, ids=["rows", "uneven", "last row"])
+@pytest.mark.parametrize("kind", OBSERVERS)
+def test_estimates_of_chunks_are_those_of_the_whole(kind, sizes, backend):
+    observer = OBSERVERS[kind]
+    y, u, u0 = generators.record(np.random.default_rng(4), PLANT, 60)
+    start = dict(u0=u0) if kind == "over steps" else dict(x0=[1, 2, 3])
+    whole = lb.estimate(observer, y, u, backend=backend, **start)
+    chunks = lb.estimate(
+        observer, parts(y, sizes), parts(u, sizes), backend=backend, **start
+    )
+    chunks = list(chunks)
+    assert [len(chunk) for chunk in chunks] == list(sizes)
+    np.testing.assert_allclose(np.concatenate(chunks), whole, rtol=0, atol=1e-13)
+
+
+@pytest.mark.parametrize("gaps", [False, True], ids=["complete", "gaps"])
+@pytest.mark.parametrize("sizes", SIZES, ids=["rows", "uneven", "last row"])
+def test_filter_of_chunks_is_that_of_the_whole(sizes, gaps, backend):
+    rng = np.random.default_rng(4)
+    y, u, u0 = generators.record(rng, PLANT, 60)
+    y = holes(rng, y) if gaps else y
+    options = dict(u0=u0, m1=1, history=True, backend=backend)
+    whole = lb.filter_data(PLANT, y, u, **options)
+    run = list(lb.filter_data(PLANT, parts(y, sizes), parts(u, sizes), **options))
+    for name in ("x", "std", "P", "K"):
+        joined = np.concatenate([getattr(part, name) for part in run])
+        assert generators.relative(joined, getattr(whole, name)) < 1e-12, name
+        if not gaps:  # the same code for every chunk
+            np.testing.assert_array_equal(joined, getattr(whole, name), err_msg=name)
+    joined = np.concatenate([part.orders for part in run])
+    np.testing.assert_array_equal(joined, whole.orders)
+
+
+ROWS, CHUNKS = 500, 40
+
+
+def peak(results):
+    """Largest memory held while a stream is read, after its first chunks."""
+    for _ in range(3):
+        next(results)
+    tracemalloc.start()
+    for _ in results:
+        pass
+    _, most = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    return most
+
+
+def zeros(width):
+    return (np.zeros((ROWS, width)) for _ in range(CHUNKS))
+
+
+def test_memory_stays_flat(backend):
+    """A chunk with all that is made of it, not the record, which is 40 times that."""
+    chunk = ROWS * 8 * (PLANT.p + PLANT.m + 2 * PLANT.n)
+    filtered = lb.filter_data(PLANT, zeros(2), zeros(1), backend=backend)
+    assert peak(filtered) < 6 * chunk
+    estimates = lb.estimate(OBSERVERS["constant"], zeros(2), zeros(1), backend=backend)
+    assert peak(estimates) < 6 * chunk
+
+
+@pytest.mark.parametrize("backend", ["numpy", "numba"])
+def test_patterns_of_missing_outputs_do_not_pile_up(backend, monkeypatch):
+    """Of twelve outputs there are 4096; each would keep its matrices."""
+    numba = pytest.importorskip("numba", reason="numba is an optional extra")
+    monkeypatch.setattr(numba.config, "DISABLE_JIT", True)
+    monkeypatch.setattr(setting, "PATTERNS", 20)
+    monkeypatch.setattr(filter_stacks, "PATTERNS", 20)
+    plant = lb.Plant(
+        [[0.5]], None, np.ones((12, 1)), dt=1.0, Q=[[1]], R=np.eye(12), P0=[[1]]
+    )
+    rng = np.random.default_rng(8)
+    y = rng.normal(size=(80, 12))
+    y[rng.random(y.shape) < 0.5] = np.nan
+    settings = setting.Settings(plant, 0)
+    run = filter_pass.Pass(settings, plant.x0, np.zeros(0))
+    x = [run.over(part, np.zeros((10, 0)), backend == "numba")[0] for part in
+         np.split(y, 8)]  # fmt: skip
+    wanted = lb.filter_data(plant, y, backend="numpy").x
+    np.testing.assert_allclose(np.concatenate(x), wanted, rtol=1e-12, atol=1e-12)
+    assert len(settings._known) <= 20
+    assert run.compiled is None or len(run.compiled.padded) <= 31
+
+
+def test_a_stream_is_read_one_chunk_at_a_time():
+    asked = []
+
+    def endless():
+        while True:
+            asked.append(len(asked))
+            yield np.zeros((2, 2))
+
+    results = lb.estimate(OBSERVERS["constant"], endless())
+    assert asked == []
+    next(results), next(results)
+    assert asked == [0, 1]
+
+
+def test_what_does_not_fit_is_refused_where_it_is_met():
+    observer = OBSERVERS["over steps"]
+    y = np.zeros((40, 2))
+    with pytest.raises(ValueError, match="u must be one too"):
+        lb.estimate(observer, iter([y]), np.zeros((40, 1)))
+    run = lb.estimate(observer, iter([y, y]))
+    next(run)
+    with pytest.raises(ValueError, match="y has 80 rows, the filter was designed"):
+        next(run)
+    run = lb.estimate(observer, iter([y[:1], y[:1]]), iter([np.zeros((1, 1))]))
+    next(run)
+    with pytest.raises(ValueError, match="u has fewer chunks"):
+        next(run)
+
+
+@pytest.mark.filterwarnings("ignore:Casting complex")
+def test_complex_data_are_refused():
+    """NumPy would drop the imaginary part, with no more than a warning."""
+    plant = lb.Plant([[0.5]], [[1]], [[1]], dt=1.0, Q=[[1]], R=[[1]], P0=[[1]])
+    observer, y = lb.kalman_filter(plant), np.ones((3, 1))
+    for run in (
+        lambda: lb.estimate(observer, 1j * y),
+        lambda: lb.estimate(observer, y, 1j * y),
+        lambda: lb.estimate(observer, y, z0=[1j]),
+        lambda: lb.filter_data(plant, 1j * y),
+        lambda: lb.filter_data(plant, y, u0=[1j]),
+    ):
+        with pytest.raises(ValueError, match="must be .* complex"):
+            run()
+
+
+def test_a_stream_that_proves_long_goes_on_compiled(monkeypatch):
+    """ "auto" cannot know the length of a stream, so it goes by what it has seen."""
+    from luenberger import kernels
+    from luenberger.recursion.filter_pass import Pass
+
+    asked, over = [], Pass.over
+    monkeypatch.setattr(
+        Pass, "over", lambda self, y, u, fast, history: asked.append(fast)
+        or over(self, y, u, False, history),
+    )  # fmt: skip
+    monkeypatch.setattr(kernels, "find_spec", lambda name: True)
+    short = lb.Plant([[0.5]], None, [[1]], dt=1.0, Q=[[1]], R=[[1]], P0=[[1]])
+    monkeypatch.setattr(kernels.runs_compiled, "__defaults__", (5,))
+    list(lb.filter_data(short, iter([np.zeros((2, 1))] * 4)))
+    assert asked == [False, False, True, True]

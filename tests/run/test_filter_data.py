@@ -1,0 +1,274 @@
+"""NaN in a record: that channel was not measured at that instant."""
+
+import generators
+import numpy as np
+import pytest
+from generators import holes
+
+import luenberger as lb
+
+
+@pytest.fixture(params=["S = 0", "S", "time-varying", "time-varying, S"])
+def case(request):
+    rng = np.random.default_rng(12)
+    cross = request.param.endswith("S")
+    if request.param.startswith("time"):
+        plant = generators.varying(rng, 4, 3, 60, m=2, cross=cross)
+    else:
+        plant = generators.plant(rng, 4, 3, m=2, cross=cross)
+    y, u, u0 = generators.record(rng, plant, 60)
+    return plant, holes(rng, y), u, u0
+
+
+def test_kalman_filter_drops_the_rows(case):
+    plant, y, u, u0 = case
+    x, P, K = generators.kalman(plant, y, u, u0)
+    run = lb.filter_data(plant, y, u, u0=u0, history=True)
+    assert generators.relative(run.P, P) < 1e-12
+    assert generators.relative(run.K, K) < 1e-12
+    assert generators.relative(run.x, x) < 1e-12
+    np.testing.assert_array_equal(run.K.any(axis=1), ~np.isnan(y))
+    np.testing.assert_array_equal(run.orders, 4)
+
+
+def test_rational_arithmetic_agrees(case):
+    plant, y, u, u0 = case
+    y = y[:8]
+    x, P = generators.exact(plant, y, u[:8], u0)
+    run = lb.filter_data(plant, y, u[:8], u0=u0, history=True)
+    assert generators.relative(run.P, P) < 1e-12
+    assert generators.relative(run.x, x) < 1e-12
+
+
+@pytest.mark.parametrize("m1", [0, 1, 2, [2], [0, 2]])
+def test_a_complete_record_is_the_designed_filter(m1, case):
+    plant, y, u, u0 = case
+    y = np.nan_to_num(y)
+    steps = 50
+    observer = lb.reduced_order_filter(plant, m1, steps=steps)
+    run = lb.filter_data(plant, y[:steps], u[:steps], u0=u0, m1=m1, history=True)
+    wanted = lb.estimate(observer, y[:steps], u[:steps], u0=u0)
+    assert generators.relative(run.x, wanted) < 1e-11
+    covariance = lb.error_covariance(observer, plant, steps=steps)
+    assert generators.relative(run.P, covariance[1:]) < 1e-11
+    assert set(run.orders) == {observer.order}
+
+
+def constrained_gain(Omega, C, R, accurate):
+    """The K of least trace with C1 K = [I 0], from the Lagrange conditions.
+
+    Stationarity K M + C1' Lambda = Omega C' and the constraint are solved together,
+    column by column of K, as one linear system; nothing is decorrelated or split.
+    """
+    n, p = Omega.shape[0], len(C)
+    C1 = C[accurate]
+    m1 = len(C1)
+    M = C @ Omega @ C.T + R
+    system = np.block(
+        [
+            [np.kron(M.T, np.eye(n)), np.kron(np.eye(p), C1.T)],
+            [np.kron(np.eye(p), C1), np.zeros((m1 * p, m1 * p))],
+        ]
+    )
+    wanted = np.eye(p)[accurate]  # C1 K = the accurate rows of I
+    right = np.concatenate([(Omega @ C.T).ravel("F"), wanted.ravel("F")])
+    return np.linalg.solve(system, right)[: n * p].reshape(n, p, order="F")
+
+
+def constrained_filter(plant, y, u, u0, accurate):
+    """Reduced-order filter with missing rows, by `constrained_gain` at each step.
+
+    Predictor form with S: w is estimated from the residual, J = S R^-1 of the
+    outputs that came.
+    """
+    first = plant.at(0)
+    x = first.A @ plant.x0 + first.B @ u0
+    Omega = first.A @ plant.P0 @ first.A.T + first.Q
+    xs, Ps, orders = [], [], []
+    for k in range(len(y)):
+        now, seen = plant.at(k + 1), ~np.isnan(y[k])
+        C, R = now.C[seen], now.R[np.ix_(seen, seen)]
+        S = np.zeros((plant.n, plant.p)) if now.S is None else now.S
+        S = S[:, seen]
+        taken = np.isin(np.flatnonzero(seen), accurate)
+        K = constrained_gain(Omega, C, R, taken)
+        known = y[k][seen] - (now.E @ u[k])[seen]
+        x = x + K @ (known - C @ x)
+        left = np.eye(plant.n) - K @ C
+        P = left @ Omega @ left.T + K @ R @ K.T
+        xs.append(x)
+        Ps.append(P)
+        orders.append(plant.n - taken.sum())
+        # x+ - x^+ = A e + w - J rho with e = -(left e^-) + K v, rho = v - C e
+        J = np.linalg.solve(R, S.T).T
+        x = now.A @ x + now.B @ u[k] + J @ (known - C @ x)
+        move = now.A - J @ C
+        Omega = move @ P @ move.T + now.Q - J @ S.T
+    return np.array(xs), np.array(Ps), np.array(orders)
+
+
+@pytest.mark.parametrize("accurate", [[0], [2], [0, 1], [0, 1, 2]], ids=str)
+def test_a_missing_accurate_output_is_filtered_like_a_state(accurate, case):
+    """The order rises by one for each accurate output that did not come, and falls
+    again with it; covariance and estimate are those of the constrained least trace."""
+    plant, y, u, u0 = case
+    x, P, orders = constrained_filter(plant, y, u, u0, accurate)
+    run = lb.filter_data(plant, y, u, u0=u0, m1=accurate, history=True)
+    assert generators.relative(run.P, P) < 1e-10
+    assert generators.relative(run.x, x) < 1e-10
+    np.testing.assert_array_equal(run.orders, orders)
+    assert run.orders.min() < run.orders.max() == 4
+    missing = np.isnan(y).sum(axis=1) == 3
+    assert (run.orders[missing] == 4).all() and not run.K[missing].any()
+
+
+def test_an_accurate_output_is_reproduced_where_it_came():
+    rng = np.random.default_rng(1)
+    plant = generators.plant(rng, 4, 3, m=2)
+    y, u, u0 = generators.record(rng, plant, 40)
+    y = holes(rng, y)
+    run = lb.filter_data(plant, y, u, u0=u0, m1=[0, 2])
+    said = run.x @ plant.C.T + u @ plant.E.T
+    for j in (0, 2):
+        came = ~np.isnan(y[:, j])
+        np.testing.assert_allclose(said[came, j], y[came, j], rtol=0, atol=1e-11)
+        gap = np.abs(said[~came, j] - y[~came, j])
+        assert np.isnan(gap).all()
+    came = ~np.isnan(y[:, 1])
+    assert np.abs(said[came, 1] - y[came, 1]).max() > 0.1
+
+
+@pytest.mark.parametrize("m1", [0, 2])
+def test_rows_that_are_missing_altogether_are_predictions(m1):
+    rng = np.random.default_rng(2)
+    plant = generators.plant(rng, 3, 2, m=1, cross=False)
+    y, u, u0 = generators.record(rng, plant, 12)
+    y[5:] = np.nan
+    run = lb.filter_data(plant, y, u, u0=u0, m1=m1, history=True)
+    for k in range(5, 12):
+        x = plant.A @ run.x[k - 1] + plant.B @ u[k - 1]
+        np.testing.assert_allclose(run.x[k], x, rtol=1e-12)
+        P = plant.A @ run.P[k - 1] @ plant.A.T + plant.Q
+        np.testing.assert_allclose(run.P[k], P, rtol=1e-12, atol=1e-14)
+    nothing = lb.filter_data(plant, np.full((3, 2), np.nan), u[:3], u0=u0, m1=m1)
+    x = plant.x0
+    for k, before in enumerate((u0, u[0], u[1])):
+        x = plant.A @ x + plant.B @ before
+        np.testing.assert_allclose(nothing.x[k], x, rtol=1e-12)
+
+
+@pytest.mark.parametrize("m1", [0, 2])
+@pytest.mark.parametrize("sizes", [(1,) * 60, (7, 0, 53), (60,), (59, 1)], ids=str)
+def test_chunks_are_one_pass_bit_for_bit(m1, sizes, case):
+    plant, y, u, u0 = case
+    whole = lb.filter_data(plant, y, u, u0=u0, m1=m1, history=True)
+    edges = np.cumsum(sizes)[:-1]
+    parts = list(
+        lb.filter_data(
+            plant, iter(np.split(y, edges)), iter(np.split(u, edges)), u0=u0, m1=m1,
+            history=True,
+        )
+    )  # fmt: skip
+    assert [len(part.x) for part in parts] == list(sizes)
+    for name in ("x", "std", "P", "K", "orders"):
+        joined = np.concatenate([getattr(part, name) for part in parts])
+        np.testing.assert_array_equal(joined, getattr(whole, name), err_msg=name)
+
+
+def test_chunks_are_read_one_at_a_time():
+    plant = generators.plant(np.random.default_rng(3), 2, 1, m=0)
+    asked = []
+
+    def chunks():
+        for k in range(10**9):  # endless, for all practical purposes
+            asked.append(k)
+            yield np.zeros((2, 1))
+
+    results = lb.filter_data(plant, chunks())
+    next(results), next(results)
+    assert asked == [0, 1]
+
+
+@pytest.mark.parametrize("m1", [0, 1])
+def test_prior_of_the_first_sample_is_the_posterior_moved_once(m1, case):
+    plant, y, u, u0 = case
+    first = plant.at(0)
+    y = y.copy()
+    y[0, :] = [np.nan, 0.3, np.nan]
+    moved = lb.Plant(
+        plant.A, plant.B, plant.C, plant.E, dt=1.0, Q=plant.Q, R=plant.R, S=plant.S,
+        x0=first.A @ plant.x0 + first.B @ u0,
+        P0=first.A @ plant.P0 @ first.A.T + first.Q, P0_is="prior",
+    )  # fmt: skip
+    a = lb.filter_data(plant, y, u, u0=u0, m1=m1, history=True)
+    b = lb.filter_data(moved, y, u, m1=m1, history=True)
+    assert generators.relative(b.P, a.P) < 1e-12
+    assert generators.relative(b.x, a.x) < 1e-12
+    unmoved = lb.filter_data(moved, y, u, u0=u0 + 5, m1=m1)  # no step before y[1]
+    np.testing.assert_array_equal(unmoved.x, b.x)
+
+
+def test_the_input_before_the_first_sample_counts(case):
+    plant, y, u, u0 = case
+    a = lb.filter_data(plant, y, u, u0=u0)
+    b = lb.filter_data(plant, y, u)
+    assert np.abs(a.x[0] - b.x[0]).max() > 1e-3
+    x, _, _ = generators.kalman(plant, y, u, np.zeros(2))
+    assert generators.relative(b.x, x) < 1e-12
+
+
+def test_missing_values_lose_accuracy_and_never_gain_it(case):
+    """K differs, P grows: the variance of every combination of states rises."""
+    plant, y, u, u0 = case
+    less = lb.filter_data(plant, y, u, u0=u0, history=True).P
+    more = lb.filter_data(plant, np.nan_to_num(y), u, u0=u0, history=True).P
+    gain = np.linalg.eigvalsh(less - more).min(axis=1)
+    assert gain.min() > -1e-12 * np.abs(less).max()
+
+
+def test_noise_free_output_missing_and_back():
+    """A perfect position sensor that drops out: predicted, then taken exactly again."""
+    plant = lb.Plant(
+        [[1, 1], [0, 1]], None, [[1, 0]], dt=1.0, Q=[[1 / 3, 1 / 2], [1 / 2, 1]],
+        R=[[0]], P0=np.eye(2),
+    )  # fmt: skip
+    y = np.array([[1.0], [2], [np.nan], [np.nan], [6], [7]])
+    run = lb.filter_data(plant, y, m1=1, history=True)
+    x, P = generators.exact(plant, y)
+    np.testing.assert_allclose(run.x, x, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(run.P, P, rtol=0, atol=1e-12)
+    np.testing.assert_array_equal(run.orders, [1, 1, 2, 2, 1, 1])
+    np.testing.assert_allclose(run.std[[0, 1, 4, 5], 0], 0, atol=1e-7)
+    assert (run.std[[2, 3], 0] > 0.5).all()
+
+
+def test_infinite_or_misshapen_data_are_refused():
+    plant = generators.plant(np.random.default_rng(3), 2, 2, m=1)
+    y, u = np.zeros((4, 2)), np.zeros((4, 1))
+    bad = y.copy()
+    bad[2, 1] = np.inf
+    with pytest.raises(ValueError, match="y is infinite in row 2"):
+        lb.filter_data(plant, bad, u)
+    with pytest.raises(ValueError, match="u has values that are missing.*row 0"):
+        lb.filter_data(plant, y, np.full((4, 1), np.nan))
+    with pytest.raises(ValueError, match=r"y must be \(N, 2\), got \(4, 3\)"):
+        lb.filter_data(plant, np.zeros((4, 3)), u)
+    with pytest.raises(ValueError, match="y has 4 rows but u has 3"):
+        lb.filter_data(plant, y, u[:3])
+    with pytest.raises(ValueError, match="u must be one too"):
+        lb.filter_data(plant, iter([y]), u)
+    short = generators.varying(np.random.default_rng(3), 2, 2, 3, m=1)
+    with pytest.raises(ValueError, match="instants 0 .. 3, the data reach instant 4"):
+        lb.filter_data(short, y, u)
+
+
+@pytest.mark.parametrize("weight", [None, [[2, 1], [1, 3]], "canonical"], ids=str)
+def test_accurate_outputs_are_met_whatever_the_units_of_states(weight):
+    """A position in nanometres beside an angle: C C' would lose the angle."""
+    C = np.array([[-3.75e8, -0.66], [-6.34e7, 1.27]])
+    plant = lb.Plant(
+        0.9 * np.eye(2), None, C, dt=1.0, Q=np.eye(2), R=np.eye(2), P0=np.eye(2)
+    )
+    y = np.random.default_rng(1).normal(size=(5, 2))
+    run = lb.filter_data(plant, y, m1=2, weight=weight)
+    np.testing.assert_allclose(run.x @ C.T, y, rtol=0, atol=1e-12)

@@ -1,0 +1,423 @@
+"""What a reader sees and does in Chromium: notebooks, pages, the ledger, the report."""
+
+import contextlib
+import json
+import re
+import shutil
+import subprocess
+import sys
+
+import browsing
+import pytest
+import site_build
+from browsing import ROOT, faults, settled, visit, window
+
+from luenberger import ledger
+
+pytestmark = pytest.mark.browser
+
+LAPTOP, PHONE = (1280, 800), (390, 844)
+NOTEBOOKS = sorted((ROOT / "notebooks").glob("[0-9]*.ipynb"))
+KINDS_OF_PAGE = [
+    "index",
+    "search",
+    "genindex",
+    "coursework/README",
+    "pages/coursework",
+    "pages/benchmarks",
+    "pages/ledger",
+    "pages/misprints",
+    "pages/api/index",
+    "pages/api/designs",
+    "pages/derivations/haddad-bernstein",
+    "_modules/luenberger/papers/leondes_novak/derivation/paper",
+]
+
+
+@pytest.fixture(scope="module")
+def browser():
+    if reason := browsing.missing():
+        pytest.skip(reason)
+    with browsing.chromium_running() as browser:
+        yield browser
+
+
+@pytest.fixture(scope="module")
+def site(browser, tmp_path_factory):
+    if reason := site_build.missing():
+        pytest.skip(reason)
+    return site_build.build(tmp_path_factory.mktemp("site"))
+
+
+@pytest.fixture(scope="module")
+def served(site):
+    with browsing.served(site) as address:
+        yield address
+
+
+# -- JupyterLab ------------------------------------------------------------------------
+
+LAST = "every cell has run"
+DONE = """([last, raising]) => {
+    const cells = [...document.querySelectorAll(".jp-CodeCell")];
+    const failed = (cell, k) => !raising.includes(k)
+        && cell.querySelector("[data-mime-type$=stderr], [data-mime-type$=error]");
+    const output = cells.at(-1).querySelector(".jp-OutputArea-output");
+    const prompt = cells.at(-1).querySelector(".jp-InputPrompt");
+    const finished = output?.textContent.includes(last)
+        && /\\d/.test(prompt.textContent);
+    return finished || cells.some(failed);
+}"""
+READOUT = ".widget-readout"
+BYTES = """async (image) => {
+    const response = await fetch(image.src);
+    const bytes = [...new Uint8Array(await response.arrayBuffer())];
+    return bytes.map((byte) => byte.toString(16).padStart(2, "0")).join("");
+}"""
+
+
+@pytest.fixture(scope="module")
+def lab(browser, tmp_path_factory):
+    """Addresses of notebooks in a JupyterLab, on copies without any output."""
+    if not shutil.which("jupyter-lab", path=f"{sys.prefix}/bin"):
+        pytest.skip("no notebook is opened without jupyterlab: install jupyter")
+    folder = tmp_path_factory.mktemp("notebooks")
+    shutil.copytree(ROOT / "notebooks" / "plants", folder / "plants")
+    for path in NOTEBOOKS:
+        notebook = json.loads(path.read_text(encoding="utf-8"))
+        (folder / path.name).write_text(json.dumps(unexecuted(notebook)))
+    with browsing.lab(folder, tmp_path_factory.mktemp("home")) as address:
+        yield folder, address
+
+
+def unexecuted(notebook):
+    """The notebook before it was run, with a cell at its end that says it has been."""
+    for cell in notebook["cells"]:
+        if cell["cell_type"] == "code":
+            cell |= {"outputs": [], "execution_count": None}
+    last = {"cell_type": "code", "id": "last", "metadata": {}, "execution_count": None}
+    notebook["cells"].append(last | {"outputs": [], "source": f"print({LAST!r})"})
+    return notebook
+
+
+def code(notebook):
+    return [cell for cell in notebook["cells"] if cell["cell_type"] == "code"]
+
+
+def may_raise(cell):
+    return "raises-exception" in cell["metadata"].get("tags", ())
+
+
+def run_all(page, folder, address, name):
+    """Choose Run, Run All Cells, wait for the end, save; the notebook as saved."""
+    given = code(json.loads((folder / name).read_text()))
+    page.goto(address(name))
+    page.locator(".jp-CodeCell").nth(len(given) - 1).wait_for(state="attached")
+    page.locator(".jp-KernelName", has_text="Python 3").wait_for()
+    page.locator(".jp-Notebook-ExecutionIndicator[data-status=idle]").wait_for()
+    page.locator(".jp-CodeCell .cm-content").first.click()
+    page.locator(".lm-MenuBar-itemLabel", has_text=re.compile("^Run$")).click()
+    item = '.lm-Menu-item[data-command="runmenu:run-all"]:not(.lm-mod-disabled)'
+    page.locator(item).click()
+    raising = [k for k, cell in enumerate(given) if may_raise(cell)]
+    page.wait_for_function(DONE, arg=[LAST, raising])
+    with page.expect_response(is_save) as saved:
+        page.keyboard.press("Control+s")
+    assert saved.value.ok
+    return json.loads((folder / name).read_text())
+
+
+def is_save(response):
+    return response.request.method == "PUT" and "/api/contents/" in response.url
+
+
+def errors(notebook):
+    """What went wrong in cells that were not meant to, and what was not run."""
+    for cell in code(notebook):
+        source = "".join(cell["source"])
+        kinds = {output["output_type"] for output in cell["outputs"]}
+        if may_raise(cell) != ("error" in kinds):
+            yield source
+        elif cell["execution_count"] is None and source:
+            yield f"not run: {source}"
+
+
+def pictures(notebook):
+    return [
+        k
+        for k, cell in enumerate(code(notebook))
+        if any("image/png" in output.get("data", {}) for output in cell["outputs"])
+    ]
+
+
+def test_the_first_notebook_runs_and_draws_its_figure(browser, lab):
+    (path,) = (path for path in NOTEBOOKS if path.name.startswith("00"))
+    stored = pictures(json.loads(path.read_text(encoding="utf-8")))
+    with window(browser) as page:
+        notebook = run_all(page, *lab, path.name)
+        assert list(errors(notebook)) == []
+        assert pictures(notebook) == stored and stored
+        cells = page.locator(".jp-CodeCell")
+        for k in stored:
+            image = cells.nth(k).locator(".jp-OutputArea img")
+            assert image.evaluate("(image) => image.naturalWidth") > 300
+            assert image.bounding_box()["width"] > 300
+        assert page.locator(".jp-MarkdownOutput mjx-container").count() > 20
+
+
+def test_the_slider_changes_the_figure_and_back(browser, lab):
+    (path,) = (path for path in NOTEBOOKS if path.name.startswith("04"))
+    with window(browser) as page:
+        assert list(errors(run_all(page, *lab, path.name))) == []
+        image, readout = page.locator("img.widget-image"), page.locator(READOUT)
+        for key in ("Home", "End", "Home"):  # the first may overtake the cells' own
+            slide(page, key)
+        least, at_least = image.evaluate(BYTES), float(readout.inner_text())
+        slide(page, "End")
+        assert image.evaluate(BYTES) != least
+        assert float(readout.inner_text()) > at_least
+        slide(page, "Home")
+        assert image.evaluate(BYTES) == least
+        assert float(readout.inner_text()) == at_least
+
+
+def slide(page, key):
+    """Press a key on the slider and wait for another picture."""
+    before = page.locator("img.widget-image").get_attribute("src")
+    page.locator(".noUi-handle").press(key)
+    page.wait_for_function(
+        "(old) => document.querySelector('img.widget-image').src !== old", arg=before
+    )
+
+
+def test_an_error_in_a_cell_is_noticed(browser, lab):
+    folder, address = lab
+    cell = {"cell_type": "code", "id": "wrong", "metadata": {}, "source": "1 / 0"}
+    notebook = {"nbformat": 4, "nbformat_minor": 5, "cells": [cell]}
+    kernel = {"name": "python3", "display_name": "Python 3 (ipykernel)"}
+    notebook = unexecuted(notebook | {"metadata": {"kernelspec": kernel}})
+    (folder / "wrong.ipynb").write_text(json.dumps(notebook))
+    with window(browser) as page:
+        found = list(errors(run_all(page, folder, address, "wrong.ipynb")))
+    assert found[0] == "1 / 0" and found[1].startswith("not run")
+
+
+# -- the pages -------------------------------------------------------------------------
+
+
+@contextlib.contextmanager
+def at_both_widths(browser, address):
+    """A page as on a laptop, then as on a phone: what is wrong at each."""
+    found = {}
+    with window(browser) as page:
+        visit(page, address)
+        for width, height in (LAPTOP, PHONE):
+            page.set_viewport_size({"width": width, "height": height})
+            settled(page)
+            found[width] = faults(page)
+        yield page, found
+
+
+@pytest.mark.parametrize("name", [*(p.stem for p in NOTEBOOKS), *KINDS_OF_PAGE])
+def test_a_page_is_whole_on_a_laptop_and_on_a_phone(name, browser, served):
+    with at_both_widths(browser, f"{served}/{name}.html") as (page, found):
+        assert page.locator("main#main-content").count() == 1
+        assert found == {LAPTOP[0]: [], PHONE[0]: []}
+
+
+@pytest.mark.parametrize("place", ["as a file", "from a server"])
+@pytest.mark.parametrize(
+    ("term", "leads_to"),
+    [("deadbeat", "06-canonical-form"), ("projection", "09-optimal-projection")],
+)
+def test_search_finds_a_term_and_leads_there(
+    place, term, leads_to, browser, site, served
+):
+    start = served if place == "from a server" else site.as_uri()
+    # a file may not read another: there the results lack their excerpts
+    pardoned = "Failed to fetch" if place == "as a file" else None
+    with window(browser, pardoned=pardoned) as page:
+        visit(page, f"{start}/index.html")
+        page.keyboard.press("Control+k")
+        page.keyboard.type(term)
+        page.keyboard.press("Enter")
+        link = page.locator(f'#search-results a[href*="{leads_to}"]').first
+        link.click()
+        page.wait_for_url(f"**/{leads_to}*")
+        assert term in page.locator("article").inner_text().lower()
+
+
+def test_search_says_when_it_finds_nothing(browser, served):
+    with window(browser) as page:
+        visit(page, f"{served}/search.html?q=nosuchwordanywhere")
+        page.get_by_text("did not match any documents").wait_for()
+        assert page.locator("#search-results li").count() == 0
+
+
+def test_the_contents_open_on_a_phone(browser, served):
+    with window(browser, *PHONE) as page:
+        visit(page, f"{served}/index.html")
+        entry = page.locator('.bd-sidebar-primary a[href^="09"]')
+        assert not entry.is_visible() or entry.bounding_box()["x"] < 0
+        page.locator(".primary-toggle:visible").first.click()
+        entry.click()
+        page.wait_for_url("**/09-optimal-projection.html")
+
+
+# -- the filters -----------------------------------------------------------------------
+
+
+def shown(page):
+    return page.locator("article .entry:visible").count()
+
+
+def said(page):
+    return page.locator("form.filter output").inner_text()
+
+
+def test_the_ledger_is_filtered_by_paper_misprint_and_words(browser, served):
+    total = ledger.count()
+    with window(browser) as page:
+        visit(page, f"{served}/pages/ledger.html")
+        for paper in ("", *ledger.PAPERS):
+            count = ledger.count(paper) if paper else total
+            page.get_by_label("Paper").select_option(paper)
+            assert (shown(page), said(page)) == (count, f"{count} of {total}")
+        page.get_by_label("Paper").select_option("moore")
+        page.get_by_label("misprinted only").check()
+        count = sum(bool(entry.misprints) for entry in ledger.entries("moore"))
+        assert (shown(page), said(page)) == (count, f"{count} of {total}")
+        page.get_by_label("misprinted only").uncheck()
+        page.get_by_label("Words").fill("z MOVES as")
+        first = page.locator("article .entry:visible").all_inner_texts()
+        assert 0 < len(first) < ledger.count("moore")
+        assert all("moves" in row for row in first)
+        page.get_by_label("Words").fill("nosuchword")
+        assert (shown(page), said(page)) == (0, f"0 of {total}")
+
+
+def test_the_misprints_are_filtered_by_paper_and_kind(browser, served):
+    total = len(ledger.misprints())
+    with window(browser) as page:
+        visit(page, f"{served}/pages/misprints.html")
+        assert (shown(page), said(page)) == (total, f"{total} of {total}")
+        kinds = page.locator("select[name=kind] option").all_inner_texts()[1:]
+        counts = []
+        for kind in kinds:
+            page.get_by_label("Kind").select_option(kind)
+            titles = page.locator("article .entry:visible .rubric").all_inner_texts()
+            assert all(title.endswith(f" {kind}") for title in titles)
+            assert said(page) == f"{len(titles)} of {total}"
+            counts.append(len(titles))
+        assert len(counts) == 3 and min(counts) > 0 and sum(counts) == total
+        page.get_by_label("Kind").select_option("")
+        for paper in ledger.PAPERS:
+            page.get_by_label("Paper").select_option(paper)
+            assert shown(page) == len(ledger.misprints(paper))
+            sections = page.locator("article section section:visible")
+            assert (
+                sections.locator("h2")
+                .all_inner_texts()[0]
+                .startswith(ledger.title(paper))
+            )
+            assert sections.count() == 1
+
+
+def test_a_misprint_leads_to_its_evidence(browser, served):
+    with window(browser) as page:
+        visit(page, f"{served}/pages/misprints.html")
+        page.locator(".misprint a", has_text="the ledger's entry").first.click()
+        page.wait_for_url("**/ledger.html#ledger-*")
+        settled(page)
+        row = page.locator("tr.entry:has(:target)")
+        assert row.count() == 1 and row.locator("a", has_text="misprinted").count()
+
+
+def test_the_ledger_in_one_file_is_filtered_without_a_script(browser, tmp_path):
+    ledger.write_page(tmp_path / "ledger.html", formulas=False)
+    rows = "tr.entry:visible"
+    with at_both_widths(browser, (tmp_path / "ledger.html").as_uri()) as (page, found):
+        assert found == {LAPTOP[0]: [], PHONE[0]: []}
+        for paper in ledger.PAPERS:
+            page.get_by_label(ledger.title(paper)).check()
+            assert page.locator(rows).count() == ledger.count(paper)
+            said = page.locator(".count:visible").inner_text()
+            assert said.startswith(f"{ledger.count(paper)} entries")
+        page.get_by_label("all").check()
+        assert page.locator(rows).count() == ledger.count()
+        page.get_by_label("misprinted only").check()
+        wrong = sum(bool(entry.misprints) for entry in ledger.entries())
+        assert page.locator(rows).count() == wrong < ledger.count()
+
+
+# -- the report ------------------------------------------------------------------------
+
+
+def test_the_report_shows_its_mathematics_and_figures(browser, tmp_path):
+    plants = ROOT / "notebooks" / "plants"
+    command = [sys.executable, "-m", "luenberger", "design", plants / "tracker.json"]
+    command += ["--data", plants / "tracker.csv", "--out", tmp_path / "report"]
+    subprocess.run(command, check=True, capture_output=True)
+    address = (tmp_path / "report" / "report.html").as_uri()
+    with at_both_widths(browser, address) as (page, found):
+        assert found == {LAPTOP[0]: [], PHONE[0]: []}
+        sizes = [math.bounding_box() for math in page.locator("math").all()]
+        assert len(sizes) >= 5
+        assert all(size["width"] > 4 and size["height"] > 4 for size in sizes)
+        assert page.locator("math >> text=/[$\\\\]/").count() == 0
+        assert page.locator("img").count() == 4
+
+
+# -- the checks themselves -------------------------------------------------------------
+
+SOUND = """<!doctype html><html lang="en"><body style="margin: 1em">
+<div style="overflow-x: auto"><table><tr><td style="min-width: 2000px">1</table></div>
+<p>so <math><mi>x</mi></math></p>
+<svg width="9" height="9"><rect width="9" height="9"/></svg>
+<img alt="a dot" width="9" src="data:image/gif;base64,R0lGODlhAQABAAAAACwAAAAAAQABAAA=">
+<nav style="position: fixed; left: -300px; width: 300px">contents</nav>
+</body></html>"""
+
+
+def seen(browser, folder, text):
+    (folder / "page.html").write_text(text)
+    with at_both_widths(browser, (folder / "page.html").as_uri()) as (_, found):
+        return sum(found.values(), [])
+
+
+def test_a_sound_page_passes(browser, tmp_path):
+    assert seen(browser, tmp_path, SOUND) == []
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("overflow-x: auto", ""),
+        ("overflow-x: auto", "overflow-x: hidden"),
+        ("position: fixed", "position: absolute; left: 0; margin-left"),
+        ('alt="a dot"', ""),
+        ("R0lGODlh", "AAAA"),
+        ("<math><mi>x</mi></math>", "<math></math>"),
+        ("<math><mi>x</mi></math>", "<math><merror>x</merror></math>"),
+        ("<math><mi>x</mi></math>", '<span class="math">\\(x\\)</span>'),
+    ],
+)
+def test_a_damaged_page_is_refused(browser, tmp_path, old, new):
+    assert old in SOUND
+    assert seen(browser, tmp_path, SOUND.replace(old, new))
+
+
+@pytest.mark.parametrize(
+    ("added", "pattern"),
+    [
+        ('<img alt="far" src="https://example.org/a.png">', "another machine"),
+        ('<script>new WebSocket("wss://example.org/")</script>', "another machine"),
+        ("<script>missing()</script>", "faults of scripts"),
+    ],
+)
+def test_a_page_that_asks_elsewhere_or_breaks_is_refused(
+    browser, tmp_path, added, pattern
+):
+    (tmp_path / "page.html").write_text(SOUND + added)
+    with pytest.raises(AssertionError, match=pattern), window(browser) as page:
+        visit(page, (tmp_path / "page.html").as_uri())
