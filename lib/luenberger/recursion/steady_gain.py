@@ -34,18 +34,13 @@ def steady_gain(now, accurate):
     told = read_off(now)
     try:
         K = _settled_gain(now, accurate)
-    except (CertificateError, DesignError):  # many gains are as good: take one
-        if told is None:
+    except (CertificateError, DesignError):
+        if (K := told) is None:  # many gains are as good: take one
             raise
-        K = told
-    if told is not None and _variances(now, K) > _variances(now, told):
+    one = np.eye(len(K))
+    if told is not None and _cost(now, K, one)[0] > _cost(now, told, one)[0]:
         K = told  # rounding led to a gain that lets noise in
     return K * states[:, None] / outputs
-
-
-def _variances(now, K):
-    """Sum of the steady error variances of a stable gain, in the units at hand."""
-    return _cost(now, K, np.eye(len(K)))[0]
 
 
 def _settled_gain(now, accurate):
