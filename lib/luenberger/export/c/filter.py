@@ -147,14 +147,9 @@ class _Filter:
             same=() if self.cross else [("As", "A")],
         )
         places = {k: f"state->{k}" for k in ("x_minus", "Omega")}
-        return self.function(
-            "complete",
-            program,
-            self.full,
-            places,
-            RESULTS | {"x": "what", "Sigma": "state->Sigma"},
-            after=[self.settled()],
-        )
+        results = RESULTS | {"x": "what", "Sigma": "state->Sigma"}
+        body, cost = self.body(program, self.full, places, results)
+        return self.function("complete", [*body, self.settled()]), cost
 
     def settled(self, given=False):
         """The call that clears Omega of rounding; are As and Q the function's own?"""
@@ -197,11 +192,9 @@ class _Filter:
             "Sigma": "state->Sigma",
         }
         places = {"y": "came"} | {k: f"state->{k}" for k in ("x_minus", "Omega")}
-        text, cost = self.function(
-            "partial", program, self.whole, places, results, before, after
-        )
+        body, cost = self.body(program, self.whole, places, results)
         cost.stack += 2 * p * p + p + sum(local.values())
-        return text, cost
+        return self.function("partial", [*before, *body, *after]), cost
 
     def predict(self):
         """From Sigma and x of this sample to the next."""
@@ -216,38 +209,39 @@ class _Filter:
             same=() if self.cross else [("As", "A")],
         )
         given = ["u", "x", *(["rho", *moves] if moves else [])]
-        return self.function(
-            "predict",
-            program,
-            constants,
-            {"Sigma": "state->Sigma"},
-            RESULTS,
-            after=[self.settled(given=self.cross)],
-            given=given,
-        )
+        places = {"Sigma": "state->Sigma"}
+        body, cost = self.body(program, constants, places, RESULTS)
+        lines = [*body, self.settled(given=self.cross)]
+        return self.function("predict", lines, given), cost
 
-    def function(
-        self, what, program, constants, places, results, before=(), after=(), given=None
-    ):
-        """A static C function around a program, and its cost."""
+    def body(self, program, constants, places, results):
+        """The lines of one pass of a program, and its cost: see `Module.steps`."""
         from ...kernels.c import C
 
-        name, real, to = self.module.name, self.module.real, C(self.module.real)
         n, p = self.plant.n, self.plant.p
         lengths = {"x": n, "x_minus_next": n, "rho": p, "J": n * p}
         results = {k: (results[k], lengths.get(k, n * n)) for k in program.results}
+        to = C(self.module.real)
         cost = self.module.steps(program, self.sizes, to, constants, places, results)
         cost.operations += settling(n) if "Omega_next" in results else 0
-        arguments = [f"{name}_state *state"]
-        arguments += [f"const {real} {k}[]" for k in given or ("u", "y")]
+        return to.lines, cost
+
+    def function(self, what, body, given=None):
+        """A static C function of the state and the arrays `given`.
+
+        Without `given` it is a step: it reads u and y, writes x^ into `what` and
+        returns whether it gave up.
+        """
+        name, real = self.module.name, self.module.real
+        read, text = given or ("u", "y"), "\n".join(body)
+        arguments = [f"{name}_state *state", *(f"const {real} {k}[]" for k in read)]
         arguments += [f"{real} what[]"] if given is None else []
-        unused = [k for k in given or ("u", "y") if k not in program.given]
-        around = " ".join([*before, *after])
-        unused = [k for k in unused if not re.search(rf"\b{k}\b", around)]
         kind, end = ("int", ["    return 0;"]) if given is None else ("void", [])
-        lines = [f"static {kind} {name}_{what}({', '.join(arguments)})", "{"]
-        lines += [f"    (void){k};" for k in unused]
-        return "\n".join([*lines, *before, *to.lines, *after, *end, "}", ""]), cost
+        head = f"static {kind} {name}_{what}({', '.join(arguments)})"
+        unused = [k for k in read if not re.search(rf"\b{k}\b", text)]
+        return "\n".join(
+            [head, "{", *(f"    (void){k};" for k in unused), text, *end, "}", ""]
+        )
 
     def init(self):
         plant, number = self.plant, self.module.number
