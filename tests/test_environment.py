@@ -17,6 +17,7 @@ PINS = dict(
 )
 PROJECT = tomllib.loads((ROOT / "lib" / "pyproject.toml").read_text(encoding="utf-8"))
 EXTRAS = PROJECT["project"]["optional-dependencies"]
+TOOLS = ("browser", "course", "site", "types")  # extras that the first commands omit
 
 
 @pytest.mark.parametrize("name", PINS)
@@ -24,7 +25,7 @@ def test_what_is_installed_is_what_is_pinned(name):
     assert importlib.metadata.version(name) == PINS[name]
 
 
-@pytest.mark.parametrize("extra", ["browser", "course", "site"])
+@pytest.mark.parametrize("extra", TOOLS)
 def test_an_extra_is_exact_and_leaves_the_pins_alone(extra):
     for requirement in EXTRAS[extra]:
         name, _, version = requirement.partition("==")
@@ -33,5 +34,5 @@ def test_an_extra_is_exact_and_leaves_the_pins_alone(extra):
 
 
 def test_the_first_commands_install_no_tools():
-    given = [line for extra in ("browser", "course", "site") for line in EXTRAS[extra]]
+    given = [line for extra in TOOLS for line in EXTRAS[extra]]
     assert not {line.partition("==")[0] for line in given} & PINS.keys()
