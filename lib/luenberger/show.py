@@ -5,13 +5,16 @@ through here: six significant digits at most, rounding noise and -0 shown as 0.
 """
 
 import html
+from collections.abc import Iterable
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+Cells = Iterable[object]  # of a row: shown as str() gives them
 NOISE = 1e-12  # an entry this small beside the largest of its array is rounding
 
 
-def number(value, digits=6, scale=0.0):
+def number(value: complex, digits: int = 6, scale: float = 0.0) -> str:
     """One number as text; 0 where it is noise beside `scale`.
 
     >>> number(2 / 3), number(-0.0), number(3e-17, scale=1), number(1 - 2j, 3)
@@ -28,7 +31,7 @@ def number(value, digits=6, scale=0.0):
     return text if imag == 0 else f"{text}{imag:+.{digits}g}j"
 
 
-def show(value, label=None, digits=6):
+def show(value: ArrayLike, label: str | None = None, digits: int = 6) -> None:
     """Print an array row by row, its columns aligned.
 
     >>> show([[1, 1e-20], [-0.0, 1 / 3]], "K")
@@ -39,7 +42,7 @@ def show(value, label=None, digits=6):
     print("" if label is None else f"{label} =\n", array(value, digits), sep="")
 
 
-def array(value, digits=6):
+def array(value: ArrayLike, digits: int = 6) -> str:
     """The text that `show` prints."""
     value = np.atleast_1d(np.asarray(value))
     finite = np.abs(value[np.isfinite(value)])
@@ -64,12 +67,14 @@ class Table:
     minimal            1
     """
 
-    def __init__(self, header, rows, marked=()):
+    def __init__(
+        self, header: Cells, rows: Iterable[Cells], marked: Iterable[int] = ()
+    ) -> None:
         self.header = [str(cell) for cell in header]
         self.rows = [[str(cell) for cell in row] for row in rows]
         self.marked = set(marked)  # indices of the rows to set in bold
 
-    def __repr__(self):
+    def __repr__(self) -> str:
         lines = [self.header, *self.rows]
         wide = [max(len(line[k]) for line in lines) for k in range(len(self.header))]
         right = self._numeric()
@@ -81,14 +86,14 @@ class Table:
             for line in lines
         )
 
-    def _repr_html_(self):
+    def _repr_html_(self) -> str:
         right = [' class="number"' if numeric else "" for numeric in self._numeric()]
         lines = ["<table>", _row("th", self.header, right)]
         for k, cells in enumerate(self.rows):
             lines.append(_row("td", cells, right, k in self.marked))
         return "\n".join([*lines, "</table>"])
 
-    def _numeric(self):
+    def _numeric(self) -> list[bool]:
         """Whether each column holds numbers, and is set flush right."""
         return [
             any(row[k] for row in self.rows)
@@ -97,7 +102,7 @@ class Table:
         ]
 
 
-def _row(tag, cells, styles, bold=False):
+def _row(tag: str, cells: list[str], styles: list[str], bold: bool = False) -> str:
     cells = [html.escape(cell) for cell in cells]
     cells = [f"<b>{cell}</b>" for cell in cells] if bold else cells
     inner = "".join(f"<{tag}{s}>{cell}</{tag}>" for cell, s in zip(cells, styles))
@@ -112,13 +117,13 @@ class Prose:
     And another.
     """
 
-    def __init__(self, *paragraphs, heading=None):
+    def __init__(self, *paragraphs: str, heading: str | None = None) -> None:
         self.paragraphs, self.heading = paragraphs, heading
 
-    def __repr__(self):
+    def __repr__(self) -> str:
         return "\n".join(filter(None, [self.heading, *self.paragraphs]))
 
-    def _repr_html_(self):
+    def _repr_html_(self) -> str:
         lines = [f"<p>{html.escape(p)}</p>" for p in self.paragraphs]
         if self.heading:
             lines.insert(0, f"<h1>{html.escape(self.heading)}</h1>")
