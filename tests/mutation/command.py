@@ -7,8 +7,9 @@
 A PLACE is a room, a file, or a line of a file; of a line, every fault is tried.  All
 runs in a copy of the tree.  The first run takes as long as the test suite on one core,
 to learn which function each test enters; later ones ask again only what has changed.
-Stop it with Ctrl-C; --from goes on with the same sample.  It ends with 1 if a fault
-survived.
+Stop it with Ctrl-C; --from goes on with the same sample.  A fault survives that none of
+the nearest tests notices within --budget seconds: try it again with more of them, by
+--only and its number.  It ends with 1 if a fault survived.
 """
 
 import argparse
@@ -169,12 +170,15 @@ def arguments(argv):
     add("--faults", type=int, default=40, help="how many (40)")
     add("--seed", type=int, default=1, help="of the sample (1)")
     add("--from", type=int, default=1, dest="first", help="the first to try (1)")
+    add(
+        "--only", type=int, nargs="+", metavar="NUMBER", help="of the sample, no others"
+    )
     add("--part", default="1/1", help="1/2 and 2/2 share a sample between two commands")
     add("--tests", nargs="+", metavar="FILE", help="run no tests but those of these")
     add("--budget", type=float, default=30, help="seconds of tests for a fault (30)")
     add("--patience", type=float, default=60, help="seconds more, until it hangs (60)")
     add("--fresh", action="store_true", help="learn anew what the tests enter")
-    add("--repository", type=Path, default=Path(__file__).parents[3])
+    add("--repository", type=Path, default=Path(__file__).parents[2])
     add("--package", default="luenberger")
     add("--preload", default=PRELOAD, help=argparse.SUPPRESS)
     return parser.parse_args(argv)
@@ -208,7 +212,10 @@ def main(argv=None):
         )
         mutation = Mutation(tree, nearest, asked.budget, asked.patience)
         part, parts = map(int, asked.part.split("/"))
-        numbered = list(enumerate(chosen, 1))[asked.first - 1 :][part - 1 :: parts]
+        numbered = list(enumerate(chosen, 1))[asked.first - 1 :]
+        if asked.only:
+            numbered = [one for one in numbered if one[0] in asked.only]
+        numbered = numbered[part - 1 :: parts]
         survivors = report(tree, numbered, mutation.try_one, len(places))
     return 1 if survivors else 0
 

@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from command import sample
+from command import arguments, sample
 from faults import faults
 
 HERE = Path(__file__).parent
@@ -112,6 +112,17 @@ def test_a_run_says_what_was_noticed_and_by_which_test(toy):
     assert "     - return M.T @ M\n     + return (M @ M.T)" in said
     assert "that_fails" not in said and done.returncode == 1
     assert {path: path.read_bytes() for path in before} == before
+
+
+def test_numbers_of_the_sample_can_be_tried_again(toy):
+    said = run(toy, "core.py:3", "core.py:16", only=3).stdout
+    assert (
+        said.startswith("   3 ") and "drawn from" in said and said.count("core.py") == 1
+    )
+
+
+def test_the_library_is_damaged_unless_told_otherwise():
+    assert (arguments([]).repository / "lib" / "luenberger" / "plant.py").exists()
 
 
 def test_a_sample_is_of_different_places_and_the_same_for_the_same_seed():
