@@ -15,7 +15,8 @@ import luenberger as lb
 from luenberger import kernels
 from luenberger.kernels import cache, loops, solves
 from luenberger.kernels import numba as printer
-from luenberger.recursion.filter_stacks import Compiled
+from luenberger.recursion import filter_pass
+from luenberger.recursion.filter_stacks import Stacks
 from luenberger.recursion.settings import Settings
 
 numba = pytest.importorskip("numba", reason="numba is an optional extra")
@@ -85,12 +86,11 @@ def agree(found, wanted, tol=1e-12):
 
 def counted(monkeypatch):
     """How many rows NumPy does, from now on."""
-    from luenberger.recursion.filter_pass import Pass
-
-    rows, step = [], Pass.step
+    rows, step = [], filter_pass.step
     monkeypatch.setattr(
-        Pass, "step", lambda self, *row: rows.append(self.i) or step(self, *row)
-    )
+        filter_pass, "step", lambda settings, state, *row: rows.append(state.instant)
+        or step(settings, state, *row),
+    )  # fmt: skip
     return rows
 
 
@@ -233,8 +233,8 @@ def test_rows_since_the_last_test_are_taken_back(form, monkeypatch):
 
 def test_noise_free_outputs_are_refused_before_the_run():
     plant = lb.Plant([[0.5]], None, [[1]], dt=1.0, Q=[[1]], R=[[0]], P0=[[1]])
-    assert not Compiled(Settings(plant, 0)).applies
-    assert Compiled(Settings(TRACKER, 1)).applies
+    assert not Stacks(Settings(plant, 0)).applies
+    assert Stacks(Settings(TRACKER, 1)).applies
 
 
 @pytest.mark.parametrize("options", [dict(m1=2), dict(weight="canonical")], ids=str)

@@ -1,6 +1,7 @@
 """Records in chunks: the same numbers, and no more memory than a chunk takes."""
 
 import tracemalloc
+from dataclasses import FrozenInstanceError, replace
 
 import generators
 import numpy as np
@@ -10,6 +11,7 @@ from generators import holes
 import luenberger as lb
 from luenberger.recursion import filter_pass, filter_stacks
 from luenberger.recursion import settings as setting
+from luenberger.recursion.state import start
 
 PLANT = generators.plant(np.random.default_rng(3), 3, 2, m=1)
 OBSERVERS = {
@@ -72,6 +74,28 @@ def test_filter_of_chunks_is_that_of_the_whole(sizes, gaps, backend):
     np.testing.assert_array_equal(joined, whole.orders)
 
 
+def test_a_state_that_was_kept_can_be_gone_on_from_again(backend):
+    """No row changes the state that it starts from: what follows has the same bits."""
+    rng = np.random.default_rng(4)
+    perfect = replace(PLANT, R=np.diag([0.0, 1]), S=None, P0=np.diag([1.0, 0, 0]))
+    for plant, m1 in ((PLANT, 1), (perfect, 0)):
+        y, u, u0 = generators.record(rng, plant, 60)
+        y[20:50] = holes(rng, y[20:50])
+        run = filter_pass.Pass(setting.Settings(plant, m1))
+        kept, _ = run.over(
+            start(run.settings, plant.x0, u0), y[:30], u[:30], backend == "numba"
+        )
+        ends = [
+            run.over(kept, y[30:], u[30:], backend == "numba", history=True)
+            for _ in range(2)
+        ]
+        for one, other in zip(*(found for _, found in ends)):
+            np.testing.assert_array_equal(one, other)
+        assert ends[0][0].instant == 60 and kept.instant == 30
+        with pytest.raises(FrozenInstanceError):
+            kept.instant = 0
+
+
 ROWS, CHUNKS = 500, 40
 
 
@@ -114,13 +138,15 @@ def test_patterns_of_missing_outputs_do_not_pile_up(backend, monkeypatch):
     y = rng.normal(size=(80, 12))
     y[rng.random(y.shape) < 0.5] = np.nan
     settings = setting.Settings(plant, 0)
-    run = filter_pass.Pass(settings, plant.x0, np.zeros(0))
-    x = [run.over(part, np.zeros((10, 0)), backend == "numba")[0] for part in
-         np.split(y, 8)]  # fmt: skip
+    run, now = filter_pass.Pass(settings), start(settings, plant.x0, np.zeros(0))
+    x = []
+    for part in np.split(y, 8):
+        now, found = run.over(now, part, np.zeros((10, 0)), backend == "numba")
+        x.extend(found.x)
     wanted = lb.filter_data(plant, y, backend="numpy").x
-    np.testing.assert_allclose(np.concatenate(x), wanted, rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(x, wanted, rtol=1e-12, atol=1e-12)
     assert len(settings._known) <= 20
-    assert run.compiled is None or len(run.compiled.padded) <= 31
+    assert len(run.stacks.padded) <= 31
 
 
 def test_a_stream_is_read_one_chunk_at_a_time():
@@ -175,8 +201,8 @@ def test_a_stream_that_proves_long_goes_on_compiled(monkeypatch):
 
     asked, over = [], Pass.over
     monkeypatch.setattr(
-        Pass, "over", lambda self, y, u, fast, history: asked.append(fast)
-        or over(self, y, u, False, history),
+        Pass, "over", lambda self, state, y, u, fast, history: asked.append(fast)
+        or over(self, state, y, u, False, history),
     )  # fmt: skip
     monkeypatch.setattr(kernels, "find_spec", lambda name: True)
     short = lb.Plant([[0.5]], None, [[1]], dt=1.0, Q=[[1]], R=[[1]], P0=[[1]])

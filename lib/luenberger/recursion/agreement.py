@@ -6,6 +6,8 @@ of the error: an unstable mode that no noise disturbs makes it grow.  Its covari
 is carried along, so that a difference can be told from a contradiction.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from ..errors import DesignError
@@ -14,52 +16,67 @@ from ..numeric.factors import CLEAR, EPS, rounded
 CONFLICT_TOL = 1e-6  # readings may be rounded by this, beside what they are met with
 
 
-class Agreement:
-    """The covariance of the rounding in an estimate, and what it met last."""
+class Met(NamedTuple):
+    """What an innovation is made of, and the rounding that is in it.
 
-    def __init__(self, x):
-        self.rounding = np.diag((EPS * x.ravel()) ** 2)
+    ``size`` (p,) holds the magnitudes that it is a sum of, ``rounding`` (p, p) is the
+    covariance of what came with the estimate.  ``some`` (p,) tells the outputs of any
+    size, and ``mixed`` is how many roundings meet when the gain combines them.
+    """
 
-    def step(self, A, C, new, made_of, read):
-        """Follow a step of the estimate.
+    size: np.ndarray
+    rounding: np.ndarray
+    some: np.ndarray
+    mixed: float
 
-        Parameters
-        ----------
-        A, C : (n, n), (p, n) ndarray
-            Of the step; A is that of the error.
-        new : dict
-            K and Y of the step; unit (p,), the rounding of the outputs that its gain
-            was found with, and K_size, whose rounding is that of Kmv.
-        made_of : (n,) ndarray
-            The magnitudes that x_minus is a sum of.
-        read : (p,) ndarray
-            Those of y - E u.
-        """
-        rounding = rounded(A @ self.rounding @ A.T, made_of)
-        self.size = read + np.abs(C) @ made_of  # what the innovation is a sum of
-        self.before = rounded(C @ rounding @ C.T, self.size)
-        size = made_of + (new["K_size"] + np.abs(new["K"])) @ self.size
-        self.some = new["unit"] > 0
-        self.mixed = EPS * np.linalg.norm(self.size[self.some] / new["unit"][self.some])
-        self.rounding = rounded(new["Y"] @ rounding @ new["Y"].T, size)
 
-    def require(self, known, innovation, names, instant):
-        """Raise unless the combinations `known` of the innovation are rounding."""
-        if not known.size:
-            return
-        left = np.abs(known.T @ innovation)
-        size = CONFLICT_TOL * (np.abs(known).T @ self.size)
-        grown = np.sqrt(np.einsum("ji,jk,ki->i", known, self.before, known))
-        # a variance left out as rounding may be real: 5 sigmas of it are no conflict
-        size += CLEAR * (grown + (self.mixed + 5) * known[self.some].any(axis=0))
-        bad = left > size
-        if bad.any():
-            part = np.abs(known[:, bad]).max(axis=1)
-            which = [names[j] for j in np.flatnonzero(part > 1e-6 * part.max())]
-            scale = np.abs(known[:, bad]).max(axis=0)
-            raise DesignError(
-                f"at instant {instant} the noise-free outputs {which} contradict each "
-                "other, or a state that is believed known exactly, by "
-                f"{(left[bad] / scale).max():.3g}. Give them noise in R, or raise Q or "
-                "P0."
-            )
+def rounding_of(x):
+    """The covariance of the rounding in an estimate that was just given."""
+    return np.diag((EPS * x.ravel()) ** 2)
+
+
+def followed(rounding, A, C, new, made_of, read):
+    """The covariance of the rounding after a step, and what the step `Met`.
+
+    Parameters
+    ----------
+    rounding : (n, n) ndarray
+        That of the estimate before the step.
+    A, C : (n, n), (p, n) ndarray
+        Of the step; A is that of the error.
+    new : dict
+        K and Y of the step; unit (p,), the rounding of the outputs that its gain
+        was found with, and K_size, whose rounding is that of Kmv.
+    made_of : (n,) ndarray
+        The magnitudes that x_minus is a sum of.
+    read : (p,) ndarray
+        Those of y - E u.
+    """
+    rounding = rounded(A @ rounding @ A.T, made_of)
+    size = read + np.abs(C) @ made_of
+    some = new["unit"] > 0
+    mixed = EPS * np.linalg.norm(size[some] / new["unit"][some])
+    met = Met(size, rounded(C @ rounding @ C.T, size), some, mixed)
+    moved = made_of + (new["K_size"] + np.abs(new["K"])) @ size
+    return rounded(new["Y"] @ rounding @ new["Y"].T, moved), met
+
+
+def require_agreement(known, innovation, met, names, instant):
+    """Raise unless the combinations `known` of the innovation are rounding."""
+    if not known.size:
+        return
+    left = np.abs(known.T @ innovation)
+    size = CONFLICT_TOL * (np.abs(known).T @ met.size)
+    grown = np.sqrt(np.einsum("ji,jk,ki->i", known, met.rounding, known))
+    # a variance left out as rounding may be real: 5 sigmas of it are no conflict
+    size += CLEAR * (grown + (met.mixed + 5) * known[met.some].any(axis=0))
+    bad = left > size
+    if bad.any():
+        part = np.abs(known[:, bad]).max(axis=1)
+        which = [names[j] for j in np.flatnonzero(part > 1e-6 * part.max())]
+        scale = np.abs(known[:, bad]).max(axis=0)
+        raise DesignError(
+            f"at instant {instant} the noise-free outputs {which} contradict each "
+            "other, or a state that is believed known exactly, by "
+            f"{(left[bad] / scale).max():.3g}. Give them noise in R, or raise Q or P0."
+        )

@@ -6,19 +6,25 @@ outputs that did not arrive are padded (papers/leondes_novak/derivation/one_pass
 that every row has all p outputs.
 """
 
+from collections.abc import Callable
+from dataclasses import dataclass
+
 import numpy as np
 
 from .. import kernels
 from ..errors import DesignError
 from ..numeric.linalg import nonsingular
-from .settings import PATTERNS
+from .agreement import rounding_of
+from .root_step import Spread
+from .settings import PATTERNS, Settings
+from .state import State
 
 BEFORE = {"A": "A", "As": "As", "Q": "Qs", "B": "B", "J": "J"}
 NOW = {"C": "C", "R": "R", "E": "E", "Gamma": "Gamma"}
 FIELDS = BEFORE | NOW
 
 
-class Compiled:
+class Stacks:
     """What can be decided before the run: whether, and from which matrices."""
 
     def __init__(self, settings):
@@ -35,30 +41,30 @@ class Compiled:
         has_all = plant.p > 0 and self.full is not None
         self.applies = has_all and (self.varying or not self.full.blind.size)
 
-    def rows(self, run, y, u):
-        """The rows of a chunk, ready to be run; `run` is the pass before them."""
+    def block(self, state, y, u):
+        """The next rows of a record, which begin at `state`, ready to be run."""
         seen = np.isnan(y)
         np.logical_not(seen, out=seen)  # the first touch of new memory costs most
         # with S, what carries over from the row before hangs on what it had
-        complete = seen.all() and (not self.cross or run.seen.all())
+        complete = seen.all() and (not self.cross or state.seen.all())
         if self.varying:
-            now, before, good, stacks = self.instants(run, seen)
+            now, before, good, stacks = self.instants(state, seen)
         elif complete:
             now = before = np.zeros(1, dtype=np.int64)  # which nothing reads
             good, stacks = np.ones(1, dtype=bool), self.constant()
         else:
-            now, before, good, stacks = self.patterns(run, seen)
+            now, before, good, stacks = self.patterns(state, seen)
         changing = self.changing(complete)
         known = tuple((name, self.known(name, name in changing)) for name in FIELDS)
-        plant = self.plant
-        kernel = kernels.over_record(
-            "filter_recursion",
-            (("m", plant.m), ("n", plant.n), ("p", plant.p)),
-            known,
-            changing,
-        )
-        u = np.concatenate([run.u[None], u]) if plant.m else np.empty((len(y) + 1, 0))
-        return Rows(kernel, now, before, good, stacks, y, seen, u)
+        sizes = tuple((k, getattr(self.plant, k)) for k in ("m", "n", "p"))
+        kernel = kernels.over_record("filter_recursion", sizes, known, changing)
+        given = {k: _flat(np.array(X, order="C")) for k, X in stacks.items()}
+        if not complete:
+            y = np.where(seen, y, 0.0)
+        y, empty = kernels.plain_array(y), np.empty((len(y) + 1, 0))
+        u = np.concatenate([state.u[None], u]) if self.plant.m else empty
+        given |= dict(now=now, before=before, good=good, y=y, u=u)
+        return Block(self.settings, kernel, given, seen)
 
     def changing(self, complete):
         """Names of the matrices that have an index."""
@@ -83,9 +89,10 @@ class Compiled:
         return kernels.entries_known(zero, np.zeros(full.shape, dtype=bool))
 
     def constant(self):
+        """A constant plant with every output: stacks of one."""
         return {name: getattr(self.full, f)[None] for name, f in FIELDS.items()}
 
-    def patterns(self, run, seen):
+    def patterns(self, state, seen):
         """A constant plant with outputs missing: an index for each pattern."""
         if len(self.padded) >= PATTERNS:
             self.table, self.padded = {}, []
@@ -94,7 +101,7 @@ class Compiled:
         _, first, now = np.unique(bits, return_index=True, return_inverse=True)
         index = np.array([self.pattern(seen[k]) for k in first], dtype=np.int64)
         now = index[now]
-        before = np.concatenate([[self.pattern(run.seen)], now[:-1]])
+        before = np.concatenate([[self.pattern(state.seen)], now[:-1]])
         stacks = self.constant()
         for name in self.changing(False):
             stacks[name] = np.stack([one[name] for one in self.padded])
@@ -102,6 +109,7 @@ class Compiled:
         return now, before, good, stacks
 
     def pattern(self, seen):
+        """The index of the outputs `seen`, whose matrices are kept from now on."""
         key = seen.tobytes()
         if key not in self.table:
             self.table[key] = len(self.padded)
@@ -117,67 +125,81 @@ class Compiled:
             out |= kernels.padded()(Pick=np.eye(self.plant.p)[seen], **seen_only)
         return out | {"good": not setting.blind.size}
 
-    def instants(self, run, seen):
+    def instants(self, state, seen):
         """A plant that changes: index k + 1 for row k, and 0 for the row before."""
-        N, plant = len(seen), self.plant
-        stacks = {}
-        here = slice(run.i + 1, run.i + 1 + N)
-        easy = not self.cross and (not self.accurate or plant.C.ndim == 2)
-        for name in FIELDS:
-            whole = getattr(plant, {"As": "A"}.get(name, name), None)
-            shape = self.constant()[name].shape[1:]
-            stacks[name] = np.zeros((N + 1, *shape))
-            if easy and whole is not None:
-                stacks[name][1:] = whole[here] if whole.ndim == 3 else whole
-        good = np.ones(N, dtype=bool)
-        if easy:
-            stacks["Gamma"][1:] = self.full.Gamma
+        N, first = len(seen), state.instant + 1
+        stacks = {
+            name: np.zeros((N + 1, *X.shape[1:])) for name, X in self.constant().items()
+        }
+        good, singly = np.ones(N, dtype=bool), range(N)
+        if not self.cross and (not self.accurate or self.plant.C.ndim == 2):
+            self.fill(stacks, slice(first, first + N))
             good[:] = nonsingular(stacks["R"][1:])
-        for k in range(N) if not easy else np.flatnonzero(~seen.all(axis=1)):
-            setting = self.settings.at(run.i + 1 + k, seen[k])
-            one = self.pad(setting, seen[k])
-            good[k] = one.pop("good")
-            for name, value in one.items():
-                stacks[name][k + 1] = value
-        if run.before is not None:
-            one = self.pad(run.before[0], run.seen)
-            for name in FIELDS:
-                stacks[name][0] = one[name]
+            singly = np.flatnonzero(~seen.all(axis=1))
+        for k in singly:
+            setting = self.settings.at(first + k, seen[k])
+            good[k] = self.place(stacks, k + 1, setting, seen[k])
+        if state.setting is not None:
+            self.place(stacks, 0, state.setting, state.seen)
         now = np.arange(1, N + 1)
         return now, now - 1, good, stacks
 
+    def place(self, stacks, index, setting, seen):
+        """Put a setting at an index of all stacks; whether its R is definite."""
+        one = self.pad(setting, seen)
+        for name, stack in stacks.items():
+            stack[index] = one[name]
+        return one["good"]
 
-class Rows:
-    """A chunk of a record on its way through the compiled filter."""
+    def fill(self, stacks, here):
+        """Rows 1 and on from the plant's own matrices of the instants `here`."""
+        for name, stack in stacks.items():
+            whole = getattr(self.plant, {"As": "A"}.get(name, name), None)
+            if whole is not None:
+                stack[1:] = whole[here] if whole.ndim == 3 else whole
+        stacks["Gamma"][1:] = self.full.Gamma
 
-    def __init__(self, kernel, now, before, good, stacks, y, seen, u):
-        self.kernel, self.seen = kernel, seen
-        given = {k: _flat(np.array(X, order="C")) for k, X in stacks.items()}
-        if not seen.all():
-            y = np.where(seen, y, 0.0)
-        y = kernels.plain_array(y)
-        self.given = given | dict(now=now, before=before, good=good, y=y, u=u)
 
-    def run(self, run, k, x, variances, P, K):
-        """Rows k on, into the arrays; the first row that was not done."""
+@dataclass(frozen=True, eq=False)
+class Block:
+    """Rows of a record that compiled code can run, with all it needs to know of them.
+
+    Attributes
+    ----------
+    settings : Settings
+    kernel : callable
+        The loop over rows; see `kernels.over_record`.
+    given : dict of str to ndarray
+        Stacks of matrices, the index of each row, y, and u from the row before on.
+    seen : (N, p) ndarray of bool
+        Which outputs arrived.
+    """
+
+    settings: Settings
+    kernel: Callable
+    given: dict
+    seen: np.ndarray
+
+    def run(self, state, k, out):
+        """From `state` before row k on: the state reached, and the first row not done.
+
+        Rows that were done are written to `out`, a `History`.
+        """
         rho = np.zeros(self.seen.shape[1])
-        rho[run.seen] = run.before[1][:, 0]
-        state = dict(Sigma=run.Sigma.flatten(), x=run.x.flatten(), rho=rho)
+        rho[state.seen] = state.rho[:, 0]
+        x, Sigma = state.x.flatten(), state.Sigma.flatten()
         done = self.kernel(
-            **self.given,
-            **state,
-            start=k,
-            stop=len(self.seen),
-            keep=len(P) > 0,
-            xs=x,
-            variances=variances,
-            covariances=_flat(P),
-            gains=_flat(K),
-        )
-        if done > k:
-            seen = self.seen[done - 1]
-            run.resume(done - k, state, self.given["u"][done], seen)
-        return done
+            **self.given, Sigma=Sigma, x=x, rho=rho, start=k, stop=len(self.seen),
+            keep=len(out.P) > 0, xs=out.x, variances=out.variances,
+            covariances=_flat(out.P), gains=_flat(out.K),
+        )  # fmt: skip
+        if done == k:
+            return state, k
+        i, seen = state.instant + done - k, self.seen[done - 1]
+        now = self.settings.at(i, None if seen.all() else seen)
+        spread = Spread(Sigma.reshape(state.Sigma.shape))
+        u, rho = self.given["u"][done], rho[seen][:, None]
+        return State(i, x[:, None], spread, rounding_of(x), u, seen, rho, now), done
 
 
 def _flat(stack):

@@ -1,15 +1,15 @@
 """Run a given observer on recorded data."""
 
-from collections.abc import Iterator
+from functools import partial
 
 import numpy as np
 
 from ..arguments import expect
 from ..certificate import require_real
-from ..errors import short
 from ..formats import dataframes
 from ..kernels import entries_known, over_record, plain_array, runs_compiled
-from ..numeric.validation import entries
+from . import chunks
+from .chunks import single
 
 ESTIMATED = 1_000_000  # rows that NumPy estimates in the time that compiling takes
 
@@ -76,68 +76,53 @@ def estimate(observer, y, u=None, *, u0=None, z0=None, x0=None, backend="auto"):
         raise ValueError("recorded data need a discrete observer; this one has dt = 0")
     u0 = dataframes.entries("u0", u0, observer.input_names)
     x0 = dataframes.entries("x0", x0, observer.state_names)
-    run = _Run(observer, start(observer, u0, z0, x0), backend)
-    if not isinstance(y, Iterator):
-        return run.chunk(y, u)
-    if u is not None and not isinstance(u, Iterator):
-        raise ValueError("y is an iterator of chunks, so u must be one too")
-    return (run.chunk(*part) for part in pairs(y, u))
+    begun = 0, start(observer, u0, z0, x0)
+    return chunks.found(partial(_chunk, observer, backend), begun, y, u)
 
 
-class _Run:
-    """An observer on its way over a record: its state and how many rows are done."""
+def _chunk(observer, backend, before, y, u):
+    """The estimates of the next rows; the state is how many rows were done, and z."""
+    o, table, (done, z) = observer, y, before
+    outputs, inputs = (o.D.shape[-1], o.output_names), (o.G.shape[-1], o.input_names)
+    y, u = chunks.arrays(y, u, outputs, inputs)
+    here = slice(done, done + len(y))
+    if o.steps is not None and here.stop > o.steps:
+        raise ValueError(
+            f"y has {here.stop} rows, the filter was designed for {o.steps}"
+        )
+    fast = runs_compiled(backend, here.stop, ESTIMATED)
+    z, found = (_compiled if fast else _plain)(o, z, y, u, here)
+    return (here.stop, z), dataframes.like(table, found, o.estimate_names)
 
-    def __init__(self, observer, z, backend):
-        self.observer, self.z, self.backend, self.k = observer, z, backend, 0
 
-    def chunk(self, y, u):
-        """The estimates of the next rows."""
-        o, table = self.observer, y
-        y, u = dataframes.arrays(y, u, o.output_names, o.input_names)
-        y = rows("y", y, o.D.shape[-1])
-        m = o.G.shape[-1]
-        u = rows("u", np.zeros((len(y), m)) if u is None else u, m)
-        if len(u) != len(y):
-            raise ValueError(f"y has {len(y)} rows but u has {len(u)}")
-        here = slice(self.k, self.k + len(y))
-        if o.steps is not None and here.stop > o.steps:
-            raise ValueError(
-                f"y has {here.stop} rows, the filter was designed for {o.steps}"
-            )
-        self.k = here.stop
-        fast = runs_compiled(self.backend, here.stop, ESTIMATED)
-        found = (self.compiled if fast else self.plain)(y, u, here)
-        return dataframes.like(table, found, o.estimate_names)
+def _plain(observer, z, y, u, here):
+    """The state after the rows `here`, and their estimates, in NumPy."""
+    matrices = (getattr(observer, name) for name in "FGDPVW")
+    F, G, D, P, V, W = (X if X.ndim == 2 else X[here] for X in matrices)
+    drive = _apply(G, u) + _apply(D, y)
+    states = np.empty((len(y), observer.order))
+    for k in range(len(y)):
+        states[k] = z
+        z = (F if F.ndim == 2 else F[k]) @ z + drive[k]
+    return z, _apply(P, states) + _apply(V, y) + _apply(W, u)
 
-    def plain(self, y, u, here):
-        matrices = (getattr(self.observer, name) for name in "FGDPVW")
-        F, G, D, P, V, W = (X if X.ndim == 2 else X[here] for X in matrices)
-        drive = _apply(G, u) + _apply(D, y)
-        z = np.empty((len(y), self.observer.order))
-        state = self.z
-        for k in range(len(y)):
-            z[k] = state
-            state = (F if F.ndim == 2 else F[k]) @ state + drive[k]
-        self.z = state
-        return _apply(P, z) + _apply(V, y) + _apply(W, u)
 
-    def compiled(self, y, u, here):
-        o, N = self.observer, len(y)
-        varying = o.steps is not None
-        given = {name: getattr(o, name) for name in "FGDPVW"}
-        stacks = {k: X if varying else X[None] for k, X in given.items()}
-        q, r = o.P.shape[-2:]
-        sizes = dict(m=u.shape[1], p=y.shape[1], q=q, r=r)
-        step, given = over_stacks("observer_recursion", sizes, stacks, here)
-        index = np.arange(N) if varying else np.zeros(1, dtype=np.int64)
-        z, w_hats = np.array(self.z, dtype=float), np.empty((N, q))
-        step(
-            **given, start=0, stop=N, now=index, before=index, keep=False, z=z,
-            good=np.ones(N if varying else 1, dtype=bool), y=plain_array(y),
-            u=plain_array(u), w_hats=w_hats,
-        )  # fmt: skip
-        self.z = z
-        return w_hats
+def _compiled(observer, z, y, u, here):
+    """The same in compiled code."""
+    N, varying = len(y), observer.steps is not None
+    given = {name: getattr(observer, name) for name in "FGDPVW"}
+    stacks = {k: X if varying else X[None] for k, X in given.items()}
+    q, r = observer.P.shape[-2:]
+    sizes = dict(m=u.shape[1], p=y.shape[1], q=q, r=r)
+    step, given = over_stacks("observer_recursion", sizes, stacks, here)
+    index = np.arange(N) if varying else np.zeros(1, dtype=np.int64)
+    z, w_hats = np.array(z, dtype=float), np.empty((N, q))
+    step(
+        **given, start=0, stop=N, now=index, before=index, keep=False, z=z,
+        good=np.ones(N if varying else 1, dtype=bool), y=plain_array(y),
+        u=plain_array(u), w_hats=w_hats,
+    )  # fmt: skip
+    return z, w_hats
 
 
 def over_stacks(recursion, sizes, stacks, here=slice(None)):
@@ -157,15 +142,6 @@ def over_stacks(recursion, sizes, stacks, here=slice(None)):
         flat = part.reshape(len(part), X.shape[1] * X.shape[2])
         given[name] = np.array(flat, order="C")
     return step, given
-
-
-def pairs(y, u):
-    """The chunks of y with those of u, or with None; both are iterators."""
-    for part in y:
-        inputs = None if u is None else next(u, ())
-        if inputs is not None and len(inputs) == 0 < len(part):
-            raise ValueError("u has fewer chunks, or emptier ones, than y")
-        yield part, inputs
 
 
 def _apply(matrix, signal):
@@ -189,41 +165,3 @@ def start(observer, u0=None, z0=None, x0=None):
         return single("z0", z0, o.order)
     state = o.z0 if x0 is None else o.T0 @ single("x0", x0, o.L.shape[1])
     return state if u0 is None else state + o.G0 @ single("u0", u0, o.G.shape[-1])
-
-
-def rows(name, value, width, missing=False):
-    """Return `value` as (N, width) floats, all finite; NaN only where `missing`."""
-    array = real(name, value, "an array of numbers")
-    if array.ndim == 1 and width == 1:
-        array = array[:, None]
-    if array.ndim != 2 or array.shape[1] != width:
-        raise ValueError(f"{name} must be (N, {width}), got {array.shape}")
-    if missing:
-        infinite = np.isinf(array)
-        if infinite.any():
-            raise ValueError(
-                f"{name} is infinite in row {int(np.argwhere(infinite)[0, 0])}"
-            )
-    elif not np.isfinite(array).all():
-        raise ValueError(
-            f"{name} has values that are missing or not finite, first in row "
-            f"{int(np.argwhere(~np.isfinite(array))[0, 0])}; filter_data accepts NaN "
-            "in y as not measured"
-        )
-    return array
-
-
-def single(name, value, size):
-    array = real(name, value, f"{size} finite numbers")
-    if array.shape != (size,) or not np.isfinite(array).all():
-        got = short(array.tolist())
-        raise ValueError(f"{name} must be {size} finite numbers, got {got}")
-    return array
-
-
-def real(name, value, wanted):
-    """`value` as floats, NaN where it is missing."""
-    try:
-        return entries(value, truth=True)[0]
-    except (TypeError, ValueError, OverflowError) as error:
-        raise ValueError(f"{name} must be {wanted}: {error}") from None

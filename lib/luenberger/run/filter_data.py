@@ -1,7 +1,7 @@
 """The filter and its covariance in one pass over a record, with missing values."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -10,7 +10,8 @@ from ..arguments import expect
 from ..formats import dataframes
 from ..recursion.filter_pass import Pass
 from ..recursion.settings import Settings
-from .estimate import pairs, rows, single
+from ..recursion.state import start
+from . import chunks
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,35 +111,29 @@ def filter_data(
     expect(plant=plant)
     settings = Settings(plant, m1, weight)
     u0 = dataframes.entries("u0", u0, plant.input_names)
-    u0 = np.zeros(plant.m) if u0 is None else single("u0", u0, plant.m)
-    run = Pass(settings, plant.x0, u0)
-    if not isinstance(y, Iterator):
-        return _chunk(run, y, u, history, backend)
-    if u is not None and not isinstance(u, Iterator):
-        raise ValueError("y is an iterator of chunks, so u must be one too")
+    u0 = np.zeros(plant.m) if u0 is None else chunks.single("u0", u0, plant.m)
     kernels.runs_compiled(backend, 0)  # refuse a backend now, not at the first chunk
-    return (_chunk(run, *part, history, backend) for part in pairs(y, u))
+    step = partial(_chunk, Pass(settings), history, backend)
+    return chunks.found(step, start(settings, plant.x0, u0), y, u)
 
 
-def _chunk(run, y, u, history, backend):
-    """Filter the next rows of a pass."""
-    plant, settings, table = run.plant, run.settings, y
-    y, u = dataframes.arrays(y, u, plant.output_names, plant.input_names)
-    y = rows("y", y, plant.p, missing=True)
-    u = rows("u", np.zeros((len(y), plant.m)) if u is None else u, plant.m)
-    if len(u) != len(y):
-        raise ValueError(f"y has {len(y)} rows but u has {len(u)}")
-    if plant.steps is not None and run.i + len(y) >= plant.steps:
+def _chunk(run, history, backend, state, y, u):
+    """Filter the next rows of a pass: the state after them, and their `Filtered`."""
+    plant, table = run.settings.plant, y
+    outputs, inputs = (plant.p, plant.output_names), (plant.m, plant.input_names)
+    y, u = chunks.arrays(y, u, outputs, inputs, missing=True)
+    last = state.instant + len(y)
+    if plant.steps is not None and last >= plant.steps:
         raise ValueError(
             f"the plant has rows for instants 0 .. {plant.steps - 1}, the data "
-            f"reach instant {run.i + len(y)}"
+            f"reach instant {last}"
         )
-    fast = kernels.runs_compiled(backend, run.i + len(y))
-    x, variances, P, K = run.over(y, u, fast, history)
+    fast = kernels.runs_compiled(backend, last)
+    state, (x, variances, P, K) = run.over(state, y, u, fast, history)
     std = np.sqrt(np.maximum(variances, 0, out=variances), out=variances)
     x, std = (dataframes.like(table, X, plant.state_names) for X in (x, std))
-    orders = _orders(plant, settings.accurate, y)
-    return Filtered(x, std, run.Sigma if P is None else P, K, orders)
+    P, K = (P, K) if history else (state.Sigma, None)
+    return state, Filtered(x, std, P, K, _orders(plant, run.settings.accurate, y))
 
 
 def _orders(plant, accurate, y):

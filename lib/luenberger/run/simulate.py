@@ -8,7 +8,8 @@ import scipy.linalg
 from ..arguments import expect
 from ..certificate import require_match, require_real
 from ..numeric.factors import square_root
-from .estimate import real, rows, single, start
+from .chunks import real, rows, single
+from .estimate import start
 
 WHOLE = 64 * 64  # entries of a matrix that BLAS multiplies without dividing the work
 

@@ -9,6 +9,7 @@ from ...observer import Observer
 from ...recursion.filter_pass import Pass
 from ...recursion.root_step import Spread, first_move
 from ...recursion.settings import Settings, require_start
+from ...recursion.state import start
 from ...recursion.steady_gain import best_constant_gain, steady_gain
 from ..certified import certified
 
@@ -182,13 +183,13 @@ def gains(settings, steps, backend="numpy"):
 def _compiled_gains(settings, steps):
     """The same, as the filter of a record of zeros; a block of rows at a time."""
     plant = settings.plant
-    run = Pass(settings, np.zeros(plant.n), np.zeros(plant.m))
+    run, state = Pass(settings), start(settings, np.zeros(plant.n), np.zeros(plant.m))
     for first in range(1, steps + 1, BLOCK):
         rows = min(BLOCK, steps + 1 - first)
         y, u = np.zeros((rows, plant.p)), np.zeros((rows, plant.m))
-        _, _, Sigma, K = run.over(y, u, True, history=True)
+        state, found = run.over(state, y, u, True, history=True)
         for k in range(rows):
-            yield settings.at(first + k), K[k], Sigma[k]
+            yield settings.at(first + k), found.K[k], found.P[k]
 
 
 def _over(settings, steps, backend):

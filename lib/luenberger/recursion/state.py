@@ -1,0 +1,134 @@
+"""What a filter carries from row to row of a record, and one row of it in NumPy."""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from .. import kernels
+from .agreement import followed, require_agreement, rounding_of
+from .root_step import Spread, first_move
+from .settings import Setting, require_start
+
+PATIENCE = 64  # rows at most that NumPy takes before compiled code is tried again
+
+
+class Turn(NamedTuple):
+    """When compiled code is tried again: at an instant, and how much later after that.
+
+    It doubles its distance each time it gives up at once, so that a record on which
+    it can do nothing costs few attempts.
+    """
+
+    instant: int = 0
+    patience: int = 1
+
+    def later(self, instant):
+        """After it gave up at this instant."""
+        patience = min(2 * self.patience, PATIENCE)
+        return Turn(instant + patience, patience)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class State:
+    """A filter between two rows of a record: all that the rows to come depend on.
+
+    Attributes
+    ----------
+    instant : int
+        That of the last row; 0 before the first.
+    x : (n, 1) ndarray
+        The estimate there.
+    spread : Spread
+        Covariance of its error.
+    rounding : (n, n) ndarray
+        Covariance of the rounding in x, as `agreement` follows it.
+    u : (m,) ndarray
+        The input.
+    seen : (p,) ndarray of bool
+        Which outputs arrived.
+    rho : (p_seen, 1) ndarray
+        Their residual y - E u - C x.
+    setting : Setting or None
+        The plant there, with these outputs; None at instant 0, which has none.
+    turn : Turn
+    """
+
+    instant: int
+    x: np.ndarray
+    spread: Spread
+    rounding: np.ndarray
+    u: np.ndarray
+    seen: np.ndarray
+    rho: np.ndarray
+    setting: Setting | None
+    turn: Turn = Turn()
+
+    @property
+    def Sigma(self):
+        """Error covariance."""
+        return self.spread.Sigma
+
+    @property
+    def ready(self):
+        """Whether compiled code can go on from here, and it is its turn."""
+        return (
+            self.setting is not None
+            and self.spread.half is None
+            and self.instant >= self.turn.instant
+        )
+
+
+def start(settings, x, u):
+    """The state at instant 0: the mean x (n,) with covariance P0, and the input u."""
+    plant = settings.plant
+    require_start(plant)
+    return State(
+        0, x[:, None], Spread.of(plant.P0), rounding_of(x), u,
+        seen=np.ones(plant.p, dtype=bool), rho=np.zeros((0, 1)), setting=None,
+    )  # fmt: skip
+
+
+def step(settings, state, y, u):
+    """The state one instant on, and the gain (n, p_seen).
+
+    Parameters
+    ----------
+    settings : Settings
+    state : State
+    y : (p,) ndarray
+        Measurements there; NaN where an output did not arrive.
+    u : (m,) ndarray
+        The input there.
+
+    Raises
+    ------
+    DesignError
+        If noise-free outputs contradict each other or a state known exactly.
+    """
+    i, seen = state.instant + 1, ~np.isnan(y)
+    now = settings.at(i, None if seen.all() else seen)
+    move, A, B, J = _leading_on(settings.plant, state.setting)
+    new, spread, known = now.step(move, state.spread)
+    moved = kernels.estimate_step("x_minus", "innovation", "x_next", "rho_next")(
+        A=A, B=B, C=now.C, E=now.E, J=J, K=new["K"], x=state.x, rho=state.rho,
+        u=state.u[:, None], y=y[seen, None], u_next=u[:, None],
+    )  # fmt: skip
+    rounding = state.rounding
+    if now.blind.size:
+        made_of = move.size @ np.abs(state.x[:, 0]) + np.abs(B) @ np.abs(state.u)
+        made_of += np.abs(J) @ np.abs(state.rho[:, 0])
+        read = np.abs(y[seen]) + np.abs(now.E) @ np.abs(u)
+        rounding, met = followed(rounding, move.A, now.C, new, made_of, read)
+        names = [settings.plant.output_names[j] for j in np.flatnonzero(seen)]
+        require_agreement(known, moved["innovation"][:, 0], met, names, i)
+    x, rho = moved["x_next"], moved["rho_next"]
+    return State(i, x, spread, rounding, u, seen, rho, now, state.turn), new["K"]
+
+
+def _leading_on(plant, setting):
+    """`Move`, A, B and J from an instant to the next; None is instant 0."""
+    if setting is not None:
+        return setting.move, setting.A, setting.B, setting.J
+    A, B, _ = plant.first_step()
+    return first_move(plant), A, B, np.zeros((len(A), 0))  # no y before

@@ -1,0 +1,95 @@
+"""A record as it comes, whole or in chunks, as arrays that were checked."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from ..errors import short
+from ..formats import dataframes
+from ..numeric.validation import entries
+
+
+def found(step, state, y, u):
+    """What `step` finds in a record; if y is an iterator, an iterator over its chunks.
+
+    Parameters
+    ----------
+    step : callable
+        ``step(state, y, u)`` returns the state after these rows, and what it found.
+    state : object
+        That before the first row.
+    y, u : array_like or table, or iterators of them
+        As in `filter_data`; u may be None.
+
+    Raises
+    ------
+    ValueError
+        If one of y and u comes in chunks and the other does not, or u has fewer.
+    """
+    if not isinstance(y, Iterator):
+        return step(state, y, u)[1]
+    if u is not None and not isinstance(u, Iterator):
+        raise ValueError("y is an iterator of chunks, so u must be one too")
+    return _each(step, state, y, u)
+
+
+def _each(step, state, ys, us):
+    for y in ys:
+        u = None if us is None else next(us, ())
+        if u is not None and len(u) == 0 < len(y):
+            raise ValueError("u has fewer chunks, or emptier ones, than y")
+        state, result = step(state, y, u)
+        yield result
+
+
+def arrays(y, u, outputs, inputs, missing=False):
+    """y (N, p) and u (N, m) of the same rows; u is zero where it is None.
+
+    `outputs` and `inputs` are a count and the names, or None, of the columns.
+    """
+    (p, output_names), (m, input_names) = outputs, inputs
+    y, u = dataframes.arrays(y, u, output_names, input_names)
+    y = rows("y", y, p, missing)
+    u = rows("u", np.zeros((len(y), m)) if u is None else u, m)
+    if len(u) != len(y):
+        raise ValueError(f"y has {len(y)} rows but u has {len(u)}")
+    return y, u
+
+
+def rows(name, value, width, missing=False):
+    """Return `value` as (N, width) floats, all finite; NaN only where `missing`."""
+    array = real(name, value, "an array of numbers")
+    if array.ndim == 1 and width == 1:
+        array = array[:, None]
+    if array.ndim != 2 or array.shape[1] != width:
+        raise ValueError(f"{name} must be (N, {width}), got {array.shape}")
+    if missing:
+        infinite = np.isinf(array)
+        if infinite.any():
+            raise ValueError(
+                f"{name} is infinite in row {int(np.argwhere(infinite)[0, 0])}"
+            )
+    elif not np.isfinite(array).all():
+        raise ValueError(
+            f"{name} has values that are missing or not finite, first in row "
+            f"{int(np.argwhere(~np.isfinite(array))[0, 0])}; filter_data accepts NaN "
+            "in y as not measured"
+        )
+    return array
+
+
+def single(name, value, size):
+    """Return `value` as (size,) floats, all finite."""
+    array = real(name, value, f"{size} finite numbers")
+    if array.shape != (size,) or not np.isfinite(array).all():
+        got = short(array.tolist())
+        raise ValueError(f"{name} must be {size} finite numbers, got {got}")
+    return array
+
+
+def real(name, value, wanted):
+    """`value` as floats, NaN where it is missing."""
+    try:
+        return entries(value, truth=True)[0]
+    except (TypeError, ValueError, OverflowError) as error:
+        raise ValueError(f"{name} must be {wanted}: {error}") from None
