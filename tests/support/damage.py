@@ -7,11 +7,16 @@ import sympy as sp
 from sympy import MatAdd
 from worlds import damages, expr
 
+from luenberger.symbolic import Chain, Equation, MatrixSymbol
+
 SIGNS = 4  # terms, or entries of an explicit matrix, whose sign is tried
 
 
 def broken(claim):
     """(what, the claim with its left side damaged), one at a time, signs first."""
+    if hasattr(claim, "check"):
+        yield from broken_step(claim)
+        return
     left = claim.left
     if claim.algebra is not None:
         sides = [*damages(expr(left)), ("twice the whole", 2 * expr(left))]
@@ -23,6 +28,40 @@ def broken(claim):
         sides = damaged_scalar(sp.sympify(left))
     for what, side in sides:
         yield what, dataclasses.replace(claim, left=side)
+
+
+def broken_step(step):
+    """A chain with one line damaged, a construction or an example with other values."""
+    if isinstance(step, Chain):
+        for k, line in enumerate(step.lines):
+            for what, right in damaged_sides(line.right):
+                lines = list(step.lines)
+                lines[k] = dataclasses.replace(line, right=right)
+                damaged = dataclasses.replace(step, lines=lines)
+                yield f"sign in line {k + 1}, {what}", damaged
+        return
+    for symbol, value in step.values.items():
+        damaged = step.values | {symbol: 2 * value}
+        yield f"sign of {symbol}", dataclasses.replace(step, values=damaged)
+
+
+def damaged_sides(right):
+    """A line's right side with the sign of a term turned, or doubled if it is zero."""
+    if isinstance(right, Equation):
+        for what, side in damaged_sides(right.left):
+            yield what, dataclasses.replace(right, left=side)
+    elif isinstance(right, sp.ZeroMatrix):
+        yield "one for zero", ones_of(right)
+    elif isinstance(right, (sp.Add, MatAdd)):
+        for what, wrong in damages(right):
+            if what.startswith("sign"):
+                yield what, wrong
+    else:
+        yield "the whole", 2 * right
+
+
+def ones_of(zero):
+    return MatrixSymbol("wrong", *zero.shape)
 
 
 def zero_terms(claim):
@@ -54,9 +93,18 @@ def damaged_scalar(value):
 
 def survives(claim):
     """Whether a claim is proved; what cannot be multiplied is not."""
+    if hasattr(claim, "check"):
+        return survives_as_step(claim)
     try:
         return claim.is_zero if claim.algebra else unrefuted(claim) and claim.is_zero
     except (ValueError, TypeError):  # ShapeError, ours or SymPy's
+        return False
+
+
+def survives_as_step(step):
+    try:
+        return not step.check()
+    except (ValueError, TypeError):
         return False
 
 
@@ -75,6 +123,9 @@ def unnoticed(claim):
     sides of a definite matrix; of each kind one must be noticed unless a sign was.
     """
     found = list(broken(claim))
+    if hasattr(claim, "check"):
+        passed = [what for what, wrong in found if survives(wrong)]
+        return passed if found else ["nothing was tried"]
     signs = [pair for pair in found if pair[0].startswith("sign")]
     passed = [what for what, wrong in signs[:SIGNS] if survives(wrong)]
     others = (wrong for what, wrong in found if not what.startswith("sign"))

@@ -3,6 +3,7 @@
 import html
 
 from ..formats import atomic
+from ..symbolic import Chain, latex
 from . import evidence
 from .records import PAPERS, count, entries, find_paper, misprints, title
 
@@ -136,6 +137,11 @@ def _formulas(pointer):
     from latex2mathml.converter import convert
 
     for claim in evidence.steps(pointer).values():
-        latex = claim._repr_latex_().strip("$").removeprefix("\\displaystyle ")
-        if claim.algebra is not None and len(latex) <= LONGEST:
-            yield convert(latex)
+        if isinstance(claim, Chain):
+            for row in claim.rows(latex):
+                reason = f"<small>{convert(row.reason)}</small>" if row.reason else ""
+                yield convert(f"{row.left} {row.sign} {row.right}") + reason
+            continue
+        formula = claim._repr_latex_().strip("$").removeprefix("\\displaystyle ")
+        if getattr(claim, "algebra", None) is not None and len(formula) <= LONGEST:
+            yield convert(formula)

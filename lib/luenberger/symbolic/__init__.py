@@ -65,14 +65,16 @@ from .claims import Claim, claims
 from .completion import Limit
 from .constructions import Construction, Counterexample
 from .core import Algebra
-from .derivation import Derivation, Solve, Stage, named, vanishes
+from .derivation import Derivation, holds, named, vanishes
 from .equivalences import Equation, Iff, Implies
 from .lines import AtLeast, AtMost, Cases, Cyclic, Line, Substitute
 from .models import NoModel, evaluate, model, refute
+from .notation import Notation
 from .operators import Differential, Expect, Gradient, Transposed
 from .polynomials import Polynomial, Traces
 from .proofs import Proof, Unproved, prove
-from .relations import Relation
+from .relations import Moment, Relation
+from .stages import Solve, Stage
 from .symbols import BlockMatrix, Identity, MatrixSymbol, ZeroMatrix, matrices
 from .typeset import latex, text
 from .words import Letter, ShapeError
@@ -101,7 +103,9 @@ __all__ = [
     "Limit",
     "Line",
     "MatrixSymbol",
+    "Moment",
     "NoModel",
+    "Notation",
     "Polynomial",
     "Proof",
     "Relation",
@@ -115,6 +119,7 @@ __all__ = [
     "ZeroMatrix",
     "claims",
     "evaluate",
+    "holds",
     "latex",
     "matrices",
     "model",

@@ -9,13 +9,25 @@ as `calc` in Lean and `also ... finally` in Isabelle.
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 from .equivalences import Equation, Implies
-from .lines import Line
+from .lines import AtLeast, Line
 from .operators import Operator
+from .relations import Result
 from .typeset import columns, latex, padded, text
 
 CHECKED, FAILED = "✓", "✗"
+
+
+class Row(NamedTuple):
+    """A line of a chain as it is set."""
+
+    left: str
+    sign: str
+    right: str
+    reason: str = ""
+    follows: bool = True
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -91,7 +103,26 @@ class Chain:
     @property
     def relations(self):
         """Everything cited, each once, in order."""
-        return tuple(dict.fromkeys(r for line in self.lines for r in line.by))
+        return tuple(dict.fromkeys(r for line in self.lines for r in line.cites))
+
+    @cached_property
+    def relation(self):
+        """What the chain has proved, for a later chain or a stage to cite.
+
+        Raises
+        ------
+        TypeError
+            It does not prove that its two ends are equal.
+        """
+        if self._stated or any(isinstance(x, (Operator, AtLeast)) for x in self.lines):
+            raise TypeError(f"chain ({self.number}) {self.says} proves no equality")
+        return Result(f"({self.number or self.says})", self.left, self.right)
+
+    @property
+    def expressions(self):
+        """Every expression in it."""
+        sides = (self.left, *(line.right for line in self.lines), *self.relations)
+        return [e for side in sides for e in getattr(side, "expressions", (side,))]
 
     def check(self):
         """What is wrong, line by line; [] when every line follows as it says."""
@@ -113,7 +144,7 @@ class Chain:
     # -- shown --------------------------------------------------------------------
 
     def __str__(self):
-        start = self.left.show(text) if self._stated else text(self.left)
+        start = self.start(text)
         title = f"({self.number}) {self.says}" if self.number else self.says
         rows = [
             (str(line), line.reason(text), FAILED if faults else CHECKED)
@@ -131,19 +162,32 @@ class Chain:
 
     def _repr_latex_(self):
         rows = []
-        for line, faults in zip(self.lines, self._faults):
-            mark = r"\times" if faults else r"\checkmark"
-            sign = line.latex_sign
-            rows.append(
-                rf"{line.head(latex)} &{sign} {line.body(latex)} "
-                rf"&& {line.reason(latex)} && {mark}".strip()
-            )
-        if self._stated or (self.lines and isinstance(self.lines[0], Operator)):
-            start = self.left.show(latex) if self._stated else latex(self.left)
-            rows.insert(0, f"& {start}")
-        elif rows:
-            rows[0] = f"{latex(self.left)} {rows[0]}"
+        for row in self.rows(latex):
+            mark = r"\checkmark" if row.follows else r"\times"
+            rest = f"&& {row.reason} && {mark}" if row.sign else ""
+            rows.append(f"{row.left} &{row.sign} {row.right} {rest}".strip())
         return framed(rows, self.number)
+
+    def start(self, show):
+        """What the chain begins with, set by `latex` or `text`."""
+        return self.left.show(show) if self._stated else show(self.left)
+
+    def rows(self, show):
+        """The chain as it is set: a `Row` for each line.
+
+        What it begins with stands before the first sign; before an operation, or as an
+        equation, it has a row without a sign.
+        """
+        start, rows = self.start(show), []
+        if self._stated or (self.lines and isinstance(self.lines[0], Operator)):
+            rows.append(Row("", "", start))
+            start = ""
+        for line, faults in zip(self.lines, self._faults):
+            sign = line.latex_sign if show is latex else line.sign
+            parts = start or line.head(show), sign, line.body(show), line.reason(show)
+            rows.append(Row(*parts, follows=not faults))
+            start = ""
+        return rows
 
     @property
     def _stated(self):

@@ -62,6 +62,20 @@ class Construction:
         object.__setattr__(self, "by", named(self.by))
         object.__setattr__(self, "symmetric", tuple(self.symmetric))
 
+    @property
+    def relations(self):
+        """What it rests on."""
+        return (*self.by, *self.satisfies)
+
+    @property
+    def expressions(self):
+        """Every expression in it."""
+        return [
+            *self.values,
+            *self.values.values(),
+            *(e for r in self.relations for e in r),
+        ]
+
     def check(self):
         """What is wrong with the construction; [] when it does what it says."""
         return list(self._faults)
@@ -150,6 +164,16 @@ class Counterexample:
     def __post_init__(self):
         object.__setattr__(self, "given", named(self.given))
         object.__setattr__(self, "symmetric", tuple(self.symmetric))
+
+    @property
+    def relations(self):
+        """What the claim supposes."""
+        return self.given
+
+    @property
+    def expressions(self):
+        """Every expression in it."""
+        return [self.left, self.right, *(e for r in self.given for e in r)]
 
     def check(self):
         """What is wrong with the example; [] when it denies the claim and no more."""

@@ -1,83 +1,22 @@
-"""What a derivation is made of: formulas, claims and the stage list.
+"""A derivation: words, definitions, chains and stages, in the order of the page.
 
-A module's `derive()` returns a `Derivation`: the formulas a method defines, the
-claims that were proved about them, and the ordered list of small assignments
-(the *stage list*) that the kernels compile.
+A module's `derive()` returns a `Derivation` to be read from top to bottom, and other
+functions return the *stage lists* that the kernels compile.
 """
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import sympy as sp
+from sympy.matrices.expressions.matexpr import MatrixExpr
 
+from .relations import Relation
 from .typeset import latex, padded, text
-
-
-@dataclass(frozen=True)
-class Solve:
-    """The matrix X with X M = N, M symmetric and positive definite: N M^-1.
-
-    Kernels lower it to a factorisation of M and never form the inverse.
-    """
-
-    N: sp.MatrixExpr
-    M: sp.MatrixExpr
-
-    @property
-    def shape(self):
-        return self.N.shape[0], self.M.shape[0]
-
-    def as_inverse(self):
-        """The same matrix written with an inverse, for reading and for exact checks."""
-        return self.N * self.M.I
-
-    def __str__(self):
-        return text(self.as_inverse())
-
-    def _repr_latex_(self):
-        return f"$\\displaystyle {latex(self.as_inverse())}$"
-
-
-@dataclass(frozen=True, repr=False)
-class Stage:
-    """One assignment of a recursion, at symbolic sizes.
-
-    Attributes
-    ----------
-    target : MatrixSymbol
-        What is assigned.
-    formula : MatrixExpr or Solve
-        In terms of the derivation's `given` and of earlier targets.
-    equation : str
-        Where the paper has it, e.g. "(29)"; empty for a step of our own.
-    symmetric : bool
-        The target is symmetric; kernels store it symmetrically, because rounding
-        that is not symmetric grows from step to step.
-    """
-
-    target: sp.MatrixSymbol
-    formula: object
-    equation: str = ""
-    symmetric: bool = False
-
-    def shown(self, show):
-        """The assignment, set by `show`: `latex` or `text`."""
-        formula = self.formula
-        formula = formula.as_inverse() if isinstance(formula, Solve) else formula
-        return f"{show(self.target)} = {show(formula)}"
-
-    def __str__(self):
-        return f"{self.shown(text)}  {self.equation}".rstrip()
-
-    __repr__ = __str__
-
-    def _repr_latex_(self):
-        tag = rf" \qquad \text{{{self.equation}}}" if self.equation else ""
-        return f"$\\displaystyle {self.shown(latex)}{tag}$"
 
 
 @dataclass(frozen=True, repr=False)
 class Derivation:
-    """Formulas for one method, with the proof of what is claimed of them.
+    """What a method rests on, in reading order, or one stage list of it.
 
     Attributes
     ----------
@@ -86,13 +25,20 @@ class Derivation:
     stages : tuple of Stage
         The assignments that the kernels compile, in order.
     formulas : dict of str to expression
-        Every definition, in page order; the key begins with the paper's equation
-        number where there is one, e.g. "(25) T".
-    steps : dict of str to residual
-        Every claim: an object that must be zero.  The key states the claim in
-        words and begins with the equation number, e.g. "(13) P T + V H = I".
+        Definitions by name, for a derivation without a page.
+    steps : dict of str to Claim, Chain, Construction or Counterexample
+        What is proved, by name: what is on the page, what the stages cite, and claims
+        that stand on no page.
     source : str
         Where the result is published.
+    page : tuple
+        Words (a str; a formula in it stands between backquotes), definitions and
+        suppositions (`Relation`), chains, constructions, counterexamples, and stage
+        lists (`Derivation`), in the order in which one reads them.
+    letters : Notation
+        What the symbols stand for.
+    says : str
+        What a stage list does, in a few words.
     """
 
     given: tuple = ()
@@ -100,15 +46,93 @@ class Derivation:
     formulas: dict = field(default_factory=dict)
     steps: dict = field(default_factory=dict)
     source: str = ""
+    page: tuple = ()
+    letters: object = None
+    says: str = ""
+
+    def __post_init__(self):
+        cited = [r for stage in self.stages for r in stage.by]
+        shown = [item for item in (*cited, *self.page) if hasattr(item, "check")]
+        found = {title(item): item for item in shown}
+        object.__setattr__(self, "steps", {**self.steps, **found})
+
+    # -- checked ------------------------------------------------------------------
+
+    def check(self):
+        """What is wrong, in plain language; [] when everything on the page is right."""
+        found = list(self._faults)
+        for name, step in self.steps.items():
+            if hasattr(step, "check"):
+                found += [f"{name}: {fault}" for fault in step.check()]
+            elif not holds(step):
+                found.append(f"{name} is not proved")
+        return found
+
+    @cached_property
+    def _faults(self):
+        """What is wrong beside the steps: stages, and formulas that nothing uses."""
+        symmetric = getattr(self.letters, "symmetric", ())
+        found = [c for stage in self.stages for c in stage.complaints(symmetric)]
+        if self.page:
+            introduced = [item for item in self.page if isinstance(item, Relation)]
+            used = set(cited_by(self))
+            found += [f"nothing uses {r.name}" for r in introduced if r not in used]
+            found += [
+                f"{r.name} is cited and not introduced"
+                for r in used
+                if type(r) is Relation and r not in introduced
+            ]
+            meaning = self.letters.meaning
+            names = [title(x) for x in self.page if hasattr(x, "check")]
+            twice = sorted({name for name in names if names.count(name) > 1})
+            found += [f"two things are called {name!r}" for name in twice]
+            unknown = sorted(
+                {s.name for s in symbols(self)} - {s.name for s in meaning}
+            )
+            found += [f"it is not said what {name} stands for" for name in unknown]
+        return found
+
+    def unproved(self):
+        """Names of the steps that are not proved, and what is wrong beside them."""
+        failed = [name for name, step in self.steps.items() if not holds(step)]
+        return failed + list(self._faults)
+
+    def proved(self):
+        """True if there are steps and nothing is wrong with them."""
+        return bool(self.steps) and not self.unproved()
+
+    # -- used ---------------------------------------------------------------------
+
+    def unfolded(self, keep=()):
+        """Every target, by name, in terms of `given` and of the targets in `keep`."""
+        known = {}
+        for stage in self.stages:
+            known[stage.target] = stage.expression.xreplace(
+                {s: value for s, value in known.items() if s.name not in keep}
+            )
+        return {target.name: formula for target, formula in known.items()}
+
+    # -- shown --------------------------------------------------------------------
 
     def __str__(self):
+        if self.page:
+            from .reading import as_text
+
+            return as_text(self)
         rows = [(stage.shown(text), stage.equation) for stage in self.stages]
         wide = max((len(row) for row, _ in rows), default=0)
         lines = [f"  {padded(row, wide)}  {number}".rstrip() for row, number in rows]
         ending = f"{len(self.formulas)} formulas, {len(self.steps)} claims"
-        return "\n".join([self.source or "Our own", *lines, f"  {ending}"])
+        return "\n".join([self.says or self.source or "Our own", *lines, f"  {ending}"])
 
     __repr__ = __str__
+
+    def _repr_markdown_(self):
+        if self.page:
+            from .reading import as_markdown
+
+            return as_markdown(self)
+        return None
 
     def _repr_latex_(self):
         if not self.stages:
@@ -121,25 +145,40 @@ class Derivation:
         body = r" \\[2pt] ".join(rows)
         return rf"$$\begin{{aligned}} {body} \end{{aligned}}$$"
 
-    def unfolded(self, keep=()):
-        """Every target, by name, in terms of `given` and of the targets in `keep`."""
-        known = {}
-        for stage in self.stages:
-            formula = stage.formula
-            if isinstance(formula, Solve):
-                formula = formula.as_inverse()
-            known[stage.target] = formula.xreplace(
-                {s: value for s, value in known.items() if s.name not in keep}
-            )
-        return {target.name: formula for target, formula in known.items()}
 
-    def unproved(self):
-        """Names of the steps that do not come out as zero."""
-        return [name for name, residual in self.steps.items() if not vanishes(residual)]
+def title(step):
+    """The name of what is proved: its number and what it says.
 
-    def proved(self):
-        """True if there are steps and every one of them is zero."""
-        return bool(self.steps) and not self.unproved()
+    A stage list is named by what it does.
+    """
+    number = getattr(step, "number", "")
+    return f"({number}) {step.says}" if number else step.says
+
+
+def cited_by(derivation):
+    """Every relation that a step or a stage of a derivation cites."""
+    for item in derivation.page:
+        if isinstance(item, Derivation):
+            yield from (r for stage in item.stages for r in stage.reasons)
+        elif hasattr(item, "check"):
+            yield from item.relations
+
+
+def symbols(derivation):
+    """The matrix symbols on a page."""
+    found = set()
+    for item in derivation.page:
+        for expr in getattr(item, "expressions", ()):
+            if isinstance(expr, MatrixExpr | sp.Basic):
+                found |= expr.atoms(sp.MatrixSymbol)
+    return found
+
+
+def holds(step):
+    """Whether a step is proved: a chain and its like, a claim, or a bare residual."""
+    if hasattr(step, "check"):
+        return not step.check()
+    return vanishes(step)
 
 
 def vanishes(residual):

@@ -24,6 +24,10 @@ class Equation:
     def relation(self, name="the line before"):
         return Relation(name, self.left, self.right)
 
+    @property
+    def expressions(self):
+        return self.left, self.right
+
     def show(self, show):
         return f"{show(self.left)} = {show(self.right)}"
 

@@ -15,6 +15,7 @@ from .core import Algebra
 from .reasons import cited_latex, cited_text, follows, gap, idle, vacuous, words
 from .relations import named
 from .typeset import WIDEST, latex, text, width
+from .words import ShapeError
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,6 +53,11 @@ class Line:
 
     def __post_init__(self):
         object.__setattr__(self, "by", named(self.by))
+
+    @property
+    def cites(self):
+        """Every relation that the line rests on."""
+        return self.by
 
     def complaints(self, left, symmetric):
         """What is wrong with the step from `left` to this line, in plain language."""
@@ -180,7 +186,10 @@ class Substitute(Line):
         return gap(left, right, (), symmetric)
 
     def follows(self, left, cited, symmetric):
-        return self.gap(left, cited, symmetric) is None
+        try:
+            return self.gap(left, cited, symmetric) is None
+        except ShapeError:  # blocks beside a symbol whose blocks are not put in
+            return False
 
 
 def put_in(expr, meant):
@@ -265,6 +274,10 @@ class Cases(Line):
     def __post_init__(self):
         super().__post_init__()
         object.__setattr__(self, "of", named(self.of))
+
+    @property
+    def cites(self):
+        return (*self.by, *self.of)
 
     def complaints(self, left, symmetric):
         if super().gap(left, self.by, symmetric) is None:

@@ -9,7 +9,7 @@ from typing import ClassVar
 from .core import Algebra
 from .lines import Line
 from .polynomials import Polynomial, Traces
-from .relations import named
+from .relations import Moment, named
 from .typeset import latex, text
 from .words import rotations
 
@@ -148,7 +148,12 @@ class Expect(Operator):
 
     def __post_init__(self):
         super().__post_init__()
-        object.__setattr__(self, "moments", named(self.moments))
+        known = [Moment(r.name, *r) for r in named(self.moments)]
+        object.__setattr__(self, "moments", tuple(known))
+
+    @property
+    def cites(self):
+        return (*self.by, *self.moments)
 
     def complaints(self, left, symmetric):
         found = super().complaints(left, symmetric)
@@ -156,7 +161,7 @@ class Expect(Operator):
             used = Moments(self.moments, symmetric)
             used.expectation(left)
             found = [
-                f"does not need {said(r, text)}"
+                f"does not need {r.show(text)}"
                 for r in self.moments
                 if r not in used.seen
             ]
@@ -172,16 +177,10 @@ class Expect(Operator):
         return (r"\mathrm{E}" if show is latex else "E"), ""
 
     def reason(self, show):
-        mine = [said(r, show) for r in self.moments]
+        mine = [r.show(show) for r in self.moments]
         rest = super().reason(show)
         joint = r",\; " if show is latex else ", "
         return joint.join([*mine, rest] if rest else mine)
-
-
-def said(moment, show):
-    """A moment as it is cited."""
-    E = r"\mathrm{E}" if show is latex else "E"
-    return f"{E}[{show(moment.left)}] = {show(moment.right)}"
 
 
 class Moments:

@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+from .typeset import latex
+
 
 @dataclass(frozen=True)
 class Relation:
@@ -35,6 +37,26 @@ class Relation:
     def __iter__(self):
         return iter((self.left, self.right))
 
+    def show(self, show):
+        """The equation, set by `latex` or `text`."""
+        return f"{show(self.left)} = {show(self.right)}"
+
+    @property
+    def expressions(self):
+        return self.left, self.right
+
+
+class Moment(Relation):
+    """What an expectation is: E[left] = right, as a line that takes one cites it."""
+
+    def show(self, show):
+        E = r"\mathrm{E}" if show is latex else "E"
+        return f"{E}[{show(self.left)}] = {show(self.right)}"
+
+
+class Result(Relation):
+    """What a chain has proved, as a later one cites it."""
+
 
 def named(given):
     """`Relation`s from relations and (left, right) pairs; a pair is named by its sides.
@@ -50,6 +72,8 @@ def named(given):
 def _named(item):
     if isinstance(item, Relation):
         return item
+    if hasattr(item, "relation"):  # a chain
+        return item.relation
     try:
         left, right = item
     except (TypeError, ValueError):

@@ -14,7 +14,7 @@ from sympy.matrices.expressions.matexpr import MatrixExpr
 from .letters import HIGH, latex_name, text_name
 
 SUM, PRODUCT, POSTFIX, ATOM = range(4)  # how tightly an expression holds together
-WIDEST = 90  # characters of one side, set in Unicode: what a display line holds
+WIDEST = 110  # characters of one side in Unicode; a page breaks it between terms
 
 
 def latex(expr):

@@ -1,5 +1,7 @@
 """The equations of Leondes and Novak (1974) in SymPy, in reading order.
 
+`letters`
+    The letters of Leondes and Novak (1974), each with its size and what it stands for.
 `stochastic_system`
     The plant and its statistics, (1)-(6), and what each assumption is good for.
 `huddle`
@@ -11,7 +13,7 @@
 `uniqueness`
     When (32) has one solution only: exactly when M, the innovation covariance, is > 0.
 `best_coordinates`
-    Which coordinates are best when the accurate outputs are not perfect.
+    The best gain that treats the accurate outputs as exact.
 `stages`
     The recursions that run, as lists of small assignments at symbolic sizes.
 `claims`

@@ -1,300 +1,250 @@
-"""Which coordinates are best when the accurate outputs are not perfect.
+"""The best gain that treats the accurate outputs as exact.
 
-An estimate that matches the accurate outputs, C1 x^ = y1, is the minimum-variance
-estimate plus Gamma (y1 - C1 x^_mv) with C1 Gamma = I, plus noise that only harms.
-The second group of coordinates fixes Gamma, so the choice of rows in (19) chooses
-the estimator.  The weighted error trace is least where Gamma' W N = 0, N a basis of
-the null space of C1: Gamma = W^-1 C1'(C1 W^-1 C1')^-1.
+The paper minimises the error trace in coordinates where the accurate outputs are
+states.  In the coordinates of the user the same minimum is one completed square: the
+gain of the Kalman filter, and a push towards what the accurate outputs show.
 
-Psi, the covariance of y1 - C1 x^_mv, is inverted in two of the steps and nowhere in
-the recursion; where R11 = 0 it is zero and all choices agree.
-
-Source: our own; the coordinates are those of Leondes and Novak (1974), (19).
+Source: Leondes and Novak (1974), section III, (27)-(33); the push is our own.
 """
 
 from functools import cache
 
-import sympy as sp
 from sympy import Trace
 
 from ....symbolic import (
-    Algebra,
-    BlockMatrix,
+    AtLeast,
+    Construction,
     Derivation,
+    Expect,
+    Gradient,
     Identity,
-    MatrixSymbol,
+    Line,
+    Solve,
+    Stage,
     ZeroMatrix,
-    claims,
 )
-from .claims import joseph
+from .letters import *
 
-n, p, m1 = sp.symbols("n p m_1", integer=True, nonnegative=True)
-nz = n - m1
-C, C1, Select = (
-    MatrixSymbol(k, *d) for k, d in (("C", (p, n)), ("C_1", (m1, n)), ("S_1", (m1, p)))
+
+def spread(X):
+    """What a gain costs that differs from the Kalman filter's by X."""
+    return Trace(W_e * X * M * X.T)
+
+
+PAGE = (
+    """A prediction errs by `A e - w`, where `e` is the error of the estimate that is
+    moved on. Noise is independent of everything that was measured before it.""",
+    is_Sigma := moment(e * e.T, Sigma, "27"),
+    is_Q := moment(w * w.T, Q, "4"),
+    apart := moment(e * w.T, ZeroMatrix(n, n)),
+    is_Omega := define(Omega, A * Sigma * A.T + Q, "44"),
+    chain(
+        "28, 44",
+        "the covariance of a prediction",
+        (A * e - w) * (A * e - w).T,
+        Expect(A * Sigma * A.T + Q, moments=(is_Sigma, is_Q, apart)),
+        Line(Omega, by=(is_Omega,)),
+    ),
+    """The next measurement corrects it. For any gain `K` an unbiased estimate errs as
+    follows, so its covariance has two terms.""",
+    is_e_next := define(e_next, Y * e_minus + K * v_next, "26"),
+    is_e_minus := moment(e_minus * e_minus.T, Omega),
+    is_R := moment(v_next * v_next.T, R, "4"),
+    fresh := moment(e_minus * v_next.T, ZeroMatrix(n, p)),
+    is_Sigma_next := define(Sigma_next, Y * Omega * Y.T + K * R * K.T, "27"),
+    chain(
+        "27",
+        "the covariance of the error, for any gain",
+        e_next * e_next.T,
+        Line((Y * e_minus + K * v_next) * (Y * e_minus + K * v_next).T, (is_e_next,)),
+        Expect(Y * Omega * Y.T + K * R * K.T, moments=(is_e_minus, is_R, fresh)),
+        Line(Sigma_next, by=(is_Sigma_next,)),
+    ),
+    """Multiplied out it is a quadratic in the gain, and a quadratic can be completed to
+    a square. Three composites get letters; the equation for `K_mv` is (32), solved in
+    (33).""",
+    is_Y := define(Y, I - K * C, "13"),
+    is_M := define(M, C * Omega * C.T + R, "33"),
+    is_N := define(N, Omega * C.T, "33"),
+    is_Kmv := define(Kmv * M, N, "33"),
+    square := chain(
+        "27–29",
+        "the error covariance is a quadratic in the gain",
+        Sigma_next,
+        Line(Y * Omega * Y.T + K * R * K.T, by=(is_Sigma_next,)),
+        Line((I - K * C) * Omega * (I - K * C).T + K * R * K.T, by=(is_Y,)),
+        Line(
+            Omega - K * C * Omega - Omega * C.T * K.T + K * (C * Omega * C.T + R) * K.T,
+            why="multiply out",
+        ),
+        Line(Omega - K * C * Omega - Omega * C.T * K.T + K * M * K.T, by=(is_M,)),
+        Line(Omega - K * N.T - N * K.T + K * M * K.T, by=(is_N,)),
+        Line(Omega - N * Kmv.T + (K - Kmv) * M * (K - Kmv).T, by=(is_Kmv,)),
+    ),
+    """Only the last term has `K` in it, and it is never negative. Without a condition
+    on the gain `K_mv` is therefore best, for the trace and for every weight: that is
+    the Kalman filter.""",
+    root_M := define(M, L_M * L_M.T),
+    chain(
+        "33",
+        "no gain does better than the Kalman filter's",
+        Omega - N * Kmv.T + (K - Kmv) * M * (K - Kmv).T,
+        AtLeast(Omega - N * Kmv.T, by=(root_M,), root=(K - Kmv) * L_M),
+    ),
+    "The gradient of the weighted trace says the same: it vanishes where `K M = N`.",
+    chain(
+        "32",
+        "the gradient in the gain",
+        Trace(W_e * (Omega - K * N.T - N * K.T + K * M * K.T)),
+        Gradient(2 * W_e * (K * M - N), of=K),
+    ),
+    """Now the accurate outputs are treated as exact: the estimate must show what they
+    show, `S_1 C K = S_1`. Let `Gamma_1` push each accurate output to its value, and let
+    `Phat` span what the accurate outputs do not see.""",
+    push := define(S1 * C * Gamma_1, Identity(m1), "47"),
+    unseen := define(S1 * C * Phat, ZeroMatrix(m1, r), "47"),
+    is_Delta := define(Delta, S1 - S1 * C * Kmv),
+    chain(
+        "24",
+        "gains that meet the condition",
+        S1 * C * (Kmv + Gamma_1 * Delta + Phat * Z),
+        Line(S1 * C * Kmv + Delta + S1 * C * Phat * Z, by=(push,)),
+        Line(S1 * C * Kmv + Delta, by=(unseen,)),
+        Line(S1, by=(is_Delta,)),
+    ),
+    """There are no others, because `Gamma_1` and `Phat` together span everything. The
+    free part of a gain is `Z = That (K - K_mv)`.""",
+    exact := define(S1 * C * K, S1),
+    whole := define(Gamma_1 * S1 * C + Phat * That, I, "47"),
+    chain(
+        "24",
+        "every gain that meets it is one of these",
+        K - Kmv,
+        Line((Gamma_1 * S1 * C + Phat * That) * (K - Kmv), by=(whole,)),
+        Line(
+            Gamma_1 * S1 * C * K - Gamma_1 * S1 * C * Kmv + Phat * That * (K - Kmv),
+            why="multiply out",
+        ),
+        Line(
+            Gamma_1 * S1 - Gamma_1 * S1 * C * Kmv + Phat * That * (K - Kmv),
+            by=(exact,),
+        ),
+        Line(Gamma_1 * Delta + Phat * That * (K - Kmv), by=(is_Delta,)),
+    ),
+    """A choice costs more than the Kalman filter by the trace of the square. If
+    `Gamma_1` is orthogonal to `Phat` in the weight, the two parts cost separately, and
+    the free part costs least where it is zero.""",
+    shortest := define(Gamma_1.T * W_e * Phat, ZeroMatrix(m1, r)),
+    root_W := define(W_e, L_W * L_W.T),
+    chain(
+        "30–33",
+        "what a gain costs beyond the Kalman filter",
+        spread(Gamma_1 * Delta + Phat * Z),
+        Line(spread(Gamma_1 * Delta) + spread(Phat * Z), by=(shortest,)),
+        AtLeast(
+            spread(Gamma_1 * Delta), by=(root_W, root_M), root=L_W.T * Phat * Z * L_M
+        ),
+    ),
+    "Such a push exists for every weight that is positive definite.",
+    is_G_1 := define(G_1, S1 * C * W_e.I * C.T * S1.T),
+    Construction(
+        "19",
+        "the push of least weight",
+        {Gamma_1: W_e.I * C.T * S1.T * G_1.I},
+        satisfies=(push, shortest),
+        by=(is_G_1, unseen),
+        symmetric=letters.symmetric,
+    ),
+    """The paper's own choice of rows in (19) amounts to a weight as well: the one in
+    which the accurate outputs and the chosen rows are coordinates of length one.""",
+    other_rows := define(That * Gamma_1, ZeroMatrix(r, m1), "47"),
+    chain(
+        "19",
+        "the weight that belongs to the paper's coordinates",
+        Gamma_1.T * (C.T * S1.T * S1 * C + That.T * That) * Phat,
+        Line(Gamma_1.T * That.T * That * Phat, by=(unseen,)),
+        Line(ZeroMatrix(m1, r), by=(other_rows,)),
+    ),
+    """So the best gain that treats the accurate outputs as exact is the following. In
+    the last line the push has columns for all outputs, zero for those that are not
+    accurate: then `Gamma = 0` is the Kalman filter, and one recursion serves all.""",
+    is_K := define(K, Kmv + Gamma_1 * Delta, "33"),
+    is_Gamma := define(Gamma, Gamma_1 * S1),
+    gain := chain(
+        "33",
+        "the gain that runs",
+        K,
+        Line(Kmv + Gamma_1 * Delta, by=(is_K,)),
+        Line(Kmv + Gamma_1 * S1 - Gamma_1 * S1 * C * Kmv, by=(is_Delta,)),
+        Line(Kmv + Gamma - Gamma * C * Kmv, by=(is_Gamma,)),
+    ),
+    """Its price is the noise of the accurate outputs, as far as the Kalman filter
+    would have removed it.""",
+    noise := chain(
+        "",
+        "what is left of the accurate outputs is their noise",
+        Delta * M,
+        Line(S1 * M - S1 * C * Kmv * M, by=(is_Delta,)),
+        Line(S1 * M - S1 * C * N, by=(is_Kmv,)),
+        Line(S1 * M - S1 * C * Omega * C.T, by=(is_N,)),
+        Line(S1 * R, by=(is_M,)),
+    ),
+    chain(
+        "",
+        "the price of treating noise as signal",
+        Sigma_next,
+        Line(Omega - N * Kmv.T + (K - Kmv) * M * (K - Kmv).T, by=(square,)),
+        Line(Omega - N * Kmv.T + Gamma_1 * Delta * M * Delta.T * Gamma_1.T, by=(is_K,)),
+        Line(Omega - N * Kmv.T + Gamma_1 * S1 * R * Delta.T * Gamma_1.T, by=(noise,)),
+    ),
+    """Where the accurate outputs have no noise there is nothing to pay and nothing to
+    choose: the gain is the Kalman filter's.""",
+    perfect := define(S1 * R, ZeroMatrix(m1, p)),
+    nothing_left := chain(
+        "",
+        "perfect outputs leave nothing",
+        Delta,
+        Line(Delta * M * M.I, why="the innovation covariance has an inverse"),
+        Line(S1 * R * M.I, by=(noise,)),
+        Line(ZeroMatrix(m1, p), by=(perfect,)),
+    ),
+    chain(
+        "",
+        "with perfect outputs the gain is the Kalman filter's",
+        K,
+        Line(Kmv + Gamma_1 * Delta, by=(is_K,)),
+        Line(Kmv, by=(nothing_left,)),
+    ),
 )
-R, M = MatrixSymbol("R", p, p), MatrixSymbol("M", p, p)
-Omega, W = MatrixSymbol("Omega", n, n), MatrixSymbol("W", n, n)
-Psi = MatrixSymbol("Psi", m1, m1)
-N, That = MatrixSymbol("N", n, nz), MatrixSymbol("That", nz, n)
-Gamma, Gamma_W = MatrixSymbol("Gamma", n, m1), MatrixSymbol("Gamma_W", n, m1)
-K, Kmv = MatrixSymbol("K", n, p), MatrixSymbol("K_mv", n, p)
-k, Zeta = MatrixSymbol("k", nz, p), MatrixSymbol("Z", nz, m1)
-one = Identity(n)
-
-# R is eliminated by M = C Omega C' + R; C1 is written S_1 C, its rows of the identity.
-BASE = Algebra(
-    [R, M, Omega, W, Psi],
-    [
-        (R, M - C * Omega * C.T),
-        (C1, Select * C),
-        (Kmv, Omega * C.T * M.I),
-        (Select * C * Gamma, Identity(m1)),
-        (Select * C * Gamma_W, Identity(m1)),
-        (Select * C * N, ZeroMatrix(m1, nz)),
-        (That * Gamma, ZeroMatrix(nz, m1)),
-        (That * N, Identity(nz)),
-        (N * That, one - Gamma * C1),
-        (Gamma_W.T * W * N, ZeroMatrix(m1, nz)),
-    ],
-)
-Z = Select - Select * C * Kmv  # y1 - C1 x^_mv = Z (innovation)
-K_star = Kmv + Gamma * Z
-Sigma_mv = (one - Kmv * C) * Omega
 
 
-def formulas():
-    return {
-        "K_mv": Omega * C.T * M.I,
-        "Psi": Select * R * M.I * R * Select.T,
-        "Gamma": W.I * C1.T * sp.MatMul(C1, W.I, C1.T).I,
-        "Gamma, unweighted": C1.T * sp.MatMul(C1, C1.T).I,
-        "K": K_star,
-        "Sigma": Sigma_mv + Gamma * Psi * Gamma.T,
-        "weight of (19)": C1.T * C1 + That.T * That,
-        "q": BlockMatrix([[C1], [N.T]]),
-    }
-
-
-def every_estimate():
-    """Every gain that matches the accurate outputs, and what it costs."""
-    matching = BASE.with_relations(
-        (Select * C * K, Select),
-        (
-            Select * M * Select.T,
-            Psi
-            + 2 * Select * C * Omega * C.T * Select.T
-            - Select * C * Kmv * C * Omega * C.T * Select.T,
+@cache
+def gain_step():
+    """Sigma at i to the gain and Sigma at i + 1 (A and Q after decorrelation)."""
+    stages = (
+        Stage(Omega, A * Sigma * A.T + Q, "(44)", symmetric=True, by=(is_Omega,)),
+        Stage(M, C * Omega * C.T + R, "(33)", symmetric=True, by=(is_M,)),
+        Stage(Kmv, Solve(Omega * C.T, M), "(33)", by=(is_Kmv, is_N)),
+        Stage(K, Kmv + Gamma - Gamma * C * Kmv, by=(gain,)),
+        Stage(Y, I - K * C, "(13)", by=(is_Y,)),
+        Stage(
+            Sigma_next,
+            Y * Omega * Y.T + K * R * K.T,
+            "(27)",
+            symmetric=True,
+            by=(is_Sigma_next,),
         ),
     )
-    away = K - Kmv
-    part = away * M * Z.T * Psi.I
-    rest = away - part * Z
-    L = MatrixSymbol("L_M", p, p)
-    sides = {
-        "Sigma(K) = Sigma_mv + (K - K_mv) M (K - K_mv)', any gain K": (
-            joseph(K, C, Omega, R),
-            Sigma_mv + away * M * away.T,
-        ),
-        "Psi = cov(y1 - C1 x_mv) = S1 R M^-1 R S1'": (
-            Z * M * Z.T,
-            Select * R * M.I * R * Select.T,
-        ),
-        "C1 K = S1: Gamma = (K - K_mv) M Z' Psi^-1 has C1 Gamma = I": (
-            C1 * part,
-            Identity(m1),
-        ),
-        "C1 K = S1: Sigma(K) = Sigma_mv + Gamma Psi Gamma' + a covariance": (
-            joseph(K, C, Omega, R),
-            Sigma_mv + part * Psi * part.T + rest * M * rest.T,
-        ),
-        "C1 K = S1: x is x_mv + Gamma (y1 - C1 x_mv) + something uncorrelated "
-        "with y1 - C1 x_mv": (rest * M * Z.T, ZeroMatrix(n, m1)),
-        "K = K_mv + Gamma Z matches: C1 K = S1": (C1 * K_star, Select),
-        "Sigma(K_mv + Gamma Z) = Sigma_mv + Gamma Psi Gamma'": (
-            joseph(K_star, C, Omega, R),
-            Sigma_mv + Gamma * (Z * M * Z.T) * Gamma.T,
-        ),
-    }
-    facts = {
-        "K M - Omega C' = Gamma S1 R": (K_star * M - Omega * C.T, Gamma * Select * R),
-        "y - C x_mv = R M^-1 (y - C x_minus)": (Identity(p) - C * Kmv, R * M.I),
-    }
-    squares = Algebra([M], [(M, L * L.T)])
-    D = MatrixSymbol("D", n, p)
-    positive = {
-        "tr D M D' = |D L|^2 for M = L L'": (
-            Trace(D * M * D.T),
-            Trace((D * L) * (D * L).T),
-        )
-    }
-    return claims(matching, sides) | claims(BASE, facts) | claims(squares, positive)
-
-
-def best_choice():
-    """The weighted trace as a function of Gamma: completed square and minimiser."""
-    moved = Gamma_W + N * Zeta
-    G = MatrixSymbol("G", m1, m1)
-    explicit = Algebra([W, G], [(C1 * W.I * C1.T, G), (C1 * N, ZeroMatrix(m1, nz))])
-    formula = W.I * C1.T * G.I
-    Lw, Lp = MatrixSymbol("L_W", n, n), MatrixSymbol("L_Psi", m1, m1)
-    squares = BASE.with_relations((W, Lw * Lw.T), (Psi, Lp * Lp.T))
-    spread = Lw.T * N * Zeta * Lp
-    return (
-        claims(
-            BASE,
-            {
-                "every Gamma with C1 Gamma = I is Gamma_W + N Z": (
-                    Gamma,
-                    Gamma_W - N * That * Gamma_W,
-                ),
-                "completed square: tr(W Gamma Psi Gamma') in Gamma = Gamma_W + N Z": (
-                    Trace(W * moved * Psi * moved.T),
-                    Trace(W * Gamma_W * Psi * Gamma_W.T)
-                    + Trace(N.T * W * N * Zeta * Psi * Zeta.T),
-                ),
-            },
-        )
-        | claims(
-            squares,
-            {
-                "tr(N'W N Z Psi Z') is a sum of squares": (
-                    Trace(N.T * W * N * Zeta * Psi * Zeta.T),
-                    Trace(spread * spread.T),
-                )
-            },
-        )
-        | claims(
-            explicit,
-            {
-                "C1 Gamma = I for Gamma = W^-1 C1'(C1 W^-1 C1')^-1": (
-                    C1 * formula,
-                    Identity(m1),
-                ),
-                "Gamma' W N = 0 for the same Gamma": (
-                    formula.T * W * N,
-                    ZeroMatrix(m1, nz),
-                ),
-            },
-        )
+    return Derivation(
+        (A, Q, C, R, Gamma, Sigma),
+        stages,
+        source=SOURCE,
+        letters=letters,
+        says="from one error covariance to the next gain and the next covariance",
     )
-
-
-def paper_choice():
-    """(33) in coordinates [C1 x; That x], and the weight it amounts to."""
-    weight = C1.T * C1 + That.T * That
-    gain = N * k + Gamma * Select
-    solved = BASE.with_relations((k, That * Kmv))
-    cost = Trace(weight * joseph(gain, C, Omega, R))
-    return claims(
-        BASE,
-        {
-            "(19) is the weight W = M'M: Gamma' W N = 0": (
-                Gamma.T * weight * N,
-                ZeroMatrix(m1, nz),
-            ),
-            "(32) gradient in coordinates [C1 x; That x]: 2 (k M - That Omega C')": (
-                BASE.gradient(cost, k),
-                2 * (k * M - That * Omega * C.T),
-            ),
-            "K = Gamma S1 + N k has C1 K = S1": (C1 * gain, Select),
-        },
-    ) | claims(
-        solved,
-        {
-            "(33) k = That K_mv in the user's coordinates: K = K_mv + Gamma Z": (
-                gain,
-                K_star,
-            )
-        },
-    )
-
-
-def no_choice():
-    """When the coordinates do not matter: m1 = 0, or perfect accurate outputs."""
-    perfect = BASE.with_relations((Select * C * Omega * C.T, Select * M))
-    R11, R12, R22 = (
-        MatrixSymbol("R_11", m1, m1),
-        MatrixSymbol("R_12", m1, p - m1),
-        MatrixSymbol("R_22", p - m1, p - m1),
-    )
-    a, b = MatrixSymbol("a", m1, 1), MatrixSymbol("b", p - m1, 1)
-    t = sp.Symbol("t", real=True)
-    ends = Algebra([R11, R22], [(R11, ZeroMatrix(m1, m1))])
-    noise, pair = BlockMatrix([[R11, R12], [R12.T, R22]]), BlockMatrix([[t * a], [b]])
-    return (
-        claims(
-            Algebra(),
-            {
-                "m1 = 0: K = K_mv whatever the coordinates": (
-                    (Gamma * Z).subs(m1, 0),
-                    ZeroMatrix(n, p),
-                )
-            },
-        )
-        | claims(
-            perfect,
-            {
-                "R11 = 0, R12 = 0 (S1 R = 0): K = K_mv whatever Gamma": (K_star, Kmv),
-                "R11 = 0, R12 = 0: Psi = 0": (Z * M * Z.T, ZeroMatrix(m1, m1)),
-            },
-        )
-        | claims(
-            ends,
-            {
-                "R11 = 0 forces R12 = 0: [t a; b]'R [t a; b] = 2 t a'R12 b + b'R22 b "
-                ">= 0 for all t": (
-                    Trace(pair.T * noise * pair),
-                    2 * t * Trace(a.T * R12 * b) + Trace(b.T * R22 * b),
-                )
-            },
-        )
-    )
-
-
-def mixed_outputs():
-    """(33) with a second group of outputs that depends on q1 as well."""
-    p2 = p - m1
-    H21, H22 = MatrixSymbol("H_21", p2, m1), MatrixSymbol("H_22", p2, nz)
-    K1, K2 = MatrixSymbol("K_1", nz, m1), MatrixSymbol("K_2", nz, p2)
-    blocks = {}
-    for name, (a, b) in {"O": (m1, nz), "R": (m1, p2)}.items():
-        first, last = MatrixSymbol(f"{name}_11", a, a), MatrixSymbol(f"{name}_22", b, b)
-        cross = MatrixSymbol(f"{name}_21", b, a)
-        blocks[name] = BlockMatrix([[first, cross.T], [cross, last]])
-    O, noise = blocks["O"], blocks["R"]
-    algebra = Algebra([x[i, i] for x in (O.blocks, noise.blocks) for i in (0, 1)])
-    H = BlockMatrix([[Identity(m1), ZeroMatrix(m1, nz)], [H21, H22]])
-    P = BlockMatrix([[ZeroMatrix(m1, nz)], [Identity(nz)]])
-    V = BlockMatrix([[Identity(m1), ZeroMatrix(m1, p2)], [K1, K2]])
-    T = BlockMatrix([[-K1 - K2 * H21, Identity(nz) - K2 * H22]])
-    trace = Trace(P * T * O * T.T * P.T + V * noise * V.T)
-    innovation = algebra.normal(H * O * H.T + noise)
-    lower = algebra.normal(O * H.T)
-    steps = {"H21 != 0: (13) P T + V H = I": (P * T + V * H, Identity(n))}
-    for j, gain in enumerate((K1, K2)):
-        found = (
-            algebra.normal(K1) @ innovation[0, j]
-            + algebra.normal(K2) @ innovation[1, j]
-        )
-        steps[
-            f"H21 != 0: (32) for {gain.name} is still ([K1 K2] M - [0 I] Omega H') = 0"
-        ] = (
-            sp.S.Half * algebra.gradient(trace, gain),
-            found - lower[1, j],
-        )
-    return claims(algebra, steps)
 
 
 @cache
 def derive():
-    return Derivation(
-        given=(C, C1, Select, R, Omega, W, N, That),
-        formulas=formulas(),
-        steps=every_estimate()
-        | best_choice()
-        | paper_choice()
-        | no_choice()
-        | mixed_outputs(),
-        source="our own",
-    )
+    """The page."""
+    return Derivation(page=(*PAGE, gain_step()), letters=letters, source=SOURCE)

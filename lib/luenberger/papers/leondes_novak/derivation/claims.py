@@ -28,51 +28,6 @@ def joseph(K, C, Omega, R):
     return Y * Omega * Y.T + K * R * K.T
 
 
-def gain_step(derivation):
-    s, f = named(derivation), derivation.unfolded(keep=("Omega", "M"))
-    C, R, M, Omega, Gamma = (s[k] for k in ("C", "R", "M", "Omega", "Gamma"))
-    n, p = Gamma.shape
-    one, g = Identity(n), sp.Symbol("g", integer=True, nonnegative=True)
-    N, W = MatrixSymbol("N", n, g), MatrixSymbol("W", n, n)
-    algebra = Algebra(
-        [R, M, Omega, s["Q"], s["Sigma"], W],
-        [(R, M - C * Omega * C.T), (N.T * W * Gamma, ZeroMatrix(g, p))],
-    )
-    K, Kmv, Sigma = f["K"], f["Kmv"], f["Sigma_next"]
-    return claims(
-        algebra,
-        {
-            "(44) Omega = A Sigma A' + Q": (
-                f["Omega"],
-                s["A"] * s["Sigma"] * s["A"].T + s["Q"],
-            ),
-            "(33) M = C Omega C' + R": (f["M"], M),
-            "(33) Kmv M = Omega C'": (Kmv * M, Omega * C.T),
-            "(13) I - K C = (I - Gamma C)(I - Kmv C)": (
-                f["Y"],
-                (one - Gamma * C) * (one - Kmv * C),
-            ),
-            "(27) Sigma_next is the covariance of (I - K C) e + K v": (
-                Sigma,
-                joseph(K, C, Omega, R),
-            ),
-            "K M - Omega C' = Gamma R": (K * M - Omega * C.T, Gamma * R),
-            "Sigma_next = (I - Kmv C) Omega + Gamma R M^-1 R Gamma'": (
-                Sigma,
-                (one - Kmv * C) * Omega + Gamma * R * M.I * R * Gamma.T,
-            ),
-            "(32) gradient of tr(W Sigma_next) in the gain: 2 W (K M - Omega C')": (
-                algebra.gradient(Trace(W * joseph(s["K"], C, Omega, R)), s["K"]),
-                2 * W * (s["K"] * M - Omega * C.T),
-            ),
-            "(32) it vanishes along dK = N k if N' W Gamma = 0": (
-                N.T * W * (K * M - Omega * C.T),
-                0,
-            ),
-        },
-    )
-
-
 def estimate_step(derivation):
     s, f = named(derivation), derivation.unfolded()
     A, B, C, E, J, K = (s[k] for k in "A B C E J K".split())

@@ -18,6 +18,7 @@ import sympy as sp
 from ....symbolic import Derivation, Identity, MatrixSymbol, Solve, Stage
 from ....symbolic.symbols import matrices
 from . import claims as prove
+from .best_coordinates import gain_step as gain_step
 
 n, p, m, r = sp.symbols("n p m r", integer=True, nonnegative=True)
 
@@ -27,25 +28,6 @@ PAPER = "Leondes and Novak (1974)"
 def square(names, size=n):
     """Matrix symbols of one square size, from a string of names."""
     return [MatrixSymbol(name, size, size) for name in names.split()]
-
-
-@cache
-def gain_step():
-    """Sigma at i to the gain and Sigma at i + 1 (A and Q after decorrelation)."""
-    A, Q, Sigma, Omega, Y, Sigma_next = square("A Q Sigma Omega Y Sigma_next")
-    (C,) = matrices("C", p, n)
-    R, M = square("R M", p)
-    Gamma, Kmv, K = matrices("Gamma Kmv K", n, p)
-    stages = (
-        Stage(Omega, A * Sigma * A.T + Q, "(44)", symmetric=True),
-        Stage(M, C * Omega * C.T + R, "(33)", symmetric=True),
-        Stage(Kmv, Solve(Omega * C.T, M), "(33)"),
-        Stage(K, Kmv + Gamma - Gamma * C * Kmv),
-        Stage(Y, Identity(n) - K * C, "(13)"),
-        Stage(Sigma_next, Y * Omega * Y.T + K * R * K.T, "(27)", symmetric=True),
-    )
-    found = Derivation((A, Q, C, R, Gamma, Sigma), stages, source=PAPER)
-    return replace(found, steps=prove.gain_step(found))
 
 
 @cache

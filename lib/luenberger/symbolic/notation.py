@@ -1,0 +1,56 @@
+"""The letters of a paper: declared once, each with its size and what it stands for."""
+
+from .chains import Chain
+from .relations import Moment, Relation
+from .symbols import MatrixSymbol
+from .typeset import text
+
+
+class Notation:
+    """The letters of a paper, and chains and definitions that are written in them.
+
+    Examples
+    --------
+    >>> from sympy import symbols
+    >>> from luenberger.symbolic import Line, Notation
+    >>> n, p = symbols("n p", integer=True, positive=True)
+    >>> letters = Notation()
+    >>> C = letters("C", p, n, "what is measured")
+    >>> Omega = letters("Omega", n, n, "covariance of the prediction", symmetric=True)
+    >>> N = letters("N", n, p, "covariance of state and output")
+    >>> cross = letters.define(N, Omega * C.T, "33")
+    >>> cross.name
+    "(33) N = Ω C'"
+    >>> print(letters.chain("33", "a transpose", C * Omega, Line(N.T, by=[cross])))
+    (33) a transpose
+      C Ω
+        = N'  (33) N = Ω C'  ✓
+    """
+
+    def __init__(self):
+        self.meaning, self.symmetric = {}, ()
+
+    def __call__(self, name, rows, cols, meaning, symmetric=False):
+        """A new letter."""
+        symbol = MatrixSymbol(name, rows, cols)
+        if symbol.name in {known.name for known in self.meaning}:
+            raise ValueError(f"the letter {name} already has a meaning")
+        self.meaning[symbol] = meaning
+        if symmetric:
+            self.symmetric += (symbol,)
+        return symbol
+
+    def define(self, left, right, number="", name=""):
+        """The relation that introduces a composite, or that is supposed."""
+        says = name or f"{text(left)} = {text(right)}"
+        return Relation(f"({number}) {says}" if number else says, left, right)
+
+    def moment(self, left, right, number=""):
+        """The expectation of a product, or of a vector, that is supposed."""
+        unnamed = Moment("", left, right)
+        says = unnamed.show(text)
+        return Moment(f"({number}) {says}" if number else says, left, right)
+
+    def chain(self, number, says, left, *lines):
+        """A chain in these letters."""
+        return Chain(number, says, left, lines, self.symmetric)

@@ -1,0 +1,67 @@
+"""A derivation as it is read: in a terminal, in a notebook."""
+
+from textwrap import fill
+
+from .chains import framed
+from .prose import markdown, plain
+from .relations import Relation
+from .typeset import latex, padded, text, width
+
+
+def used_letters(derivation):
+    """{symbol: meaning} of what stands on a page, in the order of the notation."""
+    from .derivation import symbols
+
+    here = symbols(derivation)
+    return {s: says for s, says in derivation.letters.meaning.items() if s in here}
+
+
+def numbered(relation):
+    """(the equation number or "", without brackets) of a relation."""
+    from .reasons import numbered
+
+    return numbered(relation.name)[0].strip("()")
+
+
+def as_text(derivation):
+    """A page for a terminal."""
+    parts = [derivation.source]
+    rows = [(text(s), plain(says)) for s, says in used_letters(derivation).items()]
+    wide = max((width(s) for s in used_letters(derivation)), default=0)
+    parts.append("\n".join(f"  {padded(s, wide)}  {says}" for s, says in rows))
+    for item in derivation.page:
+        if isinstance(item, str):
+            parts.append(fill(" ".join(plain(item).split()), 88))
+        elif isinstance(item, Relation):
+            parts.append(f"  {item.show(text)}  {shown_number(item)}".rstrip())
+        else:
+            parts.append(str(item))
+    return "\n\n".join(filter(None, parts))
+
+
+def size(symbol, show):
+    """Rows and columns of a symbol."""
+    times = r" \times " if show is latex else " × "
+    return times.join(map(show, symbol.shape))
+
+
+def shown_number(relation):
+    number = numbered(relation)
+    return f"({number})" if number else ""
+
+
+def as_markdown(derivation):
+    """A page for a notebook."""
+    rows = [
+        f"- ${latex(s)}$, ${size(s, latex)}$: {markdown(says)}"
+        for s, says in used_letters(derivation).items()
+    ]
+    parts = ["\n".join(rows)]
+    for item in derivation.page:
+        if isinstance(item, str):
+            parts.append(markdown(" ".join(item.split())))
+        elif isinstance(item, Relation):
+            parts.append(framed([item.show(latex)], numbered(item)))
+        else:
+            parts.append(item._repr_latex_())
+    return "\n\n".join(filter(None, parts))

@@ -1,0 +1,54 @@
+"""Pages of derivations: all of a page holds, is used, and notices damage."""
+
+import importlib
+
+import pytest
+from page_damage import fails, stage_lists, wrong_definitions, wrong_stages
+
+PAGES = ("leondes_novak.best_coordinates",)
+
+
+def page(name):
+    paper, _, module = name.partition(".")
+    found = f"luenberger.papers.{paper}.derivation.{module}"
+    return importlib.import_module(found).derive()
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_everything_on_a_page_holds_and_is_used(name):
+    assert page(name).check() == []
+    assert page(name).steps and page(name).source
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_a_wrong_sign_in_a_stage_is_noticed(name):
+    for stages in stage_lists(page(name)):
+        assert [what for what, wrong in wrong_stages(stages) if not fails(wrong)] == []
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_a_wrong_sign_in_a_definition_is_noticed(name):
+    passed = [
+        what
+        for what, changed in wrong_definitions(page(name))
+        if not any(map(fails, changed))
+    ]
+    assert passed == []
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_a_page_is_shown(name):
+    derivation = page(name)
+    text, markdown = str(derivation), derivation._repr_markdown_()
+    assert "✗" not in text and r"\times &" not in markdown
+    for item in derivation.page:
+        if getattr(item, "number", ""):
+            assert f"({item.number})" in text and item.says in text
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_words_have_no_formulas_in_plain_text(name):
+    """Headings and words are sentences; what is mathematics is set as such."""
+    for item in page(name).page:
+        says = getattr(item, "says", "")
+        assert not set("=_^\\*") & set(says.replace("`", "")), says

@@ -1,0 +1,77 @@
+"""Pages of derivations with one thing wrong: a stage, a definition, a reason."""
+
+import dataclasses
+
+from damage import damaged_sides
+from worlds import one_wrong_sign
+
+from luenberger.symbolic import Derivation, Relation, ShapeError
+
+
+def stage_lists(derivation):
+    """The stage lists on a page."""
+    return [item for item in derivation.page if isinstance(item, Derivation)]
+
+
+def wrong_stages(derivation):
+    """(what, the stage list with one wrong sign in it)."""
+    for k, what, formula in one_wrong_sign(derivation.stages):
+        stages = list(derivation.stages)
+        stages[k] = dataclasses.replace(stages[k], formula=formula)
+        yield what, dataclasses.replace(derivation, stages=tuple(stages))
+
+
+def definitions(derivation):
+    """What a page introduces or supposes."""
+    return [item for item in derivation.page if isinstance(item, Relation)]
+
+
+def wrong_definitions(derivation):
+    """(what, its page) with one wrong sign in a definition, wherever it is cited."""
+    for relation in definitions(derivation):
+        for what, right in damaged_sides(relation.right):
+            wrong = dataclasses.replace(relation, right=right)
+            yield f"{relation.name}, {what}", cited_instead(derivation, relation, wrong)
+
+
+def cited_instead(derivation, old, new):
+    """The page's items that cite a relation, with another in its place."""
+    changed = []
+    for item in derivation.page:
+        if isinstance(item, Derivation):
+            stages = tuple(with_reason(stage, old, new) for stage in item.stages)
+            swapped = dataclasses.replace(item, stages=stages, steps={})
+        elif hasattr(item, "lines"):
+            lines = [with_reason(line, old, new) for line in item.lines]
+            swapped = dataclasses.replace(item, lines=lines)
+        elif hasattr(item, "satisfies"):
+            swapped = with_reason(with_reason(item, old, new), old, new, "satisfies")
+        else:
+            continue
+        if old in cited(item):
+            changed.append(swapped)
+    return changed
+
+
+def cited(item):
+    if isinstance(item, Derivation):
+        return [r for stage in item.stages for r in stage.by]
+    return item.relations
+
+
+def with_reason(holder, old, new, field=None):
+    """A line, stage or construction that cites `new` where it cited `old`."""
+    fields = [field] if field else ["by", "moments", "of"]
+    for name in fields:
+        if hasattr(holder, name):
+            reasons = tuple(new if r == old else r for r in getattr(holder, name))
+            holder = dataclasses.replace(holder, **{name: reasons})
+    return holder
+
+
+def fails(item):
+    """Whether a damaged chain, construction or stage list is refused."""
+    try:
+        return bool(item.unproved() if isinstance(item, Derivation) else item.check())
+    except (ShapeError, ValueError, AssertionError):
+        return True
