@@ -45,7 +45,7 @@ def test_a_ten_thousandth_of_the_state_is_lost(units, what, part, kept):
     """
     plant, base = in_units(units), in_units(UNITS[0])
     good = lb.deadbeat_observer(base)
-    d = scaled(plant)[0]
+    d = scaled(plant.A, plant.C)[0]
     balance = (
         d / units
     )  # of the states in `base`; the same in all units but for a factor

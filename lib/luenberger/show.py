@@ -4,6 +4,8 @@ Strict notebook tests compare text.  Everything a notebook prints therefore goes
 through here: six significant digits at most, rounding noise and -0 shown as 0.
 """
 
+from __future__ import annotations
+
 import html
 from collections.abc import Iterable
 

@@ -21,7 +21,8 @@ def test_another_unit_of_time_leaves_the_scales(rate):
     )
     plant, faster = (lb.Plant(X, None, C) for X in (A, rate * A))
     for one, two in zip(
-        independent_rows.scaled(plant)[:2], independent_rows.scaled(faster)[:2]
+        independent_rows.scaled(plant.A, plant.C)[:2],
+        independent_rows.scaled(faster.A, faster.C)[:2],
     ):
         np.testing.assert_array_equal(one, two)
 

@@ -13,7 +13,9 @@ import shutil
 import signal
 import tempfile
 import threading
+from collections.abc import Iterator, Mapping
 from pathlib import Path
+from typing import TextIO
 
 SIGNALS = [
     getattr(signal, name)
@@ -23,7 +25,7 @@ SIGNALS = [
 
 
 @contextlib.contextmanager
-def replacing(path):
+def replacing(path: str | Path) -> Iterator[TextIO]:
     """A new text file, which takes the place of `path` if the block ends well.
 
     UTF-8 with the line ends that are written, so that every machine writes the same.
@@ -63,13 +65,13 @@ def replacing(path):
         raise
 
 
-def write(path, text):
+def write(path: str | Path, text: str) -> None:
     """Write `text` to `path`, or leave what was there; see `replacing`."""
     with replacing(path) as file:
         file.write(text)
 
 
-def write_all(folder, texts):
+def write_all(folder: str | Path, texts: Mapping[str, str]) -> list[Path]:
     """Write the files of `texts`, by name, into `folder`, all or none of them.
 
     Returns their paths.  The folder is made if it is not there.
@@ -87,7 +89,7 @@ def write_all(folder, texts):
     return list(moves.values())
 
 
-def replace_all(moves, beside):
+def replace_all(moves: Mapping[Path, str | Path], beside: Path) -> None:
     """Rename each file to its path, in order; {finished: path}.
 
     If a rename fails, what was there before is put back.  Signals wait until it is
@@ -114,7 +116,7 @@ def replace_all(moves, beside):
             raise
 
 
-def destination(path):
+def destination(path: str | Path) -> Path:
     """The file that `path` names, links followed, if it can be replaced.
 
     A device or a pipe is not a file to put another in the place of, nor is the file
@@ -133,13 +135,13 @@ def destination(path):
     return target
 
 
-def _is_open_as(number, path):
+def _is_open_as(number: int, path: Path) -> bool:
     with contextlib.suppress(OSError):
         return os.path.samestat(os.fstat(number), path.stat())
     return False
 
 
-def existing_folder(path):
+def existing_folder(path: str | Path) -> Path:
     """The folder `path`, or the nearest above it while it has yet to be made.
 
     Raises
@@ -158,22 +160,23 @@ def existing_folder(path):
     raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(path))
 
 
-def require_other(path, *read):
+def require_other(path: str | Path, *read: str | Path | None) -> None:
     """Raise ValueError if what would be replaced is one of the files that are read."""
     for other in read:
-        known = other is not None and os.path.exists(other) and os.path.exists(path)
-        if known and os.path.samefile(other, path):
+        if other is None or not (os.path.exists(other) and os.path.exists(path)):
+            continue
+        if os.path.samefile(other, path):
             raise ValueError(f"{path} would replace {other}, which is read")
 
 
-def _move(finished, target):
+def _move(finished: Path, target: Path) -> None:
     if target.exists():
         shutil.copymode(target, finished)
     os.replace(finished, target)
 
 
 @contextlib.contextmanager
-def _signals_wait():
+def _signals_wait() -> Iterator[None]:
     """Signals that come inside the block are answered after it."""
     if threading.current_thread() is not threading.main_thread():
         yield  # Python answers signals in the main thread alone

@@ -9,7 +9,10 @@ import csv
 import io
 import math
 import re
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass
+from pathlib import Path
+from typing import BinaryIO
 
 import numpy as np
 
@@ -37,8 +40,8 @@ class Rows:
         The wanted columns, in the order in which they were asked for.
     """
 
-    lines: range | list
-    carried: list
+    lines: Sequence[int]
+    carried: list[str]
     values: np.ndarray
 
 
@@ -59,12 +62,13 @@ class Table:
         Names of the columns, from the first line that is not blank.
     """
 
-    def __init__(self, file, where, piece=PIECE):
+    def __init__(self, file: BinaryIO, where: str | Path, piece: int = PIECE) -> None:
         self.file, self.where, self.piece = file, where, piece
-        self.line, self.blank = 0, None
+        self.line = 0
+        self.blank: int | None = None
         self.header = self._read_header()
 
-    def _read_header(self):
+    def _read_header(self) -> list[str]:
         while raw := self._read(self.file.readline, LINE + 1):
             self.line += 1
             if self.line == 1 and raw.startswith(UTF16):
@@ -75,7 +79,12 @@ class Table:
                 return [cell.strip() for cell in cells]
         raise ValueError(f"{self.where}: the file is empty")
 
-    def rows(self, wanted, may_miss=(), carry=None):
+    def rows(
+        self,
+        wanted: Sequence[str],
+        may_miss: Collection[str] = (),
+        carry: str | None = None,
+    ) -> Iterator[Rows]:
         """Yield the rows that follow the header, as `Rows`.
 
         Parameters
@@ -95,7 +104,7 @@ class Table:
         place = {name: j for j, name in enumerate(self.header)}
         places = [place[name.strip()] for name in wanted]
         may_miss = np.array([name in may_miss for name in wanted], dtype=bool)
-        carry = place.get(carry)
+        carry = None if carry is None else place.get(carry)
         none = True
         for line, text in self._pieces():
             found = self._plain(line, text, places, may_miss, carry)
@@ -109,7 +118,7 @@ class Table:
                 f"{self.where}: there are column names but no measurements"
             )
 
-    def _pieces(self):
+    def _pieces(self) -> Iterator[tuple[int, bytes]]:
         """Whole lines, about `piece` bytes of them, and the number of the first."""
         line, rest = self.line + 1, b""
         while block := self._read(self.file.read, self.piece):
@@ -125,11 +134,18 @@ class Table:
         if rest:
             yield line, rest + b"\n"
 
-    def _read(self, how, size):
+    def _read(self, how: Callable[[int], bytes], size: int) -> bytes:
         with named(self.where):
             return how(size)
 
-    def _plain(self, line, text, places, may_miss, carry):
+    def _plain(
+        self,
+        line: int,
+        text: bytes,
+        places: list[int],
+        may_miss: np.ndarray,
+        carry: int | None,
+    ) -> Rows | None:
         """The rows of a piece without anything unusual, or None."""
         text, width = text.replace(b"\r\n", b"\n"), len(self.header)
         odd = any(mark in text for mark in (b'"', b"\r", b"\0", b"\n\n"))
@@ -158,7 +174,14 @@ class Table:
         carried = [] if carry is None else _between(text, ends, carry, width)
         return Rows(range(line, line + len(values)), carried, values)
 
-    def _careful(self, line, text, places, may_miss, carry):
+    def _careful(
+        self,
+        line: int,
+        text: bytes,
+        places: list[int],
+        may_miss: np.ndarray,
+        carry: int | None,
+    ) -> Rows:
         """The same, cell by cell."""
         lines, carried, values = [], [], []
         for k, raw in enumerate(text.split(b"\n")[:-1], line):
@@ -178,11 +201,11 @@ class Table:
         values = np.array(values, dtype=float).reshape(len(lines), len(places))
         return Rows(lines, carried, values)
 
-    def at(self, line):
+    def at(self, line: int) -> str:
         """How messages begin."""
         return f"{self.where}, line {line}"
 
-    def _require_width(self, line, cells):
+    def _require_width(self, line: int, cells: list[str]) -> None:
         if len(cells) != len(self.header):
             raise ValueError(
                 f"{self.where}, line {line}: {len(cells)} cells, but the header names "
@@ -194,7 +217,7 @@ class Table:
                 "write nan for a measurement that is missing"
             )
 
-    def _cells(self, line, raw):
+    def _cells(self, line: int, raw: bytes) -> list[str]:
         """The cells of one line; of a blank one there are none."""
         at = self.at(line)
         if b"\0" in raw:
@@ -220,14 +243,14 @@ class Table:
             ) from None
 
 
-def _require_line(where, line, size):
+def _require_line(where: str | Path, line: int, size: int) -> None:
     if size > LINE:
         raise ValueError(
             f"{where}, line {line}: longer than {LINE} bytes, so not a line of a table"
         )
 
 
-def _between(text, ends, column, width):
+def _between(text: str, ends: np.ndarray, column: int, width: int) -> list[str]:
     """The text of one column, given where every cell ends."""
     stops = ends[column::width]
     starts = np.append(-1, ends)[column::width][: len(stops)] + 1
@@ -235,7 +258,9 @@ def _between(text, ends, column, width):
     return list(map(str.strip, map(text.__getitem__, cuts)))
 
 
-def number(where, line, name, text, may_miss=False):
+def number(
+    where: str | Path, line: int, name: str, text: str, may_miss: bool = False
+) -> float:
     """The number a cell holds, or NaN for one that may be missing and is."""
     text = text.strip()
     try:
@@ -253,14 +278,14 @@ def number(where, line, name, text, may_miss=False):
     )
 
 
-def as_csv(text):
+def as_csv(text: str) -> str:
     """A cell as it stands in a CSV file."""
     if any(mark in text for mark in ',"\r\n'):
         return '"' + text.replace('"', '""') + '"'
     return text
 
 
-def separator(header):
+def separator(header: list[str]) -> str | None:
     """What else than commas seems to separate the cells of a header, or None."""
     only = header[0] if len(header) == 1 else ""
     return next((name for mark, name in SEPARATORS.items() if mark in only), None)

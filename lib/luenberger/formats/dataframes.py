@@ -4,13 +4,16 @@ pandas is not imported here: a caller who passes a table has done so.
 """
 
 import sys
+from collections.abc import Iterable, Sequence
+from typing import Any, TypeGuard
 
 import numpy as np
 
+Names = Sequence[str] | None  # of signals
 SHOWN = 8  # column names in a message
 
 
-def arrays(y, u, outputs, inputs):
+def arrays(y: Any, u: Any, outputs: Names, inputs: Names) -> tuple[Any, Any]:
     """Return y and u as arrays; the columns of a DataFrame are found by name.
 
     Without u, the columns of y's DataFrame that are named as inputs are it.
@@ -30,7 +33,7 @@ def arrays(y, u, outputs, inputs):
     return _numbers("y", y, outputs), _numbers("u", u, inputs)
 
 
-def like(table, values, names):
+def like(table: Any, values: np.ndarray, names: Sequence[str]) -> Any:
     """`values` as a DataFrame with the index of `table`, if that is a table."""
     if not _is_table(table):
         return values
@@ -38,7 +41,7 @@ def like(table, values, names):
     return frame(values, index=table.index, columns=list(names))
 
 
-def entries(name, value, labels):
+def entries(name: str, value: Any, labels: Names) -> Any:
     """One value per signal; those of a labelled Series are found by name."""
     if not _is("Series", value) or list(value.index) == list(range(len(value))):
         return value
@@ -50,16 +53,16 @@ def entries(name, value, labels):
     return _numbers(name, value[list(labels)], None)
 
 
-def _is(kind, value):
+def _is(kind: str, value: object) -> bool:
     pandas = sys.modules.get("pandas")
     return pandas is not None and isinstance(value, getattr(pandas, kind))
 
 
-def _is_table(value):
+def _is_table(value: object) -> TypeGuard[Any]:
     return _is("DataFrame", value) or _is("Series", value)
 
 
-def _numbers(name, value, wanted):
+def _numbers(name: str, value: Any, wanted: Names) -> Any:
     if not _is_table(value):
         return value
     if _is("DataFrame", value) and wanted is not None:
@@ -76,7 +79,7 @@ def _numbers(name, value, wanted):
     return np.ascontiguousarray(found)
 
 
-def _columns(name, frame, wanted):
+def _columns(name: str, frame: Any, wanted: Sequence[str]) -> Any:
     """The columns `wanted`, in that order, of a DataFrame that may have more."""
     if frame.columns.nlevels > 1:
         raise ValueError(
@@ -96,7 +99,7 @@ def _columns(name, frame, wanted):
     return found
 
 
-def _few(labels):
+def _few(labels: Iterable[object]) -> str:
     labels = list(labels)
     more = f" and {len(labels) - SHOWN} more" if len(labels) > SHOWN else ""
     return f"{labels[:SHOWN]}{more}"

@@ -5,6 +5,10 @@ import json
 import math
 import os
 import stat
+from collections import Counter
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, BinaryIO
 
 from ..errors import short
 
@@ -22,7 +26,7 @@ OTHERS = {
 }
 
 
-def opened(path):
+def opened(path: str | Path) -> BinaryIO:
     """Open a plain file for reading bytes.
 
     A pipe may wait for a writer that never comes, and a device may never end.
@@ -42,7 +46,7 @@ def opened(path):
 
 
 @contextlib.contextmanager
-def named(path):
+def named(path: str | Path) -> Iterator[None]:
     """An error of reading or writing says which file it is of."""
     try:
         yield
@@ -52,11 +56,11 @@ def named(path):
         raise
 
 
-def _at_once(path, flags):
+def _at_once(path: str, flags: int) -> int:
     return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
 
 
-def json_object(path, what):
+def json_object(path: str | Path, what: str) -> dict[str, Any]:
     """The object in a JSON file; `require_plain` is for its entries.
 
     Parameters
@@ -85,7 +89,7 @@ def json_object(path, what):
     return data
 
 
-def _text(path):
+def _text(path: str | Path) -> str:
     with opened(path) as file, named(path):
         found = file.read(LARGEST * MIB + 1)
     if len(found) > LARGEST * MIB:
@@ -96,20 +100,19 @@ def _text(path):
         raise ValueError(f"{path}: not a JSON file: {error}") from None
 
 
-def _distinct(pairs):
+def _distinct(pairs: list[tuple[str, object]]) -> dict[str, object]:
     found = dict(pairs)
     if len(found) < len(pairs):
-        seen = set()
-        twice = next(key for key, _ in pairs if key in seen or seen.add(key))
+        (twice, _), *_ = Counter(key for key, _ in pairs).most_common(1)
         raise ValueError(f"the key {short(twice)} occurs more than once")
     return found
 
 
-def _whole(digits):
+def _whole(digits: str) -> float:
     return int(digits) if len(digits) <= DIGITS else float(digits)
 
 
-def require_plain(at, value):
+def require_plain(at: str, value: object) -> None:
     """Raise unless everything within is text, a finite number, a list or an object.
 
     NumPy would take true for 1 and null for NaN.

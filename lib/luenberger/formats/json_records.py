@@ -2,6 +2,9 @@
 
 import dataclasses
 import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -11,13 +14,13 @@ from . import atomic, json_files
 FORMAT = 1  # of the files; those without the key are from before it
 
 
-def fill(frozen, **values):
+def fill(frozen: object, **values: object) -> None:
     """Set fields of a frozen dataclass from within its __post_init__."""
     for name, value in values.items():
         object.__setattr__(frozen, name, value)
 
 
-def as_data(kind, frozen):
+def as_data(kind: str, frozen: Any) -> dict[str, object]:
     """A record as lists, numbers and strings, headed by what it is; None left out."""
     data = {"luenberger": kind, "format": FORMAT}
     for field in dataclasses.fields(frozen):
@@ -27,7 +30,7 @@ def as_data(kind, frozen):
     return data
 
 
-def plain(value):
+def plain(value: object) -> object:
     if isinstance(value, np.ndarray) and np.iscomplexobj(value):
         return {"real": value.real.tolist(), "imag": value.imag.tolist()}
     if isinstance(value, np.ndarray):
@@ -38,7 +41,7 @@ def plain(value):
     return value
 
 
-def write(path, data):
+def write(path: str | Path, data: Mapping[str, object]) -> None:
     """Write JSON; an old file survives a failure."""
     text = layout(data)
     if len(text) > json_files.LARGEST * json_files.MIB:
@@ -49,7 +52,7 @@ def write(path, data):
     atomic.write(path, text)
 
 
-def layout(data):
+def layout(data: Mapping[str, object]) -> str:
     """JSON text with one key, or one row of a matrix, to a line."""
     lines = []
     for key, value in data.items():
@@ -61,13 +64,13 @@ def layout(data):
     return "{\n" + ",\n".join(lines) + "\n}\n"
 
 
-def kind(path):
+def kind(path: str | Path) -> str:
     """What a file says it holds, "plant" or "observer"; without a word, by its keys."""
     data = json_files.json_object(path, "a record")
     return data.get("luenberger", "observer" if "F" in data else "plant")
 
 
-def read(path, kind, cls):
+def read(path: str | Path, kind: str, cls: type) -> dict[str, Any]:
     """Read the JSON object of a record: known keys, lists, numbers and strings.
 
     A "description" is a remark for readers of the file and left out.
@@ -95,7 +98,7 @@ def read(path, kind, cls):
     return {key: _array(path, key, value) for key, value in data.items()}
 
 
-def _check_format(path, number):
+def _check_format(path: str | Path, number: object) -> None:
     """Refuse a file of a later format: its keys may mean something else."""
     if type(number) is not int or number < 1:
         raise ValueError(f"{path}: format must be a whole number, got {short(number)}")
@@ -106,11 +109,11 @@ def _check_format(path, number):
         )
 
 
-def _one(kind):
+def _one(kind: str) -> str:
     return f"{'an' if kind[0] in 'aeiou' else 'a'} {kind}"
 
 
-def _numbers(path, key, value):
+def _numbers(path: str | Path, key: str, value: object) -> np.ndarray:
     try:
         array = np.array(value)
     except ValueError:
@@ -120,7 +123,7 @@ def _numbers(path, key, value):
     return array.astype(float)
 
 
-def _array(path, key, value):
+def _array(path: str | Path, key: str, value: object) -> object:
     """Turn {"shape": [0, n]} back into an empty array, {"real", "imag"} into a
     complex one, also in a list of pairs of matrices; pass other data on.
     """

@@ -6,6 +6,7 @@ what follows one is judged as a cell.
 """
 
 import re
+from collections.abc import Sequence
 
 from ..errors import short
 
@@ -17,7 +18,7 @@ FORMULA = re.compile(
 )
 
 
-def first_formula(cells):
+def first_formula(cells: Sequence[str]) -> int | None:
     """The index of the first cell that is a formula, or None.
 
     >>> first_formula(["=1+1"]), first_formula(["-7.5", "+00:30", "-1 days +23:59"])
@@ -28,13 +29,13 @@ def first_formula(cells):
     return next((k for k, cell in enumerate(cells) if FORMULA.search(cell)), None)
 
 
-def require_plain_names(plant):
+def require_plain_names(plant: object) -> None:
     """Raise ValueError if a name of the plant's signals would be a formula."""
     for kind in ("state", "input", "output"):
         require_plain(kind, getattr(plant, f"{kind}_names"))
 
 
-def require_plain(kind, names):
+def require_plain(kind: str, names: Sequence[str]) -> None:
     """Raise ValueError if one of the names would be a formula."""
     if (k := first_formula(names)) is not None:
         raise ValueError(

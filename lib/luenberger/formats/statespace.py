@@ -1,7 +1,9 @@
 """What a python-control or scipy.signal state space says, as parameters of a plant."""
 
+from typing import Any
 
-def read(sys, dt=None):
+
+def read(sys: Any, dt: float | None = None) -> dict[str, Any]:
     """A, B, C, E, dt and names of a system, by the names that `Plant` has for them.
 
     `dt` is for a system that leaves it open.
@@ -19,7 +21,7 @@ def read(sys, dt=None):
     return found
 
 
-def period(sys, wanted):
+def period(sys: object, wanted: float | None) -> float:
     """The dt of a system, or `wanted` where True or None leaves it open."""
     dt = getattr(sys, "dt", None)
     if dt is None and type(sys).__module__.startswith("scipy."):

@@ -5,13 +5,20 @@ nothing when one of them is in light years.  Units are powers of two: a change o
 does not round.
 """
 
+from typing import TypeVar
+
 import numpy as np
 
+from . import Matrix, Vector
+
 SWEEPS = 50  # at most; a few are enough unless units differ along a long chain
+Size = TypeVar("Size", float, np.ndarray)
 EVEN = 2.0  # what moves a state and what it moves, if they differ by less, are even
 
 
-def balanced(A, C, noise, sensor):
+def balanced(
+    A: Matrix, C: Matrix, noise: Vector, sensor: Vector
+) -> tuple[Vector, Vector]:
     """Units (n,), (p,) of the states and outputs of x+ = A x + w, y = C x + v.
 
     A state's unit is such that what moves it, other states and noise, is as large as
@@ -54,7 +61,7 @@ def balanced(A, C, noise, sensor):
     return states, _sizes(C, sensor, states)
 
 
-def _unit(moved, seen):
+def _unit(moved: float, seen: float) -> float | None:
     """The unit u for which moved / u = seen * u, or whichever there is, is 1."""
     if moved > 0 and seen > 0:
         return power_of_two(np.sqrt(moved) / np.sqrt(seen))
@@ -63,12 +70,12 @@ def _unit(moved, seen):
     return None
 
 
-def _sizes(C, sensor, states):
+def _sizes(C: Matrix, sensor: Vector, states: Vector) -> Vector:
     """Units of the outputs: the size of what they show and of their deviation."""
     size = np.maximum((C * states).max(axis=1), sensor)
     return power_of_two(np.where(size > 0, size, 1.0))
 
 
-def power_of_two(size):
+def power_of_two(size: Size) -> Size:
     """The power of two nearest to each of the positive numbers `size`."""
-    return 2.0 ** np.round(np.log2(size))
+    return np.power(2.0, np.round(np.log2(size)))

@@ -4,10 +4,13 @@ Such a map keeps the cone of positive semi-definite matrices, so its spectral ra
 is one of its eigenvalues, with a covariance as eigenvector.
 """
 
+from collections.abc import Callable, Iterable
+
 import numpy as np
 from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigs
 
 from ..errors import CertificateError
+from . import Matrix
 from .linalg import radius, symmetrise
 
 DENSE_LIMIT = 8  # states up to which such a map is written as a matrix
@@ -16,37 +19,37 @@ DENSE_LIMIT = 8  # states up to which such a map is written as a matrix
 class Sums:
     """L: X -> sum_k A^k X A^k' by doubling, the squares of A made once."""
 
-    def __init__(self, A):
+    def __init__(self, A: Matrix) -> None:
         self.squares = [A]
         while np.abs(self.squares[-1]).max() > 1e-18 and len(self.squares) < 64:
             self.squares.append(self.squares[-1] @ self.squares[-1])
 
-    def __call__(self, X):
+    def __call__(self, X: Matrix) -> Matrix:
         for power in self.squares:
             X = X + power @ X @ power.T
         return symmetrise(X)
 
 
-def stack(A, pairs):
+def stack(A: Matrix, pairs: Iterable[tuple[Matrix, Matrix]]) -> Matrix:
     """The A_i that are not zero, (k, n, n)."""
     noise = [np.asarray(A1, float) for A1, _ in pairs if np.any(A1)]
     return np.array(noise).reshape(-1, *A.shape)
 
 
-def spread(noise, X):
+def spread(noise: Matrix, X: Matrix) -> Matrix:
     """Pi: X -> sum A_i X A_i'."""
     return sum((A1 @ X @ A1.T for A1 in noise), np.zeros_like(X))
 
 
-def packing(n):
+def packing(n: int) -> tuple[Callable[[Matrix], Matrix], Callable[[Matrix], Matrix]]:
     """Symmetric matrices as vectors of n (n + 1) / 2 entries of equal length; back."""
     rows, columns = np.triu_indices(n)
     weight = np.where(rows == columns, 1.0, np.sqrt(2.0))
 
-    def pack(X):
+    def pack(X: Matrix) -> Matrix:
         return X[..., rows, columns] * weight
 
-    def unpack(packed):
+    def unpack(packed: Matrix) -> Matrix:
         X = np.zeros((*packed.shape[:-1], n, n))
         X[..., rows, columns] = X[..., columns, rows] = packed / weight
         return X
@@ -54,7 +57,7 @@ def packing(n):
     return pack, unpack
 
 
-def dominant(move, n):
+def dominant(move: Callable[[Matrix], Matrix], n: int) -> float:
     """Spectral radius of a linear map that keeps covariances covariances.
 
     The eigenvalue furthest to the right.  The identity has a share of its

@@ -11,6 +11,7 @@ along its way.  States without a way to an output are unseen for themselves.
 import numpy as np
 
 from ..errors import DesignError
+from . import Matrix, Vector
 from .linalg import RANK_TOL, UNIT_TOL, modes
 
 SUSPECT = 1e-3  # a singular value below this: eigenvalues are searched for nearby
@@ -19,7 +20,7 @@ REFINEMENTS = 8
 SWEEPS = 3  # of scaling outputs by states and states by outputs
 
 
-def require_detectable(A, C):
+def require_detectable(A: Matrix, C: Matrix) -> None:
     """Raise DesignError naming the modes that are not stable and not seen by C."""
     hidden = hidden_modes(A, C, 1 - UNIT_TOL)
     if hidden:
@@ -30,7 +31,7 @@ def require_detectable(A, C):
         )
 
 
-def hidden_modes(A, C, least=0.0):
+def hidden_modes(A: Matrix, C: Matrix, least: float = 0.0) -> list[complex]:
     """Eigenvalues of A, of at least this size, that C does not see, each once.
 
     Of two conjugate ones that with positive imaginary part.
@@ -48,7 +49,7 @@ def hidden_modes(A, C, least=0.0):
     return found
 
 
-def unseen(A, C, mode):
+def unseen(A: Matrix, C: Matrix, mode: complex) -> bool:
     """Whether C does not see the eigenvalue `mode` of A, or one that is close to it."""
     way = _has_way(A, C)
     values = np.linalg.eigvals(A[np.ix_(~way, ~way)])
@@ -59,7 +60,7 @@ def unseen(A, C, mode):
     )
 
 
-def _has_way(A, C):
+def _has_way(A: Matrix, C: Matrix) -> Vector:
     """The states from which entries that are not zero lead to an output."""
     way, reached = np.zeros(len(A), dtype=bool), (C != 0).any(axis=0)
     while (reached & ~way).any():
@@ -68,7 +69,7 @@ def _has_way(A, C):
     return way
 
 
-def _nearest(A, C, mode):
+def _nearest(A: Matrix, C: Matrix, mode: complex) -> tuple[complex, float]:
     """The nearest value at which the pencil loses rank most, and by how much it fails.
 
     Rounding moves an eigenvalue that is repeated by more than rounding; a step of
@@ -93,7 +94,7 @@ def _nearest(A, C, mode):
     return mode, gap
 
 
-def _pencil(A, C, mode):
+def _pencil(A: Matrix, C: Matrix, mode: complex) -> tuple[Matrix, Vector]:
     """[A - mode I; C] in the units of `_sight`, and the slope of its diagonal."""
     size = np.abs(A.diagonal()) + abs(mode)
     size = np.where(size > 0, size, 1.0)
@@ -107,12 +108,12 @@ def _pencil(A, C, mode):
     return np.vstack([rows, shown]), 1 / size
 
 
-def _log(X):
+def _log(X: Matrix) -> Matrix:
     with np.errstate(divide="ignore"):
         return np.log(np.abs(X))
 
 
-def _sight(gain, shown):
+def _sight(gain: Matrix, shown: Matrix) -> tuple[Vector, Vector]:
     """Logarithms of how strongly each state is seen, and of each output's unit.
 
     `gain` and `shown` are the logarithms of what passes from state to state, and from

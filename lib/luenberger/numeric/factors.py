@@ -8,13 +8,15 @@ numbers that were computed with, never against the difference they left.
 import numpy as np
 from scipy.linalg.lapack import dgeqrf, dpotrf, dpstrf
 
+from . import Matrix, Vector
+
 EPS = np.finfo(float).eps
 CLEAR = 30.0  # roundings; a standard deviation above them is real
 SPOILED = 1e-12  # of a variance: an error that no random number may have
 SAFE = 1e-10  # a pivot above this, beside the variance before, leaves six digits
 
 
-def factor(X, size=None):
+def factor(X: Matrix, size: Vector | None = None) -> Matrix:
     """H with H H' = X and a column for each direction that is not rounding.
 
     Cholesky with pivots, at unit diagonal of `size`: the variances that X was made
@@ -30,7 +32,7 @@ def factor(X, size=None):
     return scale[:, None] * H
 
 
-def square_root(X):
+def square_root(X: Matrix) -> Matrix:
     """H with H H' = X and as many columns as rows, for a fixed count of random numbers.
 
     From the eigenvalues of X: at unit diagonal where units would spoil them, and
@@ -47,12 +49,12 @@ def square_root(X):
     return scale * (span @ (span.T @ (half / scale)))
 
 
-def _eigenroot(X):
+def _eigenroot(X: Matrix) -> Matrix:
     values, vectors = np.linalg.eigh(X)
     return vectors * np.sqrt(np.clip(values, 0, None))
 
 
-def shorten(H):
+def shorten(H: Matrix) -> Matrix:
     """A factor of the same covariance with no more columns than rows."""
     n, columns = H.shape
     if columns <= n:
@@ -60,18 +62,18 @@ def shorten(H):
     return np.tril(dgeqrf(H.T)[0][:n].T)
 
 
-def lengths(H):
+def lengths(H: Matrix) -> Vector:
     """The standard deviations of the covariance H H'."""
     return np.sqrt(np.add.reduce(H * H, axis=1))
 
 
-def rounded(X, size):
+def rounded(X: Matrix, size: Vector) -> Matrix:
     """X, a covariance of rounding, and that of the next sums, of numbers of `size`."""
     X.flat[:: len(X) + 1] += (EPS * size) ** 2
     return X
 
 
-def clear(H, size):
+def clear(H: Matrix, size: Vector) -> Matrix:
     """H without the directions that are rounding of numbers of `size`, by rows."""
     unit = EPS * np.where(size > 0, size, 1.0)
     left, values, _ = np.linalg.svd(H / unit[:, None], full_matrices=False)
@@ -79,7 +81,7 @@ def clear(H, size):
     return unit[:, None] * (left[:, keep] * values[keep])
 
 
-def safe(X, size):
+def safe(X: Matrix, size: Vector) -> bool:
     """Whether X is definite by more than the rounding of variances of `size`."""
     upper, info = dpotrf(X)
     if info != 0:
@@ -88,7 +90,7 @@ def safe(X, size):
     return min((pivots * pivots - SAFE * (size + X.diagonal())).tolist(), default=1) > 0
 
 
-def semidefinite(X, size):
+def semidefinite(X: Matrix, size: Vector) -> Matrix:
     """X, raised where rounding of variances of `size` has left it indefinite."""
     if len(X) == 0 or dpotrf(X)[1] == 0:
         return X

@@ -8,10 +8,12 @@ from math import comb
 
 import numpy as np
 
+from . import Matrix, Vector
+
 ROUNDING = 1e-13  # a coefficient this small beside the largest is zero, in floats
 
 
-def to_half_plane(basis, discrete):
+def to_half_plane(basis: Matrix, discrete: bool) -> Matrix:
     """Coefficients in w of polynomials in s = w, or z = (1 + w) / (1 - w); exact."""
     if not discrete:
         return basis
@@ -20,7 +22,7 @@ def to_half_plane(basis, discrete):
     return (M if basis.dtype == object else M.astype(float)) @ basis
 
 
-def _product(minus, plus):
+def _product(minus: int, plus: int) -> Vector:
     """Coefficients of (1 - w)^minus (1 + w)^plus, as integers."""
     left = [(-1) ** i * comb(minus, i) for i in range(minus + 1)]
     return np.convolve(
@@ -29,7 +31,7 @@ def _product(minus, plus):
     )
 
 
-def to_disc(basis, discrete):
+def to_disc(basis: Matrix, discrete: bool) -> Matrix:
     """Coefficients in zeta, up to a common factor."""
     r = len(basis) - 1
     if discrete:
@@ -39,7 +41,7 @@ def to_disc(basis, discrete):
     return np.array(M).astype(float).T @ basis
 
 
-def radius(roots, discrete):
+def radius(roots: Vector, discrete: bool) -> float:
     """Largest |zeta| of roots in s or z; infinite when s = 1 is one of them."""
     if discrete:
         return float(np.abs(roots).max(initial=0))
@@ -47,7 +49,7 @@ def radius(roots, discrete):
         return float((np.abs(1 + roots) / np.abs(1 - roots)).max(initial=0))
 
 
-def is_stable(beta, discrete):
+def is_stable(beta: Vector, discrete: bool) -> bool:
     """Routh's test: exact for Fractions; in floats what is rounding is not stable."""
     h = to_half_plane(beta[:, None], discrete)[:, 0][::-1]
     h = h if h[0] > 0 else -h

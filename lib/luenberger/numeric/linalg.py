@@ -4,6 +4,7 @@ The primitives are LAPACK's, through SciPy; what is decided here is what to do w
 a matrix is singular, and what to tell the user.
 """
 
+from collections.abc import Iterable
 from functools import cache
 
 import numpy as np
@@ -11,6 +12,7 @@ import scipy.linalg
 from scipy.linalg.lapack import dposv
 
 from ..errors import DesignError
+from . import Matrix, Vector
 
 SINGULAR_TOL = 1e-13  # 1 - (multiple correlation)^2 below this: a redundant output
 ROUNDING = 1e-14  # a variance this small beside the terms it is made of is zero
@@ -20,19 +22,19 @@ ZERO_TOL = 1e-13  # an eigenvalue this small beside the largest may be a zero
 
 
 @cache
-def eye(n):
+def eye(n: int) -> Matrix:
     """The identity matrix, made once for each size; read-only."""
     identity = np.eye(n)
     identity.setflags(write=False)
     return identity
 
 
-def symmetrise(X):
+def symmetrise(X: Matrix) -> Matrix:
     """(X + X') / 2: rounding that is not symmetric would grow from step to step."""
     return 0.5 * (X + X.mT)
 
 
-def solve_right(N, M):
+def solve_right(N: Matrix, M: Matrix) -> Matrix:
     """Return X with X M = N for symmetric positive semi-definite M.
 
     Cholesky where M is definite.  A singular M has redundant rows; then the
@@ -58,7 +60,7 @@ def solve_right(N, M):
     return N @ pseudo_inverse(M)
 
 
-def pseudo_inverse(M):
+def pseudo_inverse(M: Matrix) -> Matrix:
     """Moore-Penrose inverse of a symmetric positive semi-definite M, scaled.
 
     The rank is decided at unit diagonal.
@@ -71,7 +73,7 @@ def pseudo_inverse(M):
     return half @ half.T
 
 
-def null_directions(X):
+def null_directions(X: Matrix) -> Matrix:
     """Orthonormal columns spanning the null space of a covariance X, at unit scale."""
     diagonal = X.diagonal()
     scale = 1 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
@@ -79,7 +81,7 @@ def null_directions(X):
     return scale[:, None] * vectors[:, values <= SINGULAR_TOL * max(len(X), 1)]
 
 
-def nonsingular(X):
+def nonsingular(X: Matrix) -> np.ndarray:
     """Whether a covariance, or each of a stack, has no null direction at unit scale."""
     diagonal = np.diagonal(X, axis1=-2, axis2=-1)
     scale = 1 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
@@ -87,7 +89,9 @@ def nonsingular(X):
     return (values > SINGULAR_TOL * max(X.shape[-1], 1)).all(axis=-1)
 
 
-def complete(C1, weight=None, labels=None):
+def complete(
+    C1: Matrix, weight: Matrix | None = None, labels: Iterable[str] | None = None
+) -> tuple[Matrix, Matrix, Matrix]:
     """Return Phat, Gamma1, That with [That; C1]^-1 = [Phat | Gamma1], (47).
 
     Phat spans the null space of C1 and contains rows of the identity chosen by
@@ -118,7 +122,7 @@ def complete(C1, weight=None, labels=None):
     return Phat, Gamma1, That
 
 
-def _right_inverse(C1, weight):
+def _right_inverse(C1: Matrix, weight: Matrix | None) -> Matrix:
     """W^-1 C1' (C1 W^-1 C1')^-1 by QR, as the Gram matrix squares what units do."""
     if weight is None:
         basis, upper = scipy.linalg.qr(C1.T, mode="economic")
@@ -136,13 +140,13 @@ def _right_inverse(C1, weight):
     return scipy.linalg.solve_triangular(upper, basis.T).T
 
 
-def left_over(L, V, C, x):
+def left_over(L: Matrix, V: Matrix, C: Matrix, x: Vector) -> Matrix:
     """(L - V C) diag(x), and 0 where rounding is all that the difference leaves."""
     left, size = (L - V @ C) * x, (np.abs(L) + np.abs(V) @ np.abs(C)) * x
     return np.where(np.abs(left) > ROUNDING * size.max(axis=1, keepdims=True), left, 0)
 
 
-def lyapunov(F, Q):
+def lyapunov(F: Matrix, Q: Matrix) -> Matrix:
     """Solve X = F X F' + Q for stable F, by doubling.
 
     The sum of F^k Q F^k' is doubled in length each time, so X stays semi-definite,
@@ -158,12 +162,12 @@ def lyapunov(F, Q):
     return X
 
 
-def radius(F):
+def radius(F: Matrix) -> float:
     """Largest |eigenvalue| of F; 0 for an empty matrix."""
     return float(np.abs(np.linalg.eigvals(F)).max(initial=0.0))
 
 
-def eigenvalues(F):
+def eigenvalues(F: Matrix) -> Vector:
     """Eigenvalues of F, taken from its diagonal blocks where it is block triangular.
 
     Those of a triangular matrix are exactly its diagonal, whatever their
@@ -187,7 +191,7 @@ def eigenvalues(F):
     return np.concatenate([np.linalg.eigvals(block) for block in blocks])
 
 
-def decaying(modes, discrete):
+def decaying(modes: Vector, discrete: bool) -> Vector:
     """Which modes decay; one on the boundary does not, wherever rounding puts it."""
     size = np.abs(modes)
     if discrete:
@@ -196,7 +200,7 @@ def decaying(modes, discrete):
     return np.real(modes) < -least
 
 
-def modes(values):
+def modes(values: Iterable[complex]) -> str:
     """A short readable list of complex numbers, conjugates once."""
     shown = []
     for value in sorted(values, key=lambda v: (v.real, abs(v.imag))):

@@ -1,10 +1,12 @@
 """The polynomial of least radius in an affine family: candidates, then descent."""
 
+from collections.abc import Callable, Iterator
 from math import comb
 
 import numpy as np
 import scipy.linalg
 
+from . import Matrix, Vector
 from .half_plane import to_disc
 
 GRID = np.sin(np.linspace(0.01, np.pi / 2, 120))  # radii, denser towards 1
@@ -17,7 +19,7 @@ LARGE = 30
 PLAIN = 20  # how many numbers k of roots at -rho are tried, about
 
 
-def search(basis, discrete):
+def search(basis: Matrix, discrete: bool) -> Vector:
     """Roots, in s or z, of the polynomial of least radius that was found.
 
     Deterministic.  The radius is neither convex nor smooth, so the least one can be
@@ -26,7 +28,7 @@ def search(basis, discrete):
     """
     g0, Z, weight = _monic(to_disc(basis.astype(float), discrete))
 
-    def value(c):
+    def value(c: Vector) -> float:
         return _radius(c, g0, Z, weight)
 
     several = list(_candidates(g0, Z, weight))
@@ -34,7 +36,7 @@ def search(basis, discrete):
     starts = [Z.T @ (g / weight - g0) for g in wanted]
     if Z.shape[1] == 1:
         starts += [np.array([x]) for x in np.tan(np.linspace(-1.55, 1.55, 201))]
-    found = []
+    found: list[Vector] = []
     for count, start in enumerate(sorted(starts, key=value)[:DESCENTS]):
         large = len(g0) > LARGE + 1
         if count >= ENOUGH and (large or min(map(value, found)) < 1):
@@ -52,7 +54,7 @@ def search(basis, discrete):
     return zeta if discrete else (zeta - 1) / (zeta + 1)
 
 
-def _monic(g):
+def _monic(g: Matrix) -> tuple[Vector, Matrix, Vector]:
     """g0, Z, weight: the monic polynomials of the family are weight (g0 + Z c)."""
     weight = np.array([comb(len(g) - 1, j) for j in range(len(g))], float)
     _, _, right = np.linalg.svd(g[-1:])
@@ -62,7 +64,7 @@ def _monic(g):
     return one, Z, weight
 
 
-def _candidates(g0, Z, weight):
+def _candidates(g0: Vector, Z: Matrix, weight: Vector) -> Iterator[Vector]:
     """Roots of (zeta - rho)^a (zeta + rho)^b f(zeta) in the family, deg f = m - 1.
 
     The m equations are linear in the coefficients of f, so that rho is where their
@@ -75,10 +77,12 @@ def _candidates(g0, Z, weight):
     for b in range(degree + 1):
         at_one = np.poly(np.r_[np.ones(degree - b), -np.ones(b)])[::-1]
 
-        def system(rho, at_one=at_one):
+        def system(rho: float, at_one: Vector = at_one) -> Matrix:
             return windows @ (at_one * rho ** np.arange(degree, -1, -1))
 
-        def determinant(rho, system=system):
+        def determinant(
+            rho: float, system: Callable[[float], Matrix] = system
+        ) -> float:
             return np.linalg.det(system(rho))
 
         values = np.linalg.det(np.array([system(rho) for rho in GRID]))
@@ -91,14 +95,14 @@ def _candidates(g0, Z, weight):
                 yield np.r_[circle, np.roots(np.r_[1.0, f[::-1]])]
 
 
-def _plain(r):
+def _plain(r: int) -> Iterator[Vector]:
     """Roots of polynomials to be projected on the family."""
     for k in range(0, r + 1, max(1, r // PLAIN)):
         for rho in (0.3, 0.8):
             yield np.r_[np.full(r - k, rho), np.full(k, -rho)]
 
 
-def _descent(c, g0, Z, weight):
+def _descent(c: Vector, g0: Vector, Z: Matrix, weight: Vector) -> Iterator[Vector]:
     """Where the power means of the |roots| are least, the last near the radius."""
     for power in POWERS:
         c = scipy.optimize.minimize(
@@ -108,11 +112,13 @@ def _descent(c, g0, Z, weight):
         yield c
 
 
-def _steps(r):
+def _steps(r: int) -> int:
     return max(5, int(STEPS * min(1, LARGE / r) ** 3))
 
 
-def _mean(c, g0, Z, weight, power):
+def _mean(
+    c: Vector, g0: Vector, Z: Matrix, weight: Vector, power: int
+) -> tuple[float, Vector]:
     """log of the power mean of the |roots|, and its gradient with respect to c."""
     g = weight * (g0 + Z @ c)
     zeta = np.roots(g[::-1])
@@ -128,5 +134,5 @@ def _mean(c, g0, Z, weight, power):
     return value, gradient if np.isfinite(gradient).all() else np.zeros(len(c))
 
 
-def _radius(c, g0, Z, weight):
+def _radius(c: Vector, g0: Vector, Z: Matrix, weight: Vector) -> float:
     return float(np.abs(np.roots((weight * (g0 + Z @ c))[::-1])).max())

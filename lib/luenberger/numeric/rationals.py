@@ -9,21 +9,23 @@ from math import lcm
 
 import numpy as np
 
+from . import Matrix, Vector
 
-def zeros(*shape):
+
+def zeros(*shape: int) -> Matrix:
     out = np.empty(shape, dtype=object)
     out.fill(Fraction(0))
     return out
 
 
-def eye(n):
+def eye(n: int) -> Matrix:
     out = zeros(n, n)
     for k in range(n):
         out[k, k] = Fraction(1)
     return out
 
 
-def solve(M, N):
+def solve(M: Matrix, N: Matrix) -> Matrix:
     """The exact X with M X = N; ZeroDivisionError when M is singular.
 
     Elimination above and below the pivot: at the end every diagonal entry is the
@@ -51,9 +53,10 @@ def solve(M, N):
     return X
 
 
-def reduced(M):
+def reduced(M: Matrix) -> tuple[Matrix, list[int]]:
     """Reduced row echelon form of M without its zero rows, and the pivot columns."""
-    rows, pivots = [_integers(row) for row in M], []
+    rows = [_integers(row) for row in M]
+    pivots: list[int] = []
     for j in range(M.shape[1]):
         at = len(pivots)
         pivot = next((i for i in range(at, len(rows)) if rows[i][j]), None)
@@ -71,7 +74,7 @@ def reduced(M):
     return out, pivots
 
 
-def null_space(M):
+def null_space(M: Matrix) -> Matrix:
     """Columns that span the x with M x = 0; each has a one where the others have 0."""
     echelon, pivots = reduced(M)
     free = [j for j in range(M.shape[1]) if j not in pivots]
@@ -86,10 +89,10 @@ def null_space(M):
 class Span:
     """The rows accepted so far, in echelon form over the integers."""
 
-    def __init__(self):
-        self._rows = []  # pairs (leading column, integer row)
+    def __init__(self) -> None:
+        self._rows: list[tuple[int, list[int]]] = []  # leading column, integer row
 
-    def accept(self, row):
+    def accept(self, row: Vector) -> bool:
         """Take `row` in and return True, or return False if it depends on the rest."""
         row = _integers(row)
         for lead, other in self._rows:
@@ -102,7 +105,7 @@ class Span:
         return True
 
 
-def _integers(row):
+def _integers(row: Vector | list[int]) -> list[int]:
     """The row times the positive number that makes it integers without a divisor."""
     scale = lcm(*(entry.denominator for entry in row)) if len(row) else 1
     row = [int(entry * scale) for entry in row]

@@ -15,6 +15,7 @@ Source: Fam and Meditch (1978) for the hull; Blondel, Gurbuzbalaban, Megretski a
 Overton (2012) for the optimum under one equation.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from math import comb
@@ -22,7 +23,7 @@ from math import comb
 import numpy as np
 import scipy.linalg
 
-from . import rationals
+from . import Matrix, Vector, rationals
 from .half_plane import is_stable, radius, to_half_plane
 from .polynomial_search import search
 
@@ -46,7 +47,7 @@ class Answer:
     beta: np.ndarray | None = None
 
 
-def decide(basis, discrete):
+def decide(basis: Matrix, discrete: bool) -> Answer:
     """The stable polynomial of least radius in the family, as an `Answer`."""
     r, d = basis.shape[0] - 1, basis.shape[1] - 1
     if d == 0:
@@ -62,14 +63,14 @@ def decide(basis, discrete):
     return _searched(basis, discrete)
 
 
-def _searched(basis, discrete):
+def _searched(basis: Matrix, discrete: bool) -> Answer:
     roots = search(basis, discrete)
     if radius(roots, discrete) < 1 - STABLE_TOL:
         return _rounded("search", roots, basis, discrete)
     return Answer("search", False)
 
 
-def _point(beta, discrete):
+def _point(beta: Vector, discrete: bool) -> Answer:
     roots = np.roots(beta[::-1].astype(float))
     stable = is_stable(beta, discrete)
     if beta.dtype != object:
@@ -77,7 +78,7 @@ def _point(beta, discrete):
     return Answer("exact", stable, roots, beta)
 
 
-def _powers(roots, basis):
+def _powers(roots: Vector, basis: Matrix) -> Vector:
     """The polynomial with these integer roots, exact if the family is."""
     beta = np.array(np.poly(roots)[::-1])
     if basis.dtype != object:
@@ -85,14 +86,14 @@ def _powers(roots, basis):
     return rationals.zeros(len(beta)) + beta.astype(int)
 
 
-def annihilator(h):
+def annihilator(h: Matrix) -> Matrix:
     """Independent rows a with a h = 0."""
     if h.dtype == object:
         return rationals.null_space(h.T).T
     return scipy.linalg.null_space(h.T).T
 
 
-def one_signed(rows):
+def one_signed(rows: Matrix) -> bool:
     """Whether a combination a of the rows has one sign: then no h > 0 has a h = 0.
 
     A proof for exact rows, where the combination that linear programming finds is
@@ -117,11 +118,11 @@ def one_signed(rows):
     return _signs(_fractions(found.x[:-1] / size[:, 0]) @ rows) < 2
 
 
-def _fractions(floats):
+def _fractions(floats: Vector) -> Vector:
     return np.array([Fraction(x) for x in floats], dtype=object)
 
 
-def _signs(a):
+def _signs(a: Vector) -> int:
     """How many signs the entries of a have."""
     if a.dtype != object:
         weighed = np.abs(a) * [comb(len(a) - 1, j) for j in range(len(a))]
@@ -129,7 +130,7 @@ def _signs(a):
     return int((a > 0).any()) + int((a < 0).any())
 
 
-def _one_equation(a, basis, discrete):
+def _one_equation(a: Vector, basis: Matrix, discrete: bool) -> Answer:
     """One equation a h = 0: decided by signs, solved by two real roots.
 
     An optimum has the form (zeta - rho)^(r-k) (zeta + rho)^k, so the least rho for
@@ -149,7 +150,7 @@ def _one_equation(a, basis, discrete):
     return _rounded("exact", roots, basis, discrete)
 
 
-def _spread(a):
+def _spread(a: Vector) -> Iterator[Vector]:
     """a h of h = (1 + q w)^(r-k) (q + w)^k for k = 0 .. r, as polynomials in q."""
     r = len(a) - 1
     for k in range(r + 1):
@@ -162,7 +163,7 @@ def _spread(a):
         yield a @ h
 
 
-def _beyond_one(f):
+def _beyond_one(f: Vector) -> list[float]:
     """Real roots q >= 1 of f, which may start at q = 1."""
     size = np.abs(f)
     if abs(f.sum()) <= SIGN_TOL * size.sum():
@@ -172,7 +173,7 @@ def _beyond_one(f):
     return [float(q.real) for q in roots if abs(q.imag) < 1e-9 * abs(q) and q.real > 1]
 
 
-def _rounded(decided, roots, basis, discrete):
+def _rounded(decided: str, roots: Vector, basis: Matrix, discrete: bool) -> Answer:
     """The answer; in an exact family a simple rational polynomial near the optimum."""
     if basis.dtype != object:
         beta = np.poly(roots).real[::-1]
@@ -190,7 +191,7 @@ def _rounded(decided, roots, basis, discrete):
     return Answer(decided, False)
 
 
-def _free(basis):
+def _free(basis: Matrix) -> tuple[list[int], Vector, Matrix]:
     """Coefficients that may be chosen, and how the others follow: base + Z c."""
     r, d = basis.shape[0] - 1, basis.shape[1] - 1
     echelon, pivots = rationals.reduced(basis[::-1].T)  # the leading one first

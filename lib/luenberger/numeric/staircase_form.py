@@ -4,12 +4,15 @@ Source: Van Dooren (1984), (7), (8) and remark 2(c).
 """
 
 from dataclasses import dataclass
+from numbers import Real
 
 import numpy as np
 import scipy.linalg
+from numpy.typing import ArrayLike
 from scipy.linalg.lapack import get_lapack_funcs
 
 from ..errors import DesignError
+from . import Matrix, Vector
 from .linalg import decaying, eigenvalues, modes
 from .validation import matrix
 
@@ -44,34 +47,34 @@ class Staircase:
     U: np.ndarray
     A: np.ndarray
     C: np.ndarray
-    blocks: tuple
+    blocks: tuple[int, ...]
     Y: np.ndarray
     tol: float
     leads: np.ndarray
 
     @property
-    def rank(self):
+    def rank(self) -> int:
         """r, the rank of C."""
         return self.blocks[-1]
 
     @property
-    def redundant(self):
+    def redundant(self) -> int:
         """How many outputs say nothing that the others do not, p - r."""
         return len(self.C) - self.rank
 
     @property
-    def indices(self):
+    def indices(self) -> tuple[int, ...]:
         """Observability indices, largest first; (7) is their conjugate partition."""
         return conjugate(self.blocks)
 
 
-def conjugate(blocks):
+def conjugate(blocks: tuple[int, ...]) -> tuple[int, ...]:
     """The conjugate partition: of the widths of stairs, their heights."""
     sizes = np.array(blocks)
     return tuple(int((sizes >= k).sum()) for k in range(1, max(blocks, default=0) + 1))
 
 
-def staircase(A, C, tol=None):
+def staircase(A: ArrayLike, C: ArrayLike, tol: float | None = None) -> Staircase:
     r"""Unitary staircase form of an observable pair, (7) and (8).
 
     .. math:: U^*AU = \begin{bmatrix} A_{11} & \cdots & & A_{1k}\\
@@ -120,7 +123,9 @@ def staircase(A, C, tol=None):
     return find(A, C, tol)
 
 
-def find(A, C, tol=None, dt=None):
+def find(
+    A: ArrayLike, C: ArrayLike, tol: float | None = None, dt: float | None = None
+) -> Staircase:
     """`staircase`; with dt the message says which hidden modes are stable there."""
     C, tol, U, AU, sizes, hidden = _stairs(A, C, tol)
     (p, n), r = C.shape, max(sizes, default=0)
@@ -136,7 +141,7 @@ def find(A, C, tol=None, dt=None):
     return Staircase(U, AU, CU, tuple(sizes), Y, tol, _leads(sizes))
 
 
-def unobservable(A, C, tol=None):
+def unobservable(A: ArrayLike, C: ArrayLike) -> tuple[Vector, tuple[int, ...]]:
     """Eigenvalues of A that do not reach the outputs, and the widths of the stairs.
 
     Examples
@@ -145,11 +150,13 @@ def unobservable(A, C, tol=None):
     >>> hidden.tolist(), sizes
     ([2.0], (1,))
     """
-    *_, AU, sizes, hidden = _stairs(A, C, tol)
+    *_, AU, sizes, hidden = _stairs(A, C, None)
     return eigenvalues(AU[:hidden, :hidden]), tuple(sizes)
 
 
-def _stairs(A, C, tol):
+def _stairs(
+    A: ArrayLike, C: ArrayLike, tol: float | None
+) -> tuple[Matrix, float, Matrix, Matrix, list[int], int]:
     """C and tol once they are right, and what `_climb` makes of them."""
     A = matrix("A", A, field=complex)
     n = len(A)
@@ -159,16 +166,16 @@ def _stairs(A, C, tol):
     C = matrix("C", C, cols=n, field=complex)
     if tol is None:
         tol = RANK_UNITS * max(n, len(C)) * np.finfo(float).eps
-    if not (np.isscalar(tol) and np.isreal(tol) and 0 <= tol < 1):
+    if not (isinstance(tol, Real) and 0 <= tol < 1):
         raise ValueError(f"tol must be a number in [0, 1), got {tol!r}")
-    unit = _scaled(C, axis=1, keepdims=True)
+    unit = _scaled(C, axis=1)
     lengths = np.linalg.norm(unit, axis=1, keepdims=True)
     unit = unit / np.where(lengths > 0, lengths, 1)
     kind = np.result_type(A, C)
     return C, float(tol), *_climb(A.astype(kind), unit.astype(kind), float(tol))
 
 
-def _climb(A, X, tol):
+def _climb(A: Matrix, X: Matrix, tol: float) -> tuple[Matrix, Matrix, list[int], int]:
     """Compress X, then the block above it, and so on: U, A_U, r_1..r_k, hidden size.
 
     Each stage turns the N columns not yet used so that X = [0 | echelon].  The rows
@@ -177,9 +184,9 @@ def _climb(A, X, tol):
     n = len(A)
     A = np.array(A, order="F")
     U = np.eye(n, dtype=A.dtype, order="F")
-    size_A = np.linalg.norm(_scaled(A)) * np.abs(A).max(initial=0)
-    scale = np.linalg.norm(X, 2) if X.size else 0.0
-    N, sizes = n, []
+    size_A = float(np.linalg.norm(_scaled(A)) * np.abs(A).max(initial=0))
+    scale = float(np.linalg.norm(X, 2)) if X.size else 0.0
+    N, sizes = n, list[int]()
     while N:
         V, S, small, rank = _compress(X, tol * scale)
         if rank == 0:
@@ -187,11 +194,11 @@ def _climb(A, X, tol):
         below = N + (sizes[0] if sizes else 0)  # rows of A that columns :N reach
         _turn(A[:below, :N], V, S, small)
         _turn(U[:, :N], V, S, small)
-        _turn(A[:N].T, *(None if Z is None else Z.conj() for Z in (V, S, small)))
-        if sizes:  # exact zeros, and the echelon form of X
+        _turn(A[:N].T, V.conj(), S.conj(), small.conj())
+        if sizes:  # exact zeros, also below the diagonal that ends in the last corner
             done = A[N:below, :N]
             done[:, : N - rank] = 0
-            done[:, N - rank :] = _trapezoid(done[:, N - rank :])
+            done[:, N - rank :] = np.triu(done[:, N - rank :], rank - len(done))
         N, sizes, scale = N - rank, [rank, *sizes], size_A
         if rank == 1:
             return _climb_steps(A, U, N, sizes, tol * size_A)
@@ -199,7 +206,9 @@ def _climb(A, X, tol):
     return U, A, sizes, N
 
 
-def _climb_steps(A, U, N, sizes, least):
+def _climb_steps(
+    A: Matrix, U: Matrix, N: int, sizes: list[int], least: float
+) -> tuple[Matrix, Matrix, list[int], int]:
     """The rest of `_climb` when every stair left is one wide: LAPACK's Hessenberg.
 
     Reduced is the transpose about the antidiagonal, of which row N of A is the
@@ -218,13 +227,13 @@ def _climb_steps(A, U, N, sizes, least):
     return U, A, sizes, N
 
 
-def _scaled(X, **axis):
+def _scaled(X: Matrix, axis: int | None = None) -> Matrix:
     """X with its largest entry (of each row) at 1, so that no square overflows."""
-    top = np.abs(X).max(initial=0, **axis)
+    top = np.abs(X).max(axis, initial=0, keepdims=True)
     return X / np.where(top > 0, top, 1)
 
 
-def _compress(X, least):
+def _compress(X: Matrix, least: float) -> tuple[Matrix, Matrix, Matrix, int]:
     """(V, S, small, rank) of the unitary Z with X Z = [0 | echelon of full rank].
 
     Z = (I - V S V') diag(I, small): reflectors that bring X to its last columns,
@@ -232,8 +241,8 @@ def _compress(X, least):
     """
     m, N = X.shape
     if m == 0:
-        return None, None, None, 0
-    V = S = None
+        return np.zeros((N, 0)), np.eye(0), np.eye(N), 0
+    V, S = np.zeros((N, 0), X.dtype), np.eye(0)
     if m < N:
         geqrt = get_lapack_funcs("geqrt", (X,))
         packed, S, _ = geqrt(m, X.conj().T[::-1])
@@ -251,33 +260,25 @@ def _compress(X, least):
     return V, S, small, rank
 
 
-def _turn(X, V, S, small):
+def _turn(X: Matrix, V: Matrix, S: Matrix, small: Matrix) -> None:
     """X <- X Z in place."""
-    if V is not None:
-        X -= ((X @ V) @ S) @ V.conj().T
+    X -= ((X @ V) @ S) @ V.conj().T
     k = X.shape[1] - len(small)
     X[:, k:] = X[:, k:] @ small
 
 
-def _trapezoid(X):
-    """Zeros below the diagonal that ends in the last corner."""
-    m, r = X.shape
-    return np.triu(X, r - m)
-
-
-def _leads(sizes):
+def _leads(sizes: list[int]) -> Vector:
     """Row of [A_U; C_U] with the last nonzero entry of each column."""
     ends = np.cumsum(sizes)
     last = [*sizes[1:], sizes[-1]]  # C_k keeps its triangle in its first r_k rows
-    return np.concatenate(
-        [
-            end + below - width + np.arange(width)
-            for end, below, width in zip(ends, last, sizes)
-        ]
+    parts = (
+        end + below - width + np.arange(width)
+        for end, below, width in zip(ends, last, sizes)
     )
+    return np.concatenate([*parts])
 
 
-def _unobservable(hidden, dt):
+def _unobservable(hidden: Vector, dt: float | None) -> str:
     """The message: which eigenvalues, and which of them decay."""
     hidden = np.asarray(hidden, dtype=complex)
     continuous, discrete = (hidden[decaying(hidden, k)] for k in (False, True))

@@ -4,12 +4,15 @@ import math
 import re
 import sys
 import warnings
+from collections.abc import Iterable
 from fractions import Fraction
 from numbers import Integral
+from typing import Any
 
 import numpy as np
 
 from ..errors import few, short
+from . import Matrix, Vector
 
 ASYMMETRY_TOL = 1e-9  # |X - X'| relative to |X|: below it is rounding, above a mistake
 INDEFINITE_TOL = 1e-9  # a negative eigenvalue below this (unit diagonal) is rounding
@@ -21,7 +24,14 @@ WORDS |= {"M": "times; count seconds from one of them", "m": "times; divide by a
 STEERING = re.compile("[\x00-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
 
 
-def matrix(name, value, rows=None, cols=None, steps=False, field=float):
+def matrix(
+    name: str,
+    value: object,
+    rows: int | None = None,
+    cols: int | None = None,
+    steps: bool = False,
+    field: type = float,
+) -> Matrix:
     """Return `value` as a read-only array of the given shape.
 
     With ``steps=True`` a leading time axis, (N, rows, cols), is accepted too; with
@@ -43,7 +53,7 @@ def matrix(name, value, rows=None, cols=None, steps=False, field=float):
     return freeze(array)
 
 
-def vector(name, value, size):
+def vector(name: str, value: object, size: int) -> Vector:
     """Return `value` as a read-only float vector of the given size."""
     array = numbers(name, value)
     if array.shape != (size,):
@@ -51,7 +61,7 @@ def vector(name, value, size):
     return freeze(array)
 
 
-def numbers(name, value, field=float):
+def numbers(name: str, value: object, field: type = float) -> Matrix:
     """Return a copy of `value`, which must be finite numbers, real or of `field`."""
     wanted = "real numbers" if field is float else "real numbers (or complex)"
     try:
@@ -70,7 +80,9 @@ def numbers(name, value, field=float):
     return array
 
 
-def entries(value, field=float, truth=False):
+def entries(
+    value: object, field: type = float, truth: bool = False
+) -> tuple[Matrix, Matrix]:
     """Return `value` as an array of `field`, perhaps itself, and where it is missing.
 
     Missing is what a mask covers, None and pandas.NA; the array has NaN there.  Text
@@ -83,7 +95,8 @@ def entries(value, field=float, truth=False):
         If something is not a number of that kind; it says what.
     """
     array = as_array(value)
-    missing, array = np.ma.getmask(array), np.ma.getdata(array)
+    missing = np.broadcast_to(np.ma.getmask(array), array.shape)
+    array = np.ma.getdata(array)
     kind, allowed = array.dtype.kind, "iuf" + "c" * (field is complex) + "b" * truth
     if kind == "O":
         absent = np.frompyfunc(_missing, 2, 1)(array, allowed)
@@ -93,10 +106,10 @@ def entries(value, field=float, truth=False):
         raise TypeError(f"its entries are {WORDS.get(kind, array.dtype.name)}")
     if np.any(missing):
         return np.where(missing, np.nan, array.astype(field)), missing
-    return array.astype(field, copy=False), np.broadcast_to(missing, array.shape)
+    return array.astype(field, copy=False), missing
 
 
-def as_array(value):
+def as_array(value: Any) -> np.ndarray:
     """`value` as NumPy takes it, masked if any part of it is."""
     if not _is_masked(value):
         return np.asarray(value)
@@ -105,13 +118,13 @@ def as_array(value):
         return np.ma.array(value)
 
 
-def _is_masked(value):
+def _is_masked(value: object) -> bool:
     if isinstance(value, list | tuple):
         return any(map(_is_masked, value))
     return isinstance(value, np.ma.MaskedArray)
 
 
-def _missing(one, allowed):
+def _missing(one: object, allowed: str) -> bool:
     """Whether an entry of an object array is missing; TypeError if it is no number."""
     if one is None or type(one).__name__ == "NAType":
         return True
@@ -123,7 +136,7 @@ def _missing(one, allowed):
     return False
 
 
-def zeros(name, shape):
+def zeros(name: str, shape: tuple[int, ...]) -> Matrix:
     """A default of zeros, unless sizes that come from other matrices are absurd."""
     if math.prod(shape) > LARGEST:
         size = " x ".join(map(str, shape))
@@ -134,7 +147,7 @@ def zeros(name, shape):
     return np.zeros(shape)
 
 
-def covariance(name, value, size, steps=False):
+def covariance(name: str, value: object, size: int, steps: bool = False) -> Matrix:
     """Return `value` as a read-only covariance matrix: symmetric, semi-definite.
 
     Asymmetry and negative eigenvalues at the level of rounding are repaired or
@@ -156,7 +169,7 @@ def covariance(name, value, size, steps=False):
     return freeze(array)
 
 
-def require_semidefinite(name, array):
+def require_semidefinite(name: str, array: Matrix) -> None:
     """Raise unless the symmetric `array` (or each of a stack) has no negative mode.
 
     The test is made at unit diagonal, so units do not hide a small bad block.
@@ -177,12 +190,12 @@ def require_semidefinite(name, array):
         )
 
 
-def freeze(array):
+def freeze(array: Matrix) -> Matrix:
     array.setflags(write=False)
     return array
 
 
-def exact(value):
+def exact(value: Any) -> Matrix | None:
     """Return `value` as an object array of Fractions, or None if it has a float.
 
     Integers, Fractions and rationals of computer algebra (known by their integer
@@ -210,7 +223,7 @@ def exact(value):
     return freeze(out)
 
 
-def sample_time(dt):
+def sample_time(dt: float) -> float:
     """Return dt as a float: 0 for continuous time, else seconds per step."""
     number = isinstance(dt, (int, float, np.integer, np.floating))
     number = number and not isinstance(dt, (bool, np.timedelta64))
@@ -222,7 +235,7 @@ def sample_time(dt):
     return float(dt)
 
 
-def names(kind, value, size):
+def names(kind: str, value: Iterable[str] | None, size: int) -> tuple[str, ...]:
     """Return `value` as a tuple of `size` different strings.
 
     `kind` is e.g. "x state"; its letter makes the default names x1, x2, ...
@@ -244,7 +257,7 @@ def names(kind, value, size):
     return value
 
 
-def text(what, value):
+def text(what: str, value: object) -> str:
     """Return `value`, a line of text that can be shown as it is."""
     if not isinstance(value, str):
         raise ValueError(f"{what} must be a string, got {short(value)}")

@@ -114,7 +114,7 @@ def _judge(observer, plant, method):
     P T + V C = I and, through P, that of T A - F T = D C are measured in the states'
     own scales, as the error they put into the estimate.
     """
-    o, (d, *_) = observer, scaled(plant)
+    o, (d, *_) = observer, scaled(plant.A, plant.C)
     dynamics, _, output, _ = residuals(
         plant.A, plant.B, plant.C, plant.E, o.L, o.F, o.G, o.D, o.P, o.V, o.W, o.T, o.T
     )
@@ -182,7 +182,7 @@ def rows_of_T(A, sizes, inverses, one, first=None):
 def _staircase(plant):
     """Orthogonal coordinates: hidden part on top, then the levels, C last."""
     tol = default_tol(plant.n)
-    d, size, A, C = scaled(plant)
+    d, size, A, C = scaled(plant.A, plant.C)
     found = levels(A, C, tol)
     hidden, zero, values = split_hidden(found, A, tol)
     if zero < len(hidden):

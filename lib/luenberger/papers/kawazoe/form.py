@@ -144,10 +144,10 @@ def find_form(plant, selection, tol, exactly):
         raise ValueError(
             f"selection must be 'interleaved' or 'largest', got {selection!r}"
         )
-    chosen = choose(plant, selection, tol, exactly)
+    A, B, C = (plant.exact[k] if exactly else getattr(plant, k) for k in "ABC")
+    chosen = choose(plant.A, plant.C, selection, tol, (A, C) if exactly else None)
     outputs = [i for i, size in enumerate(chosen.indices) if size]
     indices = tuple(chosen.indices[i] for i in outputs)
-    A, B, C = (plant.exact[k] if exactly else getattr(plant, k) for k in "ABC")
     P, last = rows(A, C[outputs], indices)
     Phi, H = structure(indices, solve_left(last, P))
     form = ObservabilityForm(
