@@ -198,6 +198,34 @@ def test_what_is_known_after_gaps_can_be_contradicted(fourth, refused):
         np.testing.assert_allclose(run.x[3], run.x[0], rtol=1e-14)
 
 
+@pytest.mark.parametrize("other", [None, 1e-3], ids=["alone", "beside a noisy one"])
+def test_rounding_that_grows_through_a_gap_is_no_contradiction(other):
+    """The state is known exactly, and starts as near as can be on the stable mode.
+
+    Over 30 instants without the noise-free output the unstable mode makes of the
+    rounding as much as there is left of the state.
+    """
+    for seed in range(12):
+        rng = np.random.default_rng(seed)
+        modes = rng.normal(size=(2, 2))
+        A = modes @ np.diag([rng.uniform(1.5, 2.5), 0.6]) @ np.linalg.inv(modes)
+        C, R = rng.normal(size=(1, 2)), [[0.0]]
+        if other is not None:
+            C, R = np.vstack([C, [1, 0]]), np.diag([0, other])
+        plant = lb.Plant(
+            A, None, C, dt=1.0, Q=np.zeros((2, 2)), R=R, P0=np.zeros((2, 2)),
+            x0=modes[:, 1],
+        )  # fmt: skip
+        x, _ = generators.exact(plant, np.full((36, len(C)), np.nan))
+        y = x @ plant.C.T
+        y[3:34, 0] = np.nan
+        run = lb.filter_data(plant, y)
+        assert np.abs(run.x - x).max() < 1e-13 * 2.5**36, seed
+        y[35, 0] += 1e-12 * 2.5**36
+        with pytest.raises(lb.DesignError, match="instant 36 .*contradict"):
+            lb.filter_data(plant, y)
+
+
 @pytest.mark.parametrize("offset, refused", [(1e-7, False), (1e-5, True)])
 def test_a_record_may_be_rounded_by_one_part_in_a_million(offset, refused):
     y = [[0.13], [np.nan], [np.nan], [0.13 * (1 + offset)]]

@@ -20,14 +20,11 @@ class Met(NamedTuple):
     """What an innovation is made of, and the rounding that is in it.
 
     ``size`` (p,) holds the magnitudes that it is a sum of, ``rounding`` (p, p) is the
-    covariance of what came with the estimate.  ``some`` (p,) tells the outputs of any
-    size, and ``mixed`` is how many roundings meet when the gain combines them.
+    covariance of what came with the estimate.
     """
 
     size: np.ndarray
     rounding: np.ndarray
-    some: np.ndarray
-    mixed: float
 
 
 def rounding_of(x):
@@ -45,8 +42,8 @@ def followed(rounding, A, C, new, made_of, read):
     A, C : (n, n), (p, n) ndarray
         Of the step; A is that of the error.
     new : dict
-        K and Y of the step; unit (p,), the rounding of the outputs that its gain
-        was found with, and K_size, whose rounding is that of Kmv.
+        K and Y of the step; with noise-free outputs also K_size, whose rounding is
+        that of Kmv.
     made_of : (n,) ndarray
         The magnitudes that x_minus is a sum of.
     read : (p,) ndarray
@@ -54,22 +51,25 @@ def followed(rounding, A, C, new, made_of, read):
     """
     rounding = rounded(A @ rounding @ A.T, made_of)
     size = read + np.abs(C) @ made_of
-    some = new["unit"] > 0
-    mixed = EPS * np.linalg.norm(size[some] / new["unit"][some])
-    met = Met(size, rounded(C @ rounding @ C.T, size), some, mixed)
-    moved = made_of + (new["K_size"] + np.abs(new["K"])) @ size
+    moved = made_of + (new.get("K_size", 0) + np.abs(new["K"])) @ size
+    met = Met(size, rounded(C @ rounding @ C.T, size))
     return rounded(new["Y"] @ rounding @ new["Y"].T, moved), met
 
 
-def require_agreement(known, innovation, met, names, instant):
-    """Raise unless the combinations `known` of the innovation are rounding."""
+def require_agreement(known, innovation, met, unit, names, instant):
+    """Raise unless the combinations `known` of the innovation are rounding.
+
+    `unit` (p,) is the rounding of the outputs that the gain was found with.
+    """
     if not known.size:
         return
     left = np.abs(known.T @ innovation)
     size = CONFLICT_TOL * (np.abs(known).T @ met.size)
     grown = np.sqrt(np.einsum("ji,jk,ki->i", known, met.rounding, known))
+    some = unit > 0
+    mixed = EPS * np.linalg.norm(met.size[some] / unit[some])
     # a variance left out as rounding may be real: 5 sigmas of it are no conflict
-    size += CLEAR * (grown + (met.mixed + 5) * known[met.some].any(axis=0))
+    size += CLEAR * (grown + (mixed + 5) * known[some].any(axis=0))
     bad = left > size
     if bad.any():
         part = np.abs(known[:, bad]).max(axis=1)

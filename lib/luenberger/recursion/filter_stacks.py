@@ -14,7 +14,6 @@ import numpy as np
 from .. import kernels
 from ..errors import DesignError
 from ..numeric.linalg import nonsingular
-from .agreement import rounding_of
 from .root_step import Spread
 from .settings import PATTERNS, Settings
 from .state import State
@@ -199,7 +198,7 @@ class Block:
         now = self.settings.at(i, None if seen.all() else seen)
         spread = Spread(Sigma.reshape(state.Sigma.shape))
         u, rho = self.given["u"][done], rho[seen][:, None]
-        return State(i, x[:, None], spread, rounding_of(x), u, seen, rho, now), done
+        return State(i, x[:, None], spread, None, u, seen, rho, now), done
 
 
 def _flat(stack):

@@ -9,7 +9,13 @@ from .. import kernels
 from ..certificate import require_real
 from ..errors import DesignError
 from ..numeric.factors import clear, factor, lengths, safe
-from ..numeric.linalg import RANK_TOL, complete, null_directions, solve_right
+from ..numeric.linalg import (
+    RANK_TOL,
+    complete,
+    nonsingular,
+    null_directions,
+    solve_right,
+)
 from ..numeric.validation import covariance
 from .root_step import Move, Spread, root_step
 
@@ -84,6 +90,7 @@ class Settings:
                 f"weight must be an (n, n) matrix or 'canonical', got {weight!r}"
             )
         self.steps = plant.steps
+        self.noise_free = not np.all(nonsingular(plant.R))  # outputs, at some instant
         self._known = {}
 
     @property

@@ -41,8 +41,8 @@ class State:
         The estimate there.
     spread : Spread
         Covariance of its error.
-    rounding : (n, n) ndarray
-        Covariance of the rounding in x, as `agreement` follows it.
+    rounding : (n, n) ndarray or None
+        Covariance of the rounding in x; None where noise covers it.
     u : (m,) ndarray
         The input.
     seen : (p,) ndarray of bool
@@ -57,7 +57,7 @@ class State:
     instant: int
     x: np.ndarray
     spread: Spread
-    rounding: np.ndarray
+    rounding: np.ndarray | None
     u: np.ndarray
     seen: np.ndarray
     rho: np.ndarray
@@ -84,7 +84,7 @@ def start(settings, x, u):
     plant = settings.plant
     require_start(plant)
     return State(
-        0, x[:, None], Spread.of(plant.P0), rounding_of(x), u,
+        0, x[:, None], Spread.of(plant.P0), None, u,
         seen=np.ones(plant.p, dtype=bool), rho=np.zeros((0, 1)), setting=None,
     )  # fmt: skip
 
@@ -114,14 +114,17 @@ def step(settings, state, y, u):
         A=A, B=B, C=now.C, E=now.E, J=J, K=new["K"], x=state.x, rho=state.rho,
         u=state.u[:, None], y=y[seen, None], u_next=u[:, None],
     )  # fmt: skip
-    rounding = state.rounding
-    if now.blind.size:
+    rounding = None
+    if settings.noise_free and spread.half is not None:
         made_of = move.size @ np.abs(state.x[:, 0]) + np.abs(B) @ np.abs(state.u)
         made_of += np.abs(J) @ np.abs(state.rho[:, 0])
         read = np.abs(y[seen]) + np.abs(now.E) @ np.abs(u)
-        rounding, met = followed(rounding, move.A, now.C, new, made_of, read)
-        names = [settings.plant.output_names[j] for j in np.flatnonzero(seen)]
-        require_agreement(known, moved["innovation"][:, 0], met, names, i)
+        before = rounding_of(state.x) if state.rounding is None else state.rounding
+        rounding, met = followed(before, move.A, now.C, new, made_of, read)
+        if now.blind.size:
+            names = [settings.plant.output_names[j] for j in np.flatnonzero(seen)]
+            innovation = moved["innovation"][:, 0]
+            require_agreement(known, innovation, met, new["unit"], names, i)
     x, rho = moved["x_next"], moved["rho_next"]
     return State(i, x, spread, rounding, u, seen, rho, now, state.turn), new["K"]
 
