@@ -95,7 +95,7 @@ class Admissible:
         if self.exactly:
             self.A, self.C, self.k = plant.exact["A"], plant.exact["C"], k
         else:
-            self.d, self.outputs, self.A, self.C = scaled(plant)
+            self.d, self.outputs, self.A, self.C = scaled(plant.A, plant.C)
             self.k = k * self.d
 
     @cached_property
