@@ -14,6 +14,8 @@ What asks or prints the entries enters here; an entry is a row of a file in
 pointer "paper.module" of an entry.
 """
 
+from pathlib import Path
+
 from .records import KINDS as KINDS
 from .records import PAPERS as PAPERS
 from .records import Entry as Entry
@@ -29,7 +31,9 @@ from .tables import summary as summary
 from .tables import table as table
 
 
-def write_page(path, paper=None, *, formulas=True):
+def write_page(
+    path: str | Path, paper: str | None = None, *, formulas: bool = True
+) -> None:
     """Write the ledger as one HTML page that needs no network and runs no script.
 
     Parameters

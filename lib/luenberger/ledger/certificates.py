@@ -3,15 +3,20 @@
 A claim about explicit matrices or scalars is evaluated, and has none.
 """
 
+from collections.abc import Iterator
 from importlib import import_module
 from pkgutil import iter_modules
+from typing import Any
 
 from ..symbolic import Claim
+from ..symbolic.proofs import Proof
 from .evidence import derivation, is_test, steps
 from .records import PAPERS, entries
 
+Key = tuple[str, str]  # where, name
 
-def claims():
+
+def claims() -> dict[Key, Any]:
     """{(where, name): Claim} of every derivation and of the ledger's evidence.
 
     A claim that several derivations share is listed where it is found first.  A few
@@ -28,7 +33,7 @@ def claims():
     return found
 
 
-def _listed():
+def _listed() -> Iterator[tuple[str, dict[str, Any]]]:
     for paper in PAPERS:
         package = f"luenberger.papers.{paper}.derivation"
         for module in iter_modules(import_module(package).__path__):
@@ -41,17 +46,17 @@ def _listed():
                 yield pointer.partition(":")[0], steps(pointer)
 
 
-def symbolic(claim):
+def symbolic(claim: object) -> bool:
     """Whether a claim is about matrix symbols, and so proved rather than evaluated."""
     return getattr(claim, "algebra", None) is not None
 
 
-def explicit():
+def explicit() -> dict[Key, Any]:
     """The claims that are evaluated, not proved: {(where, name): Claim}."""
     return {key: claim for key, claim in claims().items() if not symbolic(claim)}
 
 
-def certified():
+def certified() -> Iterator[tuple[Key, Proof]]:
     """Yield ((where, name), Proof) for each claim about matrix symbols.
 
     Raises

@@ -2,19 +2,21 @@
 
 from functools import cache
 from importlib import import_module
+from typing import Any
 
 from ..symbolic import Claim
+from ..symbolic.derivation import Derivation
 
 SIZES = (", ", " [", " (")  # how the sizes at the end of a step's name begin
 
 
-def is_test(pointer):
+def is_test(pointer: str) -> bool:
     """Whether the evidence is a test, "tests/room/test_file.py::test"."""
     return pointer.startswith("tests/")
 
 
 @cache
-def derivation(name):
+def derivation(name: str) -> Derivation:
     """What "paper.module" or "paper.module.function" returns; or else `derive`."""
     paper, _, rest = name.partition(".")
     module, _, function = rest.partition(".")
@@ -25,7 +27,7 @@ def derivation(name):
         raise LookupError(f"there is no derivation {name!r}") from None
 
 
-def steps(pointer):
+def steps(pointer: str) -> dict[str, Any]:
     """{name: Claim} of every step that "paper.module: step" points at.
 
     Raises

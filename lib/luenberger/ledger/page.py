@@ -1,12 +1,15 @@
 """The ledger as one HTML page: no script, no request, filtered by style sheet alone."""
 
 import html
+from collections.abc import Iterator
+from pathlib import Path
 
 from ..formats import atomic
 from ..symbolic import Chain, latex
 from . import evidence
-from .records import PAPERS, count, entries, find_paper, misprints, title
+from .records import PAPERS, Entry, count, entries, find_paper, misprints, title
 
+Papers = tuple[str, ...]
 LONGEST = 420  # characters of LaTeX; what is longer is named, not shown
 
 HEAD = """<!DOCTYPE html>
@@ -44,12 +47,12 @@ math { overflow-x: auto; max-width: 40em; display: block; margin: .2em 0; }
 """
 
 
-def write(path, paper=None, formulas=True):
+def write(path: str | Path, paper: str | None = None, formulas: bool = True) -> None:
     """See `ledger.write_page`."""
     atomic.write(path, render(paper, formulas))
 
 
-def render(paper=None, formulas=True):
+def render(paper: str | None = None, formulas: bool = True) -> str:
     """The page as text."""
     papers = PAPERS if paper is None else (find_paper(paper),)
     rows = [_row(e, formulas) for key in papers for e in entries(key)]
@@ -72,7 +75,7 @@ def render(paper=None, formulas=True):
     )
 
 
-def _rules(papers):
+def _rules(papers: Papers) -> Iterator[str]:
     """A chosen paper hides the rows of the others; the counts go with it."""
     for key in ("all", *papers):
         plain = f"#{key}:checked ~ main"
@@ -82,7 +85,7 @@ def _rules(papers):
     yield "#slips:checked ~ main tr.entry:not(.misprinted) { display: none; }"
 
 
-def _controls(papers):
+def _controls(papers: Papers) -> Iterator[str]:
     for key in ("all", *papers):
         name = "all" if key == "all" else html.escape(title(key))
         checked = " checked" if key == "all" else ""
@@ -92,7 +95,7 @@ def _controls(papers):
     yield '<label for="slips">misprinted only</label>'
 
 
-def _counts(papers):
+def _counts(papers: Papers) -> Iterator[str]:
     for key in ("all", *papers):
         chosen = papers if key == "all" else (key,)
         total = sum(count(paper) for paper in chosen)
@@ -103,7 +106,7 @@ def _counts(papers):
         )
 
 
-def _row(entry, formulas):
+def _row(entry: Entry, formulas: bool) -> str:
     slip = " misprinted" if entry.misprints else ""
     says = html.escape(entry.says) + "".join(
         f'<p class="slip">Printed: {html.escape(s.printed)}<br>'
@@ -123,7 +126,7 @@ def _row(entry, formulas):
     return f'<tr class="entry {entry.paper}{slip}">{inner}</tr>'
 
 
-def _details(entry, formulas):
+def _details(entry: Entry, formulas: bool) -> str:
     lines = []
     for pointer in entry.evidence:
         lines.append(f"<code>{html.escape(pointer)}</code>")
@@ -132,7 +135,7 @@ def _details(entry, formulas):
     return "<details><summary>evidence</summary>" + "<br>".join(lines) + "</details>"
 
 
-def _formulas(pointer):
+def _formulas(pointer: str) -> Iterator[str]:
     """The claims as MathML, where they hold for symbolic sizes and are not long."""
     from latex2mathml.converter import convert
 

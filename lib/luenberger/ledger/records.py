@@ -4,6 +4,7 @@ import tomllib
 from dataclasses import asdict, dataclass
 from functools import cache
 from importlib.resources import files
+from typing import Any
 
 # The papers in the order in which they are dealt with; the keys name the files.
 PAPERS = (
@@ -65,29 +66,29 @@ class Entry:
     says: str
     kind: str
     level: str
-    evidence: tuple
+    evidence: tuple[str, ...]
     used: str
     shown: str = ""
-    misprints: tuple = ()
+    misprints: tuple[Misprint, ...] = ()
 
     @property
-    def source(self):
+    def source(self) -> str:
         """The paper as it is cited."""
         return title(self.paper)
 
-    def as_dict(self):
+    def as_dict(self) -> dict[str, Any]:
         """Plain data, for JSON."""
         return asdict(self) | {"source": self.source}
 
 
 @cache
-def _file(paper):
+def _file(paper: str) -> dict[str, Any]:
     text = files(__package__).joinpath("papers", f"{paper}.toml").read_text("utf-8")
     return tomllib.loads(text)
 
 
 @cache
-def _entries(paper):
+def _entries(paper: str) -> tuple[Entry, ...]:
     found = []
     for row in _file(paper)["entry"]:
         fields = row | {
@@ -99,12 +100,12 @@ def _entries(paper):
     return tuple(found)
 
 
-def title(paper):
+def title(paper: str) -> str:
     """How a paper is cited, by its key."""
     return _file(paper)["paper"]
 
 
-def find_paper(name):
+def find_paper(name: str) -> str:
     """The key of a paper from part of its key or title, in any case.
 
     Raises
@@ -129,11 +130,13 @@ def find_paper(name):
     return hits[0]
 
 
-def _listed():
+def _listed() -> str:
     return ", ".join(repr(paper) for paper in PAPERS)
 
 
-def entries(paper=None, *, number=None):
+def entries(
+    paper: str | None = None, *, number: str | None = None
+) -> tuple[Entry, ...]:
     """The entries of one paper or of all, in page order.
 
     Parameters
@@ -157,7 +160,7 @@ def entries(paper=None, *, number=None):
     return tuple(entry for entry in found if number in (None, entry.number))
 
 
-def count(paper=None):
+def count(paper: str | None = None) -> int:
     """Number of entries.
 
     >>> count("leondes"), count()
@@ -166,6 +169,6 @@ def count(paper=None):
     return len(entries(paper))
 
 
-def misprints(paper=None):
+def misprints(paper: str | None = None) -> tuple[tuple[Entry, Misprint], ...]:
     """Every misprint as (entry, misprint), in page order."""
     return tuple((e, slip) for e in entries(paper) for slip in e.misprints)

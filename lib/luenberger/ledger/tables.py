@@ -6,7 +6,7 @@ from ..show import Table
 from .records import KINDS, PAPERS, count, entries, misprints, title
 
 
-def table(paper=None):
+def table(paper: str | None = None) -> Table:
     """The entries as a `show.Table`: number, what it says, kind, level, user."""
     header = ["equation", "says", "kind", "evidence", "used by"]
     header = header if paper is not None else ["paper", *header]
@@ -17,7 +17,7 @@ def table(paper=None):
     return Table(header, rows)
 
 
-def summary():
+def summary() -> Table:
     """One row for each paper: entries by kind, and misprints.
 
     >>> print(str(summary()).splitlines()[-1].split())
@@ -37,13 +37,13 @@ def summary():
     )
 
 
-def _counted(name, paper=None):
+def _counted(name: str, paper: str | None = None) -> list[object]:
     kinds = [entry.kind for entry in entries(paper)]
     of_kind = [kinds.count(kind) for kind in KINDS]
     return [name, len(kinds), *of_kind, len(misprints(paper))]
 
 
-def misprint_table(paper=None):
+def misprint_table(paper: str | None = None) -> Table:
     """What is printed, and what is correct, place by place."""
     rows = [
         [e.source, e.number, slip.printed, slip.correct] for e, slip in misprints(paper)
@@ -59,13 +59,13 @@ class Folded:
     tables : dict of str to Table
     """
 
-    def __init__(self, tables):
+    def __init__(self, tables: dict[str, Table]) -> None:
         self.tables = dict(tables)
 
-    def __repr__(self):
+    def __repr__(self) -> str:
         return "\n".join(self.tables)
 
-    def _repr_html_(self):
+    def _repr_html_(self) -> str:
         return "\n".join(
             f"<details><summary>{html.escape(heading)}</summary>\n"
             f"{table._repr_html_()}</details>"
@@ -73,7 +73,7 @@ class Folded:
         )
 
 
-def by_paper():
+def by_paper() -> Folded:
     """Every entry, one folded table for each paper, with its count.
 
     >>> by_paper()

@@ -1,0 +1,20 @@
+"""Figures.  Every function takes an optional Axes, draws on it and returns it.
+
+Curves differ in line style and marker as well as in colour, so they can be told
+apart in grey, and the colours are those of Okabe and Ito, told apart by most eyes.
+
+What draws a figure enters here; it computes nothing.  It uses `compare`, and of the
+rooms below what a figure is of: plants and observers.
+"""
+
+from .curves import error_variance as error_variance
+from .curves import estimates as estimates
+from .curves import gains as gains
+from .curves import sampled_response as sampled_response
+from .designs import cost_against_order as cost_against_order
+from .designs import pareto as pareto
+from .designs import poles as poles
+from .style import COLOURS as COLOURS
+from .style import MARKERS as MARKERS
+from .style import panels as panels
+from .style import style as style

@@ -1,0 +1,177 @@
+"""Figures over time: errors, estimates, gains, and the response of a sampled loop."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.axes import Axes
+from numpy.typing import ArrayLike
+
+from ..arguments import expect
+from ..compare import Comparison, from_start, transients
+from ..observer import Observer
+from ..plant import Plant
+from .style import COLOURS, MARKERS, Look, style, text
+
+
+def error_variance(
+    shown: Comparison | Mapping[str, Any],
+    plant: Plant | None = None,
+    state: str | int = 0,
+    ax: Axes | None = None,
+    *,
+    start: int = 0,
+    steps: int | None = None,
+) -> Axes:
+    """Error variance of one state against time, a curve for each design.
+
+    Parameters
+    ----------
+    shown : dict or Comparison
+        By label, error covariances over time of shape (N, n, n), as
+        `error_covariance` gives them with `steps`, or observers.  Or a `Comparison`:
+        its most accurate and its recommended design, from the start on.
+    plant : Plant
+        May be left out with a `Comparison`.
+    state : int or str, default 0
+        Which state, by index or by name.
+    start : int, default 0
+        The instant that row 0 of a covariance belongs to.  Observers and a comparison
+        start from P0 at instant 0.
+    steps : int, optional
+        Of observers and of a comparison; default until their errors have settled.
+    """
+    ax = ax or plt.gca()
+    if isinstance(shown, Comparison):
+        plant, shown = shown.plant, transients(shown, steps)[0]
+        if not shown:
+            raise ValueError("the plant gives no P0 or no noise: there are no curves")
+    expect(shown=shown, plant=plant)
+    assert plant is not None  # which `expect` refuses
+    curves = shown
+    if any(isinstance(one, Observer) for one in shown.values()):
+        curves = from_start(shown, plant, steps)
+    k = plant.state_names.index(state) if isinstance(state, str) else state
+    for i, (label, covariance) in enumerate(curves.items()):
+        t = plant.dt * (start + np.arange(len(covariance)))
+        variance = np.asarray(covariance)[:, k, k]
+        ax.plot(t, variance, label=text(label), **style(i))
+    ax.set_ylim(0, 1.05 * ax.dataLim.y1 or 1)  # a level curve off the frame
+    ax.set(xlabel="time (s)", ylabel="error variance", title=text(plant.state_names[k]))
+    return ax
+
+
+def sampled_response(run: Any, ax: Axes | None = None) -> Axes:
+    """Output of a sampled loop with its samples, and of the continuous loop.
+
+    Parameters
+    ----------
+    run : sampling.Response
+    """
+    ax = ax or plt.gca()
+    t = np.union1d(np.linspace(0, run.duration, 400), run.t)
+    _, y, y_star = run.at(t)
+    ax.plot(t, y_star, label="continuous loop, y*", **style(1))
+    ax.plot(t, y, label=f"sampled loop, {run.samples} samples", **style(0))
+    ax.plot(run.t, run.y, "o", ms=4, color=COLOURS[0])
+    ax.set(xlabel="time (s)", ylabel="output")
+    ax.legend(fontsize="small")
+    return ax
+
+
+def estimates(
+    plant: Plant,
+    time: ArrayLike,
+    x: ArrayLike,
+    std: ArrayLike | None,
+    state: str | int = 0,
+    ax: Axes | None = None,
+    *,
+    y: ArrayLike | None = None,
+    label: str = "estimate",
+) -> Axes:
+    """One estimated state against time with its one-sigma band.
+
+    Parameters
+    ----------
+    plant : Plant
+    time : (N,) array_like
+        Seconds.
+    x, std : (N, n) array_like
+        Estimates and their standard deviations; std may be None.
+    state : int or str, default 0
+    y : (N,) array_like, optional
+        A measurement of this very state, drawn as points.
+    """
+    expect(plant=plant)
+    ax = ax or plt.gca()
+    k = plant.state_names.index(state) if isinstance(state, str) else state
+    middle = np.asarray(x)[:, k]
+    if y is not None:
+        ax.plot(time, y, ".", color="0.5", ms=4, label="measured")
+    ax.plot(time, middle, label=label, **style(0))
+    if std is not None:
+        band = np.asarray(std)[:, k]
+        look: Look = dict(color=COLOURS[0], alpha=0.25, lw=0, label="one sigma")
+        ax.fill_between(time, middle - band, middle + band, **look)
+    ax.set(xlabel="time (s)", title=text(plant.state_names[k]))
+    return ax
+
+
+def gains(
+    shown: ArrayLike | Observer | Comparison,
+    plant: Plant | None = None,
+    ax: Axes | None = None,
+    *,
+    start: int = 1,
+) -> Axes:
+    """Every gain against time, or as bars where it is constant.
+
+    `shown` is K of shape (N, n, p) or (n, p); of an observer its V, how strongly each
+    output moves each estimate when it is measured; of a Comparison, which knows its
+    plant, the V of the recommended design.  Row 0 belongs to instant `start`.
+    """
+    ax = ax or plt.gca()
+    if isinstance(shown, Comparison):
+        plant, shown = shown.plant, shown.recommended().observer
+    expect(shown=shown, plant=plant)
+    assert plant is not None  # which `expect` refuses
+    K, rows = np.asarray(shown.V if isinstance(shown, Observer) else shown), None
+    if isinstance(shown, Observer) and not np.array_equal(shown.L, np.eye(plant.n)):
+        rows = [f"row {k + 1} of k x" for k in range(len(shown.L))]
+    rows = rows or plant.state_names
+    if K.ndim == 2:
+        return _gain_bars(K, rows, plant.output_names, ax)
+    t = plant.dt * (start + np.arange(len(K)))
+    for j, output in enumerate(plant.output_names):
+        for i, row in enumerate(rows):
+            curve = style(i) | {"marker": MARKERS[j % 6], "markevery": 0.2}
+            ax.plot(t, K[:, i, j], label=text(f"{row} from {output}"), **curve)
+    ax.set(xlabel="time (s)", ylabel="gain")
+    ax.legend(fontsize="small")
+    return ax
+
+
+def _gain_bars(
+    K: np.ndarray, rows: Sequence[str], outputs: Sequence[str], ax: Axes
+) -> Axes:
+    n, p = K.shape
+    wide = 0.8 / max(p, 1)
+    hatches = ("", "//", "..", "xx", "\\\\", "--")
+    for j, output in enumerate(outputs):
+        where = np.arange(n) + wide * (j - (p - 1) / 2)
+        look: Look = dict(color=COLOURS[j % 6], hatch=hatches[j % 6], edgecolor="white")
+        ax.bar(where, K[:, j], wide, label=text(f"from {output}"), **look)
+    ax.axhline(0, color="0.3", lw=0.8)
+    turned = sum(map(len, rows)) > 20
+    ax.set_xticks(range(n), [text(name) for name in rows])
+    if turned:
+        ax.tick_params(axis="x", rotation=30)
+        plt.setp(ax.get_xticklabels(), ha="right")
+    ax.set(ylabel="gain")
+    if p:
+        ax.legend(fontsize="small")
+    return ax

@@ -1,0 +1,134 @@
+"""Figures of designs side by side: error against work or order, and poles."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.ticker import LogFormatter
+
+from ..compare import METHODS, Comparison
+from ..observer import Observer
+from ..plant import Plant
+from ..show import number
+from .style import COLOURS, MARKERS, Look, style, text
+
+FAR = 100  # times the least error: no longer of interest beside the others
+
+
+def pareto(table: Comparison, ax: Axes | None = None, *, by: str = "work") -> Axes:
+    """Error against work per step for every design of a comparison.
+
+    A marker for each method, a line through the front, and a star on the recommended
+    design.  A design is on the front when none of the same or less work is more
+    accurate.  Errors more than 100 times the least are left out; the title counts them.
+
+    Parameters
+    ----------
+    table : Comparison
+    by : "work" or "order"
+        Multiply-adds per step, or observer states.
+    """
+    ax, front = ax or plt.gca(), table.pareto(by)
+    if not front:
+        raise ValueError("no error is known, so there is nothing to weigh work against")
+    highest = FAR * front[-1].error if front[-1].error > 0 else np.inf
+    near = [one for one in table.ranked if one.error <= highest]
+    line = [one for one in front if one.error <= highest]
+    ax.step(*_points(line, by), where="post", color="0.6", lw=1, label="front")
+    for k, method in enumerate(METHODS):
+        points = _points([one for one in near if one.method == method], by)
+        look: Look = {"color": COLOURS[k % 6], "mfc": "none", "ls": ""}
+        if points[0]:
+            ax.plot(*points, MARKERS[k % 6], label=method, **look)
+    chosen = [one for one in [table.recommended()] if one in near]
+    ax.plot(*_points(chosen, by), "k*", ms=13, mfc="none", label="recommended")
+    errors = [one.error for one in near]
+    if max(errors) > 5 * min(errors) > 0:
+        ax.set_yscale("log")
+        ax.yaxis.set_minor_formatter(LogFormatter(minor_thresholds=(2, 0.5)))
+        ax.yaxis.set_major_formatter(LogFormatter())
+    beyond = len(table.ranked) - len(near)
+    if beyond:
+        limit = number(float(f"{highest:.1e}"))
+        ax.set_title(f"not shown: {beyond} above {limit}", fontsize="small")
+    ax.xaxis.set_major_locator(plt.MaxNLocator(integer=True))
+    along = {"work": "multiply-adds per step", "order": "order (observer states)"}
+    error = "error trace" if table.k is None else "error variance of k x"
+    ax.set(xlabel=along[by], ylabel=error)
+    ax.legend(fontsize="small")
+    return ax
+
+
+def _points(designs: Iterable[Any], by: str) -> tuple[list[float], list[float]]:
+    return [getattr(one, by) for one in designs], [one.error for one in designs]
+
+
+def cost_against_order(
+    costs: Mapping[str, Mapping[int, float]],
+    ax: Axes | None = None,
+    *,
+    least: float | None = None,
+) -> Axes:
+    """Error cost against the number of filter states, a curve for each kind of filter.
+
+    Parameters
+    ----------
+    costs : dict of str to dict of int to float
+        A label, and for each order the cost of its filter.
+    least : float, optional
+        A cost that no order goes below, that of the Kalman filter; a level line.
+    """
+    ax = ax or plt.gca()
+    for k, (label, found) in enumerate(costs.items()):
+        orders = sorted(found)
+        curve = style(k) | {"marker": MARKERS[k % 6], "mfc": "none"}
+        ax.plot(orders, [found[order] for order in orders], label=text(label), **curve)
+    if least is not None:
+        ax.axhline(least, color="0.6", lw=0.8, label="least of any order")
+    ax.xaxis.set_major_locator(plt.MaxNLocator(integer=True))
+    ax.set(xlabel="order (observer states)", ylabel="error cost")
+    ax.legend(fontsize="small")
+    return ax
+
+
+def poles(shown: Any, dt: float | None = None, ax: Axes | None = None) -> Axes:
+    """Poles in the complex plane with the stability boundary.
+
+    `shown` is a dict of poles, observers or plants by label, or one of them; of a
+    Comparison the plant, the most accurate design and the recommended one.  `dt` is
+    needed where only numbers are given.
+    """
+    ax, groups = ax or plt.gca(), _groups(shown)
+    for one in groups.values():
+        dt = one.dt if dt is None and isinstance(one, Observer | Plant) else dt
+    if dt is None:
+        raise ValueError("give dt, 0 in continuous time: it says what is stable")
+    if dt > 0:
+        angle = np.linspace(0, 2 * np.pi, 200)
+        ax.plot(np.cos(angle), np.sin(angle), color="0.6", lw=0.8)
+    else:
+        ax.axvline(0, color="0.6", lw=0.8)
+    for k, (label, one) in enumerate(groups.items()):
+        values = one.poles if isinstance(one, Observer) else one
+        values = np.linalg.eigvals(one.A) if isinstance(one, Plant) else values
+        values = np.ravel(np.asarray(values, complex))
+        look: Look = dict(color=COLOURS[k % 6], mfc="none", ls="", ms=6 + 2 * (k % 3))
+        ax.plot(values.real, values.imag, MARKERS[k % 6], label=text(label), **look)
+    ax.set(xlabel="real part", ylabel="imaginary part")
+    ax.set_aspect("equal" if dt > 0 else "auto")
+    ax.legend(fontsize="small", loc="lower left" if dt > 0 else "best")
+    return ax
+
+
+def _groups(shown: Any) -> dict[str, Any]:
+    if isinstance(shown, Comparison):
+        best, chosen = shown.yardstick, shown.recommended()
+        more = {} if best in (None, chosen) else {best.method: best.observer}
+        return {"plant": shown.plant, "recommended": chosen.observer} | more
+    if isinstance(shown, Observer | Plant):
+        return {type(shown).__name__.lower(): shown}
+    return shown
