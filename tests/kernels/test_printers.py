@@ -16,13 +16,14 @@ import sympy as sp
 from exact_stages import SIZES, exact_inputs, exact_step
 from worlds import STAGE_LISTS
 
-from luenberger.kernels import c, entries_known, loops, numba, passes, scalars, solves
+from luenberger.kernels import c, entries_known, loops, numba, scalars, solves
 from luenberger.kernels.loops import arrays, write
 from luenberger.kernels.lowering import lower
 from luenberger.kernels.numpy import kernel
 from luenberger.kernels.program import Assign, Factor
 from luenberger.papers.leondes_novak.derivation import one_pass
 from luenberger.papers.leondes_novak.derivation import stages as recursions
+from luenberger.recursion.filter_stacks import FILTER
 from luenberger.symbolic import Derivation, Solve, Stage
 
 LISTS = {name: getattr(recursions, name) for name in STAGE_LISTS}
@@ -229,7 +230,7 @@ def test_what_vanishes_is_left_out():
     program, known, _, _ = structured()
     assert set(program.given).isdisjoint({"B", "J", "E", "Gamma", "rho", "u", "As"})
     assert program.results["K"].name == "Kmv"  # K = Kmv, under another name
-    text = numba.source(passes.filter_recursion(("B", "E", "Gamma", "J")), ALL, {},
+    text = numba.source(FILTER.lowered(("B", "E", "Gamma", "J")), ALL, {},
                         frozenset(), None)  # fmt: skip
     assert "Gamma[" not in text and "rho" not in text
     read = {
@@ -341,7 +342,7 @@ def test_sources_are_the_same_text_every_time():
     known = {"A": entries_known(np.eye(4) == 0, np.eye(4) == 1)}
     texts = set()
     for _ in range(2):
-        found = passes.filter_recursion(("B", "E", "J"))
+        found = FILTER.lowered(("B", "E", "J"))
         straight = scalars.unroll(found.program, ALL, known)
         texts.add(numba.source(found, ALL, known, frozenset(), straight))
     assert len(texts) == 1

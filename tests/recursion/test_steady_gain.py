@@ -8,6 +8,7 @@ import scipy.sparse.linalg
 
 import luenberger as lb
 from luenberger import kernels
+from luenberger.papers.leondes_novak.derivation import gain_step, steady_gradient
 from luenberger.recursion import excitation, steady_gain
 from luenberger.recursion.settings import Settings
 
@@ -32,7 +33,7 @@ def test_fixed_point_to_rounding(plant, m1):
     now = Settings(plant, m1).at(0)
     observer = lb.reduced_order_filter(plant, m1)
     Sigma = lb.error_covariance(observer, plant)
-    new = kernels.gain_step()(
+    new = kernels.compiled(gain_step)(
         A=now.As, Q=now.Qs, C=now.C, R=now.R, Gamma=now.Gamma, Sigma=Sigma
     )
     gap = np.abs(new["Sigma_next"] - Sigma).max()
@@ -144,7 +145,8 @@ def test_gradient_of_the_steady_trace_by_finite_differences():
     Lambda = scipy.linalg.solve_discrete_lyapunov(Phi.T, W)
     Omega = now.As @ Sigma @ now.As.T + now.Qs
     M = now.C @ Omega @ now.C.T + now.R
-    gradient = kernels.steady_gradient()(K=K, M=M, Omega=Omega, C=now.C, Lambda=Lambda)
+    have = dict(K=K, M=M, Omega=Omega, C=now.C, Lambda=Lambda)
+    gradient = kernels.run(steady_gradient, have)
     rng = np.random.default_rng(0)
     for _ in range(5):
         d = now.Phat @ rng.normal(size=(2, 2))

@@ -11,18 +11,16 @@ import sympy as sp
 from sympy import MatAdd
 from sympy.matrices.expressions.matexpr import MatrixExpr
 
+from luenberger.papers.leondes_novak.derivation import stages as recursions
+from luenberger.stage_list import stage_lists
 from luenberger.symbolic import ShapeError, Solve
 
-# The recursions that have a stage list, by name.
-STAGE_LISTS = (
-    "gain_step",
-    "estimate_step",
-    "step_differential",
-    "steady_gradient",
-    "observer",
-    "decorrelation",
-    "error_recursion",
-)
+# The functions of Leondes and Novak's `stages`, by name.
+STAGE_LISTS = [
+    name
+    for one in stage_lists(recursions.__package__).values()
+    if hasattr(recursions, name := one.where.partition(".")[2])
+]
 
 
 class Numbers:

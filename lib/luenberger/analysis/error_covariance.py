@@ -10,6 +10,7 @@ from ..certificate import certify, evenly, require_match, require_real, residual
 from ..errors import DesignError
 from ..numeric.factors import factor, shorten
 from ..numeric.linalg import lyapunov, modes, symmetrise
+from ..papers.leondes_novak.derivation import error_recursion, root_error
 from .mean_square import equivalent_noise, noise_at
 
 NEGLIGIBLE = 1e-10  # beside the largest entry of a matrix: rounding, not work
@@ -178,7 +179,7 @@ class _Exact:
 
         In factors what is singular needs no repair.
         """
-        step, rows = kernels.root("error"), steps + (self.observer.steps is None)
+        step, rows = kernels.compiled(root_error), steps + (self.observer.steps is None)
         H, noise = self.start(), None
         for k in range(rows):
             given = self.matrices(k)
@@ -194,9 +195,15 @@ class _Exact:
         given = self.matrices(0)
         F, P, V = given["F"], given.pop("P"), given.pop("V")
         _require_decay(F, self.whose)
-        drive = kernels.error_recursion("X_next")(X=np.zeros_like(F), **given)
-        X = lyapunov(F, drive["X_next"])
-        return kernels.error_recursion("Sigma")(P=P, V=V, R=given["R"], X=X)["Sigma"]
+        X = settled(**given)
+        step = kernels.compiled(error_recursion, "Sigma")
+        return step(P=P, V=V, R=given["R"], X=X)["Sigma"]
+
+
+def settled(F, **given):
+    """cov(z - T x) of a constant observer after a long time: (11) with X_next = X."""
+    step = kernels.compiled(error_recursion, "X_next")
+    return lyapunov(F, step(F=F, X=np.zeros_like(F), **given)["X_next"])
 
 
 class _Joint(_Exact):

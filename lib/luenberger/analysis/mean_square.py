@@ -23,6 +23,7 @@ from ..numeric import linalg
 from ..numeric.covariance_maps import Sums, dominant, packing, spread, stack
 from ..numeric.factors import semidefinite
 from ..numeric.linalg import modes
+from ..papers.haddad_bernstein.derivation import equivalent_noise as noise_added
 
 RESIDUAL_TOL = 1e-12  # of X = T(X) + V, relative to X at unit diagonal
 KRYLOV = 60  # vectors that GMRES keeps
@@ -268,6 +269,6 @@ def noise_at(plant, i, X):
     S = np.zeros((plant.n, plant.p)) if now.S is None else now.S
     Q, R = now.Q, now.R
     for A1, C1 in plant.multiplicative:
-        more = kernels.equivalent_noise()(A1=A1, C1=C1, X=X)
+        more = kernels.compiled(noise_added)(A1=A1, C1=C1, X=X)
         Q, S, R = Q + more["dV1"], S + more["dV12"], R + more["dV2"]
     return EquivalentNoise(X, Q, S, R)

@@ -9,13 +9,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from .. import kernels
 from ..arguments import expect
 from ..certificate import require_match, require_real
 from ..errors import CertificateError, DesignError
 from ..kernels import run
 from ..numeric.linalg import left_over, lyapunov, modes, symmetrise
 from ..numeric.validation import covariance
+from ..papers.haddad_bernstein import derivation as stages
 from .mean_square import noise_at, require_mean_square_stable, second_moment
 
 STATIONARY_TOL = 1e-8  # of every relative residual of a design that is accepted
@@ -155,11 +155,11 @@ def optimality(observer, plant, *, weight=None, feedthrough=None):
     _require(observer, plant, feedthrough)
     have, (x, z, _) = _moments(observer, plant, weight)
     gradients = _gradients(have, feedthrough)
-    cost = float(np.trace(run(kernels.projection_cost("J"), have)["J"]))
+    cost = float(np.trace(run(stages.projection_cost, have, "J")["J"]))
     have |= _projection(have, observer.T * x / z[:, None])
-    have |= run(kernels.projection_innovation(), have)
-    have |= run(kernels.projection_scripts("Qh", "Ph"), have)
-    gap = float(np.trace(run(kernels.projection_trace("J"), have)["J"])) - cost
+    have |= run(stages.projection_innovation, have)
+    have |= run(stages.projection_scripts, have, "Qh", "Ph")
+    gap = float(np.trace(run(stages.projection_trace, have, "J")["J"])) - cost
     power = np.trace(weight @ have["L"] @ have["Q1"] @ have["L"].T)  # of L x
     return Optimality(
         **gradients,
@@ -226,7 +226,7 @@ def _moments(observer, plant, weight):
     have |= dict(V2=V2 / y / y[:, None], Ae=A[n:, n:], Be=o.D * y / z[:, None])
     have |= dict(Ce=o.P * z, De=o.V * y, Q1=second[:n, :n], P12=dual[:n, n:])
     have |= dict(Q12=second[:n, n:], Q2=second[n:, n:], P2=dual[n:, n:])
-    return have | run(kernels.output_moments(), have), (x, z, y)
+    return have | run(stages.output_moments, have), (x, z, y)
 
 
 def _unit(X, rounding=0.0):
@@ -244,15 +244,13 @@ def _gradients(have, feedthrough):
         **dict.fromkeys("FD", [("P2",), ("P12", "Ae"), ("P12", "Be")]),
         **dict.fromkeys("PV", [("Ce", "De"), ("L", "De"), ("L", "Ce")]),
     }
-    found = {}
-    for name, gradient in names.items():
-        step = kernels.projection_gradient(gradient)
-        terms = (
-            run(step, have | {one: np.zeros_like(have[one]) for one in zero})
-            for zero in absent[name]
-        )
-        size = sum(np.linalg.norm(term[gradient]) for term in terms)
-        found[name] = _ratio(np.linalg.norm(run(step, have)[gradient]), size)
+
+    def size(name, zero=()):
+        less = have | {one: np.zeros_like(have[one]) for one in zero}
+        (one,) = run(stages.projection_gradient, less, names[name]).values()
+        return np.linalg.norm(one)
+
+    found = {k: _ratio(size(k), sum(size(k, one) for one in absent[k])) for k in names}
     return found if feedthrough else found | dict(V=None)
 
 
@@ -262,7 +260,7 @@ def _projection(have, T):
     Where z has states of next to no variance, or that no estimate uses, Q2 or P2
     leaves G or Gam open; there Gam is T, and G such that Gam G' = I.
     """
-    found = run(kernels.projection_factors("G", "Gam", "tau", "Q"), have)
+    found = run(stages.projection_factors, have, "G", "Gam", "tau", "Q")
     used, moved = _settled(have["P2"]), _settled(have["Q2"])
     if used is not None:
         found["Gam"] = T - used @ (have["P12"].T + have["P2"] @ T)
@@ -287,7 +285,7 @@ def _settled(M):
 
 def _equations(have):
     """Relative residuals of (3.14)-(3.17)."""
-    found = run(kernels.projection_equations(), have)
+    found = run(stages.projection_equations, have)
     Qh, Ph = np.linalg.norm(have["Qh"]), np.linalg.norm(have["Ph"])
     sizes = dict(riccati=np.linalg.norm(have["Q1"]), estimate=Qh, adjoint=Ph)
     sizes["idempotent"] = np.linalg.norm(have["tau"])

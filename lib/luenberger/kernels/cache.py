@@ -35,7 +35,7 @@ FASTMATH = ("contract", "reassoc")  # sums may be taken in another order, NaNs c
 OPTIONS = dict(error_model="numpy", fastmath=set(FASTMATH))
 PACKAGE = Path(__file__).parents[1]
 DERIVING = ("symbolic", "papers/*/derivation", "kernels")
-DERIVING += ("certificate.py", "errors.py", "numeric/linalg.py")
+DERIVING += ("stage_list.py", "certificate.py", "errors.py", "numeric/linalg.py")
 
 
 class CacheWarning(UserWarning):

@@ -38,21 +38,21 @@ class Python(Writer):
         self.line(f"np.dot({a}, {b}, {target}.reshape({made}))")
 
 
-def arguments(recursion):
+def arguments(loop):
     """Names of the arguments of `run`, in order, and the numba type of each."""
     types = dict(zip(START, ("i8", "i8", "i8[::1]", "i8[::1]", "b1[::1]", "b1")))
-    for array, _ in recursion.rows.values():
+    for array, _ in loop.rows.values():
         types[array] = "f8[:,::1]"
-    for name in recursion.matrices:
+    for name in loop.matrices:
         types[name] = "f8[:,::1]"
-    for name in recursion.carried.values():
+    for name in loop.carried.values():
         types[name] = "f8[::1]"
-    for array, *_ in recursion.written:
+    for array, *_ in loop.recursion.written:
         types[array] = "f8[:,::1]"
     return types
 
 
-def source(recursion, sizes, known, changing, unrolled):
+def source(loop, sizes, known, changing, unrolled):
     """The text of a module with the function `run`.
 
     ``run(start, stop, now, before, good, keep, ...)`` works on rows start to stop
@@ -64,7 +64,7 @@ def source(recursion, sizes, known, changing, unrolled):
 
     Parameters
     ----------
-    recursion : Recursion
+    loop : Loop
     sizes : dict of str to int
     known : dict of str to nested tuples
         Entries that are 0 or 1; see `scalars.unroll`.
@@ -76,25 +76,25 @@ def source(recursion, sizes, known, changing, unrolled):
     form = "loops" if unrolled is None else "scalars"
     to = Python(0)
     shown = ", ".join(f"{name} = {value}" for name, value in sorted(sizes.items()))
-    to.line(f'"""{recursion.name}, {shown}, as {form}.  Generated: do not edit."""')
+    to.line(f'"""{loop.name}, {shown}, as {form}.  Generated: do not edit."""')
     to.line("import numpy as np\n\n")
-    to.line(f"def run({', '.join(f'{name}_' for name in arguments(recursion))}):")
+    to.line(f"def run({', '.join(f'{name}_' for name in arguments(loop))}):")
     to.depth = 1
     body = _Scalars if unrolled else _LoopBody
-    body(recursion, sizes, changing, unrolled, to).write()
+    body(loop, sizes, changing, unrolled, to).write()
     return "\n".join(to.lines) + "\n"
 
 
 class _Body:
     """The function's body around the steps; arguments end in an underscore."""
 
-    def __init__(self, recursion, sizes, changing, unrolled, to):
-        self.recursion, self.sizes, self.to = recursion, sizes, to
-        self.changing, self.unrolled = changing, unrolled
-        self.program = recursion.program
+    def __init__(self, loop, sizes, changing, unrolled, to):
+        self.loop, self.recursion, self.to = loop, loop.recursion, to
+        self.sizes, self.changing, self.unrolled = sizes, changing, unrolled
+        self.program = loop.program
 
     def write(self):
-        to, all_ = self.to, self.recursion.matrices
+        to, all_ = self.to, self.loop.matrices
         to.let("done", "stop_")
         self.prepare()
         self.read([name for name in all_ if name not in self.changing])
@@ -130,7 +130,7 @@ class _Scalars(_Body):
         pass
 
     def prepare(self):
-        for name in self.recursion.carried.values():
+        for name in self.loop.carried.values():
             _, cols = self.shape(name)
             for i, j, entry in self.unrolled.given.get(name, ()):
                 self.to.let(entry, f"{name}_[{i * cols + j}]")
@@ -143,7 +143,7 @@ class _Scalars(_Body):
 
     def steps(self):
         to = self.to
-        for name, (array, ahead) in self.recursion.rows.items():
+        for name, (array, ahead) in self.loop.rows.items():
             row = f"row + {ahead}" if ahead else "row"
             for i, _, entry in self.unrolled.given.get(name, ()):
                 to.let(entry, f"{array}_[{row}, {i}]")
@@ -175,7 +175,7 @@ class _Scalars(_Body):
 
     def carry(self):
         moves = []
-        for result, name in self.recursion.carried.items():
+        for result, name in self.loop.carried.items():
             table = self.entries(self.program.results[result], result)
             for i, j, entry in self.unrolled.given.get(name, ()):
                 moves.append((entry, table[i][j]))
@@ -185,7 +185,7 @@ class _Scalars(_Body):
             self.to.let(entry, f"c{k}")
 
     def leave(self):
-        for name in self.recursion.carried.values():
+        for name in self.loop.carried.values():
             table = self.unrolled.entries[name]
             for k, entry in enumerate(entry for row in table for entry in row):
                 self.to.set(f"{name}_[{k}]", entry)
@@ -199,21 +199,21 @@ class _LoopBody(_Body):
 
     def prepare(self):
         lengths = arrays(self.program, self.sizes, self.to)
-        for name in self.recursion.rows:
+        for name in self.loop.rows:
             if name in self.program.given:
                 lengths[name] = self.shape(name)[0]
-        for name in self.recursion.carried.values():
+        for name in self.loop.carried.values():
             lengths[name] = lengths[f"{name}_kept"] = self.length(name)
         new = "array" if sum(lengths.values()) <= ON_STACK else "np.empty"
         for name, length in lengths.items():
             self.to.let(name, f"{new}({length})")
-        for name in self.recursion.carried.values():
+        for name in self.loop.carried.values():
             self.copy(f"{name}[i]", f"{name}_[i]", self.length(name))
         self.keep("start_")
 
     def turn(self):
         """Transposes of what does not change, before the loop over rows."""
-        fixed = set(self.recursion.matrices) - self.changing
+        fixed = set(self.loop.matrices) - self.changing
         self.turned = write_turned(self.program, self.sizes, self.to, fixed)
 
     def length(self, name):
@@ -226,7 +226,7 @@ class _LoopBody(_Body):
 
     def steps(self):
         to = self.to
-        for name, (array, ahead) in self.recursion.rows.items():
+        for name, (array, ahead) in self.loop.rows.items():
             if name in self.program.given:
                 row = f"row + {ahead}" if ahead else "row"
                 self.copy(f"{name}[i]", f"{array}_[{row}, i]", self.shape(name)[0])
@@ -247,14 +247,14 @@ class _LoopBody(_Body):
         to = self.to
         to.depth += 1
         to.let("done", "safe")
-        for name in self.recursion.carried.values():
+        for name in self.loop.carried.values():
             self.copy(f"{name}[i]", f"{name}_kept[i]", self.length(name))
         to.line("break")
         to.depth -= 1
 
     def keep(self, row):
         self.to.let("safe", row)
-        for name in self.recursion.carried.values():
+        for name in self.loop.carried.values():
             self.copy(f"{name}_kept[i]", f"{name}[i]", self.length(name))
 
     def copy(self, target, value, length):
@@ -276,7 +276,7 @@ class _LoopBody(_Body):
             to.end()
 
     def carry(self):
-        for result, name in self.recursion.carried.items():
+        for result, name in self.loop.carried.items():
             found = self.program.results[result]
             self.copy(f"{name}[i]", f"{found.name}[i]", self.length(name))
         if self.program.definite:
@@ -286,5 +286,5 @@ class _LoopBody(_Body):
             self.to.end()
 
     def leave(self):
-        for name in self.recursion.carried.values():
+        for name in self.loop.carried.values():
             self.copy(f"{name}_[i]", f"{name}[i]", self.length(name))

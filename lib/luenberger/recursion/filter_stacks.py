@@ -13,7 +13,10 @@ import numpy as np
 
 from .. import kernels
 from ..errors import DesignError
+from ..kernels.program import Factor
+from ..numeric.factors import SAFE
 from ..numeric.linalg import nonsingular
+from ..papers.leondes_novak.derivation import filter_step, padded
 from .root_step import Spread
 from .settings import PATTERNS, Settings
 from .state import State
@@ -21,6 +24,21 @@ from .state import State
 BEFORE = {"A": "A", "As": "As", "Q": "Qs", "B": "B", "J": "J"}
 NOW = {"C": "C", "R": "R", "E": "E", "Gamma": "Gamma"}
 FIELDS = BEFORE | NOW
+FILTER = kernels.Recursion(
+    filter_step,
+    carried=(("Sigma_next", "Sigma"), ("x_next", "x"), ("rho_next", "rho")),
+    rows=(("y", "y", 0), ("u", "u", 0), ("u_next", "u", 1)),
+    written=(
+        ("xs", "x_next", "vector"),
+        ("variances", "Sigma_next", "diagonal"),
+        ("covariances", "Sigma_next", "matrix"),
+        ("gains", "K", "matrix"),
+    ),
+    before=tuple(BEFORE),
+    symmetric=("Q", "R", "Sigma"),
+    definite=(Factor("Sigma_next", SAFE, "Omega"),),
+    same=(("As", "A", "J"),),
+)
 
 
 class Stacks:
@@ -56,7 +74,7 @@ class Stacks:
         changing = self.changing(complete)
         known = tuple((name, self.known(name, name in changing)) for name in FIELDS)
         sizes = tuple((k, getattr(self.plant, k)) for k in ("m", "n", "p"))
-        kernel = kernels.over_record("filter_recursion", sizes, known, changing)
+        kernel = kernels.over_record(FILTER, sizes, known, changing)
         given = {k: _flat(np.array(X, order="C")) for k, X in stacks.items()}
         if not complete:
             y = np.where(seen, y, 0.0)
@@ -121,7 +139,8 @@ class Stacks:
         out = {name: getattr(setting, field) for name, field in FIELDS.items()}
         if not seen.all():
             seen_only = {f"{name}_seen": out[name] for name in "C E R Gamma J".split()}
-            out |= kernels.padded()(Pick=np.eye(self.plant.p)[seen], **seen_only)
+            seen_only["Pick"] = np.eye(self.plant.p)[seen]
+            out |= kernels.run(padded, seen_only)
         return out | {"good": not setting.blind.size}
 
     def instants(self, state, seen):

@@ -12,6 +12,7 @@ from scipy.linalg.lapack import dgesdd
 
 from .. import kernels
 from ..numeric.factors import CLEAR, EPS, factor, lengths, rounded, safe, shorten
+from ..papers.leondes_novak.derivation import root_gain, root_update
 
 
 class Move(NamedTuple):
@@ -59,7 +60,7 @@ class Spread(NamedTuple):
 
 
 def root_step(now, move, spread):
-    """The matrices of `kernels.gain_step`, the next `Spread`, and what is known.
+    """The matrices of `gain_step`, the next `Spread`, and what is known.
 
     The last are the combinations of outputs (p, .) in which there is no noise and
     nothing uncertain, so that their value is known before they are read.
@@ -73,9 +74,9 @@ def root_step(now, move, spread):
         unit = np.maximum(unit, (EPS * seen) ** 2)  # rounding may have made it less
         found, known = visible(now, H_minus, np.sqrt(unit))
     else:
-        found = kernels.root("gain")(C=now.C, R=now.R, H_minus=H_minus)
+        found = kernels.compiled(root_gain)(C=now.C, R=now.R, H_minus=H_minus)
         known = np.zeros((len(now.C), 0))
-    found |= kernels.root("update")(
+    found |= kernels.compiled(root_update)(
         C=now.C, V=now.V, Gamma=now.Gamma, Kmv=found["Kmv"], H_minus=H_minus
     )
     half = shorten(np.concatenate([found["kept"], found["drawn"]], axis=1))

@@ -17,6 +17,12 @@ from ..numeric.linalg import (
     solve_right,
 )
 from ..numeric.validation import covariance
+from ..papers.leondes_novak.derivation import (
+    decorrelation,
+    gain_step,
+    observer_matrices,
+    root_decorrelation,
+)
 from .root_step import Move, Spread, root_step
 
 PATTERNS = 1000  # of outputs that arrived, kept at most: a long record has many
@@ -57,13 +63,18 @@ class Setting(NamedTuple):
         that were known before they were read (None if there can be none).
         """
         if spread.half is None and not self.blind.size:
-            new = kernels.gain_step()(
+            new = kernels.compiled(gain_step)(
                 A=move.A, Q=move.Q, C=self.C, R=self.R, Gamma=self.Gamma,
                 Sigma=spread.Sigma,
             )  # fmt: skip
             if safe(new["Sigma_next"], new["Omega"].diagonal()):
                 return new, Spread(new["Sigma_next"]), None
         return root_step(self, move, spread)
+
+    def predictor(self, K):
+        """The gain As K + J of the prediction of the next instant from this one's."""
+        give = kernels.compiled(observer_matrices, "D", stacks=True)
+        return give(As=self.As, J=self.J, K=K, T_next=np.eye(len(K)))["D"]
 
 
 class Settings:
@@ -133,10 +144,10 @@ def _decorrelated(A, C, Q, R, S, J):
     """What leads to the next instant, driven by the part of w that v does not show."""
     if not S.any():
         return Move(A, Q, factor(Q), np.abs(A))
-    As = kernels.decorrelation("As")(A=A, C=C, J=J)["As"]
+    As = kernels.compiled(decorrelation, "As")(A=A, C=C, J=J)["As"]
     joint = factor(np.block([[Q, S], [S.T, R]]))
     Nw, Nv = joint[: len(A)], joint[len(A) :]
-    G = kernels.root("decorrelation")(Nw=Nw, Nv=Nv, J=J)["G"]
+    G = kernels.compiled(root_decorrelation)(Nw=Nw, Nv=Nv, J=J)["G"]
     G = clear(G, lengths(Nw) + np.abs(J) @ lengths(Nv))
     return Move(As, G @ G.T, G, np.abs(A) + np.abs(J) @ np.abs(C))
 

@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .. import kernels
+from ..papers.leondes_novak.derivation import estimate_step
 from .agreement import followed, require_agreement, rounding_of
 from .root_step import Spread, first_move
 from .settings import Setting, require_start
@@ -110,7 +111,7 @@ def step(settings, state, y, u):
     now = settings.at(i, None if seen.all() else seen)
     move, A, B, J = _leading_on(settings.plant, state.setting)
     new, spread, known = now.step(move, state.spread)
-    moved = kernels.estimate_step("x_minus", "innovation", "x_next", "rho_next")(
+    moved = kernels.compiled(estimate_step)(
         A=A, B=B, C=now.C, E=now.E, J=J, K=new["K"], x=state.x, rho=state.rho,
         u=state.u[:, None], y=y[seen, None], u_next=u[:, None],
     )  # fmt: skip

@@ -14,6 +14,7 @@ from ..errors import CertificateError, DesignError
 from ..numeric.balance import power_of_two
 from ..numeric.detectability import require_detectable
 from ..numeric.linalg import ROUNDING, UNIT_TOL, complete, lyapunov, radius, symmetrise
+from ..papers.leondes_novak.derivation import steady_gradient, step_differential
 from .excitation import overflow, read_off, require_excited, require_noise_enough
 from .root_step import Spread
 from .units import in_units, natural
@@ -134,7 +135,7 @@ def _newton(now, Sigma):
 def _newton_step(now, new, gap):
     """Solve (1 - Df) d = gap for symmetric d, with the derived differential Df."""
     n = len(gap)
-    differential = kernels.step_differential("dSigma")
+    differential = kernels.compiled(step_differential, "dSigma", stacks=True)
     fixed = dict(
         C=now.C, R=now.R, Gamma=now.Gamma, M=new["M"], Kmv=new["Kmv"], Y=new["Y"]
     )
@@ -281,7 +282,7 @@ def _descent(now, K, state, columns):
     Sigma, Phi = state
     Lambda = lyapunov(Phi.T, now.weight)
     new = _step(now._replace(Gamma=_regamma(now, Lambda, columns)), Sigma)
-    gradient = kernels.steady_gradient()(
+    gradient = kernels.compiled(steady_gradient)(
         K=K, M=new["M"], Omega=new["Omega"], C=now.C, Lambda=Lambda
     )["Gradient"]
     along = now.Phat.T

@@ -8,6 +8,7 @@ from ..arguments import expect
 from ..errors import DesignError
 from ..numeric.balance import balanced, power_of_two
 from ..numeric.validation import numbers
+from ..papers.hsia.derivation import noise_doubled, noise_of_a_period
 from ..plant import Plant
 from .simulate import hold
 
@@ -128,9 +129,9 @@ def _noise(A, Q, T):
     block = np.block([[-A, Q], [np.zeros((n, n)), A.T]]) * (T / 2**doublings)
     E = scipy.linalg.expm(block)
     Phi = E[n:, n:].T
-    Q = kernels.noise_of_a_period("P")(Phi=Phi, X=E[:n, n:])["P"]
+    Q = kernels.compiled(noise_of_a_period)(Phi=Phi, X=E[:n, n:])["P"]
     for _ in range(doublings):
-        Q = kernels.noise_doubled("P_2")(Phi=Phi, P=Q)["P_2"]
+        Q = kernels.compiled(noise_doubled)(Phi=Phi, P=Q)["P_2"]
         Phi = Phi @ Phi
     return Q
 

@@ -7,11 +7,18 @@ import numpy as np
 from ..arguments import expect
 from ..certificate import require_real
 from ..formats import dataframes
-from ..kernels import entries_known, over_record, plain_array, runs_compiled
+from ..kernels import Recursion, entries_known, over_record, plain_array, runs_compiled
+from ..papers.leondes_novak.derivation import observer_step
 from . import chunks
 from .chunks import single
 
 ESTIMATED = 1_000_000  # rows that NumPy estimates in the time that compiling takes
+OBSERVER = Recursion(
+    observer_step,
+    carried=(("z_next", "z"),),
+    rows=(("y", "y", 0), ("u", "u", 0)),
+    written=(("w_hats", "w_hat", "vector"),),
+)
 
 
 def estimate(observer, y, u=None, *, u0=None, z0=None, x0=None, backend="auto"):
@@ -114,7 +121,7 @@ def _compiled(observer, z, y, u, here):
     stacks = {k: X if varying else X[None] for k, X in given.items()}
     q, r = observer.P.shape[-2:]
     sizes = dict(m=u.shape[1], p=y.shape[1], q=q, r=r)
-    step, given = over_stacks("observer_recursion", sizes, stacks, here)
+    step, given = over_stacks(OBSERVER, sizes, stacks, here)
     index = np.arange(N) if varying else np.zeros(1, dtype=np.int64)
     z, w_hats = np.array(z, dtype=float), np.empty((N, q))
     step(

@@ -11,7 +11,9 @@ from functools import cached_property, partial
 
 import numpy as np
 
+from ..kernels import Recursion
 from ..observer import Observer
+from ..papers.leondes_novak.derivation import side_by_side_step
 from ..plant import Plant
 from .claims import RULED_OUT, Claim
 from .estimate import over_stacks, start
@@ -20,6 +22,12 @@ from .simulate import draw, follow, over, times, trajectory
 BLOCK = 64  # runs; part of what defines the result's last bits
 ROWS = 128  # taken together when sums are formed, so that they stay in the cache
 FEW = 6  # outputs; the dot products of so few are faster one by one than as a matrix
+SIDE_BY_SIDE = Recursion(
+    side_by_side_step,
+    carried=(("x_next", "x"), ("z_next", "z")),
+    rows=(("xi", "xi", 0),),
+    written=(("es", "e", "vector"),),
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +61,7 @@ class Batch:
         return w_hat - w
 
     def compiled(self, seeds):
-        """Run by run, by `kernels.passes.side_by_side_recursion`."""
+        """Run by run, plant and observer in one loop."""
         first, rows = int(self.observer.steps is not None), self.steps + 1
         streams = [np.random.default_rng(seed) for seed in seeds]
         z0, xi = start(self.observer), np.empty((rows - first, self.roots[1].shape[-1]))
@@ -88,7 +96,7 @@ class Batch:
         stacks |= {k: _stack(getattr(observer, k), rows) for k in ("F", "D", "P", "V")}
         stacks["L"] = observer.L[None]
         sizes = dict(d=H.shape[-1], n=n, p=plant.p, q=len(observer.L), r=observer.order)
-        step, flat = over_stacks("side_by_side_recursion", sizes, stacks)
+        step, flat = over_stacks(SIDE_BY_SIDE, sizes, stacks)
         index, good = np.arange(rows), np.ones(rows, dtype=bool)
         return partial(
             step,

@@ -12,9 +12,11 @@ from worlds import Numbers, close, damages, expr, one_wrong_sign, symbols
 from luenberger.papers.haddad_bernstein.derivation import moment_claims, theorem_claims
 from luenberger.papers.haddad_bernstein.derivation import paper as optimal_projection
 from luenberger.papers.haddad_bernstein.derivation.moment_stages import best_output
+from luenberger.stage_list import stage_lists
 from luenberger.symbolic import ShapeError, Solve, vanishes
 
-LISTS = {name: make() for name, make in optimal_projection.STAGE_LISTS.items()}
+DOOR = optimal_projection.__package__
+LISTS = {name: make() for name, make in stage_lists(DOOR).items()}
 PARTS = optimal_projection.parts()
 MISPRINTS = optimal_projection.misprints()
 CLAIMS = {

@@ -11,12 +11,14 @@ from scipy.optimize import minimize
 from worlds import Numbers
 
 from luenberger import kernels
+from luenberger.kernels import run
+from luenberger.papers.haddad_bernstein import derivation as lists
 from luenberger.papers.haddad_bernstein.derivation import augmented
 from luenberger.papers.haddad_bernstein.derivation import counterexamples as weak
-from luenberger.papers.haddad_bernstein.derivation import paper as optimal_projection
+from luenberger.stage_list import stage_lists
 from luenberger.symbolic import Solve
 
-LISTS = {name: make() for name, make in optimal_projection.STAGE_LISTS.items()}
+LISTS = {name: make() for name, make in stage_lists(lists.__name__).items()}
 GAINS = ("Ae", "Be", "Ce", "De")
 EQUATIONS = ("riccati", "estimate", "adjoint", "idempotent", "aligned_Q", "aligned_P")
 
@@ -38,7 +40,8 @@ def test_kernel_agrees_with_its_formulas(name):
             "Qxy": joint[:n, :n] @ C.T,
             "Qyy": C @ joint[:n, :n] @ C.T + np.eye(l),
         }  # fmt: skip
-    step = getattr(kernels, name)()
+    stacks = "differential" in name
+    step = kernels.compiled(getattr(lists, name), stacks=stacks)
     found = step(**{s.name: given.symbol(s) for s in derivation.given})
     for stage in derivation.stages:
         formula = stage.formula
@@ -109,10 +112,10 @@ class Model:
         found |= dict(Q12=Qt[:n, n:], Q2=Qt[n:, n:], P12=Pt[:n, n:], P2=Pt[n:, n:])
         found |= dict(V1=self.V1, V12=self.V12, V2=self.V2)
         for A1, C1 in self.pairs:
-            added = kernels.equivalent_noise()(A1=A1, C1=C1, X=found["Q1"])
+            added = run(lists.equivalent_noise, dict(A1=A1, C1=C1, X=found["Q1"]))
             for name in ("V1", "V12", "V2"):
                 found[name] = found[name] + added[f"d{name}"]
-        return found | run(kernels.output_moments, found)
+        return found | run(lists.output_moments, found)
 
     def slope(self, gains, move, h=1e-5):
         ahead, back = (
@@ -122,19 +125,14 @@ class Model:
         return (ahead - back) / (2 * h)
 
 
-def run(accessor, known, *outputs):
-    step = accessor(*outputs)
-    return step(**{name: known[name] for name in step.given})
-
-
 @pytest.mark.parametrize("pairs", [0, 1, 2])
 def test_moments_solve_their_equations(pairs):
     model = Model(1, pairs=pairs)
     known = model.known(model.estimator())
     A, Ae = known["A"], known["Ae"]
     ahead, back = (
-        run(kernels.estimator_moments, known),
-        run(kernels.adjoint_moments, known, "M12", "M2"),
+        run(lists.estimator_moments, known),
+        run(lists.adjoint_moments, known, "M12", "M2"),
     )
     Q1, Q12, Q2 = known["Q1"], known["Q12"], known["Q2"]
     P12, P2 = known["P12"], known["P2"]
@@ -150,9 +148,9 @@ def test_cost_and_gradients_against_the_independent_cost(pairs):
     model = Model(2, pairs=pairs)
     gains = model.estimator()
     known = model.known(gains)
-    J = np.trace(run(kernels.projection_cost, known, "J")["J"])
+    J = np.trace(run(lists.projection_cost, known, "J")["J"])
     assert J == pytest.approx(model.moments(gains)[2], rel=1e-12)
-    gradient = run(kernels.projection_gradient, known)
+    gradient = run(lists.projection_gradient, known)
     for k, name in enumerate(GAINS):
         for index in np.ndindex(*gains[k].shape):
             move = [np.zeros_like(g) for g in gains]
@@ -173,7 +171,7 @@ def test_differential_against_differences_of_gradients():
         ("dP2", (Ae.T, Ae), "dM2"),
         ("dP12", (A.T, Ae), "dM12"),
     ):
-        rest = run(kernels.projection_differential, known, right)[right]
+        rest = run(lists.projection_differential, known, right)[right]
         known[name] = stein(*sides, rest)
     h = 1e-5
     ahead, back = (
@@ -182,8 +180,8 @@ def test_differential_against_differences_of_gradients():
     for name in ("Q12", "Q2", "P12", "P2"):
         slope = (ahead[name] - back[name]) / (2 * h)
         np.testing.assert_allclose(known[f"d{name}"], slope, rtol=1e-6, atol=1e-7)
-    moved = run(kernels.projection_differential, known, *(f"dgrad{X}" for X in GAINS))
-    ahead, back = (run(kernels.projection_gradient, k) for k in (ahead, back))
+    moved = run(lists.projection_differential, known, *(f"dgrad{X}" for X in GAINS))
+    ahead, back = (run(lists.projection_gradient, k) for k in (ahead, back))
     for X in GAINS:
         slope = (ahead[f"grad{X}"] - back[f"grad{X}"]) / (2 * h)
         scale = np.abs(slope).max()
@@ -195,8 +193,8 @@ def test_best_output_is_the_best():
     Ae, Be, Ce, De = model.estimator()
     known = model.known([Ae, Be, Ce, De])
     r = len(Ae)
-    both = run(kernels.best_output, known, "CeDe")["CeDe"]
-    alone = run(kernels.best_output, known, "Ce")["Ce"]
+    both = run(lists.best_output, known, "CeDe")["CeDe"]
+    alone = run(lists.best_output, known, "Ce")["Ce"]
     cost = lambda Ce, De: model.moments([Ae, Be, Ce, De])[2]  # noqa: E731
     best, silent = cost(both[:, :r], both[:, r:]), cost(alone, 0 * De)
     assert best < silent
@@ -215,18 +213,18 @@ def test_best_output_differential_against_differences():
     def best(step):
         at = [g + step * m for g, m in zip(gains, [*move, *zero])]
         known = model.known(at)
-        return known, run(kernels.best_output, known)
+        return known, run(lists.best_output, known)
 
     h = 1e-5
     (known, now), (ahead, up), (back, down) = best(0), best(h), best(-h)
     known |= {f"d{k}": (ahead[k] - back[k]) / (2 * h) for k in ("Q12", "Q2")}
     r = len(known["Ae"])
     known |= {"Czy": now["Czy"], "Ce": now["CeDe"][:, :r], "De": now["CeDe"][:, r:]}
-    moved = run(kernels.best_output_differential, known, "dCeDe")["dCeDe"]
+    moved = run(lists.best_output_differential, known, "dCeDe")["dCeDe"]
     slope = (up["CeDe"] - down["CeDe"]) / (2 * h)
     np.testing.assert_allclose(moved, slope, atol=1e-7 * np.abs(slope).max())
     known |= {"Ce": now["Ce"], "De": 0 * known["De"]}
-    moved = run(kernels.best_output_differential, known, "dCe")["dCe"]
+    moved = run(lists.best_output_differential, known, "dCe")["dCe"]
     slope = (up["Ce"] - down["Ce"]) / (2 * h)
     np.testing.assert_allclose(moved, slope, atol=1e-7 * np.abs(slope).max())
 
@@ -236,7 +234,7 @@ def riccati(known):
     Q = known["V1"]
     for _ in range(2000):
         known["Q"] = Q
-        known |= run(kernels.projection_innovation, known)
+        known |= run(lists.projection_innovation, known)
         K = known["Qs"] @ np.linalg.inv(known["V2s"])
         Q = known["A"] @ Q @ known["A"].T + known["V1"] - K @ known["Qs"].T
     return known
@@ -249,9 +247,9 @@ def test_excess_over_the_kalman_filter(feedthrough):
     if not feedthrough:
         gains[3] = 0 * gains[3]
     known = riccati(model.known(gains))
-    best = run(kernels.feedthrough_gain, known)["De"] if feedthrough else gains[3]
-    least = np.trace(run(kernels.projection_trace, known | {"De": best})["J"])
-    other = run(kernels.innovations_plant, known | {"De": best})
+    best = run(lists.feedthrough_gain, known)["De"] if feedthrough else gains[3]
+    least = np.trace(run(lists.projection_trace, known | {"De": best})["J"])
+    other = run(lists.innovations_plant, known | {"De": best})
     there = Model(6, pairs=0)
     there.V1, there.V12, there.V2 = other["V1i"], known["Qs"], known["V2s"]
     there.L = other["Lq"]
@@ -264,13 +262,13 @@ def test_full_order_is_kalman_on_the_equivalent_plant():
     model = Model(7, r=4)
     known = riccati(model.known(model.estimator()))
     one = np.eye(4)
-    known |= {"G": one, "Gam": one, "De": run(kernels.feedthrough_gain, known)["De"]}
-    gains = run(kernels.projection_gains, known)
+    known |= {"G": one, "Gam": one, "De": run(lists.feedthrough_gain, known)["De"]}
+    gains = run(lists.projection_gains, known)
     known = known | model.known([gains[k] for k in ("Ae", "Be", "Ce")] + [known["De"]])
-    for name, value in run(kernels.projection_gradient, known).items():
+    for name, value in run(lists.projection_gradient, known).items():
         np.testing.assert_allclose(value, 0, atol=1e-9, err_msg=name)
     J = model.moments([known[k] for k in GAINS])[2]
-    formula = np.trace(run(kernels.projection_trace, known)["J"])
+    formula = np.trace(run(lists.projection_trace, known)["J"])
     assert formula == pytest.approx(J, rel=1e-10)
 
 
@@ -291,8 +289,8 @@ def minimum(model, seed):
         if np.abs(np.linalg.eigvals(gains[0])).max() >= 1:
             return 1e6, v
         known = model.known(gains)
-        slopes = run(kernels.projection_gradient, known)
-        J = np.trace(run(kernels.projection_cost, known, "J")["J"])
+        slopes = run(lists.projection_gradient, known)
+        J = np.trace(run(lists.projection_cost, known, "J")["J"])
         return J, np.concatenate([slopes[f"grad{X}"].ravel() for X in GAINS])
 
     model.rng = np.random.default_rng(seed)
@@ -304,10 +302,10 @@ def minimum(model, seed):
 def theorem_of(model, gains):
     """tau, Qh, Ph and residuals of (3.6), (3.14)-(3.17) at an estimator."""
     known = model.known(gains)
-    known |= run(kernels.projection_factors, known)
-    known |= run(kernels.projection_innovation, known)
-    known |= run(kernels.projection_scripts, known, "Qh", "Ph")
-    return known, run(kernels.projection_equations, known)
+    known |= run(lists.projection_factors, known)
+    known |= run(lists.projection_innovation, known)
+    known |= run(lists.projection_scripts, known, "Qh", "Ph")
+    return known, run(lists.projection_equations, known)
 
 
 @pytest.mark.parametrize("seed, pairs", [(10, 2), (11, 1), (12, 0)])
@@ -318,7 +316,7 @@ def test_a_minimum_satisfies_the_theorem(seed, pairs):
     for name in EQUATIONS:
         assert np.abs(equations[name]).max() < 1e-5, name
     np.testing.assert_allclose(known["GamG"], np.eye(2), atol=1e-6)
-    formula = np.trace(run(kernels.projection_trace, known)["J"])
+    formula = np.trace(run(lists.projection_trace, known)["J"])
     assert formula == pytest.approx(model.moments(gains)[2], rel=1e-8)
 
 
@@ -332,10 +330,10 @@ def test_every_choice_of_eigenprojections_made_for_is_stationary():
     model.V1 = Q1 - w["A"] @ Q1 @ w["A"].T
     model.V12 = w["Qs"] - w["A"] @ w["Q"] @ w["C"].T
     model.V2 = w["V2s"] - w["C"] @ w["Q"] @ w["C"].T
-    gains = [run(kernels.projection_gains, w)[k] for k in ("Ae", "Be", "Ce")]
+    gains = [run(lists.projection_gains, w)[k] for k in ("Ae", "Be", "Ce")]
     gains.append(w["De"])
     known = model.known(gains)
-    for name, value in run(kernels.projection_gradient, known).items():
+    for name, value in run(lists.projection_gradient, known).items():
         assert np.abs(value).max() < 1e-10, name
     np.testing.assert_allclose(known["Q12"], w["G"].T @ w["Q2"], atol=1e-10)
     np.testing.assert_allclose(known["P12"], -w["Gam"].T @ w["P2"], atol=1e-10)
@@ -354,9 +352,9 @@ def test_counterexamples_by_other_code(name):
     joint = np.block([[model.V1, model.V12], [model.V12.T, model.V2]])
     assert np.linalg.eigvalsh(joint)[0] > 0
     gains = [value[k] for k in GAINS]
-    slopes = run(kernels.projection_gradient, model.known(gains))
+    slopes = run(lists.projection_gradient, model.known(gains))
     assert max(np.abs(slopes[f"grad{X}"]).max() for X in GAINS) > 0.1
-    residuals = run(kernels.projection_equations, value)
+    residuals = run(lists.projection_equations, value)
     for key in ("riccati", "estimate", "adjoint", "idempotent"):
         assert np.abs(residuals[key]).max() < 1e-14
     assert (np.abs(residuals["aligned_Q"]).max() < 1e-14) == (name == "Qh alone")

@@ -9,9 +9,10 @@ import scipy.linalg
 import sympy as sp
 from worlds import Numbers, symbols
 
-from luenberger import kernels, sampling
+from luenberger import sampling
 from luenberger.kernels.scalar import function
 from luenberger.papers.hsia.derivation import laws as adaptive_sampling
+from luenberger.papers.hsia.laws import formula_of
 from luenberger.symbolic import Derivation, vanishes
 
 LAWS = list(adaptive_sampling.FAMILY)
@@ -134,11 +135,11 @@ def test_damaged_noise_is_noticed(part):
 
 
 @pytest.mark.parametrize("law", LAWS)
-def test_the_kernel_is_the_derived_formula(law):
+def test_the_kernel_is_theformula_of_formula(law):
     formula = adaptive_sampling.derive().formulas[adaptive_sampling.key(law)]
     given = {"rho": 3.7, "T_max": 0.13, COEFFICIENT[law]: 0.021}
     exact = formula.subs({x: given[x.name] for x in formula.free_symbols})
-    found = kernels.sampling_law(law, COEFFICIENT[law])(**given)
+    found = formula_of(law, COEFFICIENT[law])(**given)
     assert np.isclose(found, float(exact), rtol=1e-14)
 
 

@@ -12,10 +12,10 @@ from sympy import MatAdd
 from worlds import Numbers, symbols
 
 from luenberger import kernels
+from luenberger.papers.moore.derivation import companion_row, observer_input, recurrence
 from luenberger.papers.moore.derivation import condition as functional_condition
 from luenberger.papers.moore.derivation import errata as functional_errata
 from luenberger.papers.moore.derivation import observer as functional
-from luenberger.papers.moore.derivation import recurrence
 from luenberger.papers.moore.derivation import signs as functional_signs
 from luenberger.symbolic import ShapeError, vanishes
 
@@ -275,7 +275,7 @@ def rational_case():
 
 def test_the_kernel_builds_an_exact_observer_row_by_row():
     A, C, beta, D, k = rational_case()
-    step = kernels.functional_row()
+    step = kernels.compiled(companion_row)
     rows = [k]
     for i, b in enumerate(reversed(beta)):
         given = dict(t=rows[-1], A=A, b=exact([[b]]), k=k, d=D[i : i + 1], C=C)
@@ -285,7 +285,7 @@ def test_the_kernel_builds_an_exact_observer_row_by_row():
     F = exact([[-beta[2], 1, 0], [-beta[1], 0, 1], [-beta[0], 0, 0]])
     assert not after.any() and not (T @ A - F @ T - D @ C).any()
     B, E = exact([[1], [0], [2], [1]]), exact([["1/2"], [3]])
-    G = kernels.functional_input()(T=T, B=B, D=D, E=E)["G"]
+    G = kernels.compiled(observer_input)(T=T, B=B, D=D, E=E)["G"]
     assert (G == T @ B - D @ E).all()
     # run it, by hand: the error is P F^j (z - T x) whatever the input does
     x, z = exact([[1], [-2], [3], [1]]), exact([[5], [0], ["-1/3"]])

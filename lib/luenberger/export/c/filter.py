@@ -9,6 +9,7 @@ from ...errors import DesignError
 from ...kernels import lowered
 from ...kernels.program import Factor
 from ...numeric.linalg import symmetrise
+from ...papers.leondes_novak.derivation import complete_sample, partial_sample, predict
 from ...recursion.settings import Settings, require_start
 from ...run.filter_data import filter_data
 from . import source_and_header
@@ -138,8 +139,7 @@ class _Filter:
     def complete(self):
         """Every output arrived: the fast way, which gives up where it must."""
         program = lowered(
-            "leondes_novak.on_target",
-            "complete_sample",
+            complete_sample,
             ["x", "Sigma", "x_minus_next", "Omega_next"],
             zero=_zero(self.full),
             symmetric=("Q", "R", "Omega"),
@@ -164,8 +164,7 @@ class _Filter:
         outputs = ["x", "Sigma"] + (["rho", *MOVES] if self.cross else [])
         accurate = self.settings.accurate
         program = lowered(
-            "leondes_novak.on_target",
-            "partial_sample",
+            partial_sample,
             outputs,
             zero=_zero(self.whole) + ([] if accurate else ["Taken"]),
             symmetric=("Q_all", "R_all", "Inverse", "Omega"),
@@ -201,8 +200,7 @@ class _Filter:
         moves = [] if not self.cross else MOVES
         constants = {k: X for k, X in self.full.items() if k not in moves}
         program = lowered(
-            "leondes_novak.on_target",
-            "predict",
+            predict,
             list(RESULTS),
             zero=[k for k in _zero(constants) if k in "A As B J Q".split()],
             symmetric=("Q", "Sigma"),

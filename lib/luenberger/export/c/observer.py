@@ -8,6 +8,7 @@ import numpy as np
 from ...errors import DesignError
 from ...kernels import lowered
 from ...numeric.linalg import modes
+from ...papers.leondes_novak.derivation import observer_step
 from ...run.estimate import estimate
 from . import source_and_header
 from .function_body import Module
@@ -129,9 +130,7 @@ def inputs(m, p):
 
 def _program(observer):
     zero = [k for k in MATRICES if not getattr(observer, k).any()]
-    program = lowered(
-        "leondes_novak.one_pass", "observer_step", ["w_hat", "z_next"], zero=zero
-    )
+    program = lowered(observer_step, ["w_hat", "z_next"], zero=zero)
     (q, r), p, m = observer.P.shape, observer.D.shape[1], observer.G.shape[1]
     return program, {"q": q, "r": r, "p": p, "m": m}
 

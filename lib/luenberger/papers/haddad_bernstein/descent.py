@@ -12,10 +12,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ... import kernels
 from ...errors import CertificateError
 from ...kernels import run
 from ...numeric.linalg import lyapunov, radius
+from . import derivation as stages
 from .stein import Schur
 
 NEAR = 1e-9  # gradient, relative to the cost's scale, below which Newton goes alone
@@ -38,13 +38,13 @@ def evaluate(target, Ae, Be):
     """The Point of (Ae, Be); Ae must be stable."""
     F, G = Schur(Ae), target.dynamics
     have = target.matrices | dict(Ae=Ae, Be=Be)
-    have["Q12"] = G.forward(F, run(kernels.estimator_moments("N12"), have)["N12"])
-    have["Q2"] = _even(F.forward(F, run(kernels.estimator_moments("N2"), have)["N2"]))
+    have["Q12"] = G.forward(F, run(stages.estimator_moments, have, "N12")["N12"])
+    have["Q2"] = _even(F.forward(F, run(stages.estimator_moments, have, "N2")["N2"]))
     _take_output(have, target.feedthrough)
-    have["P2"] = _even(F.backward(F, run(kernels.adjoint_moments("M2"), have)["M2"]))
-    have["P12"] = G.backward(F, run(kernels.adjoint_moments("M12"), have)["M12"])
-    have |= run(kernels.projection_gradient("gradAe", "gradBe"), have)
-    cost = float(np.trace(run(kernels.projection_cost("J"), have)["J"]))
+    have["P2"] = _even(F.backward(F, run(stages.adjoint_moments, have, "M2")["M2"]))
+    have["P12"] = G.backward(F, run(stages.adjoint_moments, have, "M12")["M12"])
+    have |= run(stages.projection_gradient, have, "gradAe", "gradBe")
+    cost = float(np.trace(run(stages.projection_cost, have, "J")["J"]))
     return Point(have, cost, F)
 
 
@@ -56,10 +56,10 @@ def _take_output(have, feedthrough):
     """Add the best Ce and De."""
     r, shape = len(have["Ae"]), (len(have["L"]), len(have["C"]))
     if feedthrough:
-        have |= run(kernels.best_output("Czy", "CeDe"), have)
+        have |= run(stages.best_output, have, "Czy", "CeDe")
         have["Ce"], have["De"] = have["CeDe"][:, :r], have["CeDe"][:, r:]
     else:
-        have |= run(kernels.best_output("Ce"), have)
+        have |= run(stages.best_output, have, "Ce")
         have["De"] = np.zeros(shape)
 
 
@@ -67,19 +67,21 @@ def second_derivatives(target, point, dAe, dBe):
     """Gradients' moves along k directions (k, r, r), (k, r, p), with best outputs."""
     F, G = point.dynamics, target.dynamics
     have = point.have | dict(dAe=dAe, dBe=dBe)
-    move = kernels.projection_differential
-    have["dQ12"] = G.forward(F, run(move("dN12"), have)["dN12"])
-    have["dQ2"] = F.forward(F, run(move("dN2"), have)["dN2"])
+
+    def moved(*names, by=stages.projection_differential):
+        return run(by, have, *names, stacks=True).values()
+
+    have["dQ12"] = G.forward(F, *moved("dN12"))
+    have["dQ2"] = F.forward(F, *moved("dN2"))
     if target.feedthrough:
-        both = run(kernels.best_output_differential("dCeDe"), have)["dCeDe"]
+        (both,) = moved("dCeDe", by=stages.best_output_differential)
         have["dCe"], have["dDe"] = np.split(both, [len(F.upper)], axis=-1)
     else:
-        have |= run(kernels.best_output_differential("dCe"), have)
+        (have["dCe"],) = moved("dCe", by=stages.best_output_differential)
         have["dDe"] = np.zeros((len(dAe), *have["De"].shape))
-    have["dP2"] = F.backward(F, run(move("dM2"), have)["dM2"])
-    have["dP12"] = G.backward(F, run(move("dM12"), have)["dM12"])
-    moved = run(move("dgradAe", "dgradBe"), have)
-    return moved["dgradAe"], moved["dgradBe"]
+    have["dP2"] = F.backward(F, *moved("dM2"))
+    have["dP12"] = G.backward(F, *moved("dM12"))
+    return tuple(moved("dgradAe", "dgradBe"))
 
 
 def normalised(Ae, Be):

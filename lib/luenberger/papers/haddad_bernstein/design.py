@@ -5,7 +5,6 @@ from numbers import Integral
 
 import numpy as np
 
-from ... import kernels
 from ...analysis.optimality import optimality
 from ...arguments import expect
 from ...certificate import residuals
@@ -15,6 +14,7 @@ from ...numeric.linalg import modes
 from ...numeric.validation import matrix
 from ...observer import Observer
 from ...recursion.settings import positive_weight, require_noise
+from .derivation import projection_factors, projection_gains
 from .descent import balancing
 from .search import Minimum, Search, directions, minima
 from .target import prediction, target
@@ -241,14 +241,14 @@ def _nowhere(order, failed):
 def _projected(plant, whole, G, Gam):
     """The Kalman filter with the states Gam x^: (3.10)-(3.13)."""
     have = whole._asdict() | dict(G=G, Gam=Gam)
-    return _assembled(plant, whole, have | run(kernels.projection_gains(), have))
+    return _assembled(plant, whole, have | run(projection_gains, have))
 
 
 def _observer(plant, whole, sought, frame):
     """The estimator for the plant itself, in balanced coordinates."""
     have = frame.point.have
     to, back = balancing(have["Q2"], have["P2"])
-    Gam = to @ run(kernels.projection_factors("Gam"), have)["Gam"]
+    Gam = to @ run(projection_factors, have, "Gam")["Gam"]
     sign = _signs(Gam / whole.states)
     to, back = sign * to, back * sign.T
     return _assembled(

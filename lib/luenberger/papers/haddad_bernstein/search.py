@@ -12,12 +12,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ... import kernels
 from ...analysis.optimality import Optimality
 from ...errors import CertificateError
 from ...kernels import run
 from ...numeric.linalg import radius
 from ...observer import Observer
+from .derivation import projection_gains
 from .descent import Frame, descend
 
 RANK_TOL = 1e-8  # direction too weak, beside the strongest, to change the cost
@@ -146,7 +146,7 @@ def _projection(target, found, chosen):
     chosen, p = list(chosen), len(target.matrices["C"])
     have = target.matrices | dict(Qs=target.Kq, V2s=np.eye(p))
     have |= dict(G=found.lift[:, chosen].T, Gam=found.read[chosen])
-    gains = run(kernels.projection_gains("Ae", "Be"), have)
+    gains = run(projection_gains, have, "Ae", "Be")
     return gains["Ae"], gains["Be"]
 
 

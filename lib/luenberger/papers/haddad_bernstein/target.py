@@ -12,13 +12,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ... import kernels
+from ...analysis.error_covariance import settled
 from ...analysis.mean_square import equivalent_noise
 from ...errors import DesignError
 from ...kernels import run
 from ...numeric.linalg import left_over, lyapunov, null_directions
 from ...recursion.settings import Settings
 from ...recursion.steady_gain import steady_gain
+from . import derivation as stages
 from .stein import Schur
 
 
@@ -40,7 +41,7 @@ class Prediction(NamedTuple):
     @property
     def cost(self):
         """What the best estimator of any order costs: (3.18)."""
-        return float(np.trace(run(kernels.projection_trace("J"), self._asdict())["J"]))
+        return float(np.trace(run(stages.projection_trace, self._asdict(), "J")["J"]))
 
 
 class Target(NamedTuple):
@@ -71,11 +72,12 @@ def prediction(plant, L, weight, feedthrough):
         replace(plant, multiplicative=(), A=A, C=C, Q=Q, R=noise.R, S=S)
     )
     have = dict(A=A, C=C, L=L, R=weight, V1=Q, V12=S, V2=noise.R, states=size)
-    have["Q"] = _error_covariance(have, K)
-    have |= run(kernels.projection_innovation(), have)
+    error = dict(F=A - K @ C, D=K, T_next=np.eye(plant.n))
+    have["Q"] = settled(**error, Q=Q, R=noise.R, S=S)
+    have |= run(stages.projection_innovation, have)
     have["De"] = np.zeros((len(L), plant.p))
     if feedthrough:
-        have |= run(kernels.feedthrough_gain(), have)
+        have |= run(stages.feedthrough_gain, have)
     have |= dict(feedthrough=feedthrough, output_names=plant.output_names)
     return Prediction(*(have[name] for name in Prediction._fields))
 
@@ -84,32 +86,22 @@ def _predictor_gain(plant):
     """K of x^+ = A x^ + K (y - C x^); zero where nothing ever disturbs the state."""
     if not plant.Q.any():
         return np.zeros(plant.C.T.shape)
-    now, eye = Settings(plant, 0).at(0), np.eye(plant.n)
-    K = steady_gain(now, ())
-    return kernels.observer_matrices("D")(As=now.As, J=now.J, K=K, T_next=eye)["D"]
-
-
-def _error_covariance(have, K):
-    """Covariance of the prediction error for the predictor gain K."""
-    F, eye = have["A"] - K @ have["C"], np.eye(len(K))
-    drive = kernels.error_recursion("X_next")(
-        F=F, D=K, T_next=eye, Q=have["V1"], R=have["V2"], S=have["V12"], X=0 * F
-    )
-    return lyapunov(F, drive["X_next"])
+    now = Settings(plant, 0).at(0)
+    return now.predictor(steady_gain(now, ()))
 
 
 def target(found):
     """The problem of approximating the filter `found`, a Prediction."""
     _require_innovation(found.V2s, found.output_names)
     have = found._asdict()
-    have |= run(kernels.innovations_plant(), have)
+    have |= run(stages.innovations_plant, have)
     unit = np.linalg.inv(np.linalg.cholesky(found.V2s))
     half = np.linalg.cholesky(found.R).T
     Lq = left_over(found.L, found.De, found.C, np.ones(len(found.A)))
     Q1, L = lyapunov(found.A, have["V1i"]), half @ Lq
     matrices = dict(A=found.A, C=unit @ found.C, L=L, R=np.eye(len(half)), Q1=Q1)
     noise = dict(V12=found.Qs @ unit.T, V2=np.eye(len(unit)))
-    matrices |= run(kernels.output_moments(), matrices | noise)
+    matrices |= run(stages.output_moments, matrices | noise)
     return Target(
         matrices,
         Kq=noise["V12"],

@@ -2,12 +2,10 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
+from functools import cache, partial
 from numbers import Real
 
 import numpy as np
-
-from ... import kernels
 
 T_MIN, T_MAX = 0.02, 0.1  # seconds, the bounds of Table II
 
@@ -194,8 +192,16 @@ def _constant(T, rate):
 
 
 def _compiled(name, letter, value, T_max, rate):
-    law = kernels.sampling_law(name, letter)
-    return law(rho=rate, T_max=T_max, **{letter: value})
+    return formula_of(name, letter)(rho=rate, T_max=T_max, **{letter: value})
+
+
+@cache
+def formula_of(name, letter):
+    """A law without bounds as f(rho, T_max, letter), compiled from its derivation."""
+    from ...kernels.scalar import function
+    from .derivation import laws
+
+    return function(laws.derive(), laws.key(name), "rho", "T_max", letter)
 
 
 def _positive(name, value):

@@ -12,6 +12,7 @@ from ...recursion.settings import Settings, require_start
 from ...recursion.state import start
 from ...recursion.steady_gain import best_constant_gain, steady_gain
 from ..certified import certified
+from .derivation import observer_matrices
 
 BLOCK = 4096  # rows of gains that compiled code makes at a time
 
@@ -206,14 +207,10 @@ def _over(settings, steps, backend):
     K = stack["Gamma"] + stack["Phat"] @ (
         stack["That"] @ K
     )  # C1 K = [I 0] without rounding
-    compute = kernels.observer_matrices
-    T = compute("T")(That=stack["That"], K=K, C=stack["C"])["T"]
-    T_next = np.concatenate([T[1:], T[-1:]])
-    rest = compute("F", "D", "G", "W")(
-        **{name: stack[name] for name in ("As", "B", "J", "E", "Phat")},
-        K=K,
-        T_next=T_next,
-    )
+    have = stack | {"K": K}
+    T = kernels.run(observer_matrices, have, "T", stacks=True)["T"]
+    have["T_next"] = np.concatenate([T[1:], T[-1:]])
+    rest = kernels.run(observer_matrices, have, *"FDGW", stacks=True)
     A, B, _ = plant.first_step()
     T0 = T[0] @ A
     return Observer(
@@ -233,11 +230,9 @@ def _constant(settings, K):
     """A constant gain as an Observer."""
     now, plant = settings.at(0), settings.plant
     K = now.Gamma + now.Phat @ (now.That @ K)  # C1 K = [I 0] without rounding
-    compute = kernels.observer_matrices
-    T = compute("T")(That=now.That, K=K, C=now.C)["T"]
-    rest = compute("F", "D", "G", "W")(
-        As=now.As, B=now.B, J=now.J, E=now.E, Phat=now.Phat, K=K, T_next=T
-    )
+    have = now._asdict() | {"K": K}
+    have["T_next"] = T = kernels.run(observer_matrices, have, "T", stacks=True)["T"]
+    rest = kernels.run(observer_matrices, have, *"FDGW", stacks=True)
     return Observer(
         **rest,
         P=now.Phat,

@@ -14,6 +14,7 @@ import scipy.linalg
 
 from ... import kernels
 from ...numeric import rationals
+from .derivation import companion_row
 
 
 @dataclass(frozen=True)
@@ -64,7 +65,7 @@ def in_order(poles):
 
 def rows(A, C, k, factors, D):
     """The rows of T, and the one after them."""
-    step = kernels.functional_row("t_next")
+    step = kernels.compiled(companion_row)
     t, T = k[None], []
     for factor in factors:
         first = t

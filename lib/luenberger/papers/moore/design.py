@@ -16,6 +16,7 @@ from ..certified import certified
 from ..poles import arranged
 from . import refusals as inadmissible
 from .companion_chain import chain, factors_of
+from .derivation import observer_input
 from .realised import LOST_TOL, built
 from .recurrences import Admissible, functionals
 
@@ -218,7 +219,7 @@ def _side_by_side(plant, k, chains):
     T, D = (X if exactly else X.astype(float) for X in (T, D))
     return Observer(
         F=F,
-        G=kernels.functional_input("G")(T=T, B=B, D=D, E=E)["G"],
+        G=kernels.compiled(observer_input)(T=T, B=B, D=D, E=E)["G"],
         D=D,
         P=P,
         V=zero(len(k), plant.p),

@@ -33,7 +33,48 @@
 `errata`
     What Haddad and Bernstein's pages print, or the scan leaves, and what holds.
 
-A proof or a stage list of this paper enters here.  It uses
-`luenberger.symbolic`, and `luenberger.certificate` where the residuals are
-proved; no other paper.
+A proof or a stage list of this paper enters here; of a stage list, its `StageList`
+stands below, so that nobody loads SymPy only to name it.  It uses
+`luenberger.symbolic`, and `luenberger.certificate` where the residuals are proved;
+no other paper.
 """
+
+from ....stage_list import StageList
+
+equivalent_noise = StageList(__name__, "moment_stages.equivalent_noise", "dV1 dV12 dV2")
+output_moments = StageList(__name__, "moment_stages.output_moments", "Qxy Qxy_next Qyy")
+estimator_moments = StageList(__name__, "moment_stages.estimator_moments", "N12 N2")
+adjoint_moments = StageList(__name__, "moment_stages.adjoint_moments", "M2 M12 M1")
+projection_cost = StageList(__name__, "moment_stages.projection_cost", "Sigma J")
+projection_gradient = StageList(
+    __name__, "moment_stages.projection_gradient", "gradAe gradBe gradCe gradDe"
+)
+best_output = StageList(__name__, "moment_stages.best_output", "Czy Nzy CeDe Ce")
+best_output_differential = StageList(
+    __name__, "moment_stages.best_output_differential", "dNzy dCeDe dCe"
+)
+projection_differential = StageList(
+    __name__,
+    "moment_stages.projection_differential",
+    "dN12 dN2 dM2 dM12 dgradAe dgradBe dgradCe dgradDe",
+)
+projection_innovation = StageList(
+    __name__, "theorem_stages.projection_innovation", "Qs V2s"
+)
+projection_factors = StageList(
+    __name__, "theorem_stages.projection_factors", "Gt Gamt G Gam GamG tau Q"
+)
+feedthrough_gain = StageList(__name__, "theorem_stages.feedthrough_gain", "De")
+projection_gains = StageList(
+    __name__, "theorem_stages.projection_gains", "Kq Aq Ae Be Ce"
+)
+projection_scripts = StageList(
+    __name__, "theorem_stages.projection_scripts", "Kq Aq Lq Qh Ph"
+)
+projection_equations = StageList(
+    __name__,
+    "theorem_stages.projection_equations",
+    "Kq Aq Lq forgets riccati estimate adjoint idempotent aligned_Q aligned_P",
+)
+projection_trace = StageList(__name__, "theorem_stages.projection_trace", "J")
+innovations_plant = StageList(__name__, "theorem_stages.innovations_plant", "Kq V1i Lq")

@@ -16,45 +16,26 @@ Source: Haddad and Bernstein (1987), Systems and Control Letters 8, 381-388.
 
 from functools import cache
 
+from ....stage_list import stage_lists
 from ....symbolic import Derivation
-from . import moment_stages, theorem_stages
-
-STAGE_LISTS = {
-    name: getattr(module, name)
-    for module, names in (
-        (
-            moment_stages,
-            "equivalent_noise output_moments estimator_moments adjoint_moments "
-            "projection_cost projection_gradient best_output "
-            "best_output_differential projection_differential",
-        ),
-        (
-            theorem_stages,
-            "projection_innovation projection_factors feedthrough_gain "
-            "projection_gains projection_scripts projection_equations "
-            "projection_trace innovations_plant",
-        ),
-    )
-    for name in names.split()
-}
+from . import (
+    augmented,
+    converse,
+    counterexamples,
+    equivalent_plant,
+    errata,
+    full_order,
+    mean_square,
+    model_reduction,
+    projection_gains,
+    remarks,
+    stability,
+    stationarity,
+)
 
 
 def sections():
     """The parts that follow the paper or add to it, in page order."""
-    # imported here, because kernels need the stage lists only
-    from . import (
-        augmented,
-        converse,
-        counterexamples,
-        equivalent_plant,
-        full_order,
-        mean_square,
-        model_reduction,
-        remarks,
-        stability,
-        stationarity,
-    )
-
     return {
         "augmented system": augmented.derive(),
         "mean-square stability": mean_square.derive(),
@@ -71,14 +52,13 @@ def sections():
 
 def parts():
     """All parts by name, the stage lists last."""
-    return sections() | {name: make() for name, make in STAGE_LISTS.items()}
+    lists = stage_lists(__package__).items()
+    return sections() | {name: stages() for name, stages in lists}
 
 
 def misprints():
     """{place and what is printed: (printed claim, correct claim)}."""
-    from . import errata as projection_errata
-
-    return projection_errata.entries()
+    return errata.entries()
 
 
 @cache
@@ -91,7 +71,7 @@ def derive():
         for key, step in part.steps.items():
             new = key[0] == "(" and key not in steps
             steps[key if new else f"{name}: {key}"] = step
-    gains = STAGE_LISTS["projection_gains"]()
+    gains = projection_gains()
     return Derivation(
         given=gains.given,
         stages=gains.stages,

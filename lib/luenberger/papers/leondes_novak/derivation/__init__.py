@@ -39,7 +39,51 @@
 `errata`
     What the page prints and the algebra refuses.
 
-A proof or a stage list of this paper enters here.  It uses
-`luenberger.symbolic`, and `luenberger.certificate` where the residuals are
-proved; no other paper.
+A proof or a stage list of this paper enters here; of a stage list, its `StageList`
+stands below, so that nobody loads SymPy only to name it.  It uses
+`luenberger.symbolic`, and `luenberger.certificate` where the residuals are proved;
+no other paper.
 """
+
+from ....stage_list import StageList
+
+gain_step = StageList(
+    __name__, "best_coordinates.gain_step", "Omega M Kmv K Y Sigma_next"
+)
+estimate_step = StageList(
+    __name__, "stages.estimate_step", "x_minus innovation x_next rho_next"
+)
+step_differential = StageList(__name__, "stages.step_differential", "dK dSigma")
+steady_gradient = StageList(__name__, "stages.steady_gradient", "Gradient")
+observer_matrices = StageList(__name__, "stages.observer", "T F D G W")
+decorrelation = StageList(__name__, "stages.decorrelation", "As Qs")
+error_recursion = StageList(__name__, "stages.error_recursion", "X_next Sigma")
+root_gain = StageList(__name__, "square_root.root_gain", "L M Kmv")
+root_update = StageList(__name__, "square_root.root_update", "K Y kept drawn")
+root_error = StageList(__name__, "square_root.root_error", "moved drive shown drawn")
+root_decorrelation = StageList(__name__, "square_root.root_decorrelation", "G")
+filter_step = StageList(
+    __name__,
+    "one_pass.filter_step",
+    "Omega N M Kmv K Z Sigma_next x_minus known innovation x_next rho_next",
+)
+padded = StageList(__name__, "one_pass.padded", "C E R Gamma J")
+observer_step = StageList(__name__, "one_pass.observer_step", "w_hat z_next")
+predict = StageList(__name__, "on_target.predict", "Omega_next x_minus_next")
+update = StageList(
+    __name__, "on_target.update", "N M Kmv K Z Sigma known innovation x rho"
+)
+complete_sample = StageList(
+    __name__,
+    "on_target.complete_sample",
+    "N M Kmv K Z Sigma known innovation x rho Omega_next x_minus_next",
+)
+partial_sample = StageList(
+    __name__,
+    "on_target.partial_sample",
+    "C E R S J As Q Lifted Spread Gamma N M Kmv K Z Sigma known innovation x rho",
+)
+arrived = StageList(__name__, "on_target.arrived", "C E R S J As Q Lifted Spread Gamma")
+side_by_side_step = StageList(
+    __name__, "side_by_side.side_by_side", "y w w_hat e z_next x_next"
+)

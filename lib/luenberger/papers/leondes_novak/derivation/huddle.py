@@ -22,9 +22,7 @@ from ....symbolic import (
     ZeroMatrix,
     claims,
 )
-from .stages import decorrelation, error_recursion, observer
-
-__all__ = ["decorrelation", "derive", "error_recursion", "observer"]
+from .stages import decorrelation
 
 n, p, m, r = sp.symbols("n p m r", integer=True, nonnegative=True)
 A, Q, As = (MatrixSymbol(k, n, n) for k in ("A", "Q", "A_s"))

@@ -12,27 +12,14 @@ import re
 from functools import cache
 
 from ....symbolic import Derivation
+from . import best_coordinates, canonical_gain, coordinates, errata, uniqueness
 from .stages import estimate_step, gain_step, steady_gradient, step_differential
-
-__all__ = [
-    "derive",
-    "estimate_step",
-    "gain_step",
-    "misprints",
-    "parts",
-    "steady_gradient",
-    "step_differential",
-]
-
 
 NUMBERED = re.compile(r"\(\d")
 
 
 def parts():
     """The parts by name, in page order."""
-    # imported here, because kernels need the recursions only
-    from . import best_coordinates, canonical_gain, coordinates, uniqueness
-
     return {
         "coordinates": coordinates.derive(),
         "canonical gain": canonical_gain.derive(),
@@ -47,8 +34,6 @@ def parts():
 
 def misprints():
     """List of (place, printed, why the algebra rejects it) for the paper."""
-    from . import errata
-
     return errata.misprints()
 
 

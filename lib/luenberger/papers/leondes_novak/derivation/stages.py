@@ -4,7 +4,7 @@ Each function returns a `Derivation` whose `stages` the kernels compile and whos
 `steps` prove what the stages are used for.  All are in the user's own coordinates:
 `Gamma` (n, p) holds the columns that turn accurate outputs into states,
 C1 Gamma1 = I, and zeros for the other outputs, so that Gamma = 0 is the Kalman
-filter.  `huddle` and `paper` offer these functions under their names.
+filter.
 
 Source: Leondes and Novak (1974), equations (9)-(15), (26)-(33), (41)-(43); the
 differential, the steady gradient and the correlated noise are our own.

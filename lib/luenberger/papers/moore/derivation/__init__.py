@@ -11,7 +11,13 @@
 `errata`
     What Moore's page prints and what holds, each entry tried.
 
-A proof or a stage list of this paper enters here.  It uses
-`luenberger.symbolic`, and `luenberger.certificate` where the residuals are
-proved; no other paper.
+A proof or a stage list of this paper enters here; of a stage list, its `StageList`
+stands below, so that nobody loads SymPy only to name it.  It uses
+`luenberger.symbolic`, and `luenberger.certificate` where the residuals are proved;
+no other paper.
 """
+
+from ....stage_list import StageList
+
+companion_row = StageList(__name__, "observer.companion_row", "t_next")
+observer_input = StageList(__name__, "observer.observer", "G")

@@ -1,0 +1,90 @@
+"""A recursion that runs over a record: a stage list, and what goes round.
+
+It adds to a stage list what a loop over time needs to know: what one row hands to the
+next, what is read from the record's rows, what is written down.
+"""
+
+from dataclasses import dataclass
+
+from ..stage_list import StageList
+from .program import Program
+
+
+@dataclass(frozen=True)
+class Recursion:
+    """A stage list that is run once for each row of a record.
+
+    Attributes
+    ----------
+    stages : StageList
+    carried : tuple of (str, str)
+        Results, and the given matrix that each is at the next row; one that nothing
+        reads then is left out.
+    rows : tuple of (str, str, int)
+        Given vectors, with the array of the record and the row in it, k or k + 1.
+    written : tuple of (str, str, str)
+        Output array, result, and "vector", "diagonal" or "matrix"; matrices are
+        written only where a history is kept.
+    before : tuple of str
+        Given matrices that belong to the instant before.
+    symmetric : tuple of str
+        Given matrices that are symmetric.
+    definite : tuple of Factor
+        Of results that must be positive definite, or the loop gives up.
+    same : tuple of (str, str, str)
+        Given matrices that are the same as another one where a third vanishes.
+    """
+
+    stages: StageList
+    carried: tuple
+    rows: tuple
+    written: tuple
+    before: tuple = ()
+    symmetric: tuple = ()
+    definite: tuple = ()
+    same: tuple = ()
+
+    def lowered(self, zero=()):
+        """The `Loop` where the matrices named in `zero` vanish."""
+        from .lowering import lower
+
+        same = [(one, other) for one, other, third in self.same if third in zero]
+        carried, left = {}, dict(self.carried)
+        while carried != left:
+            carried = left
+            written = [name for _, name, _ in self.written if name not in carried]
+            program = lower(
+                self.stages(),
+                [*carried, *written],
+                zero=zero,
+                symmetric=self.symmetric,
+                definite=self.definite,
+                same=same,
+            )
+            left = {k: name for k, name in carried.items() if name in program.given}
+        return Loop(self, program, carried)
+
+
+@dataclass(frozen=True)
+class Loop:
+    """A recursion as a lowered program; `carried` is a dict of what is handed on."""
+
+    recursion: Recursion
+    program: Program
+    carried: dict
+
+    @property
+    def name(self):
+        """What it is, for the head of generated code."""
+        return self.recursion.stages.where.rpartition(".")[2]
+
+    @property
+    def rows(self):
+        """Given vectors: {name: (array of the record, 0 or 1 rows ahead)}."""
+        return {name: tuple(place) for name, *place in self.recursion.rows}
+
+    @property
+    def matrices(self):
+        """Given matrices that are neither carried nor read from the record."""
+        known = {*self.carried.values(), *self.rows}
+        return tuple(name for name in self.program.given if name not in known)
