@@ -1,6 +1,9 @@
 """Types: what goes in is checked, frozen, and comes back from JSON bit for bit."""
 
+import copy
+import dataclasses
 import json
+import pickle
 
 import numpy as np
 import pytest
@@ -32,6 +35,60 @@ def test_arrays_are_copies_and_read_only():
     for name in ("A", "B", "C", "E", "Q", "R", "x0"):
         with pytest.raises(ValueError, match="read-only"):
             getattr(plant, name)[...] = 0
+
+
+COPIES = {
+    "copy": copy.copy,
+    "deepcopy": copy.deepcopy,
+    **{
+        f"pickle {k}": lambda record, k=k: pickle.loads(pickle.dumps(record, k))
+        for k in range(2, pickle.HIGHEST_PROTOCOL + 1)
+    },
+}
+
+
+def arrays(value):
+    """Every array within a record, at any depth."""
+    if isinstance(value, np.ndarray):
+        yield value
+    elif dataclasses.is_dataclass(value):
+        yield from arrays(vars(value))
+    elif isinstance(value, dict):
+        yield from arrays(list(value.values()))
+    elif isinstance(value, list | tuple):
+        for one in value:
+            yield from arrays(one)
+
+
+def records():
+    exact = lb.Plant([[1, 1], [0, 1]], None, [[1, 0]], dt=1.0)
+    observer = lb.Observer(**OBSERVER, L=[[1.0]], T0=[[1.0]], G0=[[0.0]])
+    noisy = make(multiplicative=[(ODD, C)], P0=np.eye(2), S=[[0.0], [0.0]])
+    return noisy, exact, observer, lb.compare(exact, k=[1, 0], orders=[1])
+
+
+@pytest.mark.parametrize("way", COPIES.values(), ids=COPIES)
+def test_copies_are_read_only_too(way):
+    for record in records():
+        again = way(record)
+        mine, theirs = list(arrays(record)), list(arrays(again))
+        assert len(mine) == len(theirs) and len(mine) >= 7
+        for one, other in zip(mine, theirs):
+            assert one.shape == other.shape and (one == other).all()
+            assert not other.flags.writeable or one.flags.writeable
+        first = dataclasses.fields(again)[0].name
+        with pytest.raises(dataclasses.FrozenInstanceError):
+            setattr(again, first, None)
+
+
+def test_a_pickle_from_before_descriptions_is_read_and_read_only():
+    plant = full_plant()
+    state = {k: X for k, X in vars(plant).items() if k != "description"}
+    old = lb.Plant.__new__(lb.Plant)
+    old.__dict__.update(state)  # as pickle did without __setstate__
+    again = pickle.loads(pickle.dumps(old, 2))
+    assert again.description is None and again.name == "odd"
+    assert not any(X.flags.writeable for X in arrays(again))
 
 
 def test_rounding_asymmetry_is_repaired():
@@ -117,6 +174,7 @@ def full_plant():
         multiplicative=[(ODD, [[1, 2]])],
         P0_is="prior",
         name="odd",
+        description="Two lines\nof a remark.",
         state_names=["position (m)", "v"],
         input_names=["force"],
         output_names=["radar"],
@@ -130,7 +188,8 @@ def test_json_round_trip_is_bit_for_bit(tmp_path):
     for name in ("A", "B", "C", "E", "Q", "R", "S", "x0", "P0"):
         assert getattr(first, name).tobytes() == getattr(again, name).tobytes(), name
     assert again.multiplicative[0][0].tobytes() == first.multiplicative[0][0].tobytes()
-    for name in ("dt", "P0_is", "name", "state_names", "input_names", "output_names"):
+    names = "dt P0_is name description state_names input_names output_names"
+    for name in names.split():
         assert getattr(first, name) == getattr(again, name)
     again.to_json(tmp_path / "again.json")
     texts = [(tmp_path / f"{name}.json").read_bytes() for name in ("plant", "again")]
@@ -182,10 +241,18 @@ def test_json_is_data_and_bad_data_is_refused(tmp_path, text, message):
         lb.Plant.from_json(path)
 
 
-def test_description_in_json_is_allowed(tmp_path):
+def test_a_description_stays_with_its_plant(tmp_path):
     path = tmp_path / "plant.json"
     path.write_text(json.dumps(dict(A=A, C=C, description="a remark")))
-    assert lb.Plant.from_json(path).n == 2
+    plant = lb.Plant.from_json(path)
+    plant.to_json(path)
+    others = [lb.Plant.from_json(path), dataclasses.replace(plant, dt=1.0)]
+    for one in (plant, *others, *(make(plant) for make in COPIES.values())):
+        assert one.description == "a remark"
+    path.write_text(json.dumps(dict(A=A, C=C, description=None)))
+    assert lb.Plant.from_json(path).description is make().description is None
+    with pytest.raises(ValueError, match="description must be text, got 5"):
+        make(description=5)
 
 
 @pytest.mark.parametrize("about", [[1], {"text": "x"}, 3, True])
@@ -303,5 +370,5 @@ def test_time_varying_observer_must_say_how_it_starts():
 def test_observer_json_with_missing_matrices_is_refused(tmp_path):
     path = tmp_path / "observer.json"
     path.write_text('{"F": [[1]]}')
-    with pytest.raises(ValueError, match=r"the observer has no \['G', 'D'"):
+    with pytest.raises(ValueError, match=r"the observer has no 'G', 'D'"):
         lb.Observer.from_json(path)

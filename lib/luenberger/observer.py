@@ -9,13 +9,21 @@ import numpy as np
 
 from .formats import json_records
 from .numeric.linalg import eigenvalues
-from .numeric.validation import exact, matrix, names, sample_time, vector, zeros
+from .numeric.validation import (
+    ReadOnly,
+    exact,
+    matrix,
+    names,
+    sample_time,
+    vector,
+    zeros,
+)
 
 varying = partial(matrix, steps=True, field=complex)
 
 
 @dataclass(frozen=True, eq=False)
-class Observer:
+class Observer(ReadOnly):
     """What every design function returns.
 
     Real or complex.  Either every matrix F, G, D, P, V, T, W is constant, or every
@@ -89,8 +97,7 @@ class Observer:
             raise ValueError(
                 "a time-varying observer needs T0 and G0, which say how it starts"
             )
-        json_records.fill(
-            self,
+        self._fill(
             **given,
             L=L,
             z0=vector("z0", np.zeros(r) if self.z0 is None else self.z0, r),
@@ -112,9 +119,7 @@ class Observer:
             field = f"{kind[2:]}_names"
             value = getattr(source, field)
             known = value is not None or size == 0
-            json_records.fill(
-                self, **{field: names(kind, value, size) if known else None}
-            )
+            self._fill(**{field: names(kind, value, size) if known else None})
 
     def named(self, plant):
         """The same observer, with the names of a plant's states, inputs and outputs.
@@ -205,14 +210,7 @@ class Observer:
         Files of every earlier version are read.  A key that is not known is refused,
         and so is a file of a later "format".
         """
-        data = json_records.read(path, "observer", cls)
-        missing = [key for key in "FGDPVTL" if key not in data]
-        if missing:
-            raise ValueError(f"{path}: the observer has no {missing}")
-        try:
-            return cls(**data)
-        except (ValueError, TypeError) as error:
-            raise ValueError(f"{path}: {error}") from None
+        return json_records.read(path, "observer", cls, "FGDPVTL")
 
 
 def _require_one_lead(given, lead):

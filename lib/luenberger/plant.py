@@ -9,6 +9,7 @@ import numpy as np
 from .errors import short
 from .formats import json_records, statespace
 from .numeric.validation import (
+    ReadOnly,
     covariance,
     exact,
     matrix,
@@ -36,7 +37,7 @@ class Instant(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Plant:
+class Plant(ReadOnly):
     """Linear plant with known inputs, measurements and white noise.
 
     In discrete time ``x[i+1] = A x[i] + B u[i] + w[i]``,
@@ -71,7 +72,8 @@ class Plant:
         "posterior", as in Leondes and Novak: x0, P0 describe x[0] given everything
         up to instant 0, and the first sample is y[1].  "prior": they describe x[1]
         before its sample y[1] is used.
-    name : str, optional
+    name, description : str, optional
+        The plant in a line, for titles, and a remark of any length, for readers.
     state_names, input_names, output_names : sequences of str, optional
         Used in tables and plots; default x1, x2, ..., u1, ..., y1, ...
 
@@ -104,6 +106,7 @@ class Plant:
     multiplicative: tuple = ()
     P0_is: str = "posterior"
     name: str | None = None
+    description: str | None = None
     state_names: tuple = field(default=None)
     input_names: tuple = field(default=None)
     output_names: tuple = field(default=None)
@@ -125,7 +128,7 @@ class Plant:
         S = None if self.S is None else matrix("S", self.S, n, p, steps=True)
         x0 = vector("x0", np.zeros(n) if self.x0 is None else self.x0, n)
         P0 = None if self.P0 is None else covariance("P0", self.P0, n)
-        json_records.fill(self, A=A, B=B, C=C, E=E, Q=Q, R=R, S=S, x0=x0, P0=P0)
+        self._fill(A=A, B=B, C=C, E=E, Q=Q, R=R, S=S, x0=x0, P0=P0)
         if rational is not None:
             rational = {
                 name: exact(np.zeros(getattr(self, name).shape, int))
@@ -135,10 +138,9 @@ class Plant:
             }
             if any(X is None for X in rational.values()):
                 rational = None
-        json_records.fill(self, _exact=rational)
+        self._fill(_exact=rational)
         self._check_joint()
-        json_records.fill(
-            self,
+        self._fill(
             dt=sample_time(self.dt),
             multiplicative=self._noise_pairs(),
             state_names=names("x state", self.state_names, n),
@@ -197,6 +199,8 @@ class Plant:
             )
         if self.name is not None:
             text("name", self.name)
+        if not isinstance(self.description, str | None):
+            raise ValueError(f"description must be text, got {short(self.description)}")
 
     @property
     def n(self):
@@ -285,15 +289,8 @@ class Plant:
     def from_json(cls, path):
         """Read a plant from JSON.  The file is data: nothing in it is evaluated.
 
-        Keys are the parameters of `Plant`; "description" may hold a remark.  A, C
-        and, when there are known inputs, B are required.  A key that is not known is
-        refused, and so is a file of a later "format".
+        Keys are the parameters of `Plant`.  A, C and, when there are known inputs, B
+        are required.  A key that is not known is refused, and so is a file of a later
+        "format".
         """
-        data = json_records.read(path, "plant", cls)
-        for key in ("A", "C"):
-            if key not in data:
-                raise ValueError(f"{path}: the plant has no {key!r}")
-        try:
-            return cls(data.pop("A"), data.pop("B", None), data.pop("C"), **data)
-        except (ValueError, TypeError) as error:
-            raise ValueError(f"{path}: {error}") from None
+        return json_records.read(path, "plant", cls, "AC", B=None)

@@ -1,5 +1,7 @@
 """How every command behaves: statuses, streams, dry runs, signals, names, help."""
 
+import builtins
+import collections
 import contextlib
 import io
 import json
@@ -285,6 +287,32 @@ def test_a_dry_run_writes_nothing_and_names_what_a_run_writes(here, call, line):
     assert status == 0 and "dry run" not in err
     new = sorted(set(contents(here)) - set(before))
     assert out == planned and sorted(map(os.path.normpath, out.splitlines())) == new
+
+
+READING = [
+    "check tracker.json",
+    "compare tracker.json --orders 1",
+    "design tracker.json --out r --dry-run",
+    "estimate report/observer.json tracker.csv --plant tracker.json --out -",
+    "export tracker.json --c firmware",
+    "export report/observer.json --plant tracker.json --c firmware",
+]
+
+
+@pytest.mark.parametrize("line", READING)
+def test_a_file_is_read_once(here, call, monkeypatch, line):
+    """It may change while the command runs."""
+    opened, usual = collections.Counter(), open
+
+    def counting(path, *arguments, **options):
+        opened[str(path)] += 1
+        return usual(path, *arguments, **options)
+
+    for module in (builtins, io):
+        monkeypatch.setattr(module, "open", counting)
+    assert call(line)[0] == 0
+    named = [word for word in shlex.split(line) if word.endswith((".json", ".csv"))]
+    assert [opened[path] for path in named] == [1] * len(named)
 
 
 def test_a_dry_run_refuses_what_the_run_would(here, call):

@@ -2,6 +2,7 @@
 
 import csv
 import json
+import os
 import pathlib
 import re
 import shutil
@@ -23,13 +24,14 @@ FILES = {"design.ipynb", "report.html", "observer.json", "designs.csv", "plant.j
 WITH_DATA = FILES | {"data.csv", "estimates.csv"}
 
 
-def command(*arguments, cwd):
+def command(*arguments, cwd, **options):
     return subprocess.run(
         [sys.executable, "-m", "luenberger", "design", *map(str, arguments)],
         capture_output=True,
         text=True,
         cwd=cwd,
         timeout=120,
+        **options,
     )
 
 
@@ -50,19 +52,44 @@ def contents(folder):
     return {p: p.read_bytes() for p in sorted(folder.rglob("*")) if p.is_file()}
 
 
+WATCH = """
+import os, sys
+
+def watch(event, arguments):
+    if event == "open" and str(arguments[0]).endswith(".json") and arguments[1] == "r":
+        log = os.open(os.environ["OPENED"], os.O_WRONLY | os.O_APPEND | os.O_CREAT)
+        os.write(log, f"{arguments[0]}\\n".encode())
+        os.close(log)
+
+sys.addaudithook(watch)
+"""
+
+
 @pytest.fixture(scope="module")
 def reported(tmp_path_factory):
-    """A folder with a finished report on the tracker, and what the command said."""
-    here = tmp_path_factory.mktemp("command")
-    run = command(
-        PLANTS / "tracker.json",
-        "--out=a/report",
-        "--data",
-        PLANTS / "tracker.csv",
-        cwd=here,
-    )
+    """A folder with a finished report on the tracker, and what the command said.
+
+    Every process of Python notes which JSON it reads.
+    """
+    site, here = map(tmp_path_factory.mktemp, ("site", "command"))
+    (site / "sitecustomize.py").write_text(WATCH)
+    watched = os.environ | {"PYTHONPATH": str(site), "OPENED": str(site / "opened")}
+    given = ("--out=a/report", "--data", PLANTS / "tracker.csv")
+    run = command(PLANTS / "tracker.json", *given, cwd=here, env=watched)
     assert run.returncode == 0, run.stderr
+    run.opened = (site / "opened").read_text().splitlines()
     return here, run
+
+
+def test_the_plant_is_read_once_and_its_copy_once(reported):
+    """The file may change meanwhile; the report's notebook reads what was checked."""
+    here, run = reported
+    assert run.opened.count(str(PLANTS / "tracker.json")) == 1
+    assert [name for name in run.opened if name.endswith("plant.json")] == [
+        "plant.json"
+    ]
+    copy = here / "a/report/plant.json"
+    assert copy.read_bytes() == (PLANTS / "tracker.json").read_bytes()
 
 
 def test_files_and_nothing_else(reported):

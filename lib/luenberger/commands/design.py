@@ -51,12 +51,14 @@ def run(options):
 
     Nothing appears there before everything is finished.
     """
+    from ..formats.json_files import json_file
     from ..formats.spreadsheets import require_plain_names
     from ..plant import Plant
     from ..report import notebook as offline
     from ..run import measurements
 
-    plant, out = Plant.from_json(options.plant), options.out
+    file, out = json_file(options.plant, "a plant"), options.out
+    plant = Plant.from_json(file)
     require_plain_names(plant)
     if options.data is not None:
         measurements.read(options.data, plant)
@@ -69,23 +71,26 @@ def run(options):
         work = Path(tempfile.mkdtemp(prefix=".luenberger-", dir=beside))
         stack.callback(shutil.rmtree, work, ignore_errors=True)
         try:
-            finished = _make(work, plant, options)
+            finished = _make(work, plant, file.content, options.data)
         except offline.NotebookError as error:
             raise ValueError(str(error)) from None
         written(_publish(finished, out), dry=False)
     say(f"done: open {out / REPORT}")
 
 
-def _make(work, plant, options):
-    """Everything that is to be written, in a folder below `work`."""
+def _make(work, plant, content, data):
+    """Everything that is to be written, in a folder below `work`.
+
+    The notebook reads the bytes that were checked, not a file that may have changed.
+    """
     from ..report import notebook as offline
 
     finished = work / "out"
     finished.mkdir()
-    given = {"plant.json": options.plant, "data.csv": options.data}
-    given = {name: path for name, path in given.items() if path is not None}
-    for name, path in given.items():
-        shutil.copyfile(path, work / name)
+    (work / "plant.json").write_bytes(content)
+    if data is not None:
+        shutil.copyfile(data, work / "data.csv")
+    given = [path.name for path in work.iterdir() if path.is_file()]
     notebook = offline.read(offline.TEMPLATES / "design.ipynb")
     offline.run(notebook, work, progress=_show_progress)
     say(f"writing {REPORT}")

@@ -64,12 +64,14 @@ def run(options):
 
 def _read(options):
     """The arguments of `to_c`, read from the files that are named."""
-    from ..formats import json_records
+    from ..formats.json_files import json_file
+    from ..formats.json_records import kind
     from ..observer import Observer
     from ..plant import Plant
 
-    kind = Observer if json_records.kind(options.source) == "observer" else Plant
-    source, m1 = kind.from_json(options.source), None
+    file = json_file(options.source, "a record")
+    source = (Observer if kind(file) == "observer" else Plant).from_json(file)
+    m1 = None
     if options.m1 is not None:
         outputs = getattr(source, "output_names", ())
         m1 = accurate(options.m1, outputs or ())

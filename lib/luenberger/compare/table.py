@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..numeric.validation import ReadOnly
 from ..plant import Plant
 from ..show import Table, number
 from .attempts import LEVEL, Attempt, first_least
@@ -13,7 +14,7 @@ TOLERANCE = 0.05  # a design this close to the smallest error is good enough
 
 
 @dataclass(frozen=True, eq=False)
-class Comparison:
+class Comparison(ReadOnly):
     """All designs of one plant, in the order of the table: see `compare`.
 
     Iterating gives the attempts.  In a notebook it shows as a table, the recommended

@@ -7,6 +7,7 @@ import os
 import stat
 from collections import Counter
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -60,12 +61,22 @@ def _at_once(path: str, flags: int) -> int:
     return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
 
 
-def json_object(path: str | Path, what: str) -> dict[str, Any]:
-    """The object in a JSON file; `require_plain` is for its entries.
+@dataclass(frozen=True)
+class JsonFile:
+    """A JSON file that was read: its path, its bytes, and the object in it."""
+
+    path: str | Path
+    content: bytes
+    data: dict[str, Any]
+
+
+def json_file(path: str | Path | JsonFile, what: str) -> JsonFile:
+    """Read the object in a JSON file; `require_plain` is for its entries.
 
     Parameters
     ----------
-    path : str or Path
+    path : str, Path or JsonFile
+        One that was read already is returned as it is.
     what : str
         What the file should hold, for messages.
 
@@ -75,29 +86,24 @@ def json_object(path: str | Path, what: str) -> dict[str, Any]:
         If the file is not a plain one, too large, not JSON, nested too deeply, or a
         key occurs twice.
     """
-    text = _text(path)
+    if isinstance(path, JsonFile):
+        return path
+    with opened(path) as file, named(path):
+        content = file.read(LARGEST * MIB + 1)
+    if len(content) > LARGEST * MIB:
+        raise ValueError(f"{path}: the file is larger than {LARGEST} MiB")
     try:
+        text = content.decode("utf-8-sig")
         data = json.loads(text, object_pairs_hook=_distinct, parse_int=_whole)
     except RecursionError:
         raise ValueError(f"{path}: not a JSON file: nested too deeply") from None
-    except json.JSONDecodeError as error:
+    except (UnicodeDecodeError, json.JSONDecodeError) as error:
         raise ValueError(f"{path}: not a JSON file: {error}") from None
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from None
     if not isinstance(data, dict):
         raise ValueError(f"{path}: {what} is a JSON object, got {type(data).__name__}")
-    return data
-
-
-def _text(path: str | Path) -> str:
-    with opened(path) as file, named(path):
-        found = file.read(LARGEST * MIB + 1)
-    if len(found) > LARGEST * MIB:
-        raise ValueError(f"{path}: the file is larger than {LARGEST} MiB")
-    try:
-        return found.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise ValueError(f"{path}: not a JSON file: {error}") from None
+    return JsonFile(path, content, data)
 
 
 def _distinct(pairs: list[tuple[str, object]]) -> dict[str, object]:

@@ -1,26 +1,30 @@
-"""Frozen records: filling them after validation, and JSON as plain data."""
+"""Records as JSON: plain data, written row by row and read within limits."""
 
 import dataclasses
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar, Protocol, TypeVar
 
 import numpy as np
 
 from ..errors import few, short
 from . import atomic, json_files
+from .json_files import JsonFile
 
 FORMAT = 1  # of the files; those without the key are from before it
 
 
-def fill(frozen: object, **values: object) -> None:
-    """Set fields of a frozen dataclass from within its __post_init__."""
-    for name, value in values.items():
-        object.__setattr__(frozen, name, value)
+class Dataclass(Protocol):
+    """An instance of a dataclass."""
+
+    __dataclass_fields__: ClassVar[dict[str, dataclasses.Field[Any]]]
 
 
-def as_data(kind: str, frozen: Any) -> dict[str, object]:
+Record = TypeVar("Record", bound=Dataclass)
+
+
+def as_data(kind: str, frozen: Dataclass) -> dict[str, object]:
     """A record as lists, numbers and strings, headed by what it is; None left out."""
     data = {"luenberger": kind, "format": FORMAT}
     for field in dataclasses.fields(frozen):
@@ -64,18 +68,48 @@ def layout(data: Mapping[str, object]) -> str:
     return "{\n" + ",\n".join(lines) + "\n}\n"
 
 
-def kind(path: str | Path) -> str:
-    """What a file says it holds, "plant" or "observer"; without a word, by its keys."""
-    data = json_files.json_object(path, "a record")
-    return data.get("luenberger", "observer" if "F" in data else "plant")
+def kind(file: JsonFile) -> str:
+    """What a `JsonFile` holds, "plant" or "observer"; by its keys, if need be."""
+    return file.data.get("luenberger", "observer" if "F" in file.data else "plant")
 
 
-def read(path: str | Path, kind: str, cls: type) -> dict[str, Any]:
-    """Read the JSON object of a record: known keys, lists, numbers and strings.
+def read(
+    path: str | Path | JsonFile,
+    kind: str,
+    cls: type[Record],
+    required: Iterable[str],
+    **defaults: object,
+) -> Record:
+    """Make a record from a JSON object of known keys, lists, numbers and strings.
 
-    A "description" is a remark for readers of the file and left out.
+    Parameters
+    ----------
+    path : str, Path or JsonFile
+    kind : "plant" or "observer"
+    cls : type
+        A dataclass whose fields are the keys.  A "description" is allowed in any file
+        and left out where the class has no such field.
+    required : sequence of str
+        Keys that must be there.
+    **defaults
+        Values of keys that may be absent, where the class has none.
     """
-    data = json_files.json_object(path, _one(kind))
+    file = json_files.json_file(path, _one(kind))
+    fields = {field.name for field in dataclasses.fields(cls)}
+    data = _entries(file, kind, fields | {"description"})
+    missing = [key for key in required if key not in data]
+    if missing:
+        raise ValueError(f"{file.path}: the {kind} has no {str(missing)[1:-1]}")
+    given = {key: value for key, value in data.items() if key in fields}
+    try:
+        return cls(**defaults | given)
+    except (ValueError, TypeError) as error:
+        raise ValueError(f"{file.path}: {error}") from None
+
+
+def _entries(file: JsonFile, kind: str, known: set[str]) -> dict[str, Any]:
+    """What the file of a record has under known keys, null left out."""
+    path, data = file.path, dict(file.data)
     said = data.pop("luenberger", kind)
     if said != kind:
         raise ValueError(
@@ -83,10 +117,9 @@ def read(path: str | Path, kind: str, cls: type) -> dict[str, Any]:
             f"{short(said)}"
         )
     _check_format(path, data.pop("format", FORMAT))
-    about = data.pop("description", None)
+    about = data.get("description")
     if not isinstance(about, str | None):
         raise ValueError(f"{path}: description must be text, got {short(about)}")
-    known = {field.name for field in dataclasses.fields(cls)} | {"description"}
     unknown = sorted(set(data) - known)
     if unknown:
         raise ValueError(

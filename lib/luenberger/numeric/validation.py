@@ -7,13 +7,14 @@ import warnings
 from collections.abc import Iterable
 from fractions import Fraction
 from numbers import Integral
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
 from ..errors import few, short
 from . import Matrix, Vector
 
+Frozen = TypeVar("Frozen")
 ASYMMETRY_TOL = 1e-9  # |X - X'| relative to |X|: below it is rounding, above a mistake
 INDEFINITE_TOL = 1e-9  # a negative eigenvalue below this (unit diagonal) is rounding
 LARGEST = 10**8  # entries of a matrix that is left out
@@ -190,9 +191,29 @@ def require_semidefinite(name: str, array: Matrix) -> None:
         )
 
 
-def freeze(array: Matrix) -> Matrix:
-    array.setflags(write=False)
-    return array
+def freeze(value: Frozen) -> Frozen:
+    """Return `value`, an array or lists, tuples and dicts of them, made read-only."""
+    if isinstance(value, np.ndarray):
+        value.setflags(write=False)
+    elif isinstance(value, list | tuple | dict):
+        for one in value.values() if isinstance(value, dict) else value:
+            freeze(one)
+    return value
+
+
+class ReadOnly:
+    """Base of frozen records whose arrays are read-only, in every copy of them too.
+
+    A pickle and `copy.deepcopy` make new arrays, which NumPy lets anyone write to.
+    """
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self._fill(**freeze(state))
+
+    def _fill(self, **values: object) -> None:
+        """Set fields from within __post_init__."""
+        for name, value in values.items():
+            object.__setattr__(self, name, value)
 
 
 def exact(value: Any) -> Matrix | None:

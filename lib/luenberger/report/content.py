@@ -7,16 +7,15 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from ..compare import percent, sigma
-from ..formats.json_files import json_object
 from ..show import Prose, Table, number
 
 WIDE = 90  # points of the page for an inch of a picture
 
 
-def title(plant, path):
-    """The plant's name as a heading, and what its file says about it."""
-    about = json_object(path, "a plant").get("description")
-    return Prose(*([about] if about else []), heading=plant.name or "Unnamed plant")
+def title(plant):
+    """The plant's name as a heading, and its description."""
+    about = [plant.description] if plant.description else []
+    return Prose(*about, heading=plant.name or "Unnamed plant")
 
 
 def sizes(plant):
