@@ -198,9 +198,10 @@ def _require(observer, plant, feedthrough):
 
 
 def _moments(observer, plant, weight):
-    """The blocks of (4.4), (4.5) and what they are of, by the derivation's names.
+    """The moments (4.4), (4.5) in blocks, and the matrices that they belong to.
 
-    All signals are divided by their standard deviations, which are returned too.
+    Their names are the derivation's.  All signals are divided by their standard
+    deviations, which are returned too.
     """
     o, n, r, now = observer, plant.n, observer.order, plant.at(0)
     S = np.zeros((n, plant.p)) if now.S is None else now.S

@@ -32,10 +32,10 @@ class Setting(NamedTuple):
     """One instant: the decorrelated plant and the split of the outputs.
 
     ``As, Qs, J`` describe x+ = As x + B u + J (y - E u) + w~ with w~ independent of
-    v.  ``Gamma`` (n, p) makes C1 x^ = y1; ``Phat, That`` are the rest of (47).
+    v; As, Qs and a factor of Qs are in ``move``, which leads to the next instant.
+    ``Gamma`` (n, p) makes C1 x^ = y1; ``Phat, That`` are the rest of (47).
     ``blind`` (p, .) are the combinations of outputs that carry no noise; ``V`` (p, .)
-    and ``deviation`` (p,) are a factor of R and the roots of its diagonal.  ``move``
-    leads from this instant to the next: As, Qs and a factor of Qs.
+    and ``deviation`` (p,) are a factor of R and the roots of its diagonal.
     """
 
     A: np.ndarray
@@ -44,8 +44,6 @@ class Setting(NamedTuple):
     E: np.ndarray
     Q: np.ndarray
     R: np.ndarray
-    As: np.ndarray
-    Qs: np.ndarray
     J: np.ndarray
     Gamma: np.ndarray
     Phat: np.ndarray
@@ -55,6 +53,14 @@ class Setting(NamedTuple):
     V: np.ndarray
     deviation: np.ndarray
     move: Move
+
+    @property
+    def As(self):
+        return self.move.A
+
+    @property
+    def Qs(self):
+        return self.move.Q
 
     def step(self, move, spread):
         """From the `Spread` of the instant before to the gain and Sigma of this one.
@@ -135,8 +141,7 @@ class Settings:
         move = _decorrelated(A, C, Q, R, S, J)
         blind, V, deviation = null_directions(R), factor(R), np.sqrt(R.diagonal())
         return Setting(
-            A, B, C, E, Q, R, move.A, move.Q, J, Gamma, Phat, That, weight,
-            blind, V, deviation, move,
+            A, B, C, E, Q, R, J, Gamma, Phat, That, weight, blind, V, deviation, move,
         )  # fmt: skip
 
 

@@ -240,19 +240,24 @@ def _descended(now, K):
         else:
             break
         K, cost, state = trial, lower, reached
-    if radius(_closed(now, best[1])) >= 1 - UNIT_TOL:
-        require_excited(now, best[1])
+    _require_reached(now, *best)
+    return best[1]
+
+
+def _require_reached(now, residual, K):
+    """Raise unless K is stationary, and stable by more than rounding."""
+    if radius(_closed(now, K)) >= 1 - UNIT_TOL:
+        require_excited(now, K)
         raise CertificateError(
             "the best constant gain leaves a pole on the unit circle, to rounding, so "
             "its start would never be forgotten. Use horizon='step', or other accurate "
             "outputs."
         )
-    if best[0] > STATIONARITY_TOL:
+    if residual > STATIONARITY_TOL:
         raise CertificateError(
             "the best constant gain was not reached: the stationarity residual stays "
-            f"at {best[0]:.1e}. Use horizon='step', or other accurate outputs."
+            f"at {residual:.1e}. Use horizon='step', or other accurate outputs."
         )
-    return best[1]
 
 
 def _trials(memory):

@@ -12,8 +12,8 @@ def in_units(now, states, outputs):
     weight = np.eye(len(x)) if now.weight is None else now.weight
     move = now.move
     return now._replace(
-        A=now.A / x * states, As=now.As / x * states, C=now.C / y * states,
-        Q=now.Q / x / states, Qs=now.Qs / x / states, R=now.R / y / outputs,
+        A=now.A / x * states, C=now.C / y * states,
+        Q=now.Q / x / states, R=now.R / y / outputs,
         J=now.J / x * outputs, Gamma=now.Gamma / x * outputs, Phat=now.Phat / x,
         That=now.That * states, weight=weight * x * states, blind=now.blind * y,
         V=now.V / y, deviation=now.deviation / outputs,

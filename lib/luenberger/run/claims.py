@@ -39,7 +39,8 @@ class Yardstick:
     Attributes
     ----------
     rows : (q, q) ndarray
-        J: what J e is of has the covariance diag(spread^2), its rounding is of size 1.
+        J of new coordinates: J e has the covariance diag(spread^2), and rounding in it
+        has the size 1.
     spread : (q,) ndarray
         Largest first.
     size : (q,) ndarray
@@ -62,7 +63,7 @@ class Yardstick:
         Where X is not told from the rounding of its own entries, it claims nothing
         but that the error is no larger than that, or than the true one.
         """
-        tol, q = SINGULAR_TOL * len(X), len(X)
+        tol = SINGULAR_TOL * len(X)
         variances = self.size**2 + X.diagonal() + before.diagonal()
         propagated = np.sqrt(np.maximum(self.rows**2 @ variances, 1 / tol))
         unit = np.where(self.spread > 1, self.spread, propagated)
@@ -71,14 +72,16 @@ class Yardstick:
         sharp = (self.spread <= 1) | (blur < BLURRED)
         values, vectors = np.linalg.eigh(symmetrise(rows[sharp] @ X @ rows[sharp].T))
         keep, axes = values > tol, vectors.T @ rows[sharp]
-        none, blurred = axes[~keep], rows[~sharp]
-        rounding = np.linalg.norm(vectors.T[~keep] / unit[sharp], axis=1)
+        none, rounding = axes[~keep], lengths(vectors.T[~keep] / unit[sharp])
         none = none / np.maximum(rounding, _blur(none, X))[:, None]
-        blurred = blurred / np.maximum(1, blur[~sharp])[:, None]
-        root, null, count = np.zeros((q, q)), np.zeros((q, q)), keep.sum()
-        root[:count] = axes[keep] / np.sqrt(values[keep])[:, None]
-        null[count:] = np.vstack([none, blurred])
-        return root, null, count
+        blurred = rows[~sharp] / np.maximum(1, blur[~sharp])[:, None]
+        root = axes[keep] / np.sqrt(values[keep])[:, None]
+        null = np.vstack([none, blurred])
+        return (
+            np.vstack([root, np.zeros_like(null)]),
+            np.vstack([np.zeros_like(root), null]),
+            len(root),
+        )
 
 
 def true_claim(observer, plant, steps):

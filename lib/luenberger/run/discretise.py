@@ -1,5 +1,7 @@
 """A continuous plant seen at uneven instants: a time-varying discrete plant."""
 
+from dataclasses import replace
+
 import numpy as np
 import scipy.linalg
 
@@ -9,7 +11,6 @@ from ..errors import DesignError
 from ..numeric.balance import balanced, power_of_two
 from ..numeric.validation import numbers
 from ..papers.hsia.derivation import noise_doubled, noise_of_a_period
-from ..plant import Plant
 from .simulate import hold
 
 
@@ -76,24 +77,9 @@ def discretise(plant, periods):
                 f"within a period of {T:g} s the plant grows beyond what floats hold. "
                 "Take shorter periods."
             )
-    A, B, *noise = (np.array(parts)[where] for parts in zip(*each))
-    Q = noise[0] if noise else None
-    return Plant(
-        A,
-        B,
-        plant.C,
-        plant.E,
-        dt=float(periods.mean()),
-        Q=Q,
-        R=plant.R,
-        x0=plant.x0,
-        P0=plant.P0,
-        P0_is=plant.P0_is,
-        name=plant.name,
-        state_names=plant.state_names,
-        input_names=plant.input_names,
-        output_names=plant.output_names,
-    )
+    names = ("A", "B", "Q")[: len(each[0])]
+    found = {k: np.array(parts)[where] for k, parts in zip(names, zip(*each))}
+    return replace(plant, **found, S=None, dt=float(periods.mean()))
 
 
 def _over_one(plant, T):

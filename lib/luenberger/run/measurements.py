@@ -149,34 +149,44 @@ def apply(observer, accurate, plant, data):
     data : Measurements
     """
     if data.missing:
-        done = filter_data(plant, data.y, data.u, m1=accurate)
-        require_finite(done.x, plant.state_names, _row)
-        kind = "filter with the same accurate outputs" if accurate else "Kalman filter"
-        how = (
-            f"{data.missing} of {data.y.size} measurements are missing, so the "
-            f"estimates come from the time-varying {kind}, which leaves out what was "
-            "not measured; not from observer.json."
-        )
-        return Estimates(data.time, done.x, done.std, how)
+        return _filtered(accurate, plant, data)
     here = first_sample(plant)
     with np.errstate(over="ignore", invalid="ignore"):
         x = estimate(observer, data.y, data.u, x0=here.x0)
     require_finite(x, plant.state_names, _row)
-    if plant.Q is None or plant.R is None:
-        how = "The estimates are those of observer.json; without Q and R their bounds "
-        return Estimates(data.time, x, None, how + "are not known.")
+    how, covariance = "without Q and R their bounds are not known.", None
+    if plant.Q is not None and plant.R is not None:
+        how, covariance = _bounds(observer, plant, len(x))
+    how = "The estimates are those of observer.json; " + how
+    if covariance is None:
+        return Estimates(data.time, x, None, how)
+    variance = np.diagonal(covariance, axis1=1, axis2=2)
+    std = np.broadcast_to(np.sqrt(np.maximum(variance, 0)), x.shape)
+    return Estimates(data.time, x, std, how)
+
+
+def _filtered(accurate, plant, data):
+    """The estimates of a record in which measurements are missing."""
+    done = filter_data(plant, data.y, data.u, m1=accurate)
+    require_finite(done.x, plant.state_names, _row)
+    kind = "filter with the same accurate outputs" if accurate else "Kalman filter"
+    how = (
+        f"{data.missing} of {data.y.size} measurements are missing, so the "
+        f"estimates come from the time-varying {kind}, which leaves out what was "
+        "not measured; not from observer.json."
+    )
+    return Estimates(data.time, done.x, done.std, how)
+
+
+def _bounds(observer, plant, samples):
+    """Where the one-sigma bounds start, in words, and the error covariances."""
     if plant.P0 is None:
-        covariance = error_covariance(observer, plant)[None]
         how = (
             "the plant gives no P0, so the one-sigma bounds are those of steady state."
         )
-    else:
-        covariance = covariance_from_start(observer, plant, len(data.y))
-        how = "the one-sigma bounds start from the plant's P0."
-    variance = np.diagonal(covariance, axis1=1, axis2=2)
-    std = np.broadcast_to(np.sqrt(np.maximum(variance, 0)), x.shape)
-    how = "The estimates are those of observer.json; " + how
-    return Estimates(data.time, x, std, how)
+        return how, error_covariance(observer, plant)[None]
+    how = "the one-sigma bounds start from the plant's P0."
+    return how, covariance_from_start(observer, plant, samples)
 
 
 def _row(k):
