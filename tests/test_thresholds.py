@@ -12,7 +12,6 @@ import pytest
 
 import luenberger as lb
 from luenberger import show
-from luenberger.analysis import error_covariance
 from luenberger.compare import table
 from luenberger.compare.attempts import first_least
 from luenberger.numeric import validation
@@ -21,6 +20,7 @@ from luenberger.papers.poles import arranged
 from luenberger.papers.van_dooren import design as staircase
 from luenberger.recursion import excitation
 
+multiply_adds = importlib.import_module("luenberger.analysis.multiply_adds")
 simulate = importlib.import_module("luenberger.run.simulate")  # lb's is the function
 
 
@@ -125,10 +125,10 @@ def test_times_are_those_of_the_samples_to_a_millionth(off, fits):
 @pytest.mark.parametrize(("part", "counts"), [(0.9e-10, False), (1.1e-10, True)])
 def test_entries_that_are_rounding_cost_nothing(part, counts, size):
     X = size * np.array([[3.0, 3 * part]])
-    assert bool(error_covariance._rounded(X)[0, 1]) is counts
+    assert bool(multiply_adds._rounded(X)[0, 1]) is counts
     for one in (1.0, -1.0):
         near = np.array([[one + part, 2.0]])
-        assert (error_covariance._rounded(near)[0, 0] == one) is not counts
+        assert (multiply_adds._rounded(near)[0, 0] == one) is not counts
 
 
 @pytest.mark.parametrize(("part", "exact"), [(0.9e-9, True), (1.2e-9, False)])

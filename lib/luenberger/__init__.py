@@ -12,7 +12,7 @@ from importlib import import_module
 
 from . import sampling as sampling
 from .analysis.error_covariance import error_covariance as error_covariance
-from .analysis.error_covariance import multiply_adds as multiply_adds
+from .analysis.multiply_adds import multiply_adds as multiply_adds
 from .analysis.optimality import Optimality as Optimality
 from .analysis.optimality import optimality as optimality
 from .certificate import Certificate as Certificate

@@ -5,7 +5,7 @@ import pytest
 import scipy.linalg
 
 import luenberger as lb
-from luenberger.recursion import steady_gain
+from luenberger.recursion import best_constant_gain, steady_gain
 from luenberger.recursion.settings import Settings
 
 
@@ -55,7 +55,9 @@ def test_correlated_noises_count_in_the_best_constant_gain():
 @pytest.mark.parametrize(("residual", "arrived"), [(0.9e-9, True), (1.1e-9, False)])
 def test_a_search_that_stalls_is_believed_below_1e_9(monkeypatch, residual, arrived):
     """The relative gradient that is left decides, and nothing else does here."""
-    monkeypatch.setattr(steady_gain, "_descent", lambda now, K, *_: (residual, K))
+    monkeypatch.setattr(
+        best_constant_gain, "_descent", lambda now, K, *_: (residual, K)
+    )
     design = lambda: lb.reduced_order_filter(correlated(), 1, horizon="steady")  # noqa: E731
     if arrived:
         assert lb.certify(design(), correlated()).stable

@@ -9,7 +9,7 @@ import scipy.sparse.linalg
 import luenberger as lb
 from luenberger import kernels
 from luenberger.papers.leondes_novak.derivation import gain_step, steady_gradient
-from luenberger.recursion import excitation, steady_gain
+from luenberger.recursion import best_constant_gain, excitation, steady_gain
 from luenberger.recursion.settings import Settings
 
 
@@ -66,7 +66,7 @@ def test_large_plant_takes_the_iterative_path():
     observer = lb.reduced_order_filter(plant, 2)
     now = Settings(plant, 2).at(0)
     Sigma = lb.error_covariance(observer, plant)
-    new = steady_gain._step(now, Sigma)
+    new = steady_gain.step_from(now, Sigma)
     gap = np.abs(new["Sigma_next"] - Sigma).max()
     assert gap <= 1e-12 * np.abs(new["Omega"]).max()
 
@@ -133,7 +133,9 @@ def test_best_constant_gain_is_lower_and_nothing_near_is_lower_still(weight):
     for size in (1e-4, 1e-2, 1e-1):
         for _ in range(20):
             K = best.V + size * now.Phat @ rng.normal(size=(2, 2))
-            cost, _ = steady_gain._cost(now, K, np.eye(3) if weight is None else weight)
+            cost, _ = steady_gain.steady_cost(
+                now, K, np.eye(3) if weight is None else weight
+            )
             assert cost > least
 
 
@@ -141,7 +143,7 @@ def test_gradient_of_the_steady_trace_by_finite_differences():
     now = Settings(greedy_case(), 1).at(0)
     W = np.diag([1.0, 2.0, 0.5])
     K = steady_gain.steady_gain(now, (0,)) + 0.05 * now.Phat @ np.ones((2, 2))
-    _, (Sigma, Phi) = steady_gain._cost(now, K, W)
+    _, (Sigma, Phi) = steady_gain.steady_cost(now, K, W)
     Lambda = scipy.linalg.solve_discrete_lyapunov(Phi.T, W)
     Omega = now.As @ Sigma @ now.As.T + now.Qs
     M = now.C @ Omega @ now.C.T + now.R
@@ -152,8 +154,8 @@ def test_gradient_of_the_steady_trace_by_finite_differences():
         d = now.Phat @ rng.normal(size=(2, 2))
         h = 1e-5
         slope = (
-            steady_gain._cost(now, K + h * d, W)[0]
-            - steady_gain._cost(now, K - h * d, W)[0]
+            steady_gain.steady_cost(now, K + h * d, W)[0]
+            - steady_gain.steady_cost(now, K - h * d, W)[0]
         )
         slope /= 2 * h
         np.testing.assert_allclose(np.sum(gradient["Gradient"] * d), slope, rtol=1e-6)
@@ -326,7 +328,9 @@ def test_a_residual_that_overflows_ends_the_search(monkeypatch):
     noise = dict(Q=1e300 * np.eye(2), R=[[1e300]])
     plant = lb.Plant([[0.5, 0.1], [0, 0.6]], None, [[1, 0]], dt=1.0, **noise)
     assert lb.reduced_order_filter(plant, 1, horizon="steady").order == 1
-    monkeypatch.setattr(steady_gain, "_units", lambda now, K: (np.ones(2), np.ones(1)))
+    monkeypatch.setattr(
+        best_constant_gain, "_units", lambda now, K: (np.ones(2), np.ones(1))
+    )
     with pytest.raises(lb.CertificateError, match="best constant gain was not reached"):
         lb.reduced_order_filter(plant, 1, horizon="steady")
 

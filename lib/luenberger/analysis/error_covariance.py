@@ -1,6 +1,4 @@
-"""Questions about any observer: how accurate, how much work."""
-
-import dataclasses
+"""How accurate any observer is on a plant with noise: the covariance of its error."""
 
 import numpy as np
 
@@ -13,7 +11,6 @@ from ..numeric.linalg import lyapunov, modes, symmetrise
 from ..papers.leondes_novak.derivation import error_recursion, root_error
 from .mean_square import equivalent_noise, noise_at
 
-NEGLIGIBLE = 1e-10  # beside the largest entry of a matrix: rounding, not work
 EXACT_TOL = 1e-9  # certificate below which the error does not depend on the state
 
 
@@ -248,45 +245,3 @@ def _require_decay(F, whose):
             f"no steady state: {whose} has the mode {modes(bad)} on or outside the "
             "unit circle. Give steps, or use another observer."
         )
-
-
-def multiply_adds(observer):
-    """Multiply-adds of one step of a constant observer: entries that are not 0 or 1.
-
-    A zero costs nothing and a one no multiplication but an addition, which is
-    counted; the figure is the number of nonzero entries of F, G, D, P, V, W less one
-    for each row of w^ that is a bare copy of one signal.  An entry below 1e-10 of the
-    largest of its matrix is rounding and counts as zero.
-
-    Examples
-    --------
-    >>> import luenberger as lb
-    >>> lb.multiply_adds(lb.Observer([[0.5]], [[1]], [[2]], [[0], [1]], [[1], [2]],
-    ...                              T=[[-2, 1]], L=[[1, 0], [0, 1]]))
-    5
-    """
-    expect(observer=observer)
-    o = observer
-    if o.steps is not None:
-        raise ValueError("the count is of a constant observer; take one row's worth")
-    F, G, D, P, V, W = (_rounded(X) for X in (o.F, o.G, o.D, o.P, o.V, o.W))
-    work = sum(np.count_nonzero(X) for X in (F, G, D))
-    for row in np.hstack([P, V, W]):
-        entries = row[row != 0]
-        copied = len(entries) == 1 and entries[0] == 1
-        work += 0 if copied else len(entries)
-    return int(work)
-
-
-def without_rounding(observer):
-    """The observer without what `multiply_adds` takes for rounding."""
-    exact = {k: _rounded(getattr(observer, k)) for k in "FGDPVW"}
-    return dataclasses.replace(observer, **exact)
-
-
-def _rounded(X):
-    """X with entries that are rounding set to 0, and those a rounding off +-1 to it."""
-    X = np.where(np.abs(X) <= NEGLIGIBLE * np.abs(X).max(initial=0), 0.0, X)
-    for one in (1.0, -1.0):
-        X = np.where(np.abs(X - one) <= NEGLIGIBLE, one, X)
-    return X

@@ -6,11 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..analysis.error_covariance import (
-    error_covariance,
-    multiply_adds,
-    without_rounding,
-)
+from ..analysis.error_covariance import error_covariance
+from ..analysis.multiply_adds import multiply_adds, without_rounding
 from ..analysis.optimality import STATIONARY_TOL, Optimality, optimality
 from ..certificate import Certificate, certify
 from ..kernels.cache import CacheWarning

@@ -6,11 +6,12 @@ from ... import kernels
 from ...arguments import expect
 from ...errors import DesignError
 from ...observer import Observer
+from ...recursion.best_constant_gain import best_constant_gain
 from ...recursion.filter_pass import Pass
 from ...recursion.root_step import Spread, first_move
 from ...recursion.settings import Settings, require_start
 from ...recursion.state import start
-from ...recursion.steady_gain import best_constant_gain, steady_gain
+from ...recursion.steady_gain import steady_gain
 from ..certified import certified
 from .derivation import observer_matrices
 
@@ -230,7 +231,7 @@ def _constant(settings, K):
     """A constant gain as an Observer."""
     now, plant = settings.at(0), settings.plant
     K = now.Gamma + now.Phat @ (now.That @ K)  # C1 K = [I 0] without rounding
-    have = now._asdict() | {"K": K}
+    have = now._asdict() | {"As": now.As, "K": K}
     have["T_next"] = T = kernels.run(observer_matrices, have, "T", stacks=True)["T"]
     rest = kernels.run(observer_matrices, have, *"FDGW", stacks=True)
     return Observer(

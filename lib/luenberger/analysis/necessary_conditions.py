@@ -1,0 +1,141 @@
+"""What an estimator leaves of the conditions of least error at its order.
+
+Everything here is by the names of the derivation
+(papers/haddad_bernstein/derivation/moment_stages.py, theorem_stages.py).
+"""
+
+import numpy as np
+
+from ..kernels import run
+from ..numeric.linalg import left_over, lyapunov, symmetrise
+from ..papers.haddad_bernstein import derivation as stages
+from .mean_square import noise_at, second_moment
+
+SILENT = 1e-14  # of what a number is the sum of: below it is rounding
+WEAK = 1e-7  # of a Gramian's largest direction: below, rounding takes over
+
+
+def conditions(observer, plant, weight, feedthrough):
+    """The entries of `Optimality`, by name."""
+    have, (x, z, _) = _moments(observer, plant, weight)
+    gradients = _gradients(have, feedthrough)
+    cost = float(np.trace(run(stages.projection_cost, have, "J")["J"]))
+    have |= _projection(have, observer.T * x / z[:, None])
+    have |= run(stages.projection_innovation, have)
+    have |= run(stages.projection_scripts, have, "Qh", "Ph")
+    gap = float(np.trace(run(stages.projection_trace, have, "J")["J"])) - cost
+    power = np.trace(weight @ have["L"] @ have["Q1"] @ have["L"].T)  # of L x
+    return dict(
+        **gradients,
+        **_equations(have),
+        trace=_ratio(gap, cost) if abs(gap) > SILENT * power else 0.0,
+        cost=cost,
+        tau=have["tau"] * x[:, None] / x,
+        Q=have["Q"] * x[:, None] * x,
+        Qh=have["Qh"] * x[:, None] * x,
+        Ph=have["Ph"] / x[:, None] / x,
+        G=have["G"] / z[:, None] * x,
+        Gam=have["Gam"] * z[:, None] / x,
+    )
+
+
+def _moments(observer, plant, weight):
+    """The moments (4.4), (4.5) in blocks, and the matrices that they belong to.
+
+    Their names are the derivation's.  All signals are divided by their standard
+    deviations, which are returned too.
+    """
+    o, n, r, now = observer, plant.n, observer.order, plant.at(0)
+    S = np.zeros((n, plant.p)) if now.S is None else now.S
+
+    def joint(A, C, F):
+        return np.block([[A, np.zeros((n, r))], [o.D @ C, F]])
+
+    A = joint(now.A, now.C, o.F)
+    pairs = [(joint(A1, C1, 0 * o.F), 0) for A1, C1 in plant.multiplicative]
+    half = np.block([[np.eye(n), np.zeros(S.shape)], [np.zeros((r, n)), o.D]])
+    noise = np.block([[now.Q, S], [S.T, now.R]])
+    second = second_moment(A, pairs, half @ noise @ half.T)
+    _, V1, V12, V2 = noise_at(plant, 0, second[:n, :n])
+    x, y = _unit(second[:n, :n]), _unit(now.C @ second[:n, :n] @ now.C.T + V2)
+    z = _unit(second[n:, n:], SILENT * np.abs(o.T) @ x)
+    whole = np.concatenate([x, z])
+    P = np.where(np.abs(o.P * z) > SILENT * (np.abs(o.L) @ x)[:, None], o.P * z, 0.0)
+    error = np.hstack([left_over(o.L, o.V, now.C, x), -P])
+    A, second = A * whole / whole[:, None], second / whole / whole[:, None]
+    dual = lyapunov(A.T, error.T @ weight @ error)  # the pairs act on P1 alone
+    have = dict(A=A[:n, :n], C=now.C * x / y[:, None], L=o.L * x, R=weight)
+    have |= dict(V1=V1 / x / x[:, None], V12=V12 / y / x[:, None])
+    have |= dict(V2=V2 / y / y[:, None], Ae=A[n:, n:], Be=o.D * y / z[:, None])
+    have |= dict(Ce=o.P * z, De=o.V * y, Q1=second[:n, :n], P12=dual[:n, n:])
+    have |= dict(Q12=second[:n, n:], Q2=second[n:, n:], P2=dual[n:, n:])
+    return have | run(stages.output_moments, have), (x, z, y)
+
+
+def _unit(X, rounding=0.0):
+    """Square roots of the variances in X, 1 for those that are zero or rounding."""
+    return np.where((size := np.sqrt(X.diagonal())) > rounding, size, 1.0)
+
+
+def _gradients(have, feedthrough):
+    """Relative sizes of the four gradients, each against the terms it is a sum of.
+
+    A term is what is left when the matrices that the others contain are zero.
+    """
+    names = dict(F="gradAe", D="gradBe", P="gradCe", V="gradDe")
+    absent = {
+        **dict.fromkeys("FD", [("P2",), ("P12", "Ae"), ("P12", "Be")]),
+        **dict.fromkeys("PV", [("Ce", "De"), ("L", "De"), ("L", "Ce")]),
+    }
+
+    def size(name, zero=()):
+        less = have | {one: np.zeros_like(have[one]) for one in zero}
+        (one,) = run(stages.projection_gradient, less, names[name]).values()
+        return np.linalg.norm(one)
+
+    found = {k: _ratio(size(k), sum(size(k, one) for one in absent[k])) for k in names}
+    return found if feedthrough else found | dict(V=None)
+
+
+def _projection(have, T):
+    """G, Gam, tau and Q of (3.8), (3.9) from the moments.
+
+    Where z has states of next to no variance, or that no estimate uses, Q2 or P2
+    leaves G or Gam open; there Gam is T, and G such that Gam G' = I.
+    """
+    found = run(stages.projection_factors, have, "G", "Gam", "tau", "Q")
+    used, moved = _settled(have["P2"]), _settled(have["Q2"])
+    if used is not None:
+        found["Gam"] = T - used @ (have["P12"].T + have["P2"] @ T)
+    if moved is not None:
+        right = np.linalg.pinv(found["Gam"]).T
+        found["G"] = right + moved @ (have["Q12"].T - have["Q2"] @ right)
+    if used is not None or moved is not None:
+        found["tau"] = found["G"].T @ found["Gam"]
+        found["Q"] = symmetrise(have["Q1"] - found["G"].T @ have["Q12"].T)
+    return found
+
+
+def _settled(M):
+    """Inverse of a Gramian in its strong directions; None when all of them are."""
+    values, vectors = np.linalg.eigh(M)
+    strong = values > WEAK * values.max(initial=0.0)
+    if strong.all():
+        return None
+    half = vectors[:, strong] / np.sqrt(values[strong])
+    return half @ half.T
+
+
+def _equations(have):
+    """Relative residuals of (3.14)-(3.17)."""
+    found = run(stages.projection_equations, have)
+    Qh, Ph = np.linalg.norm(have["Qh"]), np.linalg.norm(have["Ph"])
+    sizes = dict(riccati=np.linalg.norm(have["Q1"]), estimate=Qh, adjoint=Ph)
+    sizes["idempotent"] = np.linalg.norm(have["tau"])
+    out = {k: _ratio(np.linalg.norm(found[k]), size) for k, size in sizes.items()}
+    aligned = [np.linalg.norm(found[f"aligned_{name}"]) for name in "QP"]
+    return out | dict(aligned=max(_ratio(aligned[0], Qh), _ratio(aligned[1], Ph)))
+
+
+def _ratio(residual, size):
+    return float(abs(residual) / size) if size > 0 else float(abs(residual))

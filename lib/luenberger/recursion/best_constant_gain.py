@@ -1,0 +1,126 @@
+"""The best constant gain: stationary in the gain itself, not at each step.
+
+The step-wise gain is least at each step for the weight; the constant gain of least
+steady trace is the step-wise one for another weight, which the search finds.
+"""
+
+import numpy as np
+
+from .. import kernels
+from ..errors import CertificateError
+from ..numeric.balance import power_of_two
+from ..numeric.linalg import ROUNDING, UNIT_TOL, complete, lyapunov, radius
+from ..papers.leondes_novak.derivation import steady_gradient
+from .excitation import require_excited
+from .steady_gain import reduced_dynamics, steady_cost, steady_gain, step_from
+from .units import in_units
+
+STATIONARITY_TOL = 1e-9  # of the best constant gain, relative
+PATIENCE = 20  # moves without a smaller residual before the search ends
+MEMORY = 8  # moves that Anderson mixing looks back on
+
+
+def best_constant_gain(now, accurate):
+    """Constant gain of the same structure with the least steady weighted trace.
+
+    The search starts from the step-wise gain, in units in which each state and each
+    output matters as much as the others: so the user's units play no part.
+    """
+    K = steady_gain(now, accurate)
+    states, outputs = _units(now, K)
+    K = _descended(in_units(now, states, outputs), K / states[:, None] * outputs)
+    return K * states[:, None] / outputs
+
+
+def _units(now, K):
+    """Units of states and outputs in which all of them matter to the cost.
+
+    That of an output is its innovation's deviation; that of a state the deviation
+    that would cost as much as the filter does, at its weight Lambda in the long run.
+    """
+    weight = np.eye(len(K)) if now.weight is None else now.weight
+    cost, (Sigma, Phi) = steady_cost(now, K, weight)
+    Lambda = lyapunov(Phi.T, weight)
+    states = np.sqrt((cost if cost > 0 else 1.0) / Lambda.diagonal())
+    innovation = step_from(now, Sigma)["M"].diagonal()
+    known = (now.C * now.C) @ (states * states)  # what an exact output may be off by
+    outputs = np.where(innovation > ROUNDING * known, innovation, known)
+    outputs = np.sqrt(np.where(outputs > 0, outputs, 1.0))
+    return power_of_two(states), power_of_two(outputs)
+
+
+def _descended(now, K):
+    """From K to the gain of least cost.
+
+    With Lambda = Phi' Lambda Phi + weight, the stationary gain is the step-wise gain
+    for the weight Lambda.  Moving toward that gain is a direction of descent; it is
+    extrapolated from the last moves (Anderson mixing) where that lowers the trace,
+    and shortened where it does not.  The gradient that certifies is the derived one.
+    """
+    columns = now.Gamma.any(axis=0)
+    cost, state = steady_cost(now, K, now.weight)
+    best, memory, idle = (np.inf, K), [], 0
+    while idle < PATIENCE:
+        residual, toward = _descent(now, K, state, columns)
+        idle = 0 if residual < best[0] else idle + 1  # NaN is no progress
+        best = min(best, (residual, K), key=lambda pair: pair[0])
+        if residual <= 1e-12:
+            break
+        memory = [*memory[-MEMORY:], (K, toward - K)]
+        for trial in _trials(memory):
+            lower, reached = steady_cost(now, trial, now.weight)
+            if lower <= cost * (1 + 1e-13):  # equal: at the bottom costs only round
+                break
+        else:
+            break
+        K, cost, state = trial, lower, reached
+    _require_reached(now, *best)
+    return best[1]
+
+
+def _require_reached(now, residual, K):
+    """Raise unless K is stationary, and stable by more than rounding."""
+    if radius(reduced_dynamics(now, K)) >= 1 - UNIT_TOL:
+        require_excited(now, K)
+        raise CertificateError(
+            "the best constant gain leaves a pole on the unit circle, to rounding, so "
+            "its start would never be forgotten. Use horizon='step', or other accurate "
+            "outputs."
+        )
+    if residual > STATIONARITY_TOL:
+        raise CertificateError(
+            "the best constant gain was not reached: the stationarity residual stays "
+            f"at {residual:.1e}. Use horizon='step', or other accurate outputs."
+        )
+
+
+def _trials(memory):
+    """Gains to try in turn: extrapolated, then along the descent ever more shortly."""
+    K, move = memory[-1]
+    if len(memory) > 1:
+        moves = np.stack([(move - m).ravel() for _, m in memory[:-1]], axis=1)
+        steps = np.stack([(K + move - k - m).ravel() for k, m in memory[:-1]], axis=1)
+        mix = np.linalg.lstsq(moves, move.ravel(), rcond=1e-12)[0]
+        yield K + move - (steps @ mix).reshape(K.shape)
+    for halvings in range(30):
+        yield K + move / 2**halvings
+
+
+def _descent(now, K, state, columns):
+    """Relative stationarity residual at K, and the step-wise gain to move toward."""
+    Sigma, Phi = state
+    Lambda = lyapunov(Phi.T, now.weight)
+    new = step_from(now._replace(Gamma=_regamma(now, Lambda, columns)), Sigma)
+    gradient = kernels.compiled(steady_gradient)(
+        K=K, M=new["M"], Omega=new["Omega"], C=now.C, Lambda=Lambda
+    )["Gradient"]
+    along = now.Phat.T
+    size = 2 * np.linalg.norm(along @ Lambda) * np.linalg.norm(new["Omega"] @ now.C.T)
+    residual = np.linalg.norm(along @ gradient) / size if size > 0 else 0.0
+    return residual, new["K"]
+
+
+def _regamma(now, weight, columns):
+    Gamma = np.zeros_like(now.Gamma)
+    Gamma[:, columns] = complete(now.C[columns], weight)[1]
+    return Gamma
