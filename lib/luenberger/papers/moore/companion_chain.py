@@ -16,6 +16,8 @@ from ... import kernels
 from ...numeric import rationals
 from .derivation import companion_row
 
+Factors = list[list]  # b_0 .. b_(m-1) of each factor b_0 + .. + s^m
+
 
 @dataclass(frozen=True)
 class Chain:

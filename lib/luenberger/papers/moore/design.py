@@ -3,22 +3,20 @@
 Source: Moore (1973); papers/moore/derivation/observer.py.
 """
 
-from fractions import Fraction
-
 import numpy as np
 
 from ... import kernels
 from ...numeric import rationals
-from ...numeric.validation import as_array
-from ...numeric.validation import exact as rational
+from ...numeric.validation import as_array, exact
 from ...observer import Observer
 from ..certified import certified
 from ..poles import arranged
-from . import refusals as inadmissible
+from . import refusals
+from .admissible import polynomials
 from .companion_chain import chain, factors_of
 from .derivation import observer_input
 from .realised import LOST_TOL, built
-from .recurrences import Admissible, functionals
+from .recurrences import functionals
 
 PATIENCE = 3  # orders that rounding spoils before others are left out
 
@@ -129,13 +127,13 @@ def _poles(plant, poles, order):
         ):
             raise ValueError(f"order must be an integer, got {order!r}")
         if order is not None and not 1 <= order <= plant.n:
-            raise inadmissible.out_of_range(plant, order)
+            raise refusals.out_of_range(plant, order)
         return None
-    found = rational(poles)
+    found = exact(poles)
     if found is None or found.ndim != 1:
         found, _ = arranged(poles, as_array(poles).size, plant)
     if not 1 <= len(found) <= plant.n:
-        raise inadmissible.out_of_range(plant, np.size(found))
+        raise refusals.out_of_range(plant, np.size(found))
     if order is not None and order != len(found):
         raise ValueError(
             f"order is {order!r}, but {len(found)} poles are given; leave order out"
@@ -147,14 +145,14 @@ def _chain(plant, k, order, poles):
     """The observer of one row k, in the user's coordinates."""
     if poles is not None:
         return _with_poles(plant, k, poles)
-    admissible = Admissible(plant, k)
+    admissible = polynomials(plant, k)
     if order is None and not k.any():
         return chain(admissible.A, admissible.C, admissible.k, [])
     least, lost, r = np.inf, 0, 1 if order is None else order
     while r <= plant.n:
         recurrence, answer = admissible.answer(r)
         if recurrence.stable:
-            factors = _factors(admissible, answer, recurrence.dimension == r)
+            factors = admissible.factors(answer, recurrence.dimension == r)
             found, error = built(admissible, factors, answer.roots * admissible.sigma)
             if error <= LOST_TOL:
                 return found
@@ -164,7 +162,7 @@ def _chain(plant, k, order, poles):
         if order is not None:
             break
         r = _next_order(r, lost, admissible)
-    raise inadmissible.no_order(admissible, order, least if lost else None)
+    raise refusals.no_order(admissible, order, least if lost else None)
 
 
 def _next_order(r, lost, admissible):
@@ -181,26 +179,15 @@ def _next_order(r, lost, admissible):
 def _with_poles(plant, k, poles):
     if k.dtype != poles.dtype:  # exact only together
         k, poles = k.astype(float), poles.astype(complex)
-    admissible, floats = Admissible(plant, k), poles.astype(complex)
+    admissible, floats = polynomials(plant, k), poles.astype(complex)
     if not admissible.admits(floats if poles.dtype != object else poles):
-        raise inadmissible.poles(admissible, floats)
+        raise refusals.poles(admissible, floats)
     found, error = built(admissible, factors_of(poles), floats)
     if error <= LOST_TOL:
         return found
     if admissible.exactly:
         return _with_poles(plant, k.astype(float), poles)
-    raise inadmissible.no_order(admissible, len(poles), error)
-
-
-def _factors(admissible, answer, free):
-    """The factors of the polynomial found; one only if it has to stay rational."""
-    sigma = admissible.sigma
-    if not admissible.exactly:
-        return factors_of(answer.roots * sigma)
-    sigma, r = Fraction(sigma), len(answer.roots)
-    if free:
-        return [[-Fraction(root) * sigma] for root in answer.roots]
-    return [[b * sigma ** (r - j) for j, b in enumerate(answer.beta[:-1])]]
+    raise refusals.no_order(admissible, len(poles), error)
 
 
 def _side_by_side(plant, k, chains):

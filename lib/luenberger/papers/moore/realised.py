@@ -11,7 +11,6 @@ import numpy as np
 from .companion_chain import Chain, chain, in_order
 from .driven import driven
 from .orthonormal import orthonormal
-from .recurrences import Admissible
 
 ACCURATE = 1e-12  # an error of the estimate, relative to k, that needs no better
 LOST_TOL = 1e-6  # an error above it is not rounding
@@ -51,7 +50,7 @@ def _others(A, C, k, poles):
 
 def _error_of_rounding(admissible, found, poles):
     """What an exact chain loses when its matrices become floats."""
-    floats = Admissible(admissible.plant, admissible.k.astype(float))
+    floats = admissible.rounded
     F, D, T, P = (X.astype(float) for X in (found.F, found.D, found.T, found.P))
     rounded = Chain(F, D * floats.outputs, T * floats.d, P)
     return _error(floats, rounded, poles)

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 import luenberger as lb
-from luenberger.papers.moore import recurrences
-from luenberger.papers.moore.recurrences import Admissible
+from luenberger.papers.moore.admissible import Admissible, OverFloats, time_scale
 
 A = np.array([[0.1, 0.7, 0.0], [0.3, 0.2, 0.0], [0.1, 0.0, 0.6]])
 
@@ -16,7 +15,7 @@ A = np.array([[0.1, 0.7, 0.0], [0.3, 0.2, 0.0], [0.1, 0.0, 0.6]])
 def seen_first(k, size=2, **options):
     """k x of the first `size` states from the first of them; A is not exact."""
     A_ = A[:size, :size] * np.pi / 3
-    return Admissible(lb.Plant(A_, None, np.eye(1, size), **options), np.array(k))
+    return OverFloats(lb.Plant(A_, None, np.eye(1, size), **options), np.array(k))
 
 
 @pytest.mark.parametrize(("leading", "admitted"), [(1.2e-11, True), (0.8e-11, False)])
@@ -52,13 +51,13 @@ def test_a_functional_of_the_outputs_but_for_rounding_admits_every_polynomial(
     plant = lb.Plant(A * np.pi / 3, None, np.eye(1, 3), dt=1.0)
 
     def weight(e):
-        one = Admissible(plant, np.array([0.4, 1.0, e]))
+        one = OverFloats(plant, np.array([0.4, 1.0, e]))
         size = np.linalg.norm(one.powers[:3], axis=1)
         rows = one.powers[:3] / size[:, None] @ one.unseen(2)
         return np.linalg.svd(rows, compute_uv=False)[0]
 
     e = seen / weight(1e-6) * 1e-6
-    found = Admissible(plant, np.array([0.4, 1.0, e])).basis(2)
+    found = OverFloats(plant, np.array([0.4, 1.0, e])).basis(2)
     assert found.shape[1] - 1 == free
 
 
@@ -75,10 +74,10 @@ def test_a_functional_of_the_outputs_but_for_rounding_admits_every_polynomial(
     ],
 )
 def test_time_scale_is_the_mean_of_the_rates_that_are_not_zero(A, scale):
-    assert recurrences.time_scale(A) == scale
+    assert time_scale(A) == scale
     if A.any():  # and goes with the unit of time
-        assert recurrences.time_scale(2.0**30 * A) in (2.0**30 * scale, 1.0)
-        assert recurrences.time_scale(2.0**30 * A) != 1.0 or scale == 1.0
+        assert time_scale(2.0**30 * A) in (2.0**30 * scale, 1.0)
+        assert time_scale(2.0**30 * A) != 1.0 or scale == 1.0
 
 
 @pytest.mark.parametrize(
