@@ -244,7 +244,17 @@ def test_blanks_around_a_name_do_not_count(here, call):
     np.testing.assert_array_equal(x, report.x)
     (here / "data.csv").write_text(table(["1", "2", "3", "4", "5"]).replace("n/a,", "")
                                    .replace("note,", ""))  # fmt: skip
-    np.testing.assert_array_equal(measurements.read("data.csv", odd).y, Y)
+    found = measurements.read("data.csv", odd)
+    np.testing.assert_array_equal(found.y, Y)
+    np.testing.assert_array_equal(found.time, np.arange(1.0, 6.0))
+
+
+def test_without_a_column_of_times_rows_are_counted(here):
+    header = 'push,"a, b",radar'
+    rows = [f"{U[k, 0]},{Y[k, 1]},{Y[k, 0]}" for k in range(5)]
+    (here / "data.csv").write_text("\n".join([header, *rows]))
+    found = measurements.read("data.csv", PLANT)
+    np.testing.assert_array_equal(found.time, [1, 2, 3, 4, 5])
 
 
 @pytest.mark.parametrize("other", ["radar ", "radar"])

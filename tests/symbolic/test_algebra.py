@@ -167,6 +167,14 @@ def test_blocks_meet_identities():
     assert KNOWN.normal(Trace(whole)) == n
 
 
+def test_an_identity_before_or_behind_blocks_changes_nothing():
+    _, P, V, _, _ = blocks()
+    both = BlockMatrix([[P, V]])
+    for factors in ((Identity(n), both), (both, Identity(n))):
+        same = sp.MatMul(*factors, evaluate=False)
+        assert (KNOWN.normal(same) - KNOWN.normal(both)).is_zero
+
+
 @pytest.mark.parametrize("size", [0, n], ids=["none", "all"])
 def test_blocks_at_limiting_sizes(size):
     _, P, V, C, T = blocks()

@@ -269,6 +269,13 @@ def test_a_construction_is_checked():
     assert construction(G, [RIGHT_INVERSE, spare]).check() == ["does not need spare"]
 
 
+def test_a_construction_that_fails_is_marked():
+    right, wrong = (construction(k * G, [RIGHT_INVERSE]) for k in (1, 2))
+    assert "✓" in str(right) and "✗" not in str(right)
+    assert "✗" in str(wrong) and "✓" not in str(wrong)
+    assert r"\times" in wrong._repr_latex_()
+
+
 def counterexample(a, b, given=()):
     values = {A: Matrix(a), B: Matrix(b)}
     return Counterexample("7", "a false claim", A * B, B * A, values, given, [A])

@@ -25,6 +25,7 @@ NAMES = {
     "x_minus": ("x_{-}", "x₋"),
     "w_hat": (r"\hat w", "ŵ"),
     "Qhat": (r"\hat Q", "Q̂"),
+    "Qh": (r"\hat Q", "Q̂"),
     "xt_next": (r"\tilde x_{+}", "x̃₊"),
     "K_mv": (r"K_{\mathrm{mv}}", "K_mv"),
     "Kmv": (r"K_{\mathrm{mv}}", "K_mv"),
@@ -43,6 +44,7 @@ NAMES = {
     "R_seen": (r"R_{\mathrm{seen}}", "R_seen"),
 }
 EXPRESSIONS = {
+    "Python's sum": (sum([A, B]), "A + B", "A + B"),
     "a sum as written": (I - B * A, "I - B A", "I - B A"),
     "minus first": (-A - B, "-A - B", "-A - B"),
     "a bracket taken away": (A - 2 * (B - I) * A, None, "A - 2 (B - I) A"),

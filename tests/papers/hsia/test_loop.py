@@ -263,6 +263,14 @@ def test_counts_do_not_hang_on_rounding():
         assert run.samples == count
 
 
+@pytest.mark.parametrize("unit", [2.0**-30, 2.0**30])
+def test_the_end_is_the_same_in_any_unit_of_time(unit):
+    for count in (7, 49, 61):
+        plant = lb.Plant([[0.0]], [[1.0 / unit]], [[1.0]])
+        periods = sampling.periodic(1.2 * unit / count)
+        assert sampling.simulate(periods, plant, 1.2 * unit).samples == count
+
+
 @pytest.mark.parametrize("law, value, E, samples", ADAPTIVE)
 def test_periods_keep_their_bounds(law, value, E, samples):
     run = run_of(law, value)

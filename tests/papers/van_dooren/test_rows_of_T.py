@@ -123,6 +123,20 @@ def test_one_output_with_complex_poles_for_every_size_of_the_imaginary_part(meth
         assert block[0, 1] * block[1, 0] == pytest.approx(-b * b, rel=1e-14)
 
 
+@pytest.mark.parametrize("tau", [0.0, np.inf, np.nan])
+def test_a_pair_whose_second_row_meets_no_new_state_is_refused(tau):
+    A, C, _ = hidden_chains(4, 1)
+    form = staircase_form.staircase(A, C)
+
+    def solve(rows, i, f, pair):
+        x, known = rows_of_T.minimum_norm(rows, i, f, pair=pair)
+        x[i - rows.start(i)] = complex(1, tau)
+        return x, known
+
+    with pytest.raises(lb.DesignError, match="the pair -1 .- 2j cannot be given to"):
+        rows_of_T.Rows(form, solve).add_pair(0, -1 + 2j)
+
+
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("n", [2, 3, 4, 7, 12])
 def test_one_output_with_complex_poles(n, method):
