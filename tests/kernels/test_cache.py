@@ -64,6 +64,13 @@ def kept(home, pattern):
     return found
 
 
+def test_arguments_of_other_types_are_refused_and_compile_nothing():
+    run = cache._settled(numba.njit(lambda x: x[0]), ["f8[::1]"])
+    assert run(np.ones(2)) == 1
+    with pytest.raises(TypeError, match="No matching definition"):
+        run(np.ones(2, dtype=np.float32))
+
+
 def test_the_second_time_nothing_is_compiled(home, compilations):
     estimated()
     estimated()

@@ -12,6 +12,7 @@ from identities import FALSE, TRUE, parts
 
 from luenberger.ledger import certificates
 from luenberger.symbolic import (
+    BlockMatrix,
     Identity,
     Limit,
     MatrixSymbol,
@@ -208,6 +209,17 @@ def test_left_over_spells_composites_out():
     with pytest.raises(Unproved) as failure:
         prove((A + B).I, A.I)
     assert str(failure.value.left_over) == "(A + B)**(-1) - A**(-1)"
+
+
+def test_a_block_matrix_has_one_inverse():
+    """Its blocks are letters, so that what is before it meets it block by block."""
+    D, W = MatrixSymbol("D", m, m), MatrixSymbol("W", n, m)
+    blocks = BlockMatrix([[A, ZeroMatrix(n, m)], [V, D]])
+    tall = BlockMatrix([[W], [D]])
+    assert prove(blocks.I * blocks * tall, tall).check()
+    assert prove(blocks.I * tall + blocks.I * tall, 2 * blocks.I * tall).check()
+    with pytest.raises(Unproved):
+        prove(blocks.I * tall, blocks.I * tall + tall)
 
 
 def test_a_composite_that_is_symmetric_has_a_symmetric_inverse():
