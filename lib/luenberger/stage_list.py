@@ -26,7 +26,7 @@ class StageList:
     --------
     >>> from luenberger.papers.leondes_novak.derivation import estimate_step
     >>> estimate_step.where, estimate_step.computes
-    ('stages.estimate_step', 'x_minus innovation x_next rho_next')
+    ('estimate.estimate_step', 'x_minus innovation x_next rho_next')
     >>> print(estimate_step().stages[0])
     x₋ = A x + B u + J ρ  (43)
     """

@@ -7,7 +7,7 @@ from exact_stages import exact_inputs, exact_step
 from worlds import STAGE_LISTS
 
 from luenberger.kernels.numpy import kernel, numpy_source
-from luenberger.papers.leondes_novak.derivation import stages as recursions
+from luenberger.papers.leondes_novak import derivation as recursions
 from luenberger.symbolic import Derivation, Stage
 
 

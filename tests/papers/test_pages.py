@@ -5,7 +5,20 @@ import importlib
 import pytest
 from page_damage import fails, stage_lists, wrong_definitions, wrong_stages
 
-PAGES = ("leondes_novak.best_coordinates",)
+PAGES = (
+    "leondes_novak.stochastic_system",
+    "leondes_novak.huddle",
+    "leondes_novak.correlated_noise",
+    "leondes_novak.coordinates",
+    "leondes_novak.canonical_gain",
+    "leondes_novak.uniqueness",
+    "leondes_novak.best_coordinates",
+    "leondes_novak.steady_gain",
+    "leondes_novak.limiting_cases",
+    "leondes_novak.estimate",
+    "leondes_novak.brammer",
+    "leondes_novak.missing_outputs",
+)
 
 
 def page(name):

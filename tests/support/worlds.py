@@ -11,15 +11,15 @@ import sympy as sp
 from sympy import MatAdd
 from sympy.matrices.expressions.matexpr import MatrixExpr
 
-from luenberger.papers.leondes_novak.derivation import stages as recursions
+from luenberger.papers.leondes_novak import derivation as recursions
 from luenberger.stage_list import stage_lists
 from luenberger.symbolic import ShapeError, Solve
 
-# The functions of Leondes and Novak's `stages`, by name.
+# The stage lists on the pages of Leondes and Novak, by name.
 STAGE_LISTS = [
     name
-    for one in stage_lists(recursions.__package__).values()
-    if hasattr(recursions, name := one.where.partition(".")[2])
+    for name, one in stage_lists(recursions.__name__).items()
+    if one.where.startswith(("best_", "correlated_", "estimate.", "steady_"))
 ]
 
 

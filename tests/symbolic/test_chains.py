@@ -8,7 +8,7 @@ import sympy as sp
 from pages import GAIN, PROJECTION
 from sympy import Matrix, Trace
 
-from luenberger.papers.leondes_novak.derivation import stages as recursions
+from luenberger.papers.leondes_novak import derivation as recursions
 from luenberger.symbolic import (
     Algebra,
     AtLeast,

@@ -58,7 +58,8 @@ def lower(derivation, outputs=(), *, zero=(), symmetric=(), definite=(), same=()
 
 def require_proved(derivation):
     """Raise AssertionError for a derivation without proofs, or with a false one."""
-    if unproved := derivation.unproved() or not derivation.steps:
+    if not derivation.proved():
+        unproved = derivation.unproved()
         raise AssertionError(f"unproved derivation: {derivation.source}: {unproved}")
 
 

@@ -75,7 +75,7 @@ from .polynomials import Polynomial, Traces
 from .proofs import Proof, Unproved, prove
 from .relations import Moment, Relation
 from .stages import Solve, Stage
-from .symbols import BlockMatrix, Identity, MatrixSymbol, ZeroMatrix, matrices
+from .symbols import BlockMatrix, Identity, MatrixSymbol, ZeroMatrix, matrices, plus
 from .typeset import latex, text
 from .words import Letter, ShapeError
 
@@ -124,6 +124,7 @@ __all__ = [
     "matrices",
     "model",
     "named",
+    "plus",
     "prove",
     "refute",
     "text",

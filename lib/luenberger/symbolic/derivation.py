@@ -98,8 +98,9 @@ class Derivation:
         return failed + list(self._faults)
 
     def proved(self):
-        """True if there are steps and nothing is wrong with them."""
-        return bool(self.steps) and not self.unproved()
+        """True if there are steps, or stages with reasons, and nothing is wrong."""
+        reasoned = bool(self.steps) or any(stage.by for stage in self.stages)
+        return reasoned and not self.unproved()
 
     # -- used ---------------------------------------------------------------------
 

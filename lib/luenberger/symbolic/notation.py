@@ -9,6 +9,11 @@ from .typeset import text
 class Notation:
     """The letters of a paper, and chains and definitions that are written in them.
 
+    Parameters
+    ----------
+    sizes : dict of expression to expression, optional
+        Sizes that are shown otherwise: {n - r: m_1}.
+
     Examples
     --------
     >>> from sympy import symbols
@@ -27,8 +32,9 @@ class Notation:
         = N'  (33) N = Ω C'  ✓
     """
 
-    def __init__(self):
+    def __init__(self, sizes=None):
         self.meaning, self.symmetric = {}, ()
+        self.sizes = sizes or {}
 
     def __call__(self, name, rows, cols, meaning, symmetric=False):
         """A new letter."""
@@ -39,6 +45,15 @@ class Notation:
         if symmetric:
             self.symmetric += (symbol,)
         return symbol
+
+    def here(self, **meanings):
+        """The same letters, of which some stand for something else on one page."""
+        found = Notation(self.sizes)
+        found.meaning, found.symmetric = dict(self.meaning), self.symmetric
+        for symbol in self.meaning:
+            if symbol.name in meanings:
+                found.meaning[symbol] = meanings[symbol.name]
+        return found
 
     def define(self, left, right, number="", name=""):
         """The relation that introduces a composite, or that is supposed."""

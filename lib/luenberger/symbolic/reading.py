@@ -12,8 +12,9 @@ def used_letters(derivation):
     """{symbol: meaning} of what stands on a page, in the order of the notation."""
     from .derivation import symbols
 
-    here = symbols(derivation)
-    return {s: says for s, says in derivation.letters.meaning.items() if s in here}
+    here = {s.name: s for s in symbols(derivation)}
+    meaning = derivation.letters.meaning.items()
+    return {here[s.name]: says for s, says in meaning if s.name in here}
 
 
 def numbered(relation):
@@ -39,10 +40,10 @@ def as_text(derivation):
     return "\n\n".join(filter(None, parts))
 
 
-def size(symbol, show):
+def size(symbol, letters, show):
     """Rows and columns of a symbol."""
     times = r" \times " if show is latex else " × "
-    return times.join(map(show, symbol.shape))
+    return times.join(show(letters.sizes.get(k, k)) for k in symbol.shape)
 
 
 def shown_number(relation):
@@ -53,7 +54,7 @@ def shown_number(relation):
 def as_markdown(derivation):
     """A page for a notebook."""
     rows = [
-        f"- ${latex(s)}$, ${size(s, latex)}$: {markdown(says)}"
+        f"- ${latex(s)}$, ${size(s, derivation.letters, latex)}$: {markdown(says)}"
         for s, says in used_letters(derivation).items()
     ]
     parts = ["\n".join(rows)]

@@ -256,3 +256,14 @@ def _square(matrix, so):
 def matrices(names, rows, cols):
     """Matrix symbols of one shape, from a string of names."""
     return [MatrixSymbol(name, rows, cols) for name in names.split()]
+
+
+def plus(*terms):
+    """A sum of scalars, as of traces, in the order written.
+
+    >>> from sympy import Trace
+    >>> A, B = MatrixSymbol("A", 2, 2), MatrixSymbol("B", 2, 2)
+    >>> plus(Trace(B), Trace(A))
+    Trace(B) + Trace(A)
+    """
+    return sp.Add(*terms, evaluate=False)

@@ -1,31 +1,31 @@
 """The equations of Leondes and Novak (1974) in SymPy, in reading order.
 
 `letters`
-    The letters of Leondes and Novak (1974), each with its size and what it stands for.
+    The letters of Leondes and Novak (1974), each with its size and what it stands
+    for.
 `stochastic_system`
-    The plant and its statistics, (1)-(6), and what each assumption is good for.
+    The plant and its statistics.
 `huddle`
     Luenberger's conditions, the error equation, and Huddle's solution.
+`correlated_noise`
+    Noises that are correlated, and the covariance of any observer's error.
 `coordinates`
     The canonical coordinates of the paper, and the way back.
 `canonical_gain`
-    The paper's derivation in its canonical coordinates, block by block.
+    The gain of least error trace in the coordinates of the paper, block by block.
 `uniqueness`
-    When (32) has one solution only: exactly when M, the innovation covariance, is > 0.
+    When the best gain is the only one.
 `best_coordinates`
     The best gain that treats the accurate outputs as exact.
-`stages`
-    The recursions that run, as lists of small assignments at symbolic sizes.
-`claims`
-    What is claimed of the stage lists, and the relations under which it holds.
-`square_root`
-    The filter's recursions with covariances as factors, Sigma = H H'.
-`paper`
-    The gain of least error trace, step by step: the paper's section III, entire.
+`steady_gain`
+    How a step moves with what it starts from, and the best gain in the long run.
 `limiting_cases`
     What the reduced-order filter becomes at the ends of its range.
+`estimate`
+    The filter in innovation form: predict, compare with the measurement, correct.
 `brammer`
-    Brammer's filter for outputs without noise, and that Fig. 2 is Fig. 1.
+    Brammer's filter for outputs without noise is the same system, drawn
+    differently.
 `tracking`
     The radar tracker: a target's position, velocity and acceleration.
 `missing_outputs`
@@ -34,6 +34,8 @@
     One step of a filter over a record, as one stage list that compiled loops run.
 `on_target`
     The filter in the order in which a device runs it: use the sample, then predict.
+`square_root`
+    The filter's recursions with covariances as factors, Sigma = H H'.
 `side_by_side`
     Plant and observer side by side, one step: what a Monte Carlo run repeats.
 `errata`
@@ -51,13 +53,13 @@ gain_step = StageList(
     __name__, "best_coordinates.gain_step", "Omega M Kmv K Y Sigma_next"
 )
 estimate_step = StageList(
-    __name__, "stages.estimate_step", "x_minus innovation x_next rho_next"
+    __name__, "estimate.estimate_step", "x_minus innovation x_next rho_next"
 )
-step_differential = StageList(__name__, "stages.step_differential", "dK dSigma")
-steady_gradient = StageList(__name__, "stages.steady_gradient", "Gradient")
-observer_matrices = StageList(__name__, "stages.observer", "T F D G W")
-decorrelation = StageList(__name__, "stages.decorrelation", "As Qs")
-error_recursion = StageList(__name__, "stages.error_recursion", "X_next Sigma")
+step_differential = StageList(__name__, "steady_gain.step_differential", "dK dSigma")
+steady_gradient = StageList(__name__, "steady_gain.steady_gradient", "Gradient")
+observer_matrices = StageList(__name__, "best_coordinates.observer", "T F D G W")
+decorrelation = StageList(__name__, "correlated_noise.decorrelation", "As Qs")
+error_recursion = StageList(__name__, "correlated_noise.error_recursion", "X_next Sigma")
 root_gain = StageList(__name__, "square_root.root_gain", "L M Kmv")
 root_update = StageList(__name__, "square_root.root_update", "K Y kept drawn")
 root_error = StageList(__name__, "square_root.root_error", "moved drive shown drawn")

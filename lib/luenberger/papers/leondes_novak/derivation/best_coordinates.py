@@ -23,12 +23,20 @@ from ....symbolic import (
     Stage,
     ZeroMatrix,
 )
+from .correlated_noise import is_D_s, is_F_s
+from .huddle import driven, is_W
 from .letters import *
 
 
 def spread(X):
     """What a gain costs that differs from the Kalman filter's by X."""
     return Trace(W_e * X * M * X.T)
+
+
+def joseph(K, C, Omega, R):
+    """Covariance of (I - K C) e + K v, for any gain."""
+    Y = Identity(K.shape[0]) - K * C
+    return Y * Omega * Y.T + K * R * K.T
 
 
 PAGE = (
@@ -217,6 +225,39 @@ PAGE = (
     ),
 )
 
+OBSERVER = (
+    """Written as an observer, a gain that meets the condition is the weight of the
+    measurement, and `Phat` the weight of the observer. What it follows is the part of
+    the state that the gain leaves, seen through `That`.""",
+    met := chain(
+        "24",
+        "the accurate outputs are met",
+        Gamma * C * K,
+        Line(Gamma_1 * S1 * C * K, by=(is_Gamma,)),
+        Line(Gamma_1 * S1, by=(exact,)),
+        Line(Gamma, by=(is_Gamma,)),
+    ),
+    is_P := define(P, Phat, "24"),
+    is_V := define(V, K, "24"),
+    is_T := define(T, That * (I - K * C), "25"),
+    chain(
+        "13",
+        "its estimate is unbiased",
+        P * T + V * C,
+        Line(Phat * That * (I - K * C) + K * C, by=(is_P, is_V, is_T)),
+        Line((I - Gamma_1 * S1 * C) * (I - K * C) + K * C, by=(whole,)),
+        Line((I - Gamma * C) * (I - K * C) + K * C, by=(is_Gamma,)),
+        Line(I - Gamma * C + Gamma * C * K * C, why="multiply out"),
+        Line(I, by=(met,)),
+    ),
+    """Its other matrices are Huddle's, for the plant with independent noises; the input
+    takes the feedthrough along.""",
+    is_F_s,
+    is_D_s,
+    driven,
+    is_W,
+)
+
 
 @cache
 def gain_step():
@@ -245,6 +286,26 @@ def gain_step():
 
 
 @cache
+def observer():
+    """A gain K written as an observer with P = Phat and V = K."""
+    stages = (
+        Stage(T, That - That * K * C, "(25)", by=(is_T,)),
+        Stage(F, T_next * As * Phat, "(14)", by=(is_F_s, is_P)),
+        Stage(D, T_next * As * K + T_next * J, "(15)", by=(is_D_s, is_V)),
+        Stage(G, T_next * B - D * E, "(10)", by=(driven,)),
+        Stage(W, -K * E, by=(is_W, is_V)),
+    )
+    return Derivation(
+        (As, B, J, C, E, Phat, That, K, T_next),
+        stages,
+        source=SOURCE,
+        letters=letters,
+        says="from a gain to the observer that has it",
+    )
+
+
+@cache
 def derive():
     """The page."""
-    return Derivation(page=(*PAGE, gain_step()), letters=letters, source=SOURCE)
+    page = (*PAGE, gain_step(), *OBSERVER, observer())
+    return Derivation(page=page, letters=letters, source=f"{SOURCE}, section III")

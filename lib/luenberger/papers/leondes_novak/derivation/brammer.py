@@ -1,208 +1,217 @@
-"""Brammer's filter for outputs without noise, and that Fig. 2 is Fig. 1.
+"""Brammer's filter for outputs without noise is the same system, drawn differently.
 
-Brammer keeps the projected estimate T^ x of the Kalman filter and reads the rest off
-the perfect outputs.  With z = z^ - L y, L = T^ K^, his filter is the observer of
-Leondes and Novak, so (48) and Fig. 1 are one system drawn twice.
+Brammer keeps what the Kalman filter estimates of the states that the perfect outputs do
+not show, and reads the others off.  A change of variable turns his filter into the
+observer of Leondes and Novak.
 
 Source: Leondes and Novak (1974), section IV.C, (45)-(53); Brammer (1968).
 """
 
 from functools import cache
 
-import sympy as sp
-
-from ....symbolic import (
-    Algebra,
-    BlockMatrix,
-    Derivation,
-    Identity,
-    MatrixSymbol,
-    ZeroMatrix,
-    claims,
+from ....symbolic import BlockMatrix, Derivation, Expect, Line, Substitute, ZeroMatrix
+from .best_coordinates import (
+    exact,
+    is_Delta,
+    is_Kmv,
+    is_N,
+    nothing_left,
+    push,
+    square,
+    unseen,
+    whole,
 )
-from . import canonical_gain as gain
-from .claims import joseph
+from .canonical_gain import is_V
+from .coordinates import is_H
+from .letters import *
 
-n, p, m1 = gain.n, gain.p, gain.m1
-nz, p2 = n - m1, p - m1
-A, Q, Pred = (MatrixSymbol(k, n, n) for k in ("A", "Q", "Sigma_p"))
-C, C1, C2 = (MatrixSymbol(k, d, n) for k, d in (("C", p), ("C_1", m1), ("C_2", p2)))
-Select = MatrixSymbol("S_1", m1, p)  # y1 = S_1 y
-R, M = MatrixSymbol("R", p, p), MatrixSymbol("M", p, p)
-That, Phat = MatrixSymbol("That", nz, n), MatrixSymbol("Phat", n, nz)
-Vhat1 = MatrixSymbol("Vhat_1", n, m1)
-K, Kn = MatrixSymbol("Khat", n, p), MatrixSymbol("Khat_+", n, p)
-L, S = MatrixSymbol("Lhat", nz, p), MatrixSymbol("S", nz, nz)
-zhat, x, y, yn = (
-    MatrixSymbol(k, d, 1) for k, d in (("zhat", nz), ("x", n), ("y", p), ("y_+", p))
+z_hat = letters("z_hat", r, 1, "Brammer's estimate of `That x`")
+z_hat_next = letters("z_hat_next", r, 1, "the same one step on")
+
+ESTIMATE = (
+    """The accurate outputs have no noise, `y_1 = C_1 x`. The estimate puts them in
+    their place and takes the rest from `z_hat`. The equations (47) say what `Gamma_1`
+    and `Phat` are.""",
+    push,
+    unseen,
+    whole,
+    other_rows := define(That * Gamma_1, ZeroMatrix(r, m1), "47"),
+    inverse := define(That * Phat, Identity(r), "47"),
+    shows := define(x_hat, Phat * z_hat + Gamma_1 * S1 * y, "46"),
+    chain(
+        "46",
+        "the estimate shows what was estimated",
+        That * x_hat,
+        Line(That * Phat * z_hat + That * Gamma_1 * S1 * y, by=(shows,)),
+        Line(z_hat, by=(inverse, other_rows)),
+    ),
+    chain(
+        "46",
+        "the estimate shows the accurate outputs",
+        S1 * C * x_hat,
+        Line(S1 * C * Phat * z_hat + S1 * C * Gamma_1 * S1 * y, by=(shows,)),
+        Line(S1 * y, by=(unseen, push)),
+    ),
+    perfect := define(S1 * y, S1 * C * x, "45"),
+    is_eps := define(eps, z_hat - That * x),
+    error := chain(
+        "45, 46",
+        "the error is that of the rest",
+        x_hat - x,
+        Line(Phat * z_hat + Gamma_1 * S1 * y - x, by=(shows,)),
+        Line(Phat * z_hat + Gamma_1 * S1 * C * x - x, by=(perfect,)),
+        Line(Phat * z_hat - Phat * That * x, by=(whole,)),
+        Line(Phat * eps, by=(is_eps,)),
+    ),
 )
 
-# (47) two-sided; C1 = S1 C; noise-free outputs give C1 K^ = S1, see `limiting_cases`
-BASE = Algebra(
-    [Q, R, M, Pred, S],
-    [
-        (Select * C, C1),
-        (C1 * Phat, ZeroMatrix(m1, nz)),
-        (C1 * Vhat1, Identity(m1)),
-        (That * Phat, Identity(nz)),
-        (That * Vhat1, ZeroMatrix(nz, m1)),
-        (Phat * That, Identity(n) - Vhat1 * C1),
-    ],
-)
-
-
-def formulas():
-    xhat = MatrixSymbol("xhat", n, 1)
-    v2 = MatrixSymbol("v_2", p2, 1)
-    first, last = Identity(m1), Identity(nz)
-    return {
-        "(45) y": BlockMatrix([[C1], [C2]]) * x
-        + BlockMatrix([[ZeroMatrix(m1, 1)], [v2]]),
-        "(46) x_hat": Phat * zhat + Vhat1 * (Select * y),
-        "(47) [P_hat V_hat_1]": sp.Inverse(BlockMatrix([[That], [C1]])),
-        "(48) z_hat_+": That * (A * xhat + Kn * (yn - C * A * xhat)),
-        "(49) K_hat": Pred * C.T * sp.MatAdd(C * Pred * C.T, R).I,
-        "(50) Sigma_p": A * Phat * S * Phat.T * A.T + Q,
-        "(51) S_+": That * (Identity(n) - K * C) * Pred * That.T,
-        "(52) C_1": BlockMatrix([[first, ZeroMatrix(m1, nz)]]),
-        "(52) T_hat": BlockMatrix([[ZeroMatrix(nz, m1), last]]),
-        "(53) P_hat": BlockMatrix([[ZeroMatrix(m1, nz)], [last]]),
-        "(53) V_hat": BlockMatrix(
-            [[first, ZeroMatrix(m1, p2)], [ZeroMatrix(nz, m1), ZeroMatrix(nz, p2)]]
+FILTER = (
+    """The rest is corrected as the Kalman filter would, and its gain meets the perfect
+    outputs by itself: that is (49) with no noise in them.""",
+    is_Delta,
+    is_Kmv,
+    is_N,
+    chain(
+        "49",
+        "the Kalman gain shows perfect outputs as they are",
+        S1 * C * Kmv,
+        Line(S1 - Delta, by=(is_Delta,)),
+        Line(S1, by=(nothing_left,)),
+    ),
+    chain(
+        "49",
+        "the gain",
+        Kmv,
+        Line(Kmv * M * M.I, why="insert the inverse"),
+        Line(N * M.I, by=(is_Kmv,)),
+        Line(Omega * C.T * M.I, by=(is_N,)),
+    ),
+    exact,
+    moves := define(
+        z_hat_next, That * (A * x_hat + K * (y_next - C * A * x_hat)), "48"
+    ),
+    shows_next := define(x_hat_next, Phat * z_hat_next + Gamma_1 * S1 * y_next, "46"),
+    chain(
+        "46, 48",
+        "the filter is that of Kalman",
+        x_hat_next,
+        Line(Phat * z_hat_next + Gamma_1 * S1 * y_next, by=(shows_next,)),
+        Line(
+            Phat * That * (A * x_hat + K * (y_next - C * A * x_hat))
+            + Gamma_1 * S1 * y_next,
+            by=(moves,),
         ),
-    }
+        Line(
+            (I - Gamma_1 * S1 * C) * (A * x_hat + K * (y_next - C * A * x_hat))
+            + Gamma_1 * S1 * y_next,
+            by=(whole,),
+        ),
+        Line(A * x_hat + K * (y_next - C * A * x_hat), by=(exact,)),
+    ),
+)
 
+SAME = (
+    """Let `z = z_hat - That K y`. The estimate is then that of the observer with `P`
+    the basis and `V` the gain.""",
+    is_z := define(z, z_hat - That * K * y),
+    gain := chain(
+        "24",
+        "the gain is a push and a rest",
+        K,
+        Line((Gamma_1 * S1 * C + Phat * That) * K, by=(whole,)),
+        Line(Gamma_1 * S1 + Phat * That * K, by=(exact,)),
+    ),
+    chain(
+        "12, 46",
+        "the estimate in the new variable",
+        x_hat,
+        Line(Phat * z_hat + Gamma_1 * S1 * y, by=(shows,)),
+        Line(Phat * z + Phat * That * K * y + Gamma_1 * S1 * y, by=(is_z,)),
+        Line(Phat * z + K * y, by=(gain,)),
+    ),
+    """It moves as the observer does: Fig. 2 is Fig. 1.""",
+    is_z_next := define(z_next, z_hat_next - That * K * y_next),
+    is_T := define(T_next, That * (I - K * C), "25"),
+    chain(
+        "42, 48",
+        "one system drawn twice",
+        z_next,
+        Line(z_hat_next - That * K * y_next, by=(is_z_next,)),
+        Line(
+            That * (A * x_hat + K * (y_next - C * A * x_hat)) - That * K * y_next,
+            by=(moves,),
+        ),
+        Line(That * (I - K * C) * A * x_hat, why="collect"),
+        Line(T_next * A * x_hat, by=(is_T,)),
+    ),
+)
 
-def filter_steps():
-    """(45)-(48): estimate, error, and the change of variable to Fig. 1."""
-    xhat = Phat * zhat + Vhat1 * (Select * y)
-    updated = That * (A * xhat + Kn * (yn - C * A * xhat))
-    before = A * xhat
-    matched = BASE.with_relations((C1 * Kn, Select))
-    perfect = BASE.with_relations((Select * y, C1 * x))
-    z = zhat - That * K * y
-    Tn = That - That * Kn * C
-    V = Vhat1 * Select + Phat * That * K
-    return (
-        claims(
-            BASE,
-            {
-                "(46) T^ x_hat = z^": (That * xhat, zhat),
-                "(46) C1 x_hat = y1": (C1 * xhat, Select * y),
-                "(48) with z = z^ - L y, L = T^ K^: z_+ = T_+ A (P z + V y), Fig. 1": (
-                    updated - That * Kn * yn,
-                    Tn * A * (Phat * z + V * y),
-                ),
-                "(46) with z = z^ - L y: x_hat = P z + V y": (xhat, Phat * z + V * y),
-                "(13) P T + V C = I for T = T^ - L C, V = V^ + P^ L": (
-                    Phat * (That - That * K * C) + V * C,
-                    Identity(n),
-                ),
-            },
-        )
-        | claims(
-            perfect,
-            {
-                "(46) v1 = 0: x_hat - x = P^ (z^ - T^ x)": (
-                    xhat - x,
-                    Phat * (zhat - That * x),
-                )
-            },
-        )
-        | claims(
-            matched,
-            {
-                "(46),(48) v1 = 0: x_hat_+ is the Kalman filter's": (
-                    Phat * updated + Vhat1 * (Select * yn),
-                    before + Kn * (yn - C * before),
-                )
-            },
-        )
-    )
+COVARIANCE = (
+    "Its covariances are those of the observer, seen through the basis.",
+    is_X := moment(eps * eps.T, X, "51"),
+    is_Q := moment(w * w.T, Q, "4"),
+    apart := moment(eps * w.T, ZeroMatrix(r, n)),
+    chain(
+        "50",
+        "the predicted covariance",
+        (A * Phat * eps - w) * (A * Phat * eps - w).T,
+        Expect(A * Phat * X * Phat.T * A.T + Q, moments=(is_X, is_Q, apart)),
+    ),
+    kalman := define(K, Kmv, "49"),
+    chain(
+        "51",
+        "the covariance of the rest",
+        That * Sigma_next * That.T,
+        Line(
+            That * (Omega - N * Kmv.T + (K - Kmv) * M * (K - Kmv).T) * That.T,
+            by=(square,),
+        ),
+        Line(That * (Omega - N * Kmv.T) * That.T, by=(kalman,)),
+        Line(That * (Omega - Kmv * N.T) * That.T, by=(is_Kmv,)),
+        Line(That * (I - Kmv * C) * Omega * That.T, by=(is_N,)),
+    ),
+)
 
-
-def covariance_steps():
-    """(49)-(51), with M = C Sigma_p C' + R solved for R."""
-    gain_known = BASE.with_relations((R, M - C * Pred * C.T), (K, Pred * C.T * M.I))
-    truth = Algebra([Q, S])
-    both = BlockMatrix([[S, ZeroMatrix(nz, n)], [ZeroMatrix(n, nz), Q]])
-    map_ = BlockMatrix([[A * Phat, Identity(n)]])
-    perfect = Algebra(
-        [R, M, Pred],
-        [
-            (Select * C, C1),
-            (R, M - C * Pred * C.T),
-            (C1 * Pred * C.T, Select * M),  # S1 R = 0
-        ],
-    )
-    return (
-        claims(
-            gain_known,
-            {
-                "(49) K^ (C Sigma_p C' + R) = Sigma_p C'": (
-                    K * (C * Pred * C.T + R),
-                    Pred * C.T,
-                ),
-                "(51) S_+ = cov(T^ (x_hat_+ - x_+))": (
-                    That * (Identity(n) - K * C) * Pred * That.T,
-                    That * joseph(K, C, Pred, R) * That.T,
-                ),
-            },
-        )
-        | claims(
-            truth,
-            {
-                "(50) Sigma_p = cov(A P^ (z^ - T^ x) - w)": (
-                    map_ * both * map_.T,
-                    A * Phat * S * Phat.T * A.T + Q,
-                )
-            },
-        )
-        | claims(
-            perfect,
-            {
-                "(49) v1 = 0: C1 K^ = [I 0]": (C1 * Pred * C.T * M.I, Select),
-            },
-        )
-    )
-
-
-def canonical_steps():
-    """(52), (53): in canonical coordinates (24) and (25) come back."""
-    f = formulas()
-    T, P, V = (f[k] for k in ("(52) T_hat", "(53) P_hat", "(53) V_hat"))
-    stack = BlockMatrix(
-        [[ZeroMatrix(nz, m1), Identity(nz)], [Identity(m1), ZeroMatrix(m1, nz)]]
-    )
-    inverse = BlockMatrix(
-        [[ZeroMatrix(m1, nz), Identity(m1)], [Identity(nz), ZeroMatrix(nz, m1)]]
-    )
-    zn, Tk, Pk, Kk = (s.subs(m1, 0) for s in (zhat, That, Phat, Kn))
-    whole = Algebra([], [(Tk, Identity(n)), (Pk, Identity(n))])
-    return claims(
-        gain.ALGEBRA,
-        {
-            "(47),(52),(53) [T^; C1]^-1 = [P^ V^_1]": (stack * inverse, Identity(n)),
-            "(52),(25) T^ - L C = T, L = [K_1 K_2]": (T - gain.K * gain.H, gain.T),
-            "(53),(24) V^ + P^ L = V": (V + P * gain.K, gain.V),
-            "(53),(24) P^ = P": (P, gain.P),
-        },
-    ) | claims(
-        whole,
-        {
-            "(48) T^ = P^ = I, V^_1 = 0: Kalman's filter": (
-                Tk * (A * (Pk * zn) + Kk * (yn - C * A * (Pk * zn))),
-                A * zn + Kk * (yn - C * A * zn),
-            )
-        },
-    )
+CANONICAL = (
+    """In the coordinates of (20) to (23) the basis is the lower part of the identity,
+    and (24), (25) come back.""",
+    is_That := define(That, BlockMatrix([[ZeroMatrix(r, m1), Identity(r)]]), "52"),
+    is_Phat := define(Phat, BlockMatrix([[ZeroMatrix(m1, r)], [Identity(r)]]), "53"),
+    is_Gamma_1 := define(
+        Gamma_1, BlockMatrix([[Identity(m1)], [ZeroMatrix(r, m1)]]), "53"
+    ),
+    is_C_1 := define(C_1, BlockMatrix([[Identity(m1), ZeroMatrix(m1, r)]]), "52"),
+    chain(
+        "47, 52, 53",
+        "the basis and the push are columns of the inverse",
+        Phat * That + Gamma_1 * C_1,
+        Substitute(I, by=(is_Phat, is_That, is_Gamma_1, is_C_1)),
+    ),
+    is_H,
+    is_V,
+    chain(
+        "25, 52",
+        "what the observer follows",
+        That - That * V * H,
+        Substitute(
+            BlockMatrix([[-K_1, Identity(r) - K_2 * H_2]]), by=(is_That, is_V, is_H)
+        ),
+    ),
+    is_S_1 := define(S1, BlockMatrix([[Identity(m1), ZeroMatrix(m1, p2)]]), "16"),
+    is_K_low := define(K_low, BlockMatrix([[K_1, K_2]]), "33"),
+    chain(
+        "24, 53",
+        "the weight of the measurement",
+        Gamma_1 * S1 + Phat * K_low,
+        Substitute(V, by=(is_Gamma_1, is_S_1, is_Phat, is_K_low, is_V)),
+    ),
+)
 
 
 @cache
 def derive():
+    """The page."""
+    page = (*ESTIMATE, *FILTER, *SAME, *COVARIANCE, *CANONICAL)
     return Derivation(
-        given=(A, C, C1, Q, R, That, Phat, Vhat1),
-        formulas=formulas(),
-        steps=filter_steps() | covariance_steps() | canonical_steps(),
-        source="Leondes and Novak (1974), (45)-(53); Brammer (1968)",
+        page=page, letters=letters, source=f"{SOURCE}, (45)-(53); Brammer (1968)"
     )

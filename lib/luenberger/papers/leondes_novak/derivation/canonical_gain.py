@@ -1,271 +1,303 @@
-"""The paper's derivation in its canonical coordinates, block by block.
+"""The gain of least error trace in the coordinates of the paper, block by block.
 
-With P = [0; I] the unbiased observer is a family in two gains K1, K2, and the error
-covariance is a quadratic in them.  Its gradients (32) are [K1 K2] M = N with M the
-covariance of the innovation, so (33) needs no inverse but that of M; the completed
-square J = J* + tr (K - K*) M (K - K*)' shows that it is the minimum, and the only
-one exactly when M > 0.
-
-The paper's sufficient condition, R22 > 0 and cov(w1) > 0, is right when R12 = 0 and
-has a counterexample otherwise.
+The unbiased estimates that keep the accurate outputs are a family in two gains, and the
+error trace is a quadratic in them.  Its gradients are one linear equation, whose
+solution is the minimum, because the trace is a completed square around it.
 
 Source: Leondes and Novak (1974), section III, (24)-(36).
 """
 
 from functools import cache
 
-import sympy as sp
 from sympy import Trace
 
 from ....symbolic import (
-    Algebra,
+    AtLeast,
     BlockMatrix,
     Derivation,
-    Identity,
-    MatrixSymbol,
+    Expect,
+    Gradient,
+    Line,
+    Substitute,
     ZeroMatrix,
-    claims,
+    plus,
+)
+from .best_coordinates import is_Omega, is_Sigma
+from .coordinates import is_H, split_v
+from .huddle import seen
+from .letters import *
+from .stochastic_system import deviation, is_Q, is_Sigma_x, white
+
+T_any = letters("T_any", r, n, "what an observer might follow")
+T_1 = letters("T_1", r, m1, "its columns for the accurate outputs")
+T_2 = letters("T_2", r, r, "its other columns")
+zero, kept, rest = ZeroMatrix, Identity(m1), Identity(r)
+
+
+def split(whole, *parts):
+    """A column as its parts, by definition."""
+    return define(whole, BlockMatrix([[part] for part in parts]))
+
+
+def trace_of(X):
+    """The part of the trace in which the gains are, for both gains X."""
+    return Trace(X * M * X.T) - 2 * Trace(N_low * X.T)
+
+
+FAMILY = (
+    """The accurate outputs are kept as they are, so the observer follows the other
+    states alone. Two gains are free.""",
+    is_P := define(P, BlockMatrix([[zero(m1, r)], [rest]]), "24"),
+    is_V := define(V, BlockMatrix([[kept, zero(m1, p2)], [K_1, K_2]]), "24"),
+    split_y := split(y, y_1, y_2),
+    chain(
+        "24",
+        "the estimate keeps the accurate outputs",
+        P * z + V * y,
+        Substitute(
+            BlockMatrix([[y_1], [z + K_1 * y_1 + K_2 * y_2]]), by=(is_P, is_V, split_y)
+        ),
+    ),
+    """The measurement matrix has the form of (18). What the observer follows is then
+    fixed by unbiasedness.""",
+    is_H,
+    is_T := define(T, BlockMatrix([[-K_1, rest - K_2 * H_2]]), "25"),
+    chain(
+        "13, 25",
+        "the estimate is unbiased",
+        P * T + V * H,
+        Substitute(I, by=(is_P, is_T, is_V, is_H)),
+    ),
+    is_any := define(T_any, BlockMatrix([[T_1, T_2]])),
+    chain(
+        "25",
+        "it is unbiased for no other choice",
+        P * T_any + V * H,
+        Substitute(
+            BlockMatrix([[kept, zero(m1, r)], [T_1 + K_1, T_2 + K_2 * H_2]]),
+            by=(is_P, is_any, is_V, is_H),
+        ),
+    ),
+    """The lower row is `[0 I]` only for `T_1 = - K_1` and `T_2 = I - K_2 H_2`. The
+    error of the estimate is the noise of the accurate outputs, and below it the
+    observer's own error with the noise that the gains let in.""",
+    split_v,
+    chain(
+        "26",
+        "the error",
+        P * eps + V * v,
+        Substitute(
+            BlockMatrix([[v_1], [eps + K_1 * v_1 + K_2 * v_2]]),
+            by=(is_P, is_V, split_v),
+        ),
+    ),
+    is_R := define(
+        R, BlockMatrix([[R_11, R_21.T], [R_21, R_22]]), "31", name="the blocks of R"
+    ),
+    is_K_low := define(K_low, BlockMatrix([[K_1, K_2]]), "33"),
+    chain(
+        "27",
+        "the error trace",
+        Trace(P * X * P.T + V * R * V.T),
+        Substitute(
+            Trace(R_11) + Trace(X + K_low * R * K_low.T),
+            by=(is_P, is_V, is_R, is_K_low),
+        ),
+    ),
 )
 
-n, p, m1 = sp.symbols("n p m_1", integer=True, nonnegative=True)
-nz, p2 = n - m1, p - m1  # order of the observer; number of the other outputs
-
-
-def pair(name, a, b):
-    """Blocks 11, 21, 22 of a symmetric matrix partitioned into sizes a and b."""
-    return (
-        MatrixSymbol(f"{name}_11", a, a),
-        MatrixSymbol(f"{name}_21", b, a),
-        MatrixSymbol(f"{name}_22", b, b),
-    )
-
-
-K1, K2, H2 = (
-    MatrixSymbol(k, *d)
-    for k, d in zip(("K_1", "K_2", "H_2"), ((nz, m1), (nz, p2), (p2, nz)))
+TRACE = (
+    """The observer errs as the prediction does, seen through `T`. Its covariance is
+    therefore that of the prediction between `T` and its transpose. This matrix,
+    `Omega`, has no gain of the next instant in it.""",
+    is_Sigma,
+    is_Q,
+    apart := moment(e * w.T, zero(n, n)),
+    is_Omega,
+    chain(
+        "28, 29",
+        "the covariance of the observer's error",
+        eps_next * eps_next.T,
+        Line(T_next * (A * e - w) * (A * e - w).T * T_next.T, by=(seen,)),
+        Expect(
+            T_next * (A * Sigma * A.T + Q) * T_next.T,
+            moments=(is_Sigma, is_Q, apart),
+        ),
+        Line(T_next * Omega * T_next.T, by=(is_Omega,)),
+    ),
+    in_blocks := define(
+        Omega,
+        BlockMatrix([[Omega_11, Omega_21.T], [Omega_21, Omega_22]]),
+        "29",
+        name="the blocks of Ω",
+    ),
+    """Both parts of the trace, multiplied out, are what (30) should print.""",
+    noise_part := chain(
+        "30",
+        "the noise in the trace",
+        Trace(V * R * V.T),
+        Substitute(
+            plus(
+                Trace(R_11),
+                Trace(K_1 * R_11 * K_1.T),
+                2 * Trace(K_1 * R_21.T * K_2.T),
+                Trace(K_2 * R_22 * K_2.T),
+            ),
+            by=(is_V, is_R),
+        ),
+    ),
+    prediction_part := chain(
+        "30",
+        "the prediction in the trace",
+        Trace(T * Omega * T.T),
+        Substitute(
+            plus(
+                Trace(K_1 * Omega_11 * K_1.T),
+                -2 * Trace(Omega_21 * K_1.T),
+                Trace(Omega_22),
+                Trace(K_2 * H_2 * Omega_22 * H_2.T * K_2.T),
+                2 * Trace(K_1 * Omega_21.T * H_2.T * K_2.T),
+                -2 * Trace(Omega_22 * H_2.T * K_2.T),
+            ),
+            by=(is_T, in_blocks),
+        ),
+    ),
+    """With letters for the matrices in (33) the ten traces are four. The matrix `M` is
+    the covariance of the innovation, and `N_low` holds the lower rows of what the
+    Kalman filter multiplies its inverse with.""",
+    M_blocks := define(
+        M,
+        BlockMatrix(
+            [
+                [Omega_11 + R_11, R_21.T + Omega_21.T * H_2.T],
+                [R_21 + H_2 * Omega_21, R_22 + H_2 * Omega_22 * H_2.T],
+            ]
+        ),
+        "33",
+        name="the blocks of M",
+    ),
+    N_blocks := define(N_low, BlockMatrix([[Omega_21, Omega_22 * H_2.T]]), "33"),
+    chain(
+        "31, 33",
+        "the covariance of the innovation",
+        H * Omega * H.T + R,
+        Substitute(M, by=(is_H, in_blocks, is_R, M_blocks)),
+    ),
+    chain(
+        "33",
+        "the lower rows of the Kalman gain",
+        P.T * Omega * H.T,
+        Substitute(N_low, by=(is_P, is_H, in_blocks, N_blocks)),
+    ),
+    chain(
+        "30",
+        "the trace is a quadratic in both gains",
+        Trace(V * R * V.T) + Trace(T * Omega * T.T),
+        Substitute(
+            plus(
+                Trace(R_11),
+                Trace(Omega_22),
+                Trace(K_low * M * K_low.T),
+                -2 * Trace(N_low * K_low.T),
+            ),
+            by=(is_V, is_R, is_T, in_blocks, M_blocks, N_blocks, is_K_low),
+        ),
+    ),
 )
-O11, O21, O22 = pair("Omega", m1, nz)
-R11, R21, R22 = pair("R", m1, p2)
-X = MatrixSymbol("X", nz, nz)  # cov(eps)
 
-Omega = BlockMatrix([[O11, O21.T], [O21, O22]])
-R = BlockMatrix([[R11, R21.T], [R21, R22]])
-H = BlockMatrix([[Identity(m1), ZeroMatrix(m1, nz)], [ZeroMatrix(p2, m1), H2]])
-P = BlockMatrix([[ZeroMatrix(m1, nz)], [Identity(nz)]])
-V = BlockMatrix([[Identity(m1), ZeroMatrix(m1, p2)], [K1, K2]])
-T = BlockMatrix([[-K1, Identity(nz) - K2 * H2]])
-K = BlockMatrix([[K1, K2]])
-M = BlockMatrix(
-    [[O11 + R11, R21.T + O21.T * H2.T], [R21 + H2 * O21, R22 + H2 * O22 * H2.T]]
+MINIMUM = (
+    """The gradient in both gains at once is linear. Set to zero and written in blocks,
+    it is the pair of coupled equations (32).""",
+    chain(
+        "32",
+        "the gradient in both gains",
+        trace_of(K_low),
+        Gradient(2 * (K_low * M - N_low), of=K_low),
+    ),
+    coupled := chain(
+        "32",
+        "the coupled equations",
+        K_low * M - N_low,
+        Substitute(
+            BlockMatrix(
+                [
+                    [
+                        K_1 * (Omega_11 + R_11)
+                        + K_2 * (H_2 * Omega_21 + R_21)
+                        - Omega_21,
+                        K_2 * (H_2 * Omega_22 * H_2.T + R_22)
+                        + K_1 * (Omega_21.T * H_2.T + R_21.T)
+                        - Omega_22 * H_2.T,
+                    ]
+                ]
+            ),
+            by=(is_K_low, M_blocks, N_blocks),
+        ),
+    ),
+    """Gains that solve them are the minimum, because the trace is a completed square
+    around these: it needs no inverse but that of `M`, and no second derivative.""",
+    is_K_star := define(K_star * M, N_low, "33"),
+    square := chain(
+        "33",
+        "the completed square",
+        trace_of(K_low),
+        Line(
+            Trace(K_low * M * K_low.T) - 2 * Trace(K_star * M * K_low.T),
+            by=(is_K_star,),
+        ),
+        Line(
+            Trace((K_low - K_star) * M * (K_low - K_star).T)
+            - Trace(K_star * M * K_star.T),
+            why="complete the square",
+        ),
+    ),
+    root := define(M, L_M * L_M.T),
+    chain(
+        "33",
+        "no gains do better",
+        Trace((K_low - K_star) * M * (K_low - K_star).T) - Trace(K_star * M * K_star.T),
+        AtLeast(-Trace(K_star * M * K_star.T), by=(root,), root=(K_low - K_star) * L_M),
+    ),
+    chain(
+        "33",
+        "the gains",
+        K_star,
+        Line(K_star * M * M.I, why="insert the inverse"),
+        Line(N_low * M.I, by=(is_K_star,)),
+    ),
 )
-N = BlockMatrix([[O21, O22 * H2.T]])
 
-ALGEBRA = Algebra([O11, O22, R11, R22, X])
-
-
-def trace_30():
-    """(30) as it should be printed."""
-    return (
-        Trace(R11)
-        + Trace(K1 * R11 * K1.T)
-        + 2 * Trace(K1 * R21.T * K2.T)
-        + Trace(K2 * R22 * K2.T)
-        + Trace(K1 * O11 * K1.T)
-        - 2 * Trace(O21 * K1.T)
-        + Trace(O22)
-        + Trace(K2 * H2 * O22 * H2.T * K2.T)
-        + 2 * Trace(K1 * O21.T * H2.T * K2.T)
-        - 2 * Trace(O22 * H2.T * K2.T)
-    )
-
-
-def gradients_32():
-    """(32) as it should be printed: both vanish at the minimum."""
-    return (
-        K1 * (O11 + R11) + K2 * (H2 * O21 + R21) - O21,
-        K2 * (H2 * O22 * H2.T + R22) + K1 * (O21.T * H2.T + R21.T) - O22 * H2.T,
-    )
-
-
-def solved_relations(K1, K2):
-    """(32) as rewriting rules, for gains that satisfy it."""
-    return (
-        (K1 * R11, O21 - K1 * O11 - K2 * (H2 * O21 + R21)),
-        (K2 * R22, O22 * H2.T - K2 * H2 * O22 * H2.T - K1 * (O21.T * H2.T + R21.T)),
-    )
-
-
-def formulas():
-    z, eps = MatrixSymbol("z", nz, 1), MatrixSymbol("varepsilon", nz, 1)
-    y, v = (
-        BlockMatrix([[MatrixSymbol(f"{k}_1", m1, 1)], [MatrixSymbol(f"{k}_2", p2, 1)]])
-        for k in "yv"
-    )
-    A, Q = MatrixSymbol("A", n, n), MatrixSymbol("Q", n, n)
-    Pi, Vi = MatrixSymbol("P", n, nz), MatrixSymbol("V", n, p)
-    Ri, Tn = MatrixSymbol("R", p, p), MatrixSymbol("T_+", nz, n)
-    bracket = A * Pi * X * Pi.T * A.T + A * Vi * Ri * Vi.T * A.T + Q
-    first, second = gradients_32()
-    return {
-        "(24) P": P,
-        "(24) V": V,
-        "(24) x_hat": P * z + V * y,
-        "(25) T": T,
-        "(26) e": P * eps + V * v,
-        "(27) cov e": P * X * P.T + V * R * V.T,
-        "(28) cov eps_+": Tn * bracket * Tn.T,
-        "(28) Omega": bracket,
-        "(29) Omega": Omega,
-        "(29) cov eps_+": T * Omega * T.T,
-        "(30) J": trace_30(),
-        "(31) R": R,
-        "(32) first": first,
-        "(32) second": second,
-        "(33) N": N,
-        "(33) M": M,
-        "(33) [K_1 K_2]": sp.MatMul(N, sp.Inverse(M)),
-    }
-
-
-def structure_steps():
-    """(24)-(29): the family of unbiased observers and its error covariance."""
-    Ta, Tb = MatrixSymbol("T_1", nz, m1), MatrixSymbol("T_2", nz, nz)
-    unknown = BlockMatrix([[Ta, Tb]])
-    left = BlockMatrix(
-        [
-            [ZeroMatrix(m1, m1), ZeroMatrix(m1, nz)],
-            [Ta + K1, Tb - Identity(nz) + K2 * H2],
-        ]
-    )
-    x, v = (
-        BlockMatrix([[MatrixSymbol(f"{k}_1", m1, 1)], [MatrixSymbol(f"{k}_2", d, 1)]])
-        for k, d in (("x", nz), ("v", p2))
-    )
-    eps = MatrixSymbol("varepsilon", nz, 1)
-    A, Q = MatrixSymbol("A", n, n), MatrixSymbol("Q", n, n)
-    Pi, Vi = MatrixSymbol("P", n, nz), MatrixSymbol("V", n, p)
-    Ri, Tn = MatrixSymbol("R", p, p), MatrixSymbol("T_+", nz, n)
-    bracket = A * (Pi * X * Pi.T + Vi * Ri * Vi.T) * A.T + Q
-    F, D = Tn * A * Pi, Tn * A * Vi
-    return claims(
-        ALGEBRA,
-        {
-            "(13) P T + V H = I": (P * T + V * H, Identity(n)),
-            "(25) T is the only solution of (13): T_1 = -K_1, T_2 = I - K_2 H_2": (
-                P * unknown + V * H - Identity(n),
-                left,
-            ),
-            "(24),(26) x_hat - x = P eps + V v": (
-                P * (T * x + eps) + V * (H * x + v) - x,
-                P * eps + V * v,
-            ),
-            "(27) tr cov e = tr R11 + tr cov(eps + K_1 v_1 + K_2 v_2)": (
-                Trace(P * X * P.T + V * R * V.T),
-                Trace(R11) + Trace(X + K * R * K.T),
-            ),
-        },
-    ) | claims(
-        ALGEBRA.with_relations(symmetric=[Q, Ri]),
-        {
-            "(28),(29) cov(F eps + D v - T_+ w) = T_+ Omega T_+', "
-            "Omega = A cov(e) A' + Q": (
-                F * X * F.T + D * Ri * D.T + Tn * Q * Tn.T,
-                Tn * bracket * Tn.T,
-            ),
-            "(29) Omega_21 = Omega_12'": (bracket, bracket.T),
-        },
-    )
-
-
-def minimum_steps():
-    """(30)-(33): the trace, its gradients, their solution and the minimum."""
-    J = Trace(P * (T * Omega * T.T) * P.T + V * R * V.T)
-    first, second = gradients_32()
-    D1, D2 = MatrixSymbol("Delta_1", nz, m1), MatrixSymbol("Delta_2", nz, p2)
-    Delta = BlockMatrix([[D1, D2]])
-    step = {K1: D1, K2: D2}
-    curve = ALGEBRA.differential(ALGEBRA.differential(J, step), step)
-    S1, S2 = MatrixSymbol("K_1*", nz, m1), MatrixSymbol("K_2*", nz, p2)
-    best = BlockMatrix([[S1, S2]])
-    solved = ALGEBRA.with_relations(*solved_relations(S1, S2))
-    least = Trace(R11) + Trace(O22) - Trace(best * M * best.T)
-    half = sp.S.Half
-    return claims(
-        ALGEBRA,
-        {
-            "(30) J = tr(P T Omega T' P' + V R V')": (trace_30(), J),
-            "(32) first = half the gradient in K_1": (
-                first,
-                half * ALGEBRA.gradient(J, K1),
-            ),
-            "(32) second = half the gradient in K_2": (
-                second,
-                half * ALGEBRA.gradient(J, K2),
-            ),
-            "(32) is [K_1 K_2] M = N": (
-                BlockMatrix([[first, second]]),
-                K * M - N,
-            ),
-            "(31),(33) M = H Omega H' + R": (M, H * Omega * H.T + R),
-            "(33) N = [0 I] Omega H': the lower rows of the Kalman gain": (
-                N,
-                P.T * Omega * H.T,
-            ),
-            "(33) second variation of J: 2 tr(Delta M Delta')": (
-                curve,
-                2 * Trace(Delta * M * Delta.T),
-            ),
-        },
-    ) | claims(
-        solved,
-        {
-            "(33) minimum: J = J* + tr (K - K*) M (K - K*)'": (
-                J,
-                least + Trace((K - best) * M * (K - best).T),
-            )
-        },
-    )
-
-
-def initial_steps():
-    """(34)-(36): the first step, from the prior of x_0."""
-    m = sp.Symbol("m", integer=True, nonnegative=True)
-    A0, S0, Q0 = (MatrixSymbol(k, n, n) for k in ("A_0", "Sigma_00", "Q_0"))
-    B0, u0 = MatrixSymbol("B_0", n, m), MatrixSymbol("u_0", m, 1)
-    T1 = MatrixSymbol("T_1", nz, n)
-    x0, mean, w0 = (MatrixSymbol(k, n, 1) for k in ("x_0", "xbar_0", "w_0"))
-    x1, mean1 = A0 * x0 + B0 * u0 + w0, A0 * mean + B0 * u0
-    error = A0 * (x0 - mean) + w0
-    both = BlockMatrix([[S0, ZeroMatrix(n, n)], [ZeroMatrix(n, n), Q0]])
-    map_ = BlockMatrix([[A0, Identity(n)]])
-    Omega0 = A0 * S0 * A0.T + Q0
-    found = {
-        "(34) z_1": T1 * mean1,
-        "(35) cov eps_1": T1 * Omega0 * T1.T,
-        "(36) Omega_0": Omega0,
-    }
-    steps = claims(
-        Algebra([S0, Q0]),
-        {
-            "(34) eps_1 = z_1 - T_1 x_1 = -T_1 (A_0 (x_0 - xbar_0) + w_0)": (
-                T1 * mean1 - T1 * x1,
-                -T1 * error,
-            ),
-            "(35),(36) cov eps_1 = T_1 Omega_0 T_1', x_0 and w_0 independent": (
-                (T1 * map_) * both * (T1 * map_).T,
-                T1 * Omega0 * T1.T,
-            ),
-        },
-    )
-    return found, steps
+START = (
+    """The observer starts at what is known of the first state. It then errs by what is
+    not known, and the recursion starts with (36).""",
+    starts := define(z_next, T_next * (A * x_bar + B * u), "34"),
+    errs := define(eps_next, z_next - T_next * x_next, "8"),
+    start := chain(
+        "34",
+        "the error at the start",
+        eps_next,
+        Line(z_next - T_next * x_next, by=(errs,)),
+        Line(T_next * (A * x_bar + B * u) - T_next * x_next, by=(starts,)),
+        Line(-T_next * (A * d + w), by=(deviation,)),
+    ),
+    is_Sigma_x,
+    white,
+    chain(
+        "35, 36",
+        "its covariance",
+        eps_next * eps_next.T,
+        Line(T_next * (A * d + w) * (A * d + w).T * T_next.T, by=(start,)),
+        Expect(
+            T_next * (A * Sigma * A.T + Q) * T_next.T,
+            moments=(is_Sigma_x, is_Q, white),
+        ),
+        Line(T_next * Omega * T_next.T, by=(is_Omega,)),
+    ),
+)
 
 
 @cache
 def derive():
-    first, initial = initial_steps()
-    return Derivation(
-        given=(O11, O21, O22, R11, R21, R22, H2),
-        formulas=formulas() | first,
-        steps=structure_steps() | minimum_steps() | initial,
-        source="Leondes and Novak (1974), (24)-(36)",
-    )
+    """The page."""
+    page = (*FAMILY, *TRACE, *MINIMUM, *START)
+    return Derivation(page=page, letters=letters, source=f"{SOURCE}, section III")

@@ -1,135 +1,148 @@
 """The canonical coordinates of the paper, and the way back.
 
-Rows L that complete the measurement matrix to an invertible Mbar = [C1; C2; L] give
-the state q = Mbar x, in which the accurate outputs are the first states and the
-other outputs the next.  The inverse is [X1 X2 X3]; that it exists is what "C has
-full rank" means, and nothing else about C is used.  Everything designed in q returns
-by x = Mbar^-1 q with the certificate unchanged.
+Rows that complete the measurement matrix make it invertible, and give a state whose
+first entries are what the accurate outputs measure.  That the inverse exists is what
+"full rank" means, and nothing else about the measurement is used.
 
 Source: Leondes and Novak (1974), section III, (16)-(23).
 """
 
 from functools import cache
 
-import sympy as sp
 from sympy import Trace
 
-from ....symbolic import (
-    Algebra,
-    BlockMatrix,
-    Derivation,
-    Identity,
-    MatrixSymbol,
-    ZeroMatrix,
-    claims,
-)
+from ....symbolic import BlockMatrix, Derivation, Expect, Line, Substitute, ZeroMatrix
+from .letters import *
+from .stochastic_system import plant
 
-n, p, m1, m, r = sp.symbols("n p m_1 m r", integer=True, nonnegative=True)
-sizes = (m1, p - m1, n - p)
+T_q = letters("T_q", r, n, "what the observer follows, in canonical coordinates")
+T_q_next = letters("T_q_next", r, n, "the same one step on")
+P_q = letters("P_q", n, r, "weight of the observer, in canonical coordinates")
+V_q = letters("V_q", n, p, "weight of the measurement, in canonical coordinates")
+e_q = letters("e_q", n, 1, "error of the estimate, in canonical coordinates")
+kept, other = Identity(m1), Identity(p2)
 
-A, Sigma = MatrixSymbol("A", n, n), MatrixSymbol("Sigma", n, n)
-B = MatrixSymbol("B", n, m)
-rows = [MatrixSymbol(k, d, n) for k, d in zip(("C_1", "C_2", "L"), sizes)]
-cols = [MatrixSymbol(f"X_{k + 1}", n, d) for k, d in enumerate(sizes)]
-x, w, u = (MatrixSymbol(k, d, 1) for k, d in (("x", n), ("w", n), ("u", m)))
-v1, v2 = MatrixSymbol("v_1", m1, 1), MatrixSymbol("v_2", p - m1, 1)
-
-Mbar = BlockMatrix([[row] for row in rows])
-Mbar_inverse = BlockMatrix([cols])
-C, v = BlockMatrix([[rows[0]], [rows[1]]]), BlockMatrix([[v1], [v2]])
-
-INVERSE = Algebra(
-    [Sigma],
-    [
-        *(
-            (row * col, Identity(d) if i == j else ZeroMatrix(d, col.shape[1]))
-            for i, (row, d) in enumerate(zip(rows, sizes))
-            for j, col in enumerate(cols)
+PAGE = (
+    """The outputs are split into accurate ones and the others, and their rows are
+    completed to an invertible matrix. The paper writes M for it, a letter that is the
+    covariance of the innovation here.""",
+    is_C := define(C, BlockMatrix([[C_1], [C_2]]), "16"),
+    is_Mbar_2 := define(Mbar_2, BlockMatrix([[C_2], [L]]), "19"),
+    is_Mbar := define(Mbar, BlockMatrix([[C_1], [Mbar_2]]), "19"),
+    """In these coordinates the measurement picks states. The other outputs pick the
+    first of the lower ones.""",
+    is_H_2 := define(H_2, BlockMatrix([[other, ZeroMatrix(p2, n - p)]]), "23"),
+    is_H := define(
+        H, BlockMatrix([[kept, ZeroMatrix(m1, r)], [ZeroMatrix(p2, m1), H_2]]), "18"
+    ),
+    lower := chain(
+        "23",
+        "the other outputs pick the first of the lower states",
+        H_2 * Mbar_2,
+        Substitute(C_2, by=(is_H_2, is_Mbar_2)),
+    ),
+    picked := chain(
+        "18",
+        "the measurement picks states",
+        H * Mbar,
+        Substitute(BlockMatrix([[C_1], [H_2 * Mbar_2]]), by=(is_H, is_Mbar)),
+        Line(BlockMatrix([[C_1], [C_2]]), by=(lower,)),
+        Substitute(C, by=(is_C,)),
+    ),
+    measured := chain(
+        "18",
+        "the measurement matrix in these coordinates",
+        C * Mbar.I,
+        Line(H * Mbar * Mbar.I, by=(picked,)),
+        Line(H, why="cancel"),
+    ),
+    """The state `q` of these coordinates moves with a plant of its own. The rows may
+    differ from one instant to the next, and the input, which the page leaves out, is
+    carried along.""",
+    is_q := define(q, Mbar * x, "19"),
+    is_q_next := define(q_next, Mbar_next * x_next, "19"),
+    plant,
+    back := chain(
+        "19",
+        "the way back",
+        x,
+        Line(Mbar.I * Mbar * x, why="insert the inverse"),
+        Line(Mbar.I * q, by=(is_q,)),
+    ),
+    moves := chain(
+        "17, 20",
+        "the plant in these coordinates",
+        q_next,
+        Line(Mbar_next * x_next, by=(is_q_next,)),
+        Line(Mbar_next * (A * x + B * u + w), by=(plant,)),
+        Line(
+            Mbar_next * A * Mbar.I * q + Mbar_next * B * u + Mbar_next * w, by=(back,)
         ),
-        (cols[2] * rows[2], Identity(n) - cols[0] * rows[0] - cols[1] * rows[1]),
-    ],
+    ),
+    chain(
+        "16, 18",
+        "the measurement in these coordinates",
+        C * x + v,
+        Line(C * Mbar.I * q + v, by=(back,)),
+        Line(H * q + v, by=(measured,)),
+    ),
+    split_q := define(q, BlockMatrix([[q_1], [q_2]]), "17"),
+    split_v := define(v, BlockMatrix([[v_1], [v_2]]), "16"),
+    chain(
+        "21, 22",
+        "accurate outputs show the first states",
+        H * q + v,
+        Substitute(
+            BlockMatrix([[q_1 + v_1], [H_2 * q_2 + v_2]]), by=(is_H, split_q, split_v)
+        ),
+    ),
+    """What is designed in these coordinates returns with its certificates. An estimate
+    that is unbiased in `q` is unbiased in `x`.""",
+    T_back := define(T, T_q * Mbar),
+    P_back := define(P, Mbar.I * P_q),
+    V_back := define(V, Mbar.I * V_q),
+    unbiased_q := define(P_q * T_q + V_q * H, I, "13"),
+    chain(
+        "13",
+        "an unbiased estimate stays unbiased",
+        P * T + V * C,
+        Line(Mbar.I * P_q * T_q * Mbar + Mbar.I * V_q * C, by=(T_back, P_back, V_back)),
+        Line(Mbar.I * P_q * T_q * Mbar + Mbar.I * V_q * H * Mbar, by=(picked,)),
+        Line(Mbar.I * (P_q * T_q + V_q * H) * Mbar, why="factor"),
+        Line(I, by=(unbiased_q,)),
+    ),
+    """The observer's own equations return as they are: what it follows is the same,
+    written in other coordinates.""",
+    T_back_next := define(T_next, T_q_next * Mbar_next),
+    dynamics_q := define(
+        T_q_next * Mbar_next * A * Mbar.I, F * T_q + D * H, "9", name="in q"
+    ),
+    chain(
+        "9",
+        "the condition on the dynamics returns",
+        F * T + D * C,
+        Line(F * T_q * Mbar + D * C, by=(T_back,)),
+        Line(F * T_q * Mbar + D * H * Mbar, by=(picked,)),
+        Line((F * T_q + D * H) * Mbar, why="factor"),
+        Line(T_q_next * Mbar_next * A, by=(dynamics_q,)),
+        Line(T_next * A, by=(T_back_next,)),
+    ),
+    """The error trace is not the same number. The trace that the paper minimises, of
+    the error in `q`, is a weighted trace of the error in `x`.""",
+    is_e_q := define(e_q, Mbar * e),
+    is_Sigma := moment(e * e.T, Sigma),
+    chain(
+        "27",
+        "the trace in these coordinates is weighted",
+        Trace(e_q * e_q.T),
+        Line(Trace(Mbar * e * e.T * Mbar.T), by=(is_e_q,)),
+        Expect(Trace(Mbar * Sigma * Mbar.T), moments=(is_Sigma,)),
+        Line(Trace(Mbar.T * Mbar * Sigma), why="the trace is cyclic"),
+    ),
 )
-
-
-def formulas():
-    canonical = BlockMatrix([[row * A * col for col in cols] for row in rows])
-    H2 = BlockMatrix([[Identity(p - m1), ZeroMatrix(p - m1, n - p)]])
-    q1, q2 = MatrixSymbol("q_1", m1, 1), MatrixSymbol("q_2", n - m1, 1)
-    H_2 = MatrixSymbol("H_2", p - m1, n - m1)
-    return {
-        "(16) y": C * x + v,
-        "(19) M": Mbar,
-        "(19) M^-1": Mbar_inverse,
-        "(17),(20) A in q": canonical,
-        "(17),(20) w in q": BlockMatrix([[row * w] for row in rows]),
-        "(17),(20) B in q": BlockMatrix([[row * B] for row in rows]),
-        "(18) C in q": C * Mbar_inverse,
-        "(21) y_1": q1 + v1,
-        "(22) y_2": H_2 * q2 + v2,
-        "(23) H_2": H2,
-    }
-
-
-def steps():
-    first, second, third = sizes
-    H = BlockMatrix(
-        [
-            [Identity(first), ZeroMatrix(first, second), ZeroMatrix(first, third)],
-            [ZeroMatrix(second, first), Identity(second), ZeroMatrix(second, third)],
-        ]
-    )
-    q = BlockMatrix([[row * x] for row in rows])
-    canonical = Mbar * A * Mbar_inverse
-    lower = BlockMatrix([[rows[1] * x], [rows[2] * x]])
-    H2 = BlockMatrix([[Identity(second), ZeroMatrix(second, third)]])
-    y1_of = BlockMatrix([[Identity(first), ZeroMatrix(first, second)]])
-    F = MatrixSymbol("F", r, r)
-    T, Tn = (
-        BlockMatrix([[MatrixSymbol(f"{k}_{i}", r, d) for i, d in enumerate(sizes)]])
-        for k in ("T", "T_+")
-    )
-    D = BlockMatrix([[MatrixSymbol("D_1", r, first), MatrixSymbol("D_2", r, second)]])
-    P = BlockMatrix([[MatrixSymbol(f"P_{i}", d, r)] for i, d in enumerate(sizes)])
-    V = BlockMatrix(
-        [
-            [MatrixSymbol(f"V_{i}{k}", d, e) for k, e in enumerate(sizes[:2])]
-            for i, d in enumerate(sizes)
-        ]
-    )
-    in_q = Tn * canonical - F * T - D * H
-    in_x = (Tn * Mbar) * A - F * (T * Mbar) - D * C
-    return claims(
-        INVERSE,
-        {
-            "(19) M M^-1 = I": (Mbar * Mbar_inverse, Identity(n)),
-            "(19) M^-1 M = I": (Mbar_inverse * Mbar, Identity(n)),
-            "(18) C M^-1 = [I 0 0; 0 I 0]": (C * Mbar_inverse, H),
-            "(17),(20) q_+ = M A M^-1 q + M B u + M w": (
-                canonical * q + Mbar * B * u + Mbar * w,
-                Mbar * (A * x + B * u + w),
-            ),
-            "(21) y_1 = q_1 + v_1": (y1_of * (H * q + v), rows[0] * x + v1),
-            "(22),(23) y_2 = H_2 q_2 + v_2": (H2 * lower + v2, rows[1] * x + v2),
-            "(16) y = [q_1 + v_1; H_2 q_2 + v_2]": (H * q + v, C * x + v),
-            "back: x = M^-1 q": (Mbar_inverse * q, x),
-            "back: certificate (9) in x is that in q times M": (in_x, in_q * Mbar),
-            "back: P, V in x are M^-1 P, M^-1 V: (13) is kept": (
-                (Mbar_inverse * P) * (T * Mbar) + (Mbar_inverse * V) * C - Identity(n),
-                Mbar_inverse * (P * T + V * H - Identity(n)) * Mbar,
-            ),
-            "back: tr cov(x) = tr(M^-1 cov(q) M^-1'), weight (M^-1)' M^-1 on q": (
-                Trace(Mbar_inverse * (Mbar * Sigma * Mbar.T) * Mbar_inverse.T),
-                Trace(Sigma),
-            ),
-        },
-    )
 
 
 @cache
 def derive():
-    return Derivation(
-        given=(A, B, *rows, *cols),
-        formulas=formulas(),
-        steps=steps(),
-        source="Leondes and Novak (1974), (16)-(23)",
-    )
+    """The page."""
+    return Derivation(page=PAGE, letters=letters, source=f"{SOURCE}, section III")

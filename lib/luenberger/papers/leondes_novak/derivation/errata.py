@@ -8,94 +8,83 @@ Source: Leondes and Novak (1974), (24)-(33), as scanned.
 
 from sympy import Trace
 
-from ....symbolic import BlockMatrix, Claim, Identity, ShapeError, ZeroMatrix
-from . import coordinates, uniqueness
-from .canonical_gain import (
-    ALGEBRA,
-    H2,
-    K1,
-    K2,
-    O21,
-    O22,
-    R11,
-    R21,
-    R22,
-    H,
-    P,
-    T,
-    gradients_32,
-    m1,
-    n,
-    nz,
-    trace_30,
-)
+from ....symbolic import Algebra, BlockMatrix, Identity, ShapeError, ZeroMatrix
+from . import canonical_gain, coordinates, uniqueness
+from .letters import *
+
+ALGEBRA = Algebra([Omega_11, Omega_22, R_11, R_22])
+TRACE = canonical_gain.noise_part.right + canonical_gain.prediction_part.right
+FIRST, SECOND = canonical_gain.coupled.right.blocks
 
 
 def printed():
     """(place, the printed formula in words, printed expression, ours)."""
-    first, second = gradients_32()
-    V = BlockMatrix([[Identity(m1)], [K1]])  # the second column is lost
-    J = trace_30()
-    cross, last = 2 * Trace(K1 * R21.T * K2.T), 2 * Trace(O22 * H2.T * K2.T)
+    P, T = canonical_gain.is_P.right, canonical_gain.is_T.right
+    H = canonical_gain.is_H.right
+    V = BlockMatrix([[Identity(m1)], [K_1]])  # the second column is lost
+    cross = 2 * Trace(K_1 * R_21.T * K_2.T)
+    last = 2 * Trace(Omega_22 * H_2.T * K_2.T)
+    own = Trace(K_1 * R_11 * K_1.T)
     return [
-        ("(24)", "V = [I; K1]", lambda: P * T + V * H, Identity(n)),
-        ("(29)", "Omega21 = Omega12", lambda: O21 - O21.T, ZeroMatrix(nz, m1)),
-        ("(30)", "tr K1 R11 K1", lambda: Trace(K1 * R11 * K1), Trace(K1 * R11 * K1.T)),
-        ("(30)", "2 tr K1 R11", lambda: J - cross + 2 * Trace(K1 * R11), J),
+        ("(24)", "V = [I; K1]", lambda: P * T + V * H, I),
+        (
+            "(29)",
+            "Omega21 = Omega12",
+            lambda: Omega_21 - Omega_21.T,
+            ZeroMatrix(r, m1),
+        ),
+        ("(30)", "tr K1 R11 K1", lambda: Trace(K_1 * R_11 * K_1), own),
+        ("(30)", "2 tr K1 R11", lambda: TRACE - cross + 2 * Trace(K_1 * R_11), TRACE),
         (
             "(30)",
             "- 2 tr Omega22 H2 K2",
-            lambda: J + last - 2 * Trace(O22 * H2 * K2),
-            J,
+            lambda: TRACE + last - 2 * Trace(Omega_22 * H_2 * K_2),
+            TRACE,
         ),
         (
             "(32) first",
             "K2 (H2 Omega21 + R)",
-            lambda: first - K2 * R21 + K2 * R22,
-            first,
+            lambda: FIRST - K_2 * R_21 + K_2 * R_22,
+            FIRST,
         ),
         (
             "(32) second",
             "K2 (H2 Omega22 H2)",
-            lambda: K2 * H2 * O22 * H2 + K2 * R22,
-            second,
+            lambda: K_2 * H_2 * Omega_22 * H_2 + K_2 * R_22,
+            SECOND,
         ),
         (
             "(32) second",
             "K2 (..) + R + K1 (..) + R",
-            lambda: second - K2 * R22 - K1 * R21.T + R22 + R21.T,
-            second,
+            lambda: SECOND - K_2 * R_22 - K_1 * R_21.T + R_22 + R_21.T,
+            SECOND,
         ),
         (
             "(32) second",
             "- Omega21 H2",
-            lambda: second + O22 * H2.T - O21 * H2,
-            second,
+            lambda: SECOND + Omega_22 * H_2.T - Omega_21 * H_2,
+            SECOND,
         ),
         (
             "(33)",
             "[Omega21 | Omega22 H2]",
-            lambda: BlockMatrix([[O21, O22 * H2]]),
-            BlockMatrix([[O21, O22 * H2.T]]),
+            lambda: BlockMatrix([[Omega_21, Omega_22 * H_2]]),
+            canonical_gain.N_blocks.right,
         ),
     ]
 
 
 def no_input():
     """(20) leaves the input out, which (10) carries."""
-    claim = coordinates.derive().steps["(17),(20) q_+ = M A M^-1 q + M B u + M w"]
-    silent = Claim(
-        claim.left.xreplace({coordinates.u: 0 * coordinates.u}),
-        claim.right,
-        claim.algebra,
-    )
-    assert not silent.is_zero
-    return "(20)", "no term in u", f"differs from M x_+ by {silent.residual.as_expr()}"
+    ours = coordinates.moves.right
+    difference = Algebra().normal(ours - ours.xreplace({u: 0 * u}))
+    assert not difference.is_zero
+    return "(20)", "no term in u", f"differs from M x_+ by {difference.as_expr()}"
 
 
 def too_weak():
     """The condition after (33), on the counterexample of `uniqueness`."""
-    assert all(step.is_zero for step in uniqueness.counterexample().values())
+    assert uniqueness.not_enough.check() == []
     place, words = "after (33)", "R22 > 0 and cov(w1) > 0 suffice"
     return place, words, "A = 0, Q = R = ones(2, 2), H = I satisfy it with det M = 0"
 

@@ -1,203 +1,143 @@
 """What the reduced-order filter becomes at the ends of its range.
 
-All outputs accurate, m1 = p: the minimal-order observer.  None, m1 = 0: the Kalman
-filter.  Both are read off the formulas of `canonical_gain` by giving the size m1 its
-value.  Accurate outputs without noise: again the Kalman filter, which `brammer`
-compares with the literature's form.
+All outputs accurate: the observer of least order.  None accurate: the Kalman filter.
+In between, every observer of this form is a filter in innovation form.
 
-Source: Leondes and Novak (1974), section IV, (37)-(53).
+Source: Leondes and Novak (1974), section IV, (37)-(44).
 """
 
 from functools import cache
 
-import sympy as sp
-from sympy import Trace
+from ....symbolic import BlockMatrix, Derivation, Line, Relation, Substitute, ZeroMatrix
+from .best_coordinates import is_N, is_Omega
+from .correlated_noise import is_Sigma
+from .huddle import is_D, is_F
+from .letters import *
 
-from ....symbolic import (
-    Algebra,
-    BlockMatrix,
-    Derivation,
-    Identity,
-    MatrixSymbol,
-    ZeroMatrix,
-    claims,
+P_next = letters("P_next", n, r, "`P` one step on")
+V_next = letters("V_next", n, p, "`V` one step on")
+
+
+def at(order):
+    """What stands for every order, at one: an expression or a relation."""
+
+    def put(what):
+        if isinstance(what, Relation):
+            return type(what)(what.name, put(what.left), put(what.right))
+        return what.subs(r, order)
+
+    return put
+
+
+least, whole = at(n - p), at(n)
+
+LEAST = (
+    """If all outputs are accurate, `m_1 = p`, the second gain has no columns. The
+    matrices of (24) and (25) lose theirs, and what is left satisfies (13) as it
+    stands.""",
+    least_P := define(
+        least(P), BlockMatrix([[ZeroMatrix(p, n - p)], [Identity(n - p)]]), "38"
+    ),
+    least_V := define(V, BlockMatrix([[Identity(p)], [least(K_1)]]), "38"),
+    least_T := define(least(T), BlockMatrix([[-least(K_1), Identity(n - p)]]), "38"),
+    least_H := define(H, BlockMatrix([[Identity(p), ZeroMatrix(p, n - p)]]), "18"),
+    chain(
+        "38",
+        "the observer of least order is unbiased",
+        least(P) * least(T) + V * H,
+        Substitute(I, by=(least_P, least_T, least_V, least_H)),
+    ),
+    """Of the equation for the gains one block is left. It gives the gain of the earlier
+    paper.""",
+    one_block := define(M, least(Omega_11) + least(R_11), "33"),
+    one_column := define(least(N_low), least(Omega_21), "33"),
+    only_gain := define(least(K_1) * M, least(N_low), "33"),
+    chain(
+        "37",
+        "the gain of least order",
+        least(K_1),
+        Line(least(K_1) * M * M.I, why="insert the inverse"),
+        Line(least(N_low) * M.I, by=(only_gain,)),
+        Line(
+            least(Omega_21) * (least(Omega_11) + least(R_11)).I,
+            by=(one_block, one_column),
+        ),
+    ),
 )
-from . import brammer
-from . import canonical_gain as gain
 
-n, p, m1 = gain.n, gain.p, gain.m1
-A, Q = MatrixSymbol("A", n, n), MatrixSymbol("Q", n, n)
-C, R = MatrixSymbol("C", p, n), MatrixSymbol("R", p, p)
-P, V, Vn = (MatrixSymbol(k, n, d) for k, d in (("P", n - m1), ("V", p), ("V_+", p)))
-T, Tn, Pn = (
-    MatrixSymbol("T", n - m1, n),
-    MatrixSymbol("T_+", n - m1, n),
-    MatrixSymbol("P_+", n, n - m1),
+KALMAN = (
+    """If none is accurate, `m_1 = 0`, the first gain has no columns and the other is
+    `n` by `p`.""",
+    whole_P := define(whole(P), I, "40"),
+    whole_V := define(V, K, "39"),
+    whole_T := define(whole(T), I - K * C, "40"),
+    chain(
+        "40",
+        "the observer of full order is unbiased",
+        whole(P) * whole(T) + V * C,
+        Line(I - K * C + K * C, by=(whole_P, whole_V, whole_T)),
+        Line(I, why="cancel"),
+    ),
+    """Its gain solves (33) with all rows of `N` instead of the lower ones: it is the
+    gain of the Kalman filter.""",
+    is_N,
+    all_rows := define(K * M, whole(P).T * N, "33"),
+    chain(
+        "33, 39",
+        "the gain is that of the Kalman filter",
+        K,
+        Line(K * M * M.I, why="insert the inverse"),
+        Line(whole(P).T * N * M.I, by=(all_rows,)),
+        Line(N * M.I, by=(whole_P,)),
+        Line(Omega * C.T * M.I, by=(is_N,)),
+    ),
 )
-z, y, yn = (MatrixSymbol(k, d, 1) for k, d in (("z", n - m1), ("y", p), ("y_+", p)))
-K, Kn = MatrixSymbol("K", n, p), MatrixSymbol("K_+", n, p)
-one = Identity(n)
 
-
-def at(expr, size):
-    """An expression of `canonical_gain` with m1 set to `size`."""
-    return expr.subs(m1, size)
-
-
-def known(symbols, size):
-    return [at(symbol, size) for symbol in symbols]
-
-
-def minimal_order():
-    """m1 = p: (37), (38)."""
-    K1, O11, O21, R11 = known((gain.K1, gain.O11, gain.O21, gain.R11), p)
-    algebra = Algebra(known(gain.ALGEBRA.symmetric, p))
-    first, _ = gain.gradients_32()
-    formulas = {
-        "(37) K_+": sp.MatMul(O21, sp.MatAdd(O11, R11).I),
-        "(38) T": BlockMatrix([[-K1, Identity(n - p)]]),
-        "(38) V": BlockMatrix([[Identity(p)], [K1]]),
-        "(38) P": BlockMatrix([[ZeroMatrix(p, n - p)], [Identity(n - p)]]),
-    }
-    steps = {
-        "(37) m1 = p: (32) becomes K (Omega_11 + R) = Omega_21": (
-            at(first, p),
-            K1 * (O11 + R11) - O21,
+INNOVATION = (
+    """The observer can be written so that it predicts and corrects. This holds for
+    every order, not only for the Kalman filter, where `P = I` and `V = K`.""",
+    moves_alone := define(z_next, F * z + D * y, "7"),
+    is_F,
+    is_D,
+    shows := define(x_hat, P * z + V * y, "12"),
+    next_shows := define(x_hat_next, P_next * z_next + V_next * y_next, "41"),
+    predicted := chain(
+        "42",
+        "the observer predicts",
+        z_next,
+        Line(F * z + D * y, by=(moves_alone,)),
+        Line(T_next * A * P * z + T_next * A * V * y, by=(is_F, is_D)),
+        Line(T_next * A * (P * z + V * y), why="factor"),
+        Line(T_next * A * x_hat, by=(shows,)),
+    ),
+    still_unbiased := define(P_next * T_next + V_next * C, I, "13"),
+    chain(
+        "41–43",
+        "the estimate corrects what is predicted",
+        x_hat_next,
+        Line(P_next * z_next + V_next * y_next, by=(next_shows,)),
+        Line(P_next * T_next * A * x_hat + V_next * y_next, by=(predicted,)),
+        Line(
+            A * x_hat - V_next * C * A * x_hat + V_next * y_next, by=(still_unbiased,)
         ),
-        "(37) m1 = p: M = Omega_11 + R": (at(gain.M, p), O11 + R11),
-        "(37) m1 = p: J in K alone": (
-            at(gain.trace_30(), p),
-            Trace(R11)
-            + Trace(K1 * (O11 + R11) * K1.T)
-            - 2 * Trace(O21 * K1.T)
-            + Trace(at(gain.O22, p)),
-        ),
-        "(38) m1 = p: T": (at(gain.T, p), formulas["(38) T"]),
-        "(38) m1 = p: V": (at(gain.V, p), formulas["(38) V"]),
-        "(38) m1 = p: P": (at(gain.P, p), formulas["(38) P"]),
-    }
-    return formulas, claims(algebra, steps)
-
-
-def kalman():
-    """m1 = 0: (39)-(44)."""
-    K2, H2, O22, R22 = known((gain.K2, gain.H2, gain.O22, gain.R22), 0)
-    algebra = Algebra(known(gain.ALGEBRA.symmetric, 0))
-    _, second = gain.gradients_32()
-    x_hat = MatrixSymbol("xhat", n, 1)
-    zn = (one - Kn * C) * A * (at(z, 0) + K * y)
-    formulas = {
-        "(39) K_1": at(gain.K1, 0),
-        "(39) K_2": K,
-        "(40) V": K,
-        "(40) P": one,
-        "(40) T": one - K * C,
-        "(41) x_hat_+": MatrixSymbol("z_+", n, 1) + Kn * yn,
-        "(42) z_+": zn,
-        "(43) x_hat_+": A * x_hat + Kn * (yn - C * A * x_hat),
-    }
-    limits = {
-        "(39) m1 = 0: K_1 has no columns, K_2 is n by p": (
-            at(gain.K, 0),
-            K2,
-        ),
-        "(40) m1 = 0: V = K": (at(gain.V, 0), K2),
-        "(40) m1 = 0: P = I": (at(gain.P, 0), one),
-        "(40) m1 = 0: T = I - K H": (at(gain.T, 0), one - K2 * H2),
-        "(33) m1 = 0: K (H Omega H' + R) = Omega H', the Kalman gain": (
-            at(second, 0),
-            K2 * (H2 * O22 * H2.T + R22) - O22 * H2.T,
-        ),
-    }
-    filter_ = Algebra([], [(x_hat, at(z, 0) + K * y)])
-    return formulas, claims(algebra, limits) | claims(
-        filter_,
-        {
-            "(41)-(43) the observer is the Kalman filter": (
-                zn + Kn * yn,
-                formulas["(43) x_hat_+"],
-            )
-        },
-    )
-
-
-def every_size():
-    """(41)-(43) at every m1, and (44): the observer in innovation form."""
-    x_hat = P * z + V * y
-    F, D = Tn * A * P, Tn * A * V
-    X = MatrixSymbol("X", n - m1, n - m1)
-    Sigma = P * X * P.T + V * R * V.T
-    innovation = Algebra([R, Q, X], [(Pn * Tn, one - Vn * C)])
-    formulas = {"(44) Omega": A * MatrixSymbol("Sigma", n, n) * A.T + Q}
-    return formulas, claims(
-        innovation,
-        {
-            "(41)-(43) every m1: x_hat_+ = A x_hat + V_+ (y_+ - C A x_hat)": (
-                Pn * (F * z + D * y) + Vn * yn,
-                A * x_hat + Vn * (yn - C * A * x_hat),
-            ),
-            "(44) Omega of (28) = A cov(e) A' + Q": (
-                A * P * X * P.T * A.T + A * V * R * V.T * A.T + Q,
-                A * Sigma * A.T + Q,
-            ),
-        },
-    )
-
-
-def perfect():
-    """v1 = 0: the gain of Kalman has [I 0] on top, so the two filters agree."""
-    a, b = m1, p - m1
-    top = BlockMatrix([[Identity(a), ZeroMatrix(a, b)]])
-    upper = BlockMatrix([[gain.O11, gain.O21.T * gain.H2.T]])
-    noise = BlockMatrix([[gain.R11, gain.R21.T]])
-    zero = gain.ALGEBRA.with_relations(
-        (gain.R11, ZeroMatrix(a, a)), (gain.R21, ZeroMatrix(b, a))
-    )
-    M, H = gain.M, gain.H
-    residual = BlockMatrix(
-        [
-            [gain.R11, gain.R21.T],
-            [ZeroMatrix(n - a, a), ZeroMatrix(n - a, b)],
-        ]
-    )
-    solved = gain.ALGEBRA.with_relations(*gain.solved_relations(gain.K1, gain.K2))
-    return (
-        claims(
-            gain.ALGEBRA,
-            {
-                "v1: [I 0] M - [I 0] Omega H' = [R11 R12]; Kalman's upper gain is "
-                "[I 0] exactly if R11 = 0, R12 = 0": (top * M - upper, noise)
-            },
-        )
-        | claims(
-            solved,
-            {
-                "v1: V of (24) with (33) satisfies V M - Omega H' = [R11 R12; 0 0]": (
-                    gain.V * M - gain.Omega * H.T,
-                    residual,
-                )
-            },
-        )
-        | claims(
-            zero,
-            {
-                "v1 = 0: [I 0] M = [I 0] Omega H'": (top * M, upper),
-            },
-        )
-    )
+        Line(A * x_hat + V_next * (y_next - C * A * x_hat), why="factor"),
+    ),
+    """The covariance of the predicted error is the one that the Kalman filter uses.""",
+    is_Sigma,
+    is_Omega,
+    chain(
+        "44",
+        "the predicted covariance",
+        A * P * X * P.T * A.T + A * V * R * V.T * A.T + Q,
+        Line(A * (P * X * P.T + V * R * V.T) * A.T + Q, why="factor"),
+        Line(A * Sigma * A.T + Q, by=(is_Sigma,)),
+        Line(Omega, by=(is_Omega,)),
+    ),
+)
 
 
 @cache
 def derive():
-    parts = (minimal_order(), kalman(), every_size())
-    formulas, steps = {}, {}
-    for found, proofs in parts:
-        formulas |= found
-        steps |= proofs
-    other = brammer.derive()
-    return Derivation(
-        given=(A, C, Q, R),
-        formulas=formulas | other.formulas,
-        steps=steps | perfect() | other.steps,
-        source="Leondes and Novak (1974), section IV",
-    )
+    """The page."""
+    page = (*LEAST, *KALMAN, *INNOVATION)
+    return Derivation(page=page, letters=letters, source=f"{SOURCE}, section IV")

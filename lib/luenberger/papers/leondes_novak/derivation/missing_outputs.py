@@ -1,122 +1,124 @@
-"""A step at which some outputs did not arrive: the same theorem for fewer outputs.
+"""A step at which some outputs did not arrive is the same theorem for fewer outputs.
 
-Let Z (pa, p) pick the outputs that arrived.  A gain that may use only these is
-K = Ka Z, and such a gain costs what Ka costs with Z C and Z R Z' in place of C and R;
-so the best one is the step-wise gain of the shorter problem.  An accurate output that
-is missing leaves C1 too: the null space of what remains of C1 has one dimension more,
-and the direction that the output would have shown is predicted and filtered like the
-others.  The same gain is the limit of infinite noise on the missing outputs.
+A gain that may use only the outputs that arrived costs what a gain of the shorter
+problem costs, so the best one is that problem's.  An accurate output that is missing
+leaves one direction more to be filtered.  The same gain is the limit of infinite noise
+on what is missing.
 
 Source: our own; the step is Leondes and Novak's (1974), (27)-(33).
 """
 
 from functools import cache
 
-import sympy as sp
-from sympy import Trace
+from sympy import Trace, symbols
 
-from ....symbolic import Algebra, Derivation, Identity, MatrixSymbol, ZeroMatrix, claims
+from ....symbolic import Derivation, Gradient, Line, ZeroMatrix
+from .best_coordinates import is_M, joseph
+from .letters import *
 
-n, p, pa, m1, pm = sp.symbols("n p p_a m_1 p_m", integer=True, nonnegative=True)
-C, R = MatrixSymbol("C", p, n), MatrixSymbol("R", p, p)
-Omega, W = MatrixSymbol("Omega", n, n), MatrixSymbol("W", n, n)
-Z, Ka = MatrixSymbol("Z", pa, p), MatrixSymbol("K_a", n, pa)
-I = Identity(n)
+pa, pm = symbols("p_a p_m", integer=True, nonnegative=True)
+Pick = letters("Pick", pa, p, "picks the outputs that arrived")
+K_a = letters("K_a", n, pa, "gain of the outputs that arrived")
+K_m = letters("K_m", n, pm, "gain of those that are missing")
+c = letters("c", 1, n, "row of the accurate output that is missing")
+N_c = letters("N_c", n, r - 1, "what none of the accurate outputs shows")
+g_c = letters("g_c", n, 1, "what the missing output alone shows")
+k_c = letters("k_c", r - 1, 1, "coordinates in `N_c`")
+t_c = letters("t_c", 1, 1, "coordinate along `g_c`")
+M_aa = letters("M_aa", pa, pa, "block of `M`: what arrived", symmetric=True)
+M_ma = letters("M_ma", pm, pa, "block of `M`: what is missing, and what arrived")
+M_mm = letters("M_mm", pm, pm, "block of `M`: what is missing", symmetric=True)
+M_s = letters(
+    "M_s", pm, pm, "its Schur complement, with infinite noise", symmetric=True
+)
+N_a = letters("N_a", n, pa, "block of `N`: what arrived")
+N_m = letters("N_m", n, pm, "block of `N`: what is missing")
 
-
-def covariance(K, C, R):
-    """Of the error after a step with any gain K: (26), (27)."""
-    return (I - K * C) * Omega * (I - K * C).T + K * R * K.T
-
-
-def shorter_problem():
-    """Gains that leave the missing outputs out are gains of the shorter problem."""
-    algebra = Algebra([Omega, R, W])
-    M = Z * (C * Omega * C.T + R) * Z.T
-    gradient = algebra.gradient(Trace(W * covariance(Ka * Z, C, R)), Ka)
-    return claims(
-        algebra,
-        {
-            "(27) K = Ka Z costs what Ka costs with Z C and Z R Z'": (
-                covariance(Ka * Z, C, R),
-                covariance(Ka, Z * C, Z * R * Z.T),
-            ),
-            "(33) its innovation covariance is Z M Z'": (
-                (Z * C) * Omega * (Z * C).T + Z * R * Z.T,
-                M,
-            ),
-            "(32) gradient in Ka: 2 W (Ka Z M Z' - Omega C'Z')": (
-                gradient,
-                2 * W * (Ka * M - Omega * C.T * Z.T),
-            ),
-        },
-    )
-
-
-def accurate_output_missing():
-    """C1 loses its row c: the direction g that c alone shows is free as well."""
-    C1, c = MatrixSymbol("C_1", m1, n), MatrixSymbol("c", 1, n)
-    N, g = MatrixSymbol("N", n, n - m1 - 1), MatrixSymbol("g_c", n, 1)
-    k, t = MatrixSymbol("k_c", n - m1 - 1, 1), MatrixSymbol("t_c", 1, 1)
-    relations = [
-        (C1 * N, ZeroMatrix(m1, n - m1 - 1)),
-        (c * N, ZeroMatrix(1, n - m1 - 1)),
-        (C1 * g, ZeroMatrix(m1, 1)),
-        (c * g, Identity(1)),
-    ]
-    free = N * k + g * t
-    return claims(
-        Algebra([], relations),
-        {
-            "order: with C1 N = 0, c N = 0, C1 g = 0, c g = 1: C1 (N k + g t) = 0": (
-                C1 * free,
-                0,
-            ),
-            "order: the one free direction more is what c would have shown, t": (
-                c * free,
-                t,
-            ),
-        },
-    )
-
-
-def infinite_noise():
-    """Noise t on the missing outputs: both block equations, and the limit."""
-    Maa, Sm = MatrixSymbol("M_aa", pa, pa), MatrixSymbol("S_m", pm, pm)
-    Mma = MatrixSymbol("M_ma", pm, pa)
-    Na, Nm = MatrixSymbol("N_a", n, pa), MatrixSymbol("N_m", n, pm)
-    rest = Nm - Na * Maa.I * Mma.T
-    Km = rest * Sm.I
-    Ka_t = (Na - Km * Mma) * Maa.I
-    algebra = Algebra([Maa, Sm])
-    return claims(
-        algebra,
-        {
-            "infinite noise: K_m = (N_m - N_a M_aa^-1 M_am) S^-1, S = S_0 + t I": (
-                Ka_t * Mma.T + Km * (Sm + Mma * Maa.I * Mma.T),
-                Nm,
-            ),
-            "infinite noise: K_a = (N_a - K_m M_ma) M_aa^-1": (
-                Ka_t * Maa + Km * Mma,
-                Na,
-            ),
-            "infinite noise: K_m = 0 leaves K_a = N_a M_aa^-1, the gain without them": (
-                Ka_t,
-                Na * Maa.I - Km * Mma * Maa.I,
-            ),
-        },
-    )
+PAGE = (
+    """A gain that may use only what arrived is `K = K_a Pick`. Its cost is that of the
+    shorter problem, in which `Pick C` is measured with the noise that is picked.""",
+    is_K := define(K, K_a * Pick),
+    chain(
+        "27",
+        "the cost is that of the shorter problem",
+        joseph(K, C, Omega, R),
+        Line(joseph(K_a, Pick * C, Omega, Pick * R * Pick.T), by=(is_K,)),
+    ),
+    is_M,
+    chain(
+        "33",
+        "the innovation is that of the shorter problem",
+        Pick * C * Omega * (Pick * C).T + Pick * R * Pick.T,
+        Line(Pick * (C * Omega * C.T + R) * Pick.T, why="factor"),
+        Line(Pick * M * Pick.T, by=(is_M,)),
+    ),
+    "So the gradient vanishes where the shorter problem's does.",
+    chain(
+        "32",
+        "the gradient is that of the shorter problem",
+        Trace(W_e * joseph(K_a, Pick * C, Omega, Pick * R * Pick.T)),
+        Gradient(
+            2
+            * W_e
+            * (K_a * Pick * (C * Omega * C.T + R) * Pick.T - Omega * C.T * Pick.T),
+            of=K_a,
+        ),
+        Line(2 * W_e * (K_a * Pick * M * Pick.T - Omega * C.T * Pick.T), by=(is_M,)),
+    ),
+    """If an accurate output is missing, with the row `c`, the others leave one
+    direction more free: the one that it alone would have shown.""",
+    others := define(C_1 * N_c, ZeroMatrix(m1, r - 1)),
+    too := define(c * N_c, ZeroMatrix(1, r - 1)),
+    alone := define(C_1 * g_c, ZeroMatrix(m1, 1)),
+    shown := define(c * g_c, Identity(1)),
+    chain(
+        "",
+        "the others show nothing of it",
+        C_1 * (N_c * k_c + g_c * t_c),
+        Line(C_1 * g_c * t_c, by=(others,)),
+        Line(ZeroMatrix(m1, 1), by=(alone,)),
+    ),
+    chain(
+        "",
+        "the missing output would show the new direction",
+        c * (N_c * k_c + g_c * t_c),
+        Line(c * g_c * t_c, by=(too,)),
+        Line(t_c, by=(shown,)),
+    ),
+    """Another way to leave an output out is to give it infinite noise. In blocks of
+    what arrived and what is missing, the gain solves two equations. The Schur
+    complement `M_s` grows with the noise, so `K_m` goes to zero, and what is left of
+    `K_a` is the gain without the missing outputs.""",
+    is_M_s := define(M_s, M_mm - M_ma * M_aa.I * M_ma.T),
+    is_K_m := define(K_m, (N_m - N_a * M_aa.I * M_ma.T) * M_s.I),
+    is_K_a := define(K_a, (N_a - K_m * M_ma) * M_aa.I),
+    chain(
+        "33",
+        "the columns of what arrived",
+        K_a * M_aa + K_m * M_ma,
+        Line((N_a - K_m * M_ma) * M_aa.I * M_aa + K_m * M_ma, by=(is_K_a,)),
+        Line(N_a, why="cancel"),
+    ),
+    chain(
+        "33",
+        "the columns of what is missing",
+        K_a * M_ma.T + K_m * M_mm,
+        Line((N_a - K_m * M_ma) * M_aa.I * M_ma.T + K_m * M_mm, by=(is_K_a,)),
+        Line(N_a * M_aa.I * M_ma.T + K_m * M_s, by=(is_M_s,)),
+        Line(N_m, by=(is_K_m,)),
+    ),
+    no_gain := define(K_m, ZeroMatrix(n, pm)),
+    chain(
+        "33",
+        "the limit of infinite noise",
+        K_a,
+        Line((N_a - K_m * M_ma) * M_aa.I, by=(is_K_a,)),
+        Line(N_a * M_aa.I, by=(no_gain,)),
+    ),
+)
 
 
 @cache
 def derive():
-    """The step with missing outputs, proved at symbolic sizes."""
-    return Derivation(
-        formulas={
-            "missing outputs: K": Ka * Z,
-            "missing outputs: C": Z * C,
-            "missing outputs: R": Z * R * Z.T,
-        },
-        steps=shorter_problem() | accurate_output_missing() | infinite_noise(),
-        source="our own",
-    )
+    """The page."""
+    return Derivation(page=PAGE, letters=letters, source="our own")

@@ -25,9 +25,11 @@ from ....symbolic import (
     matrices,
     named,
 )
-from .claims import joseph
+from .best_coordinates import joseph
+from .correlated_noise import decorrelation
+from .letters import SOURCE as PAPER
+from .letters import m, n, p, squares
 from .one_pass import filter_step, padded
-from .stages import PAPER, decorrelation, m, n, p, square
 
 AHEAD = {"Omega": "Omega_next", "x_minus": "x_minus_next"}
 HERE = {"Sigma_next": "Sigma", "x_next": "x", "rho_next": "rho", "u_next": "u"}
@@ -94,7 +96,7 @@ def update():
     stages = turned(stages, HERE)
     made = {stage.target.name for stage in stages}
     given = [s for s in found.given if s.name in "C R E Gamma y u".split()]
-    given += [*square("Omega"), *matrices("x_minus", n, 1)]
+    given += [*squares("Omega"), *matrices("x_minus", n, 1)]
     assert made.isdisjoint(s.name for s in given)
     found = Derivation(tuple(given), stages, source=PAPER)
     return replace(found, steps=_is_the_filter(found))
@@ -158,8 +160,8 @@ def arrived():
     accurate ones among them; all else is zero.  Inverse is that of the weight.
     """
     (C_all,), (E_all,) = matrices("C_all", p, n), matrices("E_all", p, m)
-    A, As, Q, Q_all, Inverse = square("A As Q Q_all Inverse")
-    R, R_all, Seen, Taken, Spread = square("R R_all Seen Taken Spread", p)
+    A, As, Q, Q_all, Inverse = squares("A As Q Q_all Inverse")
+    R, R_all, Seen, Taken, Spread = squares("R R_all Seen Taken Spread", p)
     C, E = MatrixSymbol("C", p, n), MatrixSymbol("E", p, m)
     S, S_all, J, Lifted, Gamma = matrices("S S_all J Lifted Gamma", n, p)
     one = Identity(p)

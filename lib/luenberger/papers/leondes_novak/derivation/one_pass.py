@@ -25,8 +25,10 @@ from ....symbolic import (
     matrices,
     named,
 )
-from .claims import joseph
-from .stages import PAPER, estimate_step, gain_step, m, n, p, r, square
+from .best_coordinates import gain_step, joseph
+from .estimate import estimate_step
+from .letters import SOURCE as PAPER
+from .letters import m, n, p, r, squares
 
 pa, q = sp.symbols("p_a q", integer=True, nonnegative=True)
 
@@ -37,10 +39,10 @@ def filter_step():
 
     As and Q are those after decorrelation; without S, As is A.
     """
-    A, As, Q, Sigma, Omega, Sigma_next = square("A As Q Sigma Omega Sigma_next")
+    A, As, Q, Sigma, Omega, Sigma_next = squares("A As Q Sigma Omega Sigma_next")
     (C,), (B,), (E,) = matrices("C", p, n), matrices("B", n, m), matrices("E", p, m)
-    (Z,) = square("Z")
-    R, M = square("R M", p)
+    (Z,) = squares("Z")
+    R, M = squares("R M", p)
     J, Gamma, N, Kmv, K = matrices("J Gamma N Kmv K", n, p)
     x, x_minus, x_next = matrices("x x_minus x_next", n, 1)
     u, u_next = matrices("u u_next", m, 1)
@@ -110,9 +112,9 @@ def padded():
     """
     (Pick,) = matrices("Pick", pa, p)
     (C_seen,), (E_seen,) = matrices("C_seen", pa, n), matrices("E_seen", pa, m)
-    (R_seen,) = square("R_seen", pa)
+    (R_seen,) = squares("R_seen", pa)
     Gamma_seen, J_seen = matrices("Gamma_seen J_seen", n, pa)
-    (C,), (E,), (R,) = matrices("C", p, n), matrices("E", p, m), square("R", p)
+    (C,), (E,), (R,) = matrices("C", p, n), matrices("E", p, m), squares("R", p)
     Gamma, J = matrices("Gamma J", n, p)
     stages = (
         Stage(C, Pick.T * C_seen),

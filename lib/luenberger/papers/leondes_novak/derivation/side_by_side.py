@@ -12,7 +12,8 @@ from functools import cache
 import sympy as sp
 
 from ....symbolic import Algebra, Derivation, MatrixSymbol, Stage, claims, matrices
-from .stages import PAPER, n, p, r, square
+from .letters import SOURCE as PAPER
+from .letters import n, p, r, squares
 
 d, q = sp.symbols("d q", integer=True, nonnegative=True)
 
@@ -20,7 +21,7 @@ d, q = sp.symbols("d q", integer=True, nonnegative=True)
 @cache
 def side_by_side():
     """x, z and xi at one instant to x, z at the next, and the error in between."""
-    (A,), (F,) = square("A"), square("F", r)
+    (A,), (F,) = squares("A"), squares("F", r)
     (C,), (D,), (L,) = matrices("C", p, n), matrices("D", r, p), matrices("L", q, n)
     (P,), (V,) = matrices("P", q, r), matrices("V", q, p)
     (Hw,), (Hv,) = matrices("Hw", n, d), matrices("Hv", p, d)

@@ -19,8 +19,9 @@ import sympy as sp
 from sympy import Identity, MatrixSymbol, ZeroMatrix
 
 from ....symbolic import Algebra, Derivation, Solve, Stage, claims, matrices, named
-from .claims import joseph
-from .stages import decorrelation, error_recursion, n, p, r, square
+from .best_coordinates import joseph
+from .correlated_noise import decorrelation, error_recursion
+from .letters import n, p, r, squares
 
 k, q, d = sp.symbols("k q d", integer=True, nonnegative=True)
 SOURCE = "our own"
@@ -34,7 +35,7 @@ def root_gain():
         matrices("H_minus", n, k),
         matrices("L", p, k),
     )
-    R, M = square("R M", p)
+    R, M = squares("R M", p)
     (Kmv,) = matrices("Kmv", n, p)
     stages = (
         Stage(L, C * H_minus),
@@ -49,7 +50,7 @@ def _is_the_gain(derivation):
     s, f = named(derivation), derivation.unfolded()
     inner = derivation.unfolded(keep=("M",))
     C, R, M, H_minus = (s[name] for name in ("C", "R", "M", "H_minus"))
-    A, Sigma, Omega, Q = square("A Sigma Omega Q")
+    A, Sigma, Omega, Q = squares("A Sigma Omega Q")
     H, G = MatrixSymbol("H", n, d), MatrixSymbol("G", n, q)
     factored = Algebra([R, M, Omega], [(H_minus * H_minus.T, Omega)])
     ahead = Algebra([Q, Sigma], [(H * H.T, Sigma), (G * G.T, Q)])
@@ -100,7 +101,7 @@ def root_update():
     )
     Gamma, Kmv, K = matrices("Gamma Kmv K", n, p)
     (Y,), (kept,), (drawn,) = (
-        square("Y"),
+        squares("Y"),
         matrices("kept", n, k),
         matrices("drawn", n, q),
     )
@@ -117,7 +118,7 @@ def root_update():
 def _is_the_covariance(derivation):
     s, f = named(derivation), derivation.unfolded(keep=("K",))
     C, V, H_minus, K = (s[name] for name in ("C", "V", "H_minus", "K"))
-    (R,), (Omega,) = square("R", p), square("Omega")
+    (R,), (Omega,) = squares("R", p), squares("Omega")
     U, H = MatrixSymbol("U", k, d), MatrixSymbol("H", n, d)
     algebra = Algebra([R, Omega], [(H_minus * H_minus.T, Omega), (V * V.T, R)])
     turned = Algebra([], [(U.T * U, Identity(d))])
@@ -227,7 +228,7 @@ def _is_the_noise(derivation):
 
 def _which_J():
     """R singular, b'R = 0: J + Z b' is as good a J, and tells the filter b'rho too."""
-    (C,), (R, M), (Omega,) = matrices("C", p, n), square("R M", p), square("Omega")
+    (C,), (R, M), (Omega,) = matrices("C", p, n), squares("R M", p), squares("Omega")
     J, S, Gamma = matrices("J S Gamma", n, p)
     b, Z = MatrixSymbol("b", p, q), MatrixSymbol("Z", n, q)
     Kmv = Omega * C.T * M.I

@@ -1,108 +1,76 @@
-"""The plant and its statistics, (1)-(6), and what each assumption is good for.
+"""The plant and its statistics.
 
-Means follow the equations with the noises left out, as (3) says.  A covariance is
-that of a map times what is independent: (4) gives the blocks on its diagonal, (5)
-the zeros beside them, and (6) the first block.  A correlation S = E[w v'], which (5)
-excludes, would add two terms.
+The mean of the state moves without the noises, and its covariance with one of them.
+What each assumption of the paper is good for is seen in the reasons of the lines.
 
 Source: Leondes and Novak (1974), section I, (1)-(6).
 """
 
 from functools import cache
 
-from ....symbolic import (
-    Algebra,
-    BlockMatrix,
-    Derivation,
-    Identity,
-    MatrixSymbol,
-    ZeroMatrix,
-    claims,
+from ....symbolic import Derivation, Expect, Line, ZeroMatrix
+from .letters import *
+
+PAGE = (
+    """The plant is linear, and what is measured of it as well. The paper has no
+    feedthrough, `E = 0`; carrying it along costs nothing.""",
+    plant := define(x_next, A * x + B * u + w, "1"),
+    measured := define(y, C * x + E * u + v, "2"),
+    """Both noises have mean zero and are white. The state has a mean, and deviates from
+    it; at the start both are given.""",
+    mean_w := moment(w, ZeroMatrix(n, 1), "3"),
+    mean_v := moment(v, ZeroMatrix(p, 1), "3"),
+    mean_x := moment(x, x_bar, "6"),
+    chain(
+        "1, 3",
+        "the mean of the state moves without the noise",
+        x_next,
+        Line(A * x + B * u + w, by=(plant,)),
+        Expect(A * x_bar + B * u, moments=(mean_x, mean_w)),
+    ),
+    chain(
+        "2, 3",
+        "the mean of the measurement",
+        y,
+        Line(C * x + E * u + v, by=(measured,)),
+        Expect(C * x_bar + E * u, moments=(mean_x, mean_v)),
+    ),
+    "So the deviation moves with the plant, and noise is added to it.",
+    is_d := define(d, x - x_bar, "6"),
+    deviation := chain(
+        "1, 6",
+        "the deviation from the mean",
+        x_next - (A * x_bar + B * u),
+        Line(A * x + B * u + w - A * x_bar - B * u, by=(plant,)),
+        Line(A * (x - x_bar) + w, why="the input is known"),
+        Line(A * d + w, by=(is_d,)),
+    ),
+    """The noise of an instant is independent of all that was before it. The covariance
+    is then a sum of two.""",
+    is_Sigma_x := moment(d * d.T, Sigma, "6"),
+    is_Q := moment(w * w.T, Q, "4"),
+    white := moment(d * w.T, ZeroMatrix(n, n), "4"),
+    chain(
+        "4, 6",
+        "the covariance of the state",
+        (A * d + w) * (A * d + w).T,
+        Expect(A * Sigma * A.T + Q, moments=(is_Sigma_x, is_Q, white)),
+    ),
+    """A measurement has the covariance of what it shows and of its noise. The two are
+    independent, because the measurement noise is white and independent of the process
+    noise.""",
+    is_R := moment(v * v.T, R, "4"),
+    apart := moment(d * v.T, ZeroMatrix(n, p), "5"),
+    chain(
+        "4, 5",
+        "the covariance of the measurement",
+        (C * d + v) * (C * d + v).T,
+        Expect(C * Sigma * C.T + R, moments=(is_Sigma_x, is_R, apart)),
+    ),
 )
-from .huddle import FREE, A, B, C, D, E, F, P, Q, R, S, Tn, V, eps, n, p, r, u, v, w, x
-
-X = MatrixSymbol("X", r, r)  # cov(eps)
-Sigma = MatrixSymbol("Sigma", n, n)  # cov of x_i less its mean
-COVARIANCES = Algebra([Q, R, X, Sigma])
-
-
-def mean_steps():
-    """(1)-(3), (6): means, here under the names of what they are means of."""
-    quiet = FREE.with_relations((w, ZeroMatrix(n, 1)), (v, ZeroMatrix(p, 1)))
-    return claims(
-        quiet,
-        {
-            "(1),(3) the mean of x moves without w": (
-                A * x + B * u + w,
-                A * x + B * u,
-            ),
-            "(2),(3) the mean of y is that of C x + E u": (
-                C * x + E * u + v,
-                C * x + E * u,
-            ),
-            "(3) the mean of eps moves by F alone": (
-                F * eps + D * v - Tn * w,
-                F * eps,
-            ),
-            "(3),(6) z_i = T x_i in the mean: the estimate has no bias": (
-                P * eps + V * v,
-                P * eps,
-            ),
-        },
-    )
-
-
-def covariance_steps():
-    """(4)-(6): the covariance of a map of what is independent."""
-    zero = ZeroMatrix
-    map_ = BlockMatrix([[F, D, -Tn]])
-    both = BlockMatrix([[R, S.T], [S, Q]])
-    joint = BlockMatrix(
-        [
-            [X, zero(r, p), zero(r, n)],
-            [zero(p, r), *both.blocks[0, :]],
-            [zero(n, r), *both.blocks[1, :]],
-        ]
-    )
-    plain = F * X * F.T + D * R * D.T + Tn * Q * Tn.T
-    one = Identity(n)
-    two = BlockMatrix([[A, one]])
-    white = BlockMatrix([[Sigma, zero(n, n)], [zero(n, n), Q]])
-    uncorrelated = COVARIANCES.with_relations((S, zero(n, p)))
-    return claims(
-        COVARIANCES,
-        {
-            "(4),(6) cov x_+ = A Sigma A' + Q: w is independent of the past": (
-                two * white * two.T,
-                A * Sigma * A.T + Q,
-            ),
-            "(5) with E[w v'] = S: cov eps_+ has - D S'T_+' - T_+ S D' besides": (
-                map_ * joint * map_.T,
-                plain - D * S.T * Tn.T - Tn * S * D.T,
-            ),
-        },
-    ) | claims(
-        uncorrelated,
-        {
-            "(4),(5) cov eps_+ = F X F' + D R D' + T_+ Q T_+'": (
-                map_ * joint * map_.T,
-                plain,
-            )
-        },
-    )
 
 
 @cache
 def derive():
-    return Derivation(
-        given=(A, B, C, E, Q, R),
-        formulas={
-            "(1) x_+": A * x + B * u + w,
-            "(2) y": C * x + E * u + v,
-            "(4) cov w": Q,
-            "(4) cov v": R,
-            "(6) cov x_0": Sigma,
-        },
-        steps=mean_steps() | covariance_steps(),
-        source="Leondes and Novak (1974), section I",
-    )
+    """The page."""
+    return Derivation(page=PAGE, letters=letters, source=f"{SOURCE}, section I")

@@ -1,0 +1,108 @@
+"""The filter in innovation form: predict, compare with the measurement, correct.
+
+The letters of the state stand for estimates on this page, as they do in the code; the
+state itself has a tilde.  What the measurement's noise tells of the process noise is
+kept as a residual from one instant to the next.
+
+Source: Leondes and Novak (1974), (41)-(43); the residual is our own.
+"""
+
+from functools import cache
+
+from ....symbolic import Derivation, Line, Stage, ZeroMatrix
+from .best_coordinates import exact
+from .correlated_noise import is_As
+from .letters import *
+
+running = letters.here(
+    x="estimate of the state",
+    x_next="estimate one step on",
+    y="measurement one step on",
+    w="process noise that is left once `v` is told",
+)
+truth = running("xt", n, 1, "state")
+truth_next = running("xt_next", n, 1, "state one step on")
+x_minus = running("x_minus", n, 1, "prediction")
+rho = running("rho", p, 1, "what the estimate leaves of the measurement")
+rho_next = running("rho_next", p, 1, "the same one step on")
+innovation = running("innovation", p, 1, "what the prediction leaves of it")
+
+PAGE = (
+    """The plant moves as in (1); of its noise, `J v` is told by the measurement. The
+    residual of an estimate is its own error and the noise of the measurement.""",
+    plant := define(truth_next, A * truth + B * u + J * v + w, "1"),
+    left := define(rho, C * (truth - x) + v),
+    is_e := define(e, x - truth),
+    is_As,
+    """The prediction takes along what the residual tells.""",
+    is_minus := define(x_minus, A * x + B * u + J * rho, "43"),
+    before := chain(
+        "43",
+        "the error of the prediction",
+        x_minus - truth_next,
+        Line(A * x + B * u + J * rho - truth_next, by=(is_minus,)),
+        Line(A * x + J * rho - A * truth - J * v - w, by=(plant,)),
+        Line(A * x + J * C * (truth - x) - A * truth - w, by=(left,)),
+        Line((A - J * C) * (x - truth) - w, why="collect the error"),
+        Line(As * e - w, by=(is_As, is_e)),
+    ),
+    """The next measurement is compared with what the prediction leads one to expect,
+    and the difference corrects it.""",
+    measured := define(y, C * truth_next + E * u_next + v_next, "2"),
+    is_innovation := define(innovation, y - E * u_next - C * x_minus, "43"),
+    corrects := define(x_next, x_minus + K * innovation, "43"),
+    chain(
+        "26, 43",
+        "the error of the estimate",
+        x_next - truth_next,
+        Line(x_minus + K * innovation - truth_next, by=(corrects,)),
+        Line(
+            x_minus + K * (y - E * u_next - C * x_minus) - truth_next,
+            by=(is_innovation,),
+        ),
+        Line(
+            x_minus + K * (C * truth_next + v_next - C * x_minus) - truth_next,
+            by=(measured,),
+        ),
+        Line((I - K * C) * (x_minus - truth_next) + K * v_next, why="collect"),
+        Line((I - K * C) * (As * e - w) + K * v_next, by=(before,)),
+    ),
+    """A gain that treats outputs as exact leaves nothing of them in the residual.""",
+    is_rho_next := define(rho_next, y - E * u_next - C * x_next),
+    exact,
+    chain(
+        "24",
+        "accurate outputs are met",
+        S1 * rho_next,
+        Line(S1 * (y - E * u_next - C * x_next), by=(is_rho_next,)),
+        Line(S1 * (y - E * u_next - C * x_minus - C * K * innovation), by=(corrects,)),
+        Line(S1 * innovation - S1 * C * K * innovation, by=(is_innovation,)),
+        Line(ZeroMatrix(m1, 1), by=(exact,)),
+    ),
+)
+
+
+@cache
+def estimate_step():
+    """One step of the estimate; rho is the measurement's residual after the update."""
+    return Derivation(
+        (A, B, C, E, J, K, x, u, rho, y, u_next),
+        (
+            Stage(x_minus, A * x + B * u + J * rho, "(43)", by=(is_minus,)),
+            Stage(
+                innovation, y - E * u_next - C * x_minus, "(43)", by=(is_innovation,)
+            ),
+            Stage(x_next, x_minus + K * innovation, "(43)", by=(corrects,)),
+            Stage(rho_next, y - E * u_next - C * x_next, by=(is_rho_next,)),
+        ),
+        source=SOURCE,
+        letters=running,
+        says="one step of the estimate",
+    )
+
+
+@cache
+def derive():
+    """The page."""
+    page = (*PAGE, estimate_step())
+    return Derivation(page=page, letters=running, source=f"{SOURCE}, (41)-(43)")
