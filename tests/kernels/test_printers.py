@@ -21,8 +21,8 @@ from luenberger.kernels.loops import arrays, write
 from luenberger.kernels.lowering import lower
 from luenberger.kernels.numpy import kernel
 from luenberger.kernels.program import Assign, Factor
-from luenberger.papers.leondes_novak.derivation import one_pass
 from luenberger.papers.leondes_novak import derivation as recursions
+from luenberger.papers.leondes_novak.derivation import one_pass
 from luenberger.recursion.filter_stacks import FILTER
 from luenberger.symbolic import Derivation, Solve, Stage
 

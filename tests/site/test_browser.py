@@ -30,7 +30,7 @@ KINDS_OF_PAGE = [
     "pages/api/index",
     "pages/api/designs",
     "pages/derivations/haddad-bernstein",
-    "_modules/luenberger/papers/leondes_novak/derivation/paper",
+    "_modules/luenberger/papers/leondes_novak/derivation/brammer",
 ]
 
 

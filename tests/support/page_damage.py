@@ -44,6 +44,8 @@ def cited_instead(derivation, old, new):
         elif hasattr(item, "lines"):
             lines = [with_reason(line, old, new) for line in item.lines]
             swapped = dataclasses.replace(item, lines=lines)
+        elif hasattr(item, "given"):
+            swapped = with_reason(item, old, new, "given")
         elif hasattr(item, "satisfies"):
             swapped = with_reason(with_reason(item, old, new), old, new, "satisfies")
         else:
@@ -63,7 +65,7 @@ def with_reason(holder, old, new, field=None):
     """A line, stage or construction that cites `new` where it cited `old`."""
     fields = [field] if field else ["by", "moments", "of"]
     for name in fields:
-        if hasattr(holder, name):
+        if isinstance(getattr(holder, name, None), tuple):
             reasons = tuple(new if r == old else r for r in getattr(holder, name))
             holder = dataclasses.replace(holder, **{name: reasons})
     return holder

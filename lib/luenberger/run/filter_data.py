@@ -95,7 +95,7 @@ def filter_data(
     References
     ----------
     Leondes and Novak (1974), equations (27)-(36), (41)-(43);
-    papers/leondes_novak/derivation/paper.py;
+    papers/leondes_novak/derivation/best_coordinates.py;
     papers/leondes_novak/derivation/missing_outputs.py;
     papers/leondes_novak/derivation/one_pass.py;
     papers/leondes_novak/derivation/square_root.py where a covariance is singular.

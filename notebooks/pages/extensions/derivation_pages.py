@@ -12,7 +12,7 @@ from luenberger import ledger
 from luenberger.ledger import evidence
 
 LONGEST = 420  # characters of LaTeX; a longer claim is named, not shown
-GATHERING = ("haddad_bernstein.paper", "leondes_novak.paper")  # claims of other modules
+GATHERING = ("haddad_bernstein.paper",)  # claims of other modules
 AUTHORS = {key: ledger.title(key).partition(" ")[0] for key in ledger.PAPERS}
 AUTHORS["van_dooren"] = "Van Dooren"
 

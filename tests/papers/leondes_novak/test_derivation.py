@@ -13,11 +13,11 @@ import sympy as sp
 from sympy import MatrixSymbol
 from worlds import STAGE_LISTS, Numbers, one_wrong_sign, symbols
 
+from luenberger.papers.leondes_novak import derivation as recursions
 from luenberger.papers.leondes_novak.derivation import (
     errata,
     tracking,
 )
-from luenberger.papers.leondes_novak import derivation as recursions
 from luenberger.symbolic import Derivation, Relation, Solve
 
 RECURSIONS = {name: getattr(recursions, name)() for name in STAGE_LISTS}
@@ -40,7 +40,8 @@ SECTIONS = {
     "stochastic_system": range(1, 7),
     "huddle": range(7, 16),
     "coordinates": range(16, 24),
-    "canonical_gain": range(24, 37),
+    "canonical_gain": range(24, 34),
+    "start": range(34, 37),
     "limiting_cases": range(37, 45),
     "brammer": range(45, 54),
     "tracking": range(54, 59),

@@ -136,7 +136,7 @@ def reduced_order_filter(
     References
     ----------
     Leondes and Novak (1974), equations (14), (15), (24)-(36);
-    papers/leondes_novak/derivation/paper.py;
+    papers/leondes_novak/derivation/best_coordinates.py;
     papers/leondes_novak/derivation/square_root.py.
 
     Examples

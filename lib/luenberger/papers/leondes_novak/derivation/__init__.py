@@ -1,8 +1,7 @@
 """The equations of Leondes and Novak (1974) in SymPy, in reading order.
 
 `letters`
-    The letters of Leondes and Novak (1974), each with its size and what it stands
-    for.
+    The letters of Leondes and Novak (1974), each with its size and what it stands for.
 `stochastic_system`
     The plant and its statistics.
 `huddle`
@@ -11,8 +10,12 @@
     Noises that are correlated, and the covariance of any observer's error.
 `coordinates`
     The canonical coordinates of the paper, and the way back.
+`quadratic`
+    The error covariance is a quadratic in the gain, and the Kalman filter its minimum.
 `canonical_gain`
     The gain of least error trace in the coordinates of the paper, block by block.
+`start`
+    How the observer starts, from what is known of the first state.
 `uniqueness`
     When the best gain is the only one.
 `best_coordinates`
@@ -24,12 +27,11 @@
 `estimate`
     The filter in innovation form: predict, compare with the measurement, correct.
 `brammer`
-    Brammer's filter for outputs without noise is the same system, drawn
-    differently.
+    Brammer's filter for outputs without noise is the same system, drawn differently.
 `tracking`
     The radar tracker: a target's position, velocity and acceleration.
 `missing_outputs`
-    A step at which some outputs did not arrive: the same theorem for fewer outputs.
+    A step at which some outputs did not arrive is the theorem for fewer outputs.
 `one_pass`
     One step of a filter over a record, as one stage list that compiled loops run.
 `on_target`
@@ -59,7 +61,9 @@ step_differential = StageList(__name__, "steady_gain.step_differential", "dK dSi
 steady_gradient = StageList(__name__, "steady_gain.steady_gradient", "Gradient")
 observer_matrices = StageList(__name__, "best_coordinates.observer", "T F D G W")
 decorrelation = StageList(__name__, "correlated_noise.decorrelation", "As Qs")
-error_recursion = StageList(__name__, "correlated_noise.error_recursion", "X_next Sigma")
+error_recursion = StageList(
+    __name__, "correlated_noise.error_recursion", "X_next Sigma"
+)
 root_gain = StageList(__name__, "square_root.root_gain", "L M Kmv")
 root_update = StageList(__name__, "square_root.root_update", "K Y kept drawn")
 root_error = StageList(__name__, "square_root.root_error", "moved drive shown drawn")

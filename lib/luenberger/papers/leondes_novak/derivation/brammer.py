@@ -10,20 +10,11 @@ Source: Leondes and Novak (1974), section IV.C, (45)-(53); Brammer (1968).
 from functools import cache
 
 from ....symbolic import BlockMatrix, Derivation, Expect, Line, Substitute, ZeroMatrix
-from .best_coordinates import (
-    exact,
-    is_Delta,
-    is_Kmv,
-    is_N,
-    nothing_left,
-    push,
-    square,
-    unseen,
-    whole,
-)
+from .best_coordinates import exact, is_Delta, nothing_left, push, unseen, whole
 from .canonical_gain import is_V
 from .coordinates import is_H
 from .letters import *
+from .quadratic import is_Kmv, is_N, square
 
 z_hat = letters("z_hat", r, 1, "Brammer's estimate of `That x`")
 z_hat_next = letters("z_hat_next", r, 1, "the same one step on")

@@ -4,7 +4,7 @@ The unbiased estimates that keep the accurate outputs are a family in two gains,
 error trace is a quadratic in them.  Its gradients are one linear equation, whose
 solution is the minimum, because the trace is a completed square around it.
 
-Source: Leondes and Novak (1974), section III, (24)-(36).
+Source: Leondes and Novak (1974), section III, (24)-(33).
 """
 
 from functools import cache
@@ -22,11 +22,11 @@ from ....symbolic import (
     ZeroMatrix,
     plus,
 )
-from .best_coordinates import is_Omega, is_Sigma
 from .coordinates import is_H, split_v
 from .huddle import seen
 from .letters import *
-from .stochastic_system import deviation, is_Q, is_Sigma_x, white
+from .quadratic import is_Omega, is_Sigma
+from .stochastic_system import is_Q
 
 T_any = letters("T_any", r, n, "what an observer might follow")
 T_1 = letters("T_1", r, m1, "its columns for the accurate outputs")
@@ -267,37 +267,9 @@ MINIMUM = (
     ),
 )
 
-START = (
-    """The observer starts at what is known of the first state. It then errs by what is
-    not known, and the recursion starts with (36).""",
-    starts := define(z_next, T_next * (A * x_bar + B * u), "34"),
-    errs := define(eps_next, z_next - T_next * x_next, "8"),
-    start := chain(
-        "34",
-        "the error at the start",
-        eps_next,
-        Line(z_next - T_next * x_next, by=(errs,)),
-        Line(T_next * (A * x_bar + B * u) - T_next * x_next, by=(starts,)),
-        Line(-T_next * (A * d + w), by=(deviation,)),
-    ),
-    is_Sigma_x,
-    white,
-    chain(
-        "35, 36",
-        "its covariance",
-        eps_next * eps_next.T,
-        Line(T_next * (A * d + w) * (A * d + w).T * T_next.T, by=(start,)),
-        Expect(
-            T_next * (A * Sigma * A.T + Q) * T_next.T,
-            moments=(is_Sigma_x, is_Q, white),
-        ),
-        Line(T_next * Omega * T_next.T, by=(is_Omega,)),
-    ),
-)
-
 
 @cache
 def derive():
     """The page."""
-    page = (*FAMILY, *TRACE, *MINIMUM, *START)
+    page = (*FAMILY, *TRACE, *MINIMUM)
     return Derivation(page=page, letters=letters, source=f"{SOURCE}, section III")

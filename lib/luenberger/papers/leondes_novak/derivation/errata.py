@@ -86,7 +86,11 @@ def too_weak():
     """The condition after (33), on the counterexample of `uniqueness`."""
     assert uniqueness.not_enough.check() == []
     place, words = "after (33)", "R22 > 0 and cov(w1) > 0 suffice"
-    return place, words, "A = 0, Q = R = ones(2, 2), H = I satisfy it with det M = 0"
+    return (
+        place,
+        words,
+        "A = C = I, Sigma = Q = R = ones(2, 2) satisfy it with det M = 0",
+    )
 
 
 def misprints():

@@ -9,10 +9,10 @@ Source: Leondes and Novak (1974), section IV, (37)-(44).
 from functools import cache
 
 from ....symbolic import BlockMatrix, Derivation, Line, Relation, Substitute, ZeroMatrix
-from .best_coordinates import is_N, is_Omega
 from .correlated_noise import is_Sigma
 from .huddle import is_D, is_F
 from .letters import *
+from .quadratic import is_N, is_Omega
 
 P_next = letters("P_next", n, r, "`P` one step on")
 V_next = letters("V_next", n, p, "`V` one step on")

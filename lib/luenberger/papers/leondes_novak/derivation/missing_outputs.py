@@ -1,4 +1,4 @@
-"""A step at which some outputs did not arrive is the same theorem for fewer outputs.
+"""A step at which some outputs did not arrive is the theorem for fewer outputs.
 
 A gain that may use only the outputs that arrived costs what a gain of the shorter
 problem costs, so the best one is that problem's.  An accurate output that is missing
@@ -13,8 +13,8 @@ from functools import cache
 from sympy import Trace, symbols
 
 from ....symbolic import Derivation, Gradient, Line, ZeroMatrix
-from .best_coordinates import is_M, joseph
 from .letters import *
+from .quadratic import is_M, joseph
 
 pa, pm = symbols("p_a p_m", integer=True, nonnegative=True)
 Pick = letters("Pick", pa, p, "picks the outputs that arrived")

@@ -25,11 +25,11 @@ from ....symbolic import (
     matrices,
     named,
 )
-from .best_coordinates import joseph
 from .correlated_noise import decorrelation
 from .letters import SOURCE as PAPER
 from .letters import m, n, p, squares
 from .one_pass import filter_step, padded
+from .quadratic import joseph
 
 AHEAD = {"Omega": "Omega_next", "x_minus": "x_minus_next"}
 HERE = {"Sigma_next": "Sigma", "x_next": "x", "rho_next": "rho", "u_next": "u"}

@@ -1,6 +1,6 @@
 """One step of a filter over a record, as one stage list that compiled loops run.
 
-`stages.gain_step` and `estimate_step` in one, with the covariance written for
+`gain_step` and `estimate_step` in one, with the covariance written for
 speed: with Z = Omega - K C Omega the form Y Omega Y' + K R K' is
 Z - (Z C' - K R) K', which holds for any gain, so a wrong gain is no more amplified
 than before, and costs n^2 p multiplications where the other costs n^3.  Outputs that
@@ -25,10 +25,11 @@ from ....symbolic import (
     matrices,
     named,
 )
-from .best_coordinates import gain_step, joseph
+from .best_coordinates import gain_step
 from .estimate import estimate_step
 from .letters import SOURCE as PAPER
 from .letters import m, n, p, r, squares
+from .quadratic import joseph
 
 pa, q = sp.symbols("p_a q", integer=True, nonnegative=True)
 

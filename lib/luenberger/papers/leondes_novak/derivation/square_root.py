@@ -19,9 +19,9 @@ import sympy as sp
 from sympy import Identity, MatrixSymbol, ZeroMatrix
 
 from ....symbolic import Algebra, Derivation, Solve, Stage, claims, matrices, named
-from .best_coordinates import joseph
 from .correlated_noise import decorrelation, error_recursion
 from .letters import n, p, r, squares
+from .quadratic import joseph
 
 k, q, d = sp.symbols("k q d", integer=True, nonnegative=True)
 SOURCE = "our own"

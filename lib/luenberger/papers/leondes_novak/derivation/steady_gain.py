@@ -20,8 +20,8 @@ from ....symbolic import (
     Stage,
     ZeroMatrix,
 )
-from .best_coordinates import is_Kmv, is_M, is_N, is_Omega, is_Y
 from .letters import *
+from .quadratic import is_Kmv, is_M, is_N, is_Omega, is_Y
 
 dOmega = letters("dOmega", n, n, "change of `Omega`", symmetric=True)
 dM = letters("dM", p, p, "change of `M`", symmetric=True)

@@ -21,10 +21,10 @@ from ....symbolic import (
     Substitute,
     ZeroMatrix,
 )
-from .best_coordinates import is_M, is_Omega
 from .canonical_gain import in_blocks, trace_of
 from .coordinates import is_H
 from .letters import *
+from .quadratic import is_M, is_Omega
 
 DK = letters("DK", r, p, "a change of the gains")
 a_1 = letters("a_1", m1, 1, "its entries for the accurate outputs")
@@ -34,7 +34,7 @@ X_11 = letters("X_11", m1, m1, "what `Omega_11` is without new noise", symmetric
 L_X = letters("L_X", m1, m1, "a root of `X_11 + R_11`")
 Q_11 = letters("Q_11", m1, m1, "block of `Q`", symmetric=True)
 none = ZeroMatrix
-ONES, ZEROS = Matrix.ones(2, 2), Matrix.zeros(2, 2)
+ONES = Matrix.ones(2, 2)
 
 PAGE = (
     """A change of the gains from the minimum costs `tr(DK M DK')`. If `M = L_M L_M'`
@@ -118,13 +118,13 @@ PAGE = (
         a,
         none(p, 1),
         {
-            A: ZEROS,
+            A: Matrix.eye(2),
             Sigma: ONES,
             Q: ONES,
-            Omega: ONES,
+            Omega: 2 * ONES,
             C: Matrix.eye(2),
             R: ONES,
-            M: 2 * ONES,
+            M: 3 * ONES,
             a: Matrix([1, -1]),
         },
         given=(is_Omega, is_M, singular),

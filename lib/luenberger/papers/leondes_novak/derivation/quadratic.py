@@ -1,0 +1,96 @@
+"""The error covariance is a quadratic in the gain, and the Kalman filter its minimum.
+
+A prediction has one covariance whatever the gain, and the next measurement corrects
+it.  Multiplied out and completed to a square, the covariance shows which gain is best.
+
+Source: Leondes and Novak (1974), section III, (27)-(33), in any coordinates.
+"""
+
+from functools import cache
+
+from sympy import Trace
+
+from ....symbolic import AtLeast, Derivation, Expect, Gradient, Line, ZeroMatrix
+from .letters import *
+
+
+def joseph(K, C, Omega, R):
+    """Covariance of (I - K C) e + K v, for any gain."""
+    Y = Identity(K.shape[0]) - K * C
+    return Y * Omega * Y.T + K * R * K.T
+
+
+PAGE = (
+    """A prediction errs by `A e - w`, where `e` is the error of the estimate that is
+    moved on. Noise is independent of everything that was measured before it.""",
+    is_Sigma := moment(e * e.T, Sigma, "27"),
+    is_Q := moment(w * w.T, Q, "4"),
+    apart := moment(e * w.T, ZeroMatrix(n, n)),
+    is_Omega := define(Omega, A * Sigma * A.T + Q, "44"),
+    chain(
+        "28, 44",
+        "the covariance of a prediction",
+        (A * e - w) * (A * e - w).T,
+        Expect(A * Sigma * A.T + Q, moments=(is_Sigma, is_Q, apart)),
+        Line(Omega, by=(is_Omega,)),
+    ),
+    """The next measurement corrects it. For any gain `K` an unbiased estimate errs as
+    follows, so its covariance has two terms.""",
+    is_e_next := define(e_next, Y * e_minus + K * v_next, "26"),
+    is_e_minus := moment(e_minus * e_minus.T, Omega),
+    is_R := moment(v_next * v_next.T, R, "4"),
+    fresh := moment(e_minus * v_next.T, ZeroMatrix(n, p)),
+    is_Sigma_next := define(Sigma_next, Y * Omega * Y.T + K * R * K.T, "27"),
+    chain(
+        "27",
+        "the covariance of the error, for any gain",
+        e_next * e_next.T,
+        Line((Y * e_minus + K * v_next) * (Y * e_minus + K * v_next).T, (is_e_next,)),
+        Expect(Y * Omega * Y.T + K * R * K.T, moments=(is_e_minus, is_R, fresh)),
+        Line(Sigma_next, by=(is_Sigma_next,)),
+    ),
+    """Multiplied out it is a quadratic in the gain, and a quadratic can be completed to
+    a square. Three composites get letters; the equation for `K_mv` is (32), solved in
+    (33).""",
+    is_Y := define(Y, I - K * C, "13"),
+    is_M := define(M, C * Omega * C.T + R, "33"),
+    is_N := define(N, Omega * C.T, "33"),
+    is_Kmv := define(Kmv * M, N, "33"),
+    square := chain(
+        "27–29",
+        "the error covariance is a quadratic in the gain",
+        Sigma_next,
+        Line(Y * Omega * Y.T + K * R * K.T, by=(is_Sigma_next,)),
+        Line((I - K * C) * Omega * (I - K * C).T + K * R * K.T, by=(is_Y,)),
+        Line(
+            Omega - K * C * Omega - Omega * C.T * K.T + K * (C * Omega * C.T + R) * K.T,
+            why="multiply out",
+        ),
+        Line(Omega - K * C * Omega - Omega * C.T * K.T + K * M * K.T, by=(is_M,)),
+        Line(Omega - K * N.T - N * K.T + K * M * K.T, by=(is_N,)),
+        Line(Omega - N * Kmv.T + (K - Kmv) * M * (K - Kmv).T, by=(is_Kmv,)),
+    ),
+    """Only the last term has `K` in it, and it is never negative. Without a condition
+    on the gain `K_mv` is therefore best, for the trace and for every weight: that is
+    the Kalman filter.""",
+    root_M := define(M, L_M * L_M.T),
+    chain(
+        "33",
+        "no gain does better than the Kalman filter's",
+        Omega - N * Kmv.T + (K - Kmv) * M * (K - Kmv).T,
+        AtLeast(Omega - N * Kmv.T, by=(root_M,), root=(K - Kmv) * L_M),
+    ),
+    "The gradient of the weighted trace says the same: it vanishes where `K M = N`.",
+    chain(
+        "32",
+        "the gradient in the gain",
+        Trace(W_e * (Omega - K * N.T - N * K.T + K * M * K.T)),
+        Gradient(2 * W_e * (K * M - N), of=K),
+    ),
+)
+
+
+@cache
+def derive():
+    """The page."""
+    return Derivation(page=PAGE, letters=letters, source=f"{SOURCE}, section III")
