@@ -35,6 +35,12 @@ class Instant(NamedTuple):
     R: np.ndarray | None
     S: np.ndarray | None
 
+    def covariances(self):
+        """Q, R and S; zeros for those that are not given."""
+        n, p = self.A.shape[0], self.C.shape[0]
+        given = (self.Q, (n, n)), (self.R, (p, p)), (self.S, (n, p))
+        return tuple(np.zeros(size) if X is None else X for X, size in given)
+
 
 @dataclass(frozen=True, eq=False)
 class Plant(ReadOnly):
@@ -242,12 +248,9 @@ class Plant(ReadOnly):
 
     def at(self, i):
         """The matrices at instant i; beyond the last row the last one is held."""
-        return Instant(
-            *(
-                X if X is None or X.ndim == 2 else X[min(i, len(X) - 1)]
-                for X in (getattr(self, name) for name in Instant._fields)
-            )
-        )
+        given = (getattr(self, name) for name in Instant._fields)
+        held = (X if X is None or X.ndim == 2 else X[min(i, len(X) - 1)] for X in given)
+        return Instant(*held)
 
     def first_step(self):
         """A, B, Q that carry x0 and P0 to the first sample.

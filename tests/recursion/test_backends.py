@@ -16,7 +16,7 @@ from luenberger import kernels
 from luenberger.kernels import cache, loops, solves
 from luenberger.kernels import numba as printer
 from luenberger.recursion import filter_pass
-from luenberger.recursion.filter_stacks import Stacks
+from luenberger.recursion.filter_stacks import stacks_of
 from luenberger.recursion.settings import Settings
 
 numba = pytest.importorskip("numba", reason="numba is an optional extra")
@@ -233,8 +233,8 @@ def test_rows_since_the_last_test_are_taken_back(form, monkeypatch):
 
 def test_noise_free_outputs_are_refused_before_the_run():
     plant = lb.Plant([[0.5]], None, [[1]], dt=1.0, Q=[[1]], R=[[0]], P0=[[1]])
-    assert not Stacks(Settings(plant, 0)).applies
-    assert Stacks(Settings(TRACKER, 1)).applies
+    assert stacks_of(Settings(plant, 0)) is None
+    assert stacks_of(Settings(TRACKER, 1)) is not None
 
 
 @pytest.mark.parametrize("options", [dict(m1=2), dict(weight="canonical")], ids=str)

@@ -265,9 +265,7 @@ def equivalent_noise(plant):
 
 def noise_at(plant, i, X):
     """The additive noises at instant i, where E[x x'] = X."""
-    now = plant.at(i)
-    S = np.zeros((plant.n, plant.p)) if now.S is None else now.S
-    Q, R = now.Q, now.R
+    Q, R, S = plant.at(i).covariances()
     for A1, C1 in plant.multiplicative:
         more = kernels.compiled(noise_added)(A1=A1, C1=C1, X=X)
         Q, S, R = Q + more["dV1"], S + more["dV12"], R + more["dV2"]

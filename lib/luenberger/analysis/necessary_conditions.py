@@ -46,7 +46,7 @@ def _moments(observer, plant, weight):
     deviations, which are returned too.
     """
     o, n, r, now = observer, plant.n, observer.order, plant.at(0)
-    S = np.zeros((n, plant.p)) if now.S is None else now.S
+    Q, R, S = now.covariances()
 
     def joint(A, C, F):
         return np.block([[A, np.zeros((n, r))], [o.D @ C, F]])
@@ -54,7 +54,7 @@ def _moments(observer, plant, weight):
     A = joint(now.A, now.C, o.F)
     pairs = [(joint(A1, C1, 0 * o.F), 0) for A1, C1 in plant.multiplicative]
     half = np.block([[np.eye(n), np.zeros(S.shape)], [np.zeros((r, n)), o.D]])
-    noise = np.block([[now.Q, S], [S.T, now.R]])
+    noise = np.block([[Q, S], [S.T, R]])
     second = second_moment(A, pairs, half @ noise @ half.T)
     _, V1, V12, V2 = noise_at(plant, 0, second[:n, :n])
     x, y = _unit(second[:n, :n]), _unit(now.C @ second[:n, :n] @ now.C.T + V2)

@@ -8,3 +8,4 @@ import numpy as np
 
 Matrix = np.ndarray  # two axes, or a stack (N, ., .); real, complex or of Fractions
 Vector = np.ndarray  # one axis
+Matrices = dict[str, np.ndarray]  # by name

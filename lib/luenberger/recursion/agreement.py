@@ -6,11 +6,13 @@ of the error: an unstable mode that no noise disturbs makes it grow.  Its covari
 is carried along, so that a difference can be told from a contradiction.
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from ..errors import DesignError
+from ..numeric import Matrices, Matrix, Vector
 from ..numeric.factors import CLEAR, EPS, rounded
 
 CONFLICT_TOL = 1e-6  # readings may be rounded by this, beside what they are met with
@@ -27,12 +29,14 @@ class Met(NamedTuple):
     rounding: np.ndarray
 
 
-def rounding_of(x):
+def rounding_of(x: Matrix) -> Matrix:
     """The covariance of the rounding in an estimate that was just given."""
     return np.diag((EPS * x.ravel()) ** 2)
 
 
-def followed(rounding, A, C, new, made_of, read):
+def followed(
+    rounding: Matrix, A: Matrix, C: Matrix, new: Matrices, made_of: Vector, read: Vector
+) -> tuple[Matrix, Met]:
     """The covariance of the rounding after a step, and what the step `Met`.
 
     Parameters
@@ -56,12 +60,19 @@ def followed(rounding, A, C, new, made_of, read):
     return rounded(new["Y"] @ rounding @ new["Y"].T, moved), met
 
 
-def require_agreement(known, innovation, met, unit, names, instant):
+def require_agreement(
+    known: Matrix | None,
+    innovation: Vector,
+    met: Met,
+    unit: Vector,
+    names: Sequence[str],
+    instant: int,
+) -> None:
     """Raise unless the combinations `known` of the innovation are rounding.
 
     `unit` (p,) is the rounding of the outputs that the gain was found with.
     """
-    if not known.size:
+    if known is None or not known.size:
         return
     left = np.abs(known.T @ innovation)
     size = CONFLICT_TOL * (np.abs(known).T @ met.size)
@@ -73,7 +84,7 @@ def require_agreement(known, innovation, met, unit, names, instant):
     bad = left > size
     if bad.any():
         part = np.abs(known[:, bad]).max(axis=1)
-        which = [names[j] for j in np.flatnonzero(part > 1e-6 * part.max())]
+        which = [names[j] for j in np.flatnonzero(part > 1e-6 * part.max()).tolist()]
         scale = np.abs(known[:, bad]).max(axis=0)
         raise DesignError(
             f"at instant {instant} the noise-free outputs {which} contradict each "

@@ -4,14 +4,18 @@ The step-wise gain is least at each step for the weight; the constant gain of le
 steady trace is the step-wise one for another weight, which the search finds.
 """
 
+from collections.abc import Iterator, Sequence
+
 import numpy as np
 
 from .. import kernels
 from ..errors import CertificateError
+from ..numeric import Matrix, Vector
 from ..numeric.balance import power_of_two
 from ..numeric.linalg import ROUNDING, UNIT_TOL, complete, lyapunov, radius
 from ..papers.leondes_novak.derivation import steady_gradient
 from .excitation import require_excited
+from .settings import Setting
 from .steady_gain import reduced_dynamics, steady_cost, steady_gain, step_from
 from .units import in_units
 
@@ -20,7 +24,7 @@ PATIENCE = 20  # moves without a smaller residual before the search ends
 MEMORY = 8  # moves that Anderson mixing looks back on
 
 
-def best_constant_gain(now, accurate):
+def best_constant_gain(now: Setting, accurate: Sequence[int]) -> Matrix:
     """Constant gain of the same structure with the least steady weighted trace.
 
     The search starts from the step-wise gain, in units in which each state and each
@@ -32,13 +36,13 @@ def best_constant_gain(now, accurate):
     return K * states[:, None] / outputs
 
 
-def _units(now, K):
+def _units(now: Setting, K: Matrix) -> tuple[Vector, Vector]:
     """Units of states and outputs in which all of them matter to the cost.
 
     That of an output is its innovation's deviation; that of a state the deviation
     that would cost as much as the filter does, at its weight Lambda in the long run.
     """
-    weight = np.eye(len(K)) if now.weight is None else now.weight
+    weight = now.whole_weight
     cost, (Sigma, Phi) = steady_cost(now, K, weight)
     Lambda = lyapunov(Phi.T, weight)
     states = np.sqrt((cost if cost > 0 else 1.0) / Lambda.diagonal())
@@ -49,7 +53,7 @@ def _units(now, K):
     return power_of_two(states), power_of_two(outputs)
 
 
-def _descended(now, K):
+def _descended(now: Setting, K: Matrix) -> Matrix:
     """From K to the gain of least cost.
 
     With Lambda = Phi' Lambda Phi + weight, the stationary gain is the step-wise gain
@@ -57,9 +61,10 @@ def _descended(now, K):
     extrapolated from the last moves (Anderson mixing) where that lowers the trace,
     and shortened where it does not.  The gradient that certifies is the derived one.
     """
-    columns = now.Gamma.any(axis=0)
-    cost, state = steady_cost(now, K, now.weight)
-    best, memory, idle = (np.inf, K), [], 0
+    columns = np.any(now.Gamma, axis=0)
+    cost, state = steady_cost(now, K, now.whole_weight)
+    best, idle = (np.inf, K), 0
+    memory: list[tuple[Matrix, Matrix]] = []
     while idle < PATIENCE:
         residual, toward = _descent(now, K, state, columns)
         idle = 0 if residual < best[0] else idle + 1  # NaN is no progress
@@ -68,7 +73,7 @@ def _descended(now, K):
             break
         memory = [*memory[-MEMORY:], (K, toward - K)]
         for trial in _trials(memory):
-            lower, reached = steady_cost(now, trial, now.weight)
+            lower, reached = steady_cost(now, trial, now.whole_weight)
             if lower <= cost * (1 + 1e-13):  # equal: at the bottom costs only round
                 break
         else:
@@ -78,7 +83,7 @@ def _descended(now, K):
     return best[1]
 
 
-def _require_reached(now, residual, K):
+def _require_reached(now: Setting, residual: float, K: Matrix) -> None:
     """Raise unless K is stationary, and stable by more than rounding."""
     if radius(reduced_dynamics(now, K)) >= 1 - UNIT_TOL:
         require_excited(now, K)
@@ -94,7 +99,7 @@ def _require_reached(now, residual, K):
         )
 
 
-def _trials(memory):
+def _trials(memory: Sequence[tuple[Matrix, Matrix]]) -> Iterator[Matrix]:
     """Gains to try in turn: extrapolated, then along the descent ever more shortly."""
     K, move = memory[-1]
     if len(memory) > 1:
@@ -106,21 +111,23 @@ def _trials(memory):
         yield K + move / 2**halvings
 
 
-def _descent(now, K, state, columns):
+def _descent(
+    now: Setting, K: Matrix, state: tuple[Matrix, Matrix], columns: np.ndarray
+) -> tuple[float, Matrix]:
     """Relative stationarity residual at K, and the step-wise gain to move toward."""
     Sigma, Phi = state
-    Lambda = lyapunov(Phi.T, now.weight)
+    Lambda = lyapunov(Phi.T, now.whole_weight)
     new = step_from(now._replace(Gamma=_regamma(now, Lambda, columns)), Sigma)
     gradient = kernels.compiled(steady_gradient)(
         K=K, M=new["M"], Omega=new["Omega"], C=now.C, Lambda=Lambda
     )["Gradient"]
     along = now.Phat.T
     size = 2 * np.linalg.norm(along @ Lambda) * np.linalg.norm(new["Omega"] @ now.C.T)
-    residual = np.linalg.norm(along @ gradient) / size if size > 0 else 0.0
+    residual = float(np.linalg.norm(along @ gradient) / size) if size > 0 else 0.0
     return residual, new["K"]
 
 
-def _regamma(now, weight, columns):
+def _regamma(now: Setting, weight: Matrix, columns: np.ndarray) -> Matrix:
     Gamma = np.zeros_like(now.Gamma)
     Gamma[:, columns] = complete(now.C[columns], weight)[1]
     return Gamma

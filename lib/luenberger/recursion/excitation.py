@@ -7,17 +7,22 @@ At a point e^{jw} of the unit circle the noise pencil
 loses rank if a motion there is not driven by noise and not reported by the outputs.
 """
 
+from collections.abc import Callable
+
 import numpy as np
 import scipy.linalg
 
 from ..errors import CertificateError, DesignError
+from ..numeric import Matrix
 from ..numeric.factors import factor
 from ..numeric.linalg import RANK_TOL, modes
+from .settings import Setting
 
+Pencil = Callable[[float], Matrix]  # of the angle
 LOST = 1e-9  # singular value of the pencil, relative, that is none
 
 
-def require_excited(now, K):
+def require_excited(now: Setting, K: Matrix) -> None:
     """Refuse when the filter's slowest pole tends to the unit circle.
 
     It does where the noise pencil loses rank.  Then the optimal gain leaves the motion
@@ -42,7 +47,7 @@ def require_excited(now, K):
         )
 
 
-def _loss(pencil, slope, angle):
+def _loss(pencil: Pencil, slope: float, angle: float) -> float | None:
     """The angle near this one at which the pencil loses rank, or None.
 
     A search is a few dozen singular values; where the pencil is so far from losing
@@ -51,7 +56,7 @@ def _loss(pencil, slope, angle):
 
     from scipy.optimize import minimize_scalar  # slow to import, and seldom needed
 
-    def least(angle):
+    def least(angle: float) -> float:
         return scipy.linalg.svdvals(pencil(angle))[-1]
 
     for reach in (0.05, 1e-6):  # the search is precise relative to its interval
@@ -66,7 +71,7 @@ def _loss(pencil, slope, angle):
     return angle if least(angle) < LOST else None
 
 
-def require_noise_enough(now):
+def require_noise_enough(now: Setting) -> None:
     """Refuse when some outputs are, in the long run, functions of the others.
 
     Then the pencil loses rank everywhere, not at one mode: the innovation covariance
@@ -88,7 +93,7 @@ def require_noise_enough(now):
     )
 
 
-def read_off(now):
+def read_off(now: Setting) -> Matrix | None:
     """K with K C = I from the outputs that carry no noise, or None if they are too few.
 
     Its error is that of noisy outputs that are taken as accurate, or none, whatever
@@ -105,7 +110,7 @@ def read_off(now):
     return K + now.Gamma @ (np.eye(len(now.C)) - now.C @ K)
 
 
-def overflow(growth):
+def overflow(growth: float) -> CertificateError:
     """The refusal of a plant whose covariance overflows; `growth` in one step."""
     why = "entries too large to compute with. Scale the states and the outputs"
     if growth > 1:
@@ -116,7 +121,7 @@ def overflow(growth):
     )
 
 
-def _pencil(now):
+def _pencil(now: Setting) -> tuple[Pencil, float]:
     """The noise pencil as a function of the angle, at the scale of As; and its slope.
 
     No singular value changes by more than the slope times the change of the angle.
@@ -126,7 +131,7 @@ def _pencil(now):
     for root, covariance in ((noise, now.Qs), (sensor, now.R)):
         found = factor(covariance)  # a root of rounding would not be small
         root[:, : found.shape[1]] = found
-    size = max(np.linalg.norm(now.As, 2), 1.0)
+    size = max(float(np.linalg.norm(now.As, 2)), 1.0)
     unit = np.linalg.norm(np.hstack([now.C, sensor]), axis=1, keepdims=True)
     unit = size / np.where(unit > 0, unit, 1)
     strength = np.linalg.norm(noise, 2)

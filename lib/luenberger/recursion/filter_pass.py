@@ -2,39 +2,11 @@
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
 
-import numpy as np
-
-from .filter_stacks import Stacks
+from ..numeric import Matrix
+from .filter_stacks import Stacks, stacks_of
 from .settings import Settings
-from .state import step
-
-
-class History(NamedTuple):
-    """What a pass found, a row for each row of the record.
-
-    ``x, variances`` (N, n) are estimates and the diagonals of P (N, n, n); K is
-    (N, n, p).  P and K have no rows where they are not kept.
-    """
-
-    x: np.ndarray
-    variances: np.ndarray
-    P: np.ndarray
-    K: np.ndarray
-
-    @classmethod
-    def empty(cls, rows, plant, kept):
-        """Room for so many rows of a plant, with P and K if they are `kept`."""
-        n, all_ = plant.n, rows if kept else 0
-        x, variances = np.empty((rows, n)), np.empty((rows, n))
-        return cls(x, variances, np.empty((all_, n, n)), np.zeros((all_, n, plant.p)))
-
-    def put(self, k, state, gain):
-        """Write row k."""
-        self.x[k], self.variances[k] = state.x[:, 0], state.Sigma.diagonal()
-        if len(self.P):
-            self.P[k], self.K[k][:, state.seen] = state.Sigma, gain
+from .state import History, State, step
 
 
 @dataclass(frozen=True)
@@ -49,18 +21,20 @@ class Pass:
     settings: Settings
 
     @cached_property
-    def stacks(self):
-        return Stacks(self.settings)
+    def stacks(self) -> Stacks | None:
+        return stacks_of(self.settings)
 
-    def over(self, state, y, u, compile, history=False):
+    def over(
+        self, state: State, y: Matrix, u: Matrix, compile: bool, history: bool = False
+    ) -> tuple[State, History]:
         """Filter the rows of y; return the state after them, and their `History`.
 
         `compile` asks for compiled code where it can be had.
         """
         out = History.empty(len(y), self.settings.plant, history)
         block = None
-        if compile and len(y) and self.stacks.applies:
-            block = self.stacks.block(state, y, u)
+        if compile and len(y) and (stacks := self.stacks) is not None:
+            block = stacks.block(state, y, u)
         k = 0
         while k < len(y):
             if block is not None and state.ready:

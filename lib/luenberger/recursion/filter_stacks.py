@@ -8,18 +8,20 @@ that every row has all p outputs.
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from .. import kernels
 from ..errors import DesignError
 from ..kernels.program import Factor
+from ..numeric import Matrices, Matrix, Vector
 from ..numeric.factors import SAFE
 from ..numeric.linalg import nonsingular
 from ..papers.leondes_novak.derivation import filter_step, padded
 from .root_step import Spread
-from .settings import PATTERNS, Settings
-from .state import State
+from .settings import PATTERNS, Setting, Settings
+from .state import History, State
 
 BEFORE = {"A": "A", "As": "As", "Q": "Qs", "B": "B", "J": "J"}
 NOW = {"C": "C", "R": "R", "E": "E", "Gamma": "Gamma"}
@@ -41,29 +43,31 @@ FILTER = kernels.Recursion(
 )
 
 
-class Stacks:
-    """What can be decided before the run: whether, and from which matrices."""
+# the index of each row, that of the row before, whether R is definite, the stacks
+Indexed = tuple[Vector, Vector, Vector, Matrices]
 
-    def __init__(self, settings):
-        self.settings, self.plant = settings, settings.plant
+
+class Stacks:
+    """From which matrices compiled code runs, for any record of a plant.
+
+    `full` is the setting with every output.
+    """
+
+    def __init__(self, settings: Settings, full: Setting) -> None:
+        self.settings, self.plant, self.full = settings, settings.plant, full
         plant = self.plant
         self.varying = plant.steps is not None
         self.cross = plant.S is not None and bool(plant.S.any())
         self.accurate = len(settings.accurate) > 0
-        self.table, self.padded = {}, []
-        try:
-            self.full = settings.at(1)  # what it was at instant 0 is not used
-        except DesignError:  # perhaps the outputs never arrive together
-            self.full = None
-        has_all = plant.p > 0 and self.full is not None
-        self.applies = has_all and (self.varying or not self.full.blind.size)
+        self.table: dict[bytes, int] = {}
+        self.padded: list[dict[str, Any]] = []
 
-    def block(self, state, y, u):
+    def block(self, state: State, y: Matrix, u: Matrix) -> "Block":
         """The next rows of a record, which begin at `state`, ready to be run."""
         seen = np.isnan(y)
         np.logical_not(seen, out=seen)  # the first touch of new memory costs most
         # with S, what carries over from the row before hangs on what it had
-        complete = seen.all() and (not self.cross or state.seen.all())
+        complete = bool(seen.all() and (not self.cross or state.seen.all()))
         if self.varying:
             now, before, good, stacks = self.instants(state, seen)
         elif complete:
@@ -83,7 +87,7 @@ class Stacks:
         given |= dict(now=now, before=before, good=good, y=y, u=u)
         return Block(self.settings, kernel, given, seen)
 
-    def changing(self, complete):
+    def changing(self, complete: bool) -> frozenset[str]:
         """Names of the matrices that have an index."""
         if self.varying:
             return frozenset(FIELDS)
@@ -91,7 +95,7 @@ class Stacks:
             return frozenset()
         return frozenset(NOW) | frozenset(("A", "As", "Q", "J") if self.cross else ())
 
-    def known(self, name, changing):
+    def known(self, name: str, changing: bool) -> tuple:
         """Entries that are 0, or 1, in every row of every record."""
         full = getattr(self.full, FIELDS[name])
         if not changing:
@@ -105,11 +109,11 @@ class Stacks:
             zero = ~(whole.any(axis=0) if whole.ndim == 3 else whole != 0)
         return kernels.entries_known(zero, np.zeros(full.shape, dtype=bool))
 
-    def constant(self):
+    def constant(self) -> Matrices:
         """A constant plant with every output: stacks of one."""
         return {name: getattr(self.full, f)[None] for name, f in FIELDS.items()}
 
-    def patterns(self, state, seen):
+    def patterns(self, state: State, seen: Matrix) -> Indexed:
         """A constant plant with outputs missing: an index for each pattern."""
         if len(self.padded) >= PATTERNS:
             self.table, self.padded = {}, []
@@ -125,7 +129,7 @@ class Stacks:
         good = np.array([one["good"] for one in self.padded])[now]
         return now, before, good, stacks
 
-    def pattern(self, seen):
+    def pattern(self, seen: Vector) -> int:
         """The index of the outputs `seen`, whose matrices are kept from now on."""
         key = seen.tobytes()
         if key not in self.table:
@@ -134,7 +138,7 @@ class Stacks:
             self.padded.append(self.pad(setting, seen))
         return self.table[key]
 
-    def pad(self, setting, seen):
+    def pad(self, setting: Setting, seen: Vector) -> dict[str, Any]:
         """The matrices of one setting at full size."""
         out = {name: getattr(setting, field) for name, field in FIELDS.items()}
         if not seen.all():
@@ -143,17 +147,17 @@ class Stacks:
             out |= kernels.run(padded, seen_only)
         return out | {"good": not setting.blind.size}
 
-    def instants(self, state, seen):
+    def instants(self, state: State, seen: Matrix) -> Indexed:
         """A plant that changes: index k + 1 for row k, and 0 for the row before."""
         N, first = len(seen), state.instant + 1
         stacks = {
             name: np.zeros((N + 1, *X.shape[1:])) for name, X in self.constant().items()
         }
-        good, singly = np.ones(N, dtype=bool), range(N)
+        good, singly = np.ones(N, dtype=bool), list(range(N))
         if not self.cross and (not self.accurate or self.plant.C.ndim == 2):
             self.fill(stacks, slice(first, first + N))
             good[:] = nonsingular(stacks["R"][1:])
-            singly = np.flatnonzero(~seen.all(axis=1))
+            singly = np.flatnonzero(~seen.all(axis=1)).tolist()
         for k in singly:
             setting = self.settings.at(first + k, seen[k])
             good[k] = self.place(stacks, k + 1, setting, seen[k])
@@ -162,20 +166,33 @@ class Stacks:
         now = np.arange(1, N + 1)
         return now, now - 1, good, stacks
 
-    def place(self, stacks, index, setting, seen):
+    def place(
+        self, stacks: Matrices, index: int, setting: Setting, seen: Vector
+    ) -> bool:
         """Put a setting at an index of all stacks; whether its R is definite."""
         one = self.pad(setting, seen)
         for name, stack in stacks.items():
             stack[index] = one[name]
         return one["good"]
 
-    def fill(self, stacks, here):
+    def fill(self, stacks: Matrices, here: slice) -> None:
         """Rows 1 and on from the plant's own matrices of the instants `here`."""
         for name, stack in stacks.items():
             whole = getattr(self.plant, {"As": "A"}.get(name, name), None)
             if whole is not None:
                 stack[1:] = whole[here] if whole.ndim == 3 else whole
         stacks["Gamma"][1:] = self.full.Gamma
+
+
+def stacks_of(settings: Settings) -> Stacks | None:
+    """The stacks of a plant; None where compiled code can do no row of any record."""
+    try:
+        full = settings.at(1)  # what it was at instant 0 is not used
+    except DesignError:  # perhaps the outputs never arrive together
+        return None
+    if settings.plant.p == 0 or (settings.steps is None and full.blind.size):
+        return None
+    return Stacks(settings, full)
 
 
 @dataclass(frozen=True, eq=False)
@@ -195,10 +212,10 @@ class Block:
 
     settings: Settings
     kernel: Callable
-    given: dict
+    given: Matrices
     seen: np.ndarray
 
-    def run(self, state, k, out):
+    def run(self, state: State, k: int, out: History) -> tuple[State, int]:
         """From `state` before row k on: the state reached, and the first row not done.
 
         Rows that were done are written to `out`, a `History`.
@@ -220,6 +237,6 @@ class Block:
         return State(i, x[:, None], spread, None, u, seen, rho, now), done
 
 
-def _flat(stack):
+def _flat(stack: Matrix) -> Matrix:
     """(N, rows, cols) as (N, rows * cols), the same memory."""
     return stack.reshape(len(stack), stack.shape[1] * stack.shape[2])

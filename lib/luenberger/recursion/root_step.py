@@ -5,14 +5,19 @@ rounding has done to H so far.  Both obey the recursion of the error itself, so 
 rounding that an unstable mode has made large is still known for what it is.
 """
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from scipy.linalg.lapack import dgesdd
 
 from .. import kernels
+from ..numeric import Matrices, Matrix, Vector
 from ..numeric.factors import CLEAR, EPS, factor, lengths, rounded, safe, shorten
 from ..papers.leondes_novak.derivation import root_gain, root_update
+from ..plant import Plant
+
+if TYPE_CHECKING:
+    from .settings import Setting
 
 
 class Move(NamedTuple):
@@ -27,7 +32,7 @@ class Move(NamedTuple):
     size: np.ndarray
 
 
-def first_move(plant):
+def first_move(plant: Plant) -> Move:
     """What leads from P0 to the first sample."""
     A, _, Q = plant.first_step()
     return Move(A, Q, factor(Q), np.abs(A))
@@ -44,29 +49,30 @@ class Spread(NamedTuple):
     rounding: np.ndarray | None = None
 
     @classmethod
-    def of(cls, Sigma, size=None):
+    def of(cls, Sigma: Matrix, size: Vector | None = None) -> "Spread":
         """From a covariance alone; `size` holds the variances that it was made of."""
         size = Sigma.diagonal() if size is None else size
         if safe(Sigma, size):
             return cls(Sigma)
         return cls(Sigma, factor(Sigma, size), np.diag(EPS**2 * size))
 
-    def factored(self):
-        """The same, with a factor in any case."""
-        if self.half is not None:
-            return self
+    def factored(self) -> tuple[Matrix, Matrix]:
+        """A factor, and the covariance of its rounding, in any case."""
+        if self.half is not None and self.rounding is not None:
+            return self.half, self.rounding
         half = np.linalg.cholesky(self.Sigma)
-        return Spread(self.Sigma, half, np.diag(EPS**2 * self.Sigma.diagonal()))
+        return half, np.diag(EPS**2 * self.Sigma.diagonal())
 
 
-def root_step(now, move, spread):
+def root_step(
+    now: "Setting", move: Move, spread: Spread
+) -> tuple[Matrices, Spread, Matrix]:
     """The matrices of `gain_step`, the next `Spread`, and what is known.
 
     The last are the combinations of outputs (p, .) in which there is no noise and
     nothing uncertain, so that their value is known before they are read.
     """
-    spread = spread.factored()
-    H_minus, rounding = ahead(move, spread)
+    H_minus, rounding = ahead(move, *spread.factored())
     size = lengths(H_minus)
     seen = np.abs(now.C) @ size + now.deviation
     if now.blind.size:
@@ -90,15 +96,15 @@ def root_step(now, move, spread):
     return found, Spread(Sigma, half, rounding), known
 
 
-def ahead(move, spread):
+def ahead(move: Move, half: Matrix, rounding: Matrix) -> tuple[Matrix, Matrix]:
     """H_minus = [A H, G], and the covariance of its rounding: (44)."""
     A = move.A
-    H_minus = np.concatenate([A @ spread.half, move.G], axis=1)
-    size = move.size @ lengths(spread.half) + lengths(move.G)
-    return H_minus, rounded(A @ spread.rounding @ A.T, size)
+    H_minus = np.concatenate([A @ half, move.G], axis=1)
+    size = move.size @ lengths(half) + lengths(move.G)
+    return H_minus, rounded(A @ rounding @ A.T, size)
 
 
-def visible(now, H_minus, unit):
+def visible(now: "Setting", H_minus: Matrix, unit: Vector) -> tuple[Matrices, Matrix]:
     """M and Kmv of (33) where M may be singular, and the combinations known before.
 
     Kmv = Hx T D^-1 U' W^-1 with [C H_minus, V] = W U D T' and W = diag(unit), the
@@ -114,7 +120,7 @@ def visible(now, H_minus, unit):
     return found, known / unit[:, None]
 
 
-def _seen(Z, H_minus):
+def _seen(Z: Matrix, H_minus: Matrix) -> tuple[Matrix, Matrix, Matrix]:
     """Kmv W, the size of its entries' rounding, and what is known, from W^-1 Z."""
     if len(Z) == 0:
         return np.zeros((len(H_minus), 0)), np.zeros((len(H_minus), 1)), np.eye(0)
@@ -127,7 +133,9 @@ def _seen(Z, H_minus):
     return rows @ U[:, :rank].T, lengths(rows)[:, None], U[:, rank:]
 
 
-def _apart(L, Z, H_minus, unit, some):
+def _apart(
+    L: Matrix, Z: Matrix, H_minus: Matrix, unit: Vector, some: Vector
+) -> tuple[Matrices, Matrix]:
     """The same where outputs of no size stand apart."""
     W = unit[some]
     Kmv, K_size = np.zeros((2, len(H_minus), len(Z)))

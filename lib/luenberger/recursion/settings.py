@@ -1,13 +1,16 @@
 """What every filter of Leondes and Novak needs to know of a plant at one instant."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 import scipy.linalg
+from numpy.typing import ArrayLike
 
 from .. import kernels
 from ..certificate import require_real
 from ..errors import DesignError
+from ..numeric import Matrices, Matrix, Vector
 from ..numeric.factors import clear, factor, lengths, safe
 from ..numeric.linalg import (
     RANK_TOL,
@@ -23,6 +26,7 @@ from ..papers.leondes_novak.derivation import (
     observer_matrices,
     root_decorrelation,
 )
+from ..plant import Plant
 from .root_step import Move, Spread, root_step
 
 PATTERNS = 1000  # of outputs that arrived, kept at most: a long record has many
@@ -55,14 +59,23 @@ class Setting(NamedTuple):
     move: Move
 
     @property
-    def As(self):
+    def As(self) -> Matrix:
+        """Dynamics of the decorrelated plant."""
         return self.move.A
 
     @property
-    def Qs(self):
+    def Qs(self) -> Matrix:
+        """Covariance of the part of w that v does not show."""
         return self.move.Q
 
-    def step(self, move, spread):
+    @property
+    def whole_weight(self) -> Matrix:
+        """The weight, the identity where none is given."""
+        return np.eye(len(self.A)) if self.weight is None else self.weight
+
+    def step(
+        self, move: Move, spread: Spread
+    ) -> tuple[Matrices, Spread, Matrix | None]:
         """From the `Spread` of the instant before to the gain and Sigma of this one.
 
         Returns the matrices by name, the `Spread`, and the combinations of outputs
@@ -77,7 +90,7 @@ class Setting(NamedTuple):
                 return new, Spread(new["Sigma_next"]), None
         return root_step(self, move, spread)
 
-    def predictor(self, K):
+    def predictor(self, K: Matrix) -> Matrix:
         """The gain As K + J of the prediction of the next instant from this one's."""
         give = kernels.compiled(observer_matrices, "D", stacks=True)
         return give(As=self.As, J=self.J, K=K, T_next=np.eye(len(K)))["D"]
@@ -95,26 +108,33 @@ class Settings:
         Whose trace is minimised: tr(weight Sigma).
     """
 
-    def __init__(self, plant, m1, weight=None):
-        require_noise(plant)
+    def __init__(
+        self,
+        plant: Plant,
+        m1: int | Sequence[int | str],
+        weight: ArrayLike | str | None = None,
+    ) -> None:
+        _, R = require_noise(plant)
         self.plant = plant
         self.accurate = accurate_outputs(plant, m1)
-        self.weight = weight
-        if weight is not None and not isinstance(weight, str):
+        self.weight: Matrix | str | None = None
+        if isinstance(weight, str):
+            if weight != "canonical":
+                raise ValueError(
+                    f"weight must be an (n, n) matrix or 'canonical', got {weight!r}"
+                )
+            self.weight = weight
+        elif weight is not None:
             self.weight = positive_weight(weight, plant.n)
-        elif weight not in (None, "canonical"):
-            raise ValueError(
-                f"weight must be an (n, n) matrix or 'canonical', got {weight!r}"
-            )
         self.steps = plant.steps
-        self.noise_free = not np.all(nonsingular(plant.R))  # outputs, at some instant
-        self._known = {}
+        self.noise_free = not np.all(nonsingular(R))  # outputs, at some instant
+        self._known: dict[tuple[int, bytes | None], Setting] = {}
 
     @property
-    def order(self):
+    def order(self) -> int:
         return self.plant.n - len(self.accurate)
 
-    def at(self, i, seen=None):
+    def at(self, i: int, seen: Vector | None = None) -> Setting:
         """The setting at instant i; `seen` (p,) bool tells which outputs arrived."""
         i = 0 if self.steps is None else min(i, self.steps - 1)
         key = i, None if seen is None else seen.tobytes()
@@ -125,18 +145,19 @@ class Settings:
             self._known[key] = self._make(i, seen)
         return self._known[key]
 
-    def _make(self, i, seen):
-        A, B, C, E, Q, R, S = self.plant.at(i)
+    def _make(self, i: int, seen: Vector | None) -> Setting:
+        now = self.plant.at(i)
+        A, B, C, E = now.A, now.B, now.C, now.E
+        Q, R, S = now.covariances()
         accurate = np.isin(np.arange(self.plant.p), self.accurate)
         if seen is not None:
             C, E, R, accurate = C[seen], E[seen], R[np.ix_(seen, seen)], accurate[seen]
-            S = None if S is None else S[:, seen]
+            S = S[:, seen]
         weight = canonical_weight(C) if isinstance(self.weight, str) else self.weight
         labels = [self.plant.output_names[k] for k in self.accurate]
         Phat, Gamma1, That = complete(C[accurate], weight, labels)
         Gamma = np.zeros(C.T.shape)
         Gamma[:, accurate] = Gamma1
-        S = np.zeros(C.T.shape) if S is None else S
         J = solve_right(S, R)
         move = _decorrelated(A, C, Q, R, S, J)
         blind, V, deviation = null_directions(R), factor(R), np.sqrt(R.diagonal())
@@ -145,7 +166,9 @@ class Settings:
         )  # fmt: skip
 
 
-def _decorrelated(A, C, Q, R, S, J):
+def _decorrelated(
+    A: Matrix, C: Matrix, Q: Matrix, R: Matrix, S: Matrix, J: Matrix
+) -> Move:
     """What leads to the next instant, driven by the part of w that v does not show."""
     if not S.any():
         return Move(A, Q, factor(Q), np.abs(A))
@@ -157,37 +180,41 @@ def _decorrelated(A, C, Q, R, S, J):
     return Move(As, G @ G.T, G, np.abs(A) + np.abs(J) @ np.abs(C))
 
 
-def require_noise(plant):
-    """Raise DesignError unless the plant says what a stochastic filter must know."""
+def require_noise(plant: Plant) -> tuple[Matrix, Matrix]:
+    """Q and R, or DesignError unless a filter can be made of what the plant says."""
     require_real("the filter", plant)
     if plant.dt == 0:
         raise DesignError(
             "the filter is for discrete time but the plant has dt = 0. Discretise the "
             "plant and its noise, and give dt in seconds."
         )
-    for name, meaning in (("Q", "process"), ("R", "measurement")):
-        if getattr(plant, name) is None:
-            raise DesignError(
-                f"the plant has no {name}, the covariance of the {meaning} noise; "
-                f"give Plant(..., {name}=...), zeros if there is none"
-            )
+    Q, R = plant.Q, plant.R
+    if Q is None or R is None:
+        name, meaning = ("Q", "process") if Q is None else ("R", "measurement")
+        raise DesignError(
+            f"the plant has no {name}, the covariance of the {meaning} noise; "
+            f"give Plant(..., {name}=...), zeros if there is none"
+        )
     if plant.multiplicative:
         raise DesignError(
             "the plant has multiplicative noise, which this filter does not model and "
             "whose error covariance would come out too small. Use fixed_order_filter, "
             "or leave it out knowingly, with Plant(..., multiplicative=())."
         )
+    return Q, R
 
 
-def require_start(plant):
+def require_start(plant: Plant) -> Matrix:
+    """P0, or DesignError if the plant has none."""
     if plant.P0 is None:
         raise DesignError(
             "a time-varying filter starts from the covariance P0 of the initial "
             "state; give Plant(..., P0=...), zeros if the state is known exactly"
         )
+    return plant.P0
 
 
-def accurate_outputs(plant, m1):
+def accurate_outputs(plant: Plant, m1: int | Sequence[int | str]) -> tuple[int, ...]:
     """Indices of the accurate outputs, from a number, indices or names."""
     p = plant.p
     if isinstance(m1, (int, np.integer)) and not isinstance(m1, bool):
@@ -213,7 +240,7 @@ def accurate_outputs(plant, m1):
     return tuple(sorted(chosen))
 
 
-def positive_weight(weight, n):
+def positive_weight(weight: ArrayLike, n: int) -> Matrix:
     """The weight, if positive definite: at unit diagonal, whatever the units."""
     weight = covariance("weight", weight, n)
     unit = np.sqrt(weight.diagonal())
@@ -228,7 +255,7 @@ def positive_weight(weight, n):
     return weight
 
 
-def canonical_weight(C):
+def canonical_weight(C: Matrix) -> Matrix:
     """The weight that the paper's transformation (19) implies: M'M, M = [C; rows].
 
     The rows that complete M are rows of the identity chosen by pivoted QR.

@@ -6,10 +6,12 @@ from typing import NamedTuple
 import numpy as np
 
 from .. import kernels
+from ..numeric import Matrix, Vector
 from ..papers.leondes_novak.derivation import estimate_step
+from ..plant import Plant
 from .agreement import followed, require_agreement, rounding_of
-from .root_step import Spread, first_move
-from .settings import Setting, require_start
+from .root_step import Move, Spread, first_move
+from .settings import Setting, Settings, require_start
 
 PATIENCE = 64  # rows at most that NumPy takes before compiled code is tried again
 
@@ -24,7 +26,7 @@ class Turn(NamedTuple):
     instant: int = 0
     patience: int = 1
 
-    def later(self, instant):
+    def later(self, instant: int) -> "Turn":
         """After it gave up at this instant."""
         patience = min(2 * self.patience, PATIENCE)
         return Turn(instant + patience, patience)
@@ -66,12 +68,12 @@ class State:
     turn: Turn = Turn()
 
     @property
-    def Sigma(self):
+    def Sigma(self) -> Matrix:
         """Error covariance."""
         return self.spread.Sigma
 
     @property
-    def ready(self):
+    def ready(self) -> bool:
         """Whether compiled code can go on from here, and it is its turn."""
         return (
             self.setting is not None
@@ -80,17 +82,43 @@ class State:
         )
 
 
-def start(settings, x, u):
+class History(NamedTuple):
+    """What a pass found, a row for each row of the record.
+
+    ``x, variances`` (N, n) are estimates and the diagonals of P (N, n, n); K is
+    (N, n, p).  P and K have no rows where they are not kept.
+    """
+
+    x: np.ndarray
+    variances: np.ndarray
+    P: np.ndarray
+    K: np.ndarray
+
+    @classmethod
+    def empty(cls, rows: int, plant: Plant, kept: bool) -> "History":
+        """Room for so many rows of a plant, with P and K if they are `kept`."""
+        n, all_ = plant.n, rows if kept else 0
+        x, variances = np.empty((rows, n)), np.empty((rows, n))
+        return cls(x, variances, np.empty((all_, n, n)), np.zeros((all_, n, plant.p)))
+
+    def put(self, k: int, state: State, gain: Matrix) -> None:
+        """Write row k."""
+        self.x[k], self.variances[k] = state.x[:, 0], state.Sigma.diagonal()
+        if len(self.P):
+            self.P[k], self.K[k][:, state.seen] = state.Sigma, gain
+
+
+def start(settings: Settings, x: Vector, u: Vector) -> State:
     """The state at instant 0: the mean x (n,) with covariance P0, and the input u."""
-    plant = settings.plant
-    require_start(plant)
     return State(
-        0, x[:, None], Spread.of(plant.P0), None, u,
-        seen=np.ones(plant.p, dtype=bool), rho=np.zeros((0, 1)), setting=None,
+        0, x[:, None], Spread.of(require_start(settings.plant)), None, u,
+        seen=np.ones(settings.plant.p, dtype=bool), rho=np.zeros((0, 1)), setting=None,
     )  # fmt: skip
 
 
-def step(settings, state, y, u):
+def step(
+    settings: Settings, state: State, y: Vector, u: Vector
+) -> tuple[State, Matrix]:
     """The state one instant on, and the gain (n, p_seen).
 
     Parameters
@@ -130,7 +158,9 @@ def step(settings, state, y, u):
     return State(i, x, spread, rounding, u, seen, rho, now, state.turn), new["K"]
 
 
-def _leading_on(plant, setting):
+def _leading_on(
+    plant: Plant, setting: Setting | None
+) -> tuple[Move, Matrix, Matrix, Matrix]:
     """`Move`, A, B and J from an instant to the next; None is instant 0."""
     if setting is not None:
         return setting.move, setting.A, setting.B, setting.J

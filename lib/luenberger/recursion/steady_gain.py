@@ -5,17 +5,21 @@ from the recursion itself; it is accepted only with a residual at rounding level
 and stable error dynamics.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 import scipy.linalg
 from scipy.sparse.linalg import LinearOperator, gmres
 
 from .. import kernels
 from ..errors import CertificateError, DesignError
+from ..numeric import Matrices, Matrix, Vector
 from ..numeric.detectability import require_detectable
 from ..numeric.linalg import ROUNDING, UNIT_TOL, lyapunov, radius, symmetrise
 from ..papers.leondes_novak.derivation import step_differential
 from .excitation import overflow, read_off, require_excited, require_noise_enough
 from .root_step import Spread
+from .settings import Setting
 from .units import in_units, natural
 
 RESIDUAL_TOL = 1e-12  # of Sigma = f(Sigma), relative
@@ -23,7 +27,7 @@ DENSE_LIMIT = 40  # states up to which Newton's equation is solved densely
 WARM_UP = 200  # recursion steps between attempts with Newton's method
 
 
-def steady_gain(now, accurate):
+def steady_gain(now: Setting, accurate: Sequence[int]) -> Matrix:
     """Gain of the steady step-wise filter; Sigma = f(Sigma) with f of (29)-(33)."""
     states, outputs = natural(now)
     now = in_units(now, states, outputs)
@@ -43,7 +47,7 @@ def steady_gain(now, accurate):
     return K * states[:, None] / outputs
 
 
-def _settled_gain(now, accurate):
+def _settled_gain(now: Setting, accurate: Sequence[int]) -> Matrix:
     try:
         with np.errstate(over="raise"):
             return _fixed_point(now, accurate)
@@ -51,12 +55,12 @@ def _settled_gain(now, accurate):
         raise overflow(radius(now.As)) from None
 
 
-def _fixed_point(now, accurate):
+def _fixed_point(now: Setting, accurate: Sequence[int]) -> Matrix:
     Sigma = _start(now)
     for _ in range(10):
         Sigma = _recur(now, Sigma, WARM_UP)
-        found, K = _newton(now, Sigma)
-        if found is not None and radius(reduced_dynamics(now, K)) < 1 - UNIT_TOL:
+        K = _newton(now, Sigma)
+        if K is not None and radius(reduced_dynamics(now, K)) < 1 - UNIT_TOL:
             require_excited(now, K)
             return K
     K = step_from(now, Sigma)["K"]
@@ -70,19 +74,19 @@ def _fixed_point(now, accurate):
     )
 
 
-def step_from(now, Sigma):
+def step_from(now: Setting, Sigma: Matrix) -> Matrices:
     """One step from a covariance that need not have come from a step."""
     moved = np.abs(now.As) @ np.sqrt(np.maximum(Sigma.diagonal(), 0))
     size = np.maximum(Sigma.diagonal(), moved**2 + now.Qs.diagonal())
     return now.step(now.move, Spread.of(Sigma, size))[0]
 
 
-def reduced_dynamics(now, K):
+def reduced_dynamics(now: Setting, K: Matrix) -> Matrix:
     """F of the reduced filter, in the coordinates of Phat: (14)."""
     return now.That @ (np.eye(len(K)) - K @ now.C) @ now.As @ now.Phat
 
 
-def _start(now):
+def _start(now: Setting) -> Matrix:
     """The Kalman filter's covariance where SciPy finds it, else a generous guess.
 
     Without any noise it is zero, and stays so.
@@ -101,7 +105,7 @@ def _start(now):
     return (size if size > 0 else 1.0) * np.eye(len(now.As))
 
 
-def _recur(now, Sigma, steps):
+def _recur(now: Setting, Sigma: Matrix, steps: int) -> Matrix:
     spread = Spread.of(Sigma)
     for _ in range(steps):
         _, spread, _ = now.step(now.move, spread)
@@ -113,8 +117,8 @@ def _recur(now, Sigma, steps):
     return Sigma
 
 
-def _newton(now, Sigma):
-    """Polish Sigma; return it and its gain, or None where Newton does not arrive."""
+def _newton(now: Setting, Sigma: Matrix) -> Matrix | None:
+    """The gain of the fixed point near Sigma, or None where Newton does not arrive."""
     back = np.linalg.pinv(now.C)
     # far below what one measurement tells, or one step brings, is zero
     floor = ROUNDING * max(np.abs(back @ now.R @ back.T).max(initial=0), now.Q.max())
@@ -124,15 +128,15 @@ def _newton(now, Sigma):
         # measured against Omega, which does not vanish with perfect measurements
         scale = max(np.abs(new["Omega"]).max(initial=0), floor)
         if np.abs(gap).max(initial=0) <= 0.1 * RESIDUAL_TOL * scale:
-            return new["Sigma_next"], new["K"]
+            return new["K"]
         Sigma = Sigma + _newton_step(now, new, gap)
         if not np.isfinite(Sigma).all():
-            return None, None
+            return None
     done = np.abs(gap).max() <= RESIDUAL_TOL * scale
-    return (new["Sigma_next"], new["K"]) if done else (None, None)
+    return new["K"] if done else None
 
 
-def _newton_step(now, new, gap):
+def _newton_step(now: Setting, new: Matrices, gap: Matrix) -> Matrix:
     """Solve (1 - Df) d = gap for symmetric d, with the derived differential Df."""
     n = len(gap)
     differential = kernels.compiled(step_differential, "dSigma", stacks=True)
@@ -140,7 +144,7 @@ def _newton_step(now, new, gap):
         C=now.C, R=now.R, Gamma=now.Gamma, M=new["M"], Kmv=new["Kmv"], Y=new["Y"]
     )
 
-    def moved(d):
+    def moved(d: Matrix) -> Matrix:
         return d - differential(dOmega=now.As @ d @ now.As.T, **fixed)["dSigma"]
 
     if n <= DENSE_LIMIT:
@@ -165,7 +169,7 @@ def _newton_step(now, new, gap):
     return symmetrise(solution.reshape(n, n))
 
 
-def _of_fixed_gain(Phi):
+def _of_fixed_gain(Phi: Matrix) -> LinearOperator | None:
     """The inverse of 1 - Df as if the gain did not move: d = Phi d Phi' + right side.
 
     Nearly the inverse of the whole, and for the Kalman filter exactly; None where the
@@ -177,7 +181,7 @@ def _of_fixed_gain(Phi):
     while np.linalg.norm(powers[-1]) > ROUNDING:
         powers.append(powers[-1] @ powers[-1])
 
-    def solved(v):
+    def solved(v: Vector) -> Vector:
         X = v.reshape(Phi.shape)
         for power in powers:
             X = X + power @ X @ power.T
@@ -186,11 +190,13 @@ def _of_fixed_gain(Phi):
     return LinearOperator((Phi.size, Phi.size), matvec=solved)
 
 
-def steady_cost(now, K, weight):
+def steady_cost(
+    now: Setting, K: Matrix, weight: Matrix
+) -> tuple[float, tuple[Matrix, Matrix]]:
     """tr(weight Sigma) of a constant gain, and (Sigma, Phi); inf when unstable."""
     Y = np.eye(len(K)) - K @ now.C
     Phi = Y @ now.As
     if not radius(Phi) < 1:
-        return np.inf, None
+        return np.inf, (np.full_like(Phi, np.inf), Phi)
     Sigma = lyapunov(Phi, symmetrise(Y @ now.Qs @ Y.T + K @ now.R @ K.T))
     return float(np.trace(weight @ Sigma)), (Sigma, Phi)

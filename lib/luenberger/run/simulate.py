@@ -180,10 +180,7 @@ def _noise(plant, steps, seeds, H0, H):
 
 
 def _joint(now):
-    n, p = now.A.shape[0], now.C.shape[0]
-    Q = np.zeros((n, n)) if now.Q is None else now.Q
-    R = np.zeros((p, p)) if now.R is None else now.R
-    S = np.zeros((n, p)) if now.S is None else now.S
+    Q, R, S = now.covariances()
     return np.block([[Q, S], [S.T, R]])
 
 
