@@ -15,9 +15,9 @@ from luenberger import show
 from luenberger.compare import table
 from luenberger.compare.attempts import first_least
 from luenberger.numeric import validation
-from luenberger.papers.moore import refusals as inadmissible
+from luenberger.papers.moore import refusals
 from luenberger.papers.poles import arranged
-from luenberger.papers.van_dooren import design as staircase
+from luenberger.papers.van_dooren import design
 from luenberger.recursion import excitation
 
 multiply_adds = importlib.import_module("luenberger.analysis.multiply_adds")
@@ -69,16 +69,16 @@ def test_an_ill_conditioned_observer_is_warned_of_and_a_lost_one_refused(
     monkeypatch, cond, lost, then
 ):
     """`lost` is |P T + V C - I|."""
-    monkeypatch.setattr(staircase, "_hopeless", lambda *_: "hopeless")
+    monkeypatch.setattr(design, "_hopeless", lambda *_: "hopeless")
     S, lost = np.diag([1.0, 1 / cond]), np.array([[lost]])
     back = np.linalg.inv(S)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         if then == "a refusal":
             with pytest.raises(lb.DesignError, match="hopeless"):
-                staircase._judge(S, back, lost, None)
+                design._judge(S, back, lost, None)
         else:
-            staircase._judge(S, back, lost, None)
+            design._judge(S, back, lost, None)
     assert len(caught) == (then == "a warning")
 
 
@@ -178,5 +178,5 @@ def test_rows_of_a_recurrence_that_are_met_are_not_listed(part, named):
     """With beta = 0.5 + s: kappa_0 / 2 + kappa_1 = 0 but for a part of its terms."""
     kappa = np.array([2.0, -1.0 * (1 - 2 * part), 5.0])
     one = SimpleNamespace(kappa=kappa, sigma=1.0)
-    text = inadmissible._violated(one, np.array([-0.5]))
+    text = refusals._violated(one, np.array([-0.5]))
     assert ("row 0 comes to" in text) is named and "row 1 comes to" in text

@@ -19,10 +19,10 @@ from damage import broken, unnoticed
 import luenberger as lb
 from luenberger import ledger
 from luenberger.ledger import evidence
-from luenberger.papers.hsia.derivation import laws as adaptive_sampling
+from luenberger.papers.hsia.derivation import laws
 from luenberger.papers.leondes_novak.derivation import huddle
 from luenberger.symbolic import Claim, holds, vanishes
-from tests.papers.hsia import test_loop as test_sampling
+from tests.papers.hsia import test_loop
 
 ROOT = Path(__file__).parents[2]
 ENTRIES = ledger.entries()
@@ -201,34 +201,34 @@ def test_evidence_is_collected(pointer):
 
 
 def wrong_table(law, value):
-    (row,) = (r.values for r in test_sampling.ROWS if r.values[:2] == (law, value))
+    (row,) = (r.values for r in test_loop.ROWS if r.values[:2] == (law, value))
     _, _, E, samples = row
     miss = 1e-3 if law == "periodic" else 0.2
-    test_sampling.test_table_ii(law, value, E, samples)
+    test_loop.test_table_ii(law, value, E, samples)
     for wrong in (E * (1 - miss), E * (1 + miss)):
         with pytest.raises(AssertionError):
-            test_sampling.test_table_ii(law, value, wrong, samples)
+            test_loop.test_table_ii(law, value, wrong, samples)
     with pytest.raises(AssertionError):
-        test_sampling.test_table_ii(law, value, E, samples + 3)
+        test_loop.test_table_ii(law, value, E, samples + 3)
 
 
 def wrong_response(monkeypatch):
-    test_sampling.test_the_continuous_response_of_the_paper_in_closed_form()
-    sound = adaptive_sampling.derive()
+    test_loop.test_the_continuous_response_of_the_paper_in_closed_form()
+    sound = laws.derive()
     wrong = sound.formulas | {"(17) y*": -sound.formulas["(17) y*"]}
     damaged = dataclasses.replace(sound, formulas=wrong)
-    monkeypatch.setattr(adaptive_sampling, "derive", lambda: damaged)
+    monkeypatch.setattr(laws, "derive", lambda: damaged)
     with pytest.raises(AssertionError):
-        test_sampling.test_the_continuous_response_of_the_paper_in_closed_form()
+        test_loop.test_the_continuous_response_of_the_paper_in_closed_form()
 
 
 def wrong_integral(monkeypatch):
-    test_sampling.test_absolute_integral("series")
-    sound = test_sampling.absolute_integral
+    test_loop.test_absolute_integral("series")
+    sound = test_loop.absolute_integral
     wrong = lambda *args: 1.001 * sound(*args)  # noqa: E731
-    monkeypatch.setattr(test_sampling, "absolute_integral", wrong)
+    monkeypatch.setattr(test_loop, "absolute_integral", wrong)
     with pytest.raises(AssertionError):
-        test_sampling.test_absolute_integral("series")
+        test_loop.test_absolute_integral("series")
 
 
 SPOILT = {
@@ -249,7 +249,7 @@ def test_evidence_by_test_fails_on_damaged_data(pointer, monkeypatch):
 def test_every_row_of_table_ii_is_evidence():
     rows = {
         f"tests/papers/hsia/test_loop.py::test_table_ii[{law} {value}]"
-        for law, row in adaptive_sampling.TABLE_II.items()
+        for law, row in laws.TABLE_II.items()
         for value, _ in row
     }
     assert len(rows) == 15 and rows <= set(TESTS)

@@ -438,9 +438,9 @@ def test_numba_estimate():
 @pytest.mark.parametrize("kind", ["constant", "varying"])
 @pytest.mark.parametrize("m1", [0, 1])
 def test_designs_over_steps(kind, m1, plain, monkeypatch):
-    from luenberger.papers.leondes_novak import design as trace_minimisation
+    from luenberger.papers.leondes_novak import design
 
-    monkeypatch.setattr(trace_minimisation, "BLOCK", 7)
+    monkeypatch.setattr(design, "BLOCK", 7)
     rng = np.random.default_rng(2)
     if kind == "varying":
         plant = generators.varying(rng, 3, 2, 30, m=1)

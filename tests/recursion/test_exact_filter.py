@@ -16,13 +16,13 @@ import numpy as np
 import pytest
 
 import luenberger as lb
-from tests.papers.leondes_novak import test_perfect_measurements as test_perfect
+from tests.papers.leondes_novak import test_perfect_measurements
 
 
 @pytest.mark.parametrize("seed", range(20))
 def test_the_oracle_agrees_with_the_one_that_augments_the_state(seed):
     """Two filters in Fractions that share no formula: noise as state, or as gain."""
-    plant, y, u, u0 = test_perfect.integer_plant(seed)
+    plant, y, u, u0 = test_perfect_measurements.integer_plant(seed)
     found = exact_filter.run(plant, y, u, u0)
     x, P = exact_filter.as_floats(found)
     wanted_x, wanted_P = generators.exact(plant, y, u, u0)
@@ -239,7 +239,7 @@ def test_a_record_may_be_rounded_by_one_part_in_a_million(offset, refused):
 def test_integer_records_that_fit_exactly_are_not_refused():
     """15 instants, so that rounding grows behind states that are known exactly."""
     for seed in range(200):
-        plant, *_ = test_perfect.integer_plant(seed)
+        plant, *_ = test_perfect_measurements.integer_plant(seed)
         rng = np.random.default_rng(seed)
         joint = np.block([[plant.Q, plant.S], [plant.S.T, plant.R]])
         H, start = joint, plant.P0  # columns that the noise can really take

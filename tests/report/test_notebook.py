@@ -7,7 +7,7 @@ import signal
 import pytest
 from interrupts import sigint  # noqa: F401  a fixture
 
-from luenberger.report import notebook as offline
+from luenberger.report.notebook import run, to_html
 
 nbclient = pytest.importorskip("nbclient", reason="the report is an optional extra")
 nbformat = pytest.importorskip("nbformat", reason="the report is an optional extra")
@@ -40,7 +40,7 @@ def watched(patch, name, before=None, after=None):
 
 def run_three_cells(folder):
     cells = [nbformat.v4.new_code_cell(f"open('{k}', 'w').close()") for k in range(3)]
-    offline.run(nbformat.v4.new_notebook(cells=cells), folder)
+    run(nbformat.v4.new_notebook(cells=cells), folder)
 
 
 def gone(pid):
@@ -86,7 +86,7 @@ def test_text_that_looks_like_what_stands_for_a_formula_stays(tmp_path):
             nbformat.v4.new_markdown_cell("formula0end, formula1end"),
         ]
     )
-    page = offline.to_html(notebook, "formula0end")
+    page = to_html(notebook, "formula0end")
     assert page.count("<math") == 2 and "formula0end, formula1end" in page
     assert "<title>formula0end</title>" in page
 

@@ -10,7 +10,7 @@ from generators import holes
 
 import luenberger as lb
 from luenberger.recursion import filter_pass, filter_stacks
-from luenberger.recursion import settings as setting
+from luenberger.recursion import settings as settings_module
 from luenberger.recursion.state import start
 
 PLANT = generators.plant(np.random.default_rng(3), 3, 2, m=1)
@@ -81,7 +81,7 @@ def test_a_state_that_was_kept_can_be_gone_on_from_again(backend):
     for plant, m1 in ((PLANT, 1), (perfect, 0)):
         y, u, u0 = generators.record(rng, plant, 60)
         y[20:50] = holes(rng, y[20:50])
-        run = filter_pass.Pass(setting.Settings(plant, m1))
+        run = filter_pass.Pass(settings_module.Settings(plant, m1))
         kept, _ = run.over(
             start(run.settings, plant.x0, u0), y[:30], u[:30], backend == "numba"
         )
@@ -129,7 +129,7 @@ def test_patterns_of_missing_outputs_do_not_pile_up(backend, monkeypatch):
     """Of twelve outputs there are 4096; each would keep its matrices."""
     numba = pytest.importorskip("numba", reason="numba is an optional extra")
     monkeypatch.setattr(numba.config, "DISABLE_JIT", True)
-    monkeypatch.setattr(setting, "PATTERNS", 20)
+    monkeypatch.setattr(settings_module, "PATTERNS", 20)
     monkeypatch.setattr(filter_stacks, "PATTERNS", 20)
     plant = lb.Plant(
         [[0.5]], None, np.ones((12, 1)), dt=1.0, Q=[[1]], R=np.eye(12), P0=[[1]]
@@ -137,7 +137,7 @@ def test_patterns_of_missing_outputs_do_not_pile_up(backend, monkeypatch):
     rng = np.random.default_rng(8)
     y = rng.normal(size=(80, 12))
     y[rng.random(y.shape) < 0.5] = np.nan
-    settings = setting.Settings(plant, 0)
+    settings = settings_module.Settings(plant, 0)
     run, now = filter_pass.Pass(settings), start(settings, plant.x0, np.zeros(0))
     x = []
     for part in np.split(y, 8):

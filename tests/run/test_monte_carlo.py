@@ -18,8 +18,8 @@ import scipy.stats
 
 import luenberger as lb
 from luenberger.papers.leondes_novak.derivation import side_by_side
-from luenberger.run import executor as parallel
 from luenberger.run import monte_carlo_blocks
+from luenberger.run.executor import in_order
 
 RUNS, STEPS, SEED = 900, 5, 9  # 15 blocks, the last one of 4 runs
 FIELDS = [field.name for field in dataclasses.fields(lb.Ensemble)]
@@ -307,7 +307,7 @@ def test_a_failure_calls_off_the_rest():
 
     with concurrent.futures.ThreadPoolExecutor(1) as executor:
         with pytest.raises(ZeroDivisionError):
-            list(parallel.in_order(fail_at_once, range(500), executor))
+            list(in_order(fail_at_once, range(500), executor))
     assert len(done) < 500
 
 
@@ -345,7 +345,7 @@ def test_results_keep_the_order_of_the_jobs(threads):
         time.sleep(seconds)
         return seconds
 
-    assert list(parallel.in_order(wait, jobs, threads)) == jobs
+    assert list(in_order(wait, jobs, threads)) == jobs
 
 
 # consistency

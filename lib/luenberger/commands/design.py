@@ -54,7 +54,7 @@ def run(options):
     from ..formats.json_files import json_file
     from ..formats.spreadsheets import require_plain_names
     from ..plant import Plant
-    from ..report import notebook as offline
+    from ..report import notebook
     from ..run import measurements
 
     file, out = json_file(options.plant, "a plant"), options.out
@@ -72,7 +72,7 @@ def run(options):
         stack.callback(shutil.rmtree, work, ignore_errors=True)
         try:
             finished = _make(work, plant, file.content, options.data)
-        except offline.NotebookError as error:
+        except notebook.NotebookError as error:
             raise ValueError(str(error)) from None
         written(_publish(finished, out), dry=False)
     say(f"done: open {out / REPORT}")
@@ -83,7 +83,7 @@ def _make(work, plant, content, data):
 
     The notebook reads the bytes that were checked, not a file that may have changed.
     """
-    from ..report import notebook as offline
+    from ..report import notebook
 
     finished = work / "out"
     finished.mkdir()
@@ -91,11 +91,11 @@ def _make(work, plant, content, data):
     if data is not None:
         shutil.copyfile(data, work / "data.csv")
     given = [path.name for path in work.iterdir() if path.is_file()]
-    notebook = offline.read(offline.TEMPLATES / "design.ipynb")
-    offline.run(notebook, work, progress=_show_progress)
+    made = notebook.read(notebook.TEMPLATES / "design.ipynb")
+    notebook.run(made, work, progress=_show_progress)
     say(f"writing {REPORT}")
-    offline.write(notebook, finished / "design.ipynb")
-    page = offline.to_html(notebook, f"{plant.name or 'Plant'}: observer design")
+    notebook.write(made, finished / "design.ipynb")
+    page = notebook.to_html(made, f"{plant.name or 'Plant'}: observer design")
     (finished / REPORT).write_text(page, encoding="utf-8", newline="")
     for name in given:
         os.replace(work / name, finished / name)

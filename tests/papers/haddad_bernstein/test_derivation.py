@@ -9,16 +9,19 @@ import sympy as sp
 from projection_worlds import WORLDS
 from worlds import Numbers, close, damages, expr, one_wrong_sign, symbols
 
-from luenberger.papers.haddad_bernstein.derivation import moment_claims, theorem_claims
-from luenberger.papers.haddad_bernstein.derivation import paper as optimal_projection
+from luenberger.papers.haddad_bernstein.derivation import (
+    moment_claims,
+    paper,
+    theorem_claims,
+)
 from luenberger.papers.haddad_bernstein.derivation.moment_stages import best_output
 from luenberger.stage_list import stage_lists
 from luenberger.symbolic import ShapeError, Solve, vanishes
 
-DOOR = optimal_projection.__package__
+DOOR = paper.__package__
 LISTS = {name: make() for name, make in stage_lists(DOOR).items()}
-PARTS = optimal_projection.parts()
-MISPRINTS = optimal_projection.misprints()
+PARTS = paper.parts()
+MISPRINTS = paper.misprints()
 CLAIMS = {
     f"{part}: {name}": claim
     for part, derivation in PARTS.items()
@@ -37,14 +40,14 @@ def test_proved(name):
 
 
 def test_the_entry_point_holds_every_step_of_its_parts():
-    whole = optimal_projection.derive()
+    whole = paper.derive()
     assert len(whole.steps) == sum(len(part.steps) for part in PARTS.values())
     assert set(map(id, whole.steps.values())) >= set(map(id, CLAIMS.values()))
     assert whole.source
 
 
 def test_every_numbered_equation_has_an_entry():
-    whole = optimal_projection.derive()
+    whole = paper.derive()
     found = set()
     for key in (*whole.formulas, *whole.steps):
         head = re.match(r"(?:\(\d\.\d+\)'?[,-]?)*", key).group()
@@ -54,7 +57,7 @@ def test_every_numbered_equation_has_an_entry():
 
 
 def test_formulas_have_latex():
-    for name, formula in optimal_projection.derive().formulas.items():
+    for name, formula in paper.derive().formulas.items():
         assert sp.latex(formula), name
 
 

@@ -9,9 +9,8 @@ import scipy.linalg
 from fixed_order_plants import STABLE, made, noisy
 
 import luenberger as lb
-from luenberger.papers.haddad_bernstein import descent
-from luenberger.papers.haddad_bernstein import design as fixed_order
-from luenberger.papers.haddad_bernstein import search as projection_search
+from luenberger.papers.haddad_bernstein import descent, design
+from luenberger.papers.haddad_bernstein import search as search_module
 from luenberger.papers.haddad_bernstein.stein import Schur
 from luenberger.papers.haddad_bernstein.target import prediction, target
 
@@ -411,7 +410,7 @@ def test_a_filter_that_misses_a_condition_is_refused(monkeypatch):
     def spoilt(*args, **options):
         return replace(lb.optimality(*args, **options), riccati=1e-7)
 
-    monkeypatch.setattr(fixed_order, "optimality", spoilt)
+    monkeypatch.setattr(design, "optimality", spoilt)
     plant = made(**SIMON)
     assert lb.fixed_order_search(plant, 1, starts=2).best.optimality.worst == 1e-7
     with pytest.raises(lb.CertificateError, match=r"\(3\.14\) is missed by 1.0e-07"):
@@ -492,7 +491,7 @@ def test_steps_of_the_trust_region():
 def test_directions_diagonalise_both_gramians():
     plant = noisy(2, 5, 2)
     sought = target(prediction(plant, np.eye(5), np.eye(5), True))
-    found = projection_search.directions(sought)
+    found = search_module.directions(sought)
     A, C, L, Q1 = (sought.matrices[k] for k in ("A", "C", "L", "Q1"))
     F = A - sought.Kq @ C
     Ph = scipy.linalg.solve_discrete_lyapunov(F.T, L.T @ L)
@@ -510,7 +509,7 @@ def test_gramian_roots_keep_weak_directions():
     """Values down to 1e-14 of the largest, which a square root of H H' would lose."""
     A = np.diag([0.9, 0.5, 0.1])
     B = np.diag([1.0, 1e-5, 1e-14])
-    H = projection_search.gramian_root(A, B)
+    H = search_module.gramian_root(A, B)
     wanted = B.diagonal() / np.sqrt(1 - A.diagonal() ** 2)
     found = np.sort(np.linalg.svd(H, compute_uv=False))[::-1]
     np.testing.assert_allclose(found, wanted, rtol=1e-3)
@@ -518,7 +517,7 @@ def test_gramian_roots_keep_weak_directions():
 
 def test_a_better_start_among_bad_ones_is_enough(monkeypatch):
     """When every start fails, the message says why; when one does not, it is used."""
-    plant, descend = made(**SIMON), projection_search.descend
+    plant, descend = made(**SIMON), search_module.descend
 
     def fussy(sought, Ae, Be):
         if Ae[0, 0] != fussy.first:
@@ -526,9 +525,9 @@ def test_a_better_start_among_bad_ones_is_enough(monkeypatch):
         return descend(sought, Ae, Be)
 
     sought = target(prediction(plant, np.eye(2), np.eye(2), True))
-    found = projection_search.directions(sought)
-    fussy.first = next(projection_search.starts(sought, found, 1, 24, 0))[1][0, 0]
-    monkeypatch.setattr(projection_search, "descend", fussy)
+    found = search_module.directions(sought)
+    fussy.first = next(search_module.starts(sought, found, 1, 24, 0))[1][0, 0]
+    monkeypatch.setattr(search_module, "descend", fussy)
     search = lb.fixed_order_search(plant, 1)
     assert len(search.failed) == 23 and search.best.starts == ("directions 1",)
     assert search.failed[0] == ("directions 2", "of a bad mood")

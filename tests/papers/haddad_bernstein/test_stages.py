@@ -13,8 +13,7 @@ from worlds import Numbers
 from luenberger import kernels
 from luenberger.kernels import run
 from luenberger.papers.haddad_bernstein import derivation as lists
-from luenberger.papers.haddad_bernstein.derivation import augmented
-from luenberger.papers.haddad_bernstein.derivation import counterexamples as weak
+from luenberger.papers.haddad_bernstein.derivation import augmented, counterexamples
 from luenberger.stage_list import stage_lists
 from luenberger.symbolic import Solve
 
@@ -344,7 +343,7 @@ def test_every_choice_of_eigenprojections_made_for_is_stationary():
 @pytest.mark.parametrize("name", ["neither", "Qh alone", "Ph alone"])
 def test_counterexamples_by_other_code(name):
     """The weaker readings, in floating point and with the independent cost."""
-    exact, improved = weak.examples()[name]
+    exact, improved = counterexamples.examples()[name]
     value = {X.name: np.array(v.tolist(), dtype=float) for X, v in exact.items()}
     model = Model(0, n=2, l=1, r=1, q=1, pairs=0)
     model.A, model.C, model.L, model.R = (value[k] for k in "ACLR")
@@ -361,6 +360,6 @@ def test_counterexamples_by_other_code(name):
     assert (np.abs(residuals["aligned_P"]).max() < 1e-14) == (name == "Ph alone")
     better = [np.array(improved[X].tolist(), dtype=float) for X in augmented.GAINS]
     J, less = model.moments(gains)[2], model.moments(better)[2]
-    assert J == pytest.approx(float(weak.price(exact)), rel=1e-12)
-    assert less == pytest.approx(float(weak.price(improved)), rel=1e-12)
+    assert J == pytest.approx(float(counterexamples.price(exact)), rel=1e-12)
+    assert less == pytest.approx(float(counterexamples.price(improved)), rel=1e-12)
     assert less < 0.8 * J

@@ -11,16 +11,16 @@ from worlds import Numbers, symbols
 
 from luenberger import sampling
 from luenberger.kernels.scalar import function
-from luenberger.papers.hsia.derivation import laws as adaptive_sampling
+from luenberger.papers.hsia.derivation import laws
 from luenberger.papers.hsia.laws import formula_of
 from luenberger.symbolic import Derivation, vanishes
 
-LAWS = list(adaptive_sampling.FAMILY)
+LAWS = list(laws.FAMILY)
 COEFFICIENT = {"quadratic": "alpha", "absolute": "alpha", "root": "C", "linear": "K"}
-STEPS = adaptive_sampling.derive().steps
+STEPS = laws.derive().steps
 NOISE = {
-    "of a period": adaptive_sampling.noise_of_a_period(),
-    "doubled": adaptive_sampling.noise_doubled(),
+    "of a period": laws.noise_of_a_period(),
+    "doubled": laws.noise_doubled(),
 }
 
 
@@ -35,13 +35,13 @@ def test_proved(name):
 def test_every_law_has_its_steps_and_the_derivation_says_whose_it_is():
     for number in (1, 2, 3, 4):
         assert sum(f"Table II law {number}:" in name for name in STEPS) == 5
-    assert "objectives are our own" in adaptive_sampling.derive().source
-    assert all(sp.latex(f) for f in adaptive_sampling.derive().formulas.values())
+    assert "objectives are our own" in laws.derive().source
+    assert all(sp.latex(f) for f in laws.derive().formulas.values())
 
 
 def test_all_four_are_members_of_one_family():
     """Only law 3 has s = 0, only law 4 rises without bound: a table one can read."""
-    a, b, s = (getattr(adaptive_sampling, letter) for letter in "abs")
+    a, b, s = (getattr(laws, letter) for letter in "abs")
     found = {law: [given[x] for x in (a, b, s)] for law, given in family().items()}
     assert found == {
         "quadratic": [2, 1, 1],
@@ -52,7 +52,7 @@ def test_all_four_are_members_of_one_family():
 
 
 def family():
-    return adaptive_sampling.FAMILY
+    return laws.FAMILY
 
 
 # -- damage -------------------------------------------------------------------------
@@ -64,14 +64,14 @@ def unproved(steps):
 
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("term", [0, 1])
-@pytest.mark.parametrize("change", [2, -1, adaptive_sampling.T])
+@pytest.mark.parametrize("change", [2, -1, laws.T])
 def test_a_damaged_cost_is_noticed(monkeypatch, law, term, change):
-    terms = list(adaptive_sampling.READINGS[law].args)
+    terms = list(laws.READINGS[law].args)
     terms[term] = terms[term] * change
-    damaged = adaptive_sampling.READINGS | {law: sp.Add(*terms)}
-    monkeypatch.setattr(adaptive_sampling, "READINGS", damaged)
+    damaged = laws.READINGS | {law: sp.Add(*terms)}
+    monkeypatch.setattr(laws, "READINGS", damaged)
     try:
-        assert unproved(adaptive_sampling.table())
+        assert unproved(laws.table())
     except ValueError:  # no stationary period any more, or several
         pass
 
@@ -79,12 +79,12 @@ def test_a_damaged_cost_is_noticed(monkeypatch, law, term, change):
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("letter", ["a", "b", "s", "k", "lam"])
 def test_a_damaged_member_of_the_family_is_noticed(monkeypatch, law, letter):
-    symbol = getattr(adaptive_sampling, letter)
-    given = dict(adaptive_sampling.FAMILY[law])
+    symbol = getattr(laws, letter)
+    given = dict(laws.FAMILY[law])
     given[symbol] = given[symbol] + 2 if letter != "lam" else 2 * given[symbol]
-    damaged = adaptive_sampling.FAMILY | {law: given}
-    monkeypatch.setattr(adaptive_sampling, "FAMILY", damaged)
-    wrong = unproved(adaptive_sampling.table())
+    damaged = laws.FAMILY | {law: given}
+    monkeypatch.setattr(laws, "FAMILY", damaged)
+    wrong = unproved(laws.table())
     number = 1 + LAWS.index(law)
     assert wrong and all(f"law {number}" in name for name in wrong)
 
@@ -94,26 +94,26 @@ def test_a_damaged_member_of_the_family_is_noticed(monkeypatch, law, letter):
     [
         lambda h: -h,
         lambda h: h + 1,
-        lambda h: h * adaptive_sampling.T,
-        lambda h: h.subs(adaptive_sampling.s, 2 * adaptive_sampling.s),
+        lambda h: h * laws.T,
+        lambda h: h.subs(laws.s, 2 * laws.s),
     ],
     ids=["sign", "constant", "power", "shift"],
 )
 def test_a_damaged_price_is_noticed(monkeypatch, damage):
-    sound = adaptive_sampling.price
+    sound = laws.price
     monkeypatch.setattr(
-        adaptive_sampling,
+        laws,
         "price",
-        lambda t: damage(sound(adaptive_sampling.T)).subs(adaptive_sampling.T, t),
+        lambda t: damage(sound(laws.T)).subs(laws.T, t),
     )
-    assert not all(map(vanishes, adaptive_sampling.general().values()))
+    assert not all(map(vanishes, laws.general().values()))
 
 
 def test_a_maximum_is_not_taken_for_a_minimum(monkeypatch):
     """With the sign of J turned the same point is stationary; only d2J/dT2 tells."""
-    turned = {law: -J for law, J in adaptive_sampling.READINGS.items()}
-    monkeypatch.setattr(adaptive_sampling, "READINGS", turned)
-    wrong = unproved(adaptive_sampling.table())
+    turned = {law: -J for law, J in laws.READINGS.items()}
+    monkeypatch.setattr(laws, "READINGS", turned)
+    wrong = unproved(laws.table())
     assert sum("d2J/dT2 > 0" in name for name in wrong) == 4
     assert not any("one zero" in name for name in wrong)
 
@@ -136,7 +136,7 @@ def test_damaged_noise_is_noticed(part):
 
 @pytest.mark.parametrize("law", LAWS)
 def test_the_kernel_is_theformula_of_formula(law):
-    formula = adaptive_sampling.derive().formulas[adaptive_sampling.key(law)]
+    formula = laws.derive().formulas[laws.key(law)]
     given = {"rho": 3.7, "T_max": 0.13, COEFFICIENT[law]: 0.021}
     exact = formula.subs({x: given[x.name] for x in formula.free_symbols})
     found = formula_of(law, COEFFICIENT[law])(**given)
@@ -147,9 +147,9 @@ def test_the_kernel_is_theformula_of_formula(law):
 @pytest.mark.parametrize("value", [0.004, 0.06, 0.9])
 def test_the_law_is_the_best_period_within_bounds_by_brute_force(law, value):
     symbol = sp.Symbol(COEFFICIENT[law], positive=True)
-    J = adaptive_sampling.READINGS[law].subs({symbol: value, "T_max": 0.1})
-    J = J.subs(adaptive_sampling.T_max, 0.1)
-    cost = sp.lambdify([adaptive_sampling.T, adaptive_sampling.rho], J, "numpy")
+    J = laws.READINGS[law].subs({symbol: value, "T_max": 0.1})
+    J = J.subs(laws.T_max, 0.1)
+    cost = sp.lambdify([laws.T, laws.rho], J, "numpy")
     grid = np.linspace(0.02, 0.1, 8001)
     rates = np.logspace(-3, 3, 25)
     best = [grid[np.argmin(cost(grid, rate))] for rate in rates]
@@ -164,7 +164,7 @@ def test_the_law_is_the_best_period_within_bounds_by_brute_force(law, value):
 def test_the_general_law_is_the_best_period_by_brute_force(b, s, k):
     """Also where the root is not a positive number, and for every weight T^k."""
     names = ("T_max", "lambda", "b", "s", "k", "T", "g")
-    derivation = adaptive_sampling.derive()
+    derivation = laws.derive()
     slope = function(derivation, "general form dJ/dT", *names)
     grid = np.linspace(0.02, 0.1, 4001)
     for g in (0.01, 0.3, 1.0, 4.0):
@@ -195,8 +195,8 @@ def test_the_proofs_of_the_noise_hold_for_matrices():
 
 
 def test_kernels_refuse_what_is_not_proved_or_not_there():
-    sound = adaptive_sampling.derive()
+    sound = laws.derive()
     with pytest.raises(AssertionError, match="unproved"):
         function(Derivation(formulas=sound.formulas), "general form h", "T")
     with pytest.raises(KeyError, match="depends on"):
-        function(sound, adaptive_sampling.key("root"), "rho")
+        function(sound, laws.key("root"), "rho")

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 import luenberger as lb
 from luenberger import sampling
 from luenberger.papers.hsia import system
-from luenberger.papers.hsia.derivation import laws as adaptive_sampling
+from luenberger.papers.hsia.derivation import laws as derivation
 from luenberger.papers.hsia.system import absolute_integral
 from luenberger.run.simulate import hold
 
@@ -23,8 +23,8 @@ PAPER = lb.Plant([[0, 1], [0, 0]], [[0], [1]], [[100, 10]])
 INTEGRATOR = lb.Plant([[0]], [[1]], [[1]])
 ROWS = [
     pytest.param(law, value, E, samples, id=f"{law} {value}")
-    for law, row in adaptive_sampling.TABLE_II.items()
-    for (value, E), samples in zip(row, adaptive_sampling.SAMPLES)
+    for law, row in derivation.TABLE_II.items()
+    for (value, E), samples in zip(row, derivation.SAMPLES)
 ]
 ADAPTIVE = [row for row in ROWS if row.values[0] != "periodic"]
 
@@ -89,7 +89,7 @@ def test_an_integrator_by_hand():
 
 def test_the_continuous_response_of_the_paper_in_closed_form():
     t = sp.Symbol("t", nonnegative=True)
-    derived = adaptive_sampling.derive().formulas["(17) y*"]
+    derived = derivation.derive().formulas["(17) y*"]
     times = np.linspace(0, 1.2, 50)
     expected = sp.lambdify(t, derived, "numpy")(times)
     _, _, found = run_of("root", 0.08).at(times)
@@ -318,7 +318,7 @@ def test_laws_say_what_they_are():
         assert np.shape(periods) == (2,) and np.allclose(periods, value)
 
 
-@pytest.mark.parametrize("kind", adaptive_sampling.TABLE_II)
+@pytest.mark.parametrize("kind", derivation.TABLE_II)
 def test_laws_can_be_sent_to_another_process(kind):
     law = getattr(sampling, kind)(0.05)
     sent = pickle.loads(pickle.dumps(law))

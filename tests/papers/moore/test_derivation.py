@@ -12,21 +12,25 @@ from sympy import MatAdd
 from worlds import Numbers, symbols
 
 from luenberger import kernels
-from luenberger.papers.moore.derivation import companion_row, observer_input, recurrence
-from luenberger.papers.moore.derivation import condition as functional_condition
-from luenberger.papers.moore.derivation import errata as functional_errata
-from luenberger.papers.moore.derivation import observer as functional
-from luenberger.papers.moore.derivation import signs as functional_signs
+from luenberger.papers.moore.derivation import (
+    companion_row,
+    condition,
+    errata,
+    observer,
+    observer_input,
+    recurrence,
+    signs,
+)
 from luenberger.symbolic import ShapeError, vanishes
 
 DERIVATIONS = {
-    "general": functional.derive(),
+    "general": observer.derive(),
     "recurrence": recurrence.derive(),
-    "signs": functional_signs.derive(),
+    "signs": signs.derive(),
 }
 STAGE_LISTS = {
-    "companion_row": (functional.companion_row(), functional_condition.row_steps),
-    "observer": (functional.observer(), functional.prove_observer),
+    "companion_row": (observer.companion_row(), condition.row_steps),
+    "observer": (observer.observer(), observer.prove_observer),
 }
 CLAIMS = {
     name: claim
@@ -66,9 +70,9 @@ def test_no_recurrence_is_violated_at_full_order():
     assert recurrence.S([1, 2, 3, 1], 3).shape == (0, 3)
 
 
-@pytest.mark.parametrize("place", functional_errata.entries())
+@pytest.mark.parametrize("place", errata.entries())
 def test_errata_are_tried(place):
-    printed, ours = functional_errata.entries()[place]
+    printed, ours = errata.entries()[place]
     assert not vanishes(printed) and vanishes(ours)
 
 
@@ -186,7 +190,7 @@ def test_the_time_scale_notices_a_wrong_power(monkeypatch):
 
 def test_signs_are_counted_only_when_they_are_known():
     x, y = sp.Symbol("x"), sp.Symbol("y", positive=True)
-    assert functional_signs.not_positive([x, y, 0, -y, y + 1]) == 3
+    assert signs.not_positive([x, y, 0, -y, y + 1]) == 3
 
 
 # -- numbers ------------------------------------------------------------------------

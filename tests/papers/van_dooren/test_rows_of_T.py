@@ -10,7 +10,7 @@ import luenberger as lb
 from luenberger.numeric import staircase_form
 from luenberger.papers.van_dooren import design as design
 from luenberger.papers.van_dooren import rows_of_T
-from luenberger.papers.van_dooren.derivation import errata as staircase_errata
+from luenberger.papers.van_dooren.derivation import errata
 from luenberger.papers.van_dooren.derivation import rows as derivation
 from luenberger.symbolic import vanishes
 
@@ -243,7 +243,7 @@ def test_count_of_the_staircase_as_run(monkeypatch):
     assert sum(counted) == pytest.approx(8 / 3 * n**3, rel=0.1)
 
 
-@pytest.mark.parametrize("place", staircase_errata.entries())
+@pytest.mark.parametrize("place", errata.entries())
 def test_errata_are_tried(place):
-    printed, ours = staircase_errata.entries()[place]
+    printed, ours = errata.entries()[place]
     assert not vanishes(printed) and vanishes(ours)

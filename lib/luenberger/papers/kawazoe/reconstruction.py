@@ -6,8 +6,7 @@ import numpy as np
 
 from ...arguments import expect
 from ...numeric.independent_rows import scaling
-from ...numeric.validation import as_array, matrix
-from ...numeric.validation import exact as rational
+from ...numeric.validation import as_array, exact, matrix
 from ..certified import CONDITION_WARNING
 from .form import find_form, require_discrete, solve_left
 
@@ -122,7 +121,7 @@ def _record(plant, y, u):
     u = np.zeros((len(y), plant.m), int) if u is None else _column(u, plant.m)
     exactly = plant.exact is not None and object in (y.dtype, u.dtype)
     if exactly:
-        fractions = rational(y), rational(u)
+        fractions = exact(y), exact(u)
         exactly = all(X is not None for X in fractions)
     if exactly:
         y, u = fractions
