@@ -34,3 +34,10 @@ def test_scaled_states_are_the_same_in_all_units(units):
     found = independent_rows._seen(A, C) * units
     plain = independent_rows._seen(*chain(np.ones(4)))
     assert np.abs(np.log2(found / plain)).max() <= 1
+
+
+@pytest.mark.parametrize("weak, other", [(2e-4, False), (1e-5, True), (1e-20, True)])
+def test_other_units_are_asked_for_where_a_stair_is_small(weak, other):
+    """Just outside the limit, just inside, and so small that it is not seen at all."""
+    d = independent_rows.scaled(np.array([[0.5, weak], [0, 0.25]]), np.eye(2)[:1])[0]
+    assert d[0] == 1 and (d[1] > 1) == other
