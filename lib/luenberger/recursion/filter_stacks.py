@@ -79,7 +79,7 @@ class Stacks:
         known = tuple((name, self.known(name, name in changing)) for name in FIELDS)
         sizes = tuple((k, getattr(self.plant, k)) for k in ("m", "n", "p"))
         kernel = kernels.over_record(FILTER, sizes, known, changing)
-        given = {k: _flat(np.array(X, order="C")) for k, X in stacks.items()}
+        given = {k: _flat(kernels.plain_array(X)) for k, X in stacks.items()}
         if not complete:
             y = np.where(seen, y, 0.0)
         y, empty = kernels.plain_array(y), np.empty((len(y) + 1, 0))

@@ -1,6 +1,7 @@
 """What every filter of Leondes and Novak needs to know of a plant at one instant."""
 
 from collections.abc import Sequence
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -114,7 +115,7 @@ class Settings:
         m1: int | Sequence[int | str],
         weight: ArrayLike | str | None = None,
     ) -> None:
-        _, R = require_noise(plant)
+        _, self.R = require_noise(plant)
         self.plant = plant
         self.accurate = accurate_outputs(plant, m1)
         self.weight: Matrix | str | None = None
@@ -127,8 +128,12 @@ class Settings:
         elif weight is not None:
             self.weight = positive_weight(weight, plant.n)
         self.steps = plant.steps
-        self.noise_free = not np.all(nonsingular(R))  # outputs, at some instant
         self._known: dict[tuple[int, bytes | None], Setting] = {}
+
+    @cached_property
+    def noise_free(self) -> bool:
+        """Whether there is an instant at which some outputs carry no noise."""
+        return not np.all(nonsingular(self.R))
 
     @property
     def order(self) -> int:

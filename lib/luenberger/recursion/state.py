@@ -144,7 +144,7 @@ def step(
         u=state.u[:, None], y=y[seen, None], u_next=u[:, None],
     )  # fmt: skip
     rounding = None
-    if settings.noise_free and spread.half is not None:
+    if spread.half is not None and settings.noise_free:
         made_of = move.size @ np.abs(state.x[:, 0]) + np.abs(B) @ np.abs(state.u)
         made_of += np.abs(J) @ np.abs(state.rho[:, 0])
         read = np.abs(y[seen]) + np.abs(now.E) @ np.abs(u)
