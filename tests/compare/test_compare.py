@@ -11,6 +11,7 @@ import pytest
 import luenberger as lb
 from luenberger import report
 from luenberger.analysis.mean_square import equivalent_noise
+from luenberger.analysis.step_cost import step_cost
 from luenberger.compare import METHODS, from_start, transients
 from luenberger.compare.attempts import noise_gain
 from luenberger.compare.methods import (
@@ -21,7 +22,6 @@ from luenberger.compare.methods import (
     choices,
 )
 from luenberger.export import to_c
-from luenberger.export.c.observer import step_cost
 from luenberger.show import Prose, Table, array
 
 FILTERS = ["Kalman filter", "Leondes-Novak filter"]

@@ -13,9 +13,8 @@ import sympy as sp
 
 import luenberger as lb
 from luenberger.export import to_c
-from luenberger.export.c import function_body as code_module
-from luenberger.export.c.function_body import Module
-from luenberger.kernels.c import C
+from luenberger.kernels import cost
+from luenberger.kernels.c import C, Module
 from luenberger.kernels.lowering import lower
 from luenberger.kernels.numpy import kernel
 from luenberger.numeric.factors import semidefinite
@@ -499,7 +498,7 @@ LISTS = {
 @needs_compiler
 @pytest.mark.parametrize("constant", [False, True], ids=["given", "tables"])
 @pytest.mark.parametrize("stages", LISTS.values(), ids=LISTS)
-def test_loops_by_rows_agree_with_the_generic_kernel(stages, constant, tmp_path):
+def test_loops_agree_with_the_generic_kernel(stages, constant, tmp_path):
     derivation, sizes = stages(), {"n": 4, "p": 3, "m": 2}
     rng, given = np.random.default_rng(3), {}
     for symbol in derivation.given:
@@ -526,7 +525,7 @@ def test_loops_by_rows_agree_with_the_generic_kernel(stages, constant, tmp_path)
     tables = given if constant else {}
     results = {k: (f"out_{k}", X.size) for k, X in wanted.items()}
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(code_module, "SHORT", -1)  # never scalars
+        patch.setattr(cost, "SHORT", -1)  # never scalars
         module.steps(program, sizes, to, tables, {}, results)
     places = [] if constant else [f"const double {k}[]" for k in program.given]
     head = ", ".join(places + [f"double out_{k}[]" for k in results])

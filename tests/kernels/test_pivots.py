@@ -13,9 +13,8 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from luenberger.export.c.function_body import Module
 from luenberger.kernels import numba, scalars, solves
-from luenberger.kernels.c import C
+from luenberger.kernels.c import C, Module
 from luenberger.kernels.loops import arrays, write, write_definite
 from luenberger.kernels.lowering import lower
 from luenberger.kernels.program import Factor

@@ -6,7 +6,6 @@ arithmetic.  Printed Python is run as it is, without numba; `test_backends` comp
 
 import ctypes
 import itertools
-import re
 import shutil
 import subprocess
 
@@ -16,7 +15,8 @@ import sympy as sp
 from exact_stages import SIZES, exact_inputs, exact_step
 from worlds import STAGE_LISTS
 
-from luenberger.kernels import c, entries_known, loops, numba, scalars, solves
+from luenberger.kernels import cost, entries_known, loops, numba, scalars, solves
+from luenberger.kernels.c import C, Module, function
 from luenberger.kernels.loops import arrays, write
 from luenberger.kernels.lowering import lower
 from luenberger.kernels.numpy import kernel
@@ -89,28 +89,32 @@ def compile_c(tmp_path_factory):
         pytest.skip("there is no C compiler")
     folder, number = tmp_path_factory.mktemp("c"), itertools.count()
 
-    def call(program, given, real="double", **options):
-        text = c.function(program, ALL, "step", real=real, **options)
+    def call(program, given, real="double", unrolled=False, constants=()):
+        to, module = C(real), Module("unit", real)
+        wanted = {k: op for k, op in program.results.items() if op is not None}
+        shapes = {k: program.shape(op.name, ALL) for k, op in wanted.items()}
+        shapes = {k: s[:: -1 if wanted[k].turned else 1] for k, s in shapes.items()}
+        results = {k: (f"{k}_out", np.prod(s)) for k, s in shapes.items()}
+        with pytest.MonkeyPatch.context() as patch:
+            for limit in ("SHORT", "LONG"):
+                patch.setattr(cost, limit, 10**6 * unrolled)
+            fixed = {k: given[k] for k in constants}
+            module.steps(program, ALL, to, fixed, {}, results)
+        names = [k for k in program.given if k not in constants]
+        head = [f"const {real} {k}[]" for k in names]
+        head = ", ".join([*head, *(f"{real} {k}_out[]" for k in shapes)])
+        to.line("return 0;")
+        text = [f"int unit({head});", function(f"int unit({head})", to.lines, names)]
         stem = folder / f"step{next(number)}"
-        public = text.replace("static int", "int step();\nint", 1)
-        public = public.replace(
-            "int step();\n", re.match(r"[^{]*", text)[0][7:] + ";\n"
-        )
-        stem.with_suffix(".c").write_text(public)
         source, library = stem.with_suffix(".c"), stem.with_suffix(".so")
+        source.write_text("\n".join([*module.table_lines(), *text]))
         command = [compiler, *STRICT, "-shared", "-fPIC", "-o", library, source]
         subprocess.run(command, check=True, capture_output=True, text=True)
         kind = np.float64 if real == "double" else np.float32
-        ins = [np.ascontiguousarray(given[k], kind) for k in program.given]
-        names = c.outputs(program)
-        outs = []
-        for name in names:
-            operand = program.results[name]
-            shape = program.shape(operand.name, ALL)
-            outs.append(np.full(shape[::-1] if operand.turned else shape, 9, kind))
-        pointers = [X.ctypes.data_as(ctypes.c_void_p) for X in (*ins, *outs)]
-        failed = ctypes.CDLL(str(library)).step(*pointers)
-        return failed, dict(zip(names, outs))
+        ins = [np.ascontiguousarray(given[k], kind) for k in names]
+        outs = {name: np.full(shape, 9, kind) for name, shape in shapes.items()}
+        pointers = [X.ctypes.data_as(ctypes.c_void_p) for X in (*ins, *outs.values())]
+        return ctypes.CDLL(str(library)).unit(*pointers), outs
 
     return call
 
@@ -219,10 +223,12 @@ def test_structure_is_used_and_changes_nothing(compile_c):
     close(by_scalars(program, given), wanted)
     close(by_scalars(program, given, known), wanted)
     for unrolled in (False, True):
-        failed, found = compile_c(program, given, known=known, unrolled=unrolled)
+        failed, found = compile_c(program, given, unrolled=unrolled, constants=known)
         assert failed == 0
         close(found, wanted)
-    plain, lean = (scalars.unroll(program, ALL, k).operations for k in (None, known))
+    plain, lean = (
+        scalars.unroll(program, ALL, k).cost.operations for k in (None, known)
+    )
     assert lean < plain / 2
 
 

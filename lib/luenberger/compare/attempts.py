@@ -9,6 +9,7 @@ import numpy as np
 from ..analysis.error_covariance import error_covariance
 from ..analysis.multiply_adds import multiply_adds, without_rounding
 from ..analysis.optimality import STATIONARY_TOL, Optimality, optimality
+from ..analysis.step_cost import step_cost
 from ..certificate import Certificate, certify
 from ..kernels.cache import CacheWarning
 from ..numeric.linalg import ROUNDING, UNIT_TOL, eigenvalues, lyapunov, radius
@@ -182,8 +183,6 @@ def _quietly(design):
 
 
 def _figures(observer, plant, plan):
-    from ..export.c.observer import step_cost
-
     work, size = multiply_adds(observer), None
     if not observer.is_complex:
         cost = step_cost(without_rounding(observer))

@@ -81,14 +81,14 @@ def over_record(recursion, sizes, known, changing):
 
 def _text(recursion, sizes, known, changing):
     """The text that numba compiles, and the type of each argument by name."""
-    from . import numba, scalars
+    from . import cost, numba, scalars
 
     zero = tuple(name for name in OPTIONAL if _vanishes(known.get(name, ())))
     loop = recursion.lowered(zero)
     straight = None
-    if loop.program.work(sizes) <= 4 * UNROLLED:
+    if cost.loops(loop.program, sizes).operations <= 8 * UNROLLED:
         straight = scalars.unroll(loop.program, sizes, known)
-        if straight.operations > UNROLLED:
+        if straight.cost.operations > UNROLLED:
             straight = None
     text = numba.source(loop, sizes, known, changing, straight)
     return text, numba.arguments(loop)

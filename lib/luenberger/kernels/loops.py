@@ -8,7 +8,7 @@ is the same for Python and C.
 import math
 from itertools import pairwise
 
-from .program import IDENTITY, Assign, Factor
+from .program import Assign, Factor
 from .solves import Solves
 
 SHORT = 12  # factors of an inner product that are written in one line
@@ -47,12 +47,13 @@ class Writer:
         self.line(f"{target} {sign} {text}" + self.stop)
 
 
-def write(program, sizes, writer, turned=()):
+def write(program, sizes, writer, turned=(), places=None):
     """Write every step of `program` at `sizes`; arrays are there, of their size.
 
-    Of the matrices `turned` a transpose has been written before.
+    Of the matrices `turned` a transpose has been written before.  `places` says what
+    given matrices are called, where not by their own name.
     """
-    work = _Loops(program, sizes, writer)
+    work = _Loops(program, sizes, writer, places)
     work.turned.update(turned)
     for step in program.steps:
         if step_tag := getattr(step, "equation", ""):
@@ -67,10 +68,10 @@ def write(program, sizes, writer, turned=()):
             (work.substitute_short if short else work.substitute)(step)
 
 
-def write_definite(program, sizes, writer):
+def write_definite(program, sizes, writer, places=None):
     """Write the tests that results are positive definite."""
     for factor in program.definite:
-        _Loops(program, sizes, writer).factor(factor)
+        _Loops(program, sizes, writer, places).factor(factor)
 
 
 def write_turned(program, sizes, writer, names):
@@ -108,13 +109,27 @@ def inner_width(program, sizes, term):
     return rows if term.factors[0].turned else cols
 
 
+def spans(width, cols):
+    """The inner indices in the parts in which a row of products is added up.
+
+    A part is written in one line, so that the loop along a row has one store for
+    many products.  None is a loop of its own, for rows that are short.
+    """
+    if width > SHORT and cols < WIDE or not SHORT:
+        return [None]
+    count = max(1, -(-width // SHORT))
+    ends = [width * part // count for part in range(count + 1)]
+    return [range(*two) for two in pairwise(ends)]
+
+
 class _Loops(Solves):
-    def __init__(self, program, sizes, writer):
+    def __init__(self, program, sizes, writer, places=None):
         self.program, self.sizes, self.to = program, sizes, writer
-        self.turned = set()
+        self.places, self.turned = places or {}, set()
 
     def at(self, name, i, j):
         _, cols = self.program.shape(name, self.sizes)
+        name = self.places.get(name, name)
         if cols == 1:
             return f"{name}[{i}]"
         return f"{name}[{i} * {cols} + {j}]"
@@ -142,12 +157,13 @@ class _Loops(Solves):
         """The sum of the terms, row by row; of a symmetric one what is on the right."""
         to = self.to
         rows, cols = self.program.shape(step.target, self.sizes)
-        single = [t for t in step.terms if len(t.factors) == 1]
-        single = [t for t in single if t.factors[0].name != IDENTITY]
-        spans = {k: self.spans(term, cols) for k, term in small}
+        single = [t for t in step.terms if len(t.factors) == 1 and not t.is_identity]
+        parts = {
+            k: spans(inner_width(self.program, self.sizes, t), cols) for k, t in small
+        }
         to.loop("i", 0, rows)
-        for turn in range(max(map(len, spans.values()), default=1)):
-            now = [(k, t, spans[k][turn]) for k, t in small if turn < len(spans[k])]
+        for turn in range(max(map(len, parts.values()), default=1)):
+            now = [(k, t, parts[k][turn]) for k, t in small if turn < len(parts[k])]
             for k, term, span in now:
                 self.load_row(k, term, span)
             to.loop("j", "i" if step.symmetric else 0, cols)
@@ -173,7 +189,7 @@ class _Loops(Solves):
             to.end()
             to.end()
         for term in step.terms:
-            if [factor.name for factor in term.factors] == [IDENTITY]:
+            if term.is_identity:
                 to.loop("i", 0, rows)
                 to.set(self.at(step.target, "i", "i"), *_signed(term.scale, "1.0"))
                 to.end()
@@ -210,19 +226,6 @@ class _Loops(Solves):
             *self.program.shape(operand.name, self.sizes),
             operand.turned,
         )
-
-    def spans(self, term, cols):
-        """The inner indices in the parts in which they are added up.
-
-        A part is written in one line, so that the loop along a row has one store for
-        many products.  None is a loop of its own, for rows that are short.
-        """
-        width = inner_width(self.program, self.sizes, term)
-        if width > SHORT and cols < WIDE or not SHORT:
-            return [None]
-        count = max(1, -(-width // SHORT))
-        ends = [width * part // count for part in range(count + 1)]
-        return [range(*two) for two in pairwise(ends)]
 
     def load_row(self, k, term, span):
         """A part of row i of a left factor, into scalars."""

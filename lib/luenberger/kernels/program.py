@@ -1,7 +1,8 @@
 """A lowered stage list: what every printer reads.  No SymPy, no NumPy."""
 
-from dataclasses import dataclass, replace
+from dataclasses import astuple, dataclass, replace
 from fractions import Fraction
+from operator import add
 
 IDENTITY = "I"
 
@@ -24,6 +25,11 @@ class Term:
 
     scale: Fraction
     factors: tuple
+
+    @property
+    def is_identity(self):
+        """Whether it is a multiple of the identity."""
+        return [factor.name for factor in self.factors] == [IDENTITY]
 
 
 @dataclass(frozen=True)
@@ -59,6 +65,31 @@ class Substitute:
 
 
 @dataclass(frozen=True)
+class Cost:
+    """What one pass takes.
+
+    Attributes
+    ----------
+    operations : int
+        Additions, multiplications, divisions and comparisons.
+    constants : int
+        Numbers that are kept for good, in tables or in the code.
+    stack : int
+        Numbers that are kept for the time of the pass.
+    terms : int
+        Products and names that sums add up: multiply-adds, where nothing is divided.
+    """
+
+    operations: int = 0
+    constants: int = 0
+    stack: int = 0
+    terms: int = 0
+
+    def __add__(self, other):
+        return Cost(*map(add, astuple(self), astuple(other)))
+
+
+@dataclass(frozen=True)
 class Program:
     """What printers print.
 
@@ -89,24 +120,20 @@ class Program:
         rows, cols = self.shapes[name]
         return sizes.get(rows, rows), sizes.get(cols, cols)
 
-    def work(self, sizes):
-        """Multiplications of its products at `sizes`, no zeros left out."""
-        total = 0
-        for step in self.steps:
-            if isinstance(step, Factor):
-                total += self.shape(step.matrix, sizes)[0] ** 3 // 6
-                continue
-            rows, cols = self.shape(step.target, sizes)
-            if isinstance(step, Substitute):
-                total += rows * cols * cols
-                continue
-            for term in step.terms:
-                left = (
-                    self.shape(term.factors[0].name, sizes) if term.factors[1:] else ()
-                )
-                inner = left and left[not term.factors[0].turned]
-                total += rows * cols * (inner or 0) // (1 + step.symmetric)
-        return total
+    def cost(self, sizes, known=None):
+        """The `Cost` of one pass on a device, as scalars or as loops.
+
+        Parameters
+        ----------
+        sizes : dict of str to int
+        known : dict of str to nested sequence, optional
+            Given matrices that never change: zeros and ones in them cost nothing
+            where the pass is short enough to be written as scalars.
+        """
+        from . import cost
+
+        straight = cost.straight(self, sizes, known)
+        return cost.loops(self, sizes, known) if straight is None else straight.cost
 
 
 def reads(step):

@@ -6,20 +6,19 @@ symmetric matrix is the entry above it, and equal expressions are computed once.
 Expressions are plain enough for Python and C alike.
 """
 
-import re
 from dataclasses import dataclass
 
-from .program import IDENTITY, Assign, Factor
-
-WORD = re.compile(r"[A-Za-z_]\w*")
+from .program import IDENTITY, Assign, Cost, Factor
 
 
 @dataclass(frozen=True)
 class Let:
-    """name = text."""
+    """name = text, which reads the names in `reads`."""
 
     name: str
     text: str
+    reads: frozenset
+    cost: Cost
 
 
 @dataclass(frozen=True)
@@ -27,6 +26,8 @@ class Need:
     """Give up unless the condition holds; it does not where a NaN is involved."""
 
     text: str
+    reads: frozenset
+    cost: Cost
 
 
 @dataclass(frozen=True)
@@ -39,15 +40,21 @@ class Straight:
     entries : dict of str to list of lists
         Of each matrix; an entry is a float or a name.
     given : dict of str to list of (i, j, name)
-        The entries of given matrices that the statements may read.
-    operations : int
-        Additions, multiplications, divisions and comparisons.
+        The entries of given matrices that are not known.
+    used : set of str
+        The names that the statements or the results read.
     """
 
     statements: list
     entries: dict
     given: dict
-    operations: int
+    used: set
+
+    @property
+    def cost(self):
+        """The `Cost` of the statements; entries that they read stand on the stack."""
+        read = sum(e in self.used for one in self.given.values() for *_, e in one)
+        return sum((one.cost for one in self.statements), Cost(stack=read))
 
 
 def unroll(program, sizes, known=None):
@@ -73,13 +80,12 @@ def unroll(program, sizes, known=None):
             work.substitute(step)
     for factor in program.definite:
         work.factor(factor)
-    statements = _live(work.statements, program, work.entries)
-    operations = sum(s.text.count(" ") // 2 for s in statements)
-    return Straight(statements, work.entries, work.given, operations)
+    statements, used = _live(work.statements, program, work.entries)
+    return Straight(statements, work.entries, work.given, used)
 
 
 def _live(statements, program, entries):
-    """The statements without those whose result nothing reads."""
+    """The statements without those whose result nothing reads, and what is read."""
     wanted, kept = set(), []
     for operand in program.results.values():
         table = entries[operand.name] if operand else []
@@ -87,8 +93,8 @@ def _live(statements, program, entries):
     for one in reversed(statements):
         if isinstance(one, Need) or one.name in wanted:
             kept.append(one)
-            wanted |= set(WORD.findall(one.text))
-    return kept[::-1]
+            wanted |= one.reads
+    return kept[::-1], wanted
 
 
 class _Unrolling:
@@ -135,12 +141,15 @@ class _Unrolling:
         if not terms:
             return number
         text = _text(terms, number)
-        return text if text.isidentifier() else self.name(name, text)
+        if text.isidentifier():
+            return text
+        reads = _names(*(one for _, names in terms for one in names))
+        return self.name(name, text, reads, _cost(terms, number))
 
-    def name(self, name, text):
+    def name(self, name, text, reads, cost):
         if text not in self.seen:
             self.seen[text] = name
-            self.statements.append(Let(name, text))
+            self.statements.append(Let(name, text, reads, cost))
         return self.seen[text]
 
     def assign(self, step):
@@ -176,19 +185,28 @@ class _Unrolling:
         for j in range(size):
             rest = [(-1.0, L[j][k], L[j][k], d[k]) for k in range(j)]
             d[j] = self.let(f"{name}_d{j}", [(M[j][j],), *rest])
-            bound = "0.0"
-            if step.beside:
-                beside = self.entries[step.beside][j][j]
-                bound = f"{step.tol!r} * ({M[j][j]} + {beside})"
-            elif step.tol and d[j] != M[j][j]:
-                bound = f"{step.tol!r} * {M[j][j]}"
-            self.statements.append(Need(f"{d[j]} > {bound}"))
-            inverse[j] = self.name(f"{name}_i{j}", f"1.0 / {d[j]}")
+            self.need(step, j, d[j])
+            cost = Cost(1, 1 + _numbers(d[j]), 1, 1)
+            text = f"1.0 / {d[j]}"
+            inverse[j] = self.name(f"{name}_i{j}", text, _names(d[j]), cost)
             for i in range(j + 1, size):
                 rest = [(-1.0, L[i][k], L[j][k], d[k]) for k in range(j)]
                 above = self.let(f"{name}_a{i}_{j}", [(M[j][i],), *rest])
                 L[i][j] = self.let(f"{name}_l{i}_{j}", [(above, inverse[j])])
         self.factors[name] = L, inverse
+
+    def need(self, step, j, pivot):
+        """That pivot j of a factor is above its bound."""
+        unit, bound, beside = self.entries[step.matrix][j][j], "0.0", ()
+        if step.beside:
+            beside = unit, self.entries[step.beside][j][j]
+            bound = f"{step.tol!r} * ({unit} + {beside[1]})"
+        elif step.tol and pivot != unit:
+            beside = (unit,)
+            bound = f"{step.tol!r} * {unit}"
+        entries = pivot, *beside
+        cost = Cost(1 + len(beside), 1 + _numbers(*entries))
+        self.statements.append(Need(f"{pivot} > {bound}", _names(*entries), cost))
 
     def substitute(self, step):
         """target L d L' = right, row by row."""
@@ -207,6 +225,23 @@ class _Unrolling:
                 rest = [(-1.0, L[k][j], row[k]) for k in range(j + 1, size)]
                 row[j] = self.let(f"{name}_{j}", [(row[j],), *rest])
             table.append(row)
+
+
+def _names(*entries):
+    """Those that are read, not numbers."""
+    return frozenset(one for one in entries if isinstance(one, str))
+
+
+def _numbers(*entries):
+    return sum(not isinstance(one, str) for one in entries)
+
+
+def _cost(terms, number):
+    """The cost of a sum that is kept under a name: what `_text` writes, counted."""
+    scaled = sum(abs(scale) != 1 for scale, _ in terms)
+    count = len(terms) + bool(number)
+    products = sum(len(names) - 1 for _, names in terms)
+    return Cost(count - 1 + products + scaled, scaled + bool(number), 1, count)
 
 
 def _text(terms, number):

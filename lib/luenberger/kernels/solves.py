@@ -37,9 +37,12 @@ class Solves:
         return self.program.shape(M, self.sizes)[0] <= SHORT_SOLVE
 
     def factor(self, step):
-        """matrix = L d L': L below the diagonal of the array, 1 / d on it.
+        """Factor matrix = L d L' row by row, into one array.
 
-        The row under work holds L d above... until its pivot is known.
+        When row i is done, the array holds L(i, j) left of the diagonal and 1 / d(i)
+        on it.  On the way there, row i holds L(i, j) d(j): it is filled from left to
+        right, each entry from the rows above it.  Then each is divided by d(j), and
+        its share is taken off the pivot d(i), which must stay above its bound.
         """
         to, M, name = self.to, step.matrix, f"{step.matrix}_l"
         size, _ = self.program.shape(M, self.sizes)

@@ -1,26 +1,27 @@
 """A plant's filter in C: the estimate, its gain and its covariance at every sample."""
 
 import dataclasses
-import re
 
 import numpy as np
 
 from ...errors import DesignError
 from ...kernels import lowered
-from ...kernels.program import Factor
+from ...kernels.c import C, Module, function
+from ...kernels.c.repair import operations, repair, settle, settling
+from ...kernels.program import Cost, Factor
+from ...numeric.detectability import require_detectable
 from ...numeric.linalg import symmetrise
 from ...papers.leondes_novak.derivation import complete_sample, partial_sample, predict
 from ...recursion.settings import Settings, require_start
 from ...run.filter_data import filter_data
 from . import source_and_header
-from .function_body import Cost, Module
 from .identifiers import quoted, representable
 from .observer import inputs
-from .repair import operations, repair, settle, settling, undriven
 
 FULL = {k: k for k in ("C", "R", "E", "Gamma", "A", "B", "J", "As")} | {"Q": "Qs"}
 MOVES = ["J", "As", "Q"]  # what S makes of the outputs that arrived
 RESULTS = {"x_minus_next": "state->x_minus", "Omega_next": "state->Omega"}
+OUT = {"x": "what", "Sigma": "state->Sigma"}
 PLANT = {"A": "A", "Q_all": "Q", "C_all": "C", "E_all": "E", "R_all": "R"}
 
 
@@ -100,6 +101,20 @@ def _settings(plant, m1, weight, real):
     return settings
 
 
+def undriven(As, Q):
+    """Whether a mode that does not decay has no noise to drive it.
+
+    A Kalman filter without such a mode forgets what rounding did to its covariance.
+    With one, a negative variance may run away, so definiteness is then tested at
+    every sample; for accurate outputs it always is.
+    """
+    try:
+        require_detectable(As.T, Q)
+    except DesignError:
+        return True
+    return False
+
+
 class _Filter:
     """The functions of one filter, and what a sample costs."""
 
@@ -147,20 +162,20 @@ class _Filter:
             same=() if self.cross else [("As", "A")],
         )
         places = {k: f"state->{k}" for k in ("x_minus", "Omega")}
-        results = RESULTS | {"x": "what", "Sigma": "state->Sigma"}
-        body, cost = self.body(program, self.full, places, results)
-        return self.function("complete", [*body, self.settled()]), cost
+        to = C(self.module.real)
+        cost = self.body(to, program, self.full, places, RESULTS | OUT)
+        self.settled(to)
+        return self.function("complete", to), cost
 
-    def settled(self, given=False):
-        """The call that clears Omega of rounding; are As and Q the function's own?"""
+    def settled(self, to, given=False):
+        """Call what clears Omega of rounding; are As and Q the function's own?"""
         prefix = "" if given else f"{self.module.name}_settle_"
         which = f"state->Omega, state->Sigma, {prefix}As, {prefix}Q"
-        return f"    {self.module.name}_settle({which});"
+        to.line(f"{self.module.name}_settle({which});")
 
     def partial(self):
         """Some did not: matrices for those that did, update, repair, predict."""
-        p, name, real = self.plant.p, self.module.name, self.module.real
-        zero, one = map(self.module.number, (0.0, 1.0))
+        n, p, name = self.plant.n, self.plant.p, self.module.name
         outputs = ["x", "Sigma"] + (["rho", *MOVES] if self.cross else [])
         accurate = self.settings.accurate
         program = lowered(
@@ -169,31 +184,29 @@ class _Filter:
             zero=_zero(self.whole) + ([] if accurate else ["Taken"]),
             symmetric=("Q_all", "R_all", "Inverse", "Omega"),
         )
-        n = self.plant.n
         local = {k: {"rho": p, "J": n * p}.get(k, n * n) for k in outputs[2:]}
-        before = [
-            f"    {real} Seen[{p * p}] = {{0}}, Taken[{p * p}] = {{0}}, came[{p}];",
-            *(f"    {real} {k}_now[{size}];" for k, size in local.items()),
-            f"    for (int i = 0; i < {p}; i++) {{",
-            f"        Seen[i * {p + 1}] = isnan(y[i]) ? {zero} : {one};",
-            f"        came[i] = isnan(y[i]) ? {zero} : y[i];",
-            "    }",
-            *(f"    Taken[{k * (p + 1)}] = Seen[{k * (p + 1)}];" for k in accurate),
-            *([] if accurate else ["    (void)Taken;"]),
-        ]
+        to = C(self.module.real)
+        for table in ("Seen", "Taken"):
+            to.array(table, p * p, " = {0}")
+        to.array("came", p)
+        for k, size in local.items():
+            to.array(f"{k}_now", size)
+        to.loop("i", 0, p)
+        to.set(f"Seen[i * {p + 1}]", "isnan(y[i]) ? 0.0 : 1.0")
+        to.set("came[i]", "isnan(y[i]) ? 0.0 : y[i]")
+        to.end()
+        for k in accurate:
+            to.set(f"Taken[{k * (p + 1)}]", f"Seen[{k * (p + 1)}]")
+        if not accurate:
+            to.line("(void)Taken;")
         rest = "".join(f", {k}_now" for k in local)
-        after = [
-            f"    {name}_semidefinite(state->Sigma, state->Omega);",
-            f"    {name}_predict(state, u, what{rest});",
-        ]
-        results = {k: f"{k}_now" for k in local} | {
-            "x": "what",
-            "Sigma": "state->Sigma",
-        }
+        results = {k: f"{k}_now" for k in local} | OUT
         places = {"y": "came"} | {k: f"state->{k}" for k in ("x_minus", "Omega")}
-        body, cost = self.body(program, self.whole, places, results)
-        cost.stack += 2 * p * p + p + sum(local.values())
-        return self.function("partial", [*before, *body, *after]), cost
+        cost = self.body(to, program, self.whole, places, results)
+        cost += Cost(stack=2 * p * p + p + sum(local.values()))
+        to.line(f"{name}_semidefinite(state->Sigma, state->Omega);")
+        to.line(f"{name}_predict(state, u, what{rest});")
+        return self.function("partial", to), cost
 
     def predict(self):
         """From Sigma and x of this sample to the next."""
@@ -207,85 +220,62 @@ class _Filter:
             same=() if self.cross else [("As", "A")],
         )
         given = ["u", "x", *(["rho", *moves] if moves else [])]
-        places = {"Sigma": "state->Sigma"}
-        body, cost = self.body(program, constants, places, RESULTS)
-        lines = [*body, self.settled(given=self.cross)]
-        return self.function("predict", lines, given), cost
+        to, places = C(self.module.real), {"Sigma": "state->Sigma"}
+        cost = self.body(to, program, constants, places, RESULTS)
+        self.settled(to, given=self.cross)
+        return self.function("predict", to, given), cost
 
-    def body(self, program, constants, places, results):
-        """The lines of one pass of a program, and its cost: see `Module.steps`."""
-        from ...kernels.c import C
-
+    def body(self, to, program, constants, places, results):
+        """Write one pass of a program, and return its cost: see `Module.steps`."""
         n, p = self.plant.n, self.plant.p
         lengths = {"x": n, "x_minus_next": n, "rho": p, "J": n * p}
         results = {k: (results[k], lengths.get(k, n * n)) for k in program.results}
-        to = C(self.module.real)
         cost = self.module.steps(program, self.sizes, to, constants, places, results)
-        cost.operations += settling(n) if "Omega_next" in results else 0
-        return to.lines, cost
+        return cost + Cost(settling(n) if "Omega_next" in results else 0)
 
-    def function(self, what, body, given=None):
+    def function(self, what, to, given=None):
         """A static C function of the state and the arrays `given`.
 
         Without `given` it is a step: it reads u and y, writes x^ into `what` and
         returns whether it gave up.
         """
-        name, real = self.module.name, self.module.real
-        read, text = given or ("u", "y"), "\n".join(body)
+        name, real, read = self.module.name, self.module.real, given or ("u", "y")
         arguments = [f"{name}_state *state", *(f"const {real} {k}[]" for k in read)]
-        arguments += [f"{real} what[]"] if given is None else []
-        kind, end = ("int", ["    return 0;"]) if given is None else ("void", [])
+        if given is None:
+            arguments += [f"{real} what[]"]
+            to.line("return 0;")
+        kind = "int" if given is None else "void"
         head = f"static {kind} {name}_{what}({', '.join(arguments)})"
-        unused = [k for k in read if not re.search(rf"\b{k}\b", text)]
-        return "\n".join(
-            [head, "{", *(f"    (void){k};" for k in unused), text, *end, "}", ""]
-        )
+        return function(head, to.lines, read)
 
     def init(self):
-        plant, number = self.plant, self.module.number
+        plant, name, to = self.plant, self.module.name, C(self.module.real)
         A, _, Q = plant.first_step()
         x, Omega = A @ plant.x0, symmetrise(A @ plant.P0 @ A.T + Q)
         x, Omega = (representable("P0", X, self.module.real) for X in (x, Omega))
-        name, size = self.module.name, Omega.size
-        return "\n".join(
-            [
-                f"void {name}_init({name}_state *state)",
-                "{",
-                f"    static const {self.module.real} Omega[{size}] = "
-                f"{self.module.numbers(Omega)};",
-                *(f"    state->x_minus[{k}] = {number(v)};" for k, v in enumerate(x)),
-                f"    for (int i = 0; i < {size}; i++) {{",
-                "        state->Omega[i] = Omega[i];",
-                "        state->Sigma[i] = Omega[i];",
-                "    }",
-                "}",
-                "",
-            ]
-        )
+        to.table("Omega", Omega)
+        for k, value in enumerate(x.tolist()):
+            to.set(f"state->x_minus[{k}]", repr(value))
+        to.loop("i", 0, Omega.size)
+        to.set("state->Omega[i]", "Omega[i]")
+        to.set("state->Sigma[i]", "Omega[i]")
+        to.end()
+        return function(f"void {name}_init({name}_state *state)", to.lines)
 
     def step(self):
-        name, p, m = self.module.name, self.plant.p, self.plant.m
-        finite = [
-            f"    for (int i = 0; i < {m}; i++) {{",
-            "        if (!isfinite(u[i])) return 1;",
-            "    }",
-        ]
-        return "\n".join(
-            [
-                source_and_header.prototype(self.module),
-                "{",
-                "    int all = 1;",
-                *(finite if m else []),
-                f"    for (int i = 0; i < {p}; i++) {{",
-                "        if (isinf(y[i])) return 1;",
-                "        if (isnan(y[i])) all = 0;",
-                "    }",
-                f"    if (all && {name}_complete(state, u, y, what) == 0) return 0;",
-                f"    return {name}_partial(state, u, y, what);",
-                "}",
-                "",
-            ]
-        )
+        name, to = self.module.name, C(self.module.real)
+        to.line("int all = 1;")
+        if self.plant.m:
+            to.loop("i", 0, self.plant.m)
+            to.line("if (!isfinite(u[i])) return 1;")
+            to.end()
+        to.loop("i", 0, self.plant.p)
+        to.line("if (isinf(y[i])) return 1;")
+        to.line("if (isnan(y[i])) all = 0;")
+        to.end()
+        to.line(f"if (all && {name}_complete(state, u, y, what) == 0) return 0;")
+        to.line(f"return {name}_partial(state, u, y, what);")
+        return function(source_and_header.prototype(self.module), to.lines)
 
 
 def _zero(given):

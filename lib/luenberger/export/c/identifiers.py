@@ -1,4 +1,9 @@
-"""Words of others in C source: names that are refused, comments, numbers."""
+"""Names and comments from outside that have a place in C source, and their dangers.
+
+A module is named by its user, and signals by whoever wrote the plant's file.  A name
+may be a word of C, and a comment may end early; both are refused or made harmless.
+Numbers may be too large for the C type.
+"""
 
 import re
 
@@ -79,14 +84,3 @@ def representable(name, array, real):
             "scale the units, or export double"
         )
     return narrow
-
-
-def listed(array, per_line=4):
-    """Numbers between braces; NaN is C99's NAN."""
-    numbers = [repr(float(v)) if v == v else "NAN" for v in np.ravel(array)] or ["0.0"]
-    rows = [
-        ", ".join(numbers[k : k + per_line]) for k in range(0, len(numbers), per_line)
-    ]
-    if len(rows) == 1:
-        return f"{{{rows[0]}}}"
-    return "{\n        " + ",\n        ".join(rows) + "\n    }"

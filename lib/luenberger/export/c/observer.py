@@ -1,21 +1,19 @@
 """A constant observer in C."""
 
 import dataclasses
-from typing import NamedTuple
 
 import numpy as np
 
+from ...analysis.step_cost import MATRICES, step_program, step_sizes
 from ...errors import DesignError
-from ...kernels import lowered
+from ...kernels.c import C, Module, function
+from ...kernels.program import Cost
 from ...numeric.linalg import modes
-from ...papers.leondes_novak.derivation import observer_step
 from ...run.estimate import estimate
 from . import source_and_header
-from .function_body import Module
 from .identifiers import representable
 
 ROWS = 24  # of the self-test
-MATRICES = "FGDPVW"
 
 
 def texts(observer, name, real, signals):
@@ -41,32 +39,6 @@ def texts(observer, name, real, signals):
     return source_and_header.stamped(name, head, body)
 
 
-class StepCost(NamedTuple):
-    """What one observer costs on a device, in doubles."""
-
-    multiply_adds: int  # of a step
-    bytes: int  # of its state and constants
-
-
-def step_cost(observer):
-    """Count the C that `to_c` would write for a constant, real observer.
-
-    Short observers are written as scalars, where zeros and copies cost nothing and
-    equal expressions are computed once; long and dense ones as loops, which multiply
-    by zeros too.
-
-    Examples
-    --------
-    >>> import luenberger as lb
-    >>> step_cost(lb.Observer([[0.5]], [[1]], [[2]], [[0], [1]], [[1], [2]],
-    ...                       T=[[-2, 1]], L=[[1, 0], [0, 1]]))
-    StepCost(multiply_adds=5, bytes=32)
-    """
-    _, cost = _step(Module("observer", "double"), observer)
-    size = source_and_header.BYTES["double"]
-    return StepCost(cost.terms, (observer.order + cost.constants) * size)
-
-
 EQUATIONS = [
     "z[i+1] = F z[i] + G u[i] + D y[i]     (9)",
     "w^[i]  = P z[i] + V y[i] + W u[i]     estimates w = L x",
@@ -75,9 +47,7 @@ EQUATIONS = [
 
 def _step(module, observer):
     """The C function, and what it costs."""
-    from ...kernels.c import C
-
-    to, (program, sizes) = C(module.real), _program(observer)
+    to, sizes = C(module.real), step_sizes(observer)
     for array, length in (("y", sizes["p"]), ("u", sizes["m"])):
         if length:
             to.loop("i", 0, length)
@@ -87,18 +57,16 @@ def _step(module, observer):
         if not length:
             to.line(f"(void){array};")
     cost = module.steps(
-        program,
+        step_program(observer),
         sizes,
         to,
         {k: getattr(observer, k) for k in MATRICES},
         {"z": "state->z"},
         {"w_hat": ("what", sizes["q"]), "z_next": ("state->z", sizes["r"])},
     )
-    cost.operations += sizes["p"] + sizes["m"]
     to.line("return 0;")
-    return "\n".join(
-        [source_and_header.prototype(module), "{", *to.lines, "}", ""]
-    ), cost
+    step = function(source_and_header.prototype(module), to.lines)
+    return step, cost + Cost(sizes["p"] + sizes["m"])
 
 
 def require_exportable(observer):
@@ -128,13 +96,6 @@ def inputs(m, p):
     return values[:, :m], values[:, m:]
 
 
-def _program(observer):
-    zero = [k for k in MATRICES if not getattr(observer, k).any()]
-    program = lowered(observer_step, ["w_hat", "z_next"], zero=zero)
-    (q, r), p, m = observer.P.shape, observer.D.shape[1], observer.G.shape[1]
-    return program, {"q": q, "r": r, "p": p, "m": m}
-
-
 def _rounded(observer, real):
     """The observer in the numbers that the device has."""
     names = (*MATRICES, "z0")
@@ -144,10 +105,9 @@ def _rounded(observer, real):
 
 
 def _init(module, observer):
-    lines = [f"void {module.name}_init({module.name}_state *state)", "{"]
-    lines += [
-        f"    state->z[{k}] = {module.number(v)};" for k, v in enumerate(observer.z0)
-    ]
+    to = C(module.real)
+    for k, value in enumerate(observer.z0.tolist()):
+        to.set(f"state->z[{k}]", repr(value))
     if not observer.order:
-        lines += ["    state->z[0] = 0;"]
-    return "\n".join([*lines, "}", ""])
+        to.set("state->z[0]", "0")
+    return function(f"void {module.name}_init({module.name}_state *state)", to.lines)

@@ -8,6 +8,7 @@ import numpy as np
 
 from ...certificate import require_match
 from ...formats import atomic
+from ...kernels.c.writer import listed, typed
 from ...numeric.validation import names
 from .identifiers import comment, quoted
 
@@ -42,7 +43,7 @@ def header(module, title, equations, dt, signals, members, notes):
 
     Parameters
     ----------
-    module : code.Module
+    module : Module
     title : str
     equations, notes : list of str
         Lines of the comment.
@@ -171,7 +172,7 @@ def selftest(module, u, y, expected):
             f"#ifdef {name}_SELFTEST",
             "/* Ends with 0 if every estimate is what Python computed, else with 1. */",
             *(
-                f"static const {real} {name}_{k}[] = {module.numbers(X)};"
+                f"static const {real} {name}_{k}[] = {typed(listed(X), real)};"
                 for k, X in arrays
                 if X.size
             ),
@@ -180,7 +181,7 @@ def selftest(module, u, y, expected):
             "{",
             f"    {name}_state state;",
             f"    {real} what[{max(q, 1)}];",
-            f"    const {real} bound = {module.number(bound)};",
+            f"    const {real} bound = {typed(repr(bound), real)};",
             f"    {name}_init(&state);",
             f"    for (int k = 0; k < {N}; k++) {{",
             f"        if ({name}_step(&state, {given}, {measured}, what)) return 1;",

@@ -8,22 +8,7 @@ was made of, and Sigma is repaired beside Omega: Cholesky with pivots, the rest 
 
 import numpy as np
 
-from ...errors import DesignError
-from ...numeric.detectability import require_detectable
-
-
-def undriven(As, Q):
-    """Whether a mode that does not decay has no noise to drive it.
-
-    A Kalman filter without such a mode forgets what rounding did to its covariance.
-    With one, a negative variance may run away, so definiteness is then tested at
-    every sample; for accurate outputs it always is.
-    """
-    try:
-        require_detectable(As.T, Q)
-    except DesignError:
-        return True
-    return False
+from .writer import listed, typed
 
 
 def operations(n):
@@ -43,20 +28,19 @@ def repair(module, n):
 
 def settle(module, As, Q):
     """A static C function that clears Omega of rounding, and the matrices it takes."""
-    given = {"AS": module.numbers(As), "Q": module.numbers(Q)}
+    given = {"AS": listed(As), "Q": listed(Q)}
     return _written(SETTLE, module, len(As), given)
 
 
 def _written(text, module, n, given=()):
     """A text with its words put in; rounding is some of the device's, for n terms."""
-    suffix = "f" if module.real == "float" else ""
-    eps = float(np.finfo(np.float32 if suffix else float).eps)
-    words = dict(given) | {
+    single = module.real == "float"
+    eps = float(np.finfo(np.float32 if single else float).eps)
+    numbers = dict(given) | {"NEGLIGIBLE": repr(10 * eps * n), "ONE": "1.0"}
+    words = {k: typed(number, module.real) for k, number in numbers.items()} | {
         "NAME": module.name,
         "REAL": module.real,
-        "NEGLIGIBLE": module.number(10 * eps * n),
-        "ONE": module.number(1.0),
-        "SQRT": f"sqrt{suffix}",
+        "SQRT": "sqrtf" if single else "sqrt",
         "NEXT": str(n + 1),
         "NN": str(n * n),
         "N": str(n),

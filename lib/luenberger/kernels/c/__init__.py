@@ -1,0 +1,9 @@
+"""C99: how programs, numbers and functions are written in it.
+
+What writes a statement of C enters here; what a device keeps and when it is called is
+said in `export`.
+"""
+
+from .module import Module as Module
+from .writer import C as C
+from .writer import function as function

@@ -1,0 +1,110 @@
+"""A lowered program in the body of a C function, its constants written into it.
+
+Written so, a function allocates nothing and calls nothing.  It gives up, returning 1,
+as soon as a pivot shows that a matrix is not definite; compile it without -ffast-math,
+which would let the tests of pivots be dropped.
+"""
+
+from dataclasses import dataclass, field, replace
+
+from .. import cost
+from ..loops import arrays, write, write_definite
+from ..scalars import Let
+from .writer import C
+
+FLOAT_TOL = 1e-6  # a pivot relative to its diagonal: float has 1.2e-7
+
+
+@dataclass
+class Module:
+    """What the functions of one C file share: its name, number type and tables."""
+
+    name: str
+    real: str
+    tables: dict = field(default_factory=dict)
+
+    def steps(self, program, sizes, to, constants, places, results):
+        """Write one pass of `program`; return its `Cost`.
+
+        Parameters
+        ----------
+        program : Program
+        sizes : dict of str to int
+        to : C
+        constants : dict of str to ndarray
+            Given matrices that never change; zeros and ones in them cost nothing
+            where the pass is short enough to be written as scalars.
+        places : dict of str to str
+            C names of the other given matrices, where they are not their own.
+        results : dict of str to (str, int)
+            C arrays that take the results, and their lengths.
+        """
+        if self.real == "float":
+            steps = (
+                replace(step, tol=FLOAT_TOL) if getattr(step, "tol", 0) else step
+                for step in program.steps
+            )
+            program = replace(program, steps=tuple(steps))
+        constants = {k: X for k, X in constants.items() if k in program.given}
+        known = {k: X.tolist() for k, X in constants.items()}
+        straight = cost.straight(program, sizes, known)
+        if straight is not None:
+            _scalars(straight, program, sizes, to, places, results)
+            return straight.cost
+        own = {k: f"{self.name}_{k}" for k in constants}
+        new = {k: X for k, X in constants.items() if own[k] not in self.tables}
+        self.tables.update((own[k], X) for k, X in new.items())
+        _loops(program, sizes, to, own | places, results)
+        return cost.loops(program, sizes, new)
+
+    def table_lines(self):
+        """The tables as C declarations."""
+        to = C(self.real, 0)
+        for name, X in self.tables.items():
+            to.table(name, X)
+        return to.lines
+
+
+def _scalars(straight, program, sizes, to, places, results):
+    for name, entries in straight.given.items():
+        _, cols = program.shape(name, sizes)
+        for i, j, entry in entries:
+            if entry in straight.used:
+                to.constant(entry, f"{places.get(name, name)}[{i * cols + j}]")
+    for one in straight.statements:
+        if isinstance(one, Let):
+            to.constant(one.name, one.text)
+        else:
+            to.need(one.text)
+    for name, (place, length) in results.items():
+        operand, flat = program.results[name], [0.0] * length
+        if operand is not None:
+            table = straight.entries[operand.name]
+            table = zip(*table) if operand.turned else table
+            flat = [entry for row in table for entry in row]
+        for k, entry in enumerate(flat):
+            to.set(f"{place}[{k}]", entry)
+
+
+def _loops(program, sizes, to, places, results):
+    for name, length in arrays(program, sizes, to).items():
+        to.array(name, length)
+    write(program, sizes, to, places=places)
+    write_definite(program, sizes, to, places)
+    for name, (place, length) in results.items():
+        operand = program.results[name]
+        if operand is None:
+            to.loop("i", 0, length)
+            to.set(f"{place}[i]", "0.0")
+            to.end()
+            continue
+        source = places.get(operand.name, operand.name)
+        rows, cols = program.shape(operand.name, sizes)
+        if not operand.turned or 1 in (rows, cols):
+            to.copy(place, source, length)
+            continue
+        to.loop("i", 0, cols)
+        to.loop("j", 0, rows)
+        to.set(f"{place}[i * {rows} + j]", f"{source}[j * {cols} + i]")
+        to.end()
+        to.end()
