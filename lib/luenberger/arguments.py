@@ -3,16 +3,21 @@
 from .observer import Observer
 from .plant import Plant
 
+Kind = tuple[type, ...]
+
 PLACES = ("first", "second", "third")
 KINDS = {
     "plant": (Plant,),
     "observer": (Observer,),
     "source": (Observer, Plant),
 }
-MAKING = {Plant: "Plant(A, B, C, ...)", Observer: "a design such as kalman_filter"}
+MAKING: dict[type, str] = {
+    Plant: "Plant(A, B, C, ...)",
+    Observer: "a design such as kalman_filter",
+}
 
 
-def expect(**given):
+def expect(**given: object) -> None:
     """Raise ValueError unless `plant` is a Plant, `observer` an Observer, and so on.
 
     The arguments are the caller's first ones, by name and in the caller's order; one
@@ -43,7 +48,7 @@ def expect(**given):
             raise ValueError(message)
 
 
-def expect_as(where, kind, value):
+def expect_as(where: str, kind: str, value: object) -> None:
     """Raise ValueError unless a value, described by `where`, is of a kind by name."""
     if not isinstance(value, KINDS[kind]):
         wanted = KINDS[kind]
@@ -51,18 +56,18 @@ def expect_as(where, kind, value):
         raise ValueError(message)
 
 
-def _message(where, wanted, value):
+def _message(where: str, wanted: Kind, value: object) -> str:
     names = " or ".join(_one(kind.__name__) for kind in wanted)
     got = "None" if value is None else _one(type(value).__name__.removeprefix("nd"))
     got = f"the class {value.__name__}" if isinstance(value, type) else got
     return f"expected {names} {where}, got {got}; "
 
 
-def _advice(wanted, value):
+def _advice(wanted: Kind, value: object) -> str:
     if isinstance(value, Observer):
         return "give the Plant that it was designed for"
     return f"{' or '.join(MAKING[kind] for kind in wanted)} makes one"
 
 
-def _one(noun):
+def _one(noun: str) -> str:
     return f"{'an' if noun[0] in 'aeiouAEIOU' else 'a'} {noun}"

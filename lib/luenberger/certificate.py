@@ -10,18 +10,28 @@ and F is stable, w^ -> w for every x(0), z(0) and u.  (Luenberger; Leondes and
 Novak (9)-(13).)  T+ is T at the next instant; it is T itself when T is constant.
 """
 
+from __future__ import annotations
+
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import scipy.linalg
 
 from .arguments import expect
 from .errors import CertificateError, DesignError
+from .numeric import Matrix, Vector
 from .numeric.balance import balanced, power_of_two
+from .observer import Observer
+from .plant import Plant
 
 
-def residuals(A, B, C, E, L, F, G, D, P, V, W, T, T_next):
+def residuals(
+    A: Any, B: Any, C: Any, E: Any, L: Any, F: Any, G: Any, D: Any, P: Any, V: Any,
+    W: Any, T: Any, T_next: Any
+) -> tuple[Any, Any, Any, Any]:  # fmt: skip
     """Return (T+ A - F T - D C, T+ B - G - D E, P T + V C - L, W + V E).
 
     Written once and used twice: derivations pass SymPy matrices and prove the
@@ -67,10 +77,10 @@ class Certificate:
     feedthrough: float
     poles: np.ndarray
     stable: bool
-    given: tuple = field(default=(), repr=False)  # T, C, F, for cond and sensitivity
+    given: tuple[Matrix, ...] = field(default=(), repr=False)  # T, C, F, for the rest
 
     @cached_property
-    def cond(self):
+    def cond(self) -> float | None:
         if not self.given or any(X.ndim != 2 for X in self.given):
             return None
         T, C, _ = self.given
@@ -78,17 +88,17 @@ class Certificate:
         return float(values[0] / values[-1]) if values[-1] > 0 else np.inf
 
     @cached_property
-    def sensitivity(self):
+    def sensitivity(self) -> Vector | None:
         if not self.given or self.given[2].ndim != 2:
             return None
         return _sensitivity(self.given[2], self.poles)
 
     @property
-    def worst(self):
+    def worst(self) -> float:
         """The largest of the four residuals."""
         return max(self.dynamics, self.input, self.output, self.feedthrough)
 
-    def require(self, tol=1e-9, stable=True):
+    def require(self, tol: float = 1e-9, stable: bool = True) -> Certificate:
         """Return self, or raise CertificateError naming what failed and why.
 
         ``stable=False`` asks for the residuals only, as for a filter over so few
@@ -118,7 +128,7 @@ _LIKELY_CAUSE = {
 }
 
 
-def certify(observer, plant):
+def certify(observer: Observer, plant: Plant) -> Certificate:
     """Measure an observer's claim (T, L) against a plant, passing no judgement.
 
     Parameters
@@ -164,15 +174,12 @@ def certify(observer, plant):
         _size(P) * _size(T) + _size(V) * _size(C) + _size(o.L),
         _size(W) + _size(V) * _size(E),
     )
-    return Certificate(
-        *(_ratio(r, t) for r, t in zip(found, terms)),
-        poles=o.poles,
-        stable=_stable(o),
-        given=(o.T, plant.C, o.F),
-    )
+    relative: Any = dict(zip(_LIKELY_CAUSE, map(_ratio, found, terms)))
+    given = (o.T, plant.C, o.F)
+    return Certificate(**relative, poles=o.poles, stable=_stable(o), given=given)
 
 
-def evenly(observer, plant):
+def evenly(observer: Observer, plant: Plant) -> tuple[Observer, Plant]:
     """The two in units in which states, outputs, inputs and estimates are of like size.
 
     Residuals are norms, so in the user's units a row of small numbers, such as an
@@ -189,30 +196,30 @@ def evenly(observer, plant):
     heard = np.maximum(_top(plant.C), _top(plant.E)) > 0  # a gain on 0 weighs nothing
     of["Y"] = np.where(heard, y, 0.0)
 
-    def moved(owner, **maps):
+    def moved(owner: Plant | Observer, **maps: Sequence[str]) -> dict[str, Any]:
         return {
             name: getattr(owner, name) / of[left][:, None] * of[right]
             for name, (left, right) in maps.items()
             if getattr(owner, name) is not None
         }
 
-    silent = dict(Q=None, R=None, S=None, P0=None, multiplicative=())
+    silent: Any = dict(Q=None, R=None, S=None, P0=None, multiplicative=())
     plant = replace(plant, **moved(plant, A="xx", B="xu", C="yx", E="yu"), **silent)
     rows = dict(F="zz", G="zu", D="zY", P="wz", V="wY", W="wu", T="zx", L="wx")
     return replace(o, **moved(o, **rows, T0="zx", G0="zu")), plant
 
 
-def _top(rows):
+def _top(rows: Matrix) -> Vector:
     """The largest entry of each row, at any time."""
     return np.abs(rows).max(axis=(0, 2) if rows.ndim == 3 else 1, initial=0.0)
 
 
-def _unit(top):
+def _unit(top: Vector) -> Vector:
     """The nearest power of two; 1 for what is zero."""
     return power_of_two(np.where(top > 0, top, 1.0))
 
 
-def require_match(observer, plant):
+def require_match(observer: Observer, plant: Plant) -> None:
     """Raise unless observer and plant agree in n, m, p, dt and covered instants."""
     o, p = observer, plant
     if o.dt != p.dt:
@@ -222,19 +229,21 @@ def require_match(observer, plant):
         raise ValueError(
             f"the observer is for n, m, p = {mine}, the plant has {(p.n, p.m, p.p)}"
         )
-    if p.steps is not None and o.steps is None:
+    if p.steps is None:
+        return
+    if o.steps is None:
         raise ValueError(
             "a constant observer cannot be measured against a time-varying plant; "
             "design one over steps"
         )
-    if p.steps is not None and o.steps >= p.steps:
+    if o.steps >= p.steps:
         raise ValueError(
             f"the observer covers instants 1 .. {o.steps}, the plant only "
             f"0 .. {p.steps - 1}"
         )
 
 
-def require_real(what, *records):
+def require_real(what: str, *records: Plant | Observer) -> None:
     """Raise DesignError if a plant or observer among `records` is complex."""
     for one in records:
         if one.is_complex:
@@ -245,14 +254,14 @@ def require_real(what, *records):
             )
 
 
-def _size(X):
+def _size(X: Matrix) -> np.ndarray:
     """Frobenius norm, of each of a stack; no square overflows."""
     top = np.abs(X).max(axis=(-2, -1), initial=0.0)
     unit = np.where((top > 0) & np.isfinite(top), top, 1.0)
     return unit * np.linalg.norm(X / unit[..., None, None], axis=(-2, -1))
 
 
-def _ratio(residual, scale):
+def _ratio(residual: Matrix, scale: np.ndarray) -> float:
     """Largest relative size over the rows; an empty residual is exactly met.
 
     NaN where the terms overflow: what is lost there cannot be told.
@@ -262,7 +271,7 @@ def _ratio(residual, scale):
     return float(np.max(np.where(size == 0, 0.0, size / scale)))
 
 
-def _sensitivity(F, poles):
+def _sensitivity(F: Matrix, poles: Vector) -> Vector:
     """1 / |y'x| of every eigenvalue, in the order of `poles`."""
     if len(F) == 0:
         return np.zeros(0)
@@ -274,7 +283,7 @@ def _sensitivity(F, poles):
     return np.maximum(size[order], 1.0)
 
 
-def _stable(observer):
+def _stable(observer: Observer) -> bool:
     if observer.order == 0:
         return True
     if observer.steps is not None:

@@ -1,13 +1,19 @@
 """The observer: z+ = F z + G u + D y, w^ = P z + V y + W u, an estimate of L x."""
 
+from __future__ import annotations
+
 import copy
 import dataclasses
 from dataclasses import dataclass
 from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from .formats import json_records
+from .numeric import Matrices, Matrix
 from .numeric.linalg import eigenvalues
 from .numeric.validation import (
     ReadOnly,
@@ -19,6 +25,7 @@ from .numeric.validation import (
     zeros,
 )
 
+LATER: Any = None  # a field that is filled in once the others are known
 varying = partial(matrix, steps=True, field=complex)
 
 
@@ -62,17 +69,21 @@ class Observer(ReadOnly):
     V: np.ndarray
     T: np.ndarray
     L: np.ndarray
-    W: np.ndarray | None = None
-    z0: np.ndarray | None = None
+    W: np.ndarray = LATER
+    z0: np.ndarray = LATER
     dt: float = 0.0
     _: dataclasses.KW_ONLY
-    T0: np.ndarray | None = None
+    T0: np.ndarray = LATER
     G0: np.ndarray | None = None
-    state_names: tuple | None = None
-    input_names: tuple | None = None
-    output_names: tuple | None = None
+    state_names: tuple[str, ...] | None = None
+    input_names: tuple[str, ...] | None = None
+    output_names: tuple[str, ...] | None = None
 
-    def __post_init__(self):
+    if TYPE_CHECKING:  # lists go in, arrays come out
+
+        def __init__(self, *matrices: ArrayLike | None, **more: Any) -> None: ...
+
+    def __post_init__(self) -> None:
         L = matrix("L", self.L, field=complex)
         T = varying("T", self.T, cols=L.shape[1])
         D = varying("D", self.D, rows=T.shape[-2])
@@ -108,7 +119,7 @@ class Observer(ReadOnly):
         )
         self._name(self)
 
-    def _name(self, source):
+    def _name(self, source: Any) -> None:
         """Take the names of x, u and y from a record that has them."""
         sizes = {
             "x state": self.L.shape[1],
@@ -121,7 +132,7 @@ class Observer(ReadOnly):
             known = value is not None or size == 0
             self._fill(**{field: names(kind, value, size) if known else None})
 
-    def named(self, plant):
+    def named(self, plant: ReadOnly) -> Observer:
         """The same observer, with the names of a plant's states, inputs and outputs.
 
         Examples
@@ -137,32 +148,33 @@ class Observer(ReadOnly):
         same._name(plant)
         return same
 
-    def _rational(self):
+    def _rational(self) -> Matrices | None:
         """The constant matrices as Fractions, or None if any entry is a float."""
-        found = {name: exact(getattr(self, name)) for name in "FGDPVTL"}
-        lost = [X is None or X.ndim != 2 for X in found.values()]
-        if any(lost):
+        given = {name: exact(getattr(self, name)) for name in "FGDPVTL"}
+        found = {k: X for k, X in given.items() if X is not None and X.ndim == 2}
+        if len(found) < len(given):
             return None
         zero = np.zeros((len(found["L"]), found["G"].shape[1]), int)
-        found["W"] = exact(zero if self.W is None else self.W)
-        return None if found["W"] is None else found
+        W = exact(zero if self.W is None else self.W)
+        return None if W is None else found | {"W": W}
 
     @property
-    def exact(self):
+    def exact(self) -> Matrices | None:
         """{"F", "G", "D", "P", "V", "W", "T", "L"} as Fractions, beside the floats.
 
         None unless the observer is constant and every entry was given as an int, a
         Fraction or a rational of computer algebra.
         """
-        return None if self._exact is None else dict(self._exact)
+        found = vars(self)["_exact"]
+        return None if found is None else dict(found)
 
     @property
-    def order(self):
+    def order(self) -> int:
         """Number of observer states r."""
         return self.F.shape[-1]
 
     @property
-    def estimate_names(self):
+    def estimate_names(self) -> tuple[str, ...]:
         """Names of w^, a state's where the row of L picks one, else w1, w2, ..."""
         L, states = self.L, names("x state", self.state_names, self.L.shape[1])
         picks = ((L != 0).sum(axis=1) == 1) & (L == 1).any(axis=1)
@@ -174,12 +186,12 @@ class Observer(ReadOnly):
         return found if len(set(found)) == len(found) else numbered
 
     @property
-    def steps(self):
+    def steps(self) -> int | None:
         """Number of rows N of a time-varying observer, None if it is constant."""
         return len(self.F) if self.F.ndim == 3 else None
 
     @property
-    def poles(self):
+    def poles(self) -> Matrix:
         """Eigenvalues of F, sorted; exactly its diagonal when F is triangular.
 
         Of a time-varying observer (N, r), row by row; such rows alone do not
@@ -190,21 +202,21 @@ class Observer(ReadOnly):
         return np.sort_complex(eigenvalues(self.F))
 
     @property
-    def is_complex(self):
+    def is_complex(self) -> bool:
         """Whether a matrix has a complex entry."""
         return any(np.iscomplexobj(getattr(self, name)) for name in "FGDPVTWL")
 
-    def at(self, k):
+    def at(self, k: int) -> tuple[Matrix, ...]:
         """(F, G, D, P, V, W) of row k; the same for every k when constant."""
         matrices = (self.F, self.G, self.D, self.P, self.V, self.W)
         return matrices if self.steps is None else tuple(X[k] for X in matrices)
 
-    def to_json(self, path):
+    def to_json(self, path: str | Path) -> None:
         """Write the observer as JSON; numbers come back bit for bit."""
         json_records.write(path, json_records.as_data("observer", self))
 
     @classmethod
-    def from_json(cls, path):
+    def from_json(cls, path: str | Path) -> Observer:
         """Read an observer from JSON.  The file is data: nothing is evaluated.
 
         Files of every earlier version are read.  A key that is not known is refused,
@@ -213,7 +225,7 @@ class Observer(ReadOnly):
         return json_records.read(path, "observer", cls, "FGDPVTL")
 
 
-def _require_one_lead(given, lead):
+def _require_one_lead(given: Matrices, lead: tuple[int, ...]) -> None:
     """Raise unless all the matrices are constant or all have the same rows."""
     leads = {name: X.shape[:-2] for name, X in given.items()}
     if set(leads.values()) != {lead}:

@@ -1,13 +1,15 @@
 """The plant: x+ = A x + B u + w, y = C x + E u + v."""
 
-import dataclasses
-from dataclasses import dataclass, field
-from typing import NamedTuple
+from dataclasses import KW_ONLY, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from .errors import short
 from .formats import json_records, statespace
+from .numeric import Matrices, Matrix
 from .numeric.validation import (
     ReadOnly,
     covariance,
@@ -22,6 +24,7 @@ from .numeric.validation import (
 )
 
 P0_IS = ("posterior", "prior")
+LATER: Any = None  # a field that is filled in once the others are known
 
 
 class Instant(NamedTuple):
@@ -99,26 +102,30 @@ class Plant(ReadOnly):
     """
 
     A: np.ndarray
-    B: np.ndarray | None
+    B: np.ndarray
     C: np.ndarray
-    E: np.ndarray | None = None
-    _: dataclasses.KW_ONLY
+    E: np.ndarray = LATER
+    _: KW_ONLY
     dt: float = 0.0
     Q: np.ndarray | None = None
     R: np.ndarray | None = None
     S: np.ndarray | None = None
-    x0: np.ndarray | None = None
+    x0: np.ndarray = LATER
     P0: np.ndarray | None = None
-    multiplicative: tuple = ()
+    multiplicative: tuple[tuple[np.ndarray, np.ndarray], ...] = ()
     P0_is: str = "posterior"
     name: str | None = None
     description: str | None = None
-    state_names: tuple = field(default=None)
-    input_names: tuple = field(default=None)
-    output_names: tuple = field(default=None)
+    state_names: tuple[str, ...] = LATER
+    input_names: tuple[str, ...] = LATER
+    output_names: tuple[str, ...] = LATER
 
-    def __post_init__(self):
-        rational = self._rational()
+    if TYPE_CHECKING:  # lists go in, arrays come out
+
+        def __init__(self, *ABCE: ArrayLike | None, **more: Any) -> None: ...
+
+    def __post_init__(self) -> None:
+        given = {name: getattr(self, name) for name in "ABCE"}
         A = matrix("A", self.A, steps=True, field=complex)
         n = A.shape[-1]
         if A.shape[-2] != n or n == 0:
@@ -135,16 +142,7 @@ class Plant(ReadOnly):
         x0 = vector("x0", np.zeros(n) if self.x0 is None else self.x0, n)
         P0 = None if self.P0 is None else covariance("P0", self.P0, n)
         self._fill(A=A, B=B, C=C, E=E, Q=Q, R=R, S=S, x0=x0, P0=P0)
-        if rational is not None:
-            rational = {
-                name: exact(np.zeros(getattr(self, name).shape, int))
-                if X is None
-                else X
-                for name, X in rational.items()
-            }
-            if any(X is None for X in rational.values()):
-                rational = None
-        self._fill(_exact=rational)
+        self._fill(_exact=self._rational(given))
         self._check_joint()
         self._fill(
             dt=sample_time(self.dt),
@@ -155,14 +153,17 @@ class Plant(ReadOnly):
         )
         self._check_rest()
 
-    def _rational(self):
-        """A, B, C, E as Fractions (None for an absent one), or None if any is not."""
-        given = {name: getattr(self, name) for name in "ABCE"}
-        found = {k: None if X is None else exact(X) for k, X in given.items()}
-        lost = any(X is not None and found[k] is None for k, X in given.items())
-        return None if lost else found
+    def _rational(self, given: dict[str, Any]) -> Matrices | None:
+        """A, B, C, E as Fractions, zeros for an absent one, or None if any is not."""
+        found = {}
+        for name, X in given.items():
+            X = exact(np.zeros(getattr(self, name).shape, int) if X is None else X)
+            if X is None:
+                return None
+            found[name] = X
+        return found
 
-    def _check_joint(self):
+    def _check_joint(self) -> None:
         """S needs Q and R, and the three together must be a covariance."""
         if self.S is None:
             return
@@ -174,7 +175,7 @@ class Plant(ReadOnly):
         )
         require_semidefinite("[[Q, S], [S', R]]", np.block([[Q, S], [S.mT, R]]))
 
-    def _noise_pairs(self):
+    def _noise_pairs(self) -> tuple[tuple[Matrix, Matrix], ...]:
         pairs, given = [], self.multiplicative
         if not isinstance(given, (list, tuple)) or not all(
             isinstance(pair, (list, tuple)) and len(pair) == 2 for pair in given
@@ -188,7 +189,7 @@ class Plant(ReadOnly):
             pairs.append((A1, C1))
         return tuple(pairs)
 
-    def _check_rest(self):
+    def _check_rest(self) -> None:
         lengths = {
             name: len(getattr(self, name))
             for name in Instant._fields
@@ -209,36 +210,36 @@ class Plant(ReadOnly):
             raise ValueError(f"description must be text, got {short(self.description)}")
 
     @property
-    def n(self):
+    def n(self) -> int:
         """Number of states."""
         return self.A.shape[-1]
 
     @property
-    def m(self):
+    def m(self) -> int:
         """Number of known inputs."""
         return self.B.shape[-1]
 
     @property
-    def p(self):
+    def p(self) -> int:
         """Number of measurements."""
         return self.C.shape[-2]
 
     @property
-    def exact(self):
+    def exact(self) -> Matrices | None:
         """{"A", "B", "C", "E"} as object arrays of Fractions, beside the floats.
 
         None unless every entry was given as an int, a Fraction or a rational of
         computer algebra.
         """
-        return None if self._exact is None else dict(self._exact)
+        return (found := vars(self)["_exact"]) and dict(found)
 
     @property
-    def is_complex(self):
+    def is_complex(self) -> bool:
         """Whether A, B, C or E has a complex entry."""
         return any(np.iscomplexobj(getattr(self, name)) for name in "ABCE")
 
     @property
-    def steps(self):
+    def steps(self) -> int | None:
         """Number of rows N of the time-varying matrices; None if there are none."""
         for name in Instant._fields:
             value = getattr(self, name)
@@ -246,13 +247,13 @@ class Plant(ReadOnly):
                 return len(value)
         return None
 
-    def at(self, i):
+    def at(self, i: int) -> Instant:
         """The matrices at instant i; beyond the last row the last one is held."""
         given = (getattr(self, name) for name in Instant._fields)
         held = (X if X is None or X.ndim == 2 else X[min(i, len(X) - 1)] for X in given)
         return Instant(*held)
 
-    def first_step(self):
+    def first_step(self) -> tuple[Matrix, Matrix, Matrix | None]:
         """A, B, Q that carry x0 and P0 to the first sample.
 
         Those of instant 0; or I, 0, 0 when x0, P0 are the prior of that sample.
@@ -263,7 +264,7 @@ class Plant(ReadOnly):
         return now.A, now.B, now.Q
 
     @classmethod
-    def from_statespace(cls, sys, **options):
+    def from_statespace(cls, sys: object, **options: Any) -> Self:
         """Read A, B, C, D, dt and names from a python-control or scipy.signal system.
 
         Parameters
@@ -284,12 +285,12 @@ class Plant(ReadOnly):
         """
         return cls(**(statespace.read(sys, options.pop("dt", None)) | options))
 
-    def to_json(self, path):
+    def to_json(self, path: str | Path) -> None:
         """Write the plant as JSON; numbers come back bit for bit."""
         json_records.write(path, json_records.as_data("plant", self))
 
     @classmethod
-    def from_json(cls, path):
+    def from_json(cls, path: str | Path) -> Self:
         """Read a plant from JSON.  The file is data: nothing in it is evaluated.
 
         Keys are the parameters of `Plant`.  A, C and, when there are known inputs, B

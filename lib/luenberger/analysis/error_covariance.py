@@ -1,20 +1,34 @@
 """How accurate any observer is on a plant with noise: the covariance of its error."""
 
+from __future__ import annotations
+
 import numpy as np
 
 from .. import kernels
 from ..arguments import expect
-from ..certificate import certify, evenly, require_match, require_real, residuals
+from ..certificate import (
+    Certificate,
+    certify,
+    evenly,
+    require_match,
+    require_real,
+    residuals,
+)
 from ..errors import DesignError
+from ..numeric import Matrix
 from ..numeric.factors import factor, shorten
 from ..numeric.linalg import lyapunov, modes, symmetrise
+from ..observer import Observer
 from ..papers.leondes_novak.derivation import error_recursion, root_error
+from ..plant import Plant
 from .mean_square import equivalent_noise, noise_at
 
 EXACT_TOL = 1e-9  # certificate below which the error does not depend on the state
 
 
-def error_covariance(observer, plant, *, steps=None):
+def error_covariance(
+    observer: Observer, plant: Plant, *, steps: int | None = None
+) -> Matrix:
     r"""Second moment E[e e'] of the error e = w^ - L x of any observer on a plant.
 
     For an observer that satisfies (9), (13) the error obeys (11), (26),
@@ -78,7 +92,7 @@ def error_covariance(observer, plant, *, steps=None):
     return system.steady() if steps is None else system.over(steps)
 
 
-def require_free_of_input(observer, plant):
+def require_free_of_input(observer: Observer, plant: Plant) -> Certificate:
     """Return the certificate, or raise DesignError if the known input has a say."""
     certificate = certify(*evenly(observer, plant))
     if max(certificate.input, certificate.feedthrough) > EXACT_TOL and plant.m:
@@ -90,7 +104,12 @@ def require_free_of_input(observer, plant):
     return certificate
 
 
-def error_system(observer, plant, steps, certificate=None):
+def error_system(
+    observer: Observer,
+    plant: Plant,
+    steps: int | None,
+    certificate: Certificate | None = None,
+) -> _Exact:
     """What the error obeys: alone, or with the state where that drives it."""
     if steps is not None and observer.steps is not None and steps > observer.steps:
         raise ValueError(
@@ -197,7 +216,7 @@ class _Exact:
         return step(P=P, V=V, R=given["R"], X=X)["Sigma"]
 
 
-def settled(F, **given):
+def settled(F: Matrix, **given: Matrix) -> Matrix:
     """cov(z - T x) of a constant observer after a long time: (11) with X_next = X."""
     step = kernels.compiled(error_recursion, "X_next")
     return lyapunov(F, step(F=F, X=np.zeros_like(F), **given)["X_next"])

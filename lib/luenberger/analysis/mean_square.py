@@ -19,11 +19,12 @@ from scipy.sparse.linalg import LinearOperator, gmres
 
 from .. import kernels
 from ..errors import CertificateError, DesignError
-from ..numeric import linalg
-from ..numeric.covariance_maps import Sums, dominant, packing, spread, stack
+from ..numeric import Matrix, linalg
+from ..numeric.covariance_maps import Pairs, Sums, dominant, packing, spread, stack
 from ..numeric.factors import semidefinite
 from ..numeric.linalg import modes
 from ..papers.haddad_bernstein.derivation import equivalent_noise as noise_added
+from ..plant import Plant
 
 RESIDUAL_TOL = 1e-12  # of X = T(X) + V, relative to X at unit diagonal
 KRYLOV = 60  # vectors that GMRES keeps
@@ -136,7 +137,7 @@ def _solve(A, noise, V, X):
     return semidefinite(X, size)
 
 
-def radius(A, pairs):
+def radius(A: Matrix, pairs: Pairs) -> float:
     """Spectral radius of A(x)A + sum A_i(x)A_i, which decides mean-square stability.
 
     It is the r at which the plant A / sqrt(r), A_i / sqrt(r) is at its limit, or the
@@ -166,7 +167,7 @@ def radius(A, pairs):
     )
 
 
-def largest_scaling(A, pairs):
+def largest_scaling(A: Matrix, pairs: Pairs) -> float:
     """The s at which the plant with noises s A_i stops being mean-square stable.
 
     s = 1 / sqrt(radius of L Pi); inf when no noise feeds back on itself, 0 when A
@@ -220,7 +221,7 @@ def _require_stable(A, pairs):
         )
 
 
-def equivalent_noise(plant):
+def equivalent_noise(plant: Plant) -> EquivalentNoise:
     """The additive noises that trouble linear estimators as the plant's own do.
 
     In the steady state w + sum g_i A_i x and v + sum g_i C_i x are white and

@@ -1,15 +1,17 @@
 """How much work any observer is at each sample."""
 
 import dataclasses
+from typing import Any
 
 import numpy as np
 
 from ..arguments import expect
+from ..observer import Observer
 
 NEGLIGIBLE = 1e-10  # beside the largest entry of a matrix: rounding, not work
 
 
-def multiply_adds(observer):
+def multiply_adds(observer: Observer) -> int:
     """Multiply-adds of one step of a constant observer: entries that are not 0 or 1.
 
     A zero costs nothing and a one no multiplication but an addition, which is
@@ -37,9 +39,9 @@ def multiply_adds(observer):
     return int(work)
 
 
-def without_rounding(observer):
+def without_rounding(observer: Observer) -> Observer:
     """The observer without what `multiply_adds` takes for rounding."""
-    exact = {k: _rounded(getattr(observer, k)) for k in "FGDPVW"}
+    exact: Any = {k: _rounded(getattr(observer, k)) for k in "FGDPVW"}
     return dataclasses.replace(observer, **exact)
 
 

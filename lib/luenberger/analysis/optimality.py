@@ -5,15 +5,20 @@ together, multiplicative noise included, and not from the block equations that a
 design solves, so a fault of either shows.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..arguments import expect
 from ..certificate import require_match, require_real
 from ..errors import CertificateError, DesignError
 from ..numeric.linalg import modes
 from ..numeric.validation import covariance
+from ..observer import Observer
+from ..plant import Plant
 from .mean_square import require_mean_square_stable
 from .necessary_conditions import conditions
 
@@ -68,17 +73,17 @@ class Optimality:
     Gam: np.ndarray = field(repr=False)
 
     @property
-    def residuals(self):
+    def residuals(self) -> dict[str, float]:
         """The relative residuals by name, those that apply."""
         found = ((name, getattr(self, name)) for name in _MEANING)
         return dict(pair for pair in found if pair[1] is not None)
 
     @property
-    def worst(self):
+    def worst(self) -> float:
         """The largest relative residual."""
         return max(self.residuals.values())
 
-    def require(self, tol=STATIONARY_TOL):
+    def require(self, tol: float = STATIONARY_TOL) -> Optimality:
         """Return self, or raise CertificateError naming the first condition missed."""
         for name, value in self.residuals.items():
             if not value <= tol:  # also catches NaN
@@ -105,7 +110,13 @@ _MEANING = {
 }
 
 
-def optimality(observer, plant, *, weight=None, feedthrough=None):
+def optimality(
+    observer: Observer,
+    plant: Plant,
+    *,
+    weight: ArrayLike | None = None,
+    feedthrough: bool | None = None,
+) -> Optimality:
     r"""Measure how far an estimator is from the least error of its order.
 
     The cost is that of (3.5), E[(w^ - L x)' weight (w^ - L x)] in the steady state

@@ -12,6 +12,7 @@ every room, inside the function that needs it.
 import argparse
 import contextlib
 import signal
+from collections.abc import Sequence
 
 from . import check, compare, design, estimate, export, ledger, terminal
 
@@ -28,7 +29,7 @@ Files are written beside and renamed: after any of these, and after a crash, eac
 whole, the old one or the new.  A path that is a symbolic link is followed."""
 
 
-def main(arguments=None):
+def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command; returns the exit status, or raises SystemExit for --help."""
     try:
         terminal.prepare()

@@ -4,11 +4,15 @@ What weighs designs against each other enters here.  It uses all papers, `analys
 `run` and `export`, whose C it counts.
 """
 
+from collections.abc import Iterable
+
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..arguments import expect
 from ..errors import DesignError
 from ..numeric.validation import matrix
+from ..plant import Plant
 from .attempts import Attempt as Attempt
 from .attempts import attempt
 from .attempts import noisy as noisy
@@ -22,7 +26,14 @@ from .transients import from_start as from_start
 from .transients import transients as transients
 
 
-def compare(plant, *, k=None, orders=None, poles=None, methods=None):
+def compare(
+    plant: Plant,
+    *,
+    k: ArrayLike | None = None,
+    orders: Iterable[int] | None = None,
+    poles: ArrayLike | None = None,
+    methods: Iterable[str] | None = None,
+) -> Comparison:
     """Try every method on one plant, and compare what comes of it.
 
     Tried are

@@ -2,8 +2,9 @@
 
 import numpy as np
 
+from ..numeric import Vector
 from ..show import number
-from .attempts import first_least
+from .attempts import Attempt, first_least
 
 
 def reasons(table, tolerance):
@@ -30,7 +31,7 @@ def above(excess):
     return percent(excess) + (" above" if excess < 10 else "")
 
 
-def sigma(design):
+def sigma(design: Attempt) -> Vector:
     """Standard deviations of what a design estimates."""
     return np.sqrt(design.variances)
 
@@ -152,7 +153,7 @@ def _without_accuracy(table, chosen):
         )
 
 
-def percent(excess, digits=4):
+def percent(excess: float, digits: int = 4) -> str:
     """A fraction as text; empty where not known."""
     if excess is None:
         return ""

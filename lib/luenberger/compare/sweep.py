@@ -1,7 +1,8 @@
 """A table of design problems: every design on every plant, here or on many workers."""
 
 import pickle
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from concurrent.futures import Executor
 from contextlib import closing
 from dataclasses import dataclass
 
@@ -11,7 +12,8 @@ from ..analysis.error_covariance import error_covariance
 from ..arguments import expect_as
 from ..certificate import certify
 from ..observer import Observer
-from ..run.executor import in_order, reporting
+from ..plant import Plant
+from ..run.executor import Progress, in_order, reporting
 from ..show import Table, number
 
 
@@ -58,14 +60,14 @@ class Sweep:
     def __len__(self):
         return len(self.trials)
 
-    def find(self, design, plant):
+    def find(self, design: str, plant: str) -> Trial:
         """The trial of a design on a plant, by their names."""
         for one in self.trials:
             if (one.design, one.plant) == (design, plant):
                 return one
         raise KeyError(f"no trial of {design!r} on {plant!r}")
 
-    def best(self, plant):
+    def best(self, plant: str) -> Trial:
         """The trial of least error trace on a plant; of equal ones the first."""
         fit = [t for t in self.trials if t.plant == plant and t.trace is not None]
         if not fit:
@@ -73,7 +75,7 @@ class Sweep:
         return min(fit, key=lambda one: one.trace)
 
     @property
-    def table(self):
+    def table(self) -> Table:
         """A `show.Table` of plant, design, order, error trace and refusal."""
         rows = [
             (t.plant, t.design, _text(t.order), _text(t.trace, 4), t.refusal)
@@ -88,7 +90,16 @@ class Sweep:
         return self.table._repr_html_()
 
 
-def sweep(designs, plants, *, executor=None, progress=False):
+Design = Callable[[Plant], Observer]
+
+
+def sweep(
+    designs: Mapping[str, Design],
+    plants: Mapping[str, Plant],
+    *,
+    executor: Executor | None = None,
+    progress: Progress = False,
+) -> Sweep:
     """Try every design on every plant.
 
     Parameters

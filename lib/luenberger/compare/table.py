@@ -1,6 +1,7 @@
 """The table of a comparison: what is best, what is on the front, what to take."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -32,22 +33,22 @@ class Comparison(ReadOnly):
         return len(self.attempts)
 
     @property
-    def designs(self):
+    def designs(self) -> list[Attempt]:
         """The attempts that gave an observer."""
         return [one for one in self.attempts if not one.refusal]
 
     @property
-    def refused(self):
+    def refused(self) -> list[Attempt]:
         """The attempts that were refused."""
         return [one for one in self.attempts if one.refusal]
 
     @property
-    def ranked(self):
+    def ranked(self) -> list[Attempt]:
         """Designs with a known error, which can be told from each other by it."""
         return [one for one in self.designs if one.error is not None]
 
     @property
-    def eligible(self):
+    def eligible(self) -> list[Attempt]:
         """Designs that may be recommended.
 
         Those that know the error, where there are any; without those that a known
@@ -58,7 +59,7 @@ class Comparison(ReadOnly):
         return calm or known
 
     @property
-    def yardstick(self):
+    def yardstick(self) -> Attempt | None:
         """What the others are measured against, the most accurate design.
 
         It is the Kalman filter where there is one; no filter is more accurate.
@@ -70,7 +71,7 @@ class Comparison(ReadOnly):
                 return one
         return first_least(ranked, "error") if ranked else None
 
-    def excess(self, design):
+    def excess(self, design: Attempt) -> float | None:
         """Error beyond the yardstick's, as a fraction of it; None if not known."""
         if self.yardstick is None or design.error is None:
             return None
@@ -79,7 +80,7 @@ class Comparison(ReadOnly):
             return 0.0
         return design.error / least - 1 if least > 0 else np.inf
 
-    def find(self, method, **known):
+    def find(self, method: str, **known: object) -> Attempt:
         """The first attempt of a method with these attributes.
 
         ``table.find("Leondes-Novak filter", accurate=(0,), horizon="steady")``
@@ -90,7 +91,7 @@ class Comparison(ReadOnly):
                 return one
         raise KeyError(f"no {method!r} with {known} is in the comparison")
 
-    def pareto(self, by="work"):
+    def pareto(self, by: str = "work") -> list[Attempt]:
         """Designs that none of the same or less work beats, by rising work.
 
         Parameters
@@ -100,7 +101,8 @@ class Comparison(ReadOnly):
         """
         if by not in ("work", "order"):
             raise ValueError(f"by must be 'work' or 'order', got {by!r}")
-        front, groups = [], {}
+        front: list[Attempt] = []
+        groups: dict[float, list[Attempt]] = {}
         for one in self.ranked:
             groups.setdefault(getattr(one, by), []).append(one)
         for cost in sorted(groups):
@@ -109,7 +111,7 @@ class Comparison(ReadOnly):
                 front.append(one)
         return front
 
-    def recommended(self, tolerance=TOLERANCE):
+    def recommended(self, tolerance: float = TOLERANCE) -> Attempt:
         """The least work among eligible designs within `tolerance` of the yardstick.
 
         Among equal work the smaller error wins, and among errors that differ by LEVEL
@@ -126,11 +128,11 @@ class Comparison(ReadOnly):
         light = [one for one in near if one.work == work]
         return first_least(light, weighed)
 
-    def reasons(self, tolerance=TOLERANCE):
+    def reasons(self, tolerance: float = TOLERANCE) -> list[str]:
         """Why that design is recommended: plain sentences."""
         return reasons(self, tolerance)
 
-    def rows(self):
+    def rows(self) -> list[dict[str, Any]]:
         """One plain dict for each attempt, for JSON or a data frame.
 
         Numbers are finite, or None where nothing applies.
@@ -139,7 +141,7 @@ class Comparison(ReadOnly):
         return [_row(self, one, chosen, front) for one in self.attempts]
 
     @property
-    def table(self):
+    def table(self) -> Table:
         """A `show.Table` of the designs, the recommended one marked."""
         header = ["method", "which", "order"]
         header += ["error trace"] if self.k is None else ["error of k x", "error trace"]
@@ -149,9 +151,9 @@ class Comparison(ReadOnly):
         return Table(header, rows, marked=[self.designs.index(self.recommended())])
 
     @property
-    def refusals(self):
+    def refusals(self) -> Table:
         """A `show.Table` of what was refused and why, equal reasons together."""
-        reasons = {}
+        reasons: dict[tuple[str, str], list[str]] = {}
         for one in self.refused:
             reasons.setdefault((one.method, one.refusal), []).append(one.label)
         rows = [

@@ -1,10 +1,14 @@
 """Error covariances from the start on, of the best design and of the chosen one."""
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from ..analysis.error_covariance import error_covariance
+from ..numeric import Matrix
 from ..observer import Observer
 from ..papers.leondes_novak.design import reduced_order_filter
+from ..plant import Plant
 from ..run.measurements import covariance_from_start
 from .attempts import noisy
 
@@ -55,7 +59,9 @@ def transients(table, steps=None):
     return curves, remarks
 
 
-def from_start(observers, plant, steps=None):
+def from_start(
+    observers: Mapping[str, Observer], plant: Plant, steps: int | None = None
+) -> dict[str, Matrix]:
     """Error covariances from P0 on, by label; arrays among the observers stay.
 
     Examples

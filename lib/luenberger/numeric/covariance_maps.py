@@ -7,12 +7,14 @@ is one of its eigenvalues, with a covariance as eigenvector.
 from collections.abc import Callable, Iterable
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigs
 
 from ..errors import CertificateError
 from . import Matrix
 from .linalg import radius, symmetrise
 
+Pairs = Iterable[tuple[ArrayLike, ArrayLike]]  # A_i, C_i of noises times the state
 DENSE_LIMIT = 8  # states up to which such a map is written as a matrix
 
 
@@ -30,7 +32,7 @@ class Sums:
         return symmetrise(X)
 
 
-def stack(A: Matrix, pairs: Iterable[tuple[Matrix, Matrix]]) -> Matrix:
+def stack(A: Matrix, pairs: Pairs) -> Matrix:
     """The A_i that are not zero, (k, n, n)."""
     noise = [np.asarray(A1, float) for A1, _ in pairs if np.any(A1)]
     return np.array(noise).reshape(-1, *A.shape)

@@ -1,14 +1,17 @@
 """The poles that were asked for, checked and in order."""
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..errors import DesignError
+from ..numeric import Vector
 from ..numeric.validation import entries
+from ..plant import Plant
 
 CONJUGATE_TOL = 1e-8  # two poles this close to conjugates are taken as a pair
 
 
-def arranged(poles, order, plant):
+def arranged(poles: ArrayLike, order: int, plant: Plant) -> tuple[Vector, Vector]:
     """The poles as complex numbers, and where a conjugate pair begins."""
     try:
         poles, _ = entries(poles, complex)

@@ -10,7 +10,9 @@ import subprocess
 import sys
 import tempfile
 import threading
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 TEMPLATES = Path(__file__).parent / "templates"
 DISPLAYED = re.compile(r"\$\$(.+?)\$\$", re.S)
@@ -22,7 +24,11 @@ class NotebookError(RuntimeError):
     """A cell of the notebook raised; the message is that of the exception."""
 
 
-def run(notebook, folder, progress=lambda step, steps, title: None):
+def run(
+    notebook: Any,
+    folder: Path,
+    progress: Callable[[int, int, str], object] = lambda step, steps, title: None,
+) -> Any:
     """Execute a notebook (a node) in `folder`, in this Python and in place.
 
     ``progress(step, steps, title)`` is called before each code cell with the
@@ -126,18 +132,18 @@ class _Heeding:
             signal.signal(number, handler)
 
 
-def read(path):
+def read(path: str | Path) -> Any:
     return _notebook_tools().nbformat.read(path, as_version=4)
 
 
-def write(notebook, path):
+def write(notebook: Any, path: str | Path) -> None:
     _notebook_tools().nbformat.write(notebook, path)
 
 
-def to_html(notebook, title):
+def to_html(notebook: Any, title: str) -> str:
     """The notebook's text and results, without its code, as one HTML page."""
     tools = _notebook_tools()
-    formulas = {}
+    formulas: dict[str, str] = {}
     page = tools.nbformat.from_dict(notebook)  # a copy: formulas are taken out of it
     for cell in page.cells:
         if cell.cell_type == "markdown":

@@ -5,6 +5,7 @@ business of `compare`.
 """
 
 import dataclasses
+from typing import Any
 
 import numpy as np
 
@@ -15,13 +16,14 @@ from ..numeric.detectability import unseen
 from ..numeric.factors import square_root
 from ..numeric.linalg import decaying, eigenvalues, null_directions
 from ..papers.leondes_novak.design import kalman_filter
+from ..plant import Plant
 from ..recursion.settings import Settings
 
 SCATTER = 1e-6  # how far from the unit circle rounding may put a double eigenvalue
 
 
 @np.errstate(all="ignore")  # what overflows is refused by what it spoils
-def examine(plant):
+def examine(plant: Plant) -> dict[str, Any]:
     """Everything `check` says of a plant, as a dict of lists, numbers and strings.
 
     A value that cannot be had is None: modes of a plant that varies in time, noises
@@ -62,7 +64,7 @@ def examine(plant):
             "outputs": list(plant.output_names),
         },
         "modes": modes,
-        "stable": None if varies else all(mode["decays"] for mode in modes),
+        "stable": None if modes is None else all(mode["decays"] for mode in modes),
         "observability": None if varies else _observability(plant),
         "noise": _noise(plant),
         "multiplicative": _multiplicative(plant),

@@ -2,7 +2,9 @@
 
 import csv
 import io
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from ..formats import json_records
 from ..run import measurements
@@ -34,7 +36,7 @@ def save(texts, folder="out"):
         (folder / name).write_text(text, encoding="utf-8", newline="")
 
 
-def designs_csv(rows):
+def designs_csv(rows: Sequence[Mapping[str, Any]]) -> str:
     """The rows of a comparison, a line each.
 
     Lists have spaces between, names semicolons; what does not apply is empty.

@@ -1,9 +1,11 @@
 """A continuous plant seen at uneven instants: a time-varying discrete plant."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import scipy.linalg
+from numpy.typing import ArrayLike
 
 from .. import kernels
 from ..arguments import expect
@@ -11,10 +13,11 @@ from ..errors import DesignError
 from ..numeric.balance import balanced, power_of_two
 from ..numeric.validation import numbers
 from ..papers.hsia.derivation import noise_doubled, noise_of_a_period
+from ..plant import Plant
 from .simulate import hold
 
 
-def discretise(plant, periods):
+def discretise(plant: Plant, periods: ArrayLike) -> Plant:
     r"""The time-varying discrete plant seen at uneven sampling instants.
 
     With u held from each instant to the next, T_i seconds later,
@@ -78,7 +81,7 @@ def discretise(plant, periods):
                 "Take shorter periods."
             )
     names = ("A", "B", "Q")[: len(each[0])]
-    found = {k: np.array(parts)[where] for k, parts in zip(names, zip(*each))}
+    found: Any = {k: np.array(parts)[where] for k, parts in zip(names, zip(*each))}
     return replace(plant, **found, S=None, dt=float(periods.mean()))
 
 

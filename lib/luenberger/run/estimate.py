@@ -1,13 +1,16 @@
 """Run a given observer on recorded data."""
 
 from functools import partial
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..arguments import expect
 from ..certificate import require_real
 from ..formats import dataframes
 from ..kernels import Recursion, entries_known, over_record, plain_array, runs_compiled
+from ..observer import Observer
 from ..papers.leondes_novak.derivation import observer_step
 from . import chunks
 from .chunks import single
@@ -21,7 +24,16 @@ OBSERVER = Recursion(
 )
 
 
-def estimate(observer, y, u=None, *, u0=None, z0=None, x0=None, backend="auto"):
+def estimate(
+    observer: Observer,
+    y: Any,
+    u: Any = None,
+    *,
+    u0: ArrayLike | None = None,
+    z0: ArrayLike | None = None,
+    x0: ArrayLike | None = None,
+    backend: str = "auto",
+) -> Any:
     """Run an observer on recorded data.
 
     Parameters

@@ -2,20 +2,29 @@
 
 import csv
 from collections import deque
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import repeat
+from typing import TextIO
 
 import numpy as np
 
 from ..certificate import require_match
 from ..errors import few, short
+from ..formats.csv_reader import Rows, Table
 from ..formats.spreadsheets import first_formula, require_plain
 from ..kernels import runs_compiled
 from ..numeric.validation import names
+from ..observer import Observer
+from ..plant import Plant
 from .estimate import estimate
 from .measurements import require_finite, time_column
 
+Piece = tuple[Rows, np.ndarray]  # some rows of a table, the estimates at them
 
-def estimates(observer, table, plant=None, backend="numpy"):
+
+def estimates(
+    observer: Observer, table: Table, plant: Plant | None = None, backend: str = "numpy"
+) -> tuple[list[str], Iterator[Piece]]:
     """Run an observer over a table; memory does not grow with its length.
 
     Parameters
@@ -120,7 +129,7 @@ def _measured(table, outputs, piece):
     return y
 
 
-def write(file, header, rows):
+def write(file: TextIO, header: Sequence[str], rows: Iterable[Piece]) -> int:
     """Write what `estimates` returns to an open file; returns the number of rows."""
     csv.writer(file, lineterminator="\n").writerow(header)
     count = 0

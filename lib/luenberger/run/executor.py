@@ -5,11 +5,21 @@ a Dask cluster, ``client.get_executor()``.  Results come in the order of the job
 """
 
 from collections import deque
-from concurrent.futures import BrokenExecutor
+from collections.abc import Callable, Generator, Iterable, Iterator
+from concurrent.futures import BrokenExecutor, Executor, Future
 from contextlib import contextmanager
+from typing import TypeVar
+
+Job = TypeVar("Job")
+Result = TypeVar("Result")
+Progress = bool | Callable[[int, int], object]  # of what is done, and of all
 
 
-def in_order(function, jobs, executor=None):
+def in_order(
+    function: Callable[[Job], Result],
+    jobs: Iterable[Job],
+    executor: Executor | None = None,
+) -> Generator[Result]:
     """Yield function(job) for each job, in order; the first failure ends it all."""
     if executor is None:
         yield from map(function, jobs)
@@ -19,7 +29,7 @@ def in_order(function, jobs, executor=None):
             "executor must be a concurrent.futures.Executor, such as a "
             f"ProcessPoolExecutor or a Dask client's get_executor(), got {executor!r}"
         )
-    waiting = deque()
+    waiting: deque[Future] = deque()
     try:
         for job in jobs:
             waiting.append(executor.submit(function, job))
@@ -40,7 +50,9 @@ def in_order(function, jobs, executor=None):
 
 
 @contextmanager
-def reporting(progress, total, unit):
+def reporting(
+    progress: Progress, total: int, unit: str
+) -> Iterator[Callable[[int], object]]:
     """Yield report(done), which tells `progress` how many of `total` are done.
 
     `progress` is False for nobody, True for a bar of tqdm's, or a function of

@@ -1,13 +1,17 @@
 """The filter and its covariance in one pass over a record, with missing values."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from .. import kernels
 from ..arguments import expect
 from ..formats import dataframes
+from ..plant import Plant
 from ..recursion.filter_pass import Pass
 from ..recursion.settings import Settings
 from ..recursion.state import start
@@ -41,8 +45,16 @@ class Filtered:
 
 
 def filter_data(
-    plant, y, u=None, *, m1=0, u0=None, weight=None, history=False, backend="auto"
-):
+    plant: Plant,
+    y: Any,
+    u: Any = None,
+    *,
+    m1: int | Sequence[int] = 0,
+    u0: ArrayLike | None = None,
+    weight: ArrayLike | None = None,
+    history: bool = False,
+    backend: str = "auto",
+) -> Any:
     """Filter a record in one pass, with its covariance; NaN means not measured.
 
     At each instant the outputs that arrived form C, and the step is that of

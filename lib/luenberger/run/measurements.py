@@ -4,6 +4,8 @@ import csv
 import dataclasses
 from collections import Counter
 from dataclasses import dataclass
+from pathlib import Path
+from typing import TextIO
 
 import numpy as np
 
@@ -11,6 +13,9 @@ from ..analysis.error_covariance import error_covariance
 from ..errors import few, short
 from ..formats.csv_reader import Table, number, separator
 from ..formats.json_files import opened
+from ..numeric import Matrix
+from ..observer import Observer
+from ..plant import Plant
 from .estimate import estimate
 from .filter_data import filter_data
 
@@ -49,7 +54,7 @@ class Measurements:
         return int(np.isnan(self.y).sum())
 
 
-def read(path, plant):
+def read(path: str | Path, plant: Plant) -> Measurements:
     """Read a CSV file whose columns are named after the plant's outputs and inputs.
 
     The columns may come in any order, a column `time`, `t` or `instant` beside them.
@@ -193,7 +198,7 @@ def _row(k):
     return f"instant {k + 1} of the measurements"
 
 
-def covariance_from_start(observer, plant, samples):
+def covariance_from_start(observer: Observer, plant: Plant, samples: int) -> Matrix:
     """Error covariance of a constant observer at instants 1 .. samples.
 
     It starts from T times the expected state of the first sample.
@@ -221,7 +226,7 @@ def require_finite(x, names, at):
         )
 
 
-def write(file, plant, estimates):
+def write(file: TextIO, plant: Plant, estimates: Estimates) -> None:
     """Write estimates to an open file: time, then each state and its one sigma.
 
     Without bounds there are no columns for them.

@@ -1,19 +1,25 @@
 """Many simulated runs of one observer: the error's statistics, with their errors."""
 
+from concurrent.futures import Executor
 from contextlib import closing
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import scipy  # its parts load when first used
+from numpy.typing import ArrayLike
 
 from ..analysis.error_covariance import require_free_of_input
 from ..arguments import expect
 from ..certificate import require_match, require_real
 from ..errors import DesignError
 from ..kernels import runs_compiled
+from ..numeric import Matrix
 from ..numeric.validation import covariance
+from ..observer import Observer
+from ..plant import Plant
 from .claims import given_claim, true_claim
-from .executor import in_order, reporting
+from .executor import Progress, in_order, reporting
 from .monte_carlo_blocks import BLOCK, Batch, join, sums_of, total
 from .simulate import noise_roots
 
@@ -53,7 +59,7 @@ class Ensemble:
     dof: np.ndarray | None
     runs: int
 
-    def nees_bounds(self, confidence=0.95):
+    def nees_bounds(self, confidence: float = 0.95) -> Matrix:
         """Two-sided bounds (2, steps + 1) of `nees` if the claim is right.
 
         ``runs * nees`` then has a chi-square distribution of ``runs * dof`` degrees
@@ -88,18 +94,18 @@ class Ensemble:
 
 
 def monte_carlo(
-    plant,
-    observer,
+    plant: Plant,
+    observer: Observer,
     *,
-    runs,
-    steps,
-    seed,
-    claimed=None,
-    executor=None,
-    chunk=None,
-    progress=False,
-    backend="auto",
-):
+    runs: int,
+    steps: int,
+    seed: int,
+    claimed: ArrayLike | None = None,
+    executor: Executor | None = None,
+    chunk: int | None = None,
+    progress: Progress = False,
+    backend: str = "auto",
+) -> Ensemble:
     """Simulate many runs and gather the statistics of the estimation error.
 
     Each run has a random stream that depends on `seed` and its number only, runs are
@@ -170,7 +176,7 @@ def monte_carlo(
     blocks = -(-runs // BLOCK)
     size = -(-blocks // TASKS) if chunk is None else -(-chunk // BLOCK)
     jobs = [(batch, range(a, min(a + size, blocks))) for a in range(0, blocks, size)]
-    nodes = []
+    nodes: list[Any] = []
     parts = in_order(sums_of, jobs, executor)
     with reporting(progress, runs, "run") as report, closing(parts):
         for (_, some), part in zip(jobs, parts):

@@ -4,10 +4,14 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.linalg
+from numpy.typing import ArrayLike
 
 from ..arguments import expect
 from ..certificate import require_match, require_real
+from ..numeric import Matrix
 from ..numeric.factors import square_root
+from ..observer import Observer
+from ..plant import Plant
 from .chunks import real, rows, single
 from .estimate import start
 
@@ -31,12 +35,22 @@ class Run:
     w_hat: np.ndarray  # (N, q) the observer's estimate of w
 
     @property
-    def error(self):
+    def error(self) -> Matrix:
         """w^ - w, (N, q)."""
         return self.w_hat - self.w
 
 
-def simulate(plant, observer, t, *, u=None, u0=None, x0=None, z0=None, seed=None):
+def simulate(
+    plant: Plant,
+    observer: Observer,
+    t: ArrayLike,
+    *,
+    u: ArrayLike | None = None,
+    u0: ArrayLike | None = None,
+    x0: ArrayLike | None = None,
+    z0: ArrayLike | None = None,
+    seed: int | None = None,
+) -> Run:
     """Simulate plant and observer together, exactly.
 
     Parameters

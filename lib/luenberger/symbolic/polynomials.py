@@ -46,7 +46,7 @@ class Sum:
     def __eq__(self, other):
         return (self - other).is_zero
 
-    __hash__ = None
+    __hash__ = None  # type: ignore[assignment]
 
     def __repr__(self):
         return str(self.algebra.spelled(self.as_expr()))

@@ -2,8 +2,10 @@
 
 from dataclasses import replace
 from numbers import Integral
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ...analysis.optimality import optimality
 from ...arguments import expect
@@ -13,6 +15,7 @@ from ...kernels import run
 from ...numeric.linalg import modes
 from ...numeric.validation import matrix
 from ...observer import Observer
+from ...plant import Plant
 from ...recursion.settings import positive_weight, require_noise
 from .derivation import projection_factors, projection_gains
 from .descent import balancing
@@ -21,8 +24,15 @@ from .target import prediction, target
 
 
 def fixed_order_filter(
-    plant, order, *, L=None, weight=None, feedthrough=True, starts=24, seed=0
-):
+    plant: Plant,
+    order: int,
+    *,
+    L: ArrayLike | None = None,
+    weight: ArrayLike | None = None,
+    feedthrough: bool = True,
+    starts: int = 24,
+    seed: int = 0,
+) -> Observer:
     r"""The estimator of a given order with the least steady error.
 
     Of all stable systems of that order
@@ -104,7 +114,7 @@ def fixed_order_filter(
     >>> round(lb.optimality(observer, plant).cost, 6)
     0.485938
     """
-    options = dict(L=L, weight=weight, feedthrough=feedthrough)
+    options: Any = dict(L=L, weight=weight, feedthrough=feedthrough)
     found = fixed_order_search(plant, order, **options, starts=starts, seed=seed)
     return certified(found.best)
 
@@ -116,8 +126,15 @@ def certified(minimum):
 
 
 def fixed_order_search(
-    plant, order, *, L=None, weight=None, feedthrough=True, starts=24, seed=0
-):
+    plant: Plant,
+    order: int,
+    *,
+    L: ArrayLike | None = None,
+    weight: ArrayLike | None = None,
+    feedthrough: bool = True,
+    starts: int = 24,
+    seed: int = 0,
+) -> Search:
     """The local minima that `fixed_order_filter` chooses from.
 
     Parameters

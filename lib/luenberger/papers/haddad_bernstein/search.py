@@ -172,7 +172,7 @@ def minima(target, found, order, number, seed):
     return known, failed
 
 
-def _same(one: Frame, other: Frame):
+def _same(one: Frame, other: Frame) -> bool:
     """Whether two minima are one, or lie in one valley of equal cost."""
     level = abs(one.point.cost - other.point.cost) <= EQUAL * one.target.scale
     if one.is_flat and other.is_flat and level:

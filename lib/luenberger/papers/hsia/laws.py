@@ -4,8 +4,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache, partial
 from numbers import Real
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 T_MIN, T_MAX = 0.02, 0.1  # seconds, the bounds of Table II
 
@@ -29,7 +31,7 @@ class Law:
     T_max: float
     text: str
 
-    def __call__(self, rate):
+    def __call__(self, rate: ArrayLike) -> Any:
         """The period at a rate, in seconds; also of an array of rates."""
         with np.errstate(divide="ignore"):  # law 3 at rest: as long as is allowed
             return np.clip(self.period(np.abs(rate)), self.T_min, self.T_max)
@@ -38,7 +40,7 @@ class Law:
         return self.text
 
 
-def periodic(T):
+def periodic(T: float) -> Law:
     """The same period T, in seconds, whatever the error does.
 
     Examples
@@ -52,7 +54,7 @@ def periodic(T):
     return Law(partial(_constant, T), T, T, f"periodic({T:g})")
 
 
-def quadratic(alpha, *, T_min=T_MIN, T_max=T_MAX):
+def quadratic(alpha: float, *, T_min: float = T_MIN, T_max: float = T_MAX) -> Law:
     r"""Law 1 of Table II, for a squared error,
 
     .. math:: T = \frac{T_{\max}}{\alpha \dot e^2 + 1} .
@@ -89,7 +91,7 @@ def quadratic(alpha, *, T_min=T_MIN, T_max=T_MAX):
     return _of_table("quadratic", "alpha", alpha, T_min, T_max)
 
 
-def absolute(alpha, *, T_min=T_MIN, T_max=T_MAX):
+def absolute(alpha: float, *, T_min: float = T_MIN, T_max: float = T_MAX) -> Law:
     r"""Law 2 of Table II, for the area of the error,
 
     .. math:: T = \frac{T_{\max}}{\alpha |\dot e| + 1} .
@@ -110,7 +112,7 @@ def absolute(alpha, *, T_min=T_MIN, T_max=T_MAX):
     return _of_table("absolute", "alpha", alpha, T_min, T_max)
 
 
-def root(C, *, T_min=T_MIN, T_max=T_MAX):
+def root(C: float, *, T_min: float = T_MIN, T_max: float = T_MAX) -> Law:
     r"""Law 3 of Table II, for a price on samples per second,
 
     .. math:: T = C / \sqrt{|\dot e|} .
@@ -131,7 +133,7 @@ def root(C, *, T_min=T_MIN, T_max=T_MAX):
     return _of_table("root", "C", C, T_min, T_max)
 
 
-def linear(K, *, T_min=T_MIN, T_max=T_MAX):
+def linear(K: float, *, T_min: float = T_MIN, T_max: float = T_MAX) -> Law:
     r"""Law 4 of Table II, for the error reached,
 
     .. math:: T = T_{\max} - K |\dot e| .
@@ -152,7 +154,7 @@ def linear(K, *, T_min=T_MIN, T_max=T_MAX):
     return _of_table("linear", "K", K, T_min, T_max)
 
 
-def bounded(period, T_min, T_max):
+def bounded(period: object, T_min: float, T_max: float) -> Law:
     """A law of your own, any callable from rate to period, clipped to bounds.
 
     Raises

@@ -3,14 +3,19 @@
 What happens between two samples is in `system`.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from numbers import Real
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ...arguments import expect
 from ...errors import DesignError
+from ...numeric import Vector
 from ...numeric.validation import numbers
+from ...plant import Plant
 from .references import step
 from .system import Loop
 
@@ -46,15 +51,15 @@ class Response:
     rates: np.ndarray
     E: float
     duration: float
-    _loop: object = field(repr=False)
+    _loop: Loop = field(repr=False)
     _states: np.ndarray = field(repr=False)  # just after each sample
 
     @property
-    def samples(self):
+    def samples(self) -> int:
         """Number of samples, at instants t with 0 <= t < duration."""
         return len(self.t)
 
-    def at(self, times):
+    def at(self, times: ArrayLike) -> tuple[Vector, Vector, Vector]:
         """The reference r, the output y and the continuous loop's y* at any times.
 
         Parameters
@@ -82,15 +87,15 @@ class Response:
 
 
 def simulate(
-    law,
-    plant,
-    duration,
+    law: Callable[[float], float],
+    plant: Plant,
+    duration: float,
     *,
-    reference=None,
-    x0=None,
-    rate="before",
-    first_rate=np.inf,
-):
+    reference: Plant | None = None,
+    x0: ArrayLike | None = None,
+    rate: str = "before",
+    first_rate: float = np.inf,
+) -> Response:
     r"""Run a unity-feedback loop with zero-order hold, sampled as a law decides.
 
     .. math:: u(t) = r(t_i) - y(t_i), \quad t_i \le t < t_{i+1}, \qquad
@@ -153,7 +158,8 @@ def simulate(
     expect(law=law, plant=plant)
     _require_options(law, duration, rate, first_rate)
     loop = Loop(plant, step() if reference is None else reference, duration)
-    s, t, E, rows = loop.start(x0), 0.0, 0.0, []
+    s, t, E = loop.start(x0), 0.0, 0.0
+    rows: list[tuple[Any, ...]] = []
     while duration - t > END_TOL * duration:
         e = loop.error @ s
         told = first_rate

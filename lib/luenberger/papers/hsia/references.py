@@ -10,7 +10,7 @@ from ...numeric.validation import numbers
 from ...plant import Plant
 
 
-def step(size=1.0):
+def step(size: float = 1.0) -> Plant:
     """A step: r(t) = size.
 
     Examples
@@ -22,13 +22,13 @@ def step(size=1.0):
     return Plant([[0]], None, [[1]], x0=_numbers(size=size), name="step")
 
 
-def ramp(slope=1.0):
+def ramp(slope: float = 1.0) -> Plant:
     """A ramp: r(t) = slope t."""
     x0 = [0, *_numbers(slope=slope)]
     return Plant([[0, 1], [0, 0]], None, [[1, 0]], x0=x0, name="ramp")
 
 
-def sine(amplitude, omega, phase=0.0):
+def sine(amplitude: float, omega: float, phase: float = 0.0) -> Plant:
     """A sine: r(t) = amplitude sin(omega t + phase), omega in rad/s."""
     size, omega, phase = _numbers(amplitude=amplitude, omega=omega, phase=phase)
     x0 = [size * np.sin(phase), size * np.cos(phase)]

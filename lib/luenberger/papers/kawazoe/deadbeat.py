@@ -17,13 +17,14 @@ from ...numeric import rationals
 from ...numeric.independent_rows import default_tol, levels, scaled, split_hidden
 from ...numeric.linalg import modes
 from ...observer import Observer
+from ...plant import Plant
 from ..certified import CONDITION_WARNING, LOST_TOL, certified
 from .form import find_form, require_discrete, solve_left
 
 EXACT_ORDER = 20  # beyond, fractions of thousands of digits take minutes
 
 
-def deadbeat_observer(plant, *, method="staircase"):
+def deadbeat_observer(plant: Plant, *, method: str = "staircase") -> Observer:
     r"""Deadbeat observer: F is nilpotent, the error is zero after p_M samples.
 
     .. math:: z_+ = F z + G u + D y, \qquad \hat x = P z + V y + W u,

@@ -1,6 +1,9 @@
 """Kawazoe's coordinates: rows C_i A^k, chosen so that each output starts a chain."""
 
-from dataclasses import dataclass
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -8,6 +11,7 @@ from ...arguments import expect
 from ...errors import DesignError
 from ...numeric import rationals
 from ...numeric.independent_rows import choose, scaling
+from ...plant import Plant
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,39 +41,38 @@ class ObservabilityForm:
     Phi: np.ndarray
     G: np.ndarray
     H: np.ndarray
-    indices: tuple
+    indices: tuple[int, ...]
     selection: str = "interleaved"
     tol: float = 0.0
     margin: float = 0.0
 
     @property
-    def samples(self):
+    def samples(self) -> int:
         """The largest index p_M, how many samples determine the state (21)."""
         return max(self.indices)
 
     @property
-    def cond(self):
+    def cond(self) -> float:
         """2-norm condition number of P, the digits that (26) can lose."""
         return float(np.linalg.cond(self.as_float().P))
 
     @property
-    def exact(self):
+    def exact(self) -> bool:
         """Whether the entries are Fractions."""
         return self.P.dtype == object
 
-    def as_float(self):
+    def as_float(self) -> ObservabilityForm:
         """The same form rounded to floats; itself if it is not exact."""
         if not self.exact:
             return self
-        rounded = (
-            np.array(X.astype(float)) for X in (self.P, self.Phi, self.G, self.H)
-        )
-        return ObservabilityForm(
-            *rounded, self.indices, self.selection, self.tol, self.margin
-        )
+        names = ("P", "Phi", "G", "H")
+        rounded: Any = {name: getattr(self, name).astype(float) for name in names}
+        return replace(self, **rounded)
 
 
-def observability_form(plant, *, selection="interleaved", tol=None):
+def observability_form(
+    plant: Plant, *, selection: str = "interleaved", tol: float | None = None
+) -> ObservabilityForm:
     r"""Kawazoe's observability form: rows C_i A^k as coordinates.
 
     .. math:: w = P x, \qquad w_+ = \Phi w + G u, \qquad y = H w + E u .

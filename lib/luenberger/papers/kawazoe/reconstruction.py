@@ -3,15 +3,25 @@
 import warnings
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ...arguments import expect
+from ...numeric import Matrix
 from ...numeric.independent_rows import scaling
 from ...numeric.validation import as_array, exact, matrix
+from ...plant import Plant
 from ..certified import CONDITION_WARNING
 from .form import find_form, require_discrete, solve_left
 
 
-def reconstruct_state(plant, y, u=None, *, at="start", selection="interleaved"):
+def reconstruct_state(
+    plant: Plant,
+    y: ArrayLike,
+    u: ArrayLike | None = None,
+    *,
+    at: str = "start",
+    selection: str = "interleaved",
+) -> Matrix:
     r"""The exact state from every p_M consecutive samples of a record.
 
     .. math:: x_k = P^{-1} w_k, \qquad
@@ -73,7 +83,8 @@ def reconstruct_state(plant, y, u=None, *, at="start", selection="interleaved"):
         raise ValueError(f"at must be 'start' or 'end' of the window, got {at!r}")
     y, u, exactly = _record(plant, y, u)
     form, outputs = find_form(plant, selection, None, exactly)
-    A, B, E = (plant.exact[k] if exactly else getattr(plant, k) for k in "ABE")
+    given = plant.exact if exactly and plant.exact else vars(plant)
+    A, B, E = (given[k] for k in "ABE")
     windows = len(y) - form.samples + 1
     if windows < 1:
         raise ValueError(

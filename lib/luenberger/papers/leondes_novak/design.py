@@ -1,11 +1,15 @@
 """Leondes and Novak's reduced-order filter, with the Kalman filter as m1 = 0."""
 
+from collections.abc import Sequence
+
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ... import kernels
 from ...arguments import expect
 from ...errors import DesignError
 from ...observer import Observer
+from ...plant import Plant
 from ...recursion.best_constant_gain import best_constant_gain
 from ...recursion.filter_pass import Pass
 from ...recursion.root_step import Spread, first_move
@@ -18,7 +22,9 @@ from .derivation import observer_matrices
 BLOCK = 4096  # rows of gains that compiled code makes at a time
 
 
-def kalman_filter(plant, *, steps=None, backend="auto"):
+def kalman_filter(
+    plant: Plant, *, steps: int | None = None, backend: str = "auto"
+) -> Observer:
     r"""Kalman filter: every output is filtered, the order is n.
 
     The case m1 = 0 of `reduced_order_filter`, which see,
@@ -67,8 +73,14 @@ def kalman_filter(plant, *, steps=None, backend="auto"):
 
 
 def reduced_order_filter(
-    plant, m1, *, steps=None, weight=None, horizon="step", backend="auto"
-):
+    plant: Plant,
+    m1: int | Sequence[int | str],
+    *,
+    steps: int | None = None,
+    weight: ArrayLike | str | None = None,
+    horizon: str = "step",
+    backend: str = "auto",
+) -> Observer:
     r"""Reduced-order filter of least error trace (Leondes and Novak 1974).
 
     The m1 accurate outputs y1 are taken at their word, C1 x^ = y1, and only the

@@ -4,11 +4,13 @@ Source: Moore (1973); papers/moore/derivation/observer.py.
 """
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ... import kernels
 from ...numeric import rationals
 from ...numeric.validation import as_array, exact
 from ...observer import Observer
+from ...plant import Plant
 from ..certified import certified
 from ..poles import arranged
 from . import refusals
@@ -21,7 +23,13 @@ from .recurrences import functionals
 PATIENCE = 3  # orders that rounding spoils before others are left out
 
 
-def functional_observer(plant, k, *, order=None, poles=None):
+def functional_observer(
+    plant: Plant,
+    k: ArrayLike,
+    *,
+    order: int | None = None,
+    poles: ArrayLike | None = None,
+) -> Observer:
     r"""Observer of w = k x that does not pass y on to its estimate, of least order.
 
     .. math:: z_+ = F z + G u + D y, \qquad \hat w = P z,

@@ -6,12 +6,14 @@ Source: Van Dooren (1984); papers/van_dooren/derivation/rows.py.
 import warnings
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.linalg.lapack import get_lapack_funcs
 
 from ...arguments import expect
 from ...errors import DesignError
 from ...numeric.staircase_form import find
 from ...observer import Observer
+from ...plant import Plant
 from ..certified import CONDITION_WARNING, LOST_TOL, certified
 from ..poles import arranged
 from . import rows_of_T
@@ -22,7 +24,9 @@ METHODS = {
 }
 
 
-def reduced_order_observer(plant, poles, *, method="minimum-norm"):
+def reduced_order_observer(
+    plant: Plant, poles: ArrayLike, *, method: str = "minimum-norm"
+) -> Observer:
     r"""Observer of order n - rank C whose error decays with the poles asked for.
 
     In unitary staircase coordinates the rows of

@@ -251,13 +251,13 @@ def noise_doubled():
     return Derivation((Phi, P), stages, steps=steps, source="our own")
 
 
-def key(law):
+def key(law: str) -> str:
     """Where `derive().formulas` has the period of one law."""
     return f"Table II law {1 + list(FAMILY).index(law)}, {law}: T"
 
 
 @cache
-def derive():
+def derive() -> Derivation:
     """The laws of Table II, the general form, the plant, and the noise."""
     formulas = {
         "general form h": price(T),

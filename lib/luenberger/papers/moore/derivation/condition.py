@@ -168,7 +168,7 @@ def power_steps():
 
 def hamilton_steps(order):
     """beta(F) = 0: what k beta(A) is, and that companion form is no loss."""
-    *beta, one = [*sp.symbols(f"beta_:{order}"), sp.S.One]
+    beta, one = list(sp.symbols(f"beta_:{order}")), sp.S.One
     known = SOLVED.with_relations((F**order, -at(F, beta)))
     M = [P]  # M_1 = P, M_(i+1) = M_i F + beta_(r-i) P
     for b in reversed(beta):
