@@ -3,7 +3,7 @@
 import importlib
 
 import pytest
-from page_damage import fails, stage_lists, wrong_definitions, wrong_stages
+from page_damage import fails, idle_values, stage_lists, wrong_definitions, wrong_stages
 
 PAGES = (
     "leondes_novak.stochastic_system",
@@ -20,6 +20,10 @@ PAGES = (
     "leondes_novak.estimate",
     "leondes_novak.brammer",
     "leondes_novak.missing_outputs",
+    "moore.observer",
+    "moore.condition",
+    "moore.recurrence",
+    "moore.signs",
 )
 
 
@@ -49,6 +53,11 @@ def test_a_wrong_sign_in_a_definition_is_noticed(name):
         if not any(map(fails, changed))
     ]
     assert passed == []
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_explicit_values_matter(name):
+    assert list(idle_values(page(name))) == []
 
 
 @pytest.mark.parametrize("name", PAGES)

@@ -7,7 +7,7 @@ import sympy as sp
 from sympy import MatAdd
 from worlds import damages, expr
 
-from luenberger.symbolic import Chain, Equation, MatrixSymbol
+from luenberger.symbolic import Chain, Equation, Explicit, MatrixSymbol
 
 SIGNS = 4  # terms, or entries of an explicit matrix, whose sign is tried
 
@@ -40,6 +40,10 @@ def broken_step(step):
                 damaged = dataclasses.replace(step, lines=lines)
                 yield f"sign in line {k + 1}, {what}", damaged
         return
+    if isinstance(step, Explicit):
+        for what, right in damaged_sides(step.right):
+            yield f"sign of {what}", dataclasses.replace(step, right=right)
+        return
     for symbol, value in step.values.items():
         damaged = step.values | {symbol: 2 * value}
         yield f"sign of {symbol}", dataclasses.replace(step, values=damaged)
@@ -52,6 +56,8 @@ def damaged_sides(right):
             yield what, dataclasses.replace(right, left=side)
     elif isinstance(right, sp.ZeroMatrix):
         yield "one for zero", ones_of(right)
+    elif right == 0:
+        yield "one for zero", sp.S.One
     elif isinstance(right, (sp.Add, MatAdd)):
         for what, wrong in damages(right):
             if what.startswith("sign"):

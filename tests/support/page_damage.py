@@ -2,10 +2,11 @@
 
 import dataclasses
 
+import sympy as sp
 from damage import damaged_sides
 from worlds import one_wrong_sign
 
-from luenberger.symbolic import Derivation, Relation, ShapeError
+from luenberger.symbolic import Derivation, Explicit, Relation, ShapeError
 
 
 def stage_lists(derivation):
@@ -77,3 +78,22 @@ def fails(item):
         return bool(item.unproved() if isinstance(item, Derivation) else item.check())
     except (ShapeError, ValueError, AssertionError):
         return True
+
+
+def idle_values(derivation):
+    """Letters of explicit statements that could have other values unnoticed."""
+    for item in derivation.page:
+        if isinstance(item, Explicit):
+            for symbol in next(iter(item.cases.values()), {}):
+                if not any(map(fails, other_values(item, symbol))):
+                    yield f"{item.says}: {symbol}"
+
+
+def other_values(item, symbol):
+    """An explicit statement with one entry of one letter less one."""
+    for name, chosen in item.cases.items():
+        matrix = sp.Matrix(chosen[symbol])
+        for k in range(len(matrix)):
+            wrong = matrix.copy()
+            wrong[k] -= 1
+            yield dataclasses.replace(item, cases={name: {**chosen, symbol: wrong}})

@@ -8,7 +8,7 @@ from importlib import import_module
 from pkgutil import iter_modules
 from typing import Any
 
-from ..symbolic import Claim
+from ..symbolic import Claim, Explicit
 from ..symbolic.proofs import Proof
 from .evidence import derivation, is_test, steps
 from .records import PAPERS, entries
@@ -25,9 +25,12 @@ def claims() -> dict[Key, Any]:
     found, seen = {}, set()
     for where, known in _listed():
         for name, claim in known.items():
-            if hasattr(claim, "check"):  # a chain: `check` has checked its proofs
+            if isinstance(claim, Explicit):
+                cases = claim.claims.items()
+                found |= {(where, f"{name}, {case}"): one for case, one in cases}
+            elif hasattr(claim, "check"):  # a chain: `check` has checked its proofs
                 continue
-            if not isinstance(claim, Claim) or id(claim) not in seen:
+            elif not isinstance(claim, Claim) or id(claim) not in seen:
                 seen.add(id(claim))
                 found[where, name] = claim
     return found

@@ -67,6 +67,7 @@ from .constructions import Construction, Counterexample
 from .core import Algebra
 from .derivation import Derivation, holds, named, vanishes
 from .equivalences import Equation, Iff, Implies
+from .explicit import Explicit, Positive
 from .lines import AtLeast, AtMost, Cases, Cyclic, Line, Substitute
 from .models import NoModel, evaluate, model, refute
 from .notation import Notation
@@ -95,6 +96,7 @@ __all__ = [
     "Differential",
     "Equation",
     "Expect",
+    "Explicit",
     "Gradient",
     "Identity",
     "Iff",
@@ -107,6 +109,7 @@ __all__ = [
     "NoModel",
     "Notation",
     "Polynomial",
+    "Positive",
     "Proof",
     "Relation",
     "ShapeError",

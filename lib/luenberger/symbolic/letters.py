@@ -128,8 +128,8 @@ def text_name(name):
 
     >>> print(text_name("w_hat"), text_name("z_next"), text_name("K_mv"))
     ŵ z₊ K_mv
-    >>> print(text_name("Omega_21"), text_name("R^-1"), text_name("Gam"))
-    Ω₂₁ R⁻¹ Γ
+    >>> print(text_name("Omega_21"), text_name("R^-1"), text_name("F^j"))
+    Ω₂₁ R⁻¹ F^j
     """
     p = parsed(name)
     base = GREEK.get(p.base, p.base)
@@ -139,4 +139,5 @@ def text_name(name):
         b.translate(LOW) if re.fullmatch(r"[\d+-]+", b) else "_" + GREEK.get(b, b)
         for b in p.below
     )
-    return ("d" if p.differential else "") + base + below + p.above.translate(HIGH)
+    above = "^" + p.above if p.above[:1].isalpha() else p.above.translate(HIGH)
+    return ("d" if p.differential else "") + base + below + above

@@ -75,6 +75,11 @@ def plain(expr):
     return expr.as_expr() if hasattr(expr, "algebra") else sp.sympify(expr)
 
 
+def apart(rows):
+    """What stands between the entries of a row: wider where an entry has blanks."""
+    return "  " if any(" " in cell for row in rows for cell in row) else " "
+
+
 @dataclass(frozen=True)
 class Style:
     """What differs between the two ways of setting an expression."""
@@ -83,6 +88,7 @@ class Style:
     open: str
     close: str
     trace: str
+    determinant: str
     power: object
     fraction: object
     rows: object
@@ -94,6 +100,7 @@ LATEX = Style(
     open=r"\left(",
     close=r"\right)",
     trace=r"\operatorname{tr}",
+    determinant=r"\det",
     power=lambda base, k: f"{base}^{{{k}}}",
     fraction=lambda p, q: rf"\tfrac{{{p}}}{{{q}}}",
     rows=lambda rows: (
@@ -108,11 +115,12 @@ TEXT = Style(
     open="(",
     close=")",
     trace="tr",
+    determinant="det",
     power=lambda base, k: (
         base + (str(k).translate(HIGH) if k.lstrip("-").isdigit() else f"^({k})")
     ),
     fraction=lambda p, q: f"{p}/{q}",
-    rows=lambda rows: "[" + "; ".join(" ".join(row) for row in rows) + "]",
+    rows=lambda rows: "[" + "; ".join(apart(rows).join(row) for row in rows) + "]",
     fallback=str,
 )
 
@@ -147,6 +155,8 @@ class Printer:
             return self._power(e.base, e.exp)
         if isinstance(e, sp.Trace):
             return self._call(self.style.trace, e.arg)
+        if isinstance(e, sp.Determinant):
+            return self._call(self.style.determinant, e.arg)
         if isinstance(e, sp.Rational):
             return self._number(e)
         if isinstance(e, (sp.BlockMatrix, sp.MatrixBase)):

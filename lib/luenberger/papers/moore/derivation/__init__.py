@@ -1,5 +1,7 @@
 """The equations of Moore (1973) in SymPy, in reading order.
 
+`letters`
+    The letters of Moore (1973), each with its size and what it stands for.
 `observer`
     Moore's observer of a functional k x without feedthrough: the case V = 0.
 `condition`

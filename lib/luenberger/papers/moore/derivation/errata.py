@@ -3,7 +3,7 @@
 `entries()` gives for every place the printed claim as a residual that does not
 vanish, and the correct one as a residual that does.  A product that cannot be formed
 is shown by the difference of its inner sizes.  The letters are those of
-`observer`; what the page calls T' is T there.
+`letters`; what the page calls T' is T there.
 
 Source: Moore (1973), as scanned; what a shared eigenvalue does to (7), and the
 limits of the remark on signs, are our own findings.
@@ -11,18 +11,25 @@ limits of the remark on signs, are our own findings.
 
 import sympy as sp
 
-from .condition import FREE, P, T, k
-from .observer import bracket, eps, x
-from .recurrence import S, characteristic, krylov, observable_form
+from ....symbolic import Algebra
+from .letters import P, T, eps, k, x
+from .recurrence import characteristic, krylov, observable_form
 from .recurrence import observer_pair as pair
-from .signs import not_positive
+from .recurrence import recurrence_rows as S
+
+FREE = Algebra()
+
+
+def not_positive(entries):
+    """How many entries are not positive for sure."""
+    return sp.Integer(sum(not sp.sympify(entry).is_positive for entry in entries))
 
 
 def output_of_4():
     """w - k x = (P T - k)[x; eps], where the row has a second block, P."""
     error = FREE.normal(P * (T * x + eps) - k * x)
-    *_, output, _ = bracket()
-    return error - FREE.normal(output * x), error - FREE.normal(output * x + P * eps)
+    row = P * T - k
+    return error - FREE.normal(row * x), error - FREE.normal(row * x + P * eps)
 
 
 def stability_of_6():

@@ -1,12 +1,10 @@
 """Moore's own route, (8)-(13): the functional as a sequence with a recurrence.
 
-In observable companion form T is a Krylov matrix, [t, F t, ..., F^(n-1) t], so that
-S_r T' = 0 by Cayley and Hamilton, and k is a combination of its rows exactly if
-S_r k' = 0: the entries of k obey the recurrence whose polynomial is beta.  They are
-kappa_i = k A^i g in any coordinates, g the state that C, CA, ..., CA^(n-2) do not see;
-they are also the observer's response P F^i T g.
+In observable companion form T is a Krylov matrix, so that S T' = 0 by Cayley and
+Hamilton, and k is a combination of its rows exactly if S k' = 0: the entries of k obey
+the recurrence whose polynomial is beta.  In any coordinates they are k A^i g, where g
+is the state that C, CA, ..., CA^(n-2) do not see.
 
-The letters are those of `observer`.  One output; n, and mostly r, are numbers.
 Source: Moore (1973), (2), (8)-(13); the sequence in other coordinates is our own.
 """
 
@@ -14,31 +12,16 @@ from functools import cache
 
 import sympy as sp
 
-from ....symbolic import (
-    Algebra,
-    BlockMatrix,
-    Claim,
-    Derivation,
-    Identity,
-    MatrixSymbol,
-    ZeroMatrix,
-    claims,
-)
-from .condition import at
+from ....symbolic import Construction, Derivation, Explicit, Line
+from .letters import *
 
-SIZES = ((2, 1), (3, 1), (3, 2), (4, 2), (5, 3), (6, 4))  # (n, r)
-n, p, r = sp.symbols("n p r", integer=True, nonnegative=True)
-A, F = MatrixSymbol("A", n, n), MatrixSymbol("F", r, r)
-C, D = MatrixSymbol("C", 1, n), MatrixSymbol("D", r, 1)
-T, P = MatrixSymbol("T", r, n), MatrixSymbol("P", 1, r)
-g, k = MatrixSymbol("g", n, 1), MatrixSymbol("k", 1, n)
+SIZES = ((4, 2), (2, 1), (3, 1), (3, 2), (5, 3), (6, 4))  # (n, r)
 
-
-# -- (8)-(13) in observable companion form ------------------------------------------
+# -- explicit patterns ----------------------------------------------------------------
 
 
 def observable_form(size):
-    """A and C of (1), (2): the last column of A is -alpha, C = [0 ... 0 1]."""
+    """A and c of (1), (2): the last column of A is -alpha, c = [0 ... 0 1]."""
     alpha = sp.symbols(f"alpha_:{size}")
     A = sp.Matrix(size, size, lambda i, j: int(i == j + 1))
     A[:, -1] = -sp.Matrix(alpha)
@@ -46,13 +29,12 @@ def observable_form(size):
 
 
 def observer_pair(order):
-    """F and t: a symbol for every entry, or from r = 3 on companion F, t = [1 0 ..]'.
+    """F and t, from r = 2 on companion F and t = [1 0 ..]'.
 
     A controllable (F, t) can be brought to that form, so nothing is lost.
     """
-    if order < 3:
-        F = sp.Matrix(order, order, lambda i, j: sp.Symbol(f"f_{i + 1}{j + 1}"))
-        return F, sp.Matrix(order, 1, lambda i, _: sp.Symbol(f"t_{i + 1}"))
+    if order == 1:
+        return sp.Matrix([[sp.Symbol("f")]]), sp.Matrix([sp.Symbol("t")])
     F = sp.Matrix(order, order, lambda i, j: int(i == j + 1))
     F[:, -1] = -sp.Matrix(sp.symbols(f"beta_:{order}"))
     return F, sp.Matrix(order, 1, lambda i, _: int(i == 0))
@@ -71,230 +53,195 @@ def krylov(F, t, size):
     return sp.Matrix.hstack(*columns)
 
 
-def S(beta, size):
+def recurrence_rows(beta, size):
     """(11): n - r rows, each beta_0, ..., beta_(r-1), 1 one place further on."""
     order = len(beta) - 1
     rows = [[0] * i + [*beta] + [0] * (size - order - 1 - i) for i in range(size)]
     return sp.Matrix(size - order, size, sum(rows[: size - order], []))
 
 
-def construction_steps(size, order):
-    """(8), (9) solve (5), and nothing else does; (10) in both directions."""
-    A, C, alpha = observable_form(size)
-    F, t = observer_pair(order)
-    beta, T = characteristic(F), krylov(F, t, size + 1)
-    D = -(T * sp.Matrix([*alpha, 1])).expand()  # (8)
-    T, kalman = T[:, :size], T[:, :order]
-    shift = S(beta, size)
-    free = sp.Matrix(order, size, lambda i, j: sp.Symbol(f"T_{i + 1}{j + 1}"))
-    d = sp.Matrix(order, 1, lambda i, _: sp.Symbol(f"d_{i + 1}"))
-    ahead = sp.Matrix.hstack(free[:, 1:], -free * sp.Matrix(alpha) - d)
-    P = sp.Matrix(1, order, lambda _, j: sp.Symbol(f"P_{j + 1}"))
-    kappa = continued(beta, size)
-    found = (kappa[:, :order] * kalman.inv()).applyfunc(sp.cancel)
-    minor = shift[:, order:]
-    first, last = S([*beta[:-1], 0], size), S([0] * order + [1], size)
-    name = f"n = {size}, r = {order}"
+def named_beta(order, **assumed):
+    return [*sp.symbols(f"beta_:{order}", **assumed), sp.S.One]
+
+
+def at_sizes(values, sizes=SIZES):
+    """{"n = .., r = ..": values(n, r)}."""
+    return {f"n = {size}, r = {order}": values(size, order) for size, order in sizes}
+
+
+def pattern(size, order):
+    """S and T of (9), (11) with the coefficients of the observer's own polynomial."""
+    F_, t_ = observer_pair(order)
+    return {S: recurrence_rows(characteristic(F_), size), T: krylov(F_, t_, size)}
+
+
+def behind_the_cut(size, order):
+    return {S_2: recurrence_rows(named_beta(order), size)[:, order:]}
+
+
+def in_another_unit(size, order):
+    """S and kappa where time is measured in units of tau, and what that multiplies."""
+    tau, beta_ = sp.Symbol("tau", positive=True), named_beta(order)
+    scaled = [b / tau ** (order - j) for j, b in enumerate(beta_)]
+    sequence = sp.Matrix(sp.symbols(f"kappa_:{size}"))
     return {
-        f"(5) by columns: T_(j+1) = F T_j, and the last gives D, {name}": Claim(
-            free * A - F * free - d * C, (ahead - F * free).expand()
-        ),
-        f"(8),(9) solve (5): T A - F T = D C, {name}": Claim(
-            (T * A - F * T).expand(), (D * C).expand()
-        ),
-        f"(10),(11) S_r T' = 0, T as used here, {name}": Claim(
-            (first * T.T).expand(), -(last * T.T).expand()
-        ),
-        f"(10) k = P T gives S_r k' = 0, {name}": Claim(
-            (first * (P * T).T).expand(), -(last * (P * T).T).expand()
-        ),
-        f"(10) S_r k' = 0 gives k = P T, P = [k_0 .. k_(r-1)][t .. F^(r-1) t]^-1, "
-        f"{name}": Claim((found * T).applyfunc(sp.cancel), kappa),
-        f"(11) S_r has rank n - r: its last columns are triangular, {name}": Claim(
-            minor, minor.lower_triangular()
-        ),
-        f"(11) with beta_r = 1 on the diagonal, {name}": Claim(minor.det(), 1),
+        S_T: recurrence_rows(scaled, size),
+        k_T: sp.diag(*(tau**-i for i in range(size))) * sequence,
+        Lam: sp.diag(*(tau ** -(i + order) for i in range(size - order))),
+        S: recurrence_rows(beta_, size),
+        kappa: sequence,
     }
 
 
-def continued(beta, size):
-    """k_0, ..., k_(r-1) as symbols, and what the recurrence makes of them."""
-    order = len(beta) - 1
-    kappa = list(sp.symbols(f"k_:{order}"))
-    while len(kappa) < size:
-        last = kappa[-order:]
-        kappa.append(sp.expand(-sum(b * x for b, x in zip(beta, last))))
-    return sp.Matrix([kappa])
+# -- the page -------------------------------------------------------------------------
 
+no_entry, no_column = ZeroMatrix(1, 1), ZeroMatrix(r, 1)
 
-def hamilton_step(order):
-    """(12) Cayley and Hamilton, for F with a symbol for every entry."""
-    F = sp.Matrix(order, order, lambda i, j: sp.Symbol(f"f_{i + 1}{j + 1}"))
-    total, power = sp.zeros(order), sp.eye(order)
-    for b in characteristic(F)[:-1]:
-        total, power = total + b * power, (power * F).expand()
-    return {f"(12) beta(F) = 0, r = {order}": Claim(power, -total.expand())}
-
-
-# -- the same in any coordinates ----------------------------------------------------
-
-
-def unseen(size):
-    """C A^j g = 0 for j < n - 1, and C A^(n-1) g = 1."""
-    return [
-        (C * A**j * g, ZeroMatrix(1, 1) if j < size - 1 else Identity(1))
-        for j in range(size)
-    ]
-
-
-def coordinate_steps(size):
-    """X = [g, A g, ..., A^(n-1) g] takes the plant to the form of (1), (2)."""
-    alpha = sp.symbols(f"alpha_:{size}")
-    # A^n = -alpha_0 - ... - alpha_(n-1) A^(n-1), Cayley and Hamilton
-    known = Algebra([], [*unseen(size), (A**size, -at(A, alpha))])
-    X = [A**j * g for j in range(size)]
-    last = sp.MatAdd(*(-a * x for a, x in zip(alpha, X)))
-    moved = BlockMatrix([[A * x for x in X]])
-    name = f"n = {size}"
-    tall = sp.Matrix(size, size, lambda i, j: hankel_entry(i + j, size))
-    return claims(
-        known,
-        {
-            f"(2) A X = X A_o, the last column of A_o is -alpha, {name}": (
-                moved,
-                BlockMatrix([[*X[1:], last]]),
-            ),
-            f"(1) C X = [0 .. 0 1], {name}": (
-                BlockMatrix([[C * x for x in X]]),
-                BlockMatrix([[ZeroMatrix(1, 1)] * (size - 1) + [Identity(1)]]),
-            ),
-        },
-    ) | {
-        f"(1) [C; CA; ..] X is triangular from the right with ones, {name}": Claim(
-            sp.Abs(tall.det(method="berkowitz")), 1
-        )
-    }
-
-
-def hankel_entry(j, size):
-    """C A^j g: zero, then one, then a symbol."""
-    return sp.Symbol(f"h_{j}") if j >= size else sp.Integer(j == size - 1)
-
-
-def sequence_steps(size):
-    """kappa_i = k A^i g = P F^i T g, and (13) is the condition on k beta(A)."""
-    solved = [(T * A, F * T + D * C), *unseen(size)]
-    observed = Algebra([], solved)
-    steps = claims(
-        observed,
-        {
-            f"(10) kappa_{i} = P T A^{i} g = P F^{i} T g, n = {size}": (
-                P * T * A**i * g,
-                P * F**i * T * g,
-            )
-            for i in range(size)
-        },
-    )
-    for order in range(1, size):
-        beta = [*sp.symbols(f"beta_:{order}"), sp.S.One]
-        rest = [MatrixSymbol(f"D_{i + 1}", 1, 1) for i in range(order)]
-        shown = sp.MatAdd(*(d * C * A ** (order - 1 - i) for i, d in enumerate(rest)))
-        steps |= claims(
-            Algebra([], unseen(size)),
-            {
-                f"(13) C, .., CA^(r-1) do not see A^{i} g, n = {size}, r = {order}": (
-                    shown * A**i * g,
-                    0,
-                )
-                for i in range(size - order)
-            }
-            | {
-                f"(13) row {i} of S_r kappa is k beta(A) A^{i} g, n = {size}, "
-                f"r = {order}": (
-                    sp.MatAdd(*(k * b * A**j for j, b in enumerate(beta))) * A**i * g,
-                    sp.MatAdd(*(b * k * A ** (i + j) * g for j, b in enumerate(beta))),
-                )
-                for i in range(size - order)
-            },
-        )
-    return steps
-
-
-def row_space_steps(size, order):
-    """In the form of (1), (2): the rows C, .., CA^(r-1) fill the last r entries."""
-    A, C, _ = observable_form(size)
-    beta = [*sp.symbols(f"beta_:{order}"), 1]
-    k = sp.Matrix([sp.symbols(f"k_:{size}")])
-    rows, k_beta, power = [], sp.zeros(1, size), k
-    for b in beta:
-        rows.append(rows[-1] * A if rows else C)
-        k_beta, power = k_beta + b * power, power * A
-    seen = sp.Matrix.vstack(*rows[:order])
-    free = size - order
-    name = f"n = {size}, r = {order}"
-    return {
-        f"(13) the rows C, .., CA^(r-1) are zero in the first n - r, {name}": Claim(
-            seen[:, :free]
-        ),
-        f"(13) and independent in the last r, {name}": Claim(
-            seen[:, free:].det() ** 2, 1
-        ),
-        f"(13) the first n - r of k beta(A) are S_r k', {name}": Claim(
-            k_beta[:, :free].T.expand(), (S(beta, size) * k.T).expand()
-        ),
-    }
-
-
-def scale_step(size, order):
-    """Another unit of time: kappa_i / sigma^i has beta_j / sigma^(r - j)."""
-    sigma = sp.Symbol("sigma", positive=True)
-    beta = [*sp.symbols(f"beta_:{order}"), sp.S.One]
-    kappa = sp.Matrix(sp.symbols(f"k_:{size}"))
-    scaled = S([b / sigma ** (order - j) for j, b in enumerate(beta)], size)
-    sequence = sp.Matrix([x / sigma**i for i, x in enumerate(kappa)])
-    rows = S(beta, size) * kappa
-    wanted = sp.Matrix([x / sigma ** (i + order) for i, x in enumerate(rows)])
-    return {
-        "(13) in another unit of time: row i divided by sigma^(i + r), "
-        f"n = {size}, r = {order}": Claim((scaled * sequence).expand(), wanted.expand())
-    }
-
-
-def formulas():
-    """The definitions for n = 5, r = 2, for reading."""
-    A, C, alpha = observable_form(5)
-    s = sp.Symbol("s")
-    beta = [*sp.symbols("beta_:2"), sp.S.One]
-    kappa = sp.Matrix(sp.symbols("kappa_:5"))
-    powers = sp.symbols("t Ft F^2t F^3t F^4t F^5t", commutative=False)
-    return {
-        "(1) A": A,
-        "(1) C": C,
-        "(2) det(s I - A)": sum((a * s**i for i, a in enumerate(alpha)), s**5),
-        "(8) D": -sp.Add(*(a * x for a, x in zip([*alpha, 1], powers))),
-        "(9) T": sp.Matrix([powers[:5]]),
-        "(11) S_2": S(beta, 5),
-        "(12) det(s I - F)": sum(b * s**j for j, b in enumerate(beta)),
-        "(13) S_2 kappa": S(beta, 5) * kappa,
-    }
+PAGE = (
+    """In observable companion form the plant moves every entry down by one, and
+    the last column has the coefficients of its polynomial. The one output is the
+    last entry.""",
+    is_A := define(A, Z - alpha * c, "2"),
+    """Let `T` have the columns `t_1`, `F t_1`, and so on up to `F^(n-1) t_1`. Its
+    columns moved to the left by one are its columns times `F`, except for the
+    last; and `D` is minus the plant's polynomial at `F`, times `t_1`.""",
+    columns := define(T * Z, F * T - f * c, "9"),
+    is_D := define(D_1, -(f + T * alpha), "8"),
+    chain(
+        "5, 8, 9",
+        "these solve the equation",
+        T * A - F * T,
+        Line(T * Z - T * alpha * c - F * T, by=(is_A,)),
+        Line(-f * c - T * alpha * c, by=(columns,)),
+        Line(D_1 * c, by=(is_D,)),
+    ),
+    "Nothing else does, for the equation moves the columns of `T` in the same way.",
+    solved := define(T * A, F * T + D_1 * c, "5"),
+    chain(
+        "5, 9",
+        "nothing else solves it",
+        T * Z,
+        Line(T * A + T * alpha * c, by=(is_A,)),
+        Line(F * T + (D_1 + T * alpha) * c, by=(solved,)),
+    ),
+    """Let `beta` be the polynomial of `F`. The first row of `S` gives `T S'` the
+    column `beta(F) t_1`, which is zero by Cayley and Hamilton. Every further row
+    of `S` is the one before it, moved by one place; the one before it ends with a
+    zero.""",
+    next_row := define(s_in, Z * s_i, "11"),
+    ends := define(c * s_i, no_entry, "11"),
+    gone := define(T * s_i, no_column),
+    chain(
+        "11, 12",
+        "one row after the other",
+        T * s_in,
+        Line(T * Z * s_i, by=(next_row,)),
+        Line(F * T * s_i - f * c * s_i, by=(columns,)),
+        Line(no_column, by=(gone, ends)),
+    ),
+    Explicit(
+        "11, 12",
+        "all rows, written out",
+        S * T.T,
+        ZeroMatrix(n - r, r),
+        at_sizes(pattern),
+        why="Cayley and Hamilton",
+    ),
+    "If `k` is a combination of the rows of `T`, its entries obey the recurrence.",
+    read := define(k, P * T, "7"),
+    annihilated := define(T * S.T, ZeroMatrix(r, n - r)),
+    chain(
+        "10",
+        "a combination of rows obeys the recurrence",
+        k * S.T,
+        Line(P * T * S.T, by=(read,)),
+        Line(ZeroMatrix(1, n - r), by=(annihilated,)),
+    ),
+    """Conversely let `k` obey it. Cut `S`, `T` and `k` behind column `r`. The cut
+    makes `T_1` a controllability matrix, which has an inverse, and `S_2` a
+    triangle with ones on its diagonal.""",
+    Explicit(
+        "11",
+        "the last columns have the determinant one",
+        sp.Determinant(S_2),
+        sp.S.One,
+        at_sizes(behind_the_cut),
+    ),
+    cut_T := define(T_2 * S_2.T, -T_1 * S_1.T),
+    cut_k := define(k_2 * S_2.T, -k_1 * S_1.T),
+    continued := chain(
+        "10",
+        "the recurrence continues both alike",
+        k_1 * T_1.I * T_2,
+        Line(k_1 * T_1.I * T_2 * S_2.T * S_2.T.I, why="put in an inverse"),
+        Line(-k_1 * T_1.I * T_1 * S_1.T * S_2.T.I, by=(cut_T,)),
+        Line(-k_1 * S_1.T * S_2.T.I, why="the inverse cancels"),
+        Line(k_2 * S_2.T * S_2.T.I, by=(cut_k,)),
+        Line(k_2, why="the inverse cancels"),
+    ),
+    read_1 := define(P * T_1, k_1, "7"),
+    read_2 := define(P * T_2, k_2, "7"),
+    Construction(
+        "10",
+        "so k is a combination of the rows",
+        {P: k_1 * T_1.I},
+        satisfies=(read_1, read_2),
+        by=(continued,),
+    ),
+    """In other coordinates there is a state `g` that `C`, `C A`, up to `C A^(n-2)`
+    do not see, while `C A^(n-1) g` is one. The columns `g`, `A g`, and so on take
+    the plant to the form above, because `A^n g` is a combination of them by Cayley
+    and Hamilton.""",
+    moved := define(K * Z, A * K - g_n * c),
+    hamilton := define(g_n, -K * alpha, "12"),
+    is_form := define(A_o, Z - alpha * c, "2"),
+    chain(
+        "1, 2",
+        "the plant in observable companion form",
+        K * A_o,
+        Line(K * Z - K * alpha * c, by=(is_form,)),
+        Line(A * K - g_n * c - K * alpha * c, by=(moved,)),
+        Line(A * K, by=(hamilton,)),
+    ),
+    """So Moore's entries of `k` are the numbers `k A^i g`. They are also what the
+    observer answers to `T g`, since the output does not see `A^i g` for `i < n -
+    1`.""",
+    next_g := define(g_in, A * g_i),
+    hidden := define(c_1 * g_i, no_entry),
+    solved_1 := define(T * A, F * T + D_1 * c_1, "5"),
+    chain(
+        "10",
+        "what is tracked moves as the observer does",
+        T * g_in,
+        Line(T * A * g_i, by=(next_g,)),
+        Line(F * T * g_i + D_1 * c_1 * g_i, by=(solved_1,)),
+        Line(F * T * g_i, by=(hidden,)),
+    ),
+    """The first row of `S` turns these columns into `beta(A) g`, and each further
+    row is the one before it moved by one place. So row `i` of the recurrence says
+    that `k beta(A) A^i g` is zero: the condition for any number of outputs, beside
+    the states that `C`, `C A`, up to `C A^(r-1)` do not see.""",
+    chain(
+        "13",
+        "one row of the recurrence after the other",
+        K * s_in,
+        Line(K * Z * s_i, by=(next_row,)),
+        Line(A * K * s_i - g_n * c * s_i, by=(moved,)),
+        Line(A * K * s_i, by=(ends,)),
+    ),
+    """Time can be measured in any unit. With a unit of `tau` the sequence is
+    divided by powers of `tau`, the coefficients as well, and so is each row.""",
+    Explicit(
+        "13",
+        "another unit of time divides each row",
+        S_T * k_T,
+        Lam * S * kappa,
+        at_sizes(in_another_unit),
+    ),
+)
 
 
 @cache
 def derive():
-    steps = {}
-    for order in (1, 2, 3, 4):
-        steps |= hamilton_step(order)
-    for size, order in SIZES:
-        steps |= construction_steps(size, order) | row_space_steps(size, order)
-        steps |= scale_step(size, order)
-    for size in (2, 3):  # r = n: S_n has no rows, and every beta will do
-        for name, claim in construction_steps(size, size).items():
-            if "(11)" not in name and "gives S_r" not in name:
-                steps[name] = claim
-    for size in (2, 3, 4, 5, 6):
-        steps |= coordinate_steps(size) | sequence_steps(size)
-    return Derivation(
-        formulas=formulas(),
-        steps=steps,
-        source="Moore (1973), (2), (8)-(13)",
-    )
+    """The page."""
+    return Derivation(page=PAGE, letters=letters, source=f"{SOURCE}, (2), (8)-(13)")

@@ -1,12 +1,10 @@
 """Moore's remark: no observer of order r < n when k has all entries of one sign.
 
-In the coordinates of (1), (2), that is for kappa_i = k A^i g in any, and in
-continuous time: a stable beta has only positive coefficients, and then S_r kappa = 0
-would make a sum of terms of one sign vanish.  Some entries of kappa may even be
-zero.  The paper's example k = C needs no signs at all, and in discrete time, where
-beta may have negative coefficients, the remark is false.
-
-The claims are proved for concrete n and r.
+In the coordinates of (1), (2), that is for the sequence k A^i g in any, and in
+continuous time: a stable polynomial has only positive coefficients, and then the
+recurrence would make a sum of terms of one sign vanish.  Some entries may even be zero.
+The paper's example k = C needs no signs at all, and in discrete time, where a stable
+polynomial may have negative coefficients, the remark is false.
 
 Source: Moore (1973), the remark after (13); weak signs, k = C without signs and
 discrete time are our own.
@@ -17,77 +15,114 @@ from itertools import product
 
 import sympy as sp
 
-from ....symbolic import Claim, Derivation
-from .recurrence import SIZES, S, observable_form
+from ....symbolic import Derivation, Explicit, Line, Positive
+from .letters import *
+from .recurrence import at_sizes, named_beta, observable_form, recurrence_rows
 
 
-def not_positive(entries):
-    """How many entries are not positive for sure."""
-    return sp.Integer(sum(not sp.sympify(entry).is_positive for entry in entries))
+def stable_coefficients():
+    """{roots: beta} of every polynomial up to order 5 whose roots have Re s < 0."""
+    s_, found = sp.Symbol("s"), {}
+    damping, squares = (sp.symbols(f"{x}_:3", positive=True) for x in "cd")
+    roots = sp.symbols("a_:5", positive=True)
+    for real, pairs in product((1, 0, 2, 3, 4, 5), (1, 0, 2)):
+        if 1 <= real + 2 * pairs <= 5:
+            factors = [s_ + a for a in roots[:real]]
+            factors += [
+                s_**2 + 2 * c_ * s_ + d_
+                for c_, d_ in zip(damping[:pairs], squares[:pairs])
+            ]
+            coefficients = sp.Poly(sp.Mul(*factors), s_).all_coeffs()[:0:-1]
+            found[f"{real} real, {pairs} pairs"] = {beta: sp.Matrix([coefficients])}
+    return found
 
 
-def hurwitz_steps():
-    """Every root in Re s < 0: products of s + a and s^2 + 2 c s + d."""
-    s, steps = sp.Symbol("s"), {}
-    for real, pairs in product(range(6), range(3)):
-        if not 1 <= real + 2 * pairs <= 5:
-            continue
-        a, c = (sp.symbols(f"{x}_:3", positive=True) for x in "cd")
-        roots = sp.symbols("a_:5", positive=True)
-        factors = [s + x for x in roots[:real]]
-        factors += [s**2 + 2 * x * s + y for x, y in zip(a[:pairs], c)]
-        coefficients = sp.Poly(sp.Mul(*factors), s).all_coeffs()
-        steps[
-            f"remark: a stable beta is positive, {real} real roots, {pairs} pairs"
-        ] = Claim(not_positive(coefficients))
-    return steps
+def positive_rows(size, order):
+    beta_ = named_beta(order, positive=True)
+    return {ones: sp.ones(1, size - order), S: recurrence_rows(beta_, size)}
 
 
-def sign_steps(size, order):
-    """No kappa of one sign obeys a recurrence with a positive beta.
-
-    The sum of the rows of S_r kappa is c'kappa with every c_i positive, so that it
-    vanishes for no kappa >= 0 but zero; some entries of kappa may be zero.
-    """
-    beta = [*sp.symbols(f"beta_:{order}", positive=True), sp.S.One]
-    total = sp.ones(1, size - order) * S(beta, size)
-    return {
-        "remark: the rows of S_r add up to a positive row, "
-        f"n = {size}, r = {order}": Claim(not_positive(total))
-    }
-
-
-def output_step(size, order):
-    """k = C, which needs no sign: the last row of S_r kappa is beta_r."""
-    beta = [*sp.symbols(f"beta_:{order}"), 1]
-    _, C, _ = observable_form(size)
+def output_row(size, order):
     unit = sp.Matrix(size - order, 1, lambda i, _: int(i == size - order - 1))
-    return {
-        "remark: k = C gives S_r kappa = [0 .. 0 1]' for every beta, "
-        f"n = {size}, r = {order}": Claim(S(beta, size) * C.T, unit)
-    }
+    S_ = recurrence_rows(named_beta(order), size)
+    return {S: S_, c: observable_form(size)[1], last: unit}
 
 
-def discrete_steps():
-    """In discrete time one sign is no obstacle: the pole 1/2 and kappa = 1, 1/2."""
+def discrete_observer():
+    """The pole 1/2, and the sequence 1, 1/2."""
     half = sp.Rational(1, 2)
-    shift, kappa = S([-half, 1], 2), sp.Matrix([1, half])
-    A, C, alpha = observable_form(2)
-    F, T = sp.Matrix([[half]]), sp.Matrix([[1, half]])
-    D = -sp.Matrix([[half**2 + alpha[1] * half + alpha[0]]])
-    return {
-        "remark: false in discrete time, S_1 kappa = 0 with kappa = 1, 1/2": Claim(
-            shift * kappa
-        ),
-        "remark: its observer z+ = z/2 + D y, w^ = z, T = kappa'": Claim(
-            (T * A - F * T - D * C).expand()
-        ),
-    }
+    A_, c_, alpha_ = observable_form(2)
+    gain = -sp.Matrix([[half**2 + alpha_[1] * half + alpha_[0]]])
+    T_ = sp.Matrix([[1, half]])
+    return {S: sp.Matrix([[-half, 1]]), kappa: T_.T}, {
+        T: T_, A: A_, F: sp.Matrix([[half]]), D_1: gain, c: c_
+    }  # fmt: skip
+
+
+RECURRENCE, OBSERVER = discrete_observer()
+no_rows = ZeroMatrix(n - r, 1)
+
+PAGE = (
+    """In continuous time a stable polynomial is a product of `s + a` for each real
+    root and `s^2 + 2 c s + d` for each pair, all positive. Multiplied out, every
+    coefficient is a sum of products of positive numbers.""",
+    Positive(
+        "after 13",
+        "a stable polynomial has positive coefficients",
+        beta,
+        0,
+        stable_coefficients(),
+    ),
+    "Then the rows of `S` add up to a row of positive numbers as well.",
+    Positive(
+        "after 13",
+        "the rows of the recurrence add up to a positive row",
+        ones * S,
+        0,
+        at_sizes(positive_rows),
+    ),
+    """If the sequence obeys the recurrence, that row times the sequence is zero.
+    With all entries of one sign it could only be zero if every entry were. So
+    there is no such observer, even if some entries are zero, where a single row
+    need not contradict.""",
+    obeys := define(S * kappa, no_rows, "13"),
+    chain(
+        "after 13",
+        "the sum of the rows as well",
+        ones * S * kappa,
+        Line(no_entry := ZeroMatrix(1, 1), by=(obeys,)),
+    ),
+    """The paper's example is `k = C`: filtering the output itself. It is ruled out
+    whatever the signs are, because the last row of the recurrence says 1 = 0.""",
+    Explicit(
+        "after 13",
+        "the output itself never obeys the recurrence",
+        S * c.T,
+        last,
+        at_sizes(output_row),
+    ),
+    """In discrete time the remark is false: 1, 1/2 are both positive and obey the
+    recurrence with the stable pole 1/2. The observer moves by `z_next = z/2 + D
+    y`.""",
+    Explicit(
+        "after 13",
+        "a sequence of one sign in discrete time",
+        S * kappa,
+        no_rows,
+        {"n = 2, r = 1": RECURRENCE},
+    ),
+    Explicit(
+        "after 13",
+        "its observer",
+        T * A - F * T,
+        D_1 * c,
+        {"n = 2, r = 1": OBSERVER},
+    ),
+)
 
 
 @cache
 def derive():
-    steps = hurwitz_steps() | discrete_steps()
-    for size, order in SIZES:
-        steps |= sign_steps(size, order) | output_step(size, order)
-    return Derivation(steps=steps, source="Moore (1973), the remark after (13)")
+    """The page."""
+    source = f"{SOURCE}, the remark after (13)"
+    return Derivation(page=PAGE, letters=letters, source=source)
