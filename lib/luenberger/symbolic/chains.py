@@ -14,6 +14,7 @@ from typing import NamedTuple
 from .equivalences import Equation, Implies
 from .lines import AtLeast, Line
 from .operators import Operator
+from .reasons import WIDEST_REASON
 from .relations import Result
 from .typeset import columns, latex, padded, text
 
@@ -27,6 +28,7 @@ class Row(NamedTuple):
     sign: str
     right: str
     reason: str = ""
+    pieces: tuple = ()
     follows: bool = True
 
 
@@ -116,7 +118,11 @@ class Chain:
         """
         if self._stated or any(isinstance(x, (Operator, AtLeast)) for x in self.lines):
             raise TypeError(f"chain ({self.number}) {self.says} proves no equality")
-        return Result(f"({self.number or self.says})", self.left, self.right)
+        number = f"({self.number}) " if self.number else ""
+        says = f"{text(self.left)} = {text(self.right)}"
+        if columns(says) > WIDEST_REASON:
+            number, says = "", f"({self.number or self.says})"
+        return Result(number + says, self.left, self.right)
 
     @property
     def expressions(self):
@@ -185,7 +191,7 @@ class Chain:
         for line, faults in zip(self.lines, self._faults):
             sign = line.latex_sign if show is latex else line.sign
             parts = start or line.head(show), sign, line.body(show), line.reason(show)
-            rows.append(Row(*parts, follows=not faults))
+            rows.append(Row(*parts, tuple(line.pieces(show)), not faults))
             start = ""
         return rows
 

@@ -82,6 +82,9 @@ class Implies(Line):
     def body(self, show):
         return self.right.show(show)
 
+    def pieces(self, show):
+        return [self.body(show)]
+
 
 class Iff(Implies):
     """An equation that says the same as the one before it.

@@ -14,7 +14,7 @@ from sympy.matrices.expressions.matexpr import MatrixExpr
 from .core import Algebra
 from .reasons import cited_latex, cited_text, follows, gap, idle, vacuous, words
 from .relations import named
-from .typeset import WIDEST, latex, text, width
+from .typeset import WIDEST, latex, pieces, text, width
 from .words import ShapeError
 
 
@@ -101,6 +101,10 @@ class Line:
     def body(self, show):
         """What stands to the right of the sign."""
         return show(self.right)
+
+    def pieces(self, show):
+        """The body, in pieces between which a page may break it."""
+        return pieces(self.right, show)
 
     def reason(self, show):
         """Why the line follows, in words or formulas."""

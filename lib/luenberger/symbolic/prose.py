@@ -9,11 +9,11 @@ import re
 from .letters import latex_name, text_name
 
 FORMULA = re.compile(r"`([^`]+)`")
-TOKEN = re.compile(r"[A-Za-z]\w*(?:_\+)?(?:\^-?\w+|\*)?|>=|<=|!=|->|=>|\S|\s+")
+TOKEN = re.compile(r"E(?=\[)|[A-Za-z]\w*(?:_\+)?(?:\^-?\w+|\*)?|>=|<=|!=|->|=>|\S|\s+")
 SIGNS = {">=": "≥", "<=": "≤", "!=": "≠", "->": "→", "=>": "⇒"}
 LATEX_SIGNS = {
     **{">=": r"\ge", "<=": r"\le", "!=": r"\ne", "->": r"\to", "=>": r"\Rightarrow"},
-    **{"tr": r"\operatorname{tr}", "rank": r"\operatorname{rank}", "E": r"\mathrm E"},
+    **{"tr": r"\operatorname{tr}", "rank": r"\operatorname{rank}"},
     **{"det": r"\det", "cov": r"\operatorname{cov}", "{": r"\{", "}": r"\}"},
 }
 WORDS = {"tr", "rank", "det", "cov", "for", "and", "or"}

@@ -2,8 +2,10 @@
 
 import inspect
 import re
+from functools import partial
 from importlib import import_module
 
+from chapters import chapter
 from docutils import nodes
 from ledger_pages import target, tried_label
 from sphinx.util.docutils import SphinxDirective
@@ -51,6 +53,12 @@ def pointers(name):
     return found + sorted(n for n in named if n.startswith(f"{name}."))
 
 
+def page_of(module):
+    """The derivation of a module that reads as a page, or nothing."""
+    derivation = module.derive() if hasattr(module, "derive") else None
+    return derivation if getattr(derivation, "page", ()) else None
+
+
 class Derivations(SphinxDirective):
     """A section for each module of a paper."""
 
@@ -68,12 +76,27 @@ class Derivations(SphinxDirective):
         section["names"], section["ids"] = [], [f"derivation-{nodes.make_id(name)}"]
         section["names"].append(section["ids"][0])
         self.state.document.note_explicit_target(section)
-        shown = "".join(f".. autofunction:: {full}.{f}\n" for f in self.shown(module))
+        own = [] if page_of(module) else self.shown(module)
+        shown = "".join(f".. autofunction:: {full}.{f}\n" for f in own)
         section += self.parse_text_to_nodes(f"{as_set(plain_bars(rest))}\n\n{shown}")
-        for pointer in pointers(name):
+        if derivation := page_of(module):
+            section += chapter(derivation, partial(self.address, name, derivation))
+            section += self.whole(full)
+        for pointer in [] if page_of(module) else pointers(name):
             section += self.claims(pointer)
         section += self.rows(name, module)
         return section
+
+    def whole(self, full):
+        """A link to the module, and nothing else of its reference."""
+        entry = ".. py:function:: derive()\n"
+        entry += f"   :module: {full}\n   :no-contents-entry:\n"
+        return nodes.container("", *self.parse_text_to_nodes(entry), classes=["whole"])
+
+    def address(self, pointer, derivation, step):
+        """The place of a step, to which the ledger leads."""
+        k = list(derivation.steps).index(step) + 1
+        return target(self.state.document, f"step-{nodes.make_id(pointer)}-{k}")
 
     def rows(self, name, module):
         """What a page prints, each with an address, and what comes of it if said."""

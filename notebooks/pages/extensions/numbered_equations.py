@@ -31,16 +31,20 @@ class NumberEquations(SphinxTransform):
             ancestor = text.parent
             while ancestor is not None and not isinstance(ancestor, QUIET):
                 ancestor = ancestor.parent
-            if ancestor is None and not isinstance(text.parent, nodes.math):
+            formula = isinstance(text.parent, nodes.math | nodes.math_block)
+            if ancestor is None and not formula:
                 if new := linked(text, found):
                     text.parent.replace(text, new)
 
     def number(self, block, number):
         """Numbers the formula and returns its address."""
         formula = TAG.sub("", block.astext())
-        block.children[:] = [nodes.Text(formula)]
+        block.clear()
+        block += nodes.Text(formula)
         doc = self.env.docname
         label = f"{doc}:{number}"
+        while nodes.make_id(f"equation-{label}") in self.document.ids:
+            label += " again"  # two formulas may bear one number
         name = nodes.make_id(f"equation-{label}")  # where {eq} looks for it
         block["ids"].append(name)
         self.document.ids[name] = block

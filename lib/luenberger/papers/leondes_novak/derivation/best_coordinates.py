@@ -20,6 +20,7 @@ from ....symbolic import (
     Solve,
     Stage,
     ZeroMatrix,
+    plus,
 )
 from .correlated_noise import is_D_s, is_F_s
 from .huddle import driven, is_W
@@ -89,7 +90,7 @@ PAGE = (
         "30–33",
         "what a gain costs beyond the Kalman filter",
         spread(Gamma_1 * Delta + Phat * Z),
-        Line(spread(Gamma_1 * Delta) + spread(Phat * Z), by=(shortest,)),
+        Line(plus(spread(Gamma_1 * Delta), spread(Phat * Z)), by=(shortest,)),
         AtLeast(
             spread(Gamma_1 * Delta), by=(root_W, root_M), root=L_W.T * Phat * Z * L_M
         ),

@@ -41,7 +41,7 @@ def split(whole, *parts):
 
 def trace_of(X):
     """The part of the trace in which the gains are, for both gains X."""
-    return Trace(X * M * X.T) - 2 * Trace(N_low * X.T)
+    return plus(Trace(X * M * X.T), -2 * Trace(N_low * X.T))
 
 
 FAMILY = (
@@ -100,7 +100,7 @@ FAMILY = (
         "the error trace",
         Trace(P * X * P.T + V * R * V.T),
         Substitute(
-            Trace(R_11) + Trace(X + K_low * R * K_low.T),
+            plus(Trace(R_11), Trace(X + K_low * R * K_low.T)),
             by=(is_P, is_V, is_R, is_K_low),
         ),
     ),
@@ -192,7 +192,7 @@ TRACE = (
     chain(
         "30",
         "the trace is a quadratic in both gains",
-        Trace(V * R * V.T) + Trace(T * Omega * T.T),
+        plus(Trace(V * R * V.T), Trace(T * Omega * T.T)),
         Substitute(
             plus(
                 Trace(R_11),
@@ -242,12 +242,14 @@ MINIMUM = (
         "the completed square",
         trace_of(K_low),
         Line(
-            Trace(K_low * M * K_low.T) - 2 * Trace(K_star * M * K_low.T),
+            plus(Trace(K_low * M * K_low.T), -2 * Trace(K_star * M * K_low.T)),
             by=(is_K_star,),
         ),
         Line(
-            Trace((K_low - K_star) * M * (K_low - K_star).T)
-            - Trace(K_star * M * K_star.T),
+            plus(
+                Trace((K_low - K_star) * M * (K_low - K_star).T),
+                -Trace(K_star * M * K_star.T),
+            ),
             why="complete the square",
         ),
     ),
@@ -255,7 +257,10 @@ MINIMUM = (
     chain(
         "33",
         "no gains do better",
-        Trace((K_low - K_star) * M * (K_low - K_star).T) - Trace(K_star * M * K_star.T),
+        plus(
+            Trace((K_low - K_star) * M * (K_low - K_star).T),
+            -Trace(K_star * M * K_star.T),
+        ),
         AtLeast(-Trace(K_star * M * K_star.T), by=(root,), root=(K_low - K_star) * L_M),
     ),
     chain(

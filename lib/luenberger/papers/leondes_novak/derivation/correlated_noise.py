@@ -4,7 +4,7 @@ What the measurement's noise tells of the process noise is known, and can be tak
 the plant is the same, and its noises are independent.  Every error of an observer has
 a covariance that moves by a recursion.
 
-Source: our own; the paper has independent noises, (5), and (11), (26), (27).
+Source: our own; Leondes and Novak (1974), (5), have independent noises.
 """
 
 from functools import cache

@@ -19,6 +19,7 @@ from ....symbolic import (
     Solve,
     Stage,
     ZeroMatrix,
+    plus,
 )
 from .letters import *
 from .quadratic import is_Kmv, is_M, is_N, is_Omega, is_Y
@@ -137,7 +138,7 @@ STEADY = (
     chain(
         "",
         "what an error costs in the end",
-        Trace(W_e * Sigma) + Trace(Lambda * (Phi * Sigma * Phi.T + Q_c - Sigma)),
+        plus(Trace(W_e * Sigma), Trace(Lambda * (Phi * Sigma * Phi.T + Q_c - Sigma))),
         Gradient(W_e + Phi.T * Lambda * Phi - Lambda, of=Sigma),
         Line(ZeroMatrix(n, n), by=(is_Lambda,)),
     ),

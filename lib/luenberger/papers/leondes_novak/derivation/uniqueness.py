@@ -26,7 +26,7 @@ from .coordinates import is_H
 from .letters import *
 from .quadratic import is_M, is_Omega
 
-DK = letters("DK", r, p, "a change of the gains")
+D_K = letters("Delta_K", r, p, "a change of the gains")
 a_1 = letters("a_1", m1, 1, "its entries for the accurate outputs")
 a_2 = letters("a_2", p2, 1, "its other entries")
 k = letters("k", r, 1, "any column")
@@ -37,21 +37,22 @@ none = ZeroMatrix
 ONES = Matrix.ones(2, 2)
 
 PAGE = (
-    """A change of the gains from the minimum costs `tr(DK M DK')`. If `M = L_M L_M'`
-    with an invertible root this is a sum of squares, zero for no change but none.""",
+    """A change of the gains from the minimum costs `tr(Delta_K M Delta_K')`. If
+    `M = L_M L_M'` with an invertible root this is a sum of squares, zero for no change
+    but none.""",
     root := define(M, L_M * L_M.T),
     chain(
         "33",
         "the cost of a change",
-        Trace(DK * M * DK.T),
-        Line(Trace(DK * L_M * (DK * L_M).T), by=(root,)),
+        Trace(D_K * M * D_K.T),
+        Line(Trace(D_K * L_M * (D_K * L_M).T), by=(root,)),
     ),
-    no_cost := define(DK * L_M, none(r, p)),
+    no_cost := define(D_K * L_M, none(r, p)),
     chain(
         "33",
         "a change without cost is none",
-        DK,
-        Line(DK * L_M * L_M.I, why="the root has an inverse"),
+        D_K,
+        Line(D_K * L_M * L_M.I, why="the root has an inverse"),
         Line(none(r, p), by=(no_cost,)),
     ),
     """If `M a = 0` for some `a`, the gains are not determined along it. Neither what
@@ -85,7 +86,10 @@ PAGE = (
     is_H,
     in_blocks,
     uncorrelated := define(
-        R, BlockMatrix([[R_11, none(m1, p2)], [none(p2, m1), R_22]]), "31", name="R"
+        R,
+        BlockMatrix([[R_11, none(m1, p2)], [none(p2, m1), R_22]]),
+        "31",
+        name="the blocks of R",
     ),
     split_a := define(a, BlockMatrix([[a_1], [a_2]])),
     chain(

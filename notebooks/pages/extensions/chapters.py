@@ -1,0 +1,193 @@
+"""A derivation that has a page, as a chapter: words, chains, code beside stages."""
+
+import re
+
+from docutils import nodes
+
+from luenberger.kernels.c import function
+from luenberger.kernels.lowering import lower
+from luenberger.kernels.numpy import numpy_source
+from luenberger.symbolic import (
+    Chain,
+    Derivation,
+    MatrixSymbol,
+    Relation,
+    Solve,
+    latex,
+    text,
+)
+from luenberger.symbolic.derivation import title
+from luenberger.symbolic.prose import as_latex, pieces
+from luenberger.symbolic.reading import numbered, size, used_letters
+
+SHORT = 14  # columns of what a chain begins with, to stand before the first sign
+SIZES = {"n": 4, "p": 2, "m": 1, "r": 3, "p_a": 1, "d": 4, "q": 2, "k": 4}
+SEPARATOR = r",\; "
+
+
+def chapter(derivation, address):
+    """The nodes of a page; `address` makes the place of a step by its title."""
+    found = [*letters(derivation)]
+    for item in derivation.page:
+        if isinstance(item, str):
+            found.append(words(item))
+        elif isinstance(item, Relation):
+            found.append(definition(item))
+        else:
+            found.append(address(title(item)))
+            found.append(step(item))
+    return found
+
+
+def words(string, classes=()):
+    """A paragraph; what stands between backquotes is a formula."""
+    children = [
+        formula(as_latex(piece)) if is_formula else nodes.Text(piece)
+        for is_formula, piece in pieces(" ".join(string.split()))
+    ]
+    return nodes.paragraph("", "", *children, classes=list(classes))
+
+
+def formula(source):
+    return nodes.math("", source)
+
+
+def letters(derivation):
+    """What the letters stand for, folded."""
+    yield nodes.raw(
+        "", "<details class='letters'><summary>Letters</summary>", format="html"
+    )
+    rows = nodes.container(classes=["letters"])
+    for symbol, says in used_letters(derivation).items():
+        shape = size(symbol, derivation.letters, latex)
+        rows += nodes.paragraph("", "", formula(latex(symbol)))
+        rows += nodes.paragraph("", "", formula(shape))
+        rows += words(says)
+    yield rows
+    yield nodes.raw("", "</details>", format="html")
+
+
+def definition(relation):
+    """An equation with its number."""
+    number = numbered(relation)
+    row = nodes.paragraph("", "", formula(relation.show(latex)), classes=["given"])
+    if number:
+        row += nodes.inline("", f"({number})", classes=["number"])
+    return row
+
+
+def step(item):
+    """A chain, a construction, a counterexample or a stage list."""
+    box = nodes.container(classes=["chain"])
+    if isinstance(item, Derivation):
+        box += caption("", item.says)
+        box.extend(stages(item))
+        return box
+    box += caption(item.number, item.says)
+    if isinstance(item, Chain):
+        box += lines(item)
+    else:
+        shown = re.sub(r" \\tag\{.*?\}", "", item._repr_latex_()).strip("$")
+        block = nodes.math_block("", shown)
+        block["no-wrap"], block["number"], block["label"] = False, None, None
+        box += block
+    return box
+
+
+def caption(number, says):
+    row = words(says[0].upper() + says[1:], classes=["says"])
+    if number:
+        row += nodes.inline("", f"({number})", classes=["number"])
+    return row
+
+
+def lines(chain):
+    """The lines as cells of a grid: what it begins with, what follows, mark, reason."""
+    grid, start = nodes.container(classes=["lines"]), chain.start(latex)
+    short = len(chain.start(text)) <= SHORT
+    if not short:
+        grid += nodes.paragraph("", "", *broken(chain.left), classes=["start"])
+    for row in chain.rows(latex):
+        if not row.sign:  # what an operation is done to
+            if short:
+                grid += nodes.paragraph("", "", formula(start), classes=["start"])
+            continue
+        left = "" if row.left == start and not short else row.left
+        cell = [formula(left)] if left else []
+        grid += nodes.paragraph("", "", *cell, classes=["left"])
+        first, *rest = row.pieces or (row.right,)
+        body = spaced([f"{row.sign} {first}", *(f"{{}}{piece}" for piece in rest)])
+        grid += nodes.paragraph("", "", *body, classes=["right"])
+        mark = "✓" if row.follows else "✗"
+        grid += nodes.paragraph("", mark, classes=["checked"])
+        grid += nodes.paragraph("", "", *reason(row.reason), classes=["reason"])
+    return grid
+
+
+def broken(left):
+    """What a chain begins with, in pieces between which the page may break it."""
+    from luenberger.symbolic.typeset import pieces as terms
+
+    if hasattr(left, "show"):
+        return [formula(left.show(latex))]
+    first, *rest = terms(left, latex)
+    return spaced([first, *(f"{{}}{piece}" for piece in rest)])
+
+
+def spaced(formulas):
+    """Formulas between which a line may end."""
+    found = [formula(formulas[0])]
+    for one in formulas[1:]:
+        found += [nodes.Text("\u200b"), formula(one)]
+    return found
+
+
+def reason(source):
+    """A reason: words as words, formulas as formulas."""
+    for k, part in enumerate(source.split(SEPARATOR) if source else []):
+        if k:
+            yield nodes.Text(", ")
+        plain = re.fullmatch(r"\\text\{([^{}]*)\}", part)
+        cited = re.fullmatch(r"\\text\{(\([^{}]*\)'?)\}\\; (.*)", part)
+        if plain:
+            yield nodes.Text(re.sub(r"\\(.)", r"\1", plain[1]))
+        elif cited:
+            yield nodes.Text(f"{cited[1]} ")
+            yield formula(cited[2])
+        else:
+            yield formula(part)
+
+
+# -- stages and their code -------------------------------------------------------------
+
+
+def stages(derivation):
+    """Each stage with the line of NumPy, and the C, that is printed from it."""
+    _, source = numpy_source(derivation)
+    code = [line.strip() for line in source.splitlines()[1:-1]]
+    for stage, line in zip(derivation.stages, code, strict=True):
+        row = nodes.container(classes=["stage"])
+        shown = nodes.paragraph("", "", formula(stage.shown(latex)))
+        if stage.equation:
+            shown += nodes.inline("", stage.equation, classes=["number"])
+        row += shown
+        row += literal(line.partition("  #")[0], "python")
+        yield row
+        yield nodes.raw("", "<details class='c'><summary>C</summary>", format="html")
+        yield literal(c_of(derivation, stage), "c")
+        yield nodes.raw("", "</details>", format="html")
+
+
+def literal(code, language):
+    return nodes.literal_block(code, code, language=language)
+
+
+def c_of(derivation, stage):
+    """The C function of one stage, at the sizes of an example."""
+    parts = stage.formula
+    parts = (parts.N, parts.M) if isinstance(parts, Solve) else (parts,)
+    known = set().union(*(part.atoms(MatrixSymbol) for part in parts))
+    given = tuple(sorted(known, key=lambda symbol: symbol.name))
+    alone = Derivation(given, (stage,), letters=derivation.letters)
+    symmetric = [symbol.name for symbol in derivation.letters.symmetric]
+    return function(lower(alone, symmetric=symmetric), SIZES, stage.target.name)
