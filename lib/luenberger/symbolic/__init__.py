@@ -68,7 +68,8 @@ from .core import Algebra
 from .derivation import Derivation, holds, named, vanishes
 from .equivalences import Equation, Iff, Implies
 from .explicit import Explicit, Positive
-from .lines import AtLeast, AtMost, Cases, Cyclic, Line, Substitute
+from .inequalities import AtLeast, AtMost
+from .lines import Cases, Cyclic, Line, Substitute
 from .models import NoModel, evaluate, model, refute
 from .notation import Notation
 from .operators import Differential, Expect, Gradient, Transposed

@@ -12,7 +12,8 @@ from functools import cached_property
 from typing import NamedTuple
 
 from .equivalences import Equation, Implies
-from .lines import AtLeast, Line
+from .inequalities import AtLeast
+from .lines import Line
 from .operators import Operator
 from .reasons import WIDEST_REASON
 from .relations import Result

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import sympy as sp
-from sympy.matrices.expressions.matexpr import MatrixExpr
 
 from .core import Algebra
 from .reasons import cited_latex, cited_text, follows, gap, idle, vacuous, words
@@ -201,58 +200,6 @@ def put_in(expr, meant):
     for _ in range(len(meant)):
         expr = expr.xreplace(meant)
     return expr
-
-
-@dataclass(frozen=True, eq=False)
-class AtLeast(Line):
-    """An inequality: a square is dropped.
-
-    Parameters
-    ----------
-    root : MatrixExpr
-        What is dropped is X X' with this X; between scalars, the trace of X X'.
-
-    >>> from sympy import symbols
-    >>> from luenberger.symbolic import MatrixSymbol
-    >>> n = symbols("n", integer=True, positive=True)
-    >>> A, B = MatrixSymbol("A", n, n), MatrixSymbol("B", n, n)
-    >>> AtLeast(A, root=B).complaints(A + B * B.T, ())
-    []
-    """
-
-    root: object = None
-
-    sign: ClassVar[str] = "≥"
-    latex_sign: ClassVar[str] = r"\ge"
-    side: ClassVar[int] = 1
-
-    def equation(self, left):
-        square = self.root * self.root.T
-        if not isinstance(left, MatrixExpr) and not hasattr(left, "shape"):
-            square = sp.Trace(square)
-        return left, self.right + self.side * square
-
-    def reason(self, show):
-        square = sp.MatMul(self.root, sp.Transpose(self.root), evaluate=False)
-        mine = show(square) + (r" \ge 0" if show is latex else " ≥ 0")
-        said = super().reason(show)
-        return f"{mine}, {said}" if said else mine
-
-
-class AtMost(AtLeast):
-    """The reverse inequality: a square is added.
-
-    >>> from sympy import symbols
-    >>> from luenberger.symbolic import MatrixSymbol
-    >>> n = symbols("n", integer=True, positive=True)
-    >>> A, B = MatrixSymbol("A", n, n), MatrixSymbol("B", n, n)
-    >>> AtMost(A + B * B.T, root=B).complaints(A, ())
-    []
-    """
-
-    sign: ClassVar[str] = "≤"
-    latex_sign: ClassVar[str] = r"\le"
-    side: ClassVar[int] = -1
 
 
 @dataclass(frozen=True, eq=False)

@@ -263,7 +263,8 @@ def plus(*terms):
 
     >>> from sympy import Trace
     >>> A, B = MatrixSymbol("A", 2, 2), MatrixSymbol("B", 2, 2)
-    >>> plus(Trace(B), Trace(A))
-    Trace(B) + Trace(A)
+    >>> from luenberger.symbolic import text
+    >>> print(text(plus(Trace(B), Trace(A))))
+    tr(B) + tr(A)
     """
     return sp.Add(*terms, evaluate=False)
