@@ -1,4 +1,4 @@
-"""Lines that drop or add a square: between them and the line before is an inequality."""
+"""Lines that drop or add a square: what follows is less, or more, by a square."""
 
 from dataclasses import dataclass
 from typing import ClassVar
