@@ -9,6 +9,7 @@ import math
 from . import loops as writing
 from .program import Assign, Cost, Factor
 from .scalars import unroll
+from .writer import Writer
 
 SHORT, LONG = 400, 3000  # operations: scalars up to SHORT; up to LONG if mostly zeros
 SPARSE = 3  # that is, where loops would do this many times the work
@@ -30,7 +31,7 @@ def loops(program, sizes, known=None):
     operations = sum(_operations(one, program, sizes) for one in steps)
     tables = set(known or ()) & set(program.given)
     constants = sum(math.prod(program.shape(name, sizes)) for name in tables)
-    stack = sum(writing.arrays(program, sizes, writing.Writer()).values())
+    stack = sum(writing.arrays(program, sizes, Writer()).values())
     return Cost(operations, constants, stack, operations // 2)
 
 

@@ -1,14 +1,14 @@
 """Write a lowered program out as loops over arrays at frozen sizes.
 
 Arrays are flat, row by row, so an index is written out with the size in it, and a
-transpose is an index turned round.  A `Writer` knows a language; what the loops are
-is the same for Python and C.
+transpose is an index turned round.  What the loops are is the same for Python and C;
+a `Writer` knows the language.
 """
 
 import math
 from itertools import pairwise
 
-from .program import Assign, Factor
+from .program import Assign, Factor, times
 from .solves import Solves
 
 SHORT = 12  # factors of an inner product that are written in one line
@@ -16,35 +16,39 @@ WIDE = 16  # entries of a row from which it is added up along itself
 BLAS = 80_000  # multiplications from which a product is left to BLAS; a tenth if narrow
 
 
-class Writer:
-    """Lines of code in a language with loops; indented by four."""
+def write_pass(program, sizes, writer, places, results):
+    """Write one pass: its arrays, the steps and tests, and copies of the results.
 
-    has_blas = False  # with `multiply`, the product of two views into an array
-    turns = False  # a transpose on the right is copied, so that loops run along rows
-
-    def __init__(self, depth=1):
-        self.lines, self.depth = [], depth
-
-    def line(self, text):
-        self.lines.append("    " * self.depth + text)
-
-    def let(self, name, text):
-        """A scalar that changes."""
-        raise NotImplementedError
-
-    def loop(self, index, start, stop):
-        raise NotImplementedError
-
-    def end(self):
-        """End of a loop or a condition."""
-        raise NotImplementedError
-
-    def need(self, text):
-        """Note a failure unless the condition holds."""
-        raise NotImplementedError
-
-    def set(self, target, text, sign="="):
-        self.line(f"{target} {sign} {text}" + self.stop)
+    Parameters
+    ----------
+    program : Program
+    sizes : dict of str to int or str
+        A size that is not known yet is the text that stands for it.
+    writer : Writer
+    places : dict of str to str
+        What matrices are called, where not by their own name.
+    results : dict of str to (str, length)
+        Arrays that take the results, and their lengths.
+    """
+    for name, length in arrays(program, sizes, writer).items():
+        writer.array(places.get(name, name), length)
+    write(program, sizes, writer, places=places)
+    write_definite(program, sizes, writer, places)
+    for name, (place, length) in results.items():
+        operand = program.results[name]
+        if operand is None:
+            writer.fill(f"{place}[i]", "0.0", length)
+            continue
+        source = places.get(operand.name, operand.name)
+        rows, cols = program.shape(operand.name, sizes)
+        if not operand.turned or 1 in (rows, cols):
+            writer.fill(f"{place}[i]", f"{source}[i]", length)
+            continue
+        writer.loop("i", 0, cols)
+        writer.loop("j", 0, rows)
+        writer.set(f"{place}[i * {rows} + j]", f"{source}[j * {cols} + i]")
+        writer.end()
+        writer.end()
 
 
 def write(program, sizes, writer, turned=(), places=None):
@@ -91,10 +95,10 @@ def arrays(program, sizes, writer):
         if isinstance(step, Factor):
             rows, cols = program.shape(step.matrix, sizes)
             if step in program.definite or not work.is_short(step.matrix):
-                lengths[f"{step.matrix}_l"] = rows * cols
+                lengths[f"{step.matrix}_l"] = times(rows, cols)
             continue
         rows, cols = program.shape(step.target, sizes)
-        lengths[step.target] = rows * cols
+        lengths[step.target] = times(rows, cols)
         for k, term in enumerate(step.terms if isinstance(step, Assign) else ()):
             if work.is_large(step, term):
                 lengths[f"{step.target}_b{k}"] = rows * cols
@@ -115,7 +119,8 @@ def spans(width, cols):
     A part is written in one line, so that the loop along a row has one store for
     many products.  None is a loop of its own, for rows that are short.
     """
-    if width > SHORT and cols < WIDE or not SHORT:
+    known = isinstance(width, int) and isinstance(cols, int)
+    if not known or width > SHORT and cols < WIDE or not SHORT:
         return [None]
     count = max(1, -(-width // SHORT))
     ends = [width * part // count for part in range(count + 1)]

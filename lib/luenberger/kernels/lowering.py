@@ -97,7 +97,10 @@ def _used(steps, results):
 
 def sizes_of(e):
     """The shape of a SymPy matrix, as names and numbers."""
-    return tuple(int(d) if d.is_Integer else d.name for d in map(sp.sympify, e.shape))
+    sizes = tuple(map(sp.sympify, e.shape))
+    if odd := [d for d in sizes if not (d.is_Integer or d.is_Symbol)]:
+        raise TypeError(f"no loops for the size {odd[0]} of {e}; give it a letter")
+    return tuple(int(d) if d.is_Integer else d.name for d in sizes)
 
 
 class _Lowering:

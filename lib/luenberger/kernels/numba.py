@@ -1,7 +1,8 @@
 """Print a recursion, its loop over time included, as Python that numba compiles."""
 
-from .loops import Writer, arrays, write, write_definite, write_turned
+from .loops import arrays, write, write_definite, write_turned
 from .scalars import Let
+from .writer import Writer
 
 TEST_EVERY = 8  # rows; the test costs as much as half a row
 ON_STACK = 16_000  # numbers at most, 128 kB; more go to the heap
@@ -208,7 +209,7 @@ class _LoopBody(_Body):
         for name, length in lengths.items():
             self.to.let(name, f"{new}({length})")
         for name in self.loop.carried.values():
-            self.copy(f"{name}[i]", f"{name}_[i]", self.length(name))
+            self.to.fill(f"{name}[i]", f"{name}_[i]", self.length(name))
         self.keep("start_")
 
     def turn(self):
@@ -229,7 +230,7 @@ class _LoopBody(_Body):
         for name, (array, ahead) in self.loop.rows.items():
             if name in self.program.given:
                 row = f"row + {ahead}" if ahead else "row"
-                self.copy(f"{name}[i]", f"{array}_[{row}, i]", self.shape(name)[0])
+                self.to.fill(f"{name}[i]", f"{array}_[{row}, i]", self.shape(name)[0])
         to.let("ok", "True")
         write(self.program, self.sizes, to, self.turned)
         if self.program.definite:
@@ -248,37 +249,32 @@ class _LoopBody(_Body):
         to.depth += 1
         to.let("done", "safe")
         for name in self.loop.carried.values():
-            self.copy(f"{name}[i]", f"{name}_kept[i]", self.length(name))
+            self.to.fill(f"{name}[i]", f"{name}_kept[i]", self.length(name))
         to.line("break")
         to.depth -= 1
 
     def keep(self, row):
         self.to.let("safe", row)
         for name in self.loop.carried.values():
-            self.copy(f"{name}_kept[i]", f"{name}[i]", self.length(name))
-
-    def copy(self, target, value, length):
-        self.to.loop("i", 0, length)
-        self.to.set(target, value)
-        self.to.end()
+            self.to.fill(f"{name}_kept[i]", f"{name}[i]", self.length(name))
 
     def put(self, array, operand, result, kind):
         to, name = self.to, operand.name
         rows, cols = self.shape(name)
         if kind == "diagonal":
-            self.copy(f"{array}_[row, i]", f"{name}[i * {cols + 1}]", rows)
+            self.to.fill(f"{array}_[row, i]", f"{name}[i * {cols + 1}]", rows)
             return
         if kind == "matrix":
             to.line("if keep_:")
             to.depth += 1
-        self.copy(f"{array}_[row, i]", f"{name}[i]", rows * cols)
+        self.to.fill(f"{array}_[row, i]", f"{name}[i]", rows * cols)
         if kind == "matrix":
             to.end()
 
     def carry(self):
         for result, name in self.loop.carried.items():
             found = self.program.results[result]
-            self.copy(f"{name}[i]", f"{found.name}[i]", self.length(name))
+            self.to.fill(f"{name}[i]", f"{found.name}[i]", self.length(name))
         if self.program.definite:
             self.to.line("if test:")
             self.to.depth += 1
@@ -287,4 +283,4 @@ class _LoopBody(_Body):
 
     def leave(self):
         for name in self.loop.carried.values():
-            self.copy(f"{name}_[i]", f"{name}[i]", self.length(name))
+            self.to.fill(f"{name}_[i]", f"{name}[i]", self.length(name))

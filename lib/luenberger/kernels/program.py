@@ -136,6 +136,13 @@ class Program:
         return cost.loops(self, sizes, known) if straight is None else straight.cost
 
 
+def times(rows, cols):
+    """How many entries a matrix has; sizes are numbers, or the text of some."""
+    if isinstance(rows, int) and isinstance(cols, int):
+        return rows * cols
+    return " * ".join(str(size) for size in (rows, cols) if size != 1)
+
+
 def reads(step):
     """Names of the matrices that a step reads."""
     if isinstance(step, Factor):

@@ -34,7 +34,8 @@ class Solves:
         to.end()
 
     def is_short(self, M):
-        return self.program.shape(M, self.sizes)[0] <= SHORT_SOLVE
+        size, _ = self.program.shape(M, self.sizes)
+        return isinstance(size, int) and size <= SHORT_SOLVE
 
     def factor(self, step):
         """Factor matrix = L d L' row by row, into one array.
@@ -92,7 +93,8 @@ class Solves:
         to.set(self.at(target, "i", "j"), L("j", "j"), "*=")
         to.end()
         to.loop("back", 1, size)
-        to.index("j", f"{size - 1} - back")
+        last = size - 1 if isinstance(size, int) else f"{size} - 1"
+        to.index("j", f"{last} - back")
         to.let("s", self.at(target, "i", "j"))
         to.loop("k", "j + 1", size)
         to.set("s", f"{L('k', 'j')} * {self.at(target, 'i', 'k')}", "-=")

@@ -55,9 +55,14 @@ Source: our own; Bergman (1978) for the method, Hofstadler, Raab and Regensburge
 of traces to zero (#26561), collapses partitioned matrices wrongly (#22034), cancels
 what has no inverse, and cannot reduce modulo relations.
 
+`compile` makes a function of stages that are proved: in NumPy, in loops that numba
+compiles, or in C.
+
 What a proof needs that no paper owns enters here.  It uses SymPy alone, and none
-of the other rooms.
+of the other rooms; `compile` is of `kernels`, which are loaded when it is asked for.
 """
+
+from importlib import import_module
 
 from .blocks import Blocks
 from .chains import Chain
@@ -134,3 +139,9 @@ __all__ = [
     "text",
     "vanishes",
 ]
+
+
+def __getattr__(name):
+    if name == "compile":  # the kernels rest on this room, so not before it is there
+        return import_module("luenberger.kernels.compiling").compile
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -8,7 +8,7 @@ which would let the tests of pivots be dropped.
 from dataclasses import dataclass, field, replace
 
 from .. import cost
-from ..loops import arrays, write, write_definite
+from ..loops import write_pass
 from ..scalars import Let
 from .writer import C
 
@@ -54,7 +54,7 @@ class Module:
         own = {k: f"{self.name}_{k}" for k in constants}
         new = {k: X for k, X in constants.items() if own[k] not in self.tables}
         self.tables.update((own[k], X) for k, X in new.items())
-        _loops(program, sizes, to, own | places, results)
+        write_pass(program, sizes, to, own | places, results)
         return cost.loops(program, sizes, new)
 
     def table_lines(self):
@@ -84,27 +84,3 @@ def _scalars(straight, program, sizes, to, places, results):
             flat = [entry for row in table for entry in row]
         for k, entry in enumerate(flat):
             to.set(f"{place}[{k}]", entry)
-
-
-def _loops(program, sizes, to, places, results):
-    for name, length in arrays(program, sizes, to).items():
-        to.array(name, length)
-    write(program, sizes, to, places=places)
-    write_definite(program, sizes, to, places)
-    for name, (place, length) in results.items():
-        operand = program.results[name]
-        if operand is None:
-            to.loop("i", 0, length)
-            to.set(f"{place}[i]", "0.0")
-            to.end()
-            continue
-        source = places.get(operand.name, operand.name)
-        rows, cols = program.shape(operand.name, sizes)
-        if not operand.turned or 1 in (rows, cols):
-            to.copy(place, source, length)
-            continue
-        to.loop("i", 0, cols)
-        to.loop("j", 0, rows)
-        to.set(f"{place}[i * {rows} + j]", f"{source}[j * {cols} + i]")
-        to.end()
-        to.end()

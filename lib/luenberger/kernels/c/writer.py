@@ -4,7 +4,7 @@ import re
 
 import numpy as np
 
-from ..loops import Writer
+from ..writer import Writer
 
 # a number with a point or an exponent, which C takes for a double
 LITERAL = re.compile(r"(?<![\w.])(\d+\.\d*(?:e[+-]?\d+)?|\d+e[+-]?\d+)")
@@ -37,7 +37,7 @@ class C(Writer):
         self.line(f"const int {name} = {text};")
 
     def array(self, name, length, start=""):
-        self.line(f"{self.real} {name}[{max(length, 1)}]{start};")
+        self.line(f"{self.real} {name}[{length or 1}]{start};")
 
     def loop(self, index, start, stop):
         self.line(f"for (int {index} = {start}; {index} < {stop}; {index}++) {{")
@@ -49,11 +49,6 @@ class C(Writer):
 
     def need(self, text):
         self.line(f"if (!({text})) return 1;")
-
-    def copy(self, target, source, length):
-        self.loop("i", 0, length)
-        self.set(f"{target}[i]", f"{source}[i]")
-        self.end()
 
 
 def typed(text, real):

@@ -1,0 +1,191 @@
+"""`symbolic.compile`: the same numbers in NumPy, in loops for numba and in C."""
+
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+import sympy as sp
+from exact_stages import SIZES, exact_inputs, exact_step
+
+from luenberger.kernels import cache
+from luenberger.papers.leondes_novak.derivation import (
+    error_recursion,
+    estimate_step,
+    gain_step,
+    observer_matrices,
+    root_gain,
+    root_update,
+    steady_gradient,
+)
+from luenberger.papers.moore.derivation import companion_row
+from luenberger.symbolic import Derivation, MatrixSymbol, Solve, Stage, compile
+
+GCC = shutil.which("gcc") or shutil.which("cc")
+STRICT = "-std=c99 -O2 -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror".split()
+LISTS = {
+    "gain": gain_step,
+    "estimate": estimate_step,
+    "observer": observer_matrices,
+    "error": error_recursion,
+    "gradient": steady_gradient,
+    "sizes k and q": root_update,  # which loops use themselves
+    "matrix k": companion_row,
+}
+
+
+@pytest.fixture(autouse=True)
+def more_sizes(monkeypatch):
+    monkeypatch.setitem(SIZES, "k", 6)
+    monkeypatch.setitem(SIZES, "q", 3)
+
+
+@pytest.fixture(params=["numpy", "python", "numba", "c"])
+def backend(request, monkeypatch):
+    """Beside the three, the text that numba compiles as Python runs it."""
+    if request.param in ("python", "numba"):
+        numba = pytest.importorskip("numba", reason="numba is an optional extra")
+        monkeypatch.setattr(numba.config, "DISABLE_JIT", request.param == "python")
+        cache.compiled.cache_clear()
+    if request.param == "c" and GCC is None:
+        pytest.skip("there is no C compiler")
+    return {"python": "numba"}.get(request.param, request.param)
+
+
+def numbers(exact):
+    return {k: np.array(X.tolist(), float) for k, X in exact.items()}
+
+
+def agree(stages, backend, *outputs):
+    derivation = stages()
+    exact = exact_inputs(derivation, np.random.default_rng(8))
+    step, wanted = compile(stages, *outputs, backend=backend), numbers(exact)
+    found = step(**{name: wanted[name] for name in step.given})
+    wanted = numbers(exact_step(derivation, exact))
+    assert set(found) == set(outputs or wanted)
+    for name, X in found.items():
+        tol = 1e-12 * np.abs(wanted[name]).max()
+        np.testing.assert_allclose(X, wanted[name], rtol=0, atol=tol, err_msg=name)
+
+
+def test_backends_agree_with_exact_arithmetic(backend):
+    agree(gain_step, backend)
+    agree(gain_step, backend, "K", "M")
+
+
+@pytest.mark.parametrize("stages", LISTS.values(), ids=LISTS)
+def test_loops_agree_with_exact_arithmetic(stages, monkeypatch):
+    numba = pytest.importorskip("numba", reason="numba is an optional extra")
+    monkeypatch.setattr(numba.config, "DISABLE_JIT", True)
+    agree(stages, "numba")
+
+
+@pytest.mark.skipif(GCC is None, reason="there is no C compiler")
+def test_c_compiles_without_a_warning(tmp_path):
+    texts = [compile(stages, backend="c").source for stages in LISTS.values()]
+    named = [text.replace("int run(", f"int run{k}(") for k, text in enumerate(texts)]
+    heads = [text[: text.index("{")].rstrip() + ";" for text in named]
+    source = tmp_path / "all.c"
+    source.write_text("\n".join([*heads, *named]))
+    command = [GCC, *STRICT, "-c", "-o", tmp_path / "all.o", source]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.skipif(GCC is None, reason="there is no C compiler")
+def test_names_that_loops_use_are_kept_apart():
+    agree(root_update, "c")
+    agree(companion_row, "c")
+    text = compile(root_update, backend="c").source
+    assert "int k_" in text and "int q_" in text
+    assert "const double *k_ /* 1 x n */" in compile(companion_row, backend="c").source
+
+
+def test_numpy_takes_stacks():
+    step = compile(steady_gradient)
+    rng = np.random.default_rng(2)
+    shapes = dict(K=(4, 2), M=(2, 2), Omega=(4, 4), C=(2, 4), Lambda=(4, 4))
+    many = {name: rng.normal(size=(3, *shape)) for name, shape in shapes.items()}
+    found = step(**many)["Gradient"]
+    for k in range(3):
+        alone = step(**{name: X[k] for name, X in many.items()})["Gradient"]
+        np.testing.assert_allclose(found[k], alone, rtol=1e-12)
+
+
+def test_no_input_at_all(backend):
+    given = dict(A=[[1.0]], B=np.zeros((1, 0)), C=[[1.0]], E=np.zeros((1, 0)))
+    given |= dict(J=[[0.0]], K=[[0.5]], x=[[1.0]], u=np.zeros((0, 1)), rho=[[0.0]])
+    step = compile(estimate_step, "x_next", backend=backend)
+    found = step(**given, y=[[3.0]], u_next=np.zeros((0, 1)))
+    assert found["x_next"].tolist() == [[2.0]]
+
+
+def test_a_derivation_of_ones_own(backend):
+    n, m = sp.symbols("n m", integer=True, positive=True)
+    X, N = MatrixSymbol("X", n, n), MatrixSymbol("N", m, n)
+    Y, Z = MatrixSymbol("Y", m, n), MatrixSymbol("Z", n, m)
+    stages = Stage(Y, Solve(N, X)), Stage(Z, Y.T)
+    own = Derivation((X, N), stages, steps={"none": sp.S.Zero})
+    step = compile(own, "Z", backend=backend)
+    found = step(X=[[2, 1], [1, 2]], N=[[3, 0], [0, 3], [3, 3]])["Z"]
+    np.testing.assert_allclose(found, [[2, -1, 1], [-1, 2, 1]], atol=1e-14)
+    if backend != "numpy":
+        not_definite = pytest.raises(np.linalg.LinAlgError, match="not positive")
+        with np.errstate(all="ignore"), not_definite:
+            step(X=[[1, 1], [1, 1]], N=[[1, 1]])
+    stages = (Stage(Y, N * X),)
+    with pytest.raises(AssertionError, match="unproved derivation"):
+        compile(Derivation((X, N), stages), backend=backend)
+
+
+@pytest.mark.parametrize(
+    ("given", "error", "message"),
+    [
+        (dict(M=np.eye(3)), ValueError, r"M must be p x p, got shape \(3, 3\); p = 2"),
+        (dict(C=[1.0]), ValueError, r"C must be p x n, got shape \(1,\)"),
+        (dict(Omega=np.eye(2)), ValueError, "n = 4, as in K"),
+        (dict(Q=np.eye(4)), TypeError, "K, M, Omega, C, Lambda, got .*Q"),
+    ],
+)
+def test_matrices_that_do_not_fit(given, error, message):
+    step = compile(steady_gradient, backend="c")
+    fit = dict(K=np.ones((4, 2)), M=np.eye(2), Omega=np.eye(4), C=np.ones((2, 4)))
+    with pytest.raises(error, match=message):
+        step(**(fit | {"Lambda": np.eye(4)} | given))
+
+
+@pytest.mark.parametrize("name", ["numpy", "numba", "c"])
+def test_an_output_that_is_not_computed(name):
+    with pytest.raises(ValueError, match="no stage computes Psi; there are Omega, M"):
+        compile(gain_step, "M", "Psi", backend=name)
+
+
+@pytest.mark.parametrize(
+    ("what", "options", "error", "message"),
+    [
+        (gain_step, dict(backend="C"), ValueError, "'numpy', 'numba' or 'c', got 'C'"),
+        ("gain_step", {}, TypeError, "a function that returns one, got str"),
+        (lambda: 3, {}, TypeError, "a Derivation, or a function"),
+        (Derivation(source="nowhere"), {}, ValueError, "nowhere has no stages"),
+    ],
+)
+def test_questions_that_make_no_sense(what, options, error, message):
+    with pytest.raises(error, match=message):
+        compile(what, **options)
+
+
+def test_without_a_compiler_there_is_still_the_text(monkeypatch):
+    step = compile(root_gain, backend="c")
+    monkeypatch.setattr(shutil, "which", lambda name: None)
+    assert step.source.startswith("int run(int k_, int n, int p,")
+    with pytest.raises(RuntimeError, match="takes a C compiler.*`source`"):
+        step(C=[[1.0]], R=[[1.0]], H_minus=[[1.0]])
+
+
+def test_a_size_without_a_letter_is_refused_by_loops():
+    n = sp.Symbol("n", integer=True, positive=True)
+    X, Y = (MatrixSymbol(name, n + 1, n + 1) for name in "XY")
+    own = Derivation((X,), (Stage(Y, 2 * X),), steps={"none": sp.S.Zero})
+    assert compile(own)(X=[[1]])["Y"].tolist() == [[2]]
+    with pytest.raises(TypeError, match="size n \\+ 1 of X; give it a letter"):
+        compile(own, backend="c")
