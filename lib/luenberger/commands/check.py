@@ -3,7 +3,7 @@
 import collections
 import textwrap
 
-from .registration import file, register
+from .registration import as_json, file, register
 from .terminal import tell, tell_json, visible
 
 WIDE, FIRST = 79, 15
@@ -22,9 +22,7 @@ def add(commands):
         examples=["check tracker.json", "check reactor.json --json"],
     )
     one.add_argument("plant", type=file, metavar="PLANT.json")
-    one.add_argument(
-        "--json", action="store_true", help="one JSON document on stdout instead"
-    )
+    as_json(one)
 
 
 def run(options):

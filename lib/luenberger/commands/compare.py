@@ -2,7 +2,7 @@
 
 import textwrap
 
-from .registration import dry_run, file, register
+from .registration import as_json, dry_run, file, register
 from .terminal import tell, tell_json, visible, written
 
 WIDE = 79
@@ -34,9 +34,7 @@ def add(commands):
     one.add_argument(
         "--orders", type=whole_numbers, metavar="R1,R2,...", help="only these orders"
     )
-    one.add_argument(
-        "--json", action="store_true", help="one JSON document on stdout instead"
-    )
+    as_json(one)
     one.add_argument(
         "--csv",
         type=file,

@@ -2,7 +2,7 @@
 
 import textwrap
 
-from .registration import dry_run, file, register
+from .registration import as_json, dry_run, file, register
 from .terminal import say, tell, tell_json, written
 
 WIDE, INDENT = 79, " " * 6
@@ -30,9 +30,7 @@ def add(commands):
     one.add_argument(
         "--misprints", action="store_true", help="list misprints, not equations"
     )
-    one.add_argument(
-        "--json", action="store_true", help="one JSON document on stdout instead"
-    )
+    as_json(one)
     one.add_argument(
         "--html",
         type=file,

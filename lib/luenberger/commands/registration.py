@@ -48,6 +48,13 @@ def folder(text):
     return Path(text)
 
 
+def as_json(one):
+    """The option of commands that print tables."""
+    one.add_argument(
+        "--json", action="store_true", help="one JSON document on stdout instead"
+    )
+
+
 def dry_run(one, instead="do everything but write"):
     """The option that every command has which writes files."""
     one.add_argument(

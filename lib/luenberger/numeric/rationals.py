@@ -4,6 +4,7 @@ Elimination is Bareiss's: rows are first scaled to integers, and every division
 after that is exact, so no fraction has to be reduced on the way.
 """
 
+from collections.abc import Callable
 from fractions import Fraction
 from math import lcm
 
@@ -23,6 +24,11 @@ def eye(n: int) -> Matrix:
     for k in range(n):
         out[k, k] = Fraction(1)
     return out
+
+
+def makers(exactly: bool) -> tuple[Callable[[int], Matrix], Callable[..., Matrix]]:
+    """eye(n) and zeros(*shape), of Fractions or of floats."""
+    return (eye, zeros) if exactly else (np.eye, lambda *shape: np.zeros(shape))
 
 
 def solve(M: Matrix, N: Matrix) -> Matrix:

@@ -14,7 +14,7 @@ import numpy as np
 
 from ...errors import CertificateError
 from ...kernels import run
-from ...numeric.linalg import lyapunov, radius
+from ...numeric.linalg import lyapunov, radius, symmetrise
 from . import derivation as stages
 from .stein import Schur
 
@@ -38,18 +38,18 @@ def evaluate(target, Ae, Be):
     """The Point of (Ae, Be); Ae must be stable."""
     F, G = Schur(Ae), target.dynamics
     have = target.matrices | dict(Ae=Ae, Be=Be)
-    have["Q12"] = G.forward(F, run(stages.estimator_moments, have, "N12")["N12"])
-    have["Q2"] = _even(F.forward(F, run(stages.estimator_moments, have, "N2")["N2"]))
+
+    def drive(moments, name):
+        return run(moments, have, name)[name]
+
+    have["Q12"] = G.forward(F, drive(stages.estimator_moments, "N12"))
+    have["Q2"] = symmetrise(F.forward(F, drive(stages.estimator_moments, "N2")))
     _take_output(have, target.feedthrough)
-    have["P2"] = _even(F.backward(F, run(stages.adjoint_moments, have, "M2")["M2"]))
-    have["P12"] = G.backward(F, run(stages.adjoint_moments, have, "M12")["M12"])
+    have["P2"] = symmetrise(F.backward(F, drive(stages.adjoint_moments, "M2")))
+    have["P12"] = G.backward(F, drive(stages.adjoint_moments, "M12"))
     have |= run(stages.projection_gradient, have, "gradAe", "gradBe")
     cost = float(np.trace(run(stages.projection_cost, have, "J")["J"]))
     return Point(have, cost, F)
-
-
-def _even(X):
-    return 0.5 * (X + X.T)
 
 
 def _take_output(have, feedthrough):
@@ -129,7 +129,7 @@ class Frame:
         units = np.eye(self.r * p).reshape(-1, self.r, p)
         moves = self._there(*self._direction(units))
         hessian = self._along(*second_derivatives(target, self.point, *moves))
-        self.values, self.vectors = np.linalg.eigh(_even(hessian))
+        self.values, self.vectors = np.linalg.eigh(symmetrise(hessian))
         self.slope = self.vectors.T @ self.gradient
 
     def _there(self, Ae, Be):

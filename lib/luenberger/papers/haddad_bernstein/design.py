@@ -116,13 +116,8 @@ def fixed_order_filter(
     """
     options: Any = dict(L=L, weight=weight, feedthrough=feedthrough)
     found = fixed_order_search(plant, order, **options, starts=starts, seed=seed)
-    return certified(found.best)
-
-
-def certified(minimum):
-    """Return its observer if it meets the conditions; the only way out."""
-    minimum.optimality.require()
-    return minimum.observer
+    found.best.optimality.require()
+    return found.best.observer
 
 
 def fixed_order_search(
@@ -179,10 +174,12 @@ def fixed_order_search(
         residuals = optimality(observer, plant, weight=weight, feedthrough=feedthrough)
         return Minimum(observer, whole.cost + excess, excess, residuals, tuple(names))
 
-    if order == plant.n:
-        G, Gam = np.diag(1 / whole.states), np.diag(whole.states)
+    def in_full(G, Gam):
         full = judged(_projected(plant, whole, G, Gam), 0.0, ["the Kalman filter"])
-        return Search((full,), (), whole.cost, plant.n)
+        return Search((full,), (), whole.cost, order)
+
+    if order == plant.n:
+        return in_full(np.diag(1 / whole.states), np.diag(whole.states))
     sought = target(whole)
     every = directions(sought)
     enough = len(every.strength)
@@ -190,9 +187,7 @@ def fixed_order_search(
         raise _superfluous(order, enough, plant.n)
     if order == enough:
         sign = _signs(every.read / whole.states)
-        same = _projected(plant, whole, sign * every.lift.T, sign * every.read)
-        full = judged(same, 0.0, ["the Kalman filter"])
-        return Search((full,), (), whole.cost, enough)
+        return in_full(sign * every.lift.T, sign * every.read)
     known, failed = minima(sought, every, order, starts, seed)
     if not known:
         raise CertificateError(_nowhere(order, failed))

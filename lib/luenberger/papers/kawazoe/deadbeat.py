@@ -18,7 +18,7 @@ from ...numeric.independent_rows import default_tol, levels, scaled, split_hidde
 from ...numeric.linalg import modes
 from ...observer import Observer
 from ...plant import Plant
-from ..certified import CONDITION_WARNING, LOST_TOL, certified
+from ..certified import CONDITION_WARNING, LOST_TOL, certified, state_observer
 from .form import find_form, require_discrete, solve_left
 
 EXACT_ORDER = 20  # beyond, fractions of thousands of digits take minutes
@@ -92,18 +92,7 @@ def deadbeat_observer(plant: Plant, *, method: str = "staircase") -> Observer:
         raise ValueError(f"method must be 'staircase' or 'canonical', got {method!r}")
     build = _staircase if method == "staircase" else _canonical
     F, D, T, P, V = build(plant)
-    observer = Observer(
-        F=F + 0.0,  # no -0
-        G=T @ plant.B - D @ plant.E,
-        D=D,
-        P=P,
-        V=V,
-        T=T,
-        L=np.eye(plant.n),
-        W=-V @ plant.E,
-        z0=None if np.iscomplexobj(T) else T @ plant.x0,
-        dt=plant.dt,
-    )
+    observer = state_observer(plant, F + 0.0, D, T, P, V)  # no -0
     _judge(observer, plant, method)
     return certified(observer, plant)
 
@@ -245,7 +234,7 @@ def _canonical(plant):
     """Kawazoe's coordinates sorted by level: a staircase whose stairs hold units."""
     exactly = plant.exact is not None and plant.n <= EXACT_ORDER
     form, outputs = find_form(plant, "interleaved", None, exactly)
-    one, zero = (rationals.eye, rationals.zeros) if form.exact else (np.eye, _zeros)
+    one, zero = rationals.makers(form.exact)
     start = np.cumsum([0, *form.indices[:-1]])
     has = [
         [i for i, size in enumerate(form.indices) if size > k]
@@ -271,7 +260,3 @@ def _canonical(plant):
 
 def _rounded(X):
     return X.astype(float) if X.dtype == object else X
-
-
-def _zeros(*shape):
-    return np.zeros(shape)

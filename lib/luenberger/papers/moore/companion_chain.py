@@ -37,7 +37,7 @@ def chain(A, C, k, factors):
     admissible the last row of T A - F T = D C does not hold.
     """
     exactly = k.dtype == object
-    zero = rationals.zeros if exactly else _zeros
+    _, zero = rationals.makers(exactly)
     p, order = len(C), sum(map(len, factors))
     inputs = injections(A, C, factors).reshape(order * p, len(A))
     _, after = rows(A, C, k, factors, zero(order, p))  # k beta(A)
@@ -118,7 +118,3 @@ def _exactly(M, row):
     if len(M) not in pivots:
         x[pivots] = echelon[:, -1]
     return x
-
-
-def _zeros(*shape):
-    return np.zeros(shape)

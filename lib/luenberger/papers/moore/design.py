@@ -201,7 +201,7 @@ def _with_poles(plant, k, poles):
 def _side_by_side(plant, k, chains):
     """One observer of all rows: every chain has its own states."""
     exactly = all(one.F.dtype == object for one in chains)
-    zero = rationals.zeros if exactly else lambda *shape: np.zeros(shape)
+    _, zero = rationals.makers(exactly)
     A, B, C, E = (plant.exact[s] if exactly else getattr(plant, s) for s in "ABCE")
     T = np.vstack([zero(0, plant.n), *(one.T for one in chains)])
     D = np.vstack([zero(0, plant.p), *(one.D for one in chains)])

@@ -14,7 +14,7 @@ from ...errors import DesignError
 from ...numeric.staircase_form import find
 from ...observer import Observer
 from ...plant import Plant
-from ..certified import CONDITION_WARNING, LOST_TOL, certified
+from ..certified import CONDITION_WARNING, LOST_TOL, certified, state_observer
 from ..poles import arranged
 from . import rows_of_T
 
@@ -140,18 +140,7 @@ def _in_users_coordinates(plant, form, rows):
     T, D = rows.T @ U.conj().T, rows.D @ outputs
     P, V = back[:, : n - r], back[:, n - r :] @ outputs
     _judge(S, back, P @ T + V @ plant.C - np.eye(n), form)
-    return Observer(
-        F=rows.F,
-        G=T @ plant.B - D @ plant.E,
-        D=D,
-        P=P,
-        V=V,
-        T=T,
-        L=np.eye(n),
-        W=-V @ plant.E,
-        z0=None if plant.is_complex else T @ plant.x0,
-        dt=plant.dt,
-    )
+    return state_observer(plant, rows.F, D, T, P, V)
 
 
 def _judge(S, back, lost, form):
