@@ -22,7 +22,8 @@ def claims() -> dict[Key, Any]:
     A claim that several derivations share is listed where it is found first.  A few
     steps are bare: a residual that is zero, without sides.
     """
-    found, seen = {}, set()
+    found: dict[Key, Any] = {}
+    seen = set()
     for where, known in _listed():
         for name, claim in known.items():
             if isinstance(claim, Explicit):

@@ -4,25 +4,32 @@ SymPy's `block_collapse` is wrong when an identity meets a partitioned matrix
 (sympy #22034), so it is not used: blocks are normal forms and we multiply them.
 """
 
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
 import sympy as sp
 
-from .polynomials import Polynomial
+from .polynomials import Polynomial, Traces
 from .symbols import BlockMatrix
 from .typeset import latex
-from .words import ShapeError, same_shape, same_size
+from .words import Formula, Shape, ShapeError, Size, same_shape, same_size
 
 
 class Blocks:
     """A matrix of `Polynomial` entries with row sizes and column sizes."""
 
-    def __init__(self, algebra, entries):
+    def __init__(self, algebra: Any, entries: Sequence[Sequence[Polynomial]]) -> None:
         self.algebra = algebra
         self.entries = tuple(tuple(row) for row in entries)
         self.rows = tuple(row[0].shape[0] for row in self.entries)
         self.cols = tuple(entry.shape[1] for entry in self.entries[0])
 
     @classmethod
-    def of(cls, algebra, nested):
+    def of(
+        cls, algebra: Any, nested: Sequence[Sequence[Formula]]
+    ) -> Blocks | Polynomial:
         """From nested sequences of SymPy expressions or normal forms.
 
         Blocks of no rows or no columns are dropped, so that a limiting size leaves
@@ -36,7 +43,9 @@ class Blocks:
         return rows[0][0] if len(rows) == len(rows[0]) == 1 else cls(algebra, rows)
 
     @classmethod
-    def spread(cls, value, rows, cols):
+    def spread(
+        cls, value: Blocks | Polynomial, rows: Sequence[Size], cols: Sequence[Size]
+    ) -> Blocks:
         """A `Polynomial` on a given partition: only c I and 0 are known there."""
         if isinstance(value, Blocks):
             return value
@@ -61,15 +70,15 @@ class Blocks:
         )
 
     @property
-    def shape(self):
+    def shape(self) -> Shape:
         return sp.Add(*self.rows), sp.Add(*self.cols)
 
     @property
-    def is_zero(self):
+    def is_zero(self) -> bool:
         return all(entry.is_zero for row in self.entries for entry in row)
 
     @property
-    def T(self):
+    def T(self) -> Blocks:
         columns = zip(*self.entries)
         return Blocks(self.algebra, [[x.T for x in column] for column in columns])
 
@@ -77,7 +86,7 @@ class Blocks:
         i, j = index
         return self.entries[i][j]
 
-    def map(self, function):
+    def map(self, function: Callable[[Any], Any]) -> Blocks:
         return Blocks(self.algebra, [[function(x) for x in y] for y in self.entries])
 
     def __add__(self, other):
@@ -110,14 +119,14 @@ class Blocks:
     def __sub__(self, other):
         return self + (-self.algebra.normal(other))
 
-    def trace(self):
+    def trace(self) -> Traces:
         if not same(self.rows, self.cols):
             raise ShapeError(f"no trace of blocks {self.rows} x {self.cols}")
         return sum(
             (self[i, i].trace() for i in range(1, len(self.rows))), self[0, 0].trace()
         )
 
-    def as_expr(self):
+    def as_expr(self) -> BlockMatrix:
         """Back to SymPy."""
         return BlockMatrix([[x.as_expr() for x in row] for row in self.entries])
 

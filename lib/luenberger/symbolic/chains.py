@@ -16,8 +16,9 @@ from .inequalities import AtLeast
 from .lines import Line
 from .operators import Operator
 from .reasons import WIDEST_REASON
-from .relations import Result
-from .typeset import columns, latex, padded, text
+from .relations import Reasons, Relation, Result
+from .typeset import Show, columns, latex, padded, text
+from .words import Formula
 
 CHECKED, FAILED = "✓", "✗"
 
@@ -82,7 +83,7 @@ class Chain:
 
     number: str
     says: str
-    left: object
+    left: Formula
     lines: tuple
     symmetric: tuple = ()
 
@@ -99,17 +100,17 @@ class Chain:
                 )
 
     @property
-    def right(self):
+    def right(self) -> Formula:
         """Where the chain ends."""
         return self.lines[-1].right if self.lines else self.left
 
     @property
-    def relations(self):
+    def relations(self) -> Reasons:
         """Everything cited, each once, in order."""
         return tuple(dict.fromkeys(r for line in self.lines for r in line.cites))
 
     @cached_property
-    def relation(self):
+    def relation(self) -> Relation:
         """What the chain has proved, for a later chain or a stage to cite.
 
         Raises
@@ -126,12 +127,12 @@ class Chain:
         return Result(number + says, self.left, self.right)
 
     @property
-    def expressions(self):
+    def expressions(self) -> list[Formula]:
         """Every expression in it."""
         sides = (self.left, *(line.right for line in self.lines), *self.relations)
         return [e for side in sides for e in getattr(side, "expressions", (side,))]
 
-    def check(self):
+    def check(self) -> list[str]:
         """What is wrong, line by line; [] when every line follows as it says."""
         return [
             f"line {k} {fault}"
@@ -175,11 +176,11 @@ class Chain:
             rows.append(f"{row.left} &{row.sign} {row.right} {rest}".strip())
         return framed(rows, self.number)
 
-    def start(self, show):
+    def start(self, show: Show) -> str:
         """What the chain begins with, set by `latex` or `text`."""
         return self.left.show(show) if self._stated else show(self.left)
 
-    def rows(self, show):
+    def rows(self, show: Show) -> list[Row]:
         """The chain as it is set: a `Row` for each line.
 
         What it begins with stands before the first sign; before an operation, or as an

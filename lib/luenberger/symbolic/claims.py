@@ -1,14 +1,17 @@
 """A claim: two sides, and the algebra in which their difference must vanish."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import sympy as sp
 from sympy.matrices.expressions.matexpr import MatrixExpr
 
 from .core import Algebra
-from .proofs import prove
+from .proofs import Proof, prove
 from .typeset import latex, text
+from .words import Formula
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,12 +26,12 @@ class Claim:
         Without one, the sides are explicit matrices or scalars.
     """
 
-    left: object
-    right: object = 0
+    left: Formula
+    right: Formula = 0
     algebra: Algebra | None = None
 
     @cached_property
-    def residual(self):
+    def residual(self) -> Formula:
         """The difference of the sides in normal form."""
         if self.algebra is None:
             left = sp.sympify(self.left)
@@ -42,7 +45,7 @@ class Claim:
         return left if self._is_bare() else left - self.algebra.normal(self.right)
 
     @property
-    def is_empty(self):
+    def is_empty(self) -> bool:
         """True if it is about an explicit matrix without entries and says nothing."""
         sides = (self.left, self.right)
         return any(isinstance(X, sp.MatrixBase) and 0 in X.shape for X in sides)
@@ -51,7 +54,7 @@ class Claim:
         return isinstance(self.right, int) and self.right == 0
 
     @property
-    def is_zero(self):
+    def is_zero(self) -> bool:
         """Whether the claim is proved."""
         residual = self.residual
         if self.algebra is not None:
@@ -60,7 +63,7 @@ class Claim:
             return all(sp.simplify(entry) == 0 for entry in residual)
         return sp.simplify(residual) == 0
 
-    def proof(self):
+    def proof(self) -> Proof:
         """The `Proof` of the claim, with a certificate that can be checked.
 
         Raises
@@ -80,7 +83,7 @@ class Claim:
         return prove(left, right, self.relations, self.algebra.symmetric)
 
     @property
-    def relations(self):
+    def relations(self) -> tuple[Any, ...]:
         """What the claim takes for granted."""
         return () if self.algebra is None else self.algebra.relations
 
@@ -96,6 +99,8 @@ class Claim:
         return f"$\\displaystyle {' = '.join(map(latex, self._sides()))}$"
 
 
-def claims(algebra, sides):
+def claims(
+    algebra: Algebra, sides: Mapping[str, tuple[Formula, Formula]]
+) -> dict[str, Claim]:
     """{name: Claim} from {name: (left, right)}, all in one algebra."""
     return {name: Claim(left, right, algebra) for name, (left, right) in sides.items()}

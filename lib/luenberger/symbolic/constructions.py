@@ -11,8 +11,9 @@ import sympy as sp
 from .chains import framed
 from .models import differ, evaluate, model
 from .reasons import cited_latex, cited_text, follows, gap, idle, shown
-from .relations import named
+from .relations import Reasons, named
 from .typeset import latex, text
+from .words import Formula
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -63,12 +64,12 @@ class Construction:
         object.__setattr__(self, "symmetric", tuple(self.symmetric))
 
     @property
-    def relations(self):
+    def relations(self) -> Reasons:
         """What it rests on."""
         return (*self.by, *self.satisfies)
 
     @property
-    def expressions(self):
+    def expressions(self) -> list[Formula]:
         """Every expression in it."""
         return [
             *self.values,
@@ -76,7 +77,7 @@ class Construction:
             *(e for r in self.relations for e in r),
         ]
 
-    def check(self):
+    def check(self) -> list[str]:
         """What is wrong with the construction; [] when it does what it says."""
         return list(self._faults)
 
@@ -155,8 +156,8 @@ class Counterexample:
 
     number: str
     says: str
-    left: object
-    right: object
+    left: Formula
+    right: Formula
     values: dict
     given: tuple = ()
     symmetric: tuple = ()
@@ -166,16 +167,16 @@ class Counterexample:
         object.__setattr__(self, "symmetric", tuple(self.symmetric))
 
     @property
-    def relations(self):
+    def relations(self) -> Reasons:
         """What the claim supposes."""
         return self.given
 
     @property
-    def expressions(self):
+    def expressions(self) -> list[Formula]:
         """Every expression in it."""
         return [self.left, self.right, *(e for r in self.given for e in r)]
 
-    def check(self):
+    def check(self) -> list[str]:
         """What is wrong with the example; [] when it denies the claim and no more."""
         found = [
             f"does not satisfy {cited_text(r)}"

@@ -1,14 +1,27 @@
 """The algebra: which symbols are symmetric, which relations hold, and calculus."""
 
 from functools import cached_property
+from typing import Any
 
 import sympy as sp
 from sympy.matrices.expressions.matexpr import MatrixExpr
 
 from .blocks import Blocks, product
 from .polynomials import Polynomial, Traces
+from .relations import Given
 from .symbols import MatrixSymbol
-from .words import Letter, ShapeError, rotations, same_shape, same_size, text
+from .words import (
+    Formula,
+    Letter,
+    ShapeError,
+    Symbols,
+    Terms,
+    Word,
+    rotations,
+    same_shape,
+    same_size,
+    text,
+)
 
 DEEPEST = 300  # rewritings of one word, one inside the other, before we give up
 
@@ -32,10 +45,10 @@ class Algebra:
     and give that as a relation, e.g. ``(R, M - C * Omega * C.T)``.
     """
 
-    def __init__(self, symmetric=(), relations=()):
+    def __init__(self, symmetric: Symbols = (), relations: Given = ()) -> None:
         self.symmetric = frozenset(symmetric)
         self.relations = tuple(relations)
-        self._known, self._known_cyclic = {}, {}
+        self._known, self._known_cyclic = dict[Word, Any](), dict[Word, Any]()
 
     def __eq__(self, other):
         if not isinstance(other, Algebra):
@@ -55,16 +68,18 @@ class Algebra:
         rules = (plain._rule(left, right) for left, right in self.relations)
         return [rule for pair in rules for rule in pair]
 
-    def with_relations(self, *relations, symmetric=()):
+    def with_relations(self, *relations: Any, symmetric: Symbols = ()) -> "Algebra":
         """A new algebra that knows more."""
         return Algebra(self.symmetric | set(symmetric), (*self.relations, *relations))
 
     # -- words ------------------------------------------------------------------
 
-    def letter(self, atom, transposed=False, inverted=False):
+    def letter(
+        self, atom: sp.MatrixSymbol, transposed: bool = False, inverted: bool = False
+    ) -> Letter:
         return Letter(atom, transposed and atom not in self.symmetric, inverted)
 
-    def flipped(self, word):
+    def flipped(self, word: Word) -> Word:
         """The transpose of a word."""
         return tuple(self.letter(a, not t, i) for a, t, i in reversed(word))
 
@@ -72,11 +87,8 @@ class Algebra:
         left, right = self.normal(left), self.normal(right)
         if left.terms and left.is_scaled_identity:  # I = A B says what A B is
             left, right = right, left
-        if (
-            len(left.terms) != 1
-            or left.is_scaled_identity
-            or not same_shape(left.shape, right.shape)
-        ):
+        single = len(left.terms) == 1 and not left.is_scaled_identity
+        if not (single and same_shape(left.shape, right.shape)):
             raise ShapeError(f"{left} = {right} is not a relation word = polynomial")
         ((word, c),) = left.terms.items()
         right = (1 / sp.sympify(c)) * right
@@ -136,24 +148,21 @@ class Algebra:
                 total[w] = total.get(w, 0) + c * d
         return total
 
-    def reduced(self, pairs):
+    def reduced(self, pairs: Terms) -> Terms:
         """Rewrite each (word, coefficient) as far as the relations go."""
         return ((w, c * d) for word, c in pairs for w, d in self._reduce(word).items())
 
-    def reduced_cyclically(self, pairs):
-        return (
-            (w, c * d)
-            for word, c in pairs
-            for w, d in self._reduce_cyclic(word).items()
-        )
+    def reduced_cyclically(self, pairs: Terms) -> Terms:
+        cyclic = self._reduce_cyclic
+        return ((w, c * d) for word, c in pairs for w, d in cyclic(word).items())
 
-    def spelled(self, expr):
+    def spelled(self, expr: Formula) -> Formula:
         """An expression as it is shown; nothing stands for anything else here."""
         return expr
 
     # -- SymPy in ---------------------------------------------------------------
 
-    def normal(self, expr):
+    def normal(self, expr: Formula) -> Any:
         """Normal form of a SymPy expression: `Polynomial`, `Blocks` or `Traces`."""
         if isinstance(expr, (Polynomial, Blocks, Traces)):
             return self._adopted(expr)
@@ -254,7 +263,7 @@ class Algebra:
 
     # -- calculus ---------------------------------------------------------------
 
-    def differential(self, expr, increments):
+    def differential(self, expr: Formula, increments: dict[Any, Any]) -> Any:
         """First differential; `increments` is {symbol: its increment, a symbol}."""
         value = self.normal(expr)
         if isinstance(value, Blocks):
@@ -270,7 +279,7 @@ class Algebra:
                 pairs.append((word[:i] + d + word[i + 1 :], sign * c))
         return value.like(pairs)
 
-    def gradient(self, scalar, X):
+    def gradient(self, scalar: Formula, X: sp.MatrixSymbol) -> Polynomial:
         """The matrix g with d scalar = tr(g' dX); symmetric if X is.
 
         SymPy's own derivative of a sum of traces is 0 (sympy #26561), hence this.
@@ -285,7 +294,7 @@ class Algebra:
         found = Polynomial(self, pairs, X.shape)
         return sp.S.Half * (found + found.T) if X in self.symmetric else found
 
-    def substitute(self, expr, replacements):
+    def substitute(self, expr: Formula, replacements: dict[Any, Any]) -> Any:
         """Replace symbols by expressions, transposes included: {symbol: expr}."""
         value = self.normal(expr).as_expr()
         return self.normal(value.xreplace(replacements))

@@ -4,14 +4,18 @@ A module's `derive()` returns a `Derivation` to be read from top to bottom, and 
 functions return the *stage lists* that the kernels compile.
 """
 
+from collections.abc import Collection
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import sympy as sp
 from sympy.matrices.expressions.matexpr import MatrixExpr
 
 from .relations import Relation
+from .symbols import MatrixSymbol
 from .typeset import latex, padded, text
+from .words import Formula
 
 
 @dataclass(frozen=True, repr=False)
@@ -58,7 +62,7 @@ class Derivation:
 
     # -- checked ------------------------------------------------------------------
 
-    def check(self):
+    def check(self) -> list[str]:
         """What is wrong, in plain language; [] when everything on the page is right."""
         found = list(self._faults)
         for name, step in self.steps.items():
@@ -92,21 +96,21 @@ class Derivation:
             found += [f"it is not said what {name} stands for" for name in unknown]
         return found
 
-    def unproved(self):
+    def unproved(self) -> list[str]:
         """Names of the steps that are not proved, and what is wrong beside them."""
         failed = [name for name, step in self.steps.items() if not holds(step)]
         return failed + list(self._faults)
 
-    def proved(self):
+    def proved(self) -> bool:
         """True if there are steps, or stages with reasons, and nothing is wrong."""
         reasoned = bool(self.steps) or any(stage.by for stage in self.stages)
         return reasoned and not self.unproved()
 
     # -- used ---------------------------------------------------------------------
 
-    def unfolded(self, keep=()):
+    def unfolded(self, keep: Collection[str] = ()) -> dict[str, Formula]:
         """Every target, by name, in terms of `given` and of the targets in `keep`."""
-        known = {}
+        known: dict[Any, Any] = {}
         for stage in self.stages:
             known[stage.target] = stage.expression.xreplace(
                 {s: value for s, value in known.items() if s.name not in keep}
@@ -175,14 +179,14 @@ def symbols(derivation):
     return found
 
 
-def holds(step):
+def holds(step: Any) -> bool:
     """Whether a step is proved: a chain and its like, a claim, or a bare residual."""
     if hasattr(step, "check"):
         return not step.check()
     return vanishes(step)
 
 
-def vanishes(residual):
+def vanishes(residual: Formula) -> bool:
     """Whether a residual is identically zero.
 
     Accepts the normal forms of this room, explicit SymPy matrices and scalars.
@@ -195,7 +199,7 @@ def vanishes(residual):
     return sp.simplify(residual) == 0
 
 
-def named(derivation):
+def named(derivation: Derivation) -> dict[str, MatrixSymbol]:
     """The symbols of a stage list by name."""
     targets = (stage.target for stage in derivation.stages)
     return {s.name: s for s in (*derivation.given, *targets)}

@@ -6,7 +6,8 @@ from typing import ClassVar
 from .lines import Line
 from .reasons import cited_text, follows, gap, idle, vacuous
 from .relations import Relation
-from .typeset import text
+from .typeset import Show, text
+from .words import Formula, Symbols
 
 
 @dataclass(frozen=True, eq=False)
@@ -18,17 +19,17 @@ class Equation:
     x₊ = x
     """
 
-    left: object
-    right: object
+    left: Formula
+    right: Formula
 
-    def relation(self, name="the line before"):
+    def relation(self, name: str = "the line before") -> Relation:
         return Relation(name, self.left, self.right)
 
     @property
-    def expressions(self):
+    def expressions(self) -> tuple[Formula, Formula]:
         return self.left, self.right
 
-    def show(self, show):
+    def show(self, show: Show) -> str:
         return f"{show(self.left)} = {show(self.right)}"
 
     def __str__(self):
@@ -52,7 +53,7 @@ class Implies(Line):
     sign: ClassVar[str] = "⇒"
     latex_sign: ClassVar[str] = r"\Rightarrow"
 
-    def complaints(self, left, symmetric):
+    def complaints(self, left: Equation, symmetric: Symbols) -> list[str]:
         found = self._one_way(left, self.right, "the line before", symmetric)
         if found:
             return found
@@ -75,14 +76,14 @@ class Implies(Line):
         given = (*cited, left.relation())
         return follows(self.right.left, self.right.right, given, symmetric)
 
-    def too_wide(self):
+    def too_wide(self) -> list[str]:
         halves = (Line(self.right.left), Line(self.right.right))
         return [complaint for half in halves for complaint in half.too_wide()]
 
-    def body(self, show):
+    def body(self, show: Show) -> str:
         return self.right.show(show)
 
-    def pieces(self, show):
+    def pieces(self, show: Show) -> list[str]:
         return [self.body(show)]
 
 
@@ -100,7 +101,7 @@ class Iff(Implies):
     sign: ClassVar[str] = "⇔"
     latex_sign: ClassVar[str] = r"\Leftrightarrow"
 
-    def complaints(self, left, symmetric):
+    def complaints(self, left: Equation, symmetric: Symbols) -> list[str]:
         back = self._one_way(self.right, left, "this line, back,", symmetric)
         return back or super().complaints(left, symmetric)
 

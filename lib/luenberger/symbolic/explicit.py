@@ -14,6 +14,7 @@ from .chains import framed
 from .claims import Claim
 from .models import sizes_that_fit
 from .typeset import columns, latex, padded, text
+from .words import Formula
 
 WIDEST_LINE = 72  # characters; a wider matrix has a line for each row
 
@@ -55,8 +56,8 @@ class Explicit:
 
     number: str
     says: str
-    left: object
-    right: object
+    left: Formula
+    right: Formula
     cases: dict = field(default_factory=dict)
     why: str = ""
 
@@ -66,23 +67,23 @@ class Explicit:
     relations: ClassVar[tuple] = ()
 
     @property
-    def expressions(self):
+    def expressions(self) -> list[Formula]:
         """Both sides, and the letters that have values."""
         return [self.left, self.right, *self._shown]
 
     @cached_property
-    def claims(self):
+    def claims(self) -> dict[str, Claim]:
         """{what is chosen: the `Claim` that is evaluated}."""
         return {
             name: self.claim(value(self.left, chosen), value(self.right, chosen))
             for name, chosen in (self.cases or {"": {}}).items()
         }
 
-    def claim(self, left, right):
+    def claim(self, left: Formula, right: Formula) -> Claim:
         """What must be so at one choice."""
         return Claim(left, right)
 
-    def check(self):
+    def check(self) -> list[str]:
         """What is wrong; [] when the statement holds wherever it is evaluated."""
         return [
             f"{self.fault}{f' for {name}' if name else ''}"
@@ -135,7 +136,7 @@ class Positive(Explicit):
     latex_sign: ClassVar[str] = ">"
     fault: ClassVar[str] = "not every entry is known to be positive"
 
-    def claim(self, left, right):
+    def claim(self, left: Formula, right: Formula) -> Claim:
         """How many entries are not positive for sure, which must be none."""
         found = left - right if right != 0 else left
         entries = found if isinstance(found, sp.MatrixBase) else [found]

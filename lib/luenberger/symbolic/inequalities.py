@@ -7,7 +7,8 @@ import sympy as sp
 from sympy.matrices.expressions.matexpr import MatrixExpr
 
 from .lines import Line
-from .typeset import latex
+from .typeset import Show, latex
+from .words import Formula
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,19 +28,19 @@ class AtLeast(Line):
     []
     """
 
-    root: object = None
+    root: Formula = None
 
     sign: ClassVar[str] = "≥"
     latex_sign: ClassVar[str] = r"\ge"
     side: ClassVar[int] = 1
 
-    def equation(self, left):
+    def equation(self, left: Formula) -> tuple[Formula, Formula]:
         square = self.root * self.root.T
         if not isinstance(left, MatrixExpr) and not hasattr(left, "shape"):
             square = sp.Trace(square)
         return left, self.right + self.side * square
 
-    def reason(self, show):
+    def reason(self, show: Show) -> str:
         square = sp.MatMul(self.root, sp.Transpose(self.root), evaluate=False)
         mine = show(square) + (r" \ge 0" if show is latex else " ≥ 0")
         said = super().reason(show)

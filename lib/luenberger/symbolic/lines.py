@@ -11,10 +11,10 @@ from typing import ClassVar
 import sympy as sp
 
 from .core import Algebra
-from .reasons import cited_latex, cited_text, follows, gap, idle, vacuous, words
-from .relations import named
-from .typeset import WIDEST, latex, pieces, text, width
-from .words import ShapeError
+from .reasons import Gap, cited_latex, cited_text, follows, gap, idle, vacuous, words
+from .relations import Reasons, named
+from .typeset import WIDEST, Show, latex, pieces, text, width
+from .words import Formula, ShapeError, Symbols
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +43,7 @@ class Line:
     does not need B A = C
     """
 
-    right: object
+    right: Formula
     by: tuple = ()
     why: str = ""
 
@@ -54,11 +54,11 @@ class Line:
         object.__setattr__(self, "by", named(self.by))
 
     @property
-    def cites(self):
+    def cites(self) -> Reasons:
         """Every relation that the line rests on."""
         return self.by
 
-    def complaints(self, left, symmetric):
+    def complaints(self, left: Formula, symmetric: Symbols) -> list[str]:
         """What is wrong with the step from `left` to this line, in plain language."""
         missing = self.gap(left, self.by, symmetric)
         if missing is not None:
@@ -68,20 +68,20 @@ class Line:
             left, symmetric
         )
 
-    def gap(self, left, cited, symmetric):
+    def gap(self, left: Formula, cited: Reasons, symmetric: Symbols) -> Gap | None:
         return gap(*self.equation(left), cited, symmetric)
 
-    def follows(self, left, cited, symmetric):
+    def follows(self, left: Formula, cited: Reasons, symmetric: Symbols) -> bool:
         return follows(*self.equation(left), cited, symmetric)
 
-    def vacuous(self, left, symmetric):
+    def vacuous(self, left: Formula, symmetric: Symbols) -> list[str]:
         return vacuous(*self.equation(left), self.by, symmetric)
 
-    def equation(self, left):
+    def equation(self, left: Formula) -> tuple[Formula, Formula]:
         """The two expressions that must be equal."""
         return left, self.right
 
-    def too_wide(self):
+    def too_wide(self) -> list[str]:
         """A complaint if the line does not fit on a page."""
         wide = width(self.right)
         if wide <= WIDEST:
@@ -93,19 +93,19 @@ class Line:
 
     # -- shown ------------------------------------------------------------------------
 
-    def head(self, show):
+    def head(self, show: Show) -> str:
         """What stands to the left of the sign: nothing, or what is done to the left."""
         return ""
 
-    def body(self, show):
+    def body(self, show: Show) -> str:
         """What stands to the right of the sign."""
         return show(self.right)
 
-    def pieces(self, show):
+    def pieces(self, show: Show) -> list[str]:
         """The body, in pieces between which a page may break it."""
         return pieces(self.right, show)
 
-    def reason(self, show):
+    def reason(self, show: Show) -> str:
         """Why the line follows, in words or formulas."""
         cite, word = (
             (cited_latex, words) if show is latex else (cited_text, lambda w: w)
@@ -132,13 +132,13 @@ class Cyclic(Line):
     does not need that the trace is cyclic
     """
 
-    def complaints(self, left, symmetric):
+    def complaints(self, left: Formula, symmetric: Symbols) -> list[str]:
         found = super().complaints(left, symmetric)
         if not found and not self.by and as_written(left) == as_written(self.right):
             found = ["does not need that the trace is cyclic"]
         return found
 
-    def reason(self, show):
+    def reason(self, show: Show) -> str:
         said = super().reason(show)
         mine = words("the trace is cyclic") if show is latex else "the trace is cyclic"
         return f"{said}, {mine}" if said else mine
@@ -177,18 +177,18 @@ class Substitute(Line):
     []
     """
 
-    def complaints(self, left, symmetric):
+    def complaints(self, left: Formula, symmetric: Symbols) -> list[str]:
         for relation in self.by:
             if not isinstance(relation.left, (sp.MatrixSymbol, sp.Symbol)):
                 return [f"{cited_text(relation)} does not define a symbol"]
         return super().complaints(left, symmetric)
 
-    def gap(self, left, cited, symmetric):
+    def gap(self, left: Formula, cited: Reasons, symmetric: Symbols) -> Gap | None:
         meant = {r.left: r.right for r in cited}
         left, right = (put_in(side, meant) for side in self.equation(left))
         return gap(left, right, (), symmetric)
 
-    def follows(self, left, cited, symmetric):
+    def follows(self, left: Formula, cited: Reasons, symmetric: Symbols) -> bool:
         try:
             return self.gap(left, cited, symmetric) is None
         except ShapeError:  # blocks beside a symbol whose blocks are not put in
@@ -227,10 +227,10 @@ class Cases(Line):
         object.__setattr__(self, "of", named(self.of))
 
     @property
-    def cites(self):
+    def cites(self) -> Reasons:
         return (*self.by, *self.of)
 
-    def complaints(self, left, symmetric):
+    def complaints(self, left: Formula, symmetric: Symbols) -> list[str]:
         if super().gap(left, self.by, symmetric) is None:
             return ["does not need its cases"]
         return [
@@ -241,7 +241,7 @@ class Cases(Line):
             )
         ]
 
-    def reason(self, show):
+    def reason(self, show: Show) -> str:
         cite = cited_latex if show is latex else cited_text
         either = (r"\text{ or }" if show is latex else " or ").join(map(cite, self.of))
         said = super().reason(show)

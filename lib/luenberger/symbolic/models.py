@@ -11,13 +11,17 @@ at random, always in the same way.  A relation that is never linear is searched.
 Source: our own.
 """
 
+from collections.abc import Iterable, Mapping
+from typing import Any
+
 import sympy as sp
 
 from .attempts import models, paired
 from .exact import World, as_matrix, as_table, constant, rational
-from .relations import named
+from .relations import Given, named
 from .settings import Setting
 from .systems import System, Unsolvable
+from .words import Formula, Symbols, Values
 
 PATIENT, QUICK = 150, 90  # attempts to find a model, and to refute
 
@@ -26,7 +30,9 @@ class NoModel(ValueError):
     """No matrices were found that satisfy the relations, so nothing can be tried."""
 
 
-def model(relations, symmetric=(), also=()):
+def model(
+    relations: Given, symmetric: Symbols = (), also: Iterable[Formula] = ()
+) -> Values | None:
     """Explicit rational matrices that satisfy relations exactly.
 
     Parameters
@@ -80,7 +86,9 @@ def instance(relations, symmetric=(), also=()):
     return best
 
 
-def refute(left, right, given=(), symmetric=()):
+def refute(
+    left: Formula, right: Formula, given: Given = (), symmetric: Symbols = ()
+) -> Values | None:
     """Matrices that satisfy the relations, but not `left = right`.
 
     Parameters
@@ -128,7 +136,7 @@ def refute(left, right, given=(), symmetric=()):
     return None
 
 
-def evaluate(expr, values):
+def evaluate(expr: Formula, values: Mapping[Any, Any]) -> Any:
     """The exact value of an expression at explicit matrices.
 
     Parameters

@@ -1,9 +1,16 @@
 """The letters of a paper: declared once, each with its size and what it stands for."""
 
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
 from .chains import Chain
+from .lines import Line
 from .relations import Moment, Relation
 from .symbols import MatrixSymbol
 from .typeset import text
+from .words import Formula, Size
 
 
 class Notation:
@@ -32,11 +39,14 @@ class Notation:
         = N'  (33) N = Ω C'  ✓
     """
 
-    def __init__(self, sizes=None):
-        self.meaning, self.symmetric = {}, ()
+    def __init__(self, sizes: Mapping[Any, Any] | None = None) -> None:
+        self.meaning: dict[MatrixSymbol, str] = {}
+        self.symmetric: tuple[MatrixSymbol, ...] = ()
         self.sizes = sizes or {}
 
-    def __call__(self, name, rows, cols, meaning, symmetric=False):
+    def __call__(
+        self, name: str, rows: Size, cols: Size, meaning: str, symmetric: bool = False
+    ) -> MatrixSymbol:
         """A new letter."""
         symbol = MatrixSymbol(name, rows, cols)
         if symbol.name in {known.name for known in self.meaning}:
@@ -46,7 +56,7 @@ class Notation:
             self.symmetric += (symbol,)
         return symbol
 
-    def here(self, **meanings):
+    def here(self, **meanings: str) -> Notation:
         """The same letters, of which some stand for something else on one page."""
         found = Notation(self.sizes)
         found.meaning, found.symmetric = dict(self.meaning), self.symmetric
@@ -55,17 +65,19 @@ class Notation:
                 found.meaning[symbol] = meanings[symbol.name]
         return found
 
-    def define(self, left, right, number="", name=""):
+    def define(
+        self, left: Formula, right: Formula, number: str = "", name: str = ""
+    ) -> Relation:
         """The relation that introduces a composite, or that is supposed."""
         says = name or f"{text(left)} = {text(right)}"
         return Relation(f"({number}) {says}" if number else says, left, right)
 
-    def moment(self, left, right, number=""):
+    def moment(self, left: Formula, right: Formula, number: str = "") -> Moment:
         """The expectation of a product, or of a vector, that is supposed."""
         unnamed = Moment("", left, right)
         says = unnamed.show(text)
         return Moment(f"({number}) {says}" if number else says, left, right)
 
-    def chain(self, number, says, left, *lines):
+    def chain(self, number: str, says: str, left: Formula, *lines: Line) -> Chain:
         """A chain in these letters."""
         return Chain(number, says, left, lines, self.symmetric)

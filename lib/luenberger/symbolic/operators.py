@@ -9,9 +9,9 @@ from typing import ClassVar
 from .core import Algebra
 from .lines import Line
 from .polynomials import Polynomial, Traces
-from .relations import Moment, named
-from .typeset import latex, text
-from .words import rotations
+from .relations import Moment, Reasons, named
+from .typeset import Show, latex, text
+from .words import Formula, Symbols, rotations
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,10 +50,10 @@ class Transposed(Operator):
     []
     """
 
-    def applied(self, left, symmetric):
+    def applied(self, left: Formula, symmetric: Symbols) -> Formula:
         return Algebra(symmetric).normal(left).T.as_expr()
 
-    def marks(self, show):
+    def marks(self, show: Show) -> tuple[str, str]:
         return "", "'"
 
 
@@ -78,15 +78,15 @@ class Gradient(Operator):
     does not follow: what is left over is ...
     """
 
-    of: object = None
+    of: Formula = None
 
-    def applied(self, left, symmetric):
+    def applied(self, left: Formula, symmetric: Symbols) -> Formula:
         value = Algebra(symmetric).normal(left)
         if not isinstance(value, Traces):
             raise TypeError("only a scalar has a gradient")
         return value.algebra.gradient(value, self.of).as_expr()
 
-    def marks(self, show):
+    def marks(self, show: Show) -> tuple[str, str]:
         if show is latex:
             return rf"\frac{{\partial}}{{\partial {latex(self.of)}}}", ""
         return f"∂/∂{text(self.of)} ", ""
@@ -111,10 +111,10 @@ class Differential(Operator):
 
     of: dict = field(default_factory=dict)
 
-    def applied(self, left, symmetric):
+    def applied(self, left: Formula, symmetric: Symbols) -> Formula:
         return Algebra(symmetric).differential(left, self.of).as_expr()
 
-    def marks(self, show):
+    def marks(self, show: Show) -> tuple[str, str]:
         return (r"\mathrm{d}" if show is latex else "d"), ""
 
 
@@ -152,10 +152,10 @@ class Expect(Operator):
         object.__setattr__(self, "moments", tuple(known))
 
     @property
-    def cites(self):
+    def cites(self) -> Reasons:
         return (*self.by, *self.moments)
 
-    def complaints(self, left, symmetric):
+    def complaints(self, left: Formula, symmetric: Symbols) -> list[str]:
         found = super().complaints(left, symmetric)
         if not found:
             used = Moments(self.moments, symmetric)
@@ -167,16 +167,16 @@ class Expect(Operator):
             ]
         return found
 
-    def applied(self, left, symmetric):
+    def applied(self, left: Formula, symmetric: Symbols) -> Formula:
         moments = Moments(self.moments, symmetric)
         if Algebra().normal(self.right).atoms() & moments.random:
             raise ValueError("the right side still has a random symbol")
         return moments.expectation(left).as_expr()
 
-    def marks(self, show):
+    def marks(self, show: Show) -> tuple[str, str]:
         return (r"\mathrm{E}" if show is latex else "E"), ""
 
-    def reason(self, show):
+    def reason(self, show: Show) -> str:
         mine = [r.show(show) for r in self.moments]
         rest = super().reason(show)
         joint = r",\; " if show is latex else ", "

@@ -1,10 +1,23 @@
 """Normal forms: matrix polynomials and linear combinations of traces."""
 
+from __future__ import annotations
+
+from typing import Any
+
 import sympy as sp
 
 from .symbols import Identity, MatrixProduct, MatrixSum, ZeroMatrix
 from .typeset import latex
-from .words import ShapeError, gather, same_shape, same_size, text
+from .words import (
+    Formula,
+    Shape,
+    ShapeError,
+    Terms,
+    gather,
+    same_shape,
+    same_size,
+    text,
+)
 
 
 class Sum:
@@ -61,16 +74,16 @@ class Polynomial(Sum):
     Two expressions are equal when their difference has no terms.
     """
 
-    def __init__(self, algebra, pairs, shape):
+    def __init__(self, algebra: Any, pairs: Terms, shape: Shape) -> None:
         terms = {} if 0 in shape else gather(algebra.reduced(pairs))
         super().__init__(algebra, terms)
         self.shape = tuple(shape)
 
-    def like(self, pairs):
+    def like(self, pairs: Terms) -> Polynomial:
         return Polynomial(self.algebra, pairs, self.shape)
 
     @property
-    def is_scaled_identity(self):
+    def is_scaled_identity(self) -> bool:
         """True for c I with a number c, zero included."""
         return all(word == () for word in self.terms)
 
@@ -96,11 +109,11 @@ class Polynomial(Sum):
         return Polynomial(self.algebra, pairs, (self.shape[0], other.shape[1]))
 
     @property
-    def T(self):
+    def T(self) -> Polynomial:
         pairs = ((self.algebra.flipped(w), c) for w, c in self.terms.items())
         return Polynomial(self.algebra, pairs, self.shape[::-1])
 
-    def trace(self):
+    def trace(self) -> Traces:
         if not same_size(*self.shape):
             raise ShapeError(f"a matrix of shape {self.shape} has no trace")
         size = self.shape[0]
@@ -108,7 +121,7 @@ class Polynomial(Sum):
             self.algebra, ((w, c if w else c * size) for w, c in self.terms.items())
         )
 
-    def as_expr(self):
+    def as_expr(self) -> Formula:
         """Back to SymPy."""
         if not self.terms:
             return ZeroMatrix(*self.shape)
@@ -125,10 +138,10 @@ class Traces(Sum):
     The empty word stands for 1, so a term in the sizes alone can be kept as well.
     """
 
-    def __init__(self, algebra, pairs):
+    def __init__(self, algebra: Any, pairs: Terms) -> None:
         super().__init__(algebra, gather(algebra.reduced_cyclically(pairs)))
 
-    def like(self, pairs):
+    def like(self, pairs: Terms) -> Traces:
         return Traces(self.algebra, pairs)
 
     def __add__(self, other):
@@ -137,7 +150,7 @@ class Traces(Sum):
             raise ShapeError("cannot add a scalar and a matrix")
         return self.like([*self.terms.items(), *other.terms.items()])
 
-    def as_expr(self):
+    def as_expr(self) -> Formula:
         """Back to SymPy."""
         return sp.Add(
             *(

@@ -1,13 +1,18 @@
 """Prove that an equation follows from others, with a certificate to be checked."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 from .certificates import spelled_out
 from .checker import complaints
+from .completion import Limit
 from .models import NoModel, refute
 from .polynomials import Polynomial, Traces
+from .relations import Given
 from .search import LIMITS, searches
 from .statements import Statement, read
+from .words import Formula, Symbols, Values
 
 
 @dataclass(frozen=True)
@@ -25,17 +30,17 @@ class Proof:
         c u (l - r) v is left - right; `fact` is `(kind, name, transposed)`.
     """
 
-    left: object
-    right: object
+    left: Formula
+    right: Formula
     statement: Statement
     certificates: dict = field(repr=False)
 
     @property
-    def certificate(self):
+    def certificate(self) -> tuple[Any, ...]:
         """All terms, block after block, and those of the lemmas used."""
         return tuple(term for terms in self.certificates.values() for term in terms)
 
-    def complaints(self):
+    def complaints(self) -> list[str]:
         """What the independent checker has to say against the certificate."""
         wanted = [*self.statement.claims, *self.statement.lemmas]
         missing = [name for name in wanted if name not in self.certificates]
@@ -45,12 +50,12 @@ class Proof:
             for fault in complaints(self.statement, claim, terms)
         ]
 
-    def check(self):
+    def check(self) -> bool:
         """Whether the certificate, multiplied out by the independent checker, holds."""
         return not self.complaints()
 
     @property
-    def cited(self):
+    def cited(self) -> tuple[str, ...]:
         """The names of the given relations that the certificate uses, in order."""
         used = {
             name for _, _, (kind, name, _), _ in self.certificate if kind == "given"
@@ -97,13 +102,25 @@ class Unproved(Exception):
         equation does not follow by rewriting; False if the search met its limit.
     """
 
-    def __init__(self, message, left_over, complete, counterexample=None):
+    def __init__(
+        self,
+        message: str,
+        left_over: Formula,
+        complete: bool,
+        counterexample: Values | None = None,
+    ) -> None:
         super().__init__(message)
         self.left_over, self.complete = left_over, complete
         self.counterexample = counterexample
 
 
-def prove(left, right, given=(), symmetric=(), limits=LIMITS):
+def prove(
+    left: Formula,
+    right: Formula,
+    given: Given = (),
+    symmetric: Symbols = (),
+    limits: Sequence[tuple[str, Limit]] = LIMITS,
+) -> Proof:
     """Prove `left = right` for all matrices that satisfy what is given.
 
     Parameters

@@ -1,8 +1,10 @@
 """A relation: an equation between matrices that a proof may cite by its name."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
-from .typeset import latex
+from .typeset import Show, latex
+from .words import Formula
 
 
 @dataclass(frozen=True)
@@ -31,31 +33,35 @@ class Relation:
     """
 
     name: str
-    left: object
-    right: object
+    left: Formula
+    right: Formula
 
     def __iter__(self):
         return iter((self.left, self.right))
 
-    def show(self, show):
+    def show(self, show: Show) -> str:
         """The equation, set by `latex` or `text`."""
         return f"{show(self.left)} = {show(self.right)}"
 
     @property
-    def expressions(self):
+    def expressions(self) -> tuple[Formula, Formula]:
         return self.left, self.right
 
 
 class Moment(Relation):
     """What an expectation is: E[left] = right, as a line that takes one cites it."""
 
-    def show(self, show):
+    def show(self, show: Show) -> str:
         E = r"\mathrm{E}" if show is latex else "E"
         return f"{E}[{show(self.left)}] = {show(self.right)}"
 
 
 class Result(Relation):
     """What a chain has proved, as a later one cites it."""
+
+
+Reasons = tuple[Relation, ...]
+Given = Iterable[Relation | tuple[Formula, Formula]]
 
 
 def named(given):

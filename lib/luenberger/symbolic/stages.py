@@ -5,7 +5,9 @@ from dataclasses import dataclass
 import sympy as sp
 
 from .lines import Line
-from .typeset import latex, text
+from .relations import Reasons
+from .typeset import Show, latex, text
+from .words import Formula, Shape, Symbols
 
 
 @dataclass(frozen=True)
@@ -19,10 +21,10 @@ class Solve:
     M: sp.MatrixExpr
 
     @property
-    def shape(self):
+    def shape(self) -> Shape:
         return self.N.shape[0], self.M.shape[0]
 
-    def as_inverse(self):
+    def as_inverse(self) -> Formula:
         """The same matrix written with an inverse, for reading and for exact checks."""
         return self.N * self.M.I
 
@@ -65,23 +67,23 @@ class Stage:
     """
 
     target: sp.MatrixSymbol
-    formula: object
+    formula: Formula
     equation: str = ""
     symmetric: bool = False
     by: tuple = ()
 
     @property
-    def expression(self):
+    def expression(self) -> Formula:
         """The formula, with an inverse where there is a `Solve`."""
         solve = isinstance(self.formula, Solve)
         return self.formula.as_inverse() if solve else self.formula
 
     @property
-    def reasons(self):
+    def reasons(self) -> Reasons:
         """What justifies the stage, as relations."""
         return tuple(getattr(r, "relation", r) for r in self.by)
 
-    def complaints(self, symmetric=()):
+    def complaints(self, symmetric: Symbols = ()) -> list[str]:
         """Why the stage is not what its chains prove; [] if it is, or has none."""
         if not self.by:
             return []
@@ -90,7 +92,7 @@ class Stage:
             f"{self.shown(text)} {c}" for c in line.complaints(self.target, symmetric)
         ]
 
-    def shown(self, show):
+    def shown(self, show: Show) -> str:
         """The assignment, set by `show`: `latex` or `text`."""
         return f"{show(self.target)} = {show(self.expression)}"
 

@@ -8,11 +8,13 @@ checked at once.  `doit()` hands an expression to SymPy, as after explicit matri
 have been put in.
 """
 
+from __future__ import annotations
+
 import sympy as sp
 from sympy.matrices.expressions.matexpr import MatrixExpr
 from sympy.printing.precedence import PRECEDENCE
 
-from .words import ShapeError, same_shape, same_size
+from .words import ShapeError, Size, same_shape, same_size
 
 
 class Operators:
@@ -110,11 +112,11 @@ class Identity(Operators, sp.Identity):
     """The identity matrix of a size."""
 
     @property
-    def T(self):
+    def T(self) -> Identity:
         return self
 
     @property
-    def I(self):  # noqa: E743
+    def I(self) -> Identity:  # noqa: E743
         return self
 
 
@@ -122,7 +124,7 @@ class ZeroMatrix(Operators, sp.ZeroMatrix):
     """The zero matrix of a shape."""
 
     @property
-    def T(self):
+    def T(self) -> ZeroMatrix:
         return ZeroMatrix(self.cols, self.rows)
 
 
@@ -130,7 +132,7 @@ class BlockMatrix(Operators, sp.BlockMatrix):
     """A partitioned matrix, from a list of rows of blocks."""
 
     @property
-    def T(self):
+    def T(self) -> BlockMatrix:
         grid = self.blocks.tolist()
         return BlockMatrix([[block.T for block in column] for column in zip(*grid)])
 
@@ -253,12 +255,12 @@ def _square(matrix, so):
         raise ShapeError(f"{matrix} is {matrix.shape}, not square: {so}")
 
 
-def matrices(names, rows, cols):
+def matrices(names: str, rows: Size, cols: Size) -> list[MatrixSymbol]:
     """Matrix symbols of one shape, from a string of names."""
     return [MatrixSymbol(name, rows, cols) for name in names.split()]
 
 
-def plus(*terms):
+def plus(*terms: sp.Expr) -> sp.Expr:
     """A sum of scalars, as of traces, in the order written.
 
     >>> from sympy import Trace

@@ -6,19 +6,23 @@ has no rule for is set by SymPy.
 """
 
 import unicodedata
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import sympy as sp
 from sympy.matrices.expressions.matexpr import MatrixExpr
 
 from .letters import HIGH, latex_name, text_name
+from .words import Formula
 
 SUM, PRODUCT, POSTFIX, ATOM = range(4)  # how tightly an expression holds together
 LONG = 30  # columns of a product that a page may break as well
 WIDEST = 110  # characters of one side in Unicode; a page breaks it between terms
 
+Show = Callable[[Formula], str]  # `latex` or `text`
 
-def latex(expr):
+
+def latex(expr: Formula) -> str:
     r"""An expression in LaTeX.
 
     Examples
@@ -36,7 +40,7 @@ def latex(expr):
     return Printer(LATEX).show(expr)
 
 
-def text(expr):
+def text(expr: Formula) -> str:
     """An expression in Unicode, on one line.
 
     Examples

@@ -1,9 +1,15 @@
 """Words: products of matrix symbols, each perhaps transposed or inverted."""
 
-from typing import NamedTuple
+from collections.abc import Iterable
+from typing import Any, NamedTuple, TypeAlias
 
 import sympy as sp
 from sympy.matrices.exceptions import NonInvertibleMatrixError, NonSquareMatrixError
+
+Formula = Any  # of SymPy: a matrix, a scalar or a number; or the normal form of one
+Size: TypeAlias = int | sp.Expr
+Shape = tuple[Size, ...]
+Values = dict[sp.Basic, Any]  # of symbols, in a model
 
 
 class ShapeError(NonSquareMatrixError, NonInvertibleMatrixError):
@@ -21,16 +27,21 @@ class Letter(NamedTuple):
     inverted: bool = False
 
     @property
-    def rows(self):
+    def rows(self) -> Size:
         return self.atom.shape[1 if self.transposed else 0]
 
-    def as_expr(self):
+    def as_expr(self) -> sp.MatrixExpr:
         expr = self.atom.I if self.inverted else self.atom
         return expr.T if self.transposed else expr
 
     def __str__(self):
         mark = "^-1" if self.inverted else ""
         return self.atom.name + mark + ("'" if self.transposed else "")
+
+
+Word = tuple[Letter, ...]
+Terms = Iterable[tuple[Word, Any]]  # with their coefficients
+Symbols = Iterable[sp.MatrixSymbol]
 
 
 def text(word):
