@@ -1,4 +1,9 @@
-"""One pass of a filter over a record, row by row or in compiled code."""
+"""One pass of a filter over a record, row by row or in compiled code.
+
+Who does rows takes the `State` before them and gives the one after: `step` does one
+row in NumPy, `Block.run` as many as it can.  Another way to do rows enters as another
+``run(state, k, out)``, which returns the state and the first row that it left.
+"""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
