@@ -38,7 +38,7 @@ class Instant(NamedTuple):
     R: np.ndarray | None
     S: np.ndarray | None
 
-    def covariances(self):
+    def covariances(self) -> tuple[Matrix, ...]:
         """Q, R and S; zeros for those that are not given."""
         n, p = self.A.shape[0], self.C.shape[0]
         given = (self.Q, (n, n)), (self.R, (p, p)), (self.S, (n, p))
@@ -253,7 +253,7 @@ class Plant(ReadOnly):
         held = (X if X is None or X.ndim == 2 else X[min(i, len(X) - 1)] for X in given)
         return Instant(*held)
 
-    def first_step(self) -> tuple[Matrix, Matrix, Matrix | None]:
+    def first_step(self) -> tuple[Matrix, Matrix, Matrix]:
         """A, B, Q that carry x0 and P0 to the first sample.
 
         Those of instant 0; or I, 0, 0 when x0, P0 are the prior of that sample.
@@ -261,7 +261,7 @@ class Plant(ReadOnly):
         now = self.at(0)
         if self.P0_is == "prior":
             return np.eye(self.n), np.zeros_like(now.B), np.zeros((self.n, self.n))
-        return now.A, now.B, now.Q
+        return now.A, now.B, now.covariances()[0]
 
     @classmethod
     def from_statespace(cls, sys: object, **options: Any) -> Self:

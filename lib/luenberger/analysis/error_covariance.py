@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from .. import kernels
@@ -15,7 +17,7 @@ from ..certificate import (
     residuals,
 )
 from ..errors import DesignError
-from ..numeric import Matrix
+from ..numeric import Matrices, Matrix, Vector
 from ..numeric.factors import factor, shorten
 from ..numeric.linalg import lyapunov, modes, symmetrise
 from ..observer import Observer
@@ -109,7 +111,7 @@ def error_system(
     plant: Plant,
     steps: int | None,
     certificate: Certificate | None = None,
-) -> _Exact:
+) -> ErrorSystem:
     """What the error obeys: alone, or with the state where that drives it."""
     if steps is not None and observer.steps is not None and steps > observer.steps:
         raise ValueError(
@@ -118,10 +120,10 @@ def error_system(
     if certificate is None:
         certificate = certify(*evenly(observer, plant))
     exact = max(certificate.dynamics, certificate.output) <= EXACT_TOL
-    return (_Exact if exact else _Joint)(observer, plant, steps)
+    return (ErrorSystem if exact else JointSystem)(observer, plant, steps)
 
 
-def _require_noise(plant, steps):
+def _require_noise(plant: Plant, steps: int | None) -> None:
     if plant.dt == 0:
         raise DesignError("error covariances are for discrete time, the plant has dt=0")
     if plant.Q is None or plant.R is None:
@@ -130,16 +132,16 @@ def _require_noise(plant, steps):
         raise DesignError("the plant needs P0, the covariance of its initial state")
 
 
-class _Exact:
+class ErrorSystem:
     """The error on its own: X = E[eps eps']."""
 
     whose = "the observer's error"
 
-    def __init__(self, observer, plant, steps):
+    def __init__(self, observer: Observer, plant: Plant, steps: int | None) -> None:
         self.observer, self.plant = observer, plant
         self.moments = self.of_state(steps) if plant.multiplicative else None
 
-    def of_state(self, steps):
+    def of_state(self, steps: int | None) -> list[Matrix]:
         """E[x x'] at the instants 0 .. steps, or of the steady state for all."""
         plant = self.plant
         if steps is None:
@@ -149,27 +151,28 @@ class _Exact:
         for i in range(steps):
             if i or self.observer.steps is None or plant.P0_is == "posterior":
                 A = plant.at(i).A
-                X = symmetrise(A @ X @ A.T + noise_at(plant, i, X).Q)
+                X = symmetrise(A @ X @ A.T + noise_at(plant, i, X)[0])
             found.append(X)
         return found
 
-    def noise(self, i):
+    def noise(self, i: int) -> Matrices:
         """Covariances of all that acts as w and v at instant i."""
         X = None if self.moments is None else self.moments[i]
-        _, Q, S, R = noise_at(self.plant, i, X)
+        Q, S, R = noise_at(self.plant, i, X)
         return dict(Q=Q, S=S, R=R)
 
-    def matrices(self, k):
+    def matrices(self, k: int) -> Matrices:
         """Arguments of the error recursion at row k, T_next held beyond the end."""
         o, N = self.observer, self.observer.steps
         F, _, D, P, V, _ = o.at(k)
         T_next = o.T if N is None else o.T[min(k + 1, N - 1)]
         return dict(F=F, D=D, T_next=T_next, P=P, V=V) | self.noise(self.instant(k))
 
-    def instant(self, k):
+    def instant(self, k: int) -> int:
+        """The instant of row k."""
         return k if self.observer.steps is None else k + 1
 
-    def first_sample(self):
+    def first_sample(self) -> tuple[Matrix, Vector, Matrix]:
         """T, and the mean and a factor of the covariance of x, at row 0."""
         o, plant = self.observer, self.plant
         if o.steps is None:
@@ -180,17 +183,18 @@ class _Exact:
         spread = np.concatenate([A @ factor(plant.P0), factor(Q)], axis=1)
         return o.T[0], A @ plant.x0, spread
 
-    def start(self):
+    def start(self) -> Matrix:
         """A factor of E[eps eps'] at row 0: z is fixed, x has a mean and a spread."""
         T, mean, spread = self.first_sample()
         return np.column_stack([T @ spread, self.observer.z0 - T @ mean])
 
-    def over(self, steps):
+    def over(self, steps: int) -> Matrix:
+        """E[e e'] at rows 0 .. steps of `error_covariance`."""
         L, varying = self.observer.L, self.observer.steps is not None
         out = [L @ self.plant.P0 @ L.T] if varying else []
         return np.stack(out + [H @ H.T for H, _ in self.factors(steps)])
 
-    def factors(self, steps):
+    def factors(self, steps: int) -> Iterator[tuple[Matrix, Matrices]]:
         """A factor of E[e e'] at each row of the observer, and what it is made of.
 
         In factors what is singular needs no repair.
@@ -207,7 +211,8 @@ class _Exact:
             yield np.concatenate([new["shown"], new["drawn"]], axis=1), given
             H = shorten(np.concatenate([new["moved"], new["drive"]], axis=1))
 
-    def steady(self):
+    def steady(self) -> Matrix:
+        """E[e e'] of the steady state."""
         given = self.matrices(0)
         F, P, V = given["F"], given.pop("P"), given.pop("V")
         _require_decay(F, self.whose)
@@ -222,7 +227,7 @@ def settled(F: Matrix, **given: Matrix) -> Matrix:
     return lyapunov(F, step(F=F, X=np.zeros_like(F), **given)["X_next"])
 
 
-class _Joint(_Exact):
+class JointSystem(ErrorSystem):
     """State and error together, for an observer whose error depends on the state.
 
     With s = [x; eps], s+ = [[A, 0], [-N1, F]] s + [[0, I], [D, -T+]] [v; w] and
@@ -232,7 +237,7 @@ class _Joint(_Exact):
 
     whose = "the observer does not fit this plant, and its error"
 
-    def matrices(self, k):
+    def matrices(self, k: int) -> Matrices:
         o, plant = self.observer, self.plant
         i = plant.at(self.instant(k))
         given = super().matrices(k)
@@ -249,14 +254,14 @@ class _Joint(_Exact):
             P=np.hstack([N3, P]),
         )
 
-    def start(self):
+    def start(self) -> Matrix:
         T, mean, spread = self.first_sample()
         both = np.vstack([np.eye(len(mean)), -T])
         mean = np.concatenate([mean, self.observer.z0 - T @ mean])
         return np.column_stack([both @ spread, mean])
 
 
-def _require_decay(F, whose):
+def _require_decay(F: Matrix, whose: str) -> None:
     poles = np.linalg.eigvals(F)
     bad = poles[np.abs(poles) >= 1]
     if bad.size:

@@ -19,7 +19,7 @@ from scipy.sparse.linalg import LinearOperator, gmres
 
 from .. import kernels
 from ..errors import CertificateError, DesignError
-from ..numeric import Matrix, linalg
+from ..numeric import Matrix, Vector, linalg
 from ..numeric.covariance_maps import Pairs, Sums, dominant, packing, spread, stack
 from ..numeric.factors import semidefinite
 from ..numeric.linalg import modes
@@ -46,7 +46,7 @@ class EquivalentNoise(NamedTuple):
     R: np.ndarray  # (p, p) of v + sum g_i C_i x
 
 
-def second_moment(A, pairs, V):
+def second_moment(A: Matrix, pairs: Pairs, V: Matrix) -> Matrix:
     r"""Solve the generalised Lyapunov equation of the state's second moment,
 
     .. math:: X = A X A' + \sum_i A_i X A_i' + V .
@@ -92,7 +92,7 @@ def second_moment(A, pairs, V):
     return found * np.outer(driven, driven)
 
 
-def _sum_up(A, noise, V):
+def _sum_up(A: Matrix, noise: Matrix, V: Matrix) -> Matrix:
     """n + 1 terms of X = L V + L Pi L V + ...: all there are if nothing feeds back."""
     sums = Sums(A)
     X = sums(V)
@@ -103,11 +103,11 @@ def _sum_up(A, noise, V):
     return X
 
 
-def _solve(A, noise, V, X):
+def _solve(A: Matrix, noise: Matrix, V: Matrix, X: Matrix) -> Matrix:
     """X = L(V + Pi(X)) by GMRES, and again for what each answer leaves over."""
     sums, (pack, unpack) = Sums(A), packing(len(A))
 
-    def left_over(packed):
+    def left_over(packed: Vector) -> Vector:
         return packed - pack(sums(spread(noise, unpack(packed))))
 
     operator = LinearOperator((pack(V).size,) * 2, matvec=left_over, dtype=float)
@@ -150,11 +150,11 @@ def radius(A: Matrix, pairs: Pairs) -> float:
     """
     alone, noise = linalg.radius(A) ** 2, stack(A, pairs)
 
-    def short_of_limit(r):
+    def short_of_limit(r: float) -> float:
         feedback = _feedback(A / np.sqrt(r), noise)
         return r / feedback - 1 if feedback > 0 else np.inf
 
-    bound = np.linalg.norm(A @ A.T + spread(noise, np.eye(len(A))), 2)
+    bound = float(np.linalg.norm(A @ A.T + spread(noise, np.eye(len(A))), 2))
     low = high = bound * (1 + 1e-9)
     above = high - alone
     while short_of_limit(low) >= 0:
@@ -184,26 +184,26 @@ def largest_scaling(A: Matrix, pairs: Pairs) -> float:
     return float(1 / np.sqrt(feedback)) if feedback > 0 else np.inf
 
 
-def _feedback(A, noise):
+def _feedback(A: Matrix, noise: Matrix) -> float:
     """Spectral radius of L Pi for a stable A: how the noise acts back on itself."""
     sums = Sums(A)
     return dominant(lambda X: sums(spread(noise, X)), len(A))
 
 
-def require_mean_square_stable(plant):
+def require_mean_square_stable(plant: Plant) -> None:
     """Raise DesignError unless the plant's state has a steady second moment."""
     _require_constant(plant)
     _require_stable(plant.A, plant.multiplicative)
 
 
-def _require_constant(plant):
+def _require_constant(plant: Plant) -> None:
     if plant.steps is not None:
         raise DesignError(
             "mean-square stability is of a constant plant, and this one varies in time"
         )
 
 
-def _require_stable(A, pairs):
+def _require_stable(A: Matrix, pairs: Pairs) -> None:
     poles = np.linalg.eigvals(A)
     if not (np.abs(poles) < 1).all():
         raise DesignError(
@@ -261,13 +261,13 @@ def equivalent_noise(plant: Plant) -> EquivalentNoise:
         raise DesignError("equivalent noises need dt > 0 and the covariances Q and R")
     _require_constant(plant)
     X = second_moment(plant.A, plant.multiplicative, plant.Q)
-    return noise_at(plant, 0, X)
+    return EquivalentNoise(X, *noise_at(plant, 0, X))
 
 
-def noise_at(plant, i, X):
-    """The additive noises at instant i, where E[x x'] = X."""
+def noise_at(plant: Plant, i: int, X: Matrix | None) -> tuple[Matrix, Matrix, Matrix]:
+    """Q, S, R of the additive noises at instant i, where E[x x'] = X."""
     Q, R, S = plant.at(i).covariances()
     for A1, C1 in plant.multiplicative:
         more = kernels.compiled(noise_added)(A1=A1, C1=C1, X=X)
         Q, S, R = Q + more["dV1"], S + more["dV12"], R + more["dV2"]
-    return EquivalentNoise(X, Q, S, R)
+    return Q, S, R

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from ..arguments import expect
+from ..numeric import Matrix
 from ..observer import Observer
 
 NEGLIGIBLE = 1e-10  # beside the largest entry of a matrix: rounding, not work
@@ -45,7 +46,7 @@ def without_rounding(observer: Observer) -> Observer:
     return dataclasses.replace(observer, **exact)
 
 
-def _rounded(X):
+def _rounded(X: Matrix) -> Matrix:
     """X with entries that are rounding set to 0, and those a rounding off +-1 to it."""
     X = np.where(np.abs(X) <= NEGLIGIBLE * np.abs(X).max(initial=0), 0.0, X)
     for one in (1.0, -1.0):

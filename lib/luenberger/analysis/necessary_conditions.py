@@ -4,18 +4,26 @@ Everything here is by the names of the derivation
 (papers/haddad_bernstein/derivation/moment_stages.py, theorem_stages.py).
 """
 
+from typing import Any
+
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..kernels import run
+from ..numeric import Matrices, Matrix, Vector
 from ..numeric.linalg import left_over, lyapunov, symmetrise
+from ..observer import Observer
 from ..papers.haddad_bernstein import derivation as stages
+from ..plant import Plant
 from .mean_square import noise_at, second_moment
 
 SILENT = 1e-14  # of what a number is the sum of: below it is rounding
 WEAK = 1e-7  # of a Gramian's largest direction: below, rounding takes over
 
 
-def conditions(observer, plant, weight, feedthrough):
+def conditions(
+    observer: Observer, plant: Plant, weight: Matrix, feedthrough: bool
+) -> dict[str, Any]:
     """The entries of `Optimality`, by name."""
     have, (x, z, _) = _moments(observer, plant, weight)
     gradients = _gradients(have, feedthrough)
@@ -39,7 +47,9 @@ def conditions(observer, plant, weight, feedthrough):
     )
 
 
-def _moments(observer, plant, weight):
+def _moments(
+    observer: Observer, plant: Plant, weight: Matrix
+) -> tuple[Matrices, tuple[Vector, Vector, Vector]]:
     """The moments (4.4), (4.5) in blocks, and the matrices that they belong to.
 
     Their names are the derivation's.  All signals are divided by their standard
@@ -48,7 +58,7 @@ def _moments(observer, plant, weight):
     o, n, r, now = observer, plant.n, observer.order, plant.at(0)
     Q, R, S = now.covariances()
 
-    def joint(A, C, F):
+    def joint(A: Matrix, C: Matrix, F: Matrix) -> Matrix:
         return np.block([[A, np.zeros((n, r))], [o.D @ C, F]])
 
     A = joint(now.A, now.C, o.F)
@@ -56,7 +66,7 @@ def _moments(observer, plant, weight):
     half = np.block([[np.eye(n), np.zeros(S.shape)], [np.zeros((r, n)), o.D]])
     noise = np.block([[Q, S], [S.T, R]])
     second = second_moment(A, pairs, half @ noise @ half.T)
-    _, V1, V12, V2 = noise_at(plant, 0, second[:n, :n])
+    V1, V12, V2 = noise_at(plant, 0, second[:n, :n])
     x, y = _unit(second[:n, :n]), _unit(now.C @ second[:n, :n] @ now.C.T + V2)
     z = _unit(second[n:, n:], SILENT * np.abs(o.T) @ x)
     whole = np.concatenate([x, z])
@@ -72,32 +82,33 @@ def _moments(observer, plant, weight):
     return have | run(stages.output_moments, have), (x, z, y)
 
 
-def _unit(X, rounding=0.0):
+def _unit(X: Matrix, rounding: ArrayLike = 0.0) -> Vector:
     """Square roots of the variances in X, 1 for those that are zero or rounding."""
     return np.where((size := np.sqrt(X.diagonal())) > rounding, size, 1.0)
 
 
-def _gradients(have, feedthrough):
+def _gradients(have: Matrices, feedthrough: bool) -> dict[str, float | None]:
     """Relative sizes of the four gradients, each against the terms it is a sum of.
 
     A term is what is left when the matrices that the others contain are zero.
     """
     names = dict(F="gradAe", D="gradBe", P="gradCe", V="gradDe")
-    absent = {
+    absent: dict[str, list[tuple[str, ...]]] = {
         **dict.fromkeys("FD", [("P2",), ("P12", "Ae"), ("P12", "Be")]),
         **dict.fromkeys("PV", [("Ce", "De"), ("L", "De"), ("L", "Ce")]),
     }
 
-    def size(name, zero=()):
+    def size(name: str, zero: tuple[str, ...] = ()) -> float:
         less = have | {one: np.zeros_like(have[one]) for one in zero}
         (one,) = run(stages.projection_gradient, less, names[name]).values()
-        return np.linalg.norm(one)
+        return _norm(one)
 
-    found = {k: _ratio(size(k), sum(size(k, one) for one in absent[k])) for k in names}
-    return found if feedthrough else found | dict(V=None)
+    free = names if feedthrough else "FDP"
+    found = {k: _ratio(size(k), sum(size(k, one) for one in absent[k])) for k in free}
+    return {"V": None} | found
 
 
-def _projection(have, T):
+def _projection(have: Matrices, T: Matrix) -> Matrices:
     """G, Gam, tau and Q of (3.8), (3.9) from the moments.
 
     Where z has states of next to no variance, or that no estimate uses, Q2 or P2
@@ -116,7 +127,7 @@ def _projection(have, T):
     return found
 
 
-def _settled(M):
+def _settled(M: Matrix) -> Matrix | None:
     """Inverse of a Gramian in its strong directions; None when all of them are."""
     values, vectors = np.linalg.eigh(M)
     strong = values > WEAK * values.max(initial=0.0)
@@ -126,16 +137,18 @@ def _settled(M):
     return half @ half.T
 
 
-def _equations(have):
+def _equations(have: Matrices) -> dict[str, float]:
     """Relative residuals of (3.14)-(3.17)."""
     found = run(stages.projection_equations, have)
-    Qh, Ph = np.linalg.norm(have["Qh"]), np.linalg.norm(have["Ph"])
-    sizes = dict(riccati=np.linalg.norm(have["Q1"]), estimate=Qh, adjoint=Ph)
-    sizes["idempotent"] = np.linalg.norm(have["tau"])
-    out = {k: _ratio(np.linalg.norm(found[k]), size) for k, size in sizes.items()}
-    aligned = [np.linalg.norm(found[f"aligned_{name}"]) for name in "QP"]
-    return out | dict(aligned=max(_ratio(aligned[0], Qh), _ratio(aligned[1], Ph)))
+    against = dict(riccati="Q1", estimate="Qh", adjoint="Ph", idempotent="tau")
+    against |= dict(aligned_Q="Qh", aligned_P="Ph")
+    out = {k: _ratio(_norm(found[k]), _norm(have[X])) for k, X in against.items()}
+    return out | dict(aligned=max(out.pop("aligned_Q"), out.pop("aligned_P")))
 
 
-def _ratio(residual, size):
+def _norm(X: Matrix) -> float:
+    return float(np.linalg.norm(X))
+
+
+def _ratio(residual: float, size: float) -> float:
     return float(abs(residual) / size) if size > 0 else float(abs(residual))

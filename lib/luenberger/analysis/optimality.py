@@ -164,7 +164,7 @@ def optimality(
     return Optimality(**conditions(observer, plant, weight, feedthrough))
 
 
-def _require(observer, plant, feedthrough):
+def _require(observer: Observer, plant: Plant, feedthrough: bool) -> None:
     require_match(observer, plant)
     require_real("optimality", plant, observer)
     if plant.dt == 0 or plant.Q is None or plant.R is None:

@@ -3,6 +3,8 @@
 from typing import NamedTuple
 
 from ..kernels import lowered
+from ..kernels.program import Program
+from ..observer import Observer
 from ..papers.leondes_novak.derivation import observer_step
 
 MATRICES = "FGDPVW"
@@ -16,7 +18,7 @@ class StepCost(NamedTuple):
     bytes: int  # of its state and constants
 
 
-def step_cost(observer):
+def step_cost(observer: Observer) -> StepCost:
     """Count the C that `export.to_c` would write for a constant, real observer.
 
     Short observers are written as scalars, where zeros and copies cost nothing and
@@ -35,13 +37,13 @@ def step_cost(observer):
     return StepCost(cost.terms, DOUBLE * (observer.order + cost.constants))
 
 
-def step_program(observer):
+def step_program(observer: Observer) -> Program:
     """The step from z, y and u to w_hat and z_next, without matrices that vanish."""
     zero = [k for k in MATRICES if not getattr(observer, k).any()]
     return lowered(observer_step, ["w_hat", "z_next"], zero=zero)
 
 
-def step_sizes(observer):
+def step_sizes(observer: Observer) -> dict[str, int]:
     """The sizes of `step_program` by name."""
     q, r = observer.P.shape
     return dict(q=q, r=r, p=observer.D.shape[1], m=observer.G.shape[1])

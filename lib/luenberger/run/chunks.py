@@ -1,15 +1,20 @@
 """A record as it comes, whole or in chunks, as arrays that were checked."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
 
 import numpy as np
 
 from ..errors import short
 from ..formats import dataframes
+from ..numeric import Matrix, Vector
 from ..numeric.validation import entries
 
+Step = Callable[[Any, Any, Any], tuple[Any, Any]]  # (state, y, u) to state and found
+Columns = tuple[int, Sequence[str] | None]  # how many, and their names
 
-def found(step, state, y, u):
+
+def found(step: Step, state: Any, y: Any, u: Any) -> Any:
     """What `step` finds in a record; if y is an iterator, an iterator over its chunks.
 
     Parameters
@@ -33,7 +38,7 @@ def found(step, state, y, u):
     return _each(step, state, y, u)
 
 
-def _each(step, state, ys, us):
+def _each(step: Step, state: Any, ys: Iterator, us: Iterator | None) -> Iterator:
     for y in ys:
         u = None if us is None else next(us, ())
         if u is not None and len(u) == 0 < len(y):
@@ -42,7 +47,9 @@ def _each(step, state, ys, us):
         yield result
 
 
-def arrays(y, u, outputs, inputs, missing=False):
+def arrays(
+    y: Any, u: Any, outputs: Columns, inputs: Columns, missing: bool = False
+) -> tuple[Matrix, Matrix]:
     """y (N, p) and u (N, m) of the same rows; u is zero where it is None.
 
     `outputs` and `inputs` are a count and the names, or None, of the columns.
@@ -56,7 +63,7 @@ def arrays(y, u, outputs, inputs, missing=False):
     return y, u
 
 
-def rows(name, value, width, missing=False):
+def rows(name: str, value: object, width: int, missing: bool = False) -> Matrix:
     """Return `value` as (N, width) floats, all finite; NaN only where `missing`."""
     array = real(name, value, "an array of numbers")
     if array.ndim == 1 and width == 1:
@@ -78,7 +85,7 @@ def rows(name, value, width, missing=False):
     return array
 
 
-def single(name, value, size):
+def single(name: str, value: object, size: int) -> Vector:
     """Return `value` as (size,) floats, all finite."""
     array = real(name, value, f"{size} finite numbers")
     if array.shape != (size,) or not np.isfinite(array).all():
@@ -87,7 +94,7 @@ def single(name, value, size):
     return array
 
 
-def real(name, value, wanted):
+def real(name: str, value: object, wanted: str) -> np.ndarray:
     """`value` as floats, NaN where it is missing."""
     try:
         return entries(value, truth=True)[0]

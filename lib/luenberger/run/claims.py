@@ -8,20 +8,27 @@ claim that is given as a matrix has the rounding of the variances it was propaga
 from.  That decides what it says of null directions; elsewhere X is at hand.
 """
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 import scipy.linalg
 
-from ..analysis.error_covariance import error_system
+from ..analysis.error_covariance import ErrorSystem, error_system
+from ..numeric import Matrices, Matrix, Vector
 from ..numeric.factors import factor, lengths
 from ..numeric.linalg import SINGULAR_TOL, symmetrise
+from ..observer import Observer
+from ..plant import Plant
 
 ROUNDING = 1e-12  # of what meets in a sum: gains are solved for, so more than eps
 RULED_OUT = 8  # times as large as that: more than rounding
 ENTRIES = 2e-15  # rounding of an entry of a covariance that somebody computed
 BLURRED = 0.1  # of a standard deviation: more of this than that covariance says of it
+
+
+Part = tuple[Matrix, Matrix, int]  # of a claim, at one instant: root, null, rank
 
 
 class Claim(NamedTuple):
@@ -51,13 +58,13 @@ class Yardstick:
     spread: np.ndarray
     size: np.ndarray
 
-    def claim(self):
+    def claim(self) -> Part:
         """root, null and rank if the true covariance is claimed."""
         real = self.spread > 1
         root = self.rows / np.where(real, self.spread, np.inf)[:, None]
         return root, self.rows * ~real[:, None], real.sum()
 
-    def judge(self, X, before):
+    def judge(self, X: Matrix, before: Matrix) -> Part:
         """root, null and rank of the claim X, which was propagated from `before`.
 
         Where X is not told from the rounding of its own entries, it claims nothing
@@ -84,24 +91,24 @@ class Yardstick:
         )
 
 
-def true_claim(observer, plant, steps):
+def true_claim(observer: Observer, plant: Plant, steps: int) -> Claim:
     """The claim of the observer's true error covariance."""
     return _stacked(yard.claim() for yard in yardsticks(observer, plant, steps))
 
 
-def given_claim(observer, plant, steps, X):
+def given_claim(observer: Observer, plant: Plant, steps: int, X: Matrix) -> Claim:
     """The claim of (steps + 1, q, q) covariances X, right or wrong."""
     yards = yardsticks(observer, plant, steps)
     before = np.concatenate([X[:1], X[:-1]])
     return _stacked(yard.judge(*pair) for yard, *pair in zip(yards, X, before))
 
 
-def _stacked(parts):
+def _stacked(parts: Iterable[Part]) -> Claim:
     root, null, rank = map(np.stack, zip(*parts))
     return Claim(root, null if null.any() else None, rank)
 
 
-def yardsticks(observer, plant, steps):
+def yardsticks(observer: Observer, plant: Plant, steps: int) -> Iterator[Yardstick]:
     """Those of the rows 0 .. steps of `error_covariance`.
 
     Sizes are standard deviations, that of x about zero.  A sum has the size of its
@@ -131,7 +138,9 @@ def yardsticks(observer, plant, steps):
         spread = A @ (back @ lengths(root)) + w
 
 
-def _sums(system, k, given, x):
+def _sums(
+    system: ErrorSystem, k: int, given: Matrices, x: Vector
+) -> tuple[Vector, Vector]:
     """Sizes of the terms that make e at row k, and of those that make eps after it."""
     o = system.observer
     now = system.plant.at(system.instant(k))
@@ -145,7 +154,7 @@ def _sums(system, k, given, x):
     return P @ z + V @ y + np.abs(o.L) @ x, more
 
 
-def yardstick(H, rounding, size):
+def yardstick(H: Matrix, rounding: Matrix, size: Vector) -> Yardstick:
     """From a factor of the true covariance and the covariance of rounding."""
     unit = np.sqrt(rounding.diagonal())
     unit = np.where(unit > 0, unit, 1.0)
@@ -157,12 +166,12 @@ def yardstick(H, rounding, size):
     return Yardstick(rows, np.pad(spread, (0, len(H) - len(spread))), size)
 
 
-def _blur(rows, X):
+def _blur(rows: Matrix, X: Matrix) -> Vector:
     """What the entries of X leave open, as standard deviations along `rows`."""
     rows = np.abs(rows)
     return np.sqrt(ENTRIES * np.einsum("ij,jk,ik->i", rows, np.abs(X), rows))
 
 
-def _noise(size):
+def _noise(size: Vector) -> Matrix:
     """The covariance of rounding in sums of such sizes."""
     return np.diag((ROUNDING * size) ** 2)

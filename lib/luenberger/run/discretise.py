@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from .. import kernels
 from ..arguments import expect
 from ..errors import DesignError
+from ..numeric import Matrix, Vector
 from ..numeric.balance import balanced, power_of_two
 from ..numeric.validation import numbers
 from ..papers.hsia.derivation import noise_doubled, noise_of_a_period
@@ -85,7 +86,7 @@ def discretise(plant: Plant, periods: ArrayLike) -> Plant:
     return replace(plant, **found, S=None, dt=float(periods.mean()))
 
 
-def _over_one(plant, T):
+def _over_one(plant: Plant, T: float) -> tuple[Matrix, ...]:
     """A, B and, if there is noise, Q of one period.
 
     In units in which no entry drowns another: the exponential rounds beside a norm.
@@ -101,20 +102,20 @@ def _over_one(plant, T):
     return held if plant.Q is None else (*held, _noise(A, Q / noise, T) * noise * both)
 
 
-def _size(X, axis=None):
+def _size(X: Matrix, axis: int | None = None) -> np.ndarray:
     """The power of two nearest to the largest entry, 1 where all are zero."""
     top = np.abs(X).max(axis=axis, initial=0.0)
     return power_of_two(np.where(top > 0, top, 1.0))
 
 
-def _noise(A, Q, T):
+def _noise(A: Matrix, Q: Matrix, T: float) -> Matrix:
     """Covariance of the noise of one period: Van Loan's exponential, then doubling.
 
     The exponential holds e^(-A t), which overflows for a stable plant and a long
     period; over a short one it does not, and doubling keeps Q semi-definite.
     """
     n = len(A)
-    doublings = max(0, int(np.ceil(np.log2(max(np.linalg.norm(A, 1) * T, 1.0)))))
+    doublings = max(0, int(np.ceil(np.log2(max(float(np.linalg.norm(A, 1)) * T, 1.0)))))
     block = np.block([[-A, Q], [np.zeros((n, n)), A.T]]) * (T / 2**doublings)
     E = scipy.linalg.expm(block)
     Phi = E[n:, n:].T
@@ -125,7 +126,7 @@ def _noise(A, Q, T):
     return Q
 
 
-def _periods(periods):
+def _periods(periods: ArrayLike) -> Vector:
     periods = numbers("periods", periods)
     if periods.ndim != 1 or len(periods) == 0:
         raise ValueError(
@@ -137,7 +138,7 @@ def _periods(periods):
     return periods
 
 
-def _require(plant):
+def _require(plant: Plant) -> None:
     if plant.dt != 0:
         raise DesignError(
             f"the plant has dt = {plant.dt:g}, it is discrete already; give the "

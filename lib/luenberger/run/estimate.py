@@ -1,5 +1,6 @@
 """Run a given observer on recorded data."""
 
+from collections.abc import Callable
 from functools import partial
 from typing import Any
 
@@ -10,6 +11,7 @@ from ..arguments import expect
 from ..certificate import require_real
 from ..formats import dataframes
 from ..kernels import Recursion, entries_known, over_record, plain_array, runs_compiled
+from ..numeric import Matrices, Matrix, Vector
 from ..observer import Observer
 from ..papers.leondes_novak.derivation import observer_step
 from . import chunks
@@ -99,7 +101,9 @@ def estimate(
     return chunks.found(partial(_chunk, observer, backend), begun, y, u)
 
 
-def _chunk(observer, backend, before, y, u):
+def _chunk(
+    observer: Observer, backend: str, before: tuple[int, Vector], y: Any, u: Any
+) -> tuple[tuple[int, Vector], Any]:
     """The estimates of the next rows; the state is how many rows were done, and z."""
     o, table, (done, z) = observer, y, before
     outputs, inputs = (o.D.shape[-1], o.output_names), (o.G.shape[-1], o.input_names)
@@ -114,7 +118,9 @@ def _chunk(observer, backend, before, y, u):
     return (here.stop, z), dataframes.like(table, found, o.estimate_names)
 
 
-def _plain(observer, z, y, u, here):
+def _plain(
+    observer: Observer, z: Vector, y: Matrix, u: Matrix, here: slice
+) -> tuple[Vector, Matrix]:
     """The state after the rows `here`, and their estimates, in NumPy."""
     matrices = (getattr(observer, name) for name in "FGDPVW")
     F, G, D, P, V, W = (X if X.ndim == 2 else X[here] for X in matrices)
@@ -126,7 +132,9 @@ def _plain(observer, z, y, u, here):
     return z, _apply(P, states) + _apply(V, y) + _apply(W, u)
 
 
-def _compiled(observer, z, y, u, here):
+def _compiled(
+    observer: Observer, z: Vector, y: Matrix, u: Matrix, here: slice
+) -> tuple[Vector, Matrix]:
     """The same in compiled code."""
     N, varying = len(y), observer.steps is not None
     given = {name: getattr(observer, name) for name in "FGDPVW"}
@@ -144,7 +152,12 @@ def _compiled(observer, z, y, u, here):
     return z, w_hats
 
 
-def over_stacks(recursion, sizes, stacks, here=slice(None)):
+def over_stacks(
+    recursion: Recursion,
+    sizes: dict[str, int],
+    stacks: Matrices,
+    here: slice = slice(None),
+) -> tuple[Callable, Matrices]:
     """A compiled loop over a record, and the matrices of the rows `here` as it asks.
 
     A stack (S, rows, cols) of one matrix is the same in every row.  Entries that are
@@ -163,14 +176,19 @@ def over_stacks(recursion, sizes, stacks, here=slice(None)):
     return step, given
 
 
-def _apply(matrix, signal):
+def _apply(matrix: Matrix, signal: Matrix) -> Matrix:
     """matrix @ signal row by row; the matrix may change from row to row."""
     if matrix.ndim == 2:
         return signal @ matrix.T
     return (matrix @ signal[..., None])[..., 0]
 
 
-def start(observer, u0=None, z0=None, x0=None):
+def start(
+    observer: Observer,
+    u0: ArrayLike | None = None,
+    z0: ArrayLike | None = None,
+    x0: ArrayLike | None = None,
+) -> Vector:
     """The observer's state at its first row."""
     o = observer
     if z0 is not None and x0 is not None:

@@ -13,6 +13,7 @@ from ..errors import few, short
 from ..formats.csv_reader import Rows, Table
 from ..formats.spreadsheets import first_formula, require_plain
 from ..kernels import runs_compiled
+from ..numeric import Matrix, Vector
 from ..numeric.validation import names
 from ..observer import Observer
 from ..plant import Plant
@@ -70,7 +71,7 @@ def estimates(
     return header, _estimated(observer, table, rows, outputs, x0, backend)
 
 
-def _named(observer, plant):
+def _named(observer: Observer, plant: Plant) -> Observer:
     """The observer with the names of its plant, once they are seen to fit."""
     require_match(observer, plant)
     for kind in ("state", "output", "input"):
@@ -83,11 +84,19 @@ def _named(observer, plant):
     return observer.named(plant)
 
 
-def _estimated(observer, table, rows, outputs, x0, backend):
+def _estimated(
+    observer: Observer,
+    table: Table,
+    rows: Iterator[Rows],
+    outputs: Sequence[str],
+    x0: Vector | None,
+    backend: str,
+) -> Iterator[Piece]:
     """The pieces of a table with their estimates; no piece is kept."""
-    now, p = deque(maxlen=1), len(outputs)
+    now: deque[Rows] = deque(maxlen=1)
+    p = len(outputs)
 
-    def ys():
+    def ys() -> Iterator[Matrix]:
         for piece in rows:
             _require_times(table, piece)
             now.append(piece)
@@ -100,14 +109,11 @@ def _estimated(observer, table, rows, outputs, x0, backend):
             x = next(found, None)
         if x is None:
             return
-        lines = now[0].lines
-        require_finite(
-            x, observer.estimate_names, lambda k, lines=lines: table.at(lines[k])
-        )
+        require_finite(x, observer.estimate_names, lambda k: table.at(now[0].lines[k]))
         yield now[0], x
 
 
-def _require_times(table, piece):
+def _require_times(table: Table, piece: Rows) -> None:
     if (k := first_formula(piece.carried)) is not None:
         raise ValueError(
             f"{table.at(piece.lines[k])}: the time {short(piece.carried[k])} would be "
@@ -116,7 +122,7 @@ def _require_times(table, piece):
         )
 
 
-def _measured(table, outputs, piece):
+def _measured(table: Table, outputs: Sequence[str], piece: Rows) -> Matrix:
     """The measurements of some rows, none of which may be missing."""
     y = piece.values[:, : len(outputs)]
     if np.isnan(y).any():

@@ -8,7 +8,7 @@ from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator
 from concurrent.futures import BrokenExecutor, Executor, Future
 from contextlib import contextmanager
-from typing import TypeVar
+from typing import Any, TypeVar
 
 Job = TypeVar("Job")
 Result = TypeVar("Result")
@@ -71,7 +71,7 @@ def reporting(
             yield lambda done: bar.update(done - bar.n)
 
 
-def _bar(total, unit):
+def _bar(total: int, unit: str) -> Any:
     try:
         from tqdm.auto import tqdm
     except ImportError:

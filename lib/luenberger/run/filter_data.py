@@ -11,10 +11,11 @@ from numpy.typing import ArrayLike
 from .. import kernels
 from ..arguments import expect
 from ..formats import dataframes
+from ..numeric import Matrix, Vector
 from ..plant import Plant
 from ..recursion.filter_pass import Pass
 from ..recursion.settings import Settings
-from ..recursion.state import start
+from ..recursion.state import State, start
 from . import chunks
 
 
@@ -129,7 +130,9 @@ def filter_data(
     return chunks.found(step, start(settings, plant.x0, u0), y, u)
 
 
-def _chunk(run, history, backend, state, y, u):
+def _chunk(
+    run: Pass, history: bool, backend: str, state: State, y: Any, u: Any
+) -> tuple[State, Filtered]:
     """Filter the next rows of a pass: the state after them, and their `Filtered`."""
     plant, table = run.settings.plant, y
     outputs, inputs = (plant.p, plant.output_names), (plant.m, plant.input_names)
@@ -148,7 +151,7 @@ def _chunk(run, history, backend, state, y, u):
     return state, Filtered(x, std, P, K, _orders(plant, run.settings.accurate, y))
 
 
-def _orders(plant, accurate, y):
+def _orders(plant: Plant, accurate: Sequence[int], y: Matrix) -> Vector:
     """n minus the number of accurate outputs in each row."""
     if not len(accurate):
         return np.broadcast_to(plant.n, len(y))  # takes no memory for a long record

@@ -3,6 +3,7 @@
 import csv
 import dataclasses
 from collections import Counter
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TextIO
@@ -13,7 +14,7 @@ from ..analysis.error_covariance import error_covariance
 from ..errors import few, short
 from ..formats.csv_reader import Table, number, separator
 from ..formats.json_files import opened
-from ..numeric import Matrix
+from ..numeric import Matrix, Vector
 from ..observer import Observer
 from ..plant import Plant
 from .estimate import estimate
@@ -40,7 +41,7 @@ class Measurements:
     u: np.ndarray
     time: np.ndarray
 
-    def of(self, plant, state):
+    def of(self, plant: Plant, state: int) -> Vector | None:
         """The record of an output that is this very state, or None."""
         for k in range(plant.p):
             unit = np.arange(plant.n) == state
@@ -49,7 +50,7 @@ class Measurements:
         return None
 
     @property
-    def missing(self):
+    def missing(self) -> int:
         """How many single measurements are missing."""
         return int(np.isnan(self.y).sum())
 
@@ -83,7 +84,9 @@ def read(path: str | Path, plant: Plant) -> Measurements:
     )
 
 
-def time_column(table, outputs, inputs, others=False):
+def time_column(
+    table: Table, outputs: Sequence[str], inputs: Sequence[str], others: bool = False
+) -> str | None:
     """The name of a table's time column, or None.
 
     Blanks around a name do not count, in the plant as in the table.
@@ -123,7 +126,7 @@ def time_column(table, outputs, inputs, others=False):
     return time
 
 
-def _repeated(names):
+def _repeated(names: Iterable[str]) -> list[str]:
     return sorted(name for name, count in Counter(names).items() if count > 1)
 
 
@@ -137,7 +140,9 @@ class Estimates:
     how: str
 
 
-def apply(observer, accurate, plant, data):
+def apply(
+    observer: Observer, accurate: Sequence[int], plant: Plant, data: Measurements
+) -> Estimates:
     """Estimate every state from a record.
 
     A complete record is run through the observer itself.  Where measurements are
@@ -170,7 +175,7 @@ def apply(observer, accurate, plant, data):
     return Estimates(data.time, x, std, how)
 
 
-def _filtered(accurate, plant, data):
+def _filtered(accurate: Sequence[int], plant: Plant, data: Measurements) -> Estimates:
     """The estimates of a record in which measurements are missing."""
     done = filter_data(plant, data.y, data.u, m1=accurate)
     require_finite(done.x, plant.state_names, _row)
@@ -183,7 +188,7 @@ def _filtered(accurate, plant, data):
     return Estimates(data.time, done.x, done.std, how)
 
 
-def _bounds(observer, plant, samples):
+def _bounds(observer: Observer, plant: Plant, samples: int) -> tuple[str, Matrix]:
     """Where the one-sigma bounds start, in words, and the error covariances."""
     if plant.P0 is None:
         how = (
@@ -194,7 +199,7 @@ def _bounds(observer, plant, samples):
     return how, covariance_from_start(observer, plant, samples)
 
 
-def _row(k):
+def _row(k: int) -> str:
     return f"instant {k + 1} of the measurements"
 
 
@@ -208,15 +213,15 @@ def covariance_from_start(observer: Observer, plant: Plant, samples: int) -> Mat
     return error_covariance(begun, here, steps=samples - 1)
 
 
-def first_sample(plant):
+def first_sample(plant: Plant) -> Plant:
     """The plant with x0 and P0 carried to the first sample, before it is used."""
     A, _, Q = plant.first_step()
-    known = plant.P0 is not None and Q is not None
+    known = plant.P0 is not None and plant.Q is not None
     P0 = A @ plant.P0 @ A.T + Q if known else None
     return dataclasses.replace(plant, x0=A @ plant.x0, P0=P0, P0_is="prior")
 
 
-def require_finite(x, names, at):
+def require_finite(x: Matrix, names: Sequence[str], at: Callable[[int], str]) -> None:
     """Raise unless every estimate is finite; `at(k)` says where row k is."""
     if not np.isfinite(x).all():
         k, j = np.argwhere(~np.isfinite(x))[0]

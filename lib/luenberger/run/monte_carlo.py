@@ -18,9 +18,9 @@ from ..numeric import Matrix
 from ..numeric.validation import covariance
 from ..observer import Observer
 from ..plant import Plant
-from .claims import given_claim, true_claim
+from .claims import Claim, given_claim, true_claim
 from .executor import Progress, in_order, reporting
-from .monte_carlo_blocks import BLOCK, Batch, join, sums_of, total
+from .monte_carlo_blocks import BLOCK, Batch, Sums, join, sums_of, total
 from .simulate import noise_roots
 
 ENOUGH = 10_000_000  # steps that NumPy takes in the time that compiling takes
@@ -185,7 +185,7 @@ def monte_carlo(
     return _ensemble(total(nodes), runs, claim)
 
 
-def _require_runs(plant, observer, **counts):
+def _require_runs(plant: Plant, observer: Observer, **counts: int | None) -> None:
     require_match(observer, plant)
     require_real("simulation", plant, observer)
     if plant.dt == 0 or plant.Q is None or plant.R is None or plant.P0 is None:
@@ -200,7 +200,9 @@ def _require_runs(plant, observer, **counts):
             raise ValueError(f"{name} must be at least {least}, got {value}")
 
 
-def _claim(plant, observer, steps, claimed):
+def _claim(
+    plant: Plant, observer: Observer, steps: int, claimed: ArrayLike | None
+) -> Claim | None:
     """The claim that is tested; None where there is none to be had."""
     q = len(observer.L)
     if claimed is not None:
@@ -218,7 +220,7 @@ def _claim(plant, observer, steps, claimed):
     return true_claim(observer, plant, steps)
 
 
-def _ensemble(sums, runs, claim):
+def _ensemble(sums: Sums, runs: int, claim: Claim | None) -> Ensemble:
     e, products, squares, *normalised = sums
     mean, second = e / runs, products / runs
     variance = np.diagonal(second, axis1=-2, axis2=-1) - mean**2
@@ -242,7 +244,7 @@ def _ensemble(sums, runs, claim):
     )
 
 
-def _standard_error(variance, runs):
+def _standard_error(variance: Matrix, runs: int) -> Matrix:
     """Of a mean over runs; a single run does not say how far it may be off."""
     if runs == 1:
         return np.full_like(variance, np.inf)

@@ -6,12 +6,15 @@ the blocks.  Who computed which block, and how many at a time, leaves no trace, 
 does the number of threads that BLAS has there (see `simulate.times`).
 """
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 
 import numpy as np
+from numpy.random import Generator, SeedSequence
 
 from ..kernels import Recursion
+from ..numeric import Matrix
 from ..observer import Observer
 from ..papers.leondes_novak.derivation import side_by_side_step
 from ..plant import Plant
@@ -30,6 +33,10 @@ SIDE_BY_SIDE = Recursion(
 )
 
 
+Sums = tuple[np.ndarray, ...]  # over runs, of what `_sums` says
+Node = tuple[int, int, Sums]  # of the tree over blocks; see `join`
+
+
 @dataclass(frozen=True, eq=False)
 class Batch:
     """What every block of a Monte Carlo run has in common."""
@@ -43,13 +50,13 @@ class Batch:
     roots: tuple  # of the noise, found once: LAPACK too depends on threads
     compile: bool = False
 
-    def errors(self, block):
+    def errors(self, block: int) -> Matrix:
         """e (steps + 1, q, runs) of the runs of a block."""
         runs = range(block * BLOCK, min((block + 1) * BLOCK, self.runs))
         seeds = [np.random.SeedSequence(self.seed, spawn_key=(run,)) for run in runs]
         return (self.compiled if self.compile else self.plain)(seeds)
 
-    def plain(self, seeds):
+    def plain(self, seeds: Sequence[SeedSequence]) -> Matrix:
         """From all runs at once, instant by instant."""
         plant, observer = self.plant, self.observer
         x, y, u = trajectory(plant, observer, self.steps, seeds=seeds, roots=self.roots)
@@ -60,7 +67,7 @@ class Batch:
             w_hat = np.concatenate([known, w_hat])
         return w_hat - w
 
-    def compiled(self, seeds):
+    def compiled(self, seeds: Sequence[SeedSequence]) -> Matrix:
         """Run by run, plant and observer in one loop."""
         first, rows = int(self.observer.steps is not None), self.steps + 1
         streams = [np.random.default_rng(seed) for seed in seeds]
@@ -72,7 +79,7 @@ class Batch:
             self.loop(x=x[run], z=z0.copy(), xi=xi, es=e[run, first:])
         return e.transpose(1, 2, 0)
 
-    def begin(self, streams, e):
+    def begin(self, streams: Sequence[Generator], e: Matrix) -> Matrix:
         """The states (runs, n) at the observer's first row; fills the row before."""
         plant, observer, (H0, H) = self.plant, self.observer, self.roots
         deviation = times(H0, drawn(streams, plant.n))
@@ -86,7 +93,7 @@ class Batch:
         return x[..., 0]
 
     @cached_property
-    def loop(self):
+    def loop(self) -> partial:
         """The compiled loop over the rows of one run; see `kernels.over_record`."""
         plant, observer, H = self.plant, self.observer, self.roots[1]
         n, first = plant.n, int(observer.steps is not None)
@@ -110,7 +117,7 @@ class Batch:
         )
 
 
-def drawn(streams, size):
+def drawn(streams: Sequence[Generator], size: int) -> Matrix:
     """The next numbers of each stream, a column for each (runs, size, 1)."""
     numbers = np.empty((len(streams), size, 1))
     for stream, one in zip(streams, numbers):
@@ -118,21 +125,21 @@ def drawn(streams, size):
     return numbers
 
 
-def _stack(X, rows, first=0):
+def _stack(X: Matrix, rows: int, first: int = 0) -> Matrix:
     """The matrices of the instants from `first` on; one, if it does not change."""
     return X[None] if X.ndim == 2 else over(X, rows)[first:]
 
 
-def sums_of(job):
+def sums_of(job: tuple[Batch, range]) -> list[Node]:
     """Nodes of the tree over the blocks of one task; see `join`."""
     batch, blocks = job
-    nodes = []
+    nodes: list[Node] = []
     for block in blocks:
         nodes = join([*nodes, (block, 0, _sums(batch, block))])
     return nodes
 
 
-def _sums(batch, block):
+def _sums(batch: Batch, block: int) -> Sums:
     """Over the runs of a block: of e, e e', its entries squared, NEES and NEES^2."""
     e = batch.errors(block)
     parts = []
@@ -142,7 +149,7 @@ def _sums(batch, block):
     return tuple(map(np.concatenate, zip(*parts)))
 
 
-def _sums_of_rows(claim, e, here):
+def _sums_of_rows(claim: Claim | None, e: Matrix, here: slice) -> Sums:
     e = np.ascontiguousarray(e)
     squares = e * e
     sums = e.sum(axis=-1), _products(e), _products(squares)
@@ -157,20 +164,20 @@ def _sums_of_rows(claim, e, here):
     return *sums, nees.sum(axis=-1), np.vecdot(nees, nees)
 
 
-def _products(e):
+def _products(e: Matrix) -> Matrix:
     """Over the runs, the sum of e e' at each instant."""
     if e.shape[-2] <= FEW:
         return np.vecdot(e[:, :, None], e[:, None])
     return times(e, e.mT)
 
 
-def join(nodes):
+def join(nodes: Iterable[Node]) -> list[Node]:
     """Add neighbours that are the two halves of a node of the tree.
 
     A node (start, level, sums) stands for the 2^level blocks from `start` on, a
     multiple of 2^level.  The nodes come from left to right.
     """
-    joined = []
+    joined: list[Node] = []
     for begin, level, sums in nodes:
         while joined and joined[-1][1] == level and begin >> level & 1:
             begin, _, left = joined.pop()
@@ -179,7 +186,7 @@ def join(nodes):
     return joined
 
 
-def total(nodes):
+def total(nodes: Iterable[Node]) -> Sums:
     """The sum over all blocks, from nodes that cover them."""
     *rest, (_, _, sums) = join(nodes)
     for _, _, left in reversed(rest):
@@ -187,5 +194,5 @@ def total(nodes):
     return sums
 
 
-def _add(left, right):
+def _add(left: Sums, right: Sums) -> Sums:
     return tuple(a + b for a, b in zip(left, right))

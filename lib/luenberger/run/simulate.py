@@ -1,5 +1,6 @@
 """Run a plant and an observer side by side, exactly."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,13 +9,14 @@ from numpy.typing import ArrayLike
 
 from ..arguments import expect
 from ..certificate import require_match, require_real
-from ..numeric import Matrix
+from ..numeric import Matrix, Vector
 from ..numeric.factors import square_root
 from ..observer import Observer
-from ..plant import Plant
+from ..plant import Instant, Plant
 from .chunks import real, rows, single
 from .estimate import start
 
+Seed = int | np.random.SeedSequence | None
 WHOLE = 64 * 64  # entries of a matrix that BLAS multiplies without dividing the work
 
 
@@ -107,8 +109,16 @@ def simulate(
 
 
 def trajectory(
-    plant, observer, steps, *, u=None, u0=None, x0=None, seeds=(None,), roots=None
-):
+    plant: Plant,
+    observer: Observer,
+    steps: int,
+    *,
+    u: ArrayLike | None = None,
+    u0: ArrayLike | None = None,
+    x0: ArrayLike | None = None,
+    seeds: Sequence[Seed] = (None,),
+    roots: tuple[Matrix, Matrix] | None = None,
+) -> tuple[Matrix, Matrix, Matrix]:
     """States (steps + 1, n, runs), measurements (N, p, runs) and inputs (N, m).
 
     Each seed makes one run from a stream of its own, so a run does not depend on
@@ -145,7 +155,7 @@ def trajectory(
     return x, y[first:], u
 
 
-def times(A, X, out=None):
+def times(A: Matrix, X: Matrix, out: Matrix | None = None) -> Matrix:
     """A @ X, in an order of summation that does not hang on the number of threads.
 
     BLAS divides a large product among its threads, and then the last bits depend on
@@ -156,12 +166,12 @@ def times(A, X, out=None):
     return np.einsum("...ij,...jr->...ir", A, X, out=out)
 
 
-def over(X, rows):
+def over(X: Matrix, rows: int) -> Matrix:
     """X, or its first `rows` rows if it changes in time, the last one held."""
     return X if X.ndim == 2 else X[np.minimum(np.arange(rows), len(X) - 1)]
 
 
-def noise_roots(plant, steps):
+def noise_roots(plant: Plant, steps: int) -> tuple[Matrix, Matrix]:
     """H0, H with H0 H0' = P0, H H' = [[Q, S], [S', R]], a stack if those change."""
     rows = 1 if plant.steps is None else steps + 1
     H = np.stack([square_root(_joint(plant.at(i))) for i in range(rows)])
@@ -169,14 +179,16 @@ def noise_roots(plant, steps):
     return square_root(P0), H[0] if plant.steps is None else H
 
 
-def draw(seed, *arrays):
+def draw(seed: Seed | np.random.Generator, *arrays: np.ndarray) -> None:
     """Fill the arrays with standard normal numbers from one random stream."""
     rng = np.random.default_rng(seed)
     for array in arrays:
         rng.standard_normal(out=array)
 
 
-def _noise(plant, steps, seeds, H0, H):
+def _noise(
+    plant: Plant, steps: int, seeds: Sequence[Seed], H0: Matrix, H: Matrix
+) -> tuple[Matrix, Matrix, Matrix]:
     """[w; v] of every instant and run, the g_j, and the first state's deviation.
 
     The g_j (instants, number of g_j, runs) are drawn last, so that the rest of a run
@@ -193,12 +205,14 @@ def _noise(plant, steps, seeds, H0, H):
     return times(H, noise), gains, times(H0, deviation.T)
 
 
-def _joint(now):
+def _joint(now: Instant) -> Matrix:
     Q, R, S = now.covariances()
     return np.block([[Q, S], [S.T, R]])
 
 
-def follow(observer, y, u, state):
+def follow(
+    observer: Observer, y: Matrix, u: Matrix, state: Vector
+) -> tuple[Matrix, Matrix]:
     """States (N, r, runs) and estimates (N, q, runs) from measurements (N, p, runs)."""
     N, r, o = len(y), observer.order, observer
     F, G, D, P, V, W = (over(X, N) for X in (o.F, o.G, o.D, o.P, o.V, o.W))
@@ -211,7 +225,7 @@ def follow(observer, y, u, state):
     return z, times(P, z) + times(V, y) + times(W, u[..., None])
 
 
-def _input(u, length, m):
+def _input(u: ArrayLike | None, length: int, m: int) -> Matrix:
     u = np.zeros(m) if u is None else real("u", u, "an array of numbers")
     try:
         u = np.broadcast_to(u, (length, m))
@@ -220,7 +234,7 @@ def _input(u, length, m):
     return rows("u", u, m)
 
 
-def _whole_steps(t, dt):
+def _whole_steps(t: ArrayLike, dt: float) -> int:
     if isinstance(t, (int, np.integer)) and not isinstance(t, bool):
         if t < 1:
             raise ValueError(f"steps must be at least 1, got {t}")
@@ -233,14 +247,23 @@ def _whole_steps(t, dt):
     return len(t) - 1
 
 
-def _equally_spaced(t):
+def _equally_spaced(t: ArrayLike) -> Vector:
     t = real("t", t, "a number of steps or equally spaced times")
     if t.ndim != 1 or len(t) < 2 or not np.allclose(np.diff(t), t[1] - t[0], rtol=1e-6):
         raise ValueError("t must be a number of steps or equally spaced times")
     return t
 
 
-def _simulate_continuous(plant, observer, t, u, x0, z0, seed, u0):
+def _simulate_continuous(
+    plant: Plant,
+    observer: Observer,
+    t: ArrayLike,
+    u: ArrayLike | None,
+    x0: ArrayLike | None,
+    z0: ArrayLike | None,
+    seed: int | None,
+    u0: ArrayLike | None,
+) -> Run:
     if seed is not None or u0 is not None:
         raise ValueError(
             "noise (seed) and u0 are for discrete time; the plant has dt=0"
@@ -263,7 +286,7 @@ def _simulate_continuous(plant, observer, t, u, x0, z0, seed, u0):
     return Run(t, x, z, u, y, x @ observer.L.T, w_hat)
 
 
-def hold(M, N, step):
+def hold(M: Matrix, N: Matrix, step: float) -> tuple[Matrix, Matrix]:
     """Exact discretisation of s' = M s + N u for u held over `step` seconds."""
     k, m = N.shape
     E = scipy.linalg.expm(step * np.block([[M, N], [np.zeros((m, k + m))]]))
