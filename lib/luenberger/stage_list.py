@@ -7,6 +7,7 @@ each stage list of the paper.  Who wants a kernel imports it from there and give
 
 from dataclasses import dataclass
 from importlib import import_module
+from typing import Any
 
 
 @dataclass(frozen=True)
@@ -35,13 +36,13 @@ class StageList:
     where: str
     computes: str
 
-    def __call__(self):
+    def __call__(self) -> Any:
         """The `Derivation`: its stages, and the proof of what is claimed of them."""
         module, _, function = self.where.partition(".")
         return getattr(import_module(f"{self.package}.{module}"), function)()
 
 
-def stage_lists(package):
+def stage_lists(package: str) -> dict[str, StageList]:
     """The stage lists of a paper by name, in the order of its front door."""
     found = vars(import_module(package)).items()
     return {name: one for name, one in found if isinstance(one, StageList)}

@@ -4,8 +4,14 @@ What turns an observer or a plant's filter into somebody else's object or source
 enters here.  It uses `recursion`, `run`, the kernels and what is below them.
 """
 
+from collections.abc import Sequence
+from pathlib import Path
+
+from numpy.typing import ArrayLike
+
 from .. import certificate
 from ..arguments import expect, expect_as
+from ..observer import Observer
 from ..plant import Plant
 from .c import filter as recursive
 from .c import observer as constant
@@ -17,8 +23,15 @@ from .control_systems import to_scipy as to_scipy
 
 
 def to_c(
-    source, path, *, plant=None, m1=None, weight=None, name="observer", dtype="double"
-):
+    source: Observer | Plant,
+    path: str | Path,
+    *,
+    plant: Plant | None = None,
+    m1: int | Sequence[int | str] | None = None,
+    weight: ArrayLike | str | None = None,
+    name: str = "observer",
+    dtype: str = "double",
+) -> list[Path]:
     r"""Write a constant observer, or a plant's time-varying filter, as C99.
 
     Two files, NAME.h and NAME.c, with ``NAME_init(state)`` and

@@ -1,7 +1,10 @@
 """Plants and observers as python-control and scipy.signal systems, and back."""
 
+from typing import Any
+
 import numpy as np
 import scipy.linalg
+from numpy.typing import ArrayLike
 
 from ..arguments import expect, expect_as
 from ..certificate import certify, require_real
@@ -17,7 +20,7 @@ SHARED_TOL = 1e-12  # of the largest pole: two poles this close are the same one
 LOST_TOL = 1e-9  # relative to L: what rounding may cost it
 
 
-def to_control(source, *, plant=None):
+def to_control(source: Observer | Plant, *, plant: Plant | None = None) -> Any:
     """A plant, or an observer from [u; y] to w^, as a python-control StateSpace.
 
     Parameters
@@ -89,7 +92,7 @@ def to_control(source, *, plant=None):
     )
 
 
-def to_scipy(source):
+def to_scipy(source: Observer | Plant) -> Any:
     """A plant, or an observer from [u; y] to w^, as a scipy.signal StateSpace.
 
     Parameters
@@ -124,7 +127,9 @@ def to_scipy(source):
     return scipy.signal.StateSpace(*_matrices(source), **options)
 
 
-def from_statespace(sys, plant, *, T=None, L=None):
+def from_statespace(
+    sys: Any, plant: Plant, *, T: ArrayLike | None = None, L: ArrayLike | None = None
+) -> Observer:
     r"""A StateSpace from [u; y] to w^ as an observer of this plant, certified.
 
     A state space says what it computes and not what that estimates.  Its F and D

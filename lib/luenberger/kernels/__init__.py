@@ -10,18 +10,24 @@ It uses `symbolic`, `stage_list` and `numeric`.
 """
 
 import functools
+from collections.abc import Callable, Sequence
 from importlib.util import find_spec
+from typing import Any
 
+from ..numeric import Matrices
+from ..stage_list import StageList
 from .inputs import entries_known as entries_known
 from .inputs import plain_array as plain_array
+from .program import Program
 from .recursion import Recursion as Recursion
+from .step import Step
 
 AUTO_ROWS = 20_000  # NumPy takes about as long for these as compiling the first time
 OPTIONAL = ("B", "E", "Gamma", "J", "G", "W")  # whose terms go if they are zero
 UNROLLED = 1000  # operations of one row; more are faster and sooner compiled as loops
 
 
-def runs_compiled(backend, rows, enough=AUTO_ROWS):
+def runs_compiled(backend: str, rows: int, enough: int = AUTO_ROWS) -> bool:
     """Whether a pass over so many rows is to run in code that numba compiles.
 
     "auto" asks for it where numba is installed and the record has `enough` rows to
@@ -46,7 +52,12 @@ def _vanishes(table):
 
 
 @functools.cache
-def over_record(recursion, sizes, known, changing):
+def over_record(
+    recursion: Recursion,
+    sizes: tuple[tuple[str, int], ...],
+    known: tuple[tuple[str, Any], ...],
+    changing: frozenset[str],
+) -> Callable[..., Any]:
     """A recursion with its loop over a record, compiled by numba.
 
     Parameters
@@ -75,8 +86,9 @@ def over_record(recursion, sizes, known, changing):
     def over(**arrays):
         return run(*(arrays[name] for name in types))
 
-    over.names, over.source = tuple(types), text
-    return over
+    found: Any = over
+    found.names, found.source = tuple(types), text
+    return found
 
 
 def _text(recursion, sizes, known, changing):
@@ -95,7 +107,7 @@ def _text(recursion, sizes, known, changing):
 
 
 @functools.cache
-def compiled(stages, *outputs, stacks=False):
+def compiled(stages: StageList, *outputs: str, stacks: bool = False) -> Step:
     """A stage list as a NumPy function, pruned to `outputs`.
 
     Parameters
@@ -128,14 +140,16 @@ def compiled(stages, *outputs, stacks=False):
     return assemble(*cache.derived(("numpy", stages, outputs, stacks), make))
 
 
-def lowered(stages, outputs, **options):
+def lowered(stages: StageList, outputs: Sequence[str], **options: Any) -> Program:
     """A stage list as a `Program` for the printers; see `lowering.lower`."""
     from .lowering import lower
 
     return lower(stages(), outputs, **options)
 
 
-def run(stages, have, *outputs, stacks=False):
+def run(
+    stages: StageList, have: Matrices, *outputs: str, stacks: bool = False
+) -> Matrices:
     """`compiled`, called with what it needs of the matrices in `have`, by name."""
     step = compiled(stages, *outputs, stacks=stacks)
     return step(**{name: have[name] for name in step.given})

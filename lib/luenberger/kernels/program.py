@@ -1,8 +1,10 @@
 """A lowered stage list: what every printer reads.  No SymPy, no NumPy."""
 
+from collections.abc import Mapping
 from dataclasses import astuple, dataclass, replace
 from fractions import Fraction
 from operator import add
+from typing import Any
 
 IDENTITY = "I"
 
@@ -115,12 +117,12 @@ class Program:
     symmetric: frozenset
     definite: tuple = ()
 
-    def shape(self, name, sizes):
+    def shape(self, name: str, sizes: Mapping[str, int]) -> tuple[int, int]:
         """The shape of a matrix as numbers."""
         rows, cols = self.shapes[name]
         return sizes.get(rows, rows), sizes.get(cols, cols)
 
-    def cost(self, sizes, known=None):
+    def cost(self, sizes: Mapping[str, int], known: Mapping[str, Any] = None) -> Cost:
         """The `Cost` of one pass on a device, as scalars or as loops.
 
         Parameters

@@ -4,6 +4,9 @@ It adds to a stage list what a loop over time needs to know: what one row hands 
 next, what is read from the record's rows, what is written down.
 """
 
+from __future__ import annotations
+
+from collections.abc import Collection
 from dataclasses import dataclass
 
 from ..stage_list import StageList
@@ -44,12 +47,12 @@ class Recursion:
     definite: tuple = ()
     same: tuple = ()
 
-    def lowered(self, zero=()):
+    def lowered(self, zero: Collection[str] = ()) -> Loop:
         """The `Loop` where the matrices named in `zero` vanish."""
         from .lowering import lower
 
         same = [(one, other) for one, other, third in self.same if third in zero]
-        carried, left = {}, dict(self.carried)
+        carried, left = dict[str, str](), dict(self.carried)
         while carried != left:
             carried = left
             written = [name for _, name, _ in self.written if name not in carried]

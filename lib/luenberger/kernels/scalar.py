@@ -1,9 +1,14 @@
 """Lower one scalar formula of a derivation to a function of its symbols."""
 
+from collections.abc import Callable
+from typing import Any
+
 import sympy as sp
 
+from ..symbolic.derivation import Derivation
 
-def function(derivation, key, *names):
+
+def function(derivation: Derivation, key: str, *names: str) -> Callable[..., Any]:
     """Compile ``derivation.formulas[key]`` into ``f(**values)``; arrays broadcast.
 
     `names` are the arguments: the symbols of the formula, and others it may ignore.

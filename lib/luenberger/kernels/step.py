@@ -1,13 +1,26 @@
 """A NumPy kernel from its text, which may have been kept: no SymPy here."""
 
+from collections.abc import Iterable
+from typing import Any, Protocol
+
+from ..numeric import Matrices, Matrix
 from ..numeric.linalg import eye, solve_right, symmetrise
 
 _NAMESPACE = dict(eye=eye, solve_right=solve_right, symmetrise=symmetrise)
 
 
-def assemble(source, given):
+class Step(Protocol):
+    """A stage list as a function of arrays, by the names of the matrices."""
+
+    source: str
+    given: tuple[str, ...]
+
+    def __call__(self, **arrays: Matrix) -> Matrices: ...
+
+
+def assemble(source: str, given: Iterable[str]) -> Step:
     """The function ``step(**arrays)`` of a text, with its text and arguments."""
-    namespace = dict(_NAMESPACE)
+    namespace: dict[str, Any] = dict(_NAMESPACE)
     exec("import numpy as np\n" + source, namespace)  # made by us, see cache
     step = namespace["step"]
     step.source, step.given = source, tuple(given)

@@ -1,8 +1,10 @@
 """A plant's filter in C: the estimate, its gain and its covariance at every sample."""
 
 import dataclasses
+from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ...errors import DesignError
 from ...kernels import lowered
@@ -12,6 +14,7 @@ from ...kernels.program import Cost, Factor
 from ...numeric.detectability import require_detectable
 from ...numeric.linalg import symmetrise
 from ...papers.leondes_novak.derivation import complete_sample, partial_sample, predict
+from ...plant import Plant
 from ...recursion.settings import Settings, require_start
 from ...run.filter_data import filter_data
 from . import source_and_header
@@ -25,7 +28,13 @@ OUT = {"x": "what", "Sigma": "state->Sigma"}
 PLANT = {"A": "A", "Q_all": "Q", "C_all": "C", "E_all": "E", "R_all": "R"}
 
 
-def texts(plant, m1, weight, name, real):
+def texts(
+    plant: Plant,
+    m1: int | Sequence[int | str],
+    weight: ArrayLike | str | None,
+    name: str,
+    real: str,
+) -> dict[str, str]:
     """The two files of a plant's filter, by name."""
     settings = _settings(plant, m1, weight, real)
     filter_ = _Filter(settings, Module(name, real))

@@ -28,7 +28,7 @@ HEADERS = frozenset(
 )
 
 
-def identifier(name):
+def identifier(name: object) -> str:
     """Return `name` if it can begin the names of a C module, else raise."""
     if not isinstance(name, str) or not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name):
         raise ValueError(

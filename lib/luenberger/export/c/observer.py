@@ -9,14 +9,16 @@ from ...errors import DesignError
 from ...kernels.c import C, Module, function
 from ...kernels.program import Cost
 from ...numeric.linalg import modes
+from ...observer import Observer
 from ...run.estimate import estimate
 from . import source_and_header
 from .identifiers import representable
+from .source_and_header import Signals
 
 ROWS = 24  # of the self-test
 
 
-def texts(observer, name, real, signals):
+def texts(observer: Observer, name: str, real: str, signals: Signals) -> dict[str, str]:
     """The two files of an observer, by name."""
     observer, module = _rounded(observer, real), Module(name, real)
     r, m, p = observer.order, observer.G.shape[1], observer.D.shape[1]
@@ -69,7 +71,7 @@ def _step(module, observer):
     return step, cost + Cost(sizes["p"] + sizes["m"])
 
 
-def require_exportable(observer):
+def require_exportable(observer: Observer) -> None:
     """Raise DesignError for an observer that a device could not run for long."""
     if observer.steps is not None:
         raise DesignError(

@@ -5,10 +5,13 @@ as soon as a pivot shows that a matrix is not definite; compile it without -ffas
 which would let the tests of pivots be dropped.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
+from ...numeric import Matrices
 from .. import cost
 from ..loops import write_pass
+from ..program import Cost, Program
 from ..scalars import Let
 from .writer import C
 
@@ -23,7 +26,15 @@ class Module:
     real: str
     tables: dict = field(default_factory=dict)
 
-    def steps(self, program, sizes, to, constants, places, results):
+    def steps(
+        self,
+        program: Program,
+        sizes: Mapping[str, int],
+        to: C,
+        constants: Matrices,
+        places: dict[str, str],
+        results: Mapping[str, tuple[str, int]],
+    ) -> Cost:
         """Write one pass of `program`; return its `Cost`.
 
         Parameters
@@ -57,7 +68,7 @@ class Module:
         write_pass(program, sizes, to, own | places, results)
         return cost.loops(program, sizes, new)
 
-    def table_lines(self):
+    def table_lines(self) -> list[str]:
         """The tables as C declarations."""
         to = C(self.real, 0)
         for name, X in self.tables.items():

@@ -8,25 +8,27 @@ was made of, and Sigma is repaired beside Omega: Cholesky with pivots, the rest 
 
 import numpy as np
 
+from ...numeric import Matrix
+from .module import Module
 from .writer import listed, typed
 
 
-def operations(n):
+def operations(n: int) -> int:
     """Operations of the repair at the most, its square roots among them."""
     return n**3 // 3 + n * (2 * n * n + 3 * n) + n * n * (n + 4)
 
 
-def settling(n):
+def settling(n: int) -> int:
     """Operations of `settle`."""
     return n * (3 * n + 2)
 
 
-def repair(module, n):
+def repair(module: Module, n: int) -> str:
     """A static C function that repairs Sigma in place where it is not definite."""
     return _written(DEFINITE + REPAIR, module, n)
 
 
-def settle(module, As, Q):
+def settle(module: Module, As: Matrix, Q: Matrix) -> str:
     """A static C function that clears Omega of rounding, and the matrices it takes."""
     given = {"AS": listed(As), "Q": listed(Q)}
     return _written(SETTLE, module, len(As), given)

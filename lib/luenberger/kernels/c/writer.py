@@ -1,8 +1,10 @@
 """C99 lines: statements, numbers, functions."""
 
 import re
+from collections.abc import Iterable
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..writer import Writer
 
@@ -15,48 +17,48 @@ class C(Writer):
 
     comment, stop = "//", ";"
 
-    def __init__(self, real, depth=1):
+    def __init__(self, real: str, depth: int = 1) -> None:
         super().__init__(depth)
         self.real = real
 
-    def line(self, text):
+    def line(self, text: str) -> None:
         super().line(typed(text, self.real))
 
-    def let(self, name, text):
+    def let(self, name: str, text: str) -> None:
         self.line(f"{self.real} {name} = {text};")
 
-    def constant(self, name, text):
+    def constant(self, name: str, text: str) -> None:
         self.line(f"const {self.real} {name} = {text};")
 
-    def table(self, name, values):
+    def table(self, name: str, values: ArrayLike) -> None:
         """Numbers that never change."""
         size = np.size(values)
         self.line(f"static const {self.real} {name}[{size}] = {listed(values)};")
 
-    def index(self, name, text):
+    def index(self, name: str, text: str) -> None:
         self.line(f"const int {name} = {text};")
 
-    def array(self, name, length, start=""):
+    def array(self, name: str, length: int, start: str = "") -> None:
         self.line(f"{self.real} {name}[{length or 1}]{start};")
 
-    def loop(self, index, start, stop):
+    def loop(self, index: str, start: int | str, stop: int | str) -> None:
         self.line(f"for (int {index} = {start}; {index} < {stop}; {index}++) {{")
         self.depth += 1
 
-    def end(self):
+    def end(self) -> None:
         self.depth -= 1
         self.line("}")
 
-    def need(self, text):
+    def need(self, text: str) -> None:
         self.line(f"if (!({text})) return 1;")
 
 
-def typed(text, real):
+def typed(text: str, real: str) -> str:
     """Text whose numbers are of the type `real`."""
     return LITERAL.sub(r"\1f", text) if real == "float" else text
 
 
-def listed(values, per_line=4):
+def listed(values: ArrayLike, per_line: int = 4) -> str:
     """Numbers between braces; NaN is C99's NAN."""
     numbers = [repr(float(v)) if v == v else "NAN" for v in np.ravel(values)] or ["0.0"]
     rows = [
@@ -67,7 +69,7 @@ def listed(values, per_line=4):
     return "{\n        " + ",\n        ".join(rows) + "\n    }"
 
 
-def function(head, lines, arguments=()):
+def function(head: str, lines: Iterable[str], arguments: Iterable[str] = ()) -> str:
     """A function of these lines; of its `arguments` those that they never read."""
     body = "\n".join(lines)
     unused = [k for k in arguments if not re.search(rf"\b{k}\b", body)]
