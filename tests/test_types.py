@@ -108,15 +108,11 @@ def is_typed(function):
     return function.returns is not None and all(arg.annotation for arg in every)
 
 
-NOT_YET = ()  # rooms
-
-
 def test_what_others_see_is_annotated():
     seen = {
         (relative(path), function.name, function.lineno): is_typed(function)
         for path, node in filter(None, [*public(), *called_from_other_rooms()])
         for function in functions(node)
-        if room_of_file(path) not in NOT_YET
     }
     assert len(seen) > 100
     assert not [place for place, typed in seen.items() if not typed]

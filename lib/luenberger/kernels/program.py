@@ -122,7 +122,9 @@ class Program:
         rows, cols = self.shapes[name]
         return sizes.get(rows, rows), sizes.get(cols, cols)
 
-    def cost(self, sizes: Mapping[str, int], known: Mapping[str, Any] = None) -> Cost:
+    def cost(
+        self, sizes: Mapping[str, int], known: Mapping[str, Any] | None = None
+    ) -> Cost:
         """The `Cost` of one pass on a device, as scalars or as loops.
 
         Parameters
