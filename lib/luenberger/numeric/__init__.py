@@ -5,7 +5,9 @@ here; it knows nothing of plants.  It uses `errors`, NumPy and SciPy.
 """
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 Matrix = np.ndarray  # two axes, or a stack (N, ., .); real, complex or of Fractions
 Vector = np.ndarray  # one axis
+Given = ArrayLike | None  # an argument that may be left out
 Matrices = dict[str, np.ndarray]  # by name

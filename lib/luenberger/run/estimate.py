@@ -1,8 +1,10 @@
 """Run a given observer on recorded data."""
 
-from collections.abc import Callable
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
-from typing import Any
+from typing import Any, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,7 +13,7 @@ from ..arguments import expect
 from ..certificate import require_real
 from ..formats import dataframes
 from ..kernels import Recursion, entries_known, over_record, plain_array, runs_compiled
-from ..numeric import Matrices, Matrix, Vector
+from ..numeric import Given, Matrices, Matrix, Vector
 from ..observer import Observer
 from ..papers.leondes_novak.derivation import observer_step
 from . import chunks
@@ -26,14 +28,29 @@ OBSERVER = Recursion(
 )
 
 
+@overload
+def estimate(
+    observer: Observer, y: Iterator[Any], u: Iterator[Any] | None = ..., *,
+    u0: Given = ..., z0: Given = ..., x0: Given = ..., backend: str = ...
+) -> Iterator[Matrix]: ...  # fmt: skip
+@overload
+def estimate(
+    observer: Observer, y: np.ndarray | Sequence[Any], u: Given = ..., *,
+    u0: Given = ..., z0: Given = ..., x0: Given = ..., backend: str = ...
+) -> Matrix: ...  # fmt: skip
+@overload
+def estimate(
+    observer: Observer, y: Any, u: Any = ..., *,
+    u0: Given = ..., z0: Given = ..., x0: Given = ..., backend: str = ...
+) -> Any: ...  # fmt: skip
 def estimate(
     observer: Observer,
     y: Any,
     u: Any = None,
     *,
-    u0: ArrayLike | None = None,
-    z0: ArrayLike | None = None,
-    x0: ArrayLike | None = None,
+    u0: Given = None,
+    z0: Given = None,
+    x0: Given = None,
     backend: str = "auto",
 ) -> Any:
     """Run an observer on recorded data.

@@ -1,9 +1,11 @@
 """The filter and its covariance in one pass over a record, with missing values."""
 
-from collections.abc import Sequence
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import Any, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,7 +13,7 @@ from numpy.typing import ArrayLike
 from .. import kernels
 from ..arguments import expect
 from ..formats import dataframes
-from ..numeric import Matrix, Vector
+from ..numeric import Given, Matrix, Vector
 from ..plant import Plant
 from ..recursion.filter_pass import Pass
 from ..recursion.settings import Settings
@@ -45,14 +47,27 @@ class Filtered:
     orders: np.ndarray
 
 
+Outputs = int | Sequence[int | str]  # how many, or which
+
+
+@overload
+def filter_data(
+    plant: Plant, y: Iterator[Any], u: Iterator[Any] | None = ..., *, m1: Outputs = ...,
+    u0: Given = ..., weight: Given | str = ..., history: bool = ..., backend: str = ...
+) -> Iterator[Filtered]: ...  # fmt: skip
+@overload
+def filter_data(
+    plant: Plant, y: ArrayLike, u: Given = ..., *, m1: Outputs = ...,
+    u0: Given = ..., weight: Given | str = ..., history: bool = ..., backend: str = ...
+) -> Filtered: ...  # fmt: skip
 def filter_data(
     plant: Plant,
     y: Any,
     u: Any = None,
     *,
-    m1: int | Sequence[int] = 0,
-    u0: ArrayLike | None = None,
-    weight: ArrayLike | None = None,
+    m1: Outputs = 0,
+    u0: Given = None,
+    weight: Given | str = None,
     history: bool = False,
     backend: str = "auto",
 ) -> Any:

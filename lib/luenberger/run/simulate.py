@@ -1,5 +1,7 @@
 """Run a plant and an observer side by side, exactly."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -1,5 +1,7 @@
 """Leondes and Novak's reduced-order filter, with the Kalman filter as m1 = 0."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 
 import numpy as np
