@@ -236,8 +236,8 @@ def test_what_vanishes_is_left_out():
     program, known, _, _ = structured()
     assert set(program.given).isdisjoint({"B", "J", "E", "Gamma", "rho", "u", "As"})
     assert program.results["K"].name == "Kmv"  # K = Kmv, under another name
-    text = numba.source(FILTER.lowered(("B", "E", "Gamma", "J")), ALL, {},
-                        frozenset(), None)  # fmt: skip
+    loop = FILTER.lowered(("B", "E", "Gamma", "J"))
+    text = numba.source(loop, ALL, frozenset(), None)
     assert "Gamma[" not in text and "rho" not in text
     read = {
         e for v in scalars.unroll(program, ALL, known).given.values() for *_, e in v
@@ -350,5 +350,5 @@ def test_sources_are_the_same_text_every_time():
     for _ in range(2):
         found = FILTER.lowered(("B", "E", "J"))
         straight = scalars.unroll(found.program, ALL, known)
-        texts.add(numba.source(found, ALL, known, frozenset(), straight))
+        texts.add(numba.source(found, ALL, frozenset(), straight))
     assert len(texts) == 1

@@ -189,7 +189,7 @@ def from_statespace(
     return observer.named(plant)
 
 
-def _parts(sys, plant):
+def _parts(sys: Any, plant: Plant) -> tuple[np.ndarray, ...]:
     """F, G, D, P, V, W of a state space, if it fits the plant."""
     if plant.steps is not None:
         raise DesignError("the plant varies with time, a StateSpace is constant")
@@ -205,7 +205,9 @@ def _parts(sys, plant):
     return F, G, D, P, V, W
 
 
-def _tracked(F, D, P, V, plant):
+def _tracked(
+    F: np.ndarray, D: np.ndarray, P: np.ndarray, V: np.ndarray, plant: Plant
+) -> np.ndarray:
     """T of T A - F T = D C; one refinement tells how many of its digits are lost."""
     A, C = plant.A, plant.C
     if not F.size:
@@ -227,7 +229,9 @@ def _tracked(F, D, P, V, plant):
     return T + change
 
 
-def _matrices(source, plant=None):
+def _matrices(
+    source: Observer | Plant, plant: Plant | None = None
+) -> tuple[np.ndarray, ...]:
     """A, B, C, D of the state space."""
     kind = "plant" if isinstance(source, Plant) else "observer"
     if kind == "plant" and plant is not None:
@@ -238,13 +242,13 @@ def _matrices(source, plant=None):
         raise DesignError(
             f"the {kind} has {source.steps} {rows}, a StateSpace is constant; {cure}"
         )
-    if kind == "plant":
+    if isinstance(source, Plant):
         return source.A, source.B, source.C, source.E
     o = source
     return o.F, np.hstack([o.G, o.D]), o.P, np.hstack([o.W, o.V])
 
 
-def _labels(names):
+def _labels(names: Any) -> list[str]:
     """Names that python-control takes, whose dot is between system and signal."""
     found = []
     for name in names:

@@ -47,7 +47,7 @@ def runs_compiled(backend: str, rows: int, enough: int = AUTO_ROWS) -> bool:
     return there
 
 
-def _vanishes(table):
+def _vanishes(table: Any) -> bool:
     return all(value == 0 for row in table for value in row)
 
 
@@ -83,7 +83,7 @@ def over_record(
     )
     run = cache.compiled(text, tuple(types.values()))
 
-    def over(**arrays):
+    def over(**arrays: Any) -> int:
         return run(*(arrays[name] for name in types))
 
     found: Any = over
@@ -91,7 +91,12 @@ def over_record(
     return found
 
 
-def _text(recursion, sizes, known, changing):
+def _text(
+    recursion: Recursion,
+    sizes: dict[str, int],
+    known: dict[str, Any],
+    changing: frozenset[str],
+) -> tuple[str, dict[str, str]]:
     """The text that numba compiles, and the type of each argument by name."""
     from . import cost, numba, scalars
 
@@ -102,7 +107,7 @@ def _text(recursion, sizes, known, changing):
         straight = scalars.unroll(loop.program, sizes, known)
         if straight.cost.operations > UNROLLED:
             straight = None
-    text = numba.source(loop, sizes, known, changing, straight)
+    text = numba.source(loop, sizes, changing, straight)
     return text, numba.arguments(loop)
 
 
@@ -131,7 +136,7 @@ def compiled(stages: StageList, *outputs: str, stacks: bool = False) -> Step:
     if missing := set(outputs) - set(stages.computes.split()):
         raise KeyError(f"{stages.where} computes no {sorted(missing)}")
 
-    def make():
+    def make() -> tuple[str, list[str]]:
         from .numpy import kernel
 
         found = kernel(stages(), *outputs, flat=not stacks)

@@ -23,16 +23,18 @@ import stat
 import sys
 import tempfile
 import warnings
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 import numpy as np
 
 from . import stack
 
 FASTMATH = ("contract", "reassoc")  # sums may be taken in another order, NaNs count
-OPTIONS = dict(error_model="numpy", fastmath=set(FASTMATH))
+OPTIONS: dict[str, Any] = dict(error_model="numpy", fastmath=set(FASTMATH))
 PACKAGE = Path(__file__).parents[1]
 DERIVING = ("symbolic", "papers/*/derivation", "kernels")
 DERIVING += ("stage_list.py", "certificate.py", "errors.py", "numeric/linalg.py")
@@ -42,7 +44,7 @@ class CacheWarning(UserWarning):
     """What is generated is not kept: only time is lost."""
 
 
-def derived(question, make):
+def derived(question: object, make: Callable[[], tuple[str, Any]]) -> tuple[str, Any]:
     """What ``make()`` returns, (text, arguments), or what it returned before.
 
     The repr of `question` says what it hangs on apart from the sources; `arguments`
@@ -64,7 +66,7 @@ def derived(question, make):
     return text, arguments
 
 
-def recall(path, name):
+def recall(path: Path, name: str) -> tuple[str, Any] | None:
     """What a file says, or None if it does not say that it answers this question."""
     try:
         if not ours(path):
@@ -75,11 +77,11 @@ def recall(path, name):
         return None
 
 
-def _seal(name, note):
+def _seal(name: str, note: str) -> str:
     return hashlib.sha256(f"{name}\n{note}".encode()).hexdigest()
 
 
-def asked(question):
+def asked(question: object) -> str | None:
     """A name for a question to this version of the library; None if it has no files."""
     from importlib.metadata import PackageNotFoundError, version
 
@@ -91,7 +93,7 @@ def asked(question):
 
 
 @cache
-def sources():
+def sources() -> str:
     """A hash of the files that a derived text comes from."""
     found = hashlib.sha256()
     for part in DERIVING:
@@ -103,12 +105,14 @@ def sources():
 
 
 @cache
-def compiled(text, types):
+def compiled(text: str, types: tuple[str, ...]) -> Any:
     """The function `run` of a generated module, compiled for arguments of `types`.
 
     `types` names them as numba does, e.g. ("i8", "f8[::1]").
     """
-    from numba import config
+    from numba import config as numba_config
+
+    config: Any = numba_config
 
     if config.DISABLE_JIT:
         return _function(text, "luenberger_uncompiled", np.empty)
@@ -125,7 +129,7 @@ def compiled(text, types):
     return _compile(_function(text, name, stack.local_array()), types)
 
 
-def folder():
+def folder() -> Path:
     """Where code is kept: LUENBERGER_CACHE, or the platform's place for it."""
     if named := os.environ.get("LUENBERGER_CACHE"):
         return Path(named)
@@ -138,7 +142,7 @@ def folder():
     return Path(base) / "luenberger"
 
 
-def usable_folder():
+def usable_folder() -> Path | None:
     """The folder, made if need be; None if it cannot be written, or not trusted."""
     try:
         path = folder()
@@ -158,7 +162,7 @@ def usable_folder():
         return None
 
 
-def private(path):
+def private(path: Path) -> bool:
     """Whether only this user can write there, as far as the platform tells."""
     if not hasattr(os, "getuid"):
         return True
@@ -166,25 +170,25 @@ def private(path):
     return found.st_uid == os.getuid() and not found.st_mode & 0o022
 
 
-def ours(path):
+def ours(path: Path) -> bool:
     """Whether this is a plain file that nobody else can write to."""
     return stat.S_ISREG(os.lstat(path).st_mode) and private(path)
 
 
-def _function(text, path, array):
+def _function(text: str, path: str, array: Any) -> Any:
     """`run` of a module made of `text`, as if it came from `path`.
 
     The text calls `array` for its arrays.  The module is entered by its name, because
     numba asks for it by name when it reads its files.
     """
-    module = ModuleType(Path(path).stem)
+    module: Any = ModuleType(Path(path).stem)
     sys.modules[module.__name__] = module
     module.array = array
     exec(compile(text, path, "exec"), module.__dict__)  # made by us, see above
     return module.run
 
 
-def _compile(function, types, **options):
+def _compile(function: Any, types: tuple[str, ...], **options: Any) -> Any:
     """A numba function for exactly these types."""
     import numba
 
@@ -194,10 +198,10 @@ def _compile(function, types, **options):
     return _settled(run, types)
 
 
-def _settled(run, types):
+def _settled(run: Any, types: tuple[str, ...]) -> Any:
     from numba.core import types as known
 
-    array = {"f8[::1]": known.float64[::1], "i8[::1]": known.int64[::1]}
+    array: dict[str, Any] = {"f8[::1]": known.float64[::1], "i8[::1]": known.int64[::1]}
     array |= {"f8[:,::1]": known.float64[:, ::1], "b1[::1]": known.boolean[::1]}
     array |= {"i8": known.int64, "b1": known.boolean}
     run.compile(tuple(array[name] for name in types))
@@ -205,7 +209,7 @@ def _settled(run, types):
     return run
 
 
-def _from_folder(folder, text, types):
+def _from_folder(folder: Path, text: str, types: tuple[str, ...]) -> Any:
     path = folder / f"luenberger_{key(text, types)}.py"
     if not _says(path, text):
         replace(path, text)
@@ -230,18 +234,18 @@ def _from_folder(folder, text, types):
     return run
 
 
-def _close(path):
+def _close(path: Path) -> None:
     """Take from others the right to write that a loose umask gave them."""
     with contextlib.suppress(OSError):  # of somebody else's, which `private` notices
         path.chmod(path.stat().st_mode & ~0o022)
 
 
-def _says(path, text):
+def _says(path: Path, text: str) -> bool:
     """Whether a file of ours holds this text; bytes, as a broken one need not."""
     return path.is_file() and ours(path) and path.read_bytes() == text.encode()
 
 
-def key(text, types):
+def key(text: str, types: tuple[str, ...]) -> str:
     """A name for a text, its types, and whatever the machine code depends on."""
     import numba
 
@@ -250,11 +254,11 @@ def key(text, types):
     return hashlib.sha256("\0".join(parts).encode()).hexdigest()[:32]
 
 
-def _files(beside, stem):
+def _files(beside: Path, stem: str) -> list[Path]:
     return sorted(p for p in beside.glob(f"{stem}.*") if p.suffix in (".nbi", ".nbc"))
 
 
-def hashes(beside, stem):
+def hashes(beside: Path, stem: str) -> str | None:
     """Names and hashes of numba's files for a module; None if not ours alone."""
     if not beside.is_dir() or not private(beside):
         return None
@@ -266,7 +270,7 @@ def hashes(beside, stem):
     return "".join(lines)
 
 
-def replace(path, text):
+def replace(path: Path, text: str) -> None:
     """Write a file in one go, so that nobody reads half of it."""
     handle, name = tempfile.mkstemp(dir=path.parent, prefix=".making-")
     try:

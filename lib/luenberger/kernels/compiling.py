@@ -4,24 +4,34 @@ import ctypes
 import keyword
 import shutil
 import subprocess
+from collections.abc import Callable, Iterator
 from functools import cached_property
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from ..numeric import Matrices
 from ..symbolic import Derivation
-from . import cache, numba, runs_compiled
+from . import cache, runs_compiled
 from .c import C, function
-from .loops import write_pass
 from .lowering import lower, sizes_of
 from .numpy import kernel
-from .program import times
+from .passes import write_pass
+from .program import Shape, Size, times
+from .python import Python
+from .writer import Writer
 
 TAKEN = frozenset("i j k s q ok np back run".split())  # names that loops use
 
 
-def compile(derivation, *outputs, backend="numpy"):
+def compile(
+    derivation: Derivation | Callable[[], Derivation],
+    *outputs: str,
+    backend: str = "numpy",
+) -> Any:
     r"""Make a function of a stage list that is proved.
 
     Stages :math:`X = f(A, B, \dots)`, in order, become code that computes each
@@ -110,20 +120,23 @@ def compile(derivation, *outputs, backend="numpy"):
     return backends[backend](found, outputs)
 
 
-def _numpy(derivation, outputs):
+def _numpy(derivation: Derivation, outputs: tuple[str, ...]) -> Any:
     step = kernel(derivation, *outputs)
 
-    def call(**matrices):
+    def call(**matrices: ArrayLike) -> Matrices:
         return step(**{name: np.asarray(X, float) for name, X in matrices.items()})
 
-    call.source, call.given = step.source, step.given
-    return call
+    found: Any = call
+    found.source, found.given = step.source, step.given
+    return found
 
 
 class _Loops:
-    """Loops at any sizes, written by one of the languages below."""
+    """Loops at any sizes, written and run in one of the languages below."""
 
-    def __init__(self, derivation, outputs):
+    solved: Any
+
+    def __init__(self, derivation: Derivation, outputs: tuple[str, ...]) -> None:
         self.program = lower(derivation, outputs)
         shapes, self.given = self.program.shapes, self.program.given
         self.results = {
@@ -140,14 +153,14 @@ class _Loops:
         self.places = {name: own(name) for name in shapes}
         self.sizes = {k: own(k, taken=k in shapes) for k in letters}
 
-    def named(self):
+    def named(self) -> Iterator[tuple[str, Shape]]:
         """(name, shape) of the arguments that are matrices: given, then results."""
         for name in self.given:
             yield self.places[name], self.program.shapes[name]
         for name, shape in self.results.items():
             yield f"{name}_out", shape
 
-    def write(self, to):
+    def write(self, to: Writer) -> list[str]:
         """Write the body; return its lines."""
         results = {}
         for name, shape in self.results.items():
@@ -156,7 +169,7 @@ class _Loops:
         write_pass(self.program, self.sizes, to, self.places, results)
         return to.lines
 
-    def __call__(self, **matrices):
+    def __call__(self, **matrices: ArrayLike) -> Matrices:
         if set(matrices) != set(self.given):
             raise TypeError(
                 f"the matrices are {', '.join(self.given)}, got {', '.join(matrices)}"
@@ -174,9 +187,10 @@ class _Loops:
             )
         return found
 
-    def measured(self, arrays):
+    def measured(self, arrays: Matrices) -> dict[str, int]:
         """The sizes by letter, from matrices whose shapes agree."""
-        sizes, whose = {}, {}
+        sizes: dict[str, int] = {}
+        whose: dict[str, str] = {}
         for name, X in arrays.items():
             letters = self.program.shapes[name]
             shape = tuple(sizes.get(size, size) for size in letters)
@@ -195,7 +209,7 @@ class _Loops:
         return sizes
 
 
-def own(name, taken=False):
+def own(name: str, taken: bool = False) -> str:
     """A name as code can use it: one that loops use themselves gets an underscore."""
     if not name.isidentifier():
         raise ValueError(
@@ -204,16 +218,16 @@ def own(name, taken=False):
     return f"{name}_" if taken or name in TAKEN or keyword.iskeyword(name) else name
 
 
-class _Python(numba.Python):
+class _Python(Python):
     has_blas = turns = False
 
-    def array(self, name, length):
+    def array(self, name: str, length: Size) -> None:
         self.let(name, f"np.empty({length})")
 
 
 class _Numba(_Loops):
     @cached_property
-    def source(self):
+    def source(self) -> str:
         to = _Python(1)
         to.let("ok", "True")
         names = ", ".join((*self.sizes.values(), *(name for name, _ in self.named())))
@@ -223,25 +237,25 @@ class _Numba(_Loops):
         )
 
     @cached_property
-    def run(self):
+    def run(self) -> Any:
         runs_compiled("numba", 0)  # or say that numba is not installed
         types = ["i8"] * len(self.sizes) + ["f8[::1]"] * sum(1 for _ in self.named())
         return cache.compiled(self.source, tuple(types))
 
-    def solved(self, sizes, arrays):
+    def solved(self, sizes: list[int], arrays: list[np.ndarray]) -> bool:
         return self.run(*sizes, *(X.reshape(-1) for X in arrays))
 
 
 class _InC(_Loops):
     @cached_property
-    def source(self):
+    def source(self) -> str:
         kinds = ["const double"] * len(self.given) + ["double"] * len(self.results)
         arguments = [f"int {size}" for size in self.sizes.values()]
         arguments += [
             f"{kind} *{name} /* {shape[0]} x {shape[1]} */"
             for kind, (name, shape) in zip(kinds, self.named())
         ]
-        rows = [[]]
+        rows: list[list[str]] = [[]]
         for one in arguments:
             if len(", ".join([*rows[-1], one])) > 68:
                 rows.append([])
@@ -252,7 +266,7 @@ class _InC(_Loops):
         return function(f"int run({head})", lines, names)
 
     @cached_property
-    def run(self):
+    def run(self) -> Any:
         compiler = shutil.which("cc") or shutil.which("gcc")
         if compiler is None:
             raise RuntimeError(
@@ -262,19 +276,11 @@ class _InC(_Loops):
         with TemporaryDirectory(ignore_cleanup_errors=True) as folder:
             text, made = Path(folder) / "kernel.c", Path(folder) / "kernel.so"
             text.write_text(self.source)
-            command = [
-                compiler,
-                "-std=c99",
-                "-O2",
-                "-shared",
-                "-fPIC",
-                "-o",
-                made,
-                text,
-            ]
+            options = "-std=c99 -O2 -shared -fPIC -o".split()
+            command = [compiler, *options, str(made), str(text)]
             subprocess.run(command, check=True, capture_output=True)
             return ctypes.CDLL(str(made)).run
 
-    def solved(self, sizes, arrays):
+    def solved(self, sizes: list[int], arrays: list[np.ndarray]) -> bool:
         pointers = (X.ctypes.data_as(ctypes.c_void_p) for X in arrays)
         return self.run(*map(ctypes.c_int, sizes), *pointers) == 0

@@ -7,15 +7,17 @@ lines as they are operations.
 import math
 
 from . import loops as writing
-from .program import Assign, Cost, Factor
-from .scalars import unroll
+from .program import Assign, Cost, Factor, Known, Program, Sizes, Step
+from .scalars import Straight, unroll
 from .writer import Writer
 
 SHORT, LONG = 400, 3000  # operations: scalars up to SHORT; up to LONG if mostly zeros
 SPARSE = 3  # that is, where loops would do this many times the work
 
 
-def straight(program, sizes, known=None):
+def straight(
+    program: Program, sizes: Sizes, known: Known | None = None
+) -> Straight | None:
     """The pass as scalars if a device is better off with them, else None."""
     whole = loops(program, sizes).operations
     if whole > 100 * LONG:
@@ -25,7 +27,7 @@ def straight(program, sizes, known=None):
     return found if some <= (LONG if SPARSE * some < whole else SHORT) else None
 
 
-def loops(program, sizes, known=None):
+def loops(program: Program, sizes: Sizes, known: Known | None = None) -> Cost:
     """The `Cost` of one pass as `loops` writes it; tables of the `known` matrices."""
     steps = (*program.steps, *program.definite)
     operations = sum(_operations(one, program, sizes) for one in steps)
@@ -35,7 +37,7 @@ def loops(program, sizes, known=None):
     return Cost(operations, constants, stack, operations // 2)
 
 
-def _operations(step, program, sizes):
+def _operations(step: Step, program: Program, sizes: Sizes) -> int:
     if isinstance(step, Factor):
         size, _ = program.shape(step.matrix, sizes)
         pivots = size * (2 + bool(step.tol) + bool(step.beside))

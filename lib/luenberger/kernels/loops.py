@@ -6,52 +6,29 @@ a `Writer` knows the language.
 """
 
 import math
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from fractions import Fraction
 from itertools import pairwise
+from typing import Any
 
-from .program import Assign, Factor, times
-from .solves import Solves
+from .program import Assign, Factor, Operand, Program, Size, Sizes, Step, Term, times
+from .solves import Index, Solves
+from .writer import View, Writer
 
+Places = Mapping[str, str]
+Terms = list[tuple[int, Term]]  # with their numbers in the sum
 SHORT = 12  # factors of an inner product that are written in one line
 WIDE = 16  # entries of a row from which it is added up along itself
 BLAS = 80_000  # multiplications from which a product is left to BLAS; a tenth if narrow
 
 
-def write_pass(program, sizes, writer, places, results):
-    """Write one pass: its arrays, the steps and tests, and copies of the results.
-
-    Parameters
-    ----------
-    program : Program
-    sizes : dict of str to int or str
-        A size that is not known yet is the text that stands for it.
-    writer : Writer
-    places : dict of str to str
-        What matrices are called, where not by their own name.
-    results : dict of str to (str, length)
-        Arrays that take the results, and their lengths.
-    """
-    for name, length in arrays(program, sizes, writer).items():
-        writer.array(places.get(name, name), length)
-    write(program, sizes, writer, places=places)
-    write_definite(program, sizes, writer, places)
-    for name, (place, length) in results.items():
-        operand = program.results[name]
-        if operand is None:
-            writer.fill(f"{place}[i]", "0.0", length)
-            continue
-        source = places.get(operand.name, operand.name)
-        rows, cols = program.shape(operand.name, sizes)
-        if not operand.turned or 1 in (rows, cols):
-            writer.fill(f"{place}[i]", f"{source}[i]", length)
-            continue
-        writer.loop("i", 0, cols)
-        writer.loop("j", 0, rows)
-        writer.set(f"{place}[i * {rows} + j]", f"{source}[j * {cols} + i]")
-        writer.end()
-        writer.end()
-
-
-def write(program, sizes, writer, turned=(), places=None):
+def write(
+    program: Program,
+    sizes: Sizes,
+    writer: Writer,
+    turned: Iterable[str] = (),
+    places: Places | None = None,
+) -> None:
     """Write every step of `program` at `sizes`; arrays are there, of their size.
 
     Of the matrices `turned` a transpose has been written before.  `places` says what
@@ -72,26 +49,34 @@ def write(program, sizes, writer, turned=(), places=None):
             (work.substitute_short if short else work.substitute)(step)
 
 
-def write_definite(program, sizes, writer, places=None):
+def write_definite(
+    program: Program, sizes: Sizes, writer: Writer, places: Places | None = None
+) -> None:
     """Write the tests that results are positive definite."""
     for factor in program.definite:
         _Loops(program, sizes, writer, places).factor(factor)
 
 
-def write_turned(program, sizes, writer, names):
+def write_turned(
+    program: Program, sizes: Sizes, writer: Writer, names: Collection[str]
+) -> set[str]:
     """Write the transposes that the steps need of `names`, and say which they are."""
     work = _Loops(program, sizes, writer)
     for step in program.steps:
-        for term in step.terms if isinstance(step, Assign) else ():
+        if not isinstance(step, Assign):
+            continue
+        for term in step.terms:
             if work.wants_turned(step, term) and term.factors[1].name in names:
                 work.turn(term.factors[1].name)
     return work.turned
 
 
-def arrays(program, sizes, writer):
+def arrays(program: Program, sizes: Sizes, writer: Writer) -> dict[str, Size]:
     """Lengths of the arrays that the steps write, factors included, by name."""
-    lengths, work = {}, _Loops(program, sizes, writer)
-    for step in (*program.steps, *program.definite):
+    lengths: dict[str, Size] = {}
+    work = _Loops(program, sizes, writer)
+    steps: tuple[Step, ...] = (*program.steps, *program.definite)
+    for step in steps:
         if isinstance(step, Factor):
             rows, cols = program.shape(step.matrix, sizes)
             if step in program.definite or not work.is_short(step.matrix):
@@ -100,6 +85,7 @@ def arrays(program, sizes, writer):
         rows, cols = program.shape(step.target, sizes)
         lengths[step.target] = times(rows, cols)
         for k, term in enumerate(step.terms if isinstance(step, Assign) else ()):
+            assert isinstance(step, Assign)
             if work.is_large(step, term):
                 lengths[f"{step.target}_b{k}"] = rows * cols
             elif work.wants_turned(step, term):
@@ -108,12 +94,12 @@ def arrays(program, sizes, writer):
     return lengths
 
 
-def inner_width(program, sizes, term):
+def inner_width(program: Program, sizes: Sizes, term: Term) -> Size:
     rows, cols = program.shape(term.factors[0].name, sizes)
     return rows if term.factors[0].turned else cols
 
 
-def spans(width, cols):
+def spans(width: Size, cols: Size) -> list[Any]:
     """The inner indices in the parts in which a row of products is added up.
 
     A part is written in one line, so that the loop along a row has one store for
@@ -128,22 +114,29 @@ def spans(width, cols):
 
 
 class _Loops(Solves):
-    def __init__(self, program, sizes, writer, places=None):
+    def __init__(
+        self,
+        program: Program,
+        sizes: Sizes,
+        writer: Writer,
+        places: Places | None = None,
+    ) -> None:
         self.program, self.sizes, self.to = program, sizes, writer
-        self.places, self.turned = places or {}, set()
+        self.places = places or {}
+        self.turned: set[str] = set()
 
-    def at(self, name, i, j):
+    def at(self, name: str, i: Index, j: Index) -> str:
         _, cols = self.program.shape(name, self.sizes)
         name = self.places.get(name, name)
         if cols == 1:
             return f"{name}[{i}]"
         return f"{name}[{i} * {cols} + {j}]"
 
-    def of(self, operand, i, j):
+    def of(self, operand: Operand, i: Index, j: Index) -> str:
         i, j = (j, i) if operand.turned else (i, j)
         return self.at(operand.name, i, j)
 
-    def assign(self, step):
+    def assign(self, step: Assign) -> None:
         parts = list(enumerate(step.terms))
         large = [(k, t) for k, t in parts if self.is_large(step, t)]
         small = [
@@ -158,7 +151,7 @@ class _Loops(Solves):
         self.add_up(step, large, small)
         self.mirror(step)
 
-    def add_up(self, step, large, small):
+    def add_up(self, step: Assign, large: Terms, small: Terms) -> None:
         """The sum of the terms, row by row; of a symmetric one what is on the right."""
         to = self.to
         rows, cols = self.program.shape(step.target, self.sizes)
@@ -183,7 +176,7 @@ class _Loops(Solves):
             to.end()
         to.end()
 
-    def mirror(self, step):
+    def mirror(self, step: Assign) -> None:
         """The other triangle of a symmetric target, and multiples of the identity."""
         to = self.to
         rows, _ = self.program.shape(step.target, self.sizes)
@@ -199,7 +192,7 @@ class _Loops(Solves):
                 to.set(self.at(step.target, "i", "i"), *_signed(term.scale, "1.0"))
                 to.end()
 
-    def is_large(self, step, term):
+    def is_large(self, step: Assign, term: Term) -> bool:
         """Whether a product is better left to BLAS."""
         if not self.to.has_blas or len(term.factors) == 1:
             return False
@@ -207,14 +200,14 @@ class _Loops(Solves):
         work = rows * cols * inner_width(self.program, self.sizes, term)
         return cols > 1 and work >= (BLAS if cols >= WIDE else BLAS // 10)
 
-    def wants_turned(self, step, term):
+    def wants_turned(self, step: Assign, term: Term) -> bool:
         """Whether the right factor's columns are better copied into rows first."""
         if not self.to.turns or len(term.factors) == 1 or self.is_large(step, term):
             return False
         rows, cols = self.program.shape(step.target, self.sizes)
         return term.factors[1].turned and rows > 1 and cols > 1
 
-    def turn(self, name):
+    def turn(self, name: str) -> None:
         """Write the transpose of a matrix into an array, once."""
         if name not in self.turned:
             self.turned.add(name)
@@ -225,24 +218,24 @@ class _Loops(Solves):
             to.end()
             to.end()
 
-    def view(self, operand):
+    def view(self, operand: Operand) -> View:
         return (
             operand.name,
             *self.program.shape(operand.name, self.sizes),
             operand.turned,
         )
 
-    def load_row(self, k, term, span):
+    def load_row(self, k: int, term: Term, span: range | None) -> None:
         """A part of row i of a left factor, into scalars."""
         for m in span or ():
             self.to.let(f"a{k}_{m}", self.of(term.factors[0], "i", m))
 
-    def add_product(self, k, term, span, turned):
+    def add_product(self, k: int, term: Term, span: range | None, turned: bool) -> None:
         """Add a part of the entry (i, j) of a product to s."""
         to, (left, right) = self.to, term.factors
         rows, _ = self.program.shape(right.name, self.sizes)
 
-        def entry(m):
+        def entry(m: Index) -> str:
             if turned:
                 return f"{right.name}_T[{m} * {rows} + j]"
             return self.of(right, m, "j")
@@ -256,7 +249,7 @@ class _Loops(Solves):
             parts = (f"a{k}_{m} * {entry(m)}" for m in span)
             to.set("s", *_signed(term.scale, " + ".join(parts), len(span) > 1))
 
-    def sum(self, terms):
+    def sum(self, terms: Sequence[Term]) -> str:
         text = ""
         for term in sorted(terms, key=lambda term: term.scale < 0):
             value, sign = _signed(term.scale, self.of(term.factors[0], "i", "j"))
@@ -264,7 +257,7 @@ class _Loops(Solves):
         return text or "0.0"
 
 
-def _signed(scale, text, is_sum=False):
+def _signed(scale: Fraction, text: str, is_sum: bool = False) -> tuple[str, str]:
     """The text times |scale|, and the operator that adds it with its sign."""
     size = abs(scale)
     text = f"({text})" if is_sum and size != 1 else text

@@ -5,17 +5,38 @@ or substitutes through such a factor.  Nothing of SymPy is left in the result: s
 are names such as "n", matrices are names, a transpose is an order of indices.
 """
 
+from collections.abc import Iterable, Sequence
 from fractions import Fraction
+from typing import Any
 
 import sympy as sp
 from sympy.matrices.expressions.matexpr import MatrixExpr
 
 from ..numeric.linalg import SINGULAR_TOL
-from ..symbolic import Solve
-from .program import IDENTITY, Assign, Factor, Operand, Program, Substitute, Term, reads
+from ..symbolic import Derivation, Solve, Stage
+from .program import (
+    IDENTITY,
+    Assign,
+    Factor,
+    Operand,
+    Program,
+    Shape,
+    Step,
+    Substitute,
+    Term,
+    reads,
+)
 
 
-def lower(derivation, outputs=(), *, zero=(), symmetric=(), definite=(), same=()):
+def lower(
+    derivation: Derivation,
+    outputs: Sequence[str] = (),
+    *,
+    zero: Iterable[str] = (),
+    symmetric: Iterable[str] = (),
+    definite: Iterable[Factor] = (),
+    same: Iterable[tuple[str, str]] = (),
+) -> Program:
     """Lower the stages that `outputs` need; all of them if none are named.
 
     Parameters
@@ -56,14 +77,14 @@ def lower(derivation, outputs=(), *, zero=(), symmetric=(), definite=(), same=()
     return Program(given, shapes, steps, results, known, tuple(definite))
 
 
-def require_proved(derivation):
+def require_proved(derivation: Derivation) -> None:
     """Raise AssertionError for a derivation without proofs, or with a false one."""
     if not derivation.proved():
         unproved = derivation.unproved()
         raise AssertionError(f"unproved derivation: {derivation.source}: {unproved}")
 
 
-def needed(stages, outputs):
+def needed(stages: tuple[Stage, ...], outputs: Sequence[str]) -> tuple[Stage, ...]:
     """The stages that `outputs` depend on, in order; all of them if none are named."""
     if not outputs:
         return stages
@@ -78,13 +99,13 @@ def needed(stages, outputs):
     return tuple(reversed(kept))
 
 
-def symbols_in(formula):
+def symbols_in(formula: Any) -> set[Any]:
     if isinstance(formula, Solve):
         return symbols_in(formula.N) | symbols_in(formula.M)
     return formula.atoms(sp.MatrixSymbol)
 
 
-def _used(steps, results):
+def _used(steps: list[Step], results: dict[str, Operand | None]) -> tuple[Step, ...]:
     """The steps that the results need, in order."""
     wanted = {op.name for op in results.values() if op is not None}
     kept = []
@@ -95,28 +116,34 @@ def _used(steps, results):
     return tuple(reversed(kept))
 
 
-def sizes_of(e):
+def sizes_of(e: Any) -> Shape:
     """The shape of a SymPy matrix, as names and numbers."""
     sizes = tuple(map(sp.sympify, e.shape))
     if odd := [d for d in sizes if not (d.is_Integer or d.is_Symbol)]:
         raise TypeError(f"no loops for the size {odd[0]} of {e}; give it a letter")
-    return tuple(int(d) if d.is_Integer else d.name for d in sizes)
+    rows, cols = (int(d) if d.is_Integer else d.name for d in sizes)
+    return rows, cols
 
 
 class _Lowering:
-    def __init__(self, zero, symmetric):
+    def __init__(self, zero: Iterable[str], symmetric: Iterable[str]) -> None:
         self.zero, self.symmetric = set(zero), set(symmetric)
-        self.alias, self.shapes = {}, {}
-        self.steps, self.products, self.factored = [], {}, set()
+        self.alias: dict[str, Operand] = {}
+        self.shapes: dict[str, Shape] = {}
+        self.steps: list[Step] = []
+        self.products: dict[tuple[Operand, Operand], Operand] = {}
+        self.factored: set[str] = set()
 
-    def stage(self, stage):
+    def stage(self, stage: Stage) -> None:
         name, formula = stage.target.name, stage.formula
         if isinstance(formula, Solve):
             self.solve(name, formula, stage.equation)
         else:
             self.assign(name, formula, stage.symmetric, stage.equation)
 
-    def assign(self, name, e, symmetric=False, equation=""):
+    def assign(
+        self, name: str, e: Any, symmetric: bool = False, equation: str = ""
+    ) -> None:
         terms = self.terms(e)
         self.shapes[name] = sizes_of(e)
         if symmetric:
@@ -128,10 +155,10 @@ class _Lowering:
         else:
             self.steps.append(Assign(name, terms, symmetric, equation))
 
-    def is_symmetric(self, terms):
+    def is_symmetric(self, terms: tuple[Term, ...]) -> bool:
         return terms[0].factors[0].name in self.symmetric
 
-    def solve(self, name, formula, equation):
+    def solve(self, name: str, formula: Solve, equation: str) -> None:
         right, M = self.operand(formula.N), self.operand(formula.M)
         self.shapes[name] = sizes_of(formula.N)
         if right is None:
@@ -142,7 +169,7 @@ class _Lowering:
             self.steps.append(Factor(M.name, SINGULAR_TOL))
         self.steps.append(Substitute(name, right, M.name, equation))
 
-    def terms(self, e):
+    def terms(self, e: Any) -> tuple[Term, ...]:
         """The sum e as terms, longer products cut down by earlier steps."""
         out = []
         for part in sp.MatAdd.make_args(e):
@@ -155,7 +182,7 @@ class _Lowering:
             out.append(Term(Fraction(int(scale.p), int(scale.q)), self.pair(factors)))
         return tuple(out)
 
-    def pair(self, factors):
+    def pair(self, factors: list[Operand]) -> tuple[Operand, ...]:
         """At most two factors: the cheapest neighbours are multiplied first."""
         while len(factors) > 2:
             costs = [_cost(*map(self.shape, two)) for two in zip(factors, factors[1:])]
@@ -163,7 +190,7 @@ class _Lowering:
             factors[at : at + 2] = [self.product(*factors[at : at + 2])]
         return tuple(factors)
 
-    def product(self, left, right):
+    def product(self, left: Operand, right: Operand) -> Operand:
         if (left, right) not in self.products:
             shape = self.shape(left)[0], self.shape(right)[1]
             name = self.fresh(shape)
@@ -172,7 +199,7 @@ class _Lowering:
             self.products[left, right] = Operand(name)
         return self.products[left, right]
 
-    def operand(self, e):
+    def operand(self, e: Any) -> Operand | None:
         """The matrix e as an operand, None if it is zero."""
         if isinstance(e, sp.Transpose):
             found = self.operand(e.arg)
@@ -191,25 +218,25 @@ class _Lowering:
             f"no kernel for {type(e).__name__} in {e}; write an inverse as Solve"
         )
 
-    def same_turned(self, operand):
+    def same_turned(self, operand: Operand | None) -> bool:
         return operand is None or operand.name in self.symmetric | {IDENTITY}
 
-    def fresh(self, shape):
+    def fresh(self, shape: Shape) -> str:
         name = f"t{sum(key[0] == 't' and key[1:].isdigit() for key in self.shapes)}"
         self.shapes[name] = shape
         return name
 
-    def shape(self, operand):
+    def shape(self, operand: Operand) -> Shape:
         rows, cols = self.shapes[operand.name]
         return (cols, rows) if operand.turned else (rows, cols)
 
 
-def _is_copy(terms):
+def _is_copy(terms: tuple[Term, ...]) -> bool:
     one = len(terms) == 1 and terms[0].scale == 1 and len(terms[0].factors) == 1
     return one and terms[0].factors[0].name != IDENTITY
 
 
-def _cost(left, right):
+def _cost(left: Shape, right: Shape) -> int:
     """Multiplications of a product, at sizes as they mostly are."""
     usual = {"n": 12, "r": 10, "p": 4, "m": 3}
     a, b, c = (usual.get(k, k if isinstance(k, int) else 4) for k in (*left, right[1]))

@@ -1,45 +1,20 @@
 """Print a recursion, its loop over time included, as Python that numba compiles."""
 
+from collections.abc import Collection, Iterable
+from typing import Any
+
 from .loops import arrays, write, write_definite, write_turned
-from .scalars import Let
-from .writer import Writer
+from .program import Sizes
+from .python import Python
+from .recursion import Loop
+from .scalars import Let, Straight
 
 TEST_EVERY = 8  # rows; the test costs as much as half a row
 ON_STACK = 16_000  # numbers at most, 128 kB; more go to the heap
 START = ("start", "stop", "now", "before", "good", "keep")
 
 
-class Python(Writer):
-    """Python, in the part of it that numba compiles."""
-
-    comment, stop, has_blas, turns = "#", "", True, True
-
-    def let(self, name, text):
-        self.line(f"{name} = {text}")
-
-    index = let
-
-    def loop(self, index, start, stop):
-        span = f"{stop}" if start == 0 else f"{start}, {stop}"
-        self.line(f"for {index} in range({span}):")
-        self.depth += 1
-
-    def end(self):
-        self.depth -= 1
-
-    def need(self, text):
-        self.line(f"if not {text}:")
-        self.line("    ok = False")
-
-    def multiply(self, target, left, right):
-        (a, *shape, turned), (b, *other, other_turned) = left, right
-        made = shape[turned], other[not other_turned]
-        a, b = f"{a}.reshape({tuple(shape)})", f"{b}.reshape({tuple(other)})"
-        a, b = a + ".T" * turned, b + ".T" * other_turned
-        self.line(f"np.dot({a}, {b}, {target}.reshape({made}))")
-
-
-def arguments(loop):
+def arguments(loop: Loop) -> dict[str, str]:
     """Names of the arguments of `run`, in order, and the numba type of each."""
     types = dict(zip(START, ("i8", "i8", "i8[::1]", "i8[::1]", "b1[::1]", "b1")))
     for array, _ in loop.rows.values():
@@ -53,7 +28,12 @@ def arguments(loop):
     return types
 
 
-def source(loop, sizes, known, changing, unrolled):
+def source(
+    loop: Loop,
+    sizes: Sizes,
+    changing: Collection[str],
+    unrolled: Straight | None,
+) -> str:
     """The text of a module with the function `run`.
 
     ``run(start, stop, now, before, good, keep, ...)`` works on rows start to stop
@@ -67,8 +47,6 @@ def source(loop, sizes, known, changing, unrolled):
     ----------
     loop : Loop
     sizes : dict of str to int
-    known : dict of str to nested tuples
-        Entries that are 0 or 1; see `scalars.unroll`.
     changing : set of str
         Matrices whose index changes from row to row.
     unrolled : Straight or None
@@ -89,12 +67,27 @@ def source(loop, sizes, known, changing, unrolled):
 class _Body:
     """The function's body around the steps; arguments end in an underscore."""
 
-    def __init__(self, loop, sizes, changing, unrolled, to):
+    prepare: Any  # what scalars and loops do in ways of their own
+    read: Any
+    turn: Any
+    steps: Any
+    put: Any
+    carry: Any
+    leave: Any
+
+    def __init__(
+        self,
+        loop: Loop,
+        sizes: Sizes,
+        changing: Collection[str],
+        unrolled: Straight | None,
+        to: Python,
+    ) -> None:
         self.loop, self.recursion, self.to = loop, loop.recursion, to
         self.sizes, self.changing, self.unrolled = sizes, changing, unrolled
         self.program = loop.program
 
-    def write(self):
+    def write(self) -> None:
         to, all_ = self.to, self.loop.matrices
         to.let("done", "stop_")
         self.prepare()
@@ -113,36 +106,36 @@ class _Body:
         self.leave()
         to.line("return done")
 
-    def give_up(self):
+    def give_up(self) -> None:
         self.to.line("    done = row")
         self.to.line("    break")
 
-    def index(self, name):
+    def index(self, name: str) -> str:
         if name not in self.changing:
             return "0"
         return "before_[row]" if name in self.recursion.before else "now_[row]"
 
-    def shape(self, name):
+    def shape(self, name: str) -> tuple[int, int]:
         return self.program.shape(name, self.sizes)
 
 
 class _Scalars(_Body):
-    def turn(self):
+    def turn(self) -> None:
         pass
 
-    def prepare(self):
+    def prepare(self) -> None:
         for name in self.loop.carried.values():
             _, cols = self.shape(name)
             for i, j, entry in self.unrolled.given.get(name, ()):
                 self.to.let(entry, f"{name}_[{i * cols + j}]")
 
-    def read(self, names):
+    def read(self, names: Iterable[str]) -> None:
         for name in names:
             _, cols = self.shape(name)
             for i, j, entry in self.unrolled.given[name]:
                 self.to.let(entry, f"{name}_[{self.index(name)}, {i * cols + j}]")
 
-    def steps(self):
+    def steps(self) -> None:
         to = self.to
         for name, (array, ahead) in self.loop.rows.items():
             row = f"row + {ahead}" if ahead else "row"
@@ -155,7 +148,7 @@ class _Scalars(_Body):
                 to.line(f"if not {one.text}:")
                 self.give_up()
 
-    def put(self, array, operand, result, kind):
+    def put(self, array: str, operand: Any, result: str, kind: str) -> None:
         table = self.entries(operand, result)
         if kind == "diagonal":
             entries = [row[i] for i, row in enumerate(table)]
@@ -167,14 +160,14 @@ class _Scalars(_Body):
         for k, entry in enumerate(entries):
             self.to.set(f"{pad}{array}_[row, {k}]", entry)
 
-    def entries(self, operand, name):
+    def entries(self, operand: Any, name: str) -> Any:
         if operand is None:
             rows, cols = self.shape(name)
             return [[0.0] * cols] * rows
         table = self.unrolled.entries[operand.name]
         return list(zip(*table)) if operand.turned else table
 
-    def carry(self):
+    def carry(self) -> None:
         moves = []
         for result, name in self.loop.carried.items():
             table = self.entries(self.program.results[result], result)
@@ -185,7 +178,7 @@ class _Scalars(_Body):
         for k, (entry, _) in enumerate(moves):
             self.to.let(entry, f"c{k}")
 
-    def leave(self):
+    def leave(self) -> None:
         for name in self.loop.carried.values():
             table = self.unrolled.entries[name]
             for k, entry in enumerate(entry for row in table for entry in row):
@@ -198,7 +191,7 @@ class _LoopBody(_Body):
     Where the test fails, all rows since the last one that passed are taken back.
     """
 
-    def prepare(self):
+    def prepare(self) -> None:
         lengths = arrays(self.program, self.sizes, self.to)
         for name in self.loop.rows:
             if name in self.program.given:
@@ -212,20 +205,20 @@ class _LoopBody(_Body):
             self.to.fill(f"{name}[i]", f"{name}_[i]", self.length(name))
         self.keep("start_")
 
-    def turn(self):
+    def turn(self) -> None:
         """Transposes of what does not change, before the loop over rows."""
-        fixed = set(self.loop.matrices) - self.changing
+        fixed = set(self.loop.matrices) - set(self.changing)
         self.turned = write_turned(self.program, self.sizes, self.to, fixed)
 
-    def length(self, name):
+    def length(self, name: str) -> int:
         rows, cols = self.shape(name)
         return rows * cols
 
-    def read(self, names):
+    def read(self, names: Iterable[str]) -> None:
         for name in names:
             self.to.let(name, f"{name}_[{self.index(name)}]")
 
-    def steps(self):
+    def steps(self) -> None:
         to = self.to
         for name, (array, ahead) in self.loop.rows.items():
             if name in self.program.given:
@@ -244,7 +237,7 @@ class _LoopBody(_Body):
         to.line("if not ok:")
         self.give_up()
 
-    def give_up(self):
+    def give_up(self) -> None:
         to = self.to
         to.depth += 1
         to.let("done", "safe")
@@ -253,12 +246,12 @@ class _LoopBody(_Body):
         to.line("break")
         to.depth -= 1
 
-    def keep(self, row):
+    def keep(self, row: str) -> None:
         self.to.let("safe", row)
         for name in self.loop.carried.values():
             self.to.fill(f"{name}_kept[i]", f"{name}[i]", self.length(name))
 
-    def put(self, array, operand, result, kind):
+    def put(self, array: str, operand: Any, result: str, kind: str) -> None:
         to, name = self.to, operand.name
         rows, cols = self.shape(name)
         if kind == "diagonal":
@@ -271,7 +264,7 @@ class _LoopBody(_Body):
         if kind == "matrix":
             to.end()
 
-    def carry(self):
+    def carry(self) -> None:
         for result, name in self.loop.carried.items():
             found = self.program.results[result]
             self.to.fill(f"{name}[i]", f"{found.name}[i]", self.length(name))
@@ -281,6 +274,6 @@ class _LoopBody(_Body):
             self.keep("row + 1")
             self.to.end()
 
-    def leave(self):
+    def leave(self) -> None:
         for name in self.loop.carried.values():
             self.to.fill(f"{name}_[i]", f"{name}[i]", self.length(name))

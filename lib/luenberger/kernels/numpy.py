@@ -1,14 +1,17 @@
 """Lower a stage list to NumPy source, and the source to a function."""
 
+from collections.abc import Sequence
+from typing import Any
+
 import sympy as sp
 from sympy.matrices.expressions.matexpr import MatrixExpr
 
-from ..symbolic import Solve
+from ..symbolic import Derivation, Solve
 from .lowering import needed, require_proved, symbols_in
 from .step import assemble
 
 
-def kernel(derivation, *outputs, flat=False):
+def kernel(derivation: Derivation, *outputs: str, flat: bool = False) -> Any:
     """Compile the stages of `derivation` into ``f(**arrays) -> dict of arrays``.
 
     Inputs are passed by name, so a caller cannot swap Q and R; a missing or unknown
@@ -21,13 +24,15 @@ def kernel(derivation, *outputs, flat=False):
     return assemble(source, given)
 
 
-def numpy_source(derivation, outputs=(), flat=False):
+def numpy_source(
+    derivation: Derivation, outputs: Sequence[str] = (), flat: bool = False
+) -> tuple[tuple[str, ...], str]:
     """Return the names of the inputs and the source of one step, outputs pruned."""
     stages = needed(derivation.stages, outputs)
     names = {s.name for stage in stages for s in symbols_in(stage.formula)}
     given = [s for s in derivation.given if s.name in names]
     targets = [stage.target.name for stage in stages]
-    sizes = {}
+    sizes: dict[Any, str] = {}
     for symbol in given:
         for axis, size in zip((-2, -1), symbol.shape):
             sizes.setdefault(size, f"{symbol.name}.shape[{axis}]")
@@ -51,10 +56,10 @@ class Printer:
     ones, which is most of a step's time.  Otherwise leading axes broadcast.
     """
 
-    def __init__(self, sizes, flat):
+    def __init__(self, sizes: dict[Any, str], flat: bool) -> None:
         self.sizes, self.flat = sizes, flat
 
-    def __call__(self, e):
+    def __call__(self, e: Any) -> str:
         if isinstance(e, Solve):
             return f"solve_right({self(e.N)}, {self(e.M)})"
         if isinstance(e, sp.MatAdd):
@@ -74,7 +79,7 @@ class Printer:
             f"no NumPy form for {type(e).__name__} in {e}; write an inverse as Solve"
         )
 
-    def product(self, e):
+    def product(self, e: Any) -> str:
         scalars = sp.Mul(*(a for a in e.args if not isinstance(a, MatrixExpr)))
         first, *rest = (a for a in e.args if isinstance(a, MatrixExpr))
         if self.flat:
@@ -84,6 +89,6 @@ class Printer:
         scale = {1: "", -1: "-"}.get(scalars, f"{float(scalars)!r} * ")
         return f"{scale}({code})" if scale else code
 
-    def factor(self, e):
+    def factor(self, e: Any) -> str:
         """The code of `e`, in parentheses where an operator would tear it apart."""
         return f"({self(e)})" if isinstance(e, sp.MatAdd | sp.MatMul) else self(e)

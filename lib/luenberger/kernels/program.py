@@ -1,12 +1,19 @@
 """A lowered stage list: what every printer reads.  No SymPy, no NumPy."""
 
-from collections.abc import Mapping
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
 from dataclasses import astuple, dataclass, replace
 from fractions import Fraction
 from operator import add
 from typing import Any
 
 IDENTITY = "I"
+
+Size = Any  # a number, or the text of one that is not known yet
+Shape = tuple[Size, Size]
+Sizes = Mapping[str, Size]
+Known = Mapping[str, Sequence[Sequence[float | None]]]  # entries of given matrices
 
 
 @dataclass(frozen=True)
@@ -17,7 +24,7 @@ class Operand:
     turned: bool = False
 
     @property
-    def T(self):
+    def T(self) -> Operand:
         return replace(self, turned=not self.turned)
 
 
@@ -26,10 +33,10 @@ class Term:
     """scale times one matrix or the product of two."""
 
     scale: Fraction
-    factors: tuple
+    factors: tuple[Operand, ...]
 
     @property
-    def is_identity(self):
+    def is_identity(self) -> bool:
         """Whether it is a multiple of the identity."""
         return [factor.name for factor in self.factors] == [IDENTITY]
 
@@ -39,7 +46,7 @@ class Assign:
     """target = sum of terms; of a symmetric target one triangle is computed."""
 
     target: str
-    terms: tuple
+    terms: tuple[Term, ...]
     symmetric: bool = False
     equation: str = ""
 
@@ -66,6 +73,9 @@ class Substitute:
     equation: str = ""
 
 
+Step = Assign | Factor | Substitute
+
+
 @dataclass(frozen=True)
 class Cost:
     """What one pass takes.
@@ -87,7 +97,7 @@ class Cost:
     stack: int = 0
     terms: int = 0
 
-    def __add__(self, other):
+    def __add__(self, other: Cost) -> Cost:
         return Cost(*map(add, astuple(self), astuple(other)))
 
 
@@ -110,21 +120,19 @@ class Program:
         Of results that must be positive definite, or the step gives up.
     """
 
-    given: tuple
-    shapes: dict
-    steps: tuple
-    results: dict
-    symmetric: frozenset
-    definite: tuple = ()
+    given: tuple[str, ...]
+    shapes: dict[str, Shape]
+    steps: tuple[Step, ...]
+    results: dict[str, Operand | None]
+    symmetric: frozenset[str]
+    definite: tuple[Factor, ...] = ()
 
-    def shape(self, name: str, sizes: Mapping[str, int]) -> tuple[int, int]:
+    def shape(self, name: str, sizes: Sizes) -> Shape:
         """The shape of a matrix as numbers."""
         rows, cols = self.shapes[name]
         return sizes.get(rows, rows), sizes.get(cols, cols)
 
-    def cost(
-        self, sizes: Mapping[str, int], known: Mapping[str, Any] | None = None
-    ) -> Cost:
+    def cost(self, sizes: Sizes, known: Known | None = None) -> Cost:
         """The `Cost` of one pass on a device, as scalars or as loops.
 
         Parameters
@@ -140,14 +148,14 @@ class Program:
         return cost.loops(self, sizes, known) if straight is None else straight.cost
 
 
-def times(rows, cols):
+def times(rows: Size, cols: Size) -> Size:
     """How many entries a matrix has; sizes are numbers, or the text of some."""
     if isinstance(rows, int) and isinstance(cols, int):
         return rows * cols
     return " * ".join(str(size) for size in (rows, cols) if size != 1)
 
 
-def reads(step):
+def reads(step: Step) -> set[str]:
     """Names of the matrices that a step reads."""
     if isinstance(step, Factor):
         return {step.matrix}

@@ -10,7 +10,7 @@ from collections.abc import Collection
 from dataclasses import dataclass
 
 from ..stage_list import StageList
-from .program import Program
+from .program import Factor, Program
 
 
 @dataclass(frozen=True)
@@ -39,13 +39,13 @@ class Recursion:
     """
 
     stages: StageList
-    carried: tuple
-    rows: tuple
-    written: tuple
-    before: tuple = ()
-    symmetric: tuple = ()
-    definite: tuple = ()
-    same: tuple = ()
+    carried: tuple[tuple[str, str], ...]
+    rows: tuple[tuple[str, str, int], ...]
+    written: tuple[tuple[str, str, str], ...]
+    before: tuple[str, ...] = ()
+    symmetric: tuple[str, ...] = ()
+    definite: tuple[Factor, ...] = ()
+    same: tuple[tuple[str, str, str], ...] = ()
 
     def lowered(self, zero: Collection[str] = ()) -> Loop:
         """The `Loop` where the matrices named in `zero` vanish."""
@@ -74,20 +74,20 @@ class Loop:
 
     recursion: Recursion
     program: Program
-    carried: dict
+    carried: dict[str, str]
 
     @property
-    def name(self):
+    def name(self) -> str:
         """What it is, for the head of generated code."""
         return self.recursion.stages.where.rpartition(".")[2]
 
     @property
-    def rows(self):
+    def rows(self) -> dict[str, tuple[str, int]]:
         """Given vectors: {name: (array of the record, 0 or 1 rows ahead)}."""
-        return {name: tuple(place) for name, *place in self.recursion.rows}
+        return {name: (array, ahead) for name, array, ahead in self.recursion.rows}
 
     @property
-    def matrices(self):
+    def matrices(self) -> tuple[str, ...]:
         """Given matrices that are neither carried nor read from the record."""
         known = {*self.carried.values(), *self.rows}
         return tuple(name for name in self.program.given if name not in known)

@@ -5,7 +5,7 @@ from typing import Any
 
 import sympy as sp
 
-from ..symbolic.derivation import Derivation
+from ..symbolic import Derivation
 
 
 def function(derivation: Derivation, key: str, *names: str) -> Callable[..., Any]:

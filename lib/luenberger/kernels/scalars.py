@@ -6,9 +6,26 @@ symmetric matrix is the entry above it, and equal expressions are computed once.
 Expressions are plain enough for Python and C alike.
 """
 
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
-from .program import IDENTITY, Assign, Cost, Factor
+from .program import (
+    IDENTITY,
+    Assign,
+    Cost,
+    Factor,
+    Known,
+    Operand,
+    Program,
+    Sizes,
+    Substitute,
+    Term,
+)
+
+Entry = Any  # a number that is known, or a name
+Entries = dict[str, list[list[Entry]]]
+Sums = Sequence[tuple[float, Sequence[str]]]  # terms: a factor, and names
 
 
 @dataclass(frozen=True)
@@ -17,7 +34,7 @@ class Let:
 
     name: str
     text: str
-    reads: frozenset
+    reads: frozenset[str]
     cost: Cost
 
 
@@ -26,7 +43,7 @@ class Need:
     """Give up unless the condition holds; it does not where a NaN is involved."""
 
     text: str
-    reads: frozenset
+    reads: frozenset[str]
     cost: Cost
 
 
@@ -45,19 +62,19 @@ class Straight:
         The names that the statements or the results read.
     """
 
-    statements: list
-    entries: dict
-    given: dict
-    used: set
+    statements: list[Let | Need]
+    entries: Entries
+    given: dict[str, list[tuple[int, int, str]]]
+    used: set[Entry]
 
     @property
-    def cost(self):
+    def cost(self) -> Cost:
         """The `Cost` of the statements; entries that they read stand on the stack."""
         read = sum(e in self.used for one in self.given.values() for *_, e in one)
         return sum((one.cost for one in self.statements), Cost(stack=read))
 
 
-def unroll(program, sizes, known=None):
+def unroll(program: Program, sizes: Sizes, known: Known | None = None) -> Straight:
     """Unroll `program` at `sizes`; `known` holds entries that are numbers.
 
     Parameters
@@ -84,7 +101,9 @@ def unroll(program, sizes, known=None):
     return Straight(statements, work.entries, work.given, used)
 
 
-def _live(statements, program, entries):
+def _live(
+    statements: list[Let | Need], program: Program, entries: Entries
+) -> tuple[list[Let | Need], set[Any]]:
     """The statements without those whose result nothing reads, and what is read."""
     wanted, kept = set(), []
     for operand in program.results.values():
@@ -98,14 +117,18 @@ def _live(statements, program, entries):
 
 
 class _Unrolling:
-    def __init__(self, program, sizes):
+    def __init__(self, program: Program, sizes: Sizes) -> None:
         self.program, self.sizes = program, sizes
-        self.statements, self.entries, self.given = [], {}, {}
-        self.seen, self.factors = {}, {}
+        self.statements: list[Let | Need] = []
+        self.entries: Entries = {}
+        self.given: dict[str, list[tuple[int, int, str]]] = {}
+        self.seen: dict[str, str] = {}
+        self.factors: dict[str, tuple[list[list[Entry]], list[Entry]]] = {}
 
-    def read(self, name, known):
+    def read(self, name: str, known: Sequence[Sequence[float | None]] | None) -> None:
         rows, cols = self.program.shape(name, self.sizes)
-        table, self.given[name] = [[None] * cols for _ in range(rows)], []
+        table: list[list[Entry]] = [[None] * cols for _ in range(rows)]
+        self.given[name] = []
         for i in range(rows):
             for j in range(cols):
                 value = None if known is None else known[i][j]
@@ -117,14 +140,14 @@ class _Unrolling:
                 table[i][j] = value
         self.entries[name] = table
 
-    def of(self, operand, i, j):
+    def of(self, operand: Operand, i: int, j: int) -> Entry:
         """The entry (i, j) of an operand."""
         if operand.name == IDENTITY:
             return float(i == j)
         i, j = (j, i) if operand.turned else (i, j)
         return self.entries[operand.name][i][j]
 
-    def let(self, name, products):
+    def let(self, name: str, products: Iterable[Sequence[Entry]]) -> Entry:
         """The sum of `products`, each a sequence of numbers and names."""
         number, terms = 0.0, []
         for product in products:
@@ -146,13 +169,13 @@ class _Unrolling:
         reads = _names(*(one for _, names in terms for one in names))
         return self.name(name, text, reads, _cost(terms, number))
 
-    def name(self, name, text, reads, cost):
+    def name(self, name: str, text: str, reads: frozenset[str], cost: Cost) -> str:
         if text not in self.seen:
             self.seen[text] = name
             self.statements.append(Let(name, text, reads, cost))
         return self.seen[text]
 
-    def assign(self, step):
+    def assign(self, step: Assign) -> None:
         rows, cols = self.program.shape(step.target, self.sizes)
         table = self.entries[step.target] = [[0.0] * cols for _ in range(rows)]
         for i in range(rows):
@@ -163,7 +186,9 @@ class _Unrolling:
                 products = self.products(step.terms, i, j)
                 table[i][j] = self.let(f"{step.target}_{i}_{j}", products)
 
-    def products(self, terms, i, j):
+    def products(
+        self, terms: Iterable[Term], i: int, j: int
+    ) -> Iterator[Sequence[Entry]]:
         for term in terms:
             scale = float(term.scale)
             if len(term.factors) == 1:
@@ -173,15 +198,17 @@ class _Unrolling:
             for k in range(self.width(left)):
                 yield scale, self.of(left, i, k), self.of(right, k, j)
 
-    def width(self, operand):
+    def width(self, operand: Operand) -> int:
         rows, cols = self.program.shape(operand.name, self.sizes)
         return rows if operand.turned else cols
 
-    def factor(self, step):
+    def factor(self, step: Factor) -> None:
         """matrix = L d L'; `inverse` holds 1 / d."""
         name, M = step.matrix, self.entries[step.matrix]
         size = len(M)
-        L, d, inverse = [[0.0] * size for _ in M], [0.0] * size, [0.0] * size
+        L: list[list[Entry]] = [[0.0] * size for _ in M]
+        d: list[Entry] = [0.0] * size
+        inverse: list[Entry] = [0.0] * size
         for j in range(size):
             rest = [(-1.0, L[j][k], L[j][k], d[k]) for k in range(j)]
             d[j] = self.let(f"{name}_d{j}", [(M[j][j],), *rest])
@@ -195,7 +222,7 @@ class _Unrolling:
                 L[i][j] = self.let(f"{name}_l{i}_{j}", [(above, inverse[j])])
         self.factors[name] = L, inverse
 
-    def need(self, step, j, pivot):
+    def need(self, step: Factor, j: int, pivot: Entry) -> None:
         """That pivot j of a factor is above its bound."""
         unit, bound, beside = self.entries[step.matrix][j][j], "0.0", ()
         if step.beside:
@@ -208,7 +235,7 @@ class _Unrolling:
         cost = Cost(1 + len(beside), 1 + _numbers(*entries))
         self.statements.append(Need(f"{pivot} > {bound}", _names(*entries), cost))
 
-    def substitute(self, step):
+    def substitute(self, step: Substitute) -> None:
         """target L d L' = right, row by row."""
         L, inverse = self.factors[step.matrix]
         rows, size = self.program.shape(step.target, self.sizes)
@@ -227,16 +254,16 @@ class _Unrolling:
             table.append(row)
 
 
-def _names(*entries):
+def _names(*entries: Entry) -> frozenset[str]:
     """Those that are read, not numbers."""
     return frozenset(one for one in entries if isinstance(one, str))
 
 
-def _numbers(*entries):
+def _numbers(*entries: Entry) -> int:
     return sum(not isinstance(one, str) for one in entries)
 
 
-def _cost(terms, number):
+def _cost(terms: Sums, number: float) -> Cost:
     """The cost of a sum that is kept under a name: what `_text` writes, counted."""
     scaled = sum(abs(scale) != 1 for scale, _ in terms)
     count = len(terms) + bool(number)
@@ -244,7 +271,7 @@ def _cost(terms, number):
     return Cost(count - 1 + products + scaled, scaled + bool(number), 1, count)
 
 
-def _text(terms, number):
+def _text(terms: Sums, number: float) -> str:
     """A sum as Python and C read it; a minus sign in front only where it must be."""
     terms = sorted(terms, key=lambda term: term[0] < 0)  # stable
     text = ""

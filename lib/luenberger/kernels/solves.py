@@ -1,12 +1,29 @@
 """Factors L d L' and substitution through them, as loops or, when small, as scalars."""
 
+from .program import Factor, Operand, Program, Sizes, Substitute
+from .writer import Writer
+
+Index = int | str  # of a row or column: a number, or what loops call it
+
 SHORT_SOLVE = 6  # a factor this small is written as scalars
 
 
 class Solves:
     """Writes `Factor` and `Substitute`; the rest of the writing is `loops`."""
 
-    def factor_short(self, step):
+    program: Program
+    sizes: Sizes
+    to: Writer
+
+    def at(self, name: str, i: Index, j: Index) -> str:
+        """The entry (i, j) of a matrix."""
+        raise NotImplementedError
+
+    def of(self, operand: Operand, i: Index, j: Index) -> str:
+        """The same of an operand."""
+        raise NotImplementedError
+
+    def factor_short(self, step: Factor) -> None:
         """The factor of a small M as scalars: L, and 1 / d as {M}_i0, {M}_i1, ..."""
         to, M = self.to, step.matrix
         for i in range(self.program.shape(M, self.sizes)[0]):
@@ -19,7 +36,7 @@ class Solves:
             to.need(f"{M}_d{i} > {step.tol!r} * {self.at(M, i, i)}")
             to.let(f"{M}_i{i}", f"1.0 / {M}_d{i}")
 
-    def substitute_short(self, step):
+    def substitute_short(self, step: Substitute) -> None:
         """target L d L' = right, row by row, a row as scalars."""
         to, M, target = self.to, step.matrix, step.target
         rows, size = self.program.shape(target, self.sizes)
@@ -33,11 +50,11 @@ class Solves:
             to.set(self.at(target, "i", j), f"g{j}")
         to.end()
 
-    def is_short(self, M):
+    def is_short(self, M: str) -> bool:
         size, _ = self.program.shape(M, self.sizes)
         return isinstance(size, int) and size <= SHORT_SOLVE
 
-    def factor(self, step):
+    def factor(self, step: Factor) -> None:
         """Factor matrix = L d L' row by row, into one array.
 
         When row i is done, the array holds L(i, j) left of the diagonal and 1 / d(i)
@@ -48,7 +65,7 @@ class Solves:
         to, M, name = self.to, step.matrix, f"{step.matrix}_l"
         size, _ = self.program.shape(M, self.sizes)
 
-        def L(i, j):
+        def L(i: Index, j: Index) -> str:
             return f"{name}[{i} * {size} + {j}]"
 
         to.loop("i", 0, size)
@@ -73,12 +90,12 @@ class Solves:
         to.set(L("i", "i"), "1.0 / s")
         to.end()
 
-    def substitute(self, step):
+    def substitute(self, step: Substitute) -> None:
         """target L d L' = right, row by row."""
         to, name, target = self.to, f"{step.matrix}_l", step.target
         rows, size = self.program.shape(target, self.sizes)
 
-        def L(i, j):
+        def L(i: Index, j: Index) -> str:
             return f"{name}[{i} * {size} + {j}]"
 
         to.loop("i", 0, rows)

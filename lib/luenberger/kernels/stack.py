@@ -5,8 +5,10 @@ short loops over them scalar.  Two arrays on the stack cannot overlap, so loops 
 the speed of C.
 """
 
+from typing import Any
 
-def local_array():
+
+def local_array() -> Any:
     """A function for numba: ``array(9)`` is a new array of nine floats, not cleared.
 
     Its size is written out where it is called; it lives as long as the caller runs.
@@ -16,12 +18,12 @@ def local_array():
     from numba.extending import intrinsic
     from numba.np.arrayobj import make_array, populate_array
 
-    def array(context, size):
+    def array(context: Any, size: Any) -> Any:
         if not isinstance(size, types.IntegerLiteral):
             return None
         length, kind = size.literal_value, types.Array(types.float64, 1, "C")
 
-        def code(context, builder, signature, arguments):
+        def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
             room = ir.ArrayType(ir.DoubleType(), length)
             data = cgutils.alloca_once(builder, room)
             data = builder.bitcast(data, ir.DoubleType().as_pointer())

@@ -22,6 +22,6 @@ def assemble(source: str, given: Iterable[str]) -> Step:
     """The function ``step(**arrays)`` of a text, with its text and arguments."""
     namespace: dict[str, Any] = dict(_NAMESPACE)
     exec("import numpy as np\n" + source, namespace)  # made by us, see cache
-    step = namespace["step"]
+    step: Any = namespace["step"]
     step.source, step.given = source, tuple(given)
     return step

@@ -1,37 +1,55 @@
 """Lines of code in a language with loops: what `loops` asks of Python and of C."""
 
+from .program import Size
+
+View = tuple[str, int, int, bool]  # a matrix by name, its shape, and whether turned
+
 
 class Writer:
     """Lines of code in a language with loops; indented by four."""
 
+    comment = stop = ""  # what a comment begins with, and a statement ends with
     has_blas = False  # with `multiply`, the product of two views into an array
     turns = False  # a transpose on the right is copied, so that loops run along rows
 
-    def __init__(self, depth=1):
-        self.lines, self.depth = [], depth
+    def __init__(self, depth: int = 1) -> None:
+        self.lines: list[str] = []
+        self.depth = depth
 
-    def line(self, text):
+    def line(self, text: str) -> None:
         self.lines.append("    " * self.depth + text)
 
-    def let(self, name, text):
+    def let(self, name: str, text: str) -> None:
         """A scalar that changes."""
         raise NotImplementedError
 
-    def loop(self, index, start, stop):
+    def index(self, name: str, text: str) -> None:
+        """A whole number that does not change."""
         raise NotImplementedError
 
-    def end(self):
+    def array(self, name: str, length: Size) -> None:
+        """Room for numbers."""
+        raise NotImplementedError
+
+    def multiply(self, target: str, left: View, right: View) -> None:
+        """Leave a product to BLAS."""
+        raise NotImplementedError
+
+    def loop(self, index: str, start: Size, stop: Size) -> None:
+        raise NotImplementedError
+
+    def end(self) -> None:
         """End of a loop or a condition."""
         raise NotImplementedError
 
-    def need(self, text):
+    def need(self, text: str) -> None:
         """Note a failure unless the condition holds."""
         raise NotImplementedError
 
-    def set(self, target, text, sign="="):
+    def set(self, target: str, text: str, sign: str = "=") -> None:
         self.line(f"{target} {sign} {text}" + self.stop)
 
-    def fill(self, target, text, length):
+    def fill(self, target: str, text: str, length: Size) -> None:
         """target = text for each i, which stands in them."""
         self.loop("i", 0, length)
         self.set(target, text)

@@ -2,6 +2,7 @@
 
 import dataclasses
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -10,7 +11,8 @@ from ...errors import DesignError
 from ...kernels import lowered
 from ...kernels.c import C, Module, function
 from ...kernels.c.repair import operations, repair, settle, settling
-from ...kernels.program import Cost, Factor
+from ...kernels.program import Cost, Factor, Program
+from ...numeric import Matrices
 from ...numeric.detectability import require_detectable
 from ...numeric.linalg import symmetrise
 from ...papers.leondes_novak.derivation import complete_sample, partial_sample, predict
@@ -81,7 +83,7 @@ NOTES = [
 ]
 
 
-def _settings(plant, m1, weight, real):
+def _settings(plant: Plant, m1: Any, weight: Any, real: str) -> Settings:
     """What the filter needs, in the numbers that the device has; or a refusal."""
     if plant.steps is not None:
         raise DesignError(
@@ -94,7 +96,9 @@ def _settings(plant, m1, weight, real):
         raise DesignError(
             "weight='canonical' depends on which outputs arrive; give the matrix"
         )
-    narrow = {k: representable(k, getattr(plant, k), real) for k in "ABCE"}
+    narrow: dict[str, Any] = {
+        k: representable(k, getattr(plant, k), real) for k in "ABCE"
+    }
     settings = Settings(dataclasses.replace(plant, **narrow), m1, weight)
     require_start(plant)
     blind = settings.at(0).blind
@@ -110,7 +114,7 @@ def _settings(plant, m1, weight, real):
     return settings
 
 
-def undriven(As, Q):
+def undriven(As: np.ndarray, Q: np.ndarray) -> bool:
     """Whether a mode that does not decay has no noise to drive it.
 
     A Kalman filter without such a mode forgets what rounding did to its covariance.
@@ -127,12 +131,12 @@ def undriven(As, Q):
 class _Filter:
     """The functions of one filter, and what a sample costs."""
 
-    def __init__(self, settings, module):
+    def __init__(self, settings: Settings, module: Module) -> None:
         self.settings, self.plant, self.module = settings, settings.plant, module
         plant, now = self.plant, settings.at(0)
         self.sizes = {"n": plant.n, "p": plant.p, "m": plant.m}
         self.cross = plant.S is not None and bool(plant.S.any())
-        weight = np.eye(plant.n) if settings.weight is None else settings.weight
+        weight: Any = np.eye(plant.n) if settings.weight is None else settings.weight
         whole = {k: getattr(plant, field) for k, field in PLANT.items()}
         whole["S_all"] = plant.S if self.cross else np.zeros((plant.n, plant.p))
         whole["Inverse"] = symmetrise(np.linalg.inv(weight))
@@ -146,12 +150,9 @@ class _Filter:
         predict, after = self.predict()
         partial, before = self.partial()
         n = plant.n
-        settled, mended = (
-            settle(module, self.full["As"], self.full["Q"]),
-            repair(module, n),
-        )
-        self.functions = [self.init(), settled, complete, mended, predict, partial]
-        self.functions.append(self.step())
+        settled = settle(module, self.full["As"], self.full["Q"])
+        self.functions = [self.init(), settled, complete, repair(module, n)]
+        self.functions += [predict, partial, self.step()]
         some = before + after
         rare = Cost(some.operations + operations(n), 0, some.stack + n * (2 * n + 1))
         self.costs = {
@@ -160,7 +161,7 @@ class _Filter:
             "one after which rounding left Sigma indefinite": rare,
         }
 
-    def complete(self):
+    def complete(self) -> tuple[str, Cost]:
         """Every output arrived: the fast way, which gives up where it must."""
         program = lowered(
             complete_sample,
@@ -176,13 +177,13 @@ class _Filter:
         self.settled(to)
         return self.function("complete", to), cost
 
-    def settled(self, to, given=False):
+    def settled(self, to: C, given: bool = False) -> None:
         """Call what clears Omega of rounding; are As and Q the function's own?"""
         prefix = "" if given else f"{self.module.name}_settle_"
         which = f"state->Omega, state->Sigma, {prefix}As, {prefix}Q"
         to.line(f"{self.module.name}_settle({which});")
 
-    def partial(self):
+    def partial(self) -> tuple[str, Cost]:
         """Some did not: matrices for those that did, update, repair, predict."""
         n, p, name = self.plant.n, self.plant.p, self.module.name
         outputs = ["x", "Sigma"] + (["rho", *MOVES] if self.cross else [])
@@ -217,7 +218,7 @@ class _Filter:
         to.line(f"{name}_predict(state, u, what{rest});")
         return self.function("partial", to), cost
 
-    def predict(self):
+    def predict(self) -> tuple[str, Cost]:
         """From Sigma and x of this sample to the next."""
         moves = [] if not self.cross else MOVES
         constants = {k: X for k, X in self.full.items() if k not in moves}
@@ -234,7 +235,14 @@ class _Filter:
         self.settled(to, given=self.cross)
         return self.function("predict", to, given), cost
 
-    def body(self, to, program, constants, places, results):
+    def body(
+        self,
+        to: C,
+        program: Program,
+        constants: Matrices,
+        places: dict[str, str],
+        results: dict[str, str],
+    ) -> Cost:
         """Write one pass of a program, and return its cost: see `Module.steps`."""
         n, p = self.plant.n, self.plant.p
         lengths = {"x": n, "x_minus_next": n, "rho": p, "J": n * p}
@@ -242,7 +250,7 @@ class _Filter:
         cost = self.module.steps(program, self.sizes, to, constants, places, results)
         return cost + Cost(settling(n) if "Omega_next" in results else 0)
 
-    def function(self, what, to, given=None):
+    def function(self, what: str, to: C, given: Sequence[str] | None = None) -> str:
         """A static C function of the state and the arrays `given`.
 
         Without `given` it is a step: it reads u and y, writes x^ into `what` and
@@ -257,7 +265,7 @@ class _Filter:
         head = f"static {kind} {name}_{what}({', '.join(arguments)})"
         return function(head, to.lines, read)
 
-    def init(self):
+    def init(self) -> str:
         plant, name, to = self.plant, self.module.name, C(self.module.real)
         A, _, Q = plant.first_step()
         x, Omega = A @ plant.x0, symmetrise(A @ plant.P0 @ A.T + Q)
@@ -271,7 +279,7 @@ class _Filter:
         to.end()
         return function(f"void {name}_init({name}_state *state)", to.lines)
 
-    def step(self):
+    def step(self) -> str:
         name, to = self.module.name, C(self.module.real)
         to.line("int all = 1;")
         if self.plant.m:
@@ -287,5 +295,5 @@ class _Filter:
         return function(source_and_header.prototype(self.module), to.lines)
 
 
-def _zero(given):
+def _zero(given: Matrices) -> list[str]:
     return [k for k, X in given.items() if not X.any()]

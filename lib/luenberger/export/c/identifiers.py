@@ -6,8 +6,10 @@ Numbers may be too large for the C type.
 """
 
 import re
+from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 LONGEST = 24  # C99 tells external names apart by 31 characters, and _state is added
 KEYWORDS = frozenset(
@@ -47,13 +49,13 @@ def identifier(name: object) -> str:
     return name
 
 
-def quoted(text):
+def quoted(text: str) -> str:
     """Any text as one quoted line of printable ASCII."""
     text = text.encode("unicode_escape").decode("ascii")
     return '"' + text.replace('"', "'") + '"'
 
 
-def comment(lines):
+def comment(lines: Sequence[str]) -> list[str]:
     """Lines of ASCII as one C comment, which nothing in them opens or ends."""
     return (
         ["/* " + unpaired(lines[0])]
@@ -62,7 +64,7 @@ def comment(lines):
     )
 
 
-def unpaired(text):
+def unpaired(text: str) -> str:
     """The text without comment marks and trigraphs, which compilers read."""
     for pair in ("*/", "/*", "//", "??"):
         while pair in text:
@@ -70,7 +72,7 @@ def unpaired(text):
     return text
 
 
-def representable(name, array, real):
+def representable(name: str, array: ArrayLike, real: str) -> np.ndarray:
     """The array as numbers of the C type, or an error if they leave its range."""
     array = np.asarray(array, dtype=float)
     if real == "double":

@@ -1,6 +1,7 @@
 """A constant observer in C."""
 
 import dataclasses
+from typing import Any
 
 import numpy as np
 
@@ -47,7 +48,7 @@ EQUATIONS = [
 ]
 
 
-def _step(module, observer):
+def _step(module: Module, observer: Observer) -> tuple[str, Cost]:
     """The C function, and what it costs."""
     to, sizes = C(module.real), step_sizes(observer)
     for array, length in (("y", sizes["p"]), ("u", sizes["m"])):
@@ -91,22 +92,23 @@ def require_exportable(observer: Observer) -> None:
         )
 
 
-def inputs(m, p):
+def inputs(m: int, p: int) -> tuple[np.ndarray, np.ndarray]:
     """Inputs and measurements for a self-test: short numbers, the same every time."""
     rng = np.random.default_rng(8)
     values = rng.integers(-16, 17, size=(ROWS, m + p)) / 8
     return values[:, :m], values[:, m:]
 
 
-def _rounded(observer, real):
+def _rounded(observer: Observer, real: str) -> Observer:
     """The observer in the numbers that the device has."""
     names = (*MATRICES, "z0")
-    return dataclasses.replace(
-        observer, **{k: representable(k, getattr(observer, k), real) for k in names}
-    )
+    narrow: dict[str, Any] = {
+        k: representable(k, getattr(observer, k), real) for k in names
+    }
+    return dataclasses.replace(observer, **narrow)
 
 
-def _init(module, observer):
+def _init(module: Module, observer: Observer) -> str:
     to = C(module.real)
     for k, value in enumerate(observer.z0.tolist()):
         to.set(f"state->z[{k}]", repr(value))

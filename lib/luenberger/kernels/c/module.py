@@ -5,14 +5,14 @@ as soon as a pivot shows that a matrix is not definite; compile it without -ffas
 which would let the tests of pivots be dropped.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 from ...numeric import Matrices
 from .. import cost
-from ..loops import write_pass
-from ..program import Cost, Program
-from ..scalars import Let
+from ..loops import Places
+from ..passes import Results, write_pass
+from ..program import Cost, Factor, Program, Sizes
+from ..scalars import Let, Straight
 from .writer import C
 
 FLOAT_TOL = 1e-6  # a pivot relative to its diagonal: float has 1.2e-7
@@ -24,16 +24,16 @@ class Module:
 
     name: str
     real: str
-    tables: dict = field(default_factory=dict)
+    tables: Matrices = field(default_factory=dict)
 
     def steps(
         self,
         program: Program,
-        sizes: Mapping[str, int],
+        sizes: Sizes,
         to: C,
         constants: Matrices,
-        places: dict[str, str],
-        results: Mapping[str, tuple[str, int]],
+        places: Places,
+        results: Results,
     ) -> Cost:
         """Write one pass of `program`; return its `Cost`.
 
@@ -52,8 +52,8 @@ class Module:
         """
         if self.real == "float":
             steps = (
-                replace(step, tol=FLOAT_TOL) if getattr(step, "tol", 0) else step
-                for step in program.steps
+                replace(one, tol=FLOAT_TOL) if isinstance(one, Factor) else one
+                for one in program.steps
             )
             program = replace(program, steps=tuple(steps))
         constants = {k: X for k, X in constants.items() if k in program.given}
@@ -65,8 +65,8 @@ class Module:
         own = {k: f"{self.name}_{k}" for k in constants}
         new = {k: X for k, X in constants.items() if own[k] not in self.tables}
         self.tables.update((own[k], X) for k, X in new.items())
-        write_pass(program, sizes, to, own | places, results)
-        return cost.loops(program, sizes, new)
+        write_pass(program, sizes, to, {**own, **places}, results)
+        return cost.loops(program, sizes, {k: known[k] for k in new})
 
     def table_lines(self) -> list[str]:
         """The tables as C declarations."""
@@ -76,7 +76,14 @@ class Module:
         return to.lines
 
 
-def _scalars(straight, program, sizes, to, places, results):
+def _scalars(
+    straight: Straight,
+    program: Program,
+    sizes: Sizes,
+    to: C,
+    places: Places,
+    results: Results,
+) -> None:
     for name, entries in straight.given.items():
         _, cols = program.shape(name, sizes)
         for i, j, entry in entries:

@@ -6,6 +6,8 @@ would look like any small one.  So Omega is settled when it is made, against wha
 was made of, and Sigma is repaired beside Omega: Cholesky with pivots, the rest cut off.
 """
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from ...numeric import Matrix
@@ -34,11 +36,13 @@ def settle(module: Module, As: Matrix, Q: Matrix) -> str:
     return _written(SETTLE, module, len(As), given)
 
 
-def _written(text, module, n, given=()):
+def _written(
+    text: str, module: Module, n: int, given: Mapping[str, str] | None = None
+) -> str:
     """A text with its words put in; rounding is some of the device's, for n terms."""
     single = module.real == "float"
     eps = float(np.finfo(np.float32 if single else float).eps)
-    numbers = dict(given) | {"NEGLIGIBLE": repr(10 * eps * n), "ONE": "1.0"}
+    numbers = dict(given or {}) | {"NEGLIGIBLE": repr(10 * eps * n), "ONE": "1.0"}
     words = {k: typed(number, module.real) for k, number in numbers.items()} | {
         "NAME": module.name,
         "REAL": module.real,

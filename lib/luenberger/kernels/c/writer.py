@@ -6,6 +6,7 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..program import Size
 from ..writer import Writer
 
 # a number with a point or an exponent, which C takes for a double
@@ -38,10 +39,10 @@ class C(Writer):
     def index(self, name: str, text: str) -> None:
         self.line(f"const int {name} = {text};")
 
-    def array(self, name: str, length: int, start: str = "") -> None:
+    def array(self, name: str, length: Size, start: str = "") -> None:
         self.line(f"{self.real} {name}[{length or 1}]{start};")
 
-    def loop(self, index: str, start: int | str, stop: int | str) -> None:
+    def loop(self, index: str, start: Size, stop: Size) -> None:
         self.line(f"for (int {index} = {start}; {index} < {stop}; {index}++) {{")
         self.depth += 1
 
@@ -69,7 +70,7 @@ def listed(values: ArrayLike, per_line: int = 4) -> str:
     return "{\n        " + ",\n        ".join(rows) + "\n    }"
 
 
-def function(head: str, lines: Iterable[str], arguments: Iterable[str] = ()) -> str:
+def function(head: str, lines: list[str], arguments: Iterable[str] = ()) -> str:
     """A function of these lines; of its `arguments` those that they never read."""
     body = "\n".join(lines)
     unused = [k for k in arguments if not re.search(rf"\b{k}\b", body)]
