@@ -1,5 +1,6 @@
 """What is not a number: masked, missing, times, text.  Wherever numbers enter."""
 
+import dataclasses
 import datetime
 import warnings
 from decimal import Decimal
@@ -11,6 +12,7 @@ import pytest
 import sympy
 
 import luenberger as lb
+from luenberger.numeric import staircase_form
 
 MASKED = np.ma.array([[999.0]], mask=[[True]])
 TIMES = np.array([[1]], "datetime64[ns]")
@@ -179,3 +181,23 @@ def test_a_period_that_is_none(dt):
 def test_a_period_too_long_to_be_written():
     with pytest.raises(ValueError, match="int of too many digits"):
         plant(dt=10**5000)
+
+
+STACK = np.ones((3, 2, 2))
+SEEN = lb.Plant(np.diag([0.5, 0.2]), None, np.eye(2), dt=1.0, Q=np.eye(2), R=np.eye(2))
+CONSTANT = {
+    "multiplicative": lambda: dataclasses.replace(
+        SEEN, multiplicative=[(STACK, np.eye(2))]
+    ),
+    "P0": lambda: dataclasses.replace(SEEN, P0=STACK),
+    "L of an observer": lambda: lb.Observer(*[np.eye(2)] * 5, T=np.eye(2), L=STACK),
+    "L": lambda: lb.fixed_order_filter(SEEN, 1, L=STACK),
+    "k": lambda: lb.compare(SEEN, k=STACK),
+    "A": lambda: staircase_form.staircase(STACK, np.eye(2)),
+}
+
+
+@pytest.mark.parametrize("name", CONSTANT)
+def test_a_stack_is_refused_where_one_matrix_is_meant(name):
+    with pytest.raises(ValueError, match=r"must be a matrix; it has shape \(3, 2, 2\)"):
+        CONSTANT[name]()
