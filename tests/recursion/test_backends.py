@@ -16,8 +16,10 @@ from luenberger import kernels
 from luenberger.kernels import cache, loops, solves
 from luenberger.kernels import numba as printer
 from luenberger.recursion import filter_pass
-from luenberger.recursion.filter_stacks import stacks_of
+from luenberger.recursion.filter_pass import Pass
+from luenberger.recursion.filter_stacks import Block, stacks_of
 from luenberger.recursion.settings import Settings
+from luenberger.recursion.state import start
 
 numba = pytest.importorskip("numba", reason="numba is an optional extra")
 
@@ -210,6 +212,27 @@ def test_a_plant_without_noise_anywhere_stays_with_numpy(form, monkeypatch):
     rows = counted(monkeypatch)
     agree(lb.filter_data(plant, y, history=True, backend="numba"), wanted)
     assert len(rows) == 300
+
+
+@pytest.mark.parametrize("size", [300, 7], ids=["whole", "chunks"])
+def test_code_that_gives_up_is_tried_ever_more_seldom(size, plain, monkeypatch):
+    tried, gives_up, run = [], True, Block.run
+
+    def attempt(block, state, k, out):
+        tried.append(state.instant)
+        return (state, k) if gives_up else run(block, state, k, out)
+
+    monkeypatch.setattr(Block, "run", attempt)
+    y = np.random.default_rng(1).normal(size=(300, 2))
+    over = Pass(Settings(TRACKER, 0))
+    now = start(over.settings, TRACKER.x0, np.zeros(0))
+    for part in np.split(y, range(size, 300, size)):
+        now, _ = over.over(now, part, np.zeros((len(part), 0)), True)
+    assert tried == [1, 3, 7, 15, 31, 63, 127, 191, 255]
+    gives_up = False
+    for _ in range(3):  # once it got on, it is tried for every chunk
+        now, _ = over.over(now, y[:60], np.zeros((60, 0)), True)
+    assert tried[9:] == [319, 360, 420]
 
 
 def test_rows_since_the_last_test_are_taken_back(form, monkeypatch):
