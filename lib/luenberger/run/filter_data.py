@@ -78,6 +78,10 @@ def filter_data(
     taken at its word, so the order rises by one there: its direction is predicted
     and filtered like the others, and drops out again when the output returns.
 
+    With S, the residual of one instant enters the prediction of the next through J.
+    Where R is singular there are many J, and the one taken is J = S R^+ of
+    `reduced_order_filter`, whose notes say when that matters.
+
     Parameters
     ----------
     plant : Plant

@@ -108,22 +108,29 @@ def time_column(
         raise ValueError(f"{where}: the columns {few(twice)} occur more than once")
     time = next((n for n in header if n.lower() in TIME and n not in wanted), None)
     given = dict.fromkeys(name for name in header if name != time)
-    lacking = [name for name in wanted if name not in given]
     known = dict.fromkeys(given if others else wanted)
+    lacking = [name for name in wanted if name not in given]
     foreign = [name for name in given if name not in known]
-    marks = separator(header)
+    _require_columns(table, wanted, lacking, foreign)
+    return time
+
+
+def _require_columns(
+    table: Table, wanted: Sequence[str], lacking: Sequence[str], foreign: Sequence[str]
+) -> None:
+    """Raise if columns are lacking, or some are not known."""
+    marks = separator(table.header)
     if lacking and marks:
         raise ValueError(
-            f"{where}: {marks} separate the columns, and commas should; numbers have "
-            "a decimal point"
+            f"{table.where}: {marks} separate the columns, and commas should; numbers "
+            "have a decimal point"
         )
     parts = [f"lacks the columns {few(lacking)}"] * bool(lacking)
     parts += [f"has the unknown columns {few(foreign)}"] * bool(foreign)
     if parts:
         raise ValueError(
-            f"{where} {' and '.join(parts)}; outputs and inputs are {few(wanted)}"
+            f"{table.where} {' and '.join(parts)}; outputs and inputs are {few(wanted)}"
         )
-    return time
 
 
 def _repeated(names: Iterable[str]) -> list[str]:
