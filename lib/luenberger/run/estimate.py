@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from functools import partial
 from typing import Any, overload
 
@@ -158,14 +158,9 @@ def _compiled(
     stacks = {k: X if varying else X[None] for k, X in given.items()}
     q, r = observer.P.shape[-2:]
     sizes = dict(m=u.shape[1], p=y.shape[1], q=q, r=r)
-    step, given = over_stacks(OBSERVER, sizes, stacks, here)
-    index = np.arange(N) if varying else np.zeros(1, dtype=np.int64)
+    step = over_stacks(OBSERVER, sizes, stacks, here)
     z, w_hats = np.array(z, dtype=float), np.empty((N, q))
-    step(
-        **given, start=0, stop=N, now=index, before=index, keep=False, z=z,
-        good=np.ones(N if varying else 1, dtype=bool), y=plain_array(y),
-        u=plain_array(u), w_hats=w_hats,
-    )  # fmt: skip
+    step(stop=N, z=z, y=plain_array(y), u=plain_array(u), w_hats=w_hats)
     return z, w_hats
 
 
@@ -174,11 +169,12 @@ def over_stacks(
     sizes: dict[str, int],
     stacks: Matrices,
     here: slice = slice(None),
-) -> tuple[Callable, Matrices]:
-    """A compiled loop over a record, and the matrices of the rows `here` as it asks.
+) -> partial:
+    """A compiled loop over a record, which has the matrices of the rows `here`.
 
-    A stack (S, rows, cols) of one matrix is the same in every row.  Entries that are
-    0, or 1, in all of a stack are known to the compiler; see `kernels.over_record`.
+    It still asks for ``stop``, the number of rows, and for what is not a matrix.  A
+    stack (S, rows, cols) of one matrix is the same in every row.  Entries that are 0,
+    or 1, in all of a stack are known to the compiler; see `kernels.over_record`.
     """
     changing = frozenset(name for name, X in stacks.items() if len(X) > 1)
     known = tuple(
@@ -190,7 +186,9 @@ def over_stacks(
         part = X[here] if name in changing else X
         flat = part.reshape(len(part), X.shape[1] * X.shape[2])
         given[name] = np.array(flat, order="C")
-    return step, given
+    index = np.arange(max(map(len, given.values())))
+    given |= dict(now=index, before=index, good=np.ones(len(index), dtype=bool))
+    return partial(step, **given, start=0, keep=False)
 
 
 def _apply(matrix: Matrix, signal: Matrix) -> Matrix:

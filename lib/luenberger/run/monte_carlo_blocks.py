@@ -103,18 +103,7 @@ class Batch:
         stacks |= {k: _stack(getattr(observer, k), rows) for k in ("F", "D", "P", "V")}
         stacks["L"] = observer.L[None]
         sizes = dict(d=H.shape[-1], n=n, p=plant.p, q=len(observer.L), r=observer.order)
-        step, flat = over_stacks(SIDE_BY_SIDE, sizes, stacks)
-        index, good = np.arange(rows), np.ones(rows, dtype=bool)
-        return partial(
-            step,
-            **flat,
-            start=0,
-            stop=rows,
-            now=index,
-            before=index,
-            good=good,
-            keep=False,
-        )
+        return partial(over_stacks(SIDE_BY_SIDE, sizes, stacks), stop=rows)
 
 
 def drawn(streams: Sequence[Generator], size: int) -> Matrix:
