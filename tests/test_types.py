@@ -5,6 +5,7 @@ lib/pyproject.toml, where the rooms stand in which every function is annotated.
 """
 
 import ast
+import inspect
 import pathlib
 import tomllib
 
@@ -150,3 +151,10 @@ def test_the_package_says_that_it_is_typed():
     marker = LIB / "luenberger" / "py.typed"
     data = PROJECT["setuptools"]["package-data"]["luenberger"]
     assert marker.is_file() and marker.name in data
+
+
+@pytest.mark.parametrize("name", [name for name in vars(lb) if name[0] != "_"])
+def test_what_help_prints_is_readable(name):
+    found = vars(lb)[name]
+    if inspect.isfunction(found):  # NumPy's own ArrayLike takes 300 characters
+        assert "numpy._typing" not in str(inspect.signature(found))

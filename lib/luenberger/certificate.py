@@ -254,14 +254,14 @@ def require_real(what: str, *records: Plant | Observer) -> None:
             )
 
 
-def _size(X: Matrix) -> np.ndarray:
+def _size(X: Matrix) -> np.ndarray | np.floating:
     """Frobenius norm, of each of a stack; no square overflows."""
     top = np.abs(X).max(axis=(-2, -1), initial=0.0)
     unit = np.where((top > 0) & np.isfinite(top), top, 1.0)
     return unit * np.linalg.norm(X / unit[..., None, None], axis=(-2, -1))
 
 
-def _ratio(residual: Matrix, scale: np.ndarray) -> float:
+def _ratio(residual: Matrix, scale: np.ndarray | np.floating) -> float:
     """Largest relative size over the rows; an empty residual is exactly met.
 
     NaN where the terms overflow: what is lost there cannot be told.

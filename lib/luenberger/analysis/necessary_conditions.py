@@ -4,6 +4,8 @@ Everything here is by the names of the derivation
 (papers/haddad_bernstein/derivation/moment_stages.py, theorem_stages.py).
 """
 
+from __future__ import annotations
+
 from typing import Any
 
 import numpy as np

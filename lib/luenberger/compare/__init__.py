@@ -4,6 +4,8 @@ What weighs designs against each other enters here.  It uses all papers, `analys
 `run` and `export`, whose C it counts.
 """
 
+from __future__ import annotations
+
 from collections.abc import Iterable
 
 import numpy as np

@@ -4,6 +4,8 @@ What turns an observer or a plant's filter into somebody else's object or source
 enters here.  It uses `recursion`, `run`, the kernels and what is below them.
 """
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from pathlib import Path
 

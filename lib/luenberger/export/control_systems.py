@@ -1,5 +1,7 @@
 """Plants and observers as python-control and scipy.signal systems, and back."""
 
+from __future__ import annotations
+
 from typing import Any
 
 import numpy as np

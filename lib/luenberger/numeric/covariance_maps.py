@@ -4,6 +4,8 @@ Such a map keeps the cone of positive semi-definite matrices, so its spectral ra
 is one of its eigenvalues, with a covariance as eigenvector.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable, Iterable
 
 import numpy as np

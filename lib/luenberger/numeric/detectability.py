@@ -55,8 +55,8 @@ def unseen(A: Matrix, C: Matrix, mode: complex) -> bool:
     values = np.linalg.eigvals(A[np.ix_(~way, ~way)])
     if (np.abs(values - mode) <= CLOSE * max(abs(mode), 1.0)).any():
         return True
-    return bool(way.any()) and _nearest(A[np.ix_(way, way)], C[:, way], mode)[1] <= (
-        RANK_TOL
+    return bool(
+        way.any() and _nearest(A[np.ix_(way, way)], C[:, way], mode)[1] <= RANK_TOL
     )
 
 

@@ -81,7 +81,7 @@ def null_directions(X: Matrix) -> Matrix:
     return scale[:, None] * vectors[:, values <= SINGULAR_TOL * max(len(X), 1)]
 
 
-def nonsingular(X: Matrix) -> np.ndarray:
+def nonsingular(X: Matrix) -> np.ndarray | np.bool:
     """Whether a covariance, or each of a stack, has no null direction at unit scale."""
     diagonal = np.diagonal(X, axis1=-2, axis2=-1)
     scale = 1 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0))

@@ -111,7 +111,7 @@ class Span:
         return True
 
 
-def _integers(row: Vector | list[int]) -> list[int]:
+def _integers(row: Vector | list[int] | list[Fraction]) -> list[int]:
     """The row times the positive number that makes it integers without a divisor."""
     scale = lcm(*(entry.denominator for entry in row)) if len(row) else 1
     row = [int(entry * scale) for entry in row]

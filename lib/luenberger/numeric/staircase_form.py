@@ -3,6 +3,8 @@
 Source: Van Dooren (1984), (7), (8) and remark 2(c).
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from numbers import Real
 

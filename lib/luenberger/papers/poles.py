@@ -1,5 +1,7 @@
 """The poles that were asked for, checked and in order."""
 
+from __future__ import annotations
+
 import numpy as np
 from numpy.typing import ArrayLike
 

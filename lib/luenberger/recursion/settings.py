@@ -1,5 +1,7 @@
 """What every filter of Leondes and Novak needs to know of a plant at one instant."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from functools import cached_property
 from typing import NamedTuple

@@ -1,5 +1,7 @@
 """A continuous plant seen at uneven instants: a time-varying discrete plant."""
 
+from __future__ import annotations
+
 from dataclasses import replace
 from typing import Any
 

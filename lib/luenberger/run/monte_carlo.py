@@ -1,5 +1,7 @@
 """Many simulated runs of one observer: the error's statistics, with their errors."""
 
+from __future__ import annotations
+
 from concurrent.futures import Executor
 from contextlib import closing
 from dataclasses import dataclass

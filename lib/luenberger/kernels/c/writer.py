@@ -1,5 +1,7 @@
 """C99 lines: statements, numbers, functions."""
 
+from __future__ import annotations
+
 import re
 from collections.abc import Iterable
 

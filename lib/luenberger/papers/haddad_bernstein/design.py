@@ -1,5 +1,7 @@
 """Haddad and Bernstein's filter: of all estimators of a given order the best."""
 
+from __future__ import annotations
+
 from dataclasses import replace
 from numbers import Integral
 from typing import Any

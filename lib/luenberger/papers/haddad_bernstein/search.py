@@ -179,7 +179,7 @@ def _same(one: Frame, other: Frame) -> bool:
         return True
     response = _response(one)
     gap = np.linalg.norm(response - _response(other))
-    return gap <= SAME * np.linalg.norm(response)
+    return bool(gap <= SAME * np.linalg.norm(response))
 
 
 def _response(frame):

@@ -1,5 +1,7 @@
 """Sampling laws: from the rate of the error to the next period."""
 
+from __future__ import annotations
+
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache, partial

@@ -3,6 +3,8 @@
 What happens between two samples is in `system`.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from numbers import Real

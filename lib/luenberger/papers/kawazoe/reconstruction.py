@@ -1,5 +1,7 @@
 """The exact state from as few samples as possible, window by window."""
 
+from __future__ import annotations
+
 import warnings
 
 import numpy as np

@@ -3,6 +3,8 @@
 Source: Moore (1973); papers/moore/derivation/observer.py.
 """
 
+from __future__ import annotations
+
 import numpy as np
 from numpy.typing import ArrayLike
 

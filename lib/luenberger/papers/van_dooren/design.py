@@ -3,6 +3,8 @@
 Source: Van Dooren (1984); papers/van_dooren/derivation/rows.py.
 """
 
+from __future__ import annotations
+
 import warnings
 
 import numpy as np
