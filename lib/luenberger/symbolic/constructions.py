@@ -192,8 +192,9 @@ class Counterexample:
             found.append("the sides are equal")
         return found
 
-    def _said(self, show, equal):
-        values = [f"{show(s)} {equal} {shown(v, show)}" for s, v in self.values.items()]
+    def said(self, show):
+        """The values as equations, and the two sides at them."""
+        values = [f"{show(s)} = {shown(v, show)}" for s, v in self.values.items()]
         sides = [
             shown(evaluate(side, self.values), show) for side in (self.left, self.right)
         ]
@@ -201,7 +202,7 @@ class Counterexample:
 
     def __str__(self):
         title = f"({self.number}) {self.says}" if self.number else self.says
-        values, (left, right) = self._said(text, "=")
+        values, (left, right) = self.said(text)
         faults = self.check()
         out = [
             title,
@@ -214,7 +215,7 @@ class Counterexample:
     __repr__ = __str__
 
     def _repr_latex_(self):
-        values, (left, right) = self._said(latex, "=")
+        values, (left, right) = self.said(latex)
         mark = r"\times" if self.check() else r"\checkmark"
         joined = r",\; ".join(values)
         rows = [

@@ -44,7 +44,8 @@ class AtLeast(Line):
         square = sp.MatMul(self.root, sp.Transpose(self.root), evaluate=False)
         mine = show(square) + (r" \ge 0" if show is latex else " ≥ 0")
         said = super().reason(show)
-        return f"{mine}, {said}" if said else mine
+        joint = r",\; " if show is latex else ", "
+        return f"{mine}{joint}{said}" if said else mine
 
 
 class AtMost(AtLeast):

@@ -7,6 +7,7 @@ prime for the transpose.
 import re
 
 from .letters import latex_name, text_name
+from .typeset import word_spaced
 
 FORMULA = re.compile(r"`([^`]+)`")
 TOKEN = re.compile(r"E(?=\[)|[A-Za-z]\w*(?:_\+)?(?:\^-?\w+|\*)?|>=|<=|!=|->|=>|\S|\s+")
@@ -25,7 +26,12 @@ def as_latex(formula):
     >>> print(as_latex("K_mv M = Omega C'"), as_latex("R_11 >= 0"))
     K_{\mathrm{mv}} M = \Omega C' R_{11} \ge 0
     """
-    return "".join(LATEX_SIGNS.get(t) or set_by(latex_name, t) for t in tokens(formula))
+    found, depth = [], 0
+    for token in tokens(formula):
+        depth += (token == "[") - (token == "]")
+        blank = r"\; " if depth and token.isspace() else token
+        found.append(LATEX_SIGNS.get(token) or set_by(latex_name, blank))
+    return word_spaced("".join(found))
 
 
 def as_text(formula):

@@ -3,6 +3,8 @@
 import re
 from dataclasses import dataclass
 
+import sympy as sp
+
 from .models import NoModel, evaluate, instance, refute
 from .proofs import Unproved, prove
 from .rewriting import Contradiction
@@ -105,6 +107,8 @@ def cited_text(relation):
     ('(3.8) X₊ = Ŷ', '(3.9)')
     """
     number, says = numbered(relation.name)
+    if partitioned(relation):
+        return f"{number} {text(relation.left)}".strip()
     if "=" not in says or too_wide(relation):
         return relation.name
     return f"{number} {text(relation.left)} = {text(relation.right)}".strip()
@@ -113,9 +117,12 @@ def cited_text(relation):
 def cited_latex(relation):
     """The same in LaTeX."""
     number, says = numbered(relation.name)
-    if "=" not in says or too_wide(relation):
+    if partitioned(relation):
+        formula = latex(relation.left)
+    elif "=" not in says or too_wide(relation):
         return words(relation.name)
-    formula = f"{latex(relation.left)} = {latex(relation.right)}"
+    else:
+        formula = f"{latex(relation.left)} = {latex(relation.right)}"
     return rf"{words(number)}\; {formula}" if number else formula
 
 
@@ -126,6 +133,13 @@ def numbered(name):
     (('(3.8)', 'X = Y'), ('', 'X = Y'))
     """
     return re.fullmatch(r"((?:\([^()]*\)'?)?)\s*(.*)", name).groups()
+
+
+def partitioned(relation):
+    """Whether a letter is defined by its blocks, and cited by itself alone."""
+    return isinstance(relation.left, sp.MatrixSymbol) and isinstance(
+        relation.right, sp.BlockMatrix
+    )
 
 
 def too_wide(relation):

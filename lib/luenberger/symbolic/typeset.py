@@ -5,6 +5,7 @@ identity is I and a zero matrix 0, whatever their sizes.  Anything that this mod
 has no rule for is set by SymPy.
 """
 
+import re
 import unicodedata
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -37,7 +38,17 @@ def latex(expr: Formula) -> str:
     >>> print(latex(Trace(2 * Omega.I - C.T * C)))
     \operatorname{tr}\left(2 \Omega_{+}^{-1} - C' C\right)
     """
-    return Printer(LATEX).show(expr)
+    return word_spaced(Printer(LATEX).show(expr))
+
+
+def word_spaced(string):
+    r"""Thin spaces around letters that are words, where a product would join them.
+
+    >>> print(word_spaced(r"C \mathrm{Pick} R"), word_spaced(r"K_{\mathrm{mv}} M"))
+    C \, \mathrm{Pick} \, R K_{\mathrm{mv}} M
+    """
+    string = re.sub(r"(?<=[\w'}]) (?=\\mathrm\{\w{2,}\})", r" \\, ", string)
+    return re.sub(r"(\\mathrm\{\w{2,}\}'?) (?=[\w\\])", r"\1 \\, ", string)
 
 
 def text(expr: Formula) -> str:

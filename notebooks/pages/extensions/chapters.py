@@ -1,14 +1,17 @@
 """A derivation that has a page, as a chapter: words, chains, code beside stages."""
 
 import re
+from textwrap import dedent
 
 from docutils import nodes
 
-from luenberger.kernels.c import function
+from luenberger.kernels.c import C
+from luenberger.kernels.loops import arrays, write
 from luenberger.kernels.lowering import lower
 from luenberger.kernels.numpy import numpy_source
 from luenberger.symbolic import (
     Chain,
+    Counterexample,
     Derivation,
     MatrixSymbol,
     Relation,
@@ -19,6 +22,7 @@ from luenberger.symbolic import (
 from luenberger.symbolic.derivation import title
 from luenberger.symbolic.prose import as_latex, pieces
 from luenberger.symbolic.reading import numbered, size, used_letters
+from luenberger.symbolic.reasons import cited_latex
 
 SHORT = 14  # columns of what a chain begins with, to stand before the first sign
 SIZES = {"n": 4, "p": 2, "m": 1, "r": 3, "p_a": 1, "d": 4, "q": 2, "k": 4}
@@ -86,12 +90,42 @@ def step(item):
     box += caption(item.number, item.says)
     if isinstance(item, Chain):
         box += lines(item)
+    elif isinstance(item, Counterexample):
+        box += instance(item)
     else:
-        shown = re.sub(r" \\tag\{.*?\}", "", item._repr_latex_()).strip("$")
-        block = nodes.math_block("", shown)
-        block["no-wrap"], block["number"], block["label"] = False, None, None
-        box += block
+        box += construction(item)
     return box
+
+
+def instance(item):
+    """A counterexample: the claim, the values, the sides; it is checked."""
+    values, (left, right) = item.said(latex)
+    claim = rf"{latex(item.left)} \ne {latex(item.right)}"
+    grid = nodes.container(classes=["lines"])
+    grid += nodes.paragraph("", "", formula(claim), classes=["start"])
+    grid += nodes.paragraph("", "", *spaced(values, "with "), classes=["start"])
+    grid += nodes.paragraph("", classes=["left"])
+    grid += nodes.paragraph("", "", formula(rf"{left} \ne {right}"), classes=["right"])
+    return marked(grid, not item.check())
+
+
+def construction(item):
+    """What is constructed, and what it satisfies for which reasons."""
+    grid = nodes.container(classes=["lines"])
+    for symbol, value in item.values.items():
+        shown = formula(f"{latex(symbol)} = {latex(value)}")
+        grid += nodes.paragraph("", "", shown, classes=["start"])
+    grid += nodes.paragraph("", "", nodes.Text("satisfies"), classes=["left"])
+    wanted = spaced([relation.show(latex) for relation in item.satisfies], "")
+    grid += nodes.paragraph("", "", *wanted, classes=["right"])
+    return marked(grid, not item.check(), SEPARATOR.join(map(cited_latex, item.by)))
+
+
+def marked(grid, right, because=""):
+    """A line of a grid, ended by its mark and its reason."""
+    grid += nodes.paragraph("", "✓" if right else "✗", classes=["checked"])
+    grid += nodes.paragraph("", "", *reason(because), classes=["reason"])
+    return grid
 
 
 def caption(number, says):
@@ -118,9 +152,7 @@ def lines(chain):
         first, *rest = row.pieces or (row.right,)
         body = spaced([f"{row.sign} {first}", *(f"{{}}{piece}" for piece in rest)])
         grid += nodes.paragraph("", "", *body, classes=["right"])
-        mark = "✓" if row.follows else "✗"
-        grid += nodes.paragraph("", mark, classes=["checked"])
-        grid += nodes.paragraph("", "", *reason(row.reason), classes=["reason"])
+        marked(grid, row.follows, row.reason)
     return grid
 
 
@@ -134,11 +166,12 @@ def broken(left):
     return spaced([first, *(f"{{}}{piece}" for piece in rest)])
 
 
-def spaced(formulas):
-    """Formulas between which a line may end."""
-    found = [formula(formulas[0])]
-    for one in formulas[1:]:
-        found += [nodes.Text("\u200b"), formula(one)]
+def spaced(formulas, listed=None):
+    """Formulas between which a line may end; in a list there are commas."""
+    joint = "\u200b" if listed is None else ", "
+    found = [nodes.Text(listed)] if listed else []
+    for k, one in enumerate(formulas):
+        found += [nodes.Text(joint), formula(one)] if k else [formula(one)]
     return found
 
 
@@ -183,11 +216,15 @@ def literal(code, language):
 
 
 def c_of(derivation, stage):
-    """The C function of one stage, at the sizes of an example."""
+    """The C of one stage, at the sizes of an example."""
     parts = stage.formula
     parts = (parts.N, parts.M) if isinstance(parts, Solve) else (parts,)
     known = set().union(*(part.atoms(MatrixSymbol) for part in parts))
     given = tuple(sorted(known, key=lambda symbol: symbol.name))
     alone = Derivation(given, (stage,), letters=derivation.letters)
     symmetric = [symbol.name for symbol in derivation.letters.symmetric]
-    return function(lower(alone, symmetric=symmetric), SIZES, stage.target.name)
+    program, to = lower(alone, symmetric=symmetric), C("double")
+    for name, length in arrays(program, SIZES, to).items():
+        to.array(name, length)
+    write(program, SIZES, to)
+    return dedent("\n".join(to.lines))
