@@ -20,6 +20,7 @@ PAGES = (
     "leondes_novak.estimate",
     "leondes_novak.brammer",
     "leondes_novak.missing_outputs",
+    "leondes_novak.tracking",
     "moore.observer",
     "moore.condition",
     "moore.recurrence",

@@ -11,6 +11,7 @@ from luenberger.kernels.lowering import lower
 from luenberger.kernels.numpy import numpy_source
 from luenberger.symbolic import (
     Chain,
+    Construction,
     Counterexample,
     Derivation,
     MatrixSymbol,
@@ -92,8 +93,10 @@ def step(item):
         box += lines(item)
     elif isinstance(item, Counterexample):
         box += instance(item)
-    else:
+    elif isinstance(item, Construction):
         box += construction(item)
+    else:
+        box += evaluated(item)
     return box
 
 
@@ -119,6 +122,22 @@ def construction(item):
     wanted = spaced([relation.show(latex) for relation in item.satisfies], "")
     grid += nodes.paragraph("", "", *wanted, classes=["right"])
     return marked(grid, not item.check(), SEPARATOR.join(map(cited_latex, item.by)))
+
+
+def evaluated(item):
+    """A statement at explicit matrices, the first choice of them, and its mark."""
+    claim = rf"{latex(item.left)} {item.latex_sign} {latex(item.right)}"
+    grid = nodes.container(classes=["lines"])
+    grid += nodes.paragraph("", "", formula(claim), classes=["start"])
+    chosen = next(iter(item.cases.values()), {})
+    values = [f"{latex(symbol)} = {latex(value)}" for symbol, value in chosen.items()]
+    if values:
+        grid += nodes.paragraph("", "", *spaced(values, "with "), classes=["start"])
+    names = [name for name in item.cases if name]
+    where = f"evaluated for {'; '.join(names)}" if names else "evaluated"
+    grid += nodes.paragraph("", item.why, classes=["start"])
+    grid += nodes.paragraph("", where, classes=["start", "where"])
+    return marked(grid, not item.check())
 
 
 def marked(grid, right, because=""):

@@ -1,10 +1,9 @@
 """The radar tracker: a target's position, velocity and acceleration.
 
-The start (57) is the parabola through the last three position measurements: three
-equations for three unknowns, so least squares fits exactly.  Its error is linear in
-the three measurement noises and in the two manoeuvres between them, which gives the
-covariance (58).  All steps are at the concrete sizes of the example, n = 3, p = 2,
-m1 = 1, with symbols for T and the variances.
+The start is the parabola through the last three measured positions: three equations
+for three unknowns.  Its error is linear in the noises of these measurements and in the
+two manoeuvres between them, which gives its covariance.  Everything is at the sizes of
+the example, with symbols for the time between scans and for the variances.
 
 Source: Leondes and Novak (1974), section V, (54)-(58).
 """
@@ -13,135 +12,172 @@ from functools import cache
 
 import sympy as sp
 
-from ....symbolic import Claim, Derivation
+from ....symbolic import Derivation, Explicit, Notation
+from .letters import SOURCE, n, p
 
 T, s_x, s_v, s_m = sp.symbols("T sigma_x sigma_xdot sigma_m", positive=True)
+t = sp.Symbol("t")
 Rat = sp.Rational
+letters = Notation()
+k = sp.symbols("k", integer=True, nonnegative=True)  # noises, and measured positions
+A_t = letters("A_t", n, n, "moves the state over any time")
+dA = letters("dA_t", n, n, "its derivative by time")
+N_d = letters("N_d", n, n, "differentiates position and velocity")
+Y_3 = letters("Y_3", k, 1, "the last three measured positions, the newest first")
+C_3 = letters("C_3", k, n, "what they measure of the state of now")
+x_bar = letters("x_bar_0", n, 1, "the state at the start")
+x_printed = letters("x_bar_printed", n, 1, "the start as the paper prints it")
+e_0 = letters("e_0", n, 1, "error of the start")
+G_n = letters("G_n", n, k, "what each noise does to the start")
+noises = letters("nu", k, 1, "noises of three positions and of two manoeuvres")
+D_n = letters("D_n", k, k, "their standard deviations")
+Sigma_0 = letters("Sigma_0", n, n, "covariance of the start")
+Sigma_printed = letters("Sigma_printed", n, n, "the covariance as the paper prints it")
+K_l = letters("K_lim", n, p, "a gain where the velocity is measured ever worse")
+K_p = letters("K_pos", n, p, "the gain from positions alone")
 
+# -- the model -------------------------------------------------------------------------
 
-def model():
-    """(54)-(56): A, the manoeuvre's input, C and R."""
-    t = sp.Symbol("t")
-    # position under constant acceleration, and its derivatives after time T
-    integrator = sp.Matrix([[0, 1, 0], [0, 0, 1], [0, 0, 0]])
-    A = sum((integrator**k * t**k / sp.factorial(k) for k in range(3)), sp.zeros(3))
-    G = sp.Matrix([0, 0, 1])
-    C = sp.Matrix([[1, 0, 0], [0, 1, 0]])
-    return A.subs(t, T), G, C, sp.diag(s_x**2, s_v**2)
+N_value = sp.Matrix([[0, 1, 0], [0, 0, 1], [0, 0, 0]])
+# position under constant acceleration, and its derivatives after a time
+A_of = sum((N_value**j * t**j / sp.factorial(j) for j in range(3)), sp.zeros(3))
+A_value = A_of.subs(t, T)
+PUSH = sp.Matrix([0, 0, 1])  # a manoeuvre changes the acceleration
+C_value = sp.Matrix([[1, 0, 0], [0, 1, 0]])
+R_value = sp.diag(s_x**2, s_v**2)
 
+# -- the start -------------------------------------------------------------------------
 
-def fit():
-    """(57): the state at instant 0 whose parabola meets y_0, y_-1, y_-2."""
-    A, _, C, _ = model()
-    y = sp.Matrix(sp.symbols("y_0 y_-1 y_-2"))
-    back = A.inv()
-    positions = sp.Matrix.vstack(*(C[0, :] * back**k for k in range(3)))
-    normal = positions.T * positions
-    start = (normal.inv() * positions.T * y).applyfunc(sp.factor)
-    return positions, y, start
+Y_value = sp.Matrix(sp.symbols("y_0 y_-1 y_-2"))
+C_3_value = sp.Matrix.vstack(*(C_value[0, :] * A_value.inv() ** j for j in range(3)))
+start = (C_3_value.inv() * Y_value).applyfunc(sp.factor)
+noise_value = sp.Matrix(sp.symbols("v_0 v_-1 v_-2 w_-1 w_-2"))
+deviations = sp.diag(s_x, s_x, s_x, s_m, s_m)
 
 
 def start_error():
-    """Error of (57) as a linear map of v_0, v_-1, v_-2, w_-1, w_-2."""
-    A, G, C, _ = model()
-    v0, v1, v2, w1, w2 = noise = sp.symbols("v_0 v_-1 v_-2 w_-1 w_-2")
+    """The start less the state, from what was measured of the three states."""
+    v0, v1, v2, w1, w2 = noise_value
     x0 = sp.Matrix(sp.symbols("x xdot xddot"))
-    x1 = A.inv() * (x0 - G * w1)  # the state one step before
-    x2 = A.inv() * (x1 - G * w2)
-    measured = [C[0, :].dot(x) + v for x, v in ((x0, v0), (x1, v1), (x2, v2))]
-    _, y, start = fit()
-    error = (start.subs(dict(zip(y, measured))) - x0).applyfunc(sp.expand)
-    return error, error.jacobian(noise), sp.Matrix(noise)
+    x1 = A_value.inv() * (x0 - PUSH * w1)  # the state one step before
+    x2 = A_value.inv() * (x1 - PUSH * w2)
+    measured = [x[0] + v for x, v in ((x0, v0), (x1, v1), (x2, v2))]
+    error = start.subs(dict(zip(Y_value, measured))) - x0
+    return error.applyfunc(sp.expand)
 
 
-def start_covariance():
-    """(58): every noise with its variance, all independent."""
-    _, gains, _ = start_error()
-    variances = sp.diag(s_x**2, s_x**2, s_x**2, s_m**2, s_m**2)
-    return (gains * variances * gains.T).applyfunc(sp.expand)
+error_value = start_error()
+G_value = error_value.jacobian(noise_value)
+Sigma_value = (G_value * deviations**2 * G_value.T).applyfunc(sp.expand)
 
 
 def printed():
     """(57) and (58) as the paper prints them, for comparison only."""
-    y0, y1, y2 = sp.symbols("y_0 y_-1 y_-2")
-    start = sp.Matrix(
-        [
-            y0,
-            (Rat(3, 2) * y0 - 2 * y1 + Rat(1, 2) * y2) / T,
-            (y0 - 2 * y1 + y2) / T**2,
-        ]
-    )
+    y0, y1, y2 = Y_value
+    first = (Rat(3, 2) * y0 - 2 * y1 + Rat(1, 2) * y2) / T
     velocity = Rat(13, 2) * s_x**2 / T**2 + T**2 * s_m**2 / 16
     cross = 6 * s_x**2 / T**3 + s_m**2 * T / 8
     acceleration = 6 * s_x**2 / T**4 + 5 * s_m**2 / 4
     top = [s_x**2, Rat(3, 2) * s_x**2 / T, s_x**2 / T**2]
-    covariance = sp.Matrix(
-        [top, [top[1], velocity, cross], [top[2], cross, acceleration]]
-    )
-    return start, covariance
+    covariance = [top, [top[1], velocity, cross], [top[2], cross, acceleration]]
+    return sp.Matrix([y0, first, (y0 - 2 * y1 + y2) / T**2]), sp.Matrix(covariance)
+
+
+start_printed, covariance_printed = printed()
 
 
 def limits():
-    """(33) for this plant when the velocity is measured badly: (37)."""
+    """The gains (33) for this plant when the velocity is measured ever worse."""
     Omega = sp.Matrix(3, 3, lambda i, j: sp.Symbol(f"Omega_{min(i, j)}{max(i, j)}"))
-    _, _, C, R = model()
-    M, crossed = C * Omega * C.T + R, Omega * C.T
-    reduced = crossed[1:, :] * M.adjugate() / M.det()
-    full = crossed * M.adjugate() / M.det()
+    M, crossed = C_value * Omega * C_value.T + R_value, Omega * C_value.T
+    whole = (crossed * M.adjugate() / M.det()).applyfunc(
+        lambda entry: sp.limit(sp.cancel(entry), s_v, sp.oo)
+    )
+    alone = (crossed[:, 0] / M[0, 0]).row_join(sp.zeros(3, 1))
+    return whole, alone
 
-    def limit(matrix):
-        return matrix.applyfunc(lambda e: sp.limit(sp.cancel(e), s_v, sp.oo))
 
-    one = crossed[:, 0] / M[0, 0]
-    return limit(reduced), one[1:, :], limit(full), one
+whole, alone = limits()
+EXAMPLE = "n = 3, p = 2"
+
+PAGE = (
+    """A target moves with constant acceleration between scans; a manoeuvre changes the
+    acceleration at random. The state has position, velocity and acceleration. What
+    moves it solves the equation of motion.""",
+    Explicit(
+        "54",
+        "the motion between scans",
+        dA,
+        N_d * A_t,
+        {EXAMPLE: {dA: A_of.diff(t), N_d: N_value, A_t: A_of}},
+    ),
+    """The radar measures position and velocity, (55), with independent noises, (56).
+    The last three positions determine a parabola, and the start is its state now.""",
+    Explicit(
+        "57",
+        "the parabola meets all three positions",
+        C_3 * x_bar,
+        Y_3,
+        {EXAMPLE: {C_3: C_3_value, x_bar: start, Y_3: Y_value}},
+    ),
+    Explicit(
+        "57",
+        "the start is what the paper prints",
+        x_bar,
+        x_printed,
+        {EXAMPLE: {x_bar: start, x_printed: start_printed}},
+    ),
+    """The state drops out of the error: what is left are the noises of three positions
+    and of two manoeuvres.""",
+    Explicit(
+        "57",
+        "the error of the start holds noises only",
+        e_0,
+        G_n * noises,
+        {EXAMPLE: {e_0: error_value, G_n: G_value, noises: noise_value}},
+    ),
+    """All five are independent, so the covariance is a sum of squares. It is what the
+    paper prints.""",
+    Explicit(
+        "58",
+        "the covariance of the start",
+        G_n * D_n * (G_n * D_n).T,
+        Sigma_0,
+        {EXAMPLE: {G_n: G_value, D_n: deviations, Sigma_0: Sigma_value}},
+    ),
+    Explicit(
+        "58",
+        "the covariance is what the paper prints",
+        Sigma_0,
+        Sigma_printed,
+        {EXAMPLE: {Sigma_0: Sigma_value, Sigma_printed: covariance_printed}},
+    ),
+    """If the velocity is measured ever worse, the gain (33) goes to that from positions
+    alone. Its lower rows are then the gain (37) of the observer of least order, and the
+    whole is that of a Kalman filter without the velocity.""",
+    Explicit(
+        "33, 37, 56",
+        "a useless velocity leaves the gain from positions",
+        K_l,
+        K_p,
+        {EXAMPLE: {K_l: whole, K_p: alone}},
+        why="in the limit of infinite noise",
+    ),
+)
 
 
 @cache
 def derive():
-    A, G, C, R = model()
-    positions, y, start = fit()
-    error, gains, noise = start_error()
-    covariance = start_covariance()
-    printed_start, printed_covariance = printed()
-    reduced, minimal, full, without = limits()
+    """The page."""
     formulas = {
-        "(54) A": A,
-        "(54) input of the manoeuvre": G,
-        "(54) Q": G * s_m**2 * G.T,
-        "(55) C": C,
-        "(56) R": R,
-        "(57) positions as a map of the state": positions,
+        "(54) A": A_value,
+        "(54) input of the manoeuvre": PUSH,
+        "(54) Q": PUSH * s_m**2 * PUSH.T,
+        "(55) C": C_value,
+        "(56) R": R_value,
         "(57) xbar_0": start,
-        "(58) error of xbar_0": error,
-        "(58) Sigma_00": covariance,
-    }
-    squares = gains * sp.diag(s_x, s_x, s_x, s_m, s_m)
-    name = "(n = 3, p = 2, m1 = 1)"
-    steps = {
-        f"(54) A is the exact transition: A(T) A(-T) = I {name}": Claim(
-            A * A.subs(T, -T), sp.eye(3)
-        ),
-        f"(57) three positions determine the state: det = -T^3 {name}": Claim(
-            positions.det(), -(T**3)
-        ),
-        f"(57) the parabola meets all three measurements {name}": Claim(
-            positions * start, y
-        ),
-        f"(57) as printed {name}": Claim(start, printed_start),
-        f"(57) unbiased: the error holds noises only {name}": Claim(
-            error, gains * noise
-        ),
-        f"(58) as printed {name}": Claim(covariance, printed_covariance),
-        f"(58) is a sum of squares: the gains times their transpose {name}": Claim(
-            covariance, squares * squares.T
-        ),
-        f"(33),(37) sigma_xdot to infinity: the minimal-order gain {name}": Claim(
-            reduced, minimal.row_join(sp.zeros(2, 1))
-        ),
-        f"(33) sigma_xdot to infinity: Kalman's gain from position only {name}": Claim(
-            full, without.row_join(sp.zeros(3, 1))
-        ),
+        "(58) Sigma_00": Sigma_value,
     }
     return Derivation(
-        formulas=formulas, steps=steps, source="Leondes and Novak (1974), section V"
+        page=PAGE, formulas=formulas, letters=letters, source=f"{SOURCE}, section V"
     )
