@@ -33,6 +33,8 @@ def modules(paper):
     for room in ledger.PAPERS:
         front = import_module(f"luenberger.papers.{room}.derivation")
         for name in re.findall(r"^`(\w+)`$", inspect.getdoc(front), flags=re.M):
+            if name == "letters":  # each page shows those that it uses
+                continue
             if paper_of(loaded(f"{room}.{name}")) == paper:
                 found.append(f"{room}.{name}")
     return found
