@@ -1,4 +1,6 @@
-"""What a certificate says of a time-varying observer, and of each of its poles."""
+"""What a certificate says in any units, over time, and of each pole."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -96,3 +98,55 @@ def test_each_pole_has_its_own_sensitivity(order):
     for pole, size in zip(found.poles, found.sensitivity):
         (mine,) = (s for p, s in wanted.items() if abs(p - pole) < 1e-9)
         assert size == pytest.approx(mine, rel=1e-9)
+
+
+def changed(observer, plant, rng):
+    """The two with every state, output, input, estimate and z in another unit."""
+    sizes = (plant.n, plant.p, plant.m, observer.order, len(observer.L))
+    x, y, u, z, w = (2.0 ** rng.integers(-40, 41, size) for size in sizes)
+
+    def moved(owner, **maps):
+        pairs = ((k, getattr(owner, k) / a[:, None] * b) for k, (a, b) in maps.items())
+        return replace(owner, **dict(pairs))
+
+    return (
+        moved(
+            observer, F=(z, z), G=(z, u), D=(z, y), P=(w, z), V=(w, y), W=(w, u),
+            T=(z, x), L=(w, x),
+        ),
+        moved(plant, A=(x, x), B=(x, u), C=(y, x), E=(y, u)),
+    )  # fmt: skip
+
+
+def in_integers(rng, dt):
+    """An observer of x that meets its equations exactly, and its plant."""
+    n, p, m = 3, int(rng.integers(1, 3)), 2
+    A, B = rng.integers(-3, 4, (n, n)), rng.integers(-3, 4, (n, m))
+    C, E = rng.integers(-3, 4, (p, n)), rng.integers(-3, 4, (p, m))
+    D, V, T = rng.integers(-3, 4, (n, p)), rng.integers(-3, 4, (n, p)), np.eye(n)
+    observer = lb.Observer(
+        A - D @ C, B - D @ E, D, np.eye(n), V, T=T, L=T + V @ C, W=-V @ E, dt=dt
+    )
+    return observer, lb.Plant(A, B, C, E, dt=dt)
+
+
+@pytest.mark.parametrize("dt", [0.0, 1.0])
+@pytest.mark.parametrize("fault", "FGDPVWTL")
+def test_a_fault_weighs_the_same_in_any_units(fault, dt):
+    """As one part in a thousand of any entry, where the rest is exact."""
+    for seed in range(12):
+        rng = np.random.default_rng([ord(fault), seed])
+        observer, plant = in_integers(rng, dt)
+        wrong = getattr(observer, fault).copy()
+        entry = tuple(rng.integers(0, size) for size in wrong.shape)
+        wrong[entry] += (abs(wrong[entry]) or 1.0) / 1024
+        broken = replace(observer, **{fault: wrong})
+        found = lb.certify(broken, plant)
+        for _ in range(3):
+            right, other = changed(observer, plant, rng)
+            assert lb.certify(right, other).worst == 0
+            other = lb.certify(*changed(broken, plant, rng))
+            for name in ("dynamics", "input", "output", "feedthrough"):
+                wanted = getattr(found, name)
+                assert getattr(other, name) == pytest.approx(wanted, rel=1e-9, abs=0)
+        assert found.worst > 1e-6, (seed, entry)

@@ -12,8 +12,7 @@ Novak (9)-(13).)  T+ is T at the next instant; it is T itself when T is constant
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -159,19 +158,16 @@ def certify(observer: Observer, plant: Plant) -> Certificate:
     expect(observer=observer, plant=plant)
     require_match(observer, plant)
     o = observer
-    rows = o.steps or 1
-    instants = [plant.at(k + 1) for k in range(rows if plant.steps else 1)]
-    A, B, C, E = (np.stack([getattr(i, s) for i in instants]) for s in "ABCE")
-    F, G, D, P, V, W, T = (
-        X.reshape(rows, *X.shape[-2:]) for X in (o.F, o.G, o.D, o.P, o.V, o.W, o.T)
-    )
+    A, B, C, E, L, F, G, D, P, V, W, T = _evenly(observer, plant)
+    after = slice(1, 1 + len(T))  # row k of the observer is of instant k + 1
+    A, B, C, E = (X[after] if len(X) > 1 else X for X in (A, B, C, E))
     T_next = np.concatenate([T[1:], T[-1:]])  # beyond the last row T is held
-    found = residuals(A, B, C, E, o.L, F, G, D, P, V, W, T, T_next)
+    found = residuals(A, B, C, E, L, F, G, D, P, V, W, T, T_next)
     unit = 1.0 if plant.dt else 0.0  # x+ is measured against x
     terms = (
         _size(T_next) * (_size(A) + unit) + _size(F) * _size(T) + _size(D) * _size(C),
         _size(T_next) * _size(B) + _size(G) + _size(D) * _size(E),
-        _size(P) * _size(T) + _size(V) * _size(C) + _size(o.L),
+        _size(P) * _size(T) + _size(V) * _size(C) + _size(L),
         _size(W) + _size(V) * _size(E),
     )
     relative: Any = dict(zip(_LIKELY_CAUSE, map(_ratio, found, terms)))
@@ -179,34 +175,44 @@ def certify(observer: Observer, plant: Plant) -> Certificate:
     return Certificate(**relative, poles=o.poles, stable=_stable(o), given=given)
 
 
-def evenly(observer: Observer, plant: Plant) -> tuple[Observer, Plant]:
-    """The two in units in which states, outputs, inputs and estimates are of like size.
+def _evenly(o: Observer, plant: Plant) -> list[Matrix]:
+    """A, B, C, E, L, F, G, D, P, V, W, T in units that make all of like size.
 
     Residuals are norms, so in the user's units a row of small numbers, such as an
-    estimate in light years, hides behind the others.  In these no row does.  The
-    noise of the plant is left out.
+    estimate in light years, hides behind the others.  In these no row does.
     """
-    o, now = observer, plant.at(0)
-    noise = np.zeros(plant.n) if now.Q is None else now.Q.diagonal()
-    sensor = np.zeros(plant.p) if now.R is None else now.R.diagonal()
+    now = plant.at(0)
+    noise, sensor = (0 if X is None else X.diagonal() for X in (now.Q, now.R))
     x, _ = balanced(now.A, now.C, noise, sensor)
-    y, z, w = (_unit(_top(X * x)) for X in (plant.C, o.T, o.L))
+    y, w = (_unit(_top(X * x)) for X in (plant.C, o.L))
     moves, shows = (plant.B / x[:, None]).mT, (plant.E / y[:, None]).mT
-    of = dict(x=x, y=y, z=z, w=w, u=1 / _unit(np.maximum(_top(moves), _top(shows))))
-    heard = np.maximum(_top(plant.C), _top(plant.E)) > 0  # a gain on 0 weighs nothing
-    of["Y"] = np.where(heard, y, 0.0)
+    u = 1 / _unit(np.maximum(_top(moves), _top(shows)))
+    heard = np.maximum(_top(plant.C), _top(plant.E)) > 0
+    Y = np.where(heard, y, 0.0)  # a gain on 0 weighs nothing
+    rate = _top(plant.A / x[:, None] * x).max() + (plant.dt > 0)
+    z = _unit(np.maximum(_top(o.T * x), _felt(o, w, rate)))
+    maps = (
+        (plant.A, x, x), (plant.B, x, u), (plant.C, y, x), (plant.E, y, u),
+        (o.L, w, x), (o.F, z, z), (o.G, z, u), (o.D, z, Y),
+        (o.P, w, z), (o.V, w, Y), (o.W, w, u), (o.T, z, x),
+    )  # fmt: skip
+    moved = (X / left[:, None] * right for X, left, right in maps)
+    return [X if X.ndim == 3 else X[None] for X in moved]  # a row for each instant
 
-    def moved(owner: Plant | Observer, **maps: Sequence[str]) -> dict[str, Any]:
-        return {
-            name: getattr(owner, name) / of[left][:, None] * of[right]
-            for name, (left, right) in maps.items()
-            if getattr(owner, name) is not None
-        }
 
-    silent: Any = dict(Q=None, R=None, S=None, P0=None, multiplicative=())
-    plant = replace(plant, **moved(plant, A="xx", B="xu", C="yx", E="yu"), **silent)
-    rows = dict(F="zz", G="zu", D="zY", P="wz", V="wY", W="wu", T="zx", L="wx")
-    return replace(o, **moved(o, **rows, T0="zx", G0="zu")), plant
+def _felt(o: Observer, w: Vector, rate: float) -> Vector:
+    """How large z has to be for the estimate to move by its own size w; 0 for never.
+
+    A row of T may be nothing but rounding: beside this it stays small.
+    """
+    share = _top((o.P / w[:, None]).mT)  # of each z in the estimate
+    between = np.abs(o.F).max(axis=0) if o.F.ndim == 3 else np.abs(o.F)
+    rate = max(rate, between.diagonal().max(initial=0.0)) or 1.0
+    with np.errstate(over="ignore"):  # where it has no end, every row is felt
+        for _ in range(o.order):
+            passed = share[:, None] * (between / rate)
+            share = np.maximum(share, passed.max(axis=0, initial=0.0))
+    return np.divide(1.0, share, out=np.zeros_like(share), where=share > 0)
 
 
 def _top(rows: Matrix) -> Vector:

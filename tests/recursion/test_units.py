@@ -152,7 +152,7 @@ def test_a_certificate_whose_terms_overflow_is_none():
     """Its residual would be divided by infinity and look perfect."""
     big = 1e200
     observer = lb.Observer(
-        [[0.5]], np.zeros((1, 0)), [[big]], [[1]], [[0]], T=[[big]], L=[[1]], dt=1.0
+        [[0.5]], np.zeros((1, 0)), [[big]], [[1]], [[0]], T=[[1]], L=[[1]], dt=1.0
     )
     plant = lb.Plant([[0.5]], None, [[big]], dt=1.0)
     with pytest.raises(lb.CertificateError, match="dynamics residual is nan"):

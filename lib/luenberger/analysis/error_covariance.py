@@ -11,7 +11,6 @@ from ..arguments import expect
 from ..certificate import (
     Certificate,
     certify,
-    evenly,
     require_match,
     require_real,
     residuals,
@@ -96,7 +95,7 @@ def error_covariance(
 
 def require_free_of_input(observer: Observer, plant: Plant) -> Certificate:
     """Return the certificate, or raise DesignError if the known input has a say."""
-    certificate = certify(*evenly(observer, plant))
+    certificate = certify(observer, plant)
     if max(certificate.input, certificate.feedthrough) > EXACT_TOL and plant.m:
         raise DesignError(
             "the estimate depends on the known input (input residual "
@@ -118,7 +117,7 @@ def error_system(
             f"steps = {steps}, but the observer covers instants 1 .. {observer.steps}"
         )
     if certificate is None:
-        certificate = certify(*evenly(observer, plant))
+        certificate = certify(observer, plant)
     exact = max(certificate.dynamics, certificate.output) <= EXACT_TOL
     return (ErrorSystem if exact else JointSystem)(observer, plant, steps)
 

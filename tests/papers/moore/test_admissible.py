@@ -46,18 +46,23 @@ def test_a_functional_of_the_outputs_but_for_rounding_admits_every_polynomial(
 ):
     """x3 is not seen, and decays by itself; k x has next to nothing of it.
 
-    Counted, its mode must be a root, which leaves one coefficient of two.
+    Counted, its mode must be a root, which leaves one coefficient of two.  In turned
+    coordinates: as a state it would have a unit of its own, and count.
     """
-    plant = lb.Plant(A * np.pi / 3, None, np.eye(1, 3), dt=1.0)
+    turn = np.linalg.qr(np.array([[1.0, 2, 3], [4, 5, 6], [7, 8, 10]]))[0]
+    plant = lb.Plant(turn @ A @ turn.T * np.pi / 3, None, np.eye(1, 3) @ turn.T, dt=1.0)
+
+    def functional(e):
+        return OverFloats(plant, turn @ [0.4, 1.0, e])
 
     def weight(e):
-        one = OverFloats(plant, np.array([0.4, 1.0, e]))
+        one = functional(e)
         size = np.linalg.norm(one.powers[:3], axis=1)
         rows = one.powers[:3] / size[:, None] @ one.unseen(2)
         return np.linalg.svd(rows, compute_uv=False)[0]
 
     e = seen / weight(1e-6) * 1e-6
-    found = OverFloats(plant, np.array([0.4, 1.0, e])).basis(2)
+    found = functional(e).basis(2)
     assert found.shape[1] - 1 == free
 
 

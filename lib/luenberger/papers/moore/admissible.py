@@ -11,7 +11,8 @@ from functools import cached_property
 import numpy as np
 
 from ...numeric import Matrix, Vector, rationals
-from ...numeric.independent_rows import default_tol, levels, scaled
+from ...numeric.balance import TIE, balanced
+from ...numeric.independent_rows import default_tol, levels
 from ...numeric.linalg import RANK_TOL, eigenvalues
 from ...numeric.stable_polynomials import Answer, decide
 from ...plant import Plant
@@ -83,9 +84,13 @@ class Admissible:
     k: Vector
     exactly: bool
 
-    def __init__(self, plant: Plant) -> None:
+    def __init__(self, plant: Plant, k: Vector) -> None:
         self.plant, self.discrete = plant, plant.dt > 0
-        self.sigma = 1.0 if self.discrete else time_scale(plant.A)
+        rows = np.vstack([plant.C, k.astype(float)])
+        self.d, sizes = balanced(plant.A, rows, 0, 0)
+        self.outputs = sizes[:-1]
+        self.even = plant.A / self.d[:, None] * self.d
+        self.sigma = 1.0 if self.discrete else time_scale(self.even)
 
     @cached_property
     def powers(self) -> Matrix:
@@ -141,9 +146,9 @@ class OverFloats(Admissible):
     exactly = False
 
     def __init__(self, plant: Plant, k: Vector) -> None:
-        super().__init__(plant)
-        self.d, self.outputs, self.A, self.C = scaled(plant.A, plant.C)
-        self.k = k * self.d
+        super().__init__(plant, k)
+        self.A, self.k = self.even, k * self.d
+        self.C = plant.C / self.outputs[:, None] * self.d
 
     @cached_property
     def found(self) -> list[Matrix]:
@@ -202,7 +207,7 @@ class OverRationals(Admissible):
     exactly = True
 
     def __init__(self, plant: Plant, k: Vector) -> None:
-        super().__init__(plant)
+        super().__init__(plant, k)
         self.A, self.C, self.k = plant.exact["A"], plant.exact["C"], k
 
     @cached_property
@@ -278,4 +283,6 @@ def time_scale(A: Matrix) -> float:
     rates = np.abs(eigenvalues(A))
     floor = 1e-7 * np.linalg.norm(A)  # of a defective zero, rounding leaves this much
     rates = rates[rates > max(SLOW * rates.max(initial=0), floor)]
-    return float(2.0 ** np.round(np.log2(rates).mean())) if len(rates) else 1.0
+    if not len(rates):
+        return 1.0
+    return float(2.0 ** np.round(np.log2(rates).mean() - TIE))
