@@ -187,3 +187,33 @@ def test_two_plants_side_by_side_are_each_solved_to_their_own_size():
         P = lb.error_covariance(found, both)[:2, :2]
         wanted = lb.error_covariance(alone, small)
         np.testing.assert_allclose(P, wanted, rtol=1e-11)
+
+
+def test_a_filter_is_as_far_from_the_best_in_any_units():
+    """Also beside states that no noise reaches, and for estimates in light years."""
+    measured = 0
+    for seed in range(60):
+        rng = np.random.default_rng([5, seed])
+        n, p = rng.integers(2, 5), rng.integers(1, 3)
+        A, C = rng.integers(-3, 4, (n, n)) / 8, rng.integers(-2, 3, (p, n))
+        A[: n // 2, n // 2 :] = A[n // 2 :, : n // 2] = 0
+        H = rng.integers(-2, 3, (n, 1)) / 2
+        plant = lb.Plant(A, None, C, dt=1.0, Q=H @ H.T, R=np.eye(p), P0=np.eye(n))
+        others = A - np.diag(A.diagonal())
+        alone = ~np.vstack([others, others.T, C, H.T]).any(axis=0)
+        if alone.any() or np.abs(np.linalg.eigvals(A)).max() > 0.95:
+            continue
+        x, y = drawn(rng, n, p)
+        best = lb.kalman_filter(plant)
+        for one in (best, replace(best, D=best.D * 1.001)):
+            other = replace(
+                one, D=one.D / y, P=one.P * x[:, None], T=one.T / x,
+                V=one.V * x[:, None] / y,
+            )  # fmt: skip
+            a = lb.optimality(one, plant).residuals
+            b = lb.optimality(
+                other, in_units(plant, x, y), weight=np.eye(n) / np.outer(x, x)
+            ).residuals
+            measured += 1
+            assert b == pytest.approx(a, rel=1e-6, abs=1e-11), seed
+    assert measured > 40

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from ..kernels import run
 from ..numeric import Matrices, Matrix, Vector
+from ..numeric.balance import balanced
 from ..numeric.linalg import left_over, lyapunov, symmetrise
 from ..observer import Observer
 from ..papers.haddad_bernstein import derivation as stages
@@ -34,7 +35,7 @@ def conditions(
     have |= run(stages.projection_innovation, have)
     have |= run(stages.projection_scripts, have, "Qh", "Ph")
     gap = float(np.trace(run(stages.projection_trace, have, "J")["J"])) - cost
-    power = np.trace(weight @ have["L"] @ have["Q1"] @ have["L"].T)  # of L x
+    power = np.trace(have["R"] @ have["L"] @ have["Q1"] @ have["L"].T)  # of L x
     return dict(
         **gradients,
         **_equations(have),
@@ -55,7 +56,7 @@ def _moments(
     """The moments (4.4), (4.5) in blocks, and the matrices that they belong to.
 
     Their names are the derivation's.  All signals are divided by their standard
-    deviations, which are returned too.
+    deviations, which are returned too, or by what they could be where those are zero.
     """
     o, n, r, now = observer, plant.n, observer.order, plant.at(0)
     Q, R, S = now.covariances()
@@ -69,24 +70,29 @@ def _moments(
     noise = np.block([[Q, S], [S.T, R]])
     second = second_moment(A, pairs, half @ noise @ half.T)
     V1, V12, V2 = noise_at(plant, 0, second[:n, :n])
-    x, y = _unit(second[:n, :n]), _unit(now.C @ second[:n, :n] @ now.C.T + V2)
-    z = _unit(second[n:, n:], SILENT * np.abs(o.T) @ x)
+    Q1 = second[:n, :n]
+    x = _unit(Q1, balanced(now.A, now.C, Q.diagonal(), R.diagonal())[0])
+    y = _unit(now.C @ Q1 @ now.C.T + V2, np.abs(now.C) @ x)
+    z = _unit(second[n:, n:], np.abs(o.T) @ x, SILENT)
+    w = _unit(o.L @ Q1 @ o.L.T, np.abs(o.L) @ x)[:, None]
     whole = np.concatenate([x, z])
     P = np.where(np.abs(o.P * z) > SILENT * (np.abs(o.L) @ x)[:, None], o.P * z, 0.0)
-    error = np.hstack([left_over(o.L, o.V, now.C, x), -P])
+    error = np.hstack([left_over(o.L, o.V, now.C, x), -P]) / w
+    weight = weight * w * w.T
     A, second = A * whole / whole[:, None], second / whole / whole[:, None]
     dual = lyapunov(A.T, error.T @ weight @ error)  # the pairs act on P1 alone
-    have = dict(A=A[:n, :n], C=now.C * x / y[:, None], L=o.L * x, R=weight)
+    have = dict(A=A[:n, :n], C=now.C * x / y[:, None], L=o.L * x / w, R=weight)
     have |= dict(V1=V1 / x / x[:, None], V12=V12 / y / x[:, None])
     have |= dict(V2=V2 / y / y[:, None], Ae=A[n:, n:], Be=o.D * y / z[:, None])
-    have |= dict(Ce=o.P * z, De=o.V * y, Q1=second[:n, :n], P12=dual[:n, n:])
+    have |= dict(Ce=o.P * z / w, De=o.V * y / w, Q1=second[:n, :n], P12=dual[:n, n:])
     have |= dict(Q12=second[:n, n:], Q2=second[n:, n:], P2=dual[n:, n:])
     return have | run(stages.output_moments, have), (x, z, y)
 
 
-def _unit(X: Matrix, rounding: ArrayLike = 0.0) -> Vector:
-    """Square roots of the variances in X, 1 for those that are zero or rounding."""
-    return np.where((size := np.sqrt(X.diagonal())) > rounding, size, 1.0)
+def _unit(X: Matrix, other: Vector, rounding: float = 0.0) -> Vector:
+    """Square roots of the variances in X; `other` where they are zero or rounding."""
+    size = np.sqrt(np.maximum(X.diagonal(), 0))
+    return np.where(size > rounding * other, size, np.where(other > 0, other, 1.0))
 
 
 def _gradients(have: Matrices, feedthrough: bool) -> dict[str, float | None]:

@@ -106,4 +106,4 @@ def _sizes(C: Matrix, sensor: Vector, states: Vector) -> Vector:
 
 def power_of_two(size: Size) -> Size:
     """The power of two nearest to each of the positive numbers `size`."""
-    return np.power(2.0, np.round(np.log2(size)))
+    return np.power(2.0, np.round(np.log2(size) - TIE))
