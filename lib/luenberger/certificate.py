@@ -187,8 +187,7 @@ def _evenly(o: Observer, plant: Plant) -> list[Matrix]:
     y, w = (_unit(_top(X * x)) for X in (plant.C, o.L))
     moves, shows = (plant.B / x[:, None]).mT, (plant.E / y[:, None]).mT
     u = 1 / _unit(np.maximum(_top(moves), _top(shows)))
-    heard = np.maximum(_top(plant.C), _top(plant.E)) > 0
-    Y = np.where(heard, y, 0.0)  # a gain on 0 weighs nothing
+    Y = y * (_top(plant.C) + _top(plant.E) > 0)  # a gain on 0 weighs nothing
     rate = _top(plant.A / x[:, None] * x).max() + (plant.dt > 0)
     z = _unit(np.maximum(_top(o.T * x), _felt(o, w, rate)))
     maps = (
@@ -210,8 +209,7 @@ def _felt(o: Observer, w: Vector, rate: float) -> Vector:
     rate = max(rate, between.diagonal().max(initial=0.0)) or 1.0
     with np.errstate(over="ignore"):  # where it has no end, every row is felt
         for _ in range(o.order):
-            passed = share[:, None] * (between / rate)
-            share = np.maximum(share, passed.max(axis=0, initial=0.0))
+            share = np.maximum(share, _top((between / rate).T * share))
     return np.divide(1.0, share, out=np.zeros_like(share), where=share > 0)
 
 
