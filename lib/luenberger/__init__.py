@@ -9,6 +9,7 @@ True
 """
 
 from importlib import import_module
+from typing import TYPE_CHECKING
 
 from . import sampling as sampling
 from .analysis.error_covariance import error_covariance as error_covariance
@@ -53,8 +54,15 @@ _ON_DEMAND = {  # export takes time; plot and report import matplotlib
     "results": "report.result_files",
 }
 
+if TYPE_CHECKING:  # or a type checker would take every name for one of these
+    from . import export as export
+    from . import plot as plot
+    from . import report as report
+    from .report import result_files as results  # noqa: F401
+    from .run import measurements as measurements
+else:
 
-def __getattr__(name):
-    if name in _ON_DEMAND:
-        return import_module(f".{_ON_DEMAND[name]}", __name__)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    def __getattr__(name):
+        if name in _ON_DEMAND:
+            return import_module(f".{_ON_DEMAND[name]}", __name__)
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

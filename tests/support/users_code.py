@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from typing import assert_type
 
 import numpy as np
+from matplotlib.axes import Axes
 
 import luenberger as lb
 from luenberger.run.filter_data import Filtered
@@ -17,6 +18,8 @@ assert_type(lb.certify(observer, plant).worst, float)
 assert_type(lb.simulate(plant, observer, 5, x0=[1, 2]).error, np.ndarray)
 assert_type(lb.estimate(observer, [[1], [2]]), np.ndarray)
 assert_type(lb.estimate(observer, iter([y])), Iterator[np.ndarray])
+assert_type(lb.plot.panels(2), list[Axes])
 assert_type(lb.filter_data(plant, y), Filtered)
 assert_type(lb.filter_data(plant, iter([y])), Iterator[Filtered])
 lb.reduced_order_filter(plant, steps="ten")  # type: ignore[call-arg, arg-type]
+lb.kalman_fliter(plant)  # type: ignore[attr-defined]

@@ -7,19 +7,20 @@ after that is exact, so no fraction has to be reduced on the way.
 from collections.abc import Callable
 from fractions import Fraction
 from math import lcm
+from typing import SupportsIndex
 
 import numpy as np
 
 from . import Matrix, Vector
 
 
-def zeros(*shape: int) -> Matrix:
+def zeros(*shape: SupportsIndex) -> Matrix:
     out = np.empty(shape, dtype=object)
     out.fill(Fraction(0))
     return out
 
 
-def eye(n: int) -> Matrix:
+def eye(n: SupportsIndex) -> Matrix:
     out = zeros(n, n)
     for k in range(n):
         out[k, k] = Fraction(1)
