@@ -16,7 +16,7 @@ from ..errors import CertificateError, DesignError
 from ..numeric import Matrices, Matrix, Vector
 from ..numeric.detectability import require_detectable
 from ..numeric.linalg import ROUNDING, UNIT_TOL, lyapunov, radius, symmetrise
-from ..papers.leondes_novak.derivation import step_differential
+from ..papers.leondes_novak.derivation import closed_loop, step_differential
 from .excitation import overflow, read_off, require_excited, require_noise_enough
 from .root_step import Spread
 from .settings import Setting
@@ -81,9 +81,16 @@ def step_from(now: Setting, Sigma: Matrix) -> Matrices:
     return now.step(now.move, Spread.of(Sigma, size))[0]
 
 
+def with_gain(now: Setting, K: Matrix, *wanted: str) -> Matrices:
+    """What a constant gain makes of errors and noises: Y, Phi, Q_c, F."""
+    have = dict(A=now.As, Q=now.Qs, C=now.C, R=now.R, K=K)
+    have |= dict(Phat=now.Phat, That=now.That)
+    return kernels.run(closed_loop, have, *wanted)
+
+
 def reduced_dynamics(now: Setting, K: Matrix) -> Matrix:
     """F of the reduced filter, in the coordinates of Phat: (14)."""
-    return now.That @ (np.eye(len(K)) - K @ now.C) @ now.As @ now.Phat
+    return with_gain(now, K, "F")["F"]
 
 
 def _start(now: Setting) -> Matrix:
@@ -194,9 +201,9 @@ def steady_cost(
     now: Setting, K: Matrix, weight: Matrix
 ) -> tuple[float, tuple[Matrix, Matrix]]:
     """tr(weight Sigma) of a constant gain, and (Sigma, Phi); inf when unstable."""
-    Y = np.eye(len(K)) - K @ now.C
-    Phi = Y @ now.As
+    given = with_gain(now, K, "Phi", "Q_c")
+    Phi = given["Phi"]
     if not radius(Phi) < 1:
         return np.inf, (np.full_like(Phi, np.inf), Phi)
-    Sigma = lyapunov(Phi, symmetrise(Y @ now.Qs @ Y.T + K @ now.R @ K.T))
+    Sigma = lyapunov(Phi, given["Q_c"])
     return float(np.trace(weight @ Sigma)), (Sigma, Phi)

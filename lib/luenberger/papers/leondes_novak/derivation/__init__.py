@@ -58,6 +58,7 @@ estimate_step = StageList(
     __name__, "estimate.estimate_step", "x_minus innovation x_next rho_next"
 )
 step_differential = StageList(__name__, "steady_gain.step_differential", "dK dSigma")
+closed_loop = StageList(__name__, "steady_gain.closed_loop", "Y Phi Q_c F")
 steady_gradient = StageList(__name__, "steady_gain.steady_gradient", "Gradient")
 observer_matrices = StageList(__name__, "best_coordinates.observer", "T F D G W")
 decorrelation = StageList(__name__, "correlated_noise.decorrelation", "As Qs")

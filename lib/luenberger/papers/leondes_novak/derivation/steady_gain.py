@@ -21,6 +21,8 @@ from ....symbolic import (
     ZeroMatrix,
     plus,
 )
+from .best_coordinates import is_P
+from .huddle import is_F
 from .letters import *
 from .quadratic import is_Kmv, is_M, is_N, is_Omega, is_Y
 
@@ -131,6 +133,18 @@ STEADY = (
         ),
         Line(Phi * Sigma * Phi.T + Q_c, by=(is_Phi, is_Q_c)),
     ),
+    """The observer itself moves by less: by what it follows of that.""",
+    is_F,
+    is_P,
+    follows := define(T_next, That * (I - K * C), "25"),
+    moves := chain(
+        "14, 25",
+        "how the observer moves",
+        F,
+        Line(T_next * A * P, by=(is_F,)),
+        Line(That * (I - K * C) * A * Phat, by=(follows, is_P)),
+        Line(That * Phi * Phat, by=(is_Phi,)),
+    ),
     """The steady trace is to be least under that equation, so it gets a multiplier,
     `Lambda`. The Lagrangian must not change with `Sigma`; this says what an error costs
     from now on, each step weighing it anew.""",
@@ -167,6 +181,23 @@ STEADY = (
 
 
 @cache
+def closed_loop():
+    """What a constant gain makes of errors and noises (A and Q after decorrelation)."""
+    return Derivation(
+        (A, Q, C, R, K, Phat, That),
+        (
+            Stage(Y, I - K * C, "(13)", by=(is_Y,)),
+            Stage(Phi, Y * A, by=(is_Phi, is_Y)),
+            Stage(Q_c, Y * Q * Y.T + K * R * K.T, symmetric=True, by=(is_Q_c, is_Y)),
+            Stage(F, That * Phi * Phat, "(14)", by=(moves,)),
+        ),
+        source="our own",
+        letters=letters,
+        says="what a constant gain makes of errors and noises",
+    )
+
+
+@cache
 def step_differential():
     """How the gain and Sigma_next of `gain_step` move when Omega moves."""
     moved = (I - Gamma * C) * (I - Kmv * C) * dOmega * C.T
@@ -199,5 +230,5 @@ def steady_gradient():
 @cache
 def derive():
     """The page."""
-    page = (*MOVED, step_differential(), *STEADY, steady_gradient())
+    page = (*MOVED, step_differential(), *STEADY, closed_loop(), steady_gradient())
     return Derivation(page=page, letters=letters, source="our own")
