@@ -12,6 +12,7 @@ import pytest
 import luenberger as lb
 from luenberger import kernels
 from luenberger.kernels import cache
+from luenberger.papers.leondes_novak.derivation import error_recursion, gain_step
 
 numba = pytest.importorskip("numba", reason="numba is an optional extra")
 
@@ -106,6 +107,19 @@ def test_a_second_process_neither_compiles_nor_derives(home, compilations):
     )
     said = run.stdout.splitlines()
     assert said == ["1", "[1. 3. 4.]", f"{x} False"], run.stderr
+
+
+def test_each_question_has_an_answer_of_its_own(home):
+    """Another list, other outputs and stacks: another text, and the same next time."""
+    asked = [(gain_step, "M"), (gain_step, "K"), (error_recursion, "Sigma")]
+    texts = []
+    for _ in range(2):
+        for one in asked:
+            for stacks in (False, True):
+                texts.append(kernels.compiled(*one, stacks=stacks).source)
+        forget()
+    assert texts[:6] == texts[6:] and len(set(texts)) == 6
+    assert len(kept(home, "derived_*.txt")) == 6
 
 
 def truncate(path):

@@ -14,6 +14,7 @@ from luenberger.papers.leondes_novak.derivation import (
     arrived,
     filter_step,
     observer_matrices,
+    steady_gradient,
     step_differential,
 )
 
@@ -25,6 +26,7 @@ LISTS = {
     "definite": (filter_step, dict(definite=[Factor("Sigma_next", 0.0)])),
     "observer": (observer_matrices, {}),
     "differential": (step_differential, {}),
+    "gradient": (steady_gradient, {}),  # a product with a factor of 2
     "arrived": (arrived, {}),
 }
 NUMBER = re.compile(r"(?<![\w.+-])\d|(?<!e)-\d")
@@ -123,5 +125,11 @@ def test_a_device_gets_the_form_that_does_less_work():
     assert dense == cost.loops(program, {"r": 6, "n": 6})
     shift = {"As": np.eye(6, k=1).tolist(), "Phat": np.eye(6).tolist()}
     assert program.cost({"r": 6, "n": 6}, shift) == Cost(stack=30)  # T_next, moved
+    sizes, dense = {"r": 11, "n": 11}, np.random.default_rng(1).random((11, 11))
+    for half, loops in ((dense, True), (np.triu(dense), False)):
+        known = {"As": (0.5 * np.eye(11)).tolist(), "Phat": half.tolist()}
+        found = program.cost(sizes, known)
+        assert found.operations > cost.SHORT
+        assert (found == cost.loops(program, sizes, known)) == loops
     few = program.cost({"r": 2, "n": 2})
     assert few.operations == 2 * 2 * 3 * 2 and few.terms == 2 * 2 * 2 * 2

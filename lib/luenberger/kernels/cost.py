@@ -53,6 +53,7 @@ def _operations(step: Step, program: Program, sizes: Sizes) -> int:
         scaled, width = abs(term.scale) != 1 and not term.is_identity, 0
         if len(term.factors) == 2:
             width = writing.inner_width(program, sizes, term)
-            scaled *= len(writing.spans(width, cols))
+            parts = writing.spans(width, cols)  # None: each product is scaled
+            scaled *= width if parts == [None] else len(parts)
         one += 2 * width + scaled
     return entries * one + rows * identities
