@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .formats import json_records
+from .formats.json_files import JsonFile
 from .numeric import Matrices, Matrix
 from .numeric.linalg import eigenvalues
 from .numeric.validation import (
@@ -216,7 +217,7 @@ class Observer(ReadOnly):
         json_records.write(path, json_records.as_data("observer", self))
 
     @classmethod
-    def from_json(cls, path: str | Path) -> Observer:
+    def from_json(cls, path: str | Path | JsonFile) -> Observer:
         """Read an observer from JSON.  The file is data: nothing is evaluated.
 
         Files of every earlier version are read.  A key that is not known is refused,

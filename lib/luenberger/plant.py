@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from .errors import short
 from .formats import json_records, statespace
+from .formats.json_files import JsonFile
 from .numeric import Matrices, Matrix
 from .numeric.validation import (
     ReadOnly,
@@ -190,11 +191,7 @@ class Plant(ReadOnly):
         return tuple(pairs)
 
     def _check_rest(self) -> None:
-        lengths = {
-            name: len(getattr(self, name))
-            for name in Instant._fields
-            if getattr(self, name) is not None and getattr(self, name).ndim == 3
-        }
+        lengths = self._lengths()
         if len(set(lengths.values())) > 1:
             raise ValueError(
                 f"time-varying matrices must have equally many rows, got {lengths}"
@@ -241,11 +238,12 @@ class Plant(ReadOnly):
     @property
     def steps(self) -> int | None:
         """Number of rows N of the time-varying matrices; None if there are none."""
-        for name in Instant._fields:
-            value = getattr(self, name)
-            if value is not None and value.ndim == 3:
-                return len(value)
-        return None
+        return next(iter(self._lengths().values()), None)
+
+    def _lengths(self) -> dict[str, int]:
+        """The rows of each matrix that varies."""
+        found = {name: getattr(self, name) for name in Instant._fields}
+        return {k: len(X) for k, X in found.items() if X is not None and X.ndim == 3}
 
     def at(self, i: int) -> Instant:
         """The matrices at instant i; beyond the last row the last one is held."""
@@ -290,7 +288,7 @@ class Plant(ReadOnly):
         json_records.write(path, json_records.as_data("plant", self))
 
     @classmethod
-    def from_json(cls, path: str | Path) -> Self:
+    def from_json(cls, path: str | Path | JsonFile) -> Self:
         """Read a plant from JSON.  The file is data: nothing in it is evaluated.
 
         Keys are the parameters of `Plant`.  A, C and, when there are known inputs, B

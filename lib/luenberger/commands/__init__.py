@@ -12,7 +12,8 @@ every room, inside the function that needs it.
 import argparse
 import contextlib
 import signal
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
 
 from . import check, compare, design, estimate, export, ledger, terminal
 
@@ -54,22 +55,24 @@ def main(arguments: Sequence[str] | None = None) -> int:
 class _Parser(argparse.ArgumentParser):
     """A parser whose help either arrives or is an error, as argparse's is not."""
 
-    def print_help(self, file=None):
+    def print_help(self, file: Any = None) -> None:
         print(self.format_help(), end="", file=file)
 
 
 class _Print(argparse.Action):
     """An option that prints what a function returns, and ends."""
 
-    def __init__(self, option_strings, dest, const, help):
+    def __init__(
+        self, option_strings: list[str], dest: str, const: Callable[[], str], help: str
+    ) -> None:
         super().__init__(option_strings, dest, nargs=0, const=const, help=help)
 
-    def __call__(self, *_):
+    def __call__(self, *_: object) -> None:
         print(self.const())
         raise SystemExit(DONE)
 
 
-def parser():
+def parser() -> argparse.ArgumentParser:
     """The parser of every command."""
     top = _Parser(
         prog="python -m luenberger",
@@ -89,18 +92,18 @@ def parser():
     return top
 
 
-def _version():
+def _version() -> str:
     from importlib.metadata import version
 
     return f"luenberger {version('luenberger')}"
 
 
 @contextlib.contextmanager
-def _ended_like_interrupted():
+def _ended_like_interrupted() -> Iterator[None]:
     """Ended from outside, a command removes its temporary files before it goes."""
     before = {}
 
-    def leave(number, _):
+    def leave(number: int, _: object) -> None:
         raise SystemExit(128 + number)
 
     for name in ("SIGTERM", "SIGHUP"):
@@ -114,7 +117,7 @@ def _ended_like_interrupted():
             signal.signal(number, handler)
 
 
-def _reason(error):
+def _reason(error: Exception) -> str:
     """What an error says; more, where linear algebra alone noticed an overflow."""
     said = str(error) or type(error).__name__
     if type(error).__name__ == "LinAlgError" or "infs or NaNs" in said:
@@ -122,7 +125,7 @@ def _reason(error):
     return said
 
 
-def _end(status, message):
+def _end(status: int, message: str) -> int:
     with contextlib.suppress(OSError):
         terminal.say(f"luenberger: {message}")
     return status

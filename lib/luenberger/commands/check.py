@@ -2,14 +2,18 @@
 
 import collections
 import textwrap
+from argparse import Namespace
+from collections.abc import Iterator
+from typing import Any
 
 from .registration import as_json, file, register
 from .terminal import tell, tell_json, visible
 
 WIDE, FIRST = 79, 15
+Line = tuple[str, str]  # heading, text
 
 
-def add(commands):
+def add(commands: Any) -> None:
     one = register(
         commands,
         "check",
@@ -25,7 +29,7 @@ def add(commands):
     as_json(one)
 
 
-def run(options):
+def run(options: Namespace) -> None:
     from ..plant import Plant
     from ..report.plant_facts import examine
 
@@ -34,12 +38,17 @@ def run(options):
         tell_json(found)
         return
     for head, text in _lines(found):
-        lead, indent = f"{head:<{FIRST}}", " " * FIRST
-        fill = dict(initial_indent=lead, subsequent_indent=indent)
-        tell(textwrap.fill(visible(text), WIDE, break_on_hyphens=False, **fill))
+        told = textwrap.fill(
+            visible(text),
+            WIDE,
+            initial_indent=f"{head:<{FIRST}}",
+            subsequent_indent=" " * FIRST,
+            break_on_hyphens=False,
+        )
+        tell(told)
 
 
-def _lines(found):
+def _lines(found: dict[str, Any]) -> Iterator[Line]:
     """(heading, text) of everything that was found."""
     signals = found["signals"]
     yield "plant", found["name"] or "without a name"
@@ -60,19 +69,19 @@ def _lines(found):
     yield "steady filter", "exists" if steady["exists"] else f"none: {steady['reason']}"
 
 
-def _time(time):
+def _time(time: dict[str, Any]) -> str:
     if not time["discrete"]:
         return "continuous (dt = 0)"
     varies = "" if time["instants"] is None else f", varies over {time['instants']}"
     return f"discrete, dt = {time['dt']:.6g}{varies and varies + ' instants'}"
 
 
-def _modes(modes):
+def _modes(modes: list[dict[str, Any]]) -> str:
     """Each mode once, conjugates together, and how often it occurs."""
     from ..show import number
 
     values = [complex(mode["real"], mode["imag"]) for mode in modes]
-    times = collections.Counter()
+    times = collections.Counter[str]()
     for value in values:
         text, other = number(value), value.conjugate()
         paired = "j" in text and values.count(value) == values.count(other)
@@ -84,7 +93,7 @@ def _modes(modes):
     return ", ".join(f"{mode} ({k} times)" if k > 1 else mode for mode, k in times)
 
 
-def _observability(seen):
+def _observability(seen: dict[str, Any]) -> Iterator[Line]:
     indices = ", ".join(map(str, seen["indices"])) or "none"
     hidden = seen["unobservable"]
     yield "observability", f"{'not ' if hidden else ''}observable; indices {indices}"
@@ -96,7 +105,7 @@ def _observability(seen):
         yield "redundant", f"{seen['redundant_outputs']} of the outputs"
 
 
-def _noise(noise, n, p):
+def _noise(noise: dict[str, Any] | None, n: int, p: int) -> Iterator[Line]:
     if noise is None:
         yield "noise", "Q or R is not given"
         return
@@ -111,7 +120,7 @@ def _noise(noise, n, p):
         yield "undriven", _modes(undriven) or "no mode on the unit circle"
 
 
-def _multiplicative(noise):
+def _multiplicative(noise: dict[str, Any] | None) -> Iterator[Line]:
     if noise is None:
         return
     pairs = noise["pairs"]
@@ -123,14 +132,14 @@ def _multiplicative(noise):
     yield "multiplicative", text
 
 
-def _strongest(scaling):
+def _strongest(scaling: float | None) -> str:
     if scaling == 0:
         return "as A alone is not stable"
     limit = "any factor" if scaling is None else f"{scaling:.6g} times as strong"
     return f"stable up to {limit}"
 
 
-def _start(start):
+def _start(start: str | None) -> str:
     if start is None:
         return "no P0: filters from a start, and their bounds, need it"
     return f"x0, P0 are {'of x[1], before y[1]' if start == 'prior' else 'of x[0]'}"

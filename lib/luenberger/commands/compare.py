@@ -1,14 +1,22 @@
 """`compare`: one plant under every method, in a table."""
 
 import textwrap
+from argparse import Namespace
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
 
 from .registration import as_json, dry_run, file, register
 from .terminal import tell, tell_json, visible, written
 
+if TYPE_CHECKING:
+    from ..compare.table import Comparison
+    from ..plant import Plant
+    from ..show import Table
+
 WIDE = 79
 
 
-def add(commands):
+def add(commands: Any) -> None:
     one = register(
         commands,
         "compare",
@@ -44,18 +52,18 @@ def add(commands):
     dry_run(one)
 
 
-def numbers(text):
+def numbers(text: str) -> list[float]:
     """Numbers with commas between; argparse names the function where it fails."""
     if "_" in text or not text.isascii():  # float() takes 1_0 and foreign digits
         raise ValueError
     return [float(number) for number in text.split(",")]
 
 
-def whole_numbers(text):
+def whole_numbers(text: str) -> list[int]:
     return [int(number) for number in text.split(",")]
 
 
-def run(options):
+def run(options: Namespace) -> None:
     """Compare, and print or write what came of it."""
     import numpy as np
 
@@ -85,7 +93,7 @@ def run(options):
         written([options.csv], options.dry_run)
 
 
-def _data(plant, found):
+def _data(plant: "Plant", found: "Comparison") -> dict[str, Any]:
     return {
         "plant": plant.name,
         "k": None if found.k is None else found.k.tolist(),
@@ -95,7 +103,7 @@ def _data(plant, found):
     }
 
 
-def _print(found):
+def _print(found: "Comparison") -> None:
     tell(_table(found.table))
     for one in _refusals(found):
         tell("")
@@ -106,14 +114,14 @@ def _print(found):
         tell(textwrap.fill(visible(sentence), WIDE))
 
 
-def _table(table):
+def _table(table: "Table") -> "Table":
     """The numbers first: names are long, and may run over the edge of the terminal.
 
     A star marks the design that is recommended.
     """
     from ..show import Table
 
-    def turned(cells, mark):
+    def turned(cells: list[str], mark: str) -> list[str]:
         return [mark, *cells[2:], *map(visible, cells[:2])]
 
     rows = (
@@ -123,6 +131,6 @@ def _table(table):
     return Table(turned(table.header, ""), rows)
 
 
-def _refusals(found):
+def _refusals(found: "Comparison") -> Iterator[str]:
     for method, which, reason in found.refusals.rows:
         yield f"{method}, {which}: {reason}"

@@ -4,10 +4,16 @@ import contextlib
 import os
 import shutil
 import tempfile
+from argparse import Namespace
+from collections.abc import Iterable
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from .registration import dry_run, file, folder, register
 from .terminal import say, written
+
+if TYPE_CHECKING:
+    from ..plant import Plant
 
 REPORT = "report.html"
 ESTIMATES = "estimates.csv"
@@ -15,7 +21,7 @@ FROM_DATA = ("data.csv", ESTIMATES)
 WRITTEN = ("design.ipynb", "plant.json", "observer.json", "designs.csv")
 
 
-def add(commands):
+def add(commands: Any) -> None:
     one = register(
         commands,
         "design",
@@ -46,7 +52,7 @@ def add(commands):
     dry_run(one, "check the plant, the data and the folder")
 
 
-def run(options):
+def run(options: Namespace) -> None:
     """Run the report's notebook on a plant and put what it makes into a folder.
 
     Nothing appears there before everything is finished.
@@ -78,7 +84,7 @@ def run(options):
     say(f"done: open {out / REPORT}")
 
 
-def _make(work, plant, content, data):
+def _make(work: Path, plant: "Plant", content: bytes, data: Path | None) -> Path:
     """Everything that is to be written, in a folder below `work`.
 
     The notebook reads the bytes that were checked, not a file that may have changed.
@@ -102,7 +108,7 @@ def _make(work, plant, content, data):
     return finished
 
 
-def _workplace(out):
+def _workplace(out: Path) -> Path:
     """A folder on the disk of `out`, once that is seen to be usable."""
     from ..formats import atomic
 
@@ -116,12 +122,12 @@ def _workplace(out):
     return found
 
 
-def _in_order(names):
+def _in_order(names: Iterable[str]) -> list[str]:
     """File names by letter, the report last."""
     return sorted(names, key=lambda name: (name == REPORT, name))
 
 
-def _publish(finished, out):
+def _publish(finished: Path, out: Path) -> Iterable[Path]:
     """Move finished files into `out`; returns where they are.
 
     Estimates of an earlier run do not stay beside a report that has none.
@@ -137,5 +143,5 @@ def _publish(finished, out):
     return moves.values()
 
 
-def _show_progress(step, steps, title):
+def _show_progress(step: int, steps: int, title: str) -> None:
     say(f"step {step} of {steps}: {title or 'Reading the plant'}")

@@ -3,6 +3,10 @@
 import codecs
 import contextlib
 import os
+from argparse import ArgumentParser, Namespace
+from contextlib import AbstractContextManager
+from pathlib import Path
+from typing import Any
 
 from .registration import file, register
 from .terminal import flush, require_open, say, tell
@@ -10,7 +14,7 @@ from .terminal import flush, require_open, say, tell
 STREAM = "-"
 
 
-def add(commands):
+def add(commands: Any) -> None:
     one = register(
         commands,
         "estimate",
@@ -48,7 +52,7 @@ def add(commands):
     )
 
 
-def _backend(one):
+def _backend(one: ArgumentParser) -> None:
     one.add_argument(
         "--backend",
         choices=("numpy", "numba"),
@@ -57,12 +61,12 @@ def _backend(one):
     )
 
 
-def stream(text):
+def stream(text: str) -> Path | str:
     """The path of a file, or `STREAM` as it is."""
     return text if text == STREAM else file(text)
 
 
-def run(options):
+def run(options: Namespace) -> None:
     """Estimate, and say how many rows were written."""
     from ..errors import few
     from ..formats.atomic import require_other
@@ -89,7 +93,7 @@ def run(options):
         say("dry run: nothing was written")
 
 
-def _source(path):
+def _source(path: Path | str) -> AbstractContextManager[Any]:
     from ..formats.json_files import opened
 
     if path == STREAM:
@@ -97,7 +101,7 @@ def _source(path):
     return opened(path)
 
 
-def _sink(options):
+def _sink(options: Namespace) -> AbstractContextManager[Any]:
     from ..formats.atomic import destination, replacing
 
     if options.dry_run and options.out != STREAM:

@@ -1,12 +1,15 @@
 """`export`: an observer, or the filter of a plant, as C99 source."""
 
 import tempfile
+from argparse import Namespace
+from collections.abc import Sequence
+from typing import Any
 
 from .registration import dry_run, file, folder, register
 from .terminal import written
 
 
-def add(commands):
+def add(commands: Any) -> None:
     one = register(
         commands,
         "export",
@@ -46,7 +49,7 @@ def add(commands):
     dry_run(one)
 
 
-def run(options):
+def run(options: Namespace) -> None:
     """Write the source, or into a folder that is thrown away, and print the paths."""
     import numpy as np
 
@@ -62,7 +65,7 @@ def run(options):
     written(paths, options.dry_run)
 
 
-def _read(options):
+def _read(options: Namespace) -> dict[str, Any]:
     """The arguments of `to_c`, read from the files that are named."""
     from ..formats.json_files import json_file
     from ..formats.json_records import kind
@@ -84,7 +87,7 @@ def _read(options):
     )
 
 
-def accurate(given, outputs):
+def accurate(given: list[str], outputs: Sequence[str]) -> int | list[str]:
     """What --m1 says: names of outputs, or one number of them.
 
     >>> accurate(["2"], ["a", "b"]), accurate(["b", "a"], ["a", "b"])

@@ -1,6 +1,9 @@
 """`ledger`: every numbered equation of the papers, and what vouches for it."""
 
 import textwrap
+from argparse import Namespace
+from types import ModuleType
+from typing import Any
 
 from .registration import as_json, dry_run, file, register
 from .terminal import say, tell, tell_json, written
@@ -8,7 +11,7 @@ from .terminal import say, tell, tell_json, written
 WIDE, INDENT = 79, " " * 6
 
 
-def add(commands):
+def add(commands: Any) -> None:
     one = register(
         commands,
         "ledger",
@@ -41,7 +44,7 @@ def add(commands):
     dry_run(one)
 
 
-def run(options):
+def run(options: Namespace) -> None:
     """Print the ledger, or write its page."""
     from .. import ledger
     from ..formats import atomic
@@ -59,7 +62,7 @@ def run(options):
     written([options.html], options.dry_run)
 
 
-def _print(ledger, options):
+def _print(ledger: ModuleType, options: Namespace) -> None:
     if options.json:
         tell_json(_data(ledger, options))
     elif options.misprints:
@@ -76,11 +79,11 @@ def _print(ledger, options):
             tell(_filled(f"{INDENT}{entry.kind}; {entry.level}; {used}", INDENT))
 
 
-def _filled(text, indent):
+def _filled(text: str, indent: str) -> str:
     return textwrap.fill(text, WIDE, subsequent_indent=indent, break_on_hyphens=False)
 
 
-def _data(ledger, options):
+def _data(ledger: ModuleType, options: Namespace) -> dict[str, Any]:
     """The entries as plain data, or the misprints with the place of each."""
     if options.misprints:
         return {

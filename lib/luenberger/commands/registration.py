@@ -3,10 +3,19 @@
 import argparse
 import os
 import textwrap
+from collections.abc import Callable, Iterable
 from pathlib import Path
+from typing import Any
 
 
-def register(commands, name, run, help, description, examples):
+def register(
+    commands: Any,
+    name: str,
+    run: Callable[[argparse.Namespace], None],
+    help: str,
+    description: str,
+    examples: Iterable[str],
+) -> argparse.ArgumentParser:
     """Add a command; returns its parser, for its options.
 
     ``options.wrong(message)`` ends a run whose options do not go together.
@@ -34,28 +43,30 @@ def register(commands, name, run, help, description, examples):
     return one
 
 
-def file(text):
+def file(text: str) -> Path:
     """The path of a file; an empty one is of a variable that was never set."""
     if not text or text.endswith(os.sep):
         raise argparse.ArgumentTypeError(f"name a file, not {text!r}")
     return Path(text)
 
 
-def folder(text):
+def folder(text: str) -> Path:
     """The path of a folder; an empty one is not the current folder."""
     if not text:
         raise argparse.ArgumentTypeError("give a folder; '.' is the current one")
     return Path(text)
 
 
-def as_json(one):
+def as_json(one: argparse.ArgumentParser) -> None:
     """The option of commands that print tables."""
     one.add_argument(
         "--json", action="store_true", help="one JSON document on stdout instead"
     )
 
 
-def dry_run(one, instead="do everything but write"):
+def dry_run(
+    one: argparse.ArgumentParser, instead: str = "do everything but write"
+) -> None:
     """The option that every command has which writes files."""
     one.add_argument(
         "--dry-run",

@@ -8,19 +8,21 @@ import contextlib
 import json
 import os
 import sys
+from collections.abc import Iterable
+from typing import TextIO
 
 
-def say(text):
+def say(text: object) -> None:
     """One line on stderr, at once."""
     print(visible(text), file=sys.stderr, flush=True)
 
 
-def tell(text):
+def tell(text: object) -> None:
     """Lines on stdout."""
     print("\n".join(visible(line) for line in str(text).split("\n")))
 
 
-def tell_json(value):
+def tell_json(value: object) -> None:
     """One JSON document on stdout; ASCII, keys in the order of `value`.
 
     Raises
@@ -31,7 +33,7 @@ def tell_json(value):
     print(json.dumps(value, indent=2, allow_nan=False))
 
 
-def written(paths, dry):
+def written(paths: Iterable[object], dry: bool) -> None:
     """The files of a run on stdout; on stderr, of a dry one, that there are none."""
     for path in paths:
         tell(path)
@@ -39,7 +41,7 @@ def written(paths, dry):
         say("dry run: nothing was written")
 
 
-def visible(text):
+def visible(text: object) -> str:
     r"""The text in one line, with escapes for what is not printable.
 
     >>> visible("a\x1b[31m\nb")
@@ -54,7 +56,7 @@ def visible(text):
     )
 
 
-def prepare():
+def prepare() -> None:
     """Let both streams print any text, whatever their encoding.
 
     Where stderr is closed, what is said goes nowhere.  No file that is opened later
@@ -75,7 +77,7 @@ def prepare():
             stream.reconfigure(errors="backslashreplace")
 
 
-def _keep_from_others(number):
+def _keep_from_others(number: int) -> None:
     """Fill the place of a closed stream; those of lower numbers are open."""
     try:
         os.fstat(number)
@@ -83,7 +85,7 @@ def _keep_from_others(number):
         os.open(os.devnull, os.O_RDWR)  # takes the lowest number that is free
 
 
-def require_open(name):
+def require_open(name: str) -> TextIO:
     """The stream "stdin" or "stdout"; OSError if it was closed."""
     stream = getattr(sys, name)
     if stream is None:
@@ -91,7 +93,7 @@ def require_open(name):
     return stream
 
 
-def flush():
+def flush() -> None:
     """Send what was printed, so that a full disk or a closed pipe is noticed now."""
     try:
         sys.stdout.flush()

@@ -8,16 +8,21 @@ has degrees of freedom, and none of them is a mere change of coordinates.  In th
 the Hessian is exact and small, and a trust region makes Newton's method safe.
 """
 
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
 
 from ...errors import CertificateError
 from ...kernels import run
+from ...numeric import Matrix, Vector
 from ...numeric.linalg import lyapunov, radius, symmetrise
+from ...stage_list import StageList
 from . import derivation as stages
 from .stein import Schur
+from .target import Target
 
+Pair = tuple[Matrix, Matrix]  # Ae, Be, or a change of coordinates and its inverse
 NEAR = 1e-9  # gradient, relative to the cost's scale, below which Newton goes alone
 CLOSE = 1e-14  # the same for the cost that is left to win, which may be but rounding
 CURVED = 1e-9  # relative curvature below zero that is not rounding
@@ -34,12 +39,12 @@ class Point(NamedTuple):
     dynamics: Schur  # of Ae
 
 
-def evaluate(target, Ae, Be):
+def evaluate(target: Target, Ae: Matrix, Be: Matrix) -> Point:
     """The Point of (Ae, Be); Ae must be stable."""
     F, G = Schur(Ae), target.dynamics
     have = target.matrices | dict(Ae=Ae, Be=Be)
 
-    def drive(moments, name):
+    def drive(moments: StageList, name: str) -> Matrix:
         return run(moments, have, name)[name]
 
     have["Q12"] = G.forward(F, drive(stages.estimator_moments, "N12"))
@@ -52,7 +57,7 @@ def evaluate(target, Ae, Be):
     return Point(have, cost, F)
 
 
-def _take_output(have, feedthrough):
+def _take_output(have: dict[str, Matrix], feedthrough: bool) -> None:
     """Add the best Ce and De."""
     r, shape = len(have["Ae"]), (len(have["L"]), len(have["C"]))
     if feedthrough:
@@ -63,12 +68,16 @@ def _take_output(have, feedthrough):
         have["De"] = np.zeros(shape)
 
 
-def second_derivatives(target, point, dAe, dBe):
+def second_derivatives(
+    target: Target, point: Point, dAe: Matrix, dBe: Matrix
+) -> tuple[Matrix, ...]:
     """Gradients' moves along k directions (k, r, r), (k, r, p), with best outputs."""
     F, G = point.dynamics, target.dynamics
     have = point.have | dict(dAe=dAe, dBe=dBe)
 
-    def moved(*names, by=stages.projection_differential):
+    def moved(
+        *names: str, by: StageList = stages.projection_differential
+    ) -> Iterable[Matrix]:
         return run(by, have, *names, stacks=True).values()
 
     have["dQ12"] = G.forward(F, *moved("dN12"))
@@ -84,7 +93,7 @@ def second_derivatives(target, point, dAe, dBe):
     return tuple(moved("dgradAe", "dgradBe"))
 
 
-def normalised(Ae, Be):
+def normalised(Ae: Matrix, Be: Matrix) -> Pair:
     """The same estimator with Ae Ae' + Be Be' = I."""
     if not radius(Ae) < 1:
         raise CertificateError("it reaches the limit of stability")
@@ -95,7 +104,7 @@ def normalised(Ae, Be):
     return np.linalg.solve(half, Ae @ half), np.linalg.solve(half, Be)
 
 
-def balancing(Q2, P2):
+def balancing(Q2: Matrix, P2: Matrix) -> Pair:
     """S and its inverse, for which S Q2 S' and S^-T P2 S^-1 are equal and diagonal."""
     try:
         half, seen = np.linalg.cholesky(Q2), np.linalg.cholesky(P2)
@@ -113,7 +122,9 @@ class Frame:
     that hardly matters loses fewer digits.
     """
 
-    def __init__(self, target, Ae, Be, balanced=False):
+    def __init__(
+        self, target: Target, Ae: Matrix, Be: Matrix, balanced: bool = False
+    ) -> None:
         self.target, self.pair = target, normalised(Ae, Be)
         self.r, p = Be.shape
         self.to = self.back = np.eye(self.r)
@@ -132,39 +143,40 @@ class Frame:
         self.values, self.vectors = np.linalg.eigh(symmetrise(hessian))
         self.slope = self.vectors.T @ self.gradient
 
-    def _there(self, Ae, Be):
+    def _there(self, Ae: Matrix, Be: Matrix) -> Pair:
         """Ae, Be of the normalised coordinates in those of the point."""
         return self.to @ Ae @ self.back, self.to @ Be
 
-    def _direction(self, units):
+    def _direction(self, units: Matrix) -> list[Matrix]:
         """(dAe, dBe) of coefficients D, (..., r, p)."""
         return np.split(units @ self.N, [self.r], axis=-1)
 
-    def _along(self, gradAe, gradBe):
+    def _along(self, gradAe: Matrix, gradBe: Matrix) -> Matrix:
         both = [gradAe @ self.back.T, gradBe]
         moved = self.to.T @ np.concatenate(both, axis=-1) @ self.N.T
         return moved.reshape(*moved.shape[:-2], -1)
 
     @property
-    def left(self):
+    def left(self) -> float:
         """What the quadratic model says is left to win, where it curves up."""
         floor = 1e-14 * np.abs(self.values).max()
         return 0.5 * np.sum(self.slope**2 / np.maximum(self.values, floor))
 
     @property
-    def is_flat(self):
+    def is_flat(self) -> bool:
         """Whether the minimum is one of a continuum."""
         return self.values[0] <= FLAT * np.abs(self.values).max()
 
     @property
-    def is_minimum(self):
+    def is_minimum(self) -> bool:
         """Whether no direction leads down, to second order, but for rounding."""
         scale = self.target.scale
         if self.values[0] < -CURVED * np.abs(self.values).max():
             return False
-        return np.linalg.norm(self.slope) < NEAR * scale or self.left < CLOSE * scale
+        gentle = np.linalg.norm(self.slope) < NEAR * scale
+        return bool(gentle or self.left < CLOSE * scale)
 
-    def step(self, reach):
+    def step(self, reach: float) -> Vector:
         """The step of length <= reach that is best for the quadratic model."""
         least = max(0.0, -self.values[0]) + 1e-14 * np.abs(self.values).max()
         low = least if self.values[0] <= least else 0.0
@@ -181,17 +193,17 @@ class Frame:
             low, high = (middle, high) if longer else (low, middle)
         return -self.slope / (self.values + high)
 
-    def model(self, step):
+    def model(self, step: Vector) -> float:
         """Fall of the cost that the quadratic model promises."""
         return -(self.slope @ step + 0.5 * step @ (self.values * step))
 
-    def moved(self, step):
+    def moved(self, step: Vector) -> Pair:
         """(Ae, Be) after a step."""
         dAe, dBe = self._direction((self.vectors @ step).reshape(self.r, -1))
         return self.pair[0] + dAe, self.pair[1] + dBe
 
 
-def descend(target, Ae, Be):
+def descend(target: Target, Ae: Matrix, Be: Matrix) -> Frame:
     """The Frame at a local minimum reached from (Ae, Be), polished to rounding.
 
     Raises CertificateError saying why there is none.
@@ -204,12 +216,12 @@ def descend(target, Ae, Be):
     raise CertificateError(f"no minimum after {MOVES} moves")
 
 
-def _move(frame, reach):
+def _move(frame: Frame, reach: float) -> tuple[Frame, float]:
     """The next frame of the trust region, and its new reach."""
     target, start = frame.target, frame.point.cost
     while reach > 1e-12:
         step = frame.step(reach)
-        length, promised = np.linalg.norm(step), frame.model(step)
+        length, promised = float(np.linalg.norm(step)), frame.model(step)
         pair = frame.moved(step)
         stable = radius(pair[0]) < 1
         fall = start - evaluate(target, *pair).cost if stable else -np.inf
@@ -224,7 +236,7 @@ def _move(frame, reach):
     raise CertificateError("the cost falls no further, and this is not a minimum")
 
 
-def _polished(frame):
+def _polished(frame: Frame) -> Frame:
     """Newton's method alone, in balanced coordinates, while it halves what is left."""
     frame = Frame(frame.target, *frame.pair, balanced=True)
     for _ in range(10):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 from numbers import Integral
 from typing import Any
@@ -14,15 +15,16 @@ from ...arguments import expect
 from ...certificate import residuals
 from ...errors import CertificateError, DesignError
 from ...kernels import run
+from ...numeric import Matrix
 from ...numeric.linalg import modes
 from ...numeric.validation import matrix
 from ...observer import Observer
 from ...plant import Plant
 from ...recursion.settings import positive_weight, require_noise
 from .derivation import projection_factors, projection_gains
-from .descent import balancing
+from .descent import Frame, balancing
 from .search import Minimum, Search, directions, minima
-from .target import prediction, target
+from .target import Prediction, Target, prediction, target
 
 
 def fixed_order_filter(
@@ -172,11 +174,11 @@ def fixed_order_search(
     weight = positive_weight(np.eye(len(L)) if weight is None else weight, len(L))
     whole = prediction(plant, L, weight, feedthrough)
 
-    def judged(observer, excess, names):
+    def judged(observer: Observer, excess: float, names: Iterable[str]) -> Minimum:
         residuals = optimality(observer, plant, weight=weight, feedthrough=feedthrough)
         return Minimum(observer, whole.cost + excess, excess, residuals, tuple(names))
 
-    def in_full(G, Gam):
+    def in_full(G: Matrix, Gam: Matrix) -> Search:
         full = judged(_projected(plant, whole, G, Gam), 0.0, ["the Kalman filter"])
         return Search((full,), (), whole.cost, order)
 
@@ -200,7 +202,9 @@ def fixed_order_search(
     return Search(found, tuple(failed), whole.cost, enough)
 
 
-def _require(plant, order, feedthrough, starts, seed):
+def _require(
+    plant: Plant, order: int, feedthrough: bool, starts: int, seed: int
+) -> None:
     """Refuse what the paper's problem does not cover."""
     if plant.steps is not None:
         raise DesignError("the fixed-order filter is for a constant plant")
@@ -229,7 +233,7 @@ def _require(plant, order, feedthrough, starts, seed):
         )
 
 
-def _superfluous(order, enough, n):
+def _superfluous(order: int, enough: int, n: int) -> DesignError:
     if enough == 0:
         return DesignError(
             "no filter state is of use: the static estimate V y is as good as the "
@@ -243,7 +247,7 @@ def _superfluous(order, enough, n):
     )
 
 
-def _nowhere(order, failed):
+def _nowhere(order: int, failed: list[tuple[str, str]]) -> str:
     reasons = sorted({reason for _, reason in failed})
     return (
         f"no start led to a filter of order {order}: {'; '.join(reasons)}. Try a lower "
@@ -252,13 +256,15 @@ def _nowhere(order, failed):
     )
 
 
-def _projected(plant, whole, G, Gam):
+def _projected(plant: Plant, whole: Prediction, G: Matrix, Gam: Matrix) -> Observer:
     """The Kalman filter with the states Gam x^: (3.10)-(3.13)."""
     have = whole._asdict() | dict(G=G, Gam=Gam)
     return _assembled(plant, whole, have | run(projection_gains, have))
 
 
-def _observer(plant, whole, sought, frame):
+def _observer(
+    plant: Plant, whole: Prediction, sought: Target, frame: Frame
+) -> Observer:
     """The estimator for the plant itself, in balanced coordinates."""
     have = frame.point.have
     to, back = balancing(have["Q2"], have["P2"])
@@ -278,14 +284,14 @@ def _observer(plant, whole, sought, frame):
     )
 
 
-def _signs(Gam):
+def _signs(Gam: Matrix) -> Matrix:
     """A column of signs that make the first large entry of each row positive."""
     large = np.abs(Gam) > 0.99 * np.abs(Gam).max(axis=1, keepdims=True)
     first = np.argmax(large, axis=1)
     return np.sign(Gam[np.arange(len(Gam)), first])[:, None]
 
 
-def _assembled(plant, whole, have):
+def _assembled(plant: Plant, whole: Prediction, have: dict[str, Matrix]) -> Observer:
     """The Observer of an estimator; the known input enters as in (3.19)."""
     F, D, P, V, T = (have[k] for k in ("Ae", "Be", "Ce", "De", "Gam"))
     T, L = T / whole.states, whole.L / whole.states

@@ -6,6 +6,7 @@ these are the first starts, the strongest directions before all.  Then come rand
 ones, uniform over the stable filters of that order.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import combinations, islice
 from typing import NamedTuple
@@ -15,10 +16,12 @@ import numpy as np
 from ...analysis.optimality import Optimality
 from ...errors import CertificateError
 from ...kernels import run
+from ...numeric import Matrix, Vector
 from ...numeric.linalg import radius
 from ...observer import Observer
 from .derivation import projection_gains
 from .descent import Frame, descend
+from .target import Target
 
 RANK_TOL = 1e-8  # direction too weak, beside the strongest, to change the cost
 UNUSED = 1e-7  # the same beside the estimate that is sought, when all are weak
@@ -75,7 +78,7 @@ class Search:
     enough: int
 
     @property
-    def best(self):
+    def best(self) -> Minimum:
         """The minimum of least cost."""
         return self.minima[0]
 
@@ -88,7 +91,7 @@ class Directions(NamedTuple):
     read: np.ndarray
 
 
-def directions(target):
+def directions(target: Target) -> Directions:
     """Those that diagonalise Qh and Ph of the Kalman filter, the strongest first."""
     A, C, L = (target.matrices[name] for name in ("A", "C", "L"))
     driven = gramian_root(A, target.Kq)
@@ -104,19 +107,22 @@ def directions(target):
     )
 
 
-def gramian_root(A, B):
+def gramian_root(A: Matrix, B: Matrix) -> Matrix:
     """H with H H' = sum of A^k B B' A^k', as accurate in weak directions as B is."""
     H, power = B, A
     for _ in range(64):
         more = power @ H
         if np.abs(more).max(initial=0) <= 1e-17 * np.abs(H).max(initial=0):
             break
-        H = np.linalg.qr(np.hstack([H, more]).T, mode="r").T
+        R = np.linalg.qr(np.hstack([H, more]).T, mode="r")
+        H = np.transpose(R)
         power = power @ power
     return H
 
 
-def starts(target, found, order, number, seed):
+def starts(
+    target: Target, found: Directions, order: int, number: int, seed: int
+) -> Iterator[tuple[str, Matrix, Matrix]]:
     """(name, Ae, Be) of each start."""
     p, projected = len(target.matrices["C"]), number - number // 2
     for chosen in _choices(found.strength, order, projected):
@@ -128,10 +134,11 @@ def starts(target, found, order, number, seed):
         projected -= 1
     for k in range(number // 2 + projected):
         draw = np.random.default_rng([seed, k]).normal(size=(order + p, order))
-        yield f"random {k + 1}", *np.split(np.linalg.qr(draw)[0].T, [order], axis=1)
+        Ae, Be = np.split(np.linalg.qr(draw)[0].T, [order], axis=1)
+        yield f"random {k + 1}", Ae, Be
 
 
-def _choices(strength, order, number):
+def _choices(strength: Vector, order: int, number: int) -> list[tuple[int, ...]]:
     """The strongest choices of `order` directions."""
     ahead = range(min(len(strength), max(order + 3, AHEAD)))
     ranked = sorted(
@@ -141,7 +148,9 @@ def _choices(strength, order, number):
     return ranked[:number]
 
 
-def _projection(target, found, chosen):
+def _projection(
+    target: Target, found: Directions, chosen: tuple[int, ...]
+) -> tuple[Matrix, Matrix]:
     """Ae, Be of (3.10), (3.11) for the projection on the chosen directions."""
     chosen, p = list(chosen), len(target.matrices["C"])
     have = target.matrices | dict(Qs=target.Kq, V2s=np.eye(p))
@@ -150,12 +159,15 @@ def _projection(target, found, chosen):
     return gains["Ae"], gains["Be"]
 
 
-def minima(target, found, order, number, seed):
+def minima(
+    target: Target, found: Directions, order: int, number: int, seed: int
+) -> tuple[list[tuple[Frame, list[str]]], list[tuple[str, str]]]:
     """Different minima [(Frame, names of starts)], the best first; and failed starts.
 
     `found` are the Directions of the target.
     """
-    known, failed = [], []
+    known = list[tuple[Frame, list[str]]]()
+    failed = list[tuple[str, str]]()
     for name, Ae, Be in starts(target, found, order, number, seed):
         try:
             frame = descend(target, Ae, Be)
@@ -182,7 +194,7 @@ def _same(one: Frame, other: Frame) -> bool:
     return bool(gap <= SAME * np.linalg.norm(response))
 
 
-def _response(frame):
+def _response(frame: Frame) -> Matrix:
     """Frequency response at three points, which coordinates do not change."""
     have = frame.point.have
     eye = np.eye(frame.r)

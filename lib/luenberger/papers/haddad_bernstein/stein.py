@@ -9,24 +9,25 @@ import numpy as np
 from scipy.linalg import schur
 from scipy.linalg.lapack import ztrtrs
 
+from ...numeric import Matrix
 from ...numeric.linalg import eye
 
 
 class Schur:
     """A real matrix by its complex Schur form."""
 
-    def __init__(self, A):
+    def __init__(self, A: Matrix) -> None:
         self.upper, self.basis = schur(A, output="complex", check_finite=False)
 
-    def forward(self, F, N):
+    def forward(self, F: "Schur", N: Matrix) -> Matrix:
         """X with X = A X F' + N; N is (n, r) or a stack (k, n, r)."""
         return self._march(F, N, adjoint=False)
 
-    def backward(self, F, N):
+    def backward(self, F: "Schur", N: Matrix) -> Matrix:
         """X with X = A'X F + N, the adjoint of `forward`."""
         return self._march(F, N, adjoint=True)
 
-    def _march(self, F, N, adjoint):
+    def _march(self, F: "Schur", N: Matrix, adjoint: bool) -> Matrix:
         n, r, a = len(self.upper), len(F.upper), self.upper
         poles = F.upper.diagonal().conj()
         step, f = (a.conj().T, F.upper.T) if adjoint else (a, F.upper.conj())

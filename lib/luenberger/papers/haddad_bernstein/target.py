@@ -8,7 +8,7 @@ noise has become additive before (`mean_square.equivalent_noise`).
 """
 
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -16,7 +16,9 @@ from ...analysis.error_covariance import settled
 from ...analysis.mean_square import equivalent_noise
 from ...errors import DesignError
 from ...kernels import run
+from ...numeric import Matrix
 from ...numeric.linalg import left_over, lyapunov, null_directions
+from ...plant import Plant
 from ...recursion.settings import Settings
 from ...recursion.steady_gain import steady_gain
 from . import derivation as stages
@@ -39,7 +41,7 @@ class Prediction(NamedTuple):
     output_names: tuple
 
     @property
-    def cost(self):
+    def cost(self) -> float:
         """What the best estimator of any order costs: (3.18)."""
         return float(np.trace(run(stages.projection_trace, self._asdict(), "J")["J"]))
 
@@ -61,7 +63,9 @@ class Target(NamedTuple):
     unweighted: np.ndarray
 
 
-def prediction(plant, L, weight, feedthrough):
+def prediction(
+    plant: Plant, L: Matrix, weight: Matrix, feedthrough: bool
+) -> Prediction:
     """The Kalman predictor, with equivalent noise when some is multiplicative."""
     noise = equivalent_noise(plant)
     size = np.sqrt(noise.X.diagonal())
@@ -71,7 +75,9 @@ def prediction(plant, L, weight, feedthrough):
     K = _predictor_gain(
         replace(plant, multiplicative=(), A=A, C=C, Q=Q, R=noise.R, S=S)
     )
-    have = dict(A=A, C=C, L=L, R=weight, V1=Q, V12=S, V2=noise.R, states=size)
+    have: dict[str, Any] = dict(
+        A=A, C=C, L=L, R=weight, V1=Q, V12=S, V2=noise.R, states=size
+    )
     error = dict(F=A - K @ C, D=K, T_next=np.eye(plant.n))
     have["Q"] = settled(**error, Q=Q, R=noise.R, S=S)
     have |= run(stages.projection_innovation, have)
@@ -82,7 +88,7 @@ def prediction(plant, L, weight, feedthrough):
     return Prediction(*(have[name] for name in Prediction._fields))
 
 
-def _predictor_gain(plant):
+def _predictor_gain(plant: Plant) -> Matrix:
     """K of x^+ = A x^ + K (y - C x^); zero where nothing ever disturbs the state."""
     if not plant.Q.any():
         return np.zeros(plant.C.T.shape)
@@ -90,7 +96,7 @@ def _predictor_gain(plant):
     return now.predictor(steady_gain(now, ()))
 
 
-def target(found):
+def target(found: Prediction) -> Target:
     """The problem of approximating the filter `found`, a Prediction."""
     _require_innovation(found.V2s, found.output_names)
     have = found._asdict()
@@ -114,7 +120,7 @@ def target(found):
     )
 
 
-def _require_innovation(V2s, names):
+def _require_innovation(V2s: Matrix, names: tuple[str, ...]) -> None:
     """Refuse when a combination of outputs is known before it is measured."""
     blind = null_directions(V2s)
     if blind.size:

@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ...numeric import Vector
+
 T_MIN, T_MAX = 0.02, 0.1  # seconds, the bounds of Table II
 
 
@@ -38,7 +40,7 @@ class Law:
         with np.errstate(divide="ignore"):  # law 3 at rest: as long as is allowed
             return np.clip(self.period(np.abs(rate)), self.T_min, self.T_max)
 
-    def __repr__(self):
+    def __repr__(self) -> str:
         return self.text
 
 
@@ -178,7 +180,7 @@ def bounded(period: object, T_min: float, T_max: float) -> Law:
     return Law(period, T_min, T_max, f"bounded({name}, {T_min:g}, {T_max:g})")
 
 
-def _of_table(name, letter, value, T_min, T_max):
+def _of_table(name: str, letter: str, value: float, T_min: float, T_max: float) -> Law:
     """A law of Table II, its formula compiled from the derivation at first use."""
     value = _positive(letter, value)
     T_min, T_max = _bounds(T_min, T_max)
@@ -191,16 +193,18 @@ def _of_table(name, letter, value, T_min, T_max):
 # Functions with names, not closures, so that laws can be sent to other processes.
 
 
-def _constant(T, rate):
+def _constant(T: float, rate: Vector) -> Vector:
     return np.full_like(rate, T, float)
 
 
-def _compiled(name, letter, value, T_max, rate):
+def _compiled(
+    name: str, letter: str, value: float, T_max: float, rate: Vector
+) -> Vector:
     return formula_of(name, letter)(rho=rate, T_max=T_max, **{letter: value})
 
 
 @cache
-def formula_of(name, letter):
+def formula_of(name: str, letter: str) -> Callable[..., Any]:
     """A law without bounds as f(rho, T_max, letter), compiled from its derivation."""
     from ...kernels.scalar import function
     from .derivation import laws
@@ -208,14 +212,14 @@ def formula_of(name, letter):
     return function(laws.derive(), laws.key(name), "rho", "T_max", letter)
 
 
-def _positive(name, value):
+def _positive(name: str, value: Any) -> float:
     number = isinstance(value, Real) and not isinstance(value, bool)
     if not number or not 0 < value < np.inf:
         raise ValueError(f"{name} must be a positive number, got {value!r}")
     return float(value)
 
 
-def _bounds(T_min, T_max):
+def _bounds(T_min: object, T_max: object) -> tuple[float, float]:
     T_min, T_max = _positive("T_min", T_min), _positive("T_max", T_max)
     if T_min > T_max:
         raise ValueError(

@@ -187,7 +187,9 @@ def simulate(
     return Response(t, y, u, periods, rates, float(E), float(duration), loop, states)
 
 
-def _period(law, rate, t, duration):
+def _period(
+    law: Callable[[float], float], rate: float, t: float, duration: float
+) -> float:
     """What the law says, if it is a period."""
     said, name = law(rate), getattr(law, "__name__", repr(law))
     if isinstance(said, np.ndarray) and said.ndim == 0:
@@ -209,14 +211,14 @@ def _period(law, rate, t, duration):
     return T
 
 
-def _require_options(law, duration, rate, first_rate):
+def _require_options(law: object, duration: Any, rate: object, first_rate: Any) -> None:
     if not callable(law):
         raise ValueError(f"a law is a callable from rate to period, got {law!r}")
     if isinstance(duration, bool) or not isinstance(duration, Real):
         raise ValueError(f"duration must be a number of seconds, got {duration!r}")
-    if not 0 < duration < np.inf:
+    if not 0 < float(duration) < np.inf:
         raise ValueError(f"duration must be positive and finite, got {duration!r}")
     if rate not in READINGS:
         raise ValueError(f"rate must be one of {READINGS}, got {rate!r}")
-    if not isinstance(first_rate, Real) or np.isnan(first_rate):
+    if not isinstance(first_rate, Real) or np.isnan(float(first_rate)):
         raise ValueError(f"first_rate must be a number or infinity, got {first_rate!r}")

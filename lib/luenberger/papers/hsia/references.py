@@ -35,5 +35,5 @@ def sine(amplitude: float, omega: float, phase: float = 0.0) -> Plant:
     return Plant([[0, omega], [-omega, 0]], None, [[1, 0]], x0=x0, name="sine")
 
 
-def _numbers(**values):
+def _numbers(**values: object) -> list[float]:
     return [float(numbers(name, [value])[0]) for name, value in values.items()]

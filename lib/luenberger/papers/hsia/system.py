@@ -4,8 +4,10 @@ from math import comb
 
 import numpy as np
 import scipy.linalg
+from numpy.typing import ArrayLike
 
 from ...errors import DesignError
+from ...numeric import Matrix, Vector
 from ...numeric.validation import vector
 from ...plant import Plant
 
@@ -23,7 +25,7 @@ BERNSTEIN = np.array(  # from the coefficients of t^k to Bernstein's
 class Loop:
     """s = [x; x*; reference; u] with s' = M s between samples, balanced."""
 
-    def __init__(self, plant, reference, duration):
+    def __init__(self, plant: Plant, reference: Plant, duration: float) -> None:
         require_plant(plant)
         require_reference(reference)
         A, B, C, n = plant.A, plant.B, plant.C, plant.n
@@ -44,7 +46,7 @@ class Loop:
         self.outputs, self.error, self.missed = (r, y, y_star), r - y, y_star - y
         self.plant, self.reference, self.scale = plant, reference, scale
         self.speed = np.linalg.norm(self.M, 1)
-        self._known = {}
+        self._known: dict[float, tuple[Matrix, Matrix]] = {}
         if self.speed * duration > PIECES:
             raise DesignError(
                 f"the plant or the reference moves at rates up to {self.speed:.2g} per "
@@ -52,15 +54,15 @@ class Loop:
                 "that are faster than any sample."
             )
 
-    def start(self, x0):
+    def start(self, x0: ArrayLike | None) -> Vector:
         x0 = self.plant.x0 if x0 is None else vector("x0", x0, self.plant.n)
         return np.concatenate([x0, x0, self.reference.x0, [0]]) / self.scale
 
-    def hold(self, s, u):
+    def hold(self, s: Vector, u: float) -> Vector:
         """The state with a new input."""
         return np.append(s[:-1], u / self.scale[-1])
 
-    def run(self, s, T):
+    def run(self, s: Vector, T: float) -> tuple[Vector, float]:
         """The state T seconds on, and the integral of |y* - y| over them."""
         pieces = max(1, int(np.ceil(self.speed * T)))
         flow, series = self._piece(T / pieces)
@@ -71,7 +73,7 @@ class Loop:
                 s = flow @ s
         return s, missed * T / pieces
 
-    def ahead(self, s, T):
+    def ahead(self, s: Matrix, T: Vector) -> Matrix:
         """The states T seconds after those in the rows of s, T an array."""
         pieces = max(1, int(np.ceil(self.speed * T.max(initial=0.0))))
         for _ in range(pieces):
@@ -81,7 +83,7 @@ class Loop:
                 s = s + term
         return s
 
-    def _piece(self, h):
+    def _piece(self, h: float) -> tuple[Matrix, Matrix]:
         """e^(M h), and the rows c (M h)^j / j! of the series of c e^(M t) s.
 
         One Taylor series gives both; with |M h| <= 1 it loses nothing.
@@ -96,7 +98,7 @@ class Loop:
         return self._known[h]
 
 
-def absolute_integral(coefficients):
+def absolute_integral(coefficients: Vector) -> float:
     """Integral over 0 <= t <= 1 of the magnitude of a polynomial, constant first.
 
     The interval is split at the real part of every root: those of complex roots
@@ -108,14 +110,14 @@ def absolute_integral(coefficients):
         return np.nan
     bernstein = BERNSTEIN @ coefficients
     if bernstein.min() >= 0 or bernstein.max() <= 0:
-        return abs(coefficients @ MEANS)
+        return float(abs(coefficients @ MEANS))
     p = np.polynomial.Polynomial(coefficients / np.abs(coefficients).max())
     ends = np.clip(p.trim(1e-18).roots().real, 0, 1)
     parts = np.diff(p.integ()(np.sort([0, *ends, 1])))
-    return np.abs(coefficients).max() * np.abs(parts).sum()
+    return float(np.abs(coefficients).max() * np.abs(parts).sum())
 
 
-def require_plant(plant):
+def require_plant(plant: Plant) -> None:
     if plant.dt != 0:
         raise DesignError(
             f"the plant has dt = {plant.dt:g}: it is sampled already, and what happens "
@@ -138,7 +140,7 @@ def require_plant(plant):
         )
 
 
-def require_reference(reference):
+def require_reference(reference: object) -> None:
     if not isinstance(reference, Plant):
         raise ValueError(
             "reference must be `sampling.step(size)`, `ramp`, `sine` or a Plant "

@@ -6,6 +6,8 @@ one stair at a time, so that F^(p_M - 1) = 0 and not only F^(n - p) = 0.
 """
 
 import warnings
+from collections.abc import Callable, Sequence
+from typing import NoReturn
 
 import numpy as np
 import scipy.linalg
@@ -13,7 +15,7 @@ import scipy.linalg
 from ...arguments import expect
 from ...certificate import residuals
 from ...errors import DesignError
-from ...numeric import rationals
+from ...numeric import Matrix, Vector, rationals
 from ...numeric.independent_rows import default_tol, levels, scaled, split_hidden
 from ...numeric.linalg import modes
 from ...observer import Observer
@@ -21,6 +23,7 @@ from ...plant import Plant
 from ..certified import CONDITION_WARNING, LOST_TOL, certified, state_observer
 from .form import find_form, require_discrete, solve_left
 
+Built = tuple[Matrix, ...]  # F, D, T, P, V
 EXACT_ORDER = 20  # beyond, fractions of thousands of digits take minutes
 
 
@@ -97,7 +100,7 @@ def deadbeat_observer(plant: Plant, *, method: str = "staircase") -> Observer:
     return certified(observer, plant)
 
 
-def _judge(observer, plant, method):
+def _judge(observer: Observer, plant: Plant, method: str) -> None:
     """Refuse what has no digits left, warn of what has few.
 
     A residual can be small beside T and P and not beside x: both that of
@@ -132,7 +135,7 @@ def _judge(observer, plant, method):
         )
 
 
-def _condition(M):
+def _condition(M: Matrix) -> float:
     size = np.linalg.norm(M, axis=1, keepdims=True)
     if not np.isfinite(size).all():
         return np.inf
@@ -140,7 +143,13 @@ def _condition(M):
     return float(np.linalg.cond(M)) if M.size else 1.0
 
 
-def rows_of_T(A, sizes, inverses, one, first=None):
+def rows_of_T(
+    A: Matrix,
+    sizes: Sequence[int],
+    inverses: list[Matrix],
+    one: Callable[[int], Matrix],
+    first: Matrix | None = None,
+) -> tuple[Matrix, Matrix, Matrix]:
     """T of (13), F, and D in the coordinates of the last block, from the stairs of A.
 
     Row block i of T A - F T = [0 .. 0 D] is solved column by column: columns up to
@@ -169,7 +178,7 @@ def rows_of_T(A, sizes, inverses, one, first=None):
     return T, F, D
 
 
-def _staircase(plant):
+def _staircase(plant: Plant) -> Built:
     """Orthogonal coordinates: hidden part on top, then the levels, C last."""
     tol = default_tol(plant.n)
     d, size, A, C = scaled(plant.A, plant.C)
@@ -191,7 +200,9 @@ def _staircase(plant):
     return F, D @ to_y, T @ U / d, X[:, : len(T)], X[:, len(T) :] @ to_y
 
 
-def _stairs(A, sizes, hidden):
+def _stairs(
+    A: Matrix, sizes: Sequence[int], hidden: int
+) -> tuple[Matrix, list[Matrix]]:
     """A with exact zeros below the stairs, and left inverses of its subdiagonal."""
     at = np.cumsum([0, *sizes])
     inverses = []
@@ -204,7 +215,7 @@ def _stairs(A, sizes, hidden):
     return A, inverses
 
 
-def _complete(T, last):
+def _complete(T: Matrix, last: Matrix) -> Matrix:
     """X with X [T; last] = I, for T with unit upper triangular left part."""
     full = np.vstack([T, last])
     one = np.eye(len(full))
@@ -212,7 +223,7 @@ def _complete(T, last):
     return scipy.linalg.solve_triangular(full, one, trans=1, unit_diagonal=True).T
 
 
-def _refuse(values):
+def _refuse(values: Vector) -> NoReturn:
     which, decaying = modes(values), np.abs(values).max() < 1
     mode, do, are, it, decays = "mode", "does", "is", "it", "It decays by itself"
     if "," in which:
@@ -230,7 +241,7 @@ def _refuse(values):
     )
 
 
-def _canonical(plant):
+def _canonical(plant: Plant) -> Built:
     """Kawazoe's coordinates sorted by level: a staircase whose stairs hold units."""
     exactly = plant.exact is not None and plant.n <= EXACT_ORDER
     form, outputs = find_form(plant, "interleaved", None, exactly)
@@ -258,5 +269,5 @@ def _canonical(plant):
     return F, D @ to_y, T, X[:, :r], X[:, r:] @ to_y
 
 
-def _rounded(X):
+def _rounded(X: Matrix) -> Matrix:
     return X.astype(float) if X.dtype == object else X

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -9,7 +10,7 @@ import numpy as np
 
 from ...arguments import expect
 from ...errors import DesignError
-from ...numeric import rationals
+from ...numeric import Matrix, rationals
 from ...numeric.independent_rows import choose, scaling
 from ...plant import Plant
 
@@ -140,7 +141,9 @@ def observability_form(
     return form
 
 
-def find_form(plant, selection, tol, exactly):
+def find_form(
+    plant: Plant, selection: str, tol: float | None, exactly: bool
+) -> tuple[ObservabilityForm, list[int]]:
     """The form on a set of independent outputs, and their numbers."""
     require_constant(plant)
     if selection not in ("interleaved", "largest"):
@@ -159,14 +162,14 @@ def find_form(plant, selection, tol, exactly):
     return form, outputs
 
 
-def require_constant(plant):
+def require_constant(plant: Plant) -> None:
     if plant.steps is not None:
         raise DesignError(
             "a time-varying plant has no observability form; give a constant one"
         )
 
 
-def require_discrete(plant):
+def require_discrete(plant: Plant) -> None:
     require_constant(plant)
     if plant.dt == 0:
         raise DesignError(
@@ -175,7 +178,7 @@ def require_discrete(plant):
         )
 
 
-def rows(A, C, indices):
+def rows(A: Matrix, C: Matrix, indices: Sequence[int]) -> tuple[Matrix, Matrix]:
     """P of (6), and the next power of each output, C_i A^(p_i)."""
     P, last = [], []
     for row, size in zip(C, indices):
@@ -186,7 +189,7 @@ def rows(A, C, indices):
     return np.array(P), np.array(last)
 
 
-def solve_left(N, P):
+def solve_left(N: Matrix, P: Matrix) -> Matrix:
     """X with X P = N.  Rows and columns are scaled first: units cost no digits."""
     if P.dtype == object:
         return rationals.solve(P.T, N.T).T
@@ -202,7 +205,7 @@ def solve_left(N, P):
         ) from None
 
 
-def structure(indices, phi):
+def structure(indices: Sequence[int], phi: Matrix) -> tuple[Matrix, Matrix]:
     """Phi of (11) with the given last rows, and H of (14)."""
     n, p = sum(indices), len(indices)
     first = np.cumsum([0, *indices[:-1]])

@@ -13,7 +13,7 @@ from ...numeric.independent_rows import scaling
 from ...numeric.validation import as_array, exact, matrix
 from ...plant import Plant
 from ..certified import CONDITION_WARNING
-from .form import find_form, require_discrete, solve_left
+from .form import ObservabilityForm, find_form, require_discrete, solve_left
 
 
 def reconstruct_state(
@@ -102,7 +102,7 @@ def reconstruct_state(
     return x
 
 
-def _warn_of_lost_digits(P):
+def _warn_of_lost_digits(P: Matrix) -> None:
     row, column = scaling(P)
     cond = np.linalg.cond(P * row[:, None] * column)
     if not cond <= CONDITION_WARNING:
@@ -115,7 +115,7 @@ def _warn_of_lost_digits(P):
         )
 
 
-def known_part(form, y, u, windows):
+def known_part(form: ObservabilityForm, y: Matrix, u: Matrix, windows: int) -> Matrix:
     """w of (17) for each window: outputs less what the inputs did, (22)-(25)."""
     columns, start = [], 0
     for i, size in enumerate(form.indices):
@@ -128,7 +128,9 @@ def known_part(form, y, u, windows):
     return np.stack(columns, axis=1)
 
 
-def _record(plant, y, u):
+def _record(
+    plant: Plant, y: ArrayLike, u: ArrayLike | None
+) -> tuple[Matrix, Matrix, bool]:
     """y, u as matrices, and whether all is rational and meant to stay so."""
     y = _column(y, plant.p)
     u = np.zeros((len(y), plant.m), int) if u is None else _column(u, plant.m)
@@ -147,12 +149,12 @@ def _record(plant, y, u):
     return y, u, exactly
 
 
-def _column(signal, width):
+def _column(signal: ArrayLike, width: int) -> Matrix:
     array = as_array(signal)
     return array[:, None] if array.ndim == 1 and width == 1 else array
 
 
-def _same_rows(y, u, plant):
+def _same_rows(y: Matrix, u: Matrix, plant: Plant) -> None:
     for name, X, width in (("y", y, plant.p), ("u", u, plant.m)):
         if X.ndim != 2 or X.shape[1] != width:
             raise ValueError(f"{name} must be (N, {width}), got {X.shape}")

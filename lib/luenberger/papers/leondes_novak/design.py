@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -10,12 +11,13 @@ from numpy.typing import ArrayLike
 from ... import kernels
 from ...arguments import expect
 from ...errors import DesignError
+from ...numeric import Matrix
 from ...observer import Observer
 from ...plant import Plant
 from ...recursion.best_constant_gain import best_constant_gain
 from ...recursion.filter_pass import Pass
 from ...recursion.root_step import Spread, first_move
-from ...recursion.settings import Settings, require_start
+from ...recursion.settings import Setting, Settings, require_start
 from ...recursion.state import start
 from ...recursion.steady_gain import steady_gain
 from ..certified import certified
@@ -182,8 +184,10 @@ def reduced_order_filter(
     return certified(_constant(settings, K), plant)
 
 
-def gains(settings, steps, backend="numpy"):
-    """Yield (K, Sigma) at instants 1 .. steps, from P0: (33) and (27)."""
+def gains(
+    settings: Settings, steps: int, backend: str = "numpy"
+) -> Iterator[tuple[Setting, Matrix, Matrix]]:
+    """Yield (setting, K, Sigma) at instants 1 .. steps, from P0: (33) and (27)."""
     if kernels.runs_compiled(backend, steps):
         yield from _compiled_gains(settings, steps)
         return
@@ -196,7 +200,9 @@ def gains(settings, steps, backend="numpy"):
         move = now.move
 
 
-def _compiled_gains(settings, steps):
+def _compiled_gains(
+    settings: Settings, steps: int
+) -> Iterator[tuple[Setting, Matrix, Matrix]]:
     """The same, as the filter of a record of zeros; a block of rows at a time."""
     plant = settings.plant
     run, state = Pass(settings), start(settings, np.zeros(plant.n), np.zeros(plant.m))
@@ -208,58 +214,47 @@ def _compiled_gains(settings, steps):
             yield settings.at(first + k), found.K[k], found.P[k]
 
 
-def _over(settings, steps, backend):
+def _over(settings: Settings, steps: int, backend: str) -> Observer:
     """The time-varying filter of instants 1 .. steps as an Observer."""
     plant = settings.plant
     require_start(plant)
-    steps = whole(steps, plant)
-    rows = [(now, K) for now, K, _ in gains(settings, steps, backend)]
-    stack = {
+    rows = [(now, K) for now, K, _ in gains(settings, whole(steps, plant), backend)]
+    have = {
         name: np.stack([getattr(now, name) for now, _ in rows])
         for name in ("As", "B", "J", "C", "E", "Gamma", "Phat", "That")
     }
-    K = np.stack([K for _, K in rows])
-    K = stack["Gamma"] + stack["Phat"] @ (
-        stack["That"] @ K
-    )  # C1 K = [I 0] without rounding
-    have = stack | {"K": K}
-    T = kernels.run(observer_matrices, have, "T", stacks=True)["T"]
-    have["T_next"] = np.concatenate([T[1:], T[-1:]])
-    rest = kernels.run(observer_matrices, have, *"FDGW", stacks=True)
-    A, B, _ = plant.first_step()
-    T0 = T[0] @ A
-    return Observer(
-        **rest,
-        P=stack["Phat"],
-        V=K,
-        T=T,
-        L=np.eye(plant.n),
-        z0=T0 @ plant.x0,
-        dt=plant.dt,
-        T0=T0,
-        G0=T[0] @ B,
-    )
+    return _observer(plant, have | {"K": np.stack([K for _, K in rows])})
 
 
-def _constant(settings, K):
+def _constant(settings: Settings, K: Matrix) -> Observer:
     """A constant gain as an Observer."""
-    now, plant = settings.at(0), settings.plant
-    K = now.Gamma + now.Phat @ (now.That @ K)  # C1 K = [I 0] without rounding
-    have = now._asdict() | {"As": now.As, "K": K}
+    now = settings.at(0)
+    return _observer(settings.plant, now._asdict() | {"As": now.As, "K": K})
+
+
+def _observer(plant: Plant, have: dict[str, Any]) -> Observer:
+    """The Observer with the gain K, or a stack of them, a row for each instant."""
+    Phat, first = have["Phat"], {}
+    K = have["Gamma"] + Phat @ (have["That"] @ have["K"])  # C1 K = [I 0] exactly
+    have = have | {"K": K}
     have["T_next"] = T = kernels.run(observer_matrices, have, "T", stacks=True)["T"]
-    rest = kernels.run(observer_matrices, have, *"FDGW", stacks=True)
+    if T.ndim == 3:
+        A, B, _ = plant.first_step()
+        have["T_next"] = np.concatenate([T[1:], T[-1:]])
+        first = dict(T0=T[0] @ A, G0=T[0] @ B)
     return Observer(
-        **rest,
-        P=now.Phat,
+        **kernels.run(observer_matrices, have, *"FDGW", stacks=True),
+        P=Phat,
         V=K,
         T=T,
         L=np.eye(plant.n),
-        z0=T @ plant.x0,
+        z0=first.get("T0", T) @ plant.x0,
         dt=plant.dt,
+        **first,
     )
 
 
-def whole(steps, plant):
+def whole(steps: Any, plant: Plant) -> int:
     """Return `steps` as a positive int that the plant's rows cover."""
     if isinstance(steps, bool) or not isinstance(steps, (int, np.integer)) or steps < 1:
         raise ValueError(f"steps must be a whole number >= 1, got {steps!r}")

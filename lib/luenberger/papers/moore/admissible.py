@@ -56,7 +56,7 @@ class Recurrence:
     margin: float | None = None
 
     @property
-    def reason(self):
+    def reason(self) -> str:
         """In words, why there is no stable observer of this order; or how many."""
         if self.dimension is None:
             return "no polynomial is admissible"
@@ -216,6 +216,11 @@ class OverRationals(Admissible):
         return OverFloats(self.plant, self.k.astype(float))
 
     @property
+    def found(self) -> list[Matrix]:
+        """Orthonormal rows over the floats, level by level."""
+        return self.rounded.found
+
+    @property
     def hidden(self) -> Vector:
         """Eigenvalues of the part that no output sees."""
         return self.rounded.hidden
@@ -270,7 +275,10 @@ class OverRationals(Admissible):
         return [[b * sigma ** (r - j) for j, b in enumerate(answer.beta[:-1])]]
 
 
-def polynomials(plant: Plant, k: Vector) -> OverFloats | OverRationals:
+Polynomials = OverFloats | OverRationals
+
+
+def polynomials(plant: Plant, k: Vector) -> Polynomials:
     """The admissible polynomials of k x: over the rationals where k is rational."""
     return (OverRationals if k.dtype == object else OverFloats)(plant, k)
 

@@ -7,13 +7,14 @@ matrix of high degree does not.  Within a factor the rows of T follow the same s
 as in companion form, with the factor's first row in place of k.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 import scipy.linalg
 
 from ... import kernels
-from ...numeric import rationals
+from ...numeric import Matrix, Vector, rationals
 from .derivation import companion_row
 
 Factors = list[list]  # b_0 .. b_(m-1) of each factor b_0 + .. + s^m
@@ -29,7 +30,7 @@ class Chain:
     P: np.ndarray
 
 
-def chain(A, C, k, factors):
+def chain(A: Matrix, C: Matrix, k: Vector, factors: Factors) -> Chain:
     """The observer with characteristic polynomial prod(factors).
 
     A factor is the list of its coefficients b_0 .. b_(m-1), the leading one left
@@ -48,7 +49,7 @@ def chain(A, C, k, factors):
     return Chain(dynamics(factors, zero), D, T, P)
 
 
-def factors_of(poles):
+def factors_of(poles: Vector) -> Factors:
     """A factor s - a for each real pole, s^2 - 2 a s + a^2 + b^2 for each pair."""
     if poles.dtype == object:
         return [[-pole] for pole in poles]
@@ -59,16 +60,18 @@ def factors_of(poles):
     ]
 
 
-def in_order(poles):
+def in_order(poles: Vector) -> Vector:
     """The poles in the order of their factors, of a pair first that with b > 0."""
     pairs = [[p] if p.imag == 0 else [p, p.conjugate()] for p in poles if p.imag >= 0]
     return np.concatenate(pairs)
 
 
-def rows(A, C, k, factors, D):
+def rows(
+    A: Matrix, C: Matrix, k: Vector, factors: Factors, D: Matrix
+) -> tuple[Matrix, Vector]:
     """The rows of T, and the one after them."""
     step = kernels.compiled(companion_row)
-    t, T = k[None], []
+    t, T = k[None], list[Matrix]()
     for factor in factors:
         first = t
         for b in factor[::-1]:
@@ -78,7 +81,7 @@ def rows(A, C, k, factors, D):
     return np.vstack([k[None][:0], *T]), t[0]
 
 
-def injections(A, C, factors):
+def injections(A: Matrix, C: Matrix, factors: Factors) -> Matrix:
     """(r, p, n): what a unit in row i of D takes away from the row after the last."""
     M, X = [], C
     for factor in factors[::-1]:
@@ -90,7 +93,7 @@ def injections(A, C, factors):
     return np.array(M[::-1]).reshape(len(M), *C.shape)
 
 
-def dynamics(factors, zero):
+def dynamics(factors: Factors, zero: Callable[..., Matrix]) -> Matrix:
     """F: companion blocks, each feeding the one before it."""
     order, at = sum(map(len, factors)), 0
     F = zero(order, order)
@@ -103,7 +106,7 @@ def dynamics(factors, zero):
     return F
 
 
-def _least(M, row):
+def _least(M: Matrix, row: Vector) -> Vector:
     """The x of least norm with x M = row, rows of M at unit length."""
     size = np.linalg.norm(M, axis=1)
     size = np.where(size > 0, size, 1.0)
@@ -111,7 +114,7 @@ def _least(M, row):
     return x / size
 
 
-def _exactly(M, row):
+def _exactly(M: Matrix, row: Vector) -> Vector:
     """An x with x M = row, or zeros when there is none."""
     echelon, pivots = rationals.reduced(np.column_stack([M.T, row]))
     x = rationals.zeros(len(M))

@@ -9,15 +9,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ... import kernels
-from ...numeric import rationals
+from ...numeric import Matrix, Vector, rationals
 from ...numeric.validation import as_array, exact
 from ...observer import Observer
 from ...plant import Plant
 from ..certified import certified
 from ..poles import arranged
 from . import refusals
-from .admissible import polynomials
-from .companion_chain import chain, factors_of
+from .admissible import Polynomials, polynomials
+from .companion_chain import Chain, chain, factors_of
 from .derivation import observer_input
 from .realised import LOST_TOL, built
 from .recurrences import functionals
@@ -129,7 +129,7 @@ def functional_observer(
     return certified(_side_by_side(plant, k, chains), plant)
 
 
-def _poles(plant, poles, order):
+def _poles(plant: Plant, poles: ArrayLike | None, order: int | None) -> Vector | None:
     """The poles, conjugates side by side; Fractions if they were given so."""
     if poles is None:
         if order is not None and not (
@@ -151,7 +151,7 @@ def _poles(plant, poles, order):
     return found
 
 
-def _chain(plant, k, order, poles):
+def _chain(plant: Plant, k: Vector, order: int | None, poles: Vector | None) -> Chain:
     """The observer of one row k, in the user's coordinates."""
     if poles is not None:
         return _with_poles(plant, k, poles)
@@ -175,7 +175,7 @@ def _chain(plant, k, order, poles):
     raise refusals.no_order(admissible, order, least if lost else None)
 
 
-def _next_order(r, lost, admissible):
+def _next_order(r: int, lost: int, admissible: Polynomials) -> int:
     """The order to try after r, when rounding has spoiled so many.
 
     It hardly stops doing so, but where any poles are possible: there the roots may
@@ -186,7 +186,7 @@ def _next_order(r, lost, admissible):
     return max(len(admissible.found), r + 2 ** (lost - PATIENCE - 1))
 
 
-def _with_poles(plant, k, poles):
+def _with_poles(plant: Plant, k: Vector, poles: Vector) -> Chain:
     if k.dtype != poles.dtype:  # exact only together
         k, poles = k.astype(float), poles.astype(complex)
     admissible, floats = polynomials(plant, k), poles.astype(complex)
@@ -200,7 +200,7 @@ def _with_poles(plant, k, poles):
     raise refusals.no_order(admissible, len(poles), error)
 
 
-def _side_by_side(plant, k, chains):
+def _side_by_side(plant: Plant, k: Matrix, chains: list[Chain]) -> Observer:
     """One observer of all rows: every chain has its own states."""
     exactly = all(one.F.dtype == object for one in chains)
     _, zero = rationals.makers(exactly)

@@ -19,12 +19,13 @@ by least squares: no step needs more than the sizes at hand.
 import numpy as np
 import scipy.linalg
 
+from ...numeric import Matrix, Vector
 from .companion_chain import Chain
 
 RANK_TOL = 1e-13  # a pivot this small beside the largest is zero
 
 
-def driven(A, C, k, poles):
+def driven(A: Matrix, C: Matrix, k: Vector, poles: Vector) -> Chain:
     """A `Chain` with these poles, pairs side by side, that with b > 0 first.
 
     Every row of T but zero ones has length one.  Where no observer has these poles
@@ -35,7 +36,8 @@ def driven(A, C, k, poles):
     for factor in factors[::-1]:
         spaces.append(factor.before(spaces[-1]))
     *later, first = spaces
-    T, D, F = [], [], np.zeros((len(poles), len(poles)))
+    T, D = list[Vector](), list[Vector]()
+    F = np.zeros((len(poles), len(poles)))
     t, size = _unit((k @ first.T) @ first)
     P = np.r_[size, np.zeros(len(poles))][None, : len(poles)]
     for factor, space in zip(factors, later[::-1]):
@@ -51,7 +53,7 @@ def driven(A, C, k, poles):
 class _Factor:
     """One real pole a or one pair a +- b i: how a row of T is led to the next."""
 
-    def __init__(self, A, C, pole):
+    def __init__(self, A: Matrix, C: Matrix, pole: complex) -> None:
         self.C, self.a, self.b = C, pole.real, pole.imag
         self.Z = A - self.a * np.eye(len(A))
         self.q, inputs = self.Z, C
@@ -62,13 +64,15 @@ class _Factor:
         self.size = np.where(size > 0, size, 1.0)
         self.inputs = inputs / self.size[:, None]
 
-    def before(self, space):
+    def before(self, space: Matrix) -> Matrix:
         """S_before, from S."""
         Q, rank = pivoted(np.vstack([space, self.inputs]).T)
         Q, rank = pivoted(self.q @ Q[:, rank:])
         return Q[:, rank:].T
 
-    def step(self, t, space):
+    def step(
+        self, t: Vector, space: Matrix
+    ) -> tuple[list[Vector], list[Vector], list[list[float]], Vector]:
         """Rows of T, rows of D, the block of F, and the row after these."""
         both, y = np.vstack([space, self.inputs]), t @ self.q
         x = scipy.linalg.lstsq(both.T, y, cond=RANK_TOL, lapack_driver="gelsy")[0]
@@ -82,7 +86,7 @@ class _Factor:
         return [t, u], [d[1], d[0] / size], block, after / size
 
 
-def pivoted(M, tol=RANK_TOL):
+def pivoted(M: Matrix, tol: float = RANK_TOL) -> tuple[Matrix, int]:
     """An orthonormal basis whose first columns span those of M, and their number."""
     if not M.shape[1]:
         return np.eye(len(M)), 0
@@ -91,6 +95,6 @@ def pivoted(M, tol=RANK_TOL):
     return Q, int((size > tol * size[0]).sum())
 
 
-def _unit(row):
-    size = np.linalg.norm(row)
+def _unit(row: Vector) -> tuple[Vector, float]:
+    size = float(np.linalg.norm(row))
     return (row / size if size > 0 else row), size

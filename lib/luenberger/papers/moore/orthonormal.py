@@ -15,13 +15,16 @@ With one output there is no choice but of sign, and what the chain lost does not
 
 import numpy as np
 
+from ...numeric import Matrix, Vector
 from .companion_chain import Chain
 from .driven import pivoted
 
 NULL_TOL = 1e-12  # a singular value this small beside the largest is zero
 
 
-def orthonormal(A, C, k, chain, poles):
+def orthonormal(
+    A: Matrix, C: Matrix, k: Vector, chain: Chain, poles: Vector
+) -> Chain | None:
     """A `Chain` with the same poles; None where rounding leaves no independent row.
 
     `poles` are in the order of the chain's factors, of a pair the one with positive
@@ -52,13 +55,15 @@ def orthonormal(A, C, k, chain, poles):
     return Chain(F, D, T, (k @ T.T)[None])
 
 
-def _complex_row(chain, i, pole):
+def _complex_row(chain: Chain, i: int, pole: complex) -> Vector:
     """The row of the pole alone in the span of rows i and i + 1, which share a pair."""
     share = (pole - chain.F[i + 1, i + 1]) / chain.F[i, i + 1]
     return share * chain.T[i] + chain.T[i + 1]
 
 
-def _row(A, C, pole, T, F, D, wanted):
+def _row(
+    A: Matrix, C: Matrix, pole: complex, T: Matrix, F: Matrix, D: Matrix, wanted: Vector
+) -> tuple[Vector, Vector, Vector]:
     """t, f, d with t (A - pole I) = f T + d C, t orthogonal to T and near `wanted`."""
     n, below = len(A), len(T)
     pencil = np.vstack([A - pole * np.eye(n), T, C])
@@ -75,7 +80,9 @@ def _row(A, C, pole, T, F, D, wanted):
     return t - more @ T, f - more @ (F - pole * np.eye(below)), d - more @ D
 
 
-def _pair(t, f, d, pole):
+def _pair(
+    t: Vector, f: Vector, d: Vector, pole: complex
+) -> tuple[Matrix, Matrix, Matrix, Matrix]:
     """Real rows from a complex one, turned until its two parts are orthogonal."""
     turn = np.exp(-0.5j * np.angle(t @ t))
     t, f, d = t * turn, f * turn, d * turn

@@ -5,10 +5,13 @@ say.
 """
 
 import dataclasses
+from collections.abc import Iterator
 
 import numpy as np
 
-from .companion_chain import Chain, chain, in_order
+from ...numeric import Matrix, Vector
+from .admissible import OverRationals, Polynomials
+from .companion_chain import Chain, Factors, chain, in_order
 from .driven import driven
 from .orthonormal import orthonormal
 
@@ -18,14 +21,16 @@ RESIDUAL_TOL = 1e-10  # of T A - F T = D C, beside its terms
 DEPENDENT = 1e-8  # rows of T so dependent, at length one, say little of each other
 
 
-def built(admissible, factors, poles):
+def built(
+    admissible: Polynomials, factors: Factors, poles: Vector
+) -> tuple[Chain, float]:
     """The observer in the user's units, and its error: see `_error`.
 
     Where the chain has lost digits others are tried, which lose fewer.
     """
     A, C, k = admissible.A, admissible.C, admissible.k
     found = chain(A, C, k, factors)
-    if admissible.exactly:
+    if isinstance(admissible, OverRationals):
         return found, _error_of_rounding(admissible, found, poles)
     found = _scaled(admissible, found)
     error = _error(admissible, found, poles)
@@ -39,7 +44,7 @@ def built(admissible, factors, poles):
     return dataclasses.replace(found, T=found.T / d, D=found.D / outputs), error
 
 
-def _others(A, C, k, poles):
+def _others(A: Matrix, C: Matrix, k: Vector, poles: Vector) -> Iterator[Chain]:
     found = driven(A, C, k, poles)
     yield found
     if len(C) == 1 or np.linalg.matrix_rank(found.T, DEPENDENT) == len(poles):
@@ -48,7 +53,7 @@ def _others(A, C, k, poles):
             yield found
 
 
-def _error_of_rounding(admissible, found, poles):
+def _error_of_rounding(admissible: OverRationals, found: Chain, poles: Vector) -> float:
     """What an exact chain loses when its matrices become floats."""
     floats = admissible.rounded
     F, D, T, P = (X.astype(float) for X in (found.F, found.D, found.T, found.P))
@@ -56,7 +61,7 @@ def _error_of_rounding(admissible, found, poles):
     return _error(floats, rounded, poles)
 
 
-def _scaled(admissible, found):
+def _scaled(admissible: Polynomials, found: Chain) -> Chain:
     """The chain with rows of T at comparable size.
 
     A row is divided by the size of its terms, not by its own: it can be rounding.
@@ -74,7 +79,7 @@ def _scaled(admissible, found):
     )
 
 
-def _error(admissible, found, poles):
+def _error(admissible: Polynomials, found: Chain, poles: Vector) -> float:
     """Error that the state drives into the estimate, relative to k, in scaled units.
 
     The largest of |P T - k + P (s I - F)^-1 (T A - F T - D C)| over s = 0 (z = 1)
@@ -94,4 +99,4 @@ def _error(admissible, found, poles):
     terms = norm(o.T) * (norm(A) + norm(o.F)) + norm(o.D) * norm(C)
     relative = norm(dynamics) / terms if terms > 0 else 0.0
     error = max(map(norm, errors), default=0.0) / (norm(k) if k.any() else 1.0)
-    return max(error, relative * (LOST_TOL / RESIDUAL_TOL))
+    return float(max(error, relative * (LOST_TOL / RESIDUAL_TOL)))

@@ -9,18 +9,25 @@ With one output that is Moore's (13): the numbers kappa_i = k A^i g, which are k
 coordinates, obey the recurrence with coefficients beta.
 """
 
+from collections.abc import Iterable
+
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ...arguments import expect
 from ...certificate import require_real
 from ...errors import DesignError
+from ...numeric import Matrix
 from ...numeric.validation import as_array, exact, matrix, vector
-from .admissible import polynomials
+from ...plant import Plant
+from .admissible import Recurrence, polynomials
 
 EXACT_ORDER = 20  # beyond, fractions of thousands of digits take minutes
 
 
-def recurrences(plant, k, *, orders=None):
+def recurrences(
+    plant: Plant, k: ArrayLike, *, orders: Iterable[int] | None = None
+) -> tuple[Recurrence, ...]:
     """For each order, which observers of k x without feedthrough there are.
 
     Parameters
@@ -56,7 +63,7 @@ def recurrences(plant, k, *, orders=None):
     return tuple(admissible.answer(r)[0] for r in orders)
 
 
-def functionals(plant, k):
+def functionals(plant: Plant, k: ArrayLike) -> Matrix:
     """k as a matrix of rows: Fractions when plant and k are exact, else floats."""
     expect(plant=plant)
     if plant.steps is not None:

@@ -3,20 +3,25 @@
 import numpy as np
 
 from ...errors import DesignError
+from ...numeric import Vector
 from ...numeric.linalg import decaying, modes
+from ...plant import Plant
+from .admissible import OverRationals, Polynomials
 
 SHOWN = 3  # recurrence rows in a message
 VIOLATED = 1e-10  # a recurrence row this small beside its terms is met
 
 
-def out_of_range(plant, order):
+def out_of_range(plant: Plant, order: int) -> DesignError:
     return DesignError(
         f"an observer of one functional without feedthrough has 1 to n = {plant.n} "
         f"states, got order {order}. For k = 0 leave order and poles out."
     )
 
 
-def no_order(admissible, order, error):
+def no_order(
+    admissible: Polynomials, order: int | None, error: float | None
+) -> DesignError:
     """No stable observer of this order, or of any; or one that rounding spoils."""
     if error is not None:
         return DesignError(
@@ -37,7 +42,7 @@ def no_order(admissible, order, error):
     return DesignError(text + more)
 
 
-def poles(admissible, wanted):
+def poles(admissible: Polynomials, wanted: Vector) -> DesignError:
     """The poles asked for are not admissible."""
     r = len(wanted)
     recurrence, _ = admissible.answer(r)
@@ -54,7 +59,7 @@ def poles(admissible, wanted):
     return DesignError(f"{text} {_any_poles(admissible)}")
 
 
-def _violated(admissible, wanted):
+def _violated(admissible: Polynomials, wanted: Vector) -> str:
     """Which rows of S_r kappa = 0, or how far off the row space."""
     beta = np.poly(wanted / admissible.sigma).real[::-1]
     r, kappa = len(wanted), admissible.kappa
@@ -78,14 +83,14 @@ def _violated(admissible, wanted):
     )
 
 
-def _outside(admissible, row, r):
-    if admissible.exactly:
+def _outside(admissible: Polynomials, row: Vector, r: int) -> str:
+    if isinstance(admissible, OverRationals):
         return ""
     part = np.linalg.norm(row @ admissible.unseen(r)) / np.linalg.norm(row)
     return f", {part:.2g} of it is left"
 
 
-def _any_poles(admissible):
+def _any_poles(admissible: Polynomials) -> str:
     n = len(admissible.A)
     for r in range(1, n + 1):
         basis = admissible.basis(r)
@@ -94,18 +99,18 @@ def _any_poles(admissible):
     return "No order admits any poles: k sees a mode that no output shows."
 
 
-def _least(admissible, order):
+def _least(admissible: Polynomials, order: int) -> int | None:
     for r in range(1, len(admissible.A) + 1):
         if r != order and admissible.answer(r)[0].stable:
             return r
     return None
 
 
-def _applies(admissible, order):
+def _applies(admissible: Polynomials, order: int) -> bool:
     return order < len(admissible.A) and admissible.kappa_has_one_sign()
 
 
-def _remark(admissible):
+def _remark(admissible: Polynomials) -> str:
     n = len(admissible.A)
     return (
         f"In Moore's coordinates all entries of k have one sign, and a sum of terms of "
@@ -114,7 +119,7 @@ def _remark(admissible):
     )
 
 
-def _hidden(admissible):
+def _hidden(admissible: Polynomials) -> str:
     """Modes that k sees, no output shows and that do not decay.
 
     Where rounding has moved them all to the stable side, the slowest.

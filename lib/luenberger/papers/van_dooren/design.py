@@ -13,7 +13,8 @@ from scipy.linalg.lapack import get_lapack_funcs
 
 from ...arguments import expect
 from ...errors import DesignError
-from ...numeric.staircase_form import find
+from ...numeric import Matrix, Vector
+from ...numeric.staircase_form import Staircase, find
 from ...observer import Observer
 from ...plant import Plant
 from ..certified import CONDITION_WARNING, LOST_TOL, certified, state_observer
@@ -104,7 +105,9 @@ def reduced_order_observer(
     return certified(observer, plant)
 
 
-def solve_rows(form, poles, pairs, solve):
+def solve_rows(
+    form: Staircase, poles: Vector, pairs: Vector, solve: rows_of_T.Solve
+) -> rows_of_T.Rows:
     """T_U, F, D of (10), row by row."""
     rows = rows_of_T.Rows(form, solve)
     i = 0
@@ -119,7 +122,7 @@ def solve_rows(form, poles, pairs, solve):
     return rows
 
 
-def _stairs(plant, method):
+def _stairs(plant: Plant, method: str) -> Staircase:
     if method not in METHODS:
         raise ValueError(f"method must be one of {sorted(METHODS)}, got {method!r}")
     if plant.steps is not None:
@@ -130,7 +133,9 @@ def _stairs(plant, method):
     return find(plant.A, plant.C, dt=plant.dt)
 
 
-def _in_users_coordinates(plant, form, rows):
+def _in_users_coordinates(
+    plant: Plant, form: Staircase, rows: rows_of_T.Rows
+) -> Observer:
     """The Observer: (5), (12), (24), with the outputs compressed by Y."""
     r, n, U = form.rank, plant.n, form.U
     S = np.vstack([rows.T, form.C[:r]])  # upper triangular, (13) and (8)
@@ -145,7 +150,7 @@ def _in_users_coordinates(plant, form, rows):
     return state_observer(plant, rows.F, D, T, P, V)
 
 
-def _judge(S, back, lost, form):
+def _judge(S: Matrix, back: Matrix, lost: Matrix, form: Staircase) -> None:
     """Warn, or refuse, by the condition of [T; C]; its singular values are S's."""
     bound = np.linalg.norm(S) * np.linalg.norm(back)
     if not bound > CONDITION_WARNING:
@@ -165,7 +170,7 @@ def _judge(S, back, lost, form):
         )
 
 
-def _hopeless(cond, form):
+def _hopeless(cond: float, form: Staircase) -> str:
     return (
         f"cond([T; C]) = {cond:.1e}: with stairs {_short(form.blocks)} the pair (A, C) "
         "is so close to an unobservable one, for these poles, that the estimate would "
@@ -174,6 +179,6 @@ def _hopeless(cond, form):
     )
 
 
-def _short(blocks):
+def _short(blocks: tuple[int, ...]) -> str:
     shown = ", ".join(str(k) for k in blocks[:8])
     return f"({shown}{', ...' if len(blocks) > 8 else ''})"

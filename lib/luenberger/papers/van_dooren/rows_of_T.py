@@ -13,13 +13,18 @@ Source: Van Dooren (1984), section 3; the pair as one complex row is our own.
 """
 
 import dataclasses
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import scipy.linalg
 from scipy.linalg.lapack import get_lapack_funcs
 
 from ...errors import DesignError
+from ...numeric import Matrix, Vector
+from ...numeric.staircase_form import Staircase
 
+Solve = Callable[..., tuple[Vector, Any]]  # x, and f_i at the known column
 PANEL = 32  # columns triangularised at a time
 WIDE = 1e4  # how far tau may be from 1 before its row is rescaled
 FIRM = 1e-3  # least entry of a tall block's foot, beside its least singular value
@@ -36,7 +41,7 @@ class Rows:
         `minimum_norm` or `back_substitution`.
     """
 
-    def __init__(self, form, solve):
+    def __init__(self, form: Staircase, solve: Solve) -> None:
         self.form, self.solve = form, solve
         n, r = len(form.A), form.rank
         self.n, self.r, self.size, self.multiply_adds = n, r, n - r, 0
@@ -47,17 +52,17 @@ class Rows:
         self.D = np.zeros((n - r, r), kind)
         self.pivots = np.ascontiguousarray(self.G[form.leads])
 
-    def start(self, i):
+    def start(self, i: int) -> int:
         """First column that rows i + 1, ... of A_U reach."""
         return int(np.searchsorted(self.form.leads, i + 1))
 
-    def add(self, i, f):
+    def add(self, i: int, f: complex) -> None:
         """Row i with the pole f."""
         x, known = self.solve(self, i, f)
         self.T[i, i], self.F[i, i] = 1, f
         self._store(i, i, x, known)
 
-    def add_pair(self, i, f):
+    def add_pair(self, i: int, f: complex) -> None:
         """Rows i and i + 1 of a real plant with the poles f = a + jb and a - jb."""
         x, known = self.solve(self, i, f, pair=True)
         tau = x[i - self.start(i)].imag
@@ -75,7 +80,7 @@ class Rows:
         self._store(i + 1, i, x.imag / size, known.imag / size)
         self.F[i : i + 2, i : i + 2] = [[a, -b * size], [b / size, a]]
 
-    def _store(self, row, i, x, known):
+    def _store(self, row: int, i: int, x: Vector, known: complex) -> None:
         s, n = self.start(i), self.n
         if s:
             self.F[row, s - 1] = known
@@ -83,7 +88,7 @@ class Rows:
         self.T[row, i + 1 :] = x[i - s : n - s - 1]
         self.D[row] = x[n - s - 1 :]
 
-    def right_side(self, i, f):
+    def right_side(self, i: int, f: complex) -> tuple[complex, Vector]:
         """f_i at the one known column s - 1, and what is left of -af_i' beyond it."""
         s = self.start(i)
         b = -self.G[i, s:].astype(np.result_type(self.G, type(f)))
@@ -94,7 +99,7 @@ class Rows:
             b += known * self.T[s - 1, s:]
         return known, b
 
-    def shifted(self, start, stop, first, f):
+    def shifted(self, start: int, stop: int, first: int, f: complex) -> Matrix:
         """Rows start:stop of [A_U - f I; -C_U], from column `first` on."""
         block = self.G[start:stop, first:].astype(np.result_type(self.G, type(f)))
         diagonal = np.arange(max(start, first), min(stop, self.n))
@@ -102,7 +107,9 @@ class Rows:
         return block
 
 
-def minimum_norm(rows, i, f, pair=False):
+def minimum_norm(
+    rows: Rows, i: int, f: complex, pair: bool = False
+) -> tuple[Vector, Any]:
     """The solution of least norm, by a QR factorisation that sweeps the columns, (21).
 
     A panel of columns reaches r - 1 rows beyond itself.  These are carried into the
@@ -125,7 +132,9 @@ def minimum_norm(rows, i, f, pair=False):
     return x, known
 
 
-def _sweep(rows, i, f, b):
+def _sweep(
+    rows: Rows, i: int, f: complex, b: Vector
+) -> tuple[list[Vector], list[Matrix]]:
     """w with R' w = b, and the Q of every panel."""
     n, r, s = rows.n, rows.r, rows.start(i)
     above = i - s  # rows of T among those carried into the first panel
@@ -150,7 +159,7 @@ def _sweep(rows, i, f, b):
     return w, factors
 
 
-def _factor(X):
+def _factor(X: Matrix) -> tuple[Matrix, Matrix]:
     """Square R and full Q of a tall panel."""
     geqrf, orgqr = get_lapack_funcs(("geqrf", "orgqr"), (X,))
     packed, scales, _, _ = geqrf(X)
@@ -161,7 +170,7 @@ def _factor(X):
     return packed[:k], Q
 
 
-def _unsweep(w, factors, tail):
+def _unsweep(w: list[Vector], factors: list[Matrix], tail: Vector) -> Vector:
     """x = conj(Q) [w; tail], from the last panel back to the first."""
     pieces, kept = [], len(tail)
     for part, Q in zip(reversed(w), reversed(factors)):
@@ -171,7 +180,7 @@ def _unsweep(w, factors, tail):
     return np.concatenate([tail, *reversed(pieces)])
 
 
-def _outside(factors, unit, kept):
+def _outside(factors: list[Matrix], unit: int, kept: int) -> Vector:
     """Components of e_unit outside the range of M_i; unit <= r - 1 is in panel one."""
     inside = np.zeros(len(factors[0]), complex)
     inside[unit] = 1
@@ -183,7 +192,7 @@ def _outside(factors, unit, kept):
     return inside
 
 
-def firm(form):
+def firm(form: Staircase) -> Staircase:
     """The form itself, or one with (8) as printed where a tall block has no foot.
 
     Back substitution divides by the leads.  A tall block has full column rank, and
@@ -209,7 +218,7 @@ def firm(form):
     return dataclasses.replace(form, U=U, A=A, C=C, Y=form.Y @ Q, leads=leads)
 
 
-def _has_foot(block):
+def _has_foot(block: Matrix) -> bool:
     """Whether the triangle in the last rows of a block is safe to divide by."""
     below, width = block.shape
     if below == width:
@@ -218,7 +227,9 @@ def _has_foot(block):
     return foot.min() > FIRM * np.linalg.svd(block, compute_uv=False)[-1]
 
 
-def back_substitution(rows, i, f, pair=False):
+def back_substitution(
+    rows: Rows, i: int, f: complex, pair: bool = False
+) -> tuple[Vector, Any]:
     """One solution, with zeros where the echelon form has no leading row, 2(b)."""
     n, r, s, leads = rows.n, rows.r, rows.start(i), rows.form.leads
     known, b = rows.right_side(i, f)
