@@ -271,17 +271,14 @@ def _observer(
     Gam = to @ run(projection_factors, have, "Gam")["Gam"]
     sign = _signs(Gam / whole.states)
     to, back = sign * to, back * sign.T
-    return _assembled(
-        plant,
-        whole,
-        dict(
-            Ae=to @ have["Ae"] @ back,
-            Be=to @ have["Be"] @ sought.outputs,
-            Ce=sought.unweighted @ have["Ce"] @ back,
-            De=sought.unweighted @ have["De"] @ sought.outputs + whole.De,
-            Gam=sign * Gam,
-        ),
+    found = dict(
+        Ae=to @ have["Ae"] @ back,
+        Be=to @ have["Be"] @ sought.outputs,
+        Ce=sought.unweighted @ have["Ce"] @ back,
+        De=sought.unweighted @ have["De"] @ sought.outputs + whole.De,
+        Gam=sign * Gam,
     )
+    return _assembled(plant, whole, found)
 
 
 def _signs(Gam: Matrix) -> Matrix:
