@@ -86,6 +86,8 @@ def pieces(expr, show):
             factors = list(term.args)
         least = PRODUCT if len(factors) == 1 else POSTFIX
         first, *rest = (printer.show(factor, least) for factor in factors)
+        if show is latex:
+            first = word_spaced(first)
         found += [f"{'-' if sign < 0 else '+'} {first}", *rest]
     if len(found) == 1:
         return [show(expr)]

@@ -130,13 +130,14 @@ def evaluated(item):
     grid = nodes.container(classes=["lines"])
     grid += nodes.paragraph("", "", formula(claim), classes=["start"])
     chosen = next(iter(item.cases.values()), {})
-    values = [f"{latex(symbol)} = {latex(value)}" for symbol, value in chosen.items()]
-    if values:
-        grid += nodes.paragraph("", "", *spaced(values, "with "), classes=["start"])
-    names = [name for name in item.cases if name]
-    where = f"evaluated for {'; '.join(names)}" if names else "evaluated"
-    grid += nodes.paragraph("", item.why, classes=["start"])
-    grid += nodes.paragraph("", where, classes=["start", "where"])
+    for symbol, value in chosen.items():
+        shown = formula(f"{latex(symbol)} = {latex(value)}")
+        grid += nodes.paragraph("", "", shown, classes=["start"])
+    names = "; ".join(filter(None, item.cases))
+    where = f"evaluated for {names}" if names else "evaluated"
+    said = ", ".join(filter(None, [item.why, where]))
+    grid += nodes.paragraph("", classes=["left"])
+    grid += nodes.paragraph("", said, classes=["right"])
     return marked(grid, not item.check())
 
 

@@ -78,20 +78,18 @@ class Derivations(SphinxDirective):
         section["names"], section["ids"] = [], [f"derivation-{nodes.make_id(name)}"]
         section["names"].append(section["ids"][0])
         self.state.document.note_explicit_target(section)
-        own = [] if page_of(module) else self.shown(module)
-        shown = "".join(f".. autofunction:: {full}.{f}\n" for f in own)
-        section += self.parse_text_to_nodes(f"{as_set(plain_bars(rest))}\n\n{shown}")
+        section += self.parse_text_to_nodes(as_set(plain_bars(rest)))
         if derivation := page_of(module):
             section += chapter(derivation, partial(self.address, name, derivation))
-            section += self.whole(full)
-        for pointer in [] if page_of(module) else pointers(name):
+        for pointer in [] if derivation else pointers(name):
             section += self.claims(pointer)
+        section += [self.whole(full, function) for function in self.shown(module)]
         section += self.rows(name, module)
         return section
 
-    def whole(self, full):
+    def whole(self, full, function):
         """A link to the module, and nothing else of its reference."""
-        entry = ".. py:function:: derive()\n"
+        entry = f".. py:function:: {function}()\n"
         entry += f"   :module: {full}\n   :no-contents-entry:\n"
         return nodes.container("", *self.parse_text_to_nodes(entry), classes=["whole"])
 
