@@ -60,7 +60,7 @@ class _Parser(argparse.ArgumentParser):
 
 
 class _Print(argparse.Action):
-    """An option that prints what a function returns, and ends."""
+    """An option that prints the text of a function and ends the command."""
 
     def __init__(
         self, option_strings: list[str], dest: str, const: Callable[[], str], help: str
@@ -118,7 +118,7 @@ def _ended_like_interrupted() -> Iterator[None]:
 
 
 def _reason(error: Exception) -> str:
-    """What an error says; more, where linear algebra alone noticed an overflow."""
+    """The message of an error.  An overflow is named where LAPACK only noticed it."""
     said = str(error) or type(error).__name__
     if type(error).__name__ == "LinAlgError" or "infs or NaNs" in said:
         return f"the numbers are too large or too unlike to compute with: {said}"

@@ -77,7 +77,7 @@ def _time(time: dict[str, Any]) -> str:
 
 
 def _modes(modes: list[dict[str, Any]]) -> str:
-    """Each mode once, conjugates together, and how often it occurs."""
+    """List each mode once, with its conjugate, and say how often it occurs."""
     from ..show import number
 
     values = [complex(mode["real"], mode["imag"]) for mode in modes]

@@ -115,7 +115,7 @@ def _print(found: "Comparison") -> None:
 
 
 def _table(table: "Table") -> "Table":
-    """The numbers first: names are long, and may run over the edge of the terminal.
+    """The table with its numbers first, as long names may leave the terminal.
 
     A star marks the design that is recommended.
     """

@@ -34,7 +34,7 @@ def tell_json(value: object) -> None:
 
 
 def written(paths: Iterable[object], dry: bool) -> None:
-    """The files of a run on stdout; on stderr, of a dry one, that there are none."""
+    """Print the files of a run on stdout; after a dry run, say that none is there."""
     for path in paths:
         tell(path)
     if dry:
@@ -78,7 +78,7 @@ def prepare() -> None:
 
 
 def _keep_from_others(number: int) -> None:
-    """Fill the place of a closed stream; those of lower numbers are open."""
+    """Fill the place of a closed stream, once those of lower numbers are open."""
     try:
         os.fstat(number)
     except OSError:

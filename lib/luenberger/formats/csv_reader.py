@@ -182,7 +182,7 @@ class Table:
         may_miss: np.ndarray,
         carry: int | None,
     ) -> Rows:
-        """The same, cell by cell."""
+        """Read the rows of a piece cell by cell."""
         lines, carried, values = [], [], []
         for k, raw in enumerate(text.split(b"\n")[:-1], line):
             cells = self._cells(k, raw)
@@ -218,7 +218,7 @@ class Table:
             )
 
     def _cells(self, line: int, raw: bytes) -> list[str]:
-        """The cells of one line; of a blank one there are none."""
+        """The cells of one line.  A blank line has none."""
         at = self.at(line)
         if b"\0" in raw:
             raise ValueError(f"{at}: a NUL byte, so this is not a CSV file")

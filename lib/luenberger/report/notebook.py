@@ -81,7 +81,7 @@ def _client(notebook, folder, started):
 
 
 class _Heeding:
-    """A client that ends cleanly on a signal, and then lets the signal have its way.
+    """A client that ends cleanly on a signal and then hands the signal on.
 
     A signal that is ignored, as by a job in the background, stays ignored.
 
@@ -167,7 +167,7 @@ def to_html(notebook: Any, title: str) -> str:
 
 
 def _take_formulas(text, formulas):
-    """Replace TeX by tokens that Markdown leaves alone; remember their MathML."""
+    """Replace TeX by tokens that Markdown leaves alone, and keep MathML for each."""
 
     def token(match, display):
         tex = match[1].removeprefix(r"\displaystyle ")

@@ -74,7 +74,7 @@ def examine(plant: Plant) -> dict[str, Any]:
 
 
 def _modes(values, dt):
-    """Eigenvalues, slowest last, and whether each decays.
+    """The eigenvalues in order of speed, the slowest last, and whether each decays.
 
     One on the boundary does not, whichever side rounding puts it.
     """
@@ -103,7 +103,7 @@ def _observability(plant):
 
 
 def _noise(plant):
-    """Ranks; of a plant that varies in time the least over its instants."""
+    """Ranks of the covariances.  Where they vary in time, the least one is given."""
     if plant.Q is None or plant.R is None:
         return None
     perfect = _instants(plant.R).max(axis=0).diagonal() == 0
@@ -135,7 +135,7 @@ def _rank(X):
 
 
 def _undriven(plant):
-    """Modes on the unit circle that no noise moves; None where there is no circle.
+    """Modes on the unit circle that no noise moves, or None in continuous time.
 
     They are those of A - S R^-1 C, which is what is left once w is predicted from v.
     """

@@ -289,7 +289,7 @@ def _signs(Gam: Matrix) -> Matrix:
 
 
 def _assembled(plant: Plant, whole: Prediction, have: dict[str, Matrix]) -> Observer:
-    """The Observer of an estimator; the known input enters as in (3.19)."""
+    """The Observer of an estimator, into which the known input enters as in (3.19)."""
     F, D, P, V, T = (have[k] for k in ("Ae", "Be", "Ce", "De", "Gam"))
     T, L = T / whole.states, whole.L / whole.states
     A, B, C, E = plant.A, plant.B, plant.C, plant.E

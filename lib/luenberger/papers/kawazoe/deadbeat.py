@@ -203,7 +203,7 @@ def _staircase(plant: Plant) -> Built:
 def _stairs(
     A: Matrix, sizes: Sequence[int], hidden: int
 ) -> tuple[Matrix, list[Matrix]]:
-    """A with exact zeros below the stairs, and left inverses of its subdiagonal."""
+    """Set what is below the stairs to zero, and invert the subdiagonal blocks."""
     at = np.cumsum([0, *sizes])
     inverses = []
     for c in range(len(sizes) - 1):

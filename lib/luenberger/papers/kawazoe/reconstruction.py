@@ -131,7 +131,7 @@ def known_part(form: ObservabilityForm, y: Matrix, u: Matrix, windows: int) -> M
 def _record(
     plant: Plant, y: ArrayLike, u: ArrayLike | None
 ) -> tuple[Matrix, Matrix, bool]:
-    """y, u as matrices, and whether all is rational and meant to stay so."""
+    """y and u as matrices, and whether they and the plant are rational."""
     y = _column(y, plant.p)
     u = np.zeros((len(y), plant.m), int) if u is None else _column(u, plant.m)
     exactly = plant.exact is not None and object in (y.dtype, u.dtype)

@@ -130,7 +130,7 @@ def functional_observer(
 
 
 def _poles(plant: Plant, poles: ArrayLike | None, order: int | None) -> Vector | None:
-    """The poles, conjugates side by side; Fractions if they were given so."""
+    """The poles with conjugates side by side, in Fractions if they were given so."""
     if poles is None:
         if order is not None and not (
             isinstance(order, (int, np.integer)) and not isinstance(order, bool)

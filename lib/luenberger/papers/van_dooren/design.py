@@ -151,7 +151,7 @@ def _in_users_coordinates(
 
 
 def _judge(S: Matrix, back: Matrix, lost: Matrix, form: Staircase) -> None:
-    """Warn, or refuse, by the condition of [T; C]; its singular values are S's."""
+    """Warn or refuse by the condition of [T; C], which is that of S."""
     bound = np.linalg.norm(S) * np.linalg.norm(back)
     if not bound > CONDITION_WARNING:
         return

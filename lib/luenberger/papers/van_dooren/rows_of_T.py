@@ -135,7 +135,7 @@ def minimum_norm(
 def _sweep(
     rows: Rows, i: int, f: complex, b: Vector
 ) -> tuple[list[Vector], list[Matrix]]:
-    """w with R' w = b, and the Q of every panel."""
+    """Solve R' w = b panel by panel.  Returns w and the Q of every panel."""
     n, r, s = rows.n, rows.r, rows.start(i)
     above = i - s  # rows of T among those carried into the first panel
     row = i + r - above
@@ -171,7 +171,7 @@ def _factor(X: Matrix) -> tuple[Matrix, Matrix]:
 
 
 def _unsweep(w: list[Vector], factors: list[Matrix], tail: Vector) -> Vector:
-    """x = conj(Q) [w; tail], from the last panel back to the first."""
+    """Compute x = conj(Q) [w; tail] from the last panel back to the first."""
     pieces, kept = [], len(tail)
     for part, Q in zip(reversed(w), reversed(factors)):
         both = Q.conj() @ np.concatenate([part, tail])
