@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 import scipy.linalg
+from exact_oracles import solve
+from generators import rational
 
 import luenberger as lb
 from luenberger.numeric import detectability, linalg
@@ -58,11 +60,14 @@ def test_stacks_are_solved_one_by_one(shape):
 @pytest.mark.parametrize("units", [1.0, 1e-8])
 @pytest.mark.parametrize(("angle", "kept"), [(2.2e-10, True), (1.8e-10, False)])
 def test_accurate_outputs_that_almost_agree_are_refused(angle, kept, units):
-    """Rows at this angle have a second pivot of half of it, whatever their units."""
-    C1 = np.array([[1.0, 0, 0], [units, units * angle, 0]])
+    """Rows at half this angle have a second pivot of that, whatever their units."""
+    slope = 0.25 * np.pi - 0.5 * angle  # of the other row, 45 degrees
+    C1 = np.array([[0.5**0.5, 0.5**0.5, 0], [np.cos(slope), np.sin(slope), 0]])
+    C1[1] *= units
     if kept:
         Phat, Gamma1, That = linalg.complete(C1)
-        np.testing.assert_allclose(C1 @ Gamma1, np.eye(2), atol=1e-5)
+        both = C1 @ Gamma1 * [[1, units], [1 / units, 1]]
+        np.testing.assert_allclose(both, np.eye(2), atol=1e-5)
         np.testing.assert_allclose(C1 @ Phat, 0, atol=1e-12)
     else:
         with pytest.raises(lb.DesignError, match="linearly dependent"):
@@ -171,3 +176,40 @@ def test_a_sum_of_powers_goes_on_until_nothing_is_added(pole):
 )
 def test_modes_are_listed_once(values, text):
     assert linalg.modes(np.array(values)) == text
+
+
+def test_rows_are_as_independent_in_any_units():
+    """Up to 2^40; as the exact right inverse of least weighted norm."""
+    for seed in range(60):
+        rng = np.random.default_rng(seed)
+        n = int(rng.integers(2, 5))
+        m1 = int(rng.integers(1, n + 1))
+        C1 = rng.integers(-3, 4, (m1, n)).astype(float)
+        x, y = 2.0 ** rng.integers(-40, 41, n), 2.0 ** rng.integers(-40, 41, m1)
+        other = C1 / y[:, None] * x
+        if np.linalg.matrix_rank(C1) < m1:
+            with pytest.raises(lb.DesignError, match="linearly dependent"):
+                linalg.complete(other)
+            continue
+        Phat, Gamma1, That = linalg.complete(other)
+        exact, C = rational(C1), rational(other)
+        wanted = solve(C @ C.T, C).T
+        assert off_rows(Gamma1.T, wanted.T) < 1e-12, seed
+        found = linalg.complete(other, np.diag(x * x))[1] * x[:, None] / y
+        wanted = solve(exact @ exact.T, exact).T
+        assert off_rows(found, wanted) < 1e-12, seed
+        np.testing.assert_allclose(That @ Phat, np.eye(n - m1), atol=1e-9)
+
+
+def off_rows(found, exact):
+    """How far each row is off, beside its own size; the worst."""
+    size = np.abs(exact.astype(float)).max(axis=1, keepdims=True)
+    gap = (rational(found) - exact).astype(float)
+    return np.abs(gap / np.where(size > 0, size, 1.0)).max()
+
+
+@pytest.mark.parametrize("size", [1e160, 1e200, 1e300, 1e-300])
+def test_no_square_of_a_row_overflows(size):
+    Phat, Gamma1, That = linalg.complete(np.array([[size, 0.0]]))
+    np.testing.assert_array_equal(Phat, [[0], [1]])
+    np.testing.assert_allclose(Gamma1, [[1 / size], [0]], rtol=1e-15)

@@ -13,6 +13,7 @@ from scipy.linalg.lapack import dposv
 
 from ..errors import DesignError
 from . import Matrix, Vector
+from .balance import balanced
 
 SINGULAR_TOL = 1e-13  # 1 - (multiple correlation)^2 below this: a redundant output
 ROUNDING = 1e-14  # a variance this small beside the terms it is made of is zero
@@ -102,17 +103,16 @@ def complete(
     m1, n = C1.shape
     if m1 == 0:
         return np.eye(n), np.zeros((n, 0)), np.eye(n)
-    rows = np.linalg.norm(C1, axis=1, keepdims=True)
-    scaled = C1 / np.where(rows > 0, rows, 1)
-    _, upper, pivots = scipy.linalg.qr(scaled, mode="economic", pivoting=True)
-    diagonal = np.abs(np.diagonal(upper))
-    if m1 > n or diagonal[-1] <= RANK_TOL * diagonal[0]:
+    found = _independent(C1, np.ones(n))
+    if found is None:  # perhaps in better units
+        found = _independent(C1, balanced(np.zeros((n, n)), C1, 0, 0)[0])
+    if found is None:
         which = f"outputs {list(labels)}" if labels is not None else "rows of C1"
         raise DesignError(
             f"the accurate {which} are linearly dependent, so x^ cannot reproduce "
             "each of them. Take fewer of them as accurate."
         )
-    bound, free = np.sort(pivots[:m1]), np.sort(pivots[m1:])
+    bound, free = found
     Phat = np.zeros((n, n - m1))
     Phat[free, np.arange(n - m1)] = 1
     Phat[bound] = 0.0 - np.linalg.solve(C1[:, bound], C1[:, free])  # no -0.0
@@ -122,22 +122,43 @@ def complete(
     return Phat, Gamma1, That
 
 
+def _independent(C1: Matrix, units: Vector) -> tuple[Vector, Vector] | None:
+    """Columns of C1 that are a basis, and the others; None if rows are dependent."""
+    scaled = C1 * units
+    for size in (lambda row: np.abs(row).max(initial=0), np.linalg.norm):
+        rows = np.array([size(row) for row in scaled])[:, None]  # no square overflows
+        scaled = scaled / np.where(rows > 0, rows, 1)
+    _, upper, pivots = scipy.linalg.qr(scaled, mode="economic", pivoting=True)
+    diagonal, m1 = np.abs(np.diagonal(upper)), len(C1)
+    if m1 > C1.shape[1] or diagonal[-1] <= RANK_TOL * diagonal[0]:
+        return None
+    return np.sort(pivots[:m1]), np.sort(pivots[m1:])
+
+
 def _right_inverse(C1: Matrix, weight: Matrix | None) -> Matrix:
-    """W^-1 C1' (C1 W^-1 C1')^-1 by QR, as the Gram matrix squares what units do."""
-    if weight is None:
-        basis, upper = scipy.linalg.qr(C1.T, mode="economic")
-        return scipy.linalg.solve_triangular(upper, basis.T).T
-    try:
-        lower = np.linalg.cholesky(weight)
-    except np.linalg.LinAlgError:
-        raise DesignError(
-            "the weight is singular to working precision; scale the states, or give "
-            "another weight"
-        ) from None
+    """W^-1 C1' (C1 W^-1 C1')^-1 by QR, as the Gram matrix squares what units do.
+
+    The largest states come first, and columns are pivoted: then no small state loses
+    its digits.  (A. J. Cox and N. J. Higham, Stability of Householder QR for weighted
+    least squares problems, 1998.)
+    """
+    lower = np.eye(C1.shape[1])
+    if weight is not None:
+        try:
+            lower = np.linalg.cholesky(weight)
+        except np.linalg.LinAlgError:
+            raise DesignError(
+                "the weight is singular to working precision; scale the states, or "
+                "give another weight"
+            ) from None
     lifted = scipy.linalg.solve_triangular(lower, C1.T, lower=True)
-    basis, upper = scipy.linalg.qr(lifted, mode="economic")
+    rows = np.argsort(-np.abs(lifted).max(axis=1))
+    basis, upper, order = scipy.linalg.qr(lifted[rows], mode="economic", pivoting=True)
+    basis = basis[np.argsort(rows)]
     basis = scipy.linalg.solve_triangular(lower, basis, lower=True, trans=1)
-    return scipy.linalg.solve_triangular(upper, basis.T).T
+    inverse = np.empty_like(basis)
+    inverse[:, order] = scipy.linalg.solve_triangular(upper, basis.T).T
+    return inverse
 
 
 def left_over(L: Matrix, V: Matrix, C: Matrix, x: Vector) -> Matrix:
