@@ -1,7 +1,7 @@
 """Records in chunks: the same numbers, and no more memory than a chunk takes."""
 
 import tracemalloc
-from dataclasses import FrozenInstanceError, replace
+from dataclasses import replace
 
 import generators
 import numpy as np
@@ -92,7 +92,7 @@ def test_a_state_that_was_kept_can_be_gone_on_from_again(backend):
         for one, other in zip(*(found for _, found in ends)):
             np.testing.assert_array_equal(one, other)
         assert ends[0][0].instant == 60 and kept.instant == 30
-        with pytest.raises(FrozenInstanceError):
+        with pytest.raises(AttributeError):
             kept.instant = 0
 
 

@@ -5,7 +5,7 @@ row in NumPy, `Block.run` as many as it can.  Another way to do rows enters as a
 ``run(state, k, out)``, which returns the state and the first row that it left.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 from ..numeric import Matrix
@@ -45,7 +45,7 @@ class Pass:
             if block is not None and state.ready:
                 state, done = block.run(state, k, out)
                 if done == k:
-                    state = replace(state, turn=state.turn.later(state.instant))
+                    state = state._replace(turn=state.turn.later(state.instant))
                 k = done
             if k < len(y):
                 state, gain = step(self.settings, state, y[k], u[k])
