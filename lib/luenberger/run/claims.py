@@ -62,7 +62,7 @@ class Yardstick:
         """root, null and rank if the true covariance is claimed."""
         real = self.spread > 1
         root = self.rows / np.where(real, self.spread, np.inf)[:, None]
-        return root, self.rows * ~real[:, None], real.sum()
+        return root, self.rows * ~real[:, None], int(real.sum())
 
     def judge(self, X: Matrix, before: Matrix) -> Part:
         """root, null and rank of the claim X, which was propagated from `before`.

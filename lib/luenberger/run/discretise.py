@@ -104,7 +104,7 @@ def _over_one(plant: Plant, T: float) -> tuple[Matrix, ...]:
     return held if plant.Q is None else (*held, _noise(A, Q / noise, T) * noise * both)
 
 
-def _size(X: Matrix, axis: int | None = None) -> np.ndarray:
+def _size(X: Matrix, axis: int | None = None) -> np.ndarray | np.floating:
     """The power of two nearest to the largest entry, 1 where all are zero."""
     top = np.abs(X).max(axis=axis, initial=0.0)
     return power_of_two(np.where(top > 0, top, 1.0))

@@ -53,7 +53,7 @@ def simulate(
     u0: ArrayLike | None = None,
     x0: ArrayLike | None = None,
     z0: ArrayLike | None = None,
-    seed: int | None = None,
+    seed: Seed = None,
 ) -> Run:
     """Simulate plant and observer together, exactly.
 
@@ -263,7 +263,7 @@ def _simulate_continuous(
     u: ArrayLike | None,
     x0: ArrayLike | None,
     z0: ArrayLike | None,
-    seed: int | None,
+    seed: Seed,
     u0: ArrayLike | None,
 ) -> Run:
     if seed is not None or u0 is not None:

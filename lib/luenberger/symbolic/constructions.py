@@ -12,7 +12,7 @@ from .chains import framed
 from .models import differ, evaluate, model
 from .reasons import cited_latex, cited_text, follows, gap, idle, shown
 from .relations import Reasons, named
-from .typeset import latex, text
+from .typeset import Show, latex, text
 from .words import Formula
 
 
@@ -192,7 +192,7 @@ class Counterexample:
             found.append("the sides are equal")
         return found
 
-    def said(self, show):
+    def said(self, show: Show) -> tuple[list[str], list[str]]:
         """The values as equations, and the two sides at them."""
         values = [f"{show(s)} = {shown(v, show)}" for s, v in self.values.items()]
         sides = [
