@@ -30,6 +30,7 @@ KINDS_OF_PAGE = [
     "pages/api/index",
     "pages/api/designs",
     "pages/derivations/haddad-bernstein",
+    "pages/derivations/leondes-novak",
     "_modules/luenberger/papers/leondes_novak/derivation/brammer",
 ]
 
