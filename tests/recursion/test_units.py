@@ -119,6 +119,14 @@ def test_units_that_only_an_exponent_holds():
     found = lb.kalman_filter(plant)
     np.testing.assert_allclose(found.V[0], 1e-200, rtol=1e-12)
     assert lb.certify(found, plant).worst < 1e-14
+    for size, m1 in ((1e160, 0), (1e300, 0), (1e300, 1)):
+        gains = []
+        for one in (1.0, size):
+            C, R = [[one, 0]], [[0.0]]
+            plant = lb.Plant(A, None, C, dt=1.0, Q=np.eye(2), R=R)
+            best = lb.reduced_order_filter(plant, m1, horizon="steady")
+            gains.append(best.V[:, 0] * one)
+        np.testing.assert_allclose(gains[1], gains[0], rtol=1e-9)
     gains = []
     for size in (1e-300, 1.0, 1e300):
         Q, R = size * np.eye(2), [[size]]

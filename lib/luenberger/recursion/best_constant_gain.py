@@ -17,7 +17,7 @@ from ..papers.leondes_novak.derivation import steady_gradient
 from .excitation import require_excited
 from .settings import Setting
 from .steady_gain import reduced_dynamics, steady_cost, steady_gain, step_from
-from .units import in_units
+from .units import in_units, natural
 
 STATIONARITY_TOL = 1e-9  # of the best constant gain, relative
 PATIENCE = 20  # moves without a smaller residual before the search ends
@@ -30,10 +30,12 @@ def best_constant_gain(now: Setting, accurate: Sequence[int]) -> Matrix:
     The search starts from the step-wise gain, in units in which each state and each
     output matters as much as the others: so the user's units play no part.
     """
+    x, y = natural(now)
+    now = in_units(now, x, y)  # where no square overflows
     K = steady_gain(now, accurate)
     states, outputs = _units(now, K)
     K = _descended(in_units(now, states, outputs), K / states[:, None] * outputs)
-    return K * states[:, None] / outputs
+    return K * (x * states)[:, None] / (y * outputs)
 
 
 def _units(now: Setting, K: Matrix) -> tuple[Vector, Vector]:
