@@ -19,8 +19,11 @@ from luenberger.papers.moore import refusals
 from luenberger.papers.poles import arranged
 from luenberger.papers.van_dooren import design
 from luenberger.recursion import excitation
+from luenberger.recursion.settings import Settings
 
 multiply_adds = importlib.import_module("luenberger.analysis.multiply_adds")
+mean_square = importlib.import_module("luenberger.analysis.mean_square")
+steady_gain = importlib.import_module("luenberger.recursion.steady_gain")
 simulate = importlib.import_module("luenberger.run.simulate")  # lb's is the function
 
 
@@ -180,3 +183,41 @@ def test_rows_of_a_recurrence_that_are_met_are_not_listed(part, named):
     one = SimpleNamespace(kappa=kappa, sigma=1.0)
     text = refusals._violated(one, np.array([-0.5]))
     assert ("row 0 comes to" in text) is named and "row 1 comes to" in text
+
+
+@pytest.mark.parametrize("size", [1.0, 1e-20])
+@pytest.mark.parametrize(("left", "found"), [(0.9e-12, True), (1.2e-12, False)])
+def test_a_second_moment_leaves_next_to_nothing_over(left, found, size, monkeypatch):
+    """Where GMRES gets no further: X = V by all it has, and is off by `left`."""
+    monkeypatch.setattr(mean_square, "gmres", lambda _, b, **options: (0 * b, 1))
+    V, none = size * np.eye(2), np.zeros((2, 2))
+    X = V * (1 + left)
+    if found:
+        assert (mean_square._solve(none, none[None], V, X) == X).all()
+    else:
+        with pytest.raises(lb.CertificateError, match="not found to rounding"):
+            mean_square._solve(none, none[None], V, X)
+
+
+@pytest.mark.parametrize("size", [1.0, 1e-20])
+@pytest.mark.parametrize(("below", "taken"), [(0.9e-8, True), (1.1e-8, False)])
+def test_a_steady_state_starts_from_a_covariance(below, taken, size, monkeypatch):
+    """That of SciPy, unless it is more indefinite than rounding makes it."""
+    Omega = size * np.diag([1.0, -below])
+    monkeypatch.setattr(
+        steady_gain.scipy.linalg, "solve_discrete_are", lambda *_: Omega
+    )
+    plant = lb.Plant(
+        np.eye(2) / 2, None, np.eye(2), dt=1.0, Q=size * np.eye(2), R=size * np.eye(2)
+    )
+    start = steady_gain._start(Settings(plant, 0).at(0))
+    np.testing.assert_array_equal(start, Omega if taken else 4 * size * np.eye(2))
+
+
+def test_what_cancels_in_the_decorrelated_plant_is_judged_by_its_terms():
+    """A - J C is rounding here; what it is the difference of is not."""
+    Q, S, R = [[0.09]], [[0.03]], [[0.01]]
+    plant = lb.Plant([[0.3]], None, [[0.1]], dt=1.0, Q=Q, R=R, S=S)
+    move = Settings(plant, 0).at(0).move
+    assert abs(move.A[0, 0]) < 1e-15
+    assert move.size[0, 0] == pytest.approx(0.6, rel=1e-12)
