@@ -25,6 +25,10 @@ PAGES = (
     "moore.condition",
     "moore.recurrence",
     "moore.signs",
+    "van_dooren.theorem",
+    "van_dooren.rows",
+    "van_dooren.counts",
+    "van_dooren.pairs",
 )
 
 

@@ -16,6 +16,7 @@ from .models import sizes_that_fit
 from .typeset import columns, latex, padded, text
 from .words import Formula
 
+LISTED = 6  # choices that are named; of more, the first three
 WIDEST_LINE = 72  # characters; a wider matrix has a line for each row
 
 
@@ -99,6 +100,8 @@ class Explicit:
 
     def _reason(self):
         names = [name for name in self.cases if name]
+        if len(names) > LISTED:
+            names = [*names[:3], f"{len(names) - 3} more"]
         where = f"evaluated for {'; '.join(names)}" if names else ""
         return ", ".join(filter(None, [self.why, where])) or "evaluated"
 

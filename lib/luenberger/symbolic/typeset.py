@@ -132,6 +132,7 @@ class Style:
     close: str
     trace: str
     determinant: str
+    series: object
     power: object
     fraction: object
     rows: object
@@ -144,6 +145,7 @@ LATEX = Style(
     close=r"\right)",
     trace=r"\operatorname{tr}",
     determinant=r"\det",
+    series=lambda k, a, b, body: rf"\sum_{{{k}={a}}}^{{{b}}} {body}",
     power=lambda base, k: f"{base}^{{{k}}}",
     fraction=lambda p, q: rf"\tfrac{{{p}}}{{{q}}}",
     rows=lambda rows: (
@@ -159,6 +161,7 @@ TEXT = Style(
     close=")",
     trace="tr",
     determinant="det",
+    series=lambda k, a, b, body: f"Σ[{k} = {a} .. {b}] {body}",
     power=lambda base, k: (
         base + (str(k).translate(HIGH) if k.lstrip("-").isdigit() else f"^({k})")
     ),
@@ -198,6 +201,10 @@ class Printer:
             return self._power(e.base, e.exp)
         if isinstance(e, sp.Trace):
             return self._call(self.style.trace, e.arg)
+        if e is sp.I:
+            return "j", ATOM
+        if isinstance(e, sp.Sum):
+            return self._series(e)
         if isinstance(e, sp.Determinant):
             return self._call(self.style.determinant, e.arg)
         if isinstance(e, sp.Rational):
@@ -247,6 +254,12 @@ class Printer:
     def _call(self, function, argument):
         inner = f"{self.style.open}{self.show(argument)}{self.style.close}"
         return function + inner, ATOM
+
+    def _series(self, e):
+        out = self.show(e.function, PRODUCT)
+        for limits in e.limits:
+            out = self.style.series(*map(self.show, limits), out)
+        return out, PRODUCT
 
     def _number(self, q):
         if q.q == 1:

@@ -1,11 +1,15 @@
 """The equations of Van Dooren (1984) in SymPy, in reading order.
 
+`letters`
+    The letters of Van Dooren (1984), each with its size and what it stands for.
 `theorem`
-    Theorem 1, the change of coordinates, and the least norm: for every size.
+    Theorem 1, the change of coordinates, and why the stairs can be triangles.
 `rows`
-    Van Dooren's rows of T A - F T = D C, and what is true of a conjugate pair.
+    The rows of the observer, one after the other: each solves a linear system.
+`counts`
+    What it costs: multiply-adds, counted loop by loop.
 `pairs`
-    The pair a +- jb as the page writes it, and the counts (22)-(25), (34).
+    A conjugate pair a +- jb in a real observer, where the paper is wrong.
 `errata`
     What Van Dooren's pages print and what holds, each entry tried.
 

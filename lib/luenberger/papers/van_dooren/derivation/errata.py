@@ -2,7 +2,7 @@
 
 `entries()` gives for every place the printed claim as a residual that does not
 vanish, and the correct one as a residual that does.  The rank of the doubled system
-is in `rows`; the paper's order (31) of the unknowns is right, and the other
+is in `pairs`; the paper's order (31) of the unknowns is right, and the other
 order fails.
 
 Source: Van Dooren (1984), as scanned; (8) and (34) by complex rows are our own
@@ -11,7 +11,9 @@ findings.
 
 import sympy as sp
 
-from .rows import Pattern, counts, doubled, interleaved, n, r, row_symbols
+from .counts import n, r
+from .pairs import interleaved, system_of_a_pair, two_rows
+from .rows import Pattern, row_symbols
 
 # The example after (20): stairs 2, 2, 3, 3 and i = 4, as printed.
 PRINTED_M4 = """
@@ -69,14 +71,10 @@ def sign_of_20():
 
 def order_of_31():
     """Row i first in (31), against the printed order with row i + 1 first."""
-    p, i = Pattern((2, 2)), 0
-    a, b = sp.symbols("a b", real=True)
-    f, t, d = row_symbols(p, i, rows=2)
-    T = sp.Matrix.hstack(sp.Matrix([1, 0]), t)
-    block = sp.Matrix([[a, -b], [b, a]])
-    residual = T * p.A - block * T - d * p.C
-    Mb, first = doubled(p, i, a, b)
-    system = sp.Matrix.hstack(*map(interleaved, (f, t, d))) * Mb + first
+    p = Pattern((2, 2))
+    residual, _, _ = two_rows(p, 0)
+    x, M, known, _ = system_of_a_pair(p, 0).values()
+    system = x * M + known
     swapped = sp.Matrix.vstack(residual[1, :], residual[0, :])
     return (
         (interleaved(swapped) - system).expand(),
@@ -102,7 +100,6 @@ def form_8():
 
 def entries():
     """{place and what is printed: (printed residual, correct residual)}."""
-    total = counts()["(34) conjugate pairs, doubled real systems"]
     pairs = (n - r) / 2 * (2 * r) * (2 * n) ** 2
     return {
         "(20) x'M_i = af_i' has lost a minus sign": sign_of_20(),
@@ -113,7 +110,7 @@ def entries():
         ),
         "(34) 4 (n - 4) r n^2 for 4 (n - r) r n^2": (
             sp.expand(4 * (n - 4) * r * n**2 - pairs),
-            sp.expand(total - pairs),
+            sp.expand(4 * (n - r) * r * n**2 - pairs),
         ),
         "(8) cannot hold for a tall stair and C_k with CU = [0 C_k]": form_8(),
     }

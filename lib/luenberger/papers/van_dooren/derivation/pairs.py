@@ -1,10 +1,13 @@
-"""The pair a +- jb as the page writes it, and the counts (22)-(25), (34).
+"""A conjugate pair a +- jb in a real observer, where the paper is wrong.
 
-What is true of the doubled system is in `rows`; here are its definitions: the
-block (26), the two rows (27), (28), and the order (31) in which the unknowns become
-one vector.  The counts are sums of the multiply-adds of each reflector or row.
+Two rows are solved together, by a system of doubled size.  The paper says that it can
+always be solved, as the system of one row can.  That is false wherever the local stair
+is one wide, so always for one output: one of the ones in (28) is not free.  The repair:
+the pair is one complex row, whose imaginary part brings that entry along as an unknown
+tau.  A stair one wide gives tau = b / X; a wider one leaves tau free, so 1 will do.
 
-Source: Van Dooren (1984), (22)-(34).
+Source: Van Dooren (1984), (26)-(33), remark 1; the complex row, tau = b / X and that
+the form of the stairs matters are our own.
 """
 
 from functools import cache
@@ -12,108 +15,243 @@ from functools import cache
 import sympy as sp
 from sympy.matrices import kronecker_product
 
-from ....symbolic import Claim, Derivation
-from .rows import Pattern, counts, interleaved, j, m, n, r, row_symbols
+from ....symbolic import Derivation, Equation, Explicit, Iff, Line
+from .letters import *
+from .rows import Pattern, patterns, picks, row_symbols, triangle
 
-STAIRS = (1, 2, 2)  # the smallest with a row before a pair
-a, b = sp.symbols("a b", real=True)
-BLOCK = sp.Matrix([[a, -b], [b, a]])
+PAIRS = ((1, 1, 1), (1, 1, 2), (2, 2), (1, 2, 2), (3, 3))
+PART = sp.symbols("a b", real=True)
+
+# -- explicit patterns ----------------------------------------------------------------
 
 
-def pair_rows(i=1):
-    """T_i, the rows i and i + 1 of T and of F, and d_i', d_(i+1)'."""
-    p = Pattern(STAIRS)
+def block():
+    """The block of (26), and what shows its eigenvalues."""
+    a, b = PART
+    return {
+        Lam: sp.Matrix([[a, -b], [b, a]]),
+        Y: sp.Matrix([[1, 1], [-sp.I, sp.I]]),
+        Delta: sp.diag(a + sp.I * b, a - sp.I * b),
+    }
+
+
+def interleaved(X):
+    """The order of (31): column by column, row i + 1 before row i."""
+    return sp.Matrix(1, 2 * X.shape[1], lambda _, k: X[1 - k % 2, k // 2])
+
+
+def kronecker(p):
+    """The Kronecker products of (33)."""
+    a, b = PART
+    turn = kronecker_product(sp.eye(p.n), sp.Matrix([[0, -b], [b, 0]]))
+    return kronecker_product(p.A - a * sp.eye(p.n), sp.eye(2)) - turn
+
+
+def doubled(p, i):
+    """(32), (33) with every row below the first unit entry: tau is an unknown."""
+    K, twice = kronecker(p), sp.eye(2)
+    above = kronecker_product(p.T_above(i), twice) if i else sp.zeros(0, 2 * p.n)
+    rest = kronecker_product(p.C, twice)
+    return sp.Matrix.vstack(-above, K[2 * i + 2 :, :], -rest), K[2 * i + 1, :]
+
+
+def two_rows(p, i):
+    """The two rows of the equation, their unknowns, and the rows of T_U."""
     f, t, d = row_symbols(p, i, rows=2)
-    tau = t.copy()
-    tau[0, 0], tau[1, 0] = sp.Symbol(f"tau_{i}_{i + 1}"), 1  # (28): [0 1 t'] below
-    pair = sp.Matrix.hstack(sp.zeros(2, i), sp.Matrix([1, 0]), tau)
-    above = p.T_above(i)
-    rest = sp.Matrix(p.n - p.r - i - 2, p.n, lambda k, c: sp.Symbol(f"s_{k}_{c}"))
-    rows_of_F = sp.Matrix.hstack(f, BLOCK, sp.zeros(2, rest.rows))
-    return p, f, pair, d, above, sp.Matrix.vstack(above, pair, rest), rows_of_F
+    T_two = sp.Matrix.hstack(sp.zeros(2, i), sp.Matrix([1, 0]), t)
+    residual = T_two * p.A - block()[Lam] * T_two - f * p.T_above(i) - d * p.C
+    return residual.expand(), (f, t, d), T_two
 
 
-def block_steps():
-    """(26)-(29), (31), (33) for stairs (1, 2, 2), rows 1 and 2."""
-    p, f, pair, d, above, T, rows_of_F = pair_rows()
-    s, name = sp.Symbol("s"), f"stairs {STAIRS}, rows 1 and 2"
-    doubled = kronecker_product(p.A - a * sp.eye(p.n), sp.eye(2))
-    doubled -= kronecker_product(sp.eye(p.n), sp.Matrix([[0, -b], [b, 0]]))
-    swap = sp.Matrix([[0, 1], [1, 0]])
+def system_of_a_pair(p, i):
+    M, known = doubled(p, i)
+    residual, unknown, _ = two_rows(p, i)
+    x = sp.Matrix.hstack(*map(interleaved, unknown))
+    return {x_b: x, M_b: M, a_b: known, rho: interleaved(residual)}
+
+
+def order_of_a_pair(p, i):
+    _, _, T_two = two_rows(p, i)
+    turned = (T_two * p.A - block()[Lam] * T_two).expand()
+    return {t_b: interleaved(T_two), K_b: kronecker(p), rho: interleaved(turned)}
+
+
+def both_sides(rows):
+    return [2 * k + side for k in rows for side in (0, 1)]
+
+
+def repaired(p, i):
+    """With tau unknown the leading rows make a triangle, whatever the stairs are."""
+    M, _ = doubled(p, i)
+    lead = both_sides(p.leading(i))
+    X = triangle(M, lead, [x for x in p.stair_entries(i) for _ in (0, 1)])
+    return {S_b: picks(lead, M.rows), M_b: M, X_b: X}
+
+
+def as_printed(p, i):
+    """The system without the row of tau, which the paper puts in as one."""
+    M, _ = doubled(p, i)
+    return M.extract([k for k in range(M.rows) if k != 2 * i], list(range(M.cols)))
+
+
+def printed_and_sound(p, i):
+    """A wider stair: the row of tau leads no column, so that it may be left out."""
+    lead = [k - (k > 2 * i) for k in both_sides(p.leading(i))]
+    M = as_printed(p, i)
+    X = triangle(M, lead, [x for x in p.stair_entries(i) for _ in (0, 1)])
+    return {S_c: picks(lead, M.rows), M_c: M, X_b: X}
+
+
+def unseen(p, i):
+    """A column that M_i sends to the place of t_(i,i+1), and to nothing else."""
+    T_above = p.T_above(i)
+    column = sp.zeros(p.n, 1)
+    column[i] = 1 / p.A[i + 1, i]
+    for k in reversed(range(i)):  # T_i v = 0, from the last row up
+        column[k] = -(T_above[k, k + 1 :] * column[k + 1 :, :])[0] / T_above[k, k]
+    return column
+
+
+def entry_that_is_met(p, i):
+    M_, a = p.M(i, PART[0])
+    place = sp.Matrix(M_.rows, 1, lambda k, _: int(k == i))
+    return {M: M_, v_i: unseen(p, i), e_i: place}
+
+
+def printed_and_singular(p, i):
+    column = kronecker_product(unseen(p, i), sp.Matrix([1, 0]))
+    return {M_c: as_printed(p, i), v_b: column}
+
+
+def forced(p, i):
+    a, b = PART
+    (_, known), (_, real) = p.M(i, a + sp.I * b), p.M(i, a)
+    ratio = sp.Matrix([[b / p.A[i + 1, i]]])
+    return {a_0: real, a_f: known, v_i: unseen(p, i), tau: ratio}
+
+
+def over_patterns(values, wanted=lambda p, i: True):
+    """{which rows of which stairs: values}, the smallest first."""
     return {
-        "(26) the block has the eigenvalues a +- jb": Claim(
-            (s * sp.eye(2) - BLOCK).det().expand(), ((s - a) ** 2 + b**2).expand()
-        ),
-        f"(27) rows of F times T_U: f T_i + block times the pair, {name}": Claim(
-            (rows_of_F * T).expand(), (f * above + BLOCK * pair).expand()
-        ),
-        f"(28),(29) what is known on the left, the unknown f, d on the right, {name}": (
-            Claim(
-                (pair * p.A - rows_of_F * T - d * p.C).expand(),
-                (pair * p.A - BLOCK * pair - f * above - d * p.C).expand(),
-            )
-        ),
-        f"(31) row i + 1 before row i, column by column: f T_i is xb'Tb, {name}": Claim(
-            interleaved(f * above).expand(),
-            (interleaved(f) * kronecker_product(above, sp.eye(2))).expand(),
-        ),
-        f"(33) interleaved, T A - block T is the row times the product, {name}": Claim(
-            interleaved((pair * p.A - BLOCK * pair).expand()),
-            (interleaved(pair) * doubled).expand(),
-        ),
-        f"(33) with the rows in the other order b changes its sign, {name}": Claim(
-            (swap * BLOCK * swap), BLOCK.subs(b, -b)
-        ),
+        f"{name}, rows {i + 1}, {i + 2}": values(p, i)
+        for name, p in patterns(PAIRS).items()
+        for i in range(p.n - p.r - 1)
+        if wanted(p, i)
     }
 
 
-def sums(term, variable, last):
-    return sp.summation(term, (variable, 0, last))
+# -- the page -------------------------------------------------------------------------
 
-
-def count_steps():
-    """(22)-(25), (34): sums, whose leading terms are the page's figures."""
-    c, i = counts(), sp.Symbol("i", integer=True, nonnegative=True)
-    done = sums(2 * (n - j) ** 2 + 2 * n * (n - j) + 2 * n * (n - j), j, n - 1)
-    solved = n * sums(j + 1, j, n - 1)  # n rows, one triangle each
-    leading = lambda x, y: sp.limit(x / y, n, sp.oo)  # noqa: E731
-    return {
-        "(22) n - r rows of r n^2 each": Claim(
-            sums(c["(21) one M_i"], i, n - r - 1).expand(),
-            c["(22) all rows"].expand(),
+PAGE = (
+    """A real plant should have a real observer. For a pair of poles there is a
+    block of `F` that is real.""",
+    Explicit("26", "the eigenvalues of the block", Lam * Y, Y * Delta, {"": block()}),
+    """The rows `i` and `i + 1` of the equation are solved together: what is known
+    on the left, unknown `f_p` and `d_p` on the right.""",
+    is_F := define(F_p * T_U, f_p * T_i + Lam * T_p, "27"),
+    known_left := chain(
+        "28, 29",
+        "the two rows of the equation",
+        T_p * A_U - F_p * T_U - d_p * C_U,
+        Line(T_p * A_U - Lam * T_p - f_p * T_i - d_p * C_U, by=(is_F,)),
+    ),
+    chain(
+        "28, 29",
+        "what is known stands on the left",
+        Equation(T_p * A_U - F_p * T_U - d_p * C_U, ZeroMatrix(2, n)),
+        Iff(
+            Equation(T_p * A_U - Lam * T_p, f_p * T_i + d_p * C_U),
+            by=(known_left,),
         ),
-        "(23) reflectors from left and right and on U: 8/3 n^3 to leading order": (
-            Claim(leading(done, n**3), leading(c["staircase, as done"], n**3))
-        ),
-        "(23) the page counts n^3/3 + r n^2 more": Claim(
-            (c["(23) staircase"] - c["staircase, as done"]).expand(),
-            n**3 / 3 + r * n**2,
-        ),
-        "(25) U^*B, n x n times n x m, and T_U times it": Claim(
-            (n * n * m + (n - r) * n * m).expand(), c["(25) P"].expand()
-        ),
-        "(25) n rows of [P V], each by one triangle: n^3/2 to leading order": Claim(
-            leading(solved, c["(25) [G; H]"]), sp.Integer(1)
-        ),
-        "(34) (n - r)/2 pairs, a system of twice the rows and columns": Claim(
-            ((n - r) / 2 * (2 * r) * (2 * n) ** 2).expand(),
-            c["(34) conjugate pairs, doubled real systems"].expand(),
-        ),
-    }
+    ),
+    """The page makes one vector of them, row `i + 1` before row `i` in every
+    column, and one matrix of Kronecker products.""",
+    Explicit(
+        "31, 33",
+        "two rows as one, times the Kronecker products",
+        t_b * K_b,
+        rho,
+        over_patterns(order_of_a_pair),
+    ),
+    """The rows of that matrix below the known entry, with `T_i` above and `C_U`
+    below them, make the system for the pair. Here `tau`, the entry of row `i + 1`
+    above which row `i` begins its unknowns, is one of the unknowns.""",
+    Explicit(
+        "30, 31, 32",
+        "the system of doubled size",
+        x_b * M_b + a_b,
+        rho,
+        over_patterns(system_of_a_pair),
+    ),
+    "It can always be solved: its leading rows make a triangle, as for one row.",
+    Explicit(
+        "32",
+        "with tau unknown the leading rows make a triangle",
+        S_b * M_b,
+        X_b,
+        over_patterns(repaired),
+    ),
+    """The page puts `tau = 1`, as (28) has it, and leaves its row out. That is
+    sound where this row leads no column, which is so where the local stair is
+    wider than one.""",
+    Explicit(
+        "32",
+        "where a stair is wide enough the printed rows do as well",
+        S_c * M_c,
+        X_b,
+        over_patterns(printed_and_sound, lambda p, i: not p.one_wide(i)),
+    ),
+    """Elsewhere it is wrong. Whether a stair is wide enough depends on its form:
+    the stairs (1, 2, 2) pass with the triangle in the last rows of the tall stair,
+    and fail with (8) as printed.""",
+    Explicit(
+        "32",
+        "a column that leads only to the entry beside the one",
+        M * v_i,
+        e_i,
+        over_patterns(entry_that_is_met, Pattern.one_wide),
+    ),
+    Explicit(
+        "32",
+        "the printed system has no left inverse",
+        M_c * v_b,
+        ZeroMatrix(2 * (n + r) - 3, 1),
+        over_patterns(printed_and_singular, Pattern.one_wide),
+    ),
+    """The pair is one complex row as well: the row `w` turns the block into the
+    pole `a + j b`, and the two rows into the system of one row. So no doubled
+    system is needed.""",
+    eigenrow := define(w * Lam, N * w),
+    chain(
+        "29",
+        "the pair is one complex row",
+        w * (T_p * A_U - Lam * T_p - f_p * T_i - d_p * C_U),
+        Line(w * T_p * A_U - N * w * T_p - w * f_p * T_i - w * d_p * C_U, (eigenrow,)),
+    ),
+    """Its imaginary part has `tau`. Times that column the system gives the entry
+    beside the one, of which `tau` is the imaginary part: `b` over the entry of the
+    stair, which is zero only if `b` is. Where the stair is wider `tau` stays free.""",
+    solved := define(x_i * M, -a_f, "18"),
+    met := define(M * v_i, e_i),
+    chain(
+        "32",
+        "what the entry beside the one must be",
+        x_i * e_i,
+        Line(x_i * M * v_i, by=(met,)),
+        Line(-a_f * v_i, by=(solved,)),
+    ),
+    Explicit(
+        "32",
+        "its imaginary part is b over the entry of the stair",
+        (a_0 - a_f) * v_i,
+        sp.I * tau,
+        over_patterns(forced, Pattern.one_wide),
+    ),
+)
 
 
 @cache
 def derive():
-    p, f, pair, d, _, _, rows_of_F = pair_rows()
-    return Derivation(
-        formulas={
-            "(26) block": BLOCK,
-            "(27) rows of F": rows_of_F,
-            "(28) rows of T_U": pair,
-            "(31) xb'": sp.Matrix.hstack(
-                interleaved(f), interleaved(pair[:, 2:]), interleaved(d)
-            ),
-        },
-        steps=block_steps() | count_steps(),
-        source="Van Dooren (1984), section 3",
-    )
+    """The page."""
+    source = f"{SOURCE}, (26)-(33)"
+    return Derivation(page=PAGE, letters=letters, source=source)

@@ -1,30 +1,31 @@
-"""Van Dooren's rows of T A - F T = D C, and what is true of a conjugate pair.
+"""The rows of the observer, one after the other: each solves a linear system.
 
-Each row of the unknowns solves a linear system whose matrix M_i is in column echelon
-form: the rows that lead its columns make a triangle, so M_i has a left inverse.  The
-paper says the same of the doubled system (30)-(33) for a conjugate pair a +- jb.
-That is false wherever the local stair is one wide, so always for one output: a
-vector v with M_i v = e shows that one unit entry, t_{i+1,i+1} = 1, was not free.
-The repair: the pair is one complex row with f = a + jb, whose imaginary part brings
-tau = t_{i+1,i+1} along as an unknown.  Its matrix is M_i again, so it can always be
-solved; a one wide stair gives tau = b / X with X the stair's entry, which is zero
-only for b = 0, and a wider one leaves tau free, so 1 will do.
+T_U is a unit triangle, so half of (10) is true before one begins.  A row of the other
+half contains no row of T_U below it; with the rows above it known it is linear in what
+is left, and its matrix can be solved for every pole, because the rows that lead its
+columns make a triangle.  So an observer with any spectrum exists: it is constructed.
 
-The claims are proved at concrete sizes with symbolic entries.  Rows and columns are
-counted from 0 here.
-
-Source: Van Dooren (1984), (7)-(34); the complex row and tau = b / X are our own.
+Source: Van Dooren (1984), (13)-(21), remark 2(b).
 """
 
 from functools import cache
 
 import sympy as sp
-from sympy.matrices import kronecker_product
 
-from ....symbolic import Claim, Derivation
+from ....symbolic import (
+    BlockMatrix,
+    Construction,
+    Derivation,
+    Equation,
+    Explicit,
+    Iff,
+    Line,
+)
+from .letters import *
 
-STAIRS = ((1, 1, 1), (1, 2), (2, 2), (1, 1, 2), (1, 2, 3), (2, 3))
-PAIRS = ((1, 1, 1), (1, 1, 2), (1, 2, 2), (2, 2), (3, 3))
+STAIRS = ((1, 2), (1, 1, 1), (2, 2), (1, 1, 2), (1, 2, 3), (2, 3))
+
+# -- explicit patterns ----------------------------------------------------------------
 
 
 class Pattern:
@@ -67,6 +68,13 @@ class Pattern:
         """For column c, the row of M_i that leads it."""
         return list(range(i)) + [lead - 1 for lead in self.leads[i:]]
 
+    def stair_entries(self, i):
+        """What leads the columns of M_i."""
+        entries = [-self.T_above(i)[k, k] for k in range(i)]
+        lead = zip(range(i, self.n), self.leads[i:])
+        sides = ((self.A if k < self.n else -self.C)[k % self.n, c] for c, k in lead)
+        return [*entries, *sides]
+
     def one_wide(self, i):
         """Whether column i is led by row i + 1: the local stair is one wide."""
         return self.leads[i] == i + 1
@@ -81,183 +89,142 @@ def row_symbols(p, i, rows=1):
     return f, t, d
 
 
-def row_steps(p, name):
-    """(15)-(20): row i of T A - F T = D C is x' M_i = -af_i', and M_i is echelon."""
-    f = sp.Symbol("f_ii")
-    steps = {}
+def patterns(stairs=STAIRS):
+    """{name: Pattern} of each list of stairs, in the library's form and as in (8)."""
+    found = {f"stairs {widths}": Pattern(widths) for widths in stairs}
+    tall = [widths for widths in stairs if len(set(widths)) > 1]
+    as_in_8 = {f"stairs {w} as in (8)": Pattern(w, printed=True) for w in tall}
+    return found | as_in_8
+
+
+def picks(rows, total):
+    """The rows of the identity that pick the given rows of a matrix."""
+    return sp.Matrix(len(rows), total, lambda k, c: int(c == rows[k]))
+
+
+def triangle(M, rows, diagonal):
+    """The given rows of M above the diagonal, on it what must stand there."""
+    upper = M.extract(rows, list(range(len(rows)))).upper_triangular(1)
+    return upper + sp.diag(*diagonal)
+
+
+def leading_rows():
+    """M, what picks its leading rows, and their triangle, for each row of a pattern."""
+    found, pole = {}, sp.Symbol("f")
+    for name, p in patterns().items():
+        for i in range(p.n - p.r):
+            M_, _ = p.M(i, pole)
+            lead = p.leading(i)
+            X_ = triangle(M_, lead, p.stair_entries(i))
+            found[f"{name}, row {i + 1}"] = {S: picks(lead, M_.rows), M: M_, X: X_}
+    first = "stairs (1, 1, 2), row 2"  # the smallest with a row above and one to spare
+    return {first: found[first]} | found
+
+
+def compound(stairs):
+    """T_U above C_U, and the columns of C_U that are not zero."""
+    p = Pattern(stairs, printed=True)
+    rows = []
     for i in range(p.n - p.r):
-        M, af = p.M(i, f)
-        x = row_symbols(p, i)
-        t = sp.Matrix.hstack(sp.zeros(1, i), sp.eye(1), x[1])
-        residual = t * p.A - f * t - x[0] * p.T_above(i) - x[2] * p.C
-        system = sp.Matrix.hstack(*x) * M + af
-        where = f"stairs {name}, row {i}"
-        steps[f"(16),(18) the row is x'M_i + af_i' = 0, {where}"] = Claim(
-            residual.expand(), system.expand()
-        )
-        lead = M.extract(p.leading(i), list(range(p.n)))
-        steps[f"(18) M_i has {p.n + p.r - 1} x {p.n} entries, {where}"] = Claim(
-            sp.Matrix(M.shape), sp.Matrix([p.n + p.r - 1, p.n])
-        )
-        steps[f"(20) the leading rows of M_i make a triangle, {where}"] = Claim(
-            lead, lead.upper_triangular()
-        )
-        entries = [-p.T_above(i)[k, k] for k in range(i)]
-        entries += [
-            (p.A if lead < p.n else -p.C)[lead % p.n, c]
-            for c, lead in enumerate(p.leads)
-            if c >= i
-        ]
-        steps[f"(20) with the stair's entries on its diagonal, {where}"] = Claim(
-            sp.Matrix(entries), lead.diagonal().T
-        )
-    return steps
+        entries = row_symbols(p, i)[1]
+        rows.append(sp.Matrix.hstack(sp.zeros(1, i), sp.eye(1), entries))
+    return {both: sp.Matrix.vstack(*rows, p.C), C_k: p.C[:, p.n - p.r :]}
 
 
-def interleaved(X):
-    """The order of (31): column by column, row i + 1 before row i."""
-    return sp.Matrix(1, 2 * X.shape[1], lambda _, k: X[1 - k % 2, k // 2])
+# -- the page -------------------------------------------------------------------------
 
+unknowns = BlockMatrix([[f_i, t_i, d]])
+system = BlockMatrix([[-T_i], [A_f], [-C_U]])
 
-def doubled(p, i, a, b):
-    """(32), (33) with every row below the first unit entry: tau is an unknown."""
-    turn = sp.Matrix([[0, -b], [b, 0]])
-    K = kronecker_product(p.A - a * sp.eye(p.n), sp.eye(2)) - kronecker_product(
-        sp.eye(p.n), turn
-    )
-    C = kronecker_product(p.C, sp.eye(2))
-    T = kronecker_product(p.T_above(i), sp.eye(2)) if i else sp.zeros(0, 2 * p.n)
-    return sp.Matrix.vstack(-T, K[2 * i + 2 :, :], -C), K[2 * i + 1, :]
-
-
-def pair_steps(p, name):
-    """(26)-(33): the doubled system, where it fails, and its repair."""
-    a, b = sp.symbols("a b", real=True)
-    block = sp.Matrix([[a, -b], [b, a]])
-    steps = {}
-    for i in range(p.n - p.r - 1):
-        where = f"stairs {name}, rows {i} and {i + 1}"
-        f, t, d = row_symbols(p, i, rows=2)
-        T = sp.Matrix.hstack(sp.zeros(2, i), sp.Matrix([1, 0]), t)
-        residual = T * p.A - block * T - f * p.T_above(i) - d * p.C
-        Mb, first = doubled(p, i, a, b)
-        system = sp.Matrix.hstack(*map(interleaved, (f, t, d))) * Mb + first
-        steps[f"(29),(30) the pair is xb' Mb = -ab', tau unknown, {where}"] = Claim(
-            interleaved(residual).expand(), system.expand()
-        )
-        M, af = p.M(i, a + sp.I * b)
-        x = sp.Matrix.hstack(f, t, d)
-        complex_row = (x[0, :] + sp.I * x[1, :]) * M + af
-        steps[f"(29) it is one complex row of (18) with f = a + jb, {where}"] = Claim(
-            complex_row.expand(), (residual[0, :] + sp.I * residual[1, :]).expand()
-        )
-        lead = [2 * k + side for k in p.leading(i) for side in (0, 1)]
-        square = Mb.extract(lead, list(range(2 * p.n)))
-        entries = p.M(i, 0)[0].extract(p.leading(i), list(range(p.n))).diagonal()
-        diagonal = sp.diag(*[x for x in entries for _ in (0, 1)])
-        steps[f"(32) repaired: leading rows make a triangle, entries X, {where}"] = (
-            Claim(square.lower_triangular(), diagonal)
-        )
-        steps |= (
-            one_wide(p, i, Mb, af, b, where) if p.one_wide(i) else wide(p, i, where)
-        )
-    return steps
-
-
-def one_wide(p, i, Mb, af, b, where):
-    """A vector that the printed Mb sends to zero, and the tau that is forced."""
-    M, _ = p.M(i, 0)
-    X = p.A[i + 1, i]
-    T = p.T_above(i)
-    v = sp.zeros(p.n, 1)
-    v[i] = 1 / X
-    for k in reversed(range(i)):  # T_i v = 0, from the last row up
-        v[k] = -(T[k, k + 1 :] * v[k + 1 :, :])[0] / T[k, k]
-    e = sp.zeros(M.shape[0], 1)
-    e[i] = 1
-    there = sp.zeros(Mb.shape[0], 1)
-    there[2 * i] = 1  # the row of tau, which the paper takes as known and leaves out
-    t = -(af * v)[0] * X  # X times the entry t_(i,i+1) + j tau of the complex row
-    half = kronecker_product(v, sp.Matrix([1, 0]))
-    return {
-        f"(32) one wide: M_i v = e at the row of t_(i,i+1), {where}": Claim(
-            (M * v).applyfunc(sp.cancel), e
+PAGE = (
+    """Look for `T_U` as a triangle with ones on its diagonal. Whatever its other
+    entries are, `T_U` above `C_U` is then invertible, because `C_k` is.""",
+    Explicit(
+        "10, 13",
+        "the determinant is that of the outputs",
+        sp.Determinant(both),
+        sp.Determinant(C_k),
+        {f"stairs {stairs}": compound(stairs) for stairs in STAIRS[:3]},
+    ),
+    """Row `i` of `F` has unknown entries, the pole `f_ii`, and zeros. Row `i` of
+    `T_U` has zeros, a one, and unknown entries. So no row of `T_U` below it takes
+    part.""",
+    is_f := define(f * T_U, f_i * T_i + t * L_f, "14"),
+    is_t := define(t, e + t_i * E, "14"),
+    is_a := define(e * (A_U - L_f), a_f, "19"),
+    is_A_f := define(E * (A_U - L_f), A_f, "19"),
+    row := chain(
+        "15, 16, 18",
+        "a row of the equation is linear in what is left",
+        t * A_U - f * T_U - d * C_U,
+        Line(t * (A_U - L_f) - f_i * T_i - d * C_U, by=(is_f,)),
+        Line(e * (A_U - L_f) + t_i * E * (A_U - L_f) - f_i * T_i - d * C_U, by=(is_t,)),
+        Line(a_f + t_i * A_f - f_i * T_i - d * C_U, by=(is_a, is_A_f)),
+        Line(a_f + unknowns * system, why="collect the unknowns"),
+    ),
+    """In the first row there is no `f_i` and no `T_i`. With a letter for the
+    unknowns and one for the matrix, it is one linear system for each row. The page
+    has lost a minus sign here.""",
+    is_x := define(unknowns * system, x_i * M, "18"),
+    chain(
+        "17, 20",
+        "the system of one row",
+        Equation(t * A_U - f * T_U - d * C_U, ZeroMatrix(1, n)),
+        Iff(Equation(a_f + x_i * M, ZeroMatrix(1, n)), by=(row, is_x)),
+        Iff(Equation(x_i * M, -a_f)),
+    ),
+    """In every column of `M` the last entry that is not zero is `-1` or an entry
+    of a stair, each in a row of its own. These rows make a triangle whose diagonal
+    does not contain the pole.""",
+    Explicit(
+        "18, 20",
+        "the rows that lead the columns make a triangle",
+        S * M,
+        X,
+        leading_rows(),
+    ),
+    "So the system can be solved, whatever the pole is.",
+    picked := define(S * M, X, "20"),
+    left := define(L * M, I, "20"),
+    Construction("20", "a left inverse", {L: X.I * S}, satisfies=(left,), by=(picked,)),
+    """That is back substitution: it costs less than anything else, uses the rows
+    of the stairs alone, and may give a sensitive solution.""",
+    chain(
+        "remark 2(b)",
+        "a solution by back substitution",
+        -a_f * X.I * S * M,
+        Line(-a_f * X.I * X, by=(picked,)),
+        Line(-a_f, why="the inverse cancels"),
+    ),
+    "The solution of least norm uses all rows. It comes from a factorisation.",
+    factors := define(M, Q * R, "21"),
+    orthonormal := define(Qs * Q, I, "21"),
+    chain(
+        "21",
+        "a solution from the factors",
+        -a_f * R.I * Qs * M,
+        Line(-a_f * R.I * Qs * Q * R, by=(factors,)),
+        Line(-a_f * R.I * R, by=(orthonormal,)),
+        Line(-a_f, why="the inverse cancels"),
+    ),
+    """Every other solution differs by an `h` with `h M = 0`, so that `h Q = 0`. It
+    is longer by `h h^*`.""",
+    no_part := define(h * Q, ZeroMatrix(1, n)),
+    no_part_too := define(Qs * h_star, ZeroMatrix(n, 1)),
+    chain(
+        "21",
+        "no solution is shorter",
+        (h - a_f * R.I * Qs) * (h_star - Q * Rs.I * a_star),
+        Line(
+            h * h_star + a_f * R.I * Qs * Q * Rs.I * a_star, by=(no_part, no_part_too)
         ),
-        f"(32) one wide: the printed Mb has rank below 2n, Mb v = 0, {where}": Claim(
-            (Mb * half).applyfunc(sp.cancel), there
-        ),
-        f"(32) one wide: tau X = b, so tau is zero only if b is, {where}": (
-            sp.expand(t - t.subs(b, 0) - sp.I * b)
-        ),
-    }
-
-
-def wide(p, i, where):
-    """Row i + 1 leads no column: it may be left out, that is, tau may be chosen."""
-    return {
-        f"(32) wider stair: the row of tau leads no column, so tau = 1, {where}": (
-            sp.Integer(p.leading(i).count(i))
-        )
-    }
-
-
-n, r, m, j, i = sp.symbols("n r m j i", positive=True, integer=True)
-
-
-def counts():
-    """Multiply-adds: the paper's, and those of what is done here."""
-    reflector = 2 * r * (n - j)  # r entries, applied to the columns that follow
-    narrow = sp.summation(2 * r * (n - i - j), (j, 0, n - i - 1))
-    return {
-        "(21) one M_i": r * n**2,
-        "(21) reflectors of r entries": sp.summation(reflector, (j, 0, n - 1)),
-        "(22) all rows": (n - r) * r * n**2,
-        "all rows, on the columns that are not yet triangular": sp.summation(
-            narrow, (i, 0, n - r - 1)
-        ),
-        "(23) staircase": (3 * n + r) * n**2,
-        "staircase, as done": sp.Rational(8, 3) * n**3,
-        "(25) P": n**2 * m + (n - r) * n * m,
-        "(25) [G; H]": n**3 / 2,
-        "(34) conjugate pairs, doubled real systems": 4 * (n - r) * r * n**2,
-        "conjugate pairs, complex rows": 2 * (n - r) * r * n**2,
-    }
-
-
-def count_steps():
-    """The leading terms agree, and what is saved."""
-    c = counts()
-    share = c["all rows, on the columns that are not yet triangular"]
-    leading = lambda x, y: sp.limit(x / y, n, sp.oo)  # noqa: E731
-    return {
-        "(21) reflectors of r entries cost r n^2 to leading order": Claim(
-            leading(c["(21) reflectors of r entries"], c["(21) one M_i"]), sp.Integer(1)
-        ),
-        "(22) without the triangular columns: a third of it": Claim(
-            leading(share, c["(22) all rows"]), sp.Rational(1, 3)
-        ),
-        "(34) a complex row instead of the doubled system: half of it": Claim(
-            2 * c["conjugate pairs, complex rows"],
-            c["(34) conjugate pairs, doubled real systems"],
-        ),
-    }
-
-
-def formulas():
-    """The definitions of one small case, stairs (1, 2), for reading."""
-    p = Pattern((1, 2))
-    M, af = p.M(0, sp.Symbol("f_ii"))
-    return {"(7) A_U": p.A, "(7) C_U": p.C, "(17) M_1": M, "(19) af_1'": af} | counts()
+        Line(h * h_star + a_f * R.I * Rs.I * a_star, by=(orthonormal,)),
+    ),
+)
 
 
 @cache
 def derive():
-    steps = count_steps()
-    for stairs in STAIRS:
-        steps |= row_steps(Pattern(stairs), f"{stairs}")
-        steps |= row_steps(Pattern(stairs, printed=True), f"{stairs} as in (8)")
-    for stairs in PAIRS:
-        steps |= pair_steps(Pattern(stairs), f"{stairs}")
-    return Derivation(
-        formulas=formulas(), steps=steps, source="Van Dooren (1984), section 3"
-    )
+    """The page."""
+    source = f"{SOURCE}, section 3, to (21)"
+    return Derivation(page=PAGE, letters=letters, source=source)

@@ -1,209 +1,194 @@
-"""Theorem 1, the change of coordinates, and the least norm: for every size.
+"""Theorem 1, the change of coordinates, and why the stairs can be triangles.
 
-The letters are those of the library: the paper's P, G, H are G, P, V here.  U^* is
-the conjugate transpose of U; only U U^* = U^* U = I is used of it, so the plant may
-be complex.  What holds at concrete sizes only, as the triangle of (13), says which.
+All of it holds for every size, for complex plants as for real ones, and for both
+kinds of time: the index + is the next instant or the derivative.
 
-Source: Van Dooren (1984), (1)-(24).
+Source: Van Dooren (1984), (1)-(12), (24), remark 2(c); reflectors after Householder.
 """
 
 from functools import cache
 
-import sympy as sp
+from ....symbolic import BlockMatrix, Construction, Derivation, Line
+from .letters import *
 
-from ....symbolic import (
-    Algebra,
-    BlockMatrix,
-    Claim,
-    Derivation,
-    Identity,
-    MatrixSymbol,
-    ZeroMatrix,
-    claims,
+
+def stacked(*blocks):
+    return BlockMatrix([[block] for block in blocks])
+
+
+PAGE = (
+    "The plant, the observer, and its estimate of the whole state.",
+    is_x := define(x_next, A * x + B * u, "1"),
+    is_y := define(y, C * x, "1"),
+    is_z := define(z_next, F * z + D * y + G * u, "2"),
+    is_estimate := define(x_hat, P * z + V * y, "3"),
+    "The theorem asks for a `T` with two properties, and takes the gains from it.",
+    tracked := define(T * A, F * T + D * C, "4"),
+    driven := define(G, T * B, "5"),
+    whole := define(P * T + V * C, I, "5"),
+    """Then the observer's state tracks `T x`, with an error that nothing drives.
+    The estimate errs by a multiple of it.""",
+    is_eps := define(eps, z - T * x),
+    is_eps_next := define(eps_next, z_next - T * x_next),
+    free := chain(
+        "1, 2, 4, 5",
+        "the error moves by itself",
+        eps_next,
+        Line(z_next - T * x_next, by=(is_eps_next,)),
+        Line(F * z + D * C * x + G * u - T * (A * x + B * u), by=(is_z, is_y, is_x)),
+        Line(F * z + D * C * x - T * A * x, by=(driven,)),
+        Line(F * z - F * T * x, by=(tracked,)),
+        Line(F * eps, by=(is_eps,)),
+    ),
+    errs := chain(
+        "3, 5",
+        "the estimate errs by a multiple of it",
+        x_hat - x,
+        Line(P * z + V * C * x - x, by=(is_estimate, is_y)),
+        Line(P * z - P * T * x, by=(whole,)),
+        Line(P * eps, by=(is_eps,)),
+    ),
+    """So the error is `F^t` times what it was at the start; in continuous time,
+    for which alone the paper writes it, `e^(F t)` times. Both begin with the
+    identity and both move by `F`, and an error that moves so has no choice.""",
+    flows := define(Phi_next, F * Phi),
+    carried := define(eps, Phi * eps_0),
+    chain(
+        "6",
+        "the error at any time",
+        eps_next,
+        Line(F * eps, by=(free,)),
+        Line(F * Phi * eps_0, by=(carried,)),
+        Line(Phi_next * eps_0, by=(flows,)),
+    ),
+    chain(
+        "6",
+        "the error of the estimate at any time",
+        x_hat - x,
+        Line(P * eps, by=(errs,)),
+        Line(P * Phi * eps_0, by=(carried,)),
+    ),
+    """Unitary coordinates neither enlarge a rounding error nor change how
+    sensitive the solution is. They turn the equation for `T` into one for `T_U`.""",
+    inverse := define(U * Us, I, "7"),
+    is_A_U := define(A_U, Us * A * U, "7"),
+    is_C_U := define(C_U, C * U, "7"),
+    is_T_U := define(T_U, T * U, "10"),
+    chain(
+        "9, 10",
+        "the equation in these coordinates",
+        T_U * A_U - F * T_U,
+        Line(T * U * Us * A * U - F * T * U, by=(is_T_U, is_A_U)),
+        Line(T * A * U - F * T * U, by=(inverse,)),
+        Line(D * C * U, by=(tracked,)),
+        Line(D * C_U, by=(is_C_U,)),
+    ),
+    chain(
+        "9, 10",
+        "both are invertible or none is",
+        stacked(T, C) * U,
+        Line(stacked(T * U, C * U), why="multiply out"),
+        Line(stacked(T_U, C_U), by=(is_T_U, is_C_U)),
+    ),
+    "A solution in these coordinates leads back, with both gains.",
+    solved := define(T_U * A_U, F * T_U + D * C_U, "10"),
+    is_T := define(T, T_U * Us),
+    chain(
+        "4, 10",
+        "back to the coordinates of the plant",
+        T * A - F * T,
+        Line(T_U * Us * A - F * T_U * Us, by=(is_T,)),
+        Line(T_U * A_U * Us - F * T_U * Us, by=(is_A_U, inverse)),
+        Line(D * C_U * Us, by=(solved,)),
+        Line(D * C, by=(is_C_U, inverse)),
+    ),
+    chain(
+        "24",
+        "the gain of the input",
+        G,
+        Line(T * B, by=(driven,)),
+        Line(T_U * Us * B, by=(is_T,)),
+    ),
+    left_inverse := define(X_1 * T_U + X_2 * C_U, I),
+    chain(
+        "24",
+        "the gains of the estimate",
+        U * X_1 * T + U * X_2 * C,
+        Line(U * X_1 * T_U * Us + U * X_2 * C, by=(is_T,)),
+        Line(U * (X_1 * T_U + X_2 * C_U) * Us, by=(is_C_U, inverse)),
+        Line(U * Us, by=(left_inverse,)),
+        Line(I, by=(inverse,)),
+    ),
+    """A unitary change of the observer's state brings `F` to triangular form, and
+    changes `T_U` and `D` with it. So a triangular `F` loses nothing.""",
+    turned := define(W * Ws, Identity(n - r)),
+    chain(
+        "11, 12",
+        "the observer in other coordinates",
+        Ws * T_U * A_U - Ws * F * W * Ws * T_U,
+        Line(Ws * T_U * A_U - Ws * F * T_U, by=(turned,)),
+        Line(Ws * D * C_U, by=(solved,)),
+    ),
+    chain(
+        "11, 12",
+        "and its matrix is invertible as before",
+        BlockMatrix([[W, ZeroMatrix(n - r, r)], [ZeroMatrix(r, n - r), Identity(r)]])
+        * stacked(Ws * T_U, C_U),
+        Line(stacked(W * Ws * T_U, C_U), why="multiply out"),
+        Line(stacked(T_U, C_U), by=(turned,)),
+    ),
+    """That the stairs can be triangles is a construction. A reflector takes a
+    column to any other of the same length; for complex entries the phase of `b_s`
+    is chosen so that `v^* v = 2 v^* a_s`.""",
+    is_v := define(v, a_s - b_s),
+    scaled := define(beta * vs * a_s, Identity(1)),
+    chain(
+        "8",
+        "a reflector leaves one entry of a column",
+        (I - v * beta * vs) * a_s,
+        Line(a_s - v * beta * vs * a_s, why="multiply out"),
+        Line(a_s - v, by=(scaled,)),
+        Line(b_s, by=(is_v,)),
+    ),
+    norm := define(beta * vs * v, 2 * Identity(1)),
+    chain(
+        "8",
+        "a reflector is its own inverse",
+        (I - v * beta * vs) * (I - v * beta * vs),
+        Line(I - 2 * v * beta * vs + v * beta * vs * v * beta * vs, why="multiply out"),
+        Line(I, by=(norm,)),
+    ),
+    """One reflector for each column makes a triangle of a stair whose columns are
+    independent. It turns the states of the next stair, which is made a triangle
+    after it, and so on; the last one turns the outputs.""",
+    factors := define(A_s * W_s, Q_s * J_s * R_s),
+    unitary := define(Qs_s * Q_s, Identity(r)),
+    chain(
+        "8",
+        "a stair becomes a triangle",
+        Qs_s * A_s * W_s,
+        Line(Qs_s * Q_s * J_s * R_s, by=(factors,)),
+        Line(J_s * R_s, by=(unitary,)),
+    ),
+    """Whoever may not turn the outputs begins at the other end, with the columns
+    of `C_k`, and gets triangles in the last rows of tall stairs. Whoever may turn
+    them needs no independent outputs either: what is left of dependent ones is
+    `C`.""",
+    spanned := define(Y_1 * C, C_all),
+    orthonormal := define(Y_1s * Y_1, Identity(r)),
+    for_all := define(D_all * C_all, T * A - F * T, "4"),
+    Construction(
+        "remark 2(c)",
+        "an observer of all outputs, dependent or not",
+        {D_all: D * Y_1s},
+        satisfies=(for_all,),
+        by=(spanned, orthonormal, tracked),
+    ),
 )
-from .rows import Pattern, row_symbols
-
-n, m, r, d = sp.symbols("n m r d", integer=True, positive=True)  # d = n - r
-A, B, C = (MatrixSymbol(k, *s) for k, s in zip("ABC", ((n, n), (n, m), (r, n))))
-F, D, T = (MatrixSymbol(k, d, s) for k, s in zip("FDT", (d, r, n)))
-P, V = MatrixSymbol("P", n, d), MatrixSymbol("V", n, r)
-x, z, u = (MatrixSymbol(k, s, 1) for k, s in zip("xzu", (n, d, m)))
-U, Us = MatrixSymbol("U", n, n), MatrixSymbol("U^*", n, n)
-Tu = MatrixSymbol("T_U", d, n)
-
-FOUR = (T * A, F * T + D * C)  # (4a)
-FIVE = (V * C, Identity(n) - P * T)  # (5b)
-UNITARY = ((U * Us, Identity(n)), (Us * U, Identity(n)))
-
-
-def theorem_steps():
-    """(1)-(6): what is estimated, and the error of it."""
-    theorem = Algebra([], [FOUR, FIVE])
-    state, tracked, steps = x, z, {}
-    for k in range(1, 5):
-        now = MatrixSymbol(f"u_{k - 1}", m, 1)
-        tracked = F * tracked + D * (C * state) + (T * B) * now
-        state = A * state + B * now
-        steps[f"(6) discrete time: after {k} steps x^ - x = P F^{k} (z - T x)"] = (
-            P * tracked + V * C * state - state,
-            P * F**k * (z - T * x),
-        )
-    # continuous time: Phi = e^(F t) is known by its derivative F Phi
-    Phi, start = MatrixSymbol("Phi", d, d), MatrixSymbol("eps_0", d, 1)
-    flow = theorem.with_relations((z, T * x + Phi * start))
-    return claims(
-        theorem,
-        {
-            "(1),(2),(4a),(5a) z - T x moves by F alone: F z + D y + T B u - T (..)": (
-                F * z + D * (C * x) + (T * B) * u - T * (A * x + B * u),
-                F * (z - T * x),
-            ),
-            "(3),(5b) x^ = P z + V y: x^ - x = P (z - T x)": (
-                P * z + V * (C * x) - x,
-                P * (z - T * x),
-            ),
-            **steps,
-        },
-    ) | claims(
-        flow,
-        {
-            "(6) continuous time: eps = e^(F t) eps_0 has the rate F e^(F t) eps_0": (
-                F * z + D * (C * x) + (T * B) * u - T * (A * x + B * u),
-                F * Phi * start,
-            ),
-            "(6) continuous time: x^ - x = P e^(F t) eps_0": (
-                P * z + V * (C * x) - x,
-                P * Phi * start,
-            ),
-        },
-    )
-
-
-def coordinate_steps():
-    """(7), (9)-(12), (24): U and V turn the problem, and turn it back."""
-    Vu, Vs = MatrixSymbol("V_F", d, d), MatrixSymbol("V_F^*", d, d)
-    X1, X2 = MatrixSymbol("X_1", n, d), MatrixSymbol("X_2", n, r)
-    Au, Cu, one = Us * A * U, C * U, Identity(r)
-    there = Algebra([], [*UNITARY, FOUR])
-    back = Algebra([], [*UNITARY, (Tu * Us * A, F * Tu * Us + D * C)])
-    inverse = Algebra([], [*UNITARY, (X1 * Tu, Identity(n) - X2 * C * U)])
-    turned = Algebra(
-        [], [*UNITARY, (Tu * Us * A, F * Tu * Us + D * C), (Vu * Vs, Identity(d))]
-    )
-    left = (Vs * Tu) * Au - (Vs * F * Vu) * (Vs * Tu)
-    return (
-        claims(
-            there,
-            {
-                "(7),(9a) T U (U^* A U) - F T U = D C U": (
-                    (T * U) * Au - F * (T * U),
-                    D * Cu,
-                ),
-                "(24) T_U U^* B with T_U = T U is T B": ((T * U) * Us * B, T * B),
-            },
-        )
-        | claims(
-            back,
-            {"(10a) T_U A_U - F T_U = D C_U": (Tu * Au - F * Tu, D * Cu)},
-        )
-        | claims(
-            Algebra([], UNITARY),
-            {
-                "(9b),(10b) [T; C] U = [T_U; C_U], so both are invertible or none": (
-                    BlockMatrix([[Tu * Us], [C]]) * U,
-                    BlockMatrix([[Tu], [Cu]]),
-                )
-            },
-        )
-        | claims(
-            inverse,
-            {
-                "(24) [P V] = U [T_U; C_U]^-1 is the inverse of [T; C]": (
-                    U * X1 * (Tu * Us) + U * X2 * C,
-                    Identity(n),
-                )
-            },
-        )
-        | claims(
-            turned,
-            {"(11a),(12) V^* T_U A_U - F_V V^* T_U = V^* D C_U": (left, (Vs * D) * Cu)},
-        )
-        | claims(
-            turned,
-            {
-                "(11b),(12) diag(V, I) [V^* T_U; C_U] = [T_U; C_U]": (
-                    BlockMatrix([[Vu, ZeroMatrix(d, r)], [ZeroMatrix(r, d), one]])
-                    * BlockMatrix([[Vs * Tu], [Cu]]),
-                    BlockMatrix([[Tu], [Cu]]),
-                )
-            },
-        )
-    )
-
-
-def norm_steps():
-    """(20), (21): the solution of least norm, from M = Q R with Q^*Q = I."""
-    a, h = MatrixSymbol("af", 1, n), MatrixSymbol("h", 1, n + r - 1)
-    ah, hh = MatrixSymbol("af^*", n, 1), MatrixSymbol("h^*", n + r - 1, 1)
-    Q, Qs = MatrixSymbol("Q", n + r - 1, n), MatrixSymbol("Q^*", n, n + r - 1)
-    R, Ri, Rh = (MatrixSymbol(k, n, n) for k in ("R", "R^-1", "R^-*"))
-    factors = Algebra([], [(Qs * Q, Identity(n)), (Ri * R, Identity(n))])
-    unseen = factors.with_relations((h * Q, 0 * a), (Qs * hh, 0 * ah))
-    best, its = -a * Ri * Qs, -Q * Rh * ah
-    return claims(
-        factors,
-        {
-            "(20),(21) x' = -af' R^-1 Q^* solves x'M = -af'": (
-                best * (Q * R),
-                -a,
-            )
-        },
-    ) | claims(
-        unseen,
-        {
-            "(21) of all solutions x' + h', h'M = 0, it has the least norm": (
-                (best + h) * (its + hh),
-                best * its + h * hh,
-            )
-        },
-    )
-
-
-def triangle_steps(stairs):
-    """(10b), (13): [T_U; C_U] is triangular, and its determinant is that of C_k."""
-    p, name = Pattern(stairs, printed=True), f"stairs {stairs}"
-    rows = []
-    for i in range(p.n - p.r):
-        entries = row_symbols(p, i)[1]
-        rows.append(sp.Matrix.hstack(sp.zeros(1, i), sp.eye(1), entries))
-    both = sp.Matrix.vstack(*rows, p.C)
-    corner = p.C[:, p.n - p.r :]
-    return {
-        f"(10b),(13) [T_U; C_U] is upper triangular, {name}": Claim(
-            both, both.upper_triangular()
-        ),
-        f"(10b),(13) its determinant is the product of C_k's pivots, {name}": Claim(
-            both.det(), sp.prod(corner.diagonal())
-        ),
-    }
 
 
 @cache
 def derive():
-    steps = theorem_steps() | coordinate_steps() | norm_steps()
-    for stairs in ((1, 2), (2, 2), (1, 1, 2)):
-        steps |= triangle_steps(stairs)
-    return Derivation(
-        given=(A, B, C),
-        formulas={
-            "(2) z_+": F * z + D * C * x + T * B * u,
-            "(3) x^": P * z + V * C * x,
-            "(4) residual": T * A - F * T - D * C,
-            "(5) G": T * B,
-            "(7) A_U": Us * A * U,
-            "(7) C_U": C * U,
-            "(12) F_V": MatrixSymbol("V_F^*", d, d) * F * MatrixSymbol("V_F", d, d),
-        },
-        steps=steps,
-        source="Van Dooren (1984), sections 1 and 2",
-    )
+    """The page."""
+    source = f"{SOURCE}, sections 1 and 2"
+    return Derivation(page=PAGE, letters=letters, source=source)

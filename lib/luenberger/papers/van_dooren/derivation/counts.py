@@ -1,0 +1,170 @@
+"""What it costs: multiply-adds, counted loop by loop.
+
+Each count is a sum over the loops of the algorithm; its leading term is the paper's
+figure, and what is left shows how good a figure it is for small plants.
+
+Source: Van Dooren (1984), (21)-(25), (34), remarks 2(a) and 2(b); the staircase as it
+is done here and the pair as one complex row are our own.
+"""
+
+from functools import cache
+
+import sympy as sp
+
+from ....symbolic import Derivation, Explicit, Positive
+from .letters import SOURCE, letters
+
+n, m, r = sp.symbols("n m r", integer=True, positive=True)
+k, j = sp.symbols("k j", integer=True, nonnegative=True)
+
+
+def loop(term, variable, times):
+    """The sum of a term over a loop that runs so many times, from 0 on."""
+    return sp.Sum(term, (variable, 0, sp.Add(times, -1, evaluate=False)))
+
+
+def both_loops(term, inner, outer):
+    return loop(loop(term, j, inner), k, outer)
+
+
+COUNTS = {
+    "one M_i": r * n**2,
+    "all rows": (n - r) * r * n**2,
+    "staircase": (3 * n + r) * n**2,
+    "staircase, as done": sp.Rational(8, 3) * n**3,
+    "G": n**2 * m + (n - r) * n * m,
+    "[P V]": n**3 / 2,
+    "pairs, doubled real systems": 4 * (n - r) * r * n**2,
+    "pairs, complex rows": 2 * (n - r) * r * n**2,
+}
+
+
+def counted(number, says, loops, figure, rest):
+    """Loops, the paper's figure, and what is left of lower order."""
+    return Explicit(number, says, loops, sp.Add(figure, rest, evaluate=False))
+
+
+PAGE = (
+    """The matrix of one row has `r` entries below a diagonal. A reflector of `r`
+    entries for column `j` is applied to the `n - j` columns from there on, with
+    two multiply-adds for each entry it meets.""",
+    counted(
+        "21",
+        "the factors of one matrix",
+        loop(2 * r * (n - j), j, n),
+        COUNTS["one M_i"],
+        n * r,
+    ),
+    "There are `n - r` of them.",
+    counted(
+        "22",
+        "all rows",
+        both_loops(2 * r * (n - j), n, n - r),
+        COUNTS["all rows"],
+        (n - r) * n * r,
+    ),
+    """The rest of a row is small beside this: a triangle, and the way back through
+    the reflectors.""",
+    counted("after 21", "one triangle", loop(j + 1, j, n), n**2 / 2, n / 2),
+    Explicit("after 21", "the way back", loop(2 * r, j, n), 2 * r * n),
+    """In row `i` the first `i` columns are triangular already. Left alone, they
+    save two thirds: with `r` small the count is a third of (22).""",
+    Explicit(
+        "",
+        "the columns that are not yet triangular",
+        both_loops(2 * r * (n - k - j), n - k, n - r),
+        r * (n - r) * (n**2 + n * r + 3 * n + r**2 + 3 * r + 2) / 3,
+    ),
+    """The staircase takes a reflector for each state, applied from the left to the
+    columns that follow, from the right to all rows, and to `U`. The page counts
+    more.""",
+    counted(
+        "23",
+        "the staircase",
+        loop(2 * (n - j) ** 2 + 4 * n * (n - j), j, n),
+        COUNTS["staircase, as done"],
+        3 * n**2 + n / 3,
+    ),
+    Positive(
+        "23",
+        "the page counts more",
+        COUNTS["staircase"],
+        COUNTS["staircase, as done"],
+    ),
+    "The gains: `U^* B`, then `T_U` times it, entry by entry.",
+    Explicit(
+        "25",
+        "the gain of the input",
+        sp.Add(both_loops(n, m, n), both_loops(n, m, n - r), evaluate=False),
+        COUNTS["G"],
+    ),
+    "Each of the `n` rows of `P`, `V` takes one triangle.",
+    counted(
+        "25",
+        "the gains of the estimate",
+        both_loops(j + 1, n, n),
+        COUNTS["[P V]"],
+        n**2 / 2,
+    ),
+    """A pair takes a system with twice the rows and columns: reflectors of `2 r`
+    entries on `2 n` columns.""",
+    counted(
+        "after 33",
+        "the factors for one pair",
+        loop(4 * r * (2 * n - j), j, 2 * n),
+        8 * r * n**2,
+        4 * r * n,
+    ),
+    counted(
+        "34",
+        "all pairs",
+        both_loops(4 * r * (2 * n - j), 2 * n, (n - r) / 2),
+        COUNTS["pairs, doubled real systems"],
+        2 * (n - r) * r * n,
+    ),
+    """In complex arithmetic the rows are those of (22), and each multiply-add
+    costs four real ones: just as much. But one complex row serves both poles of a
+    pair, so that only half of the rows are needed.""",
+    Explicit(
+        "remark 2(a)",
+        "complex arithmetic costs as much",
+        4 * COUNTS["all rows"],
+        COUNTS["pairs, doubled real systems"],
+    ),
+    Explicit(
+        "remark 2(a)",
+        "one complex row for a pair costs half",
+        (n - r) / 2 * 4 * COUNTS["one M_i"],
+        COUNTS["pairs, doubled real systems"] / 2,
+    ),
+    """For more than three outputs, and many more states, the rows cost more than
+    the staircase. Back substitution costs a triangle for each row, doubled in size
+    for a pair, and `n^3` for all.""",
+    Explicit(
+        "remark 2(b)",
+        "what the rows cost more than the staircase",
+        sp.Add(COUNTS["all rows"], -COUNTS["staircase"], evaluate=False),
+        n**2 * ((r - 3) * n - r * (r + 1)),
+    ),
+    counted(
+        "remark 2(b)",
+        "back substitution for a pair",
+        loop(j + 1, j, 2 * n),
+        2 * n**2,
+        n,
+    ),
+    counted(
+        "remark 2(b)",
+        "back substitution for all rows",
+        both_loops(j + 1, n, n - r),
+        n**3 / 2,
+        (n - r) * n / 2 - r * n**2 / 2,
+    ),
+)
+
+
+@cache
+def derive():
+    """The page."""
+    source = f"{SOURCE}, (21)-(25), (34), remark 2"
+    return Derivation(page=PAGE, letters=letters, source=source)
