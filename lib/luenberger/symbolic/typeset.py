@@ -8,12 +8,12 @@ has no rule for is set by SymPy.
 import re
 import unicodedata
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import sympy as sp
 from sympy.matrices.expressions.matexpr import MatrixExpr
 
-from .letters import HIGH, latex_name, text_name
+from .letters import latex_name
+from .styles import LATEX, TEXT
 from .words import Formula
 
 SUM, PRODUCT, POSTFIX, ATOM = range(4)  # how tightly an expression holds together
@@ -116,59 +116,6 @@ def padded(string, wide):
 def plain(expr):
     """A SymPy expression; a normal form is written out."""
     return expr.as_expr() if hasattr(expr, "algebra") else sp.sympify(expr)
-
-
-def apart(rows):
-    """What stands between the entries of a row: wider where an entry has blanks."""
-    return "  " if any(" " in cell for row in rows for cell in row) else " "
-
-
-@dataclass(frozen=True)
-class Style:
-    """What differs between the two ways of setting an expression."""
-
-    name: object
-    open: str
-    close: str
-    trace: str
-    determinant: str
-    series: object
-    power: object
-    fraction: object
-    rows: object
-    fallback: object
-
-
-LATEX = Style(
-    name=latex_name,
-    open=r"\left(",
-    close=r"\right)",
-    trace=r"\operatorname{tr}",
-    determinant=r"\det",
-    series=lambda k, a, b, body: rf"\sum_{{{k}={a}}}^{{{b}}} {body}",
-    power=lambda base, k: f"{base}^{{{k}}}",
-    fraction=lambda p, q: rf"\tfrac{{{p}}}{{{q}}}",
-    rows=lambda rows: (
-        r"\begin{bmatrix}"
-        + r" \\ ".join(" & ".join(row) for row in rows)
-        + r"\end{bmatrix}"
-    ),
-    fallback=sp.latex,
-)
-TEXT = Style(
-    name=text_name,
-    open="(",
-    close=")",
-    trace="tr",
-    determinant="det",
-    series=lambda k, a, b, body: f"Σ[{k} = {a} .. {b}] {body}",
-    power=lambda base, k: (
-        base + (str(k).translate(HIGH) if k.lstrip("-").isdigit() else f"^({k})")
-    ),
-    fraction=lambda p, q: f"{p}/{q}",
-    rows=lambda rows: "[" + "; ".join(apart(rows).join(row) for row in rows) + "]",
-    fallback=str,
-)
 
 
 class Printer:

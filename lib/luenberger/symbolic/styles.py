@@ -1,0 +1,60 @@
+"""What differs between an expression in LaTeX and in Unicode."""
+
+from dataclasses import dataclass
+
+import sympy as sp
+
+from .letters import HIGH, latex_name, text_name
+
+
+def apart(rows):
+    """What stands between the entries of a row: wider where an entry has blanks."""
+    return "  " if any(" " in cell for row in rows for cell in row) else " "
+
+
+@dataclass(frozen=True)
+class Style:
+    """What differs between the two ways of setting an expression."""
+
+    name: object
+    open: str
+    close: str
+    trace: str
+    determinant: str
+    series: object
+    power: object
+    fraction: object
+    rows: object
+    fallback: object
+
+
+LATEX = Style(
+    name=latex_name,
+    open=r"\left(",
+    close=r"\right)",
+    trace=r"\operatorname{tr}",
+    determinant=r"\det",
+    series=lambda k, a, b, body: rf"\sum_{{{k}={a}}}^{{{b}}} {body}",
+    power=lambda base, k: f"{base}^{{{k}}}",
+    fraction=lambda p, q: rf"\tfrac{{{p}}}{{{q}}}",
+    rows=lambda rows: (
+        r"\begin{bmatrix}"
+        + r" \\ ".join(" & ".join(row) for row in rows)
+        + r"\end{bmatrix}"
+    ),
+    fallback=sp.latex,
+)
+TEXT = Style(
+    name=text_name,
+    open="(",
+    close=")",
+    trace="tr",
+    determinant="det",
+    series=lambda k, a, b, body: f"Σ[{k} = {a} .. {b}] {body}",
+    power=lambda base, k: (
+        base + (str(k).translate(HIGH) if k.lstrip("-").isdigit() else f"^({k})")
+    ),
+    fraction=lambda p, q: f"{p}/{q}",
+    rows=lambda rows: "[" + "; ".join(apart(rows).join(row) for row in rows) + "]",
+    fallback=str,
+)
