@@ -9,7 +9,7 @@ import scipy.linalg
 
 from luenberger.numeric import rationals
 from luenberger.numeric.half_plane import is_stable, radius, to_disc, to_half_plane
-from luenberger.numeric.polynomial_search import search
+from luenberger.numeric.polynomial_search import _mean, search
 from luenberger.numeric.stable_polynomials import decide, one_signed
 
 both_times = pytest.mark.parametrize("discrete", [False, True], ids=["s", "z"])
@@ -219,3 +219,22 @@ def test_exact_null_space_and_echelon():
     N = rationals.null_space(M)
     assert N.shape == (4, 2) and not (M @ N).any()
     assert rationals.null_space(rationals.zeros(0, 3)).tolist() == np.eye(3).tolist()
+
+
+@pytest.mark.parametrize("power", [2, 20])
+def test_the_mean_of_the_roots_moves_as_its_gradient_says(power):
+    g0, weight = np.array([0.1, -0.3, 0.2, 1.0]), np.array([3.0, 0.5, 2.0, 1.0])
+    Z = np.array([[1.0, 0.2], [0.5, -1.0], [0.3, 0.7], [0.0, 0.0]])
+    c, h = np.array([0.4, -0.2]), 1e-6
+
+    def mean(c):
+        return _mean(c, g0, Z, weight, power)
+
+    wanted = [(mean(c + s)[0] - mean(c - s)[0]) / (2 * h) for s in h * np.eye(2)]
+    np.testing.assert_allclose(mean(c)[1], wanted, rtol=1e-6)
+
+
+def test_roots_that_coincide_give_a_gradient_that_is_finite():
+    g0, Z = np.array([0.25, -1.0, 1.0]), np.eye(3, 1)
+    value, gradient = _mean(np.zeros(1), g0, Z, np.ones(3), 2)
+    assert np.isfinite(value) and np.isfinite(gradient).all()

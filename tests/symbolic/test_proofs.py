@@ -204,6 +204,9 @@ def test_what_is_not_proved_says_how_far_it_went():
         prove(*parts(TRUE["pseudo-inverse is unique"]), limits=short)
     assert not failure.value.complete
     assert failure.value.counterexample is None
+    short = [("inverses", Limit(steps=5))]
+    with pytest.raises(Unproved, match="limit at degree 2;"):
+        prove(*parts(TRUE["pseudo-inverse is unique"]), limits=short)
 
 
 def test_left_over_spells_composites_out():
