@@ -6,7 +6,7 @@ What weighs designs against each other enters here.  It uses all papers, `analys
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,7 +19,7 @@ from .attempts import Attempt as Attempt
 from .attempts import attempt
 from .attempts import noisy as noisy
 from .methods import METHODS as METHODS
-from .methods import Question
+from .methods import Plan, Question
 from .reasons import percent as percent
 from .reasons import sigma as sigma
 from .table import TOLERANCE as TOLERANCE
@@ -129,7 +129,7 @@ def compare(
     return Comparison(plant, attempts, asked.k)
 
 
-def _require_comparable(plant):
+def _require_comparable(plant: Plant) -> None:
     if plant.steps is not None:
         raise DesignError(
             "only a constant plant is compared, and this one varies over time. Design "
@@ -142,7 +142,7 @@ def _require_comparable(plant):
         )
 
 
-def _chosen(methods):
+def _chosen(methods: Iterable[str] | None) -> list[str]:
     """The methods in the order of the table."""
     if methods is None:
         return list(METHODS)
@@ -153,7 +153,7 @@ def _chosen(methods):
     return [name for name in METHODS if name in methods]
 
 
-def _orders(orders, n):
+def _orders(orders: Iterable[int], n: int) -> tuple[int, ...]:
     found = tuple(orders) if np.iterable(orders) else (orders,)
     for order in found:
         whole = isinstance(order, (int, np.integer)) and not isinstance(order, bool)
@@ -162,6 +162,6 @@ def _orders(orders, n):
     return found
 
 
-def _wanted(one, orders):
+def _wanted(one: Plan | Attempt, orders: Collection[int] | None) -> bool:
     """Whether a plan or an attempt has an order that was asked for, or none yet."""
     return orders is None or one.order is None or one.order in orders

@@ -1,8 +1,12 @@
 """One design of a comparison, measured, or the reason why there is none."""
 
+from __future__ import annotations
+
 import dataclasses
 import warnings
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,8 +16,13 @@ from ..analysis.optimality import STATIONARY_TOL, Optimality, optimality
 from ..analysis.step_cost import step_cost
 from ..certificate import Certificate, certify
 from ..kernels.cache import CacheWarning
+from ..numeric import Matrix, Vector
 from ..numeric.linalg import ROUNDING, UNIT_TOL, eigenvalues, lyapunov, radius
 from ..observer import Observer
+from ..plant import Plant
+
+if TYPE_CHECKING:
+    from .methods import Plan
 
 LEVEL = 1e-9  # errors closer than this, relative, are equal: the rest is rounding
 
@@ -80,38 +89,38 @@ class Attempt:
     refusal: str = ""
 
     @property
-    def name(self):
+    def name(self) -> str:
         """The method, and which design of it where there are several."""
         return self.method if self.method in SINGLE else f"{self.method}, {self.label}"
 
     @property
-    def title(self):
+    def title(self) -> str:
         """The name with the order."""
         order = f"order {self.order}"
         return self.name if order in self.name else f"{self.name}, {order}"
 
     @property
-    def whole(self):
+    def whole(self) -> bool:
         """Whether it estimates the whole state, and not k x only."""
         n = self.observer.L.shape[1]
         return np.array_equal(self.observer.L, np.eye(n))
 
     @property
-    def variances(self):
+    def variances(self) -> Vector | None:
         """Steady error variance of each state, or of each row of k x; or None."""
         if self.covariance is None:
             return None
         return np.maximum(self.covariance.diagonal(), 0.0)
 
     @property
-    def trace(self):
+    def trace(self) -> float | None:
         """Sum of the steady error variances of all states; None where not known."""
         if self.covariance is None or not self.whole:
             return None
         return float(np.trace(self.covariance))
 
     @property
-    def error_of_k(self):
+    def error_of_k(self) -> float | None:
         """Steady error variance of k x, its rows added; None where not known."""
         if self.covariance is None or self.k is None:
             return None
@@ -119,12 +128,12 @@ class Attempt:
         return float(np.trace(k @ self.covariance @ k.T))
 
     @property
-    def error(self):
+    def error(self) -> float | None:
         """What designs are ranked by: `error_of_k` where there is a k, or `trace`."""
         return self.trace if self.k is None else self.error_of_k
 
     @property
-    def worst_pole(self):
+    def worst_pole(self) -> float:
         """Largest magnitude of the poles, 0 if there are none.
 
         In continuous time the largest real part, -inf if there are none.
@@ -135,22 +144,22 @@ class Attempt:
         return float(np.abs(poles).max(initial=0.0))
 
     @property
-    def cond(self):
+    def cond(self) -> float | None:
         """Condition of [T; C]; None where the state is not recovered from z and y."""
         return self.certificate.cond if self.exact and self.whole else None
 
     @property
-    def exact(self):
+    def exact(self) -> bool:
         """Whether the error does not depend on the state and the known input."""
         return self.certificate.worst <= EXACT_TOL
 
     @property
-    def disturbed(self):
+    def disturbed(self) -> bool:
         """Whether a known input of the plant acts on the error."""
         return self.observer.G.shape[-1] > 0 and not self.exact
 
     @property
-    def sound(self):
+    def sound(self) -> bool:
         """Whether the certificate, or the conditions of an optimum, hold."""
         if self.optimality is None:
             return self.exact and self.certificate.stable
@@ -158,22 +167,22 @@ class Attempt:
 
 
 @np.errstate(all="ignore")  # a note is a design's warning, not NumPy's of an overflow
-def attempt(plan, plant, k):
+def attempt(plan: Plan, plant: Plant, k: Matrix | None) -> Attempt:
     """Carry a plan out, and measure what comes of it."""
-    known = dict(accurate=plan.accurate, horizon=plan.horizon, k=k)
+    known: Any = dict(accurate=plan.accurate, horizon=plan.horizon, k=k)
     given = (plan.method, plan.label, plan.order)
     try:
         observer, warned = _quietly(plan.design)
-        figures = _figures(observer, plant, plan)
+        figures: Any = _figures(observer, plant, plan)
     except ValueError as error:  # DesignError, CertificateError: listed, not raised
         return Attempt(*given, **known, refusal=str(error))
     given = (plan.method, plan.label, observer.order)
-    found = Attempt(*given, **known, observer=observer, **figures)
+    found = Attempt(*given, observer=observer, **known | figures)
     notes = [plan.note, DISTURBED if found.disturbed else "", *warned]
     return dataclasses.replace(found, note=" ".join(filter(None, notes)))
 
 
-def _quietly(design):
+def _quietly(design: Callable[[], Observer]) -> tuple[Observer, list[str]]:
     """What a design gives, and the texts of its warnings."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
@@ -182,7 +191,7 @@ def _quietly(design):
     return observer, [f"{one.message}" for one in caught]
 
 
-def _figures(observer, plant, plan):
+def _figures(observer: Observer, plant: Plant, plan: Plan) -> dict[str, Any]:
     work, size = multiply_adds(observer), None
     if not observer.is_complex:
         cost = step_cost(without_rounding(observer))
@@ -200,7 +209,7 @@ def _figures(observer, plant, plan):
     )
 
 
-def _covariance(observer, plant):
+def _covariance(observer: Observer, plant: Plant) -> Matrix:
     """The steady error covariance, 0 where nothing moves what is estimated.
 
     What decays and has no noise is known without measuring, but the gain that an
@@ -217,12 +226,12 @@ def _covariance(observer, plant):
     return Sigma * np.outer(moved, moved)
 
 
-def noisy(plant):
+def noisy(plant: Plant) -> bool:
     """Whether the plant says how noisy it is."""
     return plant.dt > 0 and plant.Q is not None and plant.R is not None
 
 
-def noise_gain(observer, plant):
+def noise_gain(observer: Observer, plant: Plant) -> float | None:
     """Root of the steady error trace that v alone would leave; None if dt = 0.
 
     Without R, that of white noise of unit variance in every output.
@@ -239,7 +248,7 @@ def noise_gain(observer, plant):
     return float(np.sqrt(max(np.trace(error_covariance(observer, quiet)), 0.0)))
 
 
-def rates(plant):
+def rates(plant: Plant) -> Vector:
     """How fast the plant's modes are, in rad/s; those that never change left out."""
     poles = eigenvalues(plant.A)
     if plant.dt > 0:
@@ -247,7 +256,7 @@ def rates(plant):
     return np.abs(poles[poles != 0])
 
 
-def first_least(designs, what):
+def first_least(designs: Iterable[Attempt], what: str) -> Attempt:
     """The first of the least, where what differs by rounding is equal."""
     values = [getattr(one, what) or 0.0 for one in designs]
     least = min(values) * (1 + LEVEL)

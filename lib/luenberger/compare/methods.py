@@ -3,14 +3,17 @@
 import dataclasses
 import functools
 import itertools
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..analysis.mean_square import equivalent_noise
 from ..errors import DesignError
 from ..numeric.staircase_form import staircase
+from ..observer import Observer
 from ..papers.haddad_bernstein.design import fixed_order_filter
 from ..papers.kawazoe.deadbeat import deadbeat_observer
 from ..papers.leondes_novak.design import kalman_filter, reduced_order_filter
@@ -53,7 +56,7 @@ class Question:
     orders: tuple | None = None
 
     @functools.cached_property
-    def additive(self):
+    def additive(self) -> Plant:
         """The plant with additive noises that trouble an estimate as much as its own.
 
         It is for filters that know no multiplicative noise: (4.4) of Haddad and
@@ -66,13 +69,13 @@ class Question:
         return dataclasses.replace(plant, Q=Q, R=R, S=S, multiplicative=())
 
     @functools.cached_property
-    def note(self):
+    def note(self) -> str:
         if not self.plant.multiplicative:
             return ""
         return "Designed for additive noise of the same steady covariance."
 
     @functools.cached_property
-    def speed(self):
+    def speed(self) -> tuple[ArrayLike, str]:
         """Poles for a reduced-order observer, and where they are from."""
         plant = self.plant
         if self.poles is not None:
@@ -90,7 +93,7 @@ class Question:
         return butterworth(plant, count), how
 
 
-def butterworth(plant, count):
+def butterworth(plant: Plant, count: int) -> tuple[complex, ...]:
     """Poles on a circle in the left half plane, SPEED times as far out as the plant's.
 
     The plant's distance is the geometric mean of its modes' rates, |s|.  In discrete
@@ -105,7 +108,7 @@ def butterworth(plant, count):
     return tuple(np.exp(s * plant.dt) if plant.dt > 0 else s)
 
 
-def choices(n, p):
+def choices(n: int, p: int) -> list[tuple[int, ...]]:
     """The sets of accurate outputs to try, smallest first."""
     sizes = range(p + 1)
     if n > EVERY_SIZE_UP_TO:
@@ -115,7 +118,7 @@ def choices(n, p):
     return [tuple(range(m1)) for m1 in sizes]
 
 
-def kalman(asked):
+def kalman(asked: Question) -> Iterator[Plan]:
     yield Plan(
         "Kalman filter",
         "every output filtered",
@@ -126,7 +129,7 @@ def kalman(asked):
     )
 
 
-def leondes_novak(asked):
+def leondes_novak(asked: Question) -> Iterator[Plan]:
     plant = asked.plant
     gains = {"step": "step-wise gain", "steady": "best constant gain"}
     tried = choices(plant.n, plant.p)
@@ -150,14 +153,14 @@ def leondes_novak(asked):
         yield Plan("Leondes-Novak filter", label, design)
 
 
-def _too_many(plant):
+def _too_many(plant: Plant) -> str:
     raise DesignError(
         f"not tried: every set of p = {plant.p} outputs, with n = {plant.n} states, "
         "takes a while. reduced_order_filter(plant, m1) makes it for any of them."
     )
 
 
-def fixed_order(asked):
+def fixed_order(asked: Question) -> Iterator[Plan]:
     plant, of = asked.plant, "" if asked.k is None else " for k x"
     most = np.inf
     if plant.n > EVERY_ORDER_UP_TO and asked.orders is None:
@@ -175,14 +178,14 @@ def fixed_order(asked):
             design = functools.partial(_not_tried, plant.n)
         if feedthrough or plant.n <= PREDICTORS_UP_TO:
             label = f"order {order}{of}{'' if feedthrough else ', V = 0'}"
-            given = dict(order=order, feedthrough=feedthrough)
+            given: Any = dict(order=order, feedthrough=feedthrough)
             yield Plan("fixed-order filter", label, design, **given)
     if plant.n > PREDICTORS_UP_TO:
         design = functools.partial(_not_tried, plant.n, "V = 0")
         yield Plan("fixed-order filter", f"every order{of}, V = 0", design)
 
 
-def _not_tried(n, what="this order"):
+def _not_tried(n: int, what: str = "this order") -> str:
     remedy = ", feedthrough=False" if what == "V = 0" else ""
     raise DesignError(
         f"not tried: with n = {n} states the search for {what} takes a while. "
@@ -190,8 +193,8 @@ def _not_tried(n, what="this order"):
     )
 
 
-def reduced_order(asked):
-    def design():
+def reduced_order(asked: Question) -> Iterator[Plan]:
+    def design() -> Observer:
         return reduced_order_observer(asked.plant, asked.speed[0])
 
     try:
@@ -201,15 +204,15 @@ def reduced_order(asked):
     yield Plan("reduced-order observer", label, design)
 
 
-def deadbeat(asked):
-    def design():
+def deadbeat(asked: Question) -> Iterator[Plan]:
+    def design() -> Observer:
         return deadbeat_observer(asked.plant)
 
     yield Plan("deadbeat observer", "all poles zero", design)
 
 
-def functional(asked):
-    def design():
+def functional(asked: Question) -> Iterator[Plan]:
+    def design() -> Observer:
         if asked.k is None:
             raise DesignError(
                 "it needs k, the combination k x of the states that it is to estimate"

@@ -1,13 +1,21 @@
 """Why one design is recommended, in plain sentences."""
 
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from ..numeric import Vector
 from ..show import number
 from .attempts import Attempt, first_least
 
+if TYPE_CHECKING:
+    from .table import Comparison
 
-def reasons(table, tolerance):
+
+def reasons(table: Comparison, tolerance: float) -> list[str]:
     """The rule, what the design costs and saves, and what was passed over."""
     chosen = table.recommended(tolerance)
     if table.yardstick is None:
@@ -21,12 +29,12 @@ def reasons(table, tolerance):
     ]
 
 
-def count(size, noun):
+def count(size: int, noun: str) -> str:
     """ "no states", "1 state", "2 states"."""
     return f"{size or 'no'} {noun}{'' if size == 1 else 's'}"
 
 
-def above(excess):
+def above(excess: float) -> str:
     """ "3.00 % above", "12 times"."""
     return percent(excess) + (" above" if excess < 10 else "")
 
@@ -36,19 +44,19 @@ def sigma(design: Attempt) -> Vector:
     return np.sqrt(design.variances)
 
 
-def ranking(table):
+def ranking(table: Comparison) -> str:
     """What designs are ranked by."""
     return "error trace" if table.k is None else "error variance of k x"
 
 
-def _rule(table, tolerance):
+def _rule(table: Comparison, tolerance: float) -> str:
     return (
         "The rule: the fewest multiply-adds per step among the designs whose "
         f"{ranking(table)} is at most {number(100 * tolerance)} % above the smallest."
     )
 
 
-def _price(table, chosen):
+def _price(table: Comparison, chosen: Attempt) -> Iterator[str]:
     best, what = table.yardstick, ranking(table)
     if chosen is best:
         yield (
@@ -73,7 +81,7 @@ def _price(table, chosen):
         )
 
 
-def _saving(chosen, best):
+def _saving(chosen: Attempt, best: Attempt) -> str:
     saved = 1 - chosen.work / best.work if best.work else 0.0
     less = f"{100 * abs(saved):.0f} % {'less' if saved >= 0 else 'more'}"
     return (
@@ -82,14 +90,14 @@ def _saving(chosen, best):
     )
 
 
-def worst_state(chosen, best):
+def worst_state(chosen: Attempt, best: Attempt) -> tuple[int, float]:
     """Index of the state whose standard deviation grows most, and the ratio."""
     new, old = sigma(chosen), sigma(best)
     ratio = np.where(old > 1e-12 * old.max(), new / np.where(old > 0, old, 1), 1.0)
     return int(np.argmax(np.round(ratio, 9))), float(ratio.max())
 
 
-def _remark(chosen):
+def _remark(chosen: Attempt) -> Iterator[str]:
     if not chosen.exact:
         yield (
             "It is not exact: it lets the state disturb the estimate where that costs "
@@ -100,7 +108,7 @@ def _remark(chosen):
         yield chosen.note
 
 
-def _passed_over(table, chosen, tolerance):
+def _passed_over(table: Comparison, chosen: Attempt, tolerance: float) -> Iterator[str]:
     """Designs that the rule would prefer if a known input did not disturb them."""
     lighter = [
         one
@@ -117,7 +125,7 @@ def _passed_over(table, chosen, tolerance):
         )
 
 
-def _next_smaller(table, chosen):
+def _next_smaller(table: Comparison, chosen: Attempt) -> str:
     smaller = [one for one in table.ranked if one.order < chosen.order]
     if not smaller:
         return "No design has fewer observer states."
@@ -132,7 +140,7 @@ def _next_smaller(table, chosen):
     )
 
 
-def _without_accuracy(table, chosen):
+def _without_accuracy(table: Comparison, chosen: Attempt) -> Iterator[str]:
     plant = table.plant
     if plant.dt == 0:
         why = "The plant is in continuous time, where no error variance is computed"

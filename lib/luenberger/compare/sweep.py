@@ -1,7 +1,7 @@
 """A table of design problems: every design on every plant, here or on many workers."""
 
 import pickle
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Executor
 from contextlib import closing
 from dataclasses import dataclass
@@ -54,10 +54,10 @@ class Sweep:
 
     trials: tuple
 
-    def __iter__(self):
+    def __iter__(self) -> Iterator[Trial]:
         return iter(self.trials)
 
-    def __len__(self):
+    def __len__(self) -> int:
         return len(self.trials)
 
     def find(self, design: str, plant: str) -> Trial:
@@ -83,10 +83,10 @@ class Sweep:
         ]
         return Table(["plant", "design", "order", "error trace", "refused"], rows)
 
-    def __repr__(self):
+    def __repr__(self) -> str:
         return repr(self.table)
 
-    def _repr_html_(self):
+    def _repr_html_(self) -> str:
         return self.table._repr_html_()
 
 
@@ -167,7 +167,7 @@ def sweep(
     return Sweep(tuple(trials))
 
 
-def _trial(job):
+def _trial(job: tuple[str, Design, str, Plant]) -> Trial:
     name, design, of, plant = job
     try:
         observer = design(plant)
@@ -183,7 +183,7 @@ def _trial(job):
     return Trial(name, of, observer, observer.order, trace, residual)
 
 
-def _trace(observer, plant):
+def _trace(observer: Observer, plant: Plant) -> float | None:
     if plant.dt == 0 or plant.Q is None or plant.R is None:
         return None
     if observer.steps is None:
@@ -193,7 +193,7 @@ def _trace(observer, plant):
     return float(np.trace(error_covariance(observer, plant, steps=observer.steps)[-1]))
 
 
-def _require_sendable(designs, executor):
+def _require_sendable(designs: Mapping[str, Design], executor: Executor | None) -> None:
     """A pool of processes pickles what it sends; say which design it cannot send."""
     if executor is None:
         return
@@ -212,5 +212,5 @@ def _require_sendable(designs, executor):
             ) from None
 
 
-def _text(value, digits=6):
+def _text(value: float | None, digits: int = 6) -> str:
     return "" if value is None else number(value, digits)

@@ -1,5 +1,6 @@
 """The table of a comparison: what is best, what is on the front, what to take."""
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -26,10 +27,10 @@ class Comparison(ReadOnly):
     attempts: tuple[Attempt, ...]
     k: np.ndarray | None = None
 
-    def __iter__(self):
+    def __iter__(self) -> Iterator[Attempt]:
         return iter(self.attempts)
 
-    def __len__(self):
+    def __len__(self) -> int:
         return len(self.attempts)
 
     @property
@@ -162,21 +163,21 @@ class Comparison(ReadOnly):
         ]
         return Table(["method", "which", "why there is none"], rows)
 
-    def __repr__(self):
+    def __repr__(self) -> str:
         tables = [self.table, self.refusals] if self.refused else [self.table]
         return "\n\n".join(map(repr, tables))
 
-    def _repr_html_(self):
+    def _repr_html_(self) -> str:
         tables = [self.table, self.refusals] if self.refused else [self.table]
         return "\n".join(one._repr_html_() for one in tables)
 
 
-def together(labels):
+def together(labels: Sequence[str]) -> str:
     """Several labels in a few words."""
     return f"{labels[0]}, and {len(labels) - 1} more"
 
 
-def _cells(table, one):
+def _cells(table: Comparison, one: Attempt) -> list[str]:
     errors = [one.error] if table.k is None else [one.error, one.trace]
     digits = _digits(one)
     return [
@@ -194,23 +195,25 @@ def _cells(table, one):
     ]
 
 
-def _digits(one):
+def _digits(one: Attempt) -> int:
     """Digits of an error that rounding leaves, at most 5."""
     return 5 if one.cond is None else int(np.clip(15 - np.log10(one.cond), 2, 5))
 
 
-def _text(value, digits=6):
+def _text(value: float | None, digits: int = 6) -> str:
     return "" if value is None or value == -np.inf else number(value, digits)
 
 
-def verdict(one):
+def verdict(one: Attempt) -> str:
     """What its certificate, or the conditions of an optimum, say."""
     if not one.sound:
         return "fails"
     return "exact" if one.optimality is None else "optimal"
 
 
-def _row(table, one, chosen, front):
+def _row(
+    table: Comparison, one: Attempt, chosen: Attempt, front: list[Attempt]
+) -> dict[str, Any]:
     row = dict(
         method=one.method,
         label=one.label,
@@ -243,5 +246,5 @@ def _row(table, one, chosen, front):
     return row | {key: _finite(value) for key, value in figures.items()}
 
 
-def _finite(value):
+def _finite(value: Any) -> Any:
     return None if isinstance(value, float) and not np.isfinite(value) else value

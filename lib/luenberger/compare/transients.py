@@ -1,6 +1,6 @@
 """Error covariances from the start on, of the best design and of the chosen one."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 
@@ -11,12 +11,15 @@ from ..papers.leondes_novak.design import reduced_order_filter
 from ..plant import Plant
 from ..run.measurements import covariance_from_start
 from .attempts import noisy
+from .table import Comparison
 
 SETTLED = 1e-3  # the time axis ends when transients are this small
 LEAST, MOST = 10, 400  # steps that it shows
 
 
-def transients(table, steps=None):
+def transients(
+    table: Comparison, steps: int | None = None
+) -> tuple[dict[str, Matrix], list[str]]:
     """Error covariances of a comparison from the start on, and remarks on them.
 
     The Kalman filter and the recommended structure with the gains of each instant,
@@ -84,29 +87,29 @@ def from_start(
     }
 
 
-def _from_start(observer, plant, steps):
+def _from_start(observer: Observer, plant: Plant, steps: int) -> Matrix:
     if observer.steps is not None:
         return error_covariance(observer, plant, steps=observer.steps)
     later = covariance_from_start(observer, plant, steps)
     return np.concatenate([[observer.L @ plant.P0 @ observer.L.T], later])
 
 
-def _varying(plant, accurate, steps):
+def _varying(plant: Plant, accurate: tuple[int, ...], steps: int) -> Matrix:
     observer = reduced_order_filter(plant, accurate, steps=steps)
     return error_covariance(observer, plant, steps=steps)
 
 
-def settling_steps(table):
+def settling_steps(table: Comparison) -> int:
     """How many steps show the start of a comparison."""
     shown = (table.yardstick, table.recommended())
     return settling(_radius([one.observer for one in shown if one is not None]))
 
 
-def _radius(observers):
+def _radius(observers: Iterable[Observer]) -> float:
     return max((np.abs(o.poles).max(initial=0.0) for o in observers), default=0.0)
 
 
-def settling(radius):
+def settling(radius: float) -> int:
     """Steps until variances of errors with this slowest pole have died away."""
     if not 0 < radius < 1:
         return LEAST

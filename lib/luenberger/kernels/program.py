@@ -127,7 +127,7 @@ class Program:
     symmetric: frozenset[str]
     definite: tuple[Factor, ...] = ()
 
-    def shape(self, name: str, sizes: Sizes) -> Shape:
+    def shape(self, name: str, sizes: Mapping[str, Any]) -> tuple[Any, Any]:
         """The shape of a matrix as numbers."""
         rows, cols = self.shapes[name]
         return sizes.get(rows, rows), sizes.get(cols, cols)

@@ -51,9 +51,9 @@ def error_variance(
             raise ValueError("the plant gives no P0 or no noise: there are no curves")
     expect(shown=shown, plant=plant)
     assert plant is not None  # which `expect` refuses
-    curves = shown
-    if any(isinstance(one, Observer) for one in shown.values()):
-        curves = from_start(shown, plant, steps)
+    curves: Mapping[str, Any] = shown
+    if any(isinstance(one, Observer) for one in curves.values()):
+        curves = from_start(curves, plant, steps)
     k = plant.state_names.index(state) if isinstance(state, str) else state
     for i, (label, covariance) in enumerate(curves.items()):
         t = plant.dt * (start + np.arange(len(covariance)))

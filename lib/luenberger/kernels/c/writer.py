@@ -41,7 +41,7 @@ class C(Writer):
     def index(self, name: str, text: str) -> None:
         self.line(f"const int {name} = {text};")
 
-    def array(self, name: str, length: Size, start: str = "") -> None:
+    def array(self, name: str, length: int | str, start: str = "") -> None:
         self.line(f"{self.real} {name}[{length or 1}]{start};")
 
     def loop(self, index: str, start: Size, stop: Size) -> None:
