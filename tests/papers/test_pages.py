@@ -6,6 +6,15 @@ import pytest
 from page_damage import fails, idle_values, stage_lists, wrong_definitions, wrong_stages
 
 PAGES = (
+    "haddad_bernstein.augmented",
+    "haddad_bernstein.cost",
+    "haddad_bernstein.gradients",
+    "haddad_bernstein.stationarity",
+    "haddad_bernstein.projection",
+    "haddad_bernstein.equations",
+    "haddad_bernstein.full_order",
+    "haddad_bernstein.sensitivity",
+    "haddad_bernstein.counterexamples",
     "leondes_novak.stochastic_system",
     "leondes_novak.huddle",
     "leondes_novak.correlated_noise",

@@ -13,6 +13,7 @@ from luenberger.symbolic import (
     Algebra,
     AtLeast,
     AtMost,
+    BlockMatrix,
     Cases,
     Chain,
     Claim,
@@ -29,6 +30,7 @@ from luenberger.symbolic import (
     Line,
     MatrixSymbol,
     Relation,
+    Stage,
     Substitute,
     Transposed,
     ZeroMatrix,
@@ -357,3 +359,14 @@ def test_a_stage_and_a_claim_are_shown():
     claim = Claim(MatrixSymbol("z_next", n, n) * A.T, Q.I, Algebra())
     assert repr(claim) == "z₊ A' = Q⁻¹"
     assert claim._repr_latex_() == r"$\displaystyle z_{+} A' = Q^{-1}$"
+
+
+def test_a_stage_of_blocks_puts_its_definition_in():
+    """A letter for blocks has no blocks of its own until they are put in."""
+    whole = MatrixSymbol("W", n + p, n + p)
+    C = MatrixSymbol("C", p, n)
+    blocks = BlockMatrix([[A, C.T], [C, Identity(p)]])
+    turned = BlockMatrix([[A, -C.T], [C, Identity(p)]])
+    meant = Relation("W", whole, blocks)
+    assert Stage(whole, blocks, by=(meant,)).complaints() == []
+    assert "does not follow" in Stage(whole, turned, by=(meant,)).complaints()[0]

@@ -71,7 +71,7 @@ def error_covariance(
     ----------
     Leondes and Novak (1974), equations (11), (26), (28);
     papers/leondes_novak/derivation/huddle.py. Haddad and Bernstein (1987), (4.3),
-    (4.4); papers/haddad_bernstein/derivation/equivalent_plant.py.
+    (4.4); papers/haddad_bernstein/derivation/augmented.py.
 
     Examples
     --------

@@ -247,7 +247,7 @@ def equivalent_noise(plant: Plant) -> EquivalentNoise:
     References
     ----------
     Haddad and Bernstein (1987), equation (4.4);
-    papers/haddad_bernstein/derivation/equivalent_plant.py.
+    papers/haddad_bernstein/derivation/augmented.py.
 
     Examples
     --------

@@ -1,7 +1,7 @@
 """What an estimator leaves of the conditions of least error at its order.
 
 Everything here is by the names of the derivation
-(papers/haddad_bernstein/derivation/moment_stages.py, theorem_stages.py).
+(papers/haddad_bernstein/derivation/gradients.py, equations.py).
 """
 
 from __future__ import annotations

@@ -146,7 +146,7 @@ def optimality(
     References
     ----------
     Haddad and Bernstein (1987), equations (3.14)-(3.18), (4.4)-(4.11);
-    papers/haddad_bernstein/derivation/moment_stages.py, theorem_stages.py.
+    papers/haddad_bernstein/derivation/gradients.py, equations.py.
 
     Examples
     --------

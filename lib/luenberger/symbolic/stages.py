@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from .lines import Line
+from .lines import Line, Substitute
 from .relations import Reasons
 from .typeset import Show, latex, text
 from .words import Formula, Shape, Symbols
@@ -87,7 +87,8 @@ class Stage:
         """Why the stage is not what its chains prove; [] if it is, or has none."""
         if not self.by:
             return []
-        line = Line(self.expression, self.reasons)
+        blocks = isinstance(self.expression, sp.BlockMatrix)
+        line = (Substitute if blocks else Line)(self.expression, self.reasons)
         return [
             f"{self.shown(text)} {c}" for c in line.complaints(self.target, symmetric)
         ]

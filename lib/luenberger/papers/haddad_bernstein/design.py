@@ -102,7 +102,7 @@ def fixed_order_filter(
     References
     ----------
     Haddad and Bernstein (1987), equations (3.10)-(3.27);
-    papers/haddad_bernstein/derivation/theorem_stages.py, moment_stages.py.
+    papers/haddad_bernstein/derivation/stationarity.py, equations.py.
 
     Examples
     --------
@@ -153,7 +153,7 @@ def fixed_order_search(
     References
     ----------
     Haddad and Bernstein (1987), Theorem 3.1;
-    papers/haddad_bernstein/derivation/moment_stages.py.
+    papers/haddad_bernstein/derivation/sensitivity.py.
 
     Examples
     --------

@@ -1,17 +1,27 @@
 """The equations of Haddad and Bernstein (1987) in SymPy, in reading order.
 
+`letters`
+    The letters of Haddad and Bernstein (1987), each with its size and what it means.
 `augmented`
-    Plant and estimator as one system: its moments, the Lagrangian and its gradients.
+    Plant and estimator as one system, and its second moment.
+`cost`
+    The cost, and the dual of the moment that gives it as well.
+`gradients`
+    The stationarity conditions: gradients of the Lagrangian.
+`mean_square`
+    Mean-square stability of plant and estimator: lemma 4.1, and the largest noise.
 `stationarity`
-    From stationarity to the optimal projection: (4.8)-(4.16) to (3.10)-(3.20).
+    The best estimator is an observer: from vanishing gradients to its four matrices.
+`projection`
+    The optimal projection: what the moments of the best estimator say.
+`equations`
+    The equations of the theorem, its cost, and what they leave of the moments.
 `remarks`
     What is said beside the theorem: lemma 3.1, (3.18)-(3.20), remarks 3.3 and 3.4.
 `full_order`
-    The fixed-order filter of full order: corollary 3.1 and the Kalman filter.
-`mean_square`
-    Mean-square stability of plant and estimator: lemma 4.1, and the largest noise.
-`equivalent_plant`
-    Multiplicative noise acts only through the plant's own second moment.
+    Full order: the projection is the identity, and the filter is Kalman's.
+`sensitivity`
+    The best output for given moments, and how everything moves with the gains.
 `converse`
     Do (3.14)-(3.17) imply stationarity?  Yes, if (3.17) is read as it is printed.
 `counterexamples`
@@ -20,14 +30,10 @@
     Is an estimator built from (3.14)-(3.17) stable?
 `model_reduction`
     H2 model reduction is a fixed-order filter of a plant that is its own noise.
-`moment_stages`
-    What the fixed-order filter computes, as lists of small assignments.
-`moment_claims`
-    What is claimed of the stage lists of `moment_stages`.
-`theorem_stages`
-    The theorem's formulas (3.10)-(3.18), as lists of small assignments.
-`theorem_claims`
-    What is claimed of the stage lists of `theorem_stages`.
+`blocks`
+    The augmented system in normal forms, for claims that are evaluated.
+`projecting`
+    The theorem in normal forms, for claims that are evaluated.
 `paper`
     The optimal projection equations: Haddad and Bernstein's paper, entire.
 `errata`
@@ -41,40 +47,40 @@ no other paper.
 
 from ....stage_list import StageList
 
-equivalent_noise = StageList(__name__, "moment_stages.equivalent_noise", "dV1 dV12 dV2")
-output_moments = StageList(__name__, "moment_stages.output_moments", "Qxy Qxy_next Qyy")
-estimator_moments = StageList(__name__, "moment_stages.estimator_moments", "N12 N2")
-adjoint_moments = StageList(__name__, "moment_stages.adjoint_moments", "M2 M12 M1")
-projection_cost = StageList(__name__, "moment_stages.projection_cost", "Sigma J")
+equivalent_noise = StageList(__name__, "augmented.equivalent_noise", "dV1 dV12 dV2")
+output_moments = StageList(__name__, "augmented.output_moments", "Qxy Qxy_next Qyy")
+estimator_moments = StageList(__name__, "augmented.estimator_moments", "N12 N2")
+adjoint_moments = StageList(__name__, "cost.adjoint_moments", "M2 M12 M1")
+projection_cost = StageList(__name__, "cost.projection_cost", "Sigma J")
 projection_gradient = StageList(
-    __name__, "moment_stages.projection_gradient", "gradAe gradBe gradCe gradDe"
+    __name__, "gradients.projection_gradient", "gradAe gradBe gradCe gradDe"
 )
-best_output = StageList(__name__, "moment_stages.best_output", "Czy Nzy CeDe Ce")
+best_output = StageList(__name__, "sensitivity.best_output", "Czy Nzy CeDe Ce")
 best_output_differential = StageList(
-    __name__, "moment_stages.best_output_differential", "dNzy dCeDe dCe"
+    __name__, "sensitivity.best_output_differential", "dNzy dCeDe dCe"
 )
 projection_differential = StageList(
     __name__,
-    "moment_stages.projection_differential",
+    "sensitivity.projection_differential",
     "dN12 dN2 dM2 dM12 dgradAe dgradBe dgradCe dgradDe",
 )
 projection_innovation = StageList(
-    __name__, "theorem_stages.projection_innovation", "Qs V2s"
+    __name__, "stationarity.projection_innovation", "Qs V2s"
 )
 projection_factors = StageList(
-    __name__, "theorem_stages.projection_factors", "Gt Gamt G Gam GamG tau Q"
+    __name__, "stationarity.projection_factors", "Gt Gamt G Gam GamG tau Q"
 )
-feedthrough_gain = StageList(__name__, "theorem_stages.feedthrough_gain", "De")
+feedthrough_gain = StageList(__name__, "stationarity.feedthrough_gain", "De")
 projection_gains = StageList(
-    __name__, "theorem_stages.projection_gains", "Kq Aq Ae Be Ce"
+    __name__, "stationarity.projection_gains", "Kq Aq Ae Be Ce"
 )
 projection_scripts = StageList(
-    __name__, "theorem_stages.projection_scripts", "Kq Aq Lq Qh Ph"
+    __name__, "projection.projection_scripts", "Kq Aq Lq Qh Ph"
 )
 projection_equations = StageList(
     __name__,
-    "theorem_stages.projection_equations",
+    "equations.projection_equations",
     "Kq Aq Lq forgets riccati estimate adjoint idempotent aligned_Q aligned_P",
 )
-projection_trace = StageList(__name__, "theorem_stages.projection_trace", "J")
-innovations_plant = StageList(__name__, "theorem_stages.innovations_plant", "Kq V1i Lq")
+projection_trace = StageList(__name__, "equations.projection_trace", "J")
+innovations_plant = StageList(__name__, "full_order.innovations_plant", "Kq V1i Lq")

@@ -1,279 +1,269 @@
-"""Plant and estimator as one system: its moments, the Lagrangian and its gradients.
+"""Plant and estimator as one system, and its second moment.
 
-The paper's letters, with those of the library behind them (the rest agree):
+An estimator of any order moves with the plant.  Both together have a second moment;
+what noise there is in the plant's parameters adds to the additive noise.
 
-    V1, V2, V12   covariances of w1, w2 and E[w1 w2']       Q, R, S of the plant
-    Ae, Be        x_e+ = Ae x_e + Be y                      F, D of the observer
-    Ce, De        y_e = Ce x_e + De y                       P, V
-    Gam, G'       x_e tracks Gam x; G' lifts x_e to R^n     T, and no letter
-    R             weight on the error of L x                `weight`
-
-G is never the library's input gain here, and R and P never the plant's R and the
-observer's P.  Each pair (A_i, C_i) is multiplied by a white noise of unit variance,
-independent of all others; two pairs stand for any number, because the Lagrangian is
-proved to be additive over pairs.
-
-Source: Haddad and Bernstein (1987), sections 2 and 4, (3.1)-(3.5), (4.1)-(4.11).
+Source: Haddad and Bernstein (1987), sections 2 to 4, (3.1)-(3.3), (4.1)-(4.4).
 """
 
 from functools import cache
 
-import sympy as sp
-from sympy import Trace
+from ....symbolic import BlockMatrix, Derivation, Expect, Line, Substitute, ZeroMatrix
+from .letters import *
 
-from ....symbolic import (
-    Algebra,
-    BlockMatrix,
-    Derivation,
-    Identity,
-    MatrixSymbol,
-    ZeroMatrix,
-    claims,
+
+def average(number, says, left, right, moments, named):
+    """The expectation of a product, and the letter that it has."""
+    averaged = Expect(right, moments=moments)
+    return chain(number, says, left, averaged, Line(named.left, by=(named,)))
+
+
+PAGE = (
+    """The parameters of the plant are noisy: a white noise `nu_1` of unit variance
+    multiplies `A_1` and `C_1`. The estimator sees the measurement alone.""",
+    is_x_next := define(x_next, (A + nu * A1) * x + w1, "3.1"),
+    is_y := define(y, (C + nu * C1) * x + w2, "3.2"),
+    is_xe_next := define(xe_next, Ae * xe + Be * y, "3.3"),
+    """What the parameters' noise does to the plant it does through the product `x_nu =
+    nu_1 x`, which has a letter of its own.""",
+    is_x_nu := define(x_nu, nu * x),
+    "Plant and estimator together move as one system.",
+    is_xt := define(xt, BlockMatrix([[x], [xe]]), "4.1"),
+    is_xt_next := define(xt_next, BlockMatrix([[x_next], [xe_next]]), "4.1"),
+    is_xt_nu := define(xt_nu, BlockMatrix([[x_nu], [xe_nu]])),
+    is_w := define(w, BlockMatrix([[w1], [w2]])),
+    is_Bt := define(Bt, BlockMatrix([[I, ZeroMatrix(n, l)], [ZeroMatrix(r, n), Be]])),
+    is_wt := define(wt, Bt * w, "section 2"),
+    is_At := define(
+        At, BlockMatrix([[A, ZeroMatrix(n, r)], [Be * C, Ae]]), "section 2"
+    ),
+    is_At1 := define(
+        At1,
+        BlockMatrix([[A1, ZeroMatrix(n, r)], [Be * C1, ZeroMatrix(r, r)]]),
+        "section 2",
+    ),
+    together := chain(
+        "4.1",
+        "plant and estimator as one system",
+        xt_next,
+        Substitute(
+            BlockMatrix([[x_next], [Ae * xe + Be * y]]), (is_xt_next, is_xe_next)
+        ),
+        Substitute(
+            BlockMatrix(
+                [[A * x + A1 * x_nu + w1], [Ae * xe + Be * (C * x + C1 * x_nu + w2)]]
+            ),
+            (is_x_next, is_y, is_x_nu),
+        ),
+        Substitute(
+            At * xt + At1 * xt_nu + wt,
+            by=(is_At, is_At1, is_xt, is_xt_nu, is_wt, is_Bt, is_w),
+        ),
+    ),
+    """The noise of the parameters is independent of the state that it multiplies, and
+    all noise is white. So the three terms are uncorrelated, and the second has the
+    second moment of the state.""",
+    is_Q := moment(xt * xt.T, Qt, "4.2"),
+    is_Q_nu := moment(xt_nu * xt_nu.T, Qt),
+    apart := moment(xt * xt_nu.T, ZeroMatrix(both, both)),
+    white := moment(xt * wt.T, ZeroMatrix(both, both)),
+    white_nu := moment(xt_nu * wt.T, ZeroMatrix(both, both)),
+    is_wwt := moment(wt * wt.T, Wt, "section 2"),
+    chain(
+        "4.3",
+        "the second moment one step on",
+        xt_next * xt_next.T,
+        Line(
+            (At * xt + At1 * xt_nu + wt) * (At * xt + At1 * xt_nu + wt).T,
+            by=(together,),
+        ),
+        Expect(
+            At * Qt * At.T + At1 * Qt * At1.T + Wt,
+            moments=(is_Q, is_Q_nu, apart, white, white_nu, is_wwt),
+        ),
+    ),
+    """In the steady state the moment is the same one step on. It exists if both systems
+    are stable in mean square; lemma 4.1 says when they are.""",
+    steady := define(Qt, At * Qt * At.T + At1 * Qt * At1.T + Wt, "4.4"),
+    """Block by block, the parameters' noise only adds to the covariances of the
+    additive noise. What it adds depends on `Q_1`, which no estimator changes. From here
+    on `V_1`, `V_12` and `V_2` are these sums.""",
+    is_Qt := define(Qt, BlockMatrix([[Q1, Q12], [Q12.T, Q2]])),
+    is_ww := moment(w * w.T, W),
+    is_W := define(W, BlockMatrix([[W1, W12], [W12.T, W2]])),
+    is_Wt := define(
+        Wt,
+        BlockMatrix([[W1, W12 * Be.T], [Be * W12.T, Be * W2 * Be.T]]),
+        "section 2",
+    ),
+    chain(
+        "section 2",
+        "the covariance of the additive noise",
+        wt * wt.T,
+        Line(Bt * w * w.T * Bt.T, by=(is_wt,)),
+        Expect(Bt * W * Bt.T, moments=(is_ww,)),
+        Substitute(Wt, by=(is_Wt, is_Bt, is_W)),
+    ),
+    is_Vt := define(Vt, BlockMatrix([[V1, V12 * Be.T], [Be * V12.T, Be * V2 * Be.T]])),
+    is_V1 := define(V1, W1 + A1 * Q1 * A1.T),
+    is_V12 := define(V12, W12 + A1 * Q1 * C1.T),
+    is_V2 := define(V2, W2 + C1 * Q1 * C1.T),
+    noise := chain(
+        "4.4",
+        "the noise of the parameters is additive noise",
+        At1 * Qt * At1.T + Wt,
+        Substitute(
+            BlockMatrix(
+                [
+                    [A1 * Q1 * A1.T + W1, (A1 * Q1 * C1.T + W12) * Be.T],
+                    [Be * (C1 * Q1 * A1.T + W12.T), Be * (C1 * Q1 * C1.T + W2) * Be.T],
+                ]
+            ),
+            by=(is_At1, is_Qt, is_Wt),
+        ),
+        Substitute(Vt, by=(is_Vt, is_V1, is_V12, is_V2)),
+    ),
+    """One pair `A_1`, `C_1` adds the covariance of what it does to the state and the
+    measurement.""",
+    is_X := moment(x_nu * x_nu.T, X),
+    is_dV1 := define(dV1, A1 * X * A1.T),
+    is_dV12 := define(dV12, A1 * X * C1.T),
+    is_dV2 := define(dV2, C1 * X * C1.T),
+    adds_1 := average(
+        "4.4",
+        "a pair adds noise to the state",
+        (A1 * x_nu) * (A1 * x_nu).T,
+        A1 * X * A1.T,
+        (is_X,),
+        is_dV1,
+    ),
+    adds_12 := average(
+        "4.4",
+        "and noise that state and measurement have in common",
+        (A1 * x_nu) * (C1 * x_nu).T,
+        A1 * X * C1.T,
+        (is_X,),
+        is_dV12,
+    ),
+    adds_2 := average(
+        "4.4",
+        "and noise to the measurement",
+        (C1 * x_nu) * (C1 * x_nu).T,
+        C1 * X * C1.T,
+        (is_X,),
+        is_dV2,
+    ),
+    """With all noise in `u` and `v`, the measurement has these second moments. No
+    estimator changes them.""",
+    is_xx := moment(x * x.T, Q1),
+    is_uv := moment(u * v.T, V12),
+    is_vv := moment(v * v.T, V2),
+    fresh := moment(x * v.T, ZeroMatrix(n, l)),
+    past := moment(u * x.T, ZeroMatrix(n, n)),
+    is_Qxy := define(Qxy, Q1 * C.T),
+    is_Qxy_next := define(Qxy_next, A * Q1 * C.T + V12),
+    is_Qyy := define(Qyy, C * Q1 * C.T + V2),
+    with_now := average(
+        "3.2",
+        "state and measurement",
+        x * (C * x + v).T,
+        Q1 * C.T,
+        (is_xx, fresh),
+        is_Qxy,
+    ),
+    with_next := average(
+        "3.2",
+        "next state and measurement",
+        (A * x + u) * (C * x + v).T,
+        A * Q1 * C.T + V12,
+        (is_xx, is_uv, fresh, past),
+        is_Qxy_next,
+    ),
+    with_itself := average(
+        "3.2",
+        "the measurement with itself",
+        (C * x + v) * (C * x + v).T,
+        C * Q1 * C.T + V2,
+        (is_xx, is_vv, fresh),
+        is_Qyy,
+    ),
+    "So (4.4) has three blocks, the first of them the plant's own.",
+    is_N12 := define(N12, Qxy_next * Be.T),
+    is_N2 := define(
+        N2, Be * C * Q12 * Ae.T + (Be * C * Q12 * Ae.T).T + Be * Qyy * Be.T
+    ),
+    is_Qt_next := define(
+        Qt_next,
+        BlockMatrix(
+            [
+                [A * Q1 * A.T + V1, A * Q12 * Ae.T + N12],
+                [Ae * Q12.T * A.T + N12.T, Ae * Q2 * Ae.T + N2],
+            ]
+        ),
+    ),
+    step := chain(
+        "4.3",
+        "one step of the moment by blocks",
+        At * Qt * At.T + Vt,
+        Substitute(
+            Qt_next,
+            (is_Qt_next, is_At, is_Qt, is_Vt, is_Qxy_next, is_Qyy, is_N12, is_N2),
+        ),
+    ),
+    moments := chain(
+        "4.6",
+        "the moment equation by blocks",
+        BlockMatrix([[Q1, Q12], [Q12.T, Q2]]),
+        Substitute(Qt, by=(is_Qt,)),
+        Line(At * Qt * At.T + At1 * Qt * At1.T + Wt, by=(steady,)),
+        Line(At * Qt * At.T + Vt, by=(noise,)),
+        Line(Qt_next, by=(step,)),
+        Substitute(is_Qt_next.right, by=(is_Qt_next,)),
+    ),
+    own := chain(
+        "4.4",
+        "the moment of the plant is its own",
+        Q1,
+        Line(A * Q1 * A.T + V1, by=(moments,)),
+    ),
 )
-
-n, l, r, q = sp.symbols("n l n_e q", integer=True, nonnegative=True)
-
-A, V1, Q1, P1 = (MatrixSymbol(k, n, n) for k in ("A", "V1", "Q1", "P1"))
-C, V12, V2 = (
-    MatrixSymbol("C", l, n),
-    MatrixSymbol("V12", n, l),
-    MatrixSymbol("V2", l, l),
-)
-L, R = MatrixSymbol("L", q, n), MatrixSymbol("R", q, q)
-Ae, Be = MatrixSymbol("Ae", r, r), MatrixSymbol("Be", r, l)
-Ce, De = MatrixSymbol("Ce", q, r), MatrixSymbol("De", q, l)
-Q12, P12 = MatrixSymbol("Q12", n, r), MatrixSymbol("P12", n, r)
-Q2, P2 = MatrixSymbol("Q2", r, r), MatrixSymbol("P2", r, r)
-PAIRS = tuple(
-    (MatrixSymbol(f"A_{i}", n, n), MatrixSymbol(f"C_{i}", l, n)) for i in (1, 2)
-)
-GAINS = (Ae, Be, Ce, De)
-
-Qt = BlockMatrix([[Q1, Q12], [Q12.T, Q2]])
-Pt = BlockMatrix([[P1, P12], [P12.T, P2]])
-At = BlockMatrix([[A, ZeroMatrix(n, r)], [Be * C, Ae]])
-Vt = BlockMatrix([[V1, V12 * Be.T], [Be * V12.T, Be * V2 * Be.T]])
-error = BlockMatrix([[L - De * C, -Ce]])  # L x - y_e without what is noise
-
-NU = sp.symbols("nu_1 nu_2")
-x, xe, w1, w2 = (
-    MatrixSymbol(k, d, 1) for k, d in (("x", n), ("x_e", r), ("w_1", n), ("w_2", l))
-)
-JOINT = BlockMatrix([[V1, V12], [V12.T, V2]])
-SUMS = tuple(zip(zip(*PAIRS), (ZeroMatrix(n, n), ZeroMatrix(l, n))))
-
-SYMMETRIC = (V1, V2, R, Q1, Q2, P1, P2)
-ALGEBRA = Algebra(SYMMETRIC)
-
-
-def noisy(pair):
-    """A~_i: what a pair's noise does to the augmented state."""
-    Ai, Ci = pair
-    return BlockMatrix([[Ai, ZeroMatrix(n, r)], [Be * Ci, ZeroMatrix(r, r)]])
-
-
-def weight(pairs=()):
-    """R~: the cost in the augmented state."""
-    corner = sum((Ci.T * De.T * R * De * Ci for _, Ci in pairs), ZeroMatrix(n, n))
-    cross = -(L - De * C).T * R * Ce
-    return BlockMatrix(
-        [
-            [(L - De * C).T * R * (L - De * C) + corner, cross],
-            [cross.T, Ce.T * R * Ce],
-        ]
-    )
-
-
-def moment(pairs=()):
-    """The right side of (4.4): the next second moment."""
-    found = ALGEBRA.normal(At * Qt * At.T + Vt)
-    for pair in pairs:
-        found = found + noisy(pair) * Qt * noisy(pair).T
-    return found
-
-
-def adjoint(pairs=()):
-    """The right side of (4.5)."""
-    found = ALGEBRA.normal(At.T * Pt * At + weight(pairs))
-    for pair in pairs:
-        found = found + noisy(pair).T * Pt * noisy(pair)
-    return found
-
-
-def cost(pairs=()):
-    """J in terms of Q~: tr Q~ R~ + tr De V2 De' R."""
-    return ALGEBRA.normal(Trace(Qt * weight(pairs))) + Trace(De * V2 * De.T * R)
 
 
 @cache
-def lagrangian(pairs=()):
-    """J + tr P~ (right side of (4.4) - Q~)."""
-    return cost(pairs) + ((moment(pairs) - Qt) @ ALGEBRA.normal(Pt)).trace()
+def equivalent_noise():
+    """What one pair (A1, C1) adds to V1, V12 and V2; X is the second moment of x."""
+    stages = [assign(r, "(4.4)") for r in (is_dV1, is_dV12, is_dV2)]
+    return listed(
+        (A1, C1, X), stages, "what a pair adds to the noise", adds_1, adds_12, adds_2
+    )
 
 
 @cache
-def gradients(pairs=()):
-    """{gain: half the gradient of the Lagrangian}, which is half that of J."""
-    return {X: sp.S.Half * ALGEBRA.gradient(lagrangian(pairs), X) for X in GAINS}
-
-
-def mean(value):
-    """The expectation over nu_1, nu_2 of a normal form of degree two in them.
-
-    The mean over the four signs nu_i = +-1 has the same first and second moments.
-    """
-    signs = [{NU[0]: a, NU[1]: b} for a in (1, -1) for b in (1, -1)]
-    parts = [value.as_expr().subs(sign) for sign in signs]
-    found = ALGEBRA.normal(parts[0])
-    for part in parts[1:]:
-        found = found + part
-    return sp.Rational(1, 4) * found
-
-
-def formulas():
-    Ai, Ci = (sum((nu * X for nu, X in zip(NU, Xs)), Z) for Xs, Z in SUMS)
-    x_next, y = (A + Ai) * x + w1, (C + Ci) * x + w2
-    return {
-        "(3.1) x_+": x_next,
-        "(3.2) y": y,
-        "(3.3) x_e+": Ae * xe + Be * y,
-        "(3.4) y_e": Ce * xe + De * y,
-        "(3.5) J": cost(PAIRS).as_expr(),
-        "A~": At,
-        "A~_i": noisy(PAIRS[0]),
-        "V~": Vt,
-        "R~": weight(PAIRS),
-        "(4.1) x~": BlockMatrix([[x], [xe]]),
-        "(4.2) Q~": Qt,
-        "(4.3),(4.4) Q~_+": moment(PAIRS).as_expr(),
-        "(4.5) P~": adjoint(PAIRS).as_expr(),
-    } | {
-        f"(4.{k}) half of dJ/d{X.name}": gradients(PAIRS)[X].as_expr()
-        for k, X in enumerate(GAINS, 8)
-    }
-
-
-def printed_weight():
-    """R~ as section 2 has it, its lost letters filled in."""
-    corner = (
-        L.T * R * L
-        - L.T * R * De * C
-        - C.T * De.T * R * L
-        + C.T * De.T * R * De * C
-        + sum((Ci.T * De.T * R * De * Ci for _, Ci in PAIRS), ZeroMatrix(n, n))
-    )
-    return BlockMatrix(
-        [
-            [corner, -L.T * R * Ce + C.T * De.T * R * Ce],
-            [-Ce.T * R * L + Ce.T * R * De * C, Ce.T * R * Ce],
-        ]
+def output_moments():
+    """E[x y'], E[x+ y'] and E[y y'], which no estimator changes."""
+    stages = [assign(r) for r in (is_Qxy, is_Qxy_next, is_Qyy)]
+    return listed(
+        (A, C, V12, V2, Q1),
+        stages,
+        "second moments with the measurement",
+        with_now,
+        with_next,
+        with_itself,
     )
 
 
-def system_steps():
-    """(3.1)-(3.5) and (4.1)-(4.5): the augmented system, its moment and its cost."""
-    at = formulas()
-    noisy_A = ALGEBRA.normal(At)
-    for nu, pair in zip(NU, PAIRS):
-        noisy_A = noisy_A + nu * ALGEBRA.normal(noisy(pair))
-    xt = BlockMatrix([[x], [xe]])
-    # columns of w~ = [w1; Be w2] and of the error's own noise
-    into = BlockMatrix([[Identity(n), ZeroMatrix(n, l)], [ZeroMatrix(r, n), Be]])
-    out = ALGEBRA.normal(error)
-    for nu, (_, Ci) in zip(NU, PAIRS):
-        out = out - nu * ALGEBRA.normal(BlockMatrix([[De * Ci, ZeroMatrix(q, r)]]))
-    e_cov = mean(out @ ALGEBRA.normal(Qt) @ out.T) + De * V2 * De.T
-    ahead = mean(noisy_A @ ALGEBRA.normal(Qt) @ noisy_A.T)
-    P, Q = ALGEBRA.normal(Pt), ALGEBRA.normal(Qt)
-    dual = ((moment(PAIRS) - Vt) @ P).trace()
-    return {
-        "(3.1)-(3.3),(4.1) x~_+ = (A~ + sum nu_i A~_i) x~ + [w1; Be w2]": (
-            noisy_A @ ALGEBRA.normal(xt) + into * BlockMatrix([[w1], [w2]]),
-            BlockMatrix([[at["(3.1) x_+"]], [at["(3.3) x_e+"]]]),
-        ),
-        "V~ = cov [w1; Be w2]": (Vt, into * JOINT * into.T),
-        "(3.4) L x - y_e = [L - De C | -Ce] x~ - sum nu_i De C_i x - De w2": (
-            out @ ALGEBRA.normal(xt) - De * w2,
-            L * x - at["(3.4) y_e"],
-        ),
-        "(4.2),(4.3),(4.4) Q~_+ = A~Q~A~' + sum A~_i Q~ A~_i' + V~": (
-            ahead + Vt,
-            moment(PAIRS),
-        ),
-        "(3.5) J = E e'R e = tr Q~R~ + tr De V2 De'R": (
-            Trace(R * e_cov.as_expr()),
-            cost(PAIRS).as_expr(),
-        ),
-        "R~ as section 2 has it": (weight(PAIRS), printed_weight()),
-        "(4.5) is the dual of (4.4): tr P~ (A~Q~A~' + ..) = tr Q~ (A~'P~A~ + ..)": (
-            dual,
-            ((adjoint(PAIRS) - weight(PAIRS)) @ Q).trace(),
-        ),
-        "(4.5) J - tr P~V~ - tr De V2 De'R vanishes with (4.4) - Q~ and (4.5) - P~": (
-            cost(PAIRS)
-            - Trace(Pt * Vt)
-            - Trace(De * V2 * De.T * R)
-            - ((Q - moment(PAIRS)) @ P).trace(),
-            -((P - adjoint(PAIRS)) @ Q).trace(),
-        ),
-    }
-
-
-def stationarity_steps():
-    """(4.6)-(4.11): gradients of the Lagrangian."""
-    whole, half = lagrangian(PAIRS), sp.S.Half
-    ahead, back = moment(PAIRS) - Qt, adjoint(PAIRS) - Pt
-    first, second = PAIRS
-    steps = {}
-    for k, duals, blocks in (
-        (6, (P1, P12, P2), ahead),
-        (7, (Q1, Q12, Q2), back),
-    ):
-        for X, (i, j) in zip(duals, ((0, 0), (0, 1), (1, 1))):
-            # an off-diagonal block occurs twice
-            scale = half if i != j else 1
-            steps[f"(4.{k}) block {i + 1}{j + 1} is the gradient in {X.name}"] = (
-                scale * ALGEBRA.gradient(whole, X),
-                blocks[i, j],
-            )
-    found = gradients(PAIRS)
-    Qs_hat = A * Q1 * C.T + V12 + pairs_sum(Q1, 0) - A * Q12 * Q2.I * Q12.T * C.T
-    V2s_hat = C * Q1 * C.T + V2 + pairs_sum(Q1, 1) - C * Q12 * Q2.I * Q12.T * C.T
-    return steps | {
-        "(4.8) half the gradient in Ae is P12'A Q12 + P2 Be C Q12 + P2 Ae Q2": (
-            found[Ae],
-            P12.T * A * Q12 + P2 * Be * C * Q12 + P2 * Ae * Q2,
-        ),
-        "(4.9) modulo (4.8): P12'Qs + P2 Be V2s": (
-            found[Be] - found[Ae] @ ALGEBRA.normal(Q2.I * Q12.T * C.T),
-            P12.T * Qs_hat + P2 * Be * V2s_hat,
-        ),
-        "(4.10) half the gradient in Ce is -R L Q12 + R De C Q12 + R Ce Q2": (
-            found[Ce],
-            -R * L * Q12 + R * De * C * Q12 + R * Ce * Q2,
-        ),
-        "(4.11) modulo (4.10), times R^-1: De V2s - L Q C'": (
-            ALGEBRA.normal(R.I)
-            @ (found[De] - found[Ce] @ ALGEBRA.normal(Q2.I * Q12.T * C.T)),
-            De * V2s_hat - L * (Q1 - Q12 * Q2.I * Q12.T) * C.T,
-        ),
-        "two pairs stand for any number: the Lagrangian is additive over pairs": (
-            whole + lagrangian(),
-            lagrangian((first,)) + lagrangian((second,)),
-        ),
-    }
-
-
-def pairs_sum(X, k):
-    """sum A_i X C_i' (k = 0) or sum C_i X C_i' (k = 1)."""
-    return sum((pair[k] * X * pair[1].T for pair in PAIRS), ZeroMatrix((n, l)[k], l))
+@cache
+def estimator_moments():
+    """Right sides of Q12 = A Q12 Ae' + N12 and of Q2 = Ae Q2 Ae' + N2."""
+    stages = [assign(r, "(4.6)") for r in (is_N12, is_N2)]
+    given = (C, Qyy, Qxy_next, Ae, Be, Q12)
+    return listed(
+        given, stages, "what drives the moments of an estimator", step, moments
+    )
 
 
 @cache
 def derive():
-    return Derivation(
-        given=(A, C, V1, V12, V2, L, R, *GAINS),
-        formulas=formulas(),
-        steps=claims(ALGEBRA, system_steps() | stationarity_steps()),
-        source="Haddad and Bernstein (1987), (3.1)-(3.5), (4.1)-(4.11)",
-    )
+    """The page."""
+    page = (*PAGE, equivalent_noise(), output_moments(), estimator_moments())
+    return Derivation(page=page, letters=letters, source=SOURCE)

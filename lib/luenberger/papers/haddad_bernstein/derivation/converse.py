@@ -25,7 +25,7 @@ from ....symbolic import (
     ZeroMatrix,
     claims,
 )
-from .augmented import (
+from .blocks import (
     GAINS,
     P2,
     PAIRS,
@@ -45,7 +45,7 @@ from .augmented import (
     n,
     r,
 )
-from .stationarity import ALGEBRA, G, Gam, K, Q, Qhat, Qs, V2s, at, noise, theorem
+from .projecting import ALGEBRA, G, Gam, K, Q, Qhat, Qs, V2s, at, noise, theorem
 
 TAU, QH, PH = (MatrixSymbol(k, n, n) for k in ("tau", "Qh", "Ph"))
 one = Identity(n)

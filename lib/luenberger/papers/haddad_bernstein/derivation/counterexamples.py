@@ -17,55 +17,35 @@ from functools import cache
 import sympy as sp
 from sympy import Rational as F
 
-from ....symbolic import (
-    Algebra,
-    BlockMatrix,
-    Claim,
-    Derivation,
-    Identity,
-    MatrixSymbol,
-    claims,
-)
-from .augmented import (
-    GAINS,
-    JOINT,
-    P2,
-    P12,
-    PAIRS,
-    Q1,
-    Q2,
-    Q12,
-    V1,
-    V2,
-    V12,
-    A,
-    Ae,
-    Be,
-    C,
-    Ce,
-    De,
-    L,
-    R,
-    adjoint,
-    cost,
-    gradients,
-    l,
-    moment,
-    n,
-    q,
-    r,
-)
-from .converse import PH, QH, TAU
-from .stationarity import BEST, G, Gam, Q, Qs, V2s, formulas, theorem
+from ....symbolic import BlockMatrix, Claim, Derivation, Identity, Line
+from .augmented import is_N2, is_N12, is_Qxy, is_Qxy_next, is_Qyy
+from .cost import is_M2, is_M12, is_S, shown
+from .equations import is_adjoint, is_estimate, is_forgets, is_riccati
+from .gradients import is_gradAe, is_gradBe, is_gradCe, is_gradDe
+from .letters import *
+from .projection import is_Lq
+from .stationarity import is_Aq, is_Ce, is_tau
 
 SIZES = {n: 2, l: 1, r: 1, q: 1}
-NOISY = [X for pair in PAIRS for X in pair]
+MEANT = {x.left: x.right for x in (is_N12, is_N2, is_M12, is_M2, is_Qxy, is_Qxy_next)}
+MEANT |= {x.left: x.right for x in (is_Qyy, is_S, is_Aq, is_Lq, is_forgets)}
+MEANT[Kq] = Qs * V2s.I
+BEST = {Ae: Gam * Aq * G.T, Be: Gam * Kq, Ce: is_Ce.right}
+STATIC = L * Q * C.T * V2s.I
+EQUATIONS = {
+    "(3.14)": is_riccati.right,
+    "(3.15)": is_estimate.right,
+    "(3.16)": is_adjoint.right,
+}
+SLOPES = [x.right / 2 for x in (is_gradAe, is_gradBe, is_gradCe, is_gradDe)]
+JOINT = BlockMatrix([[V1, V12], [V12.T, V2]])
 
 
 def value(expr, known, sizes=SIZES):
     """A formula in explicit matrices; `known` has MatrixSymbols of symbolic sizes."""
-    found = expr.as_expr() if hasattr(expr, "terms") else expr
-    return sp.Matrix(found.subs(sizes).xreplace(explicit(known, sizes)).doit())
+    for _ in range(3):  # definitions in definitions
+        expr = expr.xreplace(MEANT)
+    return sp.Matrix(expr.subs(sizes).xreplace(explicit(known, sizes)).doit())
 
 
 def explicit(known, sizes=SIZES):
@@ -79,22 +59,20 @@ def stein(left, right, rest):
     return (sp.eye(size) - both).LUsolve(sp.Matrix(list(rest))).reshape(*rest.shape)
 
 
+def with_gains(known, sizes=SIZES):
+    """With tau and the gains (3.10)-(3.13)."""
+    known = known | {tau: known[G].T * known[Gam], De: value(STATIC, known, sizes)}
+    return known | {X: value(gain, known, sizes) for X, gain in BEST.items()}
+
+
 def plant(known):
     """Complete A, C, L, Q, Qs, V2s, G, Gam so that (3.10)-(3.16) hold with R = 1."""
-    quiet = {X: sp.zeros(*(d.subs(SIZES) for d in X.shape)) for X in NOISY}
-    known = known | quiet | {R: sp.eye(1), V1: sp.zeros(2, 2)}
-    known[TAU] = known[G].T * known[Gam]
-    known[De] = value(formulas()["(3.13) De"], known)
-    for X in (Ae, Be, Ce):
-        known[X] = value(BEST[X], known)
-    still = known | {QH: sp.zeros(2, 2), PH: sp.zeros(2, 2)}
-    rest = theorem(TAU, QH, PH)
-    K = known[Qs] * known[V2s].inv()
-    ahead = known[A] * known[TAU]
-    back = known[TAU] * (known[A] - K * known[C])
-    known[QH] = stein(ahead, ahead.T, value(rest["(3.15)"], still))
-    known[PH] = stein(back.T, back, value(rest["(3.16)"], still))
-    known[V1] = -value(rest["(3.14)"], known)
+    known = with_gains(known | {R: sp.eye(1), V1: sp.zeros(2, 2)})
+    still = known | {Qh: sp.zeros(2, 2), Ph: sp.zeros(2, 2)}
+    ahead, back = value(A * tau, known), value(tau * Aq, known)
+    known[Qh] = stein(ahead, ahead.T, value(is_estimate.right, still))
+    known[Ph] = stein(back.T, back, value(is_adjoint.right, still))
+    known[V1] = -value(is_riccati.right, known)
     known[V12] = value(Qs - A * Q * C.T, known)
     known[V2] = value(V2s - C * Q * C.T, known)
     return known
@@ -103,17 +81,15 @@ def plant(known):
 def truth(known):
     """The moments that the estimator really has, and their duals."""
     known = dict(known)
-    ahead, back = moment(), adjoint()
     a, e = known[A], known[Ae]
-    for X, block, sides in (
-        (Q1, ahead[0, 0], (a, a.T)),
-        (Q12, ahead[0, 1], (a, e.T)),
-        (Q2, ahead[1, 1], (e, e.T)),
-        (P2, back[1, 1], (e.T, e)),
-        (P12, back[0, 1], (a.T, e)),
+    for X, drive, sides in (
+        (Q1, V1, (a, a.T)),
+        (Q12, N12, (a, e.T)),
+        (Q2, N2, (e, e.T)),
+        (P2, M2, (e.T, e)),
+        (P12, M12, (a.T, e)),
     ):
-        zero = {X: sp.zeros(*(d.subs(SIZES) for d in X.shape))}
-        known[X] = stein(*sides, value(block, known | zero))
+        known[X] = stein(*sides, value(drive, known))
     return known
 
 
@@ -151,7 +127,7 @@ def better(known, *gains):
 
 def price(known):
     """J of an estimator by its true moments."""
-    return cost().as_expr().subs(SIZES).xreplace(explicit(truth(known))).doit()
+    return value(R * shown.right, truth(known)).trace()
 
 
 # What each estimator is worth: half the gradients, J, (3.18), and J of a better one.
@@ -171,24 +147,23 @@ FOUND = {
 def not_stationary(name):
     """The estimator of an example satisfies (3.10)-(3.16) and is not stationary."""
     known, improved = examples()[name]
-    real, tau = truth(known), known[TAU]
+    real = truth(known)
     slopes, (J, said, less) = FOUND[name]
     joint = sp.Matrix(JOINT.subs(SIZES).xreplace(explicit(known)).as_explicit())
-    minors = [joint[:k, :k].det() for k in (1, 2, 3)]
     aligned = {
-        "Qh": tau * known[QH] - known[QH] * tau.T,
-        "Ph": known[PH] * tau - tau.T * known[PH],
+        "Qh": value(tau * Qh - Qh * tau.T, known),
+        "Ph": value(Ph * tau - tau.T * Ph, known),
     }
-    best = (known[L] * known[Q] * known[L].T - known[De] * known[V2s] * known[De].T)[0]
-    positive = [value(Gam * QH * Gam.T, known)[0], value(G * PH * G.T, known)[0]]
-    positive += minors + [1 - abs(known[Ae][0])]
-    positive += [known[X].trace() for X in (QH, PH)]
-    semidefinite = [known[X].det() for X in (QH, PH)]
+    best = value(L * Q * L.T - De * V2s * De.T, known)[0]
+    positive = [value(X, known)[0] for X in (Gam * Qh * Gam.T, G * Ph * G.T)]
+    positive += [joint[:k, :k].det() for k in (1, 2, 3)] + [1 - abs(known[Ae][0])]
+    positive += [known[X].trace() for X in (Qh, Ph)]
+    semidefinite = [known[X].det() for X in (Qh, Ph)]
     steps = {
         f"{key} holds": Claim(value(residual, known))
-        for key, residual in theorem(TAU, QH, PH).items()
+        for key, residual in EQUATIONS.items()
     } | {
-        "(3.6) tau^2 = tau": Claim(tau * tau, tau),
+        "(3.6) tau^2 = tau": Claim(known[tau] * known[tau], known[tau]),
         "cov(w1, w2), Q2, P2 > 0, Qh, Ph >= 0 and Ae is stable": Claim(
             sp.Integer(1 if min(positive) > 0 <= min(semidefinite) else 0),
             sp.Integer(1),
@@ -197,10 +172,9 @@ def not_stationary(name):
         "(3.18) the formula": Claim(best, F(said)),
         "another estimator has less": Claim(price(improved), F(less)),
     }
-    for X, slope in zip(GAINS, slopes):
-        steps[f"half the gradient in {X.name} is {slope}"] = Claim(
-            value(gradients()[X], real)[0], F(slope)
-        )
+    for X, half, slope in zip(GAINS, SLOPES, slopes):
+        found = value(half, real)[0]
+        steps[f"half the gradient in {X.name} is {slope}"] = Claim(found, F(slope))
     for X, gap in aligned.items():
         skew = sp.Integer(1 if gap != 0 * gap else 0)
         steps[f"tau is {'' if X in name else 'not '}aligned with {X}"] = Claim(
@@ -211,10 +185,8 @@ def not_stationary(name):
 
 def not_stable():
     """n = n_e = 2, tau = I: w1 = v1, and L does not ask for the first state."""
-    sizes = {n: 2, l: 2, r: 2, q: 1}
-    quiet = {X: sp.zeros(2, 2) for X in NOISY}
-    one = sp.eye(2)
-    known = quiet | {
+    sizes, one = {n: 2, l: 2, r: 2, q: 1}, sp.eye(2)
+    known = {
         A: sp.diag(0, F(1, 2)),
         C: one,
         L: sp.Matrix([[0, 1]]),
@@ -225,63 +197,89 @@ def not_stable():
         Q: sp.diag(0, 1),
         G: one,
         Gam: one,
-        TAU: one,
-        QH: sp.diag(1, F(1, 6)),
-        PH: sp.diag(1, F(4, 15)),
+        Qh: sp.diag(1, F(1, 6)),
+        Ph: sp.diag(1, F(4, 15)),
     }
     known[V2s] = value(V2 + C * Q * C.T, known, sizes)
     known[Qs] = value(V12 + A * Q * C.T, known, sizes)
-    known[De] = value(formulas()["(3.13) De"], known, sizes)
-    for X in (Ae, Be, Ce):
-        known[X] = value(BEST[X], known, sizes)
-    residuals = theorem(TAU, QH, PH)
-    return {
-        f"Q2, P2 > 0, yet Ae is not stable: {key} holds": Claim(
-            value(residual, known, sizes)
-        )
-        for key, residual in residuals.items()
+    known = with_gains(known, sizes)
+    found = {
+        f"{key} holds": Claim(value(residual, known, sizes))
+        for key, residual in EQUATIONS.items()
     } | {
-        "Q2, P2 > 0, yet Ae is not stable: Ae": Claim(known[Ae], sp.diag(-1, F(1, 4))),
-        "Q2, P2 > 0, yet Ae is not stable: Ce does not show it": Claim(
-            known[Ce], sp.Matrix([[0, F(1, 2)]])
-        ),
-        "Q2, P2 > 0, yet Ae is not stable: cov(w1, w2) is singular": Claim(
+        "Ae": Claim(known[Ae], sp.diag(-1, F(1, 4))),
+        "Ce does not show it": Claim(known[Ce], sp.Matrix([[0, F(1, 2)]])),
+        "cov(w1, w2) is singular": Claim(
             sp.Matrix(BlockMatrix([[known[V1], known[V12]], [known[V12], one]])).det()
         ),
     }
+    return {f"Q2, P2 > 0, yet Ae is not stable: {k}": step for k, step in found.items()}
 
 
-def vacuous():
-    """tau = Qhat Phat (Qhat Phat)^# holds for every tau = G'Gam, so it says nothing."""
-    X, Y = MatrixSymbol("X", r, r), MatrixSymbol("Y", r, r)
-    algebra = Algebra(
-        [QH, PH, X, Y],
-        [(Gam * G.T, Identity(r)), (Gam * QH * Gam.T, X), (G * PH * G.T, Y)],
-    )
-    tau = G.T * Gam
-    product = tau * QH * tau.T * tau.T * PH * tau
-    group = G.T * Y.I * X.I * Gam
-    return claims(
-        algebra,
-        {
-            "weak: Qhat Phat = G'X Y Gam, X = Gam Qh Gam', Y = G Ph G'": (
-                product,
-                G.T * X * Y * Gam,
-            ),
-            "weak: M M^# = tau for every tau = G'Gam, M = Qhat Phat": (
-                product * group,
-                tau,
-            ),
-            "weak: M^# M = tau": (group * product, tau),
-            "weak: M M^# M = M": (product * group * product, product),
-            "weak: M^# M M^# = M^#": (group * product * group, group),
-        },
-    )
+lifted = G.T * Q2 * P2 * Gam
+PAGE = (
+    """A weaker reading of (3.17) asks for `tau = M M#` with the group inverse of the
+    product `M` of the two hats between projections. It says nothing: the equation holds
+    for every product of two biorthogonal factors.""",
+    is_tau,
+    one := define(Gam * G.T, Identity(r), "3.9"),
+    is_Q2 := define(Q2, Gam * Qh * Gam.T),
+    is_P2 := define(P2, G * Ph * G.T),
+    is_M := define(M_tau, tau * Qh * tau.T * tau.T * Ph * tau),
+    is_group := define(M_sharp, G.T * P2.I * Q2.I * Gam),
+    product := chain(
+        "3.17",
+        "the product of the hats between projections",
+        M_tau,
+        Line(tau * Qh * tau.T * tau.T * Ph * tau, by=(is_M,)),
+        Line(G.T * Gam * Qh * Gam.T * G * Gam.T * G * Ph * G.T * Gam, by=(is_tau,)),
+        Line(G.T * Q2 * G * Gam.T * P2 * Gam, by=(is_Q2, is_P2)),
+        Line(lifted, by=(one,)),
+    ),
+    right := chain(
+        "3.17",
+        "the weaker equation holds for every projection",
+        M_tau * M_sharp,
+        Line(lifted * M_sharp, by=(product,)),
+        Line(lifted * G.T * P2.I * Q2.I * Gam, by=(is_group,)),
+        Line(G.T * Gam, by=(one,)),
+        Line(tau, by=(is_tau,)),
+    ),
+    left := chain(
+        "3.17",
+        "from the other side as well",
+        M_sharp * M_tau,
+        Line(G.T * P2.I * Q2.I * Gam * M_tau, by=(is_group,)),
+        Line(G.T * P2.I * Q2.I * Gam * lifted, by=(product,)),
+        Line(G.T * Gam, by=(one,)),
+        Line(tau, by=(is_tau,)),
+    ),
+    chain(
+        "3.17",
+        "it is the group inverse",
+        M_tau * M_sharp * M_tau,
+        Line(tau * M_tau, by=(right,)),
+        Line(G.T * Gam * lifted, by=(is_tau, product)),
+        Line(lifted, by=(one,)),
+        Line(M_tau, by=(product,)),
+    ),
+    chain(
+        "3.17",
+        "and that one's group inverse is the product",
+        M_sharp * M_tau * M_sharp,
+        Line(tau * M_sharp, by=(left,)),
+        Line(G.T * Gam * G.T * P2.I * Q2.I * Gam, by=(is_tau, is_group)),
+        Line(G.T * P2.I * Q2.I * Gam, by=(one,)),
+        Line(M_sharp, by=(is_group,)),
+    ),
+)
 
 
 @cache
 def derive():
+    """The page, and the examples in exact arithmetic."""
     steps = {}
     for name in examples():
         steps |= not_stationary(name)
-    return Derivation(steps=steps | not_stable() | vacuous(), source="our own")
+    steps |= not_stable()
+    return Derivation(page=PAGE, steps=steps, letters=letters, source="our own")

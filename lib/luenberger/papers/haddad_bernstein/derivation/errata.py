@@ -12,8 +12,9 @@ Source: Haddad and Bernstein (1987), as scanned.
 import sympy as sp
 
 from ....symbolic import BlockMatrix, Claim, Identity
-from . import mean_square, stationarity
-from .augmented import (
+from . import mean_square
+from . import projecting as stationarity
+from .blocks import (
     ALGEBRA,
     P2,
     P12,
@@ -37,7 +38,7 @@ from .augmented import (
     r,
     weight,
 )
-from .stationarity import (
+from .projecting import (
     G,
     Gam,
     K,

@@ -1,127 +1,245 @@
-"""The fixed-order filter of full order: corollary 3.1 and the Kalman filter.
+"""Full order: the projection is the identity, and the filter is Kalman's.
 
-With n_e = n the projection is the identity, and G = Gam = I in a basis of one's
-choice.  (3.25) and (3.26) look coupled; but their sum is the plant's own Lyapunov
-equation, so Q + Qh is known beforehand, and (3.25) is then the Riccati equation of
-the equivalent plant.  The filter is Kalman's, with or without its measurement
-update.
+The equations of Q and Qh look coupled, but their sum is the plant's own moment, known
+beforehand.  Then the first is the Riccati equation of the plant with all its noise.
 
-Source: Haddad and Bernstein (1987), corollary 3.1 and remark 3.6; the decoupling is
-our own.
+Source: Haddad and Bernstein (1987), corollary 3.1 and remark 3.6; that the equations
+decouple, and the predictor as a plant, are our own.
 """
 
+from dataclasses import replace
 from functools import cache
 
-from sympy import Trace
-
-from ....symbolic import Algebra, Derivation, Identity, MatrixSymbol, ZeroMatrix, claims
-from . import stationarity
-from .augmented import PAIRS, V1, V2, V12, A, Ae, Be, C, Ce, De, L, R, l, n, r
-from .stationarity import BEST, G, Gam, Q, Qs, V2s, noise, theorem
-
-one = Identity(n)
-Qh = MatrixSymbol("Qh", n, n)
-Q1 = MatrixSymbol("Q1", n, n)  # Q + Qh: the second moment of x
-xh, y = MatrixSymbol("xhat", n, 1), MatrixSymbol("y", l, 1)
-K = Qs * V2s.I
-MEANT = (
-    (V2, V2s - C * Q * C.T - noise(Q + Qh, 1, 1)),
-    (V12, Qs - A * Q * C.T - noise(Q + Qh, 0, 1)),
+from ....symbolic import Derivation, Line, Solve, Stage, ZeroMatrix
+from .augmented import is_V1
+from .equations import (
+    best,
+    riccati_equation,
+    second,
+    written_Qs,
+    written_V1,
+    written_V2s,
 )
-ALGEBRA = Algebra([V1, V2, R, Q, Qh, Q1, V2s], MEANT)
+from .letters import *
+from .stationarity import (
+    gain_Ae,
+    is_Aq,
+    is_Be,
+    is_Ce,
+    is_De,
+    is_K,
+    is_Q1,
+    is_Qxy,
+    next_split,
+    split,
+)
 
 
-def full(value):
-    """A formula of the theorem with n_e = n and G = Gam = I."""
-    value = value.subs(r, n)
-    return value.xreplace({X.subs(r, n): one for X in (G, Gam)})
+def at_n(expr):
+    """An expression or a relation with n_e = n."""
+    if hasattr(expr, "relation"):
+        expr = expr.relation
+    if hasattr(expr, "name") and hasattr(expr, "show"):
+        return replace(expr, left=at_n(expr.left), right=at_n(expr.right))
+    return expr.subs(r, n)
 
 
-def formulas():
-    """Corollary 3.1; (3.25) and (3.26) are right sides."""
-    return {
-        "(3.21) Ae": A - K * C,
-        "(3.22) Be": K,
-        "(3.23) Ce": L - De * C,
-        "(3.24) De": L * Q * C.T * V2s.I,
-        "(3.25) Q": A * Q * A.T + noise(Q + Qh, 0, 0) + V1 - K * Qs.T,
-        "(3.26) Qh": A * Qh * A.T + K * Qs.T,
-        "(3.27) J": Trace((L * Q * L.T - De * V2s * De.T) * R),
-    }
+G_n, Gam_n = at_n(G), at_n(Gam)
+Ae_n, Be_n, Ce_n = at_n(Ae), at_n(Be), at_n(Ce)
+S_0 = (L - De0 * C) * Q12 * Ce.T
+
+PAGE = (
+    """With `n_e = n` the product `Gamma G' = I` is that of two square matrices. In a
+    basis of one's choice both are the identity, and so is the projection.""",
+    is_G := define(G_n, I),
+    is_Gam := define(Gam_n, I),
+    is_tau := at_n(define(tau, G.T * Gam, "3.8")),
+    whole := chain(
+        "3.8",
+        "the projection at full order",
+        tau,
+        Line(G_n.T * Gam_n, by=(is_tau,)),
+        Line(I, by=(is_G, is_Gam)),
+    ),
+    "The matrices of the estimator lose their factors.",
+    is_Aq,
+    full_Be := at_n(is_Be),
+    full_Ce := at_n(is_Ce),
+    is_K,
+    is_De,
+    chain(
+        "3.21",
+        "the estimator's own matrix at full order",
+        Ae_n,
+        Line(Gam_n * Aq * G_n.T, by=(at_n(gain_Ae),)),
+        Line(Aq, by=(is_G, is_Gam)),
+        Line(A - Kq * C, by=(is_Aq,)),
+        Line(A - Qs * V2s.I * C, by=(is_K,)),
+    ),
+    chain(
+        "3.22",
+        "its input matrix at full order",
+        Be_n,
+        Line(Gam_n * Kq, by=(full_Be,)),
+        Line(Kq, by=(is_Gam,)),
+        Line(Qs * V2s.I, by=(is_K,)),
+    ),
+    chain(
+        "3.23",
+        "its output matrix at full order",
+        Ce_n,
+        Line((L - De * C) * G_n.T, by=(full_Ce,)),
+        Line(L - De * C, by=(is_G,)),
+    ),
+    chain(
+        "3.24",
+        "its static gain at full order",
+        De,
+        Line(L * Q * C.T * V2s.I, by=(is_De,)),
+    ),
+    "The equations lose the projection.",
+    is_forgets := define(forgets, I - tau, "section 2"),
+    full_Q := chain(
+        "3.25",
+        "the Riccati equation at full order",
+        Q,
+        Line(riccati_equation.right, by=(riccati_equation,)),
+        Line(
+            A * Q * A.T + V1 - Kq * Qs.T + (I - tau) * Qh * (I - tau).T,
+            by=(is_forgets,),
+        ),
+        Line(A * Q * A.T + V1 - Kq * Qs.T, by=(whole,)),
+    ),
+    full_Qh := chain(
+        "3.26",
+        "the second equation at full order",
+        Qh,
+        Line(A * tau * Qh * tau.T * A.T + Kq * Qs.T, by=(second,)),
+        Line(A * Qh * A.T + Kq * Qs.T, by=(whole,)),
+    ),
+    chain(
+        "3.27",
+        "the least error at full order",
+        Sigma,
+        Line(L * Q * L.T - De * V2s * De.T, by=(best,)),
+        Line(L * (Q - Q * C.T * V2s.I * C * Q) * L.T, by=(is_De,)),
+    ),
+    "So do the noise of the parameters and the moments of the innovation.",
+    chain(
+        "section 2",
+        "next state and innovation at full order",
+        Qs,
+        Line(written_Qs.right, by=(written_Qs,)),
+        Line(A * Q * C.T + W12 + A1 * (Q + Qh) * C1.T, by=(whole,)),
+    ),
+    chain(
+        "section 2",
+        "the innovation at full order",
+        V2s,
+        Line(written_V2s.right, by=(written_V2s,)),
+        Line(C * Q * C.T + W2 + C1 * (Q + Qh) * C1.T, by=(whole,)),
+    ),
+    """The sum of the two equations is the plant's own. So `Q + Qh` is known before the
+    filter is, and (3.25) is the Riccati equation of a Kalman filter.""",
+    chain(
+        "3.25, 3.26",
+        "the sum depends on no filter",
+        Q + Qh,
+        Line(A * Q * A.T + V1 - Kq * Qs.T + Qh, by=(full_Q,)),
+        Line(A * (Q + Qh) * A.T + V1, by=(full_Qh,)),
+        Line(
+            A * (Q + Qh) * A.T + W1 + A1 * (Q + tau * Qh * tau.T) * A1.T,
+            by=(written_V1,),
+        ),
+        Line(A * (Q + Qh) * A.T + W1 + A1 * (Q + Qh) * A1.T, by=(whole,)),
+    ),
+    "Without noise in the parameters it is Kalman's own, and nothing is left of `Qh`.",
+    is_V1,
+    certain := define(A1, ZeroMatrix(n, n)),
+    chain(
+        "3.25",
+        "the equation of the Kalman filter",
+        Q,
+        Line(A * Q * A.T + V1 - Kq * Qs.T, by=(full_Q,)),
+        Line(A * Q * A.T + W1 + A1 * Q1 * A1.T - Kq * Qs.T, by=(is_V1,)),
+        Line(A * Q * A.T + W1 - Kq * Qs.T, by=(certain,)),
+        Line(A * Q * A.T + W1 - Qs * V2s.I * Qs.T, by=(is_K,)),
+    ),
+    """The estimator is the predictor of that filter. Its static gain is the measurement
+    update.""",
+    chain(
+        "3.21, 3.22",
+        "the estimator is the predictor",
+        Aq * xh + Kq * y,
+        Line((A - Kq * C) * xh + Kq * y, by=(is_Aq,)),
+        Line(A * xh + Kq * (y - C * xh), why="collect"),
+    ),
+    chain(
+        "3.23, 3.24",
+        "the estimate is the update",
+        (L - De * C) * xh + De * y,
+        Line(L * xh + De * (y - C * xh), why="collect"),
+        Line(L * (xh + Q * C.T * V2s.I * (y - C * xh)), by=(is_De,)),
+    ),
+    """The predictor is itself a plant, `xhat_next = A xhat + K_q i` and `y = C xhat +
+    i` with the innovation `i` for noise. Any estimator has the same moments on it,
+    because both sides split alike. Beyond the Kalman filter it costs what it costs
+    there, with a static gain of `D_x`. That excess is free of cancellation.""",
+    is_V1i := define(V1i, Kq * Qs.T),
+    is_Lq := define(Lq, L - De * C),
+    is_extra := define(extra, De0 - De),
+    is_Q1,
+    is_Qxy,
+    is_S0 := define(S_e, S_0 + L * Qxy * De0.T),
+    is_Sx := define(S_x, S_0 + Lq * Q_e * C.T * extra.T),
+    excess := chain(
+        "",
+        "what an estimator costs beyond the Kalman filter",
+        L * Q1 * L.T - S_e - S_e.T + De0 * Qyy * De0.T - L * Q * L.T + De * V2s * De.T,
+        Line(
+            L * Q_e * L.T
+            - S_e
+            - S_e.T
+            + De0 * (V2s + C * Q_e * C.T) * De0.T
+            + De * V2s * De.T,
+            by=(is_Q1, split),
+        ),
+        Line(
+            Lq * Q_e * Lq.T - S_x - S_x.T + extra * (V2s + C * Q_e * C.T) * extra.T,
+            by=(is_S0, is_Sx, is_Lq, is_extra, is_Q1, is_Qxy, is_De),
+        ),
+    ),
+    noise := chain(
+        "3.25",
+        "noise that moves the predictor",
+        V1 - V1i,
+        Line(V1 - Kq * Qs.T, by=(is_V1i,)),
+        Line(Q - A * Q * A.T, by=(full_Q,)),
+    ),
+)
 
 
-def corollary():
-    """(3.21)-(3.27) are (3.10)-(3.18) with tau = I."""
-    f, said = formulas(), theorem(one, Qh, MatrixSymbol("Ph", n, n))
-    shared = stationarity.formulas()
-    gains = zip(("(3.21) Ae", "(3.22) Be", "(3.23) Ce"), (Ae, Be, Ce))
-    return {
-        f"{key} is that of the theorem with G = Gam = I": (f[key], full(BEST[X]))
-        for key, X in gains
-    } | {
-        "(3.24) De is (3.13)": (f["(3.24) De"], shared["(3.13) De"]),
-        "(3.25) is (3.14) with tau = I": (f["(3.25) Q"] - Q, said["(3.14)"]),
-        "(3.26) is (3.15) with tau = I": (f["(3.26) Qh"] - Qh, said["(3.15)"]),
-        "(3.27) is (3.18)": (f["(3.27) J"], shared["(3.18) J"]),
-    }
+@cache
+def innovations_plant():
+    """The Kalman predictor as a plant: x^+ = A x^ + Kq i, y = C x^ + i.
 
-
-def decoupling():
-    """Q + Qh does not depend on the filter, and then (3.25) is a Riccati equation."""
-    f = formulas()
-    both = f["(3.25) Q"] + f["(3.26) Qh"]
-    riccati = A * Q * A.T - K * Qs.T
-    equivalent = V1 + noise(Q1, 0, 0)
-    known = Algebra([V1, V2, R, Q, Q1, V2s], [(Qh, Q1 - Q)])
-    plain = {X: ZeroMatrix(*X.shape) for pair in PAIRS for X in pair}
-    return (
-        claims(
-            ALGEBRA,
-            {
-                "(3.25) + (3.26): Q + Qh = A (Q + Qh) A' + sum + V1, the plant's own": (
-                    both,
-                    A * (Q + Qh) * A.T + noise(Q + Qh, 0, 0) + V1,
-                ),
-                "(3.24) and (3.23): y_e = L (x^ + Q C'V2s^-1 (y - C x^)), the update": (
-                    (L - f["(3.24) De"] * C) * xh + f["(3.24) De"] * y,
-                    L * (xh + Q * C.T * V2s.I * (y - C * xh)),
-                ),
-                "(3.27) is the trace of L (Q - Q C'V2s^-1 C Q) L'R, after the update": (
-                    f["(3.27) J"].xreplace({De: f["(3.24) De"]}),
-                    Trace(L * (Q - Q * C.T * V2s.I * C * Q) * L.T * R),
-                ),
-                "(3.21),(3.22) x^_+ = A x^ + K (y - C x^), the predictor": (
-                    f["(3.21) Ae"] * xh + f["(3.22) Be"] * y,
-                    A * xh + K * (y - C * xh),
-                ),
-            },
-        )
-        | claims(
-            known,
-            {
-                "(3.25) with Q + Qh = Q1: Kalman's, V1 + sum A_i Q1 A_i' for V1": (
-                    f["(3.25) Q"],
-                    riccati + equivalent,
-                )
-            },
-        )
-        | claims(
-            Algebra([V1, V2, R, Q, V2s]),
-            {
-                "(3.25), remark 3.6: with A_i = C_i = 0 Kalman's equation, no Qh": (
-                    f["(3.25) Q"].xreplace(plain),
-                    riccati + V1,
-                )
-            },
-        )
+    Q, Qs and V2s are the Kalman filter's and De its feedthrough gain, or 0.  An
+    estimator (Ae, Be, Ce, De0) of L x costs what the Kalman filter costs, plus what
+    (Ae, Be, Ce, De0 - De) costs as an estimator of Lq x^ on this plant, whose noise
+    has the covariances V1i, Qs and V2s.  The excess is free of cancellation.
+    """
+    stages = (
+        Stage(Kq, Solve(Qs, V2s), by=(is_K,)),
+        assign(is_V1i),
+        assign(is_Lq),
     )
+    proofs = next_split, split, excess, noise
+    says = "the predictor as a plant"
+    return listed((C, L, Qs, V2s, De), stages, says, *proofs, source="our own")
 
 
 @cache
 def derive():
-    return Derivation(
-        given=(A, C, V1, V12, V2, L, R),
-        formulas=formulas(),
-        steps=claims(ALGEBRA, corollary()) | decoupling(),
-        source="Haddad and Bernstein (1987), (3.21)-(3.27)",
-    )
+    """The page."""
+    page = (*PAGE, innovations_plant())
+    return Derivation(page=page, letters=letters, source=SOURCE)

@@ -29,8 +29,8 @@ from ....symbolic import (
     ZeroMatrix,
     claims,
 )
-from .augmented import PAIRS, Q1, Q2, Q12, SYMMETRIC, V1, V2, V12, A, Ae, moment, n
-from .stationarity import noise
+from .blocks import PAIRS, Q1, Q2, Q12, SYMMETRIC, V1, V2, V12, A, Ae, moment, n
+from .projecting import noise
 
 k = sp.Symbol("k", integer=True, nonnegative=True)
 X, Y = MatrixSymbol("X", n, n), MatrixSymbol("Y", n, n)

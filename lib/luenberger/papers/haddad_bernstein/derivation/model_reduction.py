@@ -24,7 +24,7 @@ from ....symbolic import (
     ZeroMatrix,
     claims,
 )
-from .augmented import (
+from .blocks import (
     Q1,
     Q2,
     Q12,

@@ -1,14 +1,12 @@
 """The optimal projection equations: Haddad and Bernstein's paper, entire.
 
-The augmented system and the gradients of its Lagrangian (`augmented`), the way from
-there to the projection and its equations (`stationarity`, `remarks`), full
+The plant and an estimator as one system (`augmented`), the cost (`cost`) and its
+gradients (`gradients`, `sensitivity`), the way from there to the projection
+(`stationarity`, `projection`) and to its equations (`equations`, `remarks`), full
 order and the Kalman filter (`full_order`), mean-square stability (`mean_square`).
-Our own: multiplicative noise needs no more than an equivalent plant
-(`equivalent_plant`), the equations with (3.17) as printed are equivalent to
-stationarity (`converse`) and weaker readings are not
-(`counterexamples`), and when the estimator is stable
-(`stability`); H2 model reduction is a case of it (`model_reduction`).  The
-stage lists that run are in `moment_stages` and `theorem_stages`.  This
+Our own: the equations with (3.17) as printed are equivalent to stationarity
+(`converse`) and weaker readings are not (`counterexamples`), and when the estimator is
+stable (`stability`); H2 model reduction is a case of it (`model_reduction`).  This
 module collects them; each part is a `Derivation`.
 
 Source: Haddad and Bernstein (1987), Systems and Control Letters 8, 381-388.
@@ -21,14 +19,18 @@ from ....symbolic import Derivation
 from . import (
     augmented,
     converse,
+    cost,
     counterexamples,
-    equivalent_plant,
+    equations,
     errata,
     full_order,
+    gradients,
     mean_square,
     model_reduction,
+    projection,
     projection_gains,
     remarks,
+    sensitivity,
     stability,
     stationarity,
 )
@@ -38,11 +40,15 @@ def sections():
     """The parts that follow the paper or add to it, in page order."""
     return {
         "augmented system": augmented.derive(),
+        "cost": cost.derive(),
+        "gradients": gradients.derive(),
         "mean-square stability": mean_square.derive(),
-        "projection": stationarity.derive(),
+        "stationarity": stationarity.derive(),
+        "projection": projection.derive(),
+        "equations": equations.derive(),
         "remarks": remarks.derive(),
         "full order": full_order.derive(),
-        "equivalent plant": equivalent_plant.derive(),
+        "sensitivity": sensitivity.derive(),
         "converse": converse.derive(),
         "counterexamples": counterexamples.derive(),
         "stability": stability.derive(),

@@ -8,7 +8,7 @@ from functools import cache
 from sympy import Trace
 
 from ....symbolic import Algebra, Derivation, Identity, MatrixSymbol, ZeroMatrix, claims
-from .augmented import (
+from .blocks import (
     P2,
     P12,
     PAIRS,
@@ -32,7 +32,7 @@ from .augmented import (
     q,
     r,
 )
-from .stationarity import BEST, PROJECTING, G, Gam, K, Q, V2s, at, formulas, tau
+from .projecting import BEST, PROJECTING, G, Gam, K, Q, V2s, at, formulas, tau
 
 S = MatrixSymbol("S", r, r)
 Si = S.I

@@ -28,7 +28,7 @@ from ....symbolic import (
     ZeroMatrix,
     claims,
 )
-from .augmented import (
+from .blocks import (
     JOINT,
     P2,
     PAIRS,
@@ -49,7 +49,7 @@ from .augmented import (
     n,
     r,
 )
-from .stationarity import ALGEBRA, G, Gam, Qs, V2s, at
+from .projecting import ALGEBRA, G, Gam, Qs, V2s, at
 
 k = sp.Symbol("k", integer=True, nonnegative=True)
 c = sp.Symbol("c", positive=True)

@@ -18,7 +18,7 @@ from ....symbolic import (
     claims,
     named,
 )
-from .augmented import (
+from .blocks import (
     GAINS,
     P2,
     P12,

@@ -1,0 +1,220 @@
+"""The cost, and the dual of the moment that gives it as well.
+
+Source: Haddad and Bernstein (1987), sections 2 to 4, (3.4), (3.5), (4.5), (4.7).
+"""
+
+from functools import cache
+
+from sympy import Trace
+
+from ....symbolic import (
+    BlockMatrix,
+    Cyclic,
+    Derivation,
+    Expect,
+    Line,
+    Substitute,
+    ZeroMatrix,
+)
+from .augmented import (
+    is_At,
+    is_At1,
+    is_Q,
+    is_Qt,
+    is_Qxy,
+    is_Qyy,
+    is_V2,
+    is_x_nu,
+    is_xt,
+    is_y,
+    steady,
+)
+from .letters import *
+
+missed = L - De * C
+corner = C1.T * De.T * R * De * C1
+
+PAGE = (
+    """The estimate answers for `L x`, and its error is seen through the state of both.
+    Recalled are the measurement, the two systems and their moment.""",
+    is_y,
+    is_x_nu,
+    is_ye := define(ye, Ce * xe + De * y, "3.4"),
+    is_xt,
+    is_Qt,
+    is_Qxy,
+    is_Qyy,
+    is_V2,
+    is_e := define(e, L * x - ye, "3.5"),
+    is_Lt := define(Lt, BlockMatrix([[L - De * C, -Ce]])),
+    error := chain(
+        "3.4",
+        "the error shows the state of both",
+        e,
+        Line(L * x - (Ce * xe + De * y), by=(is_e, is_ye)),
+        Line(L * x - Ce * xe - De * (C * x + C1 * x_nu + w2), by=(is_y, is_x_nu)),
+        Substitute(Lt * xt - De * (C1 * x_nu + w2), by=(is_Lt, is_xt)),
+    ),
+    is_Q1_nu := moment(x_nu * x_nu.T, Q1),
+    is_W2 := moment(w2 * w2.T, W2, "section 2"),
+    apart_e := moment(xt * x_nu.T, ZeroMatrix(both, n)),
+    white_e := moment(xt * w2.T, ZeroMatrix(both, l)),
+    white_1 := moment(x_nu * w2.T, ZeroMatrix(n, l)),
+    is_Sigma := define(Sigma, Lt * Qt * Lt.T + De * V2 * De.T),
+    chain(
+        "3.5",
+        "the covariance of the error",
+        e * e.T,
+        Line(
+            (Lt * xt - De * (C1 * x_nu + w2)) * (Lt * xt - De * (C1 * x_nu + w2)).T,
+            by=(error,),
+        ),
+        Expect(
+            Lt * Qt * Lt.T + De * (C1 * Q1 * C1.T + W2) * De.T,
+            moments=(is_Q, is_Q1_nu, is_W2, apart_e, white_e, white_1),
+        ),
+        Line(Lt * Qt * Lt.T + De * V2 * De.T, by=(is_V2,)),
+        Line(Sigma, by=(is_Sigma,)),
+    ),
+    "Multiplied out, the covariance is in the letters that the kernels have.",
+    is_J := define(J, R * Sigma, "3.5"),
+    is_S := define(S_e, (L * Q12 - De * C * Q12) * Ce.T + L * Qxy * De.T),
+    shown := chain(
+        "3.5",
+        "the covariance of the error by blocks",
+        Sigma,
+        Line(Lt * Qt * Lt.T + De * V2 * De.T, by=(is_Sigma,)),
+        Substitute(
+            L * Q1 * L.T - S_e - S_e.T + Ce * Q2 * Ce.T + De * Qyy * De.T,
+            by=(is_Lt, is_Qt, is_Qxy, is_Qyy, is_S),
+        ),
+    ),
+    "The cost is also linear in the moment of both, with a weight of both.",
+    is_Ct1 := define(Ct1, BlockMatrix([[C1, ZeroMatrix(l, r)]])),
+    is_Rt := define(Rt, Lt.T * R * Lt + Ct1.T * De.T * R * De * Ct1, "section 2"),
+    chain(
+        "section 2",
+        "the weight of both by blocks",
+        Rt,
+        Line(Lt.T * R * Lt + Ct1.T * De.T * R * De * Ct1, by=(is_Rt,)),
+        Substitute(
+            BlockMatrix(
+                [
+                    [missed.T * R * missed + corner, -missed.T * R * Ce],
+                    [-Ce.T * R * missed, Ce.T * R * Ce],
+                ]
+            ),
+            by=(is_Lt, is_Ct1),
+        ),
+    ),
+    cost := chain(
+        "3.5",
+        "the cost is linear in the moment",
+        Trace(R * Sigma),
+        Line(Trace(R * (Lt * Qt * Lt.T + De * V2 * De.T)), by=(is_Sigma,)),
+        Line(
+            Trace(R * (Lt * Qt * Lt.T + De * C1 * Q1 * C1.T * De.T + De * W2 * De.T)),
+            by=(is_V2,),
+        ),
+        Substitute(
+            Trace(Qt * (Lt.T * R * Lt + Ct1.T * De.T * R * De * Ct1))
+            + Trace(De * W2 * De.T * R),
+            by=(is_Lt, is_Qt, is_Ct1),
+        ),
+        Line(Trace(Qt * Rt) + Trace(De * W2 * De.T * R), by=(is_Rt,)),
+    ),
+    steady,
+    "A dual of the moment, driven by the weight, gives the same cost.",
+    dual := define(Pt, At.T * Pt * At + At1.T * Pt * At1 + Rt, "4.5"),
+    chain(
+        "4.5",
+        "the dual gives the same cost",
+        Trace(Qt * Rt),
+        Line(Trace(Qt * (Pt - At.T * Pt * At - At1.T * Pt * At1)), by=(dual,)),
+        Cyclic(Trace(Pt * (Qt - At * Qt * At.T - At1 * Qt * At1.T))),
+        Line(Trace(Pt * Wt), by=(steady,)),
+    ),
+    is_At,
+    is_At1,
+    """Block by block, the parameters' noise enters the dual in the first block alone,
+    and no gain depends on that block.""",
+    is_Pt := define(Pt, BlockMatrix([[P1, P12], [P12.T, P2]])),
+    is_F := define(F1, BlockMatrix([[A1], [Be * C1]])),
+    is_M_nu := define(M_nu, F1.T * Pt * F1 + corner),
+    is_M1 := define(
+        M1,
+        A.T * P12 * Be * C
+        + (A.T * P12 * Be * C).T
+        + C.T * Be.T * P2 * Be * C
+        + missed.T * R * missed,
+    ),
+    is_M12 := define(M12, C.T * Be.T * P2 * Ae - missed.T * R * Ce),
+    is_M2 := define(M2, Ce.T * R * Ce),
+    duals := chain(
+        "4.7",
+        "the dual equation by blocks",
+        BlockMatrix([[P1, P12], [P12.T, P2]]),
+        Substitute(Pt, by=(is_Pt,)),
+        Line(At.T * Pt * At + At1.T * Pt * At1 + Rt, by=(dual,)),
+        Line(
+            At.T * Pt * At
+            + At1.T * Pt * At1
+            + Lt.T * R * Lt
+            + Ct1.T * De.T * R * De * Ct1,
+            by=(is_Rt,),
+        ),
+        Substitute(
+            BlockMatrix(
+                [
+                    [A.T * P1 * A + M1 + M_nu, A.T * P12 * Ae + M12],
+                    [Ae.T * P12.T * A + M12.T, Ae.T * P2 * Ae + M2],
+                ]
+            ),
+            by=(
+                is_At,
+                is_At1,
+                is_Lt,
+                is_Ct1,
+                is_Pt,
+                is_F,
+                is_M_nu,
+                is_M1,
+                is_M12,
+                is_M2,
+            ),
+        ),
+    ),
+)
+
+
+@cache
+def adjoint_moments():
+    """Right sides of P2 = Ae'P2 Ae + M2, P12 = A'P12 Ae + M12, P1 = A'P1 A + M1."""
+    stages = [assign(r, "(4.7)") for r in (is_M2, is_M12, is_M1)]
+    given = (A, C, L, R, Ae, Be, Ce, De, P12, P2)
+    return listed(given, stages, "what drives their duals", duals)
+
+
+@cache
+def projection_cost():
+    """Covariance Sigma of L x - y_e; the cost is the trace of R Sigma."""
+    half = is_S.right
+    stages = (
+        Stage(
+            Sigma,
+            L * Q1 * L.T - half - half.T + Ce * Q2 * Ce.T + De * Qyy * De.T,
+            "(3.5)",
+            symmetric=True,
+            by=(shown, is_S),
+        ),
+        assign(is_J, "(3.5)"),
+    )
+    given = (C, L, R, Ce, De, Qxy, Qyy, Q1, Q12, Q2)
+    return listed(given, stages, "the cost of an estimator", cost)
+
+
+@cache
+def derive():
+    """The page."""
+    page = (*PAGE, adjoint_moments(), projection_cost())
+    return Derivation(page=page, letters=letters, source=SOURCE)

@@ -1,0 +1,226 @@
+"""The optimal projection: what the moments of the best estimator say.
+
+With the best gains the block equations of the moment and of its dual make the product
+of the two factors a projection, aligned with two matrices.  The paper's section 4
+writes in script what the theorem writes with hats; Qh and Ph here are the theorem's.
+Its (4.13)-(4.16) have a term too many, which takes Gam G' = I for granted and then
+proves it by 0 = 0; here they are repaired.
+
+Source: Haddad and Bernstein (1987), section 4, (3.6)-(3.9), (3.17), (4.13)-(4.16).
+"""
+
+from functools import cache
+
+from ....symbolic import (
+    Derivation,
+    Identity,
+    Line,
+    Solve,
+    Stage,
+)
+from .augmented import is_N2, is_N12, moments
+from .cost import duals, is_M2, is_M12
+from .letters import *
+from .stationarity import (
+    gain_Ae,
+    is_Aq,
+    is_Be,
+    is_Ce,
+    is_K,
+    is_P12,
+    is_Q12,
+    is_Qe,
+    is_tau,
+    next_split,
+    split,
+)
+
+step = Aq * Q_e * Aq.T + Kq * C * Q_e * Aq.T + Aq * Q_e * C.T * Kq.T
+
+PAGE = (
+    "Recalled are the factors of the moments and the gains of the best estimator.",
+    is_Q12,
+    is_P12,
+    is_Qe,
+    is_Pe := define(P_e, Gam.T * P2 * Gam, "section 4"),
+    is_K,
+    is_Aq,
+    is_Lq := define(Lq, L - De * C),
+    is_Be,
+    is_Ce,
+    """Two matrices have letters, the hats of the theorem. The block equations of the
+    moment are equations for the first, those of the dual for the second.""",
+    is_Qh := define(Qh, A * Q_e * A.T + Kq * Qs.T, "section 4"),
+    is_Ph := define(Ph, Aq.T * P_e * Aq + Lq.T * R * Lq, "section 4"),
+    is_N12,
+    is_N2,
+    is_M12,
+    is_M2,
+    mixed := chain(
+        "4.13",
+        "the moment of state and estimator",
+        Q12,
+        Line(A * Q12 * Ae.T + N12, by=(moments,)),
+        Line(A * Q12 * Ae.T + Qxy_next * Be.T, by=(is_N12,)),
+        Line(
+            A * Q_e * Aq.T * Gam.T + (Qs + A * Q_e * C.T) * Kq.T * Gam.T,
+            by=(is_Q12, is_Qe, gain_Ae, is_Be, next_split),
+        ),
+        Line((A * Q_e * A.T + Qs * Kq.T) * Gam.T, by=(is_Aq,)),
+        Line(Qh * Gam.T, by=(is_Qh,)),
+    ),
+    inner := chain(
+        "4.14",
+        "the moment of the estimator",
+        Q2,
+        Line(Ae * Q2 * Ae.T + N2, by=(moments,)),
+        Line(Ae * Q2 * Ae.T + is_N2.right, by=(is_N2,)),
+        Line(
+            Gam * (step + Kq * (V2s + C * Q_e * C.T) * Kq.T) * Gam.T,
+            by=(gain_Ae, is_Be, is_Q12, is_Qe, split),
+        ),
+        Line(Gam * (A * Q_e * A.T + Kq * V2s * Kq.T) * Gam.T, by=(is_Aq,)),
+        Line(Gam * Qh * Gam.T, by=(is_Qh, is_K)),
+    ),
+    mixed_dual := chain(
+        "4.15",
+        "the dual of state and estimator",
+        P12,
+        Line(A.T * P12 * Ae + M12, by=(duals,)),
+        Line(A.T * P12 * Ae + C.T * Be.T * P2 * Ae - Lq.T * R * Ce, by=(is_M12, is_Lq)),
+        Line(
+            -(A - Kq * C).T * P_e * Aq * G.T - Lq.T * R * Lq * G.T,
+            by=(is_P12, is_Pe, gain_Ae, is_Be, is_Ce, is_Lq),
+        ),
+        Line(-Ph * G.T, by=(is_Aq, is_Ph)),
+    ),
+    inner_dual := chain(
+        "4.16",
+        "the dual of the estimator",
+        P2,
+        Line(Ae.T * P2 * Ae + M2, by=(duals,)),
+        Line(Ae.T * P2 * Ae + Ce.T * R * Ce, by=(is_M2,)),
+        Line(
+            G * (Aq.T * P_e * Aq + Lq.T * R * Lq) * G.T,
+            by=(is_Pe, gain_Ae, is_Ce, is_Lq),
+        ),
+        Line(G * Ph * G.T, by=(is_Ph,)),
+    ),
+    """The first two say that `G` and `Gamma` are biorthogonal, which the paper takes
+    for granted where it proves it.""",
+    one := chain(
+        "3.9",
+        "the factors are biorthogonal",
+        Gam * G.T,
+        Line(Gam * Q12 * Q2.I, by=(is_Q12,)),
+        Line(Gam * Qh * Gam.T * Q2.I, by=(mixed,)),
+        Line(Identity(r), by=(inner,)),
+    ),
+    """So `tau = G' Gamma` is a projection. Its rank is `n_e`: between `Gamma` and `G'`
+    it is the identity of that size.""",
+    is_tau,
+    twice := chain(
+        "3.6",
+        "applied twice it does no more",
+        tau * tau,
+        Line(G.T * Gam * G.T * Gam, by=(is_tau,)),
+        Line(G.T * Gam, by=(one,)),
+        Line(tau, by=(is_tau,)),
+    ),
+    rank := chain(
+        "3.7",
+        "the rank of the projection",
+        Gam * tau * G.T,
+        Line(Gam * G.T * Gam * G.T, by=(is_tau,)),
+        Line(Identity(r), by=(one,)),
+    ),
+    """It takes the hats of the theorem to those of section 4, from one side and from
+    both.""",
+    seen := chain(
+        "3.17",
+        "the projection on the first hat",
+        tau * Qh,
+        Line(G.T * Gam * Qh, by=(is_tau,)),
+        Line(G.T * Q12.T, by=(mixed,)),
+        Line(G.T * Q2 * G, by=(is_Q12,)),
+        Line(Q_e, by=(is_Qe,)),
+    ),
+    seen_dual := chain(
+        "3.17",
+        "the projection on the second hat",
+        Ph * tau,
+        Line(Ph * G.T * Gam, by=(is_tau,)),
+        Line(-P12 * Gam, by=(mixed_dual,)),
+        Line(Gam.T * P2 * Gam, by=(is_P12,)),
+        Line(P_e, by=(is_Pe,)),
+    ),
+    hidden := chain(
+        "3.15",
+        "the first hat between two projections",
+        tau * Qh * tau.T,
+        Line(G.T * Gam * Qh * Gam.T * G, by=(is_tau,)),
+        Line(G.T * Q2 * G, by=(inner,)),
+        Line(Q_e, by=(is_Qe,)),
+    ),
+    hidden_dual := chain(
+        "3.16",
+        "the second hat between two projections",
+        tau.T * Ph * tau,
+        Line(Gam.T * G * Ph * G.T * Gam, by=(is_tau,)),
+        Line(Gam.T * P2 * Gam, by=(inner_dual,)),
+        Line(P_e, by=(is_Pe,)),
+    ),
+    """What comes out is symmetric, so the projection is aligned with both hats. That is
+    what one basis in which both are diagonal amounts to.""",
+    aligned := chain(
+        "3.17",
+        "the projection is aligned with the first hat",
+        tau * Qh,
+        Line(Q_e, by=(seen,)),
+        Line(Qh * tau.T, by=(seen,)),
+    ),
+    aligned_dual := chain(
+        "3.17",
+        "the projection is aligned with the second hat",
+        Ph * tau,
+        Line(P_e, by=(seen_dual,)),
+        Line(tau.T * Ph, by=(seen_dual,)),
+    ),
+)
+FRAME = (
+    Stage(Kq, Solve(Qs, V2s), by=(is_K,)),
+    assign(is_Aq),
+    assign(is_Lq),
+)
+
+
+@cache
+def projection_scripts():
+    """Qh and Ph of the theorem from an estimator's Q2, P2, G and Gam."""
+    stages = (
+        *FRAME,
+        Stage(
+            Qh,
+            A * G.T * Q2 * G * A.T + Kq * Qs.T,
+            "section 4, script Q",
+            symmetric=True,
+            by=(is_Qh, is_Qe),
+        ),
+        Stage(
+            Ph,
+            Aq.T * Gam.T * P2 * Gam * Aq + Lq.T * R * Lq,
+            "section 4, script P",
+            symmetric=True,
+            by=(is_Ph, is_Pe),
+        ),
+    )
+    given = (A, C, L, R, De, Qs, V2s, Q2, P2, G, Gam)
+    proofs = mixed, inner, mixed_dual, inner_dual
+    return listed(given, stages, "the hats of the theorem", *proofs)
+
+
+@cache
+def derive():
+    """The page."""
+    page = (*PAGE, projection_scripts())
+    return Derivation(page=page, letters=letters, source=SOURCE)

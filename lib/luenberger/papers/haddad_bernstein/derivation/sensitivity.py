@@ -1,0 +1,277 @@
+"""The best output for given moments, and how everything moves with the gains.
+
+A search for the best estimator needs both: the output matrices are eliminated by a
+regression, and second derivatives of the cost come from moments that move.
+
+Source: Haddad and Bernstein (1987), (4.10), (4.11); the differentials are our own.
+"""
+
+from functools import cache
+
+from ....symbolic import (
+    BlockMatrix,
+    Derivation,
+    Differential,
+    Line,
+    Solve,
+    Stage,
+    Substitute,
+    ZeroMatrix,
+)
+from .augmented import is_N2, is_N12
+from .cost import is_M2, is_M12
+from .gradients import is_gradAe, is_gradBe, is_gradCe, is_gradDe
+from .letters import *
+
+missed, dmissed = L - De * C, -dDe * C
+STEP = dict(zip(MOVING, INCREMENTS))
+# each is half of a symmetric sum
+dN2_half = (
+    (dAe * Q2 + dBe * C * Q12) * Ae.T
+    + Be * C * (dQ12 * Ae.T + Q12 * dAe.T)
+    + dBe * Qyy * Be.T
+)
+dM2_half = dAe.T * P2 * Ae + dCe.T * R * Ce
+
+
+def moves(says, left, by, expanded, right, named):
+    """How an expression moves with the gains and the moments."""
+    moved = Differential(right, of=STEP, by=(named,))
+    return chain("", says, left, Line(expanded, by=(by,)), moved)
+
+
+def slope_moves(says, gradient, named):
+    """How a gradient moves."""
+    return moves(says, gradient.left, gradient, gradient.right, named.left, named)
+
+
+PAGE = (
+    "Recalled are the gradients, and what drives the moments and their duals.",
+    is_gradAe,
+    is_gradBe,
+    is_gradCe,
+    is_gradDe,
+    is_N12,
+    is_N2,
+    is_M12,
+    is_M2,
+    """The gradients in `C_e` and `D_e` are linear in these two. For given `A_e` and
+    `B_e` the best output is a regression on estimator and measurement together.""",
+    is_Czy := define(Czy, BlockMatrix([[Q2, Q12.T * C.T], [C * Q12, Qyy]])),
+    is_Nzy := define(Nzy, BlockMatrix([[L * Q12, L * Qxy]])),
+    is_CeDe := define(CeDe, BlockMatrix([[Ce, De]])),
+    best := define(CeDe * Czy, Nzy, "4.10, 4.11"),
+    regression := chain(
+        "4.10, 4.11",
+        "the best output is a regression",
+        BlockMatrix([[gradCe, gradDe]]),
+        Substitute(
+            2 * R * (CeDe * Czy - Nzy),
+            by=(is_gradCe, is_gradDe, is_CeDe, is_Czy, is_Nzy),
+        ),
+        Line(ZeroMatrix(q, r + l), by=(best,)),
+    ),
+    "Without feedthrough it is a regression on the estimator alone.",
+    silent := define(De, ZeroMatrix(q, l)),
+    best_alone := define(Ce * Q2, L * Q12, "4.10"),
+    alone := chain(
+        "4.10",
+        "the best output without feedthrough",
+        gradCe,
+        Line(is_gradCe.right, by=(is_gradCe,)),
+        Line(2 * R * (Ce * Q2 - L * Q12), by=(silent,)),
+        Line(ZeroMatrix(q, r), by=(best_alone,)),
+    ),
+    """When the moments move, the best output moves so that its equation goes on to
+    hold.""",
+    is_dNzy := define(
+        dNzy,
+        BlockMatrix([[L * dQ12 - De * C * dQ12 - Ce * dQ2, -Ce * dQ12.T * C.T]]),
+    ),
+    is_dCeDe := define(dCeDe, BlockMatrix([[dCe, dDe]])),
+    best_moves := define(dCeDe * Czy, dNzy),
+    moving := chain(
+        "",
+        "how the best output moves",
+        BlockMatrix(
+            [
+                [
+                    Ce * Q2 + De * C * Q12 - L * Q12,
+                    Ce * Q12.T * C.T + De * Qyy - L * Qxy,
+                ]
+            ]
+        ),
+        Differential(
+            BlockMatrix(
+                [
+                    [
+                        dCe * Q2 + Ce * dQ2 + dDe * C * Q12 + De * C * dQ12 - L * dQ12,
+                        dCe * Q12.T * C.T + Ce * dQ12.T * C.T + dDe * Qyy,
+                    ]
+                ]
+            ),
+            of=STEP,
+        ),
+        Substitute(dCeDe * Czy - dNzy, by=(is_dCeDe, is_Czy, is_dNzy)),
+        Line(ZeroMatrix(q, r + l), by=(best_moves,)),
+    ),
+    best_alone_moves := define(dCe * Q2, L * dQ12 - Ce * dQ2),
+    moving_alone := chain(
+        "",
+        "how it moves without feedthrough",
+        Ce * Q2 - L * Q12,
+        Differential(dCe * Q2 + Ce * dQ2 - L * dQ12, of=STEP),
+        Line(ZeroMatrix(q, r), by=(best_alone_moves,)),
+    ),
+    """A step of all gains moves the moments, their duals and the gradients. What drives
+    the moved moments is linear in the step. With them the second derivatives of the
+    cost are exact.""",
+    is_dN12 := define(dN12, A * Q12 * dAe.T + Qxy_next * dBe.T),
+    is_dN2 := define(dN2, dN2_half + dN2_half.T),
+    is_dM2 := define(dM2, dM2_half + dM2_half.T),
+    is_dM12 := define(
+        dM12,
+        A.T * P12 * dAe
+        + C.T * (dBe.T * P2 * Ae + Be.T * dP2 * Ae + Be.T * P2 * dAe)
+        - dmissed.T * R * Ce
+        - missed.T * R * dCe,
+    ),
+    moving_Q12 := moves(
+        "how the moment of state and estimator moves",
+        A * Q12 * Ae.T + N12,
+        is_N12,
+        A * Q12 * Ae.T + Qxy_next * Be.T,
+        A * dQ12 * Ae.T + dN12,
+        is_dN12,
+    ),
+    moving_Q2 := moves(
+        "how the moment of the estimator moves",
+        Ae * Q2 * Ae.T + N2,
+        is_N2,
+        Ae * Q2 * Ae.T + is_N2.right,
+        Ae * dQ2 * Ae.T + dN2,
+        is_dN2,
+    ),
+    moving_P2 := moves(
+        "how the dual of the estimator's moment moves",
+        Ae.T * P2 * Ae + M2,
+        is_M2,
+        Ae.T * P2 * Ae + Ce.T * R * Ce,
+        Ae.T * dP2 * Ae + dM2,
+        is_dM2,
+    ),
+    moving_P12 := moves(
+        "how the dual of state and estimator moves",
+        A.T * P12 * Ae + M12,
+        is_M12,
+        A.T * P12 * Ae + is_M12.right,
+        A.T * dP12 * Ae + dM12,
+        is_dM12,
+    ),
+    is_dgradAe := define(
+        dgradAe,
+        2
+        * (
+            P12.T * A * dQ12
+            + dP12.T * A * Q12
+            + dP2 * (Be * C * Q12 + Ae * Q2)
+            + P2 * (dBe * C * Q12 + Be * C * dQ12 + dAe * Q2 + Ae * dQ2)
+        ),
+    ),
+    is_dgradBe := define(
+        dgradBe,
+        2
+        * (
+            dP12.T * Qxy_next
+            + dP2 * (Be * Qyy + Ae * Q12.T * C.T)
+            + P2 * (dBe * Qyy + dAe * Q12.T * C.T + Ae * dQ12.T * C.T)
+        ),
+    ),
+    is_dgradCe := define(
+        dgradCe,
+        2 * (R * (dCe * Q2 + Ce * dQ2 + dDe * C * Q12 + De * C * dQ12 - L * dQ12)),
+    ),
+    is_dgradDe := define(
+        dgradDe, 2 * (R * (dDe * Qyy + dCe * Q12.T * C.T + Ce * dQ12.T * C.T))
+    ),
+    moving_Ae := slope_moves(
+        "how the gradient in its own matrix moves", is_gradAe, is_dgradAe
+    ),
+    moving_Be := slope_moves(
+        "how the gradient in its input moves", is_gradBe, is_dgradBe
+    ),
+    moving_Ce := slope_moves(
+        "how the gradient in its output moves", is_gradCe, is_dgradCe
+    ),
+    moving_De := slope_moves(
+        "how the gradient in its static gain moves", is_gradDe, is_dgradDe
+    ),
+)
+
+
+@cache
+def best_output():
+    """[Ce De] of least cost for given Ae, Be; or Ce alone, if De = 0."""
+    stages = (
+        assign(is_Czy),
+        assign(is_Nzy),
+        Stage(CeDe, Solve(Nzy, Czy), "(4.10),(4.11)", by=(best,)),
+        Stage(Ce, Solve(L * Q12, Q2), "(4.10)", by=(best_alone,)),
+    )
+    return listed(
+        (C, L, Qxy, Qyy, Q12, Q2), stages, "the best output matrices", regression, alone
+    )
+
+
+@cache
+def best_output_differential():
+    """How `best_output` moves with Q12 and Q2: of [Ce De], or of Ce if De = 0."""
+    stages = (
+        assign(is_dNzy),
+        Stage(dCeDe, Solve(dNzy, Czy), by=(best_moves,)),
+        Stage(dCe, Solve(L * dQ12 - Ce * dQ2, Q2), by=(best_alone_moves,)),
+    )
+    given = (C, L, Ce, De, Q2, Czy, dQ12, dQ2)
+    return listed(
+        given,
+        stages,
+        "how the best output matrices move",
+        moving,
+        moving_alone,
+        source="our own",
+    )
+
+
+@cache
+def projection_differential():
+    """How right sides and gradients move with the gains: exact second derivatives.
+
+    The moved moments solve the same equations: dQ12 = A dQ12 Ae' + dN12,
+    dQ2 = Ae dQ2 Ae' + dN2, dP2 = Ae'dP2 Ae + dM2 and dP12 = A'dP12 Ae + dM12.
+    """
+    driven = (is_dN12, is_dN2, is_dM2, is_dM12)
+    slopes = (is_dgradAe, is_dgradBe, is_dgradCe, is_dgradDe)
+    stages = [assign(r) for r in (*driven, *slopes)]
+    moments = (Qxy_next, Qyy, Q12, Q2, P12, P2)
+    given = (A, C, L, R, Ae, Be, Ce, De, *moments, *INCREMENTS)
+    return listed(
+        given,
+        stages,
+        "how moments and gradients move",
+        moving_Q12,
+        moving_Q2,
+        moving_P2,
+        moving_P12,
+        moving_Ae,
+        moving_Be,
+        moving_Ce,
+        moving_De,
+        source="our own",
+    )
+
+
+@cache
+def derive():
+    """The page."""
+    page = (*PAGE, best_output(), best_output_differential(), projection_differential())
+    return Derivation(page=page, letters=letters, source=SOURCE)
