@@ -1,4 +1,4 @@
-"""Plant and estimator as one system: its moments, the Lagrangian and its gradients.
+"""The augmented system in normal forms, for claims that are evaluated.
 
 The paper's letters, with those of the library behind them (the rest agree):
 

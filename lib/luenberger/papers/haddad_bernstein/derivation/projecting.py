@@ -1,4 +1,4 @@
-"""From stationarity to the optimal projection: (4.8)-(4.16) to (3.10)-(3.20).
+"""The theorem in normal forms, for claims that are evaluated.
 
 Q12 = G'Q2, P12 = -Gam'P2 and Q1 = Q + G'Q2 G define G, Gam and Q; with them each
 gradient, freed of invertible factors, is linear in one gain.  The moment equations
@@ -42,7 +42,7 @@ from .blocks import (
     n,
     r,
 )
-from .theorem_claims import G, Gam, Q, Qs, V2s
+from .letters import G, Gam, Q, Qs, V2s
 
 tau = G.T * Gam
 K = Qs * V2s.I  # gain of the innovation y - C x^ on x^_+
