@@ -167,10 +167,7 @@ def test_claims_can_be_shown(paper):
 
 
 # Derivations that are there for the ledger; the others have tests of their own.
-OURS = (
-    "kawazoe.definitions",
-    "leondes_novak.stochastic_system",
-)
+OURS = ("leondes_novak.stochastic_system",)
 
 
 @pytest.mark.parametrize("module", OURS)

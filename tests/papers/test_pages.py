@@ -38,6 +38,7 @@ PAGES = (
     "van_dooren.rows",
     "van_dooren.counts",
     "van_dooren.pairs",
+    "kawazoe.definitions",
 )
 
 

@@ -1,7 +1,9 @@
 """The equations of Kawazoe (1978) in SymPy, in reading order.
 
+`letters`
+    The letters of Kawazoe (1978), each with its size and what it stands for.
 `definitions`
-    Kawazoe's definitions and the outputs (15), each as a claim that can fail.
+    Kawazoe's coordinates, and the state from p_M samples.
 `form`
     Kawazoe's observability form, and the state from p_M samples.
 `deadbeat`

@@ -1,139 +1,199 @@
-"""Kawazoe's definitions and the outputs (15), each as a claim that can fail.
+"""Kawazoe's coordinates, and the state from p_M samples.
 
-The part of `form` that holds for every size, and the names of (4)-(7), (12),
-(19)-(24) at the index patterns of that module.
+What holds for every size is proved in letters; what rests on the pattern of zeros and
+ones in (11) and (14), at several patterns with a symbol for every other entry.
 
-Source: Kawazoe (1978), (1)-(8), (12), (15), (19)-(24).
+Source: Kawazoe (1978), sections II to IV.
 """
 
 from functools import cache
 
-import sympy as sp
 from sympy import Matrix
 
-from ....symbolic import Algebra, Claim, Derivation, MatrixSymbol, ZeroMatrix, claims
-from .form import PATTERNS, chains, named, record, starts, structure, toeplitz
-
-n, m, r = sp.symbols("n m r", integer=True, positive=True)
-P, A, Phi = (MatrixSymbol(k, n, n) for k in ("P", "A", "Phi"))
-B, C, H = MatrixSymbol("B", n, r), MatrixSymbol("C", m, n), MatrixSymbol("H", m, n)
-G, x, w = MatrixSymbol("G", n, r), MatrixSymbol("x", n, 1), MatrixSymbol("w", n, 1)
+from ....symbolic import BlockMatrix, Derivation, Explicit, Line
+from . import form
+from .letters import *
 
 
-def every_size():
-    """(1)-(3), (8), (13), (15): the outputs to come, in x and in w."""
-    algebra = Algebra([], [(P * A, Phi * P), (C, H * P), (P * x, w), (P * B, G)])
-    steps, state, moved = {}, x, w
-    for k in range(5):
-        steps[f"(3) C A^{k} = H Phi^{k} P: both pairs are observable, or none"] = (
-            C * A**k,
-            H * Phi**k * P,
-        )
-    for k in range(1, 5):
-        now = MatrixSymbol(f"u_{k - 1}", r, 1)
-        state, moved = A * state + B * now, Phi * moved + G * now
-        inputs = sum(
-            (
-                H * Phi ** (k - 1 - i) * G * MatrixSymbol(f"u_{i}", r, 1)
-                for i in range(k)
-            ),
-            ZeroMatrix(m, 1),
-        )
-        steps |= {
-            f"(1),(2),(15) y_{k} = H Phi^{k} w + the inputs since": (
-                C * state,
-                H * Phi**k * w + inputs,
-            ),
-            f"(8),(9),(13) P x_{k} = w_{k}": (P * state, moved),
-        }
-    return claims(algebra, steps)
+def over_patterns(values):
+    """{"p = ..": values(p)} of each index pattern, one with a longer block first."""
+    wanted = sorted(form.PATTERNS, key=lambda indices: indices != (3, 1))
+    return {f"p = {indices}": values(indices) for indices in wanted}
 
 
-def pattern_steps(indices):
-    """(4)-(7), (12), (19)-(24) for one index pattern."""
-    size, v, samples = sum(indices), starts(indices), max(indices)
-    Phi, H = structure(indices)
-    G, E, u, w, y = record(indices, samples)
-    past = Matrix.vstack(*u[:-1]) if samples > 1 else sp.zeros(0, 1)
-    tops = [w[k] for k in v[:-1]]
-    name = f"p = {indices}"
-    steps = {
-        f"(6),(7) the rows C_i A^k, k < p_i, are n independent ones [{name}]": Claim(
-            sp.Integer(chains(indices).rank()), sp.Integer(size)
-        ),
-        f"(19) block i begins behind the first p_1 + .. + p_(i-1) [{name}]": Claim(
-            Matrix([H[i, v[i]] for i in range(len(indices))]), sp.ones(len(indices), 1)
-        ),
-    }
-    for i, width in enumerate(indices):
-        below = slice(v[i] + 1, v[i + 1])
-        outputs = [y[k][i] - (E[i, :] * u[k])[0] for k in range(1, width)]  # (24)
-        Delta = toeplitz(G[v[i] : v[i + 1], :], width, samples)
-        phi = [Phi[v[i + 1] - 1, v[j] : v[j + 1]] for j in range(len(indices))]
-        where = f"output {i + 1} [{name}]"
-        steps |= {
-            f"(4),(14) C_{i + 1} heads block {i + 1}: h P = C_{i + 1}, {where}": Claim(
-                H[i, :] * named("P", size, size), named("P", size, size)[v[i], :]
-            ),
-            f"(12) phi_{i + 1}1' .. phi_{i + 1}m' make the last row, {where}": (
-                Claim(Matrix.hstack(*phi), Phi[v[i + 1] - 1, :])
-            ),
-        }
-        if width > 1:
-            steps[f"(20),(22)-(25) w_vi = Y_i - Delta_i u, {where}"] = Claim(
-                w[below, :], (Matrix(outputs) - Delta * past).expand()
-            )
-    others = [w[v[i] + 1 : v[i + 1], :] for i in range(len(indices))]
-    sorted_w = [x for top, rest in zip(tops, others) for x in (top, *rest)]
-    steps[f"(18),(23) what is read and what is computed make w [{name}]"] = Claim(
-        Matrix(sorted_w), w
-    )
-    return steps | index_steps(indices, Phi, H, name)
+def coordinates(indices):
+    moved = form.coordinates(indices)
+    size = sum(indices)
+    Phi_, _ = form.structure(indices)
+    return {P_A: moved.left, Phi: Phi_, P: form.named("P", size, size)}
 
 
-def index_steps(indices, Phi, H, name):
-    """(21): p_M samples determine the state, one sample less does not."""
+def heads(indices):
+    size, v = sum(indices), form.starts(indices)
+    _, H_ = form.structure(indices)
+    rows = form.named("P", size, size)
+    return {H: H_, P: rows, C: rows.extract(v[:-1], list(range(size)))}
 
-    def rank(samples):
-        return Matrix.vstack(*(H * Phi**k for k in range(samples))).rank()
 
-    longest = max(indices)
-    short = sum(min(p, longest - 1) for p in indices)
+def window(indices):
+    """The outputs of p_M samples, run symbol by symbol, and what makes them."""
+    v, samples = form.starts(indices), max(indices)
+    _, H_ = form.structure(indices)
+    G_, E_, u_, w_, y_ = form.record(indices, samples)
+    pairs = [(i, k) for i, size in enumerate(indices) for k in range(size)]
+    stacked = Matrix([y_[k][i] - (E_[i, :] * u_[k])[0] for i, k in pairs])
+    driven = Matrix([form.inputs_of_16(indices, i, k, G_, u_) for i, k in pairs])
+    blocks = [
+        form.toeplitz(G_[v[i] : v[i + 1], :], size, samples)
+        for i, size in enumerate(indices)
+    ]
+    others = [k for k in range(sum(indices)) if k not in v[:-1]]
+    tops = v[:-1]
     return {
-        f"(21) p_M samples have rank n [{name}]": Claim(
-            sp.Integer(rank(longest)), sp.Integer(sum(indices))
-        ),
-        f"(21) p_M - 1 samples have rank sum min(p_i, p_M - 1) < n [{name}]": Claim(
-            sp.Integer(rank(longest - 1)), sp.Integer(short)
-        ),
+        y_s: stacked,
+        d_s: driven,
+        w: w_,
+        H: H_,
+        w_t: w_.extract(tops, [0]),
+        w_o: w_.extract(others, [0]),
+        y_o: stacked.extract(others, [0]),
+        Delta: Matrix.vstack(*blocks),
+        u_p: Matrix.vstack(*u_[:-1]),
+        Pi: Matrix(w_.rows, w_.rows, lambda k, j: int([*tops, *others][j] == k)),
     }
 
 
-def search():
-    """(5): C_1, C_2, C_1 A, .. by columns, where C_1 A = C_2 is omitted."""
-    A = Matrix([[0, 1, 0], [0, 0, 1], list(sp.symbols("a_1:4"))])
-    C = Matrix([[1, 0, 0], [0, 1, 0]])
-    table = [C * A**k for k in range(3)]
-    kept = []
-    for level in table:
-        for i in range(2):
-            if Matrix.vstack(*kept, level[i, :]).rank() > len(kept):
-                kept.append(level[i, :])
-    return {
-        "(5) by columns the search keeps C_1, C_2, C_2 A [n = 3]": Claim(
-            Matrix.vstack(*kept), Matrix.vstack(C, C[1, :] * A)
-        )
-    }
+def of_window(*wanted):
+    return over_patterns(lambda p: {letter: window(p)[letter] for letter in wanted})
+
+
+def one_sample_less(indices):
+    Phi_, H_ = form.structure(indices)
+    v, longest = form.starts(indices), indices.index(max(indices))
+    end = v[longest + 1] - 1
+    rows = [H_ * Phi_**k for k in range(max(indices) - 1)]
+    unit = Matrix(sum(indices), 1, lambda k, _: int(k == end))
+    return {O_s: Matrix.vstack(*rows), b: unit}
+
+
+PAGE = (
+    "The plant, in discrete time.",
+    is_x := define(x_next, A * x + B * u, "1"),
+    is_y := define(y, C * x, "2"),
+    """Coordinates are made of rows `C_i A^k`, taken in the order `C_1` to `C_m`,
+    then those times `A`, and so on; a row that depends on rows before it is
+    omitted. Sorted by output they are `P`.""",
+    is_w := define(w, P * x, "8"),
+    is_w_next := define(w_next, P * x_next, "8"),
+    turned := define(P * A, Phi * P, "11"),
+    is_G := define(G, P * B, "13"),
+    read := define(C, H * P, "14"),
+    moves := chain(
+        "9",
+        "the plant in these coordinates",
+        w_next,
+        Line(P * x_next, by=(is_w_next,)),
+        Line(P * A * x + P * B * u, by=(is_x,)),
+        Line(Phi * P * x + G * u, by=(turned, is_G)),
+        Line(Phi * w + G * u, by=(is_w,)),
+    ),
+    chain(
+        "10",
+        "the measurement in these coordinates",
+        y,
+        Line(C * x, by=(is_y,)),
+        Line(H * P * x, by=(read,)),
+        Line(H * w, by=(is_w,)),
+    ),
+    chain(
+        "26",
+        "the way back",
+        x,
+        Line(P.I * P * x, why="P is invertible"),
+        Line(P.I * w, by=(is_w,)),
+    ),
+    "The new pair is observable exactly if the old one is, power by power.",
+    so_far := define(C * A_l, H * Phi_l * P),
+    chain(
+        "3",
+        "the rows of both observability matrices",
+        C * A_l * A,
+        Line(H * Phi_l * P * A, by=(so_far,)),
+        Line(H * Phi_l * Phi * P, by=(turned,)),
+    ),
+    """`A` takes each row of a block of `P` to the next. It takes the last one to a
+    combination of all rows, whose coefficients `phi_ij` are the last row of that
+    block of `Phi`; the order of the search makes more of them zero.""",
+    Explicit("6, 11, 12", "the pattern", P_A, Phi * P, over_patterns(coordinates)),
+    "The rows of `C` head the blocks.",
+    Explicit("4, 14, 19", "the heads of the blocks", H * P, C, over_patterns(heads)),
+    """A later output shows the state of the moment, and what the inputs since have
+    added.""",
+    later := define(w_l, Phi_l * w + s_l),
+    powers := define(Phi_next, Phi * Phi_l),
+    added := define(s_next, Phi * s_l + G * u),
+    chain(
+        "15",
+        "one more sample",
+        Phi * w_l + G * u,
+        Line(Phi * Phi_l * w + Phi * s_l + G * u, by=(later,)),
+        Line(Phi_next * w + s_next, by=(powers, added)),
+    ),
+    is_y_l := define(y_l, H * w_l, "10"),
+    chain(
+        "15",
+        "a later output",
+        y_l,
+        Line(H * w_l, by=(is_y_l,)),
+        Line(H * Phi_l * w + H * s_l, by=(later,)),
+    ),
+    """Take output `i` at `p_i` samples. The coefficients of `w` in these outputs
+    are the identity, so there are `n` of them, and `p_1` to `p_m` add up to `n`.""",
+    Explicit(
+        "7, 16",
+        "the coefficients of the state",
+        K,
+        Identity(n),
+        over_patterns(lambda indices: {K: form.chains(indices)}),
+    ),
+    "So the state is these outputs, less what the inputs contribute.",
+    Explicit(
+        "16, 17",
+        "the state from outputs and inputs",
+        y_s - d_s,
+        w,
+        of_window(y_s, d_s, w),
+    ),
+    "The first entry of each block is an output of the moment. The others follow.",
+    Explicit("18", "what is read", H * w, w_t, of_window(H, w, w_t)),
+    Explicit(
+        "20, 22, 24, 25",
+        "what is computed",
+        y_o - Delta * u_p,
+        w_o,
+        of_window(y_o, Delta, u_p, w_o),
+    ),
+    Explicit(
+        "18, 23",
+        "both together are the state",
+        Pi * BlockMatrix([[w_t], [w_o]]),
+        w,
+        of_window(Pi, w_t, w_o, w),
+    ),
+    """That takes `p_M` samples, the largest of the indices. One sample less does
+    not see the last entry of the longest block.""",
+    Explicit(
+        "21",
+        "one sample less is not enough",
+        O_s * b,
+        ZeroMatrix(s, 1),
+        over_patterns(one_sample_less),
+    ),
+)
 
 
 @cache
 def derive():
-    steps = every_size() | search()
-    for indices in PATTERNS:
-        steps |= pattern_steps(indices)
-    return Derivation(
-        given=(A, B, C),
-        formulas={"(8) w": P * x, "(9) w_+": Phi * w + G * MatrixSymbol("u", r, 1)},
-        steps=steps,
-        source="Kawazoe (1978), sections II to IV",
-    )
+    """The page."""
+    source = f"{SOURCE}, sections II to IV"
+    return Derivation(page=PAGE, letters=letters, source=source)

@@ -13,7 +13,7 @@ from functools import cache
 import sympy as sp
 from sympy import Matrix
 
-from ....symbolic import Algebra, Claim, Derivation, Identity, MatrixSymbol, claims
+from ....symbolic import Claim, Derivation
 
 PATTERNS = ((2, 1), (2, 2), (3, 1), (2, 2, 1))
 INPUTS = 2  # concrete number r of inputs
@@ -178,31 +178,8 @@ def derive(indices=(3, 1)):
     return Derivation(
         formulas=formulas,
         steps={name: one for name, one in steps.items() if not one.is_empty}
-        | any_size()
         | single_output(),
         source="Kawazoe (1978), sections III and IV",
-    )
-
-
-@cache
-def any_size():
-    """(9), (10), (26) for every size, from P A = Phi P and H P = C."""
-    n, m, r = sp.symbols("n m r", integer=True, positive=True)
-    P, Pi, A, Phi = (MatrixSymbol(k, n, n) for k in ("P", "P^-", "A", "Phi"))
-    B, C, H = MatrixSymbol("B", n, r), MatrixSymbol("C", m, n), MatrixSymbol("H", m, n)
-    x, u = MatrixSymbol("x", n, 1), MatrixSymbol("u", r, 1)
-    one = Identity(n)
-    algebra = Algebra([], [(P * A, Phi * P), (H * P, C), (Pi * P, one)])
-    return claims(
-        algebra,
-        {
-            "(9) w = P x, G = P B: w+ = Phi w + G u": (
-                P * (A * x + B * u),
-                Phi * (P * x) + (P * B) * u,
-            ),
-            "(10) y = H w": (C * x, H * (P * x)),
-            "(26) x = P^-1 w": (Pi * (P * x), x),
-        },
     )
 
 
