@@ -27,6 +27,7 @@ from luenberger.symbolic.reasons import cited_latex
 
 SHORT = 14  # columns of what a chain begins with, to stand before the first sign
 SIZES = {"n": 4, "p": 2, "m": 1, "r": 3, "p_a": 1, "d": 4, "q": 2, "k": 4}
+SIZES |= {"l": 2, "n_e": 2}
 SEPARATOR = r",\; "
 
 
@@ -226,6 +227,8 @@ def stages(derivation):
         row += shown
         row += literal(line.partition("  #")[0], "python")
         yield row
+        if any(d.is_Add for s in (stage.target, *symbols_of(stage)) for d in s.shape):
+            continue  # C has no loops over blocks
         yield nodes.raw("", "<details class='c'><summary>C</summary>", format="html")
         yield literal(c_of(derivation, stage), "c")
         yield nodes.raw("", "</details>", format="html")
@@ -235,12 +238,16 @@ def literal(code, language):
     return nodes.literal_block(code, code, language=language)
 
 
-def c_of(derivation, stage):
-    """The C of one stage, at the sizes of an example."""
+def symbols_of(stage):
+    """The matrix symbols on the right of a stage."""
     parts = stage.formula
     parts = (parts.N, parts.M) if isinstance(parts, Solve) else (parts,)
-    known = set().union(*(part.atoms(MatrixSymbol) for part in parts))
-    given = tuple(sorted(known, key=lambda symbol: symbol.name))
+    return set().union(*(part.atoms(MatrixSymbol) for part in parts))
+
+
+def c_of(derivation, stage):
+    """The C of one stage, at the sizes of an example."""
+    given = tuple(sorted(symbols_of(stage), key=lambda symbol: symbol.name))
     alone = Derivation(given, (stage,), letters=derivation.letters)
     symmetric = [symbol.name for symbol in derivation.letters.symmetric]
     program, to = lower(alone, symmetric=symmetric), C("double")
