@@ -40,7 +40,7 @@ def test_a_state_that_hardly_moves_is_silent(part, moves, T):
     )
     _, (x, z, y) = necessary_conditions._moments(observer, plant, np.eye(1))
     assert x == pytest.approx([1.0]) and y == pytest.approx([np.sqrt(2)])
-    assert z == pytest.approx([part * T if moves else 1.0], rel=1e-9, abs=0)
+    assert z == pytest.approx([part * T if moves else T], rel=1e-9, abs=0)
 
 
 @pytest.mark.parametrize("name", ["F", "D", "P", "V", "riccati", "aligned", "trace"])

@@ -328,9 +328,10 @@ def test_a_residual_that_overflows_ends_the_search(monkeypatch):
     noise = dict(Q=1e300 * np.eye(2), R=[[1e300]])
     plant = lb.Plant([[0.5, 0.1], [0, 0.6]], None, [[1, 0]], dt=1.0, **noise)
     assert lb.reduced_order_filter(plant, 1, horizon="steady").order == 1
-    monkeypatch.setattr(
-        best_constant_gain, "_units", lambda now, K: (np.ones(2), np.ones(1))
-    )
+    for name in ("natural", "_units"):
+        monkeypatch.setattr(
+            best_constant_gain, name, lambda *_: (np.ones(2), np.ones(1))
+        )
     with pytest.raises(lb.CertificateError, match="best constant gain was not reached"):
         lb.reduced_order_filter(plant, 1, horizon="steady")
 

@@ -9,17 +9,19 @@ from matplotlib.axes import Axes
 import luenberger as lb
 from luenberger.run.filter_data import Filtered
 
-plant = lb.Plant([[1, 1], [0, 1]], None, [[1, 0]], dt=1.0, Q=np.eye(2), R=[[1]])
-observer = lb.reduced_order_filter(plant, m1=1)
-y = np.zeros((3, 1))
-assert_type(plant.B, np.ndarray)  # None was given; it has no columns
-assert_type(plant.P0, np.ndarray | None)
-assert_type(lb.certify(observer, plant).worst, float)
-assert_type(lb.simulate(plant, observer, 5, x0=[1, 2]).error, np.ndarray)
-assert_type(lb.estimate(observer, [[1], [2]]), np.ndarray)
-assert_type(lb.estimate(observer, iter([y])), Iterator[np.ndarray])
-assert_type(lb.plot.panels(2), list[Axes])
-assert_type(lb.filter_data(plant, y), Filtered)
-assert_type(lb.filter_data(plant, iter([y])), Iterator[Filtered])
-lb.reduced_order_filter(plant, steps="ten")  # type: ignore[call-arg, arg-type]
-lb.kalman_fliter(plant)  # type: ignore[attr-defined]
+
+def never_run() -> None:
+    plant = lb.Plant([[1, 1], [0, 1]], None, [[1, 0]], dt=1.0, Q=np.eye(2), R=[[1]])
+    observer = lb.reduced_order_filter(plant, m1=1)
+    y = np.zeros((3, 1))
+    assert_type(plant.B, np.ndarray)  # None was given; it has no columns
+    assert_type(plant.P0, np.ndarray | None)
+    assert_type(lb.certify(observer, plant).worst, float)
+    assert_type(lb.simulate(plant, observer, 5, x0=[1, 2]).error, np.ndarray)
+    assert_type(lb.estimate(observer, [[1], [2]]), np.ndarray)
+    assert_type(lb.estimate(observer, iter([y])), Iterator[np.ndarray])
+    assert_type(lb.plot.panels(2), list[Axes])
+    assert_type(lb.filter_data(plant, y), Filtered)
+    assert_type(lb.filter_data(plant, iter([y])), Iterator[Filtered])
+    lb.reduced_order_filter(plant, steps="ten")  # type: ignore[call-arg, arg-type]
+    lb.kalman_fliter(plant)  # type: ignore[attr-defined]

@@ -206,7 +206,7 @@ def model_of(algebra, claims):
 
 
 def test_relations_in_use_have_models_on_which_the_claims_hold():
-    assert len(algebras()) > 80
+    assert len(algebras()) > 20  # chains look for models of their own
     for algebra, claims in algebras().items():
         values = model_of(algebra, claims)
         for left, right in algebra.relations:

@@ -151,7 +151,7 @@ class Derivation:
         return rf"$$\begin{{aligned}} {body} \end{{aligned}}$$"
 
 
-def title(step):
+def title(step: Any) -> str:
     """The name of what is proved: its number and what it says.
 
     A stage list is named by what it does.

@@ -184,9 +184,14 @@ def test_a_pair_near_an_unobservable_one_warns_with_the_number_then_is_refused()
 
     assert lb.certify(lb.reduced_order_observer(plant(1.0), [-5]), plant(1.0)).cond < 20
     with pytest.warns(
-        RuntimeWarning, match=r"cond\(\[T; C\]\) = 9\.0e\+22, and 6\.0e\+11"
+        RuntimeWarning, match=r"cond\(\[T; C\]\) = 9\.0e\+16, and 6\.0e\+08"
     ):
-        lb.reduced_order_observer(plant(1e-11), [-5])
+        lb.reduced_order_observer(plant(1e-8), [-5])
+    with (
+        pytest.warns(RuntimeWarning, match=r"9\.0e\+22, and 6\.0e\+11"),
+        pytest.raises(lb.CertificateError, match="T is badly scaled"),
+    ):
+        lb.reduced_order_observer(plant(1e-11), [-5])  # 8 digits of T are left
     with pytest.raises(lb.DesignError, match="unobservable one"):
         lb.reduced_order_observer(chain(1e-12), [-5, -6])
 

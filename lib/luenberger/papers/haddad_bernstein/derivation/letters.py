@@ -138,7 +138,7 @@ dCeDe = letters("dCeDe", q, r + l, "how they move")
 dNzy = letters("dNzy", q, r + l, "what moves them")
 MOVING = (*GAINS, Q12, Q2, P12, P2)
 dAe, dBe, dCe, dDe, dQ12, dQ2, dP12, dP2 = INCREMENTS = tuple(
-    letters(f"d{X.name}", *X.shape, f"how `{X.name}` moves", X in (Q2, P2))
+    letters(f"d{X.name}", X.rows, X.cols, f"how `{X.name}` moves", X in (Q2, P2))
     for X in MOVING
 )
 dN12 = letters("dN12", n, r, "what drives `dQ_12`")
@@ -146,7 +146,7 @@ dN2 = square("dN2", r, "what drives `dQ_2`")
 dM12 = letters("dM12", n, r, "what drives `dP_12`")
 dM2 = square("dM2", r, "what drives `dP_2`")
 dgradAe, dgradBe, dgradCe, dgradDe = (
-    letters(f"dgrad{X.name}", *X.shape, f"how the gradient in `{X.name}` moves")
+    letters(f"dgrad{X.name}", X.rows, X.cols, f"how the gradient in `{X.name}` moves")
     for X in GAINS
 )
 
