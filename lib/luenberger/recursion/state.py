@@ -1,13 +1,11 @@
 """What a filter carries from row to row of a record, and one row of it in NumPy."""
 
-from collections.abc import Callable
-from functools import cache
 from typing import NamedTuple
 
 import numpy as np
 
 from .. import kernels
-from ..numeric import Matrices, Matrix, Vector
+from ..numeric import Matrix, Vector
 from ..papers.leondes_novak.derivation import estimate_step
 from ..plant import Plant
 from .agreement import followed, require_agreement, rounding_of
@@ -139,7 +137,7 @@ def step(
     now = settings.at(i, None if seen.all() else seen)
     move, A, B, J = _leading_on(settings.plant, state.setting)
     new, spread, known = now.step(move, state.spread)
-    moved = _estimate()(
+    moved = kernels.compiled(estimate_step)(
         A=A, B=B, C=now.C, E=now.E, J=J, K=new["K"], x=state.x, rho=state.rho,
         u=state.u[:, None], y=y[seen, None], u_next=u[:, None],
     )  # fmt: skip
@@ -156,11 +154,6 @@ def step(
             require_agreement(known, innovation, met, new["unit"], names, i)
     x, rho = moved["x_next"], moved["rho_next"]
     return State(i, x, spread, rounding, u, seen, rho, now, state.turn), new["K"]
-
-
-@cache
-def _estimate() -> Callable[..., Matrices]:
-    return kernels.compiled(estimate_step)
 
 
 def _leading_on(
