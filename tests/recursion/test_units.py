@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 
 import luenberger as lb
+from luenberger.recursion import units
+from luenberger.recursion.settings import Settings
 
 
 def in_units(plant, states, outputs):
@@ -225,3 +227,20 @@ def test_a_filter_is_as_far_from_the_best_in_any_units():
             measured += 1
             assert b == pytest.approx(a, rel=1e-6, abs=1e-11), seed
     assert measured > 40
+
+
+def test_a_setting_in_other_units_is_that_of_the_plant_in_them():
+    """Every matrix of it, the sizes that rounding is judged by among them."""
+    plant = lb.Plant(
+        [[0.5, 1], [-0.25, 0.75]], None, [[1, 0], [1, 2]], dt=1.0, Q=np.eye(2),
+        R=np.diag([1.0, 4]), S=[[0.5, 0.25], [0, 1]], P0=np.eye(2),
+    )  # fmt: skip
+    states, outputs = np.array([8.0, 0.5]), np.array([2.0, 16])
+    moved = in_units(plant, 1 / states, 1 / outputs)
+    now, wanted = (Settings(one, (0,)).at(0) for one in (plant, moved))
+    found = units.in_units(now, states, outputs)
+    for name in ("A", "C", "Q", "R", "J", "V", "deviation", "As", "Qs", "Gamma"):
+        np.testing.assert_array_equal(getattr(found, name), getattr(wanted, name), name)
+    for name in ("A", "Q", "size"):
+        one, other = (getattr(x.move, name) for x in (found, wanted))
+        np.testing.assert_array_equal(one, other, name)
