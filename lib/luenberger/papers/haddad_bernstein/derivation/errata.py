@@ -12,8 +12,7 @@ Source: Haddad and Bernstein (1987), as scanned.
 import sympy as sp
 
 from ....symbolic import BlockMatrix, Claim, Identity
-from . import mean_square
-from . import projecting as stationarity
+from . import mean_square, projecting
 from .blocks import (
     ALGEBRA,
     P2,
@@ -56,7 +55,7 @@ from .projecting import (
 )
 
 NOT_CONFORMABLE = sp.Symbol("not conformable")
-STRAIGHT, REDUCED = stationarity.ALGEBRA, stationarity.PROJECTING
+STRAIGHT, REDUCED = projecting.ALGEBRA, projecting.PROJECTING
 
 
 def section_2():
@@ -113,7 +112,7 @@ def theorem_3_1():
     """(3.14)-(3.16) by what (4.12)-(4.16) say; what the scan lost is needed."""
     ours, e13 = theorem(tau, Qh, Ph), Qh * Gam.T - G.T * Q2
     e15 = Ph * G.T - Gam.T * P2
-    e12 = stationarity.formulas()["(4.12)"]
+    e12 = projecting.formulas()["(4.12)"]
     Aq, Lq = A - K * C, L - De * C
     quiet = noise(tau * e13 * G, 0, 0)
     riccati = e12 + tau * e13 * G - e13 * G - (e13 * G).T + quiet
