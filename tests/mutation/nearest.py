@@ -1,4 +1,4 @@
-"""Which tests come near a fault: those that enter its function, the quickest first.
+"""Which tests come near a fault: those that reach its lines, the quickest first.
 
 The suite runs once, a file at a time, and each file's answer is kept outside the tree
 until that file changes.  A stale answer costs time or a test; it cannot make a fault
@@ -16,11 +16,12 @@ from functools import partial
 from pathlib import Path
 
 import pytest
-from reach import Noting, entered, in_subprocesses
+from reach import Noting, entered, in_subprocesses, named, runs
 from trees import Child
 
 OPTIONS = "-n 0 -q -p no:cacheprovider -m".split() + ["not (browser or course or site)"]
 LONGEST = 1200  # seconds that the tests of one file may take
+NOTES = (Path(__file__).parent / "reach.py").read_bytes()
 
 
 class Collector:
@@ -133,7 +134,7 @@ def _collect(tree, path):
 
 def _kept(tree, path):
     base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    text = f"{path}\0{sys.version}\0".encode() + (tree.root / path).read_bytes()
+    text = f"{path}\0{sys.version}\0".encode() + NOTES + (tree.root / path).read_bytes()
     name = hashlib.sha256(text).hexdigest()[:24]
     return Path(base) / "luenberger" / "mutation" / f"{name}.json"
 
@@ -199,9 +200,22 @@ class Nearest:
             users = self.uses[fault.name]
             yield lambda name: name in users
         if fault.where:
+            run = self._run(fault)
+            yield lambda name: name == run
             yield lambda name: name == inside
             yield lambda name: name.startswith(f"{inside}.")
         yield lambda name: name.startswith(f"{fault.path}::")
+
+    def _run(self, fault):
+        """The name of the statements that the fault is in, see `reach`."""
+        inside, found = f"{fault.path}::{fault.where}", None
+        source = ast.parse((self.tree.root / fault.path).read_bytes())
+        for where, function in _definitions(source):
+            if where == fault.where and function.lineno <= fault.line:
+                starts = [one for _, one in runs(function) if one.lineno <= fault.line]
+                last = max(starts, key=lambda one: one.lineno, default=None)
+                found = named(inside, function, last) if last else found
+        return found or inside
 
     def _within(self, groups, budget):
         taken, left = {}, budget

@@ -1,8 +1,9 @@
-"""Which functions a test enters, noted by the functions themselves.
+"""Which functions a test enters and which branches, noted by the functions themselves.
 
 While tests are collected, every function of the package notes its name when it starts,
-in subprocesses too.  What a cached function, a fixture or the head of a test file did
-once counts for every test that has the use of it.
+in subprocesses too; and where statements that may not be reached begin, its name and
+how many lines below its head they are, ``path::name+3``.  What a cached function, a
+fixture or the head of a test file did once counts for every test that can use it.
 """
 
 import ast
@@ -14,11 +15,32 @@ from importlib.abc import MetaPathFinder
 from importlib.machinery import PathFinder, SourceFileLoader
 from pathlib import Path
 
+BLOCKS = "body", "orelse", "finalbody"
+INNER = ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef
 entered = set()
 
 
+def runs(node):
+    """(block, statement) wherever statements begin that are reached or not, as one."""
+    for block in (getattr(node, name, ()) for name in BLOCKS):
+        begins = True
+        for statement in block:
+            if begins:
+                yield block, statement
+            begins = hasattr(statement, "body") and not isinstance(statement, INNER)
+    for child in ast.iter_child_nodes(node):
+        statements = isinstance(child, ast.stmt | ast.ExceptHandler | ast.match_case)
+        if statements and not isinstance(child, INNER):
+            yield from runs(child)
+
+
+def named(name, function, statement):
+    below = statement.lineno - function.lineno
+    return name if statement is function.body[0] else f"{name}+{below}"
+
+
 def noting(tree, path):
-    """The tree with a first statement in each function that notes ``path::name``."""
+    """The tree with statements that note ``path::name`` and ``path::name+3``."""
 
     def visit(node, where):
         for child in ast.iter_child_nodes(node):
@@ -27,12 +49,17 @@ def noting(tree, path):
                 inner = f"{where}.{child.name}".strip(".")
             visit(child, inner)
         if isinstance(node, ast.FunctionDef):
-            note = ast.parse(f"__entered__({f'{path}::{where}'!r})").body[0]
-            start = 1 if ast.get_docstring(node, clean=False) is not None else 0
-            place = node.body[min(start, len(node.body) - 1)]
-            for part in ast.walk(note):
-                ast.copy_location(part, place)
-            node.body.insert(start, note)
+            notes = [
+                (block, first, named(f"{path}::{where}", node, first))
+                for block, first in runs(node)
+            ]
+            documented = ast.get_docstring(node, clean=False) is not None
+            for block, first, name in notes:
+                note = ast.parse(f"__entered__({name!r})").body[0]
+                for part in ast.walk(note):
+                    ast.copy_location(part, first)
+                after = documented and first is node.body[0]
+                block.insert(block.index(first) + after, note)
 
     visit(tree, "")
     return tree

@@ -32,6 +32,12 @@ def countdown(n):
 
 def idle(M):
     return M.T @ M
+
+
+def rest(n):
+    if n > 5:
+        return n - 5
+    return n + 0
 """
 TESTS = """\
 import subprocess, sys
@@ -61,11 +67,19 @@ def test_elsewhere():
     assert done.returncode == 0
 
 
+def test_rest_of_a_small_number():
+    assert toy.rest(2) == 2
+
+
+def test_rest_of_a_large_number():
+    toy.rest(7)
+
+
 def test_that_fails():
     assert toy.near(1, 2)
 """
 UNIT = """\
-from .core import countdown, idle, near
+from .core import countdown, idle, near, rest
 
 
 class Row:
@@ -112,6 +126,14 @@ def test_a_run_says_what_was_noticed_and_by_which_test(toy):
     assert "     - return M.T @ M\n     + return (M @ M.T)" in said
     assert "that_fails" not in said and done.returncode == 1
     assert {path: path.read_bytes() for path in before} == before
+
+
+def test_only_those_tests_are_near_a_fault_that_reach_its_branch(toy):
+    said = run(toy, "core.py:25", "core.py:26", "core.py:27").stdout
+    assert "core.py:25 rest: SURVIVED 2 of 2 tests near it" in said
+    assert "core.py:26 rest: SURVIVED 1 of 1 tests near it" in said
+    assert "core.py:27 rest: SURVIVED 1 of 1 tests near it" in said
+    assert "core.py:27 rest: tests/test_toy.py::test_rest_of_a_small_number" in said
 
 
 def test_numbers_of_the_sample_can_be_tried_again(toy):
