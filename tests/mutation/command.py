@@ -56,6 +56,10 @@ class Chosen:
         items[:] = [one for one in items if one.nodeid in self.tests]
         items.sort(key=lambda one: self.tests[one.nodeid])
 
+    def pytest_collectreport(self, report):
+        if report.failed:  # the file cannot be read
+            self.failed = self.failed or report.nodeid
+
     def pytest_runtest_logreport(self, report):
         self.ran += report.when == "call"
         if report.failed:

@@ -38,6 +38,9 @@ def rest(n):
     if n > 5:
         return n - 5
     return n + 0
+
+
+KEPT = 1 / 1
 """
 TESTS = """\
 import subprocess, sys
@@ -99,6 +102,7 @@ def toy(tmp_path_factory):
         "lib/toy/__init__.py": UNIT,
         "lib/toy/core.py": CORE,
         "tests/test_toy.py": TESTS,
+        "pyproject.toml": "[tool.pytest]\naddopts = ['--doctest-modules']\n",
     }.items():
         (root / path).parent.mkdir(parents=True, exist_ok=True)
         (root / path).write_text(text)
@@ -134,6 +138,12 @@ def test_only_those_tests_are_near_a_fault_that_reach_its_branch(toy):
     assert "core.py:26 rest: SURVIVED 1 of 1 tests near it" in said
     assert "core.py:27 rest: SURVIVED 1 of 1 tests near it" in said
     assert "core.py:27 rest: tests/test_toy.py::test_rest_of_a_small_number" in said
+
+
+def test_a_fault_is_noticed_that_no_test_file_can_be_imported_with(toy):
+    said = run(toy, "core.py:30").stdout
+    assert "core.py:30 KEPT: tests/test_toy.py\n" in said
+    assert "+ KEPT = (1 * 1)" in said
 
 
 def test_numbers_of_the_sample_can_be_tried_again(toy):
