@@ -38,7 +38,9 @@ PAGES = (
     "van_dooren.rows",
     "van_dooren.counts",
     "van_dooren.pairs",
-    "kawazoe.definitions",
+    "kawazoe.form",
+    "kawazoe.reconstruction",
+    "kawazoe.deadbeat",
 )
 
 

@@ -11,32 +11,28 @@ from hypothesis import strategies as st
 from pairs import AB01OD
 
 import luenberger as lb
+from luenberger.papers.kawazoe.derivation import errata
 from luenberger.papers.kawazoe.derivation import form as canonical
+from luenberger.papers.kawazoe.derivation.letters import C_1, C_2
+from luenberger.papers.kawazoe.derivation.letters import A as A_
 
 PATTERNS = [*canonical.PATTERNS, (1,), (3,), (1, 2), (4, 1), (1, 3, 2)]
 EPS = np.finfo(float).eps
 
 
-@pytest.mark.parametrize("indices", PATTERNS, ids=str)
-def test_derivation(indices):
-    derivation = canonical.derive(indices)
-    assert not derivation.unproved()
-    assert derivation.formulas["(16) coefficient matrix"] == sp.eye(sum(indices))
-    assert derivation.formulas["(21) p_M"] == max(indices)
-
-
 def test_the_order_of_the_search_matters():
-    derivation = canonical.row_first()
-    assert derivation.proved()
-    A, C = (X.subs(dict(zip(sp.symbols("a_1:4"), (2, 3, 4)))) for X in derivation.given)
+    """On the page's plant the library searches in the order that the page proves."""
+    values = canonical.PLANT
+    A = values[A_].subs(dict(zip(sp.symbols("a_1:4"), (2, 3, 4))))
+    C = values[C_1].col_join(values[C_2])
     form = lb.observability_form(lb.Plant(A.tolist(), None, C.tolist(), dt=1.0))
     assert form.indices == (1, 2) and form.samples == 2
 
 
 def test_misprints_are_tried():
-    places = [place for place, *_ in canonical.misprints()]
+    places = [place for place, *_ in errata.misprints()]
     assert places == ["(5), (6)", "(17), (20)", "(25)"]
-    assert "w_3" in canonical.misprints()[2][2]
+    assert "w_3" in errata.misprints()[2][2]
 
 
 def fractions(rng, *shape):
@@ -52,8 +48,8 @@ def fractions(rng, *shape):
 def exact_plant(indices, seed=0, inputs=2):
     """A plant with these indices, and the P, Phi it must be found to have."""
     rng = np.random.default_rng(seed)
-    symbols, H = canonical.structure(indices)
-    n, p = sum(indices), len(indices)
+    of = canonical.Pattern(indices)
+    symbols, H, n, p = of.Phi, of.H, of.n, of.m
     values = fractions(rng, n, n)
     Phi = np.array(
         [
@@ -101,7 +97,7 @@ def test_exact_form(indices):
 @pytest.mark.parametrize("indices", PATTERNS, ids=str)
 def test_structural_zeros(indices):
     """The interleaved search leaves exactly the entries of (11) that are named."""
-    symbols, _ = canonical.structure(indices)
+    symbols = canonical.Pattern(indices).Phi
     plant, _, _ = exact_plant(indices, seed=4)
     floats = lb.Plant(plant.A, plant.B, plant.C, plant.E, dt=1.0)
     form = lb.observability_form(floats)

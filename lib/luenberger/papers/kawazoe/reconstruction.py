@@ -68,7 +68,7 @@ def reconstruct_state(
     References
     ----------
     Kawazoe (1978), equations (15)-(26), with (25) corrected;
-    papers/kawazoe/derivation/form.py.
+    papers/kawazoe/derivation/reconstruction.py.
 
     Examples
     --------

@@ -2,14 +2,15 @@
 
 `letters`
     The letters of Kawazoe (1978), each with its size and what it stands for.
-`definitions`
-    Kawazoe's coordinates, and the state from p_M samples.
 `form`
-    Kawazoe's observability form, and the state from p_M samples.
+    Kawazoe's coordinates: rows `C_i A^k`, and the form that they give the plant.
+`reconstruction`
+    The state from p_M samples: outputs, less what the inputs contribute.
 `deadbeat`
     The deadbeat observer: Van Dooren's recursion with every pole at zero.
+`errata`
+    What Kawazoe's page prints and what comes out of it, each entry tried.
 
-A proof or a stage list of this paper enters here.  It uses
-`luenberger.symbolic`, and `luenberger.certificate` where the residuals are
-proved; no other paper.
+A proof or a stage list of this paper enters here.  It uses `luenberger.symbolic`
+alone; no other paper.
 """

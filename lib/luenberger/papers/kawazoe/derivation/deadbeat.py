@@ -1,122 +1,206 @@
 """The deadbeat observer: Van Dooren's recursion with every pole at zero.
 
-Sorted by level, Kawazoe's coordinates are a staircase: the stairs hold the units of
-(11).  Row block i of T A - F T = D C is then solved column by column with zero
+Sorted by level, Kawazoe's coordinates are a staircase: the stairs hold the ones of
+(11).  Each row block of T A - F T = D C is then solved column by column with zero
 diagonal blocks in F, and F is nothing but the subdiagonal of A: F^(p_M - 1) = 0.
-The entries of T and D are polynomials in phi, so nothing is ever divided.
+The entries of T and D are polynomials in phi, so nothing is ever divided.  Numbers
+with VD are those of Van Dooren (1984).
 
-Source: Van Dooren (1984), (13)-(20); Kawazoe (1978), (11)-(14).
+Source: Kawazoe (1978), (11)-(14); Van Dooren (1984), (4), (7), (13)-(20).
 """
 
 from functools import cache
 
 import sympy as sp
-from sympy import Matrix
 
-from ....certificate import residuals
-from ....symbolic import Claim, Derivation
-from .form import starts, structure
+from ....symbolic import (
+    Construction,
+    Derivation,
+    Equation,
+    Explicit,
+    Iff,
+    Line,
+)
+from .form import over_patterns, picks
+from .letters import *
 
-
-def by_level(indices):
-    """Numbers of the coordinates, highest power of A first, and who has each level."""
-    v, samples = starts(indices), max(indices)
-    has = [
-        [i for i, size in enumerate(indices) if size > k]
-        for k in reversed(range(samples))
-    ]
-    order = [v[i] + samples - 1 - k for k, own in enumerate(has) for i in own]
-    return order, has
+# -- explicit patterns ----------------------------------------------------------------
 
 
-def stairs(indices):
-    """A and C in staircase coordinates, and left inverses of the stairs."""
-    Phi, H = structure(indices)
-    order, has = by_level(indices)
-    A = Phi.extract(order, order)
-    C = H.extract(list(range(len(indices))), order)
-    units = [
-        Matrix([[int(i == j) for j in below] for i in above])
+def levels(indices):
+    """Which outputs have a row C_i A^k, for each power k, the highest first."""
+    powers = reversed(range(max(indices)))
+    return [[i for i, size in enumerate(indices) if size > k] for k in powers]
+
+
+def by_level(of):
+    """The staircase of a pattern, and what sorts its coordinates."""
+    top, has = of.samples - 1, levels(of.indices)
+    order = [of.heads[i] + top - k for k, own in enumerate(has) for i in own]
+    turn = picks(order, of.n)
+    return {Pi: turn, Phi: of.Phi, A_U: turn * of.Phi * turn.T}
+
+
+def units(of):
+    """A left inverse of each stair: output i's row is the unit of output i."""
+    has = levels(of.indices)
+    return [
+        picks([below.index(i) for i in above], len(below))
         for above, below in zip(has, has[1:])
     ]
-    return A, C, [len(own) for own in has], units
 
 
-def recursion(A, sizes, units):
-    """T, F and the last columns D, row block by row block."""
+def observer(of):
+    """T, F and D, row block by row block."""
+    A_, sizes = by_level(of)[A_U], [len(own) for own in levels(of.indices)]
     at = [sum(sizes[:i]) for i in range(len(sizes) + 1)]
-    last, order = len(sizes) - 1, at[-2]
-    T, F = sp.zeros(order, at[-1]), sp.zeros(order)
-    D = sp.zeros(order, sizes[-1])
-    for i in range(last):
-        me = slice(at[i], at[i + 1])
-        T[me, me] = sp.eye(sizes[i])
-        drive = sp.zeros(sizes[i], at[-1])
+    blocks = [slice(*pair) for pair in zip(at, at[1:])]
+    last, order, inverses = len(sizes) - 1, at[-2], units(of)
+    T_, F_, D_ = sp.zeros(order, of.n), sp.zeros(order), sp.zeros(order, of.m)
+    for i, me in enumerate(blocks[:last]):
+        T_[me, me], above = sp.eye(sizes[i]), slice(at[i - 1] if i else 0, at[i])
         if i:
-            above = slice(at[i - 1], at[i])
-            F[me, above] = A[me, above]
-            drive = A[me, above] * T[above, :]
+            F_[me, above] = A_[me, above]
         for c in range(i, last + 1):
-            here = slice(at[c], at[c + 1])
-            known = slice(at[i], at[c + 1])
-            rest = (drive[:, here] - T[me, known] * A[known, here]).expand()
-            if c == last:
-                D[me, :] = -rest
+            here, known = blocks[c], slice(at[i], at[c + 1])
+            rest = F_[me, above] * T_[above, here] - T_[me, known] * A_[known, here]
+            if c < last:
+                T_[me, blocks[c + 1]] = (rest * inverses[c]).expand()
             else:
-                T[me, at[c + 1] : at[c + 2]] = rest * units[c]
-    return T, F, D
+                D_[me, :] = -rest.expand()
+    C_ = sp.zeros(of.m, order).row_join(sp.eye(of.m))
+    return {T_U: T_, A_U: A_, F: F_, D: D_, C_U: C_}
 
 
-def van_dooren_rows(A, C, T, F, D):
-    """[f_i' t_i' d_i'] M_i + af_i' of (18), (20) with f_ii = 0, all rows stacked."""
-    n, rows = A.shape[0], []
-    for i in range(T.shape[0]):
-        M = Matrix.vstack(-T[:i, :], A[i + 1 :, :], -C)
-        x = Matrix.hstack(F[i, :i], T[i, i + 1 :], D[i, :])
-        rows.append((x * M + A[i, :]).expand())
-    return Matrix.vstack(*rows) if rows else sp.zeros(0, n)
+def stacked(of):
+    found = observer(of)
+    return {S_U: found[T_U].col_join(found[C_U])}
 
 
-def form_13(T):
-    """What must vanish for T to be unit upper triangular, as in (13)."""
-    order, n = T.shape
-    return Matrix(order, n, lambda i, j: T[i, j] - int(i == j) if j <= i else 0)
+def one_row(of, k):
+    """The entries of row k, and the matrix of Van Dooren's (18) with f_kk = 0."""
+    found = observer(of)
+    T_, A_, F_, D_, C_ = found.values()
+    return {
+        x_i: sp.Matrix.hstack(F_[k, :k], T_[k, k + 1 :], D_[k, :]),
+        M_i: sp.Matrix.vstack(-T_[:k, :], A_[k + 1 :, :], -C_),
+        a_f: A_[k, :],
+    }
+
+
+def rows():
+    """`one_row` of each pattern and row, one that has a row above it first."""
+    chosen = over_patterns(lambda of: [one_row(of, k) for k in range(of.n - of.m)])
+    found = [
+        (f"{name}, row {k + 1}", one)
+        for name, each in chosen.items()
+        for k, one in enumerate(each)
+    ]
+    return dict(sorted(found, key=lambda pair: "row 2" not in pair[0]))
+
+
+# -- the page -------------------------------------------------------------------------
+
+row_block = T_i * A_U - A_i * T_h - D_i * C_U
+
+PAGE = (
+    """Sort Kawazoe's coordinates by level, those with the highest power of `A`
+    first. This is a staircase: below the diagonal it has the ones that move each
+    row to the next, and nothing else. The outputs are the last entries. Numbers
+    with VD are Van Dooren's.""",
+    Explicit("11", "a staircase of ones", Pi * Phi, A_U * Pi, over_patterns(by_level)),
+    """The observer is found block by block; `S_i` picks one row block of it, and
+    `S_h` the one above. `F` is chosen as the part of `A_U` below the diagonal: in
+    these rows it has the stair `A_i` alone, in the columns of the block above.
+    The first row block has none above it, and no part in `F`.""",
+    is_T_i := define(S_i * T_U, T_i),
+    is_T_h := define(S_h * T_U, T_h),
+    is_D_i := define(S_i * D, D_i),
+    below := define(S_i * F, A_i * S_h),
+    chain(
+        "VD 4, 10",
+        "one row block of the equation",
+        S_i * (T_U * A_U - F * T_U - D * C_U),
+        Line(S_i * T_U * A_U - A_i * S_h * T_U - S_i * D * C_U, by=(below,)),
+        Line(T_i * A_U - A_i * T_h - D_i * C_U, by=(is_T_i, is_T_h, is_D_i)),
+    ),
+    """Take it column block by column block. A column block of `A_U` has entries
+    down to the diagonal, and below it one stair. So it meets the entries of the
+    row block that are known, and those that come next.""",
+    reaches := define(A_U * N_c, K_c * A_c + N_n * S_c),
+    unseen := define(C_U * N_c, ZeroMatrix(m, r_c)),
+    is_T_c := define(T_i * K_c, T_c),
+    is_T_n := define(T_i * N_n, T_n),
+    is_T_hc := define(T_h * N_c, T_hc),
+    chain(
+        "VD 10",
+        "one column block of it",
+        row_block * N_c,
+        Line(T_i * (K_c * A_c + N_n * S_c) - A_i * T_h * N_c, by=(reaches, unseen)),
+        Line(T_c * A_c + T_n * S_c - A_i * T_hc, by=(is_T_c, is_T_n, is_T_hc)),
+    ),
+    """The columns of a stair are independent, so it has a left inverse. That gives
+    what comes next; with a stair of ones it is a matter of picking rows.""",
+    wanted := define(T_c * A_c + T_n * S_c, A_i * T_hc),
+    inverse := define(J_c * S_c, Identity(r_c)),
+    Construction(
+        "VD 10",
+        "the next entries of the row block",
+        {T_n: (A_i * T_hc - T_c * A_c) * J_c},
+        satisfies=(wanted,),
+        by=(inverse,),
+    ),
+    "The last column block, the one that is measured, says what `D` is.",
+    is_A_m := define(A_U * N_m, A_m),
+    is_T_hm := define(T_h * N_m, T_hm),
+    measured := define(C_U * N_m, Identity(m)),
+    chain(
+        "VD 10",
+        "the gain of the measurement",
+        Equation(row_block * N_m, ZeroMatrix(p_i, m)),
+        Iff(
+            Equation(T_i * A_m - A_i * T_hm - D_i, ZeroMatrix(p_i, m)),
+            by=(is_A_m, is_T_hm, measured),
+        ),
+        Iff(Equation(D_i, T_i * A_m - A_i * T_hm)),
+    ),
+    "Written out, with a symbol for every entry of `Phi` that may differ from zero:",
+    Explicit(
+        "VD 4, 10",
+        "the observer",
+        T_U * A_U - F * T_U,
+        D * C_U,
+        over_patterns(observer),
+    ),
+    """`T_U` is a unit triangle. So `T_U` above `C_U` is invertible: no state is
+    left out.""",
+    Explicit(
+        "VD 13",
+        "the determinant is one",
+        sp.Determinant(S_U),
+        sp.S.One,
+        over_patterns(stacked),
+    ),
+    """`F` has zeros on its diagonal. So each row solves Van Dooren's system with
+    the pole zero: the deadbeat observer is his, with all poles at zero.""",
+    Explicit("VD 18, 20", "each row solves his system", x_i * M_i, -a_f, rows()),
+    """`F` is zero after fewer steps than poles at zero ask for. If a power of it is
+    zero in the block above, the next power is zero in this one. The first block is
+    zero at once, and there are `p_M - 1` blocks. So the observer is exact at the
+    sample number `p_M`, whatever it began with.""",
+    gone := define(S_h * F_l, ZeroMatrix(r_h, n - m)),
+    chain(
+        "",
+        "one more power and one more block",
+        S_i * F * F_l,
+        Line(A_i * S_h * F_l, by=(below,)),
+        Line(ZeroMatrix(p_i, n - m), by=(gone,)),
+    ),
+)
 
 
 @cache
-def derive(indices=(3, 1)):
-    """The recursion for one index pattern, with symbols for every phi."""
-    indices = tuple(indices)
-    A, C, sizes, units = stairs(indices)
-    T, F, D = recursion(A, sizes, units)
-    n, m = sum(indices), len(indices)
-    # of the four residuals only the first is asked for: no inputs, P and V left out
-    B, E, G, W = (sp.zeros(rows, 0) for rows in (n, m, n - m, n))
-    P, V = sp.zeros(n, n - m), sp.zeros(n, m)
-    dynamics, *_ = residuals(A, B, C, E, sp.zeros(n), F, G, D, P, V, W, T, T)
-    name = f"p = {indices}"
-    steps = {
-        f"(4a) T A - F T = D C [{name}]": Claim(dynamics.expand()),
-        f"(4b) [T; C] is invertible: its determinant is 1 [{name}]": Claim(
-            Matrix.vstack(T, C).det(), 1
-        ),
-        f"(13) T is unit upper triangular [{name}]": Claim(form_13(T)),
-        f"(18), (20) every row solves Van Dooren's, f_ii = 0 [{name}]": Claim(
-            van_dooren_rows(A, C, T, F, D)
-        ),
-        f"F^(p_M - 1) = 0: exact after p_M samples [{name}]": Claim(
-            F ** (max(indices) - 1) if n > m else sp.zeros(1)
-        ),
-    }
-    return Derivation(
-        given=(A, C),
-        formulas={
-            "(7) A": A,
-            "(7) C": C,
-            "(13) T": T,
-            "F": F,
-            "D": D,
-        },
-        steps={name: one for name, one in steps.items() if not one.is_empty},
-        source="Van Dooren (1984), section 3, with the poles of Kawazoe (1978)",
-    )
+def derive():
+    """The page."""
+    source = f"{SOURCE}, with the rows of Van Dooren (1984)"
+    return Derivation(page=PAGE, letters=letters, source=source)

@@ -1,267 +1,290 @@
-"""Kawazoe's observability form, and the state from p_M samples.
+"""Kawazoe's coordinates: rows `C_i A^k`, and the form that they give the plant.
 
-Everything follows from the *structure* of (11) and (14): the last rows of Phi are
-named, not computed, and P A P^-1 is never formed.  What the structure gives is
-proved here for an index pattern (p_1, ..., p_m) with symbols for every entry that
-may differ from 0 and 1; the steps say which pattern.
+What holds for every size is proved in letters.  What rests on the pattern of zeros
+and ones in (11) and (14) is evaluated at several index patterns (p_1, ..., p_m), with
+a symbol for every other entry; P A P^-1 is never formed.
 
-Source: Kawazoe (1978), (5)-(26).
+Source: Kawazoe (1978), (1)-(14), (19); the order of the search is our own.
 """
 
 from functools import cache
 
 import sympy as sp
-from sympy import Matrix
 
-from ....symbolic import Claim, Derivation
+from ....symbolic import BlockMatrix, Cyclic, Derivation, Explicit, Line
+from .letters import *
 
-PATTERNS = ((2, 1), (2, 2), (3, 1), (2, 2, 1))
-INPUTS = 2  # concrete number r of inputs
+PATTERNS = ((3, 1), (2, 1), (2, 2), (2, 2, 1))
 
-
-def starts(indices):
-    """v_0, v_1, ..., v_m of (19)."""
-    return [sum(indices[:i]) for i in range(len(indices) + 1)]
-
-
-def may_differ_from_zero(indices, i, j, k):
-    """Whether the interleaved search leaves phi_ij^k (k from 1) free.
-
-    C_i A^(p_i) depends on rows found before it: lower powers, k - 1 < p_i, and the
-    same power of an earlier output, k - 1 = p_i with j < i.
-    """
-    return k - 1 < indices[i] or (k - 1 == indices[i] and j < i)
-
-
-def structure(indices):
-    """Phi of (11) with named last rows, and H of (14)."""
-    n, v = sum(indices), starts(indices)
-    Phi, H = sp.zeros(n), sp.zeros(len(indices), n)
-    for i, size in enumerate(indices):
-        H[i, v[i]] = 1
-        for row in range(v[i], v[i + 1] - 1):
-            Phi[row, row + 1] = 1
-        for j, width in enumerate(indices):
-            for k in range(1, width + 1):
-                if may_differ_from_zero(indices, i, j, k):
-                    name = f"phi_{i + 1}{j + 1}^{k}"
-                    Phi[v[i] + size - 1, v[j] + k - 1] = sp.Symbol(name)
-    return Phi, H
+# -- explicit patterns ----------------------------------------------------------------
 
 
 def named(letter, rows, cols):
-    return Matrix(
+    return sp.Matrix(
         rows, cols, lambda i, j: sp.Symbol(f"{letter}_{i + 1}{j + 1}", real=True)
     )
 
 
-def record(indices, length):
-    """The outputs of (9), (10) over some samples, run symbol by symbol."""
-    n, m = sum(indices), len(indices)
-    Phi, H = structure(indices)
-    G, E = named("g", n, INPUTS), named("e", m, INPUTS)
-    u = [named(f"u^{k}", INPUTS, 1) for k in range(length)]
-    w = Matrix([sp.Symbol(f"w_{k + 1}") for k in range(n)])
-    state, y = w, []
-    for now in u:
-        y.append((H * state + E * now).expand())
-        state = (Phi * state + G * now).expand()
-    return G, E, u, w, y
+def picks(entries, total):
+    """The rows of the identity that pick entries of a column."""
+    return sp.eye(total).extract(entries, range(total))
 
 
-def toeplitz(rows, size, samples):
-    """(25) for one output: row j = [g_(v+j), ..., g_(v+1), 0, ...].
+class Pattern:
+    """Phi of (11) and H of (14) for indices p_1 .. p_m, the last rows of Phi named.
 
-    `rows` are the rows of G from g_(v+1) on; the matrix has size - 1 block rows and
-    samples - 1 block columns, one for each of u_k .. u_(k + p_M - 2).
+    The interleaved search leaves phi_ij^k (k from 1) free where C_i A^(p_i) may depend
+    on that row: on lower powers, k - 1 < p_i, and on the same power of an earlier
+    output, k - 1 = p_i with j < i.
     """
-    r = rows.shape[1]
-    Delta = sp.zeros(max(size - 1, 0), r * (samples - 1))
-    for j in range(size - 1):
-        for column in range(j + 1):
-            Delta[j, column * r : (column + 1) * r] = rows[j - column, :]
-    return Delta
+
+    def __init__(self, indices):
+        self.indices, self.n, self.m = tuple(indices), sum(indices), len(indices)
+        self.samples = max(indices)
+        self.ends = [sum(indices[: i + 1]) for i in range(self.m)]
+        self.heads = [end - size for end, size in zip(self.ends, indices)]
+        self.H = picks(self.heads, self.n)
+        self.Phi = sp.Matrix(self.n, self.n, lambda k, c: int(c == k + 1))
+        for i, end in enumerate(self.ends):
+            self.Phi[end - 1, :] = self._last_row(i)
+
+    def _last_row(self, i):
+        row = sp.zeros(1, self.n)
+        for j, width in enumerate(self.indices):
+            for k in range(min(width, self.indices[i] + (j < i))):
+                row[self.heads[j] + k] = sp.Symbol(f"phi_{i + 1}{j + 1}^{k + 1}")
+        return row
 
 
-def printed_25(rows, size, samples):
-    """(25) as printed: the rows between the first and the last are diagonal."""
-    r = rows.shape[1]
-    Delta = toeplitz(rows, size, samples)
-    for j in range(1, size - 2):
-        Delta[j, :] = sp.zeros(1, Delta.shape[1])
-        Delta[j, j * r : (j + 1) * r] = rows[j, :]
-    return Delta
+def over_patterns(values):
+    """{"p = ..": values(its `Pattern`)} of each index pattern."""
+    return {f"p = {indices}": values(Pattern(indices)) for indices in PATTERNS}
 
 
-def chains(indices):
-    """The coefficient matrix of (16): rows h_i Phi^k."""
-    Phi, H = structure(indices)
-    rows = []
-    for i, size in enumerate(indices):
-        row = H[i, :]
-        for _ in range(size):
-            rows.append(row)
-            row = row * Phi
-    return Matrix.vstack(*rows)
+def rows_of_Phi(of):
+    last = [end - 1 for end in of.ends]
+    full, chosen = of.Phi.extract(last, range(of.n)), picks(last, of.n)
+    return {Z: of.Phi - chosen.T * full, E_p: chosen, phi: full, Phi: of.Phi}
 
 
-def coordinates(indices):
-    """(11): P A = Phi P when the rows of P are C_i A^k and the last powers are named.
-
-    The rows of P are symbols.  A moves each of them to the next, and the last of a
-    block to the combination phi_i1' .. phi_im' of all: that is what the named
-    entries stand for.
-    """
-    n, v = sum(indices), starts(indices)
-    P, (Phi, _) = named("P", n, n), structure(indices)
-    moved = [P[k + 1, :] if k + 1 < n else None for k in range(n)]
-    for i in range(len(indices)):
-        end = v[i + 1] - 1
-        moved[end] = sum((Phi[end, k] * P[k, :] for k in range(n)), sp.zeros(1, n))
-    return Claim(Matrix.vstack(*moved), Phi * P)
+def ends(of):
+    below = sp.ones(of.m).lower_triangular()
+    return {L: below, p: sp.Matrix(of.indices), v: sp.Matrix(of.ends)}
 
 
-def inputs_of_16(indices, i, k, G, u):
-    """The input term of (15), (16): h_i sum Phi^j G u, for y_i at k + `k`."""
-    Phi, H = structure(indices)
-    terms = (H[i, :] * Phi ** (k - 1 - j) * G * u[j] for j in range(k))
-    return sum(terms, sp.zeros(1, 1))[0].expand()
+def heads(of):
+    numbers = sp.Matrix(range(1, of.n + 1))
+    sizes = {p: sp.Matrix(of.indices), v: sp.Matrix(of.ends)}
+    return {H: of.H, count: numbers, **sizes, ones: sp.ones(of.m, 1)}
+
+
+def by_polynomial(size):
+    """A plant with one output, and minus the coefficients of its polynomial in Phi."""
+    moves, row = named("a", size, size), named("c", 1, size)
+    last = -sp.Matrix([moves.charpoly().all_coeffs()[:0:-1]])
+    up = sp.Matrix(size - 1, size, lambda i, j: int(j == i + 1))
+    rows = [row]
+    for _ in range(size - 1):
+        rows.append((rows[-1] * moves).expand())
+    return {P: sp.Matrix.vstack(*rows), A: moves, Phi: up.col_join(last)}
+
+
+PLANT = {
+    A: sp.Matrix([[0, 1, 0], [0, 0, 1], sp.symbols("a_1:4")]),
+    C_1: sp.Matrix([[1, 0, 0]]),
+    C_2: sp.Matrix([[0, 1, 0]]),
+    P_r: sp.eye(3),
+}
+
+
+def of_plant(*wanted):
+    """A plant on which the order of the search matters."""
+    return {"": {letter: PLANT[letter] for letter in wanted}}
+
+
+# -- the page -------------------------------------------------------------------------
+
+I = Identity(n)  # noqa: E741
+found_first = BlockMatrix([[C_1], [C_1 * A], [C_1 * A * A]])
+found_by_level = BlockMatrix([[C_1], [C_2], [C_2 * A]])
+
+PAGE = (
+    "The plant, in discrete time, and the rows of what it measures.",
+    is_x := define(x_next, A * x + B * u, "1"),
+    is_y := define(y, C * x, "2"),
+    is_C_i := define(C_i, e_i * C, "4"),
+    """Coordinates are rows `C_i A^k`, searched in the order `C_1` to `C_m`, then
+    those times `A`, and so on. A row is kept if it is independent of the rows
+    before it. If it is not, no later row of that output is either, because `A`
+    takes the rows before it to rows before the next one.""",
+    depends := define(c_k, a * R, "5"),
+    next_row := define(c_next, c_k * A, "5"),
+    before := define(R * A, M * R_next, "5"),
+    chain(
+        "5",
+        "behind a row that depends all rows depend",
+        c_next,
+        Line(c_k * A, by=(next_row,)),
+        Line(a * R * A, by=(depends,)),
+        Line(a * M * R_next, by=(before,)),
+    ),
+    """So output `i` contributes `C_i`, `C_i A` and so on, `p_i` rows. The rows of
+    `C` come first and are independent, so each output contributes one at least. The
+    page leaves the order open, and it matters. Take this plant, and search output
+    by output: the first one contributes everything.""",
+    Explicit(
+        "5, 6",
+        "row by row the first output contributes everything",
+        found_first,
+        P_r,
+        of_plant(A, C_1, P_r),
+    ),
+    """Three samples seem to be needed, and `C_2` is not the first row of a block.
+    In the order above `C_1 A` is not kept, for it is `C_2`.""",
+    Explicit("5", "a row that depends", C_1 * A, C_2, of_plant(A, C_1, C_2)),
+    "What is kept is `C_1`, `C_2` and `C_2 A`: two samples are enough.",
+    Explicit(
+        "5, 6",
+        "the rows that are kept are independent",
+        found_by_level,
+        I,
+        of_plant(A, C_1, C_2),
+    ),
+    """Sorted by output the rows that are kept are `P`, which has a block for each
+    output. Block `i` begins with `C_i`. `A` takes each of its rows to the next,
+    and the last one to a combination `phi_i` of all rows.""",
+    is_head := define(e_v * P, C_i, "6"),
+    goes_on := define(e_k * P * A, e_kn * P, "6"),
+    is_last := define(e_p * P * A, phi_i * P, "6"),
+    """Each row is in one block. With two outputs, of which `E_1` and `E_2` pick
+    the blocks, the indices therefore add up to `n`; each further output adds a
+    term.""",
+    split := define(E_1.T * E_1 + E_2.T * E_2, I, "6"),
+    size_1 := define(E_1 * E_1.T, Identity(p_1), "6"),
+    size_2 := define(E_2 * E_2.T, Identity(p_2), "6"),
+    chain(
+        "7",
+        "the indices add up",
+        n,
+        Line(sp.Trace(E_1.T * E_1 + E_2.T * E_2), by=(split,)),
+        Cyclic(sp.Trace(E_1 * E_1.T) + sp.Trace(E_2 * E_2.T)),
+        Line(p_1 + p_2, by=(size_1, size_2)),
+    ),
+    """The new coordinates are `w = P x`. The matrix `Phi` that moves them has a row
+    for each row of `P`: ones above the diagonal, and the combinations `phi_i`.""",
+    shifts := define(e_k * Phi, e_kn, "11"),
+    is_full := define(e_p * Phi, phi_i, "11"),
+    chain(
+        "11",
+        "a row of a block that is not its last",
+        e_k * P * A,
+        Line(e_kn * P, by=(goes_on,)),
+        Line(e_k * Phi * P, by=(shifts,)),
+    ),
+    chain(
+        "11",
+        "the last row of a block",
+        e_p * P * A,
+        Line(phi_i * P, by=(is_last,)),
+        Line(e_p * Phi * P, by=(is_full,)),
+    ),
+    "These are all rows, so both sides are equal.",
+    turned := define(P * A, Phi * P, "11"),
+    chain(
+        "11",
+        "what moves the new coordinates",
+        Phi,
+        Line(Phi * P * P.I, why="put in an inverse"),
+        Line(P * A * P.I, by=(turned,)),
+    ),
+    """Written out, `Z` has the ones and `phi` the combinations. The order of the
+    search makes some of their entries zero: a row is a combination of rows before
+    it.""",
+    Explicit("6, 11", "the pattern", Z + E_p.T * phi, Phi, over_patterns(rows_of_Phi)),
+    """Each combination `phi_i` has one part for each block, with as many entries as
+    the block has rows. `E_j` picks block `j`, and `E_o` the others.""",
+    parts := define(E_j.T * E_j + E_o.T * E_o, I, "12"),
+    is_phi_ij := define(phi_ij, phi_i * E_j.T, "12"),
+    is_phi_o := define(phi_o, phi_i * E_o.T, "12"),
+    is_P_j := define(P_j, E_j * P),
+    is_P_o := define(P_o, E_o * P),
+    chain(
+        "12",
+        "each block has its own coefficients",
+        e_p * P * A,
+        Line(phi_i * P, by=(is_last,)),
+        Line(phi_i * (E_j.T * E_j + E_o.T * E_o) * P, by=(parts,)),
+        Line(phi_ij * P_j + phi_o * P_o, by=(is_phi_ij, is_phi_o, is_P_j, is_P_o)),
+    ),
+    """With one output they are minus the coefficients of the characteristic
+    polynomial of `A`, by Cayley and Hamilton.""",
+    Explicit(
+        "11",
+        "one output and the characteristic polynomial",
+        P * A,
+        Phi * P,
+        {f"n = {size}": by_polynomial(size) for size in (2, 3)},
+    ),
+    "The outputs are read off the first entries of the blocks.",
+    is_h := define(e_i * H, e_v, "14"),
+    chain(
+        "4, 14",
+        "a row of the measurement",
+        e_i * H * P,
+        Line(e_v * P, by=(is_h,)),
+        Line(C_i, by=(is_head,)),
+        Line(e_i * C, by=(is_C_i,)),
+    ),
+    "That is so for every output, so both sides are equal.",
+    read := define(C, H * P, "14"),
+    chain(
+        "14",
+        "what reads the outputs",
+        H,
+        Line(H * P * P.I, why="put in an inverse"),
+        Line(C * P.I, by=(read,)),
+    ),
+    "Block `i` ends with entry `v_i`, and begins with entry `1 + v_i - p_i`.",
+    Explicit("19", "where the blocks end", L * p, v, over_patterns(ends)),
+    Explicit(
+        "14, 19", "where they begin", H * count, v - p + ones, over_patterns(heads)
+    ),
+    "In these coordinates the plant moves and is measured as follows.",
+    is_w := define(w, P * x, "8"),
+    is_w_next := define(w_next, P * x_next, "8"),
+    is_G := define(G, P * B, "13"),
+    chain(
+        "9",
+        "the plant in these coordinates",
+        w_next,
+        Line(P * x_next, by=(is_w_next,)),
+        Line(P * A * x + P * B * u, by=(is_x,)),
+        Line(Phi * P * x + G * u, by=(turned, is_G)),
+        Line(Phi * w + G * u, by=(is_w,)),
+    ),
+    chain(
+        "10",
+        "the measurement in these coordinates",
+        y,
+        Line(C * x, by=(is_y,)),
+        Line(H * P * x, by=(read,)),
+        Line(H * w, by=(is_w,)),
+    ),
+    """A row of the one observability matrix is the same row of the other, times
+    `P`. So the new pair is observable exactly if the old one is.""",
+    so_far := define(C * A_l, H * Phi_l * P, "3"),
+    chain(
+        "3",
+        "the rows of both observability matrices",
+        C * A_l * A,
+        Line(H * Phi_l * P * A, by=(so_far,)),
+        Line(H * Phi_l * Phi * P, by=(turned,)),
+    ),
+)
 
 
 @cache
-def derive(indices=(3, 1)):
-    """The structure (11)-(14) and the reconstruction (15)-(26) for one pattern."""
-    indices = tuple(indices)
-    samples, v = max(indices), starts(indices)
-    Phi, H = structure(indices)
-    G, E, u, w, y = record(indices, samples)
-    pairs = [(i, k) for i, size in enumerate(indices) for k in range(size)]
-    stacked = Matrix([y[k][i] - (E[i, :] * u[k])[0] for i, k in pairs])
-    driven = Matrix([inputs_of_16(indices, i, k, G, u) for i, k in pairs])
-    past = Matrix.vstack(*u[:-1]) if samples > 1 else sp.zeros(0, 1)
-    Delta = [
-        toeplitz(G[v[i] : v[i + 1], :], size, samples) for i, size in enumerate(indices)
-    ]
-    unknown = [v[i] + k for i, k in pairs if k]
-    formulas = {
-        "(11) Phi": Phi,
-        "(13) G": G,
-        "(14) H": H,
-        "(16) coefficient matrix": chains(indices),
-        "(16) input term": driven,
-        "(19) v": Matrix([v]),
-        "(21) p_M": sp.Integer(samples),
-        **{f"(25) Delta_{i + 1}": block for i, block in enumerate(Delta)},
-    }
-    name = f"p = {indices}"
-    Delta = Matrix.vstack(*Delta)
-    steps = {
-        f"(11) P A = Phi P for rows C_i A^k [{name}]": coordinates(indices),
-        f"(16) the coefficient matrix is I [{name}]": Claim(
-            chains(indices), sp.eye(sum(indices))
-        ),
-        f"(16) outputs = w + input term, less E u [{name}]": Claim(
-            stacked, (w + driven).expand()
-        ),
-        f"(17) w from outputs and inputs, with a minus [{name}]": Claim(
-            (stacked - driven).expand(), w
-        ),
-        f"(18) the first of each block is an output [{name}]": Claim(
-            Matrix([y[0][i] - (E[i, :] * u[0])[0] for i in range(len(indices))]),
-            Matrix([w[k] for k in v[:-1]]),
-        ),
-        f"(22) the n - m others, Delta lower block Toeplitz (25) [{name}]": Claim(
-            (stacked.extract(unknown, [0]) - Delta * past).expand(),
-            w.extract(unknown, [0]),
-        ),
-    }
-    return Derivation(
-        formulas=formulas,
-        steps={name: one for name, one in steps.items() if not one.is_empty}
-        | single_output(),
-        source="Kawazoe (1978), sections III and IV",
-    )
-
-
-@cache
-def single_output(n=3):
-    """One output: the last row of Phi is the characteristic polynomial's."""
-    A, c = named("a", n, n), named("c", 1, n)
-    coefficients = A.charpoly().all_coeffs()[:0:-1]  # of 1, s, ..., s^(n-1)
-    row, chain = c, []
-    for _ in range(n):
-        chain.append(row)
-        row = (row * A).expand()
-    combined = sum((-a * r for a, r in zip(coefficients, chain)), sp.zeros(1, n))
-    return {
-        f"(11) one output: phi = minus the coefficients of det(s I - A) [n = {n}]": (
-            Claim(row, combined.expand())
-        )
-    }
-
-
-@cache
-def row_first():
-    """A plant on which (5), read row by row, does not give the form.
-
-    Row by row takes C_1, C_1 A, C_1 A^2 and nothing of the second output: p = (3, 0),
-    (14) fails, and the largest index is 3 where two samples suffice.
-    """
-    a = sp.symbols("a_1:4")
-    A = Matrix([[0, 1, 0], [0, 0, 1], list(a)])
-    C = Matrix([[1, 0, 0], [0, 1, 0]])
-    by_row = Matrix.vstack(C[0, :], C[0, :] * A, C[0, :] * A**2)
-    by_level = Matrix.vstack(C[0, :], C[1, :], C[1, :] * A)
-    _, H = structure((1, 2))
-    return Derivation(
-        given=(A, C),
-        formulas={"(6) row by row": by_row, "(6) interleaved": by_level},
-        steps={
-            "(5) row by row: C_1, C_1 A, C_1 A^2 are independent, p = (3, 0)": Claim(
-                by_row, sp.eye(3)
-            ),
-            "(14) row by row: C_2 is the second row of P, not the head of a block": (
-                Claim(C * by_row.inv(), Matrix([[1, 0, 0], [0, 1, 0]]))
-            ),
-            "(5) interleaved: C_1 A = C_2 is dependent": Claim(C[0, :] * A, C[1, :]),
-            "(5) interleaved: C_1, C_2, C_2 A are independent, p = (1, 2)": Claim(
-                by_level.det(), 1
-            ),
-            "(14) interleaved: H has the form": Claim(C * by_level.inv(), H),
-        },
-        source="our own; on Kawazoe (1978), (5), (6)",
-    )
-
-
-def misprints():
-    """(place, what is printed, what comes out of it): each tried, not remembered."""
-    indices = (4, 1)
-    G, E, u, w, y = record(indices, 4)
-    pairs = [(0, 1), (0, 2), (0, 3)]
-    outputs = Matrix([y[k][0] - (E[0, :] * u[k])[0] for _, k in pairs])
-    past = Matrix.vstack(*u[:-1])
-    states = w.extract([1, 2, 3], [0])
-
-    def wrong(Delta, sign=-1):
-        left = (outputs + sign * Delta * past - states).expand()
-        return [f"w_{k + 2}" for k in range(3) if left[k] != 0]
-
-    good, bad = toeplitz(G[:4, :], 4, 4), printed_25(G[:4, :], 4, 4)
-    assert not wrong(good)
-    return [
-        (
-            "(5), (6)",
-            "the order of the search is left open",
-            "row by row gives p = (3, 0) on a plant with p = (1, 2)",
-        ),
-        (
-            "(17), (20)",
-            "= between the outputs and the input term",
-            "must be minus; plus spoils " + ", ".join(wrong(good, 1)),
-        ),
-        (
-            "(25)",
-            "second row [0, g_(v+2), 0]",
-            "lower block Toeplitz; as printed it spoils " + ", ".join(wrong(bad)),
-        ),
-    ]
+def derive():
+    """The page."""
+    source = f"{SOURCE}, (1)-(14), (19)"
+    return Derivation(page=PAGE, letters=letters, source=source)
