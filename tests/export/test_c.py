@@ -18,7 +18,7 @@ from luenberger.kernels.c import C, Module
 from luenberger.kernels.lowering import lower
 from luenberger.kernels.numpy import kernel
 from luenberger.numeric.factors import semidefinite
-from luenberger.papers.leondes_novak.derivation import on_target
+from luenberger.papers.leondes_novak.derivation import arrived, predict, update
 from luenberger.symbolic import Derivation, Solve, Stage
 
 GCC = shutil.which("gcc") or shutil.which("cc")
@@ -488,9 +488,9 @@ def awkward():
 
 
 LISTS = {
-    "update": on_target.update,
-    "predict": on_target.predict,
-    "arrived": on_target.arrived,
+    "update": update,
+    "predict": predict,
+    "arrived": arrived,
     "awkward": awkward,
 }
 
@@ -558,7 +558,7 @@ def test_header_says_what_every_argument_is(tmp_path):
         text = to_c(one, tmp_path, **options)[1].read_text()
         for label in ('[0]  "jerk"', '[1]  "speed (m/s)"', '[2]  "a (m/s2)"'):
             assert label in text
-        assert "every 0.5 s" in text and ("(9)" in text or "(27)" in text)
+        assert "every 0.5 s" in text and ("(7)" in text or "(27)" in text)
     assert "state 168 bytes" in text  # x_minus, Omega, Sigma
 
 

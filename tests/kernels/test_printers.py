@@ -22,12 +22,13 @@ from luenberger.kernels.lowering import lower
 from luenberger.kernels.numpy import kernel
 from luenberger.kernels.program import Assign, Factor
 from luenberger.papers.leondes_novak import derivation as recursions
-from luenberger.papers.leondes_novak.derivation import one_pass
 from luenberger.recursion.filter_stacks import FILTER
 from luenberger.symbolic import Derivation, Solve, Stage
 
-LISTS = {name: getattr(recursions, name) for name in STAGE_LISTS}
-LISTS |= {name: getattr(one_pass, name) for name in ("filter_step", "observer_step")}
+LISTS = {
+    name: getattr(recursions, name)
+    for name in (*STAGE_LISTS, "filter_step", "observer_step")
+}
 ALL = SIZES | {"q": 3, "p_a": 2}
 STRICT = "-std=c99 -O2 -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror".split()
 
@@ -183,7 +184,7 @@ def test_loops_as_large_matrices_get_them(stage_list, compile_c, monkeypatch):
 
 @pytest.mark.parametrize("unrolled", [False, True], ids=["loops", "scalars"])
 def test_c_in_single_precision(unrolled, compile_c):
-    derivation = one_pass.filter_step()
+    derivation = recursions.filter_step()
     exact, given = cases(derivation)
     failed, found = compile_c(lower(derivation), given, real="float", unrolled=unrolled)
     assert failed == 0 and found["K"].dtype == np.float32
@@ -192,7 +193,7 @@ def test_c_in_single_precision(unrolled, compile_c):
 
 def structured():
     """The filter step on matrices with zeros and ones, and what is known of them."""
-    derivation = one_pass.filter_step()
+    derivation = recursions.filter_step()
     exact, _ = cases(derivation)
     exact["A"] = sp.Matrix(4, 4, lambda i, j: int(i == j) + sp.Rational(j == i + 1, 2))
     exact["As"] = exact["A"]
@@ -316,7 +317,7 @@ def test_symmetric_targets_are_symmetric_to_the_last_bit(printer, stage_list):
 @pytest.mark.parametrize("unrolled", [False, True], ids=["loops", "scalars"])
 @pytest.mark.parametrize("fault", ["singular M", "indefinite Sigma", "NaN"])
 def test_c_gives_up_where_a_matrix_is_not_definite(fault, unrolled, compile_c):
-    derivation = one_pass.filter_step()
+    derivation = recursions.filter_step()
     _, given = cases(derivation)
     program = lower(derivation, definite=[Factor("Sigma_next", 0.0)])
     if fault == "singular M":

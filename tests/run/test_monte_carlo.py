@@ -17,7 +17,6 @@ import pytest
 import scipy.stats
 
 import luenberger as lb
-from luenberger.papers.leondes_novak.derivation import side_by_side
 from luenberger.run import monte_carlo_blocks
 from luenberger.run.executor import in_order
 
@@ -240,25 +239,6 @@ def test_auto_compiles_long_work_only(monkeypatch, here):
         runs_of_the_problem()
     monkeypatch.setattr("luenberger.run.monte_carlo.ENOUGH", RUNS * STEPS + 1)
     assert bits(runs_of_the_problem()) == bits(here)
-
-
-def test_the_compiled_step_is_derived():
-    found = side_by_side.side_by_side()
-    assert found.proved() and len(found.steps) == 2
-
-
-@pytest.mark.parametrize("target", ["y", "w", "w_hat", "e", "z_next", "x_next"])
-def test_a_damaged_step_is_not_proved(target):
-    found = side_by_side.side_by_side()
-    stages = [
-        dataclasses.replace(one, formula=2 * one.formula)
-        if one.target.name == target
-        else one
-        for one in found.stages
-    ]
-    damaged = dataclasses.replace(found, stages=tuple(stages))
-    steps = side_by_side._error_equation(damaged)
-    assert not dataclasses.replace(damaged, steps=steps).proved()
 
 
 # workers that die, functions that fail

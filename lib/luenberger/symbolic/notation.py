@@ -43,13 +43,18 @@ class Notation:
         self.meaning: dict[MatrixSymbol, str] = {}
         self.symmetric: tuple[MatrixSymbol, ...] = ()
         self.sizes = sizes or {}
+        self.taken_over: frozenset[str] = frozenset()
 
     def __call__(
         self, name: str, rows: Size, cols: Size, meaning: str, symmetric: bool = False
     ) -> MatrixSymbol:
         """A new letter."""
         symbol = MatrixSymbol(name, rows, cols)
-        if symbol.name in {known.name for known in self.meaning}:
+        if name in self.taken_over:
+            self.taken_over -= {name}
+            self.meaning = {s: m for s, m in self.meaning.items() if s.name != name}
+            self.symmetric = tuple(s for s in self.symmetric if s.name != name)
+        if name in {known.name for known in self.meaning}:
             raise ValueError(f"the letter {name} already has a meaning")
         self.meaning[symbol] = meaning
         if symmetric:
@@ -57,9 +62,13 @@ class Notation:
         return symbol
 
     def here(self, **meanings: str) -> Notation:
-        """The same letters, of which some stand for something else on one page."""
+        """The same letters, of which some stand for something else on one page.
+
+        What is declared in them anew, with another size, also stands for that alone.
+        """
         found = Notation(self.sizes)
         found.meaning, found.symmetric = dict(self.meaning), self.symmetric
+        found.taken_over = frozenset(symbol.name for symbol in self.meaning)
         for symbol in self.meaning:
             if symbol.name in meanings:
                 found.meaning[symbol] = meanings[symbol.name]

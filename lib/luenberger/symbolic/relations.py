@@ -1,9 +1,10 @@
 """A relation: an equation between matrices that a proof may cite by its name."""
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+from typing import Self
 
-from .typeset import Show, latex
+from .typeset import Show, latex, text
 from .words import Formula
 
 
@@ -46,6 +47,11 @@ class Relation:
     @property
     def expressions(self) -> tuple[Formula, Formula]:
         return self.left, self.right
+
+    def mapped(self, put: Callable[[Formula], Formula]) -> Self:
+        """The relation between what `put` makes of its sides, under its number."""
+        found = replace(self, left=put(self.left), right=put(self.right))
+        return replace(found, name=self.name.replace(self.show(text), found.show(text)))
 
 
 class Moment(Relation):

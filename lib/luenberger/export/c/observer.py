@@ -43,7 +43,7 @@ def texts(observer: Observer, name: str, real: str, signals: Signals) -> dict[st
 
 
 EQUATIONS = [
-    "z[i+1] = F z[i] + G u[i] + D y[i]     (9)",
+    "z[i+1] = F z[i] + G u[i] + D y[i]     (7)",
     "w^[i]  = P z[i] + V y[i] + W u[i]     estimates w = L x",
 ]
 

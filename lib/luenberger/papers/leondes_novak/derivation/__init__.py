@@ -34,12 +34,18 @@
     A step at which some outputs did not arrive is the theorem for fewer outputs.
 `one_pass`
     One step of a filter over a record, as one stage list that compiled loops run.
+`places`
+    The outputs that arrived, each in its place: no size depends on what is missing.
+`marks`
+    The outputs that arrived, marked by ones on a diagonal, as a device sees them.
 `on_target`
     The filter in the order in which a device runs it: use the sample, then predict.
 `square_root`
     The filter's recursions with covariances as factors, Sigma = H H'.
+`noise_factors`
+    The error of any observer, and both noises of the plant, with factors.
 `side_by_side`
-    Plant and observer side by side, one step: what a Monte Carlo run repeats.
+    Plant and observer side by side: a step of both, and the error between them.
 `errata`
     What the page prints and the algebra refuses.
 
@@ -67,15 +73,15 @@ error_recursion = StageList(
 )
 root_gain = StageList(__name__, "square_root.root_gain", "L M Kmv")
 root_update = StageList(__name__, "square_root.root_update", "K Y kept drawn")
-root_error = StageList(__name__, "square_root.root_error", "moved drive shown drawn")
-root_decorrelation = StageList(__name__, "square_root.root_decorrelation", "G")
+root_error = StageList(__name__, "noise_factors.root_error", "moved drive shown drawn")
+root_decorrelation = StageList(__name__, "noise_factors.root_decorrelation", "G")
 filter_step = StageList(
     __name__,
     "one_pass.filter_step",
     "Omega N M Kmv K Z Sigma_next x_minus known innovation x_next rho_next",
 )
-padded = StageList(__name__, "one_pass.padded", "C E R Gamma J")
-observer_step = StageList(__name__, "one_pass.observer_step", "w_hat z_next")
+padded = StageList(__name__, "places.padded", "C E R Gamma J")
+observer_step = StageList(__name__, "side_by_side.observer_step", "w_hat z_next")
 predict = StageList(__name__, "on_target.predict", "Omega_next x_minus_next")
 update = StageList(
     __name__, "on_target.update", "N M Kmv K Z Sigma known innovation x rho"
@@ -90,7 +96,7 @@ partial_sample = StageList(
     "on_target.partial_sample",
     "C E R S J As Q Lifted Spread Gamma N M Kmv K Z Sigma known innovation x rho",
 )
-arrived = StageList(__name__, "on_target.arrived", "C E R S J As Q Lifted Spread Gamma")
+arrived = StageList(__name__, "marks.arrived", "C E R S J As Q Lifted Spread Gamma")
 side_by_side_step = StageList(
     __name__, "side_by_side.side_by_side", "y w w_hat e z_next x_next"
 )

@@ -199,6 +199,7 @@ OBSERVER = (
     driven,
     is_W,
 )
+gain_stage = Stage(K, gain.right, by=(gain,))
 RECURSION = (
     """One step of the recursion goes from the covariance of an error to the gain, and
     to the covariance of the next.""",
@@ -215,7 +216,7 @@ def gain_step():
         Stage(Omega, A * Sigma * A.T + Q, "(44)", symmetric=True, by=(is_Omega,)),
         Stage(M, C * Omega * C.T + R, "(33)", symmetric=True, by=(is_M,)),
         Stage(Kmv, Solve(Omega * C.T, M), "(33)", by=(is_Kmv, is_N)),
-        Stage(K, Kmv + Gamma - Gamma * C * Kmv, by=(gain,)),
+        gain_stage,
         Stage(Y, I - K * C, "(13)", by=(is_Y,)),
         Stage(
             Sigma_next,

@@ -23,7 +23,7 @@ def at(order):
 
     def put(what):
         if isinstance(what, Relation):
-            return type(what)(what.name, put(what.left), put(what.right))
+            return what.mapped(put)
         return what.subs(r, order)
 
     return put

@@ -1,60 +1,126 @@
-"""Plant and observer side by side, one step: what a Monte Carlo run repeats.
+"""Plant and observer side by side: a step of both, and the error between them.
 
-The noises are w = Hw xi and v = Hv xi of one white vector xi, [Hw; Hv] being a root
-of their joint covariance.  The known input is zero: the error does not depend on it.
+The observer may estimate a functional of the state only.  A Monte Carlo run repeats
+the step of both, a run over a record that of the observer.
 
-Source: Leondes and Novak (1974), (1), (2), (9), (11), (26).
+Source: Leondes and Novak (1974), (1), (2), (7)-(13), (26).
 """
 
-from dataclasses import replace
 from functools import cache
 
-import sympy as sp
+from sympy import symbols
 
-from ....symbolic import Algebra, Derivation, MatrixSymbol, Stage, claims, matrices
-from .letters import SOURCE as PAPER
-from .letters import n, p, r, squares
+from ....symbolic import Derivation, Line, Stage, ZeroMatrix
+from .huddle import driven, dynamics, follows, follows_next, moves
+from .letters import *
 
-d, q = sp.symbols("d q", integer=True, nonnegative=True)
+d, q = symbols("d q", integer=True, nonnegative=True)
+letters = letters.here()
+chain, define = letters.chain, letters.define
+L = letters("L", q, n, "what is wanted of the state")
+P = letters("P", q, r, "weight of the observer in the estimate")
+V = letters("V", q, p, "weight of the measurement in the estimate")
+W = letters("W", q, m, "weight of the input in the estimate")
+w = letters("w", q, 1, "the functional that is wanted")
+w_hat = letters("w_hat", q, 1, "its estimate")
+e = letters("e", q, 1, "error of the estimate")
+xi = letters("xi", d, 1, "white noise of variance one")
+Hw = letters("Hw", n, d, "its part in the process noise")
+Hv = letters("Hv", p, d, "its part in the measurement noise")
+
+OBSERVER = (
+    """Both noises of the plant come from one white vector `xi`, so that they may be
+    correlated.""",
+    plant := define(x_next, A * x + B * u + Hw * xi, "1"),
+    measured := define(y, C * x + E * u + Hv * xi, "2"),
+    """The observer moves as any observer does, and Luenberger's conditions hold.""",
+    moves,
+    follows,
+    follows_next,
+    dynamics,
+    driven,
+    error := chain(
+        "11",
+        "the error is driven by the noises alone",
+        eps_next,
+        Line(z_next - T_next * x_next, by=(follows_next,)),
+        Line(
+            F * z + G * u + D * y - T_next * (A * x + B * u + Hw * xi),
+            by=(moves, plant),
+        ),
+        Line(
+            F * (T * x + eps)
+            + G * u
+            + D * (C * x + E * u + Hv * xi)
+            - T_next * (A * x + B * u + Hw * xi),
+            by=(follows, measured),
+        ),
+        Line(F * eps + (D * Hv - T_next * Hw) * xi, by=(dynamics, driven)),
+    ),
+    """What is wanted is `L x`. Its estimate combines the observer with measurement and
+    input, and is unbiased if two residuals vanish, as in (13).""",
+    wanted := define(w, L * x),
+    estimate := define(w_hat, P * z + V * y + W * u, "12"),
+    unbiased := define(P * T + V * C, L, "13"),
+    is_W := define(W, -V * E),
+    is_e := define(e, w_hat - w),
+    chain(
+        "26",
+        "the error of the estimate",
+        e,
+        Line(w_hat - w, by=(is_e,)),
+        Line(P * z + V * y + W * u - L * x, by=(estimate, wanted)),
+        Line(
+            P * (T * x + eps) + V * (C * x + E * u + Hv * xi) + W * u - L * x,
+            by=(follows, measured),
+        ),
+        Line(P * eps + V * Hv * xi, by=(unbiased, is_W)),
+    ),
+)
+
+
+@cache
+def observer_step():
+    """One step of any observer, z+ = F z + G u + D y and w^ = P z + V y + W u."""
+    return Derivation(
+        (F, G, D, P, V, W, z, u, y),
+        (
+            Stage(w_hat, P * z + V * y + W * u, by=(estimate,)),
+            Stage(z_next, F * z + G * u + D * y, "(7)", by=(moves,)),
+        ),
+        source=SOURCE,
+        letters=letters,
+        says="one step of any observer",
+    )
+
+
+BOTH = (
+    "Neither error holds the input, so that a simulation of the error leaves it out.",
+    no_input := define(u, ZeroMatrix(m, 1)),
+)
 
 
 @cache
 def side_by_side():
     """x, z and xi at one instant to x, z at the next, and the error in between."""
-    (A,), (F,) = squares("A"), squares("F", r)
-    (C,), (D,), (L,) = matrices("C", p, n), matrices("D", r, p), matrices("L", q, n)
-    (P,), (V,) = matrices("P", q, r), matrices("V", q, p)
-    (Hw,), (Hv,) = matrices("Hw", n, d), matrices("Hv", p, d)
-    (xi,) = matrices("xi", d, 1)
-    (x, x_next), (z, z_next) = matrices("x x_next", n, 1), matrices("z z_next", r, 1)
-    (y,), (w, w_hat, e) = matrices("y", p, 1), matrices("w w_hat e", q, 1)
-    stages = (
-        Stage(y, C * x + Hv * xi, "(2)"),
-        Stage(w, L * x),
-        Stage(w_hat, P * z + V * y),
-        Stage(e, w_hat - w),
-        Stage(z_next, F * z + D * y, "(9)"),
-        Stage(x_next, A * x + Hw * xi, "(1)"),
+    return Derivation(
+        (A, C, L, F, D, P, V, Hw, Hv, x, z, xi),
+        (
+            Stage(y, C * x + Hv * xi, "(2)", by=(measured, no_input)),
+            Stage(w, L * x, by=(wanted,)),
+            Stage(w_hat, P * z + V * y, by=(estimate, no_input)),
+            Stage(e, w_hat - w, by=(is_e,)),
+            Stage(z_next, F * z + D * y, "(7)", by=(moves, no_input)),
+            Stage(x_next, A * x + Hw * xi, "(1)", by=(plant, no_input)),
+        ),
+        source=SOURCE,
+        letters=letters,
+        says="one step of plant and observer",
     )
-    given = (A, C, L, F, D, P, V, Hw, Hv, x, z, xi)
-    found = Derivation(given, stages, source=PAPER)
-    return replace(found, steps=_error_equation(found))
 
 
-def _error_equation(derivation):
-    """The error of an observer of L x is driven by the noises alone."""
-    f = derivation.unfolded()
-    A, C, L, F, D, P, V, Hw, Hv, x, z, xi = derivation.given
-    T, T_next = MatrixSymbol("T", r, n), MatrixSymbol("T_next", r, n)
-    algebra = Algebra([], [(T_next * A, F * T + D * C), (P * T, L - V * C)])
-    eps, w, v = z - T * x, Hw * xi, Hv * xi
-    return claims(
-        algebra,
-        {
-            "(11) eps+ = F eps + D v - T+ w": (
-                f["z_next"] - T_next * f["x_next"],
-                F * eps + D * v - T_next * w,
-            ),
-            "(26) e = P eps + V v": (f["e"], P * eps + V * v),
-        },
-    )
+@cache
+def derive():
+    """The page."""
+    page = (*OBSERVER, observer_step(), *BOTH, side_by_side())
+    return Derivation(page=page, letters=letters, source=SOURCE)

@@ -1,248 +1,180 @@
 """The filter's recursions with covariances as factors, Sigma = H H'.
 
-A covariance that is singular is carried as H: A Sigma A' + Q is then [A H, G] times
-its transpose, with G G' = Q, and (I - K C) Omega (I - K C)' + K R K' is that of
-[(I - K C) H_minus, K V], with V V' = R.  Nothing is subtracted, so no product is ever
-indefinite, and rounding of eps in H is eps^2 in Sigma.  Orthogonal rows between the
-factors, H U U' H', bring the number of columns back to n.
-
-Where M = Z Z' is singular, Z = [C H_minus, V], its singular values take the place of
-the solve, and those that are rounding are left out.
+A covariance that is singular is carried as a factor.  Nothing is subtracted then, so no
+product is ever indefinite, and rounding of eps in a factor is eps^2 in its covariance.
 
 Source: our own; the recursions are Leondes and Novak's (1974), (11), (26), (27), (33).
 """
 
-from dataclasses import replace
 from functools import cache
 
-import sympy as sp
-from sympy import Identity, MatrixSymbol, ZeroMatrix
+from sympy import symbols
 
-from ....symbolic import Algebra, Derivation, Solve, Stage, claims, matrices, named
-from .correlated_noise import decorrelation, error_recursion
-from .letters import n, p, r, squares
-from .quadratic import joseph
+from ....symbolic import (
+    BlockMatrix,
+    Derivation,
+    Line,
+    Solve,
+    Stage,
+    Substitute,
+    ZeroMatrix,
+)
+from .best_coordinates import gain_stage
+from .letters import *
+from .quadratic import is_Kmv, is_M, is_N, is_Sigma_next, is_Y
 
-k, q, d = sp.symbols("k q d", integer=True, nonnegative=True)
-SOURCE = "our own"
+d, k, q, s = symbols("d k q s", integer=True, nonnegative=True)
+letters = letters.here()
+chain, define = letters.chain, letters.define
+H = letters("H", n, d, "factor of `Sigma`")
+H_minus = letters("H_minus", n, k, "factor of `Omega`")
+G = letters("G", n, q, "factor of `Qs`")
+V = letters("V", p, q, "factor of `R`")
+L = letters("L", p, k, "what the outputs show of `H_minus`")
+U = letters("U", d, k, "matrix with orthogonal rows")
+kept = letters("kept", n, k, "what the gain leaves of `H_minus`")
+drawn = letters("drawn", n, q, "what the gain adds of the measurement noise")
+Z = letters("Z", p, k + q, "factor of `M`")
+H_0 = letters("H_0", n, k + q, "`H_minus` beside zeros")
+W_Z = letters("W_Z", p, p, "rounding of each row of `Z`, on a diagonal")
+U_Z = letters("U_Z", p, s, "left singular vectors of `Z`, in units of rounding")
+D_Z = letters("D_Z", s, s, "singular values that are more than rounding")
+T_Z = letters("T_Z", k + q, s, "right singular vectors")
+
+GAIN = (
+    """A factor of a covariance moves as the error does: noise stands beside it.""",
+    is_H := define(H * H.T, Sigma),
+    is_G := define(G * G.T, Qs),
+    is_Omega := define(Omega, As * Sigma * As.T + Qs, "44"),
+    chain(
+        "44",
+        "a factor of the covariance of the prediction",
+        BlockMatrix([[As * H, G]]) * BlockMatrix([[As * H, G]]).T,
+        Line(As * H * H.T * As.T + G * G.T, why="multiply out"),
+        Line(As * Sigma * As.T + Qs, by=(is_H, is_G)),
+        Line(Omega, by=(is_Omega,)),
+    ),
+    """The gain takes from it what the outputs show.""",
+    is_H_minus := define(H_minus * H_minus.T, Omega),
+    is_L := define(L, C * H_minus),
+    is_M,
+    is_N,
+    is_Kmv,
+    factored_M := chain(
+        "33",
+        "the covariance of the innovation in factors",
+        M,
+        Line(C * Omega * C.T + R, by=(is_M,)),
+        Line(C * H_minus * H_minus.T * C.T + R, by=(is_H_minus,)),
+        Line(L * L.T + R, by=(is_L,)),
+    ),
+    factored_N := chain(
+        "33",
+        "the other composite in factors",
+        N,
+        Line(Omega * C.T, by=(is_N,)),
+        Line(H_minus * H_minus.T * C.T, by=(is_H_minus,)),
+        Line(H_minus * L.T, by=(is_L,)),
+    ),
+)
 
 
 @cache
 def root_gain():
     """H_minus to the gain of least trace, where M is positive definite."""
-    (C,), (H_minus,), (L,) = (
-        matrices("C", p, n),
-        matrices("H_minus", n, k),
-        matrices("L", p, k),
-    )
-    R, M = squares("R M", p)
-    (Kmv,) = matrices("Kmv", n, p)
-    stages = (
-        Stage(L, C * H_minus),
-        Stage(M, L * L.T + R, "(33)", symmetric=True),
-        Stage(Kmv, Solve(H_minus * L.T, M), "(33)"),
-    )
-    found = Derivation((C, R, H_minus), stages, source=SOURCE)
-    return replace(found, steps=_is_the_gain(found) | _is_a_gain_of_singular_M())
-
-
-def _is_the_gain(derivation):
-    s, f = named(derivation), derivation.unfolded()
-    inner = derivation.unfolded(keep=("M",))
-    C, R, M, H_minus = (s[name] for name in ("C", "R", "M", "H_minus"))
-    A, Sigma, Omega, Q = squares("A Sigma Omega Q")
-    H, G = MatrixSymbol("H", n, d), MatrixSymbol("G", n, q)
-    factored = Algebra([R, M, Omega], [(H_minus * H_minus.T, Omega)])
-    ahead = Algebra([Q, Sigma], [(H * H.T, Sigma), (G * G.T, Q)])
-    return claims(
-        factored,
-        {
-            "(33) M = C Omega C' + R": (f["M"], C * Omega * C.T + R),
-            "(33) Kmv M = Omega C'": (inner["Kmv"] * M, Omega * C.T),
-        },
-    ) | claims(
-        ahead,
-        {
-            "(44) [A H, G] [A H, G]' = A Sigma A' + Q": (
-                (A * H) * (A * H).T + G * G.T,
-                A * Sigma * A.T + Q,
-            )
-        },
+    return Derivation(
+        (C, R, H_minus),
+        (
+            Stage(L, C * H_minus, by=(is_L,)),
+            Stage(M, L * L.T + R, "(33)", symmetric=True, by=(factored_M,)),
+            Stage(Kmv, Solve(H_minus * L.T, M), "(33)", by=(is_Kmv, factored_N)),
+        ),
+        source="our own",
+        letters=letters,
+        says="the gain of minimum variance from a factor",
     )
 
 
-def _is_a_gain_of_singular_M():
-    """Kmv = Hx T D^-1 U' W^-1 with Z = W U D T' satisfies Kmv M = Hx Z'."""
-    Z, Hx = MatrixSymbol("Z", p, k), MatrixSymbol("Hx", n, k)
-    U, T = MatrixSymbol("U", p, r), MatrixSymbol("T", k, r)
-    D, W = MatrixSymbol("D", r, r), MatrixSymbol("W", p, p)
-    algebra = Algebra(
-        [D, W],
-        [(Z, W * U * D * T.T), (T.T * T, Identity(r)), (U.T * U, Identity(r))],
-    )
-    return claims(
-        algebra,
-        {
-            "(33) M singular, Z = W U D T': Kmv M = Hx Z', M = Z Z'": (
-                Hx * T * D.I * U.T * W.I * Z * Z.T,
-                Hx * Z.T,
-            )
-        },
-    )
+UPDATE = (
+    """Where `M` is singular, its factor `Z` takes the place of the solve. The singular
+    values of `Z` that are rounding are left out; the rest give a gain that solves
+    `K_mv M = N`.""",
+    is_R := define(V * V.T, R),
+    is_Z := define(Z, BlockMatrix([[L, V]])),
+    is_H_0 := define(H_0, BlockMatrix([[H_minus, ZeroMatrix(n, q)]])),
+    root_of_M := chain(
+        "33",
+        "a factor of the covariance of the innovation",
+        M,
+        Line(L * L.T + R, by=(factored_M,)),
+        Line(L * L.T + V * V.T, by=(is_R,)),
+        Substitute(Z * Z.T, by=(is_Z,)),
+    ),
+    root_of_N := chain(
+        "33",
+        "the other composite by that factor",
+        N,
+        Line(H_minus * L.T, by=(factored_N,)),
+        Substitute(H_0 * Z.T, by=(is_H_0, is_Z)),
+    ),
+    parts := define(Z, W_Z * U_Z * D_Z * T_Z.T),
+    left := define(U_Z.T * U_Z, Identity(s)),
+    right := define(T_Z.T * T_Z, Identity(s)),
+    singular := define(Kmv, H_0 * T_Z * D_Z.I * U_Z.T * W_Z.I, "33"),
+    chain(
+        "33",
+        "the gain where the covariance is singular",
+        Kmv * M,
+        Line(H_0 * T_Z * D_Z.I * U_Z.T * W_Z.I * Z * Z.T, by=(singular, root_of_M)),
+        Line(H_0 * T_Z * T_Z.T * Z.T, by=(parts, left)),
+        Line(H_0 * Z.T, by=(parts, right)),
+        Line(N, by=(root_of_N,)),
+    ),
+    """The next covariance is a sum of two squares for any gain, and each has a factor.
+    Side by side they are a factor of the sum.""",
+    is_Y,
+    is_Sigma_next,
+    is_kept := define(kept, Y * H_minus),
+    is_drawn := define(drawn, K * V),
+    chain(
+        "27",
+        "a factor of the next covariance, for any gain",
+        kept * kept.T + drawn * drawn.T,
+        Line(Y * H_minus * H_minus.T * Y.T + K * V * V.T * K.T, by=(is_kept, is_drawn)),
+        Line(Y * Omega * Y.T + K * R * K.T, by=(is_H_minus, is_R)),
+        Line(Sigma_next, by=(is_Sigma_next,)),
+    ),
+    """So a factor gets wider at every step. A matrix with orthogonal rows between the
+    two factors brings it back to `n` columns.""",
+    orthogonal := define(U * U.T, Identity(d)),
+    chain(
+        "",
+        "orthogonal rows change no covariance",
+        (H * U) * (H * U).T,
+        Line(H * H.T, by=(orthogonal,)),
+    ),
+)
 
 
 @cache
 def root_update():
     """H_minus and Kmv to the factor [kept, drawn] of Sigma_next, for any gain."""
-    (C,), (H_minus,), (V,) = (
-        matrices("C", p, n),
-        matrices("H_minus", n, k),
-        matrices("V", p, q),
-    )
-    Gamma, Kmv, K = matrices("Gamma Kmv K", n, p)
-    (Y,), (kept,), (drawn,) = (
-        squares("Y"),
-        matrices("kept", n, k),
-        matrices("drawn", n, q),
-    )
-    stages = (
-        Stage(K, Kmv + Gamma - Gamma * (C * Kmv)),
-        Stage(Y, Identity(n) - K * C, "(13)"),
-        Stage(kept, Y * H_minus),
-        Stage(drawn, K * V),
-    )
-    found = Derivation((C, V, Gamma, Kmv, H_minus), stages, source=SOURCE)
-    return replace(found, steps=_is_the_covariance(found))
-
-
-def _is_the_covariance(derivation):
-    s, f = named(derivation), derivation.unfolded(keep=("K",))
-    C, V, H_minus, K = (s[name] for name in ("C", "V", "H_minus", "K"))
-    (R,), (Omega,) = squares("R", p), squares("Omega")
-    U, H = MatrixSymbol("U", k, d), MatrixSymbol("H", n, d)
-    algebra = Algebra([R, Omega], [(H_minus * H_minus.T, Omega), (V * V.T, R)])
-    turned = Algebra([], [(U.T * U, Identity(d))])
-    whole, Gamma, Kmv = derivation.unfolded(), s["Gamma"], s["Kmv"]
-    return claims(
-        algebra,
-        {
-            "(27) kept kept' + drawn drawn' = Y Omega Y' + K R K', any K": (
-                f["kept"] * f["kept"].T + f["drawn"] * f["drawn"].T,
-                joseph(K, C, Omega, R),
-            ),
-            "K = Kmv + Gamma - Gamma C Kmv": (
-                whole["K"],
-                Kmv + Gamma - Gamma * C * Kmv,
-            ),
-            "(13) Y = I - K C": (f["Y"], Identity(n) - K * C),
-        },
-    ) | claims(
-        turned,
-        {"orthogonal rows change no covariance: H U' U H' = H H'": (
-            (H * U.T) * (H * U.T).T, H * H.T,
-        )},
-    )  # fmt: skip
-
-
-@cache
-def root_error():
-    """A factor H of cov(eps) one step on, and of the error itself: (11), (26).
-
-    Nw and Nv are the rows of a factor of [[Q, S], [S', R]].
-    """
-    (F,), (D,) = matrices("F", r, r), matrices("D", r, p)
-    (T_next,), (P,), (V,) = (
-        matrices("T_next", r, n),
-        matrices("P", n, r),
-        matrices("V", n, p),
-    )
-    (Nw,), (Nv,), (H,) = matrices("Nw", n, q), matrices("Nv", p, q), matrices("H", r, k)
-    moved, shown = matrices("moved", r, k)[0], matrices("shown", n, k)[0]
-    drive, drawn = matrices("drive", r, q)[0], matrices("drawn", n, q)[0]
-    stages = (
-        Stage(moved, F * H, "(11)"),
-        Stage(drive, D * Nv - T_next * Nw, "(11)"),
-        Stage(shown, P * H, "(26)"),
-        Stage(drawn, V * Nv, "(26)"),
-    )
-    found = Derivation((F, D, T_next, P, V, Nw, Nv, H), stages, source=SOURCE)
-    return replace(found, steps=_is_the_error(found))
-
-
-def _is_the_error(derivation):
-    s, f = named(derivation), derivation.unfolded()
-    old = error_recursion()
-    Q, S, R, X = (named(old)[name] for name in "QSRX")
-    H, Nw, Nv = (s[name] for name in ("H", "Nw", "Nv"))
-    algebra = Algebra(
-        [Q, R, X],
-        [
-            (H * H.T, X),
-            (Nw * Nw.T, Q),
-            (Nv * Nv.T, R),
-            (Nw * Nv.T, S),
-            (Nv * Nw.T, S.T),
-        ],
-    )
-    wanted = old.unfolded()
-    return claims(
-        algebra,
-        {
-            "(11) moved moved' + drive drive' = X_next": (
-                f["moved"] * f["moved"].T + f["drive"] * f["drive"].T,
-                wanted["X_next"],
-            ),
-            "(26) shown shown' + drawn drawn' = Sigma": (
-                f["shown"] * f["shown"].T + f["drawn"] * f["drawn"].T,
-                wanted["Sigma"],
-            ),
-        },
+    return Derivation(
+        (C, V, Gamma, Kmv, H_minus),
+        (
+            gain_stage,
+            Stage(Y, I - K * C, "(13)", by=(is_Y,)),
+            Stage(kept, Y * H_minus, by=(is_kept,)),
+            Stage(drawn, K * V, by=(is_drawn,)),
+        ),
+        source="our own",
+        letters=letters,
+        says="a factor of the next covariance",
     )
 
 
 @cache
-def root_decorrelation():
-    """A factor G of Qs, from the rows Nw, Nv of one of [[Q, S], [S', R]]."""
-    (Nw,), (Nv,), (J,) = matrices("Nw", n, q), matrices("Nv", p, q), matrices("J", n, p)
-    (G,) = matrices("G", n, q)
-    found = Derivation((Nw, Nv, J), (Stage(G, Nw - J * Nv),), source=SOURCE)
-    return replace(found, steps=_is_the_noise(found) | _which_J())
-
-
-def _is_the_noise(derivation):
-    s, f, old = named(derivation), derivation.unfolded(), decorrelation()
-    Q, S, J = (named(old)[name] for name in "QSJ")
-    R, Nw, Nv = MatrixSymbol("R", p, p), s["Nw"], s["Nv"]
-    algebra = Algebra(
-        [Q, R],
-        [
-            (Nw * Nw.T, Q),
-            (Nv * Nv.T, R),
-            (Nw * Nv.T, S),
-            (Nv * Nw.T, S.T),
-            (S, J * R),
-        ],
-    )
-    return claims(algebra, {"G G' = Qs": (f["G"] * f["G"].T, old.unfolded()["Qs"])})
-
-
-def _which_J():
-    """R singular, b'R = 0: J + Z b' is as good a J, and tells the filter b'rho too."""
-    (C,), (R, M), (Omega,) = matrices("C", p, n), squares("R M", p), squares("Omega")
-    J, S, Gamma = matrices("J S Gamma", n, p)
-    b, Z = MatrixSymbol("b", p, q), MatrixSymbol("Z", n, q)
-    Kmv = Omega * C.T * M.I
-    K = Kmv + Gamma - Gamma * C * Kmv
-    free = Algebra([R], [(S, J * R), (b.T * R, ZeroMatrix(q, p))])
-    blind = Algebra([M, Omega], [(b.T * C * Omega * C.T, b.T * M)])  # b'(M - R)
-    return claims(
-        free, {"R singular: (J + Z b') R = S where b'R = 0": ((J + Z * b.T) * R, S)}
-    ) | claims(
-        blind,
-        {
-            "R singular: b'(I - C K) M = -b'C Gamma R, b'rho is zero if that is": (
-                b.T * (Identity(p) - C * K) * M,
-                -b.T * C * Gamma * (M - C * Omega * C.T),
-            )
-        },
-    )
+def derive():
+    """The page."""
+    page = (*GAIN, root_gain(), *UPDATE, root_update())
+    return Derivation(page=page, letters=letters, source=f"our own; {SOURCE}")

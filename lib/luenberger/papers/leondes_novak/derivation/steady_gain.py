@@ -21,7 +21,7 @@ from ....symbolic import (
     ZeroMatrix,
     plus,
 )
-from .best_coordinates import is_P
+from .best_coordinates import gain, is_P
 from .huddle import is_F
 from .letters import *
 from .quadratic import is_Kmv, is_M, is_N, is_Omega, is_Y
@@ -57,12 +57,12 @@ MOVED = (
     ),
     """The push leaves its part of that out. So the gain that runs moves by the same,
     less what the accurate outputs see.""",
-    runs := define(K, Kmv + Gamma - Gamma * C * Kmv, "33"),
+    runs := define(K, gain.right, "33"),
     is_dK := define(dK, (I - Gamma * C) * dKmv),
     chain(
         "",
         "how the gain moves",
-        Kmv + Gamma - Gamma * C * Kmv,
+        gain.right,
         Differential(dKmv - Gamma * C * dKmv, of={Kmv: dKmv}),
         Line(dK, by=(is_dK,)),
     ),
@@ -73,7 +73,7 @@ MOVED = (
         "32",
         "what is left over of the gradient",
         K * M - N,
-        Line((Kmv + Gamma - Gamma * C * Kmv) * M - N, by=(runs,)),
+        Line(gain.right * M - N, by=(runs,)),
         Line(Gamma * M - Gamma * C * N, by=(is_Kmv,)),
         Line(Gamma * M - Gamma * C * Omega * C.T, by=(is_N,)),
         Line(Gamma * R, by=(is_M,)),
