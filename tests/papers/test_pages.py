@@ -22,6 +22,7 @@ PAGES = (
     "leondes_novak.quadratic",
     "leondes_novak.canonical_gain",
     "leondes_novak.start",
+    "leondes_novak.any_observer",
     "leondes_novak.uniqueness",
     "leondes_novak.best_coordinates",
     "leondes_novak.steady_gain",

@@ -5,7 +5,7 @@ import sympy as sp
 from luenberger.symbolic import Solve
 
 SIZES = dict(n=4, p=2, m=2, r=3)
-SYMMETRIC = ("Q", "R", "Sigma", "M", "Omega", "dOmega", "Lambda", "X")
+SYMMETRIC = ("Q", "R", "Sigma", "M", "Omega", "dOmega", "dSigma_0", "Lambda", "X")
 
 
 def number(size):

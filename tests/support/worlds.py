@@ -143,6 +143,12 @@ def spaced(items, most):
     return items if most is None else items[:: max(1, -(-len(items) // most))]
 
 
+def _wrong(block):
+    """With the other sign, or anything in the place of zeros."""
+    zero = isinstance(block, sp.ZeroMatrix)
+    return sp.MatrixSymbol("wrong", *block.shape) if zero else -block
+
+
 def one_wrong_sign(stages):
     """(stage index, what, formula) with one term of one stage negated."""
     for i, stage in enumerate(stages):
@@ -152,7 +158,7 @@ def one_wrong_sign(stages):
             rows, cols = inner.blockshape
             for j, k in product(range(rows), range(cols)):
                 grid = inner.blocks.tolist()
-                grid[j][k] = -grid[j][k]
+                grid[j][k] = _wrong(grid[j][k])
                 yield i, f"{stage.target.name}-{j}{k}", sp.BlockMatrix(grid)
             continue
         terms = inner.args if isinstance(inner, MatAdd) else (inner,)

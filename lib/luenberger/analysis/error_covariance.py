@@ -20,7 +20,13 @@ from ..numeric import Matrices, Matrix, Vector
 from ..numeric.factors import factor, shorten
 from ..numeric.linalg import lyapunov, modes, symmetrise
 from ..observer import Observer
-from ..papers.leondes_novak.derivation import error_recursion, root_error
+from ..papers.leondes_novak.derivation import (
+    beside_the_state,
+    error_recursion,
+    prediction_root,
+    root_error,
+    start_root,
+)
 from ..plant import Plant
 from .mean_square import equivalent_noise, noise_at
 
@@ -179,13 +185,19 @@ class ErrorSystem:
         A, _, Q = plant.first_step()
         if plant.P0_is == "posterior":
             Q = self.noise(0)["Q"]
-        spread = np.concatenate([A @ factor(plant.P0), factor(Q)], axis=1)
+        ahead = kernels.compiled(prediction_root)
+        spread = ahead(A=A, H_x=factor(plant.P0), H_w=factor(Q))["H_ahead"]
         return o.T[0], A @ plant.x0, spread
 
     def start(self) -> Matrix:
         """A factor of E[eps eps'] at row 0: z is fixed, x has a mean and a spread."""
-        T, mean, spread = self.first_sample()
-        return np.column_stack([T @ spread, self.observer.z0 - T @ mean])
+        _, mean, spread = self.first_sample()
+        given = dict(H_x=spread, x_bar=mean[:, None])
+        return kernels.compiled(start_root)(**given, **self.followed())["H_eps"]
+
+    def followed(self) -> Matrices:
+        """What z is to follow at row 0, and z there."""
+        return dict(T=self.first_sample()[0], z=self.observer.z0[:, None])
 
     def over(self, steps: int) -> Matrix:
         """E[e e'] at rows 0 .. steps of `error_covariance`."""
@@ -229,35 +241,30 @@ def settled(F: Matrix, **given: Matrix) -> Matrix:
 class JointSystem(ErrorSystem):
     """State and error together, for an observer whose error depends on the state.
 
-    With s = [x; eps], s+ = [[A, 0], [-N1, F]] s + [[0, I], [D, -T+]] [v; w] and
-    e = [N3, P] s + V v; N1, N3 are the dynamics and output residuals.  This is the
-    same recursion with F, D, T+, P replaced by those blocks.
+    Both are the error of an observer of order n + r that satisfies its conditions; see
+    papers/leondes_novak/derivation/any_observer.py.
     """
 
     whose = "the observer does not fit this plant, and its error"
 
     def matrices(self, k: int) -> Matrices:
-        o, plant = self.observer, self.plant
-        i = plant.at(self.instant(k))
         given = super().matrices(k)
-        F, G, D, P, V, W = o.at(k)
-        T = o.T if o.steps is None else o.T[k]
-        N1, _, N3, _ = residuals(
-            i.A, i.B, i.C, i.E, o.L, F, G, D, P, V, W, T, given["T_next"]
-        )
-        n, r = plant.n, o.order
-        return given | dict(
-            F=np.block([[i.A, np.zeros((n, r))], [-N1, F]]),
-            D=np.vstack([np.zeros((n, plant.p)), D]),
-            T_next=np.vstack([-np.eye(n), given["T_next"]]),
-            P=np.hstack([N3, P]),
-        )
+        names = dict(F="F_both", D="D_both", T_next="T_ahead", P="P_both")
+        found = self.both(k, given, *names.values())
+        return given | {name: found[both] for name, both in names.items()}
 
-    def start(self) -> Matrix:
-        T, mean, spread = self.first_sample()
-        both = np.vstack([np.eye(len(mean)), -T])
-        mean = np.concatenate([mean, self.observer.z0 - T @ mean])
-        return np.column_stack([both @ spread, mean])
+    def followed(self) -> Matrices:
+        found = self.both(0, super().matrices(0), "T_both", "z_both")
+        return dict(T=found["T_both"], z=found["z_both"])
+
+    def both(self, k: int, given: Matrices, *wanted: str) -> Matrices:
+        """Matrices of the observer of state and error, from those of the error's."""
+        o, i = self.observer, self.plant.at(self.instant(k))
+        F, G, D, P, V, W = o.at(k)
+        T, T_next = o.T if o.steps is None else o.T[k], given["T_next"]
+        N_1, _, N_3, _ = residuals(i.A, i.B, i.C, i.E, o.L, F, G, D, P, V, W, T, T_next)
+        have = dict(A=i.A, F=F, D=D, P_any=P, T=T, T_next=T_next, N_1=N_1, N_3=N_3)
+        return kernels.run(beside_the_state, have | dict(z=o.z0[:, None]), *wanted)
 
 
 def _require_decay(F: Matrix, whose: str) -> None:

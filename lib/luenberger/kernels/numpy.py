@@ -69,15 +69,28 @@ class Printer:
         if isinstance(e, sp.Transpose):
             return f"{self.factor(e.arg)}.{'T' if self.flat else 'mT'}"
         if isinstance(e, sp.BlockMatrix):
-            rows = (", ".join(map(self, row)) for row in e.blocks.tolist())
-            return f"np.block([[{'], ['.join(rows)}]])"
+            return self.joined(e.blocks.tolist())
+        if isinstance(e, sp.ZeroMatrix):
+            return f"np.zeros(({', '.join(map(self.size, e.shape))}))"
         if isinstance(e, sp.Identity):
-            return f"eye({self.sizes[e.shape[0]]})"
+            return f"eye({self.size(e.shape[0])})"
         if isinstance(e, sp.MatrixSymbol):
             return e.name
         raise TypeError(
             f"no NumPy form for {type(e).__name__} in {e}; write an inverse as Solve"
         )
+
+    def size(self, e: Any) -> str:
+        return str(e) if e.is_Integer else self.sizes[e]
+
+    def joined(self, rows: list[list[Any]]) -> str:
+        """Blocks side by side or one above the other; `np.block` does both, slowly."""
+        codes = [", ".join(map(self, row)) for row in rows]
+        if len(rows) == 1:
+            return f"np.concatenate([{codes[0]}], axis=-1)"
+        if len(rows[0]) == 1:
+            return f"np.concatenate([{', '.join(codes)}], axis=-2)"
+        return f"np.block([[{'], ['.join(codes)}]])"
 
     def product(self, e: Any) -> str:
         scalars = sp.Mul(*(a for a in e.args if not isinstance(a, MatrixExpr)))

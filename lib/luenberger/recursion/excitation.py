@@ -12,10 +12,12 @@ from collections.abc import Callable
 import numpy as np
 import scipy.linalg
 
+from .. import kernels
 from ..errors import CertificateError, DesignError
 from ..numeric import Matrix
 from ..numeric.factors import factor
 from ..numeric.linalg import RANK_TOL, modes
+from ..papers.leondes_novak.derivation import root_update
 from .settings import Setting
 
 Pencil = Callable[[float], Matrix]  # of the angle
@@ -28,8 +30,7 @@ def require_excited(now: Setting, K: Matrix) -> None:
     It does where the noise pencil loses rank.  Then the optimal gain leaves the motion
     alone and the filter never forgets how it started.
     """
-    Phi = (np.eye(len(K)) - K @ now.C) @ now.As
-    poles = np.linalg.eigvals(Phi)
+    poles = np.linalg.eigvals(now.closed(K, "Phi")["Phi"])
     suspects = poles[(np.abs(poles) > 0.98) & (poles.imag >= 0)]  # conjugates once
     if not len(suspects):
         return
@@ -107,7 +108,8 @@ def read_off(now: Setting) -> Matrix | None:
     if len(values) < len(now.As) or not values[-1] > RANK_TOL * values[0]:
         return None
     K = np.linalg.pinv(unit * seen) @ (unit * now.blind.T)
-    return K + now.Gamma @ (np.eye(len(now.C)) - now.C @ K)
+    pushed = kernels.compiled(root_update, "K")
+    return pushed(C=now.C, Gamma=now.Gamma, Kmv=K)["K"]
 
 
 def overflow(growth: float) -> CertificateError:

@@ -24,6 +24,7 @@ from ..numeric.linalg import (
 )
 from ..numeric.validation import covariance
 from ..papers.leondes_novak.derivation import (
+    closed_loop,
     decorrelation,
     gain_step,
     observer_matrices,
@@ -92,6 +93,12 @@ class Setting(NamedTuple):
             if safe(new["Sigma_next"], new["Omega"].diagonal()):
                 return new, Spread(new["Sigma_next"]), None
         return root_step(self, move, spread)
+
+    def closed(self, K: Matrix, *wanted: str) -> Matrices:
+        """What a constant gain makes of errors and noises: Y, Phi, Q_c, F."""
+        have = dict(A=self.As, Q=self.Qs, C=self.C, R=self.R, K=K)
+        have |= dict(Phat=self.Phat, That=self.That)
+        return kernels.run(closed_loop, have, *wanted)
 
     def predictor(self, K: Matrix) -> Matrix:
         """The gain As K + J of the prediction of the next instant from this one's."""

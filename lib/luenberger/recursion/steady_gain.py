@@ -14,9 +14,10 @@ from scipy.sparse.linalg import LinearOperator, gmres
 from .. import kernels
 from ..errors import CertificateError, DesignError
 from ..numeric import Matrices, Matrix, Vector
+from ..numeric.covariance_maps import Sums
 from ..numeric.detectability import require_detectable
 from ..numeric.linalg import ROUNDING, UNIT_TOL, lyapunov, radius, symmetrise
-from ..papers.leondes_novak.derivation import closed_loop, step_differential
+from ..papers.leondes_novak.derivation import step_differential
 from .excitation import overflow, read_off, require_excited, require_noise_enough
 from .root_step import Spread
 from .settings import Setting
@@ -81,16 +82,9 @@ def step_from(now: Setting, Sigma: Matrix) -> Matrices:
     return now.step(now.move, Spread.of(Sigma, size))[0]
 
 
-def with_gain(now: Setting, K: Matrix, *wanted: str) -> Matrices:
-    """What a constant gain makes of errors and noises: Y, Phi, Q_c, F."""
-    have = dict(A=now.As, Q=now.Qs, C=now.C, R=now.R, K=K)
-    have |= dict(Phat=now.Phat, That=now.That)
-    return kernels.run(closed_loop, have, *wanted)
-
-
 def reduced_dynamics(now: Setting, K: Matrix) -> Matrix:
     """F of the reduced filter, in the coordinates of Phat: (14)."""
-    return with_gain(now, K, "F")["F"]
+    return now.closed(K, "F")["F"]
 
 
 def _start(now: Setting) -> Matrix:
@@ -147,12 +141,11 @@ def _newton_step(now: Setting, new: Matrices, gap: Matrix) -> Matrix:
     """Solve (1 - Df) d = gap for symmetric d, with the derived differential Df."""
     n = len(gap)
     differential = kernels.compiled(step_differential, "dSigma", stacks=True)
-    fixed = dict(
-        C=now.C, R=now.R, Gamma=now.Gamma, M=new["M"], Kmv=new["Kmv"], Y=new["Y"]
-    )
+    fixed = dict(A=now.As, C=now.C, R=now.R, Gamma=now.Gamma)
+    fixed |= {name: new[name] for name in ("M", "Kmv", "Y")}
 
     def moved(d: Matrix) -> Matrix:
-        return d - differential(dOmega=now.As @ d @ now.As.T, **fixed)["dSigma"]
+        return d - differential(dSigma_0=d, **fixed)["dSigma"]
 
     if n <= DENSE_LIMIT:
         rows, columns = np.triu_indices(n)
@@ -171,7 +164,7 @@ def _newton_step(now: Setting, new: Matrices, gap: Matrix) -> Matrix:
         rtol=1e-10,
         restart=100,
         maxiter=20,
-        M=_of_fixed_gain(new["Y"] @ now.As),
+        M=_of_fixed_gain(now.closed(new["K"], "Phi")["Phi"]),
     )
     return symmetrise(solution.reshape(n, n))
 
@@ -184,15 +177,10 @@ def _of_fixed_gain(Phi: Matrix) -> LinearOperator | None:
     """
     if not radius(Phi) < 1:
         return None
-    powers = [Phi]
-    while np.linalg.norm(powers[-1]) > ROUNDING:
-        powers.append(powers[-1] @ powers[-1])
+    sums = Sums(Phi)
 
     def solved(v: Vector) -> Vector:
-        X = v.reshape(Phi.shape)
-        for power in powers:
-            X = X + power @ X @ power.T
-        return X.ravel()
+        return sums(v.reshape(Phi.shape)).ravel()
 
     return LinearOperator((Phi.size, Phi.size), matvec=solved)
 
@@ -201,7 +189,7 @@ def steady_cost(
     now: Setting, K: Matrix, weight: Matrix
 ) -> tuple[float, tuple[Matrix, Matrix]]:
     """tr(weight Sigma) of a constant gain, and (Sigma, Phi); inf when unstable."""
-    given = with_gain(now, K, "Phi", "Q_c")
+    given = now.closed(K, "Phi", "Q_c")
     Phi = given["Phi"]
     if not radius(Phi) < 1:
         return np.inf, (np.full_like(Phi, np.inf), Phi)

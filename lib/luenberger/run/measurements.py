@@ -10,12 +10,14 @@ from typing import TextIO
 
 import numpy as np
 
+from .. import kernels
 from ..analysis.error_covariance import error_covariance
 from ..errors import few, short
 from ..formats.csv_reader import Table, number, separator
 from ..formats.json_files import opened
 from ..numeric import Matrix, Vector
 from ..observer import Observer
+from ..papers.leondes_novak.derivation import predict
 from ..plant import Plant
 from .estimate import estimate
 from .filter_data import filter_data
@@ -224,7 +226,8 @@ def first_sample(plant: Plant) -> Plant:
     """The plant with x0 and P0 carried to the first sample, before it is used."""
     A, _, Q = plant.first_step()
     known = plant.P0 is not None and plant.Q is not None
-    P0 = A @ plant.P0 @ A.T + Q if known else None
+    ahead = kernels.compiled(predict, "Omega_next")
+    P0 = ahead(As=A, Q=Q, Sigma=plant.P0)["Omega_next"] if known else None
     return dataclasses.replace(plant, x0=A @ plant.x0, P0=P0, P0_is="prior")
 
 

@@ -104,7 +104,7 @@ def test_symmetric_stages_are_symmetric(name):
             np.testing.assert_allclose(value, value.T, atol=1e-9)
 
 
-SYMMETRIC = {"Q", "R", "Sigma", "X", "M", "Omega", "dOmega", "Lambda"}
+SYMMETRIC = {"Q", "R", "Sigma", "X", "M", "Omega", "dOmega", "dSigma_0", "Lambda"}
 
 
 def test_a_false_step_is_not_proved():

@@ -19,6 +19,7 @@ from ...papers.leondes_novak.derivation import complete_sample, partial_sample, 
 from ...plant import Plant
 from ...recursion.settings import Settings, require_start
 from ...run.filter_data import filter_data
+from ...run.measurements import first_sample
 from . import source_and_header
 from .identifiers import quoted, representable
 from .observer import inputs
@@ -266,10 +267,10 @@ class _Filter:
         return function(head, to.lines, read)
 
     def init(self) -> str:
-        plant, name, to = self.plant, self.module.name, C(self.module.real)
-        A, _, Q = plant.first_step()
-        x, Omega = A @ plant.x0, symmetrise(A @ plant.P0 @ A.T + Q)
-        x, Omega = (representable("P0", X, self.module.real) for X in (x, Omega))
+        name, to, here = self.module.name, C(self.module.real), first_sample(self.plant)
+        x, Omega = (
+            representable("P0", X, self.module.real) for X in (here.x0, here.P0)
+        )
         to.table("Omega", Omega)
         for k, value in enumerate(x.tolist()):
             to.set(f"state->x_minus[{k}]", repr(value))

@@ -16,6 +16,8 @@
     The gain of least error trace in the coordinates of the paper, block by block.
 `start`
     How the observer starts, from what is known of the first state.
+`any_observer`
+    An observer that is none: with the state beside it, it satisfies every condition.
 `uniqueness`
     When the best gain is the only one.
 `best_coordinates`
@@ -63,13 +65,22 @@ gain_step = StageList(
 estimate_step = StageList(
     __name__, "estimate.estimate_step", "x_minus innovation x_next rho_next"
 )
-step_differential = StageList(__name__, "steady_gain.step_differential", "dK dSigma")
+step_differential = StageList(
+    __name__, "steady_gain.step_differential", "dOmega dK dSigma"
+)
 closed_loop = StageList(__name__, "steady_gain.closed_loop", "Y Phi Q_c F")
 steady_gradient = StageList(__name__, "steady_gain.steady_gradient", "Gradient")
 observer_matrices = StageList(__name__, "best_coordinates.observer", "T F D G W")
 decorrelation = StageList(__name__, "correlated_noise.decorrelation", "As Qs")
 error_recursion = StageList(
     __name__, "correlated_noise.error_recursion", "X_next Sigma"
+)
+prediction_root = StageList(__name__, "start.prediction_root", "H_ahead")
+start_root = StageList(__name__, "start.start_root", "H_eps")
+beside_the_state = StageList(
+    __name__,
+    "any_observer.beside_the_state",
+    "F_both D_both P_both T_both T_ahead z_both",
 )
 root_gain = StageList(__name__, "square_root.root_gain", "L M Kmv")
 root_update = StageList(__name__, "square_root.root_update", "K Y kept drawn")

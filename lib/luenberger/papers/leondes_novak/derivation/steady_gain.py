@@ -27,6 +27,7 @@ from .letters import *
 from .quadratic import is_Kmv, is_M, is_N, is_Omega, is_Y
 
 dOmega = letters("dOmega", n, n, "change of `Omega`", symmetric=True)
+dSigma_0 = letters("dSigma_0", n, n, "change of the covariance before", symmetric=True)
 dM = letters("dM", p, p, "change of `M`", symmetric=True)
 dKmv = letters("dKmv", n, p, "change of the Kalman filter's gain")
 dK = letters("dK", n, p, "change of the gain")
@@ -37,8 +38,17 @@ Q_c = letters("Q_c", n, n, "covariance of all noise in one step", symmetric=True
 Gradient_K = letters("Gradient", n, p, "gradient of the steady trace in the gain")
 
 MOVED = (
-    """A step starts from `Omega`. If that moves, the covariance of the innovation moves
-    with it, and the gain of the Kalman filter as follows.""",
+    "A step starts from a covariance. If that moves, `Omega` moves with the plant.",
+    is_dOmega := define(dOmega, A * dSigma_0 * A.T),
+    chain(
+        "44",
+        "how the covariance of the prediction moves",
+        A * Sigma * A.T + Q,
+        Differential(A * dSigma_0 * A.T, of={Sigma: dSigma_0}),
+        Line(dOmega, by=(is_dOmega,)),
+    ),
+    """The covariance of the innovation moves with it, and the gain of the Kalman filter
+    as follows.""",
     is_N,
     is_M,
     is_Kmv,
@@ -199,12 +209,13 @@ def closed_loop():
 
 @cache
 def step_differential():
-    """How the gain and Sigma_next of `gain_step` move when Omega moves."""
+    """How the gain and Sigma_next of `gain_step` move with Sigma, by dSigma_0."""
     moved = (I - Gamma * C) * (I - Kmv * C) * dOmega * C.T
     change = Y * dOmega * Y.T + dK * R * Gamma.T + Gamma * R * dK.T
     return Derivation(
-        (C, R, Gamma, M, Kmv, Y, dOmega),
+        (A, C, R, Gamma, M, Kmv, Y, dSigma_0),
         (
+            Stage(dOmega, A * dSigma_0 * A.T, by=(is_dOmega,)),
             Stage(dK, Solve(moved, M), by=(is_dK, is_dKmv)),
             Stage(dSigma, change, symmetric=True, by=(is_dSigma,)),
         ),

@@ -1,0 +1,107 @@
+"""An observer that is none: with the state beside it, it satisfies every condition.
+
+Where Luenberger's conditions fail, the state drives the error.  Then the state is
+followed as well, with its sign turned: what follows `-x` from zero errs by the whole
+`x`.  Both together are an observer that satisfies the conditions, so its error has the
+covariance of (11) and (26).
+
+Source: our own; the conditions are those of Leondes and Novak (1974), (9), (13).
+"""
+
+from functools import cache
+
+from sympy import symbols
+
+from ....symbolic import (
+    BlockMatrix,
+    Derivation,
+    Line,
+    Stage,
+    Substitute,
+    ZeroMatrix,
+)
+from .letters import *
+from .start import here
+
+q = symbols("q", integer=True, nonnegative=True)
+both = n + r
+L_any = letters("L_any", q, n, "what is estimated of the state")
+P_any = letters("P_any", q, r, "weight of the observer in the estimate of that")
+V_any = letters("V_any", q, p, "weight of the measurement in it")
+N_1 = letters("N_1", r, n, "what the condition on the dynamics leaves")
+N_3 = letters("N_3", q, n, "what the condition on the estimate leaves")
+z_both = letters("z_both", both, 1, "observer of state and error")
+eps_both = letters("eps_both", both, 1, "its error: state and error")
+F_both = letters("F_both", both, both, "moves it")
+D_both = letters("D_both", both, p, "what the measurement does to it")
+T_both = letters("T_both", both, n, "what it follows")
+T_ahead = letters("T_ahead", both, n, "what it follows one step on")
+P_both = letters("P_both", q, both, "its weight in the estimate")
+gone = ZeroMatrix
+
+PAGE = (
+    "An observer of `L_any x` need not satisfy the conditions. Two residuals are left.",
+    is_N_1 := define(N_1, T_next * A - F * T - D * C, "9"),
+    is_N_3 := define(N_3, P_any * T + V_any * C - L_any, "13"),
+    """Beside it stands the state itself, with its sign turned. The following matrices
+    belong to both.""",
+    is_z := define(z_both, BlockMatrix([[gone(n, 1)], [z]])),
+    is_T := define(T_both, BlockMatrix([[-I], [T]])),
+    is_T_ahead := define(T_ahead, BlockMatrix([[-I], [T_next]])),
+    is_F := define(F_both, BlockMatrix([[A, gone(n, r)], [-N_1, F]])),
+    is_D := define(D_both, BlockMatrix([[gone(n, p)], [D]])),
+    is_P := define(P_both, BlockMatrix([[N_3, P_any]])),
+    here,
+    is_eps := define(eps_both, z_both - T_both * x, "8"),
+    chain(
+        "8",
+        "the error of both is the state and the error",
+        eps_both,
+        Line(z_both - T_both * x, by=(is_eps,)),
+        Substitute(BlockMatrix([[x], [z - T * x]]), by=(is_z, is_T)),
+        Substitute(BlockMatrix([[x], [eps]]), by=(here,)),
+    ),
+    "They satisfy the condition on the dynamics, whatever the observer is.",
+    chain(
+        "9",
+        "both together satisfy the condition on the dynamics",
+        F_both * T_both + D_both * C,
+        Substitute(BlockMatrix([[-A], [N_1 + F * T + D * C]]), by=(is_F, is_T, is_D)),
+        Substitute(BlockMatrix([[-A], [T_next * A]]), by=(is_N_1,)),
+        Substitute(T_ahead * A, by=(is_T_ahead,)),
+    ),
+    "And the estimate of both is unbiased.",
+    chain(
+        "13",
+        "both together estimate without bias",
+        P_both * T_both + V_any * C,
+        Substitute(P_any * T + V_any * C - N_3, by=(is_P, is_T)),
+        Line(L_any, by=(is_N_3,)),
+    ),
+)
+
+
+@cache
+def beside_the_state():
+    """What state and error are for (11) and (26), where the state drives the error."""
+    return Derivation(
+        (A, F, D, P_any, T, T_next, z, N_1, N_3),
+        (
+            Stage(F_both, is_F.right, by=(is_F,)),
+            Stage(D_both, is_D.right, by=(is_D,)),
+            Stage(P_both, is_P.right, by=(is_P,)),
+            Stage(T_both, is_T.right, by=(is_T,)),
+            Stage(T_ahead, is_T_ahead.right, by=(is_T_ahead,)),
+            Stage(z_both, is_z.right, by=(is_z,)),
+        ),
+        source="our own",
+        letters=letters,
+        says="state and error as the error of one observer",
+    )
+
+
+@cache
+def derive():
+    """The page."""
+    page = (*PAGE, beside_the_state())
+    return Derivation(page=page, letters=letters, source=f"our own; {SOURCE}, (9)")
