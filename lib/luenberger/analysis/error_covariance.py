@@ -23,7 +23,6 @@ from ..observer import Observer
 from ..papers.leondes_novak.derivation import (
     beside_the_state,
     error_recursion,
-    prediction_root,
     root_error,
     start_root,
 )
@@ -185,8 +184,7 @@ class ErrorSystem:
         A, _, Q = plant.first_step()
         if plant.P0_is == "posterior":
             Q = self.noise(0)["Q"]
-        ahead = kernels.compiled(prediction_root)
-        spread = ahead(A=A, H_x=factor(plant.P0), H_w=factor(Q))["H_ahead"]
+        spread = np.concatenate([A @ factor(plant.P0), factor(Q)], axis=1)
         return o.T[0], A @ plant.x0, spread
 
     def start(self) -> Matrix:

@@ -13,11 +13,7 @@ from scipy.linalg.lapack import dgesdd
 from .. import kernels
 from ..numeric import Matrices, Matrix, Vector
 from ..numeric.factors import CLEAR, EPS, factor, lengths, rounded, safe, shorten
-from ..papers.leondes_novak.derivation import (
-    prediction_root,
-    root_gain,
-    root_update,
-)
+from ..papers.leondes_novak.derivation import root_gain, root_update
 from ..plant import Plant
 
 if TYPE_CHECKING:
@@ -103,7 +99,7 @@ def root_step(
 def ahead(move: Move, half: Matrix, rounding: Matrix) -> tuple[Matrix, Matrix]:
     """H_minus = [A H, G], and the covariance of its rounding: (44)."""
     A = move.A
-    H_minus = kernels.compiled(prediction_root)(A=A, H_x=half, H_w=move.G)["H_ahead"]
+    H_minus = np.concatenate([A @ half, move.G], axis=1)
     size = move.size @ lengths(half) + lengths(move.G)
     return H_minus, rounded(A @ rounding @ A.T, size)
 

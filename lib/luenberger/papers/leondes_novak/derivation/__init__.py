@@ -75,7 +75,6 @@ decorrelation = StageList(__name__, "correlated_noise.decorrelation", "As Qs")
 error_recursion = StageList(
     __name__, "correlated_noise.error_recursion", "X_next Sigma"
 )
-prediction_root = StageList(__name__, "start.prediction_root", "H_ahead")
 start_root = StageList(__name__, "start.start_root", "H_eps")
 beside_the_state = StageList(
     __name__,

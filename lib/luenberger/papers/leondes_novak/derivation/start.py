@@ -3,7 +3,7 @@
 It starts at what it would follow if the state were its mean, and errs by the rest.  An
 observer that starts elsewhere errs by the difference as well.
 
-Source: Leondes and Novak (1974), section III, (34)-(36); the factors are our own.
+Source: Leondes and Novak (1974), section III, (34)-(36); the root is our own.
 """
 
 from functools import cache
@@ -23,12 +23,9 @@ from .letters import *
 from .quadratic import is_Omega
 from .stochastic_system import deviation, is_d, is_Q, is_Sigma_x, white
 
-k, d_w = symbols("k d_w", integer=True, nonnegative=True)
+k = symbols("k", integer=True, nonnegative=True)
 H_x = letters("H_x", n, k, "a root of the covariance of the state")
-H_w = letters("H_w", n, d_w, "a root of the covariance of the process noise")
-H_ahead = letters("H_ahead", n, k + d_w, "a root of `Omega`")
 H_eps = letters("H_eps", r, k + 1, "a root of the second moment of the error")
-X_0 = letters("X_0", r, r, "second moment of the error at the start", symmetric=True)
 
 PAGE = (
     """The observer starts at what is known of the first state. It then errs by what is
@@ -58,21 +55,9 @@ PAGE = (
         ),
         Line(T_next * Omega * T_next.T, by=(is_Omega,)),
     ),
-    """Singular covariances are kept as products of a root and its transpose. The root
-    of `Omega` has the columns of two others side by side.""",
-    is_H_x := define(Sigma, H_x * H_x.T),
-    is_H_w := define(Q, H_w * H_w.T),
-    is_H_ahead := define(H_ahead, BlockMatrix([[A * H_x, H_w]])),
-    root_ahead := chain(
-        "36",
-        "a root of the covariance of the prediction",
-        H_ahead * H_ahead.T,
-        Substitute(A * H_x * H_x.T * A.T + H_w * H_w.T, by=(is_H_ahead,)),
-        Line(A * Sigma * A.T + Q, by=(is_H_x, is_H_w)),
-        Line(Omega, by=(is_Omega,)),
-    ),
     """An observer that starts at some other `z` errs by what the mean of the state
-    does not explain, too. That has no spread, and a single column in the root.""",
+    does not explain, too. That has no spread. In a root of the second moment, beside
+    one of the covariance of the state, it is a single column.""",
     is_d,
     here := define(eps, z - T * x, "8"),
     elsewhere := chain(
@@ -84,8 +69,9 @@ PAGE = (
         Line((z - T * x_bar) - T * d, by=(is_d,)),
     ),
     centred := moment(d, ZeroMatrix(n, 1), "6"),
-    is_X_0 := define(X_0, T * Sigma * T.T + (z - T * x_bar) * (z - T * x_bar).T),
-    second := chain(
+    is_H_x := define(Sigma, H_x * H_x.T),
+    is_H_eps := define(H_eps, BlockMatrix([[T * H_x, z - T * x_bar]])),
+    chain(
         "35",
         "the second moment of any start",
         eps * eps.T,
@@ -94,33 +80,10 @@ PAGE = (
             T * Sigma * T.T + (z - T * x_bar) * (z - T * x_bar).T,
             moments=(is_Sigma_x, centred),
         ),
-        Line(X_0, by=(is_X_0,)),
-    ),
-    is_H_eps := define(H_eps, BlockMatrix([[T * H_x, z - T * x_bar]])),
-    chain(
-        "35",
-        "a root of the second moment of any start",
-        H_eps * H_eps.T,
-        Substitute(
-            T * H_x * H_x.T * T.T + (z - T * x_bar) * (z - T * x_bar).T,
-            by=(is_H_eps,),
-        ),
-        Line(T * Sigma * T.T + (z - T * x_bar) * (z - T * x_bar).T, by=(is_H_x,)),
-        Line(X_0, by=(is_X_0,)),
+        Line(T * H_x * H_x.T * T.T + (z - T * x_bar) * (z - T * x_bar).T, by=(is_H_x,)),
+        Substitute(H_eps * H_eps.T, by=(is_H_eps,)),
     ),
 )
-
-
-@cache
-def prediction_root():
-    """Roots of the covariances of x and w to that of A x + w."""
-    return Derivation(
-        (A, H_x, H_w),
-        (Stage(H_ahead, is_H_ahead.right, "(36)", by=(is_H_ahead,)),),
-        source="our own",
-        letters=letters,
-        says="a root of the covariance of a prediction",
-    )
 
 
 @cache
@@ -138,5 +101,5 @@ def start_root():
 @cache
 def derive():
     """The page."""
-    page = (*PAGE, prediction_root(), start_root())
+    page = (*PAGE, start_root())
     return Derivation(page=page, letters=letters, source=f"{SOURCE}, section III")
