@@ -269,7 +269,8 @@ class _Filter:
     def init(self) -> str:
         name, to, here = self.module.name, C(self.module.real), first_sample(self.plant)
         x, Omega = (
-            representable("P0", X, self.module.real) for X in (here.x0, here.P0)
+            representable("P0", X, self.module.real)
+            for X in (here.x0, require_start(here))
         )
         to.table("Omega", Omega)
         for k, value in enumerate(x.tolist()):
