@@ -268,10 +268,8 @@ class _Filter:
 
     def init(self) -> str:
         name, to, here = self.module.name, C(self.module.real), first_sample(self.plant)
-        x, Omega = (
-            representable("P0", X, self.module.real)
-            for X in (here.x0, require_start(here))
-        )
+        given = here.x0, require_start(here)
+        x, Omega = (representable("P0", X, self.module.real) for X in given)
         to.table("Omega", Omega)
         for k, value in enumerate(x.tolist()):
             to.set(f"state->x_minus[{k}]", repr(value))
