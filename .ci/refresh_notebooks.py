@@ -48,16 +48,17 @@ def refresh(path):
 
 
 def describe_figures(notebook):
-    """Give each figure the words that its cell has for it.
+    """Give each cell the words of its figure, where the pages look for them.
 
-    The cell's are where an author writes them and where the pages look; the output's
-    are where nbconvert looks, and running the cell has just lost them.
+    `luenberger.show` has read them off the figure when the cell ran; nbconvert finds
+    them in the output.
     """
     for cell in notebook.cells:
-        image = cell.metadata.get("mystnb", {}).get("image", {})
+        cell.metadata.pop("mystnb", None)
         for output in cell.get("outputs", ()):
-            if "alt" in image and "image/png" in output.get("data", {}):
-                output.metadata["image/png"] = {"alt": image["alt"]}
+            look = output.get("metadata", {}).get("image/png", {})
+            if "alt" in look:
+                cell.metadata["mystnb"] = {"image": {"alt": look["alt"]}}
 
 
 def main(arguments):

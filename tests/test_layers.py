@@ -34,6 +34,7 @@ INSIDE_A_FUNCTION = {
     "run": {"tqdm"},
     "kernels": {"numba", "llvmlite"},
     "ledger": {"latex2mathml"},
+    "show": {"matplotlib"},
     "report": {"nbclient", "nbconvert", "nbformat", "latex2mathml"},
 }
 

@@ -1,15 +1,9 @@
 """What the design report says: tables, sentences and pictures of a comparison."""
 
-import base64
-import io
-
-import matplotlib.pyplot as plt
 import numpy as np
 
 from ..compare import percent, sigma
-from ..show import Prose, Table, number
-
-WIDE = 90  # points of the page for an inch of a picture
+from ..show import Picture, Prose, Table, number
 
 
 def title(plant):
@@ -117,48 +111,14 @@ def _count(size, noun):
     return f"{size or 'no'} {noun}{'' if size == 1 else 's'}"
 
 
-class Picture:
-    """A figure as PNG, with words for those who do not see it.
-
-    The figure is closed, so that a notebook shows it once.
-
-    Parameters
-    ----------
-    axes : list of Axes
-        Of one figure; without any there is no picture.
-    alt : str
-        What is seen.
-    """
-
-    def __init__(self, axes, alt):
-        self.alt, self.png = alt, None
-        if axes:
-            figure, file = axes[0].figure, io.BytesIO()
-            figure.savefig(
-                file, format="png", dpi=2 * WIDE, metadata={"Software": None}
-            )
-            self.png = base64.b64encode(file.getvalue()).decode()
-            self.width = round(WIDE * figure.get_figwidth())
-            plt.close(figure)
-
-    def __repr__(self):
-        return self.alt
-
-    def _repr_mimebundle_(self, include=None, exclude=None):
-        if self.png is None:
-            return {"text/plain": self.alt}
-        look = {"alt": self.alt, "width": self.width}
-        return {"image/png": self.png, "text/plain": self.alt}, {"image/png": look}
-
-
 def pareto(table, axes):
     """The picture of `plot.pareto`."""
     if not axes:
-        return Picture([], "No figure: no error is known to weigh work against.")
+        return Prose("No figure: no error is known to weigh work against.")
     front, chosen = table.pareto(), table.recommended()
     first, last = front[0], front[-1]
     return Picture(
-        axes,
+        axes[0].figure,
         f"Error trace against multiply-adds per step, {len(table.ranked)} designs. "
         f"The front runs from {number(first.error, 4)} at {first.work} multiply-adds "
         f"({first.method}) to {number(last.error, 4)} at {last.work} ({last.method}). "
@@ -170,12 +130,12 @@ def pareto(table, axes):
 def variances(curves, plant, axes):
     """The picture of `plot.error_variance`, a panel for each state."""
     if not curves:
-        return Picture([], "No figure: there are no curves.")
+        return Prose("No figure: there are no curves.")
     last = np.array([np.diagonal(one[-1]) for one in curves.values()])
     ratio = np.divide(last[-1], last[0], where=last[0] > 0, out=np.ones(plant.n))
     k = int(np.argmax(np.round(ratio, 6)))
     return Picture(
-        axes,
+        axes[0].figure,
         f"Error variance against time, a panel for each of {plant.n} states, from P0 "
         f"to the steady state: {', '.join(curves)}. The curves end farthest apart for "
         f"{plant.state_names[k]}, the last {number(ratio[k], 3)} times the first.",
@@ -195,7 +155,7 @@ def gains_and_poles(table, axes):
     )
     what = "largest magnitude" if plant.dt else "largest real part"
     return Picture(
-        axes,
+        axes[0].figure,
         f"Left, bars of the gains V: {largest}. Right, poles of the plant and of the "
         f"observer in the complex plane: the observer's {what} is "
         f"{number(chosen.worst_pole, 3)}.",
@@ -205,13 +165,13 @@ def gains_and_poles(table, axes):
 def estimates(found, plant, axes):
     """The picture of `plot.estimates`, a panel for each state."""
     if not found:
-        return Picture([], "No figure: no measurements were given.")
+        return Prose("No figure: no measurements were given.")
     spans = (
         f"{name} from {number(x.min(), 3)} to {number(x.max(), 3)}"
         for name, x in zip(plant.state_names, found.x.T)
     )
     return Picture(
-        axes,
+        axes[0].figure,
         f"Estimates of {plant.n} states at {len(found.x)} samples, each with its "
         f"one-sigma band where it is known: {'; '.join(spans)}.",
     )

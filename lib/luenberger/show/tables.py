@@ -1,63 +1,11 @@
-"""Numbers, tables and sentences that print the same on every machine.
-
-Strict notebook tests compare text.  Everything a notebook prints therefore goes
-through here: six significant digits at most, rounding noise and -0 shown as 0.
-"""
+"""Tables and paragraphs: a notebook shows them as HTML, a terminal as text."""
 
 from __future__ import annotations
 
 import html
 from collections.abc import Iterable
 
-import numpy as np
-from numpy.typing import ArrayLike
-
 Cells = Iterable[object]  # of a row: shown as str() gives them
-NOISE = 1e-12  # an entry this small beside the largest of its array is rounding
-
-
-def number(value: complex, digits: int = 6, scale: float = 0.0) -> str:
-    """One number as text; 0 where it is noise beside `scale`.
-
-    >>> number(2 / 3), number(-0.0), number(3e-17, scale=1), number(1 - 2j, 3)
-    ('0.666667', '0', '0', '1-2j')
-    """
-    if isinstance(value, int | np.integer):
-        return str(value)
-    value = complex(value)
-    noise = NOISE * max(scale, abs(value)) if np.isfinite(value) else 0.0
-    real, imag = (
-        0.0 if abs(part) <= noise else part for part in (value.real, value.imag)
-    )
-    text = f"{real:.{digits}g}"
-    return text if imag == 0 else f"{text}{imag:+.{digits}g}j"
-
-
-def show(value: ArrayLike, label: str | None = None, digits: int = 6) -> None:
-    """Print an array row by row, its columns aligned.
-
-    >>> show([[1, 1e-20], [-0.0, 1 / 3]], "K")
-    K =
-    [1         0]
-    [0  0.333333]
-    """
-    print("" if label is None else f"{label} =\n", array(value, digits), sep="")
-
-
-def array(value: ArrayLike, digits: int = 6) -> str:
-    """The text that `show` prints."""
-    value = np.atleast_1d(np.asarray(value))
-    finite = np.abs(value[np.isfinite(value)])
-    scale = finite.max(initial=0.0)
-    rows = value.reshape(-1, value.shape[-1]) if value.size else value.reshape(0, 0)
-    cells = [[number(entry, digits, scale) for entry in row] for row in rows]
-    if not cells:
-        return f"empty, {' x '.join(map(str, value.shape))}"
-    wide = [max(map(len, column)) for column in zip(*cells)]
-    return "\n".join(
-        "[" + "  ".join(cell.rjust(w) for cell, w in zip(row, wide)) + "]"
-        for row in cells
-    )
 
 
 class Table:
