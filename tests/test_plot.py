@@ -15,6 +15,7 @@ import matplotlib.pyplot as plt  # noqa: E402
 
 import luenberger as lb  # noqa: E402
 from luenberger import plot, report  # noqa: E402
+from luenberger.show import describe  # noqa: E402
 
 NAMES = [r"$\frac", "speed_1"]  # not mathematics, though it looks like some
 PLANT = lb.Plant(
@@ -225,3 +226,14 @@ def test_level_error_variances_stay_clear_of_the_frame(level):
     bottom, top = ax.get_ylim()
     assert bottom == 0 and top >= max(1.04 * level, 0.1)
     plt.close("all")
+
+
+def test_a_signal_of_a_diagram_ends_at_the_edge_of_its_block(ax):
+    blocks = {"plant": (0, 0), "y": (1, 0, ""), "sum": (1, -1, "+")}
+    arrows = [((-1, 0), "plant", "u"), ("plant", "y"), ("y", "sum")]
+    plot.block_diagram(blocks, arrows, ax, apart=["plant"])
+    words = describe(ax.figure).splitlines()
+    assert 'rectangle "plant": grey 90 %; x -0.425 to 0.425, y -0.25 to 0.25' in words
+    assert 'arrow "plant, u": black; (-1, 0) to (-0.425, 0)' in words
+    assert 'arrow "plant to y": black; (0.425, 0) to (1, 0)' in words
+    assert 'arrow "y to sum": black; (1, 0) to (1, -0.85)' in words

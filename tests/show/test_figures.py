@@ -136,7 +136,7 @@ def test_words_say_what_is_drawn():
         "x: no label, -0.54 to 2.54 with ticks a, b, c; y: no label, 0 to 3.15",
         'bars "gain": purple; 3, 2, 1',
         'ellipse "ellipse": #1f77b4; x 0.75 to 1.25, y 0.5 to 1.5',
-        "arrow without label: #1f77b4; from (0, 0) to (1, 1)",
+        "arrow without label: #1f77b4; (0, 0) to (1, 1)",
     ):
         assert line in lines
 

@@ -14,6 +14,7 @@ from .curves import sampled_response as sampled_response
 from .designs import cost_against_order as cost_against_order
 from .designs import pareto as pareto
 from .designs import poles as poles
+from .diagrams import block_diagram as block_diagram
 from .style import COLOURS as COLOURS
 from .style import MARKERS as MARKERS
 from .style import panels as panels

@@ -145,15 +145,13 @@ class _Figures:
         y = np.ma.masked_invalid(y)
         if not y.count():
             return "empty"
-        words = f"{len(y)} point{'s' if len(y) > 1 else ''}"
-        words += f" ({len(y) - y.count()} missing)" if y.count() < len(y) else ""
         ends = self.places(axis, [x[0], x[-1], x.min(), x.max()])
         rising = bool(np.all(np.diff(x) >= 0))
         inner = "" if rising else f", between {ends[2]} and {ends[3]}"
         first, last = y.compressed()[[0, -1]]
         v = self.numbers([first, last, y.min(), y.max(), y.mean()])
         return (
-            f"{words}, x {ends[0]} to {ends[1]}{inner}, y {v[0]} to {v[1]}, "
+            f"{_count(y)}, x {ends[0]} to {ends[1]}{inner}, y {v[0]} to {v[1]}, "
             f"least {v[2]}, greatest {v[3]}, mean {v[4]}"
         )
 
@@ -184,7 +182,7 @@ class _Figures:
         v = self.numbers([y.min(), y.max(), y.mean()])
         low, high, middle = self.places(axis, [x.min(), x.max(), x.mean()])
         return (
-            f"{len(y)} points, x {low} to {high}, mean {middle}, "
+            f"{_count(y)}, x {low} to {high}, mean {middle}, "
             f"y {v[0]} to {v[1]}, mean {v[2]}"
         )
 
@@ -200,10 +198,11 @@ class _Figures:
         kind = type(shape).__name__.lower().removeprefix("fancy").removesuffix("patch")
         kind = {"bbox": "box"}.get(kind, kind)
         name = f"{kind} {_label(shape)}: {_colour(colour)}; "
-        ends = getattr(shape, "_posA_posB", None)
-        if ends and all(end is not None for end in ends):  # an arrow
-            x, y, u, v = self.numbers(ends)
-            return f"{name}from ({x}, {y}) to ({u}, {v})"
+        path = getattr(shape, "_path_original", None)
+        ends = getattr(shape, "_posA_posB", None) if path is None else path.vertices
+        if ends is not None:  # an arrow
+            corners = map(self.numbers, ends)
+            return name + " to ".join(f"({x}, {y})" for x, y in corners)
         corners = shape.get_path().get_extents(shape.get_patch_transform())
         x, y, u, v = self.numbers(corners.get_points())
         place = _across(shape.get_data_transform(), shape.axes)
@@ -229,6 +228,11 @@ def _across(transform: Any, ax: Any) -> str:
     if transform == ax.get_yaxis_transform(which="grid"):
         return "y"
     return "x" if transform == ax.get_xaxis_transform(which="grid") else ""
+
+
+def _count(y: Any) -> str:
+    missing = f" ({len(y) - y.count()} missing)" if y.count() < len(y) else ""
+    return f"{len(y)} point{'s' if len(y) > 1 else ''}{missing}"
 
 
 def _numbers(values: Any) -> Any:
