@@ -112,12 +112,6 @@ def expr(side):
     return side.as_expr() if hasattr(side, "algebra") else side
 
 
-def close(given, left, right):
-    """Whether two sides have the same value, up to rounding."""
-    a, b = given.value(expr(left)), given.value(expr(right))
-    return np.allclose(a, b, atol=1e-8 * (1 + np.abs(a).max(initial=0)))
-
-
 def damages(left, most=None):
     """The left side with one term negated, one symbol doubled or transposed.
 

@@ -14,7 +14,6 @@ from luenberger import ledger
 from luenberger.ledger import evidence
 
 LONGEST = 420  # characters of LaTeX; a longer claim is named, not shown
-GATHERING = ("haddad_bernstein.paper",)  # claims of other modules
 AUTHORS = {key: ledger.title(key).partition(" ")[0] for key in ledger.PAPERS}
 AUTHORS["van_dooren"] = "Van Dooren"
 
@@ -49,8 +48,7 @@ def loaded(name):
 def pointers(name):
     """ "paper.module", and each "paper.module.function" of the ledger's pointers."""
     module = loaded(name)
-    own = hasattr(module, "derive") and name not in GATHERING
-    found = [name] if own else []
+    found = [name] if hasattr(module, "derive") else []
     named = {p.partition(": ")[0] for e in ledger.entries() for p in e.evidence}
     return found + sorted(n for n in named if n.startswith(f"{name}."))
 
@@ -137,8 +135,6 @@ class Derivations(SphinxDirective):
 
 def tried(name, module):
     """{place and what is printed: why it is wrong, where that is put in words}."""
-    if name in GATHERING:
-        return {}
     if hasattr(module, "entries"):
         return dict.fromkeys(module.entries(), "")
     rows = module.misprints() if hasattr(module, "misprints") else []

@@ -17,11 +17,13 @@
 `equations`
     The equations of the theorem, its cost, and what they leave of the moments.
 `remarks`
-    What is said beside the theorem: lemma 3.1, (3.18)-(3.20), remarks 3.3 and 3.4.
+    What is said beside the theorem: lemma 3.1, (3.19), (3.20) and the remarks.
 `full_order`
     Full order: the projection is the identity, and the filter is Kalman's.
 `sensitivity`
     The best output for given moments, and how everything moves with the gains.
+`one_basis`
+    One basis for both hats: what (3.17) asks for, and what it amounts to.
 `converse`
     Do (3.14)-(3.17) imply stationarity?  Yes, if (3.17) is read as it is printed.
 `counterexamples`
@@ -30,12 +32,6 @@
     Is an estimator built from (3.14)-(3.17) stable?
 `model_reduction`
     H2 model reduction is a fixed-order filter of a plant that is its own noise.
-`blocks`
-    The augmented system in normal forms, for claims that are evaluated.
-`projecting`
-    The theorem in normal forms, for claims that are evaluated.
-`paper`
-    The optimal projection equations: Haddad and Bernstein's paper, entire.
 `errata`
     What Haddad and Bernstein's pages print, or the scan leaves, and what holds.
 

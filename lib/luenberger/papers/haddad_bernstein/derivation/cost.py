@@ -92,7 +92,7 @@ PAGE = (
     "The cost is also linear in the moment of both, with a weight of both.",
     is_Ct1 := define(Ct1, BlockMatrix([[C1, ZeroMatrix(l, r)]])),
     is_Rt := define(Rt, Lt.T * R * Lt + Ct1.T * De.T * R * De * Ct1, "section 2"),
-    chain(
+    weight := chain(
         "section 2",
         "the weight of both by blocks",
         Rt,

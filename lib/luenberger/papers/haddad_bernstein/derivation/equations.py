@@ -143,15 +143,21 @@ PAGE = (
     is_S,
     is_Qxy,
     is_De,
-    best := chain(
+    regression := chain(
         "3.18",
-        "the covariance of the least error",
+        "the covariance of the error with any static gain",
         Sigma,
         Line(shown.right, by=(shown,)),
         Line(
             L * Q * L.T - L * Q * C.T * De.T - De * C * Q * L.T + De * V2s * De.T,
             by=(is_S, is_Q1, is_Q12, is_Qe, is_Ce, is_Qxy, split),
         ),
+    ),
+    best := chain(
+        "3.18",
+        "the covariance of the least error",
+        Sigma,
+        Line(regression.right, by=(regression,)),
         Line(L * Q * L.T - De * V2s * De.T, by=(is_De,)),
     ),
     is_J := define(J, (L * Q * L.T - De * V2s * De.T) * R, "3.18"),

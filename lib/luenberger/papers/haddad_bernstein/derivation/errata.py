@@ -11,207 +11,200 @@ Source: Haddad and Bernstein (1987), as scanned.
 
 import sympy as sp
 
-from ....symbolic import BlockMatrix, Claim, Identity
-from . import mean_square, projecting
-from .blocks import (
-    ALGEBRA,
-    P2,
-    P12,
-    PAIRS,
-    Q2,
-    Q12,
-    A,
-    Ae,
-    At,
-    Be,
-    C,
-    Ce,
-    De,
-    L,
-    Pt,
-    R,
-    adjoint,
-    gradients,
-    moment,
-    noisy,
-    r,
-    weight,
-)
-from .projecting import (
-    G,
-    Gam,
-    K,
-    Ph,
-    Phat,
-    Q,
-    Qh,
-    Qhat,
-    Qs,
-    V2s,
-    at,
-    noise,
-    tau,
-    theorem,
-)
+from ....symbolic import Algebra, BlockMatrix, Claim, Identity
+from . import augmented, cost, equations, gradients, mean_square, projection
+from . import stationarity as best
+from .letters import *
 
 NOT_CONFORMABLE = sp.Symbol("not conformable")
-STRAIGHT, REDUCED = projecting.ALGEBRA, projecting.PROJECTING
+ALGEBRA = Algebra(letters.symmetric)
+MEANT = (
+    *(augmented.is_Qxy, augmented.is_Qxy_next, augmented.is_Qyy),
+    *(augmented.is_N12, augmented.is_N2, cost.is_M12, cost.is_M2),
+    *(cost.is_Rt, cost.is_Lt, cost.is_Ct1),
+    *(best.is_Q12, best.is_P12, best.is_Q1, best.is_Qe, projection.is_Pe),
+    *(best.is_Aq, projection.is_Lq, best.is_tau),
+    (V12, Qs - A * Q * C.T),
+    (V2, V2s - C * Q * C.T),
+    (Kq, Qs * V2s.I),
+)
+BEST = (best.gain_Ae.relation, best.is_Be, best.is_Ce)
+HATS = (projection.is_Qh, projection.is_Ph)
+# what (4.13) and (4.15) say before the theorem is known
+E_13, E_15 = Qh * Gam.T - Q12, Ph * G.T + P12
+SPREAD = (Kq * Qs.T, Qh - A * Q_e * A.T)
+
+
+def put_in(expr, meant):
+    """Definitions put in until nothing changes."""
+    meant, before = dict(map(tuple, meant)), None
+    while expr != before:
+        expr, before = expr.xreplace(meant), expr
+    return expr
+
+
+def tried(left, right, relations=()):
+    """The claim, or a word for what cannot be multiplied."""
+    try:
+        found = Claim(left(), right, Algebra(letters.symmetric, relations))
+        return found if found.residual is not None else NOT_CONFORMABLE
+    except ValueError:  # ShapeError, ours or that of SymPy
+        return NOT_CONFORMABLE
+
+
+def both(truth, ours, printed, relations=(), meant=()):
+    """The printed claim and ours, after definitions are put in."""
+    at = lambda expr: put_in(expr, meant)  # noqa: E731
+    right = at(truth)
+    relations = [tuple(map(at, relation)) for relation in relations]
+    return tuple(
+        tried(lambda side=side: at(side()), right, relations)
+        for side in (printed, lambda: ours)
+    )
 
 
 def section_2():
-    """R~, V2s and Qs, and (4.7), (4.8), where letters or primes are lost."""
-    corner, cross = weight(PAIRS).blocks[0, 0], weight(PAIRS).blocks[0, 1]
-    slopes = gradients(PAIRS)
-    modulo = slopes[Be].as_expr() - slopes[Ae].as_expr() * G * C.T
-    no_noise = {V2s: V2s - noise(Qhat, 1, 1), Qs: Qs - noise(Qhat, 0, 1)}
-    said = P2 * (Be * V2s - Gam * Qs)
-    dual = adjoint(PAIRS)
-    quiet = sum((noisy(p).T * Pt * noisy(p) for p in PAIRS[1:]), weight(PAIRS))
-    quiet = quiet + noisy(PAIRS[0]).T * Pt * noisy(PAIRS[0])
+    """R~, V2s and Qs, where letters or primes are lost."""
+    (first, cross), (across, last) = cost.weight.right.blocks.tolist()
+    own = put_in(best.is_V2s.right, (augmented.is_V2, best.is_Q1))
     return {
-        "R~: Ce R Ce for Ce'R Ce": (
-            ALGEBRA,
-            lambda: BlockMatrix([[corner, cross], [cross.T, Ce * R * Ce]]),
-            BlockMatrix([[corner, cross], [cross.T, Ce.T * R * Ce]]),
-            weight(PAIRS),
+        "R~: Ce R Ce for Ce'R Ce": both(
+            Rt,
+            cost.weight.right,
+            lambda: BlockMatrix([[first, cross], [across, Ce * R * Ce]]),
+            meant=MEANT,
         ),
-        "section 2: tau Qh tau' is lost in V2s and Qs": (
-            STRAIGHT,
-            lambda: said.xreplace(no_noise),
-            said,
-            modulo,
+        "section 2: tau Qh tau' is lost in V2s and Qs": both(
+            own,
+            equations.written_V2s.right,
+            lambda: C * Q * C.T + W2 + C1 * Q * C1.T,
+            [projection.hidden.relation],
         ),
-        "(4.7): A~P~A~ for A~'P~A~": (
-            ALGEBRA,
-            lambda: At * Pt * At + quiet,
-            At.T * Pt * At + quiet,
-            dual,
+    }
+
+
+def conditions():
+    """(4.7)-(4.11): what is differentiated, and modulo what."""
+    at_Ae, at_Be, at_Ce, at_De = (
+        slope.right / 2
+        for slope in (
+            *(gradients.is_gradAe, gradients.is_gradBe),
+            *(gradients.is_gradCe, gradients.is_gradDe),
+        )
+    )
+    rest = At1.T * Pt * At1 + Rt - Pt
+    input_, static = P2 * (Be * V2s - Gam * Qs), R * (De * V2s - L * Q * C.T)
+    return {
+        "(4.7): A~P~A~ for A~'P~A~": both(
+            ALGEBRA.gradient(gradients.lagrangian, Qt).as_expr(),
+            At.T * Pt * At + rest,
+            lambda: At * Pt * At + rest,
         ),
-        "(4.8): P12 A Q12 for P12'A Q12": (
-            ALGEBRA,
-            lambda: P12 * A * Q12 + P2 * Be * C * Q12 + P2 * Ae * Q2,
+        "(4.8): P12 A Q12 for P12'A Q12": both(
+            at_Ae,
             P12.T * A * Q12 + P2 * Be * C * Q12 + P2 * Ae * Q2,
-            slopes[Ae],
+            lambda: P12 * A * Q12 + P2 * Be * C * Q12 + P2 * Ae * Q2,
         ),
-        "(4.9): is the gradient in Be only modulo (4.8)": (
-            STRAIGHT,
-            lambda: slopes[Be].as_expr(),
-            modulo,
-            said,
+        "(4.9): is the gradient in Be only modulo (4.8)": both(
+            input_, at_Be - at_Ae * G * C.T, lambda: at_Be, meant=MEANT
         ),
-        "(4.11): is the gradient in De only modulo (4.10), times R^-1": (
-            STRAIGHT,
-            lambda: slopes[De].as_expr(),
-            slopes[De].as_expr() - slopes[Ce].as_expr() * G * C.T,
-            R * (De * V2s - L * Q * C.T),
+        "(4.11): is the gradient in De only modulo (4.10), times R^-1": both(
+            static, at_De - at_Ce * G * C.T, lambda: at_De, meant=MEANT
         ),
     }
 
 
 def theorem_3_1():
     """(3.14)-(3.16) by what (4.12)-(4.16) say; what the scan lost is needed."""
-    ours, e13 = theorem(tau, Qh, Ph), Qh * Gam.T - G.T * Q2
-    e15 = Ph * G.T - Gam.T * P2
-    e12 = projecting.formulas()["(4.12)"]
-    Aq, Lq = A - K * C, L - De * C
-    quiet = noise(tau * e13 * G, 0, 0)
-    riccati = e12 + tau * e13 * G - e13 * G - (e13 * G).T + quiet
-    perp = (Identity(tau.shape[0]) - tau) * Qh * (Identity(tau.shape[0]) - tau).T
-    hats = theorem(tau, Qhat, Phat)
-    spread = tau * e13 * G
+    spread = tau * E_13 * G
+    second, third = equations.second.right, equations.third.right
+    riccati = equations.riccati_equation.right
+    lifted = [projection.hidden.relation, (tau * Q_e, Q_e)]
+    lifted_dual = [projection.hidden_dual.relation, (P_e * tau, P_e)]
     return {
-        "(3.14): tau_perp Qh tau_perp' is needed": (
-            REDUCED,
-            lambda: ours["(3.14)"] - perp,
-            ours["(3.14)"],
+        "(3.14): tau_perp Qh tau_perp' is needed": both(
+            equations.outer.right - Q_e,
             riccati,
+            lambda: riccati - forgets * Qh * forgets.T,
+            [equations.left.relation, SPREAD],
         ),
-        "(3.15): A Qh A' for A tau Qh tau'A'": (
-            REDUCED,
-            lambda: A * Qh * A.T + K * Qs.T - Qh,
-            ours["(3.15)"],
+        "(3.15): A Qh A' for A tau Qh tau'A'": both(
+            projection.is_Qh.right,
+            second,
+            lambda: A * Qh * A.T + Kq * Qs.T,
+            lifted,
+        ),
+        "(3.16): Ph for tau'Ph tau": both(
+            projection.is_Ph.right,
+            third,
+            lambda: Aq.T * Ph * Aq + Lq.T * R * Lq,
+            lifted_dual,
+        ),
+        "(3.15): with the hats of section 4, tau Q tau', it is false": both(
+            projection.is_Qh.right - Qh,
+            second - Qh,
+            lambda: second.xreplace({Qh: Q_e}) - Q_e,
+            lifted,
+        ),
+        "(3.16): with the hats of section 4, tau'P tau, it is false": both(
+            projection.is_Ph.right - Ph,
+            third - Ph,
+            lambda: third.xreplace({Ph: P_e}) - P_e,
+            lifted_dual,
+        ),
+        "end of section 4: tau(4.13)G - (4.13)G - ((4.13)G)' gives (3.15)": both(
+            second - Qh,
             A * spread * A.T,
-        ),
-        "(3.16): Ph for tau'Ph tau": (
-            REDUCED,
-            lambda: Aq.T * Ph * Aq + Lq.T * R * Lq - Ph,
-            ours["(3.16)"],
-            Aq.T * (Gam.T * G * e15 * Gam) * Aq,
-        ),
-        "(3.15): with the hats of section 4, tau Q tau', it is false": (
-            REDUCED,
-            lambda: hats["(3.15)"],
-            ours["(3.15)"],
-            A * spread * A.T,
-        ),
-        "(3.16): with the hats of section 4, tau'P tau, it is false": (
-            REDUCED,
-            lambda: hats["(3.16)"],
-            ours["(3.16)"],
-            Aq.T * (Gam.T * G * e15 * Gam) * Aq,
-        ),
-        "end of section 4: tau(4.13)G - (4.13)G - ((4.13)G)' gives (3.15)": (
-            REDUCED,
-            lambda: spread - e13 * G - (e13 * G).T,
-            A * spread * A.T,
-            ours["(3.15)"],
+            lambda: spread - E_13 * G - (E_13 * G).T,
+            [projection.one.relation, SPREAD],
+            (best.is_tau, best.is_Q12, best.is_Qe),
         ),
     }
 
 
 def section_4():
     """(4.13)-(4.16), which as printed have Gam G' = I in them."""
-    ahead, back = moment(PAIRS), adjoint(PAIRS)
-    e13 = lambda hat: (Qh - hat) * Gam.T  # noqa: E731
-    e14 = lambda hat: Gam * (Qh - hat) * Gam.T  # noqa: E731
-    gap = (Identity(r) - Gam * G.T) * Q2
+    printed_13, printed_15 = (Qh - Q_e) * Gam.T, (Ph - P_e) * G.T
+    at = (*MEANT, *BEST, *HATS)
     return {
-        "(4.13): - Qhat within the bracket": (
-            STRAIGHT,
-            lambda: e13(Qhat),
-            Qh * Gam.T - Q12,
-            at(ahead[0, 1]) - Q12,
+        "(4.13): - Qhat within the bracket": both(
+            A * Q12 * Ae.T + N12 - Q12, E_13, lambda: printed_13, meant=at
         ),
-        "(4.14): - Qhat within the bracket": (
-            STRAIGHT,
-            lambda: e14(Qhat),
+        "(4.14): - Qhat within the bracket": both(
+            Ae * Q2 * Ae.T + N2 - Q2,
             Gam * Qh * Gam.T - Q2,
-            at(ahead[1, 1]) - Q2,
+            lambda: Gam * printed_13,
+            meant=at,
         ),
-        "(4.15): - Phat within the bracket": (
-            STRAIGHT,
-            lambda: -(Ph - Phat) * G.T,
-            -Ph * G.T - P12,
-            at(back[0, 1]) - P12,
+        "(4.15): - Phat within the bracket": both(
+            A.T * P12 * Ae + M12 - P12, -E_15, lambda: -printed_15, meant=at
         ),
-        "(4.16): - Phat within the bracket": (
-            STRAIGHT,
-            lambda: G * (Ph - Phat) * G.T,
+        "(4.16): - Phat within the bracket": both(
+            Ae.T * P2 * Ae + M2 - P2,
             G * Ph * G.T - P2,
-            at(back[1, 1]) - P2,
+            lambda: G * printed_15,
+            meant=at,
         ),
-        "end of section 4: Gam (4.13) - (4.14) is 0 = 0 as printed": (
-            STRAIGHT,
-            lambda: Gam * e13(Qhat) - e14(Qhat),
-            Gam * (Qh * Gam.T - Q12) - (Gam * Qh * Gam.T - Q2),
-            gap,
+        "end of section 4: Gam (4.13) - (4.14) is 0 = 0 as printed": both(
+            (Identity(r) - Gam * G.T) * Q2,
+            Gam * E_13 - (Gam * Qh * Gam.T - Q2),
+            lambda: Gam * printed_13 - Gam * printed_13,
+            meant=at,
         ),
     }
 
 
 def in_numbers():
     """Lemma 4.1 and the remark after (3.20)."""
-    radius = sp.Rational(169, 100)
-    found = mean_square.derive().steps
-    (lemma,) = (c for k, c in found.items() if "det(z" in k)
+    (grows,) = mean_square.grows.claims.values()
     seen = sp.Matrix([[1, 1], [0, 0]])  # tau, with null space along (1, -1)
     k, null = sp.Matrix([1, 0]), sp.Matrix([1, -1])
     outside = (seen.T * seen.T.pinv() * k - k).is_zero_matrix
     assert not outside  # k is not in the range of tau'
     return {
         "lemma 4.1, theorem 3.1: A stable for A (x) A + sum A_i (x) A_i stable": (
-            Claim(sp.Max(radius, 1), sp.Integer(1)),
-            lemma,
+            Claim(sp.Max(mean_square.GROWTH, 1), sp.Integer(1)),
+            grows,
         ),
         "after (3.20): annihilated is N(tau), not all outside R(tau')": (
             Claim(seen * k),
@@ -220,24 +213,6 @@ def in_numbers():
     }
 
 
-def tried(algebra, expression, truth):
-    """The claim, or a word for what cannot be multiplied."""
-    try:
-        found = Claim(expression(), truth, algebra)
-        return found if found.residual is not None else NOT_CONFORMABLE
-    except ValueError:  # ShapeError, ours or that of SymPy
-        return NOT_CONFORMABLE
-
-
 def entries():
     """{place and what is printed: (printed claim, correct claim)}."""
-    found = {
-        place: (
-            tried(algebra, printed, truth),
-            tried(algebra, lambda ours=ours: ours, truth),
-        )
-        for place, (algebra, printed, ours, truth) in (
-            section_2() | theorem_3_1() | section_4()
-        ).items()
-    }
-    return found | in_numbers()
+    return section_2() | conditions() | theorem_3_1() | section_4() | in_numbers()

@@ -1,15 +1,9 @@
 """Mean-square stability of plant and estimator: lemma 4.1, and the largest noise.
 
-The map Q~ -> A~Q~A~' + sum A~_i Q~ A~_i' is block triangular in (Q1, Q12, Q2), so its
-eigenvalues are those of Q1 -> A Q1 A' + sum A_i Q1 A_i', of Q12 -> A Q12 Ae' and of
-Q2 -> Ae Q2 Ae'.  The first is never less stable than A itself, so the augmented
-system is mean-square stable exactly if the first map and Ae are.  A stable, as
-printed, is not enough.
-
-With the noises scaled by s the first map is A X A' + s^2 Pi X.  If Y solves
-Y = A Y A' + Pi X, what matters is the largest eigenvalue rho of X -> Y: the map keeps
-a semidefinite cone and so takes it there (Krein and Rutman), and the plant is
-mean-square stable exactly for s^2 rho < 1.
+The map of the second moment is block triangular, so its eigenvalues are those of three
+maps: the plant's own, and two that are stable if A and Ae are.  The plant's own is
+never more stable than A itself.  So both together are mean-square stable exactly if
+the plant and Ae are.  A stable, as printed, is not enough.
 
 Source: Haddad and Bernstein (1987), lemma 4.1; the scaling is our own.
 """
@@ -17,163 +11,183 @@ Source: Haddad and Bernstein (1987), lemma 4.1; the scaling is our own.
 from functools import cache
 
 import sympy as sp
-from sympy import Trace
+from sympy import Rational, Trace
 from sympy import kronecker_product as kron
 
 from ....symbolic import (
-    Algebra,
-    Claim,
+    AtLeast,
+    BlockMatrix,
+    Cyclic,
     Derivation,
+    Explicit,
     Identity,
-    MatrixSymbol,
+    Line,
+    Substitute,
     ZeroMatrix,
-    claims,
 )
-from .blocks import PAIRS, Q1, Q2, Q12, SYMMETRIC, V1, V2, V12, A, Ae, moment, n
-from .projecting import noise
+from .augmented import is_At, is_At1, is_Qt, is_V1, own
+from .letters import *
 
-k = sp.Symbol("k", integer=True, nonnegative=True)
-X, Y = MatrixSymbol("X", n, n), MatrixSymbol("Y", n, n)
-s, c = sp.symbols("s c", positive=True)
-quiet = {V: ZeroMatrix(*V.shape) for V in (V1, V12, V2)}
+k = sp.symbols("k", integer=True, nonnegative=True)
+c, s = sp.symbols("c s", positive=True)
+F12 = letters("F12", n, r, "what `Q_1` adds to `Q_12` in one step")
+F2 = square("F2", r, "what `Q_1` and `Q_12` add to `Q_2` in one step")
+H_k = letters("H_k", both**2, both**2, "matrix of the map of the moment of both")
+q_k = letters("q_k", both**2, 1, "entries of a matrix, row by row")
+q_k_next = letters("q_k_next", both**2, 1, "the same one step on, without new noise")
+V_A = letters("V_A", n, k, "spans the real modes of one eigenvalue of `A'`")
+M_c = letters("M_c", k, k, "how they turn in one step")
+H_X = letters("H_X", n, n, "a root of `X`")
+Y = square("Y", n, "what `X` sums up to through the noise")
+X_k = square("X_k", n, "an approximation of the moment of the state")
+X_k_next = square("X_k_next", n, "the next approximation")
+none = ZeroMatrix
+
+a, a1, ae, b, c0, c1 = entries = sp.symbols("a a_1 a_e b c_0 c_1")
+system, noisy = sp.Matrix([[a, 0], [b * c0, ae]]), sp.Matrix([[a1, 0], [b * c1, 0]])
+NUMBERS = dict(zip(entries, map(Rational, "1/2 6/5 3/10 1 1 0".split())))
+GROWTH = (a**2 + a1**2).subs(NUMBERS)
 
 
-def scaled(X, s=1):
-    """X -> A X A' + s^2 sum A_i X A_i'."""
-    return A * X * A.T + s**2 * noise(X, 0, 0)
+def order_one():
+    """The map at n = n_e = 1, and any second moment one step on."""
+    moment = sp.Matrix(2, 2, sp.symbols("q_1:5"))
+    step = (system * moment * system.T + noisy * moment * noisy.T).expand()
+    H0 = kron(system, system) + kron(noisy, noisy)
+    return {H_k: H0, q_k: sp.Matrix(list(moment)), q_k_next: sp.Matrix(list(step))}
 
 
-def lyapunov(X):
-    """X - A X A'."""
-    return X - A * X * A.T
+def growing():
+    """The map at explicit numbers, and the moment that it multiplies by 169/100."""
+    H0 = order_one()[H_k].subs(NUMBERS)
+    (mode,) = (H0 - GROWTH * sp.eye(4)).nullspace()
+    return {H_k: H0, q_k: mode / mode[0]}
 
 
-def triangular():
-    """Each block of the map, with the blocks before it set to zero."""
-    ahead = moment(PAIRS)
-    no_Q1 = {Q1: ZeroMatrix(n, n)}
-    no_Q12 = no_Q1 | {Q12: ZeroMatrix(*Q12.shape)}
-    block = lambda i, j: ahead[i, j].as_expr().xreplace(quiet)  # noqa: E731
-    return claims(
-        Algebra(SYMMETRIC),
-        {
-            "lemma 4.1: block 11 depends on Q1 alone: A Q1 A' + sum A_i Q1 A_i'": (
-                block(0, 0),
-                scaled(Q1),
+PAGE = (
+    """Lemma 4.1 asks when the moment of both settles. Without new noise one step takes
+    it through the two matrices of the system, block by block.""",
+    is_At,
+    is_At1,
+    is_Qt,
+    is_F12 := define(F12, (A * Q1 * C.T + A1 * Q1 * C1.T) * Be.T),
+    is_F2 := define(
+        F2,
+        Be * C * Q12 * Ae.T
+        + Ae * Q12.T * C.T * Be.T
+        + Be * (C * Q1 * C.T + C1 * Q1 * C1.T) * Be.T,
+    ),
+    chain(
+        "lemma 4.1",
+        "one step of the moment without new noise",
+        At * Qt * At.T + At1 * Qt * At1.T,
+        Substitute(
+            BlockMatrix(
+                [
+                    [A * Q1 * A.T + A1 * Q1 * A1.T, A * Q12 * Ae.T + F12],
+                    [Ae * Q12.T * A.T + F12.T, Ae * Q2 * Ae.T + F2],
+                ]
             ),
-            "lemma 4.1: block 12 depends on Q12 and Q1: A Q12 Ae' if Q1 = 0": (
-                block(0, 1).xreplace(no_Q1),
-                A * Q12 * Ae.T,
-            ),
-            "lemma 4.1: block 22: Ae Q2 Ae' if Q1 = 0, Q12 = 0": (
-                block(1, 1).xreplace(no_Q12),
-                Ae * Q2 * Ae.T,
-            ),
-        },
-    )
-
-
-def at_least():
-    """The map has an eigenvalue as large as |lambda|^2 for each eigenvalue of A.
-
-    V spans the real invariant space of lambda: A'V = V M with M M' = c I and
-    c = |lambda|^2.  For X = H H' the functional tr V'X V grows at least by c.
-    """
-    V, M = MatrixSymbol("V", n, k), MatrixSymbol("M", k, k)
-    H = MatrixSymbol("H", n, n)
-    invariant = Algebra(
-        [X], [(A.T * V, V * M), (M * M.T, c * Identity(k)), (X, H * H.T)]
-    )
-    grown = sum((Trace((H.T * Ai.T * V).T * (H.T * Ai.T * V)) for Ai, _ in PAIRS), 0)
-    return claims(
-        invariant,
-        {
-            "lemma 4.1: tr V'(A X A' + sum)V = c tr V'X V + squares, so radius >= c": (
-                Trace(V.T * scaled(X) * V),
-                c * Trace(V.T * X * V) + grown,
-            )
-        },
-    )
-
-
-def scaling():
-    """Y = A Y A' + Pi X with Pi X = sum A_i X A_i'; s^2 rho(X -> Y) < 1."""
-    (A1, _), (A2, _) = PAIRS
-    rest = A2 * X * A2.T
-    solved = Algebra([X, Y], [(A1 * X * A1.T, lyapunov(Y) - rest)])
-    limit = Algebra([X], [(A1 * X * A1.T, s**-2 * lyapunov(X) - rest)])
-    Xk, Xn = MatrixSymbol("X_k", n, n), MatrixSymbol("X_k+1", n, n)
-    steps = Algebra(
-        [Q1, Xk, Xn, V1],
-        [
-            (A1 * Q1 * A1.T, lyapunov(Q1) - V1 - A2 * Q1 * A2.T),
-            (A1 * Xk * A1.T, lyapunov(Xn) - V1 - A2 * Xk * A2.T),
-        ],
-    )
-    return (
-        claims(
-            solved,
-            {
-                "scaling: X - A X A' - s^2 Pi X = Z - A Z A' with Z = X - s^2 Y": (
-                    X - scaled(X, s),
-                    lyapunov(X - s**2 * Y),
-                )
-            },
-        )
-        | claims(
-            limit,
-            {
-                "scaling: if s^2 Y = X, then X is a fixed point, the limit": (
-                    scaled(X, s),
-                    X,
-                )
-            },
-        )
-        | claims(
-            steps,
-            {
-                "X_k+1 = A X_k+1 A' + Pi X_k + V1: Q1 - X_k+1 is the Y of Q1 - X_k": (
-                    lyapunov(Q1 - Xn),
-                    noise(Q1 - Xk, 0, 0),
-                )
-            },
-        )
-    )
-
-
-def kronecker():
-    """Concrete sizes: the matrices of these maps."""
-    a, a1, ae, b, cc, c1, z = sp.symbols("a a_1 a_e b c c_1 z")
-    At, A1t = sp.Matrix([[a, 0], [b * cc, ae]]), sp.Matrix([[a1, 0], [b * c1, 0]])
-    both = kron(At, At) + kron(A1t, A1t)
-    roots = (z - a**2 - a1**2) * (z - a * ae) ** 2 * (z - ae**2)
-    rho = a1**2 / (1 - a**2)
-    numbers = {a: sp.Rational(1, 2), a1: sp.Rational(6, 5), ae: sp.Rational(3, 10)}
-    F = sp.Matrix(2, 2, sp.symbols("f:4"))
-    Z = sp.Matrix(2, 2, sp.symbols("z:4"))
-    stacked = lambda Z: sp.Matrix(list(Z))  # noqa: E731  row by row
-    return {
-        "lemma 4.1, n = 2: A (x) A is the matrix of X -> A X A'": Claim(
-            kron(F, F) * stacked(Z) - stacked((F * Z * F.T).expand())
+            by=(is_At, is_At1, is_Qt, is_F12, is_F2),
         ),
-        "lemma 4.1, n = n_e = 1: det(z - A~(x)A~ - A~1(x)A~1) has the roots "
-        "a^2 + a_1^2, a a_e twice, a_e^2": Claim((z * sp.eye(4) - both).det(), roots),
-        "lemma 4.1, n = n_e = 1: A = 0.5, A_1 = 1.2, A_e = 0.3: radius 1.69": Claim(
-            (a**2 + a1**2).subs(numbers), sp.Rational(169, 100)
+    ),
+    """The first block depends on itself alone, the second on itself and the first, the
+    third on itself and the other two. So the map is triangular.""",
+    no_Q1 := define(Q1, none(n, n)),
+    no_Q12 := define(Q12, none(n, r)),
+    chain(
+        "lemma 4.1",
+        "what the first block adds to the second",
+        F12,
+        Line(is_F12.right, by=(is_F12,)),
+        Line(none(n, r), by=(no_Q1,)),
+    ),
+    chain(
+        "lemma 4.1",
+        "what both add to the third",
+        F2,
+        Line(is_F2.right, by=(is_F2,)),
+        Line(none(r, r), by=(no_Q1, no_Q12)),
+    ),
+    """The lemma writes the map as a matrix of Kronecker products, with the entries of
+    the moment in a column. At order one it is this matrix. Its eigenvalues stand on the
+    diagonal: that of the plant's own map, twice that of the mixed moment, and that of
+    the estimator's.""",
+    Explicit(
+        "lemma 4.1",
+        "the matrix of the map at order one",
+        H_k * q_k,
+        q_k_next,
+        {"n = n_e = 1": order_one()},
+    ),
+    """So `A` and `A_e` may be stable and the moment grow: for `A = 1/2`, `A_1 = 6/5`,
+    `A_e = 3/10` there is a moment that one step multiplies by 1.69.""",
+    grows := Explicit(
+        "lemma 4.1",
+        "stable systems whose moment grows",
+        H_k * q_k,
+        GROWTH * q_k,
+        {"A = 1/2, A_1 = 6/5, A_e = 3/10": growing()},
+    ),
+    """The plant's own map is never more stable than `A`. Let `V_A` span the modes of an
+    eigenvalue, and `c` be its squared modulus. What the moment shows of these modes
+    grows at least by `c`. So where the plant's own map is stable, `A` is; with a stable
+    `A_e` the map of the mixed moment is stable, too.""",
+    modes := define(A.T * V_A, V_A * M_c),
+    turn := define(M_c * M_c.T, c * Identity(k)),
+    root := define(X, H_X * H_X.T),
+    chain(
+        "lemma 4.1",
+        "the moment grows at least as the modes do",
+        Trace(V_A.T * (A * X * A.T + A1 * X * A1.T) * V_A),
+        Line(
+            Trace(M_c.T * V_A.T * X * V_A * M_c) + Trace(V_A.T * A1 * X * A1.T * V_A),
+            by=(modes,),
         ),
-        "scaling, n = 1: rho = a_1^2 / (1 - a^2), from Y = a^2 Y + a_1^2 X": Claim(
-            rho - a**2 * rho, a1**2
+        Cyclic(
+            c * Trace(V_A.T * X * V_A) + Trace(V_A.T * A1 * X * A1.T * V_A), by=(turn,)
         ),
-    }
+        AtLeast(c * Trace(V_A.T * X * V_A), by=(root,), root=V_A.T * A1 * H_X),
+    ),
+    """How strong may the noise of the parameters be? Let it be multiplied by `s`, and
+    let `Y` be what `X` sums up to through the noise. One step with the stronger noise
+    is then one without, of another matrix.""",
+    sums := define(Y, A * Y * A.T + A1 * X * A1.T),
+    chain(
+        "",
+        "the noise is scaled",
+        X - A * X * A.T - s**2 * A1 * X * A1.T,
+        Line(X - A * X * A.T - s**2 * (Y - A * Y * A.T), by=(sums,)),
+        Line((X - s**2 * Y) - A * (X - s**2 * Y) * A.T, why="collect"),
+    ),
+    """The map from `X` to `Y` keeps matrices that are not negative. So its largest
+    eigenvalue `rho` has such an eigenvector (Krein and Rutman), and the plant is
+    mean-square stable exactly for `s^2 rho < 1`. At the limit the eigenvector is a
+    moment that stays as it is.""",
+    limit := define(X, s**2 * Y),
+    chain(
+        "",
+        "the largest noise",
+        A * X * A.T + s**2 * A1 * X * A1.T,
+        Line(A * X * A.T + s**2 * (Y - A * Y * A.T), by=(sums,)),
+        Line(X, by=(limit,)),
+    ),
+    """The same map measures how an iteration converges that takes the noise from the
+    last approximation: it takes the error before a step to the error after it.""",
+    is_V1,
+    takes := define(X_k_next, A * X_k_next * A.T + A1 * X_k * A1.T + W1),
+    chain(
+        "",
+        "the error of the next approximation",
+        Q1 - X_k_next,
+        Line(A * Q1 * A.T + V1 - X_k_next, by=(own,)),
+        Line(A * Q1 * A.T + W1 + A1 * Q1 * A1.T - X_k_next, by=(is_V1,)),
+        Line(A * (Q1 - X_k_next) * A.T + A1 * (Q1 - X_k) * A1.T, by=(takes,)),
+    ),
+)
 
 
 @cache
 def derive():
-    return Derivation(
-        formulas={
-            "X -> A X A' + s^2 sum A_i X A_i'": scaled(X, s),
-            "(4.4) Q1": scaled(Q1) + V1,
-        },
-        steps=triangular() | at_least() | scaling() | kronecker(),
-        source="Haddad and Bernstein (1987), lemma 4.1; our own",
-    )
+    """The page."""
+    return Derivation(page=PAGE, letters=letters, source=SOURCE)

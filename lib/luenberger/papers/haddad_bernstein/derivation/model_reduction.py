@@ -1,101 +1,128 @@
 """H2 model reduction is a fixed-order filter of a plant that is its own noise.
 
-A model Am, Bm, Cm of low order is to answer white noise as A, B, C does, in
-continuous time.  The Cayley transform Ad = (I + A/a)(I - A/a)^-1, Bd = sqrt(2/a)
-(I - A/a)^-1 B leaves the solution of the Lyapunov equation as it is, and so the
-distance of the two models.  In discrete time the noise itself is measured, y = w:
-the plant has C = 0, V1 = Bd Bd', V12 = Bd, V2 = I, and the filter of least error
-without feedthrough is the transform of the best model.
+A model of low order is to answer white noise as a plant does, in continuous time.  The
+Cayley transform of both leaves the solution of their Lyapunov equation as it is, and
+so their distance.  In discrete time the noise itself is measured, and the filter of
+least error without feedthrough is the transform of the best model.
 
 Source: our own.
 """
 
 from functools import cache
 
-import sympy as sp
-from sympy import Trace
+from sympy import symbols
 
 from ....symbolic import (
-    Algebra,
     BlockMatrix,
     Derivation,
     Identity,
-    MatrixSymbol,
+    Line,
+    Substitute,
     ZeroMatrix,
-    claims,
 )
-from .blocks import (
-    Q1,
-    Q2,
-    Q12,
-    SYMMETRIC,
-    V1,
-    V2,
-    V12,
-    A,
-    Ae,
-    Be,
-    C,
-    Ce,
-    De,
-    L,
-    Qt,
-    R,
-    cost,
-    l,
-    moment,
-    n,
-    r,
-)
+from .augmented import is_At, is_Qt, is_Vt
+from .cost import is_Lt, is_Sigma
+from .letters import *
+from .sensitivity import silent
 
-a = sp.Symbol("a", positive=True)
-N, Nm = MatrixSymbol("N", n, n), MatrixSymbol("Nm", r, r)  # I - A/a, I - Am/a
-Am, B, Bm = MatrixSymbol("Am", r, r), MatrixSymbol("B", n, l), MatrixSymbol("Bm", r, l)
-Ad, Bd = 2 * N.I - Identity(n), sp.sqrt(2 / a) * N.I * B
-Amd, Bmd = 2 * Nm.I - Identity(r), sp.sqrt(2 / a) * Nm.I * Bm
-ALGEBRA = Algebra(SYMMETRIC, [(A, a * (Identity(n) - N)), (Am, a * (Identity(r) - Nm))])
-
-PLANT = {
-    A: Ad,
-    C: ZeroMatrix(l, n),
-    V1: Bd * Bd.T,
-    V12: Bd,
-    V2: Identity(l),
-    Ae: Amd,
-    Be: Bmd,
-    De: ZeroMatrix(*De.shape),
-}
+h = symbols("h", positive=True)
+A_c = letters("A_c", n, n, "moves the plant in continuous time")
+A_m = letters("A_m", r, r, "moves the model in continuous time")
+F_c = letters("F_c", both, both, "moves both in continuous time")
+B_c = letters("B_c", both, l, "how the noise reaches both in continuous time")
+B_d = letters("B_d", both, l, "how the noise reaches both in discrete time")
+B_1 = letters("B_1", n, l, "how the noise reaches the plant in discrete time")
+N_c = letters("N_c", both, both, "what the Cayley transform divides by")
+N_1 = letters("N_1", n, n, "its block of the plant")
+N_2 = letters("N_2", r, r, "its block of the model")
 
 
-def steps():
-    both = BlockMatrix([[B], [Bm]])
-    flow = BlockMatrix([[A, ZeroMatrix(n, r)], [ZeroMatrix(r, n), Am]])
-    continuous = flow * Qt + Qt * flow.T + both * both.T
-    ahead = moment()
-    left = [N, Nm]
-    found = {
-        "Ad (I - A/a) = I + A/a": (Ad * N, Identity(n) + A / a),
-        "the distance of two models is J of the filter": (
-            cost().as_expr().xreplace(PLANT),
-            Trace(
-                R * (L * Q1 * L.T - L * Q12 * Ce.T - Ce * Q12.T * L.T + Ce * Q2 * Ce.T)
-            ),
+def side_by_side(top, low):
+    """Plant and model, neither of which moves the other."""
+    return BlockMatrix([[top, ZeroMatrix(n, r)], [ZeroMatrix(r, n), low]])
+
+
+PAGE = (
+    """In continuous time the second moment of plant and model satisfies `F_c Q~ + Q~
+    F_c' + B_c B_c' = 0`. The Cayley transform with the step `h^2` moves both in
+    discrete time, where the moment satisfies (4.4). Both equations are one.""",
+    is_Nc := define(N_c, Identity(both) - h**2 / 2 * F_c),
+    transformed := define(At, 2 * N_c.I - Identity(both)),
+    is_Bd := define(B_d, h * N_c.I * B_c),
+    chain(
+        "4.4",
+        "the moment equation is that of continuous time",
+        N_c * (At * Qt * At.T + B_d * B_d.T - Qt) * N_c.T,
+        Line(
+            (2 * Identity(both) - N_c) * Qt * (2 * Identity(both) - N_c).T
+            + h**2 * B_c * B_c.T
+            - N_c * Qt * N_c.T,
+            by=(transformed, is_Bd),
         ),
-    }
-    for (i, j), name in {(0, 0): "11", (0, 1): "12", (1, 1): "22"}.items():
-        discrete = ahead[i, j].as_expr().xreplace(PLANT) - Qt.blocks[i, j]
-        found[f"block {name} of (4.6) is (2/a) that of the continuous equation"] = (
-            left[i] * discrete * left[j].T,
-            2 / a * ALGEBRA.normal(continuous)[i, j].as_expr(),
-        )
-    return found
+        Line(h**2 * (F_c * Qt + Qt * F_c.T + B_c * B_c.T), by=(is_Nc,)),
+    ),
+    """For the filter, the noise itself is measured: `C = 0`, `V_2 = I`, and the noise
+    of state and measurement have the covariance `B_1`. The input of the filter is that
+    of the model.""",
+    is_At,
+    is_Vt,
+    unseen := define(C, ZeroMatrix(l, n)),
+    is_V1 := define(V1, B_1 * B_1.T),
+    is_V12 := define(V12, B_1),
+    is_V2 := define(V2, Identity(l)),
+    is_blocks := define(B_d, BlockMatrix([[B_1], [Be]])),
+    alone := chain(
+        "section 2",
+        "the filter is not moved by the plant",
+        At,
+        Substitute(BlockMatrix([[A, ZeroMatrix(n, r)], [Be * C, Ae]]), by=(is_At,)),
+        Line(side_by_side(A, Ae), by=(unseen,)),
+    ),
+    chain(
+        "4.4",
+        "the noise of plant and filter is that of plant and model",
+        Vt,
+        Substitute(B_d * B_d.T, by=(is_Vt, is_V1, is_V12, is_V2, is_blocks)),
+    ),
+    """So plant and filter do not move each other, no more than plant and model do. Each
+    is the transform of its own.""",
+    is_Fc := define(F_c, side_by_side(A_c, A_m)),
+    is_N1 := define(N_1, I - h**2 / 2 * A_c),
+    is_N2 := define(N_2, Identity(r) - h**2 / 2 * A_m),
+    parts := chain(
+        "",
+        "what the transform divides by in blocks",
+        N_c,
+        Line(Identity(both) - h**2 / 2 * F_c, by=(is_Nc,)),
+        Substitute(side_by_side(N_1, N_2), by=(is_Fc, is_N1, is_N2)),
+    ),
+    chain(
+        "",
+        "plant and filter are transforms of plant and model",
+        side_by_side(A * N_1, Ae * N_2),
+        Substitute(At * N_c, by=(alone, parts)),
+        Line(2 * Identity(both) - N_c, by=(transformed,)),
+        Substitute(side_by_side(2 * I - N_1, 2 * Identity(r) - N_2), by=(parts,)),
+    ),
+    "Without feedthrough the error of the filter is the distance of the two outputs.",
+    is_Lt,
+    is_Qt,
+    is_Sigma,
+    silent,
+    chain(
+        "3.5",
+        "the distance of two models",
+        Sigma,
+        Line(Lt * Qt * Lt.T + De * V2 * De.T, by=(is_Sigma,)),
+        Substitute(
+            L * Q1 * L.T - L * Q12 * Ce.T - Ce * Q12.T * L.T + Ce * Q2 * Ce.T,
+            by=(is_Lt, is_Qt, silent),
+        ),
+    ),
+)
 
 
 @cache
 def derive():
-    return Derivation(
-        given=(A, B, L),
-        formulas={"Ad": Ad, "Bd": Bd},
-        steps=claims(ALGEBRA, steps()),
-        source="our own",
-    )
+    """The page."""
+    return Derivation(page=PAGE, letters=letters, source="our own")

@@ -37,6 +37,13 @@ from .stationarity import (
 
 step = Aq * Q_e * Aq.T + Kq * C * Q_e * Aq.T + Aq * Q_e * C.T * Kq.T
 
+
+def steady(number, says, block, equation, one_step):
+    """A block of a moment that one step leaves as it is."""
+    ahead = Line(one_step.left, by=(equation,))
+    return chain(number, says, block, ahead, Line(one_step.right, by=(one_step,)))
+
+
 PAGE = (
     "Recalled are the factors of the moments and the gains of the best estimator.",
     is_Q12,
@@ -56,11 +63,10 @@ PAGE = (
     is_N2,
     is_M12,
     is_M2,
-    mixed := chain(
+    mixed_step := chain(
         "4.13",
-        "the moment of state and estimator",
-        Q12,
-        Line(A * Q12 * Ae.T + N12, by=(moments,)),
+        "one step of the moment of state and estimator",
+        A * Q12 * Ae.T + N12,
         Line(A * Q12 * Ae.T + Qxy_next * Be.T, by=(is_N12,)),
         Line(
             A * Q_e * Aq.T * Gam.T + (Qs + A * Q_e * C.T) * Kq.T * Gam.T,
@@ -69,11 +75,10 @@ PAGE = (
         Line((A * Q_e * A.T + Qs * Kq.T) * Gam.T, by=(is_Aq,)),
         Line(Qh * Gam.T, by=(is_Qh,)),
     ),
-    inner := chain(
+    inner_step := chain(
         "4.14",
-        "the moment of the estimator",
-        Q2,
-        Line(Ae * Q2 * Ae.T + N2, by=(moments,)),
+        "one step of the moment of the estimator",
+        Ae * Q2 * Ae.T + N2,
         Line(Ae * Q2 * Ae.T + is_N2.right, by=(is_N2,)),
         Line(
             Gam * (step + Kq * (V2s + C * Q_e * C.T) * Kq.T) * Gam.T,
@@ -82,11 +87,10 @@ PAGE = (
         Line(Gam * (A * Q_e * A.T + Kq * V2s * Kq.T) * Gam.T, by=(is_Aq,)),
         Line(Gam * Qh * Gam.T, by=(is_Qh, is_K)),
     ),
-    mixed_dual := chain(
+    mixed_dual_step := chain(
         "4.15",
-        "the dual of state and estimator",
-        P12,
-        Line(A.T * P12 * Ae + M12, by=(duals,)),
+        "one step of the dual of state and estimator",
+        A.T * P12 * Ae + M12,
         Line(A.T * P12 * Ae + C.T * Be.T * P2 * Ae - Lq.T * R * Ce, by=(is_M12, is_Lq)),
         Line(
             -(A - Kq * C).T * P_e * Aq * G.T - Lq.T * R * Lq * G.T,
@@ -94,17 +98,27 @@ PAGE = (
         ),
         Line(-Ph * G.T, by=(is_Aq, is_Ph)),
     ),
-    inner_dual := chain(
+    inner_dual_step := chain(
         "4.16",
-        "the dual of the estimator",
-        P2,
-        Line(Ae.T * P2 * Ae + M2, by=(duals,)),
+        "one step of the dual of the estimator",
+        Ae.T * P2 * Ae + M2,
         Line(Ae.T * P2 * Ae + Ce.T * R * Ce, by=(is_M2,)),
         Line(
             G * (Aq.T * P_e * Aq + Lq.T * R * Lq) * G.T,
             by=(is_Pe, gain_Ae, is_Ce, is_Lq),
         ),
         Line(G * Ph * G.T, by=(is_Ph,)),
+    ),
+    "In the steady state a step changes nothing.",
+    mixed := steady(
+        "4.13", "the moment of state and estimator", Q12, moments, mixed_step
+    ),
+    inner := steady("4.14", "the moment of the estimator", Q2, moments, inner_step),
+    mixed_dual := steady(
+        "4.15", "the dual of state and estimator", P12, duals, mixed_dual_step
+    ),
+    inner_dual := steady(
+        "4.16", "the dual of the estimator", P2, duals, inner_dual_step
     ),
     """The first two say that `G` and `Gamma` are biorthogonal, which the paper takes
     for granted where it proves it.""",

@@ -1,177 +1,239 @@
-"""What is said beside the theorem: lemma 3.1, (3.18)-(3.20), remarks 3.3 and 3.4.
+"""What is said beside the theorem: lemma 3.1, (3.19), (3.20) and the remarks.
+
+A projection has two factors, unique but for a basis of the estimator's state.  With
+them the estimator is an observer, and a filter of full order seen through the
+projection.
 
 Source: Haddad and Bernstein (1987), section 3.
 """
 
 from functools import cache
 
-from sympy import Trace
+from sympy import Matrix
 
-from ....symbolic import Algebra, Derivation, Identity, MatrixSymbol, ZeroMatrix, claims
-from .blocks import (
-    P2,
-    P12,
-    PAIRS,
-    Q2,
-    Q12,
-    SYMMETRIC,
-    A,
-    Ae,
-    Be,
-    C,
-    Ce,
-    De,
-    L,
-    R,
-    adjoint,
-    cost,
-    gradients,
-    l,
-    moment,
-    n,
-    q,
-    r,
+from ....symbolic import (
+    Counterexample,
+    Derivation,
+    Equation,
+    Identity,
+    Iff,
+    Line,
+    ZeroMatrix,
 )
-from .projecting import BEST, PROJECTING, G, Gam, K, Q, V2s, at, formulas, tau
+from .augmented import is_xe_next
+from .cost import is_e, is_ye
+from .equations import regression
+from .letters import *
+from .projection import aligned, aligned_dual, one
+from .sensitivity import silent
+from .stationarity import gain_Ae, is_Ae, is_Be, is_Ce, is_tau
 
-S = MatrixSymbol("S", r, r)
-Si = S.I
-xe, xh, k, y = (
-    MatrixSymbol(name, d, 1) for name, d in zip(("x_e", "xhat", "k", "y"), (r, n, n, l))
+U = letters("U", n, r, "columns that span what a projection leaves as it is")
+Z = letters("Z", r, n, "the other factor of the projection")
+U_left = letters("U^+", r, n, "a left inverse of `U`")
+Z_right = letters("Z^+", n, r, "a right inverse of `Z`")
+S = letters("S", r, r, "a change of basis of the estimator")
+G_1 = letters("G_1", r, n, "another factor `G`")
+Gam_1 = letters("Gam_1", r, n, "another factor `Gamma`")
+xe_1 = letters("x_e1", r, 1, "state of the estimator in another basis")
+xe_1_next = letters("x_e1_next", r, 1, "the same one step on")
+Ae_1 = letters("A_e1", r, r, "moves it")
+Be_1 = letters("B_e1", r, l, "what a measurement does to it")
+Ce_1 = letters("C_e1", q, r, "what the estimator says from it")
+xh_next = letters("xhat_next", n, 1, "what it says of the next state")
+kappa = letters("kappa", n, 1, "an input in place of the weighted innovation")
+one_state = Identity(r)
+
+PAGE = (
+    """Lemma 3.1 takes a projection apart. A matrix of rank `n_e` is a product of two
+    factors of full rank, and these have one-sided inverses. If the matrix is
+    idempotent, the factors are biorthogonal.""",
+    is_UZ := define(tau, U * Z, "3.8"),
+    from_left := define(U_left * U, one_state),
+    from_right := define(Z * Z_right, one_state),
+    idempotent := define(tau * tau, tau, "3.6"),
+    chain(
+        "3.9",
+        "factors of full rank are biorthogonal",
+        Z * U,
+        Line(U_left * U * Z * U * Z * Z_right, by=(from_left, from_right)),
+        Line(U_left * tau * tau * Z_right, by=(is_UZ,)),
+        Line(U_left * tau * Z_right, by=(idempotent,)),
+        Line(U_left * U * Z * Z_right, by=(is_UZ,)),
+        Line(one_state, by=(from_left, from_right)),
+    ),
+    """So `G = U'` and `Gamma = Z` will do. That (3.8) and (3.9) give (3.6) and (3.7) is
+    in the section on the projection. Two pairs of factors differ by a change of basis,
+    which the two pairs make.""",
+    is_tau,
+    is_tau_1 := define(tau, G_1.T * Gam_1, "3.8"),
+    one_1 := define(Gam_1 * G_1.T, one_state, "3.9"),
+    is_S_G := define(S, Gam_1 * G.T),
+    same_Gam := chain(
+        "3.8",
+        "one factor in another basis",
+        Gam_1,
+        Line(Gam_1 * tau, by=(is_tau_1, one_1)),
+        Line(Gam_1 * G.T * Gam, by=(is_tau,)),
+        Line(S * Gam, by=(is_S_G,)),
+    ),
+    chain(
+        "3.8",
+        "the other factor in another basis",
+        G.T,
+        Line(tau * G.T, by=(is_tau, one)),
+        Line(G_1.T * Gam_1 * G.T, by=(is_tau_1,)),
+        Line(G_1.T * S, by=(is_S_G,)),
+    ),
+    chain(
+        "3.9",
+        "the change of basis has an inverse",
+        S * Gam * G_1.T,
+        Line(Gam_1 * G_1.T, by=(same_Gam,)),
+        Line(one_state, by=(one_1,)),
+    ),
+    """Remark 3.2: the projection is idempotent, and in general it is not symmetric.
+    Nothing in (3.6) to (3.9) and (3.17) makes it so.""",
+    Counterexample(
+        "remark 3.2",
+        "the projection need not be orthogonal",
+        tau,
+        tau.T,
+        {
+            G: Matrix([[1, 0]]),
+            Gam: Matrix([[1, 1]]),
+            tau: Matrix([[1, 1], [0, 0]]),
+            Qh: Matrix([[3, -1], [-1, 1]]),
+            Ph: Matrix([[1, 1], [1, 2]]),
+        },
+        given=(is_tau, one, aligned, aligned_dual),
+        symmetric=(Qh, Ph),
+    ),
+    """Remark 3.3: an estimator without feedthrough has `D_e = 0`. The gradients in its
+    other matrices vanish for any `D_e`, so (3.10) to (3.12) hold as they are. The least
+    error covariance has one term.""",
+    silent,
+    chain(
+        "remark 3.3",
+        "the least error without feedthrough",
+        Sigma,
+        Line(regression.right, by=(regression,)),
+        Line(L * Q * L.T, by=(silent,)),
+    ),
+    """Remark 3.4: another basis of the estimator's state changes its matrices, and
+    nothing that is seen of it.""",
+    is_xe_next,
+    is_ye,
+    is_e,
+    is_xe_1 := define(xe_1, S * xe, "remark 3.4"),
+    is_xe_1_next := define(xe_1_next, S * xe_next, "remark 3.4"),
+    is_Ae_1 := define(Ae_1, S * Ae * S.I, "remark 3.4"),
+    is_Be_1 := define(Be_1, S * Be, "remark 3.4"),
+    is_Ce_1 := define(Ce_1, Ce * S.I, "remark 3.4"),
+    chain(
+        "remark 3.4",
+        "the estimator in another basis",
+        xe_1_next,
+        Line(S * xe_next, by=(is_xe_1_next,)),
+        Line(S * Ae * xe + S * Be * y, by=(is_xe_next,)),
+        Line(Ae_1 * S * xe + Be_1 * y, by=(is_Ae_1, is_Be_1)),
+        Line(Ae_1 * xe_1 + Be_1 * y, by=(is_xe_1,)),
+    ),
+    chain(
+        "remark 3.4",
+        "its error is the same",
+        L * x - (Ce_1 * xe_1 + De * y),
+        Line(L * x - (Ce * xe + De * y), by=(is_Ce_1, is_xe_1)),
+        Line(L * x - ye, by=(is_ye,)),
+        Line(e, by=(is_e,)),
+    ),
+    """So the cost is the same. The matrices are those of other factors of the same
+    projection.""",
+    is_Be,
+    is_Ce,
+    is_G_1 := define(G_1.T, G.T * S.I, "remark 3.4"),
+    is_Gam_1 := define(Gam_1, S * Gam, "remark 3.4"),
+    chain(
+        "remark 3.4",
+        "the projection is the same",
+        G_1.T * Gam_1,
+        Line(G.T * Gam, by=(is_G_1, is_Gam_1)),
+        Line(tau, by=(is_tau,)),
+    ),
+    chain(
+        "remark 3.4",
+        "its own matrix by the other factors",
+        Ae_1,
+        Line(S * Ae * S.I, by=(is_Ae_1,)),
+        Line(S * Gam * Aq * G.T * S.I, by=(gain_Ae,)),
+        Line(Gam_1 * Aq * G_1.T, by=(is_Gam_1, is_G_1)),
+    ),
+    chain(
+        "remark 3.4",
+        "its input matrix by the other factors",
+        Be_1,
+        Line(S * Gam * Kq, by=(is_Be_1, is_Be)),
+        Line(Gam_1 * Kq, by=(is_Gam_1,)),
+    ),
+    chain(
+        "remark 3.4",
+        "its output matrix by the other factors",
+        Ce_1,
+        Line((L - De * C) * G.T * S.I, by=(is_Ce_1, is_Ce)),
+        Line((L - De * C) * G_1.T, by=(is_G_1,)),
+    ),
+    """Remark 3.5: the best estimator is an observer of `Gamma x`, which corrects itself
+    by the innovation.""",
+    is_Ae,
+    observer := chain(
+        "3.19",
+        "the estimator as an observer",
+        xe_next,
+        Line(Ae * xe + Be * y, by=(is_xe_next,)),
+        Line((Gam * A * G.T - Be * C * G.T) * xe + Be * y, by=(is_Ae,)),
+        Line(Gam * A * G.T * xe + Gam * Kq * (y - C * G.T * xe), by=(is_Be,)),
+    ),
+    "Lifted by `G'`, it is a filter of full order seen through the projection.",
+    is_xh := define(xh, G.T * xe, "remark 3.5"),
+    is_xh_next := define(xh_next, G.T * xe_next, "remark 3.5"),
+    chain(
+        "3.20",
+        "the estimator at full order",
+        xh_next,
+        Line(G.T * xe_next, by=(is_xh_next,)),
+        Line(
+            G.T * Gam * A * G.T * xe + G.T * Gam * Kq * (y - C * G.T * xe),
+            by=(observer,),
+        ),
+        Line(tau * A * xh + tau * Kq * (y - C * xh), by=(is_tau, is_xh)),
+    ),
+    chain(
+        "3.20",
+        "the projection leaves the estimate as it is",
+        tau * xh,
+        Line(G.T * Gam * G.T * xe, by=(is_tau, is_xh)),
+        Line(G.T * xe, by=(one,)),
+        Line(xh, by=(is_xh,)),
+    ),
+    chain(
+        "3.20",
+        "the state of the estimator from the estimate",
+        Gam * xh,
+        Line(Gam * G.T * xe, by=(is_xh,)),
+        Line(xe, by=(one,)),
+    ),
+    """An input in place of `K_q (y - C xhat)` reaches the estimator through `Gamma`. It
+    is annihilated exactly if it lies in the null space of `tau`.""",
+    chain(
+        "after 3.20",
+        "which inputs are annihilated",
+        Equation(Gam * kappa, ZeroMatrix(r, 1)),
+        Iff(Equation(tau * kappa, ZeroMatrix(n, 1)), by=(is_tau, one)),
+    ),
 )
-
-
-def lemma():
-    """Lemma 3.1; that tau of rank n_e is X Y, of full rank, is a rank argument."""
-    X, Y = MatrixSymbol("X", n, r), MatrixSymbol("Y", r, n)
-    Xl, Yr = MatrixSymbol("X+", r, n), MatrixSymbol("Y+", n, r)
-    G1, Gam1 = MatrixSymbol("G_1", r, n), MatrixSymbol("Gam_1", r, n)
-    change, back = Gam1 * G.T, Gam * G1.T
-    between = G1.T * Gam1 - G.T * Gam
-    factors = Algebra([], [(Gam * G.T, Identity(r)), (Gam1 * G1.T, Identity(r))])
-    full = Algebra([], [(Xl * X, Identity(r)), (Y * Yr, Identity(r))])
-    return claims(
-        factors,
-        {
-            "(3.6) lemma 3.1: tau^2 = tau if Gam G' = I": (tau * tau, tau),
-            "(3.7) lemma 3.1: Gam tau G' = I, so tau has rank n_e": (
-                Gam * tau * G.T,
-                Identity(r),
-            ),
-            "(3.8) lemma 3.1, two factorisations of one tau: Gam_1 = S Gam": (
-                Gam1 - change * Gam,
-                Gam1 * between,
-            ),
-            "(3.8) lemma 3.1, two factorisations of one tau: G_1' = G' S^-1": (
-                G1.T - G.T * back,
-                between * G1.T,
-            ),
-            "(3.9) lemma 3.1: S = Gam_1 G' has the inverse Gam G_1'": (
-                Identity(r) - change * back,
-                Gam1 * between * G1.T,
-            ),
-            "(3.9) lemma 3.1: and on the other side": (
-                Identity(r) - back * change,
-                -Gam * between * G.T,
-            ),
-        },
-    ) | claims(
-        full,
-        {
-            "(3.8),(3.9) lemma 3.1: X Y X Y = X Y is Y X = I for X, Y of full rank": (
-                Xl * (X * Y * X * Y - X * Y) * Yr,
-                Y * X - Identity(r),
-            )
-        },
-    )
-
-
-def remarks():
-    """(3.18)-(3.20), and remarks 3.3 and 3.4."""
-    J = cost(PAIRS).as_expr()
-    silent = {De: ZeroMatrix(q, l)}
-    observer = Gam * A * G.T * xe + Gam * K * (y - C * G.T * xe)
-    moved = {Ae: S * Ae * Si, Be: S * Be, Ce: Ce * Si}
-    moments_ = {Q12: Q12 * S.T, Q2: S * Q2 * S.T, P12: P12 * Si, P2: Si.T * P2 * Si}
-    both = moved | moments_
-    ahead, back, g = moment(PAIRS), adjoint(PAIRS), gradients(PAIRS)
-    best = PROJECTING.with_relations((De * V2s, L * Q * C.T))
-    plain = Algebra(SYMMETRIC)
-    found = claims(
-        PROJECTING,
-        {
-            "(3.18) De = 0, remark 3.3: J = tr L Q L'R": (
-                at(cost(PAIRS), {Ce: BEST[Ce]}).xreplace(silent),
-                Trace(L * Q * L.T * R),
-            ),
-            "(3.19) x_e+ = Ae x_e + Be y is Gam A G'x_e + Gam K (y - C G'x_e)": (
-                BEST[Ae] * xe + BEST[Be] * y,
-                observer,
-            ),
-            "(3.20) x^ = G'x_e: x^_+ = tau A x^ + tau K (y - C x^)": (
-                G.T * observer,
-                (tau * A * xh + tau * K * (y - C * xh)).xreplace({xh: G.T * xe}),
-            ),
-            "(3.20) tau x^ = x^ for x^ = G'x_e": (tau * G.T * xe, G.T * xe),
-            "(3.20) of an error input k the estimator sees Gam k = Gam (tau k) alone": (
-                Gam * k,
-                Gam * (tau * k),
-            ),
-        },
-    )
-    found |= claims(
-        PROJECTING,
-        {
-            f"({k}) De = 0, remark 3.3: the gradient in {X.name} vanishes as before": (
-                at(g[X]).xreplace(silent),
-                0,
-            )
-            for k, X in zip(("3.10", "3.11", "3.12"), (Ae, Be, Ce))
-        },
-    ) | claims(
-        best,
-        {
-            "(3.18) J = tr (L Q L' - De V2s De') R": (
-                at(cost(PAIRS), {Ce: BEST[Ce]}),
-                formulas()["(3.18) J"],
-            )
-        },
-    )
-    return found | claims(
-        plain,
-        {
-            "remark 3.4: S leaves the cost alone": (J.xreplace(both), J),
-            "remark 3.4: block 12 of (4.6) turns by S": (
-                at(ahead[0, 1], both),
-                ahead[0, 1].as_expr() * S.T,
-            ),
-            "remark 3.4: block 22 of (4.6) turns by S": (
-                at(ahead[1, 1], both),
-                S * ahead[1, 1].as_expr() * S.T,
-            ),
-            "remark 3.4: block 12 of (4.7) turns by S^-1": (
-                at(back[0, 1], both),
-                back[0, 1].as_expr() * Si,
-            ),
-            "remark 3.4: block 22 of (4.7) turns by S^-1": (
-                at(back[1, 1], both),
-                Si.T * back[1, 1].as_expr() * Si,
-            ),
-            "remark 3.4: tau = G'Gam does not change": (
-                (S.T.I * G).T * (S * Gam),
-                tau,
-            ),
-        },
-    )
 
 
 @cache
 def derive():
-    return Derivation(
-        formulas={
-            "(3.19) x_e+": Gam * A * G.T * xe + Gam * K * (y - C * G.T * xe),
-            "(3.20) x^_+": tau * A * xh + tau * K * (y - C * xh),
-        },
-        steps=lemma() | remarks(),
-        source="Haddad and Bernstein (1987), section 3",
-    )
+    """The page."""
+    return Derivation(page=PAGE, letters=letters, source=SOURCE)

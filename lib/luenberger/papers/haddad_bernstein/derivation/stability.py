@@ -1,169 +1,212 @@
 """Is an estimator built from (3.14)-(3.17) stable?
 
-Let V span the real invariant space of an eigenvalue, X V = V M with M M' = c I and
-c its squared modulus.  P2 = Ae'P2 Ae + Ce'R Ce and P2 > 0 leave Ae the open disk and
-those modes of modulus one that Ce does not show.  Phi = Gam A G', which is Ae before
-the measurement, is always stable: Q2 = Phi Q2 Phi' + Be V2s Be' leaves it modes of
-modulus one with Be'V = 0, and then G'Q2 V would span such modes of the stable A.
-
-So Ae is stable if (Ae, Ce) is observable, as the paper's admissible set has it, or
-if the joint covariance of w1, w2 is definite: a mode w of A~ of modulus one then
-receives no noise, Be'v = 0, and it would be one of Phi.  Q2 > 0 and P2 > 0 alone are
-not enough (`counterexamples`).
+Its dual moment leaves it the open disk, and those modes of modulus one that its output
+does not show.  So it is stable if it is observable, as in the paper's admissible set;
+or if the joint covariance of the noises is definite.  Positive Q2 and P2 alone are not
+enough (`counterexamples`).
 
 Source: our own.
 """
 
 from functools import cache
 
-import sympy as sp
 from sympy import Trace
 
 from ....symbolic import (
-    Algebra,
+    AtLeast,
     BlockMatrix,
+    Cyclic,
     Derivation,
-    Identity,
-    MatrixSymbol,
+    Line,
+    Substitute,
     ZeroMatrix,
-    claims,
 )
-from .blocks import (
-    JOINT,
-    P2,
-    PAIRS,
-    Q2,
-    SYMMETRIC,
-    A,
-    Ae,
-    At,
-    Be,
-    C,
-    Ce,
-    Qt,
-    R,
-    Vt,
-    adjoint,
-    l,
-    moment,
-    n,
-    r,
+from .augmented import (
+    is_At,
+    is_Bt,
+    is_N2,
+    is_N12,
+    is_W,
+    is_Wt,
+    moments,
+    steady,
 )
-from .projecting import ALGEBRA, G, Gam, Qs, V2s, at
+from .cost import duals, is_M2
+from .equations import is_root as is_root_Qt
+from .equations import is_root_R, is_root_V
+from .letters import *
+from .mean_square import M_c, c, k, turn
+from .stationarity import is_Ae, is_Q12, is_Qe, next_split, split
 
-k = sp.Symbol("k", integer=True, nonnegative=True)
-c = sp.Symbol("c", positive=True)
-V, M = MatrixSymbol("V", r, k), MatrixSymbol("M", k, k)
-Phi = MatrixSymbol("Phi", r, r)
-TURNS = (M * M.T, c * Identity(k))
+Phi = letters("Phi", r, r, "what the estimator tracks moves by this")
+V_e = letters("V_e", r, k, "spans the real modes of one eigenvalue of the estimator")
+V_w = letters("V_w", both, k, "spans those of one eigenvalue of `A~'`")
+V_x = letters("V_x", n, k, "its rows for the plant")
+W_r = letters("H_W", n + l, n + l, "a root of `W`")
 
 
-def observed():
-    """The adjoint's side: modes of Ae."""
-    algebra = Algebra(SYMMETRIC, [(Ae * V, V * M), TURNS])
-    grown = (V.T * (P2 - Ae.T * P2 * Ae) * V, V.T * Ce.T * R * Ce * V)
-    return claims(
-        algebra,
-        {
-            "Ae V = V M: tr V'(P2 - Ae'P2 Ae) V = (1 - c) tr V'P2 V": (
-                Trace(grown[0]),
-                (1 - c) * Trace(V.T * P2 * V),
-            )
-        },
-    ) | claims(
-        Algebra(SYMMETRIC),
-        {
-            "(4.7) block 22: P2 - Ae'P2 Ae = Ce'R Ce": (
-                adjoint(PAIRS)[1, 1],
-                Ae.T * P2 * Ae + Ce.T * R * Ce,
-            )
-        },
+def grown(says, X, F, V, by):
+    """What a matrix shows of modes, less what it shows of them one step on."""
+    seen = Trace(V.T * X * V)
+    return chain(
+        "",
+        says,
+        Trace(V.T * (X - F * X * F.T) * V),
+        Line(seen - Trace(M_c.T * V.T * X * V * M_c), by=(by,)),
+        Cyclic((1 - c) * seen, by=(turn,)),
     )
 
 
-def driven():
-    """The moment's side: modes of Phi = Gam A G'."""
-    ahead = moment(PAIRS)
-    observer = {Ae: Phi - Be * C * G.T}
-    algebra = Algebra(SYMMETRIC, [(Phi.T * V, V * M), TURNS])
-    unseen = Algebra(
-        SYMMETRIC, [(Phi.T * V, V * M), (Be.T * V, ZeroMatrix(l, k)), TURNS]
-    )
-    return (
-        claims(
-            ALGEBRA,
-            {
-                "(4.6) block 22 is Phi Q2 Phi' + Be V2s Be', Ae = Phi - Be C G'": (
-                    at(ahead[1, 1], observer),
-                    Phi * Q2 * Phi.T + Be * V2s * Be.T,
-                ),
-                "(4.6) block 12 is A G'Q2 Phi' + Qs Be'": (
-                    at(ahead[0, 1], observer),
-                    A * G.T * Q2 * Phi.T + Qs * Be.T,
-                ),
-                "(3.10)' Ae = Phi - Be C G' with Phi = Gam A G'": (
-                    Gam * A * G.T - Be * C * G.T,
-                    (Phi - Be * C * G.T).xreplace({Phi: Gam * A * G.T}),
-                ),
-            },
-        )
-        | claims(
-            algebra,
-            {
-                "Phi'V = V M: tr V'(Q2 - Phi Q2 Phi') V = (1 - c) tr V'Q2 V": (
-                    Trace(V.T * (Q2 - Phi * Q2 * Phi.T) * V),
-                    (1 - c) * Trace(V.T * Q2 * V),
-                )
-            },
-        )
-        | claims(
-            unseen,
-            {
-                "Be'V = 0: block 12 gives Z = A Z M for Z = G'Q2 V, a mode of A": (
-                    (A * G.T * Q2 * Phi.T + Qs * Be.T) * V,
-                    A * (G.T * Q2 * V) * M,
-                ),
-                "Be'V = 0: a mode of Ae' is one of Phi'": (
-                    (Phi - Be * C * G.T).T * V,
-                    V * M,
-                ),
-            },
-        )
-    )
-
-
-def definite():
-    """A mode of A~ of modulus one receives no noise."""
-    top, low = MatrixSymbol("X", n, k), V
-    W = BlockMatrix([[top], [low]])
-    mode = Algebra(
-        SYMMETRIC,
-        [(A.T * top, top * M - C.T * Be.T * low), (Ae.T * low, low * M), TURNS],
-    )
-    seen = BlockMatrix([[top], [Be.T * low]])
-    return claims(
-        mode,
-        {
-            "A~'W = W M for W = [X; V] with A'X + C'Be'V = X M, Ae'V = V M": (
-                At.T * W,
-                BlockMatrix([[top * M], [low * M]]),
-            ),
-            "tr W'(Q~ - A~Q~A~') W = (1 - c) tr W'Q~W": (
-                Trace(W.T * (Qt - At * Qt * At.T) * W),
-                (1 - c) * Trace(W.T * Qt * W),
-            ),
-            "W'V~W = [X; Be'V]'cov(w1, w2) [X; Be'V]": (
-                W.T * Vt * W,
-                seen.T * JOINT * seen,
-            ),
-        },
-    )
+PAGE = (
+    """Let `V_e` span the real modes of an eigenvalue of `A_e`, and `c` be its squared
+    modulus. The dual of the estimator's moment is driven by what its output shows.""",
+    turn,
+    own := define(Ae * V_e, V_e * M_c),
+    is_M2,
+    is_root_R,
+    loses := grown("what the dual shows of the modes", P2, Ae.T, V_e, own),
+    chain(
+        "4.7",
+        "the estimator's modes lie in the closed disk",
+        (1 - c) * Trace(V_e.T * P2 * V_e),
+        Line(loses.left, by=(loses,)),
+        Line(Trace(V_e.T * M2 * V_e), by=(duals,)),
+        Line(Trace(V_e.T * Ce.T * R * Ce * V_e), by=(is_M2,)),
+        AtLeast(0, by=(is_root_R,), root=V_e.T * Ce.T * root_R),
+    ),
+    """So `c` is at most 1, because `P_2` is definite. Where it is 1, the square is
+    zero: `C_e V_e = 0`. An observable estimator has no such modes, so it is stable.""",
+    """Before a measurement corrects it, the estimator moves by `Phi`. The moments are
+    driven by the innovation alone.""",
+    is_Phi := define(Phi, Gam * A * G.T),
+    is_Ae,
+    is_Q12,
+    is_N2,
+    is_N12,
+    corrected := chain(
+        "3.10'",
+        "the estimator before its correction",
+        Phi - Be * C * G.T,
+        Line(Gam * A * G.T - Be * C * G.T, by=(is_Phi,)),
+        Line(Ae, by=(is_Ae,)),
+    ),
+    inner := chain(
+        "4.6",
+        "the moment of the estimator by the innovation",
+        Q2,
+        Line(Ae * Q2 * Ae.T + N2, by=(moments,)),
+        Line(Ae * Q2 * Ae.T + is_N2.right, by=(is_N2,)),
+        Line(
+            (Phi - Be * C * G.T) * Q2 * (Phi - Be * C * G.T).T
+            + Be * C * G.T * Q2 * (Phi - Be * C * G.T).T
+            + (Phi - Be * C * G.T) * Q2 * G * C.T * Be.T
+            + Be * Qyy * Be.T,
+            by=(corrected, is_Q12),
+        ),
+        Line(Phi * Q2 * Phi.T + Be * V2s * Be.T, by=(split, is_Qe)),
+    ),
+    mixed := chain(
+        "4.6",
+        "the mixed moment by the innovation",
+        Q12,
+        Line(A * Q12 * Ae.T + N12, by=(moments,)),
+        Line(A * Q12 * Ae.T + Qxy_next * Be.T, by=(is_N12,)),
+        Line(
+            A * G.T * Q2 * (Phi - Be * C * G.T).T + (Qs + A * Q_e * C.T) * Be.T,
+            by=(corrected, is_Q12, next_split),
+        ),
+        Line(A * G.T * Q2 * Phi.T + Qs * Be.T, by=(is_Qe,)),
+    ),
+    "So the modes of `Phi` lie in the closed disk as well.",
+    is_Qe,
+    is_root_V,
+    turned := define(Phi.T * V_e, V_e * M_c),
+    shows := grown("what the moment shows of the modes", Q2, Phi, V_e, turned),
+    chain(
+        "4.6",
+        "the modes before the correction lie in the closed disk",
+        (1 - c) * Trace(V_e.T * Q2 * V_e),
+        Line(shows.left, by=(shows,)),
+        Line(Trace(V_e.T * Be * V2s * Be.T * V_e), by=(inner,)),
+        AtLeast(0, by=(is_root_V,), root=V_e.T * Be * root_V),
+    ),
+    """Where `c` is 1, the square is zero: `B_e' V_e = 0`. Then `G' Q_2 V_e` spans
+    modes of the plant. The plant is stable and has none of modulus one, so `Phi` has
+    none.""",
+    unmoved := define(Be.T * V_e, ZeroMatrix(l, k)),
+    chain(
+        "",
+        "modes before the correction are modes of the plant",
+        G.T * Q2 * V_e,
+        Line(Q12 * V_e, by=(is_Q12,)),
+        Line((A * G.T * Q2 * Phi.T + Qs * Be.T) * V_e, by=(mixed,)),
+        Line(A * (G.T * Q2 * V_e) * M_c, by=(unmoved, turned)),
+    ),
+    """The estimator is stable also if the joint covariance of the noises is definite,
+    whether it is observable or not. Let `V_w` span modes of plant and estimator
+    together. What the moment shows of them is driven by the noises.""",
+    is_At,
+    is_Bt,
+    is_W,
+    is_Wt,
+    is_root_Qt,
+    is_root_W := define(W, W_r * W_r.T),
+    steady,
+    joint := define(At.T * V_w, V_w * M_c),
+    whole := grown("what the moment of both shows of the modes", Qt, At, V_w, joint),
+    reached := chain(
+        "section 2",
+        "the covariance of the additive noise from that of the noises",
+        Wt,
+        Substitute(Bt * W * Bt.T, by=(is_Wt, is_Bt, is_W)),
+    ),
+    chain(
+        "4.4",
+        "the modes of both lie in the closed disk",
+        (1 - c) * Trace(V_w.T * Qt * V_w),
+        Line(whole.left, by=(whole,)),
+        Line(Trace(V_w.T * (At1 * Qt * At1.T + Wt) * V_w), by=(steady,)),
+        AtLeast(Trace(V_w.T * Wt * V_w), by=(is_root_Qt,), root=V_w.T * At1 * root_Qt),
+        Line(Trace(V_w.T * Bt * W * Bt.T * V_w), by=(reached,)),
+        AtLeast(0, by=(is_root_W,), root=V_w.T * Bt * W_r),
+    ),
+    """Where `c` is 1, both squares are zero, and with `W` definite `B~' V_w = 0`. By
+    blocks this is `V_x = 0` and `B_e' V_e = 0`.""",
+    by_rows := define(V_w, BlockMatrix([[V_x], [V_e]])),
+    chain(
+        "section 2",
+        "how the noises reach the modes",
+        Bt.T * V_w,
+        Substitute(BlockMatrix([[V_x], [Be.T * V_e]]), by=(is_Bt, by_rows)),
+    ),
+    """A mode of `A_e'` of modulus one has such a `V_w`, because `A` has no mode in
+    common with it. So it is not corrected, and it would be one of `Phi'`, which has
+    none.""",
+    seen := define(Ae.T * V_e, V_e * M_c),
+    solved := define(A.T * V_x + C.T * Be.T * V_e, V_x * M_c),
+    chain(
+        "section 2",
+        "the modes of both from those of the estimator",
+        At.T * V_w,
+        Substitute(
+            BlockMatrix([[A.T * V_x + C.T * Be.T * V_e], [Ae.T * V_e]]),
+            by=(is_At, by_rows),
+        ),
+        Line(BlockMatrix([[V_x * M_c], [V_e * M_c]]), by=(solved, seen)),
+        Substitute(V_w * M_c, by=(by_rows,)),
+    ),
+    chain(
+        "3.10'",
+        "a mode that is not corrected",
+        Phi.T * V_e,
+        Line((Ae + Be * C * G.T).T * V_e, by=(corrected,)),
+        Line(Ae.T * V_e, by=(unmoved,)),
+        Line(V_e * M_c, by=(seen,)),
+    ),
+)
 
 
 @cache
 def derive():
-    return Derivation(
-        formulas={"Phi": Gam * A * G.T, "Ae": Phi - Be * C * G.T},
-        steps=observed() | driven() | definite(),
-        source="our own",
-    )
+    """The page."""
+    return Derivation(page=PAGE, letters=letters, source="our own")
