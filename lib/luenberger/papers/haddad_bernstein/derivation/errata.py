@@ -52,7 +52,7 @@ def tried(left, right, relations=()):
         return NOT_CONFORMABLE
 
 
-def both(truth, ours, printed, relations=(), meant=()):
+def compared(truth, ours, printed, relations=(), meant=()):
     """The printed claim and ours, after definitions are put in."""
     at = lambda expr: put_in(expr, meant)  # noqa: E731
     right = at(truth)
@@ -68,13 +68,13 @@ def section_2():
     (first, cross), (across, last) = cost.weight.right.blocks.tolist()
     own = put_in(best.is_V2s.right, (augmented.is_V2, best.is_Q1))
     return {
-        "R~: Ce R Ce for Ce'R Ce": both(
+        "R~: Ce R Ce for Ce'R Ce": compared(
             Rt,
             cost.weight.right,
             lambda: BlockMatrix([[first, cross], [across, Ce * R * Ce]]),
             meant=MEANT,
         ),
-        "section 2: tau Qh tau' is lost in V2s and Qs": both(
+        "section 2: tau Qh tau' is lost in V2s and Qs": compared(
             own,
             equations.written_V2s.right,
             lambda: C * Q * C.T + W2 + C1 * Q * C1.T,
@@ -95,20 +95,20 @@ def conditions():
     rest = At1.T * Pt * At1 + Rt - Pt
     input_, static = P2 * (Be * V2s - Gam * Qs), R * (De * V2s - L * Q * C.T)
     return {
-        "(4.7): A~P~A~ for A~'P~A~": both(
+        "(4.7): A~P~A~ for A~'P~A~": compared(
             ALGEBRA.gradient(gradients.lagrangian, Qt).as_expr(),
             At.T * Pt * At + rest,
             lambda: At * Pt * At + rest,
         ),
-        "(4.8): P12 A Q12 for P12'A Q12": both(
+        "(4.8): P12 A Q12 for P12'A Q12": compared(
             at_Ae,
             P12.T * A * Q12 + P2 * Be * C * Q12 + P2 * Ae * Q2,
             lambda: P12 * A * Q12 + P2 * Be * C * Q12 + P2 * Ae * Q2,
         ),
-        "(4.9): is the gradient in Be only modulo (4.8)": both(
+        "(4.9): is the gradient in Be only modulo (4.8)": compared(
             input_, at_Be - at_Ae * G * C.T, lambda: at_Be, meant=MEANT
         ),
-        "(4.11): is the gradient in De only modulo (4.10), times R^-1": both(
+        "(4.11): is the gradient in De only modulo (4.10), times R^-1": compared(
             static, at_De - at_Ce * G * C.T, lambda: at_De, meant=MEANT
         ),
     }
@@ -122,37 +122,37 @@ def theorem_3_1():
     lifted = [projection.hidden.relation, (tau * Q_e, Q_e)]
     lifted_dual = [projection.hidden_dual.relation, (P_e * tau, P_e)]
     return {
-        "(3.14): tau_perp Qh tau_perp' is needed": both(
+        "(3.14): tau_perp Qh tau_perp' is needed": compared(
             equations.outer.right - Q_e,
             riccati,
             lambda: riccati - forgets * Qh * forgets.T,
             [equations.left.relation, SPREAD],
         ),
-        "(3.15): A Qh A' for A tau Qh tau'A'": both(
+        "(3.15): A Qh A' for A tau Qh tau'A'": compared(
             projection.is_Qh.right,
             second,
             lambda: A * Qh * A.T + Kq * Qs.T,
             lifted,
         ),
-        "(3.16): Ph for tau'Ph tau": both(
+        "(3.16): Ph for tau'Ph tau": compared(
             projection.is_Ph.right,
             third,
             lambda: Aq.T * Ph * Aq + Lq.T * R * Lq,
             lifted_dual,
         ),
-        "(3.15): with the hats of section 4, tau Q tau', it is false": both(
+        "(3.15): with the hats of section 4, tau Q tau', it is false": compared(
             projection.is_Qh.right - Qh,
             second - Qh,
             lambda: second.xreplace({Qh: Q_e}) - Q_e,
             lifted,
         ),
-        "(3.16): with the hats of section 4, tau'P tau, it is false": both(
+        "(3.16): with the hats of section 4, tau'P tau, it is false": compared(
             projection.is_Ph.right - Ph,
             third - Ph,
             lambda: third.xreplace({Ph: P_e}) - P_e,
             lifted_dual,
         ),
-        "end of section 4: tau(4.13)G - (4.13)G - ((4.13)G)' gives (3.15)": both(
+        "end of section 4: tau(4.13)G - (4.13)G - ((4.13)G)' gives (3.15)": compared(
             second - Qh,
             A * spread * A.T,
             lambda: spread - E_13 * G - (E_13 * G).T,
@@ -167,25 +167,25 @@ def section_4():
     printed_13, printed_15 = (Qh - Q_e) * Gam.T, (Ph - P_e) * G.T
     at = (*MEANT, *BEST, *HATS)
     return {
-        "(4.13): - Qhat within the bracket": both(
+        "(4.13): - Qhat within the bracket": compared(
             A * Q12 * Ae.T + N12 - Q12, E_13, lambda: printed_13, meant=at
         ),
-        "(4.14): - Qhat within the bracket": both(
+        "(4.14): - Qhat within the bracket": compared(
             Ae * Q2 * Ae.T + N2 - Q2,
             Gam * Qh * Gam.T - Q2,
             lambda: Gam * printed_13,
             meant=at,
         ),
-        "(4.15): - Phat within the bracket": both(
+        "(4.15): - Phat within the bracket": compared(
             A.T * P12 * Ae + M12 - P12, -E_15, lambda: -printed_15, meant=at
         ),
-        "(4.16): - Phat within the bracket": both(
+        "(4.16): - Phat within the bracket": compared(
             Ae.T * P2 * Ae + M2 - P2,
             G * Ph * G.T - P2,
             lambda: G * printed_15,
             meant=at,
         ),
-        "end of section 4: Gam (4.13) - (4.14) is 0 = 0 as printed": both(
+        "end of section 4: Gam (4.13) - (4.14) is 0 = 0 as printed": compared(
             (Identity(r) - Gam * G.T) * Q2,
             Gam * E_13 - (Gam * Qh * Gam.T - Q2),
             lambda: Gam * printed_13 - Gam * printed_13,

@@ -54,7 +54,7 @@ PAGE = (
         "the moment equation is that of continuous time",
         N_c * (At * Qt * At.T + B_d * B_d.T - Qt) * N_c.T,
         Line(
-            (2 * Identity(both) - N_c) * Qt * (2 * Identity(both) - N_c).T
+            (N_c - 2 * Identity(both)) * Qt * (N_c - 2 * Identity(both)).T
             + h**2 * B_c * B_c.T
             - N_c * Qt * N_c.T,
             by=(transformed, is_Bd),
