@@ -29,6 +29,7 @@ from luenberger.symbolic import (
     Implies,
     Line,
     MatrixSymbol,
+    Notation,
     Relation,
     Stage,
     Substitute,
@@ -370,3 +371,15 @@ def test_a_stage_of_blocks_puts_its_definition_in():
     meant = Relation("W", whole, blocks)
     assert Stage(whole, blocks, by=(meant,)).complaints() == []
     assert "does not follow" in Stage(whole, turned, by=(meant,)).complaints()[0]
+
+
+def test_a_letter_may_stand_for_something_else_on_one_page():
+    letters = Notation()
+    Z = letters("Z", n, n, "of the paper", symmetric=True)
+    page = letters.here()
+    other = page("Z", n, p, "of the page")
+    assert page.meaning == {other: "of the page"} and page.symmetric == ()
+    assert letters.meaning == {Z: "of the paper"} and letters.symmetric == (Z,)
+    for notation in (letters, page):
+        with pytest.raises(ValueError, match="Z already has a meaning"):
+            notation("Z", p, p, "twice")

@@ -70,7 +70,7 @@ from .claims import Claim, claims
 from .completion import Limit
 from .constructions import Construction, Counterexample
 from .core import Algebra
-from .derivation import Derivation, holds, named, title, vanishes
+from .derivation import Derivation, holds, title, vanishes
 from .equivalences import Equation, Iff, Implies
 from .explicit import Explicit, Positive
 from .inequalities import AtLeast, AtMost
@@ -132,7 +132,6 @@ __all__ = [
     "latex",
     "matrices",
     "model",
-    "named",
     "plus",
     "prove",
     "refute",

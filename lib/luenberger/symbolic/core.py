@@ -293,8 +293,3 @@ class Algebra:
             pairs.append((rest if word[i].transposed else self.flipped(rest), c))
         found = Polynomial(self, pairs, X.shape)
         return sp.S.Half * (found + found.T) if X in self.symmetric else found
-
-    def substitute(self, expr: Formula, replacements: dict[Any, Any]) -> Any:
-        """Replace symbols by expressions, transposes included: {symbol: expr}."""
-        value = self.normal(expr).as_expr()
-        return self.normal(value.xreplace(replacements))

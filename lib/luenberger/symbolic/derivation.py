@@ -4,7 +4,6 @@ A module's `derive()` returns a `Derivation` to be read from top to bottom, and 
 functions return the *stage lists* that the kernels compile.
 """
 
-from collections.abc import Collection
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -13,7 +12,6 @@ import sympy as sp
 from sympy.matrices.expressions.matexpr import MatrixExpr
 
 from .relations import Relation
-from .symbols import MatrixSymbol
 from .typeset import latex, padded, text
 from .words import Formula
 
@@ -106,17 +104,6 @@ class Derivation:
         reasoned = bool(self.steps) or any(stage.by for stage in self.stages)
         return reasoned and not self.unproved()
 
-    # -- used ---------------------------------------------------------------------
-
-    def unfolded(self, keep: Collection[str] = ()) -> dict[str, Formula]:
-        """Every target, by name, in terms of `given` and of the targets in `keep`."""
-        known: dict[Any, Any] = {}
-        for stage in self.stages:
-            known[stage.target] = stage.expression.xreplace(
-                {s: value for s, value in known.items() if s.name not in keep}
-            )
-        return {target.name: formula for target, formula in known.items()}
-
     # -- shown --------------------------------------------------------------------
 
     def __str__(self):
@@ -197,9 +184,3 @@ def vanishes(residual: Formula) -> bool:
     if isinstance(known, bool):
         return known
     return sp.simplify(residual) == 0
-
-
-def named(derivation: Derivation) -> dict[str, MatrixSymbol]:
-    """The symbols of a stage list by name."""
-    targets = (stage.target for stage in derivation.stages)
-    return {s.name: s for s in (*derivation.given, *targets)}

@@ -8,7 +8,7 @@ r = n - m1, so that m1 is not a size of its own.
 
 from sympy import symbols
 
-from ....symbolic import Identity, Notation, matrices
+from ....symbolic import Identity, Notation
 
 SOURCE = "Leondes and Novak (1974)"
 
@@ -19,11 +19,6 @@ named_m1 = symbols("m_1")
 letters = Notation({m1: named_m1, p2: p - named_m1})
 chain, define, moment = letters.chain, letters.define, letters.moment
 I = Identity(n)
-
-
-def squares(names, size=n):
-    """Matrix symbols of one square size, from a string of names."""
-    return matrices(names, size, size)
 
 
 # -- the plant -------------------------------------------------------------------------
