@@ -7,7 +7,7 @@ import sympy as sp
 from sympy import MatAdd
 from worlds import damages, expr
 
-from luenberger.symbolic import Chain, Equation, Explicit, MatrixSymbol
+from luenberger.symbolic import Chain, Counterexample, Equation, Explicit, MatrixSymbol
 
 SIGNS = 4  # terms, or entries of an explicit matrix, whose sign is tried
 
@@ -43,6 +43,14 @@ def broken_step(step):
     if isinstance(step, Explicit):
         for what, right in damaged_sides(step.right):
             yield f"sign of {what}", dataclasses.replace(step, right=right)
+        return
+    if isinstance(step, Counterexample):  # the same matrices may deny other claims
+        yield "sign: nothing is denied", dataclasses.replace(step, right=step.left)
+        for k, given in enumerate(step.given):
+            for _, right in damaged_sides(given.right):
+                found = list(step.given)
+                found[k] = dataclasses.replace(given, right=right)
+                yield f"sign in {given.name}", dataclasses.replace(step, given=found)
         return
     for symbol, value in step.values.items():
         damaged = step.values | {symbol: 2 * value}

@@ -7,7 +7,7 @@ it.  The tests run every piece of evidence, damage it, and see it fail.
 >>> from luenberger import ledger
 >>> entry, = ledger.entries("moore", number="(5)")
 >>> entry.says
-'T A - F T = D C: what z tracks moves as z does.'
+T A = F T + D C: what z tracks moves as z does.
 
 What asks or prints the entries enters here; an entry is a row of a file in
 `papers/`.  It uses `symbolic`, `formats` and `show`, and loads a derivation by the
@@ -29,6 +29,7 @@ from .tables import by_paper as by_paper
 from .tables import misprint_table as misprint_table
 from .tables import summary as summary
 from .tables import table as table
+from .words import Words as Words
 
 
 def write_page(

@@ -6,8 +6,10 @@ from pathlib import Path
 
 from ..formats import atomic
 from ..symbolic import Chain, latex
+from ..symbolic.prose import as_latex, pieces
 from . import evidence
 from .records import PAPERS, Entry, count, entries, find_paper, misprints, title
+from .words import Words
 
 Papers = tuple[str, ...]
 LONGEST = 420  # characters of LaTeX; what is longer is named, not shown
@@ -33,7 +35,7 @@ td { border-bottom: 1px solid #ddd; }
 td:first-child { white-space: nowrap; }
 code { font: .88em ui-monospace, Menlo, Consolas, monospace; overflow-wrap: anywhere; }
 summary { cursor: pointer; color: #0072b2; }
-math { overflow-x: auto; max-width: 40em; display: block; margin: .2em 0; }
+details math { overflow-x: auto; max-width: 40em; display: block; margin: .2em 0; }
 .slip { margin: .3em 0 0; padding-left: .6em; border-left: 3px solid #d55e00; }
 .count { display: none; }
 @media (max-width: 45em) { /* a row is a card */
@@ -108,7 +110,7 @@ def _counts(papers: Papers) -> Iterator[str]:
 
 def _row(entry: Entry, formulas: bool) -> str:
     slip = " misprinted" if entry.misprints else ""
-    says = html.escape(entry.says) + "".join(
+    says = _says(entry.says, formulas) + "".join(
         f'<p class="slip">Printed: {html.escape(s.printed)}<br>'
         f"Correct: {html.escape(s.correct)}</p>"
         for s in entry.misprints
@@ -124,6 +126,18 @@ def _row(entry: Entry, formulas: bool) -> str:
     ]
     inner = "".join(f"<td>{cell}</td>" for cell in cells)
     return f'<tr class="entry {entry.paper}{slip}">{inner}</tr>'
+
+
+def _says(words: Words, formulas: bool) -> str:
+    """A sentence, its formulas as MathML if formulas are wanted."""
+    if not formulas:
+        return html.escape(str(words))
+    from latex2mathml.converter import convert
+
+    return "".join(
+        convert(as_latex(piece)) if is_formula else html.escape(piece)
+        for is_formula, piece in pieces(words.source)
+    )
 
 
 def _details(entry: Entry, formulas: bool) -> str:

@@ -6,6 +6,8 @@ from functools import cache
 from importlib.resources import files
 from typing import Any
 
+from .words import Words
+
 # The papers in the order in which they are dealt with; the keys name the files.
 PAPERS = (
     "leondes_novak",
@@ -43,8 +45,8 @@ class Entry:
     ----------
     paper, number : str
         Key of the paper, as in `PAPERS`; the number as printed.
-    says : str
-        The equation in our words and letters.
+    says : Words
+        The equation in our words and letters; its formulas are those of the evidence.
     kind : str
         One of `KINDS`.
     level : str
@@ -63,7 +65,7 @@ class Entry:
 
     paper: str
     number: str
-    says: str
+    says: Words
     kind: str
     level: str
     evidence: tuple[str, ...]
@@ -78,7 +80,7 @@ class Entry:
 
     def as_dict(self) -> dict[str, Any]:
         """Plain data, for JSON."""
-        return asdict(self) | {"source": self.source}
+        return asdict(self) | {"says": str(self.says), "source": self.source}
 
 
 @cache
@@ -92,6 +94,7 @@ def _entries(paper: str) -> tuple[Entry, ...]:
     found = []
     for row in _file(paper)["entry"]:
         fields = row | {
+            "says": Words(row["says"]),
             "evidence": tuple(row["evidence"]),
             "misprints": tuple(Misprint(**slip) for slip in row.get("misprint", ())),
         }

@@ -21,7 +21,9 @@ class Table:
         self, header: Cells, rows: Iterable[Cells], marked: Iterable[int] = ()
     ) -> None:
         self.header = [str(cell) for cell in header]
+        rows = [list(row) for row in rows]
         self.rows = [[str(cell) for cell in row] for row in rows]
+        self.markup = [[_markup(cell) for cell in row] for row in rows]
         self.marked = set(marked)  # indices of the rows to set in bold
 
     def __repr__(self) -> str:
@@ -38,8 +40,8 @@ class Table:
 
     def _repr_html_(self) -> str:
         right = [' class="number"' if numeric else "" for numeric in self._numeric()]
-        lines = ["<table>", _row("th", self.header, right)]
-        for k, cells in enumerate(self.rows):
+        lines = ["<table>", _row("th", map(_markup, self.header), right)]
+        for k, cells in enumerate(self.markup):
             lines.append(_row("td", cells, right, k in self.marked))
         return "\n".join([*lines, "</table>"])
 
@@ -52,9 +54,14 @@ class Table:
         ]
 
 
-def _row(tag: str, cells: list[str], styles: list[str], bold: bool = False) -> str:
-    cells = [html.escape(cell) for cell in cells]
-    cells = [f"<b>{cell}</b>" for cell in cells] if bold else cells
+def _markup(cell: object) -> str:
+    """A cell in HTML: its own, or its text."""
+    own = getattr(cell, "_repr_html_", None)
+    return own() if own else html.escape(str(cell))
+
+
+def _row(tag: str, cells: Iterable[str], styles: list[str], bold: bool = False) -> str:
+    cells = [f"<b>{cell}</b>" for cell in cells] if bold else list(cells)
     inner = "".join(f"<{tag}{s}>{cell}</{tag}>" for cell, s in zip(cells, styles))
     return f"<tr>{inner}</tr>"
 

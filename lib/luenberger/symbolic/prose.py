@@ -6,16 +6,20 @@ prime for the transpose.
 
 import re
 
-from .letters import latex_name, text_name
+from .styles import LATEX, TEXT
 from .typeset import word_spaced
 
 FORMULA = re.compile(r"`([^`]+)`")
-TOKEN = re.compile(r"E(?=\[)|[A-Za-z]\w*(?:_\+)?(?:\^-?\w+|\*)?|>=|<=|!=|->|=>|\S|\s+")
-SIGNS = {">=": "≥", "<=": "≤", "!=": "≠", "->": "→", "=>": "⇒"}
+MATRIX = r"\[[^\[\]]*[;,\s][^\[\]]*\]"
+NAME = r"[A-Za-z](?:\w*[^\W_])?(?:_\+)?(?:\^-?\w+|\*)?"
+RAISED = r"\^-?\w+|[_^]\([^()]*\)"
+TOKEN = re.compile(rf"{MATRIX}|E\[|{NAME}|{RAISED}|>=|<=|!=|->|=>|\.{{3}}|\S|\s+")
+SIGNS = {">=": "≥", "<=": "≤", "!=": "≠", "->": "→", "=>": "⇒", "...": "…"}
 LATEX_SIGNS = {
     **{">=": r"\ge", "<=": r"\le", "!=": r"\ne", "->": r"\to", "=>": r"\Rightarrow"},
-    **{"tr": r"\operatorname{tr}", "rank": r"\operatorname{rank}"},
+    **{"tr": r"\operatorname{tr}", "rank": r"\operatorname{rank}", "...": r"\ldots"},
     **{"det": r"\det", "cov": r"\operatorname{cov}", "{": r"\{", "}": r"\}"},
+    "E[": r"\mathrm{E}[",
 }
 WORDS = {"tr", "rank", "det", "cov", "for", "and", "or"}
 
@@ -25,13 +29,10 @@ def as_latex(formula):
 
     >>> print(as_latex("K_mv M = Omega C'"), as_latex("R_11 >= 0"))
     K_{\mathrm{mv}} M = \Omega C' R_{11} \ge 0
+    >>> print(as_latex("[T; C]^-1"))
+    \begin{bmatrix}T \\ C\end{bmatrix}^{-1}
     """
-    found, depth = [], 0
-    for token in tokens(formula):
-        depth += (token == "[") - (token == "]")
-        blank = r"\; " if depth and token.isspace() else token
-        found.append(LATEX_SIGNS.get(token) or set_by(latex_name, blank))
-    return word_spaced("".join(found))
+    return word_spaced(setting(formula, LATEX, LATEX_SIGNS))
 
 
 def as_text(formula):
@@ -39,18 +40,30 @@ def as_text(formula):
 
     >>> print(as_text("x_hat_next = x_minus + K y"), as_text("R_11 >= 0"))
     x̂₊ = x₋ + K y R₁₁ ≥ 0
+    >>> print(as_text("[-K_1, I - K_2 H_2]"))
+    [-K₁  I - K₂ H₂]
     """
-    return "".join(SIGNS.get(t) or set_by(text_name, t) for t in tokens(formula))
+    return setting(formula, TEXT, SIGNS)
 
 
-def tokens(formula):
-    return TOKEN.findall(formula)
-
-
-def set_by(name, token):
-    """A token that is a letter, by `name`; any other as it stands."""
-    letter = token[0].isalpha() and token not in WORDS
-    return name(token) if letter else token
+def setting(formula, style, signs):
+    """A formula in one style; of a matrix, commas part the entries if there are any."""
+    found = []
+    for token in TOKEN.findall(formula):
+        if token[0] == "[" and len(token) > 1:
+            comma = "," if "," in token else None
+            rows = [row.split(comma) for row in token[1:-1].split(";")]
+            entries = [[setting(x.strip(), style, signs) for x in row] for row in rows]
+            found.append(style.rows(entries))
+        elif token[0] == "^" and len(token) > 1:
+            found.append(style.power("", token[1:].strip("()")))
+        elif token[0] == "_" and len(token) > 1:
+            found.append(f"_{{{token[2:-1]}}}" if style is LATEX else token)
+        elif token[0].isalpha() and token[-1] != "[" and token not in WORDS:
+            found.append(style.name(token))
+        else:
+            found.append(signs.get(token, token))
+    return "".join(found)
 
 
 def markdown(words):

@@ -10,6 +10,7 @@ import tomllib
 import zlib
 from pathlib import Path
 
+from chapters import words as sentence
 from docutils import nodes
 from sphinx import addnodes
 from sphinx.util.docutils import SphinxDirective
@@ -112,7 +113,7 @@ class Ledger(SphinxDirective):
     def entry(self, entry):
         doc = self.env.docname
         number = nodes.strong("", entry.number)
-        says = lines([nodes.Text(entry.says)])
+        says = [sentence(entry.says.source)]
         for k, _ in enumerate(entry.misprints, 1):
             label = f"misprint-{slug(entry)}-{k}"
             says += lines([link(label, "misprinted", doc)])

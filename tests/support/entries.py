@@ -1,0 +1,228 @@
+"""An entry of the ledger beside its evidence: what it says must be what is proved.
+
+Every equation in an entry's words stands in its evidence: as a line, as two lines of
+one chain, as a reason that is cited, as a statement that is evaluated.  Every pointer
+is needed for one of them.
+"""
+
+import re
+from functools import cache
+from itertools import combinations
+
+from formulas import equation, letters, parts
+
+from luenberger.ledger import evidence
+from luenberger.symbolic import (
+    AtLeast,
+    AtMost,
+    Chain,
+    Claim,
+    Construction,
+    Counterexample,
+    Derivation,
+    Explicit,
+    text,
+)
+from luenberger.symbolic.equivalences import Equation
+from luenberger.symbolic.operators import Operator
+from luenberger.symbolic.prose import FORMULA, as_text
+from luenberger.symbolic.relations import Result
+
+
+def lines(chain):
+    """Every equation, or inequality, between two lines of a chain, and its reasons."""
+    if isinstance(chain.left, Equation):
+        sides = [chain.left, *(line.right for line in chain.lines)]
+        return [parts(side.show(text))[0] for side in sides]
+    runs, signs = [[text(chain.left)]], []  # lines that are equal; what is between
+    for line in chain.lines:
+        if isinstance(line, Operator):
+            signs.append(line.marks(text))
+            runs.append([text(line.right)])
+        elif isinstance(line, AtLeast):
+            signs.append("≤" if isinstance(line, AtMost) else "≥")
+            runs.append([text(line.right)])
+        else:
+            runs[-1].append(text(line.right))
+    found = [(a, "=", b) for run in runs for a, b in combinations(run, 2)]
+    for k, sign in enumerate(signs):
+        for a in runs[k]:
+            for b in runs[k + 1]:
+                if isinstance(sign, tuple):
+                    found.append((f"{sign[0]}[{a}]{sign[1]}", "=", b))
+                else:
+                    found.append((a, sign, b))
+    if set(signs) <= {"≥"} or set(signs) <= {"≤"}:
+        found += [
+            (a, signs[0], b)
+            for j, k in combinations(range(len(runs)), 2)
+            for a in runs[j]
+            for b in runs[k]
+        ]
+    return found
+
+
+def introduced(step):
+    """The definitions and suppositions that a step rests on."""
+    known = [r for r in getattr(step, "relations", ()) if not isinstance(r, Result)]
+    return [parts(r.show(text))[0] for r in known]
+
+
+def proved(step):
+    """The equations that a step establishes itself."""
+    if isinstance(step, Chain):
+        return lines(step)
+    if isinstance(step, Counterexample):
+        return [(text(step.left), "≠", text(step.right))]
+    if isinstance(step, Explicit):
+        values = [(text(s), "=", text(v)) for s, v in step._shown.items()]
+        return [(text(step.left), step.sign, text(step.right)), *values]
+    if isinstance(step, Construction):
+        values = [(text(s), "=", text(v)) for s, v in step.values.items()]
+        return [*values, *(parts(r.show(text))[0] for r in step.satisfies)]
+    if isinstance(step, Derivation):
+        return [parts(stage.shown(text))[0] for stage in step.stages]
+    assert isinstance(step, Claim), step
+    return [parts(f"{step} ")[0]]
+
+
+# -- what an entry says ----------------------------------------------------------------
+
+
+def formulas(entry):
+    """The formulas in an entry's words, as a terminal shows them."""
+    return [as_text(source) for source in FORMULA.findall(entry.says.source)]
+
+
+def equations(entry):
+    """The equations among them, as they are printed."""
+    return [part for formula in formulas(entry) for part in parts(formula)]
+
+
+class Evidence:
+    """What one pointer leads to: equations by what they are, and letters."""
+
+    def __init__(self, pointer):
+        self.steps = list(evidence.steps(pointer).values())
+        notation = evidence.derivation(pointer.partition(": ")[0]).letters
+        self.symmetric = [text(s) for s in getattr(notation, "symmetric", ())]
+        self.introduced, self.proved = {}, {}  # an equation: numbers it stands under
+        self.letters = set()
+        for step in self.steps:
+            for relation in getattr(step, "relations", ()):
+                if not isinstance(relation, Result):  # that is another step's
+                    part = parts(relation.show(text))[0]
+                    self.note(self.introduced, part, relation.name)
+            for part in proved(step):
+                self.note(self.proved, part, f"({getattr(step, 'number', '')})")
+
+    def note(self, group, part, name):
+        says, names = equation(*part, symmetric=self.symmetric)
+        group.setdefault(says, set()).update(numbers(name))
+        self.letters |= names
+
+    def among(self, group, part):
+        """The numbers of an equation in a group; None if it is not there."""
+        return group.get(equation(*part, symmetric=self.symmetric)[0])
+
+    def shows(self, part):
+        says, _ = equation(*part, symmetric=self.symmetric)
+        return says in self.introduced or says in self.proved
+
+
+@cache
+def found(pointer):
+    return Evidence(pointer)
+
+
+def numbers(name):
+    """The equation numbers at the beginning of a name.
+
+    >>> sorted(numbers("(41–43, 3.10') the estimate"))
+    ["3.10'", '41', '42', '43']
+    """
+    listed = re.match(r"\(([^()]*)\)('?)", name)
+    if not listed:
+        return set()
+    all_of = set()
+    for one in re.split(r", ?", listed[1] + listed[2]):
+        ends = re.fullmatch(r"(\d+)[–-](\d+)", one)
+        span = range(int(ends[1]), int(ends[2]) + 1) if ends else [one]
+        all_of |= set(map(str, span))
+    return all_of
+
+
+def number_of(entry):
+    """How steps refer to an entry: "(33)" as 33, "2: V2s" as section 2."""
+    if entry.number.startswith("2: "):
+        return "section 2"
+    before, number, prime = re.match(r"(\w* ?)\(([^()]*)\)('?)", entry.number).groups()
+    return f"{before}{number}{prime}"
+
+
+def proofs(entry):
+    return [p for p in entry.evidence if not evidence.is_test(p)]
+
+
+def complaints(entry):
+    """What an entry says, or is said to be, and is not."""
+    outside = FORMULA.sub("", entry.says.source)
+    plain = set("=_^\\*~|<>") & set(outside)
+    wrong = [f"mathematics in plain text: {outside}"] if plain else []
+    pointers = {pointer: found(pointer) for pointer in proofs(entry)}
+    if not pointers:
+        return wrong
+    said = equations(entry)
+    if not said:
+        wrong.append("it says no equation")
+    letters_there = set().union(*(p.letters for p in pointers.values()))
+    for formula in formulas(entry):
+        strange = letters(formula) - letters_there
+        if strange:
+            wrong.append(f"no evidence for {formula} has {', '.join(sorted(strange))}")
+    for part in said:
+        if not any(p.shows(part) for p in pointers.values()):
+            wrong.append(f"no evidence shows {' '.join(part)}")
+    for pointer, p in pointers.items():
+        others = [q for other, q in pointers.items() if other != pointer]
+        mine = [part for part in said if p.shows(part)]
+        if all(any(q.shows(part) for q in others) for part in mine):
+            wrong.append(f"it says nothing for which {pointer} is needed")
+    there = pointers.values()
+    introduced, shown = (
+        [p.among(getattr(p, group), x) for x in said for p in there]
+        for group in ("introduced", "proved")
+    )
+    wanted = number_of(entry)
+    if not any(wanted in (under or ()) for under in introduced + shown):
+        wrong.append(f"nothing that it says stands under {wanted}")
+    if entry.kind == "definition" and all(x is None for x in introduced):
+        wrong.append("nothing that it says is a definition of its evidence")
+    if entry.kind in ("claim", "algorithm") and all(x is None for x in shown):
+        wrong.append("nothing that it says is proved")
+    if entry.level.partition("; ")[0] != level(entry):
+        wrong.append(f"its level is: {level(entry)}")
+    return wrong
+
+
+def level(entry):
+    """How well an entry is established, from its evidence."""
+    steps = [step for p in proofs(entry) for step in found(p).steps]
+    explicit = [step for step in steps if not symbolic(step)]
+    named = (name for step in explicit for name in getattr(step, "cases", {}) if name)
+    cases = list(dict.fromkeys(named))
+    parts = ["at symbolic sizes"] if len(explicit) < len(steps) else []
+    if cases:
+        names = f"{len(cases)} cases from {cases[0]} to {cases[-1]}"
+        names = names if len(cases) > 2 else " and ".join(cases)
+        parts.append(f"at {names}")
+    elif explicit:
+        parts.append("for all values of the symbols")
+    return "proved " + ", and ".join(parts)
+
+
+def symbolic(step):
+    """Whether a step is about matrices of any size."""
+    if isinstance(step, Explicit):
+        return False
+    return hasattr(step, "check") or step.algebra is not None
