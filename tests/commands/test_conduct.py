@@ -733,7 +733,7 @@ def test_the_ledger_is_printed_whole(call):
     _, out, _ = call("ledger --paper moore")
     text = " ".join(out.split())
     for entry in ledger.entries("moore"):
-        assert f"{entry.number} {' '.join(entry.says.split())}" in text
+        assert f"{entry.number} {' '.join(str(entry.says).split())}" in text
     _, out, _ = call("ledger --misprints")
     assert out.count("  printed: ") == len(ledger.misprints())
     _, out, _ = call("ledger --json")

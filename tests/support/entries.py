@@ -9,7 +9,8 @@ import re
 from functools import cache
 from itertools import combinations
 
-from formulas import equation, letters, parts
+import sympy as sp
+from formulas import equation, letters, parts, side
 
 from luenberger.ledger import evidence
 from luenberger.symbolic import (
@@ -99,6 +100,11 @@ def equations(entry):
     return [part for formula in formulas(entry) for part in parts(formula)]
 
 
+def alone(entry):
+    """The formulas without a sign: expressions."""
+    return [formula for formula in formulas(entry) if not parts(formula)]
+
+
 class Evidence:
     """What one pointer leads to: equations by what they are, and letters."""
 
@@ -107,7 +113,7 @@ class Evidence:
         notation = evidence.derivation(pointer.partition(": ")[0]).letters
         self.symmetric = [text(s) for s in getattr(notation, "symmetric", ())]
         self.introduced, self.proved = {}, {}  # an equation: numbers it stands under
-        self.letters = set()
+        self.letters, self.sides = sizes(notation), set()
         for step in self.steps:
             for relation in getattr(step, "relations", ()):
                 if not isinstance(relation, Result):  # that is another step's
@@ -115,6 +121,9 @@ class Evidence:
                     self.note(self.introduced, part, relation.name)
             for part in proved(step):
                 self.note(self.proved, part, f"({getattr(step, 'number', '')})")
+            if isinstance(step, Chain) and not isinstance(step.left, Equation):
+                shown = (step.left, *(line.right for line in step.lines))
+                self.sides |= {side(text(x), self.symmetric) for x in shown}
 
     def note(self, group, part, name):
         says, names = equation(*part, symmetric=self.symmetric)
@@ -128,6 +137,12 @@ class Evidence:
     def shows(self, part):
         says, _ = equation(*part, symmetric=self.symmetric)
         return says in self.introduced or says in self.proved
+
+
+def sizes(notation):
+    """The sizes of the letters, by name."""
+    shapes = (k for s in getattr(notation, "meaning", ()) for k in s.shape)
+    return {str(x) for k in shapes for x in sp.sympify(k).free_symbols}
 
 
 @cache
@@ -154,10 +169,8 @@ def numbers(name):
 
 def number_of(entry):
     """How steps refer to an entry: "(33)" as 33, "2: V2s" as section 2."""
-    if entry.number.startswith("2: "):
-        return "section 2"
-    before, number, prime = re.match(r"(\w* ?)\(([^()]*)\)('?)", entry.number).groups()
-    return f"{before}{number}{prime}"
+    number, _, more = entry.number.partition(": ")
+    return f"section {number}" if number == "2" else re.sub(r"[()]", "", number)
 
 
 def proofs(entry):
@@ -183,10 +196,16 @@ def complaints(entry):
     for part in said:
         if not any(p.shows(part) for p in pointers.values()):
             wrong.append(f"no evidence shows {' '.join(part)}")
+    sides = set().union(*(p.sides for p in pointers.values()))
+    symmetric = next(iter(pointers.values())).symmetric
+    for formula in alone(entry):
+        if "(" in formula and side(formula, symmetric) not in sides:
+            wrong.append(f"no evidence has {formula}")
     for pointer, p in pointers.items():
         others = [q for other, q in pointers.items() if other != pointer]
         mine = [part for part in said if p.shows(part)]
-        if all(any(q.shows(part) for q in others) for part in mine):
+        named = any(side(x, p.symmetric) in p.sides for x in alone(entry))
+        if not named and all(any(q.shows(part) for q in others) for part in mine):
             wrong.append(f"it says nothing for which {pointer} is needed")
     there = pointers.values()
     introduced, shown = (

@@ -232,9 +232,11 @@ def cyclic(word, symmetric):
 
 
 def side(string, symmetric=()):
-    """A side of an equation as (a polynomial, its letters)."""
-    reader = Reader(string, symmetric)
-    return reader.read(), reader.names
+    """What an expression is; one that cannot be read is a word."""
+    try:
+        return frozen(Reader(string, symmetric).read())
+    except Unread:
+        return "".join(string.split())
 
 
 def equation(left, sign, right, symmetric=()):
@@ -243,7 +245,8 @@ def equation(left, sign, right, symmetric=()):
     The sides may change places, both signs be turned, and both be transposed.
     """
     try:
-        (a, names), (b, more) = side(left, symmetric), side(right, symmetric)
+        readers = Reader(left, symmetric), Reader(right, symmetric)
+        a, b = (reader.read() for reader in readers)
     except Unread:
         words = (sign, *("".join(x.split()) for x in (left, right)))
         return words, letters(left) | letters(right)
@@ -254,7 +257,7 @@ def equation(left, sign, right, symmetric=()):
         pairs += [(plus({}, x, -1), plus({}, y, -1)) for x, y in pairs]
         pairs += [(y, x) for x, y in pairs]
     written = [tuple(map(frozen, pair)) for pair in pairs]
-    return (sign, min(written, key=repr)), names | more
+    return (sign, min(written, key=repr)), readers[0].names | readers[1].names
 
 
 def letters(string):

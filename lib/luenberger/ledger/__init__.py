@@ -5,9 +5,9 @@ entry's evidence is a proved step of a derivation, or a test; `ledger.evidence` 
 it.  The tests run every piece of evidence, damage it, and see it fail.
 
 >>> from luenberger import ledger
->>> entry, = ledger.entries("moore", number="(5)")
+>>> entry, = ledger.entries("leondes", number="(37)")
 >>> entry.says
-T A = F T + D C: what z tracks moves as z does.
+With every output accurate the gain is K₁ = Ω₂₁ (Ω₁₁ + R₁₁)⁻¹.
 
 What asks or prints the entries enters here; an entry is a row of a file in
 `papers/`.  It uses `symbolic`, `formats` and `show`, and loads a derivation by the

@@ -167,7 +167,7 @@ def count(paper: str | None = None) -> int:
     """Number of entries.
 
     >>> count("leondes"), count()
-    (58, 192)
+    (61, 197)
     """
     return len(entries(paper))
 

@@ -5,6 +5,7 @@ prime for the transpose.
 """
 
 import re
+from collections.abc import Iterator
 
 from .styles import LATEX, TEXT
 from .typeset import word_spaced
@@ -24,7 +25,7 @@ LATEX_SIGNS = {
 WORDS = {"tr", "rank", "det", "cov", "for", "and", "or"}
 
 
-def as_latex(formula):
+def as_latex(formula: str) -> str:
     r"""A formula that is written as code, in LaTeX.
 
     >>> print(as_latex("K_mv M = Omega C'"), as_latex("R_11 >= 0"))
@@ -35,7 +36,7 @@ def as_latex(formula):
     return word_spaced(setting(formula, LATEX, LATEX_SIGNS))
 
 
-def as_text(formula):
+def as_text(formula: str) -> str:
     """A formula that is written as code, in Unicode.
 
     >>> print(as_text("x_hat_next = x_minus + K y"), as_text("R_11 >= 0"))
@@ -62,21 +63,23 @@ def setting(formula, style, signs):
         elif token[0].isalpha() and token[-1] != "[" and token not in WORDS:
             found.append(style.name(token))
         else:
+            if token == "'" and style is LATEX and "^" in found[-1]:
+                found[-1] = f"{{{found[-1]}}}"  # LaTeX refuses two marks on one letter
             found.append(signs.get(token, token))
     return "".join(found)
 
 
-def markdown(words):
+def markdown(words: str) -> str:
     """Words with their formulas between dollar signs."""
     return FORMULA.sub(lambda found: f"${as_latex(found[1])}$", words)
 
 
-def plain(words):
+def plain(words: str) -> str:
     """Words with their formulas in Unicode."""
     return FORMULA.sub(lambda found: as_text(found[1]), words)
 
 
-def pieces(words):
+def pieces(words: str) -> Iterator[tuple[bool, str]]:
     """(is it a formula, its source) of each piece in turn."""
     for k, piece in enumerate(FORMULA.split(words)):
         if piece:

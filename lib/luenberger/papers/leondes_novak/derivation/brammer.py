@@ -9,12 +9,20 @@ Source: Leondes and Novak (1974), section IV.C, (45)-(53); Brammer (1968).
 
 from functools import cache
 
-from ....symbolic import BlockMatrix, Derivation, Expect, Line, Substitute, ZeroMatrix
+from ....symbolic import (
+    AtLeast,
+    BlockMatrix,
+    Derivation,
+    Expect,
+    Line,
+    Substitute,
+    ZeroMatrix,
+)
 from .best_coordinates import exact, is_Delta, nothing_left, push, unseen, whole
 from .canonical_gain import is_V
 from .coordinates import is_H
 from .letters import *
-from .quadratic import is_Kmv, is_N, square
+from .quadratic import is_Kmv, is_N, root_M, square
 
 z_hat = letters("z_hat", r, 1, "Brammer's estimate of `That x`")
 z_hat_next = letters("z_hat_next", r, 1, "the same one step on")
@@ -105,7 +113,7 @@ SAME = (
     """Let `z = z_hat - That K y`. The estimate is then that of the observer with `P`
     the basis and `V` the gain.""",
     is_z := define(z, z_hat - That * K * y),
-    gain := chain(
+    parted := chain(
         "24",
         "the gain is a push and a rest",
         K,
@@ -118,7 +126,7 @@ SAME = (
         x_hat,
         Line(Phat * z_hat + Gamma_1 * S1 * y, by=(shows,)),
         Line(Phat * z + Phat * That * K * y + Gamma_1 * S1 * y, by=(is_z,)),
-        Line(Phat * z + K * y, by=(gain,)),
+        Line(Phat * z + K * y, by=(parted,)),
     ),
     """It moves as the observer does: Fig. 2 is Fig. 1.""",
     is_z_next := define(z_next, z_hat_next - That * K * y_next),
@@ -190,7 +198,7 @@ CANONICAL = (
     ),
     is_S_1 := define(S1, BlockMatrix([[Identity(m1), ZeroMatrix(m1, p2)]]), "16"),
     is_K_low := define(K_low, BlockMatrix([[K_1, K_2]]), "33"),
-    chain(
+    weight := chain(
         "24, 53",
         "the weight of the measurement",
         Gamma_1 * S1 + Phat * K_low,
@@ -198,11 +206,52 @@ CANONICAL = (
     ),
 )
 
+EQUAL = (
+    """The gains (33) of Leondes and Novak solve the lower rows of the equation for the
+    Kalman gain. If the accurate outputs are perfect, the upper rows agree as well.""",
+    lower := define(K_low * M, That * N, "33"),
+    solved := define(K * M, N, "33"),
+    rows := chain(
+        "33, 52",
+        "the gains are the lower rows of the Kalman gain",
+        K_low,
+        Line(K_low * M * M.I, why="insert the inverse"),
+        Line(That * N * M.I, by=(lower,)),
+        Line(That * K * M * M.I, by=(solved,)),
+        Line(That * K, why="cancel"),
+    ),
+    chain(
+        "after 44",
+        "for perfect outputs the weight is the Kalman gain",
+        V,
+        Line(Gamma_1 * S1 + Phat * K_low, by=(weight,)),
+        Line(Gamma_1 * S1 + Phat * That * K, by=(rows,)),
+        Line(K, by=(parted,)),
+    ),
+    """No other weight of the measurement errs less. So this is one of the observers
+    that Tse and Athans, and Yoshikawa and Kobayashi, ask for: those of least error.""",
+    root_M,
+    chain(
+        "after 53",
+        "no observer does better",
+        Sigma_next,
+        Line(Omega - N * Kmv.T + (K - Kmv) * M * (K - Kmv).T, by=(square,)),
+        AtLeast(Omega - N * Kmv.T, by=(root_M,), root=(K - Kmv) * L_M),
+    ),
+    chain(
+        "after 53",
+        "the least error is reached",
+        Sigma_next,
+        Line(Omega - N * Kmv.T + (K - Kmv) * M * (K - Kmv).T, by=(square,)),
+        Line(Omega - N * Kmv.T, by=(kalman,)),
+    ),
+)
+
 
 @cache
 def derive():
     """The page."""
-    page = (*ESTIMATE, *FILTER, *SAME, *COVARIANCE, *CANONICAL)
+    page = (*ESTIMATE, *FILTER, *SAME, *COVARIANCE, *CANONICAL, *EQUAL)
     return Derivation(
         page=page, letters=letters, source=f"{SOURCE}, (45)-(53); Brammer (1968)"
     )

@@ -16,7 +16,7 @@ from ....symbolic import Derivation, Explicit, Notation
 from .letters import SOURCE, n, p
 
 T, s_x, s_v, s_m = sp.symbols("T sigma_x sigma_xdot sigma_m", positive=True)
-t = sp.Symbol("t")
+t, w_m = sp.symbols("t w_m")
 Rat = sp.Rational
 letters = Notation()
 k = sp.symbols("k", integer=True, nonnegative=True)  # noises, and measured positions
@@ -33,6 +33,14 @@ noises = letters("nu", k, 1, "noises of three positions and of two manoeuvres")
 D_n = letters("D_n", k, k, "their standard deviations")
 Sigma_0 = letters("Sigma_0", n, n, "covariance of the start")
 Sigma_printed = letters("Sigma_printed", n, n, "the covariance as the paper prints it")
+A_T = letters("A_T", n, n, "moves the state from scan to scan")
+g = letters("g", n, 1, "what a manoeuvre does to the state")
+x = letters("x", n, 1, "position, velocity and acceleration")
+x_next = letters("x_next", n, 1, "the same at the next scan")
+C_r = letters("C", p, n, "what the radar measures")
+y_r = letters("y", p, 1, "position and velocity")
+D_v = letters("D_v", p, p, "standard deviations of the measurement noises")
+R = letters("R", p, p, "covariance of the measurement noise")
 K_l = letters("K_lim", n, p, "a gain where the velocity is measured ever worse")
 K_p = letters("K_pos", n, p, "the gain from positions alone")
 
@@ -45,6 +53,8 @@ A_value = A_of.subs(t, T)
 PUSH = sp.Matrix([0, 0, 1])  # a manoeuvre changes the acceleration
 C_value = sp.Matrix([[1, 0, 0], [0, 1, 0]])
 R_value = sp.diag(s_x**2, s_v**2)
+position, velocity, acceleration = state = sp.symbols("x xdot xddot")
+travelled = position + T * velocity + T**2 * acceleration / 2
 
 # -- the start -------------------------------------------------------------------------
 
@@ -58,7 +68,7 @@ deviations = sp.diag(s_x, s_x, s_x, s_m, s_m)
 def start_error():
     """The start less the state, from what was measured of the three states."""
     v0, v1, v2, w1, w2 = noise_value
-    x0 = sp.Matrix(sp.symbols("x xdot xddot"))
+    x0 = sp.Matrix(state)
     x1 = A_value.inv() * (x0 - PUSH * w1)  # the state one step before
     x2 = A_value.inv() * (x1 - PUSH * w2)
     measured = [x[0] + v for x, v in ((x0, v0), (x1, v1), (x2, v2))]
@@ -111,8 +121,44 @@ PAGE = (
         N_d * A_t,
         {EXAMPLE: {dA: A_of.diff(t), N_d: N_value, A_t: A_of}},
     ),
-    """The radar measures position and velocity, (55), with independent noises, (56).
-    The last three positions determine a parabola, and the start is its state now.""",
+    Explicit(
+        "54",
+        "the state at the next scan",
+        x_next,
+        A_T * x + g * w_m,
+        {
+            EXAMPLE: {
+                x_next: sp.Matrix(
+                    [travelled, velocity + T * acceleration, acceleration + w_m]
+                ),
+                A_T: A_value,
+                x: sp.Matrix(state),
+                g: PUSH,
+            }
+        },
+    ),
+    "The radar measures position and velocity, with independent noises.",
+    Explicit(
+        "55",
+        "what the radar shows without noise",
+        y_r,
+        C_r * x,
+        {
+            EXAMPLE: {
+                y_r: sp.Matrix([position, velocity]),
+                C_r: C_value,
+                x: sp.Matrix(state),
+            }
+        },
+    ),
+    Explicit(
+        "56",
+        "the noises are independent",
+        D_v * D_v.T,
+        R,
+        {EXAMPLE: {D_v: sp.diag(s_x, s_v), R: R_value}},
+    ),
+    "The last three positions determine a parabola, and the start is its state now.",
     Explicit(
         "57",
         "the parabola meets all three positions",
@@ -156,7 +202,7 @@ PAGE = (
     alone. Its lower rows are then the gain (37) of the observer of least order, and the
     whole is that of a Kalman filter without the velocity.""",
     Explicit(
-        "33, 37, 56",
+        "33, 37, Fig. 3",
         "a useless velocity leaves the gain from positions",
         K_l,
         K_p,
