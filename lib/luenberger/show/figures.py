@@ -129,7 +129,7 @@ class _Figures:
         name = f"{_label(line)}: {_style(line)}; "
         place = _across(line.get_transform(), line.axes)
         if line.get_gid() == ROUNDING:
-            return f"curve {name}{len(y)} points, which depend on rounding"
+            return f"curve {name}its points depend on rounding"
         if place == "y":
             return f"level {name}y {self.numbers(y)[0]}"
         if place == "x":
@@ -219,8 +219,8 @@ class _Figures:
 def _same_everywhere(axis: Any) -> bool:
     """Whether the range of an axis is no matter of rounding."""
     ax = axis.axes
-    chosen = axis is ax.xaxis or not ax.get_autoscaley_on()
-    return chosen or all(line.get_gid() != ROUNDING for line in ax.lines)
+    free = ax.get_autoscalex_on() if axis is ax.xaxis else ax.get_autoscaley_on()
+    return not free or all(line.get_gid() != ROUNDING for line in ax.lines)
 
 
 def _across(transform: Any, ax: Any) -> str:

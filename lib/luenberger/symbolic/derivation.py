@@ -114,8 +114,9 @@ class Derivation:
         rows = [(stage.shown(text), stage.equation) for stage in self.stages]
         wide = max((len(row) for row, _ in rows), default=0)
         lines = [f"  {padded(row, wide)}  {number}".rstrip() for row, number in rows]
-        ending = f"{len(self.formulas)} formulas, {len(self.steps)} claims"
-        return "\n".join([self.says or self.source or "Our own", *lines, f"  {ending}"])
+        proved = f"  {len(self.formulas)} formulas, {len(self.steps)} claims"
+        ending = [proved] if self.formulas or self.steps else []
+        return "\n".join([self.says or self.source or "Our own", *lines, *ending])
 
     __repr__ = __str__
 
