@@ -21,6 +21,7 @@ from .equations import (
     written_V2s,
 )
 from .letters import *
+from .sensitivity import silent
 from .stationarity import (
     gain_Ae,
     is_Aq,
@@ -84,7 +85,7 @@ PAGE = (
         Line(Kq, by=(is_Gam,)),
         Line(Qs * V2s.I, by=(is_K,)),
     ),
-    chain(
+    full_output := chain(
         "3.23",
         "its output matrix at full order",
         Ce_n,
@@ -125,14 +126,14 @@ PAGE = (
         Line(L * (Q - Q * C.T * V2s.I * C * Q) * L.T, by=(is_De,)),
     ),
     "So do the noise of the parameters and the moments of the innovation.",
-    chain(
+    full_Qs := chain(
         "section 2",
         "next state and innovation at full order",
         Qs,
         Line(written_Qs.right, by=(written_Qs,)),
         Line(A * Q * C.T + W12 + A1 * (Q + Qh) * C1.T, by=(whole,)),
     ),
-    chain(
+    full_V2s := chain(
         "section 2",
         "the innovation at full order",
         V2s,
@@ -164,6 +165,31 @@ PAGE = (
         Line(A * Q * A.T + W1 + A1 * Q1 * A1.T - Kq * Qs.T, by=(is_V1,)),
         Line(A * Q * A.T + W1 - Kq * Qs.T, by=(certain,)),
         Line(A * Q * A.T + W1 - Qs * V2s.I * Qs.T, by=(is_K,)),
+    ),
+    """So it depends on `Qh` no more, and (3.26) is superfluous. The same holds of the
+    innovation. Without feedthrough the filter says `L xhat`.""",
+    certain_C := define(C1, ZeroMatrix(l, n)),
+    chain(
+        "remark 3.6",
+        "next state and innovation of the Kalman filter",
+        Qs,
+        Line(full_Qs.right, by=(full_Qs,)),
+        Line(A * Q * C.T + W12, by=(certain,)),
+    ),
+    chain(
+        "remark 3.6",
+        "the innovation of the Kalman filter",
+        V2s,
+        Line(full_V2s.right, by=(full_V2s,)),
+        Line(C * Q * C.T + W2, by=(certain_C,)),
+    ),
+    silent,
+    chain(
+        "remark 3.6",
+        "the output of the Kalman filter",
+        Ce_n,
+        Line(L - De * C, by=(full_output,)),
+        Line(L, by=(silent,)),
     ),
     """The estimator is the predictor of that filter. Its static gain is the measurement
     update.""",

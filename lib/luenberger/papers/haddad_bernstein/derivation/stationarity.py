@@ -81,22 +81,35 @@ PAGE = (
     """In these letters the first gradient is a product. Its outer factors have
     inverses, so it vanishes for one `A_e` alone.""",
     is_gradAe,
+    in_Ae := chain(
+        "4.8",
+        "the first gradient in these letters",
+        gradAe,
+        Line(is_gradAe.right, by=(is_gradAe,)),
+        Line(2 * P2 * hardly * Q2, by=(is_Q12, is_P12)),
+    ),
+    no_slope_Ae := define(gradAe, ZeroMatrix(r, r), "4.8"),
+    chain(
+        "3.10'",
+        "the estimator's own matrix from its gradient",
+        Ae,
+        Line(Ae - P2.I * gradAe * Q2.I / 2, by=(no_slope_Ae,)),
+        Line(Gam * A * G.T - Be * C * G.T, by=(in_Ae,)),
+    ),
     is_Ae := define(Ae, Gam * A * G.T - Be * C * G.T, "3.10'"),
     zero_Ae := chain(
         "3.10'",
         "where the first gradient vanishes",
         gradAe,
-        Line(is_gradAe.right, by=(is_gradAe,)),
-        Line(2 * P2 * hardly * Q2, by=(is_Q12, is_P12)),
+        Line(2 * P2 * hardly * Q2, by=(in_Ae,)),
         Line(ZeroMatrix(r, r), by=(is_Ae,)),
     ),
-    """The second gradient has the first one's factor in it. Where that vanishes, one
+    """The second gradient has the first one's factor in it. Where both vanish, one
     `B_e` is left.""",
     is_gradBe,
-    is_Be := define(Be, Gam * Kq, "3.11"),
-    zero_Be := chain(
-        "3.11",
-        "where the second gradient vanishes",
+    in_Be := chain(
+        "4.9",
+        "the second gradient in these letters",
         gradBe,
         Line(is_gradBe.right, by=(is_gradBe,)),
         Line(
@@ -108,6 +121,25 @@ PAGE = (
             2 * P2 * (Be * V2s - Gam * Qs) + 2 * P2 * hardly * Q2 * G * C.T,
             by=(is_Q12, is_P12, is_Qe),
         ),
+    ),
+    no_slope_Be := define(gradBe, ZeroMatrix(r, l), "4.9"),
+    chain(
+        "3.11",
+        "the input matrix from the gradients",
+        Be,
+        Line(
+            Be - P2.I * (gradBe - gradAe * G * C.T) * V2s.I / 2,
+            by=(no_slope_Ae, no_slope_Be),
+        ),
+        Line(Gam * Qs * V2s.I, by=(in_Ae, in_Be)),
+        Line(Gam * Kq, by=(is_K,)),
+    ),
+    is_Be := define(Be, Gam * Kq, "3.11"),
+    zero_Be := chain(
+        "3.11",
+        "where the second gradient vanishes",
+        gradBe,
+        Line(in_Be.right, by=(in_Be,)),
         Line(2 * P2 * (Be * V2s - Gam * Qs), by=(is_Ae,)),
         Line(2 * P2 * (Be - Gam * Kq) * V2s, by=(is_K,)),
         Line(ZeroMatrix(r, l), by=(is_Be,)),
@@ -123,22 +155,35 @@ PAGE = (
     ),
     "The gradient in the output matrix is a product, too.",
     is_gradCe,
+    in_Ce := chain(
+        "4.10",
+        "the third gradient in these letters",
+        gradCe,
+        Line(is_gradCe.right, by=(is_gradCe,)),
+        Line(2 * R * missing * Q2, by=(is_Q12,)),
+    ),
+    no_slope_Ce := define(gradCe, ZeroMatrix(q, r), "4.10"),
+    chain(
+        "3.12",
+        "the output matrix from its gradient",
+        Ce,
+        Line(Ce - R.I * gradCe * Q2.I / 2, by=(no_slope_Ce,)),
+        Line((L - De * C) * G.T, by=(in_Ce,)),
+    ),
     is_Ce := define(Ce, (L - De * C) * G.T, "3.12"),
     zero_Ce := chain(
         "3.12",
         "where the third gradient vanishes",
         gradCe,
-        Line(is_gradCe.right, by=(is_gradCe,)),
-        Line(2 * R * missing * Q2, by=(is_Q12,)),
+        Line(2 * R * missing * Q2, by=(in_Ce,)),
         Line(ZeroMatrix(q, r), by=(is_Ce,)),
     ),
-    """The last gradient has that product in it. Where it vanishes, the static gain is a
+    """The last gradient has that product in it. Where both vanish, the static gain is a
     regression of `L eps` on the innovation.""",
     is_gradDe,
-    is_De := define(De * V2s, L * Q * C.T, "3.13"),
-    zero_De := chain(
-        "3.13",
-        "where the last gradient vanishes",
+    in_De := chain(
+        "4.11",
+        "the last gradient in these letters",
         gradDe,
         Line(is_gradDe.right, by=(is_gradDe,)),
         Line(
@@ -149,6 +194,24 @@ PAGE = (
             2 * R * (De * V2s - L * Q * C.T) + 2 * R * missing * Q2 * G * C.T,
             by=(is_Q12, is_Qe, is_Q1),
         ),
+    ),
+    no_slope_De := define(gradDe, ZeroMatrix(q, l), "4.11"),
+    chain(
+        "3.13",
+        "the static gain from the gradients",
+        De,
+        Line(
+            De - R.I * (gradDe - gradCe * G * C.T) * V2s.I / 2,
+            by=(no_slope_Ce, no_slope_De),
+        ),
+        Line(L * Q * C.T * V2s.I, by=(in_Ce, in_De)),
+    ),
+    is_De := define(De * V2s, L * Q * C.T, "3.13"),
+    zero_De := chain(
+        "3.13",
+        "where the last gradient vanishes",
+        gradDe,
+        Line(in_De.right, by=(in_De,)),
         Line(2 * R * (De * V2s - L * Q * C.T), by=(is_Ce,)),
         Line(ZeroMatrix(q, l), by=(is_De,)),
     ),
