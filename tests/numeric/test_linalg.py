@@ -201,6 +201,15 @@ def test_rows_are_as_independent_in_any_units():
         np.testing.assert_allclose(That @ Phat, np.eye(n - m1), atol=1e-9)
 
 
+def test_states_that_share_no_output_get_nothing_from_each_other():
+    """In bad units the gain on y1, y2 of the states that only y3 shows was 500."""
+    C1 = np.array([[0, 0, -3e-4, 3e-11], [0, 0, 2e-5, 1e-12], [-1e3, -1e11, 0, 0]])
+    found = linalg.complete(C1)[1]
+    C = rational(C1)
+    wanted = solve(C @ C.T, C).T.astype(float)
+    np.testing.assert_allclose(found, wanted, rtol=1e-14, atol=1e-13)
+
+
 def off_rows(found, exact):
     """How far each row is off, beside its own size; the worst."""
     size = np.abs(exact.astype(float)).max(axis=1, keepdims=True)

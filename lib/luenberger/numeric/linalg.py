@@ -116,7 +116,7 @@ def complete(
     Phat = np.zeros((n, n - m1))
     Phat[free, np.arange(n - m1)] = 1
     Phat[bound] = 0.0 - np.linalg.solve(C1[:, bound], C1[:, free])  # no -0.0
-    Gamma1 = _right_inverse(C1, weight)
+    Gamma1 = _right_inverse(C1, Phat, weight)
     Gamma1 = Gamma1 + Gamma1 @ (np.eye(m1) - C1 @ Gamma1)  # what rounding left
     That = np.linalg.inv(np.hstack([Phat, Gamma1]))[: n - m1]
     return Phat, Gamma1, That
@@ -135,12 +135,13 @@ def _independent(C1: Matrix, units: Vector) -> tuple[Vector, Vector] | None:
     return np.sort(pivots[:m1]), np.sort(pivots[m1:])
 
 
-def _right_inverse(C1: Matrix, weight: Matrix | None) -> Matrix:
+def _right_inverse(C1: Matrix, Phat: Matrix, weight: Matrix | None) -> Matrix:
     """W^-1 C1' (C1 W^-1 C1')^-1 by QR, as the Gram matrix squares what units do.
 
     The largest states come first, and columns are pivoted: then no small state loses
     its digits.  (A. J. Cox and N. J. Higham, Stability of Householder QR for weighted
-    least squares problems, 1998.)
+    least squares problems, 1998.)  But QR rounds the zeros between states that share
+    no output; what that leaves along Phat, as Phat' W Gamma1 = 0 tells, is taken away.
     """
     lower = np.eye(C1.shape[1])
     if weight is not None:
@@ -158,7 +159,9 @@ def _right_inverse(C1: Matrix, weight: Matrix | None) -> Matrix:
     basis = scipy.linalg.solve_triangular(lower, basis, lower=True, trans=1)
     inverse = np.empty_like(basis)
     inverse[:, order] = scipy.linalg.solve_triangular(upper, basis.T).T
-    return inverse
+    free = lower.T @ Phat
+    left = (free.T @ (lower.T @ inverse)).T
+    return inverse - Phat @ solve_right(left, free.T @ free).T
 
 
 def left_over(L: Matrix, V: Matrix, C: Matrix, x: Vector) -> Matrix:
