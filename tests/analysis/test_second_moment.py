@@ -24,6 +24,25 @@ def solved(monkeypatch, d, answer):
     return mean_square._solve(A, stack(A, []), V, (1 + d) * X), len(calls)
 
 
+def test_a_combination_that_no_noise_moves_has_no_variance():
+    """0.1 x1 - 0.3 x2 of x1 = 3 x2: its variance rounds to something below zero."""
+    one = np.array([[0.0, 0, 0], [0, 0, 0], [0.1, -0.3, 0]])
+    found = mean_square.second_moment(one, [], np.outer([3.0, 1, 0], [3.0, 1, 0]))
+    np.testing.assert_array_equal(found, [[9, 3, 0], [3, 1, 0], [0, 0, 0]])
+
+
+def test_rounding_is_judged_by_the_variances_that_were_added(monkeypatch):
+    """x1 of deviation 4 x 3, less 2 x 3, from A, and 1 x 3 from the noise, and 7."""
+    monkeypatch.setattr(mean_square, "RESIDUAL_TOL", np.inf)
+    monkeypatch.setattr(mean_square, "ROUNDS", 1)
+    monkeypatch.setattr(mean_square, "semidefinite", lambda X, size: size)
+    A, noise = np.array([[4.0, -2], [0, 0.5]]), np.array([[[0.0, 1], [0, 0]]])
+    V, X = np.diag([7.0, 0]), np.full((2, 2), 9.0)
+    monkeypatch.setattr(mean_square, "gmres", lambda _, left, **options: (0 * left, 0))
+    size = mean_square._solve(A / 8, noise / 8, V, X)
+    np.testing.assert_array_equal(size, [(18**2 + 3**2) / 64 + 7, 1.5**2 / 64])
+
+
 @pytest.mark.parametrize("sign", [1, -1])
 @pytest.mark.parametrize(("residual", "met"), [(0.95e-12, True), (1.05e-12, False)])
 def test_an_equation_is_met_to_1e_12(monkeypatch, residual, met, sign):

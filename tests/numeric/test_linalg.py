@@ -154,6 +154,17 @@ def test_eigenvalues_of_blocks_are_those_of_the_blocks():
         np.testing.assert_allclose(found, [-1j, 1j, 0.5, 0.5, 0.5, 7], atol=1e-12)
 
 
+def test_eigenvalues_of_coupled_pairs_are_not_scattered():
+    """A double +-j; LAPACK on the whole, where 0.5 goes last, scatters it by 1e-8."""
+    pair = np.array([[0.0, 2], [-0.5, 0]])
+    pairs = np.kron(np.eye(2), pair) + np.kron(np.eye(2, k=1), [[1.0, 2], [3, 4]])
+    whole = scipy.linalg.block_diag([[7.0]], [[0.5]], pairs)
+    whole[0] = 7.0
+    for X in (whole, whole.T):
+        found = np.sort_complex(linalg.eigenvalues(X))
+        np.testing.assert_allclose(found, [-1j, -1j, 1j, 1j, 0.5, 7], atol=1e-14)
+
+
 @pytest.mark.parametrize("pole", [0.0, 0.9, 1 - 1e-6, 1 - 1e-13])
 def test_a_sum_of_powers_goes_on_until_nothing_is_added(pole):
     """1 / (1 - pole^2), to what rounding of the pole's powers leaves of 1 - pole^2."""

@@ -180,6 +180,13 @@ def test_a_combination_of_rows_is_found_and_proved_exactly():
     assert not one_signed(fractions([[1, -1, 0, 3, 1], [0, 2, 1, -2, -9]]))
 
 
+@pytest.mark.parametrize("exact", [True, False])
+def test_a_combination_with_a_small_entry_of_the_other_sign_proves_nothing(exact):
+    """a, b with 4 b >= a have 2 a < 9 b, to 1e-10; HiGHS drops so small an entry."""
+    rows = fractions([[-(10**9), 2, 0], [4 * 10**9, -9, 10**10]])
+    assert not one_signed(rows if exact else rows.astype(float))
+
+
 def test_search_alone_says_so():
     # s^3 + c s^2 + s + c + 1: all positive, but c * 1 > c + 1 never holds (Routh)
     basis = fractions([[1, 1], [1, 0], [0, 1], [1, 0]])

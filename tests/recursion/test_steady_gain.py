@@ -258,6 +258,19 @@ def test_slow_but_forgetting_filter_is_not_refused():
     np.testing.assert_allclose(observer.V[0, 0], 1 - r**2, rtol=1e-6)
 
 
+@pytest.mark.parametrize("unit", [1e-12, 1.0, 1e12])
+@pytest.mark.parametrize("noise", [0.0, 1e-6], ids=["lost", "slow"])
+def test_units_of_an_output_play_no_part_in_what_is_lost(noise, unit):
+    """x+ = x + w and y = unit x + v: without w the filter's pole is on the circle."""
+    plant = lb.Plant([[1]], None, [[unit]], dt=1.0, Q=[[noise]], R=[[unit**2]])
+    now, K = Settings(plant, 0).at(0), np.array([[0.001 / unit]])
+    if noise:
+        assert excitation.require_excited(now, K) is None
+    else:
+        with pytest.raises(lb.DesignError, match="motion at 1, on the unit circle"):
+            excitation.require_excited(now, K)
+
+
 def test_unstable_noise_free_mode_is_stabilised():
     """x+ = 2 x without process noise: the steady pole is 1/2, not the plant's 2."""
     plant = lb.Plant([[2]], None, [[1]], dt=1.0, Q=[[0]], R=[[1]])

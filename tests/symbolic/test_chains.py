@@ -100,6 +100,15 @@ def test_chains_cite_what_they_use():
     assert [r.name for r in GAIN[0].relations] == ["M = C Ω C' + R", "N", "K_mv M = N"]
 
 
+def test_a_chain_proves_that_its_ends_are_equal():
+    meant = Relation("M = A + B", M, A + B)
+    chain = Chain("3", "", A * M, [Line(A * (A + B), by=[meant]), Line(A * A + A * B)])
+    found = chain.relation
+    assert (found.left, found.right) == (A * M, A * A + A * B)
+    assert found.name == "(3) A M = A A + A B"
+    assert Line(A * A * A + A * B * A, by=[found]).complaints(A * M * A, ()) == []
+
+
 # -- kinds of line ---------------------------------------------------------------------
 
 SQUARE = Relation("M = B B'", M, B * B.T)

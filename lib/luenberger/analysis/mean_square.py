@@ -21,7 +21,7 @@ from .. import kernels
 from ..errors import CertificateError, DesignError
 from ..numeric import Matrix, Vector, linalg
 from ..numeric.covariance_maps import Pairs, Sums, dominant, packing, spread, stack
-from ..numeric.factors import semidefinite
+from ..numeric.factors import CLEAR, EPS, semidefinite
 from ..numeric.linalg import modes
 from ..papers.haddad_bernstein.derivation import equivalent_noise as noise_added
 from ..plant import Plant
@@ -85,7 +85,8 @@ def second_moment(A: Matrix, pairs: Pairs, V: Matrix) -> Matrix:
     noise = stack(A, pairs)
     X = _sum_up(A, noise, V)
     # at unit diagonal, so that the units of the states play no part
-    driven = np.sqrt(X.diagonal())  # 0 for a state that no noise reaches, and stays 0
+    real = X.diagonal() > CLEAR * EPS * _made_of(A, noise, V, X)
+    driven = np.sqrt(np.where(real, X.diagonal(), 0))  # 0 where no noise comes, stays 0
     size = np.where(driven > 0, driven, 1.0)
     unit, both = size / size[:, None], np.outer(size, size)
     found = _solve(A * unit, noise * unit, V / both, X / both)
@@ -132,9 +133,13 @@ def _solve(A: Matrix, noise: Matrix, V: Matrix, X: Matrix) -> Matrix:
             "mean-square stability, or its A far from normal; reduce the "
             "multiplicative noise, or scale the states to similar sizes."
         )
-    pairs = [(np.abs(one), np.sqrt(X.diagonal())) for one in (A, *noise)]
-    size = sum((one @ std) ** 2 for one, std in pairs) + V.diagonal()
-    return semidefinite(X, size)
+    return semidefinite(X, _made_of(A, noise, V, X))
+
+
+def _made_of(A: Matrix, noise: Matrix, V: Matrix, X: Matrix) -> Vector:
+    """The variances that those of A X A' + sum A_i X A_i' + V are differences of."""
+    std = np.sqrt(np.maximum(X.diagonal(), 0))
+    return sum((np.abs(one) @ std) ** 2 for one in (A, *noise)) + V.diagonal()
 
 
 def radius(A: Matrix, pairs: Pairs) -> float:

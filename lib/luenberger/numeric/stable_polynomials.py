@@ -113,8 +113,8 @@ def one_signed(rows: Matrix) -> bool:
     )
     if not found.success or found.x[-1] <= SIGN_TOL:
         return False
-    if rows.dtype != object:
-        return True
+    if rows.dtype != object:  # linear programming takes small entries for zeros
+        return bool((found.x[:-1] @ (floats / size)).min() > SIGN_TOL)
     return _signs(_fractions(found.x[:-1] / size[:, 0]) @ rows) < 2
 
 

@@ -174,8 +174,7 @@ class Printer:
     def _product(self, e):
         number, factors = split(e)
         if number < 0:
-            rest = sp.Mul(-1, e) if not factors else rebuilt(-number, factors, e)
-            return "-" + self.show(rest, PRODUCT), SUM
+            return "-" + self.show(rebuilt(-number, factors, e), PRODUCT), SUM
         least = PRODUCT if len(factors) == 1 else POSTFIX
         parts = [self.show(f, least) for f in factors]
         if number != 1 or not parts:
