@@ -1,13 +1,9 @@
 """A derivation that has a page, as a chapter: words, chains, code beside stages."""
 
 import re
-from textwrap import dedent
 
 from docutils import nodes
 
-from luenberger.kernels.c import C
-from luenberger.kernels.loops import arrays, write
-from luenberger.kernels.lowering import lower
 from luenberger.kernels.numpy import numpy_source
 from luenberger.symbolic import (
     Chain,
@@ -17,6 +13,7 @@ from luenberger.symbolic import (
     MatrixSymbol,
     Relation,
     Solve,
+    compile,
     latex,
     text,
 )
@@ -26,8 +23,6 @@ from luenberger.symbolic.reading import numbered, size, used_letters
 from luenberger.symbolic.reasons import cited_latex
 
 SHORT = 14  # columns of what a chain begins with, to stand before the first sign
-SIZES = {"n": 4, "p": 2, "m": 1, "r": 3, "p_a": 1, "d": 4, "q": 2, "k": 4}
-SIZES |= {"l": 2, "n_e": 2}
 SEPARATOR = r",\; "
 
 
@@ -246,12 +241,7 @@ def symbols_of(stage):
 
 
 def c_of(derivation, stage):
-    """The C of one stage, at the sizes of an example."""
+    """The C of one stage, at any sizes."""
     given = tuple(sorted(symbols_of(stage), key=lambda symbol: symbol.name))
     alone = Derivation(given, (stage,), letters=derivation.letters)
-    symmetric = [symbol.name for symbol in derivation.letters.symmetric]
-    program, to = lower(alone, symmetric=symmetric), C("double")
-    for name, length in arrays(program, SIZES, to).items():
-        to.array(name, length)
-    write(program, SIZES, to)
-    return dedent("\n".join(to.lines))
+    return compile(alone, backend="c").source
