@@ -43,9 +43,9 @@ X_k = square("X_k", n, "an approximation of the moment of the state")
 X_k_next = square("X_k_next", n, "the next approximation")
 none = ZeroMatrix
 
-a, a1, ae, b, c0, c1 = entries = sp.symbols("a a_1 a_e b c_0 c_1")
+a, a1, ae, b, c0, c1 = scalars = sp.symbols("a a_1 a_e b c_0 c_1")
 system, noisy = sp.Matrix([[a, 0], [b * c0, ae]]), sp.Matrix([[a1, 0], [b * c1, 0]])
-NUMBERS = dict(zip(entries, map(Rational, "1/2 6/5 3/10 1 1 0".split())))
+NUMBERS = dict(zip(scalars, map(Rational, "1/2 6/5 3/10 1 1 0".split())))
 GROWTH = (a**2 + a1**2).subs(NUMBERS)
 
 
