@@ -20,7 +20,8 @@ from entries import complaints
 import luenberger as lb
 from luenberger import ledger
 from luenberger.ledger import evidence
-from luenberger.papers.hsia.derivation import laws
+from luenberger.papers.hsia.derivation import laws, loop
+from luenberger.papers.hsia.derivation.letters import y_star
 from luenberger.papers.leondes_novak.derivation import huddle
 from luenberger.symbolic import Claim, holds, vanishes
 from tests.papers.hsia import test_loop
@@ -239,10 +240,7 @@ def wrong_table(law, value):
 
 def wrong_response(monkeypatch):
     test_loop.test_the_continuous_response_of_the_paper_in_closed_form()
-    sound = laws.derive()
-    wrong = sound.formulas | {"(17) y*": -sound.formulas["(17) y*"]}
-    damaged = dataclasses.replace(sound, formulas=wrong)
-    monkeypatch.setattr(laws, "derive", lambda: damaged)
+    monkeypatch.setitem(loop.VALUES, y_star, -loop.VALUES[y_star])
     with pytest.raises(AssertionError):
         test_loop.test_the_continuous_response_of_the_paper_in_closed_form()
 

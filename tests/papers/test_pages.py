@@ -55,6 +55,9 @@ PAGES = (
     "kawazoe.form",
     "kawazoe.reconstruction",
     "kawazoe.deadbeat",
+    "hsia.laws",
+    "hsia.loop",
+    "hsia.noise",
 )
 
 

@@ -90,8 +90,12 @@ def idle_values(derivation):
 
 
 def other_values(item, symbol):
-    """An explicit statement with one entry of one letter less one."""
+    """An explicit statement with one entry of one letter less one, a number negated."""
     for name, chosen in item.cases.items():
+        if not hasattr(symbol, "shape"):
+            other = chosen | {symbol: -chosen[symbol] if chosen[symbol] != 0 else 1}
+            yield dataclasses.replace(item, cases={name: other})
+            continue
         matrix = sp.Matrix(chosen[symbol])
         for k in range(len(matrix)):
             wrong = matrix.copy()

@@ -15,7 +15,7 @@ from luenberger.symbolic import (
 from luenberger.symbolic.letters import latex_name, text_name
 
 n, p = sp.symbols("n p", integer=True, positive=True)
-beta = sp.Symbol("beta_0")
+beta, gamma = sp.symbols("beta_0 gamma")
 A, B, Omega = (MatrixSymbol(name, n, n) for name in ("A", "B", "Omega"))
 K, C = MatrixSymbol("K_1*", n, p), MatrixSymbol("C", p, n)
 I = Identity(n)
@@ -67,7 +67,32 @@ EXPRESSIONS = {
         "[A 0; I B]",
     ),
     "explicit": (sp.Matrix([[1, Rational(-1, 2)]]), None, "[1 -1/2]"),
-    "a root": (sp.sqrt(beta), None, "β₀^(1/2)"),
+    "a root": (sp.sqrt(beta), r"\sqrt{\beta_{0}}", "√β₀"),
+    "a quotient": (
+        1 / (1 - beta) - 2,
+        r"-2 + \frac{1}{1 - \beta_{0}}",
+        "-2 + 1/(1 - β₀)",
+    ),
+    "a quotient of sums": ((1 + beta) / (2 * gamma), None, "(1 + β₀)/(2 γ)"),
+    "minus a quotient": (-beta / gamma, r"-\frac{\beta_{0}}{\gamma}", "-β₀/γ"),
+    "a derivative": (
+        sp.Derivative(sp.Function("J")(beta), beta, 2),
+        r"\frac{\mathrm{d}^{2}}{\mathrm{d}\beta_{0}^{2}} J\left(\beta_{0}\right)",
+        "d²/dβ₀² J(β₀)",
+    ),
+    "a derivative of a sum": (
+        sp.Derivative(beta - gamma, beta),
+        None,
+        "d/dβ₀ (β₀ - γ)",
+    ),
+    "an exponential": (sp.exp(-2 * gamma), "e^{-2 \\gamma}", "e^(-2 γ)"),
+    "a sine": (
+        sp.sin(sp.sqrt(3) * beta),
+        r"\sin\left(\beta_{0} \sqrt{3}\right)",
+        "sin(β₀ √3)",
+    ),
+    "a power of a letter": (beta**gamma, r"\beta_{0}^{\gamma}", "β₀^γ"),
+    "a negative power of a letter": (beta**-gamma, None, "β₀^(-γ)"),
 }
 
 

@@ -5,20 +5,21 @@ from typing import Any
 
 import sympy as sp
 
-from ..symbolic import Derivation
+from ..symbolic import Explicit
 
 
-def function(derivation: Derivation, key: str, *names: str) -> Callable[..., Any]:
-    """Compile ``derivation.formulas[key]`` into ``f(**values)``; arrays broadcast.
+def function(statement: Explicit, letter: sp.Symbol, *names: str) -> Callable[..., Any]:
+    """Compile what a statement says that `letter` is into ``f(**values)``.
 
-    `names` are the arguments: the symbols of the formula, and others it may ignore.
-    Refuses a derivation whose proof fails, as `numpy.kernel` does.
+    Arrays broadcast.  `names` are the arguments: the symbols of the formula, and others
+    it may ignore.  Refuses a statement that does not hold, as `numpy.kernel` does.
     """
-    if unproved := derivation.unproved() or not derivation.steps:
-        raise AssertionError(f"unproved derivation: {derivation.source}: {unproved}")
-    formula = derivation.formulas[key]
+    if faults := statement.check():
+        raise AssertionError(f"unproved: {statement.says}: {faults}")
+    (values,) = statement.cases.values()
+    formula = values[letter]
     symbols = {symbol.name: symbol for symbol in formula.free_symbols}
     if missing := set(symbols) - set(names):
-        raise KeyError(f"{key} depends on {sorted(missing)}")
+        raise KeyError(f"{letter} depends on {sorted(missing)}")
     arguments = [symbols.get(name, sp.Symbol(name)) for name in names]
     return sp.lambdify(arguments, formula, modules="numpy")

@@ -60,7 +60,7 @@ def discretise(plant: Plant, periods: ArrayLike) -> Plant:
     References
     ----------
     Van Loan (1978), "Computing integrals involving the matrix exponential", for Q;
-    papers/hsia/derivation/laws.py.
+    papers/hsia/derivation/noise.py.
 
     Examples
     --------

@@ -158,12 +158,12 @@ def cited_by(derivation):
 
 
 def symbols(derivation):
-    """The matrix symbols on a page."""
-    found = set()
+    """The matrix symbols on a page, and the numbers that are letters."""
+    found, known = set(), set(getattr(derivation.letters, "meaning", ()))
     for item in derivation.page:
         for expr in getattr(item, "expressions", ()):
             if isinstance(expr, MatrixExpr | sp.Basic):
-                found |= expr.atoms(sp.MatrixSymbol)
+                found |= expr.atoms(sp.MatrixSymbol) | (expr.atoms(sp.Symbol) & known)
     return found
 
 

@@ -31,8 +31,8 @@ class Explicit:
     left, right : expression
         In letters of any size, or scalars.
     cases : dict of str to dict of MatrixSymbol to Matrix
-        {what is chosen: the values of the letters}; entries may be symbols.  The first
-        is shown.
+        {what is chosen: the values of the letters}; entries may be symbols.  A letter
+        may be a number or a function of one, too.  The first choice is shown.
     why : str
         Words for the reason.
 
@@ -150,7 +150,7 @@ class Positive(Explicit):
 def rows_of(symbol, matrix):
     """`symbol = matrix` in Unicode: on one line, or one line for each row."""
     line = f"    {text(symbol)} = {text(matrix)}"
-    if columns(line) <= WIDEST_LINE:
+    if columns(line) <= WIDEST_LINE or not hasattr(matrix, "tolist"):
         return [line]
     cells = [[text(x) for x in row] for row in matrix.tolist()]
     wide = [max(map(columns, column)) for column in zip(*cells)]
@@ -167,10 +167,11 @@ def value(expr, values):
     gaps = [
         a - b
         for symbol, matrix in values.items()
+        if hasattr(symbol, "shape")
         for a, b in zip(symbol.shape, matrix.shape)
     ]
     sizes = sizes_that_fit([gap for gap in gaps if gap != 0])
-    put = {symbol: sp.ImmutableMatrix(matrix) for symbol, matrix in values.items()}
+    put = {symbol: sp.sympify(x) for symbol, x in values.items()}
     found = sp.sympify(expr).xreplace({**put, **sizes}).doit()
     if getattr(found, "is_Matrix", False):
         return found.as_explicit().applyfunc(sp.expand)

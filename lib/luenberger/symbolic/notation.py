@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+import sympy as sp
+
 from .chains import Chain
 from .lines import Line
 from .relations import Moment, Relation
@@ -40,7 +42,7 @@ class Notation:
     """
 
     def __init__(self, sizes: Mapping[Any, Any] | None = None) -> None:
-        self.meaning: dict[MatrixSymbol, str] = {}
+        self.meaning: dict[Any, str] = {}
         self.symmetric: tuple[MatrixSymbol, ...] = ()
         self.sizes = sizes or {}
         self.taken_over: frozenset[str] = frozenset()
@@ -59,6 +61,12 @@ class Notation:
         self.meaning[symbol] = meaning
         if symmetric:
             self.symmetric += (symbol,)
+        return symbol
+
+    def scalar(self, name: str, meaning: str, **assumptions: bool) -> sp.Symbol:
+        """A new letter for a number, with what SymPy is to assume of it."""
+        symbol = sp.Symbol(name, **assumptions)
+        self.meaning[symbol] = meaning
         return symbol
 
     def here(self, **meanings: str) -> Notation:

@@ -42,6 +42,8 @@ def as_text(derivation):
 
 def size(symbol, letters, show):
     """Rows and columns of a symbol."""
+    if not hasattr(symbol, "shape"):
+        return r"\text{number}" if show is latex else "number"
     times = r" \times " if show is latex else " × "
     return times.join(show(letters.sizes.get(k, k)) for k in symbol.shape)
 

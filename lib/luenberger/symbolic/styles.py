@@ -12,6 +12,11 @@ def apart(rows):
     return "  " if any(" " in cell for row in rows for cell in row) else " "
 
 
+def raised(exponent):
+    """An exponent that has no superscript of its own."""
+    return f"^{exponent}" if exponent.isalnum() else f"^({exponent})"
+
+
 @dataclass(frozen=True)
 class Style:
     """What differs between the two ways of setting an expression."""
@@ -24,6 +29,11 @@ class Style:
     series: object
     power: object
     fraction: object
+    quotient: object
+    root: object
+    differential: str
+    function: object
+    tight: int  # how tightly the parts of a quotient and a root must hold together
     rows: object
     fallback: object
 
@@ -37,6 +47,11 @@ LATEX = Style(
     series=lambda k, a, b, body: rf"\sum_{{{k}={a}}}^{{{b}}} {body}",
     power=lambda base, k: f"{base}^{{{k}}}",
     fraction=lambda p, q: rf"\tfrac{{{p}}}{{{q}}}",
+    quotient=lambda above, below: rf"\frac{{{above}}}{{{below}}}",
+    root=lambda inner: rf"\sqrt{{{inner}}}",
+    differential=r"\mathrm{d}",
+    function=lambda name: rf"\{name}" if hasattr(sp, name) else name,
+    tight=0,
     rows=lambda rows: (
         r"\begin{bmatrix}"
         + r" \\ ".join(" & ".join(row) for row in rows)
@@ -52,9 +67,14 @@ TEXT = Style(
     determinant="det",
     series=lambda k, a, b, body: f"Σ[{k} = {a} .. {b}] {body}",
     power=lambda base, k: (
-        base + (str(k).translate(HIGH) if k.lstrip("-").isdigit() else f"^({k})")
+        base + (k.translate(HIGH) if k.lstrip("-").isdigit() else raised(k))
     ),
     fraction=lambda p, q: f"{p}/{q}",
+    quotient=lambda above, below: f"{above}/{below}",
+    root=lambda inner: f"√{inner}",
+    differential="d",
+    function=str,
+    tight=2,
     rows=lambda rows: "[" + "; ".join(apart(rows).join(row) for row in rows) + "]",
     fallback=str,
 )

@@ -10,6 +10,7 @@ import unicodedata
 from collections.abc import Callable
 
 import sympy as sp
+from sympy.core.function import AppliedUndef
 from sympy.matrices.expressions.matexpr import MatrixExpr
 
 from .letters import latex_name
@@ -132,33 +133,9 @@ class Printer:
         return string
 
     def _set(self, e):
-        if isinstance(e, (sp.MatrixSymbol, sp.Symbol)):
-            return self.style.name(e.name), ATOM
-        if isinstance(e, sp.Identity):
-            return "I", ATOM
-        if isinstance(e, sp.ZeroMatrix):
-            return "0", ATOM
-        if isinstance(e, (sp.MatAdd, sp.Add)):
-            return self._sum(e)
-        if isinstance(e, (sp.MatMul, sp.Mul)):
-            return self._product(e)
-        if isinstance(e, sp.Transpose):
-            return self._transpose(e.arg)
-        if isinstance(e, (sp.MatPow, sp.Pow)):
-            return self._power(e.base, e.exp)
-        if isinstance(e, sp.Trace):
-            return self._call(self.style.trace, e.arg)
-        if e is sp.I:
-            return "j", ATOM
-        if isinstance(e, sp.Sum):
-            return self._series(e)
-        if isinstance(e, sp.Determinant):
-            return self._call(self.style.determinant, e.arg)
-        if isinstance(e, sp.Rational):
-            return self._number(e)
-        if isinstance(e, (sp.BlockMatrix, sp.MatrixBase)):
-            rows = e.blocks.tolist() if isinstance(e, sp.BlockMatrix) else e.tolist()
-            return self.style.rows([[self.show(x) for x in row] for row in rows]), ATOM
+        for kinds, rule in RULES:
+            if isinstance(e, kinds):
+                return rule(self, e)
         return self.style.fallback(e), SUM if isinstance(e, MatrixExpr) else ATOM
 
     def _sum(self, e):
@@ -172,6 +149,9 @@ class Printer:
         return out, SUM
 
     def _product(self, e):
+        above, below = denominator(e)
+        if below != 1:
+            return self._quotient(above, below)
         number, factors = split(e)
         if number < 0:
             return "-" + self.show(rebuilt(-number, factors, e), PRODUCT), SUM
@@ -181,12 +161,33 @@ class Printer:
             parts.insert(0, self._number(number)[0])
         return " ".join(parts), PRODUCT if len(parts) > 1 else POSTFIX
 
-    def _transpose(self, inner):
+    def _quotient(self, above, below):
+        if above.could_extract_minus_sign():
+            return "-" + self._quotient(-above, below)[0], SUM
+        top = self.show(above, min(PRODUCT, self.style.tight))
+        return self.style.quotient(top, self.show(below, self.style.tight)), PRODUCT
+
+    def _derivative(self, e):
+        ((by, k),) = e.variable_count
+        d, once = self.style.differential, self.show(by)
+        marks = (d, d + once)
+        if k != 1:
+            marks = (self.style.power(d, str(k)), d + self.style.power(once, str(k)))
+        return f"{self.style.quotient(*marks)} {self.show(e.expr, POSTFIX)}", PRODUCT
+
+    def _transpose(self, e):
+        inner = e.arg
         if isinstance(inner, (sp.MatPow, sp.Pow)) or raised(inner):
             return self._grouped(self.show(inner, POSTFIX)) + "'", POSTFIX
         return self.show(inner, ATOM) + "'", POSTFIX
 
-    def _power(self, base, exponent):
+    def _power(self, e):
+        base, exponent = e.base, e.exp
+        above, below = denominator(e)
+        if below != 1:
+            return self._quotient(above, below)
+        if exponent == sp.S.Half:
+            return self.style.root(self.show(base, self.style.tight)), ATOM
         if isinstance(base, sp.Transpose) or raised(base):
             shown = self._grouped(self.show(base, POSTFIX))
         else:
@@ -211,6 +212,43 @@ class Printer:
         if q.q == 1:
             return str(q.p), SUM if q.p < 0 else ATOM
         return self.style.fraction(q.p, q.q), SUM if q.p < 0 else PRODUCT
+
+
+def of_blocks(printer, rows):
+    shown = [[printer.show(x) for x in row] for row in rows]
+    return printer.style.rows(shown), ATOM
+
+
+RULES = (
+    ((sp.MatrixSymbol, sp.Symbol), lambda p, e: (p.style.name(e.name), ATOM)),
+    (sp.Identity, lambda p, e: ("I", ATOM)),
+    (sp.ZeroMatrix, lambda p, e: ("0", ATOM)),
+    ((sp.MatAdd, sp.Add), Printer._sum),
+    ((sp.MatMul, sp.Mul), Printer._product),
+    (sp.Transpose, Printer._transpose),
+    ((sp.MatPow, sp.Pow), Printer._power),
+    (sp.Trace, lambda p, e: p._call(p.style.trace, e.arg)),
+    (type(sp.I), lambda p, e: ("j", ATOM)),
+    (sp.Sum, Printer._series),
+    (sp.Determinant, lambda p, e: p._call(p.style.determinant, e.arg)),
+    (sp.Rational, Printer._number),
+    (sp.Derivative, Printer._derivative),
+    (sp.exp, lambda p, e: (p.style.power("e", p.show(e.exp)), POSTFIX)),
+    (
+        (AppliedUndef, sp.sin, sp.cos),
+        lambda p, e: p._call(p.style.function(e.func.__name__), *e.args),
+    ),
+    (sp.BlockMatrix, lambda p, e: of_blocks(p, e.blocks.tolist())),
+    (sp.MatrixBase, lambda p, e: of_blocks(p, e.tolist())),
+)
+
+
+def denominator(e):
+    """(what is above a bar, what is below it) of a scalar with letters below; or 1."""
+    if isinstance(e, MatrixExpr):
+        return e, sp.S.One
+    above, below = sp.fraction(e, exact=True)
+    return (above, below) if below.free_symbols else (e, sp.S.One)
 
 
 def signed(e):

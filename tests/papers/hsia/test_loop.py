@@ -16,6 +16,7 @@ import luenberger as lb
 from luenberger import sampling
 from luenberger.papers.hsia import system
 from luenberger.papers.hsia.derivation import laws as derivation
+from luenberger.papers.hsia.derivation import letters, loop
 from luenberger.papers.hsia.system import absolute_integral
 from luenberger.run.simulate import hold
 
@@ -88,10 +89,9 @@ def test_an_integrator_by_hand():
 
 
 def test_the_continuous_response_of_the_paper_in_closed_form():
-    t = sp.Symbol("t", nonnegative=True)
-    derived = derivation.derive().formulas["(17) y*"]
+    derived = loop.VALUES[letters.y_star][0]
     times = np.linspace(0, 1.2, 50)
-    expected = sp.lambdify(t, derived, "numpy")(times)
+    expected = sp.lambdify(letters.t, derived, "numpy")(times)
     _, _, found = run_of("root", 0.08).at(times)
     np.testing.assert_allclose(found, expected, atol=1e-13)
 

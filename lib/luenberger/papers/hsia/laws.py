@@ -207,9 +207,9 @@ def _compiled(
 def formula_of(name: str, letter: str) -> Callable[..., Any]:
     """A law without bounds as f(rho, T_max, letter), compiled from its derivation."""
     from ...kernels.scalar import function
-    from .derivation import laws
+    from .derivation.laws import T_s, best
 
-    return function(laws.derive(), laws.key(name), "rho", "T_max", letter)
+    return function(best(name), T_s, "rho", "T_max", letter)
 
 
 def _positive(name: str, value: Any) -> float:

@@ -147,7 +147,7 @@ def simulate(
 
     References
     ----------
-    Hsia (1974), Table II and (17); papers/hsia/derivation/laws.py.
+    Hsia (1974), Table II and (17); papers/hsia/derivation/loop.py.
 
     Examples
     --------

@@ -1,15 +1,20 @@
 """The equations of Hsia (1974) in SymPy, in reading order.
 
+`letters`
+    The letters of Hsia (1974): of the laws, and of the plant between two samples.
 `laws`
     Adaptive sampling: every law of Table II is the minimum of a cost per period.
+`loop`
+    Hsia's plant, and the loop that is closed all the time.
+`noise`
+    What noise on the plant becomes at instants that are not evenly spaced.
 
 A proof or a stage list of this paper enters here; of a stage list, its `StageList`
 stands below, so that nobody loads SymPy only to name it.  It uses
-`luenberger.symbolic`, and `luenberger.certificate` where the residuals are proved;
-no other paper.
+`luenberger.symbolic` alone; no other paper.
 """
 
 from ....stage_list import StageList
 
-noise_of_a_period = StageList(__name__, "laws.noise_of_a_period", "P")
-noise_doubled = StageList(__name__, "laws.noise_doubled", "P_2")
+noise_of_a_period = StageList(__name__, "noise.noise_of_a_period", "P")
+noise_doubled = StageList(__name__, "noise.noise_doubled", "P_2")

@@ -1,0 +1,90 @@
+"""What noise on the plant becomes at instants that are not evenly spaced.
+
+Between two samples nothing is approximated: the integral of the noise is two blocks of
+one exponential, and that of a period twice as long follows from it.
+
+Source: Van Loan (1978), "Computing integrals involving the matrix exponential"; the
+doubling is our own.
+"""
+
+from functools import cache
+
+from ....symbolic import Derivation, Differential, Line, Stage
+from .letters import *
+
+PAGE = (
+    """White noise of intensity `Q` adds up to a covariance `P` in the time `t`. It is
+    an integral, of which the rate is known, and which is zero at `t = 0`.""",
+    flows := define(dPhi, Phi * A),
+    is_rate := define(dP, Phi * Q * Phi.T),
+    """The exponential of the block matrix `[-A, Q; 0, A'] t` has `Phi'` in its
+    lower right corner. The block `X` above it has a rate as well.""",
+    is_dX := define(dX, Q * Phi.T - A * X),
+    "The product `Phi X` has the rate of the integral.",
+    chain(
+        "",
+        "the rate of the product",
+        Phi * X,
+        Differential(dPhi * X + Phi * dX, of={Phi: dPhi, X: dX}),
+        Line(Phi * A * X + Phi * (Q * Phi.T - A * X), by=(flows, is_dX)),
+        Line(dP, by=(is_rate,)),
+    ),
+    "It begins with zero as well. So it is the integral.",
+    starts := define(X_0, ZeroMatrix(n, n)),
+    chain(
+        "",
+        "where the product begins",
+        Phi_0 * X_0,
+        Line(ZeroMatrix(n, n), by=(starts,)),
+    ),
+    is_P := define(P, Phi * X),
+)
+DOUBLED = (
+    """A first period has added `P_h`. Let it go on for the time `t`, which adds
+    `H P H'`. The rate is that of the integral at this time, because `H Phi` is what
+    a state becomes in both.""",
+    chain(
+        "",
+        "the rate of what is added",
+        P_h + H * P * H.T,
+        Differential(H * dP * H.T, of={P: dP}),
+        Line(H * Phi * Q * (H * Phi).T, by=(is_rate,)),
+    ),
+    "So it is the integral. Let it go on for as long again: `H` is then `Phi`.",
+    is_P_2 := define(P_2, P_h + H * P * H.T),
+    as_long := define(H, Phi),
+    as_much := define(P_h, P),
+    doubled := chain(
+        "",
+        "a period twice as long",
+        P_2,
+        Line(P_h + H * P * H.T, by=(is_P_2,)),
+        Line(P + Phi * P * Phi.T, by=(as_long, as_much)),
+    ),
+)
+
+
+def stage_list(given, stage, says):
+    source = "Van Loan (1978)"
+    return Derivation(given, (stage,), source=source, letters=letters, says=says)
+
+
+@cache
+def noise_of_a_period():
+    """Q of one period by Van Loan's exponential."""
+    stage = Stage(P, Phi * X, symmetric=True, by=(is_P,))
+    return stage_list((Phi, X), stage, "what the noise adds in a period")
+
+
+@cache
+def noise_doubled():
+    """Q of a period twice as long."""
+    stage = Stage(P_2, P + Phi * P * Phi.T, symmetric=True, by=(doubled,))
+    return stage_list((Phi, P), stage, "what it adds in a period twice as long")
+
+
+@cache
+def derive():
+    """The page."""
+    page = (*PAGE, noise_of_a_period(), *DOUBLED, noise_doubled())
+    return Derivation(page=page, letters=letters, source="Van Loan (1978)")
