@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -79,7 +80,8 @@ def _draw(ax: Axes, centre: Point, text: str, given: bool) -> None:
 def _size(text: str) -> Point:
     if text in ("", SUM):
         return (0.3, 0.3) if text else (0.0, 0.0)
-    plain = text.replace("$", "").replace("\\", "").replace("{", "").replace("}", "")
+    plain = re.sub(r"[${}_^]|\\(hat|bar|tilde) *", "", text)
+    plain = re.sub(r"\\[A-Za-z]+", "x", plain)  # a Greek letter is one
     longest = max(map(len, plain.split("\n")))
     return max(0.6, LETTER * longest + 0.2), HIGH * (1 + 0.5 * plain.count("\n"))
 
