@@ -18,8 +18,9 @@ from ..certificate import (
 from ..errors import DesignError
 from ..numeric import Matrices, Matrix, Vector
 from ..numeric.factors import factor, shorten
-from ..numeric.linalg import lyapunov, modes, symmetrise
+from ..numeric.linalg import lyapunov, modes
 from ..observer import Observer
+from ..papers.haddad_bernstein.derivation import moment_ahead
 from ..papers.leondes_novak.derivation import (
     beside_the_state,
     error_recursion,
@@ -151,11 +152,11 @@ class ErrorSystem:
         if steps is None:
             return [equivalent_noise(plant).X]
         X = plant.P0 + np.outer(plant.x0, plant.x0)
-        found = [X]
+        found, step = [X], kernels.compiled(moment_ahead)
         for i in range(steps):
             if i or self.observer.steps is None or plant.P0_is == "posterior":
-                A = plant.at(i).A
-                X = symmetrise(A @ X @ A.T + noise_at(plant, i, X)[0])
+                V1 = noise_at(plant, i, X)[0]
+                (X,) = step(A=plant.at(i).A, Q1=X, V1=V1).values()
             found.append(X)
         return found
 

@@ -24,6 +24,7 @@ from ..numeric.covariance_maps import Pairs, Sums, dominant, packing, spread, st
 from ..numeric.factors import CLEAR, EPS, semidefinite
 from ..numeric.linalg import modes
 from ..papers.haddad_bernstein.derivation import equivalent_noise as noise_added
+from ..papers.haddad_bernstein.derivation import moment_ahead
 from ..plant import Plant
 
 RESIDUAL_TOL = 1e-12  # of X = T(X) + V, relative to X at unit diagonal
@@ -114,7 +115,7 @@ def _solve(A: Matrix, noise: Matrix, V: Matrix, X: Matrix) -> Matrix:
     operator = LinearOperator((pack(V).size,) * 2, matvec=left_over, dtype=float)
     best = np.inf, X
     for _ in range(ROUNDS):
-        gap = V + A @ X @ A.T + spread(noise, X) - X
+        gap = _ahead(A, noise, X, V) - X
         size = np.linalg.norm(X)
         residual = np.linalg.norm(gap) / size if size > 0 else 0.0
         if not residual < 0.5 * best[0]:
@@ -142,6 +143,12 @@ def _made_of(A: Matrix, noise: Matrix, V: Matrix, X: Matrix) -> Vector:
     return sum((np.abs(one) @ std) ** 2 for one in (A, *noise)) + V.diagonal()
 
 
+def _ahead(A: Matrix, noise: Matrix, X: Matrix, V: Matrix | float = 0.0) -> Matrix:
+    """T(X) + V."""
+    step = kernels.compiled(moment_ahead)
+    return step(A=A, Q1=X, V1=V + spread(noise, X))["Q1_next"]
+
+
 def radius(A: Matrix, pairs: Pairs) -> float:
     """Spectral radius of A(x)A + sum A_i(x)A_i, which decides mean-square stability.
 
@@ -159,7 +166,7 @@ def radius(A: Matrix, pairs: Pairs) -> float:
         feedback = _feedback(A / np.sqrt(r), noise)
         return r / feedback - 1 if feedback > 0 else np.inf
 
-    bound = float(np.linalg.norm(A @ A.T + spread(noise, np.eye(len(A))), 2))
+    bound = float(np.linalg.norm(_ahead(A, noise, np.eye(len(A))), 2))
     low = high = bound * (1 + 1e-9)
     above = high - alone
     while short_of_limit(low) >= 0:

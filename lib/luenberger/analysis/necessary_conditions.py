@@ -10,10 +10,11 @@ from typing import Any
 
 import numpy as np
 
+from .. import kernels
 from ..kernels import run
 from ..numeric import Matrices, Matrix, Vector
 from ..numeric.balance import balanced
-from ..numeric.linalg import left_over, lyapunov, symmetrise
+from ..numeric.linalg import left_over, lyapunov
 from ..observer import Observer
 from ..papers.haddad_bernstein import derivation as stages
 from ..plant import Plant
@@ -57,17 +58,13 @@ def _moments(
     Their names are the derivation's.  All signals are divided by their standard
     deviations, which are returned too, or by what they could be where those are zero.
     """
-    o, n, r, now = observer, plant.n, observer.order, plant.at(0)
+    o, n, now = observer, plant.n, plant.at(0)
     Q, R, S = now.covariances()
-
-    def joint(A: Matrix, C: Matrix, F: Matrix) -> Matrix:
-        return np.block([[A, np.zeros((n, r))], [o.D @ C, F]])
-
-    A = joint(now.A, now.C, o.F)
-    pairs = [(joint(A1, C1, 0 * o.F), 0) for A1, C1 in plant.multiplicative]
-    half = np.block([[np.eye(n), np.zeros(S.shape)], [np.zeros((r, n)), o.D]])
-    noise = np.block([[Q, S], [S.T, R]])
-    second = second_moment(A, pairs, half @ noise @ half.T)
+    have = dict(A=now.A, C=now.C, Ae=o.F, Be=o.D, W_1=Q, W_12=S, W_2=R)
+    A, V = run(stages.both_systems, have, "A_tilde", "W_tilde").values()
+    more = kernels.compiled(stages.both_systems, "A_tilde_1")
+    pairs = [more(A1=A1, C1=C1, Be=o.D) for A1, C1 in plant.multiplicative]
+    second = second_moment(A, [(one["A_tilde_1"], 0) for one in pairs], V)
     V1, V12, V2 = noise_at(plant, 0, second[:n, :n])
     Q1 = second[:n, :n]
     x = _unit(Q1, balanced(now.A, now.C, Q.diagonal(), R.diagonal())[0])
@@ -76,10 +73,11 @@ def _moments(
     w = _unit(o.L @ Q1 @ o.L.T, np.abs(o.L) @ x)[:, None]
     whole = np.concatenate([x, z])
     P = np.where(np.abs(o.P * z) > SILENT * (np.abs(o.L) @ x)[:, None], o.P * z, 0.0)
-    error = np.hstack([left_over(o.L, o.V, now.C, x), -P]) / w
     weight = weight * w * w.T
+    shown = dict(Lq=left_over(o.L, o.V, now.C, x) / w, Ce=P / w, R=weight)
+    (drive,) = run(stages.weight_of_both, shown, "R_tilde_0").values()
     A, second = A * whole / whole[:, None], second / whole / whole[:, None]
-    dual = lyapunov(A.T, error.T @ weight @ error)  # the pairs act on P1 alone
+    dual = lyapunov(A.T, drive)  # the pairs act on P1 alone
     have = dict(A=A[:n, :n], C=now.C * x / y[:, None], L=o.L * x / w, R=weight)
     have |= dict(V1=V1 / x / x[:, None], V12=V12 / y / x[:, None])
     have |= dict(V2=V2 / y / y[:, None], Ae=A[n:, n:], Be=o.D * y / z[:, None])
@@ -121,17 +119,15 @@ def _projection(have: Matrices, T: Matrix) -> Matrices:
     Where z has states of next to no variance, or that no estimate uses, Q2 or P2
     leaves G or Gam open; there Gam is T, and G such that Gam G' = I.
     """
-    found = run(stages.projection_factors, have, "G", "Gam", "tau", "Q")
+    found = run(stages.projection_factors, have, "G", "Gam")
     used, moved = _settled(have["P2"]), _settled(have["Q2"])
     if used is not None:
-        found["Gam"] = T - used @ (have["P12"].T + have["P2"] @ T)
+        given = have | dict(P2_plus=used, Gam_0=T)
+        (found["Gam"],) = run(stages.open_factors, given, "Gam_open").values()
     if moved is not None:
-        right = np.linalg.pinv(found["Gam"]).T
-        found["G"] = right + moved @ (have["Q12"].T - have["Q2"] @ right)
-    if used is not None or moved is not None:
-        found["tau"] = found["G"].T @ found["Gam"]
-        found["Q"] = symmetrise(have["Q1"] - found["G"].T @ have["Q12"].T)
-    return found
+        given = have | dict(Q2_plus=moved, G_0=np.linalg.pinv(found["Gam"]).T)
+        (found["G"],) = run(stages.open_factors, given, "G_open").values()
+    return found | run(stages.projection_product, have | found, "tau", "Q")
 
 
 def _settled(M: Matrix) -> Matrix | None:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..certificate import certify
+from ..certificate import certify, residuals
 from ..numeric import Matrix
 from ..observer import Observer
 from ..plant import Plant
@@ -18,15 +18,17 @@ def state_observer(
 
     The known input enters by G = T B - D E and W = -V E, and z starts from T x0.
     """
+    A, B, C, E, L = plant.A, plant.B, plant.C, plant.E, np.eye(plant.n)
+    _, G, _, W = residuals(A, B, C, E, L, F, 0, D, P, V, 0, T, T)
     return Observer(
         F=F,
-        G=T @ plant.B - D @ plant.E,
+        G=G,
         D=D,
         P=P,
         V=V,
         T=T,
-        L=np.eye(plant.n),
-        W=-V @ plant.E,
+        L=L,
+        W=0.0 - W,
         z0=None if np.iscomplexobj(T) else T @ plant.x0,
         dt=plant.dt,
     )

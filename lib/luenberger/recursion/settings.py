@@ -102,8 +102,8 @@ class Setting(NamedTuple):
 
     def predictor(self, K: Matrix) -> Matrix:
         """The gain As K + J of the prediction of the next instant from this one's."""
-        give = kernels.compiled(observer_matrices, "D", stacks=True)
-        return give(As=self.As, J=self.J, K=K, T_next=np.eye(len(K)))["D"]
+        have = self._asdict() | dict(As=self.As, K=K, T_next=np.eye(len(K)))
+        return kernels.run(observer_matrices, have, "D")["D"]
 
 
 class Settings:

@@ -27,7 +27,7 @@ def test_kernel_agrees_with_its_formulas(name):
     """Compiled NumPy against the same formulas evaluated by other code."""
     derivation = LISTS[name]
     symmetric = {"Q1", "Q2", "Q", "P2", "V1", "V2", "V2s", "R", "Qyy", "Czy", "X"}
-    symmetric |= {"Qh", "Ph", "dQ2", "dP2"}
+    symmetric |= {"Qh", "Ph", "dQ2", "dP2", "W_1", "W_2"}
     known = [s for s in derivation.given if s.name in symmetric]
     given = Numbers(SIZES, 3, known)
     if name == "best_output":  # a covariance of x, x_e and w2 together
@@ -39,6 +39,10 @@ def test_kernel_agrees_with_its_formulas(name):
             "Qxy": joint[:n, :n] @ C.T,
             "Qyy": C @ joint[:n, :n] @ C.T + np.eye(l),
         }  # fmt: skip
+    if name == "projection_product":  # Q12 is G' Q2
+        rng = np.random.default_rng(1)
+        G = rng.normal(size=(SIZES["n_e"], SIZES["n"]))
+        given.values = {"G": G, "Q12": G.T @ definite(rng, len(G))}
     stacks = "differential" in name
     step = kernels.compiled(getattr(lists, name), stacks=stacks)
     found = step(**{s.name: given.symbol(s) for s in derivation.given})
@@ -302,6 +306,7 @@ def theorem_of(model, gains):
     """tau, Qh, Ph and residuals of (3.6), (3.14)-(3.17) at an estimator."""
     known = model.known(gains)
     known |= run(lists.projection_factors, known)
+    known |= run(lists.projection_product, known)
     known |= run(lists.projection_innovation, known)
     known |= run(lists.projection_scripts, known, "Qh", "Ph")
     return known, run(lists.projection_equations, known)

@@ -234,18 +234,17 @@ def _constant(settings: Settings, K: Matrix) -> Observer:
 
 def _observer(plant: Plant, have: dict[str, Any]) -> Observer:
     """The Observer with the gain K, or a stack of them, a row for each instant."""
-    Phat, first = have["Phat"], {}
-    K = have["Gamma"] + Phat @ (have["That"] @ have["K"])  # C1 K = [I 0] exactly
-    have = have | {"K": K}
-    have["T_next"] = T = kernels.run(observer_matrices, have, "T", stacks=True)["T"]
+    first: dict[str, Any] = {}
+    T = T_next = kernels.run(observer_matrices, have, "T", stacks=True)["T"]
     if T.ndim == 3:
         A, B, _ = plant.first_step()
-        have["T_next"] = np.concatenate([T[1:], T[-1:]])
+        T_next = np.concatenate([T[1:], T[-1:]])
         first = dict(T0=T[0] @ A, G0=T[0] @ B)
     return Observer(
-        **kernels.run(observer_matrices, have, *"FDGW", stacks=True),
-        P=Phat,
-        V=K,
+        **kernels.run(
+            observer_matrices, have | dict(T_next=T_next), *"FDGVW", stacks=True
+        ),
+        P=have["Phat"],
         T=T,
         L=np.eye(plant.n),
         z0=first.get("T0", T) @ plant.x0,

@@ -44,9 +44,14 @@ no other paper.
 from ....stage_list import StageList
 
 equivalent_noise = StageList(__name__, "augmented.equivalent_noise", "dV1 dV12 dV2")
+moment_ahead = StageList(__name__, "augmented.moment_ahead", "Q1_next")
+both_systems = StageList(
+    __name__, "augmented.both_systems", "A_tilde A_tilde_1 W_tilde"
+)
 output_moments = StageList(__name__, "augmented.output_moments", "Qxy Qxy_next Qyy")
 estimator_moments = StageList(__name__, "augmented.estimator_moments", "N12 N2")
 adjoint_moments = StageList(__name__, "cost.adjoint_moments", "M2 M12 M1")
+weight_of_both = StageList(__name__, "cost.weight_of_both", "L_tilde R_tilde_0")
 projection_cost = StageList(__name__, "cost.projection_cost", "Sigma J")
 projection_gradient = StageList(
     __name__, "gradients.projection_gradient", "gradAe gradBe gradCe gradDe"
@@ -64,7 +69,11 @@ projection_innovation = StageList(
     __name__, "stationarity.projection_innovation", "Qs V2s"
 )
 projection_factors = StageList(
-    __name__, "stationarity.projection_factors", "Gt Gamt G Gam GamG tau Q"
+    __name__, "stationarity.projection_factors", "Gt Gamt G Gam"
+)
+open_factors = StageList(__name__, "stationarity.open_factors", "G_open Gam_open")
+projection_product = StageList(
+    __name__, "stationarity.projection_product", "GamG tau Q"
 )
 feedthrough_gain = StageList(__name__, "stationarity.feedthrough_gain", "De")
 projection_gains = StageList(

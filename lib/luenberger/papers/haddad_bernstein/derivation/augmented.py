@@ -187,6 +187,17 @@ PAGE = (
         (is_xx, is_vv, fresh),
         is_Qyy,
     ),
+    "The state has a second moment of its own, whatever the estimator.",
+    is_uu := moment(u * u.T, V1),
+    is_Q1_next := define(Q1_next, A * Q1 * A.T + V1, "4.3"),
+    moves := average(
+        "4.3",
+        "the state one step on",
+        (A * x + u) * (A * x + u).T,
+        A * Q1 * A.T + V1,
+        (is_xx, is_uu, past),
+        is_Q1_next,
+    ),
     "So (4.4) has three blocks, the first of them the plant's own.",
     is_N12 := define(N12, Qxy_next * Be.T),
     is_N2 := define(
@@ -239,6 +250,21 @@ def equivalent_noise():
 
 
 @cache
+def moment_ahead():
+    """The second moment of the state one step on; V1 is the covariance of all noise."""
+    stages = [assign(is_Q1_next, "(4.3)")]
+    return listed((A, Q1, V1), stages, "the moment of the state, one step", moves)
+
+
+@cache
+def both_systems():
+    """Plant and estimator as one system, and the additive noise that drives it."""
+    stages = [assign(r, "section 2") for r in (is_At, is_At1, is_Wt)]
+    given = (A, C, A1, C1, W1, W12, W2, Ae, Be)
+    return listed(given, stages, "plant and estimator as one system", together)
+
+
+@cache
 def output_moments():
     """E[x y'], E[x+ y'] and E[y y'], which no estimator changes."""
     stages = [assign(r) for r in (is_Qxy, is_Qxy_next, is_Qyy)]
@@ -265,5 +291,7 @@ def estimator_moments():
 @cache
 def derive():
     """The page."""
-    page = (*PAGE, equivalent_noise(), output_moments(), estimator_moments())
+    lists = equivalent_noise, moment_ahead, both_systems
+    lists = *lists, output_moments, estimator_moments
+    page = (*PAGE, *(make() for make in lists))
     return Derivation(page=page, letters=letters, source=SOURCE)

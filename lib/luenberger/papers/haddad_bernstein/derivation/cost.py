@@ -136,6 +136,8 @@ PAGE = (
     ),
     is_At,
     is_At1,
+    is_Lq := define(Lq, L - De * C),
+    is_Rt_0 := define(Rt_0, Lt.T * R * Lt),
     """Block by block, the parameters' noise enters the dual in the first block alone,
     and no gain depends on that block.""",
     is_Pt := define(Pt, BlockMatrix([[P1, P12], [P12.T, P2]])),
@@ -184,6 +186,22 @@ PAGE = (
             ),
         ),
     ),
+    "Without it the other two blocks obey the same equations.",
+    unnoised := chain(
+        "4.7",
+        "the dual equation without the noise of the parameters",
+        At.T * Pt * At + Rt_0,
+        Line(At.T * Pt * At + Lt.T * R * Lt, by=(is_Rt_0,)),
+        Substitute(
+            BlockMatrix(
+                [
+                    [A.T * P1 * A + M1, A.T * P12 * Ae + M12],
+                    [Ae.T * P12.T * A + M12.T, Ae.T * P2 * Ae + M2],
+                ]
+            ),
+            by=(is_At, is_Lt, is_Pt, is_M1, is_M12, is_M2),
+        ),
+    ),
 )
 
 
@@ -193,6 +211,16 @@ def adjoint_moments():
     stages = [assign(r, "(4.7)") for r in (is_M2, is_M12, is_M1)]
     given = (A, C, L, R, Ae, Be, Ce, De, P12, P2)
     return listed(given, stages, "what drives their duals", duals)
+
+
+@cache
+def weight_of_both():
+    """What drives the dual, without the noise of the parameters."""
+    stages = (
+        Stage(Lt, BlockMatrix([[Lq, -Ce]]), "section 2", by=(is_Lt, is_Lq)),
+        assign(is_Rt_0),
+    )
+    return listed((Lq, R, Ce), stages, "the weight of both", unnoised)
 
 
 @cache
@@ -216,5 +244,5 @@ def projection_cost():
 @cache
 def derive():
     """The page."""
-    page = (*PAGE, adjoint_moments(), projection_cost())
+    page = (*PAGE, adjoint_moments(), weight_of_both(), projection_cost())
     return Derivation(page=page, letters=letters, source=SOURCE)

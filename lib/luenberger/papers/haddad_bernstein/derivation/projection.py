@@ -19,7 +19,7 @@ from ....symbolic import (
     Stage,
 )
 from .augmented import is_N2, is_N12, moments
-from .cost import duals, is_M2, is_M12
+from .cost import duals, is_Lq, is_M2, is_M12
 from .letters import *
 from .stationarity import (
     gain_Ae,
@@ -52,7 +52,7 @@ PAGE = (
     is_Pe := define(P_e, Gam.T * P2 * Gam, "section 4"),
     is_K,
     is_Aq,
-    is_Lq := define(Lq, L - De * C),
+    is_Lq,
     is_Be,
     is_Ce,
     """Two matrices have letters, the hats of the theorem. The block equations of the

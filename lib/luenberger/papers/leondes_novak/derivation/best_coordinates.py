@@ -192,6 +192,16 @@ OBSERVER = (
         Line(I - Gamma * C + Gamma * C * K * C, why="multiply out"),
         Line(I, by=(met,)),
     ),
+    """The accurate outputs are met to the last digit by a gain that is put together
+    from its two parts.""",
+    parts := chain(
+        "24",
+        "the two parts of a gain",
+        K,
+        Line((Gamma_1 * S1 * C + Phat * That) * K, by=(whole,)),
+        Line(Gamma_1 * S1 + Phat * That * K, by=(exact,)),
+        Line(Gamma + Phat * That * K, by=(is_Gamma,)),
+    ),
     """Its other matrices are Huddle's, for the plant with independent noises; the input
     takes the feedthrough along.""",
     is_F_s,
@@ -237,16 +247,17 @@ def gain_step():
 
 @cache
 def observer():
-    """A gain K written as an observer with P = Phat and V = K."""
+    """A gain K written as an observer with P = Phat and V = K, from its two parts."""
     stages = (
-        Stage(T, That - That * K * C, "(25)", by=(is_T,)),
+        Stage(V, parts.right, "(24)", by=(is_V, parts)),
+        Stage(T, That - That * V * C, "(25)", by=(is_T, is_V)),
         Stage(F, T_next * As * Phat, "(14)", by=(is_F_s, is_P)),
-        Stage(D, T_next * As * K + T_next * J, "(15)", by=(is_D_s, is_V)),
+        Stage(D, T_next * As * V + T_next * J, "(15)", by=(is_D_s,)),
         Stage(G, T_next * B - D * E, "(10)", by=(driven,)),
-        Stage(W, -K * E, by=(is_W, is_V)),
+        Stage(W, -V * E, by=(is_W,)),
     )
     return Derivation(
-        (As, B, J, C, E, Phat, That, K, T_next),
+        (As, B, J, C, E, Gamma, Phat, That, K, T_next),
         stages,
         source=SOURCE,
         letters=letters,
