@@ -27,11 +27,6 @@ from .observer import Observer
 from .plant import Plant
 
 
-def undriven(A: Any, C: Any, F: Any, D: Any, T: Any, T_next: Any) -> Any:
-    """T+ A - F T - D C, with which the state drives the error."""
-    return T_next @ A - F @ T - D @ C
-
-
 def residuals(
     A: Any, B: Any, C: Any, E: Any, L: Any, F: Any, G: Any, D: Any, P: Any, V: Any,
     W: Any, T: Any, T_next: Any
@@ -42,7 +37,7 @@ def residuals(
     result zero; `certify` passes NumPy arrays and measures it.
     """
     return (
-        undriven(A, C, F, D, T, T_next),
+        T_next @ A - F @ T - D @ C,
         T_next @ B - G - D @ E,
         P @ T + V @ C - L,
         W + V @ E,

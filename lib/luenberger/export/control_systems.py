@@ -9,7 +9,7 @@ import scipy.linalg
 from numpy.typing import ArrayLike
 
 from ..arguments import expect, expect_as
-from ..certificate import certify, require_real, undriven
+from ..certificate import certify, require_real
 from ..errors import DesignError
 from ..formats import statespace
 from ..numeric.linalg import eigenvalues, modes
@@ -216,7 +216,7 @@ def _tracked(
         return np.zeros((0, plant.n))
     with np.errstate(all="ignore"):
         T = scipy.linalg.solve_sylvester(-F, A, D @ C)
-        change = scipy.linalg.solve_sylvester(-F, A, -undriven(A, C, F, D, T, T))
+        change = scipy.linalg.solve_sylvester(-F, A, D @ C - (T @ A - F @ T))
         lost, size = np.linalg.norm(P @ change), np.linalg.norm(P @ T + V @ C)
     of_F, of_A = eigenvalues(F), eigenvalues(A)
     gaps = np.abs(of_F[:, None] - of_A)

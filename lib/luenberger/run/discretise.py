@@ -15,7 +15,7 @@ from ..errors import DesignError
 from ..numeric import Matrix, Vector
 from ..numeric.balance import balanced, power_of_two
 from ..numeric.validation import numbers
-from ..papers.hsia.derivation import noise_doubled, noise_of_a_period
+from ..papers.hsia.derivation import noise_block, noise_doubled, noise_of_a_period
 from ..plant import Plant
 from .simulate import hold
 
@@ -118,8 +118,8 @@ def _noise(A: Matrix, Q: Matrix, T: float) -> Matrix:
     """
     n = len(A)
     doublings = max(0, int(np.ceil(np.log2(max(float(np.linalg.norm(A, 1)) * T, 1.0)))))
-    block = np.block([[-A, Q], [np.zeros((n, n)), A.T]]) * (T / 2**doublings)
-    E = scipy.linalg.expm(block)
+    block = kernels.compiled(noise_block)(A=A, Q=Q)["Block"]
+    E = scipy.linalg.expm(block * (T / 2**doublings))
     Phi = E[n:, n:].T
     Q = kernels.compiled(noise_of_a_period)(Phi=Phi, X=E[:n, n:])["P"]
     for _ in range(doublings):

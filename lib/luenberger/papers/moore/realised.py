@@ -9,7 +9,6 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ...certificate import undriven
 from ...numeric import Matrix, Vector
 from .admissible import OverRationals, Polynomials
 from .companion_chain import Chain, Factors, chain, in_order
@@ -88,7 +87,7 @@ def _error(admissible: Polynomials, found: Chain, poles: Vector) -> float:
     counts as lost, whatever comes of it.
     """
     A, C, k, o = admissible.A, admissible.C, admissible.k, found
-    dynamics = undriven(A, C, o.F, o.D, o.T, o.T)
+    dynamics = o.T @ A - o.F @ o.T - o.D @ C
     output = o.P @ o.T - k
     s = np.r_[0, poles.imag] * 1j
     if admissible.discrete:

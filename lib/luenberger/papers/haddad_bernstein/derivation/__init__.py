@@ -71,7 +71,6 @@ projection_innovation = StageList(
 projection_factors = StageList(
     __name__, "stationarity.projection_factors", "Gt Gamt G Gam"
 )
-open_factors = StageList(__name__, "stationarity.open_factors", "G_open Gam_open")
 projection_product = StageList(
     __name__, "stationarity.projection_product", "GamG tau Q"
 )
@@ -79,6 +78,7 @@ feedthrough_gain = StageList(__name__, "stationarity.feedthrough_gain", "De")
 projection_gains = StageList(
     __name__, "stationarity.projection_gains", "Kq Aq Ae Be Ce"
 )
+open_factors = StageList(__name__, "projection.open_factors", "G_open Gam_open")
 projection_scripts = StageList(
     __name__, "projection.projection_scripts", "Kq Aq Lq Qh Ph"
 )

@@ -55,6 +55,30 @@ PAGE = (
     is_Lq,
     is_Be,
     is_Ce,
+    """Where `Q_2` or `P_2` is singular it leaves `G` or `Gamma` open. Any choice there
+    gives the same mixed moments.""",
+    inverse_Q2 := define(Q2 * Q2_plus * Q2, Q2),
+    inverse_P2 := define(P2 * P2_plus * P2, P2),
+    is_G_open := define(G_open, G_0 + Q2_plus * (Q12.T - Q2 * G_0)),
+    is_Gam_open := define(Gam_open, Gam_0 - P2_plus * (P12.T + P2 * Gam_0)),
+    open_G := chain(
+        "section 4",
+        "any such factor lifts the moments",
+        Q2 * G_open,
+        Line(Q2 * G_0 + Q2 * Q2_plus * (Q12.T - Q2 * G_0), by=(is_G_open,)),
+        Line(Q2 * G_0 + Q2 * Q2_plus * (Q2 * G - Q2 * G_0), by=(is_Q12,)),
+        Line(Q2 * G, by=(inverse_Q2,)),
+        Line(Q12.T, by=(is_Q12,)),
+    ),
+    open_Gam := chain(
+        "section 4",
+        "any such factor tracks the duals",
+        P2 * Gam_open,
+        Line(P2 * Gam_0 - P2 * P2_plus * (P12.T + P2 * Gam_0), by=(is_Gam_open,)),
+        Line(P2 * Gam_0 + P2 * P2_plus * (P2 * Gam - P2 * Gam_0), by=(is_P12,)),
+        Line(P2 * Gam, by=(inverse_P2,)),
+        Line(-P12.T, by=(is_P12,)),
+    ),
     """Two matrices have letters, the hats of the theorem. The block equations of the
     moment are equations for the first, those of the dual for the second.""",
     is_Qh := define(Qh, A * Q_e * A.T + Kq * Qs.T, "section 4"),
@@ -209,6 +233,15 @@ FRAME = (
 
 
 @cache
+def open_factors():
+    """The same where Q2 or P2 is singular: G_0 and Gam_0 where it leaves them open."""
+    stages = assign(is_G_open), assign(is_Gam_open)
+    given = (Q12, Q2, P12, P2, Q2_plus, P2_plus, G_0, Gam_0)
+    says = "factors where a moment is singular"
+    return listed(given, stages, says, open_G, open_Gam)
+
+
+@cache
 def projection_scripts():
     """Qh and Ph of the theorem from an estimator's Q2, P2, G and Gam."""
     stages = (
@@ -236,5 +269,5 @@ def projection_scripts():
 @cache
 def derive():
     """The page."""
-    page = (*PAGE, projection_scripts())
+    page = (*PAGE, open_factors(), projection_scripts())
     return Derivation(page=page, letters=letters, source=SOURCE)

@@ -9,7 +9,7 @@ doubling is our own.
 
 from functools import cache
 
-from ....symbolic import Derivation, Differential, Line, Stage
+from ....symbolic import BlockMatrix, Derivation, Differential, Line, Stage, Substitute
 from .letters import *
 
 PAGE = (
@@ -18,8 +18,22 @@ PAGE = (
     flows := define(dPhi, Phi * A),
     is_rate := define(dP, Phi * Q * Phi.T),
     """The exponential of the block matrix `[-A, Q; 0, A'] t` has `Phi'` in its
-    lower right corner. The block `X` above it has a rate as well.""",
+    lower right corner. The blocks above it have rates as well.""",
+    is_Block := define(Block, BlockMatrix([[-A, Q], [ZeroMatrix(n, n), A.T]])),
+    is_E := define(E, BlockMatrix([[U, X], [ZeroMatrix(n, n), Phi.T]])),
+    is_dE := define(dE, BlockMatrix([[dU, dX], [ZeroMatrix(n, n), dPhi.T]])),
+    is_dU := define(dU, -A * U),
     is_dX := define(dX, Q * Phi.T - A * X),
+    chain(
+        "",
+        "the rate of the exponential",
+        Block * E,
+        Substitute(
+            BlockMatrix([[-A * U, Q * Phi.T - A * X], [ZeroMatrix(n, n), A.T * Phi.T]]),
+            by=(is_Block, is_E),
+        ),
+        Substitute(dE, by=(is_dE, is_dU, is_dX, flows)),
+    ),
     "The product `Phi X` has the rate of the integral.",
     chain(
         "",
@@ -70,6 +84,13 @@ def stage_list(given, stage, says):
 
 
 @cache
+def noise_block():
+    """What Van Loan takes the exponential of, but for the time."""
+    stage = Stage(Block, is_Block.right, by=(is_Block,))
+    return stage_list((A, Q), stage, "the block matrix of the noise")
+
+
+@cache
 def noise_of_a_period():
     """Q of one period by Van Loan's exponential."""
     stage = Stage(P, Phi * X, symmetric=True, by=(is_P,))
@@ -86,5 +107,5 @@ def noise_doubled():
 @cache
 def derive():
     """The page."""
-    page = (*PAGE, noise_of_a_period(), *DOUBLED, noise_doubled())
+    page = (*PAGE, noise_block(), noise_of_a_period(), *DOUBLED, noise_doubled())
     return Derivation(page=page, letters=letters, source="Van Loan (1978)")
