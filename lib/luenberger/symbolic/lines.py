@@ -10,10 +10,11 @@ from typing import ClassVar
 
 import sympy as sp
 
+from .breaks import pieces
 from .core import Algebra
 from .reasons import Gap, cited_latex, cited_text, follows, gap, idle, vacuous, words
 from .relations import Reasons, named
-from .typeset import WIDEST, Show, latex, pieces, text, width
+from .typeset import WIDEST, Show, latex, text, width
 from .words import Formula, ShapeError, Symbols
 
 

@@ -18,7 +18,6 @@ from .styles import LATEX, TEXT
 from .words import Formula
 
 SUM, PRODUCT, POSTFIX, ATOM = range(4)  # how tightly an expression holds together
-LONG = 30  # columns of a product that a page may break as well
 WIDEST = 110  # characters of one side in Unicode; a page breaks it between terms
 
 Show = Callable[[Formula], str]  # `latex` or `text`
@@ -66,33 +65,6 @@ def text(expr: Formula) -> str:
     (K C + Ω)⁻¹ Ω⁻¹ (K C)'
     """
     return Printer(TEXT).show(expr)
-
-
-def pieces(expr, show):
-    """The terms of a sum with their signs, between which a page may break a line.
-
-    A long product is broken between its factors.
-
-    >>> from luenberger.symbolic import MatrixSymbol
-    >>> A, B = MatrixSymbol("A", 2, 2), MatrixSymbol("B", 2, 2)
-    >>> pieces(A - 2 * B * A, text)
-    ['A', '- 2 B A']
-    """
-    e, found = plain(expr), []
-    printer = Printer(LATEX if show is latex else TEXT)
-    terms = signed(e) if isinstance(e, (sp.MatAdd, sp.Add)) else [(1, e)]
-    for sign, term in terms:
-        factors = [term]
-        if isinstance(term, sp.MatMul) and width(term) > LONG:
-            factors = list(term.args)
-        least = PRODUCT if len(factors) == 1 else POSTFIX
-        first, *rest = (printer.show(factor, least) for factor in factors)
-        if show is latex:
-            first = word_spaced(first)
-        found += [f"{'-' if sign < 0 else '+'} {first}", *rest]
-    if len(found) == 1:
-        return [show(expr)]
-    return [found[0].removeprefix("+ "), *found[1:]]
 
 
 def width(expr):

@@ -17,12 +17,13 @@ from luenberger.symbolic import (
     latex,
     text,
 )
+from luenberger.symbolic.breaks import pieces as terms
 from luenberger.symbolic.derivation import title
 from luenberger.symbolic.prose import as_latex, pieces
 from luenberger.symbolic.reading import numbered, size, used_letters
 from luenberger.symbolic.reasons import cited_latex
 
-SHORT = 14  # columns of what a chain begins with, to stand before the first sign
+SHORT = 10  # columns of what a chain begins with, to stand before the first sign
 SEPARATOR = r",\; "
 
 
@@ -71,7 +72,9 @@ def letters(derivation):
 def definition(relation):
     """An equation with its number."""
     number = numbered(relation)
-    row = nodes.paragraph("", "", formula(relation.show(latex)), classes=["given"])
+    left = relation.show(latex).removesuffix(latex(relation.right))
+    shown = nodes.inline("", "", *broken(relation.right, left))
+    row = nodes.paragraph("", "", shown, classes=["given"])
     if number:
         row += nodes.inline("", f"({number})", classes=["number"])
     return row
@@ -172,14 +175,12 @@ def lines(chain):
     return grid
 
 
-def broken(left):
-    """What a chain begins with, in pieces between which the page may break it."""
-    from luenberger.symbolic.typeset import pieces as terms
-
-    if hasattr(left, "show"):
-        return [formula(left.show(latex))]
-    first, *rest = terms(left, latex)
-    return spaced([first, *(f"{{}}{piece}" for piece in rest)])
+def broken(expr, left=""):
+    """An expression in pieces between which the page may break it, `left` before it."""
+    if hasattr(expr, "show"):
+        return [formula(expr.show(latex))]
+    first, *rest = terms(expr, latex)
+    return spaced([f"{left}{first}", *(f"{{}}{piece}" for piece in rest)])
 
 
 def spaced(formulas, listed=None):
@@ -202,9 +203,20 @@ def reason(source):
             yield nodes.Text(re.sub(r"\\(.)", r"\1", plain[1]))
         elif cited:
             yield nodes.Text(f"{cited[1]} ")
-            yield formula(cited[2])
+            yield from spaced(apart(cited[2]))
         else:
-            yield formula(part)
+            yield from spaced(apart(part))
+
+
+def apart(source):
+    """A formula in pieces, each with the sign before it that is in no bracket."""
+    found, depth = [""], 0
+    for token in re.findall(r"\\[A-Za-z]+|\\.|.", source):
+        depth += (token in "{[(") - (token in "}])")
+        if not depth and token in "=+-" and found[-1].strip(" ={}"):
+            found.append("{}")
+        found[-1] += token
+    return found
 
 
 # -- stages and their code -------------------------------------------------------------
@@ -216,7 +228,10 @@ def stages(derivation):
     code = [line.strip() for line in source.splitlines()[1:-1]]
     for stage, line in zip(derivation.stages, code, strict=True):
         row = nodes.container(classes=["stage"])
-        shown = nodes.paragraph("", "", formula(stage.shown(latex)))
+        left = f"{latex(stage.target)} = "
+        shown = nodes.paragraph(
+            "", "", nodes.inline("", "", *broken(stage.expression, left))
+        )
         if stage.equation:
             shown += nodes.inline("", stage.equation, classes=["number"])
         row += shown

@@ -115,10 +115,11 @@ PAGE = (
         Substitute(
             BlockMatrix(
                 [
-                    [A1 * Q1 * A1.T + W1, (A1 * Q1 * C1.T + W12) * Be.T],
-                    [Be * (C1 * Q1 * A1.T + W12.T), Be * (C1 * Q1 * C1.T + W2) * Be.T],
+                    [A1 * Q1 * A1.T, A1 * Q1 * C1.T * Be.T],
+                    [Be * C1 * Q1 * A1.T, Be * C1 * Q1 * C1.T * Be.T],
                 ]
-            ),
+            )
+            + is_Wt.right,
             by=(is_At1, is_Qt, is_Wt),
         ),
         Substitute(Vt, by=(is_Vt, is_V1, is_V12, is_V2)),
