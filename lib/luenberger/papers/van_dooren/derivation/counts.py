@@ -98,6 +98,14 @@ PAGE = (
         sp.Add(both_loops(n, m, n), both_loops(n, m, n - r), evaluate=False),
         COUNTS["G"],
     ),
+    """Here `T` itself is wanted. Once `T_U U^*` is there, the gain takes only the
+    second product.""",
+    Explicit(
+        "25",
+        "the gain of the input by way of T",
+        sp.Add(both_loops(n, n, n - r), both_loops(n, m, n - r), evaluate=False),
+        (n - r) * n * (n + m),
+    ),
     "Each of the `n` rows of `P`, `V` takes one triangle.",
     counted(
         "25",

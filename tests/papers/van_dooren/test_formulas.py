@@ -1,0 +1,222 @@
+"""What runs is what the pages prove: coordinates, rows, pairs and counts."""
+
+import numpy as np
+import pytest
+import sympy as sp
+from on_the_page import broken_relations
+from pairs import hidden_chains, with_stairs
+
+import luenberger as lb
+from luenberger.numeric.staircase_form import Staircase
+from luenberger.papers.van_dooren import design, rows_of_T
+from luenberger.papers.van_dooren.derivation import counts, pairs, theorem
+from luenberger.papers.van_dooren.derivation import letters as page
+from luenberger.papers.van_dooren.derivation.rows import Pattern
+
+METHODS = ("minimum-norm", "back-substitution")
+
+
+# -- the theorem ----------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("complex_", [False, True])
+@pytest.mark.parametrize("redundant", [0, 2])
+def test_a_design_is_what_the_theorem_says(redundant, complex_):
+    """(1)-(12), (24) on what was computed; with redundant outputs remark 2(c)."""
+    rng = np.random.default_rng(3)
+    A, C = with_stairs((1, 2, 2), rng, complex_)
+    more = rng.standard_normal((2 + redundant, 2))
+    more = more if redundant else np.eye(2)
+    plant = lb.Plant(A, rng.standard_normal((5, 3)), more @ C)
+    form = design._stairs(plant, "minimum-norm")
+    poles = np.array([-1, -2, -3], complex)
+    rows = design.solve_rows(form, poles, poles.imag > 0, rows_of_T.minimum_norm)
+    o = design._in_users_coordinates(plant, form, rows)
+    stacked = np.vstack([rows.T, form.C[:2]])
+    X = np.linalg.inv(stacked)
+    values = {
+        page.A: plant.A,
+        page.U: form.U,
+        page.Us: form.U.conj().T,
+        page.A_U: form.A,
+        page.C_U: form.C[:2],
+        page.T_U: rows.T,
+        page.T: o.T,
+        page.F: o.F,
+        page.G: o.G,
+        page.B: plant.B,
+        page.X_1: X[:, :3],
+        page.X_2: X[:, 3:],
+        page.D: rows.D,
+        page.D_all: o.D,
+        page.C_all: plant.C,
+        page.P: o.P,
+    }
+    independent = form.Y[:, :2].conj().T @ plant.C
+    values |= {page.C: independent, page.V: o.V @ form.Y[:, :2]}
+    values |= {page.Y_1: form.Y[:, :2], page.Y_1s: form.Y[:, :2].conj().T}
+    tried, failed = broken_relations(theorem.PAGE, values)
+    assert failed == [] and tried == 13
+
+
+# -- rows -----------------------------------------------------------------------------
+
+STAIRS = ((1, 1, 1), (1, 2), (1, 1, 2), (2, 2, 3), (1, 2, 3), (3, 3))
+
+
+def at_numbers(p, seed, complex_=False):
+    """A pattern of the page with numbers for its symbols, as the design takes it."""
+    rng = np.random.default_rng(seed)
+    symbols = sorted(p.A.free_symbols | p.C.free_symbols, key=str)
+    numbers = rng.uniform(1, 2, len(symbols)) * rng.choice([-1, 1], len(symbols))
+    if complex_:
+        numbers = numbers * np.exp(1j * rng.uniform(0, 1, len(symbols)))
+    found = dict(zip(symbols, numbers))
+    A, C = (array(X, found) for X in (p.A, p.C))
+    eye, leads = np.eye(p.n), np.array(p.leads)
+    return Staircase(eye, A, C, p.stairs, np.eye(p.r), 0.0, leads), found
+
+
+def array(matrix, numbers):
+    """An explicit matrix with numbers for its symbols."""
+    kind = complex if any(np.iscomplexobj(x) for x in numbers.values()) else float
+    return np.array(matrix.subs(numbers).evalf().tolist(), kind).reshape(matrix.shape)
+
+
+def of_T(rows):
+    """The symbols of the rows of T_U on the page, at what was computed."""
+    named = np.ndindex(*rows.T.shape)
+    values = {f"t_{k}_{c}": rows.T[k, c] for k, c in named}
+    return values
+
+
+def with_T(matrix, rows):
+    """The symbols of the rows above, as the page has them, at what was computed."""
+    known = of_T(rows)
+    return {s: known[s.name] for s in matrix.free_symbols if s.name in known}
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("complex_", [False, True])
+@pytest.mark.parametrize("stairs", STAIRS, ids=str)
+def test_a_row_solves_the_system_of_the_page(stairs, complex_, method):
+    """(18), (20): the entries of each row, times M of the page, are minus its a_f."""
+    p = Pattern(stairs)
+    form, found = at_numbers(p, 5, complex_)
+    poles = -np.arange(1.0, p.n - p.r + 1) * (np.exp(0.3j) if complex_ else 1)
+    none = np.zeros(len(poles), bool)
+    rows = design.solve_rows(form, poles.astype(complex), none, design.METHODS[method])
+    for i, f in enumerate(poles):
+        M, a_f = p.M(i, f)
+        M, a_f = (array(X, found | with_T(X, rows)) for X in (M, a_f))
+        x = np.concatenate([rows.F[i, :i], rows.T[i, i + 1 :], rows.D[i]])
+        np.testing.assert_allclose(x @ M, -a_f[0], rtol=0, atol=1e-9)
+        assert rows.F[i, i] == f and rows.T[i, i] == 1
+        assert not rows.F[i, i + 1 :].any() and not rows.T[i, :i].any()
+        if method == "minimum-norm":  # (21): in the span of the conjugate columns
+            least = -a_f[0] @ np.linalg.pinv(M)
+            np.testing.assert_allclose(x, least, rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("stairs", pairs.PAIRS, ids=str)
+def test_a_pair_solves_the_system_of_the_page(stairs, method):
+    """(30)-(33) with tau unknown, and tau itself where the stair is one wide."""
+    p = Pattern(stairs)
+    form, found = at_numbers(p, 6)
+    a, b = pairs.PART
+    found |= {a: -0.7, b: 1.3}
+    for i in range(p.n - p.r - 1):
+        rows = rows_of_T.Rows(form, design.METHODS[method])
+        for k in range(i):
+            rows.add(k, -1.0 - k)
+        rows.add_pair(i, -0.7 + 1.3j)
+        system = pairs.system_of_a_pair(p, i)
+        f, t, d = rows.F[i : i + 2, :i], rows.T[i : i + 2, i + 1 :], rows.D[i : i + 2]
+        values = found | with_T(system[page.M_b], rows)
+        for k, c in np.ndindex(2, p.n):
+            for letter, X in (("f", f), ("tau", t), ("d", d)):
+                if c < X.shape[1]:
+                    values[sp.Symbol(f"{letter}_{k}_{c}")] = X[k, c]
+        x, M, known = (array(system[s], values) for s in (page.x_b, page.M_b, page.a_b))
+        np.testing.assert_allclose(x @ M, -known, rtol=0, atol=1e-9)
+        block = array(pairs.block()[page.Lam], found)
+        np.testing.assert_array_equal(rows.F[i : i + 2, i : i + 2], block)
+        tau = 1.0
+        if p.one_wide(i):
+            tau = array(pairs.forced(p, i)[page.tau], found)[0, 0]
+        assert rows.T[i + 1, i + 1] == pytest.approx(tau, rel=1e-9)
+
+
+# -- counts ---------------------------------------------------------------------------
+
+
+def statement(says, **sizes):
+    """The loops of a count on the page, run through at given sizes."""
+    (item,) = (x for x in counts.PAGE if getattr(x, "says", "") == says)
+    return item.left.subs({getattr(counts, k): v for k, v in sizes.items()}).doit()
+
+
+class Watched(np.ndarray):
+    """An array that keeps the shapes of the products in which it takes part."""
+
+    products: list
+
+    def __array_ufunc__(self, ufunc, method, *inputs, **options):
+        plain = [np.asarray(x) for x in inputs]
+        if ufunc is np.matmul:
+            Watched.products.append(tuple(x.shape for x in plain))
+        found = getattr(ufunc, method)(*plain, **options)
+        return found.view(Watched) if isinstance(found, np.ndarray) else found
+
+
+def test_counts_of_the_gains_as_run(monkeypatch):
+    """(25): T_U U* and T B for G, and one triangle for each row of P, V."""
+    n, m, r = 6, 4, 2
+    rng = np.random.default_rng(2)
+    A, C = with_stairs((2, 2, 2), rng)
+    plant = lb.Plant(A, rng.normal(size=(n, m)), C)
+    form = design._stairs(plant, "minimum-norm")
+    none = np.zeros(n - r, bool)
+    rows = design.solve_rows(form, none - 1.0, none, rows_of_T.minimum_norm)
+    rows.T, Watched.products, solved = rows.T.view(Watched), [], []
+    original = design.get_lapack_funcs
+
+    def watched(names, arrays):
+        (trtrs,) = original(names, arrays)
+        assert names == ("trtrs",)
+
+        def solve(S, right, **options):
+            solved.append((S.shape, right.shape))
+            return trtrs(S, right, **options)
+
+        return (solve,)
+
+    monkeypatch.setattr(design, "get_lapack_funcs", watched)
+    design._in_users_coordinates(plant, form, rows)
+    of_G = [p for p in Watched.products if p[0] == (n - r, n) and len(p[1]) == 2]
+    assert of_G == [((n - r, n), (n, n)), ((n - r, n), (n, m))]
+    multiplied = sum(a * b * c for (a, b), (_, c) in of_G)
+    assert multiplied == statement("the gain of the input by way of T", n=n, m=m, r=r)
+    assert solved == [((n, n), (n, n))]
+    triangles = sum(range(1, n + 1)) * n  # one for each right-hand side
+    assert triangles == statement("the gains of the estimate", n=n, m=m, r=r)
+
+
+def test_count_of_pairs_as_run():
+    """(34), remark 2(a): in real operations twice the rows of (22), half of (34)."""
+    n, r = 120, 2
+    A, C, _ = hidden_chains(n, r)
+    form = lb.staircase(A, C)
+    found = []
+    for poles in (np.full(n - r, -1.0 + 0j), np.tile([-1 + 1j, -1 - 1j], (n - r) // 2)):
+        rows = design.solve_rows(form, poles, poles.imag > 0, rows_of_T.minimum_norm)
+        found.append(rows.multiply_adds)
+    real, paired = found[0], 4 * found[1]  # a complex one is four real ones
+    sizes = {counts.n: n, counts.r: r}
+    all_rows, by_pairs, doubled = (
+        float(counts.COUNTS[name].subs(sizes))
+        for name in ("all rows", "pairs, complex rows", "pairs, doubled real systems")
+    )
+    assert paired / real == pytest.approx(by_pairs / all_rows, rel=0.02)
+    assert paired / real == pytest.approx(doubled / all_rows / 2, rel=0.02)
