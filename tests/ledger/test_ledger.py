@@ -85,7 +85,7 @@ def test_fields_are_filled(entry):
         assert slip.printed and slip.correct and slip.printed != slip.correct
 
 
-READ = ("leondes_novak", "moore")
+READ = ("leondes_novak", "moore", "van_dooren")
 
 
 def of(papers):

@@ -65,8 +65,11 @@ def lines(chain):
 
 def introduced(step):
     """The definitions and suppositions that a step rests on."""
-    known = [r for r in getattr(step, "relations", ()) if not isinstance(r, Result)]
-    return [parts(r.show(text))[0] for r in known]
+    values = step._shown if isinstance(step, Explicit) else {}
+    yield from (((text(s), "=", text(v)), "") for s, v in values.items())
+    for relation in getattr(step, "relations", ()):
+        if not isinstance(relation, Result):  # that is another step's
+            yield parts(relation.show(text))[0], relation.name
 
 
 def proved(step):
@@ -76,8 +79,7 @@ def proved(step):
     if isinstance(step, Counterexample):
         return [(text(step.left), "≠", text(step.right))]
     if isinstance(step, Explicit):
-        values = [(text(s), "=", text(v)) for s, v in step._shown.items()]
-        return [(text(step.left), step.sign, text(step.right)), *values]
+        return [(text(step.left), step.sign, text(step.right))]
     if isinstance(step, Construction):
         values = [(text(s), "=", text(v)) for s, v in step.values.items()]
         return [*values, *(parts(r.show(text))[0] for r in step.satisfies)]
@@ -115,10 +117,8 @@ class Evidence:
         self.introduced, self.proved = {}, {}  # an equation: numbers it stands under
         self.letters, self.sides = sizes(notation), set()
         for step in self.steps:
-            for relation in getattr(step, "relations", ()):
-                if not isinstance(relation, Result):  # that is another step's
-                    part = parts(relation.show(text))[0]
-                    self.note(self.introduced, part, relation.name)
+            for part, name in introduced(step):
+                self.note(self.introduced, part, name)
             for part in proved(step):
                 self.note(self.proved, part, f"({getattr(step, 'number', '')})")
             if isinstance(step, Chain) and not isinstance(step.left, Equation):
@@ -135,8 +135,9 @@ class Evidence:
         return group.get(equation(*part, symmetric=self.symmetric)[0])
 
     def shows(self, part):
+        """2 if it proves an equation, 1 if it rests on it, otherwise 0."""
         says, _ = equation(*part, symmetric=self.symmetric)
-        return says in self.introduced or says in self.proved
+        return 2 * (says in self.proved) or int(says in self.introduced)
 
 
 def sizes(notation):
@@ -203,9 +204,10 @@ def complaints(entry):
             wrong.append(f"no evidence has {formula}")
     for pointer, p in pointers.items():
         others = [q for other, q in pointers.items() if other != pointer]
-        mine = [part for part in said if p.shows(part)]
+        best = ((p.shows(x), *(q.shows(x) for q in others)) for x in said)
+        needed = any(mine > max(rest, default=0) for mine, *rest in best)
         named = any(side(x, p.symmetric) in p.sides for x in alone(entry))
-        if not named and all(any(q.shows(part) for q in others) for part in mine):
+        if not named and not needed:
             wrong.append(f"it says nothing for which {pointer} is needed")
     there = pointers.values()
     introduced, shown = (

@@ -14,7 +14,10 @@ FORMULA = re.compile(r"`([^`]+)`")
 MATRIX = r"\[[^\[\]]*[;,\s][^\[\]]*\]"
 NAME = r"[A-Za-z](?:\w*[^\W_])?(?:_\+)?(?:\^-?\w+|\*)?"
 RAISED = r"\^-?\w+|[_^]\([^()]*\)"
-TOKEN = re.compile(rf"{MATRIX}|E\[|{NAME}|{RAISED}|>=|<=|!=|->|=>|\.{{3}}|\S|\s+")
+SERIES = r"sum\[(\w+) = (.+?) \.\. (.+?)\]"
+SIGN = r">=|<=|!=|->|=>|\.{3}"
+ANY = (SERIES.replace("(", "(?:"), MATRIX, r"E\[", NAME, RAISED, SIGN, r"\S", r"\s+")
+TOKEN = re.compile("|".join(ANY))
 SIGNS = {">=": "≥", "<=": "≤", "!=": "≠", "->": "→", "=>": "⇒", "...": "…"}
 LATEX_SIGNS = {
     **{">=": r"\ge", "<=": r"\le", "!=": r"\ne", "->": r"\to", "=>": r"\Rightarrow"},
@@ -51,22 +54,31 @@ def setting(formula, style, signs):
     """A formula in one style; of a matrix, commas part the entries if there are any."""
     found = []
     for token in TOKEN.findall(formula):
-        if token[0] == "[" and len(token) > 1:
+        if series := re.fullmatch(SERIES, token):
+            limits = (setting(x, style, signs) for x in series.groups())
+            found.append(style.series(*limits, "").strip())
+        elif token[0] == "[" and len(token) > 1:
             comma = "," if "," in token else None
             rows = [row.split(comma) for row in token[1:-1].split(";")]
             entries = [[setting(x.strip(), style, signs) for x in row] for row in rows]
             found.append(style.rows(entries))
         elif token[0] == "^" and len(token) > 1:
+            found = raised(found, style)
             found.append(style.power("", token[1:].strip("()")))
         elif token[0] == "_" and len(token) > 1:
             found.append(f"_{{{token[2:-1]}}}" if style is LATEX else token)
         elif token[0].isalpha() and token[-1] != "[" and token not in WORDS:
             found.append(style.name(token))
         else:
-            if token == "'" and style is LATEX and "^" in found[-1]:
-                found[-1] = f"{{{found[-1]}}}"  # LaTeX refuses two marks on one letter
+            found = raised(found, style) if token == "'" else found
             found.append(signs.get(token, token))
     return "".join(found)
+
+
+def raised(found, style):
+    """What a second mark can be set on: LaTeX refuses two on one letter."""
+    *before, last = found
+    return [*before, f"{{{last}}}"] if style is LATEX and "^" in last else found
 
 
 def markdown(words: str) -> str:

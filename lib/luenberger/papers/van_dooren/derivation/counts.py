@@ -34,8 +34,8 @@ COUNTS = {
     "staircase, as done": sp.Rational(8, 3) * n**3,
     "G": n**2 * m + (n - r) * n * m,
     "[P V]": n**3 / 2,
-    "pairs, doubled real systems": 4 * (n - r) * r * n**2,
-    "pairs, complex rows": 2 * (n - r) * r * n**2,
+    "pairs, doubled real systems": (n - r) * r * n**2 * 4,
+    "pairs, complex rows": (n - r) * r * n**2 * 2,
 }
 
 
@@ -128,7 +128,7 @@ PAGE = (
         "all pairs",
         both_loops(4 * r * (2 * n - j), 2 * n, (n - r) / 2),
         COUNTS["pairs, doubled real systems"],
-        2 * (n - r) * r * n,
+        (n - r) * r * n * 2,
     ),
     """In complex arithmetic the rows are those of (22), and each multiply-add
     costs four real ones: just as much. But one complex row serves both poles of a
