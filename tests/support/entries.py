@@ -63,16 +63,17 @@ def lines(chain):
     return found
 
 
-def introduced(step):
-    """The definitions and suppositions that a step rests on."""
+def cited(step):
+    """(an equation, its name, whether it is supposed) of what a step rests on."""
     values = step._shown if isinstance(step, Explicit) else {}
-    yield from (((text(s), "=", text(v)), "") for s, v in values.items())
+    yield from (((text(s), "=", text(v)), "", True) for s, v in values.items())
     for relation in getattr(step, "relations", ()):
-        if not isinstance(relation, Result):  # that is another step's
-            yield parts(relation.show(text))[0], relation.name
+        own = not isinstance(relation, Result)  # else another chain has proved it
+        name = relation.name if own else ""
+        yield parts(relation.show(text))[0], name, own
 
 
-def proved(step):
+def stated(step):
     """The equations that a step establishes itself."""
     if isinstance(step, Chain):
         return lines(step)
@@ -102,9 +103,16 @@ def equations(entry):
     return [part for formula in formulas(entry) for part in parts(formula)]
 
 
-def alone(entry):
-    """The formulas without a sign: expressions."""
-    return [formula for formula in formulas(entry) if not parts(formula)]
+def expressions(entry, there):
+    """The formulas without a sign that are more than a name, a product or a size."""
+    sizes = set().union(*(p.sizes for p in there.values()))
+    return [
+        formula
+        for formula in formulas(entry)
+        if not parts(formula)
+        and re.search(r"[(+]| - ", formula)
+        and letters(formula) - sizes
+    ]
 
 
 class Evidence:
@@ -114,12 +122,14 @@ class Evidence:
         self.steps = list(evidence.steps(pointer).values())
         notation = evidence.derivation(pointer.partition(": ")[0]).letters
         self.symmetric = [text(s) for s in getattr(notation, "symmetric", ())]
-        self.introduced, self.proved = {}, {}  # an equation: numbers it stands under
-        self.letters, self.sides = sizes(notation), set()
+        # an equation: the numbers under which it is supposed, and proved
+        self.introduced, self.cited, self.proved = {}, {}, {}
+        self.sizes, self.sides = sizes(notation), set()
+        self.letters = set(self.sizes)
         for step in self.steps:
-            for part, name in introduced(step):
-                self.note(self.introduced, part, name)
-            for part in proved(step):
+            for part, name, own in cited(step):
+                self.note(self.introduced if own else self.cited, part, name)
+            for part in stated(step):
                 self.note(self.proved, part, f"({getattr(step, 'number', '')})")
             if isinstance(step, Chain) and not isinstance(step.left, Equation):
                 shown = (step.left, *(line.right for line in step.lines))
@@ -127,17 +137,25 @@ class Evidence:
 
     def note(self, group, part, name):
         says, names = equation(*part, symmetric=self.symmetric)
+        for known in (self.introduced, self.cited):  # no step proves what it cites
+            group = known if says in known else group
         group.setdefault(says, set()).update(numbers(name))
         self.letters |= names
 
-    def among(self, group, part):
-        """The numbers of an equation in a group; None if it is not there."""
-        return group.get(equation(*part, symmetric=self.symmetric)[0])
+    def numbers(self, part):
+        """The numbers that an equation stands under."""
+        says, _ = equation(*part, symmetric=self.symmetric)
+        groups = (self.introduced, self.cited, self.proved)
+        return set().union(*(group.get(says, ()) for group in groups))
+
+    def has(self, formula):
+        """Whether an expression stands in a chain."""
+        return side(formula, self.symmetric) in self.sides
 
     def shows(self, part):
         """2 if it proves an equation, 1 if it rests on it, otherwise 0."""
         says, _ = equation(*part, symmetric=self.symmetric)
-        return 2 * (says in self.proved) or int(says in self.introduced)
+        return 2 * (says in self.proved) or int(says in self.introduced | self.cited)
 
 
 def sizes(notation):
@@ -181,52 +199,63 @@ def proofs(entry):
 def complaints(entry):
     """What an entry says, or is said to be, and is not."""
     outside = FORMULA.sub("", entry.says.source)
-    plain = set("=_^\\*~|<>") & set(outside)
-    wrong = [f"mathematics in plain text: {outside}"] if plain else []
-    pointers = {pointer: found(pointer) for pointer in proofs(entry)}
-    if not pointers:
-        return wrong
-    said = equations(entry)
+    if set("=_^\\*~|<>") & set(outside):
+        return [f"mathematics in plain text: {outside}"]
+    if not proofs(entry):
+        return []
+    there = {pointer: found(pointer) for pointer in proofs(entry)}
+    checks = (unsaid, unneeded, wrong_kind, wrong_level)
+    return [complaint for check in checks for complaint in check(entry, there)]
+
+
+def unsaid(entry, there):
+    """What an entry says and its evidence does not."""
+    pointers, said = there.values(), equations(entry)
     if not said:
-        wrong.append("it says no equation")
-    letters_there = set().union(*(p.letters for p in pointers.values()))
+        yield "it says no equation"
+    letters_there = set().union(*(p.letters for p in pointers))
     for formula in formulas(entry):
         strange = letters(formula) - letters_there
         if strange:
-            wrong.append(f"no evidence for {formula} has {', '.join(sorted(strange))}")
+            yield f"no evidence for {formula} has {', '.join(sorted(strange))}"
     for part in said:
-        if not any(p.shows(part) for p in pointers.values()):
-            wrong.append(f"no evidence shows {' '.join(part)}")
-    sides = set().union(*(p.sides for p in pointers.values()))
-    symmetric = next(iter(pointers.values())).symmetric
-    for formula in alone(entry):
-        if "(" in formula and side(formula, symmetric) not in sides:
-            wrong.append(f"no evidence has {formula}")
-    for pointer, p in pointers.items():
-        others = [q for other, q in pointers.items() if other != pointer]
-        best = ((p.shows(x), *(q.shows(x) for q in others)) for x in said)
-        needed = any(mine > max(rest, default=0) for mine, *rest in best)
-        named = any(side(x, p.symmetric) in p.sides for x in alone(entry))
-        if not named and not needed:
-            wrong.append(f"it says nothing for which {pointer} is needed")
-    there = pointers.values()
-    introduced, shown = (
-        [p.among(getattr(p, group), x) for x in said for p in there]
-        for group in ("introduced", "proved")
-    )
+        if not any(p.shows(part) for p in pointers):
+            yield f"no evidence shows {' '.join(part)}"
+    for formula in expressions(entry, there):
+        if not any(p.has(formula) for p in pointers):
+            yield f"no evidence has {formula}"
     wanted = number_of(entry)
-    if not any(wanted in (under or ()) for under in introduced + shown):
-        wrong.append(f"nothing that it says stands under {wanted}")
-    if entry.kind == "definition" and all(x is None for x in introduced):
-        wrong.append("nothing that it says is a definition of its evidence")
-    if entry.kind in ("claim", "algorithm") and all(x is None for x in shown):
-        wrong.append("nothing that it says is proved")
+    if not any(wanted in p.numbers(part) for part in said for p in pointers):
+        yield f"nothing that it says stands under {wanted}"
+
+
+def unneeded(entry, there):
+    """Pointers without which all is shown as well."""
+    for pointer, p in there.items():
+        others = [q for other, q in there.items() if other != pointer]
+        best = ((p.shows(x), *(q.shows(x) for q in others)) for x in equations(entry))
+        needed = any(mine > max(rest, default=0) for mine, *rest in best)
+        if not needed and not any(map(p.has, expressions(entry, there))):
+            yield f"it says nothing for which {pointer} is needed"
+
+
+def wrong_kind(entry, there):
+    """A definition gives a letter; a claim or an algorithm is proved, and none."""
+    shown = [(p.shows(x), x[0]) for x in equations(entry) for p in there.values()]
+    given = any(k == 1 or k and re.fullmatch(r"\w+", left) for k, left in shown)
+    if entry.kind == "definition" and not given:
+        yield "nothing that it says is a definition of its evidence"
+    done = any(k == 2 for k, _ in shown) or expressions(entry, there)
+    if entry.kind in ("claim", "algorithm") and not done:
+        yield "nothing that it says is proved"
+
+
+def wrong_level(entry, there):
     proved_part = entry.level
-    if len(pointers) < len(entry.evidence):  # tests besides
+    if len(there) < len(entry.evidence):  # tests besides
         proved_part = entry.level.partition("; ")[0]
     if proved_part != level(entry):
-        wrong.append(f"its level is: {level(entry)}")
-    return wrong
+        yield f"its level is: {level(entry)}"
 
 
 def level(entry):
