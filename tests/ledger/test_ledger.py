@@ -61,7 +61,11 @@ WANTED = {
         *(f"(3.{k})" for k in range(11, 28)),
         *(f"(4.{k})" for k in range(1, 17)),
     ],
-    "van_dooren": numbers((1, 34)),
+    "van_dooren": [
+        *(*numbers((1, 12)), "remark 1", *numbers((13, 21)), "after (21)"),
+        *(*numbers((22, 33)), "after (33)", "(34)"),
+        *("remark 2(a)", "remark 2(b)", "remark 2(c)"),
+    ],
     "kawazoe": numbers((1, 26)),
     "hsia": ["(17)", "Table II periodic", *(f"Table II law {k}" for k in range(1, 5))],
 }
@@ -109,14 +113,14 @@ def other_equations(entry):
 
 
 def other_fields(entry):
-    """Another level; a pointer too few, another one, one too many."""
+    """Another level; another pointer, one too many."""
     yield entry.level, dataclasses.replace(entry, level=f"{entry.level}, too")
     of_paper = [pointer for pointer in STEPS if pointer.startswith(entry.paper)]
     foreign = [pointer for pointer in of_paper if pointer not in entry.evidence][-1]
     for k, pointer in enumerate(entry.evidence):
         before, after = entry.evidence[:k], entry.evidence[k + 1 :]
-        for found in {(*before, *after), (*before, foreign, *after)} - {()}:
-            yield pointer, dataclasses.replace(entry, evidence=found)
+        found = (*before, foreign, *after)
+        yield pointer, dataclasses.replace(entry, evidence=found)
     more = (*entry.evidence, foreign)
     yield "a pointer too many", dataclasses.replace(entry, evidence=more)
 
@@ -133,7 +137,7 @@ KINDS = {
     "leondes_novak": "ddddddddcccdcaadddddddddccccdcdcaccdcccccccccdddcaccdccnnnacc",
     "moore": "dddccccaacddcac",
     "haddad_bernstein": "d" * 16 + "c" * 23 + "dd" + "c" * 14,
-    "van_dooren": "dddcccdccccdcdccaadcannanddcccdcdn",
+    "van_dooren": "dddcccdccccdccdccaadcannnanddcccdcdnnncc",
     "kawazoe": "ddcdadcdcccddcccacdacaddda",
     "hsia": "dnnnnn",
 }

@@ -155,7 +155,7 @@ class Evidence:
     def shows(self, part):
         """2 if it proves an equation, 1 if it rests on it, otherwise 0."""
         says, _ = equation(*part, symmetric=self.symmetric)
-        return 2 * (says in self.proved) or int(says in self.introduced | self.cited)
+        return 2 * (says in self.proved) or int(says in self.introduced)
 
 
 def sizes(notation):
@@ -175,7 +175,7 @@ def numbers(name):
     >>> sorted(numbers("(41–43, 3.10') the estimate"))
     ["3.10'", '41', '42', '43']
     """
-    listed = re.match(r"\(([^()]*)\)('?)", name)
+    listed = re.match(r"\(((?:[^()]|\(\w\))*)\)('?)", name)
     if not listed:
         return set()
     all_of = set()
@@ -189,6 +189,8 @@ def numbers(name):
 def number_of(entry):
     """How steps refer to an entry: "(33)" as 33, "2: V2s" as section 2."""
     number, _, more = entry.number.partition(": ")
+    if number.startswith("remark"):
+        return number
     return f"section {number}" if number == "2" else re.sub(r"[()]", "", number)
 
 

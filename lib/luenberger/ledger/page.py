@@ -6,7 +6,7 @@ from pathlib import Path
 
 from ..formats import atomic
 from ..symbolic import Chain, latex
-from ..symbolic.prose import as_latex, pieces
+from ..symbolic.prose import typeset
 from . import evidence
 from .records import PAPERS, Entry, count, entries, find_paper, misprints, title
 from .words import Words
@@ -135,8 +135,8 @@ def _says(words: Words, formulas: bool) -> str:
     from latex2mathml.converter import convert
 
     return "".join(
-        convert(as_latex(piece)) if is_formula else html.escape(piece)
-        for is_formula, piece in pieces(words.source)
+        convert(piece) if is_latex else html.escape(piece)
+        for is_latex, piece in typeset(words.source)
     )
 
 

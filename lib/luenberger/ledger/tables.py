@@ -21,7 +21,7 @@ def summary() -> Table:
     """One row for each paper: entries by kind, and misprints.
 
     >>> print(str(summary()).splitlines()[-1].split())
-    ['all', '197', '71', '97', '17', '12', '94']
+    ['all', '203', '71', '100', '17', '15', '94']
     """
     rows = [_counted(title(paper), paper) for paper in PAPERS]
     return Table(
@@ -80,7 +80,7 @@ def by_paper() -> Folded:
     Leondes and Novak (1974): 61 entries
     Moore (1973): 15 entries
     Haddad and Bernstein (1987): 55 entries
-    Van Dooren (1984): 34 entries
+    Van Dooren (1984): 40 entries
     Kawazoe (1978): 26 entries
     Hsia (1974): 6 entries
     """

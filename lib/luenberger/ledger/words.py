@@ -33,11 +33,11 @@ class Words:
 
     def _repr_html_(self) -> str:
         r"""Formulas as MathJax finds them, `\(...\)`."""
-        from ..symbolic.prose import as_latex, pieces
+        from ..symbolic.prose import typeset
 
         return "".join(
-            rf'<span class="math">\({html.escape(as_latex(piece))}\)</span>'
-            if is_formula
+            rf'<span class="math">\({html.escape(piece)}\)</span>'
+            if is_latex
             else html.escape(piece)
-            for is_formula, piece in pieces(self.source)
+            for is_latex, piece in typeset(self.source)
         )

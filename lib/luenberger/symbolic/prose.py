@@ -25,6 +25,8 @@ LATEX_SIGNS = {
     **{"det": r"\det", "cov": r"\operatorname{cov}", "{": r"\{", "}": r"\}"},
     "E[": r"\mathrm{E}[",
 }
+MARK = re.compile(r"([.,;:]?)(.*)", re.S)  # of a sentence, and the rest of it
+BREAK = re.compile(r" (?=[=+<>!-]+ |(?<=\] )\[)")
 WORDS = {"tr", "rank", "det", "cov", "for", "and", "or"}
 
 
@@ -91,8 +93,39 @@ def plain(words: str) -> str:
     return FORMULA.sub(lambda found: as_text(found[1]), words)
 
 
-def pieces(words: str) -> Iterator[tuple[bool, str]]:
-    """(is it a formula, its source) of each piece in turn."""
-    for k, piece in enumerate(FORMULA.split(words)):
-        if piece:
-            yield k % 2 == 1, piece
+def typeset(words: str) -> Iterator[tuple[bool, str]]:
+    """(is it LaTeX, it) of each piece in turn, of words with formulas.
+
+    A line may end between the parts of a formula; a mark of the sentence stays with
+    the formula before it.
+    """
+    pieces = FORMULA.split(words)
+    for k in range(1, len(pieces), 2):
+        after = pieces[k + 1]
+        mark, pieces[k + 1] = MARK.fullmatch(after).groups()
+        parts = [as_latex(part) for part in broken(pieces[k])]
+        parts[-1] += rf"\text{{{mark}}}" if mark else ""
+        pieces[k] = [parts[0], *(f"{{}}{part}" for part in parts[1:])]
+    for k, piece in enumerate(pieces):
+        if k % 2 == 0:
+            yield from [(False, piece)] if piece else []
+            continue
+        yield True, piece[0]
+        for part in piece[1:]:
+            yield from ((False, "\u200b"), (True, part))
+
+
+def broken(formula: str) -> list[str]:
+    """A formula in parts between which a line may end: at a sign, between matrices.
+
+    >>> broken("x_next = A (x + w) - [B, C] [u; v].")
+    ['x_next', '= A (x + w)', '- [B, C]', '[u; v].']
+    """
+    depth, found = 0, [""]
+    for k, c in enumerate(formula):
+        depth += (c in "([") - (c in ")]")
+        if c == " " and depth == 0 and BREAK.match(formula, k):
+            found.append("")
+        else:
+            found[-1] += c
+    return found

@@ -19,7 +19,7 @@ from luenberger.symbolic import (
 )
 from luenberger.symbolic.breaks import pieces as terms
 from luenberger.symbolic.derivation import title
-from luenberger.symbolic.prose import as_latex, pieces
+from luenberger.symbolic.prose import typeset
 from luenberger.symbolic.reading import numbered, size, used_letters
 from luenberger.symbolic.reasons import cited_latex
 
@@ -44,8 +44,8 @@ def chapter(derivation, address):
 def words(string, classes=()):
     """A paragraph; what stands between backquotes is a formula."""
     children = [
-        formula(as_latex(piece)) if is_formula else nodes.Text(piece)
-        for is_formula, piece in pieces(" ".join(string.split()))
+        formula(piece) if is_latex else nodes.Text(piece)
+        for is_latex, piece in typeset(" ".join(string.split()))
     ]
     return nodes.paragraph("", "", *children, classes=list(classes))
 

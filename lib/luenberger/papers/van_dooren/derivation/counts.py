@@ -12,7 +12,8 @@ from functools import cache
 import sympy as sp
 
 from ....symbolic import Derivation, Explicit, Positive
-from .letters import SOURCE, letters
+from .letters import SOURCE, c_M, d_M, k_M, letters
+from .rows import patterns
 
 n, m, r = sp.symbols("n m r", integer=True, positive=True)
 k, j = sp.symbols("k j", integer=True, nonnegative=True)
@@ -44,6 +45,20 @@ def counted(number, says, loops, figure, rest):
     return Explicit(number, says, loops, sp.Add(figure, rest, evaluate=False))
 
 
+def patterned():
+    """What (21) allows, entries on and below the diagonal, columns, of each pattern."""
+    found = {}
+    for name, p in patterns().items():
+        for i in range(p.n - p.r):
+            heights = [row - column + 1 for column, row in enumerate(p.leading(i))]
+            found[f"{name}, row {i + 1}"] = {
+                c_M: sp.Matrix([[p.r * p.n**2 + p.n * p.r + 1]]),
+                k_M: sp.Matrix([heights]),
+                d_M: sp.Matrix(range(p.n, 0, -1)),
+            }
+    return found
+
+
 PAGE = (
     """The matrix of one row has `r` entries below a diagonal. A reflector of `r`
     entries for column `j` is applied to the `n - j` columns from there on, with
@@ -54,6 +69,15 @@ PAGE = (
         loop(2 * r * (n - j), j, n),
         COUNTS["one M_i"],
         n * r,
+    ),
+    """So it is on the patterns of these matrices, where a column of one that is
+    triangular already costs less.""",
+    Positive(
+        "21, 22",
+        "what the entries of the patterns cost",
+        c_M,
+        2 * k_M * d_M,
+        patterned(),
     ),
     "There are `n - r` of them.",
     counted(
@@ -133,17 +157,19 @@ PAGE = (
     """In complex arithmetic the rows are those of (22), and each multiply-add
     costs four real ones: just as much. But one complex row serves both poles of a
     pair, so that only half of the rows are needed.""",
-    Explicit(
+    counted(
         "remark 2(a)",
         "complex arithmetic costs as much",
-        4 * COUNTS["all rows"],
+        both_loops(8 * r * (n - j), n, n - r),
         COUNTS["pairs, doubled real systems"],
+        (n - r) * n * r * 4,
     ),
-    Explicit(
+    counted(
         "remark 2(a)",
         "one complex row for a pair costs half",
-        (n - r) / 2 * 4 * COUNTS["one M_i"],
-        COUNTS["pairs, doubled real systems"] / 2,
+        both_loops(8 * r * (n - j), n, (n - r) / 2),
+        COUNTS["pairs, complex rows"],
+        (n - r) * n * r * 2,
     ),
     """For more than three outputs, and many more states, the rows cost more than
     the staircase. Back substitution costs a triangle for each row, doubled in size

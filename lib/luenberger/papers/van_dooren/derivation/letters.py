@@ -54,9 +54,16 @@ X_1 = letters("X_1", n, n - r, "the first columns of the inverse of `T_U` over `
 X_2 = letters("X_2", n, r, "its other columns")
 a_s = letters("a_s", n, 1, "a column")
 b_s = letters("b_s", n, 1, "a column of the same length with one entry")
+as_s = letters("a_s^*", 1, n, "the conjugate transpose of `a_s`")
+bs_s = letters("b_s^*", 1, n, "the conjugate transpose of `b_s`")
 v = letters("v", n, 1, "their difference")
 vs = letters("v^*", 1, n, "its conjugate transpose")
 beta = letters("beta", 1, 1, "two over `v^* v`")
+rho_s = letters("rho_s", 1, 1, "that entry")
+h_s = letters("h_s", 1, s - 1, "the rest of its row")
+A_r = letters("A_r", r - 1, s - 1, "what is left of a stair behind its first column")
+Qs_r = letters("Q_r^*", r - 1, r - 1, "unitary: makes a triangle of what is left")
+R_r = letters("R_r", r - 1, s - 1, "that triangle, above zeros")
 A_s = letters("A_s", r, s, "a stair; its columns are independent")
 W_s = letters("W_s", s, s, "unitary: turns the states of the stair before")
 Q_s = letters("Q_s", r, r, "unitary: a product of reflectors")
@@ -118,6 +125,12 @@ v_b = letters("v_b", 2 * n, 1, "the same column with zeros in between")
 e_i = letters("e_i", n + r - 1, 1, "that entry: the place of `t_(i,i+1)`")
 tau = letters("tau", 1, 1, "the entry `t_(i+1,i+1)`, which the paper takes for one")
 a_0 = letters("a_0", 1, n, "the row `a_f` for `b = 0`")
+
+# -- what it costs --------------------------------------------------------------------
+
+c_M = letters("c_M", 1, 1, "what (21) allows for one matrix, and one more")
+k_M = letters("k_M", 1, n, "entries of each column of `M` on the diagonal and below")
+d_M = letters("d_M", n, 1, "columns from each on: `n`, ..., `1`")
 
 # -- fewer independent outputs --------------------------------------------------------
 

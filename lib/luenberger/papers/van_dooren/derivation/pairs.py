@@ -145,7 +145,13 @@ def over_patterns(values, wanted=lambda p, i: True):
 PAGE = (
     """A real plant should have a real observer. For a pair of poles there is a
     block of `F` that is real.""",
-    Explicit("26", "the eigenvalues of the block", Lam * Y, Y * Delta, {"": block()}),
+    Explicit(
+        "26, remark 1",
+        "the eigenvalues of the block",
+        Lam * Y,
+        Y * Delta,
+        {"": block()},
+    ),
     """The rows `i` and `i + 1` of the equation are solved together: what is known
     on the left, unknown `f_p` and `d_p` on the right.""",
     is_F := define(F_p * T_U, f_p * T_i + Lam * T_p, "27"),

@@ -16,6 +16,8 @@ def stacked(*blocks):
     return BlockMatrix([[block] for block in blocks])
 
 
+nothing = ZeroMatrix(r - 1, 1)
+
 PAGE = (
     "The plant, the observer, and its estimate of the whole state.",
     is_x := define(x_next, A * x + B * u, "1"),
@@ -139,8 +141,25 @@ PAGE = (
     ),
     """That the stairs can be triangles is a construction. A reflector takes a
     column to any other of the same length; for complex entries the phase of `b_s`
-    is chosen so that `v^* v = 2 v^* a_s`.""",
+    is chosen so that `b_s^* a_s` is real.""",
     is_v := define(v, a_s - b_s),
+    is_vs := define(vs, as_s - bs_s),
+    long := define(bs_s * b_s, as_s * a_s),
+    real := define(as_s * b_s, bs_s * a_s),
+    doubled := chain(
+        "8",
+        "how long the vector of a reflector is",
+        vs * v,
+        Line((as_s - bs_s) * (a_s - b_s), by=(is_v, is_vs)),
+        Line(
+            as_s * a_s - as_s * b_s - bs_s * a_s + bs_s * b_s,
+            why="multiply out",
+        ),
+        Line(2 * as_s * a_s - 2 * bs_s * a_s, by=(long, real)),
+        Line(2 * vs * a_s, by=(is_vs,)),
+    ),
+    """So there is a `beta`, unless the columns are the same and nothing is to be
+    done.""",
     scaled := define(beta * vs * a_s, Identity(1)),
     chain(
         "8",
@@ -150,7 +169,13 @@ PAGE = (
         Line(a_s - v, by=(scaled,)),
         Line(b_s, by=(is_v,)),
     ),
-    norm := define(beta * vs * v, 2 * Identity(1)),
+    norm := chain(
+        "8",
+        "the factor of a reflector",
+        beta * vs * v,
+        Line(2 * beta * vs * a_s, by=(doubled,)),
+        Line(2 * Identity(1), by=(scaled,)),
+    ),
     chain(
         "8",
         "a reflector is its own inverse",
@@ -158,9 +183,20 @@ PAGE = (
         Line(I - 2 * v * beta * vs + v * beta * vs * v * beta * vs, why="multiply out"),
         Line(I, by=(norm,)),
     ),
-    """One reflector for each column makes a triangle of a stair whose columns are
-    independent. It turns the states of the next stair, which is made a triangle
-    after it, and so on; the last one turns the outputs.""",
+    """One reflector for each column makes a triangle of a stair: if what is left
+    behind the first column has a triangle, so has the whole.""",
+    smaller := define(Qs_r * A_r, R_r),
+    chain(
+        "8",
+        "one column after the other",
+        BlockMatrix([[Identity(1), ZeroMatrix(1, r - 1)], [nothing, Qs_r]])
+        * BlockMatrix([[rho_s, h_s], [nothing, A_r]]),
+        Line(BlockMatrix([[rho_s, h_s], [nothing, Qs_r * A_r]]), why="multiply out"),
+        Line(BlockMatrix([[rho_s, h_s], [nothing, R_r]]), by=(smaller,)),
+    ),
+    """Independent columns make all entries of its diagonal different from zero.
+    The reflectors turn the states of the next stair, which is made a triangle
+    after it, and so on; the last ones turn the outputs.""",
     factors := define(A_s * W_s, Q_s * J_s * R_s),
     unitary := define(Qs_s * Q_s, Identity(r)),
     chain(
