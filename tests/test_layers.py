@@ -110,9 +110,7 @@ def test_only_these_load_modules_by_name():
     """Whom the page says so of, and doors that load on demand."""
     found = {relative(path) for path in FILES if "import_module" in path.read_text()}
     doors = {"__init__.py", "report/__init__.py", "symbolic/__init__.py"}
-    assert found == doors | {
-        "stage_list.py", "ledger/certificates.py", "ledger/evidence.py"
-    }  # fmt: skip
+    assert found == doors | {"stage_list.py", "ledger/evidence.py"}
 
 
 def test_no_room_uses_one_on_its_own_floor_or_above():

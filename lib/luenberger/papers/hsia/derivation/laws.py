@@ -66,7 +66,7 @@ def number(law):
 
 
 @cache
-def best(law):
+def best(law: str) -> Explicit:
     """The statement that the cost of a law is least at its period, and only there."""
     says = "its cost falls before the law and rises after it"
     slope = sp.Derivative(J, T)
