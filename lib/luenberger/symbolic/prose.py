@@ -25,7 +25,7 @@ LATEX_SIGNS = {
     **{"det": r"\det", "cov": r"\operatorname{cov}", "{": r"\{", "}": r"\}"},
     "E[": r"\mathrm{E}[",
 }
-MARK = re.compile(r"([.,;:]?)(.*)", re.S)  # of a sentence, and the rest of it
+MARKS = (".", ",", ";", ":")  # of a sentence
 BREAK = re.compile(r" (?=[=+<>!-]+ |(?<=\] )\[)")
 WORDS = {"tr", "rank", "det", "cov", "for", "and", "or"}
 
@@ -99,20 +99,17 @@ def typeset(words: str) -> Iterator[tuple[bool, str]]:
     A line may end between the parts of a formula; a mark of the sentence stays with
     the formula before it.
     """
-    pieces = FORMULA.split(words)
-    for k in range(1, len(pieces), 2):
-        after = pieces[k + 1]
-        mark, pieces[k + 1] = MARK.fullmatch(after).groups()
-        parts = [as_latex(part) for part in broken(pieces[k])]
-        parts[-1] += rf"\text{{{mark}}}" if mark else ""
-        pieces[k] = [parts[0], *(f"{{}}{part}" for part in parts[1:])]
-    for k, piece in enumerate(pieces):
-        if k % 2 == 0:
-            yield from [(False, piece)] if piece else []
-            continue
-        yield True, piece[0]
-        for part in piece[1:]:
-            yield from ((False, "\u200b"), (True, part))
+    first, *rest = FORMULA.split(words)
+    yield from [(False, first)] if first else []
+    for formula, after in zip(rest[::2], rest[1::2], strict=True):
+        mark = after[:1] if after[:1] in MARKS else ""
+        *parts, last = map(as_latex, broken(formula))
+        parts.append(last + (rf"\text{{{mark}}}" if mark else ""))
+        yield True, parts[0]
+        for part in parts[1:]:
+            yield from ((False, "\u200b"), (True, f"{{}}{part}"))
+        if after != mark:
+            yield False, after.removeprefix(mark)
 
 
 def broken(formula: str) -> list[str]:
