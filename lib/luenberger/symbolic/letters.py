@@ -18,8 +18,8 @@ GREEK |= dict(zip(LARGE.split(), "ΓΔΘΛΞΠΣΦΨΩ"))
 SHORT = {"eps": "varepsilon", "epsilon": "varepsilon", "Gam": "Gamma", "Lam": "Lambda"}
 BACK = {glyph: name for name, glyph in GREEK.items()}
 ACCENTS = {"hat": "\u0302", "tilde": "\u0303", "bar": "\u0304"}
-BELOW = {"next": "+", "plus": "+", "minus": "-"}
-ABOVE = {"star": "*", "perp": "⊥"}
+BELOW = {"next": "+", "plus": "+", "minus": "-", "perp": "⊥"}
+ABOVE = {"star": "*"}
 LOW = str.maketrans("0123456789+-", "₀₁₂₃₄₅₆₇₈₉₊₋")
 HIGH = str.maketrans("0123456789+-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁺⁻")
 
@@ -86,6 +86,16 @@ def core(head):
     return head, "", (), False
 
 
+def gradient(name):
+    """The d of a differential or nothing, and the symbol in which a gradient is.
+
+    >>> gradient("dgradAe"), gradient("gradual")
+    (('d', 'Ae'), None)
+    """
+    found = re.fullmatch(r"(d?)grad([A-Z]\w*)", name)
+    return found and found.groups()
+
+
 # -- LaTeX --------------------------------------------------------------------------
 
 
@@ -96,19 +106,23 @@ def latex_name(name):
     \hat w K_{\mathrm{mv}} \mathrm{d}M_{1}
     >>> print(latex_name("Qhat"), latex_name("X+"), latex_name("As"), latex_name("eps"))
     \hat Q X^{+} A_{s} \varepsilon
+    >>> print(latex_name("tau_perp"), latex_name("gradAe"))
+    \tau_{\perp} \nabla_{A_{e}}
     """
+    if slope := gradient(name):
+        moved = r"\mathrm{d}" if slope[0] else ""
+        return rf"{moved}\nabla_{{{latex_name(slope[1])}}}"
     p = parsed(name)
     base = latex_piece(p.base)
     if p.accent:
         wide = base.startswith(r"\mathrm")
         base = rf"\{p.accent}{{{base}}}" if wide else rf"\{p.accent} {base}"
     below = ",".join(map(latex_piece, p.below))
-    above = p.above.replace("⊥", r"\perp")
     return (
         (r"\mathrm{d}" if p.differential else "")
         + base
         + (f"_{{{below}}}" if below else "")
-        + (f"^{{{above}}}" if above else "")
+        + (f"^{{{p.above}}}" if p.above else "")
     )
 
 
@@ -116,6 +130,8 @@ def latex_piece(piece):
     """A letter in italics, a Greek one by its command, a word upright."""
     if piece in GREEK:
         return rf"\{piece}"
+    if piece == "⊥":
+        return r"\perp"
     word = re.fullmatch(r"[A-Za-z]{2,}", piece) and not re.fullmatch("[u-z]+", piece)
     return rf"\mathrm{{{piece}}}" if word else piece
 
@@ -130,7 +146,11 @@ def text_name(name):
     ŵ z₊ K_mv
     >>> print(text_name("Omega_21"), text_name("R^-1"), text_name("F^j"))
     Ω₂₁ R⁻¹ F^j
+    >>> print(text_name("tau_perp"), text_name("gradAe"))
+    τ_⊥ ∇A_e
     """
+    if slope := gradient(name):
+        return f"{slope[0]}∇{text_name(slope[1])}"
     p = parsed(name)
     base = GREEK.get(p.base, p.base)
     if p.accent:

@@ -107,7 +107,7 @@ def cited_text(relation):
     ('(3.8) X₊ = Ŷ', '(3.9)')
     """
     number, says = numbered(relation.name)
-    if partitioned(relation):
+    if by_its_letter(relation):
         return f"{number} {text(relation.left)}".strip()
     if "=" not in says or too_wide(relation):
         return relation.name
@@ -117,7 +117,7 @@ def cited_text(relation):
 def cited_latex(relation):
     """The same in LaTeX."""
     number, says = numbered(relation.name)
-    if partitioned(relation):
+    if by_its_letter(relation):
         formula = latex(relation.left)
     elif "=" not in says or too_wide(relation):
         return words(relation.name)
@@ -135,11 +135,12 @@ def numbered(name):
     return re.fullmatch(r"((?:\([^()]*\)'?)?)\s*(.*)", name).groups()
 
 
-def partitioned(relation):
-    """Whether a letter is defined by its blocks, and cited by itself alone."""
-    return isinstance(relation.left, sp.MatrixSymbol) and isinstance(
-        relation.right, sp.BlockMatrix
-    )
+def by_its_letter(relation):
+    """Whether a letter is cited by itself alone: what defines it would be too wide."""
+    if not isinstance(relation.left, sp.MatrixSymbol):
+        return False
+    long = "=" in relation.name and too_wide(relation)
+    return long or isinstance(relation.right, sp.BlockMatrix)
 
 
 def too_wide(relation):

@@ -69,11 +69,9 @@ projection_innovation = StageList(
     __name__, "stationarity.projection_innovation", "Qs V2s"
 )
 projection_factors = StageList(
-    __name__, "stationarity.projection_factors", "Gt Gamt G Gam"
+    __name__, "stationarity.projection_factors", "X_G X_Gamma G Gam"
 )
-projection_product = StageList(
-    __name__, "stationarity.projection_product", "GamG tau Q"
-)
+projection_product = StageList(__name__, "stationarity.projection_product", "I_e tau Q")
 feedthrough_gain = StageList(__name__, "stationarity.feedthrough_gain", "De")
 projection_gains = StageList(
     __name__, "stationarity.projection_gains", "Kq Aq Ae Be Ce"
@@ -85,7 +83,7 @@ projection_scripts = StageList(
 projection_equations = StageList(
     __name__,
     "equations.projection_equations",
-    "Kq Aq Lq forgets riccati estimate adjoint idempotent aligned_Q aligned_P",
+    "Kq Aq Lq tau_perp riccati estimate adjoint idempotent aligned_Q aligned_P",
 )
 projection_trace = StageList(__name__, "equations.projection_trace", "J")
 innovations_plant = StageList(__name__, "full_order.innovations_plant", "Kq V1i Lq")

@@ -1,7 +1,7 @@
 """Plant and estimator as one system, and its second moment.
 
-An estimator of any order moves with the plant.  Both together have a second moment;
-what noise there is in the plant's parameters adds to the additive noise.
+An estimator of any order moves with the plant.  Both together have a second moment.
+The noise in the plant's parameters adds to the additive noise.
 
 Source: Haddad and Bernstein (1987), sections 2 to 4, (3.1)-(3.3), (4.1)-(4.4).
 """
@@ -24,8 +24,8 @@ PAGE = (
     is_x_next := define(x_next, (A + nu * A1) * x + w1, "3.1"),
     is_y := define(y, (C + nu * C1) * x + w2, "3.2"),
     is_xe_next := define(xe_next, Ae * xe + Be * y, "3.3"),
-    """What the parameters' noise does to the plant it does through the product `x_nu =
-    nu_1 x`, which has a letter of its own.""",
+    """The noise of the parameters acts on the plant through its product with the state,
+    which has a letter of its own.""",
     is_x_nu := define(x_nu, nu * x),
     "Plant and estimator together move as one system.",
     is_xt := define(xt, BlockMatrix([[x], [xe]]), "4.1"),
@@ -104,6 +104,7 @@ PAGE = (
         Expect(Bt * W * Bt.T, moments=(is_ww,)),
         Substitute(Wt, by=(is_Wt, is_Bt, is_W)),
     ),
+    is_F := define(F1, BlockMatrix([[A1], [Be * C1]])),
     is_Vt := define(Vt, BlockMatrix([[V1, V12 * Be.T], [Be * V12.T, Be * V2 * Be.T]])),
     is_V1 := define(V1, W1 + A1 * Q1 * A1.T),
     is_V12 := define(V12, W12 + A1 * Q1 * C1.T),
@@ -112,17 +113,8 @@ PAGE = (
         "4.4",
         "the noise of the parameters is additive noise",
         At1 * Qt * At1.T + Wt,
-        Substitute(
-            BlockMatrix(
-                [
-                    [A1 * Q1 * A1.T, A1 * Q1 * C1.T * Be.T],
-                    [Be * C1 * Q1 * A1.T, Be * C1 * Q1 * C1.T * Be.T],
-                ]
-            )
-            + is_Wt.right,
-            by=(is_At1, is_Qt, is_Wt),
-        ),
-        Substitute(Vt, by=(is_Vt, is_V1, is_V12, is_V2)),
+        Substitute(F1 * Q1 * F1.T + Wt, by=(is_At1, is_Qt, is_F, is_Wt)),
+        Substitute(Vt, by=(is_F, is_Wt, is_Vt, is_V1, is_V12, is_V2)),
     ),
     """One pair `A_1`, `C_1` adds the covariance of what it does to the state and the
     measurement.""",

@@ -19,6 +19,7 @@ from ....symbolic import (
 from .augmented import (
     is_At,
     is_At1,
+    is_F,
     is_Q,
     is_Qt,
     is_Qxy,
@@ -35,16 +36,17 @@ missed = L - De * C
 corner = C1.T * De.T * R * De * C1
 
 PAGE = (
-    """The estimate answers for `L x`, and its error is seen through the state of both.
-    Recalled are the measurement, the two systems and their moment.""",
+    "Recalled are the measurement, the state of both, and the moments in blocks.",
     is_y,
     is_x_nu,
-    is_ye := define(ye, Ce * xe + De * y, "3.4"),
     is_xt,
     is_Qt,
     is_Qxy,
     is_Qyy,
     is_V2,
+    """The estimator answers `y_e` for `L x`. Its error is seen through the state of
+    both, beside what is noise.""",
+    is_ye := define(ye, Ce * xe + De * y, "3.4"),
     is_e := define(e, L * x - ye, "3.5"),
     is_Lt := define(Lt, BlockMatrix([[L - De * C, -Ce]])),
     error := chain(
@@ -55,6 +57,7 @@ PAGE = (
         Line(L * x - Ce * xe - De * (C * x + C1 * x_nu + w2), by=(is_y, is_x_nu)),
         Substitute(Lt * xt - De * (C1 * x_nu + w2), by=(is_Lt, is_xt)),
     ),
+    "The terms are uncorrelated with each other.",
     is_Q1_nu := moment(x_nu * x_nu.T, Q1),
     is_W2 := moment(w2 * w2.T, W2, "section 2"),
     apart_e := moment(xt * x_nu.T, ZeroMatrix(both, n)),
@@ -76,7 +79,8 @@ PAGE = (
         Line(Lt * Qt * Lt.T + De * V2 * De.T, by=(is_V2,)),
         Line(Sigma, by=(is_Sigma,)),
     ),
-    "Multiplied out, the covariance is in the letters that the kernels have.",
+    """Multiplied out, the covariance is written in moments that the library computes
+    one by one.""",
     is_J := define(J, R * Sigma, "3.5"),
     is_S := define(S_e, (L * Q12 - De * C * Q12) * Ce.T + L * Qxy * De.T),
     shown := chain(
@@ -89,7 +93,7 @@ PAGE = (
             by=(is_Lt, is_Qt, is_Qxy, is_Qyy, is_S),
         ),
     ),
-    "The cost is also linear in the moment of both, with a weight of both.",
+    "The cost is linear in the moment of both, with a weight for both.",
     is_Ct1 := define(Ct1, BlockMatrix([[C1, ZeroMatrix(l, r)]])),
     is_Rt := define(Rt, Lt.T * R * Lt + Ct1.T * De.T * R * De * Ct1, "section 2"),
     weight := chain(
@@ -141,7 +145,7 @@ PAGE = (
     """Block by block, the parameters' noise enters the dual in the first block alone,
     and no gain depends on that block.""",
     is_Pt := define(Pt, BlockMatrix([[P1, P12], [P12.T, P2]])),
-    is_F := define(F1, BlockMatrix([[A1], [Be * C1]])),
+    is_F,
     is_M_nu := define(M_nu, F1.T * Pt * F1 + corner),
     is_M1 := define(
         M1,

@@ -1,13 +1,14 @@
 """Where a weaker form of the theorem goes wrong, in exact arithmetic.
 
 Three estimators of order one on plants of two states.  Each satisfies (3.10)-(3.16)
-with a projection tau = G'Gam of rank one and Q2, P2 > 0; in the first tau is aligned
-with neither Qh nor Ph, in the second with Qh alone, in the third with Ph alone.
-None is stationary.  The last example has every equation, (3.17) included, and a mode
-of Ae at -1: the plant's first state is the last noise of its own measurement, and no
-one asks for it.
+with a projection of rank one, a definite moment and a definite dual.  The first
+projection is aligned with neither hat, the second with the first hat alone, the third
+with the second hat alone.  None is stationary.  The last example satisfies every
+equation, (3.17) included, and its estimator has a mode at -1.  There the plant's first
+state is the last noise of its own measurement, and no one asks for it.
 
-The plants are found backwards: tau, Q and the gains first, then the noise.
+The plants are found backwards: the projection, the covariance of the error and the
+gains first, then the noise.
 
 Source: our own.
 """
@@ -20,7 +21,7 @@ from sympy import Rational as F
 from ....symbolic import BlockMatrix, Claim, Derivation, Identity, Line
 from .augmented import is_N2, is_N12, is_Qxy, is_Qxy_next, is_Qyy
 from .cost import is_M2, is_M12, is_S, shown
-from .equations import is_adjoint, is_estimate, is_forgets, is_riccati
+from .equations import is_adjoint, is_estimate, is_perp, is_riccati
 from .gradients import is_gradAe, is_gradBe, is_gradCe, is_gradDe
 from .letters import *
 from .projection import is_Lq
@@ -28,7 +29,7 @@ from .stationarity import is_Aq, is_Ce, is_tau
 
 SIZES = {n: 2, l: 1, r: 1, q: 1}
 MEANT = {x.left: x.right for x in (is_N12, is_N2, is_M12, is_M2, is_Qxy, is_Qxy_next)}
-MEANT |= {x.left: x.right for x in (is_Qyy, is_S, is_Aq, is_Lq, is_forgets)}
+MEANT |= {x.left: x.right for x in (is_Qyy, is_S, is_Aq, is_Lq, is_perp)}
 MEANT[Kq] = Qs * V2s.I
 BEST = {Ae: Gam * Aq * G.T, Be: Gam * Kq, Ce: is_Ce.right}
 STATIC = L * Q * C.T * V2s.I

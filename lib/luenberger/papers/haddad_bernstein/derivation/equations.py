@@ -89,12 +89,12 @@ PAGE = (
         Line(A * Q1 * A.T + V1, by=(own,)),
         Line(A * (Q + Q_e) * A.T + V1, by=(is_Q1,)),
     ),
-    is_forgets := define(forgets, I - tau, "section 2"),
+    is_perp := define(tau_perp, I - tau, "section 2"),
     left := chain(
         "3.14",
         "what the projection leaves of the first hat",
-        forgets * Qh * forgets.T,
-        Line((I - tau) * Qh * (I - tau).T, by=(is_forgets,)),
+        tau_perp * Qh * tau_perp.T,
+        Line((I - tau) * Qh * (I - tau).T, by=(is_perp,)),
         Line(Qh - tau * Qh - Qh * tau.T + tau * Qh * tau.T, why="multiply out"),
         Line(Qh - 2 * Q_e + tau * Qh * tau.T, by=(seen,)),
         Line(Qh - Q_e, by=(hidden,)),
@@ -105,7 +105,7 @@ PAGE = (
         Q,
         Line(A * Q * A.T + A * Q_e * A.T + V1 - Q_e, by=(outer,)),
         Line(A * Q * A.T + V1 - Kq * Qs.T + Qh - Q_e, by=(is_Qh,)),
-        Line(A * Q * A.T + V1 - Kq * Qs.T + forgets * Qh * forgets.T, by=(left,)),
+        Line(A * Q * A.T + V1 - Kq * Qs.T + tau_perp * Qh * tau_perp.T, by=(left,)),
     ),
     """The noise of the parameters is in `V_1`, `V_12` and `V_2`. Written out, the terms
     are those of the paper, with `Q + tau Qh tau'` for the moment of the state.""",
@@ -206,7 +206,7 @@ PAGE = (
     "The kernels have the residuals of all of these.",
     is_riccati := define(
         riccati,
-        A * Q * A.T + V1 - Kq * Qs.T + forgets * Qh * forgets.T - Q,
+        A * Q * A.T + V1 - Kq * Qs.T + tau_perp * Qh * tau_perp.T - Q,
         "3.14",
     ),
     is_estimate := define(
@@ -247,11 +247,11 @@ def projection_equations():
     """
     stages = (
         *FRAME,
-        assign(is_forgets),
+        assign(is_perp),
         assign(is_riccati, "(3.14)"),
         assign(is_estimate, "(3.15)"),
         assign(is_adjoint, "(3.16)"),
-        Stage(idempotent, -tau * forgets, "(3.6)", by=(is_idempotent, is_forgets)),
+        Stage(idempotent, -tau * tau_perp, "(3.6)", by=(is_idempotent, is_perp)),
         assign(is_aligned_Q, "(3.17)"),
         assign(is_aligned_P, "(3.17)"),
     )

@@ -125,7 +125,7 @@ def theorem_3_1():
         "(3.14): tau_perp Qh tau_perp' is needed": compared(
             equations.outer.right - Q_e,
             riccati,
-            lambda: riccati - forgets * Qh * forgets.T,
+            lambda: riccati - tau_perp * Qh * tau_perp.T,
             [equations.left.relation, SPREAD],
         ),
         "(3.15): A Qh A' for A tau Qh tau'A'": compared(

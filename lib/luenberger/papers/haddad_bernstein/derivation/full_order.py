@@ -1,7 +1,8 @@
 """Full order: the projection is the identity, and the filter is Kalman's.
 
-The equations of Q and Qh look coupled, but their sum is the plant's own moment, known
-beforehand.  Then the first is the Riccati equation of the plant with all its noise.
+The two equations that are left look coupled.  But the sum of their solutions is the
+plant's own moment, known beforehand.  So the first is the Riccati equation of the plant
+with all its noise.
 
 Source: Haddad and Bernstein (1987), corollary 3.1 and remark 3.6; that the equations
 decouple, and the predictor as a plant, are our own.
@@ -99,7 +100,7 @@ PAGE = (
         Line(L * Q * C.T * V2s.I, by=(is_De,)),
     ),
     "The equations lose the projection.",
-    is_forgets := define(forgets, I - tau, "section 2"),
+    is_perp := define(tau_perp, I - tau, "section 2"),
     full_Q := chain(
         "3.25",
         "the Riccati equation at full order",
@@ -107,7 +108,7 @@ PAGE = (
         Line(riccati_equation.right, by=(riccati_equation,)),
         Line(
             A * Q * A.T + V1 - Kq * Qs.T + (I - tau) * Qh * (I - tau).T,
-            by=(is_forgets,),
+            by=(is_perp,),
         ),
         Line(A * Q * A.T + V1 - Kq * Qs.T, by=(whole,)),
     ),

@@ -45,8 +45,8 @@ PAGE = (
         Gradient(At.T * Pt * At + At1.T * Pt * At1 + Rt - Pt, of=Qt),
     ),
     """Might the multiplier of the cost be zero instead? Then the dual equation has no
-    weight, `p = Phi_p p` for the entries `p` of `P~`. Where both systems are stable in
-    mean square, `I - Phi_p` has an inverse, and no multiplier is left.""",
+    weight, `p = Phi_p p` for the entries `p` of `P_tilde`. Where both systems are
+    stable in mean square, `I - Phi_p` has an inverse, and no multiplier is left.""",
     unweighted := define(Phi_p * p_tilde, p_tilde),
     solvable := define(N_p * (Identity(both**2) - Phi_p), Identity(both**2)),
     chain(
@@ -62,7 +62,8 @@ PAGE = (
     is_N2,
     """What is left are the gradients in the four matrices of the estimator. The first
     two stand in the constraint alone, the others in the cost alone. The paper states
-    half of each.""",
+    half of each. The noise of the parameters is in `V_1`, `V_12` and `V_2`, which no
+    matrix of the estimator changes.""",
     constraint := chain(
         "4.6",
         "the constraint by blocks",

@@ -1,9 +1,9 @@
 """Mean-square stability of plant and estimator: lemma 4.1, and the largest noise.
 
 The map of the second moment is block triangular, so its eigenvalues are those of three
-maps: the plant's own, and two that are stable if A and Ae are.  The plant's own is
-never more stable than A itself.  So both together are mean-square stable exactly if
-the plant and Ae are.  A stable, as printed, is not enough.
+maps: the plant's own, that of the mixed moment and that of the estimator.  Both
+together are mean-square stable exactly if the plant is and the estimator is stable.
+That the plant is stable without its noise, as printed, is not enough.
 
 Source: Haddad and Bernstein (1987), lemma 4.1; the scaling is our own.
 """
@@ -118,7 +118,7 @@ PAGE = (
         "the matrix of the map at order one",
         H_k * q_k,
         q_k_next,
-        {"n = n_e = 1": order_one()},
+        {"order one": order_one()},
     ),
     """So `A` and `A_e` may be stable and the moment grow: for `A = 1/2`, `A_1 = 6/5`,
     `A_e = 3/10` there is a moment that one step multiplies by 1.69.""",
@@ -127,7 +127,7 @@ PAGE = (
         "stable systems whose moment grows",
         H_k * q_k,
         GROWTH * q_k,
-        {"A = 1/2, A_1 = 6/5, A_e = 3/10": growing()},
+        {"these numbers": growing()},
     ),
     """The plant's own map is never more stable than `A`. Let `V_A` span the modes of an
     eigenvalue, and `c` be its squared modulus. What the moment shows of these modes

@@ -1,8 +1,8 @@
 """One basis for both hats: what (3.17) asks for, and what it amounts to.
 
 There is always a basis in which both hats are diagonal.  A projection is a sum of its
-directions exactly if it is aligned with both hats, tau Qh = Qh tau' and Ph tau =
-tau'Ph; that is what stationarity gives, and what its converse needs.
+directions exactly if it is aligned with both hats.  Alignment is what stationarity
+gives, and what its converse needs.
 
 Source: Haddad and Bernstein (1987), section 2 and (3.17); the proofs are our own.
 """
@@ -74,19 +74,17 @@ def diagonal(*blocks):
     return BlockMatrix(rows)
 
 
-def wanted(columns, shown_Q, shown_P):
-    """What makes columns a basis in which both hats are diagonal."""
+def wanted(shown_Q, shown_P):
+    """What makes columns and rows a basis in which both hats are diagonal."""
     ones = [Identity(block.shape[0]) for block in shown_Q]
     return (
-        define(Psi_inv * Psi, diagonal(*ones), name=f"the inverse of {columns}"),
+        define(Psi_inv * Psi, diagonal(*ones), name="they are a basis"),
         define(
             Psi_inv * Qh * Psi_inv.T,
             diagonal(*shown_Q),
-            name=f"the first hat in {columns}",
+            name="the first hat is diagonal",
         ),
-        define(
-            Psi.T * Ph * Psi, diagonal(*shown_P), name=f"the second hat in {columns}"
-        ),
+        define(Psi.T * Ph * Psi, diagonal(*shown_P), name="the second hat is diagonal"),
     )
 
 
@@ -117,8 +115,8 @@ PAGE = (
     ),
     turned := define(W_3.T * X_4.T * Ph * X_4 * W_3, Lam_3),
     orthogonal := define(W_3.T * W_3, Identity(n_3)),
-    "Wanted is a basis in which the three are diagonal.",
-    *(whole := wanted("such a basis", (*ones[:2], none), (Lam_1, still, Lam_3))),
+    "Wanted are columns and rows with these three properties.",
+    *(whole := wanted((*ones[:2], none), (Lam_1, still, Lam_3))),
     Construction(
         "section 3",
         "a basis in which both hats are diagonal",
@@ -130,8 +128,8 @@ PAGE = (
         by=(hat, shown_1, unseen_2, is_X4, apart, inverse, turned, orthogonal),
         symmetric=letters.symmetric,
     ),
-    """In such a basis each direction is an eigenprojection of the product of the hats,
-    and (3.17) adds up `n_e` of them.""",
+    """In such a basis each direction `e_i` gives an eigenprojection of the product of
+    the hats, and (3.17) adds up `n_e` of them.""",
     diagonal_Q := define(Qh, Psi * D_Q * Psi.T, "3.17"),
     diagonal_P := define(Ph, Psi.I.T * D_P * Psi.I, "3.17"),
     is_pi := define(pi_i, Psi * e_i * e_i.T * Psi.I, "section 2"),
@@ -270,7 +268,7 @@ PAGE = (
     part_P2 := define(P2, X_r.I.T * E_1 * X_r.I),
     part_Q3 := define(Q_3, Y_d * D_2 * Y_d.T),
     part_P3 := define(P_3, Y_d.I.T * E_2 * Y_d.I),
-    *(joined := wanted("both parts", (D_1, D_2), (E_1, E_2))),
+    *(joined := wanted((D_1, D_2), (E_1, E_2))),
     both_tau := define(
         Psi_inv * tau * Psi,
         diagonal(Identity(r), zero(d, d)),

@@ -2,9 +2,9 @@
 
 With the best gains the block equations of the moment and of its dual make the product
 of the two factors a projection, aligned with two matrices.  The paper's section 4
-writes in script what the theorem writes with hats; Qh and Ph here are the theorem's.
-Its (4.13)-(4.16) have a term too many, which takes Gam G' = I for granted and then
-proves it by 0 = 0; here they are repaired.
+writes in script what the theorem writes with hats; the hats here are the theorem's.
+Its (4.13)-(4.16) have a term too many.  It takes for granted that the factors are
+biorthogonal, and then that is proved by 0 = 0.  Here they are repaired.
 
 Source: Haddad and Bernstein (1987), section 4, (3.6)-(3.9), (3.17), (4.13)-(4.16).
 """
@@ -79,8 +79,9 @@ PAGE = (
         Line(P2 * Gam, by=(inverse_P2,)),
         Line(-P12.T, by=(is_P12,)),
     ),
-    """Two matrices have letters, the hats of the theorem. The block equations of the
-    moment are equations for the first, those of the dual for the second.""",
+    """The theorem is about two matrices with hats. The block equations of the moment
+    turn into equations for the first hat, those of the dual into equations for the
+    second.""",
     is_Qh := define(Qh, A * Q_e * A.T + Kq * Qs.T, "section 4"),
     is_Ph := define(Ph, Aq.T * P_e * Aq + Lq.T * R * Lq, "section 4"),
     is_N12,

@@ -2,8 +2,8 @@
 
 Its dual moment leaves it the open disk, and those modes of modulus one that its output
 does not show.  So it is stable if it is observable, as in the paper's admissible set;
-or if the joint covariance of the noises is definite.  Positive Q2 and P2 alone are not
-enough (`counterexamples`).
+or if the joint covariance of the noises is definite.  A definite moment and a definite
+dual alone are not enough (`counterexamples`).
 
 Source: our own.
 """
@@ -40,7 +40,7 @@ from .stationarity import is_Ae, is_Q12, is_Qe, next_split, split
 
 Phi = letters("Phi", r, r, "what the estimator tracks moves by this")
 V_e = letters("V_e", r, k, "spans the real modes of one eigenvalue of the estimator")
-V_w = letters("V_w", both, k, "spans those of one eigenvalue of `A~'`")
+V_w = letters("V_w", both, k, "spans those of one eigenvalue of `A_tilde'`")
 V_x = letters("V_x", n, k, "its rows for the plant")
 W_r = letters("H_W", n + l, n + l, "a root of `W`")
 
@@ -170,8 +170,8 @@ PAGE = (
         Line(Trace(V_w.T * Bt * W * Bt.T * V_w), by=(reached,)),
         AtLeast(0, by=(is_root_W,), root=V_w.T * Bt * W_r),
     ),
-    """Where `c` is 1, both squares are zero, and with `W` definite `B~' V_w = 0`. By
-    blocks this is `V_x = 0` and `B_e' V_e = 0`.""",
+    """Where `c` is 1, both squares are zero, and with `W` definite `B_tilde' V_w = 0`.
+    By blocks this is `V_x = 0` and `B_e' V_e = 0`.""",
     by_rows := define(V_w, BlockMatrix([[V_x], [V_e]])),
     chain(
         "section 2",

@@ -18,15 +18,15 @@ missing = Ce - (L - De * C) * G.T
 
 PAGE = (
     """Where the estimator is controllable and observable, `Q_2` and `P_2` have
-    inverses. So the mixed moments can be written with a `G` and a `Gamma`, and what
-    `xhat = G' x_e` has of the second moment of the state can be split off.""",
+    inverses. So the mixed moments can be written with a `G` and a `Gamma`. The moment
+    of the state is split into that of `xhat = G' x_e` and the rest.""",
     is_Q12 := define(Q12, G.T * Q2, "section 4"),
     is_P12 := define(P12, -Gam.T * P2, "section 4"),
     is_Qe := define(Q_e, G.T * Q2 * G, "section 4"),
     is_Q1 := define(Q1, Q + Q_e, "section 4"),
-    is_G := define(G, Gt.T),
-    is_Gam := define(Gam, Gamt.T),
-    is_GamG := define(GamG, Gam * G.T),
+    is_G := define(G, X_G.T),
+    is_Gam := define(Gam, X_Gamma.T),
+    is_Ie := define(I_e, Gam * G.T),
     is_tau := define(tau, G.T * Gam, "3.8"),
     """The error `eps` of `xhat` has the covariance `Q` and is uncorrelated with `xhat`.
     So the innovation `C eps + v` has these moments, and its gain is a regression.""",
@@ -88,6 +88,7 @@ PAGE = (
         Line(is_gradAe.right, by=(is_gradAe,)),
         Line(2 * P2 * hardly * Q2, by=(is_Q12, is_P12)),
     ),
+    "Suppose that it vanishes.",
     no_slope_Ae := define(gradAe, ZeroMatrix(r, r), "4.8"),
     chain(
         "3.10'",
@@ -96,6 +97,7 @@ PAGE = (
         Line(Ae - P2.I * gradAe * Q2.I / 2, by=(no_slope_Ae,)),
         Line(Gam * A * G.T - Be * C * G.T, by=(in_Ae,)),
     ),
+    "Conversely, with this matrix it vanishes.",
     is_Ae := define(Ae, Gam * A * G.T - Be * C * G.T, "3.10'"),
     zero_Ae := chain(
         "3.10'",
@@ -122,6 +124,7 @@ PAGE = (
             by=(is_Q12, is_P12, is_Qe),
         ),
     ),
+    "Suppose that this one vanishes, too.",
     no_slope_Be := define(gradBe, ZeroMatrix(r, l), "4.9"),
     chain(
         "3.11",
@@ -134,6 +137,7 @@ PAGE = (
         Line(Gam * Qs * V2s.I, by=(in_Ae, in_Be)),
         Line(Gam * Kq, by=(is_K,)),
     ),
+    "Conversely, with these two matrices it vanishes.",
     is_Be := define(Be, Gam * Kq, "3.11"),
     zero_Be := chain(
         "3.11",
@@ -162,6 +166,7 @@ PAGE = (
         Line(is_gradCe.right, by=(is_gradCe,)),
         Line(2 * R * missing * Q2, by=(is_Q12,)),
     ),
+    "Suppose that it vanishes.",
     no_slope_Ce := define(gradCe, ZeroMatrix(q, r), "4.10"),
     chain(
         "3.12",
@@ -170,6 +175,7 @@ PAGE = (
         Line(Ce - R.I * gradCe * Q2.I / 2, by=(no_slope_Ce,)),
         Line((L - De * C) * G.T, by=(in_Ce,)),
     ),
+    "Conversely, with this matrix it vanishes.",
     is_Ce := define(Ce, (L - De * C) * G.T, "3.12"),
     zero_Ce := chain(
         "3.12",
@@ -195,6 +201,7 @@ PAGE = (
             by=(is_Q12, is_Qe, is_Q1),
         ),
     ),
+    "Suppose that this one vanishes, too.",
     no_slope_De := define(gradDe, ZeroMatrix(q, l), "4.11"),
     chain(
         "3.13",
@@ -206,6 +213,7 @@ PAGE = (
         ),
         Line(L * Q * C.T * V2s.I, by=(in_Ce, in_De)),
     ),
+    "Conversely, with these two matrices it vanishes.",
     is_De := define(De * V2s, L * Q * C.T, "3.13"),
     zero_De := chain(
         "3.13",
@@ -233,8 +241,8 @@ def projection_innovation():
 def projection_factors():
     """G and Gam from the moments and their duals."""
     stages = (
-        Stage(Gt, Solve(Q12, Q2), by=(is_Q12, is_G)),
-        Stage(Gamt, Solve(-P12, P2), by=(is_P12, is_Gam)),
+        Stage(X_G, Solve(Q12, Q2), by=(is_Q12, is_G)),
+        Stage(X_Gamma, Solve(-P12, P2), by=(is_P12, is_Gam)),
         assign(is_G),
         assign(is_Gam),
     )
@@ -244,9 +252,9 @@ def projection_factors():
 
 @cache
 def projection_product():
-    """tau and Q from the factors; GamG should be I."""
+    """tau and Q from the factors; I_e should be I."""
     stages = (
-        assign(is_GamG, "(3.9)"),
+        assign(is_Ie, "(3.9)"),
         assign(is_tau, "(3.8)"),
         Stage(Q, Q1 - G.T * Q12.T, symmetric=True, by=(is_Q1, is_Qe, is_Q12)),
     )
