@@ -68,7 +68,8 @@ def _moments(
     V1, V12, V2 = noise_at(plant, 0, second[:n, :n])
     Q1 = second[:n, :n]
     x = _unit(Q1, balanced(now.A, now.C, Q.diagonal(), R.diagonal())[0])
-    y = _unit(now.C @ Q1 @ now.C.T + V2, np.abs(now.C) @ x)
+    seen = run(stages.output_moments, dict(C=now.C, Q1=Q1, V2=V2), "Qyy")["Qyy"]
+    y = _unit(seen, np.abs(now.C) @ x)
     z = _unit(second[n:, n:], np.abs(o.T) @ x, SILENT)
     w = _unit(o.L @ Q1 @ o.L.T, np.abs(o.L) @ x)[:, None]
     whole = np.concatenate([x, z])
