@@ -15,11 +15,13 @@ from typing import NamedTuple
 import numpy as np
 import scipy.linalg
 
+from .. import kernels
 from ..analysis.error_covariance import ErrorSystem, error_system
 from ..numeric import Matrices, Matrix, Vector
 from ..numeric.factors import factor, lengths
-from ..numeric.linalg import SINGULAR_TOL, symmetrise
+from ..numeric.linalg import SINGULAR_TOL, eye, symmetrise
 from ..observer import Observer
+from ..papers.leondes_novak.derivation import error_recursion, side_by_side_step
 from ..plant import Plant
 
 ROUNDING = 1e-12  # of what meets in a sum: gains are solved for, so more than eps
@@ -127,13 +129,19 @@ def yardsticks(observer: Observer, plant: Plant, steps: int) -> Iterator[Yardsti
     z = np.abs(system.first_sample()[0]) @ first + np.abs(observer.z0)
     start = np.concatenate([first, z])
     B = _noise(start[len(start) - len(system.start()) :])
+    step = kernels.compiled(error_recursion)
     for k, (root, given) in enumerate(system.factors(steps)):
         F, P, V = given["F"], given["P"], np.abs(given["V"])
         w, v, eps = (lengths(given[name]) for name in ("Nw", "Nv", "H"))
         now, more = _sums(system, k, given, x[system.instant(k)])
         size = L @ spread + np.abs(P) @ eps + V @ v
-        yield yardstick(root, P @ B @ P.T + _noise(now), size)
-        B = F @ B @ F.T + _noise(more)
+        none = np.zeros((len(B), len(now)))
+        found = step(  # as if rounding were the noise
+            F=F, P=P, X=B, D=none, T_next=eye(len(B)), V=eye(len(now)), S=none,
+            Q=_noise(more), R=_noise(now),
+        )  # fmt: skip
+        yield yardstick(root, found["Sigma"], size)
+        B = found["X_next"]
         A = np.abs(plant.at(system.instant(k)).A)
         spread = A @ (back @ lengths(root)) + w
 
@@ -141,17 +149,23 @@ def yardsticks(observer: Observer, plant: Plant, steps: int) -> Iterator[Yardsti
 def _sums(
     system: ErrorSystem, k: int, given: Matrices, x: Vector
 ) -> tuple[Vector, Vector]:
-    """Sizes of the terms that make e at row k, and of those that make eps after it."""
+    """Sizes of the terms that make e at row k, and of those that make eps after it.
+
+    They are those of plant and observer side by side, where nothing cancels.
+    """
     o = system.observer
     now = system.plant.at(system.instant(k))
     T = np.abs(o.T if o.steps is None else o.T[k])
-    F, _, D, P, V, _ = map(np.abs, o.at(k))
     w, v, eps = (lengths(given[name]) for name in ("Nw", "Nv", "H"))
-    y = np.abs(now.C) @ x + v
-    z = T @ x + eps[len(eps) - o.order :]
-    more = np.abs(given["T_next"]) @ (np.abs(now.A) @ x + w) + np.abs(given["D"]) @ y
-    more[len(eps) - o.order :] += F @ z
-    return P @ z + V @ y + np.abs(o.L) @ x, more
+    own = slice(len(eps) - o.order, None)  # beside them there may be those of x
+    have = dict(zip("FGDPVW", o.at(k))) | dict(A=now.A, C=now.C)
+    have = {name: np.abs(X) for name, X in have.items()} | dict(L=-np.abs(o.L))
+    have |= dict(Hw=w[:, None], Hv=v[:, None], xi=np.ones((1, 1)))
+    have |= dict(x=x[:, None], z=(T @ x + eps[own])[:, None])
+    found = kernels.run(side_by_side_step, have, "e", "z_next", "x_next")
+    more = np.abs(given["T_next"]) @ found["x_next"][:, 0]
+    more[own] += found["z_next"][:, 0]
+    return found["e"][:, 0], more
 
 
 def yardstick(H: Matrix, rounding: Matrix, size: Vector) -> Yardstick:

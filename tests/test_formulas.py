@@ -1,0 +1,174 @@
+"""No formula of matrices is written by hand, or a test ties it to what is derived.
+
+A formula is a sum with two products of matrices in it.  It comes from a stage list,
+which chains prove.  What numerical linear algebra does otherwise stands below, function
+by function, with the test that notices a wrong sign in it or a term that is missing.
+"""
+
+import ast
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+import pytest
+import scipy.linalg
+import sympy as sp
+
+import luenberger as lb
+from luenberger.certificate import residuals
+from luenberger.kernels import run
+from luenberger.numeric.covariance_maps import Sums, spread, stack
+from luenberger.numeric.linalg import complete, lyapunov
+from luenberger.papers.haddad_bernstein.derivation import equivalent_noise, moment_ahead
+from luenberger.papers.leondes_novak.derivation import any_observer as joint
+from luenberger.papers.leondes_novak.derivation import huddle, letters
+from luenberger.symbolic import Unproved, prove
+
+ROOM = Path(lb.__file__).parent
+TESTS = Path(__file__).parent
+
+
+# -- tied here ---------------------------------------------------------------------
+
+
+def test_residuals_are_what_the_conditions_leave():
+    """Those of Leondes and Novak (9), (10), (13), in the letters of their page."""
+    A, B, C, E, F, G, D, P, V, W, T, T_next = (
+        getattr(letters, name) for name in "A B C E F G D P V W T T_next".split()
+    )
+    found = residuals(A, B, C, E, letters.I, F, G, D, P, V, W, T, T_next)
+    conditions = huddle.dynamics, huddle.driven, huddle.unbiased, huddle.is_W
+    for residual, one in zip(found, conditions, strict=True):
+        prove(residual, one.left - one.right)
+    N_1 = joint.is_N_1.right
+    prove(found[0], N_1)
+    with pytest.raises(Unproved):
+        prove(found[0], -N_1)
+
+
+@pytest.mark.parametrize("solve", [lyapunov, lambda A, Q: Sums(A)(Q)])
+def test_sums_of_powers_repeat_one_step_exactly(solve):
+    """In whole numbers, with an A whose powers end."""
+    rng = np.random.default_rng(3)
+    A = np.tril(rng.integers(-3, 4, (5, 5)), -1).astype(float)
+    half = rng.integers(-3, 4, (5, 5))
+    Q = (half @ half.T).astype(float)
+    X = solve(A, Q)
+    ahead = run(moment_ahead, dict(A=A, Q1=X, V1=Q))["Q1_next"]
+    np.testing.assert_array_equal(X, ahead)
+
+
+def test_the_map_of_parameter_noise_adds_what_each_pair_adds():
+    rng = np.random.default_rng(4)
+    A1, A2, X = rng.integers(-5, 6, (3, 4, 4)).astype(float)
+    X = X + X.T
+    pairs = [(A1, np.zeros((1, 4))), (A2, np.zeros((1, 4)))]
+    each = (run(equivalent_noise, dict(A1=A1, X=X), "dV1")["dV1"] for A1, _ in pairs)
+    np.testing.assert_array_equal(spread(stack(A1, pairs), X), sum(each))
+
+
+def test_accurate_outputs_are_met_to_the_last_digits():
+    """Rounding that a solve has left is taken out by one more step."""
+    C1 = scipy.linalg.hilbert(8)[:5] / 3
+    _, Gamma1, _ = complete(C1)
+    left = sp.Matrix(C1.tolist()).applyfunc(exact) * sp.Matrix(
+        Gamma1.tolist()
+    ).applyfunc(exact) - sp.eye(5)
+    size = np.abs(C1) @ np.abs(Gamma1)
+    assert np.abs(np.array(left, dtype=float)).max() < 2e-16 * size.max()
+
+
+def exact(number):
+    fraction = Fraction(float(number))
+    return sp.Rational(fraction.numerator, fraction.denominator)
+
+
+def test_a_continuous_run_is_that_of_the_equations():
+    """Every matrix takes part: the exponential, by a series, of all that is held."""
+    rng = np.random.default_rng(5)
+    n, m, p, r, q = 2, 1, 2, 1, 2
+    A, B, C, E = (rng.normal(size=s) for s in ((n, n), (n, m), (p, n), (p, m)))
+    F, G, D = -np.eye(r), rng.normal(size=(r, m)), rng.normal(size=(r, p))
+    P, V, W, T, L = (
+        rng.normal(size=s) for s in ((q, r), (q, p), (q, m), (r, n), (q, n))
+    )
+    plant = lb.Plant(A, B, C, E, dt=0.0)
+    observer = lb.Observer(F, G, D, P, V, T, L, W, z0=[0.5], dt=0.0)
+    t, u = np.linspace(0, 1, 5), rng.normal(size=(5, m))
+    found = lb.simulate(plant, observer, t, u=u, x0=[1.0, -2.0])
+    x, z = np.array([1.0, -2.0]), np.array([0.5])
+    for k in range(5):
+        y = C @ x + E @ u[k]
+        w_hat = P @ z + V @ y + W @ u[k]
+        np.testing.assert_allclose(found.x[k], x, rtol=1e-9)
+        np.testing.assert_allclose(found.z[k], z, rtol=1e-9)
+        np.testing.assert_allclose(found.y[k], y, rtol=1e-9)
+        np.testing.assert_allclose(found.w_hat[k], w_hat, rtol=1e-9)
+        if k < 4:
+            moved = scipy.integrate.solve_ivp(
+                lambda _, s, u=u[k]: np.concatenate(
+                    [
+                        A @ s[:n] + B @ u,
+                        F @ s[n:] + G @ u + D @ (C @ s[:n] + E @ u),
+                    ]
+                ),
+                (0, 0.25),
+                np.concatenate([x, z]),
+                rtol=1e-12,
+                atol=1e-13,
+            ).y[:, -1]
+            x, z = moved[:n], moved[n:]
+
+
+# -- every formula, and its test ------------------------------------------------------
+
+TIED = """
+certificate.residuals test_residuals_are_what_the_conditions_leave
+export.control_systems._tracked test_a_state_space_comes_back
+export.control_systems.from_statespace test_a_state_space_comes_back
+numeric.covariance_maps.Sums.__call__ test_sums_of_powers_repeat_one_step_exactly
+numeric.independent_rows.outside test_form_is_backward_stable_and_echelon
+numeric.linalg._right_inverse test_right_inverse_is_the_one_of_least_weighted_trace
+numeric.linalg.complete test_accurate_outputs_are_met_to_the_last_digits
+numeric.staircase_form._turn test_form_is_backward_stable_and_echelon
+papers.haddad_bernstein.descent.Frame.model test_step_is_the_best_within_reach
+papers.haddad_bernstein.design._observer test_one_state_of_simons_plant
+papers.haddad_bernstein.stein.Schur._march test_stein_equations
+papers.kawazoe.deadbeat.rows_of_T test_design_follows_the_derivation
+papers.kawazoe.reconstruction.reconstruct_state test_states_from_every_window
+papers.moore.driven._Factor.step test_several_outputs
+papers.moore.orthonormal._row test_an_observer_in_orthonormal_coordinates
+papers.moore.realised._error test_several_outputs
+papers.van_dooren.design._in_users_coordinates test_every_kind_of_plant_and_poles
+recursion.state.step test_integer_records_that_fit_exactly_are_not_refused
+run.claims.yardsticks test_sizes_are_those_of_the_terms_of_a_sum
+run.simulate._simulate_continuous test_a_continuous_run_is_that_of_the_equations
+"""
+
+
+def test_no_other_formula_is_written_by_hand():
+    tied = dict(line.split() for line in TIED.strip().splitlines())
+    found = {name for path in ROOM.rglob("*.py") for name in formulas(path)}
+    assert found == set(tied)
+    tests = "".join(path.read_text("utf-8") for path in TESTS.rglob("test_*.py"))
+    assert [test for test in tied.values() if f"def {test}(" not in tests] == []
+
+
+def formulas(path):
+    """The functions with a sum of matrix products, outside of derivations."""
+    parts = path.relative_to(ROOM).with_suffix("").parts
+    if "derivation" not in parts:
+        yield from _within(ast.parse(path.read_text(encoding="utf-8")), parts)
+
+
+def _within(node, parts):
+    for child in ast.iter_child_nodes(node):
+        named = isinstance(child, ast.FunctionDef | ast.ClassDef)
+        yield from _within(child, (*parts, child.name) if named else parts)
+    sums = isinstance(node, ast.BinOp | ast.AugAssign)
+    if sums and isinstance(node.op, ast.Add | ast.Sub):
+        products = [
+            isinstance(getattr(x, "op", 0), ast.MatMult) for x in ast.walk(node)
+        ]
+        if sum(products) > 1:
+            yield ".".join(parts)
