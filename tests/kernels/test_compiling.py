@@ -14,7 +14,6 @@ from luenberger.papers.leondes_novak.derivation import (
     estimate_step,
     gain_step,
     observer_matrices,
-    root_gain,
     root_update,
     steady_gradient,
 )
@@ -175,11 +174,11 @@ def test_questions_that_make_no_sense(what, options, error, message):
 
 
 def test_without_a_compiler_there_is_still_the_text(monkeypatch):
-    step = compile(root_gain, backend="c")
+    step = compile(root_update, "kept", backend="c")
     monkeypatch.setattr(shutil, "which", lambda name: None)
     assert step.source.startswith("int run(int k_, int n, int p,")
     with pytest.raises(RuntimeError, match="takes a C compiler.*`source`"):
-        step(C=[[1.0]], R=[[1.0]], H_minus=[[1.0]])
+        step(C=[[1.0]], Gamma=[[1.0]], Kmv=[[1.0]], H_minus=[[1.0]])
 
 
 def test_a_size_without_a_letter_is_refused_by_loops():

@@ -8,12 +8,12 @@ rounding that an unstable mode has made large is still known for what it is.
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from scipy.linalg.lapack import dgesdd
+from scipy.linalg.lapack import dgelsy, dgesdd
 
 from .. import kernels
 from ..numeric import Matrices, Matrix, Vector
 from ..numeric.factors import CLEAR, EPS, factor, lengths, rounded, safe, shorten
-from ..papers.leondes_novak.derivation import root_gain, root_update
+from ..papers.leondes_novak.derivation import root_update
 from ..plant import Plant
 
 if TYPE_CHECKING:
@@ -80,8 +80,7 @@ def root_step(
         unit = np.maximum(unit, (EPS * seen) ** 2)  # rounding may have made it less
         found, known = visible(now, H_minus, np.sqrt(unit))
     else:
-        found = kernels.compiled(root_gain)(C=now.C, R=now.R, H_minus=H_minus)
-        known = np.zeros((len(now.C), 0))
+        found, known = definite(now, H_minus, seen), np.zeros((len(now.C), 0))
     found |= kernels.compiled(root_update)(
         C=now.C, V=now.V, Gamma=now.Gamma, Kmv=found["Kmv"], H_minus=H_minus
     )
@@ -102,6 +101,25 @@ def ahead(move: Move, half: Matrix, rounding: Matrix) -> tuple[Matrix, Matrix]:
     H_minus = np.concatenate([A @ half, move.G], axis=1)
     size = move.size @ lengths(half) + lengths(move.G)
     return H_minus, rounded(A @ rounding @ A.T, size)
+
+
+def definite(now: "Setting", H_minus: Matrix, unit: Vector) -> Matrices:
+    """M and Kmv of (33) where R is positive definite; `unit` are sizes of the outputs.
+
+    Kmv = [H_minus, 0] Q T^-T with [C H_minus, V]' = Q T: M, which holds half of the
+    digits, is not solved with.  With the largest rows first and pivots, a row of Q T
+    is as precise as it is small (Cox and Higham, BIT 38 (1998) 34-50).
+    """
+    L = now.C @ H_minus
+    Z = np.concatenate([L, now.V], axis=1)
+    rows, (p, k) = (Z / unit[:, None]).T, L.shape
+    right = np.zeros((len(rows), len(H_minus)))
+    right[:k] = H_minus.T
+    order = np.argsort(-np.abs(rows).max(axis=1, initial=0))
+    work = (p + 3) * (p + len(H_minus) + 1) + 64
+    free = np.zeros(p, dtype=np.int32)
+    found = dgelsy(rows[order], right[order], free, 0.0, work)[1] if p else right
+    return dict(L=L, M=Z @ Z.T, Kmv=found[:p].T / unit)
 
 
 def visible(now: "Setting", H_minus: Matrix, unit: Vector) -> tuple[Matrices, Matrix]:

@@ -81,7 +81,6 @@ beside_the_state = StageList(
     "any_observer.beside_the_state",
     "F_both D_both P_both T_both T_ahead z_both",
 )
-root_gain = StageList(__name__, "square_root.root_gain", "L M Kmv")
 root_update = StageList(__name__, "square_root.root_update", "K Y kept drawn")
 root_error = StageList(__name__, "noise_factors.root_error", "moved drive shown drawn")
 root_decorrelation = StageList(__name__, "noise_factors.root_decorrelation", "G")

@@ -14,14 +14,13 @@ from ....symbolic import (
     BlockMatrix,
     Derivation,
     Line,
-    Solve,
     Stage,
     Substitute,
     ZeroMatrix,
 )
 from .best_coordinates import gain_stage
 from .letters import *
-from .quadratic import is_Kmv, is_M, is_N, is_Sigma_next, is_Y
+from .quadratic import is_M, is_N, is_Sigma_next, is_Y
 
 d, k, q, s = symbols("d k q s", integer=True, nonnegative=True)
 letters = letters.here()
@@ -36,6 +35,8 @@ kept = letters("kept", n, k, "what the gain leaves of `H_minus`")
 drawn = letters("drawn", n, q, "what the gain adds of the measurement noise")
 Z = letters("Z", p, k + q, "factor of `M`")
 H_0 = letters("H_0", n, k + q, "`H_minus` beside zeros")
+Q_Z = letters("Q_Z", k + q, p, "orthonormal columns that span those of `Z'`")
+R_Z = letters("R_Z", p, p, "upper triangle, invertible where `M` is")
 W_Z = letters("W_Z", p, p, "rounding of each row of `Z`, on a diagonal")
 U_Z = letters("U_Z", p, s, "left singular vectors of `Z`, in units of rounding")
 D_Z = letters("D_Z", s, s, "singular values that are more than rounding")
@@ -59,7 +60,6 @@ GAIN = (
     is_L := define(L, C * H_minus),
     is_M,
     is_N,
-    is_Kmv,
     factored_M := chain(
         "33",
         "the covariance of the innovation in factors",
@@ -79,26 +79,8 @@ GAIN = (
 )
 
 
-@cache
-def root_gain():
-    """H_minus to the gain of least trace, where M is positive definite."""
-    return Derivation(
-        (C, R, H_minus),
-        (
-            Stage(L, C * H_minus, by=(is_L,)),
-            Stage(M, L * L.T + R, "(33)", symmetric=True, by=(factored_M,)),
-            Stage(Kmv, Solve(H_minus * L.T, M), "(33)", by=(is_Kmv, factored_N)),
-        ),
-        source="our own",
-        letters=letters,
-        says="the gain of minimum variance from a factor",
-    )
-
-
 UPDATE = (
-    """Where `M` is singular, its factor `Z` takes the place of the solve. The singular
-    values of `Z` that are rounding are left out; the rest give a gain that solves
-    `K_mv M = N`.""",
+    """A factor `Z` of `M` takes the place of `M`, which holds half of the digits.""",
     is_R := define(V * V.T, R),
     is_Z := define(Z, BlockMatrix([[L, V]])),
     is_H_0 := define(H_0, BlockMatrix([[H_minus, ZeroMatrix(n, q)]])),
@@ -117,6 +99,23 @@ UPDATE = (
         Line(H_minus * L.T, by=(factored_N,)),
         Substitute(H_0 * Z.T, by=(is_H_0, is_Z)),
     ),
+    """Where `M` is positive definite, `Z'` is a product of orthonormal columns and a
+    triangle. They give the gain: `K_mv'` is the least-squares answer to `Z' K_mv' =
+    H_0'`.""",
+    triangle := define(Z, R_Z.T * Q_Z.T),
+    columns := define(Q_Z.T * Q_Z, Identity(p)),
+    definite := define(Kmv, H_0 * Q_Z * R_Z.T.I, "33"),
+    chain(
+        "33",
+        "the gain where the covariance is positive definite",
+        Kmv * M,
+        Line(H_0 * Q_Z * R_Z.T.I * Z * Z.T, by=(definite, root_of_M)),
+        Line(H_0 * Q_Z * R_Z, by=(triangle, columns)),
+        Line(H_0 * Z.T, by=(triangle,)),
+        Line(N, by=(root_of_N,)),
+    ),
+    """Where `M` is singular, the singular values of `Z` that are rounding are left out.
+    The rest give a gain that solves `K_mv M = N`.""",
     parts := define(Z, W_Z * U_Z * D_Z * T_Z.T),
     left := define(U_Z.T * U_Z, Identity(s)),
     right := define(T_Z.T * T_Z, Identity(s)),
@@ -176,5 +175,5 @@ def root_update():
 @cache
 def derive():
     """The page."""
-    page = (*GAIN, root_gain(), *UPDATE, root_update())
+    page = (*GAIN, *UPDATE, root_update())
     return Derivation(page=page, letters=letters, source=f"our own; {SOURCE}")
