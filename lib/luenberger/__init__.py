@@ -11,6 +11,7 @@ True
 from importlib import import_module
 from typing import TYPE_CHECKING
 
+from . import interrupts as interrupts  # before all that takes time
 from . import sampling as sampling
 from .analysis.error_covariance import error_covariance as error_covariance
 from .analysis.multiply_adds import multiply_adds as multiply_adds

@@ -544,6 +544,32 @@ def test_interrupted_while_writing_leaves_the_old_file(here, number, status):
     assert contents(here) == before
 
 
+@pytest.mark.parametrize(
+    ("module", "status", "said"),
+    [("luenberger", 130, "luenberger: interrupted\n"), ("other", 3, "theirs\n")],
+)
+def test_interrupted_while_loading_ends_without_a_traceback(
+    tmp_path, module, status, said
+):
+    """The first import that takes time is NumPy's; who imports us is left alone."""
+    (tmp_path / "numpy.py").write_text("print(flush=True)\nimport time\ntime.sleep(60)")
+    theirs = "import sys\ntry:\n    import luenberger\n"
+    theirs += "except KeyboardInterrupt:\n    sys.stderr.write('theirs\\n')\n"
+    (tmp_path / "other").mkdir()
+    (tmp_path / "other" / "__init__.py").write_text(theirs + "    sys.exit(3)\n")
+    run = subprocess.Popen(
+        heeding("-m", module, "--version"),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env=os.environ | {"PYTHONPATH": str(tmp_path)},
+    )
+    assert run.stdout.readline() == "\n"
+    run.send_signal(signal.SIGINT)
+    _, err = run.communicate(timeout=60)
+    assert (run.returncode, err) == (status, said)
+
+
 # -- check ----------------------------------------------------------------------------
 
 

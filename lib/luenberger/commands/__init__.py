@@ -15,6 +15,7 @@ import signal
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
+from .. import interrupts
 from . import check, compare, design, estimate, export, ledger, terminal
 
 COMMANDS = (check, compare, design, estimate, export, ledger)
@@ -33,6 +34,7 @@ whole, the old one or the new.  A path that is a symbolic link is followed."""
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command; returns the exit status, or raises SystemExit for --help."""
     try:
+        interrupts.loaded()
         terminal.prepare()
         with _ended_like_interrupted():
             try:
