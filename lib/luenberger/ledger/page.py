@@ -1,8 +1,10 @@
 """The ledger as one HTML page: no script, no request, filtered by style sheet alone."""
 
 import html
+import re
 from collections.abc import Iterator
 from pathlib import Path
+from textwrap import dedent
 
 from ..formats import atomic
 from ..symbolic import Chain, latex
@@ -12,7 +14,8 @@ from .records import PAPERS, Entry, count, entries, find_paper, misprints, title
 from .words import Words
 
 Papers = tuple[str, ...]
-LONGEST = 420  # characters of LaTeX; what is longer is named, not shown
+
+MATRIX = re.compile(r"(\\begin\{bmatrix\})(.*?)(\\end\{bmatrix\})")
 
 HEAD = """<!DOCTYPE html>
 <html lang="en">
@@ -32,10 +35,13 @@ table { border-collapse: collapse; width: 100%; font-size: .9em; }
 th { text-align: left; border-bottom: 2px solid #444; }
 th, td { padding: .35em .7em .35em 0; vertical-align: top; }
 td { border-bottom: 1px solid #ddd; }
-td:first-child { white-space: nowrap; }
 code { font: .88em ui-monospace, Menlo, Consolas, monospace; overflow-wrap: anywhere; }
 summary { cursor: pointer; color: #0072b2; }
 details math { overflow-x: auto; max-width: 40em; display: block; margin: .2em 0; }
+pre { overflow-x: auto; margin: .3em 0; }
+table { table-layout: fixed; }
+th:nth-child(1) { width: 11%; } th:nth-child(2) { width: 40%; }
+th:nth-child(3) { width: 9%; } th:nth-child(5) { width: 18%; }
 .slip { margin: .3em 0 0; padding-left: .6em; border-left: 3px solid #d55e00; }
 .count { display: none; }
 @media (max-width: 45em) { /* a row is a card */
@@ -43,8 +49,8 @@ details math { overflow-x: auto; max-width: 40em; display: block; margin: .2em 0
   table, tbody, tr, td { display: block; }
   tr { border-bottom: 1px solid #444; padding: .4em 0; }
   td { border: 0; padding: .1em 0; overflow-wrap: anywhere; }
-  td:first-child, label { white-space: normal; }
-  math { max-width: 100%; }
+  label { white-space: normal; }
+  math { max-width: 100%; display: inline-block; overflow-x: auto; }
 }
 """
 
@@ -115,7 +121,7 @@ def _row(entry: Entry, formulas: bool) -> str:
         f"Correct: {html.escape(s.correct)}</p>"
         for s in entry.misprints
     )
-    where = f"<code>{html.escape(entry.used)}</code>"
+    where = f"<code>{html.escape(entry.used.removeprefix('luenberger.'))}</code>"
     where += f"<br>{html.escape(entry.shown.partition(': ')[0])}"
     cells = [
         f"{html.escape(entry.number)}<br><small>{html.escape(entry.source)}</small>",
@@ -132,10 +138,8 @@ def _says(words: Words, formulas: bool) -> str:
     """A sentence, its formulas as MathML if formulas are wanted."""
     if not formulas:
         return html.escape(str(words))
-    from latex2mathml.converter import convert
-
     return "".join(
-        convert(piece) if is_latex else html.escape(piece)
+        _mathml(piece) if is_latex else html.escape(piece)
         for is_latex, piece in typeset(words.source)
     )
 
@@ -150,15 +154,26 @@ def _details(entry: Entry, formulas: bool) -> str:
 
 
 def _formulas(pointer: str) -> Iterator[str]:
-    """The claims as MathML, where they hold for symbolic sizes and are not long."""
+    """The lines of chains as MathML; what else is proved as a terminal shows it."""
+    for step in evidence.steps(pointer).values():
+        if not isinstance(step, Chain):
+            _, _, shown = str(step).partition("\n")
+            yield f"<pre>{html.escape(dedent(shown))}</pre>"
+            continue
+        for row in step.rows(latex):
+            reason = f"<small>{_mathml(row.reason)}</small>" if row.reason else ""
+            yield _mathml(f"{row.left} {row.sign} {row.right}") + reason
+
+
+def _mathml(latex: str) -> str:
+    """LaTeX as MathML; braces keep the entries of a matrix of one column together."""
     from latex2mathml.converter import convert
 
-    for claim in evidence.steps(pointer).values():
-        if isinstance(claim, Chain):
-            for row in claim.rows(latex):
-                reason = f"<small>{convert(row.reason)}</small>" if row.reason else ""
-                yield convert(f"{row.left} {row.sign} {row.right}") + reason
-            continue
-        formula = claim._repr_latex_().strip("$").removeprefix("\\displaystyle ")
-        if getattr(claim, "algebra", None) is not None and len(formula) <= LONGEST:
-            yield convert(formula)
+    return convert(MATRIX.sub(_grouped, latex))
+
+
+def _grouped(matrix: re.Match[str]) -> str:
+    begin, body, end = matrix.groups()
+    rows = (row.split(" & ") for row in body.split(r" \\ "))
+    grouped = (" & ".join(f"{{{entry}}}" for entry in row) for row in rows)
+    return begin + r" \\ ".join(grouped) + end

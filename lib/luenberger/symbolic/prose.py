@@ -26,6 +26,7 @@ LATEX_SIGNS = {
     "E[": r"\mathrm{E}[",
 }
 MARKS = (".", ",", ";", ":")  # of a sentence
+LONG, SHORT = 20, 6  # characters: a formula to be broken, a part to be left alone
 BREAK = re.compile(r" (?=[=+<>!-]+ |(?<=\] )\[)")
 WORDS = {"tr", "rank", "det", "cov", "for", "and", "or"}
 
@@ -113,15 +114,19 @@ def typeset(words: str) -> Iterator[tuple[bool, str]]:
 
 
 def broken(formula: str) -> list[str]:
-    """A formula in parts between which a line may end: at a sign, between matrices.
+    """A long formula in parts between which a line may end: at a sign, at a matrix.
 
-    >>> broken("x_next = A (x + w) - [B, C] [u; v].")
-    ['x_next', '= A (x + w)', '- [B, C]', '[u; v].']
+    >>> broken("x_next = A (x + w) - [B, C] [u; v]")
+    ['x_next = A (x + w)', '- [B, C]', '[u; v]']
+    >>> broken("x_next = A x + w")
+    ['x_next = A x + w']
     """
     depth, found = 0, [""]
     for k, c in enumerate(formula):
         depth += (c in "([") - (c in ")]")
-        if c == " " and depth == 0 and BREAK.match(formula, k):
+        if c != " " or depth or not BREAK.match(formula, k):
+            found[-1] += c
+        elif len(formula) > LONG and len(found[-1]) > SHORT:
             found.append("")
         else:
             found[-1] += c
