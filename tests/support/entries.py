@@ -160,7 +160,8 @@ class Evidence:
 
 def sizes(notation):
     """The sizes of the letters, by name."""
-    shapes = (k for s in getattr(notation, "meaning", ()) for k in s.shape)
+    letters = getattr(notation, "meaning", ())
+    shapes = (k for s in letters for k in getattr(s, "shape", ()))
     return {str(x) for k in shapes for x in sp.sympify(k).free_symbols}
 
 

@@ -63,6 +63,8 @@ def run(options: Namespace) -> None:
 
 
 def _print(ledger: ModuleType, options: Namespace) -> None:
+    from ..symbolic.prose import unbroken
+
     if options.json:
         tell_json(_data(ledger, options))
     elif options.misprints:
@@ -75,12 +77,20 @@ def _print(ledger: ModuleType, options: Namespace) -> None:
     else:
         for entry in ledger.entries(options.paper):
             used = entry.used.removeprefix("luenberger.")
-            tell(_filled(f"{entry.number:<4}  {entry.says}", INDENT))
+            says = unbroken(entry.says.source)
+            tell(_filled(f"{entry.number:<4}  {says}", INDENT))
             tell(_filled(f"{INDENT}{entry.kind}; {entry.level}; {used}", INDENT))
 
 
 def _filled(text: str, indent: str) -> str:
-    return textwrap.fill(text, WIDE, subsequent_indent=indent, break_on_hyphens=False)
+    filled = textwrap.fill(
+        text,
+        WIDE,
+        subsequent_indent=indent,
+        break_on_hyphens=False,
+        break_long_words=False,
+    )
+    return filled.replace("\u00a0", " ")
 
 
 def _data(ledger: ModuleType, options: Namespace) -> dict[str, Any]:

@@ -26,7 +26,7 @@ HEAD = """<!DOCTYPE html>
 <meta name="viewport" content="width=device-width, initial-scale=1">
 <title>The equation ledger</title>
 <style>
-body { max-width: 72em; margin: 2em auto; padding: 0 1em; color: #1a1a1a;
+body { max-width: 86em; margin: 2em auto; padding: 0 1em; color: #1a1a1a;
        font: 16px/1.5 system-ui, "Segoe UI", "Helvetica Neue", Arial, sans-serif; }
 h1 { font-size: 1.7em; margin: 0 0 .4em; }
 input { margin: 0 .3em 0 0; }
@@ -37,11 +37,13 @@ th, td { padding: .35em .7em .35em 0; vertical-align: top; }
 td { border-bottom: 1px solid #ddd; }
 code { font: .88em ui-monospace, Menlo, Consolas, monospace; overflow-wrap: anywhere; }
 summary { cursor: pointer; color: #0072b2; }
-details math { overflow-x: auto; max-width: 40em; display: block; margin: .2em 0; }
+td math { display: inline-block; max-width: 100%; overflow: auto hidden;
+          vertical-align: middle; }
+details math { display: block; margin: .2em 0; }
 pre { overflow-x: auto; margin: .3em 0; }
 table { table-layout: fixed; }
-th:nth-child(1) { width: 11%; } th:nth-child(2) { width: 40%; }
-th:nth-child(3) { width: 9%; } th:nth-child(5) { width: 18%; }
+th:nth-child(1) { width: 10%; } th:nth-child(2) { width: 36%; }
+th:nth-child(3) { width: 8%; } th:nth-child(5) { width: 16%; }
 .slip { margin: .3em 0 0; padding-left: .6em; border-left: 3px solid #d55e00; }
 .count { display: none; }
 @media (max-width: 45em) { /* a row is a card */
@@ -50,7 +52,6 @@ th:nth-child(3) { width: 9%; } th:nth-child(5) { width: 18%; }
   tr { border-bottom: 1px solid #444; padding: .4em 0; }
   td { border: 0; padding: .1em 0; overflow-wrap: anywhere; }
   label { white-space: normal; }
-  math { max-width: 100%; display: inline-block; overflow-x: auto; }
 }
 """
 

@@ -16,7 +16,8 @@ NAME = r"[A-Za-z](?:\w*[^\W_])?(?:_\+)?(?:\^-?\w+|\*)?"
 RAISED = r"\^-?\w+|[_^]\([^()]*\)"
 SERIES = r"sum\[(\w+) = (.+?) \.\. (.+?)\]"
 SIGN = r">=|<=|!=|->|=>|\.{3}"
-ANY = (SERIES.replace("(", "(?:"), MATRIX, r"E\[", NAME, RAISED, SIGN, r"\S", r"\s+")
+ROOT = r"sqrt\((\w+)\)"
+ANY = (SERIES, ROOT, MATRIX, r"E\[", NAME, RAISED, SIGN, r"\S", r"\s+")
 TOKEN = re.compile("|".join(ANY))
 SIGNS = {">=": "≥", "<=": "≤", "!=": "≠", "->": "→", "=>": "⇒", "...": "…"}
 LATEX_SIGNS = {
@@ -56,10 +57,12 @@ def as_text(formula: str) -> str:
 def setting(formula, style, signs):
     """A formula in one style; of a matrix, commas part the entries if there are any."""
     found = []
-    for token in TOKEN.findall(formula):
+    for token in (match.group() for match in TOKEN.finditer(formula)):
         if series := re.fullmatch(SERIES, token):
             limits = (setting(x, style, signs) for x in series.groups())
             found.append(style.series(*limits, "").strip())
+        elif root := re.fullmatch(ROOT, token):
+            found.append(style.root(setting(root[1], style, signs)))
         elif token[0] == "[" and len(token) > 1:
             comma = "," if "," in token else None
             rows = [row.split(comma) for row in token[1:-1].split(";")]
@@ -92,6 +95,18 @@ def markdown(words: str) -> str:
 def plain(words: str) -> str:
     """Words with their formulas in Unicode."""
     return FORMULA.sub(lambda found: as_text(found[1]), words)
+
+
+def unbroken(words: str) -> str:
+    """The same with no-break spaces where a line must not end.
+
+    >>> unbroken("Some `x = A x + w`.")
+    'Some x\\xa0=\\xa0A\\xa0x\\xa0+\\xa0w.'
+    """
+    parts = lambda found: " ".join(  # noqa: E731
+        as_text(part).replace(" ", "\u00a0") for part in broken(found[1])
+    )
+    return FORMULA.sub(parts, words)
 
 
 def typeset(words: str) -> Iterator[tuple[bool, str]]:
