@@ -63,8 +63,6 @@ def run(options: Namespace) -> None:
 
 
 def _print(ledger: ModuleType, options: Namespace) -> None:
-    from ..symbolic.prose import unbroken
-
     if options.json:
         tell_json(_data(ledger, options))
     elif options.misprints:
@@ -77,8 +75,7 @@ def _print(ledger: ModuleType, options: Namespace) -> None:
     else:
         for entry in ledger.entries(options.paper):
             used = entry.used.removeprefix("luenberger.")
-            says = unbroken(entry.says.source)
-            tell(_filled(f"{entry.number:<4}  {says}", INDENT))
+            tell(_filled(f"{entry.number:<4}  {entry.says.unbroken()}", INDENT))
             tell(_filled(f"{INDENT}{entry.kind}; {entry.level}; {used}", INDENT))
 
 

@@ -26,6 +26,12 @@ class Words:
 
     __repr__ = __str__
 
+    def unbroken(self) -> str:
+        """The same with no-break spaces where a line must not end."""
+        from ..symbolic.prose import unbroken
+
+        return unbroken(self.source)
+
     def _repr_markdown_(self) -> str:
         from ..symbolic.prose import markdown
 
