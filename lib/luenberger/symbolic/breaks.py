@@ -1,5 +1,7 @@
 """An expression in pieces between which a page may break it."""
 
+import re
+
 import sympy as sp
 
 from .styles import LATEX, TEXT
@@ -15,6 +17,7 @@ from .typeset import (
     word_spaced,
 )
 
+WORD = r"\\mathrm\{\w{2,}\}"
 LONG = 24  # columns of a product that a page may break as well
 
 
@@ -53,6 +56,8 @@ def factors_in_pieces(e, printer, least=POSTFIX):
     if isinstance(e, (sp.MatMul, sp.Mul)):
         number, factors = split(e)
         found = [one for x in factors for one in factors_in_pieces(x, printer)]
+        if printer.style is LATEX:
+            found = apart(found)
         return found if number == 1 else enclosed(f"{printer.show(number)} ", found, "")
     if isinstance(e, sp.Trace):
         return enclosed(f"{tr}(", terms_in_pieces(e.arg, printer), ")")
@@ -62,9 +67,19 @@ def factors_in_pieces(e, printer, least=POSTFIX):
         return enclosed("(", terms_in_pieces(e, printer), ")")
     if isinstance(e, sp.BlockMatrix) and e.blockshape[0] == 1:
         entries = [terms_in_pieces(entry, printer) for entry in e.blocks]
-        commas = [enclosed("", entry, ",") for entry in entries[:-1]]
+        comma = r",\;" if printer.style is LATEX else ","
+        commas = [enclosed("", entry, comma) for entry in entries[:-1]]
         return enclosed("[", sum(commas, []) + entries[-1], "]")
     return [printer.show(e, least)]
+
+
+def apart(factors):
+    """Factors in LaTeX with thin spaces around letters that are words."""
+    found = factors[:1]
+    for before, factor in zip(factors, factors[1:]):
+        word = re.match(WORD, factor) or re.search(WORD + "'?$", before)
+        found.append(rf"\, {factor}" if word else factor)
+    return found
 
 
 def enclosed(before, inner, after):

@@ -18,6 +18,7 @@ GREEK |= dict(zip(LARGE.split(), "ΓΔΘΛΞΠΣΦΨΩ"))
 SHORT = {"eps": "varepsilon", "epsilon": "varepsilon", "Gam": "Gamma", "Lam": "Lambda"}
 BACK = {glyph: name for name, glyph in GREEK.items()}
 ACCENTS = {"hat": "\u0302", "tilde": "\u0303", "bar": "\u0304"}
+ACCENTS |= {"ddot": "\u0308", "dot": "\u0307"}
 BELOW = {"next": "+", "plus": "+", "minus": "-", "perp": "⊥"}
 ABOVE = {"star": "*"}
 LOW = str.maketrans("0123456789+-", "₀₁₂₃₄₅₆₇₈₉₊₋")
@@ -108,6 +109,8 @@ def latex_name(name):
     \hat Q X^{+} A_{s} \varepsilon
     >>> print(latex_name("tau_perp"), latex_name("gradAe"))
     \tau_{\perp} \nabla_{A_{e}}
+    >>> print(latex_name("H_eps"), latex_name("sigma_xdot"))
+    H_{\varepsilon} \sigma_{\dot x}
     """
     if slope := gradient(name):
         moved = r"\mathrm{d}" if slope[0] else ""
@@ -128,6 +131,9 @@ def latex_name(name):
 
 def latex_piece(piece):
     """A letter in italics, a Greek one by its command, a word upright."""
+    piece = SHORT.get(piece, piece)
+    if dotted := re.fullmatch(r"([a-z])(d?dot)", piece):
+        return rf"\{dotted[2]} {dotted[1]}"
     if piece in GREEK:
         return rf"\{piece}"
     if piece == "⊥":
@@ -144,8 +150,8 @@ def text_name(name):
 
     >>> print(text_name("w_hat"), text_name("z_next"), text_name("K_mv"))
     ŵ z₊ K_mv
-    >>> print(text_name("Omega_21"), text_name("R^-1"), text_name("F^j"))
-    Ω₂₁ R⁻¹ F^j
+    >>> print(text_name("Omega_21"), text_name("R^-1"), text_name("sigma_xdot"))
+    Ω₂₁ R⁻¹ σ_ẋ
     >>> print(text_name("tau_perp"), text_name("gradAe"))
     τ_⊥ ∇A_e
     """
@@ -156,8 +162,17 @@ def text_name(name):
     if p.accent:
         base = unicodedata.normalize("NFC", base[0] + ACCENTS[p.accent]) + base[1:]
     below = "".join(
-        b.translate(LOW) if re.fullmatch(r"[\d+-]+", b) else "_" + GREEK.get(b, b)
+        b.translate(LOW) if re.fullmatch(r"[\d+-]+", b) else "_" + text_piece(b)
         for b in p.below
     )
     above = "^" + p.above if p.above[:1].isalpha() else p.above.translate(HIGH)
     return ("d" if p.differential else "") + base + below + above
+
+
+def text_piece(piece):
+    """A Greek letter, a letter with dots, or a word as it stands."""
+    piece = SHORT.get(piece, piece)
+    dotted = re.fullmatch(r"([a-z])(d?dot)", piece)
+    if dotted:
+        return unicodedata.normalize("NFC", dotted[1] + ACCENTS[dotted[2]])
+    return GREEK.get(piece, piece)

@@ -47,7 +47,7 @@ def word_spaced(string):
     >>> print(word_spaced(r"C \mathrm{Pick} R"), word_spaced(r"K_{\mathrm{mv}} M"))
     C \, \mathrm{Pick} \, R K_{\mathrm{mv}} M
     """
-    string = re.sub(r"(?<=[\w'}]) (?=\\mathrm\{\w{2,}\})", r" \\, ", string)
+    string = re.sub(r"(?<=[\w'}]) (?=\\mathrm\{(?:d|\w{2,})\})", r" \\, ", string)
     return re.sub(r"(\\mathrm\{\w{2,}\}'?) (?=[\w\\])", r"\1 \\, ", string)
 
 
@@ -181,9 +181,11 @@ class Printer:
         return out, PRODUCT
 
     def _number(self, q):
+        if q < 0:
+            return f"-{self._number(-q)[0]}", SUM
         if q.q == 1:
-            return str(q.p), SUM if q.p < 0 else ATOM
-        return self.style.fraction(q.p, q.q), SUM if q.p < 0 else PRODUCT
+            return str(q.p), ATOM
+        return self.style.fraction(q.p, q.q), PRODUCT
 
 
 def of_blocks(printer, rows):

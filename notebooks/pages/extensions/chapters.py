@@ -22,9 +22,12 @@ from luenberger.symbolic.derivation import title
 from luenberger.symbolic.prose import typeset
 from luenberger.symbolic.reading import numbered, size, used_letters
 from luenberger.symbolic.reasons import cited_latex
+from luenberger.symbolic.typeset import columns
 
 SHORT = 10  # columns of what a chain begins with, to stand before the first sign
+WIDE = 40  # columns of a line that has its reason below
 SEPARATOR = r",\; "
+SIGNS = {"=", "+", "-", r"\ge", r"\le"}
 
 
 def chapter(derivation, address):
@@ -140,10 +143,11 @@ def evaluated(item):
     return marked(grid, not item.check())
 
 
-def marked(grid, right, because=""):
-    """A line of a grid, ended by its mark and its reason."""
+def marked(grid, right, because="", wide=False):
+    """A line of a grid, ended by its mark and its reason; below it, if it is wide."""
     grid += nodes.paragraph("", "✓" if right else "✗", classes=["checked"])
-    grid += nodes.paragraph("", "", *reason(because), classes=["reason"])
+    classes = ["reason", "below"][: 1 + wide]
+    grid += nodes.paragraph("", "", *reason(because), classes=classes)
     return grid
 
 
@@ -160,7 +164,7 @@ def lines(chain):
     short = len(chain.start(text)) <= SHORT
     if not short:
         grid += nodes.paragraph("", "", *broken(chain.left), classes=["start"])
-    for row in chain.rows(latex):
+    for row, plain in zip(chain.rows(latex), chain.rows(text)):
         if not row.sign:  # what an operation is done to
             if short:
                 grid += nodes.paragraph("", "", formula(start), classes=["start"])
@@ -170,8 +174,9 @@ def lines(chain):
         grid += nodes.paragraph("", "", *cell, classes=["left"])
         first, *rest = row.pieces or (row.right,)
         body = spaced([f"{row.sign} {first}", *(f"{{}}{piece}" for piece in rest)])
-        grid += nodes.paragraph("", "", *body, classes=["right"])
-        marked(grid, row.follows, row.reason)
+        wide = columns(plain.right) + columns(plain.left if left else "") > WIDE
+        grid += nodes.paragraph("", "", *body, classes=["right", "wide"][: 1 + wide])
+        marked(grid, row.follows, row.reason, wide)
     return grid
 
 
@@ -193,19 +198,25 @@ def spaced(formulas, listed=None):
 
 
 def reason(source):
-    """A reason: words as words, formulas as formulas."""
-    for k, part in enumerate(source.split(SEPARATOR) if source else []):
-        if k:
-            yield nodes.Text(", ")
-        plain = re.fullmatch(r"\\text\{([^{}]*)\}", part)
-        cited = re.fullmatch(r"\\text\{(\([^{}]*\)'?)\}\\; (.*)", part)
-        if plain:
-            yield nodes.Text(re.sub(r"\\(.)", r"\1", plain[1]))
-        elif cited:
-            yield nodes.Text(f"{cited[1]} ")
-            yield from spaced(apart(cited[2]))
-        else:
-            yield from spaced(apart(part))
+    """A reason: what it cites, in pieces that hold together on a page."""
+    parts = source.split(SEPARATOR) if source else []
+    for k, part in enumerate(parts, 1):
+        comma = nodes.Text("," if k < len(parts) else "")
+        yield nodes.inline("", "", *citation(part), comma, classes=["cite"])
+        yield nodes.Text(" ")
+
+
+def citation(part):
+    """One of them: words as words, formulas as formulas."""
+    plain = re.fullmatch(r"\\text\{([^{}]*)\}", part)
+    cited = re.fullmatch(r"\\text\{(\([^{}]*\)'?)\}\\; (.*)", part)
+    if plain:
+        yield nodes.Text(re.sub(r"\\(.)", r"\1", plain[1]))
+    elif cited:
+        yield nodes.Text(f"{cited[1]} ")
+        yield from spaced(apart(cited[2]))
+    else:
+        yield from spaced(apart(part))
 
 
 def apart(source):
@@ -213,7 +224,7 @@ def apart(source):
     found, depth = [""], 0
     for token in re.findall(r"\\[A-Za-z]+|\\.|.", source):
         depth += (token in "{[(") - (token in "}])")
-        if not depth and token in "=+-" and found[-1].strip(" ={}"):
+        if not depth and token in SIGNS and found[-1].strip(" ={}"):
             found.append("{}")
         found[-1] += token
     return found

@@ -43,7 +43,7 @@
 `on_target`
     The filter in the order in which a device runs it: use the sample, then predict.
 `square_root`
-    The filter's recursions with covariances as factors, Sigma = H H'.
+    The filter's recursions with factors of the covariances.
 `noise_factors`
     The error of any observer, and both noises of the plant, with factors.
 `side_by_side`

@@ -21,7 +21,7 @@ gone = ZeroMatrix
 
 ERROR = (
     """An observer is a linear system that is driven by input and measurement. It is to
-    follow `T x`, and errs by `eps`.""",
+    follow `T x`, and its error is `eps`.""",
     plant,
     measured,
     moves := define(z_next, F * z + G * u + D * y, "7"),
@@ -49,8 +49,8 @@ ERROR = (
             why="collect state and input",
         ),
     ),
-    """State and input are anything, so both brackets must vanish: these are
-    Luenberger's conditions, necessary and sufficient.""",
+    """State and input can be anything, so both brackets must vanish. These are
+    Luenberger's conditions, which are necessary and sufficient.""",
     dynamics := define(T_next * A, F * T + D * C, "9"),
     driven := define(T_next * B, G + D * E, "10"),
     error_equation := chain(
@@ -95,8 +95,9 @@ ERROR = (
         Line(P * eps + V * v + (P * T + V * C - I) * x + (W + V * E) * u, by=(biased,)),
         Line(P * eps + V * v, by=(unbiased, is_W)),
     ),
-    """What neither the observer follows nor the measurement shows is zero: together
-    they need `n` rows, and the observer at least `n - p` of them.""",
+    """A state that neither the observer follows nor the measurement shows must then be
+    zero. So together they need `n` rows, and the observer at least `n - p` of
+    them.""",
     not_followed := define(T * b, gone(r, 1)),
     not_shown := define(C * b, gone(p, 1)),
     chain(

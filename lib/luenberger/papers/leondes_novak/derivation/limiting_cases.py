@@ -1,7 +1,8 @@
 """What the reduced-order filter becomes at the ends of its range.
 
-All outputs accurate: the observer of least order.  None accurate: the Kalman filter.
-In between, every observer of this form is a filter in innovation form.
+If all outputs are accurate, it is the observer of least order; if none is, it is the
+Kalman filter.  In between, every observer of this form is a filter that predicts and
+corrects.
 
 Source: Leondes and Novak (1974), section IV, (37)-(44).
 """

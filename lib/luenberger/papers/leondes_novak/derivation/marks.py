@@ -43,17 +43,17 @@ Lifted = letters("Lifted", n, p, "the push, before it is scaled")
 Spread = letters("Spread", p, p, "what scales it", symmetric=True)
 
 MARKED = (
-    """Where outputs did not arrive, `Seen` marks those that did, and `Taken` the
-    accurate ones among them. With the rows of the identity that `Pick` and `S_1` hold
-    they are as follows.""",
+    """`Seen` has ones on its diagonal for the outputs that arrived, and zeros
+    elsewhere; `Taken` marks the accurate ones among them. `Pick` and `S_1` hold the
+    rows of the identity that belong to these.""",
     is_Seen := define(Seen, Pick.T * Pick),
     is_Taken := define(Taken, S1.T * S1),
     picks,
     is_C_seen := define(C_seen, Pick * C_all),
     is_E_seen := define(E_seen, Pick * E_all),
     is_R_seen := define(R_seen, Pick * R_all * Pick.T),
-    """What arrived keeps its place as in a step over a record. So the marks take the
-    place of what is picked.""",
+    """What arrived keeps its place as in a step over a record. Products with the marks
+    give the same matrices.""",
     is_C,
     is_E,
     is_R,
@@ -131,8 +131,9 @@ MARKED = (
         Line(Q_all - J_seen * Pick * Pick.T * S_seen.T, by=(is_J, is_S)),
         Line(Q_all - J_seen * S_seen.T, by=(picks,)),
     ),
-    """The push has columns for the accurate outputs only. `Spread` is `G_1` in its
-    place, beside ones, so that it is definite and never empty.""",
+    """The push has columns for the accurate outputs only. `Spread` holds `G_1` in the
+    rows and columns of these, and ones on the rest of its diagonal. So it is definite,
+    also where no output is accurate.""",
     is_G_1 := define(G_1, S1 * C_all * Inverse * C_all.T * S1.T),
     is_Gamma_1 := define(Gamma_1, Inverse * C_all.T * S1.T * G_1.I, "47"),
     is_Gamma,

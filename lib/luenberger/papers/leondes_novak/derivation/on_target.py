@@ -99,12 +99,13 @@ def partial_sample():
 def derive():
     """The page."""
     page = (
-        """The letters without a plus belong to the sample of now. What was predicted
-        for it, and the sample, give the gain, the covariance and the estimate. These
-        are the equations of a step over a record, one instant earlier.""",
+        """Letters without a plus belong to the sample that has just come. The gain, the
+        covariance and the estimate follow from it and from what was predicted for it.
+        The equations are those of a step over a record, written one instant
+        earlier.""",
         *definitions(update()),
         update(),
-        "With that the next sample is predicted.",
+        "Then the next sample is predicted.",
         *definitions(predict()),
         predict(),
     )

@@ -32,9 +32,9 @@ Z = loop("Z", n, n, "what the gain leaves of `Omega`")
 known = loop("known", p, 1, "measurement less what the input does to it")
 
 STEP = (
-    """A step over a record first predicts. The error of the prediction is that of the
-    page on the estimate, and `Q` is here what is left of the process noise once it is
-    told of.""",
+    """A step over a record first predicts. The prediction errs as on the page on the
+    estimate. Here `Q` is the covariance of the process noise that is left once the
+    measurement noise has told its part.""",
     is_Sigma,
     is_Q,
     apart,
@@ -48,9 +48,9 @@ STEP = (
         Line(Omega, by=(is_Omega,)),
     ),
     """Then comes the gain of the page on the best coordinates, and the covariance that
-    it leaves. Written with `Z` that takes some `n^2 p` multiplications instead of
-    `n^3`. It holds for any gain, so that an error in the gain is no more amplified than
-    before.""",
+    it leaves. Written with `Z`, the covariance takes some `n^2 p` multiplications
+    instead of `n^3`. The formula holds for any gain, so an error in the gain is no more
+    amplified than before.""",
     is_N,
     is_M,
     is_Kmv,
@@ -70,8 +70,8 @@ STEP = (
         Line(Z - Z * C.T * K.T + K * R * K.T, by=(is_Z,)),
         Line(Z - (Z * C.T - K * R) * K.T, why="factor"),
     ),
-    """The estimate is corrected as before. What the input does to the measurement is
-    taken off only once.""",
+    """The estimate is corrected as on its own page. What the input does to the
+    measurement is subtracted only once.""",
     is_minus,
     is_known := define(known, y - E * u_next),
     is_innovation,

@@ -43,8 +43,8 @@ PADDED = (
     is_R := define(R, Pick.T * R_seen * Pick + rest),
     is_Gamma := define(Gamma, Gamma_seen * Pick),
     is_J := define(J, J_seen * Pick),
-    """The innovation then has the covariance of what arrived, beside ones, so it has an
-    inverse.""",
+    """The covariance of the innovation is then that of what arrived, with ones on the
+    rest of the diagonal. So it has an inverse.""",
     is_M,
     is_M_seen := define(M_seen, C_seen * Omega * C_seen.T + R_seen, "33"),
     beside := chain(

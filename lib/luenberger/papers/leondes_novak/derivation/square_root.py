@@ -1,7 +1,8 @@
-"""The filter's recursions with covariances as factors, Sigma = H H'.
+"""The filter's recursions with factors of the covariances.
 
 A covariance that is singular is carried as a factor.  Nothing is subtracted then, so no
-product is ever indefinite, and rounding of eps in a factor is eps^2 in its covariance.
+product is ever indefinite.  Rounding by 1e-16 in a factor is rounding by 1e-32 in its
+covariance.
 
 Source: our own; the recursions are Leondes and Novak's (1974), (11), (26), (27), (33).
 """
@@ -43,7 +44,8 @@ D_Z = letters("D_Z", s, s, "singular values that are more than rounding")
 T_Z = letters("T_Z", k + q, s, "right singular vectors")
 
 GAIN = (
-    """A factor of a covariance moves as the error does: noise stands beside it.""",
+    """A factor of a covariance moves as the error does, and a factor of the noise
+    stands beside it.""",
     is_H := define(H * H.T, Sigma),
     is_G := define(G * G.T, Qs),
     is_Omega := define(Omega, As * Sigma * As.T + Qs, "44"),

@@ -16,8 +16,8 @@ PAGE = (
     feedthrough, `E = 0`; carrying it along costs nothing.""",
     plant := define(x_next, A * x + B * u + w, "1"),
     measured := define(y, C * x + E * u + v, "2"),
-    """Both noises have mean zero and are white. The state has a mean, and deviates from
-    it; at the start both are given.""",
+    """Both noises have mean zero and are white. The state has a mean and deviates from
+    it. At the start its mean and the covariance of its deviation are given.""",
     mean_w := moment(w, ZeroMatrix(n, 1), "3"),
     mean_v := moment(v, ZeroMatrix(p, 1), "3"),
     mean_x := moment(x, x_bar, "6"),
@@ -46,7 +46,7 @@ PAGE = (
         Line(A * d + w, by=(is_d,)),
     ),
     """The noise of an instant is independent of all that was before it. The covariance
-    is then a sum of two.""",
+    is then a sum of two terms.""",
     is_Sigma_x := moment(d * d.T, Sigma, "6"),
     is_Q := moment(w * w.T, Q, "4"),
     white := moment(d * w.T, ZeroMatrix(n, n), "4"),
