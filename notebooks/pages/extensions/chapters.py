@@ -6,6 +6,7 @@ from docutils import nodes
 
 from luenberger.kernels.numpy import numpy_source
 from luenberger.symbolic import (
+    BlockMatrix,
     Chain,
     Construction,
     Counterexample,
@@ -248,7 +249,8 @@ def stages(derivation):
         row += shown
         row += literal(line.partition("  #")[0], "python")
         yield row
-        if any(d.is_Add for s in (stage.target, *symbols_of(stage)) for d in s.shape):
+        sizes = [d for s in (stage.target, *symbols_of(stage)) for d in s.shape]
+        if stage.expression.atoms(BlockMatrix) or any(d.is_Add for d in sizes):
             continue  # C has no loops over blocks
         yield nodes.raw("", "<details class='c'><summary>C</summary>", format="html")
         yield literal(c_of(derivation, stage), "c")
