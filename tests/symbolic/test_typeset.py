@@ -75,6 +75,11 @@ EXPRESSIONS = {
     ),
     "a quotient of sums": ((1 + beta) / (2 * gamma), None, "(1 + β₀)/(2 γ)"),
     "minus a quotient": (-beta / gamma, r"-\frac{\beta_{0}}{\gamma}", "-β₀/γ"),
+    "a quotient in a power": (
+        (beta / gamma) ** (1 / gamma),
+        r"\left(\beta_{0}/\gamma\right)^{1/\gamma}",
+        "(β₀/γ)^(1/γ)",
+    ),
     "a derivative": (
         sp.Derivative(sp.Function("J")(beta), beta, 2),
         r"\frac{\mathrm{d}^{2}}{\mathrm{d}\beta_{0}^{2}} J\left(\beta_{0}\right)",

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from typing import ClassVar
 
+from .breaks import pieces
 from .lines import Line
 from .reasons import cited_text, follows, gap, idle, vacuous
 from .relations import Relation
@@ -84,7 +85,8 @@ class Implies(Line):
         return self.right.show(show)
 
     def pieces(self, show: Show) -> list[str]:
-        return [self.body(show)]
+        left, right = (pieces(side, show) for side in self.right.expressions)
+        return [*left, f"= {right[0]}", *right[1:]]
 
 
 class Iff(Implies):

@@ -98,7 +98,8 @@ class Explicit:
     def _shown(self):
         return next(iter(self.cases.values()), {})
 
-    def _reason(self):
+    def reason(self) -> str:
+        """The reason in words, and for what it was evaluated."""
         names = [name for name in self.cases if name]
         if len(names) > LISTED:
             names = [*names[:3], f"{len(names) - 3} more"]
@@ -109,7 +110,7 @@ class Explicit:
         title = f"({self.number}) {self.says}" if self.number else self.says
         out = [title, f"  {text(self.left)} {self.sign} {text(self.right)}"]
         out += [line for pair in self._shown.items() for line in rows_of(*pair)]
-        out.append(f"    {self._reason()}  {'✗' if self.check() else '✓'}")
+        out.append(f"    {self.reason()}  {'✗' if self.check() else '✓'}")
         return "\n".join([*out, *(f"  {fault}" for fault in self.check())])
 
     __repr__ = __str__
@@ -118,7 +119,7 @@ class Explicit:
         mark = r"\times" if self.check() else r"\checkmark"
         rows = [f"{latex(self.left)} &{self.latex_sign} {latex(self.right)}"]
         rows += [f"{latex(s)} &= {latex(v)}" for s, v in self._shown.items()]
-        rows.append(rf"&\text{{{self._reason()}}} && {mark}")
+        rows.append(rf"&\text{{{self.reason()}}} && {mark}")
         return framed(rows, self.number)
 
 

@@ -138,7 +138,8 @@ def latex_piece(piece):
         return rf"\{piece}"
     if piece == "⊥":
         return r"\perp"
-    word = re.fullmatch(r"[A-Za-z]{2,}", piece) and not re.fullmatch("[u-z]+", piece)
+    index = re.fullmatch("[u-z]+|[i-l]+", piece)
+    word = re.fullmatch(r"[A-Za-z]{2,}", piece) and not index
     return rf"\mathrm{{{piece}}}" if word else piece
 
 

@@ -1,6 +1,6 @@
 """What differs between an expression in LaTeX and in Unicode."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import sympy as sp
 
@@ -78,3 +78,8 @@ TEXT = Style(
     rows=lambda rows: "[" + "; ".join(apart(rows).join(row) for row in rows) + "]",
     fallback=str,
 )
+
+
+def slashed(style):
+    """The same style for where a bar would be too small."""
+    return replace(style, quotient=TEXT.quotient, tight=TEXT.tight)

@@ -14,7 +14,7 @@ from sympy.core.function import AppliedUndef
 from sympy.matrices.expressions.matexpr import MatrixExpr
 
 from .letters import latex_name
-from .styles import LATEX, TEXT
+from .styles import LATEX, TEXT, slashed
 from .words import Formula
 
 SUM, PRODUCT, POSTFIX, ATOM = range(4)  # how tightly an expression holds together
@@ -104,6 +104,11 @@ class Printer:
             return f"{self.style.open}{string}{self.style.close}"
         return string
 
+    @property
+    def inner(self):
+        """Within a quotient or a power, where quotients have a slash."""
+        return Printer(slashed(self.style))
+
     def _set(self, e):
         for kinds, rule in RULES:
             if isinstance(e, kinds):
@@ -136,8 +141,9 @@ class Printer:
     def _quotient(self, above, below):
         if above.could_extract_minus_sign():
             return "-" + self._quotient(-above, below)[0], SUM
-        top = self.show(above, min(PRODUCT, self.style.tight))
-        return self.style.quotient(top, self.show(below, self.style.tight)), PRODUCT
+        top = self.inner.show(above, min(PRODUCT, self.style.tight))
+        below = self.inner.show(below, self.style.tight)
+        return self.style.quotient(top, below), PRODUCT
 
     def _derivative(self, e):
         ((by, k),) = e.variable_count
@@ -163,8 +169,8 @@ class Printer:
         if isinstance(base, sp.Transpose) or raised(base):
             shown = self._grouped(self.show(base, POSTFIX))
         else:
-            shown = self.show(base, ATOM)
-        return self.style.power(shown, self.show(exponent)), POSTFIX
+            shown = self.inner.show(base, ATOM)
+        return self.style.power(shown, self.inner.show(exponent)), POSTFIX
 
     def _grouped(self, string):
         """Two marks on one letter: braces keep LaTeX from refusing them."""

@@ -29,6 +29,7 @@ SHORT = 10  # columns of what a chain begins with, to stand before the first sig
 WIDE = 40  # columns of a line that has its reason below
 SEPARATOR = r",\; "
 SIGNS = {"=", "+", "-", r"\ge", r"\le"}
+DISPLAYED = r"\displaystyle "
 
 
 def chapter(derivation, address):
@@ -131,16 +132,13 @@ def evaluated(item):
     """A statement at explicit matrices, the first choice of them, and its mark."""
     claim = rf"{latex(item.left)} {item.latex_sign} {latex(item.right)}"
     grid = nodes.container(classes=["lines"])
-    grid += nodes.paragraph("", "", formula(claim), classes=["start"])
+    grid += nodes.paragraph("", "", formula(DISPLAYED + claim), classes=["start"])
     chosen = next(iter(item.cases.values()), {})
     for symbol, value in chosen.items():
-        shown = formula(f"{latex(symbol)} = {latex(value)}")
+        shown = formula(f"{DISPLAYED}{latex(symbol)} = {latex(value)}")
         grid += nodes.paragraph("", "", shown, classes=["start"])
-    names = "; ".join(filter(None, item.cases))
-    where = f"evaluated for {names}" if names else "evaluated"
-    said = ", ".join(filter(None, [item.why, where]))
     grid += nodes.paragraph("", classes=["left"])
-    grid += nodes.paragraph("", said, classes=["right"])
+    grid += nodes.paragraph("", item.reason(), classes=["right"])
     return marked(grid, not item.check())
 
 

@@ -12,6 +12,8 @@ from sphinx.util.docutils import SphinxDirective
 
 from luenberger import ledger
 from luenberger.ledger import evidence
+from luenberger.symbolic.letters import GREEK
+from luenberger.symbolic.prose import as_latex
 
 LONGEST = 420  # characters of LaTeX; a longer claim is named, not shown
 AUTHORS = {key: ledger.title(key).partition(" ")[0] for key in ledger.PAPERS}
@@ -76,8 +78,10 @@ class Derivations(SphinxDirective):
         section["names"], section["ids"] = [], [f"derivation-{nodes.make_id(name)}"]
         section["names"].append(section["ids"][0])
         self.state.document.note_explicit_target(section)
+        derivation = page_of(module)
+        rest = with_formulas(rest) if derivation else rest
         section += self.parse_text_to_nodes(as_set(plain_bars(rest)))
-        if derivation := page_of(module):
+        if derivation:
             section += chapter(derivation, partial(self.address, name, derivation))
         for pointer in [] if derivation else pointers(name):
             section += self.claims(pointer)
@@ -139,6 +143,21 @@ def tried(name, module):
         return dict.fromkeys(module.entries(), "")
     rows = module.misprints() if hasattr(module, "misprints") else []
     return {f"{place} {printed}": why for place, printed, why in rows}
+
+
+def with_formulas(text):
+    """What stands between backquotes is a formula, but for the names of code."""
+    return re.sub(
+        r"(?<!`)`([^`\n]+)`(?!`)",
+        lambda found: (
+            found[0] if is_code(found[1]) else f":math:`{as_latex(found[1])}`"
+        ),
+        text,
+    )
+
+
+def is_code(name):
+    return bool(re.fullmatch(r"[a-z]\w{2,}(\(\))?", name)) and name not in GREEK
 
 
 def as_set(text):

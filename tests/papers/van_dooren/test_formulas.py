@@ -79,8 +79,10 @@ def at_numbers(p, seed, complex_=False):
 
 def array(matrix, numbers):
     """An explicit matrix with numbers for its symbols."""
-    kind = complex if any(np.iscomplexobj(x) for x in numbers.values()) else float
-    return np.array(matrix.subs(numbers).evalf().tolist(), kind).reshape(matrix.shape)
+    exact = {symbol: sp.sympify(number) for symbol, number in numbers.items()}
+    found = np.array([complex(e.xreplace(exact)) for e in matrix], complex)
+    found = found.reshape(matrix.shape)
+    return found if found.imag.any() else found.real
 
 
 def of_T(rows):
@@ -195,8 +197,9 @@ def test_counts_of_the_gains_as_run(monkeypatch):
     monkeypatch.setattr(design, "get_lapack_funcs", watched)
     design._in_users_coordinates(plant, form, rows)
     of_G = [p for p in Watched.products if p[0] == (n - r, n) and len(p[1]) == 2]
-    assert of_G == [((n - r, n), (n, n)), ((n - r, n), (n, m))]
-    multiplied = sum(a * b * c for (a, b), (_, c) in of_G)
+    square, gain = ((n - r, n), (n, n)), ((n - r, n), (n, m))
+    assert of_G == [square, square, gain]  # the second is T A, of the residuals
+    multiplied = sum(a * b * c for (a, b), (_, c) in (square, gain))
     assert multiplied == statement("the gain of the input by way of T", n=n, m=m, r=r)
     assert solved == [((n, n), (n, n))]
     triangles = sum(range(1, n + 1)) * n  # one for each right-hand side

@@ -1,8 +1,8 @@
-r"""Adaptive sampling: every law of Table II is the minimum of a cost per period.
+"""Adaptive sampling: every law of Table II is the minimum of a cost per period.
 
-At a sample the error is read, and for the T seconds that follow it is held while it
-moves at the rate rho = |e'|.  A long period costs accuracy, a short one costs a
-sample.  One family of costs, and of laws, holds all four of the table.
+At a sample the error is read.  For the `T` seconds that follow it is held, while it
+moves at the rate `rho`.  A long period costs accuracy, a short one costs a sample.
+There is one family of costs, and of laws, that has all four of the table.
 
 Source: Hsia (1974), Table II, for the laws.  That paper has an objective function of
 its own, on pages we do not hold; these objectives are ours.

@@ -3,8 +3,8 @@
 Between two samples nothing is approximated: the integral of the noise is two blocks of
 one exponential, and that of a period twice as long follows from it.
 
-Source: Van Loan (1978), "Computing integrals involving the matrix exponential"; the
-doubling is our own.
+Source: Van Loan (1978), "Computing integrals involving the matrix exponential", for
+the instants of Hsia (1974); the doubling is our own.
 """
 
 from functools import cache

@@ -3,9 +3,9 @@
 `letters`
     The letters of Kawazoe (1978), each with its size and what it stands for.
 `form`
-    Kawazoe's coordinates: rows `C_i A^k`, and the form that they give the plant.
+    Kawazoe's coordinates, and the form that they give the plant.
 `reconstruction`
-    The state from p_M samples: outputs, less what the inputs contribute.
+    The state from the fewest samples: outputs, less what the inputs contribute.
 `deadbeat`
     The deadbeat observer: Van Dooren's recursion with every pole at zero.
 `errata`

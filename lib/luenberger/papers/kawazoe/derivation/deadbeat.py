@@ -1,10 +1,10 @@
 """The deadbeat observer: Van Dooren's recursion with every pole at zero.
 
-Sorted by level, Kawazoe's coordinates are a staircase: the stairs hold the ones of
-(11).  Each row block of T A - F T = D C is then solved column by column with zero
-diagonal blocks in F, and F is nothing but the subdiagonal of A: F^(p_M - 1) = 0.
-The entries of T and D are polynomials in phi, so nothing is ever divided.  Numbers
-with VD are those of Van Dooren (1984).
+Sorted by level, Kawazoe's coordinates are a staircase whose stairs hold the ones of
+(11).  Each row block of `T A - F T = D C` is solved column by column, with zero
+diagonal blocks in `F`: it has the subdiagonal of `A` and nothing else.  The entries of
+`T` and `D` are polynomials in `phi`, so nothing is divided.  Numbers with VD are those
+of Van Dooren (1984).
 
 Source: Kawazoe (1978), (11)-(14); Van Dooren (1984), (4), (7), (13)-(20).
 """
@@ -106,8 +106,7 @@ row_block = T_i * A_U - A_i * T_h - D_i * C_U
 PAGE = (
     """Sort Kawazoe's coordinates by level, those with the highest power of `A`
     first. This is a staircase: below the diagonal it has the ones that move each
-    row to the next, and nothing else. The outputs are the last entries. Numbers
-    with VD are Van Dooren's.""",
+    row to the next, and nothing else. The outputs are the last entries.""",
     Explicit("11", "a staircase of ones", Pi * Phi, A_U * Pi, over_patterns(by_level)),
     """The observer is found block by block; `S_i` picks one row block of it, and
     `S_h` the one above. `F` is chosen as the part of `A_U` below the diagonal: in
@@ -184,10 +183,11 @@ PAGE = (
     """`F` has zeros on its diagonal. So each row solves Van Dooren's system with
     the pole zero: the deadbeat observer is his, with all poles at zero.""",
     Explicit("VD 18, 20", "each row solves his system", x_i * M_i, -a_f, rows()),
-    """`F` is zero after fewer steps than poles at zero ask for. If a power of it is
-    zero in the block above, the next power is zero in this one. The first block is
-    zero at once, and there are `p_M - 1` blocks. So the observer is exact at the
-    sample number `p_M`, whatever it began with.""",
+    """That all poles are zero only says that `F` vanishes after `n - m` steps. It
+    does so earlier. If a power of it is zero in the block above, the next power is
+    zero in this one. The first block is zero at once, and there are `p_M - 1`
+    blocks. So the observer is exact from sample number `p_M` on, whatever it began
+    with.""",
     gone := define(S_h * F_l, ZeroMatrix(r_h, n - m)),
     chain(
         "",

@@ -1,8 +1,9 @@
-"""Kawazoe's coordinates: rows `C_i A^k`, and the form that they give the plant.
+"""Kawazoe's coordinates, and the form that they give the plant.
 
-What holds for every size is proved in letters.  What rests on the pattern of zeros
-and ones in (11) and (14) is evaluated at several index patterns (p_1, ..., p_m), with
-a symbol for every other entry; P A P^-1 is never formed.
+The coordinates are outputs, of now and of later samples.  What holds for every size is
+proved in letters.  What rests on the pattern of zeros and ones in (11) and (14) is
+evaluated for several lists of indices `p_1` to `p_m`, with a symbol for every other
+entry.
 
 Source: Kawazoe (1978), (1)-(14), (19); the order of the search is our own.
 """

@@ -1,4 +1,4 @@
-"""The state from p_M samples: outputs, less what the inputs contribute.
+"""The state from the fewest samples: outputs, less what the inputs contribute.
 
 In Kawazoe's coordinates the outputs of the coming samples are the state itself, but
 for the inputs.  What holds for every size is proved in letters; the whole is

@@ -3,13 +3,13 @@
 `letters`
     The letters of Moore (1973), each with its size and what it stands for.
 `observer`
-    Moore's observer of a functional k x without feedthrough: the case V = 0.
+    Moore's observer of a functional of the state, without feedthrough.
 `condition`
-    When an observer without feedthrough exists: a condition on beta alone.
+    When there is an observer without feedthrough: a condition on its poles alone.
 `recurrence`
     Moore's own route, (8)-(13): the functional as a sequence with a recurrence.
 `signs`
-    Moore's remark: no observer of order r < n when k has all entries of one sign.
+    Moore's remark: a functional with entries of one sign has no smaller observer.
 `errata`
     What Moore's page prints and what holds, each entry tried.
 

@@ -1,9 +1,9 @@
-"""When an observer without feedthrough exists: a condition on beta alone.
+"""When there is an observer without feedthrough: a condition on its poles alone.
 
-(5) and P T = k leave T to be eliminated.  In companion coordinates T is built from
-k row by row, and T A - F T = D C can fail in one row only.  Conversely every observer
-obeys what that row says, by Cayley and Hamilton.  All of it holds in any coordinates,
-for any number of outputs and for a polynomial in factors.
+(5) and `P T = k` leave `T` to be eliminated.  In companion coordinates `T` is built
+from `k` row by row, and `T A - F T = D C` can fail in one row only.  Conversely every
+observer obeys what that row says, by Cayley and Hamilton.  All of it holds in any
+coordinates, for any number of outputs and for a polynomial in factors.
 
 Source: Moore (1973), (5), (10), (12), (13); this form of them is our own.
 """

@@ -1,10 +1,10 @@
-"""Moore's observer of a functional k x without feedthrough: the case V = 0.
+"""Moore's observer of a functional of the state, without feedthrough.
 
 The observer reads its estimate off its own state alone, so that the noise of the
 measurement is filtered.  Which matrices do that is four equations; that they are also
 necessary rests on the states that the input reaches from rest.
 
-Source: Moore (1973), (1)-(7) and l = (T'T)^-1 T'k after (13); the graph that makes
+Source: Moore (1973), (1)-(7) and `l` after (13); the graph that makes
 them necessary, and what l is where there is no observer, are our own.
 """
 

@@ -1,9 +1,9 @@
 """Moore's own route, (8)-(13): the functional as a sequence with a recurrence.
 
-In observable companion form T is a Krylov matrix, so that S T' = 0 by Cayley and
-Hamilton, and k is a combination of its rows exactly if S k' = 0: the entries of k obey
-the recurrence whose polynomial is beta.  In any coordinates they are k A^i g, where g
-is the state that C, CA, ..., CA^(n-2) do not see.
+In observable companion form `T` is a Krylov matrix, so that `S T' = 0` by Cayley and
+Hamilton.  So `k` is a combination of its rows exactly if `S k' = 0`: the entries of `k`
+obey the recurrence whose polynomial is `beta`.  In any coordinates they are `k A^i g`,
+where `g` is the state that `C`, `C A` and so on, but the last of `n` rows, do not see.
 
 Source: Moore (1973), (2), (8)-(13); the sequence in other coordinates is our own.
 """

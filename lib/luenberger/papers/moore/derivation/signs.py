@@ -1,12 +1,13 @@
-"""Moore's remark: no observer of order r < n when k has all entries of one sign.
+"""Moore's remark: a functional with entries of one sign has no smaller observer.
 
-In the coordinates of (1), (2), that is for the sequence k A^i g in any, and in
-continuous time: a stable polynomial has only positive coefficients, and then the
-recurrence would make a sum of terms of one sign vanish.  Some entries may even be zero.
-The paper's example k = C needs no signs at all, and in discrete time, where a stable
-polynomial may have negative coefficients, the remark is false.
+The entries are those in the coordinates of (1) and (2); in any coordinates they are the
+sequence `k A^i g`.  In continuous time a stable polynomial has only positive
+coefficients, and then the recurrence would make a sum of terms of one sign vanish.
+Some entries may even be zero.  The paper's example `k = C` needs no signs at all.  In
+discrete time a stable polynomial may have negative coefficients, and the remark is
+false.
 
-Source: Moore (1973), the remark after (13); weak signs, k = C without signs and
+Source: Moore (1973), the remark after (13); weak signs, `k = C` without signs and
 discrete time are our own.
 """
 

@@ -9,7 +9,7 @@
 `counts`
     What it costs: multiply-adds, counted loop by loop.
 `pairs`
-    A conjugate pair a +- jb in a real observer, where the paper is wrong.
+    A conjugate pair of poles in a real observer, where the paper is wrong.
 `errata`
     What Van Dooren's pages print and what holds, each entry tried.
 

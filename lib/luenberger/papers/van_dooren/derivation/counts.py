@@ -100,7 +100,7 @@ PAGE = (
         r * (n - r) * (n**2 + n * r + 3 * n + r**2 + 3 * r + 2) / 3,
     ),
     """The staircase takes a reflector for each state, applied from the left to the
-    columns that follow, from the right to all rows, and to `U`. The page counts
+    columns that follow, from the right to all rows, and to `U`. The paper counts
     more.""",
     counted(
         "23",
@@ -111,7 +111,7 @@ PAGE = (
     ),
     Positive(
         "23",
-        "the page counts more",
+        "the paper counts more",
         COUNTS["staircase"],
         COUNTS["staircase, as done"],
     ),

@@ -1,12 +1,12 @@
-"""A conjugate pair a +- jb in a real observer, where the paper is wrong.
+"""A conjugate pair of poles in a real observer, where the paper is wrong.
 
 Two rows are solved together, by a system of doubled size.  The paper says that it can
 always be solved, as the system of one row can.  That is false wherever the local stair
 is one wide, so always for one output: one of the ones in (28) is not free.  The repair:
 the pair is one complex row, whose imaginary part brings that entry along as an unknown
-tau.  A stair one wide gives tau = b / X; a wider one leaves tau free, so 1 will do.
+`tau`.  A stair one wide gives `tau = b/X`; a wider one leaves `tau` free: 1 will do.
 
-Source: Van Dooren (1984), (26)-(33), remark 1; the complex row, tau = b / X and that
+Source: Van Dooren (1984), (26)-(33), remark 1; the complex row, `tau = b/X` and that
 the form of the stairs matters are our own.
 """
 

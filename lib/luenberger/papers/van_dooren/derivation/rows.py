@@ -1,8 +1,8 @@
 """The rows of the observer, one after the other: each solves a linear system.
 
-T_U is a unit triangle, so half of (10) is true before one begins.  A row of the other
-half contains no row of T_U below it; with the rows above it known it is linear in what
-is left, and its matrix can be solved for every pole, because the rows that lead its
+`T_U` is a unit triangle, so half of (10) is true before one begins.  A row of the other
+half contains no row of `T_U` below it.  With the rows above it known, it is linear in
+what is left.  Its matrix can be solved for every pole, because the rows that lead its
 columns make a triangle.  So an observer with any spectrum exists: it is constructed.
 
 Source: Van Dooren (1984), (13)-(21), remark 2(b).
@@ -163,7 +163,7 @@ PAGE = (
         Line(a_f + unknowns * system, why="collect the unknowns"),
     ),
     """In the first row there is no `f_i` and no `T_i`. With a letter for the
-    unknowns and one for the matrix, it is one linear system for each row. The page
+    unknowns and one for the matrix, it is one linear system for each row. The paper
     has lost a minus sign here.""",
     is_x := define(unknowns * system, x_i * M, "18"),
     chain(
