@@ -1,10 +1,14 @@
 """The problem that the fixed-order search solves: what it is measured by."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 import scipy.linalg
 
 import luenberger as lb
+from luenberger.papers.haddad_bernstein.descent import evaluate
+from luenberger.papers.haddad_bernstein.design import _observer
 from luenberger.papers.haddad_bernstein.target import prediction, target
 
 A = np.array([[0.8, 0.3, 0.0], [-0.2, 0.7, 0.1], [0.0, 0.4, 0.5]])
@@ -35,3 +39,24 @@ def test_scale_is_the_mean_square_of_what_the_kalman_filter_estimates():
     found = target(prediction(plant, L, WEIGHT, False))
     wanted = np.trace(WEIGHT @ L @ (X - Omega) @ L.T)
     assert found.scale == pytest.approx(wanted, rel=1e-9)
+
+
+@pytest.mark.parametrize("feedthrough", [True, False])
+def test_an_estimator_costs_beside_the_kalman_filter_what_it_costs_whitened(
+    feedthrough,
+):
+    """Innovations of unit covariance and a weight of one are another way to say it."""
+    rng = np.random.default_rng(6)
+    A, C, L = rng.normal(size=(4, 4)), rng.normal(size=(2, 4)), rng.normal(size=(2, 4))
+    noise, weight = rng.normal(size=(6, 6)), rng.normal(size=(2, 2))
+    noise, weight = noise @ noise.T, weight @ weight.T
+    plant = lb.Plant(
+        A / np.linalg.norm(A, 2), None, C, dt=1.0,
+        Q=noise[:4, :4], S=noise[:4, 4:], R=noise[4:, 4:],
+    )  # fmt: skip
+    whole = prediction(plant, L, weight, feedthrough)
+    sought = target(whole)
+    point = evaluate(sought, np.array([[0.5, 0.2], [-0.3, 0.4]]), np.eye(2))
+    observer = _observer(plant, whole, sought, SimpleNamespace(point=point))
+    found = lb.optimality(observer, plant, weight=weight, feedthrough=feedthrough)
+    assert found.cost == pytest.approx(whole.cost + point.cost, rel=1e-9)
