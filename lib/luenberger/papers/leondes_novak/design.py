@@ -21,7 +21,7 @@ from ...recursion.settings import Setting, Settings, require_start
 from ...recursion.state import start
 from ...recursion.steady_gain import steady_gain
 from ..certified import certified
-from .derivation import observer_matrices
+from .derivation import exact_gain, observer_matrices
 
 BLOCK = 4096  # rows of gains that compiled code makes at a time
 
@@ -234,17 +234,18 @@ def _constant(settings: Settings, K: Matrix) -> Observer:
 
 def _observer(plant: Plant, have: dict[str, Any]) -> Observer:
     """The Observer with the gain K, or a stack of them, a row for each instant."""
-    first: dict[str, Any] = {}
-    T = T_next = kernels.run(observer_matrices, have, "T", stacks=True)["T"]
+    Phat, first = have["Phat"], {}
+    K = kernels.run(exact_gain, have, "V", stacks=True)["V"]
+    have = have | {"K": K}
+    have["T_next"] = T = kernels.run(observer_matrices, have, "T", stacks=True)["T"]
     if T.ndim == 3:
         A, B, _ = plant.first_step()
-        T_next = np.concatenate([T[1:], T[-1:]])
+        have["T_next"] = np.concatenate([T[1:], T[-1:]])
         first = dict(T0=T[0] @ A, G0=T[0] @ B)
     return Observer(
-        **kernels.run(
-            observer_matrices, have | dict(T_next=T_next), *"FDGVW", stacks=True
-        ),
-        P=have["Phat"],
+        **kernels.run(observer_matrices, have, *"FDGW", stacks=True),
+        P=Phat,
+        V=K,
         T=T,
         L=np.eye(plant.n),
         z0=first.get("T0", T) @ plant.x0,

@@ -70,7 +70,8 @@ step_differential = StageList(
 )
 closed_loop = StageList(__name__, "steady_gain.closed_loop", "Y Phi Q_c F")
 steady_gradient = StageList(__name__, "steady_gain.steady_gradient", "Gradient")
-observer_matrices = StageList(__name__, "best_coordinates.observer", "V T F D G W")
+observer_matrices = StageList(__name__, "best_coordinates.observer", "T F D G W")
+exact_gain = StageList(__name__, "best_coordinates.exact_gain", "V")
 decorrelation = StageList(__name__, "correlated_noise.decorrelation", "As Qs")
 error_recursion = StageList(
     __name__, "correlated_noise.error_recursion", "X_next Sigma"
