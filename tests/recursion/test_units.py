@@ -114,6 +114,7 @@ def test_a_velocity_in_light_years_is_detectable():
         np.testing.assert_allclose(found.V / x[:, None], alpha_beta, rtol=1e-12)
 
 
+@pytest.mark.filterwarnings("error")
 def test_units_that_only_an_exponent_holds():
     """An output of 1e200, and covariances of 1e300 and 1e-300."""
     A = [[0.5, 0.1], [0, 0.6]]

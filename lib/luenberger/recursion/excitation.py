@@ -98,11 +98,11 @@ def read_off(now: Setting) -> Matrix | None:
     """K with K C = I from the outputs that carry no noise, or None if they are too few.
 
     Its error is that of noisy outputs that are taken as accurate, or none, whatever
-    drives the state.  So it is optimal, and where no noise tells it from other gains
-    the recursion need not find it.
+    drives the state.  So it is optimal at every step, and the recursion, whose M has no
+    inverse in the steady state, need not find it.
     """
     seen = now.blind.T @ now.C
-    size = np.linalg.norm(seen, axis=1, keepdims=True)
+    size = np.abs(seen).max(axis=1, keepdims=True, initial=0)  # no square overflows
     unit = 1 / np.where(size > 0, size, 1.0)
     values = np.linalg.svd(unit * seen, compute_uv=False)
     if len(values) < len(now.As) or not values[-1] > RANK_TOL * values[0]:

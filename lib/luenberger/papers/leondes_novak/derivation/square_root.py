@@ -131,6 +131,18 @@ UPDATE = (
         Line(H_0 * Z.T, by=(parts, right)),
         Line(N, by=(root_of_N,)),
     ),
+    """Outputs without noise may determine the state: `K_mv` reads it off, and lets no
+    noise in. That gain needs no solve and is right for every `Omega`.""",
+    read := define(Kmv * C, I),
+    quiet := define(Kmv * R, ZeroMatrix(n, p)),
+    chain(
+        "33",
+        "the gain that reads the state off",
+        Kmv * M,
+        Line(Kmv * C * Omega * C.T + Kmv * R, by=(is_M,)),
+        Line(Omega * C.T, by=(read, quiet)),
+        Line(N, by=(is_N,)),
+    ),
     """The next covariance is a sum of two squares for any gain, and each has a factor.
     Side by side they are a factor of the sum.""",
     is_Y,
