@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import luenberger as lb
-from luenberger.numeric.independent_rows import scaled
+from luenberger.numeric.even_pair import even_pair
 from luenberger.papers.kawazoe import deadbeat
 from luenberger.papers.moore import realised
 from luenberger.papers.moore.companion_chain import Chain
@@ -32,7 +32,8 @@ UNITS = [[1.0, 1.0, 1.0], [2.0**12, 1.0, 2.0**-9], [2.0**-30, 2.0**-30, 2.0**-20
 def judged(observer, plant):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of a condition: the units are unlike
-        deadbeat._judge(observer, plant, "staircase")
+        d = even_pair(plant.A, plant.C, plant.dt).states
+        deadbeat._judge(observer, plant, "staircase", d)
 
 
 @pytest.mark.parametrize("units", UNITS)
@@ -45,10 +46,8 @@ def test_a_ten_thousandth_of_the_state_is_lost(units, what, part, kept):
     """
     plant, base = in_units(units), in_units(UNITS[0])
     good = lb.deadbeat_observer(base)
-    d = scaled(plant.A, plant.C)[0]
-    balance = (
-        d / units
-    )  # of the states in `base`; the same in all units but for a factor
+    balance = even_pair(plant.A, plant.C, plant.dt).states / units
+    # of the states in `base`; the same in all units but for a factor
     v = np.array([[0.3], [-1.0], [0.5]])
     if what == "output":
         V, D = v, np.zeros((2, 1))

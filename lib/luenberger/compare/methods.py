@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from ..analysis.mean_square import equivalent_noise
 from ..errors import DesignError
-from ..numeric.staircase_form import staircase
+from ..numeric.staircase_form import find_in_even_units
 from ..observer import Observer
 from ..papers.haddad_bernstein.design import fixed_order_filter
 from ..papers.kawazoe.deadbeat import deadbeat_observer
@@ -80,7 +80,8 @@ class Question:
         plant = self.plant
         if self.poles is not None:
             return self.poles, "poles as given"
-        count = plant.n - staircase(plant.A, plant.C).rank
+        _, form = find_in_even_units(plant.A, plant.C, plant.dt)
+        count = plant.n - form.rank
         try:
             minimal = reduced_order_filter(
                 self.additive, plant.p, horizon="steady"

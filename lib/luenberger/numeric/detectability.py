@@ -49,17 +49,6 @@ def hidden_modes(A: Matrix, C: Matrix, least: float = 0.0) -> list[complex]:
     return found
 
 
-def unseen(A: Matrix, C: Matrix, mode: complex) -> bool:
-    """Whether C does not see the eigenvalue `mode` of A, or one that is close to it."""
-    way = _has_way(A, C)
-    values = np.linalg.eigvals(A[np.ix_(~way, ~way)])
-    if (np.abs(values - mode) <= CLOSE * max(abs(mode), 1.0)).any():
-        return True
-    return bool(
-        way.any() and _nearest(A[np.ix_(way, way)], C[:, way], mode)[1] <= RANK_TOL
-    )
-
-
 def _has_way(A: Matrix, C: Matrix) -> Vector:
     """The states from which entries that are not zero lead to an output."""
     way, reached = np.zeros(len(A), dtype=bool), (C != 0).any(axis=0)

@@ -1,4 +1,4 @@
-"""Which rows C_i A^k are independent: decided level by level, in scaled units.
+"""Which rows C_i A^k are independent: decided level by level, in even units.
 
 A row is judged by its distance from the rows before it.  What is multiplied by A to
 reach the next level is not the row but its part orthogonal to the lower levels: the
@@ -11,17 +11,12 @@ from dataclasses import dataclass
 from typing import NoReturn
 
 import numpy as np
-import scipy.linalg
 
 from ..errors import DesignError
 from . import Matrix, Vector, rationals
+from .even_pair import Pair, even_pair, highest
 from .linalg import modes
 
-SMALL_STAIR = 1e-4  # relative size of a stair that asks for better units
-SWEEPS = 6  # alternations of row and column scaling; more change nothing much
-
-Pair = tuple[Matrix, Matrix]  # A, C
-Scaled = tuple[Vector, Vector, Matrix, Matrix]
 Alive = dict[int, tuple[Vector, float]]  # unit rows that may go on, their true sizes
 
 
@@ -37,29 +32,42 @@ def default_tol(n: int) -> float:
 
 
 def choose(
-    A: Matrix, C: Matrix, selection: str, tol: float | None, exact: Pair | None
+    A: Matrix,
+    C: Matrix,
+    dt: float,
+    selection: str,
+    tol: float | None,
+    exact: tuple[Matrix, Matrix] | None,
 ) -> Choice:
     """Subindices of (6), one per output; DesignError if they do not add up to n.
 
     `exact` is A and C in Fractions, where a decision is to be exact.
     """
     tol = default_tol(len(A)) if tol is None else float(tol)
-    _, _, A, C = scaled(A, C, tol)
+    even, found = in_even_units(A, C, dt, tol)
     if exact is None:
-        chosen = _largest_or_first(A, C, tol, selection)
+        chosen = _largest_or_first(even, tol, selection)
     else:
         chosen = Choice(_exact(*exact))
         if selection == "largest":
-            found = _largest_or_first(A, C, tol, selection).indices
-            chosen = Choice(found) if _spans(*exact, found) else chosen
+            largest = _largest_or_first(even, tol, selection).indices
+            chosen = Choice(largest) if _spans(*exact, largest) else chosen
     if sum(chosen.indices) < len(A):
-        _refuse(A, C, sum(chosen.indices), tol)
+        _refuse(even, found, sum(chosen.indices), tol)
     return chosen
 
 
-def _refuse(A: Matrix, C: Matrix, seen: int, tol: float) -> NoReturn:
-    _, zero, values = split_hidden(levels(A, C, tol), A, tol)
-    values = np.concatenate([np.zeros(zero), values])
+def in_even_units(
+    A: Matrix, C: Matrix, dt: float, tol: float
+) -> tuple[Pair, list[Matrix]]:
+    """The pair in the units in which it is judged, and its levels there."""
+    return highest(even_pair(A, C, dt), lambda A, C: climb(A, C, tol))
+
+
+def _refuse(even: Pair, found: list[Matrix], seen: int, tol: float) -> NoReturn:
+    A = even.A
+    _, zero, values = split_hidden(found, A, tol)
+    values = np.concatenate([np.zeros(zero), values * even.rate])
     which = f"the plant modes {modes(values)}" if len(values) else "some modes"
     advice = (
         "Add a sensor that sees them, or leave them out of the model."
@@ -72,72 +80,6 @@ def _refuse(A: Matrix, C: Matrix, seen: int, tol: float) -> NoReturn:
     )
 
 
-def scaled(A: Matrix, C: Matrix, tol: float | None = None) -> Scaled:
-    """Scales d of x and s of y, diag(1/d) A diag(d), and diag(1/s) C diag(d).
-
-    Units of states and outputs must not decide anything.  The d balance A, as for an
-    eigenvalue problem; where that leaves a very small stair, as in a chain of states
-    with unlike units, they balance the columns of the observability matrix instead.
-    """
-    tol = default_tol(len(A)) if tol is None else tol
-    best = _in_units(A, C, _balanced(A))
-    rank, margin = _stairs(*best[2:], tol)
-    if rank < len(A) or margin < SMALL_STAIR:
-        other = _in_units(A, C, _seen(A, C))
-        if _stairs(*other[2:], tol) > (rank, margin / SMALL_STAIR):
-            return other
-    return best
-
-
-def _stairs(A: Matrix, C: Matrix, tol: float) -> tuple[int, float]:
-    """Rank, and the smallest stair that was kept."""
-    found, margin = climb(A, C, tol)
-    return sum(map(len, found)), margin
-
-
-def _in_units(A: Matrix, C: Matrix, d: Vector) -> Scaled:
-    C = C * d
-    s = np.linalg.norm(C, axis=1)
-    s = np.where(s > 0, s, 1)
-    return d, s, A / d[:, None] * d, C / s[:, None]
-
-
-def _balanced(A: Matrix) -> Vector:
-    (gebal,) = scipy.linalg.get_lapack_funcs(("gebal",), (A,))
-    d = gebal(A, scale=True, permute=False)[3]
-    return np.where(np.isfinite(d) & (d > 0), d, 1.0)
-
-
-def _seen(A: Matrix, C: Matrix) -> Vector:
-    """Scales that give the columns of the observability matrix comparable sizes."""
-    size = float(np.abs(np.linalg.eigvals(np.abs(A))).max())
-    size = size if size > 0 else 1.0  # Perron's root: the same in all units
-    rows, power = [], C
-    for _ in range(len(A)):
-        rows.append(np.abs(power))
-        power = power @ A / size
-    rows = np.array(rows)
-    outputs, d = np.ones(len(C)), np.ones(len(A))
-    for _ in range(SWEEPS):
-        d = _reciprocal((rows * outputs[:, None]).max(axis=(0, 1), initial=0))
-        outputs = _reciprocal((rows * d).max(axis=(0, 2)))
-    return d
-
-
-def scaling(M: Matrix) -> tuple[Vector, Vector]:
-    """Powers of two that bring the rows and columns of M to comparable size."""
-    row, column = np.ones(len(M)), np.ones(M.shape[1])
-    for _ in range(SWEEPS):
-        row = _reciprocal((np.abs(M) * column).max(axis=1))
-        column = _reciprocal((np.abs(M) * row[:, None]).max(axis=0))
-    return row, column
-
-
-def _reciprocal(size: Vector) -> Vector:
-    size = np.where((size > 0) & np.isfinite(size), size, 1.0)
-    return np.exp2(-np.round(np.log2(size)))  # powers of two: scaling is exact
-
-
 def outside(rows: Matrix, basis: Matrix) -> Matrix:
     """The part of `rows` orthogonal to orthonormal `basis`; twice is enough."""
     for _ in range(2):
@@ -145,8 +87,11 @@ def outside(rows: Matrix, basis: Matrix) -> Matrix:
     return rows
 
 
-def _largest_or_first(A: Matrix, C: Matrix, tol: float, selection: str) -> Choice:
+def _largest_or_first(even: Pair, tol: float, selection: str) -> Choice:
+    A, C = even.A, even.C
     n, p = A.shape[0], len(C)
+    lengths = np.linalg.norm(C, axis=1, keepdims=True)
+    C = C / np.where(lengths > 0, lengths, 1)
     indices, margin, scale = [0] * p, np.inf, 1.0
     basis = np.zeros((0, n), C.dtype)
     alive = {i: (C[i], 1.0) for i in range(p) if C[i].any()}
@@ -203,8 +148,8 @@ def levels(A: Matrix, C: Matrix, tol: float) -> list[Matrix]:
     return climb(A, C, tol)[0]
 
 
-def climb(A: Matrix, C: Matrix, tol: float) -> tuple[list[Matrix], float]:
-    """`levels`, and the smallest singular value, relative, that was not called 0."""
+def climb(A: Matrix, C: Matrix, tol: float) -> tuple[list[Matrix], int, float]:
+    """`levels`, their rank, and the smallest singular value that was not called 0."""
     n = len(A)
     found, basis, scale, margin = [], np.zeros((0, n), A.dtype), 1.0, np.inf
     rows = C
@@ -220,7 +165,7 @@ def climb(A: Matrix, C: Matrix, tol: float) -> tuple[list[Matrix], float]:
         basis = np.vstack([basis, new])
         scale = max(scale * (len(found) > 1), _row_size(new, A))
         rows = new @ A
-    return found, margin
+    return found, len(basis), float(margin)
 
 
 def _row_size(rows: Matrix, A: Matrix) -> float:

@@ -13,7 +13,7 @@ from scipy.linalg.lapack import dposv
 
 from ..errors import DesignError
 from . import Matrix, Vector
-from .balance import balanced
+from .balance import evened
 
 SINGULAR_TOL = 1e-13  # 1 - (multiple correlation)^2 below this: a redundant output
 ROUNDING = 1e-14  # a variance this small beside the terms it is made of is zero
@@ -105,7 +105,7 @@ def complete(
         return np.eye(n), np.zeros((n, 0)), np.eye(n)
     found = _independent(C1, np.ones(n))
     if found is None:  # perhaps in better units
-        found = _independent(C1, balanced(np.zeros((n, n)), C1, 0, 0)[0])
+        found = _independent(C1, evened(C1)[2])
     if found is None:
         which = f"outputs {list(labels)}" if labels is not None else "rows of C1"
         raise DesignError(

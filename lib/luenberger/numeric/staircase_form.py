@@ -11,11 +11,12 @@ from numbers import Real
 import numpy as np
 import scipy.linalg
 from numpy.typing import ArrayLike
-from scipy.linalg.lapack import get_lapack_funcs
 
 from ..errors import DesignError
 from . import Matrix, Vector
-from .linalg import decaying, eigenvalues, modes
+from .even_pair import Pair, even_pair, highest
+from .linalg import decaying, modes
+from .staircase_climb import Climbed, climb
 from .validation import matrix
 
 RANK_UNITS = 10.0  # default tolerance of a rank decision: 10 max(n, p) eps
@@ -122,44 +123,49 @@ def staircase(A: ArrayLike, C: ArrayLike, tol: float | None = None) -> Staircase
     >>> form.blocks, form.indices, form.redundant
     ((1, 1, 1), (3,), 0)
     """
-    return find(A, C, tol)
+    A, C, tol = _checked(A, C, tol)
+    return _finished(climb(A, C, tol)[0], tol, None)
 
 
-def find(
-    A: ArrayLike, C: ArrayLike, tol: float | None = None, dt: float | None = None
-) -> Staircase:
-    """`staircase`; with dt the message says which hidden modes are stable there."""
-    C, tol, U, AU, sizes, hidden = _stairs(A, C, tol)
-    (p, n), r = C.shape, max(sizes, default=0)
-    if hidden:
-        raise DesignError(_unobservable(eigenvalues(AU[:hidden, :hidden]), dt))
-    CU = C @ U
-    CU[:, : n - r] = 0
-    Y = np.eye(p, dtype=CU.dtype)
-    if r < p:
-        Y, R = scipy.linalg.qr(CU[:, n - r :])
-        CU[:, n - r :] = R
-    CU[:, n - r :] = np.triu(CU[:, n - r :])
-    return Staircase(U, AU, CU, tuple(sizes), Y, tol, _leads(sizes))
+def find_in_even_units(
+    A: Matrix, C: Matrix, dt: float, fastest: float = 0.0
+) -> tuple[Pair, Staircase]:
+    """The units in which what the outputs see is judged, and the form there.
+
+    `fastest` is the largest rate that an observer is asked for, if any.
+    """
+    pair, climbed, tol = _in_even_units(A, C, dt, fastest)
+    return pair, _finished(climbed, tol, dt, pair.rate)
 
 
-def unobservable(A: ArrayLike, C: ArrayLike) -> tuple[Vector, tuple[int, ...]]:
+def unobservable(
+    A: Matrix, C: Matrix, dt: float, tol: float | None = None
+) -> tuple[Vector, tuple[int, ...]]:
     """Eigenvalues of A that do not reach the outputs, and the widths of the stairs.
 
     Examples
     --------
-    >>> hidden, sizes = unobservable([[0.5, 0], [0, 2]], [[1, 0]])
+    >>> A, C = np.array([[0.5, 0], [0, 2]]), np.array([[1, 0]])
+    >>> hidden, sizes = unobservable(A, C, dt=1.0)
     >>> hidden.tolist(), sizes
     ([2.0], (1,))
     """
-    *_, AU, sizes, hidden = _stairs(A, C, None)
-    return eigenvalues(AU[:hidden, :hidden]), tuple(sizes)
+    pair, climbed, _ = _in_even_units(A, C, dt, tol=tol)
+    return climbed.hidden_modes * pair.rate, tuple(climbed.sizes)
 
 
-def _stairs(
+def _in_even_units(
+    A: Matrix, C: Matrix, dt: float, fastest: float = 0.0, tol: float | None = None
+) -> tuple[Pair, Climbed, float]:
+    A, C, tol = _checked(A, C, tol)
+    pair = even_pair(A, C, dt, fastest)
+    return *highest(pair, lambda A, C: climb(A, C, tol)), tol
+
+
+def _checked(
     A: ArrayLike, C: ArrayLike, tol: float | None
-) -> tuple[Matrix, float, Matrix, Matrix, list[int], int]:
-    """C and tol once they are right, and what `_climb` makes of them."""
+) -> tuple[Matrix, Matrix, float]:
+    """All three, once they are right."""
     A = matrix("A", A, field=complex)
     n = len(A)
     A = matrix("A", A, n, n, field=complex)
@@ -170,103 +176,25 @@ def _stairs(
         tol = RANK_UNITS * max(n, len(C)) * np.finfo(float).eps
     if not (isinstance(tol, Real) and 0 <= tol < 1):
         raise ValueError(f"tol must be a number in [0, 1), got {tol!r}")
-    unit = _scaled(C, axis=1)
-    lengths = np.linalg.norm(unit, axis=1, keepdims=True)
-    unit = unit / np.where(lengths > 0, lengths, 1)
-    kind = np.result_type(A, C)
-    return C, float(tol), *_climb(A.astype(kind), unit.astype(kind), float(tol))
+    return A, C, float(tol)
 
 
-def _climb(A: Matrix, X: Matrix, tol: float) -> tuple[Matrix, Matrix, list[int], int]:
-    """Compress X, then the block above it, and so on: U, A_U, r_1..r_k, hidden size.
-
-    Each stage turns the N columns not yet used so that X = [0 | echelon].  The rows
-    of X belong to the stage before, which stays as it is.
-    """
-    n = len(A)
-    A = np.array(A, order="F")
-    U = np.eye(n, dtype=A.dtype, order="F")
-    size_A = float(np.linalg.norm(_scaled(A)) * np.abs(A).max(initial=0))
-    scale = float(np.linalg.norm(X, 2)) if X.size else 0.0
-    N, sizes = n, list[int]()
-    while N:
-        V, S, small, rank = _compress(X, tol * scale)
-        if rank == 0:
-            break
-        below = N + (sizes[0] if sizes else 0)  # rows of A that columns :N reach
-        _turn(A[:below, :N], V, S, small)
-        _turn(U[:, :N], V, S, small)
-        _turn(A[:N].T, V.conj(), S.conj(), small.conj())
-        if sizes:  # exact zeros, also below the diagonal that ends in the last corner
-            done = A[N:below, :N]
-            done[:, : N - rank] = 0
-            done[:, N - rank :] = np.triu(done[:, N - rank :], rank - len(done))
-        N, sizes, scale = N - rank, [rank, *sizes], size_A
-        if rank == 1:
-            return _climb_steps(A, U, N, sizes, tol * size_A)
-        X = A[N : N + rank, :N]
-    return U, A, sizes, N
-
-
-def _climb_steps(
-    A: Matrix, U: Matrix, N: int, sizes: list[int], least: float
-) -> tuple[Matrix, Matrix, list[int], int]:
-    """The rest of `_climb` when every stair left is one wide: LAPACK's Hessenberg.
-
-    Reduced is the transpose about the antidiagonal, of which row N of A is the
-    first column, so the stairs below stay as they are.
-    """
-    k = N + 1
-    flipped = A[:k, :k].T[::-1, ::-1]
-    H, Q = scipy.linalg.hessenberg(flipped, calc_q=True)
-    Z = Q.conj()[::-1, ::-1]
-    A[:k, k:] = Z.conj().T @ A[:k, k:]
-    A[:k, :k] = H.T[::-1, ::-1]
-    U[:, :k] = U[:, :k] @ Z
-    while N and abs(A[N, N - 1]) > least:
-        N, sizes = N - 1, [1, *sizes]
-    A[N:k, :N] = 0 if N else A[N:k, :N]
-    return U, A, sizes, N
-
-
-def _scaled(X: Matrix, axis: int | None = None) -> Matrix:
-    """X with its largest entry (of each row) at 1, so that no square overflows."""
-    top = np.abs(X).max(axis, initial=0, keepdims=True)
-    return X / np.where(top > 0, top, 1)
-
-
-def _compress(X: Matrix, least: float) -> tuple[Matrix, Matrix, Matrix, int]:
-    """(V, S, small, rank) of the unitary Z with X Z = [0 | echelon of full rank].
-
-    Z = (I - V S V') diag(I, small): reflectors that bring X to its last columns,
-    then an SVD and an RQ factorisation of what is left, which is small.
-    """
-    m, N = X.shape
-    if m == 0:
-        return np.zeros((N, 0)), np.eye(0), np.eye(N), 0
-    V, S = np.zeros((N, 0), X.dtype), np.eye(0)
-    if m < N:
-        geqrt = get_lapack_funcs("geqrt", (X,))
-        packed, S, _ = geqrt(m, X.conj().T[::-1])
-        V = np.tril(packed, -1)
-        V[np.arange(m), np.arange(m)] = 1
-        V = V[::-1]
-        X = np.triu(packed[:m])[::-1].conj().T
-    _, values, right = scipy.linalg.svd(X, full_matrices=True)
-    rank = int((values > least).sum())
-    small = right[::-1].conj().T  # the largest singular direction last
-    kept = small.shape[1] - rank
-    if rank:
-        _, Q = scipy.linalg.rq(X @ small[:, kept:], mode="full")
-        small[:, kept:] = small[:, kept:] @ Q.conj().T
-    return V, S, small, rank
-
-
-def _turn(X: Matrix, V: Matrix, S: Matrix, small: Matrix) -> None:
-    """X <- X Z in place."""
-    X -= ((X @ V) @ S) @ V.conj().T
-    k = X.shape[1] - len(small)
-    X[:, k:] = X[:, k:] @ small
+def _finished(
+    climbed: Climbed, tol: float, dt: float | None, rate: float = 1.0
+) -> Staircase:
+    """The form, or the refusal; A is in units of time of 1 / rate."""
+    C, U, AU, sizes, hidden = climbed
+    (p, n), r = C.shape, max(sizes, default=0)
+    if hidden:
+        raise DesignError(_unobservable(climbed.hidden_modes * rate, dt))
+    CU = C @ U
+    CU[:, : n - r] = 0
+    Y = np.eye(p, dtype=CU.dtype)
+    if r < p:
+        Y, R = scipy.linalg.qr(CU[:, n - r :])
+        CU[:, n - r :] = R
+    CU[:, n - r :] = np.triu(CU[:, n - r :])
+    return Staircase(U, AU, CU, tuple(sizes), Y, tol, _leads(sizes))
 
 
 def _leads(sizes: list[int]) -> Vector:
@@ -284,7 +212,12 @@ def _unobservable(hidden: Vector, dt: float | None) -> str:
     """The message: which eigenvalues, and which of them decay."""
     hidden = np.asarray(hidden, dtype=complex)
     continuous, discrete = (hidden[decaying(hidden, k)] for k in (False, True))
-    if dt is None:
+    units = ""
+    if dt is None:  # for a form in the user's units
+        units = (
+            "; if the units of the states differ by many orders of magnitude, scale "
+            "them first"
+        )
         stable = (
             f"In continuous time the stable ones are {modes(continuous) or 'none'}; in "
             f"discrete time {modes(discrete) or 'none'}."
@@ -295,6 +228,5 @@ def _unobservable(hidden: Vector, dt: float | None) -> str:
     return (
         f"not observable: the eigenvalue(s) {modes(hidden)} of A do not reach the "
         f"outputs, so no observer can move them. {stable} Add a sensor that sees them, "
-        "or leave those states out of the model; if the units of the states differ by "
-        "many orders of magnitude, scale them first."
+        f"or leave those states out of the model{units}."
     )

@@ -13,14 +13,20 @@ from ..plant import Plant
 CONJUGATE_TOL = 1e-8  # two poles this close to conjugates are taken as a pair
 
 
-def arranged(poles: ArrayLike, order: int, plant: Plant) -> tuple[Vector, Vector]:
-    """The poles as complex numbers, and where a conjugate pair begins."""
+def numbers(poles: ArrayLike) -> Vector:
+    """The poles as complex numbers."""
     try:
         poles, _ = entries(poles, complex)
     except (TypeError, ValueError, OverflowError) as error:
         raise ValueError(f"poles must be a list of numbers: {error}") from None
     if poles.ndim != 1 or not np.isfinite(poles).all():
         raise ValueError(f"poles must be a list of finite numbers, got {poles}")
+    return poles
+
+
+def arranged(poles: ArrayLike, order: int, plant: Plant) -> tuple[Vector, Vector]:
+    """The poles as complex numbers, and where a conjugate pair begins."""
+    poles = numbers(poles)
     if len(poles) != order:
         raise DesignError(
             f"{len(poles)} poles are given, but the order n - rank C is {order} "

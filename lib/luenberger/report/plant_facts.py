@@ -5,21 +5,22 @@ business of `compare`.
 """
 
 import dataclasses
+import itertools
 from typing import Any
 
 import numpy as np
 
 from ..analysis import mean_square
 from ..errors import CertificateError, DesignError
-from ..numeric import staircase_form
-from ..numeric.detectability import unseen
 from ..numeric.factors import square_root
-from ..numeric.linalg import decaying, eigenvalues, null_directions
+from ..numeric.linalg import RANK_TOL, UNIT_TOL, decaying, eigenvalues, null_directions
+from ..numeric.staircase_form import conjugate, unobservable
 from ..papers.leondes_novak.design import kalman_filter
 from ..plant import Plant
 from ..recursion.settings import Settings
 
-SCATTER = 1e-6  # how far from the unit circle rounding may put a double eigenvalue
+REPEATED = 3  # times that a mode of the unit circle may be, as position to acceleration
+SCATTER = 1e-12  # rounding, of which a mode repeated k times feels the k-th root
 
 
 @np.errstate(all="ignore")  # what overflows is refused by what it spoils
@@ -92,10 +93,10 @@ def _modes(values, dt):
 
 
 def _observability(plant):
-    hidden, sizes = staircase_form.unobservable(plant.A, plant.C)
+    hidden, sizes = unobservable(plant.A, plant.C, plant.dt)
     hidden = _modes(hidden, plant.dt)
     return {
-        "indices": list(staircase_form.conjugate(sizes)),
+        "indices": list(conjugate(sizes)),
         "unobservable": hidden,
         "detectable": all(mode["decays"] for mode in hidden),
         "redundant_outputs": plant.p - max(sizes, default=0),
@@ -142,10 +143,21 @@ def _undriven(plant):
     if plant.steps is not None or not plant.dt or plant.is_complex:
         return None
     now = Settings(dataclasses.replace(plant, multiplicative=()), 0).at(0)
-    size = np.abs(values := eigenvalues(now.As))
-    near = np.abs(size - 1) <= SCATTER  # the test itself is made on the circle
-    modes, drive = values[near] / size[near], square_root(now.Qs).T
-    return _modes([mode for mode in modes if unseen(now.As.T, drive, mode)], plant.dt)
+    still, _ = unobservable(now.As.T, square_root(now.Qs).T, 1.0, RANK_TOL)
+    return _modes(_on_circle(list(still)), plant.dt)
+
+
+def _on_circle(modes):
+    """Those on the unit circle, each once; the mean, of what is scattered about one."""
+    if not modes:
+        return []
+    nearest = sorted(modes, key=lambda mode: abs(mode - modes[0]))
+    for k in range(min(REPEATED, len(modes)), 0, -1):
+        mean = sum(nearest[:k]) / k
+        if max(abs(mode - mean) for mode in nearest[:k]) <= SCATTER ** (1 / k):
+            break
+    found = (z for z in (mean, *nearest[:k]) if abs(abs(z) - 1) <= UNIT_TOL)
+    return [*itertools.islice(found, 1), *_on_circle(nearest[k:])]
 
 
 def _multiplicative(plant):

@@ -16,7 +16,8 @@ from ...arguments import expect
 from ...certificate import residuals
 from ...errors import DesignError
 from ...numeric import Matrix, Vector, rationals
-from ...numeric.independent_rows import default_tol, levels, scaled, split_hidden
+from ...numeric.even_pair import Pair
+from ...numeric.independent_rows import default_tol, in_even_units, split_hidden
 from ...numeric.linalg import modes
 from ...observer import Observer
 from ...plant import Plant
@@ -66,7 +67,7 @@ def deadbeat_observer(plant: Plant, *, method: str = "staircase") -> Observer:
     Warns
     -----
     RuntimeWarning
-        When cond([T; C]) exceeds 1e10, its rows at unit length.
+        When cond([T; C]) exceeds 1e10, states in even units and rows at unit length.
 
     See Also
     --------
@@ -93,21 +94,22 @@ def deadbeat_observer(plant: Plant, *, method: str = "staircase") -> Observer:
     require_discrete(plant)
     if method not in ("staircase", "canonical"):
         raise ValueError(f"method must be 'staircase' or 'canonical', got {method!r}")
-    build = _staircase if method == "staircase" else _canonical
-    F, D, T, P, V = build(plant)
+    even, found = in_even_units(plant.A, plant.C, plant.dt, default_tol(plant.n))
+    built = _staircase(even, found) if method == "staircase" else _canonical(plant)
+    F, D, T, P, V = built
     observer = state_observer(plant, F + 0.0, D, T, P, V)  # no -0
-    _judge(observer, plant, method)
+    _judge(observer, plant, method, even.natural)
     return certified(observer, plant)
 
 
-def _judge(observer: Observer, plant: Plant, method: str) -> None:
+def _judge(observer: Observer, plant: Plant, method: str, d: Vector) -> None:
     """Refuse what has no digits left, warn of what has few.
 
     A residual can be small beside T and P and not beside x: both that of
-    P T + V C = I and, through P, that of T A - F T = D C are measured in the states'
-    own scales, as the error they put into the estimate.
+    P T + V C = I and, through P, that of T A - F T = D C are measured in even units
+    `d` of the states, as the error they put into the estimate.
     """
-    o, (d, *_) = observer, scaled(plant.A, plant.C)
+    o = observer
     dynamics, _, output, _ = residuals(
         plant.A, plant.B, plant.C, plant.E, o.L, o.F, o.G, o.D, o.P, o.V, o.W, o.T, o.T
     )
@@ -124,12 +126,11 @@ def _judge(observer: Observer, plant: Plant, method: str) -> None:
             "told from p_M samples that the estimate would have no correct digit. "
             f"{advice}"
         )
-    cond = max(cond, _condition(np.vstack([o.T, plant.C])))
     if cond > CONDITION_WARNING:
         warnings.warn(
-            f"cond([T; C]) = {cond:.1e}, rows at unit length: the deadbeat estimate "
-            f"loses up to {min(np.log10(cond), 16):.0f} digits, and amplifies noise as "
-            "much, unless the units of the states are that unlike.",
+            f"cond([T; C]) = {cond:.1e}, states in even units and rows at unit length: "
+            f"the deadbeat estimate loses up to {min(np.log10(cond), 16):.0f} digits, "
+            "and amplifies noise as much.",
             RuntimeWarning,
             stacklevel=3,
         )
@@ -178,12 +179,11 @@ def rows_of_T(
     return T, F, D
 
 
-def _staircase(plant: Plant) -> Built:
+def _staircase(even: Pair, found: list[Matrix]) -> Built:
     """Orthogonal coordinates: hidden part on top, then the levels, C last."""
-    tol = default_tol(plant.n)
-    d, size, A, C = scaled(plant.A, plant.C)
-    found = levels(A, C, tol)
-    hidden, zero, values = split_hidden(found, A, tol)
+    A, C, d, size, *_ = even
+    n = len(A)
+    hidden, zero, values = split_hidden(found, A, default_tol(n))
     if zero < len(hidden):
         _refuse(values)
     first = np.triu(hidden @ A @ hidden.conj().T, 1) if zero else None
@@ -195,7 +195,8 @@ def _staircase(plant: Plant) -> Built:
     stairs, inverses = _stairs(U @ A @ U.conj().T, sizes, len(hidden))
     T, F, D = rows_of_T(stairs, sizes, inverses, np.eye, first)
     to_y = np.linalg.pinv(C @ blocks[-1].conj().T) / size
-    X = _complete(T, np.eye(plant.n)[len(T) :])
+    to_y[:, ~C.any(axis=1)] = 0  # an output that shows nothing has no part in it
+    X = _complete(T, np.eye(n)[len(T) :])
     X = d[:, None] * (U.conj().T @ X)
     return F, D @ to_y, T @ U / d, X[:, : len(T)], X[:, len(T) :] @ to_y
 

@@ -11,7 +11,8 @@ import numpy as np
 from ...arguments import expect
 from ...errors import DesignError
 from ...numeric import Matrix, rationals
-from ...numeric.independent_rows import choose, scaling
+from ...numeric.balance import evened
+from ...numeric.independent_rows import choose
 from ...plant import Plant
 
 
@@ -151,7 +152,8 @@ def find_form(
             f"selection must be 'interleaved' or 'largest', got {selection!r}"
         )
     A, B, C = (plant.exact[k] if exactly else getattr(plant, k) for k in "ABC")
-    chosen = choose(plant.A, plant.C, selection, tol, (A, C) if exactly else None)
+    pair = (A, C) if exactly else None
+    chosen = choose(plant.A, plant.C, plant.dt, selection, tol, pair)
     outputs = [i for i, size in enumerate(chosen.indices) if size]
     indices = tuple(chosen.indices[i] for i in outputs)
     P, last = rows(A, C[outputs], indices)
@@ -193,10 +195,9 @@ def solve_left(N: Matrix, P: Matrix) -> Matrix:
     """X with X P = N.  Rows and columns are scaled first: units cost no digits."""
     if P.dtype == object:
         return rationals.solve(P.T, N.T).T
-    row, column = scaling(P)
-    scaled = P * row[:, None] * column
+    even, row, column = evened(P)
     try:
-        return np.linalg.solve(scaled.T, (N * column).T).T * row
+        return np.linalg.solve(even.T, (N * column).T).T / row
     except np.linalg.LinAlgError:
         raise DesignError(
             "the rows C_i A^k are independent but singular to working accuracy. Give "

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from ...arguments import expect
 from ...numeric import Matrix
-from ...numeric.independent_rows import scaling
+from ...numeric.balance import evened
 from ...numeric.validation import as_array, exact, matrix
 from ...plant import Plant
 from ..certified import CONDITION_WARNING
@@ -103,8 +103,7 @@ def reconstruct_state(
 
 
 def _warn_of_lost_digits(P: Matrix) -> None:
-    row, column = scaling(P)
-    cond = np.linalg.cond(P * row[:, None] * column)
+    cond = np.linalg.cond(evened(P)[0])
     if not cond <= CONDITION_WARNING:
         warnings.warn(
             f"cond(P) = {cond:.1e}, rows and columns scaled: up to "

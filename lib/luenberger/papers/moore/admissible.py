@@ -11,7 +11,8 @@ from functools import cached_property
 import numpy as np
 
 from ...numeric import Matrix, Vector, rationals
-from ...numeric.balance import TIE, balanced
+from ...numeric.balance import power_of_two
+from ...numeric.even_pair import even_pair
 from ...numeric.independent_rows import default_tol, levels
 from ...numeric.linalg import RANK_TOL, eigenvalues
 from ...numeric.stable_polynomials import Answer, decide
@@ -87,9 +88,9 @@ class Admissible:
     def __init__(self, plant: Plant, k: Vector) -> None:
         self.plant, self.discrete = plant, plant.dt > 0
         rows = np.vstack([plant.C, k.astype(float)])
-        self.d, sizes = balanced(plant.A, rows, 0, 0)
-        self.outputs = sizes[:-1]
-        self.even = plant.A / self.d[:, None] * self.d
+        pair = even_pair(plant.A, rows, plant.dt)
+        self.d, self.outputs = pair.states, pair.outputs[:-1]
+        self.even = pair.A * pair.rate
         self.sigma = 1.0 if self.discrete else time_scale(self.even)
 
     @cached_property
@@ -293,4 +294,4 @@ def time_scale(A: Matrix) -> float:
     rates = rates[rates > max(SLOW * rates.max(initial=0), floor)]
     if not len(rates):
         return 1.0
-    return float(2.0 ** np.round(np.log2(rates).mean() - TIE))
+    return power_of_two(float(np.exp2(np.log2(rates).mean())))

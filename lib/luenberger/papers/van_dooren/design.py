@@ -14,11 +14,12 @@ from scipy.linalg.lapack import get_lapack_funcs
 from ...arguments import expect
 from ...errors import DesignError
 from ...numeric import Matrix, Vector
-from ...numeric.staircase_form import Staircase, find
+from ...numeric.even_pair import Pair, as_given
+from ...numeric.staircase_form import Staircase, find_in_even_units, staircase
 from ...observer import Observer
 from ...plant import Plant
 from ..certified import CONDITION_WARNING, LOST_TOL, certified, state_observer
-from ..poles import arranged
+from ..poles import arranged, numbers
 from . import rows_of_T
 
 METHODS = {
@@ -28,7 +29,11 @@ METHODS = {
 
 
 def reduced_order_observer(
-    plant: Plant, poles: ArrayLike, *, method: str = "minimum-norm"
+    plant: Plant,
+    poles: ArrayLike,
+    *,
+    method: str = "minimum-norm",
+    units: str = "even",
 ) -> Observer:
     r"""Observer of order n - rank C whose error decays with the poles asked for.
 
@@ -52,6 +57,10 @@ def reduced_order_observer(
     method : "minimum-norm" or "back-substitution"
         Each row by least norm, (21), or by the cheapest solution, remark 2(b),
         which is O(n^3) in total but can be more sensitive.
+    units : "even" or "given"
+        The units of states, outputs and time in which that is done: those that make
+        the plant's numbers of like size, so that a plant in other units has the same
+        observer in them and no digit is lost to units, or the user's, as printed.
 
     Returns
     -------
@@ -73,7 +82,7 @@ def reduced_order_observer(
     Warns
     -----
     RuntimeWarning
-        When cond([T; C]) exceeds 1e10; the message has the number.
+        When cond([T; C]) exceeds 1e10 in these units; the message has the number.
 
     See Also
     --------
@@ -96,12 +105,13 @@ def reduced_order_observer(
     True
     """
     expect(plant=plant)
-    form = _stairs(plant, method)
+    poles = numbers(poles)
+    pair, form = _stairs(plant, method, units, np.abs(poles).max(initial=0))
     form = rows_of_T.firm(form) if method == "back-substitution" else form
-    poles, pairs = arranged(poles, len(form.A) - form.rank, plant)
+    poles, pairs = arranged(poles, plant.n - form.rank, plant)
     with np.errstate(all="ignore"):  # what overflows is refused below
-        rows = solve_rows(form, poles, pairs, METHODS[method])
-        observer = _in_users_coordinates(plant, form, rows)
+        rows = solve_rows(form, poles / pair.rate, pairs, METHODS[method])
+        observer = _in_users_coordinates(plant, pair, form, rows)
     return certified(observer, plant)
 
 
@@ -122,19 +132,25 @@ def solve_rows(
     return rows
 
 
-def _stairs(plant: Plant, method: str) -> Staircase:
+def _stairs(
+    plant: Plant, method: str, units: str, fastest: float
+) -> tuple[Pair, Staircase]:
     if method not in METHODS:
         raise ValueError(f"method must be one of {sorted(METHODS)}, got {method!r}")
+    if units not in ("even", "given"):
+        raise ValueError(f"units must be 'even' or 'given', got {units!r}")
     if plant.steps is not None:
         raise DesignError(
             "prescribed poles are for a constant plant, and this one varies over "
             f"{plant.steps} steps. Give one A and one C."
         )
-    return find(plant.A, plant.C, dt=plant.dt)
+    if units == "given":
+        return as_given(plant.A, plant.C), staircase(plant.A, plant.C)
+    return find_in_even_units(plant.A, plant.C, plant.dt, fastest)
 
 
 def _in_users_coordinates(
-    plant: Plant, form: Staircase, rows: rows_of_T.Rows
+    plant: Plant, pair: Pair, form: Staircase, rows: rows_of_T.Rows
 ) -> Observer:
     """The Observer: (5), (12), (24), with the outputs compressed by Y."""
     r, n, U = form.rank, plant.n, form.U
@@ -146,25 +162,27 @@ def _in_users_coordinates(
     outputs = form.Y[:, :r].conj().T
     T, D = rows.T @ U.conj().T, rows.D @ outputs
     P, V = back[:, : n - r], back[:, n - r :] @ outputs
-    _judge(S, back, P @ T + V @ plant.C - np.eye(n), form)
-    return state_observer(plant, rows.F, D, T, P, V)
+    x, y, size = pair.states[:, None], pair.outputs, pair.natural / pair.states
+    lost = (P @ T + V @ pair.C - np.eye(n)) / size[:, None] * size
+    _judge(S @ U.conj().T * size, back / size[:, None], lost, form)
+    F, D = rows.F * pair.rate, D * pair.rate / y
+    return state_observer(plant, F, D, T / x[:, 0], P * x, V * x / y)
 
 
-def _judge(S: Matrix, back: Matrix, lost: Matrix, form: Staircase) -> None:
-    """Warn or refuse by the condition of [T; C], which is that of S."""
-    bound = np.linalg.norm(S) * np.linalg.norm(back)
+def _judge(both: Matrix, back: Matrix, lost: Matrix, form: Staircase) -> None:
+    """Warn or refuse by the condition of [T; C] and by P T + V C - I."""
+    bound = np.linalg.norm(both) * np.linalg.norm(back)
     if not bound > CONDITION_WARNING:
         return
-    cond = np.linalg.cond(S) if np.isfinite(bound) else np.inf
+    cond = np.linalg.cond(both) if np.isfinite(bound) else np.inf
     if not np.linalg.norm(lost) <= LOST_TOL:
         raise DesignError(_hopeless(cond, form))
     if cond > CONDITION_WARNING:
-        even = np.linalg.cond(S / np.linalg.norm(S, axis=1, keepdims=True))
+        even = np.linalg.cond(both / np.linalg.norm(both, axis=1, keepdims=True))
         warnings.warn(
             f"cond([T; C]) = {cond:.1e}, and {even:.1e} with rows of unit length: the "
             f"estimate can lose {np.log10(even):.0f} digits. The pair (A, C) is close "
-            "to an unobservable one, the poles are far from those of A, or the units "
-            "of states or outputs differ widely.",
+            "to an unobservable one, or the poles are far from those of A.",
             RuntimeWarning,
             stacklevel=5,
         )
@@ -174,8 +192,8 @@ def _hopeless(cond: float, form: Staircase) -> str:
     return (
         f"cond([T; C]) = {cond:.1e}: with stairs {_short(form.blocks)} the pair (A, C) "
         "is so close to an unobservable one, for these poles, that the estimate would "
-        "have no correct digit. Add sensors, scale the states, or ask for poles "
-        "closer to the eigenvalues of A."
+        "have no correct digit. Add sensors, or ask for poles closer to the "
+        "eigenvalues of A."
     )
 
 
