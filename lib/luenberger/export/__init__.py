@@ -84,7 +84,7 @@ def to_c(
     References
     ----------
     Leondes and Novak (1974), equations (9), (27), (33), (43), (44);
-    papers/leondes_novak/derivation/one_pass.py, on_target.py.
+    papers/leondes_novak/derivation/marks.py, on_target.py.
 
     Examples
     --------

@@ -2,7 +2,7 @@
 
 Every row of a record has an index into stacks of A, Q, C, ..., so a constant plant,
 a plant that changes and outputs that did not arrive are one case.  Matrices of
-outputs that did not arrive are padded (papers/leondes_novak/derivation/one_pass.py) so
+outputs that did not arrive are padded (papers/leondes_novak/derivation/places.py) so
 that every row has all p outputs.
 """
 

@@ -133,7 +133,7 @@ def decorrelation():
     J + Z b' adds Z b'rho to the prediction.  That is zero for the Kalman filter, which
     meets noise-free outputs exactly, and for accurate outputs without noise.  Beside a
     noisy output taken at its word it is -b'C Gamma R M^-1 times the innovation: there
-    the gain (33), and its trace, are those of the J that is taken (`square_root`).
+    the gain (33), and its trace, are those of the J that is taken (`noise_factors`).
     """
     return Derivation(
         (A, C, Q, S, J),
