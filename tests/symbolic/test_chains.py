@@ -355,7 +355,7 @@ def test_a_derivation_is_shown_as_its_stages():
     shown = str(recursions.gain_step()).splitlines()
     assert shown[0].startswith("from one error covariance to the next")
     assert "  K_mv = Ω C' M⁻¹          (33)" in shown
-    assert re.fullmatch(r"  \d+ formulas, \d+ claims", shown[-1])
+    assert len(shown) == 7
     latex = recursions.gain_step()._repr_latex_()
     assert r"K_{\mathrm{mv}} &= \Omega C' M^{-1} && \text{(33)}" in latex
 

@@ -66,7 +66,7 @@ from importlib import import_module
 
 from .blocks import Blocks
 from .chains import Chain
-from .claims import Claim, claims
+from .claims import Claim
 from .completion import Limit
 from .constructions import Construction, Counterexample
 from .core import Algebra
@@ -126,7 +126,6 @@ __all__ = [
     "Transposed",
     "Unproved",
     "ZeroMatrix",
-    "claims",
     "evaluate",
     "holds",
     "latex",

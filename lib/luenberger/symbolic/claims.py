@@ -1,6 +1,5 @@
 """A claim: two sides, and the algebra in which their difference must vanish."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -97,10 +96,3 @@ class Claim:
 
     def _repr_latex_(self):
         return f"$\\displaystyle {' = '.join(map(latex, self._sides()))}$"
-
-
-def claims(
-    algebra: Algebra, sides: Mapping[str, tuple[Formula, Formula]]
-) -> dict[str, Claim]:
-    """{name: Claim} from {name: (left, right)}, all in one algebra."""
-    return {name: Claim(left, right, algebra) for name, (left, right) in sides.items()}

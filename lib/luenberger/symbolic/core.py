@@ -68,10 +68,6 @@ class Algebra:
         rules = (plain._rule(left, right) for left, right in self.relations)
         return [rule for pair in rules for rule in pair]
 
-    def with_relations(self, *relations: Any, symmetric: Symbols = ()) -> "Algebra":
-        """A new algebra that knows more."""
-        return Algebra(self.symmetric | set(symmetric), (*self.relations, *relations))
-
     # -- words ------------------------------------------------------------------
 
     def letter(

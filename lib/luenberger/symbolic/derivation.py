@@ -26,8 +26,6 @@ class Derivation:
         What the stages need, by name.
     stages : tuple of Stage
         The assignments that the kernels compile, in order.
-    formulas : dict of str to expression
-        Definitions by name, for a derivation without a page.
     steps : dict of str to Claim, Chain, Construction or Counterexample
         What is proved, by name: what is on the page, what the stages cite, and claims
         that stand on no page.
@@ -45,7 +43,6 @@ class Derivation:
 
     given: tuple = ()
     stages: tuple = ()
-    formulas: dict = field(default_factory=dict)
     steps: dict = field(default_factory=dict)
     source: str = ""
     page: tuple = ()
@@ -114,9 +111,7 @@ class Derivation:
         rows = [(stage.shown(text), stage.equation) for stage in self.stages]
         wide = max((len(row) for row, _ in rows), default=0)
         lines = [f"  {padded(row, wide)}  {number}".rstrip() for row, number in rows]
-        proved = f"  {len(self.formulas)} formulas, {len(self.steps)} claims"
-        ending = [proved] if self.formulas or self.steps else []
-        return "\n".join([self.says or self.source or "Our own", *lines, *ending])
+        return "\n".join([self.says or self.source or "Our own", *lines])
 
     __repr__ = __str__
 

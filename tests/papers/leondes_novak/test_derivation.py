@@ -53,7 +53,7 @@ def numbers_on(module):
     derivation = importlib.import_module(f"{room}.{module}").derive()
     introduced = [r.name for r in derivation.page if isinstance(r, Relation)]
     found = set()
-    for name in (*derivation.formulas, *derivation.steps, *introduced):
+    for name in (*derivation.steps, *introduced):
         for number in re.findall(r"\(([\d, –]+)\)", name):
             for part in number.split(", "):
                 first, _, last = part.partition("–")
