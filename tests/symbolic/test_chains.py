@@ -392,3 +392,11 @@ def test_a_letter_may_stand_for_something_else_on_one_page():
     for notation in (letters, page):
         with pytest.raises(ValueError, match="Z already has a meaning"):
             notation("Z", p, p, "twice")
+
+
+def test_every_stage_needs_a_reason_where_one_has_it():
+    first, *others = recursions.gain_step().stages
+    bare = dataclasses.replace(first, by=())
+    found = dataclasses.replace(recursions.gain_step(), stages=(bare, *others))
+    assert found.check() == ["nothing proves Ω = A Σ A' + Q"]
+    assert not found.proved()

@@ -72,6 +72,9 @@ class Derivation:
         """What is wrong beside the steps: stages, and formulas that nothing uses."""
         symmetric = getattr(self.letters, "symmetric", ())
         found = [c for stage in self.stages for c in stage.complaints(symmetric)]
+        if any(stage.by for stage in self.stages):
+            bare = [stage for stage in self.stages if not stage.by]
+            found += [f"nothing proves {stage.shown(text)}" for stage in bare]
         if self.page:
             introduced = [item for item in self.page if isinstance(item, Relation)]
             used = set(cited_by(self))
