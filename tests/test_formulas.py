@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import scipy.integrate
 import scipy.linalg
 import sympy as sp
 
@@ -83,41 +84,32 @@ def exact(number):
     return sp.Rational(fraction.numerator, fraction.denominator)
 
 
-def test_a_continuous_run_is_that_of_the_equations():
-    """Every matrix takes part: the exponential, by a series, of all that is held."""
+@pytest.mark.parametrize("dt", [0.0, 0.25])
+def test_a_run_is_that_of_the_equations(dt):
+    """With every matrix of plant and observer, from instant to instant."""
     rng = np.random.default_rng(5)
     n, m, p, r, q = 2, 1, 2, 1, 2
     A, B, C, E = (rng.normal(size=s) for s in ((n, n), (n, m), (p, n), (p, m)))
-    F, G, D = -np.eye(r), rng.normal(size=(r, m)), rng.normal(size=(r, p))
-    P, V, W, T, L = (
-        rng.normal(size=s) for s in ((q, r), (q, p), (q, m), (r, n), (q, n))
-    )
-    plant = lb.Plant(A, B, C, E, dt=0.0)
-    observer = lb.Observer(F, G, D, P, V, T, L, W, z0=[0.5], dt=0.0)
-    t, u = np.linspace(0, 1, 5), rng.normal(size=(5, m))
-    found = lb.simulate(plant, observer, t, u=u, x0=[1.0, -2.0])
-    x, z = np.array([1.0, -2.0]), np.array([0.5])
+    F, G, D, T = (rng.normal(size=s) for s in ((r, r), (r, m), (r, p), (r, n)))
+    P, V, W, L = (rng.normal(size=s) for s in ((q, r), (q, p), (q, m), (q, n)))
+    plant = lb.Plant(A, B, C, E, dt=dt)
+    observer = lb.Observer(F, G, D, P, V, T, L, W, z0=[0.5], dt=dt)
+    t, u, x0 = np.arange(5) / 4, rng.normal(size=(5, m)), [1.0, -2.0]
+    found = lb.simulate(plant, observer, t, u=u, x0=x0)
+    s = np.array([*x0, 0.5])
+
+    def moves(_, s, u):
+        y = C @ s[:n] + E @ u
+        return np.concatenate([A @ s[:n] + B @ u, F @ s[n:] + G @ u + D @ y])
+
     for k in range(5):
-        y = C @ x + E @ u[k]
-        w_hat = P @ z + V @ y + W @ u[k]
-        np.testing.assert_allclose(found.x[k], x, rtol=1e-9)
-        np.testing.assert_allclose(found.z[k], z, rtol=1e-9)
-        np.testing.assert_allclose(found.y[k], y, rtol=1e-9)
-        np.testing.assert_allclose(found.w_hat[k], w_hat, rtol=1e-9)
-        if k < 4:
-            moved = scipy.integrate.solve_ivp(
-                lambda _, s, u=u[k]: np.concatenate(
-                    [
-                        A @ s[:n] + B @ u,
-                        F @ s[n:] + G @ u + D @ (C @ s[:n] + E @ u),
-                    ]
-                ),
-                (0, 0.25),
-                np.concatenate([x, z]),
-                rtol=1e-12,
-                atol=1e-13,
-            ).y[:, -1]
-            x, z = moved[:n], moved[n:]
+        y = C @ s[:n] + E @ u[k]
+        w_hat = P @ s[n:] + V @ y + W @ u[k]
+        now = found.x[k], found.z[k], found.y[k], found.w_hat[k]
+        np.testing.assert_allclose(np.hstack(now), [*s, *y, *w_hat], rtol=1e-9)
+        held = dict(args=(u[k],), rtol=1e-12, atol=1e-13)
+        flow = scipy.integrate.solve_ivp(moves, (0, 0.25), s, **held).y[:, -1]
+        s = moves(0, s, u[k]) if dt else flow
 
 
 # -- every formula, and its test ------------------------------------------------------
@@ -142,7 +134,10 @@ papers.moore.realised._error test_several_outputs
 papers.van_dooren.design._in_users_coordinates test_every_kind_of_plant_and_poles
 recursion.state.step test_integer_records_that_fit_exactly_are_not_refused
 run.claims.yardsticks test_sizes_are_those_of_the_terms_of_a_sum
-run.simulate._simulate_continuous test_a_continuous_run_is_that_of_the_equations
+run.monte_carlo_blocks.Batch.begin test_compiled_runs_are_those_of_numpy
+run.simulate._simulate_continuous test_a_run_is_that_of_the_equations
+run.simulate.follow test_a_run_is_that_of_the_equations
+run.simulate.trajectory test_a_run_is_that_of_the_equations
 """
 
 
@@ -167,8 +162,10 @@ def _within(node, parts):
         yield from _within(child, (*parts, child.name) if named else parts)
     sums = isinstance(node, ast.BinOp | ast.AugAssign)
     if sums and isinstance(node.op, ast.Add | ast.Sub):
-        products = [
-            isinstance(getattr(x, "op", 0), ast.MatMult) for x in ast.walk(node)
-        ]
-        if sum(products) > 1:
+        if sum(map(_is_product, ast.walk(node))) > 1:
             yield ".".join(parts)
+
+
+def _is_product(node):
+    function = getattr(getattr(node, "func", None), "id", "")
+    return isinstance(getattr(node, "op", 0), ast.MatMult) or function == "times"
