@@ -201,7 +201,9 @@ def test_no_link_is_dead(pages):
 def test_all_mathematics_is_set(pages):
     found = {path: list(unset(page)) for path, page in pages.items()}
     assert not {path: texts for path, texts in found.items() if texts}
-    assert sum(len(page.mathematics) for page in pages.values()) > 1000
+    formulas = [formula for page in pages.values() for _, formula in page.mathematics]
+    assert len(formulas) > 1000
+    assert not [f for f in formulas if f.count(r"\begin{") != f.count(r"\end{")]
 
 
 @pytest.mark.site

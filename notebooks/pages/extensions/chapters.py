@@ -30,6 +30,7 @@ WIDE = 40  # columns of a line that has its reason below
 SEPARATOR = r",\; "
 SIGNS = {"=", "+", "-", r"\ge", r"\le"}
 DISPLAYED = r"\displaystyle "
+OPENING, CLOSING = {*"{[(", r"\begin"}, {*"}])", r"\end"}
 
 
 def chapter(derivation, address):
@@ -222,7 +223,7 @@ def apart(source):
     """A formula in pieces, each with the sign before it that is in no bracket."""
     found, depth = [""], 0
     for token in re.findall(r"\\[A-Za-z]+|\\.|.", source):
-        depth += (token in "{[(") - (token in "}])")
+        depth += (token in OPENING) - (token in CLOSING)
         if not depth and token in SIGNS and found[-1].strip(" ={}"):
             found.append("{}")
         found[-1] += token
