@@ -19,26 +19,33 @@ METHODS = ("minimum-norm", "back-substitution")
 # -- the theorem ----------------------------------------------------------------------
 
 
+@pytest.mark.parametrize("units", ["given", "even"])
 @pytest.mark.parametrize("complex_", [False, True])
 @pytest.mark.parametrize("redundant", [0, 2])
-def test_a_design_is_what_the_theorem_says(redundant, complex_):
-    """(1)-(12), (24) on what was computed; with redundant outputs remark 2(c)."""
+def test_a_design_is_what_the_theorem_says(redundant, complex_, units):
+    """(1)-(12), (24) on what was computed; with redundant outputs remark 2(c).
+
+    In even units the coordinates of the page are the unitary ones, times the units.
+    """
     rng = np.random.default_rng(3)
     A, C = with_stairs((1, 2, 2), rng, complex_)
     more = rng.standard_normal((2 + redundant, 2))
     more = more if redundant else np.eye(2)
-    plant = lb.Plant(A, rng.standard_normal((5, 3)), more @ C)
-    form = design._stairs(plant, "minimum-norm")
+    d = np.array([1, 4, 0.5, 2, 8])
+    plant = lb.Plant(A / d[:, None] * d, rng.standard_normal((5, 3)), more @ C * d)
     poles = np.array([-1, -2, -3], complex)
-    rows = design.solve_rows(form, poles, poles.imag > 0, rows_of_T.minimum_norm)
-    o = design._in_users_coordinates(plant, form, rows)
+    pair, form = design._stairs(plant, "minimum-norm", units, 3.0)
+    none = np.zeros(3, bool)
+    rows = design.solve_rows(form, poles / pair.rate, none, rows_of_T.minimum_norm)
+    o = design._in_users_coordinates(plant, pair, form, rows)
+    assert (pair.states == 1).all() == (units == "given")
     stacked = np.vstack([rows.T, form.C[:2]])
     X = np.linalg.inv(stacked)
     values = {
         page.A: plant.A,
-        page.U: form.U,
-        page.Us: form.U.conj().T,
-        page.A_U: form.A,
+        page.U: pair.states[:, None] * form.U,
+        page.Us: form.U.conj().T / pair.states,
+        page.A_U: form.A * pair.rate,
         page.C_U: form.C[:2],
         page.T_U: rows.T,
         page.T: o.T,
@@ -47,14 +54,13 @@ def test_a_design_is_what_the_theorem_says(redundant, complex_):
         page.B: plant.B,
         page.X_1: X[:, :3],
         page.X_2: X[:, 3:],
-        page.D: rows.D,
+        page.D: rows.D * pair.rate,
         page.D_all: o.D,
         page.C_all: plant.C,
         page.P: o.P,
     }
-    independent = form.Y[:, :2].conj().T @ plant.C
-    values |= {page.C: independent, page.V: o.V @ form.Y[:, :2]}
-    values |= {page.Y_1: form.Y[:, :2], page.Y_1s: form.Y[:, :2].conj().T}
+    Y, Ys = form.Y[:, :2] * pair.outputs[:, None], form.Y[:, :2].conj().T / pair.outputs
+    values |= {page.C: Ys @ plant.C, page.V: o.V @ Y, page.Y_1: Y, page.Y_1s: Ys}
     tried, failed = broken_relations(theorem.PAGE, values)
     assert failed == [] and tried == 13
 
@@ -178,7 +184,7 @@ def test_counts_of_the_gains_as_run(monkeypatch):
     rng = np.random.default_rng(2)
     A, C = with_stairs((2, 2, 2), rng)
     plant = lb.Plant(A, rng.normal(size=(n, m)), C)
-    form = design._stairs(plant, "minimum-norm")
+    pair, form = design._stairs(plant, "minimum-norm", "given", 1.0)
     none = np.zeros(n - r, bool)
     rows = design.solve_rows(form, none - 1.0, none, rows_of_T.minimum_norm)
     rows.T, Watched.products, solved = rows.T.view(Watched), [], []
@@ -195,7 +201,7 @@ def test_counts_of_the_gains_as_run(monkeypatch):
         return (solve,)
 
     monkeypatch.setattr(design, "get_lapack_funcs", watched)
-    design._in_users_coordinates(plant, form, rows)
+    design._in_users_coordinates(plant, pair, form, rows)
     of_G = [p for p in Watched.products if p[0] == (n - r, n) and len(p[1]) == 2]
     square, gain = ((n - r, n), (n, n)), ((n - r, n), (n, m))
     assert of_G == [square, square, gain]  # the second is T A, of the residuals
