@@ -5,6 +5,8 @@ import pytest
 import sympy as sp
 
 from luenberger.papers.moore import companion_chain as running
+from luenberger.papers.moore.driven import driven
+from tests.papers.moore.test_orthonormal import POLES, problem
 
 FACTORS = {"one": [2], "two": [1, 1], "a pair first": [2, 1], "a pair last": [1, 2]}
 
@@ -39,6 +41,18 @@ def test_only_the_row_behind_the_last_is_left(degrees):
             square.append(square[-1] @ A)
         powers = square[-1] + sum(b * row for b, row in zip(factor, square))
     assert not expanded(alone - powers).any()
+
+
+@pytest.mark.parametrize("poles", POLES.values(), ids=POLES)
+@pytest.mark.parametrize("seed", range(2))
+def test_rows_that_are_driven_to_zero_solve_the_page_s_equations(poles, seed):
+    """(5), (7) of what `driven` finds, before anything is made of it."""
+    poles = np.array(poles, complex)
+    A, C, k = problem(poles, seed=seed)
+    found = driven(A, C, k, poles)
+    F, D, T, P = found.F, found.D, found.T, found.P
+    np.testing.assert_allclose(T @ A - F @ T, D @ C, atol=1e-11 * np.linalg.norm(A))
+    np.testing.assert_allclose(P @ T, k[None], atol=1e-11 * np.linalg.norm(k))
 
 
 def expanded(X):
