@@ -129,7 +129,7 @@ papers.haddad_bernstein.stein.Schur._march test_stein_equations
 papers.kawazoe.deadbeat.rows_of_T test_design_follows_the_derivation
 papers.kawazoe.reconstruction.reconstruct_state test_states_from_every_window
 papers.moore.driven._Factor.step test_several_outputs
-papers.moore.orthonormal._row test_an_observer_in_orthonormal_coordinates
+papers.moore.orthonormal._row test_a_row_is_the_nearest_that_its_equation_leaves
 papers.moore.realised._error test_several_outputs
 papers.van_dooren.design._in_users_coordinates test_every_kind_of_plant_and_poles
 recursion.state.step test_integer_records_that_fit_exactly_are_not_refused

@@ -5,7 +5,7 @@ import pytest
 import scipy.linalg
 
 from luenberger.papers.moore.driven import driven
-from luenberger.papers.moore.orthonormal import orthonormal
+from luenberger.papers.moore.orthonormal import _row, orthonormal
 
 POLES = {
     "real": [-1.0, -2.5, -0.3],
@@ -42,3 +42,21 @@ def test_an_observer_in_orthonormal_coordinates(poles, seed):
     assert not blocks.any()  # triangular, but for the blocks of pairs
     values = scipy.linalg.schur(F, output="complex")[0].diagonal()
     assert len(values) == len(poles)
+
+
+def test_a_row_is_the_nearest_that_its_equation_leaves():
+    """Of all t (A - a I) = f T + d C that are orthogonal to T."""
+    rng = np.random.default_rng(7)
+    A, C, wanted = rng.normal(size=(5, 5)), rng.normal(size=(2, 5)), rng.normal(size=5)
+    first = scipy.linalg.null_space(np.vstack([A - 0.2 * np.eye(5), C]).T)[:, :1].T
+    first = first / np.linalg.norm(first[:, :5])
+    T, D, F = first[:, :5], -first[:, 5:], np.array([[0.2]])
+    t, f, d = _row(A, C, 0.3, T, F, D, wanted)
+    pencil = A - 0.3 * np.eye(5)
+    np.testing.assert_allclose(t @ pencil, f @ T + d @ C, atol=1e-13)
+    apart = np.eye(5) - T.T @ T
+    every = scipy.linalg.null_space(np.vstack([pencil, T, C]).T)[:5].T @ apart
+    span = scipy.linalg.orth(every.T)
+    assert span.shape[1] == 2  # there is a choice
+    near = span @ span.T @ apart @ wanted / np.linalg.norm(apart @ wanted)
+    np.testing.assert_allclose(t, near, atol=1e-13)
