@@ -185,6 +185,7 @@ class _Finder:
                     yield ast.Slice(lower, ast.BinOp(upper, ast.Sub(), one), step)
             case ast.Call(func, args, keywords) if _called(func) not in SILENT:
                 swap = len(args) > 1 and _called(func) not in COMMUTE
+                swap = swap and ast.dump(args[0]) != ast.dump(args[1])
                 if swap and not any(isinstance(one, ast.Starred) for one in args):
                     yield ast.Call(func, [args[1], args[0], *args[2:]], keywords)
                 for k in range(len(keywords)):

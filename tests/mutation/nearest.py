@@ -160,9 +160,10 @@ class Nearest:
     def __call__(self, fault, budget):
         """{test file: {test: seconds}}, the nearest file first; and how many in all.
 
-        First come files that name the function or its module, then the others, the
-        quicker ones before; last, tests of files that only entered the function while
-        they were read.  They are taken while their seconds are in the budget.
+        First come the examples in the file itself, then files that name the function
+        or its module, then the others, the quicker ones before; last, tests of files
+        that only entered the function while they were read.  They are taken while
+        their seconds are in the budget.
         """
         groups = []
         for wanted in self._functions(fault):
@@ -175,7 +176,7 @@ class Nearest:
                         own[name] = test["seconds"]
                     elif test["passed"] and read:
                         others[name] = test["seconds"]
-                far = not self._names(path, fault)
+                far = (path != fault.path) + (not self._names(path, fault))
                 for late, tests in enumerate((own, others)):
                     seconds = sum(tests.values()) + answer["seconds"]
                     groups += [(late, far, seconds, path, tests)] if tests else []

@@ -201,3 +201,9 @@ def test_printed_code_letters_and_bounds_are_damaged_too():
     for part in wanted:
         assert any(part in line for line in new), (part, new)
     assert not any("max(k, 1)" in line for line in new)  # that is the same
+    same = [f for place in faults("g.py", b"f('', '', 1)") for f in place]
+    assert [f.shown(b"f('', '', 1)")[1] for f in same] == [
+        "pass",
+        "f('', '', 2)",
+        "f('', '', 0)",
+    ]

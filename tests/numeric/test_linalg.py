@@ -124,6 +124,7 @@ def test_a_mode_next_to_the_circle_does_not_decay(short, decays):
         ([-1.1e-9 + 1j, -1.1e-9 - 1j], [True, True]),
         ([-0.9e-9 + 1j, -0.9e-9 - 1j], [False, False]),  # beside its own frequency
         ([1.0, 0.0], [False, False]),
+        ([0.0, 0.0], [False, False]),
     ],
 )
 def test_in_continuous_time_a_mode_is_judged_beside_its_size(modes, decays, rate):

@@ -10,7 +10,7 @@ import luenberger as lb
 from luenberger import kernels
 from luenberger.papers.leondes_novak.derivation import gain_step, steady_gradient
 from luenberger.recursion import best_constant_gain, excitation, steady_gain
-from luenberger.recursion.settings import Settings
+from luenberger.recursion.settings import Setting, Settings
 
 
 def plants():
@@ -269,6 +269,16 @@ def test_units_of_an_output_play_no_part_in_what_is_lost(noise, unit):
     else:
         with pytest.raises(lb.DesignError, match="motion at 1, on the unit circle"):
             excitation.require_excited(now, K)
+
+
+@pytest.mark.parametrize(("off", "steps"), [(0.0, 1), (1e-3, 6)])
+def test_the_recursion_stops_where_it_has_settled(monkeypatch, off, steps):
+    """Sigma = 1/2 Omega, Omega = 1/4 Sigma + 7/16: an error shrinks to 1/16."""
+    plant = lb.Plant([[0.5]], None, [[1]], dt=1.0, Q=[[0.4375]], R=[[0.5]])
+    taken, step = [], Setting.step
+    monkeypatch.setattr(Setting, "step", lambda *given: taken.append(1) or step(*given))
+    Sigma = steady_gain._recur(Settings(plant, 0).at(0), np.eye(1) * (0.25 + off), 99)
+    assert Sigma[0, 0] == pytest.approx(0.25, rel=1e-9) and len(taken) <= steps + 1
 
 
 def test_unstable_noise_free_mode_is_stabilised():

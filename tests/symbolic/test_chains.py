@@ -279,6 +279,11 @@ def test_a_construction_is_checked():
     assert fault.startswith("C K = I is not satisfied: what is left over is I")
     spare = Relation("spare", A * B, B)
     assert construction(G, [RIGHT_INVERSE, spare]).check() == ["does not need spare"]
+    endless = Relation("no finite matrices", A * B, B * A + I)
+    faults = Construction(
+        "", "", {X: A * B - B * A}, [Relation("X = I", X, I)], [endless]
+    ).check()
+    assert faults == ["no matrices were found that satisfy what is cited"]
 
 
 def test_a_construction_that_fails_is_marked():

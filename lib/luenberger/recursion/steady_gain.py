@@ -93,8 +93,7 @@ def _start(now: Setting) -> Matrix:
             return symmetrise(Omega)
     except (np.linalg.LinAlgError, ValueError):
         pass  # a singular pencil, or no strictly stable solution: the recursion tells
-    size = np.trace(now.Qs) + np.trace(now.R)
-    return (size if size > 0 else 1.0) * np.eye(len(now.As))
+    return (np.trace(now.Qs) + np.trace(now.R)) * np.eye(len(now.As))
 
 
 def _recur(now: Setting, Sigma: Matrix, steps: int) -> Matrix:

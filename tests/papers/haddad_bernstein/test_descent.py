@@ -40,6 +40,7 @@ def test_where_a_minimum_is(values, slope, left, minimum, scale):
 def test_where_a_minimum_is_one_of_many(least, flat):
     assert bool(Frame.is_flat.fget(frame([least, 1]))) is flat
     assert bool(Frame.is_flat.fget(frame([3 * least, 3]))) is flat
+    assert Frame.is_flat.fget(frame([0, 0]))
 
 
 def test_what_is_left_is_that_of_the_parabola():
