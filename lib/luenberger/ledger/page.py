@@ -15,7 +15,7 @@ from .words import Words
 
 Papers = tuple[str, ...]
 
-MATRIX = re.compile(r"(\\begin\{bmatrix\})(.*?)(\\end\{bmatrix\})")
+MATRIX = re.compile(r"\\begin\{bmatrix\}(.*?)\\end\{bmatrix\}")
 
 HEAD = """<!DOCTYPE html>
 <html lang="en">
@@ -37,9 +37,7 @@ th, td { padding: .35em .7em .35em 0; vertical-align: top; }
 td { border-bottom: 1px solid #ddd; }
 code { font: .88em ui-monospace, Menlo, Consolas, monospace; overflow-wrap: anywhere; }
 summary { cursor: pointer; color: #0072b2; }
-td math { display: inline-block; max-width: 100%; overflow: auto hidden;
-          vertical-align: middle; }
-details math { display: block; margin: .2em 0; }
+.scrolls { overflow: auto hidden; padding: .15em 0; }
 pre { overflow-x: auto; margin: .3em 0; }
 table { table-layout: fixed; }
 th:nth-child(1) { width: 10%; } th:nth-child(2) { width: 36%; }
@@ -117,7 +115,7 @@ def _counts(papers: Papers) -> Iterator[str]:
 
 def _row(entry: Entry, formulas: bool) -> str:
     slip = " misprinted" if entry.misprints else ""
-    says = _says(entry.says, formulas) + "".join(
+    says = f'<div class="scrolls">{_says(entry.says, formulas)}</div>' + "".join(
         f'<p class="slip">Printed: {html.escape(s.printed)}<br>'
         f"Correct: {html.escape(s.correct)}</p>"
         for s in entry.misprints
@@ -148,10 +146,10 @@ def _says(words: Words, formulas: bool) -> str:
 def _details(entry: Entry, formulas: bool) -> str:
     lines = []
     for pointer in entry.evidence:
-        lines.append(f"<code>{html.escape(pointer)}</code>")
+        lines.append(f"<div><code>{html.escape(pointer)}</code></div>")
         if formulas and not evidence.is_test(pointer):
             lines += _formulas(pointer)
-    return "<details><summary>evidence</summary>" + "<br>".join(lines) + "</details>"
+    return "<details><summary>evidence</summary>" + "".join(lines) + "</details>"
 
 
 def _formulas(pointer: str) -> Iterator[str]:
@@ -162,8 +160,9 @@ def _formulas(pointer: str) -> Iterator[str]:
             yield f"<pre>{html.escape(dedent(shown))}</pre>"
             continue
         for row in step.rows(latex):
-            reason = f"<small>{_mathml(row.reason)}</small>" if row.reason else ""
-            yield _mathml(f"{row.left} {row.sign} {row.right}") + reason
+            line = _mathml(f"{row.left} {row.sign} {row.right}")
+            reason = f"<br><small>{_mathml(row.reason)}</small>" if row.reason else ""
+            yield f'<div class="scrolls">{line}{reason}</div>'
 
 
 def _mathml(latex: str) -> str:
@@ -174,7 +173,7 @@ def _mathml(latex: str) -> str:
 
 
 def _grouped(matrix: re.Match[str]) -> str:
-    begin, body, end = matrix.groups()
-    rows = (row.split(" & ") for row in body.split(r" \\ "))
+    rows = (row.split(" & ") for row in matrix[1].split(r" \\ "))
     grouped = (" & ".join(f"{{{entry}}}" for entry in row) for row in rows)
-    return begin + r" \\ ".join(grouped) + end
+    body = r" \\ ".join(grouped)
+    return rf"\left[\begin{{matrix}}{body}\end{{matrix}}\right]"

@@ -11,7 +11,7 @@ from .styles import LATEX, TEXT
 from .typeset import word_spaced
 
 FORMULA = re.compile(r"`([^`]+)`")
-MATRIX = r"\[[^\[\]]*[;,\s][^\[\]]*\]"
+MATRIX = r"\[[^\[\]]*[;,][^\[\]]*\]"
 NAME = r"[A-Za-z](?:\w*[^\W_])?(?:_\+)?(?:\^-?\w+|\*)?"
 RAISED = r"\^-?\w+|[_^]\([^()]*\)"
 SERIES = r"sum\[(\w+) = (.+?) \.\. (.+?)\]"
@@ -27,7 +27,7 @@ LATEX_SIGNS = {
     "E[": r"\mathrm{E}[",
 }
 MARKS = (".", ",", ";", ":")  # of a sentence
-LONG, SHORT = 20, 6  # characters: a formula to be broken, a part to be left alone
+LONG, SHORT = 20, 8  # characters: a formula to be broken, a part to be left alone
 BREAK = re.compile(r" (?=[=+<>!-]+ |(?<=\] )\[)")
 WORDS = {"tr", "rank", "det", "cov", "for", "and", "or"}
 
@@ -55,7 +55,7 @@ def as_text(formula: str) -> str:
 
 
 def setting(formula, style, signs):
-    """A formula in one style; of a matrix, commas part the entries if there are any."""
+    """A formula in one style; in a matrix commas part entries, semicolons rows."""
     found = []
     for token in (match.group() for match in TOKEN.finditer(formula)):
         if series := re.fullmatch(SERIES, token):
@@ -64,8 +64,7 @@ def setting(formula, style, signs):
         elif root := re.fullmatch(ROOT, token):
             found.append(style.root(setting(root[1], style, signs)))
         elif token[0] == "[" and len(token) > 1:
-            comma = "," if "," in token else None
-            rows = [row.split(comma) for row in token[1:-1].split(";")]
+            rows = [row.split(",") for row in token[1:-1].split(";")]
             entries = [[setting(x.strip(), style, signs) for x in row] for row in rows]
             found.append(style.rows(entries))
         elif token[0] == "^" and len(token) > 1:
@@ -132,16 +131,16 @@ def broken(formula: str) -> list[str]:
     """A long formula in parts between which a line may end: at a sign, at a matrix.
 
     >>> broken("x_next = A (x + w) - [B, C] [u; v]")
-    ['x_next = A (x + w)', '- [B, C]', '[u; v]']
+    ['x_next = A (x + w)', '- [B, C] [u; v]']
     >>> broken("x_next = A x + w")
     ['x_next = A x + w']
     """
-    depth, found = 0, [""]
+    depth, found, long = 0, [""], len(as_text(formula)) > LONG
     for k, c in enumerate(formula):
         depth += (c in "([") - (c in ")]")
         if c != " " or depth or not BREAK.match(formula, k):
             found[-1] += c
-        elif len(formula) > LONG and len(found[-1]) > SHORT:
+        elif long and len(as_text(found[-1])) > SHORT:
             found.append("")
         else:
             found[-1] += c

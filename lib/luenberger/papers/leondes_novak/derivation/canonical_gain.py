@@ -78,7 +78,7 @@ FAMILY = (
             by=(is_P, is_any, is_V, is_H),
         ),
     ),
-    """The lower row is `[0 I]` only for `T_1 = - K_1` and `T_2 = I - K_2 H_2`. The
+    """The lower row is `[0, I]` only for `T_1 = - K_1` and `T_2 = I - K_2 H_2`. The
     error of the estimate is the noise of the accurate outputs, and below it the
     observer's own error with the noise that the gains let in.""",
     split_v,
