@@ -419,6 +419,15 @@ def test_tables_hold_every_entry():
     assert "TA" not in repr(moore) and "T A = F T + D C" in repr(moore)
 
 
+def test_words_are_set_wherever_they_are_shown():
+    (gain,) = ledger.entries("leondes", number="(37)")
+    assert str(gain.says) == repr(gain.says) == gain.as_dict()["says"]
+    assert str(gain.says).endswith("K₁ = Ω₂₁ (Ω₁₁ + R₁₁)⁻¹.")
+    assert r"$K_{1} = \Omega_{21}" in gain.says._repr_markdown_()
+    row = ledger.table("leondes").markup[36]
+    assert row[1] == gain.says._repr_html_() and r'<span class="math">\(K_{1}' in row[1]
+
+
 def test_tables_are_folded_by_paper():
     folded = ledger.by_paper()
     assert repr(folded).splitlines()[1] == "Moore (1973): 15 entries"

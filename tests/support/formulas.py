@@ -13,7 +13,8 @@ DIGITS = str.maketrans(HIGH, "0123456789-")
 SIGNS = ("=", "≥", "≤", ">", "<", "≠", "→", "⇔", "⇒")
 TOKEN = re.compile(
     rf"(?P<call>(?:tr|det|rank|E)(?=[(\[]))|(?P<number>\d+(?:/\d+)?)"
-    rf"|(?P<letter>[^\W\d_](?:(?![{HIGH}])[\w\u0300-\u036f₊₋,]*(?<!,))[*⊥⁺]?)"
+    rf"|(?P<letter>(?![{HIGH}])[^\W\d_](?:(?![{HIGH}])[\w\u0300-\u036f₊₋]|,(?=\w))*"
+    rf"[*⊥⁺]?)"
     rf"|(?P<power>[{HIGH}]+|\^\([^()]*\)|\^\w+)|(?P<gap>\s+)|(?P<sign>\.\.\.|\S)"
 )
 
