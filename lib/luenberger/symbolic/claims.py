@@ -43,12 +43,6 @@ class Claim:
         left = self.algebra.normal(self.left)
         return left if self._is_bare() else left - self.algebra.normal(self.right)
 
-    @property
-    def is_empty(self) -> bool:
-        """True if it is about an explicit matrix without entries and says nothing."""
-        sides = (self.left, self.right)
-        return any(isinstance(X, sp.MatrixBase) and 0 in X.shape for X in sides)
-
     def _is_bare(self):
         return isinstance(self.right, int) and self.right == 0
 
