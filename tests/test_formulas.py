@@ -115,29 +115,29 @@ def test_a_run_is_that_of_the_equations(dt):
 # -- every formula, and its test ------------------------------------------------------
 
 TIED = """
-certificate.residuals test_residuals_are_what_the_conditions_leave
-export.control_systems._tracked test_a_state_space_comes_back
-export.control_systems.from_statespace test_a_state_space_comes_back
-numeric.covariance_maps.Sums.__call__ test_sums_of_powers_repeat_one_step_exactly
-numeric.independent_rows.outside test_form_is_backward_stable_and_echelon
-numeric.linalg._right_inverse test_right_inverse_is_the_one_of_least_weighted_trace
-numeric.linalg.complete test_accurate_outputs_are_met_to_the_last_digits
-numeric.staircase_form._turn test_form_is_backward_stable_and_echelon
-papers.haddad_bernstein.descent.Frame.model test_step_is_the_best_within_reach
-papers.haddad_bernstein.design._observer test_one_state_of_simons_plant
-papers.haddad_bernstein.stein.Schur._march test_stein_equations
-papers.kawazoe.deadbeat.rows_of_T test_design_follows_the_derivation
-papers.kawazoe.reconstruction.reconstruct_state test_states_from_every_window
-papers.moore.driven._Factor.step test_several_outputs
-papers.moore.orthonormal._row test_a_row_is_the_nearest_that_its_equation_leaves
-papers.moore.realised._error test_several_outputs
-papers.van_dooren.design._in_users_coordinates test_every_kind_of_plant_and_poles
-recursion.state.step test_integer_records_that_fit_exactly_are_not_refused
-run.claims.yardsticks test_sizes_are_those_of_the_terms_of_a_sum
-run.monte_carlo_blocks.Batch.begin test_compiled_runs_are_those_of_numpy
-run.simulate._simulate_continuous test_a_run_is_that_of_the_equations
-run.simulate.follow test_a_run_is_that_of_the_equations
-run.simulate.trajectory test_a_run_is_that_of_the_equations
+residuals test_residuals_are_what_the_conditions_leave
+export._tracked test_a_state_space_comes_back
+export.from_statespace test_a_state_space_comes_back
+numeric.Sums.__call__ test_sums_of_powers_repeat_one_step_exactly
+numeric.outside test_form_is_backward_stable_and_echelon
+numeric._right_inverse test_right_inverse_is_the_one_of_least_weighted_trace
+numeric.complete test_accurate_outputs_are_met_to_the_last_digits
+numeric._turn test_form_is_backward_stable_and_echelon
+papers.haddad_bernstein.Frame.model test_step_is_the_best_within_reach
+papers.haddad_bernstein._observer test_one_state_of_simons_plant
+papers.haddad_bernstein.Schur._march test_stein_equations
+papers.kawazoe.rows_of_T test_design_follows_the_derivation
+papers.kawazoe.reconstruct_state test_states_from_every_window
+papers.moore._Factor.step test_several_outputs
+papers.moore._row test_a_row_is_the_nearest_that_its_equation_leaves
+papers.moore._error test_several_outputs
+papers.van_dooren._in_users_coordinates test_every_kind_of_plant_and_poles
+recursion.step test_integer_records_that_fit_exactly_are_not_refused
+run.yardsticks test_sizes_are_those_of_the_terms_of_a_sum
+run.Batch.begin test_compiled_runs_are_those_of_numpy
+run._simulate_continuous test_a_run_is_that_of_the_equations
+run.follow test_a_run_is_that_of_the_equations
+run.trajectory test_a_run_is_that_of_the_equations
 """
 
 
@@ -150,8 +150,8 @@ def test_no_other_formula_is_written_by_hand():
 
 
 def formulas(path):
-    """The functions with a sum of matrix products, outside of derivations."""
-    parts = path.relative_to(ROOM).with_suffix("").parts
+    """The functions with a sum of matrix products, by their rooms."""
+    parts = path.relative_to(ROOM).parts[:-1]
     if "derivation" not in parts:
         yield from _within(ast.parse(path.read_text(encoding="utf-8")), parts)
 
