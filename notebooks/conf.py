@@ -25,6 +25,7 @@ extensions = [
     "ledger_pages",
     "derivation_pages",
     "coursework_pages",
+    "front_page",
 ]
 exclude_patterns = [
     "plants",
@@ -40,7 +41,7 @@ exclude_patterns = [
 nb_execution_mode = "off"
 nb_merge_streams = True
 nb_render_image_options = {"align": "center"}
-nb_code_prompt_show = "Show the solution as code"
+nb_code_prompt_show = "Show the code"
 nb_code_prompt_hide = "Hide the code"
 myst_enable_extensions = ["dollarmath", "amsmath", "colon_fence", "deflist"]
 myst_heading_anchors = 3
