@@ -1,6 +1,7 @@
 """Pages of derivations with one thing wrong: a stage, a definition, a reason."""
 
 import dataclasses
+from itertools import product
 
 import sympy as sp
 from damage import damaged_sides
@@ -90,14 +91,14 @@ def idle_values(derivation):
 
 
 def other_values(item, symbol):
-    """An explicit statement with one entry of one letter less one, a number negated."""
+    """An explicit statement with one entry one off, or with one number negated."""
     for name, chosen in item.cases.items():
         if not hasattr(symbol, "shape"):
             other = chosen | {symbol: -chosen[symbol] if chosen[symbol] != 0 else 1}
             yield dataclasses.replace(item, cases={name: other})
             continue
         matrix = sp.Matrix(chosen[symbol])
-        for k in range(len(matrix)):
+        for k, step in product(range(len(matrix)), (-1, 1)):
             wrong = matrix.copy()
-            wrong[k] -= 1
+            wrong[k] += step
             yield dataclasses.replace(item, cases={name: {**chosen, symbol: wrong}})
