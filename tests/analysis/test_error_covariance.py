@@ -56,6 +56,13 @@ def test_wrong_gains(steps):
     assert np.abs(covariances[0] - covariances[1]).max() > 1e-3
 
 
+def test_a_steady_variance_is_not_negative():
+    """What the gain lets through of redundant outputs is rounding: it was -5e-16."""
+    R = np.array([[49, 28, 56], [28, 16, 32], [56, 32, 64]]) / 9
+    plant = lb.Plant([[0.0]], None, [[-1], [-1], [5 / 3]], dt=1.0, Q=[[0]], R=R)
+    assert 0 <= lb.error_covariance(lb.kalman_filter(plant), plant)[0, 0] < 1e-28
+
+
 def test_prior_start_and_biased_start():
     plant = plant_of(3, P0_is="prior")
     within_four_standard_errors(plant, lb.reduced_order_filter(plant, 1, steps=STEPS))

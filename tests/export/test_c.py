@@ -305,6 +305,36 @@ def test_a_variance_that_is_rounding_moves_no_other(tmp_path):
 
 @needs_compiler
 @pytest.mark.parametrize("m1", [0, 1], ids=["Kalman", "taken at its word"])
+@pytest.mark.parametrize("unit", [1e-5, 1e-7])
+def test_outputs_in_small_units_that_did_not_arrive(unit, m1, compiled):
+    """The variance of one in their place took the digits of the others' R."""
+    metre = tracker(B=None, R=np.diag([1.0, 4.0]))
+    small = dataclasses.replace(metre, C=metre.C * unit, R=metre.R * unit**2)
+    y = np.random.default_rng(5).normal(size=(20, 2))
+    y[1::3, 0] = y[::3, 1] = NAN
+    device = compiled(small, m1=m1)
+    found, code = device.run(y * unit, np.zeros((20, 0)), 3)
+    assert not code.any()
+    wanted = lb.filter_data(metre, y, m1=m1)
+    np.testing.assert_allclose(found, wanted.x, rtol=1e-10, atol=1e-12)
+    np.testing.assert_allclose(device.sigma(3), wanted.P, rtol=1e-10, atol=1e-12)
+
+
+@needs_compiler
+def test_outputs_that_see_nothing(compiled):
+    """Sigma is then Omega, and its test is made of that; it was a KeyError."""
+    blind = tracker(B=None, C=np.zeros((2, 3)))  # A has a mode of 1 without noise
+    y = np.ones((3, 2))
+    device = compiled(blind)
+    found, code = device.run(y, np.zeros((3, 0)), 3)
+    assert not code.any()
+    wanted = lb.filter_data(blind, y)
+    np.testing.assert_array_equal(found, wanted.x)
+    np.testing.assert_allclose(device.sigma(3), wanted.P, rtol=1e-14)
+
+
+@needs_compiler
+@pytest.mark.parametrize("m1", [0, 1], ids=["Kalman", "taken at its word"])
 def test_filter_of_one_state(m1, compiled):
     source = lb.Plant(
         [[0.9]], None, [[2.0]], dt=1.0, Q=[[0.5]], R=[[0.25]], P0=[[1.0]], x0=[3.0]

@@ -254,6 +254,19 @@ def test_rows_since_the_last_test_are_taken_back(form, monkeypatch):
     assert len(rows) > 10 and min(rows[1:]) >= 16
 
 
+@pytest.mark.parametrize("unit", [1e-5, 1e-7])
+def test_outputs_in_small_units_that_did_not_arrive(unit, plain):
+    """The variance of one in their place took the others' digits: 1 part in 1000."""
+    C = [[1, 0, 0], [0, 1, 0]]
+    small = dataclasses.replace(TRACKER, C=np.multiply(C, unit), R=TRACKER.R * unit**2)
+    y = holes(np.random.default_rng(3), np.arange(24.0).reshape(12, 2) % 5)
+    for m1 in (0, 1):
+        wanted = lb.filter_data(TRACKER, y, m1=m1, backend="numpy")
+        found = lb.filter_data(small, y * unit, m1=m1, backend="numba")
+        np.testing.assert_allclose(found.x, wanted.x, rtol=1e-10, atol=1e-12)
+        np.testing.assert_allclose(found.std, wanted.std, rtol=1e-10)
+
+
 def test_noise_free_outputs_are_refused_before_the_run():
     plant = lb.Plant([[0.5]], None, [[1]], dt=1.0, Q=[[1]], R=[[0]], P0=[[1]])
     assert stacks_of(Settings(plant, 0)) is None

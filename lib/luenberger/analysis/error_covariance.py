@@ -212,23 +212,28 @@ class ErrorSystem:
         step, rows = kernels.compiled(root_error), steps + (self.observer.steps is None)
         H, noise = self.start(), None
         for k in range(rows):
-            given = self.matrices(k)
-            Q, S, R = (given.pop(name) for name in "QSR")
-            if noise is None or self.plant.steps is not None or self.moments:
-                noise = factor(np.block([[Q, S], [S.T, R]]))
-            given |= dict(H=H, Nw=noise[: len(Q)], Nv=noise[len(Q) :])
-            new = step(**given)
+            changing = self.plant.steps is not None or self.moments
+            given, noise = self.rooted(k, None if changing else noise)
+            given["H"], new = H, step(**given, H=H)
             yield np.concatenate([new["shown"], new["drawn"]], axis=1), given
             H = shorten(np.concatenate([new["moved"], new["drive"]], axis=1))
 
+    def rooted(self, k: int, noise: Matrix | None = None) -> tuple[Matrices, Matrix]:
+        """`matrices` with a factor [Nw; Nv] of the noise, which may be known."""
+        given = self.matrices(k)
+        Q, S, R = (given.pop(name) for name in "QSR")
+        noise = factor(np.block([[Q, S], [S.T, R]])) if noise is None else noise
+        return given | dict(Nw=noise[: len(Q)], Nv=noise[len(Q) :]), noise
+
     def steady(self) -> Matrix:
-        """E[e e'] of the steady state."""
-        given = self.matrices(0)
-        F, P, V = given["F"], given.pop("P"), given.pop("V")
+        """E[e e'] of the steady state: in factors no variance is below zero."""
+        given, _ = self.rooted(0)
+        F, step = given["F"], kernels.compiled(root_error)
         _require_decay(F, self.whose)
-        X = settled(**given)
-        step = kernels.compiled(error_recursion, "Sigma")
-        return step(P=P, V=V, R=given["R"], X=X)["Sigma"]
+        drive = step(**given, H=np.zeros((len(F), 0)))["drive"]
+        new = step(**given, H=factor(lyapunov(F, drive @ drive.T)))
+        H = np.concatenate([new["shown"], new["drawn"]], axis=1)
+        return H @ H.T
 
 
 def settled(F: Matrix, **given: Matrix) -> Matrix:

@@ -6,6 +6,7 @@ are names such as "n", matrices are names, a transpose is an order of indices.
 """
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
@@ -74,7 +75,11 @@ def lower(
     made = {step.target for step in steps if not isinstance(step, Factor)}
     shapes = {k: v for k, v in work.shapes.items() if k in made or k in given}
     known = frozenset(work.symmetric & set(shapes))
-    return Program(given, shapes, steps, results, known, tuple(definite))
+    held = {name: op.name for name, op in results.items() if op is not None}
+    definite = tuple(
+        replace(one, matrix=held.get(one.matrix, one.matrix)) for one in definite
+    )
+    return Program(given, shapes, steps, results, known, definite)
 
 
 def require_proved(derivation: Derivation) -> None:

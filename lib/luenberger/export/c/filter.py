@@ -208,8 +208,9 @@ class _Filter:
         to.end()
         for k in accurate:
             to.set(f"Taken[{k * (p + 1)}]", f"Seen[{k * (p + 1)}]")
-        if not accurate:
-            to.line("(void)Taken;")
+        for matrix, array in {"Seen": "Seen", "Taken": "Taken", "y": "came"}.items():
+            if matrix not in program.given:
+                to.line(f"(void){array};")
         rest = "".join(f", {k}_now" for k in local)
         results = {k: f"{k}_now" for k in local} | OUT
         places = {"y": "came"} | {k: f"state->{k}" for k in ("x_minus", "Omega")}

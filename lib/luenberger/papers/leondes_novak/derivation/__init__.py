@@ -90,7 +90,7 @@ filter_step = StageList(
     "one_pass.filter_step",
     "Omega N M Kmv K Z Sigma_next x_minus known innovation x_next rho_next",
 )
-padded = StageList(__name__, "places.padded", "C E R Gamma J")
+padded = StageList(__name__, "places.padded", "C E Missing R Gamma J")
 observer_step = StageList(__name__, "side_by_side.observer_step", "w_hat z_next")
 predict = StageList(__name__, "on_target.predict", "Omega_next x_minus_next")
 update = StageList(
@@ -104,9 +104,12 @@ complete_sample = StageList(
 partial_sample = StageList(
     __name__,
     "on_target.partial_sample",
-    "C E R S J As Q Lifted Spread Gamma N M Kmv K Z Sigma known innovation x rho",
+    "C E Missing R S J As Q Lifted Untaken Spread Gamma "
+    "N M Kmv K Z Sigma known innovation x rho",
 )
-arrived = StageList(__name__, "marks.arrived", "C E R S J As Q Lifted Spread Gamma")
+arrived = StageList(
+    __name__, "marks.arrived", "C E Missing R S J As Q Lifted Untaken Spread Gamma"
+)
 side_by_side_step = StageList(
     __name__, "side_by_side.side_by_side", "y w w_hat e z_next x_next"
 )

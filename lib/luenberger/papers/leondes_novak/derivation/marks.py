@@ -16,11 +16,13 @@ from .places import (
     C_seen,
     E_seen,
     J_seen,
+    Missing,
     Pick,
     R_seen,
     is_C,
     is_E,
     is_J,
+    is_Missing,
     is_R,
     pa,
     picks,
@@ -39,6 +41,7 @@ Q_all = letters("Q_all", n, n, "covariance of the process noise", symmetric=True
 Inverse = letters("Inverse", n, n, "inverse weight of the error", symmetric=True)
 Seen = letters("Seen", p, p, "diagonal: ones for the outputs that arrived")
 Taken = letters("Taken", p, p, "diagonal: ones for the accurate ones of these")
+Untaken = letters("Untaken", p, p, "diagonal: ones for all the others")
 Lifted = letters("Lifted", n, p, "the push, before it is scaled")
 Spread = letters("Spread", p, p, "what scales it", symmetric=True)
 
@@ -81,7 +84,9 @@ MARKED = (
         Line(Pick.T * Pick * R_all * Pick.T * Pick + rest, by=(is_R_seen,)),
         Line(Seen * R_all * Seen + Identity(p) - Seen, by=(is_Seen,)),
     ),
-    """What did not arrive has noise of its own, of variance one.""",
+    """What did not arrive has noise of its own, of variance one, that is put together
+    first.""",
+    is_Missing,
     chain(
         "",
         "the noise of what did not arrive",
@@ -147,6 +152,7 @@ MARKED = (
         Line(Identity(m1), why="an inverse"),
     ),
     is_Lifted := define(Lifted, Inverse * C_all.T * Taken),
+    is_Untaken := define(Untaken, Identity(p) - Taken),
     is_Spread := define(Spread, Taken * C_all * Lifted + Identity(p) - Taken),
     beside := chain(
         "47",
@@ -191,13 +197,27 @@ def arrived():
         (
             Stage(C, marked_C.right, by=(marked_C,)),
             Stage(E, marked_E.right, by=(marked_E,)),
-            Stage(R, marked_R.right, symmetric=True, by=(marked_R,)),
+            Stage(
+                Missing, Identity(p) - Seen, symmetric=True, by=(is_Missing, is_Seen)
+            ),
+            Stage(
+                R,
+                Seen * R_all * Seen + Missing,
+                symmetric=True,
+                by=(marked_R, is_Missing, is_Seen),
+            ),
             Stage(S, marked_S.right, by=(marked_S,)),
             Stage(J, Solve(S, R), by=(marked_J,)),
             Stage(As, A - J * C, by=(is_As,)),
             Stage(Q, Q_all - J * S.T, symmetric=True, by=(is_Q,)),
             Stage(Lifted, is_Lifted.right, by=(is_Lifted,)),
-            Stage(Spread, is_Spread.right, symmetric=True, by=(is_Spread,)),
+            Stage(Untaken, is_Untaken.right, symmetric=True, by=(is_Untaken,)),
+            Stage(
+                Spread,
+                Taken * C_all * Lifted + Untaken,
+                symmetric=True,
+                by=(is_Spread, is_Untaken),
+            ),
             Stage(Gamma, Solve(Lifted, Spread), "(47)", by=(marked_push,)),
         ),
         source="our own",

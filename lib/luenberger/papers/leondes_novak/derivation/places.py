@@ -31,6 +31,7 @@ K_seen = letters("K_seen", n, pa, "the gain that runs, for what arrived")
 y_seen = letters("y_seen", pa, 1, "the outputs that arrived")
 rho_seen = letters("rho_seen", pa, 1, "what an estimate leaves of them")
 innovation_seen = letters("innovation_seen", pa, 1, "what a prediction leaves")
+Missing = letters("Missing", p, p, "diagonal: ones for the outputs that did not arrive")
 rest = Identity(p) - Pick.T * Pick
 
 PADDED = (
@@ -41,6 +42,9 @@ PADDED = (
     is_C := define(C, Pick.T * C_seen),
     is_E := define(E, Pick.T * E_seen),
     is_R := define(R, Pick.T * R_seen * Pick + rest),
+    """The ones are put together first, as `Missing`: added to a small variance and
+    taken away again, they would take its digits along.""",
+    is_Missing := define(Missing, rest),
     is_Gamma := define(Gamma, Gamma_seen * Pick),
     is_J := define(J, J_seen * Pick),
     """The covariance of the innovation is then that of what arrived, with ones on the
@@ -166,7 +170,13 @@ def padded():
         (
             Stage(C, Pick.T * C_seen, by=(is_C,)),
             Stage(E, Pick.T * E_seen, by=(is_E,)),
-            Stage(R, Pick.T * R_seen * Pick + rest, symmetric=True, by=(is_R,)),
+            Stage(Missing, rest, symmetric=True, by=(is_Missing,)),
+            Stage(
+                R,
+                Pick.T * R_seen * Pick + Missing,
+                symmetric=True,
+                by=(is_R, is_Missing),
+            ),
             Stage(Gamma, Gamma_seen * Pick, by=(is_Gamma,)),
             Stage(J, J_seen * Pick, by=(is_J,)),
         ),
