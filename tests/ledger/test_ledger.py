@@ -56,10 +56,14 @@ WANTED = {
     "haddad_bernstein": [
         *(f"2: {letter}" for letter in ("tau_perp", "A~", "A~_i", "w~", "V~", "R~")),
         *("2: pi_i", "2: V2s", "2: Qs", "2: V2s, n_e = n", "2: Qs, n_e = n"),
-        *(f"(3.{k})" for k in range(1, 11)),
-        "(3.10)'",
-        *(f"(3.{k})" for k in range(11, 28)),
-        *(f"(4.{k})" for k in range(1, 17)),
+        *(f"(3.{k})" for k in range(1, 10)),
+        *("section 3: D(Q, P)", "theorem 3.1", "(3.10)", "(3.10)'"),
+        *(f"(3.{k})" for k in range(11, 19)),
+        *("remark 3.2", "remark 3.4"),
+        *(f"(3.{k})" for k in range(19, 28)),
+        *("remark 3.6", "(4.1)", "(4.2)", "(4.3)", "lemma 4.1"),
+        *("(4.4)", "(4.5)", "after (4.5)"),
+        *(f"(4.{k})" for k in range(6, 17)),
     ],
     "van_dooren": [
         *(*numbers((1, 12)), "remark 1", *numbers((13, 21)), "after (21)"),
@@ -129,7 +133,7 @@ def test_a_wrong_entry_is_noticed(entry):
 KINDS = {
     "leondes_novak": "ddddddddcccdcaadddddddddccccdcdcaccdcccccccccdddcaccdccnnnacc",
     "moore": "dddccccaacddcac",
-    "haddad_bernstein": "d" * 16 + "c" * 23 + "dd" + "c" * 14,
+    "haddad_bernstein": "d" * 16 + "c" * 28 + "dd" + "c" * 16,
     "van_dooren": "dddcccdccccdccdccaadcannnanddcccdcdnnncc",
     "kawazoe": "ddcdadcdcccddcccacdacaddda",
     "hsia": "dnnnnn",

@@ -179,7 +179,7 @@ PAGE = (
     is_root_P2 := define(P2, root_P2 * root_P2.T),
     is_root_R := define(R, root_R * root_R.T),
     not_negative_Q := chain(
-        "3.14",
+        "theorem 3.1",
         "the solution is a covariance",
         Q,
         Line(Q1 - Q12 * G - G.T * Q12.T + G.T * Q2 * G, by=(is_Q1, is_Qe, is_Q12)),
@@ -187,7 +187,7 @@ PAGE = (
         AtLeast(ZeroMatrix(n, n), by=(is_root,), root=T_e * root_Qt),
     ),
     not_negative_Qh := chain(
-        "3.15",
+        "theorem 3.1",
         "the first hat is not negative",
         Qh,
         Line(A * G.T * Q2 * G * A.T + Kq * Qs.T, by=(is_Qh, is_Qe)),
@@ -196,7 +196,7 @@ PAGE = (
         AtLeast(ZeroMatrix(n, n), by=(is_root_Q2,), root=A * G.T * root_Q2),
     ),
     not_negative_Ph := chain(
-        "3.16",
+        "theorem 3.1",
         "the second hat is not negative",
         Ph,
         Line(Aq.T * Gam.T * P2 * Gam * Aq + Lq.T * R * Lq, by=(is_Ph, is_Pe)),

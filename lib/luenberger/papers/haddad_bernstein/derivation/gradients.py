@@ -50,7 +50,7 @@ PAGE = (
     unweighted := define(Phi_p * p_tilde, p_tilde),
     solvable := define(N_p * (Identity(both**2) - Phi_p), Identity(both**2)),
     chain(
-        "4.6",
+        "after 4.5",
         "the multiplier of the cost is not zero",
         p_tilde,
         Line(N_p * (Identity(both**2) - Phi_p) * p_tilde, by=(solvable,)),
