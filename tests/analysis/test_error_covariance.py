@@ -151,3 +151,41 @@ def test_continuous_error_decays_as_the_poles_say():
     run = lb.simulate(plant, observer, t, u=1.0, x0=[1, 0], z0=[1.0])
     start = 1.0 - observer.T @ [1, 0]
     np.testing.assert_allclose(run.error[:, 1], np.exp(-5 * t) * start[0], atol=1e-12)
+
+
+@pytest.mark.parametrize("P0_is", ["prior", "posterior"])
+def test_an_observer_of_nothing_errs_as_the_state_beside_it_says(P0_is):
+    """Its T is anything: the moments of x and z together need none."""
+    rng = np.random.default_rng(4)
+    n, p, r, q, N = 3, 2, 2, 2, 4
+    A, C, L = rng.normal(size=(n, n)), rng.normal(size=(p, n)), rng.normal(size=(q, n))
+    half, start = rng.normal(size=(n + p, n + p)), rng.normal(size=(n, n))
+    noise, P0, x0, z0 = (
+        half @ half.T,
+        start @ start.T,
+        np.arange(3.0),
+        np.array([2, -1]),
+    )
+    plant = lb.Plant(
+        A, None, C, dt=1.0, x0=x0, P0=P0, P0_is=P0_is,
+        Q=noise[:n, :n], S=noise[:n, n:], R=noise[n:, n:],
+    )  # fmt: skip
+    sizes = dict(F=(r, r), G=(r, 0), D=(r, p), P=(q, r), V=(q, p), T=(r, n))
+    given = {name: rng.normal(size=(N, *size)) for name, size in sizes.items()}
+    observer = lb.Observer(
+        **given, L=L, z0=z0, dt=1.0, T0=np.zeros((r, n)), G0=np.zeros((r, 0))
+    )
+    found = lb.error_covariance(observer, plant, steps=N)
+    moved = P0_is == "posterior"
+    s = np.concatenate([A @ x0 if moved else x0, z0])
+    M = np.outer(s, s)
+    M[:n, :n] += A @ P0 @ A.T + plant.Q if moved else P0
+    np.testing.assert_allclose(found[0], L @ P0 @ L.T)
+    for k in range(N):
+        F, D, P, V = (given[name][k] for name in "FDPV")
+        shows = np.hstack([V @ C - L, P])
+        wanted = shows @ M @ shows.T + V @ plant.R @ V.T
+        np.testing.assert_allclose(found[k + 1], wanted, rtol=1e-9)
+        moves = np.block([[A, np.zeros((n, r))], [D @ C, F]])
+        drives = np.block([[np.eye(n), np.zeros((n, p))], [np.zeros((r, n)), D]])
+        M = moves @ M @ moves.T + drives @ noise @ drives.T

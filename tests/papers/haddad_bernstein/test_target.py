@@ -42,7 +42,7 @@ def test_scale_is_the_mean_square_of_what_the_kalman_filter_estimates():
 
 
 @pytest.mark.parametrize("feedthrough", [True, False])
-def test_an_estimator_costs_beside_the_kalman_filter_what_it_costs_whitened(
+def test_a_whitened_estimator_costs_the_excess(
     feedthrough,
 ):
     """Innovations of unit covariance and a weight of one are another way to say it."""
