@@ -10,6 +10,7 @@ import pytest
 import luenberger as lb
 
 RUNS, STEPS = 4000, 8
+NAN = float("nan")
 
 
 def plant_of(seed, **options):
@@ -54,6 +55,13 @@ def test_wrong_gains(steps):
         lb.error_covariance(one, plant, steps=STEPS)[2] for one in (right, wrong)
     ]
     assert np.abs(covariances[0] - covariances[1]).max() > 1e-3
+
+
+@pytest.mark.parametrize("steps", ["3", 2.5, True, -1, [3], NAN, np.timedelta64(3)])
+def test_steps_that_are_no_number_of_steps(steps):
+    plant = plant_of(1)
+    with pytest.raises(ValueError, match="steps must be a whole number >= 0, got"):
+        lb.error_covariance(lb.kalman_filter(plant), plant, steps=steps)
 
 
 def test_a_steady_variance_is_not_negative():

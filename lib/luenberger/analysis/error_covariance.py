@@ -19,6 +19,7 @@ from ..errors import DesignError
 from ..numeric import Matrices, Matrix, Vector
 from ..numeric.factors import factor, shorten
 from ..numeric.linalg import lyapunov, modes
+from ..numeric.validation import whole
 from ..observer import Observer
 from ..papers.haddad_bernstein.derivation import moment_ahead
 from ..papers.leondes_novak.derivation import (
@@ -91,6 +92,7 @@ def error_covariance(
     expect(observer=observer, plant=plant)
     require_match(observer, plant)
     require_real("the error covariance", plant, observer)
+    steps = None if steps is None else whole("steps", steps)
     _require_noise(plant, steps)
     if observer.steps is not None and steps is None:
         raise ValueError("give steps: a time-varying observer has no steady state")

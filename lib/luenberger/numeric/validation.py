@@ -256,6 +256,15 @@ def sample_time(dt: float) -> float:
     return float(dt)
 
 
+def whole(name: str, value: Any, least: int = 0) -> int:
+    """Return `value`, a whole number of at least `least`, as an int."""
+    number = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
+    if not number or isinstance(value, np.timedelta64) or value < least:
+        got = short(value)
+        raise ValueError(f"{name} must be a whole number >= {least}, got {got}")
+    return int(value)
+
+
 def names(kind: str, value: Iterable[str] | None, size: int) -> tuple[str, ...]:
     """Return `value` as a tuple of `size` different strings.
 

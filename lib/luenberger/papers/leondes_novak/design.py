@@ -12,6 +12,7 @@ from ... import kernels
 from ...arguments import expect
 from ...errors import DesignError
 from ...numeric import Matrix
+from ...numeric.validation import whole
 from ...observer import Observer
 from ...plant import Plant
 from ...recursion.best_constant_gain import best_constant_gain
@@ -218,7 +219,8 @@ def _over(settings: Settings, steps: int, backend: str) -> Observer:
     """The time-varying filter of instants 1 .. steps as an Observer."""
     plant = settings.plant
     require_start(plant)
-    rows = [(now, K) for now, K, _ in gains(settings, whole(steps, plant), backend)]
+    steps = covered(whole("steps", steps, 1), plant)
+    rows = [(now, K) for now, K, _ in gains(settings, steps, backend)]
     have = {
         name: np.stack([getattr(now, name) for now, _ in rows])
         for name in ("As", "B", "J", "C", "E", "Gamma", "Phat", "That")
@@ -254,13 +256,11 @@ def _observer(plant: Plant, have: dict[str, Any]) -> Observer:
     )
 
 
-def whole(steps: Any, plant: Plant) -> int:
-    """Return `steps` as a positive int that the plant's rows cover."""
-    if isinstance(steps, bool) or not isinstance(steps, (int, np.integer)) or steps < 1:
-        raise ValueError(f"steps must be a whole number >= 1, got {steps!r}")
+def covered(steps: int, plant: Plant) -> int:
+    """Return `steps`, or DesignError unless the plant's rows cover so many."""
     if plant.steps is not None and steps >= plant.steps:
         raise DesignError(
             f"steps = {steps} needs the plant at instants 0 .. {steps}, it has rows "
             f"0 .. {plant.steps - 1}; take steps <= {plant.steps - 1}"
         )
-    return int(steps)
+    return steps
