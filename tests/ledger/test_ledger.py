@@ -312,7 +312,8 @@ def test_levels_say_how_close_the_table_is_met():
     """What stands behind the proved part of a level."""
     levels = {e.number: e.level.partition("; ")[2] for e in ledger.entries("hsia")}
     misses = test_loop.misses()
-    close = f"{math.ceil(100 * max(misses))} per cent, {100 * sum(misses) / len(misses):.1f}"
+    mean = 100 * sum(misses) / len(misses)
+    close = f"{math.ceil(100 * max(misses))} per cent, {mean:.1f}"
     for law in range(1, 5):
         assert levels[f"Table II law {law}"] == f"reproduced to {close} on average"
     assert levels["(17)"] == "implemented by sampling.simulate"
