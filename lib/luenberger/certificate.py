@@ -22,7 +22,7 @@ import scipy.linalg
 from .arguments import expect
 from .errors import CertificateError, DesignError
 from .numeric import Matrix, Vector
-from .numeric.balance import balanced, power_of_two
+from .numeric.balance import balanced, even_rate, power_of_two
 from .observer import Observer
 from .plant import Plant
 
@@ -178,12 +178,12 @@ def certify(observer: Observer, plant: Plant) -> Certificate:
 def _evenly(o: Observer, plant: Plant) -> list[Matrix]:
     """A, B, C, E, L, F, G, D, P, V, W, T in units that make all of like size.
 
-    Residuals are norms, so in the user's units a row of small numbers, such as an
-    estimate in light years, hides behind the others.  In these no row does.
+    In the user's units a row of small numbers hides behind the others of a norm.
     """
     now = plant.at(0)
     noise, sensor = (0 if X is None else X.diagonal() for X in (now.Q, now.R))
-    x, _ = balanced(now.A, now.C, noise, sensor)
+    s = even_rate(now.A, now.C, plant.dt, np.abs(o.poles).max(initial=0), noise, sensor)
+    x, _ = balanced(now.A / s, now.C, noise / s, sensor * s)
     y, w = (_unit(_top(X * x)) for X in (plant.C, o.L))
     moves, shows = (plant.B / x[:, None]).mT, (plant.E / y[:, None]).mT
     u = 1 / _unit(np.maximum(_top(moves), _top(shows)))

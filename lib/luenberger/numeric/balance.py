@@ -5,7 +5,7 @@ nothing when one of them is in light years.  Units are powers of two: a change o
 does not round.
 """
 
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 from scipy.sparse.csgraph import connected_components
@@ -107,6 +107,17 @@ def evened(M: Matrix) -> tuple[Matrix, Vector, Vector]:
     """
     column, row = balanced(np.zeros((M.shape[1],) * 2), M, 0, 0)
     return M / row[:, None] * column, row, column
+
+
+def even_rate(
+    A: Matrix, C: Matrix, dt: float, fastest: float, noise: Any = 0, sensor: Any = 0
+) -> float:
+    """The rate in 1/s whose inverse is the unit of time: 1 in discrete time.
+
+    In continuous time the plant's own, or the `fastest` one that it has to meet.
+    """
+    rate = 0.0 if dt else max(time_unit(A, C, noise, sensor), fastest)
+    return float(power_of_two(rate or 1.0))
 
 
 def time_unit(

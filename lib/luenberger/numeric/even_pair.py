@@ -10,7 +10,7 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 
 from . import Matrix, Vector
-from .balance import balanced, power_of_two, sizes, time_unit
+from .balance import balanced, even_rate, power_of_two, sizes
 
 SMALL_STAIR = 1e-4  # relative size of a stair that asks for other units
 SWEEPS = 6  # alternations of row and column scaling; more change nothing much
@@ -43,7 +43,7 @@ def even_pair(A: Matrix, C: Matrix, dt: float = 0.0, fastest: float = 0.0) -> Pa
     In continuous time that of time is the plant's own, or of the `fastest` rate that
     it has to meet; in discrete time it is the sample.
     """
-    rate = 1.0 if dt else power_of_two(max(time_unit(A, C), fastest) or 1.0)
+    rate = even_rate(A, C, dt, fastest)
     states, _ = balanced(A / rate, C, 0, 0)
     pair = _moved(as_given(A / rate, C)._replace(rate=rate), states)
     return pair._replace(natural=pair.states)

@@ -62,11 +62,13 @@ def test_a_plant_in_other_units_has_the_same_observer_in_them(method):
         x /= x[first_of_its_part(A, C)]  # whose unit is the observer's
         rate = 1.0 if dt else 2.0 ** rng.integers(-40, 41)
         A, C, poles = A * rate * x / x[:, None], C * x / y[:, None], poles * rate
+        plant = lb.Plant(A, None, C, dt=dt)
         other = designed(A, C, dt, poles, method)
         if isinstance(one, str):
             assert other == one == "not observable"[:14], seed
             continue
         found += 1
+        assert lb.certify(other, plant).worst < 1e-14, seed  # in any unit of time
         for name, left, right in (
             ("F", rate, 1), ("T", 1, x), ("D", rate, y), ("P", 1 / x[:, None], 1),
             ("V", 1 / x[:, None], y),
