@@ -281,6 +281,14 @@ def test_the_recursion_stops_where_it_has_settled(monkeypatch, off, steps):
     assert Sigma[0, 0] == pytest.approx(0.25, rel=1e-9) and len(taken) <= steps + 1
 
 
+def test_no_singular_value_of_the_pencil_is_steeper_than_its_slope():
+    A = np.diag([10.0, 0.5])
+    plant = lb.Plant(A, None, [[1, 1]], dt=1.0, Q=np.eye(2), R=[[1]])
+    pencil, slope = excitation._pencil(Settings(plant, 0).at(0))
+    one, other = (np.linalg.svd(pencil(a), compute_uv=False) for a in (0.7, 0.7001))
+    assert slope == 0.1 and (np.abs(one - other) <= slope * 0.0001).all()
+
+
 def test_unstable_noise_free_mode_is_stabilised():
     """x+ = 2 x without process noise: the steady pole is 1/2, not the plant's 2."""
     plant = lb.Plant([[2]], None, [[1]], dt=1.0, Q=[[0]], R=[[1]])

@@ -193,11 +193,11 @@ def test_products_of_few_outputs_and_of_many_are_the_same_sums(q):
 # compiled runs
 
 
-@pytest.mark.parametrize("kind", ["constant", "over steps", "changing"])
+@pytest.mark.parametrize("kind", ["constant", "over steps", "prior", "posterior"])
 def test_compiled_runs_are_those_of_numpy(kind):
     rng = np.random.default_rng(8)
-    if kind == "changing":
-        plant = generators.varying(rng, 3, 2, STEPS + 1, m=1, P0_is="prior")
+    if kind in ("prior", "posterior"):  # a plant that changes, and when P0 is
+        plant = generators.varying(rng, 3, 2, STEPS + 1, m=1, P0_is=kind)
     else:
         plant = generators.plant(rng, 3, 2, m=1)
     observer = lb.reduced_order_filter(

@@ -7,6 +7,7 @@ from sympy import BlockMatrix, Identity, MatrixSymbol, Trace, ZeroMatrix
 from worlds import Numbers
 
 from luenberger.symbolic import Algebra, Claim, ShapeError
+from luenberger.symbolic.blocks import product
 
 n, p, m1 = sp.symbols("n p m_1", integer=True, nonnegative=True)
 A, B = MatrixSymbol("A", n, n), MatrixSymbol("B", n, n)
@@ -215,3 +216,9 @@ def test_canary_sympy_differentiates_a_sum_of_traces_to_zero():
     assert str(wrong) == "0"
     right = KNOWN.gradient(Trace(X.T * A * X) + Trace(X.T * Y), X)
     assert right == (A + A.T) * X + Y
+
+
+def test_zeros_before_blocks_have_their_own_rows():
+    column = KNOWN.normal(BlockMatrix([[A], [X.T]]))
+    zeros = KNOWN.normal(ZeroMatrix(m1, n + p))
+    assert product(zeros, column).shape == (m1, n)
