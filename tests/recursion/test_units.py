@@ -245,3 +245,28 @@ def test_a_setting_in_other_units_is_that_of_the_plant_in_them():
     for name in ("A", "Q", "size"):
         one, other = (getattr(x.move, name) for x in (found, wanted))
         np.testing.assert_array_equal(one, other, name)
+
+
+def test_the_unit_of_a_state_that_nothing_touches_changes_no_verdict():
+    """Its residuals are of the user's unit, and zero or not in all of them."""
+    judged = 0
+    for seed in range(12):
+        rng = np.random.default_rng([77, seed])
+        A, H = np.zeros((3, 3)), np.zeros((3, 1))
+        A[:2, :2], A[2, 2] = rng.integers(-3, 4, (2, 2)) / 8, 0.5
+        H[:2], C = rng.integers(1, 3, (2, 1)), np.array([[1.0, -1, 0]])
+        plant = lb.Plant(A, None, C, dt=1.0, Q=H @ H.T, R=[[1]], P0=np.eye(3))
+        best = lb.kalman_filter(plant)
+        if not best.D.any():  # no gain to make worse
+            continue
+        judged += 1
+        for one, optimal in ((best, True), (replace(best, D=best.D * 1.001), False)):
+            for size in (2.0**-40, 1.0, 2.0**40):
+                x = np.array([1.0, 1.0, size])
+                other = replace(one, P=one.P * x[:, None], T=one.T / x,
+                                V=one.V * x[:, None])  # fmt: skip
+                moved, W = in_units(plant, x, np.ones(1)), np.diag(x**-2)
+                found = lb.optimality(other, moved, weight=W).residuals
+                worst = max(value or 0 for value in found.values())
+                assert (worst < 1e-9) == optimal, (seed, size)
+    assert judged > 8
