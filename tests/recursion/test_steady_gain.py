@@ -410,3 +410,15 @@ def test_a_noisy_output_taken_as_accurate_beside_exact_ones():
     np.testing.assert_allclose(
         lb.error_covariance(observer, plant), np.full((2, 2), 0.0625), atol=1e-12
     )
+
+
+def test_a_variance_that_rounding_makes_negative_is_no_crash():
+    """SciPy says -1e-24 for variances of a resonance without noise."""
+    rng, turn = np.random.default_rng(0), np.array([[0.6, -0.8], [0.8, 0.6]])
+    A = np.zeros((6, 6))
+    A[:4, :4] = np.kron(np.eye(2), turn) + np.eye(4, k=2)
+    A[4:, 4:], A[4:, :4] = rng.uniform(-0.6, 0.6, (2, 2)), rng.standard_normal((2, 4))
+    noise = np.concatenate([np.zeros((4, 1)), rng.standard_normal((2, 1))])
+    plant = lb.Plant(A, None, np.eye(6), dt=1.0, Q=noise @ noise.T, R=np.eye(6))
+    with pytest.raises(lb.DesignError, match=r"no steady filter: a motion at 0\.6"):
+        lb.kalman_filter(plant)

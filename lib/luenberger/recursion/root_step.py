@@ -51,7 +51,7 @@ class Spread(NamedTuple):
     @classmethod
     def of(cls, Sigma: Matrix, size: Vector | None = None) -> "Spread":
         """From a covariance alone; `size` holds the variances that it was made of."""
-        size = Sigma.diagonal() if size is None else size
+        size = np.abs(Sigma.diagonal()) if size is None else size  # rounding has a sign
         if safe(Sigma, size):
             return cls(Sigma)
         return cls(Sigma, factor(Sigma, size), np.diag(EPS**2 * size))
