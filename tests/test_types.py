@@ -144,7 +144,7 @@ def test_this_test_sees_what_is_public_or_shared():
     names = [name for name in vars(lb) if callable(vars(lb)[name]) and name[0] != "_"]
     assert set(names) - {"import_module"} <= seen
     shared = {node.name for _, node in called_from_other_rooms()}
-    assert {"solve_right", "short", "find", "latex"} <= shared
+    assert {"solve_right", "short", "latex"} <= shared
 
 
 def test_the_package_says_that_it_is_typed():

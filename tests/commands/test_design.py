@@ -163,7 +163,9 @@ def test_page_says_what_was_asked_and_what_to_take(reported):
     assert f"Recommended: {name}, best constant gain, order 2." in page
     assert "the fixed-order filter is for stable plants" in page
     assert "Out[" not in page and "assert" not in page
-    described = re.findall(r'<img alt="([^"]+)"', page)
+    described = [
+        words for _, words in re.findall(r"<img alt=(['\"])(.+?)\1", page, re.S)
+    ]
     assert page.count("<img") == 4 == len(described)
     assert "star marks the recommended Leondes-Novak filter" in described[0]
     assert "Estimates of 3 states at " in described[3]

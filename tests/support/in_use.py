@@ -1,4 +1,4 @@
-"""Every claim of the library with the relations it rests on."""
+"""Every derivation of the library."""
 
 import functools
 import importlib
@@ -29,14 +29,3 @@ def derivations():
     """Every `Derivation` of the library."""
     made = (function() for function in cached_functions())
     return [d for d in made if isinstance(d, Derivation)]
-
-
-@functools.cache
-def algebras():
-    """{algebra: {name: claim}} of the claims about matrices of symbolic sizes."""
-    found = {}
-    for derivation in derivations():
-        for name, claim in derivation.steps.items():
-            if getattr(claim, "algebra", None) is not None:
-                found.setdefault(claim.algebra, {})[name] = claim
-    return found

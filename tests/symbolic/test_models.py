@@ -5,7 +5,6 @@ import time
 import pytest
 import sympy as sp
 from identities import FALSE, TRUE, parts
-from in_use import algebras
 from sympy import Identity, Matrix, MatrixSymbol, Rational, Trace, ZeroMatrix
 
 from luenberger.symbolic import NoModel, Relation, evaluate, model, prove, refute
@@ -185,43 +184,7 @@ def test_equations_that_contradict_are_noticed():
         system.require({("x",): 2, ("y",): 2, (): 1})
 
 
-# -- in use ---------------------------------------------------------------------------
-
-STORED = {  # the only solution that the search finds is X = 0
-    "A": Rational(3, 5) * Matrix([[0, 1], [-1, 0]]),
-    "A_1": Rational(3, 5) * sp.eye(2),
-    "A_2": Rational(4, 5) * Matrix([[0, 1], [1, 0]]),
-    "X": sp.eye(2),
-    "s": Rational(4, 5),
-}
-
-
-def model_of(algebra, claims):
-    """A model of the relations with a value for all that is claimed from them."""
-    also = [side for claim in claims.values() for side in (claim.left, claim.right)]
-    if any("s**(-2)" in str(relation) for relation in algebra.relations):
-        free = set().union(*(side.as_expr().free_symbols for side in also))
-        return {s: STORED[s.name] for s in free if s.name in STORED}
-    return model(algebra.relations, algebra.symmetric, also)
-
-
-def test_relations_in_use_have_models_on_which_the_claims_hold():
-    assert len(algebras()) > 20  # chains look for models of their own
-    for algebra, claims in algebras().items():
-        values = model_of(algebra, claims)
-        for left, right in algebra.relations:
-            assert not differ(left, right, values)
-        zero = {s for s, v in values.items() if hasattr(v, "shape") and any(v.shape)}
-        zero = {
-            s for s in zero if values[s].is_zero_matrix and 0 not in values[s].shape
-        }
-        said = {r[0] for r in algebra.relations if getattr(r[1], "is_ZeroMatrix", 0)}
-        assert zero <= said, f"{zero} is zero in the model of {algebra.relations}"
-        for name, claim in claims.items():
-            assert not differ(claim.left, claim.right, values), name
-
-
-def test_the_model_in_use_notices_a_wrong_sign():
+def test_a_model_notices_a_wrong_sign():
     relation = Relation("M = C A C' + T", MatrixSymbol("M", p, p), C * A * C.T)
     values = model([relation], [A])
     assert differ(relation.left, -relation.right, values)

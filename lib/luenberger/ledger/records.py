@@ -167,7 +167,7 @@ def count(paper: str | None = None) -> int:
     """Number of entries.
 
     >>> count("leondes"), count()
-    (61, 203)
+    (61, 210)
     """
     return len(entries(paper))
 

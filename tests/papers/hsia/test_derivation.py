@@ -143,16 +143,17 @@ def test_the_proofs_of_the_noise_hold_for_matrices():
     block = np.block([[-A, Q], [np.zeros((3, 3)), A.T]])
     E = scipy.linalg.expm(0.7 * block)
     values = dict(A=A, Q=Q, Phi=E[3:, 3:].T, X=E[:3, 3:], H=scipy.linalg.expm(0.4 * A))
+    values |= dict(Block=block, E=E, U=E[:3, :3], dE=block @ E)
     values["dPhi"] = A @ values["Phi"]  # which commute
     values["dX"] = Q @ values["Phi"].T - A @ values["X"]
     values["dP"] = values["Phi"] @ Q @ values["Phi"].T
     numbers = Numbers({"n": 3}, values=values)
     rates = [c for c in noise.derive().steps.values() if "the rate" in c.says]
-    assert len(rates) == 2 and all(isinstance(chain, Chain) for chain in rates)
+    assert len(rates) == 3 and all(isinstance(chain, Chain) for chain in rates)
     for chain in rates:
         first, *rest = (numbers.value(line.right) for line in chain.lines)
         for other in rest:
-            np.testing.assert_allclose(other, first, rtol=1e-12)
+            np.testing.assert_allclose(other, first, rtol=1e-12, atol=1e-12)
 
 
 def test_kernels_refuse_what_is_not_proved_or_not_there():
