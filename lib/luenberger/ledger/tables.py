@@ -79,7 +79,7 @@ def by_paper() -> Folded:
     >>> by_paper()
     Leondes and Novak (1974): 61 entries
     Moore (1973): 15 entries
-    Haddad and Bernstein (1987): 55 entries
+    Haddad and Bernstein (1987): 62 entries
     Van Dooren (1984): 40 entries
     Kawazoe (1978): 26 entries
     Hsia (1974): 6 entries
