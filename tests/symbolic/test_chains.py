@@ -115,6 +115,7 @@ SQUARE = Relation("M = B B'", M, B * B.T)
 e, w = MatrixSymbol("e", n, 1), MatrixSymbol("w", n, 1)
 WHITE = [(e * e.T, X), (w * w.T, Q), (e * w.T, ZERO)]
 dX = MatrixSymbol("dX", n, n)
+r, t = sp.symbols("r t", positive=True)
 KINDS = {
     "cyclic": (Trace(A * B), Cyclic(Trace(B * A))),
     "substitute": (A * M, Substitute(A * B * B.T, by=[SQUARE])),
@@ -125,6 +126,7 @@ KINDS = {
     "cases": (A * B, Cases(ZERO, of=[(A, ZERO), (B, ZERO)])),
     "transposed": (A * B, Transposed(B.T * A.T)),
     "gradient": (Trace(X * M * X.T), Gradient(2 * X * M, of=X)),
+    "gradient in a number": (r / t + t**2, Gradient(2 * t - r / t**2, of=t)),
     "differential": (X * X, Differential(X * dX + dX * X, of={X: dX})),
     "expect": (
         (A * e + w) * (A * e + w).T,
@@ -178,6 +180,21 @@ WRONG = {
     "transposed": (A * B, Transposed(A.T * B.T), "does not follow"),
     "gradient": (Trace(X * M * X.T), Gradient(X * M, of=X), "does not follow"),
     "gradient of a matrix": (X, Gradient(I, of=X), "cannot be worked out"),
+    "gradient in a number": (
+        r / t + t**2,
+        Gradient(2 * t + r / t**2, of=t),
+        "does not follow",
+    ),
+    "gradient of a matrix in a number": (
+        ZERO,
+        Gradient(ZERO, of=t),
+        "only a scalar has a gradient",
+    ),
+    "gradient of traces in a number": (
+        t * Trace(X),
+        Gradient(Trace(X), of=t),
+        "in a matrix only",
+    ),
     "differential": (X * X, Differential(2 * X * dX, of={X: dX}), "does not follow"),
     "expect, moment missing": (
         (A * e + w) * (A * e + w).T,

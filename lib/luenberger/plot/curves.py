@@ -76,7 +76,7 @@ def sampled_response(run: Any, ax: Axes | None = None) -> Axes:
     _, y, y_star = run.at(t)
     ax.plot(t, y_star, label="continuous loop, y*", **style(1))
     ax.plot(t, y, label=f"sampled loop, {run.samples} samples", **style(0))
-    ax.plot(run.t, run.y, "o", ms=4, color=COLOURS[0])
+    ax.plot(run.t, run.y, "o", ms=4, color=COLOURS[0], label="at the samples")
     ax.set(xlabel="time (s)", ylabel="output")
     ax.legend(fontsize="small")
     return ax

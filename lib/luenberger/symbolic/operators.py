@@ -6,6 +6,8 @@ The lines that follow go on from the result.
 from dataclasses import dataclass, field
 from typing import ClassVar
 
+import sympy as sp
+
 from .core import Algebra
 from .lines import Line
 from .polynomials import Polynomial, Traces
@@ -63,9 +65,9 @@ class Gradient(Operator):
 
     Parameters
     ----------
-    of : MatrixSymbol
+    of : MatrixSymbol or Symbol
         In what the scalar is differentiated; the gradient in a symmetric symbol is
-        symmetric.
+        symmetric.  In a number it is the derivative, of a scalar without traces.
 
     Examples
     --------
@@ -76,6 +78,10 @@ class Gradient(Operator):
     []
     >>> print(*Gradient(A, of=X).complaints(Trace(A * X), ()))  # doctest: +ELLIPSIS
     does not follow: what is left over is ...
+    >>> from sympy import Symbol
+    >>> t = Symbol("t")
+    >>> Gradient(2 * t - 1 / t**2, of=t).complaints(t**2 + 1 / t, ())
+    []
     """
 
     of: Formula = None
@@ -84,12 +90,19 @@ class Gradient(Operator):
         value = Algebra(symmetric).normal(left)
         if not isinstance(value, Traces):
             raise TypeError("only a scalar has a gradient")
+        if isinstance(self.of, sp.Symbol):
+            if value.atoms():
+                raise TypeError("a scalar with traces has a gradient in a matrix only")
+            return sp.diff(left, self.of)
         return value.algebra.gradient(value, self.of).as_expr()
 
     def marks(self, show: Show) -> tuple[str, str]:
+        d, latex_d = "∂", r"\partial "
+        if isinstance(self.of, sp.Symbol):
+            d, latex_d = "d", r"\mathrm{d}"
         if show is latex:
-            return rf"\frac{{\partial}}{{\partial {latex(self.of)}}}", ""
-        return f"∂/∂{text(self.of)} ", ""
+            return rf"\frac{{{latex_d.strip()}}}{{{latex_d}{latex(self.of)}}}", ""
+        return f"{d}/{d}{text(self.of)} ", ""
 
 
 @dataclass(frozen=True, eq=False)

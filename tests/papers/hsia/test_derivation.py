@@ -57,6 +57,19 @@ def test_a_damaged_cost_is_noticed(law, term, change):
 
 
 @pytest.mark.parametrize("law", LAWS)
+def test_the_chain_of_a_law_ends_in_a_factor_that_is_zero_there(law):
+    chain = laws.derive().steps[f"({laws.number(law)}) the slope of its cost"]
+    assert sp.simplify(chain.right.subs(T, laws.LAWS[law][T_s])) == 0
+    for term in chain.left.args:
+        assert fails(dataclasses.replace(chain, left=chain.left - 2 * term))
+    for k, line in enumerate(chain.lines):
+        for term in sp.Add.make_args(sp.expand(line.right)):
+            lines = list(chain.lines)
+            lines[k] = dataclasses.replace(line, right=line.right - 2 * term)
+            assert fails(dataclasses.replace(chain, lines=tuple(lines)))
+
+
+@pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("letter", ["a", "b", "s", "k", "lambda"])
 def test_a_damaged_member_of_the_family_is_noticed(law, letter):
     item = laws.derive().steps["(Table II) and their costs"]

@@ -352,6 +352,7 @@ def test_plot_of_a_run():
     ax = Figure().subplots()
     assert lb.plot.sampled_response(run, ax) is ax
     star, y, dots = ax.lines
+    assert all(not one.get_label().startswith("_") for one in ax.lines)
     assert (dots.get_xdata() == run.t).all() and (dots.get_ydata() == run.y).all()
     _, expected, continuous = run.at(y.get_xdata())
     assert (y.get_ydata() == expected).all() and (star.get_ydata() == continuous).all()

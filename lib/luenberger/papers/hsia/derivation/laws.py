@@ -12,7 +12,7 @@ from functools import cache
 
 import sympy as sp
 
-from ....symbolic import Derivation, Explicit, Positive
+from ....symbolic import Derivation, Explicit, Gradient, Line, Positive
 from .letters import *
 
 # J, the law T_s that it leads to, and kappa with dJ/dT = kappa (T - T_s)
@@ -71,6 +71,12 @@ def best(law: str) -> Explicit:
     says = "its cost falls before the law and rises after it"
     slope = sp.Derivative(J, T)
     return Explicit(number(law), says, slope, kappa * (T - T_s), {"": LAWS[law]})
+
+
+def slope_of(law, *lines):
+    """The chain from the cost of a law to a slope in which the law can be seen."""
+    says = "the slope of its cost"
+    return periods.chain(number(law), says, LAWS[law][J], *lines)
 
 
 def of_each(*wanted):
@@ -134,13 +140,37 @@ PAGE = (
     Positive("", "no law, and the longest is best", lam * h - g, 0, turned(1)),
     """The laws of the table are four of this family. The cost of each can be
     written down at once. Law 1: the error that is reached, squared, and the
-    departure from the longest period, squared.""",
+    departure from the longest period, squared. The slope is put in factors, and the
+    law is the period at which one of them is zero.""",
+    slope_of(
+        "quadratic",
+        Gradient(rho**2 * T + (T - T_max) / alpha, of=T),
+        Line((rho**2 + 1 / alpha) * T - T_max / alpha, why="collect the period"),
+        Line((rho**2 + 1 / alpha) * (T - T_max / (alpha * rho**2 + 1)), why="factor"),
+    ),
     best("quadratic"),
     "Law 2: the area under the error, and the departure squared.",
+    slope_of(
+        "absolute",
+        Gradient(rho * T + (T - T_max) / alpha, of=T),
+        Line((rho + 1 / alpha) * T - T_max / alpha, why="collect the period"),
+        Line((rho + 1 / alpha) * (T - T_max / (alpha * rho + 1)), why="factor"),
+    ),
     best("absolute"),
-    "Law 3: the error that is reached, and a price for each sample a second.",
+    """Law 3: the error that is reached, and a price for each sample a second. A
+    period is positive, so that only one of the two roots is one.""",
+    slope_of(
+        "root",
+        Gradient(rho - C**2 / T**2, of=T),
+        Line(rho * (T**2 - C**2 / rho) / T**2, why="factor"),
+    ),
     best("root"),
     "Law 4: the error that is reached, and the departure squared.",
+    slope_of(
+        "linear",
+        Gradient(rho + (T - T_max) / K, of=T),
+        Line((T - (T_max - K * rho)) / K, why="factor"),
+    ),
     best("linear"),
     "In each `kappa` is positive, so that the law is the minimum.",
     Positive("Table II", "the factors are positive", kappa, 0, of_each(kappa)),
