@@ -139,6 +139,21 @@ KINDS = {
 }
 
 
+def test_numbers_may_be_inverted_and_have_roots():
+    """What is tried is positive where the letter is, and no denominator is zero."""
+    left = r * t + 1 / (r - t)
+    assert Chain("", "", left, [Line(left * 1)]).check() == []
+    right = r * (t - 1 / sp.sqrt(r)) * (t + 1 / sp.sqrt(r))
+    assert Chain("", "", r * t**2 - 1, [Line(right)]).check() == []
+    (fault,) = Chain("", "", r * t**2 - 1, [Line(right + 1 / (r - t))]).check()
+    assert (
+        "left over" in fault and "-" not in fault.partition("; with")[2].split(",")[0]
+    )
+    for wrong in (right + 1, right + sp.sqrt(r) / t, 1 / t - sp.sqrt(r)):
+        (fault,) = Chain("", "", r * t**2 - 1, [Line(wrong)]).check()
+        assert "does not follow" in fault and "the sides are" in fault
+
+
 @pytest.mark.parametrize("name", KINDS)
 def test_kind_of_line_is_checked(name):
     left, line = KINDS[name]

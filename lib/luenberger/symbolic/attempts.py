@@ -19,7 +19,7 @@ def models(setting, sizes, attempts):
     for k in range(attempts if turns else 0):
         try:
             yield Attempt(setting, turns[k % len(turns)], Random(k)).solve()
-        except (Unsolvable, ZeroDivisionError):
+        except (Unsolvable, ArithmeticError):
             continue
 
 
@@ -127,6 +127,7 @@ class Attempt:
         """Give a symbol its value: random where the equations leave it free."""
         table = self.world.of[s]
         scalar = isinstance(table, dict)
+        positive = scalar and s.is_positive
         rows = [[table]] if scalar else table
         entries = self._entries(s)
         if not entries & set(self.system.solved):
@@ -138,7 +139,7 @@ class Attempt:
             for m in self.system.reduced({(x,): 1}):
                 for y in m:
                     if y not in self.system.solved:
-                        self.system.fix(y, self._number())
+                        self.system.fix(y, self._number(positive))
         rows = [[self.system.reduced(p) for p in row] for row in rows]
         self.world.of[s] = rows[0][0] if scalar else rows
 
@@ -161,9 +162,9 @@ class Attempt:
                 ((entry,),) = row[x]
                 self.system.fix(entry, number * scale)
 
-    def _number(self):
+    def _number(self, positive=False):
         choices = (0, 0, 1, -1) if self.sparse else (-2, -1, 1, 2, 3)
-        return self.random.choice(choices)
+        return self.random.choice((1, 4, 2, 3) if positive else choices)
 
 
 def names(support):
@@ -186,6 +187,8 @@ class Model:
         for left, right in setting.equations:
             if not self.agree(left, right):
                 raise Unsolvable
+        for side in setting.partial:
+            world.value(side)  # or there is none, where one divides by zero
 
     def agree(self, left, right):
         """Whether two expressions have one value here."""

@@ -225,7 +225,13 @@ class World:
         return constant(rational(expr))
 
     def _scalar_power(self, base, exponent):
-        value, exponent = self._scalar(base), int(exponent.subs(self.sizes))
+        value, exponent = self._scalar(base), exponent.subs(self.sizes)
+        if exponent.is_Rational and not exponent.is_Integer:
+            root = sp.root(sp.Rational(value.get((), 0)), exponent.q)
+            if set(value) - {()} or not root.is_Rational:
+                raise ArithmeticError(f"{base} has no rational root")
+            value, exponent = constant(rational(root)), exponent.p
+        exponent = int(exponent)
         if exponent < 0:
             if set(value) != {()}:
                 raise ZeroDivisionError(f"{base} is not a number other than zero")

@@ -24,12 +24,17 @@ class Setting:
         For every equation the products of unknowns in it.
     unknowns : dict of unknown to shape
         Matrix symbols, inverses, and scalars (of shape None).
+    partial : list of expression
+        The other expressions in which a scalar is inverted or has a root.
     """
 
     def __init__(self, relations, symmetric, also=()):
         self.relations, self.symmetric = relations, set(symmetric)
         self.equations = [(plain(r.left), plain(r.right)) for r in relations]
         also = [plain(side) for side in also]
+        self.partial = [
+            side for side in also if any(map(is_partial, side.atoms(sp.Pow)))
+        ]
         sides = [s for pair in self.equations for s in pair] + also
         nodes = [node for s in sides for node in sp.preorder_traversal(s)]
         self._list_sizes(nodes)
@@ -97,3 +102,8 @@ class Setting:
         late = sizes[FIRST:]
         Random(1).shuffle(late)
         return sizes[:FIRST] + late
+
+
+def is_partial(power):
+    """Whether a power of a scalar is not a number everywhere."""
+    return not (power.exp.is_Integer and power.exp.is_nonnegative)

@@ -163,6 +163,10 @@ PAGE = (
         "root",
         Gradient(rho - C**2 / T**2, of=T),
         Line(rho * (T**2 - C**2 / rho) / T**2, why="factor"),
+        Line(
+            rho * (T + C / sp.sqrt(rho)) * (T - C / sp.sqrt(rho)) / T**2,
+            why="a difference of squares",
+        ),
     ),
     best("root"),
     "Law 4: the error that is reached, and the departure squared.",
