@@ -6,19 +6,20 @@ from pkgutil import walk_packages
 
 import pytest
 
-from luenberger import kernels, papers
+from luenberger import identification, kernels, papers
 from luenberger.papers.leondes_novak.derivation import gain_step
 from luenberger.stage_list import stage_lists
 from luenberger.symbolic import Derivation
 
 MODULES = [
     one.name
-    for one in walk_packages(papers.__path__, f"{papers.__name__}.")
+    for room in (papers, identification)
+    for one in walk_packages(room.__path__, f"{room.__name__}.")
     if ".derivation." in one.name
 ]
 DOORS = sorted({name.rpartition(".")[0] for name in MODULES})
 FOUND = {
-    f"{door.split('.')[2]}.{name}": one
+    f"{door.split('.')[-2]}.{name}": one
     for door in DOORS
     for name, one in stage_lists(door).items()
 }

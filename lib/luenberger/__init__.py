@@ -25,6 +25,8 @@ from .compare.sweep import Sweep as Sweep
 from .compare.sweep import sweep as sweep
 from .errors import CertificateError as CertificateError
 from .errors import DesignError as DesignError
+from .identification.identifiability import Identifiability as Identifiability
+from .identification.identifiability import identifiability as identifiability
 from .numeric.staircase_form import Staircase as Staircase
 from .numeric.staircase_form import staircase as staircase
 from .observer import Observer as Observer

@@ -58,13 +58,15 @@ PAGES = (
     "hsia.laws",
     "hsia.loop",
     "hsia.noise",
+    "identification.autocovariances",
+    "identification.identifiability",
 )
 
 
 def page(name):
     paper, _, module = name.partition(".")
-    found = f"luenberger.papers.{paper}.derivation.{module}"
-    return importlib.import_module(found).derive()
+    room = paper if paper == "identification" else f"papers.{paper}"
+    return importlib.import_module(f"luenberger.{room}.derivation.{module}").derive()
 
 
 @pytest.mark.parametrize("name", PAGES)

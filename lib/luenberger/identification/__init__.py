@@ -1,0 +1,1 @@
+"""From a record: likelihood, identifiability, and what the noises are."""

@@ -1,0 +1,25 @@
+"""The equations of identification in SymPy, in reading order.
+
+`any_gain_letters`
+    The letters of a predictor with any stable gain, and of its innovations.
+`autocovariances`
+    Autocovariances of the innovations of any stable gain.
+`identifiability`
+    Which changes of the noise covariances leave no trace in a record.
+
+A proof or a stage list of a record enters here.
+"""
+
+from ...stage_list import StageList
+
+error_noise = StageList(__name__, "autocovariances.error_noise", "W")
+first_autocovariances = StageList(
+    __name__, "autocovariances.first_autocovariances", "Lambda_0 N_1"
+)
+autocovariance_step = StageList(
+    __name__, "autocovariances.autocovariance_step", "Lambda_k N_next"
+)
+silent_change = StageList(__name__, "identifiability.silent_change", "dQ dR dS")
+change_step = StageList(
+    __name__, "identifiability.change_step", "dW X_next dLambda_0 dN_1"
+)

@@ -1,0 +1,188 @@
+"""Which changes of the noise covariances leave no trace in a record.
+
+All that a record of normal noises tells of their covariances is in the autocovariances
+of its innovations.  A change of Q, R and S moves none of them exactly when it is made
+of one symmetric matrix, and this does not hang on the gain that made the innovations.
+
+Source: our own; Mehra (1970) and Odelson, Rajamani and Rawlings (2006) have the rank
+of the map for one gain, and Faurre (1976), "Stochastic realization algorithms", the
+matrices that realise the same autocovariances.
+"""
+
+from functools import cache
+
+from ...symbolic import Derivation, Line, Stage
+from .any_gain_letters import *
+from .autocovariances import is_A_L
+
+SOURCE = "Mehra (1970); Faurre (1976)"
+
+PAGE = (
+    """The innovations of a stable gain come from the record by a filter that can be
+    undone, so they tell as much as the record. Their autocovariances are linear in `Q`,
+    `R` and `S`. So are changes of these and of those.""",
+    is_A_L,
+    is_dW := define(dW, dQ - dS * L.T - L * dS.T + L * dR * L.T),
+    is_X_next := define(A_L * X * A_L.T + dW, X_next, name="how `P` changes"),
+    is_dLambda := define(dLambda_0, C * X * C.T + dR),
+    is_dN := define(dN_1, A_L * X * C.T + dS - L * dR),
+    """Take any symmetric `X` at every instant, and change the noises as follows. In a
+    constant plant `X_next` is `X`.""",
+    is_dQ := define(dQ, X_next - A * X * A.T),
+    is_dR := define(dR, -C * X * C.T),
+    is_dS := define(dS, -A * X * C.T),
+    chain(
+        "",
+        "such a change drives the error as the matrix moves",
+        A_L * X * A_L.T + dQ - dS * L.T - L * dS.T + L * dR * L.T,
+        Line(
+            (A - L * C) * X * (A - L * C).T + dQ - dS * L.T - L * dS.T + L * dR * L.T,
+            by=(is_A_L,),
+        ),
+        Line(
+            (A - L * C) * X * (A - L * C).T
+            + X_next
+            - A * X * A.T
+            + A * X * C.T * L.T
+            + L * C * X * A.T
+            - L * C * X * C.T * L.T,
+            by=(is_dQ, is_dR, is_dS),
+        ),
+        Line(X_next, why="multiply out"),
+    ),
+    """So `X` is the change of the error's covariance: it satisfies the same
+    equation, and the gain is stable, so there is no other solution. No
+    autocovariance changes.""",
+    chain(
+        "",
+        "the covariance of the innovation stays",
+        dLambda_0,
+        Line(C * X * C.T + dR, by=(is_dLambda,)),
+        Line(ZeroMatrix(p, p), by=(is_dR,)),
+    ),
+    chain(
+        "",
+        "and so does what all other lags are made of",
+        dN_1,
+        Line(A_L * X * C.T + dS - L * dR, by=(is_dN,)),
+        Line((A - L * C) * X * C.T + dS - L * dR, by=(is_A_L,)),
+        Line(
+            (A - L * C) * X * C.T - A * X * C.T + L * C * X * C.T,
+            by=(is_dR, is_dS),
+        ),
+        Line(ZeroMatrix(n, p), why="multiply out"),
+    ),
+    """Conversely, let a change leave all autocovariances as they are. The lags after
+    the first are `C A_L^k` times the change of `N_1`. Put below each other these rows
+    have a left inverse if the plant is observable, because a gain hides no motion: what
+    `C` does not see moves with `A_L` as it does with `A`.""",
+    motion := define(A * a, mode * a),
+    unseen := define(C * a, ZeroMatrix(p, 1)),
+    chain(
+        "",
+        "a gain hides no motion and shows none",
+        A_L * a,
+        Line((A - L * C) * a, by=(is_A_L,)),
+        Line(mode * a - L * C * a, by=(motion,)),
+        Line(mode * a, by=(unseen,)),
+    ),
+    inverse := define(J * O, I),
+    no_lag := define(O * dN_1, ZeroMatrix(r, p)),
+    nothing := chain(
+        "",
+        "no lag changes, so this does not either",
+        dN_1,
+        Line(J * O * dN_1, by=(inverse,)),
+        Line(ZeroMatrix(n, p), by=(no_lag,)),
+    ),
+    "Then the change of `R` is that of some `X`: the change of the error's covariance.",
+    stays := define(dLambda_0, ZeroMatrix(p, p)),
+    found_dR := chain(
+        "",
+        "the change of R is made of it",
+        dR,
+        Line(dLambda_0 - C * X * C.T, by=(is_dLambda,)),
+        Line(-C * X * C.T, by=(stays,)),
+    ),
+    "And so is that of `S`,",
+    found_dS := chain(
+        "",
+        "the change of S is made of it",
+        dS,
+        Line(dN_1 - A_L * X * C.T + L * dR, by=(is_dN,)),
+        Line(-A_L * X * C.T + L * dR, by=(nothing,)),
+        Line(-A_L * X * C.T - L * C * X * C.T, by=(found_dR,)),
+        Line(-(A - L * C) * X * C.T - L * C * X * C.T, by=(is_A_L,)),
+        Line(-A * X * C.T, why="multiply out"),
+    ),
+    "and that of `Q`.",
+    chain(
+        "",
+        "the change of Q is made of it",
+        dQ,
+        Line(dW + dS * L.T + L * dS.T - L * dR * L.T, by=(is_dW,)),
+        Line(
+            X_next - A_L * X * A_L.T + dS * L.T + L * dS.T - L * dR * L.T,
+            by=(is_X_next,),
+        ),
+        Line(
+            X_next
+            - A_L * X * A_L.T
+            - A * X * C.T * L.T
+            - L * C * X * A.T
+            + L * C * X * C.T * L.T,
+            by=(found_dR, found_dS),
+        ),
+        Line(
+            X_next
+            - (A - L * C) * X * (A - L * C).T
+            - A * X * C.T * L.T
+            - L * C * X * A.T
+            + L * C * X * C.T * L.T,
+            by=(is_A_L,),
+        ),
+        Line(X_next - A * X * A.T, why="multiply out"),
+    ),
+    """The gain is gone. So the noises can be told apart exactly if, of the changes that
+    one allows, none but zero is made of an `X`.""",
+)
+
+
+@cache
+def silent_change():
+    """The change of Q, R and S that a symmetric X makes, and no record shows."""
+    return Derivation(
+        (A, C, X, X_next),
+        (
+            Stage(dQ, X_next - A * X * A.T, symmetric=True, by=(is_dQ,)),
+            Stage(dR, -C * X * C.T, symmetric=True, by=(is_dR,)),
+            Stage(dS, -A * X * C.T, by=(is_dS,)),
+        ),
+        source=SOURCE,
+        letters=letters,
+        says="a change of the noises that no record shows",
+    )
+
+
+@cache
+def change_step():
+    """What a change of the noises does to the error, and what a record shows."""
+    return Derivation(
+        (A_L, C, L, dQ, dR, dS, X),
+        (
+            Stage(dW, is_dW.right, symmetric=True, by=(is_dW,)),
+            Stage(X_next, A_L * X * A_L.T + dW, symmetric=True, by=(is_X_next,)),
+            Stage(dLambda_0, C * X * C.T + dR, symmetric=True, by=(is_dLambda,)),
+            Stage(dN_1, A_L * X * C.T + dS - L * dR, by=(is_dN,)),
+        ),
+        source=SOURCE,
+        letters=letters,
+        says="what an instant shows of a change of the noises",
+    )
+
+
+@cache
+def derive():
+    """The page."""
+    page = (*PAGE, silent_change(), change_step())
+    return Derivation(page=page, letters=letters, source=SOURCE)

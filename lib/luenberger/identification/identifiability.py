@@ -1,0 +1,238 @@
+"""Which combinations of unknown noise covariances a record can determine."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from .. import kernels
+from ..arguments import expect
+from ..errors import DesignError
+from ..numeric import Matrices, Matrix, Vector
+from ..numeric.covariance_maps import packing
+from ..numeric.independent_rows import default_tol, in_even_units, outside
+from ..numeric.linalg import RANK_TOL
+from ..plant import Plant
+from .derivation import silent_change
+from .forms import form_of
+from .over_time import shown_by
+
+SMALL = 1e-7  # a share of a direction below this is rounding
+
+
+@dataclass(frozen=True, eq=False)
+class Identifiability:
+    """What a record, however long, can tell of unknown entries of Q, R and S.
+
+    Attributes
+    ----------
+    unknown : tuple of str
+        Names of the unknowns, such as "Q[0,1]"; indices count from 0.
+    directions : tuple of dict
+        Changes {"Q": (n, n), "R": (p, p), "S": (n, p)} that leave no trace in a
+        record, in the units of the plant; all other changes are linear combinations
+        of them and of what is determined.
+    sentences : tuple of str
+        Each direction in words.
+    """
+
+    unknown: tuple[str, ...]
+    directions: tuple[Matrices, ...]
+    sentences: tuple[str, ...]
+
+    @property
+    def determined(self) -> int:
+        """How many combinations of the unknowns a record determines."""
+        return len(self.unknown) - len(self.directions)
+
+    def require(self) -> None:
+        """Raise DesignError, naming what cannot be told apart, unless all can."""
+        if self.sentences:
+            raise DesignError(
+                "no record of this plant determines "
+                f"{'; nor '.join(s.removesuffix('.') for s in self.sentences)}. Give "
+                "what you know (Q=None or R=None keeps the plant's), or a form with "
+                "fewer unknowns, such as Q='diagonal' or a matrix G"
+            )
+
+
+def identifiability(
+    plant: Plant, *, Q: Any = "full", R: Any = "full", S: Any = 0, start: Any = None,
+    seen: Matrix | None = None,
+) -> Identifiability:  # fmt: skip
+    """Say which combinations of the unknown Q, R and S a record can determine.
+
+    A change (dQ, dR, dS) leaves no trace in the autocovariances of the innovations, of
+    any stable gain, exactly if there is a symmetric X with
+
+        dQ = X - A X A',   dS = -A X C',   dR = -C X C'.
+
+    Parameters
+    ----------
+    plant : Plant
+        Its A and C; they may be unstable, or vary over time.
+    Q, R : "full", "diagonal", (., k) array_like, callable or None, default "full"
+        What is unknown: every entry; the diagonal; q in G diag(q) G'; the numbers of
+        a function (linearised at ``start["Q"]``); or None, if it is known.
+    S : 0, None or "full", default 0
+        Zero and None are known.
+    start : dict, optional
+        Where functions are linearised, as in `fit_noise`.
+    seen : (N, p) array_like of bool, optional
+        Which outputs a record has, where some are missing; default all of them.
+
+    Returns
+    -------
+    Identifiability
+
+    Raises
+    ------
+    ValueError
+        If Q, R or S is none of these.
+
+    Notes
+    -----
+    Judged in units in which the plant's numbers are of like size: a direction counts
+    as silent if what it shows is below 1e-10 of the terms that it is computed from.
+
+    References
+    ----------
+    Mehra (1970); Odelson, Rajamani and Rawlings (2006);
+    identification/derivation/identifiability.py.
+
+    Examples
+    --------
+    A state that is forgotten at once: both noises only add up in the output.
+
+    >>> import luenberger as lb
+    >>> plant = lb.Plant([[0]], None, [[1]], dt=1.0)
+    >>> lb.identifiability(plant).sentences
+    ('Q[0,0] and R[0,0] only as the sum Q[0,0] + R[0,0].',)
+    """
+    expect(plant=plant)
+    labels, changes = unknowns(plant, Q, R, S, start)
+    units, silent = _silent(plant, changes, seen)
+    found = _sparse(silent)
+    user = [row / units for row in found]
+    user = [row / _lead(row) for row in user]
+    return Identifiability(
+        tuple(labels),
+        tuple({k: np.tensordot(row, X, 1) for k, X in changes.items()} for row in user),
+        tuple(sentence(labels, row, at) for row, at in zip(user, found)),
+    )
+
+
+def unknowns(
+    plant: Plant, Q: Any, R: Any, S: Any, start: Any = None
+) -> tuple[list[str], Matrices]:
+    """Names of the unknowns, and {"Q", "R", "S"}: what each adds, stacked."""
+    n, p = plant.n, plant.p
+    begin = start or {}
+    one = plant.at(0)
+    forms = [
+        form_of("Q", Q, n, one.Q, begin.get("Q"), np.ones(n)),
+        form_of("R", R, p, one.R, begin.get("R"), np.ones(p)),
+    ]
+    wide = 0
+    if isinstance(S, str) and S == "full":
+        wide = n * p
+    elif not (S is None or (np.isscalar(S) and S == 0)) and np.shape(S) != (n, p):
+        raise ValueError(f"S must be 0, None, 'full' or {n} x {p} and known, got {S!r}")
+    counts = [form.count for form in forms] + [wide]
+    parts = [form.directions for form in forms]
+    parts.append(np.eye(n * p)[:wide].reshape(-1, n, p))
+    labels = [label for form in forms for label in form.labels]
+    labels += [f"S[{i},{j}]" for i in range(n) for j in range(p)][:wide]
+    changes = {}
+    for k, (name, part) in enumerate(zip("QRS", parts)):
+        changes[name] = np.zeros((sum(counts), *part.shape[1:]))
+        begin_at = sum(counts[:k])
+        changes[name][begin_at : begin_at + counts[k]] = part
+    return labels, changes
+
+
+def _silent(
+    plant: Plant, changes: Matrices, seen: Matrix | None
+) -> tuple[Vector, Matrix]:
+    """Sizes of the unknowns in even units, and rows: silent combinations of these."""
+    one = plant.at(0)
+    pair, found = in_even_units(one.A, one.C, 1.0, default_tol(plant.n))
+    even = in_units(changes, pair.states, pair.outputs)
+    sizes = np.sqrt(sum((X**2).sum(axis=(1, 2)) for X in even.values()))
+    sizes = np.where(sizes > 0, sizes, 1.0)
+    even = {name: X / sizes[:, None, None] for name, X in even.items()}
+    if plant.steps is not None or (seen is not None and not np.all(seen)):
+        shown = shown_by(plant, even, seen, pair.states, pair.outputs)
+    else:
+        rows = np.vstack(found) if found else np.zeros((0, plant.n))
+        shown = _shown(rows @ pair.A @ rows.T, pair.C @ rows.T, even, rows)
+    _, values, right = np.linalg.svd(shown)
+    values = np.pad(values, (0, len(right) - len(values)))
+    return sizes, right[values <= RANK_TOL * max(values.max(initial=0), 1e-300)]
+
+
+def in_units(changes: Matrices, states: Vector, outputs: Vector) -> Matrices:
+    """Changes of the noises of a plant in other units of states and outputs."""
+    unit = {"Q": (states, states), "R": (outputs, outputs), "S": (states, outputs)}
+    return {
+        name: X / unit[name][0][:, None] / unit[name][1] for name, X in changes.items()
+    }
+
+
+def _shown(A: Matrix, C: Matrix, changes: Matrices, rows: Matrix) -> Matrix:
+    """Rows that vanish exactly for the combinations that some X makes.
+
+    What the observable part of the plant shows of the changes, less its component in
+    the space of the changes that are made of an X.
+    """
+    n, p = len(A), len(C)
+    pack, unpack = packing(n)
+    pack_y, _ = packing(p)
+    X = unpack(np.eye(n * (n + 1) // 2))
+    made = kernels.compiled(silent_change, stacks=True)(A=A, C=C, X=X, X_next=X)
+
+    def stacked(dQ: Matrix, dR: Matrix, dS: Matrix) -> Matrix:
+        flat = dS.reshape(len(dS), n * p) * np.sqrt(2)
+        return np.hstack([pack(dQ), pack_y(dR), flat]).T
+
+    basis = stacked(made["dQ"], made["dR"], made["dS"])
+    seen = stacked(rows @ changes["Q"] @ rows.T, changes["R"], rows @ changes["S"])
+    return outside(seen.T, np.linalg.qr(basis)[0].T).T
+
+
+def _sparse(rows: Matrix) -> Matrix:
+    """The same row space by Gauss and Jordan: each row has few unknowns."""
+    rows, done = rows.copy(), 0
+    for _ in range(len(rows)):
+        i, j = np.unravel_index(np.abs(rows[done:]).argmax(), rows[done:].shape)
+        rows[[done, done + i]] = rows[[done + i, done]]
+        rows[done] /= rows[done, j]
+        others = np.arange(len(rows)) != done
+        rows[others] -= np.outer(rows[others, j], rows[done])
+        done += 1
+    largest = np.abs(rows).max(axis=1, keepdims=True, initial=0)
+    return np.where(np.abs(rows) > SMALL * largest, rows, 0.0)
+
+
+def _lead(row: Vector) -> float:
+    return float(row[np.flatnonzero(row)[0]])
+
+
+def sentence(labels: Sequence[str], row: Vector, share: Vector) -> str:
+    """A silent direction in words; `share` says which unknowns take part."""
+    part = [int(k) for k in np.flatnonzero(share)]
+    names = [labels[k] for k in part]
+    if len(names) == 1:
+        return f"{names[0]}, which leaves no trace in the outputs."
+    if len(names) == 2:
+        (a, b), ratio = names, -row[part[0]] / row[part[1]]
+        word = {1.0: "the sum ", -1.0: "the difference "}.get(round(ratio, 9), "")
+        size = "" if word else f"{abs(ratio):.4g} "
+        sign = "+" if ratio > 0 else "-"
+        return f"{a} and {b} only as {word}{a} {sign} {size}{b}."
+    ratios = " : ".join(f"{row[k]:.4g}" for k in part)
+    listed = f"{', '.join(names[:-1])} and {names[-1]}"
+    return f"{listed} apart, which may change together as {ratios}."

@@ -1,0 +1,174 @@
+"""What a record can tell of the noises, held against the map to autocovariances."""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+import scipy.linalg
+import sympy as sp
+
+import luenberger as lb
+from luenberger.identification.forms import form_of
+
+POSITION = [[1, 1], [0, 1]], None, [[1, 0]]
+
+
+def exact_rank(A, C, parts, gain):
+    """The rank of the map to the autocovariances, in rational arithmetic.
+
+    Mehra's: solve P = A_L P A_L' + W entry by entry, and stack C P C' + R and the lags.
+    """
+    A, C, L = sp.Matrix(A), sp.Matrix(C), sp.Matrix(gain)
+    n, A_L = A.rows, A - L * C
+    kron = sp.eye(n * n) - sp.kronecker_product(A_L, A_L)
+    rows = []
+    for Q, R, S in parts:
+        W = Q - S * L.T - L * S.T + L * R * L.T
+        P = kron.LUsolve(sp.Matrix(list(W))).reshape(n, n)
+        found, N = list(C * P * C.T + R), A_L * P * C.T + S - L * R
+        for _ in range(n + 1):
+            found, N = found + list(C * N), A_L * N
+        rows.append(found)
+    return sp.Matrix(rows).rank()
+
+
+def parts_of(n, p, Q, R, S):
+    """What each unknown adds, as exact (Q, R, S)."""
+    none = sp.zeros(n, n), sp.zeros(p, p), sp.zeros(n, p)
+    for place, letter, wanted, size in ((0, "Q", Q, n), (1, "R", R, p)):
+        for X in form_of(letter, wanted, size, np.eye(size), None, None).directions:
+            yield tuple(
+                sp.Matrix(X.astype(int)) if k == place else none[k] for k in range(3)
+            )
+    for k in range(n * p if S == "full" else 0):
+        yield (*none[:2], sp.Matrix(np.eye(n * p, dtype=int)[k].reshape(n, p)))
+
+
+def drawn(seed):
+    """A plant of small whole numbers, often with zeros, and what is unknown of it."""
+    rng = np.random.default_rng(seed)
+    n, p = rng.integers(1, 4), rng.integers(1, 3)
+    A = rng.integers(-2, 3, (n, n)) * rng.integers(0, 2, (n, n))
+    A = A * Fraction(1 if seed % 3 else 3, 7)  # some are unstable
+    C = rng.integers(-1, 2, (p, n))
+    forms = ["full", "diagonal", None]
+    choice = dict(Q=forms[rng.integers(2)], R=forms[rng.integers(3)])
+    return A, C, choice | dict(S=[0, "full"][rng.integers(2)]), rng
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_the_count_is_the_rank_of_mehras_map(seed):
+    A, C, unknown, rng = drawn(seed)
+    n, p = len(A), len(C)
+    gain = [[Fraction(int(k), 11) for k in row] for row in rng.integers(-9, 9, (n, p))]
+    plant = lb.Plant(A, None, C, dt=1.0, R=np.eye(p))
+    found = lb.identifiability(plant, **unknown)
+    wanted = exact_rank(A, C, list(parts_of(n, p, **unknown)), gain)
+    assert found.determined == wanted
+    assert len(found.sentences) == len(found.unknown) - wanted
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_units_decide_nothing(seed):
+    A, C, unknown, rng = drawn(seed)
+    x, y = (2.0 ** rng.integers(-40, 41, k) for k in (len(A), len(C)))
+    plant = lb.Plant(A, None, C, dt=1.0, R=np.eye(len(C)))
+    other = lb.Plant(
+        A / x[:, None] * x, None, C / y[:, None] * x, dt=1.0, R=np.eye(len(C))
+    )
+    found, again = (lb.identifiability(one, **unknown) for one in (plant, other))
+    assert again.determined == found.determined
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_silent_change_leaves_no_trace(seed):
+    """Not even in the likelihood of a record: its exact covariance is the same."""
+    rng = np.random.default_rng(seed)
+    A, C = rng.normal(size=(3, 3)), rng.normal(size=(1, 3))
+    plant = lb.Plant(A, None, C, dt=1.0)
+    directions = lb.identifiability(plant).directions
+    assert len(directions) == 3  # X with A X C' = 0: a symmetric one of two columns
+    P = scipy.linalg.solve_discrete_are(A.T, C.T, np.eye(3), [[1]])
+    L = A @ P @ C.T / (C @ P @ C.T + 1)
+    A_L = A - L @ C
+    for one in directions:
+        W = one["Q"] - one["S"] @ L.T - L @ one["S"].T + L @ one["R"] @ L.T
+        P = sum(
+            np.linalg.matrix_power(A_L, k) @ W @ np.linalg.matrix_power(A_L, k).T
+            for k in range(400)
+        )
+        assert abs(C @ P @ C.T + one["R"]).max() < 1e-9
+        assert abs(A_L @ P @ C.T + one["S"] - L @ one["R"]).max() < 1e-9
+
+
+@pytest.mark.parametrize(
+    ("given", "unknown", "said"),
+    [
+        (
+            ([[0]], None, [[1]]),
+            {},
+            ["Q[0,0] and R[0,0] only as the sum Q[0,0] + R[0,0]."],
+        ),
+        (
+            POSITION,
+            {},
+            ["Q[0,0] and Q[0,1] only as the difference Q[0,0] - Q[0,1]."],
+        ),
+        (POSITION, dict(Q="diagonal"), []),
+        (POSITION, dict(Q=[[0.5], [1]]), []),
+        (
+            ([[0.5, 0], [0, 0.25]], None, [[1, 0]]),
+            dict(Q="diagonal"),
+            ["Q[1,1], which leaves no trace in the outputs."],
+        ),
+        (
+            ([[2, 2], [0, 2]], None, [[1, 0]]),
+            {},
+            [
+                "Q[0,0], Q[0,1] and Q[1,1] apart, which may change together as "
+                "1 : 1 : 0.75."
+            ],
+        ),
+    ],
+)
+def test_it_is_said_in_words(given, unknown, said):
+    plant = lb.Plant(*given, dt=1.0)
+    assert list(lb.identifiability(plant, **unknown).sentences) == said
+
+
+@pytest.mark.parametrize("turn", [1.0, 2.0, 0.25])
+def test_a_plant_that_varies_is_judged_by_all_its_instants(turn):
+    """Constant in disguise, and one whose change of speed tells what was hidden."""
+    A, C = turn * np.array(POSITION[0]), POSITION[2]
+    constant = lb.identifiability(lb.Plant(A, None, C, dt=1.0))
+    steps = A * np.ones((40, 1, 1))
+    found = lb.identifiability(lb.Plant(steps, None, C, dt=1.0))
+    assert found.sentences == constant.sentences != ()
+    steps[::3, 0, 1] *= 2
+    assert lb.identifiability(lb.Plant(steps, None, C, dt=1.0)).sentences == ()
+
+
+def test_outputs_that_never_meet_do_not_tell_their_correlation():
+    plant = lb.Plant([[0.5, 0], [0.3, 0.2]], None, np.eye(2), dt=1.0)
+    seen = np.ones((50, 2), dtype=bool)
+    seen[::2, 0] = seen[1::2, 1] = False
+    assert lb.identifiability(plant).sentences == ()
+    found = lb.identifiability(plant, seen=seen)
+    assert found.sentences == ("R[0,1], which leaves no trace in the outputs.",)
+    with pytest.raises(lb.DesignError, match=r"no record of this plant.*R\[0,1\]"):
+        found.require()
+
+
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        (dict(Q="round"), "Q must be 'full'"),
+        (dict(R=None), "it has none"),
+        (dict(Q=[[1, 0], [1, 0]]), "column 1 of the matrix G of Q is zero"),
+        (dict(Q=np.diag), "function of positive numbers"),
+        (dict(S="some"), "S must be 0"),
+    ],
+)
+def test_what_is_no_form_is_refused(wrong, said):
+    with pytest.raises(ValueError, match=said):
+        lb.identifiability(lb.Plant(*POSITION, dt=1.0), **wrong)
