@@ -237,3 +237,84 @@ def test_a_signal_of_a_diagram_ends_at_the_edge_of_its_block(ax):
     assert 'arrow "plant, u": black; (-1, 0) to (-0.425, 0)' in words
     assert 'arrow "plant to y": black; (0.425, 0) to (1, 0)' in words
     assert 'arrow "y to sum": black; (1, 0) to (1, -0.85)' in words
+
+
+QUESTIONS = [
+    ("Are Q and R known,\nor is there a record?", "no", "choose the poles"),
+    (
+        "Is a reading much better\nthan its prediction?",
+        "yes",
+        "read the front:\nthe exact designs",
+    ),
+    ("Is the plant stable?", "no", "Kalman filter"),
+]
+
+
+@pytest.fixture
+def chart():
+    fig, ax = plt.subplots(figsize=(4.8, 0.75 * 4), layout="constrained")
+    yield plot.decision_chart(QUESTIONS, "fixed-order filter", ax)
+    plt.close(fig)
+
+
+def test_a_decision_chart_leads_by_one_answer_aside_and_by_the_other_down(chart):
+    words = describe(chart.figure).splitlines()
+    assert 'arrow "no": black; (2.15, 0) to (2.52, 0)' in words
+    assert 'arrow "yes": black; (1.08, -0.27) to (1.08, -0.48)' in words
+    assert 'arrow "yes": black; (2.15, -0.75) to (2.52, -0.75)' in words
+    assert 'arrow "no": black; (1.08, -1.02) to (1.08, -1.32)' in words
+    assert 'arrow "yes": black; (1.08, -1.68) to (1.08, -2.07)' in words
+    numbers = [text for text in chart.texts if text.get_text().isdigit()]
+    advice = {box.get_label(): box for box in chart.patches}
+    for k, text in enumerate([*(one[2] for one in QUESTIONS), "fixed-order filter"]):
+        box, number = advice[text], numbers[k]
+        assert number.get_text() == f"{k + 1}"
+        middle = box.get_x(), box.get_y() + box.get_height() / 2
+        np.testing.assert_allclose(number.get_position(), middle, atol=1e-12)
+
+
+def test_every_text_of_a_decision_chart_has_room_in_its_box(chart):
+    chart.figure.draw_without_rendering()
+    whole = chart.figure.bbox
+    boxes = {
+        one.get_label(): one.get_window_extent()
+        for one in chart.patches
+        if one.get_label() not in ("yes", "no")
+    }
+    texts = {one.get_text(): one.get_window_extent() for one in chart.texts}
+    for label, box in boxes.items():
+        text = texts[label]
+        assert whole.x0 <= box.x0 < text.x0 and text.x1 < box.x1 <= whole.x1
+        assert whole.y0 <= box.y0 < text.y0 and text.y1 < box.y1 <= whole.y1
+        others = [one for other, one in texts.items() if other != label]
+        assert not any(text.overlaps(other) for other in others)
+    for k in "1234":
+        assert not any(boxes[k].overlaps(texts[one]) for one in texts if one != k)
+    rectangles = [box for label, box in boxes.items() if not label.isdigit()]
+    for k, one in enumerate(rectangles):
+        assert not any(one.overlaps(other) for other in rectangles[k + 1 :])
+    for answer in (one for one in chart.texts if one.get_text() in ("yes", "no")):
+        words = answer.get_window_extent()
+        assert not any(words.overlaps(box) for box in boxes.values())
+        ways = [one for one in chart.patches if one.get_label() == answer.get_text()]
+        ways = [one.get_path().get_extents() for one in ways]
+        (x, y), aside = answer.get_position(), answer.get_ha() == "center"
+        near = [one for one in ways if abs(one.x0 + one.width / 2 - x) < 0.1]
+        near = [one for one in near if abs(one.y0 + one.height / 2 - y) < 0.1]
+        assert len(near) == 1
+        assert y > near[0].y1 if aside else x > near[0].x1
+
+
+@pytest.mark.parametrize(
+    ("questions", "message"),
+    [
+        ([], "at least one question"),
+        ([("Is it stable?", "perhaps", "wait")], "'perhaps' after 'Is it stable"),
+        ([("1\n2\n3", "no", "wait")], "at most two lines of 24 letters"),
+        ([("?" * 25, "no", "wait")], "at most two lines of 24 letters"),
+        ([("Is it stable?", "no", "?" * 19)], "at most two lines of 18 letters"),
+    ],
+)
+def test_a_decision_chart_refuses_what_it_has_no_room_for(ax, questions, message):
+    with pytest.raises(ValueError, match=message):
+        plot.decision_chart(questions, "last", ax)

@@ -7,6 +7,7 @@ What draws a figure enters here; it computes nothing.  It uses `compare`, and of
 rooms below what a figure is of: plants and observers.
 """
 
+from .charts import decision_chart as decision_chart
 from .curves import error_variance as error_variance
 from .curves import estimates as estimates
 from .curves import gains as gains
