@@ -154,7 +154,9 @@ def test_numbers_of_the_sample_can_be_tried_again(toy):
 
 
 def test_the_library_is_damaged_unless_told_otherwise():
-    assert (arguments([]).repository / "lib" / "luenberger" / "plant.py").exists()
+    assert (
+        arguments([]).repository / "lib" / "luenberger" / "plant" / "plant.py"
+    ).exists()
 
 
 def test_a_sample_is_of_different_places_and_the_same_for_the_same_seed():

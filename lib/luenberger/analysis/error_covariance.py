@@ -15,7 +15,7 @@ from ..certificate import (
     require_real,
     residuals,
 )
-from ..errors import DesignError
+from ..errors import FIT, SAMPLE, DesignError
 from ..numeric import Matrices, Matrix, Vector
 from ..numeric.factors import factor, shorten
 from ..numeric.linalg import lyapunov, modes
@@ -132,9 +132,11 @@ def error_system(
 
 def _require_noise(plant: Plant, steps: int | None) -> None:
     if plant.dt == 0:
-        raise DesignError("error covariances are for discrete time, the plant has dt=0")
+        raise DesignError(
+            f"error covariances are for discrete time, the plant has dt=0; {SAMPLE}"
+        )
     if plant.Q is None or plant.R is None:
-        raise DesignError("the plant needs both noise covariances Q and R")
+        raise DesignError(f"the plant needs both noise covariances Q and R; {FIT}")
     if steps is not None and plant.P0 is None:
         raise DesignError("the plant needs P0, the covariance of its initial state")
 

@@ -18,7 +18,7 @@ import scipy  # its parts load when first used
 from scipy.sparse.linalg import LinearOperator, gmres
 
 from .. import kernels
-from ..errors import CertificateError, DesignError
+from ..errors import FIT, SAMPLE, CertificateError, DesignError
 from ..numeric import Matrix, Vector, linalg
 from ..numeric.covariance_maps import Pairs, Sums, dominant, packing, spread, stack
 from ..numeric.factors import CLEAR, EPS, semidefinite
@@ -270,7 +270,10 @@ def equivalent_noise(plant: Plant) -> EquivalentNoise:
     [16.0, 12.0, 0.0, 9.5]
     """
     if plant.dt == 0 or plant.Q is None or plant.R is None:
-        raise DesignError("equivalent noises need dt > 0 and the covariances Q and R")
+        raise DesignError(
+            "equivalent noises need dt > 0 and the covariances Q and R; "
+            f"{FIT if plant.dt else SAMPLE}"
+        )
     _require_constant(plant)
     X = second_moment(plant.A, plant.multiplicative, plant.Q)
     return EquivalentNoise(X, *noise_at(plant, 0, X))

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from ..arguments import expect
 from ..certificate import require_match, require_real
-from ..errors import CertificateError, DesignError
+from ..errors import FIT, SAMPLE, CertificateError, DesignError
 from ..numeric.linalg import modes
 from ..numeric.validation import covariance
 from ..observer import Observer
@@ -169,7 +169,8 @@ def _require(observer: Observer, plant: Plant, feedthrough: bool) -> None:
     require_real("optimality", plant, observer)
     if plant.dt == 0 or plant.Q is None or plant.R is None:
         raise DesignError(
-            "optimality is for discrete time and needs both noise covariances Q and R"
+            "optimality is for discrete time and needs both noise covariances Q and "
+            f"R; {FIT if plant.dt else SAMPLE}"
         )
     if observer.steps is not None:
         raise DesignError("optimality is of a constant observer, not of one over steps")

@@ -6,7 +6,7 @@ from argparse import Namespace
 from collections.abc import Iterator
 from typing import Any
 
-from .registration import as_json, file, register
+from .registration import as_json, file, plant_of, register, sample
 from .terminal import tell, tell_json, visible
 
 WIDE, FIRST = 79, 15
@@ -26,14 +26,14 @@ def add(commands: Any) -> None:
         examples=["check tracker.json", "check reactor.json --json"],
     )
     one.add_argument("plant", type=file, metavar="PLANT.json")
+    sample(one)
     as_json(one)
 
 
 def run(options: Namespace) -> None:
-    from ..plant import Plant
     from ..report.plant_facts import examine
 
-    found = examine(Plant.from_json(options.plant))
+    found = examine(plant_of(options.plant, options))
     if options.json:
         tell_json(found)
         return

@@ -5,7 +5,7 @@ from argparse import Namespace
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
-from .registration import as_json, dry_run, file, register
+from .registration import as_json, dry_run, file, plant_of, register, sample
 from .terminal import tell, tell_json, visible, written
 
 if TYPE_CHECKING:
@@ -29,6 +29,7 @@ def add(commands: Any) -> None:
             "compare tracker.json",
             "compare tracker.json --k=1,0.5,0 --orders 1,2 --json",
             "compare tracker.json --csv designs.csv",
+            "compare ball-and-beam.json --sample 0.1",
         ],
     )
     one.add_argument("plant", type=file, metavar="PLANT.json")
@@ -42,6 +43,7 @@ def add(commands: Any) -> None:
     one.add_argument(
         "--orders", type=whole_numbers, metavar="R1,R2,...", help="only these orders"
     )
+    sample(one)
     as_json(one)
     one.add_argument(
         "--csv",
@@ -70,7 +72,6 @@ def run(options: Namespace) -> None:
     from ..compare import compare
     from ..formats import atomic
     from ..formats.spreadsheets import require_plain_names
-    from ..plant import Plant
     from ..report.result_files import designs_csv
 
     if options.json and options.csv is not None:
@@ -78,7 +79,7 @@ def run(options: Namespace) -> None:
     if options.csv is not None:
         atomic.destination(options.csv)
         atomic.require_other(options.csv, options.plant)
-    plant = Plant.from_json(options.plant)
+    plant = plant_of(options.plant, options)
     if options.csv is not None:
         require_plain_names(plant)
     with np.errstate(all="ignore"):  # what overflows is in the table as such

@@ -1,6 +1,7 @@
 """`design`: observers of every order for a plant, compared in a report."""
 
 import contextlib
+import dataclasses
 import os
 import shutil
 import tempfile
@@ -9,10 +10,11 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .registration import dry_run, file, folder, register
+from .registration import dry_run, file, folder, plant_of, register, sample
 from .terminal import say, written
 
 if TYPE_CHECKING:
+    from ..formats.json_files import JsonFile
     from ..plant import Plant
 
 REPORT = "report.html"
@@ -49,6 +51,7 @@ def add(commands: Any) -> None:
         metavar="DATA.csv",
         help="measurements, in columns named after the plant's outputs and inputs",
     )
+    sample(one)
     dry_run(one, "check the plant, the data and the folder")
 
 
@@ -59,12 +62,11 @@ def run(options: Namespace) -> None:
     """
     from ..formats.json_files import json_file
     from ..formats.spreadsheets import require_plain_names
-    from ..plant import Plant
     from ..report import notebook
     from ..run import measurements
 
     file, out = json_file(options.plant, "a plant"), options.out
-    plant = Plant.from_json(file)
+    plant = plant_of(file, options)
     require_plain_names(plant)
     if options.data is not None:
         measurements.read(options.data, plant)
@@ -77,11 +79,26 @@ def run(options: Namespace) -> None:
         work = Path(tempfile.mkdtemp(prefix=".luenberger-", dir=beside))
         stack.callback(shutil.rmtree, work, ignore_errors=True)
         try:
-            finished = _make(work, plant, file.content, options.data)
+            finished = _make(work, plant, _content(plant, file, options), options.data)
         except notebook.NotebookError as error:
             raise ValueError(str(error)) from None
         written(_publish(finished, out), dry=False)
     say(f"done: open {out / REPORT}")
+
+
+def _content(plant: "Plant", file: "JsonFile", options: Namespace) -> bytes:
+    """What plant.json holds: the bytes that were read, or the sampled plant."""
+    from ..formats import json_records
+
+    if options.sample is None:
+        return file.content
+    about = [plant.description] if plant.description else []
+    about.append(
+        f"Sampled every {plant.dt:g} s from the plant in continuous time, with inputs "
+        "held between the samples."
+    )
+    told = dataclasses.replace(plant, description=" ".join(about))
+    return json_records.layout(json_records.as_data("plant", told)).encode()
 
 
 def _make(work: Path, plant: "Plant", content: bytes, data: Path | None) -> Path:

@@ -8,7 +8,7 @@ from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
 
-from .registration import file, register
+from .registration import file, plant_of, register, sample
 from .terminal import flush, require_open, say, tell
 
 STREAM = "-"
@@ -46,6 +46,7 @@ def add(commands: Any) -> None:
         metavar="PLANT.json",
         help="the plant it observes: names the observer lacks, and x0 for the start",
     )
+    sample(one)
     _backend(one)
     one.add_argument(
         "--dry-run", action="store_true", help="read and estimate, but write nothing"
@@ -72,12 +73,13 @@ def run(options: Namespace) -> None:
     from ..formats.atomic import require_other
     from ..formats.csv_reader import Table
     from ..observer import Observer
-    from ..plant import Plant
     from ..run import estimate_csv
 
+    if options.sample is not None and options.plant is None:
+        options.wrong("--sample goes with --plant")
     require_other(options.out, options.observer, options.data, options.plant)
     observer = Observer.from_json(options.observer)
-    plant = None if options.plant is None else Plant.from_json(options.plant)
+    plant = None if options.plant is None else plant_of(options.plant, options)
     with _source(options.data) as file, _sink(options) as out:
         where = "stdin" if options.data == STREAM else options.data
         header, rows = estimate_csv.estimates(

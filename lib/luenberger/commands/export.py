@@ -5,7 +5,7 @@ from argparse import Namespace
 from collections.abc import Sequence
 from typing import Any
 
-from .registration import dry_run, file, folder, register
+from .registration import dry_run, file, folder, plant_of, register, sample
 from .terminal import written
 
 
@@ -46,6 +46,7 @@ def add(commands: Any) -> None:
     )
     one.add_argument("--name", default="observer", help="of files and functions")
     one.add_argument("--float", action="store_true", help="float instead of double")
+    sample(one)
     dry_run(one)
 
 
@@ -73,8 +74,13 @@ def _read(options: Namespace) -> dict[str, Any]:
     from ..plant import Plant
 
     file = json_file(options.source, "a record")
-    source = (Observer if kind(file) == "observer" else Plant).from_json(file)
-    m1 = None
+    if kind(file) == "observer":
+        if options.sample is not None:
+            options.wrong("--sample goes with a plant, not with an observer")
+        source = Observer.from_json(file)
+    else:
+        source = plant_of(file, options)
+    m1: int | list[str] | None = None
     if options.m1 is not None:
         outputs = getattr(source, "output_names", ())
         m1 = accurate(options.m1, outputs or ())

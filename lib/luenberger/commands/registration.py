@@ -1,6 +1,7 @@
 """How a command is made known to argparse, which suffices and is always there."""
 
 import argparse
+import math
 import os
 import textwrap
 from collections.abc import Callable, Iterable
@@ -62,6 +63,36 @@ def as_json(one: argparse.ArgumentParser) -> None:
     one.add_argument(
         "--json", action="store_true", help="one JSON document on stdout instead"
     )
+
+
+def sample(one: argparse.ArgumentParser) -> None:
+    """The option of commands that need discrete time."""
+    one.add_argument(
+        "--sample",
+        type=_seconds,
+        metavar="DT",
+        help="sample a continuous plant every DT seconds, with inputs held between",
+    )
+
+
+def _seconds(text: str) -> float:
+    """A period; the characters are those of a number in ASCII."""
+    plain = text.isascii() and "_" not in text  # float() takes more
+    try:
+        found = float(text) if plain else 0.0
+    except ValueError:
+        found = 0.0
+    if not 0 < found < math.inf:
+        raise argparse.ArgumentTypeError(f"give seconds above 0, not {text!r}")
+    return found
+
+
+def plant_of(source: Any, options: argparse.Namespace) -> Any:
+    """The plant of a JSON file, sampled if the options say so."""
+    from ..plant import Plant
+
+    found = Plant.from_json(source)
+    return found if options.sample is None else found.sampled(options.sample)
 
 
 def dry_run(

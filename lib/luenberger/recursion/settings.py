@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from .. import kernels
 from ..certificate import require_real
-from ..errors import DesignError
+from ..errors import FIT, SAMPLE, DesignError
 from ..numeric import Matrices, Matrix, Vector
 from ..numeric.factors import clear, factor, lengths, safe
 from ..numeric.linalg import (
@@ -199,15 +199,14 @@ def require_noise(plant: Plant) -> tuple[Matrix, Matrix]:
     require_real("the filter", plant)
     if plant.dt == 0:
         raise DesignError(
-            "the filter is for discrete time but the plant has dt = 0. Discretise the "
-            "plant and its noise, and give dt in seconds."
+            f"the filter is for discrete time but the plant has dt = 0; {SAMPLE}"
         )
     Q, R = plant.Q, plant.R
     if Q is None or R is None:
         name, meaning = ("Q", "process") if Q is None else ("R", "measurement")
         raise DesignError(
             f"the plant has no {name}, the covariance of the {meaning} noise; "
-            f"give Plant(..., {name}=...), zeros if there is none"
+            f"give Plant(..., {name}=...), zeros if there is none; {FIT}"
         )
     if plant.multiplicative:
         raise DesignError(

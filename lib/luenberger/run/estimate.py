@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from ..arguments import expect
 from ..certificate import require_real
+from ..errors import SAMPLE
 from ..formats import dataframes
 from ..kernels import Recursion, entries_known, over_record, plain_array, runs_compiled
 from ..numeric import Given, Matrices, Matrix, Vector
@@ -111,7 +112,10 @@ def estimate(
     runs_compiled(backend, 0)
     require_real("estimate", observer)
     if observer.dt == 0:
-        raise ValueError("recorded data need a discrete observer; this one has dt = 0")
+        raise ValueError(
+            "recorded data need a discrete observer; this one has dt = 0. Design it "
+            f"for the sampled plant: {SAMPLE}."
+        )
     u0 = dataframes.entries("u0", u0, observer.input_names)
     x0 = dataframes.entries("x0", x0, observer.state_names)
     begun = 0, start(observer, u0, z0, x0)

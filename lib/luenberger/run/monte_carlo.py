@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from ..analysis.error_covariance import require_free_of_input
 from ..arguments import expect
 from ..certificate import require_match, require_real
-from ..errors import DesignError
+from ..errors import FIT, SAMPLE, DesignError
 from ..kernels import runs_compiled
 from ..numeric import Matrix
 from ..numeric.validation import covariance
@@ -191,7 +191,10 @@ def _require_runs(plant: Plant, observer: Observer, **counts: int | None) -> Non
     require_match(observer, plant)
     require_real("simulation", plant, observer)
     if plant.dt == 0 or plant.Q is None or plant.R is None or plant.P0 is None:
-        raise DesignError("a Monte Carlo run needs dt > 0 and the covariances Q, R, P0")
+        raise DesignError(
+            "a Monte Carlo run needs dt > 0 and the covariances Q, R, P0; "
+            f"{FIT if plant.dt else SAMPLE}"
+        )
     for name, value in counts.items():
         if name == "chunk" and value is None:
             continue

@@ -6,14 +6,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.linalg
 from numpy.typing import ArrayLike
 
 from ..arguments import expect
 from ..certificate import require_match, require_real
+from ..errors import SAMPLE
 from ..numeric import Matrix, Vector
 from ..numeric.factors import square_root
 from ..observer import Observer
+from ..period import hold
 from ..plant import Instant, Plant
 from .chunks import real, rows, single
 from .estimate import start
@@ -268,7 +269,7 @@ def _simulate_continuous(
 ) -> Run:
     if seed is not None or u0 is not None:
         raise ValueError(
-            "noise (seed) and u0 are for discrete time; the plant has dt=0"
+            f"noise (seed) and u0 are for discrete time; the plant has dt=0; {SAMPLE}"
         )
     t = _equally_spaced(t)
     u = _input(u, len(t), plant.m)
@@ -286,10 +287,3 @@ def _simulate_continuous(
     y = x @ plant.C.T + u @ plant.E.T
     w_hat = z @ observer.P.T + y @ observer.V.T + u @ observer.W.T
     return Run(t, x, z, u, y, x @ observer.L.T, w_hat)
-
-
-def hold(M: Matrix, N: Matrix, step: float) -> tuple[Matrix, Matrix]:
-    """Exact discretisation of s' = M s + N u for u held over `step` seconds."""
-    k, m = N.shape
-    E = scipy.linalg.expm(step * np.block([[M, N], [np.zeros((m, k + m))]]))
-    return E[:k, :k], E[:k, k:]

@@ -18,7 +18,7 @@ from luenberger.papers.hsia import system
 from luenberger.papers.hsia.derivation import laws as derivation
 from luenberger.papers.hsia.derivation import letters, loop
 from luenberger.papers.hsia.system import absolute_integral
-from luenberger.run.simulate import hold
+from luenberger.period import hold
 
 PAPER = lb.Plant([[0, 1], [0, 0]], [[0], [1]], [[100, 10]])
 INTEGRATOR = lb.Plant([[0]], [[1]], [[1]])

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from ...analysis.step_cost import MATRICES, step_program, step_sizes
-from ...errors import DesignError
+from ...errors import SAMPLE, DesignError
 from ...kernels.c import C, Module, function
 from ...kernels.program import Cost
 from ...numeric.linalg import modes
@@ -82,7 +82,7 @@ def require_exportable(observer: Observer) -> None:
     if observer.dt == 0:
         raise DesignError(
             "the observer is in continuous time (dt = 0); a device takes samples. "
-            "Discretise the plant and design the observer for that."
+            f"Design it for the sampled plant: {SAMPLE}."
         )
     unstable = observer.poles[np.abs(observer.poles) >= 1]
     if unstable.size:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ...arguments import expect
-from ...errors import DesignError
+from ...errors import SAMPLE, DesignError
 from ...numeric import Matrix, rationals
 from ...numeric.balance import evened
 from ...numeric.independent_rows import choose
@@ -176,7 +176,7 @@ def require_discrete(plant: Plant) -> None:
     if plant.dt == 0:
         raise DesignError(
             "the plant is continuous (dt = 0): its state follows from samples only "
-            "once it is sampled. Discretise it and give dt."
+            f"once it is sampled; {SAMPLE}"
         )
 
 

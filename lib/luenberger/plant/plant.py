@@ -1,49 +1,33 @@
 """The plant: x+ = A x + B u + w, y = C x + E u + v."""
 
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import KW_ONLY, dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .errors import short
-from .formats import json_records, statespace
-from .formats.json_files import JsonFile
-from .numeric import Matrices, Matrix
-from .numeric.validation import (
+from ..errors import short
+from ..formats import json_records, statespace
+from ..formats.json_files import JsonFile
+from ..numeric import Matrices, Matrix
+from ..numeric.validation import (
     ReadOnly,
     covariance,
     exact,
     matrix,
     names,
-    require_semidefinite,
     sample_time,
     text,
     vector,
     zeros,
 )
+from .checks import check_joint, noise_pairs
+from .instant import Instant
+from .sampled import one_period
 
 P0_IS = ("posterior", "prior")
 LATER: Any = None  # a field that is filled in once the others are known
-
-
-class Instant(NamedTuple):
-    """The plant's matrices at one instant, all two-dimensional."""
-
-    A: np.ndarray
-    B: np.ndarray
-    C: np.ndarray
-    E: np.ndarray
-    Q: np.ndarray | None
-    R: np.ndarray | None
-    S: np.ndarray | None
-
-    def covariances(self) -> tuple[Matrix, ...]:
-        """Q, R and S; zeros for those that are not given."""
-        n, p = self.A.shape[0], self.C.shape[0]
-        given = (self.Q, (n, n)), (self.R, (p, p)), (self.S, (n, p))
-        return tuple(np.zeros(size) if X is None else X for X, size in given)
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +54,9 @@ class Plant(ReadOnly):
         0 for continuous time, or the sampling period in seconds.
     Q, R : (n, n), (p, p) array_like, optional
         Covariances of w and v, symmetric and positive semi-definite, in the
-        squared units of the states and outputs.  Singular and zero are allowed.
+        squared units of the states and outputs.  Singular and zero are allowed.  In
+        continuous time Q is the intensity of w, per second, and R the covariance of
+        the noise in one sample (`sampled`): that of continuous readings is infinite.
     S : (n, p) array_like, optional
         E[w v'], default zero; [[Q, S], [S', R]] must be positive semi-definite.
     x0, P0 : (n,), (n, n) array_like, optional
@@ -144,10 +130,10 @@ class Plant(ReadOnly):
         P0 = None if self.P0 is None else covariance("P0", self.P0, n)
         self._fill(A=A, B=B, C=C, E=E, Q=Q, R=R, S=S, x0=x0, P0=P0)
         self._fill(_exact=self._rational(given))
-        self._check_joint()
+        check_joint(Q, R, S)
         self._fill(
             dt=sample_time(self.dt),
-            multiplicative=self._noise_pairs(),
+            multiplicative=noise_pairs(self.multiplicative, n, p),
             state_names=names("x state", self.state_names, n),
             input_names=names("u input", self.input_names, m),
             output_names=names("y output", self.output_names, p),
@@ -163,32 +149,6 @@ class Plant(ReadOnly):
                 return None
             found[name] = X
         return found
-
-    def _check_joint(self) -> None:
-        """S needs Q and R, and the three together must be a covariance."""
-        if self.S is None:
-            return
-        if self.Q is None or self.R is None:
-            raise ValueError("S = E[w v'] is given but Q or R is not; give all three")
-        lead = np.broadcast_shapes(*(X.shape[:-2] for X in (self.Q, self.R, self.S)))
-        Q, R, S = (
-            np.broadcast_to(X, lead + X.shape[-2:]) for X in (self.Q, self.R, self.S)
-        )
-        require_semidefinite("[[Q, S], [S', R]]", np.block([[Q, S], [S.mT, R]]))
-
-    def _noise_pairs(self) -> tuple[tuple[Matrix, Matrix], ...]:
-        pairs, given = [], self.multiplicative
-        if not isinstance(given, (list, tuple)) or not all(
-            isinstance(pair, (list, tuple)) and len(pair) == 2 for pair in given
-        ):
-            raise ValueError(
-                "multiplicative must be a list of pairs (A1, C1) of matrices"
-            )
-        for k, pair in enumerate(given):
-            A1 = matrix(f"multiplicative[{k}] A", pair[0], self.n, self.n)
-            C1 = matrix(f"multiplicative[{k}] C", pair[1], self.p, self.n)
-            pairs.append((A1, C1))
-        return tuple(pairs)
 
     def _check_rest(self) -> None:
         lengths = self._lengths()
@@ -260,6 +220,49 @@ class Plant(ReadOnly):
         if self.P0_is == "prior":
             return np.eye(self.n), np.zeros_like(now.B), np.zeros((self.n, self.n))
         return now.A, now.B, now.covariances()[0]
+
+    def sampled(self, dt: float) -> Self:
+        r"""The discrete plant of this continuous one, sampled every `dt` seconds.
+
+        With u held from each sample to the next,
+
+        .. math:: A_d = e^{A\,dt}, \quad B_d = \int_0^{dt} e^{A t} B\,dt, \quad
+                  Q_d = \int_0^{dt} e^{A t} Q e^{A' t}\,dt ,
+
+        exactly.  C, E and R stay: a sensor is read at the sample, and R is the
+        covariance of what one reading is off by, not an intensity.
+
+        Parameters
+        ----------
+        dt : float
+            Seconds from each sample to the next.
+
+        Raises
+        ------
+        DesignError
+            If the plant is discrete already, varies, is complex, has S or
+            multiplicative noise, or grows beyond what floats hold within dt.
+        ValueError
+            If dt is no positive number of seconds.
+
+        See Also
+        --------
+        sampling.discretise : the same at uneven instants.
+
+        References
+        ----------
+        Van Loan (1978), "Computing integrals involving the matrix exponential".
+
+        Examples
+        --------
+        >>> import luenberger as lb
+        >>> ball = lb.Plant([[0, 1], [0, 0]], [[0], [2]], [[1, 0]],
+        ...                 Q=[[0, 0], [0, 3]], R=[[1]])
+        >>> plant = ball.sampled(1.0)
+        >>> plant.B[:, 0], plant.Q[0, 0], plant.R[0, 0]
+        (array([1., 2.]), np.float64(1.0), np.float64(1.0))
+        """
+        return replace(self, **one_period(self, dt))
 
     @classmethod
     def from_statespace(cls, sys: object, **options: Any) -> Self:
