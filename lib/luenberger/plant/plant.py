@@ -229,8 +229,8 @@ class Plant(ReadOnly):
         .. math:: A_d = e^{A\,dt}, \quad B_d = \int_0^{dt} e^{A t} B\,dt, \quad
                   Q_d = \int_0^{dt} e^{A t} Q e^{A' t}\,dt ,
 
-        exactly.  C, E and R stay: a sensor is read at the sample, and R is the
-        covariance of what one reading is off by, not an intensity.
+        exactly; at uneven instants, see `sampling.discretise`.  C, E and R stay: R is
+        the covariance of what one reading is off by, not an intensity.
 
         Parameters
         ----------
@@ -244,10 +244,6 @@ class Plant(ReadOnly):
             multiplicative noise, or grows beyond what floats hold within dt.
         ValueError
             If dt is no positive number of seconds.
-
-        See Also
-        --------
-        sampling.discretise : the same at uneven instants.
 
         References
         ----------
