@@ -1,4 +1,4 @@
-"""Charts of decisions: one question below another, with an advice beside each."""
+"""Charts of decisions: one question below another, with advice beside each."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from matplotlib.patches import Ellipse, FancyArrowPatch, Rectangle
 Point = tuple[float, float]
 ROW = 0.75  # from one question to the next, in inches
 QUESTION, ADVICE = 2.15, 1.75  # widths of boxes
-BESIDE = 2.65  # where an advice begins
-BADGE = 0.26  # width of the circle with an advice's number
+BESIDE = 2.65  # where advice begins
+BADGE = 0.26  # width of the circle with the number of a box
 LINE, MARGIN = 0.18, 0.18  # heights of a line of text, and of what is around it
 LETTERS = 11  # points
 LONGEST = {QUESTION: 24, ADVICE: 18}  # letters of a line that a box has room for
@@ -23,11 +23,11 @@ OTHER = {"yes": "no", "no": "yes"}
 def decision_chart(
     questions: Sequence[tuple[str, str, str]], last: str, ax: Axes | None = None
 ) -> Axes:
-    r"""Questions from top to bottom; one answer leads to an advice, one further down.
+    r"""Questions from top to bottom; one answer leads to advice, one further down.
 
-    Advices are numbered from 1, so that a text below the figure can name them.  The
-    chart is tall, and legible on a telephone: a figure 4.8 inches wide, with 0.75 for
-    each question and for the last advice, has letters of 11 points.
+    Each box of advice has a number, from 1, so that a text below the figure can name
+    it.  The chart is tall, and legible on a telephone: a figure 4.8 inches wide, with
+    0.75 for each question and for the last box, has letters of 11 points.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ def decision_chart(
     ------
     ValueError
         If there is no question, an answer is not "yes" or "no", or a text has more
-        than two lines, or more than 24 letters in a line (an advice: 18).
+        than two lines, or more than 24 letters in a line (advice: 18).
 
     Examples
     --------
