@@ -58,6 +58,7 @@ PAGES = (
     "hsia.laws",
     "hsia.loop",
     "hsia.noise",
+    "identification.likelihood",
     "identification.autocovariances",
     "identification.identifiability",
 )

@@ -100,7 +100,7 @@ def _text(
     """The text that numba compiles, and the type of each argument by name."""
     from . import cost, numba, scalars
 
-    zero = tuple(name for name in OPTIONAL if _vanishes(known.get(name, ())))
+    zero = tuple(one for one in OPTIONAL if one in known and _vanishes(known[one]))
     loop = recursion.lowered(zero)
     straight = None
     if cost.loops(loop.program, sizes).operations <= 8 * UNROLLED:

@@ -11,7 +11,18 @@ from fractions import Fraction
 from itertools import pairwise
 from typing import Any
 
-from .program import Assign, Factor, Operand, Program, Size, Sizes, Step, Term, times
+from .program import (
+    IDENTITY,
+    Assign,
+    Factor,
+    Operand,
+    Program,
+    Size,
+    Sizes,
+    Step,
+    Term,
+    times,
+)
 from .solves import Index, Solves
 from .writer import View, Writer
 
@@ -133,6 +144,8 @@ class _Loops(Solves):
         return f"{name}[{i} * {cols} + {j}]"
 
     def of(self, operand: Operand, i: Index, j: Index) -> str:
+        if operand.name == IDENTITY:  # the right side of a solve
+            return f"1.0 * ({i} == {j})"
         i, j = (j, i) if operand.turned else (i, j)
         return self.at(operand.name, i, j)
 

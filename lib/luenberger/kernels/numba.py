@@ -17,6 +17,8 @@ START = ("start", "stop", "now", "before", "good", "keep")
 def arguments(loop: Loop) -> dict[str, str]:
     """Names of the arguments of `run`, in order, and the numba type of each."""
     types = dict(zip(START, ("i8", "i8", "i8[::1]", "i8[::1]", "b1[::1]", "b1")))
+    if loop.recursion.backward:
+        types = {"last": "i8", "start": "i8", "stop": "i8", "keep": "b1"}
     for array, _ in loop.rows.values():
         types[array] = "f8[:,::1]"
     for name in loop.matrices:
@@ -42,6 +44,9 @@ def source(
     of the instant before; a matrix that is not `changing` uses index 0, and if none
     is, `now`, `before` and `good` are not read.  What is carried comes flat and is
     left as after the last row that was done.
+
+    A recursion that runs backward has ``run(last, start, stop, keep, ...)``: rows are
+    counted from the row `last` down, and a matrix that changes has one for each row.
 
     Parameters
     ----------
@@ -86,6 +91,9 @@ class _Body:
         self.loop, self.recursion, self.to = loop, loop.recursion, to
         self.sizes, self.changing, self.unrolled = sizes, changing, unrolled
         self.program = loop.program
+        self.backward = loop.recursion.backward
+        self.count = "turn" if self.backward else "row"
+        self.goods = bool(self.changing) and not self.backward
 
     def write(self) -> None:
         to, all_ = self.to, self.loop.matrices
@@ -93,8 +101,10 @@ class _Body:
         self.prepare()
         self.read([name for name in all_ if name not in self.changing])
         self.turn()
-        to.loop("row", "start_", "stop_")
-        if self.changing:
+        to.loop(self.count, "start_", "stop_")
+        if self.backward:
+            to.let("row", "last_ - turn")
+        if self.goods:
             to.line("if not good_[row]:")
             self.give_up()
         self.read([name for name in all_ if name in self.changing])
@@ -107,12 +117,14 @@ class _Body:
         to.line("return done")
 
     def give_up(self) -> None:
-        self.to.line("    done = row")
+        self.to.line(f"    done = {self.count}")
         self.to.line("    break")
 
     def index(self, name: str) -> str:
         if name not in self.changing:
             return "0"
+        if self.backward:
+            return "row"
         return "before_[row]" if name in self.recursion.before else "now_[row]"
 
     def shape(self, name: str) -> tuple[int, int]:
@@ -227,9 +239,9 @@ class _LoopBody(_Body):
         to.let("ok", "True")
         write(self.program, self.sizes, to, self.turned)
         if self.program.definite:
-            last = "row + 1 == stop_"
-            last += " or not good_[row + 1]" if self.changing else ""
-            to.let("test", f"row % {TEST_EVERY} == 0 or {last}")
+            last = f"{self.count} + 1 == stop_"
+            last += " or not good_[row + 1]" if self.goods else ""
+            to.let("test", f"{self.count} % {TEST_EVERY} == 0 or {last}")
             to.line("if test:")
             to.depth += 1
             write_definite(self.program, self.sizes, to)
@@ -271,7 +283,7 @@ class _LoopBody(_Body):
         if self.program.definite:
             self.to.line("if test:")
             self.to.depth += 1
-            self.keep("row + 1")
+            self.keep(f"{self.count} + 1")
             self.to.end()
 
     def leave(self) -> None:

@@ -36,6 +36,8 @@ class Recursion:
         Of results that must be positive definite, or the loop gives up.
     same : tuple of (str, str, str)
         Given matrices that are the same as another one where a third vanishes.
+    backward : bool
+        From the last row to the first; a matrix that changes has one for each row.
     """
 
     stages: StageList
@@ -46,6 +48,7 @@ class Recursion:
     symmetric: tuple[str, ...] = ()
     definite: tuple[Factor, ...] = ()
     same: tuple[tuple[str, str, str], ...] = ()
+    backward: bool = False
 
     def lowered(self, zero: Collection[str] = ()) -> Loop:
         """The `Loop` where the matrices named in `zero` vanish."""

@@ -8,10 +8,11 @@ row in NumPy, `Block.run` as many as it can.  Another way to do rows enters as a
 from dataclasses import dataclass
 from functools import cached_property
 
+from ..kernels import Recursion
 from ..numeric import Matrix
-from .filter_stacks import Stacks, stacks_of
+from .filter_stacks import FILTER, Stacks, stacks_of
 from .settings import Settings
-from .state import History, State, step
+from .state import Book, History, State, step
 
 
 @dataclass(frozen=True)
@@ -37,9 +38,19 @@ class Pass:
         `compile` asks for compiled code where it can be had.
         """
         out = History.empty(len(y), self.settings.plant, history)
+        return self.into(out, state, y, u, compile), out
+
+    def into(
+        self, out: Book, state: State, y: Matrix, u: Matrix, compile: bool,
+        recursion: Recursion = FILTER,
+    ) -> State:  # fmt: skip
+        """Filter the rows of y into `out`; return the state after them.
+
+        `recursion` is the compiled code, which writes the arrays of `out`.
+        """
         block = None
         if compile and len(y) and (stacks := self.stacks) is not None:
-            block = stacks.block(state, y, u)
+            block = stacks.block(state, y, u, recursion)
         k = 0
         while k < len(y):
             if block is not None and state.ready:
@@ -48,7 +59,7 @@ class Pass:
                     state = state._replace(turn=state.turn.later(state.instant))
                 k = done
             if k < len(y):
-                state, gain = step(self.settings, state, y[k], u[k])
-                out.put(k, state, gain)
-                k += 1
-        return state, out
+                row = step(self.settings, state, y[k], u[k])
+                out.put(k, row)
+                state, k = row.state, k + 1
+        return state

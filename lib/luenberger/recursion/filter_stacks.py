@@ -21,7 +21,7 @@ from ..numeric.linalg import nonsingular
 from ..papers.leondes_novak.derivation import filter_step, padded
 from .root_step import Spread
 from .settings import PATTERNS, Setting, Settings
-from .state import History, State
+from .state import Book, State, flat
 
 BEFORE = {"A": "A", "As": "As", "Q": "Qs", "B": "B", "J": "J"}
 NOW = {"C": "C", "R": "R", "E": "E", "Gamma": "Gamma"}
@@ -62,7 +62,9 @@ class Stacks:
         self.table: dict[bytes, int] = {}
         self.padded: list[dict[str, Any]] = []
 
-    def block(self, state: State, y: Matrix, u: Matrix) -> "Block":
+    def block(
+        self, state: State, y: Matrix, u: Matrix, recursion: kernels.Recursion = FILTER
+    ) -> "Block":
         """The next rows of a record, which begin at `state`, ready to be run."""
         seen = np.isnan(y)
         np.logical_not(seen, out=seen)  # the first touch of new memory costs most
@@ -78,8 +80,8 @@ class Stacks:
         changing = self.changing(complete)
         known = tuple((name, self.known(name, name in changing)) for name in FIELDS)
         sizes = tuple((k, getattr(self.plant, k)) for k in ("m", "n", "p"))
-        kernel = kernels.over_record(FILTER, sizes, known, changing)
-        given = {k: _flat(kernels.plain_array(X)) for k, X in stacks.items()}
+        kernel = kernels.over_record(recursion, sizes, known, changing)
+        given = {k: flat(kernels.plain_array(X)) for k, X in stacks.items()}
         if not complete:
             y = np.where(seen, y, 0.0)
         y, empty = kernels.plain_array(y), np.empty((len(y) + 1, 0))
@@ -215,18 +217,17 @@ class Block:
     given: Matrices
     seen: np.ndarray
 
-    def run(self, state: State, k: int, out: History) -> tuple[State, int]:
+    def run(self, state: State, k: int, out: Book) -> tuple[State, int]:
         """From `state` before row k on: the state reached, and the first row not done.
 
-        Rows that were done are written to `out`, a `History`.
+        Rows that were done are written to `out`.
         """
         rho = np.zeros(self.seen.shape[1])
         rho[state.seen] = state.rho[:, 0]
         x, Sigma = state.x.flatten(), state.Sigma.flatten()
         done = self.kernel(
             **self.given, Sigma=Sigma, x=x, rho=rho, start=k, stop=len(self.seen),
-            keep=len(out.P) > 0, xs=out.x, variances=out.variances,
-            covariances=_flat(out.P), gains=_flat(out.K),
+            keep=out.kept, **out.arrays,
         )  # fmt: skip
         if done == k:
             return state, k
@@ -235,8 +236,3 @@ class Block:
         spread = Spread(Sigma.reshape(state.Sigma.shape))
         u, rho = self.given["u"][done], rho[seen][:, None]
         return State(i, x[:, None], spread, None, u, seen, rho, now), done
-
-
-def _flat(stack: Matrix) -> Matrix:
-    """(N, rows, cols) as (N, rows * cols), the same memory."""
-    return stack.reshape(len(stack), stack.shape[1] * stack.shape[2])

@@ -1,11 +1,11 @@
 """What a filter carries from row to row of a record, and one row of it in NumPy."""
 
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from .. import kernels
-from ..numeric import Matrix, Vector
+from ..numeric import Matrices, Matrix, Vector
 from ..papers.leondes_novak.derivation import estimate_step
 from ..plant import Plant
 from .agreement import followed, require_agreement, rounding_of
@@ -80,6 +80,38 @@ class State(NamedTuple):
         )
 
 
+class Step(NamedTuple):
+    """One row: the `State` after it, and how it came about.
+
+    Attributes
+    ----------
+    state : State
+    new : dict
+        The matrices of `Setting.step`.
+    innovation : (p_seen, 1) ndarray
+        What the prediction left of the measurement.
+    """
+
+    state: State
+    new: Matrices
+    innovation: np.ndarray
+
+
+class Book(Protocol):
+    """Where the rows of a pass are written, such as `History`."""
+
+    def put(self, k: int, row: Step) -> None:
+        """Write row k, which NumPy did."""
+
+    @property
+    def arrays(self) -> Matrices:
+        """What compiled code writes to, by the names in its `Recursion`."""
+
+    @property
+    def kept(self) -> bool:
+        """Whether matrices are written."""
+
+
 class History(NamedTuple):
     """What a pass found, a row for each row of the record.
 
@@ -99,11 +131,23 @@ class History(NamedTuple):
         x, variances = np.empty((rows, n)), np.empty((rows, n))
         return cls(x, variances, np.empty((all_, n, n)), np.zeros((all_, n, plant.p)))
 
-    def put(self, k: int, state: State, gain: Matrix) -> None:
+    def put(self, k: int, row: Step) -> None:
         """Write row k."""
+        state = row.state
         self.x[k], self.variances[k] = state.x[:, 0], state.Sigma.diagonal()
         if len(self.P):
-            self.P[k], self.K[k][:, state.seen] = state.Sigma, gain
+            self.P[k], self.K[k][:, state.seen] = state.Sigma, row.new["K"]
+
+    @property
+    def kept(self) -> bool:
+        """Whether P and K are written."""
+        return len(self.P) > 0
+
+    @property
+    def arrays(self) -> Matrices:
+        """What compiled code writes to."""
+        P, K = flat(self.P), flat(self.K)
+        return dict(xs=self.x, variances=self.variances, covariances=P, gains=K)
 
 
 def start(settings: Settings, x: Vector, u: Vector) -> State:
@@ -114,10 +158,13 @@ def start(settings: Settings, x: Vector, u: Vector) -> State:
     )  # fmt: skip
 
 
-def step(
-    settings: Settings, state: State, y: Vector, u: Vector
-) -> tuple[State, Matrix]:
-    """The state one instant on, and the gain (n, p_seen).
+def flat(stack: Matrix) -> Matrix:
+    """(N, rows, cols) as (N, rows * cols), the same memory."""
+    return stack.reshape(len(stack), stack.shape[1] * stack.shape[2])
+
+
+def step(settings: Settings, state: State, y: Vector, u: Vector) -> Step:
+    """The state one instant on, and how it came about.
 
     Parameters
     ----------
@@ -153,7 +200,8 @@ def step(
             innovation = moved["innovation"][:, 0]
             require_agreement(known, innovation, met, new["unit"], names, i)
     x, rho = moved["x_next"], moved["rho_next"]
-    return State(i, x, spread, rounding, u, seen, rho, now, state.turn), new["K"]
+    after = State(i, x, spread, rounding, u, seen, rho, now, state.turn)
+    return Step(after, new, moved["innovation"])
 
 
 def _leading_on(

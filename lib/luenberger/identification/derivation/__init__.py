@@ -1,5 +1,7 @@
 """The equations of identification in SymPy, in reading order.
 
+`likelihood`
+    The likelihood of a record, from the innovations of its filter.
 `any_gain_letters`
     The letters of a predictor with any stable gain, and of its innovations.
 `autocovariances`
@@ -12,6 +14,12 @@ A proof or a stage list of a record enters here.
 
 from ...stage_list import StageList
 
+likelihood_step = StageList(
+    __name__,
+    "likelihood.likelihood_step",
+    "Omega N M Kmv K Z Sigma_next x_minus known innovation x_next rho_next G W e",
+)
+weighed = StageList(__name__, "likelihood.weighed", "G W e")
 error_noise = StageList(__name__, "autocovariances.error_noise", "W")
 first_autocovariances = StageList(
     __name__, "autocovariances.first_autocovariances", "Lambda_0 N_1"
