@@ -41,7 +41,9 @@ class AtLeast(Line):
         return left, self.right + self.side * square
 
     def reason(self, show: Show) -> str:
-        square = sp.MatMul(self.root, sp.Transpose(self.root), evaluate=False)
+        turned = isinstance(self.root, sp.Transpose)
+        other = self.root.arg if turned else sp.Transpose(self.root)
+        square = sp.MatMul(self.root, other, evaluate=False)
         mine = show(square) + (r" \ge 0" if show is latex else " ≥ 0")
         said = super().reason(show)
         joint = r",\; " if show is latex else ", "
