@@ -27,6 +27,7 @@ from .errors import CertificateError as CertificateError
 from .errors import DesignError as DesignError
 from .identification.identifiability import Identifiability as Identifiability
 from .identification.identifiability import identifiability as identifiability
+from .identification.likelihood import log_likelihood as log_likelihood
 from .numeric.staircase_form import Staircase as Staircase
 from .numeric.staircase_form import staircase as staircase
 from .observer import Observer as Observer

@@ -1,0 +1,184 @@
+"""The likelihood of a record, and its gradient in all that the plant says."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from .. import kernels
+from ..arguments import expect
+from ..errors import DesignError
+from ..formats import dataframes
+from ..numeric import Given
+from ..plant import Plant
+from ..recursion.filter_pass import Pass
+from ..recursion.settings import Settings, accurate_outputs
+from ..recursion.state import start
+from ..run import chunks
+from .trail import LIKELIHOOD, Trail
+
+Outputs = int | Sequence[int | str]  # how many, or which
+
+
+class Record(NamedTuple):
+    """A record as arrays: y (N, p) with NaN, u (N, m), and the input before them."""
+
+    y: np.ndarray
+    u: np.ndarray
+    u0: np.ndarray
+
+
+def log_likelihood(
+    plant: Plant,
+    y: Any,
+    u: Any = None,
+    *,
+    m1: Outputs = 0,
+    u0: Given = None,
+    backend: str = "auto",
+) -> float:
+    """The logarithm of the likelihood of a record under a plant.
+
+    It is the density of y, given u, of a plant with Gaussian noises and a Gaussian
+    start, as the product of the densities of the innovations of its Kalman filter:
+    with nu the innovations and M their covariances,
+    ``-1/2 sum (count log(2 pi) + log det M + nu' M^-1 nu)``.
+
+    Outputs without noise may make M singular.  An entry of y that the entries before
+    it determine, in the order of instants and then of outputs, has no density of its
+    own; the likelihood is the density of the others, in the units of y.  That is the
+    density of y on its support, with those others for coordinates there.
+
+    Parameters
+    ----------
+    plant : Plant
+        Discrete, with Q, R and P0.
+    y : (N, p) array_like or pandas.DataFrame, or a list of them
+        As in `filter_data`: row k is instant k + 1, and NaN was not measured.  Of a
+        list of records, all of this plant and each with a start of its own, the
+        likelihoods multiply.
+    u : (N, m) array_like or DataFrame, or a list of them, optional
+        Known inputs, as in `filter_data`.
+    m1 : int or sequence, default 0
+        Accurate outputs, as in `filter_data`.  A likelihood does not depend on the
+        filter, so they must be outputs without noise, and nothing changes.
+    u0 : (m,) array_like, or a list of them, optional
+        Input from instant 0 to 1, default zero.
+    backend : "auto", "numpy" or "numba"
+        As in `filter_data`.
+
+    Returns
+    -------
+    float
+        A record without a measurement has the likelihood 1, of which this is 0.
+
+    Raises
+    ------
+    ValueError
+        If sizes disagree or a value is infinite.
+    ImportError
+        If numba is asked for and not installed.
+    DesignError
+        If the plant lacks Q, R or P0, an accurate output has noise, or noise-free
+        outputs contradict each other or a state known exactly: then the record is
+        impossible; the message names outputs and instant.
+
+    See Also
+    --------
+    filter_data
+
+    References
+    ----------
+    Schweppe, "Evaluation of likelihood functions for Gaussian signals", IEEE Trans.
+    Inf. Theory 11 (1965) 61-70; identification/derivation/likelihood.py.
+
+    Examples
+    --------
+    Two measurements of a number of variance 3, with noise of variance 1: they have
+    the covariance [[4, 3], [3, 4]], whose determinant is 7.
+
+    >>> import luenberger as lb
+    >>> plant = lb.Plant([[1]], None, [[1]], dt=1.0, Q=[[0]], R=[[1]], P0=[[3]])
+    >>> round(lb.log_likelihood(plant, [[0], [0]]), 4)
+    -2.8108
+    """
+    expect(plant=plant)
+    settings = Settings(plant, 0)
+    require_noise_free(plant, m1)
+    records = [*_records(plant, y, u, u0)]
+    fast = kernels.runs_compiled(backend, sum(len(one.y) for one in records))
+    total = 0.0
+    for one in records:
+        trail = _trail(settings, one, fast, False)
+        total += value(trail)
+    return total
+
+
+def value(trail: Trail) -> float:
+    """The logarithm of the likelihood, from its rows."""
+    count = int(trail.free.sum())
+    exponent = float(trail.log_det.sum() + trail.square.sum())
+    return -0.5 * float(count * np.log(2 * np.pi) + exponent)
+
+
+def _trail(settings: Settings, record: Record, fast: bool, score: bool) -> Trail:
+    """The filter's rows."""
+    plant, (y, u, u0) = settings.plant, record
+    trail = Trail.empty(plant, y, score)
+    state = start(settings, plant.x0, u0)
+    Pass(settings).into(trail, state, y, u, fast, LIKELIHOOD)
+    return trail.settled()
+
+
+def require_noise_free(plant: Plant, m1: Outputs) -> None:
+    """DesignError unless the outputs that are taken as accurate have no noise."""
+    assert plant.R is not None
+    for k in accurate_outputs(plant, m1):
+        if np.any(plant.R[..., k, k]):
+            raise DesignError(
+                f"the output {plant.output_names[k]!r} is noisy, so a filter that "
+                "takes it at its word leaves innovations that are not white, and their "
+                "densities do not multiply to a likelihood. Use m1=0, or give the "
+                "output no noise in R."
+            )
+
+
+def _records(plant: Plant, y: Any, u: Any, u0: Any) -> Iterator[Record]:
+    """One record, or each of several."""
+    if not _several(y):
+        yield _record(plant, y, u, u0)
+        return
+    for name, given in (("u", u), ("u0", u0)):
+        if given is not None and (
+            not isinstance(given, (list, tuple)) or len(given) != len(y)
+        ):
+            raise ValueError(
+                f"y is a list of {len(y)} records, so {name} must be a list as long"
+            )
+    nothing = [None] * len(y)
+    for record in zip(y, u or nothing, u0 or nothing):
+        yield _record(plant, *record)
+
+
+def _several(y: Any) -> bool:
+    """Whether y is a list of records, not one."""
+    if not isinstance(y, (list, tuple)) or not len(y):
+        return False
+    return all(hasattr(one, "index") and hasattr(one, "columns") or np.ndim(one) == 2
+               for one in y)  # fmt: skip
+
+
+def _record(plant: Plant, y: Any, u: Any, u0: Any) -> Record:
+    """The record as arrays that were checked."""
+    outputs, inputs = (plant.p, plant.output_names), (plant.m, plant.input_names)
+    y, u = chunks.arrays(y, u, outputs, inputs, missing=True)
+    if plant.steps is not None and len(y) >= plant.steps:
+        raise ValueError(
+            f"the plant has rows for instants 0 .. {plant.steps - 1}, the data "
+            f"reach instant {len(y)}"
+        )
+    u0 = dataframes.entries("u0", u0, plant.input_names)
+    u0 = np.zeros(plant.m) if u0 is None else chunks.single("u0", u0, plant.m)
+    return Record(y, u, u0)

@@ -1,0 +1,126 @@
+"""What the likelihood and its score need of a filter's rows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .. import kernels
+from ..numeric import Matrices, Matrix, Vector
+from ..plant import Plant
+from ..recursion.filter_stacks import BEFORE, FILTER
+from ..recursion.state import Step, flat
+from .derivation import likelihood_step
+from .innovations import Innovation, pivots, weighed
+
+LIKELIHOOD = kernels.Recursion(
+    likelihood_step,
+    carried=FILTER.carried,
+    rows=FILTER.rows,
+    written=(
+        ("innovations", "innovation", "vector"),
+        ("Ms", "M", "vector"),
+        ("predictions", "x_minus", "matrix"),
+        ("es", "e", "matrix"),
+        ("Omegas", "Omega", "matrix"),
+        ("Gs", "G", "matrix"),
+        ("Ws", "W", "matrix"),
+    ),
+    before=tuple(BEFORE),
+    symmetric=FILTER.symmetric,
+    definite=FILTER.definite,
+    same=FILTER.same,
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Trail:
+    """A row for each row of the record; outputs that do not count have zeros.
+
+    Attributes
+    ----------
+    innovations : (N, p) ndarray
+    M : (N, p, p) ndarray
+        Their covariances, with ones for outputs that did not arrive.
+    free : (N, p) ndarray of bool
+        The entries that count: they arrived, and those before do not determine them.
+    log_det, square : (N,) ndarray
+        log det(M) and innovation' W innovation of those.
+    x, e, Omega, G, W : (N, ...) ndarray
+        Predictions, weighed innovations, covariances of predictions, their gains, and
+        inverses of M; without rows where the score is not wanted.
+    """
+
+    innovations: np.ndarray
+    M: np.ndarray
+    free: np.ndarray
+    log_det: np.ndarray
+    square: np.ndarray
+    x: np.ndarray
+    e: np.ndarray
+    Omega: np.ndarray
+    G: np.ndarray
+    W: np.ndarray
+
+    @classmethod
+    def empty(cls, plant: Plant, y: Matrix, score: bool) -> Trail:
+        """Room for the rows of y (N, p), with what the score needs if it is wanted."""
+        (N, p), n = y.shape, plant.n
+        some = N if score else 0
+        nothing = np.full(N, np.nan)
+        sizes = (n,), (p,), (n, n), (n, p), (p, p)
+        kept = (np.zeros((some, *size)) for size in sizes)
+        free = ~np.isnan(y)
+        M = np.zeros((N, p, p))
+        return cls(np.zeros((N, p)), M, free, nothing, nothing.copy(), *kept)
+
+    @property
+    def kept(self) -> bool:
+        """Whether there is what the score needs."""
+        return len(self.W) > 0
+
+    @property
+    def arrays(self) -> Matrices:
+        """What compiled code writes to."""
+        whole = dict(innovations=self.innovations, predictions=self.x, es=self.e)
+        stacks = dict(Ms=self.M, Omegas=self.Omega, Gs=self.G, Ws=self.W)
+        return whole | {name: flat(X) for name, X in stacks.items()}
+
+    def put(self, k: int, row: Step) -> None:
+        """Write row k, which NumPy did."""
+        nu, found = row.innovation[:, 0], row.new
+        now = row.state.setting
+        assert now is not None
+        if "L" in found:
+            Z = np.concatenate([found["L"], now.V], axis=1)
+        else:
+            Z = np.linalg.cholesky(found["M"])
+        unit = found.get("unit", np.zeros(len(nu)))
+        here = weighed(Z, nu, unit)
+        seen = np.flatnonzero(row.state.seen)
+        self.free[k] = False
+        self.free[k, seen[here.free]] = True
+        self.log_det[k], self.square[k] = here.log_det, here.z @ here.z
+        if self.kept:
+            self.put_score(k, row, here, seen[here.free])
+
+    def put_score(self, k: int, row: Step, here: Innovation, at: Vector) -> None:
+        """What the score needs of row k; `at` are the entries that count."""
+        state, found, now = row.state, row.new, row.state.setting
+        assert now is not None
+        self.x[k] = (state.x - found["K"] @ row.innovation)[:, 0]
+        self.Omega[k] = found["Omega"]
+        self.e[k, at] = here.whitening.T @ here.z
+        self.W[k][np.ix_(at, at)] = here.whitening.T @ here.whitening
+        self.G[k][:, at] = now.predictor(found["K"]) @ here.taken
+
+    def settled(self) -> Trail:
+        """The same, with what compiled code leaves to do for all its rows at once."""
+        rows = np.isnan(self.log_det)
+        log_det, square = pivots(self.M[rows], self.innovations[rows])
+        self.log_det[rows], self.square[rows] = log_det, square
+        if self.kept and not self.free.all():
+            free = self.free[rows]
+            self.W[rows] *= free[:, :, None] & free[:, None, :]
+        return self
