@@ -12,6 +12,7 @@ from typing import NoReturn
 import numpy as np
 import scipy.linalg
 
+from ... import kernels
 from ...arguments import expect
 from ...certificate import residuals
 from ...errors import DesignError
@@ -22,6 +23,7 @@ from ...numeric.linalg import modes
 from ...observer import Observer
 from ...plant import Plant
 from ..certified import CONDITION_WARNING, LOST_TOL, certified, state_observer
+from .derivation import measured_gain, next_entries
 from .form import find_form, require_discrete, solve_left
 
 Built = tuple[Matrix, ...]  # F, D, T, P, V
@@ -158,6 +160,7 @@ def rows_of_T(
     through a left inverse of A[c + 1, c]; the last column gives D.  `first` is the
     diagonal block of coordinates that no output sees; F keeps it.
     """
+    entries, gain = kernels.compiled(next_entries), kernels.compiled(measured_gain)
     at = np.cumsum([0, *sizes])
     block = [slice(*pair) for pair in zip(at, at[1:])]
     order, last = at[-2], len(sizes) - 1
@@ -169,13 +172,14 @@ def rows_of_T(
             F[me, above] = A[me, above]
         elif first is not None:
             F[me, above] = first
-        for c in range(i, last + 1):
-            here, known = block[c], slice(at[i], at[c + 1])
-            rest = F[me, above] @ T[above, here] - T[me, known] @ A[known, here]
-            if c < last:
-                T[me, block[c + 1]] = rest @ inverses[c]
-            else:
-                D[me] = -rest
+        stair, known = F[me, above], slice(at[i], None)
+        for c in range(i, last):
+            upto = slice(at[i], at[c + 1])
+            so_far = dict(T_c=T[me, upto], A_c=A[upto, block[c]], J_c=inverses[c])
+            found = entries(A_i=stair, T_h_c=T[above, block[c]], **so_far)
+            T[me, block[c + 1]] = found["T_n"]
+        row = dict(T_i=T[me, known], A_m=A[known, order:])
+        D[me] = gain(A_i=stair, T_h_m=T[above, order:], **row)["D_i"]
     return T, F, D
 
 

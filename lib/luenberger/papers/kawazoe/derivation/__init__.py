@@ -11,6 +11,12 @@
 `errata`
     What Kawazoe's page prints and what comes out of it, each entry tried.
 
-A proof or a stage list of this paper enters here.  It uses `luenberger.symbolic`
-alone; no other paper.
+A proof or a stage list of this paper enters here; of a stage list, its `StageList`
+stands below, so that nobody loads SymPy only to name it.  It uses
+`luenberger.symbolic` alone; no other paper.
 """
+
+from ....stage_list import StageList
+
+next_entries = StageList(__name__, "deadbeat.next_entries", "T_n")
+measured_gain = StageList(__name__, "deadbeat.measured_gain", "D_i")

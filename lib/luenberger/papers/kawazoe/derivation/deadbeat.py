@@ -20,6 +20,7 @@ from ....symbolic import (
     Explicit,
     Iff,
     Line,
+    Stage,
 )
 from .form import over_patterns, picks
 from .letters import *
@@ -103,7 +104,7 @@ def rows():
 
 row_block = T_i * A_U - A_i * T_h - D_i * C_U
 
-PAGE = (
+RECURSION = (
     """Sort Kawazoe's coordinates by level, those with the highest power of `A`
     first. This is a staircase: below the diagonal it has the ones that move each
     row to the next, and nothing else. The outputs are the last entries.""",
@@ -149,6 +150,8 @@ PAGE = (
         satisfies=(wanted,),
         by=(inverse,),
     ),
+    "The library takes these entries.",
+    is_next := define(T_n, (A_i * T_hc - T_c * A_c) * J_c, "VD 10"),
     "The last column block, the one that is measured, says what `D` is.",
     is_A_m := define(A_U * N_m, A_m),
     is_T_hm := define(T_h * N_m, T_hm),
@@ -163,6 +166,11 @@ PAGE = (
         ),
         Iff(Equation(D_i, T_i * A_m - A_i * T_hm)),
     ),
+    "This block of the equation is to hold, too.",
+    holds := define(row_block * N_m, ZeroMatrix(p_i, m), "VD 10"),
+)
+
+OBSERVER = (
     "Written out, with a symbol for every entry of `Phi` that may differ from zero:",
     Explicit(
         "VD 4, 10",
@@ -200,7 +208,37 @@ PAGE = (
 
 
 @cache
+def next_entries():
+    """The entries of a row block of T in the next column block, down to the stair.
+
+    A_i is the part of F to the left of the diagonal, T_h_c the row block above in this
+    column block; T_c and A_c end at this column block, and J_c inverts its stair.
+    """
+    return Derivation(
+        (A_i, T_hc, T_c, A_c, J_c),
+        (Stage(T_n, (A_i * T_hc - T_c * A_c) * J_c, "(VD 10)", by=(is_next,)),),
+        source=f"{SOURCE}, with the rows of Van Dooren (1984)",
+        letters=letters,
+        says="the next entries of a row block of T",
+    )
+
+
+@cache
+def measured_gain():
+    """A row block of D, from that of T and the column block that is measured."""
+    by = (holds, is_A_m, is_T_hm, measured)
+    return Derivation(
+        (A_i, T_hm, T_i, A_m),
+        (Stage(D_i, T_i * A_m - A_i * T_hm, "(VD 10)", by=by),),
+        source=f"{SOURCE}, with the rows of Van Dooren (1984)",
+        letters=letters,
+        says="a row block of D",
+    )
+
+
+@cache
 def derive():
     """The page."""
+    page = (*RECURSION, next_entries(), measured_gain(), *OBSERVER)
     source = f"{SOURCE}, with the rows of Van Dooren (1984)"
-    return Derivation(page=PAGE, letters=letters, source=source)
+    return Derivation(page=page, letters=letters, source=source)
