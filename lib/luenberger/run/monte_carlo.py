@@ -62,7 +62,7 @@ class Ensemble:
     runs: int
 
     def nees_bounds(self, confidence: float = 0.95) -> Matrix:
-        """Two-sided bounds (2, steps + 1) of `nees`, for Gaussian errors and a right claim.
+        """Bounds (2, steps + 1) of `nees`, for Gaussian errors and a right claim.
 
         ``runs * nees`` then has a chi-square distribution of ``runs * dof`` degrees
         of freedom at each instant, provided that e is Gaussian with mean zero: no
