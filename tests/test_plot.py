@@ -31,6 +31,7 @@ PLANT = lb.Plant(
 OBSERVER = lb.kalman_filter(PLANT, steps=6)
 COVARIANCES = lb.error_covariance(OBSERVER, PLANT, steps=6)
 QUIET = dataclasses.replace(PLANT, Q=None, R=None)
+CONTINUOUS = dataclasses.replace(PLANT, dt=0.0)
 TABLE = lb.compare(PLANT)
 RECORD = np.arange(6) * PLANT.dt, np.ones((6, 2)), np.full((6, 2), 0.1)
 
@@ -146,10 +147,11 @@ def test_observers_start_from_P0(ax):
     ("draw", "message"),
     [
         (lambda ax: plot.poles({"one": [0.5]}, None, ax), "give dt"),
-        (lambda ax: plot.pareto(lb.compare(QUIET), ax), "no error is known"),
+        (lambda ax: plot.pareto(lb.compare(CONTINUOUS), ax), r"plant\.sampled"),
+        (lambda ax: plot.gains(lb.compare(QUIET), ax=ax), "Nothing is recommended"),
         (lambda ax: plot.error_variance(lb.compare(QUIET), ax=ax), "no curves"),
     ],
-    ids=["numbers without dt", "front without noise", "curves without noise"],
+    ids=["numbers without dt", "continuous front", "gains without noise", "no curves"],
 )
 def test_what_cannot_be_drawn_is_said(ax, draw, message):
     with pytest.raises(ValueError, match=message):

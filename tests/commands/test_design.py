@@ -172,18 +172,22 @@ def test_page_says_what_was_asked_and_what_to_take(reported):
 
 
 def test_plant_without_noise_is_reported_on(inside, tmp_path):
-    """Observers without an error, and estimates without bounds."""
+    """No observer is recommended, nor run; those of an earlier run do not stay."""
     (tmp_path / "plant.json").write_text(edited(Q=None, R=None))
+    (tmp_path / "r").mkdir()
+    for name in FILES | WITH_DATA:
+        (tmp_path / "r" / name).write_text("of an earlier run")
     given = ("--out", "r", "--data", PLANTS / "tracker.csv")
-    assert inside("plant.json", *given, cwd=tmp_path).returncode == 0
+    dry = inside("plant.json", *given, "--dry-run", cwd=tmp_path)
+    run = inside("plant.json", *given, cwd=tmp_path)
+    assert run.returncode == 0 and run.stdout == dry.stdout
+    assert "observer.json is not written: nothing is recommended" in run.stderr
     page = (tmp_path / "r/report.html").read_text(encoding="utf-8")
-    assert "Recommended: deadbeat observer, order 1." in page
-    assert "no noise covariances Q and R to weigh accuracy by" in page
-    assert "No figure: no error is known" in page and "nan" not in page
-    with open(tmp_path / "r/estimates.csv", newline="") as file:
-        header, *rows = list(csv.reader(file))
-    assert header[1:] == list(lb.Plant.from_json(PLANTS / "tracker.json").state_names)
-    assert rows and all(len(row) == 4 for row in rows)
+    assert "Recommended:" not in page and "lb.fit_noise(plant, y)" in page
+    assert "Noise gain against settling time, " in page and "nan" not in page
+    assert "40 samples. No estimates, as no observer is recommended." in page
+    left = WITH_DATA - {"observer.json", "estimates.csv"}
+    assert {path.name for path in (tmp_path / "r").iterdir()} == left
 
 
 def test_notebook_names_no_machine(reported):

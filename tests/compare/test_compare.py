@@ -268,34 +268,18 @@ def test_the_same_every_time(table):
 # -- plants of other kinds ----------------------------------------------------------
 
 
-def test_deterministic_plant_has_observers_but_no_errors():
-    table = lb.compare(tracker(Q=None, R=None))
-    assert [one.method for one in table.designs] == [
-        "reduced-order observer",
-        "deadbeat observer",
-    ]
-    assert table.yardstick is None and table.pareto() == [] == table.ranked
-    assert all(one.trace is None is table.excess(one) for one in table.designs)
-    assert "no Q" in table.find("Kalman filter").refusal
-    chosen = table.recommended()
-    assert chosen.work == min(one.work for one in table.designs)
-    words = " ".join(table.reasons())
-    assert "no noise covariances" in words and "fewest multiply-adds" in words
-
-
 def test_continuous_plant():
     A, C = [[0, 1], [-4, -1]], [[1, 0]]
     table = lb.compare(lb.Plant(A, [[0], [1]], C), k=[[0, 1], [1, 1]])
     assert [one.method for one in table.designs] == [
-        "reduced-order observer",
+        *["reduced-order observer"] * 3,
         "functional observer",
     ]
-    reduced = table.designs[0]
+    reduced = table.designs[1]
     # one Butterworth pole, three times as far out as the modes, |s| = 2
     assert reduced.worst_pole == pytest.approx(-6)
     assert reduced.label == "Butterworth poles, 3 times the rates of the plant"
     assert reduced.noise_gain is None is reduced.bytes and reduced.work > 0
-    assert "continuous time" in " ".join(table.reasons())
     assert "dt = 0" in table.find("Kalman filter").refusal
 
 
@@ -313,7 +297,9 @@ def test_default_poles_lie_on_a_stable_circle(dt, count):
 
 def test_integrators_get_default_poles_too():
     plant = lb.Plant([[0, 1], [0, 0]], None, [[1, 0]])
-    assert lb.compare(plant).recommended().worst_pole == -1
+    assert [one.worst_pole for one in lb.compare(plant).designs] == pytest.approx(
+        [-1 / 3, -1, -10 / 3]
+    )
 
 
 def test_default_poles_are_those_of_the_best_minimal_filter(table):
@@ -445,14 +431,15 @@ def test_order_zero():
     for show in (repr, report.recommendation, report.state_errors):
         assert "nan" not in repr(show(table))
     still = lb.compare(lb.Plant([[-1.0]], None, [[1.0]]))
-    assert still.recommended().worst_pole == -np.inf
-    assert still.rows()[still.attempts.index(still.recommended())]["worst_pole"] is None
+    (one,) = still.designs
+    assert one.worst_pole == -np.inf and one.settling == 0
+    assert still.rows()[still.attempts.index(one)]["worst_pole"] is None
 
 
 ODD = {
     "complex": (
         lb.Plant([[0.5, 1], [0, 0.3j]], None, [[1, 0]], dt=1.0),
-        ["reduced-order observer", "deadbeat observer"],
+        [*["reduced-order observer"] * 3, "deadbeat observer"],
     ),
     "no outputs": (
         lb.Plant([[0.5]], None, np.zeros((0, 1)), dt=1.0, Q=[[1]], R=np.zeros((0, 0))),
@@ -476,19 +463,19 @@ def test_odd_plants_get_what_applies(plant, methods):
 # -- what to take -------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("by", ["work", "order"])
+@pytest.mark.parametrize("by", ["work", "order", "settling"])
 def test_front_falls_and_is_not_beaten(table, smooth, by):
     for one in (table, smooth):
         front = one.pareto(by=by)
         cost = [getattr(d, by) for d in front]
-        assert cost == sorted(set(cost)) and len(front) >= 3
+        assert cost == sorted(set(cost)) and len(front) >= 2
         for d in front:
             rivals = [r for r in one.ranked if getattr(r, by) <= getattr(d, by)]
             assert d.error <= min(r.error for r in rivals) * (1 + 1e-9)
 
 
 def test_front_by_something_else_is_refused(table):
-    with pytest.raises(ValueError, match="'work' or 'order', got 'bytes'"):
+    with pytest.raises(ValueError, match="'order' or 'settling', got 'bytes'"):
         table.pareto(by="bytes")
 
 
@@ -622,7 +609,7 @@ def test_rows_are_plain_and_complete(table, smooth):
         text = json.dumps(rows, allow_nan=False)
         assert json.loads(text) == rows and len(rows) == len(one)
         assert len({tuple(row) for row in rows}) == 1
-        assert sum(row["recommended"] for row in rows) == 1
+        assert sum(row["recommended"] for row in rows) == (one.chosen is not None)
         assert sum(row["on_front"] for row in rows) == len(one.pareto())
     row = table.rows()[table.attempts.index(table.recommended())]
     assert row["accurate"] == ["radar"] and row["multiply_adds"] == 14

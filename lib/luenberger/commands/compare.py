@@ -98,7 +98,7 @@ def _data(plant: "Plant", found: "Comparison") -> dict[str, Any]:
     return {
         "plant": plant.name,
         "k": None if found.k is None else found.k.tolist(),
-        "recommended": found.recommended().name,
+        "recommended": None if found.chosen is None else found.chosen.name,
         "reasons": found.reasons(),
         "designs": found.rows(),
     }
@@ -110,7 +110,8 @@ def _print(found: "Comparison") -> None:
         tell("")
         tell(textwrap.fill(visible(one), WIDE, subsequent_indent="  "))
     tell("")
-    tell(textwrap.fill(visible(f"Take the {found.recommended().name}."), WIDE))
+    if found.chosen is not None:
+        tell(textwrap.fill(visible(f"Take the {found.chosen.name}."), WIDE))
     for sentence in found.reasons():
         tell(textwrap.fill(visible(sentence), WIDE))
 

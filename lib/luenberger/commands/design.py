@@ -20,7 +20,9 @@ if TYPE_CHECKING:
 REPORT = "report.html"
 ESTIMATES = "estimates.csv"
 FROM_DATA = ("data.csv", ESTIMATES)
-WRITTEN = ("design.ipynb", "plant.json", "observer.json", "designs.csv")
+OBSERVER = "observer.json"
+RECOMMENDED = (OBSERVER, ESTIMATES)  # only where an observer is recommended
+WRITTEN = ("design.ipynb", "plant.json", OBSERVER, "designs.csv")
 
 
 def add(commands: Any) -> None:
@@ -31,7 +33,8 @@ def add(commands: Any) -> None:
         help="design observers of every order for a plant, and write a report",
         description="Design observers of every order for a plant, compare them, and "
         "write a report, the recommended observer and, with measurements, estimates. "
-        "Prints what it wrote. All files appear at the end, together.",
+        "Without noise covariances nothing is recommended, and the report says how to "
+        "get them. Prints what it wrote. All files appear at the end, together.",
         examples=[
             "design tracker.json --out report --data tracker.csv",
             "design reactor.json --out reactor --dry-run",
@@ -72,8 +75,7 @@ def run(options: Namespace) -> None:
         measurements.read(options.data, plant)
     beside = _workplace(out)
     if options.dry_run:
-        names = {*WRITTEN, REPORT, *([] if options.data is None else FROM_DATA)}
-        written([out / name for name in _in_order(names)], dry=True)
+        written([out / name for name in _planned(plant, options)], dry=True)
         return
     with contextlib.ExitStack() as stack:
         work = Path(tempfile.mkdtemp(prefix=".luenberger-", dir=beside))
@@ -82,8 +84,19 @@ def run(options: Namespace) -> None:
             finished = _make(work, plant, _content(plant, file, options), options.data)
         except notebook.NotebookError as error:
             raise ValueError(str(error)) from None
-        written(_publish(finished, out), dry=False)
+        paths = _publish(finished, out)
+        written(paths, dry=False)
+    if out / OBSERVER not in paths:
+        say(f"{OBSERVER} is not written: nothing is recommended, the report says why")
     say(f"done: open {out / REPORT}")
+
+
+def _planned(plant: "Plant", options: Namespace) -> list[str]:
+    """The files of a run: without noise no observer is recommended, nor run."""
+    from ..compare import noisy
+
+    names = {*WRITTEN, REPORT, *([] if options.data is None else FROM_DATA)}
+    return _in_order(names if noisy(plant) else names - set(RECOMMENDED))
 
 
 def _content(plant: "Plant", file: "JsonFile", options: Namespace) -> bytes:
@@ -147,7 +160,7 @@ def _in_order(names: Iterable[str]) -> list[str]:
 def _publish(finished: Path, out: Path) -> Iterable[Path]:
     """Move finished files into `out`; returns where they are.
 
-    Estimates of an earlier run do not stay beside a report that has none.
+    What only a recommendation makes does not stay beside a report that has none.
     """
     from ..formats import atomic
 
@@ -155,8 +168,8 @@ def _publish(finished: Path, out: Path) -> Iterable[Path]:
     moves = {finished / name: out / name for name in names}
     out.mkdir(parents=True, exist_ok=True)
     atomic.replace_all(moves, beside=finished)
-    if ESTIMATES not in names:
-        (out / ESTIMATES).unlink(missing_ok=True)
+    for name in set(RECOMMENDED) - set(names):
+        (out / name).unlink(missing_ok=True)
     return moves.values()
 
 

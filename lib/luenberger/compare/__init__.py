@@ -26,6 +26,7 @@ from .table import TOLERANCE as TOLERANCE
 from .table import Comparison as Comparison
 from .transients import from_start as from_start
 from .transients import transients as transients
+from .unweighed import why_not as why_not
 
 
 def compare(
@@ -58,7 +59,8 @@ def compare(
     Parameters
     ----------
     plant : Plant
-        Without noise covariances, or in continuous time, only the last three apply.
+        Without noise covariances, or in continuous time, only the last three apply,
+        and nothing is recommended: designs are judged by noise gain and settling.
         Multiplicative noise is known to the fixed-order filter; other filters are
         designed for the additive noise that has the same covariance in steady state,
         and all are measured on the plant as it is.
@@ -71,7 +73,8 @@ def compare(
         Of the reduced-order observer.  Default those of the minimal-order
         Leondes-Novak filter with the best constant gain; where there is none, on a
         circle (Butterworth) three times as far out as the geometric mean of the
-        rates of the plant's modes, in discrete time exp(s dt) of these.
+        rates of the plant's modes, in discrete time exp(s dt) of these; without
+        noise covariances, or in continuous time, once, three and ten times.
     methods : iterable of str, optional
         Only these methods, by their names in the table.
 

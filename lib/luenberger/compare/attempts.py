@@ -20,6 +20,7 @@ from ..numeric import Matrix, Vector
 from ..numeric.linalg import ROUNDING, UNIT_TOL, eigenvalues, lyapunov, radius
 from ..observer import Observer
 from ..plant import Plant
+from .settling import settling_time
 
 if TYPE_CHECKING:
     from .methods import Plan
@@ -144,6 +145,11 @@ class Attempt:
         return float(np.abs(poles).max(initial=0.0))
 
     @property
+    def settling(self) -> float:
+        """Seconds until a wrong start has decayed to 1 %; infinite if it does not."""
+        return settling_time(self.observer)
+
+    @property
     def cond(self) -> float | None:
         """Condition of [T; C]; None where the state is not recovered from z and y."""
         return self.certificate.cond if self.exact and self.whole else None
@@ -173,7 +179,7 @@ def attempt(plan: Plan, plant: Plant, k: Matrix | None) -> Attempt:
     given = (plan.method, plan.label, plan.order)
     try:
         observer, warned = _quietly(plan.design)
-        figures: Any = _figures(observer, plant, plan)
+        figures: Any = _figures(observer, plant, plan, k)
     except ValueError as error:  # DesignError, CertificateError: listed, not raised
         return Attempt(*given, **known, refusal=str(error))
     given = (plan.method, plan.label, observer.order)
@@ -191,7 +197,9 @@ def _quietly(design: Callable[[], Observer]) -> tuple[Observer, list[str]]:
     return observer, [f"{one.message}" for one in caught]
 
 
-def _figures(observer: Observer, plant: Plant, plan: Plan) -> dict[str, Any]:
+def _figures(
+    observer: Observer, plant: Plant, plan: Plan, k: Matrix | None
+) -> dict[str, Any]:
     work, size = multiply_adds(observer), None
     if not observer.is_complex:
         cost = step_cost(without_rounding(observer))
@@ -201,7 +209,7 @@ def _figures(observer: Observer, plant: Plant, plan: Plan) -> dict[str, Any]:
         best = optimality(observer, plant, feedthrough=plan.feedthrough)
     return dict(
         covariance=_covariance(observer, plant) if noisy(plant) else None,
-        noise_gain=noise_gain(observer, plant),
+        noise_gain=noise_gain(observer, plant, k),
         work=work,
         bytes=size if plant.dt > 0 else None,
         certificate=certify(observer, plant),
@@ -231,10 +239,13 @@ def noisy(plant: Plant) -> bool:
     return plant.dt > 0 and plant.Q is not None and plant.R is not None
 
 
-def noise_gain(observer: Observer, plant: Plant) -> float | None:
+def noise_gain(
+    observer: Observer, plant: Plant, k: Matrix | None = None
+) -> float | None:
     """Root of the steady error trace that v alone would leave; None if dt = 0.
 
-    Without R, that of white noise of unit variance in every output.
+    Without R, that of white noise of unit variance in every output.  Where the noise
+    is not known and the question is k x, that of k x.
     """
     if plant.dt == 0 or plant.is_complex or observer.is_complex:
         return None
@@ -245,7 +256,14 @@ def noise_gain(observer: Observer, plant: Plant) -> float | None:
         S=None,
         multiplicative=(),
     )
-    return float(np.sqrt(max(np.trace(error_covariance(observer, quiet)), 0.0)))
+    left = error_covariance(observer, quiet)
+    if (
+        k is not None
+        and not noisy(plant)
+        and np.array_equal(observer.L, np.eye(plant.n))
+    ):
+        left = k @ left @ k.T
+    return float(np.sqrt(max(np.trace(left), 0.0)))
 
 
 def rates(plant: Plant) -> Vector:

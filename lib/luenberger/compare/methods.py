@@ -30,6 +30,7 @@ NO_ORDER_ABOVE = 100  # states; above it no fixed-order filter
 PREDICTORS_UP_TO = 5  # states; above it no fixed-order filter with V = 0
 STARTS = 12  # of the search for each fixed-order filter
 SPEED = 3.0  # of an observer, beside the plant, where no noise says how fast
+SPEEDS = (1.0, SPEED, 10.0)  # where nothing is known of the noise
 
 
 @dataclass(frozen=True)
@@ -90,19 +91,35 @@ class Question:
             minimal = ()
         if len(minimal) == count:
             return minimal, "poles of the minimal-order filter"
-        how = f"Butterworth poles, {SPEED:g} times the rates of the plant"
-        return butterworth(plant, count), how
+        return butterworth(plant, count), _butterworth(SPEED)
+
+    @property
+    def speeds(self) -> Iterator[tuple[ArrayLike, str]]:
+        """`speed`; and where nothing is known of the noise, several to choose from."""
+        plant = self.plant
+        if noisy(plant) or self.poles is not None or not len(np.ravel(self.speed[0])):
+            yield self.speed
+            return
+        for times in SPEEDS:
+            poles = butterworth(plant, len(np.ravel(self.speed[0])), times)
+            yield poles, _butterworth(times)
 
 
-def butterworth(plant: Plant, count: int) -> tuple[complex, ...]:
-    """Poles on a circle in the left half plane, SPEED times as far out as the plant's.
+def _butterworth(times: float) -> str:
+    return f"Butterworth poles, {times:g} times the rates of the plant".replace(
+        ", 1 times", " at"
+    )
+
+
+def butterworth(plant: Plant, count: int, times: float = SPEED) -> tuple[complex, ...]:
+    """Poles on a circle in the left half plane, `times` as far out as the plant's.
 
     The plant's distance is the geometric mean of its modes' rates, |s|.  In discrete
     time the poles are exp(s dt).
     """
     known = rates(plant)
     unit = 1 / plant.dt if plant.dt > 0 else 1.0
-    distance = SPEED * (np.exp(np.log(known).mean()) if len(known) else unit / SPEED)
+    distance = times * (np.exp(np.log(known).mean()) if len(known) else unit / SPEED)
     angle = np.pi * (2 * np.arange(count // 2) + count + 1) / (2 * max(count, 1))
     upper = distance * np.exp(1j * angle)
     s = np.concatenate([upper, upper.conj(), [-distance] * (count % 2)])
@@ -195,14 +212,17 @@ def _not_tried(n: int, what: str = "this order") -> str:
 
 
 def reduced_order(asked: Question) -> Iterator[Plan]:
-    def design() -> Observer:
-        return reduced_order_observer(asked.plant, asked.speed[0])
-
     try:
-        label = asked.speed[1]
+        speeds = list(asked.speeds)
     except ValueError:
-        label = "chosen poles"
-    yield Plan("reduced-order observer", label, design)
+        speeds = [(None, "chosen poles")]
+    for poles, label in speeds:
+
+        def design(poles: ArrayLike | None = poles) -> Observer:
+            given = asked.speed[0] if poles is None else poles  # or its refusal
+            return reduced_order_observer(asked.plant, given)
+
+        yield Plan("reduced-order observer", label, design)
 
 
 def deadbeat(asked: Question) -> Iterator[Plan]:

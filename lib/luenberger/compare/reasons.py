@@ -10,6 +10,7 @@ import numpy as np
 from ..numeric import Vector
 from ..show import number
 from .attempts import Attempt, first_least
+from .unweighed import left_to_weigh, why_not
 
 if TYPE_CHECKING:
     from .table import Comparison
@@ -17,9 +18,9 @@ if TYPE_CHECKING:
 
 def reasons(table: Comparison, tolerance: float) -> list[str]:
     """The rule, what the design costs and saves, and what was passed over."""
-    chosen = table.recommended(tolerance)
     if table.yardstick is None:
-        return [*_without_accuracy(table, chosen), *_remark(chosen)]
+        return [*why_not(table.plant), *left_to_weigh(table)]
+    chosen = table.recommended(tolerance)
     return [
         _rule(table, tolerance),
         *_price(table, chosen),
@@ -138,27 +139,6 @@ def _next_smaller(table: Comparison, chosen: Attempt) -> str:
         f"With fewer observer states the best is {least.title}: its "
         f"{ranking(table)} is {number(least.error, 5)}, {beside}."
     )
-
-
-def _without_accuracy(table: Comparison, chosen: Attempt) -> Iterator[str]:
-    plant = table.plant
-    if plant.dt == 0:
-        why = "The plant is in continuous time, where no error variance is computed"
-    else:
-        why = "The plant has no noise covariances Q and R to weigh accuracy by"
-    yield f"{why}."
-    yield "The rule: the fewest multiply-adds, among equals the least noise gain."
-    work = f"It takes {chosen.work} multiply-adds and {count(chosen.order, 'state')}"
-    if chosen.noise_gain is None:
-        yield f"{work}."
-        return
-    yield f"{work}; its noise gain is {number(chosen.noise_gain, 4)}."
-    calm = first_least(table.designs, "noise_gain")
-    if calm.noise_gain < chosen.noise_gain * (1 - 1e-9):
-        yield (
-            f"The least noise gain has {calm.name}: {number(calm.noise_gain, 4)}, with "
-            f"{calm.work} multiply-adds. Give Q and R to have noise weighed."
-        )
 
 
 def percent(excess: float, digits: int = 4) -> str:

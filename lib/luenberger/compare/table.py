@@ -6,13 +6,16 @@ from typing import Any
 
 import numpy as np
 
+from ..errors import DesignError
 from ..numeric.validation import ReadOnly
 from ..plant import Plant
 from ..show import Table, number
 from .attempts import LEVEL, Attempt, first_least
 from .reasons import percent, reasons
+from .unweighed import why_not
 
 TOLERANCE = 0.05  # a design this close to the smallest error is good enough
+COSTS = ("work", "order", "settling")  # what `pareto` weighs against
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,23 +95,42 @@ class Comparison(ReadOnly):
                 return one
         raise KeyError(f"no {method!r} with {known} is in the comparison")
 
-    def pareto(self, by: str = "work") -> list[Attempt]:
+    @property
+    def judged_by(self) -> str:
+        """What designs are judged by: "error", or where none is known "noise_gain"."""
+        return "noise_gain" if self.yardstick is None else "error"
+
+    @property
+    def judged(self) -> list[Attempt]:
+        """Designs of which that is known."""
+        what = self.judged_by
+        return [one for one in self.designs if getattr(one, what) is not None]
+
+    def along(self, by: str | None = None) -> str:
+        """`by` of `pareto`, or what it is where it is not given."""
+        by = ("settling" if self.yardstick is None else "work") if by is None else by
+        if by not in COSTS:
+            raise ValueError(f"by must be {' or '.join(map(repr, COSTS))}, got {by!r}")
+        return by
+
+    def pareto(self, by: str | None = None) -> list[Attempt]:
         """Designs that none of the same or less work beats, by rising work.
 
         Parameters
         ----------
-        by : "work" or "order"
-            Multiply-adds per step, or observer states.
+        by : "work", "order" or "settling", optional
+            Multiply-adds per step, observer states, or seconds until a wrong start
+            has decayed to 1 %.  Default work where errors are known; where none is,
+            designs are judged by their noise gain, against settling.
         """
-        if by not in ("work", "order"):
-            raise ValueError(f"by must be 'work' or 'order', got {by!r}")
         front: list[Attempt] = []
         groups: dict[float, list[Attempt]] = {}
-        for one in self.ranked:
+        by, what = self.along(by), self.judged_by
+        for one in self.judged:
             groups.setdefault(getattr(one, by), []).append(one)
-        for cost in sorted(groups):
-            one = first_least(groups[cost], "error")
-            if not front or one.error < front[-1].error * (1 - LEVEL):
+        for cost in sorted(filter(np.isfinite, groups)):
+            one = first_least(groups[cost], what)
+            if not front or getattr(one, what) < getattr(front[-1], what) * (1 - LEVEL):
                 front.append(one)
         return front
 
@@ -116,21 +138,30 @@ class Comparison(ReadOnly):
         """The least work among eligible designs within `tolerance` of the yardstick.
 
         Among equal work the smaller error wins, and among errors that differ by LEVEL
-        or less the first in the table.  Where there is no error to weigh, the least
-        work of all, and among equal work the smaller noise gain.
+        or less the first in the table.
+
+        Raises
+        ------
+        DesignError
+            Where no error is known: in continuous time, or without Q or R.  The
+            message says how to get them.  `chosen` is None there.
         """
         if not tolerance >= 0:
             raise ValueError(f"tolerance must not be negative, got {tolerance}")
-        near, weighed = self.eligible, "noise_gain"
-        if self.yardstick is not None:
-            near = [one for one in near if self.excess(one) <= tolerance]
-            weighed = "error"
+        if self.yardstick is None:
+            raise DesignError(" ".join(why_not(self.plant)))
+        near = [one for one in self.eligible if self.excess(one) <= tolerance]
         work = min(one.work for one in near)
         light = [one for one in near if one.work == work]
-        return first_least(light, weighed)
+        return first_least(light, "error")
+
+    @property
+    def chosen(self) -> Attempt | None:
+        """The recommended design, or None where nothing is recommended."""
+        return None if self.yardstick is None else self.recommended()
 
     def reasons(self, tolerance: float = TOLERANCE) -> list[str]:
-        """Why that design is recommended: plain sentences."""
+        """Why that design is recommended, or nothing is: plain sentences."""
         return reasons(self, tolerance)
 
     def rows(self) -> list[dict[str, Any]]:
@@ -138,18 +169,21 @@ class Comparison(ReadOnly):
 
         Numbers are finite, or None where nothing applies.
         """
-        chosen, front = self.recommended(), self.pareto()
+        chosen, front = self.chosen, self.pareto()
         return [_row(self, one, chosen, front) for one in self.attempts]
 
     @property
     def table(self) -> Table:
         """A `show.Table` of the designs, the recommended one marked."""
         header = ["method", "which", "order"]
-        header += ["error trace"] if self.k is None else ["error of k x", "error trace"]
-        header += ["above the best", "worst pole", "noise gain", "cond [T; C]"]
+        errors = ["error trace"] if self.k is None else ["error of k x", "error trace"]
+        known = self.yardstick is not None
+        header += [*errors, "above the best"] if known else ["settling (s)"]
+        header += ["worst pole", "noise gain", "cond [T; C]"]
         header += ["multiply-adds", "bytes", "certificate"]
         rows = [_cells(self, one) for one in self.designs]
-        return Table(header, rows, marked=[self.designs.index(self.recommended())])
+        marked = [k for k, one in enumerate(self.designs) if one is self.chosen]
+        return Table(header, rows, marked=marked)
 
     @property
     def refusals(self) -> Table:
@@ -178,14 +212,18 @@ def together(labels: Sequence[str]) -> str:
 
 
 def _cells(table: Comparison, one: Attempt) -> list[str]:
-    errors = [one.error] if table.k is None else [one.error, one.trace]
     digits = _digits(one)
+    if table.yardstick is None:
+        judged = [_text(one.settling, 4)]
+    else:
+        errors = [one.error] if table.k is None else [one.error, one.trace]
+        judged = [_text(value, digits) for value in errors]
+        judged += [percent(table.excess(one), digits - 1)]
     return [
         one.method,
         one.label,
         str(one.order),
-        *(_text(value, digits) for value in errors),
-        percent(table.excess(one), digits - 1),
+        *judged,
         _text(one.worst_pole, 3),
         _text(one.noise_gain, min(digits, 3)),
         _text(one.cond, 2),
@@ -212,7 +250,7 @@ def verdict(one: Attempt) -> str:
 
 
 def _row(
-    table: Comparison, one: Attempt, chosen: Attempt, front: list[Attempt]
+    table: Comparison, one: Attempt, chosen: Attempt | None, front: list[Attempt]
 ) -> dict[str, Any]:
     row = dict(
         method=one.method,
@@ -225,7 +263,9 @@ def _row(
         recommended=one is chosen,
         on_front=one in front,
     )
-    figures = "error_trace error_of_k excess variances worst_pole noise_gain cond"
+    figures = (
+        "error_trace error_of_k excess variances worst_pole settling noise_gain cond"
+    )
     figures = dict.fromkeys(f"{figures} multiply_adds bytes residual poles".split())
     if not one.refusal:
         best = one.optimality
@@ -236,6 +276,7 @@ def _row(
             excess=table.excess(one),
             variances=None if variances is None else variances.tolist(),
             worst_pole=one.worst_pole,
+            settling=one.settling,
             noise_gain=one.noise_gain,
             cond=one.cond,
             multiply_adds=one.work,

@@ -10,7 +10,6 @@ from ..observer import Observer
 from ..papers.leondes_novak.design import reduced_order_filter
 from ..plant import Plant
 from ..run.measurements import covariance_from_start
-from .attempts import noisy
 from .table import Comparison
 
 SETTLED = 1e-3  # the time axis ends when transients are this small
@@ -36,8 +35,8 @@ def transients(
     (dict of str to (steps + 1, q, q) ndarray, list of str)
         Covariances by label; and what is not shown, and why.
     """
-    plant, chosen = table.plant, table.recommended()
-    if not noisy(plant):
+    plant, chosen = table.plant, table.chosen
+    if chosen is None:
         return {}, ["Without noise in discrete time there is no error to follow."]
     if plant.P0 is None:
         return {}, ["The plant gives no P0, so there is no start to show."]

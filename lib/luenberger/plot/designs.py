@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import matplotlib.pyplot as plt
@@ -10,17 +10,24 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import LogFormatter
 
-from ..compare import METHODS, Comparison
+from ..compare import METHODS, Attempt, Comparison, why_not
 from ..observer import Observer
 from ..plant import Plant
 from ..show import number
 from .style import COLOURS, MARKERS, Look, style, text
 
 FAR = 100  # times the least error: no longer of interest beside the others
+ALONG = {
+    "work": "multiply-adds per step",
+    "order": "order (observer states)",
+    "settling": "settling time (s), to 1 % of a wrong start",
+}
 
 
-def pareto(table: Comparison, ax: Axes | None = None, *, by: str = "work") -> Axes:
+def pareto(table: Comparison, ax: Axes | None = None, *, by: str | None = None) -> Axes:
     """Error against work per step for every design of a comparison.
+
+    Where no error is known it is the noise gain against the settling time.
 
     A marker for each method, a line through the front, and a star on the recommended
     design.  A design is on the front when none of the same or less work is more
@@ -29,42 +36,55 @@ def pareto(table: Comparison, ax: Axes | None = None, *, by: str = "work") -> Ax
     Parameters
     ----------
     table : Comparison
-    by : "work" or "order"
-        Multiply-adds per step, or observer states.
+    by : "work", "order" or "settling", optional
+        Multiply-adds per step, observer states, or seconds until a wrong start has
+        decayed to 1 %.  Default work, or settling where no error is known.
     """
     ax, front = ax or plt.gca(), table.pareto(by)
+    by, what = table.along(by), table.judged_by
     if not front:
-        raise ValueError("no error is known, so there is nothing to weigh work against")
-    highest = FAR * front[-1].error if front[-1].error > 0 else np.inf
-    near = [one for one in table.ranked if one.error <= highest]
-    line = [one for one in front if one.error <= highest]
-    ax.step(*_points(line, by), where="post", color="0.6", lw=1, label="front")
+        reasons = " ".join(why_not(table.plant))
+        raise ValueError(f"no error is known, so nothing can be weighed. {reasons}")
+    least = getattr(front[-1], what)
+    highest = FAR * least if least > 0 else np.inf
+    near = [one for one in table.judged if getattr(one, what) <= highest]
+    line = [one for one in front if one in near]
+    ax.step(*_points(line, by, what), where="post", color="0.6", lw=1, label="front")
     for k, method in enumerate(METHODS):
-        points = _points([one for one in near if one.method == method], by)
+        points = _points([one for one in near if one.method == method], by, what)
         look: Look = {"color": COLOURS[k % 6], "mfc": "none", "ls": ""}
         if points[0]:
             ax.plot(*points, MARKERS[k % 6], label=method, **look)
-    chosen = [one for one in [table.recommended()] if one in near]
-    ax.plot(*_points(chosen, by), "k*", ms=13, mfc="none", label="recommended")
-    errors = [one.error for one in near]
+    if table.chosen is not None:
+        star = _points([one for one in near if one is table.chosen], by, what)
+        ax.plot(*star, "k*", ms=13, mfc="none", label="recommended")
+    if beyond := len(table.judged) - len(near):
+        limit = number(float(f"{highest:.1e}"))
+        ax.set_title(f"not shown: {beyond} above {limit}", fontsize="small")
+    _label(table, ax, [getattr(one, what) for one in near], by)
+    return ax
+
+
+def _label(table: Comparison, ax: Axes, errors: list[float], by: str) -> None:
+    """Scales, labels and legend of the picture of `pareto`."""
     if max(errors) > 5 * min(errors) > 0:
         ax.set_yscale("log")
         ax.yaxis.set_minor_formatter(LogFormatter(minor_thresholds=(2, 0.5)))
         ax.yaxis.set_major_formatter(LogFormatter())
-    beyond = len(table.ranked) - len(near)
-    if beyond:
-        limit = number(float(f"{highest:.1e}"))
-        ax.set_title(f"not shown: {beyond} above {limit}", fontsize="small")
-    ax.xaxis.set_major_locator(plt.MaxNLocator(integer=True))
-    along = {"work": "multiply-adds per step", "order": "order (observer states)"}
+    if by != "settling":
+        ax.xaxis.set_major_locator(plt.MaxNLocator(integer=True))
     error = "error trace" if table.k is None else "error variance of k x"
-    ax.set(xlabel=along[by], ylabel=error)
+    error = error if table.judged_by == "error" else "noise gain"
+    ax.set(xlabel=ALONG[by], ylabel=error)
     ax.legend(fontsize="small")
-    return ax
 
 
-def _points(designs: Iterable[Any], by: str) -> tuple[list[float], list[float]]:
-    return [getattr(one, by) for one in designs], [one.error for one in designs]
+def _points(
+    designs: list[Attempt], by: str, what: str
+) -> tuple[list[float], list[float]]:
+    return [getattr(one, by) for one in designs], [
+        getattr(one, what) for one in designs
+    ]
 
 
 def cost_against_order(
@@ -99,8 +119,8 @@ def poles(shown: Any, dt: float | None = None, ax: Axes | None = None) -> Axes:
     """Poles in the complex plane with the stability boundary.
 
     `shown` is a dict of poles, observers or plants by label, or one of them; of a
-    Comparison the plant, the most accurate design and the recommended one.  `dt` is
-    needed where only numbers are given.
+    Comparison the plant, the most accurate design and the recommended one, or all
+    designs where none is recommended.  `dt` is needed where only numbers are given.
     """
     ax, groups = ax or plt.gca(), _groups(shown)
     for one in groups.values():
@@ -126,7 +146,10 @@ def poles(shown: Any, dt: float | None = None, ax: Axes | None = None) -> Axes:
 
 def _groups(shown: Any) -> dict[str, Any]:
     if isinstance(shown, Comparison):
-        best, chosen = shown.yardstick, shown.recommended()
+        best, chosen = shown.yardstick, shown.chosen
+        if chosen is None:
+            every = {one.title: one.observer for one in shown.designs}
+            return {"plant": shown.plant} | every
         more = {} if best in (None, chosen) else {best.method: best.observer}
         return {"plant": shown.plant, "recommended": chosen.observer} | more
     if isinstance(shown, Observer | Plant):

@@ -58,14 +58,15 @@ def refusals(table):
 
 def recommendation(table):
     """Which design to take, by which rule, and what it costs; in sentences."""
-    return Prose(f"Recommended: {table.recommended().title}.", *table.reasons())
+    named = [] if table.chosen is None else [f"Recommended: {table.chosen.title}."]
+    return Prose(*named, *table.reasons())
 
 
 def state_errors(table):
     """One-sigma steady error of each state, recommended design against the best."""
-    chosen, best = table.recommended(), table.yardstick
-    if best is None:
-        return Prose("No error is known, as there is no noise to weigh.")
+    chosen, best = table.chosen, table.yardstick
+    if chosen is None:
+        return Prose("No error is known.")
     rows = [
         [name, number(a, 4), number(b, 4), percent(b / a - 1 if a > 0 else 0.0)]
         for name, a, b in zip(table.plant.state_names, sigma(best), sigma(chosen))
@@ -75,6 +76,8 @@ def state_errors(table):
 
 def matrices(design, plant):
     """The observer's matrices, each a table with names; zero ones are left out."""
+    if design is None:
+        return [Prose("No observer is recommended, and observer.json is not written.")]
     o = design.observer
     z = [f"z{k + 1}" for k in range(o.order)]
     sides = dict(
@@ -104,6 +107,11 @@ def about(data, estimates):
     """How many measurements there were and what was done with them."""
     if data is None:
         return Prose("No measurements were given.")
+    if estimates is None:
+        return Prose(
+            f"{_count(len(data.y), 'sample')}. No estimates, as no observer is "
+            "recommended."
+        )
     return Prose(f"{_count(len(data.y), 'sample')}. {estimates.how}")
 
 
@@ -113,10 +121,19 @@ def _count(size, noun):
 
 def pareto(table, axes):
     """The picture of `plot.pareto`."""
+    front, chosen = table.pareto(), table.chosen
     if not axes:
-        return Prose("No figure: no error is known to weigh work against.")
-    front, chosen = table.pareto(), table.recommended()
+        return Prose("No figure: neither errors nor noise gains are known.")
     first, last = front[0], front[-1]
+    if chosen is None:
+        return Picture(
+            axes[0].figure,
+            f"Noise gain against settling time, {_count(len(table.judged), 'design')}. "
+            f"The front runs from {number(first.noise_gain, 4)} at "
+            f"{number(first.settling, 4)} s ({first.method}) to "
+            f"{number(last.noise_gain, 4)} at {number(last.settling, 4)} s "
+            f"({last.method}). No star: nothing is recommended.",
+        )
     return Picture(
         axes[0].figure,
         f"Error trace against multiply-adds per step, {len(table.ranked)} designs. "
@@ -144,7 +161,9 @@ def variances(curves, plant, axes):
 
 def gains_and_poles(table, axes):
     """The picture of `plot.gains` beside that of `plot.poles`."""
-    chosen, plant = table.recommended(), table.plant
+    chosen, plant = table.chosen, table.plant
+    if chosen is None:
+        return Prose("No figure: no observer is recommended.")
     V = chosen.observer.V
     i, j = np.unravel_index(np.argmax(np.abs(V)), V.shape) if V.any() else (0, 0)
     largest = (
@@ -165,7 +184,7 @@ def gains_and_poles(table, axes):
 def estimates(found, plant, axes):
     """The picture of `plot.estimates`, a panel for each state."""
     if not found:
-        return Prose("No figure: no measurements were given.")
+        return Prose("No figure: there are no estimates.")
     spans = (
         f"{name} from {number(x.min(), 3)} to {number(x.max(), 3)}"
         for name, x in zip(plant.state_names, found.x.T)

@@ -11,14 +11,11 @@ from ..run import measurements
 
 
 def files(table, estimates=None):
-    """The report's results as texts by file name."""
-    chosen = table.recommended()
-    out = {
-        "observer.json": json_records.layout(
-            json_records.as_data("observer", chosen.observer)
-        ),
-        "designs.csv": designs_csv(table.rows()),
-    }
+    """The report's results as texts by file name; no observer unless recommended."""
+    out = {"designs.csv": designs_csv(table.rows())}
+    if table.chosen is not None:
+        data = json_records.as_data("observer", table.chosen.observer)
+        out["observer.json"] = json_records.layout(data)
     if estimates is not None:
         file = io.StringIO()
         measurements.write(file, table.plant, estimates)
