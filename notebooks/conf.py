@@ -22,6 +22,7 @@ extensions = [
     "sphinx.ext.napoleon",
     "sphinx.ext.viewcode",
     "numbered_equations",
+    "notebook_chains",
     "ledger_pages",
     "derivation_pages",
     "coursework_pages",

@@ -226,6 +226,32 @@ def test_a_page_is_whole_on_a_laptop_and_on_a_phone(name, browser, served):
         assert found == {LAPTOP[0]: [], PHONE[0]: []}
 
 
+SCROLLS = """() => [...document.querySelectorAll("main mjx-container")]
+    .filter((math) => math.checkVisibility() && math.scrollWidth > math.clientWidth
+        && /auto|scroll/.test(getComputedStyle(math).overflowX))
+    .map((math) => math.textContent.slice(0, 60))"""
+
+
+@pytest.mark.parametrize(
+    "name", [*(p.stem for p in NOTEBOOKS), "index", "pages/derivations/van-dooren"]
+)
+def test_no_formula_scrolls_on_a_laptop(name, browser, served):
+    with window(browser, *LAPTOP) as page:
+        visit(page, f"{served}/{name}.html")
+        settled(page)
+        assert page.evaluate(SCROLLS) == []
+
+
+def test_a_phone_shows_the_reasons_below_the_lines(browser, served):
+    with window(browser, *PHONE) as page:
+        visit(page, f"{served}/02-trace-minimisation.html")
+        boxes = page.locator("div.chain").first
+        line = boxes.locator("p.right").first.bounding_box()
+        reason = boxes.locator("p.reason").first.bounding_box()
+        assert reason["y"] >= line["y"] + line["height"] / 2
+        assert reason["x"] + reason["width"] <= PHONE[0]
+
+
 @pytest.mark.parametrize("place", ["as a file", "from a server"])
 @pytest.mark.parametrize(
     ("term", "leads_to"),

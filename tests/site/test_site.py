@@ -16,6 +16,7 @@ from luenberger import ledger
 
 NOTEBOOKS = sorted((ROOT / "notebooks").glob("[0-9]*.ipynb"))
 ASSIGNMENTS = sorted((ROOT / "notebooks" / "coursework" / "source").glob("*/*.ipynb"))
+MARK = re.compile(r"&& \\(?:checkmark|times)\b")
 REGION = re.compile(r"### BEGIN (\w+)[^\n]*\n(.*?)\n[^\n]*### END \1", re.S)
 QUIET = {"code", "pre", "script", "style", "textarea", "title"}
 VOID = {"area", "base", "br", "col", "embed", "hr", "img", "input", "link", "meta"}
@@ -141,8 +142,14 @@ def displayed(notebook):
             count += prose.count("$$") // 2
         for output in cell.get("outputs", ()):
             data = output.get("data", {})
-            count += "text/latex" in data and "text/html" not in data
+            formula = "text/latex" in data and "text/html" not in data
+            count += formula and not marks(data)  # a chain is rows, see below
     return count
+
+
+def marks(data):
+    """How many lines with a mark an output of a cell holds."""
+    return len(MARK.findall("".join(data.get("text/latex", ""))))
 
 
 # -- the pages -------------------------------------------------------------------------
@@ -168,6 +175,17 @@ def test_a_notebook_is_a_page_with_all_its_formulas(path, site, pages):
     notebook = json.loads(path.read_text(encoding="utf-8"))
     blocks = [formula for tag, formula in page.mathematics if tag == "div"]
     assert len(blocks) == displayed(notebook)
+
+
+@pytest.mark.site
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+def test_every_line_of_a_chain_is_a_row_with_its_mark(path, site, pages):
+    cells = json.loads(path.read_text(encoding="utf-8"))["cells"]
+    outputs = [output for cell in cells for output in cell.get("outputs", ())]
+    text = (site / f"{path.stem}.html").read_text(encoding="utf-8")
+    wanted = sum(marks(output.get("data", {})) for output in outputs)
+    assert text.count('<p class="checked">') == wanted
+    assert not MARK.search(html.unescape(text))
 
 
 @pytest.mark.site

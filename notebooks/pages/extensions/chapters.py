@@ -3,6 +3,7 @@
 import re
 
 from docutils import nodes
+from sympy import MatrixBase
 
 from luenberger.kernels.numpy import numpy_source
 from luenberger.symbolic import (
@@ -136,11 +137,20 @@ def evaluated(item):
     grid += nodes.paragraph("", "", formula(DISPLAYED + claim), classes=["start"])
     chosen = next(iter(item.cases.values()), {})
     for symbol, value in chosen.items():
-        shown = formula(f"{DISPLAYED}{latex(symbol)} = {latex(value)}")
+        shown = formula(DISPLAYED + upright(symbol, value))
         grid += nodes.paragraph("", "", shown, classes=["start"])
     grid += nodes.paragraph("", classes=["left"])
     grid += nodes.paragraph("", item.reason(), classes=["right"])
     return marked(grid, not item.check())
+
+
+def upright(symbol, value):
+    """A symbol and its value; a long row stands as a column."""
+    if isinstance(value, MatrixBase) and value.rows == 1:
+        if sum(columns(text(entry)) for entry in value) > WIDE:
+            turned = latex(symbol) if "'" not in latex(symbol) else f"({latex(symbol)})"
+            return f"{turned}' = {latex(value.T)}"
+    return f"{latex(symbol)} = {latex(value)}"
 
 
 def marked(grid, right, because="", wide=False):
@@ -219,12 +229,12 @@ def citation(part):
         yield from spaced(apart(part))
 
 
-def apart(source):
-    """A formula in pieces, each with the sign before it that is in no bracket."""
+def apart(source, within=0):
+    """A formula in pieces, each with its sign; it stands in no more brackets."""
     found, depth = [""], 0
     for token in re.findall(r"\\[A-Za-z]+|\\.|.", source):
         depth += (token in OPENING) - (token in CLOSING)
-        if not depth and token in SIGNS and found[-1].strip(" ={}"):
+        if depth <= within and token in SIGNS and found[-1].strip(" ={}"):
             found.append("{}")
         found[-1] += token
     return found

@@ -27,3 +27,38 @@ function filter(form) {
 document.addEventListener("DOMContentLoaded", () =>
   document.querySelectorAll("form.filter").forEach(filter),
 );
+
+// A formula that is a little too wide is set smaller, down to three quarters; a wider
+// one scrolls.  Letters lean out of their boxes: that little is left to stick out.
+const LEAST = 0.75, LEAN = 12; // of its size; pixels
+function fit() {
+  const all = [...document.querySelectorAll("main mjx-container:has(> svg)")];
+  for (const math of all) {
+    math.style.overflow = "";
+    math.firstChild.style.width = math.firstChild.style.height = "";
+  }
+  const sizes = all.map((math) => {
+    const { width, height } = math.firstChild.getBoundingClientRect();
+    const part = (math.clientWidth - 1) / math.scrollWidth;
+    return part < 1 && [width, height].map((size) => size * Math.max(LEAST, part));
+  });
+  sizes.forEach((size, k) => {
+    if (!size) return;
+    const { style } = all[k].firstChild;
+    [style.width, style.height] = size.map((length) => `${length}px`);
+  });
+  const wide = all.map((math) => math.scrollWidth - math.clientWidth);
+  wide.forEach((by, k) => {
+    if (0 < by && by <= LEAN) all[k].style.overflow = "visible";
+  });
+}
+window.addEventListener("load", async () => {
+  await window.MathJax?.startup?.promise;
+  await document.fonts.ready;
+  fit();
+  let width = window.innerWidth;
+  window.addEventListener("resize", () => {
+    if (window.innerWidth !== width) fit();
+    width = window.innerWidth;
+  });
+});
