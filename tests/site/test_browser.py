@@ -233,7 +233,13 @@ SCROLLS = """() => [...document.querySelectorAll("main mjx-container")]
 
 
 @pytest.mark.parametrize(
-    "name", [*(p.stem for p in NOTEBOOKS), "index", "pages/derivations/van-dooren"]
+    "name",
+    [
+        *(p.stem for p in NOTEBOOKS),
+        "index",
+        "pages/ledger",
+        "pages/derivations/van-dooren",
+    ],
 )
 def test_no_formula_scrolls_on_a_laptop(name, browser, served):
     with window(browser, *LAPTOP) as page:

@@ -2,6 +2,7 @@
 
 import re
 
+from broken_formulas import WIDE, apart, in_lines, spaced
 from docutils import nodes
 from sympy import MatrixBase
 
@@ -27,11 +28,8 @@ from luenberger.symbolic.reasons import cited_latex
 from luenberger.symbolic.typeset import columns
 
 SHORT = 10  # columns of what a chain begins with, to stand before the first sign
-WIDE = 40  # columns of a line that has its reason below
 SEPARATOR = r",\; "
-SIGNS = {"=", "+", "-", r"\ge", r"\le"}
 DISPLAYED = r"\displaystyle "
-OPENING, CLOSING = {*"{[(", r"\begin"}, {*"}])", r"\end"}
 
 
 def chapter(derivation, address):
@@ -50,10 +48,9 @@ def chapter(derivation, address):
 
 def words(string, classes=()):
     """A paragraph; what stands between backquotes is a formula."""
-    children = [
-        formula(piece) if is_latex else nodes.Text(piece)
-        for is_latex, piece in typeset(" ".join(string.split()))
-    ]
+    children = []
+    for is_latex, piece in typeset(" ".join(string.split())):
+        children += spaced(in_lines(piece)) if is_latex else [nodes.Text(piece)]
     return nodes.paragraph("", "", *children, classes=list(classes))
 
 
@@ -198,15 +195,6 @@ def broken(expr, left=""):
     return spaced([f"{left}{first}", *(f"{{}}{piece}" for piece in rest)])
 
 
-def spaced(formulas, listed=None):
-    """Formulas between which a line may end; in a list there are commas."""
-    joint = "\u200b" if listed is None else ", "
-    found = [nodes.Text(listed)] if listed else []
-    for k, one in enumerate(formulas):
-        found += [nodes.Text(joint), formula(one)] if k else [formula(one)]
-    return found
-
-
 def reason(source):
     """A reason: what it cites, in pieces that hold together on a page."""
     parts = source.split(SEPARATOR) if source else []
@@ -227,17 +215,6 @@ def citation(part):
         yield from spaced(apart(cited[2]))
     else:
         yield from spaced(apart(part))
-
-
-def apart(source, within=0):
-    """A formula in pieces, each with its sign; it stands in no more brackets."""
-    found, depth = [""], 0
-    for token in re.findall(r"\\[A-Za-z]+|\\.|.", source):
-        depth += (token in OPENING) - (token in CLOSING)
-        if depth <= within and token in SIGNS and found[-1].strip(" ={}"):
-            found.append("{}")
-        found[-1] += token
-    return found
 
 
 # -- stages and their code -------------------------------------------------------------

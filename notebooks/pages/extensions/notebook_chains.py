@@ -6,7 +6,8 @@ a page each line is a row of a grid instead, so that formulas and reasons can wr
 
 import re
 
-from chapters import DISPLAYED, SEPARATOR, SHORT, WIDE, apart, marked, spaced
+from broken_formulas import WIDE, about, apart, in_lines, spaced, split
+from chapters import DISPLAYED, SEPARATOR, SHORT, marked
 from docutils import nodes
 from sphinx.transforms import SphinxTransform
 
@@ -14,9 +15,6 @@ WHOLE = re.compile(r"\\begin\{aligned\}(.*)\\end\{aligned\}", re.DOTALL)
 NEXT_ROW = r"\\[2pt]"
 MARKS = {r"\checkmark": True, r"\times": False}
 WORDS = re.compile(r"\\text\{([^{}]*)\}")
-SPELLED = re.compile(
-    r"\\(?:left|right|text|operatorname|mathrm|bar|tilde|hat)\b|[{}_^\s]"
-)
 LONG_REASON = 28  # columns of a citation that stands below its line
 
 
@@ -45,14 +43,14 @@ def grid(rows):
     found = nodes.container(classes=["lines"])
     for left, right, *rest in rows:
         if rest and rest[-1] in MARKS:
-            if columns(left) > SHORT:
+            if about(left) > SHORT:
                 found += nodes.paragraph("", "", *said(left), classes=["start"])
                 left = ""
             cell = [nodes.math("", left)] if left else []
             found += nodes.paragraph("", "", *cell, classes=["left"])
             because = rest[0] if len(rest) > 1 else ""
-            cited = max(columns(part) for part in because.split(SEPARATOR))
-            wide = columns(left) + columns(right) > WIDE or cited > LONG_REASON
+            cited = max(about(part) for part in because.split(SEPARATOR))
+            wide = about(left) + about(right) > WIDE or cited > LONG_REASON
             classes = ["right", "wide"][: 1 + wide]
             found += nodes.paragraph("", "", *said(right), classes=classes)
             marked(found, MARKS[rest[-1]], because, wide)
@@ -63,28 +61,20 @@ def grid(rows):
     return found
 
 
-def columns(source):
-    r"""About how wide a formula is: its letters, and the longest row of a matrix.
-
-    >>> columns(r"\left(\bar M + K_{q}\right)")
-    6
-    """
-    plain = re.sub(r"\\[A-Za-z]+", "x", SPELLED.sub("", source))
-    return max(len(row) for row in plain.split(r"\\"))
-
-
 def said(source):
     """Words as words, formulas in pieces between which a line may end."""
     words = WORDS.fullmatch(source)
     if words:
         return [nodes.Text(words[1])]
-    large = DISPLAYED if r"\begin" in source else ""
-    return spaced([large + piece for whole in apart(source) for piece in pieces(whole)])
+    found = [part for whole in apart(source) for part in pieces(whole)]
+    return spaced([DISPLAYED * (r"\begin" in part) + part for part in found])
 
 
 def pieces(source):
-    """A term, and where it is too long for a line, the terms of its bracket."""
-    if columns(source) < WIDE or r"\begin" in source:
+    """A term, and where it is too long for a line, what stands in its brackets."""
+    if r"\begin" in source:
+        return in_lines(source)
+    if about(source) < WIDE:
         return [source]
     return apart(re.sub(r"\\(left|right)\b", "", source), within=1)
 
@@ -94,25 +84,6 @@ def cells(row):
     first, *rest = split(row, "&&")
     left, right = (split(first, "&") + [""])[:2]
     return [left, right, *rest]
-
-
-def split(source, mark):
-    """The parts of a formula between marks that are in no bracket or matrix.
-
-    >>> split(r"a &= {b & c} && d", "&")
-    ['a', '= {b & c}', '', 'd']
-    """
-    found, depth, k = [""], 0, 0
-    while k < len(source):
-        token = re.match(r"\\begin\b|\\end\b|\\.|.", source[k:], re.DOTALL)[0]
-        depth += (token in {"{", r"\begin"}) - (token in {"}", r"\end"})
-        if not depth and source.startswith(mark, k):
-            found.append("")
-            token = mark
-        else:
-            found[-1] += token
-        k += len(token)
-    return [part.strip() for part in found]
 
 
 def setup(app):

@@ -28,10 +28,11 @@ document.addEventListener("DOMContentLoaded", () =>
   document.querySelectorAll("form.filter").forEach(filter),
 );
 
-// A formula that is a little too wide is set smaller, down to three quarters; a wider
-// one scrolls.  Letters lean out of their boxes: that little is left to stick out.
-const LEAST = 0.75, LEAN = 12; // of its size; pixels
+// A formula that is too wide is set smaller; one that would be too small scrolls.
+// Letters lean out of their boxes: that little is left to stick out.
+const LEAN = 12; // pixels
 function fit() {
+  const least = window.innerWidth < 700 ? 0.75 : 0.58;
   const all = [...document.querySelectorAll("main mjx-container:has(> svg)")];
   for (const math of all) {
     math.style.overflow = "";
@@ -40,7 +41,7 @@ function fit() {
   const sizes = all.map((math) => {
     const { width, height } = math.firstChild.getBoundingClientRect();
     const part = (math.clientWidth - 1) / math.scrollWidth;
-    return part < 1 && [width, height].map((size) => size * Math.max(LEAST, part));
+    return part < 1 && [width, height].map((size) => size * Math.max(least, part));
   });
   sizes.forEach((size, k) => {
     if (!size) return;
