@@ -1,10 +1,13 @@
 """The README: its example runs, its numbers are right, its links and commands exist."""
 
 import ast
+import importlib.util
 import pathlib
 import re
 
 import numpy as np
+import pytest
+from PIL import Image
 
 ROOT = pathlib.Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -40,6 +43,38 @@ def test_links_exist():
     assert links and all((ROOT / link).exists() for link in links)
 
 
+@pytest.fixture(scope="module")
+def pictures():
+    """The script that draws the README's pictures."""
+    path = ROOT / ".ci" / "readme_pictures.py"
+    spec = importlib.util.spec_from_file_location(path.stem, path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.mark.parametrize("name", ["ball-on-a-beam", "chain-and-code"])
+def test_pictures_are_those_that_the_library_draws(name, pictures):
+    path = pictures.FOLDER / f"{name}.png"
+    assert f"]({path.relative_to(ROOT).as_posix()})" in README
+    figure = pictures.PICTURES[name]()
+    stored = Image.open(path)
+    assert stored.text["Description"] == pictures.words(figure)
+    figure.canvas.draw()
+    small = [
+        np.asarray(image.convert("L").resize((64, 16)))
+        for image in (Image.fromarray(np.asarray(figure.canvas.buffer_rgba())), stored)
+    ]
+    assert np.abs(small[0].astype(int) - small[1]).mean() < 4
+    pictures.plt.close(figure)
+
+
+def test_what_comes_before_the_designs_is_two_screens():
+    before = README.partition("## Design")[0]
+    assert before.count("](notebooks/pages/pictures/") == 2
+    assert len(before.splitlines()) < 45
+
+
 def test_every_notebook_is_listed():
     for path in (ROOT / "notebooks").glob("*.ipynb"):
         assert f"(notebooks/{path.name})" in README
@@ -47,7 +82,10 @@ def test_every_notebook_is_listed():
 
 def test_the_two_commands_and_no_third_way():
     commands = [line for line in README.splitlines() if line.startswith("python3 ")]
-    design = "-m luenberger design notebooks/plants/reactor.json --out report"
+    design = (
+        "-m luenberger design notebooks/plants/ball-and-beam.json "
+        "--data notebooks/plants/ball-and-beam.csv --sample 0.1 --out report"
+    )
     assert commands == [
         f"{SETUP}.venv/bin/python {design}",
         f"{SETUP}.venv/bin/python -m pytest",
