@@ -9,6 +9,7 @@ import sympy as sp
 from exact_stages import SIZES, exact_inputs, exact_step
 
 from luenberger.kernels import cache
+from luenberger.papers.kawazoe.derivation import measured_gain, next_entries
 from luenberger.papers.leondes_novak.derivation import (
     error_recursion,
     estimate_step,
@@ -30,13 +31,16 @@ LISTS = {
     "gradient": steady_gradient,
     "sizes k and q": root_update,  # which loops use themselves
     "matrix k": companion_row,
+    "stair": next_entries,
+    "below the stairs": measured_gain,
 }
 
 
 @pytest.fixture(autouse=True)
 def more_sizes(monkeypatch):
-    monkeypatch.setitem(SIZES, "k", 6)
-    monkeypatch.setitem(SIZES, "q", 3)
+    more = dict(k=6, q=3, p_i=2, r_h=1, r_c=3, r_n=4)
+    for name, size in more.items():
+        monkeypatch.setitem(SIZES, name, size)
 
 
 @pytest.fixture(params=["numpy", "python", "numba", "c"])

@@ -1,4 +1,4 @@
-"""Six ways to get an observer, a room for each paper.
+"""Five ways to get an observer and one to sample, a room for each paper.
 
 In a room, `derivation` holds the mathematics in SymPy and `design` (or what the paper
 calls it) the numerical design, with its helpers beside it.
