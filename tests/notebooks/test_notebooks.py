@@ -26,6 +26,8 @@ FOREIGN = {
     "a time that was measured": r"\d ?(ns|µs|us|ms)\b|\d it/s|Wall time",
 }
 LESSONS = [path for path in NOTEBOOKS if re.match(r"\d\d-", path.name)]
+CHAIN = re.compile(r"&& \\checkmark")
+NAME_OF_A_STEP = re.compile(r"^\s*\(\d[\w', .–-]*\) [a-z]", re.M)
 LONG_NUMBER = re.compile(r"(?<![\w.])\d*\.\d+")
 
 
@@ -77,7 +79,8 @@ def output_texts(output):
 
 
 def lesson_complaints(notebook):
-    """What is wrong with a lesson's formulas, its figures in words, its exercises."""
+    """What is wrong with a lesson's course, its formulas, figures and exercises."""
+    yield from course_complaints(notebook["cells"])
     for cell in notebook["cells"]:
         if cell["cell_type"] == "markdown":
             yield from formula_complaints("".join(cell["source"]))
@@ -90,6 +93,25 @@ def lesson_complaints(notebook):
     for k, (statement, *answer) in enumerate(exercises, 1):
         for words in exercise_complaints(k, "".join(statement["source"]), answer):
             yield f"exercise {k}: {words}"
+
+
+def course_complaints(cells):
+    """A lesson begins with a picture, and has its derivation beside its code."""
+    outputs = [cell.get("outputs", ()) for cell in cells]
+    if not any("image/png" in o.get("data", {}) for some in outputs[:5] for o in some):
+        yield "no picture among the first five cells"
+    shown = [o.get("data", {}).get("text/latex", "") for some in outputs for o in some]
+    if sum(bool(CHAIN.search("".join(formula))) for formula in shown) < 2:
+        yield "fewer than two chains on the page"
+    sources = ["".join(cell["source"]) for cell in cells if cell["cell_type"] == "code"]
+    if not any(re.search(r"numpy_source|compile\(", source) for source in sources):
+        yield "no code beside the stages that it is printed from"
+    if any("getsource" in source for source in sources):
+        yield "a source text is searched, where a value could be checked"
+    for some in outputs:
+        for output in some:
+            if name := NAME_OF_A_STEP.search("".join(output.get("text", ""))):
+                yield f"a step is named, not shown: {name[0]!r}"
 
 
 def formula_complaints(prose):
@@ -247,12 +269,17 @@ def lesson():
     words = "Two curves against time; the lower one is the filter of full order.\nx: t"
     data = {"image/png": "iVBORw0KGgo=", "text/plain": words}
     figure = {"output_type": "display_data", "data": data}
+    formula = {"text/latex": [r"$$x &= y && \text{(1)} && \checkmark$$"]}
+    chain = {"output_type": "display_data", "data": formula}
     cells = [
         {
             "cell_type": "code",
             "metadata": {"mystnb": {"image": {"alt": words}}},
-            "outputs": [figure | {"metadata": {"image/png": {"alt": words}}}],
-            "source": ["x = 1"],
+            "outputs": [
+                figure | {"metadata": {"image/png": {"alt": words}}},
+                *[copy.deepcopy(chain) for _ in range(2)],
+            ],
+            "source": ["print(compile(stages).source)"],
         },
         {"cell_type": "markdown", "metadata": {}, "source": ["## Exercises"]},
     ]
@@ -272,6 +299,27 @@ def lesson():
 
 def test_a_sound_lesson_passes(lesson):
     assert list(lesson_complaints(lesson)) == []
+
+
+def spoil_first_picture(cells):
+    cells[0:0] = [{"cell_type": "markdown", "source": ["Words."]} for _ in range(5)]
+
+
+def spoil_chain(cells):
+    cells[0]["outputs"][1]["data"]["text/latex"] = ["$$x = y$$"]
+
+
+def spoil_code(cells):
+    cells[0]["source"] = ["x = 1"]
+
+
+def spoil_check(cells):
+    cells[0]["source"] += ["\n", "assert 'n' in inspect.getsource(f)"]
+
+
+def spoil_steps(cells):
+    names = {"output_type": "stream", "text": ["(33) the gain that runs\n"]}
+    cells[0]["outputs"].append(names)
 
 
 def spoil_formula(cells):
