@@ -36,6 +36,7 @@ PAGES = (
     "leondes_novak.estimate",
     "leondes_novak.brammer",
     "leondes_novak.missing_outputs",
+    "leondes_novak.late_outputs",
     "leondes_novak.tracking",
     "leondes_novak.one_pass",
     "leondes_novak.places",

@@ -182,7 +182,7 @@ def step(settings: Settings, state: State, y: Vector, u: Vector) -> Step:
     """
     i, seen = state.instant + 1, ~np.isnan(y)
     now = settings.at(i, None if seen.all() else seen)
-    move, A, B, J = _leading_on(settings.plant, state.setting)
+    move, A, B, J = leading_on(settings.plant, state.setting)
     new, spread, known = now.step(move, state.spread)
     moved = kernels.compiled(estimate_step)(
         A=A, B=B, C=now.C, E=now.E, J=J, K=new["K"], x=state.x, rho=state.rho,
@@ -204,7 +204,7 @@ def step(settings: Settings, state: State, y: Vector, u: Vector) -> Step:
     return Step(after, new, moved["innovation"])
 
 
-def _leading_on(
+def leading_on(
     plant: Plant, setting: Setting | None
 ) -> tuple[Move, Matrix, Matrix, Matrix]:
     """`Move`, A, B and J from an instant to the next; None is instant 0."""

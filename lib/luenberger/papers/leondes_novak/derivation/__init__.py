@@ -34,6 +34,8 @@
     The radar tracker: a target's position, velocity and acceleration.
 `missing_outputs`
     A step at which some outputs did not arrive is the theorem for fewer outputs.
+`late_outputs`
+    Outputs that become known later than they were measured.
 `one_pass`
     One step of a filter over a record, as one stage list that compiled loops run.
 `places`
@@ -113,3 +115,9 @@ arrived = StageList(
 side_by_side_step = StageList(
     __name__, "side_by_side.side_by_side", "y w w_hat e z_next x_next"
 )
+late_ahead = StageList(
+    __name__, "late_outputs.late_ahead", "L_e X_f_next X_h_next Omega rho x_minus"
+)
+late_fresh = StageList(__name__, "late_outputs.late_fresh", "N N_h M")
+late_known = StageList(__name__, "late_outputs.late_known", "K_t P_next")
+late_corrected = StageList(__name__, "late_outputs.late_corrected", "xi_hat_next")

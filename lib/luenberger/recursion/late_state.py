@@ -1,0 +1,170 @@
+"""What a filter that waits for readings carries from row to row, and its prediction.
+
+A reading that was taken and has not arrived stands beside the state as one more
+unknown, from the instant at which it was taken until it arrives.  The formulas are
+those of papers/leondes_novak/derivation/late_outputs.py.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from .. import kernels
+from ..numeric import Vector
+from ..papers.leondes_novak.derivation import late_ahead
+from .root_step import Move, Spread
+from .settings import Setting, Settings, require_start
+from .state import leading_on
+
+Label = Any  # of a row or an arrival: a number that grows from row to row
+
+
+class Row(NamedTuple):
+    """A row of a record, and when its readings arrive.
+
+    Attributes
+    ----------
+    y, u : (p,), (m,) ndarray
+        NaN in y was not measured, or never arrives.
+    due : (p,) ndarray
+        Labels of the rows at which they arrive.
+    label : number
+        That of this row.
+    """
+
+    y: np.ndarray
+    u: np.ndarray
+    due: np.ndarray
+    label: Label
+
+
+class Held(NamedTuple):
+    """A reading that was taken and is not known yet.
+
+    ``value`` is the reading less what the input does to it, NaN if it never arrives;
+    ``size`` is the magnitude that it is a sum of.
+    """
+
+    instant: int
+    output: int
+    due: Label
+    value: float
+    size: float
+
+    def arrived(self, label: Label) -> bool:
+        """Whether it is known at the row of that label."""
+        return self.value == self.value and bool(self.due <= label)
+
+
+class LateState(NamedTuple):
+    """A filter between two rows: all that the rows to come depend on.
+
+    Attributes
+    ----------
+    instant : int
+        That of the last row; 0 before the first.
+    xi : (n + q, 1) ndarray
+        The estimate of the state, and what is expected of the readings held.
+    spread : Spread
+        Covariance of its error.
+    rounding : (n + q, n + q) ndarray or None
+        Covariance of the rounding in xi; None where noise covers it.
+    u : (m,) ndarray
+        The input.
+    y_hat : (p, 1) ndarray
+        Readings of the instant less what the input does to them, where they arrived.
+    held : tuple of Held
+        In the order of xi.
+    setting : Setting or None
+        The plant there, with every output; None at instant 0, which has none.
+    """
+
+    instant: int
+    xi: np.ndarray
+    spread: Spread
+    rounding: np.ndarray | None
+    u: np.ndarray
+    y_hat: np.ndarray
+    held: tuple[Held, ...]
+    setting: Setting | None
+
+
+def start(settings: Settings, x: Vector, u: Vector) -> LateState:
+    """The state at instant 0: the mean x (n,) with covariance P0, and the input u."""
+    spread = Spread.of(require_start(settings.plant))
+    return LateState(0, x[:, None], spread, None, u, np.zeros((0, 1)), (), None)
+
+
+class Ahead(NamedTuple):
+    """The next row before any of its readings is used.
+
+    Attributes
+    ----------
+    instant : int
+    now : Setting
+        The plant there, with every output.
+    move : Move
+        What leads there.
+    J : (n, f) ndarray
+        What readings of the last instant that are held tell of the process noise.
+    last, kept : list of int
+        Which of those held are these, and which are held on.
+    new : list of int
+        The outputs of which readings are new.
+    held : tuple of Held
+        What is held on, and then what is new.
+    xi : (n + q, 1) ndarray
+        What is expected of the state and of them.
+    made_of : (n,) ndarray
+        The magnitudes that the state's part of it is a sum of.
+    """
+
+    instant: int
+    now: Setting
+    move: Move
+    J: np.ndarray
+    last: list[int]
+    kept: list[int]
+    new: list[int]
+    held: tuple[Held, ...]
+    xi: np.ndarray
+    made_of: np.ndarray
+
+    def of_all(self, of_held: Vector) -> Vector:
+        """The same for state and readings: False for each state."""
+        return np.concatenate([np.zeros(len(self.now.A), dtype=bool), of_held])
+
+
+def predicted(settings: Settings, state: LateState, row: Row) -> Ahead:
+    """What is expected of the next row, and which readings it is about."""
+    n, i = settings.plant.n, state.instant + 1
+    now = settings.at(i)
+    move, A, B, J = leading_on(settings.plant, state.setting)
+    C = np.zeros((0, n)) if state.setting is None else state.setting.C
+    last = [k for k, one in enumerate(state.held) if one.instant == state.instant]
+    last = last if J.any() else []
+    of = [state.held[k].output for k in last]
+    x, u, y_hat = state.xi[:n], state.u[:, None], state.y_hat.copy()
+    y_hat[of] = state.xi[n:][last]
+    found = kernels.compiled(late_ahead, "rho", "x_minus")(
+        A=A, B=B, C=C, J=J, x=x, u=u, y_hat=y_hat
+    )
+    made_of = move.size @ np.abs(x) + np.abs(B) @ np.abs(u)
+    made_of += np.abs(J) @ np.abs(found["rho"])
+    kept = [k for k, one in enumerate(state.held) if one.value == one.value]
+    new, fresh = _new(now, i, row)
+    xi = [found["x_minus"], state.xi[n:][kept], now.C[new] @ found["x_minus"]]
+    return Ahead(
+        i, now, move, J[:, of], last, kept, new,
+        (*(state.held[k] for k in kept), *fresh), np.concatenate(xi), made_of[:, 0],
+    )  # fmt: skip
+
+
+def _new(now: Setting, instant: int, row: Row) -> tuple[list[int], list[Held]]:
+    """The outputs that are taken at a row; with S, those that never arrive as well."""
+    known, size = row.y - now.E @ row.u, np.abs(row.y) + np.abs(now.E) @ np.abs(row.u)
+    taken = ~np.isnan(row.y) | now.J.any()
+    new = np.flatnonzero(taken).tolist()
+    return new, [Held(instant, j, row.due[j], known[j], size[j]) for j in new]
