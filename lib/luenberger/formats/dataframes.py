@@ -26,7 +26,7 @@ def arrays(y: Any, u: Any, outputs: Names, inputs: Names) -> tuple[Any, Any]:
                 "cannot hold both. Pass u as well, or rename one."
             )
         u = y if any(name in y.columns for name in inputs) else None
-    if _is_table(y) and _is_table(u) and not y.index.equals(u.index):
+    if is_table(y) and is_table(u) and not y.index.equals(u.index):
         raise ValueError(
             "y and u are tables with different rows; give both the same index"
         )
@@ -35,7 +35,7 @@ def arrays(y: Any, u: Any, outputs: Names, inputs: Names) -> tuple[Any, Any]:
 
 def like(table: Any, values: np.ndarray, names: Sequence[str]) -> Any:
     """`values` as a DataFrame with the index of `table`, if that is a table."""
-    if not _is_table(table):
+    if not is_table(table):
         return values
     frame = sys.modules["pandas"].DataFrame
     return frame(values, index=table.index, columns=list(names))
@@ -53,17 +53,43 @@ def entries(name: str, value: Any, labels: Names) -> Any:
     return _numbers(name, value[list(labels)], None)
 
 
+def is_table(value: object) -> TypeGuard[Any]:
+    """Whether it is a DataFrame or a Series."""
+    return _is("DataFrame", value) or _is("Series", value)
+
+
+def column(name: str, frame: Any, label: object) -> Any:
+    """The column of that label of a DataFrame called `name`."""
+    return _columns(name, frame, [label])[label]
+
+
+def moments(name: str, values: Any) -> tuple[np.ndarray, np.ndarray, str]:
+    """An index or a column of numbers or times as numbers that keep their order.
+
+    Returns the numbers, where one is missing, and what they are: "numbers", "times" or
+    "times with a zone".
+    """
+    pandas, missing = sys.modules["pandas"], np.asarray(values.isna())
+    if getattr(values.dtype, "kind", "O") in "biuf":
+        found = pandas.Series(values).to_numpy(dtype=float, na_value=np.nan)
+        return found, missing, "numbers"
+    if pandas.api.types.is_datetime64_any_dtype(values.dtype):
+        index = pandas.DatetimeIndex(values)
+        what = "times" if index.tz is None else "times with a zone"
+        return index.as_unit("ns").asi8, missing, what
+    raise ValueError(
+        f"{name} holds {values.dtype}, not numbers or times; convert it first, for "
+        "example with pandas.to_datetime"
+    )
+
+
 def _is(kind: str, value: object) -> bool:
     pandas = sys.modules.get("pandas")
     return pandas is not None and isinstance(value, getattr(pandas, kind))
 
 
-def _is_table(value: object) -> TypeGuard[Any]:
-    return _is("DataFrame", value) or _is("Series", value)
-
-
 def _numbers(name: str, value: Any, wanted: Names) -> Any:
-    if not _is_table(value):
+    if not is_table(value):
         return value
     if _is("DataFrame", value) and wanted is not None:
         value = _columns(name, value, wanted)
@@ -79,7 +105,7 @@ def _numbers(name: str, value: Any, wanted: Names) -> Any:
     return np.ascontiguousarray(found)
 
 
-def _columns(name: str, frame: Any, wanted: Sequence[str]) -> Any:
+def _columns(name: str, frame: Any, wanted: Sequence[Any]) -> Any:
     """The columns `wanted`, in that order, of a DataFrame that may have more."""
     if frame.columns.nlevels > 1:
         raise ValueError(

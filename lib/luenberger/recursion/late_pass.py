@@ -1,15 +1,179 @@
-"""One pass of a filter over a record whose readings may arrive late."""
+"""One pass of a filter over a record whose readings may arrive late.
 
-from collections import deque
+Two ways of doing a row give the same numbers.  `Waiting` carries the readings that have
+not arrived beside the state, and costs (n + q)^2 with q of them.  With noisy outputs
+that are taken as accurate, the gain of every row hangs on all that is known by then:
+so `Again` runs the filter again from the first row at which something arrived.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from ..errors import DesignError
+from ..errors import DesignError, short
 from ..numeric import Matrix, Vector
-from . import late_state
-from .late_state import LateState, Row
-from .late_step import step as joint_step
+from . import late_state, late_step
+from .late_state import Label, LateState, Row
 from .settings import Settings
 from .state import History, State, start, step
+
+
+class Done(NamedTuple):
+    """A row that was done: the state x (n,), its covariance, the gain (n, p)."""
+
+    x: np.ndarray
+    Sigma: np.ndarray
+    K: np.ndarray
+
+
+class Way(Protocol):
+    """How rows are done: from a state before a row to the one after it."""
+
+    def start(self, settings: Settings, x: Vector, u: Vector) -> Any:
+        """The state before the first row."""
+
+    def row(self, settings: Settings, state: Any, row: Row) -> tuple[Any, Done]:
+        """One row."""
+
+    def Sigma(self, state: Any, n: int) -> Matrix:
+        """The covariance (n, n) of the error of the estimate."""
+
+    def awaited(self, state: Any) -> Iterable[tuple[int, int]]:
+        """Instant and output of the readings that have not arrived yet."""
+
+
+class Waiting:
+    """The state beside the readings that have not arrived."""
+
+    def start(self, settings: Settings, x: Vector, u: Vector) -> LateState:
+        return late_state.start(settings, x, u)
+
+    def row(
+        self, settings: Settings, state: LateState, row: Row
+    ) -> tuple[LateState, Done]:
+        state, K = late_step.step(settings, state, row)
+        n = settings.plant.n
+        return state, Done(state.xi[:n, 0], state.spread.Sigma[:n, :n], K)
+
+    def Sigma(self, state: LateState, n: int) -> Matrix:
+        return state.spread.Sigma[:n, :n]
+
+    def awaited(self, state: LateState) -> Iterable[tuple[int, int]]:
+        return [(h.instant, h.output) for h in state.held if h.value == h.value]
+
+
+class Window(NamedTuple):
+    """The rows since the first that awaits a reading, and the filter before each.
+
+    ``states`` has one more than ``rows``: the last is the filter now.
+    """
+
+    states: tuple[State, ...]
+    rows: tuple[Row, ...]
+    label: Label
+
+    @property
+    def instant(self) -> int:
+        """That of the last row."""
+        return self.states[-1].instant
+
+
+class Again:
+    """The filter, run again from the first row at which a reading arrived."""
+
+    def start(self, settings: Settings, x: Vector, u: Vector) -> Window:
+        return Window((start(settings, x, u),), (), None)
+
+    def row(self, settings: Settings, window: Window, row: Row) -> tuple[Window, Done]:
+        rows, states, now = [*window.rows, row], list(window.states), row.label
+        news = [_arrived(one, window.label, now).any() for one in rows[:-1]]
+        first = [*news, True].index(True)
+        del states[first + 1 :]
+        for one in rows[first:]:
+            state, K = step(settings, states[-1], _known(one, now), one.u)
+            states.append(state)
+        gain = np.zeros((settings.plant.n, settings.plant.p))
+        gain[:, state.seen] = K
+        waits = [_awaited(one, now).any() for one in rows]
+        keep = [*waits, True].index(True)
+        kept = Window(tuple(states[keep:]), tuple(rows[keep:]), now)
+        return kept, Done(state.x[:, 0], state.Sigma, gain)
+
+    def Sigma(self, window: Window, n: int) -> Matrix:
+        return window.states[-1].Sigma
+
+    def awaited(self, window: Window) -> Iterable[tuple[int, int]]:
+        for state, row in zip(window.states, window.rows):
+            for j in np.flatnonzero(_awaited(row, window.label)).tolist():
+                yield state.instant + 1, j
+
+
+def _known(row: Row, now: Label) -> Vector:
+    return np.where(_awaited(row, now), np.nan, row.y)
+
+
+def _awaited(row: Row, now: Label) -> Vector:
+    return ~np.isnan(row.y) & (row.due > now)
+
+
+def _arrived(row: Row, before: Label, now: Label) -> Vector:
+    return ~np.isnan(row.y) & (row.due > before) & (row.due <= now)
+
+
+@dataclass(frozen=True)
+class LatePass:
+    """The way of a filter over a record whose readings arrive late.
+
+    ``horizon`` is the number of rows after which a reading is refused, or None.
+    """
+
+    settings: Settings
+    horizon: int | None
+
+    @property
+    def way(self) -> Way:
+        """How rows are done."""
+        accurate = list(self.settings.accurate)
+        return Again() if self.settings.R[..., accurate, :].any() else Waiting()
+
+    def over(
+        self,
+        state: Any,
+        y: Matrix,
+        u: Matrix,
+        due: Matrix,
+        labels: Vector,
+        history: bool = False,
+    ) -> tuple[Any, History]:
+        """Filter the rows of y; return the state after them, and their `History`."""
+        settings, way = self.settings, self.way
+        if state.label is not None and len(labels) and not state.label < labels[0]:
+            raise ValueError(
+                f"rows are in order of their index, but row {state.instant} does not "
+                "come after the row before it: it is the first of a chunk. Give each "
+                "chunk the index that its rows have in the whole record."
+            )
+        out = History.empty(len(y), settings.plant, history)
+        for k, row in enumerate(map(Row, y, u, due, labels)):
+            state, done = way.row(settings, state, row)
+            out.x[k], out.variances[k] = done.x, done.Sigma.diagonal()
+            if history:
+                out.P[k], out.K[k] = done.Sigma, done.K
+            if self.horizon is not None:
+                self.require_in_time(way.awaited(state), state.instant)
+        return state, out
+
+    def require_in_time(self, awaited: Iterable[tuple[int, int]], instant: int) -> None:
+        """Raise if a reading has been waited for as long as the horizon says."""
+        for taken, output in awaited:
+            if self.horizon is not None and instant - taken >= self.horizon:
+                name = short(self.settings.plant.output_names[output])
+                raise DesignError(
+                    f"the reading of {name} in row {taken - 1} has not arrived by row "
+                    f"{instant - 1}, and horizon={self.horizon} rows is the longest "
+                    "wait. Raise horizon, or give it no arrival: then it never arrives."
+                )

@@ -55,7 +55,6 @@ def used_in_factors(
     left = ~t
     if spread.half is None or spread.rounding is None:  # nothing arrived
         return Used(found["K"][left], spread, None)
-    size = spread.rounding.diagonal()
     rounding = None
     if settings.noise_free:
         rounding = _agreed(settings, state, ahead, came, move, read, found, known)
@@ -118,8 +117,10 @@ def _agreed(
     size = np.array([one.size for one in arrived])
     before = rounding_of(state.xi) if state.rounding is None else state.rounding
     rounding, met = followed(before, move.A, read.C, found, made_of, size)
-    t = ahead.of_all(came)
-    innovation = np.array([one.value for one in arrived]) - ahead.xi[t, 0]
+    if not arrived:
+        return rounding
+    innovation = np.array([one.value for one in arrived])
+    innovation -= ahead.xi[ahead.of_all(came), 0]
     names = [_name(settings, one, ahead.instant) for one in arrived]
     require_agreement(known, innovation, met, found["unit"], names, ahead.instant)
     return rounding

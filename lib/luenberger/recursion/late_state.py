@@ -79,6 +79,8 @@ class LateState(NamedTuple):
         In the order of xi.
     setting : Setting or None
         The plant there, with every output; None at instant 0, which has none.
+    label : number or None
+        Of the last row.
     """
 
     instant: int
@@ -89,6 +91,7 @@ class LateState(NamedTuple):
     y_hat: np.ndarray
     held: tuple[Held, ...]
     setting: Setting | None
+    label: Label = None
 
 
 def start(settings: Settings, x: Vector, u: Vector) -> LateState:

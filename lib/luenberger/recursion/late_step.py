@@ -106,6 +106,7 @@ def _after(
         if one.instant == ahead.instant:
             gain[:, one.output], y_hat[one.output] = used.K[:n, k], one.value
     state = LateState(
-        ahead.instant, xi, used.spread, used.rounding, row.u, y_hat, held, ahead.now
-    )
+        ahead.instant, xi, used.spread, used.rounding, row.u, y_hat, held, ahead.now,
+        row.label,
+    )  # fmt: skip
     return state, gain

@@ -16,9 +16,10 @@ from ..formats import dataframes
 from ..numeric import Given, Matrix, Vector
 from ..plant import Plant
 from ..recursion.filter_pass import Pass
+from ..recursion.late_pass import LatePass
 from ..recursion.settings import Settings
 from ..recursion.state import State, start
-from . import chunks
+from . import arrivals, chunks
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,12 +54,14 @@ Outputs = int | Sequence[int | str]  # how many, or which
 @overload
 def filter_data(
     plant: Plant, y: Iterator[Any], u: Iterator[Any] | None = ..., *, m1: Outputs = ...,
-    u0: Given = ..., weight: Given | str = ..., history: bool = ..., backend: str = ...
+    u0: Given = ..., weight: Given | str = ..., history: bool = ..., backend: str = ...,
+    arrival: Any = ..., horizon: int | None = ...,
 ) -> Iterator[Filtered]: ...  # fmt: skip
 @overload
 def filter_data(
     plant: Plant, y: ArrayLike, u: Given = ..., *, m1: Outputs = ...,
-    u0: Given = ..., weight: Given | str = ..., history: bool = ..., backend: str = ...
+    u0: Given = ..., weight: Given | str = ..., history: bool = ..., backend: str = ...,
+    arrival: Any = ..., horizon: int | None = ...,
 ) -> Filtered: ...  # fmt: skip
 def filter_data(
     plant: Plant,
@@ -70,6 +73,8 @@ def filter_data(
     weight: Given | str = None,
     history: bool = False,
     backend: str = "auto",
+    arrival: Any = None,
+    horizon: int | None = None,
 ) -> Any:
     """Filter a record in one pass, with its covariance; NaN means not measured.
 
@@ -107,6 +112,12 @@ def filter_data(
         hundreds of times faster than "numpy" and the same to rounding; the first
         record of a plant waits a few seconds for the compiler.  "auto" takes it
         for records of 20 000 rows or more, where numba is installed.
+    arrival : optional
+        When each reading becomes known, where that is later than its own row: see the
+        notes.  The estimate of a row uses exactly what had arrived by then.
+    horizon : int, optional
+        A reading that arrives more than so many rows after its own is refused; by
+        default none is.
 
     Returns
     -------
@@ -116,19 +127,40 @@ def filter_data(
     Raises
     ------
     ValueError
-        If sizes disagree or a value is infinite.
+        If sizes disagree or a value is infinite; if a reading arrives before it was
+        measured.
     ImportError
         If numba is asked for and not installed.
     DesignError
         If the plant lacks Q, R or P0, accurate outputs are dependent, or
         noise-free outputs contradict each other or a state known exactly; the
-        message names outputs and instant.
+        message names outputs and instant.  If a reading arrives after the horizon.
+
+    Notes
+    -----
+    `arrival` is one of these.
+
+    - An array (N, p), or an iterator of chunks like y's, of row numbers: reading
+      ``y[k, j]`` is known from row ``arrival[k, j]`` on, k itself where it is on time,
+      and never where that is NaN or infinite.
+    - A dict ``{output: column}`` of columns of the DataFrame y that hold arrival times,
+      numbers or dates like those in its index.  A reading is known from the first row
+      that is not earlier; never, where its time is missing.  Outputs that are not named
+      are on time.
+    - A DataFrame with y's index, whose columns of times are named as the outputs.
+
+    Each row gives what this function would return in its last row for all that had
+    arrived by then.  A reading that is awaited is estimated beside the state, which
+    takes memory and time for as many as are awaited, however long the record is.  With
+    m1, where accurate outputs have noise, the filter is instead run again from the
+    first row at which a reading arrived.
 
     References
     ----------
     Leondes and Novak (1974), equations (27)-(36), (41)-(43);
     papers/leondes_novak/derivation/best_coordinates.py;
     papers/leondes_novak/derivation/missing_outputs.py;
+    papers/leondes_novak/derivation/late_outputs.py;
     papers/leondes_novak/derivation/one_pass.py;
     papers/leondes_novak/derivation/square_root.py where a covariance is singular.
 
@@ -139,12 +171,25 @@ def filter_data(
     >>> nan = float("nan")
     >>> lb.filter_data(plant, [[2], [nan], [2]]).std[:, 0].round(4)
     array([0.7071, 0.7071, 0.5774])
+
+    The second reading arrives one row late:
+
+    >>> found = lb.filter_data(plant, [[2], [1], [2]], arrival=[[0], [2], [2]])
+    >>> found.x[:, 0], found.std[:, 0].round(4)
+    (array([1.  , 1.  , 1.25]), array([0.7071, 0.7071, 0.5   ]))
     """
     expect(plant=plant)
     settings = Settings(plant, m1, weight)
     u0 = dataframes.entries("u0", u0, plant.input_names)
     u0 = np.zeros(plant.m) if u0 is None else chunks.single("u0", u0, plant.m)
     kernels.runs_compiled(backend, 0)  # refuse a backend now, not at the first chunk
+    if arrival is not None:
+        late = LatePass(settings, _horizon(horizon))
+        step = partial(_late_chunk, late, history, not isinstance(y, Iterator))
+        begin = late.way.start(settings, plant.x0, u0)
+        return chunks.found(step, begin, arrivals.paired(y, arrival), u)
+    if horizon is not None:
+        raise ValueError("horizon goes with arrival, which was not given")
     step = partial(_chunk, Pass(settings), history, backend)
     return chunks.found(step, start(settings, plant.x0, u0), y, u)
 
@@ -156,18 +201,66 @@ def _chunk(
     plant, table = run.settings.plant, y
     outputs, inputs = (plant.p, plant.output_names), (plant.m, plant.input_names)
     y, u = chunks.arrays(y, u, outputs, inputs, missing=True)
-    last = state.instant + len(y)
+    last = _last(plant, state, y)
+    fast = kernels.runs_compiled(backend, last)
+    state, (x, variances, P, K) = run.over(state, y, u, fast, history)
+    P, K = (P, K) if history else (state.Sigma, None)
+    orders = _orders(plant, run.settings.accurate, y)
+    return state, _filtered(plant, table, x, variances, P, K, orders)
+
+
+def _late_chunk(
+    run: LatePass, history: bool, whole: bool, state: Any, block: arrivals.Block, u: Any
+) -> tuple[Any, Filtered]:
+    """The same where readings arrive late."""
+    plant, accurate = run.settings.plant, run.settings.accurate
+    outputs, inputs = (plant.p, plant.output_names), (plant.m, plant.input_names)
+    y, u = chunks.arrays(block.y, u, outputs, inputs, missing=True)
+    _last(plant, state, y)
+    found = arrivals.of(block, y, plant, state.instant, whole, run.horizon)
+    state, (x, variances, P, K) = run.over(
+        state, found.y, u, found.due, found.labels, history
+    )
+    P, K = (P, K) if history else (run.way.Sigma(state, plant.n), None)
+    now = np.where(found.due <= found.labels[:, None], found.y, np.nan)
+    orders = _orders(plant, accurate, now)
+    return state, _filtered(plant, block.y, x, variances, P, K, orders)
+
+
+def _filtered(
+    plant: Plant,
+    table: Any,
+    x: Matrix,
+    variances: Matrix,
+    P: Matrix,
+    K: Matrix | None,
+    orders: Vector,
+) -> Filtered:
+    """`Filtered`, as tables where y is one; `variances` become standard deviations."""
+    std = np.sqrt(np.maximum(variances, 0, out=variances), out=variances)
+    x, std = (dataframes.like(table, X, plant.state_names) for X in (x, std))
+    return Filtered(x, std, P, K, orders)
+
+
+def _last(plant: Plant, state: Any, y: Matrix) -> int:
+    """The instant of the last row of y, or ValueError if the plant ends before it."""
+    last: int = state.instant + len(y)
     if plant.steps is not None and last >= plant.steps:
         raise ValueError(
             f"the plant has rows for instants 0 .. {plant.steps - 1}, the data "
             f"reach instant {last}"
         )
-    fast = kernels.runs_compiled(backend, last)
-    state, (x, variances, P, K) = run.over(state, y, u, fast, history)
-    std = np.sqrt(np.maximum(variances, 0, out=variances), out=variances)
-    x, std = (dataframes.like(table, X, plant.state_names) for X in (x, std))
-    P, K = (P, K) if history else (state.Sigma, None)
-    return state, Filtered(x, std, P, K, _orders(plant, run.settings.accurate, y))
+    return last
+
+
+def _horizon(horizon: Any) -> int | None:
+    """The horizon, if it is a number of rows."""
+    if horizon is None:
+        return None
+    whole = isinstance(horizon, (int, np.integer)) and not isinstance(horizon, bool)
+    if not whole or horizon < 0:
+        raise ValueError(f"horizon must be a number of rows, got {horizon!r}")
+    return int(horizon)
 
 
 def _orders(plant: Plant, accurate: Sequence[int], y: Matrix) -> Vector:

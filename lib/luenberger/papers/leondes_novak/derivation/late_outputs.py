@@ -14,16 +14,7 @@ from sympy import symbols
 
 from ....symbolic import AtLeast, Derivation, Expect, Line, Solve, Stage, ZeroMatrix
 from .correlated_noise import is_As
-from .estimate import (
-    is_e,
-    is_minus,
-    plant,
-    rho,
-    running,
-    truth,
-    truth_next,
-    x_minus,
-)
+from .estimate import is_e, is_minus, plant, rho, running, truth, truth_next, x_minus
 from .letters import *
 
 q, k, s = symbols("q k s", integer=True, nonnegative=True)
@@ -118,11 +109,7 @@ AHEAD = (
         "the covariance of a prediction when readings are awaited",
         (As * e + J * f - w) * (As * e + J * f - w).T,
         Expect(
-            As * Sigma * As.T
-            + As * X_f * J.T
-            + J * X_f.T * As.T
-            + J * Z_f * J.T
-            + Qs,
+            As * Sigma * As.T + As * X_f * J.T + J * X_f.T * As.T + J * Z_f * J.T + Qs,
             moments=(is_Sigma, is_X_f, is_Z_f, is_Q, apart, apart_f),
         ),
         Line(
@@ -200,9 +187,7 @@ KNOWN = (
             P_rr - K_r * P_rt.T - P_rt * K_r.T + K_r * P_tt * K_r.T,
             moments=(is_P_rr, is_P_rt, is_P_tt),
         ),
-        Line(
-            P_rr - K_t * P_rt.T + (K_r - K_t) * P_tt * (K_r - K_t).T, by=(is_K_t,)
-        ),
+        Line(P_rr - K_t * P_rt.T + (K_r - K_t) * P_tt * (K_r - K_t).T, by=(is_K_t,)),
     ),
     root := define(P_tt, L_t * L_t.T),
     chain(
@@ -302,5 +287,13 @@ def late_corrected():
 @cache
 def derive():
     """The page."""
-    page = (*AHEAD, late_ahead(), *FRESH, late_fresh(), *KNOWN, late_known(), late_corrected())
+    page = (
+        *AHEAD,
+        late_ahead(),
+        *FRESH,
+        late_fresh(),
+        *KNOWN,
+        late_known(),
+        late_corrected(),
+    )
     return Derivation(page=page, letters=late, source="our own")

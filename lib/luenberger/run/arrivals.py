@@ -1,0 +1,213 @@
+"""When the readings of a record arrive: rows, or times of a table, as numbers.
+
+Rows and arrivals get labels that can be compared: row numbers, the numbers of an index,
+or nanoseconds.  A reading arrives at the first row whose label is not before its own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..errors import few, short
+from ..formats import dataframes
+from ..numeric import Matrix, Vector
+from ..plant import Plant
+from . import chunks
+
+
+class Arrivals(NamedTuple):
+    """Of some rows of a record.
+
+    Attributes
+    ----------
+    y : (N, p) ndarray
+        The readings, NaN where one was not taken or never arrives.
+    due : (N, p) ndarray
+        Labels of the rows at which they arrive.
+    labels : (N,) ndarray
+        Those of the rows.
+    """
+
+    y: np.ndarray
+    due: np.ndarray
+    labels: np.ndarray
+
+
+@dataclass(frozen=True)
+class Block:
+    """Rows of a record as they were given, with their arrivals."""
+
+    y: Any
+    arrival: Any
+
+    def __len__(self) -> int:
+        return len(self.y)
+
+
+def paired(y: Any, arrival: Any) -> Any:
+    """A record beside its arrivals; of an iterator, an iterator of such blocks.
+
+    Raises
+    ------
+    ValueError
+        If one of them comes in chunks and the other does not, or arrival has fewer.
+    """
+    if not isinstance(y, Iterator):
+        if isinstance(arrival, Iterator):
+            raise ValueError("arrival is an iterator of chunks, so y must be one too")
+        return Block(y, arrival)
+    if isinstance(arrival, Mapping):  # columns of each chunk
+        return (Block(one, arrival) for one in y)
+    if not isinstance(arrival, Iterator):
+        raise ValueError("y is an iterator of chunks, so arrival must be one too")
+    return _blocks(y, arrival)
+
+
+def _blocks(ys: Iterator, arrivals: Iterator) -> Iterator[Block]:
+    for y in ys:
+        arrival = next(arrivals, ())
+        if len(arrival) < len(y):
+            raise ValueError("arrival has fewer chunks, or shorter ones, than y")
+        yield Block(y, arrival)
+
+
+def of(
+    block: Block,
+    y: Matrix,
+    plant: Plant,
+    first: int,
+    whole: bool,
+    horizon: int | None,
+) -> Arrivals:
+    """When the readings `y` of a block arrive, of which `first` rows came before.
+
+    Parameters
+    ----------
+    block : Block
+        As given.
+    y : (N, p) ndarray
+        Its readings, NaN where one is missing.
+    plant : Plant
+    first : int
+        How many rows the record had before.
+    whole : bool
+        Whether no rows come after: what arrives after the last never does.
+    horizon : int or None
+        How many rows later a reading may arrive, as far as rows are counted here.
+
+    Raises
+    ------
+    ValueError
+        Naming the row and the output of an arrival that is not as it should be.
+    """
+    table = isinstance(block.arrival, Mapping) or dataframes.is_table(block.arrival)
+    due, never, labels = (_times if table else _rows)(block, plant, first)
+    if due.shape != y.shape:
+        raise ValueError(f"y has {len(y)} rows but arrival has {len(due)}")
+    taken = ~np.isnan(y) & ~never
+    early = np.argwhere(taken & (due < labels[:, None]))
+    if len(early):
+        k, j = early[0].tolist()
+        raise ValueError(
+            f"{_reading(plant, first + k, j)} arrives at {_said(block, due[k, j])}, "
+            f"before it was measured at {_said(block, labels[k])}. An arrival is at "
+            "least its own row; leave it empty where a reading never arrives."
+        )
+    far = np.argwhere(taken & (due > labels[:, None] + (horizon or 0)))
+    if horizon is not None and not table and len(far):
+        k, j = far[0].tolist()
+        raise ValueError(
+            f"{_reading(plant, first + k, j)} arrives at row {due[k, j]:g}, more than "
+            f"horizon={horizon} rows later. Raise horizon, or leave its arrival empty: "
+            "then it never arrives."
+        )
+    if whole and horizon is None and len(labels):
+        taken &= due <= labels[-1]
+    return Arrivals(np.where(taken, y, np.nan), due, labels)
+
+
+Found = tuple[Matrix, Matrix, Vector]  # arrivals, where there is none, labels of rows
+
+
+def _rows(block: Block, plant: Plant, first: int) -> Found:
+    """Arrivals that are row numbers."""
+    due = chunks.real("arrival", block.arrival, "row numbers")
+    if due.ndim == 1 and plant.p == 1:
+        due = due[:, None]
+    if due.ndim != 2 or due.shape[1] != plant.p:
+        raise ValueError(f"arrival must be (N, {plant.p}), got {due.shape}")
+    odd = np.argwhere(np.isfinite(due) & (due != np.floor(due)))
+    if len(odd):
+        k, j = odd[0].tolist()
+        raise ValueError(
+            f"an array arrival holds row numbers, but {_reading(plant, first + k, j)} "
+            f"has {due[k, j]:g}. For times, give y as a DataFrame with times in its "
+            "index, and arrival={output: column}."
+        )
+    never = np.isnan(due) | (due == np.inf)
+    return due, never, np.arange(float(first), first + len(due))
+
+
+def _times(block: Block, plant: Plant, first: int) -> Found:
+    """Arrivals that are numbers or times, as in the index of y."""
+    y, arrival = block.y, block.arrival
+    if not dataframes.is_table(y):
+        raise ValueError(
+            "arrival names columns or is a table, so y must be a DataFrame too, with "
+            "the times of its rows in its index"
+        )
+    labels, missing, kind = dataframes.moments("the index of y", y.index)
+    backwards = np.flatnonzero(np.diff(labels) <= 0)
+    if missing.any() or len(backwards):
+        k = int(missing.argmax() if missing.any() else backwards[0] + 1)
+        raise ValueError(
+            f"the index of y must grow from row to row, but at row {first + k} it is "
+            f"{y.index[k]}"
+        )
+    due = np.repeat(labels[:, None], plant.p, axis=1)
+    never = np.zeros(due.shape, dtype=bool)
+    for j, name, column in _columns(y, arrival, plant):
+        due[:, j], never[:, j], what = dataframes.moments(name, column)
+        if what != kind:
+            raise ValueError(f"{name} holds {what}, but the index of y holds {kind}")
+    return due, never, labels
+
+
+def _columns(y: Any, arrival: Any, plant: Plant) -> Iterator[tuple[int, str, Any]]:
+    """Output by output: its number, what its column is called, and the column."""
+    names = list(plant.output_names)
+    if isinstance(arrival, Mapping):
+        for key, label in arrival.items():
+            if key not in names:
+                raise ValueError(f"arrival has {short(key)}; outputs are {few(names)}")
+            yield (
+                names.index(key),
+                f"the column {short(label)} of y",
+                (dataframes.column("y", y, label)),
+            )
+        return
+    if not arrival.index.equals(y.index):
+        raise ValueError("y and arrival are tables with different rows")
+    known = [name for name in names if name in arrival.columns]
+    if foreign := [name for name in arrival.columns if name not in names]:
+        raise ValueError(
+            f"arrival has the columns {few(foreign)}; outputs are {few(names)}"
+        )
+    for name in known:
+        column = dataframes.column("arrival", arrival, name)
+        yield names.index(name), f"the column {short(name)} of arrival", column
+
+
+def _reading(plant: Plant, row: int, output: int) -> str:
+    return f"the reading of {short(plant.output_names[output])} in row {row}"
+
+
+def _said(block: Block, label: Any) -> str:
+    """A label as people write it."""
+    if isinstance(label, np.int64):
+        return str(label.astype("datetime64[ns]"))
+    return f"{'' if dataframes.is_table(block.y) else 'row '}{label:g}"
