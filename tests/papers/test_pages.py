@@ -37,6 +37,7 @@ PAGES = (
     "leondes_novak.brammer",
     "leondes_novak.missing_outputs",
     "leondes_novak.late_outputs",
+    "leondes_novak.late_arrivals",
     "leondes_novak.tracking",
     "leondes_novak.one_pass",
     "leondes_novak.places",

@@ -2,7 +2,7 @@
 
 A reading that was taken and has not arrived stands beside the state as one more
 unknown, from the instant at which it was taken until it arrives.  The formulas are
-those of papers/leondes_novak/derivation/late_outputs.py.
+those of late_outputs.py and late_arrivals.py in papers/leondes_novak/derivation.
 """
 
 from __future__ import annotations
@@ -12,8 +12,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .. import kernels
-from ..numeric import Vector
-from ..papers.leondes_novak.derivation import late_ahead
+from ..numeric import Matrix, Vector
+from ..papers.leondes_novak.derivation import late_ahead, late_fresh
 from .root_step import Move, Spread
 from .settings import Setting, Settings, require_start
 from .state import leading_on
@@ -43,8 +43,8 @@ class Row(NamedTuple):
 class Held(NamedTuple):
     """A reading that was taken and is not known yet.
 
-    ``value`` is the reading less what the input does to it, NaN if it never arrives;
-    ``size`` is the magnitude that it is a sum of.
+    ``value`` is the reading, NaN if it never arrives; ``size`` is the magnitude that
+    the reading less what the input does to it is a sum of.
     """
 
     instant: int
@@ -74,7 +74,7 @@ class LateState(NamedTuple):
     u : (m,) ndarray
         The input.
     y_hat : (p, 1) ndarray
-        Readings of the instant less what the input does to them, where they arrived.
+        Readings of the instant, where they arrived.
     held : tuple of Held
         In the order of xi.
     setting : Setting or None
@@ -145,29 +145,38 @@ def predicted(settings: Settings, state: LateState, row: Row) -> Ahead:
     n, i = settings.plant.n, state.instant + 1
     now = settings.at(i)
     move, A, B, J = leading_on(settings.plant, state.setting)
-    C = np.zeros((0, n)) if state.setting is None else state.setting.C
+    C, E = np.zeros((0, n)), np.zeros((0, len(state.u)))
+    if state.setting is not None:
+        C, E = state.setting.C, state.setting.E
     last = [k for k, one in enumerate(state.held) if one.instant == state.instant]
     last = last if J.any() else []
     of = [state.held[k].output for k in last]
     x, u, y_hat = state.xi[:n], state.u[:, None], state.y_hat.copy()
     y_hat[of] = state.xi[n:][last]
     found = kernels.compiled(late_ahead, "rho", "x_minus")(
-        A=A, B=B, C=C, J=J, x=x, u=u, y_hat=y_hat
+        A=A, B=B, C=C, E=E, J=J, x=x, u=u, y_hat=y_hat
     )
-    made_of = move.size @ np.abs(x) + np.abs(B) @ np.abs(u)
-    made_of += np.abs(J) @ np.abs(found["rho"])
+    made_of = _magnitude((move.size, x), (B, u), (J, found["rho"]))
     kept = [k for k, one in enumerate(state.held) if one.value == one.value]
     new, fresh = _new(now, i, row)
-    xi = [found["x_minus"], state.xi[n:][kept], now.C[new] @ found["x_minus"]]
+    y_minus = kernels.compiled(late_fresh, "y_minus")(
+        C=now.C[new], E=now.E[new], x_minus=found["x_minus"], u_next=row.u[:, None]
+    )["y_minus"]
+    xi = [found["x_minus"], state.xi[n:][kept], y_minus]
     return Ahead(
         i, now, move, J[:, of], last, kept, new,
         (*(state.held[k] for k in kept), *fresh), np.concatenate(xi), made_of[:, 0],
     )  # fmt: skip
 
 
+def _magnitude(*products: tuple[Matrix, Matrix]) -> Matrix:
+    """The largest numbers that a sum of these products may pass through."""
+    return np.add.reduce([np.abs(X) @ np.abs(v) for X, v in products])
+
+
 def _new(now: Setting, instant: int, row: Row) -> tuple[list[int], list[Held]]:
     """The outputs that are taken at a row; with S, those that never arrive as well."""
-    known, size = row.y - now.E @ row.u, np.abs(row.y) + np.abs(now.E) @ np.abs(row.u)
+    size = np.abs(row.y) + np.abs(now.E) @ np.abs(row.u)
     taken = ~np.isnan(row.y) | now.J.any()
     new = np.flatnonzero(taken).tolist()
-    return new, [Held(instant, j, row.due[j], known[j], size[j]) for j in new]
+    return new, [Held(instant, j, row.due[j], row.y[j], size[j]) for j in new]

@@ -56,11 +56,8 @@ def used_as_they_are(state: LateState, ahead: Ahead, came: Vector) -> Used | Non
     R = ahead.now.R[np.ix_(ahead.new, ahead.new)]
     if not _well_above(R, size[len(size) - len(R) :]):
         return None
-    P_tt = P[np.ix_(t, t)]
-    if not _well_above(P_tt, P_tt.diagonal()):
-        return None
     found = kernels.compiled(late_known)(
-        P_rr=P[np.ix_(~t, ~t)], P_rt=P[np.ix_(~t, t)], P_tt=P_tt
+        P_rr=P[np.ix_(~t, ~t)], P_rt=P[np.ix_(~t, t)], P_tt=P[np.ix_(t, t)]
     )
     left, size = found["P_next"], size[~t]
     if (left.diagonal() <= DIGITS * size).any() or not safe(left[:n, :n], size[:n]):
@@ -79,7 +76,7 @@ def covariance_ahead(state: LateState, ahead: Ahead) -> Matrix:
     )  # fmt: skip
     Omega, X_h, C = moved["Omega"], moved["X_h_next"], now.C[ahead.new]
     R = now.R[np.ix_(ahead.new, ahead.new)]
-    new = kernels.compiled(late_fresh)(C=C, R=R, Omega=Omega, X_h=X_h)
+    new = kernels.compiled(late_fresh, "N", "N_h", "M")(C=C, R=R, Omega=Omega, X_h=X_h)
     N, N_h, Z_h = new["N"], new["N_h"], Z[np.ix_(kept, kept)]
     return np.block([[Omega, X_h, N], [X_h.T, Z_h, N_h], [N.T, N_h.T, new["M"]]])
 

@@ -111,7 +111,8 @@ def filter_data(
         "numba" runs code compiled for this plant (`pip install luenberger[fast]`),
         hundreds of times faster than "numpy" and the same to rounding; the first
         record of a plant waits a few seconds for the compiler.  "auto" takes it
-        for records of 20 000 rows or more, where numba is installed.
+        for records of 20 000 rows or more, where numba is installed.  With `arrival`
+        there is "numpy" only.
     arrival : optional
         When each reading becomes known, where that is later than its own row: see the
         notes.  The estimate of a row uses exactly what had arrived by then.
@@ -160,7 +161,7 @@ def filter_data(
     Leondes and Novak (1974), equations (27)-(36), (41)-(43);
     papers/leondes_novak/derivation/best_coordinates.py;
     papers/leondes_novak/derivation/missing_outputs.py;
-    papers/leondes_novak/derivation/late_outputs.py;
+    papers/leondes_novak/derivation/late_outputs.py and late_arrivals.py;
     papers/leondes_novak/derivation/one_pass.py;
     papers/leondes_novak/derivation/square_root.py where a covariance is singular.
 
@@ -184,6 +185,8 @@ def filter_data(
     u0 = np.zeros(plant.m) if u0 is None else chunks.single("u0", u0, plant.m)
     kernels.runs_compiled(backend, 0)  # refuse a backend now, not at the first chunk
     if arrival is not None:
+        if backend == "numba":
+            raise ValueError("arrival needs backend='numpy' or 'auto'")
         late = LatePass(settings, _horizon(horizon))
         step = partial(_late_chunk, late, history, not isinstance(y, Iterator))
         begin = late.way.start(settings, plant.x0, u0)

@@ -36,6 +36,8 @@
     A step at which some outputs did not arrive is the theorem for fewer outputs.
 `late_outputs`
     Outputs that become known later than they were measured.
+`late_arrivals`
+    What readings tell that have just arrived, of this instant or of earlier ones.
 `one_pass`
     One step of a filter over a record, as one stage list that compiled loops run.
 `places`
@@ -118,6 +120,6 @@ side_by_side_step = StageList(
 late_ahead = StageList(
     __name__, "late_outputs.late_ahead", "L_e X_f_next X_h_next Omega rho x_minus"
 )
-late_fresh = StageList(__name__, "late_outputs.late_fresh", "N N_h M")
-late_known = StageList(__name__, "late_outputs.late_known", "K_t P_next")
-late_corrected = StageList(__name__, "late_outputs.late_corrected", "xi_hat_next")
+late_fresh = StageList(__name__, "late_outputs.late_fresh", "y_minus N N_h M")
+late_known = StageList(__name__, "late_arrivals.late_known", "K_t P_next")
+late_corrected = StageList(__name__, "late_arrivals.late_corrected", "xi_hat_next")
