@@ -94,10 +94,10 @@ class Again:
         first = [*news, True].index(True)
         del states[first + 1 :]
         for one in rows[first:]:
-            state, K = step(settings, states[-1], _known(one, now), one.u)
+            state, new, _ = step(settings, states[-1], _known(one, now), one.u)
             states.append(state)
         gain = np.zeros((settings.plant.n, settings.plant.p))
-        gain[:, state.seen] = K
+        gain[:, state.seen] = new["K"]
         waits = [_awaited(one, now).any() for one in rows]
         keep = [*waits, True].index(True)
         kept = Window(tuple(states[keep:]), tuple(rows[keep:]), now)
