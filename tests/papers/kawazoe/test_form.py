@@ -298,7 +298,7 @@ def test_redundant_outputs_are_accepted_in_a_record():
         (
             lambda: lb.reconstruct_state(lb.Plant([[1]], None, [[1]]), [1, 2]),
             lb.DesignError,
-            "continuous.*Discretise it and give dt",
+            "continuous.*plant.sampled\\(0.1\\) makes the discrete",
         ),
         (
             lambda: lb.reconstruct_state(PAIR, [[1]]),
