@@ -16,6 +16,7 @@ LARGE = "Gamma Delta Theta Lambda Xi Pi Sigma Phi Psi Omega"
 GREEK = dict(zip(SMALL.split(), "αβγδζηθκλμνξπρστφχψωε"))
 GREEK |= dict(zip(LARGE.split(), "ΓΔΘΛΞΠΣΦΨΩ"))
 SHORT = {"eps": "varepsilon", "epsilon": "varepsilon", "Gam": "Gamma", "Lam": "Lambda"}
+SHORT |= {"lamda": "lambda"}  # which Python keeps for itself
 BACK = {glyph: name for name, glyph in GREEK.items()}
 ACCENTS = {"hat": "\u0302", "tilde": "\u0303", "bar": "\u0304"}
 ACCENTS |= {"ddot": "\u0308", "dot": "\u0307"}

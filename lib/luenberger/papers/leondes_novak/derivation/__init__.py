@@ -94,6 +94,11 @@ filter_step = StageList(
     "one_pass.filter_step",
     "Omega N M Kmv K Z Sigma_next x_minus known innovation x_next rho_next",
 )
+kept_step = StageList(
+    __name__,
+    "one_pass.kept_step",
+    "Omega N M Kmv K Z Sigma_next x_minus known innovation x_next rho_next W",
+)
 padded = StageList(__name__, "places.padded", "C E Missing R Gamma J")
 observer_step = StageList(__name__, "side_by_side.observer_step", "w_hat z_next")
 predict = StageList(__name__, "on_target.predict", "Omega_next x_minus_next")

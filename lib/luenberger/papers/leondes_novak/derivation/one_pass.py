@@ -30,6 +30,7 @@ loop = running.here(Q="covariance of the process noise that is left")
 chain, define = loop.chain, loop.define
 Z = loop("Z", n, n, "what the gain leaves of `Omega`")
 known = loop("known", p, 1, "measurement less what the input does to it")
+W = loop("W", n, p, "what an innovation says of its prediction")
 
 STEP = (
     """A step over a record first predicts. The prediction errs as on the page on the
@@ -78,6 +79,10 @@ STEP = (
     corrects,
     is_rho_next,
 )
+SAID = (
+    """A smoother needs of each row what its innovation says of its prediction.""",
+    is_W := define(W * M, C.T),
+)
 
 TO_Z = (
     Stage(N, Omega * C.T, by=(is_N,)),
@@ -121,7 +126,20 @@ def filter_step():
 
 
 @cache
+def kept_step():
+    """The same step, and W, from which a smoother goes on."""
+    step = filter_step()
+    return Derivation(
+        step.given,
+        (*step.stages, Stage(W, Solve(C.T, M), by=(is_W,))),
+        source=SOURCE,
+        letters=loop,
+        says="one step of a filter over a record that is smoothed later",
+    )
+
+
+@cache
 def derive():
     """The page."""
-    page = (*STEP, filter_step())
+    page = (*STEP, filter_step(), *SAID, kept_step())
     return Derivation(page=page, letters=loop, source=f"{SOURCE}, (27), (33), (43)")

@@ -1,0 +1,259 @@
+"""The smoother of Bryson and Frazier: what later rows say is carried backwards.
+
+Instead of smoothed estimates a vector and a matrix go from row to row, in which later
+measurements say by how much an estimate is to be corrected.  Neither a covariance nor
+the plant is inverted.  That it is the smoother of Rauch, Tung and Striebel is proved
+row by row.
+
+Source: Bryson and Frazier (1963) for the idea, in the form for discrete measurements;
+the equations are our own.
+"""
+
+from functools import cache
+
+from ...symbolic import Derivation, Line, Solve, Stage
+from .letters import *
+from .next_state import corrects, is_G, is_T, is_U, recursion
+
+letters = letters.here()
+chain, define = letters.chain, letters.define
+B = letters("B", p, k, "a root of an inverse of `M`, as far as it has one")
+Left = letters("Left", n, n, "what smoothing leaves of the estimate's error")
+Ahead = letters("Ahead", n, n, "what it leaves of the prediction's error")
+Ahead_next = letters("Ahead_next", n, n, "the same one step on")
+Theta_K = letters("Theta_K", n, p, "`Theta` seen by the gain")
+Shown = letters("Shown", p, n, "what the gain's share of `Theta` is seen as")
+
+SMOOTHED = (
+    """Suppose that later rows correct the next prediction by `Omega_next lamda_next`,
+    and that `Lambda_next` says by how much they lessen its covariance. Then
+    they correct this estimate by `Sigma theta`, and no gain has to be found.""",
+    corrects,
+    is_G,
+    is_T,
+    is_lamda_next := define(x_s_next - x_minus_next, Omega_next * lamda_next),
+    is_Lambda_next := define(
+        Sigma_s_next - Omega_next, -Omega_next * Lambda_next * Omega_next
+    ),
+    is_theta := define(theta, As.T * lamda_next),
+    is_Theta := define(Theta, As.T * Lambda_next * As),
+    estimate := chain(
+        "",
+        "later rows correct the estimate",
+        x_s,
+        Line(x + G * (x_s_next - x_minus_next), by=(corrects,)),
+        Line(x + G * Omega_next * lamda_next, by=(is_lamda_next,)),
+        Line(x + T.T * lamda_next, by=(is_G,)),
+        Line(x + Sigma * As.T * lamda_next, by=(is_T,)),
+        Line(x + Sigma * theta, by=(is_theta,)),
+    ),
+    covariance := chain(
+        "",
+        "and lessen its covariance",
+        Sigma_s,
+        Line(Sigma + G * (Sigma_s_next - Omega_next) * G.T, by=(recursion,)),
+        Line(
+            Sigma - G * Omega_next * Lambda_next * Omega_next * G.T,
+            by=(is_Lambda_next,),
+        ),
+        Line(Sigma - T.T * Lambda_next * T, by=(is_G,)),
+        Line(Sigma - Sigma * As.T * Lambda_next * As * Sigma, by=(is_T,)),
+        Line(Sigma - Sigma * Theta * Sigma, by=(is_Theta,)),
+    ),
+)
+UPDATE = (
+    """The row's own measurement has made the estimate from the prediction. With the
+    gain of least variance the covariance is short, and symmetric.""",
+    updates := define(x, x_minus + K * innovation),
+    is_Y := define(Y, I - K * C),
+    is_M := define(M, C * Omega * C.T + R),
+    is_K := define(K * M, Omega * C.T),
+    joseph := define(Sigma, Y * Omega * Y.T + K * R * K.T),
+    shorter := chain(
+        "",
+        "the covariance that the gain of least variance leaves",
+        Sigma,
+        Line(Y * Omega * Y.T + K * R * K.T, by=(joseph,)),
+        Line(
+            Y * Omega - (Omega * C.T - K * (C * Omega * C.T + R)) * K.T, by=(is_Y,)
+        ),
+        Line(Y * Omega - (Omega * C.T - K * M) * K.T, by=(is_M,)),
+        Line(Y * Omega, by=(is_K,)),
+    ),
+    """An innovation says `W innovation` of the prediction. The matrix `W` is any with
+    `Omega W = K`: without noise in some outputs there are many, and all do the same.""",
+    is_W := define(Omega * W, K),
+    is_lamda := define(lamda, W * innovation + Y.T * theta),
+    is_Lambda := define(Lambda, W * C + Y.T * Theta * Y),
+    chain(
+        "",
+        "this row and later ones correct the prediction",
+        x_s - x_minus,
+        Line(x + Sigma * theta - x_minus, by=(estimate,)),
+        Line(K * innovation + Sigma * theta, by=(updates,)),
+        Line(K * innovation + Omega * Y.T * theta, by=(shorter,)),
+        Line(Omega * W * innovation + Omega * Y.T * theta, by=(is_W,)),
+        Line(Omega * lamda, by=(is_lamda,)),
+    ),
+    left := chain(
+        "",
+        "what is left of the prediction's error",
+        I - Omega * Lambda,
+        Line(I - Omega * W * C - Omega * Y.T * Theta * Y, by=(is_Lambda,)),
+        Line(I - K * C - Omega * Y.T * Theta * Y, by=(is_W,)),
+        Line(I - K * C - Sigma * Theta * Y, by=(shorter,)),
+        Line(Y - Sigma * Theta * Y, by=(is_Y,)),
+    ),
+    chain(
+        "",
+        "and lessen the prediction's covariance",
+        Sigma_s - Omega,
+        Line(Sigma - Sigma * Theta * Sigma - Omega, by=(covariance,)),
+        Line(Y * Omega - Sigma * Theta * Y * Omega - Omega, by=(shorter,)),
+        Line((I - Omega * Lambda) * Omega - Omega, by=(left,)),
+        Line(-Omega * Lambda * Omega, why="multiply out"),
+    ),
+    """Those are the suppositions again, one row earlier. Behind the last row nothing
+    is said, so both begin with zero there. Where the innovation has a definite
+    covariance, one solve finds `W`; elsewhere it takes a root of an inverse on the
+    combinations of outputs that are not known before.""",
+    by_solve := define(W * M, C.T),
+    chain(
+        "",
+        "one solve finds it",
+        Omega * W,
+        Line(Omega * W * M * M.I, why="the covariance has an inverse"),
+        Line(Omega * C.T * M.I, by=(by_solve,)),
+        Line(K * M * M.I, by=(is_K,)),
+        Line(K, why="cancel"),
+    ),
+    by_root := define(W, C.T * B * B.T),
+    gain_of_root := define(K, Omega * C.T * B * B.T),
+    chain(
+        "",
+        "a root finds it as well",
+        Omega * W,
+        Line(Omega * C.T * B * B.T, by=(by_root,)),
+        Line(K, by=(gain_of_root,)),
+    ),
+)
+RUNS = (
+    "What is carried takes a few products of a matrix and the gain.",
+    is_Left := define(Left, I - Sigma * Theta),
+    is_Ahead := define(Ahead, Y - Sigma * Theta * Y),
+    remains := chain(
+        "",
+        "what is left of the estimate's covariance",
+        Sigma_s,
+        Line(Sigma - Sigma * Theta * Sigma, by=(covariance,)),
+        Line((I - Sigma * Theta) * Sigma, why="factor"),
+        Line(Left * Sigma, by=(is_Left,)),
+    ),
+    quick_Ahead := chain(
+        "",
+        "what is left of the prediction's error, in fewer multiplications",
+        Ahead,
+        Line(Y - Sigma * Theta * Y, by=(is_Ahead,)),
+        Line(Left * Y, by=(is_Left,)),
+        Line(Left * (I - K * C), by=(is_Y,)),
+        Line(Left - Left * K * C, why="multiply out"),
+    ),
+    is_Theta_K := define(Theta_K, Theta * K),
+    is_Shown := define(Shown, Theta_K.T - K.T * Theta_K * C),
+    quick_lamda := chain(
+        "",
+        "the vector that is carried",
+        lamda,
+        Line(W * innovation + Y.T * theta, by=(is_lamda,)),
+        Line(W * innovation + (I - K * C).T * theta, by=(is_Y,)),
+        Line(theta + W * innovation - C.T * K.T * theta, why="multiply out"),
+    ),
+    quick_Lambda := chain(
+        "",
+        "the matrix that is carried",
+        Lambda,
+        Line(W * C + Y.T * Theta * Y, by=(is_Lambda,)),
+        Line(W * C + (I - K * C).T * Theta * (I - K * C), by=(is_Y,)),
+        Line(
+            Theta + W * C - Theta * K * C - C.T * (K.T * Theta - K.T * Theta * K * C),
+            why="multiply out",
+        ),
+        Line(
+            Theta + W * C - Theta_K * C - C.T * (Theta_K.T - K.T * Theta_K * C),
+            by=(is_Theta_K,),
+        ),
+        Line(Theta + (W - Theta_K) * C - C.T * Shown, by=(is_Shown,)),
+    ),
+    "The covariance of neighbours needs what the next row has left, and no gain.",
+    is_Ahead_next := define(Ahead_next, I - Omega_next * Lambda_next),
+    is_U,
+    neighbours := chain(
+        "",
+        "the covariance of neighbours, without a gain",
+        U_next,
+        Line(Sigma_s_next * G.T, by=(is_U,)),
+        Line(
+            (Omega_next - Omega_next * Lambda_next * Omega_next) * G.T,
+            by=(is_Lambda_next,),
+        ),
+        Line((I - Omega_next * Lambda_next) * T, by=(is_G,)),
+        Line(Ahead_next * T, by=(is_Ahead_next,)),
+        Line(Ahead_next * As * Sigma, by=(is_T,)),
+    ),
+)
+
+
+@cache
+def backward_step():
+    """A row from what later ones say of its successor: smoothed, and handed on."""
+    return Derivation(
+        (As, C, K, W, innovation, Sigma, x, lamda_next, Lambda_next, Ahead_next),
+        (
+            Stage(theta, is_theta.right, by=(is_theta,)),
+            Stage(Theta, is_Theta.right, symmetric=True, by=(is_Theta,)),
+            Stage(Left, is_Left.right, by=(is_Left,)),
+            Stage(x_s, estimate.right, by=(estimate,)),
+            Stage(Sigma_s, remains.right, symmetric=True, by=(remains,)),
+            Stage(U_next, neighbours.right, by=(neighbours,)),
+            Stage(Ahead, quick_Ahead.right, by=(quick_Ahead,)),
+            Stage(lamda, quick_lamda.right, by=(quick_lamda,)),
+            Stage(Theta_K, is_Theta_K.right, by=(is_Theta_K,)),
+            Stage(Shown, is_Shown.right, by=(is_Shown,)),
+            Stage(Lambda, quick_Lambda.right, symmetric=True, by=(quick_Lambda,)),
+        ),
+        source="our own; Bryson and Frazier (1963)",
+        letters=letters,
+        says="one row of the smoother, without an inverse",
+    )
+
+
+@cache
+def said():
+    """What an innovation says, from its covariance: W with W M = C'."""
+    return Derivation(
+        (C, M),
+        (Stage(W, Solve(C.T, M), by=(by_solve,)),),
+        source="our own",
+        letters=letters,
+        says="what an innovation says, by a solve",
+    )
+
+
+@cache
+def said_by_root():
+    """What an innovation says where M may be singular: B B' is an inverse of it."""
+    return Derivation(
+        (C, B),
+        (Stage(W, by_root.right, by=(by_root,)),),
+        source="our own",
+        letters=letters,
+        says="what an innovation says, by a root",
+    )
+
+
+@cache
+def derive():
+    """The page."""
+    page = (*SMOOTHED, *UPDATE, said(), said_by_root(), *RUNS, backward_step())
+    source = "our own; Bryson and Frazier (1963), Rauch, Tung and Striebel (1965)"
+    return Derivation(page=page, letters=letters, source=source)

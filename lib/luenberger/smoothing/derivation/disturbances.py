@@ -1,0 +1,161 @@
+"""The noises that the record shows: estimates of both from all measurements.
+
+What later rows say of the next prediction, they say of the process noise in it.  The
+measurement noise is what the smoothed estimate leaves of the measurement.  Outputs that
+did not arrive have noise too, of which the others tell a part.
+
+Source: our own.
+"""
+
+from functools import cache
+
+from sympy import symbols
+
+from ...symbolic import Derivation, Expect, Line, Stage, ZeroMatrix
+from .adjoint import is_lamda_next
+from .letters import *
+from .next_state import apart, is_Q, moves
+
+pa = symbols("p_a", integer=True, nonnegative=True)
+letters = letters.here()
+chain, define, moment = letters.chain, letters.define, letters.moment
+C = letters("C", pa, n, "what is measured by the outputs that arrived")
+E = letters("E", pa, m, "what the input does to them")
+u = letters("u", m, 1, "input")
+y = letters("y", pa, 1, "the measurements that arrived")
+v_seen = letters("v_seen", pa, 1, "their noise")
+rho_s = letters("rho_s", pa, 1, "what the smoothed estimate leaves of them")
+v = letters("v", p, 1, "measurement noise, of all outputs")
+v_left = letters("v_left", p, 1, "the part of it of which the others do not tell")
+R_seen = letters("R_seen", pa, pa, "covariance of `v_seen`", symmetric=True)
+R_all = letters("R_all", p, pa, "covariance of `v` and `v_seen`")
+J = letters("J", n, pa, "what `v_seen` tells of the process noise")
+J_v = letters("J_v", p, pa, "what it tells of `v`")
+w_all = letters("w_all", n, 1, "process noise")
+S = letters("S", n, p, "covariance of `w_all` and `v`")
+S_left = letters("S_left", n, p, "covariance of `w` and `v_left`")
+G_w = letters("G_w", n, n, "gain for the process noise")
+G_v = letters("G_v", p, n, "gain for the measurement noise")
+w_s = letters("w_s", n, 1, "smoothed process noise")
+v_s = letters("v_s", p, 1, "smoothed measurement noise")
+
+PROCESS = (
+    """The next prediction errs by the process noise, among others. A gain takes out of
+    the noise all that the next state would show of it.""",
+    moves,
+    is_Q,
+    apart,
+    is_G_w := define(G_w * Omega_next, Q),
+    ahead := moment(e_minus_next * e_minus_next.T, Omega_next),
+    in_the_way := chain(
+        "",
+        "the process noise in the next prediction",
+        w * e_minus_next.T,
+        Line(w * (As * e - w).T, by=(moves,)),
+        Expect(-Q, moments=(is_Q, apart)),
+    ),
+    common := moment(w * e_minus_next.T, -Q),
+    chain(
+        "",
+        "what is left of it is uncorrelated with the prediction's error",
+        (w + G_w * e_minus_next) * e_minus_next.T,
+        Expect(-Q + G_w * Omega_next, moments=(common, ahead)),
+        Line(ZeroMatrix(n, n), by=(is_G_w,)),
+    ),
+    "The smoothed estimate takes the place of the next state, and no gain is found.",
+    is_lamda_next,
+    process := chain(
+        "",
+        "the process noise that is left, smoothed",
+        G_w * (x_s_next - x_minus_next),
+        Line(G_w * Omega_next * lamda_next, by=(is_lamda_next,)),
+        Line(Q * lamda_next, by=(is_G_w,)),
+    ),
+)
+MEASURED = (
+    """The measurement's equation holds for estimates as well, so the noise of what
+    arrived is what the smoothed estimate leaves of it. Of the other noises it tells a
+    part, through `J` and `J_v`.""",
+    is_rho_s := define(rho_s, y - E * u - C * x_s),
+    whole := define(w_all, J * v_seen + w),
+    parts := define(v, J_v * v_seen + v_left),
+    tells := define(J_v * R_seen, R_all),
+    is_R_seen := moment(v_seen * v_seen.T, R_seen),
+    is_R_all := moment(v * v_seen.T, R_all),
+    chain(
+        "",
+        "the rest is uncorrelated with what arrived",
+        v_left * v_seen.T,
+        Line((v - J_v * v_seen) * v_seen.T, by=(parts,)),
+        Expect(R_all - J_v * R_seen, moments=(is_R_all, is_R_seen)),
+        Line(ZeroMatrix(p, pa), by=(tells,)),
+    ),
+    is_S := moment(w_all * v.T, S),
+    is_S_left := define(S_left, S - J * R_all.T),
+    independent := moment(w * v_seen.T, ZeroMatrix(n, pa)),
+    chain(
+        "",
+        "what the process noise has in common with the rest",
+        (w_all - J * v_seen) * (v - J_v * v_seen).T,
+        Line((w_all - J * v_seen) * v.T - w * v_seen.T * J_v.T, by=(whole,)),
+        Expect(S - J * R_all.T, moments=(is_S, is_R_all, independent)),
+        Line(S_left, by=(is_S_left,)),
+    ),
+    "So the rest is seen in the next prediction as the process noise is.",
+    is_G_v := define(G_v * Omega_next, S_left.T),
+    is_common := moment(w * v_left.T, S_left),
+    not_yet := moment(e * v_left.T, ZeroMatrix(n, p)),
+    chain(
+        "",
+        "the rest in the next prediction",
+        v_left * e_minus_next.T,
+        Line(v_left * (As * e - w).T, by=(moves,)),
+        Expect(-S_left.T, moments=(is_common, not_yet)),
+        Line(-G_v * Omega_next, by=(is_G_v,)),
+    ),
+    rest := chain(
+        "",
+        "the rest, smoothed",
+        G_v * (x_s_next - x_minus_next),
+        Line(G_v * Omega_next * lamda_next, by=(is_lamda_next,)),
+        Line(S_left.T * lamda_next, by=(is_G_v,)),
+    ),
+    "Both noises are put together again.",
+    is_w_s := define(w_s, J * rho_s + G_w * (x_s_next - x_minus_next)),
+    is_v_s := define(v_s, J_v * rho_s + G_v * (x_s_next - x_minus_next)),
+)
+
+
+@cache
+def residual():
+    """What an estimate leaves of the measurements that arrived."""
+    return Derivation(
+        (C, E, x_s, u, y),
+        (Stage(rho_s, is_rho_s.right, by=(is_rho_s,)),),
+        source="our own",
+        letters=letters,
+        says="what an estimate leaves of a measurement",
+    )
+
+
+@cache
+def noises():
+    """Both noises at a row, from what later rows say and what the estimate leaves."""
+    return Derivation(
+        (Q, J, J_v, S, R_all, lamda_next, rho_s),
+        (
+            Stage(w_s, Q * lamda_next + J * rho_s, by=(is_w_s, process)),
+            Stage(S_left, is_S_left.right, by=(is_S_left,)),
+            Stage(v_s, J_v * rho_s + S_left.T * lamda_next, by=(is_v_s, rest)),
+        ),
+        source="our own",
+        letters=letters,
+        says="both noises, smoothed",
+    )
+
+
+@cache
+def derive():
+    """The page."""
+    page = (*PROCESS, *MEASURED, residual(), noises())
+    return Derivation(page=page, letters=letters, source="our own")

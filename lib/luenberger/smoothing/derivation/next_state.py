@@ -1,0 +1,228 @@
+"""The smoother of Rauch, Tung and Striebel: later rows speak through the next state.
+
+If the next state were known, it would be a measurement of this one.  What later rows
+say of this state they say of the next one, so the same gain serves.  Nothing in it is
+inverted: a gain is any solution of its equation.
+
+Source: Rauch, Tung and Striebel (1965) for the smoother; the equations are our own.
+"""
+
+from functools import cache
+
+from ...symbolic import AtLeast, Derivation, Expect, Line, Stage, ZeroMatrix
+from .letters import *
+
+letters = letters.here()
+chain, define, moment = letters.chain, letters.define, letters.moment
+X = letters("X", n, n, "any gain")
+d = letters("d", n, 1, "error left if the next state were known")
+D = letters("D", n, n, "covariance of that error", symmetric=True)
+Psi = letters("Psi", n, n, "what the smoother leaves of a predicted error")
+r = letters("r", n, 1, "what noises of later rows add to its error")
+L_O = letters("L_O", n, n, "a root of the next prediction's covariance")
+H = letters("H", n, k, "a factor of `Sigma`")
+L_Q = letters("L_Q", n, q, "a factor of `Q`")
+H_s_next = letters("H_s_next", n, k, "a factor of `Sigma_s_next`")
+kept = letters("kept", n, k, "what the gain leaves of `H`")
+drawn = letters("drawn", n, q, "what it lets in of the process noise")
+passed = letters("passed", n, k, "what it passes on from the next state")
+gone = ZeroMatrix(n, n)
+
+ERRORS = (
+    """The filter's estimate errs by `e`. Its prediction of the next state errs by what
+    the plant makes of `e`, less the process noise. Both errors are correlated.""",
+    moves := define(e_minus_next, As * e - w),
+    is_Sigma := moment(e * e.T, Sigma),
+    is_Q := moment(w * w.T, Q),
+    apart := moment(e * w.T, gone),
+    is_Omega := define(Omega_next, As * Sigma * As.T + Q),
+    is_T := define(T, As * Sigma),
+    chain(
+        "",
+        "the covariance of the next prediction",
+        e_minus_next * e_minus_next.T,
+        Line((As * e - w) * (As * e - w).T, by=(moves,)),
+        Expect(As * Sigma * As.T + Q, moments=(is_Sigma, is_Q, apart)),
+        Line(Omega_next, by=(is_Omega,)),
+    ),
+    chain(
+        "",
+        "what the next prediction has in common with the estimate",
+        e_minus_next * e.T,
+        Line((As * e - w) * e.T, by=(moves,)),
+        Expect(As * Sigma, moments=(is_Sigma, apart)),
+        Line(T, by=(is_T,)),
+    ),
+    """Were the next state known, so would be `e_minus_next`, and any gain `X` could
+    take its share out of `e`. Completed to a square, the covariance shows the best one:
+    it solves an equation which is solvable also where `Omega_next` is singular.""",
+    is_G := define(G * Omega_next, T.T),
+    both := moment(e_minus_next * e.T, T),
+    ahead := moment(e_minus_next * e_minus_next.T, Omega_next),
+    root := define(Omega_next, L_O * L_O.T),
+    chain(
+        "",
+        "no gain does better if the next state is known",
+        (e - X * e_minus_next) * (e - X * e_minus_next).T,
+        Expect(
+            Sigma - X * T - T.T * X.T + X * Omega_next * X.T,
+            moments=(is_Sigma, both, ahead),
+        ),
+        Line(
+            Sigma - G * Omega_next * G.T + (X - G) * Omega_next * (X - G).T,
+            by=(is_G,),
+        ),
+        AtLeast(Sigma - G * Omega_next * G.T, by=(root,), root=(X - G) * L_O),
+    ),
+    """What is left is uncorrelated with the predicted error, and so with all that
+    later rows can show, because they speak of the next state and of noises to come.""",
+    is_d := define(d, e - G * e_minus_next),
+    seen_later := define(e_s_next, Psi * e_minus_next + r),
+    new := moment(e * r.T, gone),
+    new_ahead := moment(e_minus_next * r.T, gone),
+    chain(
+        "",
+        "what is left is uncorrelated with the smoothed error one step on",
+        d * e_s_next.T,
+        Line((e - G * e_minus_next) * (Psi * e_minus_next + r).T, (is_d, seen_later)),
+        Expect(
+            T.T * Psi.T - G * Omega_next * Psi.T, moments=(both, ahead, new, new_ahead)
+        ),
+        Line(gone, by=(is_G,)),
+    ),
+)
+SMOOTHER = (
+    """The next state is not known, but its smoothed estimate is. It takes the place of
+    the state.""",
+    corrects := define(x_s, x + G * (x_s_next - x_minus_next)),
+    is_e := define(e, x - xt),
+    is_e_minus := define(e_minus_next, x_minus_next - xt_next),
+    is_e_s_next := define(e_s_next, x_s_next - xt_next),
+    error := chain(
+        "",
+        "the error of the smoothed estimate",
+        x_s - xt,
+        Line(x + G * (x_s_next - x_minus_next) - xt, by=(corrects,)),
+        Line(
+            (x - xt) - G * (x_minus_next - xt_next) + G * (x_s_next - xt_next),
+            why="add and subtract the next state",
+        ),
+        Line(e - G * e_minus_next + G * e_s_next, by=(is_e, is_e_minus, is_e_s_next)),
+        Line(d + G * e_s_next, by=(is_d,)),
+    ),
+    is_D := moment(d * d.T, D),
+    is_Sigma_s_next := moment(e_s_next * e_s_next.T, Sigma_s_next),
+    unrelated := moment(d * e_s_next.T, gone),
+    is_Sigma_s := define(Sigma_s, D + G * Sigma_s_next * G.T),
+    chain(
+        "",
+        "the covariance of the smoothed estimate",
+        (x_s - xt) * (x_s - xt).T,
+        Line((d + G * e_s_next) * (d + G * e_s_next).T, by=(error,)),
+        Expect(
+            D + G * Sigma_s_next * G.T, moments=(is_D, is_Sigma_s_next, unrelated)
+        ),
+        Line(Sigma_s, by=(is_Sigma_s,)),
+    ),
+    """It is a sum of squares for any gain. With the best gain the first one is shorter,
+    and the recursion is that of Rauch, Tung and Striebel.""",
+    of_squares := chain(
+        "",
+        "the covariance if the next state were known",
+        d * d.T,
+        Line((e - G * e_minus_next) * (e - G * e_minus_next).T, by=(is_d,)),
+        Line(
+            ((I - G * As) * e + G * w) * ((I - G * As) * e + G * w).T, by=(moves,)
+        ),
+        Expect(
+            (I - G * As) * Sigma * (I - G * As).T + G * Q * G.T,
+            moments=(is_Sigma, is_Q, apart),
+        ),
+    ),
+    squares := define(D, (I - G * As) * Sigma * (I - G * As).T + G * Q * G.T),
+    short := chain(
+        "",
+        "the same with the best gain",
+        D,
+        Line((I - G * As) * Sigma * (I - G * As).T + G * Q * G.T, by=(squares,)),
+        Line(
+            Sigma - G * As * Sigma - Sigma * As.T * G.T
+            + G * (As * Sigma * As.T + Q) * G.T,
+            why="multiply out",
+        ),
+        Line(
+            Sigma - G * T - T.T * G.T + G * Omega_next * G.T, by=(is_T, is_Omega)
+        ),
+        Line(Sigma - G * Omega_next * G.T, by=(is_G,)),
+    ),
+    recursion := chain(
+        "",
+        "the recursion of Rauch, Tung and Striebel",
+        Sigma_s,
+        Line(D + G * Sigma_s_next * G.T, by=(is_Sigma_s,)),
+        Line(Sigma - G * Omega_next * G.T + G * Sigma_s_next * G.T, by=(short,)),
+        Line(Sigma + G * (Sigma_s_next - Omega_next) * G.T, why="factor"),
+    ),
+    "The errors of neighbours have in common what the gain passes on.",
+    is_U := define(U_next, Sigma_s_next * G.T),
+    lag_one := chain(
+        "",
+        "the covariance of neighbours",
+        e_s_next * (x_s - xt).T,
+        Line(e_s_next * (d + G * e_s_next).T, by=(error,)),
+        Expect(Sigma_s_next * G.T, moments=(is_Sigma_s_next, unrelated)),
+        Line(U_next, by=(is_U,)),
+    ),
+    """A sum of squares has a factor. Where later rows leave a small part of a large
+    variance, this form keeps the digits that the difference loses.""",
+    is_H := define(Sigma, H * H.T),
+    is_L_Q := define(Q, L_Q * L_Q.T),
+    is_H_s_next := define(Sigma_s_next, H_s_next * H_s_next.T),
+    is_kept := define(kept, (I - G * As) * H),
+    is_drawn := define(drawn, G * L_Q),
+    is_passed := define(passed, G * H_s_next),
+    chain(
+        "",
+        "a factor of the smoothed covariance",
+        kept * kept.T + drawn * drawn.T + passed * passed.T,
+        Line(
+            (I - G * As) * H * H.T * (I - G * As).T
+            + G * L_Q * L_Q.T * G.T
+            + G * H_s_next * H_s_next.T * G.T,
+            by=(is_kept, is_drawn, is_passed),
+        ),
+        Line(
+            (I - G * As) * Sigma * (I - G * As).T
+            + G * Q * G.T
+            + G * Sigma_s_next * G.T,
+            by=(is_H, is_L_Q, is_H_s_next),
+        ),
+        Line(D + G * Sigma_s_next * G.T, by=(squares,)),
+        Line(Sigma_s, by=(is_Sigma_s,)),
+    ),
+)
+
+
+@cache
+def factor_step():
+    """A row of the smoother with factors: the gain G is given."""
+    return Derivation(
+        (As, L_Q, H, G, x, x_minus_next, x_s_next, H_s_next),
+        (
+            Stage(x_s, corrects.right, by=(corrects,)),
+            Stage(kept, H - G * As * H, by=(is_kept,)),
+            Stage(drawn, G * L_Q, by=(is_drawn,)),
+            Stage(passed, G * H_s_next, by=(is_passed,)),
+            Stage(U_next, H_s_next * passed.T, by=(is_U, is_passed, is_H_s_next)),
+        ),
+        source=SOURCE,
+        letters=letters,
+        says="one row of the smoother, with factors",
+    )
+
+
+@cache
+def derive():
+    """The page."""
+    page = (*ERRORS, *SMOOTHER, factor_step())
+    return Derivation(page=page, letters=letters, source=SOURCE)
