@@ -35,10 +35,22 @@ def arrays(y: Any, u: Any, outputs: Names, inputs: Names) -> tuple[Any, Any]:
 
 def like(table: Any, values: np.ndarray, names: Sequence[str]) -> Any:
     """`values` as a DataFrame with the index of `table`, if that is a table."""
-    if not is_table(table):
+    return framed(values, names, table.index if is_table(table) else None)
+
+
+def framed(values: np.ndarray, names: Sequence[str], index: Any) -> Any:
+    """`values` as a DataFrame with an index, if there is one."""
+    if index is None:
         return values
     frame = sys.modules["pandas"].DataFrame
-    return frame(values, index=table.index, columns=list(names))
+    return frame(values, index=index, columns=list(names))
+
+
+def joined(index: Any, table: Any) -> Any:
+    """An index, or None, and then that of a table, if it is one."""
+    if not is_table(table):
+        return index
+    return table.index if index is None else index.append(table.index)
 
 
 def entries(name: str, value: Any, labels: Names) -> Any:

@@ -38,6 +38,13 @@ def first_move(plant: Plant) -> Move:
     return Move(A, Q, factor(Q), np.abs(A))
 
 
+class Read(NamedTuple):
+    """What is read of a state: C x, and noise with the factor V."""
+
+    C: np.ndarray
+    V: np.ndarray
+
+
 class Spread(NamedTuple):
     """The covariance of the error; as a factor too where it is not safely definite.
 
@@ -122,7 +129,9 @@ def definite(now: "Setting", H_minus: Matrix, unit: Vector) -> Matrices:
     return dict(L=L, M=Z @ Z.T, Kmv=found[:p].T / unit)
 
 
-def visible(now: "Setting", H_minus: Matrix, unit: Vector) -> tuple[Matrices, Matrix]:
+def visible(
+    now: "Setting | Read", H_minus: Matrix, unit: Vector
+) -> tuple[Matrices, Matrix]:
     """M and Kmv of (33) where M may be singular, and the combinations known before.
 
     Kmv = Hx T D^-1 U' W^-1 with [C H_minus, V] = W U D T' and W = diag(unit), the

@@ -248,11 +248,7 @@ def _filtered(
 def _last(plant: Plant, state: Any, y: Matrix) -> int:
     """The instant of the last row of y, or ValueError if the plant ends before it."""
     last: int = state.instant + len(y)
-    if plant.steps is not None and last >= plant.steps:
-        raise ValueError(
-            f"the plant has rows for instants 0 .. {plant.steps - 1}, the data "
-            f"reach instant {last}"
-        )
+    require_instants(plant, last)
     return last
 
 
@@ -264,6 +260,15 @@ def _horizon(horizon: Any) -> int | None:
     if not whole or horizon < 0:
         raise ValueError(f"horizon must be a number of rows, got {horizon!r}")
     return int(horizon)
+
+
+def require_instants(plant: Plant, last: int) -> None:
+    """Raise unless the plant's matrices are given up to the instant `last`."""
+    if plant.steps is not None and last >= plant.steps:
+        raise ValueError(
+            f"the plant has rows for instants 0 .. {plant.steps - 1}, the data "
+            f"reach instant {last}"
+        )
 
 
 def _orders(plant: Plant, accurate: Sequence[int], y: Matrix) -> Vector:

@@ -28,12 +28,11 @@ backward_step = StageList(
     "adjoint.backward_step",
     "theta Theta Left x_s Sigma_s U_next Ahead lamda Theta_K Shown Lambda",
 )
+rest = StageList(__name__, "adjoint.rest", "Rest")
 said = StageList(__name__, "adjoint.said", "W")
 said_by_root = StageList(__name__, "adjoint.said_by_root", "W")
 row = StageList(__name__, "fixed_lag.row", "a F D")
 joined = StageList(__name__, "fixed_lag.joined", "a F D")
 residual = StageList(__name__, "disturbances.residual", "rho_s")
 noises = StageList(__name__, "disturbances.noises", "w_s S_left v_s")
-pushed_step = StageList(
-    __name__, "accurate_outputs.pushed_step", "x_c Sigma_c U_c"
-)
+pushed_step = StageList(__name__, "accurate_outputs.pushed_step", "x_c Sigma_c U_c")

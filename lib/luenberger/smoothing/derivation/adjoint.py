@@ -11,7 +11,7 @@ the equations are our own.
 
 from functools import cache
 
-from ...symbolic import Derivation, Line, Solve, Stage
+from ...symbolic import Derivation, Identity, Line, Solve, Stage
 from .letters import *
 from .next_state import corrects, is_G, is_T, is_U, recursion
 
@@ -19,6 +19,8 @@ letters = letters.here()
 chain, define = letters.chain, letters.define
 B = letters("B", p, k, "a root of an inverse of `M`, as far as it has one")
 Left = letters("Left", n, n, "what smoothing leaves of the estimate's error")
+H = letters("H", n, k, "a factor of `Sigma`")
+Rest = letters("Rest", k, k, "what later rows leave of its unit noises", symmetric=True)
 Ahead = letters("Ahead", n, n, "what it leaves of the prediction's error")
 Ahead_next = letters("Ahead_next", n, n, "the same one step on")
 Theta_K = letters("Theta_K", n, p, "`Theta` seen by the gain")
@@ -74,14 +76,12 @@ UPDATE = (
         "the covariance that the gain of least variance leaves",
         Sigma,
         Line(Y * Omega * Y.T + K * R * K.T, by=(joseph,)),
-        Line(
-            Y * Omega - (Omega * C.T - K * (C * Omega * C.T + R)) * K.T, by=(is_Y,)
-        ),
+        Line(Y * Omega - (Omega * C.T - K * (C * Omega * C.T + R)) * K.T, by=(is_Y,)),
         Line(Y * Omega - (Omega * C.T - K * M) * K.T, by=(is_M,)),
         Line(Y * Omega, by=(is_K,)),
     ),
-    """An innovation says `W innovation` of the prediction. The matrix `W` is any with
-    `Omega W = K`: without noise in some outputs there are many, and all do the same.""",
+    """An innovation says `W innovation` of the prediction. The matrix `W` is any one
+    with `Omega W = K`. Where outputs have no noise there are many; all do the same.""",
     is_W := define(Omega * W, K),
     is_lamda := define(lamda, W * innovation + Y.T * theta),
     is_Lambda := define(Lambda, W * C + Y.T * Theta * Y),
@@ -138,7 +138,7 @@ UPDATE = (
     ),
 )
 RUNS = (
-    "What is carried takes a few products of a matrix and the gain.",
+    "What is left of the covariance, and of the prediction's error, is a product.",
     is_Left := define(Left, I - Sigma * Theta),
     is_Ahead := define(Ahead, Y - Sigma * Theta * Y),
     remains := chain(
@@ -158,6 +158,20 @@ RUNS = (
         Line(Left * (I - K * C), by=(is_Y,)),
         Line(Left - Left * K * C, why="multiply out"),
     ),
+    """Where `Sigma` is singular its factor is kept, and the same is told of the unit
+    noises that it multiplies.""",
+    is_H := define(Sigma, H * H.T),
+    is_Rest := define(Rest, Identity(k) - H.T * Theta * H),
+    chain(
+        "",
+        "what is left, by a factor",
+        Sigma_s,
+        Line(Sigma - Sigma * Theta * Sigma, by=(covariance,)),
+        Line(H * H.T - H * H.T * Theta * H * H.T, by=(is_H,)),
+        Line(H * (Identity(k) - H.T * Theta * H) * H.T, why="factor"),
+        Line(H * Rest * H.T, by=(is_Rest,)),
+    ),
+    "What is carried takes a few products of a matrix and the gain.",
     is_Theta_K := define(Theta_K, Theta * K),
     is_Shown := define(Shown, Theta_K.T - K.T * Theta_K * C),
     quick_lamda := chain(
@@ -228,6 +242,18 @@ def backward_step():
 
 
 @cache
+def rest():
+    """What later rows leave of the unit noises of a factor H of Sigma."""
+    return Derivation(
+        (Theta, H),
+        (Stage(Rest, is_Rest.right, symmetric=True, by=(is_Rest,)),),
+        source="our own",
+        letters=letters,
+        says="what later rows leave, by a factor",
+    )
+
+
+@cache
 def said():
     """What an innovation says, from its covariance: W with W M = C'."""
     return Derivation(
@@ -254,6 +280,6 @@ def said_by_root():
 @cache
 def derive():
     """The page."""
-    page = (*SMOOTHED, *UPDATE, said(), said_by_root(), *RUNS, backward_step())
+    page = (*SMOOTHED, *UPDATE, said(), said_by_root(), *RUNS, rest(), backward_step())
     source = "our own; Bryson and Frazier (1963), Rauch, Tung and Striebel (1965)"
     return Derivation(page=page, letters=letters, source=source)

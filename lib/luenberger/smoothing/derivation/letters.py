@@ -29,7 +29,9 @@ w = letters("w", n, 1, "process noise that is left")
 x = letters("x", n, 1, "the filter's estimate")
 x_minus = letters("x_minus", n, 1, "the filter's prediction")
 x_minus_next = letters("x_minus_next", n, 1, "its prediction one step on")
-innovation = letters("innovation", p, 1, "what the prediction leaves of the measurement")
+innovation = letters(
+    "innovation", p, 1, "what the prediction leaves of the measurement"
+)
 e = letters("e", n, 1, "error of the filter's estimate")
 e_minus_next = letters("e_minus_next", n, 1, "error of its prediction one step on")
 Sigma = letters("Sigma", n, n, "covariance of the estimate's error", symmetric=True)

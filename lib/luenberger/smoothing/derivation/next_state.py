@@ -119,9 +119,7 @@ SMOOTHER = (
         "the covariance of the smoothed estimate",
         (x_s - xt) * (x_s - xt).T,
         Line((d + G * e_s_next) * (d + G * e_s_next).T, by=(error,)),
-        Expect(
-            D + G * Sigma_s_next * G.T, moments=(is_D, is_Sigma_s_next, unrelated)
-        ),
+        Expect(D + G * Sigma_s_next * G.T, moments=(is_D, is_Sigma_s_next, unrelated)),
         Line(Sigma_s, by=(is_Sigma_s,)),
     ),
     """It is a sum of squares for any gain. With the best gain the first one is shorter,
@@ -131,9 +129,7 @@ SMOOTHER = (
         "the covariance if the next state were known",
         d * d.T,
         Line((e - G * e_minus_next) * (e - G * e_minus_next).T, by=(is_d,)),
-        Line(
-            ((I - G * As) * e + G * w) * ((I - G * As) * e + G * w).T, by=(moves,)
-        ),
+        Line(((I - G * As) * e + G * w) * ((I - G * As) * e + G * w).T, by=(moves,)),
         Expect(
             (I - G * As) * Sigma * (I - G * As).T + G * Q * G.T,
             moments=(is_Sigma, is_Q, apart),
@@ -146,13 +142,13 @@ SMOOTHER = (
         D,
         Line((I - G * As) * Sigma * (I - G * As).T + G * Q * G.T, by=(squares,)),
         Line(
-            Sigma - G * As * Sigma - Sigma * As.T * G.T
+            Sigma
+            - G * As * Sigma
+            - Sigma * As.T * G.T
             + G * (As * Sigma * As.T + Q) * G.T,
             why="multiply out",
         ),
-        Line(
-            Sigma - G * T - T.T * G.T + G * Omega_next * G.T, by=(is_T, is_Omega)
-        ),
+        Line(Sigma - G * T - T.T * G.T + G * Omega_next * G.T, by=(is_T, is_Omega)),
         Line(Sigma - G * Omega_next * G.T, by=(is_G,)),
     ),
     recursion := chain(

@@ -1,0 +1,298 @@
+"""Estimates from measurements before and after: a whole record, or a fixed lag."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from operator import index
+from typing import Any, overload
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .. import kernels
+from ..arguments import expect
+from ..errors import short
+from ..formats import dataframes
+from ..numeric import Given, Matrix
+from ..plant import Plant
+from ..recursion.filter_pass import Pass
+from ..recursion.root_step import Spread, first_move
+from ..recursion.settings import Settings
+from ..recursion.state import start
+from ..run import chunks
+from ..run.filter_data import Outputs, require_instants
+from .backward import Back, Carried, by_next_state, smoothed
+from .derivation import backward_step
+from .finish import both_noises, pushed, residuals, ways
+from .forward import KEPT, Kept
+from .windows import lagged
+
+
+@dataclass(frozen=True, eq=False)
+class Smoothed:
+    """What `smooth` returns; row k is instant k + 1 of the record.
+
+    Attributes
+    ----------
+    x : (N, n) ndarray or pandas.DataFrame
+        Estimates of the state, from the whole record or up to the lag.
+    std : (N, n) ndarray or pandas.DataFrame
+        Their one-sigma errors, square roots of the diagonal of P.
+    P : (N, n, n) ndarray
+        Covariances of their errors e, which are estimate less state.
+    lag_one : (N, n, n) ndarray
+        E[e_k e_{k-1}'], row k with the row before.  The first row is with the state
+        at instant 0, or, if P0 is the prior of the first sample, with itself.
+    w : (N, n) ndarray or pandas.DataFrame
+        E[w | y], the process noise that leads from the row to the next one.
+    v : (N, p) ndarray or pandas.DataFrame
+        E[v | y], the measurement noise of the row; also of outputs that are missing,
+        as far as others tell of it.
+    """
+
+    x: np.ndarray
+    std: np.ndarray
+    P: np.ndarray
+    lag_one: np.ndarray
+    w: np.ndarray
+    v: np.ndarray
+
+
+@overload
+def smooth(
+    plant: Plant, y: Iterator[Any], u: Iterator[Any] | None = ..., *, m1: Outputs = ...,
+    lag: int | None = ..., u0: Given = ..., weight: Given | str = ...,
+    backend: str = ...
+) -> Iterator[Smoothed]: ...  # fmt: skip
+@overload
+def smooth(
+    plant: Plant, y: ArrayLike, u: Given = ..., *, m1: Outputs = ...,
+    lag: int | None = ..., u0: Given = ..., weight: Given | str = ...,
+    backend: str = ...
+) -> Smoothed: ...  # fmt: skip
+def smooth(
+    plant: Plant,
+    y: Any,
+    u: Any = None,
+    *,
+    m1: Outputs = 0,
+    lag: int | None = None,
+    u0: Given = None,
+    weight: Given | str = None,
+    backend: str = "auto",
+) -> Any:
+    """Estimate the states of a record from all of it; NaN means not measured.
+
+    The filter passes over the record, and what later rows say is carried back: with
+    theta what they say of an estimate x of covariance Sigma, and Theta how much,
+
+        x_s = x + Sigma theta,  P = Sigma - Sigma Theta Sigma.
+
+    Of all estimates that are linear in the record, these have the least covariance.
+    No covariance and no A is inverted, so both may be singular.
+
+    Parameters
+    ----------
+    plant : Plant
+        Discrete, with Q, R and P0.
+    y : (N, p) array_like or pandas.DataFrame, or an iterator of such chunks
+        Measurements at instants 1 .. N, as in `filter_data`.  With an iterator the
+        result is an iterator of `Smoothed`, and memory stays flat; it takes a lag.
+    u : (N, m) array_like or DataFrame, or an iterator of chunks like y's, optional
+        Known input at the same instants, as in `filter_data`.
+    m1 : int or sequence, default 0
+        Accurate outputs, as in `reduced_order_filter`: x is then the best estimate
+        that shows exactly what they show at its own row.
+    lag : int, optional
+        Row k uses measurements up to row k + lag, and near the end as many as there
+        are; 0 is the filter.  Default: all rows, before and after.
+    u0 : (m,) array_like, optional
+        Input from instant 0 to 1, default zero.
+    weight : optional
+        As in `reduced_order_filter`; without accurate outputs it has no effect.
+    backend : "auto", "numpy" or "numba"
+        As in `filter_data`.
+
+    Returns
+    -------
+    Smoothed, or an iterator of Smoothed
+        For a DataFrame or Series y, x, std, w and v are DataFrames with its index.
+        From an iterator, each block has the rows whose lag has passed meanwhile, and
+        one more at the end has the rest.
+
+    Raises
+    ------
+    ValueError
+        If sizes disagree, a value is infinite, the lag is no whole number that is
+        0 or more, or y comes in chunks and there is no lag.
+    ImportError
+        If numba is asked for and not installed.
+    DesignError
+        As in `filter_data`.
+
+    Notes
+    -----
+    Accurate outputs with noise make `filter_data` forget what the whole record
+    still tells: there the push of a row enters the estimates of later ones.  Here
+    every row is pushed by itself, so the last row is at least as good as the filter's.
+
+    References
+    ----------
+    H. E. Rauch, F. Tung and C. T. Striebel, "Maximum likelihood estimates of linear
+    dynamic systems", AIAA Journal 3 (1965) 1445-1450;
+    smoothing/derivation/next_state.py.
+    A. E. Bryson and M. Frazier, "Smoothing for linear and nonlinear dynamic systems",
+    Wright-Patterson AFB, TDR-63-119 (1963); smoothing/derivation/adjoint.py.
+
+    Examples
+    --------
+    >>> import luenberger as lb
+    >>> plant = lb.Plant([[1]], None, [[1]], dt=1.0, Q=[[0]], R=[[1]], P0=[[1]])
+    >>> nan = float("nan")
+    >>> found = lb.smooth(plant, [[2], [nan], [2]])
+    >>> found.x[:, 0].round(4), found.std[:, 0].round(4)
+    (array([1.3333, 1.3333, 1.3333]), array([0.5774, 0.5774, 0.5774]))
+    """
+    expect(plant=plant)
+    one = _Smoother(plant, m1, lag, weight, backend)
+    u0 = dataframes.entries("u0", u0, plant.input_names)
+    u0 = np.zeros(plant.m) if u0 is None else chunks.single("u0", u0, plant.m)
+    one.begin(u0)
+    if not isinstance(y, Iterator):
+        one.read(y, u)
+        return one.rows(last=True)
+    if lag is None:
+        raise ValueError(
+            "y comes in chunks, and without a lag the first estimate needs the last "
+            "row. Give lag=, how many rows an estimate may wait for, or y as one array"
+        )
+    return one.over(chunks.found(one.step, None, y, u))
+
+
+class _Smoother:
+    """A record that is read from front to back, and smoothed as far as it goes.
+
+    What is kept between two blocks is the row before those that wait, and these.
+    """
+
+    def __init__(
+        self, plant: Plant, m1: Outputs, lag: Any, weight: Any, backend: str
+    ) -> None:
+        self.plant, self.lag, self.backend = plant, _lag(lag), backend
+        self.accurate = Settings(plant, m1, weight)
+        self.settings = Settings(plant, 0)
+        self.run = Pass(self.settings)
+        kernels.runs_compiled(backend, 0)  # refuse a backend now, not at the first rows
+
+    def begin(self, u0: Matrix) -> None:
+        """Before the first row."""
+        plant = self.plant
+        self.state = start(self.settings, plant.x0, u0)
+        self.kept = Kept.empty(0, plant)
+        self.y, self.u = np.empty((0, plant.p)), np.empty((0, plant.m))
+        self.index: Any = None
+        self.first, self.done = 1, 0  # instant of the first row, rows that were given
+
+    def read(self, y: Any, u: Any) -> None:
+        """Filter the next rows, and keep them."""
+        plant = self.plant
+        columns = (plant.p, plant.output_names), (plant.m, plant.input_names)
+        values, inputs = chunks.arrays(y, u, *columns, missing=True)
+        last = self.state.instant + len(values)
+        require_instants(plant, last)
+        self.fast = kernels.runs_compiled(self.backend, last)
+        new = Kept.empty(len(values), plant)
+        self.state = self.run.into(new, self.state, values, inputs, self.fast, KEPT)
+        self.kept = self.kept.before(new) if len(self.kept) else new
+        self.y = np.concatenate([self.y, values])
+        self.u = np.concatenate([self.u, inputs])
+        self.index = dataframes.joined(self.index, y)
+
+    def step(self, _: Any, y: Any, u: Any) -> tuple[None, Smoothed]:
+        """Read a chunk; give the rows whose lag has passed."""
+        self.read(y, u)
+        return None, self.rows(last=False)
+
+    def over(self, blocks: Iterator[Smoothed]) -> Iterator[Smoothed]:
+        """The blocks, and then the rows that are left."""
+        yield from blocks
+        yield self.rows(last=True)
+
+    def rows(self, last: bool) -> Smoothed:
+        """Smooth the rows that wait no more, and forget them but for one."""
+        N, lag = len(self.kept), self.lag
+        wait = 0 if last or lag is None else min(lag + 1, N)
+        ready, old = max(N - wait, self.done), self.done
+        seen = ~np.isnan(self.y)
+        leads = ways(self.settings, self.first, seen)
+        if lag is None:
+            back, carried = smoothed(self.kept, leads, self.fast)
+            back.U[0] = self._before(back, carried)
+        else:
+            back, Ahead = lagged(self.kept, leads, lag, ready)
+            if not old and ready:
+                back.U[0] = self._before(
+                    back, Carried(*[np.zeros(0)] * 2, Ahead[0], back.x[0], None)
+                )
+        found = self._finished(back, seen[:ready], ready, old)
+        self._forget(ready)
+        return found
+
+    def _before(self, back: Back, carried: Carried) -> Matrix:
+        """E[e_1 e_0'] of the first row and the state before the record."""
+        plant = self.plant
+        move, P0 = first_move(plant), plant.P0
+        if carried.half is None:
+            have = dict(As=move.A, Sigma=P0, Ahead_next=carried.Ahead)
+            return kernels.run(backward_step, have, "U_next")["U_next"]
+        prediction = self.kept.x[0] - self.kept.K[0] @ self.kept.innovation[0]
+        _, found, _ = by_next_state(move, Spread.of(P0), plant.x0, prediction, carried)
+        return found["U_next"]
+
+    def _finished(self, back: Back, seen: Matrix, ready: int, old: int) -> Smoothed:
+        """The rows from `old` on, with their noises and accurate outputs met."""
+        plant, first = self.plant, self.first
+        y, u = self.y[:ready], self.u[:ready]
+        rho = residuals(plant, first, seen, y, u, back.x)
+        w, v = both_noises(self.settings, first, seen, back.lamda[1:], rho)
+        back = replace(back, U=back.U[:ready])
+        if self.accurate.accurate:
+            back = pushed(self.accurate, first, seen, back, rho)
+        rows = slice(old, ready)
+        P = back.Sigma[rows]
+        std = np.sqrt(np.maximum(P.diagonal(axis1=1, axis2=2), 0))
+        index = None if self.index is None else self.index[rows]
+        x, std, w = (
+            dataframes.framed(X, plant.state_names, index)
+            for X in (back.x[rows], std, w[rows])
+        )
+        v = dataframes.framed(v[rows], plant.output_names, index)
+        return Smoothed(x, std, P, back.U[rows], w, v)
+
+    def _forget(self, ready: int) -> None:
+        """Keep the row before those that wait, and these."""
+        gone = max(ready - 1, 0)
+        self.kept, self.first, self.done = (
+            self.kept.since(gone),
+            self.first + gone,
+            ready - gone,
+        )
+        self.y, self.u = self.y[gone:], self.u[gone:]
+        self.index = None if self.index is None else self.index[gone:]
+
+
+def _lag(lag: Any) -> int | None:
+    """The lag as an int, or None."""
+    if lag is None:
+        return None
+    try:
+        rows = -1 if isinstance(lag, (bool, np.bool_)) else index(lag)
+    except TypeError:
+        rows = -1
+    if rows < 0:
+        raise ValueError(
+            "lag must be a number of rows, 0 or more, or None for the whole record, "
+            f"got {short(lag)}"
+        )
+    return rows
