@@ -9,7 +9,7 @@ smoothed estimates of the next state (Rauch, Tung and Striebel), in factors.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -24,26 +24,31 @@ from .derivation import backward_step, factor_step, rest
 from .forward import Kept, inverse_root
 
 LEFT = 1e-5  # of a variance: what a difference may leave, with eleven digits
-TURNS = 1024  # rows that compiled code does before they are looked at
+TURNS = 4096  # rows that compiled code does before they are looked at
 
 BACKWARD = kernels.Recursion(
     backward_step,
     carried=(
         ("lamda", "lamda_next"),
         ("Lambda", "Lambda_next"),
-        ("Ahead", "Ahead_next"),
     ),
     rows=(("innovation", "innovations", 0), ("x", "xs", 0)),
     written=(
         ("smoothed", "x_s", "vector"),
+        ("variances", "Sigma_s", "diagonal"),
         ("covariances", "Sigma_s", "matrix"),
-        ("neighbours", "U_next", "matrix"),
         ("sayings", "lamda", "vector"),
     ),
     symmetric=("Sigma", "Lambda_next"),
     definite=(Factor("Sigma_s", SAFE, "Sigma"),),
     backward=True,
 )
+NEIGHBOURS = replace(  # takes half as long again
+    BACKWARD,
+    carried=(*BACKWARD.carried, ("Ahead", "Ahead_next")),
+    written=(*BACKWARD.written, ("neighbours", "U_next", "matrix")),
+)
+ROW = ("Theta", "x_s", "Sigma_s", "lamda", "Lambda")
 
 
 class Carried(NamedTuple):
@@ -71,15 +76,16 @@ class Back:
         Smoothed estimates.
     Sigma : (N, n, n) ndarray
         Covariances of their errors.
-    U : (N + 1, n, n) ndarray
-        E[e_k e_{k-1}'], in row k; the first is of what was before the record.
+    U : (N + 1, n, n) ndarray or None
+        E[e_k e_{k-1}'], in row k, if it was asked for.  The first row is for what was
+        before the record, the last has no meaning.
     lamda : (N + 1, n) ndarray
         What rows from k on say of the prediction of row k.
     """
 
     x: np.ndarray
     Sigma: np.ndarray
-    U: np.ndarray
+    U: np.ndarray | None
     lamda: np.ndarray
 
 
@@ -99,16 +105,16 @@ class Ways(NamedTuple):
         return As, C
 
 
-def smoothed(kept: Kept, ways: Ways, compile: bool) -> tuple[Back, Carried]:
+def smoothed(
+    kept: Kept, ways: Ways, compile: bool, neighbours: bool
+) -> tuple[Back, Carried]:
     """Smooth all rows of a record, given the filter's pass over it.
 
     Also returns what is left to the instant before the first row.
     """
     N, n = kept.x.shape
-    out = Back(
-        np.empty((N, n)), np.empty((N, n, n)), np.zeros((N + 1, n, n)),
-        np.zeros((N + 1, n)),
-    )  # fmt: skip
+    U = np.zeros((N + 1, n, n)) if neighbours else None
+    out = Back(np.empty((N, n)), np.empty((N, n, n)), U, np.zeros((N + 1, n)))
     zero = np.zeros((n, n))
     carried = Carried(zero[:, :1], zero, np.eye(n), zero[:, :1], None)
     kernel = _Compiled(kept, ways, out) if compile and N else None
@@ -126,23 +132,29 @@ def _row(kept: Kept, ways: Ways, k: int, carried: Carried, out: Back) -> Carried
     """Row k in NumPy."""
     if carried.half is None:
         As, C = ways.at(k)
-        found = kernels.compiled(backward_step)(
+        have = dict(
             As=As, C=C, K=kept.K[k], W=kept.W[k], Sigma=kept.Sigma[k],
             innovation=kept.innovation[k][:, None], x=kept.x[k][:, None],
             lamda_next=carried.lamda, Lambda_next=carried.Lambda,
-            Ahead_next=carried.Ahead,
         )  # fmt: skip
+        wanted = ROW
+        if out.U is not None:
+            have["Ahead_next"], wanted = carried.Ahead, (*ROW, "Ahead", "U_next")
+        found = kernels.compiled(backward_step, *wanted)(**have)
         Sigma_s = clear(kept.spread(k), found)
         if Sigma_s is not None:
             out.x[k], out.Sigma[k] = found["x_s"][:, 0], Sigma_s
-            out.U[k + 1], out.lamda[k] = found["U_next"], found["lamda"][:, 0]
-            own = (found[name] for name in ("lamda", "Lambda", "Ahead", "x_s"))
-            return Carried(*own, None)
+            out.lamda[k] = found["lamda"][:, 0]
+            if out.U is not None:
+                out.U[k + 1] = found["U_next"]
+            own = (found["lamda"], found["Lambda"], found.get("Ahead", carried.Ahead))
+            return Carried(*own, found["x_s"], None)
         carried = carried._replace(x=out.x[k + 1][:, None], half=root(out.Sigma[k + 1]))
     carried, found, out.lamda[k + 1] = through_next(kept, ways.move(k), k, carried)
     assert carried.half is not None
     out.x[k], out.Sigma[k] = carried.x[:, 0], carried.half @ carried.half.T
-    out.U[k + 1] = found["U_next"]
+    if out.U is not None:
+        out.U[k + 1] = found["U_next"]
     return carried
 
 
@@ -219,13 +231,14 @@ class _Compiled:
 
     def __init__(self, kept: Kept, ways: Ways, out: Back) -> None:
         self.kept, self.out, (N, n) = kept, out, kept.x.shape
-        self.last = N - 1
+        self.last, self.variances = N - 1, np.empty((N, n))
         stacked = {"Sigma", "K", "W"} | {
             name for name in ("As", "C") if getattr(ways, name).ndim == 3
         }
         sizes = (("n", n), ("p", kept.K.shape[2]))
         known = tuple((name, _known(getattr(ways, name))) for name in ("As", "C"))
-        self.kernel = kernels.over_record(BACKWARD, sizes, known, frozenset(stacked))
+        recursion = BACKWARD if out.U is None else NEIGHBOURS
+        self.kernel = kernels.over_record(recursion, sizes, known, frozenset(stacked))
         given = {name: _stack(getattr(ways, name)) for name in ("As", "C")}
         given |= dict(Sigma=flat(kept.Sigma), K=flat(kept.K), W=flat(kept.W))
         given |= dict(innovations=kept.innovation, xs=kept.x)
@@ -248,29 +261,29 @@ class _Compiled:
     def _good(self, turn: int, done: int) -> int:
         """The first turn whose covariance has lost too many digits, or `done`."""
         rows = slice(self.last - done + 1, self.last - turn + 1)
-        both = (
-            X[rows].diagonal(axis1=1, axis2=2)
-            for X in (self.out.Sigma, self.kept.Sigma)
-        )
-        left, size = both
-        bad = np.flatnonzero((left <= LEFT * size).any(axis=1)[::-1])
-        return turn + int(bad[0]) if bad.size else done
+        few = self.variances[rows] <= LEFT * self.kept.variances[rows]
+        if not few.any():
+            return done
+        return turn + int(np.flatnonzero(few.any(axis=1)[::-1])[0])
 
     def _rows(self, carried: Carried, turn: int, stop: int) -> tuple[Carried, int]:
-        lamda, Lambda, Ahead = (
-            X.flatten() for X in (carried.lamda, carried.Lambda, carried.Ahead)
-        )
-        out = self.out
-        done = self.kernel(
-            last=self.last, start=turn, stop=stop, keep=True, **self.given,
-            lamda_next=lamda, Lambda_next=Lambda, Ahead_next=Ahead, smoothed=out.x,
-            covariances=flat(out.Sigma), neighbours=flat(out.U[1:]),
-            sayings=out.lamda[:-1],
+        out, N = self.out, len(self.variances)
+        now = dict(lamda_next=carried.lamda, Lambda_next=carried.Lambda)
+        found = dict(
+            smoothed=out.x, variances=self.variances, covariances=flat(out.Sigma),
+            sayings=out.lamda[:N],
         )  # fmt: skip
-        n = len(lamda)
-        return Carried(
-            lamda[:, None], Lambda.reshape(n, n), Ahead.reshape(n, n), carried.x, None
-        ), done
+        if out.U is not None:
+            now["Ahead_next"], found["neighbours"] = carried.Ahead, flat(out.U[1:])
+        after = {name: X.flatten() for name, X in now.items()}
+        done = self.kernel(
+            last=self.last, start=turn, stop=stop, keep=True,
+            **self.given, **after, **found,
+        )  # fmt: skip
+        shaped = [after[name].reshape(X.shape) for name, X in now.items()]
+        if out.U is None:
+            shaped.append(carried.Ahead)
+        return Carried(*shaped, carried.x, None), done
 
 
 def _known(X: Matrix) -> Any:

@@ -16,7 +16,8 @@ from ..recursion.settings import Setting, Settings
 from .backward import Back, Ways
 from .derivation import noises, pushed_step, residual
 
-Group = tuple[Vector, Setting, Vector]  # rows, their setting, the outputs that arrived
+Rows = Vector | slice
+Group = tuple[Rows, Setting, Vector]  # rows, their setting, the outputs that arrived
 
 
 def ways(settings: Settings, first: int, seen: Matrix) -> Ways:
@@ -46,10 +47,14 @@ def groups(settings: Settings, first: int, seen: Matrix) -> Iterator[Group]:
         for k in range(len(seen)):
             yield np.array([k]), settings.at(first + k, _pattern(seen[k])), seen[k]
         return
-    patterns, which = np.unique(seen, axis=0, return_inverse=True)
-    for j, pattern in enumerate(patterns):
-        rows = np.flatnonzero(which.ravel() == j)
-        yield rows, settings.at(0, _pattern(pattern)), pattern
+    if seen.all():
+        yield slice(None), settings.at(0), np.ones(seen.shape[1], dtype=bool)
+        return
+    bits = np.packbits(seen, axis=1)
+    bits = bits.view(f"S{bits.shape[1]}")[:, 0]
+    _, first_of, which = np.unique(bits, return_index=True, return_inverse=True)
+    for j, k in enumerate(first_of):
+        yield np.flatnonzero(which == j), settings.at(0, _pattern(seen[k])), seen[k]
 
 
 def _pattern(seen: Vector) -> Vector | None:
@@ -61,10 +66,13 @@ def residuals(
 ) -> Matrix:
     """What estimates x (N, n) leave of the measurements (N, p); zero where missing."""
     have = {name: each(plant, name, first, len(y)) for name in ("C", "E")}
-    y = np.where(seen, y, 0.0)
-    have |= dict(x_s=x[..., None], u=u[..., None], y=y[..., None])
-    found = kernels.run(residual, have, stacks=True)["rho_s"][..., 0]
-    return np.where(seen, found, 0.0)
+    y = y if seen.all() else np.where(seen, y, 0.0)
+    if all(X.ndim == 2 for X in have.values()):  # a column for each row
+        found = kernels.run(residual, have | dict(x_s=x.T, u=u.T, y=y.T))["rho_s"].T
+    else:
+        have |= dict(x_s=x[..., None], u=u[..., None], y=y[..., None])
+        found = kernels.run(residual, have, stacks=True)["rho_s"][..., 0]
+    return found if seen.all() else np.where(seen, found, 0.0)
 
 
 def both_noises(
@@ -72,52 +80,61 @@ def both_noises(
 ) -> tuple[Matrix, Matrix]:
     """E[w | y] (N, n) and E[v | y] (N, p) of the rows."""
     plant = settings.plant
-    w, v = np.empty_like(lamda_next), np.empty_like(rho)
+    w, v = np.empty_like(lamda_next), rho.copy()
     for rows, setting, arrived in groups(settings, first, seen):
-        now = plant.at(first + int(rows[0]) if plant.steps is not None else 0)
-        _, R, S = now.covariances()
-        R_all = R[:, arrived]
-        found = kernels.run(
-            noises,
-            dict(
-                Q=setting.Qs, J=setting.J, S=S, R_all=R_all,
-                J_v=solve_right(R_all, R_all[arrived]),
-                lamda_next=lamda_next[rows, :, None],
-                rho_s=rho[rows][:, arrived, None],
-            ),
-            "w_s", "v_s",
-            stacks=True,
-        )  # fmt: skip
-        w[rows], v[rows] = found["w_s"][..., 0], found["v_s"][..., 0]
-        v[np.ix_(rows, arrived)] = rho[rows][:, arrived]
+        here = 0 if plant.steps is None else first + int(np.atleast_1d(rows)[0])
+        _, R, S = plant.at(here).covariances()
+        R_all, own = R[:, arrived], rho[rows][:, arrived]
+        J_v = solve_right(R_all, R_all[arrived])
+        have = dict(Q=setting.Qs, J=setting.J, S=S, R_all=R_all, J_v=J_v)
+        have |= dict(lamda_next=lamda_next[rows].T, rho_s=own.T)  # a column for a row
+        found = kernels.run(noises, have, "w_s", "v_s")
+        w[rows] = found["w_s"].T
+        if not arrived.all():
+            v[np.ix_(rows, ~arrived)] = found["v_s"].T[:, ~arrived]
     return w, v
 
 
 def pushed(
     settings: Settings, first: int, seen: Matrix, back: Back, rho: Matrix
 ) -> Back:
-    """Smoothed rows that meet the accurate outputs; the first has none before it."""
-    plant, N = settings.plant, len(rho)
-    Gamma = np.zeros((N + 1, plant.n, plant.p))  # row k + 1 is that of row k
-    for rows, setting, arrived in groups(settings, first, seen):
-        one = np.zeros((plant.n, plant.p))
-        one[:, arrived] = setting.Gamma
-        Gamma[rows + 1] = one
-    C = each(plant, "C", first, N)
-    before = C if C.ndim == 2 else np.concatenate([C[:1], C[:-1]])
+    """Smoothed rows that meet the accurate outputs."""
     found = kernels.run(
         pushed_step,
         dict(
-            C=C, R=each(plant, "R", first, N), Gamma=Gamma[1:],
+            C=each(settings.plant, "C", first, len(rho)),
+            R=each(settings.plant, "R", first, len(rho)),
+            Gamma=_pushes(settings, first, seen)[1:],
             x_s=back.x[..., None], rho_s=rho[..., None], Sigma_s=back.Sigma,
         ),
         "x_c", "Sigma_c",
         stacks=True,
     )  # fmt: skip
-    U = kernels.run(
-        pushed_step,
-        dict(C=before, C_next=C, Gamma=Gamma[:-1], Gamma_next=Gamma[1:], U_next=back.U),
-        "U_c",
-        stacks=True,
-    )["U_c"]
-    return replace(back, x=found["x_c"][..., 0], Sigma=found["Sigma_c"], U=U)
+    return replace(back, x=found["x_c"][..., 0], Sigma=found["Sigma_c"])
+
+
+def pushed_neighbours(
+    settings: Settings, first: int, seen: Matrix, U: Matrix
+) -> Matrix:
+    """E[e_k e_{k-1}'] (N, n, n) of rows that meet the accurate outputs.
+
+    What was before the first row has no outputs.
+    """
+    C, Gamma = (
+        each(settings.plant, "C", first, len(U)),
+        _pushes(settings, first, seen),
+    )
+    before = C if C.ndim == 2 else np.concatenate([C[:1], C[:-1]])
+    have = dict(C=before, C_next=C, Gamma=Gamma[:-1], Gamma_next=Gamma[1:], U_next=U)
+    return kernels.run(pushed_step, have, "U_c", stacks=True)["U_c"]
+
+
+def _pushes(settings: Settings, first: int, seen: Matrix) -> Matrix:
+    """Gamma of each row, in row k + 1 that of row k; columns of zeros where missing."""
+    plant = settings.plant
+    Gamma = np.zeros((len(seen) + 1, plant.n, plant.p))
+    for rows, setting, arrived in groups(settings, first, seen):
+        one = np.zeros((plant.n, plant.p))
+        one[:, arrived] = setting.Gamma
+        Gamma[1:][rows] = one
+    return Gamma

@@ -70,6 +70,7 @@ class Kept:
         state, seen = row.state, row.state.seen
         assert state.setting is not None
         self.x[k], self.Sigma[k] = state.x[:, 0], state.Sigma
+        self.variances[k] = state.Sigma.diagonal()
         self.K[k][:, seen] = row.new["K"]
         self.W[k][:, seen] = _said(state.setting, row.new)
         self.innovation[k][seen] = row.innovation[:, 0]

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from functools import cached_property
 from operator import index
 from typing import Any, overload
 
@@ -18,13 +19,13 @@ from ..numeric import Given, Matrix
 from ..plant import Plant
 from ..recursion.filter_pass import Pass
 from ..recursion.root_step import Spread, first_move
-from ..recursion.settings import Settings
+from ..recursion.settings import Settings, require_start
 from ..recursion.state import start
 from ..run import chunks
 from ..run.filter_data import Outputs, require_instants
-from .backward import Back, Carried, by_next_state, smoothed
+from .backward import Back, Ways, by_next_state, smoothed
 from .derivation import backward_step
-from .finish import both_noises, pushed, residuals, ways
+from .finish import both_noises, pushed, pushed_neighbours, residuals, ways
 from .forward import KEPT, Kept
 from .windows import lagged
 
@@ -41,9 +42,6 @@ class Smoothed:
         Their one-sigma errors, square roots of the diagonal of P.
     P : (N, n, n) ndarray
         Covariances of their errors e, which are estimate less state.
-    lag_one : (N, n, n) ndarray
-        E[e_k e_{k-1}'], row k with the row before.  The first row is with the state
-        at instant 0, or, if P0 is the prior of the first sample, with itself.
     w : (N, n) ndarray or pandas.DataFrame
         E[w | y], the process noise that leads from the row to the next one.
     v : (N, p) ndarray or pandas.DataFrame
@@ -54,9 +52,18 @@ class Smoothed:
     x: np.ndarray
     std: np.ndarray
     P: np.ndarray
-    lag_one: np.ndarray
     w: np.ndarray
     v: np.ndarray
+    _neighbours: Callable[[], np.ndarray] = field(repr=False)
+
+    @cached_property
+    def lag_one(self) -> np.ndarray:
+        """E[e_k e_{k-1}'] (N, n, n): row k with the row before, found when first read.
+
+        The first row is with the state at instant 0, or, if P0 is the prior of the
+        first sample, with itself.  For a fixed lag either error is that of its own row.
+        """
+        return self._neighbours()
 
 
 @overload
@@ -227,38 +234,35 @@ class _Smoother:
         seen = ~np.isnan(self.y)
         leads = ways(self.settings, self.first, seen)
         if lag is None:
-            back, carried = smoothed(self.kept, leads, self.fast)
-            back.U[0] = self._before(back, carried)
+            back, _ = smoothed(self.kept, leads, self.fast, neighbours=False)
         else:
             back, Ahead = lagged(self.kept, leads, lag, ready)
             if not old and ready:
-                back.U[0] = self._before(
-                    back, Carried(*[np.zeros(0)] * 2, Ahead[0], back.x[0], None)
-                )
-        found = self._finished(back, seen[:ready], ready, old)
+                back.U[0] = self._first(Ahead[0])
+        found = self._finished(back, leads, seen, ready, old)
         self._forget(ready)
         return found
 
-    def _before(self, back: Back, carried: Carried) -> Matrix:
-        """E[e_1 e_0'] of the first row and the state before the record."""
-        plant = self.plant
-        move, P0 = first_move(plant), plant.P0
-        if carried.half is None:
-            have = dict(As=move.A, Sigma=P0, Ahead_next=carried.Ahead)
-            return kernels.run(backward_step, have, "U_next")["U_next"]
-        prediction = self.kept.x[0] - self.kept.K[0] @ self.kept.innovation[0]
-        _, found, _ = by_next_state(move, Spread.of(P0), plant.x0, prediction, carried)
-        return found["U_next"]
-
-    def _finished(self, back: Back, seen: Matrix, ready: int, old: int) -> Smoothed:
+    def _finished(
+        self, back: Back, leads: Ways, seen: Matrix, ready: int, old: int
+    ) -> Smoothed:
         """The rows from `old` on, with their noises and accurate outputs met."""
-        plant, first = self.plant, self.first
+        plant, first, seen = self.plant, self.first, seen[:ready]
         y, u = self.y[:ready], self.u[:ready]
         rho = residuals(plant, first, seen, y, u, back.x)
         w, v = both_noises(self.settings, first, seen, back.lamda[1:], rho)
-        back = replace(back, U=back.U[:ready])
-        if self.accurate.accurate:
+        meets = bool(self.accurate.accurate)
+        if meets:
             back = pushed(self.accurate, first, seen, back, rho)
+        kept, fast = self.kept, self.fast
+
+        def neighbours() -> Matrix:
+            U = back.U
+            if U is None:
+                U = self._all_neighbours(kept, leads, fast)
+            U = pushed_neighbours(self.accurate, first, seen, U) if meets else U
+            return U[old:]
+
         rows = slice(old, ready)
         P = back.Sigma[rows]
         std = np.sqrt(np.maximum(P.diagonal(axis1=1, axis2=2), 0))
@@ -268,7 +272,28 @@ class _Smoother:
             for X in (back.x[rows], std, w[rows])
         )
         v = dataframes.framed(v[rows], plant.output_names, index)
-        return Smoothed(x, std, P, back.U[rows], w, v)
+        return Smoothed(x, std, P, w, v, neighbours)
+
+    def _all_neighbours(self, kept: Kept, leads: Ways, fast: bool) -> Matrix:
+        """E[e_k e_{k-1}'] of a whole record: its backward pass once more."""
+        back, carried = smoothed(kept, leads, fast, neighbours=True)
+        assert back.U is not None
+        if not len(kept):
+            return back.U[:0]
+        if carried.half is None:
+            back.U[0] = self._first(carried.Ahead)
+        else:
+            prediction = kept.x[0] - kept.K[0] @ kept.innovation[0]
+            P0, x0 = Spread.of(require_start(self.plant)), self.plant.x0
+            move = first_move(self.plant)
+            back.U[0] = by_next_state(move, P0, x0, prediction, carried)[1]["U_next"]
+        return back.U[:-1]
+
+    def _first(self, Ahead: Matrix) -> Matrix:
+        """E[e_1 e_0'] of the first row and the state before the record."""
+        have = dict(As=first_move(self.plant).A, Sigma=require_start(self.plant))
+        have["Ahead_next"] = Ahead
+        return kernels.run(backward_step, have, "U_next")["U_next"]
 
     def _forget(self, ready: int) -> None:
         """Keep the row before those that wait, and these."""

@@ -118,6 +118,6 @@ def _one(kept: Kept, ways: Ways, k: int, end: int, out: Back) -> None:
         out.lamda[k + 1] = lamda
     assert carried.half is not None
     out.x[k], out.Sigma[k] = carried.x[:, 0], carried.half @ carried.half.T
-    if k:
+    if k and out.U is not None:
         _, found, _ = through_next(kept, ways.move(k - 1), k - 1, carried)
         out.U[k] = found["U_next"]
