@@ -23,7 +23,7 @@ from ..recursion.state import flat
 from .derivation import backward_step, factor_step, rest
 from .forward import Kept, inverse_root
 
-LEFT = 1e-5  # of a variance: what a difference may leave, with eleven digits
+LEFT = 1e-3  # of a variance: what a difference may leave
 TURNS = 4096  # rows that compiled code does before they are looked at
 
 BACKWARD = kernels.Recursion(
@@ -105,13 +105,8 @@ class Ways(NamedTuple):
         return As, C
 
 
-def smoothed(
-    kept: Kept, ways: Ways, compile: bool, neighbours: bool
-) -> tuple[Back, Carried]:
-    """Smooth all rows of a record, given the filter's pass over it.
-
-    Also returns what is left to the instant before the first row.
-    """
+def smoothed(kept: Kept, ways: Ways, compile: bool, neighbours: bool) -> Back:
+    """Smooth all rows of a record, given the filter's pass over it."""
     N, n = kept.x.shape
     U = np.zeros((N + 1, n, n)) if neighbours else None
     out = Back(np.empty((N, n)), np.empty((N, n, n)), U, np.zeros((N + 1, n)))
@@ -125,7 +120,7 @@ def smoothed(
         if turn < N:
             carried = _row(kept, ways, N - 1 - turn, carried, out)
             turn += 1
-    return out, carried
+    return out
 
 
 def _row(kept: Kept, ways: Ways, k: int, carried: Carried, out: Back) -> Carried:
@@ -183,11 +178,10 @@ def root(Sigma: Matrix) -> Matrix:
     return Spread.of(Sigma).factored()[0]
 
 
-def at_end(kept: Kept, k: int) -> Carried:
-    """Where nothing is said after row k: its estimate is the filter's."""
-    n = kept.x.shape[1]
-    zero, half = np.zeros((n, n)), kept.spread(k).factored()[0]
-    return Carried(zero[:, :1], zero, np.eye(n), kept.x[k][:, None], half)
+def known(x: Vector, half: Matrix) -> Carried:
+    """From a row that is smoothed: its estimate, and a factor of its covariance."""
+    zero = np.zeros((len(x), len(x)))
+    return Carried(zero[:, :1], zero, np.eye(len(x)), x[:, None], half)
 
 
 def through_next(

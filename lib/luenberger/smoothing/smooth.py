@@ -23,8 +23,7 @@ from ..recursion.settings import Settings, require_start
 from ..recursion.state import start
 from ..run import chunks
 from ..run.filter_data import Outputs, require_instants
-from .backward import Back, Ways, by_next_state, smoothed
-from .derivation import backward_step
+from .backward import Back, Ways, by_next_state, known, root, smoothed
 from .finish import both_noises, pushed, pushed_neighbours, residuals, ways
 from .forward import KEPT, Kept
 from .windows import lagged
@@ -234,11 +233,11 @@ class _Smoother:
         seen = ~np.isnan(self.y)
         leads = ways(self.settings, self.first, seen)
         if lag is None:
-            back, _ = smoothed(self.kept, leads, self.fast, neighbours=False)
+            back = smoothed(self.kept, leads, self.fast, neighbours=False)
         else:
-            back, Ahead = lagged(self.kept, leads, lag, ready)
+            back = lagged(self.kept, leads, lag, ready)
             if not old and ready:
-                back.U[0] = self._first(Ahead[0])
+                self._first(self.kept, back)
         found = self._finished(back, leads, seen, ready, old)
         self._forget(ready)
         return found
@@ -276,24 +275,20 @@ class _Smoother:
 
     def _all_neighbours(self, kept: Kept, leads: Ways, fast: bool) -> Matrix:
         """E[e_k e_{k-1}'] of a whole record: its backward pass once more."""
-        back, carried = smoothed(kept, leads, fast, neighbours=True)
+        back = smoothed(kept, leads, fast, neighbours=True)
         assert back.U is not None
-        if not len(kept):
-            return back.U[:0]
-        if carried.half is None:
-            back.U[0] = self._first(carried.Ahead)
-        else:
-            prediction = kept.x[0] - kept.K[0] @ kept.innovation[0]
-            P0, x0 = Spread.of(require_start(self.plant)), self.plant.x0
-            move = first_move(self.plant)
-            back.U[0] = by_next_state(move, P0, x0, prediction, carried)[1]["U_next"]
-        return back.U[:-1]
+        if len(kept):
+            self._first(kept, back)
+        return back.U[: len(kept)]
 
-    def _first(self, Ahead: Matrix) -> Matrix:
-        """E[e_1 e_0'] of the first row and the state before the record."""
-        have = dict(As=first_move(self.plant).A, Sigma=require_start(self.plant))
-        have["Ahead_next"] = Ahead
-        return kernels.run(backward_step, have, "U_next")["U_next"]
+    def _first(self, kept: Kept, back: Back) -> None:
+        """Put E[e_1 e_0'], of the first row and the state before the record."""
+        assert back.U is not None
+        P0, x0 = Spread.of(require_start(self.plant)), self.plant.x0
+        prediction = kept.x[0] - kept.K[0] @ kept.innovation[0]
+        carried = known(back.x[0], root(back.Sigma[0]))
+        move = first_move(self.plant)
+        back.U[0] = by_next_state(move, P0, x0, prediction, carried)[1]["U_next"]
 
     def _forget(self, ready: int) -> None:
         """Keep the row before those that wait, and these."""

@@ -14,7 +14,7 @@ import numpy as np
 from .. import kernels
 from ..numeric import Matrix
 from ..numeric.factors import SAFE
-from .backward import LEFT, Back, Ways, at_end, clear, through_next
+from .backward import LEFT, Back, Ways, clear, known, root, through_next
 from .derivation import backward_step, joined, row
 from .forward import Kept
 
@@ -62,11 +62,11 @@ class Said(NamedTuple):
         return self.none(len(self.a), self.a.shape[1]) if found is None else found
 
 
-def lagged(kept: Kept, ways: Ways, lag: int, rows: int) -> tuple[Back, Matrix]:
+def lagged(kept: Kept, ways: Ways, lag: int, rows: int) -> Back:
     """The first rows of a pass smoothed, each with `lag` rows behind it.
 
     Row k + 1 of lamda is what they say of the next prediction.  The first of U is for
-    the caller to fill; what is left of the first prediction's error comes as well.
+    the caller to fill.
     """
     have = dict(
         As=ways.As, C=ways.C, K=kept.K, W=kept.W, innovation=kept.innovation[..., None]
@@ -84,20 +84,27 @@ def lagged(kept: Kept, ways: Ways, lag: int, rows: int) -> tuple[Back, Matrix]:
     have["Ahead_next"] = np.concatenate([found["Ahead"][1:], found["Ahead"][-1:]])
     U = kernels.run(backward_step, have, "U_next", stacks=True)["U_next"]
     n = kept.x.shape[1]
+    U = np.concatenate([np.zeros((1, n, n)), U])[:rows]
     out = Back(
         found["x_s"][:rows, :, 0],
         found["Sigma_s"][:rows],
-        np.concatenate([np.zeros((1, n, n)), U[: max(rows - 1, 0)]]),
+        U,
         np.concatenate([np.zeros((1, n)), said.a[:rows, :, 0]]),
     )
+    again = []
     for k in _doubtful(out.Sigma, kept):
         mine = {name: found[name][k] for name in ("Sigma_s", "Theta")}
         Sigma_s = clear(kept.spread(k), mine)
         if Sigma_s is None:
             _one(kept, ways, k, min(k + lag, len(kept) - 1), out)
+            again.append(k)
         else:
             out.Sigma[k] = Sigma_s
-    return out, found["Ahead"][:1]
+    pairs = {*again, *(k + 1 for k in again)} & set(range(1, rows))
+    for k in sorted(pairs):
+        carried = known(out.x[k], root(out.Sigma[k]))
+        U[k] = through_next(kept, ways.move(k - 1), k - 1, carried)[1]["U_next"]
+    return out
 
 
 def _doubtful(Sigma_s: Matrix, kept: Kept) -> list[int]:
@@ -112,12 +119,8 @@ def _doubtful(Sigma_s: Matrix, kept: Kept) -> list[int]:
 
 def _one(kept: Kept, ways: Ways, k: int, end: int, out: Back) -> None:
     """Row k through the next states, from the filter's estimate at row `end`."""
-    carried = at_end(kept, end)
+    carried = known(kept.x[end], kept.spread(end).factored()[0])
     for j in range(end - 1, k - 1, -1):
-        carried, found, lamda = through_next(kept, ways.move(j), j, carried)
-        out.lamda[k + 1] = lamda
+        carried, _, out.lamda[k + 1] = through_next(kept, ways.move(j), j, carried)
     assert carried.half is not None
     out.x[k], out.Sigma[k] = carried.x[:, 0], carried.half @ carried.half.T
-    if k and out.U is not None:
-        _, found, _ = through_next(kept, ways.move(k - 1), k - 1, carried)
-        out.U[k] = found["U_next"]

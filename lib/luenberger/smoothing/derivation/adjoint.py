@@ -23,8 +23,7 @@ H = letters("H", n, k, "a factor of `Sigma`")
 Rest = letters("Rest", k, k, "what later rows leave of its unit noises", symmetric=True)
 Ahead = letters("Ahead", n, n, "what it leaves of the prediction's error")
 Ahead_next = letters("Ahead_next", n, n, "the same one step on")
-Theta_K = letters("Theta_K", n, p, "`Theta` seen by the gain")
-Shown = letters("Shown", p, n, "what the gain's share of `Theta` is seen as")
+Theta_Y = letters("Theta_Y", n, n, "`Theta` seen by what the gain leaves")
 
 SMOOTHED = (
     """Suppose that later rows correct the next prediction by `Omega_next lamda_next`,
@@ -171,9 +170,18 @@ RUNS = (
         Line(H * (Identity(k) - H.T * Theta * H) * H.T, why="factor"),
         Line(H * Rest * H.T, by=(is_Rest,)),
     ),
-    "What is carried takes a few products of a matrix and the gain.",
-    is_Theta_K := define(Theta_K, Theta * K),
-    is_Shown := define(Shown, Theta_K.T - K.T * Theta_K * C),
+    """What is carried takes a few products of a matrix and the gain. The gain is taken
+    off first on one side and then on the other: what it takes off nearly all of is
+    then not the difference of large numbers.""",
+    is_Theta_Y := define(Theta_Y, Theta * Y),
+    quick_Theta_Y := chain(
+        "",
+        "what is seen on one side",
+        Theta_Y,
+        Line(Theta * Y, by=(is_Theta_Y,)),
+        Line(Theta * (I - K * C), by=(is_Y,)),
+        Line(Theta - Theta * K * C, why="multiply out"),
+    ),
     quick_lamda := chain(
         "",
         "the vector that is carried",
@@ -187,16 +195,9 @@ RUNS = (
         "the matrix that is carried",
         Lambda,
         Line(W * C + Y.T * Theta * Y, by=(is_Lambda,)),
-        Line(W * C + (I - K * C).T * Theta * (I - K * C), by=(is_Y,)),
-        Line(
-            Theta + W * C - Theta * K * C - C.T * (K.T * Theta - K.T * Theta * K * C),
-            why="multiply out",
-        ),
-        Line(
-            Theta + W * C - Theta_K * C - C.T * (Theta_K.T - K.T * Theta_K * C),
-            by=(is_Theta_K,),
-        ),
-        Line(Theta + (W - Theta_K) * C - C.T * Shown, by=(is_Shown,)),
+        Line(W * C + Y.T * Theta_Y, by=(is_Theta_Y,)),
+        Line(W * C + (I - K * C).T * Theta_Y, by=(is_Y,)),
+        Line(Theta_Y + W * C - C.T * K.T * Theta_Y, why="multiply out"),
     ),
     "The covariance of neighbours needs what the next row has left, and no gain.",
     is_Ahead_next := define(Ahead_next, I - Omega_next * Lambda_next),
@@ -231,8 +232,7 @@ def backward_step():
             Stage(U_next, neighbours.right, by=(neighbours,)),
             Stage(Ahead, quick_Ahead.right, by=(quick_Ahead,)),
             Stage(lamda, quick_lamda.right, by=(quick_lamda,)),
-            Stage(Theta_K, is_Theta_K.right, by=(is_Theta_K,)),
-            Stage(Shown, is_Shown.right, by=(is_Shown,)),
+            Stage(Theta_Y, quick_Theta_Y.right, by=(quick_Theta_Y,)),
             Stage(Lambda, quick_Lambda.right, symmetric=True, by=(quick_Lambda,)),
         ),
         source="our own; Bryson and Frazier (1963)",
