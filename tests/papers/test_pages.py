@@ -63,12 +63,17 @@ PAGES = (
     "identification.likelihood",
     "identification.autocovariances",
     "identification.identifiability",
+    "smoothing.next_state",
+    "smoothing.adjoint",
+    "smoothing.fixed_lag",
+    "smoothing.disturbances",
+    "smoothing.accurate_outputs",
 )
 
 
 def page(name):
     paper, _, module = name.partition(".")
-    room = paper if paper == "identification" else f"papers.{paper}"
+    room = paper if paper in ("identification", "smoothing") else f"papers.{paper}"
     return importlib.import_module(f"luenberger.{room}.derivation.{module}").derive()
 
 

@@ -110,9 +110,9 @@ def test_a_vague_start_costs_no_digits(start, lag):
 
 def test_an_unstable_plant_through_a_gap():
     """Sigma grows to 1e12 in the gap, and later rows take it back."""
-    plant = lb.Plant([[2.0]], None, [[1]], dt=1.0, Q=[[1]], R=[[1]], P0=[[1]])
-    y = np.full((24, 1), None, dtype=object)
-    y[[0, 1, 22, 23], 0] = [1, 2, 2**22, 2**23]
+    plant = lb.Plant([[16.0]], None, [[1]], dt=1.0, Q=[[1]], R=[[1]], P0=[[1]])
+    y = np.full((9, 1), None, dtype=object)
+    y[[0, 1, 7, 8], 0] = [1, 16, 16**7, 16**8]
     wanted, found = Batch(plant, y).smooth(), lb.smooth(plant, floats(y))
     np.testing.assert_allclose(found.P, floats(wanted[1]), rtol=1e-9)
     np.testing.assert_allclose(found.lag_one, floats(wanted[2]), rtol=1e-8)

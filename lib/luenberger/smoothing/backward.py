@@ -204,6 +204,7 @@ def by_next_state(
     The next state is a measurement of this one through As, and its process noise is
     that measurement's noise.
     """
+    assert carried.half is not None
     H, rounding = spread.factored()
     H_minus, rounding = ahead(move, H, rounding)
     unit = np.sqrt(np.maximum(rounding.diagonal(), (EPS * lengths(H_minus)) ** 2))
@@ -255,7 +256,9 @@ class _Compiled:
     def _good(self, turn: int, done: int) -> int:
         """The first turn whose covariance has lost too many digits, or `done`."""
         rows = slice(self.last - done + 1, self.last - turn + 1)
-        few = self.variances[rows] <= LEFT * self.kept.variances[rows]
+        few: Matrix = np.asarray(
+            self.variances[rows] <= LEFT * self.kept.variances[rows]
+        )
         if not few.any():
             return done
         return turn + int(np.flatnonzero(few.any(axis=1)[::-1])[0])
@@ -274,10 +277,11 @@ class _Compiled:
             last=self.last, start=turn, stop=stop, keep=True,
             **self.given, **after, **found,
         )  # fmt: skip
-        shaped = [after[name].reshape(X.shape) for name, X in now.items()]
-        if out.U is None:
-            shaped.append(carried.Ahead)
-        return Carried(*shaped, carried.x, None), done
+        shaped = {name: after[name].reshape(X.shape) for name, X in now.items()}
+        return Carried(
+            shaped["lamda_next"], shaped["Lambda_next"],
+            shaped.get("Ahead_next", carried.Ahead), carried.x, None,
+        ), done  # fmt: skip
 
 
 def _known(X: Matrix) -> Any:

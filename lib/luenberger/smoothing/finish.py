@@ -82,7 +82,7 @@ def both_noises(
     plant = settings.plant
     w, v = np.empty_like(lamda_next), rho.copy()
     for rows, setting, arrived in groups(settings, first, seen):
-        here = 0 if plant.steps is None else first + int(np.atleast_1d(rows)[0])
+        here = 0 if isinstance(rows, slice) else first + int(rows[0])
         _, R, S = plant.at(here).covariances()
         R_all, own = R[:, arrived], rho[rows][:, arrived]
         J_v = solve_right(R_all, R_all[arrived])
@@ -91,7 +91,7 @@ def both_noises(
         found = kernels.run(noises, have, "w_s", "v_s")
         w[rows] = found["w_s"].T
         if not arrived.all():
-            v[np.ix_(rows, ~arrived)] = found["v_s"].T[:, ~arrived]
+            v[rows] = np.where(arrived, v[rows], found["v_s"].T)
     return w, v
 
 

@@ -94,14 +94,17 @@ class Kept:
 
     def since(self, k: int) -> Kept:
         """Row k and those behind it."""
-        rows = (X[k:] for X in self._rows)
-        return Kept(*rows, {i - k: one for i, one in self.spreads.items() if i >= k})
+        x, Sigma, K, W, innovation, variances = (X[k:] for X in self._rows)
+        moved = {i - k: one for i, one in self.spreads.items() if i >= k}
+        return Kept(x, Sigma, K, W, innovation, variances, moved)
 
     def before(self, other: Kept) -> Kept:
         """These rows and then those of `other`."""
-        rows = (np.concatenate(two) for two in zip(self._rows, other._rows))
+        x, Sigma, K, W, innovation, variances = (
+            np.concatenate(two) for two in zip(self._rows, other._rows)
+        )
         moved = {i + len(self): one for i, one in other.spreads.items()}
-        return Kept(*rows, self.spreads | moved)
+        return Kept(x, Sigma, K, W, innovation, variances, self.spreads | moved)
 
     @property
     def _rows(self) -> tuple[Matrix, ...]:
