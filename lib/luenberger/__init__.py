@@ -49,7 +49,7 @@ from .run.monte_carlo import Ensemble as Ensemble
 from .run.monte_carlo import monte_carlo as monte_carlo
 from .run.simulate import Run as Run
 from .run.simulate import simulate as simulate
-from .smoothing.smooth import Smoothed as Smoothed
+from .smoothing.record import Smoothed as Smoothed
 from .smoothing.smooth import smooth as smooth
 
 _ON_DEMAND = {  # export takes time; plot and report import matplotlib

@@ -6,7 +6,7 @@ import pytest
 from statsmodels.tsa.statespace.mlemodel import MLEModel
 
 import luenberger as lb
-from luenberger.smoothing.smooth import _Smoother
+from luenberger.smoothing.record import Smoother
 
 NAMES = "x std P lag_one w v".split()
 
@@ -233,7 +233,7 @@ def test_contradictions_are_those_of_the_filter():
 
 def test_memory_of_a_stream_is_flat():
     plant, rng = plant_of(17)
-    one = _Smoother(plant, 0, 4, None, "auto")
+    one = Smoother(plant, 0, 4, None, "auto")
     one.begin(np.zeros(0))
     for _ in range(5):
         one.step(None, readings(plant, rng, 50), None)

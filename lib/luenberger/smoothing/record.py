@@ -1,0 +1,187 @@
+"""A record that is read from front to back, and smoothed as far as it goes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from .. import kernels
+from ..formats import dataframes
+from ..numeric import Matrix
+from ..plant import Plant
+from ..recursion.filter_pass import Pass
+from ..recursion.root_step import Spread, first_move
+from ..recursion.settings import Settings, require_start
+from ..recursion.state import start
+from ..run import chunks
+from ..run.filter_data import Outputs, require_instants
+from .backward import Back, Ways, by_next_state, known, root, smoothed
+from .finish import both_noises, pushed, pushed_neighbours, residuals, ways
+from .forward import KEPT, Kept
+from .windows import lagged
+
+
+@dataclass(frozen=True, eq=False)
+class Smoothed:
+    """What `smooth` returns; row k is instant k + 1 of the record.
+
+    Attributes
+    ----------
+    x : (N, n) ndarray or pandas.DataFrame
+        Estimates of the state, from the whole record or up to the lag.
+    std : (N, n) ndarray or pandas.DataFrame
+        Their one-sigma errors, square roots of the diagonal of P.
+    P : (N, n, n) ndarray
+        Covariances of their errors e, which are estimate less state.
+    w : (N, n) ndarray or pandas.DataFrame
+        E[w | y], the process noise that leads from the row to the next one.
+    v : (N, p) ndarray or pandas.DataFrame
+        E[v | y], the measurement noise of the row; also of outputs that are missing,
+        as far as others tell of it.
+    """
+
+    x: np.ndarray
+    std: np.ndarray
+    P: np.ndarray
+    w: np.ndarray
+    v: np.ndarray
+    _neighbours: Callable[[], np.ndarray] = field(repr=False)
+
+    @cached_property
+    def lag_one(self) -> np.ndarray:
+        """E[e_k e_{k-1}'] (N, n, n): row k with the row before, found when first read.
+
+        The first row is with the state at instant 0, or, if P0 is the prior of the
+        first sample, with itself.  For a fixed lag either error is that of its own row.
+        """
+        return self._neighbours()
+
+
+class Smoother:
+    """A record that is read from front to back, and smoothed as far as it goes.
+
+    What is kept between two blocks is the row before those that wait, and these.
+    """
+
+    def __init__(
+        self, plant: Plant, m1: Outputs, lag: int | None, weight: Any, backend: str
+    ) -> None:
+        self.plant, self.lag, self.backend = plant, lag, backend
+        self.accurate = Settings(plant, m1, weight)
+        self.settings = Settings(plant, 0)
+        self.run = Pass(self.settings)
+        kernels.runs_compiled(backend, 0)  # refuse a backend now, not at the first rows
+
+    def begin(self, u0: Matrix) -> None:
+        """Before the first row."""
+        plant = self.plant
+        self.state = start(self.settings, plant.x0, u0)
+        self.kept = Kept.empty(0, plant)
+        self.y, self.u = np.empty((0, plant.p)), np.empty((0, plant.m))
+        self.index: Any = None
+        self.first, self.done = 1, 0  # instant of the first row, rows that were given
+
+    def read(self, y: Any, u: Any) -> None:
+        """Filter the next rows, and keep them."""
+        plant = self.plant
+        columns = (plant.p, plant.output_names), (plant.m, plant.input_names)
+        values, inputs = chunks.arrays(y, u, *columns, missing=True)
+        last = self.state.instant + len(values)
+        require_instants(plant, last)
+        self.fast = kernels.runs_compiled(self.backend, last)
+        new = Kept.empty(len(values), plant)
+        self.state = self.run.into(new, self.state, values, inputs, self.fast, KEPT)
+        self.kept = self.kept.before(new) if len(self.kept) else new
+        self.y = np.concatenate([self.y, values])
+        self.u = np.concatenate([self.u, inputs])
+        self.index = dataframes.joined(self.index, y)
+
+    def step(self, _: Any, y: Any, u: Any) -> tuple[None, Smoothed]:
+        """Read a chunk; give the rows whose lag has passed."""
+        self.read(y, u)
+        return None, self.rows(last=False)
+
+    def over(self, blocks: Iterator[Smoothed]) -> Iterator[Smoothed]:
+        """The blocks, and then the rows that are left."""
+        yield from blocks
+        yield self.rows(last=True)
+
+    def rows(self, last: bool) -> Smoothed:
+        """Smooth the rows that wait no more, and forget them but for one."""
+        N, lag = len(self.kept), self.lag
+        wait = 0 if last or lag is None else min(lag + 1, N)
+        ready, old = max(N - wait, self.done), self.done
+        seen = ~np.isnan(self.y)
+        leads = ways(self.settings, self.first, seen)
+        if lag is None:
+            back = smoothed(self.kept, leads, self.fast, neighbours=False)
+        else:
+            back = lagged(self.kept, leads, lag, ready)
+            if not old and ready:
+                self._first(self.kept, back)
+        found = self._finished(back, leads, seen, ready, old)
+        self._forget(ready)
+        return found
+
+    def _finished(
+        self, back: Back, leads: Ways, seen: Matrix, ready: int, old: int
+    ) -> Smoothed:
+        """The rows from `old` on, with their noises and accurate outputs met."""
+        plant, first, seen = self.plant, self.first, seen[:ready]
+        y, u = self.y[:ready], self.u[:ready]
+        rho = residuals(plant, first, seen, y, u, back.x)
+        w, v = both_noises(self.settings, first, seen, back.lamda[1:], rho)
+        meets = bool(self.accurate.accurate)
+        if meets:
+            back = pushed(self.accurate, first, seen, back, rho)
+        kept, fast = self.kept, self.fast
+
+        def neighbours() -> Matrix:
+            U = back.U
+            if U is None:
+                U = self._all_neighbours(kept, leads, fast)
+            U = pushed_neighbours(self.accurate, first, seen, U) if meets else U
+            return U[old:]
+
+        rows = slice(old, ready)
+        P = back.Sigma[rows]
+        std = np.sqrt(np.maximum(P.diagonal(axis1=1, axis2=2), 0))
+        index = None if self.index is None else self.index[rows]
+        x, std, w = (
+            dataframes.framed(X, plant.state_names, index)
+            for X in (back.x[rows], std, w[rows])
+        )
+        v = dataframes.framed(v[rows], plant.output_names, index)
+        return Smoothed(x, std, P, w, v, neighbours)
+
+    def _all_neighbours(self, kept: Kept, leads: Ways, fast: bool) -> Matrix:
+        """E[e_k e_{k-1}'] of a whole record: its backward pass once more."""
+        back = smoothed(kept, leads, fast, neighbours=True)
+        assert back.U is not None
+        if len(kept):
+            self._first(kept, back)
+        return back.U[: len(kept)]
+
+    def _first(self, kept: Kept, back: Back) -> None:
+        """Put E[e_1 e_0'], of the first row and the state before the record."""
+        assert back.U is not None
+        P0, x0 = Spread.of(require_start(self.plant)), self.plant.x0
+        prediction = kept.x[0] - kept.K[0] @ kept.innovation[0]
+        carried = known(back.x[0], root(back.Sigma[0]))
+        move = first_move(self.plant)
+        back.U[0] = by_next_state(move, P0, x0, prediction, carried)[1]["U_next"]
+
+    def _forget(self, ready: int) -> None:
+        """Keep the row before those that wait, and these."""
+        gone = max(ready - 1, 0)
+        self.kept, self.first, self.done = (
+            self.kept.since(gone),
+            self.first + gone,
+            ready - gone,
+        )
+        self.y, self.u = self.y[gone:], self.u[gone:]
+        self.index = None if self.index is None else self.index[gone:]
