@@ -256,12 +256,10 @@ class _Compiled:
     def _good(self, turn: int, done: int) -> int:
         """The first turn whose covariance has lost too many digits, or `done`."""
         rows = slice(self.last - done + 1, self.last - turn + 1)
-        few: Matrix = np.asarray(
-            self.variances[rows] <= LEFT * self.kept.variances[rows]
-        )
-        if not few.any():
+        few = self.kept.variances[rows] * LEFT >= self.variances[rows]
+        if not np.any(few):
             return done
-        return turn + int(np.flatnonzero(few.any(axis=1)[::-1])[0])
+        return turn + int(np.flatnonzero(np.any(few, axis=1)[::-1])[0])
 
     def _rows(self, carried: Carried, turn: int, stop: int) -> tuple[Carried, int]:
         out, N = self.out, len(self.variances)
