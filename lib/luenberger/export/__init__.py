@@ -16,6 +16,7 @@ from ..arguments import expect, expect_as
 from ..observer import Observer
 from ..plant import Plant
 from .c import filter as recursive
+from .c import late as waiting
 from .c import observer as constant
 from .c.identifiers import identifier
 from .c.source_and_header import signals, write_pair
@@ -33,6 +34,8 @@ def to_c(
     weight: ArrayLike | str | None = None,
     name: str = "observer",
     dtype: str = "double",
+    late: int | Sequence[int | str] | None = None,
+    horizon: int | None = None,
 ) -> list[Path]:
     r"""Write a constant observer, or a plant's time-varying filter, as C99.
 
@@ -61,6 +64,12 @@ def to_c(
     name : str
         A C identifier, of the files and functions.
     dtype : "double" or "float"
+    late : int or sequence, optional
+        Beside a plant: the outputs whose readings may arrive late, by index or name.
+        Then there is ``NAME_arrived(state, output, age, y, what)`` as well, for a
+        reading that was taken `age` samples ago, and m1 is 0.
+    horizon : int, optional
+        Beside `late`: how many samples a reading may be late.
 
     Returns
     -------
@@ -84,7 +93,7 @@ def to_c(
     References
     ----------
     Leondes and Novak (1974), equations (9), (27), (33), (43), (44);
-    papers/leondes_novak/derivation/marks.py, on_target.py.
+    papers/leondes_novak/derivation/marks.py, on_target.py, late_outputs.py.
 
     Examples
     --------
@@ -108,10 +117,19 @@ def to_c(
     if isinstance(source, Plant):
         if plant is not None:
             raise ValueError("plant= goes with an observer; the source is a plant")
-        texts = recursive.texts(source, m1 or 0, weight, name, dtype)
+        if late is None and horizon is None:
+            texts = recursive.texts(source, m1 or 0, weight, name, dtype)
+        elif m1 or weight is not None:
+            raise ValueError(
+                "late goes with the Kalman filter: leave out m1 and weight"
+            )
+        else:
+            texts = waiting.texts(source, late or 0, horizon, name, dtype)
     else:
         if m1 is not None or weight is not None:
             raise ValueError("m1 and weight go with a plant; the source is an observer")
+        if late is not None or horizon is not None:
+            raise ValueError("late goes with a plant; the source is an observer")
         certificate.require_real("C export", source)
         constant.require_exportable(source)
         texts = constant.texts(source, name, dtype, signals(source, plant))

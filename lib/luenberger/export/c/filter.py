@@ -39,7 +39,7 @@ def texts(
     real: str,
 ) -> dict[str, str]:
     """The two files of a plant's filter, by name."""
-    settings = _settings(plant, m1, weight, real)
+    settings = settings_of(plant, m1, weight, real)
     filter_ = _Filter(settings, Module(name, real))
     module, n = filter_.module, settings.plant.n
     u, y = inputs(plant.m, plant.p)
@@ -84,7 +84,7 @@ NOTES = [
 ]
 
 
-def _settings(plant: Plant, m1: Any, weight: Any, real: str) -> Settings:
+def settings_of(plant: Plant, m1: Any, weight: Any, real: str) -> Settings:
     """What the filter needs, in the numbers that the device has; or a refusal."""
     if plant.steps is not None:
         raise DesignError(

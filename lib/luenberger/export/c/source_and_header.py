@@ -53,6 +53,7 @@ def header(
     signals: Signals,
     members: Members,
     notes: Sequence[str],
+    also: Sequence[str] = (),
 ) -> str:
     """The text of NAME.h, without its fingerprint.
 
@@ -66,6 +67,8 @@ def header(
     signals : Signals
     members : list of (name, length, meaning)
         Of the state's struct.
+    also : list of str
+        Declarations after that of the step.
     """
     name, guard = module.name, f"LUENBERGER_{module.name}_H"
     lines = [
@@ -88,11 +91,16 @@ def header(
         *notes,
     ]
     lines = [*comment(lines), f"#ifndef {guard}", f"#define {guard}"]
-    lines += [f"#define {name}_EXPORT @", *_declarations(module, signals, members)]
+    lines += [
+        f"#define {name}_EXPORT @",
+        *_declarations(module, signals, members, also),
+    ]
     return "\n".join([*lines, "", "#endif", ""])
 
 
-def _declarations(module: Module, signals: Signals, members: Members) -> list[str]:
+def _declarations(
+    module: Module, signals: Signals, members: Members, also: Sequence[str]
+) -> list[str]:
     name, real = module.name, module.real
     sizes = {"inputs": signals.u, "outputs": signals.y, "estimates": signals.what}
     return [
@@ -113,6 +121,7 @@ def _declarations(module: Module, signals: Signals, members: Members) -> list[st
         "",
         "/* 0: done; 1: refused, and state and what are as they were. */",
         f"{prototype(module)};",
+        *also,
         "",
         "#ifdef __cplusplus",
         "}",
@@ -172,14 +181,25 @@ def source(module: Module, functions: Sequence[str]) -> str:
     return "\n".join(lines)
 
 
-def selftest(module: Module, u: np.ndarray, y: np.ndarray, expected: np.ndarray) -> str:
-    """A main that compares a run with what Python computed."""
+def selftest(
+    module: Module,
+    u: np.ndarray,
+    y: np.ndarray,
+    expected: np.ndarray,
+    more: Mapping[str, np.ndarray] | None = None,
+    after: Sequence[str] = (),
+) -> str:
+    """A main that compares a run with what Python computed.
+
+    `more` are tables for the lines `after` each step.
+    """
     name, real = module.name, module.real
     N, q = expected.shape
     m, p = u.shape[1], y.shape[1]
     bound = TOLERANCE[real] * float(np.abs(expected).max(initial=1e-300))
     arrays = [("y", y), ("expected", expected)]
     arrays += [("u", u)] if m else []
+    arrays += list((more or {}).items())
     given = f"{name}_u + k * {m}" if m else "0"
     measured = f"{name}_y + k * {p}" if p else "0"
     return "\n".join(
@@ -200,6 +220,7 @@ def selftest(module: Module, u: np.ndarray, y: np.ndarray, expected: np.ndarray)
             f"    {name}_init(&state);",
             f"    for (int k = 0; k < {N}; k++) {{",
             f"        if ({name}_step(&state, {given}, {measured}, what)) return 1;",
+            *(f"        {line}" for line in after),
             f"        for (int i = 0; i < {q}; i++) {{",
             f"            const {real} gap = what[i] - {name}_expected[k * {q} + i];",
             "            if (!(gap <= bound && -gap <= bound)) return 1;",
