@@ -29,28 +29,32 @@ document.addEventListener("DOMContentLoaded", () =>
 );
 
 // A formula that is too wide is set smaller; one that would be too small scrolls.
-// Letters lean out of their boxes: that little is left to stick out.
-const LEAN = 12; // pixels
+// Letters lean out of their boxes: that little is left to stick out, as is a short
+// formula whose column is as narrow as itself.
+const LEAN = 14, SHORT = 150; // pixels
 function fit() {
-  const least = window.innerWidth < 700 ? 0.75 : 0.58;
   const all = [...document.querySelectorAll("main mjx-container:has(> svg)")];
   for (const math of all) {
     math.style.overflow = "";
     math.firstChild.style.width = math.firstChild.style.height = "";
   }
-  const sizes = all.map((math) => {
-    const { width, height } = math.firstChild.getBoundingClientRect();
-    const part = (math.clientWidth - 1) / math.scrollWidth;
-    return part < 1 && [width, height].map((size) => size * Math.max(least, part));
-  });
-  sizes.forEach((size, k) => {
-    if (!size) return;
-    const { style } = all[k].firstChild;
-    [style.width, style.height] = size.map((length) => `${length}px`);
-  });
+  const least = window.innerWidth < 700 ? 0.75 : 0.58;
+  const whole = all.map((math) => math.firstChild.getBoundingClientRect());
+  const parts = all.map(() => 1);
+  for (let round = 0; round < 2; round++) { // columns move when formulas shrink
+    const now = all.map((math) => (math.clientWidth - 1) / math.scrollWidth);
+    now.forEach((part, k) => {
+      if (part >= 1 || whole[k].width < SHORT) return;
+      parts[k] = Math.max(least, parts[k] * part);
+      const { style } = all[k].firstChild;
+      style.width = `${parts[k] * whole[k].width}px`;
+      style.height = `${parts[k] * whole[k].height}px`;
+    });
+  }
   const wide = all.map((math) => math.scrollWidth - math.clientWidth);
   wide.forEach((by, k) => {
-    if (0 < by && by <= LEAN) all[k].style.overflow = "visible";
+    if (0 < by && (by <= LEAN || whole[k].width < SHORT))
+      all[k].style.overflow = "visible";
   });
 }
 window.addEventListener("load", async () => {
