@@ -7,7 +7,7 @@ a page each line is a row of a grid instead, so that formulas and reasons can wr
 import re
 
 from broken_formulas import WIDE, about, apart, in_lines, spaced, split
-from chapters import DISPLAYED, SEPARATOR, SHORT, marked
+from chapters import DISPLAYED, SEPARATOR, marked
 from docutils import nodes
 from sphinx.transforms import SphinxTransform
 
@@ -15,6 +15,8 @@ WHOLE = re.compile(r"\\begin\{aligned\}(.*)\\end\{aligned\}", re.DOTALL)
 NEXT_ROW = r"\\[2pt]"
 MARKS = {r"\checkmark": True, r"\times": False}
 WORDS = re.compile(r"\\text\{([^{}]*)\}")
+START = 7  # columns of what a line begins with, to stand before its sign
+BESIDE = 28  # columns of a line that has its reason beside it
 LONG_REASON = 28  # columns of a citation that stands below its line
 
 
@@ -43,14 +45,14 @@ def grid(rows):
     found = nodes.container(classes=["lines"])
     for left, right, *rest in rows:
         if rest and rest[-1] in MARKS:
-            if about(left) > SHORT:
+            if about(left) > START:
                 found += nodes.paragraph("", "", *said(left), classes=["start"])
                 left = ""
             cell = [nodes.math("", left)] if left else []
             found += nodes.paragraph("", "", *cell, classes=["left"])
             because = rest[0] if len(rest) > 1 else ""
             cited = max(about(part) for part in because.split(SEPARATOR))
-            wide = about(left) + about(right) > WIDE or cited > LONG_REASON
+            wide = about(left) + about(right) > BESIDE or cited > LONG_REASON
             classes = ["right", "wide"][: 1 + wide]
             found += nodes.paragraph("", "", *said(right), classes=classes)
             marked(found, MARKS[rest[-1]], because, wide)
