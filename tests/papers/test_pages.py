@@ -61,6 +61,7 @@ PAGES = (
     "hsia.loop",
     "hsia.noise",
     "identification.likelihood",
+    "identification.score",
     "identification.autocovariances",
     "identification.identifiability",
     "smoothing.next_state",

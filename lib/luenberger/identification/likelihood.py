@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple, overload
 
 import numpy as np
 
@@ -11,12 +11,13 @@ from .. import kernels
 from ..arguments import expect
 from ..errors import DesignError
 from ..formats import dataframes
-from ..numeric import Given
+from ..numeric import Given, Matrices
 from ..plant import Plant
 from ..recursion.filter_pass import Pass
 from ..recursion.settings import Settings, accurate_outputs
 from ..recursion.state import start
 from ..run import chunks
+from . import score
 from .trail import LIKELIHOOD, Trail
 
 Outputs = int | Sequence[int | str]  # how many, or which
@@ -30,6 +31,16 @@ class Record(NamedTuple):
     u0: np.ndarray
 
 
+@overload
+def log_likelihood(
+    plant: Plant, y: Any, u: Any = ..., *, m1: Outputs = ..., u0: Given = ...,
+    gradient: Literal[False] = ..., backend: str = ...
+) -> float: ...  # fmt: skip
+@overload
+def log_likelihood(
+    plant: Plant, y: Any, u: Any = ..., *, m1: Outputs = ..., u0: Given = ...,
+    gradient: Literal[True], backend: str = ...
+) -> tuple[float, Matrices]: ...  # fmt: skip
 def log_likelihood(
     plant: Plant,
     y: Any,
@@ -37,8 +48,9 @@ def log_likelihood(
     *,
     m1: Outputs = 0,
     u0: Given = None,
+    gradient: bool = False,
     backend: str = "auto",
-) -> float:
+) -> Any:
     """The logarithm of the likelihood of a record under a plant.
 
     It is the density of y, given u, of a plant with Gaussian noises and a Gaussian
@@ -109,11 +121,25 @@ def log_likelihood(
     require_noise_free(plant, m1)
     records = [*_records(plant, y, u, u0)]
     fast = kernels.runs_compiled(backend, sum(len(one.y) for one in records))
-    total = 0.0
+    total, slopes = 0.0, dict[str, np.ndarray]()
     for one in records:
-        trail = _trail(settings, one, fast, False)
-        total += value(trail)
-    return total
+        found, slope = _of_record(settings, one, fast, gradient)
+        total += found
+        slopes = {name: slopes.get(name, 0) + X for name, X in slope.items()}
+    return (total, slopes) if gradient else total
+
+
+def _of_record(
+    settings: Settings, record: Record, fast: bool, gradient: bool
+) -> tuple[float, Matrices]:
+    """The likelihood of one record, and its gradient if that is wanted."""
+    plant = settings.plant
+    trail = _trail(settings, record, fast, gradient)
+    if not gradient:
+        return value(trail), {}
+    sums = score.Sums(plant)
+    now = score.back(trail, plant, record.u, sums, 1, fast)
+    return value(trail), sums.found | score.at_start(plant, now, record.u0, sums)
 
 
 def value(trail: Trail) -> float:
@@ -123,10 +149,10 @@ def value(trail: Trail) -> float:
     return -0.5 * float(count * np.log(2 * np.pi) + exponent)
 
 
-def _trail(settings: Settings, record: Record, fast: bool, score: bool) -> Trail:
+def _trail(settings: Settings, record: Record, fast: bool, kept: bool) -> Trail:
     """The filter's rows."""
     plant, (y, u, u0) = settings.plant, record
-    trail = Trail.empty(plant, y, score)
+    trail = Trail.empty(plant, y, kept)
     state = start(settings, plant.x0, u0)
     Pass(settings).into(trail, state, y, u, fast, LIKELIHOOD)
     return trail.settled()

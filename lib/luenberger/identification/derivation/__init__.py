@@ -2,6 +2,10 @@
 
 `likelihood`
     The likelihood of a record, from the innovations of its filter.
+`letters`
+    The letters of a predictor, of its likelihood and of how that changes.
+`score`
+    The score: how the likelihood changes with everything that the plant says.
 `any_gain_letters`
     The letters of a predictor with any stable gain, and of its innovations.
 `autocovariances`
@@ -20,6 +24,12 @@ likelihood_step = StageList(
     "Omega N M Kmv K Z Sigma_next x_minus known innovation x_next rho_next G W e",
 )
 weighed = StageList(__name__, "likelihood.weighed", "G W e")
+score_step = StageList(
+    __name__,
+    "score.score_step",
+    "h eta F T V Pi x_s U Y gA gB gC gE gQ gR gS",
+)
+start_score = StageList(__name__, "score.start_score", "gP")
 error_noise = StageList(__name__, "autocovariances.error_noise", "W")
 first_autocovariances = StageList(
     __name__, "autocovariances.first_autocovariances", "Lambda_0 N_1"

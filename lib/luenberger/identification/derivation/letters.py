@@ -1,0 +1,69 @@
+"""The letters of a predictor, of its likelihood and of how that changes."""
+
+from sympy import symbols
+
+from ...symbolic import Identity as Identity
+from ...symbolic import Notation
+from ...symbolic import ZeroMatrix as ZeroMatrix
+
+n, p, m = symbols("n p m", integer=True, nonnegative=True)
+c = symbols(
+    "c", integer=True, positive=True
+)  # columns: one, or one more for each state
+letters = Notation()
+chain, define, moment = letters.chain, letters.define, letters.moment
+
+# -- the plant and its prediction ------------------------------------------------------
+
+A = letters("A", n, n, "moves the state")
+B = letters("B", n, m, "what the input does to the state")
+C = letters("C", p, n, "what is measured")
+E = letters("E", p, m, "what the input does to the measurement")
+Q = letters("Q", n, n, "covariance of the process noise", symmetric=True)
+R = letters("R", p, p, "covariance of the measurement noise", symmetric=True)
+S = letters("S", n, p, "covariance of the two noises, `E[w v']`")
+x = letters("x", n, c, "prediction of the state")
+u = letters("u", m, c, "input")
+y = letters("y", p, c, "measurement")
+nu = letters("nu", p, c, "innovation")
+Omega = letters("Omega", n, n, "covariance of the prediction's error", symmetric=True)
+M = letters("M", p, p, "covariance of the innovation", symmetric=True)
+N = letters("N", n, p, "covariance of the next state and the innovation")
+G = letters("G", n, p, "gain of the next prediction")
+F = letters("F", n, n, "moves the error of the prediction")
+W = letters("W", p, p, "inverse of `M`", symmetric=True)
+e = letters("e", p, c, "innovation, weighed by its covariance")
+
+# -- the next state above the measurement ----------------------------------------------
+
+Z = letters("Z", n + p, n, "`A` above `C`")
+b = letters("b", n + p, m, "`B` above `E`")
+d = letters("d", n + p, c, "zeros above the measurement")
+J = letters("J", n + p, n + p, "joint covariance of both noises", symmetric=True)
+k = letters("k", n + p, c, "`eta_next` above `h`")
+Pi_J = letters("Pi_J", n + p, n + p, "what the record tells of both", symmetric=True)
+gZ = letters("gZ", n + p, n, "`gA` above `gC`")
+gb = letters("gb", n + p, m, "`gB` above `gE`")
+gJ = letters("gJ", n + p, n + p, "gradient in `J`", symmetric=True)
+X = letters("X", n, n, "covariance of the next state, before `y`", symmetric=True)
+
+# -- how the likelihood changes --------------------------------------------------------
+
+eta = letters("eta", n, c, "gradient of the likelihood in `x`")
+eta_next = letters("eta_next", n, c, "the same one step on")
+Pi = letters("Pi", n, n, "what the record to come tells of `x`", symmetric=True)
+Pi_next = letters("Pi_next", n, n, "the same one step on", symmetric=True)
+h = letters("h", p, c, "gradient of the likelihood in the measurement, turned")
+x_s = letters("x_s", n, c, "estimate of the state from the whole record")
+T = letters("T", n, n, "the next `Pi`, moved back half way")
+V = letters("V", p, n, "`C`, weighed by `W`")
+U = letters("U", p, n, "what is left of `V`")
+Y = letters("Y", n, p, "the next `Pi` of the gain")
+gA = letters("gA", n, n, "gradient in `A`")
+gB = letters("gB", n, m, "gradient in `B`")
+gC = letters("gC", p, n, "gradient in `C`")
+gE = letters("gE", p, m, "gradient in `E`")
+gQ = letters("gQ", n, n, "gradient in `Q`", symmetric=True)
+gR = letters("gR", p, p, "gradient in `R`", symmetric=True)
+gS = letters("gS", n, p, "gradient in `S`")
+gP = letters("gP", n, n, "gradient in the covariance of the start", symmetric=True)

@@ -1,0 +1,286 @@
+"""The score: how the likelihood changes with everything that the plant says.
+
+One pass back over the record gives the gradient in every matrix.  What it carries is
+what a smoother carries: the gradient in a prediction, and what the record to come tells
+of it.
+
+Source: our own; that the score is made of what a smoother finds is due to Koopman and
+Shephard (1992), "Exact score for time series models in state space form".
+"""
+
+from functools import cache
+
+from sympy import Rational, Trace
+
+from ...symbolic import (
+    BlockMatrix,
+    Derivation,
+    Gradient,
+    Line,
+    Stage,
+    Substitute,
+    plus,
+)
+from .letters import *
+
+SOURCE = "our own; Koopman and Shephard (1992)"
+half = Rational(1, 2)
+of_one_row = plus(
+    Trace(k.T * (Z * x + b * u - d)),
+    half * Trace((k * k.T - Pi_J) * (Z * Omega * Z.T + J)),
+)
+
+ONE_ROW = (
+    """Suppose that the likelihood of the rows to come has the gradient `eta_next` in
+    the next prediction, and `1/2 (eta_next eta_next' - Pi_next)` in its
+    covariance. After the last row both are zero. A row adds its own density, and
+    passes on what the next prediction and its covariance are made of. Both are
+    stationary: in `e`, of which the exponent is the least value, and in `G`, because
+    no gain leaves a smaller covariance. So neither needs to be differentiated.""",
+    is_e := define(M * e, nu),
+    is_G := define(G * M, N),
+    is_h := define(e, h + G.T * eta_next),
+    """In terms of `h`, which takes the place of `e`, a row gives the following. Here
+    `X` is the covariance of the next state before the measurement is used.""",
+    chain(
+        "",
+        "what a row gives, in terms of one unknown",
+        half * Trace(e.T * M * e)
+        - Trace(e.T * nu)
+        + Trace(eta_next.T * G * nu)
+        + Trace(eta_next.T * (N - G * M) * e)
+        + half * Trace(eta_next.T * (X - G * N.T - N * G.T + G * M * G.T) * eta_next),
+        Line(
+            half * Trace(h.T * M * h)
+            - Trace(h.T * nu)
+            + Trace(eta_next.T * N * h)
+            + half * Trace(eta_next.T * X * eta_next),
+            by=(is_h,),
+        ),
+    ),
+    chain(
+        "",
+        "it is stationary in that unknown",
+        half * Trace(h.T * M * h) - Trace(h.T * nu) + Trace(eta_next.T * N * h),
+        Gradient(M * h - nu + N.T * eta_next, of=h),
+        Line(M * (h - e + G.T * eta_next), by=(is_e, is_G)),
+        Line(ZeroMatrix(p, c), by=(is_h,)),
+    ),
+    chain(
+        "",
+        "it is stationary in the gain",
+        Trace(Pi_next * (X - G * N.T - N * G.T + G * M * G.T)),
+        Gradient(2 * Pi_next * (G * M - N), of=G),
+        Line(ZeroMatrix(n, p), by=(is_G,)),
+    ),
+    """Now put the next state above the measurement. Before the measurement is used,
+    the two have the mean `Z x + b u` and the covariance `Z Omega Z' + J`. The
+    logarithm of a determinant has the gradient `W` in `M`.""",
+    is_Z := define(Z, BlockMatrix([[A], [C]])),
+    is_b := define(b, BlockMatrix([[B], [E]])),
+    is_d := define(d, BlockMatrix([[ZeroMatrix(n, c)], [y]])),
+    is_J := define(J, BlockMatrix([[Q, S], [S.T, R]])),
+    is_k := define(k, BlockMatrix([[eta_next], [h]])),
+    is_Pi_J := define(
+        Pi_J,
+        BlockMatrix([[Pi_next, -Pi_next * G], [-G.T * Pi_next, W + G.T * Pi_next * G]]),
+    ),
+    is_X := define(X, A * Omega * A.T + Q),
+    is_N := define(N, A * Omega * C.T + S),
+    is_M := define(M, C * Omega * C.T + R),
+    is_nu := define(nu, y - E * u - C * x),
+    chain(
+        "",
+        "what the covariances give, in both together",
+        Trace((k * k.T - Pi_J) * (Z * Omega * Z.T + J)),
+        Substitute(
+            Trace(h.T * M * h)
+            + 2 * Trace(eta_next.T * N * h)
+            + Trace(eta_next.T * X * eta_next)
+            - Trace(W * M)
+            - Trace(Pi_next * (X - G * N.T - N * G.T + G * M * G.T)),
+            by=(is_k, is_Pi_J, is_Z, is_J, is_X, is_N, is_M),
+        ),
+    ),
+    chain(
+        "",
+        "what the means give, in both together",
+        Trace(k.T * (Z * x + b * u - d)),
+        Substitute(
+            Trace(eta_next.T * (A * x + B * u)) - Trace(h.T * nu),
+            by=(is_k, is_Z, is_b, is_d, is_nu),
+        ),
+    ),
+)
+
+GRADIENTS = (
+    """So the whole is one line, and each gradient of it is one line as well. That in
+    the prediction, and that in its covariance, have the form that was supposed of
+    those of the next row.""",
+    by_both := define(eta, Z.T * k),
+    Pi_of_both := define(Pi, Z.T * Pi_J * Z),
+    chain(
+        "",
+        "the gradient in the prediction",
+        of_one_row,
+        Gradient(Z.T * k, of=x),
+        Line(eta, by=(by_both,)),
+    ),
+    chain(
+        "",
+        "the gradient in its covariance",
+        of_one_row,
+        Gradient(half * (Z.T * k * k.T * Z - Z.T * Pi_J * Z), of=Omega),
+        Line(half * (eta * eta.T - Pi), by=(by_both, Pi_of_both)),
+    ),
+    """The estimate from the whole record is the prediction, moved by what its gradient
+    says. It appears in the gradient in `Z`.""",
+    is_x_s := define(x_s, x + Omega * eta),
+    is_gZ := define(gZ, k * x_s.T - Pi_J * Z * Omega),
+    is_gb := define(gb, k * u.T),
+    is_gJ := define(gJ, half * (k * k.T - Pi_J)),
+    chain(
+        "",
+        "the gradient in what moves and what is measured",
+        of_one_row,
+        Gradient(k * x.T + (k * k.T - Pi_J) * Z * Omega, of=Z),
+        Line(k * (x + Omega * eta).T - Pi_J * Z * Omega, by=(by_both,)),
+        Line(k * x_s.T - Pi_J * Z * Omega, by=(is_x_s,)),
+        Line(gZ, by=(is_gZ,)),
+    ),
+    chain(
+        "",
+        "the gradient in what the input does",
+        of_one_row,
+        Gradient(k * u.T, of=b),
+        Line(gb, by=(is_gb,)),
+    ),
+    chain(
+        "",
+        "the gradient in the covariance of the noises",
+        of_one_row,
+        Gradient(half * (k * k.T - Pi_J), of=J),
+        Line(gJ, by=(is_gJ,)),
+    ),
+)
+
+BLOCKS = (
+    """By blocks these are the following. Products that come back have letters.""",
+    is_F := define(F, A - G * C),
+    is_T := define(T, Pi_next * F),
+    is_V := define(V, W * C),
+    is_U := define(U, V - G.T * T),
+    is_Y := define(Y, Pi_next * G),
+    is_eta := define(eta, A.T * eta_next + C.T * h),
+    is_Pi := define(Pi, F.T * T + C.T * V),
+    is_gA := define(gA, eta_next * x_s.T - T * Omega),
+    is_gC := define(gC, h * x_s.T - U * Omega),
+    is_gB := define(gB, eta_next * u.T),
+    is_gE := define(gE, h * u.T),
+    is_gQ := define(gQ, half * (eta_next * eta_next.T - Pi_next)),
+    is_gS := define(gS, eta_next * h.T + Y),
+    is_gR := define(gR, half * (h * h.T - W - G.T * Y)),
+    chain(
+        "",
+        "the gradient in the prediction, by blocks",
+        Z.T * k,
+        Substitute(eta, by=(is_Z, is_k, is_eta)),
+    ),
+    chain(
+        "",
+        "what the record tells, by blocks",
+        Z.T * Pi_J * Z,
+        Substitute(Pi, by=(is_Z, is_Pi_J, is_Pi, is_T, is_V, is_F)),
+    ),
+    chain(
+        "",
+        "the gradients in what moves and what is measured, by blocks",
+        k * x_s.T - Pi_J * Z * Omega,
+        Substitute(
+            BlockMatrix([[gA], [gC]]),
+            by=(is_Z, is_k, is_Pi_J, is_gA, is_gC, is_U, is_T, is_V, is_F),
+        ),
+    ),
+    chain(
+        "",
+        "the gradients in what the input does, by blocks",
+        k * u.T,
+        Substitute(BlockMatrix([[gB], [gE]]), by=(is_k, is_gB, is_gE)),
+    ),
+    """Off the diagonal of `J` stand `S` and its transpose. A change of `S` is one of
+    both, so its gradient is twice the block.""",
+    chain(
+        "",
+        "the gradients in the covariances of the noises, by blocks",
+        half * (k * k.T - Pi_J),
+        Substitute(
+            BlockMatrix([[gQ, half * gS], [half * gS.T, gR]]),
+            by=(is_k, is_Pi_J, is_gQ, is_gS, is_gR, is_Y),
+        ),
+    ),
+)
+
+
+@cache
+def score_step():
+    """A row, from the last to the first: eta, Pi and the gradients it adds.
+
+    W (p, p) has zeros for outputs that do not count, and so have C, G and e.
+    """
+    return Derivation(
+        (A, C, Omega, G, W, e, x, u, eta_next, Pi_next),
+        (
+            Stage(h, e - G.T * eta_next, by=(is_h,)),
+            Stage(eta, A.T * eta_next + C.T * h, by=(is_eta,)),
+            Stage(F, A - G * C, by=(is_F,)),
+            Stage(T, Pi_next * F, by=(is_T,)),
+            Stage(V, W * C, by=(is_V,)),
+            Stage(Pi, F.T * T + C.T * V, symmetric=True, by=(is_Pi,)),
+            Stage(x_s, x + Omega * eta, by=(is_x_s,)),
+            Stage(U, V - G.T * T, by=(is_U,)),
+            Stage(Y, Pi_next * G, by=(is_Y,)),
+            Stage(gA, eta_next * x_s.T - T * Omega, by=(is_gA,)),
+            Stage(gB, eta_next * u.T, by=(is_gB,)),
+            Stage(gC, h * x_s.T - U * Omega, by=(is_gC,)),
+            Stage(gE, h * u.T, by=(is_gE,)),
+            Stage(gQ, is_gQ.right, symmetric=True, by=(is_gQ,)),
+            Stage(gR, is_gR.right, symmetric=True, by=(is_gR,)),
+            Stage(gS, is_gS.right, by=(is_gS,)),
+        ),
+        source=SOURCE,
+        letters=letters,
+        says="a row of the score",
+    )
+
+
+START = (
+    """What is known of the state at instant 0 is a prediction that was corrected, so
+    its mean has the gradient `eta`, and its covariance the following one.""",
+    is_gP := define(gP, half * (eta * eta.T - Pi)),
+    chain(
+        "",
+        "the gradient in the covariance of the start",
+        of_one_row,
+        Gradient(half * (Z.T * k * k.T * Z - Z.T * Pi_J * Z), of=Omega),
+        Line(gP, by=(by_both, Pi_of_both, is_gP)),
+    ),
+)
+
+
+@cache
+def start_score():
+    """The gradient in the covariance of the start."""
+    return Derivation(
+        (eta, Pi),
+        (Stage(gP, is_gP.right, symmetric=True, by=(is_gP,)),),
+        source=SOURCE,
+        letters=letters,
+        says="the score of the start",
+    )
+
+
+@cache
+def derive():
+    """The page."""
+    page = (*ONE_ROW, *GRADIENTS, *BLOCKS, score_step(), *START, start_score())
+    return Derivation(page=page, letters=letters, source=SOURCE)
