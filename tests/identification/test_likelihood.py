@@ -1,6 +1,13 @@
 """The likelihood of a record, against statsmodels, exact rationals and batches."""
 
+import dataclasses
+from fractions import Fraction
+
+import generators
+import numpy as np
 import pytest
+import sympy as sp
+from statsmodels.tsa.statespace.mlemodel import MLEModel
 
 import luenberger as lb
 
@@ -23,3 +30,303 @@ def test_nile_with_a_wide_start(backend):
     )  # fmt: skip
     found = lb.log_likelihood(plant, nile(), backend=backend)
     assert round(found, 2) == -641.59
+    first = lb.log_likelihood(plant, nile()[:1])
+    assert round(found - first, 2) == -632.54  # the years after the first, given it
+
+
+# -- against statsmodels ---------------------------------------------------------------
+
+
+def beside_noises(plant, y):
+    """statsmodels' model of a plant, whose noises are states: it has no S itself."""
+    n, p, I, O = plant.n, plant.p, np.eye, np.zeros
+    Q, R, S = plant.at(0).covariances()
+    model = MLEModel(y, k_states=2 * n + p, k_posdef=n + p)
+    model["design"] = np.hstack([plant.C, I(p), O((p, n))])
+    move = np.hstack([plant.A, O((n, p)), I(n)])
+    model["transition"] = np.vstack([move, O((n + p, 2 * n + p))])
+    turned = np.block([[O((p, n)), I(p)], [I(n), O((n, p))]])
+    model["selection"] = np.vstack([O((n, n + p)), turned])
+    model["state_cov"] = np.block([[Q, S], [S.T, R]])
+    model.ssm.tolerance = 0
+    start = O(2 * n + p), O((2 * n + p, 2 * n + p))
+    start[1][n:, n:] = np.block([[R, S.T], [S, Q]])
+    return model, start
+
+
+def statsmodels(plant, y):
+    model, (mean, P) = beside_noises(plant, y)
+    mean[: plant.n] = plant.A @ plant.x0
+    P[: plant.n, : plant.n] = plant.A @ plant.P0 @ plant.A.T + plant.Q
+    model.ssm.initialize_known(mean, P)
+    return model.ssm.loglike()
+
+
+def case(seed):
+    """A random plant and its record, with gaps in two of three cases."""
+    rng = np.random.default_rng(seed)
+    n, p = rng.integers(1, 6), rng.integers(1, 4)
+    plant = generators.plant(rng, n, p, m=0, cross=seed % 2, radius=rng.uniform(0.2, 1))
+    y = generators.record(rng, plant, 40)[0]
+    if seed % 3:
+        y[rng.random(y.shape) < 0.25] = nan
+    return plant, y
+
+
+@pytest.mark.parametrize("seed", range(200))
+def test_statsmodels_has_the_same_likelihood(seed):
+    plant, y = case(seed)
+    wanted = statsmodels(plant, y)
+    assert lb.log_likelihood(plant, y) == pytest.approx(wanted, rel=1e-10)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_compiled_code_has_the_same_likelihood_and_score(seed):
+    plant, y = case(seed)
+    wanted, slope = lb.log_likelihood(plant, y, gradient=True, backend="numpy")
+    found, other = lb.log_likelihood(plant, y, gradient=True, backend="numba")
+    assert found == pytest.approx(wanted, rel=1e-12)
+    assert lb.log_likelihood(plant, y, backend="numba") == found
+    for name, X in slope.items():
+        np.testing.assert_allclose(other[name], X, rtol=1e-9, atol=1e-9 * abs(X).max())
+
+
+# -- exactly ---------------------------------------------------------------------------
+
+
+def exact(plant, y, u=None, u0=None, move=None):
+    """The density of a whole record, entry by entry, with rationals; and its slope.
+
+    `move` is {name: direction}: all moves with a symbol t, at which it is
+    differentiated.  Entries that others before determine are left out.
+    """
+    t = sp.Symbol("t")
+    N, (n, p, m) = len(y), (plant.n, plant.p, plant.m)
+
+    def matrix(name, i, size):
+        X = getattr(plant, name)
+        X = np.zeros(size) if X is None else X[i] if X.ndim == 3 else X
+        found = sp.Matrix(*size, [sp.Rational(Fraction(v)) for v in X.ravel()])
+        if move and name in move:
+            D = move[name][i] if np.ndim(move[name]) == 3 else move[name]
+            found += t * sp.Matrix(*size, [sp.Rational(Fraction(v)) for v in D.ravel()])
+        return found
+
+    sizes = dict(A=(n, n), B=(n, m), C=(p, n), E=(p, m), Q=(n, n), R=(p, p), S=(n, p))
+    mean, V = matrix("x0", 0, (n, 1)), matrix("P0", 0, (n, n))
+    inputs = np.vstack([np.zeros((1, m)) if u0 is None else [u0], u if m else y[:, :0]])
+    rows = sp.zeros(0, n)  # of the outputs so far, cross covariances with the state
+    means, joint, values = [], sp.zeros(0, 0), []
+    for i in range(N + 1):
+        now = {k: matrix(k, i, size) for k, size in sizes.items()}
+        ui = sp.Matrix(m, 1, [sp.Rational(Fraction(v)) for v in inputs[i]])
+        after = rows * now["A"].T
+        if i:
+            seen = [k for k in range(p) if not np.isnan(y[i - 1, k])]
+            C, E = now["C"][seen, :], now["E"][seen, :]
+            R, S = now["R"][seen, seen], now["S"][:, seen]
+            cross = rows * C.T
+            joint = sp.Matrix(
+                sp.BlockMatrix([[joint, cross], [cross.T, C * V * C.T + R]])
+            )
+            means += list(C * mean + E * ui)
+            values += [sp.Rational(Fraction(v)) for v in y[i - 1, seen]]
+            after = after.col_join(C * V * now["A"].T + S.T)
+        rows = after
+        if plant.P0_is == "prior" and i == 0:
+            rows = sp.zeros(0, n)
+            continue
+        mean = now["A"] * mean + now["B"] * ui
+        V = now["A"] * V * now["A"].T + now["Q"]
+    return density(joint, sp.Matrix(values) - sp.Matrix(means), t)
+
+
+def density(V, d, t):
+    """log density and slope in t at 0 of N(0, V), without entries that are determined."""
+    V0, free = V.subs(t, 0), []
+    for k in range(len(d)):
+        if V0[[*free, k], [*free, k]].det() != 0:
+            free.append(k)
+        else:
+            share = V0[k, free] * V0[free, free].inv() if free else sp.zeros(1, 0)
+            assert (share * d.subs(t, 0)[free, :]).trace() == d.subs(t, 0)[k]
+    V, d = V[free, free], d[free, :]
+    V0, d0, dV, dd = (
+        V.subs(t, 0),
+        d.subs(t, 0),
+        V.diff(t).subs(t, 0),
+        d.diff(t).subs(t, 0),
+    )
+    W = V0.inv()
+    e = W * d0
+    value = -(len(free) * np.log(2 * np.pi) + np.log(float(V0.det()))) / 2
+    value -= float((d0.T * e)[0]) / 2
+    slope = (e.T * dV * e)[0] / 2 - (W * dV).trace() / 2 - (e.T * dd)[0]
+    return value, float(slope)
+
+
+def rational_plant(kind):
+    """Small plants of whole numbers, with records."""
+    given = dict(dt=1.0, P0=[[2, 1], [1, 3]], x0=[1, -1], Q=[[2, 1], [1, 1]], R=[[1]])
+    A, B, C, E = [[1, 1], [0, 0.5]], [[0], [1]], [[1, 0]], [[0.5]]
+    if kind == "unstable":
+        A = [[2, 1], [-1, 1.5]]
+    elif kind == "singular A":
+        A = [[0, 1], [0, 0]]
+    elif kind == "S":
+        given |= dict(S=[[0.5], [0.25]])
+    elif kind == "prior":
+        given |= dict(P0_is="prior")
+    elif kind == "perfect":
+        given |= dict(R=[[0]])
+    elif kind in ("two", "gaps", "one perfect", "determined"):
+        C, E = [[1, 0], [0.5, 1]], [[0.5], [0]]
+        given |= dict(R=[[1, 0.5], [0.5, 2]], S=[[0.5, 0], [0, 0.25]])
+        if kind == "one perfect":
+            given |= dict(R=[[0, 0], [0, 2]], S=None)
+        if kind == "determined":
+            C, E = [[1, 0], [2, 0]], [[0.5], [1]]
+            given |= dict(R=[[0, 0], [0, 0]], S=None)
+    plant = lb.Plant(A, B, C, E, **given)
+    y = np.array([[1.0, 2], [0.5, 1], [2, 4], [-1, -2]])[:, : plant.p]
+    if kind == "gaps":
+        y[[0, 1, 1, 3], [1, 0, 1, 0]] = nan
+    return plant, y, np.array([[1.0], [0], [2], [-1]]), np.array([0.5])
+
+
+KINDS = (
+    "plain", "unstable", "singular A", "S", "prior", "perfect", "two", "gaps",
+    "one perfect", "determined",
+)  # fmt: skip
+
+
+def direction(plant, name):
+    """A direction with small whole numbers in every entry, symmetric where it must."""
+    X = getattr(plant, name)
+    D = np.arange(1, X.size + 1).reshape(X.shape) % 5 - 1.0
+    return D + D.T if name in ("Q", "R", "P0") else D
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_likelihood_is_the_density_of_the_record(kind):
+    plant, *record = rational_plant(kind)
+    y, u, u0 = record
+    wanted, _ = exact(plant, *record)
+    assert lb.log_likelihood(plant, y, u, u0=u0) == pytest.approx(wanted, rel=1e-12)
+
+
+SCORED = [
+    (kind, name)
+    for kind in KINDS
+    for name in ("A", "B", "C", "E", "Q", "R", "S", "x0", "P0")
+    if name != "S" or kind in ("S", "two", "gaps")
+    if not (kind == "determined" and name in ("C", "E", "R"))
+    if not (kind == "one perfect" and name == "R" or kind == "perfect" and name == "R")
+]
+
+
+@pytest.mark.parametrize(("kind", "name"), SCORED)
+def test_the_gradient_is_that_of_the_density(kind, name):
+    plant, *record = rational_plant(kind)
+    y, u, u0 = record
+    D = direction(plant, name)
+    _, wanted = exact(plant, *record, move={name: D})
+    _, slope = lb.log_likelihood(plant, y, u, u0=u0, gradient=True)
+    size = np.abs(slope[name] * D).sum()
+    assert np.sum(slope[name] * D) == pytest.approx(wanted, abs=1e-11 * size)
+
+
+@pytest.mark.parametrize("kind", ["perfect", "one perfect"])
+def test_the_gradient_in_the_noise_of_a_perfect_output(kind):
+    """It is that from the one side where it is not perfect."""
+    plant, *record = rational_plant(kind)
+    D = np.zeros((plant.p, plant.p))
+    D[0, 0] = 1
+    _, wanted = exact(plant, *record, move={"R": D})
+    _, slope = lb.log_likelihood(plant, *record[:2], u0=record[2], gradient=True)
+    assert slope["R"][0, 0] == pytest.approx(wanted, rel=1e-11)
+
+
+def test_a_varying_plant_has_a_gradient_at_each_instant():
+    rng = np.random.default_rng(5)
+    plant = generators.varying(rng, 2, 1, 3, m=1)
+    plant = dataclasses.replace(
+        plant, **{k: np.round(getattr(plant, k), 2) for k in ("A", "B", "C", "E")}
+    )
+    y, u, u0 = generators.record(rng, plant, 3)
+    for backend in BACKENDS:
+        _, slope = lb.log_likelihood(plant, y, u, u0=u0, gradient=True, backend=backend)
+        for name in ("A", "B", "C", "E", "Q", "R", "S"):
+            assert slope[name].shape == getattr(plant, name).shape
+            D = rng.integers(-2, 3, slope[name].shape).astype(float)
+            D = D + D.mT if name in "QR" else D
+            _, wanted = exact(plant, y, u, u0, move={name: D})
+            size = np.abs(slope[name] * D).sum()
+            assert np.sum(slope[name] * D) == pytest.approx(wanted, abs=1e-9 * size)
+
+
+# -- records ---------------------------------------------------------------------------
+
+
+def test_records_of_one_plant_multiply():
+    plant, y, u, u0 = rational_plant("two")
+    one = lb.log_likelihood(plant, y, u, u0=u0, gradient=True)
+    other = lb.log_likelihood(plant, y[:2], u[:2], gradient=True)
+    both, slope = lb.log_likelihood(
+        plant, [y, y[:2]], [u, u[:2]], u0=[u0, [0]], gradient=True
+    )
+    assert both == pytest.approx(one[0] + other[0], rel=1e-14)
+    for name, X in slope.items():
+        np.testing.assert_allclose(X, one[1][name] + other[1][name], rtol=1e-12)
+
+
+def test_what_is_not_measured_says_nothing():
+    plant, y, u, u0 = rational_plant("two")
+    value, slope = lb.log_likelihood(plant, np.full_like(y, nan), u, gradient=True)
+    assert value == 0 and all(not X.any() for X in slope.values())
+    assert lb.log_likelihood(plant, y[:0], u[:0]) == 0
+
+
+def test_names_of_columns():
+    import pandas as pd
+
+    plant, y, u, _ = rational_plant("two")
+    table = pd.DataFrame({"u1": u[:, 0], "y2": y[:, 1], "y1": y[:, 0]})
+    assert lb.log_likelihood(plant, table) == lb.log_likelihood(plant, y, u)
+    assert lb.log_likelihood(plant, [table]) == lb.log_likelihood(plant, y, u)
+
+
+def test_accurate_outputs_are_those_without_noise():
+    plant, y, u, _ = rational_plant("one perfect")
+    assert lb.log_likelihood(plant, y, u, m1=1) == lb.log_likelihood(plant, y, u)
+    with pytest.raises(lb.DesignError, match="'y2' is noisy.*not white"):
+        lb.log_likelihood(plant, y, u, m1=2)
+
+
+def test_an_impossible_record_is_refused():
+    plant, y, u, _ = rational_plant("determined")
+    y = y.copy()
+    y[2, 1] += 1
+    with pytest.raises(lb.DesignError, match="instant 3"):
+        lb.log_likelihood(plant, y, u)
+
+
+def test_a_list_of_records_needs_a_list_of_inputs():
+    plant, y, u, _ = rational_plant("two")
+    with pytest.raises(ValueError, match="u must be a list as long"):
+        lb.log_likelihood(plant, [y, y], u)
+
+
+@pytest.mark.parametrize("power", [-40, 40])
+@pytest.mark.parametrize("kind", ["two", "one perfect"])
+def test_units_of_outputs_only_add_a_constant(kind, power):
+    plant, y, u, u0 = rational_plant(kind)
+    wanted = lb.log_likelihood(plant, y, u, u0=u0)
+    unit = np.array([2.0**power, 1])
+    other = dataclasses.replace(
+        plant, C=plant.C * unit[:, None], E=plant.E * unit[:, None],
+        R=plant.R * unit * unit[:, None],
+        S=None if plant.S is None else plant.S * unit,
+    )  # fmt: skip
+    found = lb.log_likelihood(other, y * unit, u, u0=u0)
+    assert found + 4 * power * np.log(2) == pytest.approx(wanted, rel=1e-12)

@@ -7,10 +7,11 @@ and what it did to the prediction is what those do.
 from typing import NamedTuple
 
 import numpy as np
-import scipy.linalg
+from scipy.linalg.lapack import dtrtri
 
-from ..numeric import Matrix, Vector
+from ..numeric import Matrices, Matrix, Vector
 from ..numeric.factors import CLEAR, lengths
+from ..recursion.state import Step
 
 
 class Innovation(NamedTuple):
@@ -36,18 +37,30 @@ class Innovation(NamedTuple):
     whitening: np.ndarray
     taken: np.ndarray
 
+    def found(self) -> Matrices:
+        """W and e of the entries that count, and `taken`."""
+        W = self.whitening.T @ self.whitening
+        e = self.whitening.T @ self.z[:, None]
+        return dict(W=W, e=e, taken=self.taken)
 
-def weighed(Z: Matrix, innovation: Vector, unit: Vector) -> Innovation:
-    """From a factor Z (p, .) of the covariance M, whose rows round by `unit`.
 
-    With zeros for `unit` every entry counts.
+def counted(row: Step) -> Innovation:
+    """Of a row whose covariances were carried as factors.
+
+    [L, V] is a factor of M.  Where outputs have no noise, `unit` is the rounding of
+    its rows, and without it every entry counts.
     """
+    new, now = row.new, row.state.setting
+    assert now is not None
+    Z, innovation = np.concatenate([new["L"], now.V], axis=1), row.innovation[:, 0]
+    unit = new.get("unit", np.zeros(len(Z)))
     size = np.where(unit > 0, unit, lengths(Z))
     size = np.where(size > 0, size, 1.0)
     rows = Z / size[:, None]
     free = _independent(rows, CLEAR * (unit > 0))
     Q, upper = np.linalg.qr(rows[free].T)
-    whitening = scipy.linalg.solve_triangular(upper, np.eye(len(free))).T / size[free]
+    inverse = dtrtri(upper)[0] if len(free) else upper
+    whitening = np.triu(inverse).T / size[free]
     taken = Z @ Q @ whitening
     taken[free] = np.eye(len(free))
     diagonal = np.abs(upper.diagonal()) * size[free]

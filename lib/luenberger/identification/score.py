@@ -11,7 +11,7 @@ from .. import kernels
 from ..numeric import Matrices, Matrix
 from ..plant import Plant
 from ..recursion.state import flat
-from .derivation import score_step, start_score
+from .derivation import score_pass, score_step, start_score
 from .trail import Trail
 
 TOGETHER = 1024  # rows whose gradients are kept before they are added up
@@ -58,7 +58,7 @@ class Sums:
 def _backward(names: tuple[str, ...]) -> kernels.Recursion:
     """The pass back, which writes the gradients in the matrices of these names."""
     return kernels.Recursion(
-        score_step,
+        score_pass,
         carried=(("eta", "eta_next"), ("Pi", "Pi_next")),
         rows=(("x", "predictions", 0), ("e", "es", 0), ("u", "us", 0)),
         written=tuple((f"g{name}s", f"g{name}", "vector") for name in names),
@@ -67,23 +67,27 @@ def _backward(names: tuple[str, ...]) -> kernels.Recursion:
     )
 
 
-def back(
-    trail: Trail, plant: Plant, u: Matrix, sums: Sums, first: int, fast: bool
-) -> Adjoint:
-    """Over all rows of a trail, which begins at the instant `first`."""
-    over = _compiled if fast and len(u) else _plain
-    return over(trail, plant, u, sums, first)
+def back(trail: Trail, plant: Plant, u: Matrix, sums: Sums, now: Adjoint) -> Adjoint:
+    """Over the rows of a trail, from the last to the first, which is instant 1.
 
-
-def _plain(trail: Trail, plant: Plant, u: Matrix, sums: Sums, first: int) -> Adjoint:
-    """Row by row in NumPy."""
-    now = Adjoint.after(plant.n)
-    for k in reversed(range(len(u))):
-        at = plant.at(first + k)
+    Rows that compiled code did are done by it again, and the others in NumPy.
+    """
+    by_hand = np.flatnonzero(~trail.compiled)
+    block = Block(trail, plant, u, sums) if len(by_hand) < len(u) else None
+    k = len(u)
+    while k > 0:
+        before = by_hand[: np.searchsorted(by_hand, k)]
+        first = before[-1] + 1 if len(before) else 0
+        if block is not None and first < k:
+            first = max(first, k - TOGETHER)
+            now, k = block.run(first, k, now), first
+            continue
+        k -= 1
+        at = plant.at(k + 1)
         C = at.C * trail.free[k][:, None]
         found = row(trail, k, dict(A=at.A, C=C, u=u[k][:, None]), now)
         now = Adjoint(found["eta"], found["Pi"])
-        sums.add(first + k, {name: X[None] for name, X in found.items()})
+        sums.add(k + 1, {name: X[None] for name, X in found.items()})
     return now
 
 
@@ -97,51 +101,54 @@ def row(trail: Trail, k: int, given: Matrices, now: Adjoint) -> Matrices:
     return kernels.compiled(score_step)(**(have | given))
 
 
-def _compiled(trail: Trail, plant: Plant, u: Matrix, sums: Sums, first: int) -> Adjoint:
-    """The same in compiled code, some rows at a time."""
-    N, names = len(u), tuple(sums.found)
-    stacks, changing, known = _matrices(trail, plant, first)
-    sizes = tuple((k, getattr(plant, k)) for k in "mnp") + (("c", 1),)
-    changing |= {"Omega", "G", "W"}
-    kernel = kernels.over_record(_backward(names), sizes, known, frozenset(changing))
-    eta, Pi = np.zeros(plant.n), np.zeros(plant.n**2)
-    rooms = {name: np.empty((TOGETHER, *X.shape[-2:])) for name, X in sums.found.items()}
-    for stop in range(N, 0, -TOGETHER):
-        start = max(stop - TOGETHER, 0)
-        here, size = slice(start, stop), stop - start
-        given = {
-            name: flat(X[here] if name in changing else X) for name, X in stacks.items()
+class Block:
+    """Rows that compiled code can do, with all it needs to know of them."""
+
+    def __init__(self, trail: Trail, plant: Plant, u: Matrix, sums: Sums) -> None:
+        self.sums, sizes = sums, tuple((k, getattr(plant, k)) for k in "mnp")
+        stacks, known = _stacks(trail, plant)
+        self.changing = {name for name, X in stacks.items() if len(X) > 1}
+        self.changing |= {"Omega", "W"}
+        names = tuple(sums.found)
+        self.kernel = kernels.over_record(
+            _backward(names), (*sizes, ("c", 1)), known, frozenset(self.changing)
+        )
+        self.given = {name: flat(kernels.plain_array(X)) for name, X in stacks.items()}
+        self.rows = dict(predictions=trail.x, es=trail.e, us=kernels.plain_array(u))
+        self.written = {
+            f"g{name}": np.empty((TOGETHER, *sums.found[name].shape[-2:]))
+            for name in names
         }
-        given |= dict(predictions=trail.x[here], es=trail.e[here], us=u[here])
-        written = {f"g{name}s": flat(X) for name, X in rooms.items()}
-        given = {name: X for name, X in given.items() if name in kernel.names}
-        kernel(
-            **given, **written, eta_next=eta, Pi_next=Pi,
-            last=size - 1, start=0, stop=size, keep=True,
+
+    def run(self, first: int, stop: int, now: Adjoint) -> Adjoint:
+        """The rows from stop - 1 down to `first`."""
+        here, size = slice(first, stop), stop - first
+        given = {k: X[here] if k in self.changing else X for k, X in self.given.items()}
+        given |= {name: X[here] for name, X in self.rows.items()}
+        given |= {f"{name}s": flat(X) for name, X in self.written.items()}
+        eta, Pi = now.eta[:, 0].copy(), now.Pi.flatten()
+        self.kernel(
+            **given, eta_next=eta, Pi_next=Pi, last=size - 1, start=0, stop=size,
+            keep=True,
         )  # fmt: skip
-        sums.add(first + start, {f"g{name}": X[:size] for name, X in rooms.items()})
-    return Adjoint(eta[:, None], Pi.reshape(plant.n, plant.n))
+        self.sums.add(first + 1, {k: X[:size] for k, X in self.written.items()})
+        return Adjoint(eta[:, None], Pi.reshape(now.Pi.shape))
 
 
-def _matrices(
-    trail: Trail, plant: Plant, first: int
-) -> tuple[Matrices, set[str], tuple]:
-    """Stacks by name, the names of those that change, and what entries are known."""
-    N = len(trail.free)
-    A, C = (
-        X[first : first + N] if X.ndim == 3 else X[None] for X in (plant.A, plant.C)
-    )
-    changing = {name for name, X in (("A", A), ("C", C)) if len(X) > 1}
+def _stacks(trail: Trail, plant: Plant) -> tuple[Matrices, tuple]:
+    """Stacks by name, of one matrix or one for each row, and what entries are known."""
+    given = dict(A=plant.A, C=plant.C, S=plant.S)
+    if plant.S is None:
+        given["S"] = np.zeros((plant.n, plant.p))
+    stacks, known = dict[str, np.ndarray](), []
+    for name, X in given.items():
+        varies = X.ndim == 3
+        stacks[name] = X[1 : len(trail.free) + 1] if varies else X[None]
+        if not varies and (name != "C" or trail.free.all()):
+            known.append((name, kernels.entries_known(X == 0, X == 1)))
     if not trail.free.all():
-        C = C * trail.free[:, :, None]
-        changing.add("C")
-    known = tuple(
-        (name, kernels.entries_known(X[0] == 0, X[0] == 1))
-        for name, X in (("A", A), ("C", C))
-        if name not in changing
-    )
-    A, C = kernels.plain_array(A), kernels.plain_array(C)
-    return dict(A=A, C=C, Omega=trail.Omega, G=trail.G, W=trail.W), changing, known
+        stacks["C"] = stacks["C"] * trail.free[:, :, None]
+    return stacks | dict(Omega=trail.Omega, W=trail.W), tuple(known)
 
 
 def at_start(plant: Plant, now: Adjoint, u0: Matrix, sums: Sums) -> Matrices:

@@ -11,8 +11,8 @@ from ..numeric import Matrices, Matrix, Vector
 from ..plant import Plant
 from ..recursion.filter_stacks import BEFORE, FILTER
 from ..recursion.state import Step, flat
-from .derivation import likelihood_step
-from .innovations import Innovation, pivots, weighed
+from .derivation import likelihood_step, prediction_gain, weighed
+from .innovations import counted, pivots
 
 LIKELIHOOD = kernels.Recursion(
     likelihood_step,
@@ -24,7 +24,6 @@ LIKELIHOOD = kernels.Recursion(
         ("predictions", "x_minus", "matrix"),
         ("es", "e", "matrix"),
         ("Omegas", "Omega", "matrix"),
-        ("Gs", "G", "matrix"),
         ("Ws", "W", "matrix"),
     ),
     before=tuple(BEFORE),
@@ -46,10 +45,12 @@ class Trail:
     free : (N, p) ndarray of bool
         The entries that count: they arrived, and those before do not determine them.
     log_det, square : (N,) ndarray
-        log det(M) and innovation' W innovation of those.
+        log det(M) and innovation' W innovation of those; NaN until they are `settled`.
+    compiled : (N,) ndarray of bool
+        Whether compiled code did the row; it leaves out G.
     x, e, Omega, G, W : (N, ...) ndarray
-        Predictions, weighed innovations, covariances of predictions, their gains, and
-        inverses of M; without rows where the score is not wanted.
+        Predictions, weighed innovations, covariances of predictions, gains of the next
+        predictions, and inverses of M; without rows where the score is not wanted.
     """
 
     innovations: np.ndarray
@@ -57,6 +58,7 @@ class Trail:
     free: np.ndarray
     log_det: np.ndarray
     square: np.ndarray
+    compiled: np.ndarray
     x: np.ndarray
     e: np.ndarray
     Omega: np.ndarray
@@ -68,12 +70,12 @@ class Trail:
         """Room for the rows of y (N, p), with what the score needs if it is wanted."""
         (N, p), n = y.shape, plant.n
         some = N if score else 0
-        nothing = np.full(N, np.nan)
         sizes = (n,), (p,), (n, n), (n, p), (p, p)
         kept = (np.zeros((some, *size)) for size in sizes)
         free = ~np.isnan(y)
-        M = np.zeros((N, p, p))
-        return cls(np.zeros((N, p)), M, free, nothing, nothing.copy(), *kept)
+        nu, M = np.zeros((N, p)), np.zeros((N, p, p))
+        to_do, compiled = np.full((2, N), np.nan), np.ones(N, dtype=bool)
+        return cls(nu, M, free, *to_do, compiled, *kept)
 
     @property
     def kept(self) -> bool:
@@ -84,36 +86,41 @@ class Trail:
     def arrays(self) -> Matrices:
         """What compiled code writes to."""
         whole = dict(innovations=self.innovations, predictions=self.x, es=self.e)
-        stacks = dict(Ms=self.M, Omegas=self.Omega, Gs=self.G, Ws=self.W)
+        stacks = dict(Ms=self.M, Omegas=self.Omega, Ws=self.W)
         return whole | {name: flat(X) for name, X in stacks.items()}
 
     def put(self, k: int, row: Step) -> None:
         """Write row k, which NumPy did."""
-        nu, found = row.innovation[:, 0], row.new
-        now = row.state.setting
-        assert now is not None
-        if "L" in found:
-            Z = np.concatenate([found["L"], now.V], axis=1)
-        else:
-            Z = np.linalg.cholesky(found["M"])
-        unit = found.get("unit", np.zeros(len(nu)))
-        here = weighed(Z, nu, unit)
         seen = np.flatnonzero(row.state.seen)
+        self.compiled[k] = False
+        if "L" not in row.new:
+            self.M[k] = np.eye(len(self.M[k]))
+            self.M[k][np.ix_(seen, seen)] = row.new["M"]
+            self.innovations[k, seen] = row.innovation[:, 0]
+            if self.kept:
+                found = kernels.compiled(weighed)(
+                    M=row.new["M"], innovation=row.innovation
+                )
+                self.put_score(k, row, seen, found | {"taken": np.eye(len(seen))})
+            return
+        here = counted(row)
+        at = seen[here.free]
         self.free[k] = False
-        self.free[k, seen[here.free]] = True
+        self.free[k, at] = True
         self.log_det[k], self.square[k] = here.log_det, here.z @ here.z
         if self.kept:
-            self.put_score(k, row, here, seen[here.free])
+            self.put_score(k, row, at, here.found())
 
-    def put_score(self, k: int, row: Step, here: Innovation, at: Vector) -> None:
+    def put_score(self, k: int, row: Step, at: Vector, found: Matrices) -> None:
         """What the score needs of row k; `at` are the entries that count."""
-        state, found, now = row.state, row.new, row.state.setting
+        state, new, now = row.state, row.new, row.state.setting
         assert now is not None
-        self.x[k] = (state.x - found["K"] @ row.innovation)[:, 0]
-        self.Omega[k] = found["Omega"]
-        self.e[k, at] = here.whitening.T @ here.z
-        self.W[k][np.ix_(at, at)] = here.whitening.T @ here.whitening
-        self.G[k][:, at] = now.predictor(found["K"]) @ here.taken
+        self.x[k] = (state.x - new["K"] @ row.innovation)[:, 0]
+        self.Omega[k] = new["Omega"]
+        self.e[k, at] = found["e"][:, 0]
+        self.W[k][np.ix_(at, at)] = found["W"]
+        gain = kernels.compiled(prediction_gain)(As=now.As, J=now.J, Kmv=new["K"])
+        self.G[k][:, at] = gain["G"] @ found["taken"]
 
     def settled(self) -> Trail:
         """The same, with what compiled code leaves to do for all its rows at once."""
@@ -121,6 +128,6 @@ class Trail:
         log_det, square = pivots(self.M[rows], self.innovations[rows])
         self.log_det[rows], self.square[rows] = log_det, square
         if self.kept and not self.free.all():
-            free = self.free[rows]
-            self.W[rows] *= free[:, :, None] & free[:, None, :]
+            free = self.free[self.compiled]
+            self.W[self.compiled] *= free[:, :, None] & free[:, None, :]
         return self

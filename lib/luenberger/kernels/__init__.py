@@ -23,7 +23,7 @@ from .recursion import Recursion as Recursion
 from .step import Step
 
 AUTO_ROWS = 20_000  # NumPy takes about as long for these as compiling the first time
-OPTIONAL = ("B", "E", "Gamma", "J", "G", "W")  # whose terms go if they are zero
+OPTIONAL = ("B", "E", "Gamma", "J", "G", "S", "W")  # whose terms go if they are zero
 UNROLLED = 1000  # operations of one row; more are faster and sooner compiled as loops
 
 

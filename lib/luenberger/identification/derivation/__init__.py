@@ -21,13 +21,19 @@ from ...stage_list import StageList
 likelihood_step = StageList(
     __name__,
     "likelihood.likelihood_step",
-    "Omega N M Kmv K Z Sigma_next x_minus known innovation x_next rho_next G W e",
+    "Omega N M Kmv K Z Sigma_next x_minus known innovation x_next rho_next W e",
 )
-weighed = StageList(__name__, "likelihood.weighed", "G W e")
+weighed = StageList(__name__, "likelihood.weighed", "W e")
+prediction_gain = StageList(__name__, "likelihood.prediction_gain", "G")
 score_step = StageList(
     __name__,
     "score.score_step",
     "h eta F T V Pi x_s U Y gA gB gC gE gQ gR gS",
+)
+score_pass = StageList(
+    __name__,
+    "score.score_pass",
+    "N G h eta F T V Pi x_s U Y gA gB gC gE gQ gR gS",
 )
 start_score = StageList(__name__, "score.start_score", "gP")
 error_noise = StageList(__name__, "autocovariances.error_noise", "W")

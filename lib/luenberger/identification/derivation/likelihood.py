@@ -80,42 +80,52 @@ PAGE = (
 )
 
 
-TO_SCORE = (
-    Stage(G, As * Kmv + J, by=(is_G,)),
+WEIGHED = (
     Stage(W, Solve(Identity(p), M), by=(is_W,)),
     Stage(e, W * innovation, by=(is_e,)),
 )
 
 
 @cache
-def weighed():
-    """The gain of the prediction, and the innovation weighed by its covariance."""
+def prediction_gain():
+    """The gain of the prediction, from the filter's."""
     return Derivation(
-        (As, J, Kmv, M, innovation),
-        TO_SCORE,
+        (As, J, Kmv),
+        (Stage(G, As * Kmv + J, by=(is_G,)),),
         source=SOURCE,
         letters=letters,
-        says="what the score needs of a step",
+        says="the gain of the prediction",
+    )
+
+
+@cache
+def weighed():
+    """The inverse of an innovation's covariance, and the innovation weighed by it."""
+    return Derivation(
+        (M, innovation),
+        WEIGHED,
+        source=SOURCE,
+        letters=letters,
+        says="an innovation, weighed",
     )
 
 
 @cache
 def likelihood_step():
-    """`filter_step`, and what the score needs of it: G, W = M^-1 and e = W innovation.
-
-    It is for the Kalman filter: Gamma is zero.
-    """
+    """`filter_step`, and what the score needs of it: W = M^-1 and e = W innovation."""
     step = filter_step()
     return Derivation(
         step.given,
-        (*step.stages, *TO_SCORE),
+        (*step.stages, *WEIGHED),
         source=SOURCE,
         letters=letters,
-        says="one step of a filter, with what the score needs",
+        says="one step of a filter, with the innovation weighed",
     )
 
 
 @cache
 def derive():
     """The page."""
-    return Derivation(page=(*PAGE, weighed()), letters=letters, source=SOURCE)
+    return Derivation(
+        page=(*PAGE, weighed(), prediction_gain()), letters=letters, source=SOURCE
+    )

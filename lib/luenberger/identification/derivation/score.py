@@ -75,7 +75,8 @@ ONE_ROW = (
     ),
     """Now put the next state above the measurement. Before the measurement is used,
     the two have the mean `Z x + b u` and the covariance `Z Omega Z' + J`. The
-    logarithm of a determinant has the gradient `W` in `M`.""",
+    logarithm of the determinant of `M` has the gradient `W`, its inverse.""",
+    is_W := define(W * M, Identity(p)),
     is_Z := define(Z, BlockMatrix([[A], [C]])),
     is_b := define(b, BlockMatrix([[B], [E]])),
     is_d := define(d, BlockMatrix([[ZeroMatrix(n, c)], [y]])),
@@ -221,6 +222,26 @@ BLOCKS = (
 )
 
 
+STAGES = (
+    Stage(h, e - G.T * eta_next, by=(is_h,)),
+    Stage(eta, A.T * eta_next + C.T * h, by=(is_eta,)),
+    Stage(F, A - G * C, by=(is_F,)),
+    Stage(T, Pi_next * F, by=(is_T,)),
+    Stage(V, W * C, by=(is_V,)),
+    Stage(Pi, F.T * T + C.T * V, symmetric=True, by=(is_Pi,)),
+    Stage(x_s, x + Omega * eta, by=(is_x_s,)),
+    Stage(U, V - G.T * T, by=(is_U,)),
+    Stage(Y, Pi_next * G, by=(is_Y,)),
+    Stage(gA, eta_next * x_s.T - T * Omega, by=(is_gA,)),
+    Stage(gB, eta_next * u.T, by=(is_gB,)),
+    Stage(gC, h * x_s.T - U * Omega, by=(is_gC,)),
+    Stage(gE, h * u.T, by=(is_gE,)),
+    Stage(gQ, is_gQ.right, symmetric=True, by=(is_gQ,)),
+    Stage(gR, is_gR.right, symmetric=True, by=(is_gR,)),
+    Stage(gS, is_gS.right, by=(is_gS,)),
+)
+
+
 @cache
 def score_step():
     """A row, from the last to the first: eta, Pi and the gradients it adds.
@@ -229,27 +250,26 @@ def score_step():
     """
     return Derivation(
         (A, C, Omega, G, W, e, x, u, eta_next, Pi_next),
-        (
-            Stage(h, e - G.T * eta_next, by=(is_h,)),
-            Stage(eta, A.T * eta_next + C.T * h, by=(is_eta,)),
-            Stage(F, A - G * C, by=(is_F,)),
-            Stage(T, Pi_next * F, by=(is_T,)),
-            Stage(V, W * C, by=(is_V,)),
-            Stage(Pi, F.T * T + C.T * V, symmetric=True, by=(is_Pi,)),
-            Stage(x_s, x + Omega * eta, by=(is_x_s,)),
-            Stage(U, V - G.T * T, by=(is_U,)),
-            Stage(Y, Pi_next * G, by=(is_Y,)),
-            Stage(gA, eta_next * x_s.T - T * Omega, by=(is_gA,)),
-            Stage(gB, eta_next * u.T, by=(is_gB,)),
-            Stage(gC, h * x_s.T - U * Omega, by=(is_gC,)),
-            Stage(gE, h * u.T, by=(is_gE,)),
-            Stage(gQ, is_gQ.right, symmetric=True, by=(is_gQ,)),
-            Stage(gR, is_gR.right, symmetric=True, by=(is_gR,)),
-            Stage(gS, is_gS.right, by=(is_gS,)),
-        ),
+        STAGES,
         source=SOURCE,
         letters=letters,
         says="a row of the score",
+    )
+
+
+@cache
+def score_pass():
+    """The same, with the gain made of the covariances; S may have any columns there."""
+    return Derivation(
+        (A, C, S, Omega, W, e, x, u, eta_next, Pi_next),
+        (
+            Stage(N, A * Omega * C.T + S, by=(is_N,)),
+            Stage(G, N * W, by=(is_G, is_W)),
+            *STAGES,
+        ),
+        source=SOURCE,
+        letters=letters,
+        says="a row of the score, with its gain",
     )
 
 
@@ -282,5 +302,13 @@ def start_score():
 @cache
 def derive():
     """The page."""
-    page = (*ONE_ROW, *GRADIENTS, *BLOCKS, score_step(), *START, start_score())
+    page = (
+        *ONE_ROW,
+        *GRADIENTS,
+        *BLOCKS,
+        score_step(),
+        score_pass(),
+        *START,
+        start_score(),
+    )
     return Derivation(page=page, letters=letters, source=SOURCE)
