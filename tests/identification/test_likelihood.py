@@ -142,7 +142,7 @@ def exact(plant, y, u=None, u0=None, move=None):
 
 
 def density(V, d, t):
-    """log density and slope in t at 0 of N(0, V), without entries that are determined."""
+    """log density and its slope at t = 0, without entries that are determined."""
     V0, free = V.subs(t, 0), []
     for k in range(len(d)):
         if V0[[*free, k], [*free, k]].det() != 0:
