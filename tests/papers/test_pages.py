@@ -62,6 +62,7 @@ PAGES = (
     "hsia.noise",
     "identification.likelihood",
     "identification.score",
+    "identification.score_by_blocks",
     "identification.autocovariances",
     "identification.identifiability",
     "smoothing.next_state",

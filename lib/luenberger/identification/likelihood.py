@@ -115,7 +115,8 @@ def log_likelihood(
     Schweppe, "Evaluation of likelihood functions for Gaussian signals", IEEE Trans.
     Inf. Theory 11 (1965) 61-70; Koopman and Shephard, "Exact score for time series
     models in state space form", Biometrika 79 (1992) 823-826;
-    identification/derivation/likelihood.py; identification/derivation/score.py.
+    identification/derivation/likelihood.py; identification/derivation/score.py;
+    identification/derivation/score_by_blocks.py.
 
     Examples
     --------

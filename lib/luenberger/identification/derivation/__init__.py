@@ -6,6 +6,8 @@
     The letters of a predictor, of its likelihood and of how that changes.
 `score`
     The score: how the likelihood changes with everything that the plant says.
+`score_by_blocks`
+    The score by blocks: a row of the pass back over a record.
 `any_gain_letters`
     The letters of a predictor with any stable gain, and of its innovations.
 `autocovariances`
@@ -27,15 +29,15 @@ weighed = StageList(__name__, "likelihood.weighed", "W e")
 prediction_gain = StageList(__name__, "likelihood.prediction_gain", "G")
 score_step = StageList(
     __name__,
-    "score.score_step",
+    "score_by_blocks.score_step",
     "h eta F T V Pi x_s U Y gA gB gC gE gQ gR gS",
 )
 score_pass = StageList(
     __name__,
-    "score.score_pass",
+    "score_by_blocks.score_pass",
     "N G h eta F T V Pi x_s U Y gA gB gC gE gQ gR gS",
 )
-start_score = StageList(__name__, "score.start_score", "gP")
+start_score = StageList(__name__, "score_by_blocks.start_score", "gP")
 error_noise = StageList(__name__, "autocovariances.error_noise", "W")
 first_autocovariances = StageList(
     __name__, "autocovariances.first_autocovariances", "Lambda_0 N_1"
