@@ -1,24 +1,26 @@
 """The likelihood of a record, against statsmodels, exact rationals and batches."""
 
 import dataclasses
-from fractions import Fraction
 
 import generators
 import numpy as np
 import pytest
 import sympy as sp
-from statsmodels.tsa.statespace.mlemodel import MLEModel
+from exact_likelihood import (
+    KINDS,
+    SCORED,
+    beside_noises,
+    direction,
+    exact_moments,
+    free_entries,
+    nile,
+    rational_plant,
+)
 
 import luenberger as lb
 
 nan = float("nan")
 BACKENDS = ("numpy", "numba")
-
-
-def nile():
-    import statsmodels.datasets.nile as data
-
-    return data.load_pandas().data["volume"].to_numpy(float)
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
@@ -35,23 +37,6 @@ def test_nile_with_a_wide_start(backend):
 
 
 # -- against statsmodels ---------------------------------------------------------------
-
-
-def beside_noises(plant, y):
-    """statsmodels' model of a plant, whose noises are states: it has no S itself."""
-    n, p, I, O = plant.n, plant.p, np.eye, np.zeros
-    Q, R, S = plant.at(0).covariances()
-    model = MLEModel(y, k_states=2 * n + p, k_posdef=n + p)
-    model["design"] = np.hstack([plant.C, I(p), O((p, n))])
-    move = np.hstack([plant.A, O((n, p)), I(n)])
-    model["transition"] = np.vstack([move, O((n + p, 2 * n + p))])
-    turned = np.block([[O((p, n)), I(p)], [I(n), O((n, p))]])
-    model["selection"] = np.vstack([O((n, n + p)), turned])
-    model["state_cov"] = np.block([[Q, S], [S.T, R]])
-    model.ssm.tolerance = 0
-    start = O(2 * n + p), O((2 * n + p, 2 * n + p))
-    start[1][n:, n:] = np.block([[R, S.T], [S, Q]])
-    return model, start
 
 
 def statsmodels(plant, y):
@@ -94,62 +79,14 @@ def test_compiled_code_has_the_same_likelihood_and_score(seed):
 # -- exactly ---------------------------------------------------------------------------
 
 
-def exact(plant, y, u=None, u0=None, move=None):
-    """The density of a whole record, entry by entry, with rationals; and its slope.
-
-    `move` is {name: direction}: all moves with a symbol t, at which it is
-    differentiated.  Entries that others before determine are left out.
-    """
-    t = sp.Symbol("t")
-    N, (n, p, m) = len(y), (plant.n, plant.p, plant.m)
-
-    def matrix(name, i, size):
-        X = getattr(plant, name)
-        X = np.zeros(size) if X is None else X[i] if X.ndim == 3 else X
-        found = sp.Matrix(*size, [sp.Rational(Fraction(v)) for v in X.ravel()])
-        if move and name in move:
-            D = move[name][i] if np.ndim(move[name]) == 3 else move[name]
-            found += t * sp.Matrix(*size, [sp.Rational(Fraction(v)) for v in D.ravel()])
-        return found
-
-    sizes = dict(A=(n, n), B=(n, m), C=(p, n), E=(p, m), Q=(n, n), R=(p, p), S=(n, p))
-    mean, V = matrix("x0", 0, (n, 1)), matrix("P0", 0, (n, n))
-    inputs = np.vstack([np.zeros((1, m)) if u0 is None else [u0], u if m else y[:, :0]])
-    rows = sp.zeros(0, n)  # of the outputs so far, cross covariances with the state
-    means, joint, values = [], sp.zeros(0, 0), []
-    for i in range(N + 1):
-        now = {k: matrix(k, i, size) for k, size in sizes.items()}
-        ui = sp.Matrix(m, 1, [sp.Rational(Fraction(v)) for v in inputs[i]])
-        after = rows * now["A"].T
-        if i:
-            seen = [k for k in range(p) if not np.isnan(y[i - 1, k])]
-            C, E = now["C"][seen, :], now["E"][seen, :]
-            R, S = now["R"][seen, seen], now["S"][:, seen]
-            cross = rows * C.T
-            joint = sp.Matrix(
-                sp.BlockMatrix([[joint, cross], [cross.T, C * V * C.T + R]])
-            )
-            means += list(C * mean + E * ui)
-            values += [sp.Rational(Fraction(v)) for v in y[i - 1, seen]]
-            after = after.col_join(C * V * now["A"].T + S.T)
-        rows = after
-        if plant.P0_is == "prior" and i == 0:
-            rows = sp.zeros(0, n)
-            continue
-        mean = now["A"] * mean + now["B"] * ui
-        V = now["A"] * V * now["A"].T + now["Q"]
-    return density(joint, sp.Matrix(values) - sp.Matrix(means), t)
+def exact(plant, y, u, u0, move=None):
+    """The density of a whole record, with rationals, and its slope along `move`."""
+    return density(*exact_moments(plant, y, u, u0, move), sp.Symbol("t"))
 
 
 def density(V, d, t):
     """log density and its slope at t = 0, without entries that are determined."""
-    V0, free = V.subs(t, 0), []
-    for k in range(len(d)):
-        if V0[[*free, k], [*free, k]].det() != 0:
-            free.append(k)
-        else:
-            share = V0[k, free] * V0[free, free].inv() if free else sp.zeros(1, 0)
-            assert (share * d.subs(t, 0)[free, :]).trace() == d.subs(t, 0)[k]
+    free = free_entries(V.subs(t, 0), d.subs(t, 0))
     V, d = V[free, free], d[free, :]
     V0, d0, dV, dd = (
         V.subs(t, 0),
@@ -165,64 +102,12 @@ def density(V, d, t):
     return value, float(slope)
 
 
-def rational_plant(kind):
-    """Small plants of whole numbers, with records."""
-    given = dict(dt=1.0, P0=[[2, 1], [1, 3]], x0=[1, -1], Q=[[2, 1], [1, 1]], R=[[1]])
-    A, B, C, E = [[1, 1], [0, 0.5]], [[0], [1]], [[1, 0]], [[0.5]]
-    if kind == "unstable":
-        A = [[2, 1], [-1, 1.5]]
-    elif kind == "singular A":
-        A = [[0, 1], [0, 0]]
-    elif kind == "S":
-        given |= dict(S=[[0.5], [0.25]])
-    elif kind == "prior":
-        given |= dict(P0_is="prior")
-    elif kind == "perfect":
-        given |= dict(R=[[0]])
-    elif kind in ("two", "gaps", "one perfect", "determined"):
-        C, E = [[1, 0], [0.5, 1]], [[0.5], [0]]
-        given |= dict(R=[[1, 0.5], [0.5, 2]], S=[[0.5, 0], [0, 0.25]])
-        if kind == "one perfect":
-            given |= dict(R=[[0, 0], [0, 2]], S=None)
-        if kind == "determined":
-            C, E = [[1, 0], [2, 0]], [[0.5], [1]]
-            given |= dict(R=[[0, 0], [0, 0]], S=None)
-    plant = lb.Plant(A, B, C, E, **given)
-    y = np.array([[1.0, 2], [0.5, 1], [2, 4], [-1, -2]])[:, : plant.p]
-    if kind == "gaps":
-        y[[0, 1, 1, 3], [1, 0, 1, 0]] = nan
-    return plant, y, np.array([[1.0], [0], [2], [-1]]), np.array([0.5])
-
-
-KINDS = (
-    "plain", "unstable", "singular A", "S", "prior", "perfect", "two", "gaps",
-    "one perfect", "determined",
-)  # fmt: skip
-
-
-def direction(plant, name):
-    """A direction with small whole numbers in every entry, symmetric where it must."""
-    X = getattr(plant, name)
-    D = np.arange(1, X.size + 1).reshape(X.shape) % 5 - 1.0
-    return D + D.T if name in ("Q", "R", "P0") else D
-
-
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_likelihood_is_the_density_of_the_record(kind):
     plant, *record = rational_plant(kind)
     y, u, u0 = record
     wanted, _ = exact(plant, *record)
     assert lb.log_likelihood(plant, y, u, u0=u0) == pytest.approx(wanted, rel=1e-12)
-
-
-SCORED = [
-    (kind, name)
-    for kind in KINDS
-    for name in ("A", "B", "C", "E", "Q", "R", "S", "x0", "P0")
-    if name != "S" or kind in ("S", "two", "gaps")
-    if not (kind == "determined" and name in ("C", "E", "R"))
-    if not (kind == "one perfect" and name == "R" or kind == "perfect" and name == "R")
-]
 
 
 @pytest.mark.parametrize(("kind", "name"), SCORED)
@@ -260,7 +145,7 @@ def test_a_varying_plant_has_a_gradient_at_each_instant():
             assert slope[name].shape == getattr(plant, name).shape
             D = rng.integers(-2, 3, slope[name].shape).astype(float)
             D = D + D.mT if name in "QR" else D
-            _, wanted = exact(plant, y, u, u0, move={name: D})
+            _, wanted = exact(plant, y, u, u0, {name: D})
             size = np.abs(slope[name] * D).sum()
             assert np.sum(slope[name] * D) == pytest.approx(wanted, abs=1e-9 * size)
 

@@ -63,6 +63,7 @@ PAGES = (
     "identification.likelihood",
     "identification.score",
     "identification.score_by_blocks",
+    "identification.unknown_start",
     "identification.autocovariances",
     "identification.identifiability",
     "smoothing.next_state",

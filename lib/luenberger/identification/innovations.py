@@ -45,14 +45,17 @@ class Innovation(NamedTuple):
 
 
 def counted(row: Step) -> Innovation:
-    """Of a row whose covariances were carried as factors.
+    """Of a row that NumPy did, from a factor of M.
 
-    [L, V] is a factor of M.  Where outputs have no noise, `unit` is the rounding of
-    its rows, and without it every entry counts.
+    Where covariances were carried as factors it is [L, V].  Where outputs have no
+    noise, `unit` is the rounding of its rows, and without it every entry counts.
     """
-    new, now = row.new, row.state.setting
+    new, now, innovation = row.new, row.state.setting, row.innovation[:, 0]
     assert now is not None
-    Z, innovation = np.concatenate([new["L"], now.V], axis=1), row.innovation[:, 0]
+    if "L" in new:
+        Z = np.concatenate([new["L"], now.V], axis=1)
+    else:
+        Z = np.linalg.cholesky(new["M"])
     unit = new.get("unit", np.zeros(len(Z)))
     size = np.where(unit > 0, unit, lengths(Z))
     size = np.where(size > 0, size, 1.0)

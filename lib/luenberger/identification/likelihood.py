@@ -17,7 +17,7 @@ from ..recursion.filter_pass import Pass
 from ..recursion.settings import Settings, accurate_outputs
 from ..recursion.state import start
 from ..run import chunks
-from . import score
+from . import diffuse, score
 from .trail import LIKELIHOOD, Trail
 
 Outputs = int | Sequence[int | str]  # how many, or which
@@ -63,10 +63,18 @@ def log_likelihood(
     own; the likelihood is the density of the others, in the units of y.  That is the
     density of y on its support, with those others for coordinates there.
 
+    Without P0 nothing is known of the state x[1] at the first row, whatever `P0_is`
+    and x0 say.  The density is then integrated over x[1]: it is the limit of
+    ``log density + 1/2 log det(2 pi P0)`` as P0 grows.  That is exact, and no P0 is
+    grown: the first rows, as few as determine the state, are solved for it.  It is the
+    density of what the record shows beside its start (its contrasts), up to a factor
+    that depends on A and C alone.  Durbin and Koopman, and statsmodels, count n more
+    factors (2 pi)^(-1/2): their value is smaller by n/2 log(2 pi).
+
     Parameters
     ----------
     plant : Plant
-        Discrete, with Q, R and P0.
+        Discrete, with Q and R.
     y : (N, p) array_like or pandas.DataFrame, or a list of them
         As in `filter_data`: row k is instant k + 1, and NaN was not measured.  Of a
         list of records, all of this plant and each with a start of its own, the
@@ -102,9 +110,10 @@ def log_likelihood(
     ImportError
         If numba is asked for and not installed.
     DesignError
-        If the plant lacks Q, R or P0, an accurate output has noise, or noise-free
-        outputs contradict each other or a state known exactly: then the record is
-        impossible; the message names outputs and instant.
+        If the plant lacks Q or R, an accurate output has noise, or noise-free outputs
+        contradict each other or a state known exactly: then the record is impossible;
+        the message names outputs and instant.  If the plant lacks P0 and the record
+        does not determine the state, being too short or not showing all of it.
 
     See Also
     --------
@@ -114,9 +123,11 @@ def log_likelihood(
     ----------
     Schweppe, "Evaluation of likelihood functions for Gaussian signals", IEEE Trans.
     Inf. Theory 11 (1965) 61-70; Koopman and Shephard, "Exact score for time series
-    models in state space form", Biometrika 79 (1992) 823-826;
+    models in state space form", Biometrika 79 (1992) 823-826; de Jong, "The diffuse
+    Kalman filter", Ann. Statist. 19 (1991) 1073-1083;
     identification/derivation/likelihood.py; identification/derivation/score.py;
-    identification/derivation/score_by_blocks.py.
+    identification/derivation/score_by_blocks.py;
+    identification/derivation/unknown_start.py.
 
     Examples
     --------
@@ -132,29 +143,45 @@ def log_likelihood(
     array([[-0.5714]])
     """
     expect(plant=plant)
-    settings = Settings(plant, 0)
+    unknown = plant.P0 is None
+    settings = Settings(diffuse.any_start(plant) if unknown else plant, 0)
     require_noise_free(plant, m1)
     records = [*_records(plant, y, u, u0)]
     fast = kernels.runs_compiled(backend, sum(len(one.y) for one in records))
     total, slopes = 0.0, dict[str, np.ndarray]()
     for one in records:
-        found, slope = _of_record(settings, one, fast, gradient)
+        found, slope = _of_record(settings, unknown, one, fast, gradient)
         total += found
         slopes = {name: slopes.get(name, 0) + X for name, X in slope.items()}
     return (total, slopes) if gradient else total
 
 
 def _of_record(
-    settings: Settings, record: Record, fast: bool, gradient: bool
+    settings: Settings, unknown: bool, record: Record, fast: bool, gradient: bool
 ) -> tuple[float, Matrices]:
     """The likelihood of one record, and its gradient if that is wanted."""
-    plant = settings.plant
-    trail = _trail(settings, record, fast, gradient)
+    plant, (y, u, u0) = settings.plant, record
+    first, found, beginning = 0, 0.0, None
+    if unknown:
+        beginning = diffuse.head(settings, y, u, u0)
+        found, first, state = (
+            beginning.value,
+            len(beginning.trail.free),
+            beginning.state,
+        )
+    else:
+        state = start(settings, plant.x0, u0)
+    trail = Trail.empty(plant, y[first:], gradient)
+    Pass(settings).into(trail, state, y[first:], u[first:], fast, LIKELIHOOD)
+    found += value(trail.settled())
     if not gradient:
-        return value(trail), {}
-    sums = score.Sums(plant)
-    now = score.back(trail, plant, record.u, sums, score.Adjoint.after(plant.n))
-    return value(trail), sums.found | score.at_start(plant, now, record.u0, sums)
+        return found, {}
+    sums, now = score.Sums(plant), score.Adjoint.after(plant.n)
+    now = score.back(trail, plant, u[first:], sums, now, first + 1)
+    if beginning is None:
+        return found, sums.found | score.at_start(plant, now, u0, sums)
+    diffuse.back(beginning, plant, u[:first], sums, now)
+    return found, sums.found
 
 
 def value(trail: Trail) -> float:
@@ -162,15 +189,6 @@ def value(trail: Trail) -> float:
     count = int(trail.free.sum())
     exponent = float(trail.log_det.sum() + trail.square.sum())
     return -0.5 * float(count * np.log(2 * np.pi) + exponent)
-
-
-def _trail(settings: Settings, record: Record, fast: bool, kept: bool) -> Trail:
-    """The filter's rows."""
-    plant, (y, u, u0) = settings.plant, record
-    trail = Trail.empty(plant, y, kept)
-    state = start(settings, plant.x0, u0)
-    Pass(settings).into(trail, state, y, u, fast, LIKELIHOOD)
-    return trail.settled()
 
 
 def require_noise_free(plant: Plant, m1: Outputs) -> None:

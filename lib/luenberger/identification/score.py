@@ -67,27 +67,30 @@ def _backward(names: tuple[str, ...]) -> kernels.Recursion:
     )
 
 
-def back(trail: Trail, plant: Plant, u: Matrix, sums: Sums, now: Adjoint) -> Adjoint:
-    """Over the rows of a trail, from the last to the first, which is instant 1.
+def back(
+    trail: Trail, plant: Plant, u: Matrix, sums: Sums, now: Adjoint, first: int = 1
+) -> Adjoint:
+    """Over the rows of a trail, from the last to the first, of the instant `first`.
 
     Rows that compiled code did are done by it again, and the others in NumPy.
     """
     by_hand = np.flatnonzero(~trail.compiled)
-    block = Block(trail, plant, u, sums) if len(by_hand) < len(u) else None
+    some = len(by_hand) < len(u)
+    block = Block(trail, plant, u, sums, first) if some else None
     k = len(u)
     while k > 0:
         before = by_hand[: np.searchsorted(by_hand, k)]
-        first = before[-1] + 1 if len(before) else 0
-        if block is not None and first < k:
-            first = max(first, k - TOGETHER)
-            now, k = block.run(first, k, now), first
+        start = int(before[-1]) + 1 if len(before) else 0
+        if block is not None and start < k:
+            start = max(start, k - TOGETHER)
+            now, k = block.run(start, k, now), start
             continue
         k -= 1
-        at = plant.at(k + 1)
+        at = plant.at(first + k)
         C = at.C * trail.free[k][:, None]
         found = row(trail, k, dict(A=at.A, C=C, u=u[k][:, None]), now)
         now = Adjoint(found["eta"], found["Pi"])
-        sums.add(k + 1, {name: X[None] for name, X in found.items()})
+        sums.add(first + k, {name: X[None] for name, X in found.items()})
     return now
 
 
@@ -104,9 +107,12 @@ def row(trail: Trail, k: int, given: Matrices, now: Adjoint) -> Matrices:
 class Block:
     """Rows that compiled code can do, with all it needs to know of them."""
 
-    def __init__(self, trail: Trail, plant: Plant, u: Matrix, sums: Sums) -> None:
-        self.sums, sizes = sums, tuple((k, getattr(plant, k)) for k in "mnp")
-        stacks, known = _stacks(trail, plant)
+    def __init__(
+        self, trail: Trail, plant: Plant, u: Matrix, sums: Sums, first: int
+    ) -> None:
+        self.sums, self.first = sums, first
+        sizes = tuple((k, getattr(plant, k)) for k in "mnp")
+        stacks, known = _stacks(trail, plant, first)
         self.changing = {name for name, X in stacks.items() if len(X) > 1}
         self.changing |= {"Omega", "W"}
         names = tuple(sums.found)
@@ -120,9 +126,9 @@ class Block:
             for name in names
         }
 
-    def run(self, first: int, stop: int, now: Adjoint) -> Adjoint:
-        """The rows from stop - 1 down to `first`."""
-        here, size = slice(first, stop), stop - first
+    def run(self, start: int, stop: int, now: Adjoint) -> Adjoint:
+        """The rows from stop - 1 down to `start`."""
+        here, size = slice(start, stop), stop - start
         given = {k: X[here] if k in self.changing else X for k, X in self.given.items()}
         given |= {name: X[here] for name, X in self.rows.items()}
         given |= {f"{name}s": flat(X) for name, X in self.written.items()}
@@ -131,19 +137,20 @@ class Block:
             **given, eta_next=eta, Pi_next=Pi, last=size - 1, start=0, stop=size,
             keep=True,
         )  # fmt: skip
-        self.sums.add(first + 1, {k: X[:size] for k, X in self.written.items()})
+        self.sums.add(
+            self.first + start, {k: X[:size] for k, X in self.written.items()}
+        )
         return Adjoint(eta[:, None], Pi.reshape(now.Pi.shape))
 
 
-def _stacks(trail: Trail, plant: Plant) -> tuple[Matrices, tuple]:
+def _stacks(trail: Trail, plant: Plant, first: int) -> tuple[Matrices, tuple]:
     """Stacks by name, of one matrix or one for each row, and what entries are known."""
-    given = dict(A=plant.A, C=plant.C, S=plant.S)
-    if plant.S is None:
-        given["S"] = np.zeros((plant.n, plant.p))
+    S = np.zeros((plant.n, plant.p)) if plant.S is None else plant.S
+    given = dict(A=plant.A, C=plant.C, S=S)
     stacks, known = dict[str, np.ndarray](), []
     for name, X in given.items():
         varies = X.ndim == 3
-        stacks[name] = X[1 : len(trail.free) + 1] if varies else X[None]
+        stacks[name] = X[first : first + len(trail.free)] if varies else X[None]
         if not varies and (name != "C" or trail.free.all()):
             known.append((name, kernels.entries_known(X == 0, X == 1)))
     if not trail.free.all():

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -71,11 +71,12 @@ class Trail:
         (N, p), n = y.shape, plant.n
         some = N if score else 0
         sizes = (n,), (p,), (n, n), (n, p), (p, p)
-        kept = (np.zeros((some, *size)) for size in sizes)
+        x, e, Omega, G, W = (np.zeros((some, *size)) for size in sizes)
         free = ~np.isnan(y)
         nu, M = np.zeros((N, p)), np.zeros((N, p, p))
-        to_do, compiled = np.full((2, N), np.nan), np.ones(N, dtype=bool)
-        return cls(nu, M, free, *to_do, compiled, *kept)
+        log_det, square = np.full((2, N), np.nan)
+        compiled = np.ones(N, dtype=bool)
+        return cls(nu, M, free, log_det, square, compiled, x, e, Omega, G, W)
 
     @property
     def kept(self) -> bool:
@@ -121,6 +122,10 @@ class Trail:
         self.W[k][np.ix_(at, at)] = found["W"]
         gain = kernels.compiled(prediction_gain)(As=now.As, J=now.J, Kmv=new["K"])
         self.G[k][:, at] = gain["G"] @ found["taken"]
+
+    def part(self, rows: slice) -> Trail:
+        """Some of its rows."""
+        return Trail(*(getattr(self, one.name)[rows] for one in fields(self)))
 
     def settled(self) -> Trail:
         """The same, with what compiled code leaves to do for all its rows at once."""

@@ -8,6 +8,8 @@
     The score: how the likelihood changes with everything that the plant says.
 `score_by_blocks`
     The score by blocks: a row of the pass back over a record.
+`unknown_start`
+    The likelihood of a record whose start is not known.
 `any_gain_letters`
     The letters of a predictor with any stable gain, and of its innovations.
 `autocovariances`
@@ -38,6 +40,12 @@ score_pass = StageList(
     "N G h eta F T V Pi x_s U Y gA gB gC gE gQ gR gS",
 )
 start_score = StageList(__name__, "score_by_blocks.start_score", "gP")
+mean_moves = StageList(__name__, "unknown_start.mean_moves", "F X_next")
+collapse = StageList(__name__, "unknown_start.collapse", "X_f H_c x_c rho_c")
+before_start = StageList(__name__, "unknown_start.before_start", "B_c D_c")
+after_start = StageList(
+    __name__, "unknown_start.after_start", "N_c Pi eta_n T_c delta_all"
+)
 error_noise = StageList(__name__, "autocovariances.error_noise", "W")
 first_autocovariances = StageList(
     __name__, "autocovariances.first_autocovariances", "Lambda_0 N_1"
