@@ -130,6 +130,7 @@ TIED = """
 residuals test_residuals_are_what_the_conditions_leave
 export._tracked test_what_a_system_tracks_is_refined_and_read_off
 export.from_statespace test_what_a_system_tracks_is_refined_and_read_off
+forms._require_same test_a_wrong_entry_is_measured
 numeric.Sums.__call__ test_sums_of_powers_repeat_one_step_exactly
 numeric.outside test_structural_zeros
 numeric._right_inverse test_right_inverse_is_the_one_of_least_weighted_trace

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 
 from .formats import json_records
 from .formats.json_files import JsonFile
+from .forms import Forms
 from .numeric import Matrices, Matrix
 from .numeric.linalg import eigenvalues
 from .numeric.validation import (
@@ -31,7 +32,7 @@ varying = partial(matrix, steps=True, field=complex)
 
 
 @dataclass(frozen=True, eq=False)
-class Observer(ReadOnly):
+class Observer(Forms, ReadOnly):
     """What every design function returns.
 
     Real or complex.  Either every matrix F, G, D, P, V, T, W is constant, or every

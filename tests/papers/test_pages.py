@@ -71,12 +71,17 @@ PAGES = (
     "smoothing.fixed_lag",
     "smoothing.disturbances",
     "smoothing.accurate_outputs",
+    "forms.change",
+    "forms.gramians",
 )
+
+
+OURS = {"identification", "smoothing", "forms"}
 
 
 def page(name):
     paper, _, module = name.partition(".")
-    room = paper if paper in ("identification", "smoothing") else f"papers.{paper}"
+    room = paper if paper in OURS else f"papers.{paper}"
     return importlib.import_module(f"luenberger.{room}.derivation.{module}").derive()
 
 

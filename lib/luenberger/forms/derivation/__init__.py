@@ -1,0 +1,14 @@
+"""The equations of an observer in other coordinates in SymPy, in reading order.
+
+`change`
+    A change of coordinates keeps the estimate and the certificate.
+`gramians`
+    The coordinates in which both Gramians are the same diagonal matrix.
+
+A proof or a stage list of a change of coordinates enters here.
+"""
+
+from ...stage_list import StageList
+
+changed = StageList(__name__, "change.changed", "F_S G_S D_S P_S T_S z_S")
+balancing = StageList(__name__, "gramians.balancing", "S U")

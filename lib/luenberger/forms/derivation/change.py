@@ -1,0 +1,119 @@
+"""A change of coordinates keeps the estimate and the certificate.
+
+The state of an observer is an aid: only its estimate counts.  In coordinates `z_S` all
+matrices change together, and what makes them an observer holds as before.
+
+Source: ours; that a change of coordinates keeps what a system does is common knowledge.
+"""
+
+from functools import cache
+
+from ...symbolic import Derivation, Line, Stage
+from .letters import *
+
+SOURCE = "ours"
+
+PAGE = (
+    """Let `S` be nonsingular and `U` its inverse. The state of the observer in new
+    coordinates is `S z`, and these are its matrices.""",
+    inverse := define(U * S, I),
+    is_z := define(z_S, S * z),
+    is_F := define(F_S, S * F * U),
+    is_G := define(G_S, S * G),
+    is_D := define(D_S, S * D),
+    is_P := define(P_S, P * U),
+    is_T := define(T_S, S * T),
+    "The observer moves in the new coordinates as it did in the old ones.",
+    moves := define(z_next, F * z + G * u + D * y),
+    chain(
+        "",
+        "the same motion",
+        S * z_next,
+        Line(S * (F * z + G * u + D * y), by=(moves,)),
+        Line(S * F * U * S * z + S * G * u + S * D * y, by=(inverse,)),
+        Line(F_S * z_S + G_S * u + D_S * y, by=(is_F, is_z, is_G, is_D)),
+    ),
+    "The estimate is the same at every instant, from every start and for every input.",
+    shows := define(w_hat, P * z + V * y + W * u),
+    chain(
+        "",
+        "the same estimate",
+        w_hat,
+        Line(P * z + V * y + W * u, by=(shows,)),
+        Line(P * U * S * z + V * y + W * u, by=(inverse,)),
+        Line(P_S * z_S + V * y + W * u, by=(is_P, is_z)),
+    ),
+    """What makes an observer of these matrices are equations between them and the
+    plant. The feedthrough has none of the matrices that change.""",
+    dynamics := define(T * A, F * T + D * C),
+    chain(
+        "",
+        "the error moves as before",
+        T_S * A,
+        Line(S * T * A, by=(is_T,)),
+        Line(S * (F * T + D * C), by=(dynamics,)),
+        Line(S * F * U * S * T + S * D * C, by=(inverse,)),
+        Line(F_S * T_S + D_S * C, by=(is_F, is_T, is_D)),
+    ),
+    enters := define(T * B, G + D * E),
+    chain(
+        "",
+        "the known input enters as before",
+        T_S * B,
+        Line(S * T * B, by=(is_T,)),
+        Line(S * (G + D * E), by=(enters,)),
+        Line(G_S + D_S * E, by=(is_G, is_D)),
+    ),
+    output := define(L, P * T + V * C),
+    chain(
+        "",
+        "the estimate shows what it did",
+        L,
+        Line(P * T + V * C, by=(output,)),
+        Line(P * U * S * T + V * C, by=(inverse,)),
+        Line(P_S * T_S + V * C, by=(is_P, is_T)),
+    ),
+    """A program that makes the new matrices in another way is measured by two
+    equations without an inverse of its own. The first also says that the poles are the
+    same.""",
+    chain(
+        "",
+        "what is measured of the motion",
+        F_S * S,
+        Line(S * F * U * S, by=(is_F,)),
+        Line(S * F, by=(inverse,)),
+    ),
+    chain(
+        "",
+        "what is measured of the estimate",
+        P_S * S,
+        Line(P * U * S, by=(is_P,)),
+        Line(P, by=(inverse,)),
+    ),
+)
+
+
+@cache
+def changed():
+    """All that changes of an observer, in the coordinates S z; U is the inverse."""
+    stages = (
+        Stage(F_S, S * F * U, by=(is_F,)),
+        Stage(G_S, S * G, by=(is_G,)),
+        Stage(D_S, S * D, by=(is_D,)),
+        Stage(P_S, P * U, by=(is_P,)),
+        Stage(T_S, S * T, by=(is_T,)),
+        Stage(z_S, S * z, by=(is_z,)),
+    )
+    return Derivation(
+        (F, G, D, P, T, z, S, U),
+        stages,
+        source=SOURCE,
+        letters=letters,
+        says="the observer in new coordinates",
+    )
+
+
+@cache
+def derive():
+    """The page."""
+    return Derivation(page=(*PAGE, changed()), letters=letters, source=SOURCE)

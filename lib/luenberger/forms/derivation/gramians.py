@@ -1,0 +1,135 @@
+"""The coordinates in which both Gramians are the same diagonal matrix.
+
+One Gramian says how far inputs move the state of the observer, the other how much of it
+the estimate shows.  In balanced coordinates both say the same of each state.
+
+Source: B. C. Moore, IEEE Trans. Automat. Contr. 26 (1981) 17-32; the square roots are
+of A. J. Laub, M. T. Heath, C. C. Paige and R. C. Ward, the same 32 (1987) 115-122.
+"""
+
+from functools import cache
+
+from ...symbolic import Derivation, Line, Stage, ZeroMatrix
+from .change import inverse, is_F, is_P
+from .letters import *
+
+SOURCE = "Moore (1981); Laub, Heath, Paige and Ward (1987)"
+nothing = ZeroMatrix(r, r)
+
+PAGE = (
+    "The Gramians change with the coordinates, as do the inputs.",
+    inverse,
+    is_F,
+    is_P,
+    is_N := define(N_S, S * N),
+    is_X := define(X_S, S * X * S.T),
+    is_Y := define(Y_S, U.T * Y * U),
+    "In discrete time they are what these equations say, and remain so.",
+    reached := define(X, F * X * F.T + N * N.T, name="reached from sample to sample"),
+    chain(
+        "",
+        "what inputs reach from sample to sample",
+        X_S,
+        Line(S * X * S.T, by=(is_X,)),
+        Line(S * (F * X * F.T + N * N.T) * S.T, by=(reached,)),
+        Line(S * F * U * S * X * S.T * (S * F * U).T + N_S * N_S.T, by=(inverse, is_N)),
+        Line(F_S * X_S * F_S.T + N_S * N_S.T, by=(is_F, is_X)),
+    ),
+    shown := define(Y, F.T * Y * F + P.T * P, name="shown from sample to sample"),
+    chain(
+        "",
+        "what the estimate shows from sample to sample",
+        Y_S,
+        Line(U.T * Y * U, by=(is_Y,)),
+        Line(U.T * (F.T * Y * F + P.T * P) * U, by=(shown,)),
+        Line((S * F * U).T * U.T * Y * U * S * F * U + P_S.T * P_S, by=(inverse, is_P)),
+        Line(F_S.T * Y_S * F_S + P_S.T * P_S, by=(is_F, is_Y)),
+    ),
+    "In continuous time they are what these say, and remain so as well.",
+    reached_c := define(F * X + X * F.T + N * N.T, nothing, name="reached in time"),
+    chain(
+        "",
+        "what inputs reach in time",
+        F_S * X_S + X_S * F_S.T + N_S * N_S.T,
+        Line(
+            S * F * U * S * X * S.T + S * X * S.T * (S * F * U).T + S * N * (S * N).T,
+            by=(is_F, is_X, is_N),
+        ),
+        Line(S * (F * X + X * F.T + N * N.T) * S.T, by=(inverse,)),
+        Line(nothing, by=(reached_c,)),
+    ),
+    shown_c := define(F.T * Y + Y * F + P.T * P, nothing, name="shown in time"),
+    chain(
+        "",
+        "what the estimate shows in time",
+        F_S.T * Y_S + Y_S * F_S + P_S.T * P_S,
+        Line(
+            (S * F * U).T * U.T * Y * U + U.T * Y * U * S * F * U + (P * U).T * P * U,
+            by=(is_F, is_Y, is_P),
+        ),
+        Line(U.T * (F.T * Y + Y * F + P.T * P) * U, by=(inverse,)),
+        Line(nothing, by=(shown_c,)),
+    ),
+    """Take roots of both Gramians, and the singular values of their product. No
+    Gramian is inverted, and none is squared.""",
+    root_X := define(X, R * R.T),
+    root_Y := define(Y, M.T * M),
+    values := define(M * R, Q_1 * Sigma * Q_2.T),
+    orthogonal_1 := define(Q_1.T * Q_1, I),
+    orthogonal_2 := define(Q_2.T * Q_2, I),
+    roots := define(Sigma, h * h),
+    inverse_roots := define(k * h, I),
+    is_S := define(S, k * Q_1.T * M),
+    is_U := define(U, R * Q_2 * k),
+    "These two matrices undo each other.",
+    chain(
+        "",
+        "one is the inverse of the other",
+        S * U,
+        Line(k * Q_1.T * M * R * Q_2 * k, by=(is_S, is_U)),
+        Line(k * Q_1.T * Q_1 * Sigma * Q_2.T * Q_2 * k, by=(values,)),
+        Line(k * Sigma * k, by=(orthogonal_1, orthogonal_2)),
+        Line(k * h * h * k, by=(roots,)),
+        Line(I, by=(inverse_roots,)),
+    ),
+    "Both Gramians are diagonal in the new coordinates, and they are equal.",
+    chain(
+        "",
+        "what inputs reach is diagonal",
+        X_S,
+        Line(S * R * R.T * S.T, by=(is_X, root_X)),
+        Line(k * Q_1.T * M * R * (k * Q_1.T * M * R).T, by=(is_S,)),
+        Line(k * Sigma * Sigma * k, by=(values, orthogonal_1, orthogonal_2)),
+        Line(k * h * h * h * h * k, by=(roots,)),
+        Line(Sigma, by=(inverse_roots, roots)),
+    ),
+    chain(
+        "",
+        "what the estimate shows is diagonal",
+        Y_S,
+        Line(U.T * M.T * M * U, by=(is_Y, root_Y)),
+        Line((M * R * Q_2 * k).T * M * R * Q_2 * k, by=(is_U,)),
+        Line(k * Sigma * Sigma * k, by=(values, orthogonal_1, orthogonal_2)),
+        Line(k * h * h * h * h * k, by=(roots,)),
+        Line(Sigma, by=(inverse_roots, roots)),
+    ),
+)
+
+
+@cache
+def balancing():
+    """The balanced coordinates, and the way back."""
+    stages = (Stage(S, k * Q_1.T * M, by=(is_S,)), Stage(U, R * Q_2 * k, by=(is_U,)))
+    return Derivation(
+        (R, M, Q_1, Q_2, k),
+        stages,
+        source=SOURCE,
+        letters=letters,
+        says="balanced coordinates and the way back",
+    )
+
+
+@cache
+def derive():
+    """The page."""
+    return Derivation(page=(*PAGE, balancing()), letters=letters, source=SOURCE)
