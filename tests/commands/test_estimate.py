@@ -357,3 +357,54 @@ def test_memory_does_not_grow_with_the_record(here):
         peaks.append(int(run.stdout.split()[-1]))
     kibibytes = 1024 if sys.platform == "darwin" else 1
     assert (peaks[1] - peaks[0]) / kibibytes < 8 * 1024
+
+
+@pytest.mark.parametrize("option, lag", [("--smooth", None), ("--lag 2", 2)])
+def test_a_plant_is_smoothed(call, here, option, lag):
+    """Also where a measurement is missing; with the one sigma of each state."""
+    y = Y.copy()
+    y[2, 0] = np.nan
+    pathlib.Path("data.csv").write_text(table(y=y).replace("nan", ""))
+    status, out, err = call("plant.json", "data.csv", *option.split(), "--out", "-")
+    assert status == 0, err
+    head, *rows = out.splitlines()
+    assert head == "time,position,position_sigma,speed,speed_sigma"
+    found = np.array([row.rsplit(",", 4)[1:] for row in rows], dtype=float)
+    wanted = lb.smooth(PLANT, y, U, lag=lag)
+    np.testing.assert_allclose(found[:, ::2], wanted.x, rtol=1e-12)
+    np.testing.assert_allclose(found[:, 1::2], wanted.std, rtol=1e-12)
+    assert [row.rsplit(",", 4)[0] for row in rows] == TIMES
+
+
+@pytest.mark.parametrize("option", ["--smooth", "--lag 30"])
+def test_a_long_table_is_smoothed_as_it_is(call, here, option):
+    rng = np.random.default_rng(3)
+    y, u = rng.normal(size=(5000, 2)), rng.normal(size=(5000, 1))
+    text = table(times=list(range(5000)), y=y, u=u)
+    pathlib.Path("data.csv").write_text(text)
+    status, _, err = call("plant.json", "data.csv", *option.split(), "--out", "e.csv")
+    assert status == 0, err
+    found = np.loadtxt("e.csv", delimiter=",", skiprows=1)
+    lag = 30 if "lag" in option else None
+    np.testing.assert_allclose(found[:, 1::2], lb.smooth(PLANT, y, u, lag=lag).x)
+    np.testing.assert_array_equal(found[:, 0], np.arange(5000))
+
+
+def test_smoothing_takes_a_plant(call, here):
+    status, _, err = call("observer.json", "data.csv", "--smooth", "--out", "e.csv")
+    assert status == 1 and "does not hold a plant" in err
+    assert not pathlib.Path("e.csv").exists()
+
+
+@pytest.mark.parametrize(
+    "options, message",
+    [
+        ("--lag=-1", "give a number of rows"),
+        ("--lag 1.5", "give a number of rows"),
+        ("--smooth --plant plant.json", "takes the plant alone"),
+    ],
+)
+def test_wrong_options_of_smoothing(call, here, capfd, options, message):
+    with pytest.raises(SystemExit, match="2"):
+        call("plant.json", "data.csv", *options.split(), "--out", "e.csv")
+    assert message in capfd.readouterr().err

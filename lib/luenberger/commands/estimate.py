@@ -1,9 +1,10 @@
-"""`estimate`: a saved observer run on a CSV file of any length."""
+"""`estimate`: an observer run on a CSV file of any length, or a plant smoothed."""
 
 import codecs
 import contextlib
 import os
-from argparse import ArgumentParser, Namespace
+from argparse import ArgumentParser, ArgumentTypeError, Namespace
+from collections.abc import Callable
 from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,16 @@ from .registration import file, plant_of, register, sample
 from .terminal import flush, require_open, say, tell
 
 STREAM = "-"
+DESCRIPTION = (
+    "Run an observer on a CSV file of any length, a few rows at a "
+    "time. The file has a column for each output and input, by name, in any order "
+    "and among others, and perhaps one called time, t or instant, which is carried "
+    "along as it is, unless a spreadsheet would take it for a formula. A missing "
+    "measurement is refused: gains that are fixed beforehand cannot leave it out. "
+    "With --smooth, the file is a plant instead, and each row is estimated from "
+    "all measurements, earlier and later, with its one sigma; some may be missing. "
+    "With --lag N, each row waits for N more, and the record may be of any length."
+)
 
 
 def add(commands: Any) -> None:
@@ -20,17 +31,19 @@ def add(commands: Any) -> None:
         "estimate",
         run,
         help="run a saved observer on measurements",
-        description="Run an observer on a CSV file of any length, a few rows at a "
-        "time. The file has a column for each output and input, by name, in any order "
-        "and among others, and perhaps one called time, t or instant, which is carried "
-        "along as it is, unless a spreadsheet would take it for a formula. A missing "
-        "measurement is refused: gains that are fixed beforehand cannot leave it out.",
+        description=DESCRIPTION,
         examples=[
             "estimate report/observer.json tracker.csv --out estimates.csv",
             "estimate report/observer.json tracker.csv --plant tracker.json --out -",
+            "estimate tracker.json tracker.csv --smooth --out smoothed.csv",
         ],
     )
-    one.add_argument("observer", type=file, metavar="OBSERVER.json")
+    one.add_argument(
+        "observer",
+        type=file,
+        metavar="OBSERVER.json",
+        help="the observer; with --smooth or --lag, a plant with Q, R and P0",
+    )
     reads = "measurements; - reads stdin"
     one.add_argument("data", type=stream, metavar="DATA.csv", help=reads)
     one.add_argument(
@@ -46,10 +59,20 @@ def add(commands: Any) -> None:
         metavar="PLANT.json",
         help="the plant it observes: names the observer lacks, and x0 for the start",
     )
+    _smoothing(one)
     sample(one)
     _backend(one)
     one.add_argument(
         "--dry-run", action="store_true", help="read and estimate, but write nothing"
+    )
+
+
+def _smoothing(one: ArgumentParser) -> None:
+    one.add_argument(
+        "--smooth", action="store_true", help="smooth a plant's record with all of it"
+    )
+    one.add_argument(
+        "--lag", type=_rows, metavar="N", help="smooth it with N more rows at each"
     )
 
 
@@ -67,24 +90,48 @@ def stream(text: str) -> Path | str:
     return text if text == STREAM else file(text)
 
 
+def _rows(text: str) -> int:
+    """A number of rows."""
+    if not (text.isascii() and text.isdigit()):
+        raise ArgumentTypeError(f"give a number of rows, 0 or more, not {text!r}")
+    return int(text)
+
+
+def _reader(options: Namespace) -> Callable[[Any], Any]:
+    """What makes header and rows of a table: an observer, or a plant's smoother."""
+    if options.smooth or options.lag is not None:
+        from ..smoothing import table as smoothed
+
+        if options.plant is not None:
+            options.wrong(
+                "--plant goes with an observer; --smooth takes the plant alone"
+            )
+        plant = plant_of(options.observer, options)
+        return lambda table: smoothed.estimates(
+            plant, table, options.lag, options.backend
+        )
+    from ..observer import Observer
+    from ..run import estimate_csv
+
+    if options.sample is not None and options.plant is None:
+        options.wrong("--sample goes with --plant or --smooth")
+    observer = Observer.from_json(options.observer)
+    known = None if options.plant is None else plant_of(options.plant, options)
+    return lambda table: estimate_csv.estimates(observer, table, known, options.backend)
+
+
 def run(options: Namespace) -> None:
     """Estimate, and say how many rows were written."""
     from ..errors import few
     from ..formats.atomic import require_other
     from ..formats.csv_reader import Table
-    from ..observer import Observer
     from ..run import estimate_csv
 
-    if options.sample is not None and options.plant is None:
-        options.wrong("--sample goes with --plant")
     require_other(options.out, options.observer, options.data, options.plant)
-    observer = Observer.from_json(options.observer)
-    plant = None if options.plant is None else plant_of(options.plant, options)
+    read = _reader(options)
     with _source(options.data) as file, _sink(options) as out:
         where = "stdin" if options.data == STREAM else options.data
-        header, rows = estimate_csv.estimates(
-            observer, Table(file, where), plant, options.backend
-        )
+        header, rows = read(Table(file, where))
         count = estimate_csv.write(out, header, rows)
     if options.out == STREAM:
         flush()

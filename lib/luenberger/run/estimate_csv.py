@@ -98,7 +98,7 @@ def _estimated(
 
     def ys() -> Iterator[Matrix]:
         for piece in rows:
-            _require_times(table, piece)
+            require_times(table, piece)
             now.append(piece)
             yield _measured(table, outputs, piece)
 
@@ -113,7 +113,8 @@ def _estimated(
         yield now[0], x
 
 
-def _require_times(table: Table, piece: Rows) -> None:
+def require_times(table: Table, piece: Rows) -> None:
+    """Raise if a time would be a formula in a spreadsheet."""
     if (k := first_formula(piece.carried)) is not None:
         raise ValueError(
             f"{table.at(piece.lines[k])}: the time {short(piece.carried[k])} would be "
@@ -140,6 +141,8 @@ def write(file: TextIO, header: Sequence[str], rows: Iterable[Piece]) -> int:
     csv.writer(file, lineterminator="\n").writerow(header)
     count = 0
     for piece, x in rows:
+        if not len(x):
+            continue
         times = piece.carried or map(str, range(count + 1, count + len(x) + 1))
         numbers = repr(x.tolist())[2:-2].replace(", ", ",").split("],[")
         file.write("".join([f"{time},{row}\n" for time, row in zip(times, numbers)]))
