@@ -242,19 +242,19 @@ def test_blanks_around_a_name_do_not_count(here, call):
     record = measurements.Measurements(Y, U, np.arange(5.0))
     report = measurements.apply(OBSERVER, (0,), PLANT, record)
     np.testing.assert_array_equal(x, report.x)
-    (here / "data.csv").write_text(table(["1", "2", "3", "4", "5"]).replace("n/a,", "")
-                                   .replace("note,", ""))  # fmt: skip
+    text = table(["1", "1.5", "2", "2.5", "3"]).replace("n/a,", "")
+    (here / "data.csv").write_text(text.replace("note,", ""))
     found = measurements.read("data.csv", odd)
     np.testing.assert_array_equal(found.y, Y)
-    np.testing.assert_array_equal(found.time, np.arange(1.0, 6.0))
+    np.testing.assert_array_equal(found.time, [1, 1.5, 2, 2.5, 3])
 
 
-def test_without_a_column_of_times_rows_are_counted(here):
+def test_without_a_column_of_times_rows_are_dt_apart(here):
     header = 'push,"a, b",radar'
     rows = [f"{U[k, 0]},{Y[k, 1]},{Y[k, 0]}" for k in range(5)]
     (here / "data.csv").write_text("\n".join([header, *rows]))
     found = measurements.read("data.csv", PLANT)
-    np.testing.assert_array_equal(found.time, [1, 2, 3, 4, 5])
+    np.testing.assert_array_equal(found.time, [0.5, 1, 1.5, 2, 2.5])
 
 
 @pytest.mark.parametrize("other", ["radar ", "radar"])

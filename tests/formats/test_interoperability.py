@@ -384,8 +384,10 @@ def test_columns_are_found_by_name_and_the_index_is_kept():
         assert list(found.columns) == ["position", "speed"]
         np.testing.assert_array_equal(found.to_numpy(), wanted)
     assert type(lb.estimate(observer, y, one)) is np.ndarray
-    without = lb.estimate(observer, one[["radar", "wheel"]])
+    without = lb.estimate(observer, one[["radar", "wheel"]], 0)
     np.testing.assert_array_equal(without, lb.estimate(observer, y))
+    with pytest.raises(ValueError, match="y has no column 'push'.*u=0 says that no"):
+        lb.estimate(observer, one[["radar", "wheel"]])
 
 
 def test_one_channel_may_be_a_series():
@@ -476,7 +478,7 @@ def test_tables_that_do_not_fit(given, message):
 
 def test_inputs_are_not_left_out_by_a_missing_column():
     two = dict(B=np.eye(2), input_names=("push", "slope"))
-    with pytest.raises(ValueError, match="u has no column 'slope'"):
+    with pytest.raises(ValueError, match="y has no column 'slope'"):
         lb.estimate(lb.kalman_filter(two_sensors(**two)), table())
 
 

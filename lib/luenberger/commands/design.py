@@ -16,6 +16,7 @@ from .terminal import say, written
 if TYPE_CHECKING:
     from ..formats.json_files import JsonFile
     from ..plant import Plant
+    from ..run.measurements import Measurements
 
 REPORT = "report.html"
 ESTIMATES = "estimates.csv"
@@ -69,10 +70,11 @@ def run(options: Namespace) -> None:
     from ..run import measurements
 
     file, out = json_file(options.plant, "a plant"), options.out
-    plant = plant_of(file, options)
+    given = plant = plant_of(file, options)
     require_plain_names(plant)
     if options.data is not None:
-        measurements.read(options.data, plant)
+        record = measurements.read(options.data, plant)
+        plant = given if given.dt > 0 else _sampled_as(given, record, options.data)
     beside = _workplace(out)
     if options.dry_run:
         written([out / name for name in _planned(plant, options)], dry=True)
@@ -81,7 +83,7 @@ def run(options: Namespace) -> None:
         work = Path(tempfile.mkdtemp(prefix=".luenberger-", dir=beside))
         stack.callback(shutil.rmtree, work, ignore_errors=True)
         try:
-            finished = _make(work, plant, _content(plant, file, options), options.data)
+            finished = _make(work, plant, _content(plant, file), options.data)
         except notebook.NotebookError as error:
             raise ValueError(str(error)) from None
         paths = _publish(finished, out)
@@ -99,11 +101,33 @@ def _planned(plant: "Plant", options: Namespace) -> list[str]:
     return _in_order(names if noisy(plant) else names - set(RECOMMENDED))
 
 
-def _content(plant: "Plant", file: "JsonFile", options: Namespace) -> bytes:
+def _sampled_as(plant: "Plant", record: "Measurements", data: Path) -> "Plant":
+    """A continuous plant, sampled as often as a record."""
+    from ..run.clock import periods
+
+    if not record.stamps:
+        raise ValueError(
+            f"the plant is continuous, and {data} has no column of times; --sample DT "
+            "says how many seconds its rows are apart"
+        )
+    steps = periods(record.time)
+    if not len(steps) or not (steps == steps[0]).all():
+        apart = f", {steps.min():g} to {steps.max():g} s apart" if len(steps) else ""
+        raise ValueError(
+            f"the plant is continuous, and the {len(record.time)} rows of {data} are "
+            f"at no constant period{apart}; --sample DT gives the one to design for. "
+            "lb.filter_data(plant, table) filters at uneven instants"
+        )
+    say(f"sampled every {steps[0]:g} s, as {data} is")
+    return plant.sampled(float(steps[0]))
+
+
+def _content(plant: "Plant", file: "JsonFile") -> bytes:
     """What plant.json holds: the bytes that were read, or the sampled plant."""
     from ..formats import json_records
+    from ..plant import Plant
 
-    if options.sample is None:
+    if Plant.from_json(file).dt == plant.dt:
         return file.content
     about = [plant.description] if plant.description else []
     about.append(

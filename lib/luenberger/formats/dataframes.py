@@ -18,19 +18,24 @@ def arrays(y: Any, u: Any, outputs: Names, inputs: Names) -> tuple[Any, Any]:
 
     Without u, the columns of y's DataFrame that are named as inputs are it.
     """
-    if u is None and _is("DataFrame", y) and inputs:
-        shared = sorted(set(inputs) & set(outputs or ()))
+    within = u is None and _is("DataFrame", y) and bool(inputs)
+    if within:
+        shared = sorted(set(inputs or ()) & set(outputs or ()))
         if shared:
             raise ValueError(
                 f"an input and an output are both called {shared[0]!r}, so one table "
                 "cannot hold both. Pass u as well, or rename one."
             )
+<<<<<<< HEAD
         u = y if any(name in y.columns for name in inputs) else None
+=======
+        u = y
+>>>>>>> 5493bee (Hold the times of a record against dt, sample continuous plants at them)
     if is_table(y) and is_table(u) and not y.index.equals(u.index):
         raise ValueError(
             "y and u are tables with different rows; give both the same index"
         )
-    return _numbers("y", y, outputs), _numbers("u", u, inputs)
+    return _numbers("y", y, outputs), _numbers("y" if within else "u", u, inputs)
 
 
 def like(table: Any, values: np.ndarray, names: Sequence[str]) -> Any:
@@ -100,6 +105,14 @@ def _is(kind: str, value: object) -> bool:
     return pandas is not None and isinstance(value, getattr(pandas, kind))
 
 
+<<<<<<< HEAD
+=======
+def is_table(value: object) -> TypeGuard[Any]:
+    """Whether a value is a DataFrame or a Series."""
+    return _is("DataFrame", value) or _is("Series", value)
+
+
+>>>>>>> 5493bee (Hold the times of a record against dt, sample continuous plants at them)
 def _numbers(name: str, value: Any, wanted: Names) -> Any:
     if not is_table(value):
         return value
@@ -128,7 +141,7 @@ def _columns(name: str, frame: Any, wanted: Sequence[Any]) -> Any:
         raise ValueError(
             f"{name} has no column {missing[0]!r}; it has {_few(frame.columns)}. "
             "Columns are found by the names of the plant's signals: rename them, name "
-            "the plant's, or pass an array."
+            "the plant's, or pass an array; u=0 says that no known input acts."
         )
     found = frame[list(wanted)]
     if found.shape[1] != len(wanted):

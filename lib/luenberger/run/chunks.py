@@ -1,6 +1,7 @@
 """A record as it comes, whole or in chunks, as arrays that were checked."""
 
 from collections.abc import Callable, Iterator, Sequence
+from itertools import repeat
 from typing import Any
 
 import numpy as np
@@ -33,6 +34,8 @@ def found(step: Step, state: Any, y: Any, u: Any) -> Any:
     """
     if not isinstance(y, Iterator):
         return step(state, y, u)[1]
+    if isinstance(u, (int, float)) and u == 0:
+        u = repeat(0)
     if u is not None and not isinstance(u, Iterator):
         raise ValueError("y is an iterator of chunks, so u must be one too")
     return _each(step, state, y, u)
@@ -41,7 +44,7 @@ def found(step: Step, state: Any, y: Any, u: Any) -> Any:
 def _each(step: Step, state: Any, ys: Iterator, us: Iterator | None) -> Iterator:
     for y in ys:
         u = None if us is None else next(us, ())
-        if u is not None and len(u) == 0 < len(y):
+        if u is not None and not isinstance(u, int) and len(u) == 0 < len(y):
             raise ValueError("u has fewer chunks, or emptier ones, than y")
         state, result = step(state, y, u)
         yield result
@@ -55,6 +58,8 @@ def arrays(
     `outputs` and `inputs` are a count and the names, or None, of the columns.
     """
     (p, output_names), (m, input_names) = outputs, inputs
+    if isinstance(u, (int, float)) and u == 0:
+        u = np.zeros((len(y), m)) if m else None
     y, u = dataframes.arrays(y, u, output_names, input_names)
     y = rows("y", y, p, missing)
     u = rows("u", np.zeros((len(y), m)) if u is None else u, m)

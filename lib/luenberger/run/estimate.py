@@ -19,6 +19,7 @@ from ..observer import Observer
 from ..papers.leondes_novak.derivation import observer_step
 from . import chunks
 from .chunks import single
+from .clock import Clock
 
 ESTIMATED = 1_000_000  # rows that NumPy estimates in the time that compiling takes
 OBSERVER = Recursion(
@@ -31,24 +32,28 @@ OBSERVER = Recursion(
 
 @overload
 def estimate(
-    observer: Observer, y: Iterator[Any], u: Iterator[Any] | None = ..., *,
-    u0: Given = ..., z0: Given = ..., x0: Given = ..., backend: str = ...
+    observer: Observer, y: Iterator[Any], u: Iterator[Any] | int | None = ..., *,
+    time: str | None = ..., u0: Given = ..., z0: Given = ..., x0: Given = ...,
+    backend: str = ...
 ) -> Iterator[Matrix]: ...  # fmt: skip
 @overload
 def estimate(
-    observer: Observer, y: np.ndarray | Sequence[Any], u: Given = ..., *,
-    u0: Given = ..., z0: Given = ..., x0: Given = ..., backend: str = ...
+    observer: Observer, y: np.ndarray | Sequence[Any], u: Given | int = ..., *,
+    time: Any = ..., u0: Given = ..., z0: Given = ..., x0: Given = ...,
+    backend: str = ...
 ) -> Matrix: ...  # fmt: skip
 @overload
 def estimate(
     observer: Observer, y: Any, u: Any = ..., *,
-    u0: Given = ..., z0: Given = ..., x0: Given = ..., backend: str = ...
+    time: Any = ..., u0: Given = ..., z0: Given = ..., x0: Given = ...,
+    backend: str = ...
 ) -> Any: ...  # fmt: skip
 def estimate(
     observer: Observer,
     y: Any,
     u: Any = None,
     *,
+    time: Any = None,
     u0: Given = None,
     z0: Given = None,
     x0: Given = None,
@@ -67,8 +72,11 @@ def estimate(
         in any order and among others; by position where the observer has no names.
         A Series is the one channel of p = 1.
     u : (N, m) array_like or DataFrame, or an iterator of chunks like y's, optional
-        Known input at the same instants, default zero.  If y is a DataFrame with
-        columns named `observer.input_names`, the default is these.
+        Known input at the same instants.  By default the columns of the DataFrame y
+        that are named `observer.input_names`, or zero for an array; 0 if there is no
+        known input.
+    time : (N,) array_like or "rows", optional
+        When each row was measured, as in `filter_data`.  It must agree with dt.
     u0 : (m,) array_like, optional
         For a time-varying filter, the input that acted from instant 0 to 1.
     z0 : (r,) array_like, optional
@@ -119,14 +127,22 @@ def estimate(
     u0 = dataframes.entries("u0", u0, observer.input_names)
     x0 = dataframes.entries("x0", x0, observer.state_names)
     begun = 0, start(observer, u0, z0, x0)
-    return chunks.found(partial(_chunk, observer, backend), begun, y, u)
+    step = partial(_chunk, observer, Clock(observer.dt), time, backend)
+    return chunks.found(step, begun, y, u)
 
 
 def _chunk(
-    observer: Observer, backend: str, before: tuple[int, Vector], y: Any, u: Any
+    observer: Observer,
+    watch: Clock,
+    time: Any,
+    backend: str,
+    before: tuple[int, Vector],
+    y: Any,
+    u: Any,
 ) -> tuple[tuple[int, Vector], Any]:
     """The estimates of the next rows; the state is how many rows were done, and z."""
     o, table, (done, z) = observer, y, before
+    watch.follow(y, time, (*(o.output_names or ()), *(o.input_names or ())))
     outputs, inputs = (o.D.shape[-1], o.output_names), (o.G.shape[-1], o.input_names)
     y, u = chunks.arrays(y, u, outputs, inputs)
     here = slice(done, done + len(y))

@@ -17,6 +17,7 @@ from ..numeric import Matrix, Vector
 from ..numeric.validation import names
 from ..observer import Observer
 from ..plant import Plant
+from .clock import Column
 from .estimate import estimate
 from .measurements import require_finite, time_column
 
@@ -50,7 +51,7 @@ def estimates(
     ------
     ValueError
         Naming line and column, if a value is missing, an estimate overflows, or a
-        time would be a formula in a spreadsheet.
+        time would be a formula in a spreadsheet or contradicts dt.
     """
     x0 = None
     if plant is not None:
@@ -68,7 +69,8 @@ def estimates(
     require_plain("state", observer.estimate_names)
     rows = table.rows([*outputs, *inputs], outputs, clock)
     runs_compiled(backend, 0)
-    return header, _estimated(observer, table, rows, outputs, x0, backend)
+    times = None if clock is None else Column(clock, observer.dt, any_text=True)
+    return header, _estimated(observer, table, rows, outputs, x0, backend, times)
 
 
 def _named(observer: Observer, plant: Plant) -> Observer:
@@ -91,6 +93,7 @@ def _estimated(
     outputs: Sequence[str],
     x0: Vector | None,
     backend: str,
+    times: Column | None,
 ) -> Iterator[Piece]:
     """The pieces of a table with their estimates; no piece is kept."""
     now: deque[Rows] = deque(maxlen=1)
@@ -98,7 +101,7 @@ def _estimated(
 
     def ys() -> Iterator[Matrix]:
         for piece in rows:
-            require_times(table, piece)
+            require_times(table, piece, times)
             now.append(piece)
             yield _measured(table, outputs, piece)
 
@@ -113,14 +116,16 @@ def _estimated(
         yield now[0], x
 
 
-def require_times(table: Table, piece: Rows) -> None:
-    """Raise if a time would be a formula in a spreadsheet."""
+def require_times(table: Table, piece: Rows, times: Column | None = None) -> None:
+    """Raise if a time would be a formula in a spreadsheet, or contradicts dt."""
     if (k := first_formula(piece.carried)) is not None:
         raise ValueError(
             f"{table.at(piece.lines[k])}: the time {short(piece.carried[k])} would be "
             "a formula in a spreadsheet; a time is a number or text, and begins with "
             "no =, @, + or - unless it is a number"
         )
+    if times is not None:
+        times.seconds(piece.carried, lambda k: table.at(piece.lines[k]))
 
 
 def _measured(table: Table, outputs: Sequence[str], piece: Rows) -> Matrix:

@@ -19,7 +19,12 @@ from ..recursion.filter_pass import Pass
 from ..recursion.late_pass import LatePass
 from ..recursion.settings import Settings
 from ..recursion.state import State, start
+<<<<<<< HEAD
 from . import arrivals, chunks
+=======
+from . import chunks
+from .clock import Clock, of_record
+>>>>>>> 5493bee (Hold the times of a record against dt, sample continuous plants at them)
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,6 +58,7 @@ Outputs = int | Sequence[int | str]  # how many, or which
 
 @overload
 def filter_data(
+<<<<<<< HEAD
     plant: Plant, y: Iterator[Any], u: Iterator[Any] | None = ..., *, m1: Outputs = ...,
     u0: Given = ..., weight: Given | str = ..., history: bool = ..., backend: str = ...,
     arrival: Any = ..., horizon: int | None = ...,
@@ -62,12 +68,24 @@ def filter_data(
     plant: Plant, y: ArrayLike, u: Given = ..., *, m1: Outputs = ...,
     u0: Given = ..., weight: Given | str = ..., history: bool = ..., backend: str = ...,
     arrival: Any = ..., horizon: int | None = ...,
+=======
+    plant: Plant, y: Iterator[Any], u: Iterator[Any] | int | None = ..., *,
+    time: str | None = ..., m1: Outputs = ..., u0: Given = ...,
+    weight: Given | str = ..., history: bool = ..., backend: str = ...
+) -> Iterator[Filtered]: ...  # fmt: skip
+@overload
+def filter_data(
+    plant: Plant, y: ArrayLike, u: Given | int = ..., *, time: Any = ...,
+    m1: Outputs = ..., u0: Given = ..., weight: Given | str = ...,
+    history: bool = ..., backend: str = ...
+>>>>>>> 5493bee (Hold the times of a record against dt, sample continuous plants at them)
 ) -> Filtered: ...  # fmt: skip
 def filter_data(
     plant: Plant,
     y: Any,
     u: Any = None,
     *,
+    time: Any = None,
     m1: Outputs = 0,
     u0: Given = None,
     weight: Given | str = None,
@@ -90,15 +108,22 @@ def filter_data(
     Parameters
     ----------
     plant : Plant
-        Discrete, with Q, R and P0.
+        With Q, R and P0.  A continuous one is sampled at the record's instants, with
+        inputs held between them; where x0 and P0 are of the instant before the first
+        row, that is as long before it as the second row is after it.
     y : (N, p) array_like or pandas.DataFrame, or an iterator of such chunks
         Measurements at instants 1 .. N.  NaN, None, pandas.NA and what a mask covers
         were not measured.  With an iterator the result is an iterator of `Filtered`,
         one for each chunk, and memory stays flat.  The columns of a DataFrame are
         found by the plant's names, as in `estimate`.
     u : (N, m) array_like or DataFrame, or an iterator of chunks like y's, optional
-        Known input at the same instants, default zero, or the columns of the
-        DataFrame y that are named as inputs.
+        Known input at the same instants.  By default the columns of the DataFrame y
+        that are named as inputs, or zero for an array; 0 if there is no known input.
+    time : (N,) array_like or "rows", optional
+        When each row was measured: seconds, dates or durations.  Default the index of
+        a table (dates, durations, decimal numbers, or called `time` or `t`) or its
+        column `time` or `t`.  They must agree with a discrete plant's dt; "rows"
+        leaves them out of account.
     m1 : int or sequence, default 0
         Accurate outputs, as in `reduced_order_filter`; 0 is the Kalman filter.
     u0 : (m,) array_like, optional
@@ -128,8 +153,13 @@ def filter_data(
     Raises
     ------
     ValueError
+<<<<<<< HEAD
         If sizes disagree or a value is infinite; if a reading arrives before it was
         measured.
+=======
+        If sizes disagree, a value is infinite, or the instants of the rows contradict
+        dt, do not grow, or are not known for a continuous plant.
+>>>>>>> 5493bee (Hold the times of a record against dt, sample continuous plants at them)
     ImportError
         If numba is asked for and not installed.
     DesignError
@@ -173,17 +203,29 @@ def filter_data(
     >>> lb.filter_data(plant, [[2], [nan], [2]]).std[:, 0].round(4)
     array([0.7071, 0.7071, 0.5774])
 
+<<<<<<< HEAD
     The second reading arrives one row late:
 
     >>> found = lb.filter_data(plant, [[2], [1], [2]], arrival=[[0], [2], [2]])
     >>> found.x[:, 0], found.std[:, 0].round(4)
     (array([1.  , 1.  , 1.25]), array([0.7071, 0.7071, 0.5   ]))
+=======
+    A continuous plant, at uneven instants:
+
+    >>> walk = lb.Plant([[0]], None, [[1]], Q=[[1]], R=[[0]], P0=[[0]])
+    >>> lb.filter_data(walk, [[2], [nan], [nan]], time=[0, 1, 5]).std[:, 0]
+    array([0., 1., 2.2360...])
+>>>>>>> 5493bee (Hold the times of a record against dt, sample continuous plants at them)
     """
     expect(plant=plant)
+    watch = None if plant.dt == 0 else Clock(plant.dt)
+    if plant.dt == 0 and not isinstance(y, Iterator):
+        plant = of_record(plant, y, time)
     settings = Settings(plant, m1, weight)
     u0 = dataframes.entries("u0", u0, plant.input_names)
     u0 = np.zeros(plant.m) if u0 is None else chunks.single("u0", u0, plant.m)
     kernels.runs_compiled(backend, 0)  # refuse a backend now, not at the first chunk
+<<<<<<< HEAD
     if arrival is not None:
         if backend == "numba":
             raise ValueError("arrival needs backend='numpy' or 'auto'")
@@ -194,14 +236,26 @@ def filter_data(
     if horizon is not None:
         raise ValueError("horizon goes with arrival, which was not given")
     step = partial(_chunk, Pass(settings), history, backend)
+=======
+    step = partial(_chunk, Pass(settings), watch, time, history, backend)
+>>>>>>> 5493bee (Hold the times of a record against dt, sample continuous plants at them)
     return chunks.found(step, start(settings, plant.x0, u0), y, u)
 
 
 def _chunk(
-    run: Pass, history: bool, backend: str, state: State, y: Any, u: Any
+    run: Pass,
+    watch: Clock | None,
+    time: Any,
+    history: bool,
+    backend: str,
+    state: State,
+    y: Any,
+    u: Any,
 ) -> tuple[State, Filtered]:
     """Filter the next rows of a pass: the state after them, and their `Filtered`."""
     plant, table = run.settings.plant, y
+    if watch is not None:
+        watch.follow(y, time, (*plant.output_names, *plant.input_names))
     outputs, inputs = (plant.p, plant.output_names), (plant.m, plant.input_names)
     y, u = chunks.arrays(y, u, outputs, inputs, missing=True)
     last = _last(plant, state, y)

@@ -13,12 +13,13 @@ import numpy as np
 from .. import kernels
 from ..analysis.error_covariance import error_covariance
 from ..errors import few, short
-from ..formats.csv_reader import Table, number, separator
+from ..formats.csv_reader import Table, separator
 from ..formats.json_files import opened
 from ..numeric import Matrix, Vector
 from ..observer import Observer
 from ..papers.leondes_novak.derivation import predict
 from ..plant import Plant
+from .clock import Column
 from .estimate import estimate
 from .filter_data import filter_data
 
@@ -36,12 +37,16 @@ class Measurements:
     u : (N, m) ndarray
         Known inputs.
     time : (N,) ndarray
-        The record's own time column, or the instants 1 .. N.
+        Seconds: the record's own time column, dates from the first on; without one,
+        dt times the instants 1 .. N.
+    stamps : tuple of str
+        The time column as it stands in the file; empty without one.
     """
 
     y: np.ndarray
     u: np.ndarray
     time: np.ndarray
+    stamps: tuple[str, ...] = ()
 
     def of(self, plant: Plant, state: int) -> Vector | None:
         """The record of an output that is this very state, or None."""
@@ -61,7 +66,9 @@ def read(path: str | Path, plant: Plant) -> Measurements:
     """Read a CSV file whose columns are named after the plant's outputs and inputs.
 
     The columns may come in any order, a column `time`, `t` or `instant` beside them.
-    An empty cell or `nan` in an output column means that it was not measured.
+    An empty cell or `nan` in an output column means that it was not measured.  Times
+    are seconds or dates, or numbers of samples in a column `instant`; they must agree
+    with a discrete plant's dt.
 
     Raises
     ------
@@ -74,16 +81,19 @@ def read(path: str | Path, plant: Plant) -> Measurements:
         clock = time_column(table, outputs, inputs)
         parts = list(table.rows([*outputs, *inputs], outputs, clock))
     values = np.concatenate([part.values for part in parts])
-    time = [
-        number(path, line, clock, text)
-        for part in parts
-        for line, text in zip(part.lines, part.carried)
-    ]
-    return Measurements(
-        y=values[:, : plant.p],
-        u=values[:, plant.p :],
-        time=np.array(time) if clock else np.arange(1.0, len(values) + 1),
-    )
+    stamps = tuple(text for part in parts for text in part.carried)
+    lines = [line for part in parts for line in part.lines]
+    if clock is None:
+        time = _rounded((plant.dt or 1.0) * np.arange(1, len(values) + 1))
+    else:
+        at = [f"{path}, line {line}" for line in lines].__getitem__
+        time = Column(clock, plant.dt).seconds(stamps, at)
+    return Measurements(values[:, : plant.p], values[:, plant.p :], time, stamps)
+
+
+def _rounded(time: Vector) -> Vector:
+    """Multiples of a period without the rounding of the product: 0.3, not 0.30...04."""
+    return np.array([float(f"{t:.15g}") for t in time])
 
 
 def time_column(
@@ -147,6 +157,7 @@ class Estimates:
     x: np.ndarray
     std: np.ndarray | None
     how: str
+    stamps: tuple[str, ...] = ()
 
 
 def apply(
@@ -178,10 +189,10 @@ def apply(
         how, covariance = _bounds(observer, plant, len(x))
     how = "The estimates are those of observer.json; " + how
     if covariance is None:
-        return Estimates(data.time, x, None, how)
+        return Estimates(data.time, x, None, how, data.stamps)
     variance = np.diagonal(covariance, axis1=1, axis2=2)
     std = np.broadcast_to(np.sqrt(np.maximum(variance, 0)), x.shape)
-    return Estimates(data.time, x, std, how)
+    return Estimates(data.time, x, std, how, data.stamps)
 
 
 def _filtered(accurate: Sequence[int], plant: Plant, data: Measurements) -> Estimates:
@@ -194,7 +205,7 @@ def _filtered(accurate: Sequence[int], plant: Plant, data: Measurements) -> Esti
         f"estimates come from the time-varying {kind}, which leaves out what was "
         "not measured; not from observer.json."
     )
-    return Estimates(data.time, done.x, done.std, how)
+    return Estimates(data.time, done.x, done.std, how, data.stamps)
 
 
 def _bounds(observer: Observer, plant: Plant, samples: int) -> tuple[str, Matrix]:
@@ -244,7 +255,8 @@ def require_finite(x: Matrix, names: Sequence[str], at: Callable[[int], str]) ->
 def write(file: TextIO, plant: Plant, estimates: Estimates) -> None:
     """Write estimates to an open file: time, then each state and its one sigma.
 
-    Without bounds there are no columns for them.
+    Times are those of the record, as they stand there.  Without bounds there are no
+    columns for them.
     """
     out, wide = csv.writer(file, lineterminator="\n"), ("", "_sigma")
     if estimates.std is None:
@@ -254,5 +266,6 @@ def write(file: TextIO, plant: Plant, estimates: Estimates) -> None:
         table = pairs.reshape(len(pairs), -1)
     names = (name + end for name in plant.state_names for end in wide)
     out.writerow(["time", *names])
-    for t, row in zip(estimates.time, table):
-        out.writerow([repr(float(value)) for value in (t, *row)])
+    times = estimates.stamps or [repr(float(t)) for t in estimates.time]
+    for time, row in zip(times, table):
+        out.writerow([time, *(repr(float(value)) for value in row)])

@@ -1,0 +1,214 @@
+"""Instants of a record: evenly dt apart, or those a continuous plant is sampled at."""
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from ..errors import DesignError, short
+from ..formats import dataframes, time_stamps
+from ..numeric import Vector
+from ..plant import Plant
+from .discretise import discretise
+
+DRIFT = 0.01  # of the time since the first row, that a clock may be off by
+AHEAD = (
+    "Give a row for each sample, with empty cells (NaN) for what was not measured; or "
+    "give the continuous plant, which is sampled at these instants."
+)
+Place = Callable[[int], str]  # how a message names row k
+
+
+def row(k: int) -> str:
+    return f"row {k}"
+
+
+class Clock:
+    """The instants of a record of a discrete system, as its chunks come in."""
+
+    def __init__(self, dt: float) -> None:
+        self.dt = dt
+        self.first = self.last = 0.0
+        self.count = 0
+        self.origin: Any = None  # of dates
+
+    def follow(self, y: Any, time: Any, names: Sequence[str]) -> None:
+        """`require` of the instants of the next rows y, where they are known."""
+        if (found := instants(y, time, names, self.origin)) is not None:
+            seconds, self.origin = found
+            self.require(seconds)
+
+    def require(self, seconds: Vector, at: Place = row) -> None:
+        """Raise ValueError unless the next rows are about dt apart, and keep in step.
+
+        A step may be off by less than dt / 2, the whole by dt / 2 or 1 %.
+        """
+        seconds, dt = _finite(seconds, at), self.dt
+        if not len(seconds):
+            return
+        if not self.count:
+            self.first = self.last = float(seconds[0])
+        steps = np.diff(seconds, prepend=self.last)
+        if not self.count:
+            steps[0] = dt
+        since = seconds - self.first
+        due = dt * (self.count + np.arange(len(seconds)))
+        late = np.abs(since - due) > np.maximum(dt / 2, DRIFT * np.abs(due)) * (
+            1 + 1e-9
+        )
+        wrong = (np.abs(steps - dt) >= dt / 2) | late
+        if wrong.any():
+            k = int(np.argmax(wrong))
+            raise ValueError(f"{at(k)}: {self._said(k, steps, since, due)}. {AHEAD}")
+        self.last, self.count = float(seconds[-1]), self.count + len(seconds)
+
+    def _said(self, k: int, steps: Vector, since: Vector, due: Vector) -> str:
+        if abs(steps[k] - self.dt) >= self.dt / 2:
+            return (
+                f"its time is {steps[k]:.6g} s after that of the row before, but one "
+                f"step is dt = {self.dt:g} s"
+            )
+        return (
+            f"it is {since[k]:.6g} s after the first row, but by dt = {self.dt:g} s "
+            f"it should be {due[k]:.6g} s"
+        )
+
+
+def periods(seconds: Vector, at: Place = row) -> Vector:
+    """Seconds from each row to the next; those that differ by rounding are equal.
+
+    Raises
+    ------
+    ValueError
+        If an instant is missing or is not after the one before.
+    """
+    seconds = _finite(seconds, at)
+    steps = np.diff(seconds)
+    if not (steps > 0).all():
+        k = int(np.argmin(steps > 0)) + 1
+        raise ValueError(
+            f"{at(k)}: its time is {steps[k - 1]:.6g} s after that of the row before; "
+            "times must grow from row to row"
+        )
+    rounding = 4 * np.finfo(float).eps * np.abs(seconds).max(initial=0.0)
+    unique, where = np.unique(steps, return_inverse=True)
+    group = np.cumsum(np.diff(unique, prepend=unique[:1]) > rounding)
+    middle = np.bincount(group, unique) / np.maximum(np.bincount(group), 1)
+    return np.array([_shortest(T, rounding) for T in middle])[group][where]
+
+
+def _shortest(value: float, rounding: float) -> float:
+    """The number with the fewest digits within `rounding` of a value."""
+    for digits in range(1, 17):
+        if abs((found := float(f"{value:.{digits}g}")) - value) <= rounding:
+            return found
+    return float(value)
+
+
+def sampled_at(plant: Plant, seconds: Vector, at: Place = row) -> Plant:
+    """The discrete plant of a continuous one at the instants of a record's rows.
+
+    Where x0 and P0 are of the instant before the first row, it is as long before the
+    first row as the second is after it.
+
+    Raises
+    ------
+    ValueError
+        If there is one row only: nothing says what period it ends.
+    """
+    steps = periods(seconds, at)
+    if not len(steps):
+        raise ValueError(
+            "one row has no sampling period; give at least two, or plant.sampled(dt)"
+        )
+    if (steps == steps[0]).all():
+        return plant.sampled(float(steps[0]))
+    return discretise(plant, np.concatenate([steps[:1], steps]))
+
+
+class Column:
+    """The time column of a CSV file, read a piece at a time.
+
+    Its cells are seconds or dates, or instants: numbers of samples.  With `any_text`
+    it is only carried along from the first cell that is none of these.
+    """
+
+    def __init__(self, name: str, dt: float, any_text: bool = False) -> None:
+        if dt == 0 and name.lower() == "instant":
+            raise ValueError(
+                f"the column {name!r} counts samples, but a continuous plant has no "
+                "period; give a column 'time', or the plant.sampled(0.1) that was read"
+            )
+        self.any_text = any_text
+        self.name, self.watch = name, Clock(dt) if dt > 0 else None
+        self.unit = dt if name.lower() == "instant" else 1.0
+        self.origin: Any = None
+        self.known = True  # whether the cells are instants
+
+    def seconds(self, cells: Sequence[str], at: Place) -> Vector | None:
+        """The seconds of the next rows, in step with dt; None of text.
+
+        Raises
+        ------
+        ValueError
+            Naming the line of a cell that is no instant, or contradicts dt.
+        """
+        if not self.known:
+            return None
+        try:
+            found, self.origin = time_stamps.seconds(cells, self.origin)
+        except time_stamps.NoStamp as error:
+            self.known = not self.any_text
+            if not self.known:
+                return None
+            raise ValueError(
+                f"{at(error.row)}: {self.name!r} is {short(str(error))}, not a number "
+                "of seconds nor a date such as 2026-01-05T10:00:00"
+            ) from None
+        found = found * self.unit
+        if self.watch is not None:
+            self.watch.require(found, at)
+        return found
+
+
+def of_record(plant: Plant, y: Any, time: Any) -> Plant:
+    """The discrete plant at the rows of a record; `time` as in `filter_data`."""
+    found = instants(y, time, (*plant.output_names, *plant.input_names))
+    if found is None:
+        raise DesignError(
+            "the plant is continuous (dt = 0), so the record must say when each row "
+            "was measured: give time=, or a table with an index of dates or seconds. "
+            "Of a record with a constant period, plant.sampled(0.1) is the plant."
+        )
+    return sampled_at(plant, found[0])
+
+
+def instants(
+    y: Any, time: Any, names: Sequence[str], origin: Any = None
+) -> time_stamps.Instants | None:
+    """Instants of a record in seconds and what they count from; None if not known."""
+    if isinstance(time, str):
+        if time != "rows":
+            raise ValueError(f"time must be instants or 'rows', got {time!r}")
+        return None
+    try:
+        if time is None:
+            table = dataframes.is_table(y)
+            return time_stamps.of_table(y, names, origin) if table else None
+        found = time_stamps.of_values(time, origin)
+    except time_stamps.NoStamp as error:
+        raise ValueError(
+            f"row {error.row}: the time {str(error)!r} is neither a number of seconds "
+            "nor a date such as 2026-01-05T10:00:00"
+        ) from None
+    if found[0].shape != (len(y),):
+        got = found[0].shape
+        raise ValueError(f"time must have {len(y)} instants, got shape {got}")
+    return found
+
+
+def _finite(seconds: Vector, at: Place) -> Vector:
+    if not np.isfinite(seconds).all():
+        k = int(np.argmin(np.isfinite(seconds)))
+        raise ValueError(f"{at(k)}: its time is missing")
+    return seconds
