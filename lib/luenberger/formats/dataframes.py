@@ -26,11 +26,7 @@ def arrays(y: Any, u: Any, outputs: Names, inputs: Names) -> tuple[Any, Any]:
                 f"an input and an output are both called {shared[0]!r}, so one table "
                 "cannot hold both. Pass u as well, or rename one."
             )
-<<<<<<< HEAD
-        u = y if any(name in y.columns for name in inputs) else None
-=======
         u = y
->>>>>>> 5493bee (Hold the times of a record against dt, sample continuous plants at them)
     if is_table(y) and is_table(u) and not y.index.equals(u.index):
         raise ValueError(
             "y and u are tables with different rows; give both the same index"
@@ -105,14 +101,6 @@ def _is(kind: str, value: object) -> bool:
     return pandas is not None and isinstance(value, getattr(pandas, kind))
 
 
-<<<<<<< HEAD
-=======
-def is_table(value: object) -> TypeGuard[Any]:
-    """Whether a value is a DataFrame or a Series."""
-    return _is("DataFrame", value) or _is("Series", value)
-
-
->>>>>>> 5493bee (Hold the times of a record against dt, sample continuous plants at them)
 def _numbers(name: str, value: Any, wanted: Names) -> Any:
     if not is_table(value):
         return value

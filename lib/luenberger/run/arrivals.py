@@ -211,3 +211,13 @@ def _said(block: Block, label: Any) -> str:
     if isinstance(label, np.int64):
         return str(label.astype("datetime64[ns]"))
     return f"{'' if dataframes.is_table(block.y) else 'row '}{label:g}"
+
+
+def horizon_of(horizon: Any) -> int | None:
+    """The horizon, if it is a number of rows."""
+    if horizon is None:
+        return None
+    whole = isinstance(horizon, (int, np.integer)) and not isinstance(horizon, bool)
+    if not whole or horizon < 0:
+        raise ValueError(f"horizon must be a number of rows, got {horizon!r}")
+    return int(horizon)

@@ -8,6 +8,7 @@ import numpy as np
 from ..errors import DesignError, short
 from ..formats import dataframes, time_stamps
 from ..numeric import Vector
+from ..observer import Observer
 from ..plant import Plant
 from .discretise import discretise
 
@@ -24,17 +25,21 @@ def row(k: int) -> str:
 
 
 class Clock:
-    """The instants of a record of a discrete system, as its chunks come in."""
+    """The instants of a record of a discrete system, as its chunks come in.
 
-    def __init__(self, dt: float) -> None:
-        self.dt = dt
+    `time` is the argument of `filter_data`.
+    """
+
+    def __init__(self, of: Plant | Observer, time: Any = None) -> None:
+        self.dt, self.time = of.dt, time
+        self.names = (*(of.output_names or ()), *(of.input_names or ()))
         self.first = self.last = 0.0
         self.count = 0
         self.origin: Any = None  # of dates
 
-    def follow(self, y: Any, time: Any, names: Sequence[str]) -> None:
+    def follow(self, y: Any) -> None:
         """`require` of the instants of the next rows y, where they are known."""
-        if (found := instants(y, time, names, self.origin)) is not None:
+        if (found := instants(y, self.time, self.names, self.origin)) is not None:
             seconds, self.origin = found
             self.require(seconds)
 
@@ -133,14 +138,15 @@ class Column:
     it is only carried along from the first cell that is none of these.
     """
 
-    def __init__(self, name: str, dt: float, any_text: bool = False) -> None:
+    def __init__(self, name: str, of: Plant | Observer, any_text: bool = False) -> None:
+        dt = of.dt
         if dt == 0 and name.lower() == "instant":
             raise ValueError(
                 f"the column {name!r} counts samples, but a continuous plant has no "
                 "period; give a column 'time', or the plant.sampled(0.1) that was read"
             )
         self.any_text = any_text
-        self.name, self.watch = name, Clock(dt) if dt > 0 else None
+        self.name, self.watch = name, Clock(of) if dt > 0 else None
         self.unit = dt if name.lower() == "instant" else 1.0
         self.origin: Any = None
         self.known = True  # whether the cells are instants

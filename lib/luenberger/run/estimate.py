@@ -127,14 +127,13 @@ def estimate(
     u0 = dataframes.entries("u0", u0, observer.input_names)
     x0 = dataframes.entries("x0", x0, observer.state_names)
     begun = 0, start(observer, u0, z0, x0)
-    step = partial(_chunk, observer, Clock(observer.dt), time, backend)
+    step = partial(_chunk, observer, Clock(observer, time), backend)
     return chunks.found(step, begun, y, u)
 
 
 def _chunk(
     observer: Observer,
     watch: Clock,
-    time: Any,
     backend: str,
     before: tuple[int, Vector],
     y: Any,
@@ -142,7 +141,7 @@ def _chunk(
 ) -> tuple[tuple[int, Vector], Any]:
     """The estimates of the next rows; the state is how many rows were done, and z."""
     o, table, (done, z) = observer, y, before
-    watch.follow(y, time, (*(o.output_names or ()), *(o.input_names or ())))
+    watch.follow(y)
     outputs, inputs = (o.D.shape[-1], o.output_names), (o.G.shape[-1], o.input_names)
     y, u = chunks.arrays(y, u, outputs, inputs)
     here = slice(done, done + len(y))

@@ -69,7 +69,7 @@ def estimates(
     require_plain("state", observer.estimate_names)
     rows = table.rows([*outputs, *inputs], outputs, clock)
     runs_compiled(backend, 0)
-    times = None if clock is None else Column(clock, observer.dt, any_text=True)
+    times = None if clock is None else Column(clock, observer, any_text=True)
     return header, _estimated(observer, table, rows, outputs, x0, backend, times)
 
 

@@ -19,12 +19,8 @@ from ..recursion.filter_pass import Pass
 from ..recursion.late_pass import LatePass
 from ..recursion.settings import Settings
 from ..recursion.state import State, start
-<<<<<<< HEAD
 from . import arrivals, chunks
-=======
-from . import chunks
 from .clock import Clock, of_record
->>>>>>> 5493bee (Hold the times of a record against dt, sample continuous plants at them)
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,27 +54,17 @@ Outputs = int | Sequence[int | str]  # how many, or which
 
 @overload
 def filter_data(
-<<<<<<< HEAD
-    plant: Plant, y: Iterator[Any], u: Iterator[Any] | None = ..., *, m1: Outputs = ...,
-    u0: Given = ..., weight: Given | str = ..., history: bool = ..., backend: str = ...,
-    arrival: Any = ..., horizon: int | None = ...,
-) -> Iterator[Filtered]: ...  # fmt: skip
-@overload
-def filter_data(
-    plant: Plant, y: ArrayLike, u: Given = ..., *, m1: Outputs = ...,
-    u0: Given = ..., weight: Given | str = ..., history: bool = ..., backend: str = ...,
-    arrival: Any = ..., horizon: int | None = ...,
-=======
     plant: Plant, y: Iterator[Any], u: Iterator[Any] | int | None = ..., *,
     time: str | None = ..., m1: Outputs = ..., u0: Given = ...,
-    weight: Given | str = ..., history: bool = ..., backend: str = ...
+    weight: Given | str = ..., history: bool = ..., backend: str = ...,
+    arrival: Any = ..., horizon: int | None = ...,
 ) -> Iterator[Filtered]: ...  # fmt: skip
 @overload
 def filter_data(
     plant: Plant, y: ArrayLike, u: Given | int = ..., *, time: Any = ...,
     m1: Outputs = ..., u0: Given = ..., weight: Given | str = ...,
-    history: bool = ..., backend: str = ...
->>>>>>> 5493bee (Hold the times of a record against dt, sample continuous plants at them)
+    history: bool = ..., backend: str = ..., arrival: Any = ...,
+    horizon: int | None = ...,
 ) -> Filtered: ...  # fmt: skip
 def filter_data(
     plant: Plant,
@@ -153,13 +139,8 @@ def filter_data(
     Raises
     ------
     ValueError
-<<<<<<< HEAD
         If sizes disagree or a value is infinite; if a reading arrives before it was
-        measured.
-=======
-        If sizes disagree, a value is infinite, or the instants of the rows contradict
-        dt, do not grow, or are not known for a continuous plant.
->>>>>>> 5493bee (Hold the times of a record against dt, sample continuous plants at them)
+        measured; if times contradict dt, do not grow, or lack for a continuous plant.
     ImportError
         If numba is asked for and not installed.
     DesignError
@@ -203,49 +184,42 @@ def filter_data(
     >>> lb.filter_data(plant, [[2], [nan], [2]]).std[:, 0].round(4)
     array([0.7071, 0.7071, 0.5774])
 
-<<<<<<< HEAD
     The second reading arrives one row late:
 
     >>> found = lb.filter_data(plant, [[2], [1], [2]], arrival=[[0], [2], [2]])
     >>> found.x[:, 0], found.std[:, 0].round(4)
     (array([1.  , 1.  , 1.25]), array([0.7071, 0.7071, 0.5   ]))
-=======
+
     A continuous plant, at uneven instants:
 
     >>> walk = lb.Plant([[0]], None, [[1]], Q=[[1]], R=[[0]], P0=[[0]])
-    >>> lb.filter_data(walk, [[2], [nan], [nan]], time=[0, 1, 5]).std[:, 0]
-    array([0., 1., 2.2360...])
->>>>>>> 5493bee (Hold the times of a record against dt, sample continuous plants at them)
+    >>> lb.filter_data(walk, [[2], [nan], [nan]], time=[0, 1, 5]).std.T
+    array([[0.        , 1.        , 2.23606798]])
     """
     expect(plant=plant)
-    watch = None if plant.dt == 0 else Clock(plant.dt)
+    watch = Clock(plant, time) if plant.dt > 0 else None
     if plant.dt == 0 and not isinstance(y, Iterator):
         plant = of_record(plant, y, time)
     settings = Settings(plant, m1, weight)
     u0 = dataframes.entries("u0", u0, plant.input_names)
     u0 = np.zeros(plant.m) if u0 is None else chunks.single("u0", u0, plant.m)
     kernels.runs_compiled(backend, 0)  # refuse a backend now, not at the first chunk
-<<<<<<< HEAD
     if arrival is not None:
         if backend == "numba":
             raise ValueError("arrival needs backend='numpy' or 'auto'")
-        late = LatePass(settings, _horizon(horizon))
-        step = partial(_late_chunk, late, history, not isinstance(y, Iterator))
+        late = LatePass(settings, arrivals.horizon_of(horizon))
+        step = partial(_late_chunk, late, watch, history, not isinstance(y, Iterator))
         begin = late.way.start(settings, plant.x0, u0)
         return chunks.found(step, begin, arrivals.paired(y, arrival), u)
     if horizon is not None:
         raise ValueError("horizon goes with arrival, which was not given")
-    step = partial(_chunk, Pass(settings), history, backend)
-=======
-    step = partial(_chunk, Pass(settings), watch, time, history, backend)
->>>>>>> 5493bee (Hold the times of a record against dt, sample continuous plants at them)
+    step = partial(_chunk, Pass(settings), watch, history, backend)
     return chunks.found(step, start(settings, plant.x0, u0), y, u)
 
 
 def _chunk(
     run: Pass,
     watch: Clock | None,
-    time: Any,
     history: bool,
     backend: str,
     state: State,
@@ -255,7 +229,7 @@ def _chunk(
     """Filter the next rows of a pass: the state after them, and their `Filtered`."""
     plant, table = run.settings.plant, y
     if watch is not None:
-        watch.follow(y, time, (*plant.output_names, *plant.input_names))
+        watch.follow(y)
     outputs, inputs = (plant.p, plant.output_names), (plant.m, plant.input_names)
     y, u = chunks.arrays(y, u, outputs, inputs, missing=True)
     last = _last(plant, state, y)
@@ -267,9 +241,17 @@ def _chunk(
 
 
 def _late_chunk(
-    run: LatePass, history: bool, whole: bool, state: Any, block: arrivals.Block, u: Any
+    run: LatePass,
+    watch: Clock | None,
+    history: bool,
+    whole: bool,
+    state: Any,
+    block: arrivals.Block,
+    u: Any,
 ) -> tuple[Any, Filtered]:
     """The same where readings arrive late."""
+    if watch is not None:
+        watch.follow(block.y)
     plant, accurate = run.settings.plant, run.settings.accurate
     outputs, inputs = (plant.p, plant.output_names), (plant.m, plant.input_names)
     y, u = chunks.arrays(block.y, u, outputs, inputs, missing=True)
@@ -304,16 +286,6 @@ def _last(plant: Plant, state: Any, y: Matrix) -> int:
     last: int = state.instant + len(y)
     require_instants(plant, last)
     return last
-
-
-def _horizon(horizon: Any) -> int | None:
-    """The horizon, if it is a number of rows."""
-    if horizon is None:
-        return None
-    whole = isinstance(horizon, (int, np.integer)) and not isinstance(horizon, bool)
-    if not whole or horizon < 0:
-        raise ValueError(f"horizon must be a number of rows, got {horizon!r}")
-    return int(horizon)
 
 
 def require_instants(plant: Plant, last: int) -> None:

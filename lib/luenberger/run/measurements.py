@@ -87,7 +87,7 @@ def read(path: str | Path, plant: Plant) -> Measurements:
         time = _rounded((plant.dt or 1.0) * np.arange(1, len(values) + 1))
     else:
         at = [f"{path}, line {line}" for line in lines].__getitem__
-        time = Column(clock, plant.dt).seconds(stamps, at)
+        time = Column(clock, plant).seconds(stamps, at)
     return Measurements(values[:, : plant.p], values[:, plant.p :], time, stamps)
 
 
