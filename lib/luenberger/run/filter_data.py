@@ -250,13 +250,13 @@ def _late_chunk(
     u: Any,
 ) -> tuple[Any, Filtered]:
     """The same where readings arrive late."""
-    if watch is not None:
-        watch.follow(block.y)
     plant, accurate = run.settings.plant, run.settings.accurate
     outputs, inputs = (plant.p, plant.output_names), (plant.m, plant.input_names)
     y, u = chunks.arrays(block.y, u, outputs, inputs, missing=True)
     _last(plant, state, y)
     found = arrivals.of(block, y, plant, state.instant, whole, run.horizon)
+    if watch is not None:
+        watch.follow(block.y)
     state, (x, variances, P, K) = run.over(
         state, found.y, u, found.due, found.labels, history
     )
