@@ -213,6 +213,15 @@ def instants(
     return found
 
 
+def require_instants(plant: Plant, last: int) -> None:
+    """Raise unless the plant's matrices are given up to the instant `last`."""
+    if plant.steps is not None and last >= plant.steps:
+        raise ValueError(
+            f"the plant has rows for instants 0 .. {plant.steps - 1}, the data "
+            f"reach instant {last}"
+        )
+
+
 def _finite(seconds: Vector, at: Place) -> Vector:
     if not np.isfinite(seconds).all():
         k = int(np.argmin(np.isfinite(seconds)))

@@ -20,7 +20,7 @@ from ..recursion.late_pass import LatePass
 from ..recursion.settings import Settings
 from ..recursion.state import State, start
 from . import arrivals, chunks
-from .clock import Clock, of_record
+from .clock import Clock, of_record, require_instants
 
 
 @dataclass(frozen=True, eq=False)
@@ -286,15 +286,6 @@ def _last(plant: Plant, state: Any, y: Matrix) -> int:
     last: int = state.instant + len(y)
     require_instants(plant, last)
     return last
-
-
-def require_instants(plant: Plant, last: int) -> None:
-    """Raise unless the plant's matrices are given up to the instant `last`."""
-    if plant.steps is not None and last >= plant.steps:
-        raise ValueError(
-            f"the plant has rows for instants 0 .. {plant.steps - 1}, the data "
-            f"reach instant {last}"
-        )
 
 
 def _orders(plant: Plant, accurate: Sequence[int], y: Matrix) -> Vector:
