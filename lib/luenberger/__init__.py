@@ -25,9 +25,14 @@ from .compare.sweep import Sweep as Sweep
 from .compare.sweep import sweep as sweep
 from .errors import CertificateError as CertificateError
 from .errors import DesignError as DesignError
+from .identification.fit import fit_noise as fit_noise
 from .identification.identifiability import Identifiability as Identifiability
 from .identification.identifiability import identifiability as identifiability
 from .identification.likelihood import log_likelihood as log_likelihood
+from .identification.noise_fit import NoiseFit as NoiseFit
+from .identification.normalised import innovations as innovations
+from .identification.whiteness import Whiteness as Whiteness
+from .identification.whiteness import whiteness as whiteness
 from .numeric.staircase_form import Staircase as Staircase
 from .numeric.staircase_form import staircase as staircase
 from .observer import Observer as Observer

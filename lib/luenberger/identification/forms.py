@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -20,6 +20,24 @@ Function = Callable[[Vector], Any]
 LEAST = 1e-3  # of a start that is singular: its share of the unit, as a deviation
 FAR = 300.0  # logarithm of a deviation beyond which floats end
 STEP = 1e-5  # relative, for slopes of a user's function
+
+
+class Shape(Protocol):
+    """A covariance as a function of a vector."""
+
+    @property
+    def known(self) -> Matrix:
+        """A matrix of its size."""
+
+    @property
+    def count(self) -> int:
+        """Entries of the vector."""
+
+    def matrix(self, theta: Vector) -> Matrix:
+        """The covariance."""
+
+    def slopes(self, theta: Vector) -> Matrix:
+        """Its derivative, a stack."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,16 +113,18 @@ class Full(Form):
         N[rows, columns] = np.where(rows == columns, np.exp(_capped(theta)), theta)
         return N
 
-    def _scale(self) -> Vector:
+    @property
+    def scale(self) -> Vector:
+        """The diagonal of U."""
         return np.ones(len(self.known)) if self.unit is None else self.unit
 
     def matrix(self, theta: Vector) -> Matrix:
-        half = self._scale()[:, None] * self._triangle(theta)
+        half = self.scale[:, None] * self._triangle(theta)
         return half @ half.T
 
     def slopes(self, theta: Vector) -> Matrix:
         columns, rows = self._entries
-        N, unit = self._triangle(theta), self._scale()
+        N, unit = self._triangle(theta), self.scale
         dN = np.zeros((self.count, *N.shape))
         dN[np.arange(self.count), rows, columns] = np.where(
             rows == columns, N[rows, columns], 1.0
@@ -113,8 +133,8 @@ class Full(Form):
         return half + half.mT
 
     def at(self, X: Matrix, unit: Vector) -> Vector:
-        scaled = X / self._scale() / self._scale()[:, None]
-        floor = (LEAST * unit / self._scale()) ** 2
+        scaled = X / self.scale / self.scale[:, None]
+        floor = (LEAST * unit / self.scale) ** 2
         values, vectors = np.linalg.eigh(
             scaled / np.sqrt(floor) / np.sqrt(floor)[:, None]
         )
@@ -208,8 +228,9 @@ def form_of(
     ----------
     letter : str
         "Q" or "R".
-    wanted : "full", "diagonal", None, matrix or callable
-        None is the plant's own, which is `given`; a matrix has the columns G.
+    wanted : "full", "diagonal", "scaled", None, matrix or callable
+        None is the plant's own, which is `given`, and "scaled" that times a number; a
+        matrix has the columns G.
     size : int
     given, start : ndarray or None
         The plant's covariance; where the search is to begin.
@@ -229,6 +250,8 @@ def form_of(
     if isinstance(wanted, str):
         if wanted == "full":
             return Full(letter, none, unit)
+        if wanted == "scaled":
+            return _scaled(letter, given)
         if wanted == "diagonal":
             names = tuple(f"{letter}[{k},{k}]" for k in range(size))
             return _along(letter, np.eye(size), names)
@@ -236,10 +259,21 @@ def form_of(
         G = matrix(f"{letter}, a matrix G,", wanted, rows=size)
         return _along(letter, G, [f"{letter.lower()}[{k}]" for k in range(G.shape[1])])
     raise ValueError(
-        f"{letter} must be 'full', 'diagonal', a matrix G ({size} x k) for "
+        f"{letter} must be 'full', 'diagonal', 'scaled', a matrix G ({size} x k) for "
         f"{letter} = G diag(q) G', a function of q, or None for the plant's own; got "
         f"{short(wanted)}"
     )
+
+
+def _scaled(letter: str, given: Any) -> Along:
+    if given is None or not np.any(given):
+        raise DesignError(
+            f"{letter}='scaled' is the plant's {letter} times a number, and the plant "
+            f"has none; give Plant(..., {letter}=...)"
+        )
+    size = len(given)
+    name = f"{letter.lower()}[0]"
+    return Along(letter, np.zeros((size, size)), np.array(given)[None], (name,))
 
 
 def _along(letter: str, G: Matrix, names: Sequence[str]) -> Along:

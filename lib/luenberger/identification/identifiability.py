@@ -74,9 +74,10 @@ def identifiability(
     ----------
     plant : Plant
         Its A and C; they may be unstable, or vary over time.
-    Q, R : "full", "diagonal", (., k) array_like, callable or None, default "full"
-        What is unknown: every entry; the diagonal; q in G diag(q) G'; the numbers of
-        a function (linearised at ``start["Q"]``); or None, if it is known.
+    Q, R : "full", "diagonal", "scaled", (., k) array_like, callable or None
+        What is unknown: every entry, the default; the diagonal; the plant's own times
+        a number; q in G diag(q) G'; the numbers of a function (linearised at
+        ``start["Q"]``); or None, if it is known.
     S : 0, None or "full", default 0
         Zero and None are known.
     start : dict, optional

@@ -41,7 +41,8 @@ class Trail:
     ----------
     innovations : (N, p) ndarray
     M : (N, p, p) ndarray
-        Their covariances, with ones for outputs that did not arrive.
+        Their covariances, with ones for outputs that did not arrive.  In a row that
+        NumPy did they are whitened already, and M is the identity.
     free : (N, p) ndarray of bool
         The entries that count: they arrived, and those before do not determine them.
     log_det, square : (N,) ndarray
@@ -109,6 +110,8 @@ class Trail:
         self.free[k] = False
         self.free[k, at] = True
         self.log_det[k], self.square[k] = here.log_det, here.z @ here.z
+        self.innovations[k], self.M[k] = 0, np.eye(len(self.free[k]))
+        self.innovations[k, seen[here.free]] = here.z
         if self.kept:
             self.put_score(k, row, at, here.found())
 

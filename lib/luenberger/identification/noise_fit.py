@@ -1,0 +1,104 @@
+"""What a fit found: the plant, how sure it is, and what it leaves of the record."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..errors import CertificateError, DesignError
+from ..numeric import Matrix, Vector
+from ..plant import Plant
+from .boundary import face, inside
+from .normalised import innovations
+from .objective import backend_for, information, of_records
+from .records import Records
+from .standard_errors import covariance_of, errors
+from .unknowns import Unknowns
+from .whiteness import Whiteness, whiteness
+
+LOSS = 1e-3  # in the logarithm of the likelihood, that a variance of zero may cost
+
+
+@dataclass(frozen=True, eq=False)
+class NoiseFit:
+    """The most likely noise of a plant, as `fit_noise` returns it.
+
+    Attributes
+    ----------
+    plant : Plant
+        The plant with the Q, R and S that were found, and the parameters.
+    log_likelihood : float
+        Of all records together.
+    parameters : dict of str to float
+        {name: value} of the unknown parameters, and of the numbers q of a form.
+    standard_errors : dict
+        {"Q": (n, n), "R": (p, p), and each name in `parameters`: float}: one standard
+        error each, the square root of Cramer and Rao's bound at what was found.  Zero
+        for what was known; NaN for a variance at its bound, zero, where the error is
+        not normal and has none.
+    unidentifiable : list of str
+        What the record left open, in words.
+    innovations : (N, p) ndarray, or a list of them
+        Normalised: of variance one and uncorrelated, if the model is right.  NaN
+        where nothing was measured, or not yet enough to predict it.
+    whiteness : Whiteness
+        The test of that.
+    """
+
+    plant: Plant
+    log_likelihood: float
+    parameters: dict[str, float]
+    standard_errors: dict[str, Any]
+    unidentifiable: list[str]
+    innovations: Any
+    whiteness: Whiteness
+
+
+def found(
+    unknowns: Unknowns, theta: Vector, data: Records, spread: Matrix | None = None
+) -> NoiseFit:
+    """The `NoiseFit` at a vector.
+
+    Parameters
+    ----------
+    unknowns : Unknowns
+    theta : (k,) ndarray
+    data : list of (y, u)
+    spread : (k, k) ndarray, optional
+        Covariance of the vector; default the inverse of its information.
+    """
+    q, r, values = unknowns.split(theta)
+    Q, R = inside(unknowns.Q, q), inside(unknowns.R, r)
+    plant = unknowns.plant(theta)
+    best = of_records(plant, data)
+    if spread is None:
+        spread = covariance_of(information(unknowns, theta, data))
+
+        def likely(Q: Matrix, R: Matrix) -> bool:
+            try:
+                tried = unknowns.with_noise(Q, R, values)
+                return of_records(tried, data) >= best - LOSS
+            except (CertificateError, DesignError, np.linalg.LinAlgError):
+                return False
+
+        Q = face(unknowns.Q, q, lambda X: likely(X, R.X))
+        R = face(unknowns.R, r, lambda X: likely(Q.X, X))
+        plant = unknowns.with_noise(Q.X, R.X, values)
+        best = of_records(plant, data)
+    backend = backend_for(data)
+    left = [innovations(plant, y, u, backend=backend) for y, u in data]
+    beyond = max(unknowns.count - plant.p * (plant.p + 1) // 2, 0)
+    named = dict(zip(unknowns.parameters.names, values.tolist()))
+    return NoiseFit(
+        plant, best, Q.values | R.values | named,
+        errors(unknowns, theta, spread, Q, R), [*Q.sentences, *R.sentences],
+        left[0] if len(left) == 1 else left, whiteness(joined(left), beyond),
+    )  # fmt: skip
+
+
+def joined(left: list[Matrix]) -> Matrix:
+    """Innovations of several records, one below the other, with a gap between."""
+    gap = np.full((1, left[0].shape[1]), np.nan)
+    return np.concatenate([part for one in left for part in (one, gap)][:-1])

@@ -1,0 +1,242 @@
+"""Fits of noises and parameters, held against known answers and a slower method."""
+
+import dataclasses
+import pathlib
+
+import numpy as np
+import pytest
+from plain_smoother import improved
+
+import luenberger as lb
+from luenberger.run import measurements
+
+PLANTS = pathlib.Path(__file__).parents[2] / "notebooks" / "plants"
+LEVEL = lb.Plant([[1]], None, [[1]], dt=1.0)
+POSITION = lb.Plant([[1, 1], [0, 1]], None, [[1, 0]], dt=1.0)
+
+
+def recorded(name):
+    plant = lb.Plant.from_json(PLANTS / f"{name}.json")
+    if plant.dt == 0:
+        plant = plant.sampled(0.1)
+    return plant, measurements.read(PLANTS / f"{name}.csv", plant)
+
+
+NILE, NILE_DATA = recorded("nile")
+
+
+def drawn(seed, rows, plant, Q, R):
+    """A noisy record of a plant at rest."""
+    rng = np.random.default_rng(seed)
+    x, y = np.zeros(plant.n), []
+    half = np.linalg.cholesky(Q), np.linalg.cholesky(R)
+    for _ in range(rows):
+        y.append(plant.C @ x + half[1] @ rng.normal(size=plant.p))
+        x = plant.A @ x + half[0] @ rng.normal(size=plant.n)
+    return np.array(y)
+
+
+def test_the_nile():
+    """Durbin and Koopman (2012), section 2.10.3."""
+    fit = lb.fit_noise(NILE, NILE_DATA.y)
+    assert float(f"{fit.plant.R[0, 0]:.5g}") == 15099
+    assert float(f"{fit.plant.Q[0, 0]:.5g}") == pytest.approx(1469.1, abs=0.11)
+    assert fit.whiteness.white and fit.unidentifiable == []
+    np.testing.assert_allclose(fit.standard_errors["R"], [[3146]], rtol=0.02)
+    np.testing.assert_allclose(fit.standard_errors["Q"], [[1280]], rtol=0.05)
+
+
+def test_a_ball_on_a_beam():
+    """Gain, intensity, sensor and offset at once, by a function of the parameters."""
+    plant, data = recorded("ball-and-beam")
+    one, dt = np.hstack([data.u, np.ones_like(data.u)]), 0.1
+    spread = plant.Q / plant.Q[1, 1] * dt
+
+    def made(values):
+        gain, offset = values
+        b = plant.B / 4.45 * gain
+        wide = np.hstack([b, b * offset])
+        return lb.Plant(plant.A, wide, plant.C, dt=dt, P0=np.eye(2) / 10)
+
+    fit = lb.fit_noise(
+        made([4, 0]), data.y, one, Q=lambda q: q[0] * spread, start={"Q": [1e-4]},
+        parameters=(made, {"gain": 4.0, "offset": 0.0}),
+    )  # fmt: skip
+    assert fit.parameters["gain"] == pytest.approx(4.450, abs=2e-3)
+    assert fit.parameters["q[0]"] == pytest.approx(1.726e-4, rel=5e-3)
+    assert fit.parameters["offset"] == pytest.approx(4.2e-4, rel=2e-2)
+    assert fit.plant.R[0, 0] == pytest.approx(1.005e-6, rel=2e-3)
+    assert fit.log_likelihood == pytest.approx(5020.3, abs=10)  # of another start
+    assert fit.whiteness.autocorrelation[0, 0, 0] == pytest.approx(0.10, abs=0.01)
+    assert fit.whiteness.sized and not fit.whiteness.white
+    assert 0.1 < fit.standard_errors["gain"] < 0.2
+
+
+def test_a_slower_method_climbs_no_higher():
+    """Expectation and maximisation, from the smoothed states, raises it no more."""
+    Q, R = np.diag([0.5, 0.2]), np.array([[1.0]])
+    plant = dataclasses.replace(POSITION, P0=np.eye(2))
+    y = drawn(4, 300, plant, Q, R)
+    fit = lb.fit_noise(plant, y, Q="diagonal")
+    best = fit.log_likelihood
+    again = improved(fit.plant, y, diagonal=True)
+    assert lb.log_likelihood(again, y) <= best + 1e-6
+    np.testing.assert_allclose(again.Q, fit.plant.Q, rtol=2e-3, atol=1e-9)
+    worse = dataclasses.replace(fit.plant, Q=1.3 * fit.plant.Q, R=0.8 * fit.plant.R)
+    climbed = improved(worse, y, diagonal=True)
+    assert lb.log_likelihood(worse, y) < lb.log_likelihood(climbed, y) < best
+
+
+@pytest.mark.parametrize("method", ["likelihood", "autocovariance"])
+def test_several_records_of_one_plant(method):
+    Q, R = np.array([[0.5]]), np.array([[2.0]])
+    parts = [drawn(k, 400, LEVEL, Q, R) + 100 * k for k in range(3)]
+    fit = lb.fit_noise(LEVEL, parts, method=method)
+    assert abs(fit.plant.Q - Q)[0, 0] < 4 * fit.standard_errors["Q"][0, 0] < 0.5
+    assert abs(fit.plant.R - R)[0, 0] < 4 * fit.standard_errors["R"][0, 0] < 0.8
+    assert len(fit.innovations) == 3 and len(fit.innovations[2]) == 400
+
+
+def test_units_change_nothing_but_the_numbers():
+    x, y = np.array([2.0**40, 2.0**-37]), 2.0**-40
+    Q, R = np.diag([0.5, 0.2]), np.array([[1.0]])
+    data = drawn(5, 300, POSITION, Q, R)
+    other = lb.Plant(POSITION.A / x[:, None] * x, None, POSITION.C / y * x, dt=1.0)
+    fit = lb.fit_noise(POSITION, data, Q="diagonal")
+    again = lb.fit_noise(other, data / y, Q="diagonal")
+    scale = np.outer(x, x)
+    np.testing.assert_allclose(
+        again.plant.Q * scale, fit.plant.Q, rtol=1e-4, atol=1e-12
+    )
+    np.testing.assert_allclose(again.plant.R * y * y, fit.plant.R, rtol=1e-4)
+    np.testing.assert_allclose(
+        again.standard_errors["Q"] * scale,
+        fit.standard_errors["Q"],
+        rtol=1e-3,
+        atol=1e-9,
+    )
+
+
+def test_gaps_and_rates_that_differ():
+    Q, R = np.diag([0.5, 0.2]), np.diag([1.0, 4.0])
+    plant = lb.Plant([[0.9, 0.2], [0, 0.8]], None, np.eye(2), dt=1.0)
+    y = drawn(7, 1500, plant, Q, R)
+    y[np.random.default_rng(0).random(y.shape) < 0.3] = np.nan
+    fit = lb.fit_noise(plant, y, Q="diagonal", R="diagonal")
+    for name, true in (("Q", Q), ("R", R)):
+        off = np.abs(getattr(fit.plant, name) - true).diagonal()
+        assert (off < 3 * fit.standard_errors[name].diagonal()).all()
+    assert fit.whiteness.white and fit.whiteness.sized
+
+
+def test_a_plant_that_varies_over_time():
+    rng, rows = np.random.default_rng(7), 600
+    A = 0.9 + 0.2 * np.sin(np.arange(rows + 1))[:, None, None]
+    plant = lb.Plant(A, None, [[1]], dt=1.0)
+    x, y = 0.0, []
+    for k in range(rows):
+        y.append(x + 2 * rng.normal())
+        x = A[k + 1, 0, 0] * x + rng.normal()
+    fit = lb.fit_noise(plant, y)
+    assert abs(fit.plant.Q[0, 0] - 1) < 3 * fit.standard_errors["Q"][0, 0] < 1
+    assert abs(fit.plant.R[0, 0] - 4) < 3 * fit.standard_errors["R"][0, 0] < 2
+    with pytest.raises(lb.DesignError, match="method='likelihood'"):
+        lb.fit_noise(plant, y, method="autocovariance")
+
+
+def test_entries_of_the_plant_by_name():
+    plant = lb.Plant([[0.5]], [[2.0]], [[1]], dt=1.0)
+    rng = np.random.default_rng(8)
+    u, x, y = rng.normal(size=(800, 1)), 0.0, []
+    for one in u[:, 0]:
+        y.append(x + 0.5 * rng.normal())
+        x = 0.8 * x + 3 * one + rng.normal()
+    fit = lb.fit_noise(plant, y, u, parameters={"A[0,0]": 0.5, "B[0,0]": 2.0})
+    for name, true in (("A[0,0]", 0.8), ("B[0,0]", 3.0)):
+        assert abs(fit.parameters[name] - true) < 3 * fit.standard_errors[name] < 0.3
+    assert fit.plant.A[0, 0] == fit.parameters["A[0,0]"]
+
+
+def test_a_variance_of_zero_is_said_to_be_at_its_bound():
+    """White noise about a level that does not walk."""
+    y = np.random.default_rng(1).normal(size=(400, 1))
+    fit = lb.fit_noise(LEVEL, y)
+    assert fit.plant.Q[0, 0] < 1e-3
+    flat = lb.fit_noise(
+        LEVEL, y - np.repeat(y.reshape(-1, 10).mean(axis=1), 10)[:, None]
+    )
+    assert flat.plant.Q[0, 0] == 0
+    assert "Q has rank 0 of 1" in flat.unidentifiable[0]
+    assert np.isnan(flat.standard_errors["Q"]).all()
+    assert flat.standard_errors["R"][0, 0] > 0
+
+
+def test_what_is_known_stays():
+    plant = dataclasses.replace(LEVEL, R=[[2.0]])
+    y = drawn(9, 300, LEVEL, np.array([[0.5]]), np.array([[2.0]]))
+    fit = lb.fit_noise(plant, y, R=None)
+    assert fit.plant.R[0, 0] == 2 and fit.standard_errors["R"][0, 0] == 0
+    half = dataclasses.replace(LEVEL, Q=[[0.25]], R=[[1.0]])
+    scaled = lb.fit_noise(half, y, Q="scaled", R="scaled")
+    full = lb.fit_noise(LEVEL, y)
+    np.testing.assert_allclose(scaled.plant.Q, full.plant.Q, rtol=1e-4)
+    assert scaled.parameters["q[0]"] == pytest.approx(4 * full.plant.Q[0, 0], rel=1e-4)
+
+
+def test_the_same_call_gives_the_same_bits():
+    one, two = (lb.fit_noise(NILE, NILE_DATA.y).plant for _ in range(2))
+    assert one.Q.tobytes() == two.Q.tobytes() and one.R.tobytes() == two.R.tobytes()
+
+
+def test_progress_is_told():
+    told = []
+    lb.fit_noise(NILE, NILE_DATA.y, progress=lambda done, total: told.append(done))
+    assert told == sorted(told) and len(told) > 5
+
+
+Y = drawn(1, 50, LEVEL, np.eye(1), np.eye(1))
+
+
+@pytest.mark.parametrize(
+    ("plant", "y", "options", "said"),
+    [
+        (POSITION, Y, {}, r"no record of this plant determines Q\[0,0\] and Q\[0,1\]"),
+        (lb.Plant([[0]], None, [[1]], dt=1.0), Y, {}, "only as the sum"),
+        (LEVEL, Y[:4], {}, "too short: 4 readings, less 1 that the unknown start"),
+        (LEVEL, np.full((50, 1), 3.0), {}, "'y1' is constant in the record, at 3"),
+        (LEVEL, np.full((50, 1), np.nan), {}, "have no measurement in the record"),
+        (LEVEL, np.arange(50.0), dict(R=None), "it has none"),
+        (lb.Plant([[1]], None, [[1]]), Y, {}, "dt = 0"),
+        (lb.Plant(np.eye(2) * 2, None, [[1, 0]], dt=1.0), Y, {}, "not detectable"),
+        (LEVEL, Y, dict(method="guess"), "method must be one of"),
+        (LEVEL, Y, dict(start=[1]), "start must be a dict"),
+        (LEVEL, Y, dict(Q="round"), "Q must be 'full'"),
+        (LEVEL, Y, dict(Q="scaled"), "times a number, and the plant has none"),
+        (LEVEL, Y, dict(S=[[1, 2]]), "S must be 1 x 1"),
+        (LEVEL, Y, dict(parameters={"D[0,0]": 1}), "are no entries of the plant"),
+        (LEVEL, Y, dict(parameters={"A[1,0]": 1}), r"there is no A\[1,0\]: A is 1 x 1"),
+        (LEVEL, Y, dict(parameters={"A[0,0]": "x"}), "is no number"),
+        (LEVEL, Y, dict(parameters=[1]), "parameters must be"),
+        (LEVEL, [Y, Y], dict(u=[None]), "2 records"),
+        (LEVEL, Y, dict(parameters={"A[0,0]": 1}, method="autocovariance"), "out"),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_fitted_is_refused(plant, y, options, said):
+    with pytest.raises(ValueError, match=said):
+        lb.fit_noise(plant, y, **options)
+
+
+def test_a_record_without_any_noise_is_refused():
+    """The likelihood has no maximum: it grows as the noise goes to zero."""
+    exact = 2.0 * 0.5 ** np.arange(40.0)
+    with pytest.raises(lb.DesignError, match="without any noise"):
+        lb.fit_noise(lb.Plant([[0.5]], None, [[1]], dt=1.0), exact)
+
+
+def test_a_function_that_makes_another_plant_is_refused():
+    for made, said in (
+        (lambda v: None, "expected a Plant"),
+        (lambda v: POSITION, "n, m, p"),
+    ):
+        with pytest.raises(ValueError, match=said):
+            lb.fit_noise(LEVEL, Y, parameters=(made, {"a": 1.0}))
