@@ -94,7 +94,7 @@ TO_Z = (
 
 
 @cache
-def filter_step():
+def filter_step() -> Derivation:
     """Sigma, x, rho at i and y at i + 1 to the gain, Sigma, x, rho at i + 1.
 
     As and Q are those after decorrelation; without S, As is A.
