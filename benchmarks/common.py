@@ -21,6 +21,11 @@ def plant(n, p, seed=8):
     return lb.Plant(A, None, C, dt=1.0, Q=H @ H.T, R=h @ h.T, P0=np.eye(n))
 
 
+def first_prior(plant):
+    """The covariance of x[1] before y[1], where most filters start."""
+    return plant.A @ plant.P0 @ plant.A.T + plant.Q
+
+
 def seconds(work):
     """Seconds of processor time, so that a busy machine counts less, and the result."""
     start = time.process_time()

@@ -24,7 +24,7 @@ import control
 import numpy as np
 import pykalman
 import simdkalman
-from common import in_turns, line, plant, record, same, seconds
+from common import first_prior, in_turns, line, plant, record, same, seconds
 from filterpy.kalman import KalmanFilter
 from statsmodels.tsa.statespace import kalman_filter
 
@@ -32,11 +32,6 @@ import luenberger as lb
 
 SIZES = [(2, 1), (3, 2), (6, 3), (10, 4), (30, 6), (100, 10)]
 SPELL, ROUNDS = 0.1, 9  # seconds that a contestant runs in a round, about; rounds
-
-
-def first_prior(plant):
-    """The covariance of x[1] before y[1], where most filters start."""
-    return plant.A @ plant.P0 @ plant.A.T + plant.Q
 
 
 def with_filterpy(plant, y):

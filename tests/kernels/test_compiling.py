@@ -8,6 +8,7 @@ import pytest
 import sympy as sp
 from exact_stages import SIZES, exact_inputs, exact_step
 
+from luenberger.identification.derivation import weighed
 from luenberger.kernels import cache
 from luenberger.papers.kawazoe.derivation import measured_gain, next_entries
 from luenberger.papers.leondes_novak.derivation import (
@@ -33,6 +34,7 @@ LISTS = {
     "matrix k": companion_row,
     "stair": next_entries,
     "below the stairs": measured_gain,
+    "an inverse": weighed,  # a solve with the identity on its right
 }
 
 

@@ -23,7 +23,7 @@ from ..recursion.root_step import Spread
 from ..recursion.settings import Settings, require_start
 from ..recursion.state import State, Step, step
 from ..recursion.units import natural
-from .derivation import after_start, before_start, collapse, mean_moves
+from .derivation import after_start, before_start, collapse, mean_moves, with_mean
 from .innovations import counted
 from .score import Adjoint, Sums, row
 from .trail import Trail
@@ -192,11 +192,13 @@ def back(head: Head, plant: Plant, u: Matrix, sums: Sums, now: Adjoint) -> None:
     for k in reversed(range(len(u))):
         at = plant.at(k + 1)
         C = at.C * head.trail.free[k][:, None]
-        moved = head.X[k] @ means
-        x = head.trail.x[k][:, None] @ first + moved
-        e = head.trail.e[k][:, None] @ first - head.trail.W[k] @ C @ moved
-        rows = row(
-            head.trail, k, dict(A=at.A, C=C, u=u[k][:, None] @ first, x=x, e=e), now
-        )
+        have = dict(
+            C=C, W=head.trail.W[k], x=head.trail.x[k][:, None],
+            e=head.trail.e[k][:, None], X=head.X[k], first=first, Delta=means,
+        )  # fmt: skip
+        columns = kernels.compiled(with_mean)(**have)
+        given = dict(A=at.A, C=C, u=u[k][:, None] @ first)
+        given |= dict(x=columns["x_n"], e=columns["e_n"])
+        rows = row(head.trail, k, given, now)
         now = Adjoint(rows["eta"], rows["Pi"])
         sums.add(k + 1, {name: X[None] for name, X in rows.items()})

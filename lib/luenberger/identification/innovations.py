@@ -65,7 +65,6 @@ def counted(row: Step) -> Innovation:
     inverse = dtrtri(upper)[0] if len(free) else upper
     whitening = np.triu(inverse).T / size[free]
     taken = Z @ Q @ whitening
-    taken[free] = np.eye(len(free))
     diagonal = np.abs(upper.diagonal()) * size[free]
     log_det = 2 * float(np.log(diagonal).sum())
     return Innovation(free, log_det, whitening @ innovation[free], whitening, taken)

@@ -136,6 +136,6 @@ class Trail:
         log_det, square = pivots(self.M[rows], self.innovations[rows])
         self.log_det[rows], self.square[rows] = log_det, square
         if self.kept and not self.free.all():
-            free = self.free[self.compiled]
-            self.W[self.compiled] *= free[:, :, None] & free[:, None, :]
+            # beside the ones of what did not arrive there are zeros
+            self.W[self.compiled] *= self.free[self.compiled][:, :, None]
         return self

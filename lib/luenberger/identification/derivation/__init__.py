@@ -46,6 +46,7 @@ before_start = StageList(__name__, "unknown_start.before_start", "B_c D_c")
 after_start = StageList(
     __name__, "unknown_start.after_start", "N_c Pi eta_n T_c delta_all"
 )
+with_mean = StageList(__name__, "unknown_start.with_mean", "x_n e_n")
 error_noise = StageList(__name__, "autocovariances.error_noise", "W")
 first_autocovariances = StageList(
     __name__, "autocovariances.first_autocovariances", "Lambda_0 N_1"

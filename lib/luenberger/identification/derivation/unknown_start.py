@@ -54,6 +54,11 @@ N_c = letters("N_c", n, n, "`Pi_c B_c`, divided by it")
 T_c = letters("T_c", n, n, "root of the covariance of the mean, from the whole record")
 d = letters("d", n, 1, "error of the mean's best value, from the whole record")
 eta_n = letters("eta_n", n, n, "columns that this error adds to the gradient")
+first = letters("first", 1, c, "one, and zeros for the other columns")
+Delta = letters("Delta", n, c, "`delta_all`, beside the columns of `T_c`")
+e = letters("e", p, 1, "innovation, weighed, if the mean is zero")
+x_n = letters("x_n", n, c, "prediction, beside what the error of the mean does to it")
+e_n = letters("e_n", p, c, "weighed innovation, beside the same")
 T_1 = letters("T_1", n, n, "the same root, where no row comes before")
 
 MOVES = (
@@ -191,6 +196,18 @@ BACK = (
         Line(-Pi_c, by=(is_Pi,)),
     ),
     is_delta_all := define(delta_all, delta_hat + inverse * B_c.T * eta_c),
+    """A row of the score has a column for the best value of the mean, and one for each
+    column of `T_c`, in which everything but the mean is zero.""",
+    is_e := define(e, W * nu),
+    is_x_n := define(x_n, x * first + X * Delta),
+    is_e_n := define(e_n, W * (nu * first - C * X * Delta)),
+    columns_of_e := chain(
+        "",
+        "the weighed innovations with the mean",
+        e_n,
+        Line(W * (nu * first - C * X * Delta), by=(is_e_n,)),
+        Line(e * first - W * C * X * Delta, by=(is_e,)),
+    ),
     """At the first row itself `X` is the identity, and the whole record gives the mean
     the covariance `T_1 T_1'`, the inverse of `Pi`. The gradient in the covariance that
     the filter began with is zero: any covariance will do.""",
@@ -257,8 +274,19 @@ def after_start():
 
 
 @cache
+def with_mean():
+    """A row's prediction and weighed innovation, with columns for the mean."""
+    stages = (
+        Stage(x_n, is_x_n.right, by=(is_x_n,)),
+        Stage(e_n, e * first - W * C * X * Delta, by=(columns_of_e,)),
+    )
+    given = (C, W, x, e, X, first, Delta)
+    return listed(given, stages, "a row, with columns for the mean")
+
+
+@cache
 def derive():
     """The page."""
-    lists = mean_moves(), collapse(), before_start(), after_start()
+    lists = mean_moves(), collapse(), before_start(), after_start(), with_mean()
     page = (*MOVES, *lists[:1], *SOLVED, lists[1], *BACK, *lists[2:])
     return Derivation(page=page, letters=letters, source=SOURCE)
