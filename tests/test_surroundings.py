@@ -62,3 +62,15 @@ def test_some_of_the_suite_passes_elsewhere(tmp_path, tests, shell, environment)
     )
     assert run.returncode == 0, run.stdout + run.stderr
     assert " passed" in run.stdout or "[100%]" in run.stdout
+
+
+def test_the_package_says_its_version_and_its_rooms():
+    """Without loading matplotlib, which `plot` and `report` do when they are used."""
+    code = (
+        "import sys, luenberger as lb; from importlib.metadata import version\n"
+        "assert lb.__version__ == version('luenberger')\n"
+        "assert {'plot', 'export', 'report', 'Plant', '__version__'} <= {*dir(lb)}\n"
+        "assert not {'matplotlib', 'luenberger.plot'} & {*sys.modules}"
+    )
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert run.returncode == 0, run.stderr

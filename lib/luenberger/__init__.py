@@ -71,9 +71,18 @@ if TYPE_CHECKING:  # or a type checker would take every name for one of these
     from . import report as report
     from .report import result_files as results  # noqa: F401
     from .run import measurements as measurements
+
+    __version__: str
 else:
 
     def __getattr__(name):
         if name in _ON_DEMAND:
             return import_module(f".{_ON_DEMAND[name]}", __name__)
+        if name == "__version__":
+            from importlib.metadata import version
+
+            return version("luenberger")
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+    def __dir__():
+        return sorted({*globals(), *_ON_DEMAND, "__version__"} - {"measurements"})

@@ -209,6 +209,13 @@ def test_work_is_that_of_the_exported_source(smooth, method, tmp_path):
             assert one.bytes == 8 * (numbers + one.order)
 
 
+def test_the_header_of_the_source_has_the_tables_figures(smooth, tmp_path):
+    for one in smooth.designs:
+        _, header = to_c(one.observer, tmp_path)
+        counted = f"as compare counts: {one.work} multiply-adds, {one.bytes} bytes"
+        assert counted in header.read_text(), one.name
+
+
 def test_a_long_and_dense_observer_is_counted_as_loops():
     rng = np.random.default_rng(8)
     F = 0.1 * rng.standard_normal((20, 20)) / 20

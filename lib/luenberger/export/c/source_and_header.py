@@ -156,7 +156,11 @@ def cost_notes(module: Module, state: int, costs: dict[str, Cost]) -> list[str]:
         for what, cost in costs.items()
     ]
     constants = sum(cost.constants for cost in costs.values()) * size
-    return [*lines, f"    state {state * size} bytes, constants {constants} bytes"]
+    lines += [f"    state {state * size} bytes, constants {constants} bytes"]
+    if len(costs) > 1:
+        return lines
+    (cost,), total = costs.values(), state * size + constants
+    return [*lines, f"as compare counts: {cost.terms} multiply-adds, {total} bytes"]
 
 
 def source(module: Module, functions: Sequence[str]) -> str:
