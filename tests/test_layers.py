@@ -30,6 +30,7 @@ SPECIAL = {
 }
 # Optional packages: only inside a function of these rooms.
 INSIDE_A_FUNCTION = {
+    "compare": {"pandas"},
     "export": {"control"},
     "run": {"tqdm"},
     "kernels": {"numba", "llvmlite"},

@@ -204,6 +204,19 @@ def test_defective_poles_are_refused_by_name(gap):
     assert np.allclose(o.companion().poles, 0.5, atol=1e-5)
 
 
+def test_modes_that_cancel_are_refused_in_odd_units():
+    """The poles of this F are apart as far as F alone tells."""
+    unit = np.array([1, 2.0**-25])
+    F = np.array([[0.5, 1], [2.0**-50, 0.5]]) / unit[:, None] * unit
+    odd = forms_system.System(F, np.ones((2, 1)) / unit[:, None], unit[None], unit)
+    assert "0.5" in refusal(lambda: modal(odd))
+
+
+def test_a_chain_of_nearly_dependent_rows_is_refused():
+    o = dataclasses.replace(observer(8, r=2), F=np.diag([0.5, 0.5 + 1e-8]))
+    assert "nearly dependent" in refusal(o.companion)
+
+
 def test_equal_poles_that_are_not_defective_are_fine():
     o = dataclasses.replace(observer(8, r=2), F=0.5 * np.eye(2))
     assert (o.modal().F == 0.5 * np.eye(2)).all()

@@ -12,6 +12,7 @@ from ..plant import Plant
 from ..show import Table, number
 from .attempts import LEVEL, Attempt, first_least
 from .reasons import percent, reasons
+from .reviews import Reviews
 from .unweighed import why_not
 
 TOLERANCE = 0.05  # a design this close to the smallest error is good enough
@@ -19,7 +20,7 @@ COSTS = ("work", "order", "settling")  # what `pareto` weighs against
 
 
 @dataclass(frozen=True, eq=False)
-class Comparison(ReadOnly):
+class Comparison(Reviews, ReadOnly):
     """All designs of one plant, in the order of the table: see `compare`.
 
     Iterating gives the attempts.  In a notebook it shows as a table, the recommended

@@ -18,8 +18,7 @@ WORST = 1e6  # condition of the chain, its rows of length one
 def chain_from(F: Matrix, row: Vector) -> tuple[Matrix, Matrix]:
     """Rows `row` F^k, k < r, and the matrix that moves them: S F = F_S S.
 
-    Zeros and ones of F_S are set.  Its last row is solved for; it is zero where
-    all poles are, by the pattern of F.
+    Zeros and ones of F_S are set, and its last row is solved for.
     """
     r = len(F)
     poles = eigenvalues(F)
@@ -35,9 +34,7 @@ def chain_from(F: Matrix, row: Vector) -> tuple[Matrix, Matrix]:
     if not values[-1] * WORST >= values[0]:
         return S, np.full((r, r), np.nan)
     unit = power_of_two(length)
-    last = np.zeros(r)
-    if poles.any():
-        last = np.linalg.solve((S / unit[:, None]).T, rows[r]) / unit
+    last = np.linalg.solve((S / unit[:, None]).T, rows[r]) / unit
     powers = rate ** np.arange(r)
     F_S = np.eye(r, k=1)
     F_S[-1] = last * rate * powers[-1] / powers

@@ -6,6 +6,13 @@ import html
 from collections.abc import Iterable
 
 Cells = Iterable[object]  # of a row: shown as str() gives them
+MARKDOWN = str.maketrans({sign: f"\\{sign}" for sign in "\\`*_{}[]<>#|~$"})
+LATEX = str.maketrans(
+    {sign: f"\\{sign}" for sign in "&%$#_{}"}
+    | {"\\": r"\textbackslash{}", "~": r"\textasciitilde{}"}
+    | {"^": r"\textasciicircum{}", "<": r"\textless{}", ">": r"\textgreater{}"}
+    | {"|": r"\textbar{}", "[": "{[}", "]": "{]}"}
+)
 
 
 class Table:
@@ -45,6 +52,49 @@ class Table:
             lines.append(_row("td", cells, right, k in self.marked))
         return "\n".join([*lines, "</table>"])
 
+    def to_markdown(self) -> str:
+        """The table in Markdown, marked rows in bold; text stays text.
+
+        >>> print(Table(["output", "n"], [["y_1", 3]], marked=[0]).to_markdown())
+        | output | n |
+        | :--- | ---: |
+        | **y\\_1** | **3** |
+        """
+        rows = self._set(MARKDOWN, "**{}**")
+        rule = ["---:" if numeric else ":---" for numeric in self._numeric()]
+        lines = [[_escaped(cell, MARKDOWN) for cell in self.header], rule, *rows]
+        return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+    def to_latex(self) -> str:
+        """The table as a tabular of LaTeX without packages; text stays text.
+
+        >>> print(Table(["output", "n"], [["y_1", 3]], marked=[0]).to_latex())
+        \\begin{tabular}{lr}
+        \\hline
+        output & n \\\\
+        \\hline
+        \\textbf{y\\_1} & \\textbf{3} \\\\
+        \\hline
+        \\end{tabular}
+        """
+        columns = "".join("r" if numeric else "l" for numeric in self._numeric())
+        header = [_escaped(cell, LATEX) for cell in self.header]
+        rows = self._set(LATEX, r"\textbf{{{}}}")
+        lines = [rf"{' & '.join(line)} \\" for line in (header, *rows)]
+        begin, rule = rf"\begin{{tabular}}{{{columns}}}", r"\hline"
+        body = [begin, rule, lines[0], rule, *lines[1:], rule, r"\end{tabular}"]
+        return "\n".join(body)
+
+    def _set(self, signs: dict[int, str], bold: str) -> list[list[str]]:
+        """The rows in a markup, marked ones in bold."""
+        return [
+            [
+                bold.format(text) if text and k in self.marked else text
+                for text in (_escaped(cell, signs) for cell in row)
+            ]
+            for k, row in enumerate(self.rows)
+        ]
+
     def _numeric(self) -> list[bool]:
         """Whether each column holds numbers, and is set flush right."""
         return [
@@ -52,6 +102,11 @@ class Table:
             and all(row[k][:1] in "0123456789-" for row in self.rows)
             for k in range(len(self.header))
         ]
+
+
+def _escaped(cell: str, signs: dict[int, str]) -> str:
+    """A cell on one line, its signs as a markup writes them."""
+    return " ".join(cell.split()).translate(signs)
 
 
 def _markup(cell: object) -> str:
