@@ -201,7 +201,7 @@ Y = drawn(1, 50, LEVEL, np.eye(1), np.eye(1))
     ("plant", "y", "options", "said"),
     [
         (POSITION, Y, {}, r"no record of this plant determines Q\[0,0\] and Q\[0,1\]"),
-        (lb.Plant([[0]], None, [[1]], dt=1.0), Y, {}, "only as the sum"),
+        (lb.Plant([[0]], None, [[1]], dt=1.0), Y, {}, "apart, but only the sum"),
         (LEVEL, Y[:4], {}, "too short: 4 readings, less 1 that the unknown start"),
         (LEVEL, np.full((50, 1), 3.0), {}, "'y1' is constant in the record, at 3"),
         (LEVEL, np.full((50, 1), np.nan), {}, "have no measurement in the record"),

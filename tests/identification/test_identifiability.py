@@ -107,12 +107,12 @@ def test_a_silent_change_leaves_no_trace(seed):
         (
             ([[0]], None, [[1]]),
             {},
-            ["Q[0,0] and R[0,0] only as the sum Q[0,0] + R[0,0]."],
+            ["Q[0,0] and R[0,0] apart, but only the sum Q[0,0] + R[0,0]."],
         ),
         (
             POSITION,
             {},
-            ["Q[0,0] and Q[0,1] only as the difference Q[0,0] - Q[0,1]."],
+            ["Q[0,0] and Q[0,1] apart, but only the difference Q[0,0] - Q[0,1]."],
         ),
         (POSITION, dict(Q="diagonal"), []),
         (POSITION, dict(Q=[[0.5], [1]]), []),

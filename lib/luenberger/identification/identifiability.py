@@ -111,7 +111,7 @@ def identifiability(
     >>> import luenberger as lb
     >>> plant = lb.Plant([[0]], None, [[1]], dt=1.0)
     >>> lb.identifiability(plant).sentences
-    ('Q[0,0] and R[0,0] only as the sum Q[0,0] + R[0,0].',)
+    ('Q[0,0] and R[0,0] apart, but only the sum Q[0,0] + R[0,0].',)
     """
     expect(plant=plant)
     labels, changes = unknowns(plant, Q, R, S, start)
@@ -233,7 +233,7 @@ def sentence(labels: Sequence[str], row: Vector, share: Vector) -> str:
         word = {1.0: "the sum ", -1.0: "the difference "}.get(round(ratio, 9), "")
         size = "" if word else f"{abs(ratio):.4g} "
         sign = "+" if ratio > 0 else "-"
-        return f"{a} and {b} only as {word}{a} {sign} {size}{b}."
+        return f"{a} and {b} apart, but only {word}{a} {sign} {size}{b}."
     ratios = " : ".join(f"{row[k]:.4g}" for k in part)
     listed = f"{', '.join(names[:-1])} and {names[-1]}"
     return f"{listed} apart, which may change together as {ratios}."
