@@ -50,6 +50,7 @@ FIGURES = {
     ),
     "estimates": lambda ax: plot.estimates(PLANT, *RECORD, NAMES[0], ax, y=np.ones(6)),
     "gains": lambda ax: plot.gains(OBSERVER.V, PLANT, ax),
+    "innovations": lambda ax: plot.innovations(PLANT, np.sin(np.arange(40)), ax=ax),
     "gain bars": lambda ax: plot.gains(OBSERVER.V[-1], PLANT, ax),
     "gains of an observer": lambda ax: plot.gains(OBSERVER, PLANT, ax),
     "gains of a comparison": lambda ax: plot.gains(TABLE, ax=ax),

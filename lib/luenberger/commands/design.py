@@ -75,6 +75,7 @@ def run(options: Namespace) -> None:
     if options.data is not None:
         record = measurements.read(options.data, plant)
         plant = given if given.dt > 0 else _sampled_as(given, record, options.data)
+        plant = _fitted(plant, record)
     beside = _workplace(out)
     if options.dry_run:
         written([out / name for name in _planned(plant, options)], dry=True)
@@ -122,18 +123,40 @@ def _sampled_as(plant: "Plant", record: "Measurements", data: Path) -> "Plant":
     return plant.sampled(float(steps[0]))
 
 
+def _fitted(plant: "Plant", record: "Measurements") -> "Plant":
+    """The plant with the noise that it does not give, where the record tells it."""
+    from ..errors import DesignError
+    from ..identification.missing import fit_missing, lacking
+
+    if not lacking(plant) or plant.multiplicative or plant.is_complex:
+        return plant
+    try:
+        fit, said = fit_missing(plant, record.y, record.u)
+    except DesignError as error:
+        say(f"{' and '.join(lacking(plant))} cannot be fitted to the record: {error}")
+        return plant
+    told = [*said, *fit.unidentifiable, *fit.whiteness.sentences]
+    for sentence in told:
+        say(sentence)
+    about = [plant.description] if plant.description else []
+    return dataclasses.replace(fit.plant, description=" ".join([*about, *told]))
+
+
 def _content(plant: "Plant", file: "JsonFile") -> bytes:
-    """What plant.json holds: the bytes that were read, or the sampled plant."""
+    """What plant.json holds: the bytes that were read, or what was made of them."""
     from ..formats import json_records
     from ..plant import Plant
 
-    if Plant.from_json(file).dt == plant.dt:
-        return file.content
+    given = Plant.from_json(file)
+    if given.dt == plant.dt and (given.Q is None) == (plant.Q is None):
+        if (given.R is None) == (plant.R is None):
+            return file.content
     about = [plant.description] if plant.description else []
-    about.append(
-        f"Sampled every {plant.dt:g} s from the plant in continuous time, with inputs "
-        "held between the samples."
-    )
+    if given.dt != plant.dt:
+        about.append(
+            f"Sampled every {plant.dt:g} s from the plant in continuous time, with "
+            "inputs held between the samples."
+        )
     told = dataclasses.replace(plant, description=" ".join(about))
     return json_records.layout(json_records.as_data("plant", told)).encode()
 

@@ -4,7 +4,7 @@ Curves differ in line style and marker as well as in colour, so they can be told
 apart in grey, and the colours are those of Okabe and Ito, told apart by most eyes.
 
 What draws a figure enters here; it computes nothing.  It uses `compare`, and of the
-rooms below what a figure is of: plants and observers.
+rooms below what a figure is of: plants, observers and fits.
 """
 
 from .charts import decision_chart as decision_chart
@@ -16,6 +16,7 @@ from .designs import cost_against_order as cost_against_order
 from .designs import pareto as pareto
 from .designs import poles as poles
 from .diagrams import block_diagram as block_diagram
+from .records import innovations as innovations
 from .style import COLOURS as COLOURS
 from .style import MARKERS as MARKERS
 from .style import panels as panels
