@@ -172,20 +172,28 @@ def test_page_says_what_was_asked_and_what_to_take(reported):
 
 
 def test_plant_without_noise_is_reported_on(inside, tmp_path):
-    """No observer is recommended, nor run; those of an earlier run do not stay."""
+    """No observer is recommended, nor run; those of an earlier run do not stay.
+
+    The record is too short to tell the noise.
+    """
     (tmp_path / "plant.json").write_text(edited(Q=None, R=None))
+    rows = (PLANTS / "tracker.csv").read_text().splitlines(keepends=True)
+    (tmp_path / "short.csv").write_text("".join(rows[:4]))
     (tmp_path / "r").mkdir()
     for name in FILES | WITH_DATA:
         (tmp_path / "r" / name).write_text("of an earlier run")
-    given = ("--out", "r", "--data", PLANTS / "tracker.csv")
+    given = ("--out", "r", "--data", "short.csv")
     dry = inside("plant.json", *given, "--dry-run", cwd=tmp_path)
     run = inside("plant.json", *given, cwd=tmp_path)
     assert run.returncode == 0 and run.stdout == dry.stdout
+    assert (
+        "Q and R cannot be fitted to the record: the record is too short" in run.stderr
+    )
     assert "observer.json is not written: nothing is recommended" in run.stderr
     page = (tmp_path / "r/report.html").read_text(encoding="utf-8")
     assert "Recommended:" not in page and "lb.fit_noise(plant, y)" in page
     assert "Noise gain against settling time, " in page and "nan" not in page
-    assert "40 samples. No estimates, as no observer is recommended." in page
+    assert "3 samples. No estimates, as no observer is recommended." in page
     left = WITH_DATA - {"observer.json", "estimates.csv"}
     assert {path.name for path in (tmp_path / "r").iterdir()} == left
 
