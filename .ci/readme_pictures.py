@@ -32,11 +32,13 @@ def ball_on_a_beam():
     plant = lb.Plant.from_json(PLANTS / "ball-and-beam.json").sampled(0.1)
     record = pd.read_csv(PLANTS / "ball-and-beam.csv", index_col="time")
     y, u = record[list(plant.output_names)], record[list(plant.input_names)]
-    found, time = lb.filter_data(plant, y.to_numpy(), u.to_numpy()), record.index
+    y, u, time = y.to_numpy(), u.to_numpy(), record.index
+    plant = lb.fit_noise(plant, y, u, Q="diagonal").plant
+    found = lb.filter_data(plant, y, u)
     figure, axes = plt.subplots(1, 3, figsize=(11, 3), layout="constrained")
     for state, ax in enumerate(axes[:2]):
         rows = time[SHOWN], found.x[SHOWN], found.std[SHOWN]
-        measured = y.to_numpy()[SHOWN, 0] if state == 0 else None
+        measured = y[SHOWN, 0] if state == 0 else None
         lb.plot.estimates(plant, *rows, state, ax, y=measured)
     axes[0].legend(loc="upper left", fontsize="small")
     lb.plot.pareto(lb.compare(plant), axes[2])

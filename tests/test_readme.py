@@ -84,7 +84,7 @@ def test_the_two_commands_and_no_third_way():
     commands = [line for line in README.splitlines() if line.startswith("python3 ")]
     design = (
         "-m luenberger design notebooks/plants/ball-and-beam.json "
-        "--data notebooks/plants/ball-and-beam.csv --sample 0.1 --out report"
+        "--data notebooks/plants/ball-and-beam.csv --out report"
     )
     assert commands == [
         f"{SETUP}.venv/bin/python {design}",

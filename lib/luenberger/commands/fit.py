@@ -23,7 +23,7 @@ def add(commands: Any) -> None:
         "refused, and named. Writes the plant with what was found.",
         examples=[
             "fit nile.json nile.csv --out nile-fitted.json",
-            "fit ball-and-beam.json ball-and-beam.csv --sample 0.1 --q scaled --r full "
+            "fit ball-and-beam.json ball-and-beam.csv --sample 0.1 --q diagonal "
             "--out ball-fitted.json",
         ],
     )
