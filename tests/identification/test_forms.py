@@ -92,7 +92,8 @@ def test_a_variance_that_is_not_needed_is_set_to_zero(name, rank):
         X = parts[0] + 1e-12 * parts[1]
     theta = form.at(X, np.ones(3) * 1e-9)
     wanted = np.diag([1.0, 2.0, 0.0]) if name != "G" else parts[0]
-    found = face(form, theta, lambda Y: np.abs(Y - wanted).max() < 1e-9)
+    vague = np.ones(form.count, dtype=bool)
+    found = face(form, theta, lambda Y: np.abs(Y - wanted).max() < 1e-9, vague)
     np.testing.assert_allclose(found.X, wanted, atol=1e-9)
     assert np.linalg.matrix_rank(found.X, tol=1e-13) == rank
     assert len(found.sentences) == 1
@@ -100,7 +101,7 @@ def test_a_variance_that_is_not_needed_is_set_to_zero(name, rank):
         assert found.bound.tolist() == np.diag([False, False, True]).tolist()
     if name == "G":
         assert found.values["q[1]"] == 0 and found.gone == ("q[1]",)
-    untouched = face(form, theta, lambda Y: False)
+    untouched = face(form, theta, lambda Y: False, vague)
     np.testing.assert_allclose(untouched.X, X, rtol=1e-9, atol=1e-12)
     assert untouched.sentences == () and not untouched.bound.any()
 

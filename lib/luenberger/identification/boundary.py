@@ -14,6 +14,7 @@ import numpy as np
 from ..numeric import Matrix, Vector
 from .forms import Along, Form, Full, Of
 
+VAGUE = 0.15  # error of the logarithm of a deviation; below it, zero is far away
 SMALL = 0.03  # a deviation below this part of the noise's size is tried at zero
 
 Likely = Callable[[Matrix], bool]  # whether a covariance is as likely as the best
@@ -42,12 +43,21 @@ class Face:
     sentences: tuple[str, ...] = field(default=())
 
 
-def face(form: Form, theta: Vector, likely: Likely) -> Face:
-    """The face of the set of covariances on which a form's best one lies."""
+def unsure(spread: Matrix) -> Vector:
+    """Which entries of a vector of this covariance are worth a trial at their bound."""
+    error = np.sqrt(np.maximum(spread.diagonal(), 0))
+    return (error > VAGUE) | (error == 0)
+
+
+def face(form: Form, theta: Vector, likely: Likely, vague: Vector) -> Face:
+    """The face of the set of covariances on which a form's best one lies.
+
+    Only variances whose logarithm is `vague` are tried at zero.
+    """
     if isinstance(form, Full):
         return _of_full(form, theta, likely)
     if isinstance(form, Along | Of):
-        return _of_variances(form, theta, likely)
+        return _of_variances(form, theta, likely, vague)
     return inside(form, theta)
 
 
@@ -65,18 +75,20 @@ def _named(form: Form, theta: Vector) -> dict[str, float]:
     return {k: float(v) for k, v in zip(form.labels, q) if "," not in k}
 
 
-def _of_variances(form: Along | Of, theta: Vector, likely: Likely) -> Face:
+def _of_variances(
+    form: Along | Of, theta: Vector, likely: Likely, vague: Vector
+) -> Face:
     """Each variance is tried at zero, that with the smallest share first."""
     at, gone = theta.copy(), list[int]()
     slopes = form.slopes(theta)
     unit = np.sqrt(np.abs(slopes).sum(axis=0).diagonal())
     unit = np.where(unit > 0, unit, 1.0)
     share = [np.abs(X / unit / unit[:, None]).max(initial=0) for X in slopes]
-    for k in np.argsort(share):
+    for k in (int(k) for k in np.argsort(share) if vague[k]):
         tried = at.copy()
         tried[k] = -np.inf
         if likely(form.matrix(tried)):
-            at, gone = tried, [*gone, int(k)]
+            at, gone = tried, [*gone, k]
     moved = np.delete(np.abs(slopes), gone, axis=0).sum(axis=0) > 0
     names = [form.labels[k] for k in sorted(gone)]
     said = (

@@ -10,7 +10,7 @@ import numpy as np
 from ..errors import CertificateError, DesignError
 from ..numeric import Matrix, Vector
 from ..plant import Plant
-from .boundary import face, inside
+from .boundary import face, inside, unsure
 from .normalised import innovations
 from .objective import backend_for, information, of_records
 from .records import Records
@@ -35,9 +35,10 @@ class NoiseFit:
         {name: value} of the unknown parameters, and of the numbers q of a form.
     standard_errors : dict
         {"Q": (n, n), "R": (p, p), and each name in `parameters`: float}: one standard
-        error each, the square root of Cramer and Rao's bound at what was found.  Zero
-        for what was known; NaN for a variance at its bound, zero, where the error is
-        not normal and has none.
+        error each, from the curvature of the likelihood at what was found.  They are
+        short near a bound: two of them held the truth in 89 % of the entries of 300
+        random plants, where 95 % is meant.  Zero for what was known; NaN for a
+        variance at its bound, zero, where the error is not normal and has none.
     unidentifiable : list of str
         What the record left open, in words.
     innovations : (N, p) ndarray, or a list of them
@@ -83,8 +84,9 @@ def found(
             except (CertificateError, DesignError, np.linalg.LinAlgError):
                 return False
 
-        Q = face(unknowns.Q, q, lambda X: likely(X, R.X))
-        R = face(unknowns.R, r, lambda X: likely(Q.X, X))
+        vague = unsure(spread)
+        Q = face(unknowns.Q, q, lambda X: likely(X, R.X), vague[: len(q)])
+        R = face(unknowns.R, r, lambda X: likely(Q.X, X), vague[len(q) :])
         plant = unknowns.with_noise(Q.X, R.X, values)
         best = of_records(plant, data)
     backend = backend_for(data)

@@ -11,9 +11,12 @@ _CONTENT = (  # on demand, because `content` imports matplotlib
     "pareto plant_poles recommendation refusals signals sizes "
     "state_errors title variances"
 ).split()
+_AGREEMENT = ("judged", "agreement", "innovations")
 
 
 def __getattr__(name):
     if name in _CONTENT:
         return getattr(import_module(".content", __name__), name)
+    if name in _AGREEMENT:
+        return getattr(import_module(".whiteness_of_record", __name__), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
