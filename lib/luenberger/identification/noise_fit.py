@@ -35,10 +35,10 @@ class NoiseFit:
         {name: value} of the unknown parameters, and of the numbers q of a form.
     standard_errors : dict
         {"Q": (n, n), "R": (p, p), and each name in `parameters`: float}: one standard
-        error each, from the curvature of the likelihood at what was found.  They are
-        short near a bound: two of them held the truth in 89 % of the entries of 300
-        random plants, where 95 % is meant.  Zero for what was known; NaN for a
-        variance at its bound, zero, where the error is not normal and has none.
+        error each, from the curvature of the likelihood at what was found.  Zero
+        for what was known; NaN for a variance at its bound, zero, where the error is
+        not normal and has none.  The errors beside such a variance hold only if it
+        is zero in truth, and are too short otherwise.
     unidentifiable : list of str
         What the record left open, in words.
     innovations : (N, p) ndarray, or a list of them
