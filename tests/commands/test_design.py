@@ -166,7 +166,7 @@ def test_page_says_what_was_asked_and_what_to_take(reported):
     described = [
         words for _, words in re.findall(r"<img alt=(['\"])(.+?)\1", page, re.S)
     ]
-    assert page.count("<img") == 4 == len(described)
+    assert page.count("<img") == 5 == len(described)
     assert "star marks the recommended Leondes-Novak filter" in described[0]
     assert "Estimates of 3 states at " in described[3]
 

@@ -138,7 +138,7 @@ def test_what_is_absent_from_a_record_was_not_measured(name):
 def test_a_column_with_gaps_was_not_measured_there():
     table = pd.DataFrame({"y1": pd.array([1, None, 2], "Int64")})
     wanted = lb.filter_data(plant(), [[1.0], [np.nan], [2.0]]).x
-    np.testing.assert_array_equal(lb.filter_data(plant(), table).x, wanted)
+    np.testing.assert_array_equal(lb.filter_data(plant(), table, 0).x, wanted)
 
 
 @pytest.mark.parametrize("kind", ["datetime64[ns]", "timedelta64[ns]", "str", "object"])

@@ -109,7 +109,7 @@ def fit_noise(
     >>> plant = lb.Plant([[1]], None, [[1]], dt=1.0)    # a level that walks
     >>> fit = lb.fit_noise(plant, y)
     >>> fit.plant.Q.round(1), fit.plant.R.round(1)
-    (array([[0.9]]), array([[9.]]))
+    (array([[0.9]]), array([[9.4]]))
     """
     expect(plant=plant)
     if method not in METHODS:

@@ -42,10 +42,11 @@ def block_diagram(
 
     Examples
     --------
-    >>> import luenberger as lb
+    >>> import luenberger as lb, matplotlib.pyplot as plt
     >>> ax = lb.plot.block_diagram(
     ...     {"plant": (0, 0), "observer": (2, 0)},
     ...     [((-1, 0), "plant", "u"), ("plant", "observer", "y")],
+    ...     ax=plt.figure().gca(),
     ... )
     >>> [text.get_text() for text in ax.texts]
     ['plant', 'observer', 'u', 'y']

@@ -10,7 +10,7 @@ SIGNS = {"=", "+", "-", r"\ge", r"\le"}
 OPENING, CLOSING = {*"{[(", r"\begin"}, {*"}])", r"\end"}
 MATRIX = re.compile(r"(.*?)\\begin\{bmatrix\}(.*)\\end\{bmatrix\}(.*)", re.DOTALL)
 SPELLED = re.compile(
-    r"\\(?:left|right|text|operatorname|mathrm|bar|tilde|hat)\b|[{}_^\s]"
+    r"\\(?:left|right|text|operatorname|mathrm|bar|tilde|hat)\b|\\[,;!]|[{}_^\s]"
 )
 
 

@@ -209,7 +209,8 @@ def citation(part):
     plain = re.fullmatch(r"\\text\{([^{}]*)\}", part)
     cited = re.fullmatch(r"\\text\{(\([^{}]*\)'?)\}\\; (.*)", part)
     if plain:
-        yield nodes.Text(re.sub(r"\\(.)", r"\1", plain[1]))
+        for is_latex, piece in typeset(re.sub(r"\\(.)", r"\1", plain[1])):
+            yield formula(piece) if is_latex else nodes.Text(piece)
     elif cited:
         yield nodes.Text(f"{cited[1]} ")
         yield from spaced(apart(cited[2]))
