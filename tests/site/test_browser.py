@@ -398,7 +398,7 @@ def test_the_report_shows_its_mathematics_and_figures(browser, tmp_path):
         assert len(sizes) >= 5
         assert all(size["width"] > 4 and size["height"] > 4 for size in sizes)
         assert page.locator("math >> text=/[$\\\\]/").count() == 0
-        assert page.locator("img").count() == 4
+        assert page.locator("img").count() == 5
 
 
 # -- the checks themselves -------------------------------------------------------------

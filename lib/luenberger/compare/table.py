@@ -98,7 +98,10 @@ class Comparison(Reviews, ReadOnly):
 
     @property
     def judged_by(self) -> str:
-        """What designs are judged by: "error", or where none is known "noise_gain"."""
+        """The figure that designs are judged by.
+
+        "error", or "noise_gain" where no error is known.
+        """
         return "noise_gain" if self.yardstick is None else "error"
 
     @property

@@ -53,7 +53,9 @@ class Smoothed:
 
     @cached_property
     def lag_one(self) -> np.ndarray:
-        """E[e_k e_{k-1}'] (N, n, n): row k with the row before, found when first read.
+        """The covariance E[e_k e_{k-1}'] of row k with the row before, (N, n, n).
+
+        It is found when first read.
 
         The first row is with the state at instant 0, or, if P0 is the prior of the
         first sample, with itself.  For a fixed lag either error is that of its own row.
