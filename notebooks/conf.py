@@ -97,8 +97,15 @@ def link_to_pages(app, docname, content):
         content[0] = content[0].replace(f"]({file})", f"]({page})")
 
 
+def keep_pictures_inside(app):
+    """MyST-NB would leave its folder of pictures beside that of the pages."""
+    inside = Path(app.doctreedir) / "jupyter_execute"
+    app.env.mystnb_config = app.env.mystnb_config.copy(output_folder=str(inside))
+
+
 def setup(app):
     app.connect("source-read", link_to_pages)
+    app.connect("builder-inited", keep_pictures_inside, priority=900)
 
 
 # the index of names is enough; one of modules would be pictures without words

@@ -17,7 +17,13 @@ PINS = dict(
 )
 PROJECT = tomllib.loads((ROOT / "lib" / "pyproject.toml").read_text(encoding="utf-8"))
 EXTRAS = PROJECT["project"]["optional-dependencies"]
-TOOLS = ("browser", "course", "site", "types")  # extras that the first commands omit
+TOOLS = (
+    "browser",
+    "course",
+    "forge",
+    "site",
+    "types",
+)  # extras that the first commands omit
 
 
 @pytest.mark.parametrize("name", PINS)

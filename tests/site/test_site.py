@@ -201,6 +201,10 @@ def test_numbered_equations_have_addresses_and_are_linked(path, site, pages):
 
 
 @pytest.mark.site
+def test_nothing_is_left_beside_the_pages(site):
+    assert not (site.parent / "jupyter_execute").exists()
+
+
 def test_nothing_is_fetched_from_elsewhere(site, pages):
     found = {path: outside(page) for path, page in pages.items()}
     assert not {path: urls for path, urls in found.items() if urls}
