@@ -11,15 +11,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..analysis.error_covariance import error_covariance
-from ..analysis.multiply_adds import multiply_adds, without_rounding
+from ..analysis.multiply_adds import multiply_adds
 from ..analysis.optimality import STATIONARY_TOL, Optimality, optimality
-from ..analysis.step_cost import step_cost
 from ..certificate import Certificate, certify
 from ..kernels.cache import CacheWarning
 from ..numeric import Matrix, Vector
 from ..numeric.linalg import ROUNDING, UNIT_TOL, eigenvalues, lyapunov, radius
 from ..observer import Observer
 from ..plant import Plant
+from .cheapest import DESIGNED, cheapest
 from .settling import settling_time
 
 if TYPE_CHECKING:
@@ -30,6 +30,7 @@ LEVEL = 1e-9  # errors closer than this, relative, are equal: the rest is roundi
 
 SINGLE = {"Kalman filter", "deadbeat observer", "functional observer"}
 EXACT_TOL = 1e-9  # of a certificate, as in `Certificate.require`
+FORM_TOL = 1e-12  # of the certificate of another form, beside the design's own
 DISTURBED = "Best for u = 0: known inputs disturb its estimate."
 
 
@@ -52,6 +53,9 @@ class Attempt:
         Of a Leondes-Novak filter: the paper's gain in its steady state, or the best
         constant gain.
     observer : Observer or None
+        In the form that is the least work.
+    form : str
+        Which one: "as designed", "modal", "modal, companion blocks" or "companion".
     covariance : (q, q) ndarray or None
         Of the steady error of what the observer estimates; None without noise.
     k : (., n) ndarray or None
@@ -79,6 +83,7 @@ class Attempt:
     accurate: tuple = ()
     horizon: str | None = None
     observer: Observer | None = None
+    form: str = DESIGNED
     covariance: np.ndarray | None = None
     k: np.ndarray | None = None
     noise_gain: float | None = None
@@ -183,8 +188,11 @@ def attempt(plan: Plan, plant: Plant, k: Matrix | None) -> Attempt:
     except ValueError as error:  # DesignError, CertificateError: listed, not raised
         return Attempt(*given, **known, refusal=str(error))
     given = (plan.method, plan.label, observer.order)
-    found = Attempt(*given, observer=observer, **known | figures)
-    notes = [plan.note, DISTURBED if found.disturbed else "", *warned]
+    found = Attempt(*given, **known | figures)
+    formed = (
+        "" if found.form == DESIGNED else f"Given in other coordinates: {found.form}."
+    )
+    notes = [plan.note, formed, DISTURBED if found.disturbed else "", *warned]
     return dataclasses.replace(found, note=" ".join(filter(None, notes)))
 
 
@@ -200,20 +208,28 @@ def _quietly(design: Callable[[], Observer]) -> tuple[Observer, list[str]]:
 def _figures(
     observer: Observer, plant: Plant, plan: Plan, k: Matrix | None
 ) -> dict[str, Any]:
-    work, size = multiply_adds(observer), None
-    if not observer.is_complex:
-        cost = step_cost(without_rounding(observer))
-        work, size = cost.multiply_adds, cost.bytes
-    best = None
+    best, certificate = None, certify(observer, plant)
     if plan.feedthrough is not None:
         best = optimality(observer, plant, feedthrough=plan.feedthrough)
+
+    def sound(form: Observer) -> bool:
+        if best is not None:
+            worst = optimality(form, plant, feedthrough=plan.feedthrough).worst
+            return worst <= max(STATIONARY_TOL, best.worst)
+        return certify(form, plant).worst <= max(FORM_TOL, certificate.worst)
+
+    form, name, work, size = observer, DESIGNED, multiply_adds(observer), None
+    if not observer.is_complex:
+        form, name, (work, size) = cheapest(observer, sound)
     return dict(
         covariance=_covariance(observer, plant) if noisy(plant) else None,
         noise_gain=noise_gain(observer, plant, k),
         work=work,
         bytes=size if plant.dt > 0 else None,
-        certificate=certify(observer, plant),
+        certificate=certificate if form is observer else certify(form, plant),
         optimality=best,
+        observer=form,
+        form=name,
     )
 
 

@@ -264,6 +264,7 @@ def _row(
         horizon=one.horizon,
         refusal=one.refusal,
         note=one.note,
+        form=None if one.refusal else one.form,
         recommended=one is chosen,
         on_front=one in front,
     )

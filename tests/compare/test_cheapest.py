@@ -1,0 +1,63 @@
+"""The form of least work is the one that is counted, returned and exported."""
+
+import numpy as np
+import pytest
+
+import luenberger as lb
+from luenberger.analysis.multiply_adds import without_rounding
+from luenberger.analysis.step_cost import step_cost
+from luenberger.period import hold
+
+K = [[0, 0, 1, 0]]  # the torque in the shaft
+
+
+def drive():
+    """A motor on an elastic shaft: current, speed, torque, speed of the load."""
+    A = [[-500, -25, 0, 0], [500, -1, -1e4, 0], [0, 20, 0, -20], [0, 0, 2000, -0.4]]
+    plant = lb.Plant(A, [[500], [0], [0], [0]], np.eye(2, 4))
+    return lb.Plant(
+        *hold(plant.A, plant.B, 1e-3),
+        plant.C,
+        dt=1e-3,
+        Q=np.diag([1e-3, 1e-1, 1e-5, 1]),
+        R=np.diag([1e-3, 1e-2]),
+    )
+
+
+@pytest.fixture(scope="module")
+def table():
+    return lb.compare(drive(), k=K, methods=["fixed-order filter"], orders=[3])
+
+
+def test_the_torque_in_a_shaft_takes_fewer_multiply_adds(table):
+    one = table.find("fixed-order filter", label="order 3 for k x")
+    designed = lb.fixed_order_filter(drive(), 3, L=K, starts=12)
+    assert step_cost(without_rounding(designed)).multiply_adds == 23
+    assert one.work == 17 and one.form in ("modal, companion blocks", "companion")
+    assert one.form in one.note and one.sound
+
+
+def test_what_is_counted_is_what_is_returned(table):
+    for one in table.designs:
+        cost = step_cost(without_rounding(one.observer))
+        assert (one.work, one.bytes) == (cost.multiply_adds, cost.bytes)
+        assert [row["form"] for row in table.rows() if row["label"] == one.label] == [
+            one.form
+        ]
+
+
+def test_the_form_estimates_as_the_design_does(table):
+    one = table.find("fixed-order filter", label="order 3 for k x")
+    left = lb.error_covariance(one.observer, drive())
+    assert np.allclose(left, one.covariance, rtol=1e-9)
+    designed = lb.fixed_order_filter(drive(), 3, L=K, starts=12)
+    assert np.allclose(one.covariance, lb.error_covariance(designed, drive()))
+    assert lb.optimality(one.observer, drive()).worst < 1e-6
+
+
+def test_a_design_that_no_form_saves_stays_as_it_is():
+    plant = lb.Plant([[1, 1], [0, 1]], None, [[1, 0]], dt=1.0,
+                     Q=[[0.25, 0.5], [0.5, 1]], R=[[0.01]])  # fmt: skip
+    kalman = lb.compare(plant).find("Kalman filter")
+    assert kalman.form == "as designed" and kalman.note == ""
+    assert np.array_equal(kalman.observer.F, lb.kalman_filter(plant).F)
