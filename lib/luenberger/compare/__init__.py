@@ -53,8 +53,8 @@ def compare(
     - the deadbeat observer;
     - the functional observer of k x of least order.
 
-    Each is returned in the coordinates in which it is the least work: as designed, modal
-    or companion, where the certificate is as good there.
+    Each is returned in the coordinates in which it is the least work: as designed,
+    modal or companion, where the certificate is as good there.
 
     What is left out is listed as not tried; with 200 states and 4 outputs the rest is
     a matter of seconds.
