@@ -1,9 +1,9 @@
 """Pages of derivations: all of a page holds, is used, and notices damage."""
 
-import importlib
-
 import pytest
 from page_damage import fails, idle_values, stage_lists, wrong_definitions, wrong_stages
+
+from luenberger.ledger import evidence
 
 PAGES = (
     "haddad_bernstein.augmented",
@@ -76,13 +76,7 @@ PAGES = (
 )
 
 
-OURS = {"identification", "smoothing", "forms"}
-
-
-def page(name):
-    paper, _, module = name.partition(".")
-    room = paper if paper in OURS else f"papers.{paper}"
-    return importlib.import_module(f"luenberger.{room}.derivation.{module}").derive()
+page = evidence.derivation
 
 
 @pytest.mark.parametrize("name", PAGES)

@@ -312,7 +312,7 @@ def test_the_ledger_is_filtered_by_paper_misprint_and_words(browser, served):
     total = ledger.count()
     with window(browser) as page:
         visit(page, f"{served}/pages/ledger.html")
-        for paper in ("", *ledger.PAPERS):
+        for paper in ("", *ledger.PARTS):
             count = ledger.count(paper) if paper else total
             page.get_by_label("Paper").select_option(paper)
             assert (shown(page), said(page)) == (count, f"{count} of {total}")
@@ -371,7 +371,7 @@ def test_the_ledger_in_one_file_is_filtered_without_a_script(browser, tmp_path):
     rows = "tr.entry:visible"
     with at_both_widths(browser, (tmp_path / "ledger.html").as_uri()) as (page, found):
         assert found == {LAPTOP[0]: [], PHONE[0]: []}
-        for paper in ledger.PAPERS:
+        for paper in ledger.PARTS:
             page.get_by_label(ledger.title(paper)).check()
             assert page.locator(rows).count() == ledger.count(paper)
             said = page.locator(".count:visible").inner_text()

@@ -12,7 +12,7 @@ from itertools import combinations
 import sympy as sp
 from formulas import equation, letters, parts, side
 
-from luenberger.ledger import evidence
+from luenberger.ledger import OURS, evidence
 from luenberger.symbolic import (
     AtLeast,
     AtMost,
@@ -188,7 +188,9 @@ def numbers(name):
 
 
 def number_of(entry):
-    """How steps refer to an entry: "(33)" as 33, "2: V2s" as section 2."""
+    """How steps refer to an entry: "(33)" as 33, "2: V2s" as section 2; ours by none."""
+    if entry.paper == OURS:
+        return ""
     number, _, more = entry.number.partition(": ")
     if number.startswith("remark"):
         return number
@@ -228,7 +230,8 @@ def unsaid(entry, there):
         if not any(p.has(formula) for p in pointers):
             yield f"no evidence has {formula}"
     wanted = number_of(entry)
-    if not any(wanted in p.numbers(part) for part in said for p in pointers):
+    under = (p.numbers(part) for part in said for p in pointers)
+    if wanted and not any(wanted in found for found in under):
         yield f"nothing that it says stands under {wanted}"
 
 

@@ -1,4 +1,4 @@
-"""`ledger`: every numbered equation of the papers, and what vouches for it."""
+"""`ledger`: every equation of the papers, our own theorems, and their evidence."""
 
 import textwrap
 from argparse import Namespace
@@ -18,17 +18,18 @@ def add(commands: Any) -> None:
         run,
         help="list the papers' equations, their evidence and their misprints",
         description="List every numbered equation of the papers: what it says, how "
-        "well it is established, what uses it, and what the page misprints. Without "
-        "--paper it prints counts.",
+        "well it is established, what uses it, and what the page misprints. The part "
+        "`ours` has the theorems that are in no paper. Without --paper it prints counts.",
         examples=[
             "ledger",
             'ledger --paper "Van Dooren"',
             "ledger --misprints --json",
+            "ledger --paper ours",
             "ledger --paper hsia --html ledger.html",
         ],
     )
     one.add_argument(
-        "--paper", metavar="NAME", help="one paper, by part of its name or title"
+        "--paper", metavar="NAME", help="one paper, by part of its name or title; or ours"
     )
     one.add_argument(
         "--misprints", action="store_true", help="list misprints, not equations"

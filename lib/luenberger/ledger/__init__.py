@@ -1,6 +1,7 @@
-"""The equation ledger: every numbered equation of the papers, and what vouches for it.
+"""The equation ledger: every equation of the papers, our theorems, and their evidence.
 
-The entries are data, one file for each paper in `papers/`; they point at code.  An
+The entries are data, one file for each paper in `entries/` and one for the theorems
+that are in no paper, `entries/ours.toml`; they point at code.  An
 entry's evidence is a proved step of a derivation, or a test; `ledger.evidence` finds
 it.  The tests run every piece of evidence, damage it, and see it fail.
 
@@ -10,14 +11,16 @@ it.  The tests run every piece of evidence, damage it, and see it fail.
 With every output accurate the gain is K₁ = Ω₂₁ (Ω₁₁ + R₁₁)⁻¹.
 
 What asks or prints the entries enters here; an entry is a row of a file in
-`papers/`.  It uses `symbolic`, `formats` and `show`, and loads a derivation by the
-pointer "paper.module" of an entry.
+`entries/`.  It uses `symbolic`, `formats` and `show`, and loads a derivation by the
+pointer "room.module" of an entry.
 """
 
 from pathlib import Path
 
 from .records import KINDS as KINDS
+from .records import OURS as OURS
 from .records import PAPERS as PAPERS
+from .records import PARTS as PARTS
 from .records import Entry as Entry
 from .records import Misprint as Misprint
 from .records import count as count
@@ -42,7 +45,7 @@ def write_page(
     path : str or Path
         Written beside and renamed, so that an interrupted run leaves the old file.
     paper : str, optional
-        One paper instead of all.
+        One paper, or "ours", instead of all.
     formulas : bool
         With the proved claims, as MathML; this runs the derivations, which takes half
         a minute.  Without them the page is written at once.

@@ -6,7 +6,9 @@ from typing import Any
 
 from ..symbolic import Claim
 from ..symbolic.derivation import Derivation
+from .records import PAPERS
 
+ROOMS = (*PAPERS, "identification", "smoothing", "forms")  # that have derivations
 SIZES = (", ", " [", " (")  # how the sizes at the end of a step's name begin
 
 
@@ -15,20 +17,25 @@ def is_test(pointer: str) -> bool:
     return pointer.startswith("tests/")
 
 
+def package(room: str) -> str:
+    """Where the derivations of a room are: of a paper, or of our own."""
+    return f"luenberger.{'papers.' if room in PAPERS else ''}{room}.derivation"
+
+
 @cache
 def derivation(name: str) -> Derivation:
-    """What "paper.module" or "paper.module.function" returns; or else `derive`."""
-    paper, _, rest = name.partition(".")
+    """What "room.module" or "room.module.function" returns; or else `derive`."""
+    room, _, rest = name.partition(".")
     module, _, function = rest.partition(".")
     try:
-        found = import_module(f"luenberger.papers.{paper}.derivation.{module}")
+        found = import_module(f"{package(room)}.{module}")
         return getattr(found, function or "derive")()
     except (ImportError, AttributeError):
         raise LookupError(f"there is no derivation {name!r}") from None
 
 
 def steps(pointer: str) -> dict[str, Any]:
-    """{name: Claim} of every step that "paper.module: step" points at.
+    """{name: Claim} of every step that "room.module: step" points at.
 
     Raises
     ------

@@ -10,7 +10,7 @@ from ..formats import atomic
 from ..symbolic import Chain, latex
 from ..symbolic.prose import typeset
 from . import evidence
-from .records import PAPERS, Entry, count, entries, find_paper, misprints, title
+from .records import PARTS, Entry, count, entries, find_paper, misprints, title
 from .words import Words
 
 Papers = tuple[str, ...]
@@ -61,13 +61,13 @@ def write(path: str | Path, paper: str | None = None, formulas: bool = True) -> 
 
 def render(paper: str | None = None, formulas: bool = True) -> str:
     """The page as text."""
-    papers = PAPERS if paper is None else (find_paper(paper),)
+    papers = PARTS if paper is None else (find_paper(paper),)
     rows = [_row(e, formulas) for key in papers for e in entries(key)]
     body = [
         "<h1>The equation ledger</h1>",
-        "<p>Every numbered equation of the papers, in our words and letters: how well "
-        "it is established, what vouches for it, what uses it, where a notebook shows "
-        "it, and what the page misprints.</p>",
+        "<p>Every numbered equation of the papers, and the theorems that are in none, in "
+        "our words and letters: how well each is established, what vouches for it, "
+        "what uses it, where a notebook shows it, and what the paper misprints.</p>",
         *_controls(papers),
         "<main>",
         *_counts(papers),

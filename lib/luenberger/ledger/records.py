@@ -1,4 +1,4 @@
-"""The entries, read from the files in `papers/`, and what can be asked of them."""
+"""The entries, read from the files in `entries/`, and what can be asked of them."""
 
 import tomllib
 from dataclasses import asdict, dataclass
@@ -17,6 +17,8 @@ PAPERS = (
     "kawazoe",
     "hsia",
 )
+OURS = "ours"  # theorems that are in no paper: each is an entry as well
+PARTS = (*PAPERS, OURS)
 KINDS = ("definition", "claim", "algorithm", "data")
 
 
@@ -39,12 +41,13 @@ class Misprint:
 
 @dataclass(frozen=True)
 class Entry:
-    """One numbered equation, or a displayed definition without a number.
+    """One numbered equation, a displayed definition without a number, or our theorem.
 
     Attributes
     ----------
     paper, number : str
-        Key of the paper, as in `PAPERS`; the number as printed.
+        Key of the paper, as in `PARTS`; the number as printed.  Of our own theorems the
+        key is `OURS`, and a name takes the place of the number.
     says : Words
         The equation in our words and letters; its formulas are those of the evidence.
     kind : str
@@ -53,8 +56,8 @@ class Entry:
         How well it is established: "proved at symbolic sizes", "proved at sizes
         n = 3, ..", "reproduced to ..".
     evidence : tuple of str
-        "paper.module: step" or "paper.module.function: step" of the derivations
-        in `luenberger.papers`, where a step is named in full or up to the
+        "room.module: step" or "room.module.function: step" of the derivations of a
+        paper or of a room of our own, where a step is named in full or up to the
         sizes at its end; or "tests/room/test_file.py::test".
     used : str
         The public function or type that uses it.
@@ -75,7 +78,7 @@ class Entry:
 
     @property
     def source(self) -> str:
-        """The paper as it is cited."""
+        """The paper as it is cited, or "Our own"."""
         return title(self.paper)
 
     def as_dict(self) -> dict[str, Any]:
@@ -85,7 +88,7 @@ class Entry:
 
 @cache
 def _file(paper: str) -> dict[str, Any]:
-    text = files(__package__).joinpath("papers", f"{paper}.toml").read_text("utf-8")
+    text = files(__package__).joinpath("entries", f"{paper}.toml").read_text("utf-8")
     return tomllib.loads(text)
 
 
@@ -109,7 +112,7 @@ def title(paper: str) -> str:
 
 
 def find_paper(name: str) -> str:
-    """The key of a paper from part of its key or title, in any case.
+    """The key of a paper from part of its key or title, in any case; or "ours".
 
     Raises
     ------
@@ -124,7 +127,7 @@ def find_paper(name: str) -> str:
     wanted = str(name).casefold().replace("-", "_")
     hits = [
         paper
-        for paper in PAPERS
+        for paper in PARTS
         if wanted and (wanted in paper or wanted in title(paper).casefold())
     ]
     if len(hits) != 1:
@@ -134,18 +137,18 @@ def find_paper(name: str) -> str:
 
 
 def _listed() -> str:
-    return ", ".join(repr(paper) for paper in PAPERS)
+    return ", ".join(repr(paper) for paper in PARTS)
 
 
 def entries(
     paper: str | None = None, *, number: str | None = None
 ) -> tuple[Entry, ...]:
-    """The entries of one paper or of all, in page order.
+    """The entries of one paper, of our own theorems, or of all, in page order.
 
     Parameters
     ----------
     paper : str, optional
-        Part of a paper's key or title, e.g. "moore".
+        Part of a paper's key or title, e.g. "moore", or "ours".
     number : str, optional
         Only the entry with this number, e.g. "(33)".
 
@@ -158,7 +161,7 @@ def entries(
     ValueError
         If there is no such paper.
     """
-    papers = PAPERS if paper is None else (find_paper(paper),)
+    papers = PARTS if paper is None else (find_paper(paper),)
     found = (entry for key in papers for entry in _entries(key))
     return tuple(entry for entry in found if number in (None, entry.number))
 
@@ -166,8 +169,8 @@ def entries(
 def count(paper: str | None = None) -> int:
     """Number of entries.
 
-    >>> count("leondes"), count()
-    (61, 210)
+    >>> count("leondes"), count() == sum(map(count, PARTS))
+    (61, True)
     """
     return len(entries(paper))
 

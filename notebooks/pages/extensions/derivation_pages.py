@@ -22,19 +22,21 @@ AUTHORS["van_dooren"] = "Van Dooren"
 
 def paper_of(module):
     """The paper that a derivation's source names first, or "ours"."""
+    if not module.__name__.startswith("luenberger.papers."):
+        return ledger.OURS
     source = inspect.getdoc(module).partition("Source:")[2]
     places = {key: source.find(name) for key, name in AUTHORS.items()}
     named = {key: place for key, place in places.items() if place >= 0}
-    return min(named, key=named.get, default="ours")
+    return min(named, key=named.get, default=ledger.OURS)
 
 
 def modules(paper):
     """ "paper.module" of what a page shows, in the order of the rooms' front doors."""
     found = []
-    for room in ledger.PAPERS:
-        front = import_module(f"luenberger.papers.{room}.derivation")
+    for room in evidence.ROOMS:
+        front = import_module(evidence.package(room))
         for name in re.findall(r"^`(\w+)`$", inspect.getdoc(front), flags=re.M):
-            if name == "letters":  # each page shows those that it uses
+            if name.endswith("letters"):  # each page shows those that it uses
                 continue
             if paper_of(loaded(f"{room}.{name}")) == paper:
                 found.append(f"{room}.{name}")
@@ -42,9 +44,9 @@ def modules(paper):
 
 
 def loaded(name):
-    """The module of "paper.module"."""
-    paper, _, module = name.partition(".")
-    return import_module(f"luenberger.papers.{paper}.derivation.{module}")
+    """The module of "room.module"."""
+    room, _, module = name.partition(".")
+    return import_module(f"{evidence.package(room)}.{module}")
 
 
 def pointers(name):

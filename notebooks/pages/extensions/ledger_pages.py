@@ -32,7 +32,7 @@ SLIPS = '<label><input type="checkbox" name="misprinted"> misprinted only</label
 
 def note_papers(env):
     """A page is built anew when the ledger changes."""
-    for path in Path(ledger.__file__).parent.glob("papers/*.toml"):
+    for path in Path(ledger.__file__).parent.glob("entries/*.toml"):
         env.note_dependency(str(path))
 
 
@@ -84,9 +84,9 @@ def lines(*paragraphs):
     return [nodes.paragraph("", "", *children) for children in paragraphs]
 
 
-def form(what, more=""):
+def form(what, parts, more=""):
     papers = "".join(
-        f'<option value="{key}">{ledger.title(key)}</option>' for key in ledger.PAPERS
+        f'<option value="{key}">{ledger.title(key)}</option>' for key in parts
     )
     text = FILTER.format(what=what, papers=papers, more=more)
     return nodes.raw("", text, format="html")
@@ -105,7 +105,7 @@ class Ledger(SphinxDirective):
         group += nodes.thead("", head)
         group += nodes.tbody("", *(self.entry(entry) for entry in ledger.entries()))
         table = nodes.table("", group, classes=["ledger", "colwidths-given"])
-        return [form("Filter the ledger", SLIPS), table]
+        return [form("Filter the ledger", ledger.PARTS, SLIPS), table]
 
     def row(self, *cells):
         return nodes.row("", *(nodes.entry("", *cell) for cell in cells))
@@ -140,7 +140,7 @@ class Misprints(SphinxDirective):
         note_papers(self.env)
         self.env.note_dependency(str(WORDS))
         kinds = KIND.format("".join(f"<option>{kind}" for kind in KINDS)) + "</label>"
-        found = [form("Filter the misprints", kinds)]
+        found = [form("Filter the misprints", ledger.PAPERS, kinds)]
         for paper in ledger.PAPERS:
             section = nodes.section(ids=[f"misprints-{nodes.make_id(paper)}"])
             self.state.document.note_explicit_target(section)
