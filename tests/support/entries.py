@@ -188,7 +188,7 @@ def numbers(name):
 
 
 def number_of(entry):
-    """How steps refer to an entry: "(33)" as 33, "2: V2s" as section 2; ours by none."""
+    """How steps refer to an entry: "(33)" as 33, "2: V2s" as section 2, ours not."""
     if entry.paper == OURS:
         return ""
     number, _, more = entry.number.partition(": ")

@@ -19,7 +19,8 @@ def add(commands: Any) -> None:
         help="list the papers' equations, their evidence and their misprints",
         description="List every numbered equation of the papers: what it says, how "
         "well it is established, what uses it, and what the page misprints. The part "
-        "`ours` has the theorems that are in no paper. Without --paper it prints counts.",
+        "`ours` has the theorems that are in no paper. Without --paper it prints "
+        "counts.",
         examples=[
             "ledger",
             'ledger --paper "Van Dooren"',
@@ -29,7 +30,9 @@ def add(commands: Any) -> None:
         ],
     )
     one.add_argument(
-        "--paper", metavar="NAME", help="one paper, by part of its name or title; or ours"
+        "--paper",
+        metavar="NAME",
+        help="one paper, by part of its name or title; or ours",
     )
     one.add_argument(
         "--misprints", action="store_true", help="list misprints, not equations"

@@ -1,9 +1,9 @@
 """The equation ledger: every equation of the papers, our theorems, and their evidence.
 
 The entries are data, one file for each paper in `entries/` and one for the theorems
-that are in no paper, `entries/ours.toml`; they point at code.  An
-entry's evidence is a proved step of a derivation, or a test; `ledger.evidence` finds
-it.  The tests run every piece of evidence, damage it, and see it fail.
+that are in no paper, `entries/ours.toml`; they point at code.  An entry's evidence is a
+proved step of a derivation, or a test; `ledger.evidence` finds it.  The tests run every
+piece of evidence, damage it, and see it fail.
 
 >>> from luenberger import ledger
 >>> entry, = ledger.entries("leondes", number="(37)")

@@ -65,8 +65,8 @@ def render(paper: str | None = None, formulas: bool = True) -> str:
     rows = [_row(e, formulas) for key in papers for e in entries(key)]
     body = [
         "<h1>The equation ledger</h1>",
-        "<p>Every numbered equation of the papers, and the theorems that are in none, in "
-        "our words and letters: how well each is established, what vouches for it, "
+        "<p>Every numbered equation of the papers, and the theorems that are in none, "
+        "in our words and letters: how well each is established, what vouches for it, "
         "what uses it, where a notebook shows it, and what the paper misprints.</p>",
         *_controls(papers),
         "<main>",
