@@ -1,7 +1,8 @@
 """Pages of derivations: all of a page holds, is used, and notices damage."""
 
 import pytest
-from page_damage import fails, idle_values, stage_lists, wrong_definitions, wrong_stages
+from damage import fails
+from page_damage import idle_values, stage_lists, wrong_definitions, wrong_stages
 
 from luenberger.ledger import evidence
 
@@ -88,7 +89,8 @@ def test_everything_on_a_page_holds_and_is_used(name):
 @pytest.mark.parametrize("name", PAGES)
 def test_a_wrong_sign_in_a_stage_is_noticed(name):
     for stages in stage_lists(page(name)):
-        assert [what for what, wrong in wrong_stages(stages) if not fails(wrong)] == []
+        wrong = wrong_stages(stages)
+        assert [what for what, one in wrong if not fails(one, stages)] == []
 
 
 @pytest.mark.parametrize("name", PAGES)
@@ -96,7 +98,7 @@ def test_a_wrong_sign_in_a_definition_is_noticed(name):
     passed = [
         what
         for what, changed in wrong_definitions(page(name))
-        if not any(map(fails, changed))
+        if not any(fails(*pair) for pair in changed)
     ]
     assert passed == []
 

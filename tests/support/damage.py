@@ -7,7 +7,15 @@ import sympy as sp
 from sympy import MatAdd
 from worlds import damages, expr
 
-from luenberger.symbolic import Chain, Counterexample, Equation, Explicit, MatrixSymbol
+from luenberger.symbolic import (
+    Chain,
+    Counterexample,
+    Derivation,
+    Equation,
+    Explicit,
+    Line,
+    MatrixSymbol,
+)
 
 SIGNS = 4  # terms, or entries of an explicit matrix, whose sign is tried
 
@@ -105,20 +113,42 @@ def damaged_scalar(value):
     yield "twice the whole", 2 * value
 
 
+def fails(item, sound=None):
+    """Whether something damaged is refused.
+
+    Lines and stages that it shares with what is `sound` are not asked again.
+    """
+    try:
+        if isinstance(item, Chain):
+            known = steps_of(sound) if sound else ()
+            changed = (step for step in steps_of(item) if step not in known)
+            return any(line_fails(*step, item.symmetric) for step in changed)
+        if isinstance(item, Derivation):
+            symmetric = getattr(item.letters, "symmetric", ())
+            changed = (x for x in item.stages if not sound or x not in sound.stages)
+            return any(line_fails(x.target, x.line, symmetric) for x in changed)
+        return bool(item.check())
+    except (ValueError, TypeError, AssertionError):  # ShapeError, ours or SymPy's
+        return True
+
+
+def steps_of(chain):
+    """(what stands before, the line) of every line of a chain."""
+    return list(zip((chain.left, *(line.right for line in chain.lines)), chain.lines))
+
+
+def line_fails(left, line, symmetric):
+    """Whether a line has complaints; most that are damaged are refuted by numbers."""
+    if type(line) is Line and not line.follows(left, line.by, symmetric):
+        return True
+    return bool(line.complaints(left, symmetric))
+
+
 def survives(claim):
     """Whether a claim is proved; what cannot be multiplied is not."""
-    if hasattr(claim, "check"):
-        return survives_as_step(claim)
     try:
         return claim.is_zero if claim.algebra else unrefuted(claim) and claim.is_zero
     except (ValueError, TypeError):  # ShapeError, ours or SymPy's
-        return False
-
-
-def survives_as_step(step):
-    try:
-        return not step.check()
-    except (ValueError, TypeError):
         return False
 
 
@@ -138,7 +168,7 @@ def unnoticed(claim):
     """
     found = list(broken(claim))
     if hasattr(claim, "check"):
-        passed = [what for what, wrong in found if survives(wrong)]
+        passed = [what for what, wrong in found if not fails(wrong, claim)]
         return passed if found else ["nothing was tried"]
     signs = [pair for pair in found if pair[0].startswith("sign")]
     passed = [what for what, wrong in signs[:SIGNS] if survives(wrong)]

@@ -4,10 +4,10 @@ import dataclasses
 from itertools import product
 
 import sympy as sp
-from damage import damaged_sides
+from damage import damaged_sides, fails
 from worlds import one_wrong_sign
 
-from luenberger.symbolic import Derivation, Explicit, Relation, ShapeError
+from luenberger.symbolic import Derivation, Explicit, Relation
 
 
 def stage_lists(derivation):
@@ -37,7 +37,7 @@ def wrong_definitions(derivation):
 
 
 def cited_instead(derivation, old, new):
-    """The page's items that cite a relation, with another in its place."""
+    """(An item that cites a relation, with another in its place, and as it was)."""
     changed = []
     for item in derivation.page:
         if isinstance(item, Derivation):
@@ -53,7 +53,7 @@ def cited_instead(derivation, old, new):
         else:
             continue
         if old in cited(item):
-            changed.append(swapped)
+            changed.append((swapped, item))
     return changed
 
 
@@ -67,18 +67,11 @@ def with_reason(holder, old, new, field=None):
     """A line, stage or construction that cites `new` where it cited `old`."""
     fields = [field] if field else ["by", "moments", "of"]
     for name in fields:
-        if isinstance(getattr(holder, name, None), tuple):
-            reasons = tuple(new if r == old else r for r in getattr(holder, name))
+        cites = getattr(holder, name, None)
+        if isinstance(cites, tuple) and old in cites:
+            reasons = tuple(new if r == old else r for r in cites)
             holder = dataclasses.replace(holder, **{name: reasons})
     return holder
-
-
-def fails(item):
-    """Whether a damaged chain, construction or stage list is refused."""
-    try:
-        return bool(item.unproved() if isinstance(item, Derivation) else item.check())
-    except (ShapeError, ValueError, AssertionError):
-        return True
 
 
 def idle_values(derivation):

@@ -87,11 +87,14 @@ class Stage:
         """Why the stage is not what its chains prove; [] if it is, or has none."""
         if not self.by:
             return []
+        found = self.line.complaints(self.target, symmetric)
+        return [f"{self.shown(text)} {complaint}" for complaint in found]
+
+    @property
+    def line(self) -> Line:
+        """The stage as a line of a chain that begins with its target."""
         blocks = isinstance(self.expression, sp.BlockMatrix)
-        line = (Substitute if blocks else Line)(self.expression, self.reasons)
-        return [
-            f"{self.shown(text)} {c}" for c in line.complaints(self.target, symmetric)
-        ]
+        return (Substitute if blocks else Line)(self.expression, self.reasons)
 
     def shown(self, show: Show) -> str:
         """The assignment, set by `show`: `latex` or `text`."""

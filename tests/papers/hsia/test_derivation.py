@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import scipy.linalg
 import sympy as sp
-from page_damage import fails
+from damage import fails
 from worlds import Numbers
 
 from luenberger import sampling
