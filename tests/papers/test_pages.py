@@ -65,6 +65,8 @@ PAGES = (
     "identification.score",
     "identification.score_by_blocks",
     "identification.unknown_start",
+    "identification.settled",
+    "identification.settled_score",
     "identification.autocovariances",
     "identification.identifiability",
     "smoothing.next_state",

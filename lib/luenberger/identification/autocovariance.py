@@ -19,13 +19,14 @@ from ..errors import CertificateError, DesignError
 from ..numeric import Given, Matrix, Vector
 from ..numeric.covariance_maps import Sums, packing
 from ..numeric.linalg import radius
-from ..papers.certified import state_observer
 from ..plant import Plant
 from ..recursion.settings import Settings
 from ..recursion.steady_gain import steady_gain
-from ..run.estimate import estimate
 from .derivation import autocovariance_step, error_noise, first_autocovariances
 from .forms import Shape
+from .objective import backend_for
+from .settled import settle
+from .settled_record import carried
 
 ROUNDS = 4  # gains: that of noises of size one, and then of the estimates
 LAGS = 60  # at most
@@ -65,28 +66,33 @@ def noise_of_size_one(plant: Plant, records: Records) -> tuple[Vector, Matrix]:
     return np.sqrt((found**2).mean(axis=0)), gain
 
 
-def gain_for(plant: Plant, Q: Matrix, R: Matrix, S: Given = None) -> Matrix:
-    """The predictor's steady gain for these noises."""
+def gain_for(
+    plant: Plant, Q: Matrix, R: Matrix, S: Given = None, near: Given = None
+) -> Matrix:
+    """The predictor's steady gain for these noises; `near` is one to begin from."""
+    now = plant.at(0)._replace(Q=Q, R=R, S=S)
+    settled = settle(now, near) or settle(now)
+    if settled is not None:
+        return settled.G
     noisy = Plant(plant.A, None, plant.C, dt=1.0, Q=Q, R=R, S=S)
-    now = Settings(noisy, 0).at(0)
-    return now.predictor(steady_gain(now, ()))
+    setting = Settings(noisy, 0).at(0)
+    return setting.predictor(steady_gain(setting, ()))
 
 
 def left(plant: Plant, gain: Matrix, y: Matrix, u: Matrix) -> Matrix:
     """Innovations (N, p) of a constant gain, less what the unknown start explains."""
-    A_L = plant.A - gain @ plant.C
-    eye, none = np.eye(plant.n), np.zeros_like(gain)
-    start = Plant(plant.A, plant.B, plant.C, plant.E, dt=1.0)
-    predictor = state_observer(start, A_L, gain, eye, eye, none)
-    nu = y - estimate(predictor, y, u) @ plant.C.T - u @ plant.E.T
+    A_L, fast = plant.A - gain @ plant.C, backend_for([(y, u)]) == "numba"
+    shown = y - u @ plant.E.T
+    x = carried(A_L, shown @ gain.T + u @ plant.B.T, np.zeros(plant.n), fast)
+    nu = shown - x[:-1] @ plant.C.T
     seen: list[Matrix] = []
     rows = plant.C
     while len(seen) < len(y) and np.abs(rows).max(initial=0) > 1e-9:
         seen.append(rows)
         rows = rows @ A_L
-    shown = np.concatenate(seen)
-    x0 = np.linalg.lstsq(shown, nu[: len(seen)].ravel(), rcond=None)[0]
-    nu[: len(seen)] -= (shown @ x0).reshape(-1, plant.p)
+    stack = np.concatenate(seen)
+    x0 = np.linalg.lstsq(stack, nu[: len(seen)].ravel(), rcond=None)[0]
+    nu[: len(seen)] -= (stack @ x0).reshape(-1, plant.p)
     return nu
 
 
@@ -176,7 +182,7 @@ def least_squares(data: Moments, Q: Shape, R: Shape, theta: Vector) -> Fitted:
 
 def by_autocovariances(
     plant: Plant, Q: Shape, R: Shape, S: Given, theta: Vector, gain: Matrix,
-    records: Records,
+    records: Records, rounds: int = ROUNDS,
 ) -> Fitted:  # fmt: skip
     """Fit Q and R to records of a constant plant in even units, round by round.
 
@@ -191,15 +197,19 @@ def by_autocovariances(
     gain : (n, p) ndarray
         The first gain.
     records : sequence of (y, u)
+    rounds : int
+        How many gains; two are enough for a start.
     """
-    for _ in range(ROUNDS):
+    for k in range(rounds):
         found = least_squares(moments(plant, gain, records, S), Q, R, theta)
         theta = found.theta
+        if k == rounds - 1:
+            break
         unit = Q.matrix(theta[: Q.count]), R.matrix(theta[Q.count :])
         size = max(unit[1].diagonal().max(), unit[0].diagonal().max())
         try:
             driven = unit[0] + DRIVEN * size * np.eye(plant.n)
-            gain = gain_for(plant, driven, unit[1], S)
+            gain = gain_for(plant, driven, unit[1], S, gain)
         except (DesignError, CertificateError):
             break  # what the last gain has found stands
     return found

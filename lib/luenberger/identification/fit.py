@@ -16,15 +16,18 @@ from ..plant import Plant
 from ..recursion.settings import require_noise
 from ..run.executor import Progress, reporting
 from . import records as recorded
+from .autocovariance import ROUNDS, Fitted
 from .identifiability import identifiability
 from .noise_fit import NoiseFit, found
-from .objective import per_reading
+from .objective import per_reading, readings
 from .parameters import parameters_of
 from .search import least
 from .starts import start_of
 from .unknowns import Unknowns
 
 BUDGET = 400  # evaluations that a search takes about, for a bar
+BEGINNING = 2  # gains of the autocovariances that a search begins from
+NEAR = 1e-6  # of a vector, that it is the same
 NOTHING = 1e-12  # of a record: noise below it is rounding
 METHODS = ("likelihood", "autocovariance")
 
@@ -125,11 +128,15 @@ def fit_noise(
     told = identifiability(first, Q=Q, R=R, start=begin, seen=seen)
     told.require()
     recorded.require_enough(plant, data, len(told.unknown) + len(more.names))
-    unknowns, theta, squares = start_of(first, data, Q, R, S, begin, more)
+    rounds = ROUNDS if method == "autocovariance" else BEGINNING
+    unknowns, theta, squares = start_of(first, data, Q, R, S, begin, more, rounds)
     if method == "autocovariance":
         return _by_squares(unknowns, squares, data)
+    inverse = _sure(squares, theta)
+    if inverse is not None:
+        inverse = inverse * readings(data)
     with reporting(progress, BUDGET, "pass") as report:
-        theta, _ = least(per_reading(unknowns, data), theta, report)
+        theta, _ = least(per_reading(unknowns, data), theta, report, inverse)
     _require_noise_left(unknowns, theta, data)
     return found(unknowns, theta, data)
 
@@ -161,6 +168,18 @@ def _require_fit(plant: Plant) -> None:
     require_noise(dataclasses.replace(plant, **noise))
     if plant.steps is None:
         require_detectable(plant.A, plant.C)
+
+
+def _sure(squares: Fitted | None, theta: Vector) -> Matrix | None:
+    """The covariance of a start, where autocovariances tell all of it well."""
+    if squares is None or len(squares.theta) != len(theta):
+        return None
+    if not np.allclose(squares.theta, theta, rtol=0, atol=NEAR):
+        return None
+    spread = squares.covariance
+    return (
+        spread if 0 < spread.diagonal().min() <= spread.diagonal().max() < 1 else None
+    )
 
 
 def _by_squares(unknowns: Unknowns, squares: Any, data: recorded.Records) -> NoiseFit:

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from importlib.util import find_spec
+from typing import Any
 
 import numpy as np
 
 from ..errors import CertificateError, DesignError
-from ..numeric import Matrix, Vector
+from ..numeric import Matrices, Matrix, Vector
 from ..plant import Plant
+from ..plant.instant import Instant
 from .likelihood import log_likelihood
 from .records import Records
 from .search import curvature
+from .settled_record import Evaluator
 from .unknowns import Unknowns, along
 
 ROWS = 500  # of all records, for which a search of many passes pays for compiling
@@ -39,19 +42,12 @@ def per_reading(
     unknowns: Unknowns, data: Records
 ) -> Callable[[Vector], tuple[float, Vector]]:
     """The objective of a search, and its slope; infinite where there is none."""
-    ys, us = [y for y, _ in data], [u for _, u in data]
-    count, backend = readings(data), backend_for(data)
+    count, likelihood = readings(data), _Likelihood(unknowns, data)
 
     def value(theta: Vector) -> tuple[float, Vector]:
         try:
             with np.errstate(all="ignore"):
-                one, slope = log_likelihood(
-                    unknowns.plant(theta),
-                    ys,
-                    us,
-                    gradient=True,
-                    backend=backend,
-                )
+                one, slope = likelihood(theta)
                 slopes = [along(slope, X) for X in unknowns.slopes(theta)]
         except (CertificateError, DesignError, np.linalg.LinAlgError):
             return np.inf, np.zeros(len(theta))
@@ -60,6 +56,41 @@ def per_reading(
         return -one / count, -np.array(slopes) / count
 
     return value
+
+
+class _Likelihood:
+    """The likelihood of records and its gradients, at one vector after another."""
+
+    def __init__(self, unknowns: Unknowns, data: Records) -> None:
+        self.unknowns, self.backend = unknowns, backend_for(data)
+        self.ys, self.us = [y for y, _ in data], [u for _, u in data]
+        nothing = np.zeros(unknowns.parameters.template.m)
+        records = [(y, u, nothing) for y, u in data]
+        self.settled = Evaluator(records, self.backend == "numba")
+
+    def __call__(self, theta: Vector) -> tuple[float, Matrices]:
+        """From a settled filter where there is one, else row by row."""
+        now, plant = self.unknowns.instant(theta), self.unknowns.parameters.template
+        if now is None:
+            plant = self.unknowns.plant(theta)
+            now = plant.at(0)
+        elif plant.P0 is not None:
+            plant = self.unknowns.plant(theta)
+        found = None
+        if plant.steps is None:
+            start = None if plant.P0 is None else plant
+            there = () if start is None else ("x0", "P0")
+            wanted = [k for k in self.unknowns.moved if self._has(now, k, there)]
+            found = self.settled(now, start, tuple(wanted))
+        if found is not None:
+            return found
+        plant = self.unknowns.plant(theta)
+        options: Any = dict(gradient=True, backend=self.backend)
+        return log_likelihood(plant, self.ys, self.us, **options)
+
+    @staticmethod
+    def _has(now: Instant, name: str, there: tuple[str, ...]) -> bool:
+        return name in there or getattr(now, name, None) is not None
 
 
 def information(unknowns: Unknowns, theta: Vector, data: Records) -> Matrix:

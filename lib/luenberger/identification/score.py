@@ -33,16 +33,23 @@ class Adjoint(NamedTuple):
         return cls(np.zeros((n, columns)), np.zeros((n, n)))
 
 
+def names(plant: Plant) -> tuple[str, ...]:
+    """The matrices in which a likelihood of the plant has a gradient."""
+    parts = ["A", "B", "C", "E"] if plant.m else ["A", "C"]
+    parts += [name for name in ("Q", "R", "S") if getattr(plant, name) is not None]
+    return (*parts, *(() if plant.P0 is None else ("x0", "P0")))
+
+
 class Sums:
     """The gradients so far, in the shapes of the plant's matrices."""
 
     def __init__(self, plant: Plant) -> None:
-        names = "A B C E" if plant.m else "A C"
-        given = {name: getattr(plant, name) for name in names.split()}
-        given |= {name: getattr(plant, name) for name in ("Q", "R", "S")}
-        given = {name: X for name, X in given.items() if X is not None}
         self.plant = plant
-        self.found = {name: np.zeros(X.shape) for name, X in given.items()}
+        self.found = {
+            name: np.zeros(getattr(plant, name).shape)
+            for name in names(plant)
+            if name not in ("x0", "P0")
+        }
 
     def add(self, first: int, rows: Matrices) -> None:
         """Add the gradients "gA", ... of the instants from `first` on, as stacks."""

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import scipy  # its parts load when first used
 
-from ..numeric import Matrix, Vector
+from ..numeric import Given, Matrix, Vector
 
 NUDGE = 1e-4  # of the logarithm of a deviation, for second derivatives
 FLAT = 1e-6  # a curvature below this part of the largest is none
@@ -37,8 +37,9 @@ def upward(H: Matrix) -> Matrix:
 
 
 def least(
-    objective: Objective, theta: Vector, report: Callable[[int], object]
-) -> tuple[Vector, float]:
+    objective: Objective, theta: Vector, report: Callable[[int], object],
+    inverse: Given = None,
+) -> tuple[Vector, float]:  # fmt: skip
     """Where the objective is least, from a start, and its value there.
 
     Parameters
@@ -48,28 +49,32 @@ def least(
     theta : (k,) ndarray
     report : callable
         Is told how many evaluations were made.
+    inverse : (k, k) ndarray, optional
+        That of the curvature at the start, about; default from differences.
     """
-    calls = 0
+    calls, best = 0, (np.inf, theta)
 
     def counted(theta: Vector) -> tuple[float, Vector]:
-        nonlocal calls
+        nonlocal calls, best
         calls += 1
         report(calls)
-        return objective(theta)
+        found = objective(theta)
+        if found[0] < best[0]:
+            best = found[0], theta.copy()
+        return found
 
-    value = counted(theta)[0]
+    before = counted(theta)[0]
     for _ in range(ROUNDS if len(theta) else 0):
-        inverse = upward(curvature(counted, theta))
+        if inverse is None:
+            inverse = upward(curvature(counted, best[1]))
         found = scipy.optimize.minimize(
-            counted, theta, jac=True, method="BFGS",
+            counted, best[1], jac=True, method="BFGS",
             options=dict(hess_inv0=_definite(inverse), gtol=SLOPE, maxiter=200),
         )  # fmt: skip
-        gained = value - found.fun
-        if found.fun <= value:
-            theta, value = found.x, float(found.fun)
+        gained, before, inverse = before - best[0], best[0], None
         if gained <= DONE or found.success:
             break
-    return theta, value
+    return best[1], best[0]
 
 
 def _definite(X: Matrix) -> Matrix:

@@ -53,7 +53,7 @@ class InUnits:
 
 def start_of(
     plant: Plant, data: Records, Q: Any, R: Any, S: Matrix | None,
-    begin: dict[str, Any], parameters: Parameters,
+    begin: dict[str, Any], parameters: Parameters, rounds: int,
 ) -> tuple[Unknowns, Vector, Fitted | None]:  # fmt: skip
     """What is unknown, where to begin, and the fit of autocovariances if there is one.
 
@@ -64,6 +64,8 @@ def start_of(
     data : list of (y, u)
     Q, R, S, begin, parameters
         As in `fit_noise`, checked.
+    rounds : int
+        Gains of the autocovariances.
     """
     now = plant.at(0)
     pair, _ = in_even_units(now.A, now.C, 1.0, default_tol(plant.n))
@@ -88,21 +90,31 @@ def start_of(
     squares = None
     if even is not None and gain is not None and forms[0].count + forms[1].count:
         cross = None if S is None else S / x[:, None] / y
-        both = InUnits(forms[0], x), InUnits(forms[1], y)
+        both, first = (
+            (InUnits(forms[0], x), InUnits(forms[1], y)),
+            np.concatenate(theta),
+        )
         try:
             squares = by_autocovariances(
-                even, *both, cross, np.concatenate(theta), gain, stretches
+                even, *both, cross, first, gain, stretches, rounds
             )
         except (CertificateError, DesignError, np.linalg.LinAlgError):
             squares = None
     if squares is not None and not set(begin) & {"Q", "R"}:
-        q = forms[0].count
-        parts = squares.theta[:q], squares.theta[q:]
-        theta = [
-            _lifted(form, form.matrix(part), unit, part)
-            for form, part, unit in zip(forms, parts, units)
-        ]
+        theta = _from_squares(forms, squares, units)
     return unknowns, np.concatenate([*theta, np.zeros(len(parameters.names))]), squares
+
+
+def _from_squares(
+    forms: list[Form], squares: Fitted, units: tuple[Vector, Vector]
+) -> list[Vector]:
+    """The start of both forms near what the autocovariances tell."""
+    q = forms[0].count
+    parts = squares.theta[:q], squares.theta[q:]
+    return [
+        _lifted(form, form.matrix(part), unit, part)
+        for form, part, unit in zip(forms, parts, units)
+    ]
 
 
 def _steps(data: Records) -> Vector:

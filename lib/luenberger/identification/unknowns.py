@@ -10,8 +10,9 @@ import numpy as np
 
 from ..numeric import Matrices, Matrix, Vector
 from ..plant import Plant
+from ..plant.instant import Instant
 from .forms import Form
-from .parameters import Parameters
+from .parameters import PARTS, Parameters
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,6 +55,22 @@ class Unknowns:
         """The plant at a vector."""
         q, r, values = self.split(theta)
         return self.with_noise(self.Q.matrix(q), self.R.matrix(r), values)
+
+    def instant(self, theta: Vector) -> Instant | None:
+        """The matrices alone, without a Plant's checks, where only noises move."""
+        template = self.parameters.template
+        if self.parameters.names or self.S is not None or template.steps is not None:
+            return None
+        q, r, _ = self.split(theta)
+        Q, R = self.Q.matrix(q), self.R.matrix(r)
+        return template.at(0)._replace(Q=Q, R=R, S=None)
+
+    @property
+    def moved(self) -> tuple[str, ...]:
+        """The matrices that the vector may move."""
+        noises = [form.letter for form in (self.Q, self.R) if form.count]
+        more = PARTS if self.parameters.names else ()
+        return tuple(dict.fromkeys([*noises, *more]))
 
     def with_noise(self, Q: Matrix, R: Matrix, values: Vector) -> Plant:
         """The plant with these covariances and parameters."""

@@ -10,6 +10,10 @@
     The score by blocks: a row of the pass back over a record.
 `unknown_start`
     The likelihood of a record whose start is not known.
+`settled`
+    A record of a plant that does not change, from a filter that has settled.
+`settled_score`
+    The score of a settled record: its sums, and what an uncertain start adds.
 `any_gain_letters`
     The letters of a predictor with any stable gain, and of its innovations.
 `autocovariances`
@@ -47,6 +51,15 @@ after_start = StageList(
     __name__, "unknown_start.after_start", "N_c Pi eta_n T_c delta_all"
 )
 with_mean = StageList(__name__, "unknown_start.with_mean", "x_n e_n")
+settled_row = StageList(__name__, "settled.settled_row", "N M W G F V")
+carried_on = StageList(__name__, "settled.carried_on", "z_next")
+settled_start = StageList(__name__, "settled.settled_start", "x_1 Omega_1 Delta Y_1")
+settled_score = StageList(
+    __name__,
+    "settled_score.settled_score",
+    "D U H K_ee K_eh K_hh K_ex K_hx gA gC gQ gR gS",
+)
+told_of_start = StageList(__name__, "settled_score.told_of_start", "Pi_1")
 error_noise = StageList(__name__, "autocovariances.error_noise", "W")
 first_autocovariances = StageList(
     __name__, "autocovariances.first_autocovariances", "Lambda_0 N_1"
