@@ -16,7 +16,7 @@ import scipy  # its parts load when first used
 
 from .. import kernels
 from ..errors import CertificateError, DesignError
-from ..numeric import Given, Matrix, Vector
+from ..numeric import Matrix, Vector
 from ..numeric.covariance_maps import Sums, packing
 from ..numeric.linalg import radius
 from ..plant import Plant
@@ -67,7 +67,11 @@ def noise_of_size_one(plant: Plant, records: Records) -> tuple[Vector, Matrix]:
 
 
 def gain_for(
-    plant: Plant, Q: Matrix, R: Matrix, S: Given = None, near: Given = None
+    plant: Plant,
+    Q: Matrix,
+    R: Matrix,
+    S: Matrix | None = None,
+    near: Matrix | None = None,
 ) -> Matrix:
     """The predictor's steady gain for these noises; `near` is one to begin from."""
     now = plant.at(0)._replace(Q=Q, R=R, S=S)
@@ -97,7 +101,7 @@ def left(plant: Plant, gain: Matrix, y: Matrix, u: Matrix) -> Matrix:
 
 
 def moments(
-    plant: Plant, gain: Matrix, records: Records, cross: Given = None
+    plant: Plant, gain: Matrix, records: Records, cross: Matrix | None = None
 ) -> Moments:
     """What a gain leaves of records, and how Q and R enter that; `cross` is S."""
     n, p = plant.n, plant.p
@@ -181,7 +185,7 @@ def least_squares(data: Moments, Q: Shape, R: Shape, theta: Vector) -> Fitted:
 
 
 def by_autocovariances(
-    plant: Plant, Q: Shape, R: Shape, S: Given, theta: Vector, gain: Matrix,
+    plant: Plant, Q: Shape, R: Shape, S: Matrix | None, theta: Vector, gain: Matrix,
     records: Records, rounds: int = ROUNDS,
 ) -> Fitted:  # fmt: skip
     """Fit Q and R to records of a constant plant in even units, round by round.

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import scipy  # its parts load when first used
 
-from ..numeric import Given, Matrix, Vector
+from ..numeric import Matrix, Vector
 
 NUDGE = 1e-4  # of the logarithm of a deviation, for second derivatives
 FLAT = 1e-6  # a curvature below this part of the largest is none
@@ -38,7 +38,7 @@ def upward(H: Matrix) -> Matrix:
 
 def least(
     objective: Objective, theta: Vector, report: Callable[[int], object],
-    inverse: Given = None,
+    inverse: Matrix | None = None,
 ) -> tuple[Vector, float]:  # fmt: skip
     """Where the objective is least, from a start, and its value there.
 

@@ -13,7 +13,7 @@ import numpy as np
 import scipy  # its parts load when first used
 
 from .. import kernels
-from ..numeric import Given, Matrices, Matrix, Vector
+from ..numeric import Matrices, Matrix, Vector
 from ..numeric.covariance_maps import Sums
 from ..numeric.linalg import UNIT_TOL, radius, symmetrise
 from ..plant import Plant
@@ -66,7 +66,7 @@ class Start(NamedTuple):
     free: int
 
 
-def settle(now: Instant, gain: Given = None) -> Settled | None:
+def settle(now: Instant, gain: Matrix | None = None) -> Settled | None:
     """What the filter settles to, by Newton's method from a stable gain.
 
     None where it does not settle on a stable filter whose innovations have a clearly
@@ -149,6 +149,7 @@ def unknown_start(one: Settled) -> Start | None:
 
 def known_start(plant: Plant, one: Settled, u0: Vector) -> Start | None:
     """That of a plant with P0; None where little is left of Omega."""
+    assert plant.P0 is not None
     A, B, Q = plant.first_step()
     found = kernels.compiled(settled_start)(
         A=A, B=B, Q=Q, P0=plant.P0, x_0=plant.x0[:, None], u_0=u0[:, None],

@@ -6,6 +6,7 @@ of either end half way.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -87,7 +88,7 @@ class Evaluator:
         Whether the rows run in compiled code.
     """
 
-    def __init__(self, records: list[tuple[Matrix, Matrix, Vector]], fast: bool):
+    def __init__(self, records: Sequence[tuple[Matrix, Matrix, Vector]], fast: bool):
         self.records, self.fast = records, fast
         self.complete = not any(np.isnan(y).any() for y, *_ in records)
         self.gain: Matrix | None = None
