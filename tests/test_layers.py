@@ -25,6 +25,7 @@ SPECIAL = {
     "derivation": {"sympy"},
     "kernels": {"sympy", "numpy"},
     "ledger": {"sympy"},
+    "coursework": {"sympy", "numpy"},
     "plot": {"numpy", "matplotlib"},
     "report": {"numpy", "matplotlib"},
 }

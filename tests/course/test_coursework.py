@@ -3,10 +3,13 @@
 tests/course/NAME.toml holds the wrong answers to assignment NAME.
 """
 
+import ast
+import contextlib
 import copy
 import csv
 import dis
 import html
+import io
 import json
 import os
 import pathlib
@@ -71,6 +74,20 @@ def submissions(name):
         if "submission" in mistake:
             together.setdefault(mistake["submission"], []).append(mistake)
     return together
+
+
+def graded(check, names):
+    """What a check gives as nbgrader reads it, None for all its points, and prints."""
+    cell, names, printed = ast.parse(check["source"]), dict(names), io.StringIO()
+    value = None
+    with contextlib.redirect_stdout(printed):
+        if isinstance(cell.body[-1], ast.Expr):
+            last = ast.Expression(cell.body.pop().value)
+            exec(compile(cell, "check", "exec"), names)
+            value = eval(compile(last, "check", "eval"), names)
+        else:
+            exec(compile(cell, "check", "exec"), names)
+    return value, printed.getvalue()
 
 
 # The notebooks themselves
@@ -162,6 +179,11 @@ def test_a_wrong_answer_gets_its_lesson(name, mistake, solved):
     names, (_, _, checks) = solved(name), answers(assignment(name))
     exec(mistake["code"], names)
     for k, check in enumerate(mistake["fails"]):
+        if check in mistake.get("marks", {}):
+            points, printed = graded(checks[check], names)
+            assert points == mistake["marks"][check] < role(checks[check])["points"]
+            assert mistake["says"] in printed
+            continue
         with pytest.raises(Exception) as caught:
             exec(checks[check]["source"], dict(names))
         if k == 0:
@@ -183,7 +205,8 @@ def test_a_right_answer_in_another_form_passes(name, other, solved):
     }
     assert owned
     for check in owned:
-        exec(checks[check]["source"], dict(names))
+        points, _ = graded(checks[check], names)
+        assert points in (None, role(checks[check])["points"])
 
 
 # The whole cycle, by the commands of the instructor's page
@@ -341,8 +364,10 @@ def full(name):
 
 
 def expected(name, wrong):
-    lost = {check for mistake in wrong for check in mistake["fails"]}
-    return {c: 0 if c in lost else points for c, points in full(name).items()}
+    lost = {check: 0 for mistake in wrong for check in mistake["fails"]}
+    for mistake in wrong:
+        lost |= mistake.get("marks", {})
+    return full(name) | lost
 
 
 @pytest.mark.course
@@ -388,7 +413,8 @@ def test_a_wrong_submission_has_the_marks_it_should(name, number, course):
 def test_feedback_pages_teach(name, number, course):
     page = course.feedback(f"wrong-{number}", name)
     for mistake in submissions(name)[number]:
-        assert re.search(rf"Error: [^\n]*{re.escape(mistake['says'])}", page)
+        raised = "" if "marks" in mistake else r"Error: [^\n]*"
+        assert re.search(raised + re.escape(mistake["says"]), page)
 
 
 @pytest.mark.course

@@ -1,0 +1,17 @@
+"""Answers of students: read kindly, and chains marked line by line.
+
+The checks of an assignment read answers through here.  The same mathematics in another
+form is taken as it is meant: letters by their names, text, brackets, lists of one
+entry.  What cannot be read is an AssertionError that says what was expected and what
+was given.
+
+Another kind of answer enters in `answers`, and `chains` marks what is handed in as
+lines.  It uses `symbolic`.
+"""
+
+from .answers import choice as choice
+from .answers import expression as expression
+from .answers import number as number
+from .answers import numbers as numbers
+from .chains import Marks as Marks
+from .chains import mark_lines as mark_lines
