@@ -304,7 +304,7 @@ def test_a_variance_that_is_rounding_moves_no_other(tmp_path):
 
 
 @needs_compiler
-@pytest.mark.parametrize("m1", [0, 1], ids=["Kalman", "taken at its word"])
+@pytest.mark.parametrize("m1", [0, 1], ids=["Kalman", "treated as exact"])
 @pytest.mark.parametrize("unit", [1e-5, 1e-7])
 def test_outputs_in_small_units_that_did_not_arrive(unit, m1, compiled):
     """The variance of one in their place took the digits of the others' R."""
@@ -334,7 +334,7 @@ def test_outputs_that_see_nothing(compiled):
 
 
 @needs_compiler
-@pytest.mark.parametrize("m1", [0, 1], ids=["Kalman", "taken at its word"])
+@pytest.mark.parametrize("m1", [0, 1], ids=["Kalman", "treated as exact"])
 def test_filter_of_one_state(m1, compiled):
     source = lb.Plant(
         [[0.9]], None, [[2.0]], dt=1.0, Q=[[0.5]], R=[[0.25]], P0=[[1.0]], x0=[3.0]

@@ -275,7 +275,7 @@ def test_noise_free_outputs_are_refused_before_the_run():
 
 @pytest.mark.parametrize("options", [dict(m1=2), dict(weight="canonical")], ids=str)
 def test_redundant_outputs_that_never_arrive_together(options, plain):
-    """They cannot both be taken at their word, but nothing asks for that."""
+    """They cannot both be treated as exact, but nothing asks for that."""
     plant = lb.Plant(
         [[0.9, 0.1], [0, 0.8]], None, [[1, 0], [2, 0]], dt=1.0, Q=np.eye(2),
         R=np.eye(2), P0=np.eye(2),

@@ -296,7 +296,7 @@ def test_which_J_matters_only_beside_a_noisy_output_taken_at_its_word(
     """J R = S leaves J free where R is blind; S R^+ is what the library takes.
 
     Another J tells the filter the residual of the noise-free output too.  That is
-    zero unless a noisy output is taken at its word
+    zero unless a noisy output is treated as exact
     (papers/leondes_novak/derivation/stages.py).
     """
     plant = two_plants()

@@ -96,7 +96,7 @@ def run(plant, y, u=None, u0=None, accurate=(), prior=False):
     y : (N, p) of floats or Fractions
     u, u0 : (N, m), (m,), default zero
     accurate : tuple of int
-        Outputs that are taken at their word.
+        Outputs that are treated as exact.
     prior : bool
         Whether x0, P0 are those of instant 1 (a Plant says it itself).
 

@@ -41,7 +41,7 @@ def add(commands: Any) -> None:
         "--m1",
         action="append",
         metavar="OUTPUT",
-        help="beside a plant: the name of an output taken at its word, once for each; "
+        help="beside a plant: the name of an output treated as exact, once for each; "
         "or how many of the first outputs; default none",
     )
     one.add_argument("--name", default="observer", help="of files and functions")

@@ -48,7 +48,7 @@ class Attempt:
     order : int or None
         Number of observer states; None where that was never settled.
     accurate : tuple of int
-        The outputs taken at their word.
+        The outputs treated as exact.
     horizon : "step", "steady" or None
         Of a Leondes-Novak filter: the paper's gain in its steady state, or the best
         constant gain.

@@ -206,7 +206,7 @@ def require_noise_free(plant: Plant, m1: Outputs) -> None:
         if np.any(plant.R[..., k, k]):
             raise DesignError(
                 f"the output {plant.output_names[k]!r} is noisy, so a filter that "
-                "takes it at its word leaves innovations that are not white, and their "
+                "treats it as exact leaves innovations that are not white, and their "
                 "densities do not multiply to a likelihood. Use m1=0, or give the "
                 "output no noise in R."
             )

@@ -83,9 +83,9 @@ def filter_data(
     """Filter a record in one pass, with its covariance; NaN means not measured.
 
     At each instant the outputs that arrived form C, and the step is that of
-    `reduced_order_filter` for them.  An accurate output that is missing cannot be
-    taken at its word, so the order rises by one there: its direction is predicted
-    and filtered like the others, and drops out again when the output returns.
+    `reduced_order_filter` for them.  An accurate output that is missing gives no
+    exact value, so the order rises by one there: its direction is predicted and
+    filtered like the others, and drops out again when the output returns.
 
     With S, the residual of one instant enters the prediction of the next through J.
     Where R is singular there are many J, and the one taken is J = S R^+ of

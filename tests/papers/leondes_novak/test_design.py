@@ -98,7 +98,7 @@ def test_every_order_in_three_ways(m1, rows):
     covariances = lb.error_covariance(observer, plant, steps=N)
     assert relative(covariances[1:], filtered.P) < 1e-12
     assert np.allclose(covariances[0], plant.P0)
-    for k in range(N):  # the accurate outputs are taken at their word
+    for k in range(N):  # the accurate outputs are treated as exact
         now = plant.at(k + 1)
         shown = now.C @ filtered.x[k] + now.E @ u[k]
         np.testing.assert_allclose(shown[accurate], y[k, accurate], atol=1e-11)

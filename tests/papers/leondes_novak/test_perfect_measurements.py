@@ -44,7 +44,7 @@ def test_any_singular_noise_agrees_with_rational_arithmetic(block):
 
 @pytest.mark.parametrize("seed", range(12))
 def test_noise_free_outputs_lower_the_order_for_nothing(seed):
-    """With R11 = 0, m1 of them taken at their word is the Kalman filter itself."""
+    """With R11 = 0, m1 of them treated as exact is the Kalman filter itself."""
     rng = np.random.default_rng(seed)
     n, p, m1 = 5, 3, 1 + seed % 2
     plant = generators.plant(rng, n, p, radius=[0.0, 0.9, 1.2][seed % 3])
@@ -262,7 +262,7 @@ def test_state_known_at_the_start(m1):
         y, u, u0 = generators.record(rng, plant, 5)
         x, P = generators.exact(plant, y)
         run = lb.filter_data(plant, y, m1=m1, history=True)
-        if R[1, 1] == 0 or m1 < 2:  # taking a noisy output at its word costs accuracy
+        if R[1, 1] == 0 or m1 < 2:  # treating a noisy output as exact costs accuracy
             np.testing.assert_allclose(run.P, P, rtol=0, atol=1e-12)
             np.testing.assert_allclose(run.x, x, rtol=0, atol=1e-11)
         assert (np.trace(run.P, axis1=1, axis2=2) > np.trace(P.T) - 1e-12).all()

@@ -52,7 +52,7 @@ def texts(
     head = source_and_header.header(
         module,
         f"The filter of {n} states"
-        + (f", {accurate} taken at their word." if accurate else " (Kalman)."),
+        + (f", {accurate} treated as exact." if accurate else " (Kalman)."),
         EQUATIONS,
         plant.dt,
         source_and_header.Signals(

@@ -88,7 +88,7 @@ def reduced_order_filter(
 ) -> Observer:
     r"""Reduced-order filter of least error trace (Leondes and Novak 1974).
 
-    The m1 accurate outputs y1 are taken at their word, C1 x^ = y1, and only the
+    The m1 accurate outputs y1 are treated as exact, C1 x^ = y1, and only the
     remaining n - m1 directions are filtered,
 
     .. math:: z_{i+1} = F z_i + G u_i + D y_i, \qquad
@@ -147,8 +147,8 @@ def reduced_order_filter(
     S enters through J with J R = S.  Where R is singular there are many J, and
     J = S R^+ (outputs at unit variance) is taken: the residual of a noise-free output
     does not enter the prediction.  Which J it is matters only where a noisy output is
-    taken at its word beside a noise-free one that is not; take that one as accurate
-    too, and it does not.
+    treated as exact beside a noise-free one that is not; treat that one as exact
+    too, and it does not matter.
 
     References
     ----------

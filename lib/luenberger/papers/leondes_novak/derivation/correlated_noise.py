@@ -132,7 +132,7 @@ def decorrelation():
     Where R is singular, J R = S leaves J free in the directions b with b'R = 0, and
     J + Z b' adds Z b'rho to the prediction.  That is zero for the Kalman filter, which
     meets noise-free outputs exactly, and for accurate outputs without noise.  Beside a
-    noisy output taken at its word it is -b'C Gamma R M^-1 times the innovation: there
+    noisy output treated as exact it is -b'C Gamma R M^-1 times the innovation: there
     the gain (33), and its trace, are those of the J that is taken (`noise_factors`).
     """
     return Derivation(

@@ -129,7 +129,7 @@ DECORRELATION = (
     ),
     """The prediction then differs by what `b` shows of the residual. That part of the
     residual vanishes for the Kalman filter, and for accurate outputs without noise.
-    Beside a noisy output that is taken at its word it does not vanish.""",
+    Beside a noisy output that is treated as exact it does not vanish.""",
     chain(
         "",
         "what combinations without noise show of the residual",
