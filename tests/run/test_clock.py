@@ -1,6 +1,7 @@
 """Instants of a record: held against dt, or where a continuous plant is sampled."""
 
 import dataclasses
+from importlib.util import find_spec
 
 import numpy as np
 import pandas as pd
@@ -170,7 +171,7 @@ def test_a_jump_between_chunks_is_seen():
     for frame in (record(t).assign(time=t), dated(record(t), t)):
         found = lb.filter_data(EVEN, iter([frame[:25], frame[25:]]))
         next(found)
-        with pytest.raises(ValueError, match="^row 0: its time is 1.1 s after"):
+        with pytest.raises(ValueError, match="^row 25: its time is 1.1 s after"):
             next(found)
 
 
@@ -212,6 +213,59 @@ def test_no_input_is_asked_for():
     chunks = lb.filter_data(EVEN, iter([frame[:20], frame[20:]]), 0)
     parts = [part.x for part in chunks]
     np.testing.assert_array_equal(np.concatenate(parts), same.x)
+
+
+@pytest.mark.parametrize("sizes", [[1] * 50, [0, 1, 0, 30, 19], [50]])
+def test_chunks_of_a_continuous_plants_record_are_one_record(sizes):
+    rng = np.random.default_rng(2)
+    t = np.round(np.cumsum(rng.uniform(0.02, 0.3, 50)), 4)
+    frame = record(t).set_axis(t)
+    frame.loc[rng.random(50) < 0.3, "radar"] = np.nan
+    whole = lb.filter_data(BALL, frame, history=True)
+    edges = np.cumsum(sizes)[:-1]
+    for y, u, time in (
+        (iter([frame[a:b] for a, b in zip([0, *edges], [*edges, 50])]), None, None),
+        *[[iter(np.split(X, edges)) for X in (frame[["radar"]].to_numpy(),
+                                              frame[["angle"]].to_numpy(), t)]],
+    ):  # fmt: skip
+        parts = list(lb.filter_data(BALL, y, u, time=time, history=True))
+        assert [len(part.x) for part in parts] == sizes
+        for name in ("x", "std", "P", "K"):
+            joined = np.concatenate([getattr(part, name) for part in parts])
+            np.testing.assert_allclose(
+                joined, getattr(whole, name), rtol=1e-10, atol=1e-13
+            )
+
+
+def test_stretches_of_a_long_record_are_one_record(monkeypatch):
+    """Compiled or not, with gaps, even and uneven stretches of it."""
+    rng = np.random.default_rng(2)
+    t = np.cumsum(np.r_[np.full(40, 0.1), rng.uniform(0.02, 0.3, 60)])
+    frame = record(t).set_axis(t)
+    frame.loc[rng.random(100) < 0.3, "radar"] = np.nan
+    whole = lb.filter_data(BALL, frame, backend="numpy")
+    monkeypatch.setattr("luenberger.run.sampled_pass.ROWS", 16)
+    for backend in ("numpy", *(["numba"] if find_spec("numba") else [])):
+        parts = lb.filter_data(BALL, frame, backend=backend)
+        np.testing.assert_allclose(parts.x, whole.x, rtol=1e-10, atol=1e-12)
+        np.testing.assert_allclose(parts.std, whole.std, rtol=1e-10)
+
+
+def test_a_row_is_named_by_its_number_in_the_record():
+    back = [*EVERY[:30], *EVERY[20:40]]
+    parts = [record(EVERY).set_axis(back)[k : k + 10] for k in range(0, 50, 10)]
+    with pytest.raises(ValueError, match="^row 30: .*times must grow"):
+        list(lb.filter_data(BALL, iter(parts)))
+
+
+def test_a_period_is_the_same_alone_and_among_others():
+    rng = np.random.default_rng(5)
+    T = np.round(10.0 ** rng.uniform(-3, 2, 40), 5)
+    together = lb.sampling.discretise(BALL, T)
+    for k, one in enumerate(map(BALL.sampled, T)):
+        for name in "ABQ":
+            found = getattr(together, name)[k]
+            np.testing.assert_array_equal(found, getattr(one, name), name)
 
 
 # -- files ----------------------------------------------------------------------------

@@ -187,7 +187,7 @@ def test_the_smoothed_rows_move_as_the_plant():
 def test_tables_in_and_tables_out():
     plant, rng = plant_of(14)
     y = readings(plant, rng, 20)
-    days = pd.date_range("2026-01-01", periods=20)
+    days = pd.date_range("2026-01-01", periods=20, freq="s")
     table = pd.DataFrame(y, index=days, columns=plant.output_names)
     found, plain = lb.smooth(plant, table), lb.smooth(plant, y)
     assert list(found.x.columns) == list(plant.state_names)

@@ -18,7 +18,8 @@ DESCRIPTION = (
     "time. The file has a column for each output and input, by name, in any order "
     "and among others, and perhaps one called time, t or instant, which is carried "
     "along as it is, unless a spreadsheet would take it for a formula. A missing "
-    "measurement is refused: gains that are fixed beforehand cannot leave it out. "
+    "measurement is refused: gains that are fixed beforehand cannot leave it out; "
+    "`filter` can. "
     "With --smooth, the file is a plant instead, and each row is estimated from "
     "all measurements, earlier and later, with its one sigma; some may be missing. "
     "With --lag N, each row waits for N more, and the record may be of any length."
@@ -44,15 +45,7 @@ def add(commands: Any) -> None:
         metavar="OBSERVER.json",
         help="the observer; with --smooth or --lag, a plant with Q, R and P0",
     )
-    reads = "measurements; - reads stdin"
-    one.add_argument("data", type=stream, metavar="DATA.csv", help=reads)
-    one.add_argument(
-        "--out",
-        type=stream,
-        required=True,
-        metavar="FILE.csv",
-        help="estimates; - writes to stdout, where rows before a refusal remain",
-    )
+    data_and_out(one)
     one.add_argument(
         "--plant",
         type=file,
@@ -67,13 +60,29 @@ def add(commands: Any) -> None:
     )
 
 
+def data_and_out(one: ArgumentParser) -> None:
+    """The record that is read, and the file that is written."""
+    reads = "measurements; - reads stdin"
+    one.add_argument("data", type=stream, metavar="DATA.csv", help=reads)
+    one.add_argument(
+        "--out",
+        type=stream,
+        required=True,
+        metavar="FILE.csv",
+        help="estimates; - writes to stdout, where rows before a refusal remain",
+    )
+
+
 def _smoothing(one: ArgumentParser) -> None:
     one.add_argument(
         "--smooth", action="store_true", help="smooth a plant's record with all of it"
     )
-    one.add_argument(
-        "--lag", type=_rows, metavar="N", help="smooth it with N more rows at each"
-    )
+    lag(one, "smooth it with N more rows at each")
+
+
+def lag(one: ArgumentParser, help: str) -> None:
+    """The option of a fixed lag."""
+    one.add_argument("--lag", type=_rows, metavar="N", help=help)
 
 
 def _backend(one: ArgumentParser) -> None:
@@ -122,13 +131,22 @@ def _reader(options: Namespace) -> Callable[[Any], Any]:
 
 def run(options: Namespace) -> None:
     """Estimate, and say how many rows were written."""
+    from ..formats.atomic import require_other
+
+    require_other(options.out, options.plant)
+    run_over(options, options.observer, _reader(options))
+
+
+def run_over(
+    options: Namespace, model: Path, read: Callable[[Any], tuple[Any, Any]]
+) -> None:
+    """Run `read` over the data; `model` is the file that says how."""
     from ..errors import few
     from ..formats.atomic import require_other
     from ..formats.csv_reader import Table
     from ..run import estimate_csv
 
-    require_other(options.out, options.observer, options.data, options.plant)
-    read = _reader(options)
+    require_other(options.out, model, options.data)
     with _source(options.data) as file, _sink(options) as out:
         where = "stdin" if options.data == STREAM else options.data
         header, rows = read(Table(file, where))

@@ -4,10 +4,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .. import period
 from ..errors import DesignError
 from ..numeric import Vector
 from ..numeric.validation import sample_time
-from ..period import over_period
 
 if TYPE_CHECKING:
     from .plant import Plant
@@ -29,17 +29,17 @@ def over_periods(plant: "Plant", periods: Vector) -> dict[str, Any]:
     _require(plant)
     unique, where = np.unique(periods, return_inverse=True)
     with np.errstate(over="ignore", invalid="ignore"):  # refused below
-        each = [over_period(plant.A, plant.B, plant.Q, T) for T in unique]
-    for T, parts in zip(unique, each):
-        if not all(np.isfinite(X).all() for X in parts if X is not None):
-            raise DesignError(
-                f"within a period of {T:g} s the plant grows beyond what floats hold. "
-                "Take shorter periods."
-            )
+        parts = period.over_periods(plant.A, plant.B, plant.Q, unique)
     found: dict[str, Any] = dict(S=None, dt=float(periods.mean()))
-    for name, parts in zip("ABQ", zip(*each)):
-        if parts[0] is not None:
-            found[name] = np.array(parts)[where]
+    for name, X in zip("ABQ", parts):
+        if X is None:
+            continue
+        if not (finite := np.isfinite(X).all(axis=(1, 2))).all():
+            raise DesignError(
+                f"within a period of {unique[np.argmin(finite)]:g} s the plant grows "
+                "beyond what floats hold. Take shorter periods."
+            )
+        found[name] = X[where]
     return found
 
 

@@ -10,6 +10,7 @@ from functools import cached_property
 
 from ..kernels import Recursion
 from ..numeric import Matrix
+from ..plant import Plant
 from .filter_stacks import FILTER, Stacks, stacks_of
 from .settings import Settings
 from .state import Book, History, State, step
@@ -25,6 +26,16 @@ class Pass:
     """
 
     settings: Settings
+
+    @property
+    def plant(self) -> Plant:
+        """The plant that is filtered."""
+        return self.settings.plant
+
+    @property
+    def accurate(self) -> tuple[int, ...]:
+        """The indices of its accurate outputs."""
+        return self.settings.accurate
 
     @cached_property
     def stacks(self) -> Stacks | None:

@@ -6,7 +6,7 @@ outputs that did not arrive are padded (papers/leondes_novak/derivation/places.p
 that every row has all p outputs.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -119,9 +119,7 @@ class Stacks:
         """A constant plant with outputs missing: an index for each pattern."""
         if len(self.padded) >= PATTERNS:
             self.table, self.padded = {}, []
-        bits = np.packbits(seen, axis=1)
-        bits = bits.view(f"S{bits.shape[1]}")[:, 0]
-        _, first, now = np.unique(bits, return_index=True, return_inverse=True)
+        first, now = patterns(seen)
         index = np.array([self.pattern(seen[k]) for k in first], dtype=np.int64)
         now = index[now]
         before = np.concatenate([[self.pattern(state.seen)], now[:-1]])
@@ -155,14 +153,17 @@ class Stacks:
         stacks = {
             name: np.zeros((N + 1, *X.shape[1:])) for name, X in self.constant().items()
         }
-        good, singly = np.ones(N, dtype=bool), list(range(N))
+        good = np.ones(N, dtype=bool)
         if not self.cross and (not self.accurate or self.plant.C.ndim == 2):
-            self.fill(stacks, slice(first, first + N))
+            self.fill(stacks, slice(first - self.settings.origin, None))
             good[:] = nonsingular(stacks["R"][1:])
-            singly = np.flatnonzero(~seen.all(axis=1)).tolist()
-        for k in singly:
-            setting = self.settings.at(first + k, seen[k])
-            good[k] = self.place(stacks, k + 1, setting, seen[k])
+            for rows in alike(seen):
+                if not seen[rows[0]].all():
+                    good[rows] = self.fill_missing(stacks, first, rows, seen[rows[0]])
+        else:
+            for k in range(N):
+                setting = self.settings.at(first + k, seen[k])
+                good[k] = self.place(stacks, k + 1, setting, seen[k])
         if state.setting is not None:
             self.place(stacks, 0, state.setting, state.seen)
         now = np.arange(1, N + 1)
@@ -182,14 +183,45 @@ class Stacks:
         for name, stack in stacks.items():
             whole = getattr(self.plant, {"As": "A"}.get(name, name), None)
             if whole is not None:
-                stack[1:] = whole[here] if whole.ndim == 3 else whole
+                stack[1:] = whole[here][: len(stack) - 1] if whole.ndim == 3 else whole
         stacks["Gamma"][1:] = self.full.Gamma
+
+    def fill_missing(
+        self, stacks: Matrices, first: int, rows: Vector, seen: Vector
+    ) -> Vector:
+        """The same of rows whose outputs `seen` arrived; whether their R is definite.
+
+        Which outputs arrived decides all but C, E and R.
+        """
+        one, here = self.settings.at(first + int(rows[0]), seen), rows + 1
+        have = dict(Pick=np.eye(self.plant.p)[seen], Gamma_seen=one.Gamma, J_seen=one.J)
+        have |= {f"{name}_seen": stacks[name][here][:, seen] for name in "CER"}
+        have["R_seen"] = have["R_seen"][:, :, seen]
+        for name, X in kernels.run(padded, have, stacks=True).items():
+            if name in stacks:
+                stacks[name][here] = X
+        return np.asarray(nonsingular(have["R_seen"]))
+
+
+def patterns(seen: Matrix) -> tuple[Vector, Vector]:
+    """Of rows (N, p) of bools: the first of each kind, and the kind of each row."""
+    bits = np.packbits(seen, axis=1)
+    bits = bits.view(f"S{bits.shape[1]}")[:, 0]
+    _, first, now = np.unique(bits, return_index=True, return_inverse=True)
+    return first, now
+
+
+def alike(seen: Matrix) -> Iterator[Vector]:
+    """The numbers of the rows (N, p) of each kind, the first one first."""
+    first, now = patterns(seen)
+    order = np.argsort(now, kind="stable")
+    yield from np.split(order, np.cumsum(np.bincount(now, minlength=len(first)))[:-1])
 
 
 def stacks_of(settings: Settings) -> Stacks | None:
     """The stacks of a plant; None where compiled code can do no row of any record."""
     try:
-        full = settings.at(1)  # what it was at instant 0 is not used
+        full = settings.at(settings.origin + 1)  # that of instant 0 is not used
     except DesignError:  # perhaps the outputs never arrive together
         return None
     if settings.plant.p == 0 or (settings.steps is None and full.blind.size):

@@ -116,6 +116,9 @@ class Settings:
         How many leading outputs are accurate, or which (indices or names).
     weight : (n, n) array_like, "canonical" or None
         Whose trace is minimised: tr(weight Sigma).
+    origin : int, default 0
+        The instant of the record that is instant 0 of the plant: a plant over a window
+        of a longer record has its own.
     """
 
     def __init__(
@@ -123,9 +126,10 @@ class Settings:
         plant: Plant,
         m1: int | Sequence[int | str],
         weight: ArrayLike | str | None = None,
+        origin: int = 0,
     ) -> None:
         _, self.R = require_noise(plant)
-        self.plant = plant
+        self.plant, self.origin = plant, origin
         self.accurate = accurate_outputs(plant, m1)
         self.weight: Matrix | str | None = None
         if isinstance(weight, str):
@@ -150,7 +154,7 @@ class Settings:
 
     def at(self, i: int, seen: Vector | None = None) -> Setting:
         """The setting at instant i; `seen` (p,) bool tells which outputs arrived."""
-        i = 0 if self.steps is None else min(i, self.steps - 1)
+        i = 0 if self.steps is None else min(i - self.origin, self.steps - 1)
         key = i, None if seen is None else seen.tobytes()
         if key not in self._known:
             # a time-varying plant passes each instant once

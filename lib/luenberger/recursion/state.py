@@ -70,6 +70,13 @@ class State(NamedTuple):
         """Error covariance."""
         return self.spread.Sigma
 
+    def under(self, settings: Settings) -> "State":
+        """The same state, with settings that say how it leads on."""
+        if self.setting is None:
+            return self
+        seen = None if self.seen.all() else self.seen
+        return self._replace(setting=settings.at(self.instant, seen))
+
     @property
     def ready(self) -> bool:
         """Whether compiled code can go on from here, and it is its turn."""
@@ -138,6 +145,10 @@ class History(NamedTuple):
         if len(self.P):
             self.P[k], self.K[k][:, state.seen] = state.Sigma, row.new["K"]
 
+    def part(self, rows: slice) -> "History":
+        """The same arrays, of some rows."""
+        return History(*(X[rows] for X in self))
+
     @property
     def kept(self) -> bool:
         """Whether P and K are written."""
@@ -150,11 +161,19 @@ class History(NamedTuple):
         return dict(xs=self.x, variances=self.variances, covariances=P, gains=K)
 
 
-def start(settings: Settings, x: Vector, u: Vector) -> State:
+class Way(Protocol):
+    """What knows its plant, such as `Settings`."""
+
+    @property
+    def plant(self) -> Plant:
+        """The plant."""
+
+
+def start(way: Way, x: Vector, u: Vector) -> State:
     """The state at instant 0: the mean x (n,) with covariance P0, and the input u."""
     return State(
-        0, x[:, None], Spread.of(require_start(settings.plant)), None, u,
-        seen=np.ones(settings.plant.p, dtype=bool), rho=np.zeros((0, 1)), setting=None,
+        0, x[:, None], Spread.of(require_start(way.plant)), None, u,
+        seen=np.ones(way.plant.p, dtype=bool), rho=np.zeros((0, 1)), setting=None,
     )  # fmt: skip
 
 

@@ -1,6 +1,6 @@
 """Instants of a record: evenly dt apart, or those a continuous plant is sampled at."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -15,8 +15,10 @@ from .discretise import discretise
 DRIFT = 0.01  # of the time since the first row, that a clock may be off by
 AHEAD = (
     "Give a row for each sample, with empty cells (NaN) for what was not measured; or "
-    "give the continuous plant, which is sampled at these instants."
+    "give filter_data, or the command `filter`, the continuous plant, which is sampled "
+    "at these instants."
 )
+ONE_ROW = "one row has no sampling period; give at least two, or plant.sampled(0.1)"
 Place = Callable[[int], str]  # how a message names row k
 
 
@@ -39,9 +41,11 @@ class Clock:
 
     def follow(self, y: Any) -> None:
         """`require` of the instants of the next rows y, where they are known."""
-        if (found := instants(y, self.time, self.names, self.origin)) is not None:
+        first = self.count
+        found = instants(y, self.time, self.names, self.origin, first)
+        if found is not None:
             seconds, self.origin = found
-            self.require(seconds)
+            self.require(seconds, lambda k: row(first + k))
 
     def require(self, seconds: Vector, at: Place = row) -> None:
         """Raise ValueError unless the next rows are about dt apart, and keep in step.
@@ -79,6 +83,24 @@ class Clock:
         )
 
 
+def watched(of: Plant | Observer, y: Any, time: Any) -> Any:
+    """A record of a discrete system once its instants were seen to agree with dt.
+
+    Of an iterator, an iterator that looks at each chunk.
+    """
+    watch = Clock(of, time)
+    if isinstance(y, Iterator):
+        return _each_watched(watch, y)
+    watch.follow(y)
+    return y
+
+
+def _each_watched(watch: Clock, ys: Iterator) -> Iterator:
+    for y in ys:
+        watch.follow(y)
+        yield y
+
+
 def periods(seconds: Vector, at: Place = row) -> Vector:
     """Seconds from each row to the next; those that differ by rounding are equal.
 
@@ -99,15 +121,27 @@ def periods(seconds: Vector, at: Place = row) -> Vector:
     unique, where = np.unique(steps, return_inverse=True)
     group = np.cumsum(np.diff(unique, prepend=unique[:1]) > rounding)
     middle = np.bincount(group, unique) / np.maximum(np.bincount(group), 1)
-    return np.array([_shortest(T, rounding) for T in middle])[group][where]
+    return _shortest(middle, rounding)[group][where]
 
 
-def _shortest(value: float, rounding: float) -> float:
-    """The number with the fewest digits within `rounding` of a value."""
+def _shortest(values: Vector, rounding: float) -> Vector:
+    """For each of positive values the number with the fewest digits within `rounding`.
+
+    >>> _shortest(np.array([0.1 + 1e-16, 600.0000001, 1 / 3]), 1e-6)
+    array([1.00000e-01, 6.00000e+02, 3.33333e-01])
+    """
+    found, left = values.copy(), np.ones(len(values), dtype=bool)
+    before_point = np.floor(np.log10(values)).astype(int) + 1
     for digits in range(1, 17):
-        if abs((found := float(f"{value:.{digits}g}")) - value) <= rounding:
-            return found
-    return float(value)
+        if not left.any():
+            break
+        after_point = digits - before_point[left]
+        up, down = (10.0 ** np.maximum(k, 0) for k in (after_point, -after_point))
+        tried = np.rint(values[left] * up / down) * down / up
+        near = np.abs(tried - values[left]) <= rounding
+        here = np.flatnonzero(left)[near]
+        found[here], left[here] = tried[near], False
+    return found
 
 
 def sampled_at(plant: Plant, seconds: Vector, at: Place = row) -> Plant:
@@ -123,9 +157,7 @@ def sampled_at(plant: Plant, seconds: Vector, at: Place = row) -> Plant:
     """
     steps = periods(seconds, at)
     if not len(steps):
-        raise ValueError(
-            "one row has no sampling period; give at least two, or plant.sampled(dt)"
-        )
+        raise ValueError(ONE_ROW)
     if (steps == steps[0]).all():
         return plant.sampled(float(steps[0]))
     return discretise(plant, np.concatenate([steps[:1], steps]))
@@ -179,20 +211,30 @@ class Column:
 
 def of_record(plant: Plant, y: Any, time: Any) -> Plant:
     """The discrete plant at the rows of a record; `time` as in `filter_data`."""
-    found = instants(y, time, (*plant.output_names, *plant.input_names))
-    if found is None:
+    return sampled_at(plant, known(plant, y, time)[0])
+
+
+def known(
+    plant: Plant, y: Any, time: Any, origin: Any = None, first: int = 0
+) -> time_stamps.Instants:
+    """`instants` of rows, which have to be known: the plant is continuous."""
+    names = (*plant.output_names, *plant.input_names)
+    if (found := instants(y, time, names, origin, first)) is None:
         raise DesignError(
             "the plant is continuous (dt = 0), so the record must say when each row "
             "was measured: give time=, or a table with an index of dates or seconds. "
             "Of a record with a constant period, plant.sampled(0.1) is the plant."
         )
-    return sampled_at(plant, found[0])
+    return found
 
 
 def instants(
-    y: Any, time: Any, names: Sequence[str], origin: Any = None
+    y: Any, time: Any, names: Sequence[str], origin: Any = None, first: int = 0
 ) -> time_stamps.Instants | None:
-    """Instants of a record in seconds and what they count from; None if not known."""
+    """Instants of a record in seconds and what they count from; None if not known.
+
+    `first` is the number of its first row, for messages.
+    """
     if isinstance(time, str):
         if time != "rows":
             raise ValueError(f"time must be instants or 'rows', got {time!r}")
@@ -204,8 +246,8 @@ def instants(
         found = time_stamps.of_values(time, origin)
     except time_stamps.NoStamp as error:
         raise ValueError(
-            f"row {error.row}: the time {str(error)!r} is neither a number of seconds "
-            "nor a date such as 2026-01-05T10:00:00"
+            f"{row(first + error.row)}: the time {str(error)!r} is neither a number of "
+            "seconds nor a date such as 2026-01-05T10:00:00"
         ) from None
     if found[0].shape != (len(y),):
         got = found[0].shape

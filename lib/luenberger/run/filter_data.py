@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from functools import partial
 from typing import Any, overload
 
@@ -13,41 +12,18 @@ from numpy.typing import ArrayLike
 from .. import kernels
 from ..arguments import expect
 from ..formats import dataframes
-from ..numeric import Given, Matrix, Vector
+from ..numeric import Given
 from ..plant import Plant
 from ..recursion.filter_pass import Pass
 from ..recursion.late_pass import LatePass
 from ..recursion.settings import Settings
-from ..recursion.state import State, start
+from ..recursion.state import start
 from . import arrivals, chunks
-from .clock import Clock, of_record, require_instants
-
-
-@dataclass(frozen=True, eq=False)
-class Filtered:
-    """What `filter_data` returns; row k is instant k + 1 of the record.
-
-    Attributes
-    ----------
-    x : (N, n) ndarray or pandas.DataFrame
-        Estimates of the state, each using y up to and including its row.
-    std : (N, n) ndarray or pandas.DataFrame
-        Their one-sigma errors, square roots of the diagonal of P.
-    P : (n, n) or (N, n, n) ndarray
-        Error covariance at the last row; with ``history=True`` at every row.
-    K : (N, n, p) ndarray or None
-        Gains, with ``history=True``; the columns of missing outputs are zero.
-    orders : (N,) ndarray of int
-        States the reduced-order filter needs at each row: n minus the number of
-        accurate outputs that arrived.
-    """
-
-    x: np.ndarray
-    std: np.ndarray
-    P: np.ndarray
-    K: np.ndarray | None
-    orders: np.ndarray
-
+from . import filter_chunks as by
+from .clock import Clock, of_record
+from .filter_chunks import Filtered
+from .sampled_pass import SampledPass
+from .timed import timed
 
 Outputs = int | Sequence[int | str]  # how many, or which
 
@@ -55,7 +31,7 @@ Outputs = int | Sequence[int | str]  # how many, or which
 @overload
 def filter_data(
     plant: Plant, y: Iterator[Any], u: Iterator[Any] | int | None = ..., *,
-    time: str | None = ..., m1: Outputs = ..., u0: Given = ...,
+    time: Iterator[Any] | str | None = ..., m1: Outputs = ..., u0: Given = ...,
     weight: Given | str = ..., history: bool = ..., backend: str = ...,
     arrival: Any = ..., horizon: int | None = ...,
 ) -> Iterator[Filtered]: ...  # fmt: skip
@@ -95,8 +71,9 @@ def filter_data(
     ----------
     plant : Plant
         With Q, R and P0.  A continuous one is sampled at the record's instants, with
-        inputs held between them; where x0 and P0 are of the instant before the first
-        row, that is as long before it as the second row is after it.
+        inputs held between them, a stretch of rows at a time; where x0 and P0 are of
+        the instant before the first row, that is as long before it as the second row
+        is after it.
     y : (N, p) array_like or pandas.DataFrame, or an iterator of such chunks
         Measurements at instants 1 .. N.  NaN, None, pandas.NA and what a mask covers
         were not measured.  With an iterator the result is an iterator of `Filtered`,
@@ -109,7 +86,7 @@ def filter_data(
         When each row was measured: seconds, dates or durations.  Default the index of
         a table (dates, durations, decimal numbers, or called `time` or `t`) or its
         column `time` or `t`.  They must agree with a discrete plant's dt; "rows"
-        leaves them out of account.
+        leaves them out of account.  With an iterator y, an iterator of such chunks.
     m1 : int or sequence, default 0
         Accurate outputs, as in `reduced_order_filter`; 0 is the Kalman filter.
     u0 : (m,) array_like, optional
@@ -197,99 +174,27 @@ def filter_data(
     array([[0.        , 1.        , 2.23606798]])
     """
     expect(plant=plant)
-    watch = Clock(plant, time) if plant.dt > 0 else None
-    if plant.dt == 0 and not isinstance(y, Iterator):
-        plant = of_record(plant, y, time)
-    settings = Settings(plant, m1, weight)
+    kernels.runs_compiled(backend, 0)  # refuse a backend now, not at the first chunk
+    if arrival is None and horizon is not None:
+        raise ValueError("horizon goes with arrival, which was not given")
     u0 = dataframes.entries("u0", u0, plant.input_names)
     u0 = np.zeros(plant.m) if u0 is None else chunks.single("u0", u0, plant.m)
-    kernels.runs_compiled(backend, 0)  # refuse a backend now, not at the first chunk
-    if arrival is not None:
-        if backend == "numba":
-            raise ValueError("arrival needs backend='numpy' or 'auto'")
-        late = LatePass(settings, arrivals.horizon_of(horizon))
-        step = partial(_late_chunk, late, watch, history, not isinstance(y, Iterator))
-        begin = late.way.start(settings, plant.x0, u0)
-        return chunks.found(step, begin, arrivals.paired(y, arrival), u)
-    if horizon is not None:
-        raise ValueError("horizon goes with arrival, which was not given")
-    step = partial(_chunk, Pass(settings), watch, history, backend)
-    return chunks.found(step, start(settings, plant.x0, u0), y, u)
-
-
-def _chunk(
-    run: Pass,
-    watch: Clock | None,
-    history: bool,
-    backend: str,
-    state: State,
-    y: Any,
-    u: Any,
-) -> tuple[State, Filtered]:
-    """Filter the next rows of a pass: the state after them, and their `Filtered`."""
-    plant, table = run.settings.plant, y
-    if watch is not None:
-        watch.follow(y)
-    outputs, inputs = (plant.p, plant.output_names), (plant.m, plant.input_names)
-    y, u = chunks.arrays(y, u, outputs, inputs, missing=True)
-    last = _last(plant, state, y)
-    fast = kernels.runs_compiled(backend, last)
-    state, (x, variances, P, K) = run.over(state, y, u, fast, history)
-    P, K = (P, K) if history else (state.Sigma, None)
-    orders = _orders(plant, run.settings.accurate, y)
-    return state, _filtered(plant, table, x, variances, P, K, orders)
-
-
-def _late_chunk(
-    run: LatePass,
-    watch: Clock | None,
-    history: bool,
-    whole: bool,
-    state: Any,
-    block: arrivals.Block,
-    u: Any,
-) -> tuple[Any, Filtered]:
-    """The same where readings arrive late."""
-    plant, accurate = run.settings.plant, run.settings.accurate
-    outputs, inputs = (plant.p, plant.output_names), (plant.m, plant.input_names)
-    y, u = chunks.arrays(block.y, u, outputs, inputs, missing=True)
-    _last(plant, state, y)
-    found = arrivals.of(block, y, plant, state.instant, whole, run.horizon)
-    if watch is not None:
-        watch.follow(block.y)
-    state, (x, variances, P, K) = run.over(
-        state, found.y, u, found.due, found.labels, history
-    )
-    P, K = (P, K) if history else (run.way.Sigma(state, plant.n), None)
-    now = np.where(found.due <= found.labels[:, None], found.y, np.nan)
-    orders = _orders(plant, accurate, now)
-    return state, _filtered(plant, block.y, x, variances, P, K, orders)
-
-
-def _filtered(
-    plant: Plant,
-    table: Any,
-    x: Matrix,
-    variances: Matrix,
-    P: Matrix,
-    K: Matrix | None,
-    orders: Vector,
-) -> Filtered:
-    """`Filtered`, as tables where y is one; `variances` become standard deviations."""
-    std = np.sqrt(np.maximum(variances, 0, out=variances), out=variances)
-    x, std = (dataframes.like(table, X, plant.state_names) for X in (x, std))
-    return Filtered(x, std, P, K, orders)
-
-
-def _last(plant: Plant, state: Any, y: Matrix) -> int:
-    """The instant of the last row of y, or ValueError if the plant ends before it."""
-    last: int = state.instant + len(y)
-    require_instants(plant, last)
-    return last
-
-
-def _orders(plant: Plant, accurate: Sequence[int], y: Matrix) -> Vector:
-    """n minus the number of accurate outputs in each row."""
-    if not len(accurate):
-        return np.broadcast_to(plant.n, len(y))  # takes no memory for a long record
-    return plant.n - (~np.isnan(y[:, list(accurate)])).sum(axis=1)
+    if plant.dt == 0 and arrival is None:
+        sampled = SampledPass(plant, m1, weight)
+        each = partial(by.sampled_chunk, sampled, history, backend)
+        begin = start(sampled, plant.x0, u0)
+        return chunks.found(each, begin, timed(plant, y, time), u)
+    if arrival is None:
+        run = Pass(Settings(plant, m1, weight))
+        step = partial(by.chunk, run, Clock(plant, time), history, backend)
+        return chunks.found(step, start(run, plant.x0, u0), y, u)
+    watch = Clock(plant, time) if plant.dt > 0 else None
+    if watch is None and not isinstance(y, Iterator):
+        plant = of_record(plant, y, time)
+    if backend == "numba":
+        raise ValueError("arrival needs backend='numpy' or 'auto'")
+    settings = Settings(plant, m1, weight)
+    late = LatePass(settings, arrivals.horizon_of(horizon))
+    step = partial(by.late_chunk, late, watch, history, not isinstance(y, Iterator))
+    begun = late.way.start(settings, plant.x0, u0)
+    return chunks.found(step, begun, arrivals.paired(y, arrival), u)

@@ -10,7 +10,7 @@ import numpy as np
 from .. import kernels
 from ..numeric import Matrix, Vector
 from ..numeric.linalg import solve_right
-from ..plant import Plant
+from ..recursion.filter_stacks import alike
 from ..recursion.root_step import Move
 from ..recursion.settings import Setting, Settings
 from .backward import Back, Ways
@@ -23,7 +23,7 @@ Group = tuple[Rows, Setting, Vector]  # rows, their setting, the outputs that ar
 def ways(settings: Settings, first: int, seen: Matrix) -> Ways:
     """How the rows from the instant `first` on lead on; `seen` tells what arrived."""
     plant = settings.plant
-    As = each(plant, "A", first, len(seen))
+    As = each(settings, "A", first, len(seen))
     if plant.S is not None and plant.S.any():
         As = np.array(np.broadcast_to(As, (len(seen), plant.n, plant.n)))
         for rows, setting, _ in groups(settings, first, seen):
@@ -32,13 +32,13 @@ def ways(settings: Settings, first: int, seen: Matrix) -> Ways:
     def move(k: int) -> Move:
         return settings.at(first + k, _pattern(seen[k])).move
 
-    return Ways(As, each(plant, "C", first, len(seen)), move)
+    return Ways(As, each(settings, "C", first, len(seen)), move)
 
 
-def each(plant: Plant, name: str, first: int, rows: int) -> Matrix:
+def each(settings: Settings, name: str, first: int, rows: int) -> Matrix:
     """A matrix of the plant, or a stack of it if it varies, at the given instants."""
-    X = getattr(plant, name)
-    return X if X.ndim == 2 else X[first : first + rows]
+    X, begin = getattr(settings.plant, name), first - settings.origin
+    return X if X.ndim == 2 else X[begin : begin + rows]
 
 
 def groups(settings: Settings, first: int, seen: Matrix) -> Iterator[Group]:
@@ -50,11 +50,9 @@ def groups(settings: Settings, first: int, seen: Matrix) -> Iterator[Group]:
     if seen.all():
         yield slice(None), settings.at(0), np.ones(seen.shape[1], dtype=bool)
         return
-    bits = np.packbits(seen, axis=1)
-    bits = bits.view(f"S{bits.shape[1]}")[:, 0]
-    _, first_of, which = np.unique(bits, return_index=True, return_inverse=True)
-    for j, k in enumerate(first_of):
-        yield np.flatnonzero(which == j), settings.at(0, _pattern(seen[k])), seen[k]
+    for rows in alike(seen):
+        one = seen[rows[0]]
+        yield rows, settings.at(0, _pattern(one)), one
 
 
 def _pattern(seen: Vector) -> Vector | None:
@@ -62,10 +60,10 @@ def _pattern(seen: Vector) -> Vector | None:
 
 
 def residuals(
-    plant: Plant, first: int, seen: Matrix, y: Matrix, u: Matrix, x: Matrix
+    settings: Settings, first: int, seen: Matrix, y: Matrix, u: Matrix, x: Matrix
 ) -> Matrix:
     """What estimates x (N, n) leave of the measurements (N, p); zero where missing."""
-    have = {name: each(plant, name, first, len(y)) for name in ("C", "E")}
+    have = {name: each(settings, name, first, len(y)) for name in ("C", "E")}
     y = y if seen.all() else np.where(seen, y, 0.0)
     if all(X.ndim == 2 for X in have.values()):  # a column for each row
         found = kernels.run(residual, have | dict(x_s=x.T, u=u.T, y=y.T))["rho_s"].T
@@ -82,7 +80,7 @@ def both_noises(
     plant = settings.plant
     w, v = np.empty_like(lamda_next), rho.copy()
     for rows, setting, arrived in groups(settings, first, seen):
-        here = 0 if isinstance(rows, slice) else first + int(rows[0])
+        here = 0 if isinstance(rows, slice) else first - settings.origin + int(rows[0])
         _, R, S = plant.at(here).covariances()
         R_all, own = R[:, arrived], rho[rows][:, arrived]
         J_v = solve_right(R_all, R_all[arrived])
@@ -102,8 +100,8 @@ def pushed(
     found = kernels.run(
         pushed_step,
         dict(
-            C=each(settings.plant, "C", first, len(rho)),
-            R=each(settings.plant, "R", first, len(rho)),
+            C=each(settings, "C", first, len(rho)),
+            R=each(settings, "R", first, len(rho)),
             Gamma=_pushes(settings, first, seen)[1:],
             x_s=back.x[..., None], rho_s=rho[..., None], Sigma_s=back.Sigma,
         ),
@@ -121,7 +119,7 @@ def pushed_neighbours(
     What was before the first row has no outputs.
     """
     C, Gamma = (
-        each(settings.plant, "C", first, len(U)),
+        each(settings, "C", first, len(U)),
         _pushes(settings, first, seen),
     )
     before = C if C.ndim == 2 else np.concatenate([C[:1], C[:-1]])

@@ -11,14 +11,17 @@ import numpy as np
 
 from .. import kernels
 from ..formats import dataframes
-from ..numeric import Matrix
+from ..numeric import Matrix, Vector
 from ..plant import Plant
 from ..recursion.filter_pass import Pass
 from ..recursion.root_step import Spread, first_move
 from ..recursion.settings import Settings, require_start
 from ..recursion.state import start
 from ..run import chunks
-from ..run.filter_data import Outputs, require_instants
+from ..run.clock import require_instants
+from ..run.filter_data import Outputs
+from ..run.sampled_pass import window
+from ..run.timed import Timed
 from .backward import Back, Ways, by_next_state, known, root, smoothed
 from .finish import both_noises, pushed, pushed_neighbours, residuals, ways
 from .forward import KEPT, Kept
@@ -73,15 +76,18 @@ class Smoother:
         self, plant: Plant, m1: Outputs, lag: int | None, weight: Any, backend: str
     ) -> None:
         self.plant, self.lag, self.backend = plant, lag, backend
-        self.accurate = Settings(plant, m1, weight)
-        self.settings = Settings(plant, 0)
-        self.run = Pass(self.settings)
+        self.m1, self.weight = m1, weight
+        self.periods = np.empty(0)  # of a continuous plant: those to the rows kept
+        if plant.dt > 0:  # else they come with the rows
+            self.accurate = Settings(plant, m1, weight)
+            self.settings = Settings(plant, 0)
+            self.run = Pass(self.settings)
         kernels.runs_compiled(backend, 0)  # refuse a backend now, not at the first rows
 
     def begin(self, u0: Matrix) -> None:
         """Before the first row."""
         plant = self.plant
-        self.state = start(self.settings, plant.x0, u0)
+        self.state = start(self, plant.x0, u0)
         self.kept = Kept.empty(0, plant)
         self.y, self.u = np.empty((0, plant.p)), np.empty((0, plant.m))
         self.index: Any = None
@@ -90,6 +96,9 @@ class Smoother:
     def read(self, y: Any, u: Any) -> None:
         """Filter the next rows, and keep them."""
         plant = self.plant
+        if isinstance(y, Timed):
+            self._sample(y.periods)
+            y = y.y
         columns = (plant.p, plant.output_names), (plant.m, plant.input_names)
         values, inputs = chunks.arrays(y, u, *columns, missing=True)
         last = self.state.instant + len(values)
@@ -101,6 +110,15 @@ class Smoother:
         self.y = np.concatenate([self.y, values])
         self.u = np.concatenate([self.u, inputs])
         self.index = dataframes.joined(self.index, y)
+
+    def _sample(self, periods: Vector) -> None:
+        """The plant at the rows that are kept and at those to which `periods` lead."""
+        self.periods = np.concatenate([self.periods, periods])
+        known = self.periods if len(self.periods) else np.ones(1)  # no rows: any
+        begin = self.first - 1
+        self.settings = window(self.plant, known, 0, None, begin)
+        self.accurate = window(self.plant, known, self.m1, self.weight, begin)
+        self.run, self.state = Pass(self.settings), self.state.under(self.settings)
 
     def step(self, _: Any, y: Any, u: Any) -> tuple[None, Smoothed]:
         """Read a chunk; give the rows whose lag has passed."""
@@ -135,7 +153,7 @@ class Smoother:
         """The rows from `old` on, with their noises and accurate outputs met."""
         plant, first, seen = self.plant, self.first, seen[:ready]
         y, u = self.y[:ready], self.u[:ready]
-        rho = residuals(plant, first, seen, y, u, back.x)
+        rho = residuals(self.settings, first, seen, y, u, back.x)
         w, v = both_noises(self.settings, first, seen, back.lamda[1:], rho)
         meets = bool(self.accurate.accurate)
         if meets:
@@ -174,12 +192,13 @@ class Smoother:
         P0, x0 = Spread.of(require_start(self.plant)), self.plant.x0
         prediction = kept.x[0] - kept.K[0] @ kept.innovation[0]
         carried = known(back.x[0], root(back.Sigma[0]))
-        move = first_move(self.plant)
+        move = first_move(self.settings.plant)
         back.U[0] = by_next_state(move, P0, x0, prediction, carried)[1]["U_next"]
 
     def _forget(self, ready: int) -> None:
         """Keep the row before those that wait, and these."""
         gone = max(ready - 1, 0)
+        self.periods = self.periods[gone:]
         self.kept, self.first, self.done = (
             self.kept.since(gone),
             self.first + gone,

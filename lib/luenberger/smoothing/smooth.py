@@ -12,30 +12,34 @@ from numpy.typing import ArrayLike
 from ..arguments import expect
 from ..errors import short
 from ..formats import dataframes
-from ..numeric import Given
+from ..numeric import Given, Vector
 from ..plant import Plant
 from ..run import chunks
+from ..run.clock import watched
 from ..run.filter_data import Outputs
+from ..run.timed import timed
 from .record import Smoothed, Smoother
 
 
 @overload
 def smooth(
-    plant: Plant, y: Iterator[Any], u: Iterator[Any] | None = ..., *, m1: Outputs = ...,
+    plant: Plant, y: Iterator[Any], u: Iterator[Any] | None = ..., *,
+    time: Iterator[Any] | str | None = ..., m1: Outputs = ...,
     lag: int | None = ..., u0: Given = ..., weight: Given | str = ...,
     backend: str = ...
 ) -> Iterator[Smoothed]: ...  # fmt: skip
 @overload
 def smooth(
-    plant: Plant, y: ArrayLike, u: Given = ..., *, m1: Outputs = ...,
-    lag: int | None = ..., u0: Given = ..., weight: Given | str = ...,
-    backend: str = ...
+    plant: Plant, y: ArrayLike, u: Given = ..., *, time: Any = ...,
+    m1: Outputs = ..., lag: int | None = ..., u0: Given = ...,
+    weight: Given | str = ..., backend: str = ...
 ) -> Smoothed: ...  # fmt: skip
 def smooth(
     plant: Plant,
     y: Any,
     u: Any = None,
     *,
+    time: Any = None,
     m1: Outputs = 0,
     lag: int | None = None,
     u0: Given = None,
@@ -55,12 +59,15 @@ def smooth(
     Parameters
     ----------
     plant : Plant
-        Discrete, with Q, R and P0.
+        With Q, R and P0.  A continuous one is sampled at the record's instants, as in
+        `filter_data`.
     y : (N, p) array_like or pandas.DataFrame, or an iterator of such chunks
         Measurements at instants 1 .. N, as in `filter_data`.  With an iterator the
         result is an iterator of `Smoothed`, and memory stays flat; it takes a lag.
     u : (N, m) array_like or DataFrame, or an iterator of chunks like y's, optional
         Known input at the same instants, as in `filter_data`.
+    time : (N,) array_like, "rows", or an iterator of chunks like y's, optional
+        When each row was measured, as in `filter_data`.
     m1 : int or sequence, default 0
         Accurate outputs, as in `reduced_order_filter`: x is then the best estimate
         that shows exactly what they show at its own row.
@@ -115,10 +122,25 @@ def smooth(
     (array([1.3333, 1.3333, 1.3333]), array([0.5774, 0.5774, 0.5774]))
     """
     expect(plant=plant)
-    one = Smoother(plant, m1, _lag(lag), weight, backend)
+    y = timed(plant, y, time) if plant.dt == 0 else watched(plant, y, time)
     u0 = dataframes.entries("u0", u0, plant.input_names)
-    u0 = np.zeros(plant.m) if u0 is None else chunks.single("u0", u0, plant.m)
-    one.begin(u0)
+    u0 = None if u0 is None else chunks.single("u0", u0, plant.m)
+    return smoothed(plant, y, u, _lag(lag), backend, m1, weight, u0)
+
+
+def smoothed(
+    plant: Plant,
+    y: Any,
+    u: Any,
+    lag: int | None,
+    backend: str,
+    m1: Outputs = 0,
+    weight: Any = None,
+    u0: Vector | None = None,
+) -> Any:
+    """The same of rows whose times were read; `Timed` of a continuous plant."""
+    one = Smoother(plant, m1, lag, weight, backend)
+    one.begin(np.zeros(plant.m) if u0 is None else u0)
     if not isinstance(y, Iterator):
         one.read(y, u)
         return one.rows(last=True)

@@ -1,0 +1,151 @@
+"""Chunk by chunk over a record: the filter's state after each, and what it found."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from .. import kernels
+from ..formats import dataframes
+from ..numeric import Matrix, Vector
+from ..plant import Plant
+from ..recursion.filter_pass import Pass
+from ..recursion.late_pass import LatePass
+from ..recursion.state import History, State
+from . import arrivals, chunks
+from .clock import Clock, require_instants
+from .sampled_pass import SampledPass
+from .timed import Timed
+
+
+@dataclass(frozen=True, eq=False)
+class Filtered:
+    """What `filter_data` returns; row k is instant k + 1 of the record.
+
+    Attributes
+    ----------
+    x : (N, n) ndarray or pandas.DataFrame
+        Estimates of the state, each using y up to and including its row.
+    std : (N, n) ndarray or pandas.DataFrame
+        Their one-sigma errors, square roots of the diagonal of P.
+    P : (n, n) or (N, n, n) ndarray
+        Error covariance at the last row; with ``history=True`` at every row.
+    K : (N, n, p) ndarray or None
+        Gains, with ``history=True``; the columns of missing outputs are zero.
+    orders : (N,) ndarray of int
+        States the reduced-order filter needs at each row: n minus the number of
+        accurate outputs that arrived.
+    """
+
+    x: np.ndarray
+    std: np.ndarray
+    P: np.ndarray
+    K: np.ndarray | None
+    orders: np.ndarray
+
+
+def chunk(
+    run: Pass,
+    watch: Clock,
+    history: bool,
+    backend: str,
+    state: State,
+    y: Any,
+    u: Any,
+) -> tuple[State, Filtered]:
+    """Filter the next rows of a pass: the state after them, and their `Filtered`."""
+    watch.follow(y)
+    values, u, fast = _read(run, state, y, u, backend)
+    state, out = run.over(state, values, u, fast, history)
+    return state, _found(run, state, y, values, out, history)
+
+
+def sampled_chunk(
+    run: SampledPass, history: bool, backend: str, state: State, block: Timed, u: Any
+) -> tuple[State, Filtered]:
+    """The same of a continuous plant, sampled at the rows."""
+    values, u, fast = _read(run, state, block.y, u, backend)
+    state, out = run.over(state, values, u, block.periods, fast, history)
+    return state, _found(run, state, block.y, values, out, history)
+
+
+def _read(
+    run: Pass | SampledPass, state: State, y: Any, u: Any, backend: str
+) -> tuple[Matrix, Matrix, bool]:
+    """The rows as arrays, and whether compiled code is to filter them."""
+    plant = run.plant
+    outputs, inputs = (plant.p, plant.output_names), (plant.m, plant.input_names)
+    y, u = chunks.arrays(y, u, outputs, inputs, missing=True)
+    return y, u, kernels.runs_compiled(backend, _last(plant, state, y))
+
+
+def _found(
+    run: Pass | SampledPass,
+    state: State,
+    table: Any,
+    y: Matrix,
+    out: History,
+    history: bool,
+) -> Filtered:
+    """The `Filtered` of rows after which `state` is reached."""
+    P, K = (out.P, out.K) if history else (state.Sigma, None)
+    orders = _orders(run.plant, run.accurate, y)
+    return _filtered(run.plant, table, out.x, out.variances, P, K, orders)
+
+
+def late_chunk(
+    run: LatePass,
+    watch: Clock | None,
+    history: bool,
+    whole: bool,
+    state: Any,
+    block: arrivals.Block,
+    u: Any,
+) -> tuple[Any, Filtered]:
+    """The same where readings arrive late."""
+    plant, accurate = run.settings.plant, run.settings.accurate
+    outputs, inputs = (plant.p, plant.output_names), (plant.m, plant.input_names)
+    y, u = chunks.arrays(block.y, u, outputs, inputs, missing=True)
+    _last(plant, state, y)
+    found = arrivals.of(block, y, plant, state.instant, whole, run.horizon)
+    if watch is not None:
+        watch.follow(block.y)
+    state, (x, variances, P, K) = run.over(
+        state, found.y, u, found.due, found.labels, history
+    )
+    P, K = (P, K) if history else (run.way.Sigma(state, plant.n), None)
+    now = np.where(found.due <= found.labels[:, None], found.y, np.nan)
+    orders = _orders(plant, accurate, now)
+    return state, _filtered(plant, block.y, x, variances, P, K, orders)
+
+
+def _filtered(
+    plant: Plant,
+    table: Any,
+    x: Matrix,
+    variances: Matrix,
+    P: Matrix,
+    K: Matrix | None,
+    orders: Vector,
+) -> Filtered:
+    """`Filtered`, as tables where y is one; `variances` become standard deviations."""
+    std = np.sqrt(np.maximum(variances, 0, out=variances), out=variances)
+    x, std = (dataframes.like(table, X, plant.state_names) for X in (x, std))
+    return Filtered(x, std, P, K, orders)
+
+
+def _last(plant: Plant, state: Any, y: Matrix) -> int:
+    """The instant of the last row of y, or ValueError if the plant ends before it."""
+    last: int = state.instant + len(y)
+    require_instants(plant, last)
+    return last
+
+
+def _orders(plant: Plant, accurate: Sequence[int], y: Matrix) -> Vector:
+    """n minus the number of accurate outputs in each row."""
+    if not len(accurate):
+        return np.broadcast_to(plant.n, len(y))  # takes no memory for a long record
+    return plant.n - (~np.isnan(y[:, list(accurate)])).sum(axis=1)

@@ -1,0 +1,207 @@
+"""A plant's filter run over a table of any length, in memory that does not grow."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Iterator
+from functools import partial
+from itertools import repeat
+from typing import NamedTuple
+
+import numpy as np
+
+from ..errors import DesignError, short
+from ..formats.csv_reader import Rows, Table
+from ..formats.spreadsheets import require_plain
+from ..kernels import runs_compiled
+from ..numeric import Matrix, Vector
+from ..plant import Plant
+from ..recursion.filter_pass import Pass
+from ..recursion.settings import Settings
+from ..recursion.state import start
+from . import chunks, filter_chunks
+from .clock import Clock, Column
+from .estimate_csv import Piece, require_times
+from .measurements import require_finite, time_column
+from .sampled_pass import SampledPass
+from .timed import Stretch, Timed, leading
+
+
+class Read(NamedTuple):
+    """Consecutive rows of a table: measurements and inputs, checked.
+
+    Attributes
+    ----------
+    rows : Rows
+    y, u : (N, p), (N, m) ndarray
+        NaN in y was not measured.
+    periods : (N,) ndarray or None
+        Seconds that lead to each row, where the plant is continuous.
+    """
+
+    rows: Rows
+    y: np.ndarray
+    u: np.ndarray
+    periods: np.ndarray | None = None
+
+    @property
+    def given(self) -> Matrix | Timed:
+        """The measurements as a pass takes them, with the periods if there are any."""
+        return self.y if self.periods is None else Timed(self.y, self.periods)
+
+
+def reads(
+    plant: Plant, table: Table, undriven: bool = False
+) -> tuple[list[str], Iterator[Read]]:
+    """The rows of a plant's record, and the header of estimates with their sigmas.
+
+    Parameters
+    ----------
+    plant : Plant
+        Its names are those of the columns, among others; empty cells of outputs were
+        not measured.  Times agree with dt, or say when a continuous plant is sampled.
+    table : Table
+    undriven : bool
+        No known input acts, so no column of one is needed.
+
+    Raises
+    ------
+    ValueError
+        Naming line and column, as `estimate_csv.estimates`.
+    """
+    outputs = plant.output_names
+    inputs = () if undriven else plant.input_names
+    clock = time_column(table, outputs, inputs, others=True)
+    if plant.dt == 0 and clock is None:
+        raise DesignError(
+            f"the plant is continuous, and {table.where} has no column 'time'; add it, "
+            "or give --sample DT, how many seconds its rows are apart"
+        )
+    pairs = [name + wide for name in plant.state_names for wide in ("", "_sigma")]
+    header = [clock or "instant", *pairs]
+    if len(set(header)) < len(header):
+        twice = next(name for name in header if header.count(name) > 1)
+        raise ValueError(
+            f"{table.where}: {short(twice)} would be the name of two columns; rename "
+            "a state or the column of times"
+        )
+    require_plain("state", plant.state_names)
+    rows = table.rows([*outputs, *inputs], outputs, clock)
+    times = None if clock is None else Column(clock, plant, any_text=plant.dt > 0)
+    found = _read(plant, table, rows, None if plant.dt == 0 else times)
+    return header, found if plant.dt > 0 or times is None else _timed(
+        table, found, times
+    )
+
+
+def _read(
+    plant: Plant, table: Table, rows: Iterator[Rows], times: Column | None
+) -> Iterator[Read]:
+    for piece in rows:
+        require_times(table, piece, times)
+        y, u = np.split(piece.values, [plant.p], axis=1)
+        yield Read(piece, y, u if u.shape[1] else np.zeros((len(y), plant.m)))
+
+
+def _timed(table: Table, found: Iterator[Read], times: Column) -> Iterator[Read]:
+    """The same with the periods that lead to the rows."""
+    waiting: deque[Read] = deque()
+
+    def stretches() -> Iterator[Stretch]:
+        for one in found:
+            waiting.append(one)
+            at = partial(_line, table, one.rows)
+            seconds = times.seconds(one.rows.carried, at)
+            assert seconds is not None  # not of any text
+            yield Stretch(seconds, at)
+
+    for periods in leading(stretches()):
+        yield waiting.popleft()._replace(periods=periods)
+
+
+def _line(table: Table, rows: Rows, k: int) -> str:
+    return table.at(rows.lines[k])
+
+
+def estimates(
+    plant: Plant, table: Table, undriven: bool = False, backend: str = "auto"
+) -> tuple[list[str], Iterator[Piece]]:
+    """Filter a table; memory does not grow with its length.
+
+    Parameters
+    ----------
+    plant : Plant
+        As in `filter_data`: with Q, R and P0, continuous or discrete.
+    table, undriven
+        As in `reads`.
+    backend : str
+        As in `filter_data`.
+
+    Returns
+    -------
+    header : list of str
+        The time column of the table, or "instant", then each state and its one sigma.
+    rows : iterator of (Rows, (N, 2 n) ndarray)
+
+    Raises
+    ------
+    ValueError
+        As `reads`; and as `filter_data`.
+    """
+    runs_compiled(backend, 0)
+    header, found = reads(plant, table, undriven)
+    return header, paired(plant, table, found, partial(_filtered, plant, backend))
+
+
+Way = Callable[[Iterator, Iterator], Iterator]  # from y and u, chunk by chunk
+
+
+def paired(
+    plant: Plant, table: Table, found: Iterator[Read], way: Way
+) -> Iterator[Piece]:
+    """Rows of a table with their estimates and one sigmas side by side.
+
+    `way` may give the rows of a chunk later, among others.
+    """
+    waiting: deque[Rows] = deque()
+    inputs: deque[Matrix] = deque()
+
+    def ys() -> Iterator[Matrix | Timed]:
+        for one in found:
+            waiting.append(one.rows)
+            inputs.append(one.u)
+            yield one.given
+
+    blocks = way(ys(), (inputs.popleft() for _ in repeat(None)))
+    with np.errstate(over="ignore", invalid="ignore"):
+        for block in blocks:
+            rows = _taken(waiting, len(block.x))
+            require_finite(block.x, plant.state_names, partial(_line, table, rows))
+            pairs = np.stack([block.x, block.std], axis=2)
+            yield rows, pairs.reshape(len(pairs), 2 * plant.n)
+
+
+def _taken(waiting: deque[Rows], count: int) -> Rows:
+    """The first rows of those that wait, taken out."""
+    if waiting and len(waiting[0].lines) == count:
+        return waiting.popleft()
+    lines = [line for piece in waiting for line in piece.lines]
+    carried = [cell for piece in waiting for cell in piece.carried]
+    values = [piece.values for piece in waiting] or [np.empty((0, 0))]
+    whole = np.concatenate(values)
+    waiting.clear()
+    waiting.append(Rows(lines[count:], carried[count:], whole[count:]))
+    return Rows(lines[:count], carried[:count], whole[:count])
+
+
+def _filtered(plant: Plant, backend: str, ys: Iterator, us: Iterator) -> Iterator:
+    """What `filter_data` gives of each chunk."""
+    u0: Vector = np.zeros(plant.m)
+    if plant.dt == 0:
+        sampled = SampledPass(plant, 0)
+        each = partial(filter_chunks.sampled_chunk, sampled, False, backend)
+        begin = start(sampled, plant.x0, u0)
+        return iter(chunks.found(each, begin, ys, us))
+    run = Pass(Settings(plant, 0))
+    step = partial(filter_chunks.chunk, run, Clock(plant, "rows"), False, backend)
+    return iter(chunks.found(step, start(run, plant.x0, u0), ys, us))
