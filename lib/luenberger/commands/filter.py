@@ -28,7 +28,7 @@ def add(commands: Any) -> None:
         examples=[
             "filter tracker.json tracker.csv --out filtered.csv",
             "filter tracker.json tracker.csv --lag 20 --out lagged.csv",
-            "filter tracker.json tracker.csv --out - --dry-run",
+            "filter tracker.json tracker.csv --out -",
         ],
     )
     plant = "the plant, continuous or discrete, with Q, R and P0"
