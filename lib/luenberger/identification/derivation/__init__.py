@@ -20,6 +20,14 @@
     Autocovariances of the innovations of any stable gain.
 `identifiability`
     Which changes of the noise covariances leave no trace in a record.
+`direction_letters`
+    The letters of a plant that moves in one direction, or in two, and of its filter.
+`sensitivity`
+    How a filter moves with its plant: the change of each row in one direction.
+`information`
+    The expected information of a record in what a plant says.
+`first_rows`
+    The information of a record whose start is not known: its first rows as one row.
 
 A proof or a stage list of a record enters here.
 """
@@ -71,3 +79,21 @@ silent_change = StageList(__name__, "identifiability.silent_change", "dQ dR dS")
 change_step = StageList(
     __name__, "identifiability.change_step", "dW X_next dLambda_0 dN_1"
 )
+gain_of_prediction = StageList(__name__, "sensitivity.gain_of_prediction", "N G")
+driven = StageList(__name__, "sensitivity.driven", "F H D")
+carried_on = StageList(__name__, "sensitivity.carried_on", "dOmega_next")
+shown_by_row = StageList(__name__, "sensitivity.shown_by_row", "dM T")
+mean_step = StageList(__name__, "sensitivity.mean_step", "b dn dm_next m_next")
+told_back = StageList(__name__, "information.told_back", "F Pi")
+of_the_gain = StageList(__name__, "information.of_the_gain", "I_M I_w")
+of_the_motion = StageList(__name__, "information.of_the_motion", "V_ij Y_ij I_v I_x")
+of_the_means = StageList(__name__, "information.of_the_means", "I_n")
+correlations = StageList(__name__, "information.correlations", "N X_next X_i_next")
+more_readings = StageList(
+    __name__, "first_rows.more_readings", "Phi_next mu_next P_next"
+)
+moved_readings = StageList(
+    __name__, "first_rows.moved_readings", "dPhi_next dmu_next dP_next"
+)
+as_one_row = StageList(__name__, "first_rows.as_one_row", "L H J_r beta_r")
+one_row_moved = StageList(__name__, "first_rows.one_row_moved", "dL dH dJ_r dbeta_r")
