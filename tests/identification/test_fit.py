@@ -42,8 +42,8 @@ def test_the_nile():
     assert float(f"{fit.plant.R[0, 0]:.5g}") == 15099
     assert float(f"{fit.plant.Q[0, 0]:.5g}") == pytest.approx(1469.1, abs=0.11)
     assert fit.whiteness.white and fit.unidentifiable == []
-    np.testing.assert_allclose(fit.standard_errors["R"], [[3146]], rtol=0.02)
-    np.testing.assert_allclose(fit.standard_errors["Q"], [[1280]], rtol=0.05)
+    for name, error in (("R", 2578), ("Q", 820)):  # statsmodels' cov_type="oim"
+        np.testing.assert_allclose(fit.standard_errors[name], [[error]], rtol=0.03)
 
 
 def test_a_ball_on_a_beam():

@@ -1,6 +1,7 @@
 """`fit`: noise covariances and unknown entries of a plant, from a record."""
 
 import dataclasses
+import math
 from argparse import ArgumentTypeError, Namespace
 from typing import Any
 
@@ -132,6 +133,8 @@ def _lines(fit: Any) -> list[str]:
 def _line(name: str, value: float, error: float) -> str:
     if error == 0:
         return f"{name:<10} {value:.5g}, known"
+    if error == math.inf:
+        return f"{name:<10} {value:.5g}, not determined by this record"
     sure = "at its bound" if error != error else f"standard error {error:.2g}"
     return f"{name:<10} {value:.5g}, {sure}"
 
@@ -163,4 +166,4 @@ def _plain(value: Any) -> Any:
         value = value.tolist()
     if isinstance(value, list):
         return [_plain(one) for one in value]
-    return value if value == value else None
+    return value if math.isfinite(value) else None

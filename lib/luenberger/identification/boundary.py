@@ -43,10 +43,14 @@ class Face:
     sentences: tuple[str, ...] = field(default=())
 
 
-def unsure(spread: Matrix) -> Vector:
-    """Which entries of a vector of this covariance are worth a trial at their bound."""
+def unsure(spread: Matrix, theta: Vector) -> Vector:
+    """Which variances exp(2 theta) are worth a trial at their bound.
+
+    `spread` is the covariance of their errors.
+    """
     error = np.sqrt(np.maximum(spread.diagonal(), 0))
-    return (error > VAGUE) | (error == 0)
+    with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
+        return ~(error <= 2 * VAGUE * np.exp(2 * theta))
 
 
 def face(form: Form, theta: Vector, likely: Likely, vague: Vector) -> Face:
@@ -116,7 +120,7 @@ def _of_full(form: Full, theta: Vector, likely: Likely) -> Face:
     H = sides[:, lost:]
     said = (
         f"{form.letter} has rank {n - lost} of {n}, at its bound: the record is as "
-        "likely without variance in the other directions, and standard errors do not "
-        "count moves across the bound."
+        "likely without variance in the other directions, and standard errors are "
+        "those that hold without the bound."
     )
     return Face(H @ H.T, {}, np.full(X.shape, lost == n), (), (said,))

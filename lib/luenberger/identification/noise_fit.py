@@ -12,9 +12,9 @@ from ..numeric import Matrix, Vector
 from ..plant import Plant
 from .boundary import face, inside, unsure
 from .normalised import innovations
-from .objective import backend_for, information, of_records
+from .objective import backend_for, of_records
 from .records import Records
-from .standard_errors import covariance_of, errors
+from .standard_errors import errors, of_logarithms, spread_of
 from .unknowns import Unknowns
 from .whiteness import Whiteness, whiteness
 
@@ -35,10 +35,12 @@ class NoiseFit:
         {name: value} of the unknown parameters, and of the numbers q of a form.
     standard_errors : dict
         {"Q": (n, n), "R": (p, p), and each name in `parameters`: float}: one standard
-        error each, from the curvature of the likelihood at what was found.  Zero
-        for what was known; NaN for a variance at its bound, zero, where the error is
-        not normal and has none.  The errors beside such a variance hold only if it
-        is zero in truth, and are too short otherwise.
+        error each, from the inverse of the expected `information` at what was found
+        (Cramer and Rao).  Zero for what was known; infinite for what this record does
+        not determine; NaN for a variance at its bound, zero, where the error is not
+        normal and has none.  The errors beside such a variance are those that hold
+        without the bound: at a bound estimates vary less, so that two errors hold the
+        truth more often than 95 times in a hundred.
     unidentifiable : list of str
         What the record left open, in words.
     innovations : (N, p) ndarray, or a list of them
@@ -68,14 +70,14 @@ def found(
     theta : (k,) ndarray
     data : list of (y, u)
     spread : (k, k) ndarray, optional
-        Covariance of the vector; default the inverse of its information.
+        Covariance of the vector; default that of its unknowns by the information.
     """
     q, r, values = unknowns.split(theta)
     Q, R = inside(unknowns.Q, q), inside(unknowns.R, r)
     plant = unknowns.plant(theta)
     best = of_records(plant, data)
     if spread is None:
-        spread = covariance_of(information(unknowns, theta, data))
+        spread = spread_of(unknowns, theta, plant, data)
 
         def likely(Q: Matrix, R: Matrix) -> bool:
             try:
@@ -84,11 +86,15 @@ def found(
             except (CertificateError, DesignError, np.linalg.LinAlgError):
                 return False
 
-        vague = unsure(spread)
+        vague = unsure(spread, theta)
         Q = face(unknowns.Q, q, lambda X: likely(X, R.X), vague[: len(q)])
         R = face(unknowns.R, r, lambda X: likely(Q.X, X), vague[len(q) :])
-        plant = unknowns.with_noise(Q.X, R.X, values)
-        best = of_records(plant, data)
+        if Q.sentences or R.sentences:
+            plant = unknowns.with_noise(Q.X, R.X, values)
+            best = of_records(plant, data)
+            spread = spread_of(unknowns, theta, plant, data)
+    else:
+        spread = of_logarithms(unknowns, theta, spread)
     backend = backend_for(data)
     left = [innovations(plant, y, u, backend=backend) for y, u in data]
     beyond = max(unknowns.count - plant.p * (plant.p + 1) // 2, 0)

@@ -9,12 +9,11 @@ from typing import Any
 import numpy as np
 
 from ..errors import CertificateError, DesignError
-from ..numeric import Matrices, Matrix, Vector
+from ..numeric import Matrices, Vector
 from ..plant import Plant
 from ..plant.instant import Instant
 from .likelihood import log_likelihood
 from .records import Records
-from .search import curvature
 from .settled_record import Evaluator
 from .unknowns import Unknowns, along
 
@@ -91,8 +90,3 @@ class _Likelihood:
     @staticmethod
     def _has(now: Instant, name: str, there: tuple[str, ...]) -> bool:
         return name in there or getattr(now, name, None) is not None
-
-
-def information(unknowns: Unknowns, theta: Vector, data: Records) -> Matrix:
-    """The information of the records on the vector: the curvature at the best."""
-    return curvature(per_reading(unknowns, data), theta) * readings(data)

@@ -83,11 +83,11 @@ gain_of_prediction = StageList(__name__, "sensitivity.gain_of_prediction", "N G"
 driven = StageList(__name__, "sensitivity.driven", "F H D")
 carried_on = StageList(__name__, "sensitivity.carried_on", "dOmega_next")
 shown_by_row = StageList(__name__, "sensitivity.shown_by_row", "dM T")
-mean_step = StageList(__name__, "sensitivity.mean_step", "b dn dm_next m_next")
+mean_step = StageList(__name__, "sensitivity.mean_step", "b dn dm_x_next m_x_next")
 told_back = StageList(__name__, "information.told_back", "F Pi")
-of_the_gain = StageList(__name__, "information.of_the_gain", "I_M I_w")
-of_the_motion = StageList(__name__, "information.of_the_motion", "V_ij Y_ij I_v I_x")
-of_the_means = StageList(__name__, "information.of_the_means", "I_n")
+weighed_noise = StageList(__name__, "information.weighed_noise", "B_M B_T")
+weighed_motion = StageList(__name__, "information.weighed_motion", "B_C B_H")
+weighed_mean = StageList(__name__, "information.weighed_mean", "B_n")
 correlations = StageList(__name__, "information.correlations", "N X_next X_i_next")
 more_readings = StageList(
     __name__, "first_rows.more_readings", "Phi_next mu_next P_next"

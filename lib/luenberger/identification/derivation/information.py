@@ -178,14 +178,62 @@ PAGE = (
             by=(is_Pi,),
         ),
     ),
-    """So the information of the record is the sum, over its rows, of the traces of the
-    following. `I_v` and `I_x` vanish where neither `A` nor `C` moves, and `I_n`
-    vanishes where only the noises move.""",
-    is_I_n := define(I_n, W * dn_i * dn_j.T),
-    is_I_M := define(I_M, half * W * dM_i * W * dM_j),
-    is_I_w := define(I_w, Pi_next * T_i * W * T_j.T),
-    is_I_v := define(I_v, W * V_ij),
-    is_I_x := define(I_x, Pi_next * Y_ij),
+    """So the information of the record is the sum of all but the first of these, and
+    of those of covariances and means, over its rows. Each of them is what one direction
+    leaves, weighed once, times what the other does, entry by entry.""",
+    is_B_M := define(B_M, half * W * dM_i * W),
+    is_B_n := define(B_n, W * dn_i),
+    is_B_T := define(B_T, Pi_next * T_i * W),
+    chain(
+        "",
+        "the information in covariances, means and gains",
+        plus(
+            half * Trace(W * dM_i * W * dM_j),
+            Trace(W * dn_i * dn_j.T) + Trace(Pi_next * T_i * W * T_j.T),
+        ),
+        Line(
+            Trace(B_M * dM_j) + Trace(B_n * dn_j.T) + Trace(B_T * T_j.T),
+            by=(is_B_M, is_B_n, is_B_T),
+        ),
+    ),
+    """Where `A` or `C` moves there is more. It is symmetric in the two directions, and
+    each takes a half of what both contain.""",
+    is_B_C := define(B_C, W * C * X_i + half * W * dC_i * X),
+    is_B_C_j := define(B_C_j, W * C * X_j + half * W * dC_j * X),
+    chain(
+        "",
+        "the information of a row in what moves",
+        Trace(W * V_ij),
+        Line(
+            plus(
+                Trace(W * C * X_i * dC_j.T) + Trace(W * C * X_j * dC_i.T),
+                Trace(W * dC_i * X * dC_j.T),
+            ),
+            by=(is_V_ij,),
+        ),
+        Line(
+            Trace(B_C * dC_j.T) + Trace(B_C_j * dC_i.T),
+            by=(is_B_C, is_B_C_j),
+        ),
+    ),
+    is_B_H := define(B_H, Pi_next * F * X_i + half * Pi_next * H_i * X),
+    is_B_H_j := define(B_H_j, Pi_next * F * X_j + half * Pi_next * H_j * X),
+    chain(
+        "",
+        "the information of later rows in what moves",
+        Trace(Pi_next * Y_ij),
+        Line(
+            plus(
+                Trace(Pi_next * F * X_i * H_j.T) + Trace(Pi_next * F * X_j * H_i.T),
+                Trace(Pi_next * H_i * X * H_j.T),
+            ),
+            by=(is_Y_ij,),
+        ),
+        Line(
+            Trace(B_H * H_j.T) + Trace(B_H_j * H_i.T),
+            by=(is_B_H, is_B_H_j),
+        ),
+    ),
 )
 
 
@@ -205,34 +253,31 @@ def told_back():
 
 
 @cache
-def of_the_gain():
-    """The information of a row in the covariance, and of later ones in the gain."""
+def weighed_noise():
+    """What the changes of an innovation's covariance and of the gain are weighed to."""
     stages = (
-        Stage(I_M, half * W * dM_i * W * dM_j, by=(is_I_M,)),
-        Stage(I_w, Pi_next * T_i * W * T_j.T, by=(is_I_w,)),
+        Stage(B_M, half * W * dM_i * W, symmetric=True, by=(is_B_M,)),
+        Stage(B_T, Pi_next * T_i * W, by=(is_B_T,)),
     )
-    given = (W, Pi_next, dM_i, dM_j, T_i, T_j)
-    return listed(given, stages, "the information in covariance and gain")
+    return listed((W, Pi_next, dM_i, T_i), stages, "covariance and gain, weighed")
 
 
 @cache
-def of_the_motion():
-    """The information of a row, and of later ones, where A or C moves."""
+def weighed_motion():
+    """What the changes of A and C meet in this row and in later ones."""
     stages = (
-        Stage(V_ij, is_V_ij.right, by=(is_V_ij,)),
-        Stage(Y_ij, is_Y_ij.right, by=(is_Y_ij,)),
-        Stage(I_v, W * V_ij, by=(is_I_v,)),
-        Stage(I_x, Pi_next * Y_ij, by=(is_I_x,)),
+        Stage(B_C, is_B_C.right, by=(is_B_C,)),
+        Stage(B_H, is_B_H.right, by=(is_B_H,)),
     )
-    given = (C, F, W, Pi_next, X, X_i, X_j, dC_i, dC_j, H_i, H_j)
-    return listed(given, stages, "the information in what moves and what is measured")
+    given = (C, F, W, Pi_next, X, X_i, dC_i, H_i)
+    return listed(given, stages, "what moves and what is measured, weighed")
 
 
 @cache
-def of_the_means():
-    """The information of a row in the mean of the record."""
-    stages = (Stage(I_n, W * dn_i * dn_j.T, by=(is_I_n,)),)
-    return listed((W, dn_i, dn_j), stages, "the information in the means")
+def weighed_mean():
+    """What the mean of an innovation's change is weighed to."""
+    stages = (Stage(B_n, W * dn_i, by=(is_B_n,)),)
+    return listed((W, dn_i), stages, "a mean, weighed")
 
 
 @cache
@@ -250,7 +295,6 @@ def correlations():
 @cache
 def derive():
     """The page."""
-    lists = told_back(), of_the_gain(), of_the_motion(), of_the_means()
-    return Derivation(
-        page=(*PAGE, is_F, is_N, *lists, correlations()), letters=letters, source=SOURCE
-    )
+    lists = told_back(), correlations(), weighed_noise(), weighed_motion()
+    page = (*PAGE, is_F, is_N, *lists, weighed_mean())
+    return Derivation(page=page, letters=letters, source=SOURCE)
