@@ -12,7 +12,7 @@ from .. import kernels
 from ..numeric import Matrices, Matrix, Vector
 from ..stage_list import StageList
 from .derivation import (
-    carried_on,
+    changed_on,
     correlations,
     driven,
     mean_step,
@@ -139,7 +139,7 @@ def _shown(
 ) -> tuple[Matrix, Matrices, Carried]:
     """Of some rows: what they tell of the noises, F and H, and what is passed on."""
     have |= kernels.run(driven, have, stacks=True)
-    before, after = _each(carried_on, have, len(weight), dOmega=now.dOmega)
+    before, after = _each(changed_on, have, len(weight), dOmega=now.dOmega)
     now, have = now._replace(**after), have | before
     have |= kernels.run(shown_by_row, have, stacks=True)
     have |= dict(Pi_next=Pi_next, dM_i=have["dM"], T_i=have["T"])

@@ -81,7 +81,7 @@ change_step = StageList(
 )
 gain_of_prediction = StageList(__name__, "sensitivity.gain_of_prediction", "N G")
 driven = StageList(__name__, "sensitivity.driven", "F H D")
-carried_on = StageList(__name__, "sensitivity.carried_on", "dOmega_next")
+changed_on = StageList(__name__, "sensitivity.changed_on", "dOmega_next")
 shown_by_row = StageList(__name__, "sensitivity.shown_by_row", "dM T")
 mean_step = StageList(__name__, "sensitivity.mean_step", "b dn dm_x_next m_x_next")
 told_back = StageList(__name__, "information.told_back", "F Pi")

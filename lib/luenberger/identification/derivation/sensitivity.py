@@ -190,7 +190,7 @@ def driven():
 
 
 @cache
-def carried_on():
+def changed_on():
     """The change of the covariance, one row on."""
     stages = (
         Stage(dOmega_next, F * dOmega * F.T + D, symmetric=True, by=(is_dOmega_next,)),
@@ -225,6 +225,6 @@ def mean_step():
 @cache
 def derive():
     """The page."""
-    lists = gain_of_prediction(), driven(), carried_on(), shown_by_row()
+    lists = gain_of_prediction(), driven(), changed_on(), shown_by_row()
     page = (*PAGE, *lists, *MEANS, mean_step())
     return Derivation(page=page, letters=letters, source=SOURCE)
