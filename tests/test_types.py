@@ -8,6 +8,7 @@ import ast
 import inspect
 import pathlib
 import tomllib
+from functools import cache
 
 import pytest
 from house import DOOR, FILES, PACKAGE, relative, room_of_file
@@ -19,10 +20,12 @@ PROJECT = tomllib.loads((LIB / "pyproject.toml").read_text(encoding="utf-8"))["t
 DOORS = ("__init__", "export", "plot", "report", "sampling", "ledger", "symbolic")
 
 
+@cache
 def tree(path):
     return ast.parse(path.read_text(encoding="utf-8"))
 
 
+@cache
 def module(*parts):
     """The file of a module, or None."""
     path = PACKAGE.joinpath(*parts)
@@ -30,6 +33,7 @@ def module(*parts):
     return next((file for file in files if file.is_file()), None)
 
 
+@cache
 def imported(path):
     """{name: (parts of the module, name in it)} of what a file imports from here."""
     found, package = {}, path.relative_to(PACKAGE).parent.parts
@@ -42,6 +46,7 @@ def imported(path):
     return found
 
 
+@cache
 def definition(parts, name):
     """The file and node of a function or class, wherever it is imported from."""
     path = module(*parts)
@@ -54,17 +59,24 @@ def definition(parts, name):
     return definition(*again) if again else None
 
 
+@cache
+def attributes(path):
+    """{name: attributes that are taken of it} in a file."""
+    found = {}
+    for node in ast.walk(tree(path)):
+        if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
+            found.setdefault(node.value.id, []).append(node.attr)
+    return found
+
+
 def used(path):
     """What a file takes from other modules: names, and attributes of modules."""
     for name, (parts, original) in imported(path).items():
         if module(*parts, original) is None:
             yield definition(parts, original)
         else:
-            for node in ast.walk(tree(path)):
-                if isinstance(node, ast.Attribute) and (
-                    isinstance(node.value, ast.Name) and node.value.id == name
-                ):
-                    yield definition((*parts, original), node.attr)
+            for attribute in attributes(path).get(name, ()):
+                yield definition((*parts, original), attribute)
 
 
 def public():

@@ -35,6 +35,7 @@ class Batch:
             self.cov[self.v(k), self.w(k)] = S.T
         unit = rational(np.eye(size))
         self.X, self.mean, self.shown, self.left, self.at = [unit[:n]], [x0], [], [], []
+        self.known = {}
         for k in range(1, self.N + 1):
             self.move(A, B, u[k - 1], unit, k)
             Y = C @ self.X[k] + unit[self.v(k)]
@@ -63,6 +64,12 @@ class Batch:
 
     def given(self, until):
         """Mean and covariance of the sources, from measurements up to an instant."""
+        if until not in self.known:
+            self.known[until] = self.solved(until)
+        return self.known[until]
+
+    def solved(self, until):
+        """The same, worked out."""
         Y = [row for row, k in zip(self.shown, self.at) if k <= until]
         if not Y:
             return zeros(len(self.cov)), self.cov
