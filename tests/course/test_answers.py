@@ -106,6 +106,16 @@ def test_a_slip_costs_one_line_carried_on_or_undone():
         assert (found.right, found.wrong, found.points(3)) == (2, 1, 2)
 
 
+def test_a_chain_that_stops_too_early_is_a_line_short():
+    found = mark_lines(RIGHT[:1], C * D, goal=A * B * (A * B).T, steps=1)
+    assert (found.right, found.wrong, found.points(2)) == (1, 0, 1)
+
+
+def test_an_expectation_that_is_put_right_costs_one_line():
+    lines = [Expect(2 * P, moments=(is_P,)), Line(P)]
+    assert mark_lines(lines, e * e.T, goal=P).wrong == 1
+
+
 def test_lines_that_say_nothing_earn_nothing():
     idle = [Line(C * D)] * 9
     assert marks(idle).points(3) == 0 and "should go on" in str(marks(idle))

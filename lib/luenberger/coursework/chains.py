@@ -123,9 +123,8 @@ def _reason(k, line, before, known, symmetric):
     """The one definition that a line lacks."""
     if type(line) is Line and not line.follows(before, line.by, symmetric):
         for relation in known:
-            if relation not in line.by:
-                if line.follows(before, (*line.by, relation), symmetric):
-                    return [f"line {k} follows if it cites {relation.show(text)} too"]
+            if line.follows(before, (*line.by, relation), symmetric):
+                return [f"line {k} follows if it cites {relation.show(text)} too"]
     return []
 
 
