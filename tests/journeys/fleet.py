@@ -1,0 +1,52 @@
+"""Thousands of devices of one kind, each with a record of its own.
+
+One function does a device; any executor of `concurrent.futures` does them all, that of
+a Dask cluster too (`client.get_executor()`).  Results go to one file.  Run with a
+number of devices, such as 5000, to see how long it takes; the test takes 40.
+"""
+
+import sys
+import tempfile
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+
+import luenberger as lb
+
+DEVICES = int(sys.argv[1]) if len(sys.argv) > 1 else 40
+ROWS = 200
+plant = lb.Plant(
+    [[1, 0.1], [0, 1]], None, [[1, 0]], dt=0.1, Q=np.diag([1e-4, 1e-2]), R=[[0.04]],
+    P0=np.eye(2), state_names=["level", "slope"], output_names=["sensor"],
+)  # fmt: skip
+
+
+def record(device: int) -> tuple[np.ndarray, np.ndarray]:
+    """States and readings of a device, of which a tenth is missing."""
+    rng = np.random.default_rng([5, device])
+    x, states = rng.normal(size=2), np.empty((ROWS, 2))
+    noise = rng.normal(size=(ROWS, 2)) * np.sqrt(np.diag(plant.Q))
+    for k in range(ROWS):
+        states[k] = x = plant.A @ x + noise[k]
+    y = states[:, :1] + 0.2 * rng.normal(size=(ROWS, 1))
+    y[rng.random(ROWS) < 0.1] = np.nan
+    return states, y
+
+
+def one(device: int) -> tuple[np.ndarray, np.ndarray]:
+    """Estimates of a device and their one sigmas."""
+    found = lb.filter_data(plant, record(device)[1])
+    return found.x, found.std
+
+
+with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor() as executor:
+    x, std = map(np.stack, zip(*executor.map(one, range(DEVICES))))
+    np.savez_compressed(Path(folder) / "fleet.npz", x=x, std=std)
+    stored = np.load(Path(folder) / "fleet.npz")["x"]
+
+# -- the same numbers from the plant at work
+
+states = np.stack([record(device)[0] for device in range(DEVICES)])
+share = ((stored - states)[:, 50:] / std[:, 50:]) ** 2
+np.testing.assert_allclose(share.mean(axis=(0, 1)), 1, atol=0.25)

@@ -1,0 +1,34 @@
+"""The torque of a shaft between motor and load, in at most 30 multiply-adds a step.
+
+The motor's speed is read a thousand times a second, and its current is known.
+"""
+
+import numpy as np
+
+import luenberger as lb
+
+J_MOTOR, J_LOAD, STIFF, DAMP = 0.01, 0.04, 60.0, 0.05
+A = [
+    [-DAMP / J_MOTOR, DAMP / J_MOTOR, -1 / J_MOTOR],
+    [DAMP / J_LOAD, -DAMP / J_LOAD, 1 / J_LOAD],
+    [STIFF, -STIFF, 0],
+]
+drive = lb.Plant(
+    A, [[0.5 / J_MOTOR], [0], [0]], [[1, 0, 0]], Q=np.diag([0.5, 4, 0.01]),
+    R=[[1e-3]], P0=np.diag([1, 1, 1]),
+    state_names=["motor speed (rad/s)", "load speed (rad/s)", "torque (Nm)"],
+    input_names=["current (A)"], output_names=["speed (rad/s)"],
+).sampled(1e-3)  # fmt: skip
+TORQUE = np.array([[0, 0, 1]])
+table = lb.compare(drive, k=TORQUE)
+within = [one for one in table.judged if one.work <= 30]
+design = min(within, key=lambda one: one.error)
+
+# -- the same numbers from the plant at work
+
+assert design.work == lb.multiply_adds(design.observer) <= 30
+true = lb.monte_carlo(drive, design.observer, runs=1500, steps=400, seed=2)
+of_torque = TORQUE @ np.linalg.pinv(design.observer.L)  # which estimates it has
+variance = of_torque @ true.covariance[-1] @ of_torque.T
+np.testing.assert_allclose(variance, design.error, rtol=0.15)
+assert design.error <= 1.2 * table.yardstick.error
