@@ -176,10 +176,11 @@ def _sure(squares: Fitted | None, theta: Vector) -> Matrix | None:
         return None
     if not np.allclose(squares.theta, theta, rtol=0, atol=NEAR):
         return None
-    spread = squares.covariance
-    return (
-        spread if 0 < spread.diagonal().min() <= spread.diagonal().max() < 1 else None
-    )
+    size = np.sqrt(squares.covariance.diagonal())
+    if not (np.isfinite(size).all() and size.min() > 0):
+        return None
+    step = np.minimum(1, 1 / size)  # none longer than a logarithm is good for
+    return squares.covariance * step * step[:, None]
 
 
 def _by_squares(unknowns: Unknowns, squares: Any, data: recorded.Records) -> NoiseFit:

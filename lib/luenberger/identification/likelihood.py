@@ -14,7 +14,7 @@ from ..formats import dataframes
 from ..numeric import Given, Matrices
 from ..plant import Plant
 from ..recursion.filter_pass import Pass
-from ..recursion.settings import Settings, accurate_outputs
+from ..recursion.settings import Settings, accurate_outputs, require_noise
 from ..recursion.state import start
 from ..run import chunks
 from . import diffuse, score
@@ -145,7 +145,7 @@ def log_likelihood(
     """
     expect(plant=plant)
     unknown = plant.P0 is None
-    settings = Settings(diffuse.any_start(plant) if unknown else plant, 0)
+    require_noise(plant)
     require_noise_free(plant, m1)
     records = [*_records(plant, y, u, u0)]
     fast = kernels.runs_compiled(backend, sum(len(one.y) for one in records))
@@ -156,6 +156,7 @@ def log_likelihood(
         )
         if settled is not None:
             return settled if gradient else settled[0]
+    settings = Settings(diffuse.any_start(plant) if unknown else plant, 0)
     total, slopes = 0.0, dict[str, np.ndarray]()
     for one in records:
         found, slope = _of_record(settings, unknown, one, fast, gradient)
