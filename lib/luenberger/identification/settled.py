@@ -28,14 +28,15 @@ STEPS = 30  # of Newton's method, from gain to gain
 CLOSE = 1e-12  # of a covariance, that the last step may move it by
 ROUNDING = 1e-15  # of a covariance, below which a step is rounding
 FIRM = 1e-7  # the least eigenvalue, at unit diagonal, of what is to be inverted
-FADED = 1e-16  # of a start, that may be left of it after half a record
+FADED = 1e-16  # of a start, that is nothing
+FELT = 1e-9  # of a start, that may be left at the end: its square is left out
 
 
 class Settled(NamedTuple):
     """What all rows share; the letters are those of derivation/settled.py.
 
-    ``fades`` is the number of rows after which nothing is left of a start, and
-    ``log_det`` the logarithm of the determinant of M.
+    ``fades`` is the number of rows after which nothing is left of a start, ``least``
+    how long a record must be, and ``log_det`` the logarithm of the determinant of M.
     """
 
     Omega: np.ndarray
@@ -47,6 +48,7 @@ class Settled(NamedTuple):
     forward: Sums
     back: Sums
     fades: int
+    least: int
     log_det: float
 
 
@@ -125,15 +127,21 @@ def _shared(found: Matrices, Omega: Matrix, now: Instant) -> Settled:
     forward, back = Sums(F), Sums(F.T)
     Pi = back(now.C.T @ V)
     unit = np.sqrt(np.where(Pi.diagonal() > 0, Pi.diagonal(), 1.0))
-    fades = 1
-    for power in forward.squares:  # those of F, F^2, F^4, ...
-        if np.abs(power * unit[:, None] / unit).max() <= FADED:
-            break
-        fades *= 2
+    fades, least = (_rows(forward, unit, part) for part in (FADED, FELT))
     log_det = 2 * float(np.log(np.linalg.cholesky(found["M"]).diagonal()).sum())
     return Settled(
-        Omega, found["W"], found["G"], F, V, Pi, forward, back, fades, log_det
+        Omega, found["W"], found["G"], F, V, Pi, forward, back, fades, least, log_det
     )
+
+
+def _rows(sums: Sums, unit: Vector, part: float) -> int:
+    """How many rows leave at most such a part of a start, in units of its size."""
+    rows, power = 0, np.eye(len(unit))
+    for k in reversed(range(len(sums.squares))):
+        longer = power @ sums.squares[k]
+        if np.abs(longer * unit[:, None] / unit).max() > part:
+            rows, power = rows + 2**k, longer
+    return rows + 1
 
 
 def unknown_start(one: Settled) -> Start | None:

@@ -1,7 +1,7 @@
 """The likelihood of a record from a filter that has settled, and its gradient.
 
-What is left out fades as the start does: a record is long enough where nothing is left
-of either end half way.
+What is left out is at most the square of what is left of the start at the end of the
+record, once for each row; a record is long enough where that is below rounding.
 """
 
 from __future__ import annotations
@@ -109,7 +109,7 @@ class Evaluator:
             Of "A", ..., "S", and for a start that is known "x0" and "P0".
         """
         one = self._settled(now)
-        if one is None or 2 * one.fades > min(len(y) for y, *_ in self.records):
+        if one is None or one.least > min(len(y) for y, *_ in self.records):
             return None
         total, found = 0.0, dict[str, np.ndarray]()
         for y, u, u0 in self.records:
