@@ -97,6 +97,17 @@ def test_several_records_of_one_plant(method):
     assert len(fit.innovations) == 3 and len(fit.innovations[2]) == 400
 
 
+def test_records_of_one_output_may_have_one_axis():
+    parts = [drawn(k, 60, LEVEL, np.eye(1), np.eye(1)) for k in range(2)]
+    wanted = lb.fit_noise(LEVEL, parts).plant
+    flat = [part[:, 0] for part in parts]
+    for given in (flat, [list(one) for one in flat]):
+        assert lb.fit_noise(LEVEL, given).plant.Q == wanted.Q
+    assert lb.log_likelihood(wanted, flat) == lb.log_likelihood(wanted, parts)
+    rows = [[one] for one in flat[0]]  # a list of rows is one record
+    assert lb.log_likelihood(wanted, rows) == lb.log_likelihood(wanted, parts[0])
+
+
 def test_units_change_nothing_but_the_numbers():
     x, y = np.array([2.0**40, 2.0**-37]), 2.0**-40
     Q, R = np.diag([0.5, 0.2]), np.array([[1.0]])
@@ -194,6 +205,7 @@ def test_progress_is_told():
     assert told == sorted(told) and len(told) > 5
 
 
+TWO = lb.Plant([[0.5]], None, [[1], [1]], dt=1.0)
 Y = drawn(1, 50, LEVEL, np.eye(1), np.eye(1))
 
 
@@ -209,15 +221,26 @@ Y = drawn(1, 50, LEVEL, np.eye(1), np.eye(1))
         (lb.Plant([[1]], None, [[1]]), Y, {}, "dt = 0"),
         (lb.Plant(np.eye(2) * 2, None, [[1, 0]], dt=1.0), Y, {}, "not detectable"),
         (LEVEL, Y, dict(method="guess"), "method must be one of"),
+        (LEVEL, Y, dict(method=np.ones(2)), "method must be one of"),
+        (LEVEL, 1e200 * Y, {}, "'y1' has readings up to .* larger unit"),
         (LEVEL, Y, dict(start=[1]), "start must be a dict"),
         (LEVEL, Y, dict(Q="round"), "Q must be 'full'"),
         (LEVEL, Y, dict(Q="scaled"), "times a number, and the plant has none"),
         (LEVEL, Y, dict(S=[[1, 2]]), "S must be 1 x 1"),
+        (LEVEL, Y, dict(S="full"), "it is not fitted"),
+        (LEVEL, Y, dict(Q=np.diag, start={"Q": ["a"]}), "a function of positive"),
+        (LEVEL, Y, dict(Q=np.diag, start={"Q": [np.inf]}), "a function of positive"),
         (LEVEL, Y, dict(parameters={"D[0,0]": 1}), "are no entries of the plant"),
         (LEVEL, Y, dict(parameters={"A[1,0]": 1}), r"there is no A\[1,0\]: A is 1 x 1"),
         (LEVEL, Y, dict(parameters={"A[0,0]": "x"}), "is no number"),
         (LEVEL, Y, dict(parameters=[1]), "parameters must be"),
         (LEVEL, [Y, Y], dict(u=[None]), "2 records"),
+        (LEVEL, [Y, Y], dict(u=5), "2 records, so u must be a list"),
+        (LEVEL, [], {}, "not empty"),
+        (LEVEL, {"y": Y}, {}, "not a dict"),
+        (POSITION, [Y, [[1.0], [2.0, 3.0]]], {}, "entry 1 has rows of several"),
+        (TWO, [np.ones(9), np.ones(8)], {}, r"entry 0 has the shape \(9,\)"),
+        (TWO, [np.ones((9, 2)), np.ones(9)], {}, r"entry 1 has the shape \(9,\)"),
         (LEVEL, Y, dict(parameters={"A[0,0]": 1}, method="autocovariance"), "out"),
     ],
 )  # fmt: skip

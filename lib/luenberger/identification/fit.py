@@ -59,7 +59,8 @@ def fit_noise(
         the start is unknown.  What it says of Q and R is not used, unless they are
         None below.
     y : (N, p) array_like or DataFrame, or a list of them
-        One record, or several of the same plant; NaN means not measured.
+        One record, or several of the same plant; NaN means not measured.  With one
+        output a record may also be (N,).
     u : (N, m) array_like, or a list of them, optional
         Known inputs, default zero.
     Q, R : "full", "diagonal", "scaled", (., k) array_like, callable or None
@@ -67,7 +68,8 @@ def fit_noise(
         in Q = G diag(q) G' for a matrix G; or the positive numbers q of a function
         that returns the covariance.  None keeps the plant's own.  Default "full".
     S : 0, None or (n, p) array_like, default 0
-        Known; None is the plant's own.
+        Known, and not fitted; None is the plant's own.  `identifiability` says what a
+        record could tell of S as well.
     method : "likelihood" or "autocovariance"
         Autocovariance least squares is faster and needs no search; its errors are
         larger, and it fits constant plants without unknown parameters.
@@ -115,7 +117,7 @@ def fit_noise(
     (array([[0.9]]), array([[9.4]]))
     """
     expect(plant=plant)
-    if method not in METHODS:
+    if not isinstance(method, str) or method not in METHODS:
         raise ValueError(f"method must be one of {METHODS}, got {short(method)}")
     data = recorded.read(plant, y, u)
     begin = _begin(start)
@@ -159,6 +161,11 @@ def _known(plant: Plant, S: Any) -> Matrix | None:
         return plant.S
     if np.isscalar(S) and S == 0:
         return None
+    if np.ndim(S) != 2:
+        raise ValueError(
+            f"S must be 0, None for the plant's own, or the known covariance E[w v'], "
+            f"{plant.n} x {plant.p}; it is not fitted. Got {short(S)}"
+        )
     return matrix("S", S, plant.n, plant.p)
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Protocol
 
 import numpy as np
@@ -65,7 +66,7 @@ class Form:
         """(count, k, k): what each of them adds."""
         return np.zeros((0, *self.known.shape))
 
-    @property
+    @cached_property
     def count(self) -> int:
         """Numbers that are free."""
         return len(self.labels)
@@ -96,7 +97,7 @@ class Full(Form):
     def labels(self) -> list[str]:
         return [f"{self.letter}[{i},{j}]" for i, j in zip(*self._entries)]
 
-    @property
+    @cached_property
     def _entries(self) -> tuple[Vector, Vector]:
         return np.triu_indices(len(self.known))
 
@@ -287,8 +288,12 @@ def _along(letter: str, G: Matrix, names: Sequence[str]) -> Along:
 
 
 def _positive(letter: str, start: Any) -> Vector:
-    found = np.array([] if start is None else start, dtype=float)
-    if found.ndim != 1 or not len(found) or not (found > 0).all():
+    try:
+        found = np.array([] if start is None else start, dtype=float)
+    except (TypeError, ValueError):
+        found = np.zeros(0)
+    usable = found.ndim == 1 and len(found) and (found > 0).all()
+    if not usable or not np.isfinite(found).all():
         raise ValueError(
             f"{letter} is a function of positive numbers q, so the search needs some "
             f"to begin with: start={{'{letter}': [q0, q1, ...]}}; got {short(start)}"

@@ -18,6 +18,7 @@ from ..recursion.settings import Settings, accurate_outputs, require_noise
 from ..recursion.state import start
 from ..run import chunks
 from . import diffuse, score
+from .records import several, split
 from .settled_record import Evaluator
 from .trail import LIKELIHOOD, Trail
 
@@ -215,27 +216,16 @@ def require_noise_free(plant: Plant, m1: Outputs) -> None:
 
 def _records(plant: Plant, y: Any, u: Any, u0: Any) -> Iterator[Record]:
     """One record, or each of several."""
-    if not _several(y):
-        yield _record(plant, y, u, u0)
-        return
-    for name, given in (("u", u), ("u0", u0)):
-        if given is not None and (
-            not isinstance(given, (list, tuple)) or len(given) != len(y)
-        ):
+    pairs = split(y, u, plant.p)
+    begin = [u0] * len(pairs)
+    if several(y, plant.p) and u0 is not None:
+        if not isinstance(u0, list | tuple) or len(u0) != len(pairs):
             raise ValueError(
-                f"y is a list of {len(y)} records, so {name} must be a list as long"
+                f"y is a list of {len(pairs)} records, so u0 must be a list as long"
             )
-    nothing = [None] * len(y)
-    for record in zip(y, u or nothing, u0 or nothing):
-        yield _record(plant, *record)
-
-
-def _several(y: Any) -> bool:
-    """Whether y is a list of records, not one."""
-    if not isinstance(y, (list, tuple)) or not len(y):
-        return False
-    return all(hasattr(one, "index") and hasattr(one, "columns") or np.ndim(one) == 2
-               for one in y)  # fmt: skip
+        begin = list(u0)
+    for (y, u), first in zip(pairs, begin):
+        yield _record(plant, y, u, first)
 
 
 def _record(plant: Plant, y: Any, u: Any, u0: Any) -> Record:

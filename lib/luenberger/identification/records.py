@@ -2,23 +2,85 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
 
-from ..errors import DesignError, few
+from ..errors import DesignError, few, short
 from ..kernels import plain_array
 from ..numeric import Matrix
 from ..plant import Plant
 from ..run.chunks import arrays
 
+LARGEST = 1e100  # of readings, whose squares and sums are still numbers
 ENOUGH = 2  # readings for each unknown, at the least
+UNEVEN = (-1, -1, -1)  # the shape of rows of several lengths
 Records = list[tuple[Matrix, Matrix]]  # (y, u) of each
 
 
-def several(y: Any) -> bool:
-    """Whether y is a list of records: arrays (N, p) or tables."""
-    return isinstance(y, list | tuple) and all(np.ndim(one) == 2 for one in y)
+def several(y: Any, p: int) -> bool:
+    """Whether y is a list of records: arrays (N, p) or tables; with p = 1 also (N,).
+
+    Raises
+    ------
+    ValueError
+        If only some of its entries are records, or it is none and no record either.
+    """
+    if isinstance(y, Mapping | Iterator) or (isinstance(y, list | tuple) and not y):
+        raise ValueError(
+            f"y must be a record (N, {p}) or a table, or a list of them, not "
+            f"{'empty' if isinstance(y, list | tuple) else 'a ' + type(y).__name__}"
+        )
+    if not isinstance(y, list | tuple):
+        return False
+    sizes = [_size(one) for one in y]
+    records = [len(s) == 2 or (p == 1 == len(s) and s != (1,)) for s in sizes]
+    if all(records):
+        return True
+    if any(records) or any(size not in ((), (p,)) for size in sizes):
+        k = records.index(False) if any(records) else 0
+        wanted = f"(N, {p})" + (" or (N,)" if p == 1 else "")
+        raise ValueError(
+            f"y is a list, and each of its entries must be a record {wanted}; entry "
+            f"{k} has "
+            + (
+                "rows of several lengths"
+                if sizes[k] == UNEVEN
+                else f"the shape {sizes[k]}"
+            )
+        )
+    return False
+
+
+def _size(one: Any) -> tuple[int, ...]:
+    """The shape of an array, table or list of numbers; () of anything else."""
+    if hasattr(one, "shape"):
+        return tuple(one.shape)
+    try:
+        return np.shape(one)
+    except ValueError:  # rows of several lengths
+        return UNEVEN
+
+
+def split(y: Any, u: Any, p: int) -> list[tuple[Any, Any]]:
+    """(y, u) of each record as they were given; u is None where there are no inputs.
+
+    Raises
+    ------
+    ValueError
+        If y is no list of records and no record, or there is not a u for each y.
+    """
+    if not several(y, p):
+        return [(y, u)]
+    if u is None or (isinstance(u, int | float) and u == 0):
+        return [(one, None) for one in y]
+    if not isinstance(u, list | tuple) or len(u) != len(y):
+        raise ValueError(
+            f"y is a list of {len(y)} records, so u must be a list as long; got "
+            f"{short(u)}"
+        )
+    return list(zip(y, u))
 
 
 def read(plant: Plant, y: Any, u: Any = None) -> Records:
@@ -29,13 +91,9 @@ def read(plant: Plant, y: Any, u: Any = None) -> Records:
     ValueError
         If sizes disagree, or there is not a u for each y.
     """
-    ys, us = ([y], [u])
-    if several(y):
-        ys, us = list(y), [None] * len(y) if u is None else list(u)
-    if len(ys) != len(us):
-        raise ValueError(f"y holds {len(ys)} records and u {len(us)}")
     outputs, inputs = (plant.p, plant.output_names), (plant.m, plant.input_names)
-    found = [arrays(*one, outputs, inputs, missing=True) for one in zip(ys, us)]
+    pairs = split(y, u, plant.p)
+    found = [arrays(*pair, outputs, inputs, missing=True) for pair in pairs]
     return [(plain_array(y), plain_array(u)) for y, u in found]
 
 
@@ -54,6 +112,13 @@ def require_measured(plant: Plant, records: Records) -> None:
         raise DesignError(
             f"outputs {few(empty)} have no measurement in the record; leave them out "
             "of the plant"
+        )
+    size = np.nanmax(np.abs(columns), axis=0)
+    if (size > LARGEST).any():
+        k = int(np.argmax(size))
+        raise DesignError(
+            f"output {names[k]!r} has readings up to {size[k]:.3g}, and squares of "
+            "these have no place in floats; give it in a larger unit"
         )
     still = np.nanmax(columns, axis=0) == np.nanmin(columns, axis=0)
     if still.any():

@@ -80,29 +80,35 @@ def settle(now: Instant, gain: Matrix | None = None) -> Settled | None:
     if gain is None:
         return None
     error, row = kernels.compiled(error_noise), kernels.compiled(settled_row)
+    if not _stable(now.A - gain @ now.C):
+        return None
     before, moved = None, np.inf
-    for _ in range(STEPS):
+    for _ in range(STEPS):  # from a stable gain every next one is stable
         F = now.A - gain @ now.C
-        if not np.isfinite(F).all() or not radius(F) < 1 - UNIT_TOL:
-            return None
         Omega = Sums(F)(error(Q=Q, R=R, S=S, L=gain)["W"])
         found = row(A=now.A, C=now.C, R=R, S=S, Omega=Omega)
-        if not firm(found["M"]):
-            return None
         gain, last = found["G"], moved
+        if not np.isfinite(gain).all():
+            return None
         if before is not None:
             unit = np.sqrt(np.where(Omega.diagonal() > 0, Omega.diagonal(), 1.0))
             moved = float((np.abs(Omega - before) / unit / unit[:, None]).max())
             if moved <= ROUNDING or (moved <= CLOSE and moved >= last / 2):
-                return _shared(found, Omega, now)
+                good = _stable(found["F"]) and firm(found["M"])
+                return _shared(found, Omega, now) if good else None
         before = Omega
     return None
+
+
+def _stable(F: Matrix) -> bool:
+    return bool(np.isfinite(F).all()) and radius(F) < 1 - UNIT_TOL
 
 
 def _riccati(now: Instant, Q: Matrix, R: Matrix, S: Matrix) -> Matrix | None:
     """The gain of the settled predictor, as SciPy finds it."""
     try:
-        Omega = scipy.linalg.solve_discrete_are(now.A.T, now.C.T, Q, R, s=S)
+        with np.errstate(all="ignore"):  # its balancing may overflow
+            Omega = scipy.linalg.solve_discrete_are(now.A.T, now.C.T, Q, R, s=S)
     except (np.linalg.LinAlgError, ValueError):
         return None
     if not np.isfinite(Omega).all():

@@ -123,7 +123,7 @@ class Evaluator:
                 if start is not None:
                     more = _with_start(start, one, begin, rows, u0, more)
                 found = {k: found.get(k, 0) + X for k, X in more.items()}
-        return total, {name: found[name] for name in wanted}
+        return float(total), {name: found[name] for name in wanted}
 
     def _settled(self, now: Instant) -> Settled | None:
         one = None
