@@ -116,7 +116,6 @@ class Full(Form):
 
     @property
     def scale(self) -> Vector:
-        """The diagonal of U."""
         return np.ones(len(self.known)) if self.unit is None else self.unit
 
     def matrix(self, theta: Vector) -> Matrix:
@@ -180,9 +179,8 @@ class Along(Form):
         scale = unit * unit[:, None]
         flat = (self.parts / scale).reshape(len(self.parts), -1)
         size = np.linalg.norm(flat, axis=1)
-        q = np.linalg.lstsq((flat / size[:, None]).T, (X / scale).ravel(), rcond=None)[
-            0
-        ]
+        wanted = (X / scale).ravel()
+        q = np.linalg.lstsq((flat / size[:, None]).T, wanted, rcond=None)[0]
         return 0.5 * np.log(np.maximum(q, LEAST**2) / size)
 
 
@@ -292,8 +290,7 @@ def _positive(letter: str, start: Any) -> Vector:
         found = np.array([] if start is None else start, dtype=float)
     except (TypeError, ValueError):
         found = np.zeros(0)
-    usable = found.ndim == 1 and len(found) and (found > 0).all()
-    if not usable or not np.isfinite(found).all():
+    if found.ndim != 1 or not len(found) or not ((found > 0) & (found < np.inf)).all():
         raise ValueError(
             f"{letter} is a function of positive numbers q, so the search needs some "
             f"to begin with: start={{'{letter}': [q0, q1, ...]}}; got {short(start)}"
