@@ -10,7 +10,7 @@ import sympy as sp
 
 from .chains import framed
 from .models import differ, evaluate, model
-from .reasons import cited_latex, cited_text, follows, gap, idle, shown
+from .reasons import cited_latex, cited_text, gap, idle, shown
 from .relations import Reasons, named
 from .typeset import Show, latex, text
 from .words import Formula
@@ -96,7 +96,7 @@ class Construction:
         if found:
             return found
         holds = lambda others: all(  # noqa: E731
-            follows(*sides, others, self.symmetric) for sides in wanted
+            gap(*sides, others, self.symmetric) is None for sides in wanted
         )
         found = [f"does not need {cited_text(r)}" for r in idle(self.by, holds)]
         if model(self.by, self.symmetric) is None:
