@@ -424,15 +424,19 @@ def test_a_terminal_without_unicode(here):
 # -- closed pipes, full disks, signals ------------------------------------------------
 
 
-BUFFERS = pytest.mark.parametrize("unbuffered", ["", "1"], ids=["", "unbuffered"])
-PRINTING = pytest.mark.parametrize(
-    "arguments",
-    [("--help",), ("check", "--help"), ("--version",), ("ledger", "--json")],
+PRINTING = pytest.mark.parametrize(  # a process each
+    ("arguments", "unbuffered"),
+    [
+        (("--help",), ""),
+        (("check", "--help"), "1"),
+        (("--version",), "1"),
+        (("ledger", "--json"), ""),
+        (("ledger", "--json"), "1"),
+    ],
 )
 
 
 @PRINTING
-@BUFFERS
 def test_a_closed_pipe_ends_it_quietly(arguments, unbuffered):
     run = subprocess.Popen(
         [sys.executable, "-m", "luenberger", *arguments],
@@ -447,7 +451,6 @@ def test_a_closed_pipe_ends_it_quietly(arguments, unbuffered):
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no device that is full")
 @PRINTING
-@BUFFERS
 def test_a_full_disk_behind_stdout_is_noticed(arguments, unbuffered):
     env = CLEAN | {"PYTHONUNBUFFERED": unbuffered}
     with open("/dev/full", "w") as full:

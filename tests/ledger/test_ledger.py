@@ -26,6 +26,7 @@ from luenberger.papers.hsia.derivation.letters import y_star
 from luenberger.papers.leondes_novak.derivation import huddle
 from luenberger.symbolic import Claim, holds, vanishes
 from tests.papers.hsia import test_loop
+from tests.papers.test_pages import PAGES
 
 ROOT = Path(__file__).parents[2]
 ENTRIES = ledger.entries()
@@ -187,8 +188,10 @@ def test_what_a_kind_obliges_to(entry):
 
 @pytest.mark.parametrize("pointer", STEPS)
 def test_evidence_is_proved(pointer):
-    for key, claim in evidence.steps(pointer).items():
-        assert holds(claim), key
+    """On a page it is: test_everything_on_a_page_holds_and_is_used proves all of it."""
+    if pointer.partition(": ")[0] not in PAGES:
+        for key, claim in evidence.steps(pointer).items():
+            assert holds(claim), key
 
 
 @pytest.mark.parametrize("pointer", STEPS)

@@ -2,6 +2,7 @@
 
 import inspect
 import re
+from functools import cache
 from importlib import import_module
 
 import pytest
@@ -14,15 +15,19 @@ from luenberger.symbolic import Solve, vanishes
 
 LISTS = {name: make() for name, make in stage_lists(derivation.__name__).items()}
 MODULES = re.findall(r"^`(\w+)`$", inspect.getdoc(derivation), flags=re.M)
-LOADED = [import_module(f"{derivation.__name__}.{name}") for name in MODULES]
-PARTS = [module.derive() for module in LOADED if hasattr(module, "derive")]
 MISPRINTS = errata.entries()
+
+
+@cache
+def parts():
+    loaded = [import_module(f"{derivation.__name__}.{name}") for name in MODULES]
+    return [module.derive() for module in loaded if hasattr(module, "derive")]
 
 
 def test_every_numbered_equation_is_on_a_page():
     shown = [
         getattr(item, "name", "") or f"({getattr(item, 'number', '')})"
-        for part in PARTS
+        for part in parts()
         for item in part.page
     ]
     heads = [re.match(r"\([\d., ]+'?\)", name) for name in shown]

@@ -38,9 +38,9 @@ def test_gradient_of_the_independent_code(seed):
     assert raw(x)[1] @ along == pytest.approx(wanted, rel=1e-6)
 
 
-@pytest.mark.parametrize("seed", [1, 3, 6, 15, 18, 19, 20, 31, 42, 59, 78, 82])
+@pytest.mark.parametrize("seed", [1, 6, 18, 31, 59])
 def test_never_above_random_descents_on_the_raw_parameters(seed):
-    """A dozen of the benchmark's hundred problems, those with several minima first."""
+    """Five of the benchmark's hundred problems, which has them all; several minima."""
     plant, order, L, feedthrough = plain.random_problem(seed)
     raw = plain.Raw(plant, order, L, feedthrough)
     found = lb.fixed_order_search(plant, order, L=L, feedthrough=feedthrough)
