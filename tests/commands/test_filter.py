@@ -136,6 +136,15 @@ def test_a_missing_input_is_zero_only_if_that_is_said(call):
     )
 
 
+def test_estimate_points_to_filter(call, capfd):
+    """Where a plant is given, and where a measurement is missing."""
+    assert main(["estimate", "motor.json", "data.csv", "--out", "x.csv"]) == 1
+    assert "`python -m luenberger filter` takes a plant" in capfd.readouterr().err
+    lb.kalman_filter(EVEN).named(EVEN).to_json("observer.json")
+    assert main(["estimate", "observer.json", "even.csv", "--out", "x.csv"]) == 1
+    assert "`python -m luenberger filter PLANT.json` can" in capfd.readouterr().err
+
+
 WRONG = {
     "2026-01-05T09:00:00,1,,0": "its time is .* times must grow from row to row",
     "noon,1,,0": "'time' is 'noon', not a number of seconds nor a date",

@@ -107,6 +107,9 @@ def read(
         raise ValueError(f"{file.path}: {error}") from None
 
 
+OTHERWISE = {("observer", "plant"): "; `python -m luenberger filter` takes a plant"}
+
+
 def _entries(file: JsonFile, kind: str, known: set[str]) -> dict[str, Any]:
     """What the file of a record has under known keys, null left out."""
     path, data = file.path, dict(file.data)
@@ -115,6 +118,7 @@ def _entries(file: JsonFile, kind: str, known: set[str]) -> dict[str, Any]:
         raise ValueError(
             f"{path}: this file does not hold {_one(kind)}: its key 'luenberger' says "
             f"{short(said)}"
+            + OTHERWISE.get((kind, said if said == "plant" else ""), "")
         )
     _check_format(path, data.pop("format", FORMAT))
     about = data.get("description")
