@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import luenberger as lb
-from luenberger.compare import attempts
+from luenberger.compare import measure
 from luenberger.compare.attempts import Attempt
 
 
@@ -33,7 +33,7 @@ def test_variance_that_a_gain_of_rounding_lets_in_is_zero(part, kept, R, C):
     4/3 g^2 R; it is compared with R / C^2, that of an estimate y / C.
     """
     observer, plant = resting(part * np.sqrt(3 / 4) / C, R, C)
-    found = attempts._covariance(observer, plant)[0, 0]
+    found = measure.steady_covariance(observer, plant)[0, 0]
     assert found == (
         pytest.approx(part**2 * R / C**2, rel=1e-6, abs=0) if kept else 0.0
     )
@@ -52,7 +52,7 @@ def test_an_output_that_does_not_see_a_state_lets_nothing_into_it(part, kept):
         L=np.eye(2), dt=1.0,
     )  # fmt: skip
     lb.certify(observer, plant).require()
-    found = attempts._covariance(observer, plant)
+    found = measure.steady_covariance(observer, plant)
     wanted = [pytest.approx(part**2, rel=1e-6, abs=0) if kept else 0.0, 0.0]
     assert found.diagonal().tolist() == wanted
 
@@ -63,13 +63,13 @@ def test_without_outputs_nothing_is_let_in():
     )
     zero = np.zeros((1, 0))
     observer = lb.Observer([[0.5]], zero, zero, [[1]], zero, T=[[1]], L=[[1]], dt=1.0)
-    assert attempts._covariance(observer, plant) == 0
+    assert measure.steady_covariance(observer, plant) == 0
 
 
 def test_variance_of_what_is_driven_is_kept_however_small():
     observer, plant = resting(1e-15)
     driven = lb.Plant([[0.5]], None, [[1]], dt=1.0, Q=[[1e-40]], R=[[1.0]])
-    assert attempts._covariance(observer, driven)[0, 0] > 0
+    assert measure.steady_covariance(observer, driven)[0, 0] > 0
 
 
 @pytest.mark.parametrize(("worst", "exact"), [(0.9e-9, True), (1.1e-9, False)])

@@ -65,7 +65,7 @@ def test_a_continuous_plant_with_noise_recommends_no_raw_sensors():
     table = lb.compare(plant)
     assert [one.work for one in table.designs] == [0] and table.chosen is None
     sampled = lb.compare(plant.sampled(0.1))
-    assert sampled.recommended().error < 1 > sampled.recommended().work - 10
+    assert sampled.recommended().trace < 1 > sampled.recommended().work - 10
 
 
 def test_noise_gain_is_weighed_against_settling(table):

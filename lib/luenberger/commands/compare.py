@@ -41,6 +41,13 @@ def add(commands: Any) -> None:
         "the first number is negative",
     )
     one.add_argument(
+        "--scale",
+        type=numbers,
+        metavar="S1,S2,...",
+        help="typical sizes of the states, or of the rows of k x: errors of equal "
+        "importance; by default each state is judged beside its own Kalman error",
+    )
+    one.add_argument(
         "--orders", type=whole_numbers, metavar="R1,R2,...", help="only these orders"
     )
     sample(one)
@@ -82,8 +89,9 @@ def run(options: Namespace) -> None:
     plant = plant_of(options.plant, options)
     if options.csv is not None:
         require_plain_names(plant)
+    scale = options.scale[0] if len(options.scale or ()) == 1 else options.scale
     with np.errstate(all="ignore"):  # what overflows is in the table as such
-        found = compare(plant, k=options.k, orders=options.orders)
+        found = compare(plant, k=options.k, orders=options.orders, scale=scale)
         if options.json:
             tell_json(_data(plant, found))
         elif options.csv is None:

@@ -16,8 +16,9 @@ from ..errors import DesignError
 from ..numeric.validation import matrix
 from ..plant import Plant
 from .attempts import Attempt as Attempt
-from .attempts import attempt
 from .attempts import noisy as noisy
+from .judge import judged, sizes
+from .measure import attempt
 from .methods import METHODS as METHODS
 from .methods import Plan, Question
 from .reasons import percent as percent
@@ -36,6 +37,7 @@ def compare(
     orders: Iterable[int] | None = None,
     poles: ArrayLike | None = None,
     methods: Iterable[str] | None = None,
+    scale: ArrayLike | None = None,
 ) -> Comparison:
     """Try every method on one plant, and compare what comes of it.
 
@@ -68,7 +70,7 @@ def compare(
         designed for the additive noise that has the same covariance in steady state,
         and all are measured on the plant as it is.
     k : (n,) or (q, n) array_like, optional
-        The comparison is then about k x: designs are ranked by its error variance,
+        The comparison is then about k x: designs are ranked by the error of its rows,
         fixed-order filters estimate it, and functional observers join in.
     orders : iterable of int, optional
         Only designs of these orders.
@@ -80,6 +82,14 @@ def compare(
         noise covariances, or in continuous time, once, three and ten times.
     methods : iterable of str, optional
         Only these methods, by their names in the table.
+
+    scale : (n,) array_like or float, optional
+        Typical sizes of the states, or of the rows of k x: errors of equal importance.
+        Designs are then ranked by the root mean square of their standard deviations
+        in these units, and Leondes-Novak filters (without k) and fixed-order filters
+        make that least.  By default each standard deviation is compared with the one
+        that the Kalman filter leaves of the same state, and the worst state counts,
+        so that no units are added.
 
     Returns
     -------
@@ -110,11 +120,13 @@ def compare(
     'Leondes-Novak filter, y1 taken as accurate, best constant gain'
     """
     expect(plant=plant)
+    rows = None if k is None else matrix("k", np.atleast_2d(k), cols=plant.n)
     asked = Question(
         plant,
-        None if k is None else matrix("k", np.atleast_2d(k), cols=plant.n),
+        rows,
         None if poles is None else tuple(np.ravel(poles)),
         None if orders is None else _orders(orders, plant.n),
+        sizes(scale, plant.n if rows is None else len(rows)),
     )
     _require_comparable(plant)
     attempts = tuple(
@@ -132,7 +144,7 @@ def compare(
             "no exact filter of any order" if every else "no design that is asked for"
         )
         raise DesignError(f"{what} exists: {reason}")
-    return Comparison(plant, attempts, asked.k)
+    return Comparison(plant, judged(asked, attempts, asked.scale), asked.k)
 
 
 def _require_comparable(plant: Plant) -> None:

@@ -2,36 +2,28 @@
 
 from __future__ import annotations
 
-import dataclasses
-import warnings
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..analysis.error_covariance import error_covariance
-from ..analysis.multiply_adds import multiply_adds
-from ..analysis.optimality import STATIONARY_TOL, Optimality, optimality
-from ..certificate import Certificate, certify
-from ..kernels.cache import CacheWarning
-from ..numeric import Matrix, Vector
-from ..numeric.linalg import ROUNDING, UNIT_TOL, eigenvalues, lyapunov, radius
+from ..analysis.optimality import STATIONARY_TOL, Optimality
+from ..certificate import Certificate
+from ..numeric import Vector
 from ..observer import Observer
 from ..plant import Plant
-from .cheapest import DESIGNED, cheapest
+from .cheapest import DESIGNED
 from .settling import settling_time
 
 if TYPE_CHECKING:
-    from .methods import Plan
+    from .judge import Judge
 
 LEVEL = 1e-9  # errors closer than this, relative, are equal: the rest is rounding
 
 
 SINGLE = {"Kalman filter", "deadbeat observer", "functional observer"}
 EXACT_TOL = 1e-9  # of a certificate, as in `Certificate.require`
-FORM_TOL = 1e-12  # of the certificate of another form, beside the design's own
-DISTURBED = "Best for u = 0: known inputs disturb its estimate."
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,6 +67,8 @@ class Attempt:
         What to know about the design; may be empty.
     refusal : str
         Why there is no observer; empty when there is one.
+    judge : Judge or None
+        What errors are measured beside, the same for all attempts of a comparison.
     """
 
     method: str
@@ -93,6 +87,7 @@ class Attempt:
     optimality: Optimality | None = None
     note: str = ""
     refusal: str = ""
+    judge: Judge | None = field(default=None, repr=False)
 
     @property
     def name(self) -> str:
@@ -134,9 +129,41 @@ class Attempt:
         return float(np.trace(k @ self.covariance @ k.T))
 
     @property
+    def judged(self) -> Vector | None:
+        """Variances that designs are judged by: of all states, or of rows of k x."""
+        if self.covariance is None or (self.k is None and not self.whole):
+            return None
+        if self.k is None or not self.whole:
+            return self.variances
+        return np.maximum((self.k @ self.covariance @ self.k.T).diagonal(), 0.0)
+
+    @property
+    def ratios(self) -> Vector | None:
+        """Standard deviations of these, each beside that of the Kalman filter."""
+        if self.judge is None or self.judged is None:
+            return None
+        return self.judge.ratios(self.judged)
+
+    @property
+    def worst_ratio(self) -> float | None:
+        """The largest of `ratios`."""
+        return None if self.ratios is None else float(self.ratios.max(initial=1.0))
+
+    @property
+    def mean_ratio(self) -> float | None:
+        """The mean of `ratios`."""
+        found = self.ratios
+        return None if found is None else float(found.mean()) if len(found) else 1.0
+
+    @property
     def error(self) -> float | None:
-        """What designs are ranked by: `error_of_k` where there is a k, or `trace`."""
-        return self.trace if self.k is None else self.error_of_k
+        """What designs are ranked by: the largest of `ratios`.
+
+        With a scale the root mean square of standard deviations in its units.
+        """
+        if self.judge is None or self.judged is None:
+            return None
+        return self.judge.error(self.judged)
 
     @property
     def worst_pole(self) -> float:
@@ -177,121 +204,21 @@ class Attempt:
         return self.optimality.worst <= STATIONARY_TOL
 
 
-@np.errstate(all="ignore")  # a note is a design's warning, not NumPy's of an overflow
-def attempt(plan: Plan, plant: Plant, k: Matrix | None) -> Attempt:
-    """Carry a plan out, and measure what comes of it."""
-    known: Any = dict(accurate=plan.accurate, horizon=plan.horizon, k=k)
-    given = (plan.method, plan.label, plan.order)
-    try:
-        observer, warned = _quietly(plan.design)
-        figures: Any = _figures(observer, plant, plan, k)
-    except ValueError as error:  # DesignError, CertificateError: listed, not raised
-        return Attempt(*given, **known, refusal=str(error))
-    given = (plan.method, plan.label, observer.order)
-    found = Attempt(*given, **known | figures)
-    formed = (
-        "" if found.form == DESIGNED else f"Given in other coordinates: {found.form}."
-    )
-    notes = [plan.note, formed, DISTURBED if found.disturbed else "", *warned]
-    return dataclasses.replace(found, note=" ".join(filter(None, notes)))
-
-
-def _quietly(design: Callable[[], Observer]) -> tuple[Observer, list[str]]:
-    """What a design gives, and the texts of its warnings."""
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
-        warnings.simplefilter("ignore", CacheWarning)  # no property of the design
-        observer = design()
-    return observer, [f"{one.message}" for one in caught]
-
-
-def _figures(
-    observer: Observer, plant: Plant, plan: Plan, k: Matrix | None
-) -> dict[str, Any]:
-    best, certificate = None, certify(observer, plant)
-    if plan.feedthrough is not None:
-        best = optimality(observer, plant, feedthrough=plan.feedthrough)
-
-    def sound(form: Observer) -> bool:
-        if best is not None:
-            worst = optimality(form, plant, feedthrough=plan.feedthrough).worst
-            return worst <= max(STATIONARY_TOL, best.worst)
-        return certify(form, plant).worst <= max(FORM_TOL, certificate.worst)
-
-    form, name, work, size = observer, DESIGNED, multiply_adds(observer), None
-    if not observer.is_complex:
-        form, name, (work, size) = cheapest(observer, sound)
-    return dict(
-        covariance=_covariance(observer, plant) if noisy(plant) else None,
-        noise_gain=noise_gain(observer, plant, k),
-        work=work,
-        bytes=size if plant.dt > 0 else None,
-        certificate=certificate if form is observer else certify(form, plant),
-        optimality=best,
-        observer=form,
-        form=name,
-    )
-
-
-def _covariance(observer: Observer, plant: Plant) -> Matrix:
-    """The steady error covariance, 0 where nothing moves what is estimated.
-
-    What decays and has no noise is known without measuring, but the gain that an
-    iteration leaves for it is not quite 0.  What that lets in of R, beside what a plain
-    inverse of C would, is below rounding.
-    """
-    Sigma, L = error_covariance(observer, plant), observer.L
-    if plant.multiplicative and plant.Q.any() or radius(plant.A) >= 1 - UNIT_TOL:
-        return Sigma
-    still = (L @ lyapunov(plant.A, plant.Q) @ L.T).diagonal() == 0
-    let_in = (L @ np.linalg.pinv(plant.C)) ** 2 @ plant.R.diagonal()
-    floor = ROUNDING**2 * min(let_in[let_in > 0], default=0.0)
-    moved = ~still | (Sigma.diagonal() > floor)
-    return Sigma * np.outer(moved, moved)
-
-
 def noisy(plant: Plant) -> bool:
     """Whether the plant says how noisy it is."""
     return plant.dt > 0 and plant.Q is not None and plant.R is not None
 
 
-def noise_gain(
-    observer: Observer, plant: Plant, k: Matrix | None = None
-) -> float | None:
-    """Root of the steady error trace that v alone would leave; None if dt = 0.
-
-    Without R, that of white noise of unit variance in every output.  Where the noise
-    is not known and the question is k x, that of k x.
-    """
-    if plant.dt == 0 or plant.is_complex or observer.is_complex:
-        return None
-    quiet = dataclasses.replace(
-        plant,
-        Q=np.zeros((plant.n, plant.n)),
-        R=np.eye(plant.p) if plant.R is None else plant.R,
-        S=None,
-        multiplicative=(),
-    )
-    left = error_covariance(observer, quiet)
-    if (
-        k is not None
-        and not noisy(plant)
-        and np.array_equal(observer.L, np.eye(plant.n))
-    ):
-        left = k @ left @ k.T
-    return float(np.sqrt(max(np.trace(left), 0.0)))
-
-
-def rates(plant: Plant) -> Vector:
-    """How fast the plant's modes are, in rad/s; those that never change left out."""
-    poles = eigenvalues(plant.A)
-    if plant.dt > 0:
-        poles = np.log(poles[poles != 0].astype(complex)) / plant.dt
-    return np.abs(poles[poles != 0])
-
-
 def first_least(designs: Iterable[Attempt], what: str) -> Attempt:
-    """The first of the least, where what differs by rounding is equal."""
+    """The first of the least, where what differs by rounding is equal.
+
+    Among designs of equal error the mean of their ratios decides.
+    """
+    least = _least(list(designs), what)
+    return (_least(least, "mean_ratio") if what == "error" else least)[0]
+
+
+def _least(designs: list[Attempt], what: str) -> list[Attempt]:
     values = [getattr(one, what) or 0.0 for one in designs]
-    least = min(values) * (1 + LEVEL)
-    return next(one for one, value in zip(designs, values) if value <= least)
+    most = min(values) * (1 + LEVEL)
+    return [one for one, value in zip(designs, values) if value <= most]

@@ -12,6 +12,8 @@ from numpy.typing import ArrayLike
 
 from ..analysis.mean_square import equivalent_noise
 from ..errors import DesignError
+from ..numeric import Vector
+from ..numeric.linalg import eigenvalues
 from ..numeric.staircase_form import find_in_even_units
 from ..observer import Observer
 from ..papers.haddad_bernstein.design import fixed_order_filter
@@ -20,7 +22,7 @@ from ..papers.leondes_novak.design import kalman_filter, reduced_order_filter
 from ..papers.moore.design import functional_observer
 from ..papers.van_dooren.design import reduced_order_observer
 from ..plant import Plant
-from .attempts import noisy, rates
+from .attempts import noisy
 
 EVERY_SUBSET_UP_TO = 4  # outputs; above it only the first 0, 1, ..., p are tried
 EVERY_SIZE_UP_TO = 50  # states; above it only the first 0, 1, 2, 4, ..., p outputs
@@ -44,17 +46,24 @@ class Plan:
     accurate: tuple = ()
     horizon: str | None = None
     feedthrough: bool | None = None  # of a fixed-order filter
+    weight: np.ndarray | None = None  # of what it makes least
     note: str = ""
 
 
 @dataclass(frozen=True, eq=False)
 class Question:
-    """What was asked: the plant, the functional and the poles, if any."""
+    """What was asked: the plant, and what else was given."""
 
     plant: Plant
     k: np.ndarray | None = None
     poles: tuple | None = None
     orders: tuple | None = None
+    scale: np.ndarray | None = None
+
+    @property
+    def weight(self) -> np.ndarray | None:
+        """Of the error that filters make least: I, or 1 / scale^2."""
+        return None if self.scale is None else np.diag(self.scale**-2.0)
 
     @functools.cached_property
     def additive(self) -> Plant:
@@ -126,6 +135,14 @@ def butterworth(plant: Plant, count: int, times: float = SPEED) -> tuple[complex
     return tuple(np.exp(s * plant.dt) if plant.dt > 0 else s)
 
 
+def rates(plant: Plant) -> Vector:
+    """How fast the plant's modes are, in rad/s; those that never change left out."""
+    poles = eigenvalues(plant.A)
+    if plant.dt > 0:
+        poles = np.log(poles[poles != 0].astype(complex)) / plant.dt
+    return np.abs(poles[poles != 0])
+
+
 def choices(n: int, p: int) -> list[tuple[int, ...]]:
     """The sets of accurate outputs to try, smallest first."""
     sizes = range(p + 1)
@@ -151,6 +168,7 @@ def leondes_novak(asked: Question) -> Iterator[Plan]:
     plant = asked.plant
     gains = {"step": "step-wise gain", "steady": "best constant gain"}
     tried = choices(plant.n, plant.p)
+    weight = asked.weight if asked.k is None else None  # that is of rows of k x
     for accurate in tried[1:]:
         names = ", ".join(plant.output_names[k] for k in accurate)
         for horizon, gain in gains.items():
@@ -158,7 +176,7 @@ def leondes_novak(asked: Question) -> Iterator[Plan]:
                 "Leondes-Novak filter",
                 f"{names} taken as accurate, {gain}",
                 lambda accurate=accurate, horizon=horizon: reduced_order_filter(
-                    asked.additive, accurate, horizon=horizon
+                    asked.additive, accurate, horizon=horizon, weight=weight
                 ),
                 plant.n - len(accurate),
                 accurate,
@@ -189,6 +207,7 @@ def fixed_order(asked: Question) -> Iterator[Plan]:
             plant,
             order,
             L=asked.k,
+            weight=asked.weight,
             feedthrough=feedthrough,
             starts=STARTS,
         )
@@ -196,7 +215,7 @@ def fixed_order(asked: Question) -> Iterator[Plan]:
             design = functools.partial(_not_tried, plant.n)
         if feedthrough or plant.n <= PREDICTORS_UP_TO:
             label = f"order {order}{of}{'' if feedthrough else ', V = 0'}"
-            given: Any = dict(order=order, feedthrough=feedthrough)
+            given: Any = dict(order=order, feedthrough=feedthrough, weight=asked.weight)
             yield Plan("fixed-order filter", label, design, **given)
     if plant.n > PREDICTORS_UP_TO:
         design = functools.partial(_not_tried, plant.n, "V = 0")

@@ -45,41 +45,89 @@ def sigma(design: Attempt) -> Vector:
     return np.sqrt(design.variances)
 
 
+def by_ratio(table: Comparison) -> bool:
+    """Whether each state, or each of several rows of k x, is judged by itself."""
+    return table.scale is None and (table.k is None or len(table.k) > 1)
+
+
+def _one(table: Comparison) -> str:
+    return "state" if table.k is None else "row of k x"
+
+
+def _beside(table: Comparison) -> str:
+    """What the standard deviations are measured beside."""
+    return f"that of the {table.yardstick.judge.beside}"
+
+
 def ranking(table: Comparison) -> str:
     """What designs are ranked by."""
-    return "error trace" if table.k is None else "error variance of k x"
+    if table.scale is not None:
+        return "error in the given scale"
+    if table.k is not None and len(table.k) == 1:
+        return "standard deviation of k x"
+    return f"worst {_one(table)}, its standard deviation beside {_beside(table)},"
 
 
 def _rule(table: Comparison, tolerance: float) -> str:
-    return (
-        "The rule: the fewest multiply-adds per step among the designs whose "
-        f"{ranking(table)} is at most {number(100 * tolerance)} % above the smallest."
-    )
+    least, most = table.yardstick, f"{number(100 * tolerance)} % above"
+    rule = "The rule: the fewest multiply-adds per step among the designs"
+    if by_ratio(table) and least.method == least.judge.beside:
+        return (
+            f"{rule} in which no {_one(table)} has a standard deviation more than "
+            f"{most} {_beside(table)}."
+        )
+    return f"{rule} whose {ranking(table)} is at most {most} the smallest."
 
 
 def _price(table: Comparison, chosen: Attempt) -> Iterator[str]:
-    best, what = table.yardstick, ranking(table)
+    best = table.yardstick
     if chosen is best:
         yield (
-            f"It is the most accurate design of all, with the {what} "
-            f"{number(best.error, 5)}, and no lighter one comes near enough."
+            "It is the most accurate design of all, and no lighter one comes near "
+            "enough."
         )
         return
     excess = table.excess(chosen)
     if excess == 0:
-        yield f"Nothing is lost: its {what} is that of the {best.name}."
+        yield f"Nothing is lost: it is as accurate as the {best.name}."
+    elif by_ratio(table):
+        yield from _states(table, chosen)
     else:
         yield (
-            f"Its {what} is {number(chosen.error, 5)}, {above(excess)} the "
-            f"{number(best.error, 5)} of the most accurate design ({best.name})."
+            f"Its {ranking(table)} is {number(_shown(chosen), 4)}, {above(excess)} the "
+            f"{number(_shown(best), 4)} of the most accurate design ({best.name})."
+        )
+    if table.k is None and table.scale is None:
+        yield (
+            f"Its error trace is {number(chosen.trace, 5)}, and that of the "
+            f"{best.name} {number(best.trace, 5)}. The trace adds variances of all "
+            "units, so it does not decide."
         )
     yield _saving(chosen, best)
-    if excess > 0 and chosen.whole and best.whole:
-        k, ratio = worst_state(chosen, best)
-        yield (
-            f"The state that loses most is {table.plant.state_names[k]}: its standard "
-            f"deviation grows by {percent(ratio - 1)}."
-        )
+
+
+def _shown(one: Attempt) -> float:
+    """An error as a standard deviation, in its own unit if there is one."""
+    alone = one.judge.scale is None and len(one.judged) == 1
+    return float(np.sqrt(one.judged[0])) if alone else one.error
+
+
+def _states(table: Comparison, chosen: Attempt) -> Iterator[str]:
+    """The state, or row of k x, that loses most, and the mean over all."""
+    yield f"What loses most: the standard deviation of {_worst(table, chosen)}."
+    if (count := len(chosen.ratios)) > 1:
+        more = above(max(chosen.mean_ratio - 1, 0.0))
+        what = "states" if table.k is None else "rows of k x"
+        yield f"The mean over all {count} {what} is {more}."
+
+
+def _worst(table: Comparison, one: Attempt) -> str:
+    """Which standard deviation grows most, and how much."""
+    k = int(np.argmax(np.round(one.ratios, 9)))
+    name = table.plant.state_names[k] if table.k is None else f"row {k + 1} of k x"
+    if one.worst_ratio == np.inf:
+        return f"{name} is not zero, and {_beside(table)} is"
+    return f"{name} is {above(max(one.worst_ratio - 1, 0.0))} {_beside(table)}"
 
 
 def _saving(chosen: Attempt, best: Attempt) -> str:
@@ -89,13 +137,6 @@ def _saving(chosen: Attempt, best: Attempt) -> str:
         f"It runs with {count(chosen.order, 'observer state')} instead of {best.order} "
         f"and {chosen.work} multiply-adds a step instead of {best.work}, {less}."
     )
-
-
-def worst_state(chosen: Attempt, best: Attempt) -> tuple[int, float]:
-    """Index of the state whose standard deviation grows most, and the ratio."""
-    new, old = sigma(chosen), sigma(best)
-    ratio = np.where(old > 1e-12 * old.max(), new / np.where(old > 0, old, 1), 1.0)
-    return int(np.argmax(np.round(ratio, 9))), float(ratio.max())
 
 
 def _remark(chosen: Attempt) -> Iterator[str]:
@@ -131,14 +172,14 @@ def _next_smaller(table: Comparison, chosen: Attempt) -> str:
     if not smaller:
         return "No design has fewer observer states."
     least = first_least(smaller, "error")
+    said = f"With fewer observer states the best is {least.title}:"
+    if by_ratio(table):
+        return f"{said} the standard deviation of {_worst(table, least)}."
     excess = table.excess(least)
-    beside = f"{above(excess)} the smallest"
+    end = f"{above(excess)} the smallest"
     if excess == np.inf:
-        beside = "and the smallest is 0"
-    return (
-        f"With fewer observer states the best is {least.title}: its "
-        f"{ranking(table)} is {number(least.error, 5)}, {beside}."
-    )
+        end = "and the smallest is 0"
+    return f"{said} its {ranking(table)} is {number(_shown(least), 4)}, {end}."
 
 
 def percent(excess: float, digits: int = 4) -> str:

@@ -1,6 +1,6 @@
 """The table of a comparison: what is best, what is on the front, what to take."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,13 +9,14 @@ import numpy as np
 from ..errors import DesignError
 from ..numeric.validation import ReadOnly
 from ..plant import Plant
-from ..show import Table, number
+from ..show import Table
 from .attempts import LEVEL, Attempt, first_least
-from .reasons import percent, reasons
+from .columns import cells, header, row, together
+from .reasons import reasons
 from .reviews import Reviews
 from .unweighed import why_not
 
-TOLERANCE = 0.05  # a design this close to the smallest error is good enough
+TOLERANCE = 0.1  # standard deviations this close to the least are good enough
 COSTS = ("work", "order", "settling")  # what `pareto` weighs against
 
 
@@ -97,12 +98,28 @@ class Comparison(Reviews, ReadOnly):
         raise KeyError(f"no {method!r} with {known} is in the comparison")
 
     @property
+    def scale(self) -> np.ndarray | None:
+        """The typical sizes that were given, or None."""
+        judge = self.attempts[0].judge
+        return None if judge is None else judge.scale
+
+    @property
     def judged_by(self) -> str:
         """The figure that designs are judged by.
 
         "error", or "noise_gain" where no error is known.
         """
         return "noise_gain" if self.yardstick is None else "error"
+
+    @property
+    def judged_as(self) -> str:
+        """The same in words, for an axis."""
+        if self.yardstick is None:
+            return "noise gain"
+        if self.scale is not None:
+            return "error in the given scale"
+        what = "worst state" if self.k is None else "k x"
+        return f"error of {what} / {self.yardstick.judge.beside}'s"
 
     @property
     def judged(self) -> list[Attempt]:
@@ -141,8 +158,8 @@ class Comparison(Reviews, ReadOnly):
     def recommended(self, tolerance: float = TOLERANCE) -> Attempt:
         """The least work among eligible designs within `tolerance` of the yardstick.
 
-        Among equal work the smaller error wins, and among errors that differ by LEVEL
-        or less the first in the table.
+        Among equal work the smaller error wins, then the smaller mean, and among those
+        that differ by LEVEL or less the first in the table.
 
         Raises
         ------
@@ -174,20 +191,14 @@ class Comparison(Reviews, ReadOnly):
         Numbers are finite, or None where nothing applies.
         """
         chosen, front = self.chosen, self.pareto()
-        return [_row(self, one, chosen, front) for one in self.attempts]
+        return [row(self, one, chosen, front) for one in self.attempts]
 
     @property
     def table(self) -> Table:
         """A `show.Table` of the designs, the recommended one marked."""
-        header = ["method", "which", "order"]
-        errors = ["error trace"] if self.k is None else ["error of k x", "error trace"]
-        known = self.yardstick is not None
-        header += [*errors, "above the best"] if known else ["settling (s)"]
-        header += ["worst pole", "noise gain", "cond [T; C]"]
-        header += ["multiply-adds", "bytes", "certificate"]
-        rows = [_cells(self, one) for one in self.designs]
+        rows = [cells(self, one) for one in self.designs]
         marked = [k for k, one in enumerate(self.designs) if one is self.chosen]
-        return Table(header, rows, marked=marked)
+        return Table(header(self), rows, marked=marked)
 
     @property
     def refusals(self) -> Table:
@@ -208,89 +219,3 @@ class Comparison(Reviews, ReadOnly):
     def _repr_html_(self) -> str:
         tables = [self.table, self.refusals] if self.refused else [self.table]
         return "\n".join(one._repr_html_() for one in tables)
-
-
-def together(labels: Sequence[str]) -> str:
-    """Several labels in a few words."""
-    return f"{labels[0]}, and {len(labels) - 1} more"
-
-
-def _cells(table: Comparison, one: Attempt) -> list[str]:
-    digits = _digits(one)
-    if table.yardstick is None:
-        judged = [_text(one.settling, 4)]
-    else:
-        errors = [one.error] if table.k is None else [one.error, one.trace]
-        judged = [_text(value, digits) for value in errors]
-        judged += [percent(table.excess(one), digits - 1)]
-    return [
-        one.method,
-        one.label,
-        str(one.order),
-        *judged,
-        _text(one.worst_pole, 3),
-        _text(one.noise_gain, min(digits, 3)),
-        _text(one.cond, 2),
-        str(one.work),
-        _text(one.bytes),
-        verdict(one),
-    ]
-
-
-def _digits(one: Attempt) -> int:
-    """Digits of an error that rounding leaves, at most 5."""
-    return 5 if one.cond is None else int(np.clip(15 - np.log10(one.cond), 2, 5))
-
-
-def _text(value: float | None, digits: int = 6) -> str:
-    return "" if value is None or value == -np.inf else number(value, digits)
-
-
-def verdict(one: Attempt) -> str:
-    """What its certificate, or the conditions of an optimum, say."""
-    if not one.sound:
-        return "fails"
-    return "exact" if one.optimality is None else "optimal"
-
-
-def _row(
-    table: Comparison, one: Attempt, chosen: Attempt | None, front: list[Attempt]
-) -> dict[str, Any]:
-    row = dict(
-        method=one.method,
-        label=one.label,
-        order=one.order,
-        accurate=[table.plant.output_names[k] for k in one.accurate],
-        horizon=one.horizon,
-        refusal=one.refusal,
-        note=one.note,
-        form=None if one.refusal else one.form,
-        recommended=one is chosen,
-        on_front=one in front,
-    )
-    figures = (
-        "error_trace error_of_k excess variances worst_pole settling noise_gain cond"
-    )
-    figures = dict.fromkeys(f"{figures} multiply_adds bytes residual poles".split())
-    if not one.refusal:
-        best = one.optimality
-        variances = one.variances
-        figures = dict(
-            error_trace=one.trace,
-            error_of_k=one.error_of_k,
-            excess=table.excess(one),
-            variances=None if variances is None else variances.tolist(),
-            worst_pole=one.worst_pole,
-            settling=one.settling,
-            noise_gain=one.noise_gain,
-            cond=one.cond,
-            multiply_adds=one.work,
-            bytes=one.bytes,
-            residual=one.certificate.worst if best is None else best.worst,
-            poles=[str(complex(pole)).strip("()") for pole in one.observer.poles],
-        )
-    return row | {key: _finite(value) for key, value in figures.items()}
-
-
-def _finite(value: Any) -> Any:
-    return None if isinstance(value, float) and not np.isfinite(value) else value

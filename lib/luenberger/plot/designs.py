@@ -27,7 +27,9 @@ ALONG = {
 def pareto(table: Comparison, ax: Axes | None = None, *, by: str | None = None) -> Axes:
     """Error against work per step for every design of a comparison.
 
-    Where no error is known it is the noise gain against the settling time.
+    The error is that of the worst state, its standard deviation over the Kalman
+    filter's, or with `compare(scale=...)` the error in that scale.  Where no error is
+    known it is the noise gain against the settling time.
 
     A marker for each method, a line through the front, and a star on the recommended
     design.  A design is on the front when none of the same or less work is more
@@ -73,9 +75,7 @@ def _label(table: Comparison, ax: Axes, errors: list[float], by: str) -> None:
         ax.yaxis.set_major_formatter(LogFormatter())
     if by != "settling":
         ax.xaxis.set_major_locator(plt.MaxNLocator(integer=True))
-    error = "error trace" if table.k is None else "error variance of k x"
-    error = error if table.judged_by == "error" else "noise gain"
-    ax.set(xlabel=ALONG[by], ylabel=error)
+    ax.set(xlabel=ALONG[by], ylabel=table.judged_as)
     ax.legend(fontsize="small")
 
 

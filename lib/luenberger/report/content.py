@@ -136,7 +136,8 @@ def pareto(table, axes):
         )
     return Picture(
         axes[0].figure,
-        f"Error trace against multiply-adds per step, {len(table.ranked)} designs. "
+        f"{table.judged_as.capitalize()}, against multiply-adds per step, "
+        f"{len(table.ranked)} designs. "
         f"The front runs from {number(first.error, 4)} at {first.work} multiply-adds "
         f"({first.method}) to {number(last.error, 4)} at {last.work} ({last.method}). "
         f"A star marks the recommended {chosen.method}, {number(chosen.error, 4)} at "

@@ -1,0 +1,134 @@
+"""What a comparison shows of each design: the cells of its table, its plain row."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..show import number
+from .attempts import Attempt
+from .reasons import percent
+
+if TYPE_CHECKING:
+    from .table import Comparison
+
+
+def header(table: Comparison) -> list[str]:
+    """The names of the columns, in the order of `cells`."""
+    errors = ["settling (s)"]
+    if table.yardstick is not None:
+        errors = [*_judged_by(table), "error trace"]
+    return [
+        *["method", "which", "order", *errors, "worst pole", "noise gain"],
+        *["cond [T; C]", "multiply-adds", "bytes", "certificate"],
+    ]
+
+
+def _judged_by(table: Comparison) -> list[str]:
+    if table.scale is not None:
+        return ["error in scale", "above the best"]
+    if table.k is not None and len(table.k) == 1:
+        return ["error of k x", "above the best"]
+    what = "state" if table.k is None else "row of k x"
+    return [f"worst {what}", f"mean {what}"]
+
+
+def together(labels: Sequence[str]) -> str:
+    """Several labels in a few words."""
+    return f"{labels[0]}, and {len(labels) - 1} more"
+
+
+def cells(table: Comparison, one: Attempt) -> list[str]:
+    digits = _digits(one)
+    if table.yardstick is None:
+        judged = [_text(one.settling, 4)]
+    else:
+        judged = [*_errors(table, one, digits), _text(one.trace, digits)]
+    return [
+        one.method,
+        one.label,
+        str(one.order),
+        *judged,
+        _text(one.worst_pole, 3),
+        _text(one.noise_gain, min(digits, 3)),
+        _text(one.cond, 2),
+        str(one.work),
+        _text(one.bytes),
+        verdict(one),
+    ]
+
+
+def _errors(table: Comparison, one: Attempt, digits: int) -> list[str]:
+    """What a design is judged by; in percent above what it is measured beside."""
+    if table.scale is None and (table.k is None or len(table.k) > 1):
+        above = (one.worst_ratio, one.mean_ratio)
+        return [
+            "" if r is None else percent(max(r - 1, 0.0), digits - 1) for r in above
+        ]
+    error = one.error_of_k if table.scale is None else one.error
+    return [_text(error, digits), percent(table.excess(one), digits - 1)]
+
+
+def _digits(one: Attempt) -> int:
+    """Digits of an error that rounding leaves, at most 5."""
+    return 5 if one.cond is None else int(np.clip(15 - np.log10(one.cond), 2, 5))
+
+
+def _text(value: float | None, digits: int = 6) -> str:
+    return "" if value is None or value == -np.inf else number(value, digits)
+
+
+def verdict(one: Attempt) -> str:
+    """What its certificate, or the conditions of an optimum, say."""
+    if not one.sound:
+        return "fails"
+    return "exact" if one.optimality is None else "optimal"
+
+
+def row(
+    table: Comparison, one: Attempt, chosen: Attempt | None, front: list[Attempt]
+) -> dict[str, Any]:
+    found = dict(
+        method=one.method,
+        label=one.label,
+        order=one.order,
+        accurate=[table.plant.output_names[k] for k in one.accurate],
+        horizon=one.horizon,
+        refusal=one.refusal,
+        note=one.note,
+        form=None if one.refusal else one.form,
+        recommended=one is chosen,
+        on_front=one in front,
+    )
+    figures = (
+        "error_trace error_of_k error excess worst_ratio mean_ratio variances "
+        "worst_pole settling noise_gain cond"
+    )
+    figures = dict.fromkeys(f"{figures} multiply_adds bytes residual poles".split())
+    if not one.refusal:
+        best = one.optimality
+        variances = one.variances
+        figures = dict(
+            error_trace=one.trace,
+            error_of_k=one.error_of_k,
+            error=one.error,
+            excess=table.excess(one),
+            worst_ratio=one.worst_ratio,
+            mean_ratio=one.mean_ratio,
+            variances=None if variances is None else variances.tolist(),
+            worst_pole=one.worst_pole,
+            settling=one.settling,
+            noise_gain=one.noise_gain,
+            cond=one.cond,
+            multiply_adds=one.work,
+            bytes=one.bytes,
+            residual=one.certificate.worst if best is None else best.worst,
+            poles=[str(complex(pole)).strip("()") for pole in one.observer.poles],
+        )
+    return found | {key: _finite(value) for key, value in figures.items()}
+
+
+def _finite(value: Any) -> Any:
+    return None if isinstance(value, float) and not np.isfinite(value) else value

@@ -1,0 +1,129 @@
+"""A plan of a comparison, carried out and measured."""
+
+from __future__ import annotations
+
+import dataclasses
+import warnings
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..analysis.error_covariance import error_covariance
+from ..analysis.multiply_adds import multiply_adds
+from ..analysis.optimality import STATIONARY_TOL, optimality
+from ..certificate import certify
+from ..kernels.cache import CacheWarning
+from ..numeric import Matrix
+from ..numeric.linalg import ROUNDING, UNIT_TOL, lyapunov, radius
+from ..observer import Observer
+from ..plant import Plant
+from .attempts import Attempt, noisy
+from .cheapest import DESIGNED, cheapest
+
+if TYPE_CHECKING:
+    from .methods import Plan
+
+DISTURBED = "Best for u = 0: known inputs disturb its estimate."
+FORM_TOL = 1e-12  # of the certificate of another form, beside the design's own
+
+
+@np.errstate(all="ignore")  # a note is a design's warning, not NumPy's of an overflow
+def attempt(plan: Plan, plant: Plant, k: Matrix | None) -> Attempt:
+    """Carry a plan out, and measure what comes of it."""
+    known: Any = dict(accurate=plan.accurate, horizon=plan.horizon, k=k)
+    given = (plan.method, plan.label, plan.order)
+    try:
+        observer, warned = _quietly(plan.design)
+        figures: Any = _figures(observer, plant, plan, k)
+    except ValueError as error:  # DesignError, CertificateError: listed, not raised
+        return Attempt(*given, **known, refusal=str(error))
+    given = (plan.method, plan.label, observer.order)
+    found = Attempt(*given, **known | figures)
+    formed = (
+        "" if found.form == DESIGNED else f"Given in other coordinates: {found.form}."
+    )
+    notes = [plan.note, formed, DISTURBED if found.disturbed else "", *warned]
+    return dataclasses.replace(found, note=" ".join(filter(None, notes)))
+
+
+def _quietly(design: Callable[[], Observer]) -> tuple[Observer, list[str]]:
+    """What a design gives, and the texts of its warnings."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        warnings.simplefilter("ignore", CacheWarning)  # no property of the design
+        observer = design()
+    return observer, [f"{one.message}" for one in caught]
+
+
+def _figures(
+    observer: Observer, plant: Plant, plan: Plan, k: Matrix | None
+) -> dict[str, Any]:
+    best, certificate = None, certify(observer, plant)
+    asked: Any = dict(weight=plan.weight, feedthrough=plan.feedthrough)
+    if plan.feedthrough is not None:
+        best = optimality(observer, plant, **asked)
+
+    def sound(form: Observer) -> bool:
+        if best is not None:
+            worst = optimality(form, plant, **asked).worst
+            return worst <= max(STATIONARY_TOL, best.worst)
+        return certify(form, plant).worst <= max(FORM_TOL, certificate.worst)
+
+    form, name, work, size = observer, DESIGNED, multiply_adds(observer), None
+    if not observer.is_complex:
+        form, name, (work, size) = cheapest(observer, sound)
+    return dict(
+        covariance=steady_covariance(observer, plant) if noisy(plant) else None,
+        noise_gain=noise_gain(observer, plant, k),
+        work=work,
+        bytes=size if plant.dt > 0 else None,
+        certificate=certificate if form is observer else certify(form, plant),
+        optimality=best,
+        observer=form,
+        form=name,
+    )
+
+
+def steady_covariance(observer: Observer, plant: Plant) -> Matrix:
+    """The steady error covariance, 0 where nothing moves what is estimated.
+
+    What decays and has no noise is known without measuring, but the gain that an
+    iteration leaves for it is not quite 0.  What that lets in of R, beside what a plain
+    inverse of C would, is below rounding.
+    """
+    Sigma, L = error_covariance(observer, plant), observer.L
+    if plant.multiplicative and plant.Q.any() or radius(plant.A) >= 1 - UNIT_TOL:
+        return Sigma
+    still = (L @ lyapunov(plant.A, plant.Q) @ L.T).diagonal() == 0
+    let_in = (L @ np.linalg.pinv(plant.C)) ** 2 @ plant.R.diagonal()
+    floor = ROUNDING**2 * min(let_in[let_in > 0], default=0.0)
+    moved = ~still | (Sigma.diagonal() > floor)
+    return Sigma * np.outer(moved, moved)
+
+
+def noise_gain(
+    observer: Observer, plant: Plant, k: Matrix | None = None
+) -> float | None:
+    """Root of the steady error trace that v alone would leave; None if dt = 0.
+
+    Without R, that of white noise of unit variance in every output.  Where the noise
+    is not known and the question is k x, that of k x.
+    """
+    if plant.dt == 0 or plant.is_complex or observer.is_complex:
+        return None
+    quiet = dataclasses.replace(
+        plant,
+        Q=np.zeros((plant.n, plant.n)),
+        R=np.eye(plant.p) if plant.R is None else plant.R,
+        S=None,
+        multiplicative=(),
+    )
+    left = error_covariance(observer, quiet)
+    if (
+        k is not None
+        and not noisy(plant)
+        and np.array_equal(observer.L, np.eye(plant.n))
+    ):
+        left = k @ left @ k.T
+    return float(np.sqrt(max(np.trace(left), 0.0)))
