@@ -86,7 +86,10 @@ def test_an_ill_conditioned_observer_is_warned_of_and_a_lost_one_refused(
 
 
 def designs(*errors):
-    return [SimpleNamespace(error=one, work=k, title=k) for k, one in enumerate(errors)]
+    return [
+        SimpleNamespace(error=one, mean_ratio=1.0, work=k, title=k)
+        for k, one in enumerate(errors)
+    ]
 
 
 @pytest.mark.parametrize("size", [1.0, 1e-30])

@@ -118,7 +118,7 @@ def test_observer_is_certified_and_as_accurate_as_its_table_says(reported):
     (chosen,) = [row for row in rows if row["recommended"] == "yes"]
     assert float(chosen["error_trace"]) == pytest.approx(trace, rel=1e-12)
     assert int(chosen["order"]) == observer.order == 2
-    assert float(chosen["excess"]) < 0.05
+    assert float(chosen["excess"]) < 0.1
     assert {row["method"] for row in rows} == set(METHODS)
     refused = [row for row in rows if row["refusal"]]
     assert refused and all(row["error_trace"] == "" for row in refused)

@@ -33,6 +33,23 @@ def add(commands: Any) -> None:
         ],
     )
     one.add_argument("plant", type=file, metavar="PLANT.json")
+    _weighed(one)
+    one.add_argument(
+        "--orders", type=whole_numbers, metavar="R1,R2,...", help="only these orders"
+    )
+    sample(one)
+    as_json(one)
+    one.add_argument(
+        "--csv",
+        type=file,
+        metavar="FILE",
+        help="write every design to a file, and print its path",
+    )
+    dry_run(one)
+
+
+def _weighed(one: Any) -> None:
+    """The arguments that say which errors count, and how much."""
     one.add_argument(
         "--k",
         type=numbers,
@@ -47,18 +64,6 @@ def add(commands: Any) -> None:
         help="typical sizes of the states, or of the rows of k x: errors of equal "
         "importance; by default each state is judged beside its own Kalman error",
     )
-    one.add_argument(
-        "--orders", type=whole_numbers, metavar="R1,R2,...", help="only these orders"
-    )
-    sample(one)
-    as_json(one)
-    one.add_argument(
-        "--csv",
-        type=file,
-        metavar="FILE",
-        help="write every design to a file, and print its path",
-    )
-    dry_run(one)
 
 
 def numbers(text: str) -> list[float]:
