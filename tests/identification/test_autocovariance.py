@@ -92,3 +92,14 @@ def test_a_round_with_a_better_gain_is_nearer():
 
     first = autocovariance.gain_for(PLANT, 1e-3 * np.eye(3), np.eye(2))
     assert whiteness(autocovariance.gain_for(PLANT, Q, R)) < 0.2 * whiteness(first)
+
+
+def test_a_search_that_begins_at_rounding_noise_goes_as_far():
+    """SciPy's first step is as long as the vector that it begins with."""
+    forms = [form_of(x, "diagonal", 1, None, None, np.ones(1)) for x in "QR"]
+    H = np.array([[1.0, 2.0], [0.5, -1.0], [0.3, 0.1]])
+    data = autocovariance.Moments(H @ [4.0, 0.25], H, 100)
+    for start in (0.0, 1e-16, -1e-12):
+        begin = np.full(2, start)
+        found = autocovariance.least_squares(data, *forms, begin).theta
+        np.testing.assert_allclose(found, np.log([2, 0.5]), rtol=1e-6)

@@ -177,11 +177,13 @@ def least_squares(data: Moments, Q: Shape, R: Shape, theta: Vector) -> Fitted:
         wide = entries(np.concatenate([dQ, none[0]]), np.concatenate([none[1], dR]))
         return data.H @ wide.T
 
-    found = scipy.optimize.least_squares(
-        error, theta, jac=slope, xtol=1e-12, ftol=1e-12, gtol=1e-12, max_nfev=200
-    )
+    found = scipy.optimize.least_squares(  # a step: SciPy's first is as long as x0
+        lambda step: error(theta + step), np.zeros(len(theta)),
+        jac=lambda step: slope(theta + step),
+        xtol=1e-12, ftol=1e-12, gtol=1e-12, max_nfev=200,
+    )  # fmt: skip
     spread = np.linalg.pinv(found.jac.T @ found.jac, hermitian=True) / data.rows
-    return Fitted(found.x, spread)
+    return Fitted(theta + found.x, spread)
 
 
 def by_autocovariances(
