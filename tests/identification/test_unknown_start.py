@@ -160,6 +160,21 @@ def test_the_gradient_is_that_of_the_integral(kind, name):
     assert np.sum(slope[name] * D) == pytest.approx(wanted, abs=1e-11 * size)
 
 
+@pytest.mark.parametrize("backend", ["numpy", "numba"])
+def test_a_varying_plant_has_its_gradient_at_the_right_instant(backend):
+    """Rows after the first ones, too, have the matrices of their own instants."""
+    rng = np.random.default_rng(5)
+    plant = generators.varying(rng, 1, 1, 4, m=1, P0=None)
+    parts = {k: np.round(getattr(plant, k), 2) for k in ("A", "B", "C", "E")}
+    plant = dataclasses.replace(plant, **parts)
+    y, u, u0 = (np.round(rng.normal(size=size), 2) for size in ((4, 1), (4, 1), 1))
+    _, slope = lb.log_likelihood(plant, y, u, u0=u0, gradient=True, backend=backend)
+    for name in ("A", "C", "Q", "S"):
+        D = rng.integers(1, 4, slope[name].shape).astype(float)
+        _, wanted = exact(plant, y, u, u0, {name: D})
+        assert np.sum(slope[name] * D) == pytest.approx(wanted, rel=1e-9)
+
+
 # -- what must not matter --------------------------------------------------------------
 
 
