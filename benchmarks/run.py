@@ -27,7 +27,7 @@ HERE = Path(__file__).parent
 RESULTS = HERE / "results.json"
 SCRIPTS = (
     "first_call", "filter_step", "constant_gain", "c_export", "monte_carlo",
-    "staircase", "optimal_projection",
+    "staircase", "optimal_projection", "noise_fit",
 )  # fmt: skip
 PEERS = (
     "numpy", "scipy", "numba", "statsmodels", "filterpy", "pykalman", "simdkalman",
@@ -50,6 +50,8 @@ TARGETS = (  # row; over / under; asked
     ("Monte Carlo, kernels alone, n = 3, p = 2", "simdkalman", "numba", "at least", 20),
     ("exported C, filter, n = 3, p = 2", "exported C", "C by hand", "at most", 1.2),
     ("exported C, filter, n = 10, p = 4", "exported C", "C by hand", "at most", 1.2),
+    ("fit of noise, 10000 rows, n = 3, p = 1", "statsmodels", "numba", "at least", 10),
+    ("fit of noise, 10000 rows, n = 3, p = 2", "statsmodels", "numba", "at least", 10),
     ("first record, n = 3, warm cache", "numba", None, "at most", 1.5),
     ("import", "NumPy", "SciPy", "at most", 1.3),
 )

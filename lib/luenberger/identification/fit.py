@@ -9,7 +9,7 @@ import numpy as np
 
 from ..arguments import expect
 from ..errors import DesignError, short
-from ..numeric import Matrix, Vector
+from ..numeric import Matrices, Matrix, Vector
 from ..numeric.detectability import require_detectable
 from ..numeric.validation import matrix
 from ..plant import Plant
@@ -17,7 +17,8 @@ from ..recursion.settings import require_noise
 from ..run.executor import Progress, reporting
 from . import records as recorded
 from .autocovariance import ROUNDS, Fitted
-from .identifiability import identifiability
+from .held import held, said
+from .identifiability import Identifiability, identifiability
 from .noise_fit import NoiseFit, found
 from .objective import per_reading, readings
 from .parameters import parameters_of
@@ -43,6 +44,7 @@ def fit_noise(
     method: str = "likelihood",
     parameters: Any = None,
     start: Any = None,
+    unidentifiable: str = "refuse",
     progress: Progress = False,
 ) -> NoiseFit:
     """Find the noise covariances of a plant, and unknown entries, from records.
@@ -79,6 +81,10 @@ def fit_noise(
         where to begin: ``(made, {"g": 4.0, "offset": 0.0})``.
     start : dict, optional
         ``{"Q": ..., "R": ...}``: where to begin; for a function, its q.
+    unidentifiable : "refuse" or "fix", default "refuse"
+        What to do where no record could determine all that is asked for: refuse, or
+        keep each combination that leaves no trace where `start` has it, which must
+        give Q and R then.  The sentences are in `unidentifiable` of the fit.
     progress : bool or callable, default False
         As in `monte_carlo`.
 
@@ -89,7 +95,8 @@ def fit_noise(
     Raises
     ------
     DesignError
-        If a record, however long, could not determine all that is asked for; if this
+        If a record, however long, could not determine all that is asked for, unless
+        it is fixed; if this
         one is too short, constant or fitted without any noise; or if the plant is
         continuous or not detectable.
     ValueError
@@ -128,8 +135,8 @@ def fit_noise(
     first = more.plant(np.array(more.begin, dtype=float))
     seen = None if len(data) != 1 else ~np.isnan(data[0][0])
     told = identifiability(first, Q=Q, R=R, start=begin, seen=seen)
-    told.require()
-    recorded.require_enough(plant, data, len(told.unknown) + len(more.names))
+    fixed = _fixed(unidentifiable, told, begin, method)
+    recorded.require_enough(plant, data, told.determined + len(more.names))
     rounds = ROUNDS if method == "autocovariance" else BEGINNING
     unknowns, theta, squares = start_of(first, data, Q, R, S, begin, more, rounds)
     if method == "autocovariance":
@@ -138,9 +145,32 @@ def fit_noise(
     if inverse is not None:
         inverse = inverse * readings(data)
     with reporting(progress, BUDGET, "pass") as report:
-        theta, _ = least(per_reading(unknowns, data), theta, report, inverse)
+        objective = held(per_reading(unknowns, data), unknowns, fixed, theta)
+        theta, _ = least(objective, theta, report, None if fixed else inverse)
     _require_noise_left(unknowns, theta, data)
-    return found(unknowns, theta, data)
+    fit = found(unknowns, theta, data)
+    return said(fit, told) if fixed else fit
+
+
+def _fixed(
+    wanted: str, told: Identifiability, begin: dict[str, Any], method: str
+) -> tuple[Matrices, ...]:
+    """The directions that are kept where the start has them."""
+    if not isinstance(wanted, str) or wanted not in ("refuse", "fix"):
+        raise ValueError(
+            f"unidentifiable must be 'refuse' or 'fix', got {short(wanted)}"
+        )
+    if wanted == "refuse" or not told.directions:
+        told.require()
+        return ()
+    moved = {name for one in told.directions for name, X in one.items() if X.any()}
+    if method != "likelihood" or moved - set(begin):
+        raise DesignError(
+            "unidentifiable='fix' keeps what no record determines where `start` has "
+            f"it, so give {' and '.join(sorted(moved))} there, and "
+            "method='likelihood'"
+        )
+    return told.directions
 
 
 def _begin(start: Any) -> dict[str, Any]:
