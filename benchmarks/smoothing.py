@@ -15,7 +15,7 @@ from statsmodels.tsa.statespace.kalman_smoother import KalmanSmoother
 
 import luenberger as lb
 
-SIZES = [(3, 2), (6, 3), (10, 4)]
+SIZES = [(3, 2), (6, 3), (10, 4), (30, 8)]
 STEPS, ROUNDS, FEW = 50_000, 11, 20
 
 

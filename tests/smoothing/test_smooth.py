@@ -1,14 +1,17 @@
 """`smooth`: the same by other programs, in pieces, in tables; and what it refuses."""
 
+import many_digits
 import numpy as np
 import pandas as pd
 import pytest
 from statsmodels.tsa.statespace.mlemodel import MLEModel
 
 import luenberger as lb
+from luenberger.smoothing import compiled
 from luenberger.smoothing.record import Smoother
 
 NAMES = "x std P lag_one w v".split()
+GROWN = 1e-5  # of a standard deviation
 
 
 def plant_of(seed, n=3, p=2, linked=False, **more):
@@ -75,6 +78,38 @@ def test_compiled_code_leaves_rows_that_lose_digits_to_numpy():
     y[20:40] = np.nan
     one, two = (lb.smooth(plant, y, backend=b) for b in ("numpy", "numba"))
     agree(two, one, 1e-9)
+
+
+def test_compiled_code_works_on_some_rows_at_a_time(monkeypatch):
+    """Also where it gives up among them: no row is smoothed twice."""
+    plant, rng = plant_of(3, P0=1e7 * np.eye(3), linked=True)
+    y = readings(plant, rng, 90)
+    y[40:55] = np.nan
+    wanted = lb.smooth(plant, y, backend="numpy")
+    for near in (1, 10_000, 10**6):
+        monkeypatch.setattr(compiled, "NEAR", near)
+        agree(lb.smooth(plant, y, backend="numba"), wanted, 1e-9)
+
+
+@pytest.mark.parametrize("backend", ["numpy", "numba"])
+@pytest.mark.parametrize("lag", [None, 40])
+def test_a_gap_in_which_an_unstable_mode_grows(backend, lag):
+    """A millionfold; what later rows say is then small beside it."""
+    mode = np.array([[1, 0.5, -1], [0.3, 1, 0.2], [-0.7, 0.4, 1]])
+    A = mode @ np.diag([2, 0.9, 0.5]) @ np.linalg.inv(mode)
+    plant = lb.Plant(
+        A, None, [[1, 2, -1]], dt=1.0, Q=np.diag([1, 2, 0.1]), R=[[1]], P0=np.eye(3)
+    )
+    y = np.random.default_rng(1).normal(size=(40, 1))
+    y[10:30] = np.nan
+    x, P, lag_one = many_digits.smoothed(plant, y)
+    found = lb.smooth(plant, y, backend=backend, lag=lag)
+    std = np.sqrt(np.einsum("kii->ki", P))
+    assert np.abs((found.x - x) / std).max() < GROWN
+    assert np.abs((found.P - P) / std[:, None] / std[..., None]).max() < GROWN
+    before = np.concatenate([[np.ones(3)], std[:-1]])
+    errors = (found.lag_one - lag_one) / std[..., None] / before[:, None]
+    assert np.abs(errors).max() < GROWN
 
 
 @pytest.mark.parametrize("backend", ["numpy", "numba"])

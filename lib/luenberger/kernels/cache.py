@@ -36,7 +36,7 @@ from . import stack
 FASTMATH = ("contract", "reassoc")  # sums may be taken in another order, NaNs count
 OPTIONS: dict[str, Any] = dict(error_model="numpy", fastmath=set(FASTMATH))
 PACKAGE = Path(__file__).parents[1]
-DERIVING = ("symbolic", "papers/*/derivation", "kernels")
+DERIVING = ("symbolic", "papers/*/derivation", "*/derivation", "kernels")
 DERIVING += ("stage_list.py", "certificate.py", "errors.py", "numeric/linalg.py")
 
 

@@ -10,6 +10,7 @@ from .recursion import Loop
 from .scalars import Let, Straight
 
 TEST_EVERY = 8  # rows; the test costs as much as half a row
+BACK = 32  # the same of a recursion that runs backward: its rows are looked at anyway
 ON_STACK = 16_000  # numbers at most, 128 kB; more go to the heap
 START = ("start", "stop", "now", "before", "good", "keep")
 
@@ -241,7 +242,8 @@ class _LoopBody(_Body):
         if self.program.definite:
             last = f"{self.count} + 1 == stop_"
             last += " or not good_[row + 1]" if self.goods else ""
-            to.let("test", f"{self.count} % {TEST_EVERY} == 0 or {last}")
+            every = BACK if self.backward else TEST_EVERY
+            to.let("test", f"{self.count} % {every} == 0 or {last}")
             to.line("if test:")
             to.depth += 1
             write_definite(self.program, self.sizes, to)

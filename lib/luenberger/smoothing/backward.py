@@ -8,111 +8,34 @@ smoothed estimates of the next state (Rauch, Tung and Striebel), in factors.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from .. import kernels
-from ..kernels.program import Factor
 from ..numeric import Matrix, Vector
-from ..numeric.factors import EPS, SAFE, lengths, safe, shorten
+from ..numeric.factors import EPS, lengths, safe, shorten
 from ..recursion.root_step import Move, Read, Spread, ahead, visible
-from ..recursion.state import flat
+from .carried import LEFT, MOST, Back, Carried, Ways
+from .compiled import Compiled
 from .derivation import backward_step, factor_step, rest
 from .forward import Kept, inverse_root
 
-LEFT = 1e-3  # of a variance: what a difference may leave
-TURNS = 4096  # rows that compiled code does before they are looked at
-
-BACKWARD = kernels.Recursion(
-    backward_step,
-    carried=(
-        ("lamda", "lamda_next"),
-        ("Lambda", "Lambda_next"),
-    ),
-    rows=(("innovation", "innovations", 0), ("x", "xs", 0)),
-    written=(
-        ("smoothed", "x_s", "vector"),
-        ("variances", "Sigma_s", "diagonal"),
-        ("covariances", "Sigma_s", "matrix"),
-        ("sayings", "lamda", "vector"),
-    ),
-    symmetric=("Sigma", "Lambda_next"),
-    definite=(Factor("Sigma_s", SAFE, "Sigma"),),
-    backward=True,
-)
-NEIGHBOURS = replace(  # takes half as long again
-    BACKWARD,
-    carried=(*BACKWARD.carried, ("Ahead", "Ahead_next")),
-    written=(*BACKWARD.written, ("neighbours", "U_next", "matrix")),
-)
 ROW = ("Theta", "x_s", "Sigma_s", "lamda", "Lambda")
 
 
-class Carried(NamedTuple):
-    """What later rows leave to a row: by what they say, or by the next state.
-
-    ``lamda`` (n, 1), ``Lambda``, ``Ahead`` are of the next row's prediction.  Once
-    ``half`` is there, it is a factor of the next row's smoothed covariance, and
-    ``x`` (n, 1) its estimate: then what they say is not carried any more.
-    """
-
-    lamda: np.ndarray
-    Lambda: np.ndarray
-    Ahead: np.ndarray
-    x: np.ndarray
-    half: np.ndarray | None
-
-
-@dataclass(frozen=True, eq=False)
-class Back:
-    """What the pass finds, row by row.
-
-    Attributes
-    ----------
-    x : (N, n) ndarray
-        Smoothed estimates.
-    Sigma : (N, n, n) ndarray
-        Covariances of their errors.
-    U : (N + 1, n, n) ndarray or None
-        E[e_k e_{k-1}'], in row k, if it was asked for.  The first row is for what was
-        before the record, the last has no meaning.
-    lamda : (N + 1, n) ndarray
-        What rows from k on say of the prediction of row k.
-    """
-
-    x: np.ndarray
-    Sigma: np.ndarray
-    U: np.ndarray | None
-    lamda: np.ndarray
-
-
-class Ways(NamedTuple):
-    """How rows lead on: for row k, C (p, n) and the `Move` to the next row.
-
-    ``As`` and ``C`` are those of all rows, or stacks with one for each.
-    """
-
-    As: np.ndarray
-    C: np.ndarray
-    move: Callable[[int], Move]
-
-    def at(self, k: int) -> tuple[Matrix, Matrix]:
-        """As and C of row k."""
-        As, C = (X if X.ndim == 2 else X[k] for X in (self.As, self.C))
-        return As, C
-
-
 def smoothed(kept: Kept, ways: Ways, compile: bool, neighbours: bool) -> Back:
-    """Smooth all rows of a record, given the filter's pass over it."""
+    """Smooth all rows of a record, given the filter's pass over it.
+
+    The covariances of `kept` are overwritten: to touch new memory takes as long as to
+    compute a small one.
+    """
     N, n = kept.x.shape
     U = np.zeros((N + 1, n, n)) if neighbours else None
-    out = Back(np.empty((N, n)), np.empty((N, n, n)), U, np.zeros((N + 1, n)))
+    out = Back(np.empty((N, n)), kept.Sigma, U, np.zeros((N + 1, n)))
     zero = np.zeros((n, n))
     carried = Carried(zero[:, :1], zero, np.eye(n), zero[:, :1], None)
-    kernel = _Compiled(kept, ways, out) if compile and N else None
+    kernel = Compiled(kept, ways, out) if compile and N else None
     turn = 0
     while turn < N:
         if kernel is not None and carried.half is None:
@@ -155,22 +78,26 @@ def _row(kept: Kept, ways: Ways, k: int, carried: Carried, out: Back) -> Carried
 
 def clear(spread: Spread, found: dict[str, Any]) -> Matrix | None:
     """The smoothed covariance, or None where too few of its digits are left."""
-    Sigma_s = found["Sigma_s"]
-    if spread.half is None and enough(Sigma_s, spread.Sigma):
+    Sigma_s, Theta = found["Sigma_s"], found["Theta"]
+    if spread.half is None and enough(Sigma_s, spread.Sigma, Theta):
         return Sigma_s
     H = root(spread.Sigma) if spread.half is None else spread.half
-    Rest = kernels.compiled(rest)(Theta=found["Theta"], H=H)["Rest"]
+    Rest = kernels.compiled(rest)(Theta=Theta, H=H)["Rest"]
     values, vectors = np.linalg.eigh(Rest)
-    if values.size and not values[0] > LEFT:
+    least = values[0] if values.size else 1.0
+    size = (lengths(H) * np.sqrt(np.maximum(Theta.diagonal(), 0))).max(initial=0)
+    if not least > LEFT or size**2 > MOST:
         return None
     half = H @ (vectors * np.sqrt(values))
     return half @ half.T
 
 
-def enough(Sigma_s: Matrix, Sigma: Matrix) -> bool:
+def enough(Sigma_s: Matrix, Sigma: Matrix, Theta: Matrix) -> bool:
     """Whether the difference of covariances has kept its digits."""
-    size = Sigma.diagonal()
-    return safe(Sigma_s, size) and bool((Sigma_s.diagonal() > LEFT * size).all())
+    size, left = Sigma.diagonal(), Sigma_s.diagonal()
+    if np.any(left <= LEFT * size) or np.any(Theta.diagonal() * size > MOST):
+        return False
+    return safe(Sigma_s, size)
 
 
 def root(Sigma: Matrix) -> Matrix:
@@ -219,73 +146,3 @@ def by_next_state(
         x=found["x_s"], half=shorten(np.concatenate(parts, axis=1))
     )
     return after, found, B @ (B.T @ (carried.x[:, 0] - x_minus_next))
-
-
-class _Compiled:
-    """The pass in compiled code, which gives up where digits would be lost."""
-
-    def __init__(self, kept: Kept, ways: Ways, out: Back) -> None:
-        self.kept, self.out, (N, n) = kept, out, kept.x.shape
-        self.last, self.variances = N - 1, np.empty((N, n))
-        stacked = {"Sigma", "K", "W"} | {
-            name for name in ("As", "C") if getattr(ways, name).ndim == 3
-        }
-        sizes = (("n", n), ("p", kept.K.shape[2]))
-        known = tuple((name, _known(getattr(ways, name))) for name in ("As", "C"))
-        recursion = BACKWARD if out.U is None else NEIGHBOURS
-        self.kernel = kernels.over_record(recursion, sizes, known, frozenset(stacked))
-        given = {name: _stack(getattr(ways, name)) for name in ("As", "C")}
-        given |= dict(Sigma=flat(kept.Sigma), K=flat(kept.K), W=flat(kept.W))
-        given |= dict(innovations=kept.innovation, xs=kept.x)
-        self.given = given
-
-    def run(self, carried: Carried, turn: int) -> tuple[Carried, int]:
-        """From what is carried to a row: what is carried on, and the row not done."""
-        N = self.last + 1
-        while turn < N:
-            stop = min(turn + TURNS, N)
-            after, done = self._rows(carried, turn, stop)
-            good = self._good(turn, done)
-            if good < done:
-                after, done = self._rows(carried, turn, good)
-            carried, turn = after, done
-            if done < stop:
-                break
-        return carried, turn
-
-    def _good(self, turn: int, done: int) -> int:
-        """The first turn whose covariance has lost too many digits, or `done`."""
-        rows = slice(self.last - done + 1, self.last - turn + 1)
-        few = self.kept.variances[rows] * LEFT >= self.variances[rows]
-        if not np.any(few):
-            return done
-        return turn + int(np.flatnonzero(np.any(few, axis=1)[::-1])[0])
-
-    def _rows(self, carried: Carried, turn: int, stop: int) -> tuple[Carried, int]:
-        out, N = self.out, len(self.variances)
-        now = dict(lamda_next=carried.lamda, Lambda_next=carried.Lambda)
-        found = dict(
-            smoothed=out.x, variances=self.variances, covariances=flat(out.Sigma),
-            sayings=out.lamda[:N],
-        )  # fmt: skip
-        if out.U is not None:
-            now["Ahead_next"], found["neighbours"] = carried.Ahead, flat(out.U[1:])
-        after = {name: X.flatten() for name, X in now.items()}
-        done = self.kernel(
-            last=self.last, start=turn, stop=stop, keep=True,
-            **self.given, **after, **found,
-        )  # fmt: skip
-        shaped = {name: after[name].reshape(X.shape) for name, X in now.items()}
-        return Carried(
-            shaped["lamda_next"], shaped["Lambda_next"],
-            shaped.get("Ahead_next", carried.Ahead), carried.x, None,
-        ), done  # fmt: skip
-
-
-def _known(X: Matrix) -> Any:
-    every = X if X.ndim == 3 else X[None]
-    return kernels.entries_known((every == 0).all(axis=0), (every == 1).all(axis=0))
-
-
-def _stack(X: Matrix) -> Matrix:
-    return flat(kernels.plain_array(X if X.ndim == 3 else X[None]))

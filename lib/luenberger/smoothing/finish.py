@@ -13,7 +13,7 @@ from ..numeric.linalg import solve_right
 from ..recursion.filter_stacks import alike
 from ..recursion.root_step import Move
 from ..recursion.settings import Setting, Settings
-from .backward import Back, Ways
+from .carried import Back, Ways
 from .derivation import noises, pushed_step, residual
 
 Rows = Vector | slice

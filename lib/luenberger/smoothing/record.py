@@ -16,13 +16,14 @@ from ..plant import Plant
 from ..recursion.filter_pass import Pass
 from ..recursion.root_step import Spread, first_move
 from ..recursion.settings import Settings, require_start
-from ..recursion.state import start
+from ..recursion.state import State, start
 from ..run import chunks
 from ..run.clock import require_instants
 from ..run.filter_data import Outputs
 from ..run.sampled_pass import window
 from ..run.timed import Timed
-from .backward import Back, Ways, by_next_state, known, root, smoothed
+from .backward import by_next_state, known, root, smoothed
+from .carried import Back, Ways
 from .finish import both_noises, pushed, pushed_neighbours, residuals, ways
 from .forward import KEPT, Kept
 from .windows import lagged
@@ -40,25 +41,39 @@ class Smoothed:
         Their one-sigma errors, square roots of the diagonal of P.
     P : (N, n, n) ndarray
         Covariances of their errors e, which are estimate less state.
-    w : (N, n) ndarray or pandas.DataFrame
-        E[w | y], the process noise that leads from the row to the next one.
-    v : (N, p) ndarray or pandas.DataFrame
-        E[v | y], the measurement noise of the row; also of outputs that are missing,
-        as far as others tell of it.
     """
 
     x: np.ndarray
     std: np.ndarray
     P: np.ndarray
-    w: np.ndarray
-    v: np.ndarray
+    _noises: Callable[[], tuple[Any, Any]] = field(repr=False)
     _neighbours: Callable[[], np.ndarray] = field(repr=False)
+
+    @property
+    def w(self) -> np.ndarray:
+        """E[w | y], the process noise that leads from a row to the next one, (N, n).
+
+        It is found when first read, with `v`.
+        """
+        return self._both[0]
+
+    @property
+    def v(self) -> np.ndarray:
+        """E[v | y], the measurement noise of each row, (N, p).
+
+        Also of outputs that are missing, as far as others tell of it.
+        """
+        return self._both[1]
+
+    @cached_property
+    def _both(self) -> tuple[Any, Any]:
+        return self._noises()
 
     @cached_property
     def lag_one(self) -> np.ndarray:
         """The covariance E[e_k e_{k-1}'] of row k with the row before, (N, n, n).
 
-        It is found when first read.
+        It is found when first read: another pass of the filter, and the way back.
 
         The first row is with the state at instant 0, or, if P0 is the prior of the
         first sample, with itself.  For a fixed lag either error is that of its own row.
@@ -104,12 +119,16 @@ class Smoother:
         last = self.state.instant + len(values)
         require_instants(plant, last)
         self.fast = kernels.runs_compiled(self.backend, last)
-        new = Kept.empty(len(values), plant)
-        self.state = self.run.into(new, self.state, values, inputs, self.fast, KEPT)
+        self.before = self.state
+        new, self.state = self._filtered(self.state, values, inputs)
         self.kept = self.kept.before(new) if len(self.kept) else new
         self.y = np.concatenate([self.y, values])
         self.u = np.concatenate([self.u, inputs])
         self.index = dataframes.joined(self.index, y)
+
+    def _filtered(self, state: State, y: Matrix, u: Matrix) -> tuple[Kept, State]:
+        new = Kept.empty(len(y), self.plant)
+        return new, self.run.into(new, state, y, u, self.fast, KEPT)
 
     def _sample(self, periods: Vector) -> None:
         """The plant at the rows that are kept and at those to which `periods` lead."""
@@ -144,7 +163,8 @@ class Smoother:
             if not old and ready:
                 self._first(self.kept, back)
         found = self._finished(back, leads, seen, ready, old)
-        self._forget(ready)
+        if lag is not None:
+            self._forget(ready)
         return found
 
     def _finished(
@@ -152,35 +172,41 @@ class Smoother:
     ) -> Smoothed:
         """The rows from `old` on, with their noises and accurate outputs met."""
         plant, first, seen = self.plant, self.first, seen[:ready]
-        y, u = self.y[:ready], self.u[:ready]
-        rho = residuals(self.settings, first, seen, y, u, back.x)
-        w, v = both_noises(self.settings, first, seen, back.lamda[1:], rho)
-        meets = bool(self.accurate.accurate)
+        settings, accurate = self.settings, self.accurate  # the next rows have others
+        y, u, lamda, x = self.y[:ready], self.u[:ready], back.lamda, back.x
+        index = None if self.index is None else self.index[old:ready]
+
+        def noises() -> tuple[Any, Any]:
+            rho = residuals(settings, first, seen, y, u, x)
+            found = both_noises(settings, first, seen, lamda[1:], rho)
+            names = plant.state_names, plant.output_names
+            w, v = (dataframes.framed(X[old:], N, index) for X, N in zip(found, names))
+            return w, v
+
+        U = back.U
+        meets = bool(accurate.accurate)
         if meets:
-            back = pushed(self.accurate, first, seen, back, rho)
-        kept, fast = self.kept, self.fast
+            rho = residuals(settings, first, seen, y, u, x)
+            back = pushed(accurate, first, seen, back, rho)
 
         def neighbours() -> Matrix:
-            U = back.U
-            if U is None:
-                U = self._all_neighbours(kept, leads, fast)
-            U = pushed_neighbours(self.accurate, first, seen, U) if meets else U
-            return U[old:]
+            found = self._all_neighbours(leads) if U is None else U
+            if meets:
+                found = pushed_neighbours(accurate, first, seen, found)
+            return found[old:]
 
-        rows = slice(old, ready)
-        P = back.Sigma[rows]
+        P = back.Sigma[old:ready]
         std = np.sqrt(np.maximum(P.diagonal(axis1=1, axis2=2), 0))
-        index = None if self.index is None else self.index[rows]
-        x, std, w = (
+        framed = (
             dataframes.framed(X, plant.state_names, index)
-            for X in (back.x[rows], std, w[rows])
+            for X in (back.x[old:ready], std)
         )
-        v = dataframes.framed(v[rows], plant.output_names, index)
-        return Smoothed(x, std, P, w, v, neighbours)
+        return Smoothed(*framed, P, noises, neighbours)
 
-    def _all_neighbours(self, kept: Kept, leads: Ways, fast: bool) -> Matrix:
-        """E[e_k e_{k-1}'] of a whole record: its backward pass once more."""
-        back = smoothed(kept, leads, fast, neighbours=True)
+    def _all_neighbours(self, leads: Ways) -> Matrix:
+        """E[e_k e_{k-1}'] of a whole record: all of it once more."""
+        kept, _ = self._filtered(self.before, self.y, self.u)
+        back = smoothed(kept, leads, self.fast, neighbours=True)
         assert back.U is not None
         if len(kept):
             self._first(kept, back)

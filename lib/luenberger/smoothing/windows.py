@@ -12,11 +12,14 @@ from typing import NamedTuple
 import numpy as np
 
 from .. import kernels
-from ..numeric import Matrix
+from ..numeric import Matrix, Vector
 from ..numeric.factors import SAFE
-from .backward import LEFT, Back, Ways, clear, known, root, through_next
+from .backward import clear, known, root, through_next
+from .carried import LEFT, MOST, Back, Ways
 from .derivation import backward_step, joined, row
 from .forward import Kept
+
+GROWN = 1e6  # times the variance of a row, within its lag
 
 
 class Said(NamedTuple):
@@ -91,10 +94,10 @@ def lagged(kept: Kept, ways: Ways, lag: int, rows: int) -> Back:
         U,
         np.concatenate([np.zeros((1, n)), said.a[:rows, :, 0]]),
     )
-    again = []
-    for k in _doubtful(out.Sigma, kept):
+    again, grown = [], _grown(kept.variances, lag)[:rows]
+    for k in _doubtful(out.Sigma, found["Theta"], kept, grown):
         mine = {name: found[name][k] for name in ("Sigma_s", "Theta")}
-        Sigma_s = clear(kept.spread(k), mine)
+        Sigma_s = None if grown[k] else clear(kept.spread(k), mine)
         if Sigma_s is None:
             _one(kept, ways, k, min(k + lag, len(kept) - 1), out)
             again.append(k)
@@ -107,13 +110,28 @@ def lagged(kept: Kept, ways: Ways, lag: int, rows: int) -> Back:
     return out
 
 
-def _doubtful(Sigma_s: Matrix, kept: Kept) -> list[int]:
+def _grown(variances: Matrix, lag: int) -> Vector:
+    """Rows behind which, within the lag, a variance is a large multiple of theirs.
+
+    What a stretch says is then a difference of products that large.
+    """
+    if lag == 0 or len(variances) == 0:
+        return np.zeros(len(variances), dtype=bool)
+    lag = min(lag, len(variances))
+    padded = np.pad(variances, ((0, lag), (0, 0)), "edge")
+    behind = np.lib.stride_tricks.sliding_window_view(padded, lag + 1, axis=0)
+    much = (behind.max(axis=2) > GROWN * variances) & (variances > 0)
+    return much.any(axis=1)
+
+
+def _doubtful(Sigma_s: Matrix, Theta: Matrix, kept: Kept, grown: Vector) -> list[int]:
     """Rows whose covariance is singular, or has lost too many digits."""
-    size = kept.Sigma[: len(Sigma_s)].diagonal(axis1=1, axis2=2)
+    size = kept.variances[: len(Sigma_s)]
     unit = np.sqrt(np.where(size > 0, size, 1.0))
     least = np.linalg.eigvalsh(Sigma_s / unit[:, :, None] / unit[:, None])[:, 0]
     few = Sigma_s.diagonal(axis1=1, axis2=2) <= LEFT * size
-    bad = set(np.flatnonzero(few.any(axis=1) | (least <= SAFE)).tolist())
+    few |= Theta[: len(Sigma_s)].diagonal(axis1=1, axis2=2) * size > MOST
+    bad = set(np.flatnonzero(few.any(axis=1) | (least <= SAFE) | grown).tolist())
     return sorted(bad | {k for k in kept.spreads if k < len(Sigma_s)})
 
 

@@ -26,7 +26,7 @@ factor_step = StageList(
 backward_step = StageList(
     __name__,
     "adjoint.backward_step",
-    "theta Theta Left x_s Sigma_s U_next Ahead lamda Theta_Y Lambda",
+    "theta Theta Left x_s Sigma_s U_next Ahead lamda Theta_Y New Lambda",
 )
 rest = StageList(__name__, "adjoint.rest", "Rest")
 said = StageList(__name__, "adjoint.said", "W")

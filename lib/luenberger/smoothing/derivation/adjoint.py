@@ -24,6 +24,7 @@ Rest = letters("Rest", k, k, "what later rows leave of its unit noises", symmetr
 Ahead = letters("Ahead", n, n, "what it leaves of the prediction's error")
 Ahead_next = letters("Ahead_next", n, n, "the same one step on")
 Theta_Y = letters("Theta_Y", n, n, "`Theta` seen by what the gain leaves")
+New = letters("New", p, n, "what the outputs say, less what the gain takes off")
 
 SMOOTHED = (
     """Suppose that later rows correct the next prediction by `Omega_next lamda_next`,
@@ -107,8 +108,7 @@ UPDATE = (
         "",
         "and lessen the prediction's covariance",
         Sigma_s - Omega,
-        Line(Sigma - Sigma * Theta * Sigma - Omega, by=(covariance,)),
-        Line(Y * Omega - Sigma * Theta * Y * Omega - Omega, by=(shorter,)),
+        Line(Y * Omega - Sigma * Theta * Y * Omega - Omega, by=(covariance, shorter)),
         Line((I - Omega * Lambda) * Omega - Omega, by=(left,)),
         Line(-Omega * Lambda * Omega, why="multiply out"),
     ),
@@ -135,6 +135,21 @@ UPDATE = (
         Line(Omega * C.T * B * B.T, by=(by_root,)),
         Line(K, by=(gain_of_root,)),
     ),
+    "Either of them has a symmetric product with `C`.",
+    chain(
+        "",
+        "the product is symmetric if a solve found it",
+        W * C,
+        Line(W * M * W.T, by=(by_solve,)),
+        Line(C.T * W.T, by=(by_solve,)),
+    ),
+    even := chain(
+        "",
+        "the product is symmetric if a root found it",
+        W * C,
+        Line(C.T * B * B.T * C, by=(by_root,)),
+        Line(C.T * W.T, by=(by_root,)),
+    ),
 )
 RUNS = (
     "What is left of the covariance, and of the prediction's error, is a product.",
@@ -153,8 +168,7 @@ RUNS = (
         "what is left of the prediction's error, in fewer multiplications",
         Ahead,
         Line(Y - Sigma * Theta * Y, by=(is_Ahead,)),
-        Line(Left * Y, by=(is_Left,)),
-        Line(Left * (I - K * C), by=(is_Y,)),
+        Line(Left * (I - K * C), by=(is_Left, is_Y)),
         Line(Left - Left * K * C, why="multiply out"),
     ),
     """Where `Sigma` is singular its factor is kept, and the same is told of the unit
@@ -178,26 +192,26 @@ RUNS = (
         "",
         "what is seen on one side",
         Theta_Y,
-        Line(Theta * Y, by=(is_Theta_Y,)),
-        Line(Theta * (I - K * C), by=(is_Y,)),
+        Line(Theta * (I - K * C), by=(is_Theta_Y, is_Y)),
         Line(Theta - Theta * K * C, why="multiply out"),
     ),
     quick_lamda := chain(
         "",
         "the vector that is carried",
         lamda,
-        Line(W * innovation + Y.T * theta, by=(is_lamda,)),
-        Line(W * innovation + (I - K * C).T * theta, by=(is_Y,)),
+        Line(W * innovation + (I - K * C).T * theta, by=(is_lamda, is_Y)),
         Line(theta + W * innovation - C.T * K.T * theta, why="multiply out"),
     ),
+    is_New := define(New, W.T - K.T * Theta_Y),
     quick_Lambda := chain(
         "",
         "the matrix that is carried",
         Lambda,
         Line(W * C + Y.T * Theta * Y, by=(is_Lambda,)),
         Line(W * C + Y.T * Theta_Y, by=(is_Theta_Y,)),
-        Line(W * C + (I - K * C).T * Theta_Y, by=(is_Y,)),
-        Line(Theta_Y + W * C - C.T * K.T * Theta_Y, why="multiply out"),
+        Line(C.T * W.T + (I - K * C).T * Theta_Y, by=(is_Y, even)),
+        Line(Theta_Y + C.T * (W.T - K.T * Theta_Y), why="multiply out, and factor"),
+        Line(Theta_Y + C.T * New, by=(is_New,)),
     ),
     "The covariance of neighbours needs what the next row has left, and no gain.",
     is_Ahead_next := define(Ahead_next, I - Omega_next * Lambda_next),
@@ -233,6 +247,7 @@ def backward_step():
             Stage(Ahead, quick_Ahead.right, by=(quick_Ahead,)),
             Stage(lamda, quick_lamda.right, by=(quick_lamda,)),
             Stage(Theta_Y, quick_Theta_Y.right, by=(quick_Theta_Y,)),
+            Stage(New, is_New.right, by=(is_New,)),
             Stage(Lambda, quick_Lambda.right, symmetric=True, by=(quick_Lambda,)),
         ),
         source="our own; Bryson and Frazier (1963)",
