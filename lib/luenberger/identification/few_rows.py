@@ -51,7 +51,7 @@ def rows_of(
         name: X if len(X) == 1 else X[source]
         for name, X in _given(plant, whole, first).items()
     }
-    changes = _counted(ways.rows(first, N), whole.free)
+    changes = ways.rows(first, N)
     changes = {k: X if len(X) == 1 else X[source] for k, X in changes.items()}
     return Stretch(given, changes, len(source), u[:, None, :, None], index)
 
@@ -66,30 +66,19 @@ def _still(Omega: Matrix) -> bool:
 
 
 def _given(plant: Plant, trail: Trail, first: int) -> Matrices:
-    """The plant and its filter in the rows of a trail, from the instant `first` on."""
+    """The plant and its filter in the rows of a trail, from the instant `first` on.
+
+    Outputs that do not count have zeros in W and in the gain, which meet all else.
+    """
     N, (n, p) = len(trail.free), (plant.n, plant.p)
     S = np.zeros((n, p)) if plant.S is None else plant.S
     given = dict(A=plant.A, B=plant.B, C=plant.C, E=plant.E, S=S)
     here = slice(first, first + N)
     given = {k: X[here] if X.ndim == 3 else X[None] for k, X in given.items()}
-    if not trail.free.all():
-        mask = trail.free[:, :, None]
-        given |= dict(C=given["C"] * mask, E=given["E"] * mask)
     given |= dict(Omega=trail.Omega, W=trail.W)
     gain = kernels.run(gain_of_prediction, given, "G", stacks=True)["G"]
     given["G"] = np.where(trail.compiled[:, None, None], gain, trail.G)
     return {name: X[:, None] for name, X in given.items()}
-
-
-def _counted(changes: Matrices, free: Matrix) -> Matrices:
-    """The changes of what counts: outputs that do not have zeros."""
-    if free.all():
-        return changes
-    rows, columns = free[:, None, :, None], free[:, None, None, :]
-    counted = {name: changes[name] * rows for name in ("dC", "dE")}
-    counted["dS"] = changes["dS"] * columns
-    counted["dR"] = changes["dR"] * rows * columns
-    return changes | counted
 
 
 def _forgets(settings: Settings, ways: Ways, given: Matrices, N: int) -> int:
