@@ -37,7 +37,7 @@ class Judge:
         Variances that the Kalman filter leaves, or the least of the designs where
         there is no Kalman filter.
     floor : (q,) ndarray
-        Variances below are rounding, and count as zero: 1e-14 of what is not known
+        Variances below are rounding, and count as zero: 1e-14 of what may not be known
         before a measurement, of which the Kalman filter takes the difference.
     beside : str
         Whose variances `least` are.
@@ -84,9 +84,11 @@ def judged(
         judge = Judge(least, np.zeros_like(least), "most accurate design", scale)
     else:
         plant = asked.additive
-        before = plant.A @ kalman @ plant.A.T + plant.Q
         rows = np.eye(plant.n) if k is None else k
-        least, size = (np.maximum(_diagonal(rows, X), 0) for X in (kalman, before))
+        known = np.sqrt(np.maximum(kalman.diagonal(), 0))
+        before = np.hypot(np.abs(plant.A) @ known, np.sqrt(plant.Q.diagonal()))
+        size = (np.abs(rows) @ before) ** 2  # at most, however they are correlated
+        least = np.maximum(_diagonal(rows, kalman), 0)
         judge = Judge(least, ROUNDING * size, scale=scale)
     return tuple(replace(one, judge=judge) for one in attempts)
 
