@@ -14,7 +14,10 @@ from ..arguments import expect
 from ..compare import Comparison, from_start, transients
 from ..observer import Observer
 from ..plant import Plant
-from .style import COLOURS, MARKERS, Look, style, text
+from .style import COLOURS, MARKERS, Look, squared, style, text, unit
+
+FALL = 20  # times a transient falls at least, where its scale is logarithmic
+DENSE = 200  # samples; points of more are drawn smaller
 
 
 def error_variance(
@@ -59,9 +62,22 @@ def error_variance(
         t = plant.dt * (start + np.arange(len(covariance)))
         variance = np.asarray(covariance)[:, k, k]
         ax.plot(t, variance, label=text(label), **style(i))
-    ax.set_ylim(0, 1.05 * ax.dataLim.y1 or 1)  # a level curve off the frame
-    ax.set(xlabel="time (s)", ylabel="error variance", title=text(plant.state_names[k]))
+    name = plant.state_names[k]
+    _scale(ax, [np.asarray(X)[:, k, k] for X in curves.values()])
+    ax.set(xlabel="time (s)", ylabel="error variance" + squared(name), title=text(name))
     return ax
+
+
+def _scale(ax: Axes, variances: Sequence[np.ndarray]) -> None:
+    """A logarithmic scale for transients that fall far, with the least steady level."""
+    least = min(X.min() for X in variances)
+    last = [X[-1] for X in variances if len(X) > 1 and X[-1] > 0.99 * X[-2]]
+    if 0 < least < max(X.max() for X in variances) / FALL:
+        ax.set_yscale("log")
+        if last:
+            ax.axhline(min(last), color="0.6", lw=0.8, zorder=0, label="steady level")
+    else:
+        ax.set_ylim(0, 1.05 * ax.dataLim.y1 or 1)  # a level curve off the frame
 
 
 def sampled_response(run: Any, ax: Axes | None = None) -> Axes:
@@ -110,14 +126,16 @@ def estimates(
     ax = ax or plt.gca()
     k = plant.state_names.index(state) if isinstance(state, str) else state
     middle = np.asarray(x)[:, k]
-    if y is not None:
-        ax.plot(time, y, ".", color="0.5", ms=4, label="measured")
-    ax.plot(time, middle, label=label, **style(0))
+    if y is not None:  # below the band, and smaller the more there are
+        size = 4.0 if len(middle) <= DENSE else 3.0
+        ax.plot(time, y, ".", color="0.65", ms=size, mew=0, zorder=1, label="measured")
+    ax.plot(time, middle, label=label, zorder=3, **style(0))
     if std is not None:
         band = np.asarray(std)[:, k]
-        look: Look = dict(color=COLOURS[0], alpha=0.25, lw=0, label="one sigma")
-        ax.fill_between(time, middle - band, middle + band, **look)
-    ax.set(xlabel="time (s)", title=text(plant.state_names[k]))
+        look: Look = dict(color=COLOURS[0], lw=0.6, zorder=2, label="one sigma")
+        ax.fill_between(time, middle - band, middle + band, alpha=0.35, **look)
+    name = plant.state_names[k]
+    ax.set(xlabel="time (s)", ylabel=text(unit(name)), title=text(name))
     return ax
 
 
@@ -150,9 +168,20 @@ def gains(
         for i, row in enumerate(rows):
             curve = style(i) | {"marker": MARKERS[j % 6], "markevery": 0.2}
             ax.plot(t, K[:, i, j], label=text(f"{row} from {output}"), **curve)
-    ax.set(xlabel="time (s)", ylabel="gain")
+    ax.set(xlabel="time (s)", ylabel=_gain(rows, plant.output_names))
     ax.legend(fontsize="small")
     return ax
+
+
+def _gain(rows: Sequence[str], outputs: Sequence[str]) -> str:
+    """What the axis of gains says: their unit, or that each has its own."""
+    of_rows, of_outputs = ({unit(name) for name in names} for names in (rows, outputs))
+    if of_rows | of_outputs == {""}:
+        return "gain"
+    if len(of_rows) == len(of_outputs) == 1:
+        (above,), (below,) = of_rows, of_outputs
+        return text(f"gain ({above or '1'} per {below or '1'})")
+    return "gain (units of state per output)"
 
 
 def _gain_bars(
@@ -171,7 +200,7 @@ def _gain_bars(
     if turned:
         ax.tick_params(axis="x", rotation=30)
         plt.setp(ax.get_xticklabels(), ha="right")
-    ax.set(ylabel="gain")
+    ax.set(ylabel=_gain(rows, outputs))
     if p:
         ax.legend(fontsize="small")
     return ax

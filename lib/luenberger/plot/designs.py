@@ -9,6 +9,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import LogFormatter
+from matplotlib.transforms import ScaledTranslation
 
 from ..compare import METHODS, Attempt, Comparison, why_not
 from ..observer import Observer
@@ -31,9 +32,10 @@ def pareto(table: Comparison, ax: Axes | None = None, *, by: str | None = None) 
     filter's, or with `compare(scale=...)` the error in that scale.  Where no error is
     known it is the noise gain against the settling time.
 
-    A marker for each method, a line through the front, and a star on the recommended
-    design.  A design is on the front when none of the same or less work is more
-    accurate.  Errors more than 100 times the least are left out; the title counts them.
+    A marker for each method, a line through the front, whose designs show how many
+    states they have, and a star beside the recommended design.  A design is on the
+    front when none of the same or less work is more accurate.  Errors more than 100
+    times the least are left out; the title counts them.
 
     Parameters
     ----------
@@ -59,12 +61,25 @@ def pareto(table: Comparison, ax: Axes | None = None, *, by: str | None = None) 
             ax.plot(*points, MARKERS[k % 6], label=method, **look)
     if table.chosen is not None:
         star = _points([one for one in near if one is table.chosen], by, what)
-        ax.plot(*star, "k*", ms=13, mfc="none", label="recommended")
+        beside = ScaledTranslation(-10 / 72, -8 / 72, ax.figure.dpi_scale_trans)
+        look = dict(transform=ax.transData + beside, label="recommended")
+        ax.plot(*star, "k*", ms=9, **look)
+    _name(ax, line, by, what)
     if beyond := len(table.judged) - len(near):
         limit = number(float(f"{highest:.1e}"))
         ax.set_title(f"not shown: {beyond} above {limit}", fontsize="small")
     _label(table, ax, [getattr(one, what) for one in near], by)
     return ax
+
+
+def _name(ax: Axes, front: list[Attempt], by: str, what: str) -> None:
+    """How many states the designs on the front have, beside their points."""
+    look: Look = dict(textcoords="offset points", fontsize="x-small")
+    for k, one in enumerate(front):
+        at, inwards = (getattr(one, by), getattr(one, what)), len(front) - 1 == k > 0
+        side: Look = dict(xytext=(-6, 5), ha="right") if inwards else {"xytext": (6, 5)}
+        states = f"{one.order} state{'' if one.order == 1 else 's'}"
+        ax.annotate(states, at, **look, **side)
 
 
 def _label(table: Comparison, ax: Axes, errors: list[float], by: str) -> None:

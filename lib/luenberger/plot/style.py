@@ -1,5 +1,6 @@
 """How curves, text and panels look: each told apart in grey and by most eyes."""
 
+import re
 from typing import Any
 
 import matplotlib.pyplot as plt
@@ -14,6 +15,28 @@ Look = dict[str, Any]  # of a curve: what matplotlib takes by keyword
 def text(name: str) -> str:
     """A name of the user's as it is: no mathematics between dollar signs."""
     return name.replace("$", r"\$")
+
+
+def unit(name: str) -> str:
+    """The unit that a name ends with, "m/s" of "velocity (m/s)"; empty without one.
+
+    >>> unit("velocity (m/s)"), unit("x1")
+    ('m/s', '')
+    """
+    found = re.search(r"\(([^()]+)\)\s*$", name)
+    return found[1] if found else ""
+
+
+def squared(name: str) -> str:
+    """The unit of a variance, as it is written behind a word.
+
+    >>> squared("position (m)"), squared("velocity (m/s)"), squared("x1")
+    (' (m²)', ' ((m/s)²)', '')
+    """
+    one = text(unit(name))
+    if not one:
+        return ""
+    return f" ({one}²)" if one.isalpha() else f" (({one})²)"
 
 
 def style(k: int) -> Look:
