@@ -61,8 +61,8 @@ def pareto(table: Comparison, ax: Axes | None = None, *, by: str | None = None) 
             ax.plot(*points, MARKERS[k % 6], label=method, **look)
     if table.chosen is not None:
         star = _points([one for one in near if one is table.chosen], by, what)
-        beside = ScaledTranslation(-10 / 72, -8 / 72, ax.figure.dpi_scale_trans)
-        look = dict(transform=ax.transData + beside, label="recommended")
+        beside = ScaledTranslation(-10 / 72, 0, ax.figure.dpi_scale_trans)
+        look = dict(transform=ax.transData + beside, label="recommended", clip_on=False)
         ax.plot(*star, "k*", ms=9, **look)
     _name(ax, line, by, what)
     if beyond := len(table.judged) - len(near):
