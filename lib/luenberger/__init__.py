@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 from . import interrupts as interrupts  # before all that takes time
 from . import sampling as sampling
 from .analysis.error_covariance import error_covariance as error_covariance
+from .analysis.error_covariance import mean_error as mean_error
 from .analysis.multiply_adds import multiply_adds as multiply_adds
 from .analysis.optimality import Optimality as Optimality
 from .analysis.optimality import optimality as optimality

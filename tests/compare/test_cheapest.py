@@ -48,10 +48,12 @@ def test_what_is_counted_is_what_is_returned(table):
 
 def test_the_form_estimates_as_the_design_does(table):
     one = table.find("fixed-order filter", label="order 3 for k x")
-    left = lb.error_covariance(one.observer, drive())
-    assert np.allclose(left, one.covariance, rtol=1e-9)
+    assert one.covariance is None and one.disturbed
     designed = lb.fixed_order_filter(drive(), 3, L=K, starts=12)
-    assert np.allclose(one.covariance, lb.error_covariance(designed, drive()))
+    for U in (0, [[4.0]]):
+        left = lb.error_covariance(one.observer, drive(), U=U)
+        wanted = lb.error_covariance(designed, drive(), U=U)
+        assert np.allclose(left, wanted, rtol=1e-9)
     assert lb.optimality(one.observer, drive()).worst < 1e-6
 
 

@@ -346,20 +346,25 @@ def test_multiplicative_noise_too_strong_is_a_refusal():
     assert lb.compare(silent, methods="deadbeat observer").designs[0].noise_gain > 0
 
 
-def test_known_inputs_keep_inexact_filters_from_being_recommended():
-    quiet, driven = lb.compare(stable()), lb.compare(stable(B=[[1], [0], [0]]))
+def test_a_known_input_hides_errors_until_it_has_statistics():
+    plant = stable(B=[[1], [0], [0]])
+    methods = ["Kalman filter", "fixed-order filter"]
+    quiet, driven = (lb.compare(one, methods=methods) for one in (stable(), plant))
     one = driven.find("fixed-order filter", order=1)
-    assert one.trace == pytest.approx(
-        quiet.find("fixed-order filter", order=1).trace, rel=1e-6
-    )
-    assert one not in driven.eligible and "u = 0" in one.note
-    assert quiet.find("fixed-order filter", order=1) in quiet.eligible
-    loose = driven.recommended(tolerance=10)
-    assert loose.exact and quiet.recommended(tolerance=10).work <= loose.work
+    assert one.disturbed and one.trace is None and "u = 0" in one.note
+    assert one not in driven.eligible and one not in driven.pareto()
     assert quiet.recommended() is quiet.find("fixed-order filter", order=1)
-    words = f"Passed over: fixed-order filter, order 1, with {one.work} multiply-adds"
+    assert driven.recommended(tolerance=10).exact
+    words = "Not weighed: 4 designs whose estimate the known input disturbs"
     assert words in " ".join(driven.reasons())
-    assert "Passed over" not in " ".join(quiet.reasons())
+    assert "Not weighed" not in " ".join(quiet.reasons())
+    told = lb.compare(plant, methods=methods, U=[[4.0]])
+    one = told.find("fixed-order filter", order=1)
+    assert one.disturbed and one.note == "" and one in told.eligible
+    wanted = lb.error_covariance(one.observer, plant, U=[[4.0]]).trace()
+    assert one.trace == pytest.approx(wanted, rel=1e-9)
+    alone = lb.compare(plant, methods="fixed-order filter")
+    assert alone.yardstick is None and "U=" in " ".join(alone.reasons())
 
 
 def test_one_functional_of_the_state():

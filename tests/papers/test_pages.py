@@ -30,6 +30,8 @@ PAGES = (
     "leondes_novak.canonical_gain",
     "leondes_novak.start",
     "leondes_novak.any_observer",
+    "leondes_novak.known_input",
+    "leondes_novak.measured_input",
     "leondes_novak.uniqueness",
     "leondes_novak.best_coordinates",
     "leondes_novak.steady_gain",

@@ -15,10 +15,13 @@ from numpy.typing import ArrayLike
 from ..arguments import expect
 from ..certificate import require_match, require_real
 from ..errors import FIT, SAMPLE, CertificateError, DesignError
+from ..numeric import Matrix
 from ..numeric.linalg import modes
 from ..numeric.validation import covariance
 from ..observer import Observer
 from ..plant import Plant
+from .error_covariance import mean_error
+from .known_input import KnownInput, Statistics, driven, known_input, seen
 from .mean_square import require_mean_square_stable
 from .necessary_conditions import conditions
 
@@ -45,8 +48,10 @@ class Optimality:
         tau Qh = Qh tau' and Ph tau = tau'Ph, the larger: what (3.17) asks of tau.
     trace : float
         The cost by (3.18) against `cost`; the two agree only at an optimum.
+    mean : float or None
+        The part of the cost that is a mean error, where the input is at a level.
     cost : float
-        Steady E[(w^ - L x)' weight (w^ - L x)], for u = 0.
+        Steady E[(w^ - L x)' weight (w^ - L x)]; for u = 0 unless U was given.
     tau, Q, Qh, Ph : (n, n) ndarray
         The projection, the error covariance of the lifted estimate, and the theorem's
         two hatted matrices.
@@ -71,6 +76,7 @@ class Optimality:
     Ph: np.ndarray = field(repr=False)
     G: np.ndarray = field(repr=False)
     Gam: np.ndarray = field(repr=False)
+    mean: float | None = None
 
     @property
     def residuals(self) -> dict[str, float]:
@@ -107,6 +113,7 @@ _MEANING = {
     "idempotent": "tau^2 = tau, (3.6),",
     "aligned": "the alignment of tau with Qh and Ph, (3.17),",
     "trace": "the cost formula (3.18)",
+    "mean": "the absence of a mean error at the level of the known input",
 }
 
 
@@ -116,11 +123,13 @@ def optimality(
     *,
     weight: ArrayLike | None = None,
     feedthrough: bool | None = None,
+    U: Statistics | None = None,
 ) -> Optimality:
     r"""Measure how far an estimator is from the least error of its order.
 
-    The cost is that of (3.5), E[(w^ - L x)' weight (w^ - L x)] in the steady state
-    with u = 0.  The necessary conditions are that its four gradients vanish and,
+    The cost is that of (3.5), E[(w^ - L x)' weight (w^ - L x)] in the steady state,
+    of the plant without its known input unless `U` says what that is like.  The
+    necessary conditions are that its four gradients vanish and,
     equivalently, the optimal projection equations (3.14)-(3.17).
 
     Parameters
@@ -132,11 +141,15 @@ def optimality(
     weight : (q, q) array_like, optional
         Positive semi-definite; default the identity.
     feedthrough : bool, optional
-        Whether V is free; default whether it is not zero.
+        Whether V (and with `U` W) is free; default whether it is not zero.
+    U : (m,) or (m, m) array_like, Plant or 0, optional
+        What is known of the known input, as of `error_covariance`; a level, or a model
+        that decays.
 
     Returns
     -------
     Optimality
+        With a varying `U` its matrices are those of model and plant together.
 
     Raises
     ------
@@ -159,9 +172,32 @@ def optimality(
     expect(observer=observer, plant=plant)
     weight = np.eye(len(observer.L)) if weight is None else weight
     weight = covariance("weight", weight, len(observer.L))
+    given = None if U is None or not plant.m else known_input(U, plant)
+    require_match(observer, plant)
+    if given is not None and not given.still and not given.tones:
+        model = given.varying
+        observer, plant = seen(observer, model), driven(plant, model)
     feedthrough = bool(observer.V.any()) if feedthrough is None else feedthrough
     _require(observer, plant, feedthrough)
-    return Optimality(**conditions(observer, plant, weight, feedthrough))
+    found = conditions(observer, plant, weight, feedthrough)
+    if given is not None and (given.still or given.tones):
+        mean = _mean_cost(observer, plant, weight, given)
+        found["cost"] += mean
+        found["mean"] = mean / found["cost"] if mean else 0.0
+    return Optimality(**found)
+
+
+def _mean_cost(
+    observer: Observer, plant: Plant, weight: Matrix, given: KnownInput
+) -> float:
+    """What the mean error at the level of the known input costs."""
+    if not given.still:
+        raise DesignError(
+            "optimality is known for an input at a level, or for one whose model "
+            "decays; this U has modes on the unit circle"
+        )
+    e = mean_error(observer, plant, U=given.model)
+    return float(e @ weight @ e)
 
 
 def _require(observer: Observer, plant: Plant, feedthrough: bool) -> None:

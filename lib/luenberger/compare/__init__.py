@@ -11,6 +11,7 @@ from collections.abc import Collection, Iterable
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..analysis.known_input import Statistics, known_input
 from ..arguments import expect
 from ..errors import DesignError
 from ..numeric.validation import matrix
@@ -38,6 +39,7 @@ def compare(
     poles: ArrayLike | None = None,
     methods: Iterable[str] | None = None,
     scale: ArrayLike | None = None,
+    U: Statistics | None = None,
 ) -> Comparison:
     """Try every method on one plant, and compare what comes of it.
 
@@ -90,6 +92,10 @@ def compare(
         make that least.  By default each standard deviation is compared with the one
         that the Kalman filter leaves of the same state, and the worst state counts,
         so that no units are added.
+    U : (m,) or (m, m) array_like, Plant or 0, optional
+        What is known of the known input, as of `error_covariance`: fixed-order filters
+        are designed for it, and errors count what it does.  Without it no error is
+        shown of a design that the input disturbs.
 
     Returns
     -------
@@ -127,14 +133,17 @@ def compare(
         None if poles is None else tuple(np.ravel(poles)),
         None if orders is None else _orders(orders, plant.n),
         sizes(scale, plant.n if rows is None else len(rows)),
+        U,
     )
     _require_comparable(plant)
+    if U is not None:
+        known_input(U, plant)  # or its error, once
     attempts = tuple(
         one
         for method in _chosen(methods)
         for plan in METHODS[method](asked)
         if _wanted(plan, asked.orders)
-        for one in [attempt(plan, plant, asked.k)]
+        for one in [attempt(plan, plant, asked.k, U)]
         if _wanted(one, asked.orders)
     )
     if all(one.refusal for one in attempts):

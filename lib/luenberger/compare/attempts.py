@@ -67,6 +67,8 @@ class Attempt:
         What to know about the design; may be empty.
     refusal : str
         Why there is no observer; empty when there is one.
+    disturbed : bool
+        Whether a known input of the plant acts on the error.
     judge : Judge or None
         What errors are measured beside, the same for all attempts of a comparison.
     """
@@ -87,6 +89,7 @@ class Attempt:
     optimality: Optimality | None = None
     note: str = ""
     refusal: str = ""
+    disturbed: bool = False
     judge: Judge | None = field(default=None, repr=False)
 
     @property
@@ -190,11 +193,6 @@ class Attempt:
     def exact(self) -> bool:
         """Whether the error does not depend on the state and the known input."""
         return self.certificate.worst <= EXACT_TOL
-
-    @property
-    def disturbed(self) -> bool:
-        """Whether a known input of the plant acts on the error."""
-        return self.observer.G.shape[-1] > 0 and not self.exact
 
     @property
     def sound(self) -> bool:

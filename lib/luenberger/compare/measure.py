@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..analysis.disturbance import disturbed
 from ..analysis.error_covariance import error_covariance
+from ..analysis.known_input import Statistics
 from ..analysis.multiply_adds import multiply_adds
 from ..analysis.optimality import STATIONARY_TOL, optimality
 from ..certificate import certify
@@ -24,18 +26,23 @@ from .cheapest import DESIGNED, cheapest
 if TYPE_CHECKING:
     from .methods import Plan
 
-DISTURBED = "Best for u = 0: known inputs disturb its estimate."
+DISTURBED = (
+    "Best for u = 0: known inputs disturb its estimate, and no error is known without "
+    "their statistics, U."
+)
 FORM_TOL = 1e-12  # of the certificate of another form, beside the design's own
 
 
 @np.errstate(all="ignore")  # a note is a design's warning, not NumPy's of an overflow
-def attempt(plan: Plan, plant: Plant, k: Matrix | None) -> Attempt:
+def attempt(
+    plan: Plan, plant: Plant, k: Matrix | None, U: Statistics | None = None
+) -> Attempt:
     """Carry a plan out, and measure what comes of it."""
     known: Any = dict(accurate=plan.accurate, horizon=plan.horizon, k=k)
     given = (plan.method, plan.label, plan.order)
     try:
         observer, warned = _quietly(plan.design)
-        figures: Any = _figures(observer, plant, plan, k)
+        figures: Any = _figures(observer, plant, plan, k, U)
     except ValueError as error:  # DesignError, CertificateError: listed, not raised
         return Attempt(*given, **known, refusal=str(error))
     given = (plan.method, plan.label, observer.order)
@@ -43,7 +50,8 @@ def attempt(plan: Plan, plant: Plant, k: Matrix | None) -> Attempt:
     formed = (
         "" if found.form == DESIGNED else f"Given in other coordinates: {found.form}."
     )
-    notes = [plan.note, formed, DISTURBED if found.disturbed else "", *warned]
+    unknown = found.disturbed and U is None
+    notes = [plan.note, formed, DISTURBED if unknown else "", *warned]
     return dataclasses.replace(found, note=" ".join(filter(None, notes)))
 
 
@@ -57,12 +65,19 @@ def _quietly(design: Callable[[], Observer]) -> tuple[Observer, list[str]]:
 
 
 def _figures(
-    observer: Observer, plant: Plant, plan: Plan, k: Matrix | None
+    observer: Observer,
+    plant: Plant,
+    plan: Plan,
+    k: Matrix | None,
+    U: Statistics | None,
 ) -> dict[str, Any]:
     best, certificate = None, certify(observer, plant)
-    asked: Any = dict(weight=plan.weight, feedthrough=plan.feedthrough)
+    asked: Any = dict(weight=plan.weight, feedthrough=plan.feedthrough, U=U)
     if plan.feedthrough is not None:
         best = optimality(observer, plant, **asked)
+
+    moved = disturbed(observer, plant, certificate)
+    known = noisy(plant) and not (moved and U is None)
 
     def sound(form: Observer) -> bool:
         if best is not None:
@@ -74,7 +89,8 @@ def _figures(
     if not observer.is_complex:
         form, name, (work, size) = cheapest(observer, sound)
     return dict(
-        covariance=steady_covariance(observer, plant) if noisy(plant) else None,
+        covariance=steady_covariance(observer, plant, U) if known else None,
+        disturbed=moved,
         noise_gain=noise_gain(observer, plant, k),
         work=work,
         bytes=size if plant.dt > 0 else None,
@@ -85,14 +101,18 @@ def _figures(
     )
 
 
-def steady_covariance(observer: Observer, plant: Plant) -> Matrix:
+def steady_covariance(
+    observer: Observer, plant: Plant, U: Statistics | None = None
+) -> Matrix:
     """The steady error covariance, 0 where nothing moves what is estimated.
 
     What decays and has no noise is known without measuring, but the gain that an
     iteration leaves for it is not quite 0.  What that lets in of R, beside what a plain
     inverse of C would, is below rounding.
     """
-    Sigma, L = error_covariance(observer, plant), observer.L
+    Sigma, L = error_covariance(observer, plant, U=U), observer.L
+    if disturbed(observer, plant, certify(observer, plant)):
+        return Sigma
     if plant.multiplicative and plant.Q.any() or radius(plant.A) >= 1 - UNIT_TOL:
         return Sigma
     still = (L @ lyapunov(plant.A, plant.Q) @ L.T).diagonal() == 0
@@ -119,7 +139,7 @@ def noise_gain(
         S=None,
         multiplicative=(),
     )
-    left = error_covariance(observer, quiet)
+    left = error_covariance(observer, quiet, U=0 if plant.m else None)
     if (
         k is not None
         and not noisy(plant)

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..analysis.known_input import Statistics
 from ..analysis.mean_square import equivalent_noise
 from ..errors import DesignError
 from ..numeric import Vector
@@ -59,6 +60,7 @@ class Question:
     poles: tuple | None = None
     orders: tuple | None = None
     scale: np.ndarray | None = None
+    U: Statistics | None = None
 
     @property
     def weight(self) -> np.ndarray | None:
@@ -210,6 +212,7 @@ def fixed_order(asked: Question) -> Iterator[Plan]:
             weight=asked.weight,
             feedthrough=feedthrough,
             starts=STARTS,
+            U=asked.U,
         )
         if order > most:
             design = functools.partial(_not_tried, plant.n)

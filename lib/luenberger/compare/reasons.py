@@ -25,7 +25,7 @@ def reasons(table: Comparison, tolerance: float) -> list[str]:
         _rule(table, tolerance),
         *_price(table, chosen),
         *_remark(chosen),
-        *_passed_over(table, chosen, tolerance),
+        *_passed_over(table),
         _next_smaller(table, chosen),
     ]
 
@@ -150,20 +150,14 @@ def _remark(chosen: Attempt) -> Iterator[str]:
         yield chosen.note
 
 
-def _passed_over(table: Comparison, chosen: Attempt, tolerance: float) -> Iterator[str]:
-    """Designs that the rule would prefer if a known input did not disturb them."""
-    lighter = [
-        one
-        for one in table.ranked
-        if one not in table.eligible
-        and table.excess(one) <= tolerance
-        and one.work < chosen.work
-    ]
-    if lighter:
-        least = min(lighter, key=lambda one: one.work)
+def _passed_over(table: Comparison) -> Iterator[str]:
+    """Designs of which no error is known, as a known input disturbs them."""
+    unknown = [one for one in table.designs if one.disturbed and one.error is None]
+    if unknown:
         yield (
-            f"Passed over: {least.name}, with {least.work} multiply-adds a step. Its "
-            "error is as small only while the known input is zero."
+            f"Not weighed: {count(len(unknown), 'design')} whose estimate the known "
+            "input disturbs. They are weighed once compare(plant, U=...) says what it "
+            "is like."
         )
 
 

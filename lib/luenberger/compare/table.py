@@ -57,12 +57,12 @@ class Comparison(Reviews, ReadOnly):
     def eligible(self) -> list[Attempt]:
         """Designs that may be recommended.
 
-        Those that know the error, where there are any; without those that a known
-        input would disturb: most fixed-order filters of a plant that has one.
+        Those of which the error is known, where there are any.  It is not known of
+        those that a known input disturbs, most fixed-order filters of a plant that
+        has one, unless the comparison was told what the input is like.
         """
-        known = self.ranked or self.designs
-        calm = [one for one in known if not one.disturbed]
-        return calm or known
+        calm = [one for one in self.designs if not one.disturbed]
+        return self.ranked or calm or self.designs
 
     @property
     def yardstick(self) -> Attempt | None:

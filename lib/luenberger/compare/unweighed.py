@@ -32,6 +32,11 @@ def why_not(plant: Plant) -> Iterator[str]:
         )
     else:
         yield "Nothing is recommended: no error is known of the designs asked for."
+        if plant.m:
+            yield (
+                "Say what the known input is like, compare(plant, U=...), where it "
+                "disturbs an estimate."
+            )
     if lacking and not plant.is_complex:
         yield f"{FIT}; on the command line `{COMMAND}` does."
 

@@ -16,7 +16,7 @@ import numpy as np
 import scipy.linalg
 
 from .. import kernels
-from ..analysis.error_covariance import ErrorSystem, error_system
+from ..analysis.error_system import ErrorSystem, error_system
 from ..numeric import Matrices, Matrix, Vector
 from ..numeric.factors import factor, lengths
 from ..numeric.linalg import SINGULAR_TOL, eye, symmetrise

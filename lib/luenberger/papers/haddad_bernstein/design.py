@@ -10,21 +10,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ...analysis.known_input import Statistics, known_input
 from ...analysis.optimality import optimality
 from ...arguments import expect
-from ...certificate import residuals
 from ...errors import CertificateError, DesignError
-from ...kernels import run
 from ...numeric import Matrix
 from ...numeric.linalg import modes
 from ...numeric.validation import matrix
 from ...observer import Observer
 from ...plant import Plant
 from ...recursion.settings import positive_weight, require_noise
-from .derivation import projection_factors, projection_gains
-from .descent import Frame, balancing
+from .assembly import observer_of, projected, signs
+from .driven import driven_search
 from .search import Minimum, Search, directions, minima
-from .target import Prediction, Target, prediction, target
+from .target import prediction, target
 
 
 def fixed_order_filter(
@@ -36,6 +35,7 @@ def fixed_order_filter(
     feedthrough: bool = True,
     starts: int = 24,
     seed: int = 0,
+    U: Statistics | None = None,
 ) -> Observer:
     r"""The estimator of a given order with the least steady error.
 
@@ -66,15 +66,19 @@ def fixed_order_filter(
     starts, seed : int
         Number of starts of the search, and the seed of the random half of them.  The
         result is the same whenever these are.
+    U : (m,) or (m, m) array_like, Plant or 0, optional
+        What is known of the known input, as of `error_covariance`; then the filter is
+        the best for such an input.
 
     Returns
     -------
     Observer
         With T = Gam, in coordinates in which the two Gramians Q2 and P2 of z are
-        equal and diagonal.  Every residual of `optimality` is below 1e-8.  Known
-        inputs enter by G = T B - D E, W = -V E, as in (3.19); unless T is exact
-        (`certify`), what is left of x beside z moves with u and disturbs the
-        estimate, which is best for u = 0.  At order n T = I is exact.
+        equal and diagonal.  Every residual of `optimality` is below 1e-8.  Without
+        `U` known inputs enter by G = T B - D E, W = -V E, as in (3.19); unless T is
+        exact (`certify`), what is left of x beside z moves with u and disturbs the
+        estimate, which is best for u = 0.  With it G and W are as free as D and V, and
+        no constant input leaves an error if it is a level.  At order n T = I is exact.
 
     Raises
     ------
@@ -118,7 +122,7 @@ def fixed_order_filter(
     >>> round(lb.optimality(observer, plant).cost, 6)
     0.485938
     """
-    options: Any = dict(L=L, weight=weight, feedthrough=feedthrough)
+    options: Any = dict(L=L, weight=weight, feedthrough=feedthrough, U=U)
     found = fixed_order_search(plant, order, **options, starts=starts, seed=seed)
     found.best.optimality.require()
     return found.best.observer
@@ -133,12 +137,13 @@ def fixed_order_search(
     feedthrough: bool = True,
     starts: int = 24,
     seed: int = 0,
+    U: Statistics | None = None,
 ) -> Search:
     """The local minima that `fixed_order_filter` chooses from.
 
     Parameters
     ----------
-    plant, order, L, weight, feedthrough, starts, seed
+    plant, order, L, weight, feedthrough, starts, seed, U
         As of `fixed_order_filter`.
 
     Returns
@@ -172,6 +177,28 @@ def fixed_order_search(
     if len(L) == 0:
         raise ValueError("L has no rows; give at least one combination of the states")
     weight = positive_weight(np.eye(len(L)) if weight is None else weight, len(L))
+
+    def search(plant: Plant, L: Matrix) -> Search:
+        return _found(plant, order, L, weight, feedthrough, starts, seed)
+
+    if U is None or not plant.m:
+        return search(plant, L)
+    given = known_input(U, plant)  # whatever it is, order n needs no more than (3.19)
+    if order == plant.n:
+        return search(plant, L)
+    return driven_search(search, plant, L, given)
+
+
+def _found(
+    plant: Plant,
+    order: int,
+    L: Matrix,
+    weight: Matrix,
+    feedthrough: bool,
+    starts: int,
+    seed: int,
+) -> Search:
+    """The search itself, of a plant whose input is zero."""
     whole = prediction(plant, L, weight, feedthrough)
 
     def judged(observer: Observer, excess: float, names: Iterable[str]) -> Minimum:
@@ -179,7 +206,7 @@ def fixed_order_search(
         return Minimum(observer, whole.cost + excess, excess, residuals, tuple(names))
 
     def in_full(G: Matrix, Gam: Matrix) -> Search:
-        full = judged(_projected(plant, whole, G, Gam), 0.0, ["the Kalman filter"])
+        full = judged(projected(plant, whole, G, Gam), 0.0, ["the Kalman filter"])
         return Search((full,), (), whole.cost, order)
 
     if order == plant.n:
@@ -190,13 +217,13 @@ def fixed_order_search(
     if order > enough:
         raise _superfluous(order, enough, plant.n)
     if order == enough:
-        sign = _signs(every.read / whole.states)
+        sign = signs(every.read / whole.states)
         return in_full(sign * every.lift.T, sign * every.read)
     known, failed = minima(sought, every, order, starts, seed)
     if not known:
         raise CertificateError(_nowhere(order, failed))
     found = tuple(
-        judged(_observer(plant, whole, sought, frame), frame.point.cost, names)
+        judged(observer_of(plant, whole, sought, frame), frame.point.cost, names)
         for frame, names in known
     )
     return Search(found, tuple(failed), whole.cost, enough)
@@ -254,45 +281,3 @@ def _nowhere(order: int, failed: list[tuple[str, str]]) -> str:
         "order, more starts or another seed, or scale states and outputs to similar "
         "sizes."
     )
-
-
-def _projected(plant: Plant, whole: Prediction, G: Matrix, Gam: Matrix) -> Observer:
-    """The Kalman filter with the states Gam x^: (3.10)-(3.13)."""
-    have = whole._asdict() | dict(G=G, Gam=Gam)
-    return _assembled(plant, whole, have | run(projection_gains, have))
-
-
-def _observer(
-    plant: Plant, whole: Prediction, sought: Target, frame: Frame
-) -> Observer:
-    """The estimator for the plant itself, in balanced coordinates."""
-    have = frame.point.have
-    to, back = balancing(have["Q2"], have["P2"])
-    Gam = to @ run(projection_factors, have, "Gam")["Gam"]
-    sign = _signs(Gam / whole.states)
-    to, back = sign * to, back * sign.T
-    found = dict(
-        Ae=to @ have["Ae"] @ back,
-        Be=to @ have["Be"] @ sought.outputs,
-        Ce=sought.unweighted @ have["Ce"] @ back,
-        De=sought.unweighted @ have["De"] @ sought.outputs + whole.De,
-        Gam=sign * Gam,
-    )
-    return _assembled(plant, whole, found)
-
-
-def _signs(Gam: Matrix) -> Matrix:
-    """A column of signs that make the first large entry of each row positive."""
-    large = np.abs(Gam) > 0.99 * np.abs(Gam).max(axis=1, keepdims=True)
-    first = np.argmax(large, axis=1)
-    return np.sign(Gam[np.arange(len(Gam)), first])[:, None]
-
-
-def _assembled(plant: Plant, whole: Prediction, have: dict[str, Matrix]) -> Observer:
-    """The Observer of an estimator, into which the known input enters as in (3.19)."""
-    F, D, P, V, T = (have[k] for k in ("Ae", "Be", "Ce", "De", "Gam"))
-    T, L = T / whole.states, whole.L / whole.states
-    A, B, C, E = plant.A, plant.B, plant.C, plant.E
-    _, G, _, W = residuals(A, B, C, E, L, F, 0, D, P, V, 0, T, T)
-    observer = Observer(F, G, D, P, V, T, L, 0.0 - W, z0=T @ plant.x0, dt=plant.dt)
-    return observer.named(plant)

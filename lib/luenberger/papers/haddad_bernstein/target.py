@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...analysis.error_covariance import settled
+from ...analysis.error_system import settled
 from ...analysis.mean_square import equivalent_noise
 from ...errors import DesignError
 from ...kernels import run

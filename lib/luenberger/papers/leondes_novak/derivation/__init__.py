@@ -18,6 +18,10 @@
     How the observer starts, from what is known of the first state.
 `any_observer`
     An observer that is none: with the state beside it, it satisfies every condition.
+`known_input`
+    A plant whose known input has statistics, as a plant without input.
+`measured_input`
+    An observer that uses the known input as one more measurement.
 `uniqueness`
     When the best gain is the only one.
 `best_coordinates`
@@ -85,6 +89,17 @@ beside_the_state = StageList(
     __name__,
     "any_observer.beside_the_state",
     "F_both D_both P_both T_both T_ahead z_both",
+)
+driven_beside_the_state = StageList(
+    __name__, "any_observer.driven_beside_the_state", "B_both"
+)
+error_of_input = StageList(__name__, "any_observer.error_of_input", "e_bar")
+driven_plant = StageList(
+    __name__, "known_input.driven_plant", "A_in C_in Q_in R_in S_in"
+)
+driven_pair = StageList(__name__, "known_input.driven_pair", "A1_in C1_in")
+observer_of_both = StageList(
+    __name__, "measured_input.observer_of_both", "D_in V_in T_in L_in"
 )
 root_update = StageList(__name__, "square_root.root_update", "K Y kept drawn")
 root_error = StageList(__name__, "noise_factors.root_error", "moved drive shown drawn")

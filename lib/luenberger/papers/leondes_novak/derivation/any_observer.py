@@ -37,6 +37,13 @@ D_both = letters("D_both", both, p, "what the measurement does to it")
 T_both = letters("T_both", both, n, "what it follows")
 T_ahead = letters("T_ahead", both, n, "what it follows one step on")
 P_both = letters("P_both", q, both, "its weight in the estimate")
+W_any = letters("W_any", q, m, "weight of the input in the estimate of `L_any x`")
+N_2 = letters("N_2", r, m, "what the condition on the input leaves")
+N_4 = letters("N_4", q, m, "what the input leaves in the estimate")
+G_both = letters("G_both", both, m, "what the input does to it")
+B_both = letters("B_both", both, m, "what the input does to state and error")
+eps_bar = letters("eps_bar", both, 1, "state and error, of the input alone")
+e_bar = letters("e_bar", q, 1, "error of the estimate, of the input alone")
 gone = ZeroMatrix
 
 PAGE = (
@@ -78,6 +85,31 @@ PAGE = (
         Substitute(P_any * T + V_any * C - N_3, by=(is_P, is_T)),
         Line(L_any, by=(is_N_3,)),
     ),
+    """A known input drives state and error. The observer of both gets it as the one
+    observer does, and two more residuals are left.""",
+    is_N_2 := define(N_2, T_next * B - G - D * E, "10"),
+    is_N_4 := define(N_4, W_any + V_any * E, "12"),
+    is_G := define(G_both, BlockMatrix([[gone(n, m)], [G]])),
+    is_B := define(B_both, BlockMatrix([[B], [-N_2]])),
+    chain(
+        "10",
+        "what the input does to state and error",
+        G_both + D_both * E - T_ahead * B,
+        Substitute(
+            BlockMatrix([[B], [G + D * E - T_next * B]]), by=(is_G, is_D, is_T_ahead)
+        ),
+        Substitute(BlockMatrix([[B], [-N_2]]), by=(is_N_2,)),
+        Substitute(B_both, by=(is_B,)),
+    ),
+    "The estimate passes on what is left of both.",
+    shows := define(e_bar, P_both * eps_bar + (W_any + V_any * E) * u, "12"),
+    answer := chain(
+        "12",
+        "the error that the input leaves",
+        e_bar,
+        Line(P_both * eps_bar + (W_any + V_any * E) * u, by=(shows,)),
+        Line(P_both * eps_bar + N_4 * u, by=(is_N_4,)),
+    ),
 )
 
 
@@ -101,7 +133,32 @@ def beside_the_state():
 
 
 @cache
+def driven_beside_the_state():
+    """What the known input does to state and error."""
+    return Derivation(
+        (B, N_2),
+        (Stage(B_both, is_B.right, "(10)", by=(is_B,)),),
+        source="our own",
+        letters=letters,
+        says="what the known input does to state and error",
+    )
+
+
+@cache
+def error_of_input():
+    """The error of the estimate that state, error and input make."""
+    return Derivation(
+        (P_both, N_4, eps_bar, u),
+        (Stage(e_bar, P_both * eps_bar + N_4 * u, "(12)", by=(answer,)),),
+        source="our own",
+        letters=letters,
+        says="the error that the input leaves in the estimate",
+    )
+
+
+@cache
 def derive():
     """The page."""
-    page = (*PAGE, beside_the_state())
+    lists = beside_the_state(), driven_beside_the_state(), error_of_input()
+    page = (*PAGE, *lists)
     return Derivation(page=page, letters=letters, source=f"our own; {SOURCE}, (9)")

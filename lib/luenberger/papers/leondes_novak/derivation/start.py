@@ -24,7 +24,10 @@ from .quadratic import is_Omega
 from .stochastic_system import deviation, is_d, is_Q, is_Sigma_x, white
 
 k = symbols("k", integer=True, nonnegative=True)
-H_x = letters("H_x", n, k, "a root of the covariance of the state")
+H_x = letters("H_x", n, k, "rows of a common root: the state")
+H_z = letters("H_z", r, k, "rows of it: the observer")
+z_bar = letters("z_bar", r, 1, "mean of the observer")
+d_z = letters("d_z", r, 1, "deviation of the observer from its mean")
 H_eps = letters("H_eps", r, k + 1, "a root of the second moment of the error")
 
 PAGE = (
@@ -56,31 +59,42 @@ PAGE = (
         Line(T_next * Omega * T_next.T, by=(is_Omega,)),
     ),
     """An observer that starts at some other `z` errs by what the mean of the state
-    does not explain, too. That has no spread. In a root of the second moment, beside
-    one of the covariance of the state, it is a single column.""",
+    does not explain, too. Its start may depend on what is known of the past, such as a
+    first input, and then deviates from its own mean as the state does. Both deviations
+    have a root in common, with `H_x` and `H_z` for its rows. In a root of the second
+    moment the difference of the means is a single column beside it.""",
     is_d,
+    is_d_z := define(d_z, z - z_bar),
     here := define(eps, z - T * x, "8"),
     elsewhere := chain(
         "8",
         "the error of any start",
         eps,
         Line(z - T * x, by=(here,)),
-        Line((z - T * x_bar) - T * (x - x_bar), why="add and subtract"),
-        Line((z - T * x_bar) - T * d, by=(is_d,)),
+        Line(
+            (z_bar - T * x_bar) + (z - z_bar) - T * (x - x_bar), why="add and subtract"
+        ),
+        Line((z_bar - T * x_bar) + d_z - T * d, by=(is_d, is_d_z)),
     ),
     centred := moment(d, ZeroMatrix(n, 1), "6"),
-    is_H_x := define(Sigma, H_x * H_x.T),
-    is_H_eps := define(H_eps, BlockMatrix([[T * H_x, z - T * x_bar]])),
+    centred_z := moment(d_z, ZeroMatrix(r, 1)),
+    is_xx := moment(d * d.T, H_x * H_x.T),
+    is_xz := moment(d * d_z.T, H_x * H_z.T),
+    is_zz := moment(d_z * d_z.T, H_z * H_z.T),
+    is_H_eps := define(H_eps, BlockMatrix([[T * H_x - H_z, z_bar - T * x_bar]])),
     chain(
         "35",
         "the second moment of any start",
         eps * eps.T,
-        Line(((z - T * x_bar) - T * d) * ((z - T * x_bar) - T * d).T, by=(elsewhere,)),
-        Expect(
-            T * Sigma * T.T + (z - T * x_bar) * (z - T * x_bar).T,
-            moments=(is_Sigma_x, centred),
+        Line(
+            ((z_bar - T * x_bar) + d_z - T * d) * ((z_bar - T * x_bar) + d_z - T * d).T,
+            by=(elsewhere,),
         ),
-        Line(T * H_x * H_x.T * T.T + (z - T * x_bar) * (z - T * x_bar).T, by=(is_H_x,)),
+        Expect(
+            (T * H_x - H_z) * (T * H_x - H_z).T
+            + (z_bar - T * x_bar) * (z_bar - T * x_bar).T,
+            moments=(is_xx, is_xz, is_zz, centred, centred_z),
+        ),
         Substitute(H_eps * H_eps.T, by=(is_H_eps,)),
     ),
 )
@@ -88,9 +102,9 @@ PAGE = (
 
 @cache
 def start_root():
-    """Of E[eps eps'], eps = z - T x with x of mean x_bar and covariance H_x H_x'."""
+    """Of E[eps eps'], eps = z - T x; means z_bar, x_bar, roots H_z, H_x of the rest."""
     return Derivation(
-        (T, H_x, z, x_bar),
+        (T, H_x, H_z, z_bar, x_bar),
         (Stage(H_eps, is_H_eps.right, "(35)", by=(is_H_eps,)),),
         source="our own",
         letters=letters,

@@ -1,0 +1,249 @@
+"""A plant whose known input has statistics, as a plant without input.
+
+The input is the output of a model of its own.  Plant and model together have no input,
+and the input is one more measurement, without noise.  So what is known of a plant
+without input holds for one that is driven.
+
+Source: our own; the plant is that of Leondes and Novak (1974), (1)-(5).
+"""
+
+from functools import cache
+
+from sympy import symbols
+
+from ....symbolic import (
+    BlockMatrix,
+    Derivation,
+    Expect,
+    Identity,
+    Line,
+    Stage,
+    Substitute,
+    ZeroMatrix,
+)
+from .huddle import measured, plant
+from .letters import *
+
+j = symbols("n_u", integer=True, nonnegative=True)
+both, noises = j + n, j + m + n + p
+letters = letters.here()
+chain, define, moment = letters.chain, letters.define, letters.moment
+gone = ZeroMatrix
+A_1 = letters("A1", n, n, "what a multiplicative noise does to the state")
+C_1 = letters("C1", p, n, "what it does to the measurement")
+s = letters("s", j, 1, "state of the model of the input")
+s_next = letters("s_next", j, 1, "the same one step on")
+A_u = letters("A_u", j, j, "moves the model of the input")
+C_u = letters("C_u", m, j, "what it shows is the input")
+w_u = letters("w_u", j, 1, "white noise that drives it")
+v_u = letters("v_u", m, 1, "white part of the input")
+Q_u = letters("Q_u", j, j, "covariance of `w_u`", symmetric=True)
+R_u = letters("R_u", m, m, "covariance of `v_u`", symmetric=True)
+S_u = letters("S_u", j, m, "covariance of the two")
+x_in = letters("x_in", both, 1, "states of model and plant")
+x_in_next = letters("x_in_next", both, 1, "the same one step on")
+y_in = letters("y_in", p + m, 1, "measurement and input")
+w_in = letters("w_in", both, 1, "noise that moves both")
+v_in = letters("v_in", p + m, 1, "noise in both measurements")
+omega = letters("omega", noises, 1, "all noises, one under the other")
+Q_all = letters("Q_all", noises, noises, "their covariance", symmetric=True)
+N_w = letters("N_w", both, noises, "what they do to the states")
+N_v = letters("N_v", p + m, noises, "what they do to the measurements")
+A_in = letters("A_in", both, both, "moves both")
+C_in = letters("C_in", p + m, both, "what is measured of both")
+Q_in = letters("Q_in", both, both, "covariance of `w_in`", symmetric=True)
+R_in = letters("R_in", p + m, p + m, "covariance of `v_in`", symmetric=True)
+S_in = letters("S_in", both, p + m, "covariance of the two")
+A1_in = letters("A1_in", both, both, "what the multiplicative noise does to both")
+C1_in = letters("C1_in", p + m, both, "what it does to both measurements")
+picked = letters("Pi_x", n, both, "rows of the identity that pick the plant's states")
+placed = letters("Pi_y", p + m, p, "columns of it that place the plant's measurement")
+
+PLANT = (
+    "The input comes from a model with noises of its own.",
+    is_s_next := define(s_next, A_u * s + w_u),
+    is_u := define(u, C_u * s + v_u),
+    plant,
+    measured,
+    """Model and plant have these states, and the input stands beside the
+    measurement.""",
+    is_x_in := define(x_in, BlockMatrix([[s], [x]])),
+    is_x_in_next := define(x_in_next, BlockMatrix([[s_next], [x_next]])),
+    is_y_in := define(y_in, BlockMatrix([[y], [u]])),
+    is_A_in := define(A_in, BlockMatrix([[A_u, gone(j, n)], [B * C_u, A]])),
+    is_C_in := define(C_in, BlockMatrix([[E * C_u, C], [C_u, gone(m, n)]])),
+    is_w_in := define(w_in, BlockMatrix([[w_u], [B * v_u + w]])),
+    is_v_in := define(v_in, BlockMatrix([[E * v_u + v], [v_u]])),
+    "They move as a plant without input does,",
+    chain(
+        "1",
+        "model and plant without an input",
+        x_in_next,
+        Substitute(BlockMatrix([[s_next], [x_next]]), by=(is_x_in_next,)),
+        Substitute(
+            BlockMatrix([[A_u * s + w_u], [A * x + B * (C_u * s + v_u) + w]]),
+            by=(is_s_next, plant, is_u),
+        ),
+        Substitute(A_in * x_in + w_in, by=(is_A_in, is_x_in, is_w_in)),
+    ),
+    "and measurement and input are what is measured of it.",
+    chain(
+        "2",
+        "measurement and input of both",
+        y_in,
+        Substitute(BlockMatrix([[y], [u]]), by=(is_y_in,)),
+        Substitute(
+            BlockMatrix([[C * x + E * (C_u * s + v_u) + v], [C_u * s + v_u]]),
+            by=(measured, is_u),
+        ),
+        Substitute(C_in * x_in + v_in, by=(is_C_in, is_x_in, is_v_in)),
+    ),
+    """Its noises come from four white ones. Those of the input are independent of those
+    of the plant.""",
+    is_omega := define(omega, BlockMatrix([[w_u], [v_u], [w], [v]])),
+    is_N_w := define(
+        N_w,
+        BlockMatrix(
+            [
+                [Identity(j), gone(j, m), gone(j, n), gone(j, p)],
+                [gone(n, j), B, I, gone(n, p)],
+            ]
+        ),
+    ),
+    is_N_v := define(
+        N_v,
+        BlockMatrix(
+            [
+                [gone(p, j), E, gone(p, n), Identity(p)],
+                [gone(m, j), Identity(m), gone(m, n), gone(m, p)],
+            ]
+        ),
+    ),
+    is_omega_omega := moment(omega * omega.T, Q_all),
+    is_Q_all := define(
+        Q_all,
+        BlockMatrix(
+            [
+                [Q_u, S_u, gone(j, n), gone(j, p)],
+                [S_u.T, R_u, gone(m, n), gone(m, p)],
+                [gone(n, j), gone(n, m), Q, S],
+                [gone(p, j), gone(p, m), S.T, R],
+            ]
+        ),
+    ),
+    is_Q_in := define(
+        Q_in,
+        BlockMatrix([[Q_u, S_u * B.T], [B * S_u.T, Q + B * R_u * B.T]]),
+    ),
+    is_R_in := define(
+        R_in,
+        BlockMatrix([[R + E * R_u * E.T, E * R_u], [R_u * E.T, R_u]]),
+    ),
+    is_S_in := define(
+        S_in,
+        BlockMatrix([[S_u * E.T, S_u], [S + B * R_u * E.T, B * R_u]]),
+    ),
+    to_states := chain(
+        "4",
+        "the noise of the states",
+        w_in,
+        Substitute(N_w * omega, by=(is_w_in, is_N_w, is_omega)),
+    ),
+    to_outputs := chain(
+        "4",
+        "the noise of the measurements",
+        v_in,
+        Substitute(N_v * omega, by=(is_v_in, is_N_v, is_omega)),
+    ),
+    of_states := chain(
+        "4",
+        "the covariance of the noise of the states",
+        w_in * w_in.T,
+        Line(N_w * omega * omega.T * N_w.T, by=(to_states,)),
+        Expect(N_w * Q_all * N_w.T, moments=(is_omega_omega,)),
+        Substitute(Q_in, by=(is_Q_in, is_N_w, is_Q_all)),
+    ),
+    of_outputs := chain(
+        "4",
+        "the covariance of the noise of the measurements",
+        v_in * v_in.T,
+        Line(N_v * omega * omega.T * N_v.T, by=(to_outputs,)),
+        Expect(N_v * Q_all * N_v.T, moments=(is_omega_omega,)),
+        Substitute(R_in, by=(is_R_in, is_N_v, is_Q_all)),
+    ),
+    of_both := chain(
+        "5",
+        "the covariance of both noises",
+        w_in * v_in.T,
+        Line(N_w * omega * omega.T * N_v.T, by=(to_states, to_outputs)),
+        Expect(N_w * Q_all * N_v.T, moments=(is_omega_omega,)),
+        Substitute(S_in, by=(is_S_in, is_N_w, is_N_v, is_Q_all)),
+    ),
+    "A noise that multiplies the state of the plant acts on that state alone.",
+    is_picked := define(picked, BlockMatrix([[gone(n, j), I]])),
+    is_placed := define(placed, BlockMatrix([[Identity(p)], [gone(m, p)]])),
+    is_A1_in := define(A1_in, picked.T * A_1 * picked),
+    is_C1_in := define(C1_in, placed * C_1 * picked),
+    own := chain(
+        "1",
+        "the state of the plant",
+        picked * x_in,
+        Substitute(x, by=(is_picked, is_x_in)),
+    ),
+    chain(
+        "1",
+        "what a multiplicative noise does to both states",
+        A1_in * x_in,
+        Line(picked.T * A_1 * picked * x_in, by=(is_A1_in,)),
+        Line(picked.T * A_1 * x, by=(own,)),
+        Substitute(BlockMatrix([[gone(j, 1)], [A_1 * x]]), by=(is_picked,)),
+    ),
+    chain(
+        "2",
+        "what it does to both measurements",
+        C1_in * x_in,
+        Line(placed * C_1 * picked * x_in, by=(is_C1_in,)),
+        Line(placed * C_1 * x, by=(own,)),
+        Substitute(BlockMatrix([[C_1 * x], [gone(m, 1)]]), by=(is_placed,)),
+    ),
+)
+
+
+@cache
+def driven_plant():
+    """Model and plant as one plant without input, with y and u as measurements."""
+    return Derivation(
+        (A, B, C, E, Q, R, S, A_u, C_u, Q_u, R_u, S_u),
+        (
+            Stage(A_in, is_A_in.right, "(1)", by=(is_A_in,)),
+            Stage(C_in, is_C_in.right, "(2)", by=(is_C_in,)),
+            Stage(Q_in, is_Q_in.right, "(4)", symmetric=True, by=(is_Q_in,)),
+            Stage(R_in, is_R_in.right, "(4)", symmetric=True, by=(is_R_in,)),
+            Stage(S_in, is_S_in.right, "(5)", by=(is_S_in,)),
+        ),
+        source="our own",
+        letters=letters,
+        says="model of the input and plant as one plant",
+    )
+
+
+@cache
+def driven_pair():
+    """A multiplicative noise of that plant."""
+    return Derivation(
+        (A_1, C_1, picked, placed),
+        (
+            Stage(A1_in, is_A1_in.right, "(1)", by=(is_A1_in,)),
+            Stage(C1_in, is_C1_in.right, "(2)", by=(is_C1_in,)),
+        ),
+        source="our own",
+        letters=letters,
+        says="a multiplicative noise of model and plant",
+    )
+
+
+@cache
+def derive():
+    """The page."""
+    page = (*PLANT, driven_plant(), driven_pair())
+    return Derivation(page=page, letters=letters, source=f"our own; {SOURCE}, (1)-(5)")

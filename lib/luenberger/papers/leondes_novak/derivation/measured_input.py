@@ -1,0 +1,139 @@
+"""An observer that uses the known input as one more measurement.
+
+It is an observer of the plant and of the model of its input together, and has no input
+itself.
+
+Source: our own; the conditions are those of Leondes and Novak (1974), (7)-(13).
+"""
+
+from functools import cache
+
+from sympy import symbols
+
+from ....symbolic import BlockMatrix, Derivation, Line, Stage, Substitute
+from . import known_input
+from .any_observer import is_N_1, is_N_2
+from .huddle import moves
+from .known_input import (
+    A_in,
+    C_in,
+    C_u,
+    both,
+    is_A_in,
+    is_C_in,
+    is_picked,
+    is_x_in,
+    is_y_in,
+    own,
+    picked,
+    x_in,
+    y_in,
+)
+from .letters import *
+
+q = symbols("q", integer=True, nonnegative=True)
+letters = known_input.letters.here()
+chain, define = letters.chain, letters.define
+L_any = letters("L_any", q, n, "what is estimated of the state")
+P_any = letters("P_any", q, r, "weight of the observer in the estimate of that")
+V_any = letters("V_any", q, p, "weight of the measurement in it")
+W_any = letters("W_any", q, m, "weight of the input in the estimate of `L_any x`")
+N_1 = letters("N_1", r, n, "what the condition on the dynamics leaves")
+N_2 = letters("N_2", r, m, "what the condition on the input leaves")
+w_hat = letters("w_hat", q, 1, "estimate of `L_any x`")
+D_in = letters("D_in", r, p + m, "what measurement and input do to the observer")
+V_in = letters("V_in", q, p + m, "weight of both in the estimate")
+T_in = letters("T_in", r, both, "what the observer follows of both")
+T_ahead = letters("T_ahead", r, both, "what it follows one step on")
+L_in = letters("L_in", q, both, "what is estimated of both")
+
+OBSERVER = (
+    """An observer uses the input as it uses a measurement. What it follows and what it
+    estimates are of the plant.""",
+    is_x_in,
+    is_y_in,
+    moves,
+    estimates := define(w_hat, P_any * z + V_any * y + W_any * u, "12"),
+    is_D_in := define(D_in, BlockMatrix([[D, G]])),
+    is_V_in := define(V_in, BlockMatrix([[V_any, W_any]])),
+    chain(
+        "7",
+        "the observer has no input",
+        z_next,
+        Line(F * z + G * u + D * y, by=(moves,)),
+        Substitute(F * z + D_in * y_in, by=(is_D_in, is_y_in)),
+    ),
+    chain(
+        "12",
+        "its estimate has none",
+        w_hat,
+        Line(P_any * z + V_any * y + W_any * u, by=(estimates,)),
+        Substitute(P_any * z + V_in * y_in, by=(is_V_in, is_y_in)),
+    ),
+    is_picked,
+    own,
+    is_T_in := define(T_in, T * picked),
+    is_T_ahead := define(T_ahead, T_next * picked),
+    is_L_in := define(L_in, L_any * picked),
+    chain(
+        "8",
+        "it follows the plant",
+        T_in * x_in,
+        Line(T * picked * x_in, by=(is_T_in,)),
+        Line(T * x, by=(own,)),
+    ),
+    chain(
+        "13",
+        "it estimates the plant",
+        L_in * x_in,
+        Line(L_any * picked * x_in, by=(is_L_in,)),
+        Line(L_any * x, by=(own,)),
+    ),
+    """What Luenberger's condition leaves of both is what the two conditions on the
+    plant leave. An observer that meets these two is exact for every input.""",
+    is_N_1,
+    is_N_2,
+    is_A_in,
+    is_C_in,
+    chain(
+        "9, 10",
+        "what is left of the condition on both",
+        T_ahead * A_in - F * T_in - D_in * C_in,
+        Substitute(
+            BlockMatrix(
+                [
+                    [
+                        T_next * B * C_u - D * E * C_u - G * C_u,
+                        T_next * A - F * T - D * C,
+                    ]
+                ]
+            ),
+            by=(is_T_ahead, is_T_in, is_picked, is_A_in, is_D_in, is_C_in),
+        ),
+        Substitute(BlockMatrix([[N_2 * C_u, N_1]]), by=(is_N_1, is_N_2)),
+    ),
+)
+
+
+@cache
+def observer_of_both():
+    """An observer as one of model and plant; its F and P stay."""
+    return Derivation(
+        (D, G, V_any, W_any, T, L_any, picked),
+        (
+            Stage(D_in, is_D_in.right, "(7)", by=(is_D_in,)),
+            Stage(V_in, is_V_in.right, "(12)", by=(is_V_in,)),
+            Stage(T_in, is_T_in.right, "(8)", by=(is_T_in,)),
+            Stage(L_in, is_L_in.right, "(13)", by=(is_L_in,)),
+        ),
+        source="our own",
+        letters=letters,
+        says="an observer as one of model and plant",
+    )
+
+
+@cache
+def derive():
+    """The page."""
+    page = (*OBSERVER, observer_of_both())
+    return Derivation(page=page, letters=letters, source=f"our own; {SOURCE}, (7)-(13)")

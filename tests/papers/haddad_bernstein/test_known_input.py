@@ -1,0 +1,89 @@
+"""The best filter of an order for a known input with statistics."""
+
+import dataclasses
+
+import generators
+import numpy as np
+import pytest
+
+import luenberger as lb
+
+PLANT = generators.plant(np.random.default_rng(5), 3, 2, m=2, radius=0.8)
+LAG = lb.Plant(
+    [[0.6, 0.2], [0, 0.7]], None, [[1, 0], [1, 1]], dt=1.0,
+    Q=[[1, 0.5], [0.5, 1]], R=[[0.5, 0], [0, 0.2]], S=[[0.1, 0], [0, 0.1]],
+)  # fmt: skip
+INPUTS = {"level": [2.0, -1.0], "white": [[4, 1], [1, 2]], "model": LAG}
+
+
+def cost(observer, U, plant=PLANT):
+    return np.trace(lb.error_covariance(observer, plant, U=U))
+
+
+@pytest.mark.parametrize("U", INPUTS.values(), ids=INPUTS)
+@pytest.mark.parametrize("feedthrough", [True, False])
+def test_no_gain_near_it_is_better(U, feedthrough):
+    """Every entry of F, G, D, P and, where they are free, V, W moved both ways."""
+    given = dict(U=U, feedthrough=feedthrough)
+    found = lb.fixed_order_search(PLANT, 1, starts=4, **given).best
+    least = cost(found.observer, U)
+    assert found.cost == pytest.approx(least, rel=1e-10)
+    assert found.optimality.worst < 1e-8
+    level = U is INPUTS["level"]
+    shown = lb.optimality(found.observer, PLANT, **given)
+    assert shown.worst < 1e-8 and shown.cost == pytest.approx(least, rel=1e-10)
+    free = "FGDP" + "VW" * feedthrough
+    for name in free:
+        X = getattr(found.observer, name)
+        for index in np.ndindex(X.shape):
+            for step in (1e-4, -1e-4):
+                moved = X.copy()
+                moved[index] += step
+                other = dataclasses.replace(found.observer, **{name: moved})
+                assert cost(other, U) > least * (1 - 1e-12)
+                assert level or cost(other, U) < least * (1 + 1e-3)
+    plain = lb.fixed_order_search(PLANT, 1, starts=4, feedthrough=feedthrough).best
+    assert cost(plain.observer, U) > 1.01 * least
+
+
+def test_a_level_costs_nothing():
+    """W alone takes every level out; the rest is the filter for u = 0."""
+    found = lb.fixed_order_filter(PLANT, 1, U=INPUTS["level"])
+    plain = lb.fixed_order_filter(PLANT, 1)
+    for level in ([2.0, -1.0], [0.0, 5.0]):
+        np.testing.assert_allclose(lb.mean_error(found, PLANT, U=level), 0, atol=1e-12)
+        assert cost(found, level) == pytest.approx(cost(plain, 0), rel=1e-12)
+    assert np.abs(lb.mean_error(plain, PLANT, U=[2.0, -1.0])).max() > 0.1
+    off = lb.optimality(plain, PLANT, U=[2.0, -1.0])
+    assert off.mean > 0.1 and off.cost == pytest.approx(cost(plain, [2.0, -1.0]))
+    with pytest.raises(lb.CertificateError, match="absence of a mean error"):
+        off.require()
+
+
+def test_an_input_at_rest_enters_as_it_does_without_statistics():
+    """The second input never moves, or only as the first does."""
+    rest = lb.fixed_order_filter(PLANT, 1, U=[[4, 0], [0, 0]])
+    plain = lb.fixed_order_filter(PLANT, 1)
+    T = rest.T
+    G = T @ PLANT.B - rest.D @ PLANT.E
+    np.testing.assert_allclose(rest.G[:, 1], G[:, 1], rtol=1e-12)
+    np.testing.assert_allclose(rest.W[:, 1], -(rest.V @ PLANT.E)[:, 1], rtol=1e-12)
+    assert np.abs(rest.D - plain.D).max() > 1e-3
+    tied = lb.fixed_order_filter(PLANT, 1, U=[[4, 2], [2, 1]])
+    one = dataclasses.replace(
+        PLANT, B=PLANT.B @ [[1], [0.5]], E=PLANT.E @ [[1], [0.5]], input_names=None
+    )
+    alone = lb.fixed_order_filter(one, 1, U=[[4]])
+    assert cost(tied, [[4, 2], [2, 1]]) == pytest.approx(cost(alone, [[4]], one))
+    none = lb.fixed_order_filter(PLANT, 1, U=np.zeros((2, 2)))
+    np.testing.assert_allclose(none.D, plain.D, rtol=1e-12)
+
+
+def test_full_order_needs_no_statistics_and_a_tone_is_refused():
+    full = lb.fixed_order_filter(PLANT, 3, U=INPUTS["white"])
+    np.testing.assert_array_equal(full.G, lb.fixed_order_filter(PLANT, 3).G)
+    tone = lb.Plant([[0, 1], [-1, 0]], None, np.eye(2), dt=1.0, x0=[1, 0])
+    with pytest.raises(lb.DesignError, match="0.999 of their size"):
+        lb.fixed_order_filter(PLANT, 1, U=tone)
+    with pytest.raises(lb.DesignError, match="modes on the unit circle"):
+        lb.optimality(full, PLANT, U=tone)
