@@ -197,11 +197,11 @@ class Smoother:
 
         P = back.Sigma[old:ready]
         std = np.sqrt(np.maximum(P.diagonal(axis1=1, axis2=2), 0))
-        framed = (
+        shown, sigma = (
             dataframes.framed(X, plant.state_names, index)
             for X in (back.x[old:ready], std)
         )
-        return Smoothed(*framed, P, noises, neighbours)
+        return Smoothed(shown, sigma, P, noises, neighbours)
 
     def _all_neighbours(self, leads: Ways) -> Matrix:
         """E[e_k e_{k-1}'] of a whole record: all of it once more."""
