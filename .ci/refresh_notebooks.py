@@ -1,77 +1,21 @@
 """Run notebooks top to bottom in place: python .ci/refresh_notebooks.py [NOTEBOOK ...]
 
-Without arguments every notebook of the repository.  Timings, widget state and the
-interpreter's version are left out, so a second run leaves no difference in git.
+Without arguments every notebook of the repository.
 """
 
-import os
 import sys
-import tempfile
-import textwrap
-import time
 from pathlib import Path
 
+from notebook_tests import refresh
+
 ROOT = Path(__file__).resolve().parents[1]
-sys.path.insert(0, str(ROOT / "notebooks"))
-import conftest  # noqa: E402, F401  sets the environment the tests run in
-
-sys.modules.setdefault("rfc3987_syntax", None)  # spares nbformat 3 s of unused grammar
-import nbformat  # noqa: E402
-from nbclient import NotebookClient  # noqa: E402
+TEMPLATES = ROOT / "lib" / "luenberger" / "report" / "templates"
 
 
-def refresh(path):
-    notebook = nbformat.read(path, as_version=4)
-    kernel = {"name": "python3", "display_name": "Python 3 (ipykernel)"}
-    kernel["language"] = "python"  # without it ruff passes over the notebook
-    notebook.metadata = nbformat.from_dict({"kernelspec": kernel})
-    client = NotebookClient(
-        notebook,
-        timeout=600,
-        kernel_name="python3",
-        record_timing=False,
-        store_widget_state=False,
-        extra_arguments=["--log-level=ERROR"],
-        resources={"metadata": {"path": str(path.parent)}},
-    )
-    client.execute()
-    notebook.metadata.pop("widgets", None)
-    notebook.metadata.pop("language_info", None)
-    for output in (o for cell in notebook.cells for o in cell.get("outputs", ())):
-        # a view names its model by a random id, and without state shows nothing
-        output.get("data", {}).pop("application/vnd.jupyter.widget-view+json", None)
-        if output.output_type == "error":  # the message; the rest is paths and lines
-            message = f"{output.ename}: {output.evalue}"
-            output.traceback = textwrap.wrap(message, 88)
-    describe_figures(notebook)
-    nbformat.write(notebook, path)
-
-
-def describe_figures(notebook):
-    """Give each cell the words of its figure, where the pages look for them.
-
-    `luenberger.show` has read them off the figure when the cell ran; nbconvert finds
-    them in the output.
-    """
-    for cell in notebook.cells:
-        cell.metadata.pop("mystnb", None)
-        for output in cell.get("outputs", ()):
-            look = output.get("metadata", {}).get("image/png", {})
-            if "alt" in look:
-                cell.metadata["mystnb"] = {"image": {"alt": look["alt"]}}
-
-
-def main(arguments):
-    given = [Path(argument).resolve() for argument in arguments]
-    templates = ROOT / "lib" / "luenberger" / "report" / "templates"
-    every = sorted([*(ROOT / "notebooks").rglob("*.ipynb"), *templates.glob("*.ipynb")])
-    with tempfile.TemporaryDirectory() as settings:
-        os.environ["IPYTHONDIR"] = settings  # nobody's personal start-up files
-        for path in given or [p for p in every if ".ipynb_checkpoints" not in p.parts]:
-            start = time.perf_counter()
-            refresh(path)
-            print(f"{path} {time.perf_counter() - start:.1f} s")
+def every():
+    found = sorted([*(ROOT / "notebooks").rglob("*.ipynb"), *TEMPLATES.glob("*.ipynb")])
+    return [path for path in found if ".ipynb_checkpoints" not in path.parts]
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    refresh.main(sys.argv[1:] or every())

@@ -60,7 +60,8 @@ def run(
             raise NotebookError("the notebook's Python process died") from None
         finally:
             client.end()
-    notebook.metadata.pop("language_info", None)  # names this very interpreter
+    for not_of_this_run in ("language_info", "as_run"):  # interpreter, template's cells
+        notebook.metadata.pop(not_of_this_run, None)
     return notebook
 
 

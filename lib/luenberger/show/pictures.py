@@ -15,6 +15,7 @@ WIDE = 90  # points of the page for an inch of a picture
 class Picture:
     """A figure as PNG, with words for those who do not see it.
 
+    The words are in the file, too: a picture that was put in its place is noticed.
     The figure is closed, so that a notebook shows it once.
 
     Parameters
@@ -30,7 +31,8 @@ class Picture:
     def __init__(self, figure: Any, says: str = "", digits: int = 3) -> None:
         self.alt = "\n".join(filter(None, [says, describe(figure, digits)]))
         file = io.BytesIO()
-        look: Any = dict(format="png", dpi=2 * WIDE, metadata={"Software": None})
+        says_so = {"Software": None, "Description": self.alt}
+        look: Any = dict(format="png", dpi=2 * WIDE, metadata=says_so)
         figure.savefig(file, **look)
         self.png = base64.b64encode(file.getvalue()).decode()
         self.width = round(WIDE * figure.get_figwidth())
