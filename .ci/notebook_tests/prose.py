@@ -1,8 +1,20 @@
-"""Numbers in sentences are those that the cells hold and print."""
+"""Each number in a sentence is tied to the cell that gives it.
+
+A cell of Markdown holds in its metadata, under `quotes`, which cell gives each of its
+numbers.  `tie` writes that at each refresh of the notebook; `complaints` finds a number
+that was changed since, and a cell that gives another one now.  A number that none gives,
+as one that is computed in the sentence itself, is tied `by hand`, with these words in
+place of the cell.
+"""
 
 import re
 
-NUMBER = re.compile(r"(?<![\w.,^{])\d+\.\d+(?![\w.]*\d)")
+KEY, BY_HAND = "quotes", "by hand"
+NUMBER = re.compile(
+    r"""(?<![\w.,^{]) ( \d+\.\d+ (?![\w.]*\d) | \d+ (?=\s*(?:\\?%|per\ cent)) )
+    (?P<share> \s*(?:\\?%|per\ cent) )?""",
+    re.X,
+)
 IN_CODE = re.compile(r"\d*\.?\d+(?:[eE][-+]?\d+)?")
 NOT_RESULTS = re.compile(
     r"""\\tag\{[^}]*\}              # the number of a formula
@@ -15,38 +27,63 @@ NOT_RESULTS = re.compile(
 
 
 def complaints(notebook):
-    """Each number with a decimal point in a sentence that no cell holds or prints.
+    gives = {cell.get("id"): cell for cell in notebook["cells"]}
+    for cell in sentences(notebook):
+        ties = cell["metadata"].get(KEY, {})
+        for number, share, around in quoted(cell):
+            by = ties.get(number)
+            if by == BY_HAND or by in gives and holds(gives[by], number, share):
+                continue
+            why = f"cell {by} does not give" if by else "no cell is named for"
+            yield f"cell {cell.get('id')}: {why} {number}: ... {around} ..."
 
-    It counts as held where a number of the code or of an output agrees to all digits of
-    the sentence, as it stands or as per cent.
-    """
-    held = list(numbers_of_cells(notebook["cells"]))
-    for cell in notebook["cells"]:
+
+def tie(notebook):
+    """Name for each number the nearest cell that gives it; what is by hand stays."""
+    cells = notebook["cells"]
+    for place, cell in enumerate(cells):
         if cell["cell_type"] != "markdown":
             continue
-        sentence = NOT_RESULTS.sub(" ", "".join(cell["source"]))
-        for found in NUMBER.finditer(sentence):
-            if not is_held(found[0], held):
-                around = sentence[max(0, found.start() - 60) : found.end() + 30]
-                where = f"cell {cell.get('id')}: no cell gives {found[0]}"
-                yield f"{where}: ... {' '.join(around.split())} ..."
+        near = sorted(range(len(cells)), key=lambda k: (abs(k - place), k))
+        old, ties = cell["metadata"].pop(KEY, {}), {}
+        for number, share, _ in quoted(cell):
+            found = (cells[k]["id"] for k in near if holds(cells[k], number, share))
+            by_hand = BY_HAND if old.get(number) == BY_HAND else None
+            if by := next(found, by_hand):
+                ties[number] = by
+        if ties:
+            cell["metadata"][KEY] = ties
 
 
-def is_held(number, held):
+def sentences(notebook):
+    return (cell for cell in notebook["cells"] if cell["cell_type"] == "markdown")
+
+
+def quoted(cell):
+    """The numbers of a cell's sentences, whether as a share, and the words around."""
+    text = NOT_RESULTS.sub(" ", "".join(cell["source"]))
+    for found in NUMBER.finditer(text):
+        around = text[max(0, found.start() - 60) : found.end() + 30]
+        yield found[1], bool(found["share"]), " ".join(around.split())
+
+
+def holds(cell, number, share):
+    """Whether a cell of code has a number that agrees to all digits of the sentence."""
     decimals = len(number.partition(".")[2])
     value, half = float(number), 0.5 * 10.0**-decimals * (1 + 1e-9)
-    return any(abs(x - value) <= half or abs(100 * x - value) <= half for x in held)
+    return cell["cell_type"] == "code" and any(
+        abs(x - value) <= half or (share and abs(100 * x - value) <= half)
+        for x in numbers_of(cell)
+    )
 
 
-def numbers_of_cells(cells):
-    for cell in cells:
-        if cell["cell_type"] == "code":
-            yield from numbers("".join(cell["source"]))
-        for output in cell.get("outputs", ()):
-            yield from numbers("".join(output.get("text", "")))
-            for kind, value in output.get("data", {}).items():
-                if not kind.startswith("image/") and isinstance(value, str | list):
-                    yield from numbers("".join(value))
+def numbers_of(cell):
+    yield from numbers("".join(cell["source"]))
+    for output in cell.get("outputs", ()):
+        yield from numbers("".join(output.get("text", "")))
+        for kind, value in output.get("data", {}).items():
+            if not kind.startswith("image/") and isinstance(value, str | list):
+                yield from numbers("".join(value))
 
 
 def numbers(text):

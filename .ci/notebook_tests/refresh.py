@@ -11,7 +11,7 @@ import textwrap
 import time
 from pathlib import Path
 
-from . import as_run, in_pytest  # noqa: F401  sets the environment the tests run in
+from . import as_run, in_pytest, prose  # noqa: F401  sets what kernels inherit
 
 sys.modules.setdefault("rfc3987_syntax", None)  # spares nbformat 3 s of unused grammar
 import nbformat  # noqa: E402
@@ -42,6 +42,7 @@ def refresh(path):
             message = f"{output.ename}: {output.evalue}"
             output.traceback = textwrap.wrap(message, 88)
     describe_pictures(notebook)
+    prose.tie(notebook)
     notebook.metadata[as_run.KEY] = as_run.fingerprint(notebook)
     nbformat.write(notebook, path)
 

@@ -8,7 +8,7 @@ import types
 from pathlib import Path
 
 import pytest
-from notebook_tests import as_run, in_pytest, stored
+from notebook_tests import as_run, in_pytest, prose, stored
 from PIL import Image
 from PIL.PngImagePlugin import PngInfo
 
@@ -49,7 +49,9 @@ def sound():
     cells.insert(1, {"cell_type": "markdown", "metadata": {}, "source": [says]})
     cells.insert(2, {"cell_type": "markdown", "metadata": {}, "source": ["So."]})
     cells = [cell | {"id": f"cell-{k}"} for k, cell in enumerate(cells)]
-    return as_it_was_run({"cells": cells, "metadata": {}})
+    notebook = {"cells": cells, "metadata": {}}
+    prose.tie(notebook)
+    return as_it_was_run(notebook)
 
 
 def as_it_was_run(notebook):
@@ -186,7 +188,17 @@ def test_another_number_in_a_sentence_is_refused(sound, old, new):
     says = sound["cells"][1]["source"]
     says[0] = says[0].replace(old, new)
     (complaint,) = stored.complaints(sound)
-    assert f"cell cell-1: no cell gives {new}" in complaint
+    assert f"cell cell-1: no cell is named for {new}" in complaint
+
+
+def test_a_number_that_no_cell_gives_is_tied_by_hand_or_refused(sound):
+    says = sound["cells"][2]
+    says["source"] = ["Half of 1.5 is 0.75."]
+    prose.tie(sound)
+    assert len(list(stored.complaints(sound))) == 2
+    says["metadata"] = {"quotes": {"1.5": "by hand", "0.75": "by hand"}}
+    prose.tie(sound)
+    assert not list(stored.complaints(sound))
 
 
 def test_another_result_is_refused_by_its_sentence(sound):
