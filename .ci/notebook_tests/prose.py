@@ -2,9 +2,9 @@
 
 A cell of Markdown holds in its metadata, under `quotes`, which cell gives each of its
 numbers.  `tie` writes that at each refresh of the notebook; `complaints` finds a number
-that was changed since, and a cell that gives another one now.  A number that none gives,
-as one that is computed in the sentence itself, is tied `by hand`, with these words in
-place of the cell.
+that was changed since, and a cell that gives another one now.  A number that no cell
+gives, as one that is computed in the sentence itself, is tied `by hand`, with these
+words in place of the cell.
 """
 
 import re
