@@ -10,7 +10,7 @@ import sys
 import browsing
 import pytest
 import site_build
-from browsing import ROOT, faults, settled, visit, window
+from browsing import ROOT, barriers, faults, settled, visit, window
 
 from luenberger import ledger
 
@@ -226,6 +226,27 @@ def test_a_page_is_whole_on_a_laptop_and_on_a_phone(name, browser, served):
         assert found == {LAPTOP[0]: [], PHONE[0]: []}
 
 
+@pytest.mark.parametrize(
+    "name",
+    [
+        "index",
+        "00-start-here",
+        "11-which-observer",
+        "pages/ledger",
+        "pages/misprints",
+        "pages/derivations/van-dooren",
+        "coursework/README",
+    ],
+)
+def test_a_page_has_no_barriers(name, browser, served):
+    with window(browser) as page:
+        visit(page, f"{served}/{name}.html")
+        for width, height in (LAPTOP, PHONE):
+            page.set_viewport_size({"width": width, "height": height})
+            settled(page)
+            assert barriers(page) == []
+
+
 SCROLLS = """() => [...document.querySelectorAll("main mjx-container")]
     .filter((math) => math.checkVisibility() && math.scrollWidth > math.clientWidth
         && /auto|scroll/.test(getComputedStyle(math).overflowX))
@@ -399,6 +420,7 @@ def test_the_report_shows_its_mathematics_and_figures(browser, tmp_path):
         assert all(size["width"] > 4 and size["height"] > 4 for size in sizes)
         assert page.locator("math >> text=/[$\\\\]/").count() == 0
         assert page.locator("img").count() == 5
+        assert barriers(page) == []
 
 
 # -- the checks themselves -------------------------------------------------------------
@@ -416,6 +438,22 @@ def seen(browser, folder, text):
     (folder / "page.html").write_text(text)
     with at_both_widths(browser, (folder / "page.html").as_uri()) as (_, found):
         return sum(found.values(), [])
+
+
+@pytest.mark.parametrize(
+    "text, barrier",
+    [
+        ('<img src="data:image/gif;base64,">', "image-alt"),
+        ("<details><summary></summary>x</details>", "summary-name"),
+        ('<p style="color: #bbb">pale</p>', "color-contrast"),
+    ],
+)
+def test_a_barrier_is_noticed(browser, tmp_path, text, barrier):
+    path = tmp_path / "page.html"
+    path.write_text(f"<!doctype html><html lang='en'><title>x</title><main>{text}")
+    with window(browser) as page:
+        visit(page, path.as_uri())
+        assert any(one.startswith(barrier) for one in barriers(page))
 
 
 def test_a_sound_page_passes(browser, tmp_path):

@@ -34,9 +34,10 @@ def chromium():
 
 def missing():
     """Why no page can be looked at here; empty if one can."""
-    if importlib.util.find_spec("playwright") is None:
-        how = 'install -r environment-pip.txt -e "./lib[browser,course,site]"'
-        return f"no browser without playwright: {how}"
+    for package in ("playwright", "axe_playwright_python"):
+        if importlib.util.find_spec(package) is None:
+            how = 'install -r environment-pip.txt -e "./lib[browser,course,site]"'
+            return f"no browser without {package}: {how}"
     if chromium() is None:
         return f"none of {', '.join(NAMES)} found: apt-get install chromium"
     return ""
@@ -263,3 +264,15 @@ UNREADABLE = """() => {
 def faults(page):
     """All that is cut off, empty, without words or not set on a page as it stands."""
     return page.evaluate(CUT) + page.evaluate(UNREADABLE)
+
+
+def barriers(page):
+    """What axe-core finds in the way of some readers, whatever its impact."""
+    file = importlib.util.find_spec("axe_playwright_python").submodule_search_locations
+    page.evaluate(pathlib.Path(file[0], "axe.min.js").read_text(encoding="utf-8"))
+    found = page.evaluate("axe.run(document, {resultTypes: ['violations']})")
+    return [
+        f"{one['id']} ({one['impact']}): {node['html'][:120]}"
+        for one in found["violations"]
+        for node in one["nodes"]
+    ]

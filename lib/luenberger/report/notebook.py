@@ -17,6 +17,9 @@ from typing import Any
 TEMPLATES = Path(__file__).parent / "templates"
 DISPLAYED = re.compile(r"\$\$(.+?)\$\$", re.S)
 SIGNALS = signal.SIGINT, signal.SIGTERM
+SCROLLS = re.compile(
+    r'<(?=table|pre|math[^>]*display="block"|div class="output_png)(\w+)'
+)
 INLINE = re.compile(r"(?<![\\$\w])\$([^$\n]+?)\$(?![\w$])")
 
 
@@ -164,7 +167,8 @@ def to_html(notebook: Any, title: str) -> str:
     body, _ = exporter.from_notebook_node(page, {"metadata": {"name": title}})
     for token, formula in formulas.items():
         body = body.replace(token, formula)
-    return body
+    # what may scroll on a phone is reached with the keyboard; there are no scripts
+    return SCROLLS.sub(r'<\1 tabindex="0"', body)
 
 
 def _take_formulas(text, formulas):

@@ -117,7 +117,8 @@ def _markup(cell: object) -> str:
 
 def _row(tag: str, cells: Iterable[str], styles: list[str], bold: bool = False) -> str:
     cells = [f"<b>{cell}</b>" for cell in cells] if bold else list(cells)
-    inner = "".join(f"<{tag}{s}>{cell}</{tag}>" for cell, s in zip(cells, styles))
+    tags = [tag if cell else "td" for cell in cells]  # no header without words
+    inner = "".join(f"<{t}{s}>{cell}</{t}>" for t, s, cell in zip(tags, styles, cells))
     return f"<tr>{inner}</tr>"
 
 

@@ -57,13 +57,41 @@ function fit() {
       all[k].style.overflow = "visible";
   });
 }
+
+// What scrolls is reached with the keyboard.
+function reach() {
+  for (const box of document.querySelectorAll("main :is(mjx-container, pre, div, p)")) {
+    const scrolls = box.scrollWidth > box.clientWidth
+      && /auto|scroll/.test(getComputedStyle(box).overflowX);
+    if (scrolls && !box.hasAttribute("tabindex")) {
+      box.tabIndex = 0;
+      box.dataset.scrolls = "";
+    } else if (!scrolls && "scrolls" in box.dataset) {
+      box.removeAttribute("tabindex");
+      delete box.dataset.scrolls;
+    }
+  }
+}
+
+// The theme's arrows that unfold the contents, and its title, are given names.
+document.addEventListener("DOMContentLoaded", () => {
+  for (const arrow of document.querySelectorAll("nav summary")) {
+    const page = arrow.closest("li")?.querySelector("a")?.textContent.trim();
+    arrow.setAttribute("aria-label", `Pages of ${page}`);
+  }
+  const title = document.querySelector(".sidebar-primary-item:has(> .navbar-brand)");
+  title?.setAttribute("role", "navigation");
+  title?.setAttribute("aria-label", "First page");
+});
+
 window.addEventListener("load", async () => {
   await window.MathJax?.startup?.promise;
   await document.fonts.ready;
   fit();
+  reach();
   let width = window.innerWidth;
   window.addEventListener("resize", () => {
-    if (window.innerWidth !== width) fit();
+    if (window.innerWidth !== width) fit(), reach();
     width = window.innerWidth;
   });
 });
