@@ -12,6 +12,7 @@ import re
 KEY, BY_HAND = "quotes", "by hand"
 NUMBER = re.compile(
     r"""(?<![\w.,^{]) ( \d+\.\d+ (?![\w.]*\d) | \d+ (?=\s*(?:\\?%|per\ cent)) )
+    (?: \s*\\cdot\s*10\^\{?(?P<power>-?\d+)\}? )?
     (?P<share> \s*(?:\\?%|per\ cent) )?""",
     re.X,
 )
@@ -30,9 +31,9 @@ def complaints(notebook):
     gives = {cell.get("id"): cell for cell in notebook["cells"]}
     for cell in sentences(notebook):
         ties = cell["metadata"].get(KEY, {})
-        for number, share, around in quoted(cell):
+        for number, factors, around in quoted(cell):
             by = ties.get(number)
-            if by == BY_HAND or by in gives and holds(gives[by], number, share):
+            if by == BY_HAND or by in gives and holds(gives[by], number, factors):
                 continue
             why = f"cell {by} does not give" if by else "no cell is named for"
             yield f"cell {cell.get('id')}: {why} {number}: ... {around} ..."
@@ -41,13 +42,12 @@ def complaints(notebook):
 def tie(notebook):
     """Name for each number the nearest cell that gives it; what is by hand stays."""
     cells = notebook["cells"]
-    for place, cell in enumerate(cells):
-        if cell["cell_type"] != "markdown":
-            continue
+    for cell in sentences(notebook):
+        place = cells.index(cell)
         near = sorted(range(len(cells)), key=lambda k: (abs(k - place), k))
         old, ties = cell["metadata"].pop(KEY, {}), {}
-        for number, share, _ in quoted(cell):
-            found = (cells[k]["id"] for k in near if holds(cells[k], number, share))
+        for number, factors, _ in quoted(cell):
+            found = (cells[k]["id"] for k in near if holds(cells[k], number, factors))
             by_hand = BY_HAND if old.get(number) == BY_HAND else None
             if by := next(found, by_hand):
                 ties[number] = by
@@ -56,24 +56,28 @@ def tie(notebook):
 
 
 def sentences(notebook):
-    return (cell for cell in notebook["cells"] if cell["cell_type"] == "markdown")
+    """The cells of Markdown but for model answers, whose metadata students would see."""
+    for cell in notebook["cells"]:
+        answer = cell["metadata"].get("nbgrader", {}).get("solution")
+        if cell["cell_type"] == "markdown" and not answer:
+            yield cell
 
 
 def quoted(cell):
-    """The numbers of a cell's sentences, whether as a share, and the words around."""
+    """The numbers of a cell's sentences, what each may stand for, the words around."""
     text = NOT_RESULTS.sub(" ", "".join(cell["source"]))
     for found in NUMBER.finditer(text):
         around = text[max(0, found.start() - 60) : found.end() + 30]
-        yield found[1], bool(found["share"]), " ".join(around.split())
+        factors = [10.0 ** int(found["power"] or 0)] + [0.01] * bool(found["share"])
+        yield found[1], factors, " ".join(around.split())
 
 
-def holds(cell, number, share):
+def holds(cell, number, factors):
     """Whether a cell of code has a number that agrees to all digits of the sentence."""
     decimals = len(number.partition(".")[2])
     value, half = float(number), 0.5 * 10.0**-decimals * (1 + 1e-9)
     return cell["cell_type"] == "code" and any(
-        abs(x - value) <= half or (share and abs(100 * x - value) <= half)
-        for x in numbers_of(cell)
+        abs(x / factor - value) <= half for x in numbers_of(cell) for factor in factors
     )
 
 
