@@ -56,7 +56,7 @@ def tie(notebook):
 
 
 def sentences(notebook):
-    """The cells of Markdown but for model answers, whose metadata students would see."""
+    """The cells of Markdown; not model answers, whose metadata students see."""
     for cell in notebook["cells"]:
         answer = cell["metadata"].get("nbgrader", {}).get("solution")
         if cell["cell_type"] == "markdown" and not answer:
