@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from luenberger import ledger
+
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 PROJECT = tomllib.loads((ROOT / "lib" / "pyproject.toml").read_text(encoding="utf-8"))
@@ -90,9 +92,9 @@ def test_other_places_install_what_the_readme_installs():
 def test_the_citation_names_this_version_and_every_paper():
     text = CITATION.read_text(encoding="utf-8")
     assert f"\nversion: {PROJECT['project']['version']}\n" in text
-    papers = ROOT / "lib" / "luenberger" / "ledger" / "papers"
-    for path in papers.glob("*.toml"):
-        paper = tomllib.loads(path.read_text(encoding="utf-8"))["paper"]
+    papers = [ledger.title(paper) for paper in ledger.PAPERS]
+    assert len(papers) == 6
+    for paper in papers:
         names, year = re.fullmatch(r"(.*) \((\d+)\)", paper).groups()
         if names == "Hsia":
             continue  # this project holds its last page only, without the title
