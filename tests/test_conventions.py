@@ -67,6 +67,13 @@ def test_a_workflow_runs_what_everybody_runs(path):
     assert set(commands) == {".ci/run"}
 
 
+def test_the_lanes_of_the_workflow_are_lanes_of_the_script():
+    script = (ROOT / ".ci" / "run").read_text(encoding="utf-8")
+    for path in WORKFLOWS:
+        for lane in re.findall(r"which: (--\w+)", path.read_text(encoding="utf-8")):
+            assert f"#   .ci/run {lane} " in script
+
+
 def test_the_workflow_covers_the_supported_pythons():
     given = re.search(r"python: (\[.*\])", WORKFLOWS[-1].read_text(encoding="utf-8"))
     assert json.loads(given[1]) == ["3.11", "3.12", "3.13"]
