@@ -16,7 +16,7 @@ FOREIGN = {
 }
 LONG_NUMBER = re.compile(r"(?<![\w.])\d*\.\d+")
 MOST_DIGITS = 6
-MOST_LINES = {False: 15, True: 25}  # of a cell; of one that is folded, a drawing
+MOST_LINES = {False: 15, True: 25}  # True: a drawing that is folded, a locked check
 
 
 def complaints(notebook):
@@ -39,8 +39,9 @@ def cell_complaints(cell):
     source = "".join(cell["source"])
     tags = set(cell["metadata"].get("tags", []))
     lines = source.splitlines()  # "### ..." marks what nbgrader cuts out
-    most = MOST_LINES["hide-input" in tags]
-    if sum(not line.startswith(("###", "show(fig")) for line in lines) > most:
+    is_check = cell["metadata"].get("nbgrader", {}).get("locked", False)
+    most = MOST_LINES["hide-input" in tags or is_check]
+    if sum(not line.strip().startswith(("###", "show(fig")) for line in lines) > most:
         yield f"more than {most} lines:\n{source}"
     if any(line.rstrip().endswith(";") for line in lines):
         yield f"a semicolon at the end of a line, which nbval ignores:\n{source}"
