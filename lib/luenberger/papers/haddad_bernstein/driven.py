@@ -34,7 +34,7 @@ def driven_search(
         return _each(search(plant, L), lambda one: level_met(one, plant))
     require_decaying(given)
     model, both = given.varying, driven(plant, given.varying)
-    rows = _moving(model)
+    rows, back = _moving(model)
     pick = np.zeros((plant.p + len(rows), plant.p + plant.m))
     pick[: plant.p, : plant.p], pick[plant.p :, plant.p :] = np.eye(plant.p), rows
     names = both.output_names
@@ -47,7 +47,7 @@ def driven_search(
         multiplicative=tuple((A1, pick @ C1) for A1, C1 in both.multiplicative),
     )  # fmt: skip
     found = search(seen, np.hstack([np.zeros((len(L), model.n)), L]))
-    found = _each(found, lambda one: _of_plant(one, plant, model.n, pick))
+    found = _each(found, lambda one: _of_plant(one, plant, model.n, pick, back))
     return replace(found, enough=min(found.enough, plant.n))
 
 
@@ -76,8 +76,8 @@ def _each(found: Search, change: Callable[[Observer], Observer]) -> Search:
     return replace(found, minima=tuple(changed))
 
 
-def _moving(model: Plant) -> Matrix:
-    """Rows Z: Z u moves in all its directions, and u rests in the others."""
+def _moving(model: Plant) -> tuple[Matrix, Matrix]:
+    """Z and N with u = N Z u: all of Z u moves, and u rests in other directions."""
     have = dict(C=model.C, Q1=lyapunov(model.A, model.Q), V2=model.R)
     moments = run(output_moments, have, "Qyy")["Qyy"]
     size = np.sqrt(moments.diagonal())
@@ -85,11 +85,14 @@ def _moving(model: Plant) -> Matrix:
     values, vectors = np.linalg.eigh(moments / size / size[:, None])
     keep = values > SINGULAR_TOL * len(values)
     if keep.all():
-        return np.eye(model.p)
-    return vectors[:, keep].T / size
+        return np.eye(model.p), np.eye(model.p)
+    moving = vectors[:, keep]
+    return moving.T / size, size[:, None] * moving
 
 
-def _of_plant(observer: Observer, plant: Plant, j: int, pick: Matrix) -> Observer:
+def _of_plant(
+    observer: Observer, plant: Plant, j: int, pick: Matrix, back: Matrix
+) -> Observer:
     """An observer of model and plant as one of the plant; j states are the model's.
 
     Where the input is at rest it enters as into any observer that follows T x.
@@ -98,7 +101,7 @@ def _of_plant(observer: Observer, plant: Plant, j: int, pick: Matrix) -> Observe
     D, G = np.split(o.D @ pick, [p], axis=1)
     V, W = np.split(o.V @ pick, [p], axis=1)
     L, T, rows = o.L[:, j:], o.T[:, j:], pick[p:, p:]
-    rest = np.eye(plant.m) - np.linalg.pinv(rows) @ rows
+    rest = np.eye(plant.m) - back @ rows
     _, G_0, _, W_0 = residuals(
         plant.A, plant.B, plant.C, plant.E, L, o.F, 0, D, o.P, V, 0, T, T
     )
