@@ -7,8 +7,8 @@ import pytest
 import scipy.linalg
 
 import luenberger as lb
+from luenberger.papers.haddad_bernstein.assembly import observer_of
 from luenberger.papers.haddad_bernstein.descent import evaluate
-from luenberger.papers.haddad_bernstein.design import _observer
 from luenberger.papers.haddad_bernstein.target import prediction, target
 
 A = np.array([[0.8, 0.3, 0.0], [-0.2, 0.7, 0.1], [0.0, 0.4, 0.5]])
@@ -57,6 +57,6 @@ def test_a_whitened_estimator_costs_the_excess(
     whole = prediction(plant, L, weight, feedthrough)
     sought = target(whole)
     point = evaluate(sought, np.array([[0.5, 0.2], [-0.3, 0.4]]), np.eye(2))
-    observer = _observer(plant, whole, sought, SimpleNamespace(point=point))
+    observer = observer_of(plant, whole, sought, SimpleNamespace(point=point))
     found = lb.optimality(observer, plant, weight=weight, feedthrough=feedthrough)
     assert found.cost == pytest.approx(whole.cost + point.cost, rel=1e-9)
