@@ -26,7 +26,7 @@ class Reviews:
         >>> plant = lb.Plant([[0.5]], None, [[1]], dt=1.0, Q=[[1]], R=[[1]])
         >>> table = lb.compare(plant, methods=["Kalman filter"])
         >>> print(table.to_markdown()[:40])
-        | method | which | order | error trace |
+        | method | which | order | worst state |
         """
         return self.table.to_markdown()
 
