@@ -42,8 +42,9 @@ def figure(notebook, caption):
         if "image/png" in o.get("data", {})
         and "".join(o["data"]["text/plain"]).startswith(caption)
     ]
-    (data,) = found
-    return data
+    if len(found) != 1:
+        raise ValueError(f"{len(found)} figures, not one, have the caption {caption!r}")
+    return found[0]
 
 
 class ProofAndCode(SphinxDirective):
