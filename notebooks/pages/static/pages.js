@@ -63,7 +63,7 @@ function reach() {
   for (const box of document.querySelectorAll("main :is(mjx-container, pre, div, p)")) {
     const scrolls = box.scrollWidth > box.clientWidth
       && /auto|scroll/.test(getComputedStyle(box).overflowX);
-    if (scrolls && !box.hasAttribute("tabindex")) {
+    if (scrolls && box.tabIndex < 0) { // the theme writes -1
       box.tabIndex = 0;
       box.dataset.scrolls = "";
     } else if (!scrolls && "scrolls" in box.dataset) {
