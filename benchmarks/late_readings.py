@@ -1,9 +1,10 @@
 """What does a row cost where one channel is late, beside running the filter again?
 
-Operations are counted in the stage lists, as loops: a row of the filter that waits for
-`lag` readings of one output, the others on time, and lag + 1 rows of the filter that
-would be run again instead.  Times are processor times of `filter_data` in NumPy over
-rows, beside running it again from a stored state, which takes lag + 1 rows.
+Operations are counted in the stage lists, as loops: of a row of the pass that does many
+rows at a time, of a row of the filter that carries the `lag` readings it waits for, and
+of lag + 1 rows of the filter that would be run again instead.  The other outputs are on
+time.  Times are processor times of `filter_data` in NumPy, and compiled, beside lag + 1
+times that of a filter with every reading on time.
 
 Run:  OMP_NUM_THREADS=1 python benchmarks/late_readings.py [--quick]
 """
@@ -19,11 +20,15 @@ from luenberger.papers.leondes_novak.derivation import (
     filter_step,
     late_ahead,
     late_corrected,
+    late_end,
     late_fresh,
     late_known,
+    late_pair,
+    late_row,
+    late_single,
 )
 
-SIZES = [(3, 1), (3, 2), (6, 2), (10, 2), (10, 4)]
+SIZES = [(3, 1), (3, 2), (6, 1), (6, 2), (10, 1), (10, 2)]
 LAG = 50
 
 
@@ -41,6 +46,21 @@ def again(n, p):
     )  # fmt: skip
 
 
+def in_order(n, p):
+    """One row of a constant plant: a filter that knows all, and its way to now."""
+    sizes, none = dict(n=n, p=max(p - 1, 1), m=0, r=n), dict(zero=["B", "E"])
+    parts = ("Phi", "xi", "Sigma", "theta", "Lambda")
+    grown = [f"{name}_next" for name in parts]
+    known = dict(symmetric=("Q", "R", "Sigma", "Lambda"))
+    return (
+        again(n, p)
+        + operations(late_row, sizes, grown, **none, **known)
+        + operations(late_single, sizes, ["xi_next", "theta_next"], **none)
+        + operations(late_pair, sizes, parts, symmetric=("Sigma_2", "Lambda_2"))
+        + 2 * operations(late_end, sizes, symmetric=("P", "Sigma", "Lambda"))
+    )
+
+
 def waiting(n, p):
     """One row that waits: predict, take p readings, use p of which one is old."""
     sizes = dict(n=n, p=p, m=0, q=LAG - 1)
@@ -54,26 +74,37 @@ def waiting(n, p):
     return sum(operations(s, z, o, symmetric=y, **none) for s, z, o, y in parts)
 
 
-def times(n, p, rows, rounds):
-    """Processor time of a row that waits beside LAG + 1 rows: the median ratio."""
+def times(n, p, rows, rounds, backend):
+    """Processor time of a late row beside LAG + 1 rows on time: the median ratio."""
     made = plant(n, p)
     y = np.random.default_rng(1).normal(size=(rows, p))
     arrival = np.arange(float(rows))[:, None] + [LAG, *([0] * (p - 1))]
     ratios = []
-    for _ in range(rounds):
-        late, _ = seconds(lambda: lb.filter_data(made, y, arrival=arrival))
-        once, _ = seconds(lambda: lb.filter_data(made, y, backend="numpy"))
+    for _ in range(rounds + 1):
+        late, _ = seconds(
+            lambda: lb.filter_data(made, y, arrival=arrival, backend=backend)
+        )
+        once, _ = seconds(lambda: lb.filter_data(made, y, backend=backend))
         ratios.append(late / once / (LAG + 1))
-    return np.median(ratios)
+    return np.median(ratios[1:])  # the first compiles
 
 
 def main(quick):
-    rows, rounds = (200, 3) if quick else (1000, 11)
-    print(f"lag {LAG}    again    waiting   ratio   ratio of times, NumPy")
+    few, many, rounds = (500, 20_000, 3) if quick else (4000, 200_000, 7)
+    print(f"lag {LAG}    operations of                 ratio of      ratio of times")
+    print("  n   p   again  in order  waiting   in order  waiting   NumPy  compiled")
     for n, p in SIZES:
-        one, late = (LAG + 1) * again(n, p), waiting(n, p)
-        ratio = times(n, p, rows, rounds)
-        print(f"{n:3} {p:3} {one:9} {late:9} {late / one:8.2f} {ratio:8.3f}")
+        one = (LAG + 1) * again(n, p)
+        counts = in_order(n, p), waiting(n, p)
+        ratios = [f"{count / one:9.3f}" for count in counts]
+        taken = [
+            times(n, p, rows, rounds, backend)
+            for rows, backend in ((few, "numpy"), (many, "numba"))
+        ]
+        print(
+            f"{n:3} {p:3} {one:7}", *(f"{count:8}" for count in counts), *ratios,
+            *(f"{ratio:8.3f}" for ratio in taken), flush=True,
+        )  # fmt: skip
 
 
 if __name__ == "__main__":

@@ -33,6 +33,13 @@ COVARIANCES = lb.error_covariance(OBSERVER, PLANT, steps=6)
 QUIET = dataclasses.replace(PLANT, Q=None, R=None)
 CONTINUOUS = dataclasses.replace(PLANT, dt=0.0)
 TABLE = lb.compare(PLANT)
+DAMPED = dataclasses.replace(PLANT, A=[[0.9, 0.5], [0, 0.5]])
+SAFETY = lb.robustness(
+    {"$one": lb.kalman_filter(DAMPED), "two": lb.deadbeat_observer(PLANT)},
+    DAMPED,
+    ranges={"A[0,0]": (0.8, 1.1)},
+    samples=6,
+)
 RECORD = np.arange(6) * PLANT.dt, np.ones((6, 2)), np.full((6, 2), 0.1)
 
 FIGURES = {
@@ -56,6 +63,16 @@ FIGURES = {
     "gains of a comparison": lambda ax: plot.gains(TABLE, ax=ax),
     "gains of a functional": lambda ax: plot.gains(
         lb.functional_observer(PLANT, [[1, 1], [0, 1]]), PLANT, ax
+    ),
+    "robustness": lambda ax: plot.robustness(SAFETY, ax),
+    "robustness of two parameters": lambda ax: plot.robustness(
+        lb.robustness(
+            {"$x": lb.kalman_filter(PLANT)},
+            PLANT,
+            ranges={"A[0,1]": "1 %", "C[0,0]": "2 %"},
+            samples=5,
+        ),
+        ax,
     ),
     "poles of a comparison": lambda ax: plot.poles(TABLE, ax=ax),
     "poles of an observer": lambda ax: plot.poles(lb.kalman_filter(PLANT), None, ax),
@@ -107,6 +124,38 @@ def test_front_and_methods_of_a_comparison(ax):
     assert sum(len(line.get_xdata()) for line in drawn.values()) == len(TABLE.ranked)
     plot.pareto(TABLE, ax, by="order")
     np.testing.assert_array_equal(ax.lines[-1].get_xdata(), [chosen.order])
+
+
+def test_curves_of_robustness_are_errors_over_the_parameter(ax):
+    assert plot.robustness(SAFETY, ax).get_xlabel() == "A[0,0]"
+    values = [one.values["A[0,0]"] for one in SAFETY.plants]
+    order = np.argsort(values)
+    for k, spread in enumerate(SAFETY):
+        curve, marker = ax.lines[2 * k : 2 * k + 2]
+        np.testing.assert_array_equal(curve.get_xdata(), np.array(values)[order])
+        errors = np.where(np.isfinite(spread.errors), spread.errors, np.nan)
+        np.testing.assert_array_equal(curve.get_ydata(), errors[order])
+        np.testing.assert_array_equal(marker.get_ydata(), [np.nanmax(errors)])
+        assert (marker.get_markerfacecolor() != "none") == (spread is SAFETY.chosen)
+        grows = len(spread.growing)
+        assert ("grows on" in marker.get_label()) == (grows > 0)
+    assert any(spread.growing for spread in SAFETY)
+
+
+def test_rows_of_robustness_reach_from_the_least_error_to_the_largest(ax):
+    found = lb.robustness(
+        {"one": lb.kalman_filter(DAMPED), "two": lb.deadbeat_observer(PLANT)},
+        {"a": DAMPED, "b": dataclasses.replace(DAMPED, A=[[0.8, 0.5], [0, 0.4]])},
+    )
+    plot.robustness(found, ax)
+    assert [tick.get_text() for tick in ax.get_yticklabels()] == ["one", "two"]
+    for k, spread in enumerate(found):
+        line, bar, median, worst = ax.lines[4 * k : 4 * k + 4]
+        low, first, middle, third, high = spread.quartiles
+        np.testing.assert_array_equal(line.get_xdata(), [low, high])
+        np.testing.assert_array_equal(bar.get_xdata(), [first, third])
+        np.testing.assert_array_equal(median.get_xdata(), [middle])
+        np.testing.assert_array_equal(worst.get_xdata(), [high])
 
 
 def test_errors_far_above_are_counted_and_not_drawn(ax):
@@ -168,7 +217,9 @@ def test_what_cannot_be_drawn_is_said(ax, draw, message):
         ),
         lambda ax: report.gains_and_poles(TABLE, [ax]),
         lambda ax: report.estimates(
-            types.SimpleNamespace(x=RECORD[1], std=RECORD[2]), PLANT, [ax]
+            types.SimpleNamespace(x=RECORD[1], std=RECORD[2], names=PLANT.state_names),
+            PLANT,
+            [ax],
         ),
     ],
     ids=["pareto", "variances", "gains and poles", "estimates"],
@@ -321,3 +372,41 @@ def test_every_text_of_a_decision_chart_has_room_in_its_box(chart):
 def test_a_decision_chart_refuses_what_it_has_no_room_for(ax, questions, message):
     with pytest.raises(ValueError, match=message):
         plot.decision_chart(questions, "last", ax)
+
+
+def test_gains_have_a_panel_for_each_unit():
+    names = dict(
+        state_names=["position (m)", "speed (m/s)"],
+        output_names=["radar (m)", "wheel (m/s)"],
+    )
+    plant = lb.Plant(PLANT.A, None, np.eye(2), dt=0.5, **names)
+    K = np.array([[1.0, 2.0], [3.0, 4.0]])
+    wanted = {
+        "gain": {"position from radar": 1.0, "speed from wheel": 4.0},
+        "gain (m per m/s)": {"position from wheel": 2.0},
+        "gain (m/s per m)": {"speed from radar": 3.0},
+    }
+    fig, (ax, beside) = plt.subplots(1, 2, figsize=(12, 5), layout="constrained")
+    assert plot.gains(np.stack([K, K]), plant, ax) is ax
+    panels = [one for one in fig.axes if one is not beside]
+    drawn = {one.get_ylabel(): one.lines for one in panels}
+    assert {
+        label: {line.get_label(): line.get_ydata()[-1] for line in lines}
+        for label, lines in drawn.items()
+    } == wanted
+    assert [one.get_title() for one in panels[1:]] == [
+        "position from wheel", "speed from radar",
+    ]  # fmt: skip
+    fig.canvas.draw()
+    right = beside.get_position().x0
+    assert all(one.get_position().x1 < right for one in panels)
+    plt.close(fig)
+    fig, ax = plt.subplots()
+    plot.gains(K, plant, ax)
+    bars = {one.get_ylabel(): [b.get_height() for b in one.patches] for one in fig.axes}
+    assert bars == {label: list(gains.values()) for label, gains in wanted.items()}
+    plt.close(fig)
+    alone = plt.figure().add_axes((0.1, 0.1, 0.8, 0.8))  # which is in no grid
+    assert len(plot.gains(K, plant, alone).patches) == 4
+    assert alone.get_ylabel() == "gain (units of state per output)"
+    plt.close(alone.figure)

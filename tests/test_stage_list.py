@@ -45,6 +45,19 @@ def test_every_stage_list_has_one_name():
     assert set(named) == set(written())
 
 
+def test_two_stage_lists_of_one_name_are_refused(tmp_path, monkeypatch):
+    lines = [
+        "from luenberger.stage_list import StageList",
+        'step = StageList(__name__, "one.step", "x")',
+        'other = StageList(__name__, "one.other", "x")',
+        'step = StageList(__name__, "two.step", "x")',
+    ]
+    (tmp_path / "front_door.py").write_text("\n".join(lines))
+    monkeypatch.syspath_prepend(tmp_path)
+    with pytest.raises(ValueError, match="line 4 of front_door .* the name 'step'"):
+        stage_lists("front_door")
+
+
 @pytest.mark.parametrize("stages", FOUND.values(), ids=FOUND)
 def test_a_stage_list_computes_what_it_says(stages):
     derivation = stages()

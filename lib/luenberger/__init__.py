@@ -13,15 +13,18 @@ from typing import TYPE_CHECKING
 
 from . import interrupts as interrupts  # before all that takes time
 from . import sampling as sampling
+from .analysis.constant_parameter import white_noise_factor as white_noise_factor
 from .analysis.error_covariance import error_covariance as error_covariance
 from .analysis.error_covariance import mean_error as mean_error
-from .analysis.multiply_adds import multiply_adds as multiply_adds
 from .analysis.optimality import Optimality as Optimality
 from .analysis.optimality import optimality as optimality
+from .analysis.step_cost import multiply_adds as multiply_adds
 from .certificate import Certificate as Certificate
 from .certificate import certify as certify
 from .certificate import residuals as residuals
 from .compare import compare as compare
+from .compare.robust_table import Robustness as Robustness
+from .compare.robustness import robustness as robustness
 from .compare.sweep import Sweep as Sweep
 from .compare.sweep import sweep as sweep
 from .errors import CertificateError as CertificateError

@@ -227,20 +227,21 @@ def require_match(observer: Observer, plant: Plant) -> None:
     """Raise unless observer and plant agree in n, m, p, dt and covered instants."""
     o, p = observer, plant
     if o.dt != p.dt:
-        raise ValueError(f"the observer has dt={o.dt:g} but the plant dt={p.dt:g}")
+        raise ValueError(
+            f"the observer has dt={o.dt:g} but the plant dt={p.dt:g}; of a continuous "
+            f"plant, plant.sampled({o.dt or p.dt:g}) is the one of that period"
+        )
     mine = (o.L.shape[1], o.G.shape[-1], o.D.shape[-1])
     if mine != (p.n, p.m, p.p):
         raise ValueError(
             f"the observer is for n, m, p = {mine}, the plant has {(p.n, p.m, p.p)}"
         )
-    if p.steps is None:
-        return
-    if o.steps is None:
+    if p.steps is not None and o.steps is None:
         raise ValueError(
             "a constant observer cannot be measured against a time-varying plant; "
-            "design one over steps"
+            "design one over steps, such as kalman_filter(plant, steps=N)"
         )
-    if o.steps >= p.steps:
+    if p.steps is not None and o.steps is not None and o.steps >= p.steps:
         raise ValueError(
             f"the observer covers instants 1 .. {o.steps}, the plant only "
             f"0 .. {p.steps - 1}"
@@ -296,5 +297,4 @@ def _stable(observer: Observer) -> bool:
             product = F @ product
         return bool(np.linalg.norm(product, 2) < 1)
     poles = observer.poles
-    margin = -poles.real if observer.dt == 0 else 1 - np.abs(poles)
-    return bool(np.all(margin > 0))
+    return bool(np.all(poles.real < 0 if observer.dt == 0 else np.abs(poles) < 1))

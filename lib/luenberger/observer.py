@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import dataclasses
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -15,7 +16,9 @@ from numpy.typing import ArrayLike
 from .formats import json_records
 from .formats.json_files import JsonFile
 from .forms import Forms
+from .forms.combinations import combined
 from .numeric import Matrices, Matrix
+from .numeric.combinations import combinations
 from .numeric.linalg import eigenvalues
 from .numeric.validation import (
     ReadOnly,
@@ -62,6 +65,8 @@ class Observer(Forms, ReadOnly):
     state_names, input_names, output_names : tuple of str or None
         Of the plant's x, u and y.  Every design fills them in from its plant; None
         where they are not known.
+    estimates : tuple of str or None
+        What the rows of w^ are called, with units, where they were given names.
     """
 
     F: np.ndarray
@@ -80,6 +85,7 @@ class Observer(Forms, ReadOnly):
     state_names: tuple[str, ...] | None = None
     input_names: tuple[str, ...] | None = None
     output_names: tuple[str, ...] | None = None
+    estimates: tuple[str, ...] | None = None
 
     if TYPE_CHECKING:  # lists go in, arrays come out
 
@@ -120,6 +126,8 @@ class Observer(Forms, ReadOnly):
             _exact=rational,
         )
         self._name(self)
+        if self.estimates is not None:
+            self._fill(estimates=names("w estimate", self.estimates, L.shape[0]))
 
     def _name(self, source: Any) -> None:
         """Take the names of x, u and y from a record that has them."""
@@ -150,6 +158,45 @@ class Observer(Forms, ReadOnly):
         same._name(plant)
         return same
 
+    def combined(self, H: ArrayLike | Mapping[str, ArrayLike]) -> Observer:
+        """The same observer, of the combinations H w^ of what it estimates.
+
+        Its state and its motion stay; P, V, W and L become H P, H V, H W and H L.  Of
+        an observer of the state, H x.
+
+        Parameters
+        ----------
+        H : (q,) or (s, q) array_like, or dict of str to (q,) array_like
+            A row for each combination, perhaps with its name.  That of a row of zeros
+            is 0.
+
+        Raises
+        ------
+        ValueError
+            If H does not have q columns, or no row.
+
+        Examples
+        --------
+        The torque of a spring, 120 Nm/rad, between two shafts.
+
+        >>> import luenberger as lb
+        >>> plant = lb.Plant([[0.9, 0.05], [0.1, 0.8]], None, [[1, 0]], dt=0.1,
+        ...                  Q=[[1, 0], [0, 1]], R=[[0.1]])
+        >>> observer = lb.kalman_filter(plant)
+        >>> torque = observer.combined({"torque (Nm)": [120, -120]})
+        >>> torque.L, torque.estimate_names
+        (array([[ 120., -120.]]), ('torque (Nm)',))
+        >>> bool(np.allclose(torque.P, 120 * (observer.P[:1] - observer.P[1:])))
+        True
+        >>> lb.certify(torque, plant).worst < 1e-14
+        True
+        """
+        called = tuple(H) if isinstance(H, Mapping) else None
+        given = list(H.values()) if isinstance(H, Mapping) else H
+        rows = combinations("H", given, len(self.L), field=complex)
+        changed: Any = combined(self, rows, given)
+        return dataclasses.replace(self, **changed, estimates=called)
+
     def _rational(self) -> Matrices | None:
         """The constant matrices as Fractions, or None if any entry is a float."""
         given = {name: exact(getattr(self, name)) for name in "FGDPVTL"}
@@ -177,7 +224,9 @@ class Observer(Forms, ReadOnly):
 
     @property
     def estimate_names(self) -> tuple[str, ...]:
-        """Names of w^, a state's where the row of L picks one, else w1, w2, ..."""
+        """Names of w^: `estimates`; else a state's where L picks one, or w1, w2, ..."""
+        if self.estimates is not None:
+            return self.estimates
         L, states = self.L, names("x state", self.state_names, self.L.shape[1])
         picks = ((L != 0).sum(axis=1) == 1) & (L == 1).any(axis=1)
         numbered = names("w estimate", None, len(L))

@@ -5,6 +5,8 @@ each stage list of the paper.  Who wants a kernel imports it from there and give
 `kernels`, which call it only if the code is not kept from an earlier process.
 """
 
+import ast
+import inspect
 from dataclasses import dataclass
 from importlib import import_module
 from typing import Any
@@ -43,6 +45,22 @@ class StageList:
 
 
 def stage_lists(package: str) -> dict[str, StageList]:
-    """The stage lists of a paper by name, in the order of its front door."""
-    found = vars(import_module(package)).items()
-    return {name: one for name, one in found if isinstance(one, StageList)}
+    """The stage lists of a paper by name, in the order of its front door.
+
+    Raises ValueError if two have one name, as the later one would replace the other.
+    """
+    door = import_module(package)
+    items = vars(door).items()
+    found = {name: one for name, one in items if isinstance(one, StageList)}
+    given = set[str]()
+    for statement in ast.parse(inspect.getsource(door)).body:
+        for name in getattr(statement, "targets", ()):
+            if isinstance(name, ast.Name) and name.id in found:
+                if name.id in given:
+                    raise ValueError(
+                        f"line {statement.lineno} of {package} gives a second stage "
+                        f"list the name {name.id!r}, and the first one is gone. Give "
+                        "it a name of its own"
+                    )
+                given.add(name.id)
+    return found

@@ -225,6 +225,36 @@ def test_a_state_that_grows_unseen_by_the_error_does_no_harm():
         lb.error_covariance(observer, off, U=0)
 
 
+def integrator(turned, C):
+    """An integrator of u, and two states that decay, in coordinates `turned`."""
+    A = turned @ np.diag([1, 0.5, 0.3]) @ np.linalg.inv(turned)
+    B, noise = turned @ [[1], [1], [0]], dict(Q=np.eye(3), R=[[1]], P0=np.eye(3))
+    return lb.Plant(A, B, C @ np.linalg.inv(turned), dt=1.0, **noise)
+
+
+@pytest.mark.parametrize("U", [0, [1.0], [[1.0]]], ids=["none", "level", "white"])
+def test_a_mode_on_the_circle_that_the_error_shows_is_refused(U):
+    """Rounding puts it within the circle or without; an integral has no steady state.
+
+    A sensor that is off by a tenth shows the integrator in the error.
+    """
+    rng, within = np.random.default_rng(8), 0
+    C = np.array([[1.0, 0.5, 0.2]])
+    for _ in range(20):
+        turned = rng.normal(size=(3, 3))
+        plant, true = integrator(turned, C), integrator(turned, 1.1 * C)
+        within += np.abs(np.linalg.eigvals(true.A)).max() < 1
+        observer = lb.kalman_filter(plant)
+        with pytest.raises(lb.DesignError, match="has the mode 1 on or outside"):
+            lb.error_covariance(observer, true, U=U)
+    assert within > 3
+    other = integrator(turned, C)
+    aside = dataclasses.replace(other, B=1.5 * other.B)  # u counts, its integral not
+    found = lb.error_covariance(observer, aside, U=U)
+    last = lb.error_covariance(observer, aside, U=U, steps=400)[-1]
+    np.testing.assert_allclose(found, last, rtol=1e-7)
+
+
 def test_an_input_that_does_not_reach_the_error_needs_no_statistics():
     """It drives a state of its own, which the observer neither follows nor wants."""
     A, Q = np.diag([0.9, 0.5, 0.7]), np.diag([1.0, 1.0, 0.0])
@@ -258,3 +288,14 @@ def test_statistics_that_are_none(reason, U):
     observer = lb.fixed_order_filter(plant, 1)
     with pytest.raises(ValueError, match=reason):
         lb.error_covariance(observer, plant, U=U)
+
+
+def test_figures_for_u_equal_to_zero_say_so():
+    plant = dataclasses.replace(motor(), P0=np.eye(motor().n))
+    disturbed, exact = lb.fixed_order_filter(plant, 1), lb.kalman_filter(plant)
+    assert "u = 0" in lb.optimality(disturbed, plant).note
+    assert lb.optimality(disturbed, plant, U=[1.0]).note == ""
+    assert lb.optimality(exact, plant).note == ""
+    for observer, said in ((disturbed, True), (exact, False)):
+        found = lb.monte_carlo(plant, observer, runs=2, steps=2, seed=8)
+        assert ("u = 0" in found.note) == said

@@ -198,6 +198,33 @@ def test_plant_without_noise_is_reported_on(inside, tmp_path):
     assert {path.name for path in (tmp_path / "r").iterdir()} == left
 
 
+def test_a_report_on_a_combination_of_the_states(tmp_path, inside):
+    """With a reading missing, so that the filter of all states stands in."""
+    row = [0.0, 2, 1]
+    (tmp_path / "plant.json").write_text(edited(name="Climb"))
+    record = (PLANTS / "tracker.csv").read_text().splitlines()[:30]
+    record[7] = ",".join([record[7].split(",")[0], "", record[7].split(",")[2]])
+    (tmp_path / "data.csv").write_text("\n".join(record) + "\n")
+    given = ("--out", "r", "--data", "data.csv", "--k", "climb (m/s)=0,2,1")
+    run = inside("plant.json", *given, cwd=tmp_path)
+    assert run.returncode == 0, run.stderr
+    made = tmp_path / "r"
+    plant = lb.Plant.from_json(made / "plant.json")
+    assert {k: v.tolist() for k, v in plant.estimates.items()} == {"climb (m/s)": row}
+    observer = lb.Observer.from_json(made / "observer.json")
+    assert observer.estimate_names == ("climb (m/s)",)
+    header, *lines = (made / "estimates.csv").read_text().splitlines()
+    assert header == "time,climb (m/s),climb (m/s)_sigma"
+    y = np.genfromtxt(record[1:], delimiter=",")[:, 1:3]
+    table = lb.compare(plant)
+    done = lb.filter_data(plant, y, m1=table.chosen.accurate, history=True)
+    found = np.array([line.split(",")[1:] for line in lines], float)
+    np.testing.assert_allclose(found[:, 0], done.x @ row, rtol=1e-9)
+    np.testing.assert_allclose(found[:, 1] ** 2, row @ done.P @ row, rtol=1e-9)
+    page = (made / "report.html").read_text(encoding="utf-8")
+    assert "Estimates of 1 estimate at 29 samples" in page and "position" in page
+
+
 def test_notebook_names_no_machine(reported):
     here, _ = reported
     notebook = json.loads((here / "a/report/design.ipynb").read_text(encoding="utf-8"))

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import luenberger as lb
-from luenberger.analysis.multiply_adds import without_rounding
 from luenberger.analysis.step_cost import step_cost
+from luenberger.compare.cheapest import cheapest
 from luenberger.period import hold
 
 K = [[0, 0, 1, 0]]  # the torque in the shaft
@@ -32,15 +32,14 @@ def table():
 def test_the_torque_in_a_shaft_takes_fewer_multiply_adds(table):
     one = table.find("fixed-order filter", label="order 3 for k x")
     designed = lb.fixed_order_filter(drive(), 3, L=K, starts=12)
-    assert step_cost(without_rounding(designed)).multiply_adds == 23
+    assert lb.multiply_adds(designed) == 23
     assert one.work == 17 and one.form in ("modal, companion blocks", "companion")
     assert one.form in one.note and one.sound
 
 
 def test_what_is_counted_is_what_is_returned(table):
     for one in table.designs:
-        cost = step_cost(without_rounding(one.observer))
-        assert (one.work, one.bytes) == (cost.multiply_adds, cost.bytes)
+        assert (one.work, one.operations, one.bytes) == step_cost(one.observer)
         assert [row["form"] for row in table.rows() if row["label"] == one.label] == [
             one.form
         ]
@@ -63,3 +62,33 @@ def test_a_design_that_no_form_saves_stays_as_it_is():
     kalman = lb.compare(plant).find("Kalman filter")
     assert kalman.form == "as designed" and kalman.note == ""
     assert np.array_equal(kalman.observer.F, lb.kalman_filter(plant).F)
+
+
+# -- rounding -----------------------------------------------------------------------
+
+
+def littered(small):
+    """A filter of one state and two outputs, and an entry that is almost nothing."""
+    return lb.Observer([[0.5]], [[]], [[0.25, small]], [[1]], [[0.5, 0]],
+                       T=[[1]], L=[[1]], dt=1.0)  # fmt: skip
+
+
+def test_what_is_there_is_counted():
+    assert lb.multiply_adds(littered(1e-17)) == lb.multiply_adds(littered(0.1)) == 5
+    assert lb.multiply_adds(littered(0)) == 4
+
+
+def test_rounding_is_dropped_only_where_that_is_sound():
+    given = littered(1e-17)
+    kept, name, cost = cheapest(given, lambda one: False)
+    assert kept is given and cost.multiply_adds == 5
+    clean, name, cost = cheapest(given, lambda one: True)
+    assert (name, cost) == ("as designed", step_cost(clean))
+    assert cost.multiply_adds == 4 and clean.D[0, 1] == 0
+
+
+def test_less_is_dropped_where_more_would_not_be_sound():
+    given = lb.Observer([[0.5]], [[]], [[0.25, 1e-12, 1e-17]], [[1]], [[0.5, 0, 0]],
+                        T=[[1]], L=[[1]], dt=1.0)  # fmt: skip
+    clean, _, cost = cheapest(given, lambda one: one.D[0, 1] != 0)
+    assert clean.D.tolist() == [[0.25, 1e-12, 0]] and cost.multiply_adds == 5

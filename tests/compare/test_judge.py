@@ -129,7 +129,7 @@ def test_rows_of_k_are_judged_each_by_itself():
     k = np.array([[1.0, -1, 0], [0, 0, 1000]])
     found = lb.compare(oven(), k=k, methods=["Kalman filter", "deadbeat observer"])
     one = found.find("deadbeat observer")
-    left, best = ((k @ o.covariance @ k.T).diagonal() for o in (one, found.yardstick))
+    left, best = (o.covariance.diagonal() for o in (one, found.yardstick))
     np.testing.assert_allclose(one.ratios, np.sqrt(left / best))
     assert "rows of k x" in " ".join(found.reasons(100))
 

@@ -92,9 +92,9 @@ def test_noise_gain_of_k_x_is_counted_alike_for_every_method():
     reduced = table.find("reduced-order observer")
     functional = table.find("functional observer")
     for one in (reduced, functional):
-        P, V = (getattr(one.observer, name) for name in "PV")
-        rows = k if one is reduced else np.eye(1)
-        left = _simulated_gain(one.observer.F, one.observer.D, rows @ P, rows @ V)
+        F, D, P, V = (getattr(one.observer, name) for name in "FDPV")
+        assert len(P) == 1
+        left = _simulated_gain(F, D, P, V)
         assert one.noise_gain == pytest.approx(left, rel=1e-9)
 
 

@@ -4,7 +4,21 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from luenberger.coursework import choice, expression, mark_lines, number, numbers
+from luenberger.coursework import (
+    array,
+    by_name,
+    choice,
+    choices,
+    expression,
+    instance,
+    mark_lines,
+    matrix,
+    number,
+    numbers,
+    pick,
+    same,
+    spot,
+)
 from luenberger.symbolic import Expect, Line, Notation
 
 a, r, Lambda = letters = sp.symbols("a r_1 Lambda_0", positive=True)
@@ -43,6 +57,7 @@ def test_minus_squares_and_brackets_are_read():
         ("b a", "got the text 'b a'"), (sp.Symbol("b"), "got one with b"),
         (len, "got a builtin_function_or_method"), ("__import__('os')", "got the text"),
         (np.eye(2), "got an array of shape (2, 2)"),
+        (sp.Matrix([[a, r]]), "got an array of shape (1, 2)"),
     ],
     ids=str,
 )  # fmt: skip
@@ -79,6 +94,67 @@ def test_choices_are_read():
     for wrong in ("d", 2, None, "ab"):
         with pytest.raises(AssertionError, match="x: expected one of a, b, c, got"):
             choice(wrong, "abc", "x")
+
+
+def test_infinity_is_a_number_where_it_may_be_one():
+    for form in (np.inf, "inf", " OO", sp.oo, [float("inf")]):
+        assert number(form, "q", infinite=True) == np.inf
+        with pytest.raises(AssertionError, match="q: expected a number, got"):
+            number(form, "q")
+
+
+def test_tables_are_read():
+    for form in ("[-2 a, r1]", "-2a, r_1", [-2 * a, "r1"], sp.Matrix([[-2 * a, r]])):
+        assert same(matrix(form, (1, 2), letters, "T"), sp.Matrix([[-2 * a, r]]))
+    for form in (
+        "[[1,2],[3,4]]",
+        "1, 2; 3, 4",
+        [["1", 2], (3.0, [4])],
+        np.arange(1, 5),
+    ):
+        wide = not isinstance(form, np.ndarray)
+        found = array(form, (2, 2) if wide else (4, 1), "K")
+        assert found.ravel().tolist() == [1, 2, 3, 4]
+    for wrong in (None, 3, "1, 2", [[1], [2, 3]], np.eye(3), [[1, 2], [3, "x"]]):
+        with pytest.raises(AssertionError, match="K: expected a"):
+            array(wrong, (2, 2), "K")
+
+
+def test_entries_are_found_by_name_and_in_order():
+    for form in ({"Order_1": 1, "order 2": 2}, [1, 2], (1, 2), np.array([1, 2])):
+        assert by_name(form, ["order 1", "order 2"], "x") == {
+            "order 1": 1,
+            "order 2": 2,
+        }
+    for wrong in ({"order 1": 1}, {1: 1, 2: 2}, [1], None, "12"):
+        with pytest.raises(
+            AssertionError, match="x: expected entries order 1; order 2"
+        ):
+            by_name(wrong, ["order 1", "order 2"], "x")
+    for form in ({"P", "G"}, "g; p", ("G", "(P)")):
+        assert choices(form, ["P", "G", "H"], "x") == {"P", "G"}
+    assert choices(set(), ["P"], "x") == set()
+    for wrong in (None, 1, "P, Q"):
+        with pytest.raises(AssertionError, match="x: expected (some|one) of P, G, got"):
+            choices(wrong, ["P", "G"], "x")
+    with pytest.raises(AssertionError, match="x: expected Line, got None"):
+        instance(None, Line, "x")
+
+
+def test_a_mistake_is_spotted_in_any_form():
+    with pytest.raises(AssertionError, match="Twice."):
+        spot((a + 1) ** 2, {"Once.": a, "Twice.": a**2 + 2 * a + 1})
+    spot(a, {"Twice.": 2 * a})
+    assert same([a, 1], [a, 1]) and not same([a, 1], [a, 1, 1])
+
+
+def test_numbers_of_a_student_are_spread_and_stay():
+    drawn = [pick(f"student {k}", "factor", range(5)) for k in range(300)]
+    assert min(drawn.count(value) for value in range(5)) > 30
+    assert (
+        pick("Ann-7", "factor", range(99)) == pick("ann 7", "factor", range(99)) == 55
+    )
+    assert pick("ann7", "other", range(99)) != pick("ann7", "factor", range(99))
 
 
 RIGHT = [Line(C * C.T, by=(is_D,)), Line(A * B * C.T, by=(is_C,))]

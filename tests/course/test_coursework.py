@@ -18,14 +18,19 @@ import shutil
 import subprocess
 import sys
 import tomllib
+import zipfile
 from types import CodeType
 
+import browsing
 import pytest
 
 ROOT = pathlib.Path(__file__).parents[2]
 COURSE = ROOT / "notebooks" / "coursework"
 NAMES = sorted(path.parent.name for path in COURSE.glob("source/*/*.ipynb"))
-STEPS = ("install", "copy", "release", "grade", "feedback", "marks")
+STEPS = (
+    *("install", "copy", "release", "hand out", "students"),
+    *("grade", "key", "feedback", "marks"),
+)
 REGION = re.compile(r"^[ \t]*### BEGIN (\w+).*?^[ \t]*### END \1[^\n]*\n?", re.M | re.S)
 
 
@@ -65,6 +70,15 @@ def tried(name):
 
 def mistakes(name):
     return tried(name)["mistake"]
+
+
+def carried(name):
+    return tried(name).get("carried", ())
+
+
+def owned(name, answers):
+    """The checks of some answers."""
+    return {k for m in mistakes(name) if m["answer"] in answers for k in m["fails"]}
 
 
 def submissions(name):
@@ -120,10 +134,11 @@ def test_points_and_tasks_are_stated(name):
     assert "**Points** 20" in head and "**You will be able to**" in head
     minutes = re.search(r"\*\*Time\*\* (\d+) minutes", head)
     assert minutes and 60 <= int(minutes[1]) <= 120
-    rows = re.findall(r"^\| \d .*\|([ \d]*)\|([ \d]*)\|$", head, re.M)
+    rows = re.findall(r"^\| \d .*?\|([ \d]*)\|([ \d]*)\|([ \d]*)\|$", head, re.M)
     stated = [[int(cell) if cell.strip() else 0 for cell in row] for row in rows]
     assert len(stated) == 5
-    assert [sum(column) for column in zip(*stated)] == [by_machine, by_hand]
+    total = [int(minutes[1]), by_machine, by_hand]
+    assert [sum(column) for column in zip(*stated)] == total
     tasks = [re.match(r"## Task (\d)", c["source"]) for c in notebook["cells"]]
     assert [int(task[1]) for task in tasks if task] == [1, 2, 3, 4, 5]
 
@@ -154,8 +169,10 @@ def names_of(source):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_an_answer_that_fails_does_not_spoil_the_next(name):
+    """A check that reads more than its own answer is tried on what follows."""
     notebook = assignment(name)
     code, _, checks = answers(notebook)
+    followed = {answer for each in carried(name) for answer in each["answers"]}
     comes_from = {}  # the answers that a name depends on
     for cell in notebook["cells"]:
         if cell["cell_type"] == "code":
@@ -166,7 +183,26 @@ def test_an_answer_that_fails_does_not_spoil_the_next(name):
             comes_from |= dict.fromkeys(own, needed)
             if key in checks:
                 owners = {m["answer"] for m in mistakes(name) if key in m["fails"]}
-                assert needed == owners, key
+                assert owners <= needed, key
+                assert needed - owners <= followed, key
+
+
+CARRIED = [(name, each) for name in NAMES for each in carried(name)]
+
+
+@pytest.mark.parametrize("name, each", CARRIED)
+def test_an_error_does_not_carry_forward(name, each, solved):
+    """What follows from a wrong answer has all its points, and the wrong one none."""
+    names, checks = solved(name), answers(assignment(name))[2]
+    for code in each["answers"].values():
+        exec(code, names)
+    fails = set()
+    for check in [key for key in checks if key in owned(name, each["answers"])]:
+        try:
+            exec(checks[check]["source"], names)
+        except AssertionError:
+            fails.add(check)
+    assert fails == set(each["fails"])
 
 
 MISTAKES = [(name, mistake) for name in NAMES for mistake in mistakes(name)]
@@ -200,11 +236,9 @@ OTHERS = [(name, other) for name in NAMES for other in tried(name).get("right", 
 def test_a_right_answer_in_another_form_passes(name, other, solved):
     names, checks = solved(name), answers(assignment(name))[2]
     exec(other["code"], names)
-    owned = {
-        k for m in mistakes(name) if m["answer"] == other["answer"] for k in m["fails"]
-    }
-    assert owned
-    for check in owned:
+    passes = owned(name, [other["answer"]])
+    assert passes
+    for check in passes:
         points, _ = graded(checks[check], names)
         assert points in (None, role(checks[check])["points"])
 
@@ -226,6 +260,10 @@ class Course:
         self.folder = folder
         self.repository = folder / "repository"
         shutil.copytree(COURSE, self.repository / "notebooks" / "coursework")
+        built = shutil.ignore_patterns("__pycache__", "build", "*.egg-info")
+        shutil.copytree(ROOT / "lib", self.repository / "lib", ignore=built)
+        shutil.copy(ROOT / "environment-pip.txt", self.repository)
+        self.said = {}
         self.run("copy", self.repository)
         self.root = folder / "course"
 
@@ -246,6 +284,7 @@ class Course:
             stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=1800,
         )  # fmt: skip
         assert done.returncode == 0, done.stdout[-5000:]
+        self.said[step] = done.stdout
 
     def released(self, name):
         return assignment(name, self.root / "release")
@@ -287,9 +326,11 @@ class Course:
         return " ".join(html.unescape(text).split())
 
 
-def answered(course, name, wrong=()):
+def answered(course, name, wrong=(), student=""):
     """The student's notebook with the right answers, but for the wrong ones."""
     notebook, source = course.released(name), named(assignment(name))
+    own = next(cell for cell in notebook["cells"] if cell["id"] == "student")
+    own["source"] = f"student = {student!r}"
     for key, cell in named(notebook).items():
         if role(cell)["solution"]:
             right = source[key]["source"]
@@ -303,11 +344,11 @@ def tampered(course, name):
     """The mistakes of submission 1, with checks that are edited, revalued or gone."""
     notebook = answered(course, name, submissions(name)[1])
     cells = named(notebook)
-    cells["tools"]["source"] = "def same(*_):\n    return True\n\n\nspot = print"
+    cells["symbols"]["source"] += "\ndef same(*_):\n    return True\n\n\nspot = print"
     for check in answers(notebook)[2]:
         cells[check]["source"] = "pass"
         role(cells[check])["points"] = 100
-    for gone in ("imports", "J", "check-J", "check-budget"):
+    for gone in ("imports", "T", "check-T", "check-budget"):
         notebook["cells"].remove(cells[gone])
     return notebook
 
@@ -324,10 +365,10 @@ def clumsy(course, name):
     }
     notebook = answered(course, name, [loop])
     cells = named(notebook)
-    for copied, first in {"J": "J = 0", "check-T": "T"}.items():
+    for copied, first in {"T": "T = 0", "check-units": "T"}.items():
         cell = copy.deepcopy(cells[copied]) | {"source": first, "id": f"{copied}-copy"}
         notebook["cells"].insert(notebook["cells"].index(cells[copied]), cell)
-    cells["k-best"]["source"] = "k_best = = c"
+    cells["wrong-line"]["source"] = "wrong_line = = d"
     cells["factors"]["cell_type"] = "markdown"
     cells["factors"].pop("outputs"), cells["factors"].pop("execution_count")
     cells["units"]["source"] += "\nfor line in range(10**5):\n    print(line)"
@@ -340,14 +381,18 @@ def course(tmp_path_factory):
     pytest.importorskip("nbgrader", reason="install nbgrader, the extra `course`")
     course = Course(tmp_path_factory.mktemp("coursework"))
     course.run("release")
+    course.run("hand out")
+    (course.root / "students.csv").write_text(STUDENTS, encoding="utf-8")
+    course.run("students")
     for name in NAMES:
-        course.hand_in("correct", name, answered(course, name))
+        course.hand_in("correct", name, answered(course, name, student="Correct"))
         course.hand_in("blank", name, course.released(name))
         for number, wrong in submissions(name).items():
             course.hand_in(f"wrong-{number}", name, answered(course, name, wrong))
     course.hand_in("tampered", FIRST, tampered(course, FIRST))
     course.hand_in("clumsy", FIRST, clumsy(course, FIRST))
     course.run("grade")
+    course.run("key")
     for name in NAMES:
         course.mark_by_hand("correct", name)
     course.run("feedback")
@@ -356,6 +401,10 @@ def course(tmp_path_factory):
 
 
 FIRST = "leondes-novak"
+STUDENTS = """id,first_name,last_name,email
+correct,Cora,Rect,cora@example.org
+absent,Abe,Sent,abe@example.org
+"""
 
 
 def full(name):
@@ -418,8 +467,53 @@ def test_feedback_pages_teach(name, number, course):
 
 
 @pytest.mark.course
+def test_feedback_pages_need_no_network_and_name_their_checks(course):
+    for student in ("correct", "wrong-1", "blank"):
+        path = course.root / "feedback" / student / FIRST / f"{FIRST}.html"
+        page = path.read_text(encoding="utf-8")
+        assert '<html lang="en">' in page and "<math" in page
+        assert not re.findall(
+            r"<script|<link|(?:src|href)=.https?:|@import|url\(", page
+        )
+        listed = re.findall(r'<li><a href="#([\w-]+)">Task \d: \1</a>', page)
+        assert set(answers(assignment(FIRST))[2]) <= set(listed)
+        assert all(f'id="{check}"' in page for check in listed)
+
+
+@pytest.mark.course
+def test_the_markers_page_has_every_answer_and_its_marks(course):
+    page = (course.root / "key.html").read_text(encoding="utf-8")
+    assert "<script" not in page and "### " not in page and "$" not in page
+    for name in NAMES:
+        code, written, checks = answers(assignment(name))
+        for key in code:
+            assert f"<h4>{key}</h4>" in page
+        for key, cell in (written | checks).items():
+            assert f"{key}: {role(cell)['points']} points, by" in page
+    assert page.count("<em>Marks:</em>") == 3 * len(NAMES)
+
+
+@pytest.mark.course
+def test_feedback_pages_have_no_barriers(course):
+    if reason := browsing.missing():
+        pytest.skip(reason)
+    with (
+        browsing.chromium_running() as browser,
+        browsing.served(course.root) as address,
+        browsing.window(browser) as page,
+    ):
+        for name in NAMES:
+            browsing.visit(page, f"{address}/feedback/wrong-1/{name}/{name}.html")
+            assert browsing.barriers(page) == []
+        browsing.visit(page, f"{address}/key.html")
+        assert browsing.barriers(page) == []
+
+
+@pytest.mark.course
 def test_an_endless_loop_and_clumsy_hands_cost_what_they_broke(course):
-    marks = full(FIRST) | {"check-lazy-gain-elsewhere": 0, "check-k-best": 0}
+    marks = full(FIRST) | dict.fromkeys(
+        ["check-lazy-gain-elsewhere", "check-wrong-line", "check-corrected"], 0
+    )
     assert course.marks("clumsy", FIRST) == marks
     page = course.feedback("clumsy", FIRST)
     assert "KeyboardInterrupt" in page and "SyntaxError" in page
@@ -431,15 +525,88 @@ def test_checks_that_were_tampered_with_are_restored(course):
     assert course.marks("tampered", FIRST) == course.marks("wrong-1", FIRST)
 
 
+def table(course, name):
+    with (course.root / name).open(encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))
+
+
 @pytest.mark.course
-def test_the_marks_are_exported(course):
-    with (course.root / "grades.csv").open(encoding="utf-8", newline="") as file:
-        lines = list(csv.DictReader(file))
-    rows = {(line["assignment"], line["student_id"]): line for line in lines}
+def test_the_marks_are_written_by_task(course):
+    rows = {
+        (row["assignment"], row["student"]): row for row in table(course, "grades.csv")
+    }
     for name in NAMES:
-        assert float(rows[name, "correct"]["score"]) == 20
-        assert float(rows[name, "blank"]["score"]) == 0
-        assert float(rows[name, "wrong-1"]["max_score"]) == 20
+        correct, blank = rows[name, "correct"], rows[name, "blank"]
+        tasks = [float(correct[f"task {task}"]) for task in range(1, 6)]
+        assert float(correct["points"]) == sum(tasks) == 20 and min(tasks) > 0
+        assert (correct["state"], correct["identifier"]) == ("marked", "")
+        assert blank["points"] == "0.0" and "says ''" in blank["identifier"]
+        absent = rows[name, "absent"]
+        assert (absent["state"], absent["points"]) == ("not handed in", "")
+        wrong = rows[name, "wrong-1"]
+        waits = wrong["state"] == "waits for marks by hand"
+        assert waits and float(wrong["points"]) == sum(
+            course.marks("wrong-1", name).values()
+        )
+
+
+@pytest.mark.course
+def test_moodle_and_canvas_get_a_number_where_there_is_one(course):
+    moodle = {row["ID number"]: row for row in table(course, "moodle.csv")}
+    canvas = {row["SIS User ID"]: row for row in table(course, "canvas.csv")}
+    assert moodle["correct"]["Email address"] == "cora@example.org"
+    assert canvas["correct"]["Student"] == "Rect, Cora"
+    assert canvas[""]["Student"].strip() == "Points Possible"
+    for name in NAMES:
+        assert canvas[""][name] == "20"
+        for rows in (moodle, canvas):
+            given = [
+                rows[who][name] for who in ("correct", "blank", "absent", "wrong-1")
+            ]
+            assert given == ["20.0", "0.0", "", ""]
+
+
+@pytest.mark.course
+def test_messages_that_say_nothing_are_silent(course):
+    assert "Checksum" not in course.said["grade"]
+
+
+@pytest.mark.course
+def test_the_hand_out_has_the_library_and_no_solution(course):
+    folder = course.root / "hand-out"
+    notebooks = {path.parent.name for path in folder.glob("*/*.ipynb")}
+    assert notebooks == set(NAMES)
+    [wheel] = folder.glob("*.whl")
+    files = {path.name for path in folder.iterdir() if path.is_file()}
+    assert files == {wheel.name, "requirements.txt", "INSTALL.md"}
+    with zipfile.ZipFile(wheel) as archive:
+        assert "luenberger/coursework/chains.py" in archive.namelist()
+        assert not [name for name in archive.namelist() if name.endswith(".ipynb")]
+    required = (folder / "requirements.txt").read_text("utf-8").splitlines()
+    assert required[-1] == f"./{wheel.name}"
+    assert all("==" in line for line in required[:-1]) and len(required) == 7
+    steps = (folder / "INSTALL.md").read_text("utf-8")
+    assert len(re.findall(r"^\d\. ", steps, re.M)) == 5
+
+
+@pytest.mark.course
+@pytest.mark.parametrize("where", ["release", "wheel"])
+def test_a_solution_is_not_handed_out(where, course, tmp_path):
+    for name in ("release", "wheel"):
+        shutil.copytree(course.root / name, tmp_path / name)
+    for name in ("environment-pip.txt", "hand_out.py"):
+        shutil.copy(course.root / name, tmp_path)
+    if where == "release":
+        path = COURSE / "source" / FIRST / f"{FIRST}.ipynb"
+        shutil.copy(path, tmp_path / "release" / FIRST)
+    else:
+        [wheel] = (tmp_path / "wheel").iterdir()
+        with zipfile.ZipFile(wheel, "a") as archive:
+            archive.writestr("luenberger/answers.py", "### BEGIN SOLUTION")
+    command = [sys.executable, "hand_out.py"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 1 and "holds a solution" in done.stderr
+    assert not (tmp_path / "hand-out").exists()
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -36,6 +36,24 @@ def drawn(seed, rows, plant, Q, R):
     return np.array(y)
 
 
+def test_a_fit_is_printed_as_numbers_with_their_errors():
+    fit = lb.fit_noise(NILE, NILE_DATA.y)
+    lines = repr(fit).splitlines()
+    assert len(lines) < 8  # of a record of a hundred
+    for line, value, error in (
+        (lines[0], fit.plant.Q[0, 0], fit.standard_errors["Q"][0, 0]),
+        (lines[1], fit.plant.R[0, 0], fit.standard_errors["R"][0, 0]),
+    ):
+        assert f"{value:.5g}, standard error {error:.2g}" in line
+    assert lines[2] == f"log-likelihood {fit.log_likelihood:.2f}"
+    assert lines[3:] == [*fit.unidentifiable, *fit.whiteness.sentences]
+
+
+def test_a_zero_matrix_is_no_form():
+    with pytest.raises(ValueError, match="with R=None here"):
+        lb.fit_noise(LEVEL, [1.0, 2.0, 4.0], R=[[0]])
+
+
 def test_the_nile():
     """Durbin and Koopman (2012), section 2.10.3."""
     fit = lb.fit_noise(NILE, NILE_DATA.y)
@@ -217,9 +235,21 @@ def test_what_no_record_determines_is_kept_where_the_start_has_it():
     Q, R = fit.plant.Q[0, 0], fit.plant.R[0, 0]
     assert Q + R == pytest.approx(np.mean(y[1:] ** 2), rel=1e-5)
     assert (Q - 2) / 4 == pytest.approx((R - 3) / 9, rel=1e-4)  # in units of the start
-    assert "only the sum Q[0,0] + R[0,0]. This was kept" in fit.unidentifiable[0]
+    assert "the sum Q[0,0] + R[0,0]. The fit keeps the rest" in fit.unidentifiable[0]
     walk = drawn(9, 300, LEVEL, np.eye(1), np.eye(1))
     assert lb.fit_noise(LEVEL, walk, **options).unidentifiable == []
+
+
+@pytest.mark.parametrize("start", [None, {"Q": [[2.0]]}])
+def test_what_is_kept_needs_no_start(start):
+    """Without one it is kept where the record's own sizes put the search."""
+    plant = lb.Plant([[0]], None, [[1]], dt=1.0)
+    y = np.random.default_rng(3).normal(size=(600, 1)) * np.sqrt(5)
+    fit = lb.fit_noise(plant, y, unidentifiable="fix", start=start)
+    Q, R = fit.plant.Q[0, 0], fit.plant.R[0, 0]
+    assert Q > 0.1 and R > 0.1
+    assert Q + R == pytest.approx(np.mean(y[1:] ** 2), rel=1e-4)
+    assert "only the sum Q[0,0] + R[0,0]." in fit.unidentifiable[0]
 
 
 def test_a_part_that_is_kept_leaves_the_rest_its_best():
@@ -254,7 +284,7 @@ Y = drawn(1, 50, LEVEL, np.eye(1), np.eye(1))
         (LEVEL, 1e200 * Y, {}, "'y1' has readings up to .* larger unit"),
         (LEVEL, Y, dict(start=[1]), "start must be a dict"),
         (LEVEL, Y, dict(unidentifiable="keep"), "'refuse' or 'fix'"),
-        (POSITION, Y, dict(unidentifiable="fix"), "so give Q there"),
+        (POSITION, Y, dict(unidentifiable="fix", method="autocovariance"), "has none"),
         (LEVEL, Y, dict(Q="round"), "Q must be 'full'"),
         (LEVEL, Y, dict(Q="scaled"), "times a number, and the plant has none"),
         (LEVEL, Y, dict(S=[[1, 2]]), "S must be 1 x 1"),

@@ -28,6 +28,17 @@ def made(name, unit=None):
     return form_of("Q", wanted, 3, None, start, np.ones(3) if unit is None else unit)
 
 
+@pytest.mark.parametrize("name", ["diagonal", "G", "function"])
+def test_a_variance_at_its_bound_is_zero(name):
+    form = made(name)
+    theta = np.zeros(form.count)
+    theta[0] = -np.inf
+    least = np.zeros(form.count)
+    least[1:] = 1
+    wanted = dict(diagonal=np.diag, G=lambda q: G * q @ G.T, function=squares)[name]
+    assert (form.matrix(theta) == wanted(least)).all()
+
+
 @pytest.mark.parametrize("name", FORMS)
 def test_slopes_are_the_differences(name):
     form = made(name)

@@ -87,16 +87,23 @@ def whole(plant, u, seen):
 
 @pytest.mark.parametrize("seed", range(4))
 def test_without_a_start_it_is_that_of_the_contrasts(seed):
-    """1/2 tr(P dV P dV), with P that is blind to the start (restricted likelihood)."""
+    """1/2 tr(P dV P dV) + dm' P dm, with P that is blind to the start.
+
+    That is the restricted likelihood's.  The first rows may have more readings than
+    the state, and what an input does to those counts.
+    """
     plant, y, u = unknown_start(seed)
     seen = ~np.isnan(y)
-    along = [way(plant, name) for name in "QRS"]
+    along = [way(plant, name) for name in "BEQRS"]
     _, V, X = whole(plant, u, seen)
     W = np.linalg.inv(V)
     P = W - W @ X @ np.linalg.solve(X.T @ W @ X, X.T @ W)
-    none = {name: 0 * getattr(plant, name) for name in "QRS"}
-    moves = [P @ whole(changed(plant, **none | one), u, seen)[1] for one in along]
-    wanted = [[0.5 * np.trace(a @ b) for b in moves] for a in moves]
+    none = {name: 0 * getattr(plant, name) for name in "BEQRS"}
+    moves = [whole(changed(plant, **none | one), u, seen)[:2] for one in along]
+    wanted = [
+        [0.5 * np.trace(P @ dV @ P @ dW) + dm @ P @ dn for dn, dW in moves]
+        for dm, dV in moves
+    ]
     assert same(lb.information(plant, y, u, along=along), wanted, 1e-9)
 
 

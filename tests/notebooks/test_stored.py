@@ -65,6 +65,16 @@ def test_a_sound_notebook_passes(sound):
     assert list(stored.complaints(sound)) == []
 
 
+def test_the_hook_names_the_notebook_at_fault(sound, tmp_path, capsys):
+    path = tmp_path / "lesson.ipynb"
+    path.write_text(json.dumps(sound), encoding="utf-8")
+    assert stored.main([path]) == 0
+    sound["cells"][0]["source"] = ["x = 1 / 4\n", "assert x"]
+    path.write_text(json.dumps(sound), encoding="utf-8")
+    assert stored.main([path]) == 1
+    assert capsys.readouterr().out.startswith(f"{path}: cells were moved or changed")
+
+
 # -- damage to the first cell of code, which is run again ------------------------------
 
 

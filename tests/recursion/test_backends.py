@@ -218,9 +218,9 @@ def test_a_plant_without_noise_anywhere_stays_with_numpy(form, monkeypatch):
 def test_code_that_gives_up_is_tried_ever_more_seldom(size, plain, monkeypatch):
     tried, gives_up, run = [], True, Block.run
 
-    def attempt(block, state, k, out):
+    def attempt(block, state, k, *rest):
         tried.append(state.instant)
-        return (state, k) if gives_up else run(block, state, k, out)
+        return (state, k) if gives_up else run(block, state, k, *rest)
 
     monkeypatch.setattr(Block, "run", attempt)
     y = np.random.default_rng(1).normal(size=(300, 2))

@@ -197,11 +197,11 @@ def test_complex_data_are_refused():
 def test_a_stream_that_proves_long_goes_on_compiled(monkeypatch):
     """ "auto" cannot know the length of a stream, so it goes by what it has seen."""
     from luenberger import kernels
-    from luenberger.recursion.filter_pass import Pass
+    from luenberger.recursion.settled_pass import SettledPass
 
-    asked, over = [], Pass.over
+    asked, over = [], SettledPass.over
     monkeypatch.setattr(
-        Pass, "over", lambda self, state, y, u, fast, history: asked.append(fast)
+        SettledPass, "over", lambda self, state, y, u, fast, history: asked.append(fast)
         or over(self, state, y, u, False, history),
     )  # fmt: skip
     monkeypatch.setattr(kernels, "find_spec", lambda name: True)

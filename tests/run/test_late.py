@@ -371,7 +371,7 @@ REFUSED = {
     "half a horizon": ({"arrival": LATE, "horizon": 2.5}, "number of rows, got 2.5"),
     "no table": ({"arrival": FRAME}, "y must be a DataFrame"),
     "iterator": ({"arrival": iter([LATE])}, "y must be one too"),
-    "compiled": ({"arrival": LATE, "backend": "numba"}, "backend"),
+    "backend": ({"arrival": LATE, "backend": "C"}, "backend must be"),
 }
 
 

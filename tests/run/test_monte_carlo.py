@@ -21,7 +21,7 @@ from luenberger.run import monte_carlo_blocks
 from luenberger.run.executor import in_order
 
 RUNS, STEPS, SEED = 900, 5, 9  # 15 blocks, the last one of 4 runs
-FIELDS = [field.name for field in dataclasses.fields(lb.Ensemble)]
+FIELDS = [one.name for one in dataclasses.fields(lb.Ensemble) if one.name != "note"]
 
 
 def plant_of(seed, n=3, p=2, **options):

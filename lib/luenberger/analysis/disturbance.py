@@ -14,6 +14,10 @@ HOW_TO_SAY = (
     "of white inputs such as [[144.0]], or a Plant without input whose outputs they "
     "are. U=0 stands for an input that is always zero."
 )
+NO_INPUT = (
+    "The known input disturbs this estimate, and nothing was said of it: u = 0 here. "
+    "error_covariance(..., U=) counts what it does."
+)
 
 
 def require_undisturbed(

@@ -161,6 +161,7 @@ def mean_error(
         raise DesignError(
             "the mean error is that of the steady state of a constant discrete plant "
             "and a constant observer"
+            + (f"; {SAMPLE}" if plant.dt == 0 else "; monte_carlo simulates others")
         )
     certificate, none = certify(observer, plant), np.zeros(len(observer.L))
     if U is None:
@@ -212,4 +213,7 @@ def _require_noise(plant: Plant, steps: int | None) -> None:
     if plant.Q is None or plant.R is None:
         raise DesignError(f"the plant needs both noise covariances Q and R; {FIT}")
     if steps is not None and plant.P0 is None:
-        raise DesignError("the plant needs P0, the covariance of its initial state")
+        raise DesignError(
+            "the plant needs P0, the covariance of its initial state; "
+            "dataclasses.replace(plant, P0=...) gives it one"
+        )

@@ -13,7 +13,7 @@ from ..errors import DesignError
 from ..numeric import Matrices, Matrix, Vector
 from ..numeric.factors import factor, shorten
 from ..numeric.independent_rows import default_tol, in_even_units
-from ..numeric.linalg import lyapunov, modes, radius
+from ..numeric.linalg import decaying, eigenvalues, lyapunov, modes
 from ..observer import Observer
 from ..papers.haddad_bernstein.derivation import moment_ahead
 from ..papers.leondes_novak.derivation import (
@@ -29,6 +29,7 @@ from .disturbance import EXACT_TOL, magnitudes
 from .mean_square import equivalent_noise, noise_at
 
 DUST = 1e-12  # of the terms that a residual is the sum of: below it is rounding
+ADVICE = " Give steps, or use another observer."
 
 
 def error_system(
@@ -208,7 +209,7 @@ class ErrorSystem:
         Everything where all of it decays.  What does not decay may be hidden from the
         error, such as the angle of a shaft from the error of its speed.
         """
-        if (np.abs(np.linalg.eigvals(F)) < 1).all():
+        if decaying(eigenvalues(F), discrete=True).all():
             return np.eye(len(F)), np.eye(len(F))
         pair, levels = in_even_units(F, P, 1.0, default_tol(len(F)))
         seen = np.vstack([np.zeros((0, len(F))), *levels])
@@ -263,7 +264,7 @@ class JointSystem(ErrorSystem):
     def stays(self) -> bool:
         """Whether a state of a constant plant and observer does not decay."""
         constant = self.observer.steps is None and self.plant.steps is None
-        return constant and radius(self.plant.A) >= 1
+        return constant and not decaying(eigenvalues(self.plant.A), True).all()
 
     def both(
         self, k: int, given: Matrices, *wanted: str, z: Matrix | None = None
@@ -282,10 +283,10 @@ def _root(noise: Matrices) -> Matrix:
 
 
 def _require_decay(F: Matrix, whose: str) -> None:
-    poles = np.linalg.eigvals(F)
-    bad = poles[np.abs(poles) >= 1]
+    poles = eigenvalues(F)
+    bad = poles[~decaying(poles, discrete=True)]
     if bad.size:
         raise DesignError(
             f"no steady state: {whose} has the mode {modes(bad)} on or outside the "
-            "unit circle. Give steps, or use another observer."
+            f"unit circle.{ADVICE}"
         )

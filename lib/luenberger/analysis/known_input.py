@@ -182,13 +182,14 @@ def _decaying(model: Plant, stays: Matrix) -> tuple[Plant, Matrix]:
         return replace(
             model, A=np.zeros((1, 1)), B=None, C=np.zeros((model.p, 1)),
             Q=np.zeros((1, 1)), S=np.zeros((1, model.p)),
-            x0=None, P0=None, state_names=None,
+            x0=None, P0=None, state_names=None, estimates=None,
         ), np.zeros((n, 1))  # fmt: skip
     rows = basis.T @ keep
     noise = rows @ factor(model.Q)
     return replace(
         model, A=basis.T @ model.A @ basis, B=None, C=model.C @ basis,
         Q=noise @ noise.T, S=rows @ model.S, x0=None, P0=None, state_names=None,
+        estimates=None,
     ), basis  # fmt: skip
 
 

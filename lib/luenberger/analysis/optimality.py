@@ -8,18 +8,20 @@ design solves, so a fault of either shows.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arguments import expect
-from ..certificate import require_match, require_real
+from ..certificate import certify, require_match, require_real
 from ..errors import FIT, SAMPLE, CertificateError, DesignError
 from ..numeric import Matrix
 from ..numeric.linalg import modes
 from ..numeric.validation import covariance
 from ..observer import Observer
 from ..plant import Plant
+from .disturbance import NO_INPUT, disturbed
 from .error_covariance import mean_error
 from .known_input import KnownInput, Statistics, driven, known_input, seen
 from .mean_square import require_mean_square_stable
@@ -57,6 +59,9 @@ class Optimality:
         two hatted matrices.
     G, Gam : (r, n) ndarray
         tau = G'Gam: z tracks Gam x, and G'z is the lifted estimate.
+    note : str
+        Says so where the known input disturbs the estimate and U was not given, so that
+        the cost is that of u = 0; else empty.
     """
 
     F: float
@@ -77,6 +82,7 @@ class Optimality:
     G: np.ndarray = field(repr=False)
     Gam: np.ndarray = field(repr=False)
     mean: float | None = None
+    note: str = ""
 
     @property
     def residuals(self) -> dict[str, float]:
@@ -179,7 +185,9 @@ def optimality(
         observer, plant = seen(observer, model), driven(plant, model)
     feedthrough = bool(observer.V.any()) if feedthrough is None else feedthrough
     _require(observer, plant, feedthrough)
-    found = conditions(observer, plant, weight, feedthrough)
+    found: dict[str, Any] = conditions(observer, plant, weight, feedthrough)
+    if U is None and plant.m and disturbed(observer, plant, certify(observer, plant)):
+        found["note"] = NO_INPUT
     if given is not None and (given.still or given.tones):
         mean = _mean_cost(observer, plant, weight, given)
         found["cost"] += mean
@@ -194,7 +202,9 @@ def _mean_cost(
     if not given.still:
         raise DesignError(
             "optimality is known for an input at a level, or for one whose model "
-            "decays; this U has modes on the unit circle"
+            "decays. This U has modes on the unit circle: error_covariance takes it; "
+            "or move the modes inside, to 0.999 of their size, with the noise that "
+            "keeps the input alive"
         )
     e = mean_error(observer, plant, U=given.model)
     return float(e @ weight @ e)

@@ -16,9 +16,23 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 from .. import interrupts
-from . import check, compare, design, estimate, export, filter, fit, ledger, terminal
+from . import (
+    check,
+    compare,
+    design,
+    estimate,
+    export,
+    filter,
+    fit,
+    ledger,
+    robustness,
+    terminal,
+)
 
-COMMANDS = (check, compare, design, fit, filter, estimate, export, ledger)
+COMMANDS = (
+    *(check, compare, robustness, design),
+    *(fit, filter, estimate, export, ledger),
+)
 DONE, REFUSED = 0, 1  # 2, for wrong usage, is argparse's own
 NO_READER = 128 + 13  # as if by SIGPIPE
 STATUSES = """\

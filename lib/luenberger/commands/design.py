@@ -2,6 +2,7 @@
 
 import contextlib
 import dataclasses
+import json
 import os
 import shutil
 import tempfile
@@ -10,6 +11,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from .compare import estimated, question, within
 from .registration import dry_run, file, folder, plant_of, register, sample
 from .terminal import say, written
 
@@ -22,6 +24,7 @@ REPORT = "report.html"
 ESTIMATES = "estimates.csv"
 FROM_DATA = ("data.csv", ESTIMATES)
 OBSERVER = "observer.json"
+QUESTION = "question.json"  # the budget and the dtype, where they are given
 RECOMMENDED = (OBSERVER, ESTIMATES)  # only where an observer is recommended
 WRITTEN = ("design.ipynb", "plant.json", OBSERVER, "designs.csv")
 
@@ -39,6 +42,8 @@ def add(commands: Any) -> None:
         examples=[
             "design tracker.json --out report --data tracker.csv",
             "design reactor.json --out reactor --dry-run",
+            "design tracker.json --out small --budget multiply_adds=12 --dry-run",
+            "design tracker.json --k 'climb (m/s)=0,1,0' --out climb --dry-run",
         ],
     )
     one.add_argument("plant", type=file, metavar="PLANT.json")
@@ -55,6 +60,8 @@ def add(commands: Any) -> None:
         metavar="DATA.csv",
         help="measurements, in columns named after the plant's outputs and inputs",
     )
+    within(one)
+    estimated(one)
     sample(one)
     dry_run(one, "check the plant, the data and the folder")
 
@@ -66,11 +73,12 @@ def run(options: Namespace) -> None:
     """
     from ..formats.json_files import json_file
     from ..formats.spreadsheets import require_plain_names
+    from ..plant.estimates import asking
     from ..report import notebook
     from ..run import measurements
 
     file, out = json_file(options.plant, "a plant"), options.out
-    given = plant = plant_of(file, options)
+    given = plant = asking(plant_of(file, options), options.k)
     require_plain_names(plant)
     if options.data is not None:
         record = measurements.read(options.data, plant)
@@ -84,7 +92,10 @@ def run(options: Namespace) -> None:
         work = Path(tempfile.mkdtemp(prefix=".luenberger-", dir=beside))
         stack.callback(shutil.rmtree, work, ignore_errors=True)
         try:
-            finished = _make(work, plant, _content(plant, file), options.data)
+            texts = {"plant.json": _content(plant, file)}
+            if asked := question(options):
+                texts[QUESTION] = json.dumps(asked, indent=2).encode() + b"\n"
+            finished = _make(work, plant, texts, options.data)
         except notebook.NotebookError as error:
             raise ValueError(str(error)) from None
         paths = _publish(finished, out)
@@ -99,6 +110,7 @@ def _planned(plant: "Plant", options: Namespace) -> list[str]:
     from ..compare import noisy
 
     names = {*WRITTEN, REPORT, *([] if options.data is None else FROM_DATA)}
+    names |= {QUESTION} if question(options) else set()
     return _in_order(names if noisy(plant) else names - set(RECOMMENDED))
 
 
@@ -148,7 +160,9 @@ def _content(plant: "Plant", file: "JsonFile") -> bytes:
     from ..plant import Plant
 
     given = Plant.from_json(file)
-    if given.dt == plant.dt and (given.Q is None) == (plant.Q is None):
+    plain = json_records.plain
+    same = given.dt == plant.dt and plain(given.estimates) == plain(plant.estimates)
+    if same and (given.Q is None) == (plant.Q is None):
         if (given.R is None) == (plant.R is None):
             return file.content
     about = [plant.description] if plant.description else []
@@ -161,7 +175,9 @@ def _content(plant: "Plant", file: "JsonFile") -> bytes:
     return json_records.layout(json_records.as_data("plant", told)).encode()
 
 
-def _make(work: Path, plant: "Plant", content: bytes, data: Path | None) -> Path:
+def _make(
+    work: Path, plant: "Plant", texts: dict[str, bytes], data: Path | None
+) -> Path:
     """Everything that is to be written, in a folder below `work`.
 
     The notebook reads the bytes that were checked, not a file that may have changed.
@@ -170,7 +186,8 @@ def _make(work: Path, plant: "Plant", content: bytes, data: Path | None) -> Path
 
     finished = work / "out"
     finished.mkdir()
-    (work / "plant.json").write_bytes(content)
+    for name, content in texts.items():
+        (work / name).write_bytes(content)
     if data is not None:
         shutil.copyfile(data, work / "data.csv")
     given = [path.name for path in work.iterdir() if path.is_file()]
@@ -207,7 +224,8 @@ def _in_order(names: Iterable[str]) -> list[str]:
 def _publish(finished: Path, out: Path) -> Iterable[Path]:
     """Move finished files into `out`; returns where they are.
 
-    What only a recommendation makes does not stay beside a report that has none.
+    What only a recommendation makes does not stay beside a report that has none, nor
+    another run's budget.
     """
     from ..formats import atomic
 
@@ -215,7 +233,7 @@ def _publish(finished: Path, out: Path) -> Iterable[Path]:
     moves = {finished / name: out / name for name in names}
     out.mkdir(parents=True, exist_ok=True)
     atomic.replace_all(moves, beside=finished)
-    for name in set(RECOMMENDED) - set(names):
+    for name in {*RECOMMENDED, QUESTION} - set(names):
         (out / name).unlink(missing_ok=True)
     return moves.values()
 

@@ -3,10 +3,14 @@
 import tempfile
 from argparse import Namespace
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from .registration import dry_run, file, folder, plant_of, register, sample
-from .terminal import written
+from .terminal import say, written
+
+if TYPE_CHECKING:
+    from ..observer import Observer
+    from ..plant import Plant
 
 
 def add(commands: Any) -> None:
@@ -34,8 +38,20 @@ def add(commands: Any) -> None:
         metavar="DIR",
         help="folder for the two files",
     )
+    _beside(one)
+    one.add_argument("--name", default="observer", help="of files and functions")
+    one.add_argument("--float", action="store_true", help="float instead of double")
+    sample(one)
+    dry_run(one)
+
+
+def _beside(one: Any) -> None:
+    """What goes with an observer, and what with a plant."""
     one.add_argument(
-        "--plant", type=file, help="beside an observer: names for the comments"
+        "--plant",
+        type=file,
+        help="beside an observer: names for the comments; with --float what rounding "
+        "does to the estimates is measured on it, where there is a C compiler",
     )
     one.add_argument(
         "--m1",
@@ -44,10 +60,6 @@ def add(commands: Any) -> None:
         help="beside a plant: the name of an output treated as exact, once for each; "
         "or how many of the first outputs; default none",
     )
-    one.add_argument("--name", default="observer", help="of files and functions")
-    one.add_argument("--float", action="store_true", help="float instead of double")
-    sample(one)
-    dry_run(one)
 
 
 def run(options: Namespace) -> None:
@@ -56,6 +68,7 @@ def run(options: Namespace) -> None:
 
     from ..export import to_c
     from ..export.c.source_and_header import places
+    from ..observer import Observer
 
     given = _read(options)
     with np.errstate(all="ignore"), tempfile.TemporaryDirectory() as nowhere:
@@ -64,6 +77,24 @@ def run(options: Namespace) -> None:
     if options.dry_run:
         paths = places(options.c, [path.name for path in paths])
     written(paths, options.dry_run)
+    if options.float and isinstance(given["source"], Observer):
+        _measure(given["source"], given["plant"])
+
+
+def _measure(observer: "Observer", plant: "Plant | None") -> None:
+    """Say what float costs, or what is missing to know."""
+    from ..export import rounding_error
+
+    if plant is None:
+        say("--plant PLANT.json, the plant with Q and R, measures what float costs")
+        return
+    try:
+        found = rounding_error(observer, plant)
+    except (RuntimeError, ValueError) as error:
+        say(f"what float costs is not measured: {error}")
+        return
+    for sentence in found.sentences:
+        say(sentence)
 
 
 def _read(options: Namespace) -> dict[str, Any]:

@@ -1,6 +1,6 @@
 """`filter`: the states of a plant from a CSV record of any length, with one sigma."""
 
-from argparse import Namespace
+from argparse import ArgumentParser, ArgumentTypeError, Namespace
 from collections.abc import Callable
 from typing import Any
 
@@ -14,7 +14,8 @@ DESCRIPTION = (
     "empty cell of an output was not measured, so sensors may have rates of their own "
     "and drop out. A column called time or t holds seconds or dates. A continuous "
     "plant is sampled at these instants, however uneven; those of a discrete one "
-    "agree with its dt. With --lag N, each row waits for N more."
+    "agree with its dt. With --lag N, each row waits for N more. With --arrival, a "
+    "reading is used from the row on at which it is known."
 )
 
 
@@ -41,6 +42,7 @@ def add(commands: Any) -> None:
         help="no known input acts: the file needs no columns of inputs",
     )
     sample(one)
+    _late(one)
     one.add_argument(
         "--backend",
         choices=("auto", "numpy", "numba"),
@@ -52,17 +54,58 @@ def add(commands: Any) -> None:
     )
 
 
+def _late(one: ArgumentParser) -> None:
+    """The options of readings that arrive late."""
+    one.add_argument(
+        "--arrival",
+        type=_pair,
+        action="append",
+        metavar="OUTPUT=COLUMN",
+        help="readings of this output are known at the times in that column, numbers "
+        "like those in the column of times; never where its cell is empty; repeat it "
+        "for other outputs",
+    )
+    one.add_argument(
+        "--horizon",
+        type=int,
+        metavar="N",
+        help="with --arrival: refuse a reading that arrives more than N rows late; "
+        "memory holds as many rows",
+    )
+
+
+def _pair(text: str) -> tuple[str, str]:
+    """An output and its column."""
+    output, mark, column = text.partition("=")
+    if not (output and mark and column):
+        raise ArgumentTypeError(f"give OUTPUT=COLUMN, not {text!r}")
+    return output, column
+
+
 def run(options: Namespace) -> None:
     """Filter, and say how many rows were written."""
+    if (options.arrival is None) != (options.horizon is None):
+        options.wrong("--arrival OUTPUT=COLUMN and --horizon N go together")
+    if options.arrival is not None and options.lag is not None:
+        options.wrong("--arrival does not go with --lag: late readings are filtered")
+    if options.horizon is not None and options.horizon < 1:
+        options.wrong(
+            f"--horizon is a number of rows, at least 1, not {options.horizon}"
+        )
     run_over(options, options.plant, _reader(options))
 
 
 def _reader(options: Namespace) -> Callable[[Any], Any]:
     """What makes header and rows of a table."""
-    from ..run import filter_csv
+    from ..run import filter_csv, late_csv
     from ..smoothing import table as smoothed
 
     plant, backend = plant_of(options.plant, options), options.backend
+    if options.arrival is not None:
+        return lambda table: late_csv.estimates(
+            plant, table, dict(options.arrival), options.horizon, options.undriven,
+            backend,
+        )  # fmt: skip
     if options.lag is None:
         return lambda table: filter_csv.estimates(
             plant, table, options.undriven, backend

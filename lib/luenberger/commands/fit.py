@@ -80,7 +80,7 @@ def run(options: Namespace) -> None:
     if options.json:
         tell_json(_document(fit, sentences))
     else:
-        for line in [*_lines(fit), *sentences]:
+        for line in [*fit.lines, *sentences]:
             tell(line)
     say(f"dry run: {options.out} was not written" if options.dry_run else "done")
 
@@ -115,28 +115,6 @@ def _fitted(plant: Any, data: Any, options: Namespace) -> tuple[Any, list[str]]:
 
 def _and(words: list[str]) -> str:
     return " and ".join([", ".join(words[:-1]), words[-1]][len(words) == 1 :])
-
-
-def _lines(fit: Any) -> list[str]:
-    """Every number that was found, with its standard error."""
-    out = []
-    for letter in "QR":
-        X, error = getattr(fit.plant, letter), fit.standard_errors[letter]
-        for i in range(len(X)):
-            for j in range(i, len(X)):
-                out.append(_line(f"{letter}[{i},{j}]", X[i, j], error[i, j]))
-    for name, value in fit.parameters.items():
-        out.append(_line(name, value, fit.standard_errors[name]))
-    return [*out, f"log-likelihood {fit.log_likelihood:.2f}"]
-
-
-def _line(name: str, value: float, error: float) -> str:
-    if error == 0:
-        return f"{name:<10} {value:.5g}, known"
-    if error == math.inf:
-        return f"{name:<10} {value:.5g}, not determined by this record"
-    sure = "at its bound" if error != error else f"standard error {error:.2g}"
-    return f"{name:<10} {value:.5g}, {sure}"
 
 
 def _document(fit: Any, sentences: list[str]) -> dict[str, Any]:

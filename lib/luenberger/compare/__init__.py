@@ -1,12 +1,12 @@
 """One plant under every method: what each design gains, and what it costs.
 
 What weighs designs against each other enters here.  It uses all papers, `analysis`,
-`run` and `export`, whose C it counts.
+`run`, `identification` and `export`, whose C it counts.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Mapping
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,16 +14,23 @@ from numpy.typing import ArrayLike
 from ..analysis.known_input import Statistics, known_input
 from ..arguments import expect
 from ..errors import DesignError
-from ..numeric.validation import matrix
+from ..kernels.c.numbers import require_c_type
+from ..numeric.combinations import combinations
 from ..plant import Plant
+from ..plant.estimates import Combinations, by_name
 from .attempts import Attempt as Attempt
 from .attempts import noisy as noisy
+from .budget import Budget as Budget
+from .cases import Case as Case
+from .cases import Spread as Spread
 from .judge import judged, sizes
 from .measure import attempt
 from .methods import METHODS as METHODS
-from .methods import Plan, Question
+from .methods import Plan
+from .question import Question
 from .reasons import percent as percent
 from .reasons import sigma as sigma
+from .robust_table import Robustness as Robustness
 from .table import TOLERANCE as TOLERANCE
 from .table import Comparison as Comparison
 from .transients import from_start as from_start
@@ -34,12 +41,14 @@ from .unweighed import why_not as why_not
 def compare(
     plant: Plant,
     *,
-    k: ArrayLike | None = None,
+    k: Combinations | None = None,
     orders: Iterable[int] | None = None,
     poles: ArrayLike | None = None,
     methods: Iterable[str] | None = None,
     scale: ArrayLike | None = None,
     U: Statistics | None = None,
+    budget: Mapping[str, float] | Budget | None = None,
+    dtype: str = "double",
 ) -> Comparison:
     """Try every method on one plant, and compare what comes of it.
 
@@ -71,9 +80,11 @@ def compare(
         Multiplicative noise is known to the fixed-order filter; other filters are
         designed for the additive noise that has the same covariance in steady state,
         and all are measured on the plant as it is.
-    k : (n,) or (q, n) array_like, optional
-        The comparison is then about k x: designs are ranked by the error of its rows,
-        fixed-order filters estimate it, and functional observers join in.
+    k : (n,) or (q, n) array_like, dict of str to (n,) array_like, or str, optional
+        Default `plant.estimates`, if there are any, else the state.
+        The comparison is then about k x: every design estimates it and nothing else,
+        so that work, bytes and noise gain are counted alike; designs are ranked by the
+        error of its rows, and functional observers join in.
     orders : iterable of int, optional
         Only designs of these orders.
     poles : (n - rank C,) array_like, optional
@@ -88,14 +99,23 @@ def compare(
     scale : (n,) array_like or float, optional
         Typical sizes of the states, or of the rows of k x: errors of equal importance.
         Designs are then ranked by the root mean square of their standard deviations
-        in these units, and Leondes-Novak filters (without k) and fixed-order filters
-        make that least.  By default each standard deviation is compared with the one
-        that the Kalman filter leaves of the same state, and the worst state counts,
-        so that no units are added.
+        in these units, and Leondes-Novak and fixed-order filters make that least (of
+        k x, Leondes-Novak filters with the best constant gain do).  By default each
+        standard deviation is compared with the one that the Kalman filter leaves of
+        the same state, and the worst state counts, so that no units are added.
     U : (m,) or (m, m) array_like, Plant or 0, optional
         What is known of the known input, as of `error_covariance`: fixed-order filters
         are designed for it, and errors count what it does.  Without it no error is
         shown of a design that the input disturbs.
+    budget : dict, optional
+        The most that a design may cost, by one or more of ``multiply_adds`` (of a
+        step), ``states`` and ``bytes`` (of state and constants).  The most accurate
+        design within it is then recommended.  `Comparison.within` gives the same
+        table under another budget.
+    dtype : "double" or "float"
+        What the device computes in.  Multiply-adds, operations and bytes are those of
+        ``export.to_c(..., dtype=dtype)``.  Errors are those of exact arithmetic:
+        `export.rounding_error` measures what float adds.
 
     Returns
     -------
@@ -107,7 +127,7 @@ def compare(
     DesignError
         If every design is refused.
     ValueError
-        An unknown method, or k that does not fit the plant.
+        An unknown method, k that does not fit the plant, or no budget.
 
     See Also
     --------
@@ -124,15 +144,22 @@ def compare(
     [(1, 0.28, 3), (1, 0.1813, 4), (2, 0.1806, 10)]
     >>> table.recommended().name
     'Leondes-Novak filter, y1 taken as accurate, best constant gain'
+    >>> small = lb.compare(plant, budget=dict(multiply_adds=3))
+    >>> small.recommended().work, small.next_beyond().work
+    (3, 4)
     """
     expect(plant=plant)
-    rows = None if k is None else matrix("k", np.atleast_2d(k), cols=plant.n)
+    require_c_type(dtype)
+    limits = None if budget is None else Budget.read(budget)
+    k, called = by_name(plant.estimates or None if k is None else k, plant)
+    rows = None if k is None else combinations("k", k, plant.n)
     asked = Question(
         plant,
         rows,
         None if poles is None else tuple(np.ravel(poles)),
         None if orders is None else _orders(orders, plant.n),
         sizes(scale, plant.n if rows is None else len(rows)),
+        called,
         U,
     )
     _require_comparable(plant)
@@ -143,7 +170,7 @@ def compare(
         for method in _chosen(methods)
         for plan in METHODS[method](asked)
         if _wanted(plan, asked.orders)
-        for one in [attempt(plan, plant, asked.k, U)]
+        for one in [attempt(plan, plant, asked.k, U, dtype)]
         if _wanted(one, asked.orders)
     )
     if all(one.refusal for one in attempts):
@@ -153,7 +180,8 @@ def compare(
             "no exact filter of any order" if every else "no design that is asked for"
         )
         raise DesignError(f"{what} exists: {reason}")
-    return Comparison(plant, judged(asked, attempts, asked.scale), asked.k)
+    found = judged(asked, attempts, asked.scale)
+    return Comparison(plant, found, asked.k, limits, dtype, called)
 
 
 def _require_comparable(plant: Plant) -> None:

@@ -56,10 +56,10 @@ class Attempt:
         Square root of the trace that v alone would leave in `covariance`, with the
         plant's R, or R = I if it has none.  None in continuous time, where V y passes
         white noise of any strength on.
-    work, bytes : int, int or None
-        Multiply-adds per step, and state and constants of one observer, in the C that
-        `export.to_c` writes in doubles; entries that are rounding count as zero.  In
-        continuous time multiply-adds per evaluation, and None.
+    work, operations, bytes : int, int or None, int or None
+        Of the observer, exactly as it is, in the C that `export.to_c` writes in the
+        table's dtype: multiply-adds per step, all operations per step, bytes of state
+        and constants.  In continuous time multiply-adds per evaluation, and None.
     certificate : Certificate or None
     optimality : Optimality or None
         Of a fixed-order filter, whose certificate has residuals: what it gives up.
@@ -84,6 +84,7 @@ class Attempt:
     k: np.ndarray | None = None
     noise_gain: float | None = None
     work: int | None = None
+    operations: int | None = None
     bytes: int | None = None
     certificate: Certificate | None = None
     optimality: Optimality | None = None

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..show import number
 from .attempts import Attempt
+from .budget import amount, listed
 from .reasons import percent
 
 if TYPE_CHECKING:
@@ -19,11 +20,16 @@ def header(table: Comparison) -> list[str]:
     """The names of the columns, in the order of `cells`."""
     errors = ["settling (s)"]
     if table.yardstick is not None:
-        errors = [*_judged_by(table), "error trace"]
+        errors = _judged_by(table) + ["error trace"] * (table.k is None)
     return [
         *["method", "which", "order", *errors, "worst pole", "noise gain"],
-        *["cond [T; C]", "multiply-adds", "bytes", "certificate"],
+        *["cond [T; C]", "multiply-adds", _bytes(table), "certificate"],
+        *([] if table.budget is None else ["budget"]),
     ]
+
+
+def _bytes(table: Comparison) -> str:
+    return "bytes" if table.dtype == "double" else f"bytes ({table.dtype})"
 
 
 def _judged_by(table: Comparison) -> list[str]:
@@ -45,7 +51,9 @@ def cells(table: Comparison, one: Attempt) -> list[str]:
     if table.yardstick is None:
         judged = [_text(one.settling, 4)]
     else:
-        judged = [*_errors(table, one, digits), _text(one.trace, digits)]
+        judged = _errors(table, one, digits)
+        if table.k is None:
+            judged = [*judged, _text(one.trace, digits)]
     return [
         one.method,
         one.label,
@@ -57,7 +65,17 @@ def cells(table: Comparison, one: Attempt) -> list[str]:
         str(one.work),
         _text(one.bytes),
         verdict(one),
+        *_room(table, one),
     ]
+
+
+def _room(table: Comparison, one: Attempt) -> list[str]:
+    """Whether the budget has room for a design; nothing if there is no budget."""
+    if table.budget is None:
+        return []
+    over = table.budget.over(one).items()
+    more = listed(amount(size, name) for name, size in over) if over else ""
+    return [f"{more} over" if over else "within"]
 
 
 def _errors(table: Comparison, one: Attempt, digits: int) -> list[str]:
@@ -87,6 +105,13 @@ def verdict(one: Attempt) -> str:
     return "exact" if one.optimality is None else "optimal"
 
 
+FIGURES = (
+    "error_trace error_of_k error excess worst_ratio mean_ratio variances worst_pole "
+    "settling noise_gain cond multiply_adds operations bytes residual poles"
+).split()
+CALLED = {"error_trace": "trace", "multiply_adds": "work"}  # by an attempt
+
+
 def row(
     table: Comparison, one: Attempt, chosen: Attempt | None, front: list[Attempt]
 ) -> dict[str, Any]:
@@ -101,33 +126,26 @@ def row(
         form=None if one.refusal else one.form,
         recommended=one is chosen,
         on_front=one in front,
+        within_budget=_fits(table, one),
     )
-    figures = (
-        "error_trace error_of_k error excess worst_ratio mean_ratio variances "
-        "worst_pole settling noise_gain cond"
-    )
-    figures = dict.fromkeys(f"{figures} multiply_adds bytes residual poles".split())
+    figures: dict[str, Any] = dict.fromkeys(FIGURES)
     if not one.refusal:
-        best = one.optimality
-        variances = one.variances
-        figures = dict(
-            error_trace=one.trace,
-            error_of_k=one.error_of_k,
-            error=one.error,
+        best, variances = one.optimality, one.variances
+        made = dict(
             excess=table.excess(one),
-            worst_ratio=one.worst_ratio,
-            mean_ratio=one.mean_ratio,
             variances=None if variances is None else variances.tolist(),
-            worst_pole=one.worst_pole,
-            settling=one.settling,
-            noise_gain=one.noise_gain,
-            cond=one.cond,
-            multiply_adds=one.work,
-            bytes=one.bytes,
             residual=one.certificate.worst if best is None else best.worst,
             poles=[str(complex(pole)).strip("()") for pole in one.observer.poles],
         )
+        kept = [name for name in FIGURES if name not in made]
+        figures |= made | {name: getattr(one, CALLED.get(name, name)) for name in kept}
     return found | {key: _finite(value) for key, value in figures.items()}
+
+
+def _fits(table: Comparison, one: Attempt) -> bool | None:
+    """None where there is no budget, or no design."""
+    unknown = table.budget is None or one.refusal
+    return None if unknown else not table.budget.over(one)
 
 
 def _finite(value: Any) -> Any:

@@ -18,11 +18,12 @@ from ..numeric import Matrix, Vector
 from ..numeric.linalg import ROUNDING
 from ..numeric.validation import vector
 from ..papers.leondes_novak.design import kalman_filter
+from ..plant import Plant
 from .attempts import Attempt, noisy
 from .measure import steady_covariance
 
 if TYPE_CHECKING:
-    from .methods import Question
+    from .question import Question
 
 KALMAN = "Kalman filter"
 
@@ -78,26 +79,35 @@ def judged(
     known = [one.judged for one in attempts if one.judged is not None]
     if not known:
         return tuple(attempts)
-    kalman, k = _kalman(asked, attempts), asked.k
+    kalman, k = own_kalman(asked, attempts), asked.k
     if kalman is None:
         least = np.min(known, axis=0)
         judge = Judge(least, np.zeros_like(least), "most accurate design", scale)
     else:
-        plant = asked.additive
-        rows = np.eye(plant.n) if k is None else k
-        known = np.sqrt(np.maximum(kalman.diagonal(), 0))
-        before = np.hypot(np.abs(plant.A) @ known, np.sqrt(plant.Q.diagonal()))
-        size = (np.abs(rows) @ before) ** 2  # at most, however they are correlated
-        least = np.maximum(_diagonal(rows, kalman), 0)
-        judge = Judge(least, ROUNDING * size, scale=scale)
+        rows = np.eye(asked.plant.n) if k is None else k
+        judge = beside_kalman(asked.additive, kalman, rows, scale)
     return tuple(replace(one, judge=judge) for one in attempts)
+
+
+def beside_kalman(
+    plant: Plant, kalman: Matrix, rows: Matrix, scale: Vector | None
+) -> Judge:
+    """The judge of rows of the state, of a plant whose Kalman filter leaves `kalman`.
+
+    The plant's noises are additive.
+    """
+    known = np.sqrt(np.maximum(kalman.diagonal(), 0))
+    before = np.hypot(np.abs(plant.A) @ known, np.sqrt(plant.Q.diagonal()))
+    size = (np.abs(rows) @ before) ** 2  # at most, however they are correlated
+    least = np.maximum(_diagonal(rows, kalman), 0)
+    return Judge(least, ROUNDING * size, scale=scale)
 
 
 def _diagonal(rows: Matrix, X: Matrix) -> Vector:
     return (rows @ X @ rows.T).diagonal()
 
 
-def _kalman(asked: Question, attempts: Sequence[Attempt]) -> Matrix | None:
+def own_kalman(asked: Question, attempts: Sequence[Attempt]) -> Matrix | None:
     """The Kalman filter's covariance, of the table or designed for it."""
     for one in attempts:
         if one.method == KALMAN and one.covariance is not None and one.whole:

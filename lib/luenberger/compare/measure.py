@@ -12,8 +12,8 @@ import numpy as np
 from ..analysis.disturbance import disturbed
 from ..analysis.error_covariance import error_covariance
 from ..analysis.known_input import Statistics
-from ..analysis.multiply_adds import multiply_adds
 from ..analysis.optimality import STATIONARY_TOL, optimality
+from ..analysis.step_cost import multiply_adds
 from ..certificate import certify
 from ..kernels.cache import CacheWarning
 from ..numeric import Matrix
@@ -35,14 +35,18 @@ FORM_TOL = 1e-12  # of the certificate of another form, beside the design's own
 
 @np.errstate(all="ignore")  # a note is a design's warning, not NumPy's of an overflow
 def attempt(
-    plan: Plan, plant: Plant, k: Matrix | None, U: Statistics | None = None
+    plan: Plan,
+    plant: Plant,
+    k: Matrix | None,
+    U: Statistics | None = None,
+    dtype: str = "double",
 ) -> Attempt:
     """Carry a plan out, and measure what comes of it."""
     known: Any = dict(accurate=plan.accurate, horizon=plan.horizon, k=k)
     given = (plan.method, plan.label, plan.order)
     try:
         observer, warned = _quietly(plan.design)
-        figures: Any = _figures(observer, plant, plan, k, U)
+        figures: Any = _figures(observer, plant, plan, U, dtype)
     except ValueError as error:  # DesignError, CertificateError: listed, not raised
         return Attempt(*given, **known, refusal=str(error))
     given = (plan.method, plan.label, observer.order)
@@ -68,8 +72,8 @@ def _figures(
     observer: Observer,
     plant: Plant,
     plan: Plan,
-    k: Matrix | None,
     U: Statistics | None,
+    dtype: str,
 ) -> dict[str, Any]:
     best, certificate = None, certify(observer, plant)
     asked: Any = dict(weight=plan.weight, feedthrough=plan.feedthrough, U=U)
@@ -86,13 +90,15 @@ def _figures(
         return certify(form, plant).worst <= max(FORM_TOL, certificate.worst)
 
     form, name, work, size = observer, DESIGNED, multiply_adds(observer), None
+    operations = None
     if not observer.is_complex:
-        form, name, (work, size) = cheapest(observer, sound)
+        form, name, (work, operations, size) = cheapest(observer, sound, dtype)
     return dict(
         covariance=steady_covariance(observer, plant, U) if known else None,
         disturbed=moved,
-        noise_gain=noise_gain(observer, plant, k),
+        noise_gain=noise_gain(observer, plant),
         work=work,
+        operations=operations if plant.dt > 0 else None,
         bytes=size if plant.dt > 0 else None,
         certificate=certificate if form is observer else certify(form, plant),
         optimality=best,
@@ -116,19 +122,16 @@ def steady_covariance(
     if plant.multiplicative and plant.Q.any() or radius(plant.A) >= 1 - UNIT_TOL:
         return Sigma
     still = (L @ lyapunov(plant.A, plant.Q) @ L.T).diagonal() == 0
-    let_in = (L @ np.linalg.pinv(plant.C)) ** 2 @ plant.R.diagonal()
-    floor = ROUNDING**2 * min(let_in[let_in > 0], default=0.0)
+    let_in = np.linalg.pinv(plant.C) ** 2 @ plant.R.diagonal()
+    floor = ROUNDING**2 * min(let_in[let_in > 0], default=0.0) * (L * L).sum(axis=1)
     moved = ~still | (Sigma.diagonal() > floor)
     return Sigma * np.outer(moved, moved)
 
 
-def noise_gain(
-    observer: Observer, plant: Plant, k: Matrix | None = None
-) -> float | None:
+def noise_gain(observer: Observer, plant: Plant) -> float | None:
     """Root of the steady error trace that v alone would leave; None if dt = 0.
 
-    Without R, that of white noise of unit variance in every output.  Where the noise
-    is not known and the question is k x, that of k x.
+    Without R, that of white noise of unit variance in every output.
     """
     if plant.dt == 0 or plant.is_complex or observer.is_complex:
         return None
@@ -140,10 +143,4 @@ def noise_gain(
         multiplicative=(),
     )
     left = error_covariance(observer, quiet, U=0 if plant.m else None)
-    if (
-        k is not None
-        and not noisy(plant)
-        and np.array_equal(observer.L, np.eye(plant.n))
-    ):
-        left = k @ left @ k.T
     return float(np.sqrt(max(np.trace(left), 0.0)))

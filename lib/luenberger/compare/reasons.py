@@ -10,6 +10,7 @@ import numpy as np
 from ..numeric import Vector
 from ..show import number
 from .attempts import Attempt, first_least
+from .budget import amount, listed, needs, refusal
 from .unweighed import left_to_weigh, why_not
 
 if TYPE_CHECKING:
@@ -20,6 +21,8 @@ def reasons(table: Comparison, tolerance: float) -> list[str]:
     """The rule, what the design costs and saves, and what was passed over."""
     if table.yardstick is None:
         return [*why_not(table.plant), *left_to_weigh(table)]
+    if table.budget is not None:
+        return [*_within_budget(table)]
     chosen = table.recommended(tolerance)
     return [
         _rule(table, tolerance),
@@ -28,6 +31,30 @@ def reasons(table: Comparison, tolerance: float) -> list[str]:
         *_passed_over(table),
         _next_smaller(table, chosen),
     ]
+
+
+def _within_budget(table: Comparison) -> Iterator[str]:
+    """The same with a budget, and what a little more would buy."""
+    chosen, beyond = table.chosen, table.next_beyond()
+    if chosen is None:
+        yield from refusal(table)
+        return
+    yield f"The rule: the most accurate design within the budget of {table.budget}."
+    yield f"Designs are judged by their {ranking(table).rstrip(',')}."
+    yield f"It needs {needs(chosen)}."
+    yield from _price(table, chosen)
+    yield from _remark(chosen)
+    yield from _passed_over(table)
+    if beyond is None:
+        yield "More would buy nothing: no design beyond the budget is more accurate."
+        return
+    more, least = table.budget.over(beyond).items(), beyond is table.yardstick
+    bought = "no design is more accurate" if least else _loses(table, beyond)
+    yield (
+        f"The next one beyond the budget is the {beyond.title}: for "
+        f"{listed(amount(size, name) for name, size in more)} more, "
+        f"{bought}."
+    )
 
 
 def count(size: int, noun: str) -> str:
@@ -82,10 +109,8 @@ def _rule(table: Comparison, tolerance: float) -> str:
 def _price(table: Comparison, chosen: Attempt) -> Iterator[str]:
     best = table.yardstick
     if chosen is best:
-        yield (
-            "It is the most accurate design of all, and no lighter one comes near "
-            "enough."
-        )
+        light = ", and no lighter one comes near enough" if table.budget is None else ""
+        yield f"It is the most accurate design of all{light}."
         return
     excess = table.excess(chosen)
     if excess == 0:
@@ -124,7 +149,7 @@ def _states(table: Comparison, chosen: Attempt) -> Iterator[str]:
 def _worst(table: Comparison, one: Attempt) -> str:
     """Which standard deviation grows most, and how much."""
     k = int(np.argmax(np.round(one.ratios, 9)))
-    name = table.plant.state_names[k] if table.k is None else f"row {k + 1} of k x"
+    name = table.estimates[k]
     if one.worst_ratio == np.inf:
         return f"{name} is not zero, and {_beside(table)} is"
     return f"{name} is {above(max(one.worst_ratio - 1, 0.0))} {_beside(table)}"
@@ -167,13 +192,18 @@ def _next_smaller(table: Comparison, chosen: Attempt) -> str:
         return "No design has fewer observer states."
     least = first_least(smaller, "error")
     said = f"With fewer observer states the best is {least.title}:"
+    return f"{said} {_loses(table, least)}."
+
+
+def _loses(table: Comparison, one: Attempt) -> str:
+    """By how much a design is less accurate than the best."""
     if by_ratio(table):
-        return f"{said} the standard deviation of {_worst(table, least)}."
-    excess = table.excess(least)
+        return f"the standard deviation of {_worst(table, one)}"
+    excess = table.excess(one)
     end = f"{above(excess)} the smallest"
     if excess == np.inf:
         end = "and the smallest is 0"
-    return f"{said} its {ranking(table)} is {number(_shown(least), 4)}, {end}."
+    return f"its {ranking(table)} is {number(_shown(one), 4)}, {end}"
 
 
 def percent(excess: float, digits: int = 4) -> str:

@@ -1,7 +1,7 @@
 """The table of a comparison: what is best, what is on the front, what to take."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -11,6 +11,7 @@ from ..numeric.validation import ReadOnly
 from ..plant import Plant
 from ..show import Table
 from .attempts import LEVEL, Attempt, first_least
+from .budget import Budget, fitting, most_accurate, next_beyond
 from .columns import cells, header, row, together
 from .reasons import reasons
 from .reviews import Reviews
@@ -31,6 +32,17 @@ class Comparison(Reviews, ReadOnly):
     plant: Plant
     attempts: tuple[Attempt, ...]
     k: np.ndarray | None = None
+    budget: Budget | None = None
+    dtype: str = "double"
+    called: tuple[str, ...] | None = None
+
+    @property
+    def estimates(self) -> tuple[str, ...]:
+        """Names of what is estimated, states or rows of k x."""
+        if self.k is None:
+            return self.plant.state_names
+        rows = (f"row {k + 1} of k x" for k in range(len(self.k)))
+        return tuple(rows) if self.called is None else self.called
 
     def __iter__(self) -> Iterator[Attempt]:
         return iter(self.attempts)
@@ -159,18 +171,23 @@ class Comparison(Reviews, ReadOnly):
         """The least work among eligible designs within `tolerance` of the yardstick.
 
         Among equal work the smaller error wins, then the smaller mean, and among those
-        that differ by LEVEL or less the first in the table.
+        that differ by LEVEL or less the first in the table.  With a budget it is the
+        most accurate design within it, whatever the tolerance; among equal errors the
+        smaller mean wins, then the least work.
 
         Raises
         ------
         DesignError
             Where no error is known: in continuous time, or without Q or R.  The
-            message says how to get them.  `chosen` is None there.
+            message says how to get them.  Or if no design is within the budget; it
+            names the one that is nearest and what that needs.  `chosen` is None there.
         """
         if not tolerance >= 0:
             raise ValueError(f"tolerance must not be negative, got {tolerance}")
         if self.yardstick is None:
             raise DesignError(" ".join(why_not(self.plant)))
+        if self.budget is not None:
+            return most_accurate(self)
         near = [one for one in self.eligible if self.excess(one) <= tolerance]
         work = min(one.work for one in near)
         light = [one for one in near if one.work == work]
@@ -179,7 +196,38 @@ class Comparison(Reviews, ReadOnly):
     @property
     def chosen(self) -> Attempt | None:
         """The recommended design, or None where nothing is recommended."""
-        return None if self.yardstick is None else self.recommended()
+        if self.yardstick is None or (self.budget is not None and not fitting(self)):
+            return None
+        return self.recommended()
+
+    def within(self, **limits: float) -> "Comparison":
+        """The same designs under another budget, or without one.
+
+        Parameters
+        ----------
+        multiply_adds, states, bytes : float, optional
+            As `budget` of `compare`.
+
+        Examples
+        --------
+        >>> import luenberger as lb
+        >>> plant = lb.Plant([[1, 1], [0, 1]], None, [[1, 0]], dt=1.0,
+        ...                  Q=[[0.25, 0.5], [0.5, 1]], R=[[0.01]])
+        >>> table = lb.compare(plant)
+        >>> [table.within(multiply_adds=most).recommended().work for most in (3, 4)]
+        [3, 4]
+        """
+        return replace(self, budget=Budget.read(limits) if limits else None)
+
+    def next_beyond(self) -> Attempt | None:
+        """What a little more than the budget buys: a more accurate design, or None.
+
+        It is the one that is over the budget by the smallest part of a limit; where
+        nothing is within the budget, of all designs.
+        """
+        if self.budget is None or self.yardstick is None:
+            return None
+        return next_beyond(self)
 
     def reasons(self, tolerance: float = TOLERANCE) -> list[str]:
         """Why that design is recommended, or nothing is: plain sentences."""

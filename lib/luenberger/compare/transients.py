@@ -36,15 +36,17 @@ def transients(
         Covariances by label; and what is not shown, and why.
     """
     plant, chosen = table.plant, table.chosen
-    if chosen is None:
+    if table.yardstick is None:
         return {}, ["Without noise in discrete time there is no error to follow."]
+    if chosen is None:
+        return {}, ["No design is within the budget, so there is none to follow."]
     if plant.P0 is None:
         return {}, ["The plant gives no P0, so there is no start to show."]
     steps = settling_steps(table) if steps is None else steps
     attempts = {
-        "Kalman filter": lambda: _varying(plant, (), steps),
+        "Kalman filter": lambda: _varying(plant, (), steps, table.k),
         "recommended, gains of each instant": lambda: _varying(
-            plant, chosen.accurate, steps
+            plant, chosen.accurate, steps, table.k
         ),
         "recommended, constant gain": lambda: _from_start(
             chosen.observer, plant, steps
@@ -93,8 +95,10 @@ def _from_start(observer: Observer, plant: Plant, steps: int) -> Matrix:
     return np.concatenate([[observer.L @ plant.P0 @ observer.L.T], later])
 
 
-def _varying(plant: Plant, accurate: tuple[int, ...], steps: int) -> Matrix:
-    observer = reduced_order_filter(plant, accurate, steps=steps)
+def _varying(
+    plant: Plant, accurate: tuple[int, ...], steps: int, k: Matrix | None
+) -> Matrix:
+    observer = reduced_order_filter(plant, accurate, L=k, steps=steps)
     return error_covariance(observer, plant, steps=steps)
 
 

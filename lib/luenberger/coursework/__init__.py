@@ -5,8 +5,9 @@ form is taken as it is meant: letters by their names, text, brackets, lists of o
 entry.  What cannot be read is an AssertionError that says what was expected and what
 was given.
 
-Another kind of answer enters in `answers`, and `chains` marks what is handed in as
-lines.  It uses `symbolic`.
+Another kind of answer enters in `answers` or, if it has several entries, in `tables`;
+`lessons` compares answers, `chains` marks what is handed in as lines, and `variants`
+gives each student numbers of their own.  It uses `symbolic`.
 """
 
 from .answers import choice as choice
@@ -15,3 +16,12 @@ from .answers import number as number
 from .answers import numbers as numbers
 from .chains import Marks as Marks
 from .chains import mark_lines as mark_lines
+from .lessons import same as same
+from .lessons import spot as spot
+from .tables import array as array
+from .tables import by_name as by_name
+from .tables import choices as choices
+from .tables import instance as instance
+from .tables import matrix as matrix
+from .variants import identifier as identifier
+from .variants import pick as pick

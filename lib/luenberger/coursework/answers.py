@@ -1,5 +1,6 @@
 """One answer: an expression, a number, several numbers, one of several choices."""
 
+import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
@@ -9,6 +10,8 @@ import sympy as sp
 
 from .given import alone, described, require
 from .strings import letter_of, parsed
+
+INFINITE = ("inf", "infinity", "oo", "∞")
 
 
 def expression(answer: Any, letters: Iterable[sp.Symbol], name: str) -> sp.Expr:
@@ -48,30 +51,42 @@ def expression(answer: Any, letters: Iterable[sp.Symbol], name: str) -> sp.Expr:
         raise AssertionError(f"{wanted}, got {described(answer)}") from None
     if isinstance(found, sp.Equality):
         found = found.rhs
-    require(isinstance(found, sp.Expr), f"{wanted}, got {described(answer)}")
+    scalar = isinstance(found, sp.Expr) and not isinstance(found, sp.MatrixBase)
+    require(scalar, f"{wanted}, got {described(answer)}")
     meant = {symbol: letter_of(symbol.name, known) for symbol in found.free_symbols}
     strange = sorted(symbol.name for symbol in meant if meant[symbol] is None)
     require(not strange, f"{wanted}, got one with {', '.join(strange)}")
     return found.xreplace(meant)
 
 
-def number(answer: Any, name: str) -> float:
+def number(answer: Any, name: str, infinite: bool = False) -> float:
     """An answer as a number.
+
+    Parameters
+    ----------
+    answer : number, expression or str
+    name : str
+    infinite : bool
+        Whether infinity is an answer.
 
     Raises
     ------
     AssertionError
-        If it is none, or not finite.
+        If it is none, or not finite and `infinite` is false.
 
     Examples
     --------
     >>> number("3/2", "q"), number(["0,25"], "q"), number(np.float64(2), "q")
     (1.5, 0.25, 2.0)
+    >>> number("oo", "q", infinite=True)
+    inf
     >>> number(None, "q")
     Traceback (most recent call last):
     AssertionError: q: expected a number, got None
     """
     given = alone(answer)
+    if infinite and str(given).strip("+ ").casefold() in INFINITE:
+        return math.inf
     if isinstance(given, str):
         with_point = re.sub(r"^(\s*[-+−]?\d+),(\d+\s*)$", r"\1.\2", given)
         given = parsed(with_point, {}, f"{name}: expected a number")

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from .. import certificate
 from ..arguments import expect, expect_as
+from ..kernels.c.numbers import require_c_type
 from ..observer import Observer
 from ..plant import Plant
 from .c import filter as recursive
@@ -23,6 +24,8 @@ from .c.source_and_header import signals, write_pair
 from .control_systems import from_statespace as from_statespace
 from .control_systems import to_control as to_control
 from .control_systems import to_scipy as to_scipy
+from .rounding import RoundingError as RoundingError
+from .rounding import rounding_error as rounding_error
 
 
 def to_c(
@@ -80,10 +83,20 @@ def to_c(
     ------
     ValueError
         If the name is not an identifier or is reserved, a number is beyond the range
-        of float, or a file of this name is there and is not ours.
+        of float or too small for it, or a file of this name is there and is not ours.
     DesignError
-        If the observer is unstable, varies with time or has dt = 0; if the plant
+        If the observer is unstable, in float too if it is exported so, varies with
+        time or has dt = 0; if the plant
         varies with time, lacks Q, R or P0, or has noise-free outputs.
+
+    Warns
+    -----
+    RuntimeWarning
+        If a mode is so slow that roundings in float add up to 0.1 % of z.
+
+    See Also
+    --------
+    rounding_error : what a float costs, measured.
 
     Notes
     -----
@@ -112,8 +125,7 @@ def to_c(
     if plant is not None:
         expect_as("plant=", "plant", plant)
     identifier(name)
-    if dtype not in ("double", "float"):
-        raise ValueError(f"dtype must be 'double' or 'float', got {dtype!r}")
+    require_c_type(dtype)
     if isinstance(source, Plant):
         if plant is not None:
             raise ValueError("plant= goes with an observer; the source is a plant")

@@ -39,6 +39,12 @@ def like(table: Any, values: np.ndarray, names: Sequence[str]) -> Any:
     return framed(values, names, table.index if is_table(table) else None)
 
 
+def note(table: Any, **said: Any) -> None:
+    """Say something of a table in its `attrs`, if it is one."""
+    if is_table(table):
+        table.attrs.update(said)
+
+
 def framed(values: np.ndarray, names: Sequence[str], index: Any) -> Any:
     """`values` as a DataFrame with an index, if there is one."""
     if index is None:

@@ -29,7 +29,7 @@ def as_data(kind: str, frozen: Dataclass) -> dict[str, object]:
     data = {"luenberger": kind, "format": FORMAT}
     for field in dataclasses.fields(frozen):
         value = plain(getattr(frozen, field.name))
-        if value is not None and value != []:
+        if value is not None and value != [] and value != {}:
             data[field.name] = value
     return data
 
@@ -42,6 +42,8 @@ def plain(value: object) -> object:
         return value.tolist() if value.size else {"shape": list(value.shape)}
     if isinstance(value, tuple | list):
         return [plain(item) for item in value]
+    if isinstance(value, Mapping):
+        return {key: plain(item) for key, item in value.items()}
     return value
 
 
@@ -166,7 +168,7 @@ def _array(path: str | Path, key: str, value: object) -> object:
     """
     if key == "multiplicative" and isinstance(value, list):
         return [_array(path, key, one) for one in value]
-    if not isinstance(value, dict):
+    if not isinstance(value, dict) or key == "estimates":  # rows by name
         return value
     if set(value) == {"real", "imag"}:
         real, imag = (_numbers(path, key, value[k]) for k in ("real", "imag"))

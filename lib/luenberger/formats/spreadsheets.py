@@ -33,6 +33,7 @@ def require_plain_names(plant: object) -> None:
     """Raise ValueError if a name of the plant's signals would be a formula."""
     for kind in ("state", "input", "output"):
         require_plain(kind, getattr(plant, f"{kind}_names"))
+    require_plain("estimate", [*getattr(plant, "estimates", ())])
 
 
 def require_plain(kind: str, names: Sequence[str]) -> None:

@@ -83,8 +83,9 @@ def fit_noise(
         ``{"Q": ..., "R": ...}``: where to begin; for a function, its q.
     unidentifiable : "refuse" or "fix", default "refuse"
         What to do where no record could determine all that is asked for: refuse, or
-        keep each combination that leaves no trace where `start` has it, which must
-        give Q and R then.  The sentences are in `unidentifiable` of the fit.
+        keep each combination that leaves no trace where the search begins.  That is
+        `start`; without it, where the sizes and autocovariances of the record put it.
+        The sentences are in `unidentifiable` of the fit.
     progress : bool or callable, default False
         As in `monte_carlo`.
 
@@ -122,6 +123,8 @@ def fit_noise(
     >>> fit = lb.fit_noise(plant, y)
     >>> fit.plant.Q.round(1), fit.plant.R.round(1)
     (array([[0.9]]), array([[9.4]]))
+    >>> fit.lines[-1]  # before it each number with its error, as `fit` prints them
+    'log-likelihood -1346.14'
     """
     expect(plant=plant)
     if not isinstance(method, str) or method not in METHODS:
@@ -135,7 +138,7 @@ def fit_noise(
     first = more.plant(np.array(more.begin, dtype=float))
     seen = None if len(data) != 1 else ~np.isnan(data[0][0])
     told = identifiability(first, Q=Q, R=R, start=begin, seen=seen)
-    fixed = _fixed(unidentifiable, told, begin, method)
+    fixed = _fixed(unidentifiable, told, method)
     recorded.require_enough(plant, data, told.determined + len(more.names))
     rounds = ROUNDS if method == "autocovariance" else BEGINNING
     unknowns, theta, squares = start_of(first, data, Q, R, S, begin, more, rounds)
@@ -152,10 +155,8 @@ def fit_noise(
     return said(fit, told) if fixed else fit
 
 
-def _fixed(
-    wanted: str, told: Identifiability, begin: dict[str, Any], method: str
-) -> tuple[Matrices, ...]:
-    """The directions that are kept where the start has them."""
+def _fixed(wanted: str, told: Identifiability, method: str) -> tuple[Matrices, ...]:
+    """The directions that are kept where the search begins."""
     if not isinstance(wanted, str) or wanted not in ("refuse", "fix"):
         raise ValueError(
             f"unidentifiable must be 'refuse' or 'fix', got {short(wanted)}"
@@ -163,12 +164,10 @@ def _fixed(
     if wanted == "refuse" or not told.directions:
         told.require()
         return ()
-    moved = {name for one in told.directions for name, X in one.items() if X.any()}
-    if method != "likelihood" or moved - set(begin):
+    if method != "likelihood":
         raise DesignError(
-            "unidentifiable='fix' keeps what no record determines where `start` has "
-            f"it, so give {' and '.join(sorted(moved))} there, and "
-            "method='likelihood'"
+            "unidentifiable='fix' keeps what no record determines where a search "
+            f"begins, and method={method!r} has none. Use method='likelihood'"
         )
     return told.directions
 

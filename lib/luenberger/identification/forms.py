@@ -170,10 +170,10 @@ class Along(Form):
         return self.parts
 
     def matrix(self, theta: Vector) -> Matrix:
-        return np.tensordot(np.exp(2 * _capped(theta)), self.parts, 1)
+        return np.tensordot(_variances(theta), self.parts, 1)
 
     def slopes(self, theta: Vector) -> Matrix:
-        return 2 * np.exp(2 * _capped(theta))[:, None, None] * self.parts
+        return 2 * _variances(theta)[:, None, None] * self.parts
 
     def at(self, X: Matrix, unit: Vector) -> Vector:
         scale = unit * unit[:, None]
@@ -200,18 +200,21 @@ class Of(Form):
         return self.slopes(0.5 * np.log(self.begin)) / (2 * self.begin[:, None, None])
 
     def matrix(self, theta: Vector) -> Matrix:
-        q = np.exp(2 * _capped(theta))
-        return covariance(f"{self.letter}(q)", self.function(q), len(self.known))
+        X = self.function(_variances(theta))
+        return covariance(f"{self.letter}(q)", X, len(self.known))
 
     def slopes(self, theta: Vector) -> Matrix:
         steps = STEP * np.eye(len(theta))
         pairs = [(self.matrix(theta + d), self.matrix(theta - d)) for d in steps]
-        return np.array([(up - down) / (2 * STEP) for up, down in pairs]).reshape(
-            -1, *self.known.shape
-        )
+        found = [(up - down) / (2 * STEP) for up, down in pairs]
+        return np.array(found).reshape(-1, *self.known.shape)
 
     def at(self, X: Matrix, unit: Vector) -> Vector:
         return 0.5 * np.log(self.begin)
+
+
+def _variances(theta: Vector) -> Vector:  # theta = -inf is a variance at its bound
+    return np.where(theta == -np.inf, 0.0, np.exp(2 * _capped(theta)))
 
 
 def _capped(theta: Vector) -> Vector:
@@ -270,16 +273,15 @@ def _scaled(letter: str, given: Any) -> Along:
             f"{letter}='scaled' is the plant's {letter} times a number, and the plant "
             f"has none; give Plant(..., {letter}=...)"
         )
-    size = len(given)
     name = f"{letter.lower()}[0]"
-    return Along(letter, np.zeros((size, size)), np.array(given)[None], (name,))
+    return Along(letter, np.zeros(np.shape(given)), np.array(given)[None], (name,))
 
 
 def _along(letter: str, G: Matrix, names: Sequence[str]) -> Along:
-    if not G.any(axis=0).all():
-        k = int(np.flatnonzero(~G.any(axis=0))[0])
+    for k in np.flatnonzero(~G.any(axis=0)).tolist():
         raise ValueError(
-            f"column {k} of the matrix G of {letter} is zero; leave it out"
+            f"column {k} of the matrix G of {letter} is zero; leave it out. A {letter} "
+            f"that is known, zero too, is given in the plant, with {letter}=None here"
         )
     parts = np.array([np.outer(g, g) for g in G.T])
     return Along(letter, np.zeros((len(G), len(G))), parts, tuple(names))

@@ -59,7 +59,8 @@ def _units(unknowns: Unknowns, at: Vector) -> Matrices:
 def said(fit: NoiseFit, told: Identifiability) -> NoiseFit:
     """The fit, with what was kept because no record determines it."""
     kept = [
-        f"No record determines {sentence} This was kept where the start has it."
+        f"No record determines {sentence} The fit keeps the rest as it was where its "
+        "search began."
         for sentence in told.sentences
     ]
     return dataclasses.replace(fit, unidentifiable=kept + fit.unidentifiable)

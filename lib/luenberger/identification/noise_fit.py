@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -21,7 +22,7 @@ from .whiteness import Whiteness, whiteness
 LOSS = 1e-3  # in the logarithm of the likelihood, that a variance of zero may cost
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class NoiseFit:
     """The most likely noise of a plant, as `fit_noise` returns it.
 
@@ -48,6 +49,8 @@ class NoiseFit:
         where nothing was measured, or not yet enough to predict it.
     whiteness : Whiteness
         The test of that.
+
+    Printed, it is every number with its standard error, and what the tests say.
     """
 
     plant: Plant
@@ -57,6 +60,31 @@ class NoiseFit:
     unidentifiable: list[str]
     innovations: Any
     whiteness: Whiteness
+
+    @property
+    def lines(self) -> list[str]:
+        """Every number that was found with its standard error, a line each."""
+        out = []
+        for letter in "QR":
+            X, error = getattr(self.plant, letter), self.standard_errors[letter]
+            for i, j in zip(*np.triu_indices(len(X)), strict=True):
+                out.append(_line(f"{letter}[{i},{j}]", X[i, j], error[i, j]))
+        for name, value in self.parameters.items():
+            out.append(_line(name, value, self.standard_errors[name]))
+        return [*out, f"log-likelihood {self.log_likelihood:.2f}"]
+
+    def __repr__(self) -> str:
+        about = [*self.lines, *self.unidentifiable, *self.whiteness.sentences]
+        return "\n".join(about)
+
+
+def _line(name: str, value: float, error: float) -> str:
+    if error == 0:
+        return f"{name:<10} {value:.5g}, known"
+    if error == math.inf:
+        return f"{name:<10} {value:.5g}, not determined by this record"
+    sure = "at its bound" if math.isnan(error) else f"standard error {error:.2g}"
+    return f"{name:<10} {value:.5g}, {sure}"
 
 
 def found(

@@ -133,21 +133,11 @@ def _shared(found: Matrices, Omega: Matrix, now: Instant) -> Settled:
     forward, back = Sums(F), Sums(F.T)
     Pi = back(now.C.T @ V)
     unit = np.sqrt(np.where(Pi.diagonal() > 0, Pi.diagonal(), 1.0))
-    fades, least = (_rows(forward, unit, part) for part in (FADED, FELT))
+    fades, least = (forward.fades(unit, part) for part in (FADED, FELT))
     log_det = 2 * float(np.log(np.linalg.cholesky(found["M"]).diagonal()).sum())
     return Settled(
         Omega, found["W"], found["G"], F, V, Pi, forward, back, fades, least, log_det
     )
-
-
-def _rows(sums: Sums, unit: Vector, part: float) -> int:
-    """How many rows leave at most such a part of a start, in units of its size."""
-    rows, power = 0, np.eye(len(unit))
-    for k in reversed(range(len(sums.squares))):
-        longer = power @ sums.squares[k]
-        if np.abs(longer * unit[:, None] / unit).max() > part:
-            rows, power = rows + 2**k, longer
-    return rows + 1
 
 
 def unknown_start(one: Settled) -> Start | None:

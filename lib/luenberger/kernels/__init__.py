@@ -16,6 +16,7 @@ from typing import Any
 
 from ..numeric import Matrices
 from ..stage_list import StageList
+from .inputs import arguments
 from .inputs import entries_known as entries_known
 from .inputs import plain_array as plain_array
 from .program import Program
@@ -108,7 +109,7 @@ def _text(
         if straight.cost.operations > UNROLLED:
             straight = None
     text = numba.source(loop, sizes, changing, straight)
-    return text, numba.arguments(loop)
+    return text, arguments(loop)
 
 
 @functools.cache

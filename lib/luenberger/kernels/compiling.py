@@ -2,12 +2,8 @@
 
 import ctypes
 import keyword
-import shutil
-import subprocess
 from collections.abc import Callable, Iterator
 from functools import cached_property
-from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -17,6 +13,7 @@ from ..numeric import Matrices
 from ..symbolic import Derivation
 from . import cache, runs_compiled
 from .c import C, function
+from .c.library import library
 from .lowering import lower, sizes_of
 from .numpy import kernel
 from .passes import write_pass
@@ -267,19 +264,8 @@ class _InC(_Loops):
 
     @cached_property
     def run(self) -> Any:
-        compiler = shutil.which("cc") or shutil.which("gcc")
-        if compiler is None:
-            raise RuntimeError(
-                "to call a kernel in C takes a C compiler, and there is neither cc nor "
-                "gcc; its text is in `source`"
-            )
-        with TemporaryDirectory(ignore_cleanup_errors=True) as folder:
-            text, made = Path(folder) / "kernel.c", Path(folder) / "kernel.so"
-            text.write_text(self.source)
-            options = "-std=c99 -O2 -shared -fPIC -o".split()
-            command = [compiler, *options, str(made), str(text)]
-            subprocess.run(command, check=True, capture_output=True)
-            return ctypes.CDLL(str(made)).run
+        otherwise = "the text of the kernel is in `source`"
+        return library({"kernel.c": self.source}, otherwise).run
 
     def solved(self, sizes: list[int], arrays: list[np.ndarray]) -> bool:
         pointers = (X.ctypes.data_as(ctypes.c_void_p) for X in arrays)

@@ -3,6 +3,7 @@
 from collections.abc import Collection, Iterable
 from typing import Any
 
+from .inputs import arguments
 from .loops import arrays, write, write_definite, write_turned
 from .program import Sizes
 from .python import Python
@@ -12,23 +13,6 @@ from .scalars import Let, Straight
 TEST_EVERY = 8  # rows; the test costs as much as half a row
 BACK = 32  # the same of a recursion that runs backward: its rows are looked at anyway
 ON_STACK = 16_000  # numbers at most, 128 kB; more go to the heap
-START = ("start", "stop", "now", "before", "good", "keep")
-
-
-def arguments(loop: Loop) -> dict[str, str]:
-    """Names of the arguments of `run`, in order, and the numba type of each."""
-    types = dict(zip(START, ("i8", "i8", "i8[::1]", "i8[::1]", "b1[::1]", "b1")))
-    if loop.recursion.backward:
-        types = {"last": "i8", "start": "i8", "stop": "i8", "keep": "b1"}
-    for array, _ in loop.rows.values():
-        types[array] = "f8[:,::1]"
-    for name in loop.matrices:
-        types[name] = "f8[:,::1]"
-    for name in loop.carried.values():
-        types[name] = "f8[::1]"
-    for array, *_ in loop.recursion.written:
-        types[array] = "f8[:,::1]"
-    return types
 
 
 def source(
@@ -48,6 +32,9 @@ def source(
 
     A recursion that runs backward has ``run(last, start, stop, keep, ...)``: rows are
     counted from the row `last` down, and a matrix that changes has one for each row.
+
+    Where a recursion has `fresh`, row k begins with what was carried into the first
+    row if ``fresh[k]``.
 
     Parameters
     ----------
@@ -74,6 +61,7 @@ class _Body:
     """The function's body around the steps; arguments end in an underscore."""
 
     prepare: Any  # what scalars and loops do in ways of their own
+    begin: Any
     read: Any
     turn: Any
     steps: Any
@@ -108,6 +96,11 @@ class _Body:
         if self.goods:
             to.line("if not good_[row]:")
             self.give_up()
+        if self.recursion.fresh:
+            to.line("if fresh_[row]:")
+            to.depth += 1
+            self.begin()
+            to.end()
         self.read([name for name in all_ if name in self.changing])
         self.steps()
         for array, result, kind in self.recursion.written:
@@ -137,6 +130,9 @@ class _Scalars(_Body):
         pass
 
     def prepare(self) -> None:
+        self.begin()
+
+    def begin(self) -> None:
         for name in self.loop.carried.values():
             _, cols = self.shape(name)
             for i, j, entry in self.unrolled.given.get(name, ()):
@@ -214,9 +210,12 @@ class _LoopBody(_Body):
         new = "array" if sum(lengths.values()) <= ON_STACK else "np.empty"
         for name, length in lengths.items():
             self.to.let(name, f"{new}({length})")
+        self.begin()
+        self.keep("start_")
+
+    def begin(self) -> None:
         for name in self.loop.carried.values():
             self.to.fill(f"{name}[i]", f"{name}_[i]", self.length(name))
-        self.keep("start_")
 
     def turn(self) -> None:
         """Transposes of what does not change, before the loop over rows."""

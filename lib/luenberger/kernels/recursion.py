@@ -38,6 +38,8 @@ class Recursion:
         Given matrices that are the same as another one where a third vanishes.
     backward : bool
         From the last row to the first; a matrix that changes has one for each row.
+    fresh : bool
+        Some rows begin anew, from what was carried into the first.
     """
 
     stages: StageList
@@ -49,14 +51,15 @@ class Recursion:
     definite: tuple[Factor, ...] = ()
     same: tuple[tuple[str, str, str], ...] = ()
     backward: bool = False
+    fresh: bool = False
 
     def lowered(self, zero: Collection[str] = ()) -> Loop:
         """The `Loop` where the matrices named in `zero` vanish."""
         from .lowering import lower
 
         same = [(one, other) for one, other, third in self.same if third in zero]
-        carried, left = dict[str, str](), dict(self.carried)
-        while carried != left:
+        left = dict(self.carried)
+        while True:
             carried = left
             written = [name for _, name, _ in self.written if name not in carried]
             program = lower(
@@ -68,7 +71,8 @@ class Recursion:
                 same=same,
             )
             left = {k: name for k, name in carried.items() if name in program.given}
-        return Loop(self, program, carried)
+            if left == carried:
+                return Loop(self, program, carried)
 
 
 @dataclass(frozen=True)

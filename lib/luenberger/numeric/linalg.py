@@ -14,6 +14,7 @@ from scipy.linalg.lapack import dposv
 from ..errors import DesignError
 from . import Matrix, Vector
 from .balance import evened
+from .factors import factor
 
 SINGULAR_TOL = 1e-13  # 1 - (multiple correlation)^2 below this: a redundant output
 ROUNDING = 1e-14  # a variance this small beside the terms it is made of is zero
@@ -53,9 +54,9 @@ def solve_right(N: Matrix, M: Matrix) -> Matrix:
         return out
     if N.size == 0:
         return np.zeros(N.shape)
-    factor, X, info = dposv(M, N.T)
+    lower, X, info = dposv(M, N.T)
     if info == 0:
-        pivots, diagonal = factor.diagonal(), M.diagonal()
+        pivots, diagonal = lower.diagonal(), M.diagonal()
         if (pivots * pivots > SINGULAR_TOL * diagonal).all():
             return X.T
     return N @ pseudo_inverse(M)
@@ -98,7 +99,8 @@ def complete(
     Phat spans the null space of C1 and contains rows of the identity chosen by
     pivoted QR, so each observer state tracks one named plant state and the choice
     does not hang on signs.  Gamma1 = W^-1 C1' (C1 W^-1 C1')^-1 is the right inverse
-    of least error trace for the weight W, default the identity.
+    of least error trace for the weight W, default the identity; of a singular W it is
+    one of them.
     """
     m1, n = C1.shape
     if m1 == 0:
@@ -145,13 +147,9 @@ def _right_inverse(C1: Matrix, Phat: Matrix, weight: Matrix | None) -> Matrix:
     """
     lower = np.eye(C1.shape[1])
     if weight is not None:
-        try:
-            lower = np.linalg.cholesky(weight)
-        except np.linalg.LinAlgError:
-            raise DesignError(
-                "the weight is singular to working precision; scale the states, or "
-                "give another weight"
-            ) from None
+        if not nonsingular(weight):
+            return _seen_in_part(_right_inverse(C1, Phat, None), Phat, weight)
+        lower = np.linalg.cholesky(weight)
     lifted = scipy.linalg.solve_triangular(lower, C1.T, lower=True)
     rows = np.argsort(-np.abs(lifted).max(axis=1))
     basis, upper, order = scipy.linalg.qr(lifted[rows], mode="economic", pivoting=True)
@@ -162,6 +160,12 @@ def _right_inverse(C1: Matrix, Phat: Matrix, weight: Matrix | None) -> Matrix:
     free = lower.T @ Phat
     left = (free.T @ (lower.T @ inverse)).T
     return inverse - Phat @ solve_right(left, free.T @ free).T
+
+
+def _seen_in_part(Gamma: Matrix, Phat: Matrix, weight: Matrix) -> Matrix:
+    """Gamma - Phat X L_W' Gamma, X the pseudoinverse of L_W' Phat and W = L_W L_W'."""
+    root = factor(weight).T
+    return Gamma - Phat @ np.linalg.lstsq(root @ Phat, root @ Gamma, rcond=RANK_TOL)[0]
 
 
 def left_over(L: Matrix, V: Matrix, C: Matrix, x: Vector) -> Matrix:

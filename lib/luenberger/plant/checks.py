@@ -4,8 +4,11 @@ from typing import Any
 
 import numpy as np
 
+from ..errors import short
 from ..numeric import Matrix
-from ..numeric.validation import matrix, require_semidefinite
+from ..numeric.validation import matrix, require_semidefinite, text
+
+P0_IS = ("posterior", "prior")
 
 
 def check_joint(Q: Matrix | None, R: Matrix | None, S: Matrix | None) -> None:
@@ -32,3 +35,16 @@ def noise_pairs(given: Any, n: int, p: int) -> tuple[tuple[Matrix, Matrix], ...]
         )
         for k, (A1, C1) in enumerate(given)
     )
+
+
+def check_words(P0_is: Any, name: Any, description: Any) -> None:
+    """What P0 describes is one of two; a name is a line, a description any text."""
+    if not isinstance(P0_is, str) or P0_is not in P0_IS:
+        raise ValueError(
+            "P0_is must be 'posterior' (of x[0], first sample y[1]) or 'prior' "
+            f"(of x[1], before y[1]), got {short(P0_is)}"
+        )
+    if name is not None:
+        text("name", name)
+    if not isinstance(description, str | None):
+        raise ValueError(f"description must be text, got {short(description)}")

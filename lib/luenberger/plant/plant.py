@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import short
 from ..formats import json_records, statespace
 from ..formats.json_files import JsonFile
 from ..numeric import Matrices, Matrix
@@ -18,15 +17,14 @@ from ..numeric.validation import (
     matrix,
     names,
     sample_time,
-    text,
     vector,
     zeros,
 )
-from .checks import check_joint, noise_pairs
+from .checks import check_joint, check_words, noise_pairs
+from .estimates import Estimates
 from .instant import Instant
 from .sampled import one_period
 
-P0_IS = ("posterior", "prior")
 LATER: Any = None  # a field that is filled in once the others are known
 
 
@@ -70,6 +68,9 @@ class Plant(ReadOnly):
         before its sample y[1] is used.
     name, description : str, optional
         The plant in a line, for titles, and a remark of any length, for readers.
+    estimates : dict of str to (n,) array_like, optional
+        Combinations of the states by name, ``{"torque (Nm)": [0, 0, 120]}``: what
+        `compare` and `design` ask for, and what ``L="torque (Nm)"`` means.
     state_names, input_names, output_names : sequences of str, optional
         Used in tables and plots; default x1, x2, ..., u1, ..., y1, ...
 
@@ -103,6 +104,7 @@ class Plant(ReadOnly):
     P0_is: str = "posterior"
     name: str | None = None
     description: str | None = None
+    estimates: Estimates = LATER
     state_names: tuple[str, ...] = LATER
     input_names: tuple[str, ...] = LATER
     output_names: tuple[str, ...] = LATER
@@ -134,6 +136,7 @@ class Plant(ReadOnly):
         self._fill(
             dt=sample_time(self.dt),
             multiplicative=noise_pairs(self.multiplicative, n, p),
+            estimates=Estimates(self.estimates, n),
             state_names=names("x state", self.state_names, n),
             input_names=names("u input", self.input_names, m),
             output_names=names("y output", self.output_names, p),
@@ -156,15 +159,7 @@ class Plant(ReadOnly):
             raise ValueError(
                 f"time-varying matrices must have equally many rows, got {lengths}"
             )
-        if not isinstance(self.P0_is, str) or self.P0_is not in P0_IS:
-            raise ValueError(
-                f"P0_is must be 'posterior' (of x[0], first sample y[1]) or 'prior' "
-                f"(of x[1], before y[1]), got {short(self.P0_is)}"
-            )
-        if self.name is not None:
-            text("name", self.name)
-        if not isinstance(self.description, str | None):
-            raise ValueError(f"description must be text, got {short(self.description)}")
+        check_words(self.P0_is, self.name, self.description)
 
     @property
     def n(self) -> int:

@@ -1,4 +1,4 @@
-"""Figures over time: errors, estimates, gains, and the response of a sampled loop."""
+"""Figures over time: errors, estimates, and the response of a sampled loop."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ..arguments import expect
 from ..compare import Comparison, from_start, transients
 from ..observer import Observer
 from ..plant import Plant
-from .style import COLOURS, MARKERS, Look, squared, style, text, unit
+from .style import COLOURS, Look, squared, style, text, unit
 
 FALL = 20  # times a transient falls at least, where its scale is logarithmic
 DENSE = 200  # samples; points of more are drawn smaller
@@ -28,6 +28,7 @@ def error_variance(
     *,
     start: int = 0,
     steps: int | None = None,
+    names: Sequence[str] | None = None,
 ) -> Axes:
     """Error variance of one state against time, a curve for each design.
 
@@ -46,9 +47,12 @@ def error_variance(
         start from P0 at instant 0.
     steps : int, optional
         Of observers and of a comparison; default until their errors have settled.
+    names : sequence of str, optional
+        What is estimated, where it is not the states; a comparison knows it.
     """
     ax = ax or plt.gca()
     if isinstance(shown, Comparison):
+        names = shown.estimates
         plant, shown = shown.plant, transients(shown, steps)[0]
         if not shown:
             raise ValueError("the plant gives no P0 or no noise: there are no curves")
@@ -57,12 +61,13 @@ def error_variance(
     curves: Mapping[str, Any] = shown
     if any(isinstance(one, Observer) for one in curves.values()):
         curves = from_start(curves, plant, steps)
-    k = plant.state_names.index(state) if isinstance(state, str) else state
+    names = names or plant.state_names
+    k = names.index(state) if isinstance(state, str) else state
     for i, (label, covariance) in enumerate(curves.items()):
         t = plant.dt * (start + np.arange(len(covariance)))
         variance = np.asarray(covariance)[:, k, k]
         ax.plot(t, variance, label=text(label), **style(i))
-    name = plant.state_names[k]
+    name = names[k]
     _scale(ax, [np.asarray(X)[:, k, k] for X in curves.values()])
     ax.set(xlabel="time (s)", ylabel="error variance" + squared(name), title=text(name))
     return ax
@@ -108,6 +113,7 @@ def estimates(
     *,
     y: ArrayLike | None = None,
     label: str = "estimate",
+    names: Sequence[str] | None = None,
 ) -> Axes:
     """One estimated state against time with its one-sigma band.
 
@@ -121,10 +127,13 @@ def estimates(
     state : int or str, default 0
     y : (N,) array_like, optional
         A measurement of this very state, drawn as points.
+    names : sequence of str, optional
+        What is estimated, where it is not the states.
     """
     expect(plant=plant)
     ax = ax or plt.gca()
-    k = plant.state_names.index(state) if isinstance(state, str) else state
+    names = names or plant.state_names
+    k = names.index(state) if isinstance(state, str) else state
     middle = np.asarray(x)[:, k]
     if y is not None:  # below the band, and smaller the more there are
         size = 4.0 if len(middle) <= DENSE else 3.0
@@ -134,73 +143,6 @@ def estimates(
         band = np.asarray(std)[:, k]
         look: Look = dict(color=COLOURS[0], lw=0.6, zorder=2, label="one sigma")
         ax.fill_between(time, middle - band, middle + band, alpha=0.35, **look)
-    name = plant.state_names[k]
+    name = names[k]
     ax.set(xlabel="time (s)", ylabel=text(unit(name)), title=text(name))
-    return ax
-
-
-def gains(
-    shown: ArrayLike | Observer | Comparison,
-    plant: Plant | None = None,
-    ax: Axes | None = None,
-    *,
-    start: int = 1,
-) -> Axes:
-    """Every gain against time, or as bars where it is constant.
-
-    `shown` is K of shape (N, n, p) or (n, p); of an observer its V, how strongly each
-    output moves each estimate when it is measured; of a Comparison, which knows its
-    plant, the V of the recommended design.  Row 0 belongs to instant `start`.
-    """
-    ax = ax or plt.gca()
-    if isinstance(shown, Comparison):
-        plant, shown = shown.plant, shown.recommended().observer
-    expect(shown=shown, plant=plant)
-    assert plant is not None  # which `expect` refuses
-    K, rows = np.asarray(shown.V if isinstance(shown, Observer) else shown), None
-    if isinstance(shown, Observer) and not np.array_equal(shown.L, np.eye(plant.n)):
-        rows = [f"row {k + 1} of k x" for k in range(len(shown.L))]
-    rows = rows or plant.state_names
-    if K.ndim == 2:
-        return _gain_bars(K, rows, plant.output_names, ax)
-    t = plant.dt * (start + np.arange(len(K)))
-    for j, output in enumerate(plant.output_names):
-        for i, row in enumerate(rows):
-            curve = style(i) | {"marker": MARKERS[j % 6], "markevery": 0.2}
-            ax.plot(t, K[:, i, j], label=text(f"{row} from {output}"), **curve)
-    ax.set(xlabel="time (s)", ylabel=_gain(rows, plant.output_names))
-    ax.legend(fontsize="small")
-    return ax
-
-
-def _gain(rows: Sequence[str], outputs: Sequence[str]) -> str:
-    """What the axis of gains says: their unit, or that each has its own."""
-    of_rows, of_outputs = ({unit(name) for name in names} for names in (rows, outputs))
-    if of_rows | of_outputs == {""}:
-        return "gain"
-    if len(of_rows) == len(of_outputs) == 1:
-        (above,), (below,) = of_rows, of_outputs
-        return text(f"gain ({above or '1'} per {below or '1'})")
-    return "gain (units of state per output)"
-
-
-def _gain_bars(
-    K: np.ndarray, rows: Sequence[str], outputs: Sequence[str], ax: Axes
-) -> Axes:
-    n, p = K.shape
-    wide = 0.8 / max(p, 1)
-    hatches = ("", "//", "..", "xx", "\\\\", "--")
-    for j, output in enumerate(outputs):
-        where = np.arange(n) + wide * (j - (p - 1) / 2)
-        look: Look = dict(color=COLOURS[j % 6], hatch=hatches[j % 6], edgecolor="white")
-        ax.bar(where, K[:, j], wide, label=text(f"from {output}"), **look)
-    ax.axhline(0, color="0.3", lw=0.8)
-    turned = sum(map(len, rows)) > 20
-    ax.set_xticks(range(n), [text(name) for name in rows])
-    if turned:
-        ax.tick_params(axis="x", rotation=30)
-        plt.setp(ax.get_xticklabels(), ha="right")
-    ax.set(ylabel=_gain(rows, outputs))
-    if p:
-        ax.legend(fontsize="small")
     return ax

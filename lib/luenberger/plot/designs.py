@@ -35,7 +35,8 @@ def pareto(table: Comparison, ax: Axes | None = None, *, by: str | None = None) 
     A marker for each method, a line through the front, whose designs show how many
     states they have, and a star beside the recommended design.  A design is on the
     front when none of the same or less work is more accurate.  Errors more than 100
-    times the least are left out; the title counts them.
+    times the least are left out; the title counts them.  Under a budget designs that
+    are beyond it are pale, and a line shows its limit where that is along the axis.
 
     Parameters
     ----------
@@ -51,25 +52,48 @@ def pareto(table: Comparison, ax: Axes | None = None, *, by: str | None = None) 
         raise ValueError(f"no error is known, so nothing can be weighed. {reasons}")
     least = getattr(front[-1], what)
     highest = FAR * least if least > 0 else np.inf
+    if table.chosen is not None:  # under a small budget it may be far
+        highest = max(highest, table.chosen.error)
     near = [one for one in table.judged if getattr(one, what) <= highest]
     line = [one for one in front if one in near]
     ax.step(*_points(line, by, what), where="post", color="0.6", lw=1, label="front")
-    for k, method in enumerate(METHODS):
-        points = _points([one for one in near if one.method == method], by, what)
-        look: Look = {"color": COLOURS[k % 6], "mfc": "none", "ls": ""}
-        if points[0]:
-            ax.plot(*points, MARKERS[k % 6], label=method, **look)
+    _markers(table, near, ax, by)
+    _limit(table, ax, by)
     if table.chosen is not None:
         star = _points([one for one in near if one is table.chosen], by, what)
         beside = ScaledTranslation(-10 / 72, 0, ax.figure.dpi_scale_trans)
-        look = dict(transform=ax.transData + beside, label="recommended", clip_on=False)
-        ax.plot(*star, "k*", ms=9, **look)
+        look: Look = dict(label="recommended", clip_on=False)
+        ax.plot(*star, "k*", ms=9, transform=ax.transData + beside, **look)
     _name(ax, line, by, what)
+    said = [] if table.budget is None else [f"paler: beyond {table.budget}"]
     if beyond := len(table.judged) - len(near):
-        limit = number(float(f"{highest:.1e}"))
-        ax.set_title(f"not shown: {beyond} above {limit}", fontsize="small")
+        said.append(f"not shown: {beyond} above {number(float(f'{highest:.1e}'))}")
+    if said:
+        ax.set_title("; ".join(said), fontsize="small")
     _label(table, ax, [getattr(one, what) for one in near], by)
     return ax
+
+
+def _markers(table: Comparison, near: list[Attempt], ax: Axes, by: str) -> None:
+    """A marker for each method, and pale ones beyond the budget."""
+    what, budget = table.judged_by, table.budget
+    for k, method in enumerate(METHODS):
+        look: Look = {"color": COLOURS[k % 6], "mfc": "none", "ls": ""}
+        mine = [one for one in near if one.method == method]
+        over = [one for one in mine if budget is not None and budget.over(one)]
+        fit, label = [one for one in mine if one not in over], text(method)
+        for designs, alpha in (fit, 1.0), (over, 0.35):
+            if designs:
+                points = _points(designs, by, what)
+                ax.plot(*points, MARKERS[k % 6], alpha=alpha, label=label, **look)
+                label = ""
+
+
+def _limit(table: Comparison, ax: Axes, by: str) -> None:
+    """The budget's limit, where it is one along the axis."""
+    limit = None if table.budget is None else table.budget.along(by)
+    if limit is not None:
+        ax.axvline(limit, label="budget", color="0.3", lw=1, ls="--")
 
 
 def _name(ax: Axes, front: list[Attempt], by: str, what: str) -> None:

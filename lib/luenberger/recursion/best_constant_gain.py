@@ -21,18 +21,25 @@ from .units import in_units, natural
 
 STATIONARITY_TOL = 1e-9  # of the best constant gain, relative
 PATIENCE = 20  # moves without a smaller residual before the search ends
+WEIGHED = ", or weight=numpy.eye(n): no gain may be best where states do not count."
+UNFELT = 1e-24  # of the largest cost
 MEMORY = 8  # moves that Anderson mixing looks back on
 
 
-def best_constant_gain(now: Setting, accurate: Sequence[int]) -> Matrix:
+def best_constant_gain(
+    now: Setting, accurate: Sequence[int], weight: Matrix | None = None
+) -> Matrix:
     """Constant gain of the same structure with the least steady weighted trace.
 
-    The search starts from the step-wise gain, in units in which each state and each
-    output matters as much as the others: so the user's units play no part.
+    `weight` may be singular; default that of the setting.  The search starts from the
+    step-wise gain, in units in which each state and each output matters as much as the
+    others: so the user's units play no part.
     """
     x, y = natural(now)
     now = in_units(now, x, y)  # where no square overflows
     K = steady_gain(now, accurate)
+    if weight is not None:
+        now = now._replace(weight=weight * x[:, None] * x)
     states, outputs = _units(now, K)
     K = _descended(in_units(now, states, outputs), K / states[:, None] * outputs)
     return K * (x * states)[:, None] / (y * outputs)
@@ -46,13 +53,25 @@ def _units(now: Setting, K: Matrix) -> tuple[Vector, Vector]:
     """
     weight = now.whole_weight
     cost, (Sigma, Phi) = steady_cost(now, K, weight)
-    Lambda = lyapunov(Phi.T, weight)
-    states = np.sqrt((cost if cost > 0 else 1.0) / Lambda.diagonal())
+    counts = _in_the_end(Phi, weight).diagonal()  # 0 where nothing weighed is reached
+    states = np.sqrt((cost if cost > 0 else 1.0) / np.where(counts > 0, counts, 1.0))
     innovation = step_from(now, Sigma)["M"].diagonal()
     known = (now.C * now.C) @ (states * states)  # what an exact output may be off by
     outputs = np.where(innovation > ROUNDING * known, innovation, known)
     outputs = np.sqrt(np.where(outputs > 0, outputs, 1.0))
     return power_of_two(states), power_of_two(outputs)
+
+
+def _in_the_end(Phi: Matrix, weight: Matrix) -> Matrix:
+    """Lambda = Phi' Lambda Phi + weight, without what reaches the weight by rounding.
+
+    That is a state that is not weighed itself, and whose errors cost less than 1e-24 of
+    what others cost, in units in which the plant's numbers are of like size.
+    """
+    Lambda = lyapunov(Phi.T, weight)
+    cost = Lambda.diagonal()
+    counts = (weight.diagonal() > 0) | (cost > UNFELT * cost.max(initial=0.0))
+    return Lambda * np.outer(counts, counts)
 
 
 def _descended(now: Setting, K: Matrix) -> Matrix:
@@ -97,7 +116,8 @@ def _require_reached(now: Setting, residual: float, K: Matrix) -> None:
     if residual > STATIONARITY_TOL:
         raise CertificateError(
             "the best constant gain was not reached: the stationarity residual stays "
-            f"at {residual:.1e}. Use horizon='step', or other accurate outputs."
+            f"at {residual:.1e}. Use horizon='step', or other accurate outputs"
+            + ("." if now.whole_weight.diagonal().all() else WEIGHED)
         )
 
 
@@ -118,7 +138,7 @@ def _descent(
 ) -> tuple[float, Matrix]:
     """Relative stationarity residual at K, and the step-wise gain to move toward."""
     Sigma, Phi = state
-    Lambda = lyapunov(Phi.T, now.whole_weight)
+    Lambda = _in_the_end(Phi, now.whole_weight)
     new = step_from(now._replace(Gamma=_regamma(now, Lambda, columns)), Sigma)
     gradient = kernels.compiled(steady_gradient)(
         K=K, M=new["M"], Omega=new["Omega"], C=now.C, Lambda=Lambda

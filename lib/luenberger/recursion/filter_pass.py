@@ -11,7 +11,7 @@ from functools import cached_property
 from ..kernels import Recursion
 from ..numeric import Matrix
 from ..plant import Plant
-from .filter_stacks import FILTER, Stacks, stacks_of
+from .filter_stacks import FILTER, Block, Stacks, stacks_of
 from .settings import Settings
 from .state import Book, History, State, step
 
@@ -59,18 +59,39 @@ class Pass:
 
         `recursion` is the compiled code, which writes the arrays of `out`.
         """
+        rows = self.rows(state, y, u, compile, recursion)
+        return rows.run(out, state, 0, len(y))
+
+    def rows(
+        self, state: State, y: Matrix, u: Matrix, compile: bool,
+        recursion: Recursion = FILTER,
+    ) -> "Rows":  # fmt: skip
+        """The same rows, which begin at `state`, ready to be run in parts."""
         block = None
         if compile and len(y) and (stacks := self.stacks) is not None:
             block = stacks.block(state, y, u, recursion)
-        k = 0
-        while k < len(y):
-            if block is not None and state.ready:
-                state, done = block.run(state, k, out)
+        return Rows(self.settings, y, u, block)
+
+
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """Rows of a record; `block` is None where NumPy does them all."""
+
+    settings: Settings
+    y: Matrix
+    u: Matrix
+    block: Block | None
+
+    def run(self, out: Book, state: State, k: int, stop: int) -> State:
+        """From `state` before row k on: the state before row `stop`."""
+        while k < stop:
+            if self.block is not None and state.ready:
+                state, done = self.block.run(state, k, out, stop)
                 if done == k:
                     state = state._replace(turn=state.turn.later(state.instant))
                 k = done
-            if k < len(y):
-                row = step(self.settings, state, y[k], u[k])
+            if k < stop:
+                row = step(self.settings, state, self.y[k], self.u[k])
                 out.put(k, row)
                 state, k = row.state, k + 1
         return state

@@ -66,6 +66,27 @@ class Stacks:
         self, state: State, y: Matrix, u: Matrix, recursion: kernels.Recursion = FILTER
     ) -> "Block":
         """The next rows of a record, which begin at `state`, ready to be run."""
+        given, seen, changing = self.given(state, y, u)
+        kernel = kernels.over_record(
+            recursion, self.sizes, self.entries(changing), changing
+        )
+        return Block(self.settings, kernel, given, seen)
+
+    @property
+    def sizes(self) -> tuple[tuple[str, int], ...]:
+        return tuple((k, getattr(self.plant, k)) for k in ("m", "n", "p"))
+
+    def entries(self, changing: frozenset[str]) -> tuple[tuple[str, tuple], ...]:
+        """What is known of the entries of each matrix; see `known`."""
+        return tuple((name, self.known(name, name in changing)) for name in FIELDS)
+
+    def given(
+        self, state: State, y: Matrix, u: Matrix
+    ) -> tuple[Matrices, Matrix, frozenset[str]]:
+        """What compiled code reads of the next rows, which begin at `state`.
+
+        Beside it, which outputs arrived, and the matrices that change.
+        """
         seen = np.isnan(y)
         np.logical_not(seen, out=seen)  # the first touch of new memory costs most
         # with S, what carries over from the row before hangs on what it had
@@ -77,17 +98,13 @@ class Stacks:
             good, stacks = np.ones(1, dtype=bool), self.constant()
         else:
             now, before, good, stacks = self.patterns(state, seen)
-        changing = self.changing(complete)
-        known = tuple((name, self.known(name, name in changing)) for name in FIELDS)
-        sizes = tuple((k, getattr(self.plant, k)) for k in ("m", "n", "p"))
-        kernel = kernels.over_record(recursion, sizes, known, changing)
         given = {k: flat(kernels.plain_array(X)) for k, X in stacks.items()}
         if not complete:
             y = np.where(seen, y, 0.0)
         y, empty = kernels.plain_array(y), np.empty((len(y) + 1, 0))
         u = np.concatenate([state.u[None], u]) if self.plant.m else empty
         given |= dict(now=now, before=before, good=good, y=y, u=u)
-        return Block(self.settings, kernel, given, seen)
+        return given, seen, self.changing(complete)
 
     def changing(self, complete: bool) -> frozenset[str]:
         """Names of the matrices that have an index."""
@@ -249,8 +266,10 @@ class Block:
     given: Matrices
     seen: np.ndarray
 
-    def run(self, state: State, k: int, out: Book) -> tuple[State, int]:
+    def run(self, state: State, k: int, out: Book, stop: int) -> tuple[State, int]:
         """From `state` before row k on: the state reached, and the first row not done.
+
+        That is `stop`, unless compiled code gives up before.
 
         Rows that were done are written to `out`.
         """
@@ -258,7 +277,7 @@ class Block:
         rho[state.seen] = state.rho[:, 0]
         x, Sigma = state.x.flatten(), state.Sigma.flatten()
         done = self.kernel(
-            **self.given, Sigma=Sigma, x=x, rho=rho, start=k, stop=len(self.seen),
+            **self.given, Sigma=Sigma, x=x, rho=rho, start=k, stop=stop,
             keep=out.kept, **out.arrays,
         )  # fmt: skip
         if done == k:

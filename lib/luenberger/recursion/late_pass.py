@@ -1,15 +1,18 @@
 """One pass of a filter over a record whose readings may arrive late.
 
-Two ways of doing a row give the same numbers.  `Waiting` carries the readings that have
-not arrived beside the state, and costs (n + q)^2 with q of them.  With noisy outputs
-that are taken as accurate, the gain of every row hangs on all that is known by then:
-so `Again` runs the filter again from the first row at which something arrived.
+Three ways give the same numbers.  `InOrder` does many rows at a time, and the cost of a
+row does not hang on how many are late.  `Waiting` carries the readings that have not
+arrived beside the state, and costs (n + q)^2 with q of them; it takes any covariances.
+With noisy outputs that are taken as accurate, the gain of every row hangs on all that
+is known by then: so `Again` runs the filter again from the first row at which something
+arrived.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -17,6 +20,8 @@ import numpy as np
 from ..errors import DesignError, short
 from ..numeric import Matrix, Vector
 from . import late_state, late_step
+from .late_in_order import InOrder
+from .late_queue import Block, Queue
 from .late_state import Label, LateState, Row
 from .settings import Settings
 from .state import History, State, start, step
@@ -128,17 +133,40 @@ def _arrived(row: Row, before: Label, now: Label) -> Vector:
 class LatePass:
     """The way of a filter over a record whose readings arrive late.
 
-    ``horizon`` is the number of rows after which a reading is refused, or None.
+    ``horizon`` is the number of rows after which a reading is refused, or None.  With
+    a ``history`` the covariance and gain of every row are kept.
     """
 
     settings: Settings
     horizon: int | None
+    history: bool = False
 
-    @property
+    @cached_property
     def way(self) -> Way:
-        """How rows are done."""
+        """How rows are done one by one."""
         accurate = list(self.settings.accurate)
         return Again() if self.settings.R[..., accurate, :].any() else Waiting()
+
+    @cached_property
+    def many(self) -> InOrder | None:
+        """How many rows are done at a time, where that is possible."""
+        settings, S = self.settings, self.settings.plant.S
+        cross = S is not None and S.any()
+        if self.history or cross or settings.accurate or settings.noise_free:
+            return None
+        return InOrder(settings)
+
+    def start(self, x: Vector, u: Vector) -> Any:
+        """The state before the first row."""
+        if self.many is not None:
+            return self.many.start(x, u)
+        return self.way.start(self.settings, x, u)
+
+    def Sigma(self, state: Any) -> Matrix:
+        """The covariance (n, n) of the error of the estimate."""
+        if isinstance(state, Queue):
+            return state.Sigma
+        return self.way.Sigma(state, self.settings.plant.n)
 
     def over(
         self,
@@ -147,10 +175,13 @@ class LatePass:
         u: Matrix,
         due: Matrix,
         labels: Vector,
-        history: bool = False,
+        compile: bool = False,
     ) -> tuple[Any, History]:
-        """Filter the rows of y; return the state after them, and their `History`."""
-        settings, way = self.settings, self.way
+        """Filter the rows of y; return the state after them, and their `History`.
+
+        `compile` asks for compiled code where it can be had.
+        """
+        settings, way, history = self.settings, self.way, self.history
         if state.label is not None and len(labels) and not state.label < labels[0]:
             raise ValueError(
                 f"rows are in order of their index, but row {state.instant} does not "
@@ -158,6 +189,10 @@ class LatePass:
                 "chunk the index that its rows have in the whole record."
             )
         out = History.empty(len(y), settings.plant, history)
+        if self.many is not None:
+            block = Block(y, u, due, labels)
+            self.require_known(state.rows, block, state.base.instant)
+            return self.many.over(state, block, out, compile), out
         for k, row in enumerate(map(Row, y, u, due, labels)):
             state, done = way.row(settings, state, row)
             out.x[k], out.variances[k] = done.x, done.Sigma.diagonal()
@@ -177,3 +212,22 @@ class LatePass:
                     f"{instant - 1}, and horizon={self.horizon} rows is the longest "
                     "wait. Raise horizon, or give it no arrival: then it never arrives."
                 )
+
+    def require_known(self, awaited: Block, block: Block, before: int) -> None:
+        """The same of a block of rows behind some that await readings.
+
+        `before` is the instant before the first of these.
+        """
+        if self.horizon is None:
+            return
+        rows = awaited.then(block) if len(awaited.labels) else block
+        last = np.arange(len(rows.labels)) + self.horizon
+        there = (last < len(rows.labels)) & (last >= len(awaited.labels))
+        taken = np.flatnonzero(there)
+        late = _awaited(
+            Row(rows.y[taken], rows.u, rows.due[taken], None),
+            rows.labels[last[taken], None],
+        )
+        for k, j in np.argwhere(late)[:1].tolist():
+            row = before + int(taken[k]) + 1
+            self.require_in_time([(row, j)], row + self.horizon)

@@ -33,6 +33,7 @@ from ..papers.leondes_novak.derivation import (
 from ..plant import Plant
 from .root_step import Move, Spread, root_step
 
+DEFINITE = 1e-14  # least eigenvalue of a weight at unit diagonal
 PATTERNS = 1000  # of outputs that arrived, kept at most: a long record has many
 
 
@@ -260,16 +261,26 @@ def accurate_outputs(plant: Plant, m1: int | Sequence[int | str]) -> tuple[int, 
 def positive_weight(weight: ArrayLike, n: int) -> Matrix:
     """The weight, if positive definite: at unit diagonal, whatever the units."""
     weight = covariance("weight", weight, n)
-    unit = np.sqrt(weight.diagonal())
-    least = min(unit, default=0.0)
-    if least > 0:
-        least = np.linalg.eigvalsh(weight / unit[:, None] / unit)[0]
-    if not least > 1e-14:
+    least = _least(weight)
+    if not least > DEFINITE:
         raise DesignError(
             "weight must be positive definite: scaled to unit diagonal its least "
             f"eigenvalue is {least:.3g}"
         )
     return weight
+
+
+def definite(weight: Matrix) -> bool:
+    """Whether `positive_weight` takes it."""
+    return _least(weight) > DEFINITE
+
+
+def _least(weight: Matrix) -> float:
+    """The least eigenvalue at unit diagonal, 0 with a zero on the diagonal."""
+    unit = np.sqrt(weight.diagonal())
+    if not min(unit, default=0.0) > 0:
+        return 0.0
+    return float(np.linalg.eigvalsh(weight / unit[:, None] / unit)[0])
 
 
 def canonical_weight(C: Matrix) -> Matrix:

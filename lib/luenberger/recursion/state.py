@@ -12,6 +12,7 @@ from .agreement import followed, require_agreement, rounding_of
 from .root_step import Move, Spread, first_move
 from .settings import Setting, Settings, require_start
 
+TOGETHER = 64  # rows that are written at once where they are the same
 PATIENCE = 64  # rows at most that NumPy takes before compiled code is tried again
 
 
@@ -145,6 +146,13 @@ class History(NamedTuple):
         if len(self.P):
             self.P[k], self.K[k][:, state.seen] = state.Sigma, row.new["K"]
 
+    def repeat(self, rows: slice, P: Matrix, K: Matrix, seen: Vector) -> None:
+        """Write the same covariance and gain, of the outputs `seen`, to some rows."""
+        fill(self.variances[rows], P.diagonal())
+        if self.kept:
+            self.P[rows] = P
+            self.K[rows, :, seen] = K
+
     def part(self, rows: slice) -> "History":
         """The same arrays, of some rows."""
         return History(*(X[rows] for X in self))
@@ -175,6 +183,13 @@ def start(way: Way, x: Vector, u: Vector) -> State:
         0, x[:, None], Spread.of(require_start(way.plant)), None, u,
         seen=np.ones(way.plant.p, dtype=bool), rho=np.zeros((0, 1)), setting=None,
     )  # fmt: skip
+
+
+def fill(rows: Matrix, row: Vector) -> None:
+    """Write one row to all, many at a time: rows may be short."""
+    whole = len(rows) // TOGETHER * TOGETHER
+    rows[whole:] = row
+    rows[:whole].reshape(-1, TOGETHER * len(row))[:] = np.tile(row, TOGETHER)
 
 
 def flat(stack: Matrix) -> Matrix:

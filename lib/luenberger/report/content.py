@@ -66,10 +66,13 @@ def state_errors(table):
     """One-sigma steady error of each state, recommended design against the best."""
     chosen, best = table.chosen, table.yardstick
     if chosen is None:
-        return Prose("No error is known.")
+        known = table.yardstick is not None
+        return Prose(
+            "No design is within the budget." if known else "No error is known."
+        )
     rows = [
         [name, number(a, 4), number(b, 4), percent(b / a - 1 if a > 0 else 0.0)]
-        for name, a, b in zip(table.plant.state_names, sigma(best), sigma(chosen))
+        for name, a, b in zip(table.estimates, sigma(best), sigma(chosen))
     ]
     return Table(["", best.method, "recommended", "more"], rows)
 
@@ -79,14 +82,14 @@ def matrices(design, plant):
     if design is None:
         return [Prose("No observer is recommended, and observer.json is not written.")]
     o = design.observer
-    z = [f"z{k + 1}" for k in range(o.order)]
+    z, w = [f"z{k + 1}" for k in range(o.order)], o.estimate_names
     sides = dict(
         F=(z, z, "next z from z"),
         G=(z, plant.input_names, "next z from u"),
         D=(z, plant.output_names, "next z from y"),
-        P=(plant.state_names, z, "estimate from z"),
-        V=(plant.state_names, plant.output_names, "estimate from y"),
-        W=(plant.state_names, plant.input_names, "estimate from u"),
+        P=(w, z, "estimate from z"),
+        V=(w, plant.output_names, "estimate from y"),
+        W=(w, plant.input_names, "estimate from u"),
     )
     return [
         Table([f"{name}: {meaning}", *columns], _named(rows, getattr(o, name)))
@@ -121,11 +124,11 @@ def _count(size, noun):
 
 def pareto(table, axes):
     """The picture of `plot.pareto`."""
-    front, chosen = table.pareto(), table.chosen
+    front = table.pareto()
     if not axes:
         return Prose("No figure: neither errors nor noise gains are known.")
     first, last = front[0], front[-1]
-    if chosen is None:
+    if table.yardstick is None:
         return Picture(
             axes[0].figure,
             f"Noise gain against settling time, {_count(len(table.judged), 'design')}. "
@@ -139,25 +142,42 @@ def pareto(table, axes):
         f"{table.judged_as.capitalize()}, against multiply-adds per step, "
         f"{len(table.ranked)} designs. "
         f"The front runs from {number(first.error, 4)} at {first.work} multiply-adds "
-        f"({first.method}) to {number(last.error, 4)} at {last.work} ({last.method}). "
-        f"A star marks the recommended {chosen.method}, {number(chosen.error, 4)} at "
-        f"{chosen.work}.",
+        f"({first.method}) to {number(last.error, 4)} at {last.work} ({last.method})."
+        + _star(table),
     )
 
 
-def variances(curves, plant, axes):
-    """The picture of `plot.error_variance`, a panel for each state."""
+def _star(table):
+    """What the picture says of the recommended design and of the budget."""
+    chosen, budget = table.chosen, table.budget
+    pale = "" if budget is None else f" Paler designs are beyond the budget, {budget}."
+    if chosen is None:
+        return f" No star: nothing is within the budget.{pale}"
+    at = f"{number(chosen.error, 4)} at {chosen.work}"
+    return f" A star marks the recommended {chosen.method}, {at}.{pale}"
+
+
+def variances(curves, plant, axes, names=None):
+    """The picture of `plot.error_variance`, a panel for each estimate by name."""
     if not curves:
         return Prose("No figure: there are no curves.")
     last = np.array([np.diagonal(one[-1]) for one in curves.values()])
-    ratio = np.divide(last[-1], last[0], where=last[0] > 0, out=np.ones(plant.n))
+    ratio = np.divide(last[-1], last[0], where=last[0] > 0, out=np.ones(last.shape[1]))
     k = int(np.argmax(np.round(ratio, 6)))
+    name = (names or plant.state_names)[k]
     return Picture(
         axes[0].figure,
-        f"Error variance against time, a panel for each of {plant.n} states, from P0 "
-        f"to the steady state: {', '.join(curves)}. The curves end farthest apart for "
-        f"{plant.state_names[k]}, the last {number(ratio[k], 3)} times the first.",
+        f"Error variance against time, a panel for each of {_many(names, plant)}, from "
+        f"P0 to the steady state: {', '.join(curves)}. The curves end farthest apart "
+        f"for {name}, the last {number(ratio[k], 3)} times the first.",
     )
+
+
+def _many(names, plant):
+    """How many numbers are estimated, and whether they are the states."""
+    if names in (None, plant.state_names):
+        return f"{plant.n} states"
+    return _count(len(names), "estimate")
 
 
 def gains_and_poles(table, axes):
@@ -165,33 +185,33 @@ def gains_and_poles(table, axes):
     chosen, plant = table.chosen, table.plant
     if chosen is None:
         return Prose("No figure: no observer is recommended.")
-    V = chosen.observer.V
+    V, names = chosen.observer.V, chosen.observer.estimate_names
     i, j = np.unravel_index(np.argmax(np.abs(V)), V.shape) if V.any() else (0, 0)
     largest = (
-        f"the largest gain is {number(V[i, j], 3)}, {plant.state_names[i]} from "
+        f"the largest gain is {number(V[i, j], 3)}, {names[i]} from "
         f"{plant.output_names[j]}"
         if V.any()
         else "all of them are zero"
     )
     what = "largest magnitude" if plant.dt else "largest real part"
     return Picture(
-        axes[0].figure,
-        f"Left, bars of the gains V: {largest}. Right, poles of the plant and of the "
+        axes[-1].figure,
+        f"Above, bars of the gains V: {largest}. Below, poles of the plant and of the "
         f"observer in the complex plane: the observer's {what} is "
         f"{number(chosen.worst_pole, 3)}.",
     )
 
 
 def estimates(found, plant, axes):
-    """The picture of `plot.estimates`, a panel for each state."""
+    """The picture of `plot.estimates`, a panel for each estimate."""
     if not found:
         return Prose("No figure: there are no estimates.")
     spans = (
         f"{name} from {number(x.min(), 3)} to {number(x.max(), 3)}"
-        for name, x in zip(plant.state_names, found.x.T)
+        for name, x in zip(found.names, found.x.T)
     )
     return Picture(
         axes[0].figure,
-        f"Estimates of {plant.n} states at {len(found.x)} samples, each with its "
-        f"one-sigma band where it is known: {'; '.join(spans)}.",
+        f"Estimates of {_many(found.names, plant)} at {len(found.x)} samples, each "
+        f"with its one-sigma band where it is known: {'; '.join(spans)}.",
     )

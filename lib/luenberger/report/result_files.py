@@ -2,6 +2,7 @@
 
 import csv
 import io
+import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -18,9 +19,15 @@ def files(table, estimates=None):
         out["observer.json"] = json_records.layout(data)
     if estimates is not None:
         file = io.StringIO()
-        measurements.write(file, table.plant, estimates)
+        measurements.write(file, estimates)
         out["estimates.csv"] = file.getvalue()
     return out
+
+
+def question(path="question.json"):
+    """The budget and the dtype that the command was given; none without the file."""
+    path = Path(path)
+    return json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
 
 
 def save(texts, folder="out"):

@@ -147,7 +147,8 @@ def _chunk(
     here = slice(done, done + len(y))
     if o.steps is not None and here.stop > o.steps:
         raise ValueError(
-            f"y has {here.stop} rows, the filter was designed for {o.steps}"
+            f"y has {here.stop} rows, the filter was designed for {o.steps}; design it "
+            f"with steps={here.stop}, or filter_data(plant, y) takes any number"
         )
     fast = runs_compiled(backend, here.stop, ESTIMATED)
     z, found = (_compiled if fast else _plain)(o, z, y, u, here)

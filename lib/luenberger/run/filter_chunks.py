@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -12,9 +12,9 @@ from .. import kernels
 from ..formats import dataframes
 from ..numeric import Matrix, Vector
 from ..plant import Plant
-from ..recursion.filter_pass import Pass
 from ..recursion.late_pass import LatePass
-from ..recursion.state import History, State
+from ..recursion.settled_pass import Progress, SettledPass
+from ..recursion.state import History, fill
 from . import arrivals, chunks
 from .clock import Clock, require_instants
 from .sampled_pass import SampledPass
@@ -38,6 +38,15 @@ class Filtered:
     orders : (N,) ndarray of int
         States the reduced-order filter needs at each row: n minus the number of
         accurate outputs that arrived.
+    settled_at : (k,) ndarray of int
+        The rows from which on the gain is that of the row before: the covariance has
+        settled.  It stays so until other outputs arrive.  0 if it had settled in an
+        earlier chunk, empty if it never did.
+    settle_bound : float
+        How far these rows can be from the full recursion, carried on from the first of
+        them, rounding included: variances relative to theirs, covariances to the
+        standard deviations of both, estimates to their standard deviations.  0 if none
+        has settled.
     """
 
     x: np.ndarray
@@ -45,17 +54,19 @@ class Filtered:
     P: np.ndarray
     K: np.ndarray | None
     orders: np.ndarray
+    settled_at: np.ndarray
+    settle_bound: float
 
 
 def chunk(
-    run: Pass,
+    run: SettledPass,
     watch: Clock,
     history: bool,
     backend: str,
-    state: State,
+    state: Progress,
     y: Any,
     u: Any,
-) -> tuple[State, Filtered]:
+) -> tuple[Progress, Filtered]:
     """Filter the next rows of a pass: the state after them, and their `Filtered`."""
     watch.follow(y)
     values, u, fast = _read(run, state, y, u, backend)
@@ -64,8 +75,13 @@ def chunk(
 
 
 def sampled_chunk(
-    run: SampledPass, history: bool, backend: str, state: State, block: Timed, u: Any
-) -> tuple[State, Filtered]:
+    run: SampledPass,
+    history: bool,
+    backend: str,
+    state: Progress,
+    block: Timed,
+    u: Any,
+) -> tuple[Progress, Filtered]:
     """The same of a continuous plant, sampled at the rows."""
     values, u, fast = _read(run, state, block.y, u, backend)
     state, out = run.over(state, values, u, block.periods, fast, history)
@@ -73,7 +89,7 @@ def sampled_chunk(
 
 
 def _read(
-    run: Pass | SampledPass, state: State, y: Any, u: Any, backend: str
+    run: SettledPass | SampledPass, state: Progress, y: Any, u: Any, backend: str
 ) -> tuple[Matrix, Matrix, bool]:
     """The rows as arrays, and whether compiled code is to filter them."""
     plant = run.plant
@@ -83,8 +99,8 @@ def _read(
 
 
 def _found(
-    run: Pass | SampledPass,
-    state: State,
+    run: SettledPass | SampledPass,
+    state: Progress,
     table: Any,
     y: Matrix,
     out: History,
@@ -93,33 +109,51 @@ def _found(
     """The `Filtered` of rows after which `state` is reached."""
     P, K = (out.P, out.K) if history else (state.Sigma, None)
     orders = _orders(run.plant, run.accurate, y)
-    return _filtered(run.plant, table, out.x, out.variances, P, K, orders)
+    found = _filtered(run.plant, table, out.x, out.variances, P, K, orders, state.still)
+    settled = np.array(state.settled, dtype=np.int64)
+    for one in (found.x, found.std):
+        dataframes.note(one, settled_at=settled.tolist(), settle_bound=state.bound)
+    return replace(found, settled_at=settled, settle_bound=state.bound)
 
 
 def late_chunk(
     run: LatePass,
     watch: Clock | None,
-    history: bool,
     whole: bool,
+    backend: str,
     state: Any,
     block: arrivals.Block,
     u: Any,
 ) -> tuple[Any, Filtered]:
     """The same where readings arrive late."""
-    plant, accurate = run.settings.plant, run.settings.accurate
+    plant = run.settings.plant
     outputs, inputs = (plant.p, plant.output_names), (plant.m, plant.input_names)
     y, u = chunks.arrays(block.y, u, outputs, inputs, missing=True)
     _last(plant, state, y)
     found = arrivals.of(block, y, plant, state.instant, whole, run.horizon)
     if watch is not None:
         watch.follow(block.y)
+    return arrived_chunk(run, backend, state, found, u, block.y)
+
+
+def arrived_chunk(
+    run: LatePass,
+    backend: str,
+    state: Any,
+    found: arrivals.Arrivals,
+    u: Matrix,
+    table: Any = None,
+) -> tuple[Any, Filtered]:
+    """The same of arrays; `table` is what the rows were given as."""
+    plant, accurate = run.settings.plant, run.settings.accurate
+    fast = kernels.runs_compiled(backend, _last(plant, state, found.y))
     state, (x, variances, P, K) = run.over(
-        state, found.y, u, found.due, found.labels, history
+        state, found.y, u, found.due, found.labels, fast
     )
-    P, K = (P, K) if history else (run.way.Sigma(state, plant.n), None)
+    P, K = (P, K) if run.history else (run.Sigma(state), None)
     now = np.where(found.due <= found.labels[:, None], found.y, np.nan)
     orders = _orders(plant, accurate, now)
-    return state, _filtered(plant, block.y, x, variances, P, K, orders)
+    return state, _filtered(plant, table, x, variances, P, K, orders)
 
 
 def _filtered(
@@ -130,11 +164,18 @@ def _filtered(
     P: Matrix,
     K: Matrix | None,
     orders: Vector,
+    still: int | None = None,
 ) -> Filtered:
-    """`Filtered`, as tables where y is one; `variances` become standard deviations."""
-    std = np.sqrt(np.maximum(variances, 0, out=variances), out=variances)
-    x, std = (dataframes.like(table, X, plant.state_names) for X in (x, std))
-    return Filtered(x, std, P, K, orders)
+    """`Filtered`, as tables where y is one; `variances` become standard deviations.
+
+    From the row `still` on they are the same.
+    """
+    early = variances[:still]
+    np.sqrt(np.maximum(early, 0, out=early), out=early)
+    if still is not None:
+        fill(variances[still:], np.sqrt(variances[-1]))
+    x, std = (dataframes.like(table, X, plant.state_names) for X in (x, variances))
+    return Filtered(x, std, P, K, orders, np.empty(0, dtype=np.int64), 0.0)
 
 
 def _last(plant: Plant, state: Any, y: Matrix) -> int:

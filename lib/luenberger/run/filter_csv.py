@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from itertools import repeat
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -16,8 +16,8 @@ from ..formats.spreadsheets import require_plain
 from ..kernels import runs_compiled
 from ..numeric import Matrix, Vector
 from ..plant import Plant
-from ..recursion.filter_pass import Pass
 from ..recursion.settings import Settings
+from ..recursion.settled_pass import Progress, SettledPass
 from ..recursion.state import start
 from . import chunks, filter_chunks
 from .clock import Clock, Column
@@ -37,12 +37,15 @@ class Read(NamedTuple):
         NaN in y was not measured.
     periods : (N,) ndarray or None
         Seconds that lead to each row, where the plant is continuous.
+    more : (N, k) ndarray
+        Further columns.
     """
 
     rows: Rows
     y: np.ndarray
     u: np.ndarray
     periods: np.ndarray | None = None
+    more: np.ndarray = np.empty((0, 0))
 
     @property
     def given(self) -> Matrix | Timed:
@@ -51,7 +54,7 @@ class Read(NamedTuple):
 
 
 def reads(
-    plant: Plant, table: Table, undriven: bool = False
+    plant: Plant, table: Table, undriven: bool = False, more: Sequence[str] = ()
 ) -> tuple[list[str], Iterator[Read]]:
     """The rows of a plant's record, and the header of estimates with their sigmas.
 
@@ -63,6 +66,8 @@ def reads(
     table : Table
     undriven : bool
         No known input acts, so no column of one is needed.
+    more : sequence of str
+        Further columns of numbers, with empty cells.
 
     Raises
     ------
@@ -86,21 +91,23 @@ def reads(
             "a state or the column of times"
         )
     require_plain("state", plant.state_names)
-    rows = table.rows([*outputs, *inputs], outputs, clock)
+    rows = table.rows([*outputs, *inputs, *more], {*outputs, *more}, clock)
     times = None if clock is None else Column(clock, plant, any_text=plant.dt > 0)
-    found = _read(plant, table, rows, None if plant.dt == 0 else times)
+    found = _read(plant, table, rows, None if plant.dt == 0 else times, len(more))
     return header, found if plant.dt > 0 or times is None else _timed(
         table, found, times
     )
 
 
 def _read(
-    plant: Plant, table: Table, rows: Iterator[Rows], times: Column | None
+    plant: Plant, table: Table, rows: Iterator[Rows], times: Column | None, more: int
 ) -> Iterator[Read]:
     for piece in rows:
         require_times(table, piece, times)
-        y, u = np.split(piece.values, [plant.p], axis=1)
-        yield Read(piece, y, u if u.shape[1] else np.zeros((len(y), plant.m)))
+        ends = [plant.p, piece.values.shape[1] - more]
+        y, u, others = np.split(piece.values, ends, axis=1)
+        u = u if u.shape[1] else np.zeros((len(y), plant.m))
+        yield Read(piece, y, u, more=others)
 
 
 def _timed(table: Table, found: Iterator[Read], times: Column) -> Iterator[Read]:
@@ -157,11 +164,12 @@ Way = Callable[[Iterator, Iterator], Iterator]  # from y and u, chunk by chunk
 
 
 def paired(
-    plant: Plant, table: Table, found: Iterator[Read], way: Way
+    plant: Plant, table: Table, found: Iterator[Any], way: Way
 ) -> Iterator[Piece]:
     """Rows of a table with their estimates and one sigmas side by side.
 
-    `way` may give the rows of a chunk later, among others.
+    What is `found` has rows, u and what is given, as `Read` does.  `way` may give the
+    rows of a chunk later, among others.
     """
     waiting: deque[Rows] = deque()
     inputs: deque[Matrix] = deque()
@@ -200,8 +208,8 @@ def _filtered(plant: Plant, backend: str, ys: Iterator, us: Iterator) -> Iterato
     if plant.dt == 0:
         sampled = SampledPass(plant, 0)
         each = partial(filter_chunks.sampled_chunk, sampled, False, backend)
-        begin = start(sampled, plant.x0, u0)
+        begin = Progress(start(sampled, plant.x0, u0))
         return iter(chunks.found(each, begin, ys, us))
-    run = Pass(Settings(plant, 0))
+    run = SettledPass(Settings(plant, 0), None)
     step = partial(filter_chunks.chunk, run, Clock(plant, "rows"), False, backend)
-    return iter(chunks.found(step, start(run, plant.x0, u0), ys, us))
+    return iter(chunks.found(step, Progress(start(run, plant.x0, u0)), ys, us))

@@ -11,12 +11,13 @@ from numpy.typing import ArrayLike
 
 from .. import kernels
 from ..arguments import expect
+from ..errors import DesignError
 from ..formats import dataframes
 from ..numeric import Given
 from ..plant import Plant
-from ..recursion.filter_pass import Pass
 from ..recursion.late_pass import LatePass
 from ..recursion.settings import Settings
+from ..recursion.settled_pass import Progress, SettledPass, settle_tolerance
 from ..recursion.state import start
 from . import arrivals, chunks
 from . import filter_chunks as by
@@ -33,14 +34,14 @@ def filter_data(
     plant: Plant, y: Iterator[Any], u: Iterator[Any] | int | None = ..., *,
     time: Iterator[Any] | str | None = ..., m1: Outputs = ..., u0: Given = ...,
     weight: Given | str = ..., history: bool = ..., backend: str = ...,
-    arrival: Any = ..., horizon: int | None = ...,
+    settle: float | None = ..., arrival: Any = ..., horizon: int | None = ...,
 ) -> Iterator[Filtered]: ...  # fmt: skip
 @overload
 def filter_data(
     plant: Plant, y: ArrayLike, u: Given | int = ..., *, time: Any = ...,
     m1: Outputs = ..., u0: Given = ..., weight: Given | str = ...,
-    history: bool = ..., backend: str = ..., arrival: Any = ...,
-    horizon: int | None = ...,
+    history: bool = ..., backend: str = ..., settle: float | None = ...,
+    arrival: Any = ..., horizon: int | None = ...,
 ) -> Filtered: ...  # fmt: skip
 def filter_data(
     plant: Plant,
@@ -53,6 +54,7 @@ def filter_data(
     weight: Given | str = None,
     history: bool = False,
     backend: str = "auto",
+    settle: float | None = None,
     arrival: Any = None,
     horizon: int | None = None,
 ) -> Any:
@@ -99,8 +101,11 @@ def filter_data(
         "numba" runs code compiled for this plant (`pip install luenberger[fast]`),
         hundreds of times faster than "numpy" and the same to rounding; the first
         record of a plant waits a few seconds for the compiler.  "auto" takes it
-        for records of 20 000 rows or more, where numba is installed.  With `arrival`
-        there is "numpy" only.
+        for records of 20 000 rows or more, where numba is installed.
+    settle : float, optional
+        The gain of a plant that does not change settles.  With a tolerance, such as
+        1e-9, the recursion of the covariance stops where no later row can be further
+        from it: see the notes.  By default it runs over every row.
     arrival : optional
         When each reading becomes known, where that is later than its own row: see the
         notes.  The estimate of a row uses exactly what had arrived by then.
@@ -127,6 +132,21 @@ def filter_data(
 
     Notes
     -----
+    With `settle`, where the covariance has all but settled, a ball is computed that no
+    later covariance of the full recursion leaves, rounding included.  If it is as small
+    as `settle`, the rows that follow have one gain, until other outputs arrive.  The
+    tolerance is relative to variances, and to standard deviations of estimates whose
+    innovations are no longer than one unit.  The result says from which rows on there
+    is one gain, and the bound for the innovations that there were.  Compiled code looks
+    after some thousand rows where the state is short.  There is no ball where a
+    covariance is singular or slow to settle, and where accurate outputs are not much
+    more accurate than their prediction; such a record is run in full, as one with
+    `arrival` is.
+
+    While outputs are missing, unstable modes grow.  Where states share such a mode,
+    P of what does not grow loses digits beside it: six are left where standard
+    deviations have grown a thousandfold, and none from some 1e7 on.
+
     `arrival` is one of these.
 
     - An array (N, p), or an iterator of chunks like y's, of row numbers: reading
@@ -139,18 +159,26 @@ def filter_data(
     - A DataFrame with y's index, whose columns of times are named as the outputs.
 
     Each row gives what this function would return in its last row for all that had
-    arrived by then.  A reading that is awaited is estimated beside the state, which
-    takes memory and time for as many as are awaited, however long the record is.  With
-    m1, where accurate outputs have noise, the filter is instead run again from the
-    first row at which a reading arrived.
+    arrived by then.  Where late readings arrive in the order of their rows, as with a
+    constant lag, a row costs as much as eight rows of the filter at n = 3, whatever the
+    lag; memory is for the rows that await a reading.  Rows at which a reading arrives
+    before one of an earlier row are done one by one, as are those where later rows say
+    so much more than earlier ones that digits would be lost.  Then a reading that is
+    awaited is estimated beside the state, which takes memory and time for as many as
+    are awaited.  That is the only way where R is singular, where noises are correlated
+    (S), where outputs wait for different times, and with ``history=True``.  With m1,
+    where accurate outputs have noise, the filter is instead run again from the first
+    row at which a reading arrived.
 
     References
     ----------
     Leondes and Novak (1974), equations (27)-(36), (41)-(43);
     papers/leondes_novak/derivation/best_coordinates.py;
     papers/leondes_novak/derivation/missing_outputs.py;
-    papers/leondes_novak/derivation/late_outputs.py and late_arrivals.py;
+    papers/leondes_novak/derivation/late_outputs.py and late_arrivals.py,
+    late_stretch.py, late_prior.py, late_behind.py and late_joined.py in order;
     papers/leondes_novak/derivation/one_pass.py;
+    papers/leondes_novak/derivation/settling.py, settled_ball.py, settled_estimate.py;
     papers/leondes_novak/derivation/square_root.py where a covariance is singular.
 
     Examples
@@ -160,6 +188,13 @@ def filter_data(
     >>> nan = float("nan")
     >>> lb.filter_data(plant, [[2], [nan], [2]]).std[:, 0].round(4)
     array([0.7071, 0.7071, 0.5774])
+
+    A gain that settles:
+
+    >>> heard = lb.Plant([[0.5]], None, [[1]], dt=1.0, Q=[[1]], R=[[1]], P0=[[1]])
+    >>> found = lb.filter_data(heard, [[1.0]] * 50, settle=1e-9)
+    >>> found.settled_at, found.settle_bound < 1e-9
+    (array([16]), True)
 
     The second reading arrives one row late:
 
@@ -179,22 +214,26 @@ def filter_data(
         raise ValueError("horizon goes with arrival, which was not given")
     u0 = dataframes.entries("u0", u0, plant.input_names)
     u0 = np.zeros(plant.m) if u0 is None else chunks.single("u0", u0, plant.m)
+    tolerance = settle_tolerance(settle)
     if plant.dt == 0 and arrival is None:
-        sampled = SampledPass(plant, m1, weight)
+        sampled = SampledPass(plant, m1, weight, tolerance)
         each = partial(by.sampled_chunk, sampled, history, backend)
-        begin = start(sampled, plant.x0, u0)
+        begin = Progress(start(sampled, plant.x0, u0))
         return chunks.found(each, begin, timed(plant, y, time), u)
     if arrival is None:
-        run = Pass(Settings(plant, m1, weight))
+        run = SettledPass(Settings(plant, m1, weight), tolerance)
         step = partial(by.chunk, run, Clock(plant, time), history, backend)
-        return chunks.found(step, start(run, plant.x0, u0), y, u)
+        return chunks.found(step, Progress(start(run, plant.x0, u0)), y, u)
     watch = Clock(plant, time) if plant.dt > 0 else None
-    if watch is None and not isinstance(y, Iterator):
+    if watch is None:
+        if isinstance(y, Iterator):
+            raise DesignError(
+                "with arrival, a continuous plant is sampled at the rows of a whole "
+                "record, and y comes in chunks. Give the record as one array, or "
+                "plant.sampled(dt) where its rows are dt seconds apart."
+            )
         plant = of_record(plant, y, time)
-    if backend == "numba":
-        raise ValueError("arrival needs backend='numpy' or 'auto'")
-    settings = Settings(plant, m1, weight)
-    late = LatePass(settings, arrivals.horizon_of(horizon))
-    step = partial(by.late_chunk, late, watch, history, not isinstance(y, Iterator))
-    begun = late.way.start(settings, plant.x0, u0)
+    late = LatePass(Settings(plant, m1, weight), arrivals.horizon_of(horizon), history)
+    step = partial(by.late_chunk, late, watch, not isinstance(y, Iterator), backend)
+    begun = late.start(plant.x0, u0)
     return chunks.found(step, begun, arrivals.paired(y, arrival), u)

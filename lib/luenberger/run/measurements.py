@@ -48,11 +48,10 @@ class Measurements:
     time: np.ndarray
     stamps: tuple[str, ...] = ()
 
-    def of(self, plant: Plant, state: int) -> Vector | None:
-        """The record of an output that is this very state, or None."""
+    def of(self, plant: Plant, row: Vector) -> Vector | None:
+        """The record of an output that is this very combination of states, or None."""
         for k in range(plant.p):
-            unit = np.arange(plant.n) == state
-            if np.array_equal(plant.C[k], unit) and not plant.E[k].any():
+            if np.array_equal(plant.C[k], row) and not plant.E[k].any():
                 return self.y[:, k]
         return None
 
@@ -151,19 +150,20 @@ def _repeated(names: Iterable[str]) -> list[str]:
 
 @dataclass(frozen=True, eq=False)
 class Estimates:
-    """Estimates (N, n), their one-sigma bounds (N, n) or None, and how it was done."""
+    """Estimates (N, q), their one-sigma bounds (N, q) or None, and how it was done."""
 
     time: np.ndarray
     x: np.ndarray
     std: np.ndarray | None
     how: str
+    names: tuple[str, ...]
     stamps: tuple[str, ...] = ()
 
 
 def apply(
     observer: Observer, accurate: Sequence[int], plant: Plant, data: Measurements
 ) -> Estimates:
-    """Estimate every state from a record.
+    """Estimate from a record what an observer estimates.
 
     A complete record is run through the observer itself.  Where measurements are
     missing its constant gain is of no use, and the time-varying filter with the same
@@ -172,40 +172,51 @@ def apply(
     Parameters
     ----------
     observer : Observer
-        Constant, an estimate of all states (L = I).
+        Constant.
     accurate : tuple of int
         The outputs it takes as accurate.
     plant : Plant
     data : Measurements
     """
     if data.missing:
-        return _filtered(accurate, plant, data)
+        return _filtered(observer, accurate, plant, data)
     here = first_sample(plant)
     with np.errstate(over="ignore", invalid="ignore"):
         x = estimate(observer, data.y, data.u, x0=here.x0)
-    require_finite(x, plant.state_names, _row)
+    names = observer.estimate_names
+    require_finite(x, names, _row)
     how, covariance = "without Q and R their bounds are not known.", None
     if plant.Q is not None and plant.R is not None:
         how, covariance = _bounds(observer, plant, len(x))
     how = "The estimates are those of observer.json; " + how
     if covariance is None:
-        return Estimates(data.time, x, None, how, data.stamps)
+        return Estimates(data.time, x, None, how, names, data.stamps)
+    std = np.broadcast_to(_deviations(covariance), x.shape)
+    return Estimates(data.time, x, std, how, names, data.stamps)
+
+
+def _deviations(covariance: Matrix) -> Matrix:
     variance = np.diagonal(covariance, axis1=1, axis2=2)
-    std = np.broadcast_to(np.sqrt(np.maximum(variance, 0)), x.shape)
-    return Estimates(data.time, x, std, how, data.stamps)
+    return np.sqrt(np.maximum(variance, 0))
 
 
-def _filtered(accurate: Sequence[int], plant: Plant, data: Measurements) -> Estimates:
+def _filtered(
+    observer: Observer, accurate: Sequence[int], plant: Plant, data: Measurements
+) -> Estimates:
     """The estimates of a record in which measurements are missing."""
-    done = filter_data(plant, data.y, data.u, m1=accurate)
-    require_finite(done.x, plant.state_names, _row)
+    L, whole = observer.L, np.array_equal(observer.L, np.eye(plant.n))
+    done = filter_data(plant, data.y, data.u, m1=accurate, history=not whole)
+    x, std = done.x, done.std
+    if not whole:
+        x, std = x @ L.T, _deviations(L @ done.P @ L.T)
+    require_finite(x, observer.estimate_names, _row)
     kind = "filter with the same accurate outputs" if accurate else "Kalman filter"
     how = (
         f"{data.missing} of {data.y.size} measurements are missing, so the "
         f"estimates come from the time-varying {kind}, which leaves out what was "
         "not measured; not from observer.json."
     )
-    return Estimates(data.time, done.x, done.std, how, data.stamps)
+    return Estimates(data.time, x, std, how, observer.estimate_names, data.stamps)
 
 
 def _bounds(observer: Observer, plant: Plant, samples: int) -> tuple[str, Matrix]:
@@ -252,8 +263,8 @@ def require_finite(x: Matrix, names: Sequence[str], at: Callable[[int], str]) ->
         )
 
 
-def write(file: TextIO, plant: Plant, estimates: Estimates) -> None:
-    """Write estimates to an open file: time, then each state and its one sigma.
+def write(file: TextIO, estimates: Estimates) -> None:
+    """Write estimates to an open file: time, then each of them and its one sigma.
 
     Times are those of the record, as they stand there.  Without bounds there are no
     columns for them.
@@ -264,7 +275,7 @@ def write(file: TextIO, plant: Plant, estimates: Estimates) -> None:
     else:
         pairs = np.stack([estimates.x, estimates.std], axis=2)
         table = pairs.reshape(len(pairs), -1)
-    names = (name + end for name in plant.state_names for end in wide)
+    names = (name + end for name in estimates.names for end in wide)
     out.writerow(["time", *names])
     times = estimates.stamps or [repr(float(t)) for t in estimates.time]
     for time, row in zip(times, table):

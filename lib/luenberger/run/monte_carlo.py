@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from concurrent.futures import Executor
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 import scipy  # its parts load when first used
 from numpy.typing import ArrayLike
 
-from ..analysis.disturbance import EXACT_TOL
+from ..analysis.disturbance import EXACT_TOL, NO_INPUT, disturbed
 from ..arguments import expect
 from ..certificate import certify, require_match, require_real
 from ..errors import FIT, SAMPLE, DesignError
@@ -50,6 +50,9 @@ class Ensemble:
         Rank of X.  A standard deviation below 1e-12 of the numbers that meet in an
         error is rounding, and counts as zero.
     runs : int
+    note : str
+        Says so where the known input disturbs the estimate, which is zero in all runs;
+        else empty.
     """
 
     mean: np.ndarray
@@ -60,6 +63,7 @@ class Ensemble:
     nees_standard_error: np.ndarray | None
     dof: np.ndarray | None
     runs: int
+    note: str = ""
 
     def nees_bounds(self, confidence: float = 0.95) -> Matrix:
         """Bounds (2, steps + 1) of `nees`, for Gaussian errors and a right claim.
@@ -118,7 +122,8 @@ def monte_carlo(
     Parameters
     ----------
     plant : Plant
-        Discrete, with Q, R and P0; what the runs obey.  The known input is zero.
+        Discrete, with Q, R and P0; what the runs obey.  The known input is zero, and
+        `note` of the result says so where that matters; `simulate` takes u.
     observer : Observer
         Designed for this plant or, to see what a wrong model costs, another one.
     runs, steps : int
@@ -184,7 +189,10 @@ def monte_carlo(
         for (_, some), part in zip(jobs, parts):
             nodes = join([*nodes, *part])
             report(min(some.stop * BLOCK, runs))
-    return _ensemble(total(nodes), runs, claim)
+    found = _ensemble(total(nodes), runs, claim)
+    if plant.m and disturbed(observer, plant, certify(observer, plant)):
+        return replace(found, note=NO_INPUT)
+    return found
 
 
 def _require_runs(plant: Plant, observer: Observer, **counts: int | None) -> None:

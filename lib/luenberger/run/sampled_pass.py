@@ -6,9 +6,9 @@ from typing import Any
 
 from ..numeric import Matrix, Vector
 from ..plant import Plant
-from ..recursion.filter_pass import Pass
 from ..recursion.settings import Settings, accurate_outputs
-from ..recursion.state import History, State
+from ..recursion.settled_pass import Progress, SettledPass
+from ..recursion.state import History
 from .discretise import discretise
 
 ROWS = 1 << 13  # whose matrices are held at once
@@ -26,39 +26,48 @@ class SampledPass:
         Continuous.
     m1, weight
         Those of `Settings`.
+    tolerance : float or None
+        That of `SettledPass`.
     """
 
-    def __init__(self, plant: Plant, m1: Any, weight: Any = None) -> None:
-        self.plant, self.weight = plant, weight
+    def __init__(
+        self, plant: Plant, m1: Any, weight: Any = None,
+        tolerance: float | None = None,
+    ) -> None:  # fmt: skip
+        self.plant, self.weight, self.tolerance = plant, weight, tolerance
         self.accurate = accurate_outputs(plant, m1)
-        self._even: tuple[float, Pass] | None = None  # a period, and its pass
+        self._even: tuple[float, SettledPass] | None = None  # a period, and its pass
+        self._last: SettledPass | None = None
 
     def over(
-        self, state: State, y: Matrix, u: Matrix, periods: Vector, compile: bool,
+        self, begin: Progress, y: Matrix, u: Matrix, periods: Vector, compile: bool,
         history: bool = False,
-    ) -> tuple[State, History]:  # fmt: skip
-        """Filter the rows of y; return the state after them, and their `History`.
+    ) -> tuple[Progress, History]:  # fmt: skip
+        """Filter the rows of y; return where that leads, and their `History`.
 
         `periods` (N,) lead to the rows; the rest is as in `Pass.over`.
         """
-        out = History.empty(len(y), self.plant, history)
-        for begin in range(0, len(y), ROWS):
-            rows = slice(begin, begin + ROWS)
-            run = self.at(periods[rows], state.instant)
-            state = state.under(run.settings)
-            state = run.into(out.part(rows), state, y[rows], u[rows], compile)
-        return state, out
+        out, at = History.empty(len(y), self.plant, history), begin
+        settled, bound = list[int](), 0.0
+        for k in range(0, len(y), ROWS):
+            rows = slice(k, k + ROWS)
+            run = self.at(periods[rows], at.instant)
+            if run is not self._last:
+                at, self._last = Progress(at.state.under(run.settings)), run
+            at = run.into(out.part(rows), at, y[rows], u[rows], compile)
+            settled += [k + row for row in at.settled]
+            bound = max(bound, at.bound)
+        return at._replace(settled=tuple(settled), bound=bound, still=None), out
 
-    def at(self, periods: Vector, instant: int) -> Pass:
+    def at(self, periods: Vector, instant: int) -> SettledPass:
         """The pass over rows to which these periods lead, from an instant on."""
         first = float(periods[0])
         if (periods != first).any():
-            return Pass(
-                window(self.plant, periods, self.accurate, self.weight, instant)
-            )
+            uneven = window(self.plant, periods, self.accurate, self.weight, instant)
+            return SettledPass(uneven, None)
         if self._even is None or self._even[0] != first:
             even = window(self.plant, periods, self.accurate, self.weight, instant)
-            self._even = first, Pass(even)
+            self._even = first, SettledPass(even, self.tolerance)
         return self._even[1]
 
 

@@ -131,7 +131,8 @@ def trajectory(
     varying = observer.steps is not None
     if varying and steps > observer.steps:
         raise ValueError(
-            f"{steps} steps asked of a filter designed for {observer.steps}"
+            f"{steps} steps asked of a filter designed for {observer.steps}; design it "
+            f"with steps={steps}"
         )
     n, first = plant.n, int(varying)
     u = _input(u, steps + 1 - first, plant.m)
@@ -245,7 +246,9 @@ def _whole_steps(t: ArrayLike, dt: float) -> int:
     t = _equally_spaced(t)
     if not np.isclose(t[1] - t[0], dt, rtol=1e-6):
         raise ValueError(
-            f"t is spaced by {t[1] - t[0]:g} s but the plant samples every {dt:g} s"
+            f"t is spaced by {t[1] - t[0]:g} s but the plant samples every {dt:g} s; "
+            "give a number of steps, or sample the continuous plant with that period, "
+            f"plant.sampled({t[1] - t[0]:g})"
         )
     return len(t) - 1
 

@@ -21,6 +21,7 @@ from .compiled import Compiled
 from .derivation import backward_step, factor_step, rest
 from .forward import Kept, inverse_root
 
+LOST = 1e6  # what rounding is multiplied by, where ten digits are left
 ROW = ("Theta", "x_s", "Sigma_s", "lamda", "Lambda")
 
 
@@ -59,7 +60,7 @@ def _row(kept: Kept, ways: Ways, k: int, carried: Carried, out: Back) -> Carried
         if out.U is not None:
             have["Ahead_next"], wanted = carried.Ahead, (*ROW, "Ahead", "U_next")
         found = kernels.compiled(backward_step, *wanted)(**have)
-        Sigma_s = clear(kept.spread(k), found)
+        Sigma_s = clear(kept.spread(k), found, _made_of(As, carried.Lambda))
         if Sigma_s is not None:
             out.x[k], out.Sigma[k] = found["x_s"][:, 0], Sigma_s
             out.lamda[k] = found["lamda"][:, 0]
@@ -76,8 +77,13 @@ def _row(kept: Kept, ways: Ways, k: int, carried: Carried, out: Back) -> Carried
     return carried
 
 
-def clear(spread: Spread, found: dict[str, Any]) -> Matrix | None:
-    """The smoothed covariance, or None where too few of its digits are left."""
+def clear(
+    spread: Spread, found: dict[str, Any], made_of: Vector | None = None
+) -> Matrix | None:
+    """The smoothed covariance, or None where too few of its digits are left.
+
+    `made_of` (n,) are the magnitudes that the diagonal of Theta is a sum of.
+    """
     Sigma_s, Theta = found["Sigma_s"], found["Theta"]
     if spread.half is None and enough(Sigma_s, spread.Sigma, Theta):
         return Sigma_s
@@ -87,6 +93,8 @@ def clear(spread: Spread, found: dict[str, Any]) -> Matrix | None:
     least = values[0] if values.size else 1.0
     size = (lengths(H) * np.sqrt(np.maximum(Theta.diagonal(), 0))).max(initial=0)
     if not least > LEFT or size**2 > MOST:
+        return None
+    if made_of is not None and (lengths(H) ** 2 * made_of).max(initial=0) > LOST:
         return None
     half = H @ (vectors * np.sqrt(values))
     return half @ half.T
@@ -98,6 +106,11 @@ def enough(Sigma_s: Matrix, Sigma: Matrix, Theta: Matrix) -> bool:
     if np.any(left <= LEFT * size) or np.any(Theta.diagonal() * size > MOST):
         return False
     return safe(Sigma_s, size)
+
+
+def _made_of(As: Matrix, Lambda: Matrix) -> Vector:
+    """The magnitudes that the diagonal of As' Lambda As is a sum of."""
+    return np.add.reduce(np.abs(As) * (np.abs(Lambda) @ np.abs(As)), axis=0)
 
 
 def root(Sigma: Matrix) -> Matrix:

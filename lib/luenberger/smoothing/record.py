@@ -26,6 +26,7 @@ from .backward import by_next_state, known, root, smoothed
 from .carried import Back, Ways
 from .finish import both_noises, pushed, pushed_neighbours, residuals, ways
 from .forward import KEPT, Kept
+from .growth import require_digits
 from .windows import lagged
 
 
@@ -155,6 +156,7 @@ class Smoother:
         wait = 0 if last or lag is None else min(lag + 1, N)
         ready, old = max(N - wait, self.done), self.done
         seen = ~np.isnan(self.y)
+        require_digits(self.kept, seen, self.first, self.plant.state_names)
         leads = ways(self.settings, self.first, seen)
         if lag is None:
             back = smoothed(self.kept, leads, self.fast, neighbours=False)

@@ -96,7 +96,7 @@ def smooth(
     ImportError
         If numba is asked for and not installed.
     DesignError
-        As in `filter_data`.
+        As in `filter_data`; or if states grow together too far in a gap.
 
     Notes
     -----
@@ -106,7 +106,8 @@ def smooth(
 
     While outputs are missing, unstable modes grow, and other directions lose digits
     beside them.  P and lag_one keep some nine digits where standard deviations grow
-    fortyfold, and five where they grow a millionfold; from some 1e9 on they are wrong.
+    fortyfold, and three where they grow a millionfold.  Where two states that share a
+    mode grow further in a gap, the record is refused.
 
     References
     ----------

@@ -27,7 +27,7 @@ def test_kernel_agrees_with_its_formulas(name):
     """Compiled NumPy against the same formulas evaluated by other code."""
     derivation = LISTS[name]
     symmetric = {"Q1", "Q2", "Q", "P2", "V1", "V2", "V2s", "R", "Qyy", "Czy", "X"}
-    symmetric |= {"Qh", "Ph", "dQ2", "dP2", "W_1", "W_2"}
+    symmetric |= {"Qh", "Ph", "dQ2", "dP2", "W_1", "W_2", "X_0", "X_1"}
     known = [s for s in derivation.given if s.name in symmetric]
     given = Numbers(SIZES, 3, known)
     if name == "best_output":  # a covariance of x, x_e and w2 together

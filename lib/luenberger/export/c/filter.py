@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from ...errors import DesignError
 from ...kernels import lowered
 from ...kernels.c import C, Module, function
+from ...kernels.c.numbers import representable
 from ...kernels.c.repair import operations, repair, settle, settling
 from ...kernels.program import Cost, Factor, Program
 from ...numeric import Matrices
@@ -21,7 +22,7 @@ from ...recursion.settings import Settings, require_start
 from ...run.filter_data import filter_data
 from ...run.measurements import first_sample
 from . import source_and_header
-from .identifiers import quoted, representable
+from .identifiers import quoted
 from .observer import inputs
 
 FULL = {k: k for k in ("C", "R", "E", "Gamma", "A", "B", "J", "As")} | {"Q": "Qs"}
@@ -78,9 +79,8 @@ EQUATIONS = [
 ]
 NOTES = [
     "NaN in y: not measured; the others are used.  A number that is infinite is",
-    "refused, and so is a sample whose M is singular to working precision.",
-    "Before the first step the state is the prediction of that sample, with no input",
-    "before it, and Sigma is Omega.",
+    "refused, and so is a sample whose M is singular to working precision.  Before",
+    "the first step the state is its prediction, with no input before, Sigma is Omega.",
 ]
 
 

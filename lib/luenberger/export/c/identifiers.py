@@ -2,14 +2,10 @@
 
 A module is named by its user, and signals by whoever wrote the plant's file.  A name
 may be a word of C, and a comment may end early; both are refused or made harmless.
-Numbers may be too large for the C type.
 """
 
 import re
 from collections.abc import Sequence
-
-import numpy as np
-from numpy.typing import ArrayLike
 
 LONGEST = 24  # C99 tells external names apart by 31 characters, and _state is added
 KEYWORDS = frozenset(
@@ -70,19 +66,3 @@ def unpaired(text: str) -> str:
         while pair in text:
             text = text.replace(pair, f"{pair[0]} {pair[1]}")
     return text
-
-
-def representable(name: str, array: ArrayLike, real: str) -> np.ndarray:
-    """The array as numbers of the C type, or an error if they leave its range."""
-    array = np.asarray(array, dtype=float)
-    if real == "double":
-        return array
-    with np.errstate(over="ignore"):
-        narrow = array.astype(np.float32).astype(float)
-    if not np.isfinite(narrow).all():
-        where = np.argwhere(~np.isfinite(narrow))[0].tolist()
-        raise ValueError(
-            f"{name}{where} is {array[tuple(where)]:.3g}, beyond the range of float; "
-            "scale the units, or export double"
-        )
-    return narrow

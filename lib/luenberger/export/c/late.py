@@ -12,6 +12,7 @@ import numpy as np
 
 from ...errors import DesignError
 from ...kernels.c import C, Module, function
+from ...kernels.c.numbers import representable
 from ...kernels.program import Cost
 from ...plant import Plant
 from ...recursion.settings import accurate_outputs, require_start
@@ -19,7 +20,7 @@ from ...run.filter_data import filter_data
 from ...run.measurements import first_sample
 from . import source_and_header
 from .filter import settings_of
-from .identifiers import quoted, representable
+from .identifiers import quoted
 from .late_kernels import Kernels
 from .observer import inputs
 

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 
 from ...kernels import lowered
 from ...kernels.c import C, Module, function
+from ...kernels.c.numbers import representable
 from ...kernels.program import Cost, Program
 from ...numeric import Matrices
 from ...papers.leondes_novak.derivation import (
@@ -17,7 +18,6 @@ from ...papers.leondes_novak.derivation import (
     late_known,
 )
 from ...recursion.settings import Settings
-from .identifiers import representable
 
 
 class Kernels:

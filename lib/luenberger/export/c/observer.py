@@ -1,11 +1,10 @@
 """A constant observer in C."""
 
-import dataclasses
-from typing import Any
+import warnings
 
 import numpy as np
 
-from ...analysis.step_cost import MATRICES, step_program, step_sizes
+from ...analysis.step_cost import MATRICES, narrowed, step_program, step_sizes
 from ...errors import SAMPLE, DesignError
 from ...kernels.c import C, Module, function
 from ...kernels.program import Cost
@@ -13,15 +12,19 @@ from ...numeric.linalg import modes
 from ...observer import Observer
 from ...run.estimate import estimate
 from . import source_and_header
-from .identifiers import representable
 from .source_and_header import Signals
 
 ROWS = 24  # of the self-test
+UNIT = 2.0**-24  # rounding of float
+SLOW = 1e-3  # of z: what rounding may add up to without a warning
 
 
 def texts(observer: Observer, name: str, real: str, signals: Signals) -> dict[str, str]:
     """The two files of an observer, by name."""
-    observer, module = _rounded(observer, real), Module(name, real)
+    observer, module = narrowed(observer, real), Module(name, real)
+    if real == "float":
+        require_exportable(observer, " in float")
+        _warn_of_slow_modes(observer)
     r, m, p = observer.order, observer.G.shape[1], observer.D.shape[1]
     step, cost = _step(module, observer)
     u, y = inputs(m, p)
@@ -36,7 +39,7 @@ def texts(observer: Observer, name: str, real: str, signals: Signals) -> dict[st
         [("z", r, "z of the next sample; it follows T x")],
         [
             "A sample that is not finite is refused: one NaN would stay for good.",
-            *source_and_header.cost_notes(module, r, {"a sample": cost}),
+            *source_and_header.step_notes(module, r, cost),
         ],
     )
     return source_and_header.stamped(name, head, body)
@@ -72,7 +75,22 @@ def _step(module: Module, observer: Observer) -> tuple[str, Cost]:
     return step, cost + Cost(sizes["p"] + sizes["m"])
 
 
-def require_exportable(observer: Observer) -> None:
+def _warn_of_slow_modes(observer: Observer) -> None:
+    """In float; what rounding does at each step decays with the modes."""
+    poles = observer.poles
+    slow = poles[UNIT > SLOW * (1 - np.abs(poles))]
+    if slow.size:
+        lost = UNIT / (1 - np.abs(slow).max())
+        warnings.warn(
+            f"in float each step rounds z by up to {UNIT:.0e} of it, and the modes at "
+            f"{modes(slow)} add that up to {lost:.1e}; export double, or see with "
+            "export.rounding_error what it does to the estimates",
+            RuntimeWarning,
+            stacklevel=4,
+        )
+
+
+def require_exportable(observer: Observer, where: str = "") -> None:
     """Raise DesignError for an observer that a device could not run for long."""
     if observer.steps is not None:
         raise DesignError(
@@ -87,8 +105,8 @@ def require_exportable(observer: Observer) -> None:
     unstable = observer.poles[np.abs(observer.poles) >= 1]
     if unstable.size:
         raise DesignError(
-            f"the observer is not stable: it has poles at {modes(unstable)}, so its "
-            "error would grow on the device"
+            f"the observer{where} is not stable: it has poles at {modes(unstable)}, "
+            "so its error would grow on the device"
         )
 
 
@@ -97,15 +115,6 @@ def inputs(m: int, p: int) -> tuple[np.ndarray, np.ndarray]:
     rng = np.random.default_rng(8)
     values = rng.integers(-16, 17, size=(ROWS, m + p)) / 8
     return values[:, :m], values[:, m:]
-
-
-def _rounded(observer: Observer, real: str) -> Observer:
-    """The observer in the numbers that the device has."""
-    names = (*MATRICES, "z0")
-    narrow: dict[str, Any] = {
-        k: representable(k, getattr(observer, k), real) for k in names
-    }
-    return dataclasses.replace(observer, **narrow)
 
 
 def _init(module: Module, observer: Observer) -> str:

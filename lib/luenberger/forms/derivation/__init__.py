@@ -2,6 +2,8 @@
 
 `change`
     A change of coordinates keeps the estimate and the certificate.
+`combinations`
+    Combinations of what an observer estimates are estimated by the same observer.
 `gramians`
     The coordinates in which both Gramians are the same diagonal matrix.
 
@@ -11,4 +13,7 @@ A proof or a stage list of a change of coordinates enters here.
 from ...stage_list import StageList
 
 changed = StageList(__name__, "change.changed", "F_S G_S D_S P_S T_S z_S")
+combined_estimates = StageList(
+    __name__, "combinations.combined_estimates", "P_H V_H W_H L_H"
+)
 balancing = StageList(__name__, "gramians.balancing", "S U")

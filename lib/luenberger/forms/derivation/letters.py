@@ -4,7 +4,7 @@ from sympy import symbols
 
 from ...symbolic import Identity, Notation
 
-n, r, m, p, q = symbols("n r m p q", integer=True, positive=True)
+n, r, m, p, q, s = symbols("n r m p q s", integer=True, positive=True)
 letters = Notation()
 chain, define = letters.chain, letters.define
 I = Identity(r)
@@ -39,6 +39,15 @@ D_S = letters("D_S", r, p, "`D` in the new coordinates")
 P_S = letters("P_S", q, r, "`P` in the new coordinates")
 T_S = letters("T_S", r, n, "`T` in the new coordinates")
 z_S = letters("z_S", r, 1, "state of the observer in the new coordinates")
+
+# -- combinations of what is estimated -------------------------------------------------
+
+H = letters("H", s, q, "which combinations of the estimates, a row for each")
+w_H = letters("w_H", s, 1, "estimate of the combinations")
+L_H = letters("L_H", s, n, "what is estimated of the state")
+P_H = letters("P_H", s, r, "what the combinations take from the observer")
+V_H = letters("V_H", s, p, "what they take from the measurement")
+W_H = letters("W_H", s, m, "what they take from the known input")
 
 # -- Gramians --------------------------------------------------------------------------
 

@@ -15,10 +15,11 @@ from ...analysis.optimality import optimality
 from ...arguments import expect
 from ...errors import CertificateError, DesignError
 from ...numeric import Matrix
+from ...numeric.combinations import combinations
 from ...numeric.linalg import modes
-from ...numeric.validation import matrix
 from ...observer import Observer
 from ...plant import Plant
+from ...plant.estimates import Combinations, by_name
 from ...recursion.settings import positive_weight, require_noise
 from .assembly import observer_of, projected, signs
 from .driven import driven_search
@@ -30,7 +31,7 @@ def fixed_order_filter(
     plant: Plant,
     order: int,
     *,
-    L: ArrayLike | None = None,
+    L: Combinations | None = None,
     weight: ArrayLike | None = None,
     feedthrough: bool = True,
     starts: int = 24,
@@ -56,8 +57,9 @@ def fixed_order_filter(
     order : int
         1 <= order <= n.  At n it is the Kalman filter of the plant, multiplicative
         noise included.
-    L : (q, n) array_like, optional
-        What is estimated; default the whole state.
+    L : (n,) or (q, n) array_like, dict of str to (n,) array_like, or str, optional
+        Estimate L x; default x.  Rows may have names, and names of states and of
+        `plant.estimates` stand for rows.
     weight : (q, q) array_like, optional
         Positive definite; default the identity, the error trace of L x.
     feedthrough : bool, default True
@@ -122,17 +124,19 @@ def fixed_order_filter(
     >>> round(lb.optimality(observer, plant).cost, 6)
     0.485938
     """
+    expect(plant=plant)
+    L, called = by_name(L, plant)
     options: Any = dict(L=L, weight=weight, feedthrough=feedthrough, U=U)
     found = fixed_order_search(plant, order, **options, starts=starts, seed=seed)
     found.best.optimality.require()
-    return found.best.observer
+    return replace(found.best.observer, estimates=called)
 
 
 def fixed_order_search(
     plant: Plant,
     order: int,
     *,
-    L: ArrayLike | None = None,
+    L: Combinations | None = None,
     weight: ArrayLike | None = None,
     feedthrough: bool = True,
     starts: int = 24,
@@ -173,9 +177,8 @@ def fixed_order_search(
     """
     expect(plant=plant)
     _require(plant, order, feedthrough, starts, seed)
-    L = matrix("L", np.eye(plant.n) if L is None else L, cols=plant.n)
-    if len(L) == 0:
-        raise ValueError("L has no rows; give at least one combination of the states")
+    L = np.eye(plant.n) if L is None else by_name(L, plant)[0]
+    L = combinations("L", L, plant.n)
     weight = positive_weight(np.eye(len(L)) if weight is None else weight, len(L))
 
     def search(plant: Plant, L: Matrix) -> Search:

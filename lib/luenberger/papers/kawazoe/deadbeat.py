@@ -5,6 +5,8 @@ above it, with zero diagonal blocks in F: Van Dooren's recursion with all poles 
 one stair at a time, so that F^(p_M - 1) = 0 and not only F^(n - p) = 0.
 """
 
+from __future__ import annotations
+
 import warnings
 from collections.abc import Callable, Sequence
 from typing import NoReturn
@@ -17,20 +19,31 @@ from ...arguments import expect
 from ...certificate import residuals
 from ...errors import DesignError
 from ...numeric import Matrix, Vector, rationals
+from ...numeric.combinations import combinations
 from ...numeric.even_pair import Pair
 from ...numeric.independent_rows import default_tol, in_even_units, split_hidden
 from ...numeric.linalg import modes
 from ...observer import Observer
 from ...plant import Plant
-from ..certified import CONDITION_WARNING, LOST_TOL, certified, state_observer
+from ...plant.estimates import Combinations, by_name
+from ..certified import (
+    CONDITION_WARNING,
+    LOST_TOL,
+    certified,
+    of_what_is_needed,
+    state_observer,
+)
 from .derivation import measured_gain, next_entries
 from .form import find_form, require_discrete, solve_left
 
 Built = tuple[Matrix, ...]  # F, D, T, P, V
+NOT_ZERO = 1e-6  # a hidden mode this large is named, whatever rounding does to it
 EXACT_ORDER = 20  # beyond, fractions of thousands of digits take minutes
 
 
-def deadbeat_observer(plant: Plant, *, method: str = "staircase") -> Observer:
+def deadbeat_observer(
+    plant: Plant, *, L: Combinations | None = None, method: str = "staircase"
+) -> Observer:
     r"""Deadbeat observer: F is nilpotent, the error is zero after p_M samples.
 
     .. math:: z_+ = F z + G u + D y, \qquad \hat x = P z + V y + W u,
@@ -44,6 +57,10 @@ def deadbeat_observer(plant: Plant, *, method: str = "staircase") -> Observer:
     plant : Plant
         Discrete and constant.  Singular A, feedthrough and redundant outputs are
         allowed, and modes that no output sees if they die out in finite time.
+    L : (n,) or (q, n) array_like, dict of str to (n,) array_like, or str, optional
+        Estimate L x; default x.  Rows may have names, and names of states and of
+        `plant.estimates` stand for rows.  Of P, V and W there are then the rows of
+        L x only.
     method : "staircase" or "canonical"
         The coordinates it is computed in: orthogonal ones, or Kawazoe's, where an
         exact plant of up to 20 states is treated in exact arithmetic and rounded
@@ -53,7 +70,7 @@ def deadbeat_observer(plant: Plant, *, method: str = "staircase") -> Observer:
     Returns
     -------
     Observer
-        Of order n - rank C, L = I, with T and F strictly triangular by blocks, so
+        Of order n - rank C, with T and F strictly triangular by blocks, so
         all poles are exactly zero.  Whatever its start, the estimate is exact from
         the p_M-th sample on: row p_M - 1 of `estimate` (with hidden nilpotent modes,
         row max(p_M - 1, nu), nu the index of their block).
@@ -97,11 +114,15 @@ def deadbeat_observer(plant: Plant, *, method: str = "staircase") -> Observer:
     if method not in ("staircase", "canonical"):
         raise ValueError(f"method must be 'staircase' or 'canonical', got {method!r}")
     even, found = in_even_units(plant.A, plant.C, plant.dt, default_tol(plant.n))
-    built = _staircase(even, found) if method == "staircase" else _canonical(plant)
+    L, called = by_name(L, plant)
+    if L is not None:
+        L = combinations("L", L, plant.n, field=complex)
+    with of_what_is_needed(plant, L, NOT_ZERO):
+        built = _staircase(even, found) if method == "staircase" else _canonical(plant)
     F, D, T, P, V = built
     observer = state_observer(plant, F + 0.0, D, T, P, V)  # no -0
     _judge(observer, plant, method, even.natural)
-    return certified(observer, plant)
+    return certified(observer, plant, L=L, called=called)
 
 
 def _judge(observer: Observer, plant: Plant, method: str, d: Vector) -> None:

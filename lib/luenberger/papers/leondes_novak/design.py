@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,23 +11,30 @@ from ... import kernels
 from ...arguments import expect
 from ...errors import DesignError
 from ...numeric import Matrix
-from ...numeric.validation import whole
+from ...numeric.combinations import combinations
+from ...numeric.linalg import UNIT_TOL
+from ...numeric.validation import covariance, whole
 from ...observer import Observer
 from ...plant import Plant
+from ...plant.estimates import Combinations, by_name
 from ...recursion.best_constant_gain import best_constant_gain
 from ...recursion.filter_pass import Pass
 from ...recursion.root_step import Spread, first_move
-from ...recursion.settings import Setting, Settings, require_start
+from ...recursion.settings import Setting, Settings, definite, require_start
 from ...recursion.state import start
 from ...recursion.steady_gain import steady_gain
-from ..certified import certified
-from .derivation import exact_gain, observer_matrices
+from ..certified import certified, of_what_is_needed
+from .as_observer import with_gain, with_gains
 
 BLOCK = 4096  # rows of gains that compiled code makes at a time
 
 
 def kalman_filter(
-    plant: Plant, *, steps: int | None = None, backend: str = "auto"
+    plant: Plant,
+    *,
+    L: Combinations | None = None,
+    steps: int | None = None,
+    backend: str = "auto",
 ) -> Observer:
     r"""Kalman filter: every output is filtered, the order is n.
 
@@ -41,6 +47,10 @@ def kalman_filter(
     ----------
     plant : Plant
         Discrete (``dt > 0``), with Q and R; with P0 when `steps` is given.
+    L : (n,) or (q, n) array_like, dict of str to (n,) array_like, or str, optional
+        Estimate L x; default x.  Rows may have names, and names of states and of
+        `plant.estimates` stand for rows.  The gain is the same, as it makes the error
+        of every combination least.
     steps : int, optional
         Number N of instants i = 1 .. N; default the steady state.
     backend : "auto", "numpy" or "numba"
@@ -74,13 +84,14 @@ def kalman_filter(
     array([[0.75],
            [0.5 ]])
     """
-    return reduced_order_filter(plant, 0, steps=steps, backend=backend)
+    return reduced_order_filter(plant, 0, L=L, steps=steps, backend=backend)
 
 
 def reduced_order_filter(
     plant: Plant,
     m1: int | Sequence[int | str],
     *,
+    L: Combinations | None = None,
     steps: int | None = None,
     weight: ArrayLike | str | None = None,
     horizon: str = "step",
@@ -105,13 +116,19 @@ def reduced_order_filter(
     m1 : int or sequence
         Number of accurate outputs, the first m1 rows of C, or their indices or
         names.  0 is the Kalman filter, p the minimal order n - p.
+    L : (n,) or (q, n) array_like, dict of str to (n,) array_like, or str, optional
+        Estimate L x; default x.  Rows may have names, and names of states and of
+        `plant.estimates` stand for rows.  Of P, V and W there are then the rows of
+        L x only.
     steps : int, optional
         Number N of instants i = 1 .. N of a time-varying filter.  Default: the
         steady state, a constant observer.
     weight : (n, n) array_like or "canonical", optional
-        Positive definite; default the identity, the error trace in the user's
-        coordinates.  "canonical" is the paper's literal choice (19), whose weight is
-        M'M with M = [C; rows of the identity].
+        Of the error of x.  Default the identity, the error trace in the user's
+        coordinates; with L and ``horizon="steady"`` it is L'L, the error trace of
+        L x.  "canonical" is the paper's literal choice (19), whose weight is
+        M'M with M = [C; rows of the identity].  It is positive definite, and for
+        ``horizon="steady"`` may be singular.
     horizon : "step" or "steady", default "step"
         "steady": the constant gain of the same structure with the least steady
         trace (a local minimum found from the step-wise gain).  `steps` must be None.
@@ -128,7 +145,8 @@ def reduced_order_filter(
     ------
     DesignError
         dt = 0, no Q, R or P0; accurate outputs that are linearly dependent; an
-        undetectable mode; or no steady state, with the mode at fault.
+        undetectable mode, also one that L x has no part in; or no steady state, with
+        the mode at fault.
     CertificateError
         If rounding spoils the design.
 
@@ -140,9 +158,13 @@ def reduced_order_filter(
     Notes
     -----
     The step-wise gain is best at each step, not always in the long run; compare
-    ``horizon="steady"``.  The gain needs the innovation covariance M to be positive
-    definite to be unique; with redundant noise-free outputs the gain of least norm
-    is taken, and the estimate is the same.
+    ``horizon="steady"``.  The step-wise gain weighs the whole state also where only
+    L x is wanted: what it leaves of the other states enters L x at later steps, and
+    the weight L'L does not see that.
+
+    The gain needs the innovation covariance M to be positive definite to be unique;
+    with redundant noise-free outputs the gain of least norm is taken, and the estimate
+    is the same.
 
     S enters through J with J R = S.  Where R is singular there are many J, and
     J = S R^+ (outputs at unit variance) is taken: the residual of a noise-free output
@@ -166,23 +188,55 @@ def reduced_order_filter(
     >>> observer = lb.reduced_order_filter(plant, m1=1)
     >>> observer.order, observer.poles.real.round(12)
     (1, array([-0.26794919]))
+
+    Only the velocity of it:
+
+    >>> velocity = lb.reduced_order_filter(plant, m1=1, L=[0, 1])
+    >>> velocity.P.shape, observer.P.shape
+    ((1, 1), (2, 1))
     """
     expect(plant=plant)
     kernels.runs_compiled(backend, 0)
     if horizon not in ("step", "steady"):
         raise ValueError(f"horizon must be 'step' or 'steady', got {horizon!r}")
-    settings = Settings(plant, m1, weight)
+    L, called = by_name(L, plant)
+    if L is not None:
+        L = combinations("L", L, plant.n)
     if steps is not None:
         if horizon == "steady":
             raise DesignError("horizon='steady' is a constant gain; leave out steps")
-        return certified(_over(settings, steps, backend), plant, settling=False)
+        made = _over(Settings(plant, m1, weight), steps, backend)
+        return certified(made, plant, settling=False, L=L, called=called)
     if plant.steps is not None:
         raise DesignError(
             "a time-varying plant has no steady state; give the number of steps"
         )
-    best = best_constant_gain if horizon == "steady" else steady_gain
-    K = best(settings.at(0), settings.accurate)
-    return certified(_constant(settings, K), plant)
+    settings, K = _steady(plant, m1, L, weight, horizon)
+    return certified(with_gain(settings, K), plant, L=L, called=called)
+
+
+def _steady(
+    plant: Plant,
+    m1: int | Sequence[int | str],
+    L: Matrix | None,
+    weight: ArrayLike | str | None,
+    horizon: str,
+) -> tuple[Settings, Matrix]:
+    """The setting and the constant gain, after `weight` or, by default, L'L."""
+    given, of_cost = weight, None
+    if horizon == "steady" and not isinstance(weight, str):
+        if weight is not None:
+            of_cost = covariance("weight", weight, plant.n)
+        elif L is not None:
+            of_cost = L.T @ L
+        if of_cost is None or not definite(of_cost):
+            given = None  # of the step-wise gain that the search starts from
+    settings = Settings(plant, m1, given)
+    now, accurate = settings.at(0), settings.accurate
+    with of_what_is_needed(plant, L, 1 - UNIT_TOL):
+        if horizon == "step":
+            return settings, steady_gain(now, accurate)
+        return settings, best_constant_gain(now, accurate, of_cost)
 
 
 def gains(
@@ -225,35 +279,7 @@ def _over(settings: Settings, steps: int, backend: str) -> Observer:
         name: np.stack([getattr(now, name) for now, _ in rows])
         for name in ("As", "B", "J", "C", "E", "Gamma", "Phat", "That")
     }
-    return _observer(plant, have | {"K": np.stack([K for _, K in rows])})
-
-
-def _constant(settings: Settings, K: Matrix) -> Observer:
-    """A constant gain as an Observer."""
-    now = settings.at(0)
-    return _observer(settings.plant, now._asdict() | {"As": now.As, "K": K})
-
-
-def _observer(plant: Plant, have: dict[str, Any]) -> Observer:
-    """The Observer with the gain K, or a stack of them, a row for each instant."""
-    Phat, first = have["Phat"], {}
-    K = kernels.run(exact_gain, have, "V", stacks=True)["V"]
-    have = have | {"K": K}
-    have["T_next"] = T = kernels.run(observer_matrices, have, "T", stacks=True)["T"]
-    if T.ndim == 3:
-        A, B, _ = plant.first_step()
-        have["T_next"] = np.concatenate([T[1:], T[-1:]])
-        first = dict(T0=T[0] @ A, G0=T[0] @ B)
-    return Observer(
-        **kernels.run(observer_matrices, have, *"FDGW", stacks=True),
-        P=Phat,
-        V=K,
-        T=T,
-        L=np.eye(plant.n),
-        z0=first.get("T0", T) @ plant.x0,
-        dt=plant.dt,
-        **first,
-    )
+    return with_gains(plant, have | {"K": np.stack([K for _, K in rows])})
 
 
 def covered(steps: int, plant: Plant) -> int:

@@ -9,10 +9,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ... import kernels
+from ...arguments import expect
 from ...numeric import Matrix, Vector, rationals
 from ...numeric.validation import as_array, exact
 from ...observer import Observer
 from ...plant import Plant
+from ...plant.estimates import Combinations, by_name
 from ..certified import certified
 from ..poles import arranged
 from . import refusals
@@ -27,7 +29,7 @@ PATIENCE = 3  # orders that rounding spoils before others are left out
 
 def functional_observer(
     plant: Plant,
-    k: ArrayLike,
+    k: Combinations,
     *,
     order: int | None = None,
     poles: ArrayLike | None = None,
@@ -50,11 +52,12 @@ def functional_observer(
         number of inputs and outputs, with or without feedthrough.  Modes that no
         output sees are allowed; if k sees them they must be stable, and are among
         the poles.
-    k : (n,) or (q, n) array_like
-        The functional, or several.  Each row gets an observer of its own, side by
-        side: one of all rows jointly may need fewer states.  A row of zeros needs
-        none.  A combination of the rows of C does need states here, since y is not
-        passed on.
+    k : (n,) or (q, n) array_like, dict of str to (n,) array_like, or str
+        The functional, or several, perhaps by name; names of states and of
+        `plant.estimates` stand for their rows.  Each row gets an observer of its own,
+        side by side: one of all rows jointly may need fewer states.  A row of zeros
+        needs none.  A combination of the rows of C does need states here, since y is
+        not passed on.
     order : int, optional
         Number of states r for each row, 1 .. n; default the least.
     poles : (r,) array_like, optional
@@ -123,10 +126,12 @@ def functional_observer(
     >>> observer.exact["F"].tolist() == observer.F.tolist()
     True
     """
+    expect(plant=plant)
+    k, called = by_name(k, plant)
     k = functionals(plant, k)
     poles = _poles(plant, poles, order)
     chains = [_chain(plant, row, order, poles) for row in k]
-    return certified(_side_by_side(plant, k, chains), plant)
+    return certified(_side_by_side(plant, k, chains), plant, called=called)
 
 
 def _poles(plant: Plant, poles: ArrayLike | None, order: int | None) -> Vector | None:

@@ -13,26 +13,33 @@ from scipy.linalg.lapack import get_lapack_funcs
 
 from ...arguments import expect
 from ...errors import DesignError
-from ...numeric import Matrix, Vector
+from ...numeric import Matrix
+from ...numeric.combinations import combinations
 from ...numeric.even_pair import Pair, as_given
 from ...numeric.staircase_form import Staircase, find_in_even_units, staircase
 from ...observer import Observer
 from ...plant import Plant
-from ..certified import CONDITION_WARNING, LOST_TOL, certified, state_observer
+from ...plant.estimates import Combinations, by_name
+from ..certified import LOST_TOL, certified, of_what_is_needed, state_observer
 from ..poles import arranged, numbers
 from . import rows_of_T
+from .best_conditioned import Order, best_conditioned
+from .rows_of_T import solve_rows
 
 METHODS = {
+    "best-conditioned": rows_of_T.minimum_norm,  # of which a search begins
     "minimum-norm": rows_of_T.minimum_norm,
     "back-substitution": rows_of_T.back_substitution,
 }
+SENSITIVE = 1e7  # condition of [T; C] that is worth a word
 
 
 def reduced_order_observer(
     plant: Plant,
     poles: ArrayLike,
     *,
-    method: str = "minimum-norm",
+    L: Combinations | None = None,
+    method: str = "best-conditioned",
     units: str = "even",
 ) -> Observer:
     r"""Observer of order n - rank C whose error decays with the poles asked for.
@@ -46,6 +53,12 @@ def reduced_order_observer(
     T upper triangular with a unit diagonal, (13)-(20).  Poles may be repeated, and
     may be eigenvalues of A.
 
+    With several outputs the poles do not determine the observer.  Where the rows of
+    least norm leave [T; C] ill conditioned, the best conditioned is searched for among
+    all observers with these poles: a small condition also means small gains, and so
+    little noise in the estimate.  Where Q and R are known, and the poles need not be
+    these, `reduced_order_filter` has the least noise of all.
+
     Parameters
     ----------
     plant : Plant
@@ -54,9 +67,16 @@ def reduced_order_observer(
     poles : (n - rank C,) array_like
         In rad/s (dt == 0) or in the z-plane.  For a real plant complex poles come
         in conjugate pairs; the second of a pair is moved up beside the first.
-    method : "minimum-norm" or "back-substitution"
-        Each row by least norm, (21), or by the cheapest solution, remark 2(b),
-        which is O(n^3) in total but can be more sensitive.
+    L : (n,) or (q, n) array_like, dict of str to (n,) array_like, or str, optional
+        Estimate L x; default x.  Rows may have names, and names of states and of
+        `plant.estimates` stand for rows.  Of P, V and W there are then the rows of
+        L x only.
+    method : "best-conditioned", "minimum-norm" or "back-substitution"
+        Each row by least norm, (21), or by the cheapest solution, remark 2(b), which
+        is O(n^3) in total but can be more sensitive.  By default by least norm as
+        well, and where the condition of [T; C], with rows of unit length, is above
+        1e3, and up to 100 states, by a search over the free entries of the rows and
+        over the order of the poles; what it finds is taken where it is much better.
     units : "even" or "given"
         The units of states, outputs and time in which that is done: those that make
         the plant's numbers of like size, so that a plant in other units has the same
@@ -65,10 +85,11 @@ def reduced_order_observer(
     Returns
     -------
     Observer
-        Certified.  Row i of F has ``poles[i]`` on its diagonal, exactly; a conjugate
-        pair of a real plant has a 2 x 2 block with diagonal a, a and determinant
-        a^2 + b^2.  ``certify(observer, plant)`` tells cond([T; C]) and the
-        sensitivity of each pole.
+        Certified.  F has the poles on its diagonal, exactly, and in the order given
+        unless the search has found a better one; a conjugate pair of a real plant has
+        a 2 x 2 block with diagonal a, a and determinant a^2 + b^2.
+        ``certify(observer, plant)`` tells cond([T; C]) and the sensitivity of each
+        pole.
 
     Raises
     ------
@@ -82,7 +103,7 @@ def reduced_order_observer(
     Warns
     -----
     RuntimeWarning
-        When cond([T; C]) exceeds 1e10 in these units; the message has the number.
+        When cond([T; C]) exceeds 1e7 in these units; the message has the number.
 
     See Also
     --------
@@ -91,7 +112,8 @@ def reduced_order_observer(
     References
     ----------
     Van Dooren (1984), (13)-(34); papers/van_dooren/derivation/rows.py.  The block for a
-    conjugate pair is repaired where a stair is one wide.
+    conjugate pair is repaired where a stair is one wide.  What is free in a row:
+    papers/van_dooren/derivation/choices.py.
 
     Examples
     --------
@@ -106,30 +128,21 @@ def reduced_order_observer(
     """
     expect(plant=plant)
     poles = numbers(poles)
-    pair, form = _stairs(plant, method, units, np.abs(poles).max(initial=0))
+    L, called = by_name(L, plant)
+    if L is not None:
+        L = combinations("L", L, plant.n, field=complex)
+    with of_what_is_needed(plant, L):
+        pair, form = _stairs(plant, method, units, np.abs(poles).max(initial=0))
     form = rows_of_T.firm(form) if method == "back-substitution" else form
     poles, pairs = arranged(poles, plant.n - form.rank, plant)
+    order = Order(poles / pair.rate, pairs)
     with np.errstate(all="ignore"):  # what overflows is refused below
-        rows = solve_rows(form, poles / pair.rate, pairs, METHODS[method])
+        rows = solve_rows(form, *order, METHODS[method])
+        if method == "best-conditioned":
+            natural = pair.natural / pair.states
+            form, rows = best_conditioned(form, order, natural, rows)
         observer = _in_users_coordinates(plant, pair, form, rows)
-    return certified(observer, plant)
-
-
-def solve_rows(
-    form: Staircase, poles: Vector, pairs: Vector, solve: rows_of_T.Solve
-) -> rows_of_T.Rows:
-    """T_U, F, D of (10), row by row."""
-    rows = rows_of_T.Rows(form, solve)
-    i = 0
-    while i < rows.size:
-        if pairs[i]:
-            rows.add_pair(i, complex(poles[i]))
-            i += 2
-        else:
-            real = not np.iscomplexobj(rows.G)
-            rows.add(i, float(poles[i].real) if real else complex(poles[i]))
-            i += 1
-    return rows
+    return certified(observer, plant, L=L, called=called)
 
 
 def _stairs(
@@ -172,17 +185,19 @@ def _in_users_coordinates(
 def _judge(both: Matrix, back: Matrix, lost: Matrix, form: Staircase) -> None:
     """Warn or refuse by the condition of [T; C] and by P T + V C - I."""
     bound = np.linalg.norm(both) * np.linalg.norm(back)
-    if not bound > CONDITION_WARNING:
+    if not bound > SENSITIVE:
         return
     cond = np.linalg.cond(both) if np.isfinite(bound) else np.inf
     if not np.linalg.norm(lost) <= LOST_TOL:
         raise DesignError(_hopeless(cond, form))
-    if cond > CONDITION_WARNING:
+    if cond > SENSITIVE:
         even = np.linalg.cond(both / np.linalg.norm(both, axis=1, keepdims=True))
         warnings.warn(
             f"cond([T; C]) = {cond:.1e}, and {even:.1e} with rows of unit length: the "
-            f"estimate can lose {np.log10(even):.0f} digits. The pair (A, C) is close "
-            "to an unobservable one, or the poles are far from those of A.",
+            f"estimate can lose {np.log10(even):.0f} digits, and noise of the sensors "
+            "can show much enlarged. The pair (A, C) is close to an unobservable one, "
+            "or the poles are far from those of A, or another order of the poles is "
+            "better.",
             RuntimeWarning,
             stacklevel=5,
         )

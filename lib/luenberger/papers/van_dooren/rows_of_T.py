@@ -107,6 +107,21 @@ class Rows:
         return block
 
 
+def solve_rows(form: Staircase, poles: Vector, pairs: Vector, solve: Solve) -> Rows:
+    """T_U, F, D of (10), row by row."""
+    rows = Rows(form, solve)
+    i = 0
+    while i < rows.size:
+        if pairs[i]:
+            rows.add_pair(i, complex(poles[i]))
+            i += 2
+        else:
+            real = not np.iscomplexobj(rows.G)
+            rows.add(i, float(poles[i].real) if real else complex(poles[i]))
+            i += 1
+    return rows
+
+
 def minimum_norm(
     rows: Rows, i: int, f: complex, pair: bool = False
 ) -> tuple[Vector, Any]:

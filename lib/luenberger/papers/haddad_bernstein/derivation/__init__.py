@@ -10,6 +10,8 @@
     The stationarity conditions: gradients of the Lagrangian.
 `mean_square`
     Mean-square stability of plant and estimator: lemma 4.1, and the largest noise.
+`constant_parameter`
+    A parameter that is not known and does not change, beside one that is white noise.
 `stationarity`
     The best estimator is an observer: from vanishing gradients to its four matrices.
 `projection`
@@ -86,4 +88,6 @@ projection_equations = StageList(
     "Kq Aq Lq tau_perp riccati estimate adjoint idempotent aligned_Q aligned_P",
 )
 projection_trace = StageList(__name__, "equations.projection_trace", "J")
+first_drive = StageList(__name__, "constant_parameter.first_drive", "B_1")
+second_drive = StageList(__name__, "constant_parameter.second_drive", "B_w B_2")
 innovations_plant = StageList(__name__, "full_order.innovations_plant", "Kq V1i Lq")

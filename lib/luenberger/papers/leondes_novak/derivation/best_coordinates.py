@@ -105,6 +105,20 @@ PAGE = (
         by=(is_G_1, unseen),
         symmetric=letters.symmetric,
     ),
+    """A weight that is only semidefinite, as that of a few combinations of the state,
+    leaves the push free where it weighs nothing. Take any push `Gamma_0`, and let the
+    observer take back of it what the weight sees. How much that is, least squares tell:
+    `X_0` is the pseudoinverse of `L_W' Phat`, and satisfies its normal equations.""",
+    any_push := define(S1 * C * Gamma_0, Identity(m1)),
+    normal := define(Phat.T * L_W * L_W.T * Phat * X_0, Phat.T * L_W),
+    Construction(
+        "19",
+        "a push of least weight for every weight",
+        {Gamma_1: Gamma_0 - Phat * X_0 * L_W.T * Gamma_0},
+        satisfies=(push, shortest),
+        by=(any_push, unseen, root_W, normal),
+        symmetric=letters.symmetric,
+    ),
     """The paper's own choice of rows in (19) amounts to a weight as well: the one in
     which the accurate outputs and the chosen rows are coordinates of length one.""",
     other_rows := define(That * Gamma_1, ZeroMatrix(r, m1), "47"),

@@ -10,6 +10,8 @@
     What it costs: multiply-adds, counted loop by loop.
 `pairs`
     A conjugate pair of poles in a real observer, where the paper is wrong.
+`choices`
+    All observers with the same poles: what is free in a row, and slopes in it.
 `errata`
     What Van Dooren's pages print and what holds, each entry tried.
 

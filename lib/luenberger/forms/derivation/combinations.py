@@ -1,0 +1,78 @@
+"""Combinations of what an observer estimates are estimated by the same observer.
+
+Whoever needs a torque, and not the whole state, takes the rows of the output map that
+belong to it.  The state of the observer and its motion stay as they are.
+
+Source: ours; that an observer of the state estimates each `k x` is common knowledge.
+"""
+
+from functools import cache
+
+from ...symbolic import Derivation, Line, Stage, ZeroMatrix
+from .letters import *
+
+SOURCE = "ours"
+
+PAGE = (
+    """Let each row of `H` be a combination of the estimates. The output map of the
+    observer is combined in the same way, and so is what it estimates.""",
+    is_L := define(L_H, H * L),
+    is_P := define(P_H, H * P),
+    is_V := define(V_H, H * V),
+    is_W := define(W_H, H * W),
+    "The new estimate is the combination of the old ones, at every instant.",
+    shows := define(w_hat, P * z + V * y + W * u),
+    combined := define(w_H, H * w_hat),
+    chain(
+        "",
+        "the combined estimate",
+        w_H,
+        Line(H * w_hat, by=(combined,)),
+        Line(H * (P * z + V * y + W * u), by=(shows,)),
+        Line(P_H * z + V_H * y + W_H * u, by=(is_P, is_V, is_W)),
+    ),
+    """Of the four equations that make an observer, two are about its motion, and they
+    stay. The others are about its estimate, and they hold for each combination.""",
+    output := define(P * T + V * C, L),
+    chain(
+        "",
+        "the combinations are unbiased",
+        P_H * T + V_H * C,
+        Line(H * (P * T + V * C), by=(is_P, is_V)),
+        Line(H * L, by=(output,)),
+        Line(L_H, by=(is_L,)),
+    ),
+    through := define(W + V * E, ZeroMatrix(q, m)),
+    chain(
+        "",
+        "the known input does not disturb the combinations",
+        W_H + V_H * E,
+        Line(H * (W + V * E), by=(is_W, is_V)),
+        Line(ZeroMatrix(s, m), by=(through,)),
+    ),
+)
+
+
+@cache
+def combined_estimates():
+    """The output map of the combinations H w, and what they are of the state."""
+    stages = (
+        Stage(P_H, H * P, by=(is_P,)),
+        Stage(V_H, H * V, by=(is_V,)),
+        Stage(W_H, H * W, by=(is_W,)),
+        Stage(L_H, H * L, by=(is_L,)),
+    )
+    return Derivation(
+        (P, V, W, L, H),
+        stages,
+        source=SOURCE,
+        letters=letters,
+        says="the output map of combinations",
+    )
+
+
+@cache
+def derive():
+    """The page."""
+    page = (*PAGE, combined_estimates())
+    return Derivation(page=page, letters=letters, source=SOURCE)

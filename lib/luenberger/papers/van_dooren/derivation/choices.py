@@ -1,0 +1,182 @@
+"""All observers with the same poles: what is free in a row, and slopes in it.
+
+With more than one output a row has more unknowns than equations.  Each solution comes
+of its own free entries, so that a search over them goes through all solutions.  Beyond
+them only the coordinates of the observer's state are open, which the triangles fix.
+
+Source: ours; the rows are those of Van Dooren (1984), (13)-(20), remark 2(b).
+"""
+
+from functools import cache
+
+import sympy as sp
+
+from ....symbolic import Derivation, Equation, Explicit, Iff, Line
+from .letters import *
+
+SIZES = (2, 3)
+
+
+def lower(name, size, diagonal=None):
+    """A lower triangle of symbols."""
+    return sp.Matrix(
+        size,
+        size,
+        lambda k, c: (
+            0
+            if c > k
+            else diagonal[k]
+            if diagonal and c == k
+            else sp.Symbol(f"{name}_{k}_{c}")
+        ),
+    )
+
+
+def eliminated(size):
+    """Any square matrix, the triangle that eliminates below its diagonal, and the rest.
+
+    Row k of the elimination divides by the leading minor of size k.
+    """
+    W = sp.Matrix(size, size, lambda k, c: sp.Symbol(f"w_{k}_{c}"))
+    N, rest = sp.eye(size), W
+    for k in range(size):
+        step = sp.eye(size)
+        step[k, k] = 1 / rest[k, k]
+        for below in range(k + 1, size):
+            step[below, k] = -rest[below, k] / rest[k, k]
+        N, rest = (step * N).applyfunc(sp.cancel), (step * rest).applyfunc(sp.cancel)
+    return {N_1: N, W_1: W, U_1: rest.upper_triangular(1) + sp.eye(size)}
+
+
+def turned(size):
+    """A lower triangle in coordinates of another, with the diagonal that it had."""
+    poles = sp.symbols(f"p_:{size}")
+    F, N = lower("f", size, poles), lower("n", size)
+    other = (N * F * N.inv()).applyfunc(sp.cancel)
+    return {N_1: N, F_1: F, F_2: lower_part(other, poles)}
+
+
+def lower_part(X, diagonal):
+    """X with what it should have above its diagonal and on it."""
+    return X.lower_triangular(-1) + sp.diag(*diagonal)
+
+
+PAGE = (
+    """Take any row and correct it by the left inverse. What comes out solves the
+    system of the row.""",
+    left := define(L * M, I, "20"),
+    chain(
+        "20",
+        "a solution from any row",
+        (y_i + (-a_f - y_i * M) * L) * M,
+        Line(y_i * M + (-a_f - y_i * M) * L * M, why="multiply out"),
+        Line(y_i * M - a_f - y_i * M, by=(left,)),
+        Line(-a_f, why="collect"),
+    ),
+    """A row that is a solution already stays as it is. So every solution is reached,
+    from itself.""",
+    solves := define(x_i * M, -a_f, "20"),
+    chain(
+        "20",
+        "each solution is reached",
+        x_i + (-a_f - x_i * M) * L,
+        Line(x_i, by=(solves,)),
+    ),
+    """The left inverse of back substitution corrects the leading entries alone. The
+    others, `r - 1` of them, are free, and the leading ones follow by one triangle.""",
+    whole := define(S_t * S + E_rt * E_r, Identity(n + r - 1)),
+    is_X := define(S * M, X, "20"),
+    is_M_r := define(E_r * M, M_r),
+    is_x_l := define(x_i * S_t, x_l),
+    is_x_r := define(x_i * E_rt, x_r),
+    split := chain(
+        "remark 2(b)",
+        "leading and free entries of a row",
+        x_i * M,
+        Line(x_i * (S_t * S + E_rt * E_r) * M, by=(whole,)),
+        Line(x_l * S * M + x_r * E_r * M, by=(is_x_l, is_x_r)),
+        Line(x_l * X + x_r * M_r, by=(is_X, is_M_r)),
+    ),
+    chain(
+        "remark 2(b)",
+        "the leading entries follow",
+        Equation(x_i * M, -a_f),
+        Iff(Equation(x_l * X + x_r * M_r, -a_f), by=(split,)),
+        Iff(Equation(x_l * X, -a_f - x_r * M_r)),
+    ),
+    """Which coordinates has the state of the observer? A lower triangle keeps a lower
+    triangle `F`, with its poles in their order.""",
+    solved := define(T_U * A_U, F * T_U + D * C_U, "10"),
+    moved := define(N_T * F, F_N * N_T),
+    chain(
+        "11, 12",
+        "a solution in coordinates of a triangle",
+        N_T * T_U * A_U - F_N * N_T * T_U,
+        Line(N_T * (F * T_U + D * C_U) - F_N * N_T * T_U, by=(solved,)),
+        Line(N_T * D * C_U, by=(moved,)),
+    ),
+    Explicit(
+        "11, 12",
+        "the poles stay where they are",
+        N_1 * F_1,
+        F_2 * N_1,
+        {f"size {size}": turned(size) for size in SIZES},
+    ),
+    """And it makes a unit triangle of the first columns of `T_U`, by elimination,
+    where their leading minors are not zero. So the rows of (13), (14) reach all
+    observers with these poles but those for which a minor is zero, and these may be
+    reached with the poles in another order.""",
+    Explicit(
+        "13",
+        "elimination makes a unit triangle",
+        N_1 * W_1,
+        U_1,
+        {f"size {size}": eliminated(size) for size in SIZES},
+    ),
+    """A search wants slopes. When rows above move, `M` moves in the rows that hold
+    them, and the solution with it. Its leading entries are found with the same
+    triangle.""",
+    moves := define(dx_i * M + x_i * dM, ZeroMatrix(1, n)),
+    above := define(x_i * dM, -f_i * dT_i),
+    is_dx_l := define(dx_i * S_t, dx_l),
+    is_dx_r := define(dx_i * E_rt, dx_r),
+    followed := chain(
+        "",
+        "how a solution moves",
+        dx_l * X,
+        Line(dx_i * S_t * S * M, by=(is_dx_l, is_X)),
+        Line(dx_i * M - dx_i * E_rt * E_r * M, by=(whole,)),
+        Line(dx_i * M - dx_r * M_r, by=(is_dx_r, is_M_r)),
+        Line(-x_i * dM - dx_r * M_r, by=(moves,)),
+        Line(f_i * dT_i - dx_r * M_r, by=(above,)),
+    ),
+    """So one triangle, solved with the gradient on its right, gives the gradient in the
+    free entries, and what the row adds to the gradient in the rows above it.""",
+    is_dJ := define(dJ, dx_l * g_l + dx_r * g_r),
+    is_z := define(X * z_l, g_l),
+    chain(
+        "",
+        "the slope in the free entries and in the rows above",
+        dJ,
+        Line(dx_l * g_l + dx_r * g_r, by=(is_dJ,)),
+        Line(dx_l * X * z_l + dx_r * g_r, by=(is_z,)),
+        Line((f_i * dT_i - dx_r * M_r) * z_l + dx_r * g_r, by=(followed,)),
+        Line(f_i * dT_i * z_l + dx_r * (g_r - M_r * z_l), why="collect"),
+    ),
+    "The condition of `Theta` depends on its inverse, which moves as follows.",
+    inverse := define(both * back, I),
+    held := define(dback * both + back * dTheta, ZeroMatrix(n, n)),
+    chain(
+        "",
+        "how the inverse moves",
+        dback,
+        Line(dback * both * back, by=(inverse,)),
+        Line(-back * dTheta * back, by=(held,)),
+    ),
+)
+
+
+@cache
+def derive():
+    """The page."""
+    return Derivation(page=PAGE, letters=letters, source="ours")

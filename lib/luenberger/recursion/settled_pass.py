@@ -1,0 +1,239 @@
+"""A filter's pass over a record that stops the recursion where it has settled.
+
+Whether it has is looked at after so many rows with the same outputs, and then at rows
+further and further apart: which rows these are does not depend on chunks.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from .. import kernels
+from ..errors import short
+from ..numeric import Matrix
+from ..papers.leondes_novak.derivation import predict
+from ..plant import Plant
+from .filter_pass import Pass
+from .settings import Settings
+from .settled import ball
+from .settled_rows import OneGain, Stretch
+from .state import History, State
+
+PATTERNS = 50  # of outputs, whose settled filters are kept at most
+SOON, LATE = 16, 4096  # rows before the first look
+CHEAP = 110_000  # so many rows, divided by n^3, take as long in compiled code as a look
+FAR, NEAR = 4.0, 1.5  # how many times as far the next look is, compiled or not
+
+
+def settle_tolerance(settle: float | None) -> float | None:
+    """The argument `settle`, checked."""
+    if settle is None:
+        return None
+    try:
+        tolerance = float(settle)
+    except (TypeError, ValueError):
+        tolerance = 0.0
+    if not 0 < tolerance < 1:
+        raise ValueError(
+            "settle must be a number between 0 and 1, how far rows with a settled gain "
+            f"may be from the full recursion, or None for that; got {short(settle)}"
+        )
+    return tolerance
+
+
+class Progress(NamedTuple):
+    """A pass between two rows: its `State`, and how long outputs have been the same.
+
+    ``alike`` is the number of rows with the outputs of the last one, ``look`` how many
+    there must be before the next look, and ``stretch`` the rows with one gain, if these
+    are such.  ``settled`` has the rows of the last chunk from which on there was one
+    gain, and ``bound`` how far these rows can be from the full recursion.  ``still`` is
+    the row from which on there was one to the last.
+    """
+
+    state: State
+    alike: int = 0
+    look: int = 0
+    stretch: Stretch | None = None
+    settled: tuple[int, ...] = ()
+    bound: float = 0.0
+    still: int | None = None
+
+    @property
+    def instant(self) -> int:
+        """That of the last row."""
+        return self.state.instant
+
+    @property
+    def Sigma(self) -> Matrix:
+        """Error covariance there."""
+        return self.state.Sigma
+
+
+class SettledPass:
+    """The way of a filter over a record of a plant that does not change.
+
+    Parameters
+    ----------
+    settings : Settings
+    tolerance : float or None
+        How far covariances, and estimates for innovations of one unit, may be from
+        those of the full recursion, relative to variances and standard deviations;
+        None is the full recursion.
+    """
+
+    def __init__(self, settings: Settings, tolerance: float | None) -> None:
+        self.run = Pass(settings)
+        self.tolerance = None if settings.steps is not None else tolerance
+        self.cross = settings.plant.S is not None and bool(settings.plant.S.any())
+        self.gains: dict[bytes, OneGain | None] = {}  # None: it will never settle
+
+    @property
+    def plant(self) -> Plant:
+        """The plant that is filtered."""
+        return self.run.plant
+
+    @property
+    def settings(self) -> Settings:
+        """Its settings."""
+        return self.run.settings
+
+    @property
+    def accurate(self) -> tuple[int, ...]:
+        """The indices of its accurate outputs."""
+        return self.run.accurate
+
+    def over(
+        self, begin: Progress, y: Matrix, u: Matrix, compile: bool,
+        history: bool = False,
+    ) -> tuple[Progress, History]:  # fmt: skip
+        """Filter the rows of y: where that leads, and their `History`."""
+        out = History.empty(len(y), self.plant, history)
+        return self.into(out, begin, y, u, compile), out
+
+    def into(
+        self, out: History, begin: Progress, y: Matrix, u: Matrix, compile: bool
+    ) -> Progress:
+        """Filter the rows of y into `out`: where that leads."""
+        if not len(y):
+            return begin
+        if self.tolerance is None:
+            return Progress(self.run.into(out, begin.state, y, u, compile))
+        return _Rows(self, begin, y, u, compile, out).run()
+
+    def gain(self, state: State) -> OneGain | None:
+        """The one gain that goes on from `state`; None if it has not settled."""
+        assert state.setting is not None and self.tolerance is not None
+        if state.spread.half is not None:
+            return None
+        key = state.seen.tobytes()
+        if key in self.gains:
+            known = self.gains[key]
+            if known is None or not known.ball.holds(ahead(state)):
+                return None
+            return known
+        found, again = ball(state.setting, state.spread, self.tolerance)
+        if found is None:
+            if not again and len(self.gains) < PATTERNS:
+                self.gains[key] = None
+            return None
+        known = OneGain(state.setting, found, state.seen, self.cross)
+        if len(self.gains) < PATTERNS:
+            self.gains[key] = known
+        return known
+
+
+def ahead(state: State) -> Matrix:
+    """The covariance of the prediction from a state."""
+    assert state.setting is not None
+    move = state.setting.move
+    known = dict(As=move.A, Q=move.Q, Sigma=state.Sigma)
+    return kernels.compiled(predict, "Omega_next")(**known)["Omega_next"]
+
+
+class _Rows:
+    """The rows of a chunk, of which the first `done` are done."""
+
+    def __init__(
+        self, way: SettledPass, begin: Progress, y: Matrix, u: Matrix, compile: bool,
+        out: History,
+    ) -> None:  # fmt: skip
+        self.way, self.y, self.u, self.out = way, y, u, out
+        self.state, self.alike, self.look, self.stretch, *_ = begin
+        self.rows = way.run.rows(begin.state, y, u, compile)
+        block = self.rows.block
+        self.seen = ~np.isnan(y) if block is None else block.seen
+        self.fast = block is not None
+        rows = CHEAP // way.plant.n**3 if self.fast else 0
+        self.first = min(max(SOON, rows), LATE)
+        self.done, self.settled, self.bound = 0, list[int](), 0.0
+        self.still: int | None = None
+
+    def run(self) -> Progress:
+        """All rows: where that leads."""
+        for first, last in self.parts():
+            same = first == 0 < self.look
+            if not (same and (self.seen[0] == self.state.seen).all()):
+                self.stretch, self.alike, self.look = None, 0, self.first
+            while first < last:
+                first = self.some(first, last)
+        if self.stretch is None:
+            self.recur(len(self.y))
+        at = self.alike, self.look, self.stretch
+        return Progress(self.state, *at, tuple(self.settled), self.bound, self.still)
+
+    def parts(self) -> Iterator[tuple[int, int]]:
+        """The rows (first, last) that have the same outputs, if they are many.
+
+        The first rows and the last ones are parts in any case.
+        """
+        N = len(self.seen)
+        if self.seen.all():
+            yield 0, N
+            return
+        other = np.zeros(N - 1, dtype=bool)
+        for output in self.seen.T:
+            other |= output[1:] != output[:-1]
+        ends = np.concatenate([[0], np.flatnonzero(other) + 1, [N]])
+        many = np.diff(ends) >= self.first
+        many[0] = many[-1] = True
+        for part in np.flatnonzero(many):
+            yield int(ends[part]), int(ends[part + 1])
+
+    def some(self, k: int, last: int) -> int:
+        """Rows with the same outputs from k on, up to the row that is returned."""
+        if self.stretch is not None:
+            self.settled.append(k)
+            self.constant(k, last)
+            return last
+        count = min(self.look - self.alike, last - k)
+        self.alike += count
+        if self.alike == self.look:
+            self.recur(k + count)
+            gain = self.way.gain(self.state)
+            if gain is not None:
+                self.stretch = gain.begin(self.state)
+            self.look = int(self.look * (FAR if self.fast else NEAR))
+        return k + count
+
+    def recur(self, stop: int) -> None:
+        """The full recursion, up to a row."""
+        self.state = self.rows.run(self.out, self.state, self.done, stop)
+        self.done = stop
+
+    def constant(self, first: int, last: int) -> None:
+        """Rows with one gain."""
+        assert self.stretch is not None
+        gain, rows = self.stretch.gain, slice(first, last)
+        made = gain.over(
+            self.stretch, self.y[rows], self.u[rows], self.out.x[rows], self.fast
+        )
+        self.out.repeat(rows, gain.ball.Sigma, gain.ball.K, gain.seen)
+        instant = self.state.instant + last - first
+        self.state = gain.after(made, instant, self.out.x[last - 1])
+        self.stretch, self.done = made, last
+        self.still = first if last == len(self.y) else None
+        self.bound = max(self.bound, made.bound)

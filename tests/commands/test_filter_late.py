@@ -1,0 +1,120 @@
+"""`python -m luenberger filter --arrival`: readings that a file says are late."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import luenberger as lb
+from luenberger.commands import main
+from luenberger.formats import csv_reader
+
+N = 400
+PLANT = lb.Plant(
+    [[1, 0.1], [0, 1]], None, np.eye(2), dt=0.1, Q=np.diag([0, 0.1]),
+    R=np.diag([1, 0.25]), P0=np.eye(2), state_names=["position", "speed"],
+    output_names=["satellite", "wheel"],
+)  # fmt: skip
+
+
+@pytest.fixture
+def frame():
+    """Positions that arrive half a second late, of which some never do."""
+    y = np.random.default_rng(3).normal(size=(N, 2))
+    time = np.arange(1, N + 1) / 10
+    frame = pd.DataFrame(y, pd.Index(time, name="time"), ["satellite", "wheel"])
+    frame["known"] = time + 0.45
+    frame.loc[time[50:60], "known"] = np.nan
+    frame.iloc[20:30, 1] = np.nan
+    return frame
+
+
+@pytest.fixture
+def call(tmp_path, monkeypatch, capfd, frame):
+    """Run the command in this process: status, stdout, stderr."""
+    monkeypatch.chdir(tmp_path)
+    PLANT.to_json("plant.json")
+    frame.to_csv("data.csv")
+
+    def run(options, out="x.csv"):
+        line = f"filter plant.json data.csv {options} --out {out}"
+        try:
+            status = main(line.split())
+        except SystemExit as end:  # options that do not go together
+            status = end.code
+        return status, *capfd.readouterr()
+
+    return run
+
+
+LATE = "--arrival satellite=known --horizon 8"
+
+
+@pytest.mark.parametrize("piece", [csv_reader.PIECE, 1000])
+def test_it_is_filter_data(call, frame, piece, monkeypatch):
+    monkeypatch.setattr(csv_reader.Table.__init__, "__defaults__", (piece,))
+    status, _, problem = call(LATE)
+    assert status == 0, problem
+    found = pd.read_csv("x.csv", index_col=0)
+    wanted = lb.filter_data(PLANT, frame, arrival={"satellite": "known"})
+    states = ["position", "speed"]
+    np.testing.assert_allclose(found[states], wanted.x, rtol=0, atol=1e-12)
+    sigmas = [f"{name}_sigma" for name in states]
+    np.testing.assert_allclose(found[sigmas], wanted.std, rtol=0, atol=1e-12)
+
+
+def test_rows_are_counted_from_one_where_there_are_no_times(call, frame):
+    rows = np.arange(1.0, N + 1)
+    frame["known"] = np.where(np.isnan(frame["known"]), np.nan, rows + 5)
+    frame.to_csv("data.csv", index=False)
+    status, _, problem = call(LATE)
+    assert status == 0, problem
+    arrival = np.column_stack([frame["known"] - 1, rows - 1])
+    y = frame[["satellite", "wheel"]].to_numpy()
+    wanted = lb.filter_data(PLANT, y, arrival=arrival)
+    found = pd.read_csv("x.csv", index_col=0)
+    np.testing.assert_allclose(found["position"], wanted.x[:, 0], rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ("--arrival satellite=known", "--horizon N go together"),
+        ("--horizon 3", "--horizon N go together"),
+        (f"{LATE} --lag 3", "does not go with --lag"),
+        ("--arrival satellite --horizon 3", "give OUTPUT=COLUMN"),
+        ("--arrival satellite=known --horizon 0", "at least 1, not 0"),
+        ("--arrival camera=known --horizon 3", "--arrival has ['camera']; outputs are"),
+        ("--arrival wheel=heard --horizon 3", "the columns ['heard'] of arrivals"),
+        (
+            "--arrival satellite=known --horizon 4",
+            "the reading of 'satellite' in row 0 has not arrived by row 4",
+        ),
+    ],
+)
+def test_what_makes_no_sense_is_refused_by_name(call, options, said):
+    status, _, problem = call(options)
+    assert status and said in problem
+
+
+def test_an_arrival_before_the_reading_is_refused_by_line(call, frame):
+    frame.iloc[7, 2] = 0.5
+    frame.to_csv("data.csv")
+    status, _, problem = call(LATE)
+    assert status and "line 9: 'known' is 0.5, before the reading was" in problem
+
+
+def test_dates_and_continuous_plants_are_refused(call, frame):
+    PLANT.to_json("plant.json")
+    dates = pd.date_range("2026-01-05", periods=N, freq="100ms")
+    frame.set_axis(dates.rename("time")).to_csv("data.csv")
+    status, _, problem = call(LATE)
+    assert status and "'time' holds dates" in problem
+    motor = lb.Plant(
+        [[0, 1], [0, 0]], None, np.eye(2), Q=np.eye(2), R=np.eye(2), P0=np.eye(2),
+        output_names=["satellite", "wheel"],
+    )  # fmt: skip
+    motor.to_json("plant.json")
+    frame.to_csv("data.csv")
+    status, _, problem = call(LATE)
+    assert status and "give --sample DT" in problem
+    assert call(f"{LATE} --sample 0.1")[0] == 0

@@ -1,0 +1,212 @@
+"""Late readings that arrive in order: many rows at a time, and still each row's own.
+
+The oracles are the filter in rational arithmetic, and the pass that carries what it
+awaits beside the state, which a history asks for.
+"""
+
+from dataclasses import replace
+
+import exact_filter
+import generators
+import numpy as np
+import pytest
+from generators import holes
+
+import luenberger as lb
+from luenberger.recursion import late_step
+
+N = 120
+OWN = np.arange(float(N))[:, None]
+
+
+def ragged(rng, longest, shape=(N,)):
+    """Arrivals of one output, in order, of which several may be at one row."""
+    wait = rng.integers(0, longest, size=shape)
+    arrival = np.maximum.accumulate(np.arange(shape[0]) + wait)
+    return np.minimum(arrival, np.arange(shape[0]) + longest)
+
+
+def waits(rng, p):
+    """Kinds of arrivals that are in order, for p outputs."""
+    late = np.zeros(p)
+    late[0] = 1
+    found = {
+        "on time": OWN + 0 * late,
+        "one row": OWN + late,
+        "a lag": OWN + 17 * late,
+        "every output": OWN + 9 + 0 * late,
+        "longer than the record": OWN + 3 * N * late,
+        "a burst": np.maximum(OWN, 60 * late),
+    }
+    found["ragged"] = OWN + 0 * late
+    found["ragged"][:, 0] = ragged(rng, 15)
+    found["in lots"] = np.where(late > 0, 8 * (OWN // 8) + 7, OWN)
+    found["never"] = np.where(OWN % 5 == 2, np.inf, found["a lag"])
+    found["at times"] = np.where((OWN // 30) % 2 == 1, found["a lag"], OWN)
+    found["at times"][:, 0] = np.maximum.accumulate(found["at times"][:, 0])
+    return found
+
+
+PLANTS = {
+    "constant": lambda rng: generators.plant(rng, 3, 2, cross=False),
+    "without input": lambda rng: generators.plant(rng, 4, 3, m=0, cross=False),
+    "one output": lambda rng: generators.plant(rng, 3, 1, cross=False),
+    "P0 of the first row": lambda rng: generators.plant(
+        rng, 3, 2, cross=False, P0_is="prior"
+    ),
+    "time-varying": lambda rng: generators.varying(rng, 3, 2, N, cross=False),
+}
+
+
+def compared(plant, y, u, u0, arrival, **options):
+    """The largest difference of x, std and P from those of the other pass."""
+    given = dict(u0=u0, arrival=arrival)
+    wanted = lb.filter_data(plant, y, u, history=True, **given)
+    found = lb.filter_data(plant, y, u, **given, **options)
+    np.testing.assert_array_equal(found.orders, wanted.orders)
+    return max(
+        generators.relative(found.x, wanted.x),
+        generators.relative(found.std, wanted.std),
+        generators.relative(found.P, wanted.P[-1]),
+    )
+
+
+@pytest.mark.parametrize("kind", PLANTS)
+def test_it_is_the_pass_that_carries_what_it_awaits(kind):
+    rng = np.random.default_rng(8)
+    plant = PLANTS[kind](rng)
+    y, u, u0 = generators.record(rng, plant, N)
+    for name, arrival in waits(rng, plant.p).items():
+        gaps = holes(rng, y) if name != "a lag" else y
+        assert compared(plant, gaps, u, u0, arrival) < 1e-12, name
+
+
+@pytest.mark.parametrize("name", ["a lag", "ragged"])
+def test_compiled_code_gives_the_same(name):
+    pytest.importorskip("numba")
+    rng = np.random.default_rng(9)
+    plant = PLANTS["constant"](rng)
+    y, u, u0 = generators.record(rng, plant, N)
+    y = holes(rng, y) if name == "ragged" else y
+    arrival = waits(rng, plant.p)[name]
+    assert compared(plant, y, u, u0, arrival, backend="numba") < 1e-12
+
+
+@pytest.mark.parametrize("lag", [0, 2, 5, 30])
+@pytest.mark.parametrize("noise", ["all", "some process noise", "none in the process"])
+def test_it_is_the_filter_in_rational_arithmetic(lag, noise):
+    """With singular Q, and a start that is known in one direction only."""
+    rng = np.random.default_rng(lag)
+    plant = generators.plant(rng, 3, 2, m=0, cross=False)
+    if noise != "all":
+        rank = 1.0 if noise == "some process noise" else 0.0
+        side = rng.normal(size=(3, 1))
+        plant = replace(plant, Q=rank * side @ side.T, P0=np.diag([1.0, 2, 0]))
+    y, _, _ = generators.record(rng, plant, 14)
+    arrival = np.arange(14.0)[:, None] + [lag, 0]
+    y[4, 0] = y[7, 1] = np.nan
+    arrival[9, 0] = np.nan
+    model, known = exact_filter.model(plant), []
+    for k in range(14):
+        seen = np.where(arrival[: k + 1] <= k, y[: k + 1], np.nan)
+        exact = exact_filter.rational(np.nan_to_num(seen))
+        exact[np.isnan(seen)] = None
+        one = exact_filter.run(model, exact)
+        known.append((one.x[-1], one.P[-1]))
+    x = np.array([np.array(x, dtype=float).ravel() for x, _ in known])
+    P = np.array([np.array(P, dtype=float) for _, P in known])
+    run = lb.filter_data(plant, y, arrival=arrival)
+    assert generators.relative(run.x, x) < 1e-12
+    assert generators.relative(run.P, P[-1]) < 1e-12
+    std = np.sqrt(np.diagonal(P, axis1=1, axis2=2))
+    assert generators.relative(run.std, std) < 1e-12
+
+
+@pytest.mark.parametrize("length", [1, 7, 64])
+def test_chunks_of_any_length(length):
+    rng = np.random.default_rng(4)
+    plant = generators.plant(rng, 3, 2, cross=False)
+    y, u, u0 = generators.record(rng, plant, N)
+    y, arrival = holes(rng, y), waits(rng, 2)["ragged"]
+    whole = lb.filter_data(plant, y, u, u0=u0, arrival=arrival)
+    parts = [slice(k, k + length) for k in range(0, N, length)]
+    chunks = lb.filter_data(
+        plant, (y[s] for s in parts), (u[s] for s in parts), u0=u0,
+        arrival=(arrival[s] for s in parts),
+    )  # fmt: skip
+    found = [(one.x, one.std) for one in chunks]
+    for k, wanted in enumerate((whole.x, whole.std)):
+        parts = np.concatenate([one[k] for one in found])
+        assert generators.relative(parts, wanted) < 1e-12
+
+
+@pytest.fixture
+def singly(monkeypatch):
+    """The rows that were done one by one."""
+    done, own = [], late_step.step
+
+    def counted(settings, state, row):
+        done.append(state.instant)
+        return own(settings, state, row)
+
+    monkeypatch.setattr(late_step, "step", counted)
+    return done
+
+
+def test_no_row_is_done_by_itself_while_readings_arrive_in_order(singly):
+    rng = np.random.default_rng(5)
+    plant = generators.plant(rng, 3, 2, cross=False)
+    y, u, u0 = generators.record(rng, plant, N)
+    for name, arrival in waits(rng, 2).items():
+        lb.filter_data(plant, y, u, u0=u0, arrival=arrival)
+        assert not singly, name
+
+
+def test_a_reading_that_overtakes_others_costs_a_few_rows(singly):
+    rng = np.random.default_rng(6)
+    plant = generators.plant(rng, 3, 2, cross=False)
+    y, u, u0 = generators.record(rng, plant, N)
+    arrival = OWN + [10, 0]
+    arrival[80, 0] = 83
+    assert compared(plant, y, u, u0, arrival) < 1e-12
+    lb.filter_data(plant, y, u, u0=u0, arrival=arrival)
+    assert 1 <= len(singly) - N <= 2 * 60
+
+
+@pytest.mark.parametrize("P0", [1e4, 1e8])
+def test_a_start_that_is_hardly_known_is_done_row_by_row(P0, singly):
+    """Else digits would be lost: later rows say much more than earlier ones."""
+    rng = np.random.default_rng(7)
+    plant = generators.plant(rng, 3, 2, m=0, cross=False)
+    plant = replace(plant, P0=P0 * np.eye(3))
+    y, u, u0 = generators.record(rng, plant, 60)
+    arrival = OWN[:60] + [12, 0]
+    model = exact_filter.model(plant)
+    run = lb.filter_data(plant, y, arrival=arrival)
+    assert 0 < len(singly) < 60
+    for k in (3, 11, 12, 13, 20):
+        exact = exact_filter.rational(y[: k + 1])
+        exact[arrival[: k + 1] > k] = None
+        one = exact_filter.run(model, exact)
+        P = np.array(one.P[-1], dtype=float)
+        assert generators.relative(run.x[k], np.array(one.x[-1], float).ravel()) < 1e-11
+        assert generators.relative(run.std[k], np.sqrt(P.diagonal())) < 1e-11
+
+
+@pytest.mark.parametrize("power", [-30, 30])
+def test_units_are_free(power):
+    """To the last bit: no sum mixes numbers of different units."""
+    rng = np.random.default_rng(8)
+    plant = generators.plant(rng, 3, 2, m=0, cross=False)
+    y, _, _ = generators.record(rng, plant, 80)
+    unit = np.array([2.0**power, 1, 1])
+    other = replace(
+        plant, A=plant.A * np.outer(unit, 1 / unit), C=plant.C / unit,
+        Q=plant.Q * np.outer(unit, unit), P0=plant.P0 * np.outer(unit, unit),
+        x0=plant.x0 * unit,
+    )  # fmt: skip
+    arrival = OWN[:80] + [20, 0]
+    wanted = lb.filter_data(plant, y, arrival=arrival)
+    run = lb.filter_data(other, y, arrival=arrival)
+    np.testing.assert_allclose(run.x / unit, wanted.x, rtol=0, atol=1e-14)
+    np.testing.assert_allclose(run.std / unit, wanted.std, rtol=1e-14, atol=0)
