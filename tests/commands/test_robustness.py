@@ -124,3 +124,31 @@ def test_compare_takes_the_same(here, capfd):
     assert main(["compare", "motor.json", "--U", "12", "--json"]) == 0
     found = json.loads(capfd.readouterr().out)
     assert found["designs"] == lb.compare(MOTOR, U=[12.0]).rows()
+
+
+def test_estimates_are_named_on_the_command_line(call, here):
+    speed = lb.kalman_filter(MOTOR).combined({"speed (rad/s)": [0, 1]})
+    speed.to_json("speed.json")
+    ranges = ("--ranges", "A[1,1]=10%", "--samples", "0")
+    given = ("--observers", "kalman.json", "speed.json")
+    status, out, _ = call(*ranges, *given, "--k", "speed (rad/s)=0,1", "--U=12")
+    assert status == 0
+    assert "standard deviation of speed (rad/s) is" in " ".join(out.split())
+    status, out, _ = call(*ranges, *given, "--k=x2", "--U=12", "--json")
+    found = json.loads(out)
+    assert (status, found["estimates"]) == (0, ["x2"])
+    status, _, err = call(*ranges, *given, "--k=x3")
+    assert status == 1 and "no estimate or state 'x3'" in err
+
+
+def test_a_continuous_model_is_sampled_as_the_plant_is(call, here, capfd):
+    model = lb.Plant([[-2.0]], None, [[3.0]], Q=[[4.0]], R=[[0.0]])
+    model.to_json("drives.json")
+    line = ("--ranges", "B[1,0]=5%", "--samples", "0", *GIVEN, "--U", "drives.json")
+    status, out, _ = call(*line, "--json")
+    ranges, U = {"B[1,0]": "5 %"}, model.sampled(MOTOR.dt)
+    wanted = lb.robustness(OF_FILES, MOTOR, ranges=ranges, samples=0, U=U)
+    assert status == 0 and json.loads(out)["cases"] == wanted.rows()
+    assert main(["compare", "motor.json", "--U", "drives.json", "--json"]) == 0
+    found = json.loads(capfd.readouterr().out)
+    assert found["designs"] == lb.compare(MOTOR, U=U).rows()

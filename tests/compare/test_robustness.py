@@ -350,6 +350,70 @@ def test_designs_of_unlike_questions_are_refused():
         lb.robustness(given, [plant], k=[1, 0])
 
 
+@pytest.fixture
+def named():
+    """A plant whose states have names, an estimate of its own, and its filter."""
+    names = dict(state_names=["place (m)", "speed (m/s)"])
+    pull = dict(estimates={"pull (N)": [25, 0.5]})
+    plant = dataclasses.replace(oscillator(0.5), **names, **pull).sampled(0.05)
+    return plant, lb.kalman_filter(plant)
+
+
+@pytest.mark.parametrize(
+    "k, rows, called",
+    [
+        ("speed (m/s)", [[0, 1]], ("speed (m/s)",)),
+        ("pull (N)", [[25, 0.5]], ("pull (N)",)),
+        (["pull (N)", "place (m)"], [[25, 0.5], [1, 0]], ("pull (N)", "place (m)")),
+        ({"twice (m)": [2, 0]}, [[2, 0]], ("twice (m)",)),
+        ([1, 1], [[1, 1]], ("row 1 of k x",)),
+        (None, np.eye(2), ("place (m)", "speed (m/s)")),
+    ],
+    ids=["a state", "an estimate", "both", "by name", "a row", "the state"],
+)
+def test_what_is_judged_is_named_as_elsewhere(named, k, rows, called):
+    plant, design = named
+    others = {str(s): oscillator(s).sampled(0.05) for s in (0.4, 0.6)}
+    given = {"first": plant} | others  # names are those of the first
+    found = lb.robustness({"it": design}, given, k=k)
+    assert found.estimates == called and found.whole == (k is None)
+    Sigma = lb.error_covariance(design, others["0.6"])
+    rows = np.array(rows)
+    wanted = rows @ Sigma @ rows.T
+    np.testing.assert_allclose(found.find("it", "0.6").covariance, wanted, rtol=1e-12)
+    said = " ".join(found.reasons())
+    if len(called) == 1:
+        assert f"the standard deviation of {called[0]} is " in said
+    else:
+        assert ("no state has" if k is None else "no estimate has") in said
+
+
+def test_names_come_from_designs_and_comparisons(named):
+    plant, design = named
+    torque = design.combined({"torque (Nm)": [3, 0]})
+    assert lb.robustness([torque], [plant]).estimates == ("torque (Nm)",)
+    assert lb.robustness([design], [plant], k=[3, 0]).estimates == ("row 1 of k x",)
+    both = [design, torque]
+    assert lb.robustness(both, [plant], k=[3, 0]).estimates == ("torque (Nm)",)
+    table = lb.compare(plant, methods="Kalman filter")
+    assert lb.robustness(table, [plant]).estimates == ("pull (N)",)
+    with pytest.raises(
+        ValueError, match=r"estimate or state 'pul'; there are \['place"
+    ):
+        lb.robustness([design], [plant], k="pul")
+    with pytest.raises(ValueError, match="k must be 1 x 2, got 1 x 3"):
+        lb.robustness([design], [plant], k=[1, 0, 0])
+
+
+def test_a_comparison_brings_what_is_known_of_the_input():
+    driven = scalar(0.5, 1.0)
+    table = lb.compare(driven, U=[2.0], methods="Kalman filter")
+    found = lb.robustness(table, {"other": scalar(0.5, 1.1)})
+    told = lb.robustness(table, {"other": scalar(0.5, 1.1)}, U=[2.0])
+    assert found.errors[0, 0] == told.errors[0, 0] > 1
+    assert lb.robustness(table, {"other": scalar(0.5, 1.1)}, U=0).errors < found.errors
+
+
 def test_the_table_in_a_review(found):
     assert found.table.header[3:] == [
         *["nominal", "least", "lower quartile", "median", "upper quartile"],

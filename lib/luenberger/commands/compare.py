@@ -186,7 +186,7 @@ def run(options: Namespace) -> None:
     scale = options.scale[0] if len(options.scale or ()) == 1 else options.scale
     with np.errstate(all="ignore"):  # what overflows is in the table as such
         asked = dict(k=options.k, orders=options.orders, scale=scale)
-        given = asked | question(options) | dict(U=statistics(options.U))
+        given = asked | question(options) | dict(U=statistics(options.U, plant.dt))
         found = compare(plant, **given)
         if options.json:
             tell_json(_data(plant, found))

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from .compare import estimated, question, within
 from .registration import dry_run, file, folder, plant_of, register, sample
+from .statistics import known_input, statistics
 from .terminal import say, written
 
 if TYPE_CHECKING:
@@ -24,7 +25,7 @@ REPORT = "report.html"
 ESTIMATES = "estimates.csv"
 FROM_DATA = ("data.csv", ESTIMATES)
 OBSERVER = "observer.json"
-QUESTION = "question.json"  # the budget and the dtype, where they are given
+QUESTION = "question.json"  # --budget, --float and --U, where they are given
 RECOMMENDED = (OBSERVER, ESTIMATES)  # only where an observer is recommended
 WRITTEN = ("design.ipynb", "plant.json", OBSERVER, "designs.csv")
 
@@ -44,6 +45,7 @@ def add(commands: Any) -> None:
             "design reactor.json --out reactor --dry-run",
             "design tracker.json --out small --budget multiply_adds=12 --dry-run",
             "design tracker.json --k 'climb (m/s)=0,1,0' --out climb --dry-run",
+            "design ball-and-beam.json --sample 0.1 --U 0 --out ball --dry-run",
         ],
     )
     one.add_argument("plant", type=file, metavar="PLANT.json")
@@ -62,6 +64,7 @@ def add(commands: Any) -> None:
     )
     within(one)
     estimated(one)
+    known_input(one)
     sample(one)
     dry_run(one, "check the plant, the data and the folder")
 
@@ -84,16 +87,18 @@ def run(options: Namespace) -> None:
         record = measurements.read(options.data, plant)
         plant = given if given.dt > 0 else _sampled_as(given, record, options.data)
         plant = _fitted(plant, record)
+    asked = _question(plant, options)
     beside = _workplace(out)
     if options.dry_run:
-        written([out / name for name in _planned(plant, options)], dry=True)
+        with_data = options.data is not None
+        written([out / name for name in _planned(plant, with_data, asked)], dry=True)
         return
     with contextlib.ExitStack() as stack:
         work = Path(tempfile.mkdtemp(prefix=".luenberger-", dir=beside))
         stack.callback(shutil.rmtree, work, ignore_errors=True)
         try:
             texts = {"plant.json": _content(plant, file)}
-            if asked := question(options):
+            if asked:
                 texts[QUESTION] = json.dumps(asked, indent=2).encode() + b"\n"
             finished = _make(work, plant, texts, options.data)
         except notebook.NotebookError as error:
@@ -105,12 +110,25 @@ def run(options: Namespace) -> None:
     say(f"done: open {out / REPORT}")
 
 
-def _planned(plant: "Plant", options: Namespace) -> list[str]:
+def _question(plant: "Plant", options: Namespace) -> dict[str, Any]:
+    """What `compare` is asked beside the plant, as plain data."""
+    from ..analysis.known_input import known_input
+    from ..formats.json_records import as_data
+    from ..plant import Plant
+
+    U = statistics(options.U, plant.dt)
+    if U is None:
+        return question(options)
+    known_input(U, plant)  # or its error, before anything is designed
+    return question(options) | {"U": as_data("plant", U) if isinstance(U, Plant) else U}
+
+
+def _planned(plant: "Plant", with_data: bool, asked: dict[str, Any]) -> list[str]:
     """The files of a run: without noise no observer is recommended, nor run."""
     from ..compare import noisy
 
-    names = {*WRITTEN, REPORT, *([] if options.data is None else FROM_DATA)}
-    names |= {QUESTION} if question(options) else set()
+    names = {*WRITTEN, REPORT, *(FROM_DATA if with_data else [])}
+    names |= {QUESTION} if asked else set()
     return _in_order(names if noisy(plant) else names - set(RECOMMENDED))
 
 

@@ -3,15 +3,19 @@
 import re
 import textwrap
 from argparse import ArgumentTypeError, Namespace
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
-from .compare import WIDE, numbers, whole_numbers
+from .compare import WIDE, estimated, whole_numbers
 from .registration import as_json, file, register, sample
 from .statistics import known_input, statistics
 from .terminal import say, tell, tell_json, visible
 
 if TYPE_CHECKING:
-    from ..compare import Robustness
+    from pathlib import Path
+
+    from ..compare import Comparison, Robustness
+    from ..observer import Observer
     from ..plant import Plant
 
 
@@ -43,7 +47,7 @@ def add(commands: Any) -> None:
         metavar="OBSERVER.json",
         help="judge these, and not designs by every method",
     )
-    one.add_argument("--k", type=numbers, metavar="K1,K2,...", help="judge k x")
+    estimated(one)
     one.add_argument(
         "--orders", type=whole_numbers, metavar="R1,R2,...", help="only these orders"
     )
@@ -108,7 +112,9 @@ def run(options: Namespace) -> None:
         options.wrong("give --ranges or --plants, one of them")
     given = Plant.from_json(options.plant)
     plant = given if options.sample is None else given.sampled(options.sample)
-    U, ranges = statistics(options.U), dict(options.ranges)
+    observers, ranges = _read(options.observers), dict(options.ranges)
+    first = next(iter(observers.values()), plant)
+    U = statistics(options.U, first.dt)
     if len(ranges) < len(options.ranges):
         options.wrong("--ranges name one entry twice")
     plants: Any = given
@@ -117,7 +123,7 @@ def run(options: Namespace) -> None:
         plants = {str(options.plant): given} | others
     with np.errstate(all="ignore"):  # what overflows is in the table as such
         found = robustness(
-            _designs(options, plant, U),
+            observers or _designs(options, plant, U),
             plants,
             ranges=ranges or None,
             samples=options.samples,
@@ -131,13 +137,17 @@ def run(options: Namespace) -> None:
         _print(found)
 
 
-def _designs(options: Namespace, plant: "Plant", U: Any) -> Any:
-    """The observers that are judged."""
-    from ..compare import compare
+def _read(paths: Iterable["Path"] | None) -> dict[str, "Observer"]:
+    """The observers that are judged, by file; none where designs are."""
     from ..observer import Observer
 
-    if options.observers:
-        return {str(path): Observer.from_json(path) for path in options.observers}
+    return {str(path): Observer.from_json(path) for path in paths or ()}
+
+
+def _designs(options: Namespace, plant: "Plant", U: Any) -> "Comparison":
+    """Designs by every method."""
+    from ..compare import compare
+
     say(f"designing for {options.plant}")
     return compare(plant, k=options.k, orders=options.orders, U=U)
 
@@ -145,6 +155,7 @@ def _designs(options: Namespace, plant: "Plant", U: Any) -> Any:
 def _data(plant: "Plant", found: "Robustness") -> dict[str, Any]:
     return {
         "plant": plant.name,
+        "estimates": list(found.estimates),
         "recommended": None if found.chosen is None else found.chosen.name,
         "reasons": found.reasons(),
         "cases": found.rows(),

@@ -36,8 +36,11 @@ def _given(text: str) -> Any:
     return 0 if levels == [0] else levels
 
 
-def statistics(given: Any) -> Any:
-    """What `compare` takes as U: levels, a covariance or a plant; None if not given."""
+def statistics(given: Any, dt: float) -> Any:
+    """What `compare` takes as U: levels, a covariance or a plant; None if not given.
+
+    A continuous model is sampled every `dt` seconds, its outputs held between.
+    """
     from ..formats.json_files import json_file, require_plain
     from ..plant import Plant
 
@@ -45,7 +48,8 @@ def statistics(given: Any) -> Any:
         return given
     file = json_file(given, "a plant, or what is known of a known input,")
     if ENTRY not in file.data:
-        return Plant.from_json(file)
+        model = Plant.from_json(file)
+        return model.sampled(dt) if model.dt == 0 < dt else model
     if more := set(file.data) - {ENTRY, "description"}:
         raise ValueError(f"{given}: beside {ENTRY!r} there is {sorted(more)[0]!r}")
     require_plain(f"{given}: {ENTRY}", file.data[ENTRY])

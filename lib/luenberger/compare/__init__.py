@@ -181,7 +181,7 @@ def compare(
         )
         raise DesignError(f"{what} exists: {reason}")
     found = judged(asked, attempts, asked.scale)
-    return Comparison(plant, found, asked.k, limits, dtype, called)
+    return Comparison(plant, found, asked.k, limits, dtype, called, U)
 
 
 def _require_comparable(plant: Plant) -> None:

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..numeric import Vector
 from ..show import number
+from .assumed import assumed
 from .attempts import Attempt, first_least
 from .budget import amount, listed, needs, refusal
 from .unweighed import left_to_weigh, why_not
@@ -26,6 +27,7 @@ def reasons(table: Comparison, tolerance: float) -> list[str]:
     chosen = table.recommended(tolerance)
     return [
         _rule(table, tolerance),
+        *assumed(table),
         *_price(table, chosen),
         *_remark(chosen),
         *_passed_over(table),
@@ -41,6 +43,7 @@ def _within_budget(table: Comparison) -> Iterator[str]:
         return
     yield f"The rule: the most accurate design within the budget of {table.budget}."
     yield f"Designs are judged by their {ranking(table).rstrip(',')}."
+    yield from assumed(table)
     yield f"It needs {needs(chosen)}."
     yield from _price(table, chosen)
     yield from _remark(chosen)

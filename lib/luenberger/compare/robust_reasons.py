@@ -48,10 +48,15 @@ def _rule(table: Robustness, chosen: Spread) -> str:
 def _error(table: Robustness, error: float) -> str:
     if table.scale is not None:
         return f"its error in the given scale is {table.said(error)}"
-    what = "state" if table.states else "row of k x"
+    what = "state" if table.whole else "estimate"
     if not np.isfinite(error):
         return "its error grows without bound"
     more = "" if error >= 11 else " above"
+    if len(table.estimates) == 1:
+        return (
+            f"the standard deviation of {table.estimates[0]} is {table.said(error)}"
+            f"{more} that of the plant's own Kalman filter"
+        )
     return (
         f"no {what} has a standard deviation more than {table.said(error)}{more} that "
         "of the plant's own Kalman filter"

@@ -36,17 +36,20 @@ class Robustness(Reviews, ReadOnly):
         Their names, the plants, and the values of what was varied.
     scale : (q,) ndarray or None
         Typical sizes, if they were given.
-    states : tuple of str or None
-        Names of the states, where their errors are judged and not those of k x.
     seed : int or None
         From which plants were drawn.
+    estimates : tuple of str
+        Names of what is judged: of the states, or of the rows of k x.
+    whole : bool
+        Whether that is the state, and not k x.
     """
 
     spreads: tuple[Spread, ...]
     plants: tuple[Perturbed, ...]
     scale: np.ndarray | None = None
-    states: tuple[str, ...] | None = None
     seed: int | None = None
+    estimates: tuple[str, ...] = ()
+    whole: bool = True
 
     def __iter__(self) -> Iterator[Spread]:
         return iter(self.spreads)

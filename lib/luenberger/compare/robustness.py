@@ -14,14 +14,15 @@ from ..arguments import expect_as
 from ..certificate import require_match
 from ..errors import FIT, SAMPLE, DesignError, short
 from ..numeric import Matrix
-from ..numeric.validation import matrix
+from ..numeric.combinations import combinations
 from ..observer import Observer
+from ..plant.estimates import Combinations, by_name
 from .attempts import noisy
 from .cases import Spread, cases
 from .judge import sizes
 from .perturbed import Made, Perturbed, Range, perturbed
 from .robust_table import Robustness
-from .table import Comparison
+from .table import Comparison, row_names
 
 
 def robustness(
@@ -31,7 +32,7 @@ def robustness(
     ranges: Mapping[str, Range] | Made | None = None,
     samples: int = 100,
     seed: int = 0,
-    k: ArrayLike | None = None,
+    k: Combinations | None = None,
     scale: ArrayLike | None = None,
     U: Statistics | None = None,
 ) -> Robustness:
@@ -49,7 +50,8 @@ def robustness(
     Parameters
     ----------
     observers : dict of str to Observer, list of Observer, or Comparison
-        Constant designs.  Of a comparison, all its designs, with its `k` and `scale`.
+        Constant designs.  Of a comparison, all its designs, with its `k`, `scale` and
+        `U`.
     plants : dict of str to Plant, list of Plant, or Plant
         With Q and R; of the same numbers of states, inputs and outputs.  With `ranges`
         the nominal plant.  A continuous plant is sampled at the period of the designs,
@@ -63,8 +65,10 @@ def robustness(
         `samples` plants drawn evenly from within.
     samples, seed : int, default 100 and 0
         How many plants are drawn, and from which random stream.
-    k : (q, n) or (n,) array_like, optional
-        The error is then that of k x, of observers of x or of k x.
+    k : (n,) or (q, n) array_like, dict of str to (n,) array_like, or str, optional
+        The error is then that of k x, of observers of x or of k x.  Rows may have
+        names, and names of states and of `plant.estimates` stand for rows, those of
+        the nominal or the first plant.
     scale : (n,) array_like or float, optional
         Typical sizes of the states, or of the rows of k x.  The error is then the root
         mean square of standard deviations in these units, and not a ratio.
@@ -106,11 +110,13 @@ def robustness(
     'a = 0.9'
     """
     if isinstance(observers, Comparison):
-        k = observers.k if k is None else k
+        k = observers.asked if k is None else k
         scale = observers.scale if scale is None else scale
+        U = observers.U if U is None else U
     designs = _designs(observers)
     every = perturbed(plants, ranges, samples, seed, next(iter(designs.values())).dt)
-    rows = _rows(designs, k)
+    given, called = by_name(k, every[0].plant)
+    rows = _rows(designs, given)
     units = sizes(scale, len(rows))
     for one in every:
         _require(designs, one, U)
@@ -119,9 +125,10 @@ def robustness(
         Spread(name, designs[name], multiply_adds(designs[name]), tuple(of_one))
         for name, of_one in zip(designs, zip(*found))
     )
-    whole = np.array_equal(rows, np.eye(rows.shape[1]))
-    states = every[0].plant.state_names if whole else None
-    return Robustness(spreads, every, units, states, None if ranges is None else seed)
+    known = (called, _called(designs, rows), every[0].plant.state_names)
+    called = next(filter(None, known))
+    seed_of = None if ranges is None else seed
+    return Robustness(spreads, every, units, seed_of, called, _is_state(rows))
 
 
 def _designs(given: Any) -> dict[str, Observer]:
@@ -149,14 +156,26 @@ def _designs(given: Any) -> dict[str, Observer]:
     return found
 
 
-def _rows(designs: Mapping[str, Observer], k: ArrayLike | None) -> Matrix:
+def _is_state(rows: Matrix) -> bool:
+    return np.array_equal(rows, np.eye(rows.shape[1]))
+
+
+def _called(designs: Mapping[str, Observer], rows: Matrix) -> tuple[str, ...] | None:
+    """What rows of k x are called: as the first design that names them does."""
+    for one in designs.values():
+        if one.estimates is not None and np.array_equal(one.L, rows):
+            return one.estimates
+    return None if _is_state(rows) else row_names(len(rows))
+
+
+def _rows(designs: Mapping[str, Observer], k: Any) -> Matrix:
     """The rows of the state whose error is judged: k, or what all designs estimate."""
     first, o = next(iter(designs.items()))
     n = o.L.shape[1]
     if k is None:
         wanted, allowed = f"all must estimate the same, as {first!r}", [o.L]
     else:
-        rows = matrix("k", np.atleast_2d(k), cols=n)
+        rows = combinations("k", k, n)
         wanted, allowed = "all must estimate x or k x", [rows, np.eye(n)]
     for name, one in designs.items():
         if not any(np.array_equal(one.L, L) for L in allowed):

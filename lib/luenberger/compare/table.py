@@ -6,9 +6,11 @@ from typing import Any
 
 import numpy as np
 
+from ..analysis.known_input import Statistics
 from ..errors import DesignError
 from ..numeric.validation import ReadOnly
 from ..plant import Plant
+from ..plant.estimates import Combinations
 from ..show import Table
 from .attempts import LEVEL, Attempt, first_least
 from .budget import Budget, fitting, most_accurate, next_beyond
@@ -19,6 +21,11 @@ from .unweighed import why_not
 
 TOLERANCE = 0.1  # standard deviations this close to the least are good enough
 COSTS = ("work", "order", "settling")  # what `pareto` weighs against
+
+
+def row_names(count: int) -> tuple[str, ...]:
+    """What rows of k x are called that have no names."""
+    return tuple(f"row {k + 1} of k x" for k in range(count))
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,14 +42,20 @@ class Comparison(Reviews, ReadOnly):
     budget: Budget | None = None
     dtype: str = "double"
     called: tuple[str, ...] | None = None
+    U: Statistics | None = None
 
     @property
     def estimates(self) -> tuple[str, ...]:
         """Names of what is estimated, states or rows of k x."""
         if self.k is None:
             return self.plant.state_names
-        rows = (f"row {k + 1} of k x" for k in range(len(self.k)))
-        return tuple(rows) if self.called is None else self.called
+        return row_names(len(self.k)) if self.called is None else self.called
+
+    @property
+    def asked(self) -> Combinations | None:
+        """k as it was asked for: rows, or rows by name."""
+        named = self.k is not None and self.called is not None
+        return dict(zip(self.called, self.k)) if named else self.k
 
     def __iter__(self) -> Iterator[Attempt]:
         return iter(self.attempts)

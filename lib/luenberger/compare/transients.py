@@ -5,6 +5,7 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 
 from ..analysis.error_covariance import error_covariance
+from ..analysis.known_input import Statistics
 from ..numeric import Matrix
 from ..observer import Observer
 from ..papers.leondes_novak.design import reduced_order_filter
@@ -44,17 +45,19 @@ def transients(
         return {}, ["The plant gives no P0, so there is no start to show."]
     steps = settling_steps(table) if steps is None else steps
     attempts = {
-        "Kalman filter": lambda: _varying(plant, (), steps, table.k),
+        "Kalman filter": lambda: _varying(table, (), steps),
         "recommended, gains of each instant": lambda: _varying(
-            plant, chosen.accurate, steps, table.k
+            table, chosen.accurate, steps
         ),
         "recommended, constant gain": lambda: _from_start(
-            chosen.observer, plant, steps
+            chosen.observer, plant, steps, table.U
         ),
     }
     if not chosen.accurate:
         attempts.pop("recommended, gains of each instant")
     curves, remarks = {}, [f"{steps} steps from P0."]
+    if chosen.disturbed:
+        remarks.append("The known input begins at the first sample.")
     for name, attempt in attempts.items():
         try:
             curves[name] = attempt()
@@ -88,18 +91,18 @@ def from_start(
     }
 
 
-def _from_start(observer: Observer, plant: Plant, steps: int) -> Matrix:
+def _from_start(
+    observer: Observer, plant: Plant, steps: int, U: Statistics | None = None
+) -> Matrix:
     if observer.steps is not None:
-        return error_covariance(observer, plant, steps=observer.steps)
-    later = covariance_from_start(observer, plant, steps)
+        return error_covariance(observer, plant, steps=observer.steps, U=U)
+    later = covariance_from_start(observer, plant, steps, U)
     return np.concatenate([[observer.L @ plant.P0 @ observer.L.T], later])
 
 
-def _varying(
-    plant: Plant, accurate: tuple[int, ...], steps: int, k: Matrix | None
-) -> Matrix:
-    observer = reduced_order_filter(plant, accurate, L=k, steps=steps)
-    return error_covariance(observer, plant, steps=steps)
+def _varying(table: Comparison, accurate: tuple[int, ...], steps: int) -> Matrix:
+    observer = reduced_order_filter(table.plant, accurate, L=table.k, steps=steps)
+    return error_covariance(observer, table.plant, steps=steps, U=table.U)
 
 
 def settling_steps(table: Comparison) -> int:

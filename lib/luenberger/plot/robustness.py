@@ -38,7 +38,7 @@ def robustness(found: Robustness, ax: Axes | None = None) -> Axes:
 def _label(found: Robustness) -> str:
     if found.scale is not None:
         return "error in the given scale"
-    what = "worst state" if found.states else "k x"
+    what = "worst state" if found.whole else "k x"
     return f"error of {what} / own Kalman filter's"
 
 

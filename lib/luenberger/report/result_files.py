@@ -2,12 +2,13 @@
 
 import csv
 import io
-import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from ..formats import json_records
+from ..formats.json_files import JsonFile, json_file
+from ..plant import Plant
 from ..run import measurements
 
 
@@ -25,9 +26,17 @@ def files(table, estimates=None):
 
 
 def question(path="question.json"):
-    """The budget and the dtype that the command was given; none without the file."""
+    """What `compare` is asked beside the plant; nothing without the file.
+
+    It is the budget, the dtype and U that the command was given.  A dict is a plant.
+    """
     path = Path(path)
-    return json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
+    if not path.exists():
+        return {}
+    asked = json_file(path, "a question").data
+    if isinstance(asked.get("U"), dict):
+        asked["U"] = Plant.from_json(JsonFile(path, b"", asked["U"]))
+    return asked
 
 
 def save(texts, folder="out"):

@@ -12,6 +12,7 @@ import numpy as np
 
 from .. import kernels
 from ..analysis.error_covariance import error_covariance
+from ..analysis.known_input import Statistics
 from ..errors import few, short
 from ..formats.csv_reader import Table, separator
 from ..formats.json_files import opened
@@ -161,7 +162,11 @@ class Estimates:
 
 
 def apply(
-    observer: Observer, accurate: Sequence[int], plant: Plant, data: Measurements
+    observer: Observer,
+    accurate: Sequence[int],
+    plant: Plant,
+    data: Measurements,
+    U: Statistics | None = None,
 ) -> Estimates:
     """Estimate from a record what an observer estimates.
 
@@ -177,6 +182,8 @@ def apply(
         The outputs it takes as accurate.
     plant : Plant
     data : Measurements
+    U : (m,) or (m, m) array_like, Plant or 0, optional
+        As of `error_covariance`, for the bounds.
     """
     if data.missing:
         return _filtered(observer, accurate, plant, data)
@@ -187,7 +194,7 @@ def apply(
     require_finite(x, names, _row)
     how, covariance = "without Q and R their bounds are not known.", None
     if plant.Q is not None and plant.R is not None:
-        how, covariance = _bounds(observer, plant, len(x))
+        how, covariance = _bounds(observer, plant, len(x), U)
     how = "The estimates are those of observer.json; " + how
     if covariance is None:
         return Estimates(data.time, x, None, how, names, data.stamps)
@@ -219,29 +226,34 @@ def _filtered(
     return Estimates(data.time, x, std, how, observer.estimate_names, data.stamps)
 
 
-def _bounds(observer: Observer, plant: Plant, samples: int) -> tuple[str, Matrix]:
+def _bounds(
+    observer: Observer, plant: Plant, samples: int, U: Statistics | None
+) -> tuple[str, Matrix]:
     """Where the one-sigma bounds start, in words, and the error covariances."""
     if plant.P0 is None:
         how = (
             "the plant gives no P0, so the one-sigma bounds are those of steady state."
         )
-        return how, error_covariance(observer, plant)[None]
+        return how, error_covariance(observer, plant, U=U)[None]
     how = "the one-sigma bounds start from the plant's P0."
-    return how, covariance_from_start(observer, plant, samples)
+    return how, covariance_from_start(observer, plant, samples, U)
 
 
 def _row(k: int) -> str:
     return f"instant {k + 1} of the measurements"
 
 
-def covariance_from_start(observer: Observer, plant: Plant, samples: int) -> Matrix:
+def covariance_from_start(
+    observer: Observer, plant: Plant, samples: int, U: Statistics | None = None
+) -> Matrix:
     """Error covariance of a constant observer at instants 1 .. samples.
 
-    It starts from T times the expected state of the first sample.
+    It starts from T times the expected state of the first sample, where a known input
+    of the statistics U begins.
     """
     here = first_sample(plant)
     begun = dataclasses.replace(observer, z0=observer.T @ here.x0)
-    return error_covariance(begun, here, steps=samples - 1)
+    return error_covariance(begun, here, steps=samples - 1, U=U)
 
 
 def first_sample(plant: Plant) -> Plant:

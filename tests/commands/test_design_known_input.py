@@ -1,0 +1,125 @@
+"""`design --U`: what is known of the known input, in designs, report and files."""
+
+import csv
+import json
+import pathlib
+
+import numpy as np
+import pytest
+
+import luenberger as lb
+from luenberger.commands import main
+from luenberger.report import notebook, result_files
+
+FLAT = dict(Q=np.diag([0.02, 0.02, 1e-4]), R=[[0.1]], P0=np.eye(3), dt=1.0)
+OVEN = lb.Plant(
+    [[0.9, 0.05, 0.02], [0.1, 0.85, 0.05], [0.0, 0.04, 0.7]], [[0.1], [0], [0.2]],
+    [[1, 0, 0]], input_names=["power (kW)"], output_names=["air (K)"],
+    state_names=["air (K)", "wall (K)", "load (K)"], **FLAT,
+)  # fmt: skip
+MODEL = lb.Plant([[0.8]], None, [[1.0]], dt=1.0, Q=[[0.5]], R=[[0.01]])
+GIVEN = {
+    "zero": ("0", None, 0, "a known input that is always zero"),
+    "level": ("2.5", None, [2.5], "input that stays at power (kW) = 2.5."),
+    "covariance": (
+        "u.json",
+        {"U": [[4.0]]},
+        [[4.0]],
+        "white noise, of the standard deviation power (kW) = 2.",
+    ),
+    "plant": ("u.json", MODEL, MODEL, "input that a model of 1 state drives"),
+}
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    OVEN.to_json("oven.json")
+    return tmp_path
+
+
+def prepared(held):
+    """The file of --U, if it is one."""
+    if isinstance(held, lb.Plant):
+        held.to_json("u.json")
+    elif held is not None:
+        pathlib.Path("u.json").write_text(json.dumps(held))
+
+
+@pytest.mark.parametrize("text, held, U, said", GIVEN.values(), ids=GIVEN)
+def test_the_notebook_compares_as_the_library_does(
+    here, monkeypatch, text, held, U, said
+):
+    """What the report's notebook reads, in place of the notebook itself."""
+    prepared(held)
+    seen = {}
+
+    def read_instead(made, work, progress):
+        asked = result_files.question(work / "question.json")
+        seen["table"] = lb.compare(lb.Plant.from_json(work / "plant.json"), **asked)
+
+    monkeypatch.setattr(notebook, "run", read_instead)
+    assert main(["design", "oven.json", "--U", text, "--out", "r"]) == 0
+    table, wanted = seen["table"], lb.compare(OVEN, U=U)
+    assert table.rows() == wanted.rows()
+    assert said in " ".join(table.reasons())
+    assert table.rows() != lb.compare(OVEN).rows()
+    kept = json.loads((here / "r" / "question.json").read_text())
+    assert list(kept) == ["U"]
+
+
+def test_a_report_under_a_model_of_the_input(here, capfd):
+    """Error figures, transients and bounds of a design that the input disturbs."""
+    MODEL.to_json("u.json")
+    rng = np.random.default_rng(3)
+    table = lb.compare(OVEN, U=MODEL, budget=dict(states=1))
+    assert table.chosen.disturbed
+    u = rng.normal(size=(60, 1))
+    y = lb.simulate(OVEN, table.chosen.observer, 59, u=u, seed=1).y
+    rows = ["air (K),power (kW)", *(f"{a},{b}" for (a,), (b,) in zip(y, u))]
+    (here / "data.csv").write_text("\n".join(rows) + "\n")
+    line = ["design", "oven.json", "--U", "u.json", "--budget", "states=1"]
+    assert main([*line, "--data", "data.csv", "--out", "r"]) == 0
+    made = here / "r"
+    with open(made / "designs.csv", newline="") as file:
+        (chosen,) = [row for row in csv.DictReader(file) if row["recommended"] == "yes"]
+    assert float(chosen["error_trace"]) == pytest.approx(table.chosen.trace, rel=1e-6)
+    observer = lb.Observer.from_json(made / "observer.json")
+    bounds = np.loadtxt(made / "estimates.csv", delimiter=",", skiprows=1)[:, 2::2]
+    steady = np.sqrt(lb.error_covariance(observer, OVEN, U=MODEL).diagonal())
+    np.testing.assert_allclose(bounds[-1], steady, rtol=1e-2)
+    alone = np.sqrt(lb.error_covariance(observer, OVEN, U=0).diagonal())
+    assert (bounds[-1] > 1.02 * alone).any()
+    page = (made / "report.html").read_text(encoding="utf-8")
+    assert "Errors count a known input that a model of 1 state drives." in page
+    assert "The known input begins at the first sample." in page
+    assert "Not shown" not in page
+
+
+REFUSED = {
+    "a level too many": (["--U", "1,2"], None, "U must have shape"),
+    "a model of two": (
+        ["--U", "u.json"],
+        lb.Plant([[0.5]], None, [[1], [1]], dt=1.0, Q=[[1]], R=np.eye(2)),
+        "must have no input and 1 outputs",
+    ),
+    "a model that grows": (
+        ["--U", "u.json"],
+        lb.Plant([[1.5]], None, [[1]], dt=1.0, Q=[[1]], R=[[0]]),
+        "has the mode 1.5 outside the unit circle",
+    ),
+    "no covariance": (["--U", "u.json"], {"U": [[-1.0]]}, "U"),
+}
+
+
+@pytest.mark.parametrize("more, held, said", REFUSED.values(), ids=REFUSED)
+def test_what_is_no_input_is_refused_before_designs(here, capfd, more, held, said):
+    prepared(held)
+    assert main(["design", "oven.json", *more, "--out", "r", "--dry-run"]) == 1
+    out, err = capfd.readouterr()
+    assert said in err and not out and "Traceback" not in err
+
+
+def test_a_dry_run_names_the_question(here, capfd):
+    assert main(["design", "oven.json", "--U", "0", "--out", "r", "--dry-run"]) == 0
+    assert "r/question.json" in capfd.readouterr().out.split()
