@@ -7,6 +7,7 @@ lib/pyproject.toml, where the rooms stand in which every function is annotated.
 import ast
 import inspect
 import pathlib
+import re
 import tomllib
 from functools import cache
 
@@ -170,3 +171,21 @@ def test_what_help_prints_is_readable(name):
     found = vars(lb)[name]
     if inspect.isfunction(found):  # NumPy's own ArrayLike takes 300 characters
         assert "numpy._typing" not in str(inspect.signature(found))
+
+
+def test_a_property_is_described_without_a_colon():
+    """The pages take what stands before a colon in the first line for the type."""
+    properties = [
+        (path, node)
+        for path in FILES
+        for node in ast.walk(tree(path))
+        if isinstance(node, ast.FunctionDef) and not node.name.startswith("_")
+        if re.search("property", " ".join(map(ast.unparse, node.decorator_list)))
+    ]
+    assert len(properties) > 100
+    wrong = [
+        (relative(path), node.name)
+        for path, node in properties
+        if ":" in (ast.get_docstring(node) or "").partition("\n")[0]
+    ]
+    assert not wrong

@@ -224,7 +224,7 @@ class Observer(Forms, ReadOnly):
 
     @property
     def estimate_names(self) -> tuple[str, ...]:
-        """Names of w^: `estimates`; else a state's where L picks one, or w1, w2, ..."""
+        """Names of w^, which are `estimates`, or of the state L picks, or w1, ..."""
         if self.estimates is not None:
             return self.estimates
         L, states = self.L, names("x state", self.state_names, self.L.shape[1])

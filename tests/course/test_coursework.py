@@ -581,7 +581,8 @@ def test_the_hand_out_has_the_library_and_no_solution(course):
     assert files == {wheel.name, "requirements.txt", "INSTALL.md"}
     with zipfile.ZipFile(wheel) as archive:
         assert "luenberger/coursework/chains.py" in archive.namelist()
-        assert not [name for name in archive.namelist() if name.endswith(".ipynb")]
+        notebooks = {name for name in archive.namelist() if name.endswith(".ipynb")}
+        assert notebooks == {"luenberger/report/templates/design.ipynb"}  # of a report
     required = (folder / "requirements.txt").read_text("utf-8").splitlines()
     assert required[-1] == f"./{wheel.name}"
     assert all("==" in line for line in required[:-1]) and len(required) == 7

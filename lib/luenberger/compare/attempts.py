@@ -134,7 +134,7 @@ class Attempt:
 
     @property
     def judged(self) -> Vector | None:
-        """Variances that designs are judged by: of all states, or of rows of k x."""
+        """Variances that designs are judged by, of all states or of rows of k x."""
         if self.covariance is None or (self.k is None and not self.whole):
             return None
         if self.k is None or not self.whole:
@@ -161,7 +161,7 @@ class Attempt:
 
     @property
     def error(self) -> float | None:
-        """What designs are ranked by: the largest of `ratios`.
+        """What designs are ranked by, the largest of `ratios`.
 
         With a scale the root mean square of standard deviations in its units.
         """

@@ -43,7 +43,7 @@ class Question:
 
     @property
     def weight(self) -> np.ndarray | None:
-        """Of the error that filters make least: I, or 1 / scale^2."""
+        """Of the error that filters make least, I or 1 / scale^2."""
         return None if self.scale is None else np.diag(self.scale**-2.0)
 
     @functools.cached_property

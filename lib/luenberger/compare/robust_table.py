@@ -67,7 +67,7 @@ class Robustness(Reviews, ReadOnly):
 
     @property
     def errors(self) -> Matrix:
-        """(designs, plants) errors: inf where one grows, NaN where it is not known."""
+        """Errors, (designs, plants), inf where one grows, NaN where it is not known."""
         return np.array([one.errors for one in self.spreads])
 
     @property

@@ -63,7 +63,7 @@ class Form:
 
     @property
     def directions(self) -> Matrix:
-        """(count, k, k): what each of them adds."""
+        """What each of them adds, as (count, k, k)."""
         return np.zeros((0, *self.known.shape))
 
     @cached_property

@@ -44,7 +44,7 @@ class Parameters:
 
     @property
     def scale(self) -> Vector:
-        """A step of the search: the size of what it begins with, or 1."""
+        """A step of the search, which is the size of what it begins with, or 1."""
         begin = np.abs(np.array(self.begin, dtype=float))
         return np.where(begin > 0, begin, 1.0)
 

@@ -90,7 +90,7 @@ class Loop:
 
     @property
     def rows(self) -> dict[str, tuple[str, int]]:
-        """Given vectors: {name: (array of the record, 0 or 1 rows ahead)}."""
+        """For each given vector its array of the record, and 0 or 1 rows ahead."""
         return {name: (array, ahead) for name, array, ahead in self.recursion.rows}
 
     @property

@@ -74,7 +74,7 @@ class Explicit:
 
     @cached_property
     def claims(self) -> dict[str, Claim]:
-        """{what is chosen: the `Claim` that is evaluated}."""
+        """The `Claim` that is evaluated, for each thing that is chosen."""
         return {
             name: self.claim(value(self.left, chosen), value(self.right, chosen))
             for name, chosen in (self.cases or {"": {}}).items()

@@ -42,7 +42,7 @@ class Prediction(NamedTuple):
 
     @property
     def cost(self) -> float:
-        """What the best estimator of any order costs: (3.18)."""
+        """What the best estimator of any order costs, by (3.18)."""
         return float(np.trace(run(stages.projection_trace, self._asdict(), "J")["J"]))
 
 
