@@ -98,6 +98,18 @@ def known_input(U: Statistics, plant: Plant) -> KnownInput:
     return KnownInput(model, still, ((1.0, u),) if u.any() else ())
 
 
+def no_tones(given: KnownInput) -> DesignError:
+    """What to say where a filter is to be the best one for tones."""
+    listed = modes(np.array([mode for mode, _ in given.tones]))
+    return DesignError(
+        "the best filter of an order is known for an input at a level, or for one "
+        f"whose model decays, and this U has the mode {listed} on the unit circle. "
+        "Give in its place a tone whose phase drifts slowly, dataclasses.replace(U, "
+        "A=0.999 * U.A, Q=X - 0.999**2 * U.A @ X @ U.A.T), where X is the mean of "
+        "s s' over a period, s the state of U. error_covariance takes U itself."
+    )
+
+
 def _checked(model: Plant, plant: Plant) -> Plant:
     """The model that was given, with zeros for the noises that were not."""
     if model.m or model.p != plant.m:

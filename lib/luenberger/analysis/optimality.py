@@ -23,7 +23,7 @@ from ..observer import Observer
 from ..plant import Plant
 from .disturbance import NO_INPUT, disturbed
 from .error_covariance import mean_error
-from .known_input import KnownInput, Statistics, driven, known_input, seen
+from .known_input import KnownInput, Statistics, driven, known_input, no_tones, seen
 from .mean_square import require_mean_square_stable
 from .necessary_conditions import conditions
 
@@ -200,12 +200,7 @@ def _mean_cost(
 ) -> float:
     """What the mean error at the level of the known input costs."""
     if not given.still:
-        raise DesignError(
-            "optimality is known for an input at a level, or for one whose model "
-            "decays. This U has modes on the unit circle: error_covariance takes it; "
-            "or move the modes inside, to 0.999 of their size, with the noise that "
-            "keeps the input alive"
-        )
+        raise no_tones(given)
     e = mean_error(observer, plant, U=given.model)
     return float(e @ weight @ e)
 

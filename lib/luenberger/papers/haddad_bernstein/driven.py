@@ -11,9 +11,8 @@ from dataclasses import replace
 import numpy as np
 
 from ...analysis.error_system import error_system
-from ...analysis.known_input import KnownInput, driven
+from ...analysis.known_input import KnownInput, driven, no_tones
 from ...certificate import residuals
-from ...errors import DesignError
 from ...kernels import run
 from ...numeric import Matrix
 from ...numeric.linalg import SINGULAR_TOL, lyapunov
@@ -54,11 +53,7 @@ def driven_search(
 def require_decaying(given: KnownInput) -> None:
     """Refuse an input that has a level or a tone beside what varies."""
     if given.tones:
-        raise DesignError(
-            "the best filter of an order is known for an input at a level, or for one "
-            "whose model decays. This U has modes on the unit circle: move them "
-            "inside, to 0.999 of their size, with the noise that keeps the input alive."
-        )
+        raise no_tones(given)
 
 
 def level_met(observer: Observer, plant: Plant) -> Observer:
