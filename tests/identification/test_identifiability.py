@@ -159,6 +159,16 @@ def test_outputs_that_never_meet_do_not_tell_their_correlation():
         found.require()
 
 
+@pytest.mark.parametrize("meet", [70, 300])
+def test_outputs_that_meet_late_tell_it_then(meet):
+    plant = lb.Plant([[0.5, 0], [0.3, 0.2]], None, np.eye(2), dt=1.0)
+    seen = np.ones((400, 2), dtype=bool)
+    seen[::2, 0] = seen[1::2, 1] = False
+    seen[meet : meet + 6] = True
+    assert lb.identifiability(plant, seen=seen).sentences == ()
+    assert lb.identifiability(plant, seen=seen[:meet]).sentences != ()
+
+
 @pytest.mark.parametrize(
     ("wrong", "said"),
     [
