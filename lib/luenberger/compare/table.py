@@ -53,7 +53,7 @@ class Comparison(Reviews, ReadOnly):
 
     @property
     def asked(self) -> Combinations | None:
-        """k as it was asked for: rows, or rows by name."""
+        """The rows k as they were asked for, with their names where they have them."""
         named = self.k is not None and self.called is not None
         return dict(zip(self.called, self.k)) if named else self.k
 
