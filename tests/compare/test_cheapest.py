@@ -1,12 +1,15 @@
 """The form of least work is the one that is counted, returned and exported."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
 import luenberger as lb
 from luenberger.analysis.step_cost import step_cost
-from luenberger.compare.cheapest import cheapest
+from luenberger.compare.cheapest import Rounded, cheapest
 from luenberger.period import hold
+from luenberger.run.rounding import records, rounding
 
 K = [[0, 0, 1, 0]]  # the torque in the shaft
 
@@ -92,3 +95,95 @@ def test_less_is_dropped_where_more_would_not_be_sound():
                         T=[[1]], L=[[1]], dt=1.0)  # fmt: skip
     clean, _, cost = cheapest(given, lambda one: one.D[0, 1] != 0)
     assert clean.D.tolist() == [[0.25, 1e-12, 0]] and cost.multiply_adds == 5
+
+
+# -- digits -------------------------------------------------------------------------
+
+
+def shaft():
+    """Two speeds and a torque, a thousand samples a second; one speed is read."""
+    A = [[-5, 5, -100], [1.25, -1.25, 25], [60, -60, 0]]
+    given = dict(Q=np.diag([0.5, 4, 0.01]), R=[[1e-3]], P0=np.eye(3))
+    return lb.Plant(A, [[50], [0], [0]], [[1, 0, 0]], **given).sampled(1e-3)
+
+
+def in_c(observer, plant, dtype="float"):
+    """Root mean square of what C in float leaves, over that of the estimates."""
+    try:
+        found = lb.export.rounding_error(observer, plant, dtype=dtype, steps=500)
+    except RuntimeError:
+        pytest.skip("no C compiler")
+    run = lb.simulate(plant, observer, 499, seed=8)
+    return found.rms / np.sqrt((run.w_hat**2).mean(axis=0))
+
+
+def changed(observer, S):
+    """The same observer, of the state S z."""
+    back = np.linalg.inv(S)
+    made = dict(F=S @ observer.F @ back, G=S @ observer.G, D=S @ observer.D)
+    return dataclasses.replace(
+        observer, **made, P=observer.P @ back, T=S @ observer.T, z0=S @ observer.z0
+    )
+
+
+def test_rounding_found_without_a_compiler_is_that_of_the_compiled_c():
+    plant = shaft()
+    for L in (None, [[0, 0, 1]]):
+        design = lb.reduced_order_filter(plant, 1, L=L, horizon="steady")
+        for form in (design, design.modal(), design.modal("companion")):
+            found = rounding(form, records(form, plant)[:1], "float")
+            seen = in_c(form, plant)
+            assert (found < 3 * seen).all() and (seen < 3 * found).all()
+
+
+def test_in_float_a_form_that_loses_more_than_a_digit_is_passed_over():
+    plant = shaft()
+    asked = dict(k=[0, 0, 1], methods="Leondes-Novak filter")
+    found = lb.compare(plant, dtype="float", **asked).find(
+        "Leondes-Novak filter", accurate=(0,), horizon="step"
+    )
+    design = lb.reduced_order_filter(plant, 1, L=[0, 0, 1])
+    light, name, cost = cheapest(design, lambda one: True, "float")
+    assert name == "modal, companion blocks" and cost.multiply_adds < found.work
+    assert "A lighter form is passed over" in found.note and "float" in found.note
+    own = in_c(design, plant)
+    assert in_c(found.observer, plant) <= 10 * own < in_c(light, plant)
+    double = lb.compare(plant, **asked).find(
+        "Leondes-Novak filter", accurate=(0,), horizon="step"
+    )
+    assert double.work == cost.multiply_adds and "passed over" not in double.note
+
+
+@pytest.mark.parametrize(
+    "near, kept", [(0.1, True), (1e-2, True), (1e-4, False), (1e-8, False)]
+)
+def test_in_double_a_form_may_lose_what_leaves_nine_digits(near, kept):
+    """Nearly dependent coordinates lose twice as many digits as they are near."""
+    plant = shaft()
+    design = lb.reduced_order_filter(plant, 1, L=[0, 0, 1])
+    form = changed(design, np.array([[1, 1], [1, 1 + near]]))
+    assert Rounded(design, plant, "double").keeps_digits(form) == kept
+    assert not Rounded(design, plant, "float").keeps_digits(form)
+    if near > 1e-6:  # below, what is left of the form grows in double as well
+        exact, other = (lb.simulate(plant, one, 400, seed=1) for one in (design, form))
+        lost = np.abs(other.w_hat - exact.w_hat).max() / np.abs(exact.w_hat).max()
+        assert (lost < 1e-9) == kept
+
+
+@pytest.mark.parametrize("noise", ["noise", "silence", "unknown"])
+def test_every_plant_has_a_record_to_measure_on(noise):
+    """One of the known input beside it; where Q and R vanish, white readings."""
+    given = {
+        "noise": dict(Q=np.eye(3), R=[[1.0]]),
+        "silence": dict(Q=np.zeros((3, 3)), R=[[0.0]]),
+        "unknown": dict(Q=None, R=None, P0=None),
+    }[noise]
+    plant = dataclasses.replace(shaft(), **given)
+    design = lb.reduced_order_observer(plant, [0.5, 0.6])
+    known = records(design, plant)
+    assert len(known) == 2 and all(y.any() for y, _ in known)
+    assert not known[0][1].any() and known[1][1].any()
+    own = rounding(design, known, "float")
+    assert (1e-9 < own).any() and (own < 1e-4).all()
+    bad = changed(design, np.array([[1, 1], [1, 1 + 1e-4]]))
+    assert not Rounded(design, plant, "float").keeps_digits(bad)

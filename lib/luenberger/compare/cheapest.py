@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -10,9 +11,13 @@ import numpy as np
 
 from ..analysis.step_cost import MATRICES, StepCost, step_cost
 from ..errors import CertificateError, DesignError
-from ..numeric import Matrix
+from ..numeric import Matrix, Vector
 from ..observer import Observer
+from ..plant import Plant
+from ..run.rounding import Record, records, rounding
 
+A_DIGIT = 10.0  # times as far as in the design may rounding move estimates in a form
+TO_SPARE = 1e-9  # of an estimate's size: rounding below it is no loss to speak of
 UP_TO = 50  # states; above it only the form of the design is counted
 CHAINS_UP_TO = 12  # states; longer chains lose their digits
 NEGLIGIBLE = (1e-10, 1e-13)  # of a matrix's largest entry: rounding, if that is sound
@@ -30,7 +35,8 @@ def cheapest(
     """An observer in the form of least work, which form that is, and what it costs.
 
     Work is counted in the C that `export.to_c` writes for the observer which is
-    returned.  Another form is taken only if it saves work and is `sound`, and so is
+    returned.  Another form is taken only if it saves work and is `sound`, which may
+    ask for the digits too (`Rounded`), and so is
     the same form without entries that are rounding; among equal work the first in
     `FORMS` is.
 
@@ -50,6 +56,47 @@ def cheapest(
             if cost.multiply_adds < best[2].multiply_adds and sound(one):
                 best = (one, name, cost)
     return best
+
+
+class Rounded:
+    """What forms of a design lose to rounding, beside the design.
+
+    A form keeps the digits of a design where rounding in `dtype` moves no estimate
+    more than ten times as far as in the design, or by less than 1e-9 of its size.  In
+    continuous time nothing is computed step by step, and every form keeps them.
+    """
+
+    def __init__(self, design: Observer, plant: Plant, dtype: str) -> None:
+        self.design, self.plant, self.dtype = design, plant, dtype
+        self.passed_over = False
+
+    @functools.cached_property
+    def known(self) -> list[Record]:
+        return records(self.design, self.plant)
+
+    @functools.cached_property
+    def most(self) -> Vector:
+        """The most that rounding may move each estimate, beside its size."""
+        own = rounding(self.design, self.known, self.dtype)
+        return np.maximum(A_DIGIT * own, TO_SPARE)
+
+    def keeps_digits(self, form: Observer) -> bool:
+        if self.plant.dt == 0:
+            return True
+        found = rounding(form, self.known, self.dtype)
+        good = bool((found <= self.most).all())
+        self.passed_over |= not good
+        return good
+
+    @property
+    def note(self) -> str:
+        """Says so where a form of less work was left out."""
+        if not self.passed_over:
+            return ""
+        return (
+            "A lighter form is passed over, as rounding would cost it more than a "
+            f"digit in {self.dtype}."
+        )
 
 
 def _forms(observer: Observer) -> Iterator[tuple[str, Observer]]:

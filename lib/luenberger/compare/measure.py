@@ -21,7 +21,7 @@ from ..numeric.linalg import ROUNDING, UNIT_TOL, lyapunov, radius
 from ..observer import Observer
 from ..plant import Plant
 from .attempts import Attempt, noisy
-from .cheapest import DESIGNED, cheapest
+from .cheapest import DESIGNED, Rounded, cheapest
 
 if TYPE_CHECKING:
     from .methods import Plan
@@ -55,7 +55,7 @@ def attempt(
         "" if found.form == DESIGNED else f"Given in other coordinates: {found.form}."
     )
     unknown = found.disturbed and U is None
-    notes = [plan.note, formed, DISTURBED if unknown else "", *warned]
+    notes = [plan.note, formed, found.note, DISTURBED if unknown else "", *warned]
     return dataclasses.replace(found, note=" ".join(filter(None, notes)))
 
 
@@ -83,11 +83,15 @@ def _figures(
     moved = disturbed(observer, plant, certificate)
     known = noisy(plant) and not (moved and U is None)
 
+    rounded = Rounded(observer, plant, dtype)
+
     def sound(form: Observer) -> bool:
         if best is not None:
             worst = optimality(form, plant, **asked).worst
-            return worst <= max(STATIONARY_TOL, best.worst)
-        return certify(form, plant).worst <= max(FORM_TOL, certificate.worst)
+            same = worst <= max(STATIONARY_TOL, best.worst)
+        else:
+            same = certify(form, plant).worst <= max(FORM_TOL, certificate.worst)
+        return same and rounded.keeps_digits(form)
 
     form, name, work, size = observer, DESIGNED, multiply_adds(observer), None
     operations = None
@@ -104,6 +108,7 @@ def _figures(
         optimality=best,
         observer=form,
         form=name,
+        note=rounded.note,
     )
 
 

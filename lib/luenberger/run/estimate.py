@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from typing import Any, overload
 
@@ -155,8 +155,23 @@ def _chunk(
     return (here.stop, z), dataframes.like(table, found, o.estimate_names)
 
 
+def plain(
+    observer: Observer,
+    y: Matrix,
+    u: Matrix,
+    kept: Callable[[Vector], Vector] = np.positive,
+) -> Matrix:
+    """Estimates of a constant observer from z0 on; of each state it keeps kept(z)."""
+    return _plain(observer, kept(observer.z0), y, u, slice(0, len(y)), kept)[1]
+
+
 def _plain(
-    observer: Observer, z: Vector, y: Matrix, u: Matrix, here: slice
+    observer: Observer,
+    z: Vector,
+    y: Matrix,
+    u: Matrix,
+    here: slice,
+    kept: Callable[[Vector], Vector] = np.positive,
 ) -> tuple[Vector, Matrix]:
     """The state after the rows `here`, and their estimates, in NumPy."""
     matrices = (getattr(observer, name) for name in "FGDPVW")
@@ -165,7 +180,7 @@ def _plain(
     states = np.empty((len(y), observer.order))
     for k in range(len(y)):
         states[k] = z
-        z = (F if F.ndim == 2 else F[k]) @ z + drive[k]
+        z = kept((F if F.ndim == 2 else F[k]) @ z + drive[k])
     return z, _apply(P, states) + _apply(V, y) + _apply(W, u)
 
 
