@@ -15,7 +15,15 @@ import sympy as sp
 from exact_stages import SIZES, exact_inputs, exact_step
 from worlds import STAGE_LISTS
 
-from luenberger.kernels import cost, entries_known, loops, numba, scalars, solves
+from luenberger.kernels import (
+    bands,
+    cost,
+    entries_known,
+    loops,
+    numba,
+    scalars,
+    solves,
+)
 from luenberger.kernels.c import C, Module, function
 from luenberger.kernels.loops import arrays, write
 from luenberger.kernels.lowering import lower
@@ -37,9 +45,9 @@ def numbers(exact):
     return {k: np.array(v.tolist(), dtype=float) for k, v in exact.items()}
 
 
-def by_loops(program, given):
+def by_loops(program, given, form=numba.Python):
     """The loops in plain Python."""
-    to = numba.Python(1)
+    to = form(1)
     for name, length in arrays(program, ALL, to).items():
         to.let(name, f"np.full({length}, np.nan)")
     to.let("ok", "True")
@@ -147,6 +155,16 @@ def stage_list(request, monkeypatch):
 def test_loops_agree_with_exact_arithmetic(stage_list):
     derivation, program, given, wanted = stage_list
     close(by_loops(program, given), wanted)
+
+
+@pytest.mark.parametrize("high", [2, 3, 4])
+def test_bands_agree_with_exact_arithmetic(high, stage_list, monkeypatch):
+    """Bands that end with the matrix, a row before its end, and one that is all."""
+    derivation, program, given, wanted = stage_list
+    monkeypatch.setattr(bands, "HIGH", high)
+    close(by_loops(program, given, numba.Banded), wanted)
+    monkeypatch.setattr(bands, "SHORT_SUM", 3)  # n = 4 is too long, p = 2 is not
+    close(by_loops(program, given, numba.Banded), wanted)
 
 
 def test_scalars_agree_with_exact_arithmetic(stage_list):
@@ -297,6 +315,7 @@ def test_awkward_formulas(seed, compile_c):
     wanted["V"], wanted["W"] = -wanted["U"], A.T @ S @ A + A @ S @ A.T
     program = lower(derivation, symmetric=("S",))
     close(by_loops(program, given), wanted)
+    close(by_loops(program, given, numba.Banded), wanted)
     close(by_scalars(program, given), wanted)
     for unrolled in (False, True):
         failed, found = compile_c(program, given, unrolled=unrolled)

@@ -11,6 +11,7 @@ from fractions import Fraction
 from itertools import pairwise
 from typing import Any
 
+from .bands import Bands
 from .program import (
     IDENTITY,
     Assign,
@@ -124,7 +125,7 @@ def spans(width: Size, cols: Size) -> list[Any]:
     return [range(*two) for two in pairwise(ends)]
 
 
-class _Loops(Solves):
+class _Loops(Solves, Bands):
     def __init__(
         self,
         program: Program,
@@ -161,7 +162,10 @@ class _Loops(Solves):
         for _, term in small:
             if self.wants_turned(step, term):
                 self.turn(term.factors[1].name)
-        self.add_up(step, large, small)
+        if not large and self.in_bands(step, small):
+            self.add_in_bands(step, small)
+        else:
+            self.add_up(step, large, small)
         self.mirror(step)
 
     def add_up(self, step: Assign, large: Terms, small: Terms) -> None:
@@ -184,7 +188,7 @@ class _Loops(Solves):
                 product = f"{step.target}_b{k}[i * {cols} + j]"
                 to.set("s", *_signed(term.scale, product))
             for k, term, span in now:
-                self.add_product(k, term, span, self.wants_turned(step, term))
+                self.add_product(step, k, term, span)
             to.set(so_far, "s")
             to.end()
         to.end()
@@ -243,29 +247,36 @@ class _Loops(Solves):
         for m in span or ():
             self.to.let(f"a{k}_{m}", self.of(term.factors[0], "i", m))
 
-    def add_product(self, k: int, term: Term, span: range | None, turned: bool) -> None:
+    def add_product(self, step: Assign, k: int, term: Term, span: range | None) -> None:
         """Add a part of the entry (i, j) of a product to s."""
-        to, (left, right) = self.to, term.factors
-        rows, _ = self.program.shape(right.name, self.sizes)
-
-        def entry(m: Index) -> str:
-            if turned:
-                return f"{right.name}_T[{m} * {rows} + j]"
-            return self.of(right, m, "j")
-
+        to, left = self.to, term.factors[0]
         if span is None:
-            to.loop("k", 0, inner_width(self.program, self.sizes, term))
-            product = f"{self.of(left, 'i', 'k')} * {entry('k')}"
-            to.set("s", *_signed(term.scale, product))
+            to.loop("k", 0, self.width(term))
+            self.add(
+                "s", term, f"{self.of(left, 'i', 'k')} * {self.right(step, term, 'k')}"
+            )
             to.end()
         elif span:
-            parts = (f"a{k}_{m} * {entry(m)}" for m in span)
+            parts = (f"a{k}_{m} * {self.right(step, term, m)}" for m in span)
             to.set("s", *_signed(term.scale, " + ".join(parts), len(span) > 1))
 
-    def sum(self, terms: Sequence[Term]) -> str:
+    def add(self, target: str, term: Term, product: str) -> None:
+        self.to.set(target, *_signed(term.scale, product))
+
+    def right(self, step: Assign, term: Term, k: Index) -> str:
+        right = term.factors[1]
+        if not self.wants_turned(step, term):
+            return self.of(right, k, "j")
+        rows, _ = self.program.shape(right.name, self.sizes)
+        return f"{right.name}_T[{k} * {rows} + j]"
+
+    def width(self, term: Term) -> Size:
+        return inner_width(self.program, self.sizes, term)
+
+    def sum(self, terms: Sequence[Term], i: Index = "i") -> str:
         text = ""
         for term in sorted(terms, key=lambda term: term.scale < 0):
-            value, sign = _signed(term.scale, self.of(term.factors[0], "i", "j"))
+            value, sign = _signed(term.scale, self.of(term.factors[0], i, "j"))
             text += f" {sign[0]} {value}" if text else f"{sign[0]}{value}".lstrip("+")
         return text or "0.0"
 

@@ -6,7 +6,7 @@ from typing import Any
 from .inputs import arguments
 from .loops import arrays, write, write_definite, write_turned
 from .program import Sizes
-from .python import Python
+from .python import Banded, Python
 from .recursion import Loop
 from .scalars import Let, Straight
 
@@ -46,7 +46,7 @@ def source(
         Scalar code, or None for loops.
     """
     form = "loops" if unrolled is None else "scalars"
-    to = Python(0)
+    to = Banded(0)
     shown = ", ".join(f"{name} = {value}" for name, value in sorted(sizes.items()))
     to.line(f'"""{loop.name}, {shown}, as {form}.  Generated: do not edit."""')
     to.line("import numpy as np\n\n")

@@ -11,6 +11,7 @@ class Writer:
     comment = stop = ""  # what a comment begins with, and a statement ends with
     has_blas = False  # with `multiply`, the product of two views into an array
     turns = False  # a transpose on the right is copied, so that loops run along rows
+    bands = False  # sums of products are written some rows at a time
 
     def __init__(self, depth: int = 1) -> None:
         self.lines: list[str] = []

@@ -33,7 +33,8 @@ def smoothed(kept: Kept, ways: Ways, compile: bool, neighbours: bool) -> Back:
     """
     N, n = kept.x.shape
     U = np.zeros((N + 1, n, n)) if neighbours else None
-    out = Back(np.empty((N, n)), kept.Sigma, U, np.zeros((N + 1, n)))
+    x, variances = np.empty((2, N, n))
+    out = Back(x, kept.Sigma, U, np.zeros((N + 1, n)), variances)
     zero = np.zeros((n, n))
     carried = Carried(zero[:, :1], zero, np.eye(n), zero[:, :1], None)
     kernel = Compiled(kept, ways, out) if compile and N else None
@@ -42,7 +43,9 @@ def smoothed(kept: Kept, ways: Ways, compile: bool, neighbours: bool) -> Back:
         if kernel is not None and carried.half is None:
             carried, turn = kernel.run(carried, turn)
         if turn < N:
-            carried = _row(kept, ways, N - 1 - turn, carried, out)
+            k = N - 1 - turn
+            carried = _row(kept, ways, k, carried, out)
+            variances[k] = out.Sigma[k].diagonal()
             turn += 1
     return out
 

@@ -66,13 +66,14 @@ class Compiled:
         self.far = {name: X for name, X in given.items() if name in rows}
         self.fixed = {name: X for name, X in given.items() if name not in rows}
         self.found = dict(
-            smoothed=out.x, covariances=flat(out.Sigma), sayings=out.lamda
-        )
+            smoothed=out.x, covariances=flat(out.Sigma), sayings=out.lamda,
+            variances=out.variances,
+        )  # fmt: skip
         if out.U is not None:
             self.found["neighbours"] = flat(out.U[1:])
         width = sum(X[0].nbytes for X in (*self.far.values(), *self.found.values()))
         self.most = min(max(NEAR // width, 16), N)
-        self.variances, self.thetas = np.empty((2, self.most, n))
+        self.thetas = np.empty((self.most, n))
         self.near = {
             name: np.empty((self.most, X.shape[1])) for name, X in self.far.items()
         }
@@ -104,7 +105,7 @@ class Compiled:
         """The first turn whose covariance has lost too many digits, or `done`."""
         last = slice(rows.stop - rows.start - done, rows.stop - rows.start)
         before = self.kept.variances[rows][last]
-        few = before * LEFT >= self.variances[last]
+        few = before * LEFT >= self.found["variances"][rows][last]
         few |= before * self.thetas[last] > MOST
         if not few.any():
             return done
@@ -119,8 +120,7 @@ class Compiled:
         after = {name: X.flatten() for name, X in now.items()}
         done = self.kernel(
             last=rows.stop - rows.start - 1, start=0, stop=stop, keep=True,
-            variances=self.variances, thetas=self.thetas,
-            **self.fixed, **self.near, **found, **after,
+            thetas=self.thetas, **self.fixed, **self.near, **found, **after,
         )  # fmt: skip
         shaped = {name: after[name].reshape(X.shape) for name, X in now.items()}
         return Carried(

@@ -35,6 +35,8 @@ def require_digits(
     names : tuple of str
         Of the states.
     """
+    if seen.all():
+        return
     for begin, end in _gaps(np.asarray(~seen.all(axis=1))):
         rows = kept.variances[begin:end]
         grown = rows > FAR**2 * rows[0]

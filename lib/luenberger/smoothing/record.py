@@ -198,10 +198,9 @@ class Smoother:
             return found[old:]
 
         P = back.Sigma[old:ready]
-        std = np.sqrt(np.maximum(P.diagonal(axis1=1, axis2=2), 0))
         shown, sigma = (
             dataframes.framed(X, plant.state_names, index)
-            for X in (back.x[old:ready], std)
+            for X in (back.x[old:ready], back.std(slice(old, ready)))
         )
         return Smoothed(shown, sigma, P, noises, neighbours)
 
