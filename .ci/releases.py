@@ -12,7 +12,8 @@ from importlib.metadata import version
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
-EXTRAS = ("cluster", "fast", "report")  # the others are tools, and exact
+# tables is of what a notebook stores; the others are tools, and exact
+EXTRAS = ("cluster", "fast", "report")
 
 
 def newest(line):

@@ -100,6 +100,7 @@ def plant(n=4, p=3, *, cross=True, m=2, seed=3, **options):
     return generators.plant(rng, n, p, m=m, cross=cross, **options)
 
 
+TALL = np.arange(24.0).reshape(6, 4) % 5 - 2
 OBSERVERS = {
     "Kalman": lambda: lb.kalman_filter(tracker()),
     "reduced order": lambda: lb.reduced_order_filter(plant(), 2),
@@ -108,6 +109,12 @@ OBSERVERS = {
     "no states": lambda: lb.reduced_order_filter(plant(3, 3), 3),
     "no inputs": lambda: lb.kalman_filter(plant(m=0)),
     "loops": lambda: lb.kalman_filter(plant(14, 3)),
+    "one estimate": lambda: lb.kalman_filter(plant(), L=[1, 0, -2, 0.5]),
+    "one estimate, modal": lambda: lb.reduced_order_filter(
+        plant(), 1, L=[1, 0, -2, 0.5]
+    ).modal("companion"),
+    "more estimates than states": lambda: lb.kalman_filter(plant(), L=TALL),
+    "two estimates in loops": lambda: lb.kalman_filter(plant(14, 3), L=np.eye(2, 14)),
     "starts elsewhere": lambda: dataclasses.replace(
         lb.kalman_filter(tracker()), z0=[3, -2, 0.1]
     ),
@@ -125,6 +132,7 @@ def test_observer_over_many_steps(observer, compiled):
     assert (observer.order == 14) == ("for (int k" in unit.text.partition("#ifdef")[0])
     found, code = unit.run(y, u, q)
     assert not code.any()
+    assert re.search(rf"unit_estimates = {q}\b", unit.header.read_text())
     wanted = lb.estimate(observer, y, u, backend="numpy")
     assert generators.relative(found, wanted) < 1e-12
 

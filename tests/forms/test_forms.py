@@ -275,3 +275,72 @@ def test_a_wrong_entry_is_measured(matrix):
     wrong = right | {matrix: right[matrix] * (1 + 1e-8)}
     with pytest.raises(CertificateError, match="rounding spoils this form"):
         forms_system._require_same(system, S, **wrong)
+
+
+# -- what the estimate never shows ---------------------------------------------------
+
+
+def two_parts(seed=0, q=1, dt=0.1):
+    """An observer whose last two states show nothing, though the others move them."""
+    o = observer(seed, r=5, q=q, dt=dt)
+    F, P = o.F.copy(), o.P.copy()
+    F[:3, 3:], P[:, 3:] = 0, 0
+    if dt:
+        F *= 0.9 / np.abs(np.linalg.eigvals(F)).max()
+    return dataclasses.replace(o, F=F, P=P)
+
+
+@pytest.mark.parametrize("mixed", [False, True], ids=["entries", "directions"])
+@pytest.mark.parametrize("dt", [0, 0.1])
+@pytest.mark.parametrize("q", [1, 2])
+def test_hidden_states_are_left_out_and_nothing_else(mixed, dt, q):
+    o = two_parts(4, q, dt)
+    if mixed:
+        S = np.random.default_rng(5).standard_normal((5, 5)) * 2.0 ** np.arange(5)
+        back = np.linalg.inv(S)
+        made = dict(F=S @ o.F @ back, G=S @ o.G, D=S @ o.D, P=o.P @ back)
+        o = dataclasses.replace(o, **made, T=S @ o.T, z0=S @ o.z0)
+    made = o.without_hidden()
+    assert (o.order, made.order) == (5, 3)
+    size = np.abs(markov(o)).max(axis=(1, 2), keepdims=True)
+    assert np.abs((markov(made) - markov(o)) / size).max() < 1e-11
+    for k in range(3):
+        before = o.P @ np.linalg.matrix_power(o.F, k)
+        after = made.P @ np.linalg.matrix_power(made.F, k)
+        assert np.allclose(after @ made.T, before @ o.T, rtol=1e-8, atol=1e-9)
+        assert np.allclose(after @ made.z0, before @ o.z0, rtol=1e-8, atol=1e-9)
+    if not mixed:
+        assert np.array_equal(made.F, o.F[:3, :3])
+        assert np.array_equal(made.T, o.T[:3])
+    assert made.without_hidden() is made
+
+
+def test_what_shows_a_little_stays():
+    o = two_parts(4)
+    P = o.P.copy()
+    P[0, 4] = 1e-6 * np.abs(P).max()
+    assert dataclasses.replace(o, P=P).without_hidden().order == 5
+    assert observer(1).without_hidden().order == 4
+
+
+def test_a_filter_without_its_hidden_states_is_certified():
+    """Two tanks that do not meet; only the level of one is wanted."""
+    A = scipy.linalg.block_diag([[0.9, 0.1], [0, 0.8]], [[0.7, 0.2], [-0.2, 0.7]])
+    plant = lb.Plant(A, None, np.eye(2, 4)[:, [0, 2, 1, 3]], dt=1.0, Q=np.eye(4),
+                     R=np.eye(2))  # fmt: skip
+    whole = lb.kalman_filter(plant, L=[1, 0, 0, 0])
+    made = whole.without_hidden()
+    assert (whole.order, made.order) == (4, 2)
+    assert lb.certify(made, plant).require().worst < 1e-13
+    left = lb.error_covariance(made, plant)
+    np.testing.assert_allclose(left, lb.error_covariance(whole, plant), rtol=1e-12)
+    assert lb.multiply_adds(made) < lb.multiply_adds(whole)
+    (one,) = lb.compare(plant, k=[1, 0, 0, 0], methods="Kalman filter")
+    assert one.order == 2 and one.work <= lb.multiply_adds(made)
+    assert "Left out: 2 states that the estimate never shows." in one.note
+
+
+def test_hidden_states_of_an_observer_over_steps_stay():
+    plant = lb.Plant([[0.5]], None, [[1]], dt=1.0, Q=[[1]], R=[[1]], P0=[[1]])
+    with pytest.raises(DesignError, match="varies over time"):
+        lb.kalman_filter(plant, steps=3).without_hidden()

@@ -66,10 +66,11 @@ def compare(
     - the deadbeat observer;
     - the functional observer of k x of least order.
 
-    Each is returned in the coordinates in which it is the least work: as designed,
-    modal or companion, where the certificate is as good there and digits are kept:
-    rounding moves no estimate more than ten times as far as in the design, or by less
-    than 1e-9 of its size, in the numbers of `dtype` on a simulated record.
+    Each is returned without states that its estimate never shows, and in the
+    coordinates in which it is the least work: as designed, modal or companion, where
+    the certificate is as good there and digits are kept.  They are where rounding moves
+    no estimate more than ten times as far as in the design, or by less than 1e-9 of its
+    size, in the numbers of `dtype` on a simulated record.
 
     What is left out is listed as not tried; with 200 states and 4 outputs the rest is
     a matter of seconds.

@@ -38,7 +38,8 @@ class Attempt:
     label : str
         Which one of them, in a few words.
     order : int or None
-        Number of observer states; None where that was never settled.
+        Number of observer states, without those that the estimate never shows; None
+        where that was never settled.
     accurate : tuple of int
         The outputs treated as exact.
     horizon : "step", "steady" or None
@@ -47,7 +48,8 @@ class Attempt:
     observer : Observer or None
         In the form that is the least work.
     form : str
-        Which one: "as designed", "modal", "modal, companion blocks" or "companion".
+        Which one: "as designed", "without hidden states", "modal", "modal, companion
+        blocks" or "companion".
     covariance : (q, q) ndarray or None
         Of the steady error of what the observer estimates; None without noise.
     k : (., n) ndarray or None

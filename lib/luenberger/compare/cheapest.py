@@ -22,6 +22,7 @@ UP_TO = 50  # states; above it only the form of the design is counted
 CHAINS_UP_TO = 12  # states; longer chains lose their digits
 NEGLIGIBLE = (1e-10, 1e-13)  # of a matrix's largest entry: rounding, if that is sound
 DESIGNED = "as designed"
+SHOWN = "without hidden states"
 FORMS: dict[str, Callable[[Observer], Observer]] = {
     "modal": lambda one: one.modal(),
     "modal, companion blocks": lambda one: one.modal("companion"),
@@ -102,9 +103,18 @@ class Rounded:
 def _forms(observer: Observer) -> Iterator[tuple[str, Observer]]:
     """The forms that there are."""
     yield DESIGNED, observer
-    if not 1 < observer.order <= UP_TO:
-        return
-    for name, form in FORMS.items():
+    bases, shown = [observer], without_rounding(observer, NEGLIGIBLE[-1])
+    shown = shown.without_hidden()
+    if shown.order < observer.order:
+        yield SHOWN, shown
+        bases.append(shown)
+    for base in bases:
+        yield from _of_same_order(base)
+
+
+def _of_same_order(observer: Observer) -> Iterator[tuple[str, Observer]]:
+    """Forms with all states of an observer."""
+    for name, form in FORMS.items() if 1 < observer.order <= UP_TO else ():
         if name == "companion" and observer.order > CHAINS_UP_TO:
             continue
         try:

@@ -21,7 +21,8 @@ from ..numeric.linalg import ROUNDING, UNIT_TOL, lyapunov, radius
 from ..observer import Observer
 from ..plant import Plant
 from .attempts import Attempt, noisy
-from .cheapest import DESIGNED, Rounded, cheapest
+from .cheapest import DESIGNED, SHOWN, Rounded, cheapest
+from .reasons import count
 
 if TYPE_CHECKING:
     from .methods import Plan
@@ -49,13 +50,16 @@ def attempt(
         figures: Any = _figures(observer, plant, plan, U, dtype)
     except ValueError as error:  # DesignError, CertificateError: listed, not raised
         return Attempt(*given, **known, refusal=str(error))
-    given = (plan.method, plan.label, observer.order)
-    found = Attempt(*given, **known | figures)
-    formed = (
-        "" if found.form == DESIGNED else f"Given in other coordinates: {found.form}."
-    )
+    form, name = figures["observer"], figures["form"]
+    found = Attempt(plan.method, plan.label, form.order, **known | figures)
+    formed = []
+    if hidden := observer.order - form.order:
+        which = count(hidden, "state")
+        formed.append(f"Left out: {which} that the estimate never shows.")
+    if name not in (DESIGNED, SHOWN):
+        formed.append(f"Given in other coordinates: {name}.")
     unknown = found.disturbed and U is None
-    notes = [plan.note, formed, found.note, DISTURBED if unknown else "", *warned]
+    notes = [plan.note, *formed, found.note, DISTURBED if unknown else "", *warned]
     return dataclasses.replace(found, note=" ".join(filter(None, notes)))
 
 

@@ -12,6 +12,7 @@ from ..numeric import Matrix
 from ..numeric.linalg import eigenvalues, modes
 from .balanced import balanced_form
 from .companion import companion_form, require_some
+from .hidden import as_moved, shown_changes
 from .modal import modal
 from .system import Change, System, carried_out
 
@@ -159,6 +160,42 @@ class Forms:
         if o.order:
             require_some(found, chosen, modes(eigenvalues(o.F)))
         return min(found, key=_entries) if found else self
+
+    def without_hidden(self) -> Self:
+        """The same observer without states that its estimate never shows.
+
+        A state is left out where no entry of F and P leads from it to w^; then
+        directions in which all states together show nothing, to twelve digits.
+        An observer that shows all of its states is returned as it is.
+
+        Returns
+        -------
+        Observer
+
+        Raises
+        ------
+        DesignError
+            If the observer is complex or varies over time.
+
+        Examples
+        --------
+        >>> import luenberger as lb
+        >>> plant = lb.Plant([[0.9, 0], [0, 0.5]], None, [[1, 0], [0, 1]], dt=1.0,
+        ...                  Q=[[1, 0], [0, 1]], R=[[1, 0], [0, 1]])
+        >>> first = lb.kalman_filter(plant, L=[1, 0])
+        >>> first.order, first.without_hidden().order
+        (2, 1)
+        """
+        system = self._system()
+        if not len(system.F):
+            return self
+        system, found = as_moved(system), [self]
+        for change in shown_changes(system):
+            try:
+                found.append(self._moved(change, system))
+            except CertificateError:
+                continue
+        return min(found, key=lambda one: len(vars(one)["F"]))
 
     def _tried(self, given: dict[str, int]) -> list[Self]:
         """The companion form from one place, if there is one."""

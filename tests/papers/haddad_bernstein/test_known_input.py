@@ -6,6 +6,7 @@ import re
 import generators
 import numpy as np
 import pytest
+import scipy.linalg
 
 import luenberger as lb
 
@@ -108,6 +109,8 @@ def test_the_advice_for_a_tone_gives_what_is_best_for_it(tone):
     for _ in range(steps):
         X, s = X + np.outer(s, s) / steps, U.A @ s
     drifts = eval(advice, dict(dataclasses=dataclasses, U=U, X=X))
+    kept = scipy.linalg.solve_discrete_lyapunov(drifts.A, drifts.Q)
+    np.testing.assert_allclose(kept, X, atol=2e-3 * X.max())
     found = lb.fixed_order_filter(PLANT, 1, U=drifts, starts=4)
     assert lb.optimality(found, PLANT, U=drifts).worst < 1e-8
     least = cost(found, U)  # the tone itself

@@ -1,7 +1,8 @@
 """A change of coordinates keeps the estimate and the certificate.
 
 The state of an observer is an aid: only its estimate counts.  In coordinates `z_S` all
-matrices change together, and what makes them an observer holds as before.
+matrices change together, and what makes them an observer holds as before.  States that
+the estimate never shows can be left out on the way.
 
 Source: ours; that a change of coordinates keeps what a system does is common knowledge.
 """
@@ -12,11 +13,24 @@ from ...symbolic import Derivation, Line, Stage
 from .letters import *
 
 SOURCE = "ours"
+letters = letters.here()
+chain, define = letters.chain, letters.define
+S = letters("S", s, r, "changes the coordinates, and leaves out what is not shown")
+U = letters("U", r, s, "changes them back")
+F_S = letters("F_S", s, s, "`F` in the new coordinates")
+G_S = letters("G_S", s, m, "`G` in the new coordinates")
+D_S = letters("D_S", s, p, "`D` in the new coordinates")
+P_S = letters("P_S", q, s, "`P` in the new coordinates")
+T_S = letters("T_S", s, n, "`T` in the new coordinates")
+z_S = letters("z_S", s, 1, "state of the observer in the new coordinates")
 
 PAGE = (
-    """Let `S` be nonsingular and `U` its inverse. The state of the observer in new
-    coordinates is `S z`, and these are its matrices.""",
-    inverse := define(U * S, I),
+    """The state of the observer in new coordinates is `S z`, and `U` leads back as far
+    as the estimate shows: what `S` leaves out moves neither the rest nor the estimate.
+    Where `S` is nonsingular and `U` its inverse, nothing is left out.""",
+    rest := define(S * F * U * S, S * F),
+    shown := define(P * U * S, P),
+    "These are the matrices in the new coordinates.",
     is_z := define(z_S, S * z),
     is_F := define(F_S, S * F * U),
     is_G := define(G_S, S * G),
@@ -30,17 +44,17 @@ PAGE = (
         "the same motion",
         S * z_next,
         Line(S * (F * z + G * u + D * y), by=(moves,)),
-        Line(S * F * U * S * z + S * G * u + S * D * y, by=(inverse,)),
+        Line(S * F * U * S * z + S * G * u + S * D * y, by=(rest,)),
         Line(F_S * z_S + G_S * u + D_S * y, by=(is_F, is_z, is_G, is_D)),
     ),
     "The estimate is the same at every instant, from every start and for every input.",
-    shows := define(w_hat, P * z + V * y + W * u),
+    is_w := define(w_hat, P * z + V * y + W * u),
     chain(
         "",
         "the same estimate",
         w_hat,
-        Line(P * z + V * y + W * u, by=(shows,)),
-        Line(P * U * S * z + V * y + W * u, by=(inverse,)),
+        Line(P * z + V * y + W * u, by=(is_w,)),
+        Line(P * U * S * z + V * y + W * u, by=(shown,)),
         Line(P_S * z_S + V * y + W * u, by=(is_P, is_z)),
     ),
     """What makes an observer of these matrices are equations between them and the
@@ -52,7 +66,7 @@ PAGE = (
         T_S * A,
         Line(S * T * A, by=(is_T,)),
         Line(S * (F * T + D * C), by=(dynamics,)),
-        Line(S * F * U * S * T + S * D * C, by=(inverse,)),
+        Line(S * F * U * S * T + S * D * C, by=(rest,)),
         Line(F_S * T_S + D_S * C, by=(is_F, is_T, is_D)),
     ),
     enters := define(T * B, G + D * E),
@@ -70,32 +84,32 @@ PAGE = (
         "the estimate shows what it did",
         L,
         Line(P * T + V * C, by=(output,)),
-        Line(P * U * S * T + V * C, by=(inverse,)),
+        Line(P * U * S * T + V * C, by=(shown,)),
         Line(P_S * T_S + V * C, by=(is_P, is_T)),
     ),
     """A program that makes the new matrices in another way is measured by two
-    equations without an inverse of its own. The first also says that the poles are the
-    same.""",
+    equations without an inverse of its own. Where nothing is left out, the first also
+    says that the poles are the same.""",
     chain(
         "",
         "what is measured of the motion",
         F_S * S,
         Line(S * F * U * S, by=(is_F,)),
-        Line(S * F, by=(inverse,)),
+        Line(S * F, by=(rest,)),
     ),
     chain(
         "",
         "what is measured of the estimate",
         P_S * S,
         Line(P * U * S, by=(is_P,)),
-        Line(P, by=(inverse,)),
+        Line(P, by=(shown,)),
     ),
 )
 
 
 @cache
 def changed():
-    """All that changes of an observer, in the coordinates S z; U is the inverse."""
+    """All that changes of an observer, in the coordinates S z; U leads back."""
     stages = (
         Stage(F_S, S * F * U, by=(is_F,)),
         Stage(G_S, S * G, by=(is_G,)),

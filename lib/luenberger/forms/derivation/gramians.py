@@ -10,7 +10,6 @@ of A. J. Laub, M. T. Heath, C. C. Paige and R. C. Ward, the same 32 (1987) 115-1
 from functools import cache
 
 from ...symbolic import Derivation, Line, Stage, ZeroMatrix
-from .change import inverse, is_F, is_P
 from .letters import *
 
 SOURCE = "Moore (1981); Laub, Heath, Paige and Ward (1987)"
@@ -18,9 +17,9 @@ nothing = ZeroMatrix(r, r)
 
 PAGE = (
     "The Gramians change with the coordinates, as do the inputs.",
-    inverse,
-    is_F,
-    is_P,
+    inverse := define(U * S, I),
+    is_F := define(F_S, S * F * U),
+    is_P := define(P_S, P * U),
     is_N := define(N_S, S * N),
     is_X := define(X_S, S * X * S.T),
     is_Y := define(Y_S, U.T * Y * U),
