@@ -1,12 +1,12 @@
 """Run notebooks top to bottom in place: python .ci/refresh_notebooks.py [NOTEBOOK ...]
 
-Without arguments every notebook of the repository.
+Without arguments every notebook of the repository.  Lessons are marked as slides, too.
 """
 
 import sys
 from pathlib import Path
 
-from notebook_tests import refresh
+from notebook_tests import refresh, slides
 
 ROOT = Path(__file__).resolve().parents[1]
 TEMPLATES = ROOT / "lib" / "luenberger" / "report" / "templates"
@@ -18,4 +18,6 @@ def every():
 
 
 if __name__ == "__main__":
-    refresh.main(sys.argv[1:] or every())
+    chosen = [Path(path).resolve() for path in sys.argv[1:]] or every()
+    refresh.main(chosen)
+    slides.main(path for path in chosen if path.parent == ROOT / "notebooks")

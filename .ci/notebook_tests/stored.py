@@ -8,7 +8,7 @@ from pathlib import Path
 
 from PIL import Image
 
-from . import as_run, prose
+from . import as_run, prose, slides
 
 FOREIGN = {
     "an address in memory": r"0x[0-9a-fA-F]{6,}",
@@ -43,6 +43,7 @@ def complaints(notebook):
         yield "fewer than three cells assert anything"
     yield from as_run.complaints(notebook)
     yield from prose.complaints(notebook)
+    yield from slides.complaints(notebook)
     for cell in cells:
         where = f"cell {cell.get('id')}: "
         yield from (where + words for words in cell_complaints(cell))

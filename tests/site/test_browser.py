@@ -279,6 +279,21 @@ def test_a_phone_shows_the_reasons_below_the_lines(browser, served):
         assert reason["x"] + reason["width"] <= PHONE[0]
 
 
+FOLDED = "document.querySelectorAll('main details:not([open])').length"
+
+
+def test_solutions_are_unfolded_on_paper_only(browser, served):
+    with window(browser) as page:
+        visit(page, f"{served}/05-staircase-observer.html")
+        folded = page.evaluate(FOLDED)
+        assert folded >= 10
+        count = f"addEventListener('beforeprint', () => {{ window.left = {FOLDED} }})"
+        page.evaluate(count)
+        page.pdf()
+        assert page.evaluate("window.left") == 0
+        assert page.evaluate(FOLDED) == folded
+
+
 @pytest.mark.parametrize("place", ["as a file", "from a server"])
 @pytest.mark.parametrize(
     ("term", "leads_to"),

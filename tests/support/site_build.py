@@ -12,6 +12,7 @@ NEEDED = {
     "myst_nb": "myst-nb",
     "sphinx_book_theme": "sphinx-book-theme",
     "sphinx-mathjax-offline": "sphinx-mathjax-offline",
+    "sphinx_revealjs": "sphinx-revealjs",
 }
 COMMAND = ["-m", "sphinx", "-W", "--keep-going", "-q", "-j", "auto"]
 

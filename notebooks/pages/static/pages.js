@@ -84,6 +84,21 @@ document.addEventListener("DOMContentLoaded", () => {
   title?.setAttribute("aria-label", "First page");
 });
 
+// On paper everything is unfolded, solutions too; the screen gets back what it had.
+window.addEventListener("beforeprint", () => {
+  for (const box of document.querySelectorAll("main details:not([open])")) {
+    box.open = true;
+    box.dataset.folded = "";
+  }
+  fit();
+});
+window.addEventListener("afterprint", () => {
+  for (const box of document.querySelectorAll("main details[data-folded]")) {
+    box.open = false;
+    delete box.dataset.folded;
+  }
+});
+
 window.addEventListener("load", async () => {
   await window.MathJax?.startup?.promise;
   await document.fonts.ready;

@@ -1,0 +1,61 @@
+"""Slides of the lessons in Chromium."""
+
+import subprocess
+import sys
+
+import browsing
+import pytest
+import site_build
+from browsing import ROOT, visit, window
+
+pytestmark = pytest.mark.browser
+
+LESSON = ROOT / "notebooks" / "09-optimal-projection.ipynb"
+WIDE = """() => { const slide = Reveal.getCurrentSlide();
+    return slide.scrollWidth > slide.clientWidth + 2 }"""
+
+
+@pytest.fixture(scope="module")
+def browser():
+    if reason := browsing.missing():
+        pytest.skip(reason)
+    with browsing.chromium_running() as browser:
+        yield browser
+
+
+@pytest.fixture(scope="module")
+def deck(tmp_path_factory):
+    if reason := site_build.missing():
+        pytest.skip(reason)
+    folder = tmp_path_factory.mktemp("deck")
+    command = [sys.executable, "-m", "nbconvert", "--config", "notebooks/slides.py"]
+    where = ["--output-dir", str(folder), str(LESSON)]
+    done = subprocess.run(
+        [*command, *where], cwd=ROOT, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    return folder
+
+
+def test_a_deck_needs_no_network_and_fits_the_screen(browser, deck):
+    """`window` refuses what is asked of another machine, and scripts that fail."""
+    with window(browser, 1280, 720) as page:
+        visit(page, (deck / f"{LESSON.stem}.slides.html").as_uri())
+        count = page.evaluate("Reveal.getTotalSlides()")
+        assert count > 30
+        assert page.locator("mjx-container[display] svg").count() > 20
+        for k in range(count):
+            assert not page.evaluate(WIDE), f"slide {k + 1} is too wide"
+            page.keyboard.press("ArrowRight")
+        assert page.evaluate("Reveal.isLastSlide()")
+        assert page.get_by_text("# Solution of exercise").count() == 0
+
+
+def test_a_deck_is_carried_with_what_it_loads(browser, deck, tmp_path):
+    """Without the folder beside it the deck is bare, so that is where it loads from."""
+    name = f"{LESSON.stem}.slides.html"
+    alone = tmp_path / name
+    alone.write_text((deck / name).read_text(encoding="utf-8"), encoding="utf-8")
+    with window(browser, pardoned="Reveal is not defined") as page:
+        page.goto(alone.as_uri())
+        assert page.locator("mjx-container").count() == 0
