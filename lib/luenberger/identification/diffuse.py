@@ -34,9 +34,8 @@ LEAST = 1e-11  # below it the rows do not determine the state
 
 def any_start(plant: Plant) -> Plant:
     """The plant with a covariance of the state at the first row, which may be any."""
-    first = replace(plant, P0=np.eye(plant.n), P0_is="prior", x0=np.zeros(plant.n))
-    states, _ = natural(Settings(first, 0).at(1))
-    return replace(first, P0=np.diag(states**2))
+    states, _ = natural(Settings(plant, 0).at(1))
+    return replace(plant, P0=np.diag(states**2), P0_is="prior", x0=np.zeros(plant.n))
 
 
 class Solved(NamedTuple):

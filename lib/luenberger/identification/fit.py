@@ -22,12 +22,14 @@ from .identifiability import Identifiability, identifiability
 from .noise_fit import NoiseFit, found
 from .objective import per_reading, readings
 from .parameters import parameters_of
+from .scoring import scored
 from .search import least
 from .starts import start_of
 from .unknowns import Unknowns
 
 BUDGET = 400  # evaluations that a search takes about, for a bar
 BEGINNING = 2  # gains of the autocovariances that a search begins from
+STRETCHES = 10  # without gaps, from which a search begins
 NEAR = 1e-6  # of a vector, that it is the same
 NOTHING = 1e-12  # of a record: noise below it is rounding
 METHODS = ("likelihood", "autocovariance")
@@ -140,15 +142,18 @@ def fit_noise(
     told = identifiability(first, Q=Q, R=R, start=begin, seen=seen)
     fixed = _fixed(unidentifiable, told, method)
     recorded.require_enough(plant, data, told.determined + len(more.names))
-    rounds = ROUNDS if method == "autocovariance" else BEGINNING
-    unknowns, theta, squares = start_of(first, data, Q, R, S, begin, more, rounds)
-    if method == "autocovariance":
+    alone = method == "autocovariance"
+    effort = (ROUNDS, None) if alone else (BEGINNING, STRETCHES)
+    unknowns, theta, squares = start_of(first, data, Q, R, S, begin, more, *effort)
+    if alone:
         return _by_squares(unknowns, squares, data)
     inverse = _sure(squares, theta)
     if inverse is not None:
         inverse = inverse * readings(data)
     with reporting(progress, BUDGET, "pass") as report:
         objective = held(per_reading(unknowns, data), unknowns, fixed, theta)
+        if not fixed and recorded.has_gaps(data):
+            theta, inverse = scored(unknowns, objective, theta, data)
         theta, _ = least(objective, theta, report, None if fixed else inverse)
     _require_noise_left(unknowns, theta, data)
     fit = found(unknowns, theta, data)

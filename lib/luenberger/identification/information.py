@@ -143,11 +143,11 @@ def _of_record(
     stretches.append(rows_of(settings, ways, state, y[first:], u[first:], fast))
     Pi, told = np.zeros((plant.n, plant.n)), list[Matrix]()
     for one in reversed(stretches):
-        rows, Pi = one.back(Pi)
+        rows, Pi = one.back(Pi, fast)
         told.insert(0, rows)
     total = np.zeros((ways.count, ways.count))
     for one, rows in zip(stretches, told):
-        found, now = one.forward(rows, now, ways)
+        found, now = one.forward(rows, now, ways, fast)
         total += found
     return total
 

@@ -157,19 +157,32 @@ def log_likelihood(
         )
         if settled is not None:
             return settled if gradient else settled[0]
+    found = row_by_row(plant, records, fast, score.names(plant) if gradient else ())
+    return found if gradient else found[0]
+
+
+def row_by_row(
+    plant: Plant, records: Sequence[Record], fast: bool, wanted: tuple[str, ...]
+) -> tuple[float, Matrices]:
+    """The likelihood of records, and its gradients in the matrices of `wanted`."""
+    unknown = plant.P0 is None
     settings = Settings(diffuse.any_start(plant) if unknown else plant, 0)
     total, slopes = 0.0, dict[str, np.ndarray]()
     for one in records:
-        found, slope = _of_record(settings, unknown, one, fast, gradient)
+        found, slope = _of_record(settings, unknown, one, fast, wanted)
         total += found
         slopes = {name: slopes.get(name, 0) + X for name, X in slope.items()}
-    return (total, slopes) if gradient else total
+    return total, slopes
 
 
 def _of_record(
-    settings: Settings, unknown: bool, record: Record, fast: bool, gradient: bool
+    settings: Settings,
+    unknown: bool,
+    record: Record,
+    fast: bool,
+    wanted: tuple[str, ...],
 ) -> tuple[float, Matrices]:
-    """The likelihood of one record, and its gradient if that is wanted."""
+    """The likelihood of one record, and its gradients if some are wanted."""
     plant, (y, u, u0) = settings.plant, record
     first, found, beginning = 0, 0.0, None
     if unknown:
@@ -181,12 +194,12 @@ def _of_record(
         )
     else:
         state = start(settings, plant.x0, u0)
-    trail = Trail.empty(plant, y[first:], gradient)
+    trail = Trail.empty(plant, y[first:], bool(wanted))
     Pass(settings).into(trail, state, y[first:], u[first:], fast, LIKELIHOOD)
     found += value(trail.settled())
-    if not gradient:
+    if not wanted:
         return found, {}
-    sums, now = score.Sums(plant), score.Adjoint.after(plant.n)
+    sums, now = score.Sums(plant, wanted), score.Adjoint.after(plant.n)
     now = score.back(trail, plant, u[first:], sums, now, first + 1)
     if beginning is None:
         return found, sums.found | score.at_start(plant, now, u0, sums)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from importlib.util import find_spec
-from typing import Any
 
 import numpy as np
 
@@ -12,7 +11,7 @@ from ..errors import CertificateError, DesignError
 from ..numeric import Matrices, Vector
 from ..plant import Plant
 from ..plant.instant import Instant
-from .likelihood import log_likelihood
+from .likelihood import _records, log_likelihood, row_by_row
 from .records import Records
 from .settled_record import Evaluator
 from .unknowns import Unknowns, along
@@ -48,6 +47,13 @@ def per_reading(
 ) -> Callable[[Vector], tuple[float, Vector]]:
     """The objective of a search, and its slope; infinite where there is none."""
     count, likelihood = readings(data), _Likelihood(unknowns, data)
+    last: list[tuple[Vector, tuple[float, Vector]]] = []
+
+    def again(theta: Vector) -> tuple[float, Vector]:
+        if not last or not np.array_equal(last[0][0], theta):
+            last[:] = [(theta.copy(), value(theta))]
+        found, slope = last[0][1]
+        return found, slope.copy()
 
     def value(theta: Vector) -> tuple[float, Vector]:
         try:
@@ -60,18 +66,18 @@ def per_reading(
             return np.inf, np.zeros(len(theta))
         return -one / count, -np.array(slopes) / count
 
-    return value
+    return again
 
 
 class _Likelihood:
     """The likelihood of records and its gradients, at one vector after another."""
 
     def __init__(self, unknowns: Unknowns, data: Records) -> None:
-        self.unknowns, self.backend = unknowns, backend_for(data)
-        self.ys, self.us = [y for y, _ in data], [u for _, u in data]
-        nothing = np.zeros(unknowns.parameters.template.m)
-        records = [(y, u, nothing) for y, u in data]
-        self.settled = Evaluator(records, self.backend == "numba")
+        self.unknowns = unknowns
+        ys, us = [y for y, _ in data], [u for _, u in data]
+        self.records = [*_records(unknowns.parameters.template, ys, us, None)]
+        self.fast = backend_for(data) == "numba"
+        self.settled = Evaluator(self.records, self.fast)
 
     def __call__(self, theta: Vector) -> tuple[float, Matrices]:
         """From a settled filter where there is one, else row by row."""
@@ -81,17 +87,16 @@ class _Likelihood:
             now = plant.at(0)
         elif plant.P0 is not None:
             plant = self.unknowns.plant(theta)
+        start = None if plant.P0 is None else plant
+        there = () if start is None else ("x0", "P0")
+        wanted = tuple(k for k in self.unknowns.moved if self._has(now, k, there))
         found = None
         if plant.steps is None:
-            start = None if plant.P0 is None else plant
-            there = () if start is None else ("x0", "P0")
-            wanted = [k for k in self.unknowns.moved if self._has(now, k, there)]
-            found = self.settled(now, start, tuple(wanted))
+            found = self.settled(now, start, wanted)
         if found is not None:
             return found
         plant = self.unknowns.plant(theta)
-        options: Any = dict(gradient=True, backend=self.backend)
-        return log_likelihood(plant, self.ys, self.us, **options)
+        return row_by_row(plant, self.records, self.fast, wanted)
 
     @staticmethod
     def _has(now: Instant, name: str, there: tuple[str, ...]) -> bool:

@@ -41,14 +41,17 @@ def names(plant: Plant) -> tuple[str, ...]:
 
 
 class Sums:
-    """The gradients so far, in the shapes of the plant's matrices."""
+    """The gradients so far, in the shapes of the plant's matrices.
 
-    def __init__(self, plant: Plant) -> None:
+    Those in the matrices of `wanted`, or in all.
+    """
+
+    def __init__(self, plant: Plant, wanted: tuple[str, ...] | None = None) -> None:
         self.plant = plant
         self.found = {
             name: np.zeros(getattr(plant, name).shape)
             for name in names(plant)
-            if name not in ("x0", "P0")
+            if name not in ("x0", "P0") and (wanted is None or name in wanted)
         }
 
     def add(self, first: int, rows: Matrices) -> None:

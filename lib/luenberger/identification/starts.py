@@ -53,7 +53,7 @@ class InUnits:
 
 def start_of(
     plant: Plant, data: Records, Q: Any, R: Any, S: Matrix | None,
-    begin: dict[str, Any], parameters: Parameters, rounds: int,
+    begin: dict[str, Any], parameters: Parameters, rounds: int, most: int | None = None,
 ) -> tuple[Unknowns, Vector, Fitted | None]:  # fmt: skip
     """What is unknown, where to begin, and the fit of autocovariances if there is one.
 
@@ -66,11 +66,14 @@ def start_of(
         As in `fit_noise`, checked.
     rounds : int
         Gains of the autocovariances.
+    most : int, optional
+        Stretches without gaps that these are taken from, the longest; default all.
     """
     now = plant.at(0)
     pair, _ = in_even_units(now.A, now.C, 1.0, default_tol(plant.n))
     x, y = pair.states, pair.outputs
     stretches = complete_stretches(data, LEAST_ROWS * (plant.n + 1))
+    stretches = sorted(stretches, key=lambda pair: -len(pair[0]))[:most]
     even, size, gain = None, _steps(data) / y, None
     if plant.steps is None and stretches:
         even = Plant(pair.A, plant.B / x[:, None], pair.C, plant.E / y[:, None], dt=1.0)

@@ -11,6 +11,7 @@ import numpy as np
 from .. import kernels
 from ..numeric import Matrices, Matrix, Vector
 from ..stage_list import StageList
+from .carried_rows import ENOUGH, Each, compiled_back, compiled_each
 from .derivation import (
     changed_on,
     correlations,
@@ -83,8 +84,13 @@ class Stretch:
             here = slice(k, min(k + size, self.rows))
             yield here, self.part(here)
 
-    def back(self, Pi: Matrix) -> tuple[Matrix, Matrix]:
-        """What the rows after each row tell, (rows, n, n), and all rows together."""
+    def back(self, Pi: Matrix, fast: bool) -> tuple[Matrix, Matrix]:
+        """What the rows after each row tell, (rows, n, n), and all rows together.
+
+        With `fast`, in compiled code if there are enough of them.
+        """
+        if fast and self.rows >= ENOUGH:
+            return compiled_back(self.given, self.rows, Pi)
         step, found = kernels.compiled(told_back), np.empty((self.rows, *Pi.shape))
         stacks = [self.given[name][:, 0] for name in "ACGW"]
         for k in reversed(range(self.rows)):
@@ -94,7 +100,7 @@ class Stretch:
         return found, Pi
 
     def forward(
-        self, Pi_next: Matrix, now: Carried, ways: Ways
+        self, Pi_next: Matrix, now: Carried, ways: Ways, fast: bool
     ) -> tuple[Matrix, Carried]:
         """The information of the rows, and what the last one passes on.
 
@@ -105,12 +111,15 @@ class Stretch:
         now : Carried
             Before the first.
         ways : Ways
+        fast : bool
+            Whether to use compiled code.
         """
         weight = np.bincount(self.index, minlength=self.rows).astype(float)
         total, kept = np.zeros((ways.count, ways.count)), list[Matrices]()
         for here, have in self.pieces():
             at = Pi_next[here, None]
-            found, have, now = _shown(have, at, weight[here], now, ways.moving)
+            one = _each if not fast or len(weight[here]) < ENOUGH else compiled_each
+            found, have, now = _shown(have, at, weight[here], now, ways.moving, one)
             total += found
             kept.append({name: have[name] for name in "FH"} if ways.shifting else {})
         if ways.shifting and (now.mean.any() or now.dm.any() or self.u.any()):
@@ -135,11 +144,12 @@ class Stretch:
 
 
 def _shown(
-    have: Matrices, Pi_next: Matrix, weight: Vector, now: Carried, moving: bool
-) -> tuple[Matrix, Matrices, Carried]:
+    have: Matrices, Pi_next: Matrix, weight: Vector, now: Carried, moving: bool,
+    each: Each,
+) -> tuple[Matrix, Matrices, Carried]:  # fmt: skip
     """Of some rows: what they tell of the noises, F and H, and what is passed on."""
     have |= kernels.run(driven, have, stacks=True)
-    before, after = _each(changed_on, have, len(weight), dOmega=now.dOmega)
+    before, after = each(changed_on, have, len(weight), dOmega=now.dOmega)
     now, have = now._replace(**after), have | before
     have |= kernels.run(shown_by_row, have, stacks=True)
     have |= dict(Pi_next=Pi_next, dM_i=have["dM"], T_i=have["T"])
@@ -148,7 +158,7 @@ def _shown(
     total += _inner(have["B_T"], have["T"], weight)
     if moving:
         have |= dict(H_i=have["H"], dC_i=have["dC"])
-        before, after = _each(correlations, have, len(weight), X=now.X, X_i=now.X_i)
+        before, after = each(correlations, have, len(weight), X=now.X, X_i=now.X_i)
         now, have = now._replace(**after), have | before
         have |= kernels.run(weighed_motion, have, stacks=True)
         half = _inner(have["B_C"], have["dC"], weight)
