@@ -120,12 +120,12 @@ def hand(source, short):
     return text + (FILTER if filter_ else OBSERVER)
 
 
-def compiled(folder, name, n, p, *sources):
+def compiled(folder, name, n, p, *sources, flags=()):
     loop = folder / f"{name}_loop.c"
     size = f"enum {{ n = {n}, p = {p} }};\n"
     loop.write_text(size + LOOP.replace("NAME", name))
     library = folder / f"{len(list(folder.iterdir()))}.so"
-    flags = "-std=c99 -O3 -shared -fPIC".split()
+    flags = [*"-std=c99 -O3 -shared -fPIC".split(), *flags]
     subprocess.run(["gcc", *flags, "-o", library, loop, *sources, "-lm"], check=True)
     return ctypes.CDLL(str(library)).run
 

@@ -301,7 +301,7 @@ def test_a_variance_that_is_rounding_moves_no_other(tmp_path):
     )  # fmt: skip
     to_c(source, tmp_path, name="unit")
     text = "void whole(double O[], double S[]);\nvoid whole(double O[], double S[])\n"
-    text += "{ unit_settle(O, S, unit_settle_As, unit_settle_Q);"
+    text += "{ unit_settle(O, S, unit_settle_As_T, unit_settle_Q);"
     text += " for (int i = 0; i < 4; i++) S[i] = O[i]; unit_semidefinite(S, O); }\n"
     (tmp_path / "whole.c").write_text('#include "unit.c"\n' + text)
     gcc("-shared", "-fPIC", "-o", tmp_path / "unit.so", tmp_path / "whole.c")

@@ -137,10 +137,12 @@ def in_c(tmp_path_factory):
             options = dict(definite=[definite[0]]) if definite else {}
             to = C(real)
             known = dict(constants={}, places={}, results={"X": ("out", size * size)})
-            Module("unit", real).steps(program(**options), {"n": size}, to, **known)
+            module = Module(f"unit_{name}_{real}_{size}", real)
+            module.steps(program(**options), {"n": size}, to, **known)
             head = f"int solve_{name}_{real}_{size}"
             head += f"(const {real} *M, const {real} *N, {real} *out)"
-            pieces.append("\n".join([head, "{", *to.lines, "return 0;", "}"]))
+            lines = [*module.table_lines(), head, "{", *to.lines, "return 0;", "}"]
+            pieces.append("\n".join(lines))
     folder = tmp_path_factory.mktemp("pivots")
     (folder / "solve.c").write_text("\n".join(pieces))
     command = [compiler, "-O1", "-shared", "-fPIC", "-o", "solve.so", "solve.c"]

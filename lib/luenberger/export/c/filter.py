@@ -11,7 +11,7 @@ from ...errors import DesignError
 from ...kernels import lowered
 from ...kernels.c import C, Module, function
 from ...kernels.c.numbers import representable
-from ...kernels.c.repair import operations, repair, settle, settling
+from ...kernels.c.repair import by_columns, operations, repair, settle, settling
 from ...kernels.program import Cost, Factor, Program
 from ...numeric import Matrices
 from ...numeric.detectability import require_detectable
@@ -180,9 +180,9 @@ class _Filter:
 
     def settled(self, to: C, given: bool = False) -> None:
         """Call what clears Omega of rounding; are As and Q the function's own?"""
-        prefix = "" if given else f"{self.module.name}_settle_"
-        which = f"state->Omega, state->Sigma, {prefix}As, {prefix}Q"
-        to.line(f"{self.module.name}_settle({which});")
+        prefix = f"{self.module.name}_settle"
+        own = by_columns(to, self.plant.n) if given else f"{prefix}_As_T, {prefix}_Q"
+        to.line(f"{prefix}(state->Omega, state->Sigma, {own});")
 
     def partial(self) -> tuple[str, Cost]:
         """Some did not: matrices for those that did, update, repair, predict."""
@@ -250,7 +250,7 @@ class _Filter:
         lengths = {"x": n, "x_minus_next": n, "rho": p, "J": n * p}
         results = {k: (results[k], lengths.get(k, n * n)) for k in program.results}
         cost = self.module.steps(program, self.sizes, to, constants, places, results)
-        return cost + Cost(settling(n) if "Omega_next" in results else 0)
+        return cost + (settling(n) if "Omega_next" in results else Cost())
 
     def function(self, what: str, to: C, given: Sequence[str] | None = None) -> str:
         """A static C function of the state and the arrays `given`.

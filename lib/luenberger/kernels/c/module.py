@@ -13,6 +13,9 @@ from ..loops import Places
 from ..passes import Results, write_pass
 from ..program import Cost, Factor, Program, Sizes
 from ..scalars import Let, Straight
+from . import rows
+from .panels import Panels
+from .tables import PaddedRows
 from .writer import C
 
 FLOAT_TOL = 1e-6  # a pivot relative to its diagonal: float has 1.2e-7
@@ -25,6 +28,9 @@ class Module:
     name: str
     real: str
     tables: Matrices = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self.panels = Panels(PaddedRows(self.name, self.real))
 
     def steps(
         self,
@@ -62,6 +68,14 @@ class Module:
         if straight is not None:
             _scalars(straight, program, sizes, to, places, results)
             return straight.cost
+        if rows.fits(program, sizes):
+            padded = self.panels.rows
+            padded.given.update(constants)
+            before = padded.constants()
+            found = rows.write(
+                program, sizes, to, self.panels, constants, places, results
+            )
+            return found + Cost(constants=padded.constants() - before)
         own = {k: f"{self.name}_{k}" for k in constants}
         new = {k: X for k, X in constants.items() if own[k] not in self.tables}
         self.tables.update((own[k], X) for k, X in new.items())
@@ -69,11 +83,11 @@ class Module:
         return cost.loops(program, sizes, {k: known[k] for k in new})
 
     def table_lines(self) -> list[str]:
-        """The tables as C declarations."""
+        """The tables as C declarations, and the functions that loops share."""
         to = C(self.real, 0)
         for name, X in self.tables.items():
             to.table(name, X)
-        return to.lines
+        return [*to.lines, *self.panels.rows.lines(), "", *self.panels.lines()]
 
 
 def _scalars(

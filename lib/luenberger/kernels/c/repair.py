@@ -11,8 +11,9 @@ from collections.abc import Mapping
 import numpy as np
 
 from ...numeric import Matrix
+from ..program import Cost
 from .module import Module
-from .writer import listed, typed
+from .writer import C, listed, typed
 
 
 def operations(n: int) -> int:
@@ -20,9 +21,22 @@ def operations(n: int) -> int:
     return n**3 // 3 + n * (2 * n * n + 3 * n) + n * n * (n + 4)
 
 
-def settling(n: int) -> int:
-    """Operations of `settle`."""
-    return n * (3 * n + 2)
+def settling(n: int) -> Cost:
+    """The cost of `settle`, and on the stack of `by_columns`."""
+    return Cost(n * (3 * n + 2), 0, n * (n + 2))
+
+
+def by_columns(to: C, n: int) -> str:
+    """As and Q of a function in the form that `settle` takes: arrays to pass to it."""
+    to.array("columns", n * n)
+    to.array("variances", n)
+    to.loop("i", 0, n)
+    to.set("variances[i]", f"Q[i * {n + 1}]")
+    to.loop("k", 0, n)
+    to.set(f"columns[k * {n} + i]", f"As[i * {n} + k]")
+    to.end()
+    to.end()
+    return "columns, variances"
 
 
 def repair(module: Module, n: int) -> str:
@@ -32,7 +46,7 @@ def repair(module: Module, n: int) -> str:
 
 def settle(module: Module, As: Matrix, Q: Matrix) -> str:
     """A static C function that clears Omega of rounding, and the matrices it takes."""
-    given = {"AS": listed(As), "Q": listed(Q)}
+    given = {"AS": listed(As.T), "Q": listed(np.diagonal(Q))}
     return _written(SETTLE, module, len(As), given)
 
 
@@ -117,22 +131,31 @@ static void @NAME@_semidefinite(@REAL@ Sigma[], const @REAL@ Omega[])
 """
 
 SETTLE = """\
-static const @REAL@ @NAME@_settle_As[@NN@] = @AS@;
-static const @REAL@ @NAME@_settle_Q[@NN@] = @Q@;
+static const @REAL@ @NAME@_settle_As_T[@NN@] = @AS@;
+static const @REAL@ @NAME@_settle_Q[@N@] = @Q@;
 
-/* Omega without variances that are rounding of what they were made of. */
+/* Omega without variances that are rounding of what they were made of.
+ * Q has the variances only, and As is given by columns.
+ */
 static void @NAME@_settle(@REAL@ Omega[], const @REAL@ Sigma[],
-                          const @REAL@ As[], const @REAL@ Q[])
+                          const @REAL@ As_T[], const @REAL@ Q[])
 {
+    @REAL@ size[@N@];
     for (int i = 0; i < @N@; i++) {
-        @REAL@ size = Q[i * @NEXT@];
-        for (int k = 0; k < @N@; k++) {
-            size += As[i * @N@ + k] * As[i * @N@ + k] * Sigma[k * @NEXT@];
+        size[i] = Q[i];
+    }
+    for (int k = 0; k < @N@; k++) {
+        const @REAL@ variance = Sigma[k * @NEXT@];
+        for (int i = 0; i < @N@; i++) {
+            size[i] += As_T[k * @N@ + i] * As_T[k * @N@ + i] * variance;
         }
-        if (Omega[i * @NEXT@] > @NEGLIGIBLE@ * size) continue;
-        for (int k = 0; k < @N@; k++) {
-            Omega[i * @N@ + k] = 0;
-            Omega[k * @N@ + i] = 0;
+    }
+    for (int i = 0; i < @N@; i++) {
+        if (!(Omega[i * @NEXT@] > @NEGLIGIBLE@ * size[i])) {
+            for (int k = 0; k < @N@; k++) {
+                Omega[i * @N@ + k] = 0;
+                Omega[k * @N@ + i] = 0;
+            }
         }
     }
 }

@@ -13,6 +13,7 @@ from ..writer import Writer
 
 # a number with a point or an exponent, which C takes for a double
 LITERAL = re.compile(r"(?<![\w.])(\d+\.\d*(?:e[+-]?\d+)?|\d+e[+-]?\d+)")
+WIDTH = 84  # of a line with a call in it
 
 
 class C(Writer):
@@ -44,16 +45,58 @@ class C(Writer):
     def array(self, name: str, length: int | str, start: str = "") -> None:
         self.line(f"{self.real} {name}[{length or 1}]{start};")
 
-    def loop(self, index: str, start: Size, stop: Size) -> None:
-        self.line(f"for (int {index} = {start}; {index} < {stop}; {index}++) {{")
+    def loop(self, index: str, start: Size, stop: Size, step: int = 1) -> None:
+        on = f"{index}++" if step == 1 else f"{index} += {step}"
+        self.line(f"for (int {index} = {start}; {index} < {stop}; {on}) {{")
         self.depth += 1
 
     def end(self) -> None:
         self.depth -= 1
         self.line("}")
 
+    def panels(self, index: str, first: int, last: int, height: int) -> None:
+        """A loop over panels; one alone is a block."""
+        if last - first > height:
+            self.loop(index, first, last, height)
+        else:
+            self.line("{")
+            self.depth += 1
+            self.index(index, str(first))
+
+    def at_least_once(self, index: str) -> None:
+        """A loop from 0 that runs once or more; `again` ends it."""
+        self.line(f"int {index} = 0;")
+        self.line("do {")
+        self.depth += 1
+
+    def again(self, index: str, stop: Size) -> None:
+        self.line(f"{index}++;")
+        self.depth -= 1
+        self.line(f"}} while ({index} < {stop});")
+
     def need(self, text: str) -> None:
-        self.line(f"if (!({text})) return 1;")
+        self.line(f"if (!({text})) {{ return 1; }}")
+
+    def call(self, what: str, given: Iterable[str], before: str = "") -> None:
+        """A call, in lines that are not too long."""
+        lines, indent = [f"{before}{what}("], 4 * self.depth
+        for argument in given:
+            start = "" if lines[-1].endswith("(") else ", "
+            if indent + len(lines[-1] + start + argument) > WIDTH:
+                lines[-1] += start.rstrip()
+                lines.append(f"    {argument}")
+            else:
+                lines[-1] += start + argument
+        for text in lines[:-1]:
+            self.line(text)
+        self.line(lines[-1] + (") != 0) {" if before else ");"))
+
+    def need_call(self, what: str, given: Iterable[str]) -> None:
+        """Give up where a function says so."""
+        self.call(what, given, before="if (")
+        self.depth += 1
+        self.line("return 1;")
+        self.end()
 
 
 def typed(text: str, real: str) -> str:
