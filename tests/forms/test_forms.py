@@ -318,7 +318,7 @@ def test_hidden_states_are_left_out_and_nothing_else(mixed, dt, q):
 def test_what_shows_a_little_stays():
     o = two_parts(4)
     P = o.P.copy()
-    P[0, 4] = 1e-6 * np.abs(P).max()
+    P[0, 4] = 1e-9 * np.abs(P).max()
     assert dataclasses.replace(o, P=P).without_hidden().order == 5
     assert observer(1).without_hidden().order == 4
 
@@ -336,7 +336,9 @@ def test_a_filter_without_its_hidden_states_is_certified():
     np.testing.assert_allclose(left, lb.error_covariance(whole, plant), rtol=1e-12)
     assert lb.multiply_adds(made) < lb.multiply_adds(whole)
     (one,) = lb.compare(plant, k=[1, 0, 0, 0], methods="Kalman filter")
-    assert one.order == 2 and one.work <= lb.multiply_adds(made)
+    forms = (made.modal(), made.modal("companion"), made.companion())
+    least = min(map(lb.multiply_adds, forms))
+    assert one.order == 2 and one.work <= least < lb.multiply_adds(made)
     assert "Left out: 2 states that the estimate never shows." in one.note
 
 

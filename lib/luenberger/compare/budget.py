@@ -11,11 +11,12 @@ import numpy as np
 
 from ..errors import DesignError
 from ..show import number
-from .attempts import LEVEL, Attempt, first_least
+from .attempts import Attempt, first_least
 
 if TYPE_CHECKING:
     from .table import Comparison
 
+ALIKE = 1e-4  # standard deviations this close, relative, are worth no work
 COSTS = {  # of an attempt, and as nouns
     "multiply_adds": ("work", "multiply-add", "multiply-adds"),
     "states": ("order", "observer state", "observer states"),
@@ -124,7 +125,7 @@ def fitting(table: Comparison) -> list[Attempt]:
 
 
 def most_accurate(table: Comparison) -> Attempt:
-    """The most accurate design within the budget; among equals that of least work."""
+    """The most accurate design within the budget; of those alike that of least work."""
     fit = fitting(table)
     if not fit:
         raise DesignError(" ".join(refusal(table)))
@@ -132,8 +133,8 @@ def most_accurate(table: Comparison) -> Attempt:
     equal = [
         one
         for one in fit
-        if one.error <= best.error * (1 + LEVEL)
-        and one.mean_ratio <= best.mean_ratio * (1 + LEVEL)
+        if one.error <= best.error * (1 + ALIKE)
+        and one.mean_ratio <= best.mean_ratio * (1 + ALIKE)
     ]
     return min(equal, key=lambda one: one.work)
 
@@ -141,7 +142,7 @@ def most_accurate(table: Comparison) -> Attempt:
 def next_beyond(table: Comparison) -> Attempt | None:
     """The design that is more accurate for the least more than the budget; or None."""
     fit = fitting(table)
-    limit = most_accurate(table).error * (1 - LEVEL) if fit else np.inf
+    limit = most_accurate(table).error * (1 - ALIKE) if fit else np.inf
     beyond = [one for one in table.eligible if table.budget.over(one)]
     better = [one for one in beyond if one.error < limit or not fit]
     if not better:

@@ -9,7 +9,6 @@ import numpy as np
 
 from ..show import number
 from .attempts import Attempt
-from .budget import amount, listed
 from .reasons import percent
 
 if TYPE_CHECKING:
@@ -73,9 +72,7 @@ def _room(table: Comparison, one: Attempt) -> list[str]:
     """Whether the budget has room for a design; nothing if there is no budget."""
     if table.budget is None:
         return []
-    over = table.budget.over(one).items()
-    more = listed(amount(size, name) for name, size in over) if over else ""
-    return [f"{more} over" if over else "within"]
+    return ["beyond" if table.budget.over(one) else "within"]
 
 
 def _errors(table: Comparison, one: Attempt, digits: int) -> list[str]:

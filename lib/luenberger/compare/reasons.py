@@ -52,7 +52,7 @@ def _within_budget(table: Comparison) -> Iterator[str]:
         yield "More would buy nothing: no design beyond the budget is more accurate."
         return
     more, least = table.budget.over(beyond).items(), beyond is table.yardstick
-    bought = "no design is more accurate" if least else _loses(table, beyond)
+    bought = "it is the most accurate of all" if least else _loses(table, beyond)
     yield (
         f"The next one beyond the budget is the {beyond.title}: for "
         f"{listed(amount(size, name) for name, size in more)} more, "

@@ -185,8 +185,9 @@ class Comparison(Reviews, ReadOnly):
 
         Among equal work the smaller error wins, then the smaller mean, and among those
         that differ by LEVEL or less the first in the table.  With a budget it is the
-        most accurate design within it, whatever the tolerance; among equal errors the
-        smaller mean wins, then the least work.
+        most accurate design within it, whatever the tolerance: the smallest error, then
+        the smallest mean; of designs whose error and mean are alike to 1e-4 the least
+        work.
 
         Raises
         ------

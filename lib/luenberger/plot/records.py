@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import matplotlib.pyplot as plt
@@ -20,6 +21,7 @@ def innovations(
     y: Any = None,
     u: Any = None,
     ax: Axes | None = None,
+    names: Sequence[str] | None = None,
 ) -> Axes:
     """Autocorrelations of normalised innovations, and the band of white ones.
 
@@ -33,20 +35,22 @@ def innovations(
         innovations on the record y, u are computed.
     y, u : array_like, optional
         The record, with a plant.
+    names : sequence of str, optional
+        Of the outputs, for a Whiteness; default y1, y2, ...
     """
     ax = ax or plt.gca()
-    names = [f"y{j + 1}" for j in range(99)]
     if isinstance(shown, Plant):
         if y is None:
             raise ValueError("give the record y of the plant as well")
-        names, shown = list(shown.output_names), whiteness(normalised(shown, y, u))
+        names, shown = shown.output_names, whiteness(normalised(shown, y, u))
     elif isinstance(shown, NoiseFit):
-        names, shown = list(shown.plant.output_names), shown.whiteness
+        names, shown = shown.plant.output_names, shown.whiteness
     elif not isinstance(shown, Whiteness):
         raise ValueError(
             "plot.innovations shows a NoiseFit, a Whiteness, or a Plant and a record; "
             f"got {type(shown).__name__}"
         )
+    names = names or [f"y{j + 1}" for j in range(shown.autocorrelation.shape[1])]
     lags = np.arange(1, len(shown.autocorrelation) + 1)
     ax.axhspan(-shown.bound, shown.bound, color="0.9", label="white, 95 %")
     ax.axhline(0, color="0.3", lw=0.8)
