@@ -11,8 +11,11 @@ from browsing import ROOT, visit, window
 pytestmark = pytest.mark.browser
 
 LESSON = ROOT / "notebooks" / "09-optimal-projection.ipynb"
-WIDE = """() => { const slide = Reveal.getCurrentSlide();
-    return slide.scrollWidth > slide.clientWidth + 2 }"""
+WIDE = """() => {
+    const slide = Reveal.getCurrentSlide(), edge = slide.getBoundingClientRect().right;
+    return [...slide.querySelectorAll("mjx-container > svg, img")]
+        .some((shown) => shown.getBoundingClientRect().right > edge + 2);
+}"""
 
 
 @pytest.fixture(scope="module")
