@@ -5,6 +5,7 @@ import warnings
 import numpy as np
 import pytest
 import scipy.linalg
+import scipy.optimize
 from pairs import conjugates, hidden_chains
 
 import luenberger as lb
@@ -72,6 +73,40 @@ def test_the_rows_of_the_paper_are_warned_of_and_a_comparison_has_ours():
         table = lb.compare(plant, poles=POLES)
     (found,) = (one for one in table if one.method == "reduced-order observer")
     assert np.linalg.norm(found.observer.V) == pytest.approx(np.linalg.norm(ours.V))
+
+
+def drive(dt):
+    """A motor on an elastic shaft, whose current and speed are read."""
+    A = [[-500, -25, 0, 0], [500, -1, -1e4, 0], [0, 20, 0, -20], [0, 0, 2000, -0.4]]
+    noises = dict(Q=np.diag([1, 100, 0.01, 1000]), R=1e-3 * np.eye(2))
+    return lb.Plant(A, None, np.eye(2, 4), **noises).sampled(dt)
+
+
+@pytest.mark.parametrize("dt", [1e-3, 5e-4])
+@pytest.mark.parametrize("s", [-100 + 80j, -200 + 10j, -300 + 200j])
+def test_the_mirror_image_of_a_pair_is_searched_too(s, dt):
+    """All observers with a pair of poles are those of one complex number g.
+
+    t (A - a I) = g C with g = (g_1, 1), and T = [Re t; Im t].  No g is much better.
+    """
+    plant, a = drive(dt), np.exp(s * dt)
+    paper, ours = both_ways(plant, [a, a.conj()])
+    found, before = lb.certify(ours, plant).cond, lb.certify(paper, plant).cond
+    assert found < 300 and before > 500 * found
+    M = plant.C @ np.linalg.inv(plant.A - a * np.eye(4))
+
+    def cond(part):
+        t = (part[0] + 1j * part[1]) * M[0] + M[1]
+        T = np.vstack([t.real, t.imag])
+        return np.linalg.cond(np.vstack([T / np.linalg.norm(T), plant.C]))
+
+    starts = np.random.default_rng(3).normal(size=(10, 2))
+    least = min(
+        scipy.optimize.minimize(cond, one, method="Nelder-Mead").fun for one in starts
+    )
+    assert found < 3 * least
+    sigma = [lb.error_covariance(one, plant)[3, 3] ** 0.5 for one in (paper, ours)]
+    assert sigma[1] < 5 < sigma[0] / 3
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,8 @@
 """Free entries of the rows, and an order of the poles, for the best condition.
 
-With r > 1 outputs a row has r - 1 free entries.  A search over them, and over orders of
-the poles, goes through the observers with these poles.  What is made least is
+With r > 1 outputs a row has r - 1 free entries.  Searches over them, from rows of pairs
+and from their mirror images, and over orders of the poles, go through the observers
+with these poles.  What is made least is
 
     J = sum over rows k of [T; C] of |row k|^2 |column k of its inverse|^2,
 
@@ -14,6 +15,7 @@ Source: papers/van_dooren/derivation/choices.py; the search is our own.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -28,6 +30,7 @@ from .rows_of_T import Rows, firm, minimum_norm, solve_rows
 WELL = 1e3  # condition up to which the rows of least norm are kept
 MUCH = 4.0  # times less J must be for another order, or for other rows
 SEARCH_UP_TO = 100  # states
+FEW_PAIRS = 4  # whose mirror images are tried one by one too
 EVALUATIONS, FEWEST, MOST = 2000, 20, 60  # of J: the first over n, within the others
 FLAT = 1e-4  # relative decrease of log J in an iteration that ends the search
 FAR = 1e3  # in place of log J where there is none
@@ -67,13 +70,15 @@ def best_conditioned(
     if r in (1, n) or n > SEARCH_UP_TO or n * before < WELL**2:
         return form, found
     turned = firm(form)
-    starts = [_least_norm(turned, one, weights) for one in _orders(order)]
-    J, chosen, rows = min(starts, key=lambda one: one[0])
-    if not MUCH * J < starts[0][0]:
-        J, chosen, rows = starts[0]
+    plain = [_least_norm(turned, one, weights) for one in _orders(order)]
+    J, chosen, rows = min(plain, key=lambda one: one[0])
+    if not MUCH * J < plain[0][0]:
+        J, chosen, rows = plain[0]
     if rows is None:
         return form, found
-    rows = _searched(turned, chosen, weights, rows)
+    starts = [rows, *_mirrored(turned, chosen, rows)]
+    ends = [_searched(turned, chosen, weights, one) for one in starts]
+    rows = min(ends, key=lambda one: slant(turned, one, weights)[0])
     after, _ = slant(turned, rows, weights)
     return (turned, rows) if MUCH * after < before else (form, found)
 
@@ -99,6 +104,25 @@ def _least_norm(
         return np.inf, order, None
     J, _ = slant(form, rows, weights)
     return (J, order, rows) if np.isfinite(J) else (np.inf, order, None)
+
+
+def _mirrored(form: Staircase, order: Order, rows: Rows) -> Iterator[Rows]:
+    """The rows with free entries of conjugate pairs conjugated: all, and one by one.
+
+    A pair's second row is where its entries are imaginary.  Its sign is open, and
+    between a row and its mirror image the rows of a pair become dependent, which no
+    descent crosses.
+    """
+    begin = entries(rows, order.pairs)
+    real = np.result_type(rows.T, rows.F).kind == "f"
+    pairs = [k for k, (_, free) in enumerate(begin) if real and free.dtype.kind == "c"]
+    alone = [[k] for k in pairs] if 1 < len(pairs) <= FEW_PAIRS else []
+    for turned in [pairs, *alone] if pairs else []:
+        free = [x.conj() if k in turned else x for k, (_, x) in enumerate(begin)]
+        try:
+            yield solved(form, *order, free)[0]
+        except DesignError:
+            continue
 
 
 def slant(form: Staircase, rows: Rows, weights: Vector) -> tuple[float, Matrix]:
