@@ -28,7 +28,7 @@ from luenberger.kernels.c import C, Module, function
 from luenberger.kernels.loops import arrays, write
 from luenberger.kernels.lowering import lower
 from luenberger.kernels.numpy import kernel
-from luenberger.kernels.program import Assign, Factor
+from luenberger.kernels.program import Assign, Factor, Substitute
 from luenberger.papers.leondes_novak import derivation as recursions
 from luenberger.recursion.filter_stacks import FILTER
 from luenberger.symbolic import Derivation, Solve, Stage
@@ -289,6 +289,36 @@ def test_two_solves_share_one_factor():
     stages = Stage(X, Solve(N, M)), Stage(Y, Solve(X, M))
     program = lower(Derivation((M, N), stages, steps={"none": sp.S.Zero}))
     assert sum(isinstance(step, Factor) for step in program.steps) == 1
+
+
+def test_a_solve_whose_solution_is_seen_is_none():
+    """X I = N, and X M = A M; but not X M = A M', nor X M = 2 A M."""
+    n = sp.Symbol("n", integer=True)
+    A, M, Z, D, N, X, Y, V, W = (sp.MatrixSymbol(k, n, n) for k in "AMZDNXYVW")
+    stages = (
+        Stage(D, sp.Identity(n) + Z * A, symmetric=True),
+        Stage(X, Solve(A, D)),
+        Stage(N, A * M),
+        Stage(Y, Solve(N, M)),
+        Stage(V, Solve(A * M.T, M)),
+        Stage(W, Solve(2 * A * M, M)),
+    )
+    steps = {"none": sp.S.Zero}
+    program = lower(Derivation((A, M, Z), stages, steps=steps), zero=("Z",))
+    assert {program.results[k].name for k in "XY"} == {"A"}
+    solved = {step.target for step in program.steps if isinstance(step, Substitute)}
+    assert solved == {"V", "W"}
+    whole = lower(Derivation((A, M, Z), stages, steps=steps))
+    assert whole.results["X"].name == "X" and whole.results["Y"].name == "A"
+
+
+def test_a_sum_is_added_up_once():
+    n = sp.Symbol("n", integer=True)
+    A, B, X, Y, Z = (sp.MatrixSymbol(k, n, n) for k in "ABXYZ")
+    stages = Stage(X, A * B), Stage(Y, A * B), Stage(Z, A * B.T)
+    program = lower(Derivation((A, B), stages, steps={"none": sp.S.Zero}))
+    assert [step.target for step in program.steps] == ["X", "Z"]
+    assert program.results["Y"].name == "X"
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -13,7 +13,13 @@ import pytest
 from generators import holes
 
 import luenberger as lb
+from luenberger import kernels
+from luenberger.kernels import cache, cost
+from luenberger.kernels.program import Assign
 from luenberger.recursion import late_step
+from luenberger.recursion.late_passage import END
+from luenberger.recursion.late_passage import SILENT as SILENT_END
+from luenberger.recursion.late_stretches import PAIR, ROW, SILENT
 
 N = 120
 OWN = np.arange(float(N))[:, None]
@@ -90,6 +96,72 @@ def test_compiled_code_gives_the_same(name):
     y = holes(rng, y) if name == "ragged" else y
     arrival = waits(rng, plant.p)[name]
     assert compared(plant, y, u, u0, arrival, backend="numba") < 1e-12
+
+
+@pytest.fixture(params=["numpy", "scalars", "loops"])
+def backend(request, monkeypatch):
+    """Compiled code runs as Python, without numba; nothing of it is kept."""
+    numba = pytest.importorskip("numba")
+    monkeypatch.setattr(numba.config, "DISABLE_JIT", True)
+    monkeypatch.setattr(cache, "usable_folder", lambda: None)
+    monkeypatch.setattr(kernels, "UNROLLED", 0 if request.param == "loops" else 1000)
+    clear = kernels.over_record.cache_clear, cache.compiled.cache_clear
+    [one() for one in clear]
+    with np.errstate(all="ignore"):  # as in compiled code
+        yield "numpy" if request.param == "numpy" else "numba"
+    [one() for one in clear]
+
+
+def alone(kind, rng, p):
+    """A plant of which every output is late, and when its readings arrive."""
+    m = 0 if kind == "without input" else 2
+    if kind == "time-varying":
+        plant = generators.varying(rng, 3, p, N, cross=False)
+    else:
+        plant = generators.plant(rng, 3, p, m=m, cross=False)
+    return plant, OWN + np.full(p, 9)
+
+
+@pytest.mark.parametrize("kind", ["constant", "without input", "time-varying"])
+def test_readings_that_are_all_late(kind, backend):
+    """Nothing is on time, so the stretches say nothing, and their lists are short."""
+    rng = np.random.default_rng(3)
+    plant, arrival = alone(kind, rng, 1)
+    y, u, u0 = generators.record(rng, plant, N)
+    assert compared(plant, y, u, u0, arrival, backend=backend) < 1e-12
+    assert compared(plant, holes(rng, y), u, u0, arrival, backend=backend) < 1e-12
+
+
+@pytest.mark.parametrize("length", [1, 11, 64])
+def test_a_reading_on_time_after_many_that_are_not(length, backend):
+    """What is silent is decided by the rows before, so chunks change no bit."""
+    rng = np.random.default_rng(5)
+    plant, arrival = alone("constant", rng, 2)
+    arrival[70:, 1] = np.arange(70, N)
+    y, u, u0 = generators.record(rng, plant, N)
+    assert compared(plant, y, u, u0, arrival, backend=backend) < 1e-12
+    parts = [slice(k, k + length) for k in range(0, N, length)]
+    chunks = lb.filter_data(
+        plant, (y[s] for s in parts), (u[s] for s in parts), u0=u0,
+        arrival=(arrival[s] for s in parts), backend=backend,
+    )  # fmt: skip
+    found = [(one.x, one.std) for one in chunks]
+    whole = lb.filter_data(plant, y, u, u0=u0, arrival=arrival, backend=backend)
+    for k, wanted in enumerate((whole.x, whole.std)):
+        parts = np.concatenate([one[k] for one in found])
+        assert generators.relative(parts, wanted) < 1e-12
+        if backend == "numba":  # of the whole record it is known what never arrives
+            np.testing.assert_array_equal(parts[:-1], wanted[:-1])
+
+
+def test_a_stretch_that_says_nothing_takes_its_part_of_the_operations():
+    """What is left of each list where the outputs have no rows."""
+    sizes = dict(n=6, m=0, p=1, r=6)
+    for whole, short in ((ROW, SILENT[ROW]), (PAIR, SILENT[PAIR]), (END, SILENT_END)):
+        few, all_ = (one.lowered(("B",)).program for one in (short, whole))
+        assert {type(step) for step in few.steps} == {Assign}  # nothing is solved
+        counts = [cost.loops(one, sizes).operations for one in (few, all_)]
+        assert counts[0] < 0.75 * counts[1], whole.stages.where
 
 
 @pytest.mark.parametrize("lag", [0, 2, 5, 30])

@@ -138,6 +138,8 @@ class _Lowering:
         self.steps: list[Step] = []
         self.products: dict[tuple[Operand, Operand], Operand] = {}
         self.factored: set[str] = set()
+        self.sums: dict[tuple[tuple[Term, ...], bool], Operand] = {}
+        self.made: dict[Operand, tuple[Term, ...]] = {}
 
     def stage(self, stage: Stage) -> None:
         name, formula = stage.target.name, stage.formula
@@ -157,8 +159,12 @@ class _Lowering:
             self.zero.add(name)
         elif _is_copy(terms) and (not symmetric or self.is_symmetric(terms)):
             self.alias[name] = terms[0].factors[0]
+        elif (terms, symmetric) in self.sums:
+            self.alias[name] = self.sums[terms, symmetric]
         else:
             self.steps.append(Assign(name, terms, symmetric, equation))
+            self.sums[terms, symmetric] = Operand(name)
+            self.made[Operand(name)] = terms
 
     def is_symmetric(self, terms: tuple[Term, ...]) -> bool:
         return terms[0].factors[0].name in self.symmetric
@@ -169,10 +175,23 @@ class _Lowering:
         if right is None:
             self.zero.add(name)
             return
+        if (known := self.solution(right, M)) is not None:
+            self.alias[name] = known
+            return
         if M.name not in self.factored:
             self.factored.add(M.name)
             self.steps.append(Factor(M.name, SINGULAR_TOL))
         self.steps.append(Substitute(name, right, M.name, equation))
+
+    def solution(self, right: Operand, M: Operand) -> Operand | None:
+        """The X of X M = right, where it can be read off: X M = X M, or X I = X."""
+        if _is_unit(self.made.get(M, ())):
+            return right
+        terms = self.made.get(right, ())
+        if len(terms) != 1 or terms[0].scale != 1 or len(terms[0].factors) != 2:
+            return None
+        X, last = terms[0].factors
+        return X if last == M else None
 
     def terms(self, e: Any) -> tuple[Term, ...]:
         """The sum e as terms, longer products cut down by earlier steps."""
@@ -239,6 +258,10 @@ class _Lowering:
 def _is_copy(terms: tuple[Term, ...]) -> bool:
     one = len(terms) == 1 and terms[0].scale == 1 and len(terms[0].factors) == 1
     return one and terms[0].factors[0].name != IDENTITY
+
+
+def _is_unit(terms: tuple[Term, ...]) -> bool:
+    return len(terms) == 1 and terms[0].is_identity and terms[0].scale == 1
 
 
 def _cost(left: Shape, right: Shape) -> int:

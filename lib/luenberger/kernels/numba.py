@@ -91,6 +91,7 @@ class _Body:
         self.read([name for name in all_ if name not in self.changing])
         self.turn()
         to.loop(self.count, "start_", "stop_")
+        before = len(to.lines)
         if self.backward:
             to.let("row", "last_ - turn")
         if self.goods:
@@ -106,6 +107,8 @@ class _Body:
         for array, result, kind in self.recursion.written:
             self.put(array, self.program.results[result], result, kind)
         self.carry()
+        if len(to.lines) == before:  # all that it finds vanishes
+            to.line("pass")
         to.end()
         self.leave()
         to.line("return done")

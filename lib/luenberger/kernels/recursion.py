@@ -7,7 +7,7 @@ next, what is read from the record's rows, what is written down.
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from ..stage_list import StageList
 from .program import Factor, Program
@@ -40,6 +40,9 @@ class Recursion:
         From the last row to the first; a matrix that changes has one for each row.
     fresh : bool
         Some rows begin anew, from what was carried into the first.
+    zero : tuple of str
+        Given matrices that vanish in all rows.  A result that vanishes with them is
+        neither handed on nor written.
     """
 
     stages: StageList
@@ -52,11 +55,13 @@ class Recursion:
     same: tuple[tuple[str, str, str], ...] = ()
     backward: bool = False
     fresh: bool = False
+    zero: tuple[str, ...] = ()
 
     def lowered(self, zero: Collection[str] = ()) -> Loop:
         """The `Loop` where the matrices named in `zero` vanish."""
         from .lowering import lower
 
+        zero = {*zero, *self.zero}
         same = [(one, other) for one, other, third in self.same if third in zero]
         left = dict(self.carried)
         while True:
@@ -72,7 +77,14 @@ class Recursion:
             )
             left = {k: name for k, name in carried.items() if name in program.given}
             if left == carried:
-                return Loop(self, program, carried)
+                return Loop(self.without(program), program, carried)
+
+    def without(self, program: Program) -> Recursion:
+        """The recursion that does not write what vanishes with `zero`."""
+        if not self.zero:
+            return self
+        there = {name for name, op in program.results.items() if op is not None}
+        return replace(self, written=tuple(w for w in self.written if w[1] in there))
 
 
 @dataclass(frozen=True)

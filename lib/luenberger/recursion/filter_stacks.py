@@ -61,6 +61,8 @@ class Stacks:
         self.accurate = len(settings.accurate) > 0
         self.table: dict[bytes, int] = {}
         self.padded: list[dict[str, Any]] = []
+        self.tables: dict[frozenset[str], tuple[tuple[str, tuple], ...]] = {}
+        self.found: dict[bool, Matrices] = {}  # by `late_stretches`
 
     def block(
         self, state: State, y: Matrix, u: Matrix, recursion: kernels.Recursion = FILTER
@@ -78,7 +80,10 @@ class Stacks:
 
     def entries(self, changing: frozenset[str]) -> tuple[tuple[str, tuple], ...]:
         """What is known of the entries of each matrix; see `known`."""
-        return tuple((name, self.known(name, name in changing)) for name in FIELDS)
+        if changing not in self.tables:
+            known = ((name, self.known(name, name in changing)) for name in FIELDS)
+            self.tables[changing] = tuple(known)
+        return self.tables[changing]
 
     def given(
         self, state: State, y: Matrix, u: Matrix

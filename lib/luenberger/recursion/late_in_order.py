@@ -20,7 +20,7 @@ from .late_queue import Block, Plan, Queue, Turns
 from .late_state import LateState, Row
 from .late_stretches import Rows, Singles
 from .settings import Settings
-from .state import History, State, start, step
+from .state import History, State, flat, start, step
 
 SHORT, LONG = 64, 4096  # rows that are done at a time, from the first on
 MOSTLY = 1.1  # copying costs more than that many rows of no use
@@ -39,21 +39,24 @@ class InOrder:
         none = np.zeros((0, plant.p))
         rows = Block(none, np.zeros((0, plant.m)), none, np.zeros(0))
         few = Stretches.empty(1, plant.n)
-        return Queue(base, rows, -1, few.at([]), few, x, base.Sigma, None, None)
+        return Queue(base, rows, -1, few.at([]), few, x, base.Sigma, None, None, True)
 
     def over(self, queue: Queue, block: Block, out: History, compile: bool) -> Queue:
         """Filter the rows of a block; return the filter after them."""
         N, k, length, patience = len(block.labels), 0, SHORT, 1
         if not len(queue.rows.labels):
             queue = queue._replace(rows=block.part(slice(0)))
+        quiet = block.quiet() if queue.silent else 0
         while k < N:
-            rows = slice(k, min(k + length, N))
+            if k >= quiet:
+                queue = queue._replace(silent=False)
+            rows = slice(k, min(k + length, N if k >= quiet else quiet))
             queue, done = self.many(queue, block.part(rows), out.part(rows), compile)
             k += done
             if k == rows.stop:
                 length, patience = min(2 * length, LONG), 1
                 continue
-            rows = slice(k, min(k + patience, N))
+            rows = slice(k, min(k + patience, rows.stop))
             queue = self.singly(queue, block.part(rows), out.part(rows), compile)
             length, patience = SHORT, min(2 * patience, LONG)
             k = rows.stop
@@ -117,9 +120,9 @@ class InOrder:
         begin = np.maximum(plan.absorbed, 0 if queue.base.instant else 1)
         turns = Turns.of(begin, old, queue.turn)
         here = self.under(queue.base, stacks)
-        given = Rows.of(stacks, here, plan.y[:, seen], rows.u, compile)
+        given = Rows.of(stacks, here, plan.y[:, seen], rows.u, compile, queue.silent)
         first, last, good = stretches(queue, given, turns, old)
-        ends = through(known, plan.absorbed, turns, first, last, good, old, compile)
+        ends = through(known, plan.absorbed, turns, first, last, good, old, given)
         bad = np.flatnonzero(~ends.good)
         if len(bad):
             done = int(bad[0])
@@ -135,22 +138,23 @@ class InOrder:
             first.at(slice(gone, turn)).copy(),
             last.at([len(rows.labels) - 1 if turn < len(rows.labels) else -1]),
             ends.x[-1], ends.P[-1].reshape(n, n), rows.labels[-1], None,
+            queue.silent,
         ), done  # fmt: skip
 
     def known(
         self, queue: Queue, rows: Block, plan: Plan, compile: bool
     ) -> tuple[State, Ends]:
         """The filter that has every reading, after each of the rows that have them."""
-        gone, n = int(plan.absorbed[-1]), self.settings.plant.n
-        base, out = self.run.over(
-            queue.base, rows.y[:gone], rows.u[:gone], compile, history=True
+        gone, plant = int(plan.absorbed[-1]), self.settings.plant
+        out = History.empty(gone + 1, plant, True)
+        base = self.run.into(
+            out.part(slice(1, None)), queue.base, rows.y[:gone], rows.u[:gone], compile
         )
         begun = queue.base
         if not begun.instant:  # what leads to the first row may be of its own kind
             begun = step(self.settings, begun, plan.y[0], rows.u[0]).state
-        x = np.concatenate([begun.x.T, out.x])
-        P = np.concatenate([begun.Sigma[None], out.P]).reshape(len(x), n * n)
-        return base, Ends(x, P, np.ones(len(x), dtype=bool))
+        out.x[0], out.P[0] = begun.x[:, 0], begun.Sigma
+        return base, Ends(out.x, flat(out.P), np.ones(gone + 1, dtype=bool))
 
     def on_time(self, y: Matrix) -> tuple[Stacks | None, Vector]:
         """The plant with the outputs that are on time in some row, and which."""
@@ -189,7 +193,7 @@ def stretches(
 ) -> tuple[Stretches, Stretches, Vector]:
     """Up to the turn from each row, from the turn to each row, and which are clear."""
     N, n, flips = len(turns.begin), len(queue.x), turns.flips
-    first, last = (Stretches.unknown(N + 1, n) for _ in range(2))
+    first, last = (Stretches.unknown(N + 1, n, rows.silent) for _ in range(2))
     for some in (first, last):
         some.put([N], Stretches.empty(1, n))
     if queue.turn > 0:
@@ -243,24 +247,24 @@ def down(singles: Singles, parts: list[range], out: Stretches) -> None:
 
 def through(
     known: Ends, absorbed: Vector, turns: Turns, first: Stretches, last: Stretches,
-    clear: Vector, old: int, compile: bool,
+    clear: Vector, old: int, given: Rows,
 ) -> Ends:  # fmt: skip
     """The estimates at the rows from the number `old` on."""
     rows = np.arange(old, len(absorbed))
     begin, at = turns.begin[old:], turns.at[old:]
-    now = Ends(*(X[absorbed[old:]] for X in known))
-    murky = np.concatenate([[0], np.cumsum(~clear)])
-    now.good[:] &= murky[np.maximum(at, begin)] == murky[begin]
+    how, now, origin = (given.compile, given.silent), known, absorbed[old:]
     for which, some, index in (
         (begin < at, first, begin),
         (at <= rows, last, rows),
     ):
         if MOSTLY * np.count_nonzero(which) > len(which):  # the others through no rows
-            now = gone_through(now, some, np.where(which, index, -1), compile)
-            continue
-        found = gone_through(
-            Ends(*(X[which] for X in now)), some, index[which], compile
-        )
-        for X, part in zip(now, found):
-            X[which] = part
+            now = gone_through(now, origin, some, np.where(which, index, -1), *how)
+        else:
+            now = now.at(origin)
+            found = gone_through(now, np.flatnonzero(which), some, index[which], *how)
+            for X, part in zip(now, found):
+                X[which] = part
+        origin = np.arange(len(rows))
+    murky = np.concatenate([[0], np.cumsum(~clear)])
+    now.good[:] &= murky[np.maximum(at, begin)] == murky[begin]
     return now

@@ -6,6 +6,8 @@ The formulas are those of late_prior.py in papers/leondes_novak/derivation.
 
 from __future__ import annotations
 
+from dataclasses import replace
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -31,6 +33,7 @@ END = kernels.Recursion(
     symmetric=("P", "Sigma", "Lambda"),
     definite=(Factor("Both", SAFE),),
 )
+SILENT = replace(END, zero=("theta", "Lambda"), definite=())
 
 
 class Stretches(NamedTuple):
@@ -43,10 +46,12 @@ class Stretches(NamedTuple):
     Lambda: np.ndarray
 
     @classmethod
-    def unknown(cls, count: int, n: int) -> Stretches:
-        """Room for some, of which nothing is known yet."""
+    def unknown(cls, count: int, n: int, silent: bool = False) -> Stretches:
+        """Room for some, of which nothing is known yet; `silent` ones say nothing."""
         widths = (n * n, n, n * n, n, n * n)
-        return cls(*(np.full((count, width), np.nan) for width in widths))
+        found = [np.full((count, width), np.nan) for width in widths[:3]]
+        said = np.zeros if silent else partial(np.full, fill_value=np.nan)
+        return cls(*found, *(said((count, width)) for width in widths[3:]))
 
     @classmethod
     def empty(cls, count: int, n: int) -> Stretches:
@@ -92,35 +97,46 @@ class Ends(NamedTuple):
     P: np.ndarray
     good: np.ndarray
 
+    def at(self, index: Vector) -> Ends:
+        """Some of them, in any order."""
+        return Ends(*(X[index] for X in self))
+
 
 def gone_through(
-    begun: Ends, stretches: Stretches, index: Vector, compile: bool
-) -> Ends:
-    """Estimates led through stretches, given by their numbers."""
-    (N, n), P = begun.x.shape, begun.P
-    out = Ends(np.full((N, n), np.nan), np.full((N, n * n), np.nan), begun.good.copy())
-    diagonal = slice(None, None, n + 1)
-    said = stretches.Lambda[index]
-    much = np.einsum("ki,ki->k", P[:, diagonal], said[:, diagonal])
+    begun: Ends, origin: Vector, stretches: Stretches, index: Vector, compile: bool,
+    silent: bool,
+) -> Ends:  # fmt: skip
+    """Estimates led through stretches, both given by their numbers."""
+    N, n = len(origin), begun.x.shape[1]
+    x, P, good = begun.x[origin], begun.P, begun.good[origin]
+    out = Ends(np.empty((N, n)), np.empty((N, n * n)), good)
     if compile:
         matrices = frozenset(("P", "Phi", "Sigma", "Lambda"))
-        kernel = kernels.over_record(END, (("n", n),), (), matrices)
+        kernel = kernels.over_record(
+            SILENT if silent else END, (("n", n),), (), matrices
+        )
+        theta = stretches.theta if silent else stretches.theta[index]
         done = kernel(
-            start=0, stop=N, now=index, before=np.arange(N), good=out.good, keep=True,
-            x_0s=begun.x, xis=stretches.xi[index], thetas=stretches.theta[index], P=P,
+            start=0, stop=N, now=index, before=origin, good=out.good, keep=True,
+            x_0s=x, xis=stretches.xi[index], thetas=theta, P=P,
             Phi=stretches.Phi, Sigma=stretches.Sigma, Lambda=stretches.Lambda,
             ends=out.x, variances=np.empty((N, n)), covariances=out.P,
         )  # fmt: skip
         out.good[done:] = False
     elif N:
         have = stretches.at(index).named()
-        have |= dict(x_0=begun.x[..., None], P=P.reshape(N, n, n))
+        have |= dict(x_0=x[..., None], P=P[origin].reshape(N, n, n))
         wanted = ("Both", "P_end", "x_end")
         found = kernels.run(late_end, have, *wanted, stacks=True)
         out.x[:], out.P[:] = found["x_end"][..., 0], found["P_end"].reshape(N, -1)
         out.good[:] &= _definite(found["Both"])
     with np.errstate(invalid="ignore"):
-        out.good[:] &= (much <= MOST) & np.isfinite(out.x).all(axis=1)
+        out.good[:] &= np.isfinite(out.x).all(axis=1)
+        if not silent:
+            diagonal = slice(None, None, n + 1)
+            said = stretches.Lambda[:, diagonal][index]
+            much = np.einsum("ki,ki->k", P[:, diagonal][origin], said)
+            out.good[:] &= much <= MOST
     return out
 
 

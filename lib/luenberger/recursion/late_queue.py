@@ -36,6 +36,11 @@ class Block(NamedTuple):
         """These rows and those of `other`."""
         return Block(*(np.concatenate(two) for two in zip(self, other)))
 
+    def quiet(self) -> int:
+        """The first row that has a reading on time, or the number of rows."""
+        on_time = (~np.isnan(self.y) & (self.due <= self.labels[:, None])).any(axis=1)
+        return int(on_time.argmax()) if on_time.any() else len(on_time)
+
 
 class Queue(NamedTuple):
     """A filter between two rows, with the rows that await readings.
@@ -57,6 +62,8 @@ class Queue(NamedTuple):
         Of the last row.
     late : LateState or None
         The same filter as it carries the readings beside the state, where it does.
+    silent : bool
+        Whether no reading has been on time so far.
     """
 
     base: State
@@ -68,6 +75,7 @@ class Queue(NamedTuple):
     Sigma: np.ndarray
     label: Label
     late: LateState | None
+    silent: bool
 
     @property
     def instant(self) -> int:

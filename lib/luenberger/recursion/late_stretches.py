@@ -6,7 +6,7 @@ papers/leondes_novak/derivation.  They run in compiled code, or in NumPy over st
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -46,6 +46,14 @@ PAIR = kernels.Recursion(
     backward=True,
     fresh=True,
 )
+SILENT = {  # the same where no output is on time: C has no rows, and nothing is said
+    one: replace(one, zero=zero)
+    for one, zero in (
+        (ROW, ("C", "E", "theta", "Lambda")),
+        (SINGLE, ("K", "W")),
+        (PAIR, ("theta_1", "Lambda_1", "theta_2", "Lambda_2")),
+    )
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,6 +73,8 @@ class Rows:
     changing : frozenset of str
         Names of the tables that have more than one.
     compile : bool
+    silent : bool
+        Whether no output is on time in any of them.
     """
 
     stacks: Stacks
@@ -75,12 +85,16 @@ class Rows:
     u: np.ndarray
     changing: frozenset[str]
     compile: bool
+    silent: bool
 
     @classmethod
     def of(
-        cls, stacks: Stacks, state: State, y: Matrix, u: Matrix, compile: bool
-    ) -> Rows:
+        cls, stacks: Stacks, state: State, y: Matrix, u: Matrix, compile: bool,
+        silent: bool,
+    ) -> Rows:  # fmt: skip
         """The rows after `state`; what is late in them is NaN in y."""
+        if silent:  # any readings will do, where nothing is read off them
+            y = np.zeros_like(y)
         given, _, changing = stacks.given(state, y, u)
         tables, N = {name: given[name] for name in NAMES}, len(y)
         changing &= frozenset(NAMES)
@@ -91,9 +105,13 @@ class Rows:
             index = np.arange(N)
         elif not changing:
             index, good = np.zeros(N, dtype=np.int64), np.ones(N, dtype=bool)
+        if silent:
+            good = np.ones(N, dtype=bool)
+            tables |= {name: np.zeros_like(tables[name]) for name in "CE"}
         return cls(
-            stacks, tables, index, good, given["y"], given["u"], changing, compile
-        )
+            stacks, tables, index, good, given["y"], given["u"], changing, compile,
+            silent,
+        )  # fmt: skip
 
     def matrices(self, index: Vector) -> Matrices:
         """Matrices by their numbers, in stacks; one of what all rows have."""
@@ -129,6 +147,8 @@ class Rows:
         """A recursion over these rows, compiled; `more` may change as well."""
         known = self.stacks.entries(self.changing)
         known = tuple((name, table) for name, table in known if name in NAMES)
+        if self.silent:
+            recursion = SILENT[recursion]
         changing = self.changing | (frozenset(more) if self.changing else frozenset())
         return kernels.over_record(recursion, self.stacks.sizes, known, changing)
 
@@ -139,25 +159,33 @@ class Singles:
     def __init__(self, rows: Rows) -> None:
         self.rows, n = rows, rows.stacks.plant.n
         self.n, U = n, max(map(len, rows.tables.values()))
-        every = np.arange(U)
-        nothing = Stretches.empty(1, n).named()
-        have = rows.matrices(every) | nothing
+        found = rows.stacks.found.get(rows.silent) if U == 1 else None
+        if found is None:
+            found = self.matrices(U)
+        if U == 1:
+            rows.stacks.found[rows.silent] = found
+        self.Phi, self.Lambda = found["Phi_next"], found["Lambda_next"]
+        self.F, self.sizes = found["F"], found["sizes"]
+        self.xi, self.theta = self.vectors(found["K"], found["W"])
+
+    def matrices(self, U: int) -> Matrices:
+        """What the matrices of a row make of it, in stacks of U."""
+        rows, n = self.rows, self.n
+        have = rows.matrices(np.arange(U)) | Stretches.empty(1, n).named()
         wanted = ("K", "W", "Phi_next", "Sigma_next", "Lambda_next")
         found = kernels.run(late_row, have, *wanted, stacks=True)
         found = {k: np.broadcast_to(X, (U, *X.shape[-2:])) for k, X in found.items()}
-        self.Phi, self.Lambda = found["Phi_next"], found["Lambda_next"]
-        self.F = np.zeros((U, n, n))
+        found["F"] = np.zeros((U, n, n))
         for k, Sigma in enumerate(found["Sigma_next"]):
             F = factor(Sigma)
-            self.F[k, :, : F.shape[1]] = F
-        self.sizes = np.einsum("kij,kij->ki", self.F, self.F)
-        self.xi, self.theta = self.vectors(found["K"], found["W"])
+            found["F"][k, :, : F.shape[1]] = F
+        return found | {"sizes": np.einsum("kij,kij->ki", found["F"], found["F"])}
 
     def vectors(self, K: Matrix, W: Matrix) -> tuple[Matrix, Matrix]:
         """What each row says by itself: xi and theta (N, n)."""
         rows, N = self.rows, len(self.rows.y)
         if rows.compile:
-            xi, theta = np.empty((2, N, self.n))
+            xi, theta = np.zeros((2, N, self.n))
             rows.kernel(SINGLE, "K", "W")(
                 start=0, stop=N, now=rows.index, before=rows.index, good=rows.good,
                 keep=False, y=rows.y, u=rows.u, K=whole(K), W=whole(W), xis=xi,
@@ -184,7 +212,8 @@ class Singles:
         sizes = (("n", self.n), ("r", self.n))
         tables = dict(Phi_1=self.Phi, F_1=self.F, Lambda_1=self.Lambda)
         changing = frozenset(tables) if len(self.F) > 1 else frozenset()
-        kernel = kernels.over_record(PAIR, sizes, (), changing)
+        pair = SILENT[PAIR] if self.rows.silent else PAIR
+        kernel = kernels.over_record(pair, sizes, (), changing)
         if changing:
             tables = {name: X[index] for name, X in tables.items()}
         begun = Stretches.empty(1, self.n)
@@ -198,6 +227,8 @@ class Singles:
 
     def clear(self, out: Stretches, rows: Vector) -> Vector:
         """Whether what follows each of these rows says little of its own noise."""
+        if self.rows.silent:
+            return np.ones(len(rows), dtype=bool)
         said = np.concatenate([out.Lambda, np.zeros((1, self.n**2))])[rows + 1]
         size = self.sizes[self.rows.index[rows]]
         return np.einsum("ki,ki->k", said[:, :: self.n + 1], size) <= MOST
