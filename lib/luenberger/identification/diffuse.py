@@ -19,6 +19,7 @@ from ..errors import DesignError
 from ..numeric import Matrix, Vector
 from ..numeric.factors import lengths, rounded, safe, semidefinite, shorten
 from ..plant import Plant
+from ..recursion.growth import Gap, Passed, require_digits
 from ..recursion.root_step import Spread
 from ..recursion.settings import Settings, require_start
 from ..recursion.state import State, Step, step
@@ -70,12 +71,15 @@ class Head:
         What the mean does to the prediction of each row, and of the row after them.
     state : State
         After them, the mean integrated out.
+    gap : Gap or None
+        The one in which the last of them is.
     solved : Solved
     """
 
     trail: Trail
     X: list[Matrix]
     state: State
+    gap: Gap | None
     solved: Solved
 
     @property
@@ -98,10 +102,12 @@ def head(settings: Settings, y: Matrix, u: Matrix, u0: Vector) -> Head:
     trail, X = Trail.empty(plant, y, True), [np.eye(n)]
     shown, z, firm = np.zeros((0, n)), np.zeros(0), 0.0
     done: Step | None = None
+    Sigmas: list[Matrix] = []
     for k in range(len(y)):
         done = step(settings, state, y[k], u[k])
         state = done.state
         trail.put(k, done)
+        Sigmas.append(state.Sigma)
         here, at = counted(done), plant.at(k + 1)
         C = at.C[state.seen][here.free]
         moved = kernels.compiled(mean_moves)(
@@ -118,7 +124,11 @@ def head(settings: Settings, y: Matrix, u: Matrix, u0: Vector) -> Head:
     assert done is not None
     solved = _solved(shown, z)
     rows = slice(0, len(X) - 1)
-    return Head(trail.part(rows).settled(), X, _collapsed(done, X[-2], solved), solved)
+    trail, state = trail.part(rows), _collapsed(done, X[-2], solved)
+    Sigma = np.array(Sigmas)
+    held = Passed(settings, 1, trail.variances, y[rows], lambda a, b: Sigma[a:b])
+    gap = require_digits(None, held)
+    return Head(trail.settled(), X, state, gap, solved)
 
 
 def _firmness(shown: Matrix) -> float:

@@ -8,6 +8,7 @@ from .. import kernels
 from ..numeric import Matrices, Matrix
 from ..plant import Plant
 from ..recursion.filter_pass import Pass
+from ..recursion.growth import passed, require_digits
 from ..recursion.settings import Settings
 from ..recursion.state import State
 from ..recursion.units import natural
@@ -32,7 +33,7 @@ def rows_of(
     N, plant, first = len(y), settings.plant, state.instant + 1
     trail, run = Trail.empty(plant, y, True), Pass(settings)
     even = plant.steps is None and ways.constant and bool(trail.free.all())
-    done, last, tail = 0, N, 0
+    done, last, tail, begin = 0, N, 0, state
     while done < last:
         here = slice(done, min(done + BLOCK, last) if even else last)
         out = trail.part(here)
@@ -43,6 +44,8 @@ def rows_of(
             tail = _forgets(settings, ways, _given(plant, out, first), N)
             even = done + 2 * tail < N
             last, tail = (done + tail, tail) if even else (N, 0)
+    rows = passed(run, begin, y, u, trail.variances, fast)
+    require_digits(None, rows)
     source = np.concatenate([np.arange(last), np.full(tail, last - 1)])
     middle = np.full(N - last - tail, last - 1)
     index = np.concatenate([np.arange(last), middle, last + np.arange(tail)])

@@ -100,8 +100,9 @@ def fit_noise(
     DesignError
         If a record, however long, could not determine all that is asked for, unless
         it is fixed; if this
-        one is too short, constant or fitted without any noise; or if the plant is
-        continuous or not detectable.
+        one is too short, constant or fitted without any noise; if the plant is
+        continuous or not detectable; or if its states grow too far in a gap, as in
+        `log_likelihood`.
     ValueError
         If sizes disagree, or Q, R, S, method, parameters or start is none of these.
 

@@ -13,14 +13,13 @@ from ..errors import DesignError
 from ..formats import dataframes
 from ..numeric import Given, Matrices
 from ..plant import Plant
-from ..recursion.filter_pass import Pass
 from ..recursion.settings import Settings, accurate_outputs, require_noise
 from ..recursion.state import start
 from ..run import chunks
 from . import diffuse, score
 from .records import several, split
 from .settled_record import Evaluator
-from .trail import LIKELIHOOD, Trail
+from .trail import Trail, trail_of
 
 Outputs = int | Sequence[int | str]  # how many, or which
 
@@ -115,7 +114,9 @@ def log_likelihood(
         If the plant lacks Q or R, an accurate output has noise, or noise-free outputs
         contradict each other or a state known exactly: then the record is impossible;
         the message names outputs and instant.  If the plant lacks P0 and the record
-        does not determine the state, being too short or not showing all of it.
+        does not determine the state, being too short or not showing all of it.  If
+        states grow so far in a gap that digits are gone, as in `filter_data`; rows
+        before and behind it can be two records.
 
     See Also
     --------
@@ -194,8 +195,8 @@ def _of_record(
         )
     else:
         state = start(settings, plant.x0, u0)
-    trail = Trail.empty(plant, y[first:], bool(wanted))
-    Pass(settings).into(trail, state, y[first:], u[first:], fast, LIKELIHOOD)
+    gap = None if beginning is None else beginning.gap
+    trail = trail_of(settings, state, y[first:], u[first:], fast, bool(wanted), gap)
     found += value(trail.settled())
     if not wanted:
         return found, {}

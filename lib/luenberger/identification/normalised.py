@@ -10,12 +10,11 @@ from .. import kernels
 from ..arguments import expect
 from ..numeric import Matrix
 from ..plant import Plant
-from ..recursion.filter_pass import Pass
 from ..recursion.settings import Settings
 from ..recursion.state import start
 from . import diffuse
 from .likelihood import _record
-from .trail import LIKELIHOOD, Trail
+from .trail import trail_of
 
 
 def innovations(
@@ -58,9 +57,8 @@ def innovations(
     if state is None:
         head = diffuse.head(settings, y, u, u0)
         first, state = len(head.trail.free), head.state
-    trail = Trail.empty(plant, y[first:], False)
     fast = kernels.runs_compiled(backend, len(y))
-    Pass(settings).into(trail, state, y[first:], u[first:], fast, LIKELIHOOD)
+    trail = trail_of(settings, state, y[first:], u[first:], fast, False)
     found = np.full(y.shape, np.nan)
     triangle = np.linalg.cholesky(trail.M)
     white = np.linalg.solve(triangle, trail.innovations[:, :, None])[:, :, 0]

@@ -9,8 +9,11 @@ import numpy as np
 from .. import kernels
 from ..numeric import Matrices, Matrix, Vector
 from ..plant import Plant
+from ..recursion.filter_pass import Pass
 from ..recursion.filter_stacks import BEFORE, FILTER
-from ..recursion.state import Step, flat
+from ..recursion.growth import Gap, passed, require_digits
+from ..recursion.settings import Settings
+from ..recursion.state import State, Step, flat
 from .derivation import likelihood_step, prediction_gain, weighed
 from .innovations import counted, pivots
 
@@ -21,6 +24,7 @@ LIKELIHOOD = kernels.Recursion(
     written=(
         ("innovations", "innovation", "vector"),
         ("Ms", "M", "vector"),
+        ("variances", "Sigma_next", "diagonal"),
         ("predictions", "x_minus", "matrix"),
         ("es", "e", "matrix"),
         ("Omegas", "Omega", "matrix"),
@@ -49,6 +53,8 @@ class Trail:
         log det(M) and innovation' W innovation of those; NaN until they are `settled`.
     compiled : (N,) ndarray of bool
         Whether compiled code did the row; it leaves out G.
+    variances : (N, n) ndarray
+        Of the estimates of the state.
     x, e, Omega, G, W : (N, ...) ndarray
         Predictions, weighed innovations, covariances of predictions, gains of the next
         predictions, and inverses of M; without rows where the score is not wanted.
@@ -60,6 +66,7 @@ class Trail:
     log_det: np.ndarray
     square: np.ndarray
     compiled: np.ndarray
+    variances: np.ndarray
     x: np.ndarray
     e: np.ndarray
     Omega: np.ndarray
@@ -77,7 +84,8 @@ class Trail:
         nu, M = np.zeros((N, p)), np.zeros((N, p, p))
         log_det, square = np.full((2, N), np.nan)
         compiled = np.ones(N, dtype=bool)
-        return cls(nu, M, free, log_det, square, compiled, x, e, Omega, G, W)
+        rows = log_det, square, compiled, np.zeros((N, n))
+        return cls(nu, M, free, *rows, x, e, Omega, G, W)
 
     @property
     def kept(self) -> bool:
@@ -88,6 +96,7 @@ class Trail:
     def arrays(self) -> Matrices:
         """What compiled code writes to."""
         whole = dict(innovations=self.innovations, predictions=self.x, es=self.e)
+        whole |= dict(variances=self.variances)
         stacks = dict(Ms=self.M, Omegas=self.Omega, Ws=self.W)
         return whole | {name: flat(X) for name, X in stacks.items()}
 
@@ -95,6 +104,7 @@ class Trail:
         """Write row k, which NumPy did."""
         seen = np.flatnonzero(row.state.seen)
         self.compiled[k] = False
+        self.variances[k] = row.state.Sigma.diagonal()
         if "L" not in row.new:
             self.M[k] = np.eye(len(self.M[k]))
             self.M[k][np.ix_(seen, seen)] = row.new["M"]
@@ -139,3 +149,23 @@ class Trail:
             # beside the ones of what did not arrive there are zeros
             self.W[self.compiled] *= self.free[self.compiled][:, :, None]
         return self
+
+
+def trail_of(
+    settings: Settings, state: State, y: Matrix, u: Matrix, fast: bool, score: bool,
+    gap: Gap | None = None,
+) -> Trail:  # fmt: skip
+    """The trail of the rows of y from `state` on, with what the score needs or without.
+
+    `gap` is the one in which the row before them is.
+
+    Raises
+    ------
+    DesignError
+        As `filter_data`; if digits are lost where states grow in a gap.
+    """
+    trail, run = Trail.empty(settings.plant, y, score), Pass(settings)
+    run.into(trail, state, y, u, fast, LIKELIHOOD)
+    rows = passed(run, state, y, u, trail.variances, fast)
+    require_digits(gap, rows)
+    return trail

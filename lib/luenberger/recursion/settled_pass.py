@@ -17,6 +17,7 @@ from ..numeric import Matrix
 from ..papers.leondes_novak.derivation import predict
 from ..plant import Plant
 from .filter_pass import Pass
+from .growth import Gap, passed, require_digits
 from .settings import Settings
 from .settled import ball
 from .settled_rows import OneGain, Stretch
@@ -51,7 +52,7 @@ class Progress(NamedTuple):
     there must be before the next look, and ``stretch`` the rows with one gain, if these
     are such.  ``settled`` has the rows of the last chunk from which on there was one
     gain, and ``bound`` how far these rows can be from the full recursion.  ``still`` is
-    the row from which on there was one to the last.
+    the row from which on there was one to the last, and ``gap`` the one that it is in.
     """
 
     state: State
@@ -61,6 +62,7 @@ class Progress(NamedTuple):
     settled: tuple[int, ...] = ()
     bound: float = 0.0
     still: int | None = None
+    gap: Gap | None = None
 
     @property
     def instant(self) -> int:
@@ -121,8 +123,12 @@ class SettledPass:
         if not len(y):
             return begin
         if self.tolerance is None:
-            return Progress(self.run.into(out, begin.state, y, u, compile))
-        return _Rows(self, begin, y, u, compile, out).run()
+            found = Progress(self.run.into(out, begin.state, y, u, compile))
+        else:
+            found = _Rows(self, begin, y, u, compile, out).run()
+        P = out.P if out.kept else None
+        rows = passed(self.run, begin.state, y, u, out.variances, compile, P)
+        return found._replace(gap=require_digits(begin.gap, rows))
 
     def gain(self, state: State) -> OneGain | None:
         """The one gain that goes on from `state`; None if it has not settled."""

@@ -129,6 +129,7 @@ def filter_data(
         If the plant lacks Q, R or P0, accurate outputs are dependent, or
         noise-free outputs contradict each other or a state known exactly; the
         message names outputs and instant.  If a reading arrives after the horizon.
+        If states grow so far in a gap that digits are gone; see the notes.
 
     Notes
     -----
@@ -143,9 +144,13 @@ def filter_data(
     more accurate than their prediction; such a record is run in full, as one with
     `arrival` is.
 
-    While outputs are missing, unstable modes grow.  Where states share such a mode,
-    P of what does not grow loses digits beside it: six are left where standard
-    deviations have grown a thousandfold, and none from some 1e7 on.
+    While outputs are missing, unstable modes grow.  Where states share such a mode, x
+    and P of what does not grow lose digits beside it.  The record is refused at the
+    first row of a gap where two states that share a mode have 1e6 times the standard
+    deviations that they had in it, or one state has 1e8 times, or 1e7 where R is
+    singular.  Up to there x and P are right to a thousandth of standard deviations, if
+    readings are not much larger than these.  Rows behind the gap can be a record of
+    their own.
 
     `arrival` is one of these.
 

@@ -53,7 +53,8 @@ class SampledPass:
             rows = slice(k, k + ROWS)
             run = self.at(periods[rows], at.instant)
             if run is not self._last:
-                at, self._last = Progress(at.state.under(run.settings)), run
+                state = at.state.under(run.settings)
+                at, self._last = Progress(state, gap=at.gap), run
             at = run.into(out.part(rows), at, y[rows], u[rows], compile)
             settled += [k + row for row in at.settled]
             bound = max(bound, at.bound)

@@ -14,6 +14,7 @@ from ..formats import dataframes
 from ..numeric import Matrix, Vector
 from ..plant import Plant
 from ..recursion.filter_pass import Pass
+from ..recursion.growth import Gap, passed, require_digits
 from ..recursion.root_step import Spread, first_move
 from ..recursion.settings import Settings, require_start
 from ..recursion.state import State, start
@@ -26,7 +27,6 @@ from .backward import by_next_state, known, root, smoothed
 from .carried import Back, Ways
 from .finish import both_noises, pushed, pushed_neighbours, residuals, ways
 from .forward import KEPT, Kept
-from .growth import require_digits
 from .windows import lagged
 
 
@@ -107,6 +107,7 @@ class Smoother:
         self.kept = Kept.empty(0, plant)
         self.y, self.u = np.empty((0, plant.p)), np.empty((0, plant.m))
         self.index: Any = None
+        self.gap: Gap | None = None  # that the last row is in
         self.first, self.done = 1, 0  # instant of the first row, rows that were given
 
     def read(self, y: Any, u: Any) -> None:
@@ -122,10 +123,17 @@ class Smoother:
         self.fast = kernels.runs_compiled(self.backend, last)
         self.before = self.state
         new, self.state = self._filtered(self.state, values, inputs)
+        self._require_digits(new, values, inputs)
         self.kept = self.kept.before(new) if len(self.kept) else new
         self.y = np.concatenate([self.y, values])
         self.u = np.concatenate([self.u, inputs])
         self.index = dataframes.joined(self.index, y)
+
+    def _require_digits(self, new: Kept, y: Matrix, u: Matrix) -> None:
+        """Refuse readings that come where states have grown too far together."""
+        kept = self.fast, new.Sigma
+        rows = passed(self.run, self.before, y, u, new.variances, *kept)
+        self.gap = require_digits(self.gap, rows)
 
     def _filtered(self, state: State, y: Matrix, u: Matrix) -> tuple[Kept, State]:
         new = Kept.empty(len(y), self.plant)
@@ -156,7 +164,6 @@ class Smoother:
         wait = 0 if last or lag is None else min(lag + 1, N)
         ready, old = max(N - wait, self.done), self.done
         seen = ~np.isnan(self.y)
-        require_digits(self.kept, seen, self.first, self.plant.state_names)
         leads = ways(self.settings, self.first, seen)
         if lag is None:
             back = smoothed(self.kept, leads, self.fast, neighbours=False)

@@ -106,8 +106,8 @@ def smooth(
 
     While outputs are missing, unstable modes grow, and other directions lose digits
     beside them.  P and lag_one keep some nine digits where standard deviations grow
-    fortyfold, and three where they grow a millionfold.  Where two states that share a
-    mode grow further in a gap, the record is refused.
+    fortyfold, and three where they grow a millionfold.  Where states grow further in a
+    gap, the record is refused, as in `filter_data`.
 
     References
     ----------
