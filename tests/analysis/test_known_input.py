@@ -270,7 +270,10 @@ def test_an_input_that_does_not_reach_the_error_needs_no_statistics():
 
 
 REFUSED = {
-    "U must be a level .* got shape \\(\\)": 12.0,
+    "U must be a level .* got 12.0; one input has the level \\[12.0\\]": 12.0,
+    "U must be a level .* got shape \\(1, 1, 1\\)": [[[12.0]]],
+    "U must be a level .* got {'voltage': 12}": {"voltage": 12},
+    "U\\[0\\] is nan": [np.nan],
     "U must have shape \\(1,\\)": [1.0, 2.0],
     "U must be 1 x 1": np.eye(2),
     "U must be .*semi-definite": [[-1.0]],

@@ -153,6 +153,17 @@ def test_only_what_was_asked_for(table):
         (dict(orders=[4]), "whole numbers from 0 to 3, got 4"),
         (dict(orders=[True]), "whole numbers"),
         (dict(k=[1, 2]), "k must be 1 x 3, got 1 x 2"),
+        (dict(orders=[]), "orders is empty; leave it out"),
+        (dict(orders="1"), "whole numbers from 0 to 3, got '1'"),
+        (dict(methods=[]), "methods is empty; leave it out"),
+        (dict(k=[]), "k has no rows"),
+        (dict(k={}), "k has no rows"),
+        (dict(k={"a": [1, 2, 3], "b": [1]}), "k must be rows of 3 numbers each"),
+        (dict(k=[np.nan, 0, 0]), r"k\[0, 0\] is nan"),
+        (dict(k="speed"), "no estimate or state 'speed'; there are"),
+        (dict(poles="fast"), "poles must be a list of numbers"),
+        (dict(poles=[np.nan]), "poles must be a list of finite numbers"),
+        (dict(U="12"), "U must be a level .* or 0; got '12'"),
     ],
 )
 def test_questions_that_make_no_sense(options, message):

@@ -188,7 +188,10 @@ BAD = {
         "design 'it' varies over time",
     ),
     "no design": (dict(observers={}), "observers is empty"),
-    "an observer alone": (dict(observers=lb.kalman_filter(scalar(0.5))), "observers"),
+    "an observer alone": (
+        dict(observers=lb.kalman_filter(scalar(0.5))),
+        r"one observer alone; give a list, \[observer\]",
+    ),
     "no observer": (dict(observers={"it": scalar(0.5)}), r"observers\['it'\]"),
 }
 

@@ -7,7 +7,7 @@ papers/leondes_novak/derivation/known_input.py.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -16,7 +16,7 @@ import scipy.linalg
 from numpy.typing import ArrayLike
 
 from .. import kernels
-from ..errors import DesignError
+from ..errors import DesignError, short
 from ..numeric import Matrices, Matrix, Vector
 from ..numeric.factors import factor
 from ..numeric.linalg import UNIT_TOL, lyapunov, modes
@@ -27,6 +27,10 @@ from ..papers.leondes_novak.derivation import driven_plant as model_and_plant
 from ..plant import Plant
 
 Statistics = ArrayLike | Plant
+WANTED = (
+    "U must be a level for each known input, shape (m,), the covariance of white "
+    "inputs, shape (m, m), a Plant whose outputs they are, or 0"
+)
 DRIVEN = 1e-9  # of the noise that reaches a mode, relative: below it is rounding
 DEFECTIVE = 1e-7  # of unit eigenvectors with their duals; below it the mode grows
 
@@ -76,15 +80,14 @@ def known_input(U: Statistics, plant: Plant) -> KnownInput:
     """
     if isinstance(U, Plant):
         return _split(_checked(U, plant))
+    if isinstance(U, str | Mapping | Observer):
+        raise ValueError(f"{WANTED}; got {short(U)}")
     X = numbers("U", U)
     if X.ndim == 0 and X == 0:
         X = np.zeros(plant.m)
     if X.ndim not in (1, 2):
-        raise ValueError(
-            "U must be a level for each known input, shape (m,), the covariance of "
-            "white inputs, shape (m, m), a Plant whose outputs they are, or 0; got "
-            f"shape {X.shape}"
-        )
+        got = f"shape {X.shape}" if X.ndim else f"{X}; one input has the level [{X}]"
+        raise ValueError(f"{WANTED}; got {got}")
     none = np.zeros((1, 1))
     given: dict[str, Any] = dict(dt=plant.dt, Q=none, P0=none)
     if X.ndim == 2:

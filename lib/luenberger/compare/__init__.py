@@ -7,6 +7,7 @@ What weighs designs against each other enters here.  It uses all papers, `analys
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,6 +17,7 @@ from ..arguments import expect
 from ..errors import DesignError
 from ..kernels.c.numbers import require_c_type
 from ..numeric.combinations import combinations
+from ..papers.poles import numbers
 from ..plant import Plant
 from ..plant.estimates import Combinations, by_name
 from .attempts import Attempt as Attempt
@@ -159,7 +161,7 @@ def compare(
     asked = Question(
         plant,
         rows,
-        None if poles is None else tuple(np.ravel(poles)),
+        None if poles is None else tuple(numbers(np.ravel(poles))),
         None if orders is None else _orders(orders, plant.n),
         sizes(scale, plant.n if rows is None else len(rows)),
         called,
@@ -204,19 +206,33 @@ def _chosen(methods: Iterable[str] | None) -> list[str]:
     """The methods in the order of the table."""
     if methods is None:
         return list(METHODS)
-    methods = [methods] if isinstance(methods, str) else list(methods)
-    unknown = [name for name in methods if name not in METHODS]
+    wanted = _listed(methods)
+    if not wanted:
+        raise ValueError(
+            f"methods is empty; leave it out, or name some of {[*METHODS]}"
+        )
+    unknown = [name for name in wanted if name not in METHODS]
     if unknown:
         raise ValueError(f"there is no method {unknown[0]!r}; there are {[*METHODS]}")
-    return [name for name in METHODS if name in methods]
+    return [name for name in METHODS if name in wanted]
+
+
+def _listed(given: object) -> list[Any]:
+    """One, or several, as a list."""
+    several = np.iterable(given) and not isinstance(given, str)
+    return list(given) if several else [given]
 
 
 def _orders(orders: Iterable[int], n: int) -> tuple[int, ...]:
-    found = tuple(orders) if np.iterable(orders) else (orders,)
+    found = tuple(_listed(orders))
+    if not found:
+        raise ValueError(f"orders is empty; leave it out, or give some of 0 to {n}")
     for order in found:
         whole = isinstance(order, (int, np.integer)) and not isinstance(order, bool)
         if not whole or not 0 <= order <= n:
-            raise ValueError(f"orders must be whole numbers from 0 to {n}, got {order}")
+            raise ValueError(
+                f"orders must be whole numbers from 0 to {n}, got {order!r}"
+            )
     return found
 
 

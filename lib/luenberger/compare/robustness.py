@@ -139,6 +139,11 @@ def _designs(given: Any) -> dict[str, Observer]:
         found = {str(name): one for name, one in given.items()}
     elif np.iterable(given) and not isinstance(given, str):
         found = {f"design {k + 1}": one for k, one in enumerate(given)}
+    elif isinstance(given, Observer):
+        raise ValueError(
+            "observers is one observer alone; give a list, [observer], or a dict by "
+            "name"
+        )
     else:
         raise ValueError(
             "observers must be a dict or a list of observers, or a comparison, got "

@@ -360,6 +360,7 @@ TWICE = dict(C=[[1, 0], [2, 0]], R=np.zeros((2, 2)))
     "changes, options, message",
     [
         ({"A": [[1.1, 0], [0, 0.5]]}, {}, r"A has the mode 1\.1 on or outside.*kalman"),
+        ({"A": [[1 - 1e-15, 0.1], [0, 0.5]]}, {}, "A has the mode 1 on or outside"),
         (
             {"multiplicative": [(1.2 * np.eye(2), [[0, 0]])]},
             {},

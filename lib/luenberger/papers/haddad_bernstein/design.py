@@ -16,7 +16,7 @@ from ...arguments import expect
 from ...errors import CertificateError, DesignError
 from ...numeric import Matrix
 from ...numeric.combinations import combinations
-from ...numeric.linalg import modes
+from ...numeric.linalg import decaying, modes
 from ...observer import Observer
 from ...plant import Plant
 from ...plant.estimates import Combinations, by_name
@@ -253,10 +253,11 @@ def _require(
     if not isinstance(feedthrough, bool | np.bool_):
         raise ValueError(f"feedthrough must be True or False, got {feedthrough!r}")
     poles = np.linalg.eigvals(plant.A)
-    if (np.abs(poles) >= 1).any():
+    lasting = ~decaying(poles, True)
+    if lasting.any():
         raise DesignError(
             "the fixed-order filter is for stable plants, and A has the mode "
-            f"{modes(poles[np.abs(poles) >= 1])} on or outside the unit circle. What "
+            f"{modes(poles[lasting])} on or outside the unit circle. What "
             "the filter does not track would grow without bound. Use kalman_filter or "
             "reduced_order_filter, which need no stability, or split the unstable part "
             "off and filter it in full."
