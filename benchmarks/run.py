@@ -27,7 +27,7 @@ HERE = Path(__file__).parent
 RESULTS = HERE / "results.json"
 SCRIPTS = (
     "first_call", "filter_step", "constant_gain", "c_export", "monte_carlo",
-    "staircase", "optimal_projection", "noise_fit",
+    "staircase", "optimal_projection", "noise_fit", "slingen",
 )  # fmt: skip
 PEERS = (
     "numpy", "scipy", "numba", "statsmodels", "filterpy", "pykalman", "simdkalman",
@@ -38,6 +38,12 @@ COLUMNS = (
     "simdkalman", "python-control", "SciPy",
 )  # fmt: skip
 SMALL, TEN = "filter step, n = 3, p = 2", "filter step, n = 10, p = 4"
+WIDE = "exported C beside SLinGen, n = p = "
+GENERATED = (
+    (4, "exported C", 0.9), (12, "exported C", 0.9), (20, "exported C", 1.25),
+    (28, "exported C", 1.25), (52, "exported C", 1.25),
+    *((n, "exported C, 512 bits", 0.9) for n in (4, 12, 20, 28, 52)),
+)  # fmt: skip
 TARGETS = (  # row; over / under; asked
     (SMALL, "statsmodels", "numba", "at least", 100),
     (SMALL, "FilterPy", "numba", "at least", 1500),
@@ -50,6 +56,7 @@ TARGETS = (  # row; over / under; asked
     ("Monte Carlo, kernels alone, n = 3, p = 2", "simdkalman", "numba", "at least", 20),
     ("exported C, filter, n = 3, p = 2", "exported C", "C by hand", "at most", 1.2),
     ("exported C, filter, n = 10, p = 4", "exported C", "C by hand", "at most", 1.2),
+    *((f"{WIDE}{n}", who, "SLinGen", "at most", ask) for n, who, ask in GENERATED),
     ("fit of noise, 10000 rows, n = 3, p = 1", "statsmodels", "numba", "at least", 10),
     ("fit of noise, 10000 rows, n = 3, p = 2", "statsmodels", "numba", "at least", 10),
     ("first record, n = 3, warm cache", "numba", None, "at most", 1.5),
@@ -82,9 +89,9 @@ def checked(records):
     """The targets, each with what was found; medians over medians."""
     by_name = {name(one): one["contestants"] for one in records}
     for row, over, under, bound, asked in TARGETS:
-        if row not in by_name or over not in by_name[row]:
+        who = by_name.get(row, {})
+        if not {over, under or over} <= set(who):
             continue
-        who = by_name[row]
         found = who[over]["median"] / (who[under]["median"] if under else 1)
         met = found >= asked if bound == "at least" else found <= asked
         over = f"{over} / {under}" if under else f"{over}, seconds"
@@ -140,10 +147,11 @@ def put(path, mark, text):
     path.write_text(new, encoding="utf-8")
 
 
-def measured(script, quick):
+def measured(script, quick, kernels):
     line = import_module("common").line
     found = []
-    for one in import_module(script).records(quick):
+    more = {"kernels": kernels} if script == "slingen" else {}
+    for one in import_module(script).records(quick, **more):
         found.append(one)
         print(line(one), flush=True)
     return found
@@ -173,13 +181,14 @@ def write(now, by_script):
 def main(arguments):
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--quick", action="store_true")
+    parser.add_argument("--kernels", type=Path, help="SLinGen's, see slingen.py")
     parser.add_argument("scripts", nargs="*", default=SCRIPTS, metavar="SCRIPT")
     given = parser.parse_args(arguments)
     if unknown := set(given.scripts) - set(SCRIPTS):
         parser.error(f"no script {unknown.pop()!r}; there are {', '.join(SCRIPTS)}")
     now, records = versions(), []
     for script in given.scripts:
-        records += (found := measured(script, given.quick))
+        records += (found := measured(script, given.quick, given.kernels))
         if not given.quick:  # what is measured is kept if a later script fails
             write(now, stored(now) | {script: found})
     print(f"\n{table(records)}\n\n{targets(checked(records))}")

@@ -27,7 +27,8 @@ from .panels import Panels, entry, runs
 from .store import Store
 from .writer import C
 
-HEIGHT = 6  # rows of a product that are added up at once, at most
+HEIGHT = 8  # rows of a product that are added up at once, at most
+HALF = 6  # the same of a symmetric one, of which half is computed
 
 
 def fits(program: Program, sizes: Sizes) -> bool:
@@ -156,7 +157,7 @@ class _Rows:
         width = self.store.width(min(rows, inner), cols)
         if inner == 1 < rows and cols > 1 and not in_place:
             self.store.pad_all(d, rows, cols)
-        for first, last, height in runs(rows, HEIGHT):
+        for first, last, height in runs(rows, HALF if half else HEIGHT):
             what = self.panels.product(
                 height, term.scale, (down, along), stride,
                 c_row if start else None, d_row, in_place,
