@@ -45,12 +45,29 @@ def written_in(name, student):
     return ""
 
 
+def ungraded(name, student):
+    """Why there are no marks, judged by the files; empty if there are."""
+    file = Path(student, name, f"{name}.ipynb")
+    if (HERE / "autograded" / file).exists():
+        return ""
+    found = sorted((HERE / "submitted" / file).parent.glob("*.ipynb"))
+    if not found:
+        return "not handed in"
+    if found[0].name != file.name:
+        return f"not graded: {found[0].name!r} should be named {file.name!r}"
+    return "not graded: see what nbgrader autograde says"
+
+
 def row(book, name, student):
     """What became of an assignment: its state, its points and those of each task."""
     empty = dict(assignment=name, student=student.id, state="not handed in")
     try:
         notebook = book.find_submission_notebook(name, name, student.id)
     except MissingEntry:
+        notebook = None
+    if why := ungraded(name, student.id):
+        return empty | {"state": why}
+    if notebook is None:
         return empty
     grades, of = notebook.grades, tasks(name)
     waits = any(grade.needs_manual_grade for grade in grades)
