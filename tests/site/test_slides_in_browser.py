@@ -1,5 +1,6 @@
 """Slides of the lessons in Chromium."""
 
+import re
 import subprocess
 import sys
 
@@ -31,10 +32,13 @@ def deck(tmp_path_factory):
     if reason := site_build.missing():
         pytest.skip(reason)
     folder = tmp_path_factory.mktemp("deck")
-    command = [sys.executable, "-m", "nbconvert", "--config", "notebooks/slides.py"]
-    where = ["--output-dir", str(folder), str(LESSON)]
+    page = (ROOT / "notebooks" / "coursework" / "README.md").read_text("utf-8")
+    command = re.search(r"^python (-m nbconvert .*) deck notebooks/", page, re.M)[1]
     done = subprocess.run(
-        [*command, *where], cwd=ROOT, capture_output=True, text=True, check=False
+        [sys.executable, *command.split(), str(folder), str(LESSON)],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
     )
     assert done.returncode == 0, done.stderr
     return folder

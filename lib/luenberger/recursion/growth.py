@@ -37,7 +37,6 @@ class Gap(NamedTuple):
         That of its first row.
     least : (n,) ndarray
         The least variances so far; infinite where there was only rounding.
-    lost : Lost or None
     """
 
     instant: int

@@ -65,6 +65,7 @@ class Compiled:
         rows = {*stacked, "innovations", "xs"}
         self.far = {name: X for name, X in given.items() if name in rows}
         self.fixed = {name: X for name, X in given.items() if name not in rows}
+        assert out.variances is not None  # this pass is given where to write them
         self.found = dict(
             smoothed=out.x, covariances=flat(out.Sigma), sayings=out.lamda,
             variances=out.variances,
@@ -106,7 +107,7 @@ class Compiled:
         last = slice(rows.stop - rows.start - done, rows.stop - rows.start)
         before = self.kept.variances[rows][last]
         few = before * LEFT >= self.found["variances"][rows][last]
-        few |= before * self.thetas[last] > MOST
+        few = np.asarray(few | (before * self.thetas[last] > MOST))
         if not few.any():
             return done
         return int(np.flatnonzero(few.any(axis=1)[::-1])[0])
