@@ -410,3 +410,14 @@ def test_gains_have_a_panel_for_each_unit():
     assert len(plot.gains(K, plant, alone).patches) == 4
     assert alone.get_ylabel() == "gain (units of state per output)"
     plt.close(alone.figure)
+
+
+def test_a_unit_without_gains_has_no_panel():
+    given = dict(state_names=["a (m)", "b (K)"], output_names=["y (m)", "t (K)"])
+    plant = lb.Plant(np.eye(2) / 2, None, np.eye(2), dt=1.0, **given)
+    for K in (np.array([[0.5, 0.0], [0.2, 0.3]]), np.zeros((2, 2))):
+        figure = plt.figure()
+        plot.gains(K, plant, figure.add_subplot())
+        labels = [one.get_ylabel() for one in figure.axes]
+        assert labels == ["gain", "gain (K per m)"][: 1 + K.any()]
+        plt.close(figure)

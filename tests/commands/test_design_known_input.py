@@ -94,6 +94,10 @@ def test_a_report_under_a_model_of_the_input(here, capfd):
     assert "Errors count a known input that a model of 1 state drives." in page
     assert "The known input begins at the first sample." in page
     assert "Not shown" not in page
+    assert "the most accurate design within the budget of 1 observer state." in page
+    assert "Recommended: fixed-order filter, order 1." in page
+    asked = json.loads((made / "question.json").read_text())
+    assert asked["budget"] == {"states": 1} and set(asked) == {"budget", "U"}
 
 
 REFUSED = {

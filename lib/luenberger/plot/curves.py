@@ -85,12 +85,16 @@ def _scale(ax: Axes, variances: Sequence[np.ndarray]) -> None:
         ax.set_ylim(0, 1.05 * ax.dataLim.y1 or 1)  # a level curve off the frame
 
 
-def sampled_response(run: Any, ax: Axes | None = None) -> Axes:
+def sampled_response(
+    run: Any, ax: Axes | None = None, *, output: str = "output"
+) -> Axes:
     """Output of a sampled loop with its samples, and of the continuous loop.
 
     Parameters
     ----------
     run : sampling.Response
+    output : str, default "output"
+        What the output is called, with its unit: "angle (rad)".
     """
     ax = ax or plt.gca()
     t = np.union1d(np.linspace(0, run.duration, 400), run.t)
@@ -98,7 +102,7 @@ def sampled_response(run: Any, ax: Axes | None = None) -> Axes:
     ax.plot(t, y_star, label="continuous loop, y*", **style(1))
     ax.plot(t, y, label=f"sampled loop, {run.samples} samples", **style(0))
     ax.plot(run.t, run.y, "o", ms=4, color=COLOURS[0], label="at the samples")
-    ax.set(xlabel="time (s)", ylabel="output")
+    ax.set(xlabel="time (s)", ylabel=text(output))
     ax.legend(fontsize="small")
     return ax
 

@@ -31,6 +31,8 @@ def gains(
 ) -> Axes:
     """Every gain against time, or as bars where it is constant; a panel for each unit.
 
+    Units of which all gains are zero have no panel.
+
     Parameters
     ----------
     shown : array_like, Observer or Comparison
@@ -59,6 +61,8 @@ def gains(
         rows = shown.estimates or [f"row {k + 1} of k x" for k in range(len(shown.L))]
     names = list(rows or plant.state_names), list(plant.output_names)
     groups = by_unit(*names)
+    some = {k: of for k, of in groups.items() if any(K[..., i, j].any() for i, j in of)}
+    groups = some or dict([*groups.items()][:1])
     panels = _divided(ax or plt.gca(), len(groups))
     if len(panels) < len(groups):  # an Axes that is in no grid
         every = [one for places in groups.values() for one in places]

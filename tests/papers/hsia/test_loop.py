@@ -350,7 +350,8 @@ def test_an_unstable_loop_is_followed_while_it_is_finite():
 def test_plot_of_a_run():
     run = run_of("root", 0.08)
     ax = Figure().subplots()
-    assert lb.plot.sampled_response(run, ax) is ax
+    assert lb.plot.sampled_response(run, ax, output="angle (rad)") is ax
+    assert (ax.get_ylabel(), ax.get_xlabel()) == ("angle (rad)", "time (s)")
     star, y, dots = ax.lines
     assert all(not one.get_label().startswith("_") for one in ax.lines)
     assert (dots.get_xdata() == run.t).all() and (dots.get_ydata() == run.y).all()
