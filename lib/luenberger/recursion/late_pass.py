@@ -20,6 +20,7 @@ import numpy as np
 from ..errors import DesignError, short
 from ..numeric import Matrix, Vector
 from . import late_state, late_step
+from .growth import Gap, Passed, require_digits
 from .late_in_order import InOrder
 from .late_queue import Block, Queue
 from .late_state import Label, LateState, Row
@@ -80,6 +81,7 @@ class Window(NamedTuple):
     states: tuple[State, ...]
     rows: tuple[Row, ...]
     label: Label
+    gap: Gap | None = None
 
     @property
     def instant(self) -> int:
@@ -188,19 +190,39 @@ class LatePass:
                 "come after the row before it: it is the first of a chunk. Give each "
                 "chunk the index that its rows have in the whole record."
             )
-        out = History.empty(len(y), settings.plant, history)
+        out, begin = History.empty(len(y), settings.plant, history), state
+        block = Block(y, u, due, labels)
         if self.many is not None:
-            block = Block(y, u, due, labels)
             self.require_known(state.rows, block, state.base.instant)
-            return self.many.over(state, block, out, compile), out
-        for k, row in enumerate(map(Row, y, u, due, labels)):
+            state = self.many.over(state, block, out, compile)
+            return self.require_digits(begin, state, block, out), out
+        for k, row in enumerate(map(Row, *block)):
             state, done = way.row(settings, state, row)
             out.x[k], out.variances[k] = done.x, done.Sigma.diagonal()
             if history:
                 out.P[k], out.K[k] = done.Sigma, done.K
             if self.horizon is not None:
                 self.require_in_time(way.awaited(state), state.instant)
-        return state, out
+        return self.require_digits(begin, state, block, out), out
+
+    def require_digits(self, begin: Any, state: Any, block: Block, out: History) -> Any:
+        """The `state` after a block, unless states have grown too far in it.
+
+        Readings that are late are missing in their rows.
+        """
+        y = np.where(block.due > block.labels[:, None], np.nan, block.y)
+
+        def Sigma(first: int, last: int) -> Matrix:
+            at, found, n = begin, [], self.settings.plant.n
+            if isinstance(begin, Queue) and self.many is not None:
+                at = begin.late or self.many.beside(begin)
+            for row in map(Row, *block.part(slice(last))):
+                at, _ = self.way.row(self.settings, at, row)
+                found.append(self.way.Sigma(at, n))
+            return np.array(found[first:])
+
+        rows = Passed(self.settings, begin.instant + 1, out.variances, y, Sigma)
+        return state._replace(gap=require_digits(begin.gap, rows))
 
     def require_in_time(self, awaited: Iterable[tuple[int, int]], instant: int) -> None:
         """Raise if a reading has been waited for as long as the horizon says."""

@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..numeric import Vector
+from .growth import Gap
 from .late_passage import Stretches
 from .late_state import Label, LateState
 from .state import State
@@ -64,6 +65,8 @@ class Queue(NamedTuple):
         The same filter as it carries the readings beside the state, where it does.
     silent : bool
         Whether no reading has been on time so far.
+    gap : Gap or None
+        The stretch of rows without all their readings that the last row is in.
     """
 
     base: State
@@ -76,6 +79,7 @@ class Queue(NamedTuple):
     label: Label
     late: LateState | None
     silent: bool
+    gap: Gap | None = None
 
     @property
     def instant(self) -> int:

@@ -14,6 +14,7 @@ import numpy as np
 from .. import kernels
 from ..numeric import Matrix, Vector
 from ..papers.leondes_novak.derivation import late_ahead, late_fresh
+from .growth import Gap
 from .root_step import Move, Spread
 from .settings import Setting, Settings, require_start
 from .state import leading_on
@@ -81,6 +82,8 @@ class LateState(NamedTuple):
         The plant there, with every output; None at instant 0, which has none.
     label : number or None
         Of the last row.
+    gap : Gap or None
+        The stretch of rows without all their readings that the last row is in.
     """
 
     instant: int
@@ -92,6 +95,7 @@ class LateState(NamedTuple):
     held: tuple[Held, ...]
     setting: Setting | None
     label: Label = None
+    gap: Gap | None = None
 
 
 def start(settings: Settings, x: Vector, u: Vector) -> LateState:
