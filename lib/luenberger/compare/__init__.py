@@ -217,7 +217,7 @@ def _chosen(methods: Iterable[str] | None) -> list[str]:
     return [name for name in METHODS if name in wanted]
 
 
-def _listed(given: object) -> list[Any]:
+def _listed(given: Any) -> list[Any]:
     """One, or several, as a list."""
     several = np.iterable(given) and not isinstance(given, str)
     return list(given) if several else [given]

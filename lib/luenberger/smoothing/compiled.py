@@ -107,10 +107,9 @@ class Compiled:
         last = slice(rows.stop - rows.start - done, rows.stop - rows.start)
         before = self.kept.variances[rows][last]
         few = before * LEFT >= self.found["variances"][rows][last]
-        few = np.asarray(few | (before * self.thetas[last] > MOST))
-        if not few.any():
-            return done
-        return int(np.flatnonzero(few.any(axis=1)[::-1])[0])
+        few |= before * self.thetas[last] > MOST
+        turns = np.flatnonzero(np.any(few, axis=1)[::-1])
+        return int(turns[0]) if len(turns) else done
 
     def _rows(self, carried: Carried, rows: slice, stop: int) -> tuple[Carried, int]:
         """So many of the rows, from the last one down."""
