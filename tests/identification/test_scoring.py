@@ -116,3 +116,12 @@ def test_compiled_rows_hold_the_same_information(varying, start):
     )
     size = np.sqrt(wanted.diagonal())
     assert np.abs((found - wanted) / size / size[:, None]).max() < 1e-11
+
+
+def test_a_step_to_a_bound_takes_the_others_along():
+    """By hand: the first stops at its bound, and the second is least there."""
+    H, slope = np.array([[2.0, 1], [1, 2]]), np.array([10.0, 0])
+    found = scoring._step(H, slope, np.array([True, True]))
+    np.testing.assert_allclose(found, [-0.495, 0.2475])
+    free = scoring._step(H, slope, np.array([False, False]))
+    np.testing.assert_allclose(free, -np.linalg.solve(H, slope))

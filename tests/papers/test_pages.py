@@ -73,6 +73,7 @@ PAGES = (
     "hsia.loop",
     "hsia.noise",
     "identification.likelihood",
+    "identification.predictions",
     "identification.score",
     "identification.score_by_blocks",
     "identification.unknown_start",

@@ -13,8 +13,9 @@ from ..recursion.settings import Settings
 from ..recursion.state import State
 from ..recursion.units import natural
 from .derivation import driven, gain_of_prediction
+from .predictions import filtered
 from .stretch import Stretch
-from .trail import LIKELIHOOD, Trail
+from .trail import Trail
 from .ways import Ways
 
 BLOCK = 128  # rows after which it is asked whether the filter still moves
@@ -37,7 +38,7 @@ def rows_of(
     while done < last:
         here = slice(done, min(done + BLOCK, last) if even else last)
         out = trail.part(here)
-        state = run.into(out, state, y[here], u[here], fast, LIKELIHOOD)
+        state = filtered(settings, out, state, y[here], u[here], fast)
         out.settled()
         done = here.stop
         if even and not tail and _still(out.Omega):

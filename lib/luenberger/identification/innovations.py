@@ -62,10 +62,12 @@ def counted(row: Step) -> Innovation:
     rows = Z / size[:, None]
     free = _independent(rows, CLEAR * (unit > 0))
     Q, upper = np.linalg.qr(rows[free].T)
+    sign = np.where(upper.diagonal() < 0, -1.0, 1.0)  # as Cholesky's triangle has it
+    Q, upper = Q * sign, upper * sign[:, None]
     inverse = dtrtri(upper)[0] if len(free) else upper
     whitening = np.triu(inverse).T / size[free]
     taken = Z @ Q @ whitening
-    diagonal = np.abs(upper.diagonal()) * size[free]
+    diagonal = upper.diagonal() * size[free]
     log_det = 2 * float(np.log(diagonal).sum())
     return Innovation(free, log_det, whitening @ innovation[free], whitening, taken)
 

@@ -17,9 +17,10 @@ from ..recursion.settings import Settings, accurate_outputs, require_noise
 from ..recursion.state import start
 from ..run import chunks
 from . import diffuse, score
+from .predictions import trail_of
 from .records import several, split
 from .settled_record import Evaluator
-from .trail import Trail, trail_of
+from .trail import Trail
 
 Outputs = int | Sequence[int | str]  # how many, or which
 

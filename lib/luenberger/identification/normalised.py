@@ -14,7 +14,7 @@ from ..recursion.settings import Settings
 from ..recursion.state import start
 from . import diffuse
 from .likelihood import _record
-from .trail import trail_of
+from .predictions import trail_of
 
 
 def innovations(

@@ -9,11 +9,8 @@ import numpy as np
 from .. import kernels
 from ..numeric import Matrices, Matrix, Vector
 from ..plant import Plant
-from ..recursion.filter_pass import Pass
 from ..recursion.filter_stacks import BEFORE, FILTER
-from ..recursion.growth import Gap, passed, require_digits
-from ..recursion.settings import Settings
-from ..recursion.state import State, Step, flat
+from ..recursion.state import Step, flat
 from .derivation import likelihood_step, prediction_gain, weighed
 from .innovations import counted, pivots
 
@@ -54,7 +51,8 @@ class Trail:
     compiled : (N,) ndarray of bool
         Whether compiled code did the row; it leaves out G.
     variances : (N, n) ndarray
-        Of the estimates of the state.
+        Of the estimates of the state; of its predictions in rows that go from one to
+        the next.
     x, e, Omega, G, W : (N, ...) ndarray
         Predictions, weighed innovations, covariances of predictions, gains of the next
         predictions, and inverses of M; without rows where the score is not wanted.
@@ -149,23 +147,3 @@ class Trail:
             # beside the ones of what did not arrive there are zeros
             self.W[self.compiled] *= self.free[self.compiled][:, :, None]
         return self
-
-
-def trail_of(
-    settings: Settings, state: State, y: Matrix, u: Matrix, fast: bool, score: bool,
-    gap: Gap | None = None,
-) -> Trail:  # fmt: skip
-    """The trail of the rows of y from `state` on, with what the score needs or without.
-
-    `gap` is the one in which the row before them is.
-
-    Raises
-    ------
-    DesignError
-        As `filter_data`; if digits are lost where states grow in a gap.
-    """
-    trail, run = Trail.empty(settings.plant, y, score), Pass(settings)
-    run.into(trail, state, y, u, fast, LIKELIHOOD)
-    rows = passed(run, state, y, u, trail.variances, fast)
-    require_digits(gap, rows)
-    return trail

@@ -10,7 +10,7 @@ from collections.abc import Collection
 from dataclasses import dataclass, replace
 
 from ..stage_list import StageList
-from .program import Factor, Program
+from .program import Factor, Operand, Program
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,8 @@ class Recursion:
         Given vectors, with the array of the record and the row in it, k or k + 1.
     written : tuple of (str, str, str)
         Output array, result, and "vector", "diagonal" or "matrix"; matrices are
-        written only where a history is kept.
+        written only where a history is kept.  What is carried may be written as well,
+        as the row began with it.
     before : tuple of str
         Given matrices that belong to the instant before.
     symmetric : tuple of str
@@ -66,7 +67,9 @@ class Recursion:
         left = dict(self.carried)
         while True:
             carried = left
-            written = [name for _, name, _ in self.written if name not in carried]
+            begun = {name: Operand(name) for name in carried.values()}
+            known = carried.keys() | begun.keys()
+            written = [name for _, name, _ in self.written if name not in known]
             program = lower(
                 self.stages(),
                 [*carried, *written],
@@ -77,6 +80,7 @@ class Recursion:
             )
             left = {k: name for k, name in carried.items() if name in program.given}
             if left == carried:
+                program = replace(program, results=program.results | begun)
                 return Loop(self.without(program), program, carried)
 
     def without(self, program: Program) -> Recursion:

@@ -1,0 +1,154 @@
+"""Likelihoods of exact outputs in compiled code, held against exact rows in NumPy."""
+
+import dataclasses
+
+import generators
+import numpy as np
+import pytest
+from exact_likelihood import exact_moments, free_entries, rational_plant
+
+import luenberger as lb
+from luenberger.identification import predictions
+from luenberger.recursion.state import step
+
+nan = float("nan")
+
+
+def case(seed, rows=120, R=(0, 1), cross=False, varying=False):
+    """A plant with an exact output, and its record with gaps."""
+    rng = np.random.default_rng(seed)
+    plant = generators.plant(
+        rng, 3, 2, m=1, cross=False, radius=1.02 if seed % 2 else 0.9
+    )
+    plant = dataclasses.replace(plant, R=np.diag(R))
+    if cross:
+        S = np.zeros((3, 2))
+        S[:, 1] = [0.1, -0.2, 0.1]
+        plant = dataclasses.replace(plant, S=S)
+    y, u, u0 = generators.record(rng, plant, rows)
+    y[rng.random(y.shape) < 0.2] = nan
+    if varying:
+        A = plant.A * rng.uniform(0.9, 1, (rows + 1, 1, 1))
+        C = plant.C * rng.uniform(0.9, 1.1, (rows + 1, 1, 1))
+        R = plant.R * rng.integers(0, 3, (rows + 1, 1, 1))
+        plant = dataclasses.replace(plant, A=A, C=C, R=R, S=None)
+    return plant, y, u, u0
+
+
+def same(plant, y, u, u0, within=1e-10):
+    """Value and gradients, compiled and in NumPy."""
+    options = dict(u0=u0, gradient=True)
+    wanted, slopes = lb.log_likelihood(plant, y, u, backend="numpy", **options)
+    found, others = lb.log_likelihood(plant, y, u, backend="numba", **options)
+    assert found == pytest.approx(wanted, rel=1e-12)
+    for name, X in slopes.items():
+        atol = within * max(abs(X).max(), 1e-300)
+        np.testing.assert_allclose(others[name], X, rtol=0, atol=atol)
+
+
+@pytest.fixture
+def by_hand(monkeypatch):
+    """How many rows NumPy did."""
+    rows = []
+
+    def counted(*args):
+        rows.append(args)
+        return step(*args)
+
+    monkeypatch.setattr(predictions, "step", counted)
+    return rows
+
+
+@pytest.mark.parametrize("varying", [False, True])
+@pytest.mark.parametrize("start", ["posterior", "prior", None])
+@pytest.mark.parametrize(("R", "cross"), [((0, 0), False), ((0, 1), True)])
+def test_exact_outputs_with_gaps(varying, start, R, cross, by_hand):
+    plant, *record = case(1, R=R, cross=cross, varying=varying)
+    more = {} if start is None else {"P0_is": start}
+    P0 = None if start is None else np.diag([4.0, 1, 9])
+    same(dataclasses.replace(plant, P0=P0, **more), *record)
+    assert len(by_hand) < 5
+
+
+def test_the_rows_are_those_of_rationals():
+    """The density of the whole record, from its exact covariance."""
+    for kind in ("perfect", "one perfect"):
+        plant, y, u, u0 = rational_plant(kind)
+        V, d = exact_moments(plant, y, u, u0, None)
+        free = free_entries(V, d)
+        V, d = V[free, free], d[free, :]
+        wanted = -(len(free) * np.log(2 * np.pi) + np.log(float(V.det()))) / 2
+        wanted -= float((d.T * V.inv() * d)[0]) / 2
+        found = lb.log_likelihood(plant, y, u, u0=u0, backend="numba")
+        assert found == pytest.approx(wanted, rel=1e-11)
+
+
+def test_rows_in_which_nothing_is_new_are_left_to_numpy(by_hand):
+    """One sensor is read twice in some rows; compiled code goes on after them."""
+    plant, y, u, u0 = case(2, R=(0, 0))
+    C = np.broadcast_to(plant.C, (len(y) + 1, 2, 3)).copy()
+    C[31::30, 1] = C[31::30, 0]
+    plant = dataclasses.replace(plant, C=C, E=np.zeros((2, 1)))
+    y[30::30, 1] = y[30::30, 0]
+    same(plant, y, u, u0)
+    assert 3 <= len(by_hand) < 40
+
+
+def test_a_state_that_is_known_exactly_is_left_to_numpy(by_hand):
+    """No noise drives one state for a while, and an exact reading tells it."""
+    plant, y, u, u0 = case(4, R=(0, 0))
+    plant = dataclasses.replace(plant, A=np.diag([0.9, 0.5, 0.8]), C=np.eye(3)[:2])
+    Q = np.broadcast_to(np.eye(3), (len(y) + 1, 3, 3)).copy()
+    Q[20:24, 0, 0] = 0
+    plant = dataclasses.replace(plant, Q=Q)
+    y, u, u0 = generators.record(np.random.default_rng(0), plant, len(y))
+    y[::7, 1] = nan
+    same(plant, y, u, u0)
+    assert 3 <= len(by_hand) < 60
+
+
+def test_a_contradiction_is_refused():
+    plant, y, u, u0 = case(2, R=(0, 0))
+    C = np.array([[1.0, 0, 1], [1, 0, 1]])
+    plant = dataclasses.replace(plant, C=C, E=np.zeros((2, 1)))
+    y[:, 1] = y[:, 0]
+    y[50] = [1, 2]
+    with pytest.raises(lb.DesignError, match="instant 51"):
+        lb.log_likelihood(plant, y, u, u0=u0, backend="numba")
+
+
+@pytest.mark.parametrize("power", [-40, 40])
+def test_units_only_add_a_constant(power):
+    plant, y, u, u0 = case(3, R=(0, 1))
+    x, z = np.array([2.0**power, 1, 2.0 ** (power // 2)]), np.array([2.0**-power, 1])
+    other = dataclasses.replace(
+        plant, A=plant.A / x[:, None] * x, B=plant.B / x[:, None],
+        C=plant.C / z[:, None] * x, E=plant.E / z[:, None],
+        Q=plant.Q / x / x[:, None], R=plant.R / z / z[:, None],
+        P0=plant.P0 / x / x[:, None], x0=plant.x0 / x,
+    )  # fmt: skip
+    one = lb.log_likelihood(plant, y, u, u0=u0, backend="numba")
+    two = lb.log_likelihood(other, y / z, u, u0=u0, backend="numba")
+    shift = (~np.isnan(y) * np.log(z)).sum()
+    assert two - shift == pytest.approx(one, rel=1e-12)
+
+
+def test_zero_readings_and_rows_without_any():
+    plant, y, u, u0 = case(2, R=(0, 0))
+    y[~np.isnan(y)] = 0
+    y[40:60] = nan
+    same(plant, y, 0 * u, u0)
+    y[:] = nan
+    assert lb.log_likelihood(plant, y, u, u0=u0, backend="numba") == 0
+
+
+def test_innovations_and_information_are_the_same():
+    plant, y, u, u0 = case(1, rows=400, R=(0, 1))
+    for run in (
+        lambda backend: lb.innovations(plant, y, u, backend=backend),
+        lambda backend: lb.information(
+            plant, y, u, along=[{"Q": np.eye(3)}, {"A": np.eye(3)}], backend=backend
+        ),
+    ):
+        found, wanted = run("numba"), run("numpy")
+        np.testing.assert_allclose(found, wanted, rtol=1e-8, atol=1e-10)
