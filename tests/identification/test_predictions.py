@@ -152,3 +152,18 @@ def test_innovations_and_information_are_the_same():
     ):
         found, wanted = run("numba"), run("numpy")
         np.testing.assert_allclose(found, wanted, rtol=1e-8, atol=1e-10)
+
+
+@pytest.mark.parametrize("backend", ["numpy", "numba"])
+def test_growth_in_a_gap_is_refused(backend):
+    """By compiled code as by NumPy, and a shorter gap by neither."""
+    A = [[2.0, 0.3], [0.5, 1.5]]
+    plant = lb.Plant(
+        A, None, np.eye(2), dt=1.0, Q=np.eye(2), R=np.zeros((2, 2)), P0=np.eye(2)
+    )
+    y = np.random.default_rng(0).normal(size=(80, 2))
+    y[10:18] = nan
+    assert np.isfinite(lb.log_likelihood(plant, y, backend=backend))
+    y[10:60] = nan
+    with pytest.raises(lb.DesignError, match="too few digits"):
+        lb.log_likelihood(plant, y, backend=backend)
