@@ -65,6 +65,7 @@ def form(request, monkeypatch, plain):
         monkeypatch.setattr(loops, "BLAS", 1)
         monkeypatch.setattr(loops, "SHORT", 0)
         monkeypatch.setattr(solves, "SHORT_SOLVE", 0)
+        monkeypatch.setattr(solves, "BANDED_SOLVE", 0)
         monkeypatch.setattr(printer, "ON_STACK", 0)
     return request.param
 

@@ -6,6 +6,8 @@ from .writer import Writer
 Index = int | str  # of a row or column: a number, or what loops call it
 
 SHORT_SOLVE = 6  # a factor this small is written as scalars
+BANDED_SOLVE = 10  # the same in code with bands, of a small plant
+SMALL = 16  # states beyond which scalars are more to compile and no faster
 
 
 class Solves:
@@ -52,7 +54,10 @@ class Solves:
 
     def is_short(self, M: str) -> bool:
         size, _ = self.program.shape(M, self.sizes)
-        return isinstance(size, int) and size <= SHORT_SOLVE
+        if not isinstance(size, int):
+            return False
+        small = all(one <= SMALL for one in self.sizes.values())
+        return size <= (BANDED_SOLVE if self.to.bands and small else SHORT_SOLVE)
 
     def factor(self, step: Factor) -> None:
         """Factor matrix = L d L' row by row, into one array.
