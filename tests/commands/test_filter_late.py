@@ -49,6 +49,15 @@ def call(tmp_path, monkeypatch, capfd, frame):
 LATE = "--arrival satellite=known --horizon 8"
 
 
+@pytest.mark.parametrize("options", [LATE, "--smooth --arrival satellite=known"])
+def test_estimate_names_the_command_that_takes_late_readings(options, call, capfd):
+    line = f"estimate plant.json data.csv {options} --out x.csv"
+    with pytest.raises(SystemExit) as end:
+        main(line.split())
+    assert end.value.code == 2
+    assert "filter PLANT.json DATA.csv --arrival OUTPUT=COLUMN" in capfd.readouterr()[1]
+
+
 @pytest.mark.parametrize("piece", [csv_reader.PIECE, 1000])
 def test_it_is_filter_data(call, frame, piece, monkeypatch):
     monkeypatch.setattr(csv_reader.Table.__init__, "__defaults__", (piece,))

@@ -225,6 +225,20 @@ def test_gaps_of_a_long_record_are_looked_at_one_by_one():
         assert np.isfinite(lb.filter_data(plant, longer[: k + 10]).x).all()
 
 
+def test_a_gap_longer_than_a_block_is_followed_through_all_of_it():
+    """One output never comes, and the start is vague, so every block is looked at."""
+    plant = plant_of(C=((1, 0, 0), (0, 1, 1)), P0=1e14 * np.eye(3))
+    y = np.random.default_rng(2).normal(size=(2 * growth.BLOCK, 2))
+    y[:, 1] = np.nan
+    for k in (growth.BLOCK - 5, growth.BLOCK - 12, growth.BLOCK + 2):
+        longer = y.copy()
+        longer[k : k + 13] = np.nan
+        with pytest.raises(
+            lb.DesignError, match=f"{REFUSED} {k + 10} on: .* instant 1"
+        ):
+            lb.filter_data(plant, longer)
+
+
 # -- the likelihood ----------------------------------------------------------------
 
 
@@ -237,6 +251,16 @@ def test_a_likelihood_is_refused_as_well(gradient, P0):
     parts = [y[:6], y[26:]]
     assert np.isfinite(lb.log_likelihood(plant, parts, gradient=gradient)[0] if gradient
                        else lb.log_likelihood(plant, parts))  # fmt: skip
+
+
+def test_the_rows_that_find_an_unknown_start_are_followed_as_well():
+    plant, y = plant_of(P0=None), record(20, first=6)  # it is not found before the gap
+    with pytest.raises(lb.DesignError, match=f"{REFUSED} 17 on: .* instant 7 on"):
+        lb.log_likelihood(plant, y)
+    plant, y = plant_of(P0=None, C=((1, 1, 1), (1, 0, 0))), record(20, p=2, first=6)
+    y[1:, 1] = np.nan
+    with pytest.raises(lb.DesignError, match=f"{REFUSED} 1. on: .* instant 2 on"):
+        lb.log_likelihood(plant, y)
 
 
 def test_what_a_likelihood_has_behind_an_allowed_gap_is_right():

@@ -413,3 +413,16 @@ def test_chunks_that_make_no_sense_are_refused(table):
     twice = lb.filter_data(plant, iter([rows, rows]), arrival=FRAME)
     with pytest.raises(ValueError, match="row 10 does not come after"):
         list(twice)
+
+
+def test_a_continuous_plant_in_chunks_names_the_way_out():
+    plant = lb.Plant([[-1]], None, [[1]], Q=[[1]], R=[[1]], P0=[[1]])
+    y, arrival = np.zeros((4, 1)), np.arange(4.0)[:, None]
+    with pytest.raises(
+        lb.DesignError, match=r"y comes in chunks.*plant\.sampled\(dt\)"
+    ):
+        lb.filter_data(plant, iter([y]), arrival=iter([arrival]))
+    discrete = plant.sampled(0.5)
+    found = list(lb.filter_data(discrete, iter([y]), arrival=iter([arrival])))
+    whole = lb.filter_data(plant, y, time=0.5 * np.arange(4), arrival=arrival)
+    np.testing.assert_allclose(found[0].x, whole.x, rtol=1e-12)

@@ -19,7 +19,7 @@ from luenberger.kernels.program import Assign
 from luenberger.recursion import late_step
 from luenberger.recursion.late_passage import END
 from luenberger.recursion.late_passage import SILENT as SILENT_END
-from luenberger.recursion.late_stretches import PAIR, ROW, SILENT
+from luenberger.recursion.late_stretches import PAIR, ROW, SILENT, Rows, Singles
 
 N = 120
 OWN = np.arange(float(N))[:, None]
@@ -210,6 +210,33 @@ def test_chunks_of_any_length(length):
     for k, wanted in enumerate((whole.x, whole.std)):
         parts = np.concatenate([one[k] for one in found])
         assert generators.relative(parts, wanted) < 1e-12
+
+
+@pytest.mark.parametrize("length", [1, 10])
+def test_chunks_carry_their_stretches(length, monkeypatch):
+    """The rows that stretches grow by are a few for each row, whatever the lag."""
+    counts = []
+
+    def counted(own):
+        def wrapped(self, stretches, rows):
+            counts.append(len(rows))
+            return own(self, stretches, rows)
+
+        return wrapped
+
+    monkeypatch.setattr(Rows, "grown", counted(Rows.grown))
+    monkeypatch.setattr(Singles, "before", counted(Singles.before))
+    plant = generators.plant(np.random.default_rng(5), 3, 2, m=0, cross=False)
+    y, *_ = generators.record(np.random.default_rng(6), plant, N)
+    parts = [slice(k, k + length) for k in range(0, N, length)]
+    for lag in (5, 50):
+        counts.clear()
+        arrival = OWN + [lag, 0]
+        for _ in lb.filter_data(
+            plant, (y[s] for s in parts), arrival=(arrival[s] for s in parts)
+        ):
+            pass
+        assert N < sum(counts) < 3 * N
 
 
 @pytest.fixture

@@ -3,7 +3,7 @@
 import codecs
 import contextlib
 import os
-from argparse import ArgumentParser, ArgumentTypeError, Namespace
+from argparse import SUPPRESS, ArgumentParser, ArgumentTypeError, Namespace
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 from pathlib import Path
@@ -55,6 +55,8 @@ def add(commands: Any) -> None:
     _smoothing(one)
     sample(one)
     _backend(one)
+    for late in ("--arrival", "--horizon"):  # named where they go
+        one.add_argument(late, action="append", help=SUPPRESS)
     one.add_argument(
         "--dry-run", action="store_true", help="read and estimate, but write nothing"
     )
@@ -133,6 +135,12 @@ def run(options: Namespace) -> None:
     """Estimate, and say how many rows were written."""
     from ..formats.atomic import require_other
 
+    if options.arrival is not None or options.horizon is not None:
+        options.wrong(
+            "estimate takes no readings that arrive late: an observer's gains are "
+            "fixed beforehand, and smoothing needs whole rows. The filter of a plant "
+            "takes them: filter PLANT.json DATA.csv --arrival OUTPUT=COLUMN --horizon N"
+        )
     require_other(options.out, options.plant)
     run_over(options, options.observer, _reader(options))
 
