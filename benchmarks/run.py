@@ -35,7 +35,7 @@ PEERS = (
 )  # fmt: skip
 COLUMNS = (
     "numba", "NumPy", "exported C", "C by hand", "statsmodels", "FilterPy", "pykalman",
-    "simdkalman", "python-control", "SciPy",
+    "simdkalman", "python-control", "SciPy", "SLinGen",
 )  # fmt: skip
 SMALL, TEN = "filter step, n = 3, p = 2", "filter step, n = 10, p = 4"
 WIDE = "exported C beside SLinGen, n = p = "
@@ -120,8 +120,10 @@ def cell(one, column):
 
 
 def table(records):
-    rows = [["", *COLUMNS], ["---"] * (len(COLUMNS) + 1)]
-    rows += [[name(one), *(cell(one, c) for c in COLUMNS)] for one in records]
+    there = {who for one in records for who in one["contestants"]}
+    columns = [column for column in COLUMNS if column in there]
+    rows = [["", *columns], ["---"] * (len(columns) + 1)]
+    rows += [[name(one), *(cell(one, c) for c in columns)] for one in records]
     return "\n".join(f"| {' | '.join(row)} |" for row in rows)
 
 

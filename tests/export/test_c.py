@@ -312,6 +312,25 @@ def test_a_variance_that_is_rounding_moves_no_other(tmp_path):
 
 
 @needs_compiler
+def test_a_small_variance_is_judged_by_its_own_row_of_A(tmp_path):
+    """The second state takes all of the first, and gives it next to nothing."""
+    source = lb.Plant(
+        [[1e-6, 0], [1, 1e-6]], None, [[1, 0]], dt=1.0, Q=np.zeros((2, 2)),
+        R=[[1.0]], P0=np.eye(2),
+    )  # fmt: skip
+    to_c(source, tmp_path, name="unit")
+    text = "void whole(double O[], double S[]);\nvoid whole(double O[], double S[])\n"
+    text += "{ unit_settle(O, S, unit_settle_As_T, unit_settle_Q); }\n"
+    (tmp_path / "whole.c").write_text('#include "unit.c"\n' + text)
+    gcc("-shared", "-fPIC", "-o", tmp_path / "unit.so", tmp_path / "whole.c")
+    whole = ctypes.CDLL(str(tmp_path / "unit.so")).whole
+    for kept, variances in ((True, [1e-16, 1.0]), (False, [1e-28, 1.0])):
+        Omega, Sigma = np.diag(variances), np.eye(2)
+        whole(*(X.ctypes.data_as(ctypes.c_void_p) for X in (Omega, Sigma)))
+        assert (Omega[0, 0] > 0) == kept and Omega[1, 1] == 1
+
+
+@needs_compiler
 @pytest.mark.parametrize("m1", [0, 1], ids=["Kalman", "treated as exact"])
 @pytest.mark.parametrize("unit", [1e-5, 1e-7])
 def test_outputs_in_small_units_that_did_not_arrive(unit, m1, compiled):
