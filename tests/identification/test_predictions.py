@@ -167,3 +167,16 @@ def test_growth_in_a_gap_is_refused(backend):
     y[10:60] = nan
     with pytest.raises(lb.DesignError, match="too few digits"):
         lb.log_likelihood(plant, y, backend=backend)
+
+
+def test_sensors_that_are_nearly_the_same_are_left_to_numpy(by_hand):
+    """What the second adds has few digits left in a covariance of both."""
+    plant, y, u, u0 = case(2, rows=40, R=(0, 0))
+    C = np.array([[1.0, 0, 1], [1, 3e-5, 1]])
+    plant = dataclasses.replace(plant, C=C)
+    y, u, u0 = generators.record(np.random.default_rng(0), plant, 40)
+    y[5:9, 0] = nan
+    wanted = lb.log_likelihood(plant, y, u, u0=u0, backend="numpy")
+    found = lb.log_likelihood(plant, y, u, u0=u0, backend="numba")
+    assert found == pytest.approx(wanted, rel=1e-12)
+    assert len(by_hand) > 20
