@@ -16,7 +16,7 @@ from .carried import LEFT, MOST, Back, Carried, Ways
 from .derivation import backward_step
 from .forward import Kept
 
-NEAR = 1_000_000  # bytes that are worked on at a time: what a processor has at hand
+NEAR = 2_000_000  # bytes that are worked on at a time: what a processor has at hand
 
 BACKWARD = kernels.Recursion(
     backward_step,
