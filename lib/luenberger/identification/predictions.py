@@ -165,8 +165,8 @@ def _known(name: str, X: Matrix) -> tuple:
 
     A search may move a variance to zero, and back.
     """
-    zero, one = ~X.any(axis=0), (X == 1).all(axis=0)
+    zero, one = np.asarray((X == 0).all(axis=0)), np.asarray((X == 1).all(axis=0))
     if name in "QR":
-        zero &= ~np.eye(len(zero), dtype=bool)
+        np.fill_diagonal(zero, False)
         one[:] = False
     return kernels.entries_known(zero, one)
