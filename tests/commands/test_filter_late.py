@@ -112,12 +112,63 @@ def test_an_arrival_before_the_reading_is_refused_by_line(call, frame):
     assert status and "line 9: 'known' is 0.5, before the reading was" in problem
 
 
-def test_dates_and_continuous_plants_are_refused(call, frame):
-    PLANT.to_json("plant.json")
-    dates = pd.date_range("2026-01-05", periods=N, freq="100ms")
-    frame.set_axis(dates.rename("time")).to_csv("data.csv")
+@pytest.fixture
+def dated(frame):
+    """The same with dates in both columns."""
+    since = pd.Timestamp("2026-01-05")
+    known = since + pd.to_timedelta(frame["known"].round(3), unit="s")
+    dates = since + pd.to_timedelta(frame.index.to_numpy().round(3), unit="s")
+    return frame.assign(known=known).set_axis(dates.rename("time"))
+
+
+@pytest.mark.parametrize("piece", [csv_reader.PIECE, 1000])
+def test_dates_are_taken_as_numbers_are(call, dated, piece, monkeypatch):
+    """Through every piece of the file they count from the first of all."""
+    monkeypatch.setattr(csv_reader.Table.__init__, "__defaults__", (piece,))
+    assert call(LATE)[0] == 0
+    wanted = pd.read_csv("x.csv", index_col=0).to_numpy()
+    dated.to_csv("data.csv", date_format="%Y-%m-%dT%H:%M:%S.%f")
     status, _, problem = call(LATE)
-    assert status and "'time' holds dates" in problem
+    assert status == 0, problem
+    found = pd.read_csv("x.csv", index_col=0)
+    np.testing.assert_array_equal(found, wanted)
+    assert found.index[0] == "2026-01-05T00:00:00.100000"
+
+
+@pytest.mark.parametrize(
+    ("cell", "said"),
+    [
+        ("2026-01-05T00:00:00.5", "before the reading was measured at 2026-01-05T00"),
+        ("3.5", "'known' is '3.5', which is not a date"),
+        ("2026-01-05T00:00:01Z", "which is not a date, or lacks the zone of"),
+        ("soon", "'known' is 'soon', which is not a date"),
+    ],
+)
+def test_a_date_that_does_not_fit_is_refused_by_line(call, dated, cell, said):
+    known = dated["known"].dt.strftime("%Y-%m-%dT%H:%M:%S.%f").astype(object)
+    dated["known"] = known
+    dated.iloc[7, 2] = cell
+    dated.to_csv("data.csv", date_format="%Y-%m-%dT%H:%M:%S.%f")
+    status, _, problem = call(LATE)
+    assert status and "line 9: 'known' is" in problem and said in problem
+
+
+@pytest.mark.parametrize("cell", ["2026-01-05T00:00:01", "soon", "inf"])
+def test_a_date_beside_numbers_is_refused_by_line(call, frame, cell):
+    frame["known"] = frame["known"].astype(object)
+    frame.iloc[7, 2] = cell
+    frame.to_csv("data.csv")
+    status, _, problem = call(LATE)
+    assert status and f"line 9: 'known' is {cell!r}, which is not a number" in problem
+
+
+def test_a_column_of_dates_beside_numbers_is_refused(call, frame, dated):
+    frame.assign(known=dated["known"].to_numpy()).to_csv("data.csv")
+    status, _, problem = call(LATE)
+    assert status and "line 2: 'known' is" in problem and "not a number" in problem
+
+
+def test_continuous_plants_are_refused(call, frame):
     motor = lb.Plant(
         [[0, 1], [0, 0]], None, np.eye(2), Q=np.eye(2), R=np.eye(2), P0=np.eye(2),
         output_names=["satellite", "wheel"],

@@ -62,8 +62,8 @@ def _late(one: ArgumentParser) -> None:
         action="append",
         metavar="OUTPUT=COLUMN",
         help="readings of this output are known at the times in that column, numbers "
-        "like those in the column of times; never where its cell is empty; repeat it "
-        "for other outputs",
+        "or dates like those in the column of times; never where its cell is empty; "
+        "repeat it for other outputs",
     )
     one.add_argument(
         "--horizon",

@@ -38,11 +38,14 @@ class Rows:
         The cells of the column that is only carried along, as CSV; or empty.
     values : (N, k) ndarray
         The wanted columns, in the order in which they were asked for.
+    texts : sequence of list of str
+        The cells of each column that was wanted as it stands.
     """
 
     lines: Sequence[int]
     carried: list[str]
     values: np.ndarray
+    texts: Sequence[list[str]] = ()
 
 
 class Table:
@@ -84,6 +87,7 @@ class Table:
         wanted: Sequence[str],
         may_miss: Collection[str] = (),
         carry: str | None = None,
+        texts: Sequence[str] = (),
     ) -> Iterator[Rows]:
         """Yield the rows that follow the header, as `Rows`.
 
@@ -94,7 +98,8 @@ class Table:
         may_miss : collection of str
             Those in which a cell may be empty or `nan`; both give NaN.
         carry : str, optional
-            A column of any text.
+        texts : sequence of str
+            Columns of any text.
 
         Raises
         ------
@@ -104,12 +109,13 @@ class Table:
         place = {name: j for j, name in enumerate(self.header)}
         places = [place[name.strip()] for name in wanted]
         may_miss = np.array([name in may_miss for name in wanted], dtype=bool)
-        carry = None if carry is None else place.get(carry)
+        carried = None if carry is None else place.get(carry)
+        as_text = [carried, *(place[name.strip()] for name in texts)]
         none = True
         for line, text in self._pieces():
-            found = self._plain(line, text, places, may_miss, carry)
+            found = self._plain(line, text, places, may_miss, as_text)
             if found is None:
-                found = self._careful(line, text, places, may_miss, carry)
+                found = self._careful(line, text, places, may_miss, as_text)
             if len(found.lines):
                 none = False
                 yield found
@@ -144,7 +150,7 @@ class Table:
         text: bytes,
         places: list[int],
         may_miss: np.ndarray,
-        carry: int | None,
+        as_text: list[int | None],
     ) -> Rows | None:
         """The rows of a piece without anything unusual, or None."""
         text, width = text.replace(b"\r\n", b"\n"), len(self.header)
@@ -171,8 +177,10 @@ class Table:
             return None
         if not (np.isfinite(values) | (np.isnan(values) & may_miss)).all():
             return None
-        carried = [] if carry is None else _between(text, ends, carry, width)
-        return Rows(range(line, line + len(values)), carried, values)
+        carried, *texts = (
+            [] if j is None else _between(text, ends, j, width) for j in as_text
+        )
+        return Rows(range(line, line + len(values)), carried, values, texts)
 
     def _careful(
         self,
@@ -180,10 +188,11 @@ class Table:
         text: bytes,
         places: list[int],
         may_miss: np.ndarray,
-        carry: int | None,
+        as_text: list[int | None],
     ) -> Rows:
         """Read the rows of a piece cell by cell."""
-        lines, carried, values = [], [], []
+        lines, values = [], []
+        found: list[list[str]] = [[] for _ in as_text]
         for k, raw in enumerate(text.split(b"\n")[:-1], line):
             cells = self._cells(k, raw)
             if not cells:
@@ -191,7 +200,8 @@ class Table:
                 continue
             self._require_width(k, cells)
             lines.append(k)
-            carried += [] if carry is None else [as_csv(cells[carry].strip())]
+            for column, j in zip(found, as_text):
+                column += [] if j is None else [as_csv(cells[j].strip())]
             values.append(
                 [
                     number(self.where, k, self.header[j], cells[j], missing)
@@ -199,7 +209,7 @@ class Table:
                 ]
             )
         values = np.array(values, dtype=float).reshape(len(lines), len(places))
-        return Rows(lines, carried, values)
+        return Rows(lines, found[0], values, found[1:])
 
     def at(self, line: int) -> str:
         """How messages begin."""
@@ -280,9 +290,8 @@ def number(
 
 def as_csv(text: str) -> str:
     """A cell as it stands in a CSV file."""
-    if any(mark in text for mark in ',"\r\n'):
-        return '"' + text.replace('"', '""') + '"'
-    return text
+    marked = any(mark in text for mark in ',"\r\n')
+    return '"' + text.replace('"', '""') + '"' if marked else text
 
 
 def separator(header: list[str]) -> str | None:

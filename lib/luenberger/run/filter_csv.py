@@ -37,15 +37,12 @@ class Read(NamedTuple):
         NaN in y was not measured.
     periods : (N,) ndarray or None
         Seconds that lead to each row, where the plant is continuous.
-    more : (N, k) ndarray
-        Further columns.
     """
 
     rows: Rows
     y: np.ndarray
     u: np.ndarray
     periods: np.ndarray | None = None
-    more: np.ndarray = np.empty((0, 0))
 
     @property
     def given(self) -> Matrix | Timed:
@@ -54,7 +51,7 @@ class Read(NamedTuple):
 
 
 def reads(
-    plant: Plant, table: Table, undriven: bool = False, more: Sequence[str] = ()
+    plant: Plant, table: Table, undriven: bool = False, texts: Sequence[str] = ()
 ) -> tuple[list[str], Iterator[Read]]:
     """The rows of a plant's record, and the header of estimates with their sigmas.
 
@@ -66,8 +63,8 @@ def reads(
     table : Table
     undriven : bool
         No known input acts, so no column of one is needed.
-    more : sequence of str
-        Further columns of numbers, with empty cells.
+    texts : sequence of str
+        Further columns, which are read as they stand.
 
     Raises
     ------
@@ -91,23 +88,22 @@ def reads(
             "a state or the column of times"
         )
     require_plain("state", plant.state_names)
-    rows = table.rows([*outputs, *inputs, *more], {*outputs, *more}, clock)
+    rows = table.rows([*outputs, *inputs], {*outputs}, clock, texts)
     times = None if clock is None else Column(clock, plant, any_text=plant.dt > 0)
-    found = _read(plant, table, rows, None if plant.dt == 0 else times, len(more))
+    found = _read(plant, table, rows, None if plant.dt == 0 else times)
     return header, found if plant.dt > 0 or times is None else _timed(
         table, found, times
     )
 
 
 def _read(
-    plant: Plant, table: Table, rows: Iterator[Rows], times: Column | None, more: int
+    plant: Plant, table: Table, rows: Iterator[Rows], times: Column | None
 ) -> Iterator[Read]:
     for piece in rows:
         require_times(table, piece, times)
-        ends = [plant.p, piece.values.shape[1] - more]
-        y, u, others = np.split(piece.values, ends, axis=1)
+        y, u = np.split(piece.values, [plant.p], axis=1)
         u = u if u.shape[1] else np.zeros((len(y), plant.m))
-        yield Read(piece, y, u, more=others)
+        yield Read(piece, y, u)
 
 
 def _timed(table: Table, found: Iterator[Read], times: Column) -> Iterator[Read]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from datetime import datetime
 from functools import partial
 from typing import NamedTuple
 
@@ -20,6 +21,8 @@ from . import chunks, filter_chunks
 from .arrivals import Arrivals
 from .estimate_csv import Piece
 from .filter_csv import Read, paired, reads
+
+NEVER = ("", "nan", "nat")  # cells of readings that do not arrive
 
 
 def estimates(
@@ -40,8 +43,8 @@ def estimates(
         As in `filter_csv.reads`.
     arrival : dict of str to str
         Of outputs that may be late, the column that says when a reading is known:
-        numbers like those in the column of times, or numbers of rows from 1 on where
-        there is none.  A reading whose cell is empty never arrives.
+        numbers or dates like those in the column of times, or numbers of rows from 1
+        on where there is none.  A reading whose cell is empty never arrives.
     horizon : int
         For how many rows a reading is waited for.
     backend : str
@@ -57,7 +60,8 @@ def estimates(
     DesignError
         If the plant is continuous; naming a reading that arrives after the horizon.
     ValueError
-        As `filter_csv.reads`; if a reading arrives before it was measured.
+        As `filter_csv.reads`; if a reading arrives before it was measured, or the
+        cell that says when is not of the kind of the times.
     """
     runs_compiled(backend, 0)
     if plant.dt == 0:
@@ -95,40 +99,61 @@ def _blocks(
     found: Iterator[Read],
 ) -> Iterator[Late]:  # fmt: skip
     """The rows, with labels that arrivals are compared with."""
-    count = 0
+    count, origin = 0, None
     for one in found:
-        labels = _labels(table, one.rows, clock, count)
+        labels, origin = _labels(table, one.rows, clock, count, origin)
         count += len(labels)
         due = np.repeat(labels[:, None], one.y.shape[1], axis=1)
-        due[:, outputs] = one.more
+        for j, column, cells in zip(outputs, columns, one.rows.texts):
+            due[:, j] = _dues(table, one.rows, column, cells, origin)
         y = np.where(np.isnan(due), np.nan, one.y)
         early = np.argwhere(~np.isnan(y) & (due < labels[:, None]))
         if len(early):
             k, j = early[0].tolist()
-            column = columns[outputs.index(j)]
+            which = outputs.index(j)
+            measured = one.rows.carried[k] if one.rows.carried else f"{labels[k]:g}"
             raise ValueError(
-                f"{table.at(one.rows.lines[k])}: {short(column)} is {due[k, j]:g}, "
-                f"before the reading was measured at {labels[k]:g}. A reading arrives "
-                "at its own row or later; leave the cell empty where it never does."
+                f"{table.at(one.rows.lines[k])}: {short(columns[which])} is "
+                f"{one.rows.texts[which][k]}, before the reading was measured at "
+                f"{measured}. A reading arrives at its own row or later; leave the "
+                "cell empty where it never does."
             )
         yield Late(one.rows, one.u, Arrivals(y, due, labels))
 
 
-def _labels(table: Table, rows: Rows, clock: str, count: int) -> Vector:
-    """Numbers of the rows: their times, or from 1 on."""
+def _labels(
+    table: Table, rows: Rows, clock: str, count: int, origin: datetime | None
+) -> tuple[Vector, datetime | None]:
+    """Numbers of the rows, from 1 on or their times, and the date these count from."""
     if not rows.carried:
-        return np.arange(count + 1.0, count + 1 + len(rows.lines))
+        return np.arange(count + 1.0, count + 1 + len(rows.lines)), None
     try:
-        found, origin = time_stamps.seconds(rows.carried)
+        return time_stamps.seconds(rows.carried, origin)
     except time_stamps.NoStamp as error:
         at = table.at(rows.lines[error.row])
-        raise ValueError(f"{at}: {short(clock)} is {str(error)!r}, no number") from None
-    if origin is not None:
-        raise ValueError(
-            f"{table.where}: {short(clock)} holds dates, and arrivals are compared "
-            "with numbers. Give seconds in both, or filter_data a DataFrame."
-        )
-    return found
+        kind = "number" if origin is None else "date"
+        raise ValueError(f"{at}: {short(clock)} is {str(error)!r}, no {kind}") from None
+
+
+def _dues(
+    table: Table, rows: Rows, column: str, cells: list[str], origin: datetime | None
+) -> Vector:
+    """When readings are known, in the numbers of `_labels`; NaN for never."""
+    given = [k for k, cell in enumerate(cells) if cell.lower() not in NEVER]
+    found = np.full(len(cells), np.nan)
+    wrong, text = 0, ""
+    try:
+        found[given], own = time_stamps.seconds([cells[k] for k in given], origin)
+        if own == origin:
+            return found
+        text = cells[given[0]]
+    except time_stamps.NoStamp as error:
+        wrong, text = error.row, str(error)
+    kind = "a number" if origin is None else f"a date, or lacks the zone of {origin}"
+    raise ValueError(
+        f"{table.at(rows.lines[given[wrong]])}: {short(column)} is {text!r}, which is "
+        f"not {kind}; when a reading is known is told as the times of the rows are"
+    )
 
 
 def _filtered(run: LatePass, backend: str, ys: Iterator, us: Iterator) -> Iterator:
