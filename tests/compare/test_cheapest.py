@@ -187,3 +187,20 @@ def test_every_plant_has_a_record_to_measure_on(noise):
     assert (1e-9 < own).any() and (own < 1e-4).all()
     bad = changed(design, np.array([[1, 1], [1, 1 + 1e-4]]))
     assert not Rounded(design, plant, "float").keeps_digits(bad)
+
+
+def test_orders_count_states_that_the_estimate_never_shows():
+    """A design of one state is one of order 1, though x1 is read off the output."""
+    exact = lb.Plant([[1, 1], [0, 1]], None, [[1, 0]], dt=1.0)
+    found = lb.compare(exact, k=[1, 0], orders=[1])
+    designs = [one for one in found.attempts if not one.refusal]
+    assert {one.method for one in designs} == {
+        "reduced-order observer",
+        "deadbeat observer",
+    }
+    assert {one.order for one in designs} == {0}
+    assert all("1 state that the estimate never shows" in one.note for one in designs)
+    [functional] = lb.compare(
+        exact, k=[1, 0], orders=[2], methods="functional observer"
+    )
+    assert functional.order == 2

@@ -91,7 +91,8 @@ def compare(
         so that work, bytes and noise gain are counted alike; designs are ranked by the
         error of its rows, and functional observers join in.
     orders : iterable of int, optional
-        Only designs of these orders.
+        Only designs of these orders.  States that the estimate never shows are left
+        out afterwards.
     poles : (n - rank C,) array_like, optional
         Of the reduced-order observer.  Default those of the minimal-order
         Leondes-Novak filter with the best constant gain; where there is none, on a
@@ -175,8 +176,8 @@ def compare(
         for method in _chosen(methods)
         for plan in METHODS[method](asked)
         if _wanted(plan, asked.orders)
-        for one in [attempt(plan, plant, asked.k, U, dtype)]
-        if _wanted(one, asked.orders)
+        for one in [attempt(plan, plant, asked.k, U, dtype, asked.orders)]
+        if one is not None
     )
     if all(one.refusal for one in attempts):
         reason = attempts[0].refusal if attempts else f"none has {asked.orders} states"
@@ -236,6 +237,6 @@ def _orders(orders: Iterable[int], n: int) -> tuple[int, ...]:
     return found
 
 
-def _wanted(one: Plan | Attempt, orders: Collection[int] | None) -> bool:
-    """Whether a plan or an attempt has an order that was asked for, or none yet."""
-    return orders is None or one.order is None or one.order in orders
+def _wanted(plan: Plan, orders: Collection[int] | None) -> bool:
+    """Whether a plan has an order that was asked for, or none yet."""
+    return orders is None or plan.order is None or plan.order in orders

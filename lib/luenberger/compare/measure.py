@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -41,12 +41,19 @@ def attempt(
     k: Matrix | None,
     U: Statistics | None = None,
     dtype: str = "double",
-) -> Attempt:
-    """Carry a plan out, and measure what comes of it."""
+    orders: Collection[int] | None = None,
+) -> Attempt | None:
+    """Carry a plan out, and measure what comes of it.
+
+    None if the design has none of the `orders` that were asked for.  States that its
+    estimate never shows count there.
+    """
     known: Any = dict(accurate=plan.accurate, horizon=plan.horizon, k=k)
     given = (plan.method, plan.label, plan.order)
     try:
         observer, warned = _quietly(plan.design)
+        if orders is not None and observer.order not in orders:
+            return None
         figures: Any = _figures(observer, plant, plan, U, dtype)
     except ValueError as error:  # DesignError, CertificateError: listed, not raised
         return Attempt(*given, **known, refusal=str(error))
