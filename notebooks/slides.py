@@ -32,7 +32,7 @@ class Carry(PostProcessorBase):
         shutil.copy(maths / "tex-svg-full.js", beside)
 
 
-if "get_config" in globals():  # nbconvert reads this file, and not the one below
+if "get_config" in globals():  # as nbconvert reads its settings, not as a module
     sys.path.insert(0, str(HERE))
     c = get_config()  # noqa: F821  given by nbconvert
     c.NbConvertApp.export_format = "slides"

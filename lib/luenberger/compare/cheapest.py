@@ -37,9 +37,8 @@ def cheapest(
 
     Work is counted in the C that `export.to_c` writes for the observer which is
     returned.  Another form is taken only if it saves work and is `sound`, which may
-    ask for the digits too (`Rounded`), and so is
-    the same form without entries that are rounding; among equal work the first in
-    `FORMS` is.
+    ask for the digits too (`Rounded`).  So is the same form without entries that are
+    rounding.  Among equal work the first in `FORMS` is taken.
 
     Examples
     --------
