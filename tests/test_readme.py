@@ -43,6 +43,16 @@ def test_links_exist():
     assert links and all((ROOT / link).exists() for link in links)
 
 
+def test_tables_have_a_head_and_rows_of_one_width():
+    prose = re.sub(r"```.*?```", "", README, flags=re.S)
+    tables = re.findall(r"(?:^\|.*\n)+", prose, re.M)
+    assert len(tables) > 5
+    for table in tables:
+        rows = [line.count("|") - line.count(r"\|") for line in table.splitlines()]
+        assert re.match(r".*\n\|( *-+ *\|)+\n", table), f"no head above {table[:60]}"
+        assert len(set(rows)) == 1, f"rows of different widths under {table[:60]}"
+
+
 @pytest.fixture(scope="module")
 def pictures():
     """The script that draws the README's pictures."""
