@@ -98,7 +98,7 @@ def test_what_is_filtered_is_right_or_refused(block):
     assert min(refused, right) > 0.2 * COUNT / BLOCKS
 
 
-@pytest.mark.parametrize("modes", [(4, 0.5, 0.25), (4, 2, 0.5), (4, 4, 0.5)])
+@pytest.mark.parametrize("modes", [(4, 0.5, 0.25), (4, 2, 0.5), (4, -4, 0.5)])
 def test_the_first_row_that_is_spoiled_is_named(modes):
     """From a growth of 1e6 on, which is ten rows of the mode 4."""
     plant, words = plant_of(modes), "instant 14 on: .* instant 4 on, .* 'x1' and 'x.' "
@@ -155,6 +155,55 @@ def test_growth_is_counted_from_the_least_deviation_in_the_gap():
         lb.DesignError, match="from instant 20 on: .* from instant 1 on"
     ):
         lb.filter_data(plant, y)
+
+
+# -- a mode that no output shows ----------------------------------------------------
+
+
+def hidden(seed):
+    """A plant with an unstable mode that no output shows, in whole numbers."""
+    rng = np.random.default_rng([9, seed])
+    n, p, N = rng.integers(2, 5), rng.integers(1, 3), rng.integers(5, 60)
+    rest = rng.choice([0.25, 0.875, -0.5, 1.1875], n - 1)
+    modes = np.array([rng.integers(17, 48) / 16, *rest])
+    low, high = (np.tril(rng.integers(-2, 3, (n, n)), -1) + np.eye(n) for _ in "12")
+    mix = low @ high.T
+    unmix = np.linalg.inv(mix).round()
+    C = rng.integers(-3, 4, (p, n)) * (np.arange(n) > 0)
+    G = rng.integers(-2, 3, (n, n))
+    noise = dict(Q=G @ G.T + np.eye(n), R=np.eye(p), P0=np.eye(n))
+    plant = lb.Plant(mix @ np.diag(modes) @ unmix, None, C @ unmix, dt=1.0, **noise)
+    return plant, rng.integers(-3, 4, (N, p)).astype(float)
+
+
+def test_a_mode_that_no_output_shows_grows_without_any_gap():
+    """What is filtered is right, or refused; never a failure of the algebra."""
+    refused = right = 0
+    for seed in range(40):
+        plant, y = hidden(seed)
+        try:
+            found = lb.filter_data(plant, y, history=True)
+        except lb.DesignError as error:
+            assert REFUSED in str(error), seed
+            assert "no output shows the unstable mode at" in str(error), seed
+            refused += 1
+            continue
+        x, P = many_digits.filtered(plant, y)
+        unit = np.sqrt(np.einsum("kii->ki", P))
+        off = np.abs(found.P - P) / (unit[:, :, None] * unit[:, None])
+        assert max(off.max(), (np.abs(found.x - x) / unit).max()) < 1e-3, seed
+        right += 1
+    assert min(refused, right) > 8
+
+
+def test_a_mode_that_no_output_shows_is_followed_from_chunk_to_chunk():
+    plant, y = plant_of(C=((1, -1, 0),)), np.ones((30, 1))
+    whole = refusal(plant, y)
+    assert "no output shows the unstable mode at 4," in whole
+    for length in (1, 4, 10, 29):
+        parts = iter(np.split(y, range(length, len(y), length)))
+        assert refusal(plant, parts) == whole
+    assert np.isfinite(lb.filter_data(plant, y[:10]).x).all()
 
 
 # -- however the record is read ----------------------------------------------------

@@ -1,5 +1,7 @@
 """Whether states have grown so far together in a gap that their digits are lost.
 
+Where no output ever shows an unstable mode, the whole record is such a gap.
+
 What an unstable mode does while outputs are missing is a part of every state that it
 moves.  Two such states are then large, and what is small in some combination of states
 is rounding.  The next reading leaves little else, and so does a state that the mode
@@ -15,6 +17,7 @@ import numpy as np
 
 from ..errors import DesignError
 from ..numeric import Matrix, Vector
+from ..numeric.linalg import modes
 from .filter_pass import Pass
 from .settings import Settings
 from .state import State
@@ -29,7 +32,7 @@ BLOCK = 1024  # rows that are looked at one by one, where states have grown
 
 
 class Gap(NamedTuple):
-    """A stretch of rows in which something is missing, as far as they were read.
+    """A stretch of rows in which an output or a mode is missing, as far as read.
 
     Attributes
     ----------
@@ -89,7 +92,9 @@ def require_digits(gap: Gap | None, rows: Passed) -> Gap | None:
     DesignError
         At the first row of a gap at which states have grown beyond their digits.
     """
-    if not len(rows.y) or (gap is None and not np.isnan(rows.y).any()):
+    if not len(rows.y):
+        return gap
+    if gap is None and not rows.settings.unseen_growth and not np.isnan(rows.y).any():
         return gap
     left = None
     for begin, end in _gaps(rows, gap is not None):
@@ -106,6 +111,8 @@ def _gaps(rows: Passed, before: bool) -> list[tuple[int, int]]:
     `before` tells whether the row before the first one is in a gap.
     """
     y, N = rows.y, len(rows.y)
+    if rows.settings.unseen_growth:
+        return [(0, N)]
     if _far(*_extremes(rows.variances)):
         missing = np.concatenate([[before], _missing(y), [False]])
         edges = np.flatnonzero(missing[1:] != missing[:-1])
@@ -227,15 +234,21 @@ def _require(instant: int, rows: Passed, at: int, grown: Matrix) -> None:
     k, count = int(look[first]), 2 if alike[first] else 1
     far = np.sqrt(grown[k])
     most = np.argsort(-far)[:count]
-    names = rows.settings.plant.state_names
+    names, unseen = rows.settings.plant.state_names, rows.settings.unseen_growth
     who = " and ".join(repr(names[j]) for j in sorted(most.tolist()))
+    why, first, often = (
+        f"outputs are missing from instant {instant} on, and an unstable mode has",
+        "Give the rows behind the gap as a record of their own, with a P0 of its own",
+        "measure more often",
+    )
+    if unseen:
+        why = f"no output shows the unstable mode at {modes(unseen)}, which has"
+        first, often = "Add a sensor that sees it", "leave it out of the plant"
     raise DesignError(
-        f"too few digits are left from instant {rows.first + at + k} on: outputs are "
-        f"missing from instant {instant} on, and an unstable mode has moved {who}"
-        f"{' together' * (count > 1)}, to {far[most[-1]]:.0e} times the standard "
-        "deviations that they had. What is small beside them is rounding. Give the "
-        "rows behind the gap as a record of their own, with a P0 of its own; or choose "
-        "states in which this mode is one state; or measure more often"
+        f"too few digits are left from instant {rows.first + at + k} on: {why} moved "
+        f"{who}{' together' * (count > 1)}, to {far[most[-1]]:.0e} times the standard "
+        f"deviations that they had. What is small beside them is rounding. {first}; or "
+        f"choose states in which this mode is one state; or {often}"
     )
 
 

@@ -96,7 +96,8 @@ def root_step(
     rounding = rounded(found["Y"] @ rounding @ found["Y"].T, size)
     found["Omega"], Sigma = H_minus @ H_minus.T, half @ half.T
     found["Sigma_next"] = Sigma
-    made_of = rounding.diagonal() / EPS**2
+    with np.errstate(over="ignore"):  # infinite is not safe
+        made_of = np.maximum(rounding.diagonal(), 0) / EPS**2  # it is rounded as well
     if not now.blind.size and safe(Sigma, made_of):
         return found, Spread(Sigma), known
     return found, Spread(Sigma, half, rounding), known

@@ -7,22 +7,20 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-import scipy.linalg
 from numpy.typing import ArrayLike
 
 from .. import kernels
 from ..certificate import require_real
 from ..errors import FIT, SAMPLE, DesignError
 from ..numeric import Matrices, Matrix, Vector
+from ..numeric.detectability import hidden_modes
 from ..numeric.factors import clear, factor, lengths, safe
 from ..numeric.linalg import (
-    RANK_TOL,
     complete,
     nonsingular,
     null_directions,
     solve_right,
 )
-from ..numeric.validation import covariance
 from ..papers.leondes_novak.derivation import (
     closed_loop,
     decorrelation,
@@ -32,8 +30,8 @@ from ..papers.leondes_novak.derivation import (
 )
 from ..plant import Plant
 from .root_step import Move, Spread, root_step
+from .weight import canonical_weight, positive_weight
 
-DEFINITE = 1e-14  # least eigenvalue of a weight at unit diagonal
 PATTERNS = 1000  # of outputs that arrived, kept at most: a long record has many
 
 
@@ -149,6 +147,14 @@ class Settings:
         """Whether there is an instant at which some outputs carry no noise."""
         return not np.all(nonsingular(self.R))
 
+    @cached_property
+    def unseen_growth(self) -> list[complex]:
+        """The unstable modes that no output shows, of a plant that does not change."""
+        if self.steps is not None:
+            return []
+        hidden = hidden_modes(self.plant.A, self.plant.C, least=1.0)
+        return [mode for mode in hidden if abs(mode) > 1]
+
     @property
     def order(self) -> int:
         return self.plant.n - len(self.accurate)
@@ -256,45 +262,3 @@ def accurate_outputs(plant: Plant, m1: int | Sequence[int | str]) -> tuple[int, 
     if len(set(chosen)) != len(chosen):
         raise DesignError(f"the accurate outputs {list(m1)} name one output twice")
     return tuple(sorted(chosen))
-
-
-def positive_weight(weight: ArrayLike, n: int) -> Matrix:
-    """The weight, if positive definite: at unit diagonal, whatever the units."""
-    weight = covariance("weight", weight, n)
-    least = _least(weight)
-    if not least > DEFINITE:
-        raise DesignError(
-            "weight must be positive definite: scaled to unit diagonal its least "
-            f"eigenvalue is {least:.3g}"
-        )
-    return weight
-
-
-def definite(weight: Matrix) -> bool:
-    """Whether `positive_weight` takes it."""
-    return _least(weight) > DEFINITE
-
-
-def _least(weight: Matrix) -> float:
-    """The least eigenvalue at unit diagonal, 0 with a zero on the diagonal."""
-    unit = np.sqrt(weight.diagonal())
-    if not min(unit, default=0.0) > 0:
-        return 0.0
-    return float(np.linalg.eigvalsh(weight / unit[:, None] / unit)[0])
-
-
-def canonical_weight(C: Matrix) -> Matrix:
-    """The weight that the paper's transformation (19) implies: M'M, M = [C; rows].
-
-    The rows that complete M are rows of the identity chosen by pivoted QR.
-    """
-    p, n = C.shape
-    _, upper, pivots = scipy.linalg.qr(C, mode="economic", pivoting=True)
-    diagonal = np.abs(np.diagonal(upper))
-    if p > n or (p and diagonal[-1] <= RANK_TOL * diagonal[0]):
-        raise DesignError(
-            "weight='canonical' needs outputs that are linearly independent, as (19) "
-            "does. Leave out the redundant ones, or use the default weight."
-        )
-    M = np.vstack([C, np.eye(n)[np.sort(pivots[p:])]])
-    return M.T @ M

@@ -20,7 +20,8 @@ from ...numeric.linalg import decaying, modes
 from ...observer import Observer
 from ...plant import Plant
 from ...plant.estimates import Combinations, by_name
-from ...recursion.settings import positive_weight, require_noise
+from ...recursion.settings import require_noise
+from ...recursion.weight import positive_weight
 from .assembly import observer_of, projected, signs
 from .driven import driven_search
 from .search import Minimum, Search, directions, minima

@@ -20,9 +20,10 @@ from ...plant.estimates import Combinations, by_name
 from ...recursion.best_constant_gain import best_constant_gain
 from ...recursion.filter_pass import Pass
 from ...recursion.root_step import Spread, first_move
-from ...recursion.settings import Setting, Settings, definite, require_start
+from ...recursion.settings import Setting, Settings, require_start
 from ...recursion.state import start
 from ...recursion.steady_gain import steady_gain
+from ...recursion.weight import definite
 from ..certified import certified, of_what_is_needed
 from .as_observer import with_gain, with_gains
 
