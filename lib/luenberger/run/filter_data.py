@@ -150,7 +150,8 @@ def filter_data(
     deviations that they had in it, or one state has 1e8 times, or 1e7 where R is
     singular.  Up to there x and P are right to a thousandth of standard deviations, if
     readings are not much larger than these.  Rows behind the gap can be a record of
-    their own.
+    their own.  Where no output ever shows such a mode, of a plant that does not change,
+    the whole record counts as a gap.
 
     `arrival` is one of these.
 
