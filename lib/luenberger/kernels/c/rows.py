@@ -27,8 +27,8 @@ from .panels import Panels, entry, runs
 from .store import Store
 from .writer import C
 
-HEIGHT = 8  # rows of a product that are added up at once, at most
-HALF = 6  # the same of a symmetric one, of which half is computed
+HEIGHT = 10  # rows of a product that are added up at once, at most
+HALF = 10  # the same of a symmetric one, of which half is computed
 
 
 def fits(program: Program, sizes: Sizes) -> bool:
