@@ -4,7 +4,6 @@ It holds the released notebooks, the library as a wheel, the exact packages and 
 on how to install them.  A folder that would hold a solution is refused.
 """
 
-import re
 import shutil
 import sys
 import zipfile
@@ -31,7 +30,7 @@ def refuse(why):
 def pinned(wheel):
     """The packages of the course, as the library's environment pins them."""
     lines = (HERE / "environment-pip.txt").read_text(encoding="utf-8").splitlines()
-    names = {re.split(r"[=<>~\[]", line)[0]: line for line in lines}
+    names = {line.partition("==")[0]: line for line in lines if "==" in line}
     missing = [name for name in PACKAGES if name not in names]
     if missing:
         refuse(f"environment-pip.txt does not pin {', '.join(missing)}")
@@ -58,12 +57,13 @@ def main():
         if MARK in path.read_bytes():
             refuse(f"{path} holds a solution")
     wheel, folder = one_wheel(), HERE / "hand-out"
+    required = pinned(wheel)
     shutil.rmtree(folder, ignore_errors=True)
     for path in notebooks:
         (folder / path.parent.name).mkdir(parents=True)
         shutil.copy(path, folder / path.parent.name)
     shutil.copy(wheel, folder)
-    (folder / "requirements.txt").write_text(pinned(wheel), encoding="utf-8")
+    (folder / "requirements.txt").write_text(required, encoding="utf-8")
     (folder / "INSTALL.md").write_text(INSTALL, encoding="utf-8")
 
 
