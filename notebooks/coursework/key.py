@@ -8,12 +8,23 @@ import html
 import json
 import re
 from pathlib import Path
+from xml.etree import ElementTree
 
+import bleach  # nbconvert brings it
 from latex2mathml.converter import convert
 from nbconvert.filters import markdown2html
 
 HERE = Path(__file__).parent
 FORMULA = re.compile(r"\$\$(.+?)\$\$|(?<![\\$\w])\$([^$\n`]+?)\$(?![\w$])", re.S)
+BLOCKS = "br dd div dl dt h1 h2 h3 h4 h5 h6 hr p pre span sub sup"
+TABLES = "table caption thead tbody tfoot tr th td"
+TAGS = {*bleach.ALLOWED_TAGS, *BLOCKS.split(), *TABLES.split()}
+ATTRIBUTES = {"*": ["class", "id"], "a": ["href", "title"], "th": ["scope"]}
+MATH = "{http://www.w3.org/1998/Math/MathML}"
+MATH_TAGS = set(
+    "math mrow mi mn mo mtext mspace mfrac msqrt mroot msup msub msubsup munder mover "
+    "munderover mtable mtr mtd mstyle mpadded menclose mphantom mmultiscripts".split()
+)
 REGION = re.compile(r"[ \t]*### (?:BEGIN|END).*\n?")
 HEAD = """<!DOCTYPE html>
 <html lang="en">
@@ -42,18 +53,41 @@ math[display="block"] { display: block; overflow-x: auto; }
 """
 
 
+def only_math(formula):
+    """Whether MathML holds nothing else: the converter lets tags in a text pass."""
+    try:
+        parts = list(ElementTree.fromstring(formula).iter())
+    except ElementTree.ParseError:
+        return False
+    tags = {part.tag.removeprefix(MATH) for part in parts}
+    named = {name for part in parts for name in part.attrib}
+    return tags <= MATH_TAGS and not any(
+        name == "href" or name.startswith("on") for name in named
+    )
+
+
 def with_formulas(source):
-    """Markdown as HTML, with MathML for its formulas, which needs no network."""
+    """Markdown as HTML, with MathML for its formulas, which needs no network.
+
+    What a student writes may be anything: a formula that is not LaTeX is shown as it
+    was written, and HTML that is more than a text needs, such as a script, as text.
+    """
     found = []
 
     def token(match):
         display = "block" if match[1] else "inline"
-        formula = convert(match[1] or match[2], display=display)
+        try:
+            formula = convert(match[1] or match[2], display=display)
+        except Exception:  # the converter has a score of them, IndexError among them
+            return match[0]
+        if not only_math(formula):
+            return match[0]
         # what may scroll is reached with the keyboard
         found.append(formula.replace('"block">', '"block" tabindex="0">', 1))
         return f"formula{len(found) - 1}end"  # Markdown leaves it alone
 
     page = markdown2html(FORMULA.sub(token, source))
+    page = bleach.clean(page, tags=TAGS, attributes=ATTRIBUTES)
     for number, formula in enumerate(found):
         page = page.replace(f"formula{number}end", formula)
     return page
