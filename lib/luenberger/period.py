@@ -6,18 +6,23 @@ import scipy.linalg
 from . import kernels
 from .numeric import Matrix, Vector
 from .numeric.balance import balanced, power_of_two
+from .numeric.exponentials import series, squared, squarings
 from .papers.hsia.derivation import noise_block, noise_doubled, noise_of_a_period
 
+TOGETHER = 1 << 12  # periods whose exponentials are held at once
 
-def hold(M: Matrix, N: Matrix, step: float | Vector) -> tuple[Matrix, Matrix]:
-    """Exact discretisation of s' = M s + N u for u held over `step` seconds.
 
-    Of several steps (N,), stacks with one for each.
-    """
+def hold(M: Matrix, N: Matrix, step: float) -> tuple[Matrix, Matrix]:
+    """Exact discretisation of s' = M s + N u for u held over `step` seconds."""
+    k = len(M)
+    E = scipy.linalg.expm(step * _held(M, N))
+    return E[:k, :k], E[:k, k:]
+
+
+def _held(M: Matrix, N: Matrix) -> Matrix:
+    """The block matrix of a state and an input that is held."""
     k, m = N.shape
-    block = np.block([[M, N], [np.zeros((m, k + m))]])
-    E = scipy.linalg.expm(np.asarray(step)[..., None, None] * block)
-    return E[..., :k, :k], E[..., :k, k:]
+    return np.block([[M, N], [np.zeros((m, k + m))]])
 
 
 def over_periods(
@@ -31,12 +36,14 @@ def over_periods(
     """
     n, m = B.shape
     found = np.empty((len(T), n, n)), np.empty((len(T), n, m)), np.empty((len(T), n, n))
+    noise = np.zeros(A.shape) if Q is None else Q
     top = 2.0 ** np.ceil(np.log2(T))
     for longest in np.unique(top):
-        here = top == longest
-        parts = _alike(A, B, np.zeros(A.shape) if Q is None else Q, T[here], longest)
-        for whole, part in zip(found, parts):
-            whole[here] = part
+        alike = np.flatnonzero(top == longest)
+        for k in range(0, len(alike), TOGETHER):
+            here = alike[k : k + TOGETHER]
+            for whole, part in zip(found, _alike(A, B, noise, T[here], longest)):
+                whole[here] = part
     return found[0], found[1], None if Q is None else found[2]
 
 
@@ -52,11 +59,15 @@ def _alike(
     x, both = states[:, None], np.outer(states, states)
     A, B, intensity = A / x * states, B / x, Q / both
     inputs, noise = _size(B, axis=0), _size(intensity)
-    A_i, B_i = hold(A, B / inputs, T)
+    times, halvings, n = T / longest, squarings(A * longest), len(A)
+    block = _held(A, B / inputs) * (longest / 2**halvings)
+    E = squared(series(block, times), halvings)
     gathered = np.zeros((len(T), *A.shape))
     if Q.any():
-        gathered = _noise(A, intensity / noise, T, longest) * noise * both
-    return A_i * x / states, B_i * x * inputs, gathered
+        scale = longest / 2**halvings
+        gathered = _noise(A * scale, intensity / noise * scale, times, halvings)
+        gathered *= noise * both
+    return E[:, :n, :n] * x / states, E[:, :n, n:] * x * inputs, gathered
 
 
 def _size(X: Matrix, axis: int | None = None) -> np.ndarray | np.floating:
@@ -65,16 +76,14 @@ def _size(X: Matrix, axis: int | None = None) -> np.ndarray | np.floating:
     return power_of_two(np.where(top > 0, top, 1.0))
 
 
-def _noise(A: Matrix, Q: Matrix, T: Vector, longest: float) -> Matrix:
+def _noise(A: Matrix, Q: Matrix, times: Vector, doublings: int) -> Matrix:
     """Covariance of the noise of periods: Van Loan's exponential, then doubling.
 
     The exponential holds e^(-A t), which overflows for a stable plant and a long
     period; over a short one it does not, and doubling keeps Q semi-definite.
     """
-    n, size = len(A), float(np.linalg.norm(A, 1)) * longest
-    doublings = max(0, int(np.ceil(np.log2(max(size, 1.0)))))
-    block = kernels.compiled(noise_block)(A=A, Q=Q)["Block"]
-    E = scipy.linalg.expm(block * (T / 2**doublings)[:, None, None])
+    n = len(A)
+    E = series(kernels.compiled(noise_block)(A=A, Q=Q)["Block"], times)
     Phi, have = E[:, n:, n:].mT, dict(X=E[:, :n, n:])
     P = kernels.run(noise_of_a_period, have | dict(Phi=Phi), stacks=True)["P"]
     for _ in range(doublings):
