@@ -27,7 +27,7 @@ HERE = Path(__file__).parent
 RESULTS = HERE / "results.json"
 SCRIPTS = (
     "first_call", "filter_step", "constant_gain", "c_export", "monte_carlo",
-    "staircase", "optimal_projection", "noise_fit", "slingen",
+    "staircase", "optimal_projection", "noise_fit", "slingen", "uneven",
 )  # fmt: skip
 PEERS = (
     "numpy", "scipy", "numba", "statsmodels", "filterpy", "pykalman", "simdkalman",

@@ -378,8 +378,10 @@ def test_equal_periods_give_the_plant_that_is_held():
     A, B = hold(plant.A, plant.B, 0.3)
     assert sampled.steps == 5 and sampled.dt == 0.3
     for i in range(5):
-        np.testing.assert_array_equal(sampled.at(i).A, A)
-        np.testing.assert_array_equal(sampled.at(i).B, B)
+        np.testing.assert_allclose(sampled.at(i).A, A, rtol=1e-14)
+        np.testing.assert_allclose(sampled.at(i).B, B, rtol=1e-14)
+        np.testing.assert_array_equal(sampled.at(i).A, sampled.A[0])
+        np.testing.assert_array_equal(sampled.at(i).B, sampled.B[0])
     assert sampled.state_names == plant.state_names
     assert (sampled.x0 == plant.x0).all() and (sampled.P0 == plant.P0).all()
 
