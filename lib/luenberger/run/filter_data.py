@@ -23,6 +23,7 @@ from . import arrivals, chunks
 from . import filter_chunks as by
 from .clock import Clock, of_record
 from .filter_chunks import Filtered
+from .filter_fleet import filter_fleet
 from .sampled_pass import SampledPass
 from .timed import timed
 
@@ -80,7 +81,10 @@ def filter_data(
         Measurements at instants 1 .. N.  NaN, None, pandas.NA and what a mask covers
         were not measured.  With an iterator the result is an iterator of `Filtered`,
         one for each chunk, and memory stays flat.  The columns of a DataFrame are
-        found by the plant's names, as in `estimate`.
+        found by the plant's names, as in `estimate`.  An ndarray (M, N, p) holds M
+        records of one plant; one that ends earlier has NaN from there on, and gets
+        predictions.  Those without gaps share a covariance, which is found once,
+        in full whatever `settle` is.
     u : (N, m) array_like or DataFrame, or an iterator of chunks like y's, optional
         Known input at the same instants.  By default the columns of the DataFrame y
         that are named as inputs, or zero for an array; 0 if there is no known input.
@@ -116,7 +120,8 @@ def filter_data(
     Returns
     -------
     Filtered, or an iterator of Filtered
-        For a DataFrame or Series y, x and std are DataFrames with its index.
+        For a DataFrame or Series y, x and std are DataFrames with its index.  Of many
+        records a `FilteredFleet`, whose arrays have the record first.
 
     Raises
     ------
@@ -221,6 +226,10 @@ def filter_data(
     u0 = dataframes.entries("u0", u0, plant.input_names)
     u0 = np.zeros(plant.m) if u0 is None else chunks.single("u0", u0, plant.m)
     tolerance = settle_tolerance(settle)
+    if getattr(y, "ndim", 2) == 3:
+        if arrival is not None:
+            raise ValueError("arrival is for one record; y holds many, (M, N, p)")
+        return filter_fleet(plant, y, u, time, m1, u0, weight, history, backend)
     if plant.dt == 0 and arrival is None:
         sampled = SampledPass(plant, m1, weight, tolerance)
         each = partial(by.sampled_chunk, sampled, history, backend)
