@@ -37,7 +37,9 @@ def contestants(plant, y, backend):
         return lb.log_likelihood(plant, y, backend=backend, **options)
 
     return {
-        f"{backend} filter": lambda: lb.filter_data(plant, y, backend=backend),
+        f"{backend} filter": lambda: lb.filter_data(
+            plant, y, settle=None, backend=backend
+        ),
         "likelihood": likelihood,
         "likelihood and gradient": lambda: likelihood(gradient=True),
     }

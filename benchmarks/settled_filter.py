@@ -1,6 +1,6 @@
 """A long record of a plant that does not change: where a filter may stop its recursion.
 
-`filter_data` with `settle=1e-9`, beside its own full recursion and statsmodels, which
+`filter_data` at its defaults, beside its own full recursion and statsmodels, which
 takes a covariance as converged where two of them are close.  Its
 default setting is one contestant; the other keeps no more than the estimates, its
 fastest way.  Records are so long that the rows before the stop count little.  "off" is
@@ -38,8 +38,10 @@ def model(plant, y, lean):
 def contestants(plant):
     """Ours first: ratios are to its time."""
     return {
-        "numba": lambda y: lb.filter_data(plant, y, settle=1e-9, backend="numba").x,
-        "full recursion": lambda y: lb.filter_data(plant, y, backend="numba").x,
+        "numba": lambda y: lb.filter_data(plant, y, backend="numba").x,
+        "full recursion": lambda y: (
+            lb.filter_data(plant, y, settle=None, backend="numba").x
+        ),
         "statsmodels": lambda y: model(plant, y, lean=False),
         "statsmodels, lean": lambda y: model(plant, y, lean=True),
     }
@@ -63,8 +65,8 @@ def records(quick=False):
 
 def told(plant, y, runs):
     """Print where ours stopped, its bound, and how far off each one is."""
-    found = lb.filter_data(plant, y, settle=1e-9, backend="numba")
-    full = lb.filter_data(plant, y, backend="numba")
+    found = lb.filter_data(plant, y, backend="numba")
+    full = lb.filter_data(plant, y, settle=None, backend="numba")
     off = {
         name: np.abs((runs[name](y) - full.x) / full.std).max()
         for name in runs

@@ -72,7 +72,7 @@ def form(request, monkeypatch, plain):
 
 def both(plant, y, u=None, **options):
     """The filter by compiled code and by NumPy, and whether it ran compiled."""
-    options |= dict(history=True)
+    options |= dict(history=True, settle=None)
     wanted = lb.filter_data(plant, y, u, backend="numpy", **options)
     found = lb.filter_data(plant, y, u, backend="numba", **options)
     np.testing.assert_array_equal(found.orders, wanted.orders)

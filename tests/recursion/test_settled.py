@@ -68,8 +68,8 @@ def test_the_ball_counts_rounding_where_a_step_changes_nothing():
 
 
 def test_a_covariance_that_has_settled_to_the_last_bit_is_as_good_as_rounding():
-    run = lb.filter_data(SCALAR, np.zeros((100, 1)), settle=1e-9)
-    whole = lb.filter_data(SCALAR, np.zeros((100, 1)))
+    run = lb.filter_data(SCALAR, np.zeros((100, 1)))
+    whole = lb.filter_data(SCALAR, np.zeros((100, 1)), settle=None)
     assert whole.std[-1] == whole.std[-2]  # one more step adds nothing
     assert run.settle_bound > 1e-16
 
@@ -78,15 +78,15 @@ def test_a_covariance_that_has_settled_to_the_last_bit_is_as_good_as_rounding():
 def test_chunks_do_not_change_a_bit(case, backend, rows):
     plant, y, u = case
     y, u = (np.tile(one, (rows // 300, 1)) for one in (y, u))
-    whole = lb.filter_data(plant, y, u, backend=backend, settle=1e-9)
-    full = lb.filter_data(plant, y, u, backend=backend)
+    whole = lb.filter_data(plant, y, u, backend=backend)
+    full = lb.filter_data(plant, y, u, backend=backend, settle=None)
     assert len(whole.settled_at) == 1 and not np.array_equal(whole.x, full.x)
     assert (np.abs(whole.x - full.x) <= whole.settle_bound * full.std).all()
     for size in (rows // 40 + 1, rows // 3):
         parts = range(0, rows, size)
         some = lb.filter_data(
             plant, (y[k : k + size] for k in parts), (u[k : k + size] for k in parts),
-            backend=backend, settle=1e-9,
+            backend=backend,
         )  # fmt: skip
         joined = np.concatenate([part.x for part in some])
         np.testing.assert_array_equal(joined, whole.x)
@@ -98,8 +98,8 @@ def test_after_a_gap_it_settles_again(case, m1):
     plant, y = replace(plant, R=plant.R * 1e-3, S=None), y.copy()
     y[150, 0] = np.nan
     y[151] = np.nan
-    run = lb.filter_data(plant, y, u, m1=m1, history=True, settle=1e-9)
-    full = lb.filter_data(plant, y, u, m1=m1, history=True)
+    run = lb.filter_data(plant, y, u, m1=m1, history=True)
+    full = lb.filter_data(plant, y, u, m1=m1, history=True, settle=None)
     first, again = run.settled_at
     assert first < 150 and 152 < again
     for k in (first, again):
@@ -114,8 +114,8 @@ def test_outputs_that_never_arrive_do_not_matter(case):
     plant, y, u = case
     y = y.copy()
     y[:, 1] = np.nan
-    run = lb.filter_data(plant, y, u, settle=1e-9)
-    full = lb.filter_data(plant, y, u)
+    run = lb.filter_data(plant, y, u)
+    full = lb.filter_data(plant, y, u, settle=None)
     assert len(run.settled_at) == 1
     assert (np.abs(run.x - full.x) <= run.settle_bound * full.std).all()
 
@@ -131,8 +131,8 @@ def test_outputs_that_never_arrive_do_not_matter(case):
 def test_what_does_not_settle_is_run_in_full(case, change):
     plant, y, u = case
     plant = replace(plant, **change)
-    run = lb.filter_data(plant, y, u, settle=1e-9)
-    full = lb.filter_data(plant, y, u)
+    run = lb.filter_data(plant, y, u)
+    full = lb.filter_data(plant, y, u, settle=None)
     assert not len(run.settled_at) and run.settle_bound == 0
     np.testing.assert_array_equal(run.x, full.x)
 
@@ -141,11 +141,11 @@ def test_a_continuous_plant_settles_at_even_instants():
     plant = lb.Plant([[-1.0]], None, [[1]], Q=[[1]], R=[[1]], P0=[[1]])
     y = np.ones((200, 1))
     even = np.arange(200) * 0.5
-    run = lb.filter_data(plant, y, time=even, settle=1e-9)
-    full = lb.filter_data(plant, y, time=even)
+    run = lb.filter_data(plant, y, time=even)
+    full = lb.filter_data(plant, y, time=even, settle=None)
     assert len(run.settled_at) == 1
     assert (np.abs(run.x - full.x) <= run.settle_bound * full.std).all()
-    uneven = lb.filter_data(plant, y, time=even**1.01, settle=1e-9)
+    uneven = lb.filter_data(plant, y, time=even**1.01)
     assert not len(uneven.settled_at)
 
 
@@ -153,9 +153,18 @@ def test_tables_say_so_too(case):
     pandas = pytest.importorskip("pandas")
     plant, y, u = case
     table = pandas.DataFrame(y, columns=plant.output_names)
-    run = lb.filter_data(plant, table, u, time="rows", settle=1e-9)
+    run = lb.filter_data(plant, table, u, time="rows")
     assert run.x.attrs["settled_at"] == run.settled_at.tolist() != []
     assert run.std.attrs["settle_bound"] == run.settle_bound > 0
+
+
+def test_it_settles_unless_it_is_told_not_to(case):
+    plant, y, u = case
+    found = lb.filter_data(plant, y, u)
+    same, full = (lb.filter_data(plant, y, u, settle=k) for k in (1e-9, None))
+    np.testing.assert_array_equal(found.x, same.x)
+    assert len(found.settled_at) == 1 and not len(full.settled_at)
+    assert found.settle_bound == same.settle_bound > 0 == full.settle_bound
 
 
 @pytest.mark.parametrize("settle", [0, -1e-9, 1, np.nan, "much", [1e-9, 1]])

@@ -55,7 +55,7 @@ def filter_data(
     weight: Given | str = None,
     history: bool = False,
     backend: str = "auto",
-    settle: float | None = None,
+    settle: float | None = 1e-9,
     arrival: Any = None,
     horizon: int | None = None,
 ) -> Any:
@@ -106,10 +106,10 @@ def filter_data(
         hundreds of times faster than "numpy" and the same to rounding; the first
         record of a plant waits a few seconds for the compiler.  "auto" takes it
         for records of 20 000 rows or more, where numba is installed.
-    settle : float, optional
-        The gain of a plant that does not change settles.  With a tolerance, such as
-        1e-9, the recursion of the covariance stops where no later row can be further
-        from it: see the notes.  By default it runs over every row.
+    settle : float or None, default 1e-9
+        The gain of a plant that does not change settles.  The recursion of the
+        covariance stops where a bound says that no later row is further from it than
+        this tolerance: see the notes.  None runs the recursion over every row.
     arrival : optional
         When each reading becomes known, where that is later than its own row: see the
         notes.  The estimate of a row uses exactly what had arrived by then.
@@ -138,16 +138,16 @@ def filter_data(
 
     Notes
     -----
-    With `settle`, where the covariance has all but settled, a ball is computed that no
-    later covariance of the full recursion leaves, rounding included.  If it is as small
-    as `settle`, the rows that follow have one gain, until other outputs arrive.  The
+    Where the covariance has all but settled, a ball is computed that no later
+    covariance of the full recursion leaves, rounding included.  If it is as small as
+    `settle`, the rows that follow have one gain, until other outputs arrive.  The
     tolerance is relative to variances, and to standard deviations of estimates whose
     innovations are no longer than one unit.  The result says from which rows on there
     is one gain, and the bound for the innovations that there were.  Compiled code looks
     after some thousand rows where the state is short.  There is no ball where a
     covariance is singular or slow to settle, and where accurate outputs are not much
     more accurate than their prediction; such a record is run in full, as one with
-    `arrival` is.
+    `arrival` is.  Comparisons to more than nine digits need ``settle=None``.
 
     While outputs are missing, unstable modes grow.  Where states share such a mode, x
     and P of what does not grow lose digits beside it.  The record is refused at the
@@ -203,7 +203,7 @@ def filter_data(
     A gain that settles:
 
     >>> heard = lb.Plant([[0.5]], None, [[1]], dt=1.0, Q=[[1]], R=[[1]], P0=[[1]])
-    >>> found = lb.filter_data(heard, [[1.0]] * 50, settle=1e-9)
+    >>> found = lb.filter_data(heard, [[1.0]] * 50)
     >>> found.settled_at, found.settle_bound < 1e-9
     (array([16]), True)
 

@@ -76,7 +76,7 @@ def test_order_n_is_the_kalman_filter(n, p, S, rows):
     covariances = lb.error_covariance(observer, plant, steps=N)
     assert relative(covariances[1:], P) < 1e-12
     assert relative(lb.estimate(observer, y, u, u0=u0), x) < 1e-12
-    filtered = lb.filter_data(plant, y, u, u0=u0, history=True)
+    filtered = lb.filter_data(plant, y, u, u0=u0, history=True, settle=None)
     assert relative(filtered.x, x) < 1e-12
     assert relative(filtered.P, P) < 1e-12
     assert relative(filtered.K, K) < 1e-12
@@ -92,7 +92,7 @@ def test_every_order_in_three_ways(m1, rows):
     accurate = list(Settings(plant, m1).accurate)
     assert observer.order == plant.n - len(accurate)
     assert lb.certify(observer, plant).worst < 1e-13
-    filtered = lb.filter_data(plant, y, u, m1=m1, u0=u0, history=True)
+    filtered = lb.filter_data(plant, y, u, m1=m1, u0=u0, history=True, settle=None)
     estimates = lb.estimate(observer, y, u, u0=u0)
     assert relative(estimates, filtered.x) < 1e-12
     covariances = lb.error_covariance(observer, plant, steps=N)
@@ -170,7 +170,9 @@ def test_prior_and_posterior_starts_agree():
             lb.estimate(one, y, u, u0=u0), lb.estimate(two, y, u), rtol=1e-10
         )
         np.testing.assert_allclose(
-            lb.filter_data(before, y, u, m1=m1).x, lb.estimate(two, y, u), rtol=1e-10
+            lb.filter_data(before, y, u, m1=m1, settle=None).x,
+            lb.estimate(two, y, u),
+            rtol=1e-10,
         )
         covariances = lb.error_covariance(two, before, steps=12)
         np.testing.assert_allclose(covariances[0], before.P0)
@@ -188,7 +190,7 @@ def test_another_mean_of_the_initial_state():
     object.__setattr__(moved, "x0", other)
     np.testing.assert_allclose(
         lb.estimate(observer, y, u, u0=u0, x0=other),
-        lb.filter_data(moved, y, u, u0=u0, m1=2).x,
+        lb.filter_data(moved, y, u, u0=u0, m1=2, settle=None).x,
         rtol=1e-10,
     )
 

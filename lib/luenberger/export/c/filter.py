@@ -46,7 +46,9 @@ def texts(
     u, y = inputs(plant.m, plant.p)
     y = np.array(y)
     y[4::5, 0], y[7::9] = np.nan, np.nan  # one missing, all missing
-    expected = filter_data(settings.plant, y, u, m1=settings.accurate, weight=weight)
+    expected = filter_data(
+        settings.plant, y, u, m1=settings.accurate, weight=weight, settle=None
+    )
     body = source_and_header.source(module, filter_.functions)
     body += "\n" + source_and_header.selftest(module, u, y, expected.x)
     accurate = ", ".join(quoted(plant.output_names[k]) for k in settings.accurate)
