@@ -144,7 +144,7 @@ def test_filter_over_many_steps(compiled):
     unit = compiled(tracker(), m1=1)
     assert "for (int j" not in unit.text.partition("unit_definite")[0]  # no loops
     found, code = unit.run(y, u, 3)
-    wanted = lb.filter_data(tracker(), y, u, m1=1)
+    wanted = lb.filter_data(tracker(), y, u, m1=1, settle=None)
     assert not code.any()
     assert generators.relative(found, wanted.x) < 1e-12
     assert generators.relative(unit.sigma(3), wanted.P) < 1e-12
@@ -175,7 +175,7 @@ def test_filter_with_missing_outputs(options, cross, compiled):
     unit = compiled(source, level="-O1", **options)  # a third of the compiler's time
     for part in (y, with_holes(y)):
         unit.library.start()
-        wanted = lb.filter_data(source, part, u, history=True, **options)
+        wanted = lb.filter_data(source, part, u, history=True, **options, settle=None)
         found, code = unit.run(part, u, 4)
         assert not code.any()
         assert generators.relative(found, wanted.x) < 1e-12
@@ -192,7 +192,7 @@ def test_larger_filter_runs_in_loops(cross, compiled):
     assert "for (int j" in unit.text.partition("unit_definite")[0]
     for part in (y, with_holes(y)):
         unit.library.start()
-        wanted = lb.filter_data(source, part, u, m1=1)
+        wanted = lb.filter_data(source, part, u, m1=1, settle=None)
         found, _ = unit.run(part, u, 8)
         assert generators.relative(found, wanted.x) < 1e-12
         assert generators.relative(unit.sigma(8), wanted.P) < 1e-12
@@ -218,7 +218,7 @@ def test_filter_in_single_precision(compiled):
     y = with_holes(y)
     found, code = unit.run(y, u, 3)
     assert not code.any()
-    wanted = lb.filter_data(source, y, u, m1=1)
+    wanted = lb.filter_data(source, y, u, m1=1, settle=None)
     assert generators.relative(found, wanted.x) < 1e-4
     assert generators.relative(unit.sigma(3), wanted.P) < 1e-4
 
@@ -239,7 +239,7 @@ def test_rounding_does_not_make_a_variance_negative(compiled):
     y = np.random.default_rng(5).normal(size=(400, 2))
     unit = compiled(source)
     found, code = unit.run(y, np.zeros((400, 0)), 3)
-    wanted = lb.filter_data(source, y)
+    wanted = lb.filter_data(source, y, settle=None)
     assert not code.any()
     assert np.linalg.eigvalsh(unit.sigma(3)).min() > -1e-12
     assert generators.relative(unit.sigma(3), wanted.P) < 1e-6
@@ -342,7 +342,7 @@ def test_outputs_in_small_units_that_did_not_arrive(unit, m1, compiled):
     device = compiled(small, m1=m1)
     found, code = device.run(y * unit, np.zeros((20, 0)), 3)
     assert not code.any()
-    wanted = lb.filter_data(metre, y, m1=m1)
+    wanted = lb.filter_data(metre, y, m1=m1, settle=None)
     np.testing.assert_allclose(found, wanted.x, rtol=1e-10, atol=1e-12)
     np.testing.assert_allclose(device.sigma(3), wanted.P, rtol=1e-10, atol=1e-12)
 
@@ -355,7 +355,7 @@ def test_outputs_that_see_nothing(compiled):
     device = compiled(blind)
     found, code = device.run(y, np.zeros((3, 0)), 3)
     assert not code.any()
-    wanted = lb.filter_data(blind, y)
+    wanted = lb.filter_data(blind, y, settle=None)
     np.testing.assert_array_equal(found, wanted.x)
     np.testing.assert_allclose(device.sigma(3), wanted.P, rtol=1e-14)
 
@@ -370,7 +370,7 @@ def test_filter_of_one_state(m1, compiled):
     y[::3] = NAN
     unit = compiled(source, m1=m1)
     found, code = unit.run(y, np.zeros((40, 0)), 1)
-    wanted = lb.filter_data(source, y, m1=m1)
+    wanted = lb.filter_data(source, y, m1=m1, settle=None)
     assert not code.any()
     assert generators.relative(found, wanted.x) < 1e-12
     assert generators.relative(unit.sigma(1), wanted.P) < 1e-12
@@ -382,7 +382,7 @@ def test_known_states_are_filtered_as_in_python(compiled):
     y = np.random.default_rng(5).normal(size=(60, 2))
     unit = compiled(source)
     found, code = unit.run(y[:2], np.ones((2, 1)), 3)
-    wanted = lb.filter_data(source, y[:2], np.ones((2, 1)))
+    wanted = lb.filter_data(source, y[:2], np.ones((2, 1)), settle=None)
     assert not code.any()
     np.testing.assert_allclose(found, wanted.x, rtol=1e-12, atol=1e-14)
     np.testing.assert_allclose(unit.sigma(3), wanted.P, rtol=1e-12, atol=1e-15)

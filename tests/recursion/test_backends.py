@@ -108,9 +108,13 @@ def test_generated_code_is_the_numpy_filter(kind, gaps, m1, form, monkeypatch):
         plant = generators.plant(rng, 4, 3, m=2, cross=cross)
     y, u, u0 = generators.record(rng, plant, N)
     y = holes(rng, y) if gaps else y
-    wanted = lb.filter_data(plant, y, u, u0=u0, m1=m1, history=True, backend="numpy")
+    wanted = lb.filter_data(
+        plant, y, u, u0=u0, m1=m1, history=True, backend="numpy", settle=None
+    )
     rows = counted(monkeypatch)
-    found = lb.filter_data(plant, y, u, u0=u0, m1=m1, history=True, backend="numba")
+    found = lb.filter_data(
+        plant, y, u, u0=u0, m1=m1, history=True, backend="numba", settle=None
+    )
     agree(found, wanted, 1e-11)
     np.testing.assert_array_equal(found.orders, wanted.orders)
     assert len(rows) == 1  # the first row
@@ -125,7 +129,7 @@ def test_generated_code_agrees_with_rational_arithmetic(kind, form):
     y, u, u0 = generators.record(rng, plant, 8)
     y[4, 0] = np.nan
     x, P = generators.exact(plant, y, u, u0)
-    run = lb.filter_data(plant, y, u, u0=u0, history=True, backend="numba")
+    run = lb.filter_data(plant, y, u, u0=u0, history=True, backend="numba", settle=None)
     assert generators.relative(run.P, P) < 1e-12
     assert generators.relative(run.x, x) < 1e-12
 
@@ -183,7 +187,9 @@ def test_any_singular_noise_is_handed_over_or_right(block, form):
     for seed in range(15 * block, 15 * block + 15):
         plant, y, u, u0 = integer_plant(seed)
         x, P = generators.exact(plant, y, u, u0)
-        run = lb.filter_data(plant, y, u, u0=u0, history=True, backend="numba")
+        run = lb.filter_data(
+            plant, y, u, u0=u0, history=True, backend="numba", settle=None
+        )
         size = np.abs(P).max() + np.abs(plant.P0).max() + np.abs(plant.Q).max() + 1
         assert np.abs(run.x - x).max() < 1e-10 * (1 + np.abs(x).max()), seed
         assert np.abs(run.P - P).max() < 1e-10 * size, seed
@@ -196,9 +202,9 @@ def test_a_state_known_at_first_is_handed_over_until_it_is_not(plain, monkeypatc
         P0=np.zeros((3, 3)),
     )  # fmt: skip
     y = np.random.default_rng(1).normal(size=(40, 2))
-    wanted = lb.filter_data(known, y, history=True, backend="numpy")
+    wanted = lb.filter_data(known, y, history=True, backend="numpy", settle=None)
     rows = counted(monkeypatch)
-    agree(lb.filter_data(known, y, history=True, backend="numba"), wanted)
+    agree(lb.filter_data(known, y, history=True, backend="numba", settle=None), wanted)
     assert 1 < len(rows) < 12
 
 
@@ -209,9 +215,9 @@ def test_a_plant_without_noise_anywhere_stays_with_numpy(form, monkeypatch):
         P0=np.diag([1.0, 0]),
     )  # fmt: skip
     y = np.random.default_rng(1).normal(size=(300, 1))
-    wanted = lb.filter_data(plant, y, history=True, backend="numpy")
+    wanted = lb.filter_data(plant, y, history=True, backend="numpy", settle=None)
     rows = counted(monkeypatch)
-    agree(lb.filter_data(plant, y, history=True, backend="numba"), wanted)
+    agree(lb.filter_data(plant, y, history=True, backend="numba", settle=None), wanted)
     assert len(rows) == 300
 
 
@@ -249,9 +255,9 @@ def test_rows_since_the_last_test_are_taken_back(form, monkeypatch):
     A[22] = [[1, 1], [1, 1]]  # Sigma is singular from here
     plant = lb.Plant(A, None, [[1, 0]], dt=1.0, Q=Q, R=R, P0=np.eye(2))
     y = np.random.default_rng(1).normal(size=(N - 1, 1))
-    wanted = lb.filter_data(plant, y, history=True, backend="numpy")
+    wanted = lb.filter_data(plant, y, history=True, backend="numpy", settle=None)
     rows = counted(monkeypatch)
-    agree(lb.filter_data(plant, y, history=True, backend="numba"), wanted)
+    agree(lb.filter_data(plant, y, history=True, backend="numba", settle=None), wanted)
     assert len(rows) > 10 and min(rows[1:]) >= 16
 
 
@@ -262,8 +268,8 @@ def test_outputs_in_small_units_that_did_not_arrive(unit, plain):
     small = dataclasses.replace(TRACKER, C=np.multiply(C, unit), R=TRACKER.R * unit**2)
     y = holes(np.random.default_rng(3), np.arange(24.0).reshape(12, 2) % 5)
     for m1 in (0, 1):
-        wanted = lb.filter_data(TRACKER, y, m1=m1, backend="numpy")
-        found = lb.filter_data(small, y * unit, m1=m1, backend="numba")
+        wanted = lb.filter_data(TRACKER, y, m1=m1, backend="numpy", settle=None)
+        found = lb.filter_data(small, y * unit, m1=m1, backend="numba", settle=None)
         np.testing.assert_allclose(found.x, wanted.x, rtol=1e-10, atol=1e-12)
         np.testing.assert_allclose(found.std, wanted.std, rtol=1e-10)
 
@@ -298,9 +304,12 @@ def test_outputs_of_instant_0_are_not_read(plain, monkeypatch):
         [[0.9, 0.1], [0, 0.8]], None, C, dt=1.0, Q=np.eye(2), R=[[1]], P0=np.eye(2)
     )
     y = np.random.default_rng(1).normal(size=(12, 1))
-    wanted = lb.filter_data(plant, y, m1=1, history=True, backend="numpy")
+    wanted = lb.filter_data(plant, y, m1=1, history=True, backend="numpy", settle=None)
     rows = counted(monkeypatch)
-    agree(lb.filter_data(plant, y, m1=1, history=True, backend="numba"), wanted)
+    agree(
+        lb.filter_data(plant, y, m1=1, history=True, backend="numba", settle=None),
+        wanted,
+    )
     assert len(rows) == 1
 
 
@@ -314,7 +323,7 @@ def test_noise_free_for_a_while_and_a_contradiction(plain):
     y[10] = [1, 2]  # instant 11
     for backend in ("numpy", "numba"):
         with pytest.raises(lb.DesignError, match="instant 11 .*contradict"):
-            lb.filter_data(plant, y, backend=backend)
+            lb.filter_data(plant, y, backend=backend, settle=None)
 
 
 def test_rows_with_noise_free_outputs_are_numpys(plain, monkeypatch):
@@ -324,9 +333,9 @@ def test_rows_with_noise_free_outputs_are_numpys(plain, monkeypatch):
     given = dict(dt=1.0, Q=np.eye(2), P0=np.eye(2))
     A, y = [[0.9, 0.1], [0, 0.8]], np.random.default_rng(1).normal(size=(N - 1, 1))
     plant = lb.Plant(A, None, [[1, 0]], R=R, **given)
-    wanted = lb.filter_data(plant, y, history=True, backend="numpy")
+    wanted = lb.filter_data(plant, y, history=True, backend="numpy", settle=None)
     rows = counted(monkeypatch)
-    found = lb.filter_data(plant, y, history=True, backend="numba")
+    found = lb.filter_data(plant, y, history=True, backend="numba", settle=None)
     agree(found, wanted)
     # instants 1, 10, 11, 12, and 13, which starts from a singular covariance
     assert rows == [0, 9, 10, 11, 12]
@@ -342,7 +351,7 @@ def test_overflow_is_not_hidden(plain):
         outcomes = []
         for backend in ("numpy", "numba"):
             try:
-                P = lb.filter_data(plant, y, backend=backend).P
+                P = lb.filter_data(plant, y, backend=backend, settle=None).P
                 outcomes.append(np.isfinite(P).all())
             except (ValueError, np.linalg.LinAlgError) as error:
                 outcomes.append(type(error))
@@ -354,9 +363,13 @@ def test_long_products_are_added_up_in_parts(plain, used, monkeypatch):
     rng = np.random.default_rng(2)
     plant = generators.plant(rng, 18, 3, m=1, cross=False)
     y, u, u0 = generators.record(rng, plant, 5)
-    wanted = lb.filter_data(plant, y, u, u0=u0, history=True, backend="numpy")
+    wanted = lb.filter_data(
+        plant, y, u, u0=u0, history=True, backend="numpy", settle=None
+    )
     rows = counted(monkeypatch)
-    found = lb.filter_data(plant, y, u, u0=u0, history=True, backend="numba")
+    found = lb.filter_data(
+        plant, y, u, u0=u0, history=True, backend="numba", settle=None
+    )
     agree(found, wanted, 1e-11)
     assert len(rows) == 1  # a wrong covariance would leave its rows to NumPy
     assert "+ a0_8 * " in used[-1] and "+ a0_17 * " in used[-1]
@@ -419,7 +432,9 @@ def test_numba_with_missing_outputs_and_any_kind_of_array():
     wide = np.full((40, 4), np.inf)
     wide[::2, ::2] = y
     for same in (frozen, np.asfortranarray(y), wide[::2, ::2], y.tolist()):
-        again = lb.filter_data(plant, same, u, history=True, backend="numba")
+        again = lb.filter_data(
+            plant, same, u, history=True, backend="numba", settle=None
+        )
         np.testing.assert_array_equal(again.x, found.x)
         np.testing.assert_array_equal(again.P, found.P)
 
@@ -505,7 +520,7 @@ def test_without_numba(monkeypatch):
     monkeypatch.setattr(kernels, "find_spec", lambda name: None)
     assert not kernels.runs_compiled("auto", 10**9)
     with pytest.raises(ImportError, match=r"pip install 'luenberger\[fast\]'"):
-        lb.filter_data(TRACKER, np.zeros((3, 2)), backend="numba")
+        lb.filter_data(TRACKER, np.zeros((3, 2)), backend="numba", settle=None)
     observer = lb.kalman_filter(TRACKER)
     with pytest.raises(ImportError, match="leave backend at 'auto'"):
         lb.estimate(observer, np.zeros((3, 2)), backend="numba")
@@ -516,8 +531,8 @@ def test_without_numba(monkeypatch):
 @pytest.mark.parametrize(
     "call",
     [
-        lambda: lb.filter_data(TRACKER, np.zeros((3, 2)), backend="c"),
-        lambda: lb.filter_data(TRACKER, iter([]), backend="c"),
+        lambda: lb.filter_data(TRACKER, np.zeros((3, 2)), backend="c", settle=None),
+        lambda: lb.filter_data(TRACKER, iter([]), backend="c", settle=None),
         lambda: lb.estimate(lb.kalman_filter(TRACKER), np.zeros((3, 2)), backend="c"),
         lambda: lb.kalman_filter(TRACKER, steps=3, backend="c"),
     ],

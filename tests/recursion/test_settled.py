@@ -32,6 +32,12 @@ def test_settled_rows_are_within_their_bound(settle, least):
     assert all(max(x, P) <= bound for bound, x, P in found)
 
 
+def test_rounding_of_the_gain_is_in_the_bound():
+    """Two outputs that nearly agree: their innovations are hundreds of units long."""
+    bound, x, _ = of_plant(467)
+    assert 1e-12 < x <= bound < 1e-8
+
+
 @pytest.mark.parametrize("settle", [0.5, 1e-2, 1e-4])
 def test_the_ball_holds_the_limit_and_is_not_much_larger(settle):
     """Of a random walk the limit is known: Omega^2 = Omega + 1 for Q = R = 1."""

@@ -45,6 +45,11 @@ class Ball(NamedTuple):
     reach : (n,) ndarray
         How far estimates are apart at most, in their standard deviations, where
         predictions are by one unit of H.
+    gain : (n,) ndarray
+        What rounding in the gain adds to an estimate at most, where the innovation is
+        of one unit.
+    ahead : (n, n) ndarray
+        Sizes of what moves an estimate to the next prediction.
     """
 
     Omega: np.ndarray
@@ -59,23 +64,31 @@ class Ball(NamedTuple):
     moved: float
     variances: np.ndarray
     reach: np.ndarray
+    gain: np.ndarray
+    ahead: np.ndarray
 
     @property
     def push(self) -> float:
         """What an innovation of one unit does through a gain that differs."""
         return self.kappa * self.tau
 
-    def apart(self, s: float, rounding: float = 0.0) -> Vector:
+    def apart(
+        self, s: float, rounding: Vector | float = 0.0, lost: float = 0.0
+    ) -> Vector:
         """How far estimates can be apart, in standard deviations.
 
-        `s` is the largest innovation in units of M, and `rounding` the length of what
-        rounding adds to a prediction in one row.
+        `s` is the largest innovation in units of M, `rounding` (n,) what rounding adds
+        to an estimate in one row beside that in the gain, and `lost` the length of what
+        a prediction lacks from the beginning.
         """
+        size = self.gain * s + rounding
+        added = self.length(self.ahead @ size) + lost
         stays = 1 - self.moved * (1 + self.kappa * self.push)
         if not stays > 0:
             return np.full(len(self.unit), np.inf)
-        D = (self.moved * self.push * s + rounding) / stays
-        return self.reach * (D + self.push * (s + self.kappa * D))
+        D = (self.moved * self.push * s + added) / stays
+        apart = self.reach * (D + self.push * (s + self.kappa * D))
+        return apart + size / np.sqrt(self.Sigma.diagonal())
 
     def length(self, size: Vector) -> float:
         """The length at most of a vector whose entries have at most these sizes."""
@@ -158,6 +171,7 @@ def _ball(
     return Ball(
         new["Omega"], new["Sigma_next"], new["K"], new["M"], here.unit, inverse,
         t, tau, kappa, moved, size / variance, reach,
+        here.unit * here.rounding_of_gain(), here.sizes,
     )  # fmt: skip
 
 
@@ -184,7 +198,7 @@ class _Scaled:
             down * X * seen for X in (new["K"], new["Kmv"], now.Gamma)
         )
         self.A, self.ahead = down * now.As * unit, down * now.move.size * unit
-        self.Qs = down * now.Qs / unit
+        self.Qs, self.sizes = down * now.Qs / unit, now.move.size
         self.GCY = self.Gamma @ self.C @ self.Y
         self.rounds = self.rounding_of_estimate()
 
@@ -213,6 +227,24 @@ class _Scaled:
         after = (n + 2) * Z @ C.T + (p + 2) * K @ np.abs(self.R)
         off = EPS * (before @ Y.T + after @ K.T + (p + 2) * Z)
         return np.maximum(off, off.T)
+
+    def rounding_of_gain(self) -> Vector:
+        """What rounding in the gain does to an estimate, for an innovation of one unit.
+
+        The gain solves `Kmv M = N`.  Sums make both sides inexact, and so does an
+        elimination: by no more than sizes of M, whose diagonal is one.  What is off
+        meets `M^-1 nu`, whose entry j is at most the root of that of `M^-1`.
+        """
+        n, p = self.K.shape
+        if not p:
+            return np.zeros(n)
+        Kmv, C, Gamma = np.abs(self.Kmv), np.abs(self.C), np.abs(self.Gamma)
+        N = (n + 2) * np.abs(self.Omega) @ C.T
+        M = C @ N + (3 * p + 4) * np.ones((p, p))
+        off = (N + Kmv @ M) @ np.sqrt(np.linalg.inv(self.M).diagonal())
+        sums = (n + p + 4) * (Kmv + Gamma @ (np.eye(p) + C @ Kmv)).sum(axis=1)
+        turn = np.abs(np.eye(n) - self.Gamma @ self.C)
+        return np.asarray(EPS * (turn @ off + sums))
 
     def rounding(self, inverse: Matrix) -> float:
         """The size, in units of H, of what rounding does to Omega one step on."""

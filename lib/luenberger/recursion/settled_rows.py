@@ -146,10 +146,8 @@ class OneGain:
             + np.abs(ball.K) @ r[: len(now.C)]
         )
         size = 2 * (n + k + len(now.C) + 2) * EPS * size
-        ahead = now.move.size @ size
         lost = FADED * n * ball.length(now.move.size @ x)
-        apart = ball.apart(s, ball.length(ahead) + lost)
-        apart = apart + size / np.sqrt(ball.Sigma.diagonal())
+        apart = ball.apart(s, size, lost)
         return float(max(ball.variances.max(initial=0.0), apart.max(initial=0.0)))
 
     def size_read(self, r: Vector) -> Vector:

@@ -43,12 +43,10 @@ def texts(
     settings = settings_of(plant, m1, weight, real)
     filter_ = _Filter(settings, Module(name, real))
     module, n = filter_.module, settings.plant.n
-    u, y = inputs(plant.m, plant.p)
-    y = np.array(y)
+    u, y = map(np.array, inputs(plant.m, plant.p))
     y[4::5, 0], y[7::9] = np.nan, np.nan  # one missing, all missing
-    expected = filter_data(
-        settings.plant, y, u, m1=settings.accurate, weight=weight, settle=None
-    )
+    whole, exact = settings.plant, settings.accurate
+    expected = filter_data(whole, y, u, m1=exact, weight=weight, settle=None)
     body = source_and_header.source(module, filter_.functions)
     body += "\n" + source_and_header.selftest(module, u, y, expected.x)
     accurate = ", ".join(quoted(plant.output_names[k]) for k in settings.accurate)
