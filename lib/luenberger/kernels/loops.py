@@ -25,7 +25,7 @@ from .program import (
     times,
 )
 from .solves import Index, Solves
-from .writer import View, Writer
+from .writer import View, Writer, entry
 
 Places = Mapping[str, str]
 Terms = list[tuple[int, Term]]  # with their numbers in the sum
@@ -142,7 +142,7 @@ class _Loops(Solves, Bands):
         name = self.places.get(name, name)
         if cols == 1:
             return f"{name}[{i}]"
-        return f"{name}[{i} * {cols} + {j}]"
+        return entry(name, (i, cols), (j, 1))
 
     def of(self, operand: Operand, i: Index, j: Index) -> str:
         if operand.name == IDENTITY:  # the right side of a solve
@@ -185,7 +185,7 @@ class _Loops(Solves, Bands):
             so_far = self.at(step.target, "i", "j")
             to.let("s", so_far if turn else self.sum(single))
             for k, term in () if turn else large:
-                product = f"{step.target}_b{k}[i * {cols} + j]"
+                product = entry(f"{step.target}_b{k}", ("i", cols), ("j", 1))
                 to.set("s", *_signed(term.scale, product))
             for k, term, span in now:
                 self.add_product(step, k, term, span)
@@ -231,7 +231,7 @@ class _Loops(Solves, Bands):
             to, (rows, cols) = self.to, self.program.shape(name, self.sizes)
             to.loop("i", 0, rows)
             to.loop("j", 0, cols)
-            to.set(f"{name}_T[j * {rows} + i]", self.at(name, "i", "j"))
+            to.set(entry(f"{name}_T", ("j", rows), ("i", 1)), self.at(name, "i", "j"))
             to.end()
             to.end()
 
@@ -268,7 +268,7 @@ class _Loops(Solves, Bands):
         if not self.wants_turned(step, term):
             return self.of(right, k, "j")
         rows, _ = self.program.shape(right.name, self.sizes)
-        return f"{right.name}_T[{k} * {rows} + j]"
+        return entry(f"{right.name}_T", (k, rows), ("j", 1))
 
     def width(self, term: Term) -> Size:
         return inner_width(self.program, self.sizes, term)

@@ -55,3 +55,20 @@ class Writer:
         self.loop("i", 0, length)
         self.set(target, text)
         self.end()
+
+
+def entry(name: str, *parts: tuple[int | str, int | str]) -> str:
+    """An entry of an array: parts of the index, each a number of strides.
+
+    A number of entries is ("j", 1) or (1, "j"); what is zero is left out.
+    """
+    texts = []
+    for count, stride in parts:
+        count, stride = str(count), str(stride)
+        if "0" in (count, stride):
+            continue
+        if count == "1" or stride == "1":
+            texts.append(stride if count == "1" else count)
+        else:
+            texts.append(f"{count} * {stride}")
+    return f"{name}[{' + '.join(texts) or '0'}]"

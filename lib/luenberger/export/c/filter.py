@@ -203,8 +203,8 @@ class _Filter:
         for k, size in local.items():
             to.array(f"{k}_now", size)
         to.loop("i", 0, p)
-        to.set(f"Seen[i * {p + 1}]", "isnan(y[i]) ? 0.0 : 1.0")
-        to.set("came[i]", "isnan(y[i]) ? 0.0 : y[i]")
+        to.set(f"Seen[i * {p + 1}]", "(isnan(y[i]) != 0) ? 0.0 : 1.0")
+        to.set("came[i]", "(isnan(y[i]) != 0) ? 0.0 : y[i]")
         to.end()
         for k in accurate:
             to.set(f"Taken[{k * (p + 1)}]", f"Seen[{k * (p + 1)}]")
@@ -282,17 +282,18 @@ class _Filter:
 
     def step(self) -> str:
         name, to = self.module.name, C(self.module.real)
-        to.line("int all = 1;")
+        to.line("int refused = 0;")
         if self.plant.m:
             to.loop("i", 0, self.plant.m)
-            to.line("if (!isfinite(u[i])) return 1;")
+            to.need("isfinite(u[i]) != 0")
             to.end()
         to.loop("i", 0, self.plant.p)
-        to.line("if (isinf(y[i])) return 1;")
-        to.line("if (isnan(y[i])) all = 0;")
+        to.need("isinf(y[i]) == 0")
+        to.when("isnan(y[i]) != 0", "refused = 1;")
         to.end()
-        to.line(f"if (all && {name}_complete(state, u, y, what) == 0) return 0;")
-        to.line(f"return {name}_partial(state, u, y, what);")
+        to.when("refused == 0", f"refused = {name}_complete(state, u, y, what);")
+        to.when("refused != 0", f"refused = {name}_partial(state, u, y, what);")
+        to.line("return refused;")
         return function(source_and_header.prototype(self.module), to.lines)
 
 

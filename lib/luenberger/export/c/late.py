@@ -14,6 +14,7 @@ from ...errors import DesignError
 from ...kernels.c import C, Module, function
 from ...kernels.c.numbers import representable
 from ...kernels.program import Cost
+from ...kernels.writer import entry
 from ...plant import Plant
 from ...recursion.settings import accurate_outputs, require_start
 from ...run.filter_data import filter_data
@@ -116,17 +117,21 @@ class _Late(Kernels):
 
     def step(self) -> str:
         name, to = self.module.name, C(self.module.real)
-        to.line(f"{name}_state next = *state;")
-        for given, length, test in (("u", self.m, "!isfinite"), ("y", self.p, "isinf")):
+        to.line(f"{name}_state next;")
+        to.set("next", "*state")
+        for given, length, test in (
+            ("u", self.m, "isfinite({}[i]) != 0"),
+            ("y", self.p, "isinf({}[i]) == 0"),
+        ):
             if length:
                 to.loop("i", 0, length)
-                to.line(f"if ({test}({given}[i])) return 1;")
+                to.need(test.format(given))
                 to.end()
-        to.line(f"if (next.at[1] > 0) {name}_predict(&next);")
+        to.when("next.at[1] > 0.0", f"{name}_predict(&next);")
         to.line(f"{name}_take(&next, u);")
         to.loop("i", 0, self.p)
-        to.line("if (isnan(y[i])) continue;")
-        to.line(f"if ({name}_use(&next, {self.n} + i, y[i])) return 1;")
+        to.when("isnan(y[i]) != 0", "continue;")
+        to.need(f"{name}_use(&next, {self.n} + i, y[i]) == 0")
         to.set("next.awaited[i]", "0.0")
         to.end()
         self.done(to)
@@ -147,17 +152,16 @@ class _Late(Kernels):
 
     def arrived(self) -> str:
         name, to, H = self.module.name, C(self.module.real), self.horizon
-        to.line(f"{name}_state next = *state;")
+        to.line(f"{name}_state next;")
         to.line("int late = -1, k;")
+        to.set("next", "*state")
         for k, j in enumerate(self.late):
-            to.line(f"if (output == {j}) late = {k};")
-        to.line(f"if (late < 0 || age < 0 || age > {H} || !isfinite(y)) return 1;")
-        ring = (
-            f"{self.p} + ((int)next.at[0] - age + {H}) % {H} * {len(self.late)} + late"
-        )
-        to.line(f"k = age == 0 ? output : {ring};")
-        to.line("if (!(next.awaited[k] > 0)) return 1;")
-        to.line(f"if ({name}_use(&next, {self.n} + k, y)) return 1;")
+            to.when(f"output == {j}", f"late = {k};")
+        to.need(f"(late >= 0) && (age >= 0) && (age <= {H}) && (isfinite(y) != 0)")
+        ring = entry("", (f"(((int)next.at[0] - age + {H}) % {H})", len(self.late)))
+        to.line(f"k = (age == 0) ? output : ({self.p} + {ring[1:-1]} + late);")
+        to.need("next.awaited[k] > 0.0")
+        to.need(f"{name}_use(&next, {self.n} + k, y) == 0")
         to.set("next.awaited[k]", "0.0")
         self.done(to)
         return function(self.arrived_prototype(), to.lines)
@@ -182,9 +186,13 @@ class _Late(Kernels):
         lines = [
             f"for (int e = 0; e < {len(events)}; e++) {{",
             f"    const {self.module.real} *one = {name}_late + 4 * e;",
-            "    if ((int)one[0] != k) continue;",
-            f"    if ({name}_arrived(&state, (int)one[1], (int)one[2], one[3], what))",
+            "    if ((int)one[0] != k) {",
+            "        continue;",
+            "    }",
+            f"    if ({name}_arrived(&state, (int)one[1], (int)one[2], one[3], what)"
+            " != 0) {",
             "        return 1;",
+            "    }",
             "}",
         ]
         y = np.where(late, np.nan, y)

@@ -10,6 +10,7 @@ from ...kernels import lowered
 from ...kernels.c import C, Module, function
 from ...kernels.c.numbers import representable
 from ...kernels.program import Cost, Program
+from ...kernels.writer import entry
 from ...numeric import Matrices
 from ...papers.leondes_novak.derivation import (
     late_ahead,
@@ -90,9 +91,10 @@ class Kernels:
 
     def entry(self, row: int, col: int, cols: int, turned: bool = False) -> str:
         """That of P which belongs to entry i of a block."""
-        r, c = f"({row} + i / {cols})", f"({col} + i % {cols})"
+        r, c = f"i / {cols}", f"i % {cols}"
+        r, c = (f"({k} + {at})" if k else f"({at})" for k, at in ((row, r), (col, c)))
         r, c = (c, r) if turned else (r, c)
-        return f"state->P[{r} * {self.N} + {c}]"
+        return entry("state->P", (r, self.N), (c, 1))
 
     def use(self) -> str:
         """A reading arrived: everything else is corrected, and it is known."""
@@ -109,7 +111,7 @@ class Kernels:
         to.set("P_tt[0]", "P_rt[k]")
         to.set("t[0]", "y")
         to.set("t_hat[0]", "state->xi[k]")
-        to.need("P_tt[0] > 0")
+        to.need("P_tt[0] > 0.0")
         program = lowered(late_known, ["K_t", "P_next"], symmetric=("P_rr", "P_tt"))
         cost = self.written(
             to, program, {"s": N, "k": 1},
@@ -125,7 +127,7 @@ class Kernels:
         to.loop("i", 0, N)
         to.set(f"state->P[i * {N} + k]", "0.0")
         to.set(f"state->P[k * {N} + i]", "0.0")
-        to.need(f"state->P[i * {N + 1}] >= 0")
+        to.need(f"state->P[i * {N + 1}] >= 0.0")
         to.end()
         to.line("return 0;")
         self.costs["use"] = cost + Cost(N, 0, 2 * N + 3)
@@ -173,13 +175,15 @@ class Kernels:
         """The late readings of the last sample take the place of the oldest."""
         N, L = self.N, len(self.late)
         to.index("at", "(int)state->at[0]")
+        to.index("following", f"(at + 1) % {self.horizon}")
+        shift = "at" if L == 1 else f"at * {L}"
         for k, j in enumerate(self.late):
-            old, new = self.n + j, f"({self.n + self.p + k} + at * {L})"
+            old, new = self.n + j, f"({self.n + self.p + k} + {shift})"
             to.fill(f"state->P[i * {N} + {new}]", f"state->P[i * {N} + {old}]", N)
             to.fill(f"state->P[{new} * {N} + i]", f"state->P[{old * N} + i]", N)
             to.set(f"state->xi[{new}]", f"state->xi[{old}]")
-            to.set(f"state->awaited[{self.p + k} + at * {L}]", f"state->awaited[{j}]")
-        to.set("state->at[0]", f"({self.module.real})((at + 1) % {self.horizon})")
+            to.set(f"state->awaited[{self.p + k} + {shift}]", f"state->awaited[{j}]")
+        to.set("state->at[0]", f"({self.module.real})following")
 
     def take(self) -> str:
         """New readings: what is expected of them, and what they are correlated with."""

@@ -57,7 +57,7 @@ def _step(module: Module, observer: Observer) -> tuple[str, Cost]:
     for array, length in (("y", sizes["p"]), ("u", sizes["m"])):
         if length:
             to.loop("i", 0, length)
-            to.need(f"isfinite({array}[i])")
+            to.need(f"isfinite({array}[i]) != 0")
             to.end()
     for array, length in (("y", sizes["p"]), ("u", sizes["m"]), ("state", sizes["r"])):
         if not length:
@@ -122,5 +122,5 @@ def _init(module: Module, observer: Observer) -> str:
     for k, value in enumerate(observer.z0.tolist()):
         to.set(f"state->z[{k}]", repr(value))
     if not observer.order:
-        to.set("state->z[0]", "0")
+        to.set("state->z[0]", "0.0")
     return function(f"void {module.name}_init({module.name}_state *state)", to.lines)

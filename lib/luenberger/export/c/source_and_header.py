@@ -13,6 +13,7 @@ from ...kernels.c import Module
 from ...kernels.c.numbers import BYTES
 from ...kernels.c.writer import listed, typed
 from ...kernels.program import Cost
+from ...kernels.writer import entry
 from ...numeric.validation import names
 from ...observer import Observer
 from ...plant import Plant
@@ -190,6 +191,7 @@ def source(module: Module, functions: Sequence[str]) -> str:
         " * Do not compile with -ffast-math: tests of numbers would be dropped.",
         " */",
         "#include <math.h>",
+        "#include <stddef.h>",
         "",
         f'#include "{name}.h"',
         "",
@@ -223,8 +225,9 @@ def selftest(
     arrays = [("y", y), ("expected", expected)]
     arrays += [("u", u)] if m else []
     arrays += list((more or {}).items())
-    given = f"{name}_u + k * {m}" if m else "0"
-    measured = f"{name}_y + k * {p}" if p else "0"
+    given = _row(f"{name}_u", m)
+    measured = _row(f"{name}_y", p)
+    wanted = entry(f"{name}_expected", ("k", q), ("i", 1))
     return "\n".join(
         [
             f"#ifdef {name}_SELFTEST",
@@ -242,11 +245,15 @@ def selftest(
             f"    const {real} bound = {typed(repr(bound), real)};",
             f"    {name}_init(&state);",
             f"    for (int k = 0; k < {N}; k++) {{",
-            f"        if ({name}_step(&state, {given}, {measured}, what)) return 1;",
+            f"        if ({name}_step(&state, {given}, {measured}, what) != 0) {{",
+            "            return 1;",
+            "        }",
             *(f"        {line}" for line in after),
             f"        for (int i = 0; i < {q}; i++) {{",
-            f"            const {real} gap = what[i] - {name}_expected[k * {q} + i];",
-            "            if (!(gap <= bound && -gap <= bound)) return 1;",
+            f"            const {real} gap = what[i] - {wanted};",
+            "            if (!((gap <= bound) && (-gap <= bound))) {",
+            "                return 1;",
+            "            }",
             "        }",
             "    }",
             "    return 0;",
@@ -255,6 +262,13 @@ def selftest(
             "",
         ]
     )
+
+
+def _row(array: str, length: int) -> str:
+    """A pointer to row k of a table; null where there are none."""
+    if length < 2:
+        return f"{array} + k" if length else "NULL"
+    return f"{array} + k * {length}"
 
 
 def stamped(name: str, head: str, body: str) -> dict[str, str]:

@@ -136,7 +136,8 @@ class Elimination:
         m_row, row = self.store.line(size), self.store.line(cols)
         width = self.store.width(size, cols)
         to.panels("above", first, last, height)
-        to.index("i", f"{last - height + first} - above")
+        low = last - height + first
+        to.index("i", f"{low} - above" if low else "above")  # 0: one panel
         x = f"{s} + i * {row}"
         if last < size:
             x = self.store.block("panel", height, cols)

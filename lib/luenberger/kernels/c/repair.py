@@ -56,8 +56,8 @@ def _written(
     """A text with its words put in; rounding is some of the device's, for n terms."""
     single = module.real == "float"
     eps = float(np.finfo(np.float32 if single else float).eps)
-    numbers = dict(given or {}) | {"NEGLIGIBLE": repr(10 * eps * n), "ONE": "1.0"}
-    words = {k: typed(number, module.real) for k, number in numbers.items()} | {
+    numbers = dict(given or {}) | {"NEGLIGIBLE": repr(10 * eps * n)}
+    words = numbers | {
         "NAME": module.name,
         "REAL": module.real,
         "SQRT": "sqrtf" if single else "sqrt",
@@ -67,19 +67,25 @@ def _written(
     }
     for word, value in words.items():
         text = text.replace(f"@{word}@", value)
-    return text
+    return typed(text, module.real)
 
 
 DEFINITE = """\
 static int @NAME@_definite(const @REAL@ Sigma[])
 {
     @REAL@ L[@NN@];
-    for (int i = 0; i < @NN@; i++) L[i] = Sigma[i];
+    for (int i = 0; i < @NN@; i++) {
+        L[i] = Sigma[i];
+    }
     for (int k = 0; k < @N@; k++) {
-        if (!(L[k * @N@ + k] > 0)) return 0;
+        if (!(L[k * @N@ + k] > 0.0)) {
+            return 0;
+        }
         for (int i = k + 1; i < @N@; i++) {
             const @REAL@ s = L[k * @N@ + i] / L[k * @N@ + k];
-            for (int j = i; j < @N@; j++) L[i * @N@ + j] -= s * L[k * @N@ + j];
+            for (int j = i; j < @N@; j++) {
+                L[i * @N@ + j] -= s * L[k * @N@ + j];
+            }
         }
     }
     return 1;
@@ -92,10 +98,12 @@ REPAIR = """\
 static void @NAME@_semidefinite(@REAL@ Sigma[], const @REAL@ Omega[])
 {
     @REAL@ X[@NN@], H[@NN@] = {0}, scale[@N@];
-    if (@NAME@_definite(Sigma)) return;
+    if (@NAME@_definite(Sigma) != 0) {
+        return;
+    }
     for (int i = 0; i < @N@; i++) {
         const @REAL@ variance = Omega[i * @NEXT@] + Sigma[i * @NEXT@];
-        scale[i] = variance > 0 ? @SQRT@(variance) : @ONE@;
+        scale[i] = (variance > 0.0) ? @SQRT@(variance) : 1.0;
     }
     for (int i = 0; i < @N@; i++) {
         for (int j = 0; j < @N@; j++) {
@@ -106,22 +114,30 @@ static void @NAME@_semidefinite(@REAL@ Sigma[], const @REAL@ Omega[])
         int at = 0;
         @REAL@ root;
         for (int i = 1; i < @N@; i++) {
-            if (X[i * @NEXT@] > X[at * @NEXT@]) at = i;
+            if (X[i * @NEXT@] > X[at * @NEXT@]) {
+                at = i;
+            }
         }
-        if (!(X[at * @NEXT@] > @NEGLIGIBLE@)) break;
+        if (!(X[at * @NEXT@] > @NEGLIGIBLE@)) {
+            break;
+        }
         root = @SQRT@(X[at * @NEXT@]);
-        for (int i = 0; i < @N@; i++) H[i * @N@ + k] = X[i * @N@ + at] / root;
+        for (int i = 0; i < @N@; i++) {
+            H[i * @N@ + k] = X[i * @N@ + at] / root;
+        }
         for (int i = 0; i < @N@; i++) {
             for (int j = 0; j < @N@; j++) {
                 X[i * @N@ + j] -= H[i * @N@ + k] * H[j * @N@ + k];
             }
         }
-        X[at * @NEXT@] = 0;
+        X[at * @NEXT@] = 0.0;
     }
     for (int i = 0; i < @N@; i++) {
         for (int j = i; j < @N@; j++) {
-            @REAL@ s = 0;
-            for (int k = 0; k < @N@; k++) s += H[i * @N@ + k] * H[j * @N@ + k];
+            @REAL@ s = 0.0;
+            for (int k = 0; k < @N@; k++) {
+                s += H[i * @N@ + k] * H[j * @N@ + k];
+            }
             s *= scale[i] * scale[j];
             Sigma[i * @N@ + j] = s;
             Sigma[j * @N@ + i] = s;
@@ -153,8 +169,8 @@ static void @NAME@_settle(@REAL@ Omega[], const @REAL@ Sigma[],
     for (int i = 0; i < @N@; i++) {
         if (!(Omega[i * @NEXT@] > @NEGLIGIBLE@ * size[i])) {
             for (int k = 0; k < @N@; k++) {
-                Omega[i * @N@ + k] = 0;
-                Omega[k * @N@ + i] = 0;
+                Omega[i * @N@ + k] = 0.0;
+                Omega[k * @N@ + i] = 0.0;
             }
         }
     }

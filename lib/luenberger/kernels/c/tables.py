@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ...numeric import Matrix
+from ..writer import entry
 from .numbers import BYTES
 from .writer import C, listed
 
@@ -31,6 +32,11 @@ class PaddedRows:
         """The macro that says how many numbers are in a vector."""
         return f"{self.name}_LANES"
 
+    @property
+    def start(self) -> str:
+        """The macro before a row; where no row is padded it is empty (MISRA C, 9.3)."""
+        return f"{self.name}_AT"
+
     def row(self, length: int) -> str:
         """How many numbers a row of so many takes."""
         return self.lengths.setdefault(length, f"{self.name}_row{length}")
@@ -52,13 +58,18 @@ class PaddedRows:
 
     def lines(self) -> list[str]:
         """The lengths and the tables as C declarations."""
-        to = C(self.real, 0)
+        padded, plain = C(self.real, 0), C(self.real, 0)
         entries = [self.entries(name, X) for name, X in self.tables.items()]
         for length, row in sorted(self.lengths.items()):
             whole = f"({length} + {self.lanes} - 1) / {self.lanes} * {self.lanes}"
-            to.line(f"enum {{ {row} = {whole} }};")
-        macro = self.macro() if self.lengths else []
-        return [*macro, *to.lines, *(text for one in entries for text in one)]
+            padded.line(f"enum {{ {row} = {whole} }};")
+            plain.line(f"enum {{ {row} = {length} }};")
+        head: list[str] = []
+        if self.lengths:
+            head = [*self.macro(), f"#if {self.lanes} > 1", *padded.lines]
+            head += [f"#define {self.start}(k) [k] =", "#else", *plain.lines]
+            head += [f"#define {self.start}(k)", "#endif"]
+        return [*head, *(text for one in entries for text in one)]
 
     def macro(self) -> list[str]:
         """How many numbers are in a vector, unless the compiler is told."""
@@ -85,6 +96,7 @@ class PaddedRows:
         row = self.row(cols)
         to.line(f"static const {self.real} {name}[{rows} * {row}] = {{")
         for i, numbers in enumerate(X):
-            to.line(f"    [{i} * {row}] = {listed(numbers)[1:-1].strip()},")
+            at = entry("", (i, row))[1:-1]
+            to.line(f"    {self.start}({at}) {listed(numbers)[1:-1].strip()},")
         to.line("};")
         return to.lines

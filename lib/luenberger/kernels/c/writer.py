@@ -75,7 +75,15 @@ class C(Writer):
         self.line(f"}} while ({index} < {stop});")
 
     def need(self, text: str) -> None:
-        self.line(f"if (!({text})) {{ return 1; }}")
+        self.line(f"if (!({text})) {{")
+        self.line("    return 1;")
+        self.line("}")
+
+    def when(self, condition: str, text: str) -> None:
+        """One statement under a condition."""
+        self.line(f"if ({condition}) {{")
+        self.line(f"    {text}")
+        self.line("}")
 
     def call(self, what: str, given: Iterable[str], before: str = "") -> None:
         """A call, in lines that are not too long."""
