@@ -24,6 +24,7 @@ from ...run.measurements import first_sample
 from . import source_and_header
 from .identifiers import quoted
 from .observer import inputs
+from .selftest import selftest
 
 FULL = {k: k for k in ("C", "R", "E", "Gamma", "A", "B", "J", "As")} | {"Q": "Qs"}
 MOVES = ["J", "As", "Q"]  # what S makes of the outputs that arrived
@@ -48,7 +49,7 @@ def texts(
     whole, exact = settings.plant, settings.accurate
     expected = filter_data(whole, y, u, m1=exact, weight=weight, settle=None)
     body = source_and_header.source(module, filter_.functions)
-    body += "\n" + source_and_header.selftest(module, u, y, expected.x)
+    body += "\n" + selftest(module, u, y, expected.x)
     accurate = ", ".join(quoted(plant.output_names[k]) for k in settings.accurate)
     head = source_and_header.header(
         module,
@@ -292,8 +293,7 @@ class _Filter:
         to.when("isnan(y[i]) != 0", "refused = 1;")
         to.end()
         to.when("refused == 0", f"refused = {name}_complete(state, u, y, what);")
-        to.when("refused != 0", f"refused = {name}_partial(state, u, y, what);")
-        to.line("return refused;")
+        to.line(f"return (refused == 0) ? 0 : {name}_partial(state, u, y, what);")
         return function(source_and_header.prototype(self.module), to.lines)
 
 

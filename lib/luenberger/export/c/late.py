@@ -24,6 +24,7 @@ from .filter import settings_of
 from .identifiers import quoted
 from .late_kernels import Kernels
 from .observer import inputs
+from .selftest import selftest
 
 
 def texts(
@@ -196,7 +197,7 @@ class _Late(Kernels):
             "}",
         ]
         y = np.where(late, np.nan, y)
-        return source_and_header.selftest(
+        return selftest(
             self.module, u, y, wanted, {"late": events} if len(events) else {},
             lines if len(events) else (),
         )  # fmt: skip

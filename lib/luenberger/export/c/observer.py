@@ -12,6 +12,7 @@ from ...numeric.linalg import modes
 from ...observer import Observer
 from ...run.estimate import estimate
 from . import source_and_header
+from .selftest import selftest
 from .source_and_header import Signals
 
 ROWS = 24  # of the self-test
@@ -29,7 +30,7 @@ def texts(observer: Observer, name: str, real: str, signals: Signals) -> dict[st
     step, cost = _step(module, observer)
     u, y = inputs(m, p)
     body = source_and_header.source(module, [_init(module, observer), step])
-    body += "\n" + source_and_header.selftest(module, u, y, estimate(observer, y, u))
+    body += "\n" + selftest(module, u, y, estimate(observer, y, u))
     head = source_and_header.header(
         module,
         f"An observer of order {r}.",

@@ -44,7 +44,7 @@ class Panels:
 
     @property
     def restrict(self) -> str:
-        """The macro for `restrict`, which rule 8.14 of MISRA C:2012 forbids."""
+        """The macro for `restrict`, which rule 8.14 of MISRA forbids."""
         return f"{self.name}_RESTRICT"
 
     def lines(self) -> list[str]:
