@@ -43,11 +43,10 @@ def texts(
     """The two files of a plant's filter, by name."""
     settings = settings_of(plant, m1, weight, real)
     filter_ = _Filter(settings, Module(name, real))
-    module, n = filter_.module, settings.plant.n
+    module, plant, n = filter_.module, settings.plant, settings.plant.n
     u, y = map(np.array, inputs(plant.m, plant.p))
     y[4::5, 0], y[7::9] = np.nan, np.nan  # one missing, all missing
-    whole, exact = settings.plant, settings.accurate
-    expected = filter_data(whole, y, u, m1=exact, weight=weight, settle=None)
+    expected = filter_data(plant, y, u, m1=settings.accurate, weight=weight, settle=None)
     body = source_and_header.source(module, filter_.functions)
     body += "\n" + selftest(module, u, y, expected.x)
     accurate = ", ".join(quoted(plant.output_names[k]) for k in settings.accurate)
