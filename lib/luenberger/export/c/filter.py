@@ -46,9 +46,9 @@ def texts(
     module, plant, n = filter_.module, settings.plant, settings.plant.n
     u, y = map(np.array, inputs(plant.m, plant.p))
     y[4::5, 0], y[7::9] = np.nan, np.nan  # one missing, all missing
-    expected = filter_data(plant, y, u, m1=settings.accurate, weight=weight, settle=None)
+    wanted = filter_data(plant, y, u, m1=settings.accurate, weight=weight, settle=None)
     body = source_and_header.source(module, filter_.functions)
-    body += "\n" + selftest(module, u, y, expected.x)
+    body += "\n" + selftest(module, u, y, wanted.x)
     accurate = ", ".join(quoted(plant.output_names[k]) for k in settings.accurate)
     head = source_and_header.header(
         module,
