@@ -65,11 +65,8 @@ TARGETS = (  # row; over / under; asked
 
 
 SHORT = (  # rows of the table in the README of the repository
-    SMALL, TEN, "filter step, n = 30, p = 6", "filter step, n = 100, p = 10",
-    "constant-gain estimate, n = 3, p = 2", "exported C, filter, n = 3, p = 2",
-    "Monte Carlo of 10000 runs, n = 3, p = 2", "staircase and poles, n = 50, p = 5",
-    "fixed-order filter, 100 problems, n = 3 to 8", "import",
-    "first record, n = 3, warm cache", "first record, n = 3, cold cache",
+    "first record, n = 3, warm cache", SMALL, TEN, "exported C, filter, n = 3, p = 2",
+    "Monte Carlo of 10000 runs, n = 3, p = 2", "fit of noise, 10000 rows, n = 3, p = 2",
 )  # fmt: skip
 
 
