@@ -1,4 +1,4 @@
-"""The likelihood of a record and its gradient, in passes of the filter: one run.
+"""The likelihood of a record and its gradient, in passes of the filter in full.
 
 The same plants and records as in `filter_step`.  statsmodels computes the likelihood
 alone; a gradient by differences takes it one more likelihood for each number.

@@ -1,4 +1,4 @@
-"""A record through `smooth`: nanoseconds a row, and in passes of the filter.
+"""A record through `smooth`: nanoseconds a row, and in passes of the filter in full.
 
 The first contestant is `filter_data`, so that the ratios are passes; then the filter
 that keeps its covariances, as a smoother must, the smoother, the smoother with the
