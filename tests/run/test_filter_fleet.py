@@ -87,7 +87,7 @@ def test_what_is_wrong_is_said():
 
 
 def test_compiled_records_are_each_by_itself():
-    pytest.importorskip("numba")
+    pytest.importorskip("numba", reason="numba is an optional extra")
     plant, y, u = plant_and_records(2)
     y[1, 3:6, 0] = np.nan
     found = lb.filter_data(plant, y, u, backend="numba")

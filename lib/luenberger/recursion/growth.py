@@ -236,18 +236,18 @@ def _require(instant: int, rows: Passed, at: int, grown: Matrix) -> None:
     most = np.argsort(-far)[:count]
     names, unseen = rows.settings.plant.state_names, rows.settings.unseen_growth
     who = " and ".join(repr(names[j]) for j in sorted(most.tolist()))
-    why, first, often = (
+    why, advice, often = (
         f"outputs are missing from instant {instant} on, and an unstable mode has",
         "Give the rows behind the gap as a record of their own, with a P0 of its own",
         "measure more often",
     )
     if unseen:
         why = f"no output shows the unstable mode at {modes(unseen)}, which has"
-        first, often = "Add a sensor that sees it", "leave it out of the plant"
+        advice, often = "Add a sensor that sees it", "leave it out of the plant"
     raise DesignError(
         f"too few digits are left from instant {rows.first + at + k} on: {why} moved "
         f"{who}{' together' * (count > 1)}, to {far[most[-1]]:.0e} times the standard "
-        f"deviations that they had. What is small beside them is rounding. {first}; or "
+        f"deviations that they had. What is small beside them is rounding. {advice}; or "
         f"choose states in which this mode is one state; or {often}"
     )
 

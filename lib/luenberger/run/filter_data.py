@@ -83,8 +83,8 @@ def filter_data(
         one for each chunk, and memory stays flat.  The columns of a DataFrame are
         found by the plant's names, as in `estimate`.  An ndarray (M, N, p) holds M
         records of one plant; one that ends earlier has NaN from there on, and gets
-        predictions.  Those without gaps share a covariance, which is found once,
-        in full whatever `settle` is.
+        predictions.  All run in full, whatever `settle` is; in NumPy those without
+        gaps share one covariance.
     u : (N, m) array_like or DataFrame, or an iterator of chunks like y's, optional
         Known input at the same instants.  By default the columns of the DataFrame y
         that are named as inputs, or zero for an array; 0 if there is no known input.
@@ -228,7 +228,10 @@ def filter_data(
     tolerance = settle_tolerance(settle)
     if getattr(y, "ndim", 2) == 3:
         if arrival is not None:
-            raise ValueError("arrival is for one record; y holds many, (M, N, p)")
+            raise ValueError(
+                "arrival is for one record, and y holds many, (M, N, p): filter the "
+                "records that have late readings one by one"
+            )
         return filter_fleet(plant, y, u, time, m1, u0, weight, history, backend)
     if plant.dt == 0 and arrival is None:
         sampled = SampledPass(plant, m1, weight, tolerance)
