@@ -247,8 +247,8 @@ def _require(instant: int, rows: Passed, at: int, grown: Matrix) -> None:
     raise DesignError(
         f"too few digits are left from instant {rows.first + at + k} on: {why} moved "
         f"{who}{' together' * (count > 1)}, to {far[most[-1]]:.0e} times the standard "
-        f"deviations that they had. What is small beside them is rounding. {advice}; or "
-        f"choose states in which this mode is one state; or {often}"
+        f"deviations that they had. What is small beside them is rounding. {advice}; "
+        f"or choose states in which this mode is one state; or {often}"
     )
 
 
