@@ -73,6 +73,17 @@ def test_the_ball_counts_rounding_where_a_step_changes_nothing():
     assert 0 < off <= found.t * (found.unit[0] / found.inverse[0, 0]) ** 2 < 1e-12
 
 
+def test_rounding_of_a_row_is_carried_to_the_next():
+    """Estimates are apart by that of their own row, and at least that of the last."""
+    found, _ = from_variance(0.1)
+    rounding = np.array([1e-3])
+    carried = found.reach * found.length(found.ahead @ rounding)
+    own = rounding / np.sqrt(found.Sigma.diagonal())
+    assert (carried > 0).all()
+    assert (found.apart(0.0, rounding) >= (own + carried) * (1 - 1e-9)).all()
+    assert (found.apart(0.0, 0.0, 1e-3) >= found.reach * 1e-3 * (1 - 1e-9)).all()
+
+
 def test_a_covariance_that_has_settled_to_the_last_bit_is_as_good_as_rounding():
     run = lb.filter_data(SCALAR, np.zeros((100, 1)))
     whole = lb.filter_data(SCALAR, np.zeros((100, 1)), settle=None)
