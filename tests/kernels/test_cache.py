@@ -24,6 +24,7 @@ def forget():
     """As a new process would begin."""
     kernels.compiled.cache_clear()
     kernels.over_record.cache_clear()
+    kernels.LOADED.clear()
     cache.compiled.cache_clear()
 
 
@@ -398,3 +399,57 @@ def test_without_a_home_nothing_is_kept(monkeypatch):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setattr(Path, "home", homeless)
     assert cache.usable_folder() is None
+
+
+# -- what "auto" finds -----------------------------------------------------------------
+
+PLANT = lb.Plant([[0.5]], None, [[1]], dt=1.0, Q=[[2]], R=[[1]], P0=[[1]])
+RUNS = {
+    "filter": lambda rows, **how: lb.filter_data(PLANT, np.ones((rows, 1)), **how),
+    "smoother": lambda rows, **how: lb.smooth(PLANT, np.ones((rows, 1)), **how),
+    "observer": lambda rows, **how: lb.estimate(OBSERVER, np.ones((rows, 1)), **how),
+}
+
+
+@pytest.fixture
+def chosen(monkeypatch):
+    """What "auto" chose, call by call."""
+    found, choose = [], kernels.runs_compiled
+
+    def watched(backend, rows, *enough, **ready):
+        fast = choose(backend, rows, *enough, **ready)
+        if backend == "auto" and rows:
+            found.append(fast)
+        return fast
+
+    monkeypatch.setattr(kernels, "runs_compiled", watched)
+    monkeypatch.setattr("luenberger.run.estimate.runs_compiled", watched)
+    return found
+
+
+@pytest.mark.parametrize("run", RUNS.values(), ids=RUNS)
+def test_auto_uses_code_that_is_at_hand(home, chosen, run):
+    run(10)
+    run(10, backend="numba")
+    run(10)  # it is loaded
+    forget()
+    run(kernels.LOAD_ROWS - 1)  # not worth loading
+    run(kernels.LOAD_ROWS)
+    forget()
+    for path in kept(home, "luenberger_*.sha256"):
+        path.unlink()
+    run(kernels.LOAD_ROWS)
+    assert chosen == [False, True, False, True, False]
+
+
+def test_auto_asks_for_the_code_of_this_plant(home, chosen):
+    y = np.ones((10, 1))
+    lb.filter_data(PLANT, y, backend="numba")
+    other = lb.Plant(np.eye(2) / 2, None, np.eye(2)[:1], dt=1.0, Q=np.eye(2), R=[[1]],
+                     P0=np.eye(2))  # fmt: skip
+    lb.filter_data(other, y)
+    y[3] = np.nan  # other code than that of rows without gaps
+    lb.filter_data(PLANT, y)
+    lb.filter_data(PLANT, y, backend="numba")
+    lb.filter_data(PLANT, y)
+    assert chosen == [False, False, True]

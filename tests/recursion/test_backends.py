@@ -509,16 +509,18 @@ def test_designs_over_steps(kind, m1, plain, monkeypatch):
 # -- which backend ---------------------------------------------------------------------
 
 
-def test_auto_goes_by_the_length_alone():
+def test_auto_goes_by_the_length_where_nothing_is_at_hand():
     assert not kernels.runs_compiled("auto", kernels.AUTO_ROWS - 1)
     assert kernels.runs_compiled("auto", kernels.AUTO_ROWS)
-    assert not kernels.runs_compiled("numpy", 10**9)
+    assert kernels.runs_compiled("auto", 1, ready=lambda rows: rows == 1)
+    assert not kernels.runs_compiled("auto", 1, ready=lambda rows: rows > 1)
+    assert not kernels.runs_compiled("numpy", 10**9, ready=lambda rows: True)
     assert kernels.runs_compiled("numba", 1)
 
 
 def test_without_numba(monkeypatch):
     monkeypatch.setattr(kernels, "find_spec", lambda name: None)
-    assert not kernels.runs_compiled("auto", 10**9)
+    assert not kernels.runs_compiled("auto", 10**9, ready=lambda rows: True)
     with pytest.raises(ImportError, match=r"pip install 'luenberger\[fast\]'"):
         lb.filter_data(TRACKER, np.zeros((3, 2)), backend="numba", settle=None)
     observer = lb.kalman_filter(TRACKER)

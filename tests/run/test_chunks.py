@@ -207,6 +207,7 @@ def test_a_stream_that_proves_long_goes_on_compiled(monkeypatch):
         or over(self, state, y, u, False, history),
     )  # fmt: skip
     monkeypatch.setattr(kernels, "find_spec", lambda name: True)
+    monkeypatch.setattr(kernels, "LOADED", set())
     short = lb.Plant([[0.5]], None, [[1]], dt=1.0, Q=[[1]], R=[[1]], P0=[[1]])
     monkeypatch.setattr(kernels.runs_compiled, "__defaults__", (5,))
     list(lb.filter_data(short, iter([np.zeros((2, 1))] * 4)))

@@ -34,7 +34,8 @@ import numpy as np
 from . import stack
 
 FASTMATH = ("contract", "reassoc")  # sums may be taken in another order, NaNs count
-OPTIONS: dict[str, Any] = dict(error_model="numpy", fastmath=set(FASTMATH))
+OPTIONS: dict[str, Any] = dict(error_model="numpy", nogil=True)  # nogil: for threads
+OPTIONS["fastmath"] = set(FASTMATH)
 PACKAGE = Path(__file__).parents[1]
 DERIVING = ("symbolic", "papers/*/derivation", "*/derivation", "kernels")
 DERIVING += ("stage_list.py", "certificate.py", "errors.py", "numeric/linalg.py")
@@ -64,6 +65,19 @@ def derived(question: object, make: Callable[[], tuple[str, Any]]) -> tuple[str,
             said = f"a derivation is not kept: {error}"
             warnings.warn(said, CacheWarning, stacklevel=2)
     return text, arguments
+
+
+def keeps(question: object) -> bool:
+    """Whether the folder has machine code of the text that answers a question."""
+    name, folder = asked(question), usable_folder()
+    if not (name and folder):
+        return False
+    found = recall(folder / f"derived_{name}.txt", name)
+    if not found:
+        return False
+    text, types = found
+    stem = f"luenberger_{key(text, tuple(types.values()))}"
+    return (folder / f"{stem}.sha256").is_file()
 
 
 def recall(path: Path, name: str) -> tuple[str, Any] | None:
@@ -250,7 +264,8 @@ def key(text: str, types: tuple[str, ...]) -> str:
     import numba
 
     versions = numba.__version__, sys.version, sys.platform
-    parts = text, *types, *versions, *FASTMATH, inspect.getsource(stack)
+    options = (f"{name} {one}" for name, one in OPTIONS.items() if name != "fastmath")
+    parts = text, *types, *versions, *FASTMATH, *options, inspect.getsource(stack)
     return hashlib.sha256("\0".join(parts).encode()).hexdigest()[:32]
 
 

@@ -8,7 +8,9 @@ row in NumPy, `Block.run` as many as it can.  Another way to do rows enters as a
 from dataclasses import dataclass
 from functools import cached_property
 
-from ..kernels import Recursion
+import numpy as np
+
+from ..kernels import Recursion, at_hand, may_be_at_hand
 from ..numeric import Matrix
 from ..plant import Plant
 from .filter_stacks import FILTER, Block, Stacks, stacks_of
@@ -40,6 +42,16 @@ class Pass:
     @cached_property
     def stacks(self) -> Stacks | None:
         return stacks_of(self.settings)
+
+    def at_hand(
+        self, state: State, y: Matrix, rows: int, recursion: Recursion = FILTER
+    ) -> bool:
+        """Whether the code for rows like y, `rows` in all, has been compiled before."""
+        if not may_be_at_hand(rows) or (stacks := self.stacks) is None:
+            return False
+        changing = stacks.changing(stacks.complete(state, ~np.isnan(y)))
+        asked = recursion, stacks.sizes, stacks.entries(changing), changing
+        return at_hand(rows, *asked)
 
     def over(
         self, state: State, y: Matrix, u: Matrix, compile: bool, history: bool = False

@@ -94,8 +94,7 @@ class Stacks:
         """
         seen = np.isnan(y)
         np.logical_not(seen, out=seen)  # the first touch of new memory costs most
-        # with S, what carries over from the row before hangs on what it had
-        complete = bool(seen.all() and (not self.cross or state.seen.all()))
+        complete = self.complete(state, seen)
         if self.varying:
             now, before, good, stacks = self.instants(state, seen)
         elif complete:
@@ -110,6 +109,13 @@ class Stacks:
         u = np.concatenate([state.u[None], u]) if self.plant.m else empty
         given |= dict(now=now, before=before, good=good, y=y, u=u)
         return given, seen, self.changing(complete)
+
+    def complete(self, state: State, seen: Matrix) -> bool:
+        """Whether every output arrived, as far as rows from `state` on hang on it.
+
+        With S, what carries over from the row before hangs on what it had.
+        """
+        return bool(seen.all() and (not self.cross or state.seen.all()))
 
     def changing(self, complete: bool) -> frozenset[str]:
         """Names of the matrices that have an index."""

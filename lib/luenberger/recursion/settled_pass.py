@@ -108,6 +108,10 @@ class SettledPass:
         """The indices of its accurate outputs."""
         return self.run.accurate
 
+    def at_hand(self, state: State, y: Matrix, rows: int) -> bool:
+        """As `Pass.at_hand`."""
+        return self.run.at_hand(state, y, rows)
+
     def over(
         self, begin: Progress, y: Matrix, u: Matrix, compile: bool,
         history: bool = False,

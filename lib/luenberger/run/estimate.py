@@ -13,7 +13,15 @@ from ..arguments import expect
 from ..certificate import require_real
 from ..errors import SAMPLE
 from ..formats import dataframes
-from ..kernels import Recursion, entries_known, over_record, plain_array, runs_compiled
+from ..kernels import (
+    Recursion,
+    at_hand,
+    entries_known,
+    may_be_at_hand,
+    over_record,
+    plain_array,
+    runs_compiled,
+)
 from ..numeric import Given, Matrices, Matrix, Vector
 from ..observer import Observer
 from ..papers.leondes_novak.derivation import observer_step
@@ -86,8 +94,8 @@ def estimate(
         observer, at instant 0 (the mean of x[0]) for a time-varying filter.
     backend : "auto", "numpy" or "numba"
         "numba" runs code compiled for this observer (`pip install luenberger[fast]`),
-        the same to rounding; "auto" takes it for records of a million rows or more,
-        where numba is installed.
+        the same to rounding; "auto" takes it, where numba is installed, for a million
+        rows or more, or if it is at hand, as in `filter_data`.
 
     Returns
     -------
@@ -150,7 +158,7 @@ def _chunk(
             f"y has {here.stop} rows, the filter was designed for {o.steps}; design it "
             f"with steps={here.stop}, or filter_data(plant, y) takes any number"
         )
-    fast = runs_compiled(backend, here.stop, ESTIMATED)
+    fast = runs_compiled(backend, here.stop, ESTIMATED, ready=partial(_at_hand, o))
     z, found = (_compiled if fast else _plain)(o, z, y, u, here)
     return (here.stop, z), dataframes.like(table, found, o.estimate_names)
 
@@ -188,15 +196,36 @@ def _compiled(
     observer: Observer, z: Vector, y: Matrix, u: Matrix, here: slice
 ) -> tuple[Vector, Matrix]:
     """The same in compiled code."""
-    N, varying = len(y), observer.steps is not None
-    given = {name: getattr(observer, name) for name in "FGDPVW"}
-    stacks = {k: X if varying else X[None] for k, X in given.items()}
-    q, r = observer.P.shape[-2:]
-    sizes = dict(m=u.shape[1], p=y.shape[1], q=q, r=r)
-    step = over_stacks(OBSERVER, sizes, stacks, here)
-    z, w_hats = np.array(z, dtype=float), np.empty((N, q))
-    step(stop=N, z=z, y=plain_array(y), u=plain_array(u), w_hats=w_hats)
+    step = over_stacks(OBSERVER, *_stacks(observer), here)
+    z, w_hats = np.array(z, dtype=float), np.empty((len(y), len(observer.L)))
+    step(stop=len(y), z=z, y=plain_array(y), u=plain_array(u), w_hats=w_hats)
     return z, w_hats
+
+
+def _stacks(o: Observer) -> tuple[dict[str, int], Matrices]:
+    """The sizes of an observer, and stacks of its matrices."""
+    given = {name: getattr(o, name) for name in "FGDPVW"}
+    sizes = dict(m=o.G.shape[-1], p=o.D.shape[-1], q=len(o.L), r=o.order)
+    return sizes, {k: X if o.steps is not None else X[None] for k, X in given.items()}
+
+
+def _at_hand(observer: Observer, rows: int) -> bool:
+    """Whether the code for this observer has been compiled before."""
+    if not may_be_at_hand(rows):
+        return False
+    return at_hand(rows, *_question(OBSERVER, *_stacks(observer)))
+
+
+def _question(
+    recursion: Recursion, sizes: dict[str, int], stacks: Matrices
+) -> tuple[Recursion, tuple, tuple, frozenset[str]]:
+    """What `kernels.over_record` is asked for."""
+    changing = frozenset(name for name, X in stacks.items() if len(X) > 1)
+    known = tuple(
+        (name, entries_known((X == 0).all(axis=0), (X == 1).all(axis=0)))
+        for name, X in stacks.items()
+    )
+    return recursion, tuple(sizes.items()), known, changing
 
 
 def over_stacks(
@@ -211,12 +240,8 @@ def over_stacks(
     stack (S, rows, cols) of one matrix is the same in every row.  Entries that are 0,
     or 1, in all of a stack are known to the compiler; see `kernels.over_record`.
     """
-    changing = frozenset(name for name, X in stacks.items() if len(X) > 1)
-    known = tuple(
-        (name, entries_known((X == 0).all(axis=0), (X == 1).all(axis=0)))
-        for name, X in stacks.items()
-    )
-    step, given = over_record(recursion, tuple(sizes.items()), known, changing), {}
+    asked = _question(recursion, sizes, stacks)
+    step, changing, given = over_record(*asked), asked[-1], {}
     for name, X in stacks.items():
         part = X[here] if name in changing else X
         flat = part.reshape(len(part), X.shape[1] * X.shape[2])

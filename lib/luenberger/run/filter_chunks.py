@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -95,7 +96,8 @@ def _read(
     plant = run.plant
     outputs, inputs = (plant.p, plant.output_names), (plant.m, plant.input_names)
     y, u = chunks.arrays(y, u, outputs, inputs, missing=True)
-    return y, u, kernels.runs_compiled(backend, _last(plant, state, y))
+    ready = partial(run.at_hand, state.state, y)
+    return y, u, kernels.runs_compiled(backend, _last(plant, state, y), ready=ready)
 
 
 def _found(

@@ -8,7 +8,7 @@ from ..numeric import Matrix, Vector
 from ..plant import Plant
 from ..recursion.settings import Settings, accurate_outputs
 from ..recursion.settled_pass import Progress, SettledPass
-from ..recursion.state import History
+from ..recursion.state import History, State
 from .discretise import discretise
 
 ROWS = 1 << 13  # whose matrices are held at once
@@ -38,6 +38,10 @@ class SampledPass:
         self.accurate = accurate_outputs(plant, m1)
         self._even: tuple[float, SettledPass] | None = None  # a period, and its pass
         self._last: SettledPass | None = None
+
+    def at_hand(self, state: State, y: Matrix, rows: int) -> bool:
+        """As `Pass.at_hand`: no, because the discrete plant is not known yet."""
+        return False
 
     def over(
         self, begin: Progress, y: Matrix, u: Matrix, periods: Vector, compile: bool,

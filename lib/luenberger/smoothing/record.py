@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -120,7 +120,8 @@ class Smoother:
         values, inputs = chunks.arrays(y, u, *columns, missing=True)
         last = self.state.instant + len(values)
         require_instants(plant, last)
-        self.fast = kernels.runs_compiled(self.backend, last)
+        ready = partial(self.run.at_hand, self.state, values, recursion=KEPT)
+        self.fast = kernels.runs_compiled(self.backend, last, ready=ready)
         self.before = self.state
         new, self.state = self._filtered(self.state, values, inputs)
         self._require_digits(new, values, inputs)
