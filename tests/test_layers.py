@@ -33,6 +33,7 @@ SPECIAL = {
 INSIDE_A_FUNCTION = {
     "compare": {"pandas"},
     "export": {"control"},
+    "formats": {"pandas", "pyarrow"},
     "run": {"tqdm"},
     "kernels": {"numba", "llvmlite"},
     "ledger": {"latex2mathml"},

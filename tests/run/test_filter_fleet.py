@@ -77,7 +77,9 @@ def test_one_input_for_all_and_a_continuous_plant():
 
 def test_what_is_wrong_is_said():
     plant, y, u = plant_and_records(1)
-    with pytest.raises(ValueError, match=r"y must be \(M, N, 2\)"):
+    with pytest.raises(
+        ValueError, match=r"or \(M, N, 2\) for many records, got \(5, 20, 1\)"
+    ):
         lb.filter_data(plant, y[..., :1])
     with pytest.raises(ValueError, match="for all records"):
         lb.filter_data(plant, y, u[:, :4])

@@ -46,22 +46,35 @@ def replacing(path: str | Path) -> Iterator[TextIO]:
     ...     [path.name for path in Path(folder).iterdir()]
     ['a.txt']
     """
-    target = destination(path)
-    beside = target.with_name(f".luenberger-{secrets.token_hex(8)}")
-    try:
+    with beside(path) as new:
         try:
-            file = open(beside, "x", encoding="utf-8", newline="")
+            file = open(new, "x", encoding="utf-8", newline="")
         except OSError as error:  # the name the user knows
             raise type(error)(error.errno, error.strerror, str(path)) from None
         with file:
             yield file
             file.flush()
-        _move(beside, target)
+
+
+@contextlib.contextmanager
+def beside(path: str | Path) -> Iterator[Path]:
+    """A path for a new file, which takes the place of `path` if the block ends well.
+
+    Raises
+    ------
+    ValueError, OSError
+        As `replacing`.
+    """
+    target = destination(path)
+    new = target.with_name(f".luenberger-{secrets.token_hex(8)}")
+    try:
+        yield new
+        _move(new, target)
     except BaseException as error:
         if isinstance(error, OSError) and error.errno and not error.filename:
             error.filename = str(path)  # of a full disk, which says no more
         with contextlib.suppress(OSError):  # what went wrong first is what is said
-            beside.unlink()
+            new.unlink()
         raise
 
 

@@ -8,6 +8,7 @@ from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator
 from concurrent.futures import BrokenExecutor, Executor, Future
 from contextlib import contextmanager
+from itertools import islice
 from typing import Any, TypeVar
 
 Job = TypeVar("Job")
@@ -19,8 +20,13 @@ def in_order(
     function: Callable[[Job], Result],
     jobs: Iterable[Job],
     executor: Executor | None = None,
+    ahead: int | None = None,
 ) -> Generator[Result]:
-    """Yield function(job) for each job, in order; the first failure ends it all."""
+    """Yield function(job) for each job, in order; the first failure ends it all.
+
+    At most `ahead` jobs are with the executor, so that memory is for so many; None is
+    all of them.
+    """
     if executor is None:
         yield from map(function, jobs)
         return
@@ -30,13 +36,16 @@ def in_order(
             f"ProcessPoolExecutor or a Dask client's get_executor(), got {executor!r}"
         )
     waiting: deque[Future] = deque()
+    left = iter(jobs)
     try:
-        for job in jobs:
+        for job in islice(left, ahead):
             waiting.append(executor.submit(function, job))
         while waiting:
             # held while it is awaited, so that it too is called off if we are
             result = waiting[0].result()
             waiting.popleft()
+            for job in islice(left, 1):
+                waiting.append(executor.submit(function, job))
             yield result
     except BrokenExecutor as error:
         raise BrokenExecutor(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from concurrent.futures import Executor
 from functools import partial
 from typing import Any, overload
 
@@ -23,7 +24,9 @@ from . import arrivals, chunks
 from . import filter_chunks as by
 from .clock import Clock, of_record
 from .filter_chunks import Filtered
-from .filter_fleet import filter_fleet
+from .filter_fleet import FilteredFleet, filter_fleet
+from .fleet_records import Many, many
+from .fleet_tasks import Into, Where
 from .sampled_pass import SampledPass
 from .timed import timed
 
@@ -38,12 +41,26 @@ def filter_data(
     settle: float | None = ..., arrival: Any = ..., horizon: int | None = ...,
 ) -> Iterator[Filtered]: ...  # fmt: skip
 @overload
+def filter_data(  # type: ignore[overload-overlap]  # an array is a record, too
+    plant: Plant, y: Many, u: Given | int = ..., *, time: Any = ...,
+    m1: Outputs = ..., u0: Given = ..., weight: Given | str = ...,
+    history: bool = ..., backend: str = ..., settle: float | None = ...,
+    executor: Executor | None = ..., chunk: int | None = ..., into: None = ...,
+) -> FilteredFleet: ...  # fmt: skip
+@overload
 def filter_data(
     plant: Plant, y: ArrayLike, u: Given | int = ..., *, time: Any = ...,
     m1: Outputs = ..., u0: Given = ..., weight: Given | str = ...,
     history: bool = ..., backend: str = ..., settle: float | None = ...,
     arrival: Any = ..., horizon: int | None = ...,
 ) -> Filtered: ...  # fmt: skip
+@overload
+def filter_data(
+    plant: Plant, y: ArrayLike, u: Given | int = ..., *, time: Any = ...,
+    m1: Outputs = ..., u0: Given = ..., weight: Given | str = ...,
+    history: bool = ..., backend: str = ..., settle: float | None = ...,
+    executor: Executor | None = ..., chunk: int | None = ..., into: Into,
+) -> None: ...  # fmt: skip
 def filter_data(
     plant: Plant,
     y: Any,
@@ -58,6 +75,9 @@ def filter_data(
     settle: float | None = 1e-9,
     arrival: Any = None,
     horizon: int | None = None,
+    executor: Executor | None = None,
+    chunk: int | None = None,
+    into: Into | None = None,
 ) -> Any:
     """Filter a record in one pass, with its covariance; NaN means not measured.
 
@@ -81,10 +101,8 @@ def filter_data(
         Measurements at instants 1 .. N.  NaN, None, pandas.NA and what a mask covers
         were not measured.  With an iterator the result is an iterator of `Filtered`,
         one for each chunk, and memory stays flat.  The columns of a DataFrame are
-        found by the plant's names, as in `estimate`.  An ndarray (M, N, p) holds M
-        records of one plant; one that ends earlier has NaN from there on, and gets
-        predictions.  All run in full, whatever `settle` is; in NumPy those without
-        gaps share one covariance.
+        found by the plant's names, as in `estimate`.  An array (M, N, p), or a list of
+        records (N, p), are M records of one plant: see `FilteredFleet`.
     u : (N, m) array_like or DataFrame, or an iterator of chunks like y's, optional
         Known input at the same instants.  By default the columns of the DataFrame y
         that are named as inputs, or zero for an array; 0 if there is no known input.
@@ -119,12 +137,21 @@ def filter_data(
     horizon : int, optional
         A reading that arrives more than so many rows after its own is refused; by
         default none is.
+    executor : concurrent.futures.Executor, optional
+        Where many records are filtered: a pool of threads or processes, or that of a
+        Dask cluster, ``client.get_executor()``.  Default here.  It changes no bit.
+    chunk : int, optional
+        Of many records, how many a task of the executor takes, in blocks of 64.
+    into : path or callable, optional
+        Where many records go part by part, so that memory is for a few parts: a file
+        ``.npz``, a table ``.parquet`` (`pip install luenberger[tables]`), or a function
+        of the number of the first record of a part and its `FilteredFleet`.
 
     Returns
     -------
-    Filtered, or an iterator of Filtered
+    Filtered, FilteredFleet, or an iterator of Filtered
         For a DataFrame or Series y, x and std are DataFrames with its index.  Of many
-        records a `FilteredFleet`, whose arrays have the record first.
+        records a `FilteredFleet`, or None with `into`.
 
     Raises
     ------
@@ -229,13 +256,11 @@ def filter_data(
     u0 = dataframes.entries("u0", u0, plant.input_names)
     u0 = np.zeros(plant.m) if u0 is None else chunks.single("u0", u0, plant.m)
     tolerance = settle_tolerance(settle)
-    if getattr(y, "ndim", 2) == 3:
-        if arrival is not None:
-            raise ValueError(
-                "arrival is for one record, and y holds many, (M, N, p): filter the "
-                "records that have late readings one by one"
-            )
-        return filter_fleet(plant, y, u, time, m1, u0, weight, history, backend)
+    where = Where(executor, chunk, into)
+    if many(y):
+        given = plant, y, u, time, m1, u0, weight, history, backend
+        return filter_fleet(*given, where, arrival)
+    where.require_none()
     if plant.dt == 0 and arrival is None:
         sampled = SampledPass(plant, m1, weight, tolerance)
         each = partial(by.sampled_chunk, sampled, history, backend)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -11,14 +12,32 @@ from .. import kernels
 from ..fleets import filter_block
 from ..numeric import Matrix, Vector
 from ..plant import Plant
+from ..recursion.filter_pass import Pass
 from ..recursion.settings import Settings
-from . import chunks
+from ..recursion.state import start
+from . import fleet_tasks
 from .clock import Clock, of_record, require_instants
+from .fleet_records import Records
+from .fleet_tasks import Arrays, Where
 
 
 @dataclass(frozen=True, eq=False)
 class FilteredFleet:
     """What `filter_data` returns of many records (M, N, p), the record first.
+
+    Records are numbered from 0 and have the same instants.  Each has a start of its
+    own, ``x0`` and ``P0`` of the plant.  One that ends earlier has NaN from there on,
+    as lists of records (N, p) with several lengths get it, and predictions without
+    readings; that is also what a record without any reading has.  An array on disk, as
+    ``numpy.load(path, mmap_mode="r")`` opens it, is read part by part.
+
+    All records run in full, whatever `settle` is.  Those with the same gaps may share
+    one covariance.  The bits of a record do not depend on the records beside it, nor
+    on the executor, its workers and what a task takes; they do depend on the backend,
+    and "auto" counts the rows of all records.
+
+    A record that is refused ends the call with its number, and nothing is written to a
+    file.  To find all that are: filter them one by one, ``filter_data(plant, y[k])``.
 
     Attributes
     ----------
@@ -28,12 +47,23 @@ class FilteredFleet:
         Error covariance at the last row; with ``history=True`` at every row.
     K : (M, N, n, p) ndarray or None
         Gains, with ``history=True``; the columns of missing outputs are zero.
+
+    Examples
+    --------
+    >>> import luenberger as lb
+    >>> plant = lb.Plant([[1]], None, [[1]], dt=1.0, Q=[[0]], R=[[1]], P0=[[1]])
+    >>> found = lb.filter_data(plant, [[[2], [2]], [[4]]])  # the second ends earlier
+    >>> found
+    <FilteredFleet: 2 records of 2 rows, 1 states>
+    >>> found.x[:, :, 0].round(4)
+    array([[1.    , 1.3333],
+           [2.    , 2.    ]])
     """
 
     x: np.ndarray
     std: np.ndarray
     P: np.ndarray
-    K: np.ndarray | None
+    K: np.ndarray | None = None
 
     def __len__(self) -> int:
         return len(self.x)
@@ -43,37 +73,69 @@ class FilteredFleet:
         return f"<FilteredFleet: {M} records of {N} rows, {n} states>"
 
 
+@dataclass(frozen=True)
+class _Filter:
+    """The filter of some records, which goes to where they are filtered."""
+
+    plant: Plant
+    m1: Any
+    weight: Any
+    u0: Vector
+    compile: bool
+    history: bool
+
+    def __call__(self, first: int, y: Matrix, u: Matrix) -> Arrays:
+        settings = Settings(self.plant, self.m1, self.weight)
+        u = np.broadcast_to(u, (*y.shape[:2], self.plant.m))
+        found = filter_block(settings, y, u, self.u0, self.compile, self.history, first)
+        return {name: X for name, X in found._asdict().items() if X is not None}
+
+
 def filter_fleet(
     plant: Plant, y: Any, u: Any, time: Any, m1: Any, u0: Vector, weight: Any,
-    history: bool, backend: str,
-) -> FilteredFleet:  # fmt: skip
+    history: bool, backend: str, where: Where, arrival: Any = None,
+) -> FilteredFleet | None:  # fmt: skip
     """Filter records y (M, N, p) of one plant, all with the same instants."""
-    values = chunks.real("y", y, "an array of numbers")
-    M, N, p = values.shape
-    if p != plant.p:
-        raise ValueError(f"y must be (M, N, {plant.p}), got {values.shape}")
-    rows = chunks.rows("y", values.reshape(M * N, p), p, missing=True)
-    if plant.dt == 0:
-        plant = of_record(plant, np.zeros((N, p)), time)
-    else:
-        Clock(plant, time).follow(np.zeros((N, p)))
-    require_instants(plant, N)
-    fast = kernels.runs_compiled(backend, N)
-    settings = Settings(plant, m1, weight)
-    inputs = _inputs(u, M, N, plant.m)
-    found = filter_block(settings, rows.reshape(M, N, p), inputs, u0, fast, history)
-    return FilteredFleet(*found)
-
-
-def _inputs(u: Any, M: int, N: int, m: int) -> Matrix:
-    """Inputs of every record (M, N, m), from (M, N, m), (N, m) for all, or none."""
-    if u is None or (isinstance(u, int | float) and u == 0):
-        return np.zeros((M, N, m))
-    values = chunks.real("u", u, "an array of numbers")
-    if values.shape not in ((M, N, m), (N, m)):
+    if arrival is not None:
         raise ValueError(
-            f"u must be ({M}, {N}, {m}), or ({N}, {m}) for all records, got "
-            f"{values.shape}"
+            "arrival is for one record, and y holds many, (M, N, p): filter the "
+            "records that have late readings one by one"
         )
-    chunks.rows("u", values.reshape(-1, m) if m else np.zeros((0, 0)), m)
-    return np.broadcast_to(values, (M, N, m))
+    records = Records.of(y, u, plant.p, plant.m)
+    plant = at_rows(plant, records.rows, time)
+    settings = Settings(plant, m1, weight)
+    fast = runs_compiled(backend, settings, records, u0)
+    task = _Filter(plant, m1, weight, u0, fast, history)
+    names = plant.state_names
+    columns = {"x": [*names], "std": [f"{name}_sigma" for name in names]}
+    n, p = plant.n, plant.p
+    numbers = plant.m + p + 2 * n + (n * (n + p) if history else 0)
+    found: FilteredFleet | None = fleet_tasks.run(
+        task, records, where, FilteredFleet, columns, numbers
+    )
+    return found
+
+
+def at_rows(plant: Plant, rows: int, time: Any) -> Plant:
+    """The discrete plant at so many rows; `time` as in `filter_data`."""
+    nothing = np.zeros((rows, plant.p))
+    if plant.dt == 0:
+        plant = of_record(plant, nothing, time)
+    else:
+        Clock(plant, time).follow(nothing)
+    require_instants(plant, rows)
+    return plant
+
+
+def runs_compiled(
+    backend: str, settings: Settings, records: Records, u0: Vector
+) -> bool:
+    """Whether compiled code is to filter the records: all their rows count."""
+    way = Pass(settings)
+    begin = partial(start, settings, settings.plant.x0, u0)
+
+    def ready(rows: int) -> bool:
+        y, _ = records.block(0, 1)
+        return len(y) > 0 and way.at_hand(begin(), y[0], rows)
+
+    return kernels.runs_compiled(backend, len(records) * records.rows, ready=ready)
