@@ -264,12 +264,12 @@ def test_shapes_that_do_not_fit_are_said(y, u, said):
 def test_numbers_that_are_none_are_said_with_record_and_row(fleet):
     y, u = (np.array(X) for X in fleet)
     y[100, 4] = np.inf
-    with pytest.raises(ValueError, match="y is infinite in record 100, row 4"):
+    with pytest.raises(ValueError, match="y in record 100, row 4 is infinite"):
         lb.filter_data(PLANT, y, u, chunk=64, into=lambda first, found: None)
     u[90, 2] = np.nan
-    with pytest.raises(ValueError, match="u is missing or not finite in record 90, ro"):
+    with pytest.raises(ValueError, match="u in record 90, row 2 is missing or not"):
         lb.filter_data(PLANT, fleet[0], u)
-    with pytest.raises(ValueError, match="u is missing or not finite in row 2"):
+    with pytest.raises(ValueError, match="u in row 2 is missing or not finite"):
         lb.filter_data(PLANT, fleet[0], u[90])
 
 

@@ -39,7 +39,7 @@ class Records:
     u : (M, N, m) or (N, m) array
         Inputs of each record, or of all.
     missing : bool
-        Whether NaN is an output that was not measured.
+        Whether outputs may be missing before a record has ended.
     """
 
     y: Any
@@ -96,9 +96,20 @@ class Records:
         y = chunks.real("y", self.y[begin:end], "an array of numbers")
         u = self.u[begin:end] if self.u.ndim == 3 else self.u
         u = chunks.real("u", u, "an array of numbers")
-        _require("y", y, np.isinf(y), begin)
-        _require("u", u, ~np.isfinite(u), begin)
+        _require("y", np.isinf(y), "infinite", begin)
+        _require("u", ~np.isfinite(u), "missing or not finite", begin)
+        if not self.missing:
+            gaps = np.isnan(y) & ~ended(y)[..., None]
+            what = "missing before the end (filter_data takes gaps)"
+            _require("y", gaps, what, begin)
         return y, u
+
+
+def ended(y: Matrix) -> Matrix:
+    """Where records (M, N, p) have ended, (M, N): nothing is measured from there on."""
+    absent = np.isnan(y).all(axis=2)
+    behind = np.logical_and.accumulate(absent[:, ::-1], axis=1)[:, ::-1]
+    return np.asarray(behind)
 
 
 def padded(records: Sequence[Matrix], value: float) -> Matrix:
@@ -137,14 +148,12 @@ def _inputs(u: Sequence[Any], m: int, lengths: Sequence[int]) -> Matrix:
     return padded(found, 0.0)
 
 
-def _require(name: str, X: Matrix, bad: Matrix, begin: int) -> None:
+def _require(name: str, bad: Matrix, what: str, begin: int) -> None:
     """ValueError naming the first bad record, counted from `begin`, and its row."""
-    if not bad.any():
-        return
-    *record, row, _ = np.argwhere(bad)[0].tolist()
-    where = f"record {begin + record[0]}, row {row}" if record else f"row {row}"
-    what = "infinite" if name == "y" else "missing or not finite"
-    raise ValueError(f"{name} is {what} in {where}")
+    if bad.any():
+        *record, row, _ = np.argwhere(bad)[0].tolist()
+        where = f"record {begin + record[0]}, row {row}" if record else f"row {row}"
+        raise ValueError(f"{name} in {where} is {what}")
 
 
 def parts(total: int, size: int) -> Iterator[tuple[int, int]]:

@@ -19,7 +19,7 @@ from ..observer import Observer
 from ..papers.leondes_novak.derivation import side_by_side_step
 from ..plant import Plant
 from .claims import RULED_OUT, Claim
-from .estimate import over_stacks, start
+from .observer_pass import over_stacks, start
 from .simulate import draw, follow, over, times, trajectory
 
 BLOCK = 64  # runs; part of what defines the result's last bits

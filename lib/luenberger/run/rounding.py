@@ -17,7 +17,7 @@ import numpy as np
 from ..numeric import Matrix, Vector
 from ..observer import Observer
 from ..plant import Plant
-from .estimate import plain
+from .observer_pass import plain
 from .simulate import simulate
 
 Record = tuple[Matrix, Matrix]  # y and u

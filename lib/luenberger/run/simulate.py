@@ -17,7 +17,7 @@ from ..observer import Observer
 from ..period import hold
 from ..plant import Instant, Plant
 from .chunks import real, rows, single
-from .estimate import start
+from .observer_pass import start
 
 Seed = int | np.random.SeedSequence | None
 WHOLE = 64 * 64  # entries of a matrix that BLAS multiplies without dividing the work
@@ -217,16 +217,20 @@ def _joint(now: Instant) -> Matrix:
 def follow(
     observer: Observer, y: Matrix, u: Matrix, state: Vector
 ) -> tuple[Matrix, Matrix]:
-    """States (N, r, runs) and estimates (N, q, runs) from measurements (N, p, runs)."""
+    """States (N, r, runs) and estimates (N, q, runs) from measurements (N, p, runs).
+
+    Inputs are (N, m, runs), or (N, m) of all runs.
+    """
     N, r, o = len(y), observer.order, observer
+    u = u if u.ndim == 3 else u[..., None]
     F, G, D, P, V, W = (over(X, N) for X in (o.F, o.G, o.D, o.P, o.V, o.W))
-    drive = times(D, y) + times(G, u[..., None])
+    drive = times(D, y) + times(G, u)
     z = np.empty((N, r, y.shape[-1]))
     z[0] = state[:, None]
     for k in range(N - 1):
         times(F if F.ndim == 2 else F[k], z[k], out=z[k + 1])
         z[k + 1] += drive[k]
-    return z, times(P, z) + times(V, y) + times(W, u[..., None])
+    return z, times(P, z) + times(V, y) + times(W, u)
 
 
 def _input(u: ArrayLike | None, length: int, m: int) -> Matrix:
