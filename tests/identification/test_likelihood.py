@@ -215,3 +215,64 @@ def test_units_of_outputs_only_add_a_constant(kind, power):
     )  # fmt: skip
     found = lb.log_likelihood(other, y * unit, u, u0=u0)
     assert found + 4 * power * np.log(2) == pytest.approx(wanted, rel=1e-12)
+
+
+# -- many records ----------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def fleet():
+    rng = np.random.default_rng(8)
+    plant = generators.plant(rng, 3, 2, m=1)
+    y, u = rng.standard_normal((5, 30, 2)), rng.standard_normal((5, 30, 1))
+    y[1, 3:6, 0] = y[2, 15:] = y[3] = np.nan  # a gap; ends earlier; never measured
+    return plant, y, u
+
+
+@pytest.mark.parametrize("backend", ["numpy", "numba"])
+def test_an_array_of_records_is_a_list_of_them(fleet, backend):
+    pytest.importorskip("numba", reason="numba is an optional extra")
+    plant, y, u = fleet
+    one, slope = lb.log_likelihood(plant, y, u, gradient=True, backend=backend)
+    two, same = lb.log_likelihood(
+        plant, list(y), list(u), gradient=True, backend=backend
+    )
+    assert one == two
+    for name in slope:
+        np.testing.assert_array_equal(slope[name], same[name])
+    shared = lb.log_likelihood(plant, y, u[0], backend=backend)
+    assert shared == lb.log_likelihood(plant, list(y), [u[0]] * 5, backend=backend)
+
+
+@pytest.mark.parametrize("unknown", [False, True])
+def test_each_record_has_its_value(fleet, unknown):
+    plant, y, u = fleet
+    if unknown:
+        plant, y, u = dataclasses.replace(plant, P0=None), y[:3], u[:3]
+    values, slopes = lb.log_likelihood(plant, y, u, each=True, gradient=True)
+    assert values.shape == (len(y),)
+    for k in range(len(y)):
+        wanted, slope = lb.log_likelihood(plant, y[k], u[k], gradient=True)
+        np.testing.assert_allclose(values[k], wanted, rtol=1e-12)
+        for name in slope:
+            np.testing.assert_allclose(slopes[name][k], slope[name], rtol=1e-9, atol=0)
+    whole = lb.log_likelihood(plant, y, u)
+    np.testing.assert_allclose(values.sum(), whole, rtol=1e-12)
+    np.testing.assert_array_equal(lb.log_likelihood(plant, y, u, each=True), values)
+    assert unknown or values[3] == 0
+    assert lb.log_likelihood(plant, y[0], u[0], each=True).shape == (1,)
+
+
+def test_a_record_that_is_refused_is_named(fleet):
+    plant, y, u = fleet
+    bad = np.array(y)
+    bad[4, 2, 1] = np.inf
+    with pytest.raises(ValueError, match="record 4: y is infinite in row 2"):
+        lb.log_likelihood(plant, bad, u)
+    with pytest.raises(ValueError, match=r"u must be \(5, 30, m\), or \(30, m\)"):
+        lb.log_likelihood(plant, y, u[:, :3])
+    exact = lb.Plant([[1]], None, [[1]], dt=1.0, Q=[[0]], R=[[0]], P0=[[1]])
+    said = "record 1: .*instant 2"
+    for how in ({}, {"each": True}):
+        with pytest.raises(lb.DesignError, match=said):
+            lb.log_likelihood(exact, np.array([[[1.0], [1]], [[1], [2]]]), **how)

@@ -18,7 +18,7 @@ from ..recursion.state import start
 from ..run import chunks
 from . import diffuse, score
 from .predictions import trail_of
-from .records import several, split
+from .records import named, several, split
 from .settled_record import Evaluator
 from .trail import Trail
 
@@ -36,13 +36,23 @@ class Record(NamedTuple):
 @overload
 def log_likelihood(
     plant: Plant, y: Any, u: Any = ..., *, m1: Outputs = ..., u0: Given = ...,
-    gradient: Literal[False] = ..., backend: str = ...
+    gradient: Literal[False] = ..., each: Literal[False] = ..., backend: str = ...
 ) -> float: ...  # fmt: skip
 @overload
 def log_likelihood(
     plant: Plant, y: Any, u: Any = ..., *, m1: Outputs = ..., u0: Given = ...,
-    gradient: Literal[True], backend: str = ...
+    gradient: Literal[False] = ..., each: Literal[True], backend: str = ...
+) -> np.ndarray: ...  # fmt: skip
+@overload
+def log_likelihood(
+    plant: Plant, y: Any, u: Any = ..., *, m1: Outputs = ..., u0: Given = ...,
+    gradient: Literal[True], each: Literal[False] = ..., backend: str = ...
 ) -> tuple[float, Matrices]: ...  # fmt: skip
+@overload
+def log_likelihood(
+    plant: Plant, y: Any, u: Any = ..., *, m1: Outputs = ..., u0: Given = ...,
+    gradient: Literal[True], each: Literal[True], backend: str = ...
+) -> tuple[np.ndarray, Matrices]: ...  # fmt: skip
 def log_likelihood(
     plant: Plant,
     y: Any,
@@ -51,6 +61,7 @@ def log_likelihood(
     m1: Outputs = 0,
     u0: Given = None,
     gradient: bool = False,
+    each: bool = False,
     backend: str = "auto",
 ) -> Any:
     """The logarithm of the likelihood of a record under a plant.
@@ -77,26 +88,29 @@ def log_likelihood(
     ----------
     plant : Plant
         Discrete, with Q and R.
-    y : (N, p) array_like or pandas.DataFrame, or a list of them
-        As in `filter_data`: row k is instant k + 1, and NaN was not measured.  Of a
-        list of records, all of this plant and each with a start of its own, the
-        likelihoods multiply.
-    u : (N, m) array_like or DataFrame, or a list of them, optional
-        Known inputs, as in `filter_data`.
+    y : (N, p) array_like or pandas.DataFrame, (M, N, p) array, or a list of records
+        As in `filter_data`: row k is instant k + 1, and NaN was not measured.  Of many
+        records, all of this plant and each with a start of its own, the likelihoods
+        multiply, so that the sum of their logarithms is returned; see `each`.
+    u : (N, m) array_like or DataFrame, or as many of them, optional
+        Known inputs, as in `filter_data`; (N, m) for all records of an array.
     m1 : int or sequence, default 0
         Accurate outputs, as in `filter_data`.  A likelihood does not depend on the
         filter, so they must be outputs without noise, and nothing changes.
-    u0 : (m,) array_like, or a list of them, optional
+    u0 : (m,) array_like, or a list of them for a list of records, optional
         Input from instant 0 to 1, default zero.
     gradient : bool, default False
         Return the gradient as well, from one pass back over the record; it takes at
         most three times as long as the filter.
+    each : bool, default False
+        Return the value of each record, (M,), and gradients with the record first,
+        instead of their sums.
     backend : "auto", "numpy" or "numba"
         As in `filter_data`.
 
     Returns
     -------
-    float, or (float, dict of str to ndarray)
+    float, (M,) ndarray with `each`, or (that, dict of str to ndarray)
         A record without a measurement has the likelihood 1, of which this is 0.  With
         ``gradient=True`` also the gradient in "A", "B", "C", "E", "Q", "R", "S", "x0"
         and "P0", as far as the plant has them, in their shapes.  Each is the matrix G
@@ -142,25 +156,43 @@ def log_likelihood(
     >>> plant = lb.Plant([[1]], None, [[1]], dt=1.0, Q=[[0]], R=[[1]], P0=[[3]])
     >>> round(lb.log_likelihood(plant, [[0], [0]]), 4)
     -2.8108
+    >>> many = [[[0], [0]], [[1], [1]]]  # two records; their sum without each=True
+    >>> lb.log_likelihood(plant, many, each=True).round(4)
+    array([-2.8108, -2.9537])
     >>> _, slope = lb.log_likelihood(plant, [[0], [0]], gradient=True)
     >>> slope["R"].round(4)
     array([[-0.5714]])
     """
     expect(plant=plant)
-    unknown = plant.P0 is None
     require_noise(plant)
     require_noise_free(plant, m1)
     records = [*_records(plant, y, u, u0)]
     fast = kernels.runs_compiled(backend, sum(len(one.y) for one in records))
-    if fast and plant.steps is None and records:
-        wanted = score.names(plant) if gradient else ()
-        settled = Evaluator(records, fast)(
-            plant.at(0), None if unknown else plant, wanted
-        )
-        if settled is not None:
-            return settled if gradient else settled[0]
-    found = row_by_row(plant, records, fast, score.names(plant) if gradient else ())
+    wanted = score.names(plant) if gradient else ()
+    if each:
+        every = []
+        for k, one in enumerate(records):
+            with named(k, len(records)):
+                every.append(_together(plant, [one], fast, wanted))
+        slopes = {
+            name: np.array([slope[name] for _, slope in every]) for name in wanted
+        }
+        values = np.array([value for value, _ in every])
+        return (values, slopes) if gradient else values
+    found = _together(plant, records, fast, wanted)
     return found if gradient else found[0]
+
+
+def _together(
+    plant: Plant, records: Sequence[Record], fast: bool, wanted: tuple[str, ...]
+) -> tuple[float, Matrices]:
+    """The likelihood of records, with one gain where theirs has settled."""
+    if fast and plant.steps is None and records:
+        known = None if plant.P0 is None else plant
+        settled = Evaluator(records, fast)(plant.at(0), known, wanted)
+        if settled is not None:
+            return settled
+    return row_by_row(plant, records, fast, wanted)
 
 
 def row_by_row(
@@ -170,8 +202,9 @@ def row_by_row(
     unknown = plant.P0 is None
     settings = Settings(diffuse.any_start(plant) if unknown else plant, 0)
     total, slopes = 0.0, dict[str, np.ndarray]()
-    for one in records:
-        found, slope = _of_record(settings, unknown, one, fast, wanted)
+    for k, one in enumerate(records):
+        with named(k, len(records)):
+            found, slope = _of_record(settings, unknown, one, fast, wanted)
         total += found
         slopes = {name: slopes.get(name, 0) + X for name, X in slope.items()}
     return total, slopes
@@ -233,14 +266,15 @@ def _records(plant: Plant, y: Any, u: Any, u0: Any) -> Iterator[Record]:
     """One record, or each of several."""
     pairs = split(y, u, plant.p)
     begin = [u0] * len(pairs)
-    if several(y, plant.p) and u0 is not None:
+    if isinstance(y, list | tuple) and several(y, plant.p) and u0 is not None:
         if not isinstance(u0, list | tuple) or len(u0) != len(pairs):
             raise ValueError(
                 f"y is a list of {len(pairs)} records, so u0 must be a list as long"
             )
         begin = list(u0)
-    for (y, u), first in zip(pairs, begin):
-        yield _record(plant, y, u, first)
+    for k, ((y, u), first) in enumerate(zip(pairs, begin)):
+        with named(k, len(pairs)):
+            yield _record(plant, y, u, first)
 
 
 def _record(plant: Plant, y: Any, u: Any, u0: Any) -> Record:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -20,7 +21,9 @@ Records = list[tuple[Matrix, Matrix]]  # (y, u) of each
 
 
 def several(y: Any, p: int) -> bool:
-    """Whether y is a list of records: arrays (N, p) or tables; with p = 1 also (N,).
+    """Whether y is many records: an array (M, N, p), or a list of records.
+
+    These are arrays (N, p) or tables; with p = 1 also (N,).
 
     Raises
     ------
@@ -33,7 +36,7 @@ def several(y: Any, p: int) -> bool:
             f"{'empty' if isinstance(y, list | tuple) else 'a ' + type(y).__name__}"
         )
     if not isinstance(y, list | tuple):
-        return False
+        return getattr(y, "ndim", 0) == 3
     sizes = [_size(one) for one in y]
     records = [len(s) == 2 or (p == 1 == len(s) and s != (1,)) for s in sizes]
     if all(records):
@@ -75,12 +78,38 @@ def split(y: Any, u: Any, p: int) -> list[tuple[Any, Any]]:
         return [(y, u)]
     if u is None or (isinstance(u, int | float) and u == 0):
         return [(one, None) for one in y]
+    if not isinstance(y, list | tuple):
+        return list(zip(y, _inputs(y, u)))
     if not isinstance(u, list | tuple) or len(u) != len(y):
         raise ValueError(
             f"y is a list of {len(y)} records, so u must be a list as long; got "
             f"{short(u)}"
         )
     return list(zip(y, u))
+
+
+def _inputs(y: np.ndarray, u: Any) -> np.ndarray:
+    """Inputs of each record of an array, from (M, N, m), or (N, m) for all."""
+    u = np.asarray(u)
+    if u.shape[:-1] == y.shape[1:2]:
+        return np.broadcast_to(u, (len(y), *u.shape))
+    if u.shape[:-1] != y.shape[:2]:
+        raise ValueError(
+            f"y is {y.shape}, so u must be ({len(y)}, {y.shape[1]}, m), or "
+            f"({y.shape[1]}, m) for all records, got {u.shape}"
+        )
+    return u
+
+
+@contextmanager
+def named(k: int, of: int) -> Iterator[None]:
+    """What is refused inside gets the number k of the record, if there are several."""
+    try:
+        yield
+    except ValueError as error:
+        if of == 1:
+            raise
+        raise type(error)(f"record {k}: {error}") from error
 
 
 def read(plant: Plant, y: Any, u: Any = None) -> Records:
