@@ -9,6 +9,8 @@ import pytest
 from bounds_of_settling import of_plant
 
 import luenberger as lb
+from luenberger.numeric.rounded import Rounded
+from luenberger.recursion.measure import Measure
 from luenberger.recursion.root_step import Spread
 from luenberger.recursion.settings import Settings
 from luenberger.recursion.settled import ball
@@ -48,20 +50,25 @@ def test_the_ball_holds_the_limit_and_is_not_much_larger(settle):
     assert 0 < off <= run.settle_bound < 40 * off
 
 
+def size_of(ball):
+    """H of one state, in the units of Omega."""
+    return (ball.unit[0] * ball.H.root[0, 0]) ** 2
+
+
 def from_variance(Sigma):
     """The ball that is found one step on, and the distance of the limit from it."""
     found, _ = ball(Settings(SLOW, 0).at(2), Spread.of(np.array([[Sigma]])), 100.0)
+    held = found.held()
     q = Decimal(0.01)  # Omega^2 = q Omega + q, for R = 1
     limit = (q + (q * q + 4 * q).sqrt()) / 2
-    return found, float(abs(Decimal(float(found.Omega[0, 0])) - limit))
+    return held, float(abs(Decimal(float(found.Omega[0, 0])) - limit))
 
 
 @pytest.mark.parametrize("Sigma", [0.085, 0.0945, 0.0956, 0.1, 0.105])
 def test_the_ball_of_a_slow_filter_holds_its_limit(Sigma):
     """From above the gain is too large, and the rest is more than it says itself."""
     found, off = from_variance(Sigma)
-    size = (found.unit[0] / found.inverse[0, 0]) ** 2  # H, in the units of Omega
-    assert off <= found.t * size < 4 * off
+    assert off <= found.t * size_of(found.ball) < 4 * off
 
 
 def test_the_ball_counts_rounding_where_a_step_changes_nothing():
@@ -70,18 +77,32 @@ def test_the_ball_counts_rounding_where_a_step_changes_nothing():
         Omega = Sigma + 0.01
         Sigma = (1 - Omega / (Omega + 1)) ** 2 * Omega + (Omega / (Omega + 1)) ** 2
     found, off = from_variance(Sigma)
-    assert 0 < off <= found.t * (found.unit[0] / found.inverse[0, 0]) ** 2 < 1e-12
+    assert 0 < off <= found.t * size_of(found.ball) < 1e-12
 
 
 def test_rounding_of_a_row_is_carried_to_the_next():
     """Estimates are apart by that of their own row, and at least that of the last."""
     found, _ = from_variance(0.1)
     rounding = np.array([1e-3])
-    carried = found.reach * found.length(found.ahead @ rounding)
-    own = rounding / np.sqrt(found.Sigma.diagonal())
+    at = found.ball
+    carried = at.reach * at.length(at.ahead @ rounding)
+    own = rounding / np.sqrt(at.Sigma.diagonal())
     assert (carried > 0).all()
     assert (found.apart(0.0, rounding) >= (own + carried) * (1 - 1e-9)).all()
-    assert (found.apart(0.0, 0.0, 1e-3) >= found.reach * 1e-3 * (1 - 1e-9)).all()
+    assert (found.apart(0.0, 0.0, 1e-3) >= at.reach * 1e-3 * (1 - 1e-9)).all()
+
+
+def test_sizes_in_units_of_a_covariance():
+    """Where H is known: diag(4, 9), in units of which lengths are halves and thirds."""
+    H = Measure(np.diag([2.0, 3.0]))
+    none, X = np.zeros((2, 2)), np.diag([-8.0, 9.0])
+    least = H.size(Rounded(X, none)), H.norm(Rounded(X, none))
+    np.testing.assert_allclose([*least, H.length([2.0, 3.0])], [2, 4, 2**0.5], 1e-14)
+    assert least[0] >= 2 and least[1] >= 4
+    off = np.diag([4.0, 0.0])
+    assert H.size(Rounded(X, off)) >= 3 and H.norm(Rounded(X, off)) >= 6
+    lost = [[1.0, 0], [1e20, 1.0]]  # of which no inverse has a digit
+    assert H.slack < 1 + 1e-14 and Measure(np.array(lost)).slack == np.inf
 
 
 def test_a_covariance_that_has_settled_to_the_last_bit_is_as_good_as_rounding():

@@ -21,7 +21,7 @@ from .inputs import entries_known as entries_known
 from .inputs import plain_array as plain_array
 from .program import Program
 from .recursion import Recursion as Recursion
-from .step import Step
+from .step import Bounded, Step
 
 AUTO_ROWS = 20_000  # NumPy takes about as long for these as compiling the first time
 LOAD_ROWS = 1_000  # for ten records of so many, as long as loading what is kept
@@ -182,6 +182,14 @@ def compiled(stages: StageList, *outputs: str, stacks: bool = False) -> Step:
         return found.source, list(found.given)
 
     return assemble(*cache.derived(("numpy", stages, outputs, stacks), make))
+
+
+@functools.cache
+def bounded(stages: StageList, *outputs: str) -> Bounded:
+    """The same function of matrices `Rounded` or `Wide`, which bound their rounding."""
+    from .step import assemble_bounded
+
+    return assemble_bounded(compiled(stages, *outputs))
 
 
 def lowered(stages: StageList, outputs: Sequence[str], **options: Any) -> Program:

@@ -3,10 +3,12 @@
 from collections.abc import Iterable
 from typing import Any, Protocol
 
-from ..numeric import Matrices, Matrix
+from ..numeric import Matrices, Matrix, rounded
 from ..numeric.linalg import eye, solve_right, symmetrise
 
-_NAMESPACE = dict(eye=eye, solve_right=solve_right, symmetrise=symmetrise)
+_NAMESPACE: dict[str, Any] = dict(
+    eye=eye, solve_right=solve_right, symmetrise=symmetrise
+)
 
 
 class Step(Protocol):
@@ -18,10 +20,29 @@ class Step(Protocol):
     def __call__(self, **arrays: Matrix) -> Matrices: ...
 
 
+class Bounded(Protocol):
+    """The same of matrices that bound their rounding."""
+
+    given: tuple[str, ...]
+
+    def __call__(self, **arrays: rounded.Rounded) -> dict[str, rounded.Rounded]: ...
+
+
 def assemble(source: str, given: Iterable[str]) -> Step:
     """The function ``step(**arrays)`` of a text, with its text and arguments."""
-    namespace: dict[str, Any] = dict(_NAMESPACE)
-    exec("import numpy as np\n" + source, namespace)  # made by us, see cache
-    step: Any = namespace["step"]
+    step: Any = _made(source, _NAMESPACE)
     step.source, step.given = source, tuple(given)
     return step
+
+
+def assemble_bounded(like: Step) -> Bounded:
+    """The same function of matrices that bound their rounding."""
+    step: Any = _made(like.source, rounded.NAMESPACE)
+    step.given = like.given
+    return step
+
+
+def _made(source: str, names: dict[str, Any]) -> Any:
+    namespace = dict(names)
+    exec("import numpy as np\n" + source, namespace)  # made by us, see cache
+    return namespace["step"]

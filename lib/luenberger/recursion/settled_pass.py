@@ -11,15 +11,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .. import kernels
 from ..errors import short
 from ..numeric import Matrix
-from ..papers.leondes_novak.derivation import predict
 from ..plant import Plant
 from .filter_pass import Pass
 from .growth import Gap, passed, require_digits
 from .settings import Settings
-from .settled import ball
+from .settled import again, ball
 from .settled_rows import OneGain, Stretch
 from .state import History, State
 
@@ -134,34 +132,28 @@ class SettledPass:
         rows = passed(self.run, begin.state, y, u, out.variances, compile, P)
         return found._replace(gap=require_digits(begin.gap, rows))
 
-    def gain(self, state: State) -> OneGain | None:
-        """The one gain that goes on from `state`; None if it has not settled."""
+    def stretch(self, state: State) -> Stretch | None:
+        """The rows with one gain that begin after `state`; None: it has not settled."""
         assert state.setting is not None and self.tolerance is not None
         if state.spread.half is not None:
             return None
         key = state.seen.tobytes()
         if key in self.gains:
             known = self.gains[key]
-            if known is None or not known.ball.holds(ahead(state)):
+            held = None if known is None else again(state, known.ball, self.tolerance)
+            if known is None or held is None:
                 return None
-            return known
-        found, again = ball(state.setting, state.spread, self.tolerance)
-        if found is None:
-            if not again and len(self.gains) < PATTERNS:
+            return known.begin(state, held)
+        found, more = ball(state.setting, state.spread, self.tolerance)
+        held = None if found is None else found.held()
+        if found is None or held is None:
+            if not more and len(self.gains) < PATTERNS:
                 self.gains[key] = None
             return None
         known = OneGain(state.setting, found, state.seen, self.cross)
         if len(self.gains) < PATTERNS:
             self.gains[key] = known
-        return known
-
-
-def ahead(state: State) -> Matrix:
-    """The covariance of the prediction from a state."""
-    assert state.setting is not None
-    move = state.setting.move
-    known = dict(As=move.A, Q=move.Q, Sigma=state.Sigma)
-    return kernels.compiled(predict, "Omega_next")(**known)["Omega_next"]
+        return known.begin(state, held)
 
 
 class _Rows:
@@ -223,9 +215,7 @@ class _Rows:
         self.alike += count
         if self.alike == self.look:
             self.recur(k + count)
-            gain = self.way.gain(self.state)
-            if gain is not None:
-                self.stretch = gain.begin(self.state)
+            self.stretch = self.way.stretch(self.state)
             self.look = int(self.look * (FAR if self.fast else NEAR))
         return k + count
 

@@ -17,10 +17,12 @@ from ..kernels.lanes import Lanes, in_lanes
 from ..numeric import Matrix, Vector
 from ..numeric.covariance_maps import Sums
 from ..numeric.factors import EPS
+from ..numeric.rounded import Rounded, joined
 from ..papers.leondes_novak.derivation import settled_gain, settled_row
+from .held import Ball, Held
+from .measure import Measure
 from .root_step import Spread
 from .settings import Setting
-from .settled import Ball
 from .state import State
 
 ROW = Lanes(settled_row, ("x_next", "x"), "r", "xs", "epsilon")
@@ -33,12 +35,14 @@ LARGE = 16  # states from which it is
 class Stretch(NamedTuple):
     """Rows with one gain so far: `rows` of them.
 
-    ``x`` is the lane that is written, ``early`` the next one, if it has begun, and
+    ``held`` is what holds the covariances that the full recursion would have.  ``x`` is
+    the lane that is written, ``early`` the next one, if it has begun, and
     ``largest`` has the largest entries met so far; see `kernels.lanes.source`.
-    ``read`` (2, .) are y and u of the last row.
+    ``last`` are y and u of the last row.
     """
 
     gain: OneGain
+    held: Held
     rows: int
     x: np.ndarray
     early: np.ndarray
@@ -48,7 +52,7 @@ class Stretch(NamedTuple):
     @property
     def bound(self) -> float:
         """How far covariances and estimates can be from those of the full recursion."""
-        return self.gain.bound(self.largest)
+        return self.gain.bound(self.held, self.largest)
 
 
 class OneGain:
@@ -59,27 +63,28 @@ class OneGain:
 
     def __init__(self, now: Setting, ball: Ball, seen: Vector, cross: bool) -> None:
         self.now, self.ball, self.seen, self.cross = now, ball, seen, cross
-        made = kernels.compiled(settled_gain)(
-            B=now.B, C=now.C, E=now.E, J=now.J, As=now.As, K=ball.K
-        )
-        back = np.linalg.inv(np.linalg.cholesky(ball.M)) if len(ball.M) else ball.M
-        read = [made["G_e"], made["G_u"]], [-now.E, -made["N_u"]]
+        given = dict(B=now.B, C=now.C, E=now.E, J=now.J, As=now.As, K=ball.K)
+        exact = {name: Rounded.of(X) for name, X in given.items()}
+        made = kernels.bounded(settled_gain)(**exact)
+        weigh = Measure(np.linalg.cholesky(ball.M))
+        back, one = Rounded.of(weigh.inverse), np.eye(len(now.C))
+        read = [exact["K"], made["G_e"], made["G_u"]]
+        shown = [Rounded.of(one), -exact["E"], -made["N_u"]]
         if cross:
-            read[0].append(made["G_y"])
-            read[1].append(-made["N_y"])
-        self.Phi = np.ascontiguousarray(made["Phi"])
-        self.G_r = np.concatenate([ball.K, *read[0]], axis=1)
-        self.W_x = -back @ made["N_x"]
-        self.W_r = back @ np.concatenate([np.eye(len(now.C)), *read[1]], axis=1)
-        inner = np.linalg.inv(ball.inverse)
-        scale = ball.unit[:, None]
-        moved = now.As @ (np.eye(len(now.A)) - ball.K @ now.C)
-        moved = ball.inverse @ (moved / scale * ball.unit) @ inner
-        sums = Sums(moved)
+            read.append(made["G_y"])
+            shown.append(-made["N_y"])
+        parts = made["Phi"], joined(*read), -back.dot(made["N_x"])
+        self.parts = *parts, back.dot(joined(*shown))
+        self.Phi, self.G_r, self.W_x, self.W_r = (
+            np.ascontiguousarray(X.value) for X in self.parts
+        )
+        self.slack = weigh.slack * ball.sure
+        inner, ahead = ball.H.root, made["Phi"].value / ball.unit[:, None] * ball.unit
+        sums = Sums(ball.H.inverse @ ahead @ inner)
         self.early = sums.fades(np.ones(len(inner)), FADED)
         self.long = LONG * self.early
 
-    def begin(self, state: State) -> Stretch:
+    def begin(self, state: State, held: Held) -> Stretch:
         """The stretch that begins after `state`."""
         n, k = self.G_r.shape
         y = np.full(len(self.seen), np.nan)
@@ -87,8 +92,9 @@ class OneGain:
             state.rho[:, 0] + (self.now.E @ state.u) + self.now.C @ state.x[:, 0]
         )
         return Stretch(
-            self, 0, state.x[:, 0], np.zeros(n), np.zeros(n + k + 1), (y, state.u)
-        )
+            self, held, 0, state.x[:, 0], np.zeros(n), np.zeros(n + k + 1),
+            (y, state.u),
+        )  # fmt: skip
 
     def read(self, at: Stretch, y: Matrix, u: Matrix) -> Matrix:
         """What each row reads (N, k), from y (N, p) and u (N, m) of the record."""
@@ -111,7 +117,8 @@ class OneGain:
             x, largest = self.one_by_one(at, r, xs)
             early = at.early
         largest = np.maximum(at.largest, largest)
-        return Stretch(self, at.rows + len(r), x, early, largest, (y[-1], u[-1]))
+        rows, last = at.rows + len(r), (y[-1], u[-1])
+        return Stretch(self, at.held, rows, x, early, largest, last)
 
     def one_by_one(self, at: Stretch, r: Matrix, xs: Matrix) -> tuple[Vector, Vector]:
         """The same in NumPy, row after row."""
@@ -135,29 +142,20 @@ class OneGain:
             instant, x[:, None], spread, None, u, self.seen, rho[:, None], self.now
         )
 
-    def bound(self, largest: Vector) -> float:
+    def bound(self, held: Held, largest: Vector) -> float:
         """The bound for rows in which these are the largest numbers."""
-        n, k = self.G_r.shape
-        x, r, s = largest[:n], largest[n : n + k], float(np.sqrt(largest[-1]))
-        ball, now = self.ball, self.now
-        kept = np.eye(n) + np.abs(ball.K) @ np.abs(now.C)
-        size = (
-            kept @ (now.move.size @ x + self.size_read(r))
-            + np.abs(ball.K) @ r[: len(now.C)]
-        )
-        size = 2 * (n + k + len(now.C) + 2) * EPS * size
-        lost = FADED * n * ball.length(now.move.size @ x)
-        apart = ball.apart(s, size, lost)
-        return float(max(ball.variances.max(initial=0.0), apart.max(initial=0.0)))
+        x, r, s = np.split(largest, [len(self.Phi), len(largest) - 1])
+        Phi, G_r, W_x, W_r = (_lost(X, len(largest)) for X in self.parts)
+        s = self.slack * (np.sqrt(s[0]) + np.linalg.norm(W_x @ x + W_r @ r))
+        ball = self.ball
+        early = FADED * len(x) * ball.length(np.abs(self.now.As) @ x)
+        apart = held.apart(float(s), Phi @ x + G_r @ r, early)
+        return float(max(held.variances.max(initial=0.0), apart.max(initial=0.0)))
 
-    def size_read(self, r: Vector) -> Vector:
-        """How large the numbers are that a row's readings add to a prediction."""
-        now, p = self.now, len(self.now.C)
-        m = now.B.shape[1]
-        u_next, u, y = r[p : p + m], r[p + m : p + 2 * m], r[p + 2 * m :]
-        found = (np.abs(now.B) + np.abs(now.J) @ np.abs(now.E)) @ u
-        found += np.abs(self.ball.K) @ np.abs(now.E) @ u_next
-        return found + (np.abs(now.J) @ y if self.cross else 0.0)
+
+def _lost(X: Rounded, terms: int) -> Matrix:
+    """What a sum of so many products with X lacks, for each of the sizes in it."""
+    return X.off + (terms + 2) * EPS * np.abs(X.value)
 
 
 class _LanesOver:

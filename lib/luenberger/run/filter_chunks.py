@@ -44,10 +44,10 @@ class Filtered:
         settled.  It stays so until other outputs arrive.  0 if it had settled in an
         earlier chunk, empty if it never did.
     settle_bound : float
-        How far these rows can be from the full recursion, carried on from the first of
-        them, rounding included: variances relative to theirs, covariances to the
-        standard deviations of both, estimates to their standard deviations.  0 if none
-        has settled.
+        How far these rows, with all their rounding, can be from the full recursion,
+        carried on without rounding from the first of them: variances relative to
+        theirs, covariances to the standard deviations of both, estimates to their
+        standard deviations.  0 if none has settled.
     """
 
     x: np.ndarray

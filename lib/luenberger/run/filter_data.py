@@ -169,7 +169,8 @@ def filter_data(
     Notes
     -----
     Where the covariance has all but settled, a ball is computed that no later
-    covariance of the full recursion leaves, rounding included.  If it is as small as
+    covariance leaves, were the recursion carried on without rounding.  What rounding
+    does to the gain, and to rows that have it, is counted.  If the ball is as small as
     `settle`, the rows that follow have one gain, until other outputs arrive.  The
     tolerance is relative to variances, and to standard deviations of estimates whose
     innovations are no longer than one unit.  The result says from which rows on there

@@ -1,0 +1,53 @@
+"""Sizes in units of a covariance, with what rounding may add to them."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.linalg import solve_triangular
+
+from ..numeric import Matrix, Vector
+from ..numeric.factors import EPS
+from ..numeric.rounded import Rounded
+
+
+class Measure:
+    """H = root root', in units of which vectors and covariances are measured.
+
+    Whatever the root is, H is its square exactly.  What is found is an upper bound:
+    `slack` is what the rounding of the inverse may do to it.
+    """
+
+    def __init__(self, root: Matrix) -> None:
+        self.root, n = root, len(root)
+        self.inverse = solve_triangular(root, np.eye(n), lower=True)
+        wrong = (n + 2) * EPS * _length(np.abs(self.inverse) @ np.abs(root))
+        self.slack = 1 / (1 - wrong) if wrong < 0.5 else np.inf
+
+    def size(self, X: Rounded) -> float:
+        """The least t with -t H <= X <= t H, for a symmetric X."""
+        n, size = len(self.root), np.abs(self.inverse)
+        if not (np.isfinite(X.value).all() and np.isfinite(X.off).all()):
+            return np.inf
+        inner = self.inverse @ X.value @ self.inverse.T
+        largest = np.abs(np.linalg.eigvalsh(inner)).max(initial=0.0)
+        off = X.off + (2 * n + 4) * EPS * np.abs(X.value)
+        lost = n * EPS * _length(inner) + _length(size @ off @ size.T)
+        return float(self.slack**2 * (largest + lost))
+
+    def norm(self, X: Rounded) -> float:
+        """The largest singular value of root^-1 X."""
+        n = len(self.root)
+        if not (X.value.size and np.isfinite(X.off).all()):
+            return np.inf if X.value.size else 0.0
+        inner = self.inverse @ X.value
+        off = X.off + (n + 2) * EPS * np.abs(X.value)
+        lost = n * EPS * _length(inner) + _length(np.abs(self.inverse) @ off)
+        return float(self.slack * (np.linalg.norm(inner, 2) + lost))
+
+    def length(self, size: Vector) -> float:
+        """That of a vector whose entries have at most these sizes."""
+        return float(self.slack * np.linalg.norm(np.abs(self.inverse) @ size))
+
+
+def _length(X: Matrix) -> float:
+    return float(np.linalg.norm(X))
