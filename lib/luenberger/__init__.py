@@ -60,6 +60,7 @@ from .run.monte_carlo import Ensemble as Ensemble
 from .run.monte_carlo import monte_carlo as monte_carlo
 from .run.simulate import Run as Run
 from .run.simulate import simulate as simulate
+from .smoothing.fleet import SmoothedFleet as SmoothedFleet
 from .smoothing.record import Smoothed as Smoothed
 from .smoothing.smooth import smooth as smooth
 

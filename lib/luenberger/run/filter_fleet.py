@@ -10,9 +10,11 @@ import numpy as np
 
 from .. import kernels
 from ..fleets import filter_block
+from ..kernels import Recursion
 from ..numeric import Matrix, Vector
 from ..plant import Plant
 from ..recursion.filter_pass import Pass
+from ..recursion.filter_stacks import FILTER
 from ..recursion.settings import Settings
 from ..recursion.state import start
 from . import fleet_tasks
@@ -106,14 +108,19 @@ def filter_fleet(
     settings = Settings(plant, m1, weight)
     fast = runs_compiled(backend, settings, records, u0)
     task = _Filter(plant, m1, weight, u0, fast, history)
-    names = plant.state_names
-    columns = {"x": [*names], "std": [f"{name}_sigma" for name in names]}
     n, p = plant.n, plant.p
     numbers = plant.m + p + 2 * n + (n * (n + p) if history else 0)
+    kind, columns = FilteredFleet, tables(plant)
     found: FilteredFleet | None = fleet_tasks.run(
-        task, records, where, FilteredFleet, columns, numbers
+        task, records, where, kind, columns, numbers
     )
     return found
+
+
+def tables(plant: Plant) -> dict[str, list[str]]:
+    """The columns of x and std in a table."""
+    names = plant.state_names
+    return {"x": [*names], "std": [f"{name}_sigma" for name in names]}
 
 
 def at_rows(plant: Plant, rows: int, time: Any) -> Plant:
@@ -128,14 +135,15 @@ def at_rows(plant: Plant, rows: int, time: Any) -> Plant:
 
 
 def runs_compiled(
-    backend: str, settings: Settings, records: Records, u0: Vector
-) -> bool:
+    backend: str, settings: Settings, records: Records, u0: Vector,
+    recursion: Recursion = FILTER,
+) -> bool:  # fmt: skip
     """Whether compiled code is to filter the records: all their rows count."""
     way = Pass(settings)
     begin = partial(start, settings, settings.plant.x0, u0)
 
     def ready(rows: int) -> bool:
         y, _ = records.block(0, 1)
-        return len(y) > 0 and way.at_hand(begin(), y[0], rows)
+        return len(y) > 0 and way.at_hand(begin(), y[0], rows, recursion)
 
     return kernels.runs_compiled(backend, len(records) * records.rows, ready=ready)

@@ -6,7 +6,6 @@ Where a record is filtered, and beside which, leaves no trace in its bits; see `
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from concurrent.futures import Executor
 from contextlib import ExitStack, closing
 from dataclasses import dataclass
 from functools import partial
@@ -42,9 +41,9 @@ class Where:
     into : path, callable or None
     """
 
-    executor: Executor | None = None
-    chunk: int | None = None
-    into: Into | None = None
+    executor: Any = None
+    chunk: Any = None
+    into: Any = None
 
     def require_none(self) -> None:
         """ValueError if something was asked for that is for many records."""

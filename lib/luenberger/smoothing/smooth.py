@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from concurrent.futures import Executor
 from operator import index
 from typing import Any, overload
 
@@ -17,7 +18,10 @@ from ..plant import Plant
 from ..run import chunks
 from ..run.clock import watched
 from ..run.filter_data import Outputs
+from ..run.fleet_records import Many, many
+from ..run.fleet_tasks import Into, Where
 from ..run.timed import timed
+from .fleet import SmoothedFleet, smooth_fleet
 from .record import Smoothed, Smoother
 
 
@@ -29,11 +33,25 @@ def smooth(
     backend: str = ...
 ) -> Iterator[Smoothed]: ...  # fmt: skip
 @overload
+def smooth(  # type: ignore[overload-overlap]  # an array is a record, too
+    plant: Plant, y: Many, u: Given = ..., *, time: Any = ...,
+    m1: Outputs = ..., lag: int | None = ..., u0: Given = ...,
+    weight: Given | str = ..., backend: str = ..., executor: Executor | None = ...,
+    chunk: int | None = ..., into: None = ...
+) -> SmoothedFleet: ...  # fmt: skip
+@overload
 def smooth(
     plant: Plant, y: ArrayLike, u: Given = ..., *, time: Any = ...,
     m1: Outputs = ..., lag: int | None = ..., u0: Given = ...,
     weight: Given | str = ..., backend: str = ...
 ) -> Smoothed: ...  # fmt: skip
+@overload
+def smooth(
+    plant: Plant, y: ArrayLike, u: Given = ..., *, time: Any = ...,
+    m1: Outputs = ..., lag: int | None = ..., u0: Given = ...,
+    weight: Given | str = ..., backend: str = ..., executor: Executor | None = ...,
+    chunk: int | None = ..., into: Into
+) -> None: ...  # fmt: skip
 def smooth(
     plant: Plant,
     y: Any,
@@ -45,6 +63,9 @@ def smooth(
     u0: Given = None,
     weight: Given | str = None,
     backend: str = "auto",
+    executor: Executor | None = None,
+    chunk: int | None = None,
+    into: Into | None = None,
 ) -> Any:
     """Estimate the states of a record from all of it; NaN means not measured.
 
@@ -63,7 +84,9 @@ def smooth(
         `filter_data`.
     y : (N, p) array_like or pandas.DataFrame, or an iterator of such chunks
         Measurements at instants 1 .. N, as in `filter_data`.  With an iterator the
-        result is an iterator of `Smoothed`, and memory stays flat; it takes a lag.
+        result is an iterator of `Smoothed`, and memory stays flat; it takes a lag.  An
+        array (M, N, p), or a list of records (N, p), are M records of one plant; in
+        NumPy those with the same gaps share their covariances.
     u : (N, m) array_like or DataFrame, or an iterator of chunks like y's, optional
         Known input at the same instants, as in `filter_data`.
     time : (N,) array_like, "rows", or an iterator of chunks like y's, optional
@@ -80,10 +103,12 @@ def smooth(
         As in `reduced_order_filter`; without accurate outputs it has no effect.
     backend : "auto", "numpy" or "numba"
         As in `filter_data`.
+    executor, chunk, into : optional
+        For many records, as in `filter_data`.
 
     Returns
     -------
-    Smoothed, or an iterator of Smoothed
+    Smoothed, SmoothedFleet of many records, or an iterator of Smoothed
         For a DataFrame or Series y, x, std, w and v are DataFrames with its index.
         From an iterator, each block has the rows whose lag has passed meanwhile, and
         one more at the end has the rest.
@@ -127,9 +152,14 @@ def smooth(
     (array([1.3333, 1.3333, 1.3333]), array([0.5774, 0.5774, 0.5774]))
     """
     expect(plant=plant)
-    y = timed(plant, y, time) if plant.dt == 0 else watched(plant, y, time)
     u0 = dataframes.entries("u0", u0, plant.input_names)
-    u0 = None if u0 is None else chunks.single("u0", u0, plant.m)
+    u0 = np.zeros(plant.m) if u0 is None else chunks.single("u0", u0, plant.m)
+    where = Where(executor, chunk, into)
+    if many(y):
+        given = plant, y, u, time, m1, _lag(lag), u0, weight, backend
+        return smooth_fleet(*given, where)
+    where.require_none()
+    y = timed(plant, y, time) if plant.dt == 0 else watched(plant, y, time)
     return smoothed(plant, y, u, _lag(lag), backend, m1, weight, u0)
 
 

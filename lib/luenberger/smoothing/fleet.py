@@ -1,0 +1,211 @@
+"""Many records of one plant, smoothed by `smooth`.
+
+The covariances depend on which outputs arrived, not on what they said.  So records with
+the same gaps share them, and their estimates go forward and back side by side.  Which
+way a record takes does not depend on the records beside it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from .. import kernels
+from ..errors import DesignError
+from ..numeric import Matrix, Vector
+from ..papers.leondes_novak.derivation import estimate_step
+from ..plant import Plant
+from ..recursion.settings import Settings
+from ..recursion.state import leading_on
+from ..run import fleet_tasks
+from ..run.filter_data import Outputs
+from ..run.filter_fleet import at_rows, runs_compiled, tables
+from ..run.fleet_records import Records
+from ..run.fleet_tasks import Arrays, Where
+from .backward import _made_of, clear
+from .carried import Ways
+from .derivation import backward_step
+from .finish import ways
+from .forward import KEPT, Kept
+from .record import Smoother
+
+WIDTH = 64  # records side by side, always: products of one size have the same bits
+LONG = 4000  # rows, from which on compiled code does a record sooner by itself
+
+
+@dataclass(frozen=True, eq=False)
+class SmoothedFleet:
+    """What `smooth` returns of many records (M, N, p), the record first.
+
+    Records, where they end and what is refused are as in `FilteredFleet`.  Noises and
+    covariances of neighbours are had of one record, ``smooth(plant, y[k])``.
+
+    Attributes
+    ----------
+    x, std : (M, N, n) ndarray
+        Estimates of the state and their one-sigma errors, as in `Smoothed`.
+    P : (M, N, n, n) ndarray
+        Covariances of their errors.
+
+    Examples
+    --------
+    >>> import luenberger as lb
+    >>> plant = lb.Plant([[1]], None, [[1]], dt=1.0, Q=[[0]], R=[[1]], P0=[[1]])
+    >>> found = lb.smooth(plant, [[[2], [2]], [[4]]])  # the second ends earlier
+    >>> found
+    <SmoothedFleet: 2 records of 2 rows, 1 states>
+    >>> found.x[:, :, 0].round(4)
+    array([[1.3333, 1.3333],
+           [2.    , 2.    ]])
+    """
+
+    x: np.ndarray
+    std: np.ndarray
+    P: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.x)
+
+    def __repr__(self) -> str:
+        M, N, n = self.x.shape
+        return f"<SmoothedFleet: {M} records of {N} rows, {n} states>"
+
+
+def smooth_fleet(
+    plant: Plant, y: Any, u: Any, time: Any, m1: Outputs, lag: int | None,
+    u0: Vector, weight: Any, backend: str, where: Where,
+) -> SmoothedFleet | None:  # fmt: skip
+    """Smooth records y (M, N, p) of one plant, all with the same instants."""
+    records = Records.of(y, u, plant.p, plant.m)
+    plant = at_rows(plant, records.rows, time)
+    fast = runs_compiled(backend, Settings(plant, 0), records, u0, KEPT)
+    task = _Smooth(plant, m1, lag, weight, u0, "numba" if fast else "numpy")
+    numbers = plant.m + plant.p + plant.n * (plant.n + 2)
+    kind, columns = SmoothedFleet, tables(plant)
+    found: SmoothedFleet | None = fleet_tasks.run(
+        task, records, where, kind, columns, numbers
+    )
+    return found
+
+
+@dataclass(frozen=True)
+class _Smooth:
+    """The smoother of some records, which goes to where they are smoothed."""
+
+    plant: Plant
+    m1: Any
+    lag: int | None
+    weight: Any
+    u0: Vector
+    backend: str
+
+    def __call__(self, first: int, y: Matrix, u: Matrix) -> Arrays:
+        (M, N, _), n = y.shape, self.plant.n
+        u = np.broadcast_to(u, (M, N, self.plant.m))
+        x, std, P = (np.empty((M, N, *shape)) for shape in ((n,), (n,), (n, n)))
+        for same in self.groups(y):
+            shared = self.shared(y[same], u[same], first + int(same[0]))
+            if shared is not None:
+                x[same], std[same], P[same] = shared
+                continue
+            for s in same.tolist():
+                one = self.read(y[s], u[s], first + s).rows(last=True)
+                x[s], std[s], P[s] = one.x, one.std, one.P
+        return dict(x=x, std=std, P=P)
+
+    def groups(self, y: Matrix) -> list[Vector]:
+        """The numbers of records with the same gaps."""
+        found: dict[bytes, list[int]] = {}
+        for s, seen in enumerate(~np.isnan(y)):
+            found.setdefault(np.packbits(seen).tobytes(), []).append(s)
+        return [np.array(some) for some in found.values()]
+
+    def read(self, y: Matrix, u: Matrix, number: int) -> Smoother:
+        """A record that was filtered; DesignError with its number."""
+        one = Smoother(self.plant, self.m1, self.lag, self.weight, self.backend)
+        one.begin(self.u0)
+        try:
+            one.read(y, u)
+        except DesignError as error:
+            raise DesignError(f"record {number}: {error}") from error
+        return one
+
+    def shared(
+        self, y: Matrix, u: Matrix, number: int
+    ) -> tuple[Matrix, Matrix, Matrix] | None:
+        """Records with the same gaps, or None where each is done by itself."""
+        seen, compiled = ~np.isnan(y[0]), self.backend == "numba"
+        if self.lag is not None or not seen.size or self.plant.n == 0:
+            return None
+        if compiled and (len(seen) >= LONG or not seen.all()):
+            return None
+        one = self.read(y[0], u[0], number)
+        if one.accurate.accurate or one.settings.noise_free or one.kept.spreads:
+            return None
+        leads = ways(one.settings, 1, seen)
+        P = covariances(one.kept, leads)
+        if P is None:
+            return None
+        x = np.empty((*y.shape[:2], self.plant.n))
+        for k in range(0, len(y), WIDTH):
+            some = slice(k, k + WIDTH)
+            forward = side_by_side(one, seen, y[some], u[some], self.u0)
+            found = back(one.kept, leads, *forward)
+            x[some] = found[:, :, : len(y[some])].transpose(2, 0, 1)
+        std = np.sqrt(np.maximum(P.diagonal(axis1=1, axis2=2), 0))
+        return x, std, P
+
+
+def covariances(kept: Kept, leads: Ways) -> Matrix | None:
+    """Those of smoothed estimates (N, n, n); None where digits would be lost."""
+    N, n = kept.x.shape
+    step = kernels.compiled(backward_step, "Theta", "Sigma_s", "Lambda")
+    out, Lambda = np.empty((N, n, n)), np.zeros((n, n))
+    for k in reversed(range(N)):
+        As, C = leads.at(k)
+        have = dict(As=As, C=C, K=kept.K[k], W=kept.W[k], Sigma=kept.Sigma[k])
+        found = step(**have, Lambda_next=Lambda)
+        Sigma_s = clear(kept.spread(k), found, _made_of(As, Lambda))
+        if Sigma_s is None:
+            return None
+        out[k], Lambda = Sigma_s, found["Lambda"]
+    return out
+
+
+def side_by_side(
+    one: Smoother, seen: Matrix, y: Matrix, u: Matrix, u0: Vector
+) -> tuple[Matrix, Matrix]:
+    """The filter's estimates (N, n, 64) and innovations (N, p, 64) of some records."""
+    M, N, p = y.shape
+    ys, us = np.zeros((N, p, WIDTH)), np.zeros((N, u.shape[2], WIDTH))
+    ys[:, :, :M], us[:, :, :M] = y.transpose(1, 2, 0), u.transpose(1, 2, 0)
+    x = np.repeat(one.plant.x0[:, None], WIDTH, axis=1)
+    before, rho = np.repeat(u0[:, None], WIDTH, axis=1), np.zeros((0, WIDTH))
+    xs, innovations = np.empty((N, len(x), WIDTH)), np.zeros((N, p, WIDTH))
+    step, setting = kernels.compiled(estimate_step), None
+    for k, here in enumerate(seen):
+        _, A, B, J = leading_on(one.plant, setting)
+        setting = one.settings.at(k + 1, None if here.all() else here)
+        moved = step(
+            A=A, B=B, C=setting.C, E=setting.E, J=J, K=one.kept.K[k][:, here], x=x,
+            rho=rho, u=before, y=ys[k][here], u_next=us[k],
+        )  # fmt: skip
+        x, rho, before = moved["x_next"], moved["rho_next"], us[k]
+        xs[k], innovations[k][here] = x, moved["innovation"]
+    return xs, innovations
+
+
+def back(kept: Kept, leads: Ways, xs: Matrix, innovations: Matrix) -> Matrix:
+    """Smoothed estimates (N, n, 64) from those of the filter."""
+    step = kernels.compiled(backward_step, "x_s", "lamda")
+    out, lamda = np.empty_like(xs), np.zeros(xs.shape[1:])
+    for k in reversed(range(len(xs))):
+        As, C = leads.at(k)
+        found = step(
+            As=As, C=C, K=kept.K[k], W=kept.W[k], Sigma=kept.Sigma[k],
+            innovation=innovations[k], x=xs[k], lamda_next=lamda,
+        )  # fmt: skip
+        out[k], lamda = found["x_s"], found["lamda"]
+    return out

@@ -1,0 +1,163 @@
+"""Many records, smoothed together or one by one, are what each is by itself."""
+
+import concurrent.futures
+import multiprocessing
+
+import generators
+import numpy as np
+import pytest
+
+import luenberger as lb
+from luenberger.smoothing import fleet as module
+
+spawn = multiprocessing.get_context("spawn")
+
+
+@pytest.fixture(params=["numpy", "numba"])
+def backend(request):
+    if request.param == "numba":
+        pytest.importorskip("numba", reason="numba is an optional extra")
+    return request.param
+
+
+def records(seed, M=5, N=18):
+    rng = np.random.default_rng(seed)
+    plant = generators.plant(rng, 3, 2, m=1)
+    y, u = rng.standard_normal((M, N, 2)), rng.standard_normal((M, N, 1))
+    return plant, y, u
+
+
+def same(found, plant, y, u, which=None, **how):
+    """Each record against the smoother of one."""
+    for s in range(len(y)) if which is None else which:
+        one = lb.smooth(plant, y[s], u[s], **how)
+        for name in ("x", "std", "P"):
+            mine, wanted = getattr(found, name)[s], getattr(one, name)
+            scale = np.abs(wanted).max()
+            np.testing.assert_allclose(mine, wanted, rtol=1e-10, atol=1e-12 * scale)
+
+
+@pytest.mark.parametrize("lag", [None, 4])
+@pytest.mark.parametrize("m1", [0, 1])
+@pytest.mark.parametrize("seed", range(3))
+def test_each_record_is_what_it_is_by_itself(seed, m1, lag, backend):
+    plant, y, u = records(seed)
+    y[1, 3:6, 0] = y[1, 9] = np.nan
+    y[2, 12:] = y[3] = np.nan  # ends earlier; never measured
+    how = dict(m1=m1, lag=lag, u0=[0.4])
+    found = lb.smooth(plant, y, u, backend=backend, **how)
+    same(found, plant, y, u, backend="numpy", **how)
+    assert len(found) == 5 and "5 records of 18 rows" in repr(found)
+
+
+@pytest.mark.parametrize("kind", ["cross", "varying", "singular", "exact", "still"])
+def test_plants_of_every_kind(kind):
+    rng = np.random.default_rng(4)
+    plant, y, u = records(4, M=3)
+    if kind == "varying":
+        plant = generators.varying(rng, 3, 2, 30, m=1)
+    elif kind == "cross":
+        root = rng.standard_normal((5, 5))
+        joint = root @ root.T
+        plant = lb.Plant(
+            plant.A, plant.B, plant.C, E=[[0.3], [1]], dt=1.0, Q=joint[:3, :3],
+            S=joint[:3, 3:], R=joint[3:, 3:], P0=np.eye(3), x0=[1, 2, 3],
+        )  # fmt: skip
+    else:
+        R = np.zeros((2, 2)) if kind == "exact" else np.eye(2)
+        P0 = np.diag([0.0, 0, 1]) if kind == "singular" else np.eye(3)
+        Q = np.zeros((3, 3)) if kind == "still" else plant.Q
+        plant = lb.Plant(plant.A, plant.B, plant.C, dt=1.0, Q=Q, R=R, P0=P0)
+    y[:, 5:9, 1] = np.nan  # the same gaps
+    found = lb.smooth(plant, y, u, backend="numpy")
+    same(found, plant, y, u, backend="numpy")
+
+
+def test_records_with_the_same_gaps_are_filtered_once(monkeypatch):
+    plant, y, u = records(1, M=70)
+    y[:, 5:8] = np.nan
+    y[4, 2] = np.nan
+    read, numbers = module._Smooth.read, []
+    monkeypatch.setattr(
+        module._Smooth, "read",
+        lambda self, y, u, number: numbers.append(number) or read(self, y, u, number),
+    )  # fmt: skip
+    lb.smooth(plant, y, u, backend="numpy")
+    assert numbers == [0, 4]
+
+
+def test_bits_do_not_depend_on_records_beside_nor_workers(backend):
+    plant, y, u = records(7, M=70)
+    y[4, 5] = y[66, 5] = np.nan
+    whole = lb.smooth(plant, y, u, backend=backend)
+    order = np.random.default_rng(0).permutation(70)
+    mixed = lb.smooth(plant, y[order], u[order], backend=backend)
+    few = lb.smooth(plant, y[3:6], u[3:6], backend=backend)
+    with concurrent.futures.ThreadPoolExecutor(3) as executor:
+        threads = lb.smooth(plant, y, u, backend=backend, executor=executor, chunk=64)
+    with concurrent.futures.ProcessPoolExecutor(2, mp_context=spawn) as executor:
+        processes = lb.smooth(plant, y, u, backend=backend, executor=executor, chunk=64)
+    for name in ("x", "std", "P"):
+        X = getattr(whole, name)
+        np.testing.assert_array_equal(getattr(mixed, name), X[order])
+        np.testing.assert_array_equal(getattr(few, name), X[3:6])
+        np.testing.assert_array_equal(getattr(threads, name), X)
+        np.testing.assert_array_equal(getattr(processes, name), X)
+
+
+def test_covariances_whose_digits_would_go_are_carried_another_way(monkeypatch):
+    """Rows before the first reading, of which later ones say nearly all."""
+    A = np.array([[1.0, 0.1], [0, 1]])
+    plant = lb.Plant(A, None, [[1, 0]], dt=1.0, Q=1e-4 * np.eye(2), R=[[1]],
+                     P0=1e6 * np.eye(2))  # fmt: skip
+    y = np.random.default_rng(1).standard_normal((3, 40, 1))
+    y[:, :3] = np.nan
+    lost, ask = [], module.covariances
+    monkeypatch.setattr(
+        module, "covariances", lambda *a: [lost.append(ask(*a)), lost[-1]][1]
+    )
+    found = lb.smooth(plant, y, backend="numpy")
+    assert lost == [None]
+    same(found, plant, y, np.zeros((3, 40, 0)), backend="numpy")
+
+
+def test_a_continuous_plant_and_one_input_for_all():
+    plant, y, u = records(2)
+    found = lb.smooth(plant, y, u[0])
+    same(found, plant, y, [u[0]] * 5)
+    walk = lb.Plant([[0]], None, [[1]], Q=[[1]], R=[[1]], P0=[[1]])
+    time = [0, 1, 5, 6]
+    found = lb.smooth(walk, y[:, :4, :1], time=time)
+    same(found, walk, y[:, :4, :1], [None] * 5, time=time)
+
+
+def test_into_a_file_and_lists(tmp_path):
+    plant, y, u = records(3)
+    short = [y[0], y[1, :7]]
+    found = lb.smooth(plant, short, [u[0], u[1, :7]])
+    one = lb.smooth(plant, y[1, :7], u[1, :7])
+    np.testing.assert_allclose(found.x[1, :7], one.x, rtol=1e-10, atol=1e-12)
+    assert lb.smooth(plant, y, u, into=tmp_path / "all.npz") is None
+    whole = lb.smooth(plant, y, u)
+    with np.load(tmp_path / "all.npz") as kept:
+        for name in ("x", "std", "P"):
+            np.testing.assert_array_equal(kept[name], getattr(whole, name))
+
+
+def test_what_is_wrong_is_said():
+    plant, y, u = records(3)
+    with pytest.raises(ValueError, match=r"or \(M, N, 2\) for many records"):
+        lb.smooth(plant, y[..., :1], u)
+    with pytest.raises(ValueError, match="chunk is for many records"):
+        lb.smooth(plant, y[0], u[0], chunk=64)
+    with pytest.raises(ValueError, match="lag must be a number of rows"):
+        lb.smooth(plant, y, u, lag=-1)
+    exact = lb.Plant([[1]], None, [[1]], dt=1.0, Q=[[0]], R=[[0]], P0=[[1]])
+    with pytest.raises(lb.DesignError, match=r"^record 1: at instant 2.*y\[k\]"):
+        lb.smooth(exact, np.array([[[1.0], [1.0]], [[1.0], [2.0]]]))
+
+
+def test_no_rows_and_no_records():
+    plant, y, u = records(3)
+    assert lb.smooth(plant, y[:0], u[:0]).P.shape == (0, 18, 3, 3)
+    assert lb.smooth(plant, y[:, :0], u[:, :0]).P.shape == (5, 0, 3, 3)
