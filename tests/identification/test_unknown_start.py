@@ -182,10 +182,8 @@ def test_a_varying_plant_has_its_gradient_at_the_right_instant(backend):
 def test_the_covariance_to_begin_from_does_not_matter(seed, monkeypatch):
     plant, y = case(seed)
     wanted, slope = lb.log_likelihood(plant, y, gradient=True)
-    other = lambda plant: dataclasses.replace(  # noqa: E731
-        plant, P0=np.diag(np.arange(1.0, plant.n + 1)), P0_is="prior"
-    )
-    monkeypatch.setattr(diffuse, "any_start", other)
+    units = np.arange(1.0, plant.n + 1), np.ones(plant.p)
+    monkeypatch.setattr(diffuse, "natural", lambda setting: units)
     found, again = lb.log_likelihood(plant, y, gradient=True)
     assert found == pytest.approx(wanted, rel=1e-10)
     for name, X in slope.items():
@@ -219,9 +217,9 @@ def test_as_few_rows_as_determine_the_state():
     A = [[1, 1, 0], [0, 1, 1], [0, 0, 1]]
     for C, rows in (([[1, 0, 0]], 3), ([[1, 0, 0], [0, 0, 1]], 2)):
         plant = lb.Plant(A, None, C, dt=1.0, Q=np.eye(3), R=np.eye(len(C)))
-        settings = diffuse.Settings(diffuse.any_start(plant), 0)
+        settings = diffuse.Settings(plant, 0)
         y, u = np.ones((6, len(C))), np.zeros((6, 0))
-        assert len(diffuse.head(settings, y, u, np.zeros(0)).X) == rows + 1
+        assert len(diffuse.head(settings, y, u).X) == rows + 1
 
 
 def test_a_record_that_does_not_determine_the_state_is_refused():

@@ -8,7 +8,7 @@ on.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -21,22 +21,17 @@ from ..numeric.factors import lengths, rounded, safe, semidefinite, shorten
 from ..plant import Plant
 from ..recursion.growth import Gap, Passed, require_digits
 from ..recursion.root_step import Spread
-from ..recursion.settings import Settings, require_start
+from ..recursion.settings import Settings
 from ..recursion.state import State, Step, step
 from ..recursion.units import natural
 from .derivation import after_start, before_start, collapse, mean_moves, with_mean
 from .innovations import counted
+from .predictions import begins
 from .score import Adjoint, Sums, row
 from .trail import Trail
 
 FIRM = 1e-4  # of the columns at unit length: the least singular value to go on from
 LEAST = 1e-11  # below it the rows do not determine the state
-
-
-def any_start(plant: Plant) -> Plant:
-    """The plant with a covariance of the state at the first row, which may be any."""
-    states, _ = natural(Settings(plant, 0).at(1))
-    return replace(plant, P0=np.diag(states**2), P0_is="prior", x0=np.zeros(plant.n))
 
 
 class Solved(NamedTuple):
@@ -91,14 +86,14 @@ class Head:
         return -0.5 * float(count * np.log(2 * np.pi) + exponent)
 
 
-def head(settings: Settings, y: Matrix, u: Matrix, u0: Vector) -> Head:
-    """The rows of y that determine the state, as few as do so firmly."""
-    plant = settings.plant
-    n, p = plant.n, plant.p
-    state = State(
-        0, np.zeros((n, 1)), Spread.of(require_start(plant)), None, u0,
-        seen=np.ones(p, dtype=bool), rho=np.zeros((0, 1)), setting=None,
-    )  # fmt: skip
+def head(settings: Settings, y: Matrix, u: Matrix) -> Head:
+    """The rows of y that determine the state, as few as do so firmly.
+
+    Any covariance of the state at the first row will do.
+    """
+    plant, n = settings.plant, settings.plant.n
+    states, _ = natural(settings.at(1))
+    state = begins(settings, 0, np.diag(states**2).flatten(), np.zeros(n))
     trail, X = Trail.empty(plant, y, True), [np.eye(n)]
     shown, z, firm = np.zeros((0, n)), np.zeros(0), 0.0
     done: Step | None = None
@@ -106,13 +101,11 @@ def head(settings: Settings, y: Matrix, u: Matrix, u0: Vector) -> Head:
     for k in range(len(y)):
         done = step(settings, state, y[k], u[k])
         state = done.state
-        trail.put(k, done)
         Sigmas.append(state.Sigma)
         here, at = counted(done), plant.at(k + 1)
+        trail.put_counted(k, done, here)
         C = at.C[state.seen][here.free]
-        moved = kernels.compiled(mean_moves)(
-            A=at.A, C=at.C * trail.free[k][:, None], G=trail.G[k], X=X[-1]
-        )
+        moved = kernels.compiled(mean_moves)(A=at.A, C=at.C, G=trail.G[k], X=X[-1])
         shown = np.vstack([shown, here.whitening @ C @ X[-1]])
         z = np.concatenate([z, here.z])
         X.append(moved["X_next"])
@@ -200,14 +193,13 @@ def back(head: Head, plant: Plant, u: Matrix, sums: Sums, now: Adjoint) -> None:
     first[0, 0] = 1
     for k in reversed(range(len(u))):
         at = plant.at(k + 1)
-        C = at.C * head.trail.free[k][:, None]
         have = dict(
-            C=C, W=head.trail.W[k], x=head.trail.x[k][:, None],
+            C=at.C, W=head.trail.W[k], x=head.trail.x[k][:, None],
             e=head.trail.e[k][:, None], X=head.X[k], first=first, Delta=means,
         )  # fmt: skip
         columns = kernels.compiled(with_mean)(**have)
-        given = dict(A=at.A, C=C, u=u[k][:, None] @ first)
+        given = dict(A=at.A, C=at.C, u=u[k][:, None] @ first)
         given |= dict(x=columns["x_n"], e=columns["e_n"])
         rows = row(head.trail, k, given, now)
         now = Adjoint(rows["eta"], rows["Pi"])
-        sums.add(k + 1, {name: X[None] for name, X in rows.items()})
+        sums.add(k + 1, rows)

@@ -114,7 +114,7 @@ def information(
     """
     expect(plant=plant)
     unknown = plant.P0 is None
-    settings = Settings(diffuse.any_start(plant) if unknown else plant, 0)
+    settings = Settings(plant, 0)
     ways = ways_of(plant, along)
     records = [*_records(plant, y, u, u0)]
     fast = kernels.runs_compiled(backend, sum(len(one.y) for one in records))
@@ -132,7 +132,7 @@ def _of_record(
     stretches, first = list[Stretch](), 0
     now = Carried.start(plant.x0[:, None], ways.dx0, ways.dP0)
     if unknown:
-        head = diffuse.head(settings, y, u, u0)
+        head = diffuse.head(settings, y, u)
         state, first, free = head.state, len(head.trail.free), head.trail.free
         _, unit = natural(settings.at(1))
         stretches = [first_stretch(plant, ways, free, y[:first], u[:first], unit)]

@@ -7,7 +7,7 @@ and what it did to the prediction is what those do.
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg.lapack import dtrtri
+from scipy.linalg.lapack import dpotrf, dtrtri
 
 from ..numeric import Matrices, Matrix, Vector
 from ..numeric.factors import CLEAR, lengths
@@ -47,15 +47,14 @@ class Innovation(NamedTuple):
 def counted(row: Step) -> Innovation:
     """Of a row that NumPy did, from a factor of M.
 
-    Where covariances were carried as factors it is [L, V].  Where outputs have no
-    noise, `unit` is the rounding of its rows, and without it every entry counts.
+    Where covariances were carried as factors it is [L, V], and else every entry counts.
+    Where outputs have no noise, `unit` is the rounding of its rows.
     """
     new, now, innovation = row.new, row.state.setting, row.innovation[:, 0]
     assert now is not None
-    if "L" in new:
-        Z = np.concatenate([new["L"], now.V], axis=1)
-    else:
-        Z = np.linalg.cholesky(new["M"])
+    if "L" not in new:
+        return _all_counted(new["M"], innovation)
+    Z = np.concatenate([new["L"], now.V], axis=1)
     unit = new.get("unit", np.zeros(len(Z)))
     size = np.where(unit > 0, unit, lengths(Z))
     size = np.where(size > 0, size, 1.0)
@@ -70,6 +69,17 @@ def counted(row: Step) -> Innovation:
     diagonal = upper.diagonal() * size[free]
     log_det = 2 * float(np.log(diagonal).sum())
     return Innovation(free, log_det, whitening @ innovation[free], whitening, taken)
+
+
+def _all_counted(M: Matrix, innovation: Vector) -> Innovation:
+    """The same where M is safely definite."""
+    all_ = np.arange(len(M))
+    if not len(M):
+        return Innovation(all_, 0.0, np.zeros(0), M, M)
+    half, _ = dpotrf(M, lower=1, clean=1)
+    whitening = dtrtri(half, lower=1)[0]
+    log_det = 2 * float(np.log(half.diagonal()).sum())
+    return Innovation(all_, log_det, whitening @ innovation, whitening, np.eye(len(M)))
 
 
 def _independent(rows: Matrix, least: Vector) -> np.ndarray:
@@ -91,13 +101,13 @@ def pivots(M: Matrix, nu: Matrix) -> tuple[Vector, Vector]:
 
     One elimination of [M, nu] in all rows at once; a row has few outputs.
     """
-    M, nu = M.copy(), nu.copy()
-    log_det, square = np.zeros(len(M)), np.zeros(len(M))
-    for j in range(nu.shape[1]):
-        pivot = M[:, j, j]
+    both = np.concatenate([M, nu[:, :, None]], axis=2)
+    both = np.ascontiguousarray(both.transpose(1, 2, 0))  # each entry, in all rows
+    log_det, square = np.zeros((2, len(M)))
+    for j in range(len(both)):
+        pivot = both[j, j]
         log_det += np.log(pivot)
-        square += nu[:, j] ** 2 / pivot
-        share = M[:, j + 1 :, j] / pivot[:, None]
-        M[:, j + 1 :, j + 1 :] -= share[:, :, None] * M[:, None, j, j + 1 :]
-        nu[:, j + 1 :] -= share * nu[:, j, None]
+        square += both[j, -1] ** 2 / pivot
+        share = both[j + 1 :, j] / pivot
+        both[j + 1 :, j + 1 :] -= share[:, None] * both[j, j + 1 :]
     return log_det, square

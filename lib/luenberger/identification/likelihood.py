@@ -200,7 +200,7 @@ def row_by_row(
 ) -> tuple[float, Matrices]:
     """The likelihood of records, and its gradients in the matrices of `wanted`."""
     unknown = plant.P0 is None
-    settings = Settings(diffuse.any_start(plant) if unknown else plant, 0)
+    settings = Settings(plant, 0)
     total, slopes = 0.0, dict[str, np.ndarray]()
     for k, one in enumerate(records):
         with named(k, len(records)):
@@ -221,7 +221,7 @@ def _of_record(
     plant, (y, u, u0) = settings.plant, record
     first, found, beginning = 0, 0.0, None
     if unknown:
-        beginning = diffuse.head(settings, y, u, u0)
+        beginning = diffuse.head(settings, y, u)
         found, first, state = (
             beginning.value,
             len(beginning.trail.free),

@@ -51,11 +51,11 @@ def innovations(
     """
     expect(plant=plant)
     unknown = plant.P0 is None
-    settings = Settings(diffuse.any_start(plant) if unknown else plant, 0)
+    settings = Settings(plant, 0)
     y, u, u0 = _record(plant, y, u, None)
     first, state = 0, None if unknown else start(settings, plant.x0, u0)
     if state is None:
-        head = diffuse.head(settings, y, u, u0)
+        head = diffuse.head(settings, y, u)
         first, state = len(head.trail.free), head.state
     fast = kernels.runs_compiled(backend, len(y))
     trail = trail_of(settings, state, y[first:], u[first:], fast, False)

@@ -55,7 +55,7 @@ def filtered(
             done = k if found is None else block.run(*found, k, out)
             if found is not None and done > k:
                 at = state.instant + done - k
-                state, k = _begins(settings, at, *found), done
+                state, k = begins(settings, at, *found), done
             else:
                 state = state._replace(turn=state.turn.later(state.instant))
         if k < len(y):
@@ -101,8 +101,8 @@ def predicted(settings: Settings, state: State) -> tuple[Matrix, Vector] | None:
     return Omega.flatten(), found["x_minus"].flatten()
 
 
-def _begins(settings: Settings, instant: int, Omega: Vector, x: Vector) -> State:
-    """The state from which the next row begins with this prediction."""
+def begins(settings: Settings, instant: int, Omega: Vector, x: Vector) -> State:
+    """The state from which the next row begins with this prediction; both are flat."""
     n, m, p = settings.plant.n, settings.plant.m, settings.plant.p
     still = Move(np.eye(n), np.zeros((n, n)), np.zeros((n, 0)), np.eye(n))
     setting: Setting = settings.at(max(instant, 1))._replace(

@@ -14,7 +14,7 @@ from ..recursion.state import flat
 from .derivation import score_pass, score_step, start_score
 from .trail import Trail
 
-TOGETHER = 1024  # rows whose gradients are kept before they are added up
+TOGETHER = 1024  # rows whose gradients are added up before they join the others
 
 
 class Adjoint(NamedTuple):
@@ -54,24 +54,21 @@ class Sums:
             if name not in ("x0", "P0") and (wanted is None or name in wanted)
         }
 
-    def add(self, first: int, rows: Matrices) -> None:
-        """Add the gradients "gA", ... of the instants from `first` on, as stacks."""
+    def add(self, instant: int, found: Matrices) -> None:
+        """Add the gradients "gA", ... of one instant."""
         for name, total in self.found.items():
-            part = rows[f"g{name}"]
-            if total.ndim == 2:
-                total += part.sum(axis=0)
-            else:
-                total[first : first + len(part)] += part
+            here = total if total.ndim == 2 else total[instant]
+            here += found[f"g{name}"]
 
 
 @cache
-def _backward(names: tuple[str, ...]) -> kernels.Recursion:
+def _backward(kinds: tuple[tuple[str, str], ...]) -> kernels.Recursion:
     """The pass back, which writes the gradients in the matrices of these names."""
     return kernels.Recursion(
         score_pass,
         carried=(("eta", "eta_next"), ("Pi", "Pi_next")),
         rows=(("x", "predictions", 0), ("e", "es", 0), ("u", "us", 0)),
-        written=tuple((f"g{name}s", f"g{name}", "vector") for name in names),
+        written=tuple((f"g{name}s", f"g{name}", kind) for name, kind in kinds),
         symmetric=("Omega", "W", "Pi_next"),
         backward=True,
     )
@@ -97,10 +94,9 @@ def back(
             continue
         k -= 1
         at = plant.at(first + k)
-        C = at.C * trail.free[k][:, None]
-        found = row(trail, k, dict(A=at.A, C=C, u=u[k][:, None]), now)
+        found = row(trail, k, dict(A=at.A, C=at.C, u=u[k][:, None]), now)
         now = Adjoint(found["eta"], found["Pi"])
-        sums.add(first + k, {name: X[None] for name, X in found.items()})
+        sums.add(first + k, found)
     return now
 
 
@@ -125,32 +121,37 @@ class Block:
         stacks, known = _stacks(trail, plant, first)
         self.changing = {name for name, X in stacks.items() if len(X) > 1}
         self.changing |= {"Omega", "W"}
-        names = tuple(sums.found)
+        kinds = ("sum" if X.ndim == 2 else "vector" for X in sums.found.values())
         self.kernel = kernels.over_record(
-            _backward(names), (*sizes, ("c", 1)), known, frozenset(self.changing)
+            _backward(tuple(zip(sums.found, kinds))),
+            (*sizes, ("c", 1)),
+            known,
+            frozenset(self.changing),
         )
         self.given = {name: flat(kernels.plain_array(X)) for name, X in stacks.items()}
         self.rows = dict(predictions=trail.x, es=trail.e, us=kernels.plain_array(u))
-        self.written = {
-            f"g{name}": np.empty((TOGETHER, *sums.found[name].shape[-2:]))
-            for name in names
-        }
 
     def run(self, start: int, stop: int, now: Adjoint) -> Adjoint:
         """The rows from stop - 1 down to `start`."""
         here, size = slice(start, stop), stop - start
         given = {k: X[here] if k in self.changing else X for k, X in self.given.items()}
         given |= {name: X[here] for name, X in self.rows.items()}
-        given |= {f"{name}s": flat(X) for name, X in self.written.items()}
+        found = {k: self.room(X, start, size) for k, X in self.sums.found.items()}
+        given |= {f"g{name}s": flat(X) for name, X in found.items()}
         eta, Pi = now.eta[:, 0].copy(), now.Pi.flatten()
         self.kernel(
             **given, eta_next=eta, Pi_next=Pi, last=size - 1, start=0, stop=size,
             keep=True,
         )  # fmt: skip
-        self.sums.add(
-            self.first + start, {k: X[:size] for k, X in self.written.items()}
-        )
+        for name, X in self.sums.found.items():
+            if X.ndim == 2:
+                X += found[name][0]
         return Adjoint(eta[:, None], Pi.reshape(now.Pi.shape))
+
+    def room(self, total: Matrix, start: int, size: int) -> Matrix:
+        """Where `size` rows from `start` on put their gradients: one sum, or each."""
+        at = self.first + start
+        return np.zeros((1, *total.shape)) if total.ndim == 2 else total[at : at + size]
 
 
 def _stacks(trail: Trail, plant: Plant, first: int) -> tuple[Matrices, tuple]:
@@ -161,10 +162,8 @@ def _stacks(trail: Trail, plant: Plant, first: int) -> tuple[Matrices, tuple]:
     for name, X in given.items():
         varies = X.ndim == 3
         stacks[name] = X[first : first + len(trail.free)] if varies else X[None]
-        if not varies and (name != "C" or trail.free.all()):
+        if not varies:
             known.append((name, kernels.entries_known(X == 0, X == 1)))
-    if not trail.free.all():
-        stacks["C"] = stacks["C"] * trail.free[:, :, None]
     return stacks | dict(Omega=trail.Omega, W=trail.W), tuple(known)
 
 
@@ -179,7 +178,7 @@ def at_start(plant: Plant, now: Adjoint, u0: Matrix, sums: Sums) -> Matrices:
             u=u0[:, None], eta_next=now.eta, Pi_next=now.Pi,
         )  # fmt: skip
         found = kernels.compiled(score_step)(**given)
-        sums.add(0, {name: X[None] for name, X in found.items()})
+        sums.add(0, found)
         now = Adjoint(found["eta"], found["Pi"])
     gP = kernels.compiled(start_score)(eta=now.eta, Pi=now.Pi)["gP"]
     return dict(x0=now.eta[:, 0], P0=gP)

@@ -11,8 +11,10 @@ from ..numeric import Matrices, Matrix, Vector
 from ..plant import Plant
 from ..recursion.filter_stacks import BEFORE, FILTER
 from ..recursion.state import Step, flat
-from .derivation import likelihood_step, prediction_gain, weighed
-from .innovations import counted, pivots
+from .derivation import likelihood_step, prediction_gain
+from .innovations import Innovation, counted, pivots
+
+TOGETHER = 4096  # rows of which determinants are found at once
 
 LIKELIHOOD = kernels.Recursion(
     likelihood_step,
@@ -37,6 +39,8 @@ LIKELIHOOD = kernels.Recursion(
 @dataclass(frozen=True, eq=False)
 class Trail:
     """A row for each row of the record; outputs that do not count have zeros.
+
+    Until rows are written there is anything in them.
 
     Attributes
     ----------
@@ -77,12 +81,12 @@ class Trail:
         (N, p), n = y.shape, plant.n
         some = N if score else 0
         sizes = (n,), (p,), (n, n), (n, p), (p, p)
-        x, e, Omega, G, W = (np.zeros((some, *size)) for size in sizes)
+        x, e, Omega, G, W = (np.empty((some, *size)) for size in sizes)
         free = ~np.isnan(y)
-        nu, M = np.zeros((N, p)), np.zeros((N, p, p))
+        nu, M = np.empty((N, p)), np.empty((N, p, p))
         log_det, square = np.full((2, N), np.nan)
         compiled = np.ones(N, dtype=bool)
-        rows = log_det, square, compiled, np.zeros((N, n))
+        rows = log_det, square, compiled, np.empty((N, n))
         return cls(nu, M, free, *rows, x, e, Omega, G, W)
 
     @property
@@ -100,26 +104,17 @@ class Trail:
 
     def put(self, k: int, row: Step) -> None:
         """Write row k, which NumPy did."""
-        seen = np.flatnonzero(row.state.seen)
-        self.compiled[k] = False
-        self.variances[k] = row.state.Sigma.diagonal()
-        if "L" not in row.new:
-            self.M[k] = np.eye(len(self.M[k]))
-            self.M[k][np.ix_(seen, seen)] = row.new["M"]
-            self.innovations[k, seen] = row.innovation[:, 0]
-            if self.kept:
-                found = kernels.compiled(weighed)(
-                    M=row.new["M"], innovation=row.innovation
-                )
-                self.put_score(k, row, seen, found | {"taken": np.eye(len(seen))})
-            return
-        here = counted(row)
-        at = seen[here.free]
-        self.free[k] = False
+        self.put_counted(k, row, counted(row))
+
+    def put_counted(self, k: int, row: Step, here: Innovation) -> None:
+        """The same, where it is known what the row says."""
+        at = np.flatnonzero(row.state.seen)[here.free]
+        self.compiled[k] = self.free[k] = False
         self.free[k, at] = True
+        self.variances[k] = row.state.Sigma.diagonal()
         self.log_det[k], self.square[k] = here.log_det, here.z @ here.z
         self.innovations[k], self.M[k] = 0, np.eye(len(self.free[k]))
-        self.innovations[k, seen[here.free]] = here.z
+        self.innovations[k, at] = here.z
         if self.kept:
             self.put_score(k, row, at, here.found())
 
@@ -129,8 +124,9 @@ class Trail:
         assert now is not None
         self.x[k] = (state.x - new["K"] @ row.innovation)[:, 0]
         self.Omega[k] = new["Omega"]
+        self.e[k], self.W[k], self.G[k] = 0, 0, 0
         self.e[k, at] = found["e"][:, 0]
-        self.W[k][np.ix_(at, at)] = found["W"]
+        self.W[k][at[:, None], at] = found["W"]
         gain = kernels.compiled(prediction_gain)(As=now.As, J=now.J, Kmv=new["K"])
         self.G[k][:, at] = gain["G"] @ found["taken"]
 
@@ -140,10 +136,16 @@ class Trail:
 
     def settled(self) -> Trail:
         """The same, with what compiled code leaves to do for all its rows at once."""
-        rows = np.isnan(self.log_det)
-        log_det, square = pivots(self.M[rows], self.innovations[rows])
-        self.log_det[rows], self.square[rows] = log_det, square
+        for k in range(0, len(self.free), TOGETHER):
+            rows = slice(k, k + TOGETHER)
+            left = np.isnan(self.log_det[rows])
+            for mine, found in zip(
+                (self.log_det[rows], self.square[rows]),
+                pivots(self.M[rows], self.innovations[rows]),
+            ):
+                np.copyto(mine, found, where=left)
         if self.kept and not self.free.all():
             # beside the ones of what did not arrive there are zeros
-            self.W[self.compiled] *= self.free[self.compiled][:, :, None]
+            k, j = np.nonzero(~self.free)
+            self.W[k, j] = self.W[k, :, j] = 0
         return self

@@ -12,6 +12,7 @@ from .scalars import Let, Straight
 
 TEST_EVERY = 8  # rows; the test costs as much as half a row
 BACK = 32  # the same of a recursion that runs backward: its rows are looked at anyway
+PLACES = {"sum": ("0", "+=")}  # the row of an array, and how it is set
 ON_STACK = 16_000  # numbers at most, 128 kB; more go to the heap
 
 
@@ -169,8 +170,9 @@ class _Scalars(_Body):
         if kind == "matrix":
             self.to.line("if keep_:")
         pad = "    " if kind == "matrix" else ""
+        row, sign = PLACES.get(kind, ("row", "="))
         for k, entry in enumerate(entries):
-            self.to.set(f"{pad}{array}_[row, {k}]", entry)
+            self.to.set(f"{pad}{array}_[{row}, {k}]", entry, sign)
 
     def entries(self, operand: Any, name: str) -> Any:
         if operand is None:
@@ -276,7 +278,8 @@ class _LoopBody(_Body):
         if kind == "matrix":
             to.line("if keep_:")
             to.depth += 1
-        self.to.fill(f"{array}_[row, i]", f"{name}[i]", rows * cols)
+        row, sign = PLACES.get(kind, ("row", "="))
+        self.to.fill(f"{array}_[{row}, i]", f"{name}[i]", rows * cols, sign)
         if kind == "matrix":
             to.end()
 

@@ -26,9 +26,9 @@ class Recursion:
     rows : tuple of (str, str, int)
         Given vectors, with the array of the record and the row in it, k or k + 1.
     written : tuple of (str, str, str)
-        Output array, result, and "vector", "diagonal" or "matrix"; matrices are
-        written only where a history is kept.  What is carried may be written as well,
-        as the row began with it.
+        Output array, result, and "vector", "diagonal", "matrix" or "sum"; matrices are
+        written only where a history is kept, and a sum is added to row 0 of its array.
+        What is carried may be written as well, as the row began with it.
     before : tuple of str
         Given matrices that belong to the instant before.
     symmetric : tuple of str

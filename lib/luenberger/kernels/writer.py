@@ -50,10 +50,10 @@ class Writer:
     def set(self, target: str, text: str, sign: str = "=") -> None:
         self.line(f"{target} {sign} {text}" + self.stop)
 
-    def fill(self, target: str, text: str, length: Size) -> None:
+    def fill(self, target: str, text: str, length: Size, sign: str = "=") -> None:
         """target = text for each i, which stands in them."""
         self.loop("i", 0, length)
-        self.set(target, text)
+        self.set(target, text, sign)
         self.end()
 
 

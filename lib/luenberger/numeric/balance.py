@@ -8,7 +8,6 @@ does not round.
 from typing import Any, TypeVar
 
 import numpy as np
-from scipy.sparse.csgraph import connected_components
 
 from . import Matrix, Vector
 
@@ -53,21 +52,26 @@ def balanced(
     outer = _one_sided(A, noise > 0, (C[noisy] > 0).any(axis=0))
     inner = np.isin(np.arange(len(A)), outer, invert=True)
 
-    def sides(i: np.integer | int) -> tuple[float, float]:
-        """What moves state i and what it moves, of what is inside."""
-        shown = C[noisy, i] / sizes(C[noisy], sensor[noisy], states)
-        moved = (A[i] * states)[inner].max(initial=noise[i])
-        return moved, (A[:, i] / states)[inner].max(initial=shown.max(initial=0))
+    def sides(i: Any) -> tuple[Any, Any]:
+        """What moves state i (or states), and what it moves, of what is inside."""
+        shown = (C[noisy][:, i].T / sizes(C[noisy], sensor[noisy], states)).T
+        moved = (A[i] * states)[..., inner].max(axis=-1, initial=0)
+        seen = (A[:, i].T / states)[..., inner].max(axis=-1, initial=0)
+        return np.maximum(moved, noise[i]), np.maximum(seen, shown.max(0, initial=0))
+
+    def even(i: Any) -> tuple[Any, Any]:
+        """Whether they are even, and the unit in which they would be."""
+        moved, seen = sides(i)
+        found = power_of_two(np.sqrt(moved) / np.sqrt(seen))
+        return (1 / EVEN <= found / states[i]) & (found / states[i] <= EVEN), found
 
     for _ in range(SWEEPS):
-        even = True
-        for i in np.flatnonzero(inner):
-            moved, seen = sides(i)
-            found = power_of_two(np.sqrt(moved) / np.sqrt(seen))
-            if not 1 / EVEN <= found / states[i] <= EVEN:
-                states[i], even = found, False
-        if even:
+        if even(inner)[0].all():
             break
+        for i in np.flatnonzero(inner):
+            fine, found = even(i)
+            if not fine:
+                states[i] = found
     for i in reversed(outer):  # as they hang on those inside, or on the first of them
         moved, seen = sides(i)
         if moved or seen:
@@ -171,11 +175,12 @@ class _Fit:
         degrees = self.links.sum(axis=1) + self.links[:, :-1].sum(axis=0)
         self.normal = np.diag(degrees) - graph
         self.anchor = np.full(n + p, -1)
-        parts, of = connected_components(graph, directed=False)
-        for part in range(parts):
-            if not self.links[of == part, -1].any():  # nothing has a size of its own
-                self.anchor[of == part] = np.argmax(of == part)
-                self.normal += np.outer(of == part, of == part)
+        of = _first_of_part(graph)
+        for first in np.unique(of):
+            part = of == first
+            if not self.links[part, -1].any():  # nothing has a size of its own
+                self.anchor[part] = first
+                self.normal += np.outer(part, part)
 
     def pull(self, logs: Matrix) -> Vector:
         """The right side of the normal equations."""
@@ -185,6 +190,15 @@ class _Fit:
         """Logarithms of the units; in a part without a size, beside its first."""
         found = np.linalg.solve(self.normal, self.pull(logs))
         return found - np.where(self.anchor < 0, 0.0, found[self.anchor])
+
+
+def _first_of_part(graph: Matrix) -> Vector:
+    """For each node, the first one that paths of the symmetric `graph` lead to."""
+    reached, count = np.eye(len(graph)) + graph > 0, 0
+    while (now := np.count_nonzero(reached)) > count:
+        count, near = now, reached.astype(float)
+        reached = near @ near > 0
+    return np.asarray(reached.argmax(axis=1))
 
 
 def _deviation(variance: Vector | float) -> Vector:

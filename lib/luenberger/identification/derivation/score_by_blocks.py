@@ -115,7 +115,8 @@ STAGES = (
 def score_step():
     """A row, from the last to the first: eta, Pi and the gradients it adds.
 
-    W (p, p) has zeros for outputs that do not count, and so have C, G and e.
+    W (p, p) has zeros for outputs that do not count, and so have G and e; they meet
+    every row of C.
     """
     return Derivation(
         (A, C, Omega, G, W, e, x, u, eta_next, Pi_next),
