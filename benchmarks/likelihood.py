@@ -1,12 +1,14 @@
 """The likelihood of a record and its gradient, in passes of the filter in full.
 
 The same plants and records as in `filter_step`.  statsmodels computes the likelihood
-alone; a gradient by differences takes it one more likelihood for each number.
+alone; a gradient by differences takes it one more likelihood for each number.  Then the
+worst cases of a grid over sizes, lengths, gaps and starts: `WORST`.
 
 Run:  OMP_NUM_THREADS=1 python benchmarks/likelihood.py [--quick]
 """
 
 import sys
+from dataclasses import replace
 
 import numpy as np
 from common import first_prior, in_turns, line, plant, record, same
@@ -15,6 +17,8 @@ from statsmodels.tsa.statespace import kalman_filter
 import luenberger as lb
 
 SIZES = [(3, 2), (10, 4)]
+WORST = [(3, 2, 50_000), (6, 1, 10_000), (10, 1, 2_000)]  # gaps, an unknown start
+MISSING = 0.05
 STEPS, ROUNDS = 10_000, 11
 
 
@@ -30,11 +34,12 @@ def statsmodels(plant, y):
     return model.loglike
 
 
-def contestants(plant, y, backend):
-    """The filter first: ratios are to its time."""
+def contestants(plant, y, backend, start=True):
+    """The filter first: ratios are to its time.  Without `start` P0 is not known."""
+    judged = plant if start else replace(plant, P0=None)
 
     def likelihood(**options):
-        return lb.log_likelihood(plant, y, backend=backend, **options)
+        return lb.log_likelihood(judged, y, backend=backend, **options)
 
     return {
         f"{backend} filter": lambda: lb.filter_data(
@@ -60,6 +65,16 @@ def records(quick=False):
             work = dict.fromkeys(runs, steps)
             times = in_turns(runs, 3 if quick else ROUNDS, work)
             yield record("likelihood", f"n = {n}, p = {p}", "ns", times, 1e9)
+    for n, p, steps in WORST[: 1 if quick else None]:
+        rng = np.random.default_rng(1)
+        y = rng.normal(size=(steps, p))
+        y[rng.random(y.shape) < MISSING] = np.nan
+        runs = contestants(plant(n, p), y, "numba", start=False)
+        for run in runs.values():
+            run()
+        times = in_turns(runs, 3 if quick else ROUNDS, dict.fromkeys(runs, steps))
+        case = f"n = {n}, p = {p}, {steps} rows, gaps, unknown start"
+        yield record("likelihood", case, "ns", times, 1e9)
 
 
 if __name__ == "__main__":
