@@ -18,6 +18,7 @@ from exact_likelihood import (
 )
 
 import luenberger as lb
+from luenberger.identification import score
 
 nan = float("nan")
 BACKENDS = ("numpy", "numba")
@@ -74,6 +75,25 @@ def test_compiled_code_has_the_same_likelihood_and_score(seed):
     assert lb.log_likelihood(plant, y, backend="numba") == found
     for name, X in slope.items():
         np.testing.assert_allclose(other[name], X, rtol=1e-9, atol=1e-9 * abs(X).max())
+
+
+@pytest.mark.parametrize("n", [2, 8])
+@pytest.mark.parametrize("start", [True, False])
+def test_gradients_of_many_rows_with_gaps_are_added_up(n, start):
+    """More rows than compiled code adds up at a time, as scalars and as loops."""
+    rng = np.random.default_rng(n)
+    plant = generators.plant(rng, n, 2, m=1, cross=True, radius=0.9)
+    y, u, u0 = generators.record(rng, plant, score.TOGETHER + 100)
+    if not start:
+        plant = dataclasses.replace(plant, P0=None)
+    y[rng.random(y.shape) < 0.1] = nan
+    options = dict(u0=u0, gradient=True)
+    wanted, slopes = lb.log_likelihood(plant, y, u, backend="numpy", **options)
+    found, others = lb.log_likelihood(plant, y, u, backend="numba", **options)
+    assert found == pytest.approx(wanted, rel=1e-12)
+    assert slopes.keys() == others.keys()
+    for name, X in slopes.items():
+        np.testing.assert_allclose(others[name], X, rtol=0, atol=1e-10 * abs(X).max())
 
 
 # -- exactly ---------------------------------------------------------------------------
