@@ -31,7 +31,7 @@ from typing import Any
 
 import numpy as np
 
-from . import stack
+from . import fused, stack
 
 FASTMATH = ("contract", "reassoc")  # sums may be taken in another order, NaNs count
 OPTIONS: dict[str, Any] = dict(error_model="numpy", nogil=True)  # nogil: for threads
@@ -119,28 +119,30 @@ def sources() -> str:
 
 
 @cache
-def compiled(text: str, types: tuple[str, ...]) -> Any:
+def compiled(text: str, types: tuple[str, ...], exact: bool = False) -> Any:
     """The function `run` of a generated module, compiled for arguments of `types`.
 
-    `types` names them as numba does, e.g. ("i8", "f8[::1]").
+    `types` names them as numba does, e.g. ("i8", "f8[::1]").  What is `exact` is
+    computed in the order of the text, else as `FASTMATH` allows.
     """
     from numba import config as numba_config
 
     config: Any = numba_config
 
     if config.DISABLE_JIT:
-        return _function(text, "luenberger_uncompiled", np.empty)
+        return _function(text, "luenberger_uncompiled", np.empty, fused.plain)
     folder = usable_folder()
     if folder is not None:
         try:
-            return _from_folder(folder, text, types)
+            return _from_folder(folder, text, types, exact)
         except (
             Exception
         ) as error:  # of numba's files or of the disk: not our arithmetic
             said = f"compiled code is not kept: {error}"
             warnings.warn(said, CacheWarning, stacklevel=2)
-    name = f"luenberger_{key(text, types)}"
-    return _compile(_function(text, name, stack.local_array()), types)
+    name = f"luenberger_{key(text, types, exact)}"
+    function = _function(text, name, stack.local_array(), fused.fused())
+    return _settled(_jit(function, exact), types)
 
 
 def folder() -> Path:
@@ -189,30 +191,30 @@ def ours(path: Path) -> bool:
     return stat.S_ISREG(os.lstat(path).st_mode) and private(path)
 
 
-def _function(text: str, path: str, array: Any) -> Any:
+def _function(text: str, path: str, array: Any, fma: Any) -> Any:
     """`run` of a module made of `text`, as if it came from `path`.
 
-    The text calls `array` for its arrays.  The module is entered by its name, because
+    The text calls `array` for its arrays, and `fma` for products that are joined with
+    sums.  The module is entered by its name, because
     numba asks for it by name when it reads its files.
     """
     module: Any = ModuleType(Path(path).stem)
     sys.modules[module.__name__] = module
-    module.array = array
+    module.array, module.fma = array, fma
     exec(compile(text, path, "exec"), module.__dict__)  # made by us, see above
     return module.run
 
 
-def _compile(function: Any, types: tuple[str, ...], **options: Any) -> Any:
-    """A numba function for exactly these types."""
+def _jit(function: Any, exact: bool, **options: Any) -> Any:
+    """A numba function that is not compiled yet."""
     import numba
 
-    run = numba.njit(**OPTIONS, **options)(function)
-    if options:
-        return run
-    return _settled(run, types)
+    options |= OPTIONS | (dict(fastmath=False) if exact else {})
+    return numba.njit(**options)(function)
 
 
 def _settled(run: Any, types: tuple[str, ...]) -> Any:
+    """A numba function for exactly these types."""
     from numba.core import types as known
 
     array: dict[str, Any] = {"f8[::1]": known.float64[::1], "i8[::1]": known.int64[::1]}
@@ -223,12 +225,14 @@ def _settled(run: Any, types: tuple[str, ...]) -> Any:
     return run
 
 
-def _from_folder(folder: Path, text: str, types: tuple[str, ...]) -> Any:
-    path = folder / f"luenberger_{key(text, types)}.py"
+def _from_folder(
+    folder: Path, text: str, types: tuple[str, ...], exact: bool
+) -> Any:
+    path = folder / f"luenberger_{key(text, types, exact)}.py"
     if not _says(path, text):
         replace(path, text)
-    function = _function(text, str(path), stack.local_array())
-    run = _compile(function, types, cache=True)
+    function = _function(text, str(path), stack.local_array(), fused.fused())
+    run = _jit(function, exact, cache=True)
     beside = Path(run.stats.cache_path)
     written = path.with_suffix(".sha256")
     kept = hashes(beside, path.stem)
@@ -259,13 +263,15 @@ def _says(path: Path, text: str) -> bool:
     return path.is_file() and ours(path) and path.read_bytes() == text.encode()
 
 
-def key(text: str, types: tuple[str, ...]) -> str:
+def key(text: str, types: tuple[str, ...], exact: bool = False) -> str:
     """A name for a text, its types, and whatever the machine code depends on."""
     import numba
 
     versions = numba.__version__, sys.version, sys.platform
     options = (f"{name} {one}" for name, one in OPTIONS.items() if name != "fastmath")
-    parts = text, *types, *versions, *FASTMATH, *options, inspect.getsource(stack)
+    joined = () if exact else FASTMATH
+    local = inspect.getsource(stack), inspect.getsource(fused)
+    parts = text, *types, *versions, *joined, *options, *local
     return hashlib.sha256("\0".join(parts).encode()).hexdigest()[:32]
 
 

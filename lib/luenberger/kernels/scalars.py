@@ -30,12 +30,17 @@ Sums = Sequence[tuple[float, Sequence[str]]]  # terms: a factor, and names
 
 @dataclass(frozen=True)
 class Let:
-    """name = text, which reads the names in `reads`."""
+    """name = text, which reads the names in `reads`.
+
+    Of a sum, `terms` and `number` are what it adds up.
+    """
 
     name: str
     text: str
     reads: frozenset[str]
     cost: Cost
+    terms: Sums = ()
+    number: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -167,13 +172,14 @@ class _Unrolling:
         if text.isidentifier():
             return text
         reads = _names(*(one for _, names in terms for one in names))
-        return self.name(name, text, reads, _cost(terms, number))
+        cost = _cost(terms, number)
+        return self.name(Let(name, text, reads, cost, terms, number))
 
-    def name(self, name: str, text: str, reads: frozenset[str], cost: Cost) -> str:
-        if text not in self.seen:
-            self.seen[text] = name
-            self.statements.append(Let(name, text, reads, cost))
-        return self.seen[text]
+    def name(self, one: Let) -> str:
+        if one.text not in self.seen:
+            self.seen[one.text] = one.name
+            self.statements.append(one)
+        return self.seen[one.text]
 
     def assign(self, step: Assign) -> None:
         rows, cols = self.program.shape(step.target, self.sizes)
@@ -215,7 +221,7 @@ class _Unrolling:
             self.need(step, j, d[j])
             cost = Cost(1, 1 + _numbers(d[j]), 1, 1)
             text = f"1.0 / {d[j]}"
-            inverse[j] = self.name(f"{name}_i{j}", text, _names(d[j]), cost)
+            inverse[j] = self.name(Let(f"{name}_i{j}", text, _names(d[j]), cost))
             for i in range(j + 1, size):
                 rest = [(-1.0, L[i][k], L[j][k], d[k]) for k in range(j)]
                 above = self.let(f"{name}_a{i}_{j}", [(M[j][i],), *rest])

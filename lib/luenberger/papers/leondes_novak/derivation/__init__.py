@@ -145,6 +145,17 @@ partial_sample = StageList(
     "C E Missing R S J As Q Lifted Untaken Spread Gamma "
     "N M Kmv K Z Sigma known innovation x rho",
 )
+marked_sample = StageList(
+    __name__,
+    "on_target.marked_sample",
+    "C E Missing R S J As Q Lifted Untaken Spread Gamma "
+    "N M Kmv K Z Sigma known innovation x rho Omega_next x_minus_next",
+)
+sample_with_gain = StageList(
+    __name__,
+    "on_target.sample_with_gain",
+    "known innovation x rho x_minus_next",
+)
 arrived = StageList(
     __name__, "marks.arrived", "C E Missing R S J As Q Lifted Untaken Spread Gamma"
 )

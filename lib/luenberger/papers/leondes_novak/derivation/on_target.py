@@ -96,6 +96,29 @@ def partial_sample():
 
 
 @cache
+def marked_sample():
+    """From one prediction to the next, where some outputs did not arrive.
+
+    All matrices are the plant's, and those that arrived are marked.
+    """
+    return in_turn(arrived(), update(), predict())
+
+
+@cache
+def sample_with_gain():
+    """From one predicted state to the next with a gain that is known."""
+    made = {stage.target for stage in TO_Z} | {Sigma, Omega_next}
+    stages = [s for s in complete_sample().stages if s.target not in made]
+    return Derivation(
+        (A, B, J, C, E, K, u, y, x_minus),
+        tuple(stages),
+        source=SOURCE,
+        letters=device,
+        says="what a sample does to a predicted state, its gain being known",
+    )
+
+
+@cache
 def derive():
     """The page."""
     page = (

@@ -1,0 +1,313 @@
+"""The function that runs records in panels, line by line; see `panels`."""
+
+from collections.abc import Collection, Sequence
+from typing import TYPE_CHECKING, Any
+
+from .program import Sizes
+from .python import Python
+from .recursion import Loop
+from .scalars import Entry, Let, Need, Straight, Sums
+
+if TYPE_CHECKING:
+    from .panels import Panels
+
+LANES = 16  # records side by side
+HIGH = 8  # rows that are read and written at once
+
+
+def source(
+    panels: "Panels",
+    loop: Loop,
+    sizes: Sizes,
+    changing: Collection[str],
+    straight: Straight,
+    names: Sequence[str],
+) -> str:
+    """The text of a module with the function `run`.
+
+    ``run(who, rows, y, which_y, ..., A, ..., Omega, ..., xs, ...)`` works on the first
+    `rows` rows of the records `who`, which are rows of every array that is written.
+    Record s reads row ``which_y[s]`` of y, and so on; NaN is what did not arrive.
+    Matrices come as stacks (S, rows * cols), of which row k uses index k if the matrix
+    is `changing`, else 0.  What is carried comes flat, and is the same for all at the
+    first row.
+
+    A lane in which a pivot fails goes on with numbers that mean nothing, and has
+    failed.
+    """
+    to = Python(0)
+    shown = ", ".join(f"{name} = {value}" for name, value in sorted(sizes.items()))
+    to.line(f'"""{loop.name}, {shown}, in panels.  Generated: do not edit."""')
+    to.line("import numpy as np\n\n")
+    to.line(f"def run({', '.join(f'{name}_' for name in names)}):")
+    to.depth = 1
+    _Panel(panels, loop, sizes, changing, straight, to).write()
+    return "\n".join(to.lines) + "\n"
+
+
+class _Panel:
+    """Scalars in a loop over lanes, around it loops over rows and records.
+
+    A number of a lane that is needed outside that loop is kept in a local array: entry
+    by entry, all lanes.
+    """
+
+    def __init__(
+        self,
+        panels: "Panels",
+        loop: Loop,
+        sizes: Sizes,
+        changing: Collection[str],
+        straight: Straight,
+        to: Python,
+    ) -> None:
+        self.panels, self.loop, self.program = panels, loop, loop.program
+        self.sizes, self.changing, self.to = sizes, changing, to
+        self.straight = straight
+        self.marks, self.marked = panels.marks or ("", "")
+        self.level = self.levels()
+        self.carried = {name: self.given(name) for name in loop.carried.values()}
+        self.read = {
+            array: self.program.shape(name, sizes)[0]
+            for name, (array, _) in loop.rows.items()
+            if self.given(name)
+        }
+        self.written = {
+            array: (kind, self.flat(result, kind))
+            for array, result, kind in loop.recursion.written
+        }
+        self.whole = dict(self.read)  # vectors of which some rows are kept
+        for array, (kind, flat) in self.written.items():
+            if kind != "matrix":
+                self.whole[array] = len(flat)
+        self.watched = self.flat(panels.watched, "diagonal") if panels.watched else []
+        last = self.flat(panels.watched, "matrix") if panels.watched else []
+        self.last = {entry: k for k, entry in enumerate(dict.fromkeys(last))}
+
+    def given(self, name: str) -> list[tuple[int, int, str]]:
+        """The entries of a given matrix that are not known."""
+        return self.straight.given.get(name, [])
+
+    def levels(self) -> dict[Entry, int]:
+        """Of each name: 0 for what stays, 1 for what a row has, 2 for what a lane has."""
+        lanes = {*self.loop.carried.values(), *self.loop.rows, self.marks}
+        level: dict[Entry, int] = {}
+        for name, entries in self.straight.given.items():
+            of = 2 if name in lanes else int(name in self.changing)
+            level |= {entry: of for *_, entry in entries}
+        for one in self.straight.statements:
+            if isinstance(one, Let):
+                level[one.name] = max((level[k] for k in one.reads), default=0)
+        return level
+
+    def flat(self, result: str, kind: str) -> list[Entry]:
+        """The entries of a result, or of its diagonal."""
+        table = self.table(result)
+        if kind == "diagonal":
+            return [row[i] for i, row in enumerate(table)]
+        return [entry for row in table for entry in row]
+
+    def table(self, result: str) -> list[list[Entry]]:
+        operand = self.program.results[result]
+        if operand is None:
+            rows, cols = self.program.shape(result, self.sizes)
+            return [[0.0] * cols] * rows
+        table = self.straight.entries[operand.name]
+        return [list(row) for row in zip(*table)] if operand.turned else table
+
+    def write(self) -> None:
+        to = self.to
+        self.rooms()
+        self.uniform(0)
+        to.loop("begin", "0", f"who_.shape[0], {LANES}")
+        to.let("here", f"min({LANES}, who_.shape[0] - begin)")
+        self.start()
+        to.loop("first", "0", f"rows_, {HIGH}")
+        to.let("high", f"min({HIGH}, rows_ - first)")
+        for array, long in self.read.items():
+            self.copy_in(array, long)
+        to.loop("t", 0, "high")
+        to.let("row", "first + t")
+        self.uniform(1)
+        for array, long in self.whole.items():  # with less in an index loops are vectors
+            many = long * LANES
+            rows = f"t * {many}:(t + 1) * {many}"
+            to.let(f"{array}_lanes", f"{array}_high[{rows}]")
+        self.in_lanes()
+        for array, (kind, flat) in self.written.items():
+            if kind == "matrix":
+                self.put(array, flat)
+        to.end()
+        for array, (kind, flat) in self.written.items():
+            if kind != "matrix":
+                self.copy_out(array, len(flat))
+        to.end()
+        self.leave()
+        to.end()
+        to.line("return 0")
+
+    def rooms(self) -> None:
+        """The local arrays."""
+        rooms = {f"{name}_lanes": len(of) for name, of in self.carried.items()}
+        for array, (kind, flat) in self.written.items():
+            if kind == "matrix":
+                rooms[f"{array}_lanes"] = len(set(flat))
+        rooms |= {f"{array}_high": HIGH * long for array, long in self.whole.items()}
+        for array in self.read:
+            self.to.let(f"{array}_of", f"np.empty({LANES}, np.int64)")
+        if self.watched:
+            rooms |= {"low": len(self.watched), "top": len(self.watched), "bad": 1}
+            rooms["last"] = len(self.last)
+        for name, length in rooms.items():
+            self.to.let(name, f"array({max(length, 1) * LANES})")
+
+    def uniform(self, level: int) -> None:
+        """What is the same in all lanes, for good or in a row."""
+        row = "row" if level else "0"
+        for name in self.loop.matrices:
+            _, cols = self.program.shape(name, self.sizes)
+            for i, j, entry in self.given(name):
+                if self.level[entry] == level and name != self.marks:
+                    self.to.let(entry, f"{name}_[{row}, {i * cols + j}]")
+        self.statements(level)
+
+    def statements(self, level: int) -> None:
+        """Those of a level; a condition that does not hold is noted."""
+        for one in self.straight.statements:
+            if isinstance(one, Need):
+                if level == 2:
+                    self.to.let("bad_", f"bad_ if {one.text} else 1.0")
+            elif self.level[one.name] == level:
+                self.to.let(one.name, joined(one.terms, one.number) or one.text)
+
+    def start(self) -> None:
+        """Every lane at what all records begin with."""
+        to = self.to
+        to.loop("l", 0, LANES)
+        to.let("s", "who_[begin + min(l, here - 1)]")
+        for array in self.read:
+            to.set(f"{array}_of[l]", f"which_{array}_[s]")
+        for name, of in self.carried.items():
+            _, cols = self.program.shape(name, self.sizes)
+            for k, (i, j, _) in enumerate(of):
+                to.set(lane(f"{name}_lanes", k), f"{name}_[{i * cols + j}]")
+        if self.watched:
+            to.set("bad[l]", "0.0")
+        for k in range(len(self.watched)):
+            to.set(lane("low", k), "np.inf")
+            to.set(lane("top", k), "0.0")
+        to.end()
+
+    def copy_in(self, array: str, long: int) -> None:
+        """Some rows of all lanes; the last record stands in for lanes without one."""
+        to = self.to
+        to.loop("i", 0, f"high * {long}")
+        to.loop("l", 0, LANES)
+        to.set(f"{array}_high[i * {LANES} + l]", f"{array}_[{array}_of[l], first * {long} + i]")
+        to.end()
+        to.end()
+
+    def in_lanes(self) -> None:
+        """One row of every lane."""
+        to = self.to
+        to.loop("l", 0, LANES)
+        for name, of in self.carried.items():
+            for k, (*_, entry) in enumerate(of):
+                to.let(entry, lane(f"{name}_lanes", k))
+        for name, (array, _) in self.loop.rows.items():
+            self.load(name, array)
+        if self.watched:
+            to.let("bad_", "bad[l]")
+        self.statements(2)
+        for array, (kind, flat) in self.written.items():
+            self.keep(array, kind, flat)
+        if self.watched:
+            to.set("bad[l]", "bad_")
+        for k, entry in enumerate(self.watched):
+            for kept, sign in (("low", "<"), ("top", ">")):
+                at = lane(kept, k)
+                to.set(at, f"{entry} if {entry} {sign} {at} else {at}")
+        for entry, k in self.last.items():
+            to.set(lane("last", k), entry)
+        for result, name in self.loop.carried.items():
+            table = self.table(result)
+            for k, (i, j, _) in enumerate(self.carried[name]):
+                to.set(lane(f"{name}_lanes", k), table[i][j])
+        to.end()
+
+    def load(self, name: str, array: str) -> None:
+        """A vector of the record: zero where it did not arrive, and marks of that."""
+        to, marks = self.to, {i: entry for i, _, entry in self.given(self.marks)}
+        for i, _, entry in self.given(name):
+            to.let(entry, lane(f"{array}_lanes", i))
+            if name == self.marked:
+                to.let(marks[i], f"1.0 if {entry} == {entry} else 0.0")
+            to.let(entry, f"{entry} if {entry} == {entry} else 0.0")
+
+    def keep(self, array: str, kind: str, flat: list[Entry]) -> None:
+        """What is written later: some rows at once, or a matrix after its row."""
+        to = self.to
+        for k, entry in enumerate(dict.fromkeys(flat) if kind == "matrix" else flat):
+            if kind == "diagonal":
+                entry = f"np.sqrt({entry} if {entry} > 0.0 else 0.0)"
+            to.set(lane(f"{array}_lanes", k), entry)
+
+    def put(self, array: str, flat: list[Entry]) -> None:
+        """A matrix of every lane."""
+        to, places = self.to, {entry: k for k, entry in enumerate(dict.fromkeys(flat))}
+        to.loop("l", 0, "here")
+        to.let("s", "who_[begin + l]")
+        for i, entry in enumerate(flat):
+            place = f"{array}_[s, row * {len(flat)} + {i}]"
+            to.set(place, lane(f"{array}_lanes", places[entry]))
+        to.end()
+
+    def copy_out(self, array: str, long: int) -> None:
+        """Some rows of all lanes."""
+        to = self.to
+        to.loop("l", 0, "here")
+        rows = f"first * {long}:(first + high) * {long}"
+        to.let("line", f"{array}_[who_[begin + l], {rows}]")
+        to.fill("line[i]", f"{array}_high[i * {LANES} + l]", f"high * {long}")
+        to.end()
+
+    def leave(self) -> None:
+        """What is known of every record afterwards."""
+        if not self.watched:
+            return
+        to = self.to
+        to.loop("l", 0, "here")
+        to.let("s", "who_[begin + l]")
+        to.set("failed_[s]", "bad[l] > 0.0")
+        for k in range(len(self.watched)):
+            to.set(f"least_[s, {k}]", lane("low", k))
+            to.set(f"most_[s, {k}]", lane("top", k))
+        for k, entry in enumerate(self.flat(self.panels.watched, "matrix")):
+            to.set(f"last_[s, {k}]", lane("last", self.last[entry]))
+        to.end()
+
+
+def lane(array: str, entry: int) -> str:
+    """An entry of a local array, in lane l."""
+    return f"{array}[{entry * LANES} + l]"
+
+
+def joined(terms: Sums, number: float) -> str:
+    """A sum, every product but the first joined with what stands before it."""
+    terms = sorted(terms, key=lambda term: term[0] < 0)  # stable
+    alone = [k for k, (scale, names) in enumerate(terms) if (scale, len(names)) == (1, 1)]
+    if alone and not number:
+        terms.insert(0, terms.pop(alone[0]))
+    text = repr(number) if number else ""
+    for scale, names in terms:
+        factors = list(names) if abs(scale) == 1 else [repr(abs(scale)), *names]
+        *left, last = factors
+        product, minus = " * ".join(left), "-" if scale < 0 else ""
+        if not text:
+            text = minus + " * ".join(factors)
+        elif not left:
+            text = f"{text} {minus or '+'} {last}"
+        else:
+            product = f"({product})" if len(left) > 1 else product
+            text = f"fma({minus}{product}, {last}, {text})"
+    return text
