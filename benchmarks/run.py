@@ -28,6 +28,7 @@ RESULTS = HERE / "results.json"
 SCRIPTS = (
     "first_call", "filter_step", "constant_gain", "c_export", "monte_carlo",
     "staircase", "optimal_projection", "noise_fit", "slingen", "uneven",
+    "fleet",
 )  # fmt: skip
 PEERS = (
     "numpy", "scipy", "numba", "statsmodels", "filterpy", "pykalman", "simdkalman",
@@ -43,6 +44,11 @@ GENERATED = (
     (4, "exported C", 0.9), (12, "exported C", 0.9), (20, "exported C", 1.25),
     (28, "exported C", 1.25), (52, "exported C", 1.25),
     *((n, "exported C, 512 bits", 0.9) for n in (4, 12, 20, 28, 52)),
+)  # fmt: skip
+FLEET = "many records, "
+FLEETS = (
+    ("no gaps, n = 3, p = 2", 250), ("gaps, n = 3, p = 2", 80),
+    ("no gaps, n = 6, p = 3", 150), ("gaps, n = 6, p = 3", 20),
 )  # fmt: skip
 TARGETS = (  # row; over / under; asked
     (SMALL, "statsmodels", "numba", "at least", 100),
@@ -61,6 +67,7 @@ TARGETS = (  # row; over / under; asked
     ("fit of noise, 10000 rows, n = 3, p = 2", "statsmodels", "numba", "at least", 10),
     ("first record, n = 3, warm cache", "numba", None, "at most", 1.5),
     ("import", "NumPy", "SciPy", "at most", 1.3),
+    *((f"{FLEET}{k}", "simdkalman", "panels", "at least", ask) for k, ask in FLEETS),
 )
 
 

@@ -225,9 +225,7 @@ def _settled(run: Any, types: tuple[str, ...]) -> Any:
     return run
 
 
-def _from_folder(
-    folder: Path, text: str, types: tuple[str, ...], exact: bool
-) -> Any:
+def _from_folder(folder: Path, text: str, types: tuple[str, ...], exact: bool) -> Any:
     path = folder / f"luenberger_{key(text, types, exact)}.py"
     if not _says(path, text):
         replace(path, text)

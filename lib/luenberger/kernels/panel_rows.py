@@ -1,12 +1,13 @@
 """The function that runs records in panels, line by line; see `panels`."""
 
 from collections.abc import Collection, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from .fused import joined
 from .program import Sizes
 from .python import Python
 from .recursion import Loop
-from .scalars import Entry, Let, Need, Straight, Sums
+from .scalars import Entry, Let, Need, Straight
 
 if TYPE_CHECKING:
     from .panels import Panels
@@ -89,7 +90,7 @@ class _Panel:
         return self.straight.given.get(name, [])
 
     def levels(self) -> dict[Entry, int]:
-        """Of each name: 0 for what stays, 1 for what a row has, 2 for what a lane has."""
+        """Of each name: 0 if it stays, 1 if rows have their own, 2 if lanes have."""
         lanes = {*self.loop.carried.values(), *self.loop.rows, self.marks}
         level: dict[Entry, int] = {}
         for name, entries in self.straight.given.items():
@@ -129,7 +130,10 @@ class _Panel:
         to.loop("t", 0, "high")
         to.let("row", "first + t")
         self.uniform(1)
-        for array, long in self.whole.items():  # with less in an index loops are vectors
+        for (
+            array,
+            long,
+        ) in self.whole.items():  # with less in an index loops are vectors
             many = long * LANES
             rows = f"t * {many}:(t + 1) * {many}"
             to.let(f"{array}_lanes", f"{array}_high[{rows}]")
@@ -203,7 +207,10 @@ class _Panel:
         to = self.to
         to.loop("i", 0, f"high * {long}")
         to.loop("l", 0, LANES)
-        to.set(f"{array}_high[i * {LANES} + l]", f"{array}_[{array}_of[l], first * {long} + i]")
+        to.set(
+            f"{array}_high[i * {LANES} + l]",
+            f"{array}_[{array}_of[l], first * {long} + i]",
+        )
         to.end()
         to.end()
 
@@ -290,24 +297,3 @@ class _Panel:
 def lane(array: str, entry: int) -> str:
     """An entry of a local array, in lane l."""
     return f"{array}[{entry * LANES} + l]"
-
-
-def joined(terms: Sums, number: float) -> str:
-    """A sum, every product but the first joined with what stands before it."""
-    terms = sorted(terms, key=lambda term: term[0] < 0)  # stable
-    alone = [k for k, (scale, names) in enumerate(terms) if (scale, len(names)) == (1, 1)]
-    if alone and not number:
-        terms.insert(0, terms.pop(alone[0]))
-    text = repr(number) if number else ""
-    for scale, names in terms:
-        factors = list(names) if abs(scale) == 1 else [repr(abs(scale)), *names]
-        *left, last = factors
-        product, minus = " * ".join(left), "-" if scale < 0 else ""
-        if not text:
-            text = minus + " * ".join(factors)
-        elif not left:
-            text = f"{text} {minus or '+'} {last}"
-        else:
-            product = f"({product})" if len(left) > 1 else product
-            text = f"fma({minus}{product}, {last}, {text})"
-    return text

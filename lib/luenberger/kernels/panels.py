@@ -1,9 +1,9 @@
 """Print a recursion as loops over lanes, where every lane is a record of its own.
 
-The scalars of `scalars` that hang on a record get an index, that of its lane; the others
-are the same for all.  A lane does what it would do beside any others, and the text says
-which products are joined with sums: so the bits of a record do not hang on the records
-beside it.
+The scalars of `scalars` that hang on a record get an index, that of its lane; the
+others are the same for all.  A lane does what it would do beside any others, and the
+text says which products are joined with sums: so the bits of a record do not hang on
+the records beside it.
 """
 
 from collections.abc import Collection
@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
-from .program import Known, Sizes
+from .program import Known
 from .recursion import Loop, Recursion
 from .scalars import unroll
 
@@ -56,11 +56,15 @@ def arguments(panels: Panels, loop: Loop) -> dict[str, str]:
     return types
 
 
-def operations(panels: Panels, sizes: Sizes, zero: Collection[str]) -> int:
-    """How many operations a row of one lane takes at most."""
-    from . import cost
+@cache
+def fits(panels: Panels, sizes: tuple[tuple[str, int], ...]) -> bool:
+    """Whether a row is short enough to be written as scalars."""
+    from . import cache, cost
 
-    return cost.loops(panels.lowered(zero).program, sizes).operations
+    def make() -> tuple[str, int]:
+        return "", cost.loops(panels.lowered().program, dict(sizes)).operations
+
+    return cache.derived(("operations", panels, sizes), make)[1] <= MOST
 
 
 @cache
@@ -79,7 +83,10 @@ def in_panels(
         tables: Known = dict(known)
         optional = [k for k in tables if k.removesuffix("_all") in OPTIONAL]
         loop = panels.lowered([k for k in optional if _vanishes(tables[k])])
-        straight, types = unroll(loop.program, dict(sizes), tables), arguments(panels, loop)
+        straight, types = (
+            unroll(loop.program, dict(sizes), tables),
+            arguments(panels, loop),
+        )
         return source(panels, loop, dict(sizes), changing, straight, list(types)), types
 
     question = "panels", panels, sizes, known, sorted(changing)
@@ -90,5 +97,5 @@ def in_panels(
         run(*(arrays[name] for name in types))
 
     found: Any = over
-    found.names, found.source = tuple(types), text
+    found.names, found.types, found.source = tuple(types), tuple(types.values()), text
     return found

@@ -10,6 +10,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from .fused import Sums
 from .program import (
     IDENTITY,
     Assign,
@@ -25,7 +26,6 @@ from .program import (
 
 Entry = Any  # a number that is known, or a name
 Entries = dict[str, list[list[Entry]]]
-Sums = Sequence[tuple[float, Sequence[str]]]  # terms: a factor, and names
 
 
 @dataclass(frozen=True)

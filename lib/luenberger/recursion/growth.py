@@ -113,7 +113,7 @@ def _gaps(rows: Passed, before: bool) -> list[tuple[int, int]]:
     y, N = rows.y, len(rows.y)
     if rows.settings.unseen_growth:
         return [(0, N)]
-    if _far(*_extremes(rows.variances)):
+    if far(*_extremes(rows.variances)):
         missing = np.concatenate([[before], _missing(y), [False]])
         edges = np.flatnonzero(missing[1:] != missing[:-1])
         edges = np.concatenate([[0], edges]) if before else edges
@@ -153,10 +153,10 @@ def _far_inside(variances: Matrix, first: Vector, last: Vector) -> Vector:
     """In which gaps, with a row behind each, states may have grown."""
     edges = np.stack([first, last], axis=1).ravel()
     low, top = (f.reduceat(variances, edges)[::2] for f in (np.minimum, np.maximum))
-    return _far(low, top)
+    return far(low, top)
 
 
-def _far(least: Matrix, most: Matrix) -> Vector:
+def far(least: Matrix, most: Matrix) -> Vector:
     """Whether two states have grown, or one much further."""
     two = (most > FAR**2 * least).sum(axis=-1) > 1
     return np.asarray(two | (most > NOISE_FREE**2 * least).any(axis=-1))
@@ -182,10 +182,10 @@ def _followed(gap: Gap, rows: Passed, begin: int, end: int) -> Gap:
     while at < end:
         here = rows.variances[at:end]  # all the rest if nothing grows there, or a block
         least, top = _since(gap.least, here)
-        while len(here) > BLOCK and _far(least, top):
+        while len(here) > BLOCK and far(least, top):
             here = here[: max(len(here) // 8, BLOCK)]
             least, top = _since(gap.least, here)
-        if _far(least, top) or not (least > ROUNDING**2 * top).all():
+        if far(least, top) or not (least > ROUNDING**2 * top).all():
             each = _each(gap.least, here)
             _require(gap.instant, rows, at, here / each)
             least = each[-1]
@@ -219,7 +219,7 @@ def _require(instant: int, rows: Passed, at: int, grown: Matrix) -> None:
     `instant` is where the gap begins.  States are looked at in rows further and further
     apart.
     """
-    many = np.flatnonzero(_far(np.ones(grown.shape[1]), grown))
+    many = np.flatnonzero(far(np.ones(grown.shape[1]), grown))
     if not len(many):
         return
     looked = [int(k) for k in 2.0 ** np.arange(60) - 1 if k < len(many)]
@@ -232,8 +232,8 @@ def _require(instant: int, rows: Passed, at: int, grown: Matrix) -> None:
         return
     first = int(np.argmax(lost))
     k, count = int(look[first]), 2 if alike[first] else 1
-    far = np.sqrt(grown[k])
-    most = np.argsort(-far)[:count]
+    wide = np.sqrt(grown[k])
+    most = np.argsort(-wide)[:count]
     names, unseen = rows.settings.plant.state_names, rows.settings.unseen_growth
     who = " and ".join(repr(names[j]) for j in sorted(most.tolist()))
     why, advice, often = (
@@ -246,7 +246,7 @@ def _require(instant: int, rows: Passed, at: int, grown: Matrix) -> None:
         advice, often = "Add a sensor that sees it", "leave it out of the plant"
     raise DesignError(
         f"too few digits are left from instant {rows.first + at + k} on: {why} moved "
-        f"{who}{' together' * (count > 1)}, to {far[most[-1]]:.0e} times the standard "
+        f"{who}{' together' * (count > 1)}, to {wide[most[-1]]:.0e} times the standard "
         f"deviations that they had. What is small beside them is rounding. {advice}; "
         f"or choose states in which this mode is one state; or {often}"
     )

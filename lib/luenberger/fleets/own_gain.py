@@ -1,0 +1,133 @@
+"""Records with gaps of their own: each has its covariance, and records are lanes."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from .. import kernels
+from ..kernels.panels import Panels, fits, in_panels
+from ..kernels.program import Factor
+from ..numeric import Matrices, Vector
+from ..numeric.factors import SAFE
+from ..papers.leondes_novak.derivation import marked_sample
+from .block import Block
+from .given_gain import estimates
+from .records import Records
+from .whole import Whole
+
+MANY = 8  # records with the same gaps from which on their covariance is found once
+OWN = Panels(
+    kernels.Recursion(
+        marked_sample,
+        carried=(("Omega_next", "Omega"), ("x_minus_next", "x_minus")),
+        rows=(("y", "y", 0), ("u", "u", 0)),
+        written=(("xs", "x", "vector"), ("stds", "Sigma", "diagonal")),
+        symmetric=("Q_all", "R_all", "Omega"),
+        definite=(Factor("Sigma", SAFE, "Omega"),),
+        zero=("S_all", "Taken"),
+    ),
+    marks=("Seen", "y"),
+    watched="Sigma",
+)
+MATRICES = (("covariances", "Sigma", "matrix"), ("gains", "K", "matrix"))
+KEPT = replace(
+    OWN,
+    recursion=replace(OWN.recursion, written=OWN.recursion.written + MATRICES),
+)
+NAMES = dict(A="A", B="B", Q_all="Q", C_all="C", E_all="E", R_all="R")
+
+
+def does(whole: Whole) -> bool:
+    """Whether panels do the plant: independent noises, no accurate outputs, small."""
+    stacks = whole.stacks
+    if stacks.cross or stacks.accurate:
+        return False
+    return fits(OWN, stacks.sizes)
+
+
+def own(out: Block, records: Records, which: Vector, whole: Whole) -> Vector:
+    """Filter some records; return those in which a pivot fails, which are not done."""
+    several = list(records.alike(which))
+    few = [s for members in several if len(members) < MANY for s in members]
+    many = [members for members in several if len(members) >= MANY]
+    left = [_each(out, records, np.array(sorted(few), dtype=int), whole)]
+    if many:
+        left += _once(out, records, many, whole)
+    return np.sort(np.concatenate(left))
+
+
+def _each(out: Block, records: Records, which: Vector, whole: Whole) -> Vector:
+    """Each with its own covariance; the same return."""
+    if not len(which):
+        return which
+    M, N, n = out.x.shape
+    found: Matrices = dict(xs=out.x.reshape(M, -1), stds=out.std.reshape(M, -1))
+    panels, last = OWN, np.empty((M, n * n))
+    if out.K is None:
+        last = out.P.reshape(M, -1)
+    else:
+        panels = KEPT
+        found |= dict(covariances=out.P.reshape(M, -1), gains=out.K.reshape(M, -1))
+    failed, least, most = _run(panels, whole, which, found, last)
+    good = which[~failed[which]]
+    records.grown(good, least[good], most[good], out.std)
+    return which[failed[which]]
+
+
+def _once(
+    out: Block, records: Records, many: list[Vector], whole: Whole
+) -> list[Vector]:
+    """The covariance of the first of each group, and estimates of all; the same return.
+
+    As the arithmetic is that of records by themselves, so are the bits.
+    """
+    first = np.array([members[0] for members in many])
+    (_, N, p), n, G = records.y.shape, out.x.shape[2], len(first)
+    found: Matrices = {k: np.empty((G, N * n)) for k in ("xs", "stds")}
+    found |= dict(covariances=np.empty((G, N * n * n)), gains=np.empty((G, N * n * p)))
+    last, left = np.empty((G, n * n)), []
+    failed, least, most = _run(KEPT, whole, np.arange(G), found, last, first)
+    std = found["stds"].reshape(G, N, n)
+    for g, members in enumerate(many):
+        if failed[g]:
+            left.append(members)
+            continue
+        records.grown(first[g : g + 1], least[g : g + 1], most[g : g + 1], std[g:])
+        K = found["gains"][g].reshape(N, n, p)
+        out.std[members] = std[g]
+        if out.K is None:
+            out.P[members] = last[g].reshape(n, n)
+        else:
+            out.P[members] = found["covariances"][g].reshape(N, n, n)
+            out.K[members] = K
+        estimates(out.x, records, members, K, whole)
+    return left
+
+
+def _run(
+    panels: Panels, whole: Whole, who: Vector, found: Matrices, last: Any,
+    records: Vector | None = None,
+) -> tuple[Vector, Vector, Vector]:  # fmt: skip
+    """Run rows `who` of what is found; which failed, least and largest variances.
+
+    Row k is of the record k, or of ``records[k]``.
+    """
+    n, p = whole.stacks.plant.n, whole.stacks.plant.p
+    off = ~np.eye(p, dtype=bool)
+    known = whole.known(**NAMES)
+    known += (("Seen", kernels.entries_known(off, np.zeros_like(off))),)
+    changing = frozenset(NAMES) if whole.varying else frozenset()
+    run = in_panels(panels, whole.stacks.sizes, known, changing)
+    read = dict(whole.read)
+    if records is not None:
+        read |= {k: read[k][records] for k in ("which_y", "which_u")}
+    rows = len(last)
+    failed, least = np.zeros(rows, dtype=bool), np.zeros((rows, n))
+    most = np.zeros((rows, n))
+    run(
+        **read, **{to: whole.matrices[name] for to, name in NAMES.items()},
+        **whole.first, **found, who=who, rows=whole.records.y.shape[1], failed=failed,
+        least=least, most=most, last=last,
+    )  # fmt: skip
+    return failed, least, most

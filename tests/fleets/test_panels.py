@@ -1,0 +1,240 @@
+"""Records side by side: each is what it is by itself, and so are its bits."""
+
+import exact_filter
+import numpy as np
+import pytest
+
+import luenberger as lb
+from luenberger import kernels
+from luenberger.fleets import filter_block, own_gain, records
+from luenberger.fleets.block import Block
+from luenberger.fleets.whole import Whole
+from luenberger.kernels import fused, panels
+from luenberger.recursion.settings import Settings
+
+N, M = 19, 26
+KINDS = ("dense", "sparse", "correlated", "accurate", "known start", "vague start")
+KINDS += ("prior", "perfect sensors")
+needs_numba = pytest.mark.skipif(
+    not kernels.runs_compiled("auto", 10**9), reason="numba is an optional extra"
+)
+both = pytest.mark.parametrize(
+    "backend", ["numpy", pytest.param("numba", marks=needs_numba)]
+)
+
+
+def drawn(kind, varying=False, m=1, n=2, p=2, seed=0):
+    """A plant of some kind."""
+    rng = np.random.default_rng(seed)
+    many = (N + 2,) if varying else ()
+    A, C = rng.normal(size=(*many, n, n)) / 2, rng.normal(size=(*many, p, n))
+    root = rng.normal(size=(*many, n + p, n + p)) / 2
+    joint = root @ root.mT
+    Q, R, P0, more = joint[..., :n, :n], joint[..., n:, n:], np.eye(n), {}
+    if kind == "sparse":  # zeros and ones are known when code is written
+        A, C = A * np.triu(np.ones((n, n))), C * np.eye(p, n)
+        A[..., 0, 0] = C[..., 0, 0] = 1
+    if kind == "correlated":
+        more["S"] = joint[..., :n, n:]
+    if kind == "known start":
+        Q, P0 = np.broadcast_to(np.diag([1.0, 0]), Q.shape), np.zeros((n, n))
+    if kind == "vague start":
+        P0 = 1e11 * P0
+    if kind == "prior":
+        more["P0_is"] = "prior"
+    if kind == "perfect sensors":
+        C, R = np.broadcast_to(np.eye(p, n), C.shape), 0 * R
+    B, E = rng.normal(size=(*many, n, m)), rng.normal(size=(*many, p, m))
+    x0 = rng.normal(size=n)
+    return lb.Plant(A, B, C, E=E, dt=1.0, Q=Q, R=R, P0=P0, x0=x0, **more)
+
+
+def measured(plant, seed=1):
+    """Records with gaps of their own, with the same gaps, and without any."""
+    rng = np.random.default_rng(seed)
+    y, u = rng.normal(size=(M, N, plant.p)), rng.normal(size=(M, N, plant.m))
+    y[3, rng.random((N, plant.p)) < 0.3] = np.nan
+    y[4, 10:] = np.nan  # ends earlier
+    y[5] = y[6, ::2, 0] = y[7, 0] = np.nan
+    y[8:22, 4:9, 1] = np.nan  # the same gaps
+    return y, u
+
+
+def same(found, one, s, tolerance=1e-12):
+    for name in ("x", "std", "P", "K"):
+        mine, wanted = getattr(found, name), getattr(one, name)
+        if wanted is not None:
+            scale = tolerance * np.abs(wanted).max()
+            np.testing.assert_allclose(mine[s], wanted, rtol=tolerance, atol=scale)
+
+
+@both
+@pytest.mark.parametrize("history", [False, True])
+@pytest.mark.parametrize("varying", [False, True])
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_record_is_what_it_is_by_itself(kind, varying, history, backend):
+    plant = drawn(kind, varying)
+    y, u = measured(plant)
+    settings = dict(m1=int(kind == "accurate"), u0=[0.3], history=history)
+    found = lb.filter_data(plant, y, u, backend=backend, **settings)
+    digits = 1e-9 if kind == "vague start" else 1e-12  # of all ways, at a pivot of SAFE
+    for s in (0, 3, 4, 5, 6, 7, 8, 21, 25):
+        one = lb.filter_data(
+            plant, y[s], u[s], backend="numpy", settle=None, **settings
+        )
+        same(found, one, s, digits)
+
+
+@both
+@pytest.mark.parametrize("kind", ["dense", "correlated", "accurate", "known start"])
+def test_bits_hang_on_no_other_record(kind, backend):
+    plant = drawn(kind, m=0)
+    y, _ = measured(plant)
+
+    def filtered(which, history=False):
+        return lb.filter_data(
+            plant, y[which], m1=int(kind == "accurate"), history=history,
+            backend=backend,
+        )  # fmt: skip
+
+    whole, kept = filtered(np.arange(M)), filtered(np.arange(M), history=True)
+    order = np.random.default_rng(2).permutation(M)
+    parts = [order, np.arange(7, 24), np.array([3]), np.array([9]), np.array([0])]
+    for which in (*parts, np.arange(8, 12)):
+        mine = filtered(which)
+        for name in ("x", "std", "P"):
+            wanted = getattr(whole, name)[which]
+            np.testing.assert_array_equal(getattr(mine, name), wanted, err_msg=name)
+    np.testing.assert_array_equal(kept.x, whole.x)
+    np.testing.assert_array_equal(kept.std, whole.std)
+    np.testing.assert_array_equal(kept.P[:, -1], whole.P)
+    np.testing.assert_array_equal(filtered([9], history=True).K[0], kept.K[9])
+
+
+@both
+def test_the_same_gaps_are_one_covariance(monkeypatch, backend):
+    plant, calls = drawn("correlated"), []
+    y, u = measured(plant)
+    one = records.Records.one
+    monkeypatch.setattr(
+        records.Records, "one", lambda self, *a: calls.append(a) or one(self, *a)
+    )
+    lb.filter_data(plant, y, u, backend=backend)
+    assert [s for s, _ in calls] == [0, 3, 4, 5, 6, 7, 8]
+
+
+@both
+def test_singular_covariances_are_exact(backend):
+    third, half = 1 / 4, 1 / 2
+    plant = lb.Plant(
+        [[1, half], [0, 1]], None, [[1, 0], [1, 0]], dt=1.0, Q=[[0, 0], [0, half]],
+        R=[[half, 0], [0, third]], P0=np.zeros((2, 2)), x0=[1, -1],
+    )  # fmt: skip
+    y = np.random.default_rng(3).integers(-8, 8, (20, 12, 2)) / 8
+    y[3, 2:5] = y[4, 0] = y[5, ::2, 0] = y[6, 1:, 1] = np.nan
+    found = lb.filter_data(plant, y, history=True, backend=backend)
+    for s in (0, 3, 4, 5, 6):
+        x, P = exact_filter.as_floats(exact_filter.run(plant, y[s]))
+        np.testing.assert_allclose(found.x[s], x, rtol=1e-12, atol=1e-13)
+        np.testing.assert_allclose(found.P[s], P, rtol=1e-12, atol=1e-13)
+
+
+@needs_numba
+@pytest.mark.parametrize("kind", ["dense", "known start", "vague start"])
+def test_a_lane_that_cannot_go_on_is_left(kind):
+    plant = drawn(kind)
+    y, u = measured(plant)
+    settings = Settings(plant, 0)
+    given = records.Records(settings, y, u, np.zeros(1), True, 0)
+    whole = Whole(given, given.run.run.stacks)
+    assert own_gain.does(whole)
+    out = Block.empty(settings, y, False)
+    left = own_gain.own(out, given, np.arange(3, 10), whole)
+    if kind == "vague start":  # a lane that reads nothing can go on
+        assert 4 in left and 5 not in left
+    else:
+        assert list(left) == ([] if kind == "dense" else list(range(3, 10)))
+
+
+@both
+def test_the_record_is_named(backend):
+    plant = lb.Plant(
+        np.diag([10.0, 0.5]), None, [[1, 0]], dt=1.0, Q=np.eye(2), R=[[1]], P0=np.eye(2)
+    )
+    y = np.zeros((4, 20, 1))
+    y[1:, 3] = np.nan  # short enough
+    filter_block(Settings(plant, 0), y, np.zeros((4, 20, 0)), np.zeros(0))
+    y[2, 3:15] = y[3, 3:15] = np.nan
+    with pytest.raises(lb.DesignError, match=r"^record 2: too few digits are left"):
+        lb.filter_data(plant, y, backend=backend)
+    compile = backend == "numba"
+    with pytest.raises(lb.DesignError, match=r"^record 103: too few digits"):
+        filter_block(
+            Settings(plant, 0), y[3:], np.zeros((1, 20, 0)), np.zeros(0), compile,
+            first=103,
+        )  # fmt: skip
+
+
+@needs_numba
+def test_one_input_for_all():
+    plant = drawn("dense")
+    y, u = measured(plant)
+    found = lb.filter_data(plant, y, u[0], backend="numba")
+    for s in (0, 3):
+        same(found, lb.filter_data(plant, y[s], u[0], settle=None), s)
+
+
+@needs_numba
+def test_sizes_beyond_panels(monkeypatch):
+    plant = drawn("dense")
+    y, u = measured(plant)
+    given = records.Records(Settings(plant, 0), y, u, np.zeros(1), True, 0)
+    whole = Whole(given, given.run.run.stacks)
+    assert own_gain.does(whole)
+    big = drawn("dense", n=30, p=6)
+    given = records.Records(Settings(big, 0), y, u, np.zeros(1), True, 0)
+    assert not own_gain.does(Whole(given, given.run.run.stacks))
+
+
+@needs_numba
+def test_panels_are_what_their_text_says(monkeypatch):
+    """The text runs as plain Python too, where a sum is rounded after its product."""
+    plant = drawn("sparse")
+    y, u = measured(plant)
+    found = lb.filter_data(plant, y, u, backend="numba")
+    plain = []
+
+    def compiled(text, types, exact=False):
+        assert exact
+        space = dict(array=np.empty, fma=fused.plain)
+        exec(text, space)
+        plain.append(text)
+        return space["run"]
+
+    panels.in_panels.cache_clear()
+    monkeypatch.setattr(kernels.cache, "compiled", compiled)
+    slow = Block.empty(Settings(plant, 0), y, False)
+    given = records.Records(Settings(plant, 0), y, u, np.zeros(1), True, 0)
+    own_gain.own(slow, given, np.arange(3, 8), Whole(given, given.run.run.stacks))
+    panels.in_panels.cache_clear()
+    assert plain
+    for s in range(3, 8):
+        same(slow, lb.filter_data(plant, y[s], u[s], settle=None), s)
+        np.testing.assert_allclose(slow.x[s], found.x[s], rtol=1e-12, atol=1e-13)
+
+
+@pytest.mark.parametrize(
+    "terms, number, text",
+    [
+        ([(1.0, ["a", "b"]), (1.0, ["c"])], 0.0, "fma(a, b, c)"),
+        ([(-1.0, ["a", "b"]), (1.0, ["c"])], 0.0, "fma(-a, b, c)"),
+        ([(1.0, ["a", "b"]), (-2.0, ["c", "d"])], 0.0, "fma(-(2.0 * c), d, a * b)"),
+        ([(-1.0, ["a"])], 1.0, "1.0 - a"),
+        ([(-1.0, ["a", "b"])], 0.0, "-a * b"),
+        ([(1.0, ["a"]), (1.0, ["b"])], 0.0, "a + b"),
+        ([(-1.0, ["a", "b", "c"]), (1.0, ["d"])], 0.0, "fma(-(a * b), c, d)"),
+        ([], 0.0, ""),
+    ],
+)
+def test_products_are_joined_with_sums(terms, number, text):
+    assert fused.joined(terms, number) == text
