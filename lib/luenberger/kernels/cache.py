@@ -194,9 +194,8 @@ def ours(path: Path) -> bool:
 def _function(text: str, path: str, array: Any, fma: Any) -> Any:
     """`run` of a module made of `text`, as if it came from `path`.
 
-    The text calls `array` for its arrays, and `fma` for products that are joined with
-    sums.  The module is entered by its name, because
-    numba asks for it by name when it reads its files.
+    The text calls `array` for its arrays, and `fma` to join a product with a sum.  The
+    module is entered by its name, by which numba asks for it when it reads its files.
     """
     module: Any = ModuleType(Path(path).stem)
     sys.modules[module.__name__] = module
