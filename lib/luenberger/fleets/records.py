@@ -63,7 +63,8 @@ class Records:
     @cached_property
     def gaps(self) -> Matrix:
         """Which entries are missing, in bits, a row for each record."""
-        return np.packbits(np.isnan(self.y).reshape(len(self.y), -1), axis=1)
+        M, N, p = self.y.shape
+        return np.packbits(np.isnan(self.y).reshape(M, N * p), axis=1)
 
     def alike(self, which: Vector) -> Iterator[Vector]:
         """Those with the same gaps, in the order of the first of them."""
