@@ -18,6 +18,7 @@ needs_cppcheck = pytest.mark.skipif(CPPCHECK is None, reason="there is no cppche
 # The addon has no texts of the rules, so it does not say which are advisory.
 ADVISORY = {
     "2.4": "an enum without a tag holds the sizes",
+    "2.5": "a caller may need no count of a unit",
     "8.7": "what a caller uses is used by the self-test alone, in this one file",
     "8.9": "a table that one function uses is at file scope",
     "12.1": "precedence of * over + is not written with parentheses",
@@ -43,6 +44,9 @@ EXPORTS = {
     "late": lambda: (plant(3, 2), dict(late=[0], horizon=3)),
     "late, both, loops": lambda: (plant(4, 2), dict(late=[0, 1], horizon=5)),
 }
+
+
+FIXED = {"unrolled": (4, 16), "unrolled, wide": (4, 32), "loops": (14, 32)}
 
 
 def broken(path, *defines):
@@ -74,6 +78,18 @@ def test_no_required_rule_is_broken(made, dtype, tmp_path):
     code, _ = to_c(source, tmp_path, name="unit", dtype=dtype, **options)
     plain = ["unit_RESTRICT=", "unit_LANES=1"]
     found = broken(code, *plain, "unit_SELFTEST")
+    assert found, "the addon did not run: 15.5 is broken wherever a step refuses"
+    wrong = [one for one in found if one[0] not in ADVISORY]
+    assert not wrong, "\n".join(f"{rule}, line {text}" for rule, text in wrong)
+
+
+@needs_cppcheck
+@pytest.mark.parametrize("n, bits", FIXED.values(), ids=FIXED)
+def test_no_required_rule_is_broken_in_whole_numbers(n, bits, tmp_path):
+    here = plant(n, 3)
+    given = dict(plant=here, dtype="fixed", bits=bits, ranges={"u1": 1.0, "u2": 2.0})
+    code, _ = to_c(lb.kalman_filter(here), tmp_path, name="unit", **given)
+    found = broken(code, "unit_SELFTEST")
     assert found, "the addon did not run: 15.5 is broken wherever a step refuses"
     wrong = [one for one in found if one[0] not in ADVISORY]
     assert not wrong, "\n".join(f"{rule}, line {text}" for rule, text in wrong)

@@ -92,6 +92,7 @@ PAGES = (
     "forms.change",
     "forms.combinations",
     "forms.gramians",
+    "export.rounding",
 )
 
 

@@ -6,7 +6,7 @@ enters here.  It uses `recursion`, `run`, the kernels and what is below them.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from numpy.typing import ArrayLike
@@ -17,15 +17,19 @@ from ..kernels.c.numbers import require_c_type
 from ..observer import Observer
 from ..plant import Plant
 from .c import filter as recursive
+from .c import fixed
 from .c import late as waiting
 from .c import observer as constant
+from .c.fit import fitted
 from .c.identifiers import identifier
+from .c.rounding_bound import RoundingBound as RoundingBound
 from .c.source_and_header import signals, write_pair
 from .control_systems import from_statespace as from_statespace
 from .control_systems import to_control as to_control
 from .control_systems import to_scipy as to_scipy
 from .rounding import RoundingError as RoundingError
 from .rounding import rounding_error as rounding_error
+from .rounding_bound import rounding_bound as rounding_bound
 
 
 def to_c(
@@ -39,6 +43,8 @@ def to_c(
     dtype: str = "double",
     late: int | Sequence[int | str] | None = None,
     horizon: int | None = None,
+    bits: int | None = None,
+    ranges: Mapping[str, float] | None = None,
 ) -> list[Path]:
     r"""Write a constant observer, or a plant's time-varying filter, as C99.
 
@@ -59,20 +65,29 @@ def to_c(
     path : str or Path
         Folder for the files; made if it is not there.
     plant : Plant, optional
-        Beside an observer: the names of its signals, for the comments.
+        Beside an observer: the names of its signals, and what its noises tell of the
+        ranges of measurements.
     m1 : int or sequence, optional
         Beside a plant: the accurate outputs, as in `filter_data`; default 0.
     weight : (n, n) array_like, optional
         Beside a plant: as in `reduced_order_filter`, but not "canonical".
     name : str
         A C identifier, of the files and functions.
-    dtype : "double" or "float"
+    dtype : "double", "float" or "fixed"
+        "fixed" is an observer in whole numbers: places are chosen so that nothing can
+        overflow, and a reading beyond its range is cut to it, which a step reports.
     late : int or sequence, optional
         Beside a plant: the outputs whose readings may arrive late, by index or name.
         Then there is ``NAME_arrived(state, output, age, y, what)`` as well, for a
         reading that was taken `age` samples ago, and m1 is 0.
     horizon : int, optional
         Beside `late`: how many samples a reading may be late.
+    bits : 16 or 32, optional
+        With "fixed": of each signal and weight; sums have twice as many.
+    ranges : dict of str to float, optional
+        Beside an observer: the largest size of inputs and measurements, by name.  Of
+        measurements that are left out it is what a stable `plant` with Q and R tells:
+        six standard deviations at rest in its noises, and what the inputs add.
 
     Returns
     -------
@@ -83,10 +98,11 @@ def to_c(
     ------
     ValueError
         If the name is not an identifier or is reserved, a number is beyond the range
-        of float or too small for it, or a file of this name is there and is not ours.
+        of float or too small for it, a file of this name is there and is not ours, or
+        with "fixed" a range is not known.
     DesignError
         If the observer is unstable, in float too if it is exported so, varies with
-        time or has dt = 0; if the plant
+        time or has dt = 0; if so many bits do not suffice; if the plant
         varies with time, lacks Q, R or P0, or has noise-free outputs.
 
     Warns
@@ -96,6 +112,7 @@ def to_c(
 
     See Also
     --------
+    rounding_bound : what rounding costs at most, proved.
     rounding_error : what a float costs, measured.
 
     Notes
@@ -103,15 +120,20 @@ def to_c(
     Compile the source with ``-DNAME_SELFTEST`` for a main that compares a run with
     what Python computed and ends with 0 where they agree.
 
+    The header of an observer says how far rounding moves each estimate at most, proved
+    for every instant: within the ranges, or for each unit of a signal where they are
+    not known.  Of a plant's filter no bound is proved.
+
     With ``-DNAME_RESTRICT= -DNAME_LANES=1`` cppcheck's addon finds no required rule of
     MISRA C:2012 broken.  Without them the source uses `restrict`, which rule 8.14
     forbids, and rows that are padded for vectors.  Advisory rules that it breaks are
-    2.4, 8.9, 12.1, 12.3, 15.5 and 18.4, and in the self-test 8.7.
+    2.4, 8.9, 12.1, 12.3, 15.5 and 18.4, in the self-test 8.7, and in whole numbers 2.5.
 
     References
     ----------
     Leondes and Novak (1974), equations (9), (27), (33), (43), (44);
-    papers/leondes_novak/derivation/marks.py, on_target.py, late_outputs.py.
+    papers/leondes_novak/derivation/marks.py, on_target.py, late_outputs.py;
+    export/derivation/rounding.py.
 
     Examples
     --------
@@ -130,24 +152,47 @@ def to_c(
     if plant is not None:
         expect_as("plant=", "plant", plant)
     identifier(name)
-    require_c_type(dtype)
+    if dtype != "fixed":
+        require_c_type(dtype)
+        if bits is not None:
+            raise ValueError(f"bits goes with dtype='fixed'; the dtype is {dtype!r}")
     if isinstance(source, Plant):
         if plant is not None:
             raise ValueError("plant= goes with an observer; the source is a plant")
-        if late is None and horizon is None:
-            texts = recursive.texts(source, m1 or 0, weight, name, dtype)
-        elif m1 or weight is not None:
+        if dtype == "fixed" or ranges is not None:
             raise ValueError(
-                "late goes with the Kalman filter: leave out m1 and weight"
+                "dtype='fixed' and ranges go with an observer, and the source is a "
+                "plant: export reduced_order_filter(plant), whose gain is constant"
             )
-        else:
-            texts = waiting.texts(source, late or 0, horizon, name, dtype)
+        return write_pair(path, _filter(source, name, dtype, m1, weight, late, horizon))
+    if m1 is not None or weight is not None:
+        raise ValueError("m1 and weight go with a plant; the source is an observer")
+    if late is not None or horizon is not None:
+        raise ValueError("late goes with a plant; the source is an observer")
+    certificate.require_real("C export", source)
+    constant.require_exportable(source)
+    named = signals(source, plant)
+    if dtype == "fixed":
+        texts = fixed.texts(
+            source, name, named, *fitted(source, bits, named, plant, ranges)
+        )
     else:
-        if m1 is not None or weight is not None:
-            raise ValueError("m1 and weight go with a plant; the source is an observer")
-        if late is not None or horizon is not None:
-            raise ValueError("late goes with a plant; the source is an observer")
-        certificate.require_real("C export", source)
-        constant.require_exportable(source)
-        texts = constant.texts(source, name, dtype, signals(source, plant))
+        texts = constant.texts(source, name, dtype, named, plant, ranges)
     return write_pair(path, texts)
+
+
+def _filter(
+    plant: Plant,
+    name: str,
+    dtype: str,
+    m1: int | Sequence[int | str] | None,
+    weight: ArrayLike | str | None,
+    late: int | Sequence[int | str] | None,
+    horizon: int | None,
+) -> dict[str, str]:
+    """The two files of a plant's filter, with late readings or without."""
+    if late is None and horizon is None:
+        return recursive.texts(plant, m1 or 0, weight, name, dtype)
+    if m1 or weight is not None:
+        raise ValueError("late goes with the Kalman filter: leave out m1 and weight")
+    return waiting.texts(plant, late or 0, horizon, name, dtype)

@@ -8,7 +8,13 @@ from ..symbolic import Claim
 from ..symbolic.derivation import Derivation
 from .records import PAPERS
 
-ROOMS = (*PAPERS, "identification", "smoothing", "forms")  # that have derivations
+ROOMS = (
+    *PAPERS,
+    "identification",
+    "smoothing",
+    "forms",
+    "export",
+)  # that have derivations
 SIZES = (", ", " [", " (")  # how the sizes at the end of a step's name begin
 
 

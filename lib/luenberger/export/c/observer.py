@@ -1,6 +1,7 @@
 """A constant observer in C."""
 
 import warnings
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -10,8 +11,10 @@ from ...kernels.c import C, Module, function
 from ...kernels.program import Cost
 from ...numeric.linalg import modes
 from ...observer import Observer
+from ...plant import Plant
 from ...run.estimate import estimate
 from . import source_and_header
+from .rounding_bound import floating_notes
 from .selftest import selftest
 from .source_and_header import Signals
 
@@ -20,8 +23,16 @@ UNIT = 2.0**-24  # rounding of float
 SLOW = 1e-3  # of z: what rounding may add up to without a warning
 
 
-def texts(observer: Observer, name: str, real: str, signals: Signals) -> dict[str, str]:
+def texts(
+    observer: Observer,
+    name: str,
+    real: str,
+    signals: Signals,
+    plant: Plant | None = None,
+    ranges: Mapping[str, float] | None = None,
+) -> dict[str, str]:
     """The two files of an observer, by name."""
+    rounding = floating_notes(observer, real, signals, plant, ranges)
     observer, module = narrowed(observer, real), Module(name, real)
     if real == "float":
         require_exportable(observer, " in float")
@@ -41,6 +52,7 @@ def texts(observer: Observer, name: str, real: str, signals: Signals) -> dict[st
         [
             "A sample that is not finite is refused: one NaN would stay for good.",
             *source_and_header.step_notes(module, r, cost),
+            *rounding,
         ],
     )
     return source_and_header.stamped(name, head, body)

@@ -35,8 +35,22 @@ def selftest(
         for k, X in arrays
         if X.size
     )
-    given, measured = _row(f"{name}_u", m), _row(f"{name}_y", p)
+    start = [f"    const {real} bound = {typed(repr(bound), real)};"]
     wanted = entry(f"{name}_expected", ("k", q), ("i", 1))
+    compared = [*(f"        {line}" for line in after), *_compared(real, q, wanted)]
+    return program(module, (N, m, p, q), [*tables], start, compared)
+
+
+def program(
+    module: Module,
+    sizes: tuple[int, int, int, int],
+    tables: Sequence[str],
+    start: Sequence[str],
+    compared: Sequence[str],
+) -> str:
+    """The main: rows, inputs, measurements, estimates; lines before and in the loop."""
+    name, (N, m, p, q) = module.name, sizes
+    given, measured = _row(f"{name}_u", m), _row(f"{name}_y", p)
     lines = [
         f"#ifdef {name}_SELFTEST",
         "/* Ends with 0 if every estimate is what Python computed, else with 1. */",
@@ -45,15 +59,14 @@ def selftest(
         "int main(void)",
         "{",
         f"    {name}_state state;",
-        f"    {real} what[{max(q, 1)}];",
-        f"    const {real} bound = {typed(repr(bound), real)};",
+        f"    {module.real} what[{max(q, 1)}];",
+        *start,
         f"    {name}_init(&state);",
         f"    for (int k = 0; k < {N}; k++) {{",
         f"        if ({name}_step(&state, {given}, {measured}, what) != 0) {{",
         "            return 1;",
         "        }",
-        *(f"        {line}" for line in after),
-        *_compared(real, q, wanted),
+        *compared,
         "    }",
         "    return 0;",
         "}",
