@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import luenberger as lb
+from luenberger.commands import main
 from luenberger.export import rounding_bound, to_c
 from luenberger.export.c import fixed
 from luenberger.export.c.fit import fitted
@@ -353,3 +354,51 @@ def test_the_header_says_what_a_count_is(tmp_path):
     assert '"push * /" is at most 1.0 in size,' in text
     assert "of order 2 in whole numbers of 16 bits" in text
     assert "summed in 32 bits" in text
+
+
+# -- on the command line ---------------------------------------------------------------
+
+
+@pytest.fixture
+def command(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    observer = lb.kalman_filter(tracker())
+    observer.to_json("observer.json")
+
+    def call(*options):
+        status = main(["export", "observer.json", "--c", "here", *options])
+        return status, "".join(capsys.readouterr())
+
+    return call
+
+
+def test_the_command_writes_what_the_function_does(command, tmp_path):
+    given = ["--dtype", "fixed", "--bits", "16", "--range", "u1=1", "--range", "y1=10"]
+    assert command(*given)[0] == 0
+    to_c(lb.kalman_filter(tracker()), "there", dtype="fixed", bits=16, ranges=RANGES)
+    for name in ("observer.c", "observer.h"):
+        made = (tmp_path / "here" / name).read_bytes()
+        assert made == (tmp_path / "there" / name).read_bytes()
+
+
+@pytest.mark.parametrize(
+    "options, status, message",
+    [
+        (
+            ["--dtype", "fixed", "--range", "u1=1", "--range", "y1=10"],
+            1,
+            "must be 16 or",
+        ),
+        (["--dtype", "fixed", "--bits", "16"], 1, "range of 'u1', 'y1' is not known"),
+        (["--dtype", "fixed", "--float"], 2, "--float and --dtype fixed exclude"),
+        (["--range", "y1"], 2, "'y1' must be SIGNAL=SIZE"),
+        (["--range", "y1=1", "--range", "y1=2"], 2, "names a signal twice"),
+        (["--bits", "16"], 1, "bits goes with dtype='fixed'"),
+    ],
+)
+def test_the_command_says_what_is_wrong(command, options, status, message, capsys):
+    try:
+        found, said = command(*options)
+    except SystemExit as stop:
+        found, said = stop.code, capsys.readouterr().err
+    assert found == status and message in said

@@ -1,7 +1,7 @@
 """`export`: an observer, or the filter of a plant, as C99 source."""
 
 import tempfile
-from argparse import Namespace
+from argparse import ArgumentTypeError, Namespace
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -27,7 +27,9 @@ def add(commands: Any) -> None:
         examples=[
             "export report/observer.json --c firmware",
             'export tracker.json --m1 "radar position (m)" --c firmware --name filter',
-            "export report/observer.json --c firmware --float --dry-run",
+            "export report/observer.json --c firmware --dtype float --dry-run",
+            "export report/observer.json --c firmware --dtype fixed --bits 16 "
+            '--range "radar position (m)=500" --range "radar velocity (m/s)=50"',
         ],
     )
     one.add_argument("source", type=file, metavar="OBSERVER.json|PLANT.json")
@@ -40,7 +42,7 @@ def add(commands: Any) -> None:
     )
     _beside(one)
     one.add_argument("--name", default="observer", help="of files and functions")
-    one.add_argument("--float", action="store_true", help="float instead of double")
+    _numbers(one)
     sample(one)
     dry_run(one)
 
@@ -50,8 +52,8 @@ def _beside(one: Any) -> None:
     one.add_argument(
         "--plant",
         type=file,
-        help="beside an observer: names for the comments; with --float what rounding "
-        "does to the estimates is measured on it, where there is a C compiler",
+        help="beside an observer: names for the comments; with --dtype float what "
+        "rounding does to the estimates is measured on it, where there is a C compiler",
     )
     one.add_argument(
         "--m1",
@@ -60,6 +62,47 @@ def _beside(one: Any) -> None:
         help="beside a plant: the name of an output treated as exact, once for each; "
         "or how many of the first outputs; default none",
     )
+
+
+def _numbers(one: Any) -> None:
+    """What the device computes in."""
+    one.add_argument(
+        "--dtype",
+        choices=["double", "float", "fixed"],
+        help="numbers of the device; fixed: whole numbers, of an observer; default "
+        "double",
+    )
+    one.add_argument("--float", action="store_true", help="the same as --dtype float")
+    one.add_argument(
+        "--bits",
+        type=int,
+        choices=[16, 32],
+        help="with --dtype fixed: of each signal and weight",
+    )
+    one.add_argument(
+        "--range",
+        action="append",
+        type=sized,
+        metavar="SIGNAL=SIZE",
+        help="beside an observer: the largest size of an input or measurement, once "
+        "for each; for --dtype fixed, and for the bound on rounding in the header. "
+        "Those of measurements may be left out where --plant is stable, with Q and R",
+    )
+
+
+def sized(text: str) -> tuple[str, float]:
+    """A name and a size, of --range.
+
+    >>> sized("speed (m/s)=50")
+    ('speed (m/s)', 50.0)
+    """
+    name, _, size = text.rpartition("=")
+    try:
+        return name, float(size)
+    except ValueError:
+        raise ArgumentTypeError(
+            f"{text!r} must be SIGNAL=SIZE, with a number for the size"
+        ) from None
 
 
 def run(options: Namespace) -> None:
@@ -77,7 +120,7 @@ def run(options: Namespace) -> None:
     if options.dry_run:
         paths = places(options.c, [path.name for path in paths])
     written(paths, options.dry_run)
-    if options.float and isinstance(given["source"], Observer):
+    if given["dtype"] == "float" and isinstance(given["source"], Observer):
         _measure(given["source"], given["plant"])
 
 
@@ -120,8 +163,26 @@ def _read(options: Namespace) -> dict[str, Any]:
         plant=None if options.plant is None else Plant.from_json(options.plant),
         m1=m1,
         name=options.name,
-        dtype="float" if options.float else "double",
+        dtype=_dtype(options),
+        bits=options.bits,
+        ranges=_ranges(options),
     )
+
+
+def _dtype(options: Namespace) -> str:
+    if options.float and options.dtype not in (None, "float"):
+        options.wrong(f"--float and --dtype {options.dtype} exclude each other")
+    return "float" if options.float else options.dtype or "double"
+
+
+def _ranges(options: Namespace) -> dict[str, float] | None:
+    """What --range says, each signal once."""
+    if options.range is None:
+        return None
+    found = dict(options.range)
+    if len(found) < len(options.range):
+        options.wrong("--range names a signal twice")
+    return found
 
 
 def accurate(given: list[str], outputs: Sequence[str]) -> int | list[str]:
