@@ -46,7 +46,12 @@ EXPORTS = {
 }
 
 
-FIXED = {"unrolled": (4, 16), "unrolled, wide": (4, 32), "loops": (14, 32)}
+FIXED = {
+    "unrolled": (2, 1, 16),
+    "unrolled, wide": (2, 1, 32),
+    "loops": (4, 3, 16),
+    "loops, wide": (14, 3, 32),
+}
 
 
 def broken(path, *defines):
@@ -84,11 +89,12 @@ def test_no_required_rule_is_broken(made, dtype, tmp_path):
 
 
 @needs_cppcheck
-@pytest.mark.parametrize("n, bits", FIXED.values(), ids=FIXED)
-def test_no_required_rule_is_broken_in_whole_numbers(n, bits, tmp_path):
-    here = plant(n, 3)
+@pytest.mark.parametrize("n, p, bits", FIXED.values(), ids=FIXED)
+def test_no_required_rule_is_broken_in_whole_numbers(n, p, bits, tmp_path):
+    here = plant(n, p)
     given = dict(plant=here, dtype="fixed", bits=bits, ranges={"u1": 1.0, "u2": 2.0})
     code, _ = to_c(lb.kalman_filter(here), tmp_path, name="unit", **given)
+    assert ("unit_row" in code.read_text()) is (n > 2)
     found = broken(code, "unit_SELFTEST")
     assert found, "the addon did not run: 15.5 is broken wherever a step refuses"
     wrong = [one for one in found if one[0] not in ADVISORY]

@@ -16,7 +16,7 @@ from .observer import EQUATIONS
 from .rounding_bound import RoundingBound
 from .source_and_header import Signals
 
-UNROLLED = 48  # products that are written one by one; more are loops over tables
+UNROLLED = 24  # products that are written one by one; more are loops over tables
 UNIT = "Every number is a whole one: counts, of which one unit has as many as below."
 CODES = (
     "0: done; 1: done, and what was beyond its range was cut to it;\n"
