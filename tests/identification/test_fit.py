@@ -2,12 +2,14 @@
 
 import dataclasses
 import pathlib
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from plain_smoother import improved
 
 import luenberger as lb
+from luenberger.identification import noise_fit
 from luenberger.run import measurements
 
 PLANTS = pathlib.Path(__file__).parents[2] / "notebooks" / "plants"
@@ -198,6 +200,60 @@ def test_a_variance_of_zero_is_said_to_be_at_its_bound():
     assert "Q has rank 0 of 1" in flat.unidentifiable[0]
     assert np.isnan(flat.standard_errors["Q"]).all()
     assert flat.standard_errors["R"][0, 0] > 0
+
+
+BEHIND = lb.Plant([[0.9, 0.1], [0, 0.8]], None, [[1, 0]], dt=1.0)  # one state hidden
+
+
+def test_autocovariances_say_which_variance_is_at_its_bound():
+    """It has no standard error of 1e-33, and it is not known."""
+    fits = []
+    for seed in range(3):
+        y = drawn(seed, 150, BEHIND, np.diag([1, 0.25]), np.eye(1))
+        options = dict(Q="diagonal", R="diagonal", method="autocovariance")
+        fits.append(lb.fit_noise(BEHIND, y, **options))
+    gone = [fit for fit in fits if fit.plant.Q[1, 1] < 1e-6]
+    assert gone
+    for fit in gone:
+        assert fit.plant.Q[1, 1] == 0
+        assert np.isnan(fit.standard_errors["Q"][1, 1])
+        assert fit.unidentifiable[0].startswith("Q[1,1] is at its bound")
+    assert all(0 < fit.standard_errors["Q"][0, 0] < 1 for fit in fits)
+
+
+def test_a_variance_is_nothing_if_a_million_times_as_much_is_nothing():
+    form = SimpleNamespace(matrix=lambda q: np.diag(np.exp(2 * q)))
+    unknowns = SimpleNamespace(split=lambda t: (t[:2], t[2:], None), Q=form, R=form)
+    likely = lambda Q, R: Q.max() <= 1 and R.max() <= 1  # noqa: E731
+    found = noise_fit._tiny(unknowns, np.log([1, 1e-9, 1]), likely)
+    assert found.tolist() == [False, True, False]
+
+
+def never(done, total):
+    raise AssertionError("a search has begun")
+
+
+@pytest.mark.parametrize("method", ["likelihood", "autocovariance"])
+def test_a_known_covariance_of_both_noises_may_forbid_a_variance_of_zero(
+    method, recwarn
+):
+    """With S[1] a Q[1,1] of zero is no covariance; the bound is not tried there."""
+    for seed in range(3):
+        y = drawn(seed, 400, BEHIND, np.diag([1, 0.25]), np.eye(1))
+        options = dict(Q="diagonal", R="diagonal", method=method)
+        fit = lb.fit_noise(BEHIND, y, S=[[0.1], [0.0]], **options)
+        np.testing.assert_array_equal(fit.plant.S, [[0.1], [0]])
+        beside = lb.fit_noise(BEHIND, y, **options)
+        assert fit.log_likelihood == pytest.approx(beside.log_likelihood, abs=0.1)
+        with pytest.raises(lb.DesignError, match="S, which is known, is too large"):
+            lb.fit_noise(BEHIND, y, S=[[100], [0]], progress=never, **options)
+    assert not recwarn.list
+
+
+def test_a_record_without_a_reading_is_refused_without_a_warning(recwarn):
+    with pytest.raises(lb.DesignError, match="have no measurement"):
+        lb.fit_noise(BEHIND, np.full((90, 1), np.nan), Q="diagonal", R="diagonal")
+    assert not recwarn.list
 
 
 def test_what_is_known_stays():

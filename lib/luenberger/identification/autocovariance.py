@@ -27,6 +27,7 @@ from .forms import Shape
 from .objective import backend_for
 from .settled import settle
 from .settled_record import carried
+from .unknowns import require_room
 
 ROUNDS = 4  # gains: that of noises of size one, and then of the estimates
 LAGS = 60  # at most
@@ -78,6 +79,7 @@ def gain_for(
     settled = settle(now, near) or settle(now)
     if settled is not None:
         return settled.G
+    require_room(Q, R, S)
     noisy = Plant(plant.A, None, plant.C, dt=1.0, Q=Q, R=R, S=S)
     setting = Settings(noisy, 0).at(0)
     return setting.predictor(steady_gain(setting, ()))

@@ -99,10 +99,9 @@ def fit_noise(
     ------
     DesignError
         If a record, however long, could not determine all that is asked for, unless
-        it is fixed; if this
-        one is too short, constant or fitted without any noise; if the plant is
-        continuous or not detectable; or if its states grow too far in a gap, as in
-        `log_likelihood`.
+        it is fixed; if this one is too short, constant or fitted without any noise; if
+        S is too large for Q and R; if the plant is continuous or not detectable; or if
+        its states grow too far in a gap, as in `log_likelihood`.
     ValueError
         If sizes disagree, or Q, R, S, method, parameters or start is none of these.
 
@@ -148,6 +147,7 @@ def fit_noise(
     unknowns, theta, squares = start_of(first, data, Q, R, S, begin, more, *effort)
     if alone:
         return _by_squares(unknowns, squares, data)
+    unknowns.plant(theta)  # which refuses an S that is too large
     inverse = _sure(squares, theta)
     if inverse is not None:
         inverse = inverse * readings(data)
@@ -242,7 +242,7 @@ def _require_noise_left(
     """Refuse a fit whose likelihood grows without bound, as the noise vanishes."""
     plant = unknowns.plant(theta)
     for y, _ in data:
-        size = np.nanmax(np.abs(y), axis=0)
+        size = np.where(np.isnan(y), 0.0, np.abs(y)).max(axis=0, initial=0)
         Q, R, _ = plant.at(0).covariances()
         shown = np.abs(plant.at(0).C) @ np.sqrt(Q.diagonal())
         total = shown + np.sqrt(R.diagonal())

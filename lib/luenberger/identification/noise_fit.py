@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,7 +12,8 @@ import numpy as np
 from ..errors import CertificateError, DesignError
 from ..numeric import Matrix, Vector
 from ..plant import Plant
-from .boundary import face, inside, unsure
+from .boundary import Face, face, inside, unsure
+from .forms import Full
 from .normalised import innovations
 from .objective import backend_for, of_records
 from .records import Records
@@ -19,6 +21,9 @@ from .standard_errors import errors, of_logarithms, spread_of
 from .unknowns import Unknowns
 from .whiteness import Whiteness, whiteness
 
+Likely = Callable[[Matrix, Matrix], bool]  # whether the record is, under a Q and an R
+
+MANY = 1e6  # times a variance that autocovariances put at zero, but for rounding
 LOSS = 1e-3  # in the logarithm of the likelihood, that a variance of zero may cost
 
 
@@ -100,29 +105,29 @@ def found(
     spread : (k, k) ndarray, optional
         Covariance of the vector; default that of its unknowns by the information.
     """
-    q, r, values = unknowns.split(theta)
-    Q, R = inside(unknowns.Q, q), inside(unknowns.R, r)
-    plant = unknowns.plant(theta)
+    _, _, values = unknowns.split(theta)
+    plant, alone = unknowns.plant(theta), spread is not None
     best = of_records(plant, data)
+
+    def likely(Q: Matrix, R: Matrix) -> bool:
+        try:
+            tried = unknowns.with_noise(Q, R, values)
+            return of_records(tried, data) >= best - LOSS
+        except (CertificateError, DesignError, np.linalg.LinAlgError):
+            return False
+
     if spread is None:
         spread = spread_of(unknowns, theta, plant, data)
-
-        def likely(Q: Matrix, R: Matrix) -> bool:
-            try:
-                tried = unknowns.with_noise(Q, R, values)
-                return of_records(tried, data) >= best - LOSS
-            except (CertificateError, DesignError, np.linalg.LinAlgError):
-                return False
-
         vague = unsure(spread, theta)
-        Q = face(unknowns.Q, q, lambda X: likely(X, R.X), vague[: len(q)])
-        R = face(unknowns.R, r, lambda X: likely(Q.X, X), vague[len(q) :])
-        if Q.sentences or R.sentences:
-            plant = unknowns.with_noise(Q.X, R.X, values)
-            best = of_records(plant, data)
-            spread = spread_of(unknowns, theta, plant, data)
     else:
         spread = of_logarithms(unknowns, theta, spread)
+        vague = _tiny(unknowns, theta, likely)
+    Q, R = _faces(unknowns, theta, likely, vague, whole=not alone)
+    if Q.sentences or R.sentences:
+        plant = unknowns.with_noise(Q.X, R.X, values)
+        best = of_records(plant, data)
+        if not alone:
+            spread = spread_of(unknowns, theta, plant, data)
     backend = backend_for(data)
     left = [innovations(plant, y, u, backend=backend) for y, u in data]
     beyond = max(unknowns.count - plant.p * (plant.p + 1) // 2, 0)
@@ -132,6 +137,27 @@ def found(
         errors(unknowns, theta, spread, Q, R), [*Q.sentences, *R.sentences],
         left[0] if len(left) == 1 else left, whiteness(joined(left), beyond),
     )  # fmt: skip
+
+
+def _faces(
+    unknowns: Unknowns, theta: Vector, likely: Likely, vague: Vector, whole: bool
+) -> tuple[Face, Face]:
+    """What of Q and R is at its bound; of a whole matrix, if that is asked for."""
+    q, r, _ = unknowns.split(theta)
+    Q, R = inside(unknowns.Q, q), inside(unknowns.R, r)
+    if whole or not isinstance(unknowns.Q, Full):
+        Q = face(unknowns.Q, q, lambda X: likely(X, R.X), vague[: len(q)])
+    if whole or not isinstance(unknowns.R, Full):
+        R = face(unknowns.R, r, lambda X: likely(Q.X, X), vague[len(q) :])
+    return Q, R
+
+
+def _tiny(unknowns: Unknowns, theta: Vector, likely: Likely) -> Vector:
+    """Which numbers of Q and R could be a million times larger without a trace."""
+    steps = 0.5 * np.log(MANY) * np.eye(len(theta))
+    plants = (unknowns.split(theta + step) for step in steps)
+    found = [likely(unknowns.Q.matrix(q), unknowns.R.matrix(r)) for q, r, _ in plants]
+    return np.array(found, dtype=bool)
 
 
 def joined(left: list[Matrix]) -> Matrix:

@@ -98,9 +98,10 @@ def start_of(
             np.concatenate(theta),
         )
         try:
-            squares = by_autocovariances(
-                even, *both, cross, first, gain, stretches, rounds
-            )
+            with np.errstate(all="ignore"):  # of an S that is too large
+                squares = by_autocovariances(
+                    even, *both, cross, first, gain, stretches, rounds
+                )
         except (CertificateError, DesignError, np.linalg.LinAlgError):
             squares = None
     if squares is not None and not set(begin) & {"Q", "R"}:

@@ -8,8 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from ..errors import DesignError
 from ..numeric import Matrices, Matrix, Vector
 from ..plant import Plant
+from ..plant.checks import check_joint
 from ..plant.instant import Instant
 from .forms import Form
 from .parameters import PARTS, Parameters
@@ -73,13 +75,20 @@ class Unknowns:
         return tuple(dict.fromkeys([*noises, *more]))
 
     def with_noise(self, Q: Matrix, R: Matrix, values: Vector) -> Plant:
-        """The plant with these covariances and parameters."""
+        """The plant with these covariances and parameters.
+
+        Raises
+        ------
+        DesignError
+            If S, which is known, is more than Q and R allow.
+        """
         made = self.parameters.plant(values)
         known: dict[str, Any] = {"Q": Q, "R": R, "S": self.S}
         if not self.Q.count and made.Q is not None:
             known["Q"] = made.Q
         if not self.R.count and made.R is not None:
             known["R"] = made.R
+        require_room(known["Q"], known["R"], self.S)
         return dataclasses.replace(made, **known)
 
     def slopes(self, theta: Vector) -> list[Matrices]:
@@ -94,6 +103,20 @@ class Unknowns:
                 slope.pop("R", None)
             found.append({name: X * size for name, X in slope.items()})
         return found
+
+
+def require_room(Q: Matrix | None, R: Matrix | None, S: Matrix | None) -> None:
+    """DesignError unless a known S goes with Q and R."""
+    if S is None:
+        return
+    try:
+        check_joint(Q, R, S)
+    except ValueError as error:
+        raise DesignError(
+            "S, which is known, is too large for the Q and R that the record shows, "
+            "or that the search begins with: [[Q, S], [S', R]] is no covariance. Give "
+            "a smaller S, or larger Q and R to begin with, start={'Q': ..., 'R': ...}"
+        ) from error
 
 
 def along(gradient: Matrices, slope: Matrices) -> float:

@@ -157,14 +157,15 @@ def filter_data(
     ------
     ValueError
         If sizes disagree or a value is infinite; if a reading arrives before it was
-        measured; if times contradict dt, do not grow, or lack for a continuous plant.
+        measured, or after the horizon; if times contradict dt, do not grow, or lack for
+        a continuous plant.
     ImportError
         If numba is asked for and not installed.
     DesignError
         If the plant lacks Q, R or P0, accurate outputs are dependent, or
         noise-free outputs contradict each other or a state known exactly; the
-        message names outputs and instant.  If a reading arrives after the horizon.
-        If states grow so far in a gap that digits are gone; see the notes.
+        message names outputs and instant.  If states grow so far in a gap that digits
+        are gone; see the notes.
 
     Notes
     -----
