@@ -122,4 +122,4 @@ def test_moved_cells_another_number_and_other_outputs_fail(verdict):
         "Cell 2": "FAILED",
     }
     assert "cell-0: no cell is named for 4.915" in verdict
-    assert "moved or changed since the notebook was run" in verdict
+    assert "cell-1: moved or changed since the notebook was run" in verdict

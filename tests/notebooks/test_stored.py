@@ -72,7 +72,7 @@ def test_the_hook_names_the_notebook_at_fault(sound, tmp_path, capsys):
     sound["cells"][0]["source"] = ["x = 1 / 4\n", "assert x"]
     path.write_text(json.dumps(sound), encoding="utf-8")
     assert stored.main([path]) == 1
-    assert capsys.readouterr().out.startswith(f"{path}: cells were moved or changed")
+    assert capsys.readouterr().out.startswith(f"{path}: cell cell-0: moved or changed")
 
 
 # -- damage to the first cell of code, which is run again ------------------------------
@@ -238,13 +238,21 @@ def test_cells_in_another_order_are_refused(sound, one, other):
     for k, cell in enumerate(codes, 1):
         cell["execution_count"] = k
     (complaint,) = stored.complaints(sound)
-    assert "moved or changed since the notebook was run" in complaint
+    first = cells[one]["id"]
+    assert f"cell {first}: moved or changed since the notebook was run" in complaint
+
+
+@pytest.mark.parametrize("gone, named", [(1, "cell cell-2"), (4, "the last cell")])
+def test_a_cell_that_is_gone_is_missed(sound, gone, named):
+    del sound["cells"][gone]
+    found = list(stored.complaints(sound))
+    assert any(words.startswith(f"{named}: moved or changed") for words in found)
 
 
 def test_code_that_was_not_run_since_is_refused(sound):
     sound["cells"][0]["source"] = ["x = 2 / 6\n", "assert x"]
     (complaint,) = stored.complaints(sound)
-    assert "moved or changed since the notebook was run" in complaint
+    assert complaint.startswith("cell cell-0: moved or changed")
 
 
 def test_cells_with_one_id_are_refused(sound):
