@@ -1,6 +1,7 @@
 """What a reader sees and does in Chromium: notebooks, pages, the ledger, the report."""
 
 import contextlib
+import functools
 import json
 import re
 import shutil
@@ -9,7 +10,6 @@ import sys
 
 import browsing
 import pytest
-import site_build
 from browsing import ROOT, barriers, faults, settled, visit, window
 
 from luenberger import ledger
@@ -36,22 +36,7 @@ KINDS_OF_PAGE = [
 
 
 @pytest.fixture(scope="module")
-def browser():
-    if reason := browsing.missing():
-        pytest.skip(reason)
-    with browsing.chromium_running() as browser:
-        yield browser
-
-
-@pytest.fixture(scope="module")
-def site(browser, tmp_path_factory):
-    if reason := site_build.missing():
-        pytest.skip(reason)
-    return site_build.build(tmp_path_factory.mktemp("site"))
-
-
-@pytest.fixture(scope="module")
-def served(site):
+def served(browser, site):
     with browsing.served(site) as address:
         yield address
 
@@ -207,50 +192,64 @@ def test_an_error_in_a_cell_is_noticed(browser, lab):
 
 
 @contextlib.contextmanager
-def at_both_widths(browser, address):
-    """A page as on a laptop, then as on a phone: what is wrong at each."""
+def at_both_widths(browser, address, look=faults):
+    """A page as on a laptop, then as on a phone: what `look` finds at each."""
     found = {}
     with window(browser) as page:
         visit(page, address)
         for width, height in (LAPTOP, PHONE):
             page.set_viewport_size({"width": width, "height": height})
             settled(page)
-            found[width] = faults(page)
+            found[width] = look(page)
         yield page, found
-
-
-@pytest.mark.parametrize("name", [*(p.stem for p in NOTEBOOKS), *KINDS_OF_PAGE])
-def test_a_page_is_whole_on_a_laptop_and_on_a_phone(name, browser, served):
-    with at_both_widths(browser, f"{served}/{name}.html") as (page, found):
-        assert page.locator("main#main-content").count() == 1
-        assert found == {LAPTOP[0]: [], PHONE[0]: []}
-
-
-@pytest.mark.parametrize(
-    "name",
-    [
-        "index",
-        "00-start-here",
-        "11-which-observer",
-        "pages/ledger",
-        "pages/misprints",
-        "pages/derivations/van-dooren",
-        "coursework/README",
-    ],
-)
-def test_a_page_has_no_barriers(name, browser, served):
-    with window(browser) as page:
-        visit(page, f"{served}/{name}.html")
-        for width, height in (LAPTOP, PHONE):
-            page.set_viewport_size({"width": width, "height": height})
-            settled(page)
-            assert barriers(page) == []
 
 
 SCROLLS = """() => [...document.querySelectorAll("main mjx-container")]
     .filter((math) => math.checkVisibility() && math.scrollWidth > math.clientWidth
         && /auto|scroll/.test(getComputedStyle(math).overflowX))
     .map((math) => math.textContent.slice(0, 60))"""
+FOR_ALL_READERS = [
+    "index",
+    "00-start-here",
+    "11-which-observer",
+    "pages/ledger",
+    "pages/misprints",
+    "pages/derivations/van-dooren",
+    "coursework/README",
+]
+
+
+@pytest.fixture(scope="module")
+def found_on(browser, served):
+    """What is wrong on a page at each width; it is set once for all tests of it."""
+
+    @functools.cache
+    def seen(name):
+        def look(page):
+            found = {"faults": faults(page), "scrolling": page.evaluate(SCROLLS)}
+            if name in FOR_ALL_READERS:
+                found["barriers"] = barriers(page)
+            return found | {"mains": page.locator("main#main-content").count()}
+
+        with at_both_widths(browser, f"{served}/{name}.html", look) as (_, found):
+            return found
+
+    return seen
+
+
+@pytest.mark.parametrize("name", [*(p.stem for p in NOTEBOOKS), *KINDS_OF_PAGE])
+def test_a_page_is_whole_on_a_laptop_and_on_a_phone(name, found_on):
+    found = found_on(name)
+    assert [one["mains"] for one in found.values()] == [1, 1]
+    assert {width: one["faults"] for width, one in found.items()} == {
+        LAPTOP[0]: [],
+        PHONE[0]: [],
+    }
+
+
+@pytest.mark.parametrize("name", FOR_ALL_READERS)
+def test_a_page_has_no_barriers(name, found_on):
+    assert [one["barriers"] for one in found_on(name).values()] == [[], []]
 
 
 @pytest.mark.parametrize(
@@ -262,11 +261,8 @@ SCROLLS = """() => [...document.querySelectorAll("main mjx-container")]
         "pages/derivations/van-dooren",
     ],
 )
-def test_no_formula_scrolls_on_a_laptop(name, browser, served):
-    with window(browser, *LAPTOP) as page:
-        visit(page, f"{served}/{name}.html")
-        settled(page)
-        assert page.evaluate(SCROLLS) == []
+def test_no_formula_scrolls_on_a_laptop(name, found_on):
+    assert found_on(name)[LAPTOP[0]]["scrolling"] == []
 
 
 def test_a_phone_shows_the_reasons_below_the_lines(browser, served):

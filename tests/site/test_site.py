@@ -10,7 +10,7 @@ import urllib.parse
 from html.parser import HTMLParser
 
 import pytest
-from site_build import COMMAND, ROOT, build, missing
+from site_build import COMMAND, ROOT
 
 from luenberger import ledger
 
@@ -153,13 +153,6 @@ def marks(data):
 
 
 # -- the pages -------------------------------------------------------------------------
-
-
-@pytest.fixture(scope="module")
-def site(tmp_path_factory):
-    if reason := missing():
-        pytest.skip(reason)
-    return build(tmp_path_factory.mktemp("site"))
 
 
 @pytest.fixture(scope="module")

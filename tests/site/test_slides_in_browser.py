@@ -4,7 +4,6 @@ import re
 import subprocess
 import sys
 
-import browsing
 import pytest
 import site_build
 from browsing import ROOT, visit, window
@@ -17,14 +16,6 @@ FITS = """() => {
     return [...slide.querySelectorAll("mjx-container > svg, img")]
         .every((shown) => shown.getBoundingClientRect().right <= edge + 2);
 }"""
-
-
-@pytest.fixture(scope="module")
-def browser():
-    if reason := browsing.missing():
-        pytest.skip(reason)
-    with browsing.chromium_running() as browser:
-        yield browser
 
 
 @pytest.fixture(scope="module")

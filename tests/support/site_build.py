@@ -36,3 +36,17 @@ def build(folder):
     )
     assert done.returncode == 0, done.stderr
     return folder
+
+
+def build_once(folder):
+    """The same for all processes that ask for it: the first builds, the others wait."""
+    import fcntl  # of POSIX only
+
+    done = folder / "done"
+    folder.mkdir(exist_ok=True)
+    with open(folder / "lock", "w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not done.exists():
+            build(folder / "pages")
+            done.touch()
+    return folder / "pages"
