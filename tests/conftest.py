@@ -1,3 +1,7 @@
-"""Registers the profile that `--hypothesis-profile=long` asks for, before it does."""
+"""What is settled before NumPy and hypothesis are loaded."""
 
-import drawn  # noqa: F401
+import os
+
+os.environ.setdefault("OMP_NUM_THREADS", "1")  # two workers share two cores
+
+import drawn  # noqa: E402, F401  registers the profile of `--hypothesis-profile=long`
