@@ -6,14 +6,14 @@ from pkgutil import walk_packages
 
 import pytest
 
-from luenberger import forms, identification, kernels, papers
+from luenberger import export, forms, identification, kernels, papers
 from luenberger.papers.leondes_novak.derivation import gain_step
 from luenberger.stage_list import stage_lists
 from luenberger.symbolic import Derivation
 
 MODULES = [
     one.name
-    for room in (papers, identification, forms)
+    for room in (papers, identification, forms, export)
     for one in walk_packages(room.__path__, f"{room.__name__}.")
     if ".derivation." in one.name
 ]
