@@ -128,6 +128,33 @@ def test_a_copy_in_its_own_places_is_not_rounded_again():
     assert bound.largest[0] == pytest.approx(2.0**-9, rel=1e-6)
 
 
+def one_state(F, z0=0.0):
+    """z_next = F z + y, of which z is shown."""
+    return lb.Observer(
+        [[F]], np.zeros((1, 0)), [[1.0]], [[1.0]], [[0.0]],
+        T=[[1.0]], L=[[1.0]], z0=[z0], dt=1.0,
+    )  # fmt: skip
+
+
+def test_a_state_that_its_error_takes_beyond_has_one_place_less():
+    """By hand: 32766 counts are reached, and 1.5 more by rounding of y and of z."""
+    found, _ = fit(one_state(0.5), {"y1": 32766 / 2**15}, 16)
+    assert found.most == (32766,) and found.read == (15,)
+    assert places(found.limits.state[0, 0], largest(16)) == 14
+    assert found.state == (13,)
+
+
+@pytest.mark.parametrize("dtype, bits", [("float", None), ("fixed", 16)])
+def test_what_the_first_state_lacks_is_an_error(dtype, bits):
+    """1/3 as it is in float, or in counts; nothing else is rounded but y."""
+    given = dict(dtype=dtype, bits=bits, ranges={"y1": 2.0**-14})
+    first = rounding_bound(one_state(0.0, 1 / 3), **given).largest[0]
+    none = rounding_bound(one_state(0.0, 0.25), **given).largest[0]
+    k = fit(one_state(0.0, 1 / 3), {"y1": 2.0**-14}, 16)[0].state[0]
+    near = float(np.float32(1 / 3)) if bits is None else round(2**k / 3) / 2**k
+    assert first - none == pytest.approx(abs(near - 1 / 3), rel=0.02)
+
+
 # -- in C ------------------------------------------------------------------------------
 
 
