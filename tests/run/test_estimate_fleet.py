@@ -106,3 +106,17 @@ def test_what_is_wrong_is_said(records):
         lb.estimate(observer, y[0], u[0], into="all.npz")
     with pytest.raises(ValueError, match="30 rows, the filter was designed for 25"):
         lb.estimate(OBSERVERS["over steps"], np.zeros((2, 30, 2)))
+
+
+def test_an_observer_without_outputs_follows_its_inputs(records, backend):
+    plant = lb.Plant([[0.5]], [[1]], np.zeros((0, 1)), dt=1.0)
+    observer = lb.Observer(
+        [[0.5]], [[1]], np.zeros((1, 0)), [[1]], np.zeros((1, 0)), T=[[1]], L=[[1]],
+        dt=1.0,
+    )  # fmt: skip
+    assert lb.certify(observer, plant).worst < 1e-12
+    u = records[1][:3]
+    found = lb.estimate(observer, np.zeros((3, 20, 0)), u, backend=backend)
+    for k in range(3):
+        one = lb.estimate(observer, np.zeros((20, 0)), u[k], backend="numpy")
+        np.testing.assert_allclose(found[k], one, rtol=0, atol=1e-13)

@@ -23,23 +23,22 @@ from .whole import Whole
 
 def filter_block(
     settings: Settings, y: Matrix, u: Matrix, u0: Vector, compile: bool = False,
-    history: bool = False, first: int = 0,
+    history: bool = False, first: int = 0, out: Block | None = None,
 ) -> Block:  # fmt: skip
     """Filter records y (M, N, p) with inputs u (M, N, m), NaN where not measured.
 
-    All rows have the gain of the full recursion: where it has settled is not asked.  A
-    record is by itself where some outputs carry no noise, as these may contradict what
-    is known of its state.
+    What is found is written to `out`, if that is given, and returned.  All rows have
+    the gain of the full recursion: where it has settled is not asked.  A record is by
+    itself where some outputs carry no noise, as these may contradict what is known of
+    its state.
 
     Raises
     ------
     DesignError
         As `filter_data`; it names the record, counted from `first`.
     """
-    out, records = (
-        Block.empty(settings, y, history),
-        Records(settings, y, u, u0, compile, first),
-    )
+    out = Block.empty(settings, y.shape, history) if out is None else out
+    records = Records(settings, y, u, u0, compile, first)
     every = np.arange(len(y))
     if settings.noise_free or not y.shape[1]:
         for s in every.tolist():

@@ -22,9 +22,11 @@ class Block(NamedTuple):
     K: np.ndarray | None
 
     @classmethod
-    def empty(cls, settings: Settings, y: Matrix, history: bool) -> "Block":
-        """Room for what is found in records y (M, N, p)."""
-        (M, N, p), n = y.shape, settings.plant.n
+    def empty(
+        cls, settings: Settings, shape: tuple[int, ...], history: bool
+    ) -> "Block":
+        """Room for what is found in records of the shape (M, N, p)."""
+        (M, N, p), n = shape, settings.plant.n
         rows = (N,) if history else ()
         K = np.empty((M, N, n, p)) if history else None
         x, std = np.empty((M, N, n)), np.empty((M, N, n))

@@ -62,15 +62,17 @@ class _Estimate:
     z: Vector
     compile: bool
 
-    def __call__(self, first: int, y: Matrix, u: Matrix) -> Arrays:
+    def room(self, M: int, N: int) -> Arrays:
+        return {"estimates": np.empty((M, N, len(self.observer.L)))}
+
+    def __call__(self, first: int, y: Matrix, u: Matrix, out: Arrays) -> None:
         u = np.broadcast_to(u, (*y.shape[:2], u.shape[-1]))
         behind = ended(y)
         y = np.where(np.isnan(y), 0.0, y)
-        found = np.empty((*y.shape[:2], len(self.observer.L)))
-        if y.size:
+        found = out["estimates"]
+        if found.size:
             (self.compiled if self.compile else self.plain)(y, u, found)
         found[behind] = np.nan
-        return {"estimates": found}
 
     def plain(self, y: Matrix, u: Matrix, out: Matrix) -> None:
         """Side by side in NumPy."""

@@ -10,6 +10,7 @@ import numpy as np
 
 from .. import kernels
 from ..fleets import filter_block
+from ..fleets.block import Block
 from ..kernels import Recursion
 from ..numeric import Matrix, Vector
 from ..plant import Plant
@@ -86,11 +87,20 @@ class _Filter:
     compile: bool
     history: bool
 
-    def __call__(self, first: int, y: Matrix, u: Matrix) -> Arrays:
+    def room(self, M: int, N: int) -> Arrays:
+        settings = Settings(self.plant, self.m1, self.weight)
+        shape = M, N, self.plant.p
+        return _given(Block.empty(settings, shape, self.history))
+
+    def __call__(self, first: int, y: Matrix, u: Matrix, out: Arrays) -> None:
         settings = Settings(self.plant, self.m1, self.weight)
         u = np.broadcast_to(u, (*y.shape[:2], self.plant.m))
-        found = filter_block(settings, y, u, self.u0, self.compile, self.history, first)
-        return {name: X for name, X in found._asdict().items() if X is not None}
+        given = self.u0, self.compile, self.history, first
+        filter_block(settings, y, u, *given, out=Block(**{"K": None, **out}))
+
+
+def _given(block: Block) -> Arrays:
+    return {name: X for name, X in block._asdict().items() if X is not None}
 
 
 def filter_fleet(

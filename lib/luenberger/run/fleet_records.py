@@ -107,7 +107,7 @@ class Records:
 
 def ended(y: Matrix) -> Matrix:
     """Where records (M, N, p) have ended, (M, N): nothing is measured from there on."""
-    absent = np.isnan(y).all(axis=2)
+    absent = np.isnan(y).all(axis=2) & (y.shape[2] > 0)
     behind = np.logical_and.accumulate(absent[:, ::-1], axis=1)[:, ::-1]
     return np.asarray(behind)
 

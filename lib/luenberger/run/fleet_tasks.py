@@ -5,12 +5,14 @@ Where a record is filtered, and beside which, leaves no trace in its bits; see `
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, closing
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -21,12 +23,22 @@ from .executor import in_order
 from .fleet_records import ALONE, Records, parts
 
 BLOCK = 64  # records that run side by side
-TASKS = 64  # parts that an executor is given, unless the caller says how many records
-NUMBERS = 1_000_000  # of a part at most, as far as blocks allow
+TASKS = 64  # parts that a cluster is given, unless the caller says how many records
+EACH = 4  # parts for each worker, where their number is known: some take longer
+NUMBERS = 4_000_000  # of a part at most, as far as blocks allow
 AHEAD = 64  # parts that a cluster has at a time
 Arrays = Mapping[str, np.ndarray]
 Into = str | Path | Callable[[int, Any], object]
-Task = Callable[[int, Matrix, Matrix], Arrays]  # (first, y, u); it can be pickled
+
+
+class Task(Protocol):
+    """What is done with some records; it can be pickled."""
+
+    def room(self, M: int, N: int) -> Arrays:
+        """Arrays for what is found in M records of N rows."""
+
+    def __call__(self, first: int, y: Matrix, u: Matrix, out: Arrays) -> None:
+        """Write to `out` what is found in records, which are numbered from `first`."""
 
 
 @dataclass(frozen=True)
@@ -73,8 +85,15 @@ class Where:
         if self.executor is None and self.into is None:
             return max(total, 1)
         fit = NUMBERS // max(numbers * records.rows * BLOCK, 1)
-        blocks = -(-total // (BLOCK * TASKS))
+        workers = getattr(self.executor, "_max_workers", None)
+        blocks = -(-total // (BLOCK * (EACH * workers if workers else TASKS)))
         return max(min(blocks, fit), 1) * BLOCK
+
+    @property
+    def shares(self) -> bool:
+        """Whether tasks write to the memory of this process."""
+        here = self.executor is None or isinstance(self.executor, ThreadPoolExecutor)
+        return here and self.into is None
 
 
 def run(
@@ -92,11 +111,14 @@ def run(
     """
     ahead = 2 * getattr(where.executor, "_max_workers", AHEAD // 2)
     size = where.size(records, numbers)
-    jobs = _jobs(task, records, size)
-    found = in_order(_do, jobs, where.executor, ahead)
     into, total = where.into, len(records)
+    whole = task.room(total, records.rows) if where.shares else None
+    found = in_order(_do, _jobs(task, records, size, whole), where.executor, ahead)
     with ExitStack() as stack:
         stack.enter_context(closing(found))
+        if whole is not None:
+            deque(found, maxlen=0)
+            return kind(**whole)
         if into is None:
             return kind(**_together(found, total))
         if callable(into):
@@ -110,20 +132,26 @@ def run(
     return None
 
 
-def _jobs(task: Task, records: Records, size: int) -> Iterator[tuple]:
+def _jobs(
+    task: Task, records: Records, size: int, whole: Arrays | None
+) -> Iterator[tuple]:
+    """Parts of the records, each with its part of `whole`, if that is there."""
     for begin, end in parts(len(records), size):
-        yield task, begin, *records.block(begin, end)
+        some = whole and {name: X[begin:end] for name, X in whole.items()}
+        yield task, begin, *records.block(begin, end), some
 
 
-def _do(job: tuple[Task, int, Matrix, Matrix]) -> tuple[int, Arrays]:
+def _do(job: tuple[Task, int, Matrix, Matrix, Arrays | None]) -> tuple[int, Arrays]:
     """One part, perhaps in another process."""
-    task, first, y, u = job
+    task, first, y, u, out = job
+    out = task.room(*y.shape[:2]) if out is None else out
     try:
-        return first, task(first, y, u)
+        task(first, y, u, out)
     except DesignError as error:
         if str(error).startswith("record "):  # and not of the plant
             raise DesignError(f"{error} ({ALONE})") from error
         raise
+    return first, out
 
 
 def _handed(

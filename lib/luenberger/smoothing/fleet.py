@@ -101,10 +101,14 @@ class _Smooth:
     u0: Vector
     backend: str
 
-    def __call__(self, first: int, y: Matrix, u: Matrix) -> Arrays:
-        (M, N, _), n = y.shape, self.plant.n
-        u = np.broadcast_to(u, (M, N, self.plant.m))
+    def room(self, M: int, N: int) -> Arrays:
+        n = self.plant.n
         x, std, P = (np.empty((M, N, *shape)) for shape in ((n,), (n,), (n, n)))
+        return dict(x=x, std=std, P=P)
+
+    def __call__(self, first: int, y: Matrix, u: Matrix, out: Arrays) -> None:
+        u = np.broadcast_to(u, (*y.shape[:2], self.plant.m))
+        x, std, P = (out[name] for name in ("x", "std", "P"))
         for same in self.groups(y):
             shared = self.shared(y[same], u[same], first + int(same[0]))
             if shared is not None:
@@ -113,7 +117,6 @@ class _Smooth:
             for s in same.tolist():
                 one = self.read(y[s], u[s], first + s).rows(last=True)
                 x[s], std[s], P[s] = one.x, one.std, one.P
-        return dict(x=x, std=std, P=P)
 
     def groups(self, y: Matrix) -> list[Vector]:
         """The numbers of records with the same gaps."""
