@@ -175,6 +175,18 @@ def test_the_record_is_named(backend):
         )  # fmt: skip
 
 
+@both
+@pytest.mark.parametrize("many", [1, 10])
+def test_growth_is_noticed_where_no_pivot_fails(many, backend):
+    plant = lb.Plant(
+        np.diag([10.0, 0.5]), None, [[1, 0]], dt=1.0, Q=np.eye(2), R=[[1]], P0=np.eye(2)
+    )
+    y = np.zeros((2 + many, 20, 1))
+    y[1, 3] = y[2:, 4:] = np.nan  # and a lane before it that has a gap too
+    with pytest.raises(lb.DesignError, match=r"^record 2: too few digits are left"):
+        lb.filter_data(plant, y, backend=backend)
+
+
 @needs_numba
 def test_one_input_for_all():
     plant = drawn("dense")

@@ -71,7 +71,7 @@ def _each(out: Block, records: Records, which: Vector, whole: Whole) -> Vector:
         found |= dict(covariances=out.P.reshape(M, -1), gains=out.K.reshape(M, -1))
     failed, least, most = _run(panels, whole, which, found, last)
     good = which[~failed[which]]
-    records.grown(good, least[good], most[good], out.std)
+    records.grown(good, out.std, good, least, most)
     return which[failed[which]]
 
 
@@ -93,7 +93,7 @@ def _once(
         if failed[g]:
             left.append(members)
             continue
-        records.grown(first[g : g + 1], least[g : g + 1], most[g : g + 1], std[g:])
+        records.grown(members[:1], std, np.array([g]), least, most)
         K = found["gains"][g].reshape(N, n, p)
         out.std[members] = std[g]
         if out.K is None:

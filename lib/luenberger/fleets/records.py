@@ -55,10 +55,15 @@ class Records:
         except DesignError as error:
             raise DesignError(f"record {self.first + s}: {error}") from error
 
-    def grown(self, which: Vector, least: Matrix, most: Matrix, std: Matrix) -> None:
-        """The same of all records whose variances are far apart; std is theirs."""
-        for k in np.flatnonzero(far(least, most)).tolist():
-            self.require_digits(int(which[k]), std[k])
+    def grown(
+        self, which: Vector, std: Matrix, at: Vector, least: Matrix, most: Matrix
+    ) -> None:
+        """The same of all records `which` where variances are far apart.
+
+        They are in the rows `at` of std, `least` and `most`.
+        """
+        for k in np.flatnonzero(far(least[at], most[at])).tolist():
+            self.require_digits(int(which[k]), std[at[k]])
 
     @cached_property
     def gaps(self) -> Matrix:
