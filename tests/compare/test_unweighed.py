@@ -12,6 +12,7 @@ from luenberger import plot, report
 from luenberger.compare import transients
 from luenberger.compare.settling import settling_time
 from luenberger.report import result_files
+from luenberger.show import number
 
 A = [[1, 0.1, 0], [0, 1, 0.1], [0, -0.2, 0.9]]
 PLANT = lb.Plant(A, [[0], [0], [1]], [[1, 0, 0]], dt=0.1)
@@ -79,8 +80,15 @@ def test_noise_gain_is_weighed_against_settling(table):
     assert gains == sorted(gains, reverse=True) and len(front) >= 3
     assert front == table.pareto(by="settling") != table.pareto(by="order")
     words = " ".join(table.reasons())
-    assert f"The {front[0].title} settles the soonest" in words
-    assert f"The {front[-1].title} has the least noise gain" in words
+    soon, calm = ([number(one.noise_gain, 4), number(one.settling, 4)]
+                  for one in (front[0], front[-1]))  # fmt: skip
+    for said in (
+        f"The {front[0].title} settles the soonest, within {soon[1]} s; noise gain "
+        f"{soon[0]}.",
+        f"The {front[-1].title} has the least noise gain, {calm[0]}, and settles "
+        f"within {calm[1]} s.",
+    ):
+        assert said in words
     header = table.table.header
     assert "settling (s)" in header and "error trace" not in header
     assert not table.table.marked and "<b>" not in table.table._repr_html_()

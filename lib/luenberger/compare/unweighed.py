@@ -51,11 +51,16 @@ def left_to_weigh(table: Comparison) -> Iterator[str]:
         "through, the noise gain, against how long it takes to forget a wrong start."
     )
     quick, calm = (first_least(known, what) for what in ("settling", "noise_gain"))
-    yield f"The {quick.title} settles the soonest, {_figures(quick)}."
+    gain, time = _figures(quick)
+    yield f"The {quick.title} settles the soonest, within {time}; noise gain {gain}."
     if calm is not quick:
-        yield f"The {calm.title} has the least noise gain, {_figures(calm)}."
+        gain, time = _figures(calm)
+        yield (
+            f"The {calm.title} has the least noise gain, {gain}, and settles within "
+            f"{time}."
+        )
 
 
-def _figures(one: Attempt) -> str:
-    gain, time = number(one.noise_gain, 4), number(one.settling, 4)
-    return f"{gain}, and settles within {time} s"
+def _figures(one: Attempt) -> tuple[str, str]:
+    """Its noise gain and its settling time, in words."""
+    return number(one.noise_gain, 4), f"{number(one.settling, 4)} s"
