@@ -53,7 +53,7 @@ def panels(plant, y, gaps):
     every, none = np.arange(len(y)), np.zeros(0)
     given = Records(settings, y, np.zeros((*y.shape[:2], 0)), none, True, 0)
     whole = Whole(given, given.run.run.stacks)
-    out = Block.empty(settings, y, False)
+    out = Block.empty(settings, y.shape, False)
     calls = []
 
     def noted(*asked):

@@ -148,7 +148,7 @@ def test_a_lane_that_cannot_go_on_is_left(kind):
     given = records.Records(settings, y, u, np.zeros(1), True, 0)
     whole = Whole(given, given.run.run.stacks)
     assert own_gain.does(whole)
-    out = Block.empty(settings, y, False)
+    out = Block.empty(settings, y.shape, False)
     left = own_gain.own(out, given, np.arange(3, 10), whole)
     if kind == "vague start":  # a lane that reads nothing can go on
         assert 4 in left and 5 not in left
@@ -225,7 +225,7 @@ def test_panels_are_what_their_text_says(monkeypatch):
 
     panels.in_panels.cache_clear()
     monkeypatch.setattr(kernels.cache, "compiled", compiled)
-    slow = Block.empty(Settings(plant, 0), y, False)
+    slow = Block.empty(Settings(plant, 0), y.shape, False)
     given = records.Records(Settings(plant, 0), y, u, np.zeros(1), True, 0)
     own_gain.own(slow, given, np.arange(3, 8), Whole(given, given.run.run.stacks))
     panels.in_panels.cache_clear()
