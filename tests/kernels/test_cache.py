@@ -453,3 +453,16 @@ def test_auto_asks_for_the_code_of_this_plant(home, chosen):
     lb.filter_data(PLANT, y, backend="numba")
     lb.filter_data(PLANT, y)
     assert chosen == [False, False, True]
+
+
+def test_auto_counts_rows_of_all_records_and_asks_for_code_of_many(home, chosen):
+    y = np.ones((4, 10, 1))
+    lb.filter_data(PLANT, y[0], backend="numba")
+    lb.filter_data(PLANT, y)  # code for many records is not that of one
+    lb.filter_data(PLANT, y, backend="numba")
+    lb.filter_data(PLANT, y)
+    gaps = np.array(y)
+    gaps[1, 3] = np.nan
+    lb.filter_data(PLANT, gaps)
+    lb.filter_data(PLANT, np.ones((kernels.AUTO_ROWS // 10, 10, 1)))
+    assert chosen == [False, True, False, True]

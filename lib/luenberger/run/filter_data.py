@@ -124,9 +124,9 @@ def filter_data(
         hundreds of times faster than "numpy" and the same to rounding; the first
         record of a plant waits a few seconds for the compiler.  "auto" takes it, where
         numba is installed, for 20 000 rows or more in all records together; for fewer,
-        if the code of this plant has been loaded in this process; and for 1000 or more,
-        if it is kept on disk from an earlier one.  Name a backend where a later call
-        must give the same bits.
+        if the code of this plant has been loaded in this process; and of one record of
+        1000 or more, if it is kept on disk from an earlier one.  Name a backend where a
+        later call must give the same bits.
     settle : float or None, default 1e-9
         The gain of a plant that does not change settles.  The recursion of the
         covariance stops where a bound says that no later row is further from it than

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -11,17 +10,14 @@ import numpy as np
 from .. import kernels
 from ..fleets import filter_block
 from ..fleets.block import Block
-from ..kernels import Recursion
 from ..numeric import Matrix, Vector
 from ..plant import Plant
 from ..recursion.filter_pass import Pass
-from ..recursion.filter_stacks import FILTER
 from ..recursion.settings import Settings
-from ..recursion.state import start
 from . import fleet_tasks
 from .clock import Clock, of_record, require_instants
 from .fleet_records import Records
-from .fleet_tasks import Arrays, Where
+from .fleet_tasks import BLOCK, Arrays, Where
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,7 +112,7 @@ def filter_fleet(
     records = Records.of(y, u, plant.p, plant.m)
     plant = at_rows(plant, records.rows, time)
     settings = Settings(plant, m1, weight)
-    fast = runs_compiled(backend, settings, records, u0)
+    fast = runs_compiled(backend, settings, records)
     task = _Filter(plant, m1, weight, u0, fast, history)
     n, p = plant.n, plant.p
     numbers = plant.m + p + 2 * n + (n * (n + p) if history else 0)
@@ -144,16 +140,20 @@ def at_rows(plant: Plant, rows: int, time: Any) -> Plant:
     return plant
 
 
-def runs_compiled(
-    backend: str, settings: Settings, records: Records, u0: Vector,
-    recursion: Recursion = FILTER,
-) -> bool:  # fmt: skip
-    """Whether compiled code is to filter the records: all their rows count."""
-    way = Pass(settings)
-    begin = partial(start, settings, settings.plant.x0, u0)
+def runs_compiled(backend: str, settings: Settings, records: Records) -> bool:
+    """Whether compiled code is to filter the records: all their rows count.
 
-    def ready(rows: int) -> bool:
-        y, _ = records.block(0, 1)
-        return len(y) > 0 and way.at_hand(begin(), y[0], rows, recursion)
-
-    return kernels.runs_compiled(backend, len(records) * records.rows, ready=ready)
+    For fewer than pay for compiling, if records of such a plant were filtered so.
+    """
+    rows = len(records) * records.rows
+    stacks = None if backend == "numpy" else Pass(settings).stacks
+    if stacks is None:
+        return kernels.runs_compiled(backend, rows)
+    y, _ = records.block(0, BLOCK)
+    gaps = bool(np.isnan(y).any())
+    changing = stacks.changing(not gaps)
+    asked = "records", gaps, stacks.sizes, stacks.entries(changing), changing
+    fast = kernels.runs_compiled(backend, rows, ready=lambda _: asked in kernels.LOADED)
+    if fast:
+        kernels.LOADED.add(asked)
+    return fast

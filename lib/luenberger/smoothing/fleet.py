@@ -17,11 +17,12 @@ from ..errors import DesignError
 from ..numeric import Matrix, Vector
 from ..papers.leondes_novak.derivation import estimate_step
 from ..plant import Plant
+from ..recursion.filter_pass import Pass
 from ..recursion.settings import Settings
-from ..recursion.state import leading_on
+from ..recursion.state import leading_on, start
 from ..run import fleet_tasks
 from ..run.filter_data import Outputs
-from ..run.filter_fleet import at_rows, runs_compiled, tables
+from ..run.filter_fleet import at_rows, tables
 from ..run.fleet_records import Records
 from ..run.fleet_tasks import Arrays, Where
 from .backward import _made_of, clear
@@ -80,7 +81,7 @@ def smooth_fleet(
     """Smooth records y (M, N, p) of one plant, all with the same instants."""
     records = Records.of(y, u, plant.p, plant.m)
     plant = at_rows(plant, records.rows, time)
-    fast = runs_compiled(backend, Settings(plant, 0), records, u0, KEPT)
+    fast = _runs_compiled(backend, plant, records, u0)
     task = _Smooth(plant, m1, lag, weight, u0, "numba" if fast else "numpy")
     numbers = plant.m + plant.p + plant.n * (plant.n + 2)
     kind, columns = SmoothedFleet, tables(plant)
@@ -88,6 +89,18 @@ def smooth_fleet(
         task, records, where, kind, columns, numbers
     )
     return found
+
+
+def _runs_compiled(backend: str, plant: Plant, records: Records, u0: Vector) -> bool:
+    """Whether compiled code is to smooth the records: all their rows count."""
+    way = Pass(Settings(plant, 0))
+
+    def ready(rows: int) -> bool:
+        y, _ = records.block(0, 1)
+        begin = start(way, plant.x0, u0)
+        return len(y) > 0 and way.at_hand(begin, y[0], rows, KEPT)
+
+    return kernels.runs_compiled(backend, len(records) * records.rows, ready=ready)
 
 
 @dataclass(frozen=True)
