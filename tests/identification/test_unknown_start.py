@@ -222,6 +222,20 @@ def test_as_few_rows_as_determine_the_state():
         assert len(diffuse.head(settings, y, u).X) == rows + 1
 
 
+def test_many_rows_may_pass_before_the_state_is_determined():
+    """A likelihood does not change when nothing is measured after one reading."""
+    plant = lb.Plant([[1.0]], None, [[1], [1]], dt=1.0, Q=[[0]], R=np.eye(2))
+    two = lb.Plant(np.eye(2), None, np.eye(2), dt=1.0, Q=np.zeros((2, 2)), R=np.eye(2))
+    y = np.full((60, 2), nan)
+    y[0, 0], y[-2:, 1], y[-1, 0] = 1.0, [3.0, 2.0], 4.0
+    short = y[[0, -2, -1]]
+    for one in (plant, two):
+        wanted, slope = lb.log_likelihood(one, short, gradient=True)
+        found, other = lb.log_likelihood(one, y, gradient=True)
+        assert found == pytest.approx(wanted, rel=1e-12)
+        np.testing.assert_allclose(other["R"], slope["R"], atol=1e-12)
+
+
 def test_a_record_that_does_not_determine_the_state_is_refused():
     plant = lb.Plant(
         [[1, 1], [0, 1]], None, [[1, 0]], dt=1.0, Q=np.eye(2), R=[[1]],

@@ -31,6 +31,7 @@ from .score import Adjoint, Sums, row
 from .trail import Trail
 
 FIRM = 1e-4  # of the columns at unit length: the least singular value to go on from
+FEW = 4  # rows for each state, that there is room for before more is asked for
 LEAST = 1e-11  # below it the rows do not determine the state
 
 
@@ -94,11 +95,13 @@ def head(settings: Settings, y: Matrix, u: Matrix) -> Head:
     plant, n = settings.plant, settings.plant.n
     states, _ = natural(settings.at(1))
     state = begins(settings, 0, np.diag(states**2).flatten(), np.zeros(n))
-    trail, X = Trail.empty(plant, y, True), [np.eye(n)]
+    trail, X = Trail.empty(plant, y[: FEW * n], True), [np.eye(n)]
     shown, z, firm = np.zeros((0, n)), np.zeros(0), 0.0
     done: Step | None = None
     Sigmas: list[Matrix] = []
     for k in range(len(y)):
+        if k == len(trail.free):
+            trail = trail.longer(plant, y)
         done = step(settings, state, y[k], u[k])
         state = done.state
         Sigmas.append(state.Sigma)

@@ -134,6 +134,13 @@ class Trail:
         """Some of its rows."""
         return Trail(*(getattr(self, one.name)[rows] for one in fields(self)))
 
+    def longer(self, plant: Plant, y: Matrix) -> Trail:
+        """The same rows, with room for all of y."""
+        found = Trail.empty(plant, y, self.kept)
+        for one in fields(self):
+            getattr(found, one.name)[: len(self.free)] = getattr(self, one.name)
+        return found
+
     def settled(self) -> Trail:
         """The same, with what compiled code leaves to do for all its rows at once."""
         for k in range(0, len(self.free), TOGETHER):
