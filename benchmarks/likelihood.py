@@ -17,7 +17,7 @@ from statsmodels.tsa.statespace import kalman_filter
 import luenberger as lb
 
 SIZES = [(3, 2), (10, 4)]
-WORST = [(3, 2, 50_000), (6, 1, 10_000), (10, 1, 2_000)]  # gaps, an unknown start
+WORST = [(6, 4, 50_000), (6, 1, 10_000), (10, 1, 2_000)]  # gaps, an unknown start
 MISSING = 0.05
 STEPS, ROUNDS = 10_000, 11
 
