@@ -68,10 +68,10 @@ def test_a_bound_holds_on_a_million_steps_and_is_not_vacuous(
 def test_exact_estimates_reach_what_is_said_of_their_size(tmp_path):
     """The worst signs drive the first estimate as far as the sum of sizes says."""
     observer = OBSERVERS["an accurate output"]
-    ranges, exact = sizes(observer), limits.Exact(observer, observer.z0)
+    ranges, exact = sizes(observer), limits.Exact(observer)
     s = np.array(list(ranges.values()))[:, None]
     device = limits.floating(observer, "double")
-    reach = exact.limits(device, s, 0 * s).estimate[:, 0]
+    reach = exact.limits(device, observer.z0, s, 0 * s).estimate[:, 0]
     found = gaps(observer, tmp_path, ranges, steps=5000, dtype="double")
     most = np.max([size for _, size in found.values()], axis=0)
     assert (most <= reach).all() and most[0] > 0.99 * reach[0]

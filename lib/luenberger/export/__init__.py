@@ -16,6 +16,7 @@ from ..arguments import expect, expect_as
 from ..kernels.c.numbers import require_c_type
 from ..observer import Observer
 from ..plant import Plant
+from .bound import rounding_bound as rounding_bound
 from .c import filter as recursive
 from .c import fixed
 from .c import late as waiting
@@ -29,7 +30,6 @@ from .control_systems import to_control as to_control
 from .control_systems import to_scipy as to_scipy
 from .rounding import RoundingError as RoundingError
 from .rounding import rounding_error as rounding_error
-from .rounding_bound import rounding_bound as rounding_bound
 
 
 def to_c(

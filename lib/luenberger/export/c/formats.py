@@ -102,14 +102,14 @@ def formats(
     most = [int(np.ceil(np.ldexp(size, k))) for size, k in zip(ranges, read)]
     sizes = np.ldexp(np.array(most, float), -np.array(read, int))[:, None]
     half = np.ldexp(NEAREST, -np.array(read, int))[:, None]
-    exact = Exact(observer, observer.z0)
-    bare = exact.limits(_same(exact), sizes, 0 * half)
+    exact = Exact(observer)
+    bare = exact.limits(_same(exact), observer.z0, sizes, 0 * half)
     if bare is None:
         raise Unfit("the observer is too slow for a bound of its states")
     state = [places(size, largest(bits)) for size in bare.state[:, 0].tolist()]
     shown = [places(size, largest(bits)) for size in bare.estimate[:, 0].tolist()]
     for _ in range(TRIES):
-        made = _Whole(observer, bits, read, state, shown, most, states, what)
+        made = _Whole(exact, bits, read, state, shown, most, states, what)
         limits = made.limits(sizes, half)
         wide = [
             _wide(limits.state + limits.state_error, state, bits),
@@ -167,17 +167,16 @@ class _Whole:
     """Weights and first states at given places."""
 
     def __init__(
-        self, observer: Observer, bits: int, read: list[int], state: list[int],
+        self, exact: Exact, bits: int, read: list[int], state: list[int],
         shown: list[int], most: list[int], states: list[str], what: list[str],
     ) -> None:  # fmt: skip
-        self.observer, self.bits, self.state, self.shown = observer, bits, state, shown
+        self.exact, self.bits, self.state, self.shown = exact, bits, state, shown
         self.places, self.sizes = state + read, [largest(bits)] * len(state) + most
-        self.start = [_nearest(z, k) for z, k in zip(observer.z0.tolist(), state)]
+        self.start = [_nearest(z, k) for z, k in zip(exact.observer.z0.tolist(), state)]
         back = [
             float(Fraction(z) / Fraction(2) ** k) for z, k in zip(self.start, state)
         ]
-        self.exact = Exact(observer, np.array(back))
-        one = self.exact.blocks
+        self.first, one = np.array(back), exact.blocks
         self.moves = self.rows(np.hstack([one["F"], one["B"]]), state, "state", states)
         self.shows = self.rows(np.hstack([one["P"], one["V"]]), shown, "estimate", what)
 
@@ -214,7 +213,7 @@ class _Whole:
             for rows, ks in ((self.moves, self.state), (self.shows, self.shown))
         )
         device = Device(made, np.zeros(r), np.zeros(q), half_z, half_w)
-        found = self.exact.limits(device, sizes, half)
+        found = self.exact.limits(device, self.first, sizes, half)
         if found is None:
             raise Unfit("rounding the weights makes the error grow without a bound")
         return found

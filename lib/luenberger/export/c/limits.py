@@ -40,44 +40,46 @@ class Limits:
 
 @dataclass(eq=False)
 class Exact:
-    """An observer with its inputs and measurements as one, and the sums of its powers.
-
-    `start` is the first state of the device; what it lacks is an error at first.
-    """
+    """An observer with inputs and measurements as one, and the sums of its powers."""
 
     observer: Observer
-    start: np.ndarray
     blocks: Matrices = field(init=False)
     powers: PowerSums | None = field(init=False)
 
     def __post_init__(self) -> None:
         self.blocks, one = blocks(self.observer), self.observer
-        inputs = np.hstack([np.eye(one.order), self.blocks["B"]])
-        first = np.stack([one.z0, self.start - one.z0], axis=1)
+        whole = np.eye(one.order)
+        inputs = np.hstack([whole, self.blocks["B"]])
+        first = np.hstack([one.z0[:, None], whole])
         self.powers = power_sums(self.blocks["F"], self.blocks["P"], inputs, first)
 
-    def limits(self, device: Device, s: Matrix, ds: Matrix) -> Limits | None:
+    def limits(
+        self, device: Device, start: Vector, s: Matrix, ds: Matrix
+    ) -> Limits | None:
         """The bounds; None where none was proved.
 
+        `start` is the first state of the device; what it lacks is an error at first.
         `s` are the sizes of inputs and measurements, `ds` those of their rounding,
         (m + p, c).  What does not depend on them is in the last column.
         """
         sums, r = self.powers, self.observer.order
         if sums is None:
             return None
-        state, start = sums.sums[:, r:] @ s, np.zeros((r, s.shape[1]))
+        lacks = np.abs(start - self.observer.z0)
+        state, first = sums.sums[:, r:] @ s, np.zeros((r, s.shape[1]))
         estimate = (np.abs(self.blocks["V"]) + sums.seen[:, r:]) @ s
         shown = np.zeros((len(estimate), s.shape[1]))
         state[:, -1] += sums.peaks[:, 0]
         estimate[:, -1] += sums.seen_peaks[:, 0]
-        start[:, -1], shown[:, -1] = sums.peaks[:, 1], sums.seen_peaks[:, 1]
+        first[:, -1] = sums.peaks[:, 1:] @ lacks
+        shown[:, -1] = sums.seen_peaks[:, 1:] @ lacks
         have = device.sizes(self.blocks, s.shape[1])
-        have |= dict(Z=state, s_fs=s + ds, ds_s=ds, a_0=start, a_0w=shown)
+        have |= dict(Z=state, s_fs=s + ds, ds_s=ds, a_0=first, a_0w=shown)
         have |= dict(S=sums.sums[:, :r], S_P=sums.seen[:, :r])
         have |= run(added, have)
         none = np.zeros_like(state)
-        first = run(errs, have | dict(e_s=none), "a_e")["a_e"]
-        error = proved(have["S"] @ have["M_z"], first * (1 + SLACK))
+        once = run(errs, have | dict(e_s=none), "a_e")["a_e"]
+        error = proved(have["S"] @ have["M_z"], once * (1 + SLACK))
         if error is None:
             return None
         found = run(errs, have | dict(e_s=error), "a_w")["a_w"] * (1 + SLACK)

@@ -117,8 +117,8 @@ def _floating(
 ) -> tuple[Limits | None, Vector, str]:
     sizes, source = ranges(observer, signals, plant, given)
     device = narrowed(observer, real)
-    exact = Exact(observer, device.z0)
-    return exact.limits(floating(device, real), *each(observer, real)), sizes, source
+    made, read = floating(device, real), each(observer, real)
+    return Exact(observer).limits(made, device.z0, *read), sizes, source
 
 
 def _bound(
@@ -154,7 +154,7 @@ def upward(value: float) -> str:
     """Three digits, rounded up.
 
     >>> upward(1.2301e-7), upward(0.0), upward(250.0)
-    ('1.24e-7', '0', '250')
+    ('1.24e-07', '0', '250')
     """
     rounded = Context(prec=3, rounding=ROUND_UP).plus(Decimal(float(value)))
     return f"{float(rounded):.3g}"
