@@ -10,7 +10,8 @@ from luenberger import arguments, export, plot
 
 PLANT = lb.Plant([[0.5]], None, [[1]], dt=1.0, Q=[[1]], R=[[1]], P0=[[1]])
 OBSERVER = lb.kalman_filter(PLANT)
-WITHIN = {"export.signals", "plot.from_start"}  # imported there, for use there
+# imported there, for use there
+WITHIN = {"export.fitted", "export.signals", "plot.from_start"}
 RIGHT = {"plant": PLANT, "observer": OBSERVER, "source": PLANT}
 
 

@@ -193,13 +193,13 @@ def test_the_header_says_the_bound_within_ranges_or_for_each_signal(tmp_path):
 def test_ranges_of_measurements_follow_from_the_noises_of_a_stable_plant():
     plant = lb.Plant([[0.5]], [[1.0]], [[2.0]], [[3.0]], dt=1.0, Q=[[3]], R=[[4]])
     observer = lb.kalman_filter(plant)
-    found = rounding_bound(observer, plant, ranges={"u1": 1.5})
+    found = rounding_bound(observer, plant=plant, ranges={"u1": 1.5})
     sigma = np.sqrt(2 * 2 * 3 / (1 - 0.25) + 4)  # by hand
     size = dict(found.ranges)["y1"]
     assert size == pytest.approx(6 * sigma + 1.5 * (2 / (1 - 0.5) + 3), rel=1e-5)
     assert "'y1' is 6 standard deviations of the plant" in found.source
     assert "is 6 standard deviations" in " ".join(found.notes())
-    given = rounding_bound(observer, plant, ranges={"u1": 1.5, "y1": size})
+    given = rounding_bound(observer, plant=plant, ranges={"u1": 1.5, "y1": size})
     assert given.source == "" and (given.largest == found.largest).all()
 
 
@@ -218,7 +218,7 @@ def test_ranges_of_measurements_follow_from_the_noises_of_a_stable_plant():
 )
 def test_ranges_that_are_missing_or_wrong_are_named(ranges, plant, message):
     with pytest.raises(ValueError, match=message):
-        rounding_bound(lb.kalman_filter(tracker()), plant, ranges=ranges)
+        rounding_bound(lb.kalman_filter(tracker()), plant=plant, ranges=ranges)
 
 
 def test_a_name_of_two_signals_is_refused():

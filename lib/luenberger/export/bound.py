@@ -19,8 +19,8 @@ from .c.source_and_header import signals
 
 def rounding_bound(
     observer: Observer,
-    plant: Plant | None = None,
     *,
+    plant: Plant | None = None,
     dtype: str = "float",
     bits: int | None = None,
     ranges: Mapping[str, float] | None = None,
