@@ -7,7 +7,7 @@ import pytest
 from statsmodels.tsa.statespace.mlemodel import MLEModel
 
 import luenberger as lb
-from luenberger.smoothing import compiled
+from luenberger.smoothing import backward
 from luenberger.smoothing.record import Smoother
 
 NAMES = "x std P lag_one w v".split()
@@ -80,15 +80,25 @@ def test_compiled_code_leaves_rows_that_lose_digits_to_numpy():
     agree(two, one, 1e-9)
 
 
-def test_compiled_code_works_on_some_rows_at_a_time(monkeypatch):
-    """Also where it gives up among them: no row is smoothed twice."""
-    plant, rng = plant_of(3, P0=1e7 * np.eye(3), linked=True)
-    y = readings(plant, rng, 90)
-    y[40:55] = np.nan
-    wanted = lb.smooth(plant, y, backend="numpy")
-    for near in (1, 10_000, 10**6):
-        monkeypatch.setattr(compiled, "NEAR", near)
-        agree(lb.smooth(plant, y, backend="numba"), wanted, 1e-9)
+@pytest.mark.parametrize("n, p", [(3, 1), (8, 2)], ids=["scalars", "loops"])
+def test_compiled_code_gives_up_single_rows_and_goes_on(n, p, monkeypatch):
+    """Now and then a state is set to zero and so is known: NumPy does those rows."""
+    plant, rng = plant_of(3, n, p)
+    y, rows = readings(plant, rng, 150), [0, 3, 40, 41, 75, 149]
+    every = {k: np.repeat(getattr(plant, k)[None], 152, axis=0) for k in "ACQR"}
+    every["A"][rows, 0] = every["Q"][rows, 0] = every["Q"][rows, :, 0] = 0
+    A, C, Q, R = every.values()
+    plant = lb.Plant(A, None, C, dt=1.0, Q=Q, R=R, P0=plant.P0)
+    done, by_hand = backward._row, []
+
+    def row(kept, ways, k, *more):
+        by_hand.append(k)
+        return done(kept, ways, k, *more)
+
+    monkeypatch.setattr(backward, "_row", row)
+    found = lb.smooth(plant, y, backend="numba")
+    assert by_hand == rows[::-1]
+    agree(found, lb.smooth(plant, y, backend="numpy"), 1e-9)
 
 
 @pytest.mark.parametrize("backend", ["numpy", "numba"])

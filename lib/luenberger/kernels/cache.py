@@ -130,7 +130,7 @@ def compiled(text: str, types: tuple[str, ...], exact: bool = False) -> Any:
     config: Any = numba_config
 
     if config.DISABLE_JIT:
-        return _function(text, "luenberger_uncompiled", np.empty, fused.plain)
+        return _function(text, "luenberger_uncompiled", stack.plain())
     folder = usable_folder()
     if folder is not None:
         try:
@@ -141,8 +141,7 @@ def compiled(text: str, types: tuple[str, ...], exact: bool = False) -> Any:
             said = f"compiled code is not kept: {error}"
             warnings.warn(said, CacheWarning, stacklevel=2)
     name = f"luenberger_{key(text, types, exact)}"
-    function = _function(text, name, stack.local_array(), fused.fused())
-    return _settled(_jit(function, exact), types)
+    return _settled(_jit(_function(text, name, stack.ours()), exact), types)
 
 
 def folder() -> Path:
@@ -191,15 +190,15 @@ def ours(path: Path) -> bool:
     return stat.S_ISREG(os.lstat(path).st_mode) and private(path)
 
 
-def _function(text: str, path: str, array: Any, fma: Any) -> Any:
+def _function(text: str, path: str, ours: dict[str, Any]) -> Any:
     """`run` of a module made of `text`, as if it came from `path`.
 
-    The text calls `array` for its arrays, and `fma` to join a product with a sum.  The
-    module is entered by its name, by which numba asks for it when it reads its files.
+    The text calls `ours` by their names; see `stack`.  The module is entered by its
+    name, because numba asks for it by name when it reads its files.
     """
     module: Any = ModuleType(Path(path).stem)
     sys.modules[module.__name__] = module
-    module.array, module.fma = array, fma
+    module.__dict__.update(ours)
     exec(compile(text, path, "exec"), module.__dict__)  # made by us, see above
     return module.run
 
@@ -228,7 +227,7 @@ def _from_folder(folder: Path, text: str, types: tuple[str, ...], exact: bool) -
     path = folder / f"luenberger_{key(text, types, exact)}.py"
     if not _says(path, text):
         replace(path, text)
-    function = _function(text, str(path), stack.local_array(), fused.fused())
+    function = _function(text, str(path), stack.ours())
     run = _jit(function, exact, cache=True)
     beside = Path(run.stats.cache_path)
     written = path.with_suffix(".sha256")

@@ -9,9 +9,9 @@ from .program import Sizes
 from .python import Banded, Python
 from .recursion import Loop
 from .scalars import Let, Straight
+from .stack import LINE
+from .taking_back import TakingBack, bounded, condition
 
-TEST_EVERY = 8  # rows; the test costs as much as half a row
-BACK = 32  # the same of a recursion that runs backward: its rows are looked at anyway
 PLACES = {"sum": ("0", "+=")}  # the row of an array, and how it is set
 ON_STACK = 16_000  # numbers at most, 128 kB; more go to the heap
 
@@ -114,6 +114,18 @@ class _Body:
         self.leave()
         to.line("return done")
 
+    def fetch(self) -> None:
+        """Ask for what the next row reads and writes; its matrices are in place."""
+        rows = {array: name for name, (array, _) in self.loop.rows.items()}
+        rows |= {name: name for name in self.loop.matrices if name in self.changing}
+        rows |= {
+            one: name for one, name, kind in self.recursion.written if kind == "vector"
+        }
+        for array, name in rows.items():
+            high, wide = self.shape(name)
+            self.to.line(f"for i in range(0, {high * wide}, {LINE}):")
+            self.to.line(f"    fetch({array}_, row - 1, i)")
+
     def give_up(self) -> None:
         self.to.line(f"    done = {self.count}")
         self.to.line("    break")
@@ -160,6 +172,11 @@ class _Scalars(_Body):
             else:
                 to.line(f"if not {one.text}:")
                 self.give_up()
+        for name, beside, kind, bound in bounded(self.loop):
+            for i in range(self.shape(name)[0]):
+                both = [self.unrolled.entries[one][i][i] for one in (name, beside)]
+                to.line(f"if not {condition(kind, bound, both)}:")
+                self.give_up()
 
     def put(self, array: str, operand: Any, result: str, kind: str) -> None:
         table = self.entries(operand, result)
@@ -199,11 +216,8 @@ class _Scalars(_Body):
                 self.to.set(f"{name}_[{k}]", entry)
 
 
-class _LoopBody(_Body):
-    """Loops; a matrix is tested for definiteness every few rows.
-
-    Where the test fails, all rows since the last one that passed are taken back.
-    """
+class _LoopBody(TakingBack, _Body):
+    """Loops; what they test, and what they take back, is in `taking_back`."""
 
     def prepare(self) -> None:
         lengths = arrays(self.program, self.sizes, self.to)
@@ -215,6 +229,7 @@ class _LoopBody(_Body):
         new = "array" if sum(lengths.values()) <= ON_STACK else "np.empty"
         for name, length in lengths.items():
             self.to.let(name, f"{new}({length})")
+        self.room()
         self.begin()
         self.keep("start_")
 
@@ -227,10 +242,6 @@ class _LoopBody(_Body):
         fixed = set(self.loop.matrices) - set(self.changing)
         self.turned = write_turned(self.program, self.sizes, self.to, fixed)
 
-    def length(self, name: str) -> int:
-        rows, cols = self.shape(name)
-        return rows * cols
-
     def read(self, names: Iterable[str]) -> None:
         for name in names:
             self.to.let(name, f"{name}_[{self.index(name)}]")
@@ -241,33 +252,22 @@ class _LoopBody(_Body):
             if name in self.program.given:
                 row = f"row + {ahead}" if ahead else "row"
                 self.to.fill(f"{name}[i]", f"{array}_[{row}, i]", self.shape(name)[0])
+        if self.backward:
+            self.fetch()
+        self.hold()
         to.let("ok", "True")
         write(self.program, self.sizes, to, self.turned)
         if self.program.definite:
             last = f"{self.count} + 1 == stop_"
             last += " or not good_[row + 1]" if self.goods else ""
-            every = BACK if self.backward else TEST_EVERY
-            to.let("test", f"{self.count} % {every} == 0 or {last}")
+            to.let("test", f"{self.count} % {self.every} == 0 or {last}")
             to.line("if test:")
             to.depth += 1
             write_definite(self.program, self.sizes, to)
             to.end()
+        self.bounds()
         to.line("if not ok:")
         self.give_up()
-
-    def give_up(self) -> None:
-        to = self.to
-        to.depth += 1
-        to.let("done", "safe")
-        for name in self.loop.carried.values():
-            self.to.fill(f"{name}[i]", f"{name}_kept[i]", self.length(name))
-        to.line("break")
-        to.depth -= 1
-
-    def keep(self, row: str) -> None:
-        self.to.let("safe", row)
-        for name in self.loop.carried.values():
-            self.to.fill(f"{name}_kept[i]", f"{name}[i]", self.length(name))
 
     def put(self, array: str, operand: Any, result: str, kind: str) -> None:
         to, name = self.to, operand.name

@@ -35,6 +35,13 @@ class Recursion:
         Given matrices that are symmetric.
     definite : tuple of Factor
         Of results that must be positive definite, or the loop gives up.
+    bounds : tuple of (str, str, str, float)
+        A result, a given matrix, and what holds of each two entries of their
+        diagonals, or the loop gives up: "above", the first is more than the bound
+        times the other; "product", their product is at most the bound.
+    replaces : tuple of (str, str)
+        Output arrays that are the place of a given matrix too.  Where the loop gives
+        up, rows that it takes back have what was given.
     same : tuple of (str, str, str)
         Given matrices that are the same as another one where a third vanishes.
     backward : bool
@@ -53,6 +60,8 @@ class Recursion:
     before: tuple[str, ...] = ()
     symmetric: tuple[str, ...] = ()
     definite: tuple[Factor, ...] = ()
+    bounds: tuple[tuple[str, str, str, float], ...] = ()
+    replaces: tuple[tuple[str, str], ...] = ()
     same: tuple[tuple[str, str, str], ...] = ()
     backward: bool = False
     fresh: bool = False
@@ -69,7 +78,9 @@ class Recursion:
             carried = left
             begun = {name: Operand(name) for name in carried.values()}
             known = carried.keys() | begun.keys()
-            written = [name for _, name, _ in self.written if name not in known]
+            found = [name for _, name, _ in self.written]
+            found += [name for name, *_ in self.bounds]
+            written = [name for name in found if name not in known]
             program = lower(
                 self.stages(),
                 [*carried, *written],

@@ -8,6 +8,7 @@ smoothed estimates of the next state (Rauch, Tung and Striebel), in factors.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,7 @@ from .. import kernels
 from ..numeric import Matrix, Vector
 from ..numeric.factors import EPS, lengths, safe, shorten
 from ..recursion.root_step import Move, Read, Spread, ahead, visible
-from .carried import LEFT, MOST, Back, Carried, Ways
+from .carried import LEFT, MOST, Back, Carried, Ways, roots
 from .compiled import Compiled
 from .derivation import backward_step, factor_step, rest
 from .forward import Kept, inverse_root
@@ -28,16 +29,17 @@ ROW = ("Theta", "x_s", "Sigma_s", "lamda", "Lambda")
 def smoothed(kept: Kept, ways: Ways, compile: bool, neighbours: bool) -> Back:
     """Smooth all rows of a record, given the filter's pass over it.
 
-    The covariances of `kept` are overwritten: to touch new memory takes as long as to
-    compute a small one.
+    The covariances and variances of `kept` are overwritten: to touch new memory takes
+    as long as to compute a small matrix.
     """
     N, n = kept.x.shape
     U = np.zeros((N + 1, n, n)) if neighbours else None
-    x, variances = np.empty((2, N, n))
-    out = Back(x, kept.Sigma, U, np.zeros((N + 1, n)), variances)
+    x, lamda, variances = np.empty((N, n)), np.empty((N + 1, n)), kept.variances
+    lamda[N:] = 0
+    out = Back(x, kept.Sigma, U, lamda)
     zero = np.zeros((n, n))
     carried = Carried(zero[:, :1], zero, np.eye(n), zero[:, :1], None)
-    kernel = Compiled(kept, ways, out) if compile and N else None
+    kernel = Compiled(kept, ways, out, variances) if compile and N else None
     turn = 0
     while turn < N:
         if kernel is not None and carried.half is None:
@@ -47,7 +49,7 @@ def smoothed(kept: Kept, ways: Ways, compile: bool, neighbours: bool) -> Back:
             carried = _row(kept, ways, k, carried, out)
             variances[k] = out.Sigma[k].diagonal()
             turn += 1
-    return out
+    return replace(out, deviations=roots(variances))
 
 
 def _row(kept: Kept, ways: Ways, k: int, carried: Carried, out: Back) -> Carried:

@@ -45,24 +45,27 @@ class Back:
         before the record, the last has no meaning.
     lamda : (N + 1, n) ndarray
         What rows from k on say of the prediction of row k.
-    variances : (N, n) ndarray or None
-        The diagonals of Sigma, if they are known by themselves: reading them off takes
-        as long as reading all of Sigma.
+    deviations : (N, n) ndarray or None
+        Roots of the diagonals of Sigma, if they were found by the way: reading them off
+        takes as long as reading all of Sigma.
     """
 
     x: np.ndarray
     Sigma: np.ndarray
     U: np.ndarray | None
     lamda: np.ndarray
-    variances: np.ndarray | None = None
+    deviations: np.ndarray | None = None
 
     def std(self, rows: slice) -> Matrix:
         """Standard deviations of some rows."""
-        found = self.variances
-        if found is None:
-            found = self.Sigma.diagonal(axis1=1, axis2=2)
-        found = np.maximum(found[rows], 0)
-        return np.sqrt(found, out=found)
+        if self.deviations is not None:
+            return self.deviations[rows]
+        return roots(self.Sigma[rows].diagonal(axis1=1, axis2=2).copy())
+
+
+def roots(variances: Matrix) -> Matrix:
+    """Standard deviations in place of variances."""
+    return np.sqrt(np.maximum(variances, 0, out=variances), out=variances)
 
 
 class Ways(NamedTuple):

@@ -108,7 +108,9 @@ def pushed(
         "x_c", "Sigma_c",
         stacks=True,
     )  # fmt: skip
-    return replace(back, x=found["x_c"][..., 0], Sigma=found["Sigma_c"], variances=None)
+    return replace(
+        back, x=found["x_c"][..., 0], Sigma=found["Sigma_c"], deviations=None
+    )
 
 
 def pushed_neighbours(

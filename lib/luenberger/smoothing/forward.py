@@ -62,8 +62,8 @@ class Kept:
         """Room for so many rows."""
         n, p = plant.n, plant.p
         x, variances, Sigma = (np.empty((rows, *s)) for s in ((n,), (n,), (n, n)))
-        K, W = np.zeros((2, rows, n, p))
-        return cls(x, Sigma, K, W, np.zeros((rows, p)), variances)
+        K, W, innovation = (np.empty((rows, *s)) for s in ((n, p), (n, p), (p,)))
+        return cls(x, Sigma, K, W, innovation, variances)
 
     def put(self, k: int, row: Step) -> None:
         """Write row k, which NumPy did."""
@@ -71,6 +71,8 @@ class Kept:
         assert state.setting is not None
         self.x[k], self.Sigma[k] = state.x[:, 0], state.Sigma
         self.variances[k] = state.Sigma.diagonal()
+        for X in (self.K, self.W, self.innovation):
+            X[k] = 0
         self.K[k][:, seen] = row.new["K"]
         self.W[k][:, seen] = _said(state.setting, row.new)
         self.innovation[k][seen] = row.innovation[:, 0]
