@@ -116,11 +116,12 @@ class _Body:
 
     def fetch(self) -> None:
         """Ask for what the next row reads and writes; its matrices are in place."""
-        rows = {array: name for name, (array, _) in self.loop.rows.items()}
+        given, written = self.program.given, self.recursion.written
+        rows = {one: name for name, (one, _) in self.loop.rows.items() if name in given}
         rows |= {name: name for name in self.loop.matrices if name in self.changing}
-        rows |= {
-            one: name for one, name, kind in self.recursion.written if kind == "vector"
-        }
+        found = {one: self.program.results[name] for one, name, kind in written
+                 if kind == "vector"}  # fmt: skip
+        rows |= {one: operand.name for one, operand in found.items() if operand}
         for array, name in rows.items():
             high, wide = self.shape(name)
             self.to.line(f"for i in range(0, {high * wide}, {LINE}):")
