@@ -92,7 +92,7 @@ def test_every_theorem_of_ours_has_an_entry():
     pages = {f"{room}.{path.stem}" for room in OUR_ROOMS for path in modules_of(room)}
     late = "late_outputs late_arrivals late_stretch late_prior late_behind late_joined"
     pages |= {f"leondes_novak.{name}" for name in late.split()} | {"hsia.noise"}
-    settled = "settling", "settled_ball", "settled_estimate"
+    settled = "settling", "settled_ball", "settled_estimate", "settled_ratio"
     pages |= {f"leondes_novak.{name}" for name in settled}
     entered = {
         ".".join(pointer.partition(": ")[0].split(".")[:2])

@@ -39,6 +39,7 @@ PAGES = (
     "leondes_novak.settling",
     "leondes_novak.settled_ball",
     "leondes_novak.settled_estimate",
+    "leondes_novak.settled_ratio",
     "leondes_novak.limiting_cases",
     "leondes_novak.estimate",
     "leondes_novak.brammer",

@@ -5,7 +5,9 @@
 takes some minutes: random plants, of which a third are only detectable and a third have
 accurate outputs, against a textbook filter in long doubles.  It prints how many settle,
 how many are outside their bound, and how much of it is used;
-`tests/recursion/test_settled.py` does the same with few plants.
+`tests/recursion/test_settled.py` does the same with few plants.  Two more arguments are
+the tolerance and a number of gaps.  Rows behind a gap are filtered in full, and round
+as a filter does that never stops: with gaps the tolerance has to be large beside that.
 """
 
 import sys
@@ -70,19 +72,29 @@ def textbook(plant, m1, y):
     x, xs, Ps = np.zeros(n, np.longdouble), [], []
     for row in np.longdouble(y):
         x, Omega = A @ x, A @ P @ A.T + Q
-        K = divided(Omega @ C.T, C @ Omega @ C.T + R)
-        K = K + push - push @ C @ K
-        left = np.eye(n) - K @ C
-        x, P = x + K @ (row - C @ x), left @ Omega @ left.T + K @ R @ K.T
+        seen = ~np.isnan(row)
+        H, V, G = C[seen], R[np.ix_(seen, seen)], push[:, seen]
+        K = divided(Omega @ H.T, H @ Omega @ H.T + V)
+        K = K + G - G @ H @ K
+        left = np.eye(n) - K @ H
+        x, P = x + K @ (row[seen] - H @ x), left @ Omega @ left.T + K @ V @ K.T
         xs.append(x)
         Ps.append(P)
     return np.array(xs), np.array(Ps)
 
 
-def of_plant(seed, settle=1e-9):
-    """The bound, and how far off estimates and covariances are; None: never settled."""
+def of_plant(seed, settle=1e-9, gaps=0):
+    """The bound, and how far off estimates and covariances are; None: never settled.
+
+    With `gaps`, so many stretches of the record lack an output, or all.
+    """
     plant, m1, y = plant_and_record(seed)
-    found = lb.filter_data(plant, y, m1=m1, settle=settle, history=True)
+    rng = np.random.default_rng(seed + 1000)
+    for k in rng.integers(40, ROWS, gaps):
+        lacks = int(rng.integers(plant.p)) if rng.integers(2) else slice(None)
+        y[k : k + int(rng.integers(1, 5)), lacks] = np.nan
+    given = dict(m1=m1, settle=settle, history=True, backend="numpy")
+    found = lb.filter_data(plant, y, **given)
     if not len(found.settled_at):
         return None
     x, P = textbook(plant, m1, y)
@@ -93,8 +105,8 @@ def of_plant(seed, settle=1e-9):
     return found.settle_bound, float(off_x), float(off_P)
 
 
-def main(count, settle=1e-9):
-    found = [of_plant(seed, settle) for seed in range(count)]
+def main(count, settle=1e-9, gaps=0):
+    found = [of_plant(seed, settle, int(gaps)) for seed in range(count)]
     some = [one for one in found if one is not None]
     used = [max(x, P) / bound for bound, x, P in some]
     print(f"{count} plants, settle={settle:g}: {len(some)} settled")

@@ -20,7 +20,7 @@ from ..numeric.linalg import UNIT_TOL, radius
 from ..numeric.more_digits import Wide
 from ..numeric.rounded import Rounded, joined
 from ..papers.leondes_novak.derivation import gain_step, predict, settled_step
-from .held import Ball, Held
+from .held import Ball
 from .measure import Measure
 from .root_step import Spread
 from .settings import Setting
@@ -67,24 +67,26 @@ def ball(now: Setting, spread: Spread, tolerance: float) -> tuple[Ball | None, b
     return None, bool(H.size(delta) > noise)
 
 
-def again(state: State, ball: Ball, tolerance: float) -> Held | None:
-    """What holds the rows that follow `state` in a ball that is known, if it is close.
+def distance(state: State, ball: Ball, tolerance: float) -> float:
+    """How far the covariance that follows `state` is at most from that of a ball.
 
-    It is found with floats, and with twice the digits where only rounding is too large.
+    Infinite if it is too far.  It is found with floats, and with twice the digits where
+    only rounding is too large.
     """
     assert state.setting is not None
     given = dict(As=state.setting.move.A, Q=state.setting.move.Q, Sigma=state.Sigma)
-    Omega = kernels.compiled(predict, "Omega_next")(**given)["Omega_next"]
-    held = ball.held(ball.distance(Rounded.of(Omega)))
-    if held is None or not held.within(tolerance):
-        return None
+    step = kernels.compiled(predict, "Omega_next")
+    rough = ball.distance(Rounded.of(step(**given)["Omega_next"]))
+    if not ball.fits(tolerance, rough):
+        return np.inf
     for digits in (Rounded, Wide):
-        step = kernels.bounded(predict, "Omega_next")
-        exact = step(**{name: digits.of(X) for name, X in given.items()})
-        held = ball.held(ball.distance(exact["Omega_next"]))
-        if held is not None and held.within(tolerance):
-            return held
-    return None
+        exact = kernels.bounded(predict, "Omega_next")(
+            **{name: digits.of(X) for name, X in given.items()}
+        )
+        found = ball.distance(exact["Omega_next"])
+        if ball.fits(tolerance, found):
+            return found
+    return np.inf
 
 
 def _power(X: Vector) -> Vector:
@@ -128,20 +130,15 @@ class _Scaled:
 
     def ball(self, H: Measure, exact: Bounds) -> Ball | None:
         """The ball, from the step taken again."""
-        near = exact["M"].short()
-        try:
-            M = Measure(np.linalg.cholesky(near.value))
-        except np.linalg.LinAlgError:
+        M, sure = _measure(exact["M"].short())
+        ahead, _ = _measure(Rounded.of(self.Omega))
+        if M is None or ahead is None:
             return None
-        root, C = Rounded.of(H.root), Rounded.of(self.given["C"])
+        root = Rounded.of(H.root)
+        A, C = (Rounded.of(self.given[name]) for name in ("A", "C"))
         F, G, left, stays = (
-            X.dot(root)
-            for X in (self.near[name] for name in ("F_0", "G_0", "Y_0", "Y"))
+            self.near[name].dot(root) for name in ("F_0", "G_0", "Y_0", "Y")
         )
-        unsure = M.size(near - Rounded.of(M.root).dot(Rounded.of(M.root.T)))
-        if not unsure < 0.5:
-            return None
-        sure = 1 / np.sqrt(1 - unsure)
         variance, pushed = self.Sigma.diagonal(), left - stays
         Sigma = exact["Sigma_next"].beside(self.Sigma)
         lacks = exact["K"].beside(self.K).dot(Rounded.of(M.root))
@@ -154,6 +151,7 @@ class _Scaled:
             sure=sure,
             unit=self.unit,
             H=H,
+            ahead=ahead,
             a=H.size(exact["delta"].short()),
             rho=H.norm(joined(F, G)) ** 2,
             kappa=M.norm(C.dot(root)) * sure,
@@ -161,8 +159,11 @@ class _Scaled:
             rounds=(np.abs(Sigma.value) + Sigma.off).diagonal() / variance,
             variances=(_rows(left) ** 2 + _rows(pushed) ** 2) / variance,
             reach=_rows(stays) / np.sqrt(variance),
+            lacks=ahead.size(A.dot(Sigma).dot(A.T)),
+            whole=ahead.norm(joined(F, G)) ** 2,
+            furthest=ahead.norm(F - G),
             gain=self.unit * _rows(lacks) * sure,
-            ahead=self.now.move.size,
+            moves=self.now.move.size,
         )
 
     def again(self, digits: type[Rounded], *wanted: str) -> Bounds:
@@ -172,6 +173,16 @@ class _Scaled:
         have |= dict(As=given["A"], Qs=given["Q"])
         moved = kernels.bounded(settled_step, *wanted)
         return have | moved(**{name: have[name] for name in moved.given})
+
+
+def _measure(X: Rounded) -> tuple[Measure | None, float]:
+    """A measure by X, and the root of a factor by which X may be less than it."""
+    try:
+        H = Measure(np.linalg.cholesky(X.value))
+    except np.linalg.LinAlgError:
+        return None, np.inf
+    off = H.size(X - Rounded.of(H.root).dot(Rounded.of(H.root.T)))
+    return (H, 1 / np.sqrt(1 - off)) if off < 0.5 else (None, np.inf)
 
 
 def _rows(X: Rounded) -> Vector:

@@ -12,18 +12,21 @@ from typing import NamedTuple
 import numpy as np
 
 from ..errors import short
-from ..numeric import Matrix
+from ..numeric import Matrix, Vector
 from ..plant import Plant
 from .filter_pass import Pass
 from .growth import Gap, passed, require_digits
+from .held import Behind
+from .innovations import largest
 from .settings import Settings
-from .settled import again, ball
+from .settled import ball, distance
 from .settled_rows import OneGain, Stretch
 from .state import History, State
 
 PATTERNS = 50  # of outputs, whose settled filters are kept at most
 SOON, LATE = 16, 4096  # rows before the first look
 CHEAP = 110_000  # so many rows, divided by n^3, take as long in compiled code as a look
+CHEAPER = 30_000  # the same of a look whether a gain that is known fits again
 FAR, NEAR = 4.0, 1.5  # how many times as far the next look is, compiled or not
 
 
@@ -57,6 +60,8 @@ class Progress(NamedTuple):
     alike: int = 0
     look: int = 0
     stretch: Stretch | None = None
+    behind: Behind | None = None
+    near: tuple[int, float] | None = None
     settled: tuple[int, ...] = ()
     bound: float = 0.0
     still: int | None = None
@@ -132,28 +137,27 @@ class SettledPass:
         rows = passed(self.run, begin.state, y, u, out.variances, compile, P)
         return found._replace(gap=require_digits(begin.gap, rows))
 
-    def stretch(self, state: State) -> Stretch | None:
-        """The rows with one gain that begin after `state`; None: it has not settled."""
+    def known(self, seen: Vector) -> bool:
+        """Whether the gain for these outputs has been found."""
+        return self.gains.get(seen.tobytes()) is not None
+
+    def gain(self, state: State) -> OneGain | None:
+        """The one gain that rows after `state` may have; None: it has not settled."""
         assert state.setting is not None and self.tolerance is not None
+        key = state.seen.tobytes()
         if state.spread.half is not None:
             return None
-        key = state.seen.tobytes()
         if key in self.gains:
-            known = self.gains[key]
-            held = None if known is None else again(state, known.ball, self.tolerance)
-            if known is None or held is None:
-                return None
-            return known.begin(state, held)
+            return self.gains[key]
         found, more = ball(state.setting, state.spread, self.tolerance)
-        held = None if found is None else found.held()
-        if found is None or held is None:
-            if not more and len(self.gains) < PATTERNS:
-                self.gains[key] = None
+        gain = None
+        if found is not None:
+            gain = OneGain(state.setting, found, state.seen, self.cross)
+        elif more:
             return None
-        known = OneGain(state.setting, found, state.seen, self.cross)
         if len(self.gains) < PATTERNS:
-            self.gains[key] = known
-        return known.begin(state, held)
+            self.gains[key] = gain
+        return gain
 
 
 class _Rows:
@@ -164,13 +168,16 @@ class _Rows:
         out: History,
     ) -> None:  # fmt: skip
         self.way, self.y, self.u, self.out = way, y, u, out
-        self.state, self.alike, self.look, self.stretch, *_ = begin
+        self.state, self.alike, self.look, self.stretch = begin[:4]
+        self.behind, self.near = begin.behind, begin.near
         self.rows = way.run.rows(begin.state, y, u, compile)
         block = self.rows.block
         self.seen = ~np.isnan(y) if block is None else block.seen
         self.fast = block is not None
-        rows = CHEAP // way.plant.n**3 if self.fast else 0
-        self.first = min(max(SOON, rows), LATE)
+        self.first, self.soon = (
+            min(max(SOON, rows // way.plant.n**3 if self.fast else 0), LATE)
+            for rows in (CHEAP, CHEAPER)
+        )
         self.done, self.settled, self.bound = 0, list[int](), 0.0
         self.still: int | None = None
 
@@ -179,13 +186,21 @@ class _Rows:
         for first, last in self.parts():
             same = first == 0 < self.look
             if not (same and (self.seen[0] == self.state.seen).all()):
-                self.stretch, self.alike, self.look = None, 0, self.first
+                self.changes(first)
             while first < last:
                 first = self.some(first, last)
         if self.stretch is None:
             self.recur(len(self.y))
-        at = self.alike, self.look, self.stretch
+        at = self.alike, self.look, self.stretch, self.behind, self.near
         return Progress(self.state, *at, tuple(self.settled), self.bound, self.still)
+
+    def changes(self, first: int) -> None:
+        """Other outputs arrive from this row on."""
+        if self.stretch is not None:
+            self.behind = self.stretch.behind
+        known = self.way.known(self.seen[first])
+        self.stretch, self.near, self.alike = None, None, 0
+        self.look = self.soon if known else self.first
 
     def parts(self) -> Iterator[tuple[int, int]]:
         """The rows (first, last) that have the same outputs, if they are many.
@@ -200,7 +215,7 @@ class _Rows:
         for output in self.seen.T:
             other |= output[1:] != output[:-1]
         ends = np.concatenate([[0], np.flatnonzero(other) + 1, [N]])
-        many = np.diff(ends) >= self.first
+        many = np.diff(ends) >= self.soon
         many[0] = many[-1] = True
         for part in np.flatnonzero(many):
             yield int(ends[part]), int(ends[part + 1])
@@ -215,14 +230,40 @@ class _Rows:
         self.alike += count
         if self.alike == self.look:
             self.recur(k + count)
-            self.stretch = self.way.stretch(self.state)
             self.look = int(self.look * (FAR if self.fast else NEAR))
+            gain = self.way.gain(self.state)
+            if gain is not None:
+                self.begin(gain)
         return k + count
+
+    def begin(self, gain: OneGain) -> None:
+        """Rows with one gain, or a look when they can begin."""
+        assert self.way.tolerance is not None
+        own = distance(self.state, gain.ball, self.way.tolerance)
+        before = self.behind or Behind(0.0, 0.0)
+        t = own + before.g * (1 + own)
+        if self.near is not None and self.alike >= self.near[0]:
+            t = max(own, min(t, self.near[1]))
+        if gain.ball.fits(self.way.tolerance, t):
+            held, alone = gain.ball.held(t), gain.ball.held(own)
+            assert held is not None and alone is not None
+            self.stretch = gain.begin(self.state, held, alone, before)
+        elif self.near is None and np.isfinite(own):
+            wait = gain.ball.rows_until(t, self.way.tolerance)
+            if wait is not None:
+                self.near = self.alike + wait[0], wait[1]
+                self.look = min(self.look, self.near[0])
 
     def recur(self, stop: int) -> None:
         """The full recursion, up to a row."""
-        self.state = self.rows.run(self.out, self.state, self.done, stop)
+        begin, rows = self.state, slice(self.done, stop)
+        self.state = self.rows.run(self.out, begin, self.done, stop)
         self.done = stop
+        if self.behind is not None:
+            read = self.y[rows], self.u[rows], self.out.x[rows]
+            s = largest(self.way.settings, begin, *read)
+            self.behind = self.behind.after(len(read[0]), s)
+            self.bound = max(self.bound, self.behind.bound)
 
     def constant(self, first: int, last: int) -> None:
         """Rows with one gain."""

@@ -19,7 +19,7 @@ from ..numeric.covariance_maps import Sums
 from ..numeric.factors import EPS
 from ..numeric.rounded import Rounded, joined
 from ..papers.leondes_novak.derivation import settled_gain, settled_row
-from .held import Ball, Held
+from .held import Ball, Behind, Held
 from .measure import Measure
 from .root_step import Spread
 from .settings import Setting
@@ -35,14 +35,18 @@ LARGE = 16  # states from which it is
 class Stretch(NamedTuple):
     """Rows with one gain so far: `rows` of them.
 
-    ``held`` is what holds the covariances that the full recursion would have.  ``x`` is
-    the lane that is written, ``early`` the next one, if it has begun, and
-    ``largest`` has the largest entries met so far; see `kernels.lanes.source`.
+    ``held`` holds the covariances that the full recursion has, ``own`` those that it
+    would have, carried on from here.  ``before`` tells how far the row before is from
+    the full recursion.  ``x`` is the lane that is written, ``early`` the next one, if
+    it has begun, and ``largest`` has the largest entries met so far; see
+    `kernels.lanes.source`.
     ``last`` are y and u of the last row.
     """
 
     gain: OneGain
     held: Held
+    own: Held
+    before: Behind
     rows: int
     x: np.ndarray
     early: np.ndarray
@@ -52,7 +56,31 @@ class Stretch(NamedTuple):
     @property
     def bound(self) -> float:
         """How far covariances and estimates can be from those of the full recursion."""
-        return self.gain.bound(self.held, self.largest)
+        s, rounding, lost = self.gain.sizes(self.largest)
+        held, variances = self.held, self.held.variances.max(initial=0.0)
+        apart = held.apart(s, held.drift(s, rounding, lost), rounding)
+        first = held.reach * self.begins, self.before.drift * (1 + self.before.g)
+        apart = apart.max(initial=0.0) + min(first[0], first[1] * (1 + variances))
+        return float(max(variances, apart))
+
+    @property
+    def behind(self) -> Behind:
+        """How far what follows the last row can be from the full recursion.
+
+        What was there before stays, as it does in the full recursion; or little is left
+        of it.
+        """
+        s, rounding, lost = self.gain.sizes(self.largest)
+        held, (g, drift) = self.held, self.before
+        ratio = min(held.ratio(self.rows), g + self.own.ratio(self.rows) * (1 + g))
+        driven = held.driven(s, held.drift(s, rounding, lost), rounding)
+        left = held.handed_on(self.begins, self.rows), drift * (1 + g) * (1 + ratio)
+        return Behind(ratio, float(driven + min(left)))
+
+    @property
+    def begins(self) -> float:
+        """How far the first prediction is from the full recursion, in units of H."""
+        return self.before.drift * float(np.sqrt(1 + self.own.t))
 
 
 class OneGain:
@@ -84,7 +112,7 @@ class OneGain:
         self.early = sums.fades(np.ones(len(inner)), FADED)
         self.long = LONG * self.early
 
-    def begin(self, state: State, held: Held) -> Stretch:
+    def begin(self, state: State, held: Held, own: Held, before: Behind) -> Stretch:
         """The stretch that begins after `state`."""
         n, k = self.G_r.shape
         y = np.full(len(self.seen), np.nan)
@@ -92,7 +120,7 @@ class OneGain:
             state.rho[:, 0] + (self.now.E @ state.u) + self.now.C @ state.x[:, 0]
         )
         return Stretch(
-            self, held, 0, state.x[:, 0], np.zeros(n), np.zeros(n + k + 1),
+            self, held, own, before, 0, state.x[:, 0], np.zeros(n), np.zeros(n + k + 1),
             (y, state.u),
         )  # fmt: skip
 
@@ -118,7 +146,7 @@ class OneGain:
             early = at.early
         largest = np.maximum(at.largest, largest)
         rows, last = at.rows + len(r), (y[-1], u[-1])
-        return Stretch(self, at.held, rows, x, early, largest, last)
+        return at._replace(rows=rows, x=x, early=early, largest=largest, last=last)
 
     def one_by_one(self, at: Stretch, r: Matrix, xs: Matrix) -> tuple[Vector, Vector]:
         """The same in NumPy, row after row."""
@@ -142,15 +170,13 @@ class OneGain:
             instant, x[:, None], spread, None, u, self.seen, rho[:, None], self.now
         )
 
-    def bound(self, held: Held, largest: Vector) -> float:
-        """The bound for rows in which these are the largest numbers."""
+    def sizes(self, largest: Vector) -> tuple[float, Vector, float]:
+        """What `Held.drift` asks for, of rows whose largest numbers are these."""
         x, r, s = np.split(largest, [len(self.Phi), len(largest) - 1])
         Phi, G_r, W_x, W_r = (_lost(X, len(largest)) for X in self.parts)
-        s = self.slack * (np.sqrt(s[0]) + np.linalg.norm(W_x @ x + W_r @ r))
-        ball = self.ball
-        early = FADED * len(x) * ball.length(np.abs(self.now.As) @ x)
-        apart = held.apart(float(s), Phi @ x + G_r @ r, early)
-        return float(max(held.variances.max(initial=0.0), apart.max(initial=0.0)))
+        most = self.slack * (np.sqrt(s[0]) + np.linalg.norm(W_x @ x + W_r @ r))
+        lost = FADED * len(x) * self.ball.length(np.abs(self.now.As) @ x)
+        return float(most), Phi @ x + G_r @ r, lost
 
 
 def _lost(X: Rounded, terms: int) -> Matrix:

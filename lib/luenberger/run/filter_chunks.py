@@ -47,7 +47,8 @@ class Filtered:
         How far these rows, with all their rounding, can be from the full recursion,
         carried on without rounding from the first of them: variances relative to
         theirs, covariances to the standard deviations of both, estimates to their
-        standard deviations.  0 if none has settled.
+        standard deviations.  Rows behind them, after a gap, are counted, but for the
+        rounding of their own recursion.  0 if none has settled.
     """
 
     x: np.ndarray

@@ -172,7 +172,10 @@ def filter_data(
     Where the covariance has all but settled, a ball is computed that no later
     covariance leaves, were the recursion carried on without rounding.  What rounding
     does to the gain, and to rows that have it, is counted.  If the ball is as small as
-    `settle`, the rows that follow have one gain, until other outputs arrive.  The
+    `settle`, the rows that follow have one gain, until other outputs arrive.  Behind a
+    gap the recursion runs again, until it is in the ball once more.  The bound holds
+    there too, but for rounding that every filter has; it grows with these rows and
+    their innovations, and is pessimistic where a covariance is badly conditioned.  The
     tolerance is relative to variances, and to standard deviations of estimates whose
     innovations are no longer than one unit.  The result says from which rows on there
     is one gain, and the bound for the innovations that there were.  Compiled code looks
@@ -221,7 +224,8 @@ def filter_data(
     papers/leondes_novak/derivation/late_outputs.py and late_arrivals.py,
     late_stretch.py, late_prior.py, late_behind.py and late_joined.py in order;
     papers/leondes_novak/derivation/one_pass.py;
-    papers/leondes_novak/derivation/settling.py, settled_ball.py, settled_estimate.py;
+    papers/leondes_novak/derivation/settling.py, settled_ball.py, settled_estimate.py,
+    and settled_ratio.py behind gaps;
     papers/leondes_novak/derivation/square_root.py where a covariance is singular.
 
     Examples

@@ -34,6 +34,8 @@
     A ball that no covariance leaves, once a filter has all but settled.
 `settled_estimate`
     The estimate with the gain at which a filter's recursion stops, and its distance.
+`settled_ratio`
+    How far two filters are apart behind rows that they filter alike.
 `limiting_cases`
     What the reduced-order filter becomes at the ends of its range.
 `estimate`

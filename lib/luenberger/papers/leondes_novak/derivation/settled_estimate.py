@@ -45,6 +45,10 @@ eps_s = settled("epsilon", j, 1, "the innovation, weighed by a root of `M^-1`")
 x_f = settled("x_f", n, 1, "estimate of the full recursion")
 x_fm = settled("x_f_minus", n, 1, "prediction of the full recursion")
 K_i = settled("K_i", n, p, "gain of the full recursion")
+K_c = settled("K_c", n, p, "the gain as it is kept, in few digits")
+V_K = settled("V_K", n, p, "what that lacks of the gain")
+x_c = settled("x_c", n, 1, "the estimate as it is kept")
+e_r = settled("e_r", n, 1, "what rounding adds to it in one row")
 b_1 = settled("b_1", n, 1, "a vector")
 b_2 = settled("b_2", n, 1, "another vector")
 R_s = settled("R_s", p, p, "a root of `s^2 M - nu nu'`")
@@ -153,10 +157,27 @@ APART = (
         ),
         Line((I - K * C) * (d + Theta * (nu - C * d)), by=(leaves,)),
     ),
+    """A computer keeps a gain that lacks `V_K`, and rounds the estimate by `e_r`. The
+    step is taken once more with twice the digits, so that `V_K` is known.""",
+    kept := define(K, K_c + V_K),
+    is_x_c := define(x_c, x_minus + K_c * nu + e_r),
+    chain(
+        "",
+        "what the kept gain and rounding add to the difference",
+        x_f - x_c - (x_f - x_minus - K * nu),
+        Line(K * nu - K_c * nu - e_r, by=(is_x_c,)),
+        Line(V_K * nu - e_r, by=(kept,)),
+    ),
     """All of these vectors are measured by `H` as well: `d` has the size `D` if
     `d d' <= D^2 H`. For the innovation let `nu nu' <= s^2 M`.""",
     is_R_c := define(M_i, kappa**2 * q * M + R_c * R_c.T),
     is_R_s := define(s**2 * M - nu * nu.T, R_s * R_s.T),
+    chain(
+        "",
+        "what an innovation does through what the gain lacks",
+        V_K * nu * nu.T * V_K.T,
+        AtMost(s**2 * V_K * M * V_K.T, by=(is_R_s,), root=V_K * R_s),
+    ),
     is_R_g := define(t**2 * H - q * Theta * M_i * Theta.T, R_g * R_g.T),
     is_q,
     is_tau,

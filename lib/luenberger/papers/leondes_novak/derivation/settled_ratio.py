@@ -1,0 +1,166 @@
+"""How far two filters are apart behind rows that they filter alike.
+
+After rows with one gain other outputs arrive, or none do, and the recursion runs again.
+It begins at a covariance that differs a little from that of the full recursion.  If
+each is at most `1 + g` times the other, it stays so in every row, whatever arrives.
+The estimates then drift apart slowly.
+
+Source: our own.
+"""
+
+from functools import cache
+
+from sympy import sqrt
+
+from ....symbolic import AtMost, Derivation, Identity, Line
+from .letters import *
+from .quadratic import is_Kmv, is_M, is_N
+from .settling import noise
+
+ratio = letters.here(
+    Omega="covariance of the prediction",
+    Sigma="covariance of the estimate",
+    Sigma_next="covariance of the next estimate",
+    K="the gain",
+)
+chain, define = ratio.chain, ratio.define
+Sigma_f = ratio("Sigma_f", n, n, "that of the full recursion", symmetric=True)
+Omega_f = ratio("Omega_f", n, n, "the same of its prediction", symmetric=True)
+M_f = ratio("M_f", p, p, "the same of its innovation", symmetric=True)
+N_f = ratio("N_f", n, p, "the same of its prediction and innovation")
+Kmv_f = ratio("Kmv_f", n, p, "its gain of minimum variance")
+W_a = ratio("W_a", n, p, "what accurate outputs add to the gain")
+W_f = ratio("W_f", n, p, "the same in the full recursion")
+R_s = ratio("R_s", n, n, "a root of `(1 + g) Sigma - Sigma_f`")
+R_o = ratio("R_o", n, n, "a root of `(1 + g) Omega - Omega_f`")
+R_u = ratio("R_u", n, n, "a root of `(1 + g) Omega_f - Omega`")
+R_m = ratio("R_m", p, p, "a root of `(1 + g) M_f - M`")
+R_Q = ratio("R_Q", n, n, "a root of `Qs`")
+R_R = ratio("R_R", p, p, "a root of `R`")
+R_M = ratio("R_M", p, p, "a root of `M`")
+R_f = ratio("R_f", p, p, "a root of `M_f`")
+g = ratio.scalar("g", "by how much the ratio is more than one", positive=True)
+
+
+def joseph(X, covariance):
+    """The covariance that a gain X leaves."""
+    Y = I - X * C
+    return Y * covariance * Y.T + X * R * X.T
+
+
+PAGE = (
+    """Let `Sigma_f` be at most `(1 + g) Sigma`. Noise is the same in both, so a
+    prediction keeps the ratio.""",
+    is_Omega := define(Omega, As * Sigma * As.T + Qs, "44"),
+    is_Omega_f := define(Omega_f, As * Sigma_f * As.T + Qs, "44"),
+    is_R_s := define((1 + g) * Sigma, Sigma_f + R_s * R_s.T),
+    is_R_Q := define(Qs, R_Q * R_Q.T),
+    chain(
+        "",
+        "a prediction keeps the ratio",
+        Omega_f,
+        Line(As * Sigma_f * As.T + Qs, by=(is_Omega_f,)),
+        AtMost(As * (1 + g) * Sigma * As.T + Qs, by=(is_R_s,), root=As * R_s),
+        AtMost((1 + g) * (As * Sigma * As.T + Qs), by=(is_R_Q,), root=sqrt(g) * R_Q),
+        Line((1 + g) * Omega, by=(is_Omega,)),
+    ),
+    """So does a reading: no gain leaves less than the gain of minimum variance, and any
+    gain makes of both covariances what keeps the ratio.""",
+    is_N,
+    is_M,
+    is_Kmv,
+    is_N_f := define(N_f, Omega_f * C.T),
+    is_M_f := define(M_f, C * Omega_f * C.T + R),
+    is_Kmv_f := define(Kmv_f * M_f, N_f),
+    is_R_f := define(M_f, R_f * R_f.T),
+    is_R_o := define((1 + g) * Omega, Omega_f + R_o * R_o.T),
+    is_R_R := define(R, R_R * R_R.T),
+    chain(
+        "",
+        "a reading keeps the ratio",
+        Omega_f - N_f * Kmv_f.T,
+        AtMost(
+            Omega_f - N_f * Kmv_f.T + (Kmv - Kmv_f) * M_f * (Kmv - Kmv_f).T,
+            by=(is_R_f,),
+            root=(Kmv - Kmv_f) * R_f,
+        ),
+        Line(Omega_f - N_f * Kmv.T - Kmv * N_f.T + Kmv * M_f * Kmv.T, by=(is_Kmv_f,)),
+        Line(joseph(Kmv, Omega_f), by=(is_N_f, is_M_f)),
+        AtMost(
+            (I - Kmv * C) * (1 + g) * Omega * (I - Kmv * C).T + Kmv * R * Kmv.T,
+            by=(is_R_o,),
+            root=(I - Kmv * C) * R_o,
+        ),
+        AtMost((1 + g) * joseph(Kmv, Omega), by=(is_R_R,), root=sqrt(g) * Kmv * R_R),
+        Line((1 + g) * (Omega - N * Kmv.T), by=(is_N, is_M, is_Kmv)),
+    ),
+    """Accurate outputs cost `W_a M W_a'` beside that, where `W_a M = Gamma R`. It grows
+    where `M` shrinks; but `M` keeps the ratio too, in either direction.""",
+    is_W_a := define(W_a, Gamma - Gamma * C * Kmv),
+    cost := chain(
+        "",
+        "what accurate outputs add to the gain",
+        W_a * M,
+        Line(Gamma * (Identity(p) - C * Kmv) * M, by=(is_W_a,)),
+        Line(Gamma * R, by=(noise,)),
+    ),
+    is_W_f := define(W_f * M_f, Gamma * R),
+    is_R_M := define(M, R_M * R_M.T),
+    is_R_m := define((1 + g) * M_f, M + R_m * R_m.T),
+    chain(
+        "",
+        "what accurate outputs cost keeps the ratio",
+        (1 + g) * W_f * M_f * W_f.T,
+        AtMost(
+            (1 + g) * W_f * M_f * W_f.T
+            + (W_f - (1 + g) * W_a) * M * (W_f - (1 + g) * W_a).T,
+            by=(is_R_M,),
+            root=(W_f - (1 + g) * W_a) * R_M,
+        ),
+        Line(
+            (1 + g) ** 2 * W_a * M * W_a.T
+            - ((1 + g) * W_f * M_f * W_f.T - W_f * M * W_f.T),
+            by=(cost, is_W_f),
+        ),
+        AtMost((1 + g) ** 2 * W_a * M * W_a.T, by=(is_R_m,), root=W_f * R_m),
+    ),
+    """With `Sigma` and `Sigma_f` in each other's place the same holds in the other
+    direction. So the predictions differ by no more than `g Omega`, and `Omega` is a
+    measure of differences with `kappa = 1` and `t = g`: what a gain that differs does
+    to an estimate is as on the page before. A difference itself does not grow, measured
+    by the covariances: not from a prediction to its estimate, and not from there to the
+    next prediction.""",
+    is_R_u := define((1 + g) * Omega_f, Omega + R_u * R_u.T),
+    chain(
+        "",
+        "how far the predictions differ from below",
+        (1 + g) * (Omega - Omega_f),
+        AtMost(
+            (1 + g) * (Omega - Omega_f) + (1 + g) * Omega_f - Omega,
+            by=(is_R_u,),
+            root=R_u,
+        ),
+        Line(g * Omega, why="collect"),
+    ),
+    is_Joseph := define(Sigma_next, joseph(K, Omega), "27"),
+    chain(
+        "",
+        "a reading makes no difference larger",
+        (I - K * C) * Omega * (I - K * C).T,
+        AtMost(joseph(K, Omega), by=(is_R_R,), root=K * R_R),
+        Line(Sigma_next, by=(is_Joseph,)),
+    ),
+    chain(
+        "",
+        "nor does a prediction",
+        As * Sigma * As.T,
+        AtMost(As * Sigma * As.T + Qs, by=(is_R_Q,), root=R_Q),
+        Line(Omega, by=(is_Omega,)),
+    ),
+)
+
+
+@cache
+def derive():
+    """The page."""
+    return Derivation(page=PAGE, letters=ratio, source="our own")
