@@ -13,6 +13,7 @@ import sympy as sp
 
 import luenberger as lb
 from luenberger.export import to_c
+from luenberger.export.c import filter as filter_
 from luenberger.kernels import cost
 from luenberger.kernels.c import C, Module
 from luenberger.kernels.lowering import lower
@@ -386,6 +387,36 @@ def test_known_states_are_filtered_as_in_python(compiled):
     assert not code.any()
     np.testing.assert_allclose(found, wanted.x, rtol=1e-12, atol=1e-14)
     np.testing.assert_allclose(unit.sigma(3), wanted.P, rtol=1e-12, atol=1e-15)
+
+
+@needs_compiler
+@pytest.mark.parametrize("n", [3, 13], ids=["scalars", "loops"])
+@pytest.mark.parametrize("first", [False, True], ids=["last", "first"])
+@pytest.mark.parametrize("kind", generators.KNOWN)
+def test_states_that_are_known_exactly_take_the_fast_way(
+    kind, first, n, compiled, monkeypatch
+):
+    """Where every output arrived, what is for missing ones is not called."""
+    if kind == "an oscillator" and n == 3:
+        n = 5
+    source = generators.known(kind, n, 2, first=first)
+    rng = np.random.default_rng(5)
+    u, y = rng.normal(size=(60, 1)), rng.normal(size=(60, 2))
+    begins = lb.filter_data(source, y, u, settle=None)
+    write = filter_.source_and_header.source
+    missing = "unit_partial(state, u, y, what)"
+
+    def without(module, functions):
+        never = f"(refused > 1) ? {missing} : 1"
+        return write(module, [text.replace(missing, never) for text in functions])
+
+    monkeypatch.setattr(filter_.source_and_header, "source", without)
+    unit = compiled(source)
+    found, code = unit.run(y, u, n)
+    assert not code.any() and f"(refused > 1) ? {missing}" in unit.text
+    np.testing.assert_allclose(found, begins.x, rtol=1e-11, atol=1e-11)
+    np.testing.assert_allclose(unit.sigma(n), begins.P, rtol=1e-11, atol=1e-11)
+    assert (unit.sigma(n).diagonal()[begins.P.diagonal() == 0] == 0).all()
 
 
 @needs_compiler

@@ -16,13 +16,14 @@ from exact_stages import SIZES, exact_inputs, exact_step
 from worlds import STAGE_LISTS
 
 from luenberger.kernels import (
-    bands,
     cost,
     entries_known,
     loops,
     numba,
+    products,
     scalars,
     solves,
+    tiles,
 )
 from luenberger.kernels.c import C, Module, function
 from luenberger.kernels.loops import arrays, write
@@ -54,7 +55,7 @@ def by_loops(program, given, form=numba.Python):
     write(program, ALL, to)
     to.line("return ok, locals()")
     text = "\n".join([f"def step({', '.join(program.given)}):", *to.lines])
-    space = {"np": np}
+    space = {"np": np, "product": products.in_python}
     exec(text, space)
     ok, found = space["step"](*(given[k].ravel() for k in program.given))
     assert ok
@@ -157,15 +158,19 @@ def test_loops_agree_with_exact_arithmetic(stage_list):
     close(by_loops(program, given), wanted)
 
 
-@pytest.mark.parametrize("high", [2, 3, 4])
-def test_bands_agree_with_exact_arithmetic(high, stage_list, monkeypatch):
-    """Bands that end with the matrix, a row before its end, and one that is all."""
+@pytest.mark.parametrize("high", [1, 2, 3, 6])
+@pytest.mark.parametrize("widths", [(8, 4, 1), (3, 2, 1), (2, 1, 1)])
+def test_tiles_agree_with_exact_arithmetic(high, widths, stage_list, monkeypatch):
+    """Tiles that end with the matrix or before, and factors of one block or more."""
     derivation, program, given, wanted = stage_list
-    monkeypatch.setattr(bands, "HIGH", high)
-    close(by_loops(program, given, numba.Banded), wanted)
-    monkeypatch.setattr(solves, "BANDED_SOLVE", 0)
-    monkeypatch.setattr(bands, "SHORT_SUM", 3)  # n = 4 is too long, p = 2 is not
-    close(by_loops(program, given, numba.Banded), wanted)
+    monkeypatch.setattr(tiles, "HEIGHT", high)
+    monkeypatch.setattr(tiles, "WIDTHS", widths)
+    close(by_loops(program, given, numba.Tiled), wanted)
+    monkeypatch.setattr(solves, "TILED_SOLVE", 0)
+    for alone, block in ((8, 4), (1, 1), (1, 2), (1, 3)):
+        monkeypatch.setattr(tiles, "ALONE", alone)
+        monkeypatch.setattr(tiles, "BLOCK", block)
+        close(by_loops(program, given, numba.Tiled), wanted)
 
 
 def test_scalars_agree_with_exact_arithmetic(stage_list):
@@ -190,9 +195,8 @@ def test_c_agrees_with_exact_arithmetic(unrolled, stage_list, compile_c):
 
 
 def test_loops_as_large_matrices_get_them(stage_list, compile_c, monkeypatch):
-    """BLAS where a language has it, and no inner loop written out."""
+    """No inner loop is written out."""
     derivation, program, given, wanted = stage_list
-    monkeypatch.setattr(loops, "BLAS", 1)
     monkeypatch.setattr(loops, "SHORT", 0)
     monkeypatch.setattr(solves, "SHORT_SOLVE", 0)
     close(by_loops(program, given), wanted)
@@ -346,7 +350,7 @@ def test_awkward_formulas(seed, compile_c):
     wanted["V"], wanted["W"] = -wanted["U"], A.T @ S @ A + A @ S @ A.T
     program = lower(derivation, symmetric=("S",))
     close(by_loops(program, given), wanted)
-    close(by_loops(program, given, numba.Banded), wanted)
+    close(by_loops(program, given, numba.Tiled), wanted)
     close(by_scalars(program, given), wanted)
     for unrolled in (False, True):
         failed, found = compile_c(program, given, unrolled=unrolled)

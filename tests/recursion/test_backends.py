@@ -13,13 +13,13 @@ from generators import holes, integer_plant
 
 import luenberger as lb
 from luenberger import kernels
-from luenberger.kernels import cache, loops, solves
+from luenberger.kernels import cache, loops, solves, tiles
 from luenberger.kernels import numba as printer
 from luenberger.recursion import filter_pass
 from luenberger.recursion.filter_pass import Pass
 from luenberger.recursion.filter_stacks import Block, stacks_of
 from luenberger.recursion.settings import Settings
-from luenberger.recursion.state import start
+from luenberger.recursion.state import History, start
 
 numba = pytest.importorskip("numba", reason="numba is an optional extra")
 
@@ -62,10 +62,10 @@ def form(request, monkeypatch, plain):
     """Each way of writing a kernel; "large" is what large plants get."""
     monkeypatch.setattr(kernels, "UNROLLED", 10**6 * (request.param == "scalars"))
     if request.param == "large":
-        monkeypatch.setattr(loops, "BLAS", 1)
         monkeypatch.setattr(loops, "SHORT", 0)
-        monkeypatch.setattr(solves, "SHORT_SOLVE", 0)
-        monkeypatch.setattr(solves, "BANDED_SOLVE", 0)
+        monkeypatch.setattr(solves, "TILED_SOLVE", 0)
+        monkeypatch.setattr(tiles, "ALONE", 1)
+        monkeypatch.setattr(tiles, "BLOCK", 2)
         monkeypatch.setattr(printer, "ON_STACK", 0)
     return request.param
 
@@ -208,11 +208,49 @@ def test_a_state_known_at_first_is_handed_over_until_it_is_not(plain, monkeypatc
     assert 1 < len(rows) < 12
 
 
+@pytest.mark.parametrize("gaps", [False, True], ids=["complete", "gaps"])
+@pytest.mark.parametrize("first", [False, True], ids=["last", "first"])
+@pytest.mark.parametrize("kind", generators.KNOWN)
+def test_states_that_are_known_exactly_stay_in_compiled_code(
+    kind, first, gaps, form, monkeypatch
+):
+    """Their variance is zero to the last bit, and all else as in rationals."""
+    plant = generators.known(kind, first=first)
+    rng = np.random.default_rng(2)
+    u, y = rng.normal(size=(20, 1)), rng.normal(size=(20, 2))
+    y = holes(rng, y) if gaps else y
+    x, P = generators.exact(plant, y, u, np.zeros(1))
+    rows = counted(monkeypatch)
+    run = lb.filter_data(plant, y, u, history=True, backend="numba", settle=None)
+    assert len(rows) == 1
+    assert generators.relative(run.P, P) < 1e-12 if P.any() else not run.P.any()
+    assert generators.relative(run.x, x) < 1e-12
+    zero = np.diagonal(P, axis1=1, axis2=2) == 0
+    assert zero.any() and (run.std[zero] == 0).all()
+
+
+@pytest.mark.parametrize("spoiled", [0, 1])
+def test_a_row_that_is_not_all_zeros_is_handed_over(spoiled, form, monkeypatch):
+    """A variance of zero beside a covariance that is not, at the first row."""
+    plant = generators.known("a constant")
+    now = start(Settings(plant, 0), plant.x0, np.zeros(1))
+    y, u = np.ones((9, 2)), np.ones((9, 1))
+    over = Pass(Settings(plant, 0))
+    state, _ = over.over(now, y[:1], u[:1], False)
+    stacks = stacks_of(over.settings)
+    Sigma = state.Sigma.copy()
+    Sigma[3, spoiled] = Sigma[spoiled, 3] = 1e-300
+    state = state._replace(spread=state.spread._replace(Sigma=Sigma))
+    block = stacks.block(state, y, u)
+    _, done = block.run(state, 0, History.empty(9, plant, True), 9)
+    assert done == 0
+
+
 def test_a_plant_without_noise_anywhere_stays_with_numpy(form, monkeypatch):
     """Every Sigma is singular: tried again now and then, never believed."""
     plant = lb.Plant(
         [[0.9, 1], [0, 0.8]], None, [[1, 0]], dt=1.0, Q=np.zeros((2, 2)), R=[[1]],
-        P0=np.diag([1.0, 0]),
+        P0=np.ones((2, 2)),
     )  # fmt: skip
     y = np.random.default_rng(1).normal(size=(300, 1))
     wanted = lb.filter_data(plant, y, history=True, backend="numpy", settle=None)
@@ -358,10 +396,10 @@ def test_overflow_is_not_hidden(plain):
     assert outcomes[0] == outcomes[1]
 
 
-def test_long_products_are_added_up_in_parts(plain, used, monkeypatch):
-    """18 terms in two lines, of all columns and of those on the right."""
+def test_products_are_calls(plain, used, monkeypatch):
+    """18 rows are three panels, 7 are two of different heights."""
     rng = np.random.default_rng(2)
-    plant = generators.plant(rng, 18, 3, m=1, cross=False)
+    plant = generators.plant(rng, 18, 7, m=1, cross=False)
     y, u, u0 = generators.record(rng, plant, 5)
     wanted = lb.filter_data(
         plant, y, u, u0=u0, history=True, backend="numpy", settle=None
@@ -372,8 +410,8 @@ def test_long_products_are_added_up_in_parts(plain, used, monkeypatch):
     )
     agree(found, wanted, 1e-11)
     assert len(rows) == 1  # a wrong covariance would leave its rows to NumPy
-    assert "+ a0_8 * " in used[-1] and "+ a0_17 * " in used[-1]
-    assert "np.dot(" not in used[-1]
+    assert "product(6, 0, 3, 18, 18, " in used[-1]
+    assert "product(4, 1, 1, " in used[-1] and "product(3, 1, 1, " in used[-1]
 
 
 # -- compiled ------------------------------------------------------------------------
@@ -393,12 +431,12 @@ def test_numba_loops_for_ten_thousand_steps(used):
     assert "as loops" in used[-1] and "array(" in used[-1]
 
 
-def test_numba_and_blas_for_a_large_plant(used):
+def test_numba_for_a_large_plant(used):
     rng = np.random.default_rng(2)
     plant = generators.plant(rng, 45, 7, m=0, cross=False)
     y, _, _ = generators.record(rng, plant, 40)
     agree(*both(plant, y), tol=1e-11)
-    assert "np.dot(" in used[-1] and "np.empty(" in used[-1]
+    assert "product(" in used[-1] and "np.empty(" in used[-1]
 
 
 @pytest.fixture

@@ -163,6 +163,32 @@ def exact(plant, y, u=None, u0=None):
     return np.array(xs), np.array(Ps)
 
 
+KNOWN = ("a constant", "what the input was", "an oscillator", "all")
+
+
+def known(kind, n=4, p=2, seed=3, first=False):
+    """A plant of which some states are known exactly, the last ones or the first."""
+    rng = np.random.default_rng(seed)
+    A, C = dynamics(rng, n, 0.9), rng.normal(size=(p, n))
+    B, H, x0 = rng.normal(size=(n, 1)), rng.normal(size=(n, n)), rng.normal(size=n)
+    P0, Q = H @ H.T + np.eye(n), H.T @ H + 0.1 * np.eye(n)
+    count = {"an oscillator": 2, "all": n}.get(kind, 1)
+    some = np.arange(n) >= n - count
+    if kind != "all":
+        A[some] = 0
+    if kind == "a constant":
+        A[-1, -1] = 1
+    elif kind == "an oscillator":
+        A[-2:, -2:] = [[0.8, -0.6], [0.6, 0.8]]
+    for X in (Q,) if kind == "what the input was" else (Q, P0):
+        X[some], X[:, some] = 0, 0
+    order = np.roll(np.arange(n), count if first else 0)
+    A, P0, Q = (X[np.ix_(order, order)] for X in (A, P0, Q))
+    return lb.Plant(
+        A, B[order], C[:, order], dt=1.0, Q=Q, R=np.eye(p), P0=P0, x0=x0[order]
+    )
+
+
 def holes(rng, y, share=0.3):
     """y with a share of its entries missing, and two rows missing altogether."""
     y = y.copy()

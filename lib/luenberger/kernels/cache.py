@@ -31,7 +31,7 @@ from typing import Any
 
 import numpy as np
 
-from . import fused, stack
+from . import fused, products, stack
 
 FASTMATH = ("contract", "reassoc")  # sums may be taken in another order, NaNs count
 OPTIONS: dict[str, Any] = dict(error_model="numpy", nogil=True)  # nogil: for threads
@@ -265,9 +265,8 @@ def key(text: str, types: tuple[str, ...], exact: bool = False) -> str:
 
     versions = numba.__version__, sys.version, sys.platform
     options = (f"{name} {one}" for name, one in OPTIONS.items() if name != "fastmath")
-    joined = () if exact else FASTMATH
-    local = inspect.getsource(stack), inspect.getsource(fused)
-    parts = text, *types, *versions, *joined, *options, *local
+    parts = text, *types, *versions, *(() if exact else FASTMATH), *options
+    parts += tuple(inspect.getsource(one) for one in (stack, fused, products))
     return hashlib.sha256("\0".join(parts).encode()).hexdigest()[:32]
 
 

@@ -216,7 +216,7 @@ def own(name: str, taken: bool = False) -> str:
 
 
 class _Python(Python):
-    has_blas = turns = False
+    turns = False
 
     def array(self, name: str, length: Size) -> None:
         self.let(name, f"np.empty({length})")

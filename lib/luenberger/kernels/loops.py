@@ -11,7 +11,6 @@ from fractions import Fraction
 from itertools import pairwise
 from typing import Any
 
-from .bands import Bands
 from .program import (
     IDENTITY,
     Assign,
@@ -21,17 +20,18 @@ from .program import (
     Size,
     Sizes,
     Step,
+    Substitute,
     Term,
     times,
 )
-from .solves import Index, Solves
-from .writer import View, Writer, entry
+from .solves import Solves
+from .tiles import Index
+from .writer import Writer, entry
 
 Places = Mapping[str, str]
 Terms = list[tuple[int, Term]]  # with their numbers in the sum
 SHORT = 12  # factors of an inner product that are written in one line
 WIDE = 16  # entries of a row from which it is added up along itself
-BLAS = 80_000  # multiplications from which a product is left to BLAS; a tenth if narrow
 
 
 def write(
@@ -54,11 +54,9 @@ def write(
         if isinstance(step, Assign):
             work.assign(step)
         elif isinstance(step, Factor):
-            short = work.is_short(step.matrix)
-            (work.factor_short if short else work.factor)(step)
+            work.factor_of(step)
         else:
-            short = work.is_short(step.matrix)
-            (work.substitute_short if short else work.substitute)(step)
+            work.substitution(step)
 
 
 def write_definite(
@@ -66,7 +64,7 @@ def write_definite(
 ) -> None:
     """Write the tests that results are positive definite."""
     for factor in program.definite:
-        _Loops(program, sizes, writer, places).factor(factor)
+        _Loops(program, sizes, writer, places).test_of(factor)
 
 
 def write_turned(
@@ -92,15 +90,19 @@ def arrays(program: Program, sizes: Sizes, writer: Writer) -> dict[str, Size]:
         if isinstance(step, Factor):
             rows, cols = program.shape(step.matrix, sizes)
             if step in program.definite or not work.is_short(step.matrix):
-                lengths[f"{step.matrix}_l"] = times(rows, cols)
+                lengths |= work.solve_arrays(step)
             continue
         rows, cols = program.shape(step.target, sizes)
         lengths[step.target] = times(rows, cols)
-        for k, term in enumerate(step.terms if isinstance(step, Assign) else ()):
-            assert isinstance(step, Assign)
-            if work.is_large(step, term):
-                lengths[f"{step.target}_b{k}"] = rows * cols
-            elif work.wants_turned(step, term):
+        if isinstance(step, Substitute):
+            if not work.is_short(step.matrix):
+                lengths |= work.solve_arrays(step)
+            continue
+        products = [(k, t) for k, t in enumerate(step.terms) if len(t.factors) == 2]
+        if work.in_tiles(step, products):
+            lengths |= work.tile_arrays(step)
+        for _, term in products:
+            if work.wants_turned(step, term):
                 name = term.factors[1].name
                 lengths[f"{name}_T"] = math.prod(program.shape(name, sizes))
     return lengths
@@ -125,7 +127,7 @@ def spans(width: Size, cols: Size) -> list[Any]:
     return [range(*two) for two in pairwise(ends)]
 
 
-class _Loops(Solves, Bands):
+class _Loops(Solves):
     def __init__(
         self,
         program: Program,
@@ -151,42 +153,33 @@ class _Loops(Solves, Bands):
         return self.at(operand.name, i, j)
 
     def assign(self, step: Assign) -> None:
-        parts = list(enumerate(step.terms))
-        large = [(k, t) for k, t in parts if self.is_large(step, t)]
-        small = [
-            (k, t) for k, t in parts if len(t.factors) == 2 and (k, t) not in large
-        ]
-        for k, term in large:
-            target = f"{step.target}_b{k}"
-            self.to.multiply(target, *map(self.view, term.factors))
-        for _, term in small:
+        products = [(k, t) for k, t in enumerate(step.terms) if len(t.factors) == 2]
+        for _, term in products:
             if self.wants_turned(step, term):
                 self.turn(term.factors[1].name)
-        if not large and self.in_bands(step, small):
-            self.add_in_bands(step, small)
+        if self.in_tiles(step, products):
+            self.add_in_tiles(step, products)
         else:
-            self.add_up(step, large, small)
+            self.add_up(step, products)
         self.mirror(step)
 
-    def add_up(self, step: Assign, large: Terms, small: Terms) -> None:
+    def add_up(self, step: Assign, products: Terms) -> None:
         """The sum of the terms, row by row; of a symmetric one what is on the right."""
         to = self.to
         rows, cols = self.program.shape(step.target, self.sizes)
         single = [t for t in step.terms if len(t.factors) == 1 and not t.is_identity]
         parts = {
-            k: spans(inner_width(self.program, self.sizes, t), cols) for k, t in small
+            k: spans(inner_width(self.program, self.sizes, t), cols)
+            for k, t in products
         }
         to.loop("i", 0, rows)
         for turn in range(max(map(len, parts.values()), default=1)):
-            now = [(k, t, parts[k][turn]) for k, t in small if turn < len(parts[k])]
+            now = [(k, t, parts[k][turn]) for k, t in products if turn < len(parts[k])]
             for k, term, span in now:
                 self.load_row(k, term, span)
             to.loop("j", "i" if step.symmetric else 0, cols)
             so_far = self.at(step.target, "i", "j")
             to.let("s", so_far if turn else self.sum(single))
-            for k, term in () if turn else large:
-                product = entry(f"{step.target}_b{k}", ("i", cols), ("j", 1))
-                to.set("s", *_signed(term.scale, product))
             for k, term, span in now:
                 self.add_product(step, k, term, span)
             to.set(so_far, "s")
@@ -209,20 +202,13 @@ class _Loops(Solves, Bands):
                 to.set(self.at(step.target, "i", "i"), *_signed(term.scale, "1.0"))
                 to.end()
 
-    def is_large(self, step: Assign, term: Term) -> bool:
-        """Whether a product is better left to BLAS."""
-        if not self.to.has_blas or len(term.factors) == 1:
-            return False
-        rows, cols = self.program.shape(step.target, self.sizes)
-        work = rows * cols * inner_width(self.program, self.sizes, term)
-        return cols > 1 and work >= (BLAS if cols >= WIDE else BLAS // 10)
-
     def wants_turned(self, step: Assign, term: Term) -> bool:
         """Whether the right factor's columns are better copied into rows first."""
-        if not self.to.turns or len(term.factors) == 1 or self.is_large(step, term):
+        if not self.to.turns or len(term.factors) == 1:
             return False
-        rows, cols = self.program.shape(step.target, self.sizes)
-        return term.factors[1].turned and rows > 1 and cols > 1
+        names = step.target, term.factors[1].name
+        shapes = (self.program.shape(name, self.sizes) for name in names)
+        return term.factors[1].turned and all(1 not in shape for shape in shapes)
 
     def turn(self, name: str) -> None:
         """Write the transpose of a matrix into an array, once."""
@@ -234,13 +220,6 @@ class _Loops(Solves, Bands):
             to.set(entry(f"{name}_T", ("j", rows), ("i", 1)), self.at(name, "i", "j"))
             to.end()
             to.end()
-
-    def view(self, operand: Operand) -> View:
-        return (
-            operand.name,
-            *self.program.shape(operand.name, self.sizes),
-            operand.turned,
-        )
 
     def load_row(self, k: int, term: Term, span: range | None) -> None:
         """A part of row i of a left factor, into scalars."""

@@ -6,9 +6,9 @@ from typing import Any
 from .inputs import arguments
 from .loops import arrays, write, write_definite, write_turned
 from .program import Sizes
-from .python import Banded, Python
+from .python import Python, Tiled
 from .recursion import Loop
-from .scalars import Let, Straight
+from .scalars import Inverse, Let, Straight
 from .stack import LINE
 from .taking_back import TakingBack, bounded, condition
 
@@ -47,7 +47,7 @@ def source(
         Scalar code, or None for loops.
     """
     form = "loops" if unrolled is None else "scalars"
-    to = Banded(0)
+    to = Tiled(0)
     shown = ", ".join(f"{name} = {value}" for name, value in sorted(sizes.items()))
     to.line(f'"""{loop.name}, {shown}, as {form}.  Generated: do not edit."""')
     to.line("import numpy as np\n\n")
@@ -169,9 +169,11 @@ class _Scalars(_Body):
                 to.let(entry, f"{array}_[{row}, {i}]")
         for one in self.unrolled.statements:
             if isinstance(one, Let):
-                to.let(one.name, one.text)
+                inverse = isinstance(one, Inverse)
+                to.let(one.name, to.inverse(one.pivot) if inverse else one.text)
             else:
-                to.line(f"if not {one.text}:")
+                there = " or ".join(f"{name} != 0.0" for name in one.unless)
+                to.line(f"if not {one.text}" + f" and ({there})" * bool(there) + ":")
                 self.give_up()
         for name, beside, kind, bound in bounded(self.loop):
             for i in range(self.shape(name)[0]):

@@ -56,11 +56,14 @@ class Factor:
     """matrix = L d L', each pivot above tol times its diagonal entry, or give up.
 
     With `beside`, tol times the sum of that entry and the one of the matrix `beside`.
+    With `known`, a row of zeros is passed over where that sum is zero too: what it
+    belongs to is known exactly.
     """
 
     matrix: str
     tol: float
     beside: str = ""
+    known: bool = False
 
 
 @dataclass(frozen=True)

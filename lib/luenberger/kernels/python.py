@@ -1,13 +1,13 @@
 """Lines of Python, in the part of it that numba compiles."""
 
 from .program import Size
-from .writer import View, Writer
+from .writer import Writer
 
 
 class Python(Writer):
     """Python, in the part of it that numba compiles."""
 
-    comment, stop, has_blas, turns = "#", "", True, True
+    comment, stop, turns = "#", "", True
 
     def let(self, name: str, text: str) -> None:
         self.line(f"{name} = {text}")
@@ -22,19 +22,19 @@ class Python(Writer):
     def end(self) -> None:
         self.depth -= 1
 
+    def check(self, condition: str) -> None:
+        self.line(f"if {condition}:")
+        self.depth += 1
+
+    def inverse(self, pivot: str) -> str:
+        return f"1.0 / {pivot} if {pivot} > 0.0 else 0.0"
+
     def need(self, text: str) -> None:
         self.line(f"if not {text}:")
         self.line("    ok = False")
 
-    def multiply(self, target: str, left: View, right: View) -> None:
-        (a, *shape, turned), (b, *other, other_turned) = left, right
-        made = shape[turned], other[not other_turned]
-        a, b = f"{a}.reshape({tuple(shape)})", f"{b}.reshape({tuple(other)})"
-        a, b = a + ".T" * turned, b + ".T" * other_turned
-        self.line(f"np.dot({a}, {b}, {target}.reshape({made}))")
 
+class Tiled(Python):
+    """The same, with sums of products as calls of `products`."""
 
-class Banded(Python):
-    """The same, with sums of products in bands: more to compile, and faster."""
-
-    bands = True
+    tiles = True

@@ -7,7 +7,6 @@ Expressions are plain enough for Python and C alike.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from .fused import Sums
@@ -23,60 +22,12 @@ from .program import (
     Substitute,
     Term,
 )
-
-Entry = Any  # a number that is known, or a name
-Entries = dict[str, list[list[Entry]]]
-
-
-@dataclass(frozen=True)
-class Let:
-    """name = text, which reads the names in `reads`.
-
-    Of a sum, `terms` and `number` are what it adds up.
-    """
-
-    name: str
-    text: str
-    reads: frozenset[str]
-    cost: Cost
-    terms: Sums = ()
-    number: float = 0.0
-
-
-@dataclass(frozen=True)
-class Need:
-    """Give up unless the condition holds; it does not where a NaN is involved."""
-
-    text: str
-    reads: frozenset[str]
-    cost: Cost
-
-
-@dataclass(frozen=True)
-class Straight:
-    """Statements in order, and what each entry of each matrix is called.
-
-    Attributes
-    ----------
-    statements : list of Let or Need
-    entries : dict of str to list of lists
-        Of each matrix; an entry is a float or a name.
-    given : dict of str to list of (i, j, name)
-        The entries of given matrices that are not known.
-    used : set of str
-        The names that the statements or the results read.
-    """
-
-    statements: list[Let | Need]
-    entries: Entries
-    given: dict[str, list[tuple[int, int, str]]]
-    used: set[Entry]
-
-    @property
-    def cost(self) -> Cost:
-        """The `Cost` of the statements; entries that they read stand on the stack."""
-        read = sum(e in self.used for one in self.given.values() for *_, e in one)
-        return sum((one.cost for one in self.statements), Cost(stack=read))
+from .statements import Entries as Entries
+from .statements import Entry as Entry
+from .statements import Inverse as Inverse
+from .statements import Let as Let
+from .statements import Need as Need
+from .statements import Straight as Straight
 
 
 def unroll(program: Program, sizes: Sizes, known: Known | None = None) -> Straight:
@@ -220,18 +171,27 @@ class _Unrolling:
             d[j] = self.let(f"{name}_d{j}", [(M[j][j],), *rest])
             self.need(step, j, d[j])
             cost = Cost(1, 1 + _numbers(d[j]), 1, 1)
-            text = f"1.0 / {d[j]}"
-            inverse[j] = self.name(Let(f"{name}_i{j}", text, _names(d[j]), cost))
+            inverse[j] = self.inverse(step, f"{name}_i{j}", d[j], cost)
             for i in range(j + 1, size):
                 rest = [(-1.0, L[i][k], L[j][k], d[k]) for k in range(j)]
                 above = self.let(f"{name}_a{i}_{j}", [(M[j][i],), *rest])
                 L[i][j] = self.let(f"{name}_l{i}_{j}", [(above, inverse[j])])
         self.factors[name] = L, inverse
 
+    def inverse(self, step: Factor, name: str, pivot: Entry, cost: Cost) -> Entry:
+        """1 / pivot, or 0 where what is known exactly has none."""
+        if step.known and pivot == 0:
+            return 0.0
+        text, reads = f"1.0 / {pivot}", _names(pivot)
+        if not step.known or not reads:
+            return self.name(Let(name, text, reads, cost))
+        self.statements.append(Inverse(name, text, reads, cost, pivot=pivot))
+        return name
+
     def need(self, step: Factor, j: int, pivot: Entry) -> None:
-        """That pivot j of a factor is above its bound."""
+        """That pivot j of a factor is above its bound, or known exactly."""
         unit, bound, beside = self.entries[step.matrix][j][j], "0.0", ()
-        if step.beside:
+        if step.beside and step.tol:
             beside = unit, self.entries[step.beside][j][j]
             bound = f"{step.tol!r} * ({unit} + {beside[1]})"
         elif step.tol and pivot != unit:
@@ -239,7 +199,23 @@ class _Unrolling:
             bound = f"{step.tol!r} * {unit}"
         entries = pivot, *beside
         cost = Cost(1 + len(beside), 1 + _numbers(*entries))
-        self.statements.append(Need(f"{pivot} > {bound}", _names(*entries), cost))
+        unless = self.zeros(step, j) if step.known else ()
+        if unless is None:
+            return
+        reads = _names(*entries, *unless)
+        self.statements.append(Need(f"{pivot} > {bound}", reads, cost, unless))
+
+    def zeros(self, step: Factor, j: int) -> tuple[str, ...] | None:
+        """What is zero where row j is known: no names if it cannot be, None if it is.
+
+        That is, where some entry is another number, or where all are the number 0.
+        """
+        all_ = [*self.entries[step.matrix][j]]
+        all_ += [self.entries[step.beside][j][j]] if step.beside else []
+        if any(one for one in all_ if not isinstance(one, str)):
+            return ()
+        names = tuple(dict.fromkeys(one for one in all_ if isinstance(one, str)))
+        return names or None
 
     def substitute(self, step: Substitute) -> None:
         """target L d L' = right, row by row."""

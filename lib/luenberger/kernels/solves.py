@@ -1,25 +1,15 @@
 """Factors L d L' and substitution through them, as loops or, when small, as scalars."""
 
-from .program import Factor, Operand, Program, Sizes, Substitute
-from .writer import Writer
-
-Index = int | str  # of a row or column: a number, or what loops call it
+from .program import Factor, Operand, Size, Substitute, times
+from .tiles import Index, Tiles
+from .writer import bounds
 
 SHORT_SOLVE = 6  # a factor this small is written as scalars
-BANDED_SOLVE = 10  # the same in code with bands, of a small plant
-SMALL = 16  # states beyond which scalars are more to compile and no faster
+TILED_SOLVE = 6  # the same where sums are written in tiles
 
 
-class Solves:
+class Solves(Tiles):
     """Writes `Factor` and `Substitute`; the rest of the writing is `loops`."""
-
-    program: Program
-    sizes: Sizes
-    to: Writer
-
-    def at(self, name: str, i: Index, j: Index) -> str:
-        """The entry (i, j) of a matrix."""
-        raise NotImplementedError
 
     def of(self, operand: Operand, i: Index, j: Index) -> str:
         """The same of an operand."""
@@ -54,10 +44,34 @@ class Solves:
 
     def is_short(self, M: str) -> bool:
         size, _ = self.program.shape(M, self.sizes)
-        if not isinstance(size, int):
-            return False
-        small = all(one <= SMALL for one in self.sizes.values())
-        return size <= (BANDED_SOLVE if self.to.bands and small else SHORT_SOLVE)
+        most = TILED_SOLVE if self.to.tiles else SHORT_SOLVE
+        return isinstance(size, int) and size <= most
+
+    def solve_arrays(self, step: Factor | Substitute) -> dict[str, Size]:
+        """Lengths of the arrays that a factor or a substitution takes."""
+        if self.to.tiles:
+            return self.arrays_in_tiles(step)
+        if isinstance(step, Substitute):
+            return {}
+        rows, cols = self.program.shape(step.matrix, self.sizes)
+        return {f"{step.matrix}_l": times(rows, cols), f"{step.matrix}_least": rows}
+
+    def factor_of(self, step: Factor) -> None:
+        """A factor that is solved with, in the form that suits its size."""
+        (self.factor_short if self.is_short(step.matrix) else self.test_of)(step)
+
+    def substitution(self, step: Substitute) -> None:
+        """What is solved with it, in the same form."""
+        if self.is_short(step.matrix):
+            self.substitute_short(step)
+        elif self.to.tiles:
+            self.substitute_in_tiles(step)
+        else:
+            self.substitute(step)
+
+    def test_of(self, step: Factor) -> None:
+        """A factor in arrays."""
+        (self.factor_in_tiles if self.to.tiles else self.factor)(step)
 
     def factor(self, step: Factor) -> None:
         """Factor matrix = L d L' row by row, into one array.
@@ -73,6 +87,7 @@ class Solves:
         def L(i: Index, j: Index) -> str:
             return f"{name}[{i} * {size} + {j}]"
 
+        bounds(to, step, size, self.at, f"{M}_least")
         to.loop("i", 0, size)
         to.loop("j", 0, "i")  # L d in row i, column by column
         to.let("s", self.at(M, "i", "j"))
@@ -87,12 +102,8 @@ class Solves:
         to.set("s", f"{L('i', 'k')} * q", "-=")
         to.set(L("i", "k"), "q")
         to.end()
-        unit = self.at(M, "i", "i")
-        if step.beside:
-            unit = f"({unit} + {self.at(step.beside, 'i', 'i')})"
-        bound = f"{step.tol!r} * {unit}" if step.tol else "0.0"
-        to.need(f"s > {bound}")
-        to.set(L("i", "i"), "1.0 / s")
+        to.need(f"s > {M}_least[i]")
+        to.set(L("i", "i"), to.inverse("s") if step.known else "1.0 / s")
         to.end()
 
     def substitute(self, step: Substitute) -> None:

@@ -13,19 +13,21 @@ from typing import Any
 
 import numpy as np
 
-from . import fused
+from . import fused, products
 
 LINE = 8  # floats that memory gives at once
 
 
 def ours() -> dict[str, Any]:
     """What is called, by name."""
-    return dict(array=local_array(), fetch=fetch_ahead(), fma=fused.fused())
+    made = dict(array=local_array(), fetch=fetch_ahead(), fma=fused.fused())
+    return made | dict(product=products.in_vectors())
 
 
 def plain() -> dict[str, Any]:
     """The same where nothing is compiled."""
-    return dict(array=np.empty, fetch=lambda X, row, k: None, fma=fused.plain)
+    made = dict(array=np.empty, fetch=lambda X, row, k: None, fma=fused.plain)
+    return made | dict(product=products.in_python)
 
 
 def local_array() -> Any:

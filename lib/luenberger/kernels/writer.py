@@ -1,17 +1,16 @@
 """Lines of code in a language with loops: what `loops` asks of Python and of C."""
 
-from .program import Size
+from collections.abc import Callable
 
-View = tuple[str, int, int, bool]  # a matrix by name, its shape, and whether turned
+from .program import Factor, Size
 
 
 class Writer:
     """Lines of code in a language with loops; indented by four."""
 
     comment = stop = ""  # what a comment begins with, and a statement ends with
-    has_blas = False  # with `multiply`, the product of two views into an array
     turns = False  # a transpose on the right is copied, so that loops run along rows
-    bands = False  # sums of products are written some rows at a time
+    tiles = False  # sums of products are calls, see `tiles`
 
     def __init__(self, depth: int = 1) -> None:
         self.lines: list[str] = []
@@ -32,10 +31,6 @@ class Writer:
         """Room for numbers."""
         raise NotImplementedError
 
-    def multiply(self, target: str, left: View, right: View) -> None:
-        """Leave a product to BLAS."""
-        raise NotImplementedError
-
     def loop(self, index: str, start: Size, stop: Size) -> None:
         raise NotImplementedError
 
@@ -43,8 +38,16 @@ class Writer:
         """End of a loop or a condition."""
         raise NotImplementedError
 
+    def check(self, condition: str) -> None:
+        """What follows, up to `end`, only where a condition holds."""
+        raise NotImplementedError
+
     def need(self, text: str) -> None:
         """Note a failure unless the condition holds."""
+        raise NotImplementedError
+
+    def inverse(self, pivot: str) -> str:
+        """1 / pivot, or 0 where the pivot is zero."""
         raise NotImplementedError
 
     def set(self, target: str, text: str, sign: str = "=") -> None:
@@ -55,6 +58,30 @@ class Writer:
         self.loop("i", 0, length)
         self.set(target, text, sign)
         self.end()
+
+
+def bounds(
+    to: Writer, step: Factor, size: Size, at: Callable[[str, str, str], str], place: str
+) -> None:
+    """What each pivot of a factor must be above; -1 for what is known exactly."""
+    to.loop("i", 0, size)
+    unit = at(step.matrix, "i", "i")
+    if step.beside:
+        unit = f"({unit} + {at(step.beside, 'i', 'i')})"
+    to.set(f"{place}[i]", f"{step.tol!r} * {unit}" if step.tol else "0.0")
+    if step.known:
+        to.check(f"{unit} == 0.0")
+        to.let("q", "0.0")
+        to.loop("j", 0, size)
+        to.check(f"{at(step.matrix, 'i', 'j')} != 0.0")
+        to.set("q", "1.0")
+        to.end()
+        to.end()
+        to.check("q == 0.0")
+        to.set(f"{place}[i]", "-1.0")
+        to.end()
+        to.end()
+    to.end()
 
 
 def entry(name: str, *parts: tuple[int | str, int | str]) -> str:

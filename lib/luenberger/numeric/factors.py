@@ -90,6 +90,14 @@ def safe(X: Matrix, size: Vector) -> bool:
     return min((pivots * pivots - SAFE * (size + X.diagonal())).tolist(), default=1) > 0
 
 
+def firm(X: Matrix, size: Vector) -> bool:
+    """Whether X is safe but for what is known exactly: rows of zeros made of zeros."""
+    known = (size == 0) & ~X.any(axis=1)
+    if not known.any():
+        return safe(X, size)
+    return safe(X[np.ix_(~known, ~known)], size[~known])
+
+
 def semidefinite(X: Matrix, size: Vector) -> Matrix:
     """X, raised where rounding of variances of `size` has left it indefinite."""
     if len(X) == 0 or dpotrf(X)[1] == 0:

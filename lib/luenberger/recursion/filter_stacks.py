@@ -38,7 +38,7 @@ FILTER = kernels.Recursion(
     ),
     before=tuple(BEFORE),
     symmetric=("Q", "R", "Sigma"),
-    definite=(Factor("Sigma_next", SAFE, "Omega"),),
+    definite=(Factor("Sigma_next", SAFE, "Omega", known=True),),
     same=(("As", "A", "J"),),
 )
 

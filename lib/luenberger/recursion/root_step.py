@@ -12,7 +12,7 @@ from scipy.linalg.lapack import dgelsy, dgesdd
 
 from .. import kernels
 from ..numeric import Matrices, Matrix, Vector
-from ..numeric.factors import CLEAR, EPS, factor, lengths, rounded, safe, shorten
+from ..numeric.factors import CLEAR, EPS, factor, firm, lengths, rounded, shorten
 from ..papers.leondes_novak.derivation import root_update
 from ..plant import Plant
 
@@ -48,6 +48,7 @@ class Read(NamedTuple):
 class Spread(NamedTuple):
     """The covariance of the error; as a factor too where it is not safely definite.
 
+    States that are known exactly have rows of zeros, and need no factor.
     ``rounding`` is the covariance of the rounding in each column of ``half``.
     """
 
@@ -59,7 +60,7 @@ class Spread(NamedTuple):
     def of(cls, Sigma: Matrix, size: Vector | None = None) -> "Spread":
         """From a covariance alone; `size` holds the variances that it was made of."""
         size = np.abs(Sigma.diagonal()) if size is None else size  # rounding has a sign
-        if safe(Sigma, size):
+        if firm(Sigma, size):
             return cls(Sigma)
         return cls(Sigma, factor(Sigma, size), np.diag(EPS**2 * size))
 
@@ -67,7 +68,9 @@ class Spread(NamedTuple):
         """A factor, and the covariance of its rounding, in any case."""
         if self.half is not None and self.rounding is not None:
             return self.half, self.rounding
-        half = np.linalg.cholesky(self.Sigma)
+        some = self.Sigma.diagonal() > 0  # the others are known exactly
+        half = np.zeros((len(some), np.count_nonzero(some)))
+        half[some] = np.linalg.cholesky(self.Sigma[np.ix_(some, some)])
         return half, np.diag(EPS**2 * self.Sigma.diagonal())
 
 
@@ -98,7 +101,7 @@ def root_step(
     found["Sigma_next"] = Sigma
     with np.errstate(over="ignore"):  # infinite is not safe
         made_of = np.maximum(rounding.diagonal(), 0) / EPS**2  # it is rounded as well
-    if not now.blind.size and safe(Sigma, made_of):
+    if not now.blind.size and firm(Sigma, made_of):
         return found, Spread(Sigma), known
     return found, Spread(Sigma, half, rounding), known
 

@@ -14,7 +14,7 @@ from ..certificate import require_real
 from ..errors import FIT, SAMPLE, DesignError
 from ..numeric import Matrices, Matrix, Vector
 from ..numeric.detectability import hidden_modes
-from ..numeric.factors import clear, factor, lengths, safe
+from ..numeric.factors import clear, factor, firm, lengths
 from ..numeric.linalg import (
     complete,
     nonsingular,
@@ -89,7 +89,7 @@ class Setting(NamedTuple):
                 A=move.A, Q=move.Q, C=self.C, R=self.R, Gamma=self.Gamma,
                 Sigma=spread.Sigma,
             )  # fmt: skip
-            if safe(new["Sigma_next"], new["Omega"].diagonal()):
+            if firm(new["Sigma_next"], new["Omega"].diagonal()):
                 return new, Spread(new["Sigma_next"]), None
         return root_step(self, move, spread)
 

@@ -169,7 +169,7 @@ class _Filter:
             ["x", "Sigma", "x_minus_next", "Omega_next"],
             zero=_zero(self.full),
             symmetric=("Q", "R", "Omega"),
-            definite=[Factor("Sigma", 0.0)] if self.guarded else (),
+            definite=[Factor("Sigma", 0.0, "Omega", True)] if self.guarded else (),
             same=() if self.cross else [("As", "A")],
         )
         places = {k: f"state->{k}" for k in ("x_minus", "Omega")}

@@ -9,6 +9,7 @@ from __future__ import annotations
 from fractions import Fraction
 
 from ..program import IDENTITY, Factor, Operand, Substitute
+from ..writer import bounds
 from .panels import entry, runs
 from .store import Store
 
@@ -44,12 +45,7 @@ class Elimination:
             store.block(f"{M}_{what}", size, size)
         for what in ("l", "v", "least")[size == 1 :]:
             store.vector(f"{M}_{what}", size * (BLOCK if what == "l" else 1))
-        to.loop("i", 0, size)
-        unit = store.at(Operand(M), "i", "i")
-        if step.beside:
-            unit = f"({unit} + {store.at(Operand(step.beside), 'i', 'i')})"
-        to.set(f"{M}_least[i]", f"{step.tol!r} * {unit}" if step.tol else "0.0")
-        to.end()
+        bounds(to, step, size, lambda X, i, j: store.at(Operand(X), i, j), f"{M}_least")
         self.store.count(size * (bool(step.tol) + bool(step.tol and step.beside)))
         for first, last, height in parts(size):
             to.panels("i", first, last, height)
@@ -60,7 +56,7 @@ class Elimination:
                 less = self.less(height, ("1", row), row, row, row)
                 self.call(less, f"{row} - j", "i", f"{M}_s + i", f"{M}_u + j",
                           f"{m} + {at} + j", f"{x} + j")  # fmt: skip
-            pivots = self.panels.pivots(height, row)
+            pivots = self.panels.pivots(height, row, step.known)
             given = f"{x} + i", f"{M}_least + i", *self.rim(M, height)
             to.need_call(pivots, given)
             forward = self.panels.forward(height, row, row)

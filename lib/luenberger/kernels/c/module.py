@@ -12,7 +12,7 @@ from .. import cost
 from ..loops import Places
 from ..passes import Results, write_pass
 from ..program import Cost, Factor, Program, Sizes
-from ..scalars import Let, Straight
+from ..scalars import Inverse, Let, Straight
 from . import rows
 from .panels import Panels
 from .tables import PaddedRows
@@ -104,10 +104,13 @@ def _scalars(
             if entry in straight.used:
                 to.constant(entry, f"{places.get(name, name)}[{i * cols + j}]")
     for one in straight.statements:
-        if isinstance(one, Let):
+        if isinstance(one, Inverse):
+            to.constant(one.name, to.inverse(one.pivot))
+        elif isinstance(one, Let):
             to.constant(one.name, one.text)
         else:
-            to.need(one.text)
+            known = " && ".join(f"!({name} != 0.0)" for name in one.unless)
+            to.need(f"({one.text}) || ({known})" if known else one.text)
     for name, (place, length) in results.items():
         operand, flat = program.results[name], [0.0] * length
         if operand is not None:

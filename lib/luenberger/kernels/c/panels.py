@@ -12,19 +12,12 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from fractions import Fraction
 
+from ..tiles import runs as runs
 from ..writer import entry as entry
 from .tables import PaddedRows
 from .writer import C
 
 Stride = str  # from one entry to the next, as C has it: "1" or the name of a row
-
-
-def runs(rows: int, most: int) -> list[tuple[int, int, int]]:
-    """(first row, row after the last, height) of runs of panels of one height."""
-    height, taller = divmod(rows, -(-rows // most))
-    middle = taller * (height + 1)
-    found = [(0, middle, height + 1), (middle, rows, height)]
-    return [run for run in found if run[0] < run[1]]
 
 
 @dataclass
@@ -132,8 +125,11 @@ class Panels:
         key = (height, scale, a, b, c, d, in_place)
         return self.ask(f"{what}{height}", key, write)
 
-    def pivots(self, height: int, m: Stride) -> str:
-        """The factor L d L' of a block on the diagonal: 0, or 1 if it must give up."""
+    def pivots(self, height: int, m: Stride, known: bool = False) -> str:
+        """The factor L d L' of a block on the diagonal: 0, or 1 if it must give up.
+
+        With `known` a pivot may be zero, and so is its v then.
+        """
 
         def write(name: str) -> str:
             to = C(self.real)
@@ -141,7 +137,8 @@ class Panels:
                 for c in range(r, height):
                     rest = "".join(f" - l{r}{k} * u{k}{c}" for k in range(r))
                     to.constant(f"u{r}{c}", entry("m", (r, m), (c, "1")) + rest)
-                to.constant(f"v{r}", f"1.0 / u{r}{r}")
+                pivot = f"u{r}{r}"
+                to.constant(f"v{r}", to.inverse(pivot) if known else f"1.0 / {pivot}")
                 for c in range(r + 1, height):
                     to.constant(f"l{c}{r}", f"u{r}{c} * v{r}")
             for r in range(height):
@@ -154,7 +151,7 @@ class Panels:
             says = "m = L d L' with v = 1 / d; 1 if one of d is not above its least"
             return self.function(name, says, "m least", made, to, "int")
 
-        return self.ask(f"pivots{height}", (height, m), write)
+        return self.ask(f"pivots{height}", (height, m, known), write)
 
     def forward(self, height: int, x: Stride, u: Stride) -> str:
         """L u = x in a panel, and s = u / d."""

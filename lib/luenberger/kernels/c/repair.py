@@ -78,6 +78,15 @@ static int @NAME@_definite(const @REAL@ Sigma[])
         L[i] = Sigma[i];
     }
     for (int k = 0; k < @N@; k++) {
+        int known = 1;
+        for (int j = k; j < @N@; j++) {
+            if (L[k * @N@ + j] != 0.0) {
+                known = 0;
+            }
+        }
+        if (known != 0) {
+            continue;
+        }
         if (!(L[k * @N@ + k] > 0.0)) {
             return 0;
         }

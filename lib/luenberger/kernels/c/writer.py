@@ -74,6 +74,13 @@ class C(Writer):
         self.depth -= 1
         self.line(f"}} while ({index} < {stop});")
 
+    def check(self, condition: str) -> None:
+        self.line(f"if ({condition}) {{")
+        self.depth += 1
+
+    def inverse(self, pivot: str) -> str:
+        return f"({pivot} > 0.0) ? 1.0 / {pivot} : 0.0"
+
     def need(self, text: str) -> None:
         self.line(f"if (!({text})) {{")
         self.line("    return 1;")
