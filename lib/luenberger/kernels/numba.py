@@ -169,8 +169,8 @@ class _Scalars(_Body):
                 to.let(entry, f"{array}_[{row}, {i}]")
         for one in self.unrolled.statements:
             if isinstance(one, Let):
-                inverse = isinstance(one, Inverse)
-                to.let(one.name, to.inverse(one.pivot) if inverse else one.text)
+                text = to.inverse(one.pivot) if isinstance(one, Inverse) else one.text
+                to.let(one.name, text)
             else:
                 there = " or ".join(f"{name} != 0.0" for name in one.unless)
                 to.line(f"if not {one.text}" + f" and ({there})" * bool(there) + ":")

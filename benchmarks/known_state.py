@@ -1,0 +1,91 @@
+"""What does a step cost where a state is known exactly, beside the same without one?
+
+One state is a constant that is known, so every covariance is singular.  Beside it the
+plant of the other benchmarks, of the same size.  numba's `filter_data` over every row,
+and exported C (gcc -O3 -march=native), each beside itself; estimates of both are
+compared with those of NumPy before anything is timed.
+
+Run:  OMP_NUM_THREADS=1 python benchmarks/known_state.py [--quick]
+"""
+
+import ctypes
+import dataclasses
+import pathlib
+import shutil
+import sys
+import tempfile
+
+import numpy as np
+from c_export import compiled
+from common import in_turns, line, plant, record, same
+
+import luenberger as lb
+from luenberger.export import to_c
+
+SIZES = [(3, 2), (10, 4), (30, 6)]
+WORK, ROUNDS = 4e8, 15  # cubes of n in a record, about; rounds
+
+
+def with_constant(one):
+    """The same plant, but its last state is 1 for ever."""
+    A, Q, P0, x0 = one.A.copy(), one.Q.copy(), one.P0.copy(), np.eye(one.n)[-1]
+    A[-1] = x0
+    A[:-1, :-1] *= 0.95 / max(0.95, np.abs(np.linalg.eigvals(A[:-1, :-1])).max())
+    for X in (Q, P0):
+        X[-1], X[:, -1] = 0, 0
+    return dataclasses.replace(one, A=A, Q=Q, P0=P0, x0=x0)
+
+
+def in_c(one, folder, name):
+    """Exported C over a record."""
+    code, _ = to_c(one, folder, name=name)
+    flags = ["-std=gnu99", "-march=native"]
+    run = compiled(folder, name, one.n, one.p, code, flags=flags)
+    Omega = (one.A @ one.P0 @ one.A.T + one.Q).ravel()
+    start = np.concatenate([one.A @ one.x0, Omega, Omega])
+
+    def over(y):
+        state, what = start.copy(), np.empty((len(y), one.n))
+        if run(*(ctypes.c_void_p(X.ctypes.data) for X in (state, y, what)), len(y)):
+            raise SystemExit("the compiled step refused its data")
+        return what
+
+    return over
+
+
+def contestants(n, p, folder):
+    """Filters of a record by name: each way without a known state, and with one."""
+    found = {}
+    for kind, one in (("", plant(n, p)), (", known", with_constant(plant(n, p)))):
+        found["numba" + kind] = lambda y, one=one: (
+            lb.filter_data(one, y, settle=None, backend="numba").x
+        )
+        if shutil.which("gcc"):
+            name = f"made{len(found)}"
+            found["exported C" + kind] = in_c(one, pathlib.Path(folder), name)
+        y = np.random.default_rng(1).normal(size=(300, p))
+        wanted = lb.filter_data(one, y, settle=None, backend="numpy").x
+        for name, run in found.items():
+            if name.endswith(", known") == bool(kind):
+                same(name, run(y), wanted)
+    return found
+
+
+def records(quick=False):
+    """Two rows a size, ratios are to the plant without a known state."""
+    for n, p in SIZES[: 2 if quick else None]:
+        with tempfile.TemporaryDirectory() as folder:
+            runs = contestants(n, p, folder)
+            y = np.random.default_rng(1).normal(size=(int(WORK / (4 * n**3 + 300)), p))
+            for way in ("numba", "exported C"):
+                names = [name for name in (way, f"{way}, known") if name in runs]
+                calls = {k: lambda run=runs[k]: run(y) for k in names}  # noqa: B023
+                if calls:
+                    times = in_turns(calls, 5 if quick else ROUNDS)
+                    case = f"n = {n}, p = {p}"
+                    yield record("a known state", case, "ns", times, 1e9 / len(y))
+
+
+if __name__ == "__main__":
+    for one in records("--quick" in sys.argv):
+        print(line(one), flush=True)
