@@ -94,6 +94,13 @@ class Recursion:
                 program = replace(program, results=program.results | begun)
                 return Loop(self.without(program), program, carried)
 
+    def strict(self, wanted: bool) -> Recursion:
+        """The recursion that passes over nothing that is known exactly, if `wanted`."""
+        if not wanted:
+            return self
+        tests = tuple(replace(one, known=False) for one in self.definite)
+        return replace(self, definite=tests)
+
     def without(self, program: Program) -> Recursion:
         """The recursion that does not write what vanishes with `zero`."""
         if not self.zero:

@@ -69,9 +69,9 @@ class Stacks:
     ) -> "Block":
         """The next rows of a record, which begin at `state`, ready to be run."""
         given, seen, changing = self.given(state, y, u)
-        kernel = kernels.over_record(
-            recursion, self.sizes, self.entries(changing), changing
-        )
+        known = self.entries(changing)
+        recursion = recursion.strict(self.settings.noise_free)
+        kernel = kernels.over_record(recursion, self.sizes, known, changing)
         return Block(self.settings, kernel, given, seen)
 
     @property

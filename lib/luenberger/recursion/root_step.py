@@ -101,7 +101,7 @@ def root_step(
     found["Sigma_next"] = Sigma
     with np.errstate(over="ignore"):  # infinite is not safe
         made_of = np.maximum(rounding.diagonal(), 0) / EPS**2  # it is rounded as well
-    if not now.blind.size and firm(Sigma, made_of):
+    if not now.blind.size and now.clear(Sigma, made_of):
         return found, Spread(Sigma), known
     return found, Spread(Sigma, half, rounding), known
 

@@ -14,7 +14,7 @@ from ..certificate import require_real
 from ..errors import FIT, SAMPLE, DesignError
 from ..numeric import Matrices, Matrix, Vector
 from ..numeric.detectability import hidden_modes
-from ..numeric.factors import clear, factor, firm, lengths
+from ..numeric.factors import clear, factor, firm, lengths, safe
 from ..numeric.linalg import (
     complete,
     nonsingular,
@@ -43,6 +43,8 @@ class Setting(NamedTuple):
     ``Gamma`` (n, p) makes C1 x^ = y1; ``Phat, That`` are the rest of (47).
     ``blind`` (p, .) are the combinations of outputs that carry no noise; ``V`` (p, .)
     and ``deviation`` (p,) are a factor of R and the roots of its diagonal.
+    ``noise_free`` says whether there is an instant at which some outputs carry no
+    noise: rounding is then followed in states that are known exactly.
     """
 
     A: np.ndarray
@@ -60,6 +62,7 @@ class Setting(NamedTuple):
     V: np.ndarray
     deviation: np.ndarray
     move: Move
+    noise_free: bool
 
     @property
     def As(self) -> Matrix:
@@ -89,9 +92,13 @@ class Setting(NamedTuple):
                 A=move.A, Q=move.Q, C=self.C, R=self.R, Gamma=self.Gamma,
                 Sigma=spread.Sigma,
             )  # fmt: skip
-            if firm(new["Sigma_next"], new["Omega"].diagonal()):
+            if self.clear(new["Sigma_next"], new["Omega"].diagonal()):
                 return new, Spread(new["Sigma_next"]), None
         return root_step(self, move, spread)
+
+    def clear(self, Sigma: Matrix, size: Vector) -> bool:
+        """Whether Sigma needs no factor, beside variances of `size`."""
+        return (safe if self.noise_free else firm)(Sigma, size)
 
     def closed(self, K: Matrix, *wanted: str) -> Matrices:
         """What a constant gain makes of errors and noises: Y, Phi, Q_c, F."""
@@ -188,6 +195,7 @@ class Settings:
         blind, V, deviation = null_directions(R), factor(R), np.sqrt(R.diagonal())
         return Setting(
             A, B, C, E, Q, R, J, Gamma, Phat, That, weight, blind, V, deviation, move,
+            self.noise_free,
         )  # fmt: skip
 
 
