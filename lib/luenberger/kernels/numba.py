@@ -172,8 +172,7 @@ class _Scalars(_Body):
                 text = to.inverse(one.pivot) if isinstance(one, Inverse) else one.text
                 to.let(one.name, text)
             else:
-                there = " or ".join(f"{name} != 0.0" for name in one.unless)
-                to.line(f"if not {one.text}" + f" and ({there})" * bool(there) + ":")
+                to.line(f"if not {one.text}{one.but(' or ')}:")
                 self.give_up()
         for name, beside, kind, bound in bounded(self.loop):
             for i in range(self.shape(name)[0]):

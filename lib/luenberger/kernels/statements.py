@@ -37,6 +37,12 @@ class Need:
     cost: Cost
     unless: tuple[str, ...] = ()
 
+    def but(self, either: str) -> str:
+        """That something is not zero, for the end of a condition."""
+        if not self.unless:
+            return ""
+        return f" and ({either.join(f'{name} != 0.0' for name in self.unless)})"
+
 
 @dataclass(frozen=True)
 class Inverse(Let):
