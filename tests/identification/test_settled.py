@@ -26,14 +26,14 @@ def settled_score(plant, records, fast=False):
     return Evaluator(records, fast)(plant.at(0), start, names(plant))
 
 
-def same(plant, records, fast=False):
+def same(plant, records, fast=False, rel=1e-12):
     """Both ways, to the rounding of their terms."""
     y, u, u0 = (list(part) for part in zip(*records))
     wanted, slopes = lb.log_likelihood(
         plant, y, u, u0=u0, gradient=True, backend="numpy"
     )
     found, others = settled_score(plant, records, fast)
-    assert found == pytest.approx(wanted, rel=1e-12)
+    assert found == pytest.approx(wanted, rel=rel)
     assert set(others) == set(slopes)
     for name, X in slopes.items():
         np.testing.assert_allclose(others[name], X, rtol=0, atol=1e-10 * abs(X).max())
@@ -46,7 +46,8 @@ def test_it_is_the_likelihood_of_the_filter_row_by_row(seed, start):
     more = {} if start is None else {"P0_is": start, "x0": [1, -2, 3]}
     P0 = None if start is None else np.diag([4.0, 0, 1e6])
     plant = dataclasses.replace(plant, P0=P0, **more)
-    same(plant, [record], fast=bool(seed % 2))
+    # P0 of 1e6 costs covariances some digits, with a state that is known or without
+    same(plant, [record], fast=bool(seed % 2), rel=1e-12 if start is None else 1e-11)
 
 
 def test_several_records():
