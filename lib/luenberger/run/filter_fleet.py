@@ -53,7 +53,7 @@ class FilteredFleet:
     >>> plant = lb.Plant([[1]], None, [[1]], dt=1.0, Q=[[0]], R=[[1]], P0=[[1]])
     >>> found = lb.filter_data(plant, [[[2], [2]], [[4]]])  # the second ends earlier
     >>> found
-    <FilteredFleet: 2 records of 2 rows, 1 states>
+    <FilteredFleet: 2 records of 2 rows, n = 1>
     >>> found.x[:, :, 0].round(4)
     array([[1.    , 1.3333],
            [2.    , 2.    ]])
@@ -69,7 +69,7 @@ class FilteredFleet:
 
     def __repr__(self) -> str:
         M, N, n = self.x.shape
-        return f"<FilteredFleet: {M} records of {N} rows, {n} states>"
+        return f"<FilteredFleet: {M} records of {N} rows, n = {n}>"
 
 
 @dataclass(frozen=True)

@@ -56,7 +56,7 @@ class SmoothedFleet:
     >>> plant = lb.Plant([[1]], None, [[1]], dt=1.0, Q=[[0]], R=[[1]], P0=[[1]])
     >>> found = lb.smooth(plant, [[[2], [2]], [[4]]])  # the second ends earlier
     >>> found
-    <SmoothedFleet: 2 records of 2 rows, 1 states>
+    <SmoothedFleet: 2 records of 2 rows, n = 1>
     >>> found.x[:, :, 0].round(4)
     array([[1.3333, 1.3333],
            [2.    , 2.    ]])
@@ -71,7 +71,7 @@ class SmoothedFleet:
 
     def __repr__(self) -> str:
         M, N, n = self.x.shape
-        return f"<SmoothedFleet: {M} records of {N} rows, {n} states>"
+        return f"<SmoothedFleet: {M} records of {N} rows, n = {n}>"
 
 
 def smooth_fleet(
