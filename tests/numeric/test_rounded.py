@@ -61,6 +61,16 @@ def test_sums_and_products_are_within_their_bounds(pair, digits):
     assert len(A) == 1 or some.any() or more.any()  # the bounds are not of nothing
 
 
+def test_a_sum_counts_its_own_rounding(pair):
+    """Of terms that are taken for exact, with a rest each."""
+    rng = np.random.default_rng(7)
+    none = np.zeros_like(pair[0])
+    X, Y = (Wide(Z, none, 1e-17 * Z * rng.normal(size=Z.shape)) for Z in pair[:2])
+    found = X + Y
+    off = np.abs(exact(found) - (exact(X) + exact(Y)))
+    assert off.any() and (off <= rational(found.off)).all()
+
+
 @pytest.mark.parametrize("digits", [Rounded, Wide])
 def test_solutions_are_within_their_bounds(pair, digits):
     _, B, M = pair
