@@ -61,3 +61,13 @@ def test_predictions_drift_by_no_more_than_is_known(rows):
     found = Behind(g, 0.0).after(rows, s)
     assert 0 < apart <= found.drift and found.g == g
     assert Behind(g, 1.0).after(rows, 0.0).drift >= 1.0
+
+
+def test_rounding_counts():
+    """Of an estimate, in the prediction behind it; of an innovation, in its length."""
+    _, gain = settled()
+    rounding, deviation = np.array([1e-3]), gain.ball.Omega.item() ** 0.5
+    found = gain.ball.held().driven(0.0, 0.0, rounding)
+    assert 1e-3 <= found * deviation * (1 + 1e-9) < 1.1e-3
+    far = np.array([1e8, 1e8, 0.0])  # x and y, and innovations that seem to be zero
+    assert gain.sizes(far)[0] >= np.finfo(float).eps * 1e8
