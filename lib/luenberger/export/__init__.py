@@ -13,9 +13,9 @@ from numpy.typing import ArrayLike
 
 from .. import certificate
 from ..arguments import expect, expect_as
-from ..kernels.c.numbers import require_c_type
 from ..observer import Observer
 from ..plant import Plant
+from .bound import require_floating
 from .bound import rounding_bound as rounding_bound
 from .c import filter as recursive
 from .c import fixed
@@ -153,9 +153,7 @@ def to_c(
         expect_as("plant=", "plant", plant)
     identifier(name)
     if dtype != "fixed":
-        require_c_type(dtype)
-        if bits is not None:
-            raise ValueError(f"bits goes with dtype='fixed'; the dtype is {dtype!r}")
+        require_floating(dtype, bits)
     if isinstance(source, Plant):
         if plant is not None:
             raise ValueError("plant= goes with an observer; the source is a plant")

@@ -84,9 +84,7 @@ def rounding_bound(
     named = signals(observer, plant)
     if dtype == "fixed":
         return fitted(observer, bits, named, plant, ranges)[1]
-    require_c_type(dtype)
-    if bits is not None:
-        raise ValueError(f"bits goes with dtype='fixed'; the dtype is {dtype!r}")
+    require_floating(dtype, bits)
     found, sizes = floating_bound(observer, dtype, named, plant, ranges)
     require_all(sizes, named, plant)
     if found is None:
@@ -95,3 +93,13 @@ def rounding_bound(
             "without a bound that was found; export double, or a faster observer"
         )
     return found
+
+
+def require_floating(dtype: str, bits: int | None) -> None:
+    """ValueError unless `dtype` is a floating type of C, and `bits` is not given."""
+    require_c_type(dtype)
+    if bits is not None:
+        raise ValueError(
+            f"bits goes with dtype='fixed'; the dtype is {dtype!r}: leave out bits, or "
+            "give dtype='fixed'"
+        )
