@@ -97,11 +97,14 @@ def _limit(table: Comparison, ax: Axes, by: str) -> None:
 
 
 def _name(ax: Axes, front: list[Attempt], by: str, what: str) -> None:
-    """How many states the designs on the front have, beside their points."""
+    """How many states the designs on the front have, beside their points.
+
+    The last is written inwards, a line above that of the point before it.
+    """
     look: Look = dict(textcoords="offset points", fontsize="x-small")
     for k, one in enumerate(front):
-        at, inwards = (getattr(one, by), getattr(one, what)), len(front) - 1 == k > 0
-        side: Look = dict(xytext=(-6, 5), ha="right") if inwards else {"xytext": (6, 5)}
+        at, last = (getattr(one, by), getattr(one, what)), len(front) - 1 == k > 0
+        side: Look = dict(xytext=(-6, 16), ha="right") if last else {"xytext": (6, 5)}
         states = f"{one.order} state{'' if one.order == 1 else 's'}"
         ax.annotate(states, at, **look, **side)
 
