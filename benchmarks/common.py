@@ -21,6 +21,17 @@ def plant(n, p, seed=8):
     return lb.Plant(A, None, C, dt=1.0, Q=H @ H.T, R=h @ h.T, P0=np.eye(n))
 
 
+def record_of(plant, rows, rng):
+    """Measurements (rows, p) of a run of the plant."""
+    w = rng.multivariate_normal(np.zeros(plant.n), plant.Q, rows)
+    y = rng.multivariate_normal(np.zeros(plant.p), plant.R, rows)
+    x = rng.multivariate_normal(np.zeros(plant.n), plant.P0)
+    for k in range(rows):
+        x = plant.A @ x + w[k]
+        y[k] += plant.C @ x
+    return y
+
+
 def first_prior(plant):
     """The covariance of x[1] before y[1], where most filters start."""
     return plant.A @ plant.P0 @ plant.A.T + plant.Q

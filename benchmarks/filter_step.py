@@ -24,6 +24,7 @@ import control
 import numpy as np
 import pykalman
 import simdkalman
+from c_export import over_records
 from common import first_prior, in_turns, line, plant, record, same, seconds
 from filterpy.kalman import KalmanFilter
 from statsmodels.tsa.statespace import kalman_filter
@@ -119,7 +120,15 @@ def with_c(n, p, folder):
     return run
 
 
-def contestants(n, p, folder):
+def with_exported_c(one, folder):
+    """What `to_c` writes, compiled for this processor; None where there is no gcc."""
+    if shutil.which("gcc") is None:
+        return None
+    over = over_records(one, Path(folder), "step")
+    return lambda plant, y: over(y)
+
+
+def contestants(one, folder):
     """Ours first: ratios are to its time."""
     found = {
         "numba": lambda plant, y: (
@@ -128,7 +137,8 @@ def contestants(n, p, folder):
         "NumPy": lambda plant, y: (
             lb.filter_data(plant, y, settle=None, backend="numpy").x
         ),
-        "C by hand": with_c(n, p, folder),
+        "exported C": with_exported_c(one, folder),
+        "C by hand": with_c(one.n, one.p, folder),
         "statsmodels": with_statsmodels,
         "FilterPy": with_filterpy,
         "pykalman": with_pykalman,
@@ -163,7 +173,7 @@ def records(quick=False):
     """One row a size, nanoseconds a step."""
     for n, p in SIZES[: 4 if quick else None]:
         with tempfile.TemporaryDirectory() as folder:
-            runs, one = contestants(n, p, folder), plant(n, p)
+            runs = contestants(one := plant(n, p), folder)
             y = np.random.default_rng(1).normal(size=(50 if n > 50 else 500, p))
             agree(runs, one, y)
             given = {name: long_enough(name, run, one, y) for name, run in runs.items()}

@@ -8,7 +8,6 @@ compared with those of NumPy before anything is timed.
 Run:  OMP_NUM_THREADS=1 python benchmarks/known_state.py [--quick]
 """
 
-import ctypes
 import dataclasses
 import pathlib
 import shutil
@@ -16,11 +15,10 @@ import sys
 import tempfile
 
 import numpy as np
-from c_export import compiled
+from c_export import over_records
 from common import in_turns, line, plant, record, same
 
 import luenberger as lb
-from luenberger.export import to_c
 
 SIZES = [(3, 2), (10, 4), (30, 6)]
 WORK, ROUNDS = 4e8, 15  # cubes of n in a record, about; rounds
@@ -36,23 +34,6 @@ def with_constant(one):
     return dataclasses.replace(one, A=A, Q=Q, P0=P0, x0=x0)
 
 
-def in_c(one, folder, name):
-    """Exported C over a record."""
-    code, _ = to_c(one, folder, name=name)
-    flags = ["-std=gnu99", "-march=native"]
-    run = compiled(folder, name, one.n, one.p, code, flags=flags)
-    Omega = (one.A @ one.P0 @ one.A.T + one.Q).ravel()
-    start = np.concatenate([one.A @ one.x0, Omega, Omega])
-
-    def over(y):
-        state, what = start.copy(), np.empty((len(y), one.n))
-        if run(*(ctypes.c_void_p(X.ctypes.data) for X in (state, y, what)), len(y)):
-            raise SystemExit("the compiled step refused its data")
-        return what
-
-    return over
-
-
 def contestants(n, p, folder):
     """Filters of a record by name: each way without a known state, and with one."""
     found = {}
@@ -62,7 +43,7 @@ def contestants(n, p, folder):
         )
         if shutil.which("gcc"):
             name = f"made{len(found)}"
-            found["exported C" + kind] = in_c(one, pathlib.Path(folder), name)
+            found["exported C" + kind] = over_records(one, pathlib.Path(folder), name)
         y = np.random.default_rng(1).normal(size=(300, p))
         wanted = lb.filter_data(one, y, settle=None, backend="numpy").x
         for name, run in found.items():
@@ -78,12 +59,16 @@ def records(quick=False):
             runs = contestants(n, p, folder)
             y = np.random.default_rng(1).normal(size=(int(WORK / (4 * n**3 + 300)), p))
             for way in ("numba", "exported C"):
-                names = [name for name in (way, f"{way}, known") if name in runs]
-                calls = {k: lambda run=runs[k]: run(y) for k in names}  # noqa: B023
-                if calls:
-                    times = in_turns(calls, 5 if quick else ROUNDS)
-                    case = f"n = {n}, p = {p}"
-                    yield record("a known state", case, "ns", times, 1e9 / len(y))
+                names = {"none": way, "known": f"{way}, known"}
+                if way not in runs:
+                    continue
+                calls = {
+                    k: lambda run=runs[names[k]]: run(y)  # noqa: B023
+                    for k in names
+                }
+                times = in_turns(calls, 5 if quick else ROUNDS)
+                row, case = f"a known state, {way}", f"n = {n}, p = {p}"
+                yield record(row, case, "ns", times, 1e9 / len(y))
 
 
 if __name__ == "__main__":

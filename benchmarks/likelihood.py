@@ -11,7 +11,7 @@ import sys
 from dataclasses import replace
 
 import numpy as np
-from common import first_prior, in_turns, line, plant, record, same
+from common import first_prior, in_turns, line, plant, record, record_of, same
 from statsmodels.tsa.statespace import kalman_filter
 
 import luenberger as lb
@@ -42,11 +42,9 @@ def contestants(plant, y, backend, start=True):
         return lb.log_likelihood(judged, y, backend=backend, **options)
 
     return {
-        f"{backend} filter": lambda: lb.filter_data(
-            plant, y, settle=None, backend=backend
-        ),
+        "filter": lambda: lb.filter_data(plant, y, settle=None, backend=backend),
         "likelihood": likelihood,
-        "likelihood and gradient": lambda: likelihood(gradient=True),
+        "gradient": lambda: likelihood(gradient=True),
     }
 
 
@@ -64,10 +62,11 @@ def records(quick=False):
                 run()
             work = dict.fromkeys(runs, steps)
             times = in_turns(runs, 3 if quick else ROUNDS, work)
-            yield record("likelihood", f"n = {n}, p = {p}", "ns", times, 1e9)
+            row = f"likelihood, {backend}"
+            yield record(row, f"n = {n}, p = {p}", "ns", times, 1e9)
     for n, p, steps in WORST[: 1 if quick else None]:
         rng = np.random.default_rng(1)
-        y = rng.normal(size=(steps, p))
+        y = record_of(plant(n, p), steps, rng)
         y[rng.random(y.shape) < MISSING] = np.nan
         runs = contestants(plant(n, p), y, "numba", start=False)
         for run in runs.values():

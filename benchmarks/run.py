@@ -1,6 +1,6 @@
-"""Every benchmark, one table: results.json and the tables of both READMEs.
+"""Every benchmark in one run: results.json and the tables of both READMEs.
 
-    python benchmarks/run.py                everything, about twenty minutes
+    python benchmarks/run.py                everything, about half an hour
     python benchmarks/run.py staircase      this one anew; the others as they are stored
     python benchmarks/run.py --quick        small sizes, few rounds, printed only
 
@@ -28,8 +28,9 @@ RESULTS = HERE / "results.json"
 SCRIPTS = (
     "first_call", "filter_step", "constant_gain", "c_export", "monte_carlo",
     "staircase", "optimal_projection", "noise_fit", "slingen", "uneven",
-    "fleet",
+    "fleet", "settled_filter", "smoothing", "likelihood", "known_state",
 )  # fmt: skip
+OWN_TABLES = "uneven", "settled_filter", "smoothing", "likelihood", "known_state"
 PEERS = (
     "numpy", "scipy", "numba", "statsmodels", "filterpy", "pykalman", "simdkalman",
     "control", "slycot",
@@ -46,6 +47,12 @@ GENERATED = (
     *((n, "exported C, 512 bits", 0.9) for n in (4, 12, 20, 28, 52)),
 )  # fmt: skip
 FLEET, BARE = "many records, ", "panels, no copies"
+SIZES = "n = 3, p = 2", "n = 10, p = 4", "n = 30, p = 6", "n = 100, p = 10"
+SETTLED = tuple(zip(SIZES, (50, 50, 30, 8)))
+SMOOTHED = "n = 3, p = 2", "n = 6, p = 3", "n = 10, p = 4", "n = 30, p = 8"
+HARDEST = (
+    "n = 6, p = 4, 50000 rows", "n = 6, p = 1, 10000 rows", "n = 10, p = 1, 2000 rows",
+)  # fmt: skip
 FLEETS = (
     ("no gaps, n = 3, p = 2", 250), ("gaps, n = 3, p = 2", 80),
     ("no gaps, n = 6, p = 3", 150), ("gaps, n = 6, p = 3", 20),
@@ -57,7 +64,8 @@ TARGETS = (  # row; over / under; asked
     (TEN, "statsmodels", "numba", "at least", 5),
     (TEN, "numba", "C by hand", "at most", 1.6),
     ("filter step, n = 30, p = 6", "statsmodels", "numba", "at least", 2),
-    ("filter step, n = 100, p = 10", "statsmodels", "numba", "at least", 1),
+    ("filter step, n = 100, p = 10", "statsmodels", "numba", "at least", 2),
+    *((f"filter step, {k}", "numba", "exported C", "at most", 2) for k in SIZES),
     ("Monte Carlo of 10000 runs, n = 3, p = 2", "simdkalman", "numba", "at least", 20),
     ("Monte Carlo, kernels alone, n = 3, p = 2", "simdkalman", "numba", "at least", 20),
     ("exported C, filter, n = 3, p = 2", "exported C", "C by hand", "at most", 1.2),
@@ -67,8 +75,26 @@ TARGETS = (  # row; over / under; asked
     ("fit of noise, 10000 rows, n = 3, p = 2", "statsmodels", "numba", "at least", 10),
     ("first record, n = 3, warm cache", "numba", None, "at most", 1.5),
     ("import", "NumPy", "SciPy", "at most", 1.3),
-    *((f"{FLEET}{k}", "simdkalman", "panels", "at least", ask) for k, ask in FLEETS),
+    *((f"{FLEET}{k}", "simdkalman", "numba", "at least", ask) for k, ask in FLEETS),
     *((f"{FLEET}{k}", "simdkalman", BARE, "at least", ask) for k, ask in FLEETS),
+    *(
+        (f"settled filter, {k}", peer, "numba", "at least", ask)
+        for k, ask in SETTLED
+        for peer in ("statsmodels", "statsmodels, lean")
+    ),
+    *(
+        (f"smoothing, numba, {k}", "smoother", "filter", "at most", 2.5)
+        for k in SMOOTHED
+    ),
+    *(
+        (f"likelihood, {k}, gaps, unknown start", "gradient", "filter", "at most", 3)
+        for k in HARDEST
+    ),
+    *(
+        (f"a known state, {way}, {k}", "known", "none", "at most", 1.2)
+        for k in SIZES[:3]
+        for way in ("numba", "exported C")
+    ),
 )
 
 
@@ -124,12 +150,18 @@ def cell(one, column):
     return middle if low == high else f"{middle} ({low}-{high})"
 
 
-def table(records):
+def table(records, columns=COLUMNS):
     there = {who for one in records for who in one["contestants"]}
-    columns = [column for column in COLUMNS if column in there]
+    columns = [column for column in columns if column in there]
     rows = [["", *columns], ["---"] * (len(columns) + 1)]
     rows += [[name(one), *(cell(one, c) for c in columns)] for one in records]
     return "\n".join(f"| {' | '.join(row)} |" for row in rows)
+
+
+def own(records):
+    """The table of one script, whose contestants are no peers but ways to do it."""
+    columns = dict.fromkeys(who for one in records for who in one["contestants"])
+    return table(records, tuple(columns))
 
 
 def targets(found):
@@ -137,7 +169,7 @@ def targets(found):
     for one in found:
         met = "yes" if one["met"] else "no"
         rows.append(
-            [one["row"], one["ratio"], one["asked"], rounded(one["found"]), met]
+            [one["row"], one["ratio"], one["asked"], f"{one['found']:.3g}", met]
         )
     return "\n".join(f"| {' | '.join(row)} |" for row in rows)
 
@@ -145,9 +177,9 @@ def targets(found):
 def put(path, mark, text):
     """Replace what stands between two comments."""
     given = path.read_text(encoding="utf-8")
-    pattern = rf"(<!-- {mark} -->\n).*?(\n<!-- end -->)"
+    pattern = rf"(<!-- {mark} -->\n).*?(<!-- end -->)"
     new, count = re.subn(
-        pattern, lambda m: m[1] + text + m[2], given, count=1, flags=re.S
+        pattern, lambda m: f"{m[1]}{text}\n{m[2]}", given, count=1, flags=re.S
     )
     if not count:
         raise SystemExit(f"{path.name} has no <!-- {mark} --> and <!-- end -->")
@@ -179,7 +211,13 @@ def write(now, by_script):
     found = list(checked(records))
     what = {"versions": now, "targets": found, "records": ordered}
     RESULTS.write_text(json.dumps(what, indent=1) + "\n", encoding="utf-8")
-    put(HERE / "README.md", "speed", table(records))
+    beside = [
+        one for script, ones in ordered.items() if script not in OWN_TABLES
+        for one in ones
+    ]  # fmt: skip
+    put(HERE / "README.md", "speed", table(beside))
+    for script in filter(ordered.get, OWN_TABLES):
+        put(HERE / "README.md", script, own(ordered[script]))
     put(HERE / "README.md", "targets", targets(found))
     short = [one for one in records if name(one) in SHORT]
     put(HERE.parent / "README.md", "speed", table(short))
@@ -196,9 +234,11 @@ def main(arguments):
     now, records = versions(), []
     for script in given.scripts:
         records += (found := measured(script, given.quick, given.kernels))
+        if given.quick:
+            print(f"\n{own(found)}\n")
         if not given.quick:  # what is measured is kept if a later script fails
             write(now, stored(now) | {script: found})
-    print(f"\n{table(records)}\n\n{targets(checked(records))}")
+    print(f"\n{targets(checked(records))}")
 
 
 if __name__ == "__main__":

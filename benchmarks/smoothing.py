@@ -16,7 +16,7 @@ from statsmodels.tsa.statespace.kalman_smoother import KalmanSmoother
 import luenberger as lb
 
 SIZES = [(3, 2), (6, 3), (10, 4), (30, 8)]
-STEPS, ROUNDS, FEW = 50_000, 11, 20
+STEPS, ROUNDS, FEW = 50_000, 7, 20
 
 
 def with_statsmodels(plant, y):
