@@ -180,6 +180,7 @@ def test_this_test_reads_imports(source, found):
 def test_importing_the_library_is_light():
     heavy = ("sympy", "matplotlib", "numba", "control", "nbformat", "IPython")
     heavy += ("concurrent.futures.process", "dask", "tqdm")
+    heavy += ("scipy.optimize", "scipy.sparse.csgraph", "scipy.spatial", "scipy.fft")
     code = (
         "import sys, luenberger\n"
         f"heavy = {heavy!r}\n"

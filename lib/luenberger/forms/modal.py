@@ -6,7 +6,6 @@ from typing import NamedTuple
 
 import numpy as np
 import scipy.linalg
-from scipy.sparse.csgraph import connected_components
 
 from ..errors import DesignError
 from ..numeric import Matrix, Vector
@@ -111,6 +110,8 @@ def _largest(X: Matrix, axis: int) -> Vector:
 
 def _modes(F: Matrix) -> list[Mode]:
     """The modes of F; parts that do not meet are taken apart, so their zeros stay."""
+    from scipy.sparse.csgraph import connected_components  # slow to import
+
     count, part = connected_components(F != 0, directed=False)
     found = list[Mode]()
     for members in (np.flatnonzero(part == k) for k in range(count)):

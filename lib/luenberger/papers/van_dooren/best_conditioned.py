@@ -19,7 +19,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
-import scipy.optimize
+import scipy  # its parts load when first used
 
 from ...errors import DesignError
 from ...numeric import Matrix, Vector
