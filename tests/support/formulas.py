@@ -6,6 +6,7 @@ Sizes are not known and not needed: I is 1.
 
 import re
 from fractions import Fraction
+from functools import cache
 from itertools import product as choices
 
 HIGH = "⁰¹²³⁴⁵⁶⁷⁸⁹⁻"
@@ -234,6 +235,11 @@ def cyclic(word, symmetric):
 
 def side(string, symmetric=()):
     """What an expression is; one that cannot be read is a word."""
+    return _side(string, tuple(symmetric))
+
+
+@cache
+def _side(string, symmetric):
     try:
         return frozen(Reader(string, symmetric).read())
     except Unread:
@@ -245,12 +251,17 @@ def equation(left, sign, right, symmetric=()):
 
     The sides may change places, both signs be turned, and both be transposed.
     """
+    return _equation(left, sign, right, tuple(symmetric))
+
+
+@cache
+def _equation(left, sign, right, symmetric):
     try:
         readers = Reader(left, symmetric), Reader(right, symmetric)
         a, b = (reader.read() for reader in readers)
     except Unread:
         words = (sign, *("".join(x.split()) for x in (left, right)))
-        return words, letters(left) | letters(right)
+        return words, frozenset(letters(left) | letters(right))
     if sign in ("≤", "<"):
         sign, a, b = {"≤": "≥", "<": ">"}[sign], b, a
     pairs = [(a, b), (turned(a, symmetric), turned(b, symmetric))]
@@ -258,7 +269,8 @@ def equation(left, sign, right, symmetric=()):
         pairs += [(plus({}, x, -1), plus({}, y, -1)) for x, y in pairs]
         pairs += [(y, x) for x, y in pairs]
     written = [tuple(map(frozen, pair)) for pair in pairs]
-    return (sign, min(written, key=repr)), readers[0].names | readers[1].names
+    names = frozenset(readers[0].names | readers[1].names)
+    return (sign, min(written, key=repr)), names
 
 
 def letters(string):

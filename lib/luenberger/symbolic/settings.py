@@ -1,6 +1,7 @@
 """Relations, everything in them that needs a value, and the sizes to try."""
 
 from collections import Counter
+from functools import cache
 from itertools import islice, product
 from random import Random
 
@@ -77,7 +78,7 @@ class Setting:
     def _all_sizes(self):
         """Pairs of sizes that leave no matrix empty, and the dimensions they give."""
         dimensions = sorted((d for d in self.dimensions if d.free_symbols), key=str)
-        at = sp.lambdify(self.sizes, dimensions, "math", dummify=True)
+        at = _evaluated(tuple(self.sizes), tuple(dimensions))
         ranges = [range(1, self.caps[s] + 1) for s in self.sizes]
         for values in islice(product(*ranges), MOST):
             found = at(*values)
@@ -102,6 +103,12 @@ class Setting:
         late = sizes[FIRST:]
         Random(1).shuffle(late)
         return sizes[:FIRST] + late
+
+
+@cache
+def _evaluated(sizes, dimensions):
+    """Dimensions as a function of sizes; pages ask for the same few again and again."""
+    return sp.lambdify(sizes, list(dimensions), "math", dummify=True)
 
 
 def is_partial(power):
