@@ -1,6 +1,7 @@
 """Ctrl-C while `python -m luenberger` loads: the end of a command, no traceback.
 
 Python imports the package before it runs `__main__`, so no `try` there is early enough.
+Nor is it for a stderr that is closed, which NumPy 2.0 asks for its `write`.
 """
 
 import contextlib
@@ -25,3 +26,5 @@ def loaded() -> None:
 _commanded = sys.argv[:1] == ["-m"] and sys.orig_argv[-len(sys.argv)] == "luenberger"
 if _commanded and signal.getsignal(signal.SIGINT) is signal.default_int_handler:
     signal.signal(signal.SIGINT, _leave)
+if _commanded and sys.stderr is None:
+    sys.stderr = open(os.devnull, "w", encoding="utf-8")

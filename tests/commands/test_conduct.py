@@ -469,7 +469,7 @@ def without(closed, line, **options):
     arguments = ["sh", "-c", shell, "sh", sys.executable, "-m", "luenberger"]
     run = subprocess.run(
         [*arguments, *line.split()], capture_output=True, text=True, timeout=120,
-        env=CLEAN, **options,
+        **{"env": CLEAN} | options,
     )  # fmt: skip
     return run.returncode, run.stdout, run.stderr
 
@@ -503,9 +503,18 @@ def test_a_stream_that_is_closed_and_not_needed_changes_nothing(here, call):
     assert without(">&- 2>&-", line) == (1, "", "")
 
 
+def test_what_is_loaded_finds_a_stderr_though_it_is_closed(tmp_path):
+    """NumPy 2.0 asks for its `write`, long before a command begins."""
+    asks = "import sys\nsys.stderr.write('lost')\nraise SystemExit(7)"
+    (tmp_path / "numpy.py").write_text(asks)
+    there = {"env": CLEAN | {"PYTHONPATH": str(tmp_path)}}
+    assert without("2>&-", "check absent.json", **there) == (7, "", "")
+
+
 def test_no_file_takes_the_place_of_a_closed_stream(tmp_path):
     """A child process, of which the report starts one, would write into it."""
     code = (
+        "import sys; sys.stderr = sys.stderr or sys.stdout  # NumPy 2.0 needs one\n"
         "from luenberger.commands import terminal; terminal.prepare()\n"
         "print(open('new', 'w').fileno() > 2)"
     )

@@ -115,6 +115,8 @@ def _newton(now: Setting, Sigma: Matrix) -> Matrix | None:
     floor = ROUNDING * max(np.abs(back @ now.R @ back.T).max(initial=0), now.Q.max())
     for _ in range(30):
         new = step_from(now, Sigma)
+        if not np.isfinite(new["M"]).all():
+            raise FloatingPointError  # of which not every BLAS tells
         gap = new["Sigma_next"] - Sigma
         # measured against Omega, which does not vanish with perfect measurements
         scale = max(np.abs(new["Omega"]).max(initial=0), floor)
