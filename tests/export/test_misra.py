@@ -41,6 +41,8 @@ EXPORTS = {
     "no states": lambda: (lb.reduced_order_filter(plant(3, 3), 3), {}),
     "filter": lambda: (plant(3, 2), {}),
     "filter, loops, accurate": lambda: (plant(6, 3, cross=False), dict(m1=1)),
+    "guarded": lambda: (plant(2, 1), dict(update="guarded")),
+    "guarded, loops": lambda: (plant(6, 3, cross=False), dict(update="guarded")),
     "late": lambda: (plant(3, 2), dict(late=[0], horizon=3)),
     "late, both, loops": lambda: (plant(4, 2), dict(late=[0, 1], horizon=5)),
 }

@@ -55,6 +55,7 @@ PAGES = (
     "leondes_novak.places",
     "leondes_novak.marks",
     "leondes_novak.on_target",
+    "leondes_novak.short_form",
     "leondes_novak.square_root",
     "leondes_novak.noise_factors",
     "leondes_novak.side_by_side",

@@ -62,6 +62,13 @@ def _beside(one: Any) -> None:
         help="beside a plant: the name of an output treated as exact, once for each; "
         "or how many of the first outputs; default none",
     )
+    one.add_argument(
+        "--update",
+        choices=["joseph", "guarded"],
+        default="joseph",
+        help="beside a plant: guarded computes the covariance in its short form where "
+        "rounding is sure to be small; default %(default)s",
+    )
 
 
 def _numbers(one: Any) -> None:
@@ -166,6 +173,7 @@ def _read(options: Namespace) -> dict[str, Any]:
         dtype=_dtype(options),
         bits=options.bits,
         ranges=_ranges(options),
+        update=options.update,
     )
 
 

@@ -18,7 +18,7 @@ from ..plant import Plant
 from .bound import require_floating
 from .bound import rounding_bound as rounding_bound
 from .c import filter as recursive
-from .c import fixed
+from .c import fixed, guard
 from .c import late as waiting
 from .c import observer as constant
 from .c.fit import fitted
@@ -45,6 +45,7 @@ def to_c(
     horizon: int | None = None,
     bits: int | None = None,
     ranges: Mapping[str, float] | None = None,
+    update: str = "joseph",
 ) -> list[Path]:
     r"""Write a constant observer, or a plant's time-varying filter, as C99.
 
@@ -88,6 +89,13 @@ def to_c(
         Beside an observer: the largest size of inputs and measurements, by name.  Of
         measurements that are left out it is what a stable `plant` with Q and R tells:
         six standard deviations at rest in its noises, and what the inputs add.
+    update : "joseph" or "guarded"
+        Beside a plant: how a sample with every output changes the covariance.
+        "joseph" is :math:`(I - K C) \Omega (I - K C)' + K R K'`, which holds for any
+        gain, so that errors of the gain do not grow in it.  "guarded" is
+        :math:`\Omega - K C \Omega` where rounding can move no entry of that by more
+        than 1e-8 (float: 1e-4) of the root of its two variances, and else the same as
+        "joseph", at the price of both.  m1 is 0 then.
 
     Returns
     -------
@@ -99,11 +107,12 @@ def to_c(
     ValueError
         If the name is not an identifier or is reserved, a number is beyond the range
         of float or too small for it, a file of this name is there and is not ours, or
-        with "fixed" a range is not known.
+        with "fixed" a range is not known, or update goes with something else.
     DesignError
         If the observer is unstable, in float too if it is exported so, varies with
         time or has dt = 0; if so many bits do not suffice; if the plant
-        varies with time, lacks Q, R or P0, or has noise-free outputs.
+        varies with time, lacks Q, R or P0, or has noise-free outputs; with "guarded"
+        if an output has a variance in R of less than 1e-200 (float: 1e-25).
 
     Warns
     -----
@@ -122,7 +131,8 @@ def to_c(
 
     The header of an observer says how far rounding moves each estimate at most, proved
     for every instant: within the ranges, or for each unit of a signal where they are
-    not known.  Of a plant's filter no bound is proved.
+    not known.  Of a plant's filter no bound is proved for a record; that of one step
+    in the short form, by which "guarded" decides, is in the header.
 
     With ``-DNAME_RESTRICT= -DNAME_LANES=1`` cppcheck's addon finds no required rule of
     MISRA C:2012 broken.  Without them the source uses `restrict`, which rule 8.14
@@ -132,7 +142,8 @@ def to_c(
     References
     ----------
     Leondes and Novak (1974), equations (9), (27), (33), (43), (44);
-    papers/leondes_novak/derivation/marks.py, on_target.py, late_outputs.py;
+    papers/leondes_novak/derivation/marks.py, on_target.py, late_outputs.py and
+    short_form.py;
     export/derivation/rounding.py.
 
     Examples
@@ -162,7 +173,10 @@ def to_c(
                 "dtype='fixed' and ranges go with an observer, and the source is a "
                 "plant: export reduced_order_filter(plant), whose gain is constant"
             )
-        return write_pair(path, _filter(source, name, dtype, m1, weight, late, horizon))
+        filter_ = _filter(source, name, dtype, m1, weight, late, horizon, update)
+        return write_pair(path, filter_)
+    if update != "joseph":
+        raise ValueError("update goes with a plant; an observer has no covariance")
     if m1 is not None or weight is not None:
         raise ValueError("m1 and weight go with a plant; the source is an observer")
     if late is not None or horizon is not None:
@@ -187,10 +201,19 @@ def _filter(
     weight: ArrayLike | str | None,
     late: int | Sequence[int | str] | None,
     horizon: int | None,
+    update: str,
 ) -> dict[str, str]:
     """The two files of a plant's filter, with late readings or without."""
+    if update not in guard.WAYS:
+        raise ValueError(f"update must be 'joseph' or 'guarded', got {update!r}")
+    if update == "guarded" and (late is not None or horizon is not None):
+        raise ValueError("late goes with update='joseph': its readings come one by one")
+    if update == "guarded" and (m1 or weight is not None):
+        raise ValueError(
+            "update='guarded' goes with the Kalman filter: leave out m1 and weight"
+        )
     if late is None and horizon is None:
-        return recursive.texts(plant, m1 or 0, weight, name, dtype)
+        return recursive.texts(plant, m1 or 0, weight, name, dtype, update)
     if m1 or weight is not None:
         raise ValueError("late goes with the Kalman filter: leave out m1 and weight")
     return waiting.texts(plant, late or 0, horizon, name, dtype)

@@ -6,8 +6,9 @@ lines as they are operations.
 
 import math
 
+from . import guards
 from . import loops as writing
-from .program import Assign, Cost, Factor, Known, Program, Sizes, Step
+from .program import GUARDS, Assign, Cost, Factor, Known, Program, Sizes, Step
 from .scalars import Straight, unroll
 from .writer import Writer
 
@@ -42,6 +43,8 @@ def _operations(step: Step, program: Program, sizes: Sizes) -> int:
         size, _ = program.shape(step.matrix, sizes)
         pivots = size * (2 + bool(step.tol) + bool(step.beside))
         return pivots + size * (size - 1) * (2 * size + 5) // 6
+    if isinstance(step, GUARDS):
+        return guards.operations(step, *program.shape(step.matrix, sizes))
     rows, cols = program.shape(step.target, sizes)
     if not isinstance(step, Assign):
         return rows * cols * (2 * cols - 1)

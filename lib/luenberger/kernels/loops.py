@@ -12,6 +12,7 @@ from itertools import pairwise
 from typing import Any
 
 from .program import (
+    GUARDS,
     IDENTITY,
     Assign,
     Factor,
@@ -22,6 +23,7 @@ from .program import (
     Step,
     Substitute,
     Term,
+    Within,
     times,
 )
 from .solves import Solves
@@ -55,6 +57,8 @@ def write(
             work.assign(step)
         elif isinstance(step, Factor):
             work.factor_of(step)
+        elif isinstance(step, GUARDS):
+            raise TypeError(f"loops do not write {type(step).__name__}; panels do")
         else:
             work.substitution(step)
 
@@ -92,8 +96,12 @@ def arrays(program: Program, sizes: Sizes, writer: Writer) -> dict[str, Size]:
             if step in program.definite or not work.is_short(step.matrix):
                 lengths |= work.solve_arrays(step)
             continue
+        if isinstance(step, Within):
+            continue
         rows, cols = program.shape(step.target, sizes)
         lengths[step.target] = times(rows, cols)
+        if isinstance(step, GUARDS):
+            continue
         if isinstance(step, Substitute):
             if not work.is_short(step.matrix):
                 lengths |= work.solve_arrays(step)

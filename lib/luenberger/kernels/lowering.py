@@ -19,12 +19,14 @@ from .program import (
     IDENTITY,
     Assign,
     Factor,
+    Guard,
     Operand,
     Program,
     Shape,
     Step,
     Substitute,
     Term,
+    made,
     reads,
 )
 
@@ -37,6 +39,7 @@ def lower(
     symmetric: Iterable[str] = (),
     definite: Iterable[Factor] = (),
     same: Iterable[tuple[str, str]] = (),
+    guards: Sequence[Guard] = (),
 ) -> Program:
     """Lower the stages that `outputs` need; all of them if none are named.
 
@@ -55,25 +58,32 @@ def lower(
         up.
     same : sequence of (str, str)
         Given matrices that are the same as another one.
+    guards : sequence of Guard
+        What the step judges its rounding by, each done as soon as it can be; what they
+        compute stands among the given matrices.
     """
     require_proved(derivation)
     work = _Lowering(zero, symmetric)
     work.alias.update((one, Operand(other)) for one, other in same)
     for symbol in derivation.given:
         work.shapes[symbol.name] = sizes_of(symbol)
-    for stage in needed(derivation.stages, outputs):
+    judged = {name for guard in guards for name in reads(guard)}
+    also = [s.target.name for s in derivation.stages if s.target.name in judged]
+    for stage in needed(derivation.stages, [*outputs, *also] if outputs else ()):
         work.stage(stage)
     outputs = outputs or [stage.target.name for stage in derivation.stages]
     results = {
         name: None if name in work.zero else work.alias.get(name, Operand(name))
         for name in outputs
     }
-    steps = _used(work.steps, results)
+    steps = _guarded(_used(work.steps, results, judged), guards)
     read = {name for step in steps for name in reads(step)}
     read |= {op.name for op in results.values() if op is not None}
-    given = tuple(s.name for s in derivation.given if s.name in read)
-    made = {step.target for step in steps if not isinstance(step, Factor)}
-    shapes = {k: v for k, v in work.shapes.items() if k in made or k in given}
+    computed = {made(step) for step in steps}
+    given = tuple(
+        s.name for s in derivation.given if s.name in read and s.name not in computed
+    )
+    shapes = {k: v for k, v in work.shapes.items() if k in computed or k in given}
     known = frozenset(work.symmetric & set(shapes))
     held = {name: op.name for name, op in results.items() if op is not None}
     definite = tuple(
@@ -110,12 +120,14 @@ def symbols_in(formula: Any) -> set[Any]:
     return formula.atoms(sp.MatrixSymbol)
 
 
-def _used(steps: list[Step], results: dict[str, Operand | None]) -> tuple[Step, ...]:
-    """The steps that the results need, in order."""
-    wanted = {op.name for op in results.values() if op is not None}
+def _used(
+    steps: list[Step], results: dict[str, Operand | None], judged: set[str]
+) -> tuple[Step, ...]:
+    """The steps that the results need, and what is judged, in order."""
+    wanted = judged | {op.name for op in results.values() if op is not None}
     kept = []
     for step in reversed(steps):
-        if isinstance(step, Factor) or step.target in wanted:
+        if isinstance(step, Factor) or made(step) in wanted:
             kept.append(step)
             wanted |= reads(step)
     return tuple(reversed(kept))
@@ -128,6 +140,15 @@ def sizes_of(e: Any) -> Shape:
         raise TypeError(f"no loops for the size {odd[0]} of {e}; give it a letter")
     rows, cols = (int(d) if d.is_Integer else d.name for d in sizes)
     return rows, cols
+
+
+def _guarded(steps: tuple[Step, ...], guards: Sequence[Guard]) -> tuple[Step, ...]:
+    """The steps, and each guard behind the last one that makes what it reads."""
+    found = list(steps)
+    for guard in guards:
+        makers = [k for k, step in enumerate(found) if made(step) in reads(guard)]
+        found.insert(max(makers, default=-1) + 1, guard)
+    return tuple(found)
 
 
 class _Lowering:

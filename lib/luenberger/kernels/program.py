@@ -76,7 +76,53 @@ class Substitute:
     equation: str = ""
 
 
-Step = Assign | Factor | Substitute
+@dataclass(frozen=True)
+class Roots:
+    """target = roots of the variances of a matrix times `part`, or give up.
+
+    It gives up where an entry is larger than the product of its two roots.
+    """
+
+    target: str
+    matrix: str
+    part: float
+
+    def root(self, variance: str) -> str:
+        return f"{self.part!r} * sqrt({variance})"
+
+    def condition(self, entry: str, one: str, other: str) -> str:
+        return f"fabs({entry}) <= {one} * {other}"
+
+
+@dataclass(frozen=True)
+class Magnitudes:
+    """target = entries of a matrix without their signs."""
+
+    target: str
+    matrix: str
+
+
+@dataclass(frozen=True)
+class Within:
+    """Variances of a matrix that are `least`, and `part` of squared sizes, or give up.
+
+    Where the size in `by` is zero nothing is asked.
+    """
+
+    matrix: str
+    by: str
+    part: float
+    least: float
+
+    def condition(self, variance: str, size: str) -> str:
+        squares = f"{self.part!r} * {size} * {size}"
+        enough = f"({variance} >= {self.least!r}) && ({squares} <= {variance})"
+        return f"({size} == 0.0) || ({enough})"
+
+
+Guard = Roots | Magnitudes | Within
+GUARDS = (Roots, Magnitudes, Within)
+Step = Assign | Factor | Substitute | Guard
 
 
 @dataclass(frozen=True)
@@ -158,9 +204,16 @@ def times(rows: Size, cols: Size) -> Size:
     return " * ".join(str(size) for size in (rows, cols) if size != 1)
 
 
+def made(step: Step) -> str | None:
+    """The name of the matrix that a step computes, if it does."""
+    return None if isinstance(step, Factor | Within) else step.target
+
+
 def reads(step: Step) -> set[str]:
     """Names of the matrices that a step reads."""
-    if isinstance(step, Factor):
+    if isinstance(step, Within):
+        return {step.matrix, step.by}
+    if isinstance(step, Factor | Roots | Magnitudes):
         return {step.matrix}
     if isinstance(step, Substitute):
         return {step.right.name, step.matrix}

@@ -9,12 +9,15 @@ Expressions are plain enough for Python and C alike.
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
+from . import guards
 from .fused import Sums
 from .program import (
+    GUARDS,
     IDENTITY,
     Assign,
     Cost,
     Factor,
+    Guard,
     Known,
     Operand,
     Program,
@@ -49,6 +52,8 @@ def unroll(program: Program, sizes: Sizes, known: Known | None = None) -> Straig
             work.assign(step)
         elif isinstance(step, Factor):
             work.factor(step)
+        elif isinstance(step, GUARDS):
+            work.guard(step)
         else:
             work.substitute(step)
     for factor in program.definite:
@@ -234,6 +239,11 @@ class _Unrolling:
                 rest = [(-1.0, L[k][j], row[k]) for k in range(j + 1, size)]
                 row[j] = self.let(f"{name}_{j}", [(row[j],), *rest])
             table.append(row)
+
+    def guard(self, step: Guard) -> None:
+        rows, cols = self.program.shape(step.matrix, self.sizes)
+        found = guards.unrolled(step, rows, cols, self.entries, self.name)
+        self.statements.extend(found)
 
 
 def _names(*entries: Entry) -> frozenset[str]:

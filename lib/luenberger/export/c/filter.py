@@ -1,27 +1,31 @@
 """A plant's filter in C: the estimate, its gain and its covariance at every sample."""
 
-import dataclasses
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...errors import DesignError
 from ...kernels import lowered
 from ...kernels.c import C, Module, function
 from ...kernels.c.numbers import representable
 from ...kernels.c.repair import by_columns, operations, repair, settle, settling
-from ...kernels.program import Cost, Factor, Program
+from ...kernels.program import Cost, Factor, Guard, Program
 from ...numeric import Matrices
-from ...numeric.detectability import require_detectable
 from ...numeric.linalg import symmetrise
-from ...papers.leondes_novak.derivation import complete_sample, partial_sample, predict
+from ...papers.leondes_novak.derivation import (
+    complete_sample,
+    partial_sample,
+    predict,
+    short_sample,
+)
 from ...plant import Plant
 from ...recursion.settings import Settings, require_start
 from ...run.filter_data import filter_data
 from ...run.measurements import first_sample
-from . import source_and_header
+from ...stage_list import StageList
+from . import guard, source_and_header
+from .admitted import settings_of
 from .identifiers import quoted
 from .observer import inputs
 from .selftest import selftest
@@ -39,11 +43,13 @@ def texts(
     weight: ArrayLike | str | None,
     name: str,
     real: str,
+    update: str,
 ) -> dict[str, str]:
     """The two files of a plant's filter, by name."""
     settings = settings_of(plant, m1, weight, real)
-    filter_ = _Filter(settings, Module(name, real))
+    filter_ = _Filter(settings, Module(name, real), update == "guarded")
     module, plant, n = filter_.module, settings.plant, settings.plant.n
+    said = guard.notes(n, plant.p, real) if filter_.guarded else []
     u, y = map(np.array, inputs(plant.m, plant.p))
     y[4::5, 0], y[7::9] = np.nan, np.nan  # one missing, all missing
     wanted = filter_data(plant, y, u, m1=settings.accurate, weight=weight, settle=None)
@@ -64,7 +70,11 @@ def texts(
             ("Omega", n * n, "its error covariance, row by row"),
             ("Sigma", n * n, "error covariance of what, for reading"),
         ],
-        [*NOTES, *source_and_header.cost_notes(module, n + 2 * n * n, filter_.costs)],
+        [
+            *NOTES,
+            *said,
+            *source_and_header.cost_notes(module, n + 2 * n * n, filter_.costs),
+        ],
     )
     return source_and_header.stamped(name, head, body)
 
@@ -84,55 +94,10 @@ NOTES = [
 ]
 
 
-def settings_of(plant: Plant, m1: Any, weight: Any, real: str) -> Settings:
-    """What the filter needs, in the numbers that the device has; or a refusal."""
-    if plant.steps is not None:
-        raise DesignError(
-            "the plant varies with time, and a device has no room for its matrices at "
-            "every instant; give a constant plant"
-        )
-    if plant.p == 0:
-        raise DesignError("the plant has no outputs, so there is nothing to filter")
-    if isinstance(weight, str):
-        raise DesignError(
-            "weight='canonical' depends on which outputs arrive; give the matrix"
-        )
-    narrow: dict[str, Any] = {
-        k: representable(k, getattr(plant, k), real) for k in "ABCE"
-    }
-    settings = Settings(dataclasses.replace(plant, **narrow), m1, weight)
-    require_start(plant)
-    blind = settings.at(0).blind
-    if blind.size:
-        part = np.abs(blind).max(axis=1) > 1e-9
-        which = [plant.output_names[k] for k in np.flatnonzero(part)]
-        raise DesignError(
-            f"the outputs {which} carry no noise, alone or combined, and what is then "
-            "known exactly is a decision about rank that a device cannot take safely. "
-            "Give them noise in R, or export reduced_order_filter(plant, m1), whose "
-            "gain is constant."
-        )
-    return settings
-
-
-def undriven(As: np.ndarray, Q: np.ndarray) -> bool:
-    """Whether a mode that does not decay has no noise to drive it.
-
-    A Kalman filter without such a mode forgets what rounding did to its covariance.
-    With one, a negative variance may run away, so definiteness is then tested at
-    every sample; for accurate outputs it always is.
-    """
-    try:
-        require_detectable(As.T, Q)
-    except DesignError:
-        return True
-    return False
-
-
 class _Filter:
     """The functions of one filter, and what a sample costs."""
 
-    def __init__(self, settings: Settings, module: Module) -> None:
+    def __init__(self, settings: Settings, module: Module, guarded: bool) -> None:
         self.settings, self.plant, self.module = settings, settings.plant, module
         plant, now = self.plant, settings.at(0)
         self.sizes = {"n": plant.n, "p": plant.p, "m": plant.m}
@@ -146,37 +111,60 @@ class _Filter:
             {k: representable(k, X, module.real) for k, X in matrices.items()}
             for matrices in (full, whole)
         )
-        self.guarded = bool(settings.accurate) or undriven(now.As, now.Qs)
-        complete, lean = self.complete()
+        self.tested = bool(settings.accurate) or guard.undriven(now.As, now.Qs)
+        self.guarded = guarded and bool(now.C.any())  # else nothing is subtracted
+        complete, self.costs = self.complete()
         predict, after = self.predict()
         partial, before = self.partial()
         n = plant.n
         settled = settle(module, self.full["As"], self.full["Q"])
-        self.functions = [self.init(), settled, complete, repair(module, n)]
+        self.functions = [self.init(), settled, *complete, repair(module, n)]
         self.functions += [predict, partial, self.step()]
         some = before + after
         rare = Cost(some.operations + operations(n), 0, some.stack + n * (2 * n + 1))
-        self.costs = {
-            "a sample with every output": lean,
-            "one with outputs missing": some,
-            "one after which rounding left Sigma indefinite": rare,
+        self.costs["one with outputs missing"] = some
+        self.costs["one after which rounding left Sigma indefinite"] = rare
+
+    def complete(self) -> tuple[list[str], dict[str, Cost]]:
+        """Every output arrived: the fast ways, which give up where they must."""
+        text, cost = self.sample("complete", complete_sample, self.full)
+        if not self.guarded:
+            return [text], {"a sample with every output": cost}
+        n, p, real = self.plant.n, self.plant.p, self.module.real
+        given = self.full | guard.sizes(self.plant, self.full, real)
+        tests = guard.guards(n, p, real)
+        quick, some = self.sample("short", short_sample, given, tests)
+        return [text, quick], {
+            "a sample with every output, in the short form": some,
+            "one in the other form": Cost(
+                some.operations + cost.operations,
+                cost.constants,
+                max(some.stack, cost.stack),
+            ),
         }
 
-    def complete(self) -> tuple[str, Cost]:
-        """Every output arrived: the fast way, which gives up where it must."""
+    def sample(
+        self,
+        what: str,
+        stages: StageList,
+        given: Matrices,
+        guards: Sequence[Guard] = (),
+    ) -> tuple[str, Cost]:
+        """The function of a sample with every output, and its cost."""
         program = lowered(
-            complete_sample,
+            stages,
             ["x", "Sigma", "x_minus_next", "Omega_next"],
-            zero=_zero(self.full),
+            zero=_zero(given),
             symmetric=("Q", "R", "Omega"),
-            definite=[Factor("Sigma", 0.0, "Omega", True)] if self.guarded else (),
+            definite=[Factor("Sigma", 0.0, "Omega", True)] if self.tested else (),
             same=() if self.cross else [("As", "A")],
+            guards=guards,
         )
         places = {k: f"state->{k}" for k in ("x_minus", "Omega")}
         to = C(self.module.real)
-        cost = self.body(to, program, self.full, places, RESULTS | OUT)
+        cost = self.body(to, program, given, places, RESULTS | OUT)
         self.settled(to)
-        return self.function("complete", to), cost
+        return self.function(what, to), cost
 
     def settled(self, to: C, given: bool = False) -> None:
         """Call what clears Omega of rounding; are As and Q the function's own?"""
@@ -291,7 +279,14 @@ class _Filter:
         to.need("isinf(y[i]) == 0")
         to.when("isnan(y[i]) != 0", "refused = 1;")
         to.end()
-        to.when("refused == 0", f"refused = {name}_complete(state, u, y, what);")
+        to.check("refused == 0")
+        if self.guarded:
+            to.line(f"refused = {name}_short(state, u, y, what);")
+            to.check("refused != 0")
+        to.line(f"refused = {name}_complete(state, u, y, what);")
+        if self.guarded:
+            to.end()
+        to.end()
         to.line(f"return (refused == 0) ? 0 : {name}_partial(state, u, y, what);")
         return function(source_and_header.prototype(self.module), to.lines)
 

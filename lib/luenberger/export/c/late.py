@@ -20,7 +20,7 @@ from ...recursion.settings import accurate_outputs, require_start
 from ...run.filter_data import filter_data
 from ...run.measurements import first_sample
 from . import source_and_header
-from .filter import settings_of
+from .admitted import settings_of
 from .identifiers import quoted
 from .late_kernels import Kernels
 from .observer import inputs

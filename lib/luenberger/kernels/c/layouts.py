@@ -9,7 +9,16 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from itertools import combinations
 
-from ..program import Assign, Operand, Program, Sizes, Step, Substitute, Term
+from ..program import (
+    Assign,
+    Magnitudes,
+    Operand,
+    Program,
+    Sizes,
+    Step,
+    Substitute,
+    Term,
+)
 
 ANOTHER = 1  # cost of a second table of constants, in entries that are copied
 
@@ -92,6 +101,8 @@ def chosen(program: Program, sizes: Sizes, constants: Iterable[str]) -> Layouts:
     free, fixed = [], set()
     for step in program.steps:
         if isinstance(step, Substitute):
+            fixed.add(step.target)
+        elif isinstance(step, Magnitudes) and step.matrix in fixed:
             fixed.add(step.target)
         elif isinstance(step, Assign):
             rows, cols = program.shape(step.target, sizes)

@@ -12,6 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from fractions import Fraction
 
+from ..program import Roots
 from ..tiles import runs as runs
 from ..writer import entry as entry
 from .tables import PaddedRows
@@ -152,6 +153,24 @@ class Panels:
             return self.function(name, says, "m least", made, to, "int")
 
         return self.ask(f"pivots{height}", (height, m, known), write)
+
+    def larger(self, step: Roots, b: Stride) -> str:
+        """d = how many entries of each column of b are larger than a a'."""
+
+        def write(name: str) -> str:
+            to = C(self.real)
+            to.loop("j", 0, "columns")
+            to.let("s", "0.0")
+            to.at_least_once("k")
+            fits = step.condition(entry("b", ("k", b), (1, "j")), "a[k]", "a[j]")
+            to.set("s", f"({fits}) ? 0.0 : 1.0", "+=")
+            to.again("k", "inner")
+            to.set("d[j]", "s")
+            to.end()
+            says = "entries of each column of b that are larger than those of a a'"
+            return self.function(name, says, "a b", "d", to)
+
+        return self.ask("larger", (step, b), write)
 
     def forward(self, height: int, x: Stride, u: Stride) -> str:
         """L u = x in a panel, and s = u / d."""

@@ -12,6 +12,7 @@ from collections.abc import Callable, Collection, Sequence
 from ..loops import Places
 from ..passes import Results
 from ..program import (
+    GUARDS,
     Assign,
     Cost,
     Factor,
@@ -22,6 +23,7 @@ from ..program import (
     Term,
     reads,
 )
+from . import guards
 from .elimination import Elimination
 from .panels import Panels, entry, runs
 from .store import Store
@@ -60,6 +62,8 @@ def write(
             work.assign(step, _is_read(program, step.target, k))
         elif isinstance(step, Factor):
             solves.factor(step)
+        elif isinstance(step, GUARDS):
+            guards.write(step, store)
         else:
             solves.substitute(step)
     for one in program.definite:

@@ -62,7 +62,7 @@ class Store:
     def array(self, name: str, rows: int, cols: int) -> str:
         """Declare an array of padded rows."""
         self.cost += Cost(stack=rows * -(-cols // PADDED) * PADDED)
-        self.to.array(name, f"{rows} * {self.row(cols)}")
+        self.to.array(name, f"{rows} * {self.row(cols)}".removeprefix("1 * "))
         return name
 
     def vector(self, name: str, length: int) -> str:

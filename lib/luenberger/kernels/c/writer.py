@@ -13,6 +13,7 @@ from ..writer import Writer
 
 # a number with a point or an exponent, which C takes for a double
 LITERAL = re.compile(r"(?<![\w.])(\d+\.\d*(?:e[+-]?\d+)?|\d+e[+-]?\d+)")
+FUNCTION = re.compile(r"\b(sqrt|fabs)\(")  # of doubles; those of floats end in f
 WIDTH = 84  # of a line with a call in it
 
 
@@ -116,7 +117,9 @@ class C(Writer):
 
 def typed(text: str, real: str) -> str:
     """Text whose numbers are of the type `real`."""
-    return LITERAL.sub(r"\1f", text) if real == "float" else text
+    if real != "float":
+        return text
+    return FUNCTION.sub(r"\1f(", LITERAL.sub(r"\1f", text))
 
 
 def listed(values: ArrayLike, per_line: int = 4) -> str:

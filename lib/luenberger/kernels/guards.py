@@ -1,0 +1,67 @@
+"""Steps by which a pass judges its own rounding: sizes of entries, and tests of them.
+
+C alone has them; a pass gives up where a test fails.
+"""
+
+from collections.abc import Callable
+
+from .program import Cost, Guard, Magnitudes, Roots
+from .statements import Entries, Entry, Let, Need
+
+
+def unrolled(
+    step: Guard, rows: int, cols: int, entries: Entries, name: Callable[[Let], Entry]
+) -> list[Need]:
+    """A step as scalars: its target's entries, by `name`, and its tests."""
+    M = entries[step.matrix]
+    if isinstance(step, Magnitudes):
+        entries[step.target] = [
+            [
+                abs(one)
+                if isinstance(one, float)
+                else name(_let(f"{step.target}_{i}_{j}", f"fabs({one})", one, 1))
+                for j, one in enumerate(row)
+            ]
+            for i, row in enumerate(M)
+        ]
+        return []
+    if isinstance(step, Roots):
+        roots = [
+            name(_let(f"{step.target}_{i}_0", step.root(M[i][i]), M[i][i], 2))
+            for i in range(rows)
+        ]
+        entries[step.target] = [[one] for one in roots]
+        return [
+            _need(
+                step.condition(M[i][j], roots[i], roots[j]),
+                3,
+                M[i][j],
+                roots[i],
+                roots[j],
+            )
+            for i in range(rows)
+            for j in range(i)
+        ]
+    sizes = [one for (one,) in entries[step.by]]
+    return [
+        _need(step.condition(M[i][i], sizes[i]), 5, M[i][i], sizes[i])
+        for i in range(rows)
+    ]
+
+
+def _let(name: str, text: str, entry: Entry, operations: int) -> Let:
+    return Let(name, text, frozenset([entry]), Cost(operations, 0, 1, 1))
+
+
+def _need(text: str, operations: int, *entries: Entry) -> Need:
+    reads = frozenset(one for one in entries if isinstance(one, str))
+    return Need(text, reads, Cost(operations))
+
+
+def operations(step: Guard, rows: int, cols: int) -> int:
+    """Roots, sizes, multiplications and comparisons."""
+    if isinstance(step, Magnitudes):
+        return rows * cols
+    if isinstance(step, Roots):
+        return 2 * rows + 3 * rows * (rows - 1) // 2
+    return 5 * rows
