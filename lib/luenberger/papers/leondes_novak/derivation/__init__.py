@@ -149,6 +149,9 @@ partial_sample = StageList(
     "C E Missing R S J As Q Lifted Untaken Spread Gamma "
     "N M Kmv K Z Sigma known innovation x rho",
 )
+short_update = StageList(
+    __name__, "short_form.short_update", "N M K a b Sigma known innovation x rho"
+)
 short_sample = StageList(
     __name__,
     "short_form.short_sample",
