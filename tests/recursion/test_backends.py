@@ -13,11 +13,10 @@ from generators import holes, integer_plant
 
 import luenberger as lb
 from luenberger import kernels
-from luenberger.kernels import cache, loops, solves, tiles
-from luenberger.kernels import numba as printer
 from luenberger.recursion import filter_pass
 from luenberger.recursion.filter_pass import Pass
 from luenberger.recursion.filter_stacks import Block, stacks_of
+from luenberger.recursion.predicted import by_predictions
 from luenberger.recursion.settings import Settings
 from luenberger.recursion.state import History, start
 
@@ -39,35 +38,6 @@ def own_cache(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("LUENBERGER_CACHE", str(tmp_path_factory.mktemp("cache")))
         yield
-
-
-@pytest.fixture
-def plain(monkeypatch):
-    """The generated code as Python, without numba; nothing of it is kept."""
-    monkeypatch.setattr(numba.config, "DISABLE_JIT", True)
-    monkeypatch.setattr(cache, "usable_folder", lambda: None)
-    forget()
-    with np.errstate(all="ignore"):  # as in compiled code
-        yield
-    forget()
-
-
-def forget():
-    kernels.over_record.cache_clear()
-    cache.compiled.cache_clear()
-
-
-@pytest.fixture(params=["scalars", "loops", "large"])
-def form(request, monkeypatch, plain):
-    """Each way of writing a kernel; "large" is what large plants get."""
-    monkeypatch.setattr(kernels, "UNROLLED", 10**6 * (request.param == "scalars"))
-    if request.param == "large":
-        monkeypatch.setattr(loops, "SHORT", 0)
-        monkeypatch.setattr(solves, "TILED_SOLVE", 0)
-        monkeypatch.setattr(tiles, "ALONE", 1)
-        monkeypatch.setattr(tiles, "BLOCK", 2)
-        monkeypatch.setattr(printer, "ON_STACK", 0)
-    return request.param
 
 
 def both(plant, y, u=None, **options):
@@ -117,7 +87,8 @@ def test_generated_code_is_the_numpy_filter(kind, gaps, m1, form, monkeypatch):
     )
     agree(found, wanted, 1e-11)
     np.testing.assert_array_equal(found.orders, wanted.orders)
-    assert len(rows) == 1  # the first row
+    from_prediction = by_predictions(Settings(plant, m1))
+    assert len(rows) == (not from_prediction)  # the first row
 
 
 @pytest.mark.parametrize("kind", ["S = 0", "S", "varying, S"])
@@ -362,21 +333,6 @@ def test_noise_free_for_a_while_and_a_contradiction(plain):
     for backend in ("numpy", "numba"):
         with pytest.raises(lb.DesignError, match="instant 11 .*contradict"):
             lb.filter_data(plant, y, backend=backend, settle=None)
-
-
-def test_rows_with_noise_free_outputs_are_numpys(plain, monkeypatch):
-    """Their covariance is singular, and NumPy clears what is only rounding in it."""
-    N, R = 30, np.ones((30, 1, 1))
-    R[10:13] = 0
-    given = dict(dt=1.0, Q=np.eye(2), P0=np.eye(2))
-    A, y = [[0.9, 0.1], [0, 0.8]], np.random.default_rng(1).normal(size=(N - 1, 1))
-    plant = lb.Plant(A, None, [[1, 0]], R=R, **given)
-    wanted = lb.filter_data(plant, y, history=True, backend="numpy", settle=None)
-    rows = counted(monkeypatch)
-    found = lb.filter_data(plant, y, history=True, backend="numba", settle=None)
-    agree(found, wanted)
-    # instants 1, 10, 11, 12, and 13, which starts from a singular covariance
-    assert rows == [0, 9, 10, 11, 12]
 
 
 def test_overflow_is_not_hidden(plain):

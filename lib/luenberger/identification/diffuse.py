@@ -20,13 +20,13 @@ from ..numeric import Matrix, Vector
 from ..numeric.factors import lengths, rounded, safe, semidefinite, shorten
 from ..plant import Plant
 from ..recursion.growth import Gap, Passed, require_digits
+from ..recursion.predicted import begins
 from ..recursion.root_step import Spread
 from ..recursion.settings import Settings
-from ..recursion.state import State, Step, step
+from ..recursion.state import Ahead, State, Step, step
 from ..recursion.units import natural
 from .derivation import after_start, before_start, collapse, mean_moves, with_mean
 from .innovations import counted
-from .predictions import begins
 from .score import Adjoint, Sums, row
 from .trail import Trail
 
@@ -94,7 +94,8 @@ def head(settings: Settings, y: Matrix, u: Matrix) -> Head:
     """
     plant, n = settings.plant, settings.plant.n
     states, _ = natural(settings.at(1))
-    state = begins(settings, 0, np.diag(states**2).flatten(), np.zeros(n))
+    first = Ahead(np.diag(states**2).flatten(), np.zeros(n))
+    state = begins(settings, 0, first)
     trail, X = Trail.empty(plant, y[: FEW * n], True), [np.eye(n)]
     shown, z, firm = np.zeros((0, n)), np.zeros(0), 0.0
     done: Step | None = None

@@ -10,10 +10,11 @@ from functools import cached_property
 
 import numpy as np
 
-from ..kernels import Recursion, at_hand, may_be_at_hand
+from ..kernels import at_hand, may_be_at_hand
 from ..numeric import Matrix
 from ..plant import Plant
-from .filter_stacks import FILTER, Block, Stacks, stacks_of
+from .filter_stacks import Block, Stacks, stacks_of
+from .predicted import FILTERED, Loops, Predicted, asked, by_predictions
 from .settings import Settings
 from .state import Book, History, State, step
 
@@ -43,15 +44,25 @@ class Pass:
     def stacks(self) -> Stacks | None:
         return stacks_of(self.settings)
 
+    @cached_property
+    def by_predictions(self) -> bool:
+        """Whether compiled code may go from prediction to prediction."""
+        return by_predictions(self.settings)
+
     def at_hand(
-        self, state: State, y: Matrix, rows: int, recursion: Recursion = FILTER
+        self, state: State, y: Matrix, rows: int, loops: Loops = FILTERED
     ) -> bool:
         """Whether the code for rows like y, `rows` in all, has been compiled before."""
-        if not may_be_at_hand(rows) or (stacks := self.stacks) is None:
+        if not may_be_at_hand(rows):
+            return False
+        if self.by_predictions and loops.predictions is not None:
+            whole = not np.isnan(y).any()
+            return at_hand(rows, *asked(self.plant, loops.predictions, whole))
+        if (stacks := self.stacks) is None:
             return False
         changing = stacks.changing(stacks.complete(state, ~np.isnan(y)))
-        asked = recursion, stacks.sizes, stacks.entries(changing), changing
-        return at_hand(rows, *asked)
+        known = stacks.entries(changing)
+        return at_hand(rows, loops.estimates, stacks.sizes, known, changing)
 
     def over(
         self, state: State, y: Matrix, u: Matrix, compile: bool, history: bool = False
@@ -65,23 +76,27 @@ class Pass:
 
     def into(
         self, out: Book, state: State, y: Matrix, u: Matrix, compile: bool,
-        recursion: Recursion = FILTER,
+        loops: Loops = FILTERED,
     ) -> State:  # fmt: skip
         """Filter the rows of y into `out`; return the state after them.
 
-        `recursion` is the compiled code, which writes the arrays of `out`.
+        `loops` is the compiled code, which writes the arrays of `out`.
         """
-        rows = self.rows(state, y, u, compile, recursion)
+        rows = self.rows(state, y, u, compile, loops)
         return rows.run(out, state, 0, len(y))
 
     def rows(
         self, state: State, y: Matrix, u: Matrix, compile: bool,
-        recursion: Recursion = FILTER,
+        loops: Loops = FILTERED,
     ) -> "Rows":  # fmt: skip
         """The same rows, which begin at `state`, ready to be run in parts."""
-        block = None
-        if compile and len(y) and (stacks := self.stacks) is not None:
-            block = stacks.block(state, y, u, recursion)
+        block: Block | Predicted | None = None
+        if not compile or not len(y):
+            pass
+        elif self.by_predictions and loops.predictions is not None:
+            block = Predicted.of(self.settings, loops.predictions, state, y, u)
+        elif (stacks := self.stacks) is not None:
+            block = stacks.block(state, y, u, loops.estimates)
         return Rows(self.settings, y, u, block)
 
 
@@ -92,12 +107,12 @@ class Rows:
     settings: Settings
     y: Matrix
     u: Matrix
-    block: Block | None
+    block: Block | Predicted | None
 
     def run(self, out: Book, state: State, k: int, stop: int) -> State:
         """From `state` before row k on: the state before row `stop`."""
         while k < stop:
-            if self.block is not None and state.ready:
+            if self.block is not None and self.block.ready(state):
                 state, done = self.block.run(state, k, out, stop)
                 if done == k:
                     state = state._replace(turn=state.turn.later(state.instant))

@@ -6,7 +6,7 @@ outputs that did not arrive are padded (papers/leondes_novak/derivation/places.p
 that every row has all p outputs.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,6 +19,7 @@ from ..numeric import Matrices, Matrix, Vector
 from ..numeric.factors import SAFE
 from ..numeric.linalg import nonsingular
 from ..papers.leondes_novak.derivation import filter_step, padded
+from .alike import alike, patterns
 from .root_step import Spread
 from .settings import PATTERNS, Setting, Settings
 from .state import Book, State, flat
@@ -231,21 +232,6 @@ class Stacks:
         return np.asarray(nonsingular(have["R_seen"]))
 
 
-def patterns(seen: Matrix) -> tuple[Vector, Vector]:
-    """Of rows (N, p) of bools: the first of each kind, and the kind of each row."""
-    bits = np.packbits(seen, axis=1)
-    bits = bits.view(f"S{bits.shape[1]}")[:, 0]
-    _, first, now = np.unique(bits, return_index=True, return_inverse=True)
-    return first, now
-
-
-def alike(seen: Matrix) -> Iterator[Vector]:
-    """The numbers of the rows (N, p) of each kind, the first one first."""
-    first, now = patterns(seen)
-    order = np.argsort(now, kind="stable")
-    yield from np.split(order, np.cumsum(np.bincount(now, minlength=len(first)))[:-1])
-
-
 def stacks_of(settings: Settings) -> Stacks | None:
     """The stacks of a plant; None where compiled code can do no row of any record."""
     try:
@@ -276,6 +262,10 @@ class Block:
     kernel: Callable
     given: Matrices
     seen: np.ndarray
+
+    def ready(self, state: State) -> bool:
+        """Whether compiled code can go on from a state, and it is its turn."""
+        return state.ready
 
     def run(self, state: State, k: int, out: Book, stop: int) -> tuple[State, int]:
         """From `state` before row k on: the state reached, and the first row not done.

@@ -8,7 +8,7 @@ from .. import kernels
 from ..numeric import Matrix
 from ..numeric.factors import EPS, lengths
 from ..papers.leondes_novak.derivation import gain_step, settled_gain, settled_row
-from .filter_stacks import alike
+from .alike import alike
 from .measure import Measure
 from .settings import Setting, Settings
 from .state import State

@@ -32,6 +32,13 @@ class Turn(NamedTuple):
         return Turn(instant + patience, patience)
 
 
+class Ahead(NamedTuple):
+    """The next prediction as compiled code left it: covariance and mean, both flat."""
+
+    Omega: np.ndarray
+    x: np.ndarray
+
+
 class State(NamedTuple):
     """A filter between two rows of a record: all that the rows to come depend on.
 
@@ -54,6 +61,8 @@ class State(NamedTuple):
     setting : Setting or None
         The plant there, with these outputs; None at instant 0, which has none.
     turn : Turn
+    ahead : Ahead or None
+        The next prediction, where it is known.
     """
 
     instant: int
@@ -65,6 +74,7 @@ class State(NamedTuple):
     rho: np.ndarray
     setting: Setting | None
     turn: Turn = Turn()
+    ahead: Ahead | None = None
 
     @property
     def Sigma(self) -> Matrix:
@@ -76,7 +86,7 @@ class State(NamedTuple):
         if self.setting is None:
             return self
         seen = None if self.seen.all() else self.seen
-        return self._replace(setting=settings.at(self.instant, seen))
+        return self._replace(setting=settings.at(self.instant, seen), ahead=None)
 
     @property
     def ready(self) -> bool:

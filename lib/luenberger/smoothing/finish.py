@@ -10,7 +10,7 @@ import numpy as np
 from .. import kernels
 from ..numeric import Matrix, Vector
 from ..numeric.linalg import solve_right
-from ..recursion.filter_stacks import alike
+from ..recursion.alike import alike
 from ..recursion.root_step import Move
 from ..recursion.settings import Setting, Settings
 from .carried import Back, Ways

@@ -12,12 +12,13 @@ from ..numeric.factors import CLEAR, lengths
 from ..papers.leondes_novak.derivation import kept_step
 from ..plant import Plant
 from ..recursion.filter_stacks import FILTER
+from ..recursion.predicted import Loops
 from ..recursion.root_step import Spread
 from ..recursion.settings import Setting
 from ..recursion.state import Step, flat
 from .derivation import said, said_by_root
 
-KEPT = replace(
+_KEPT = replace(
     FILTER,
     stages=kept_step,
     written=(
@@ -26,6 +27,7 @@ KEPT = replace(
         ("sayings", "W", "matrix"),
     ),
 )
+KEPT = Loops(_KEPT)
 
 
 @dataclass(frozen=True, eq=False)

@@ -120,7 +120,7 @@ class Smoother:
         values, inputs = chunks.arrays(y, u, *columns, missing=True)
         last = self.state.instant + len(values)
         require_instants(plant, last)
-        ready = partial(self.run.at_hand, self.state, values, recursion=KEPT)
+        ready = partial(self.run.at_hand, self.state, values, loops=KEPT)
         self.fast = kernels.runs_compiled(self.backend, last, ready=ready)
         self.before = self.state
         new, self.state = self._filtered(self.state, values, inputs)

@@ -2,8 +2,6 @@
 
 `likelihood`
     The likelihood of a record, from the innovations of its filter.
-`predictions`
-    A record from prediction to prediction, with outputs missing or without noise.
 `letters`
     The letters of a predictor, of its likelihood and of how that changes.
 `score`
@@ -40,11 +38,6 @@ likelihood_step = StageList(
     __name__,
     "likelihood.likelihood_step",
     "Omega N M Kmv K Z Sigma_next x_minus known innovation x_next rho_next W e",
-)
-prediction_step = StageList(
-    __name__,
-    "predictions.prediction_step",
-    "H N M G W nu e x_next X D Omega_next",
 )
 weighed = StageList(__name__, "likelihood.weighed", "W e")
 prediction_gain = StageList(__name__, "likelihood.prediction_gain", "G")

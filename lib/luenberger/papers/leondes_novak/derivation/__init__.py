@@ -68,6 +68,8 @@
     The filter in the order in which a device runs it: use the sample, then predict.
 `short_form`
     The short form of the covariance, and how far rounding moves it at most.
+`predictions`
+    A record from prediction to prediction, with outputs missing or without noise.
 `square_root`
     The filter's recursions with factors of the covariances.
 `noise_factors`
@@ -170,6 +172,16 @@ sample_with_gain = StageList(
 )
 arrived = StageList(
     __name__, "marks.arrived", "C E Missing R S J As Q Lifted Untaken Spread Gamma"
+)
+prediction_step = StageList(
+    __name__,
+    "predictions.prediction_step",
+    "N M innovation W e N_x G x_minus_next X D Omega_next",
+)
+filtered_row = StageList(
+    __name__,
+    "predictions.filtered_row",
+    "N M innovation Kmv K x Y Sigma N_x G x_minus_next X D Omega_next",
 )
 side_by_side_step = StageList(
     __name__, "side_by_side.side_by_side", "y w w_hat e z_next x_next"

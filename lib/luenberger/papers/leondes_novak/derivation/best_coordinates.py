@@ -172,7 +172,7 @@ PAGE = (
         Line(S1 * R * M.I, by=(noise,)),
         Line(ZeroMatrix(m1, p), by=(perfect,)),
     ),
-    chain(
+    as_kalman := chain(
         "",
         "with perfect outputs the gain is the Kalman filter's",
         K,

@@ -9,31 +9,28 @@ Source: our own; the recursion is that of Kalman (1960).
 
 from functools import cache
 
-from sympy import symbols
-
-from ...symbolic import Derivation, Expect, Line, Solve, Stage
+from ....symbolic import Derivation, Expect, Line, Solve, Stage, ZeroMatrix
+from .best_coordinates import as_kalman
 from .letters import *
+from .missing_outputs import pa
+from .on_target import Omega_next, device, x_minus_next
+from .one_pass import innovation, x_minus
+from .quadratic import is_Kmv, is_M, is_N, is_Y
 
-SOURCE = "our own; Kalman (1960)"
+OURS = "our own; Kalman (1960)"
 
-letters = letters.here()
+letters = device.here()
 chain, define, moment = letters.chain, letters.define, letters.moment
-x = letters("x", n, 1, "prediction of the state")
-x_next = letters("x_next", n, 1, "the next prediction")
-u = letters("u", m, 1, "input")
-y = letters("y", p, 1, "measurement")
-nu = letters("nu", p, 1, "innovation")
-e = letters("e", p, 1, "innovation, weighed by its covariance")
 xt = letters("xt", n, 1, "state")
 xt_next = letters("xt_next", n, 1, "the next state")
 err = letters("err", n, 1, "what the prediction is off by")
-w = letters("w", n, 1, "process noise")
-v = letters("v", p, 1, "measurement noise")
-H = letters("H", n, p, "covariance of prediction and innovation")
-Omega_next = letters("Omega_next", n, n, "the next `Omega`", symmetric=True)
+F = letters("F", n, n, "moves the error of the prediction")
+G = letters("G", n, p, "gain of the next prediction")
+W = letters("W", p, p, "inverse of `M`", symmetric=True)
+e = letters("e", p, 1, "innovation, weighed by its covariance")
+N_x = letters("N_x", n, p, "covariance of the next state and the innovation")
 D = letters("D", n, n, "the next `Omega`, before a correction for the gain's error")
 X = letters("X", n, n, "covariance of the next state, before `y`", symmetric=True)
-pa = symbols("p_a", integer=True, nonnegative=True)
 Pick = letters("Pick", pa, p, "picks the outputs that arrived")
 C_seen = letters("C_seen", pa, n, "rows of `C`: what arrived")
 R_seen = letters("R_seen", pa, pa, "noise of what arrived", symmetric=True)
@@ -47,17 +44,23 @@ PAGE = (
     """The next prediction moves the state on, and adds the innovation with a gain.""",
     plant := define(xt_next, A * xt + B * u + w),
     measured := define(y, C * xt + E * u + v),
-    is_nu := define(nu, y - E * u - C * x),
-    is_x_next := define(x_next, A * x + B * u + G * nu),
-    is_err := define(err, x - xt),
+    is_innovation := define(innovation, y - E * u - C * x_minus),
+    is_next := define(x_minus_next, A * x_minus + B * u + G * innovation),
+    is_err := define(err, x_minus - xt),
     is_F := define(F, A - G * C),
     off := chain(
         "",
         "what the next prediction is off by",
-        x_next - xt_next,
-        Line(A * x + B * u + G * nu - A * xt - B * u - w, by=(is_x_next, plant)),
-        Line(A * (x - xt) + G * (y - E * u - C * x) - w, by=(is_nu,)),
-        Line(A * (x - xt) - G * C * (x - xt) + G * v - w, by=(measured,)),
+        x_minus_next - xt_next,
+        Line(
+            A * x_minus + B * u + G * innovation - A * xt - B * u - w,
+            by=(is_next, plant),
+        ),
+        Line(
+            A * (x_minus - xt) + G * (y - E * u - C * x_minus) - w,
+            by=(is_innovation,),
+        ),
+        Line(A * (x_minus - xt) - G * C * (x_minus - xt) + G * v - w, by=(measured,)),
         Line(F * err + G * v - w, by=(is_err, is_F)),
     ),
     """The noises are independent of what was read before them. For any gain the
@@ -69,16 +72,16 @@ PAGE = (
     is_S := moment(w * v.T, S),
     apart_w := moment(err * w.T, ZeroMatrix(n, n)),
     apart_v := moment(err * v.T, ZeroMatrix(n, p)),
-    is_H := define(H, Omega * C.T),
-    is_N := define(N, A * H + S),
-    is_M := define(M, C * H + R),
+    is_N,
+    is_N_x := define(N_x, A * N + S),
+    is_M,
     is_X := define(X, A * Omega * A.T + Q),
-    is_D := define(D, X - G * N.T),
-    is_Omega_next := define(Omega_next, D - (N - G * M) * G.T),
+    is_D := define(D, X - G * N_x.T),
+    is_Omega_next := define(Omega_next, D - (N_x - G * M) * G.T),
     chain(
         "",
         "the covariance of the next prediction, for any gain",
-        (x_next - xt_next) * (x_next - xt_next).T,
+        (x_minus_next - xt_next) * (x_minus_next - xt_next).T,
         Line((F * err + G * v - w) * (F * err + G * v - w).T, by=(off,)),
         Expect(
             F * Omega * F.T + Q - G * S.T - S * G.T + G * R * G.T,
@@ -92,13 +95,36 @@ PAGE = (
             + G * (C * Omega * C.T + R) * G.T,
             by=(is_F,),
         ),
-        Line(X - G * N.T - N * G.T + G * M * G.T, by=(is_X, is_H, is_N, is_M)),
-        Line(D - (N - G * M) * G.T, by=(is_D,)),
+        Line(X - G * N_x.T - N_x * G.T + G * M * G.T, by=(is_X, is_N, is_N_x, is_M)),
+        Line(D - (N_x - G * M) * G.T, by=(is_D,)),
         Line(Omega_next, by=(is_Omega_next,)),
     ),
-    is_G := define(G * M, N),
+    is_G := define(G * M, N_x),
     is_W := define(W * M, Identity(p)),
-    is_e := define(e, W * nu),
+    is_e := define(e, W * innovation),
+)
+
+ESTIMATE = (
+    """The estimate of an instant stands beside this recursion, which does not need it.
+    Its covariance is the sum of two squares: where an output has no noise, what the
+    gain leaves of it is rounding, and enters in its square.""",
+    is_Kmv,
+    is_Y,
+    is_x := define(x, x_minus + K * innovation, "43"),
+    is_Sigma := define(Sigma, Y * Omega * Y.T + K * R * K.T, "27"),
+    chain(
+        "27",
+        "the covariance of the estimate, for any gain",
+        (x - xt) * (x - xt).T,
+        Line(
+            (x_minus + K * (y - E * u - C * x_minus) - xt)
+            * (x_minus + K * (y - E * u - C * x_minus) - xt).T,
+            by=(is_x, is_innovation),
+        ),
+        Line((Y * err + K * v) * (Y * err + K * v).T, by=(measured, is_err, is_Y)),
+        Expect(Y * Omega * Y.T + K * R * K.T, moments=(is_Omega, is_R, apart_v)),
+        Line(Sigma, by=(is_Sigma,)),
+    ),
 )
 
 PLACES = (
@@ -116,7 +142,7 @@ PLACES = (
         "",
         "the covariance of the innovation, beside ones",
         M,
-        Line(C * Omega * C.T + R, by=(is_M, is_H)),
+        Line(C * Omega * C.T + R, by=(is_M,)),
         Line(
             Pick.T * C_seen * Omega * C_seen.T * Pick + Pick.T * R_seen * Pick + rest,
             by=(is_C, is_R_places),
@@ -131,8 +157,23 @@ PLACES = (
         Line(G_seen * M_seen * Pick, by=(picks,)),
         Line((A * Omega * C_seen.T + S_seen) * Pick, by=(is_G_seen, is_N_seen)),
         Line(A * Omega * C.T + S, by=(is_C, is_S_places)),
-        Line(N, by=(is_N, is_H)),
+        Line(N_x, by=(is_N, is_N_x)),
     ),
+)
+
+GIVEN = (A, B, C, E, Q, R, S, Omega, x_minus, y, u)
+BEGUN = (
+    Stage(N, Omega * C.T, by=(is_N,)),
+    Stage(M, C * N + R, symmetric=True, by=(is_M, is_N)),
+    Stage(innovation, y - E * u - C * x_minus, by=(is_innovation,)),
+)
+MOVED = (
+    Stage(N_x, A * N + S, by=(is_N_x,)),
+    Stage(G, Solve(N_x, M), by=(is_G,)),
+    Stage(x_minus_next, A * x_minus + B * u + G * innovation, by=(is_next,)),
+    Stage(X, A * Omega * A.T + Q, symmetric=True, by=(is_X,)),
+    Stage(D, X - G * N_x.T, by=(is_D,)),
+    Stage(Omega_next, is_Omega_next.right, symmetric=True, by=(is_Omega_next,)),
 )
 
 
@@ -140,28 +181,41 @@ PLACES = (
 def prediction_step():
     """A row from prediction to prediction: x and Omega to those of the next."""
     return Derivation(
-        (A, B, C, E, Q, R, S, Omega, x, y, u),
+        GIVEN,
         (
-            Stage(H, Omega * C.T, by=(is_H,)),
-            Stage(N, A * H + S, by=(is_N,)),
-            Stage(M, C * H + R, symmetric=True, by=(is_M,)),
-            Stage(G, Solve(N, M), by=(is_G,)),
+            *BEGUN,
             Stage(W, Solve(Identity(p), M), by=(is_W,)),
-            Stage(nu, y - E * u - C * x, by=(is_nu,)),
-            Stage(e, W * nu, by=(is_e,)),
-            Stage(x_next, A * x + B * u + G * nu, by=(is_x_next,)),
-            Stage(X, A * Omega * A.T + Q, symmetric=True, by=(is_X,)),
-            Stage(D, X - G * N.T, by=(is_D,)),
-            Stage(Omega_next, is_Omega_next.right, symmetric=True, by=(is_Omega_next,)),
+            Stage(e, W * innovation, by=(is_e,)),
+            *MOVED,
         ),
-        source=SOURCE,
+        source=OURS,
         letters=letters,
         says="a row from prediction to prediction",
     )
 
 
 @cache
+def filtered_row():
+    """The same row, with the estimate and its covariance on the way."""
+    return Derivation(
+        GIVEN,
+        (
+            *BEGUN,
+            Stage(Kmv, Solve(N, M), "(33)", by=(is_Kmv,)),
+            Stage(K, Kmv, by=(as_kalman,)),
+            Stage(x, x_minus + K * innovation, "(43)", by=(is_x,)),
+            Stage(Y, I - K * C, "(13)", by=(is_Y,)),
+            Stage(Sigma, is_Sigma.right, "(27)", symmetric=True, by=(is_Sigma,)),
+            *MOVED,
+        ),
+        source=OURS,
+        letters=letters,
+        says="a row from prediction to prediction, and its estimate",
+    )
+
+
+@cache
 def derive():
     """The page."""
-    page = (*PAGE, prediction_step(), *PLACES)
-    return Derivation(page=page, letters=letters, source=SOURCE)
+    page = (*PAGE, prediction_step(), *ESTIMATE, filtered_row(), *PLACES)
+    return Derivation(page=page, letters=letters, source=OURS)

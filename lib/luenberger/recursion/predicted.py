@@ -1,0 +1,237 @@
+"""Rows in compiled code from prediction to prediction.
+
+A filter's covariance is singular after an exact reading, and that of a prediction is
+not, where noise drives the state.  Nor does the noise have to be split into parts where
+it is correlated.  NumPy does the rows in which the covariance of a prediction, or of an
+innovation, is close to singular.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from .. import kernels
+from ..kernels.program import Factor
+from ..numeric import Matrices, Matrix, Vector
+from ..numeric.factors import EPS, SAFE, safe
+from ..papers.leondes_novak.derivation import estimate_step, filtered_row
+from ..plant import Plant
+from .alike import patterns
+from .filter_stacks import FILTER
+from .root_step import Move, Spread, ahead
+from .settings import Settings
+from .state import Ahead, Book, State, flat, leading_on, step
+
+FIRM = 1e-7  # a pivot of an innovation's covariance, beside its variance
+PLACED = frozenset("CERS")  # where outputs that did not arrive keep their places
+PREDICTED = kernels.Recursion(
+    filtered_row,
+    carried=(("Omega_next", "Omega"), ("x_minus_next", "x_minus")),
+    rows=(("y", "y", 0), ("u", "u", 0)),
+    written=(
+        ("xs", "x", "vector"),
+        ("variances", "Sigma", "diagonal"),
+        ("covariances", "Sigma", "matrix"),
+        ("gains", "K", "matrix"),
+    ),
+    symmetric=("Q", "R", "Omega"),
+    definite=(Factor("Omega_next", SAFE, "X"), Factor("M", FIRM)),
+)
+
+
+class Loops(NamedTuple):
+    """The compiled loops of a filter, from estimate to estimate and the other way.
+
+    None: its rows do not go from prediction to prediction.
+    """
+
+    estimates: kernels.Recursion
+    predictions: kernels.Recursion | None = None
+
+
+FILTERED = Loops(FILTER, PREDICTED)
+
+
+def by_predictions(settings: Settings) -> bool:
+    """Whether compiled code is to go from prediction to prediction.
+
+    So it does where outputs have no noise, and where correlated noises change.
+    Accurate outputs must have no noise then: the gain is the Kalman filter's.  What is
+    refused must not change from row to row, as it is looked for once.
+    """
+    plant, some = settings.plant, settings.accurate
+    S = plant.S
+    crossed = plant.steps is not None and S is not None and bool(S.any())
+    noisy = bool(settings.R[..., some, some].any())
+    once = plant.C.ndim == 2 or not (some or isinstance(settings.weight, str))
+    return plant.p > 0 and not noisy and once and (settings.noise_free or crossed)
+
+
+def asked(
+    plant: Plant, recursion: kernels.Recursion, whole: bool
+) -> tuple[Any, Any, Any, frozenset[str]]:
+    """What to ask `kernels.over_record` for; `whole` says that no entry is missing."""
+    stacks = _matrices(plant)
+    changing = {name for name, X in stacks.items() if len(X) > 1}
+    changing |= frozenset() if whole else PLACED
+    known = tuple((k, _known(k, X, k in changing)) for k, X in stacks.items())
+    sizes = tuple((name, getattr(plant, name)) for name in "mnp")
+    return recursion, sizes, known, frozenset(changing)
+
+
+def predicted(settings: Settings, state: State) -> Ahead | None:
+    """The next prediction; None where its covariance is close to singular."""
+    move, A, B, J = leading_on(settings.plant, state.setting)
+    H_minus, rounding = ahead(move, *state.spread.factored())
+    Omega = H_minus @ H_minus.T
+    with np.errstate(over="ignore"):  # infinite is not safe
+        made_of = np.maximum(rounding.diagonal(), 0) / EPS**2
+    if not safe(Omega, made_of):
+        return None
+    found = kernels.compiled(estimate_step, "x_minus")(
+        A=A, B=B, J=J, x=state.x, rho=state.rho, u=state.u[:, None]
+    )
+    return Ahead(Omega.flatten(), found["x_minus"].flatten())
+
+
+def begins(settings: Settings, instant: int, now: Ahead) -> State:
+    """The state from which the row after an instant begins with this prediction."""
+    n, m, p = settings.plant.n, settings.plant.m, settings.plant.p
+    still = Move(np.eye(n), np.zeros((n, n)), np.zeros((n, 0)), np.eye(n))
+    first = max(instant, settings.origin + 1)
+    setting = settings.at(first)._replace(
+        A=np.eye(n), B=np.zeros((n, m)), J=np.zeros((n, 0)), move=still
+    )
+    return State(
+        instant, now.x[:, None], Spread(now.Omega.reshape(n, n)), None, np.zeros(m),
+        seen=np.zeros(p, dtype=bool), rho=np.zeros((0, 1)), setting=setting,
+    )  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class Predicted:
+    """Rows of a record that compiled code can run, from prediction to prediction.
+
+    Attributes
+    ----------
+    settings : Settings
+    kernel : callable
+        The loop over rows; see `kernels.over_record`.
+    given : dict of str to ndarray
+        Stacks of matrices, the index of each row, y and u.
+    seen : (N, p) ndarray of bool
+        Which outputs arrived.
+    y : (N, p) ndarray
+        As measured.
+    """
+
+    settings: Settings
+    kernel: Callable[..., int]
+    given: Matrices
+    seen: np.ndarray
+    y: np.ndarray
+
+    @classmethod
+    def of(
+        cls, settings: Settings, recursion: kernels.Recursion, state: State,
+        y: Matrix, u: Matrix,
+    ) -> Predicted:  # fmt: skip
+        """The next rows of a record, which begin at `state`."""
+        seen, plant = ~np.isnan(y), settings.plant
+        first = state.instant + 1
+        stacks, index = _stacks(settings, seen, first)
+        kernel = kernels.over_record(*asked(plant, recursion, bool(seen.all())))
+        given = {name: flat(kernels.plain_array(X)) for name, X in stacks.items()}
+        given |= dict(now=index, before=index, good=np.ones(len(y), dtype=bool))
+        given |= dict(
+            y=kernels.plain_array(np.where(seen, y, 0.0)), u=kernels.plain_array(u)
+        )
+        return cls(settings, kernel, given, seen, y)
+
+    def ready(self, state: State) -> bool:
+        """Whether it is the turn of compiled code."""
+        return state.instant >= state.turn.instant
+
+    def run(self, state: State, k: int, out: Book, stop: int) -> tuple[State, int]:
+        """From `state` before row k on: the state reached, and the first row not done.
+
+        That is `stop`, unless compiled code gives up before.
+
+        Rows that were done are written to `out`.  The factor of the last covariance is
+        found in NumPy, from the last prediction.
+        """
+        first, now = state.instant - k, state.ahead or predicted(self.settings, state)
+        if now is None:
+            return state, k
+        before, done = self.rows(now, k, out, stop - 1)
+        after = before
+        if done == stop - 1:
+            after, done = self.rows(before, done, out, stop)
+        if done < stop:
+            if done == k and state.ahead is None:
+                return state, k
+            turn = state.turn
+            return begins(self.settings, first + done, after)._replace(turn=turn), done
+        last = begins(self.settings, first + stop - 1, before)
+        row = step(self.settings, last, self.y[stop - 1], self.given["u"][stop - 1])
+        return row.state._replace(turn=state.turn, ahead=after), stop
+
+    def rows(self, now: Ahead, k: int, out: Book, stop: int) -> tuple[Ahead, int]:
+        """From the prediction of row k: the one reached, and the first row not done."""
+        Omega, x = now.Omega.copy(), now.x.copy()
+        done = self.kernel(
+            **self.given, Omega=Omega, x_minus=x, start=k, stop=stop, keep=out.kept,
+            **out.arrays,
+        )  # fmt: skip
+        return Ahead(Omega, x), done
+
+
+def _matrices(plant: Plant) -> Matrices:
+    """The plant's matrices, as stacks."""
+    S = np.zeros((plant.n, plant.p)) if plant.S is None else plant.S
+    whole = {name: getattr(plant, name) for name in "ABCEQR"} | {"S": S}
+    return {name: X if X.ndim == 3 else X[None] for name, X in whole.items()}
+
+
+def _stacks(settings: Settings, seen: Matrix, first: int) -> tuple[Matrices, Vector]:
+    """The plant's matrices, and which of them a row has where there are several.
+
+    Outputs that did not arrive keep their places; see derivation/predictions.py.
+    """
+    plant = settings.plant
+    at = np.arange(first, first + len(seen)) - settings.origin
+    stacks = {
+        k: X if len(X) == 1 else X[np.minimum(at, len(X) - 1)]
+        for k, X in _matrices(plant).items()
+    }
+    kinds = index = np.arange(len(seen))
+    if plant.steps is None:
+        kinds, index = patterns(seen)
+    if plant.steps is None or settings.accurate:
+        for k in patterns(seen)[0].tolist():  # what is refused
+            settings.at(first + k, None if seen[k].all() else seen[k])
+    if not seen.all():
+        some = seen[kinds]
+        both = some[:, :, None] & some[:, None, :]
+        for name in "CE":
+            stacks[name] = stacks[name] * some[:, :, None]
+        stacks["S"] = stacks["S"] * some[:, None, :]
+        stacks["R"] = np.where(both, stacks["R"], np.eye(plant.p))
+    return stacks, np.ascontiguousarray(index, dtype=np.int64)
+
+
+def _known(name: str, X: Matrix, changing: bool) -> tuple:
+    """Entries that are 0, or 1; of covariances only those off the diagonal.
+
+    A search may move a variance to zero, and back.
+    """
+    zero, one = np.asarray((X == 0).all(axis=0)), np.asarray((X == 1).all(axis=0))
+    if name in "QR":
+        np.fill_diagonal(zero, False)
+    if name in "QR" or changing:
+        one[:] = False
+    return kernels.entries_known(zero, one)

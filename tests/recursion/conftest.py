@@ -1,0 +1,38 @@
+"""Generated code as plain Python, and each way of writing it."""
+
+import numpy as np
+import pytest
+
+from luenberger import kernels
+from luenberger.kernels import cache, loops, solves, tiles
+from luenberger.kernels import numba as printer
+
+
+@pytest.fixture
+def plain(monkeypatch):
+    """The generated code as Python, without numba; nothing of it is kept."""
+    numba = pytest.importorskip("numba", reason="numba is an optional extra")
+    monkeypatch.setattr(numba.config, "DISABLE_JIT", True)
+    monkeypatch.setattr(cache, "usable_folder", lambda: None)
+    forget()
+    with np.errstate(all="ignore"):  # as in compiled code
+        yield
+    forget()
+
+
+def forget():
+    kernels.over_record.cache_clear()
+    cache.compiled.cache_clear()
+
+
+@pytest.fixture(params=["scalars", "loops", "large"])
+def form(request, monkeypatch, plain):
+    """Each way of writing a kernel; "large" is what large plants get."""
+    monkeypatch.setattr(kernels, "UNROLLED", 10**6 * (request.param == "scalars"))
+    if request.param == "large":
+        monkeypatch.setattr(loops, "SHORT", 0)
+        monkeypatch.setattr(solves, "TILED_SOLVE", 0)
+        monkeypatch.setattr(tiles, "ALONE", 1)
+        monkeypatch.setattr(tiles, "BLOCK", 2)
+        monkeypatch.setattr(printer, "ON_STACK", 0)
+    return request.param

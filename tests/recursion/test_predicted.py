@@ -1,0 +1,294 @@
+"""Rows in compiled code from prediction to prediction, where outputs have no noise.
+
+They are held against filters in rational arithmetic, and against NumPy; most run the
+generated code as plain Python.
+"""
+
+import dataclasses
+
+import exact_filter
+import generators
+import numpy as np
+import pytest
+
+import luenberger as lb
+from luenberger.numeric.factors import EPS
+from luenberger.recursion import filter_pass
+from luenberger.recursion.predicted import by_predictions, predicted
+from luenberger.recursion.root_step import Spread
+from luenberger.recursion.settings import Settings
+from luenberger.recursion.state import start
+
+pytest.importorskip("numba", reason="numba is an optional extra")
+
+nan = float("nan")
+KINDS = ["perfect", "one perfect", "one and S", "varying", "varying, S", "now and then"]
+
+
+def problem(kind, rows=9, seed=4, n=3):
+    """A plant with noise in every state, and a record with gaps."""
+    rng = np.random.default_rng(seed)
+    R = np.diag([0.0, 0.0 if kind in ("perfect", "varying") else 0.25])
+    R = np.eye(2) if kind == "varying, S" else R
+    S = np.zeros((n, 2))
+    if kind.endswith("S"):
+        S[:, 1] = rng.normal(size=n) / 8
+    H = rng.normal(size=(n, n))
+    given = dict(Q=H @ H.T + np.eye(n) / 4, R=R, S=S, P0=np.eye(n), dt=1.0)
+    A, C = generators.dynamics(rng, n, 0.9), rng.normal(size=(2, n))
+    if kind.startswith("varying"):
+        A = A * rng.uniform(0.9, 1.1, (rows + 1, 1, 1))
+        C = C * rng.uniform(0.9, 1.1, (rows + 1, 1, 1))
+    if kind == "now and then":
+        given["R"] = R * (np.arange(rows + 1) % 3 > 0)[:, None, None]
+    plant = lb.Plant(A, rng.normal(size=(n, 1)), C, np.ones((2, 1)), **given)
+    y, u, u0 = generators.record(rng, plant, rows)
+    y[3, 0] = y[5] = y[6, 1] = nan
+    return plant, y, u, u0
+
+
+def in_units(plant, y, states, outputs):
+    """The same problem with other units of states and outputs."""
+    x, z = np.array(states), np.array(outputs)
+    other = dataclasses.replace(
+        plant, A=plant.A / x[:, None] * x, B=plant.B / x[:, None],
+        C=plant.C / z[:, None] * x, E=plant.E / z[:, None],
+        Q=plant.Q / x / x[:, None], R=plant.R / z / z[:, None],
+        S=plant.S / x[:, None] / z, P0=plant.P0 / x / x[:, None], x0=plant.x0 / x,
+    )  # fmt: skip
+    return other, y / z
+
+
+@pytest.fixture
+def by_hand(monkeypatch):
+    """The instants before rows that NumPy does, from now on."""
+    rows, step = [], filter_pass.step
+    monkeypatch.setattr(
+        filter_pass, "step", lambda settings, state, *row: rows.append(state.instant)
+        or step(settings, state, *row),
+    )  # fmt: skip
+    return rows
+
+
+def run(plant, y, u=None, backend="numba", **more):
+    return lb.filter_data(
+        plant, y, u, **dict(history=True, settle=None, backend=backend) | more
+    )
+
+
+def agree(found, wanted, tol=1e-11):
+    for name in ("x", "P", "std", "K"):
+        a, b = getattr(found, name), getattr(wanted, name)
+        assert generators.relative(a, b) < tol, name
+    np.testing.assert_array_equal(found.P, found.P.mT)
+
+
+# -- beside rational arithmetic --------------------------------------------------------
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_rows_are_those_of_rationals(kind, form, by_hand):
+    plant, y, u, u0 = problem(kind)
+    x, P = generators.exact(plant, y, u, u0)
+    found = run(plant, y, u, u0=u0)
+    assert by_hand == []
+    assert generators.relative(found.P, P) < 1e-13
+    assert generators.relative(found.x, x) < 1e-13
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_units_of_states_and_outputs_cost_no_digits(kind, plain, by_hand):
+    plant, y, u, u0 = problem(kind)
+    states, outputs = [1e6, 1, 1e-6], [1e-6, 1e6]
+    other, z = in_units(plant, y, states, outputs)
+    x, P = generators.exact(other, z, u, u0)
+    found = run(other, z, u, u0=u0)
+    assert by_hand == []
+    assert generators.relative(found.x * states, x * states) < 1e-12
+    unit = np.outer(states, states)
+    assert generators.relative(found.P * unit, P * unit) < 1e-12
+
+
+@pytest.mark.parametrize("block", range(2))
+def test_singular_problems_are_those_of_rationals(block, plain, by_hand):
+    """Most rows of these problems are singular; the others are compiled."""
+    rows = 0
+    for seed in range(block, 160, 2):
+        one = exact_filter.problem(seed)
+        if not by_predictions(Settings(one.plant, list(one.accurate))):
+            continue
+        exact = one.exact()
+        found = run(one.plant, one.record, m1=list(one.accurate))
+        off = max(one.errors(found.x, found.P, exact))
+        slack = one.sensitivity(exact) if off > 1e-9 else 0.0
+        assert off < 1e-9 + slack + 1e-4 * slack**0.5, (seed, off, one.kinds)
+        rows += len(one.record)
+    assert 0 < len(by_hand) < rows
+
+
+def test_a_state_that_is_read_off_has_no_variance(plain, by_hand):
+    """Not the rounding of a difference, which is 1e-8 of a standard deviation."""
+    plant, y, u, u0 = problem("perfect")
+    C = np.array([[3.0, 0, 0], [0, 0.1, 0]])
+    plant = dataclasses.replace(plant, C=C, A=plant.A * 0.1, E=np.zeros((2, 1)))
+    found = run(plant, np.round(y, 1), u, u0=u0)
+    assert by_hand == []
+    assert found.std[:3, :2].max() < 1e-14
+    np.testing.assert_allclose(found.x[:3, :2] @ C[:, :2].T, np.round(y[:3], 1))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_readings_of_zero(kind, plain, by_hand):
+    """No reading has a size, and the state starts at zero."""
+    plant, y, u, _ = problem(kind)
+    plant = dataclasses.replace(plant, x0=np.zeros(3))
+    found, wanted = (
+        run(plant, 0 * y, 0 * u, backend) for backend in ("numba", "numpy")
+    )
+    assert by_hand == list(range(9))  # those of NumPy
+    np.testing.assert_array_equal(found.x, np.zeros((9, 3)))
+    for name in ("P", "std", "K"):
+        assert generators.relative(getattr(found, name), getattr(wanted, name)) < 1e-12
+
+
+# -- beside NumPy ----------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("m1", [[0], [0, 1], ["y1"]], ids=str)
+def test_accurate_outputs_without_noise(m1, form, by_hand):
+    """The gain that treats them as exact is the Kalman filter's."""
+    plant, y, u, u0 = problem("perfect", rows=25)
+    wanted = run(plant, y, u, "numpy", u0=u0, m1=m1)
+    by_hand.clear()
+    found = run(plant, y, u, u0=u0, m1=m1)
+    assert by_hand == []
+    agree(found, wanted)
+    np.testing.assert_array_equal(found.orders, wanted.orders)
+
+
+@pytest.mark.parametrize("kind", ["one perfect", "varying, S"])
+def test_accurate_outputs_with_noise_take_the_other_way(kind, plain):
+    plant, y, u, u0 = problem(kind, rows=12)
+    assert not by_predictions(Settings(plant, [1]))
+    agree(run(plant, y, u, u0=u0, m1=[1]), run(plant, y, u, "numpy", u0=u0, m1=[1]))
+
+
+def test_rows_whose_prediction_is_singular_are_numpys(form, by_hand):
+    """No noise drives a state for a while, and an exact reading tells it."""
+    plant, *_ = problem("perfect", rows=60)
+    Q = np.ones((61, 1, 1)) * plant.Q
+    Q[20:24, 0], Q[20:24, :, 0] = 0, 0
+    A = np.diag([0.9, 0.5, 0.8])
+    plant = dataclasses.replace(plant, A=A, C=np.eye(3)[:2], Q=Q, S=None)
+    y, u, u0 = generators.record(np.random.default_rng(0), plant, 60)
+    y[::7, 1] = nan
+    wanted = run(plant, y, u, "numpy", u0=u0)
+    by_hand.clear()
+    agree(run(plant, y, u, u0=u0), wanted)
+    assert by_hand[0] < 21 < len(by_hand) + 18 < 50
+
+
+def test_one_thing_read_twice_is_numpys(plain, by_hand):
+    plant, y, u, u0 = problem("varying", rows=60)
+    C = plant.C.copy()
+    C[31::10, 1] = 2 * C[31::10, 0]
+    plant = dataclasses.replace(plant, C=C, E=np.zeros((2, 1)))
+    y[30::10, 1] = 2 * y[30::10, 0]
+    wanted = run(plant, y, u, "numpy", u0=u0)
+    by_hand.clear()
+    agree(run(plant, y, u, u0=u0), wanted)
+    assert by_hand[0] == 30 and 3 <= len(by_hand) < 24
+    y[40, 1] += 0.5
+    for backend in ("numpy", "numba"):
+        with pytest.raises(lb.DesignError, match=r"instant 41 .*by 0\.25"):
+            run(plant, y, u, backend, u0=u0)
+
+
+@pytest.mark.parametrize("options", [dict(m1=2), dict(weight="canonical")], ids=str)
+def test_accurate_outputs_that_depend_on_each_other_are_refused(options, plain):
+    plant, y, u, u0 = problem("perfect")
+    C = plant.C.copy()
+    C[1] = C[0]
+    y[3:, 1] = nan  # they arrive together in the first rows only
+    many = dataclasses.replace(plant, C=C * np.ones((10, 1, 1)))
+    for one in (dataclasses.replace(plant, C=C), many):
+        for backend in ("numpy", "numba"):
+            with pytest.raises(lb.DesignError, match="dependent"):
+                run(one, y, u, backend, u0=u0, **options)
+
+
+def test_rounding_that_has_grown_is_not_taken_for_variance():
+    """A prediction is used if it is definite beside what it was made of."""
+    plant, *_ = problem("perfect")
+    settings = Settings(plant, 0)
+    begin = start(settings, plant.x0, np.zeros(1))
+    half = np.eye(3)
+    for size, used in ((1, True), (1e5, True), (1e12, False)):
+        spread = Spread(half @ half.T, half, np.diag([(EPS * size) ** 2, 0, 0]))
+        assert (predicted(settings, begin._replace(spread=spread)) is None) != used
+
+
+# -- parts of a record -----------------------------------------------------------------
+
+
+@pytest.mark.parametrize("kind", ["one perfect", "varying, S"])
+def test_chunks_change_no_bit(kind, plain):
+    plant, y, u, u0 = problem(kind, rows=40)
+    whole = run(plant, y, u, u0=u0)
+    for ends in ([1], [7, 8, 30], list(range(1, 40))):
+        parts = zip(np.split(y, ends), np.split(u, ends))
+        ys, us = map(iter, zip(*parts))
+        found = list(run(plant, ys, us, u0=u0))
+        for name in ("x", "std", "P", "K"):
+            joined = np.concatenate([getattr(one, name) for one in found])
+            np.testing.assert_array_equal(joined, getattr(whole, name))
+
+
+def test_a_continuous_plant_at_uneven_instants(plain, by_hand):
+    """Each stretch of rows has a plant of its own, with periods of its own."""
+    plant = lb.Plant(
+        [[0, 1], [-1, -0.2]], None, [[1, 0]], Q=np.diag([0.01, 1]), R=[[0]],
+        P0=np.eye(2),
+    )  # fmt: skip
+    rng = np.random.default_rng(3)
+    time = np.cumsum(rng.uniform(0.1, 0.3, 40))
+    y = rng.normal(size=(40, 1))
+    y[::5] = nan
+    wanted = run(plant, y, backend="numpy", time=time)
+    by_hand.clear()
+    agree(run(plant, y, time=time), wanted)
+    assert len(by_hand) <= 1
+    parts = np.split(y, [9, 10]), np.split(time, [9, 10])
+    found = run(plant, iter(parts[0]), time=iter(parts[1]))
+    x = np.concatenate([one.x for one in found])
+    assert generators.relative(x, wanted.x) < 1e-11
+
+
+def test_covariances_are_not_kept_without_history(plain):
+    plant, y, u, u0 = problem("one perfect")
+    whole, last = run(plant, y, u, u0=u0), run(plant, y, u, u0=u0, history=False)
+    np.testing.assert_array_equal(last.x, whole.x)
+    assert generators.relative(last.P, whole.P[-1]) < 1e-14
+
+
+def test_records_that_settle_behind_a_dead_sensor(plain):
+    """The perfect sensor fails, and the filter of the other one settles."""
+    plant, *_ = problem("one perfect")
+    y, u, u0 = generators.record(np.random.default_rng(0), plant, 5000)
+    y[60:, 0] = nan
+    found, wanted = (
+        run(plant, y, u, backend, u0=u0, settle=1e-9) for backend in ("numba", "numpy")
+    )
+    assert len(found.settled_at) and len(wanted.settled_at)
+    agree(found, wanted, 1e-8)
+
+
+def test_numba_for_ten_thousand_rows(by_hand):
+    """In compiled code; what is at hand is used for fewer rows too."""
+    plant, *_ = problem("one perfect")
+    y, u, u0 = generators.record(np.random.default_rng(0), plant, 10_000)
+    y[np.random.default_rng(1).random(y.shape) < 0.05] = nan
+    agree(run(plant, y, u, u0=u0), run(plant, y, u, "numpy", u0=u0))
+    by_hand.clear()
+    run(plant, y[:50], u[:50], "auto", u0=u0)
+    assert by_hand == []
