@@ -167,18 +167,19 @@ class Predicted:
         first, now = state.instant - k, state.ahead or predicted(self.settings, state)
         if now is None:
             return state, k
-        before, done = self.rows(now, k, out, stop - 1)
-        after = before
+        now, done = self.rows(now, k, out, stop - 1)
+        after = now
         if done == stop - 1:
-            after, done = self.rows(before, done, out, stop)
+            after, done = self.rows(now, done, out, stop)
+        if done == k and state.ahead is None:
+            return state, k
+        last = begins(self.settings, first + min(done, stop - 1), now)
+        if done == k:
+            last = last._replace(turn=state.turn)
         if done < stop:
-            if done == k and state.ahead is None:
-                return state, k
-            turn = state.turn
-            return begins(self.settings, first + done, after)._replace(turn=turn), done
-        last = begins(self.settings, first + stop - 1, before)
+            return last, done
         row = step(self.settings, last, self.y[stop - 1], self.given["u"][stop - 1])
-        return row.state._replace(turn=state.turn, ahead=after), stop
+        return row.state._replace(ahead=after), stop
 
     def rows(self, now: Ahead, k: int, out: Book, stop: int) -> tuple[Ahead, int]:
         """From the prediction of row k: the one reached, and the first row not done."""
