@@ -171,11 +171,9 @@ class Predicted:
         after = now
         if done == stop - 1:
             after, done = self.rows(now, done, out, stop)
-        if done == k and state.ahead is None:
+        if done == k:
             return state, k
         last = begins(self.settings, first + min(done, stop - 1), now)
-        if done == k:
-            last = last._replace(turn=state.turn)
         if done < stop:
             return last, done
         row = step(self.settings, last, self.y[stop - 1], self.given["u"][stop - 1])
