@@ -8,10 +8,13 @@ copies, into memory that has been written before; "no copies" is the same code, 
 copies only the first rows.
 
 Run:  OMP_NUM_THREADS=1 python benchmarks/fleet.py [--quick]
+      OMP_NUM_THREADS=1 python benchmarks/fleet.py --threads    one thread, and two
 """
 
 import re
 import sys
+import time
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import simdkalman
@@ -80,9 +83,7 @@ def panels(plant, y, gaps):
 
 def without(run):
     """The same code, which copies nothing but the first rows."""
-    text = re.sub(
-        r"range\(high \* (\d+)\)", r"range(high * \1 * (first == 0))", run.source
-    )
+    text = re.sub(r"( to_(lanes|rows)\()", r" if first == 0:\1", run.source)
     bare = cache.compiled(text, run.types, exact=True)
     return lambda arrays: bare(*(arrays[name] for name in run.names))
 
@@ -115,6 +116,33 @@ def records(quick=False):
             yield record(f"many records, {kind}", f"n = {n}, p = {p}", "ns", times, 1e9)
 
 
+def threads():
+    """How many times one thread two are, by the clock; printed only."""
+    with ThreadPoolExecutor(1) as one, ThreadPoolExecutor(2) as two:
+        for n, p in SIZES:
+            model = plant(n, p)
+            for kind, y in cases(model, False):
+                took = {one: [], two: [], None: []}
+                for _ in range(ROUNDS):
+                    for executor, times in took.items():
+                        begin = time.perf_counter()
+                        how = dict(backend="numba", executor=executor)
+                        lb.filter_data(model, y, **how)
+                        times.append(time.perf_counter() - begin)
+                alone, single, double = (
+                    np.array(took[key]) for key in (None, one, two)
+                )
+                print(
+                    f"{kind}, n = {n}, p = {p}: one thread / two "
+                    f"{np.median(single / double):.2f}, none / two "
+                    f"{np.median(alone / double):.2f}",
+                    flush=True,
+                )
+
+
 if __name__ == "__main__":
+    if "--threads" in sys.argv:
+        threads()
+        sys.exit()
     for one in records("--quick" in sys.argv):
         print(line(one), flush=True)

@@ -7,9 +7,9 @@ import pytest
 import luenberger as lb
 from luenberger import kernels
 from luenberger.fleets import filter_block, own_gain, records
-from luenberger.fleets.block import Block
+from luenberger.fleets.block import Block, deviations
 from luenberger.fleets.whole import Whole
-from luenberger.kernels import fused, panels
+from luenberger.kernels import fused, panels, stack
 from luenberger.recursion.settings import Settings
 
 N, M = 19, 26
@@ -218,7 +218,7 @@ def test_panels_are_what_their_text_says(monkeypatch):
 
     def compiled(text, types, exact=False):
         assert exact
-        space = dict(array=np.empty, fma=fused.plain)
+        space = stack.plain()
         exec(text, space)
         plain.append(text)
         return space["run"]
@@ -230,8 +230,13 @@ def test_panels_are_what_their_text_says(monkeypatch):
     own_gain.own(slow, given, np.arange(3, 8), Whole(given, given.run.run.stacks))
     panels.in_panels.cache_clear()
     assert plain
+    std = deviations(slow.variances, slow.back)
     for s in range(3, 8):
-        same(slow, lb.filter_data(plant, y[s], u[s], settle=None), s)
+        same(
+            lb.FilteredFleet(slow.x, slow.P, None, {"std": std}),
+            lb.filter_data(plant, y[s], u[s], settle=None),
+            s,
+        )
         np.testing.assert_allclose(slow.x[s], found.x[s], rtol=1e-12, atol=1e-13)
 
 

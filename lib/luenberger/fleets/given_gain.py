@@ -59,11 +59,10 @@ def in_lanes(
     known += (("J", whole.stacks.known("J", whole.stacks.cross)),)
     run = in_panels(GIVEN, whole.stacks.sizes, known, frozenset(changing))
     M, N, n = x.shape
-    run(
-        **whole.read, **{name: whole.matrices[name] for name in "ABCE"}, J=J,
-        who=members, rows=N, K=flat(kernels.plain_array(K)),
-        x_minus=whole.first["x_minus"], xs=x.reshape(M, N * n),
-    )  # fmt: skip
+    given = whole.read | {name: whole.matrices[name] for name in "ABCE"}
+    given |= dict(J=J, K=flat(kernels.plain_array(K)), xs=x.reshape(M, N * n))
+    given |= dict(x_minus=whole.first["x_minus"])
+    whole.over(lambda who: run(**given, who=who, rows=N), members)
 
 
 def side_by_side(records: Records, members: Vector, K: Matrix) -> Matrix:

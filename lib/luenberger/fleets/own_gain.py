@@ -22,7 +22,7 @@ OWN = Panels(
         marked_sample,
         carried=(("Omega_next", "Omega"), ("x_minus_next", "x_minus")),
         rows=(("y", "y", 0), ("u", "u", 0)),
-        written=(("xs", "x", "vector"), ("stds", "Sigma", "diagonal")),
+        written=(("xs", "x", "vector"), ("variances", "Sigma", "diagonal")),
         symmetric=("Q_all", "R_all", "Omega"),
         definite=(Factor("Sigma", SAFE, "Omega"),),
         zero=("S_all", "Taken"),
@@ -48,10 +48,10 @@ def does(whole: Whole) -> bool:
 
 def own(out: Block, records: Records, which: Vector, whole: Whole) -> Vector:
     """Filter some records; return those in which a pivot fails, which are not done."""
-    several = list(records.alike(which))
-    few = [s for members in several if len(members) < MANY for s in members]
-    many = [members for members in several if len(members) >= MANY]
-    left = [_each(out, records, np.array(sorted(few), dtype=int), whole)]
+    group = records.groups(which)
+    few = np.bincount(group, minlength=1)[group] < MANY
+    left = [_each(out, records, which[few], whole)]
+    many = list(records.alike(which[~few]))
     if many:
         left += _once(out, records, many, whole)
     return np.sort(np.concatenate(left))
@@ -62,7 +62,8 @@ def _each(out: Block, records: Records, which: Vector, whole: Whole) -> Vector:
     if not len(which):
         return which
     M, N, n = out.x.shape
-    found: Matrices = dict(xs=out.x.reshape(M, -1), stds=out.std.reshape(M, -1))
+    own = out.variances.reshape(M, -1)
+    found: Matrices = dict(xs=out.x.reshape(M, -1), variances=own)
     panels, last = OWN, np.empty((M, n * n))
     if out.K is None:
         last = out.P.reshape(M, -1)
@@ -71,7 +72,8 @@ def _each(out: Block, records: Records, which: Vector, whole: Whole) -> Vector:
         found |= dict(covariances=out.P.reshape(M, -1), gains=out.K.reshape(M, -1))
     failed, least, most = _run(panels, whole, which, found, last)
     good = which[~failed[which]]
-    records.grown(good, out.std, good, least, most)
+    out.back[good] = 0
+    records.grown(good, out.variances, good, least, most)
     return which[failed[which]]
 
 
@@ -84,18 +86,18 @@ def _once(
     """
     first = np.array([members[0] for members in many])
     (_, N, p), n, G = records.y.shape, out.x.shape[2], len(first)
-    found: Matrices = {k: np.empty((G, N * n)) for k in ("xs", "stds")}
+    found: Matrices = {k: np.empty((G, N * n)) for k in ("xs", "variances")}
     found |= dict(covariances=np.empty((G, N * n * n)), gains=np.empty((G, N * n * p)))
     last, left = np.empty((G, n * n)), []
     failed, least, most = _run(KEPT, whole, np.arange(G), found, last, first)
-    std = found["stds"].reshape(G, N, n)
+    variances = found["variances"].reshape(G, N, n)
     for g, members in enumerate(many):
         if failed[g]:
             left.append(members)
             continue
-        records.grown(members[:1], std, np.array([g]), least, most)
+        records.grown(members[:1], variances, np.array([g]), least, most)
         K = found["gains"][g].reshape(N, n, p)
-        out.std[members] = std[g]
+        out.share(members, variances[g])
         if out.K is None:
             out.P[members] = last[g].reshape(n, n)
         else:
@@ -125,9 +127,9 @@ def _run(
     rows = len(last)
     failed, least = np.zeros(rows, dtype=bool), np.zeros((rows, n))
     most = np.zeros((rows, n))
-    run(
-        **read, **{to: whole.matrices[name] for to, name in NAMES.items()},
-        **whole.first, **found, who=who, rows=whole.records.y.shape[1], failed=failed,
-        least=least, most=most, last=last,
-    )  # fmt: skip
+    given = read | {to: whole.matrices[name] for to, name in NAMES.items()}
+    given |= whole.first | found
+    given |= dict(failed=failed, least=least, most=most, last=last)
+    N = whole.records.y.shape[1]
+    whole.over(lambda who: run(**given, who=who, rows=N), who)
     return failed, least, most

@@ -3,11 +3,13 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 
 from ..errors import DesignError
 from ..numeric import Matrix, Vector
+from ..numeric.linalg import finite
 from ..recursion.growth import far, passed, require_digits
 from ..recursion.settings import Settings
 from ..recursion.settled_pass import Progress, SettledPass
@@ -18,7 +20,8 @@ from ..recursion.state import History, State, start
 class Records:
     """Records y (M, N, p) with inputs u (M, N, m), NaN where not measured.
 
-    `first` is the number of the first one.
+    `first` is the number of the first one.  If they are `complete`, nothing is missing;
+    else something may be.
     """
 
     settings: Settings
@@ -27,6 +30,7 @@ class Records:
     u0: np.ndarray
     compile: bool
     first: int
+    complete: bool = False
 
     @cached_property
     def run(self) -> SettledPass:
@@ -46,37 +50,44 @@ class Records:
         except DesignError as error:
             raise DesignError(f"record {self.first + s}: {error}") from error
 
-    def require_digits(self, s: int, std: Matrix) -> None:
+    def require_digits(self, s: int, variances: Matrix) -> None:
         """DesignError if the states of record s have grown beyond their digits."""
         y, u = self.y[s], self.u[s]
-        rows = passed(self.run.run, self.begin, y, u, std * std, self.compile)
+        rows = passed(self.run.run, self.begin, y, u, variances, self.compile)
         try:
             require_digits(None, rows)
         except DesignError as error:
             raise DesignError(f"record {self.first + s}: {error}") from error
 
     def grown(
-        self, which: Vector, std: Matrix, at: Vector, least: Matrix, most: Matrix
+        self, which: Vector, variances: Matrix, at: Vector, least: Matrix, most: Matrix
     ) -> None:
         """The same of all records `which` where variances are far apart.
 
-        They are in the rows `at` of std, `least` and `most`.
+        They are in the rows `at` of variances, `least` and `most`.
         """
         for k in np.flatnonzero(far(least[at], most[at])).tolist():
-            self.require_digits(int(which[k]), std[at[k]])
+            self.require_digits(int(which[k]), np.maximum(variances[at[k]], 0))
 
     @cached_property
     def gaps(self) -> Matrix:
         """Which entries are missing, in bits, a row for each record."""
         M, N, p = self.y.shape
+        if self.complete or finite(self.y):
+            return np.zeros((M, 1), dtype=np.uint8)
         return np.packbits(np.isnan(self.y).reshape(M, N * p), axis=1)
 
     def alike(self, which: Vector) -> Iterator[Vector]:
         """Those with the same gaps, in the order of the first of them."""
-        found: dict[bytes, list[int]] = {}
+        group = self.groups(which)
+        order, ends = np.argsort(group, kind="stable"), np.cumsum(np.bincount(group))
+        return (which[order[a:b]] for a, b in pairwise([0, *ends.tolist()]))
+
+    def groups(self, which: Vector) -> Vector:
+        """A number for each of them, the same for those with the same gaps."""
         some = self.gaps[which]
         if not some.any():  # none has any
-            return iter([which] if len(which) else [])
-        for s, gaps in zip(which.tolist(), some):
-            found.setdefault(gaps.tobytes(), []).append(s)
-        return map(np.array, found.values())
+            return np.zeros(len(which), dtype=int)
+        texts = some.view(f"V{some.shape[1]}")[:, 0].tolist()
+        number = {text: k for k, text in enumerate(dict.fromkeys(texts))}
+        return np.fromiter(map(number.__getitem__, texts), int, len(texts))

@@ -1,5 +1,6 @@
 """A plant's matrices in every row of a record, as panels read them."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -7,22 +8,32 @@ from typing import Any
 import numpy as np
 
 from .. import kernels
-from ..numeric import Matrices, Matrix
+from ..numeric import Matrices, Matrix, Vector
 from ..papers.leondes_novak.derivation import predict
 from ..recursion.filter_stacks import Stacks
 from ..recursion.state import flat, leading_on
 from .records import Records
+
+Run = Callable[[Vector], object]  # over the records with these numbers
+Over = Callable[[Run, Vector], object]
+
+
+def here(run: Run, who: Vector) -> None:
+    """All of them, one after the other."""
+    run(who)
 
 
 @dataclass(frozen=True, eq=False)
 class Whole:
     """The matrices of all outputs, whether they arrived or not.
 
-    Row k has those of its own instant, and A and B lead on from there.
+    Row k has those of its own instant, and A and B lead on from there.  ``over(run,
+    who)`` runs records `who`, perhaps in parts side by side.
     """
 
     records: Records
     stacks: Stacks
+    over: Over = here
 
     @property
     def varying(self) -> bool:

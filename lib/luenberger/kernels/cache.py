@@ -31,7 +31,7 @@ from typing import Any
 
 import numpy as np
 
-from . import fused, products, stack
+from . import fused, products, stack, turning
 
 FASTMATH = ("contract", "reassoc")  # sums may be taken in another order, NaNs count
 OPTIONS: dict[str, Any] = dict(error_model="numpy", nogil=True)  # nogil: for threads
@@ -266,7 +266,7 @@ def key(text: str, types: tuple[str, ...], exact: bool = False) -> str:
     versions = numba.__version__, sys.version, sys.platform
     options = (f"{name} {one}" for name, one in OPTIONS.items() if name != "fastmath")
     parts = text, *types, *versions, *(() if exact else FASTMATH), *options
-    parts += tuple(inspect.getsource(one) for one in (stack, fused, products))
+    parts += tuple(inspect.getsource(one) for one in (stack, fused, products, turning))
     return hashlib.sha256("\0".join(parts).encode()).hexdigest()[:32]
 
 

@@ -4,6 +4,7 @@ from collections.abc import Collection, Sequence
 from typing import TYPE_CHECKING
 
 from .fused import joined
+from .panel_copies import HIGH, LANES, copy_in, copy_out, lane
 from .program import Sizes
 from .python import Python
 from .recursion import Loop
@@ -11,9 +12,6 @@ from .scalars import Entry, Let, Need, Straight
 
 if TYPE_CHECKING:
     from .panels import Panels
-
-LANES = 16  # records side by side
-HIGH = 8  # rows that are read and written at once
 
 
 def source(
@@ -126,7 +124,7 @@ class _Panel:
         to.loop("first", "0", f"rows_, {HIGH}")
         to.let("high", f"min({HIGH}, rows_ - first)")
         for array, long in self.read.items():
-            self.copy_in(array, long)
+            copy_in(to, array, long)
         to.loop("t", 0, "high")
         to.let("row", "first + t")
         self.uniform(1)
@@ -144,7 +142,7 @@ class _Panel:
         to.end()
         for array, (kind, flat) in self.written.items():
             if kind != "matrix":
-                self.copy_out(array, len(flat))
+                copy_out(to, array, len(flat))
         to.end()
         self.leave()
         to.end()
@@ -159,6 +157,7 @@ class _Panel:
         rooms |= {f"{array}_high": HIGH * long for array, long in self.whole.items()}
         for array in self.read:
             self.to.let(f"{array}_of", f"np.empty({LANES}, np.int64)")
+        self.to.let("written", f"np.empty({LANES}, np.int64)")
         if self.watched:
             rooms |= {"low": len(self.watched), "top": len(self.watched), "bad": 1}
             rooms["last"] = len(self.last)
@@ -189,6 +188,7 @@ class _Panel:
         to = self.to
         to.loop("l", 0, LANES)
         to.let("s", "who_[begin + min(l, here - 1)]")
+        to.set("written[l]", "s")
         for array in self.read:
             to.set(f"{array}_of[l]", f"which_{array}_[s]")
         for name, of in self.carried.items():
@@ -200,18 +200,6 @@ class _Panel:
         for k in range(len(self.watched)):
             to.set(lane("low", k), "np.inf")
             to.set(lane("top", k), "0.0")
-        to.end()
-
-    def copy_in(self, array: str, long: int) -> None:
-        """Some rows of all lanes; the last record stands in for lanes without one."""
-        to = self.to
-        to.loop("i", 0, f"high * {long}")
-        to.loop("l", 0, LANES)
-        to.set(
-            f"{array}_high[i * {LANES} + l]",
-            f"{array}_[{array}_of[l], first * {long} + i]",
-        )
-        to.end()
         to.end()
 
     def in_lanes(self) -> None:
@@ -255,8 +243,6 @@ class _Panel:
         """What is written later: some rows at once, or a matrix after its row."""
         to = self.to
         for k, entry in enumerate(dict.fromkeys(flat) if kind == "matrix" else flat):
-            if kind == "diagonal":
-                entry = f"np.sqrt({entry} if {entry} > 0.0 else 0.0)"
             to.set(lane(f"{array}_lanes", k), entry)
 
     def put(self, array: str, flat: list[Entry]) -> None:
@@ -267,15 +253,6 @@ class _Panel:
         for i, entry in enumerate(flat):
             place = f"{array}_[s, row * {len(flat)} + {i}]"
             to.set(place, lane(f"{array}_lanes", places[entry]))
-        to.end()
-
-    def copy_out(self, array: str, long: int) -> None:
-        """Some rows of all lanes."""
-        to = self.to
-        to.loop("l", 0, "here")
-        rows = f"first * {long}:(first + high) * {long}"
-        to.let("line", f"{array}_[who_[begin + l], {rows}]")
-        to.fill("line[i]", f"{array}_high[i * {LANES} + l]", f"high * {long}")
         to.end()
 
     def leave(self) -> None:
@@ -292,8 +269,3 @@ class _Panel:
         for k, entry in enumerate(self.flat(self.panels.watched, "matrix")):
             to.set(f"last_[s, {k}]", lane("last", self.last[entry]))
         to.end()
-
-
-def lane(array: str, entry: int) -> str:
-    """An entry of a local array, in lane l."""
-    return f"{array}[{entry * LANES} + l]"

@@ -238,3 +238,13 @@ def modes(values: Iterable[complex]) -> str:
         if text not in shown:
             shown.append(text)
     return ", ".join(shown)
+
+
+def finite(X: Matrix) -> bool:
+    """Whether no entry is infinite or NaN, as a quick look tells: False may be wrong.
+
+    The sum has none of these if no entry has; only a sum beyond all floats looks worse
+    than its terms.
+    """
+    with np.errstate(over="ignore", invalid="ignore"):
+        return bool(np.isfinite(np.sum(X)))

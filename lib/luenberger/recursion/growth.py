@@ -158,6 +158,8 @@ def _far_inside(variances: Matrix, first: Vector, last: Vector) -> Vector:
 
 def far(least: Matrix, most: Matrix) -> Vector:
     """Whether two states have grown, or one much further."""
+    if most.size and most.max() <= FAR**2 * least.min():
+        return np.zeros(most.shape[:-1], dtype=bool)
     two = (most > FAR**2 * least).sum(axis=-1) > 1
     return np.asarray(two | (most > NOISE_FREE**2 * least).any(axis=-1))
 

@@ -62,7 +62,7 @@ class _Estimate:
     z: Vector
     compile: bool
 
-    def room(self, M: int, N: int) -> Arrays:
+    def room(self, M: int, N: int, complete: bool = False) -> Arrays:
         return {"estimates": np.empty((M, N, len(self.observer.L)))}
 
     def __call__(self, first: int, y: Matrix, u: Matrix, out: Arrays) -> None:
@@ -73,6 +73,9 @@ class _Estimate:
         if found.size:
             (self.compiled if self.compile else self.plain)(y, u, found)
         found[behind] = np.nan
+
+    def leaves(self, found: Arrays) -> Arrays:
+        return found
 
     def plain(self, y: Matrix, u: Matrix, out: Matrix) -> None:
         """Side by side in NumPy."""

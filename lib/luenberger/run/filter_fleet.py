@@ -2,22 +2,29 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections import deque
+from dataclasses import dataclass, field, replace
+from threading import Lock
 from typing import Any
 
 import numpy as np
 
 from .. import kernels
 from ..fleets import filter_block
-from ..fleets.block import Block
+from ..fleets.block import Block, deviations
+from ..fleets.whole import Over, Run, here
 from ..numeric import Matrix, Vector
 from ..plant import Plant
 from ..recursion.filter_pass import Pass
 from ..recursion.settings import Settings
 from . import fleet_tasks
 from .clock import Clock, of_record, require_instants
-from .fleet_records import Records
+from .executor import in_order
+from .fleet_records import Records, parts
 from .fleet_tasks import BLOCK, Arrays, Where
+
+_ONE_AT_A_TIME = Lock()
+MADE = ("variances", "back")  # what deviations are made of
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,8 +47,12 @@ class FilteredFleet:
 
     Attributes
     ----------
-    x, std : (M, N, n) ndarray
-        Estimates of the state and their one-sigma errors, as in `Filtered`.
+    x : (M, N, n) ndarray
+        Estimates of the state.
+    std : (M, N, n) ndarray
+        Their one-sigma errors, as in `Filtered`.  They are worked out when they are
+        first asked for.  Where all records have the same, memory is for one of them,
+        and the array cannot be written to: copy it first.
     P : (M, n, n) or (M, N, n, n) ndarray
         Error covariance at the last row; with ``history=True`` at every row.
     K : (M, N, n, p) ndarray or None
@@ -60,9 +71,18 @@ class FilteredFleet:
     """
 
     x: np.ndarray
-    std: np.ndarray
     P: np.ndarray
     K: np.ndarray | None = None
+    _found: dict[str, np.ndarray] = field(default_factory=dict, repr=False)
+
+    @property
+    def std(self) -> np.ndarray:
+        """One-sigma errors of the estimates, worked out when first asked for."""
+        with _ONE_AT_A_TIME:  # variances give their place away
+            if "std" not in self._found:
+                made = deviations(*(self._found.pop(name) for name in MADE))
+                self._found["std"] = made
+        return self._found["std"]
 
     def __len__(self) -> int:
         return len(self.x)
@@ -76,23 +96,35 @@ class FilteredFleet:
 class _Filter:
     """The filter of some records, which goes to where they are filtered."""
 
-    plant: Plant
-    m1: Any
-    weight: Any
+    settings: Settings
     u0: Vector
     compile: bool
     history: bool
+    over: Over = here
 
-    def room(self, M: int, N: int) -> Arrays:
-        settings = Settings(self.plant, self.m1, self.weight)
-        shape = M, N, self.plant.p
-        return _given(Block.empty(settings, shape, self.history))
+    def room(self, M: int, N: int, complete: bool = False) -> Arrays:
+        settings = self.settings
+        shape, complete = (M, N, settings.plant.p), complete and not settings.noise_free
+        return _given(Block.empty(settings, shape, self.history, complete))
 
     def __call__(self, first: int, y: Matrix, u: Matrix, out: Arrays) -> None:
-        settings = Settings(self.plant, self.m1, self.weight)
-        u = np.broadcast_to(u, (*y.shape[:2], self.plant.m))
+        u = np.broadcast_to(u, (*y.shape[:2], self.settings.plant.m))
         given = self.u0, self.compile, self.history, first
-        filter_block(settings, y, u, *given, out=Block(**{"K": None, **out}))
+        block = Block(**{"K": None, **out})
+        filter_block(self.settings, y, u, *given, out=block, over=self.over)
+
+    def leaves(self, found: Arrays) -> Arrays:
+        """What goes elsewhere: deviations instead of what they are made of."""
+        kept = {name: X for name, X in found.items() if name not in MADE}
+        x, std = kept.pop("x"), deviations(*(found[name] for name in MADE))
+        return {"x": x, "std": std, **kept}
+
+
+def _fleet(
+    x: Matrix, P: Matrix, K: Matrix | None = None, **found: Matrix
+) -> FilteredFleet:
+    """The result; `found` are deviations, or what they are made of."""
+    return FilteredFleet(x, P, K, found)
 
 
 def _given(block: Block) -> Arrays:
@@ -113,14 +145,27 @@ def filter_fleet(
     plant = at_rows(plant, records.rows, time)
     settings = Settings(plant, m1, weight)
     fast = runs_compiled(backend, settings, records)
-    task = _Filter(plant, m1, weight, u0, fast, history)
     n, p = plant.n, plant.p
     numbers = plant.m + p + 2 * n + (n * (n + p) if history else 0)
-    kind, columns = FilteredFleet, tables(plant)
+    task = _Filter(settings, u0, fast, history)
+    threads = where.shares and where.executor is not None
+    if fast and threads and not settings.noise_free:  # else each record by itself
+        size = where.size(records, numbers)
+        task, where = replace(task, over=_threads(where.executor, size)), Where()
     found: FilteredFleet | None = fleet_tasks.run(
-        task, records, where, kind, columns, numbers
+        task, records, where, _fleet, tables(plant), numbers
     )
     return found
+
+
+def _threads(executor: Any, size: int) -> Over:
+    """Compiled code runs over parts of `size` records on an executor of threads."""
+
+    def over(run: Run, who: Vector) -> None:
+        some = (who[begin:end] for begin, end in parts(len(who), size))
+        deque(in_order(run, some, executor), maxlen=0)
+
+    return over
 
 
 def tables(plant: Plant) -> dict[str, list[str]]:

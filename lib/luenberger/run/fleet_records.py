@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from ..formats import dataframes
 from ..numeric import Matrix
+from ..numeric.linalg import finite
 from . import chunks
 
 ALONE = "one by one, with y[k], all records that are refused can be found"
@@ -80,6 +82,17 @@ class Records:
     def __len__(self) -> int:
         return len(self.y)
 
+    @cached_property
+    def complete(self) -> bool:
+        """Whether they are in memory and nothing is missing: False may be wrong."""
+        given = type(self.y) is type(self.u) is np.ndarray
+        return (
+            given
+            and self.y.dtype == self.u.dtype == float
+            and finite(self.u)
+            and finite(self.y)
+        )
+
     @property
     def rows(self) -> int:
         """N, of each record."""
@@ -96,8 +109,10 @@ class Records:
         y = chunks.real("y", self.y[begin:end], "an array of numbers")
         u = self.u[begin:end] if self.u.ndim == 3 else self.u
         u = chunks.real("u", u, "an array of numbers")
-        _require("y", np.isinf(y), "infinite", begin)
+        if self.complete:
+            return y, u
         _require("u", ~np.isfinite(u), "missing or not finite", begin)
+        _require("y", np.isinf(y), "infinite", begin)
         if not self.missing:
             gaps = np.isnan(y) & ~ended(y)[..., None]
             what = "missing before the end (filter_data takes gaps)"

@@ -34,11 +34,14 @@ Into = str | Path | Callable[[int, Any], object]
 class Task(Protocol):
     """What is done with some records; it can be pickled."""
 
-    def room(self, M: int, N: int) -> Arrays:
-        """Arrays for what is found in M records of N rows."""
+    def room(self, M: int, N: int, complete: bool = False) -> Arrays:
+        """Arrays for what is found in M records of N rows, nothing missing or not."""
 
     def __call__(self, first: int, y: Matrix, u: Matrix, out: Arrays) -> None:
         """Write to `out` what is found in records, which are numbered from `first`."""
+
+    def leaves(self, found: Arrays) -> Arrays:
+        """What of that goes to another process, to a file or a function."""
 
 
 @dataclass(frozen=True)
@@ -112,7 +115,9 @@ def run(
     ahead = 2 * getattr(where.executor, "_max_workers", AHEAD // 2)
     size = where.size(records, numbers)
     into, total = where.into, len(records)
-    whole = task.room(total, records.rows) if where.shares else None
+    whole = None
+    if where.shares:
+        whole = task.room(total, records.rows, records.complete)
     found = in_order(_do, _jobs(task, records, size, whole), where.executor, ahead)
     with ExitStack() as stack:
         stack.enter_context(closing(found))
@@ -144,14 +149,15 @@ def _jobs(
 def _do(job: tuple[Task, int, Matrix, Matrix, Arrays | None]) -> tuple[int, Arrays]:
     """One part, perhaps in another process."""
     task, first, y, u, out = job
-    out = task.room(*y.shape[:2]) if out is None else out
+    stays = out is not None
+    out = out if stays else task.room(*y.shape[:2])
     try:
         task(first, y, u, out)
     except DesignError as error:
         if str(error).startswith("record "):  # and not of the plant
             raise DesignError(f"{error} ({ALONE})") from error
         raise
-    return first, out
+    return first, out if stays else task.leaves(out)
 
 
 def _handed(

@@ -114,7 +114,7 @@ class _Smooth:
     u0: Vector
     backend: str
 
-    def room(self, M: int, N: int) -> Arrays:
+    def room(self, M: int, N: int, complete: bool = False) -> Arrays:
         n = self.plant.n
         x, std, P = (np.empty((M, N, *shape)) for shape in ((n,), (n,), (n, n)))
         return dict(x=x, std=std, P=P)
@@ -130,6 +130,9 @@ class _Smooth:
             for s in same.tolist():
                 one = self.read(y[s], u[s], first + s).rows(last=True)
                 x[s], std[s], P[s] = one.x, one.std, one.P
+
+    def leaves(self, found: Arrays) -> Arrays:
+        return found
 
     def groups(self, y: Matrix) -> list[Vector]:
         """The numbers of records with the same gaps."""
