@@ -84,7 +84,7 @@ class Records:
 
     @cached_property
     def complete(self) -> bool:
-        """Whether they are in memory and nothing is missing: False may be wrong."""
+        """Whether they are in memory and nothing is missing; False may be wrong."""
         given = type(self.y) is type(self.u) is np.ndarray
         return (
             given
