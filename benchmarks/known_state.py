@@ -1,6 +1,7 @@
-"""What does a step cost where a state is known exactly, beside the same without one?
+"""What does a step cost where a covariance is singular, beside the same where none is?
 
-One state is a constant that is known, so every covariance is singular.  Beside it the
+One state is a constant that is known, so every covariance is singular; or one output
+has no noise, so those of estimates are, and not those of predictions.  Beside both the
 plant of the other benchmarks, of the same size.  numba's `filter_data` over every row,
 and exported C (gcc -O3 -march=native), each beside itself; estimates of both are
 compared with those of NumPy before anything is timed.
@@ -34,32 +35,48 @@ def with_constant(one):
     return dataclasses.replace(one, A=A, Q=Q, P0=P0, x0=x0)
 
 
+def with_exact_output(one):
+    """The same plant, but its first output has no noise."""
+    R = one.R.copy()
+    R[0], R[:, 0] = 0, 0
+    return dataclasses.replace(one, R=R)
+
+
+KINDS = {"": lambda one: one, ", known": with_constant, ", exact": with_exact_output}
+
+
 def contestants(n, p, folder):
-    """Filters of a record by name: each way without a known state, and with one."""
+    """Filters of a record by name: each way, and each kind of plant that it has."""
     found = {}
-    for kind, one in (("", plant(n, p)), (", known", with_constant(plant(n, p)))):
+    for kind, change in KINDS.items():
+        one = change(plant(n, p))
         found["numba" + kind] = lambda y, one=one: (
             lb.filter_data(one, y, settle=None, backend="numba").x
         )
-        if shutil.which("gcc"):
+        if shutil.which("gcc") and kind != ", exact":
             name = f"made{len(found)}"
             found["exported C" + kind] = over_records(one, pathlib.Path(folder), name)
         y = np.random.default_rng(1).normal(size=(300, p))
         wanted = lb.filter_data(one, y, settle=None, backend="numpy").x
         for name, run in found.items():
-            if name.endswith(", known") == bool(kind):
+            if name.partition(",")[2] == kind[1:]:
                 same(name, run(y), wanted)
     return found
 
 
 def records(quick=False):
-    """Two rows a size, ratios are to the plant without a known state."""
+    """Two rows a size, ratios are to the plant without such a thing."""
     for n, p in SIZES[: 2 if quick else None]:
         with tempfile.TemporaryDirectory() as folder:
             runs = contestants(n, p, folder)
             y = np.random.default_rng(1).normal(size=(int(WORK / (4 * n**3 + 300)), p))
             for way in ("numba", "exported C"):
-                names = {"none": way, "known": f"{way}, known"}
+                names = {
+                    "none": way,
+                    "known": f"{way}, known",
+                    "exact": f"{way}, exact",
+                }
+                names = {k: name for k, name in names.items() if name in runs}
                 if way not in runs:
                     continue
                 calls = {

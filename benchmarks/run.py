@@ -95,6 +95,10 @@ TARGETS = (  # row; over / under; asked
         for k in SIZES[:3]
         for way in ("numba", "exported C")
     ),
+    *(
+        (f"a known state, numba, {k}", "exact", "none", "at most", 1.2)
+        for k in SIZES[:3]
+    ),
 )
 
 

@@ -14,7 +14,7 @@ from .best_coordinates import as_kalman
 from .letters import *
 from .missing_outputs import pa
 from .on_target import Omega_next, device, x_minus_next
-from .one_pass import innovation, x_minus
+from .one_pass import Z, innovation, is_Z, x_minus
 from .quadratic import is_Kmv, is_M, is_N, is_Y
 
 OURS = "our own; Kalman (1960)"
@@ -125,6 +125,18 @@ ESTIMATE = (
         Expect(Y * Omega * Y.T + K * R * K.T, moments=(is_Omega, is_R, apart_v)),
         Line(Sigma, by=(is_Sigma,)),
     ),
+    """Half a product of states by states is enough: what the gain leaves of `Omega` has
+    been found with few multiplications, and meets what it leaves of the prediction. Of
+    a state that is read off both are rounding.""",
+    is_Z,
+    halved := chain(
+        "27",
+        "the covariance of the estimate, with half a product",
+        Y * Omega * Y.T + K * R * K.T,
+        Line((I - K * C) * Omega * Y.T + K * R * K.T, by=(is_Y,)),
+        Line((Omega - K * N.T) * Y.T + K * R * K.T, by=(is_N,)),
+        Line(Z * Y.T + K * R * K.T, by=(is_Z,)),
+    ),
 )
 
 PLACES = (
@@ -205,7 +217,14 @@ def filtered_row():
             Stage(K, Kmv, by=(as_kalman,)),
             Stage(x, x_minus + K * innovation, "(43)", by=(is_x,)),
             Stage(Y, I - K * C, "(13)", by=(is_Y,)),
-            Stage(Sigma, is_Sigma.right, "(27)", symmetric=True, by=(is_Sigma,)),
+            Stage(Z, Omega - K * N.T, by=(is_Z,)),
+            Stage(
+                Sigma,
+                Z * Y.T + K * R * K.T,
+                "(27)",
+                symmetric=True,
+                by=(is_Sigma, halved),
+            ),
             *MOVED,
         ),
         source=OURS,
