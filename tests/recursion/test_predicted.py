@@ -250,8 +250,8 @@ def test_accurate_outputs_that_depend_on_each_other_are_refused(options, plain):
 
 def test_what_may_be_refused_in_a_later_row_is_looked_for_in_each(plain):
     """The outputs are dependent for the weight, and the innovations are not."""
-    C = np.ones((10, 2, 2)) * [[1, 0], [0, 1e-11]]
-    C[6, 1, 0] = 1
+    C = np.ones((10, 2, 2)) * np.eye(2)
+    C[6, 1] = [1, 1e-11]
     large = np.diag([1, 1e22])
     plant = lb.Plant(
         np.eye(2) / 2, None, C, dt=1.0, Q=large, R=np.zeros((2, 2)), P0=large
@@ -260,8 +260,19 @@ def test_what_may_be_refused_in_a_later_row_is_looked_for_in_each(plain):
     for backend in ("numpy", "numba"):
         assert np.isfinite(run(plant, y, backend=backend).x).all()
         for one in (plant, dataclasses.replace(plant, C=C[6])):
+            y[[0, 8], 1] = nan
             with pytest.raises(lb.DesignError, match="independent"):
                 run(one, y, backend=backend, weight="canonical")
+
+
+@pytest.mark.parametrize("options", [dict(m1=2), dict(weight="canonical")], ids=str)
+def test_outputs_that_never_arrive_together_may_depend_on_each_other(options, plain):
+    plant, y, u, u0 = problem("perfect")
+    plant = dataclasses.replace(plant, C=plant.C[[0, 0]])
+    y[::2, 0], y[1::2, 1] = nan, nan
+    agree(
+        run(plant, y, u, u0=u0, **options), run(plant, y, u, "numpy", u0=u0, **options)
+    )
 
 
 def test_rounding_that_has_grown_is_not_taken_for_variance():

@@ -95,7 +95,7 @@ def head(settings: Settings, y: Matrix, u: Matrix) -> Head:
     plant, n = settings.plant, settings.plant.n
     states, _ = natural(settings.at(1))
     first = Ahead(np.diag(states**2).flatten(), np.zeros(n))
-    state = begins(settings, 0, first)
+    state = begins(settings, 0, first, None)
     trail, X = Trail.empty(plant, y[: FEW * n], True), [np.eye(n)]
     shown, z, firm = np.zeros((0, n)), np.zeros(0), 0.0
     done: Step | None = None

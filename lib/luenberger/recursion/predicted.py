@@ -98,12 +98,14 @@ def predicted(settings: Settings, state: State) -> Ahead | None:
     return Ahead(Omega.flatten(), found["x_minus"].flatten())
 
 
-def begins(settings: Settings, instant: int, now: Ahead) -> State:
-    """The state from which the row after an instant begins with this prediction."""
+def begins(settings: Settings, instant: int, now: Ahead, seen: Vector | None) -> State:
+    """The state from which the row after an instant begins with this prediction.
+
+    `seen` (p,) bool tells which outputs arrive there; None is all.
+    """
     n, m, p = settings.plant.n, settings.plant.m, settings.plant.p
     still = Move(np.eye(n), np.zeros((n, n)), np.zeros((n, 0)), np.eye(n))
-    first = max(instant, settings.origin + 1)
-    setting = settings.at(first)._replace(
+    setting = settings.at(instant + 1, seen)._replace(
         A=np.eye(n), B=np.zeros((n, m)), J=np.zeros((n, 0)), move=still
     )
     return State(
@@ -173,11 +175,13 @@ class Predicted:
             after, done = self.rows(now, done, out, stop)
         if done == k:
             return state, k
-        last = begins(self.settings, first + min(done, stop - 1), now)
+        row = min(done, stop - 1)
+        seen = None if self.seen[row].all() else self.seen[row]
+        last = begins(self.settings, first + row, now, seen)
         if done < stop:
             return last, done
-        row = step(self.settings, last, self.y[stop - 1], self.given["u"][stop - 1])
-        return row.state._replace(ahead=after), stop
+        found = step(self.settings, last, self.y[row], self.given["u"][row])
+        return found.state._replace(ahead=after), stop
 
     def rows(self, now: Ahead, k: int, out: Book, stop: int) -> tuple[Ahead, int]:
         """From the prediction of row k: the one reached, and the first row not done."""
