@@ -4,6 +4,7 @@ import ast
 import re
 import subprocess
 import sys
+from functools import cache
 
 import pytest
 from house import (
@@ -75,6 +76,7 @@ def imports(source, package):
     return rooms, outside - standard, inside - standard
 
 
+@cache
 def read(path):
     package = path.relative_to(PACKAGE).parent.parts
     return imports(path.read_text(encoding="utf-8"), package)
@@ -87,19 +89,19 @@ def used(room):
     return set().union(*(read(path)[0] for path in files)) - {room}
 
 
-@pytest.mark.parametrize("path", FILES, ids=relative)
-def test_imports_point_one_way(path):
-    rooms, outside, inside = read(path)
-    room = room_of_file(path)
-    if path != DOOR:
-        assert room, f"say in lib/ARCHITECTURE.md which room {relative(path)} is in"
-        assert rooms <= {*ROOMS[room], room}, f"{room} imports {rooms}"
-    kinds = [room or "", "derivation" if "derivation" in path.parts else ""]
-    kinds += [kind.partition("/")[0] for kind in kinds]
-    kind = next((kind for kind in kinds if kind in SPECIAL), kinds[2])
-    assert outside <= SPECIAL.get(kind, EVERYWHERE)
-    optional = INSIDE_A_FUNCTION.get(kind, set())
-    assert inside <= SPECIAL.get(kind, EVERYWHERE) | optional
+def test_imports_point_one_way():
+    for path in FILES:
+        name, (rooms, outside, inside) = relative(path), read(path)
+        room = room_of_file(path)
+        if path != DOOR:
+            assert room, f"say in lib/ARCHITECTURE.md which room {name} is in"
+            assert rooms <= {*ROOMS[room], room}, f"{name} in {room} imports {rooms}"
+        kinds = [room or "", "derivation" if "derivation" in path.parts else ""]
+        kinds += [kind.partition("/")[0] for kind in kinds]
+        kind = next((kind for kind in kinds if kind in SPECIAL), kinds[2])
+        assert outside <= SPECIAL.get(kind, EVERYWHERE), name
+        optional = INSIDE_A_FUNCTION.get(kind, set())
+        assert inside <= SPECIAL.get(kind, EVERYWHERE) | optional, name
 
 
 def test_the_page_has_no_arrow_too_many():
@@ -192,24 +194,23 @@ def test_importing_the_library_is_light():
     assert run.stdout.split() == []
 
 
-@pytest.mark.parametrize("path", FILES, ids=relative)
-def test_no_module_is_long(path):
-    assert len(path.read_text(encoding="utf-8").splitlines()) <= 300
+def test_no_module_is_long():
+    length = {relative(p): len(p.read_text("utf-8").splitlines()) for p in FILES}
+    assert {name for name, lines in length.items() if lines > 300} == set()
 
 
-@pytest.mark.parametrize(
-    "path",
-    # a derivation is a list of formulas and claims in page order, not a procedure
-    [path for path in FILES if path.parent.name != "derivation"],
-    ids=relative,
-)
-def test_no_function_is_long(path):
+def test_no_function_is_long():
+    """A derivation is a list of formulas and claims in page order, not a procedure."""
+    procedures = [path for path in FILES if path.parent.name != "derivation"]
+    assert {one for path in procedures for one in long_functions(path)} == set()
+
+
+def long_functions(path):
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
             body = node.body[ast.get_docstring(node) is not None :]  # no signature
-            assert not body or node.end_lineno - body[0].lineno < 39, (
-                f"{node.name} is long"
-            )
+            if body and node.end_lineno - body[0].lineno >= 39:
+                yield f"{relative(path)}: {node.name}"
 
 
 def test_top_level_of_the_repository():
