@@ -17,7 +17,8 @@ from ..recursion.units import natural
 from . import diffuse
 from .few_rows import rows_of
 from .first_rows import first_stretch
-from .likelihood import Record, _records
+from .likelihood import _records
+from .likelihood_parts import Record
 from .stretch import Carried, Stretch
 from .ways import Ways, ways_of
 

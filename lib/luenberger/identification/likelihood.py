@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import Any, Literal, NamedTuple, overload
+from concurrent.futures import Executor
+from typing import Any, Literal, overload
 
 import numpy as np
 
@@ -13,45 +14,40 @@ from ..errors import DesignError
 from ..formats import dataframes
 from ..numeric import Given, Matrices
 from ..plant import Plant
-from ..recursion.settings import Settings, accurate_outputs, require_noise
-from ..recursion.state import start
+from ..recursion.settings import accurate_outputs, require_noise
 from ..run import chunks
-from . import diffuse, score
-from .predictions import trail_of
+from ..run.executor import in_order
+from ..run.fleet_tasks import Where
+from . import score
+from .likelihood_parts import Part, Record, parts
 from .records import named, several, split
-from .settled_record import Evaluator
-from .trail import Trail
 
 Outputs = int | Sequence[int | str]  # how many, or which
 
 
-class Record(NamedTuple):
-    """A record as arrays: y (N, p) with NaN, u (N, m), and the input before them."""
-
-    y: np.ndarray
-    u: np.ndarray
-    u0: np.ndarray
-
-
 @overload
 def log_likelihood(
     plant: Plant, y: Any, u: Any = ..., *, m1: Outputs = ..., u0: Given = ...,
-    gradient: Literal[False] = ..., each: Literal[False] = ..., backend: str = ...
+    gradient: Literal[False] = ..., each: Literal[False] = ..., backend: str = ...,
+    executor: Executor | None = ...,
 ) -> float: ...  # fmt: skip
 @overload
 def log_likelihood(
     plant: Plant, y: Any, u: Any = ..., *, m1: Outputs = ..., u0: Given = ...,
-    gradient: Literal[False] = ..., each: Literal[True], backend: str = ...
+    gradient: Literal[False] = ..., each: Literal[True], backend: str = ...,
+    executor: Executor | None = ...,
 ) -> np.ndarray: ...  # fmt: skip
 @overload
 def log_likelihood(
     plant: Plant, y: Any, u: Any = ..., *, m1: Outputs = ..., u0: Given = ...,
-    gradient: Literal[True], each: Literal[False] = ..., backend: str = ...
+    gradient: Literal[True], each: Literal[False] = ..., backend: str = ...,
+    executor: Executor | None = ...,
 ) -> tuple[float, Matrices]: ...  # fmt: skip
 @overload
 def log_likelihood(
     plant: Plant, y: Any, u: Any = ..., *, m1: Outputs = ..., u0: Given = ...,
-    gradient: Literal[True], each: Literal[True], backend: str = ...
+    gradient: Literal[True], each: Literal[True], backend: str = ...,
+    executor: Executor | None = ...,
 ) -> tuple[np.ndarray, Matrices]: ...  # fmt: skip
 def log_likelihood(
     plant: Plant,
@@ -63,6 +59,7 @@ def log_likelihood(
     gradient: bool = False,
     each: bool = False,
     backend: str = "auto",
+    executor: Executor | None = None,
 ) -> Any:
     """The logarithm of the likelihood of a record under a plant.
 
@@ -107,6 +104,8 @@ def log_likelihood(
         instead of their sums.
     backend : "auto", "numpy" or "numba"
         As in `filter_data`.
+    executor : concurrent.futures.Executor, optional
+        Where many records are filtered, as in `filter_data`; it changes no bit.
 
     Returns
     -------
@@ -166,87 +165,18 @@ def log_likelihood(
     expect(plant=plant)
     require_noise(plant)
     require_noise_free(plant, m1)
+    if executor is not None and not several(y, plant.p):
+        Where(executor).require_none()
     records = [*_records(plant, y, u, u0)]
     fast = kernels.runs_compiled(backend, sum(len(one.y) for one in records))
     wanted = score.names(plant) if gradient else ()
-    if each:
-        every = []
-        for k, one in enumerate(records):
-            with named(k, len(records)):
-                every.append(_together(plant, [one], fast, wanted))
-        slopes = {
-            name: np.array([slope[name] for _, slope in every]) for name in wanted
-        }
-        values = np.array([value for value, _ in every])
-        return (values, slopes) if gradient else values
-    found = _together(plant, records, fast, wanted)
-    return found if gradient else found[0]
-
-
-def _together(
-    plant: Plant, records: Sequence[Record], fast: bool, wanted: tuple[str, ...]
-) -> tuple[float, Matrices]:
-    """The likelihood of records, with one gain where theirs has settled."""
-    if fast and plant.steps is None and records:
-        known = None if plant.P0 is None else plant
-        settled = Evaluator(records, fast)(plant.at(0), known, wanted)
-        if settled is not None:
-            return settled
-    return row_by_row(plant, records, fast, wanted)
-
-
-def row_by_row(
-    plant: Plant, records: Sequence[Record], fast: bool, wanted: tuple[str, ...]
-) -> tuple[float, Matrices]:
-    """The likelihood of records, and its gradients in the matrices of `wanted`."""
-    unknown = plant.P0 is None
-    settings = Settings(plant, 0)
-    total, slopes = 0.0, dict[str, np.ndarray]()
-    for k, one in enumerate(records):
-        with named(k, len(records)):
-            found, slope = _of_record(settings, unknown, one, fast, wanted)
-        total += found
-        slopes = {name: slopes.get(name, 0) + X for name, X in slope.items()}
-    return total, slopes
-
-
-def _of_record(
-    settings: Settings,
-    unknown: bool,
-    record: Record,
-    fast: bool,
-    wanted: tuple[str, ...],
-) -> tuple[float, Matrices]:
-    """The likelihood of one record, and its gradients if some are wanted."""
-    plant, (y, u, u0) = settings.plant, record
-    first, found, beginning = 0, 0.0, None
-    if unknown:
-        beginning = diffuse.head(settings, y, u)
-        found, first, state = (
-            beginning.value,
-            len(beginning.trail.free),
-            beginning.state,
-        )
-    else:
-        state = start(settings, plant.x0, u0)
-    gap = None if beginning is None else beginning.gap
-    trail = trail_of(settings, state, y[first:], u[first:], fast, bool(wanted), gap)
-    found += value(trail.settled())
-    if not wanted:
-        return found, {}
-    sums, now = score.Sums(plant, wanted), score.Adjoint.after(plant.n)
-    now = score.back(trail, plant, u[first:], sums, now, first + 1)
-    if beginning is None:
-        return found, sums.found | score.at_start(plant, now, u0, sums)
-    diffuse.back(beginning, plant, u[:first], sums, now)
-    return found, sums.found
-
-
-def value(trail: Trail) -> float:
-    """The logarithm of the likelihood, from its rows."""
-    count = int(trail.free.sum())
-    exponent = float(trail.log_det.sum() + trail.square.sum())
-    return -0.5 * float(count * np.log(2 * np.pi) + exponent)
+    jobs = parts(plant, records, fast, wanted, each)
+    every = [one for part in in_order(Part.found, jobs, executor) for one in part]
+    gather = np.array if each else sum
+    values = gather([value for value, _ in every])
+    names = wanted if each or records else ()
+    slopes = {name: gather([slope[name] for _, slope in every]) for name in names}
+    return (values, slopes) if gradient else values
 
 
 def require_noise_free(plant: Plant, m1: Outputs) -> None:

@@ -11,7 +11,8 @@ from ..errors import CertificateError, DesignError
 from ..numeric import Matrices, Vector
 from ..plant import Plant
 from ..plant.instant import Instant
-from .likelihood import _records, log_likelihood, row_by_row
+from .likelihood import _records, log_likelihood
+from .likelihood_parts import row_by_row
 from .records import Records
 from .settled_record import Evaluator
 from .unknowns import Unknowns, along
