@@ -14,12 +14,14 @@ import sympy as sp
 import luenberger as lb
 from luenberger.export import to_c
 from luenberger.export.c import filter as filter_
+from luenberger.export.c import guard
 from luenberger.kernels import cost
 from luenberger.kernels.c import C, Module
 from luenberger.kernels.lowering import lower
 from luenberger.kernels.numpy import kernel
 from luenberger.numeric.factors import semidefinite
 from luenberger.papers.leondes_novak.derivation import arrived, predict, update
+from luenberger.run.measurements import first_sample
 from luenberger.symbolic import Derivation, Solve, Stage
 
 GCC = shutil.which("gcc") or shutil.which("cc")
@@ -256,6 +258,31 @@ def test_definiteness_is_tested_where_rounding_could_run_away(tmp_path):
 
     assert tested(undriven()) and tested(tracker(), m1=1)
     assert not tested(tracker())
+    for kind in generators.KNOWN:
+        for first in (False, True):
+            assert not tested(generators.known(kind, first=first))
+
+
+def test_what_is_known_for_good():
+    """A constant is not that was uncertain, has noise, or is moved by another state."""
+    constant = generators.known("a constant")
+
+    def known(source):
+        now = guard.known_for_good(source.A, source.Q, first_sample(source).P0)
+        return now.tolist()
+
+    assert known(constant) == [False, False, False, True]
+    for name, where in {"P0": (3, 3), "Q": (3, 3), "A": (3, 0)}.items():
+        changed = getattr(constant, name).copy()
+        changed[where] = 0.5
+        assert not any(known(dataclasses.replace(constant, **{name: changed})))
+    # one known state moves the next, and an uncertain one the last
+    chain = np.diag([0.0, 1, 1], -1) + np.diag([1.0, 1, 1, 1])
+    zero = np.zeros((4, 4))
+    source = lb.Plant(chain, None, np.eye(1, 4), dt=1.0, Q=zero, P0=zero, R=[[1.0]])
+    assert all(known(source))
+    moved = dataclasses.replace(source, Q=np.diag([0.0, 1, 0, 0]))
+    assert known(moved) == [True, False, False, False]
 
 
 @needs_compiler

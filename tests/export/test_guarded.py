@@ -58,6 +58,7 @@ class Alone:
         self.C, self.R = (X.astype(self.kind) for X in (source.C, source.R))
         self.p, self.n = self.C.shape
         to_c(source, folder, name="unit", update="guarded", dtype=dtype)
+        self.loops = "unit_larger(" in (folder / "unit.c").read_text()
         (folder / "alone.c").write_text(ALONE.replace("REAL", dtype))
         options = "-std=c99 -O1 -shared -fPIC -o".split()
         done = folder / "alone.so"
@@ -119,7 +120,7 @@ def plant(n=3, p=2, **options):
     """A plant without inputs; its sizes are those of C, if that is given."""
     p, n = np.shape(options.get("C", np.eye(p, n)))
     given = dict(C=np.eye(p, n), Q=np.eye(n), R=np.eye(p), P0=np.eye(n), dt=1.0)
-    given |= {"A": np.eye(n) / 2, "B": None} | options
+    given |= {"A": np.eye(n) / 2 + 0.3 / n, "B": None} | options
     return lb.Plant(**given)
 
 
@@ -177,6 +178,7 @@ def test_no_step_errs_by_more_than_its_bound(n, p, kind, dtype, tmp_path):
     digits = 12 if dtype == "double" else 5
     one = Alone(tmp_path, plant(**outputs(kind, n, p, rng, digits)), dtype)
     part, taken, lost, joseph = 0.0, 0, 0, 0
+    assert one.loops == (n == 9)
     for Omega in covariances(n, rng, 24, one.kind):
         code, what, Sigma, ahead = one.call("quick", Omega)
         if code:
@@ -227,6 +229,7 @@ def test_what_the_guard_refuses_takes_the_form_for_any_gain(tmp_path):
 def test_what_cannot_be_bounded_is_refused(n, p, tmp_path):
     """No covariance, a variance of next to nothing, not a number; zero is known."""
     one = Alone(tmp_path, plant(C=np.ones((p, n))))
+    assert one.loops == (n == 9)
     assert one.call("quick", np.eye(n))[0] == 0
     assert one.call("quick", 1e-190 * np.eye(n))[0] == 0
     assert one.call("quick", 1e-210 * np.eye(n))[0]

@@ -111,7 +111,8 @@ class _Filter:
             {k: representable(k, X, module.real) for k, X in matrices.items()}
             for matrices in (full, whole)
         )
-        self.tested = bool(settings.accurate) or guard.undriven(now.As, now.Qs)
+        Omega = require_start(first_sample(plant))
+        self.tested = bool(settings.accurate) or guard.undriven(now.As, now.Qs, Omega)
         self.guarded = guarded and bool(now.C.any())  # else nothing is subtracted
         complete, self.costs = self.complete()
         predict, after = self.predict()

@@ -9,7 +9,7 @@ import numpy as np
 from ...errors import DesignError
 from ...kernels.c.numbers import representable
 from ...kernels.program import Guard, Magnitudes, Roots, Within
-from ...numeric import Matrices
+from ...numeric import Matrices, Matrix
 from ...numeric.detectability import require_detectable
 from ...plant import Plant
 
@@ -21,18 +21,31 @@ MORE = 1.01  # roots are some more than they are, for covariances that are round
 SECOND = 4.1  # 4, and more than all that is of second order
 
 
-def undriven(As: np.ndarray, Q: np.ndarray) -> bool:
+def undriven(As: Matrix, Q: Matrix, Omega: Matrix) -> bool:
     """Whether a mode that does not decay has no noise to drive it.
 
     A Kalman filter without such a mode forgets what rounding did to its covariance.
     With one, a negative variance may run away, so definiteness is then tested at
-    every sample; for accurate outputs it always is.
+    every sample; for accurate outputs it always is.  States that are known for good
+    have no part in it: their variances are zero to the last bit.
     """
+    rest = ~known_for_good(As, Q, Omega)
+    if not rest.any():
+        return False
+    kept = np.ix_(rest, rest)
     try:
-        require_detectable(As.T, Q)
+        require_detectable(As[kept].T, Q[kept])
     except DesignError:
         return True
     return False
+
+
+def known_for_good(As: Matrix, Q: Matrix, Omega: Matrix) -> Matrix:
+    """Which states begin known, have no noise, and are moved by such states alone."""
+    known: Matrix = ~np.any([Q != 0, Omega != 0], axis=(0, 2))
+    while (lost := known & As[:, ~known].any(axis=1)).any():
+        known &= ~lost
+    return known
 
 
 def guards(n: int, p: int, real: str) -> tuple[Guard, ...]:
