@@ -318,6 +318,7 @@ def test_search_finds_a_term_and_leads_there(
     with window(browser, pardoned=pardoned) as page:
         visit(page, f"{start}/index.html")
         page.keyboard.press("Control+k")
+        page.locator("input[type=search]:focus").wait_for()
         page.keyboard.type(term)
         page.keyboard.press("Enter")
         link = page.locator(f'#search-results a[href*="{leads_to}"]').first

@@ -43,9 +43,9 @@ def test_a_deck_needs_no_network_and_fits_the_screen(browser, deck):
         assert count > 30
         assert page.locator("mjx-container[display] svg").count() > 20
         for _ in range(count):
-            page.wait_for_function(FITS, timeout=5000)
+            page.wait_for_function(FITS)
             page.keyboard.press("ArrowRight")
-        assert page.evaluate("Reveal.isLastSlide()")
+        page.wait_for_function("Reveal.isLastSlide()")
         assert page.get_by_text("# Solution of exercise").count() == 0
 
 

@@ -2,6 +2,7 @@
 
 import contextlib
 import functools
+import http.client
 import http.server
 import importlib.util
 import json
@@ -14,7 +15,6 @@ import subprocess
 import sys
 import threading
 import time
-import urllib.error
 import urllib.parse
 import urllib.request
 
@@ -128,7 +128,7 @@ def wait_for(address, process, log):
     while True:
         try:
             return urllib.request.urlopen(address, timeout=10).close()
-        except (urllib.error.URLError, TimeoutError):
+        except (OSError, http.client.HTTPException):  # refused, reset, not yet there
             if process.poll() is not None or time.monotonic() > last:
                 raise RuntimeError(f"no answer:\n{log.read_text()}") from None
         time.sleep(0.1)
