@@ -5,16 +5,15 @@ part of the record with a vector of its own; what one lane does is the same in w
 lane, so the result does not depend on how a record is divided among them.
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
 from ..stage_list import StageList
+from .products import HEIGHT
 from .program import Assign, Program, Sizes
 from .python import Python
-
-HIGH, DEEP = 4, 4  # rows and products that are written out together
+from .tiles import runs
 
 
 @dataclass(frozen=True)
@@ -54,25 +53,27 @@ class Lanes:
 
 def arguments(lanes: Lanes, program: Program) -> dict[str, str]:
     """Names of the arguments of `run`, in order, and the numba type of each."""
-    types = {"rows": "i8", "write": "b1", "first": "i8[::1]"}
-    types |= {name: "f8[:,::1]" for name in lanes.matrices(program)}
-    types |= {lanes.carried[1]: "f8[::1]", lanes.read: "f8[:,::1]"}
-    return types | {lanes.written: "f8[:,::1]", "largest": "f8[::1]"}
+    types = dict.fromkeys(("begins", "shows", "ends"), "i8[::1]")
+    types |= {name: "f8[::1]" for name in lanes.matrices(program)}
+    types |= dict.fromkeys((lanes.carried[1], lanes.read, lanes.written), "f8[:,::1]")
+    return types | {"largest": "f8[::1]"}
 
 
 def source(lanes: Lanes, program: Program, sizes: Sizes, count: int) -> str:
     """The text of a module with the function `run`.
 
-    ``run(rows, write, first, ...)`` works on `rows` rows in each of `count` lanes, lane
-    l from row ``first[l]`` on.  What is carried comes as entries of all lanes one after
-    the other, and is left as after the last row.  Results are written if `write`.
-    ``largest`` takes up the largest |entry| of what is carried and of what is read, and
-    the largest squared length of what is weighed: again entry by entry, all lanes.
+    ``run(begins, shows, ends, ...)`` runs lane l over the rows from ``begins[l]`` to
+    ``ends[l]``, at least one, and writes results from row ``shows[l]`` on.  Lanes are
+    run `count` at a time, and there are a multiple of these.  What is carried comes
+    with a row for each lane, and is left as after its last row.  ``largest`` takes up
+    the largest |entry| of what is written and of what is read there, and the largest
+    squared length of what is weighed.
     """
     to = Python(0)
     to.line(f'"""{lanes.stages.where}, {count} lanes.  Generated: do not edit."""')
-    to.line("import numpy as np\n\n")
     names = arguments(lanes, program)
+    to.line("")
+    to.line("")
     to.line(f"def run({', '.join(f'{name}_' for name in names)}):")
     to.depth = 1
     _Body(lanes, program, sizes, count, to).write()
@@ -80,6 +81,8 @@ def source(lanes: Lanes, program: Program, sizes: Sizes, count: int) -> str:
 
 
 class _Body:
+    """Numbers of all lanes are kept entry by entry: one row of `count` an entry."""
+
     def __init__(
         self, lanes: Lanes, program: Program, sizes: Sizes, count: int, to: Python
     ) -> None:
@@ -87,113 +90,143 @@ class _Body:
         self.count, self.to = count, to
         self.result, self.given = lanes.carried
         self.long = {
-            name: program.shape(name, sizes)[0]
+            name: int(program.shape(name, sizes)[0])
             for name in (self.given, lanes.read, self.result, lanes.weighed)
         }
+        self.sums = {s.target: s for s in program.steps if isinstance(s, Assign)}
 
     def write(self) -> None:
-        to, L, long = self.to, self.count, self.long
-        n, k = long[self.given], long[self.lanes.read]
-        for name, length in long.items():
+        to, L, n = self.to, self.count, self.long[self.given]
+        watched = n + self.long[self.lanes.read] + 1
+        for name, length in self.long.items():
             to.let(name, f"array({max(length, 1) * L})")
-        to.let("sums", f"array({HIGH * L})")
-        to.let("most", f"array({(n + k + 1) * L})")
-        to.fill(f"{self.given}[i]", f"{self.given}_[i]", n * L)
-        to.fill("most[i]", "largest_[i]", (n + k + 1) * L)
-        to.loop("t", 0, "rows_")
-        self.read(k)
-        for step in self.program.steps:
-            assert isinstance(step, Assign)
-            self.assign(step)
+        for name in (self.result, self.lanes.weighed):
+            to.let(f"{name}_b", f"array({max(self.long[name], 1) * L})")
+        to.let("most", f"array({watched * L})")
+        to.fill("most[i]", "0.0", watched * L)
+        to.loop("g", "0", f"begins_.shape[0], {L}")
+        self.start()
+        to.loop("t", 0, "steps")
+        self.row()
+        to.end()
+        self.each_lane(f"{self.given}_[g + l, i]", f"{self.given}[i * {L} + l]", n)
+        to.end()
+        to.loop("i", 0, watched)
+        to.loop("l", 0, L)
+        to.set("largest_[i]", f"max(largest_[i], most[i * {L} + l])")
+        to.end()
+        to.end()
+
+    def start(self) -> None:
+        """The lanes of one go: what they carry, and when they all do the same."""
+        to, n = self.to, self.long[self.given]
+        here = f"{self.given}[i * {self.count} + l]"
+        self.each_lane(here, f"{self.given}_[g + l, i]", n)
+        for name, end, of in (
+            ("quiet", "shows", "min"), ("loud", "shows", "max"),
+            ("calm", "ends", "min"), ("steps", "ends", "max"),
+        ):  # fmt: skip
+            to.let(name, f"{end}_[g] - begins_[g]")
+            to.loop("l", 1, self.count)
+            to.let(name, f"{of}({name}, {end}_[g + l] - begins_[g + l])")
+            to.end()
+
+    def each_lane(self, target: str, text: str, length: int) -> None:
+        """target = text for each lane l and each i."""
+        self.to.loop("l", 0, self.count)
+        self.to.fill(target, text, length)
+        self.to.end()
+
+    def row(self) -> None:
+        """One row of every lane; lanes that have ended read their last one again."""
+        to, L, n, read = self.to, self.count, self.long[self.given], self.lanes.read
+        to.loop("l", 0, L)
+        to.let("row", "min(begins_[g + l] + t, ends_[g + l] - 1)")
+        to.fill(f"{read}[i * {L} + l]", f"{read}_[row, i]", self.long[read])
+        to.end()
+        self.assign(self.result)
+        to.check("t >= quiet")
+        self.assign(self.lanes.weighed)
+        to.check("loud <= t < calm")
+        to.loop("l", 0, L)
+        self.weigh()
+        to.end()
+        for name, at, length in self.watched():
+            most = f"most[i + {at * L}]"
+            to.fill(most, f"max({most}, abs({name}[i]))", length * L)
+        to.end()
+        to.line("else:")
+        to.depth += 1
+        self.shown()
+        self.weigh()
+        for name, at, length in self.watched():
+            most = f"most[(i + {at}) * {L} + l]"
+            to.fill(most, f"max({most}, abs({name}[i * {L} + l]))", length)
+        to.end()
+        to.end()
+        to.end()
+        self.shown()
+        to.fill(f"{self.lanes.written}_[row, i]", f"{self.result}[i * {L} + l]", n)
+        to.end()
+        to.end()
+        to.end()
+        self.carry()
+
+    def watched(self) -> list[tuple[str, int, int]]:
+        """Vectors of whose entries the largest are kept: name, place, length."""
+        (n, k), read = (self.long[i] for i in (self.given, self.lanes.read)), self.lanes
+        return [(self.result, 0, n), (read.read, n, k)]
+
+    def shown(self) -> None:
+        """Open a loop over the lanes whose row is written."""
+        self.to.loop("l", 0, self.count)
+        self.to.let("row", "begins_[g + l] + t")
+        self.to.check("shows_[g + l] <= row < ends_[g + l]")
+
+    def weigh(self) -> None:
+        """The largest squared length, in lane l."""
+        to, L, name = self.to, self.count, self.lanes.weighed
+        at = (self.long[self.given] + self.long[self.lanes.read]) * L
+        to.let("s", "0.0")
+        for i in range(self.long[name]):
+            to.let("w", f"{name}[{i * L} + l]")
+            to.set("s", "w * w", "+=")
+        to.set(f"most[{at} + l]", f"max(most[{at} + l], s)")
+
+    def carry(self) -> None:
+        """What the next row begins with: no change in lanes that have ended."""
+        to, L, n = self.to, self.count, self.long[self.given]
+        to.check("t < calm")
         to.fill(f"{self.given}[i]", f"{self.result}[i]", n * L)
-        self.keep(n, k)
-        to.line("if write_:")
+        to.end()
+        to.line("else:")
         to.depth += 1
         to.loop("l", 0, L)
-        to.let("row", "first_[l] + t")
-        for_all = f"{self.lanes.written}_[row, i]", f"{self.given}[i * {L} + l]"
-        to.fill(*for_all, n)
+        to.check("begins_[g + l] + t < ends_[g + l]")
+        to.fill(f"{self.given}[i * {L} + l]", f"{self.result}[i * {L} + l]", n)
         to.end()
         to.end()
-        to.end()
-        to.fill(f"{self.given}_[i]", f"{self.given}[i]", n * L)
-        to.fill("largest_[i]", "most[i]", (n + k + 1) * L)
-
-    def read(self, k: int) -> None:
-        to, name = self.to, self.lanes.read
-        to.loop("l", 0, self.count)
-        to.let("row", "first_[l] + t")
-        to.fill(f"{name}[i * {self.count} + l]", f"{name}_[row, i]", k)
         to.end()
 
-    def keep(self, n: int, k: int) -> None:
-        """The largest entries, and the largest squared length."""
-        to, L = self.to, self.count
-        for name, begin, length in ((self.given, 0, n), (self.lanes.read, n, k)):
-            at = f"most[i + {begin * L}]" if begin else "most[i]"
-            to.fill(at, f"max({at}, abs({name}[i]))", length * L)
-        to.loop("l", 0, L)
-        to.let("s", "0.0")
-        for i in range(self.long[self.lanes.weighed]):
-            to.let("w", f"{self.lanes.weighed}[{i * L} + l]")
-            to.set("s", "w * w", "+=")
-        to.set(f"most[{(n + k) * L} + l]", f"max(most[{(n + k) * L} + l], s)")
-        to.end()
-
-    def assign(self, step: Assign) -> None:
-        """A target, some rows at a time."""
-        to, rows = self.to, self.program.shape(step.target, self.sizes)[0]
-        whole = rows // HIGH * HIGH
-        if whole:
-            to.loop("i", "0", f"{whole}, {HIGH}")
-            self.block(step, "i", HIGH)
-            to.end()
-        if rows % HIGH:
-            self.block(step, str(whole), rows % HIGH)
-
-    def block(self, step: Assign, first: str, high: int) -> None:
-        to, L = self.to, self.count
-        to.loop("l", 0, L)
-        for r in range(high):
-            to.set(f"sums[{r * L} + l]", "0.0")
-        to.end()
-        for term in step.terms:
-            assert term.scale == 1 and not term.factors[0].turned
+    def assign(self, target: str) -> None:
+        """A sum of products, in tiles."""
+        step, L = self.sums[target], self.count
+        start, last = None, len(step.terms) - 1
+        for number, term in enumerate(step.terms):
             matrix, vector = (factor.name for factor in term.factors)
-            for loop, columns in _parts(self.long[vector]):
-                if loop:
-                    to.loop("k", *loop)
-                self.products(matrix, vector, first, high, columns)
-                if loop:
-                    to.end()
-        to.loop("l", 0, L)
-        for r in range(high):
-            to.set(f"{step.target}[({first} + {r}) * {L} + l]", f"sums[{r * L} + l]")
-        to.end()
-
-    def products(
-        self, matrix: str, vector: str, first: str, high: int, columns: list[str]
-    ) -> None:
-        to, L = self.to, self.count
-        for r in range(high):
-            for c, column in enumerate(columns):
-                to.let(f"a{r}_{c}", f"{matrix}_[{first} + {r}, {column}]")
-        to.loop("l", 0, L)
-        for c, column in enumerate(columns):
-            to.let(f"b{c}", f"{vector}[({column}) * {L} + l]")
-        for r in range(high):
-            found = " + ".join(f"a{r}_{c} * b{c}" for c in range(len(columns)))
-            to.set(f"sums[{r * L} + l]", found, "+=")
-        to.end()
-
-
-def _parts(length: int) -> Iterator[tuple[Any, list[str]]]:
-    """The columns of a product: those of a loop over `k`, and the rest."""
-    whole = length // DEEP * DEEP
-    if whole:
-        yield ("0", f"{whole}, {DEEP}"), [f"k + {c}" for c in range(DEEP)]
-    if length % DEEP:
-        yield None, [str(c) for c in range(whole, length)]
+            assert not term.factors[0].turned
+            inner = self.long[vector]
+            into = target if (last - number) % 2 == 0 else f"{target}_b"
+            for first, end, height in runs(self.long[target], HEIGHT):
+                at = f"{first * L}, {L}"
+                given = [
+                    f"{height}, {int(start is not None)}, {(end - first) // height}",
+                    f"{L}, {inner}, 0, {float(term.scale)}",
+                    f"{into}, {at}", f"{start or into}, {at}",
+                    f"{matrix}_, {first * inner}, {inner}, 1", f"{vector}, 0, {L}",
+                ]  # fmt: skip
+                self.to.line(f"product({', '.join(given)})")
+            start = into
 
 
 @cache

@@ -20,6 +20,7 @@ from ..numeric.factors import SAFE
 from ..numeric.linalg import nonsingular
 from ..papers.leondes_novak.derivation import filter_step, padded
 from .alike import alike, patterns
+from .arrived import arrived, every
 from .root_step import Spread
 from .settings import PATTERNS, Setting, Settings
 from .state import Book, State, flat
@@ -93,8 +94,7 @@ class Stacks:
 
         Beside it, which outputs arrived, and the matrices that change.
         """
-        seen = np.isnan(y)
-        np.logical_not(seen, out=seen)  # the first touch of new memory costs most
+        seen = arrived(y)
         complete = self.complete(state, seen)
         if self.varying:
             now, before, good, stacks = self.instants(state, seen)
@@ -116,7 +116,7 @@ class Stacks:
 
         With S, what carries over from the row before hangs on what it had.
         """
-        return bool(seen.all() and (not self.cross or state.seen.all()))
+        return every(seen) and (not self.cross or bool(state.seen.all()))
 
     def changing(self, complete: bool) -> frozenset[str]:
         """Names of the matrices that have an index."""

@@ -17,7 +17,7 @@ import numpy as np
 
 from ..errors import DesignError
 from ..numeric import Matrix, Vector
-from ..numeric.linalg import modes
+from ..numeric.linalg import finite, modes
 from .filter_pass import Pass
 from .settings import Settings
 from .state import State
@@ -84,6 +84,11 @@ def passed(
     return Passed(run.settings, state.instant + 1, variances, y, Sigma)
 
 
+def may_grow(gap: Gap | None, settings: Settings, whole: bool) -> bool:
+    """Whether states may have grown in rows behind `gap`, which may be `whole`."""
+    return not (gap is None and whole and not settings.unseen_growth)
+
+
 def require_digits(gap: Gap | None, rows: Passed) -> Gap | None:
     """The gap in which the last row is; `gap` is the one before the first row.
 
@@ -94,7 +99,7 @@ def require_digits(gap: Gap | None, rows: Passed) -> Gap | None:
     """
     if not len(rows.y):
         return gap
-    if gap is None and not rows.settings.unseen_growth and not np.isnan(rows.y).any():
+    if not may_grow(gap, rows.settings, finite(rows.y)):
         return gap
     left = None
     for begin, end in _gaps(rows, gap is not None):

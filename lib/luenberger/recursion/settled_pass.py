@@ -14,8 +14,9 @@ import numpy as np
 from ..errors import short
 from ..numeric import Matrix, Vector
 from ..plant import Plant
+from .arrived import arrived, every
 from .filter_pass import Pass
-from .growth import Gap, passed, require_digits
+from .growth import Gap, may_grow, passed, require_digits
 from .held import Behind
 from .innovations import largest
 from .settings import Settings
@@ -53,7 +54,8 @@ class Progress(NamedTuple):
     there must be before the next look, and ``stretch`` the rows with one gain, if these
     are such.  ``settled`` has the rows of the last chunk from which on there was one
     gain, and ``bound`` how far these rows can be from the full recursion.  ``still`` is
-    the row from which on there was one to the last, and ``gap`` the one that it is in.
+    the row from which on there was one to the last, whose variances alone are written
+    there, and ``gap`` the one that it is in.
     """
 
     state: State
@@ -131,11 +133,18 @@ class SettledPass:
             return begin
         if self.tolerance is None:
             found = Progress(self.run.into(out, begin.state, y, u, compile))
+            whole = False
         else:
-            found = _Rows(self, begin, y, u, compile, out).run()
+            rows = _Rows(self, begin, y, u, compile, out)
+            found, whole = rows.run(), every(rows.seen)
+        if not may_grow(begin.gap, self.settings, whole):
+            return found
+        if found.still is not None:
+            out.spread(slice(found.still, len(y)))
+            found = found._replace(still=None)
         P = out.P if out.kept else None
-        rows = passed(self.run, begin.state, y, u, out.variances, compile, P)
-        return found._replace(gap=require_digits(begin.gap, rows))
+        past = passed(self.run, begin.state, y, u, out.variances, compile, P)
+        return found._replace(gap=require_digits(begin.gap, past))
 
     def known(self, seen: Vector) -> bool:
         """Whether the gain for these outputs has been found."""
@@ -172,7 +181,7 @@ class _Rows:
         self.behind, self.near = begin.behind, begin.near
         self.rows = way.run.rows(begin.state, y, u, compile)
         block = self.rows.block
-        self.seen = ~np.isnan(y) if block is None else block.seen
+        self.seen = arrived(y) if block is None else block.seen
         self.fast = block is not None
         self.first, self.soon = (
             min(max(SOON, rows // way.plant.n**3 if self.fast else 0), LATE)
@@ -208,7 +217,7 @@ class _Rows:
         The first rows and the last ones are parts in any case.
         """
         N = len(self.seen)
-        if self.seen.all():
+        if every(self.seen):
             yield 0, N
             return
         other = np.zeros(N - 1, dtype=bool)
@@ -277,4 +286,6 @@ class _Rows:
         self.state = gain.after(made, instant, self.out.x[last - 1])
         self.stretch, self.done = made, last
         self.still = first if last == len(self.y) else None
+        if self.still is None:
+            self.out.spread(rows)
         self.bound = max(self.bound, made.bound)

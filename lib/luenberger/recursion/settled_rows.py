@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .. import kernels
-from ..kernels.lanes import Lanes, in_lanes
+from ..kernels import lanes
 from ..numeric import Matrix, Vector
 from ..numeric.covariance_maps import Sums
 from ..numeric.factors import EPS
@@ -25,7 +25,7 @@ from .root_step import Spread
 from .settings import Setting
 from .state import State
 
-ROW = Lanes(settled_row, ("x_next", "x"), "r", "xs", "epsilon")
+ROW = lanes.Lanes(settled_row, ("x_next", "x"), "r", "xs", "epsilon")
 LONG = 8  # times as long as it begins early, a lane is
 FADED = EPS / 16  # of a start, that is nothing
 COUNT = 16  # lanes at once; half as many where the state is long
@@ -140,7 +140,7 @@ class OneGain:
         """Estimates of the rows of y, written to xs; the stretch after them."""
         r = self.read(at, y, u)
         if fast:
-            x, early, largest = _LanesOver(self, at, r, xs).run()
+            x, early, largest = in_lanes(self, at, r, xs)
         else:
             x, largest = self.one_by_one(at, r, xs)
             early = at.early
@@ -184,64 +184,30 @@ def _lost(X: Rounded, terms: int) -> Matrix:
     return X.off + (terms + 2) * EPS * np.abs(X.value)
 
 
-class _LanesOver:
-    """The rows of a chunk in lanes."""
+def in_lanes(
+    gain: OneGain, at: Stretch, r: Matrix, xs: Matrix
+) -> tuple[Vector, Vector, Vector]:
+    """The rows of a chunk in lanes.
 
-    def __init__(self, gain: OneGain, at: Stretch, r: Matrix, xs: Matrix) -> None:
-        self.gain, self.at = gain, at
-        n, k = gain.G_r.shape
-        self.n, self.count = n, COUNT if n < LARGE else COUNT // 2
-        sizes = ("n", n), ("k", k), ("j", len(gain.W_x))
-        self.kernel = in_lanes(ROW, sizes, self.count)
-        self.given = dict(Phi=gain.Phi, G_r=gain.G_r, W_x=gain.W_x, W_r=gain.W_r)
-        self.given |= dict(r=r, xs=xs)
-        self.largest = np.zeros((n + k + 1) * self.count)
-        self.begin, self.end = at.rows, at.rows + len(r)
-
-    def run(self) -> tuple[Vector, Vector, Vector]:
-        """The lane that is written last, the one begun early, the largest entries."""
-        m, w, first, end = self.gain.long, self.gain.early, self.begin, self.end
-        here, last = first // m, end // m
-        whole = range(max(here + 1, -(-(first + w) // m)), last)  # begun, ended here
-        lanes = dict[int, np.ndarray]()
-        for b in range(here, last + 2):
-            if b not in whole and (b == here or end > b * m - w):
-                lanes[b] = self.alone(b)
-        for k in range(0, len(whole), self.count):
-            self.together(whole[k : k + self.count])
-        none = np.zeros(self.n)
-        return lanes[last], lanes.get(last + 1, none), self.most()
-
-    def alone(self, b: int) -> Vector:
-        """The part of lane b that is in this chunk; its vector after it."""
-        m, w = self.gain.long, self.gain.early
-        if b == self.begin // m:
-            x = self.at.x
-        else:
-            x = self.at.early if self.begin > b * m - w else np.zeros(self.n)
-        x = np.repeat(x, self.count)
-        starts = max(self.begin, b * m - w), max(self.begin, b * m)
-        ends = min(self.end, b * m), min(self.end, (b + 1) * m)
-        for write in (False, True):
-            rows = ends[write] - starts[write]
-            if rows > 0:
-                self.call(np.repeat(starts[write], self.count), rows, write, x)
-        return x[:: self.count].copy()
-
-    def together(self, group: range) -> None:
-        """Lanes that begin and end in this chunk."""
-        m, w = self.gain.long, self.gain.early
-        b = np.array([*group, *[group[-1]] * (self.count - len(group))])
-        x = np.zeros(self.n * self.count)
-        self.call(b * m - w, w, False, x)
-        self.call(b * m, m, True, x)
-
-    def call(self, first: Vector, rows: int, write: bool, x: Vector) -> None:
-        largest = self.largest if write else np.zeros_like(self.largest)
-        first = first - self.begin
-        self.kernel(
-            **self.given, rows=rows, write=write, first=first, x=x, largest=largest
-        )
-
-    def most(self) -> Vector:
-        return self.largest.reshape(-1, self.count).max(axis=1)
+    Returned are the lane that is written last, the one that begins early behind it, and
+    the largest entries.
+    """
+    m, w, first, end = gain.long, gain.early, at.rows, at.rows + len(r)
+    here, last = first // m, end // m
+    b = np.arange(here, last + 1 + (end > (last + 1) * m - w))
+    x, count = np.zeros((len(b), len(at.x))), COUNT if len(at.x) < LARGE else COUNT // 2
+    x[0] = at.x
+    if len(b) > 1 and first > (here + 1) * m - w:
+        x[1] = at.early
+    rows = np.maximum(b * m - w, first), np.clip(b * m, first, end), (b + 1) * m
+    begins, shows, ends = rows[0] - first, rows[1] - first, np.minimum(rows[2], end)
+    whole = np.minimum(np.arange(-(-len(b) // count) * count), len(b) - 1)  # one again
+    made, largest = x[whole], np.zeros(len(at.largest))
+    sizes = ("n", len(at.x)), ("k", r.shape[1]), ("j", len(gain.W_x))
+    lanes.in_lanes(ROW, sizes, count)(
+        begins=begins[whole], shows=shows[whole], ends=(ends - first)[whole],
+        Phi=gain.Phi.ravel(), G_r=gain.G_r.ravel(), W_x=gain.W_x.ravel(),
+        W_r=gain.W_r.ravel(), x=made, r=r, xs=xs, largest=largest,
+    )  # fmt: skip
+    early = made[len(b) - 1] if b[-1] > last else np.zeros(len(at.x))
+    return made[last - here], early, largest

@@ -157,11 +157,18 @@ class History(NamedTuple):
             self.P[k], self.K[k][:, state.seen] = state.Sigma, row.new["K"]
 
     def repeat(self, rows: slice, P: Matrix, K: Matrix, seen: Vector) -> None:
-        """Write the same covariance and gain, of the outputs `seen`, to some rows."""
-        fill(self.variances[rows], P.diagonal())
+        """Write the same covariance and gain, of the outputs `seen`, to some rows.
+
+        Variances are written to the last one only: see `spread`.
+        """
+        self.variances[rows.stop - 1] = P.diagonal()
         if self.kept:
             self.P[rows] = P
             self.K[rows, :, seen] = K
+
+    def spread(self, rows: slice) -> None:
+        """Write the variances of the last one of some rows to all."""
+        fill(self.variances[rows], self.variances[rows.stop - 1].copy())
 
     def part(self, rows: slice) -> "History":
         """The same arrays, of some rows."""

@@ -9,6 +9,7 @@ import numpy as np
 from ..errors import short
 from ..formats import dataframes
 from ..numeric import Matrix, Vector
+from ..numeric.linalg import finite
 from ..numeric.validation import entries
 
 Step = Callable[[Any, Any, Any], tuple[Any, Any]]  # (state, y, u) to state and found
@@ -75,13 +76,15 @@ def rows(name: str, value: object, width: int, missing: bool = False) -> Matrix:
         array = array[:, None]
     if array.ndim != 2 or array.shape[1] != width:
         raise ValueError(f"{name} must be (N, {width}), got {array.shape}")
+    if finite(array):
+        return array
     if missing:
         infinite = np.isinf(array)
         if infinite.any():
             raise ValueError(
                 f"{name} is infinite in row {int(np.argwhere(infinite)[0, 0])}"
             )
-    elif not np.isfinite(array).all():
+    else:
         raise ValueError(
             f"{name} has values that are missing or not finite, first in row "
             f"{int(np.argwhere(~np.isfinite(array))[0, 0])}; filter_data accepts NaN "

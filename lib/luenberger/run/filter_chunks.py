@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -15,13 +15,17 @@ from ..numeric import Matrix, Vector
 from ..plant import Plant
 from ..recursion.late_pass import LatePass
 from ..recursion.settled_pass import Progress, SettledPass
-from ..recursion.state import History, fill
+from ..recursion.state import History
 from . import arrivals, chunks
 from .clock import Clock, require_instants
 from .sampled_pass import SampledPass
 from .timed import Timed
+from .when_asked import Ending, when_asked
+
+NEVER = np.empty(0, dtype=np.int64)  # rows at which a gain settled
 
 
+@when_asked("std")
 @dataclass(frozen=True, eq=False)
 class Filtered:
     """What `filter_data` returns; row k is instant k + 1 of the record.
@@ -31,7 +35,8 @@ class Filtered:
     x : (N, n) ndarray or pandas.DataFrame
         Estimates of the state, each using y up to and including its row.
     std : (N, n) ndarray or pandas.DataFrame
-        Their one-sigma errors, square roots of the diagonal of P.
+        Their one-sigma errors, square roots of the diagonal of P.  An array is written
+        when it is first asked for, behind the row at which the gain settled.
     P : (n, n) or (N, n, n) ndarray
         Error covariance at the last row; with ``history=True`` at every row.
     K : (N, n, p) ndarray or None
@@ -111,12 +116,10 @@ def _found(
 ) -> Filtered:
     """The `Filtered` of rows after which `state` is reached."""
     P, K = (out.P, out.K) if history else (state.Sigma, None)
-    orders = _orders(run.plant, run.accurate, y)
-    found = _filtered(run.plant, table, out.x, out.variances, P, K, orders, state.still)
-    settled = np.array(state.settled, dtype=np.int64)
-    for one in (found.x, found.std):
-        dataframes.note(one, settled_at=settled.tolist(), settle_bound=state.bound)
-    return replace(found, settled_at=settled, settle_bound=state.bound)
+    matrices = P, K, _orders(run.plant, run.accurate, y)
+    settled = np.array(state.settled, dtype=np.int64), state.bound
+    rows = out.x, out.variances
+    return _filtered(run.plant, table, *rows, *matrices, *settled, state.still)
 
 
 def late_chunk(
@@ -167,18 +170,26 @@ def _filtered(
     P: Matrix,
     K: Matrix | None,
     orders: Vector,
+    settled_at: Vector = NEVER,
+    settle_bound: float = 0.0,
     still: int | None = None,
 ) -> Filtered:
     """`Filtered`, as tables where y is one; `variances` become standard deviations.
 
-    From the row `still` on they are the same.
+    From the row `still` on these are those of the last row, and are not written.
     """
     early = variances[:still]
     np.sqrt(np.maximum(early, 0, out=early), out=early)
+    std: Any = variances
     if still is not None:
-        fill(variances[still:], np.sqrt(variances[-1]))
-    x, std = (dataframes.like(table, X, plant.state_names) for X in (x, variances))
-    return Filtered(x, std, P, K, orders, np.empty(0, dtype=np.int64), 0.0)
+        std = Ending(variances, still, np.sqrt(variances[-1]))
+    if dataframes.is_table(table):
+        std = std if still is None else std.written()
+        x, std = (dataframes.like(table, X, plant.state_names) for X in (x, std))
+        said = dict(settled_at=settled_at.tolist(), settle_bound=settle_bound)
+        for one in (x, std):
+            dataframes.note(one, **said)
+    return Filtered(x, std, P, K, orders, settled_at, settle_bound)
 
 
 def _last(plant: Plant, state: Any, y: Matrix) -> int:

@@ -59,7 +59,10 @@ class SampledPass:
             if run is not self._last:
                 state = at.state.under(run.settings)
                 at, self._last = Progress(state, gap=at.gap), run
-            at = run.into(out.part(rows), at, y[rows], u[rows], compile)
+            part = out.part(rows)
+            at = run.into(part, at, y[rows], u[rows], compile)
+            if at.still is not None:
+                part.spread(slice(at.still, len(part.x)))
             settled += [k + row for row in at.settled]
             bound = max(bound, at.bound)
         return at._replace(settled=tuple(settled), bound=bound, still=None), out
