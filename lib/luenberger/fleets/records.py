@@ -11,8 +11,9 @@ from ..errors import DesignError
 from ..numeric import Matrix, Vector
 from ..numeric.linalg import finite
 from ..recursion.growth import far, passed, require_digits
+from ..recursion.progress import Progress
 from ..recursion.settings import Settings
-from ..recursion.settled_pass import Progress, SettledPass
+from ..recursion.settled_pass import SettledPass
 from ..recursion.state import History, State, start
 
 

@@ -27,8 +27,6 @@ class Lanes:
         A result, and the given vector that it is at the next row.
     read : str
         The given vector that is read from the record.
-    written : str
-        The array that the result is written to.
     weighed : str
         A result of whose squared length the largest is kept.
     """
@@ -36,7 +34,6 @@ class Lanes:
     stages: StageList
     carried: tuple[str, str]
     read: str
-    written: str
     weighed: str
 
     @property
@@ -46,16 +43,18 @@ class Lanes:
 
         return lower(self.stages(), [self.carried[0], self.weighed])
 
-    def matrices(self, program: Program) -> list[str]:
-        """The given matrices that stay."""
-        return [k for k in program.given if k not in (self.carried[1], self.read)]
+    @property
+    def vectors(self) -> tuple[str, str, str, str]:
+        """What is carried on and weighed, what was carried and is read."""
+        return self.carried[0], self.weighed, self.carried[1], self.read
 
 
 def arguments(lanes: Lanes, program: Program) -> dict[str, str]:
     """Names of the arguments of `run`, in order, and the numba type of each."""
     types = dict.fromkeys(("begins", "shows", "ends"), "i8[::1]")
-    types |= {name: "f8[::1]" for name in lanes.matrices(program)}
-    types |= dict.fromkeys((lanes.carried[1], lanes.read, lanes.written), "f8[:,::1]")
+    _, _, carried, read = lanes.vectors
+    matrices = [name for name in program.given if name not in (carried, read)]
+    types |= dict.fromkeys((*matrices, carried, read, "written"), "f8[:,::1]")
     return types | {"largest": "f8[::1]"}
 
 
@@ -64,16 +63,16 @@ def source(lanes: Lanes, program: Program, sizes: Sizes, count: int) -> str:
 
     ``run(begins, shows, ends, ...)`` runs lane l over the rows from ``begins[l]`` to
     ``ends[l]``, at least one, and writes results from row ``shows[l]`` on.  Lanes are
-    run `count` at a time, and there are a multiple of these.  What is carried comes
-    with a row for each lane, and is left as after its last row.  ``largest`` takes up
-    the largest |entry| of what is written and of what is read there, and the largest
+    run `count` at a time, and there are a multiple of these.  What is carried comes as
+    a row for each lane, and is left as after its last row.  ``largest`` takes up the
+    largest |entry| of what is written and of what is read there, and the largest
     squared length of what is weighed.
     """
     to = Python(0)
     to.line(f'"""{lanes.stages.where}, {count} lanes.  Generated: do not edit."""')
+    to.line("")
+    to.line("")
     names = arguments(lanes, program)
-    to.line("")
-    to.line("")
     to.line(f"def run({', '.join(f'{name}_' for name in names)}):")
     to.depth = 1
     _Body(lanes, program, sizes, count, to).write()
@@ -86,42 +85,66 @@ class _Body:
     def __init__(
         self, lanes: Lanes, program: Program, sizes: Sizes, count: int, to: Python
     ) -> None:
-        self.lanes, self.program, self.sizes = lanes, program, sizes
+        self.lanes, self.program = lanes, program
         self.count, self.to = count, to
-        self.result, self.given = lanes.carried
-        self.long = {
-            name: int(program.shape(name, sizes)[0])
-            for name in (self.given, lanes.read, self.result, lanes.weighed)
-        }
-        self.sums = {s.target: s for s in program.steps if isinstance(s, Assign)}
+        self.long = {name: int(program.shape(name, sizes)[0]) for name in lanes.vectors}
+        _, self.j, n, k = self.long.values()
+        self.n, self.k = n, k
+        # of what is kept of each row: where it is, and its place in `largest`
+        self.watched = ("new", 0, 0, n), ("old", n, n, k)
 
     def write(self) -> None:
-        to, L, n = self.to, self.count, self.long[self.given]
-        watched = n + self.long[self.lanes.read] + 1
-        for name, length in self.long.items():
-            to.let(name, f"array({max(length, 1) * L})")
-        for name in (self.result, self.lanes.weighed):
-            to.let(f"{name}_b", f"array({max(self.long[name], 1) * L})")
-        to.let("most", f"array({watched * L})")
-        to.fill("most[i]", "0.0", watched * L)
+        to, L, n, k = self.to, self.count, self.n, self.k
+        to.let("old", f"array({(n + k) * L})")
+        to.let("new", f"array({(n + self.j) * L})")
+        to.let("most", f"array({(n + k + 1) * L})")
+        to.fill("most[i]", "0.0", (n + k + 1) * L)
+        self.stack()
         to.loop("g", "0", f"begins_.shape[0], {L}")
         self.start()
         to.loop("t", 0, "steps")
         self.row()
         to.end()
-        self.each_lane(f"{self.given}_[g + l, i]", f"{self.given}[i * {L} + l]", n)
+        self.each_lane(self.carried, self.at("old"), n)
         to.end()
-        to.loop("i", 0, watched)
+        to.loop("i", 0, n + k + 1)
         to.loop("l", 0, L)
         to.set("largest_[i]", f"max(largest_[i], most[i * {L} + l])")
         to.end()
         to.end()
 
+    def stack(self) -> None:
+        """One matrix, by columns: new from old."""
+        to, rows = self.to, self.n + self.j
+        result, weighed, carried, read = self.lanes.vectors
+        to.let("step", f"array({(self.n + self.k) * rows})")
+        to.fill("step[i]", "0.0", (self.n + self.k) * rows)
+        for step in self.program.steps:
+            assert isinstance(step, Assign)
+            first = {result: 0, weighed: self.n}[step.target]
+            for term in step.terms:
+                matrix, vector = (factor.name for factor in term.factors)
+                assert term.scale == 1 and not term.factors[0].turned
+                column = {carried: 0, read: self.n}[vector]
+                to.loop("c", 0, self.long[vector])
+                place = f"step[(c + {column}) * {rows} + i + {first}]"
+                to.fill(place, f"{matrix}_[i, c]", self.long[step.target], "+=")
+                to.end()
+
+    @property
+    def carried(self) -> str:
+        """Entry i of lane l as it comes and goes."""
+        return f"{self.lanes.carried[1]}_[g + l, i]"
+
+    def at(self, name: str, first: int = 0) -> str:
+        """Entry `first` + i of lane l."""
+        entry = f"(i + {first})" if first else "i"
+        return f"{name}[{entry} * {self.count} + l]"
+
     def start(self) -> None:
         """The lanes of one go: what they carry, and when they all do the same."""
-        to, n = self.to, self.long[self.given]
-        here = f"{self.given}[i * {self.count} + l]"
-        self.each_lane(here, f"{self.given}_[g + l, i]", n)
+        to = self.to
+        self.each_lane(self.at("old"), self.carried, self.n)
         for name, end, of in (
             ("quiet", "shows", "min"), ("loud", "shows", "max"),
             ("calm", "ends", "min"), ("steps", "ends", "max"),
@@ -139,43 +162,67 @@ class _Body:
 
     def row(self) -> None:
         """One row of every lane; lanes that have ended read their last one again."""
-        to, L, n, read = self.to, self.count, self.long[self.given], self.lanes.read
-        to.loop("l", 0, L)
+        to = self.to
+        to.loop("l", 0, self.count)
         to.let("row", "min(begins_[g + l] + t, ends_[g + l] - 1)")
-        to.fill(f"{read}[i * {L} + l]", f"{read}_[row, i]", self.long[read])
+        to.fill(self.at("old", self.n), f"{self.lanes.read}_[row, i]", self.k)
         to.end()
-        self.assign(self.result)
+        self.product()
         to.check("t >= quiet")
-        self.assign(self.lanes.weighed)
         to.check("loud <= t < calm")
-        to.loop("l", 0, L)
-        self.weigh()
-        to.end()
-        for name, at, length in self.watched():
-            most = f"most[i + {at * L}]"
-            to.fill(most, f"max({most}, abs({name}[i]))", length * L)
+        self.keep()
         to.end()
         to.line("else:")
         to.depth += 1
         self.shown()
-        self.weigh()
-        for name, at, length in self.watched():
-            most = f"most[(i + {at}) * {L} + l]"
-            to.fill(most, f"max({most}, abs({name}[i * {L} + l]))", length)
+        self.keep_one()
         to.end()
         to.end()
         to.end()
         self.shown()
-        to.fill(f"{self.lanes.written}_[row, i]", f"{self.result}[i * {L} + l]", n)
+        to.fill("written_[row, i]", self.at("new"), self.n)
         to.end()
         to.end()
         to.end()
         self.carry()
 
-    def watched(self) -> list[tuple[str, int, int]]:
-        """Vectors of whose entries the largest are kept: name, place, length."""
-        (n, k), read = (self.long[i] for i in (self.given, self.lanes.read)), self.lanes
-        return [(self.result, 0, n), (read.read, n, k)]
+    def product(self) -> None:
+        """new = step old, in tiles."""
+        L, rows, inner = self.count, self.n + self.j, self.n + self.k
+        for first, end, height in runs(rows, HEIGHT):
+            given = [
+                f"{height}, 0, {(end - first) // height}, {L}, {inner}, 0, 1.0",
+                *[f"new, {first * L}, {L}"] * 2,
+                f"step, {first}, 1, {rows}, old, 0, {L}",
+            ]
+            self.to.line(f"product({', '.join(given)})")
+
+    def keep(self) -> None:
+        """What is largest, of all lanes."""
+        to, L = self.to, self.count
+        for name, at, place, length in self.watched:
+            most = f"most[i + {place * L}]" if place else "most[i]"
+            entry = f"{name}[i + {at * L}]" if at else f"{name}[i]"
+            to.fill(most, f"max({most}, abs({entry}))", length * L)
+        to.loop("l", 0, L)
+        self.weigh()
+        to.end()
+
+    def keep_one(self) -> None:
+        """The same of lane l."""
+        for name, at, place, length in self.watched:
+            most = self.at("most", place)
+            self.to.fill(most, f"max({most}, abs({self.at(name, at)}))", length)
+        self.weigh()
+
+    def weigh(self) -> None:
+        """The largest squared length, in lane l."""
+        to, L = self.to, self.count
+        most = f"most[{(self.n + self.k) * L} + l]"
+        to.let("s", "0.0")
+        for i in range(self.n, self.n + self.j):
+            to.set("s", f"new[{i * L} + l] * new[{i * L} + l]", "+=")
+        to.set(most, f"max({most}, s)")
 
     def shown(self) -> None:
         """Open a loop over the lanes whose row is written."""
@@ -183,50 +230,20 @@ class _Body:
         self.to.let("row", "begins_[g + l] + t")
         self.to.check("shows_[g + l] <= row < ends_[g + l]")
 
-    def weigh(self) -> None:
-        """The largest squared length, in lane l."""
-        to, L, name = self.to, self.count, self.lanes.weighed
-        at = (self.long[self.given] + self.long[self.lanes.read]) * L
-        to.let("s", "0.0")
-        for i in range(self.long[name]):
-            to.let("w", f"{name}[{i * L} + l]")
-            to.set("s", "w * w", "+=")
-        to.set(f"most[{at} + l]", f"max(most[{at} + l], s)")
-
     def carry(self) -> None:
         """What the next row begins with: no change in lanes that have ended."""
-        to, L, n = self.to, self.count, self.long[self.given]
+        to = self.to
         to.check("t < calm")
-        to.fill(f"{self.given}[i]", f"{self.result}[i]", n * L)
+        to.fill("old[i]", "new[i]", self.n * self.count)
         to.end()
         to.line("else:")
         to.depth += 1
-        to.loop("l", 0, L)
+        to.loop("l", 0, self.count)
         to.check("begins_[g + l] + t < ends_[g + l]")
-        to.fill(f"{self.given}[i * {L} + l]", f"{self.result}[i * {L} + l]", n)
+        to.fill(self.at("old"), self.at("new"), self.n)
         to.end()
         to.end()
         to.end()
-
-    def assign(self, target: str) -> None:
-        """A sum of products, in tiles."""
-        step, L = self.sums[target], self.count
-        start, last = None, len(step.terms) - 1
-        for number, term in enumerate(step.terms):
-            matrix, vector = (factor.name for factor in term.factors)
-            assert not term.factors[0].turned
-            inner = self.long[vector]
-            into = target if (last - number) % 2 == 0 else f"{target}_b"
-            for first, end, height in runs(self.long[target], HEIGHT):
-                at = f"{first * L}, {L}"
-                given = [
-                    f"{height}, {int(start is not None)}, {(end - first) // height}",
-                    f"{L}, {inner}, 0, {float(term.scale)}",
-                    f"{into}, {at}", f"{start or into}, {at}",
-                    f"{matrix}_, {first * inner}, {inner}, 1", f"{vector}, 0, {L}",
-                ]  # fmt: skip
-                self.to.line(f"product({', '.join(given)})")
-            start = into
 
 
 @cache

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import sqrt
+
 import numpy as np
 from scipy.linalg import solve_triangular
 
@@ -42,12 +44,14 @@ class Measure:
         inner = self.inverse @ X.value
         off = X.off + (n + 2) * EPS * np.abs(X.value)
         lost = n * EPS * _length(inner) + _length(np.abs(self.inverse) @ off)
-        return float(self.slack * (np.linalg.norm(inner, 2) + lost))
+        square = np.linalg.eigvalsh(inner @ inner.T)[-1]  # cheaper than its root
+        square += (2 * n + inner.shape[1]) * EPS * _length(inner) ** 2
+        return float(self.slack * (np.sqrt(square) + lost))
 
     def length(self, size: Vector) -> float:
         """That of a vector whose entries have at most these sizes."""
-        return float(self.slack * np.linalg.norm(np.abs(self.inverse) @ size))
+        return float(self.slack * _length(np.abs(self.inverse) @ size))
 
 
 def _length(X: Matrix) -> float:
-    return float(np.linalg.norm(X))
+    return sqrt(np.vdot(X, X))

@@ -54,17 +54,17 @@ def ball(now: Setting, spread: Spread, tolerance: float) -> tuple[Ball | None, b
     H = here.measure(step)
     if H is None:
         return None, True
-    delta = Rounded.of(here.down * step["delta"] * here.down.T)
-    made = here.ball(H, here.near)
+    size = H.size(Rounded.of(here.down * step["delta"] * here.down.T))
+    made = here.ball(H) if here.shrinks(H, step) else None
     if made is not None and not made.fits(tolerance):
         none = np.zeros(len(unit))
-        bare = made._replace(a=H.size(delta), rounds=none, gain=none)
+        bare = made._replace(a=size, rounds=none, gain=none)
         more = bare.fits(tolerance)  # else it is not for rounding that it does not fit
-        made = here.ball(H, here.again(Wide, "delta")) if more else None
+        made = here.known(made, here.again(Wide, "delta")) if more else None
     if made is not None and made.fits(tolerance):
         return made, True
     noise = NOISE * EPS * np.sqrt(len(unit)) * np.linalg.norm(H.inverse, 2) ** 2
-    return None, bool(H.size(delta) > noise)
+    return None, bool(size > noise)
 
 
 def distance(state: State, ball: Ball, tolerance: float) -> float:
@@ -111,11 +111,20 @@ class _Scaled:
             self.down * new[name] / unit for name in ("Omega", "Sigma_next")
         )
         self.K = self.down * new["K"] * seen
-        self.near = self.again(Rounded)
+
+    def moves(self, step: Matrices) -> tuple[Matrix, Matrix]:
+        """What moves differences of covariances: F and G."""
+        return self.down * step["F_0"] * self.unit, self.down * step["G_0"] * self.unit
+
+    def shrinks(self, H: Measure, step: Matrices) -> bool:
+        """Whether a step makes differences smaller, but for rounding."""
+        F, G = self.moves(step)
+        X = H.inverse @ np.concatenate([F @ H.root, G @ H.root], axis=1)
+        return bool(np.linalg.eigvalsh(X @ X.T)[-1] < 1)
 
     def measure(self, step: Matrices) -> Measure | None:
         """H: differences of the size of Omega, summed as far as they last."""
-        F, G = (self.down * step[name] * self.unit for name in ("F_0", "G_0"))
+        F, G = self.moves(step)
         if not np.isfinite(F).all() or not radius(F) < 1 - UNIT_TOL:
             return None
         sums = Sums(F)
@@ -128,42 +137,56 @@ class _Scaled:
         except np.linalg.LinAlgError:
             return None
 
-    def ball(self, H: Measure, exact: Bounds) -> Ball | None:
+    def ball(self, H: Measure) -> Ball | None:
         """The ball, from the step taken again."""
-        M, sure = _measure(exact["M"].short())
         ahead, _ = _measure(Rounded.of(self.Omega))
-        if M is None or ahead is None:
+        if ahead is None:
             return None
-        root = Rounded.of(H.root)
-        A, C = (Rounded.of(self.given[name]) for name in ("A", "C"))
-        F, G, left, stays = (
-            self.near[name].dot(root) for name in ("F_0", "G_0", "Y_0", "Y")
-        )
+        near, root = self.again(Rounded), Rounded.of(H.root)
+        F, G, left, stays = (near[k].dot(root) for k in ("F_0", "G_0", "Y_0", "Y"))
         variance, pushed = self.Sigma.diagonal(), left - stays
-        Sigma = exact["Sigma_next"].beside(self.Sigma)
-        lacks = exact["K"].beside(self.K).dot(Rounded.of(M.root))
-        return Ball(
+        none = np.zeros(len(variance))
+        made = Ball(
             Omega=self.new["Omega"],
             Sigma=self.new["Sigma_next"],
             K=self.new["K"],
             M=self.new["M"],
-            off=H.size(exact["Omega"].beside(self.Omega)),
-            sure=sure,
+            off=0.0,
+            sure=1.0,
             unit=self.unit,
             H=H,
             ahead=ahead,
-            a=H.size(exact["delta"].short()),
+            a=0.0,
             rho=H.norm(joined(F, G)) ** 2,
-            kappa=M.norm(C.dot(root)) * sure,
+            kappa=0.0,
             moved=H.norm(F - G),
-            rounds=(np.abs(Sigma.value) + Sigma.off).diagonal() / variance,
+            rounds=none,
             variances=(_rows(left) ** 2 + _rows(pushed) ** 2) / variance,
             reach=_rows(stays) / np.sqrt(variance),
-            lacks=ahead.size(A.dot(Sigma).dot(A.T)),
+            lacks=0.0,
             whole=ahead.norm(joined(F, G)) ** 2,
             furthest=ahead.norm(F - G),
-            gain=self.unit * _rows(lacks) * sure,
+            gain=none,
             moves=self.now.move.size,
+        )
+        return self.known(made, near)
+
+    def known(self, ball: Ball, exact: Bounds) -> Ball | None:
+        """The same ball, with what the step lacks as it is known from `exact`."""
+        M, sure = _measure(exact["M"].short())
+        if M is None:
+            return None
+        A, C = (Rounded.of(self.given[name]) for name in ("A", "C"))
+        Sigma = exact["Sigma_next"].beside(self.Sigma)
+        lacks = exact["K"].beside(self.K).dot(Rounded.of(M.root))
+        return ball._replace(
+            off=ball.H.size(exact["Omega"].beside(self.Omega)),
+            sure=sure,
+            a=ball.H.size(exact["delta"].short()),
+            kappa=M.norm(C.dot(Rounded.of(ball.H.root))) * sure,
+            rounds=(np.abs(Sigma.value) + Sigma.off).diagonal() / self.Sigma.diagonal(),
+            lacks=ball.ahead.size(A.dot(Sigma).dot(A.T)),
+            gain=self.unit * _rows(lacks) * sure,
         )
 
     def again(self, digits: type[Rounded], *wanted: str) -> Bounds:

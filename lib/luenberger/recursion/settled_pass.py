@@ -7,7 +7,6 @@ further and further apart: which rows these are does not depend on chunks.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import NamedTuple
 
 import numpy as np
 
@@ -16,12 +15,14 @@ from ..numeric import Matrix, Vector
 from ..plant import Plant
 from .arrived import arrived, every
 from .filter_pass import Pass
-from .growth import Gap, may_grow, passed, require_digits
+from .growth import may_grow, passed, require_digits
 from .held import Behind
 from .innovations import largest
+from .looks import Looks
+from .progress import Progress
 from .settings import Settings
 from .settled import ball, distance
-from .settled_rows import OneGain, Stretch
+from .settled_rows import OneGain
 from .state import History, State
 
 PATTERNS = 50  # of outputs, whose settled filters are kept at most
@@ -45,39 +46,6 @@ def settle_tolerance(settle: float | None) -> float | None:
             f"may be from the full recursion, or None for that; got {short(settle)}"
         )
     return tolerance
-
-
-class Progress(NamedTuple):
-    """A pass between two rows: its `State`, and how long outputs have been the same.
-
-    ``alike`` is the number of rows with the outputs of the last one, ``look`` how many
-    there must be before the next look, and ``stretch`` the rows with one gain, if these
-    are such.  ``settled`` has the rows of the last chunk from which on there was one
-    gain, and ``bound`` how far these rows can be from the full recursion.  ``still`` is
-    the row from which on there was one to the last, whose variances alone are written
-    there, and ``gap`` the one that it is in.
-    """
-
-    state: State
-    alike: int = 0
-    look: int = 0
-    stretch: Stretch | None = None
-    behind: Behind | None = None
-    near: tuple[int, float] | None = None
-    settled: tuple[int, ...] = ()
-    bound: float = 0.0
-    still: int | None = None
-    gap: Gap | None = None
-
-    @property
-    def instant(self) -> int:
-        """That of the last row."""
-        return self.state.instant
-
-    @property
-    def Sigma(self) -> Matrix:
-        """Error covariance there."""
-        return self.state.Sigma
 
 
 class SettledPass:
@@ -137,6 +105,8 @@ class SettledPass:
         else:
             rows = _Rows(self, begin, y, u, compile, out)
             found, whole = rows.run(), every(rows.seen)
+        if found.stretch is not None and whole and begin.gap is None:
+            return found  # all modes that last are seen, or it had not settled
         if not may_grow(begin.gap, self.settings, whole):
             return found
         if found.still is not None:
@@ -179,6 +149,7 @@ class _Rows:
         self.way, self.y, self.u, self.out = way, y, u, out
         self.state, self.alike, self.look, self.stretch = begin[:4]
         self.behind, self.near = begin.behind, begin.near
+        self.looks = begin.looks or Looks.none(way.plant.n)
         self.rows = way.run.rows(begin.state, y, u, compile)
         block = self.rows.block
         self.seen = arrived(y) if block is None else block.seen
@@ -201,7 +172,8 @@ class _Rows:
         if self.stretch is None:
             self.recur(len(self.y))
         at = self.alike, self.look, self.stretch, self.behind, self.near
-        return Progress(self.state, *at, tuple(self.settled), self.bound, self.still)
+        found = Progress(self.state, *at, tuple(self.settled), self.bound, self.still)
+        return found._replace(looks=self.looks)
 
     def changes(self, first: int) -> None:
         """Other outputs arrive from this row on."""
@@ -240,10 +212,22 @@ class _Rows:
         if self.alike == self.look:
             self.recur(k + count)
             self.look = int(self.look * (FAR if self.fast else NEAR))
-            gain = self.way.gain(self.state)
+            gain = self.gain()
             if gain is not None:
                 self.begin(gain)
         return k + count
+
+    def gain(self) -> OneGain | None:
+        """The one gain that rows to come may have, if it is worth to look for it."""
+        assert self.way.tolerance is not None
+        if self.state.seen.tobytes() in self.way.gains:
+            return self.way.gain(self.state)
+        if not self.looks.worth(self.way.tolerance, self.fast):
+            return None
+        gain = self.way.gain(self.state)
+        if gain is None:
+            self.looks = self.looks.failed(self.fast)
+        return gain
 
     def begin(self, gain: OneGain) -> None:
         """Rows with one gain, or a look when they can begin."""
@@ -268,6 +252,7 @@ class _Rows:
         begin, rows = self.state, slice(self.done, stop)
         self.state = self.rows.run(self.out, begin, self.done, stop)
         self.done = stop
+        self.looks = self.looks.after(self.out.variances[rows])
         if self.behind is not None:
             read = self.y[rows], self.u[rows], self.out.x[rows]
             s = largest(self.way.settings, begin, *read)

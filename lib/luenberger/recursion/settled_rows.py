@@ -25,11 +25,11 @@ from .root_step import Spread
 from .settings import Setting
 from .state import State
 
-ROW = lanes.Lanes(settled_row, ("x_next", "x"), "r", "xs", "epsilon")
+ROW = lanes.Lanes(settled_row, ("x_next", "x"), "r", "epsilon")
 LONG = 8  # times as long as it begins early, a lane is
 FADED = EPS / 16  # of a start, that is nothing
 COUNT = 16  # lanes at once; half as many where the state is long
-LARGE = 16  # states from which it is
+LARGE = 8  # states from which it is
 
 
 class Stretch(NamedTuple):
@@ -206,8 +206,8 @@ def in_lanes(
     sizes = ("n", len(at.x)), ("k", r.shape[1]), ("j", len(gain.W_x))
     lanes.in_lanes(ROW, sizes, count)(
         begins=begins[whole], shows=shows[whole], ends=(ends - first)[whole],
-        Phi=gain.Phi.ravel(), G_r=gain.G_r.ravel(), W_x=gain.W_x.ravel(),
-        W_r=gain.W_r.ravel(), x=made, r=r, xs=xs, largest=largest,
+        Phi=gain.Phi, G_r=gain.G_r, W_x=gain.W_x, W_r=gain.W_r,
+        x=made, r=r, written=xs, largest=largest,
     )  # fmt: skip
     early = made[len(b) - 1] if b[-1] > last else np.zeros(len(at.x))
     return made[last - here], early, largest

@@ -14,7 +14,8 @@ from ..formats import dataframes
 from ..numeric import Matrix, Vector
 from ..plant import Plant
 from ..recursion.late_pass import LatePass
-from ..recursion.settled_pass import Progress, SettledPass
+from ..recursion.progress import Progress
+from ..recursion.settled_pass import SettledPass
 from ..recursion.state import History
 from . import arrivals, chunks
 from .clock import Clock, require_instants

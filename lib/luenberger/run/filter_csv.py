@@ -16,8 +16,9 @@ from ..formats.spreadsheets import require_plain
 from ..kernels import runs_compiled
 from ..numeric import Matrix, Vector
 from ..plant import Plant
+from ..recursion.progress import Progress
 from ..recursion.settings import Settings
-from ..recursion.settled_pass import Progress, SettledPass
+from ..recursion.settled_pass import SettledPass
 from ..recursion.state import start
 from . import chunks, filter_chunks
 from .clock import Clock, Column

@@ -17,8 +17,9 @@ from ..formats import dataframes
 from ..numeric import Given
 from ..plant import Plant
 from ..recursion.late_pass import LatePass
+from ..recursion.progress import Progress
 from ..recursion.settings import Settings
-from ..recursion.settled_pass import Progress, SettledPass, settle_tolerance
+from ..recursion.settled_pass import SettledPass, settle_tolerance
 from ..recursion.state import start
 from . import arrivals, chunks
 from . import filter_chunks as by

@@ -6,8 +6,9 @@ from typing import Any
 
 from ..numeric import Matrix, Vector
 from ..plant import Plant
+from ..recursion.progress import Progress
 from ..recursion.settings import Settings, accurate_outputs
-from ..recursion.settled_pass import Progress, SettledPass
+from ..recursion.settled_pass import SettledPass
 from ..recursion.state import History, State
 from .discretise import discretise
 

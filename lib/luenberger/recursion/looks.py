@@ -1,0 +1,69 @@
+"""When it is worth to look whether a filter has settled, and what looks have cost.
+
+A look takes as long as many rows of the recursion.  How variances changed in the last
+rows tells nearly always what it would find, and takes next to nothing.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..numeric import Matrix
+from ..numeric.factors import EPS
+
+SHARE = 0.02  # of the rows, what looks that found nothing may cost but for the first
+LOOK = 45_000  # rows of n states, times n, take as long in compiled code as a look
+SLOWLY = 16  # rows do in NumPy
+KEPT = 3  # rows whose variances are kept
+STILL = 512 * EPS  # of a variance: a change that may be rounding
+
+
+class Looks(NamedTuple):
+    """The recursion so far: rows, what looks cost in rows, and the last variances.
+
+    Attributes
+    ----------
+    rows, spent : int
+    last : ndarray
+        Of at most `KEPT` rows.
+    """
+
+    rows: int
+    spent: int
+    last: np.ndarray
+
+    @classmethod
+    def none(cls, n: int) -> Looks:
+        """Before the first row."""
+        return cls(0, 0, np.empty((0, n)))
+
+    def after(self, variances: Matrix) -> Looks:
+        """After more rows."""
+        last = np.concatenate([self.last, variances[-KEPT:]])[-KEPT:]
+        return Looks(self.rows + len(variances), self.spent, last)
+
+    def failed(self, fast: bool) -> Looks:
+        """After a look that found nothing."""
+        return self._replace(spent=self.spent + self.cost(fast))
+
+    def worth(self, tolerance: float, fast: bool) -> bool:
+        """Whether variances have settled so far, and a look is not too dear."""
+        dear = self.spent and self.spent + self.cost(fast) > SHARE * self.rows
+        return not dear and settled(self.last, tolerance)
+
+    def cost(self, fast: bool) -> int:
+        """Of a look, in rows."""
+        return LOOK // self.last.shape[1] if fast else SLOWLY
+
+
+def settled(variances: Matrix, tolerance: float) -> bool:
+    """Whether all later changes together seem to be within a tolerance.
+
+    Each is taken to be as many times smaller than the one before as the last one was.
+    """
+    if len(variances) < KEPT or not (variances > 0).all():
+        return False
+    before, now = (np.abs(np.diff(variances, axis=0)) / variances[-1]).max(axis=1)
+    return bool(before <= STILL or now <= tolerance * (1 - now / before))
