@@ -1,10 +1,12 @@
 """A long record of a plant that does not change: where a filter may stop its recursion.
 
 `filter_data` at its defaults, beside its own full recursion and statsmodels, which
-takes a covariance as converged where two of them are close.  Its
-default setting is one contestant; the other keeps no more than the estimates, its
-fastest way.  Records are so long that the rows before the stop count little.  "off" is
-the largest error of an estimate, in standard deviations, beside the full recursion.
+takes a covariance as converged where two of them are close.  Of ours the estimates are
+read; another contestant reads deviations too, which are written when they are asked
+for.  The default setting of statsmodels is one contestant; the other keeps no more than
+the estimates, its fastest way.  Records are so long that the rows before the stop count
+little.  "off" is the largest error of an estimate, in standard deviations, beside the
+full recursion.
 
 Run:  OMP_NUM_THREADS=1 python benchmarks/settled_filter.py [--quick]
 """
@@ -18,6 +20,7 @@ from statsmodels.tsa.statespace import kalman_filter
 import luenberger as lb
 
 SIZES = [(3, 2, 1_000_000), (10, 4, 300_000), (30, 6, 100_000), (100, 10, 40_000)]
+OURS = ("numba", "numba, deviations")
 ROUNDS, PEER_ROWS = 7, 100_000  # rounds; rows at most that the others filter
 
 
@@ -35,10 +38,17 @@ def model(plant, y, lean):
     return found.filter().filtered_state.T
 
 
+def deviations(plant, y):
+    """Estimates, once deviations have been read too."""
+    found = lb.filter_data(plant, y, backend="numba")
+    return (found.std, found.x)[1]
+
+
 def contestants(plant):
     """Ours first: ratios are to its time."""
     return {
         "numba": lambda y: lb.filter_data(plant, y, backend="numba").x,
+        "numba, deviations": lambda y: deviations(plant, y),
         "full recursion": lambda y: (
             lb.filter_data(plant, y, settle=None, backend="numba").x
         ),
@@ -53,10 +63,9 @@ def records(quick=False):
         one, runs = plant(n, p), None
         y = np.random.default_rng(1).normal(size=(rows, p))
         runs = contestants(one)
-        given = {name: y if name == "numba" else y[:PEER_ROWS] for name in runs}
-        if n > 50:
-            given = {k: Y if k == "numba" else Y[:4000] for k, Y in given.items()}
-        told(one, y[:4000] if n > 50 else y[:PEER_ROWS], runs)
+        peers = 4000 if n > 50 else PEER_ROWS
+        given = {name: y if name in OURS else y[:peers] for name in runs}
+        told(one, y[:peers], runs)
         calls = {name: lambda k=name: runs[k](given[k]) for name in runs}  # noqa: B023
         work = {name: len(Y) for name, Y in given.items()}
         times = in_turns(calls, 3 if quick else ROUNDS, work)

@@ -59,7 +59,7 @@ class Looks(NamedTuple):
 
 
 def settled(variances: Matrix, tolerance: float) -> bool:
-    """Whether all later changes together seem to be within a tolerance.
+    """Whether the last change and all later ones seem to be within a tolerance.
 
     Each is taken to be as many times smaller than the one before as the last one was.
     """

@@ -1,0 +1,60 @@
+"""When it is looked whether a filter has settled, and what looks cost at most."""
+
+import numpy as np
+import pytest
+
+import luenberger as lb
+from luenberger.recursion import settled_pass
+from luenberger.recursion.looks import SHARE, Looks, settled
+
+
+@pytest.mark.parametrize("ratio", [0.1, 0.9, 0.99])
+@pytest.mark.parametrize("left, wanted", [(0.9e-6, True), (1.1e-6, False)])
+def test_changes_that_shrink_evenly_are_added_up(ratio, left, wanted):
+    """Row k is 1 + a ratio^k: from the last row but one on, a ratio is left."""
+    rows = 1 + left / ratio * ratio ** np.arange(3.0)
+    assert settled(rows[:, None], 1e-6) is wanted
+
+
+def test_each_state_counts():
+    still = np.ones(3)
+    moves = np.array([1.01, 1.001, 1.0001])
+    assert settled(np.stack([still, still], axis=1), 1e-6)
+    assert not settled(np.stack([still, moves], axis=1), 1e-6)
+    assert not settled(np.stack([moves, still], axis=1), 1e-6)
+    assert not settled(np.stack([still, 0 * still], axis=1), 1e-6)
+
+
+def test_changes_that_do_not_shrink_are_no_end():
+    rows = 1 + 1e-9 * np.arange(3.0)
+    assert not settled(rows[:, None], 1e-6)
+    assert settled(1 + 1e-15 * np.arange(3.0)[:, None], 1e-6)  # which is rounding
+
+
+@pytest.mark.parametrize("fast", [True, False])
+def test_looks_that_find_nothing_cost_a_share_of_the_rows(fast):
+    """But for the first one."""
+    looks, still, counted = Looks.none(3), np.ones((100, 3)), 0
+    for _ in range(40_000):
+        looks = looks.after(still)
+        if looks.worth(1e-9, fast):
+            looks, counted = looks.failed(fast), counted + 1
+    cost = looks.cost(fast)
+    assert looks.rows == 4_000_000 and looks.spent == counted * cost
+    assert 0.5 * SHARE * looks.rows < looks.spent <= SHARE * looks.rows + cost
+
+
+@pytest.mark.parametrize("driven, most", [([1.0, 0, 0], 0), ([1.0, 1.0, 0], 1)])
+def test_plants_that_never_settle_are_looked_at_once_at_most(monkeypatch, driven, most):
+    """Variances of the first fall for ever; those of the second stay, and no bound."""
+    made, looked = settled_pass.ball, []
+    monkeypatch.setattr(
+        settled_pass, "ball", lambda *given: looked.append(1) or made(*given)
+    )
+    C = [[1, 0, 0], [0, 1, 1]]
+    plant = lb.Plant(
+        np.eye(3), None, C, dt=1.0, Q=np.diag(driven), R=np.eye(2), P0=np.eye(3)
+    )
+    y = np.random.default_rng(0).standard_normal((700, 2))
+    found = lb.filter_data(plant, y, backend="numpy")
+    assert not len(found.settled_at) and len(looked) == most
