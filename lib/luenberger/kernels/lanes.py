@@ -70,8 +70,7 @@ def source(lanes: Lanes, program: Program, sizes: Sizes, count: int) -> str:
     """
     to = Python(0)
     to.line(f'"""{lanes.stages.where}, {count} lanes.  Generated: do not edit."""')
-    to.line("")
-    to.line("")
+    to.line("import numpy as np\n\n")
     names = arguments(lanes, program)
     to.line(f"def run({', '.join(f'{name}_' for name in names)}):")
     to.depth = 1
@@ -117,8 +116,7 @@ class _Body:
         """One matrix, by columns: new from old."""
         to, rows = self.to, self.n + self.j
         result, weighed, carried, read = self.lanes.vectors
-        to.let("step", f"array({(self.n + self.k) * rows})")
-        to.fill("step[i]", "0.0", (self.n + self.k) * rows)
+        to.let("step", f"np.zeros({(self.n + self.k) * rows})")  # large for a stack
         for step in self.program.steps:
             assert isinstance(step, Assign)
             first = {result: 0, weighed: self.n}[step.target]

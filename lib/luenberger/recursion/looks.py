@@ -14,6 +14,7 @@ from ..numeric import Matrix
 from ..numeric.factors import EPS
 
 SHARE = 0.02  # of the rows, what looks that found nothing may cost but for the first
+FREE = 4  # looks in NumPy, which rows are slow enough for; one in compiled code
 LOOK = 45_000  # rows of n states, times n, take as long in compiled code as a look
 SLOWLY = 16  # rows do in NumPy
 KEPT = 3  # rows whose variances are kept
@@ -50,8 +51,9 @@ class Looks(NamedTuple):
 
     def worth(self, tolerance: float, fast: bool) -> bool:
         """Whether variances have settled so far, and a look is not too dear."""
-        dear = self.spent and self.spent + self.cost(fast) > SHARE * self.rows
-        return not dear and settled(self.last, tolerance)
+        cost = self.cost(fast)
+        most = max(SHARE * self.rows, (1 if fast else FREE) * cost)
+        return self.spent + cost <= most and settled(self.last, tolerance)
 
     def cost(self, fast: bool) -> int:
         """Of a look, in rows."""

@@ -181,7 +181,7 @@ def filter_data(
     innovations are no longer than one unit.  The result says from which rows on there
     is one gain, and the bound for the innovations that there were.  Compiled code looks
     after some thousand rows where the state is short, and only where variances have all
-    but stopped to change; looks that find nothing cost no more than one look and a
+    but stopped to change; looks that find nothing cost no more than the first and a
     fiftieth of the rows.  There is no ball where a
     covariance is singular or slow to settle, and where accurate outputs are not much
     more accurate than their prediction; such a record is run in full, as one with
