@@ -190,15 +190,6 @@ def lyapunov(F: Matrix, Q: Matrix) -> Matrix:
     return X
 
 
-def finite(X: Matrix) -> bool:
-    """Whether all entries are finite.
-
-    Their sum tells in one pass, without new memory, unless it overflows.
-    """
-    with np.errstate(over="ignore", invalid="ignore"):
-        return bool(np.isfinite(X.sum()) or np.isfinite(X).all())
-
-
 def radius(F: Matrix) -> float:
     """Largest |eigenvalue| of F; 0 for an empty matrix."""
     return float(np.abs(np.linalg.eigvals(F)).max(initial=0.0))

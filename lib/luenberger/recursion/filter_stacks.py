@@ -19,8 +19,7 @@ from ..numeric import Matrices, Matrix, Vector
 from ..numeric.factors import SAFE
 from ..numeric.linalg import nonsingular
 from ..papers.leondes_novak.derivation import filter_step, padded
-from .alike import alike, patterns
-from .arrived import arrived, every
+from .alike import alike, arrived, every, patterns
 from .root_step import Spread
 from .settings import PATTERNS, Setting, Settings
 from .state import Book, State, flat

@@ -13,7 +13,7 @@ import numpy as np
 from ..errors import short
 from ..numeric import Matrix, Vector
 from ..plant import Plant
-from .arrived import arrived, every
+from .alike import arrived, every
 from .filter_pass import Pass
 from .growth import may_grow, passed, require_digits
 from .held import Behind

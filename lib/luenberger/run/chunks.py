@@ -84,7 +84,7 @@ def rows(name: str, value: object, width: int, missing: bool = False) -> Matrix:
             raise ValueError(
                 f"{name} is infinite in row {int(np.argwhere(infinite)[0, 0])}"
             )
-    else:
+    elif not np.isfinite(array).all():
         raise ValueError(
             f"{name} has values that are missing or not finite, first in row "
             f"{int(np.argwhere(~np.isfinite(array))[0, 0])}; filter_data accepts NaN "
