@@ -254,10 +254,13 @@ def test_rounding_does_not_make_a_variance_negative(compiled):
 def test_definiteness_is_tested_where_rounding_could_run_away(tmp_path):
     def tested(source, **options):
         text = to_c(source, tmp_path, **options)[0].read_text()
-        return "Sigma_0_0 > 0.0" in text.partition("observer_definite")[0]
+        fast = text.partition("observer_definite")[0]
+        return "Sigma_0_0 > 0.0" in fast or "Sigma_least" in fast
 
     assert tested(undriven()) and tested(tracker(), m1=1)
     assert not tested(tracker())
+    constant = generators.known("a constant")
+    assert tested(dataclasses.replace(constant, P0=np.eye(4)))
     for kind in generators.KNOWN:
         for first in (False, True):
             assert not tested(generators.known(kind, first=first))
@@ -275,7 +278,9 @@ def test_what_is_known_for_good():
     for name, where in {"P0": (3, 3), "Q": (3, 3), "A": (3, 0)}.items():
         changed = getattr(constant, name).copy()
         changed[where] = 0.5
-        assert not any(known(dataclasses.replace(constant, **{name: changed})))
+        for when in ("posterior", "prior"):
+            other = dataclasses.replace(constant, P0_is=when, **{name: changed})
+            assert not any(known(other))
     # one known state moves the next, and an uncertain one the last
     chain = np.diag([0.0, 1, 1], -1) + np.diag([1.0, 1, 1, 1])
     zero = np.zeros((4, 4))

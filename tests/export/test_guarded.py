@@ -162,6 +162,7 @@ def covariances(n, rng, count, kind):
 
 
 SIZES = {"scalars": (3, 2), "one": (1, 1), "loops": (9, 4)}
+FORMS = "short", "complete"
 KINDS = "as they come", "tiny noise", "units", "the same twice"
 
 
@@ -277,7 +278,8 @@ def test_the_form_for_any_gain_is_the_default(tmp_path):
 
 def test_the_header_says_what_the_guard_is(tmp_path):
     code, header = text(tmp_path, plant(), update="guarded")
-    assert "observer_short(state, u, y, what)" in code
+    tried = (f"refused = observer_{form}(state, u, y, what);" for form in FORMS)
+    assert " if (refused != 0) { ".join(tried) in " ".join(code.split())
     assert f"{guard.bound(3, 2, 'double'):.2g} b[i] b[j]" in header
     assert "more than 1e-08 of the root" in header
     _, header = text(tmp_path, plant(), update="guarded", dtype="float")
