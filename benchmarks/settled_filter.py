@@ -21,7 +21,7 @@ import luenberger as lb
 
 SIZES = [(3, 2, 1_000_000), (10, 4, 300_000), (30, 6, 100_000), (100, 10, 40_000)]
 OURS = ("numba", "numba, deviations")
-ROUNDS, PEER_ROWS = 7, 100_000  # rounds; rows at most that the others filter
+ROUNDS, PEER_ROWS = 5, 100_000  # rounds; rows at most that the others filter
 
 
 def model(plant, y, lean):
@@ -68,7 +68,7 @@ def records(quick=False):
         told(one, y[:peers], runs)
         calls = {name: lambda k=name: runs[k](given[k]) for name in runs}  # noqa: B023
         work = {name: len(Y) for name, Y in given.items()}
-        times = in_turns(calls, 3 if quick else ROUNDS, work)
+        times = in_turns(calls, 3 if quick else ROUNDS, work, twice=True)
         yield record("settled filter", f"n = {n}, p = {p}", "ns", times, 1e9)
 
 
