@@ -155,9 +155,10 @@ def test_readings_of_zero(kind, plain, by_hand):
 
 
 @pytest.mark.parametrize("m1", [[0], [0, 1], ["y1"]], ids=str)
-def test_accurate_outputs_without_noise(m1, form, by_hand):
+@pytest.mark.parametrize("kind", ["perfect", "varying"])
+def test_accurate_outputs_without_noise(kind, m1, form, by_hand):
     """The gain that treats them as exact is the Kalman filter's."""
-    plant, y, u, u0 = problem("perfect", rows=25)
+    plant, y, u, u0 = problem(kind, rows=25)
     wanted = run(plant, y, u, "numpy", u0=u0, m1=m1)
     by_hand.clear()
     found = run(plant, y, u, u0=u0, m1=m1)
@@ -257,6 +258,7 @@ def test_what_may_be_refused_in_a_later_row_is_looked_for_in_each(plain):
         np.eye(2) / 2, None, C, dt=1.0, Q=large, R=np.zeros((2, 2)), P0=large
     )
     y = np.ones((9, 2))
+    assert np.isfinite(run(plant, y, m1=2).x).all()  # dependent in no other units
     for backend in ("numpy", "numba"):
         assert np.isfinite(run(plant, y, backend=backend).x).all()
         for one in (plant, dataclasses.replace(plant, C=C[6])):

@@ -27,6 +27,7 @@ from .settings import Settings
 from .state import Ahead, Book, State, flat, leading_on, step
 
 FIRM = 1e-7  # a pivot of an innovation's covariance, beside its variance
+CLEARLY = 1e-6  # of singular values: dependent rows are refused far below
 PLACED = frozenset("CERS")  # where outputs that did not arrive keep their places
 PREDICTED = kernels.Recursion(
     filtered_row,
@@ -60,15 +61,13 @@ def by_predictions(settings: Settings) -> bool:
     """Whether compiled code is to go from prediction to prediction.
 
     So it does where outputs have no noise, and where correlated noises change.
-    Accurate outputs must have no noise then: the gain is the Kalman filter's.  What is
-    refused must not change from row to row, as it is looked for once.
+    Accurate outputs must have no noise then: the gain is the Kalman filter's.
     """
     plant, some = settings.plant, settings.accurate
     S = plant.S
     crossed = plant.steps is not None and S is not None and bool(S.any())
     noisy = bool(settings.R[..., some, some].any())
-    once = plant.C.ndim == 2 or not (some or isinstance(settings.weight, str))
-    return plant.p > 0 and not noisy and once and (settings.noise_free or crossed)
+    return plant.p > 0 and not noisy and (settings.noise_free or crossed)
 
 
 def asked(
@@ -214,9 +213,8 @@ def _stacks(settings: Settings, seen: Matrix, first: int) -> tuple[Matrices, Vec
     kinds = index = np.arange(len(seen))
     if plant.steps is None:
         kinds, index = patterns(seen)
-    if plant.steps is None or settings.accurate:
-        for k in patterns(seen)[0].tolist():  # what is refused
-            settings.at(first + k, None if seen[k].all() else seen[k])
+    for k in _doubtful(settings, seen, stacks["C"]):  # what is refused
+        settings.at(first + k, None if seen[k].all() else seen[k])
     if not seen.all():
         some = seen[kinds]
         both = some[:, :, None] & some[:, None, :]
@@ -225,6 +223,33 @@ def _stacks(settings: Settings, seen: Matrix, first: int) -> tuple[Matrices, Vec
         stacks["S"] = stacks["S"] * some[:, None, :]
         stacks["R"] = np.where(both, stacks["R"], np.eye(plant.p))
     return stacks, np.ascontiguousarray(index, dtype=np.int64)
+
+
+def _doubtful(settings: Settings, seen: Matrix, C: Matrix) -> list[int]:
+    """Rows whose accurate outputs, or those of a weight, may depend on each other.
+
+    One row of each kind where C (., p, n) does not change.
+    """
+    weighed = isinstance(settings.weight, str)
+    if not (settings.accurate or weighed):
+        return []
+    if len(C) == 1:
+        return [int(k) for k in patterns(seen)[0]]
+    C1 = C[:, list(settings.accurate)]  # what arrived of them depends no more
+    lengths = np.linalg.norm(C1, axis=2, keepdims=True)
+    clear = _independent(C1 / np.where(lengths > 0, lengths, 1))
+    if weighed:
+        clear &= _independent(C)
+    return [int(k) for k in np.flatnonzero(~clear)]
+
+
+def _independent(C: Matrix) -> Matrix:
+    """Whether the rows of each of a stack are independent beyond doubt."""
+    count, n = C.shape[1:]
+    if not 0 < count <= n:
+        return np.full(len(C), count == 0)
+    values = np.linalg.svd(C, compute_uv=False)
+    return np.asarray(values[:, -1] > CLEARLY * values[:, 0])
 
 
 def _known(name: str, X: Matrix, changing: bool) -> tuple:
