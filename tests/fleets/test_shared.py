@@ -118,3 +118,12 @@ def test_eight_by_eight_are_turned(how):
         step(plain[0], rows, 8, i, plain[1], i * 16 + 8, 16)
     for found, right in zip(plain, wanted):
         np.testing.assert_array_equal(found, right)
+
+
+@pytest.mark.parametrize("wrong", [np.nan, np.inf])
+def test_inputs_are_looked_at_where_no_reading_is_missing(wrong):
+    pushed = lb.Plant([[0.9]], [[1]], [[1]], dt=1.0, Q=[[1]], R=[[1]], P0=[[1]])
+    u = np.ones((3, 4, 1))
+    u[1, 2] = wrong
+    with pytest.raises(ValueError, match="u in record 1, row 2 is missing or not"):
+        lb.filter_data(pushed, np.ones((3, 4, 1)), u)
