@@ -128,6 +128,9 @@ def test_a_run_is_that_of_the_equations(dt):
 
 TIED = """
 residuals test_residuals_are_what_the_conditions_leave
+export.c.Pair.gains test_gains_are_within_their_bounds
+export.c._product test_matrices_of_a_device_are_within_their_bounds
+export.c.Window.move test_a_window_holds_what_was_added_and_moved
 export._tracked test_what_a_system_tracks_is_refined_and_read_off
 export.from_statespace test_what_a_system_tracks_is_refined_and_read_off
 forms._require_same test_a_wrong_entry_is_measured

@@ -357,8 +357,7 @@ def test_ranges_and_bits_are_needed():
 @pytest.mark.parametrize(
     "given, message",
     [
-        (dict(dtype="fixed", bits=16), "'fixed' and ranges go with an observer"),
-        (dict(ranges={"y1": 1.0}), "'fixed' and ranges go with an observer"),
+        (dict(dtype="fixed", bits=16), "dtype='fixed' goes with an observer"),
         (dict(bits=16), "bits goes with dtype='fixed'"),
     ],
 )

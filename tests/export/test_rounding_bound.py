@@ -236,11 +236,6 @@ def test_an_observer_that_is_too_slow_gets_no_bound(tmp_path, monkeypatch):
     assert "No bound on rounding was proved" in header.read_text()
 
 
-def test_the_header_of_a_filter_says_that_it_has_no_bound(tmp_path):
-    _, header = to_c(tracker(), tmp_path, dtype="float")
-    assert "No bound on rounding is proved" in header.read_text()
-
-
 def test_bits_go_with_whole_numbers_only():
     observer = lb.kalman_filter(tracker())
     with pytest.raises(ValueError, match="bits goes with dtype='fixed'"):

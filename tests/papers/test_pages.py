@@ -95,6 +95,8 @@ PAGES = (
     "forms.combinations",
     "forms.gramians",
     "export.rounding",
+    "export.filter_covariance",
+    "export.filter_rounding",
 )
 
 

@@ -30,6 +30,8 @@ def add(commands: Any) -> None:
             "export report/observer.json --c firmware --dtype float --dry-run",
             "export report/observer.json --c firmware --dtype fixed --bits 16 "
             '--range "radar position (m)=500" --range "radar velocity (m/s)=50"',
+            'export tracker.json --c firmware --dtype float --range "radar position '
+            '(m)=500" --range "radar velocity (m/s)=50"',
         ],
     )
     one.add_argument("source", type=file, metavar="OBSERVER.json|PLANT.json")
@@ -91,9 +93,10 @@ def _numbers(one: Any) -> None:
         action="append",
         type=sized,
         metavar="SIGNAL=SIZE",
-        help="beside an observer: the largest size of an input or measurement, once "
-        "for each; for --dtype fixed, and for the bound on rounding in the header. "
-        "Those of measurements may be left out where --plant is stable, with Q and R",
+        help="the largest size of an input or measurement, once for each; for --dtype "
+        "fixed, and for the bound on rounding in the header. Those of measurements may "
+        "be left out where the plant, given by --plant beside an observer, is stable, "
+        "with Q and R",
     )
 
 

@@ -15,7 +15,7 @@ from .. import certificate
 from ..arguments import expect, expect_as
 from ..observer import Observer
 from ..plant import Plant
-from .bound import require_floating
+from .bound import require_beside, require_floating
 from .bound import rounding_bound as rounding_bound
 from .c import filter as recursive
 from .c import fixed, guard
@@ -86,9 +86,9 @@ def to_c(
     bits : 16 or 32, optional
         With "fixed": of each signal and weight; sums have twice as many.
     ranges : dict of str to float, optional
-        Beside an observer: the largest size of inputs and measurements, by name.  Of
-        measurements that are left out it is what a stable `plant` with Q and R tells:
-        six standard deviations at rest in its noises, and what the inputs add.
+        The largest size of inputs and measurements, by name.  Of measurements that are
+        left out it is what a stable plant with Q and R tells: six standard deviations
+        at rest in its noises, and what the inputs add.
     update : "joseph" or "guarded"
         Beside a plant: how a sample with every output changes the covariance.
         "joseph" is :math:`(I - K C) \Omega (I - K C)' + K R K'`, which holds for any
@@ -129,10 +129,12 @@ def to_c(
     Compile the source with ``-DNAME_SELFTEST`` for a main that compares a run with
     what Python computed and ends with 0 where they agree.
 
-    The header of an observer says how far rounding moves each estimate at most, proved
-    for every instant: within the ranges, or for each unit of a signal where they are
-    not known.  Of a plant's filter no bound is proved for a record; that of one step
-    in the short form, by which "guarded" decides, is in the header.
+    The header says how far rounding moves each estimate at most, proved for every
+    instant: within the ranges, or for each unit of a signal where they are not known.
+    Of a plant's filter it takes that every output arrives at every sample, and the
+    header says why where nothing was proved: of outputs that are treated as exact, of
+    readings that arrive late, of a mode that has no noise and does not decay.  With
+    "guarded" the header has the bound of one step in the short form instead.
 
     With ``-DNAME_RESTRICT= -DNAME_LANES=1`` cppcheck's addon finds no required rule of
     MISRA C:2012 broken.  Without them the source uses `restrict`, which rule 8.14
@@ -144,7 +146,7 @@ def to_c(
     Leondes and Novak (1974), equations (9), (27), (33), (43), (44);
     papers/leondes_novak/derivation/marks.py, on_target.py, late_outputs.py and
     short_form.py;
-    export/derivation/rounding.py.
+    export/derivation/rounding.py, filter_covariance.py and filter_rounding.py.
 
     Examples
     --------
@@ -166,14 +168,10 @@ def to_c(
     if dtype != "fixed":
         require_floating(dtype, bits)
     if isinstance(source, Plant):
-        if plant is not None:
-            raise ValueError("plant= goes with an observer; the source is a plant")
-        if dtype == "fixed" or ranges is not None:
-            raise ValueError(
-                "dtype='fixed' and ranges go with an observer, and the source is a "
-                "plant: export reduced_order_filter(plant), whose gain is constant"
-            )
-        filter_ = _filter(source, name, dtype, m1, weight, late, horizon, update)
+        require_beside(source, plant, dtype)
+        filter_ = _filter(
+            source, name, dtype, m1, weight, late, horizon, update, ranges
+        )
         return write_pair(path, filter_)
     if update != "joseph":
         raise ValueError("update goes with a plant; an observer has no covariance")
@@ -202,6 +200,7 @@ def _filter(
     late: int | Sequence[int | str] | None,
     horizon: int | None,
     update: str,
+    ranges: Mapping[str, float] | None,
 ) -> dict[str, str]:
     """The two files of a plant's filter, with late readings or without."""
     if update not in guard.WAYS:
@@ -213,7 +212,12 @@ def _filter(
             "update='guarded' goes with the Kalman filter: leave out m1 and weight"
         )
     if late is None and horizon is None:
-        return recursive.texts(plant, m1 or 0, weight, name, dtype, update)
+        return recursive.texts(plant, m1 or 0, weight, name, dtype, update, ranges)
+    if ranges is not None:
+        raise ValueError(
+            "ranges are for the bound on rounding, and of readings that arrive late "
+            "none is proved: leave out ranges, or late"
+        )
     if m1 or weight is not None:
         raise ValueError("late goes with the Kalman filter: leave out m1 and weight")
     return waiting.texts(plant, late or 0, horizon, name, dtype)

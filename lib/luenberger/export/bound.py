@@ -10,6 +10,7 @@ from ..errors import DesignError
 from ..kernels.c.numbers import require_c_type
 from ..observer import Observer
 from ..plant import Plant
+from .c.filter_words import filter_bound, signals_of
 from .c.fit import fitted
 from .c.observer import require_exportable
 from .c.ranges import require_all
@@ -18,7 +19,7 @@ from .c.source_and_header import signals
 
 
 def rounding_bound(
-    observer: Observer,
+    source: Observer | Plant,
     *,
     plant: Plant | None = None,
     dtype: str = "float",
@@ -32,17 +33,25 @@ def rounding_bound(
     the sums and with products rounded or not.  So :math:`|e| \le S (c + M |e|)` with
     :math:`S = \sum_k |F^k|`, and the estimate follows.  All sums have certificates.
 
+    The filter of a plant computes its covariance and its gain as well.  A difference of
+    covariances moves as :math:`F \Xi F'`, but for squares of what the gain is off, and
+    a gain that is off by :math:`k` adds at most :math:`k |\nu|` to the error.  That
+    bound takes that every output arrives at every sample.
+
     Parameters
     ----------
-    observer : Observer
-        Constant, in discrete time.
+    source : Observer or Plant
+        Constant, in discrete time.  Of a plant it is the bound of its Kalman filter.
     plant : Plant, optional
-        Stable, with Q and R: for ranges of measurements that are not given.
+        Beside an observer: stable, with Q and R, for ranges of measurements that are
+        not given.
     dtype : "float", "double" or "fixed"
+        "fixed" goes with an observer.
     bits : 16 or 32, optional
         With "fixed".
     ranges : dict of str to float
-        The largest size of inputs and measurements, by name.
+        The largest size of inputs and measurements, by name.  Of measurements that are
+        left out it is what the noises of a stable plant tell.
 
     Returns
     -------
@@ -54,8 +63,8 @@ def rounding_bound(
     ValueError
         If a range is not known, or a number is beyond the range of float.
     DesignError
-        If the observer cannot be exported, so many bits do not suffice, or no bound
-        was proved.
+        If the source cannot be exported, so many bits do not suffice, or no bound was
+        proved; it says why.
 
     See Also
     --------
@@ -64,7 +73,7 @@ def rounding_bound(
 
     References
     ----------
-    export/derivation/rounding.py.
+    export/derivation/rounding.py, filter_covariance.py, filter_rounding.py.
 
     Examples
     --------
@@ -75,8 +84,18 @@ def rounding_bound(
     Rounding in float, proved:
     x1: off by at most 1.61e-06.
     This holds while |y1| <= 10.
+
+    >>> plant = lb.Plant([[0.5]], None, [[1]], dt=1.0, Q=[[1]], R=[[1]], P0=[[1]])
+    >>> lb.export.rounding_bound(plant, ranges={"y1": 10.0})
+    Rounding in float, proved:
+    x1: off by at most 4.83e-06.
+    This holds while |y1| <= 10.
+    It takes that every output arrives at every sample from the first on.
     """
-    expect(observer=observer)
+    expect(source=source)
+    if isinstance(source, Plant):
+        return _of_filter(source, plant, dtype, bits, ranges)
+    observer = source
     if plant is not None:
         expect_as("plant=", "plant", plant)
     require_real("C export", observer)
@@ -93,6 +112,38 @@ def rounding_bound(
             "without a bound that was found; export double, or a faster observer"
         )
     return found
+
+
+def _of_filter(
+    source: Plant,
+    plant: Plant | None,
+    dtype: str,
+    bits: int | None,
+    ranges: Mapping[str, float] | None,
+) -> RoundingBound:
+    """The bound of a plant's filter."""
+    require_beside(source, plant, dtype)
+    require_floating(dtype, bits)
+    require_real("C export", source)
+    found, sizes = filter_bound(source, dtype, ranges)
+    require_all(sizes, signals_of(source), source)
+    if isinstance(found, str):
+        raise DesignError(
+            f"no bound was proved: {found}; export double, or the observer "
+            "kalman_filter(plant), whose gain is constant"
+        )
+    return found
+
+
+def require_beside(source: Plant, plant: Plant | None, dtype: str) -> None:
+    """ValueError if what goes with an observer is given beside a plant."""
+    if plant is not None:
+        raise ValueError("plant= goes with an observer; the source is a plant")
+    if dtype == "fixed":
+        raise ValueError(
+            "dtype='fixed' goes with an observer, and the source is a plant: export "
+            "reduced_order_filter(plant), whose gain is constant"
+        )
 
 
 def require_floating(dtype: str, bits: int | None) -> None:

@@ -1,6 +1,6 @@
 """A plant's filter in C: the estimate, its gain and its covariance at every sample."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -8,9 +8,8 @@ from numpy.typing import ArrayLike
 
 from ...kernels import lowered
 from ...kernels.c import C, Module, function
-from ...kernels.c.numbers import representable
 from ...kernels.c.repair import by_columns, operations, repair, settle, settling
-from ...kernels.program import Cost, Factor, Guard, Program
+from ...kernels.program import Cost, Guard, Program
 from ...numeric import Matrices
 from ...numeric.linalg import symmetrise
 from ...papers.leondes_novak.derivation import (
@@ -20,17 +19,24 @@ from ...papers.leondes_novak.derivation import (
     short_sample,
 )
 from ...plant import Plant
-from ...recursion.settings import Settings, require_start
+from ...recursion.settings import Settings
 from ...run.filter_data import filter_data
-from ...run.measurements import first_sample
 from ...stage_list import StageList
 from . import guard, source_and_header
 from .admitted import settings_of
+from .filter_plant import (
+    correlated,
+    matrices,
+    narrowed,
+    sample_program,
+    start,
+    vanishing,
+)
+from .filter_words import filter_notes
 from .identifiers import quoted
 from .observer import inputs
 from .selftest import selftest
 
-FULL = {k: k for k in ("C", "R", "E", "Gamma", "A", "B", "J", "As")} | {"Q": "Qs"}
 MOVES = ["J", "As", "Q"]  # what S makes of the outputs that arrived
 RESULTS = {"x_minus_next": "state->x_minus", "Omega_next": "state->Omega"}
 OUT = {"x": "what", "Sigma": "state->Sigma"}
@@ -44,8 +50,10 @@ def texts(
     name: str,
     real: str,
     update: str,
+    ranges: Mapping[str, float] | None,
 ) -> dict[str, str]:
     """The two files of a plant's filter, by name."""
+    rounding = filter_notes(plant, m1, real, update, ranges)
     settings = settings_of(plant, m1, weight, real)
     filter_ = _Filter(settings, Module(name, real), update == "guarded")
     module, plant, n = filter_.module, settings.plant, settings.plant.n
@@ -74,6 +82,7 @@ def texts(
             *NOTES,
             *said,
             *source_and_header.cost_notes(module, n + 2 * n * n, filter_.costs),
+            *rounding,
         ],
     )
     return source_and_header.stamped(name, head, body)
@@ -99,21 +108,18 @@ class _Filter:
 
     def __init__(self, settings: Settings, module: Module, guarded: bool) -> None:
         self.settings, self.plant, self.module = settings, settings.plant, module
-        plant, now = self.plant, settings.at(0)
+        plant = self.plant
         self.sizes = {"n": plant.n, "p": plant.p, "m": plant.m}
-        self.cross = plant.S is not None and bool(plant.S.any())
+        self.cross = correlated(plant)
         weight: Any = np.eye(plant.n) if settings.weight is None else settings.weight
         whole = {k: getattr(plant, field) for k, field in PLANT.items()}
         whole["S_all"] = plant.S if self.cross else np.zeros((plant.n, plant.p))
         whole["Inverse"] = symmetrise(np.linalg.inv(weight))
-        full = {k: getattr(now, field) for k, field in FULL.items()}
         self.full, self.whole = (
-            {k: representable(k, X, module.real) for k, X in matrices.items()}
-            for matrices in (full, whole)
+            narrowed(X, module.real) for X in (matrices(settings), whole)
         )
-        Omega = require_start(first_sample(plant))
-        self.tested = bool(settings.accurate) or guard.undriven(now.As, now.Qs, Omega)
-        self.guarded = guarded and bool(now.C.any())  # else nothing is subtracted
+        subtracts = bool(settings.at(0).C.any())
+        self.guarded = guarded and subtracts
         complete, self.costs = self.complete()
         predict, after = self.predict()
         partial, before = self.partial()
@@ -152,15 +158,7 @@ class _Filter:
         guards: Sequence[Guard] = (),
     ) -> tuple[str, Cost]:
         """The function of a sample with every output, and its cost."""
-        program = lowered(
-            stages,
-            ["x", "Sigma", "x_minus_next", "Omega_next"],
-            zero=_zero(given),
-            symmetric=("Q", "R", "Omega"),
-            definite=[Factor("Sigma", 0.0, "Omega", True)] if self.tested else (),
-            same=() if self.cross else [("As", "A")],
-            guards=guards,
-        )
+        program = sample_program(self.settings, stages, given, guards)
         places = {k: f"state->{k}" for k in ("x_minus", "Omega")}
         to = C(self.module.real)
         cost = self.body(to, program, given, places, RESULTS | OUT)
@@ -181,7 +179,7 @@ class _Filter:
         program = lowered(
             partial_sample,
             outputs,
-            zero=_zero(self.whole) + ([] if accurate else ["Taken"]),
+            zero=vanishing(self.whole) + ([] if accurate else ["Taken"]),
             symmetric=("Q_all", "R_all", "Inverse", "Omega"),
         )
         local = {k: {"rho": p, "J": n * p}.get(k, n * n) for k in outputs[2:]}
@@ -216,7 +214,7 @@ class _Filter:
         program = lowered(
             predict,
             list(RESULTS),
-            zero=[k for k in _zero(constants) if k in "A As B J Q".split()],
+            zero=[k for k in vanishing(constants) if k in "A As B J Q".split()],
             symmetric=("Q", "Sigma"),
             same=() if self.cross else [("As", "A")],
         )
@@ -257,9 +255,8 @@ class _Filter:
         return function(head, to.lines, read)
 
     def init(self) -> str:
-        name, to, here = self.module.name, C(self.module.real), first_sample(self.plant)
-        given = here.x0, require_start(here)
-        x, Omega = (representable("P0", X, self.module.real) for X in given)
+        name, to = self.module.name, C(self.module.real)
+        x, Omega = start(self.plant, self.module.real)
         to.table("Omega", Omega)
         for k, value in enumerate(x.tolist()):
             to.set(f"state->x_minus[{k}]", repr(value))
@@ -290,7 +287,3 @@ class _Filter:
         to.end()
         to.line(f"return (refused == 0) ? 0 : {name}_partial(state, u, y, what);")
         return function(source_and_header.prototype(self.module), to.lines)
-
-
-def _zero(given: Matrices) -> list[str]:
-    return [k for k, X in given.items() if not X.any()]

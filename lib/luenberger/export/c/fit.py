@@ -32,7 +32,7 @@ def fitted(
     """
     if bits not in SUM or isinstance(bits, bool):
         raise ValueError(f"bits must be 16 or 32 with dtype='fixed', got {bits!r}")
-    sizes, source = ranges(observer, signals, plant, given)
+    sizes, source = ranges(signals, plant, given)
     require_all(sizes, signals, plant)
     try:
         made = _formats(observer, sizes, bits, signals)

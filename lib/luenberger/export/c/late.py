@@ -59,6 +59,8 @@ def texts(
         [
             *_notes(name),
             *source_and_header.cost_notes(module, filter_.size(), filter_.costs),
+            "",
+            "No bound on rounding is proved for readings that arrive late.",
         ],
         [
             "",

@@ -12,7 +12,6 @@ import numpy as np
 from ...numeric import Matrix, Vector
 from ...numeric.linalg import lyapunov, radius
 from ...numeric.power_sums import power_sums
-from ...observer import Observer
 from ...plant import Plant
 from .source_and_header import Signals
 
@@ -20,7 +19,6 @@ DEVIATIONS = 6  # of a reading, standard ones: it is beyond once in 500 million 
 
 
 def ranges(
-    observer: Observer,
     signals: Signals,
     plant: Plant | None,
     given: Mapping[str, float] | None,

@@ -10,7 +10,7 @@ from textwrap import wrap
 import numpy as np
 
 from ...analysis.step_cost import narrowed
-from ...numeric import Vector
+from ...numeric import Matrix, Vector
 from ...observer import Observer
 from ...plant import Plant
 from .identifiers import quoted
@@ -19,7 +19,30 @@ from .ranges import missing, ranges
 from .source_and_header import Signals
 
 WIDTH = 80
-CHAINS = "luenberger/export/derivation/rounding.py"
+
+
+@dataclass(frozen=True)
+class Words:
+    """What a bound is about.
+
+    Attributes
+    ----------
+    chains : str
+        Where it is proved.
+    beside : str
+        What estimates are compared with.
+    premise : str
+        What has to be so besides the ranges; may be empty.
+    """
+
+    chains: str
+    beside: str
+    premise: str = ""
+
+
+OBSERVER = Words(
+    "luenberger/export/derivation/rounding.py", "exact sums of the matrices in double"
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,6 +65,8 @@ class RoundingBound:
         of them is beyond.
     source : str
         Where ranges come from that were not given; may be empty.
+    words : Words
+        Where it is proved, beside what, and what else it takes.
     """
 
     dtype: str
@@ -49,6 +74,7 @@ class RoundingBound:
     names: tuple
     ranges: tuple[tuple[str, float], ...]
     source: str
+    words: Words = OBSERVER
 
     @property
     def sentences(self) -> list[str]:
@@ -58,6 +84,8 @@ class RoundingBound:
             said.append(f"{name}: off by at most {upward(bound)}.")
         listed = ", ".join(f"|{k}| <= {size:g}" for k, size in self.ranges)
         said.append(f"This holds while {listed or 'there is nothing to read'}.")
+        if self.words.premise:
+            said.append(f"It takes that {self.words.premise}.")
         return said + ([self.source] if self.source else [])
 
     def __repr__(self) -> str:
@@ -65,17 +93,22 @@ class RoundingBound:
 
     def notes(self) -> list[str]:
         """The same as lines of a header."""
-        lines = ["", f"Rounding, proved in {CHAINS}: while"]
+        lines = ["", f"Rounding, proved in {self.words.chains}: while"]
         lines += [
             f"    {quoted(k)} is at most {size!r} in size," for k, size in self.ranges
         ]
         lines += wrapped(
             "each estimate is off by at most the following, at every instant, beside "
-            "exact sums of the matrices in double:"
+            f"{self.words.beside}:"
         )
         for name, bound in zip(self.names, self.largest, strict=True):
             lines.append(f"    {quoted(name)}: {upward(bound)}")
-        return lines + wrapped(self.source)
+        return lines + taken(self.words) + wrapped(self.source)
+
+
+def taken(words: Words) -> list[str]:
+    """What a bound takes besides ranges, as lines of a header."""
+    return wrapped(f"It takes that {words.premise}.") if words.premise else []
 
 
 def floating_notes(
@@ -90,7 +123,7 @@ def floating_notes(
     if limits is None:
         return ["", "No bound on rounding was proved: the observer is too slow."]
     if missing(sizes, signals):
-        return _by_signal(limits, signals)
+        return by_signal(limits.error, signals, OBSERVER)
     return _bound(limits, sizes, source, real, signals).notes()
 
 
@@ -115,7 +148,7 @@ def _floating(
     plant: Plant | None,
     given: Mapping[str, float] | None,
 ) -> tuple[Limits | None, Vector, str]:
-    sizes, source = ranges(observer, signals, plant, given)
+    sizes, source = ranges(signals, plant, given)
     device = narrowed(observer, real)
     made, read = floating(device, real), each(observer, real)
     return Exact(observer).limits(made, device.z0, *read), sizes, source
@@ -133,21 +166,20 @@ def by_name(signals: Signals, sizes: Vector) -> tuple[tuple[str, float], ...]:
     return tuple(zip((*signals.u, *signals.y), sizes.tolist(), strict=True))
 
 
-def _by_signal(limits: Limits, signals: Signals) -> list[str]:
+def by_signal(error: Matrix, signals: Signals, words: Words) -> list[str]:
     """What each signal adds to the error, where ranges are not known."""
-    lines = ["", f"Rounding, proved in {CHAINS}:"]
+    lines = ["", f"Rounding, proved in {words.chains}:"]
     lines += wrapped(
         "each estimate is off by at most the sum of the following, at every instant, "
-        "beside exact sums of the matrices in double.  max is the largest size of a "
-        "signal so far."
+        f"beside {words.beside}.  max is the largest size of a signal so far."
     )
-    for name, row in zip(signals.what, limits.error, strict=True):
+    for name, row in zip(signals.what, error, strict=True):
         lines.append(f"    {quoted(name)}:")
         parts = [f"{upward(row[-1])}"] if row[-1] else []
         for one, size in zip((*signals.u, *signals.y), row, strict=False):
             parts += [f"{upward(size)} max {quoted(one)}"] if size else []
         lines += [f"        {part}" for part in parts or ["0"]]
-    return lines
+    return lines + taken(words)
 
 
 def upward(value: float) -> str:

@@ -167,8 +167,6 @@ def cost_notes(module: Module, state: int, costs: dict[str, Cost]) -> list[str]:
             for what, cost in costs.items()
         ),
         f"    {_kept(module, state, constants)}",
-        "",
-        "No bound on rounding is proved, as the covariance is computed here as well.",
     ]
 
 

@@ -26,6 +26,11 @@ def settling(n: int) -> Cost:
     return Cost(n * (3 * n + 2), 0, n * (n + 2))
 
 
+def negligible(n: int, real: str) -> float:
+    """The part of what a variance was made of that may be rounding."""
+    return 10 * n * float(np.finfo(np.float32 if real == "float" else float).eps)
+
+
 def by_columns(to: C, n: int) -> str:
     """As and Q of a function in the form that `settle` takes: arrays to pass to it."""
     to.array("columns", n * n)
@@ -55,8 +60,7 @@ def _written(
 ) -> str:
     """A text with its words put in; rounding is some of the device's, for n terms."""
     single = module.real == "float"
-    eps = float(np.finfo(np.float32 if single else float).eps)
-    numbers = dict(given or {}) | {"NEGLIGIBLE": repr(10 * eps * n)}
+    numbers = dict(given or {}) | {"NEGLIGIBLE": repr(negligible(n, module.real))}
     words = numbers | {
         "NAME": module.name,
         "REAL": module.real,

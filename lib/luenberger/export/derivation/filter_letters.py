@@ -1,0 +1,115 @@
+"""The letters of a filter on a device: what is exact, what is computed, sizes."""
+
+from sympy import symbols
+
+from ...symbolic import Identity, Notation
+
+n, p, m, c = symbols("n p m c", integer=True, positive=True)
+letters = Notation()
+chain, define = letters.chain, letters.define
+I = Identity(n)
+
+# -- the covariance, beside one that is known ------------------------------------------
+
+As = letters("As", n, n, "moves the state once the noises are told apart")
+Q = letters("Q", n, n, "covariance of the process noise that is left", symmetric=True)
+C = letters("C", p, n, "what is measured")
+R = letters("R", p, p, "covariance of the measurement noise", symmetric=True)
+Omega = letters("Omega", n, n, "a covariance that is known", symmetric=True)
+Omega_next = letters("Omega_next", n, n, "one for the next step", symmetric=True)
+Omega_f = letters("Omega_f", n, n, "covariance that a filter has", symmetric=True)
+Omega_f_next = letters("Omega_f_next", n, n, "the same one step on")
+Xi = letters("Xi", n, n, "`Omega_f` less `Omega`", symmetric=True)
+Xi_next = letters("Xi_next", n, n, "the same one step on")
+delta = letters("delta", n, n, "what `Omega_next` lacks of one step from `Omega`")
+r_t = letters("r_t", n, n, "rounding in the covariance of the estimate")
+r_s = letters("r_s", n, n, "rounding in that of the next prediction")
+G = letters("G", n, p, "a gain that is known")
+Y = letters("Y", n, n, "what it leaves of an error")
+F = letters("F", n, n, "how it moves an error to the next instant")
+g = letters("g", n, p, "what `G` lacks of the best gain for `Omega`, times `M`")
+M = letters("M", p, p, "covariance of an innovation", symmetric=True)
+M_f = letters("M_f", p, p, "the same from `Omega_f`", symmetric=True)
+N_f = letters("N_f", n, p, "`Omega_f C'`")
+K_o = letters("K_o", n, p, "the best gain for `Omega_f`")
+K_f = letters("K_f", n, p, "the gain that is computed")
+Y_f = letters("Y_f", n, n, "what that leaves of an error")
+D_M = letters("D_M", p, p, "what is added to `M`")
+V_M = letters("V_M", p, p, "inverse of the sum")
+V_0 = letters("V_0", p, p, "an inverse of `M` as it was computed")
+rho = letters("rho", p, p, "what that leaves of the identity")
+
+# -- elimination -----------------------------------------------------------------------
+
+L = letters("L", p, p, "lower factor that is computed, with ones on its diagonal")
+D = letters("D", p, p, "pivots that are computed, diagonal", symmetric=True)
+D_r = letters("D_r", p, p, "roots of the pivots", symmetric=True)
+L_1 = letters("L_1", p, p, "what rounding makes of `L` where it is used first")
+L_2 = letters("L_2", p, p, "what it makes of `L` where it is used last")
+D_1 = letters("D_1", p, p, "what it makes of `D`")
+dL_1 = letters("dL_1", p, p, "`L_1` less `L`")
+dL_2 = letters("dL_2", p, p, "`L_2` less `L`")
+dD = letters("dD", p, p, "`D_1` less `D`")
+E_1 = letters("E_1", p, p, "what the factors lack of the matrix that they are of")
+E = letters("E", p, p, "what the factors lack of it as they are used")
+M_c = letters("M_c", p, p, "the matrix as it was computed", symmetric=True)
+dM = letters("dM", p, p, "rounding in it")
+dN = letters("dN", n, p, "rounding in `N_f`")
+E_M = letters("E_M", p, p, "both together")
+
+# -- the estimate ----------------------------------------------------------------------
+
+K = letters("K", n, p, "gain of the exact filter")
+x = letters("x", n, 1, "estimate of the exact filter")
+x_m = letters("x_minus", n, 1, "its prediction")
+x_m_next = letters("x_minus_next", n, 1, "the same one step on")
+x_f = letters("x_f", n, 1, "estimate that the device computes")
+x_fm = letters("x_f_minus", n, 1, "its prediction")
+x_fm_next = letters("x_f_minus_next", n, 1, "the same one step on")
+s = letters("s", p, 1, "measurement less what the input does to it")
+nu = letters("nu", p, 1, "innovation of the exact filter")
+B = letters("B", n, m, "what the input does to the state")
+E_u = letters("E_u", p, m, "what the input does to the measurement")
+J = letters("J", n, p, "what the measurement noise tells of the process noise")
+u = letters("u", m, 1, "input")
+y = letters("y", p, 1, "measurement")
+D_y = letters("D_y", n, p, "what a measurement does to the next prediction")
+B_u = letters("B_u", n, m, "what an input does to it")
+r_x = letters("r_x", n, 1, "rounding in the estimate")
+r_m = letters("r_m", n, 1, "rounding in the next prediction")
+e = letters("e", n, 1, "error of the estimate")
+e_m = letters("e_minus", n, 1, "error of the prediction")
+e_m_next = letters("e_minus_next", n, 1, "the same one step on")
+
+# -- moves -----------------------------------------------------------------------------
+
+Phi = letters("Phi", n, n, "how some steps have moved an error, as computed")
+Phi_next = letters("Phi_next", n, n, "the same with one step more")
+R_m = letters("R_m", n, n, "rounding in `Phi_next`")
+L_x = letters("L_x", n, n, "what one step added to a difference", symmetric=True)
+l_e = letters("l_e", n, 1, "what one step added to an error")
+
+# -- sizes -----------------------------------------------------------------------------
+
+As_s = letters("As_s", n, n, "sizes of `As`")
+C_s = letters("C_s", p, n, "sizes of `C`")
+G_s = letters("G_s", n, p, "sizes of `G`")
+g_s = letters("g_s", n, p, "sizes of `g`, at most")
+X_K = letters("X_K", n, p, "sizes of `Y Xi C'`, at most")
+V_o = letters("V_o", p, p, "sizes of the inverse of `M_f`, at most")
+V_f = letters("V_f", p, p, "the same of `M_f + E_M`")
+N_o = letters("N_o", n, p, "sizes of `dN`, at most")
+E_s = letters("E_s", p, p, "sizes of `E_M`, at most")
+M_s = letters("M_s", p, p, "sizes of `M_f`, at most", symmetric=True)
+r_ts = letters("r_ts", n, n, "sizes of `r_t`, at most")
+r_xs = letters("r_xs", n, c, "sizes of `r_x`, at most")
+k_o = letters("k_o", n, p, "sizes of `K_o - G`, at most")
+k_r = letters("k_r", n, p, "sizes of `K_f - K_o`, at most")
+k_f = letters("k_f", n, p, "sizes of `K_f - G`, at most")
+k_e = letters("k_e", n, p, "sizes of `G - K`, at most")
+k_d = letters("k_d", n, p, "sizes of `K_f - K`, at most")
+l_s = letters("l_s", n, n, "what one step adds to a difference before `As`, at most")
+e_s = letters("e_s", n, c, "sizes of `e_minus`, at most")
+nu_s = letters("nu_s", p, c, "sizes of `nu`, at most")
+a_s = letters("a_s", n, c, "what wrong gains add to the error, at most")
+z_s = letters("z_s", n, c, "what the exact gain adds to the exact prediction, at most")
