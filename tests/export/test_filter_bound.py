@@ -370,6 +370,7 @@ def test_the_header_says_the_bound_within_ranges_or_for_each_signal(tmp_path):
     for said in (repr(bound), plain):
         assert "It takes that every output arrives at every sample" in said
     assert "filter_rounding.py" in plain and "without rounding" in plain
+    assert "nothing else of what -ffast-math allows." in plain
     _, header = to_c(plant, tmp_path, dtype="float")
     for name, value in zip(("x1", "x2"), bound.largest):
         lines = header.read_text().partition(f'"{name}":\n')[2].splitlines()[:3]

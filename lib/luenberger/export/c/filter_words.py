@@ -23,8 +23,7 @@ from .source_and_header import Signals
 FILTER = Words(
     "luenberger/export/derivation/filter_rounding.py",
     "the same equations without rounding, with the plant in double",
-    "every output arrives at every sample from the first on, and that a compiler may "
-    "fuse products and sums but does nothing of what -ffast-math allows",
+    "every output arrives at every sample from the first on",
 )
 
 

@@ -106,9 +106,17 @@ class RoundingBound:
         return lines + taken(self.words) + wrapped(self.source)
 
 
+COMPILED = (
+    "A compiler may fuse products and sums, and do nothing else of what -ffast-math "
+    "allows."
+)
+
+
 def taken(words: Words) -> list[str]:
     """What a bound takes besides ranges, as lines of a header."""
-    return wrapped(f"It takes that {words.premise}.") if words.premise else []
+    if not words.premise:
+        return []
+    return wrapped(f"It takes that {words.premise}.  {COMPILED}")
 
 
 def floating_notes(
