@@ -169,10 +169,8 @@ def to_c(
         require_floating(dtype, bits)
     if isinstance(source, Plant):
         require_beside(source, plant, dtype)
-        filter_ = _filter(
-            source, name, dtype, m1, weight, late, horizon, update, ranges
-        )
-        return write_pair(path, filter_)
+        choices = m1, weight, late, horizon, update
+        return write_pair(path, _filter(source, name, dtype, *choices, ranges))
     if update != "joseph":
         raise ValueError("update goes with a plant; an observer has no covariance")
     if m1 is not None or weight is not None:
