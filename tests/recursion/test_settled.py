@@ -84,6 +84,12 @@ def test_the_ball_counts_rounding_where_a_step_changes_nothing():
     assert 0 < off <= found.t * size_of(found.ball) < 1e-12
 
 
+def test_the_ball_counts_what_its_prediction_lacks():
+    at = from_variance(0.1)[0].ball
+    lacks = abs(Decimal(0.1) + Decimal(0.01) - Decimal(at.Omega.item()))
+    assert 0 < lacks <= at.off * size_of(at) < 1e-15
+
+
 def test_rounding_of_a_row_is_carried_to_the_next():
     """Estimates are apart by that of their own row, and at least that of the last."""
     found, _ = from_variance(0.1)
