@@ -182,10 +182,9 @@ def filter_data(
     is one gain, and the bound for the innovations that there were.  Compiled code looks
     after some thousand rows where the state is short, and only where variances have all
     but stopped to change; looks that find nothing cost no more than the first and a
-    fiftieth of the rows.  There is no ball where a
-    covariance is singular or slow to settle, and where accurate outputs are not much
-    more accurate than their prediction; such a record is run in full, as one with
-    `arrival` is.  Comparisons to more than nine digits need ``settle=None``.
+    fiftieth of the rows.  There is no ball where a covariance is singular or slow to
+    settle, and where accurate outputs are hardly better than their prediction; such
+    records run in full, as with `arrival`.  For over nine digits give ``settle=None``.
 
     While outputs are missing, unstable modes grow.  Where states share such a mode, x
     and P of what does not grow lose digits beside it.  The record is refused at the
