@@ -703,3 +703,12 @@ def test_before_the_first_sample_sigma_is_the_covariance_of_the_prediction(
     np.testing.assert_array_equal(unit.state[:3], source.A @ source.x0)
     np.testing.assert_allclose(unit.state[3:12].reshape(3, 3), Omega, rtol=1e-15)
     np.testing.assert_array_equal(unit.sigma(3), unit.state[3:12].reshape(3, 3))
+
+
+@pytest.mark.filterwarnings("ignore:overflow", "ignore:invalid value")
+def test_a_covariance_that_overflows_at_the_first_sample_is_refused(tmp_path):
+    """By what overflows: the P0 that was given is finite."""
+    A, one = np.full((3, 3), 1e308), np.eye(3)
+    plant = lb.Plant(A, None, one, dt=1.0, Q=one, R=one, P0=one)
+    with pytest.raises(ValueError, match="P0 overflows on the way to the first"):
+        lb.export.to_c(plant, tmp_path)

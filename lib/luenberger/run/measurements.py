@@ -264,6 +264,9 @@ def first_sample(plant: Plant) -> Plant:
     known = plant.P0 is not None and plant.Q is not None
     ahead = kernels.compiled(predict, "Omega_next")
     P0 = ahead(As=A, Q=Q, Sigma=plant.P0)["Omega_next"] if known else None
+    if known and not np.isfinite(P0).all():
+        why = "too large or too unlike to compute with: P0 overflows on the way to the"
+        raise ValueError(f"the numbers are {why} first sample. Scale the states.")
     return dataclasses.replace(plant, x0=A @ plant.x0, P0=P0, P0_is="prior")
 
 
