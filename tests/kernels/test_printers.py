@@ -332,22 +332,26 @@ def test_awkward_formulas(seed, compile_c):
     n = sp.Symbol("n", integer=True)
     A, B, S = (sp.MatrixSymbol(k, n, n) for k in "ABS")
     X, Y, U, V, W = (sp.MatrixSymbol(k, n, n) for k in "XYUVW")
+    c, d, z, w = (sp.MatrixSymbol(k, n, 1) for k in "cdzw")
     stages = (
         Stage(X, A * (B - 3 * sp.Identity(n)) * A.T / 7),
         Stage(Y, X.T),
         Stage(U, (A + B).T * Y + 2 * sp.Identity(n) - B.T),
         Stage(V, -U),
         Stage(W, A.T * S * A + A * S * A.T, symmetric=True),
+        Stage(z, c / 2 - S * d + S.T * c),
+        Stage(w, A * c - S * d),
     )
-    derivation = Derivation((A, B, S), stages, steps={"none": sp.S.Zero})
+    derivation = Derivation((A, B, S, c, d), stages, steps={"none": sp.S.Zero})
     exact, _ = cases(derivation, seed)
     exact["S"] = exact["S"] + exact["S"].T
     given, wanted = numbers(exact), {}
-    A, B, S = (given[k] for k in "ABS")
+    A, B, S, c, d = (given[k] for k in "ABScd")
     wanted["X"] = A @ (B - 3 * np.eye(4)) @ A.T / 7
     wanted["Y"] = wanted["X"].T
     wanted["U"] = (A + B).T @ wanted["Y"] + 2 * np.eye(4) - B.T
     wanted["V"], wanted["W"] = -wanted["U"], A.T @ S @ A + A @ S @ A.T
+    wanted["z"], wanted["w"] = c / 2 - S @ d + S @ c, A @ c - S @ d
     program = lower(derivation, symmetric=("S",))
     close(by_loops(program, given), wanted)
     close(by_loops(program, given, numba.Tiled), wanted)

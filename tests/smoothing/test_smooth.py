@@ -80,6 +80,18 @@ def test_compiled_code_leaves_rows_that_lose_digits_to_numpy():
     agree(two, one, 1e-9)
 
 
+@pytest.mark.parametrize("n, p", [(3, 2), (8, 3)], ids=["scalars", "loops"])
+def test_compiled_code_of_a_plant_that_differs_from_row_to_row(n, p):
+    plant, rng = plant_of(4, n, p)
+    vary = {k: getattr(plant, k) for k in ("A", "C", "Q", "R")}
+    for k, X in vary.items():
+        vary[k] = X * rng.uniform(0.3, 1, (202, 1, 1) if k in "QR" else (202, *X.shape))
+    A, C, Q, R = vary.values()
+    plant = lb.Plant(A, None, C, dt=1.0, Q=Q, R=R, P0=plant.P0)
+    y = readings(plant, rng, 200)
+    agree(*(lb.smooth(plant, y, backend=b) for b in ("numba", "numpy")))
+
+
 @pytest.mark.parametrize("n, p", [(3, 1), (8, 2)], ids=["scalars", "loops"])
 def test_compiled_code_gives_up_single_rows_and_goes_on(n, p, monkeypatch):
     """Now and then a state is set to zero and so is known: NumPy does those rows."""

@@ -6,7 +6,7 @@ a `Writer` knows the language.
 """
 
 import math
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from fractions import Fraction
 from itertools import pairwise
 from typing import Any
@@ -42,15 +42,17 @@ def write(
     writer: Writer,
     turned: Iterable[str] = (),
     places: Places | None = None,
+    after: Callable[[Fraction], None] | None = None,
 ) -> None:
     """Write every step of `program` at `sizes`; arrays are there, of their size.
 
     Of the matrices `turned` a transpose has been written before.  `places` says what
-    given matrices are called, where not by their own name.
+    given matrices are called, where not by their own name.  `after` is called behind
+    each step, with the part of the steps that is written.
     """
     work = _Loops(program, sizes, writer, places)
     work.turned.update(turned)
-    for step in program.steps:
+    for number, step in enumerate(program.steps, 1):
         if step_tag := getattr(step, "equation", ""):
             writer.line(f"{writer.comment} {step_tag}")
         if isinstance(step, Assign):
@@ -61,6 +63,8 @@ def write(
             raise TypeError(f"loops do not write {type(step).__name__}; panels do")
         else:
             work.substitution(step)
+        if after:
+            after(Fraction(number, len(program.steps)))
 
 
 def write_definite(

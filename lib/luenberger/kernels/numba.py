@@ -3,13 +3,14 @@
 from collections.abc import Collection, Iterable
 from typing import Any
 
+from .asking_ahead import AskingAhead
+from .in_place import in_place
 from .inputs import arguments
 from .loops import arrays, write, write_definite, write_turned
 from .program import Sizes
 from .python import Python, Tiled
 from .recursion import Loop
 from .scalars import Inverse, Let, Straight
-from .stack import LINE
 from .taking_back import TakingBack, bounded, condition
 
 PLACES = {"sum": ("0", "+=")}  # the row of an array, and how it is set
@@ -114,19 +115,6 @@ class _Body:
         self.leave()
         to.line("return done")
 
-    def fetch(self) -> None:
-        """Ask for what the next row reads and writes; its matrices are in place."""
-        given, written = self.program.given, self.recursion.written
-        rows = {one: name for name, (one, _) in self.loop.rows.items() if name in given}
-        rows |= {name: name for name in self.loop.matrices if name in self.changing}
-        found = {one: self.program.results[name] for one, name, kind in written
-                 if kind == "vector"}  # fmt: skip
-        rows |= {one: operand.name for one, operand in found.items() if operand}
-        for array, name in rows.items():
-            high, wide = self.shape(name)
-            self.to.line(f"for i in range(0, {high * wide}, {LINE}):")
-            self.to.line(f"    fetch({array}_, row - 1, i)")
-
     def give_up(self) -> None:
         self.to.line(f"    done = {self.count}")
         self.to.line("    break")
@@ -165,8 +153,9 @@ class _Scalars(_Body):
         to = self.to
         for name, (array, ahead) in self.loop.rows.items():
             row = f"row + {ahead}" if ahead else "row"
-            for i, _, entry in self.unrolled.given.get(name, ()):
-                to.let(entry, f"{array}_[{row}, {i}]")
+            cols = self.shape(name)[1] if name in self.program.given else 1
+            for i, j, entry in self.unrolled.given.get(name, ()):
+                to.let(entry, f"{array}_[{row}, {i * cols + j}]")
         for one in self.unrolled.statements:
             if isinstance(one, Let):
                 text = to.inverse(one.pivot) if isinstance(one, Inverse) else one.text
@@ -218,19 +207,23 @@ class _Scalars(_Body):
                 self.to.set(f"{name}_[{k}]", entry)
 
 
-class _LoopBody(TakingBack, _Body):
+class _LoopBody(TakingBack, AskingAhead, _Body):
     """Loops; what they test, and what they take back, is in `taking_back`."""
 
     def prepare(self) -> None:
         lengths = arrays(self.program, self.sizes, self.to)
+        self.places = in_place(self.loop)
         for name in self.loop.rows:
             if name in self.program.given:
-                lengths[name] = self.shape(name)[0]
+                lengths[name] = self.length(name)
         for name in self.loop.carried.values():
             lengths[name] = lengths[f"{name}_kept"] = self.length(name)
         new = "array" if sum(lengths.values()) <= ON_STACK else "np.empty"
         for name, length in lengths.items():
-            self.to.let(name, f"{new}({length})")
+            if name not in self.places:
+                self.to.let(name, f"{new}({length})")
+        for name, place in self.places.items():
+            self.to.let(name, place)
         self.room()
         self.begin()
         self.keep("start_")
@@ -253,12 +246,10 @@ class _LoopBody(TakingBack, _Body):
         for name, (array, ahead) in self.loop.rows.items():
             if name in self.program.given:
                 row = f"row + {ahead}" if ahead else "row"
-                self.to.fill(f"{name}[i]", f"{array}_[{row}, i]", self.shape(name)[0])
-        if self.backward:
-            self.fetch()
+                self.to.fill(f"{name}[i]", f"{array}_[{row}, i]", self.length(name))
         self.hold()
         to.let("ok", "True")
-        write(self.program, self.sizes, to, self.turned)
+        write(self.program, self.sizes, to, self.turned, after=self.ask)
         if self.program.definite:
             last = f"{self.count} + 1 == stop_"
             last += " or not good_[row + 1]" if self.goods else ""
@@ -288,7 +279,8 @@ class _LoopBody(TakingBack, _Body):
     def carry(self) -> None:
         for result, name in self.loop.carried.items():
             found = self.program.results[result]
-            self.to.fill(f"{name}[i]", f"{found.name}[i]", self.length(name))
+            if self.places.get(found.name) != name:
+                self.to.fill(f"{name}[i]", f"{found.name}[i]", self.length(name))
         if self.program.definite:
             self.to.line("if test:")
             self.to.depth += 1

@@ -24,7 +24,8 @@ class Recursion:
         Results, and the given matrix that each is at the next row; one that nothing
         reads then is left out.
     rows : tuple of (str, str, int)
-        Given vectors, with the array of the record and the row in it, k or k + 1.
+        Given vectors, and matrices that are copied, with the array of the record and
+        the row in it, k or k + 1.
     written : tuple of (str, str, str)
         Output array, result, and "vector", "diagonal", "matrix" or "sum"; matrices are
         written only where a history is kept, and a sum is added to row 0 of its array.
@@ -124,7 +125,7 @@ class Loop:
 
     @property
     def rows(self) -> dict[str, tuple[str, int]]:
-        """For each given vector its array of the record, and 0 or 1 rows ahead."""
+        """What is read of the record, with its array, and 0 or 1 rows ahead."""
         return {name: (array, ahead) for name, array, ahead in self.recursion.rows}
 
     @property

@@ -75,7 +75,9 @@ class Tiles:
 
     def in_tiles(self, step: Assign, products: Terms) -> bool:
         """Whether a sum is written so, with these of its products."""
-        return self.to.tiles and bool(products) and 1 not in self.size(step.target)
+        rows, cols = self.size(step.target)
+        even = all(t.factors[0].name in self.program.symmetric for _, t in products)
+        return self.to.tiles and bool(products) and rows > 1 and (cols > 1 or even)
 
     def tile_arrays(self, step: Assign) -> dict[str, int]:
         """Lengths of the arrays that such a sum takes beside its target."""
@@ -120,6 +122,8 @@ class Tiles:
         """target = start + a product, a run of panels a call."""
         rows, cols = self.size(step.target)
         left, right = term.factors
+        if cols == 1:  # of a symmetric matrix: as a row
+            left, right, rows, cols = right.T, Operand(left.name), 1, rows
         inner, stride = self.size(left.name)
         down, along = (1, stride) if left.turned else (stride, 1)
         inner = inner if left.turned else stride

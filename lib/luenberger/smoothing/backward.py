@@ -19,11 +19,11 @@ from ..numeric.factors import EPS, lengths, safe, shorten
 from ..recursion.root_step import Move, Read, Spread, ahead, visible
 from .carried import LEFT, MOST, Back, Carried, Ways, roots
 from .compiled import Compiled
-from .derivation import backward_step, factor_step, rest
+from .derivation import backward_step, factor_step, handed_on, rest
 from .forward import Kept, inverse_root
 
 LOST = 1e6  # what rounding is multiplied by, where ten digits are left
-ROW = ("Theta", "x_s", "Sigma_s", "lamda", "Lambda")
+ROW = ("Theta", "x_s", "Sigma_s", "lamda")
 
 
 def smoothed(kept: Kept, ways: Ways, compile: bool, neighbours: bool) -> Back:
@@ -55,23 +55,23 @@ def smoothed(kept: Kept, ways: Ways, compile: bool, neighbours: bool) -> Back:
 def _row(kept: Kept, ways: Ways, k: int, carried: Carried, out: Back) -> Carried:
     """Row k in NumPy."""
     if carried.half is None:
-        As, C = ways.at(k)
+        (As, C), Lambda = ways.at(k), _handed_on(kept, ways, k + 1, carried.Theta)
         have = dict(
             As=As, C=C, K=kept.K[k], W=kept.W[k], Sigma=kept.Sigma[k],
             innovation=kept.innovation[k][:, None], x=kept.x[k][:, None],
-            lamda_next=carried.lamda, Lambda_next=carried.Lambda,
+            lamda_next=carried.lamda, Lambda_next=Lambda,
         )  # fmt: skip
         wanted = ROW
         if out.U is not None:
             have["Ahead_next"], wanted = carried.Ahead, (*ROW, "Ahead", "U_next")
         found = kernels.compiled(backward_step, *wanted)(**have)
-        Sigma_s = clear(kept.spread(k), found, _made_of(As, carried.Lambda))
+        Sigma_s = clear(kept.spread(k), found, _made_of(As, Lambda))
         if Sigma_s is not None:
             out.x[k], out.Sigma[k] = found["x_s"][:, 0], Sigma_s
             out.lamda[k] = found["lamda"][:, 0]
             if out.U is not None:
                 out.U[k + 1] = found["U_next"]
-            own = (found["lamda"], found["Lambda"], found.get("Ahead", carried.Ahead))
+            own = (found["lamda"], found["Theta"], found.get("Ahead", carried.Ahead))
             return Carried(*own, found["x_s"], None)
         carried = carried._replace(x=out.x[k + 1][:, None], half=root(out.Sigma[k + 1]))
     carried, found, out.lamda[k + 1] = through_next(kept, ways.move(k), k, carried)
@@ -80,6 +80,14 @@ def _row(kept: Kept, ways: Ways, k: int, carried: Carried, out: Back) -> Carried
     if out.U is not None:
         out.U[k + 1] = found["U_next"]
     return carried
+
+
+def _handed_on(kept: Kept, ways: Ways, k: int, Theta: Matrix) -> Matrix:
+    """How much row k and later ones say of its prediction; nothing behind the last."""
+    if k == len(kept):
+        return np.zeros_like(Theta)
+    have = dict(C=ways.at(k)[1], K=kept.K[k], W=kept.W[k], Theta=Theta)
+    return kernels.compiled(handed_on, "Lambda")(**have)["Lambda"]
 
 
 def clear(

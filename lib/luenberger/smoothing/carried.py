@@ -18,13 +18,14 @@ MOST = 1e3  # what later rows may say of a variance by itself, the others being 
 class Carried(NamedTuple):
     """What later rows leave to a row: by what they say, or by the next state.
 
-    ``lamda`` (n, 1), ``Lambda``, ``Ahead`` are of the next row's prediction.  Once
-    ``half`` is there, it is a factor of the next row's smoothed covariance, and
-    ``x`` (n, 1) its estimate: then what they say is not carried any more.
+    ``lamda`` (n, 1) and ``Ahead`` are of the next row's prediction, ``Theta`` is of its
+    estimate.  Once ``half`` is there, it is a factor of the next row's smoothed
+    covariance, and ``x`` (n, 1) its estimate: then what they say is not carried any
+    more.
     """
 
     lamda: np.ndarray
-    Lambda: np.ndarray
+    Theta: np.ndarray
     Ahead: np.ndarray
     x: np.ndarray
     half: np.ndarray | None

@@ -5,29 +5,36 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
 from .. import kernels
 from ..kernels.program import Factor
 from ..numeric import Matrix
 from ..numeric.factors import SAFE
 from ..recursion.state import flat
 from .carried import LEFT, MOST, Back, Carried, Ways
-from .derivation import backward_step
+from .derivation import backward_loop
 from .forward import Kept
 
 BACKWARD = kernels.Recursion(
-    backward_step,
+    backward_loop,
     carried=(
         ("lamda", "lamda_next"),
-        ("Lambda", "Lambda_next"),
+        ("Theta", "Theta_next"),
     ),
-    rows=(("innovation", "innovations", 0), ("x", "xs", 0)),
+    rows=(
+        ("innovation", "innovations", 0),
+        ("x", "xs", 0),
+        ("K_next", "K", 1),
+        ("W_next", "W", 1),
+    ),
     written=(
         ("smoothed", "x_s", "vector"),
         ("variances", "Sigma_s", "diagonal"),
         ("covariances", "Sigma_s", "matrix"),
         ("sayings", "lamda", "vector"),
     ),
-    symmetric=("Sigma", "Lambda_next"),
+    symmetric=("Sigma", "Theta_next", "W", "W_next"),
     definite=(Factor("Sigma_s", SAFE, "Sigma"),),
     bounds=(
         ("Sigma_s", "Sigma", "above", LEFT),
@@ -51,14 +58,13 @@ class Compiled:
 
     def __init__(self, kept: Kept, ways: Ways, out: Back, variances: Matrix) -> None:
         self.kept, self.out, n = kept, out, kept.x.shape[1]
-        stacked = {"Sigma", "K", "W"} | {
-            name for name in ("As", "C") if getattr(ways, name).ndim == 3
-        }
+        moves = dict(As=ways.As, C=ways.C, Seen=_seen(ways))
+        stacked = {"Sigma", "K", "W"} | {k for k, X in moves.items() if X.ndim == 3}
         sizes = (("n", n), ("p", kept.K.shape[2]))
-        known = tuple((name, _known(getattr(ways, name))) for name in ("As", "C"))
+        known = tuple((name, _known(X)) for name, X in moves.items())
         recursion = BACKWARD if out.U is None else NEIGHBOURS
         self.kernel = kernels.over_record(recursion, sizes, known, frozenset(stacked))
-        self.given = {name: _stack(getattr(ways, name)) for name in ("As", "C")}
+        self.given = {name: _stack(X) for name, X in moves.items()}
         self.given |= dict(Sigma=flat(kept.Sigma), K=flat(kept.K), W=flat(kept.W))
         self.given |= dict(innovations=kept.innovation, xs=kept.x)
         self.found = dict(
@@ -86,7 +92,7 @@ class Compiled:
 
     def _rows(self, carried: Carried, turn: int, stop: int) -> tuple[Carried, int]:
         """Rows from `turn` to `stop`, counted from the last one down."""
-        now = dict(lamda_next=carried.lamda, Lambda_next=carried.Lambda)
+        now = dict(lamda_next=carried.lamda, Theta_next=carried.Theta)
         if self.out.U is not None:
             now["Ahead_next"] = carried.Ahead
         after = {name: X.flatten() for name, X in now.items()}
@@ -96,9 +102,17 @@ class Compiled:
         )  # fmt: skip
         shaped = {name: after[name].reshape(X.shape) for name, X in now.items()}
         return Carried(
-            shaped["lamda_next"], shaped["Lambda_next"],
+            shaped["lamda_next"], shaped["Theta_next"],
             shaped.get("Ahead_next", carried.Ahead), carried.x, None,
         ), done  # fmt: skip
+
+
+def _seen(ways: Ways) -> Matrix:
+    """C of the next row times As of a row; nothing is behind the last one."""
+    As, C = ways.As, ways.C
+    if C.ndim == 2:
+        return C @ As
+    return np.concatenate([C[1:], 0 * C[:1]]) @ As
 
 
 def _known(X: Matrix) -> Any:

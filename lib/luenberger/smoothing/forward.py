@@ -40,8 +40,10 @@ class Kept:
         The filter's estimates.
     Sigma : (N, n, n) ndarray
         Covariances of their errors.
-    K, W : (N, n, p) ndarray
-        Gains, and what the innovations say; columns of missing outputs are zero.
+    K : (N + 1, n, p) ndarray
+        Gains; columns of missing outputs are zero, and so is all behind the last row.
+    W : (N + 1, p, p) ndarray
+        How much the innovations say; the same holds of it.
     innovation : (N, p) ndarray
         Zero for missing outputs.
     variances : (N, n) ndarray
@@ -64,8 +66,9 @@ class Kept:
         """Room for so many rows."""
         n, p = plant.n, plant.p
         x, variances, Sigma = (np.empty((rows, *s)) for s in ((n,), (n,), (n, n)))
-        K, W, innovation = (np.empty((rows, *s)) for s in ((n, p), (n, p), (p,)))
-        return cls(x, Sigma, K, W, innovation, variances)
+        K, W = np.empty((rows + 1, n, p)), np.empty((rows + 1, p, p))
+        K[rows:], W[rows:] = 0, 0
+        return cls(x, Sigma, K, W, np.empty((rows, p)), variances)
 
     def put(self, k: int, row: Step) -> None:
         """Write row k, which NumPy did."""
@@ -76,7 +79,7 @@ class Kept:
         for X in (self.K, self.W, self.innovation):
             X[k] = 0
         self.K[k][:, seen] = row.new["K"]
-        self.W[k][:, seen] = _said(state.setting, row.new)
+        self.W[k][np.ix_(seen, seen)] = _said(state.setting, row.new)
         self.innovation[k][seen] = row.innovation[:, 0]
         if state.spread.half is not None:
             self.spreads[k] = state.spread
@@ -88,6 +91,11 @@ class Kept:
             xs=self.x, variances=self.variances, covariances=flat(self.Sigma),
             gains=flat(self.K), innovations=self.innovation, sayings=flat(self.W),
         )  # fmt: skip
+
+    def forget(self, missing: Matrix) -> None:
+        """Have the outputs `missing` (N, p) say nothing; compiled code does not."""
+        k, j = np.nonzero(missing)
+        self.W[k, j, j] = 0
 
     def spread(self, k: int) -> Spread:
         """The covariance of row k, with its factor where one was kept."""
@@ -104,8 +112,9 @@ class Kept:
 
     def before(self, other: Kept) -> Kept:
         """These rows and then those of `other`."""
+        N = len(self)
         x, Sigma, K, W, innovation, variances = (
-            np.concatenate(two) for two in zip(self._rows, other._rows)
+            np.concatenate([X[:N], Z]) for X, Z in zip(self._rows, other._rows)
         )
         moved = {i + len(self): one for i, one in other.spreads.items()}
         return Kept(x, Sigma, K, W, innovation, variances, self.spreads | moved)
@@ -118,10 +127,10 @@ class Kept:
 def _said(now: Setting, new: Matrices) -> Matrix:
     """W of one row, from the matrices of its step."""
     if "L" not in new:
-        return kernels.compiled(said)(C=now.C, M=new["M"])["W"]
+        return kernels.compiled(said)(M=new["M"])["W"]
     Z = np.concatenate([new["L"], now.V], axis=1)
     B = inverse_root(Z, new.get("unit"))
-    return kernels.compiled(said_by_root)(C=now.C, B=B)["W"]
+    return kernels.compiled(said_by_root)(B=B)["W"]
 
 
 def inverse_root(Z: Matrix, unit: Vector | None) -> Matrix:

@@ -138,7 +138,11 @@ class Smoother:
 
     def _filtered(self, state: State, y: Matrix, u: Matrix) -> tuple[Kept, State]:
         new = Kept.empty(len(y), self.plant)
-        return new, self.run.into(new, state, y, u, self.fast, KEPT)
+        state = self.run.into(new, state, y, u, self.fast, KEPT)
+        missing = np.isnan(y)
+        if missing.any():
+            new.forget(missing)
+        return new, state
 
     def _sample(self, periods: Vector) -> None:
         """The plant at the rows that are kept and at those to which `periods` lead."""

@@ -72,8 +72,9 @@ def lagged(kept: Kept, ways: Ways, lag: int, rows: int) -> Back:
     the caller to fill.
     """
     have = dict(
-        As=ways.As, C=ways.C, K=kept.K, W=kept.W, innovation=kept.innovation[..., None]
-    )
+        As=ways.As, C=ways.C, K=kept.K[:-1], W=kept.W[:-1],
+        innovation=kept.innovation[..., None],
+    )  # fmt: skip
     found = kernels.run(row, have, stacks=True)
     single = Said(
         found["a"], *(np.broadcast_to(found[k], kept.Sigma.shape) for k in "FD")

@@ -6,6 +6,8 @@
     The smoother of Rauch, Tung and Striebel: later rows speak through the next state.
 `adjoint`
     The smoother of Bryson and Frazier: what later rows say is carried backwards.
+`from_estimate`
+    The same in fewer multiplications, from estimate to estimate.
 `fixed_lag`
     A fixed lag: what a stretch of rows says is one map, and two stretches are one.
 `disturbances`
@@ -26,7 +28,13 @@ factor_step = StageList(
 backward_step = StageList(
     __name__,
     "adjoint.backward_step",
-    "theta Theta Left x_s Sigma_s U_next Ahead lamda Theta_Y New Lambda",
+    "theta Theta Left x_s Sigma_s U_next Ahead new lamda Theta_Y New Lambda",
+)
+handed_on = StageList(__name__, "from_estimate.handed_on", "Theta_Y New Lambda")
+backward_loop = StageList(
+    __name__,
+    "from_estimate.backward_loop",
+    "theta Past Theta Left x_s Sigma_s U_next Ahead new lamda",
 )
 rest = StageList(__name__, "adjoint.rest", "Rest")
 said = StageList(__name__, "adjoint.said", "W")

@@ -25,6 +25,7 @@ Ahead = letters("Ahead", n, n, "what it leaves of the prediction's error")
 Ahead_next = letters("Ahead_next", n, n, "the same one step on")
 Theta_Y = letters("Theta_Y", n, n, "`Theta` seen by what the gain leaves")
 New = letters("New", p, n, "what the outputs say, less what the gain takes off")
+new = letters("new", p, 1, "the same of the vector")
 
 SMOOTHED = (
     """Suppose that later rows correct the next prediction by `Omega_next lamda_next`,
@@ -80,11 +81,12 @@ UPDATE = (
         Line(Y * Omega - (Omega * C.T - K * M) * K.T, by=(is_M,)),
         Line(Y * Omega, by=(is_K,)),
     ),
-    """An innovation says `W innovation` of the prediction. The matrix `W` is any one
-    with `Omega W = K`. Where outputs have no noise there are many; all do the same.""",
-    is_W := define(Omega * W, K),
-    is_lamda := define(lamda, W * innovation + Y.T * theta),
-    is_Lambda := define(Lambda, W * C + Y.T * Theta * Y),
+    """An innovation says `C' W innovation` of the prediction. The matrix `W` is any
+    symmetric one with `Omega C' W = K`. Where outputs have no noise there are many; all
+    do the same.""",
+    is_W := define(Omega * C.T * W, K),
+    is_lamda := define(lamda, C.T * W * innovation + Y.T * theta),
+    is_Lambda := define(Lambda, C.T * W * C + Y.T * Theta * Y),
     chain(
         "",
         "this row and later ones correct the prediction",
@@ -92,14 +94,14 @@ UPDATE = (
         Line(x + Sigma * theta - x_minus, by=(estimate,)),
         Line(K * innovation + Sigma * theta, by=(updates,)),
         Line(K * innovation + Omega * Y.T * theta, by=(shorter,)),
-        Line(Omega * W * innovation + Omega * Y.T * theta, by=(is_W,)),
+        Line(Omega * C.T * W * innovation + Omega * Y.T * theta, by=(is_W,)),
         Line(Omega * lamda, by=(is_lamda,)),
     ),
     left := chain(
         "",
         "what is left of the prediction's error",
         I - Omega * Lambda,
-        Line(I - Omega * W * C - Omega * Y.T * Theta * Y, by=(is_Lambda,)),
+        Line(I - Omega * C.T * W * C - Omega * Y.T * Theta * Y, by=(is_Lambda,)),
         Line(I - K * C - Omega * Y.T * Theta * Y, by=(is_W,)),
         Line(I - K * C - Sigma * Theta * Y, by=(shorter,)),
         Line(Y - Sigma * Theta * Y, by=(is_Y,)),
@@ -114,41 +116,26 @@ UPDATE = (
     ),
     """Those are the suppositions again, one row earlier. Behind the last row nothing
     is said, so both begin with zero there. Where the innovation has a definite
-    covariance, one solve finds `W`; elsewhere it takes a root of an inverse on the
+    covariance, `W` is its inverse; elsewhere it takes a root of an inverse on the
     combinations of outputs that are not known before.""",
-    by_solve := define(W * M, C.T),
+    by_solve := define(W * M, Identity(p)),
     chain(
         "",
-        "one solve finds it",
-        Omega * W,
-        Line(Omega * W * M * M.I, why="the covariance has an inverse"),
+        "the inverse does it",
+        Omega * C.T * W,
+        Line(Omega * C.T * W * M * M.I, why="the covariance has an inverse"),
         Line(Omega * C.T * M.I, by=(by_solve,)),
         Line(K * M * M.I, by=(is_K,)),
         Line(K, why="cancel"),
     ),
-    by_root := define(W, C.T * B * B.T),
+    by_root := define(W, B * B.T),
     gain_of_root := define(K, Omega * C.T * B * B.T),
     chain(
         "",
-        "a root finds it as well",
-        Omega * W,
+        "a root does it as well",
+        Omega * C.T * W,
         Line(Omega * C.T * B * B.T, by=(by_root,)),
         Line(K, by=(gain_of_root,)),
-    ),
-    "Either of them has a symmetric product with `C`.",
-    chain(
-        "",
-        "the product is symmetric if a solve found it",
-        W * C,
-        Line(W * M * W.T, by=(by_solve,)),
-        Line(C.T * W.T, by=(by_solve,)),
-    ),
-    even := chain(
-        "",
-        "the product is symmetric if a root found it",
-        W * C,
-        Line(C.T * B * B.T * C, by=(by_root,)),
-        Line(C.T * W.T, by=(by_root,)),
     ),
 )
 RUNS = (
@@ -195,22 +182,24 @@ RUNS = (
         Line(Theta * (I - K * C), by=(is_Theta_Y, is_Y)),
         Line(Theta - Theta * K * C, why="multiply out"),
     ),
+    is_new := define(new, W * innovation - K.T * theta),
     quick_lamda := chain(
         "",
         "the vector that is carried",
         lamda,
-        Line(W * innovation + (I - K * C).T * theta, by=(is_lamda, is_Y)),
-        Line(theta + W * innovation - C.T * K.T * theta, why="multiply out"),
+        Line(C.T * W * innovation + (I - K * C).T * theta, by=(is_lamda, is_Y)),
+        Line(theta + C.T * (W * innovation - K.T * theta), why="factor"),
+        Line(theta + C.T * new, by=(is_new,)),
     ),
-    is_New := define(New, W.T - K.T * Theta_Y),
+    is_New := define(New, W * C - K.T * Theta_Y),
     quick_Lambda := chain(
         "",
         "the matrix that is carried",
         Lambda,
-        Line(W * C + Y.T * Theta * Y, by=(is_Lambda,)),
-        Line(W * C + Y.T * Theta_Y, by=(is_Theta_Y,)),
-        Line(C.T * W.T + (I - K * C).T * Theta_Y, by=(is_Y, even)),
-        Line(Theta_Y + C.T * (W.T - K.T * Theta_Y), why="multiply out, and factor"),
+        Line(C.T * W * C + Y.T * Theta * Y, by=(is_Lambda,)),
+        Line(C.T * W * C + Y.T * Theta_Y, by=(is_Theta_Y,)),
+        Line(C.T * W * C + (I - K * C).T * Theta_Y, by=(is_Y,)),
+        Line(Theta_Y + C.T * (W * C - K.T * Theta_Y), why="multiply out, and factor"),
         Line(Theta_Y + C.T * New, by=(is_New,)),
     ),
     "The covariance of neighbours needs what the next row has left, and no gain.",
@@ -232,24 +221,30 @@ RUNS = (
 )
 
 
+SPEAKS = Stage(theta, is_theta.right, by=(is_theta,))
+SMOOTHS = (
+    Stage(Left, is_Left.right, by=(is_Left,)),
+    Stage(x_s, estimate.right, by=(estimate,)),
+    Stage(Sigma_s, remains.right, symmetric=True, by=(remains,)),
+    Stage(U_next, neighbours.right, by=(neighbours,)),
+    Stage(Ahead, quick_Ahead.right, by=(quick_Ahead,)),
+    Stage(new, is_new.right, by=(is_new,)),
+    Stage(lamda, quick_lamda.right, by=(quick_lamda,)),
+)
+HANDS_ON = (
+    Stage(Theta_Y, quick_Theta_Y.right, by=(quick_Theta_Y,)),
+    Stage(New, is_New.right, by=(is_New,)),
+    Stage(Lambda, quick_Lambda.right, symmetric=True, by=(quick_Lambda,)),
+)
+
+
 @cache
 def backward_step():
     """A row from what later ones say of its successor: smoothed, and handed on."""
+    is_here = Stage(Theta, is_Theta.right, symmetric=True, by=(is_Theta,))
     return Derivation(
         (As, C, K, W, innovation, Sigma, x, lamda_next, Lambda_next, Ahead_next),
-        (
-            Stage(theta, is_theta.right, by=(is_theta,)),
-            Stage(Theta, is_Theta.right, symmetric=True, by=(is_Theta,)),
-            Stage(Left, is_Left.right, by=(is_Left,)),
-            Stage(x_s, estimate.right, by=(estimate,)),
-            Stage(Sigma_s, remains.right, symmetric=True, by=(remains,)),
-            Stage(U_next, neighbours.right, by=(neighbours,)),
-            Stage(Ahead, quick_Ahead.right, by=(quick_Ahead,)),
-            Stage(lamda, quick_lamda.right, by=(quick_lamda,)),
-            Stage(Theta_Y, quick_Theta_Y.right, by=(quick_Theta_Y,)),
-            Stage(New, is_New.right, by=(is_New,)),
-            Stage(Lambda, quick_Lambda.right, symmetric=True, by=(quick_Lambda,)),
-        ),
+        (SPEAKS, is_here, *SMOOTHS, *HANDS_ON),
         source="our own; Bryson and Frazier (1963)",
         letters=letters,
         says="one row of the smoother, without an inverse",
@@ -270,25 +265,25 @@ def rest():
 
 @cache
 def said():
-    """What an innovation says, from its covariance: W with W M = C'."""
+    """How much an innovation says, from its covariance: W with W M = I."""
     return Derivation(
-        (C, M),
-        (Stage(W, Solve(C.T, M), by=(by_solve,)),),
+        (M,),
+        (Stage(W, Solve(Identity(p), M), by=(by_solve,)),),
         source="our own",
         letters=letters,
-        says="what an innovation says, by a solve",
+        says="how much an innovation says, by a solve",
     )
 
 
 @cache
 def said_by_root():
-    """What an innovation says where M may be singular: B B' is an inverse of it."""
+    """The same where M may be singular: B B' is an inverse of it."""
     return Derivation(
-        (C, B),
+        (B,),
         (Stage(W, by_root.right, by=(by_root,)),),
         source="our own",
         letters=letters,
-        says="what an innovation says, by a root",
+        says="how much an innovation says, by a root",
     )
 
 

@@ -8,7 +8,7 @@ Source: Leondes and Novak (1974), (27), (33), (43); the rest is our own.
 
 from functools import cache
 
-from ....symbolic import Derivation, Expect, Line, Solve, Stage
+from ....symbolic import Derivation, Expect, Identity, Line, Solve, Stage
 from .best_coordinates import gain_stage
 from .estimate import (
     before,
@@ -30,7 +30,7 @@ loop = running.here(Q="covariance of the process noise that is left")
 chain, define = loop.chain, loop.define
 Z = loop("Z", n, n, "what the gain leaves of `Omega`")
 known = loop("known", p, 1, "measurement less what the input does to it")
-W = loop("W", n, p, "what an innovation says of its prediction")
+W = loop("W", p, p, "how much an innovation says", symmetric=True)
 
 STEP = (
     """A step over a record first predicts. The prediction errs as on the page on the
@@ -80,8 +80,8 @@ STEP = (
     is_rho_next,
 )
 SAID = (
-    """A smoother needs of each row what its innovation says of its prediction.""",
-    is_W := define(W * M, C.T),
+    """A smoother needs of each row how much its innovation says.""",
+    is_W := define(W * M, Identity(p)),
 )
 
 TO_Z = (
@@ -131,7 +131,7 @@ def kept_step():
     step = filter_step()
     return Derivation(
         step.given,
-        (*step.stages, Stage(W, Solve(C.T, M), by=(is_W,))),
+        (*step.stages, Stage(W, Solve(Identity(p), M), symmetric=True, by=(is_W,))),
         source=SOURCE,
         letters=loop,
         says="one step of a filter over a record that is smoothed later",
