@@ -12,9 +12,10 @@ from luenberger.kernels.in_place import in_place
 from luenberger.kernels.inputs import arguments
 from luenberger.recursion.filter_stacks import FILTER
 from luenberger.smoothing.compiled import BACKWARD, NEIGHBOURS
-from luenberger.smoothing.forward import KEPT
+from luenberger.smoothing.forward import KEPT as LOOPS
 from luenberger.symbolic import Derivation, Stage
 
+KEPT = LOOPS.estimates
 SIZES = dict(n=9, p=2, m=0)
 ROWS = 4
 ABSENT = "B", "E", "Gamma", "J"  # of a plant without inputs and S
