@@ -16,6 +16,8 @@ from luenberger.export.c import filter_bound, filter_words
 from luenberger.export.c.computed import Computed, passed
 from luenberger.export.c.rounding_bound import upward
 from luenberger.export.c.window import Window
+from luenberger.export.derivation import gains, grows, strays
+from luenberger.kernels import run
 from luenberger.kernels.c import library
 from luenberger.kernels.program import Assign, Factor, Operand, Program, Term
 from luenberger.numeric.rounded import Rounded
@@ -300,6 +302,75 @@ def test_a_window_holds_what_was_added_and_moved(length):
     assert len(window.moves) < length + 1
 
 
+@pytest.mark.parametrize("length", [2, 50])
+def test_a_window_is_sharp_where_nothing_cancels(length):
+    """Without a minus sign the bound is the sum itself, what is older included."""
+    rng = np.random.default_rng(1)
+    n, As, whole = 2, rng.random((2, 2)), Rounded.of(np.eye(2))
+    window, more = Window(As, 1, 1, length), {}
+    Xi, e, x = np.zeros((1, n, n)), np.zeros((n, 1)), np.zeros((n, 1))
+    F, one = 0.4 * rng.random((n, n)), np.ones((n, 1))
+    for _ in range(12):
+        new = dict(squares=np.ones((1, n, n)), errors=one, reached=one)
+        window.add(
+            **{k: X + more.get(k, 0.0) for k, X in new.items()},
+            spreads=np.ones((1, n, n)), through=one, inputs=one,
+        )  # fmt: skip
+        Xi = Xi + 1 + As @ np.ones((n, n)) @ As.T
+        e, x = e + one + As @ one, x + 2 * one
+        np.testing.assert_allclose(window.square(whole, whole), Xi, rtol=1e-6)
+        np.testing.assert_allclose(window.error(whole), e, rtol=1e-6)
+        np.testing.assert_allclose(window.reach(whole), x, rtol=1e-6)
+        more = window.move(Rounded.of(F))
+        Xi, e, x = F @ Xi @ F.T, F @ e, F @ x
+
+
+def test_what_a_step_adds_by_hand():
+    """One state and one output, as numbers."""
+    one = {k: np.array([[X]]) for k, X in SCALAR.items()}
+    found = {k: X.item() for k, X in (run(gains, one) | run(grows, one)).items()}
+    assert found["k_o"] == (0.5 + 1) * 2
+    assert found["k_r"] == (0.25 + (4 + 3) * 0.125) * 3
+    assert found["k_f"] == found["k_o"] + found["k_r"]
+    assert found["l_s"] == 7 * 5 * 7 + 6 * (0.5 + 1) + 11
+    found = {k: X.item() for k, X in run(strays, one).items()}
+    assert found["k_d"] == 13 + 17
+    assert found["a_s"] == 13 * 19 * 23 + (13 + 17) * 29 + 31
+    assert found["z_s"] == 37 * 17 * 29
+
+
+SCALAR = dict(
+    g_s=0.5, X_K=1.0, V_o=2.0, N_o=0.25, G_s=4.0, E_s=0.125, V_f=3.0, k_o=6.0, k_r=7.0,
+    M_s=5.0, r_ts=11.0, k_f=13.0, k_e=17.0, C_s=19.0, e_s=23.0, nu_s=29.0, r_xs=31.0,
+    As_s=37.0,
+)  # fmt: skip
+
+
+def test_roundings_are_counted():
+    """Of a sum of three products three each, of a solution as the page says."""
+    X, A = (
+        Computed.of(np.array([[0.3], [0.7], [0.1]])),
+        Computed.of(np.full((1, 3), 3.0)),
+    )
+    program = Program(
+        ("X", "A"), {}, (Assign("Y", (Term(Fraction(1), of("A", "X")),)),),
+        {"Y": Operand("Y")}, frozenset(),
+    )  # fmt: skip
+    found, _ = passed(program, dict(X=X, A=A), "float", None, {})
+    assert found["Y"].off.item() == pytest.approx(3 * 3.3 * 2.0**-24, rel=2e-3)
+    search = filter_bound.Search(filter_words.pair(tracker(), 0, "float"))
+    pair = search.pair
+    one, two = Computed.of(np.array([[4.0]])), Computed.of(np.array([[4.0, 1], [1, 9]]))
+    assert pair.elimination(one).item() == pytest.approx(2 * 4 * 2.0**-24, rel=2e-3)
+    wanted = 10 * 2.0**-24 * np.array([[4, 6], [6, 9]])
+    np.testing.assert_allclose(pair.elimination(two), wanted, rtol=2e-3)
+    np.testing.assert_allclose(search.ds[:, :-1], 2.0**-24 * np.eye(2), rtol=2e-3)
+    gap = np.abs(pair.device["Omega"] - pair.exact["Omega"])
+    first = search.start(5)
+    assert gap.any() and (first.squares[0, 0] == gap).all()
+    assert (first.errors[0, :, -1] == np.abs(pair.device["x"] - pair.exact["x"])).all()
+
+
 @pytest.mark.parametrize("seed", range(5))
 def test_gains_are_within_their_bounds(seed):
     """The best gain of a covariance near by, and one that a matrix near by gives."""
@@ -328,6 +399,7 @@ def test_gains_are_within_their_bounds(seed):
         assert (np.abs(K_o - gain.G) <= sizes["k_e"]).all()
         assert (np.abs(K_f.T - K_o) <= sizes["k_r"]).all()
     assert (sizes["k_o"] < 1e-2 * np.abs(gain.G).max()).all()
+    assert (sizes["E_s"] == dM + pair.elimination(near)).all()
 
 
 # -- units -----------------------------------------------------------------------------
