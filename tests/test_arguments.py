@@ -11,7 +11,9 @@ from luenberger import arguments, export, plot
 PLANT = lb.Plant([[0.5]], None, [[1]], dt=1.0, Q=[[1]], R=[[1]], P0=[[1]])
 OBSERVER = lb.kalman_filter(PLANT)
 # imported there, for use there
-WITHIN = {"export.fitted", "export.signals", "plot.from_start"}
+WITHIN = {
+    "export.fitted", "export.require_beside", "export.signals", "plot.from_start",
+}  # fmt: skip
 RIGHT = {"plant": PLANT, "observer": OBSERVER, "source": PLANT}
 
 

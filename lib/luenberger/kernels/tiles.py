@@ -75,9 +75,11 @@ class Tiles:
 
     def in_tiles(self, step: Assign, products: Terms) -> bool:
         """Whether a sum is written so, with these of its products."""
+        if not (self.to.tiles and products):
+            return False
         rows, cols = self.size(step.target)
         even = all(t.factors[0].name in self.program.symmetric for _, t in products)
-        return self.to.tiles and bool(products) and rows > 1 and (cols > 1 or even)
+        return rows > 1 and (cols > 1 or even)
 
     def tile_arrays(self, step: Assign) -> dict[str, int]:
         """Lengths of the arrays that such a sum takes beside its target."""
