@@ -304,6 +304,7 @@ def test_derivations_lead_to_their_source(site):
         "letters",
         "any_gain_letters",
         "direction_letters",
+        "filter_letters",
     }  # these gather others, or are shown where they are used
 
 

@@ -61,6 +61,9 @@ COVARIANCE = (
         Line(Omega_f - N_f * K_o.T + (G - K_o) * M_f * (G - K_o).T, by=(best,)),
     ),
     "So one may stand for the other, but for squares.",
+    is_S_K := define(
+        S_K, (K_f - K_o) * M_f * (K_f - K_o).T - (G - K_o) * M_f * (G - K_o).T
+    ),
     between := chain(
         "",
         "what the gain that was computed does otherwise",
@@ -69,6 +72,7 @@ COVARIANCE = (
             (K_f - K_o) * M_f * (K_f - K_o).T - (G - K_o) * M_f * (G - K_o).T,
             by=(around_f, around_G),
         ),
+        Line(S_K, by=(is_S_K,)),
     ),
     moved := chain(
         "",
@@ -90,37 +94,14 @@ COVARIANCE = (
             by=(of_next, of_f_next),
         ),
         Line(
-            As
-            * (
-                Y * Omega_f * Y.T
-                - Y * Omega * Y.T
-                + (K_f - K_o) * M_f * (K_f - K_o).T
-                - (G - K_o) * M_f * (G - K_o).T
-                + r_t
-            )
-            * As.T
-            + delta
-            + r_s,
+            As * (Y * Omega_f * Y.T - Y * Omega * Y.T + S_K + r_t) * As.T + delta + r_s,
             by=(between,),
         ),
         Line(
-            As * Y * Xi * Y.T * As.T
-            + As
-            * ((K_f - K_o) * M_f * (K_f - K_o).T - (G - K_o) * M_f * (G - K_o).T + r_t)
-            * As.T
-            + delta
-            + r_s,
+            As * Y * Xi * Y.T * As.T + As * (S_K + r_t) * As.T + delta + r_s,
             by=(is_Xi,),
         ),
-        Line(
-            F * Xi * F.T
-            + As
-            * ((K_f - K_o) * M_f * (K_f - K_o).T - (G - K_o) * M_f * (G - K_o).T + r_t)
-            * As.T
-            + delta
-            + r_s,
-            by=(is_F,),
-        ),
+        Line(F * Xi * F.T + As * (S_K + r_t) * As.T + delta + r_s, by=(is_F,)),
     ),
     """The exact filter is such a filter without rounding: there `K_f` is `K_o`, and
     `r_t` and `r_s` are zero.""",
