@@ -1,13 +1,12 @@
 """Bounds on rounding of exported filters hold on a million steps, in any order."""
 
-import re
 from fractions import Fraction
 
 import filter_runs
 import generators
 import numpy as np
 import pytest
-from rounding_runs import PATTERNS
+from rounding_runs import PATTERNS, per_unit
 
 import luenberger as lb
 from luenberger.errors import DesignError
@@ -445,9 +444,7 @@ def test_the_header_says_the_bound_within_ranges_or_for_each_signal(tmp_path):
     assert "nothing else of what -ffast-math allows." in plain
     _, header = to_c(plant, tmp_path, dtype="float")
     for name, value in zip(("x1", "x2"), bound.largest):
-        lines = header.read_text().partition(f'"{name}":\n')[2].splitlines()[:3]
-        own = [re.match(r' \*  +(\S+)( max "(.*)")?$', line).groups() for line in lines]
-        each = {name: float(size) for size, _, name in own}
+        each = per_unit(header, name)
         total = each[None] + each["u1"] * 2 + each["y1"] * 10
         assert value <= total <= 1.02 * value
 

@@ -1,13 +1,12 @@
 """Bounds on rounding hold on a million steps, and exactly, and are not vacuous."""
 
 import dataclasses
-import re
 from fractions import Fraction
 
 import generators
 import numpy as np
 import pytest
-from rounding_runs import PATTERNS, gaps
+from rounding_runs import PATTERNS, gaps, per_unit
 
 import luenberger as lb
 from luenberger.analysis.step_cost import step_program
@@ -183,9 +182,7 @@ def test_the_header_says_the_bound_within_ranges_or_for_each_signal(tmp_path):
     assert "This holds while |u1| <= 2, |y1| <= 10." in repr(bound)
     _, header = to_c(observer, tmp_path, dtype="float")
     for name, value in zip(("x1", "x2"), bound.largest):
-        lines = header.read_text().partition(f'"{name}":\n')[2].splitlines()[:3]
-        own = [re.match(r' \*  +(\S+)( max "(.*)")?$', line).groups() for line in lines]
-        each = {name: float(size) for size, _, name in own}
+        each = per_unit(header, name)
         total = each[None] + each["u1"] * 2 + each["y1"] * 10
         assert value <= total <= 1.02 * value
 

@@ -1,6 +1,7 @@
 """Exported C beside the exact observer, on a million readings that one chooses."""
 
 import ctypes
+import re
 
 import numpy as np
 
@@ -117,3 +118,10 @@ def worst_signs(observer, length=400):
         rows.append(np.where(row @ B < 0, -1.0, 1.0)[0])
         row = row @ observer.F
     return np.array(rows[::-1])
+
+
+def per_unit(header, name):
+    """Of an estimate's bound in a header: its parts, by signal, None for the rest."""
+    lines = header.read_text().partition(f'"{name}":\n')[2].splitlines()[:3]
+    own = [re.match(r' \*  +(\S+)( max "(.*)")?$', line).groups() for line in lines]
+    return {signal: float(size) for size, _, signal in own}

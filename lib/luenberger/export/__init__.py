@@ -172,7 +172,9 @@ def to_c(
         choices = m1, weight, late, horizon, update
         return write_pair(path, _filter(source, name, dtype, *choices, ranges))
     if update != "joseph":
-        raise ValueError("update goes with a plant; an observer has no covariance")
+        raise ValueError(
+            "update goes with a plant, and an observer has no covariance: leave out update"
+        )
     if m1 is not None or weight is not None:
         raise ValueError("m1 and weight go with a plant; the source is an observer")
     if late is not None or horizon is not None:

@@ -138,7 +138,9 @@ def _of_filter(
 def require_beside(source: Plant, plant: Plant | None, dtype: str) -> None:
     """ValueError if what goes with an observer is given beside a plant."""
     if plant is not None:
-        raise ValueError("plant= goes with an observer; the source is a plant")
+        raise ValueError(
+            "plant= goes with an observer, and the source is a plant: leave out plant="
+        )
     if dtype == "fixed":
         raise ValueError(
             "dtype='fixed' goes with an observer, and the source is a plant: export "
