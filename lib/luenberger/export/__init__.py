@@ -173,7 +173,7 @@ def to_c(
         return write_pair(path, _filter(source, name, dtype, *choices, ranges))
     if update != "joseph":
         raise ValueError(
-            "update goes with a plant, and an observer has no covariance: leave out update"
+            "update goes with a plant, and an observer has no covariance: leave it out"
         )
     if m1 is not None or weight is not None:
         raise ValueError("m1 and weight go with a plant; the source is an observer")

@@ -237,7 +237,9 @@ def _matrices(
     """A, B, C, D of the state space."""
     kind = "plant" if isinstance(source, Plant) else "observer"
     if kind == "plant" and plant is not None:
-        raise ValueError("plant= goes with an observer; the source is a plant")
+        raise ValueError(
+            "plant= goes with an observer, and the source is a plant: leave out plant="
+        )
     if source.steps is not None:
         rows = "rows" if kind == "plant" else "rows of gains"
         cure = "take one A, B, C, E" if kind == "plant" else "design without steps"
