@@ -35,7 +35,7 @@ def test_deviations_are_roots_of_whoever_has_the_variances():
 
 
 def test_what_all_share_is_there_once():
-    room = one_for_all(4, 3, 2)
+    room = one_for_all(4, (3, 2))
     room[2] = ROOM[0]
     for variances, back in [(room, [0] * 4), (np.stack([ROOM[0]] * 4), [0, 1, 0, 1])]:
         found = deviations(variances, np.array(back))

@@ -51,7 +51,7 @@ class Block(NamedTuple):
         rows = (N,) if history else ()
         K = np.empty((M, N, n, p)) if history else None
         x = np.empty((M, N, n))
-        variances = one_for_all(M, N, n) if complete else np.empty((M, N, n))
+        variances = one_for_all(M, (N, n)) if complete else np.empty((M, N, n))
         P, back = np.empty((M, *rows, n, n)), np.zeros(M, dtype=int)
         return cls(x, variances, P, K, back)
 
@@ -73,10 +73,10 @@ class Block(NamedTuple):
         self.back[which] = which - which[0]
 
 
-def one_for_all(M: int, N: int, n: int) -> Matrix:
-    """(M, N, n) in the memory of (N, n)."""
-    one = np.empty((N, n))
-    return np.lib.stride_tricks.as_strided(one, (M, N, n), (0, *one.strides))
+def one_for_all(M: int, shape: tuple[int, ...]) -> Matrix:
+    """(M, ...) in the memory of an array of the shape (...)."""
+    one = np.empty(shape)
+    return np.lib.stride_tricks.as_strided(one, (M, *shape), (0, *one.strides))
 
 
 def deviations(variances: Matrix, back: Vector) -> Matrix:

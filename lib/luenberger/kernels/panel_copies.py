@@ -21,7 +21,7 @@ def copy_in(to: Python, array: str, long: int) -> None:
     to.loop("i", f"{HIGH * long} if high == {HIGH} else 0", f"high * {long}")
     to.loop("l", 0, LANES)
     to.set(
-        f"{array}_high[i * {LANES} + l]", f"{array}_[{array}_of[l], first * {long} + i]"
+        f"{array}_high[i * {LANES} + l]", f"{array}_[{array}_of[l], base * {long} + i]"
     )
     to.end()
     to.end()
@@ -32,7 +32,7 @@ def copy_out(to: Python, array: str, long: int) -> None:
     full = f"high == {HIGH} and here == {LANES}"
     turned(to, "to_rows", array, "written", long, full)
     to.loop("l", f"{LANES} if {full} else 0", "here")
-    rows = f"first * {long}:(first + high) * {long}"
+    rows = f"base * {long}:(base + high) * {long}"
     to.let("line", f"{array}_[who_[begin + l], {rows}]")
     to.fill("line[i]", f"{array}_high[i * {LANES} + l]", f"high * {long}")
     to.end()
@@ -43,7 +43,7 @@ def turned(to: Python, how: str, array: str, rows: str, long: int, full: str) ->
     to.loop("l", "0", f"{LANES} if {full} else 0, {SIDE}")
     to.loop("i", "0", f"{HIGH * long}, {SIDE}")
     to.line(
-        f"{how}({array}_, {rows}, l, first * {long} + i, {array}_high, "
+        f"{how}({array}_, {rows}, l, base * {long} + i, {array}_high, "
         f"i * {LANES} + l, {LANES})"
     )
     to.end()

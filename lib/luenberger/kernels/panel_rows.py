@@ -5,10 +5,13 @@ from typing import TYPE_CHECKING
 
 from .fused import joined
 from .panel_copies import HIGH, LANES, copy_in, copy_out, lane
+from .panel_stays import Stays
+from .panel_watch import Watch
 from .program import Sizes
 from .python import Python
 from .recursion import Loop
-from .scalars import Entry, Let, Need, Straight
+from .scalars import Entry, Inverse, Let, Need, Straight
+from .taking_back import bounded, condition
 
 if TYPE_CHECKING:
     from .panels import Panels
@@ -29,10 +32,10 @@ def source(
     Record s reads row ``which_y[s]`` of y, and so on; NaN is what did not arrive.
     Matrices come as stacks (S, rows * cols), of which row k uses index k if the matrix
     is `changing`, else 0.  What is carried comes flat, and is the same for all at the
-    first row.
+    first row.  A recursion that runs backward begins with the last row.
 
-    A lane in which a pivot fails goes on with numbers that mean nothing, and has
-    failed.
+    A lane in which a pivot or a bound fails goes on with numbers that mean nothing, and
+    has failed.
     """
     to = Python(0)
     shown = ", ".join(f"{name} = {value}" for name, value in sorted(sizes.items()))
@@ -66,22 +69,23 @@ class _Panel:
         self.marks, self.marked = panels.marks or ("", "")
         self.level = self.levels()
         self.carried = {name: self.given(name) for name in loop.carried.values()}
+        self.stays = Stays(panels, self.program, sizes)
         self.read = {
             array: self.program.shape(name, sizes)[0]
             for name, (array, _) in loop.rows.items()
-            if self.given(name)
+            if self.given(name) and name not in self.stays.read
         }
         self.written = {
             array: (kind, self.flat(result, kind))
             for array, result, kind in loop.recursion.written
+            if array not in self.stays.written
         }
         self.whole = dict(self.read)  # vectors of which some rows are kept
         for array, (kind, flat) in self.written.items():
             if kind != "matrix":
                 self.whole[array] = len(flat)
-        self.watched = self.flat(panels.watched, "diagonal") if panels.watched else []
-        last = self.flat(panels.watched, "matrix") if panels.watched else []
-        self.last = {entry: k for k, entry in enumerate(dict.fromkeys(last))}
+        covariance = self.table(panels.watched) if panels.watched else []
+        self.watch = Watch(panels.tests, covariance)
 
     def given(self, name: str) -> list[tuple[int, int, str]]:
         """The entries of a given matrix that are not known."""
@@ -123,10 +127,14 @@ class _Panel:
         self.start()
         to.loop("first", "0", f"rows_, {HIGH}")
         to.let("high", f"min({HIGH}, rows_ - first)")
+        back = self.loop.recursion.backward
+        to.let("base", "rows_ - first - high" if back else "first")
         for array, long in self.read.items():
             copy_in(to, array, long)
-        to.loop("t", 0, "high")
-        to.let("row", "first + t")
+        to.loop("turn", 0, "high")
+        to.let("t", "high - 1 - turn" if back else "turn")
+        to.let("row", "base + t")
+        self.stays.fetch(to)
         self.uniform(1)
         for (
             array,
@@ -136,6 +144,7 @@ class _Panel:
             rows = f"t * {many}:(t + 1) * {many}"
             to.let(f"{array}_lanes", f"{array}_high[{rows}]")
         self.in_lanes()
+        self.stays.put(to)
         for array, (kind, flat) in self.written.items():
             if kind == "matrix":
                 self.put(array, flat)
@@ -144,7 +153,7 @@ class _Panel:
             if kind != "matrix":
                 copy_out(to, array, len(flat))
         to.end()
-        self.leave()
+        self.watch.leave(to)
         to.end()
         to.line("return 0")
 
@@ -158,9 +167,7 @@ class _Panel:
         for array in self.read:
             self.to.let(f"{array}_of", f"np.empty({LANES}, np.int64)")
         self.to.let("written", f"np.empty({LANES}, np.int64)")
-        if self.watched:
-            rooms |= {"low": len(self.watched), "top": len(self.watched), "bad": 1}
-            rooms["last"] = len(self.last)
+        rooms |= self.watch.rooms | self.stays.rooms
         for name, length in rooms.items():
             self.to.let(name, f"array({max(length, 1) * LANES})")
 
@@ -179,9 +186,27 @@ class _Panel:
         for one in self.straight.statements:
             if isinstance(one, Need):
                 if level == 2:
-                    self.to.let("bad_", f"bad_ if {one.text} else 1.0")
+                    self.fail(one.text, one.unless)
             elif self.level[one.name] == level:
-                self.to.let(one.name, joined(one.terms, one.number) or one.text)
+                text = joined(one.terms, one.number) or one.text
+                if isinstance(one, Inverse):
+                    text = self.to.inverse(one.pivot)
+                self.to.let(one.name, text)
+
+    def fail(self, condition: str, unless: Sequence[str] = ()) -> None:
+        """Note in a lane that a condition does not hold."""
+        zero = " and ".join(f"{name} == 0.0" for name in unless)
+        if zero:
+            condition = f"({condition}) or ({zero})"
+        self.to.let("bad_", f"bad_ if {condition} else 1.0")
+
+    def bound(
+        self, one: list[list[Entry]], beside: str, kind: str, bound: float
+    ) -> None:
+        """The entries of a diagonal that has a bound."""
+        other = self.straight.entries[beside]
+        for i in range(len(one)):
+            self.fail(condition(kind, bound, (one[i][i], other[i][i])))
 
     def start(self) -> None:
         """Every lane at what all records begin with."""
@@ -195,11 +220,7 @@ class _Panel:
             _, cols = self.program.shape(name, self.sizes)
             for k, (i, j, _) in enumerate(of):
                 to.set(lane(f"{name}_lanes", k), f"{name}_[{i * cols + j}]")
-        if self.watched:
-            to.set("bad[l]", "0.0")
-        for k in range(len(self.watched)):
-            to.set(lane("low", k), "np.inf")
-            to.set(lane("top", k), "0.0")
+        self.watch.start(to)
         to.end()
 
     def in_lanes(self) -> None:
@@ -210,20 +231,19 @@ class _Panel:
             for k, (*_, entry) in enumerate(of):
                 to.let(entry, lane(f"{name}_lanes", k))
         for name, (array, _) in self.loop.rows.items():
-            self.load(name, array)
-        if self.watched:
+            if name in self.stays.read:
+                self.stays.load(to, name, self.given(name))
+            else:
+                self.load(name, array)
+        if self.panels.tests:
             to.let("bad_", "bad[l]")
         self.statements(2)
+        for one, beside, kind, bound in bounded(self.loop):
+            self.bound(self.straight.entries[one], beside, kind, bound)
+        self.stays.keep(to, self.table)
         for array, (kind, flat) in self.written.items():
             self.keep(array, kind, flat)
-        if self.watched:
-            to.set("bad[l]", "bad_")
-        for k, entry in enumerate(self.watched):
-            for kept, sign in (("low", "<"), ("top", ">")):
-                at = lane(kept, k)
-                to.set(at, f"{entry} if {entry} {sign} {at} else {at}")
-        for entry, k in self.last.items():
-            to.set(lane("last", k), entry)
+        self.watch.row(to)
         for result, name in self.loop.carried.items():
             table = self.table(result)
             for k, (i, j, _) in enumerate(self.carried[name]):
@@ -253,19 +273,4 @@ class _Panel:
         for i, entry in enumerate(flat):
             place = f"{array}_[s, row * {len(flat)} + {i}]"
             to.set(place, lane(f"{array}_lanes", places[entry]))
-        to.end()
-
-    def leave(self) -> None:
-        """What is known of every record afterwards."""
-        if not self.watched:
-            return
-        to = self.to
-        to.loop("l", 0, "here")
-        to.let("s", "who_[begin + l]")
-        to.set("failed_[s]", "bad[l] > 0.0")
-        for k in range(len(self.watched)):
-            to.set(f"least_[s, {k}]", lane("low", k))
-            to.set(f"most_[s, {k}]", lane("top", k))
-        for k, entry in enumerate(self.flat(self.panels.watched, "matrix")):
-            to.set(f"last_[s, {k}]", lane("last", self.last[entry]))
         to.end()

@@ -28,13 +28,20 @@ class Panels:
     marks : (str, str) or None
         A given diagonal matrix with ones for the entries of a vector that arrived.
     watched : str
-        A covariance: the least and the largest variances are kept, the last of it, and
-        whether a pivot has failed.
+        A covariance: the least and the largest variances are kept, and the last of it.
+    stays : tuple of str
+        Arrays that one recursion writes and another reads, which stay in lanes.
     """
 
     recursion: Recursion
     marks: tuple[str, str] | None = None
     watched: str = ""
+    stays: tuple[str, ...] = ()
+
+    @property
+    def tests(self) -> bool:
+        """Whether a lane can fail."""
+        return bool(self.recursion.definite or self.recursion.bounds)
 
     def lowered(self, zero: Collection[str] = ()) -> Loop:
         """The `Loop` where the matrices named in `zero` vanish."""
@@ -46,13 +53,15 @@ def arguments(panels: Panels, loop: Loop) -> dict[str, str]:
     marks = panels.marks[0] if panels.marks else ""
     types = {"who": "i8[::1]", "rows": "i8"}
     for array, _ in loop.rows.values():
-        types |= {array: "f8[:,::1]", f"which_{array}": "i8[::1]"}
+        types |= {array: "f8[:,::1]"}
+        types |= {} if array in panels.stays else {f"which_{array}": "i8[::1]"}
     types |= {name: "f8[:,::1]" for name in loop.matrices if name != marks}
     types |= {name: "f8[::1]" for name in loop.carried.values()}
     types |= {array: "f8[:,::1]" for array, *_ in loop.recursion.written}
+    if panels.tests:
+        types |= {"failed": "b1[::1]"}
     if panels.watched:
-        types |= {"failed": "b1[::1]", "least": "f8[:,::1]", "most": "f8[:,::1]"}
-        types |= {"last": "f8[:,::1]"}
+        types |= dict.fromkeys(("least", "most", "last"), "f8[:,::1]")
     return types
 
 

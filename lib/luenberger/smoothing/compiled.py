@@ -9,7 +9,7 @@ import numpy as np
 
 from .. import kernels
 from ..kernels.program import Factor
-from ..numeric import Matrix
+from ..numeric import Matrices, Matrix
 from ..numeric.factors import SAFE
 from ..recursion.state import flat
 from .carried import LEFT, MOST, Back, Carried, Ways
@@ -58,13 +58,13 @@ class Compiled:
 
     def __init__(self, kept: Kept, ways: Ways, out: Back, variances: Matrix) -> None:
         self.kept, self.out, n = kept, out, kept.x.shape[1]
-        moves = dict(As=ways.As, C=ways.C, Seen=_seen(ways))
+        moves = leading(ways)
         stacked = {"Sigma", "K", "W"} | {k for k, X in moves.items() if X.ndim == 3}
         sizes = (("n", n), ("p", kept.K.shape[2]))
-        known = tuple((name, _known(X)) for name, X in moves.items())
+        known = entries(moves)
         recursion = BACKWARD if out.U is None else NEIGHBOURS
         self.kernel = kernels.over_record(recursion, sizes, known, frozenset(stacked))
-        self.given = {name: _stack(X) for name, X in moves.items()}
+        self.given = stacks(moves)
         self.given |= dict(Sigma=flat(kept.Sigma), K=flat(kept.K), W=flat(kept.W))
         self.given |= dict(innovations=kept.innovation, xs=kept.x)
         self.found = dict(
@@ -107,18 +107,22 @@ class Compiled:
         ), done  # fmt: skip
 
 
-def _seen(ways: Ways) -> Matrix:
-    """C of the next row times As of a row; nothing is behind the last one."""
+def leading(ways: Ways) -> Matrices:
+    """As, C, and C of the next row times As of a row; nothing is behind the last."""
     As, C = ways.As, ways.C
-    if C.ndim == 2:
-        return C @ As
-    return np.concatenate([C[1:], 0 * C[:1]]) @ As
+    ahead = C if C.ndim == 2 else np.concatenate([C[1:], 0 * C[:1]])
+    return dict(As=As, C=C, Seen=ahead @ As)
 
 
-def _known(X: Matrix) -> Any:
-    every = X if X.ndim == 3 else X[None]
-    return kernels.entries_known((every == 0).all(axis=0), (every == 1).all(axis=0))
+def entries(moves: Matrices) -> tuple[tuple[str, Any], ...]:
+    """What is known of the entries of each matrix."""
+    every = {name: X if X.ndim == 3 else X[None] for name, X in moves.items()}
+    zero = {name: (X == 0).all(axis=0) for name, X in every.items()}
+    one = {name: (X == 1).all(axis=0) for name, X in every.items()}
+    return tuple((name, kernels.entries_known(zero[name], one[name])) for name in moves)
 
 
-def _stack(X: Matrix) -> Matrix:
-    return flat(kernels.plain_array(X if X.ndim == 3 else X[None]))
+def stacks(moves: Matrices) -> Matrices:
+    """As compiled code reads them, a row for each or one for all."""
+    every = {name: X if X.ndim == 3 else X[None] for name, X in moves.items()}
+    return {name: flat(kernels.plain_array(X)) for name, X in every.items()}

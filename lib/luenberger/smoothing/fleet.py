@@ -14,6 +14,8 @@ import numpy as np
 
 from .. import kernels
 from ..errors import DesignError
+from ..fleets import records as filtered
+from ..fleets.block import one_for_all
 from ..numeric import Matrix, Vector
 from ..papers.leondes_novak.derivation import estimate_step
 from ..plant import Plant
@@ -30,6 +32,7 @@ from .carried import Ways
 from .derivation import backward_step
 from .finish import ways
 from .forward import KEPT, Kept
+from .lanes import Lanes
 from .record import Smoother
 
 WIDTH = 64  # records side by side, always: products of one size have the same bits
@@ -48,7 +51,8 @@ class SmoothedFleet:
     x, std : (M, N, n) ndarray
         Estimates of the state and their one-sigma errors, as in `Smoothed`.
     P : (M, N, n, n) ndarray
-        Covariances of their errors.
+        Covariances of their errors.  Where no record has a gap all have the same, and
+        memory is for one of them.  The array cannot be written to then, nor can std.
 
     Examples
     --------
@@ -84,11 +88,17 @@ def smooth_fleet(
     fast = _runs_compiled(backend, plant, records, u0)
     task = _Smooth(plant, m1, lag, weight, u0, "numba" if fast else "numpy")
     numbers = plant.m + plant.p + plant.n * (plant.n + 2)
-    kind, columns = SmoothedFleet, tables(plant)
     found: SmoothedFleet | None = fleet_tasks.run(
-        task, records, where, kind, columns, numbers
+        task, records, where, _fleet, tables(plant), numbers
     )
     return found
+
+
+def _fleet(x: Matrix, std: Matrix, P: Matrix) -> SmoothedFleet:
+    """The result; what all records share cannot be written to."""
+    for X in (std, P):
+        X.flags.writeable = X.strides[0] > 0
+    return SmoothedFleet(x, std, P)
 
 
 def _runs_compiled(backend: str, plant: Plant, records: Records, u0: Vector) -> bool:
@@ -115,21 +125,39 @@ class _Smooth:
     backend: str
 
     def room(self, M: int, N: int, complete: bool = False) -> Arrays:
-        n = self.plant.n
-        x, std, P = (np.empty((M, N, *shape)) for shape in ((n,), (n,), (n, n)))
-        return dict(x=x, std=std, P=P)
+        n, one = self.plant.n, complete and M > 1
+        one = one and not Settings(self.plant, 0).noise_free
+        std, P = (
+            one_for_all(M, shape) if one else np.empty((M, *shape))
+            for shape in ((N, n), (N, n, n))
+        )  # fmt: skip
+        return dict(x=np.empty((M, N, n)), std=std, P=P)
 
     def __call__(self, first: int, y: Matrix, u: Matrix, out: Arrays) -> None:
         u = np.broadcast_to(u, (*y.shape[:2], self.plant.m))
         x, std, P = (out[name] for name in ("x", "std", "P"))
-        for same in self.groups(y):
+        left = self.in_lanes(first, y, u, x, std, P)
+        for same in (left[some] for some in self.groups(y[left])):
             shared = self.shared(y[same], u[same], first + int(same[0]))
             if shared is not None:
-                x[same], std[same], P[same] = shared
+                where = same if P.strides[0] else same[:1]
+                x[same], std[where], P[where] = shared
                 continue
             for s in same.tolist():
                 one = self.read(y[s], u[s], first + s).rows(last=True)
                 x[s], std[s], P[s] = one.x, one.std, one.P
+
+    def in_lanes(
+        self, first: int, y: Matrix, u: Matrix, x: Matrix, std: Matrix, P: Matrix
+    ) -> Vector:
+        """Smooth records in compiled lanes; return those that are left."""
+        every, lanes = np.arange(len(y)), None
+        if self.backend == "numba" and self.lag is None and len(y):
+            accurate = Settings(self.plant, self.m1, self.weight).accurate
+            settings = Settings(self.plant, 0)
+            records = filtered.Records(settings, y, u, self.u0, True, first)
+            lanes = None if accurate else Lanes.of(records)
+        return every if lanes is None else lanes.smooth(x, std, P)
 
     def leaves(self, found: Arrays) -> Arrays:
         return found

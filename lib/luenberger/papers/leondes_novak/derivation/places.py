@@ -13,7 +13,7 @@ from .best_coordinates import gain
 from .estimate import innovation, is_innovation, rho, x_minus
 from .letters import *
 from .missing_outputs import pa
-from .one_pass import loop
+from .one_pass import W, is_W, loop
 from .quadratic import is_Kmv, is_M, is_N, is_Y
 
 letters = loop.here()
@@ -32,6 +32,8 @@ y_seen = letters("y_seen", pa, 1, "the outputs that arrived")
 rho_seen = letters("rho_seen", pa, 1, "what an estimate leaves of them")
 innovation_seen = letters("innovation_seen", pa, 1, "what a prediction leaves")
 Missing = letters("Missing", p, p, "diagonal: ones for the outputs that did not arrive")
+W_seen = letters("W_seen", pa, pa, "how much that says", symmetric=True)
+Said = letters("Said", p, p, "the same, zero for the rest", symmetric=True)
 rest = Identity(p) - Pick.T * Pick
 
 PADDED = (
@@ -155,6 +157,31 @@ PADDED = (
         J * rho,
         Line(J_seen * Pick * Pick.T * rho_seen, by=(is_J, is_rho)),
         Line(J_seen * rho_seen, by=(picks,)),
+    ),
+    """What did not arrive says nothing to a smoother. The inverse of `M` has ones for
+    it, those of `Missing`, which are taken away.""",
+    is_W,
+    is_W_seen := define(W_seen * M_seen, Identity(pa)),
+    is_Said := define(Said, Pick.T * W_seen * Pick),
+    both := chain(
+        "",
+        "how much what arrived says, beside ones",
+        (Said + Missing) * M,
+        Line(
+            (Pick.T * W_seen * Pick + rest) * (Pick.T * M_seen * Pick + rest),
+            by=(is_Said, is_Missing, beside),
+        ),
+        Line(Pick.T * W_seen * M_seen * Pick + rest, by=(picks,)),
+        Line(Identity(p), by=(is_W_seen,)),
+    ),
+    says := chain(
+        "",
+        "how much what arrived says",
+        Said,
+        Line((Said + Missing) * M * M.I - Missing, why="the covariance has an inverse"),
+        Line(M.I - Missing, by=(both,)),
+        Line(W * M * M.I - Missing, by=(is_W,)),
+        Line(W - Missing, why="cancel"),
     ),
 )
 
