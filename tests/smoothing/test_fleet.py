@@ -8,8 +8,15 @@ import numpy as np
 import pytest
 
 import luenberger as lb
+from luenberger import kernels
+from luenberger.fleets import records as filtered
+from luenberger.recursion.settings import Settings
 from luenberger.smoothing import fleet as module
+from luenberger.smoothing.lanes import Lanes
 
+needs_numba = pytest.mark.skipif(
+    not kernels.runs_compiled("auto", 10**9), reason="numba is an optional extra"
+)
 spawn = multiprocessing.get_context("spawn")
 
 
@@ -27,14 +34,22 @@ def records(seed, M=5, N=18):
     return plant, y, u
 
 
-def same(found, plant, y, u, which=None, **how):
+def apart(plant):
+    """The same plant with independent noises."""
+    given = (getattr(plant, name) for name in "ABC")
+    noises = dict(Q=plant.Q, R=plant.R, P0=plant.P0)
+    return lb.Plant(*given, E=plant.E, dt=1.0, x0=plant.x0, **noises)
+
+
+def same(found, plant, y, u, which=None, digits=1e-10, **how):
     """Each record against the smoother of one."""
     for s in range(len(y)) if which is None else which:
         one = lb.smooth(plant, y[s], u[s], **how)
         for name in ("x", "std", "P"):
             mine, wanted = getattr(found, name)[s], getattr(one, name)
             scale = np.abs(wanted).max()
-            np.testing.assert_allclose(mine, wanted, rtol=1e-10, atol=1e-12 * scale)
+            rounding = dict(rtol=digits, atol=digits / 100 * scale)
+            np.testing.assert_allclose(mine, wanted, **rounding)
 
 
 @pytest.mark.parametrize("lag", [None, 4])
@@ -42,6 +57,7 @@ def same(found, plant, y, u, which=None, **how):
 @pytest.mark.parametrize("seed", range(3))
 def test_each_record_is_what_it_is_by_itself(seed, m1, lag, backend):
     plant, y, u = records(seed)
+    plant = plant if seed else apart(plant)
     y[1, 3:6, 0] = y[1, 9] = np.nan
     y[2, 12:] = y[3] = np.nan  # ends earlier; never measured
     how = dict(m1=m1, lag=lag, u0=[0.4])
@@ -51,7 +67,7 @@ def test_each_record_is_what_it_is_by_itself(seed, m1, lag, backend):
 
 
 @pytest.mark.parametrize("kind", ["cross", "varying", "singular", "exact", "still"])
-def test_plants_of_every_kind(kind):
+def test_plants_of_every_kind(kind, backend):
     rng = np.random.default_rng(4)
     plant, y, u = records(4, M=3)
     if kind == "varying":
@@ -69,7 +85,10 @@ def test_plants_of_every_kind(kind):
         Q = np.zeros((3, 3)) if kind == "still" else plant.Q
         plant = lb.Plant(plant.A, plant.B, plant.C, dt=1.0, Q=Q, R=R, P0=P0)
     y[:, 5:9, 1] = np.nan  # the same gaps
-    found = lb.smooth(plant, y, u, backend="numpy")
+    y = np.concatenate([y, y[:1]])
+    u = np.concatenate([u, u[:1]])
+    y[3, 4:6] = y[3, 12:] = np.nan  # others, and an end
+    found = lb.smooth(plant, y, u, backend=backend)
     same(found, plant, y, u, backend="numpy")
 
 
@@ -88,7 +107,8 @@ def test_records_with_the_same_gaps_are_filtered_once(monkeypatch):
 
 def test_bits_do_not_depend_on_records_beside_nor_workers(backend):
     plant, y, u = records(7, M=70)
-    y[4, 5] = y[66, 5] = np.nan
+    plant = apart(plant)
+    y[4, 5] = y[66, 5] = y[20:40, 3] = np.nan
     whole = lb.smooth(plant, y, u, backend=backend)
     order = np.random.default_rng(0).permutation(70)
     mixed = lb.smooth(plant, y[order], u[order], backend=backend)
@@ -103,6 +123,82 @@ def test_bits_do_not_depend_on_records_beside_nor_workers(backend):
         np.testing.assert_array_equal(getattr(few, name), X[3:6])
         np.testing.assert_array_equal(getattr(threads, name), X)
         np.testing.assert_array_equal(getattr(processes, name), X)
+
+
+@needs_numba
+@pytest.mark.parametrize("varying", [False, True])
+def test_lanes_smooth_all_that_they_can(varying, monkeypatch):
+    plant, y, u = records(8, M=40)
+    if varying:
+        plant = generators.varying(np.random.default_rng(8), 3, 2, 30, m=1)
+    plant = apart(plant)
+    y[3, 4:9], y[4, 11:], y[5], y[6, ::2, 0] = [np.nan] * 4
+    y[10:20, 3:6, 1] = y[20:30, -2:] = np.nan  # the same gaps
+    monkeypatch.setattr(module._Smooth, "read", None)  # nothing is left for it
+    found = lb.smooth(plant, y, u, u0=[0.3], backend="numba")
+    monkeypatch.undo()
+    some = [0, 3, 4, 5, 6, 10, 19, 20, 39]
+    same(found, plant, y, u, some, u0=[0.3], backend="numpy")
+    for s in some:  # alone, in the lanes of one record
+        one = lb.smooth(plant, y[s : s + 1], u[s : s + 1], u0=[0.3], backend="numba")
+        for name in ("x", "std", "P"):
+            np.testing.assert_array_equal(
+                getattr(one, name)[0], getattr(found, name)[s]
+            )
+
+
+@needs_numba
+@pytest.mark.parametrize("bad", ["forward", "back"])
+def test_a_lane_that_loses_digits_is_left(bad):
+    """The first readings of a vague start, or long gaps before them."""
+    rng = np.random.default_rng(2)
+    P0 = 1e12 * np.eye(3) if bad == "forward" else np.diag([1e5, 1, 1])
+    A, C = rng.normal(size=(3, 3)) / 2, rng.normal(size=(2, 3))
+    plant = lb.Plant(A, None, C, dt=1.0, Q=np.eye(3) / 4, R=np.eye(2), P0=P0)
+    y = rng.normal(size=(30, 12, 2))
+    y[3, 0] = y[4, 0] = y[4, 5] = y[12:24, 0] = np.nan
+    settings = Settings(plant, 0)
+    given = filtered.Records(settings, y, np.zeros((30, 12, 0)), np.zeros(0), True, 0)
+    room = np.empty((30, 12, 3)), np.empty((30, 12, 3)), np.empty((30, 12, 3, 3))
+    left = Lanes.of(given).smooth(*room)
+    assert len(left)
+    found = lb.smooth(plant, y, backend="numba")
+    same(found, plant, y, np.zeros((30, 12, 0)), digits=1e-8, backend="numpy")
+
+
+@needs_numba
+def test_what_lanes_do_not_take():
+    def lanes(plant, rows=5):
+        y = np.zeros((2, rows, plant.p))
+        given = y, np.zeros((2, rows, 0)), np.zeros(0), True, 0
+        return Lanes.of(filtered.Records(Settings(plant, 0), *given))
+
+    def walk(n=1, p=1, R=1.0):
+        R = R * np.eye(p)
+        return lb.Plant(np.eye(n), None, np.eye(p, n), dt=1.0, Q=np.eye(n), R=R,
+                        P0=np.eye(n))  # fmt: skip
+
+    assert lanes(walk()) is not None
+    assert lanes(walk(R=0.0)) is None and lanes(walk(), 0) is None
+    assert lanes(walk(40, 8)) is None and lanes(walk(), 200_000) is None
+
+
+@pytest.mark.parametrize("noises", ["apart", "correlated"])
+def test_without_gaps_covariances_are_there_once(noises, backend):
+    plant, y, u = records(6, M=9)
+    plant = apart(plant) if noises == "apart" else plant
+    found = lb.smooth(plant, y, u, backend=backend)
+    same(found, plant, y, u, backend="numpy")
+    for X in (found.std, found.P):
+        assert X.strides[0] == 0 and not X.flags.writeable
+    one = lb.smooth(plant, y[:1], u[:1], backend=backend)
+    np.testing.assert_array_equal(one.P[0], found.P[8])
+    np.testing.assert_array_equal(one.x[0], found.x[0])
+    assert one.P.flags.writeable
+    y[8, 3] = np.nan
+    other = lb.smooth(plant, y, u, backend=backend)
+    assert other.P.flags.writeable
+    np.testing.assert_array_equal(other.P[:8], found.P[:8])
 
 
 def test_covariances_whose_digits_would_go_are_carried_another_way(monkeypatch):

@@ -1,8 +1,9 @@
 """Many records of one plant, smoothed by `smooth`.
 
 The covariances depend on which outputs arrived, not on what they said.  So records with
-the same gaps share them, and their estimates go forward and back side by side.  Which
-way a record takes does not depend on the records beside it.
+the same gaps share them, and their estimates go forward and back side by side.  In
+compiled code, records with gaps of their own are lanes.  Which way a record takes does
+not depend on the records beside it.
 """
 
 from __future__ import annotations

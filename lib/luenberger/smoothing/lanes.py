@@ -221,7 +221,7 @@ class Lanes:
 
     @cached_property
     def moves(self) -> Matrices:
-        """What leads a row on: As, C, Seen."""
+        """The matrices As, C and Seen, which lead a row on."""
         seen = np.ones(self.records.y.shape[1:], dtype=bool)
         return leading(ways(self.records.settings, 1, seen))
 

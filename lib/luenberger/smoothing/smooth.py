@@ -85,8 +85,8 @@ def smooth(
     y : (N, p) array_like or pandas.DataFrame, or an iterator of such chunks
         Measurements at instants 1 .. N, as in `filter_data`.  With an iterator the
         result is an iterator of `Smoothed`, and memory stays flat; it takes a lag.  An
-        array (M, N, p), or a list of records (N, p), are M records of one plant; in
-        NumPy those with the same gaps share their covariances.
+        array (M, N, p), or a list of records (N, p), are M records of one plant; those
+        with the same gaps share their covariances.
     u : (N, m) array_like or DataFrame, or an iterator of chunks like y's, optional
         Known input at the same instants, as in `filter_data`.
     time : (N,) array_like, "rows", or an iterator of chunks like y's, optional
