@@ -20,6 +20,7 @@ from ..numeric.factors import SAFE
 from ..numeric.linalg import nonsingular
 from ..papers.leondes_novak.derivation import filter_step, padded
 from .alike import alike, arrived, every, patterns
+from .pushes import change, pushes
 from .root_step import Spread
 from .settings import PATTERNS, Setting, Settings
 from .state import Book, State, flat
@@ -182,12 +183,17 @@ class Stacks:
             name: np.zeros((N + 1, *X.shape[1:])) for name, X in self.constant().items()
         }
         good = np.ones(N, dtype=bool)
-        if not self.cross and (not self.accurate or self.plant.C.ndim == 2):
+        if not self.cross:
             self.fill(stacks, slice(first - self.settings.origin, None))
             good[:] = nonsingular(stacks["R"][1:])
             for rows in alike(seen):
-                if not seen[rows[0]].all():
-                    good[rows] = self.fill_missing(stacks, first, rows, seen[rows[0]])
+                some = seen[rows[0]]
+                if not some.all():
+                    good[rows] = self.fill_missing(stacks, first, rows, some)
+                elif change(self.settings):
+                    C = stacks["C"][rows + 1]
+                    pushed = pushes(self.settings, C, some, first + rows)
+                    stacks["Gamma"][rows + 1] = pushed
         else:
             for k in range(N):
                 setting = self.settings.at(first + k, seen[k])
@@ -219,12 +225,15 @@ class Stacks:
     ) -> Vector:
         """The same of rows whose outputs `seen` arrived; whether their R is definite.
 
-        Which outputs arrived decides all but C, E and R.
+        Which outputs arrived decides all but C, E and R, and pushes where C changes.
         """
         one, here = self.settings.at(first + int(rows[0]), seen), rows + 1
         have = dict(Pick=np.eye(self.plant.p)[seen], Gamma_seen=one.Gamma, J_seen=one.J)
         have |= {f"{name}_seen": stacks[name][here][:, seen] for name in "CER"}
         have["R_seen"] = have["R_seen"][:, :, seen]
+        if change(self.settings):
+            C = have["C_seen"]
+            have["Gamma_seen"] = pushes(self.settings, C, seen, first + rows)
         for name, X in kernels.run(padded, have, stacks=True).items():
             if name in stacks:
                 stacks[name][here] = X

@@ -198,8 +198,7 @@ def filter_data(
     Compiled code leaves to NumPy, some 100 times slower, rows whose covariance is close
     to singular: where outputs have noise that of the estimate, else those of the
     prediction and the innovation, as where no noise drives what exact readings tell.
-    So it does all rows where accurate outputs have noise while others have none, or
-    while C changes.
+    So it does all rows where accurate outputs have noise while others have none.
 
     `arrival` is one of these.
 
