@@ -8,9 +8,10 @@ import luenberger as lb
 from luenberger import kernels
 from luenberger.fleets import filter_block, own_gain, records
 from luenberger.fleets.block import Block, deviations
-from luenberger.fleets.whole import Whole
+from luenberger.fleets.fleet import Fleet
 from luenberger.kernels import fused, panels, stack
 from luenberger.recursion.settings import Settings
+from luenberger.recursion.settled_pass import SettledPass
 
 N, M = 19, 26
 KINDS = ("dense", "sparse", "correlated", "accurate", "known start", "vague start")
@@ -47,6 +48,12 @@ def drawn(kind, varying=False, m=1, n=2, p=2, seed=0):
     B, E = rng.normal(size=(*many, n, m)), rng.normal(size=(*many, p, m))
     x0 = rng.normal(size=n)
     return lb.Plant(A, B, C, E=E, dt=1.0, Q=Q, R=R, P0=P0, x0=x0, **more)
+
+
+def fleet_of(plant, rows=N, compile=False):
+    """Any number of records of a plant."""
+    way = SettledPass(Settings(plant, 0), None)
+    return Fleet(way, np.zeros(plant.m), rows, compile)
 
 
 def measured(plant, seed=1):
@@ -121,7 +128,7 @@ def test_the_same_gaps_are_one_covariance(monkeypatch, backend):
         records.Records, "one", lambda self, *a: calls.append(a) or one(self, *a)
     )
     lb.filter_data(plant, y, u, backend=backend)
-    assert [s for s, _ in calls] == [0, 3, 4, 5, 6, 7, 8]
+    assert [s for s, *_ in calls] == [0, 3, 4, 5, 6, 7, 8]
 
 
 @both
@@ -145,11 +152,10 @@ def test_singular_covariances_are_exact(backend):
 def test_a_lane_that_cannot_go_on_is_left(kind):
     plant = drawn(kind)
     y, u = measured(plant)
-    settings = Settings(plant, 0)
-    given = records.Records(settings, y, u, np.zeros(1), True, 0)
-    whole = Whole(given, given.run.run.stacks)
+    fleet = fleet_of(plant, compile=True)
+    given, whole = records.Records(fleet, y, u), fleet.whole
     assert own_gain.does(whole)
-    out = Block.empty(settings, y.shape, False)
+    out = Block.empty(fleet.settings, y.shape, False)
     left = own_gain.own(out, given, np.arange(3, 10), whole)
     if kind == "vague start":  # a lane that reads nothing can go on
         assert 4 in left and 5 not in left
@@ -164,16 +170,14 @@ def test_the_record_is_named(backend):
     )
     y = np.zeros((4, 20, 1))
     y[1:, 3] = np.nan  # short enough
-    filter_block(Settings(plant, 0), y, np.zeros((4, 20, 0)), np.zeros(0))
+    filter_block(fleet_of(plant, 20), y, np.zeros((4, 20, 0)))
     y[2, 3:15] = y[3, 3:15] = np.nan
     with pytest.raises(lb.DesignError, match=r"^record 2: too few digits are left"):
         lb.filter_data(plant, y, backend=backend)
     compile = backend == "numba"
     with pytest.raises(lb.DesignError, match=r"^record 103: too few digits"):
-        filter_block(
-            Settings(plant, 0), y[3:], np.zeros((1, 20, 0)), np.zeros(0), compile,
-            first=103,
-        )  # fmt: skip
+        fleet = fleet_of(plant, 20, compile)
+        filter_block(fleet, y[3:], np.zeros((1, 20, 0)), first=103)
 
 
 @both
@@ -198,15 +202,10 @@ def test_one_input_for_all():
 
 
 @needs_numba
-def test_sizes_beyond_panels(monkeypatch):
-    plant = drawn("dense")
-    y, u = measured(plant)
-    given = records.Records(Settings(plant, 0), y, u, np.zeros(1), True, 0)
-    whole = Whole(given, given.run.run.stacks)
-    assert own_gain.does(whole)
+def test_sizes_beyond_panels():
+    assert own_gain.does(fleet_of(drawn("dense"), compile=True).whole)
     big = drawn("dense", n=30, p=6)
-    given = records.Records(Settings(big, 0), y, u, np.zeros(1), True, 0)
-    assert not own_gain.does(Whole(given, given.run.run.stacks))
+    assert not own_gain.does(fleet_of(big, compile=True).whole)
 
 
 @needs_numba
@@ -226,9 +225,10 @@ def test_panels_are_what_their_text_says(monkeypatch):
 
     panels.in_panels.cache_clear()
     monkeypatch.setattr(kernels.cache, "compiled", compiled)
-    slow = Block.empty(Settings(plant, 0), y.shape, False)
-    given = records.Records(Settings(plant, 0), y, u, np.zeros(1), True, 0)
-    own_gain.own(slow, given, np.arange(3, 8), Whole(given, given.run.run.stacks))
+    fleet = fleet_of(plant, compile=True)
+    slow = Block.empty(fleet.settings, y.shape, False)
+    given = records.Records(fleet, y, u)
+    own_gain.own(slow, given, np.arange(3, 8), fleet.whole)
     panels.in_panels.cache_clear()
     assert plain
     std = deviations(slow.variances, slow.back)

@@ -93,6 +93,58 @@ def test_a_function_gets_the_parts_in_order(fleet, alone):
         np.testing.assert_array_equal(whole, getattr(alone, name))
 
 
+class _AtOnce(concurrent.futures.ThreadPoolExecutor):
+    """Does a job as soon as it gets it, so as far ahead as it may be."""
+
+    def submit(self, function, /, *arguments):
+        done = concurrent.futures.Future()
+        done.set_result(function(*arguments))
+        return done
+
+
+both = pytest.mark.parametrize("backend", ["numpy", "numba"])
+
+
+@both
+@pytest.mark.parametrize("history", [False, True])
+@pytest.mark.parametrize("executor", [None, _AtOnce(1), _AtOnce(2)])
+def test_parts_may_have_the_memory_of_earlier_ones(fleet, executor, history, backend):
+    if backend == "numba":
+        pytest.importorskip("numba", reason="numba is an optional extra")
+    y, u = (np.concatenate([X] * 5) for X in fleet)
+    y[64:200] = 1.0  # parts without gaps, behind one with gaps and before some
+    how = dict(backend=backend, history=history, chunk=64, executor=executor)
+    wanted, parts, places = lb.filter_data(PLANT, y, u, **how), [], []
+
+    def copied(first, found):
+        places.append(found.x.__array_interface__["data"][0])
+        kept = {name: getattr(found, name) for name in FIELDS + ("K",) * history}
+        parts.append({name: X.copy() for name, X in kept.items()})
+
+    assert lb.filter_data(PLANT, y, u, into=copied, reuse=True, **how) is None
+    assert [len(one["x"]) for one in parts] == [64] * 11 + [46]
+    for name in parts[0]:
+        whole = np.concatenate([one[name] for one in parts])
+        np.testing.assert_array_equal(whole, getattr(wanted, name), err_msg=name)
+    rooms = 1 if executor is None else 1 + 2 * executor._max_workers
+    assert len(set(places)) == rooms
+    assert places == (places[:rooms] * 12)[:12]
+
+
+def test_parts_have_memory_of_their_own_unless_it_is_said(fleet, alone):
+    parts = []
+    lb.filter_data(
+        PLANT,
+        *fleet,
+        backend="numpy",
+        chunk=64,
+        into=lambda first, found: parts.append(found),
+    )
+    for name in FIELDS:  # they are read when all are there
+        whole = np.concatenate([getattr(found, name) for found in parts])
+        np.testing.assert_array_equal(whole, getattr(alone, name))
+
+
 @pytest.mark.parametrize("history", [False, True])
 def test_an_npz_file_has_the_arrays(fleet, tmp_path, history):
     how = dict(backend="numpy", history=history)
@@ -180,6 +232,9 @@ def test_an_executor_has_a_few_parts_at_a_time():
         (dict(chunk=0), "chunk must be a number of records, got 0"),
         (dict(chunk=True), "chunk must be a number of records, got True"),
         (dict(arrival=[[0]]), "arrival is for one record"),
+        (dict(reuse=True), "reuse=True is for into=FUNCTION"),
+        (dict(reuse=True, into="fleet.npz"), "reuse=True is for into=FUNCTION"),
+        (dict(reuse=1, into=print), "reuse must be True or False, got 1"),
     ],
 )
 def test_what_is_wrong_is_said(fleet, how, said):
@@ -198,8 +253,9 @@ def test_a_file_that_cannot_be_written_is_said_first(fleet, tmp_path, monkeypatc
 
 
 def test_what_is_for_many_records_is_refused_for_one(fleet):
-    for how in (dict(executor=3), dict(chunk=5), dict(into="fleet.npz")):
-        (name,) = how
+    calls = dict(executor=3), dict(chunk=5), dict(into="fleet.npz")
+    for how in (*calls, dict(into=print, reuse=True)):
+        name = next(iter(how))
         with pytest.raises(ValueError, match=f"{name} is for many records"):
             lb.filter_data(PLANT, fleet[0][0], fleet[1][0], **how)
 

@@ -12,43 +12,41 @@ below it.
 
 import numpy as np
 
-from ..numeric import Matrix, Vector
-from ..recursion.settings import Settings
+from ..numeric import Matrix
 from .block import Block
+from .fleet import Fleet
 from .given_gain import share
 from .own_gain import does, own
 from .records import Records
-from .whole import Over, Whole, here
 
 
 def filter_block(
-    settings: Settings, y: Matrix, u: Matrix, u0: Vector, compile: bool = False,
-    history: bool = False, first: int = 0, out: Block | None = None, over: Over = here,
+    fleet: Fleet, y: Matrix, u: Matrix, history: bool = False, first: int = 0,
+    out: Block | None = None,
 ) -> Block:  # fmt: skip
     """Filter records y (M, N, p) with inputs u (M, N, m), NaN where not measured.
 
     What is found is written to `out`, if that is given, and returned.  All rows have
     the gain of the full recursion: where it has settled is not asked.  A record is by
     itself where some outputs carry no noise, as these may contradict what is known of
-    its state.  `over` says where compiled code runs over the records.
+    its state.
 
     Raises
     ------
     DesignError
         As `filter_data`; it names the record, counted from `first`.
     """
-    out = Block.empty(settings, y.shape, history) if out is None else out
-    records = Records(settings, y, u, u0, compile, first, out.complete)
+    out = Block.empty(fleet.settings, y.shape, history) if out is None else out
+    records = Records(fleet, y, u, first, out.complete)
     every = np.arange(len(y))
-    if settings.noise_free or not y.shape[1]:
+    if fleet.settings.noise_free or not fleet.rows:
         for s in every.tolist():
             state, found = records.one(s, history)
             out.x[s] = found.x
             out.put(every[s : s + 1], found, state.Sigma)
         return out
-    stacks = records.run.run.stacks if compile else None
-    whole = None if stacks is None else Whole(records, stacks, over)
-    if whole is not None and does(whole):
+    whole = fleet.whole
+    if whole is not None and does(whole) and not records.complete:
         gaps = records.gaps.any(axis=1)
         left = own(out, records, every[gaps], whole)
         every = np.sort(np.concatenate([every[~gaps], left]))

@@ -4,6 +4,8 @@ What is side by side takes one and the same gain in each row.  The columns of a 
 zero for outputs that did not arrive.
 """
 
+from typing import Any
+
 import numpy as np
 
 from .. import kernels
@@ -30,7 +32,7 @@ def share(out: Block, records: Records, which: Vector, whole: Whole | None) -> N
     """Filter some records, those with the same gaps together."""
     for members in records.alike(which):
         s = int(members[0])
-        state, found = records.one(s, True)
+        state, found = records.fleet.alone(records, s)
         out.put(members, found, state.Sigma)
         estimates(out.x, records, members, found.K, whole)
 
@@ -51,18 +53,21 @@ def in_lanes(
     x: Matrix, records: Records, members: Vector, K: Matrix, whole: Whole
 ) -> None:
     """The same in compiled code."""
-    J, changing = whole.told(int(members[0])), {"K"}
-    if whole.varying:
-        changing |= set("ABCE")
-    changing |= {"J"} if len(J) > 1 else set()
+    J = records.told(int(members[0])) if whole.stacks.cross else whole.matrices["J"][:1]
+    run = whole.once(("given", len(J) > 1), lambda: _code(whole, len(J) > 1))
+    M, N, n = x.shape
+    given = records.read | {name: whole.matrices[name] for name in "ABCE"}
+    given |= dict(J=J, K=flat(kernels.plain_array(K)), xs=x.reshape(M, N * n))
+    run(**given, x_minus=whole.first["x_minus"], who=members, rows=N)
+
+
+def _code(whole: Whole, told: bool) -> Any:
+    """Compiled code, where J changes or not."""
+    changing = {"K"} | (set("ABCE") if whole.varying else set())
+    changing |= {"J"} if told else set()
     known = whole.known(A="A", B="B", C="C", E="E")
     known += (("J", whole.stacks.known("J", whole.stacks.cross)),)
-    run = in_panels(GIVEN, whole.stacks.sizes, known, frozenset(changing))
-    M, N, n = x.shape
-    given = whole.read | {name: whole.matrices[name] for name in "ABCE"}
-    given |= dict(J=J, K=flat(kernels.plain_array(K)), xs=x.reshape(M, N * n))
-    given |= dict(x_minus=whole.first["x_minus"])
-    whole.over(lambda who: run(**given, who=who, rows=N), members)
+    return in_panels(GIVEN, whole.stacks.sizes, known, frozenset(changing))
 
 
 def side_by_side(records: Records, members: Vector, K: Matrix) -> Matrix:
@@ -72,7 +77,7 @@ def side_by_side(records: Records, members: Vector, K: Matrix) -> Matrix:
     ys, us = np.zeros((N, p, WIDTH)), np.zeros((N, u.shape[2], WIDTH))
     ys[:, :, :M], us[:, :, :M] = y.transpose(1, 2, 0), u.transpose(1, 2, 0)
     x = np.repeat(settings.plant.x0[:, None], WIDTH, axis=1)
-    before = np.repeat(records.u0[:, None], WIDTH, axis=1)
+    before = np.repeat(records.fleet.u0[:, None], WIDTH, axis=1)
     rho, found = np.zeros((0, WIDTH)), np.empty((N, len(x), WIDTH))
     step, setting, arrived = kernels.compiled(estimate_step), None, ~np.isnan(y[0])
     for k, seen in enumerate(arrived):

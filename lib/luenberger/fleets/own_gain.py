@@ -70,7 +70,7 @@ def _each(out: Block, records: Records, which: Vector, whole: Whole) -> Vector:
     else:
         panels = KEPT
         found |= dict(covariances=out.P.reshape(M, -1), gains=out.K.reshape(M, -1))
-    failed, least, most = _run(panels, whole, which, found, last)
+    failed, least, most = _run(panels, records, whole, which, found, last)
     good = which[~failed[which]]
     out.back[good] = 0
     records.grown(good, out.variances, good, least, most)
@@ -89,7 +89,7 @@ def _once(
     found: Matrices = {k: np.empty((G, N * n)) for k in ("xs", "variances")}
     found |= dict(covariances=np.empty((G, N * n * n)), gains=np.empty((G, N * n * p)))
     last, left = np.empty((G, n * n)), []
-    failed, least, most = _run(KEPT, whole, np.arange(G), found, last, first)
+    failed, least, most = _run(KEPT, records, whole, np.arange(G), found, last, first)
     variances = found["variances"].reshape(G, N, n)
     for g, members in enumerate(many):
         if failed[g]:
@@ -108,28 +108,31 @@ def _once(
 
 
 def _run(
-    panels: Panels, whole: Whole, who: Vector, found: Matrices, last: Any,
-    records: Vector | None = None,
+    panels: Panels, records: Records, whole: Whole, who: Vector, found: Matrices,
+    last: Any, those: Vector | None = None,
 ) -> tuple[Vector, Vector, Vector]:  # fmt: skip
     """Run rows `who` of what is found; which failed, least and largest variances.
 
-    Row k is of the record k, or of ``records[k]``.
+    Row k is of the record k, or of ``those[k]``.
     """
-    n, p = whole.stacks.plant.n, whole.stacks.plant.p
-    off = ~np.eye(p, dtype=bool)
-    known = whole.known(**NAMES)
-    known += (("Seen", kernels.entries_known(off, np.zeros_like(off))),)
-    changing = frozenset(NAMES) if whole.varying else frozenset()
-    run = in_panels(panels, whole.stacks.sizes, known, changing)
-    read = dict(whole.read)
-    if records is not None:
-        read |= {k: read[k][records] for k in ("which_y", "which_u")}
-    rows = len(last)
+    rows, n = len(last), whole.stacks.plant.n
+    read = dict(records.read)
+    if those is not None:
+        read |= {k: read[k][those] for k in ("which_y", "which_u")}
     failed, least = np.zeros(rows, dtype=bool), np.zeros((rows, n))
     most = np.zeros((rows, n))
     given = read | {to: whole.matrices[name] for to, name in NAMES.items()}
     given |= whole.first | found
     given |= dict(failed=failed, least=least, most=most, last=last)
-    N = whole.records.y.shape[1]
-    whole.over(lambda who: run(**given, who=who, rows=N), who)
+    run = whole.once(("own", panels is KEPT), lambda: _code(panels, whole))
+    run(**given, who=who, rows=records.fleet.rows)
     return failed, least, most
+
+
+def _code(panels: Panels, whole: Whole) -> Any:
+    """Compiled code for the plant."""
+    off = ~np.eye(whole.stacks.plant.p, dtype=bool)
+    known = whole.known(**NAMES)
+    known += (("Seen", kernels.entries_known(off, np.zeros_like(off))),)
+    changing = frozenset(NAMES) if whole.varying else frozenset()
+    return in_panels(panels, whole.stacks.sizes, known, changing)

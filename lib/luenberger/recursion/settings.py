@@ -170,12 +170,13 @@ class Settings:
         """The setting at instant i; `seen` (p,) bool tells which outputs arrived."""
         i = 0 if self.steps is None else min(i - self.origin, self.steps - 1)
         key = i, None if seen is None else seen.tobytes()
-        if key not in self._known:
+        found = self._known.get(key)  # another thread may clear all
+        if found is None:
             # a time-varying plant passes each instant once
             if self.steps is not None or len(self._known) >= PATTERNS:
                 self._known.clear()
-            self._known[key] = self._make(i, seen)
-        return self._known[key]
+            found = self._known[key] = self._make(i, seen)
+        return found
 
     def _make(self, i: int, seen: Vector | None) -> Setting:
         now = self.plant.at(i)

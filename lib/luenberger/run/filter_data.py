@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike
 
 from .. import kernels
 from ..arguments import expect
-from ..errors import DesignError
 from ..formats import dataframes
 from ..numeric import Given
 from ..plant import Plant
@@ -61,6 +60,7 @@ def filter_data(
     m1: Outputs = ..., u0: Given = ..., weight: Given | str = ...,
     history: bool = ..., backend: str = ..., settle: float | None = ...,
     executor: Executor | None = ..., chunk: int | None = ..., into: Into,
+    reuse: bool = ...,
 ) -> None: ...  # fmt: skip
 def filter_data(
     plant: Plant,
@@ -79,6 +79,7 @@ def filter_data(
     executor: Executor | None = None,
     chunk: int | None = None,
     into: Into | None = None,
+    reuse: bool = False,
 ) -> Any:
     """Filter a record in one pass, with its covariance; NaN means not measured.
 
@@ -147,6 +148,9 @@ def filter_data(
         Where many records go part by part, so that memory is for a few parts: a file
         ``.npz``, a table ``.parquet`` (`pip install luenberger[tables]`), or a function
         of the number of the first record of a part and its `FilteredFleet`.
+    reuse : bool, default False
+        With a function `into`: a part gets the arrays of an earlier one, written anew,
+        which is faster.  The function must copy what it keeps.
 
     Returns
     -------
@@ -270,7 +274,7 @@ def filter_data(
     u0 = dataframes.entries("u0", u0, plant.input_names)
     u0 = np.zeros(plant.m) if u0 is None else chunks.single("u0", u0, plant.m)
     tolerance = settle_tolerance(settle)
-    where = Where(executor, chunk, into)
+    where = Where(executor, chunk, into, reuse)
     if many(y):
         given = plant, y, u, time, m1, u0, weight, history, backend
         return filter_fleet(*given, where, arrival)
@@ -286,12 +290,6 @@ def filter_data(
         return chunks.found(step, Progress(start(run, plant.x0, u0)), y, u)
     watch = Clock(plant, time) if plant.dt > 0 else None
     if watch is None:
-        if isinstance(y, Iterator):
-            raise DesignError(
-                "with arrival, a continuous plant is sampled at the rows of a whole "
-                "record, and y comes in chunks. Give the record as one array, or "
-                "plant.sampled(dt) where its rows are dt seconds apart."
-            )
         plant = of_record(plant, y, time)
     late = LatePass(Settings(plant, m1, weight), arrivals.horizon_of(horizon), history)
     step = partial(by.late_chunk, late, watch, not isinstance(y, Iterator), backend)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections import deque
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
+from functools import lru_cache
 from threading import Lock
 from typing import Any
 
@@ -12,15 +12,15 @@ import numpy as np
 from .. import kernels
 from ..fleets import filter_block
 from ..fleets.block import Block, deviations
-from ..fleets.whole import Over, Run, here
+from ..fleets.fleet import Fleet
 from ..numeric import Matrix, Vector
+from ..numeric.linalg import finite
 from ..plant import Plant
-from ..recursion.filter_pass import Pass
 from ..recursion.settings import Settings
+from ..recursion.settled_pass import SettledPass
 from . import fleet_tasks
 from .clock import Clock, of_record, require_instants
-from .executor import in_order
-from .fleet_records import Records, parts
+from .fleet_records import Records
 from .fleet_tasks import BLOCK, Arrays, Where
 
 _ONE_AT_A_TIME = Lock()
@@ -96,22 +96,19 @@ class FilteredFleet:
 class _Filter:
     """The filter of some records, which goes to where they are filtered."""
 
-    settings: Settings
-    u0: Vector
-    compile: bool
+    fleet: Fleet
     history: bool
-    over: Over = here
 
     def room(self, M: int, N: int, complete: bool = False) -> Arrays:
-        settings = self.settings
+        settings = self.fleet.settings
         shape, complete = (M, N, settings.plant.p), complete and not settings.noise_free
-        return _given(Block.empty(settings, shape, self.history, complete))
+        block = Block.empty(settings, shape, self.history, complete)
+        return {name: X for name, X in block._asdict().items() if X is not None}
 
     def __call__(self, first: int, y: Matrix, u: Matrix, out: Arrays) -> None:
-        u = np.broadcast_to(u, (*y.shape[:2], self.settings.plant.m))
-        given = self.u0, self.compile, self.history, first
+        u = np.broadcast_to(u, (*y.shape[:2], self.fleet.settings.plant.m))
         block = Block(**{"K": None, **out})
-        filter_block(self.settings, y, u, *given, out=block, over=self.over)
+        filter_block(self.fleet, y, u, self.history, first, block)
 
     def leaves(self, found: Arrays) -> Arrays:
         """What goes elsewhere: deviations instead of what they are made of."""
@@ -127,10 +124,6 @@ def _fleet(
     return FilteredFleet(x, P, K, found)
 
 
-def _given(block: Block) -> Arrays:
-    return {name: X for name, X in block._asdict().items() if X is not None}
-
-
 def filter_fleet(
     plant: Plant, y: Any, u: Any, time: Any, m1: Any, u0: Vector, weight: Any,
     history: bool, backend: str, where: Where, arrival: Any = None,
@@ -143,29 +136,27 @@ def filter_fleet(
         )
     records = Records.of(y, u, plant.p, plant.m)
     plant = at_rows(plant, records.rows, time)
-    settings = Settings(plant, m1, weight)
-    fast = runs_compiled(backend, settings, records)
+    way = way_of(plant, m1, weight)
+    fast = runs_compiled(backend, way, records)
     n, p = plant.n, plant.p
     numbers = plant.m + p + 2 * n + (n * (n + p) if history else 0)
-    task = _Filter(settings, u0, fast, history)
-    threads = where.shares and where.executor is not None
-    if fast and threads and not settings.noise_free:  # else each record by itself
-        size = where.size(records, numbers)
-        task, where = replace(task, over=_threads(where.executor, size)), Where()
+    task = _Filter(Fleet(way, u0, records.rows, fast), history)
     found: FilteredFleet | None = fleet_tasks.run(
         task, records, where, _fleet, tables(plant), numbers
     )
     return found
 
 
-def _threads(executor: Any, size: int) -> Over:
-    """Compiled code runs over parts of `size` records on an executor of threads."""
+def way_of(plant: Plant, m1: Any, weight: Any) -> SettledPass:
+    """The way of a filter over a record, in full; kept for a few plants."""
+    if plant.steps is None and type(m1) is int and weight is None:
+        return _kept(plant, m1)
+    return SettledPass(Settings(plant, m1, weight), None)
 
-    def over(run: Run, who: Vector) -> None:
-        some = (who[begin:end] for begin, end in parts(len(who), size))
-        deque(in_order(run, some, executor), maxlen=0)
 
-    return over
+@lru_cache(maxsize=8)
+def _kept(plant: Plant, m1: int) -> SettledPass:
+    return SettledPass(Settings(plant, m1), None)
 
 
 def tables(plant: Plant) -> dict[str, list[str]]:
@@ -185,17 +176,17 @@ def at_rows(plant: Plant, rows: int, time: Any) -> Plant:
     return plant
 
 
-def runs_compiled(backend: str, settings: Settings, records: Records) -> bool:
+def runs_compiled(backend: str, way: SettledPass, records: Records) -> bool:
     """Whether compiled code is to filter the records: all their rows count.
 
     For fewer than pay for compiling, if records of such a plant were filtered so.
     """
     rows = len(records) * records.rows
-    stacks = None if backend == "numpy" else Pass(settings).stacks
+    stacks = None if backend == "numpy" else way.run.stacks
     if stacks is None:
         return kernels.runs_compiled(backend, rows)
-    y, _ = records.block(0, BLOCK)
-    gaps = bool(np.isnan(y).any())
+    y, _ = records.part(0, BLOCK)
+    gaps = not finite(y)
     changing = stacks.changing(not gaps)
     asked = "records", gaps, stacks.sizes, stacks.entries(changing), changing
     fast = kernels.runs_compiled(backend, rows, ready=lambda _: asked in kernels.LOADED)

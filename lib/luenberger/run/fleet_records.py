@@ -90,6 +90,7 @@ class Records:
             given
             and self.y.dtype == self.u.dtype == float
             and finite(self.u)
+            and finite(self.y[:1])  # gaps are often in all
             and finite(self.y)
         )
 
@@ -98,26 +99,30 @@ class Records:
         """N, of each record."""
         return int(self.y.shape[1])
 
-    def block(self, begin: int, end: int) -> tuple[Matrix, Matrix]:
-        """y (k, N, p) and u, (k, N, m) or (N, m), of the records begin to end.
-
-        Raises
-        ------
-        ValueError
-            Naming the record and the row of what is no number.
-        """
-        y = chunks.real("y", self.y[begin:end], "an array of numbers")
+    def part(self, begin: int, end: int) -> tuple[Matrix, Matrix]:
+        """y (k, N, p) and u, (k, N, m) or (N, m), of some records, as they came."""
         u = self.u[begin:end] if self.u.ndim == 3 else self.u
-        u = chunks.real("u", u, "an array of numbers")
-        if self.complete:
-            return y, u
-        _require("u", ~np.isfinite(u), "missing or not finite", begin)
-        _require("y", np.isinf(y), "infinite", begin)
-        if not self.missing:
-            gaps = np.isnan(y) & ~ended(y)[..., None]
-            what = "missing before the end (filter_data takes gaps)"
-            _require("y", gaps, what, begin)
+        wanted = "an array of numbers"
+        return chunks.real("y", self.y[begin:end], wanted), chunks.real("u", u, wanted)
+
+    def block(self, begin: int, end: int) -> tuple[Matrix, Matrix]:
+        """The same, checked; see `require`."""
+        y, u = self.part(begin, end)
+        require(y, u, begin, self.missing)
         return y, u
+
+
+def require(y: Matrix, u: Matrix, begin: int, missing: bool) -> None:
+    """ValueError naming the record, counted from `begin`, and the row of no number."""
+    if not finite(u):
+        _require("u", ~np.isfinite(u), "missing or not finite", begin)
+    if finite(y):
+        return
+    _require("y", np.isinf(y), "infinite", begin)
+    if not missing:
+        gaps = np.isnan(y) & ~ended(y)[..., None]
+        what = "missing before the end (filter_data takes gaps)"
+        _require("y", gaps, what, begin)
 
 
 def ended(y: Matrix) -> Matrix:

@@ -12,7 +12,7 @@ from contextlib import ExitStack, closing
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -20,7 +20,7 @@ from ..errors import DesignError, short
 from ..formats import array_files
 from ..numeric import Matrix
 from .executor import in_order
-from .fleet_records import ALONE, Records, parts
+from .fleet_records import ALONE, Records, parts, require
 
 BLOCK = 64  # records that run side by side
 TASKS = 64  # parts that a cluster is given, unless the caller says how many records
@@ -54,11 +54,14 @@ class Where:
     chunk : int or None
         Records of a task, rounded up to blocks of 64.
     into : path, callable or None
+    reuse : bool
+        Whether a function gets the same arrays for one part after the other.
     """
 
     executor: Any = None
     chunk: Any = None
     into: Any = None
+    reuse: bool = False
 
     def require_none(self) -> None:
         """ValueError if something was asked for that is for many records."""
@@ -79,6 +82,14 @@ class Where:
                     "into must be a function of (first, found), or the path of a file, "
                     f"got {short(self.into)}"
                 ) from None
+        if not isinstance(self.reuse, bool):
+            raise ValueError(f"reuse must be True or False, got {short(self.reuse)}")
+        if self.reuse and not (callable(self.into) and self.here):
+            raise ValueError(
+                "reuse=True is for into=FUNCTION, which gets the same arrays for one "
+                "part after the other, and for parts that are filtered here or on an "
+                "executor of threads"
+            )
 
     def size(self, records: Records, numbers: int) -> int:
         """Records of a part, where a row takes so many numbers."""
@@ -93,10 +104,34 @@ class Where:
         return max(min(blocks, fit), 1) * BLOCK
 
     @property
-    def shares(self) -> bool:
+    def here(self) -> bool:
         """Whether tasks write to the memory of this process."""
-        here = self.executor is None or isinstance(self.executor, ThreadPoolExecutor)
-        return here and self.into is None
+        return self.executor is None or isinstance(self.executor, ThreadPoolExecutor)
+
+    @property
+    def ahead(self) -> int:
+        """How many parts wait to be done, or for those before them, at most."""
+        if self.executor is None:
+            return 0
+        return 2 * int(getattr(self.executor, "_max_workers", AHEAD // 2))
+
+
+class _Job(NamedTuple):
+    """One part: records y with inputs u, the first of them numbered `first`.
+
+    They are looked at, unless they are `known` to be numbers; `missing` tells whether
+    some may be missing.  What is found goes to `out`, or to arrays of its own.
+    `leaves` tells whether these leave the process, or the library.
+    """
+
+    task: Task
+    first: int
+    y: np.ndarray
+    u: np.ndarray
+    known: bool
+    missing: bool
+    out: Arrays | None
+    leaves: bool
 
 
 def run(
@@ -112,13 +147,18 @@ def run(
     ``columns`` are the names of the columns of each array in a table, and `numbers`
     how many numbers there are in a row of a record with its results.
     """
-    ahead = 2 * getattr(where.executor, "_max_workers", AHEAD // 2)
     size = where.size(records, numbers)
     into, total = where.into, len(records)
-    whole = None
-    if where.shares:
-        whole = task.room(total, records.rows, records.complete)
-    found = in_order(_do, _jobs(task, records, size, whole), where.executor, ahead)
+    whole, room, known = None, None, False
+    if where.here and into is None:
+        known = records.complete
+        whole = task.room(total, records.rows, known)
+        room = partial(_part, whole)
+    elif where.reuse:
+        room = _again(task, size, records.rows, where.ahead + 1)
+    leaves = not (where.here and (into is None or callable(into)))
+    jobs = _jobs(task, records, size, room, known, leaves)
+    found = in_order(_do, jobs, where.executor, where.ahead)
     with ExitStack() as stack:
         stack.enter_context(closing(found))
         if whole is not None:
@@ -137,27 +177,51 @@ def run(
     return None
 
 
+Room = Callable[[int, int], Arrays]  # for the records begin to end, asked in order
+
+
+def _part(whole: Arrays, begin: int, end: int) -> Arrays:
+    return {name: X[begin:end] for name, X in whole.items()}
+
+
+def _again(task: Task, size: int, rows: int, count: int) -> Room:
+    """Room for `count` parts at a time, one after the other, and then again."""
+    rooms: list[Arrays] = []
+
+    def room(begin: int, end: int) -> Arrays:
+        k = begin // size
+        if k < count:
+            rooms.append(task.room(end - begin, rows))
+        return _part(rooms[k % count], 0, end - begin)
+
+    return room
+
+
 def _jobs(
-    task: Task, records: Records, size: int, whole: Arrays | None
-) -> Iterator[tuple]:
-    """Parts of the records, each with its part of `whole`, if that is there."""
+    task: Task, records: Records, size: int, room: Room | None, known: bool,
+    leaves: bool,
+) -> Iterator[_Job]:  # fmt: skip
+    """Parts of the records, each with its room, if that is there."""
     for begin, end in parts(len(records), size):
-        some = whole and {name: X[begin:end] for name, X in whole.items()}
-        yield task, begin, *records.block(begin, end), some
+        y, u = records.part(begin, end)
+        out = room and room(begin, end)
+        yield _Job(task, begin, y, u, known, records.missing, out, leaves)
 
 
-def _do(job: tuple[Task, int, Matrix, Matrix, Arrays | None]) -> tuple[int, Arrays]:
+def _do(job: _Job) -> tuple[int, Arrays]:
     """One part, perhaps in another process."""
-    task, first, y, u, out = job
-    stays = out is not None
-    out = out if stays else task.room(*y.shape[:2])
+    task, first, y, u, known, missing, out, leaves = job
+    if not known:
+        require(y, u, first, missing)
+    if out is None:
+        out = task.room(*y.shape[:2])
     try:
         task(first, y, u, out)
     except DesignError as error:
         if str(error).startswith("record "):  # and not of the plant
             raise DesignError(f"{error} ({ALONE})") from error
         raise
-    return first, out if stays else task.leaves(out)
+    return first, task.leaves(out) if leaves else out
 
 
 def _handed(
