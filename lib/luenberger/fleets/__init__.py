@@ -22,14 +22,14 @@ from .records import Records
 
 def filter_block(
     fleet: Fleet, y: Matrix, u: Matrix, history: bool = False, first: int = 0,
-    out: Block | None = None,
+    out: Block | None = None, complete: bool = False,
 ) -> Block:  # fmt: skip
     """Filter records y (M, N, p) with inputs u (M, N, m), NaN where not measured.
 
-    What is found is written to `out`, if that is given, and returned.  All rows have
-    the gain of the full recursion: where it has settled is not asked.  A record is by
-    itself where some outputs carry no noise, as these may contradict what is known of
-    its state.
+    If they are `complete`, nothing is missing; else something may be.  What is found is
+    written to `out`, if that is given, and returned.  All rows have the gain of the
+    full recursion: where it has settled is not asked.  A record is by itself where some
+    outputs carry no noise, as these may contradict what is known of its state.
 
     Raises
     ------
@@ -37,7 +37,7 @@ def filter_block(
         As `filter_data`; it names the record, counted from `first`.
     """
     out = Block.empty(fleet.settings, y.shape, history) if out is None else out
-    records = Records(fleet, y, u, first, out.complete)
+    records = Records(fleet, y, u, first, complete)
     every = np.arange(len(y))
     if fleet.settings.noise_free or not fleet.rows:
         for s in every.tolist():
@@ -46,7 +46,7 @@ def filter_block(
             out.put(every[s : s + 1], found, state.Sigma)
         return out
     whole = fleet.whole
-    if whole is not None and does(whole) and not records.complete:
+    if whole is not None and not records.complete and does(whole):
         gaps = records.gaps.any(axis=1)
         left = own(out, records, every[gaps], whole)
         every = np.sort(np.concatenate([every[~gaps], left]))

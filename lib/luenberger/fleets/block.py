@@ -55,11 +55,6 @@ class Block(NamedTuple):
         P, back = np.empty((M, *rows, n, n)), np.zeros(M, dtype=int)
         return cls(x, variances, P, K, back)
 
-    @property
-    def complete(self) -> bool:
-        """Whether it is for records without gaps."""
-        return len(self.x) > 1 and self.variances.strides[0] == 0
-
     def put(self, which: Vector, found: History, last: Matrix) -> None:
         """Write what does not hang on measurements, the same for some records."""
         self.share(which, found.variances)

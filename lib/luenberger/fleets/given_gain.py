@@ -41,7 +41,7 @@ def estimates(
     x: Matrix, records: Records, members: Vector, K: Matrix, whole: Whole | None
 ) -> None:
     """Write the estimates of records with the same gaps and the gains K (N, n, p)."""
-    if whole is not None and fits(GIVEN, whole.stacks.sizes):
+    if whole is not None and whole.once("fits", lambda: _fits(whole)):
         in_lanes(x, records, members, K, whole)
         return
     for k in range(0, len(members), WIDTH):
@@ -56,9 +56,14 @@ def in_lanes(
     J = records.told(int(members[0])) if whole.stacks.cross else whole.matrices["J"][:1]
     run = whole.once(("given", len(J) > 1), lambda: _code(whole, len(J) > 1))
     M, N, n = x.shape
-    given = records.read | {name: whole.matrices[name] for name in "ABCE"}
+    matrices = whole.matrices
+    given = records.read | {name: matrices[name] for name in "ABCE"}
     given |= dict(J=J, K=flat(kernels.plain_array(K)), xs=x.reshape(M, N * n))
     run(**given, x_minus=whole.first["x_minus"], who=members, rows=N)
+
+
+def _fits(whole: Whole) -> bool:
+    return fits(GIVEN, whole.stacks.sizes)
 
 
 def _code(whole: Whole, told: bool) -> Any:

@@ -43,7 +43,7 @@ def does(whole: Whole) -> bool:
     stacks = whole.stacks
     if stacks.cross or stacks.accurate:
         return False
-    return fits(OWN, stacks.sizes)
+    return bool(whole.once("fits own", lambda: fits(OWN, stacks.sizes)))
 
 
 def own(out: Block, records: Records, which: Vector, whole: Whole) -> Vector:
@@ -51,9 +51,8 @@ def own(out: Block, records: Records, which: Vector, whole: Whole) -> Vector:
     group = records.groups(which)
     few = np.bincount(group, minlength=1)[group] < MANY
     left = [_each(out, records, which[few], whole)]
-    many = list(records.alike(which[~few]))
-    if many:
-        left += _once(out, records, many, whole)
+    if not few.all():
+        left += _once(out, records, list(records.alike(which[~few])), whole)
     return np.sort(np.concatenate(left))
 
 
@@ -121,7 +120,8 @@ def _run(
         read |= {k: read[k][those] for k in ("which_y", "which_u")}
     failed, least = np.zeros(rows, dtype=bool), np.zeros((rows, n))
     most = np.zeros((rows, n))
-    given = read | {to: whole.matrices[name] for to, name in NAMES.items()}
+    matrices = whole.matrices
+    given = read | {to: matrices[name] for to, name in NAMES.items()}
     given |= whole.first | found
     given |= dict(failed=failed, least=least, most=most, last=last)
     run = whole.once(("own", panels is KEPT), lambda: _code(panels, whole))

@@ -110,8 +110,8 @@ class Records:
 
     def alike(self, which: Vector) -> Iterator[Vector]:
         """Those with the same gaps, in the order of the first of them."""
-        if self.complete and len(which):
-            yield which
+        if self.complete or not len(which):
+            yield from (which,) if len(which) else ()
             return
         group = self.groups(which)
         order, ends = np.argsort(group, kind="stable"), np.cumsum(np.bincount(group))

@@ -96,16 +96,17 @@ def entries(
         If something is not a number of that kind; it says what.
     """
     array = as_array(value)
-    missing = np.broadcast_to(np.ma.getmask(array), array.shape)
+    mask = np.ma.getmask(array)
+    missing, masked = np.broadcast_to(mask, array.shape), bool(np.any(mask))
     array = np.ma.getdata(array)
     kind, allowed = array.dtype.kind, "iuf" + "c" * (field is complex) + "b" * truth
     if kind == "O":
         absent = np.frompyfunc(_missing, 2, 1)(array, allowed)
         missing = missing | np.asarray(absent, dtype=bool)
-        array = np.where(missing, np.nan, array)
+        array, masked = np.where(missing, np.nan, array), bool(np.any(missing))
     elif kind not in allowed and array.size:
         raise TypeError(f"its entries are {WORDS.get(kind, array.dtype.name)}")
-    if np.any(missing):
+    if masked:
         return np.where(missing, np.nan, array.astype(field)), missing
     return array.astype(field, copy=False), missing
 

@@ -104,6 +104,8 @@ def single(name: str, value: object, size: int) -> Vector:
 
 def real(name: str, value: object, wanted: str) -> np.ndarray:
     """`value` as floats, NaN where it is missing."""
+    if type(value) is np.ndarray and value.dtype == float:
+        return value
     try:
         return entries(value, truth=True)[0]
     except (TypeError, ValueError, OverflowError) as error:

@@ -65,7 +65,9 @@ class _Estimate:
     def room(self, M: int, N: int, complete: bool = False) -> Arrays:
         return {"estimates": np.empty((M, N, len(self.observer.L)))}
 
-    def __call__(self, first: int, y: Matrix, u: Matrix, out: Arrays) -> None:
+    def __call__(
+        self, first: int, y: Matrix, u: Matrix, out: Arrays, complete: bool = False
+    ) -> None:
         u = np.broadcast_to(u, (*y.shape[:2], u.shape[-1]))
         behind = ended(y)
         y = np.where(np.isnan(y), 0.0, y)

@@ -105,10 +105,12 @@ class _Filter:
         block = Block.empty(settings, shape, self.history, complete)
         return {name: X for name, X in block._asdict().items() if X is not None}
 
-    def __call__(self, first: int, y: Matrix, u: Matrix, out: Arrays) -> None:
+    def __call__(
+        self, first: int, y: Matrix, u: Matrix, out: Arrays, complete: bool = False
+    ) -> None:
         u = np.broadcast_to(u, (*y.shape[:2], self.fleet.settings.plant.m))
         block = Block(**{"K": None, **out})
-        filter_block(self.fleet, y, u, self.history, first, block)
+        filter_block(self.fleet, y, u, self.history, first, block, complete)
 
     def leaves(self, found: Arrays) -> Arrays:
         """What goes elsewhere: deviations instead of what they are made of."""

@@ -85,13 +85,11 @@ class Records:
     @cached_property
     def complete(self) -> bool:
         """Whether they are in memory and nothing is missing; False may be wrong."""
-        given = type(self.y) is type(self.u) is np.ndarray
         return (
-            given
+            type(self.y) is type(self.u) is np.ndarray
             and self.y.dtype == self.u.dtype == float
             and finite(self.u)
-            and finite(self.y[:1])  # gaps are often in all
-            and finite(self.y)
+            and complete(self.y)
         )
 
     @property
@@ -112,17 +110,29 @@ class Records:
         return y, u
 
 
-def require(y: Matrix, u: Matrix, begin: int, missing: bool) -> None:
-    """ValueError naming the record, counted from `begin`, and the row of no number."""
-    if not finite(u):
+def complete(y: Matrix) -> bool:
+    """Whether records have no gaps, as a quick look tells; False may be wrong."""
+    return not np.isnan(y[:1]).any() and finite(y)  # gaps are often in all
+
+
+def require(y: Matrix, u: Matrix, begin: int, missing: bool) -> bool:
+    """Whether nothing is missing; False may be wrong.
+
+    Raises
+    ------
+    ValueError
+        Naming the record, counted from `begin`, and the row of what is no number.
+    """
+    if u.size and not finite(u):
         _require("u", ~np.isfinite(u), "missing or not finite", begin)
-    if finite(y):
-        return
+    if complete(y):
+        return True
     _require("y", np.isinf(y), "infinite", begin)
     if not missing:
         gaps = np.isnan(y) & ~ended(y)[..., None]
         what = "missing before the end (filter_data takes gaps)"
         _require("y", gaps, what, begin)
+    return False
 
 
 def ended(y: Matrix) -> Matrix:

@@ -26,6 +26,7 @@ BLOCK = 64  # records that run side by side
 TASKS = 64  # parts that a cluster is given, unless the caller says how many records
 EACH = 4  # parts for each worker, where their number is known: some take longer
 NUMBERS = 4_000_000  # of a part at most, as far as blocks allow
+NEAR = 1_000_000  # of a part that a function reads at once, near the processor
 AHEAD = 64  # parts that a cluster has at a time
 Arrays = Mapping[str, np.ndarray]
 Into = str | Path | Callable[[int, Any], object]
@@ -37,8 +38,13 @@ class Task(Protocol):
     def room(self, M: int, N: int, complete: bool = False) -> Arrays:
         """Arrays for what is found in M records of N rows, nothing missing or not."""
 
-    def __call__(self, first: int, y: Matrix, u: Matrix, out: Arrays) -> None:
-        """Write to `out` what is found in records, which are numbered from `first`."""
+    def __call__(
+        self, first: int, y: Matrix, u: Matrix, out: Arrays, complete: bool
+    ) -> None:
+        """Write to `out` what is found in records, which are numbered from `first`.
+
+        If they are `complete`, nothing is missing; else something may be.
+        """
 
     def leaves(self, found: Arrays) -> Arrays:
         """What of that goes to another process, to a file or a function."""
@@ -98,7 +104,10 @@ class Where:
             return -(-self.chunk // BLOCK) * BLOCK
         if self.executor is None and self.into is None:
             return max(total, 1)
-        fit = NUMBERS // max(numbers * records.rows * BLOCK, 1)
+        most = NEAR if callable(self.into) and self.here else NUMBERS
+        fit = most // max(numbers * records.rows * BLOCK, 1)
+        if self.executor is None:
+            return max(fit, 1) * BLOCK
         workers = getattr(self.executor, "_max_workers", None)
         blocks = -(-total // (BLOCK * (EACH * workers if workers else TASKS)))
         return max(min(blocks, fit), 1) * BLOCK
@@ -119,7 +128,7 @@ class Where:
 class _Job(NamedTuple):
     """One part: records y with inputs u, the first of them numbered `first`.
 
-    They are looked at, unless they are `known` to be numbers; `missing` tells whether
+    They are looked at, unless all are `known` to be numbers; `missing` tells whether
     some may be missing.  What is found goes to `out`, or to arrays of its own.
     `leaves` tells whether these leave the process, or the library.
     """
@@ -211,12 +220,11 @@ def _jobs(
 def _do(job: _Job) -> tuple[int, Arrays]:
     """One part, perhaps in another process."""
     task, first, y, u, known, missing, out, leaves = job
-    if not known:
-        require(y, u, first, missing)
+    complete = known or require(y, u, first, missing)
     if out is None:
         out = task.room(*y.shape[:2])
     try:
-        task(first, y, u, out)
+        task(first, y, u, out, complete)
     except DesignError as error:
         if str(error).startswith("record "):  # and not of the plant
             raise DesignError(f"{error} ({ALONE})") from error

@@ -134,7 +134,9 @@ class _Smooth:
         )  # fmt: skip
         return dict(x=np.empty((M, N, n)), std=std, P=P)
 
-    def __call__(self, first: int, y: Matrix, u: Matrix, out: Arrays) -> None:
+    def __call__(
+        self, first: int, y: Matrix, u: Matrix, out: Arrays, complete: bool = False
+    ) -> None:
         u = np.broadcast_to(u, (*y.shape[:2], self.plant.m))
         x, std, P = (out[name] for name in ("x", "std", "P"))
         left = self.in_lanes(first, y, u, x, std, P)
