@@ -10,7 +10,9 @@ import pytest
 import luenberger as lb
 from luenberger import kernels
 from luenberger.fleets import records as filtered
+from luenberger.fleets.fleet import Fleet
 from luenberger.recursion.settings import Settings
+from luenberger.recursion.settled_pass import SettledPass
 from luenberger.smoothing import fleet as module
 from luenberger.smoothing.lanes import Lanes
 
@@ -32,6 +34,13 @@ def records(seed, M=5, N=18):
     plant = generators.plant(rng, 3, 2, m=1)
     y, u = rng.standard_normal((M, N, 2)), rng.standard_normal((M, N, 1))
     return plant, y, u
+
+
+def records_of(plant, y):
+    """Records without inputs, as lanes take them."""
+    way = SettledPass(Settings(plant, 0), None)
+    fleet = Fleet(way, np.zeros(0), y.shape[1], True)
+    return filtered.Records(fleet, y, np.zeros((*y.shape[:2], 0)))
 
 
 def apart(plant):
@@ -157,8 +166,7 @@ def test_a_lane_that_loses_digits_is_left(bad):
     plant = lb.Plant(A, None, C, dt=1.0, Q=np.eye(3) / 4, R=np.eye(2), P0=P0)
     y = rng.normal(size=(30, 12, 2))
     y[3, 0] = y[4, 0] = y[4, 5] = y[12:24, 0] = np.nan
-    settings = Settings(plant, 0)
-    given = filtered.Records(settings, y, np.zeros((30, 12, 0)), np.zeros(0), True, 0)
+    given = records_of(plant, y)
     room = np.empty((30, 12, 3)), np.empty((30, 12, 3)), np.empty((30, 12, 3, 3))
     left = Lanes.of(given).smooth(*room)
     assert len(left)
@@ -169,9 +177,7 @@ def test_a_lane_that_loses_digits_is_left(bad):
 @needs_numba
 def test_what_lanes_do_not_take():
     def lanes(plant, rows=5):
-        y = np.zeros((2, rows, plant.p))
-        given = y, np.zeros((2, rows, 0)), np.zeros(0), True, 0
-        return Lanes.of(filtered.Records(Settings(plant, 0), *given))
+        return Lanes.of(records_of(plant, np.zeros((2, rows, plant.p))))
 
     def walk(n=1, p=1, R=1.0):
         R = R * np.eye(p)

@@ -30,5 +30,6 @@ def never_run() -> None:
     assert_type(lb.log_likelihood(plant, [y, y]), float)
     assert_type(lb.log_likelihood(plant, [y, y], each=True), np.ndarray)
     lb.filter_data(plant, y.reshape(1, 3, 1), into="estimates.npz")
+    lb.filter_data(plant, y.reshape(1, 3, 1), into=print, reuse=True)
     lb.reduced_order_filter(plant, steps="ten")  # type: ignore[call-arg, arg-type]
     lb.kalman_fliter(plant)  # type: ignore[attr-defined]

@@ -53,7 +53,7 @@ def in_lanes(
     x: Matrix, records: Records, members: Vector, K: Matrix, whole: Whole
 ) -> None:
     """The same in compiled code."""
-    J = records.told(int(members[0])) if whole.stacks.cross else whole.matrices["J"][:1]
+    J = records.told(int(members[0]))
     run = whole.once(("given", len(J) > 1), lambda: _code(whole, len(J) > 1))
     M, N, n = x.shape
     matrices = whole.matrices

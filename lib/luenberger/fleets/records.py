@@ -40,7 +40,7 @@ class Records:
 
     @cached_property
     def run(self) -> SettledPass:
-        """The way of a filter over one record with gaps: threads do not share it."""
+        """The way of a filter over a record with gaps, which threads do not share."""
         return SettledPass(self.settings, None)
 
     @cached_property
@@ -63,9 +63,11 @@ class Records:
         )  # fmt: skip
 
     def told(self, s: int) -> Matrix:
-        """J in every row of record s, zero for what did not arrive."""
-        stacks = self.run.run.stacks
-        assert stacks is not None
+        """J in every row of record s, zero for what did not arrive; or (1, ...)."""
+        whole, stacks = self.fleet.whole, self.run.run.stacks
+        assert whole is not None and stacks is not None
+        if not stacks.cross:
+            return whole.matrices["J"][:1]
         given, *_ = stacks.given(self.fleet.begin, self.y[s], self.u[s])
         J, now = given["J"], given["now"]
         return J if len(J) == 1 else np.ascontiguousarray(J[now])

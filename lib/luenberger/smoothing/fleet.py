@@ -17,11 +17,13 @@ from .. import kernels
 from ..errors import DesignError
 from ..fleets import records as filtered
 from ..fleets.block import one_for_all
+from ..fleets.fleet import Fleet
 from ..numeric import Matrix, Vector
 from ..papers.leondes_novak.derivation import estimate_step
 from ..plant import Plant
 from ..recursion.filter_pass import Pass
 from ..recursion.settings import Settings
+from ..recursion.settled_pass import SettledPass
 from ..recursion.state import leading_on, start
 from ..run import fleet_tasks
 from ..run.filter_data import Outputs
@@ -139,7 +141,7 @@ class _Smooth:
     ) -> None:
         u = np.broadcast_to(u, (*y.shape[:2], self.plant.m))
         x, std, P = (out[name] for name in ("x", "std", "P"))
-        left = self.in_lanes(first, y, u, x, std, P)
+        left = self.in_lanes(first, y, u, x, std, P, complete)
         for same in (left[some] for some in self.groups(y[left])):
             shared = self.shared(y[same], u[same], first + int(same[0]))
             if shared is not None:
@@ -151,14 +153,16 @@ class _Smooth:
                 x[s], std[s], P[s] = one.x, one.std, one.P
 
     def in_lanes(
-        self, first: int, y: Matrix, u: Matrix, x: Matrix, std: Matrix, P: Matrix
-    ) -> Vector:
+        self, first: int, y: Matrix, u: Matrix, x: Matrix, std: Matrix, P: Matrix,
+        complete: bool,
+    ) -> Vector:  # fmt: skip
         """Smooth records in compiled lanes; return those that are left."""
         every, lanes = np.arange(len(y)), None
         if self.backend == "numba" and self.lag is None and len(y):
             accurate = Settings(self.plant, self.m1, self.weight).accurate
-            settings = Settings(self.plant, 0)
-            records = filtered.Records(settings, y, u, self.u0, True, first)
+            way = SettledPass(Settings(self.plant, 0), None)
+            fleet = Fleet(way, self.u0, y.shape[1], True)
+            records = filtered.Records(fleet, y, u, first, complete)
             lanes = None if accurate else Lanes.of(records)
         return every if lanes is None else lanes.smooth(x, std, P)
 

@@ -77,12 +77,12 @@ class Lanes:
     @classmethod
     def of(cls, records: Records) -> Lanes | None:
         """The same, or None where each is smoothed by itself."""
-        settings, rows = records.settings, records.y.shape[1]
-        stacks = records.run.run.stacks
-        if stacks is None or settings.noise_free or not rows or not settings.plant.n:
+        settings, rows = records.settings, records.fleet.rows
+        whole = records.fleet.whole
+        if whole is None or settings.noise_free or not rows or not settings.plant.n:
             return None
-        whole = Whole(records, stacks)
-        fit = does(whole) and all(fits(k, stacks.sizes) for k in (FORWARD, BACK))
+        sizes = whole.stacks.sizes
+        fit = does(whole) and all(fits(k, sizes) for k in (FORWARD, BACK))
         lanes = cls(records, whole)
         return lanes if fit and lanes.numbers <= ROOM else None
 
@@ -153,7 +153,7 @@ class Lanes:
         Row k is of the record k, or of ``records[k]``.
         """
         rows, M, (n, p) = self.records.y.shape[1], len(xs), self.sizes
-        off, read = ~np.eye(p, dtype=bool), dict(self.whole.read)
+        off, read = ~np.eye(p, dtype=bool), dict(self.records.read)
         if records is not None:
             read |= {k: read[k][records] for k in ("which_y", "which_u")}
         marks = ("Seen", kernels.entries_known(off, np.zeros_like(off)))
@@ -189,7 +189,7 @@ class Lanes:
     def given(self, members: Vector, rows: Matrices, x: Matrix) -> None:
         """Write the estimates of records with these gains and covariances."""
         whole, (M, N, n) = self.whole, x.shape
-        J, changing = whole.told(int(members[0])), {"K"}
+        J, changing = self.records.told(int(members[0])), {"K"}
         if whole.varying:
             changing |= set("ABCE")
         sizes = whole.stacks.sizes
@@ -197,7 +197,7 @@ class Lanes:
         ahead = in_panels(GIVEN_FORWARD, sizes, known, frozenset(changing))
         spread = {"K", "W", "Sigma"}
         back = in_panels(GIVEN_BACK, sizes, entries(self.moves), self.changing | spread)
-        given = whole.read | {name: whole.matrices[name] for name in "ABCE"}
+        given = self.records.read | {name: whole.matrices[name] for name in "ABCE"}
         given |= dict(J=J, K=rows["K"], x_minus=whole.first["x_minus"])
         found = stacks(self.moves) | {name: rows[name] for name in spread}
         found |= dict(xs=x.reshape(M, N * n), lamda_next=np.zeros(n))
