@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import luenberger as lb
-from luenberger.numeric.detectability import hidden_modes
+from luenberger.numeric.detectability import dies_out, hidden_modes
 from luenberger.numeric.linalg import UNIT_TOL
 
 SEEDS = range(60)
@@ -110,3 +110,32 @@ def test_states_without_a_way_to_an_output():
     A = np.array([[0.5, 1e9, 0], [0, 2.0, 0], [1, 1, -3.0]])
     assert hidden_modes(A, np.array([[1.0, 0, 0]]), 1.0) == [-3.0]
     assert sorted(hidden_modes(A, np.zeros((0, 3)), 1.0)) == [-3.0, 2.0]
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_modes_that_all_decay_are_told_by_powers(seed):
+    """Never of one that does not, however far rounding moves a power."""
+    rng = np.random.default_rng(seed)
+    told = 0
+    for n in (1, 2, 3, 8, 30):
+        for radius in (0.0, 0.5, 0.95, 0.999, 1.0, 1.001, 1.5):
+            for units in (1.0, 1e4, 1e12):
+                A = rng.normal(size=(n, n))
+                A *= radius / np.abs(np.linalg.eigvals(A)).max()
+                scale = units ** np.linspace(0, 1, n)
+                found = dies_out(A / scale * scale[:, None])
+                assert not found or radius < 1
+                told += found
+    assert told >= 20
+
+
+@pytest.mark.parametrize("a", [10, 1e3, 1e6, 1e9, 1e12, 1e15])
+def test_a_square_that_rounding_makes_small_says_nothing(a):
+    """Its exact square is four times the identity, beside terms as large as a^2."""
+    assert not dies_out(np.array([[a, a - 2], [-a - 2, -a]]))
+
+
+def test_powers_of_no_state_and_of_states_that_overflow():
+    assert dies_out(np.zeros((0, 0)))
+    assert dies_out(np.array([[0, 1e5], [0, 0]]))
+    assert not dies_out(np.full((2, 2), 1e200))

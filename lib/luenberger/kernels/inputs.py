@@ -1,5 +1,7 @@
 """Matrices as compiled code takes them."""
 
+import numpy as np
+
 from ..numeric import Matrix
 from .recursion import Loop
 
@@ -8,10 +10,9 @@ START = ("start", "stop", "now", "before", "good", "keep")
 
 def entries_known(zero: Matrix, one: Matrix) -> tuple[tuple[float | None, ...], ...]:
     """A table of 0.0, 1.0 and None (read at run time), from two boolean matrices."""
-    return tuple(
-        tuple(0.0 if z else 1.0 if o else None for z, o in zip(*rows))
-        for rows in zip(zero.tolist(), one.tolist())
-    )
+    table = np.full(zero.shape, None)
+    table[one], table[zero] = 1.0, 0.0
+    return tuple(map(tuple, table.tolist()))
 
 
 def plain_array(X: Matrix) -> Matrix:

@@ -12,11 +12,13 @@ import numpy as np
 
 from ..errors import DesignError
 from . import Matrix, Vector
+from .factors import EPS
 from .linalg import RANK_TOL, UNIT_TOL, modes
 
 SUSPECT = 1e-3  # a singular value below this: eigenvalues are searched for nearby
 CLOSE = 1e-3  # relative distance that rounding may move a repeated eigenvalue
 REFINEMENTS = 8
+SQUARES = 10  # powers up to 512
 SWEEPS = 3  # of scaling outputs by states and states by outputs
 
 
@@ -47,6 +49,22 @@ def hidden_modes(A: Matrix, C: Matrix, least: float = 0.0) -> list[complex]:
             if gap <= RANK_TOL and abs(mode) >= least and not known:
                 found.append(mode)
     return found
+
+
+def dies_out(A: Matrix) -> bool:
+    """Whether a power of A is small, so that all modes decay; False may be wrong.
+
+    Powers are quicker than eigenvalues where there are many states.
+    """
+    off = 0.0  # how far rounding has moved the power, at most
+    with np.errstate(over="ignore", invalid="ignore"):
+        for _ in range(SQUARES):
+            size = np.abs(A).sum(axis=1).max(initial=0.0)
+            if size + off < 0.9:
+                return True
+            off = off * (2 * size + off) + len(A) * EPS * size * size
+            A = A @ A
+    return False
 
 
 def _has_way(A: Matrix, C: Matrix) -> Vector:

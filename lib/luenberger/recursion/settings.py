@@ -13,7 +13,7 @@ from .. import kernels
 from ..certificate import require_real
 from ..errors import FIT, SAMPLE, DesignError
 from ..numeric import Matrices, Matrix, Vector
-from ..numeric.detectability import hidden_modes
+from ..numeric.detectability import dies_out, hidden_modes
 from ..numeric.factors import clear, factor, firm, lengths, safe
 from ..numeric.linalg import (
     complete,
@@ -157,7 +157,7 @@ class Settings:
     @cached_property
     def unseen_growth(self) -> list[complex]:
         """The unstable modes that no output shows, of a plant that does not change."""
-        if self.steps is not None:
+        if self.steps is not None or dies_out(self.plant.A):
             return []
         hidden = hidden_modes(self.plant.A, self.plant.C, least=1.0)
         return [mode for mode in hidden if abs(mode) > 1]
