@@ -48,8 +48,7 @@ def right_inverses(C: Matrix, weight: Matrix | None = None) -> tuple[Matrix, Vec
     turned = np.take_along_axis(C, order[:, None], axis=2)
     W = W[here[:, :, None], order[:, :, None], order[:, None]]
     one, free = _solutions(turned[:, :, :m1], turned[:, :, m1:])
-    one = _least(_least(one, free, W), free, W)  # the second time takes off rounding
-    one = one + one @ (np.eye(m1) - turned @ one)
+    one = _least(one, free, W)
     inverses = np.empty_like(one)
     inverses[here, order] = one
     found[clear] = inverses / size[clear].mT
