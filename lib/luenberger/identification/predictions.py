@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from .. import kernels
+from ..kernels.program import Factor
 from ..numeric import Matrix
+from ..numeric.factors import SAFE
 from ..papers.leondes_novak.derivation import prediction_step
 from ..recursion.filter_pass import Pass
 from ..recursion.growth import Gap, passed, require_digits
-from ..recursion.predicted import PREDICTED, Loops
+from ..recursion.predicted import FIRM, PREDICTED, Loops
 from ..recursion.settings import Settings
 from ..recursion.state import State
 from .trail import LIKELIHOOD, Trail
@@ -26,7 +28,7 @@ PREDICTIONS = kernels.Recursion(
         ("Ws", "W", "matrix"),
     ),
     symmetric=PREDICTED.symmetric,
-    definite=PREDICTED.definite,
+    definite=(Factor("Omega_next", SAFE, "X"), Factor("M", FIRM)),
 )
 
 

@@ -1,12 +1,13 @@
 """Steps by which a pass judges its own rounding: sizes of entries, and tests of them.
 
-C alone has them; a pass gives up where a test fails.
+A pass gives up where a test fails.  Roots, magnitudes and tests within them are C's.
 """
 
 from collections.abc import Callable
 
-from .program import Cost, Guard, Magnitudes, Roots
+from .program import Cost, Guard, Magnitudes, Roots, Squares, Variances
 from .statements import Entries, Entry, Let, Need
+from .writer import Writer
 
 
 def unrolled(
@@ -24,6 +25,20 @@ def unrolled(
             ]
             for i, row in enumerate(M)
         ]
+        return []
+    if isinstance(step, Squares):
+        entries[step.target] = [
+            [
+                one * one
+                if isinstance(one, float)
+                else name(_let(f"{step.target}_{i}_{j}", f"{one} * {one}", one, 1))
+                for j, one in enumerate(row)
+            ]
+            for i, row in enumerate(M)
+        ]
+        return []
+    if isinstance(step, Variances):
+        entries[step.target] = [[row[i]] for i, row in enumerate(M)]
         return []
     if isinstance(step, Roots):
         roots = [
@@ -49,6 +64,17 @@ def unrolled(
     ]
 
 
+def write(step: Guard, rows: int, cols: int, to: Writer) -> None:
+    """Squares and variances as loops."""
+    M = step.matrix
+    if isinstance(step, Squares):
+        to.fill(f"{step.target}[i]", f"{M}[i] * {M}[i]", rows * cols)
+    elif isinstance(step, Variances):
+        to.fill(f"{step.target}[i]", f"{M}[i * {cols + 1}]", rows)
+    else:
+        raise TypeError(f"loops do not write {type(step).__name__}; panels do")
+
+
 def _let(name: str, text: str, entry: Entry, operations: int) -> Let:
     return Let(name, text, frozenset([entry]), Cost(operations, 0, 1, 1))
 
@@ -60,7 +86,9 @@ def _need(text: str, operations: int, *entries: Entry) -> Need:
 
 def operations(step: Guard, rows: int, cols: int) -> int:
     """Roots, sizes, multiplications and comparisons."""
-    if isinstance(step, Magnitudes):
+    if isinstance(step, Variances):
+        return 0
+    if isinstance(step, Magnitudes | Squares):
         return rows * cols
     if isinstance(step, Roots):
         return 2 * rows + 3 * rows * (rows - 1) // 2

@@ -11,6 +11,7 @@ from fractions import Fraction
 from itertools import pairwise
 from typing import Any
 
+from . import guards
 from .program import (
     GUARDS,
     IDENTITY,
@@ -60,7 +61,7 @@ def write(
         elif isinstance(step, Factor):
             work.factor_of(step)
         elif isinstance(step, GUARDS):
-            raise TypeError(f"loops do not write {type(step).__name__}; panels do")
+            guards.write(step, *program.shape(step.matrix, sizes), writer)
         else:
             work.substitution(step)
         if after:

@@ -37,7 +37,7 @@ def lower(
     *,
     zero: Iterable[str] = (),
     symmetric: Iterable[str] = (),
-    definite: Iterable[Factor] = (),
+    definite: Sequence[Factor] = (),
     same: Iterable[tuple[str, str]] = (),
     guards: Sequence[Guard] = (),
 ) -> Program:
@@ -46,7 +46,7 @@ def lower(
     Parameters
     ----------
     derivation : Derivation
-        Proved, or it is refused.
+        Proved.
     outputs : sequence of str
         Targets that are wanted.
     zero : sequence of str
@@ -55,7 +55,7 @@ def lower(
         Given matrices that are symmetric.
     definite : sequence of Factor
         Of symmetric targets that must come out positive definite, or the step gives
-        up.
+        up; at once where it is solved with, which then needs what it is beside.
     same : sequence of (str, str)
         Given matrices that are the same as another one.
     guards : sequence of Guard
@@ -76,6 +76,7 @@ def lower(
         name: None if name in work.zero else work.alias.get(name, Operand(name))
         for name in outputs
     }
+    work.strict(definite)
     steps = _guarded(_used(work.steps, results, judged), guards)
     read = {name for step in steps for name in reads(step)}
     read |= {op.name for op in results.values() if op is not None}
@@ -87,7 +88,9 @@ def lower(
     known = frozenset(work.symmetric & set(shapes))
     held = {name: op.name for name, op in results.items() if op is not None}
     definite = tuple(
-        replace(one, matrix=held.get(one.matrix, one.matrix)) for one in definite
+        replace(one, matrix=held.get(one.matrix, one.matrix))
+        for one in definite
+        if one.matrix not in work.factored
     )
     return Program(given, shapes, steps, results, known, definite)
 
@@ -203,6 +206,13 @@ class _Lowering:
             self.factored.add(M.name)
             self.steps.append(Factor(M.name, SINGULAR_TOL))
         self.steps.append(Substitute(name, right, M.name, equation))
+
+    def strict(self, definite: Sequence[Factor]) -> None:
+        """Have what is solved with pass its test of definiteness on the way."""
+        for one in definite:
+            if one.matrix in self.factored:
+                plain = Factor(one.matrix, SINGULAR_TOL)
+                self.steps[self.steps.index(plain)] = one
 
     def solution(self, right: Operand, M: Operand) -> Operand | None:
         """The X of X M = right, where it can be read off: X M = X M, or X I = X."""

@@ -249,13 +249,15 @@ class _LoopBody(TakingBack, AskingAhead, _Body):
                 self.to.fill(f"{name}[i]", f"{array}_[{row}, i]", self.length(name))
         self.hold()
         to.let("ok", "True")
-        write(self.program, self.sizes, to, self.turned, after=self.ask)
+        steps, tests = self.program.parted()
+        write(steps, self.sizes, to, self.turned, after=self.ask)
         if self.program.definite:
             last = f"{self.count} + 1 == stop_"
             last += " or not good_[row + 1]" if self.goods else ""
             to.let("test", f"{self.count} % {self.every} == 0 or {last}")
             to.line("if test:")
             to.depth += 1
+            write(tests, self.sizes, to, self.turned)
             write_definite(self.program, self.sizes, to)
             to.end()
         self.bounds()

@@ -55,7 +55,8 @@ class Assign:
 class Factor:
     """matrix = L d L', each pivot above tol times its diagonal entry, or give up.
 
-    With `beside`, tol times the sum of that entry and the one of the matrix `beside`.
+    With `beside`, tol times the sum of that entry and `part` of the one of the matrix
+    `beside`, or of that vector.
     With `known`, a row of zeros is passed over where that sum is zero too: what it
     belongs to is known exactly.
     """
@@ -64,6 +65,14 @@ class Factor:
     tol: float
     beside: str = ""
     known: bool = False
+    part: float = 1.0
+
+    def unit(self, entry: str, beside: str) -> str:
+        """What a pivot is judged by, from its diagonal entry and what is beside it."""
+        if not beside:
+            return entry
+        part = "" if self.part == 1 else f"{self.part!r} * "
+        return f"({entry} + {part}{beside})"
 
 
 @dataclass(frozen=True)
@@ -103,6 +112,22 @@ class Magnitudes:
 
 
 @dataclass(frozen=True)
+class Squares:
+    """target = squares of the entries of a matrix."""
+
+    target: str
+    matrix: str
+
+
+@dataclass(frozen=True)
+class Variances:
+    """target = the diagonal of a matrix, as a vector."""
+
+    target: str
+    matrix: str
+
+
+@dataclass(frozen=True)
 class Within:
     """Variances of a matrix that are `least`, and `part` of squared sizes, or give up.
 
@@ -120,8 +145,8 @@ class Within:
         return f"({size} == 0.0) || ({enough})"
 
 
-Guard = Roots | Magnitudes | Within
-GUARDS = (Roots, Magnitudes, Within)
+Guard = Roots | Magnitudes | Squares | Variances | Within
+GUARDS = (Roots, Magnitudes, Squares, Variances, Within)
 Step = Assign | Factor | Substitute | Guard
 
 
@@ -181,6 +206,18 @@ class Program:
         rows, cols = self.shapes[name]
         return sizes.get(rows, rows), sizes.get(cols, cols)
 
+    def parted(self) -> tuple[Program, Program]:
+        """The steps that results need, and those that only tests of them read."""
+        beside = {one.beside for one in self.definite}
+        wanted = {op.name for k, op in self.results.items() if op and k not in beside}
+        some: list[Step] = []
+        for step in reversed(self.steps):
+            if isinstance(step, Factor | Variances) or made(step) in wanted:
+                some.append(step)
+                wanted |= reads(step)
+        rest = tuple(step for step in self.steps if step not in some)
+        return replace(self, steps=tuple(some[::-1])), replace(self, steps=rest)
+
     def cost(self, sizes: Sizes, known: Known | None = None) -> Cost:
         """The `Cost` of one pass on a device, as scalars or as loops.
 
@@ -213,7 +250,9 @@ def reads(step: Step) -> set[str]:
     """Names of the matrices that a step reads."""
     if isinstance(step, Within):
         return {step.matrix, step.by}
-    if isinstance(step, Factor | Roots | Magnitudes):
+    if isinstance(step, Factor):
+        return {step.matrix, step.beside} - {""}
+    if isinstance(step, Roots | Magnitudes | Squares | Variances):
         return {step.matrix}
     if isinstance(step, Substitute):
         return {step.right.name, step.matrix}

@@ -10,7 +10,7 @@ from collections.abc import Collection
 from dataclasses import dataclass, replace
 
 from ..stage_list import StageList
-from .program import Factor, Operand, Program
+from .program import Factor, Guard, Operand, Program
 
 
 @dataclass(frozen=True)
@@ -52,6 +52,8 @@ class Recursion:
     zero : tuple of str
         Given matrices that vanish in all rows.  A result that vanishes with them is
         neither handed on nor written.
+    sizes : tuple of Guard
+        Squares and variances that stages judge rounding by.
     """
 
     stages: StageList
@@ -67,6 +69,7 @@ class Recursion:
     backward: bool = False
     fresh: bool = False
     zero: tuple[str, ...] = ()
+    sizes: tuple[Guard, ...] = ()
 
     def lowered(self, zero: Collection[str] = ()) -> Loop:
         """The `Loop` where the matrices named in `zero` vanish."""
@@ -81,6 +84,7 @@ class Recursion:
             known = carried.keys() | begun.keys()
             found = [name for _, name, _ in self.written]
             found += [name for name, *_ in self.bounds]
+            found += [one.beside for one in self.definite if one.beside and self.sizes]
             written = [name for name in found if name not in known]
             program = lower(
                 self.stages(),
@@ -89,6 +93,7 @@ class Recursion:
                 symmetric=self.symmetric,
                 definite=self.definite,
                 same=same,
+                guards=self.sizes,
             )
             left = {k: name for k, name in carried.items() if name in program.given}
             if left == carried:

@@ -197,8 +197,8 @@ class _Unrolling:
         """That pivot j of a factor is above its bound, or known exactly."""
         unit, bound, beside = self.entries[step.matrix][j][j], "0.0", ()
         if step.beside and step.tol:
-            beside = unit, self.entries[step.beside][j][j]
-            bound = f"{step.tol!r} * ({unit} + {beside[1]})"
+            beside = unit, self.beside(step, j)
+            bound = f"{step.tol!r} * {step.unit(*beside)}"
         elif step.tol and pivot != unit:
             beside = (unit,)
             bound = f"{step.tol!r} * {unit}"
@@ -210,13 +210,18 @@ class _Unrolling:
         reads = _names(*entries, *unless)
         self.statements.append(Need(f"{pivot} > {bound}", reads, cost, unless))
 
+    def beside(self, step: Factor, j: int) -> Entry:
+        """What stands beside pivot j."""
+        row = self.entries[step.beside][j]
+        return row[min(j, len(row) - 1)]
+
     def zeros(self, step: Factor, j: int) -> tuple[str, ...] | None:
         """What is zero where row j is known: no names if it cannot be, None if it is.
 
         That is, where some entry is another number, or where all are the number 0.
         """
         all_ = [*self.entries[step.matrix][j]]
-        all_ += [self.entries[step.beside][j][j]] if step.beside else []
+        all_ += [self.beside(step, j)] if step.beside else []
         if any(one for one in all_ if not isinstance(one, str)):
             return ()
         names = tuple(dict.fromkeys(one for one in all_ if isinstance(one, str)))

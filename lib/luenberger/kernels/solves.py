@@ -25,7 +25,8 @@ class Solves(Tiles):
                 to.let(f"{M}_l{i}_{j}", f"{M}_a{i}_{j} * {M}_i{j}")
             rest = "".join(f" - {M}_a{i}_{k} * {M}_l{i}_{k}" for k in range(i))
             to.let(f"{M}_d{i}", self.at(M, i, i) + rest)
-            to.need(f"{M}_d{i} > {step.tol!r} * {self.at(M, i, i)}")
+            beside = self.at(step.beside, i, i) if step.beside else ""
+            to.need(f"{M}_d{i} > {step.tol!r} * {step.unit(self.at(M, i, i), beside)}")
             to.let(f"{M}_i{i}", f"1.0 / {M}_d{i}")
 
     def substitute_short(self, step: Substitute) -> None:

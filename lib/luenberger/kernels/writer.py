@@ -66,8 +66,7 @@ def bounds(
     """What each pivot of a factor must be above; -1 for what is known exactly."""
     to.loop("i", 0, size)
     unit = at(step.matrix, "i", "i")
-    if step.beside:
-        unit = f"({unit} + {at(step.beside, 'i', 'i')})"
+    unit = step.unit(unit, at(step.beside, "i", "i") if step.beside else "")
     to.set(f"{place}[i]", f"{step.tol!r} * {unit}" if step.tol else "0.0")
     if step.known:
         to.check(f"{unit} == 0.0")

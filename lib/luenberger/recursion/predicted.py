@@ -15,12 +15,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .. import kernels
-from ..kernels.program import Factor
+from ..kernels.program import Factor, Squares, Variances
 from ..numeric import Matrices, Matrix, Vector
 from ..numeric.factors import EPS, SAFE, safe
 from ..papers.leondes_novak.derivation import estimate_step, filtered_row
 from ..plant import Plant
-from .alike import patterns
+from .alike import arrived, every, patterns
 from .filter_stacks import FILTER
 from .root_step import Move, Spread, ahead
 from .settings import Settings
@@ -28,7 +28,7 @@ from .state import Ahead, Book, State, flat, leading_on, step
 
 FIRM = 1e-7  # a pivot of an innovation's covariance, beside its variance
 CLEARLY = 1e-6  # of singular values: dependent rows are refused far below
-PLACED = frozenset("CERS")  # where outputs that did not arrive keep their places
+PLACED = frozenset(("C", "C_s", "E", "R", "S"))  # with places for what is missing
 PREDICTED = kernels.Recursion(
     filtered_row,
     carried=(("Omega_next", "Omega"), ("x_minus_next", "x_minus")),
@@ -40,7 +40,11 @@ PREDICTED = kernels.Recursion(
         ("gains", "K", "matrix"),
     ),
     symmetric=("Q", "R", "Omega"),
-    definite=(Factor("Omega_next", SAFE, "X"), Factor("M", FIRM)),
+    definite=(
+        Factor("Omega_next", SAFE, "X_s"),
+        Factor("M", FIRM, "c_s", part=SAFE / FIRM),
+    ),
+    sizes=(Squares("K_s", "Kmv"), Variances("v_s", "Omega"), Variances("q_s", "Q")),
 )
 
 
@@ -75,6 +79,7 @@ def asked(
 ) -> tuple[Any, Any, Any, frozenset[str]]:
     """What to ask `kernels.over_record` for; `whole` says that no entry is missing."""
     stacks = _matrices(plant)
+    stacks |= _squares(stacks)
     changing = {name for name, X in stacks.items() if len(X) > 1}
     changing |= frozenset() if whole else PLACED
     known = tuple((k, _known(k, X, k in changing)) for k, X in stacks.items())
@@ -142,15 +147,14 @@ class Predicted:
         y: Matrix, u: Matrix,
     ) -> Predicted:  # fmt: skip
         """The next rows of a record, which begin at `state`."""
-        seen, plant = ~np.isnan(y), settings.plant
-        first = state.instant + 1
-        stacks, index = _stacks(settings, seen, first)
-        kernel = kernels.over_record(*asked(plant, recursion, bool(seen.all())))
+        seen = arrived(y)
+        whole = every(seen)
+        stacks, index = _stacks(settings, seen, whole, state.instant + 1)
+        kernel = kernels.over_record(*asked(settings.plant, recursion, whole))
         given = {name: flat(kernels.plain_array(X)) for name, X in stacks.items()}
-        given |= dict(now=index, before=index, good=np.ones(len(y), dtype=bool))
-        given |= dict(
-            y=kernels.plain_array(np.where(seen, y, 0.0)), u=kernels.plain_array(u)
-        )
+        given |= dict(now=index, before=index, good=np.ones(len(index), dtype=bool))
+        read = y if whole else np.where(seen, y, 0.0)
+        given |= dict(y=kernels.plain_array(read), u=kernels.plain_array(u))
         return cls(settings, kernel, given, seen, y)
 
     def ready(self, state: State) -> bool:
@@ -199,29 +203,40 @@ def _matrices(plant: Plant) -> Matrices:
     return {name: X if X.ndim == 3 else X[None] for name, X in whole.items()}
 
 
-def _stacks(settings: Settings, seen: Matrix, first: int) -> tuple[Matrices, Vector]:
+def _squares(stacks: Matrices) -> Matrices:
+    """Squares of the entries of A and C, by which rounding is judged."""
+    return {f"{name}_s": stacks[name] ** 2 for name in "AC"}
+
+
+def _stacks(
+    settings: Settings, seen: Matrix, whole: bool, first: int
+) -> tuple[Matrices, Vector]:
     """The plant's matrices, and which of them a row has where there are several.
 
-    Outputs that did not arrive keep their places; see derivation/predictions.py.
+    `whole` says that no output is missing, and `first` is the instant of the first
+    row.  One index says that all rows have the first of each.  Outputs that did not
+    arrive keep their places; see derivation/predictions.py.
     """
     plant = settings.plant
-    at = np.arange(first, first + len(seen)) - settings.origin
+    one = whole and plant.steps is None
+    kinds = index = np.arange(1 if one else len(seen))
+    at = index + first - settings.origin
     stacks = {
         k: X if len(X) == 1 else X[np.minimum(at, len(X) - 1)]
         for k, X in _matrices(plant).items()
     }
-    kinds = index = np.arange(len(seen))
-    if plant.steps is None:
+    if not whole and plant.steps is None:
         kinds, index = patterns(seen)
     for k in _doubtful(settings, seen, stacks["C"]):  # what is refused
         settings.at(first + k, None if seen[k].all() else seen[k])
-    if not seen.all():
+    if not whole:
         some = seen[kinds]
         both = some[:, :, None] & some[:, None, :]
         for name in "CE":
             stacks[name] = stacks[name] * some[:, :, None]
         stacks["S"] = stacks["S"] * some[:, None, :]
         stacks["R"] = np.where(both, stacks["R"], np.eye(plant.p))
+    stacks |= _squares(stacks)
     return stacks, np.ascontiguousarray(index, dtype=np.int64)
 
 
@@ -234,7 +249,7 @@ def _doubtful(settings: Settings, seen: Matrix, C: Matrix) -> list[int]:
     if not (settings.accurate or weighed):
         return []
     if len(C) == 1:
-        return [int(k) for k in patterns(seen)[0]]
+        return [0] if every(seen) else [int(k) for k in patterns(seen)[0]]
     C1 = C[:, list(settings.accurate)]  # what arrived of them depends no more
     lengths = np.linalg.norm(C1, axis=2, keepdims=True)
     clear = _independent(C1 / np.where(lengths > 0, lengths, 1))

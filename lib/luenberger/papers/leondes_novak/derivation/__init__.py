@@ -187,7 +187,7 @@ prediction_step = StageList(
 filtered_row = StageList(
     __name__,
     "predictions.filtered_row",
-    "N M innovation Kmv K x Y Z Sigma N_x G x_minus_next X D Omega_next",
+    "N M innovation c_s Kmv K x Z Sigma T G_x x_minus_next Omega_next e_s X_s",
 )
 side_by_side_step = StageList(
     __name__, "side_by_side.side_by_side", "y w w_hat e z_next x_next"

@@ -14,7 +14,7 @@ from .best_coordinates import as_kalman
 from .letters import *
 from .missing_outputs import pa
 from .on_target import Omega_next, device, x_minus_next
-from .one_pass import Z, innovation, is_Z, x_minus
+from .one_pass import Z, innovation, is_Z, quick, x_minus
 from .quadratic import is_Kmv, is_M, is_N, is_Y
 
 OURS = "our own; Kalman (1960)"
@@ -39,6 +39,16 @@ M_seen = letters("M_seen", pa, pa, "innovation covariance of that", symmetric=Tr
 N_seen = letters("N_seen", n, pa, "covariance of the next state and that innovation")
 G_seen = letters("G_seen", n, pa, "gain of the next prediction, for what arrived")
 rest = Identity(p) - Pick.T * Pick
+T = letters("T", n, p, "what an innovation tells of the process noise")
+G_x = letters("G_x", n, p, "what it tells of the state that the plant moves on")
+v_s = letters("v_s", n, 1, "the variances in `Omega`")
+q_s = letters("q_s", n, 1, "the variances in `Q`")
+A_s = letters("A_s", n, n, "squares of the entries of `A`")
+C_s = letters("C_s", p, n, "squares of the entries of `C`")
+K_s = letters("K_s", n, p, "squares of the entries of `K`")
+c_s = letters("c_s", p, 1, "squares that the variances of outputs are sums of")
+e_s = letters("e_s", n, 1, "the same of `Sigma`")
+X_s = letters("X_s", n, 1, "the same of the next `Omega`")
 
 PAGE = (
     """The next prediction moves the state on, and adds the innovation with a gain.""",
@@ -106,10 +116,11 @@ PAGE = (
 
 ESTIMATE = (
     """The estimate of an instant stands beside this recursion, which does not need it.
-    Its covariance is the sum of two squares: where an output has no noise, what the
-    gain leaves of it is rounding, and enters in its square.""",
+    Its covariance is the sum of two terms for any gain, as in a step from estimate to
+    estimate.""",
     is_Kmv,
     is_Y,
+    is_Z,
     is_x := define(x, x_minus + K * innovation, "43"),
     is_Sigma := define(Sigma, Y * Omega * Y.T + K * R * K.T, "27"),
     chain(
@@ -125,18 +136,63 @@ ESTIMATE = (
         Expect(Y * Omega * Y.T + K * R * K.T, moments=(is_Omega, is_R, apart_v)),
         Line(Sigma, by=(is_Sigma,)),
     ),
-    """Half a product of states by states is enough: what the gain leaves of `Omega` has
-    been found with few multiplications, and meets what it leaves of the prediction. Of
-    a state that is read off both are rounding.""",
-    is_Z,
-    halved := chain(
-        "27",
-        "the covariance of the estimate, with half a product",
-        Y * Omega * Y.T + K * R * K.T,
-        Line((I - K * C) * Omega * Y.T + K * R * K.T, by=(is_Y,)),
-        Line((Omega - K * N.T) * Y.T + K * R * K.T, by=(is_N,)),
-        Line(Z * Y.T + K * R * K.T, by=(is_Z,)),
+)
+
+ON = (
+    """Where the estimate is wanted, it leads on to the next prediction in fewer
+    multiplications: no gain of the prediction has to be found. What an innovation tells
+    of the process noise is added, and vanishes where noises are independent.""",
+    is_K := define(K, Kmv),
+    is_T := define(T * M, S),
+    split := define(G, A * K + T),
+    parts := chain(
+        "",
+        "the gain of the next prediction, in two parts",
+        G * M,
+        Line((A * K + T) * M, by=(split,)),
+        Line(A * N + S, by=(is_K, is_Kmv, is_T)),
+        Line(N_x, by=(is_N_x,)),
     ),
+    moved := chain(
+        "",
+        "the next prediction, from the estimate",
+        x_minus_next,
+        Line(A * x_minus + B * u + (A * K + T) * innovation, by=(is_next, split)),
+        Line(A * (x_minus + K * innovation) + B * u + T * innovation, why="factor"),
+        Line(A * x + B * u + T * innovation, by=(is_x,)),
+    ),
+    best := chain(
+        "27",
+        "what the best gain leaves of the covariance",
+        Sigma,
+        Line(Y * Omega * Y.T + K * R * K.T, by=(is_Sigma,)),
+        Line(Omega - K * N.T - N * K.T + K * M * K.T, by=(is_Y, is_M, is_N)),
+        Line(Omega - K * N.T, by=(is_K, is_Kmv)),
+    ),
+    is_G_x := define(G_x, A * K),
+    spread := chain(
+        "",
+        "its covariance, from that of the estimate",
+        Omega_next,
+        Line(X - G * N_x.T - (N_x - G * M) * G.T, by=(is_Omega_next, is_D)),
+        Line(X - (A * K + T) * N_x.T, by=(parts, split)),
+        Line(A * Omega * A.T + Q - (A * K + T) * (A * N + S).T, by=(is_X, is_N_x)),
+        Line(
+            A * (Omega - K * N.T) * A.T + Q - A * K * S.T - S * K.T * A.T - T * S.T,
+            by=(is_K, is_Kmv, is_T),
+        ),
+        Line(
+            A * Sigma * A.T + Q - A * K * S.T - S * K.T * A.T - T * S.T,
+            by=(best,),
+        ),
+        Line(A * Sigma * A.T + Q - (G_x + T) * S.T - S * G_x.T, by=(is_G_x,)),
+    ),
+    """A pivot of the next covariance is judged beside the numbers that were added up.
+    Their squares are carried along: those of an output that is a small difference of
+    large states are large, and so is what its gain adds to an estimate.""",
+    is_c_s := define(c_s, C_s * v_s),
+    is_e_s := define(e_s, v_s + K_s * c_s),
+    is_X_s := define(X_s, A_s * e_s + q_s),
 )
 
 PLACES = (
@@ -208,24 +264,26 @@ def prediction_step():
 
 @cache
 def filtered_row():
-    """The same row, with the estimate and its covariance on the way."""
+    """The row with its estimate and its covariance, from which it leads on.
+
+    Squares (A_s, C_s, K_s) and variances (v_s, q_s) are given.
+    """
     return Derivation(
-        GIVEN,
+        (*GIVEN, A_s, C_s, K_s, v_s, q_s),
         (
             *BEGUN,
+            Stage(c_s, C_s * v_s, by=(is_c_s,)),
             Stage(Kmv, Solve(N, M), "(33)", by=(is_Kmv,)),
             Stage(K, Kmv, by=(as_kalman,)),
             Stage(x, x_minus + K * innovation, "(43)", by=(is_x,)),
-            Stage(Y, I - K * C, "(13)", by=(is_Y,)),
             Stage(Z, Omega - K * N.T, by=(is_Z,)),
-            Stage(
-                Sigma,
-                Z * Y.T + K * R * K.T,
-                "(27)",
-                symmetric=True,
-                by=(is_Sigma, halved),
-            ),
-            *MOVED,
+            Stage(Sigma, quick.right, "(27)", symmetric=True, by=(is_Sigma, quick)),
+            Stage(T, Solve(S, M), by=(is_T,)),
+            Stage(G_x, A * K, by=(is_G_x,)),
+            Stage(x_minus_next, moved.right, by=(moved,)),
+            Stage(Omega_next, spread.right, symmetric=True, by=(spread,)),
+            Stage(e_s, is_e_s.right, by=(is_e_s,)),
+            Stage(X_s, is_X_s.right, by=(is_X_s,)),
         ),
         source=OURS,
         letters=letters,
@@ -236,5 +294,5 @@ def filtered_row():
 @cache
 def derive():
     """The page."""
-    page = (*PAGE, prediction_step(), *ESTIMATE, filtered_row(), *PLACES)
+    page = (*PAGE, prediction_step(), *ESTIMATE, *ON, filtered_row(), *PLACES)
     return Derivation(page=page, letters=letters, source=OURS)
