@@ -15,26 +15,10 @@ def unrolled(
 ) -> list[Need]:
     """A step as scalars: its target's entries, by `name`, and its tests."""
     M = entries[step.matrix]
-    if isinstance(step, Magnitudes):
+    if isinstance(step, Magnitudes | Squares):
         entries[step.target] = [
-            [
-                abs(one)
-                if isinstance(one, float)
-                else name(_let(f"{step.target}_{i}_{j}", f"fabs({one})", one, 1))
-                for j, one in enumerate(row)
-            ]
-            for i, row in enumerate(M)
-        ]
-        return []
-    if isinstance(step, Squares):
-        entries[step.target] = [
-            [
-                one * one
-                if isinstance(one, float)
-                else name(_let(f"{step.target}_{i}_{j}", f"{one} * {one}", one, 1))
-                for j, one in enumerate(row)
-            ]
-            for i, row in enumerate(M)
+            [_entry(step, f"{step.target}_{i}_{j}", M[i][j], name) for j in range(cols)]
+            for i in range(rows)
         ]
         return []
     if isinstance(step, Variances):
@@ -64,11 +48,20 @@ def unrolled(
     ]
 
 
+def _entry(
+    step: Magnitudes | Squares, target: str, one: Entry, name: Callable[[Let], Entry]
+) -> Entry:
+    """Size or square of an entry."""
+    if isinstance(one, float):
+        return abs(one) if isinstance(step, Magnitudes) else one * one
+    return name(_let(target, step.of(one), one, 1))
+
+
 def write(step: Guard, rows: int, cols: int, to: Writer) -> None:
     """Squares and variances as loops."""
     M = step.matrix
     if isinstance(step, Squares):
-        to.fill(f"{step.target}[i]", f"{M}[i] * {M}[i]", rows * cols)
+        to.fill(f"{step.target}[i]", step.of(f"{M}[i]"), rows * cols)
     elif isinstance(step, Variances):
         to.fill(f"{step.target}[i]", f"{M}[i * {cols + 1}]", rows)
     else:

@@ -48,19 +48,17 @@ def lower(
     derivation : Derivation
         Proved.
     outputs : sequence of str
-        Targets that are wanted.
+        What is wanted.
     zero : sequence of str
         Given matrices that vanish; what they multiply is left out.
     symmetric : sequence of str
         Given matrices that are symmetric.
     definite : sequence of Factor
-        Of symmetric targets that must come out positive definite, or the step gives
-        up; at once where it is solved with, which then needs what it is beside.
+        Of symmetric targets that must be definite, or the step gives up.
     same : sequence of (str, str)
         Given matrices that are the same as another one.
     guards : sequence of Guard
-        What the step judges its rounding by, each done as soon as it can be; what they
-        compute stands among the given matrices.
+        By what the step judges its rounding; what they make is named among the given.
     """
     require_proved(derivation)
     work = _Lowering(zero, symmetric)
@@ -211,8 +209,8 @@ class _Lowering:
         """Have what is solved with pass its test of definiteness on the way."""
         for one in definite:
             if one.matrix in self.factored:
-                plain = Factor(one.matrix, SINGULAR_TOL)
-                self.steps[self.steps.index(plain)] = one
+                k = self.steps.index(Factor(one.matrix, SINGULAR_TOL))
+                self.steps[k] = one
 
     def solution(self, right: Operand, M: Operand) -> Operand | None:
         """The X of X M = right, where it can be read off: X M = X M, or X I = X."""

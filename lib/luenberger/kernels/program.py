@@ -110,6 +110,9 @@ class Magnitudes:
     target: str
     matrix: str
 
+    def of(self, entry: str) -> str:
+        return f"fabs({entry})"
+
 
 @dataclass(frozen=True)
 class Squares:
@@ -117,6 +120,9 @@ class Squares:
 
     target: str
     matrix: str
+
+    def of(self, entry: str) -> str:
+        return f"{entry} * {entry}"
 
 
 @dataclass(frozen=True)

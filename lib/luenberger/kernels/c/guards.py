@@ -15,8 +15,10 @@ def write(step: Guard, store: Store) -> None:
         _roots(step, store, whole, rows)
     elif isinstance(step, Magnitudes):
         _magnitudes(step, store, whole, rows, cols)
-    else:
+    elif isinstance(step, Within):
         _within(step, store, whole, rows)
+    else:
+        raise TypeError(f"panels do not write {type(step).__name__}; loops do")
 
 
 def _roots(step: Roots, store: Store, whole: Operand, size: int) -> None:
@@ -43,7 +45,7 @@ def _magnitudes(
     place, along = store.declare(target), store.line(cols)
     to.loop("i", 0, rows)
     to.loop("j", 0, cols)
-    value = f"fabs({store.at(whole, 'i', 'j')})"
+    value = step.of(store.at(whole, "i", "j"))
     to.set(entry(place, ("i", along), (int(cols > 1), "j")), value)
     to.end()
     to.end()
