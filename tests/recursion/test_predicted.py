@@ -277,6 +277,53 @@ def test_outputs_that_never_arrive_together_may_depend_on_each_other(options, pl
     )
 
 
+def together(rows=8, still=4):
+    """States that noise moves together; one output is a difference of two of them.
+
+    Nothing drives them before the row `still`, which tells them exactly.
+    """
+    rng = np.random.default_rng(412)
+    Q = np.ones((4, 4)) + 1e-4 * np.diag(rng.uniform(0.5, 2, 4))
+    one = np.array([5e-3, 0, 1, 0])
+    Q = (Q + np.outer(one, one)) * np.ones((rows + 1, 1, 1))
+    Q[still] = 0
+    C = rng.normal(size=(3, 4))
+    C[0] = [1, -1, 0, 0]
+    plant = lb.Plant(
+        generators.dynamics(rng, 4, 0.7), rng.normal(size=(4, 1)), C, np.zeros((3, 1)),
+        Q=Q, R=np.diag([0, 4e-12, 0]), P0=np.eye(4), dt=1.0,
+    )  # fmt: skip
+    return plant, *generators.record(rng, plant, rows)
+
+
+def test_a_small_difference_of_what_moves_together_keeps_its_digits(form, by_hand):
+    """Its variance has few digits left, where its size says that it has all of them."""
+    plant, y, u, u0 = together()
+    x, P = generators.exact(plant, y, u, u0)
+    found = run(plant, y, u, u0=u0)
+    assert 0 < len(by_hand) < 8
+    slack = 1e-6 * np.sqrt(P.astype(float).diagonal(axis1=1, axis2=2))
+    assert (np.abs(found.x - x.astype(float)) < slack + 1e-10).all()
+
+
+@pytest.mark.parametrize("form", ["loops"], indirect=True)
+@pytest.mark.parametrize("still", range(1, 9))
+def test_a_reading_that_was_known_is_noticed_in_each_row(still, form):
+    """Between two tests of the prediction's covariance as well."""
+    rng, Q = np.random.default_rng(still), np.eye(3) * np.ones((12, 1, 1))
+    Q[still] = 0
+    A, C = generators.dynamics(rng, 3, 0.9), rng.normal(size=(3, 3))
+    plant = lb.Plant(A, None, C, dt=1.0, Q=Q, R=np.zeros((3, 3)), P0=np.eye(3))
+    y = rng.normal(size=(11, 3))
+    y[still] = nan, nan, C[2] @ A @ np.linalg.solve(C, y[still - 1])
+    found, wanted = (run(plant, y, backend=one) for one in ("numba", "numpy"))
+    np.testing.assert_allclose(found.x, wanted.x, atol=1e-13)
+    np.testing.assert_allclose(found.std, wanted.std, atol=1e-13)
+    y[still, 2] += 0.01
+    with pytest.raises(lb.DesignError, match=rf"instant {still + 1} .*by 0\.01"):
+        run(plant, y)
+
+
 def test_rounding_that_has_grown_is_not_taken_for_variance():
     """A prediction is used if it is definite beside what it was made of."""
     plant, *_ = problem("perfect")

@@ -29,6 +29,7 @@ PREDICTIONS = kernels.Recursion(
     ),
     symmetric=PREDICTED.symmetric,
     definite=(Factor("Omega_next", SAFE, "X"), Factor("M", FIRM)),
+    each=True,
 )
 
 

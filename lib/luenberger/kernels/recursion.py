@@ -54,6 +54,8 @@ class Recursion:
         neither handed on nor written.
     sizes : tuple of Guard
         Squares and variances that stages judge rounding by.
+    each : bool
+        Each row is tested for definiteness where matrices change.
     """
 
     stages: StageList
@@ -70,6 +72,7 @@ class Recursion:
     fresh: bool = False
     zero: tuple[str, ...] = ()
     sizes: tuple[Guard, ...] = ()
+    each: bool = False
 
     def lowered(self, zero: Collection[str] = ()) -> Loop:
         """The `Loop` where the matrices named in `zero` vanish."""

@@ -19,6 +19,7 @@ class TakingBack:
 
     loop: Loop
     to: Python
+    changing: Any  # names of matrices whose index changes
     count: str  # what a turn of the loop is called
     shape: Any  # that of a matrix, as numbers
 
@@ -29,7 +30,12 @@ class TakingBack:
 
     @property
     def every(self) -> int:
-        """How many rows there are to a test of definiteness."""
+        """How many rows there are to a test of definiteness.
+
+        What is singular in one row may be none in the next where matrices change.
+        """
+        if self.changing and self.loop.recursion.each:
+            return 1
         return BACK if self.loop.recursion.backward else TEST_EVERY
 
     def room(self) -> None:

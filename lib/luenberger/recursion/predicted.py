@@ -45,6 +45,7 @@ PREDICTED = kernels.Recursion(
         Factor("M", FIRM, "c_s", part=SAFE / FIRM),
     ),
     sizes=(Squares("K_s", "Kmv"), Variances("v_s", "Omega"), Variances("q_s", "Q")),
+    each=True,
 )
 
 
