@@ -160,7 +160,7 @@ def test_a_lane_that_cannot_go_on_is_left(kind):
     if kind == "vague start":  # a lane that reads nothing can go on
         assert 4 in left and 5 not in left
     else:
-        assert list(left) == ([] if kind == "dense" else list(range(3, 10)))
+        assert not len(left)
 
 
 @both

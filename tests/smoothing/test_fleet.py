@@ -50,6 +50,16 @@ def apart(plant):
     return lb.Plant(*given, E=plant.E, dt=1.0, x0=plant.x0, **noises)
 
 
+def known(kind, plant):
+    """A state that is known for good, or three of which only one has noise."""
+    A, Q, P0 = plant.A.copy(), np.diag([1.0, 1, 0]), np.diag([1.0, 0, 0])
+    A[2] = [0, 0, 1]
+    if kind == "chain":
+        A, Q, P0 = np.eye(3) + np.eye(3, k=1) / 4, np.diag([0, 0, 1.0]), 0 * P0
+    given = A, plant.B, plant.C
+    return lb.Plant(*given, dt=1.0, Q=Q, R=np.eye(2), P0=P0, x0=[1, -1, 2])
+
+
 def same(found, plant, y, u, which=None, digits=1e-10, **how):
     """Each record against the smoother of one."""
     for s in range(len(y)) if which is None else which:
@@ -75,7 +85,10 @@ def test_each_record_is_what_it_is_by_itself(seed, m1, lag, backend):
     assert len(found) == 5 and "5 records of 18 rows" in repr(found)
 
 
-@pytest.mark.parametrize("kind", ["cross", "varying", "singular", "exact", "still"])
+KINDS = ["cross", "varying", "singular", "exact", "still", "known", "chain"]
+
+
+@pytest.mark.parametrize("kind", KINDS)
 def test_plants_of_every_kind(kind, backend):
     rng = np.random.default_rng(4)
     plant, y, u = records(4, M=3)
@@ -88,6 +101,8 @@ def test_plants_of_every_kind(kind, backend):
             plant.A, plant.B, plant.C, E=[[0.3], [1]], dt=1.0, Q=joint[:3, :3],
             S=joint[:3, 3:], R=joint[3:, 3:], P0=np.eye(3), x0=[1, 2, 3],
         )  # fmt: skip
+    elif kind in ("known", "chain"):
+        plant = known(kind, plant)
     else:
         R = np.zeros((2, 2)) if kind == "exact" else np.eye(2)
         P0 = np.diag([0.0, 0, 1]) if kind == "singular" else np.eye(3)
@@ -154,6 +169,37 @@ def test_lanes_smooth_all_that_they_can(varying, monkeypatch):
             np.testing.assert_array_equal(
                 getattr(one, name)[0], getattr(found, name)[s]
             )
+
+
+@needs_numba
+@pytest.mark.parametrize("kind", ["known", "chain"])
+def test_what_is_known_exactly_is_smoothed_in_lanes(kind, monkeypatch):
+    plant, y, u = records(5, M=12)
+    plant = known(kind, plant)
+    y[2, 3:6], y[3, ::2, 0] = np.nan, np.nan
+    monkeypatch.setattr(module._Smooth, "read", None)
+    found = lb.smooth(plant, y, u, backend="numba")
+    monkeypatch.undo()
+    same(found, plant, y, u, backend="numpy")
+    for s in (0, 2):
+        one = lb.smooth(plant, y[s], u[s], backend="numba")
+        np.testing.assert_allclose(found.x[s], one.x, rtol=1e-10, atol=1e-12)
+        np.testing.assert_allclose(found.P[s], one.P, rtol=1e-10, atol=1e-12)
+    if kind == "known":
+        assert not found.P[:, :, 2].any() and not found.P[:, :, :, 2].any()
+
+
+@needs_numba
+def test_growth_is_noticed_where_no_lane_fails():
+    plant = lb.Plant(
+        np.diag([10.0, 0.5]), None, [[1, 0]], dt=1.0, Q=np.eye(2), R=[[1]], P0=np.eye(2)
+    )
+    y = np.zeros((4, 20, 1))
+    y[1, 3] = y[2, 4:] = y[3, 4:14] = np.nan
+    with pytest.raises(lb.DesignError, match=r"^record 2: too few digits are left"):
+        lb.smooth(plant, y[:3], backend="numba")
+    with pytest.raises(lb.DesignError, match=r"^record 1: too few digits are left"):
+        lb.smooth(plant, y[[0, 3]], backend="numba")
 
 
 @needs_numba

@@ -24,7 +24,7 @@ OWN = Panels(
         rows=(("y", "y", 0), ("u", "u", 0)),
         written=(("xs", "x", "vector"), ("variances", "Sigma", "diagonal")),
         symmetric=("Q_all", "R_all", "Omega"),
-        definite=(Factor("Sigma", SAFE, "Omega"),),
+        definite=(Factor("Sigma", SAFE, "Omega", known=True),),
         zero=("S_all", "Taken"),
     ),
     marks=("Seen", "y"),

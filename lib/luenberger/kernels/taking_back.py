@@ -93,8 +93,11 @@ def bounded(loop: Loop) -> Iterable[tuple[str, str, str, float]]:
 
 
 def condition(kind: str, bound: float, entries: Sequence[object]) -> str:
-    """What has to hold of an entry and of the one beside it; a NaN fails."""
+    """What has to hold of an entry and of the one beside it; a NaN fails.
+
+    An entry is above one that is zero, too, if it is zero itself: both are known.
+    """
     one, beside = entries
     if kind == "above":
-        return f"{one} > {bound!r} * {beside}"
+        return f"({one} > {bound!r} * {beside} or {one} == {beside} == 0.0)"
     return f"{one} * {beside} <= {bound!r}"

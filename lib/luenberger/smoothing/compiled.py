@@ -35,7 +35,7 @@ BACKWARD = kernels.Recursion(
         ("sayings", "lamda", "vector"),
     ),
     symmetric=("Sigma", "Theta_next", "W", "W_next"),
-    definite=(Factor("Sigma_s", SAFE, "Sigma"),),
+    definite=(Factor("Sigma_s", SAFE, "Sigma", known=True),),
     bounds=(
         ("Sigma_s", "Sigma", "above", LEFT),
         ("Theta", "Sigma", "product", MOST),

@@ -176,7 +176,9 @@ class Lanes:
             ahead(**some, **given, failed=failed)
             back(**some, **found, failed=lost)
         failed |= lost
-        failed[who] |= far(least[who], most[who])
+        for k in who[far(least[who], most[who]) & ~failed[who]].tolist():
+            s = k if records is None else int(records[k])
+            self.records.require_digits(s, self.records.one(s, False)[1].variances)
         return failed, kept
 
     def kept(self, names: tuple[str, ...], records: int) -> tuple[Matrices, int]:
