@@ -5,7 +5,8 @@ missing, where each has its own: simdkalman drops a row if one entry is missing.
 is timed as `filter_data` is called: y comes a record after the other, is copied into
 panels, and the results are copied back.  "panels" is the compiled code alone with these
 copies, into memory that has been written before; "no copies" is the same code, which
-copies only the first rows.
+copies only the first rows.  `smooth` is timed in the same way, with the covariances of
+all estimates, beside a loop of it over some of the records.
 
 Run:  OMP_NUM_THREADS=1 python benchmarks/fleet.py [--quick]
       OMP_NUM_THREADS=1 python benchmarks/fleet.py --threads    one thread, and two
@@ -31,9 +32,10 @@ from luenberger.recursion.settings import Settings
 
 SIZES = [(3, 2), (6, 3)]
 RECORDS, ROWS, PEER_ROWS, ROUNDS = 2048, 250, 25, 7
+ALONE = 8  # records that are smoothed one by one
 
 
-def peer(plant, y):
+def peer(plant, y, smoothed=False):
     """simdkalman, from our start carried to the first sample."""
     model = simdkalman.KalmanFilter(
         state_transition=plant.A, process_noise=plant.Q, observation_model=plant.C,
@@ -41,13 +43,30 @@ def peer(plant, y):
     )  # fmt: skip
     found = model.compute(
         y, 0, initial_value=np.zeros(plant.n), initial_covariance=first_prior(plant),
-        smoothed=False, filtered=True, states=True, observations=False,
+        smoothed=smoothed, filtered=not smoothed, states=True, observations=False,
     )  # fmt: skip
-    return found.filtered.states.mean
+    return (found.smoothed if smoothed else found.filtered).states.mean
 
 
 def ours(plant, y, backend):
     return lb.filter_data(plant, y, backend=backend).x
+
+
+def smoothing(one, kind, y, quick):
+    """One row, as `records` has it, of the smoother."""
+    some, few = np.ascontiguousarray(y[:, :PEER_ROWS]), y[:ALONE]
+    mine = lb.smooth(one, some[:40], backend="numba").x
+    same("numba", mine, peer(one, some[:40], smoothed=True))
+    runs = {
+        "numba": lambda: lb.smooth(one, y, backend="numba").x,
+        "one by one": lambda: [lb.smooth(one, s, backend="numba") for s in few],
+        "simdkalman": lambda: peer(one, some, smoothed=True),
+    }
+    work = {"numba": y[..., 0].size, "one by one": few[..., 0].size}
+    work["simdkalman"] = some[..., 0].size
+    times = in_turns(runs, 3 if quick else ROUNDS, work)
+    case = f"n = {one.n}, p = {one.p}"
+    return record(f"many records, smoothing, {kind}", case, "ns", times, 1e9)
 
 
 def panels(plant, y, gaps):
@@ -114,6 +133,7 @@ def records(quick=False):
             work["simdkalman"] = some[..., 0].size
             times = in_turns(runs, 3 if quick else ROUNDS, work)
             yield record(f"many records, {kind}", f"n = {n}, p = {p}", "ns", times, 1e9)
+            yield smoothing(one, kind, y[: len(y) // 4], quick)
 
 
 def threads():

@@ -6,7 +6,7 @@ import pytest
 
 import luenberger as lb
 from luenberger import kernels
-from luenberger.fleets import filter_block, own_gain, records
+from luenberger.fleets import filter_block, in_numpy, own_gain, records
 from luenberger.fleets.block import Block, deviations
 from luenberger.fleets.fleet import Fleet
 from luenberger.kernels import fused, panels, stack
@@ -129,6 +129,38 @@ def test_the_same_gaps_are_one_covariance(monkeypatch, backend):
     )
     lb.filter_data(plant, y, u, backend=backend)
     assert [s for s, *_ in calls] == [0, 3, 4, 5, 6, 7, 8]
+
+
+def test_numpy_takes_rows_of_many_records_at_once(monkeypatch):
+    plant, calls = drawn("dense", varying=True), []
+    y, u = measured(plant)
+    one = records.Records.one
+    monkeypatch.setattr(
+        records.Records, "one", lambda self, *a: calls.append(a[0]) or one(self, *a)
+    )
+    monkeypatch.setattr(in_numpy, "MOST", 5)  # several parts
+    found = lb.filter_data(plant, y, u, backend="numpy")
+    assert calls == [0]  # which has no gaps
+    monkeypatch.undo()
+    np.testing.assert_array_equal(
+        found.x, lb.filter_data(plant, y, u, backend="numpy").x
+    )
+
+
+def test_columns_that_lose_digits_are_left():
+    rng = np.random.default_rng(4)
+    A, C = rng.normal(size=(2, 2)) / 2, rng.normal(size=(2, 2))
+    plant = lb.Plant(A, None, C, dt=1.0, Q=np.eye(2), R=np.eye(2), P0=1e11 * np.eye(2))
+    y = rng.normal(size=(6, N, 2))
+    y[2, 3], y[3, 0], y[4:] = np.nan, np.nan, np.nan
+    fleet = fleet_of(plant)
+    given, whole = records.Records(fleet, y, np.zeros((6, N, 0))), fleet.whole
+    out = Block.empty(fleet.settings, y.shape, False)
+    left = in_numpy.many(out, given, np.arange(2, 6), whole)
+    assert 2 in left and 4 not in left
+    found = lb.filter_data(plant, y, backend="numpy")
+    for s in range(6):
+        same(found, lb.filter_data(plant, y[s], backend="numpy", settle=None), s, 1e-9)
 
 
 @both

@@ -2,9 +2,9 @@
 
 The covariance does not depend on what is measured, only on which outputs arrive.  So
 records without gaps have one, which is found once; their estimates then go on side by
-side, and so do those of other records with the same gaps.  In compiled code, records
-with gaps of their own are lanes, each with its covariance.  Which way a record takes,
-and its bits, do not depend on the records beside it.
+side, and so do those of other records with the same gaps.  Records with gaps of their
+own are lanes of compiled code, or columns in NumPy, each with its covariance.  Which
+way a record takes, and its bits, do not depend on the records beside it.
 
 What is done with many records at once enters here.  It uses `recursion` and what is
 below it.
@@ -16,6 +16,7 @@ from ..numeric import Matrix
 from .block import Block
 from .fleet import Fleet
 from .given_gain import share
+from .in_numpy import many
 from .own_gain import does, own
 from .records import Records
 
@@ -45,10 +46,11 @@ def filter_block(
             out.x[s] = found.x
             out.put(every[s : s + 1], found, state.Sigma)
         return out
-    whole = fleet.whole
-    if whole is not None and not records.complete and does(whole):
+    whole, compile = fleet.whole, fleet.compile
+    lanes = whole is not None and (not compile or does(whole))
+    if whole is not None and lanes and not records.complete:
         gaps = records.gaps.any(axis=1)
-        left = own(out, records, every[gaps], whole)
+        left = (own if compile else many)(out, records, every[gaps], whole)
         every = np.sort(np.concatenate([every[~gaps], left]))
-    share(out, records, every, whole)
+    share(out, records, every, whole if compile else None)
     return out

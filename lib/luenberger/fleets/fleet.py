@@ -54,13 +54,13 @@ class Fleet:
 
     @property
     def whole(self) -> Whole | None:
-        """The plant as panels read it; None where compiled code does no records."""
+        """The plant in every row; None where not all outputs can arrive together."""
         with self._lock:
             return self._whole
 
     @cached_property
     def _whole(self) -> Whole | None:
-        stacks = self.way.run.stacks if self.compile else None
+        stacks = self.way.run.stacks
         return None if stacks is None else Whole(stacks, self.begin, self.rows)
 
     def alone(self, records: Records, s: int) -> tuple[Progress, History]:

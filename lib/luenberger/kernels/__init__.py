@@ -21,7 +21,7 @@ from .inputs import entries_known as entries_known
 from .inputs import plain_array as plain_array
 from .program import Program
 from .recursion import Recursion as Recursion
-from .step import Bounded, Step
+from .step import Beside, Bounded, Step
 
 AUTO_ROWS = 20_000  # NumPy takes about as long for these as compiling the first time
 LOAD_ROWS = 1_000  # for ten records of so many, as long as loading what is kept
@@ -190,6 +190,14 @@ def bounded(stages: StageList, *outputs: str) -> Bounded:
     from .step import assemble_bounded
 
     return assemble_bounded(compiled(stages, *outputs))
+
+
+@functools.cache
+def side_by_side(stages: StageList, *outputs: str) -> Beside:
+    """The same function of `Columns`, many matrices side by side."""
+    from .step import assemble_columns
+
+    return assemble_columns(compiled(stages, *outputs))
 
 
 def lowered(stages: StageList, outputs: Sequence[str], **options: Any) -> Program:

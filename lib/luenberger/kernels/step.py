@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from typing import Any, Protocol
 
-from ..numeric import Matrices, Matrix, rounded
+from ..numeric import Matrices, Matrix, columns, rounded
 from ..numeric.linalg import eye, solve_right, symmetrise
 
 _NAMESPACE: dict[str, Any] = dict(
@@ -28,6 +28,14 @@ class Bounded(Protocol):
     def __call__(self, **arrays: rounded.Rounded) -> dict[str, rounded.Rounded]: ...
 
 
+class Beside(Protocol):
+    """The same of many matrices side by side."""
+
+    given: tuple[str, ...]
+
+    def __call__(self, **arrays: columns.Columns) -> dict[str, columns.Columns]: ...
+
+
 def assemble(source: str, given: Iterable[str]) -> Step:
     """The function ``step(**arrays)`` of a text, with its text and arguments."""
     step: Any = _made(source, _NAMESPACE)
@@ -38,6 +46,13 @@ def assemble(source: str, given: Iterable[str]) -> Step:
 def assemble_bounded(like: Step) -> Bounded:
     """The same function of matrices that bound their rounding."""
     step: Any = _made(like.source, rounded.NAMESPACE)
+    step.given = like.given
+    return step
+
+
+def assemble_columns(like: Step) -> Beside:
+    """The same function of many matrices side by side."""
+    step: Any = _made(like.source, columns.NAMESPACE)
     step.given = like.given
     return step
 
