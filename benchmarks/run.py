@@ -30,14 +30,16 @@ SCRIPTS = (
     "staircase", "optimal_projection", "noise_fit", "slingen", "uneven",
     "fleet", "settled_filter", "smoothing", "likelihood", "known_state",
 )  # fmt: skip
-OWN_TABLES = "uneven", "settled_filter", "smoothing", "likelihood", "known_state"
+OWN_TABLES = (
+    "uneven", "settled_filter", "smoothing", "likelihood", "known_state", "slingen",
+)  # fmt: skip
 PEERS = (
     "numpy", "scipy", "numba", "statsmodels", "filterpy", "pykalman", "simdkalman",
     "control", "slycot",
 )  # fmt: skip
 COLUMNS = (
     "numba", "panels", "NumPy", "exported C", "C by hand", "statsmodels", "FilterPy",
-    "pykalman", "simdkalman", "python-control", "SciPy", "SLinGen",
+    "pykalman", "simdkalman", "python-control", "SciPy",
 )  # fmt: skip
 SMALL, TEN = "filter step, n = 3, p = 2", "filter step, n = 10, p = 4"
 WIDE = "exported C beside SLinGen, n = p = "
