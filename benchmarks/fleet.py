@@ -3,32 +3,30 @@
 Once without gaps, where all records share a covariance, and once with one row in twenty
 missing, where each has its own: simdkalman drops a row if one entry is missing.  Ours
 is timed as `filter_data` is called: y comes a record after the other, is copied into
-panels, and the results are copied back.  "panels" is the compiled code alone with these
+panels, and the results are copied back.  "numba" returns new arrays.  "to a function"
+hands parts of the records to a function, in memory that is used again, and the function
+keeps the last estimate of each record.  "panels" is the compiled code alone with these
 copies, into memory that has been written before; "no copies" is the same code, which
 copies only the first rows.  `smooth` is timed in the same way, with the covariances of
 all estimates, beside a loop of it over some of the records.
 
 Run:  OMP_NUM_THREADS=1 python benchmarks/fleet.py [--quick]
-      OMP_NUM_THREADS=1 python benchmarks/fleet.py --threads    one thread, and two
 """
 
 import re
 import sys
-import time
-from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import simdkalman
 from common import first_prior, in_turns, line, plant, record, same
 
 import luenberger as lb
-from luenberger.fleets import given_gain, own_gain
-from luenberger.fleets.block import Block
-from luenberger.fleets.records import Records
-from luenberger.fleets.whole import Whole
+from luenberger.fleets import filter_block, given_gain, own_gain
+from luenberger.fleets.fleet import Fleet
 from luenberger.kernels import cache
 from luenberger.kernels.panels import in_panels
 from luenberger.recursion.settings import Settings
+from luenberger.recursion.settled_pass import SettledPass
 
 SIZES = [(3, 2), (6, 3)]
 RECORDS, ROWS, PEER_ROWS, ROUNDS = 2048, 250, 25, 7
@@ -69,14 +67,21 @@ def smoothing(one, kind, y, quick):
     return record(f"many records, smoothing, {kind}", case, "ns", times, 1e9)
 
 
+def latest(plant, y, **how):
+    """The last estimate of each record, from parts that a function gets."""
+    found = np.empty((len(y), plant.n))
+
+    def keep(first, part):
+        found[first : first + len(part)] = part.x[:, -1]
+
+    lb.filter_data(plant, y, into=keep, reuse=True, **how)
+    return found
+
+
 def panels(plant, y, gaps):
     """The compiled code alone: with its copies, and without; arrays are there."""
-    settings = Settings(plant, 0)
-    every, none = np.arange(len(y)), np.zeros(0)
-    given = Records(settings, y, np.zeros((*y.shape[:2], 0)), none, True, 0)
-    whole = Whole(given, given.run.run.stacks)
-    out = Block.empty(settings, y.shape, False)
-    calls = []
+    way = SettledPass(Settings(plant, 0), None)
+    fleet, calls = Fleet(way, np.zeros(0), y.shape[1], compile=True), []
 
     def noted(*asked):
         run = in_panels(*asked)
@@ -89,11 +94,7 @@ def panels(plant, y, gaps):
 
     module = own_gain if gaps else given_gain
     module.in_panels = noted
-    if gaps:
-        own_gain.own(out, given, every, whole)
-    else:
-        K = given.one(0, True)[1].K
-        given_gain.in_lanes(out.x, given, every, K, whole)
+    filter_block(fleet, y, np.zeros((*y.shape[:2], 0)))
     module.in_panels = in_panels
     run, arrays = calls[-1]
     bare = without(run)
@@ -107,10 +108,10 @@ def without(run):
     return lambda arrays: bare(*(arrays[name] for name in run.names))
 
 
-def cases(one, quick):
+def cases(one, records):
     """(name, records) without gaps and with gaps in each."""
     rng = np.random.default_rng(1)
-    y = rng.normal(size=(RECORDS // 8 if quick else RECORDS, ROWS, one.p))
+    y = rng.normal(size=(records, ROWS, one.p))
     yield "no gaps", y
     yield "gaps", np.where(rng.random((*y.shape[:2], 1)) < 0.05, np.nan, y)
 
@@ -119,12 +120,16 @@ def records(quick=False):
     """One row a size and kind, nanoseconds a step of one record."""
     for n, p in SIZES:
         one = plant(n, p)
-        for kind, y in cases(one, quick):
+        for kind, y in cases(one, RECORDS // 8 if quick else RECORDS):
             some = np.ascontiguousarray(y[:, :PEER_ROWS])
-            same("numba", ours(one, some[:40], "numba"), peer(one, some[:40]))
+            theirs = peer(one, some[:40])
+            same("numba", ours(one, some[:40], "numba"), theirs)
+            mine = latest(one, some[:40], backend="numba")
+            same("to a function", mine, theirs[:, -1])
             copied, bare = panels(one, y, kind == "gaps")
             runs = {
                 "numba": lambda Y=y, one=one: ours(one, Y, "numba"),
+                "to a function": lambda Y=y, one=one: latest(one, Y, backend="numba"),
                 "panels": copied,
                 "panels, no copies": bare,
                 "simdkalman": lambda Y=some, one=one: peer(one, Y),
@@ -136,33 +141,6 @@ def records(quick=False):
             yield smoothing(one, kind, y[: len(y) // 4], quick)
 
 
-def threads():
-    """How many times one thread two are, by the clock; printed only."""
-    with ThreadPoolExecutor(1) as one, ThreadPoolExecutor(2) as two:
-        for n, p in SIZES:
-            model = plant(n, p)
-            for kind, y in cases(model, False):
-                took = {one: [], two: [], None: []}
-                for _ in range(ROUNDS):
-                    for executor, times in took.items():
-                        begin = time.perf_counter()
-                        how = dict(backend="numba", executor=executor)
-                        lb.filter_data(model, y, **how)
-                        times.append(time.perf_counter() - begin)
-                alone, single, double = (
-                    np.array(took[key]) for key in (None, one, two)
-                )
-                print(
-                    f"{kind}, n = {n}, p = {p}: one thread / two "
-                    f"{np.median(single / double):.2f}, none / two "
-                    f"{np.median(alone / double):.2f}",
-                    flush=True,
-                )
-
-
 if __name__ == "__main__":
-    if "--threads" in sys.argv:
-        threads()
-        sys.exit()
     for one in records("--quick" in sys.argv):
         print(line(one), flush=True)

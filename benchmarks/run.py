@@ -28,18 +28,20 @@ RESULTS = HERE / "results.json"
 SCRIPTS = (
     "first_call", "filter_step", "constant_gain", "c_export", "monte_carlo",
     "staircase", "optimal_projection", "noise_fit", "slingen", "uneven",
-    "fleet", "settled_filter", "smoothing", "likelihood", "known_state",
+    "fleet", "fleet_threads", "settled_filter", "smoothing", "likelihood",
+    "known_state",
 )  # fmt: skip
 OWN_TABLES = (
     "uneven", "settled_filter", "smoothing", "likelihood", "known_state", "slingen",
+    "fleet_threads",
 )  # fmt: skip
 PEERS = (
     "numpy", "scipy", "numba", "statsmodels", "filterpy", "pykalman", "simdkalman",
     "control", "slycot",
 )  # fmt: skip
 COLUMNS = (
-    "numba", "panels", "NumPy", "exported C", "C by hand", "statsmodels", "FilterPy",
-    "pykalman", "simdkalman", "python-control", "SciPy",
+    "numba", "to a function", "panels", "NumPy", "exported C", "C by hand",
+    "statsmodels", "FilterPy", "pykalman", "simdkalman", "python-control", "SciPy",
 )  # fmt: skip
 SMALL, TEN = "filter step, n = 3, p = 2", "filter step, n = 10, p = 4"
 WIDE = "exported C beside SLinGen, n = p = "
@@ -48,7 +50,7 @@ GENERATED = (
     (28, "exported C", 1.25), (52, "exported C", 1.25),
     *((n, "exported C, 512 bits", 0.9) for n in (4, 12, 20, 28, 52)),
 )  # fmt: skip
-FLEET, BARE = "many records, ", "panels, no copies"
+FLEET, BARE, PARTS = "many records, ", "panels, no copies", "to a function"
 SIZES = "n = 3, p = 2", "n = 10, p = 4", "n = 30, p = 6", "n = 100, p = 10"
 SETTLED = tuple(zip(SIZES, (50, 50, 30, 8)))
 SMOOTHED = "n = 3, p = 2", "n = 6, p = 3", "n = 10, p = 4", "n = 30, p = 8"
@@ -78,7 +80,13 @@ TARGETS = (  # row; over / under; asked
     ("first record, n = 3, warm cache", "numba", None, "at most", 1.5),
     ("import", "NumPy", "SciPy", "at most", 1.3),
     *((f"{FLEET}{k}", "simdkalman", "numba", "at least", ask) for k, ask in FLEETS),
+    *((f"{FLEET}{k}", "simdkalman", PARTS, "at least", ask) for k, ask in FLEETS),
     *((f"{FLEET}{k}", "simdkalman", BARE, "at least", ask) for k, ask in FLEETS),
+    *(
+        (f"on threads{to}, {k}", "one thread", "two threads", "at least", 1.7)
+        for to in ("", ", to a function")
+        for k, _ in FLEETS
+    ),
     *(
         (f"settled filter, {k}", peer, "numba", "at least", ask)
         for k, ask in SETTLED

@@ -85,7 +85,12 @@ class _Panel:
             if kind != "matrix":
                 self.whole[array] = len(flat)
         covariance = self.table(panels.watched) if panels.watched else []
-        self.watch = Watch(panels.tests, covariance)
+        variances = [
+            array
+            for array, result, kind in loop.recursion.written
+            if (result, kind) == (panels.watched, "diagonal") and array in self.whole
+        ]
+        self.watch = Watch(panels.tests, covariance, *variances)
 
     def given(self, name: str) -> list[tuple[int, int, str]]:
         """The entries of a given matrix that are not known."""
@@ -149,6 +154,7 @@ class _Panel:
             if kind == "matrix":
                 self.put(array, flat)
         to.end()
+        self.watch.rows(to)
         for array, (kind, flat) in self.written.items():
             if kind != "matrix":
                 copy_out(to, array, len(flat))
