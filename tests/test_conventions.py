@@ -2,8 +2,6 @@
 
 import json
 import re
-import subprocess
-import sys
 import tomllib
 from importlib.util import find_spec
 from pathlib import Path
@@ -32,13 +30,12 @@ needs_checker = pytest.mark.skipif(
 
 def refused(path, schema):
     """What the published schema says against a file; empty if nothing."""
-    command = [sys.executable, "-m", "check_jsonschema", "--builtin-schema", schema]
-    said = subprocess.run(
-        [*command, "--force-filetype", "yaml", str(path)],
-        capture_output=True,
-        text=True,
-    )
-    return said.stdout + said.stderr if said.returncode else ""
+    from check_jsonschema import main
+    from click.testing import CliRunner
+
+    arguments = ["--builtin-schema", schema, "--force-filetype", "yaml", str(path)]
+    done = CliRunner().invoke(main, arguments)
+    return done.output or str(done.exception) if done.exit_code else ""
 
 
 @needs_checker

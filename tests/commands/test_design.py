@@ -315,12 +315,12 @@ def test_refused_data_leaves_the_earlier_report(
     ],
     ids=["no plant", "out is a file", "out below a file", "out is in use", "no data"],
 )
-def test_refused_arguments_leave_everything_alone(tmp_path, arguments, pattern):
+def test_refused_arguments_leave_everything_alone(inside, tmp_path, arguments, pattern):
     (tmp_path / "file").write_text("kept")
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "plant.json").write_text("kept")
     before = contents(tmp_path)
-    refused(command(*arguments, cwd=tmp_path), pattern)
+    refused(inside(*arguments, cwd=tmp_path), pattern)
     assert contents(tmp_path) == before and not (tmp_path / "r").exists()
 
 
@@ -350,7 +350,7 @@ def test_interrupted_run_leaves_nothing(tmp_path):
     assert run.returncode == 130 and list(tmp_path.iterdir()) == []
 
 
-def test_missing_measurements_and_a_second_run(reported, tmp_path):
+def test_missing_measurements_and_a_second_run(reported, inside, tmp_path):
     """NaN is filtered around; earlier estimates go; names are text, not markup."""
     here, _ = reported
     shutil.copytree(here / "a", tmp_path / "a")
@@ -362,7 +362,7 @@ def test_missing_measurements_and_a_second_run(reported, tmp_path):
     plant = edited(name="</title><script>alert(1)</script>", state_names=names)
     (tmp_path / "plant.json").write_text(plant)
     given = ("--out", "a/report", "--data", "data.csv")
-    run = command("plant.json", *given, cwd=tmp_path)
+    run = inside("plant.json", *given, cwd=tmp_path)
     assert run.returncode == 0, run.stderr
     assert {p.name for p in (tmp_path / "a/report").iterdir()} == WITH_DATA
     values = np.loadtxt(tmp_path / "a/report/estimates.csv", delimiter=",", skiprows=1)

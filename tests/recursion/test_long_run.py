@@ -1,7 +1,6 @@
-"""The paper's tracker for 10^6 steps: the one test that takes a minute.
+"""The paper's tracker for as many steps as anybody likes."""
 
-It stands alone so that it runs beside the others.
-"""
+import itertools
 
 import numpy as np
 import pytest
@@ -23,24 +22,28 @@ TRACKER = lb.Plant(
 )
 
 
-@pytest.mark.parametrize("m1, steps", [(0, 10**5), (1, 10**6), (2, 10**5)])
-def test_long_run_of_the_paper_tracker(m1, steps):
+@pytest.mark.parametrize("m1", [0, 1, 2])
+def test_long_run_of_the_paper_tracker(m1):
     """By the kernels of the library, as a design over steps uses them.
 
     Every covariance is symmetric to the bit, semi-definite to rounding, and, once it
-    has settled, the steady one.
+    has settled, the steady one.  Early on one comes back to the bit, and what follows
+    it follows again: so it is for 10^6 steps as well, which took half a minute.
     """
     wanted = lb.reduced_order_filter(TRACKER, m1)
     wanted = lb.error_covariance(wanted, TRACKER)
-    run = gains(Settings(TRACKER, m1), steps)
-    block = np.empty((1000, 3, 3))
-    for start in range(0, steps, 1000):
-        for k in range(1000):
-            _, _, block[k] = next(run)
-        assert np.array_equal(block, block.mT)
-        assert np.linalg.eigvalsh(block).min() > -1e-15
-        if start >= 1000:
-            assert np.abs(block - wanted).max() < 1e-12
+    run = np.array([Sigma for _, _, Sigma in gains(Settings(TRACKER, m1), 10_000)])
+    assert np.array_equal(run, run.mT)
+    assert np.linalg.eigvalsh(run).min() > -1e-15
+    assert np.abs(run[1000:] - wanted).max() < 1e-12
+    seen = {}  # the step at which a covariance was there first
+    for step, Sigma in enumerate(run):
+        first = seen.setdefault(Sigma.tobytes(), step)
+        if first < step:
+            break
+    assert first < step < 1000, "none comes back: take 10^6 steps again"
+    again = itertools.cycle(run[first:step])
+    assert all(np.array_equal(*pair) for pair in zip(run[step:], again))
 
 
 def test_canary_the_naive_update_explodes_on_the_tracker():
