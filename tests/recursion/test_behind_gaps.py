@@ -6,7 +6,7 @@ import pytest
 import luenberger as lb
 from luenberger.recursion.held import Behind
 from luenberger.recursion.settings import Settings
-from luenberger.recursion.settled import ball, distance
+from luenberger.recursion.settled import ball, distance, near
 from luenberger.recursion.settled_rows import OneGain
 from luenberger.recursion.state import start, step
 
@@ -25,7 +25,8 @@ def settled(tolerance=1e-2):
     state = start(settings, WALK.x0, none)
     for _ in range(100):
         state = step(settings, state, np.zeros(1), none).state
-        made, _ = ball(state.setting, state.spread, tolerance)
+        at = near(state.setting, state.spread, tolerance)
+        made = at and ball(at, tolerance)[0]
         if made is not None:
             return state, OneGain(state.setting, made, state.seen, False)
     raise AssertionError("it did not settle")

@@ -15,7 +15,7 @@ from luenberger.recursion.innovations import largest
 from luenberger.recursion.measure import Measure
 from luenberger.recursion.root_step import Spread
 from luenberger.recursion.settings import Settings
-from luenberger.recursion.settled import ball
+from luenberger.recursion.settled import ball, near
 from luenberger.recursion.state import start, step
 
 filtered = partial(lb.filter_data, backend="numpy")  # which looks after a few rows
@@ -61,7 +61,9 @@ def size_of(ball):
 
 def from_variance(Sigma):
     """The ball that is found one step on, and the distance of the limit from it."""
-    found, _ = ball(Settings(SLOW, 0).at(2), Spread.of(np.array([[Sigma]])), 100.0)
+    found, _ = ball(
+        near(Settings(SLOW, 0).at(2), Spread.of(np.array([[Sigma]])), 100.0), 100.0
+    )
     held = found.held()
     q = Decimal(0.01)  # Omega^2 = q Omega + q, for R = 1
     limit = (q + (q * q + 4 * q).sqrt()) / 2
@@ -123,7 +125,7 @@ def test_a_covariance_that_has_settled_to_the_last_bit_is_as_good_as_rounding():
     assert run.settle_bound > 1e-16
 
 
-@pytest.mark.parametrize("backend, rows", [("numpy", 300), ("numba", 12_000)])
+@pytest.mark.parametrize("backend, rows", [("numpy", 300), ("numba", 48_000)])
 def test_chunks_do_not_change_a_bit(case, backend, rows):
     plant, y, u = case
     y, u = (np.tile(one, (rows // 300, 1)) for one in (y, u))

@@ -38,9 +38,7 @@ class Wide(Rounded):
 
     def __add__(self, other: Self | Matrix) -> Self:
         other = self.like(other)
-        total = self.value + other.value
-        part = total - self.value
-        rest = (self.value - (total - part)) + (other.value - part)  # exactly
+        total, rest = _sum(self.value, other.value)
         rest += self.rest + other.rest
         value = total + rest
         size = np.abs(self.value) + np.abs(other.value)
@@ -50,20 +48,26 @@ class Wide(Rounded):
     def dot(self, other: Self) -> Self:
         """The product of two matrices."""
         n = self.shape[1]
-        bits = (DIGITS - n.bit_length()) // 2  # no sum of products has more than DIGITS
+        bits = (DIGITS - (2 * n).bit_length()) // 2  # 2 n products add up to DIGITS
         A, B = _slices(self.value, 1, bits), _slices(other.value, 0, bits)
-        small, beyond = A[2] + self.rest, B[2] + other.rest
-        rest = self.value @ beyond + small @ (B[0] + B[1]) + self.rest @ other.rest
-        found = self.of(A[0] @ B[0])
-        for part in (A[0] @ B[1], A[1] @ B[0], A[1] @ B[1], rest):
-            found = found + part
-        size = np.abs(self.value) + np.abs(self.rest) + self.off
-        left = np.abs(A[2]) + np.abs(self.rest)
-        whole = np.abs(other.value) + np.abs(other.rest)
-        lost = (2 * n + 4) * EPS
-        off = size @ (other.off + lost * (np.abs(B[2]) + np.abs(other.rest)))
-        off += (self.off + lost * left) @ whole + found.off + n * TINY
-        return type(self)(found.value, off * (1 + lost), found.rest)
+        left, beyond = A[2] + self.rest, B[2] + other.rest
+        high, next_ = A[0] @ B[0], _side(A[0], A[1]) @ _below(B[1], B[0])  # exactly
+        rest = _side(A[1], self.value, left)
+        rest = rest @ _below(B[1], beyond, other.value - B[2])
+        total, small = _sum(high, next_)
+        rest += small
+        lost = (
+            3 * n + 8
+        ) * EPS  # of products in the rest, and of what they are made of
+        size, whole = np.abs(self.value), np.abs(other.value)
+        far = np.abs(B[2]) + np.abs(other.rest)
+        near = self.off + lost * (np.abs(A[2]) + np.abs(self.rest))
+        off = _side(size + np.abs(self.rest) + self.off, near, lost * np.abs(A[1]))
+        whole = whole + np.abs(other.rest)
+        off = off @ _below(other.off + lost * far, whole, np.abs(B[1]))
+        value, rest = _sum(total, rest)
+        off += 4 * EPS * np.abs(rest) + EPS**2 * np.abs(value) + n * TINY
+        return type(self)(value, off * (1 + lost), rest)
 
     def halved(self) -> Self:
         """Half of it."""
@@ -74,15 +78,29 @@ class Wide(Rounded):
         return Rounded(self.value, self.off + np.abs(self.rest))
 
 
+def _sum(X: Matrix, Y: Matrix) -> tuple[Matrix, Matrix]:
+    """X + Y as a float and a rest, exactly."""
+    total = X + Y
+    part = total - X
+    return total, (X - (total - part)) + (Y - part)
+
+
+def _side(*parts: Matrix) -> Matrix:
+    return np.concatenate(parts, axis=1)
+
+
+def _below(*parts: Matrix) -> Matrix:
+    return np.concatenate(parts)
+
+
 def _slices(X: Matrix, axis: int, bits: int) -> tuple[Matrix, Matrix, Matrix]:
     """Two parts of X with so many bits each, in a unit for a row or column; the rest.
 
     `axis` is the one along which the unit is the same.
     """
     _, high = np.frexp(np.abs(X).max(axis=axis, keepdims=True, initial=0.0))
-    parts = []
-    for unit in (high - bits, high - 2 * bits - 1):
-        shift = np.ldexp(1.5, unit + DIGITS - 1)
-        parts.append((X + shift) - shift)
-        X = X - parts[-1]
-    return parts[0], parts[1], X
+    shift = np.ldexp(1.5, high + (DIGITS - 1 - bits))
+    first = (X + shift) - shift
+    X, shift = X - first, shift * 2.0 ** -(bits + 1)
+    second = (X + shift) - shift
+    return first, second, X - second

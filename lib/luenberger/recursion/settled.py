@@ -10,6 +10,9 @@ settled_estimate.py for the estimate.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from functools import cached_property
+
 import numpy as np
 
 from .. import kernels
@@ -33,37 +36,47 @@ ROUNDS = 8  # of sums, with what accurate outputs see of them
 NOISE = 16  # roundings of an entry, that a step surely changes where it has settled
 
 
-def ball(now: Setting, spread: Spread, tolerance: float) -> tuple[Ball | None, bool]:
-    """The ball around the covariance one step on from `spread`, if it is small enough.
+def near(now: Setting, spread: Spread, tolerance: float) -> Near | None:
+    """One step on from `spread`, if a ball may be found there.
 
-    There is none where a covariance is singular, where one step does not make
-    differences smaller, or where rounding, or the difference of one more step, is not
-    small beside `tolerance`.  Then the other result tells whether to look again.
+    None where it is quickly told that there is no ball: where a covariance is singular,
+    where one more step changes it by more than `tolerance`, or where errors do not die
+    out.
     """
     new, after, _ = now.step(now.move, spread)
     unit, seen = np.sqrt(new["Omega"].diagonal()), np.sqrt(new["M"].diagonal())
     if after.half is not None or not ((unit > 0).all() and (seen > 0).all()):
-        return None, True
+        return None
     step = kernels.compiled(settled_step)(
         As=now.As, Qs=now.Qs, C=now.C, Gamma=now.Gamma, Kmv=new["Kmv"],
         Omega=new["Omega"], Sigma_next=new["Sigma_next"],
     )  # fmt: skip
     if np.abs(step["delta"] / unit / unit[:, None]).max() > tolerance:
-        return None, True
-    here = _Scaled(now, spread.Sigma, new, _power(unit), _power(seen))
-    H = here.measure(step)
+        return None
+    F = step["F_0"]
+    if not np.isfinite(F).all() or not radius(F) < 1 - UNIT_TOL:
+        return None
+    return Near(now, spread.Sigma, new, step, _power(unit), _power(seen))
+
+
+def ball(at: Near, tolerance: float) -> tuple[Ball | None, bool]:
+    """The ball around the covariance of a step, if it is small enough.
+
+    There is none where one step does not make differences smaller, or where rounding,
+    or the difference of one more step, is not small beside `tolerance`.  Then the other
+    result tells whether to look again.
+    """
+    H = at.measure()
     if H is None:
         return None, True
-    size = H.size(Rounded.of(here.down * step["delta"] * here.down.T))
-    made = here.ball(H) if here.shrinks(H, step) else None
-    if made is not None and not made.fits(tolerance):
-        none = np.zeros(len(unit))
-        bare = made._replace(a=size, rounds=none, gain=none)
-        more = bare.fits(tolerance)  # else it is not for rounding that it does not fit
-        made = here.known(made, here.again(Wide, "delta")) if more else None
-    if made is not None and made.fits(tolerance):
-        return made, True
-    noise = NOISE * EPS * np.sqrt(len(unit)) * np.linalg.norm(H.inverse, 2) ** 2
+    size = H.size(Rounded.of(at.delta))
+    made = at.ball(H) if at.shrinks(H) else None
+    if made is not None and made._replace(a=size).fits(tolerance):  # but for rounding
+        for exact in at.told(made, tolerance):
+            found = at.known(made, exact)
+            if found is not None and found.fits(tolerance):
+                return found, True
+    noise = NOISE * EPS * np.sqrt(len(at.delta)) * np.linalg.norm(H.inverse, 2) ** 2
     return None, bool(size > noise)
 
 
@@ -94,12 +107,16 @@ def _power(X: Vector) -> Vector:
     return np.exp2(np.round(np.log2(X)))
 
 
-class _Scaled:
-    """A step in units in which Omega and M have diagonals between 1/2 and 2."""
+class Near:
+    """A step in units in which Omega and M have diagonals between 1/2 and 2.
+
+    `F` and `G` move differences of covariances, and `delta` is what one more step adds.
+    """
 
     def __init__(
-        self, now: Setting, Sigma: Matrix, new: Matrices, unit: Vector, seen: Vector
-    ) -> None:
+        self, now: Setting, Sigma: Matrix, new: Matrices, step: Matrices, unit: Vector,
+        seen: Vector,
+    ) -> None:  # fmt: skip
         self.now, self.new, self.unit = now, new, unit
         self.down, out = 1 / unit[:, None], 1 / seen[:, None]
         self.given = dict(
@@ -111,22 +128,22 @@ class _Scaled:
             self.down * new[name] / unit for name in ("Omega", "Sigma_next")
         )
         self.K = self.down * new["K"] * seen
+        self.F, self.G = (self.down * step[name] * unit for name in ("F_0", "G_0"))
+        self.delta = self.down * step["delta"] / unit
 
-    def moves(self, step: Matrices) -> tuple[Matrix, Matrix]:
-        """What moves differences of covariances: F and G."""
-        return self.down * step["F_0"] * self.unit, self.down * step["G_0"] * self.unit
+    @cached_property
+    def floats(self) -> Bounds:
+        """The step again on floats that bound their rounding."""
+        return self.again(Rounded)
 
-    def shrinks(self, H: Measure, step: Matrices) -> bool:
+    def shrinks(self, H: Measure) -> bool:
         """Whether a step makes differences smaller, but for rounding."""
-        F, G = self.moves(step)
-        X = H.inverse @ np.concatenate([F @ H.root, G @ H.root], axis=1)
+        X = H.inverse @ np.concatenate([self.F @ H.root, self.G @ H.root], axis=1)
         return bool(np.linalg.eigvalsh(X @ X.T)[-1] < 1)
 
-    def measure(self, step: Matrices) -> Measure | None:
+    def measure(self) -> Measure | None:
         """H: differences of the size of Omega, summed as far as they last."""
-        F, G = self.moves(step)
-        if not np.isfinite(F).all() or not radius(F) < 1 - UNIT_TOL:
-            return None
+        F, G = self.F, self.G
         sums = Sums(F)
         first = self.Omega + FLOOR * np.eye(len(F))
         H = sums(first)
@@ -137,16 +154,26 @@ class _Scaled:
         except np.linalg.LinAlgError:
             return None
 
+    def told(self, ball: Ball, tolerance: float) -> Iterator[Bounds]:
+        """The step again: on floats if their rounding may do, and in twice the digits.
+
+        `ball` lacks nothing yet.
+        """
+        a = ball.H.size(self.floats["delta"].short())
+        if ball._replace(a=a).fits(tolerance):
+            yield self.floats
+        yield self.again(Wide, "delta")
+
     def ball(self, H: Measure) -> Ball | None:
-        """The ball, from the step taken again."""
+        """The ball but for what the step lacks and for kappa, which hangs on that."""
         ahead, _ = _measure(Rounded.of(self.Omega))
         if ahead is None:
             return None
-        near, root = self.again(Rounded), Rounded.of(H.root)
-        F, G, left, stays = (near[k].dot(root) for k in ("F_0", "G_0", "Y_0", "Y"))
+        floats, root = self.floats, Rounded.of(H.root)
+        F, G, left, stays = (floats[k].dot(root) for k in ("F_0", "G_0", "Y_0", "Y"))
         variance, pushed = self.Sigma.diagonal(), left - stays
         none = np.zeros(len(variance))
-        made = Ball(
+        return Ball(
             Omega=self.new["Omega"],
             Sigma=self.new["Sigma_next"],
             K=self.new["K"],
@@ -169,7 +196,6 @@ class _Scaled:
             gain=none,
             moves=self.now.move.size,
         )
-        return self.known(made, near)
 
     def known(self, ball: Ball, exact: Bounds) -> Ball | None:
         """The same ball, with what the step lacks as it is known from `exact`."""

@@ -21,13 +21,13 @@ from .innovations import largest
 from .looks import Looks
 from .progress import Progress
 from .settings import Settings
-from .settled import ball, distance
+from .settled import Near, ball, distance, near
 from .settled_rows import OneGain
 from .state import History, State
 
 PATTERNS = 50  # of outputs, whose settled filters are kept at most
-SOON, LATE = 16, 4096  # rows before the first look
-CHEAP = 110_000  # so many rows, divided by n^3, take as long in compiled code as a look
+SOON, LATE = 16, 16_384  # rows before the first look
+CHEAP = 440_000  # so many rows, divided by n^3, take as long in compiled code as a look
 CHEAPER = 30_000  # the same of a look whether a gain that is known fits again
 FAR, NEAR = 4.0, 1.5  # how many times as far the next look is, compiled or not
 
@@ -90,52 +90,49 @@ class SettledPass:
         history: bool = False,
     ) -> tuple[Progress, History]:  # fmt: skip
         """Filter the rows of y: where that leads, and their `History`."""
-        out = History.empty(len(y), self.plant, history)
-        return self.into(out, begin, y, u, compile), out
+        begun = self.tolerance is not None
+        out = History.empty(len(y), self.plant, history, begun)
+        return self.into(out, begin, y, u, compile)
 
     def into(
         self, out: History, begin: Progress, y: Matrix, u: Matrix, compile: bool
-    ) -> Progress:
-        """Filter the rows of y into `out`: where that leads."""
+    ) -> tuple[Progress, History]:
+        """Filter the rows of y into `out`: where that leads, and `out`."""
         if not len(y):
-            return begin
+            return begin, out
         if self.tolerance is None:
             found = Progress(self.run.into(out, begin.state, y, u, compile))
             whole = False
         else:
             rows = _Rows(self, begin, y, u, compile, out)
-            found, whole = rows.run(), every(rows.seen)
+            found, whole, out = rows.run(), every(rows.seen), rows.out
         if found.stretch is not None and whole and begin.gap is None:
-            return found  # all modes that last are seen, or it had not settled
+            return found, out  # all modes that last are seen, or it had not settled
         if not may_grow(begin.gap, self.settings, whole):
-            return found
+            return found, out
         if found.still is not None:
-            out.spread(slice(found.still, len(y)))
+            out = out.reaching(len(y))
+            out.spread(slice(found.still, len(y)), found.Sigma)
             found = found._replace(still=None)
         P = out.P if out.kept else None
         past = passed(self.run, begin.state, y, u, out.variances, compile, P)
-        return found._replace(gap=require_digits(begin.gap, past))
+        return found._replace(gap=require_digits(begin.gap, past)), out
 
     def known(self, seen: Vector) -> bool:
         """Whether the gain for these outputs has been found."""
         return self.gains.get(seen.tobytes()) is not None
 
-    def gain(self, state: State) -> OneGain | None:
-        """The one gain that rows after `state` may have; None: it has not settled."""
-        assert state.setting is not None and self.tolerance is not None
-        key = state.seen.tobytes()
-        if state.spread.half is not None:
-            return None
-        if key in self.gains:
-            return self.gains[key]
-        found, more = ball(state.setting, state.spread, self.tolerance)
+    def gain(self, at: Near, seen: Vector) -> OneGain | None:
+        """The one gain that rows with outputs `seen` may have behind a step, if any."""
+        assert self.tolerance is not None
+        found, more = ball(at, self.tolerance)
         gain = None
         if found is not None:
-            gain = OneGain(state.setting, found, state.seen, self.cross)
+            gain = OneGain(at.now, found, seen, self.cross)
         elif more:
             return None
         if len(self.gains) < PATTERNS:
-            self.gains[key] = gain
+            self.gains[seen.tobytes()] = gain
         return gain
 
 
@@ -219,14 +216,18 @@ class _Rows:
 
     def gain(self) -> OneGain | None:
         """The one gain that rows to come may have, if it is worth to look for it."""
-        assert self.way.tolerance is not None
-        if self.state.seen.tobytes() in self.way.gains:
-            return self.way.gain(self.state)
-        if not self.looks.worth(self.way.tolerance, self.fast):
+        state, tolerance = self.state, self.way.tolerance
+        assert tolerance is not None and state.setting is not None
+        if state.spread.half is not None:
             return None
-        gain = self.way.gain(self.state)
+        if (key := state.seen.tobytes()) in self.way.gains:
+            return self.way.gains[key]
+        if not self.looks.worth(tolerance, self.fast):
+            return None
+        at = near(state.setting, state.spread, tolerance)
+        gain = None if at is None else self.way.gain(at, state.seen)
         if gain is None:
-            self.looks = self.looks.failed(self.fast)
+            self.looks = self.looks.failed(self.fast, quick=at is None)
         return gain
 
     def begin(self, gain: OneGain) -> None:
@@ -250,6 +251,7 @@ class _Rows:
     def recur(self, stop: int) -> None:
         """The full recursion, up to a row."""
         begin, rows = self.state, slice(self.done, stop)
+        self.out = self.out.reaching(stop)
         self.state = self.rows.run(self.out, begin, self.done, stop)
         self.done = stop
         self.looks = self.looks.after(self.out.variances[rows])
@@ -272,5 +274,6 @@ class _Rows:
         self.stretch, self.done = made, last
         self.still = first if last == len(self.y) else None
         if self.still is None:
-            self.out.spread(rows)
+            self.out = self.out.reaching(last)
+            self.out.spread(rows, gain.ball.Sigma)
         self.bound = max(self.bound, made.bound)

@@ -12,6 +12,7 @@ from .agreement import followed, require_agreement, rounding_of
 from .root_step import Move, Spread, first_move
 from .settings import Setting, Settings, require_start
 
+FEW, MUCH = 16_384, 2**21  # rows to begin with, of so many numbers in variances
 TOGETHER = 64  # rows that are written at once where they are the same
 PATIENCE = 64  # rows at most that NumPy takes before compiled code is tried again
 
@@ -134,7 +135,8 @@ class History(NamedTuple):
     """What a pass found, a row for each row of the record.
 
     ``x, variances`` (N, n) are estimates and the diagonals of P (N, n, n); K is
-    (N, n, p).  P and K have no rows where they are not kept.
+    (N, n, p).  P and K have no rows where they are not kept.  Variances have fewer
+    rows where the last of them are the same, and were not written.
     """
 
     x: np.ndarray
@@ -143,11 +145,27 @@ class History(NamedTuple):
     K: np.ndarray
 
     @classmethod
-    def empty(cls, rows: int, plant: Plant, kept: bool) -> "History":
-        """Room for so many rows of a plant, with P and K if they are `kept`."""
+    def empty(
+        cls, rows: int, plant: Plant, kept: bool, begun: bool = False
+    ) -> "History":
+        """Room for so many rows of a plant, with P and K if they are `kept`.
+
+        Of those that are only `begun`, variances have room for the first rows if they
+        are many: see `reaching`.
+        """
         n, all_ = plant.n, rows if kept else 0
-        x, variances = np.empty((rows, n)), np.empty((rows, n))
+        some = min(rows, FEW) if begun and rows * n > MUCH else rows
+        x, variances = np.empty((rows, n)), np.empty((some, n))
         return cls(x, variances, np.empty((all_, n, n)), np.zeros((all_, n, plant.p)))
+
+    def reaching(self, rows: int) -> "History":
+        """The same, with room for the variances of so many rows, or of all."""
+        have = len(self.variances)
+        if rows <= have:
+            return self
+        variances = np.empty(self.x.shape)
+        variances[:have] = self.variances
+        return self._replace(variances=variances)
 
     def put(self, k: int, row: Step) -> None:
         """Write row k."""
@@ -159,16 +177,15 @@ class History(NamedTuple):
     def repeat(self, rows: slice, P: Matrix, K: Matrix, seen: Vector) -> None:
         """Write the same covariance and gain, of the outputs `seen`, to some rows.
 
-        Variances are written to the last one only: see `spread`.
+        Variances are not written: see `spread`.
         """
-        self.variances[rows.stop - 1] = P.diagonal()
         if self.kept:
             self.P[rows] = P
             self.K[rows, :, seen] = K
 
-    def spread(self, rows: slice) -> None:
-        """Write the variances of the last one of some rows to all."""
-        fill(self.variances[rows], self.variances[rows.stop - 1].copy())
+    def spread(self, rows: slice, P: Matrix) -> None:
+        """Write the variances of a covariance to some rows."""
+        fill(self.variances[rows], P.diagonal())
 
     def part(self, rows: slice) -> "History":
         """The same arrays, of some rows."""

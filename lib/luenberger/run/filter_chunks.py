@@ -120,7 +120,8 @@ def _found(
     matrices = P, K, _orders(run.plant, run.accurate, y)
     settled = np.array(state.settled, dtype=np.int64), state.bound
     rows = out.x, out.variances
-    return _filtered(run.plant, table, *rows, *matrices, *settled, state.still)
+    still = None if state.still is None else (state.still, state.Sigma)
+    return _filtered(run.plant, table, *rows, *matrices, *settled, still)
 
 
 def late_chunk(
@@ -173,17 +174,17 @@ def _filtered(
     orders: Vector,
     settled_at: Vector = NEVER,
     settle_bound: float = 0.0,
-    still: int | None = None,
+    still: tuple[int, Matrix] | None = None,
 ) -> Filtered:
     """`Filtered`, as tables where y is one; `variances` become standard deviations.
 
-    From the row `still` on these are those of the last row, and are not written.
+    From the first row of `still` on they are those of its covariance, and not written.
     """
-    early = variances[:still]
+    early = variances if still is None else variances[: still[0]]
     np.sqrt(np.maximum(early, 0, out=early), out=early)
     std: Any = variances
     if still is not None:
-        std = Ending(variances, still, np.sqrt(variances[-1]))
+        std = Ending(early, np.sqrt(still[1].diagonal()), len(x))
     if dataframes.is_table(table):
         std = std if still is None else std.written()
         x, std = (dataframes.like(table, X, plant.state_names) for X in (x, std))

@@ -61,9 +61,9 @@ class SampledPass:
                 state = at.state.under(run.settings)
                 at, self._last = Progress(state, gap=at.gap), run
             part = out.part(rows)
-            at = run.into(part, at, y[rows], u[rows], compile)
+            at, _ = run.into(part, at, y[rows], u[rows], compile)
             if at.still is not None:
-                part.spread(slice(at.still, len(part.x)))
+                part.spread(slice(at.still, len(part.x)), at.Sigma)
             settled += [k + row for row in at.settled]
             bound = max(bound, at.bound)
         return at._replace(settled=tuple(settled), bound=bound, still=None), out

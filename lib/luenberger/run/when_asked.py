@@ -9,6 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, NamedTuple, TypeVar
 
+import numpy as np
+
 from ..numeric import Matrix, Vector
 from ..recursion.state import fill
 
@@ -16,16 +18,18 @@ Result = TypeVar("Result")
 
 
 class Ending(NamedTuple):
-    """Rows of which those from `first` on are `row`, and are not written yet."""
+    """So many rows, the first of which are `early`, and all others `row`."""
 
-    rows: Matrix
-    first: int
+    early: Matrix
     row: Vector
+    rows: int
 
     def written(self) -> Matrix:
         """All rows.  Two threads that ask at once write the same."""
-        fill(self.rows[self.first :], self.row)
-        return self.rows
+        all_, first = np.empty((self.rows, len(self.row))), len(self.early)
+        all_[:first] = self.early
+        fill(all_[first:], self.row)
+        return all_
 
 
 class _Field:
