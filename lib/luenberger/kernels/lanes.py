@@ -14,6 +14,7 @@ from .products import HEIGHT
 from .program import Assign, Program, Sizes
 from .python import Python
 from .tiles import runs
+from .turning import SIDE
 
 
 @dataclass(frozen=True)
@@ -98,6 +99,7 @@ class _Body:
         to.let("new", f"array({(n + self.j) * L})")
         to.let("most", f"array({(n + k + 1) * L})")
         to.fill("most[i]", "0.0", (n + k + 1) * L)
+        to.let("rows", f"np.empty({L}, np.int64)")
         self.stack()
         to.loop("g", "0", f"begins_.shape[0], {L}")
         self.start()
@@ -169,20 +171,34 @@ class _Body:
         to.check("t >= quiet")
         to.check("loud <= t < calm")
         self.keep()
+        self.put()
         to.end()
         to.line("else:")
         to.depth += 1
         self.shown()
         self.keep_one()
-        to.end()
-        to.end()
-        to.end()
-        self.shown()
         to.fill("written_[row, i]", self.at("new"), self.n)
         to.end()
         to.end()
         to.end()
+        to.end()
         self.carry()
+
+    def put(self) -> None:
+        """Write the row of every lane."""
+        to, L, n = self.to, self.count, self.n
+        if n < SIDE:
+            to.loop("l", 0, L)
+            to.let("row", "begins_[g + l] + t")
+            to.fill("written_[row, i]", self.at("new"), n)
+            to.end()
+            return
+        to.fill("rows[i]", "begins_[g + i] + t", L)
+        to.loop("l", "0", f"{L}, {SIDE}")
+        for first in (*range(0, n - SIDE, SIDE), n - SIDE):  # some perhaps twice
+            given = f"l, {first}, new, {first * L} + l, {L}"
+            to.line(f"to_rows(written_, rows, {given})")
+        to.end()
 
     def product(self) -> None:
         """new = step old, in tiles."""

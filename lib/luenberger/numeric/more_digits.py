@@ -17,21 +17,25 @@ from .factors import EPS
 from .rounded import TINY, Rounded
 
 DIGITS = 53  # bits of a float
+Slices = tuple[Matrix, Matrix, Matrix]
 
 
 class Wide(Rounded):
     """A matrix ``value + rest``; no entry is off by more than that of `off`."""
 
-    corrections = 2
+    corrections = 1
 
     def __init__(self, value: Matrix, off: Matrix, rest: Matrix | None = None) -> None:
         super().__init__(value, off)
         self.rest = np.zeros_like(value) if rest is None else rest
+        self.cut: dict[int, Slices] = {}
 
     @property
     def T(self) -> Self:
         """The transpose."""
-        return type(self)(self.value.T, self.off.T, self.rest.T)
+        made = type(self)(self.value.T, self.off.T, self.rest.T)
+        made.cut = {1 - k: (X.T, Y.T, Z.T) for k, (X, Y, Z) in self.cut.items()}
+        return made
 
     def __neg__(self) -> Self:
         return type(self)(-self.value, self.off, -self.rest)
@@ -48,8 +52,7 @@ class Wide(Rounded):
     def dot(self, other: Self) -> Self:
         """The product of two matrices."""
         n = self.shape[1]
-        bits = (DIGITS - (2 * n).bit_length()) // 2  # 2 n products add up to DIGITS
-        A, B = _slices(self.value, 1, bits), _slices(other.value, 0, bits)
+        A, B = self.slices(1), other.slices(0)
         left, beyond = A[2] + self.rest, B[2] + other.rest
         high, next_ = A[0] @ B[0], _side(A[0], A[1]) @ _below(B[1], B[0])  # exactly
         rest = _side(A[1], self.value, left)
@@ -68,6 +71,14 @@ class Wide(Rounded):
         value, rest = _sum(total, rest)
         off += 4 * EPS * np.abs(rest) + EPS**2 * np.abs(value) + n * TINY
         return type(self)(value, off * (1 + lost), rest)
+
+    def slices(self, axis: int) -> Slices:
+        """Parts of the value for products along an axis, made once."""
+        if axis not in self.cut:
+            twice = 2 * self.shape[axis]  # so many products add up to DIGITS
+            bits = (DIGITS - twice.bit_length()) // 2
+            self.cut[axis] = _slices(self.value, axis, bits)
+        return self.cut[axis]
 
     def halved(self) -> Self:
         """Half of it."""
@@ -93,7 +104,7 @@ def _below(*parts: Matrix) -> Matrix:
     return np.concatenate(parts)
 
 
-def _slices(X: Matrix, axis: int, bits: int) -> tuple[Matrix, Matrix, Matrix]:
+def _slices(X: Matrix, axis: int, bits: int) -> Slices:
     """Two parts of X with so many bits each, in a unit for a row or column; the rest.
 
     `axis` is the one along which the unit is the same.

@@ -5,10 +5,11 @@ from __future__ import annotations
 from math import sqrt
 
 import numpy as np
-from scipy.linalg import solve_triangular
+from scipy.linalg.lapack import dtrtrs
 
 from ..numeric import Matrix, Vector
 from ..numeric.factors import EPS
+from ..numeric.linalg import eye
 from ..numeric.rounded import Rounded
 
 
@@ -21,7 +22,7 @@ class Measure:
 
     def __init__(self, root: Matrix) -> None:
         self.root, n = root, len(root)
-        self.inverse = solve_triangular(root, np.eye(n), lower=True)
+        self.inverse = dtrtrs(root, eye(n), lower=1)[0]
         wrong = (n + 2) * EPS * _length(np.abs(self.inverse) @ np.abs(root))
         self.slack = 1 / (1 - wrong) if wrong < 0.5 else np.inf
 

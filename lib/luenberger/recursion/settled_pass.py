@@ -27,7 +27,7 @@ from .state import History, State
 
 PATTERNS = 50  # of outputs, whose settled filters are kept at most
 SOON, LATE = 16, 16_384  # rows before the first look
-CHEAP = 440_000  # so many rows, divided by n^3, take as long in compiled code as a look
+CHEAP = 1_300_000  # such rows, divided by n^4, and a look that finds a ball pays soon
 CHEAPER = 30_000  # the same of a look whether a gain that is known fits again
 FAR, NEAR = 4.0, 1.5  # how many times as far the next look is, compiled or not
 
@@ -152,8 +152,8 @@ class _Rows:
         self.seen = arrived(y) if block is None else block.seen
         self.fast = block is not None
         self.first, self.soon = (
-            min(max(SOON, rows // way.plant.n**3 if self.fast else 0), LATE)
-            for rows in (CHEAP, CHEAPER)
+            min(max(SOON, rows if self.fast else 0), LATE)
+            for rows in (CHEAP // way.plant.n**4, CHEAPER // way.plant.n**3)
         )
         self.done, self.settled, self.bound = 0, list[int](), 0.0
         self.still: int | None = None
@@ -209,9 +209,10 @@ class _Rows:
         if self.alike == self.look:
             self.recur(k + count)
             self.look = int(self.look * (FAR if self.fast else NEAR))
+            new = not self.way.known(self.state.seen)
             gain = self.gain()
             if gain is not None:
-                self.begin(gain)
+                self.begin(gain, new)
         return k + count
 
     def gain(self) -> OneGain | None:
@@ -230,10 +231,15 @@ class _Rows:
             self.looks = self.looks.failed(self.fast, quick=at is None)
         return gain
 
-    def begin(self, gain: OneGain) -> None:
-        """Rows with one gain, or a look when they can begin."""
+    def begin(self, gain: OneGain, new: bool) -> None:
+        """Rows with one gain, or a look when they can begin.
+
+        One that is new was found from the covariance that is there.
+        """
         assert self.way.tolerance is not None
-        own = distance(self.state, gain.ball, self.way.tolerance)
+        own = 0.0
+        if not new:
+            own = distance(self.state, gain.ball, self.way.tolerance)
         before = self.behind or Behind(0.0, 0.0)
         t = own + before.g * (1 + own)
         if self.near is not None and self.alike >= self.near[0]:

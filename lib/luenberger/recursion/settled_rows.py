@@ -26,10 +26,10 @@ from .settings import Setting
 from .state import State
 
 ROW = lanes.Lanes(settled_row, ("x_next", "x"), "r", "epsilon")
-LONG = 8  # times as long as it begins early, a lane is
+LONG = 16  # times as long as it begins early, a lane is; half where the state is long
 FADED = EPS / 16  # of a start, that is nothing
 COUNT = 16  # lanes at once; half as many where the state is long
-LARGE = 8  # states from which it is
+LARGE, LARGER = 8, 16  # states from which it is, for lanes at once and their length
 
 
 class Stretch(NamedTuple):
@@ -110,7 +110,7 @@ class OneGain:
         inner, ahead = ball.H.root, made["Phi"].value / ball.unit[:, None] * ball.unit
         sums = Sums(ball.H.inverse @ ahead @ inner)
         self.early = sums.fades(np.ones(len(inner)), FADED)
-        self.long = LONG * self.early
+        self.long = (LONG if len(inner) < LARGER else LONG // 2) * self.early
 
     def begin(self, state: State, held: Held, own: Held, before: Behind) -> Stretch:
         """The stretch that begins after `state`."""
