@@ -25,7 +25,7 @@ def settled(tolerance=1e-2):
     state = start(settings, WALK.x0, none)
     for _ in range(100):
         state = step(settings, state, np.zeros(1), none).state
-        at = near(state.setting, state.spread, tolerance)
+        at, _ = near(state.setting, state.spread, tolerance)
         made = at and ball(at, tolerance)[0]
         if made is not None:
             return state, OneGain(state.setting, made, state.seen, False)

@@ -61,9 +61,8 @@ def size_of(ball):
 
 def from_variance(Sigma):
     """The ball that is found one step on, and the distance of the limit from it."""
-    found, _ = ball(
-        near(Settings(SLOW, 0).at(2), Spread.of(np.array([[Sigma]])), 100.0), 100.0
-    )
+    at, _ = near(Settings(SLOW, 0).at(2), Spread.of(np.array([[Sigma]])), 100.0)
+    found, _ = ball(at, 100.0)
     held = found.held()
     q = Decimal(0.01)  # Omega^2 = q Omega + q, for R = 1
     limit = (q + (q * q + 4 * q).sqrt()) / 2

@@ -43,7 +43,9 @@ class Looks(NamedTuple):
 
     def after(self, variances: Matrix) -> Looks:
         """After more rows."""
-        last = np.concatenate([self.last, variances[-KEPT:]])[-KEPT:]
+        last = variances[-KEPT:].copy()
+        if len(last) < KEPT:
+            last = np.concatenate([self.last, last])[-KEPT:]
         return Looks(self.rows + len(variances), self.spent, last)
 
     def failed(self, fast: bool, quick: bool = False) -> Looks:
@@ -67,7 +69,11 @@ def settled(variances: Matrix, tolerance: float) -> bool:
 
     Each is taken to be as many times smaller than the one before as the last one was.
     """
-    if len(variances) < KEPT or not (variances > 0).all():
+    if len(variances) < KEPT or not variances.min() > 0:
         return False
-    before, now = (np.abs(np.diff(variances, axis=0)) / variances[-1]).max(axis=1)
+    first, second, last = variances
+    before, now = (
+        float((np.abs(one - other) / last).max())
+        for one, other in ((second, first), (last, second))
+    )
     return bool(before <= STILL or now <= tolerance * (1 - now / before))

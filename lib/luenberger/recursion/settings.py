@@ -16,6 +16,7 @@ from ..numeric import Matrices, Matrix, Vector
 from ..numeric.detectability import dies_out, hidden_modes
 from ..numeric.factors import clear, factor, firm, lengths, safe
 from ..numeric.linalg import (
+    UNIT_TOL,
     complete,
     nonsingular,
     null_directions,
@@ -155,12 +156,16 @@ class Settings:
         return not np.all(nonsingular(self.R))
 
     @cached_property
-    def unseen_growth(self) -> list[complex]:
-        """The unstable modes that no output shows, of a plant that does not change."""
+    def unseen_lasting(self) -> list[complex]:
+        """The modes that last and no output shows, of a plant that does not change."""
         if self.steps is not None or dies_out(self.plant.A):
             return []
-        hidden = hidden_modes(self.plant.A, self.plant.C, least=1.0)
-        return [mode for mode in hidden if abs(mode) > 1]
+        return hidden_modes(self.plant.A, self.plant.C, least=1 - UNIT_TOL)
+
+    @property
+    def unseen_growth(self) -> list[complex]:
+        """Those of them that are not stable."""
+        return [mode for mode in self.unseen_lasting if abs(mode) > 1]
 
     @property
     def order(self) -> int:

@@ -24,6 +24,7 @@ from ..numeric.more_digits import Wide
 from ..numeric.rounded import Rounded, joined
 from ..papers.leondes_novak.derivation import gain_step, predict, settled_step
 from .held import Ball
+from .looks import STILL
 from .measure import Measure
 from .root_step import Spread
 from .settings import Setting
@@ -36,27 +37,28 @@ ROUNDS = 8  # of sums, with what accurate outputs see of them
 NOISE = 16  # roundings of an entry, that a step surely changes where it has settled
 
 
-def near(now: Setting, spread: Spread, tolerance: float) -> Near | None:
+def near(now: Setting, spread: Spread, tolerance: float) -> tuple[Near | None, bool]:
     """One step on from `spread`, if a ball may be found there.
 
     None where it is quickly told that there is no ball: where a covariance is singular,
     where one more step changes it by more than `tolerance`, or where errors do not die
-    out.
+    out.  Then the other result tells whether to look again.
     """
     new, after, _ = now.step(now.move, spread)
     unit, seen = np.sqrt(new["Omega"].diagonal()), np.sqrt(new["M"].diagonal())
     if after.half is not None or not ((unit > 0).all() and (seen > 0).all()):
-        return None
+        return None, True
     step = kernels.compiled(settled_step)(
         As=now.As, Qs=now.Qs, C=now.C, Gamma=now.Gamma, Kmv=new["Kmv"],
         Omega=new["Omega"], Sigma_next=new["Sigma_next"],
     )  # fmt: skip
-    if np.abs(step["delta"] / unit / unit[:, None]).max() > tolerance:
-        return None
+    more = float(np.abs(step["delta"] / unit / unit[:, None]).max())
+    if not more <= tolerance:
+        return None, True
     F = step["F_0"]
     if not np.isfinite(F).all() or not radius(F) < 1 - UNIT_TOL:
-        return None
-    return Near(now, spread.Sigma, new, step, _power(unit), _power(seen))
+        return None, more > STILL
+    return Near(now, spread.Sigma, new, step, _power(unit), _power(seen)), True
 
 
 def ball(at: Near, tolerance: float) -> tuple[Ball | None, bool]:

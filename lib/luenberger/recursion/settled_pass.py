@@ -7,6 +7,7 @@ further and further apart: which rows these are does not depend on chunks.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import cached_property
 
 import numpy as np
 
@@ -29,7 +30,9 @@ PATTERNS = 50  # of outputs, whose settled filters are kept at most
 SOON, LATE = 16, 16_384  # rows before the first look
 CHEAP = 1_300_000  # such rows, divided by n^4, and a look that finds a ball pays soon
 CHEAPER = 30_000  # the same of a look whether a gain that is known fits again
-FAR, NEAR = 4.0, 1.5  # how many times as far the next look is, compiled or not
+NEVER = 2**62  # rows
+SHORT = 8  # states up to which a mode that lasts is looked for first
+FAR, NEAR = 8.0, 1.5  # how many times as far the next look is, compiled or not
 
 
 def settle_tolerance(settle: float | None) -> float | None:
@@ -122,18 +125,29 @@ class SettledPass:
         """Whether the gain for these outputs has been found."""
         return self.gains.get(seen.tobytes()) is not None
 
-    def gain(self, at: Near, seen: Vector) -> OneGain | None:
-        """The one gain that rows with outputs `seen` may have behind a step, if any."""
+    @cached_property
+    def lasting(self) -> bool:
+        """Whether a mode lasts that no output shows, so that no filter ever settles.
+
+        Where the state is long a look tells it in less time.
+        """
+        return self.plant.n <= SHORT and bool(self.settings.unseen_lasting)
+
+    def gain(self, at: Near, seen: Vector) -> tuple[OneGain | None, bool]:
+        """The one gain that rows with outputs `seen` may have behind a step, if any.
+
+        Else the other result tells whether to look again.
+        """
         assert self.tolerance is not None
         found, more = ball(at, self.tolerance)
-        gain = None
-        if found is not None:
-            gain = OneGain(at.now, found, seen, self.cross)
-        elif more:
-            return None
+        if found is None:
+            return None, more
+        return OneGain(at.now, found, seen, self.cross), True
+
+    def keep(self, gain: OneGain | None, seen: Vector) -> None:
+        """Keep the gain for these outputs; None if there will never be one."""
         if len(self.gains) < PATTERNS:
             self.gains[seen.tobytes()] = gain
-        return gain
 
 
 class _Rows:
@@ -213,6 +227,8 @@ class _Rows:
             gain = self.gain()
             if gain is not None:
                 self.begin(gain, new)
+            elif self.state.seen.tobytes() in self.way.gains:
+                self.look = NEVER
         return k + count
 
     def gain(self) -> OneGain | None:
@@ -225,10 +241,15 @@ class _Rows:
             return self.way.gains[key]
         if not self.looks.worth(tolerance, self.fast):
             return None
-        at = near(state.setting, state.spread, tolerance)
-        gain = None if at is None else self.way.gain(at, state.seen)
+        gain, at, more = None, None, not self.way.lasting
+        if more:
+            at, more = near(state.setting, state.spread, tolerance)
+        if at is not None:
+            gain, more = self.way.gain(at, state.seen)
         if gain is None:
             self.looks = self.looks.failed(self.fast, quick=at is None)
+        if gain is not None or not more:
+            self.way.keep(gain, state.seen)
         return gain
 
     def begin(self, gain: OneGain, new: bool) -> None:
