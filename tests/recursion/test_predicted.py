@@ -381,7 +381,7 @@ def test_covariances_are_not_kept_without_history(plain):
 def test_records_that_settle_behind_a_dead_sensor(plain):
     """The perfect sensor fails, and the filter of the other one settles."""
     plant, *_ = problem("one perfect")
-    y, u, u0 = generators.record(np.random.default_rng(0), plant, 5000)
+    y, u, u0 = generators.record(np.random.default_rng(0), plant, 18_000)
     y[60:, 0] = nan
     found, wanted = (
         run(plant, y, u, backend, u0=u0, settle=1e-9) for backend in ("numba", "numpy")

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..errors import short
 from ..numeric import Matrix
 from ..numeric.factors import EPS
 
@@ -77,3 +78,19 @@ def settled(variances: Matrix, tolerance: float) -> bool:
         for one, other in ((second, first), (last, second))
     )
     return bool(before <= STILL or now <= tolerance * (1 - now / before))
+
+
+def settle_tolerance(settle: float | None) -> float | None:
+    """The argument `settle`, checked."""
+    if settle is None:
+        return None
+    try:
+        tolerance = float(settle)
+    except (TypeError, ValueError):
+        tolerance = 0.0
+    if not 0 < tolerance < 1:
+        raise ValueError(
+            "settle must be a number between 0 and 1, how far rows with a settled gain "
+            f"may be from the full recursion, or None for that; got {short(settle)}"
+        )
+    return tolerance

@@ -57,7 +57,7 @@ def near(now: Setting, spread: Spread, tolerance: float) -> tuple[Near | None, b
         return None, True
     F = step["F_0"]
     if not np.isfinite(F).all() or not radius(F) < 1 - UNIT_TOL:
-        return None, more > STILL
+        return None, bool(more > STILL)
     return Near(now, spread.Sigma, new, step, _power(unit), _power(seen)), True
 
 

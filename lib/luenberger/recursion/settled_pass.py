@@ -11,7 +11,6 @@ from functools import cached_property
 
 import numpy as np
 
-from ..errors import short
 from ..numeric import Matrix, Vector
 from ..plant import Plant
 from .alike import arrived, every
@@ -33,22 +32,6 @@ CHEAPER = 30_000  # the same of a look whether a gain that is known fits again
 NEVER = 2**62  # rows
 SHORT = 8  # states up to which a mode that lasts is looked for first
 FAR, NEAR = 8.0, 1.5  # how many times as far the next look is, compiled or not
-
-
-def settle_tolerance(settle: float | None) -> float | None:
-    """The argument `settle`, checked."""
-    if settle is None:
-        return None
-    try:
-        tolerance = float(settle)
-    except (TypeError, ValueError):
-        tolerance = 0.0
-    if not 0 < tolerance < 1:
-        raise ValueError(
-            "settle must be a number between 0 and 1, how far rows with a settled gain "
-            f"may be from the full recursion, or None for that; got {short(settle)}"
-        )
-    return tolerance
 
 
 class SettledPass:

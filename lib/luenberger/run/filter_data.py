@@ -16,9 +16,10 @@ from ..formats import dataframes
 from ..numeric import Given
 from ..plant import Plant
 from ..recursion.late_pass import LatePass
+from ..recursion.looks import settle_tolerance
 from ..recursion.progress import Progress
 from ..recursion.settings import Settings
-from ..recursion.settled_pass import SettledPass, settle_tolerance
+from ..recursion.settled_pass import SettledPass
 from ..recursion.state import start
 from . import arrivals, chunks
 from . import filter_chunks as by
@@ -184,11 +185,10 @@ def filter_data(
     tolerance is relative to variances, and to standard deviations of estimates whose
     innovations are no longer than one unit.  The result says from which rows on there
     is one gain, and the bound for the innovations that there were.  Compiled code looks
-    after some thousand rows where the state is short, and only where variances have all
-    but stopped to change; looks that find nothing cost no more than the first and a
-    fiftieth of the rows.  There is no ball where a covariance is singular or slow to
-    settle, and where accurate outputs are hardly better than their prediction; such
-    records run in full, as with `arrival`.  For over nine digits give ``settle=None``.
+    after 16,000 rows of three states, or 130 of ten, then seldom, and only where
+    variances have all but stopped to change.  There is no ball where a covariance is
+    singular or slow to settle, and where accurate outputs are hardly better than their
+    prediction; such records run in full.  For over nine digits give ``settle=None``.
 
     While outputs are missing, unstable modes grow.  Where states share such a mode, x
     and P of what does not grow lose digits beside it.  The record is refused at the
