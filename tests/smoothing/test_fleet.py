@@ -235,6 +235,22 @@ def test_what_lanes_do_not_take():
     assert lanes(walk(40, 8)) is None and lanes(walk(), 200_000) is None
 
 
+@needs_numba
+def test_few_rows_are_compiled_where_such_were_before(monkeypatch):
+    plant, y, u = records(9)
+    plant, used = apart(plant), []
+    of = Lanes.of
+    monkeypatch.setattr(Lanes, "of", lambda one: used.append(one) or of(one))
+    lb.smooth(plant, y, u)
+    assert not used
+    lb.smooth(plant, y[0], u[0], backend="numba")  # the code of one record
+    lb.smooth(plant, y, u)
+    assert not used
+    lb.smooth(plant, y, u, backend="numba")
+    lb.smooth(plant, y, u)
+    assert len(used) == 2
+
+
 @pytest.mark.parametrize("noises", ["apart", "correlated"])
 def test_without_gaps_covariances_are_there_once(noises, backend):
     plant, y, u = records(6, M=9)

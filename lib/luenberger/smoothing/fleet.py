@@ -18,13 +18,13 @@ from ..errors import DesignError
 from ..fleets import records as filtered
 from ..fleets.block import one_for_all
 from ..fleets.fleet import Fleet
+from ..fleets.own_gain import NAMES
 from ..numeric import Matrix, Vector
 from ..papers.leondes_novak.derivation import estimate_step
 from ..plant import Plant
-from ..recursion.filter_pass import Pass
 from ..recursion.settings import Settings
 from ..recursion.settled_pass import SettledPass
-from ..recursion.state import leading_on, start
+from ..recursion.state import leading_on
 from ..run import fleet_tasks
 from ..run.filter_data import Outputs
 from ..run.filter_fleet import at_rows, tables
@@ -35,7 +35,7 @@ from .carried import Ways
 from .derivation import backward_step
 from .finish import ways
 from .forward import KEPT, Kept
-from .lanes import Lanes
+from .lanes import Lanes, takes
 from .record import Smoother
 
 WIDTH = 64  # records side by side, always: products of one size have the same bits
@@ -105,15 +105,29 @@ def _fleet(x: Matrix, std: Matrix, P: Matrix) -> SmoothedFleet:
 
 
 def _runs_compiled(backend: str, plant: Plant, records: Records, u0: Vector) -> bool:
-    """Whether compiled code is to smooth the records: all their rows count."""
-    way = Pass(Settings(plant, 0))
+    """Whether compiled code is to smooth the records: all their rows count.
+
+    For fewer than pay for compiling, if this was done.
+    """
+    rows, settings = len(records) * records.rows, Settings(plant, 0)
+    if backend == "numpy":
+        return kernels.runs_compiled(backend, rows)
+    way = SettledPass(settings, None)
+    fleet = Fleet(way, u0, records.rows, True)
+    whole = fleet.whole
+    lanes = whole is not None and takes(fleet)
+    asked = ("smoothed", whole.stacks.sizes, whole.known(**NAMES)) if whole else ()
 
     def ready(rows: int) -> bool:
         y, _ = records.block(0, 1)
-        begin = start(way, plant.x0, u0)
-        return len(y) > 0 and way.at_hand(begin, y[0], rows, KEPT)
+        if lanes or not len(y):
+            return asked in kernels.LOADED
+        return way.run.at_hand(fleet.begin, y[0], rows, KEPT)
 
-    return kernels.runs_compiled(backend, len(records) * records.rows, ready=ready)
+    fast = kernels.runs_compiled(backend, rows, ready=ready)
+    if fast and lanes:
+        kernels.LOADED.add(asked)
+    return fast
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,7 @@ from functools import cached_property
 import numpy as np
 
 from .. import kernels
+from ..fleets.fleet import Fleet
 from ..fleets.given_gain import GIVEN
 from ..fleets.own_gain import MANY, NAMES, OWN, does
 from ..fleets.records import Records
@@ -21,6 +22,7 @@ from ..kernels.panel_copies import LANES
 from ..kernels.panels import Panels, fits, in_panels
 from ..numeric import Matrices, Matrix, Vector
 from ..papers.leondes_novak.derivation import marked_and_kept
+from ..plant import Plant
 from ..recursion.growth import far
 from .compiled import BACKWARD, entries, leading, stacks
 from .finish import ways
@@ -67,6 +69,26 @@ GIVEN_BACK = Panels(
 )  # fmt: skip
 
 
+def lengths(n: int, p: int) -> dict[str, int]:
+    """Entries of a row of each array that stays in lanes."""
+    halves = (k * (k + 1) // 2 for k in (n, p))
+    return dict(zip(STAYS, (n, p, next(halves), n * p, next(halves))))
+
+
+def numbers(plant: Plant, rows: int) -> int:
+    """How many numbers a panel keeps from the way forward."""
+    return (rows + 1) * sum(lengths(plant.n, plant.p).values()) * LANES
+
+
+def takes(fleet: Fleet) -> bool:
+    """Whether lanes are for records of a fleet, and not each is for itself."""
+    whole, plant, rows = fleet.whole, fleet.settings.plant, fleet.rows
+    if whole is None or fleet.settings.noise_free or not rows or not plant.n:
+        return False
+    fit = does(whole) and all(fits(k, whole.stacks.sizes) for k in (FORWARD, BACK))
+    return fit and numbers(plant, rows) <= ROOM
+
+
 @dataclass(frozen=True, eq=False)
 class Lanes:
     """Records of a plant that panels can smooth; see `of`."""
@@ -77,27 +99,8 @@ class Lanes:
     @classmethod
     def of(cls, records: Records) -> Lanes | None:
         """The same, or None where each is smoothed by itself."""
-        settings, rows = records.settings, records.fleet.rows
         whole = records.fleet.whole
-        if whole is None or settings.noise_free or not rows or not settings.plant.n:
-            return None
-        sizes = whole.stacks.sizes
-        fit = does(whole) and all(fits(k, sizes) for k in (FORWARD, BACK))
-        lanes = cls(records, whole)
-        return lanes if fit and lanes.numbers <= ROOM else None
-
-    @property
-    def numbers(self) -> int:
-        """How many numbers a panel keeps from the way forward."""
-        long = sum(self.lengths.values())
-        return (self.records.y.shape[1] + 1) * long * LANES
-
-    @cached_property
-    def lengths(self) -> dict[str, int]:
-        """Entries of a row of each array that stays in lanes."""
-        n, p = self.sizes
-        halves = (k * (k + 1) // 2 for k in (n, p))
-        return dict(zip(STAYS, (n, p, next(halves), n * p, next(halves))))
+        return cls(records, whole) if whole and takes(records.fleet) else None
 
     def smooth(self, x: Matrix, std: Matrix, P: Matrix) -> Vector:
         """Smooth the records; return those in which digits are lost, not done.
@@ -183,10 +186,11 @@ class Lanes:
 
     def kept(self, names: tuple[str, ...], records: int) -> tuple[Matrices, int]:
         """Room for what stays in lanes, and for how many records."""
-        rows, numbers = self.records.y.shape[1] + 1, self.numbers
-        panels = max(min(NEAR // numbers, -(-records // LANES)), 1)
-        size = {name: self.lengths[name] * LANES for name in names}
-        return {k: np.zeros((panels * rows, size[k])) for k in names}, panels * LANES
+        long, rows = lengths(*self.sizes), self.whole.rows
+        near = NEAR // numbers(self.whole.stacks.plant, rows)
+        panels = max(min(near, -(-records // LANES)), 1)
+        room = {k: np.zeros((panels * (rows + 1), long[k] * LANES)) for k in names}
+        return room, panels * LANES
 
     def given(self, members: Vector, rows: Matrices, x: Matrix) -> None:
         """Write the estimates of records with these gains and covariances."""
