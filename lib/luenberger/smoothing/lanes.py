@@ -181,7 +181,7 @@ class Lanes:
         failed |= lost
         for k in who[far(least[who], most[who]) & ~failed[who]].tolist():
             s = k if records is None else int(records[k])
-            self.records.require_digits(s, self.records.one(s, False)[1].variances)
+            self.records.one(s, False)  # refused there if digits are lost
         return failed, kept
 
     def kept(self, names: tuple[str, ...], records: int) -> tuple[Matrices, int]:
