@@ -225,6 +225,24 @@ def test_growth_is_noticed_where_no_pivot_fails(many, backend):
 
 
 @needs_numba
+def test_extremes_are_of_every_row(monkeypatch):
+    plant, seen = drawn("dense"), []
+    y, u = measured(plant)
+    y[3:7, -1] = np.nan  # the last row is the largest, also of those at hand
+    y[5, 15] = np.nan
+
+    def grown(self, which, variances, at, least, most):
+        seen.append((variances[at], least[at], most[at]))
+
+    monkeypatch.setattr(records.Records, "grown", grown)
+    lb.filter_data(plant, y, u, backend="numba")
+    assert len(seen) > 1
+    for variances, least, most in seen:
+        np.testing.assert_array_equal(variances.min(axis=1), least)
+        np.testing.assert_array_equal(variances.max(axis=1), most)
+
+
+@needs_numba
 def test_one_input_for_all():
     plant = drawn("dense")
     y, u = measured(plant)
