@@ -6,6 +6,10 @@ import pytest
 import luenberger as lb
 from luenberger.recursion import settled_pass
 from luenberger.recursion.looks import FREE, QUICK, SHARE, Looks, settled
+from luenberger.recursion.root_step import Spread
+from luenberger.recursion.settings import Settings
+from luenberger.recursion.settled import near
+from luenberger.recursion.settled_pass import SettledPass
 
 
 @pytest.mark.parametrize("ratio", [0.1, 0.9, 0.99])
@@ -73,3 +77,23 @@ def test_plants_that_never_settle_are_hardly_looked_at(monkeypatch, driven, shor
         assert not found
     else:
         assert len(found) <= 4 and found[-1] == (None, False)
+
+
+def unseen(mode):
+    """A random walk that is measured, and a mode that is not and that nothing drives."""
+    noise = dict(Q=np.diag([1.0, 0]), R=[[1.0]], P0=np.eye(2))
+    return lb.Plant(np.diag([1.0, mode]), None, [[1, 0]], dt=1.0, **noise)
+
+
+def test_a_mode_that_lasts_is_given_up_where_variances_are_still():
+    now, Sigma = Settings(unseen(1.0), 0).at(2), np.eye(2)
+    assert near(now, Spread(Sigma), 10.0) == (None, True)
+    for _ in range(100):
+        Sigma = now.step(now.move, Spread(Sigma))[1].Sigma
+    assert near(now, Spread(Sigma), 10.0) == (None, False)
+
+
+def test_a_mode_that_decays_does_not_last():
+    made = [SettledPass(Settings(unseen(mode), 0), 1e-9) for mode in (0.5, 1.0)]
+    assert [one.lasting for one in made] == [False, True]
+    assert [one.settings.unseen_growth for one in made] == [[], []]

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import luenberger as lb
+from luenberger.recursion import state
 from luenberger.run.when_asked import Ending
 
 WALK = lb.Plant([[1.0]], None, [[1]], dt=1.0, Q=[[1]], R=[[1]], P0=[[100]])
@@ -41,6 +42,30 @@ def test_rows_before_and_behind_a_gap_have_theirs(gap):
     one, full = found(y), found(y, settle=None)
     assert len(one.settled_at) and 0 < one.settle_bound < 1e-6
     np.testing.assert_allclose(one.std, full.std, rtol=one.settle_bound)
+
+
+@pytest.mark.parametrize("gap", [None, 2, 50, 120, 198])
+@pytest.mark.parametrize("settle", [1e-9, 1e-17])
+def test_room_for_the_first_rows_becomes_room_for_all(monkeypatch, gap, settle):
+    """Where there are many numbers; with a tolerance no row has the gain of another."""
+    y = Y.copy()
+    if gap is not None:
+        y[gap] = np.nan
+    whole = found(y, settle=settle)
+    monkeypatch.setattr(state, "FEW", 20)  # the first look is at row 16
+    monkeypatch.setattr(state, "MUCH", 0)
+    one = found(y, settle=settle)
+    for name in ("x", "std", "P", "settled_at"):
+        np.testing.assert_array_equal(getattr(one, name), getattr(whole, name))
+    assert bool(len(one.settled_at)) == (settle > 1e-12)
+
+
+def test_no_room_is_taken_for_rows_that_nobody_asked_for(monkeypatch):
+    monkeypatch.setattr(state, "FEW", 30)
+    monkeypatch.setattr(state, "MUCH", 0)
+    one = found()
+    early = vars(one)["std"].early
+    assert len(early) == one.settled_at[0] and early.base.nbytes <= 30 * 8
 
 
 def test_chunks_have_theirs():
