@@ -80,7 +80,7 @@ def test_plants_that_never_settle_are_hardly_looked_at(monkeypatch, driven, shor
 
 
 def unseen(mode):
-    """A random walk that is measured, and a mode that is not and that nothing drives."""
+    """A random walk that is measured, and a mode that is neither seen nor driven."""
     noise = dict(Q=np.diag([1.0, 0]), R=[[1.0]], P0=np.eye(2))
     return lb.Plant(np.diag([1.0, mode]), None, [[1, 0]], dt=1.0, **noise)
 
