@@ -106,7 +106,8 @@ TARGETS = (  # row; over / under; asked
         for way in ("numba", "exported C")
     ),
     *(
-        (f"a known state, numba, {k}", "exact", "none", "at most", 1.2)
+        (f"a known state, numba, {k}", kind, "none", "at most", 1.2)
+        for kind in ("exact", "told", "silent")
         for k in SIZES[:3]
     ),
 )

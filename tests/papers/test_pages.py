@@ -59,6 +59,7 @@ PAGES = (
     "leondes_novak.square_root",
     "leondes_novak.noise_factors",
     "leondes_novak.predictions",
+    "leondes_novak.known_state",
     "leondes_novak.side_by_side",
     "moore.observer",
     "moore.condition",

@@ -25,7 +25,8 @@ from .step import Beside, Bounded, Step
 
 AUTO_ROWS = 20_000  # NumPy takes about as long for these as compiling the first time
 LOAD_ROWS = 1_000  # for ten records of so many, as long as loading what is kept
-OPTIONAL = ("B", "E", "Gamma", "J", "G", "S", "W")  # whose terms go if they are zero
+# whose terms go if they are zero
+OPTIONAL = ("B", "E", "B_s", "E_s", "Gamma", "J", "G", "S", "W")
 UNROLLED = 1000  # operations of one row; more are faster and sooner compiled as loops
 LOADED: set[tuple] = set()  # what `over_record` was asked for in this process
 

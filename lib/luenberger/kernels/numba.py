@@ -165,7 +165,8 @@ class _Scalars(_Body):
                 self.give_up()
         for name, beside, kind, bound in bounded(self.loop):
             for i in range(self.shape(name)[0]):
-                both = [self.unrolled.entries[one][i][i] for one in (name, beside)]
+                rows = [self.unrolled.entries[one][i] for one in (name, beside)]
+                both = [row[min(i, len(row) - 1)] for row in rows]
                 to.line(f"if not {condition(kind, bound, both)}:")
                 self.give_up()
 
@@ -288,6 +289,8 @@ class _LoopBody(TakingBack, AskingAhead, _Body):
             self.to.depth += 1
             self.keep(f"{self.count} + 1")
             self.to.end()
+        elif self.recursion.bounds and not self.backward:
+            self.keep("row + 1")
 
     def leave(self) -> None:
         for name in self.loop.carried.values():

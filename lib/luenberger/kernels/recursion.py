@@ -39,7 +39,9 @@ class Recursion:
     bounds : tuple of (str, str, str, float)
         A result, a given matrix, and what holds of each two entries of their
         diagonals, or the loop gives up: "above", the first is more than the bound
-        times the other; "product", their product is at most the bound.
+        times the other; "product", their product is at most the bound; "square", the
+        square of the first is at most the bound times the other.  Vectors are
+        diagonals, and of a square the other may be a result.
     replaces : tuple of (str, str)
         Output arrays that are the place of a given matrix too.  Where the loop gives
         up, rows that it takes back have what was given.
@@ -88,6 +90,7 @@ class Recursion:
             found = [name for _, name, _ in self.written]
             found += [name for name, *_ in self.bounds]
             found += [one.beside for one in self.definite if one.beside and self.sizes]
+            found += [one for _, one, kind, _ in self.bounds if kind == "square"]
             written = [name for name in found if name not in known]
             program = lower(
                 self.stages(),

@@ -76,7 +76,7 @@ class TakingBack:
         for name in sorted(names):
             rows, cols = self.shape(name)
             self.to.loop("i", 0, rows)
-            at = f"i * {cols + 1}"
+            at = f"i * {cols + 1}" if cols > 1 else "i"
             for one, unit, kind, bound in bounded(self.loop):
                 if one == name:
                     entries = f"{name}[{at}]", f"{unit}[{at}]"
@@ -100,4 +100,6 @@ def condition(kind: str, bound: float, entries: Sequence[object]) -> str:
     one, beside = entries
     if kind == "above":
         return f"({one} > {bound!r} * {beside} or {one} == {beside} == 0.0)"
+    if kind == "square":
+        return f"{one} * {one} <= {bound!r} * {beside}"
     return f"{one} * {beside} <= {bound!r}"

@@ -76,7 +76,8 @@ def require_agreement(
         return
     left = np.abs(known.T @ innovation)
     size = CONFLICT_TOL * (np.abs(known).T @ met.size)
-    grown = np.sqrt(np.einsum("ji,jk,ki->i", known, met.rounding, known))
+    grown = np.einsum("ji,jk,ki->i", known, met.rounding, known)
+    grown = np.sqrt(np.maximum(grown, 0))  # rounding may have made it less
     some = unit > 0
     mixed = EPS * np.linalg.norm(met.size[some] / unit[some])
     # a variance left out as rounding may be real: 5 sigmas of it are no conflict

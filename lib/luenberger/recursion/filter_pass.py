@@ -14,6 +14,7 @@ from ..kernels import at_hand, may_be_at_hand
 from ..numeric import Matrix
 from ..plant import Plant
 from .filter_stacks import Block, Stacks, stacks_of
+from .known import Known, KnownRows
 from .predicted import FILTERED, Loops, Predicted, asked, by_predictions
 from .settings import Settings
 from .state import Book, History, State, step
@@ -48,6 +49,11 @@ class Pass:
     def by_predictions(self) -> bool:
         """Whether compiled code may go from prediction to prediction."""
         return by_predictions(self.settings)
+
+    @cached_property
+    def known(self) -> Known:
+        """Whether a state may be known exactly."""
+        return Known(self.settings)
 
     def at_hand(
         self, state: State, y: Matrix, rows: int, loops: Loops = FILTERED
@@ -97,17 +103,22 @@ class Pass:
             block = Predicted.of(self.settings, loops.predictions, state, y, u)
         elif (stacks := self.stacks) is not None:
             block = stacks.block(state, y, u, loops.estimates)
-        return Rows(self.settings, y, u, block)
+        known = self.known.block(state, y, u) if compile and loops.known else None
+        return Rows(self.settings, y, u, block, known)
 
 
 @dataclass(frozen=True, eq=False)
 class Rows:
-    """Rows of a record; `block` is None where NumPy does them all."""
+    """Rows of a record; `block` is None where NumPy does them all.
+
+    `known` does those of a state that is known exactly.
+    """
 
     settings: Settings
     y: Matrix
     u: Matrix
     block: Block | Predicted | None
+    known: KnownRows | None = None
 
     def run(self, out: Book, state: State, k: int, stop: int) -> State:
         """From `state` before row k on: the state before row `stop`."""
@@ -117,6 +128,8 @@ class Rows:
                 if done == k:
                     state = state._replace(turn=state.turn.later(state.instant))
                 k = done
+            if k < stop and self.known is not None and isinstance(out, History):
+                state, k = self.known.run(state, k, out, stop)
             if k < stop:
                 row = step(self.settings, state, self.y[k], self.u[k])
                 out.put(k, row)

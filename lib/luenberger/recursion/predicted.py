@@ -52,14 +52,16 @@ PREDICTED = kernels.Recursion(
 class Loops(NamedTuple):
     """The compiled loops of a filter, from estimate to estimate and the other way.
 
-    None: its rows do not go from prediction to prediction.
+    None: its rows do not go from prediction to prediction.  `known` tells whether
+    states that are known exactly may have compiled rows of their own.
     """
 
     estimates: kernels.Recursion
     predictions: kernels.Recursion | None = None
+    known: bool = False
 
 
-FILTERED = Loops(FILTER, PREDICTED)
+FILTERED = Loops(FILTER, PREDICTED, known=True)
 
 
 def by_predictions(settings: Settings) -> bool:

@@ -226,6 +226,15 @@ def fill(rows: Matrix, row: Vector) -> None:
     rows[:whole].reshape(-1, TOGETHER * len(row))[:] = np.tile(row, TOGETHER)
 
 
+def sizes(rows: Matrix) -> Vector:
+    """The largest size in each column, of many rows side by side."""
+    whole = len(rows) // TOGETHER * TOGETHER
+    wide = rows[:whole].reshape(whole // TOGETHER, TOGETHER * rows.shape[1])
+    ends = [wide.max(axis=0, initial=0), wide.min(axis=0, initial=0)]
+    parts = [one.reshape(TOGETHER, rows.shape[1]) for one in ends]
+    return np.abs(np.concatenate([*parts, rows[whole:]])).max(axis=0, initial=0)
+
+
 def flat(stack: Matrix) -> Matrix:
     """(N, rows, cols) as (N, rows * cols), the same memory."""
     return stack.reshape(len(stack), stack.shape[1] * stack.shape[2])

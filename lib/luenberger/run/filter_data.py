@@ -202,6 +202,8 @@ def filter_data(
     Compiled code leaves to NumPy, some 100 times slower, rows whose covariance is close
     to singular: where outputs have noise that of the estimate, else those of the
     prediction and the innovation, as where no noise drives what exact readings tell.
+    Where these tell the whole state of a plant that does not change, in every row anew,
+    rows stay compiled, unless rounding of what is known would grow.
     So it does all rows where accurate outputs have noise while others have none.
 
     `arrival` is one of these.
@@ -237,7 +239,8 @@ def filter_data(
     papers/leondes_novak/derivation/one_pass.py;
     papers/leondes_novak/derivation/settling.py, settled_ball.py, settled_estimate.py,
     and settled_ratio.py behind gaps;
-    papers/leondes_novak/derivation/predictions.py where outputs have no noise;
+    papers/leondes_novak/derivation/predictions.py where outputs have no noise, and
+    known_state.py where they tell the state;
     papers/leondes_novak/derivation/square_root.py where a covariance is singular.
 
     Examples

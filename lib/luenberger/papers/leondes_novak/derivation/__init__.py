@@ -70,6 +70,8 @@
     The short form of the covariance, and how far rounding moves it at most.
 `predictions`
     A record from prediction to prediction, with outputs missing or without noise.
+`known_state`
+    A state that is known exactly, and what is known of its readings before they come.
 `square_root`
     The filter's recursions with factors of the covariances.
 `noise_factors`
@@ -188,6 +190,9 @@ filtered_row = StageList(
     __name__,
     "predictions.filtered_row",
     "N M innovation c_s Kmv K x Z Sigma T G_x x_minus_next Omega_next e_s X_s",
+)
+known_row = StageList(
+    __name__, "known_state.known_row", "x_minus innovation x_next left made size"
 )
 side_by_side_step = StageList(
     __name__, "side_by_side.side_by_side", "y w w_hat e z_next x_next"
