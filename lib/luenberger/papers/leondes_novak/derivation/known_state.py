@@ -14,6 +14,7 @@ from ....symbolic import Derivation, Line, Stage, ZeroMatrix
 from .letters import *
 from .on_target import device
 from .one_pass import innovation, x_minus
+from .quadratic import is_Y
 
 k, q = symbols("k q", integer=True, nonnegative=True)
 known = device.here(
@@ -78,7 +79,8 @@ PAGE = (
     """A gain may take from the prediction all noise that drives the state, and bring in
     none of the outputs. The next estimate is the state again then. Neither condition
     asks what was read, so what holds of one row holds of all behind it.""",
-    takes := define((I - K * C) * G, ZeroMatrix(n, q)),
+    is_Y,
+    takes := define(Y * G, ZeroMatrix(n, q)),
     adds := define(K * V, ZeroMatrix(n, q)),
     is_next := define(x_next, x_minus + K * innovation),
     chain(
@@ -86,11 +88,10 @@ PAGE = (
         "a state that is known exactly stays so",
         x_next - xt_next,
         Line(x_minus + K * innovation - xt_next, by=(is_next,)),
-        Line(
-            A * xt + B * u + K * (C * G * g + V * h) - A * xt - B * u - G * g,
-            by=(is_minus, exact, noise, moves),
-        ),
-        Line(-(I - K * C) * G * g + K * V * h, why="collect"),
+        Line(A * x + B * u + K * innovation - xt_next, by=(is_minus,)),
+        Line(K * innovation - G * g, by=(exact, moves)),
+        Line(K * C * G * g + K * V * h - G * g, by=(noise,)),
+        Line(-Y * G * g + K * V * h, by=(is_Y,)),
         Line(ZeroMatrix(n, 1), by=(takes, adds)),
     ),
     """Computed numbers that should be zero are rounding of what they were made of. The
