@@ -10,6 +10,7 @@ import luenberger as lb
 from luenberger.recursion import filter_pass
 from luenberger.recursion.known import Known, repeated
 from luenberger.recursion.settings import Settings
+from luenberger.recursion.state import start
 
 pytest.importorskip("numba", reason="numba is an optional extra")
 
@@ -138,6 +139,21 @@ def test_with_accurate_outputs_and_settling(plain, by_hand):
     assert generators.relative(found.x, wanted.x) < 1e-12
 
 
+def test_a_missing_output_is_noticed_where_nothing_is_known_before(form, by_hand):
+    """No combination of outputs has to agree, so no other test sees it."""
+    plant = lb.Plant(
+        [[0.5, 0.25, 1], [0, 0.5, 1], [0, 0, 0]], None, np.eye(2, 3), dt=1.0,
+        Q=np.diag([1.0, 1, 0]), R=np.zeros((2, 2)), P0=np.eye(3),
+    )  # fmt: skip
+    assert Known(Settings(plant, 0)).fixed.U.size == 0
+    y = np.random.default_rng(0).normal(size=(12, 2))
+    y[7, 1] = nan
+    found, wanted = run(plant, y), run(plant, y, backend="numpy")
+    assert 7 in by_hand
+    np.testing.assert_allclose(found.x, wanted.x, atol=1e-13)
+    np.testing.assert_allclose(found.P, wanted.P, atol=1e-13)
+
+
 def test_rounding_that_would_grow_is_numpys(plain, by_hand):
     """The state is known, and rounding of it is not corrected by what is known."""
     plant, y, u, u0 = problem("silent", last=1.5)
@@ -155,6 +171,21 @@ def test_a_constant_that_is_known_stays(plain, by_hand):
     found = run(plant, np.tile([[5.0, 1.0]], (30, 1)))
     assert len(by_hand) < 4
     np.testing.assert_allclose(found.x, np.tile([[3.0, 2.0]], (30, 1)), rtol=1e-15)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_behind_such_rows_a_state_is_that_of_numpy(kind, plain):
+    """And the rounding that it has is at least as large, of the largest numbers met."""
+    plant, y, u, u0 = problem(kind)
+    way = filter_pass.Pass(Settings(plant, 0))
+    begin = start(way, plant.x0, u0)
+    found, wanted = (way.over(begin, y[:19], u[:19], one)[0] for one in (True, False))
+    assert found.instant == wanted.instant == 19
+    for name in ("x", "u", "rho"):
+        a, b = getattr(found, name), getattr(wanted, name)
+        np.testing.assert_allclose(a, b, atol=1e-12)
+    less, more = wanted.rounding.diagonal(), found.rounding.diagonal()
+    assert (0.99 * less <= more).all() and (more <= 1e4 * less + 1e-40).all()
 
 
 def test_steps_are_taken_two_by_two():

@@ -306,6 +306,23 @@ def test_a_small_difference_of_what_moves_together_keeps_its_digits(form, by_han
     assert (np.abs(found.x - x.astype(float)) < slack + 1e-10).all()
 
 
+def test_an_output_with_few_digits_is_numpys(plain, by_hand):
+    """All pivots of the prediction's covariance have more than its variance has."""
+    rng = np.random.default_rng(0)
+    lower = np.array([[1, 0, 0], [1, 2.0**-9, 0], [0, 1, 2.0**-9]])
+    turn = np.array([[3.0, 1, 0], [0, 5, 1], [1, 0, 7]]) / 7  # rounds all entries
+    C = np.array([[1, -1, 2.0**-9]]) @ np.linalg.inv(turn)  # shows 2^-18 of the last
+    Q = turn @ lower @ lower.T @ turn.T
+    plant = lb.Plant(
+        np.zeros((3, 3)), None, C, dt=1.0, Q=(Q + Q.T) / 2, R=[[0]], P0=np.eye(3)
+    )
+    y = rng.normal(size=(3, 1)) * 2.0**-18
+    x, P = generators.exact(plant, y)
+    found = run(plant, y)
+    assert len(by_hand) == 3
+    assert generators.relative(found.x, x) < 1e-4
+
+
 @pytest.mark.parametrize("form", ["loops"], indirect=True)
 @pytest.mark.parametrize("still", range(1, 9))
 def test_a_reading_that_was_known_is_noticed_in_each_row(still, form):
