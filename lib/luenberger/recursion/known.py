@@ -155,7 +155,7 @@ class KnownRows:
             return state, k
         rows, seen = slice(k, done), np.ones(self.y.shape[1], dtype=bool)
         out.repeat(rows, fixed.spread.Sigma, fixed.new["K"], seen)
-        out.spread(rows)
+        out.spread(rows, fixed.spread.Sigma)
         return self.after(state, rows, out.x), done
 
     def after(self, state: State, rows: slice, x: Matrix) -> State:
