@@ -52,7 +52,11 @@ GENERATED = (
 )  # fmt: skip
 FLEET, BARE, PARTS = "many records, ", "panels, no copies", "to a function"
 SIZES = "n = 3, p = 2", "n = 10, p = 4", "n = 30, p = 6", "n = 100, p = 10"
-SETTLED = tuple(zip(SIZES, (50, 50, 30, 8)))
+SETTLED = (
+    ("n = 3, p = 2, 1000000 rows", 50), ("n = 10, p = 4, 300000 rows", 50),
+    ("n = 10, p = 4, 1000000 rows", 50), ("n = 30, p = 6, 100000 rows", 30),
+    ("n = 100, p = 10, 40000 rows", 8),
+)  # fmt: skip
 SMOOTHED = "n = 3, p = 2", "n = 6, p = 3", "n = 10, p = 4", "n = 30, p = 8"
 HARDEST = (
     "n = 6, p = 4, 50000 rows", "n = 6, p = 1, 10000 rows", "n = 10, p = 1, 2000 rows",
