@@ -76,10 +76,18 @@ def same(found, one, s, tolerance=1e-12, least=0.0):
             np.testing.assert_allclose(mine[s], wanted, rtol=tolerance, atol=scale)
 
 
+# each way that records take in all four settings, what differs in a plant alone in two
+SETTINGS = [
+    (kind, varying, history)
+    for kind in KINDS
+    for varying in (False, True)
+    for history in (False, True)
+    if varying == history or kind in ("dense", "correlated")
+]
+
+
 @both
-@pytest.mark.parametrize("history", [False, True])
-@pytest.mark.parametrize("varying", [False, True])
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind, varying, history", SETTINGS)
 def test_a_record_is_what_it_is_by_itself(kind, varying, history, backend):
     plant = drawn(kind, varying)
     y, u = measured(plant)
@@ -96,7 +104,7 @@ def test_a_record_is_what_it_is_by_itself(kind, varying, history, backend):
 @both
 @pytest.mark.parametrize("kind", ["dense", "correlated", "accurate", "known start"])
 def test_bits_hang_on_no_other_record(kind, backend):
-    plant = drawn(kind, m=0)
+    plant = drawn(kind, m=0 if kind == "dense" else 1)
     y, _ = measured(plant)
 
     def filtered(which, history=False):
