@@ -104,7 +104,7 @@ def test_a_record_is_what_it_is_by_itself(kind, varying, history, backend):
 @both
 @pytest.mark.parametrize("kind", ["dense", "correlated", "accurate", "known start"])
 def test_bits_hang_on_no_other_record(kind, backend):
-    plant = drawn(kind, m=0 if kind == "dense" else 1)
+    plant = drawn(kind)
     y, _ = measured(plant)
 
     def filtered(which, history=False):
