@@ -68,15 +68,15 @@ def test_pictures_are_those_that_the_library_draws(name, pictures):
     path = pictures.FOLDER / f"{name}.png"
     assert f"]({path.relative_to(ROOT).as_posix()})" in README
     figure = pictures.PICTURES[name]()
-    stored = Image.open(path)
-    assert stored.text["Description"] == pictures.words(figure)
+    stored, words = Image.open(path), pictures.words(figure)
     figure.canvas.draw()
+    drawn = Image.fromarray(np.asarray(figure.canvas.buffer_rgba()))
+    pictures.plt.close(figure)
+    assert stored.text["Description"] == words
     small = [
-        np.asarray(image.convert("L").resize((64, 16)))
-        for image in (Image.fromarray(np.asarray(figure.canvas.buffer_rgba())), stored)
+        np.asarray(image.convert("L").resize((64, 16))) for image in (drawn, stored)
     ]
     assert np.abs(small[0].astype(int) - small[1]).mean() < 4
-    pictures.plt.close(figure)
 
 
 def test_what_comes_before_the_designs_is_two_screens():
