@@ -5,6 +5,7 @@ import importlib.util
 import pathlib
 import re
 
+import matplotlib
 import numpy as np
 import pytest
 from PIL import Image
@@ -76,7 +77,8 @@ def test_pictures_are_those_that_the_library_draws(name, pictures):
     small = [
         np.asarray(image.convert("L").resize((64, 16))) for image in (drawn, stored)
     ]
-    assert np.abs(small[0].astype(int) - small[1]).mean() < 4
+    most = 4 if matplotlib.__version_info__ >= (3, 11) else 6  # lines lay closer there
+    assert np.abs(small[0].astype(int) - small[1]).mean() < most
 
 
 def test_what_comes_before_the_designs_is_two_screens():
