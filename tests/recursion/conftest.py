@@ -1,4 +1,4 @@
-"""Generated code as plain Python, and each way of writing it."""
+"""Generated code as plain Python, each way of writing it, and the rows it leaves."""
 
 import numpy as np
 import pytest
@@ -6,6 +6,7 @@ import pytest
 from luenberger import kernels
 from luenberger.kernels import cache, loops, solves, tiles
 from luenberger.kernels import numba as printer
+from luenberger.recursion import filter_pass
 
 
 @pytest.fixture
@@ -36,3 +37,14 @@ def form(request, monkeypatch, plain):
         monkeypatch.setattr(tiles, "BLOCK", 2)
         monkeypatch.setattr(printer, "ON_STACK", 0)
     return request.param
+
+
+@pytest.fixture
+def by_hand(monkeypatch):
+    """The instants before rows that NumPy does, from now on."""
+    rows, step = [], filter_pass.step
+    monkeypatch.setattr(
+        filter_pass, "step", lambda settings, state, *row: rows.append(state.instant)
+        or step(settings, state, *row),
+    )  # fmt: skip
+    return rows

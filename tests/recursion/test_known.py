@@ -41,17 +41,6 @@ def problem(kind, rows=40, seed=5, last=0.5):
     return plant, y, u[1:], u[0]
 
 
-@pytest.fixture
-def by_hand(monkeypatch):
-    """The instants before rows that NumPy does, from now on."""
-    rows, step = [], filter_pass.step
-    monkeypatch.setattr(
-        filter_pass, "step", lambda settings, state, *row: rows.append(state.instant)
-        or step(settings, state, *row),
-    )  # fmt: skip
-    return rows
-
-
 def run(plant, y, u=None, backend="numba", **more):
     return lb.filter_data(
         plant, y, u, **dict(history=True, settle=None, backend=backend) | more

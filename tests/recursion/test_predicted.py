@@ -13,7 +13,6 @@ import pytest
 
 import luenberger as lb
 from luenberger.numeric.factors import EPS
-from luenberger.recursion import filter_pass
 from luenberger.recursion.predicted import by_predictions, predicted
 from luenberger.recursion.root_step import Spread
 from luenberger.recursion.settings import Settings
@@ -57,17 +56,6 @@ def in_units(plant, y, states, outputs):
         S=plant.S / x[:, None] / z, P0=plant.P0 / x / x[:, None], x0=plant.x0 / x,
     )  # fmt: skip
     return other, y / z
-
-
-@pytest.fixture
-def by_hand(monkeypatch):
-    """The instants before rows that NumPy does, from now on."""
-    rows, step = [], filter_pass.step
-    monkeypatch.setattr(
-        filter_pass, "step", lambda settings, state, *row: rows.append(state.instant)
-        or step(settings, state, *row),
-    )  # fmt: skip
-    return rows
 
 
 def run(plant, y, u=None, backend="numba", **more):
