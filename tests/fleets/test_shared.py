@@ -10,6 +10,7 @@ from luenberger import kernels
 from luenberger.fleets.block import deviations, one_for_all
 from luenberger.kernels import cache, turning
 from luenberger.numeric.linalg import finite
+from luenberger.run import filter_fleet
 
 needs_numba = pytest.mark.skipif(
     not kernels.runs_compiled("auto", 10**9), reason="numba is an optional extra"
@@ -127,3 +128,12 @@ def test_inputs_are_looked_at_where_no_reading_is_missing(wrong):
     u[1, 2] = wrong
     with pytest.raises(ValueError, match="u in record 1, row 2 is missing or not"):
         lb.filter_data(pushed, np.ones((3, 4, 1)), u)
+
+
+def test_a_way_is_kept_for_each_thread():
+    plant = lb.Plant([[1]], None, [[1]], dt=1.0, Q=[[1]], R=[[1]], P0=[[1]])
+    here = filter_fleet.way_of(plant, 0, None)
+    assert filter_fleet.way_of(plant, 0, None) is here
+    with ThreadPoolExecutor(1) as executor:
+        there = executor.submit(filter_fleet.way_of, plant, 0, None).result()
+    assert there is not here

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import lru_cache
-from threading import Lock
+from threading import Lock, get_ident
 from typing import Any
 
 import numpy as np
@@ -150,14 +150,17 @@ def filter_fleet(
 
 
 def way_of(plant: Plant, m1: Any, weight: Any) -> SettledPass:
-    """The way of a filter over a record, in full; kept for a few plants."""
+    """The way of a filter over a record, in full; kept for a few plants.
+
+    Calls in several threads each have their own: a way is not for two at once.
+    """
     if plant.steps is None and type(m1) is int and weight is None:
-        return _kept(plant, m1)
+        return _kept(plant, m1, get_ident())
     return SettledPass(Settings(plant, m1, weight), None)
 
 
 @lru_cache(maxsize=8)
-def _kept(plant: Plant, m1: int) -> SettledPass:
+def _kept(plant: Plant, m1: int, thread: int) -> SettledPass:
     return SettledPass(Settings(plant, m1), None)
 
 
