@@ -201,11 +201,29 @@ def side_by_side(stages: StageList, *outputs: str) -> Beside:
     return assemble_columns(compiled(stages, *outputs))
 
 
-def lowered(stages: StageList, outputs: Sequence[str], **options: Any) -> Program:
+def lowered(
+    stages: StageList, outputs: Sequence[str], **options: Sequence[Any]
+) -> Program:
     """A stage list as a `Program` for the printers; see `lowering.lower`."""
-    from .lowering import lower
+    given = tuple((name, tuple(options[name])) for name in sorted(options))
+    return program_of(stages, tuple(outputs), given)
 
-    return lower(stages(), outputs, **options)
+
+@functools.cache
+def program_of(
+    stages: StageList, outputs: tuple[str, ...], options: tuple[tuple[str, tuple], ...]
+) -> Program:
+    """The same, kept for the next process: its text is what makes it."""
+    from . import cache, program
+
+    def make() -> tuple[str, None]:
+        from .lowering import lower
+
+        return repr(lower(stages(), outputs, **dict(options))), None
+
+    text, _ = cache.derived(("program", stages, outputs, options), make)
+    found: Program = eval(text, dict(vars(program)))  # made by us, see `cache`
+    return found
 
 
 def run(
