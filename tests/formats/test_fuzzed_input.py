@@ -97,7 +97,7 @@ def same(one, other):
     return one[:2] == other[:2] and np.array_equal(one[2], other[2], equal_nan=True)
 
 
-@bounded(200)
+@bounded(100)
 @given(written(), st.integers(1, 80))
 def test_a_valid_table_is_read_in_any_pieces(table, piece):
     data, names, clocks, wanted = table
@@ -108,7 +108,7 @@ def test_a_valid_table_is_read_in_any_pieces(table, piece):
     assert same(outcome(data, names, piece), found)
 
 
-@bounded(300)
+@bounded(150)
 @given(written(), st.data())
 def test_a_damaged_table_is_read_by_hand_or_refused(table, data):
     raw, names, _, _ = table
@@ -126,7 +126,7 @@ def test_a_damaged_table_is_read_by_hand_or_refused(table, data):
     )
 
 
-@bounded(150)
+@bounded(100)
 @given(st.binary(max_size=60))
 def test_bytes_are_read_by_hand_or_refused(data):
     for start in (b"", b"a\n", b"a,b\n1,2\n"):
@@ -236,7 +236,7 @@ def test_a_file_that_is_not_damaged_is_read(kind):
 
 
 @pytest.mark.parametrize("kind", READERS)
-@bounded(300)
+@bounded(100)
 @given(st.data())
 def test_a_damaged_record_is_read_as_numpy_would_or_refused(kind, draws):
     data = copy.deepcopy(READERS[kind][1])
@@ -251,7 +251,7 @@ def test_a_damaged_record_is_read_as_numpy_would_or_refused(kind, draws):
 
 
 @pytest.mark.parametrize("kind", READERS)
-@bounded(200)
+@bounded(100)
 @given(st.data())
 def test_a_damaged_text_is_read_as_numpy_would_or_refused(kind, draws):
     text = json.dumps(READERS[kind][1])
@@ -263,7 +263,7 @@ def test_a_damaged_text_is_read_as_numpy_would_or_refused(kind, draws):
 
 
 @pytest.mark.parametrize("kind", READERS)
-@bounded(100)
+@bounded(60)
 @given(
     st.dictionaries(
         st.sampled_from([*PLANT_DATA, *OBSERVER_DATA, "E", "S", "T0", "_"]) | st.text(),

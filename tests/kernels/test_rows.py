@@ -74,8 +74,15 @@ def never_scalars(monkeypatch):
 
 
 @needs_compilers
-@pytest.mark.parametrize(("n", "p", "lanes"), SIZES)
-@pytest.mark.parametrize("stages", LISTS.values(), ids=LISTS)
+@pytest.mark.parametrize(
+    ("stages", "n", "p", "lanes"),
+    [
+        *((LISTS["filter step"], *sizes) for sizes in SIZES),
+        *((LISTS["arrived"], *sizes) for sizes in SIZES[2:4]),
+        (LISTS["update"], *SIZES[1]),
+        (LISTS["predict"], *SIZES[4]),
+    ],
+)
 def test_panels_of_any_height_and_padding(stages, n, p, lanes, tmp_path):
     """What is given is in tables where n is odd."""
     derivation, sizes = stages(), {"n": n, "p": p, "m": 2}

@@ -9,10 +9,12 @@ import dataclasses
 import generators
 import numpy as np
 import pytest
+from every_pair import every_pair
 from generators import holes, integer_plant
 
 import luenberger as lb
 from luenberger import kernels
+from luenberger.kernels import numba as printer
 from luenberger.recursion import filter_pass
 from luenberger.recursion.filter_pass import Pass
 from luenberger.recursion.filter_stacks import Block, stacks_of
@@ -22,6 +24,7 @@ from luenberger.recursion.state import History, start
 
 numba = pytest.importorskip("numba", reason="numba is an optional extra")
 
+FORMS = ["scalars", "loops", "large"]
 TRACKER = lb.Plant(
     [[1, 1, 0.5], [0, 1, 1], [0, 0, 1]],
     None,
@@ -31,13 +34,6 @@ TRACKER = lb.Plant(
     R=np.diag([0.25, 4]),
     P0=[[0.25, 0.375, 0.25], [0.375, 1.6875, 1.625], [0.25, 1.625, 2.75]],
 )
-
-
-@pytest.fixture(scope="module", autouse=True)
-def own_cache(tmp_path_factory):
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("LUENBERGER_CACHE", str(tmp_path_factory.mktemp("cache")))
-        yield
 
 
 def both(plant, y, u=None, **options):
@@ -67,9 +63,13 @@ def counted(monkeypatch):
     return rows
 
 
-@pytest.mark.parametrize("m1", [0, 1, [0, 2], 3], ids=str)
-@pytest.mark.parametrize("gaps", [False, True], ids=["complete", "gaps"])
-@pytest.mark.parametrize("kind", ["S = 0", "S", "varying", "varying, S"])
+@every_pair(
+    kind=["S = 0", "S", "varying", "varying, S"],
+    m1=[0, 1, [0, 2], 3],
+    form=FORMS,
+    gaps=[False, True],
+    indirect=["form"],
+)
 def test_generated_code_is_the_numpy_filter(kind, gaps, m1, form, monkeypatch):
     rng, cross, N = np.random.default_rng(12), kind.endswith("S"), 25
     if kind.startswith("varying"):
@@ -152,10 +152,9 @@ def test_weights(weight, plain):
     agree(*both(plant, holes(rng, y), u, m1=1, weight=weight), tol=1e-11)
 
 
-@pytest.mark.parametrize("block", range(4))
-def test_any_singular_noise_is_handed_over_or_right(block, form):
+def test_any_singular_noise_is_handed_over_or_right(form):
     """As in test_perfect: joint noise and P0 of every rank, against exact numbers."""
-    for seed in range(15 * block, 15 * block + 15):
+    for seed in range(FORMS.index(form), 60, len(FORMS)):
         plant, y, u, u0 = integer_plant(seed)
         x, P = generators.exact(plant, y, u, u0)
         run = lb.filter_data(
@@ -179,16 +178,20 @@ def test_a_state_known_at_first_is_handed_over_until_it_is_not(plain, monkeypatc
     assert 1 < len(rows) < 12
 
 
-@pytest.mark.parametrize("gaps", [False, True], ids=["complete", "gaps"])
-@pytest.mark.parametrize("first", [False, True], ids=["last", "first"])
-@pytest.mark.parametrize("kind", generators.KNOWN)
+@every_pair(
+    kind=generators.KNOWN,
+    form=FORMS,
+    first=[False, True],
+    gaps=[False, True],
+    indirect=["form"],
+)
 def test_states_that_are_known_exactly_stay_in_compiled_code(
     kind, first, gaps, form, monkeypatch
 ):
     """Their variance is zero to the last bit, and all else as in rationals."""
     plant = generators.known(kind, first=first)
     rng = np.random.default_rng(2)
-    u, y = rng.normal(size=(20, 1)), rng.normal(size=(20, 2))
+    u, y = rng.normal(size=(12, 1)), rng.normal(size=(12, 2))
     y = holes(rng, y) if gaps else y
     x, P = generators.exact(plant, y, u, np.zeros(1))
     rows = counted(monkeypatch)
@@ -374,22 +377,26 @@ def test_products_are_calls(plain, used, monkeypatch):
 
 
 @pytest.mark.parametrize("m1", [0, 1])
-def test_numba_scalars_for_ten_thousand_steps(m1):
-    y, _, _ = generators.record(np.random.default_rng(1), TRACKER, 10_000)
+def test_numba_scalars_for_a_thousand_steps(m1):
+    y, _, _ = generators.record(np.random.default_rng(1), TRACKER, 1_000)
     agree(*both(TRACKER, y, m1=m1))
 
 
-def test_numba_loops_for_ten_thousand_steps(used):
+def test_numba_loops_for_a_thousand_steps(used, monkeypatch):
+    monkeypatch.setattr(kernels, "UNROLLED", 0)
     rng = np.random.default_rng(2)
-    plant = generators.plant(rng, 6, 3, m=1, cross=False)
-    y, u, u0 = generators.record(rng, plant, 10_000)
+    plant = generators.plant(rng, 4, 2, m=1, cross=False)
+    y, u, u0 = generators.record(rng, plant, 1_000)
     agree(*both(plant, y, u, u0=u0), tol=1e-11)
     assert "as loops" in used[-1] and "array(" in used[-1]
 
 
-def test_numba_for_a_large_plant(used):
+def test_numba_for_a_large_plant(used, monkeypatch):
+    """Its matrices are not on the stack, and a product takes panels of two heights."""
+    monkeypatch.setattr(kernels, "UNROLLED", 0)
+    monkeypatch.setattr(printer, "ON_STACK", 0)
     rng = np.random.default_rng(2)
-    plant = generators.plant(rng, 45, 7, m=0, cross=False)
+    plant = generators.plant(rng, 7, 1, m=0, cross=False)
     y, _, _ = generators.record(rng, plant, 40)
     agree(*both(plant, y), tol=1e-11)
     assert "product(" in used[-1] and "np.empty(" in used[-1]
@@ -475,7 +482,7 @@ def test_estimate_of_every_kind_of_observer(observer, form):
 
 def test_numba_estimate():
     observer = lb.reduced_order_filter(TRACKER, 1)
-    y, _, _ = generators.record(np.random.default_rng(1), TRACKER, 10_000)
+    y, _, _ = generators.record(np.random.default_rng(1), TRACKER, 1_000)
     wanted = lb.estimate(observer, y, backend="numpy")
     found = lb.estimate(observer, y, backend="numba")
     assert generators.relative(found, wanted) < 1e-12

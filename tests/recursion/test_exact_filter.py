@@ -21,7 +21,7 @@ from luenberger.recursion.settings import Settings
 from tests.papers.leondes_novak import test_perfect_measurements
 
 
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("seed", range(10))
 def test_the_oracle_agrees_with_the_one_that_augments_the_state(seed):
     """Two filters in Fractions that share no formula: noise as state, or as gain."""
     plant, y, u, u0 = test_perfect_measurements.integer_plant(seed)
@@ -58,8 +58,8 @@ def test_the_oracle_decides_a_contradiction_exactly():
 # -- the library beside the oracle ----------------------------------------------------
 
 COUNT = int(os.environ.get("SINGULAR_PROBLEMS", "0"))
-SUITE = 240  # problems of every suite run
-BLOCKS = 8
+SUITE = 120  # problems of every suite run
+BLOCKS = 4
 TOL = 1e-9  # beside what each number was made of
 
 
@@ -140,7 +140,7 @@ def test_gains_of_outputs_with_all_sorts_of_noise_have_all_digits():
 def test_gains_over_steps_have_the_covariance_that_is_exact():
     """`kalman_filter(steps=)` run by `estimate`; `error_covariance(steps=)` of it."""
     done = 0
-    for problem in map(exact_filter.problem, range(400)):
+    for problem in map(exact_filter.problem, range(160)):
         if "gaps" in problem.kinds or problem.accurate:
             continue
         found, steps = problem.exact(), len(problem.y)
@@ -150,7 +150,7 @@ def test_gains_over_steps_have_the_covariance_that_is_exact():
         worst = problem.errors(x, P, found)
         assert max(worst) < 1e-7, (worst, problem.kinds)
         done += 1
-    assert done > 60
+    assert done > 25
 
 
 # -- cases that were wrong without a word ---------------------------------------------
@@ -196,7 +196,7 @@ def test_one_direction_seen_by_a_good_sensor(backend):
 
 def test_an_encoder_at_rest_beside_a_rate_sensor_agrees_with_itself():
     """y = 0 exactly: readings are compared with what they met, not with each other."""
-    for seed in range(300):
+    for seed in range(60):
         rng = np.random.default_rng(seed)
         dt, q, r = rng.choice([0.01, 0.1, 0.5]), *10.0 ** rng.integers(-4, 2, size=2)
         plant = lb.Plant(
@@ -232,7 +232,7 @@ def test_rounding_that_grows_through_a_gap_is_no_contradiction(other):
     Over 30 instants without the noise-free output the unstable mode makes of the
     rounding as much as there is left of the state.
     """
-    for seed in range(12):
+    for seed in range(6):
         rng = np.random.default_rng(seed)
         modes = rng.normal(size=(2, 2))
         A = modes @ np.diag([rng.uniform(1.5, 2.5), 0.6]) @ np.linalg.inv(modes)
@@ -269,7 +269,7 @@ def test_integer_records_that_fit_exactly_are_not_refused():
     A mode that no output shows may grow too far in them.
     """
     grown = []
-    for seed in range(200):
+    for seed in range(100):
         plant, *_ = test_perfect_measurements.integer_plant(seed)
         rng = np.random.default_rng(seed)
         joint = np.block([[plant.Q, plant.S], [plant.S.T, plant.R]])
@@ -281,7 +281,7 @@ def test_integer_records_that_fit_exactly_are_not_refused():
             except lb.DesignError as error:
                 assert "no output shows the unstable mode" in str(error), seed
                 grown.append(seed)
-    assert len(grown) < 4
+    assert len(grown) < 3
 
 
 # -- (33) with R singular and S: which J ----------------------------------------------

@@ -74,7 +74,7 @@ def drawn(seed):
     return plant, y
 
 
-BLOCKS, COUNT = 4, int(os.environ.get("GROWN_PLANTS", "160"))
+BLOCKS, COUNT = 2, int(os.environ.get("GROWN_PLANTS", "80"))
 
 
 @pytest.mark.parametrize("block", range(BLOCKS))
@@ -179,7 +179,7 @@ def hidden(seed):
 def test_a_mode_that_no_output_shows_grows_without_any_gap():
     """What is filtered is right, or refused; never a failure of the algebra."""
     refused = right = 0
-    for seed in range(30, 80):
+    for seed in range(30, 55):
         plant, y = hidden(seed)
         try:
             found = lb.filter_data(plant, y, history=True)
@@ -193,7 +193,7 @@ def test_a_mode_that_no_output_shows_grows_without_any_gap():
         off = np.abs(found.P - P) / (unit[:, :, None] * unit[:, None])
         assert max(off.max(), (np.abs(found.x - x) / unit).max()) < 1e-3, seed
         right += 1
-    assert min(refused, right) > 8
+    assert min(refused, right) > 4
 
 
 def test_a_mode_that_no_output_shows_is_followed_from_chunk_to_chunk():

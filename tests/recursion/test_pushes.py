@@ -3,6 +3,7 @@
 import generators
 import numpy as np
 import pytest
+from every_pair import every_pair
 from generators import holes
 
 import luenberger as lb
@@ -44,9 +45,7 @@ def made(monkeypatch):
     return instants
 
 
-@pytest.mark.parametrize("weight", WEIGHTS)
-@pytest.mark.parametrize("m1", [1, [0, 2], 3], ids=str)
-@pytest.mark.parametrize("gaps", [False, True], ids=["complete", "gaps"])
+@every_pair(weight=[*WEIGHTS], m1=[1, [0, 2], 3], gaps=[False, True])
 def test_rows_are_those_of_numpy(gaps, m1, weight, plain, made):
     rng, N = np.random.default_rng(7), 60
     plant = generators.varying(rng, 4, 3, N, m=1, cross=False)

@@ -11,6 +11,7 @@ from bounds_of_settling import of_plant
 
 import luenberger as lb
 from luenberger.numeric.rounded import Rounded
+from luenberger.recursion import settled_pass
 from luenberger.recursion.innovations import largest
 from luenberger.recursion.measure import Measure
 from luenberger.recursion.root_step import Spread
@@ -30,10 +31,10 @@ def case(request):
     return plant, *generators.record(rng, plant, 300)[:2]
 
 
-@pytest.mark.parametrize("settle, least", [(1e-9, 14), (1e-4, 20), (0.5, 20)])
+@pytest.mark.parametrize("settle, least", [(1e-9, 7), (1e-4, 10), (0.5, 10)])
 def test_settled_rows_are_within_their_bound(settle, least):
     """A few of the thousand plants of `python tests/support/bounds_of_settling.py`."""
-    found = [one for seed in range(24) if (one := of_plant(seed, settle)) is not None]
+    found = [one for seed in range(12) if (one := of_plant(seed, settle)) is not None]
     assert len(found) >= least
     assert all(max(x, P) <= bound for bound, x, P in found)
 
@@ -124,22 +125,37 @@ def test_a_covariance_that_has_settled_to_the_last_bit_is_as_good_as_rounding():
     assert run.settle_bound > 1e-16
 
 
-@pytest.mark.parametrize("backend, rows", [("numpy", 300), ("numba", 48_000)])
-def test_chunks_do_not_change_a_bit(case, backend, rows):
-    plant, y, u = case
-    y, u = (np.tile(one, (rows // 300, 1)) for one in (y, u))
+def require_the_same_bits(plant, y, u, backend):
+    """Of a record in chunks of two lengths and of the whole one, which settles."""
     whole = lb.filter_data(plant, y, u, backend=backend)
     full = lb.filter_data(plant, y, u, backend=backend, settle=None)
     assert len(whole.settled_at) == 1 and not np.array_equal(whole.x, full.x)
     assert (np.abs(whole.x - full.x) <= whole.settle_bound * full.std).all()
-    for size in (rows // 40 + 1, rows // 3):
-        parts = range(0, rows, size)
+    for size in (8, 100):
+        parts = range(0, len(y), size)
         some = lb.filter_data(
             plant, (y[k : k + size] for k in parts), (u[k : k + size] for k in parts),
             backend=backend,
         )  # fmt: skip
         joined = np.concatenate([part.x for part in some])
         np.testing.assert_array_equal(joined, whole.x)
+
+
+@pytest.fixture
+def soon(monkeypatch):
+    """Compiled code looks whether it has settled after a hundred rows of 3 states."""
+    monkeypatch.setattr(settled_pass, "CHEAP", 100 * 3**4)
+
+
+@pytest.mark.parametrize("backend", ["numpy", "numba"])
+def test_chunks_do_not_change_a_bit(case, backend, soon, plain):
+    require_the_same_bits(*case, backend)
+
+
+def test_chunks_of_compiled_code_do_not_change_a_bit(soon):
+    rng = np.random.default_rng(12)
+    plant = generators.plant(rng, 3, 2, m=1)
+    require_the_same_bits(plant, *generators.record(rng, plant, 300)[:2], "numba")
 
 
 @pytest.mark.parametrize("m1", [0, 1])
@@ -163,9 +179,9 @@ def test_after_a_gap_it_settles_again(case, m1):
 @pytest.mark.parametrize("settle, gaps", [(1e-3, 6), (1e-5, 6), (1e-6, 2)])
 def test_rows_behind_gaps_are_within_the_bound(settle, gaps):
     """A third of the plants have accurate outputs; gaps are of one output or of all."""
-    found = [of_plant(seed, settle, gaps) for seed in range(60, 72)]
+    found = [of_plant(seed, settle, gaps) for seed in range(60, 68)]
     found = [one for one in found if one is not None]
-    assert len(found) >= 8 and all(max(x, P) <= bound for bound, x, P in found)
+    assert len(found) >= 5 and all(max(x, P) <= bound for bound, x, P in found)
     used = [max(x, P) / bound for bound, x, P in found]
     assert max(used) > 1e-3 and np.median([bound for bound, _, _ in found]) < 0.1
 

@@ -61,7 +61,7 @@ DESIGNS = {
 def test_a_filter_is_the_same_in_any_units(design, make):
     """Or is refused in all of them."""
     designed = 0
-    for seed in range(16):
+    for seed in range(8):
         rng = np.random.default_rng(seed)
         n, p = rng.integers(2, 5), rng.integers(1, 3)
         plant = make(rng, n, p)
@@ -83,7 +83,7 @@ def test_a_filter_is_the_same_in_any_units(design, make):
             continue
         designed += 1
         np.testing.assert_allclose(b, a, rtol=0, atol=1e-9 * np.abs(a).max())
-    assert designed > 8
+    assert designed > 4
 
 
 def test_the_best_constant_gain_is_not_left_to_the_units():
@@ -203,7 +203,7 @@ def test_two_plants_side_by_side_are_each_solved_to_their_own_size():
 def test_a_filter_is_as_far_from_the_best_in_any_units():
     """Also beside states that no noise reaches, and for estimates in light years."""
     measured = 0
-    for seed in range(60):
+    for seed in range(30):
         rng = np.random.default_rng([5, seed])
         n, p = rng.integers(2, 5), rng.integers(1, 3)
         A, C = rng.integers(-3, 4, (n, n)) / 8, rng.integers(-2, 3, (p, n))
@@ -227,7 +227,7 @@ def test_a_filter_is_as_far_from_the_best_in_any_units():
             ).residuals
             measured += 1
             assert b == pytest.approx(a, rel=1e-6, abs=1e-11), seed
-    assert measured > 40
+    assert measured > 20
 
 
 def test_a_setting_in_other_units_is_that_of_the_plant_in_them():

@@ -24,6 +24,15 @@ def records():
     return rng.standard_normal((70, 20, 2)), rng.standard_normal((70, 20, 1))
 
 
+@pytest.fixture(scope="module")
+def pools():
+    """One of threads, and one of processes."""
+    threads = concurrent.futures.ThreadPoolExecutor(3)
+    processes = concurrent.futures.ProcessPoolExecutor(2, mp_context=spawn)
+    with threads, processes:
+        yield threads, processes
+
+
 @pytest.fixture(params=["numpy", "numba"])
 def backend(request):
     if request.param == "numba":
@@ -42,18 +51,14 @@ def test_each_record_is_what_it_is_by_itself(kind, records, backend):
         np.testing.assert_allclose(found[k], one, rtol=0, atol=1e-12)
 
 
-def test_bits_do_not_depend_on_records_beside_nor_workers(records, backend):
+def test_bits_do_not_depend_on_records_beside_nor_workers(records, backend, pools):
     observer, (y, u) = OBSERVERS["constant"], records
     whole = lb.estimate(observer, y, u, backend=backend)
     few = lb.estimate(observer, y[5:9], u[5:9], backend=backend)
     np.testing.assert_array_equal(whole[5:9], few)
-    for pool in (
-        concurrent.futures.ThreadPoolExecutor(3),
-        concurrent.futures.ProcessPoolExecutor(2, mp_context=spawn),
-    ):
-        with pool as executor:
-            how = dict(executor=executor, chunk=1, backend=backend)
-            np.testing.assert_array_equal(lb.estimate(observer, y, u, **how), whole)
+    for executor in pools:
+        how = dict(executor=executor, chunk=1, backend=backend)
+        np.testing.assert_array_equal(lb.estimate(observer, y, u, **how), whole)
 
 
 def test_lists_and_earlier_ends(records, backend):

@@ -16,7 +16,7 @@ from generators import holes
 import luenberger as lb
 from luenberger.recursion import late_step
 
-N = 40
+N = 26
 
 
 def arrivals(rng, shape, longest=12, late=0.6, never=0.1):
@@ -92,10 +92,10 @@ def test_a_row_knows_nothing_that_arrives_later(m1, case):
     """Not a bit of it: later readings are changed, and earlier rows stay."""
     plant, y, u, u0, arrival = case
     run = lb.filter_data(plant, y, u, u0=u0, m1=m1, arrival=arrival)
-    other = np.where(arrival > 20, y + 100, y)
+    other = np.where(arrival > 12, y + 100, y)
     changed = lb.filter_data(plant, other, u, u0=u0, m1=m1, arrival=arrival)
-    np.testing.assert_array_equal(changed.x[:21], run.x[:21])
-    assert np.abs(changed.x[21:] - run.x[21:]).max() > 1
+    np.testing.assert_array_equal(changed.x[:13], run.x[:13])
+    assert np.abs(changed.x[13:] - run.x[13:]).max() > 1
 
 
 @pytest.mark.parametrize("m1", [0, 1])
@@ -152,7 +152,7 @@ def exact_again(model, y, arrival, prior=False):
     return found
 
 
-SEEDS, BLOCKS = 160, 4
+SEEDS, BLOCKS = 80, 2
 
 
 @pytest.mark.parametrize("block", range(BLOCKS))

@@ -85,7 +85,7 @@ def test_same_bits_from_any_executor(where, chunk, here, request):
 def test_same_bits_though_a_worker_of_a_dask_cluster_is_killed():
     plant, _ = problem()
     problem_ = plant, lb.kalman_filter(plant)
-    options, killed = dict(runs=3000, steps=400, seed=SEED), []
+    options, killed = dict(runs=2000, steps=400, seed=SEED), []
     quiet = dict(silence_logs=logging.CRITICAL, dashboard_address=None)
     where = dict(host="127.0.0.1", n_workers=2, threads_per_worker=1, processes=True)
     with distributed.LocalCluster(**where, **quiet) as cluster:
@@ -110,26 +110,24 @@ def test_same_bits_though_a_worker_of_a_dask_cluster_is_killed():
     assert bits(there) == bits(lb.monte_carlo(*problem_, **options))
 
 
-def test_same_bits_for_any_number_of_threads_of_blas(monkeypatch):
-    """n = 130 is a size at which BLAS shares a product out, and rounds otherwise."""
+def test_same_bits_for_any_number_of_threads_of_blas(pool, monkeypatch):
+    """n = 130 is a size at which BLAS shares a product out, and rounds otherwise.
+
+    Workers of the pool have one thread, as all these tests; see tests/conftest.py.
+    """
     n = 130
     plant = plant_of(1, n, 2)
     observer = lb.Observer(
         plant.A / 2, np.zeros((n, 0)), np.ones((n, 2)), np.eye(n), np.ones((n, 2)),
         T=np.eye(n), L=np.eye(n), dt=1.0,
     )  # fmt: skip
-    found = []
-    for count in ("1", "2"):
-        for library in ("OMP", "OPENBLAS", "MKL"):
-            monkeypatch.setenv(f"{library}_NUM_THREADS", count)
-        with processes(1) as executor:
-            found.append(
-                lb.monte_carlo(
-                    plant, observer, runs=70, steps=2, seed=1,
-                    claimed=np.eye(n), executor=executor,
-                )
-            )  # fmt: skip
-    assert bits(found[0]) == bits(found[1])
+    options = dict(runs=70, steps=2, seed=1, claimed=np.eye(n))
+    one = lb.monte_carlo(plant, observer, executor=pool, **options)
+    for library in ("OMP", "OPENBLAS", "MKL"):
+        monkeypatch.setenv(f"{library}_NUM_THREADS", "2")
+    with processes(1) as executor:
+        two = lb.monte_carlo(plant, observer, executor=executor, **options)
+    assert bits(one) == bits(two)
 
 
 def test_a_run_depends_on_seed_and_number_only():
@@ -196,13 +194,14 @@ def test_products_of_few_outputs_and_of_many_are_the_same_sums(q):
 @pytest.mark.parametrize("kind", ["constant", "over steps", "prior", "posterior"])
 def test_compiled_runs_are_those_of_numpy(kind):
     rng = np.random.default_rng(8)
-    if kind in ("prior", "posterior"):  # a plant that changes, and when P0 is
-        plant = generators.varying(rng, 3, 2, STEPS + 1, m=1, P0_is=kind)
-    else:
+    if kind == "over steps":
+        plant, observer = problem()  # whose code is used below as well
+    elif kind == "constant":
         plant = generators.plant(rng, 3, 2, m=1)
-    observer = lb.reduced_order_filter(
-        plant, 1, steps=None if kind == "constant" else STEPS
-    )
+        observer = lb.reduced_order_filter(plant, 1)
+    else:  # a plant that changes, and when P0 is
+        plant = generators.varying(rng, 3, 2, STEPS + 1, m=1, P0_is=kind)
+        observer = lb.reduced_order_filter(plant, 1, steps=STEPS)
     options = dict(runs=70, steps=STEPS - 1, seed=2)
     plain, compiled = (
         lb.monte_carlo(plant, observer, backend=backend, **options)
@@ -257,7 +256,7 @@ class Stalling:
         return self.executor.submit(function, job)
 
 
-def test_a_broken_pool_is_named_and_counts_nothing(here):
+def test_a_broken_pool_is_named_and_counts_nothing(here, pool):
     before, seen = {child.pid for child in multiprocessing.active_children()}, []
 
     def kill_all(done, runs):
@@ -266,14 +265,14 @@ def test_a_broken_pool_is_named_and_counts_nothing(here):
             if child.pid not in before:
                 child.kill()
 
-    with processes() as executor:
+    with processes(1) as executor:
         with pytest.raises(concurrent.futures.BrokenExecutor, match="nothing was coun"):
             runs_of_the_problem(
                 executor=Stalling(executor), chunk=64, progress=kill_all
             )
     assert seen and seen[-1] < RUNS
-    with processes() as executor:  # as the message says: again, with a new pool
-        assert bits(runs_of_the_problem(executor=executor)) == bits(here)
+    # as the message says: again, with another pool
+    assert bits(runs_of_the_problem(executor=pool)) == bits(here)
 
 
 def test_a_failure_calls_off_the_rest():
