@@ -3,13 +3,14 @@
 import exact_filter
 import numpy as np
 import pytest
+from as_python import as_python
 
 import luenberger as lb
 from luenberger import kernels
 from luenberger.fleets import filter_block, in_numpy, own_gain, records
-from luenberger.fleets.block import Block, deviations
+from luenberger.fleets.block import Block
 from luenberger.fleets.fleet import Fleet
-from luenberger.kernels import fused, panels, stack
+from luenberger.kernels import cache, fused
 from luenberger.recursion.settings import Settings
 from luenberger.recursion.settled_pass import SettledPass
 
@@ -19,9 +20,7 @@ KINDS += ("prior", "perfect sensors")
 needs_numba = pytest.mark.skipif(
     not kernels.runs_compiled("auto", 10**9), reason="numba is an optional extra"
 )
-both = pytest.mark.parametrize(
-    "backend", ["numpy", pytest.param("numba", marks=needs_numba)]
-)
+uncompiled = pytest.mark.parametrize("backend", ["numpy", "python"], indirect=True)
 
 
 def drawn(kind, varying=False, m=1, n=2, p=2, seed=0):
@@ -86,8 +85,17 @@ SETTINGS = [
 ]
 
 
-@both
-@pytest.mark.parametrize("kind, varying, history", SETTINGS)
+# each compiles what no other one does, or costs nothing more
+COMPILED = [("dense", False, False), ("dense", False, True)]
+COMPILED += [(kind, False, False) for kind in ("vague start", "correlated", "accurate")]
+
+
+@pytest.mark.parametrize(
+    "backend, kind, varying, history",
+    [(way, *setting) for way in ("numpy", "python") for setting in SETTINGS]
+    + [("numba", *setting) for setting in COMPILED],
+    indirect=["backend"],
+)
 def test_a_record_is_what_it_is_by_itself(kind, varying, history, backend):
     plant = drawn(kind, varying)
     y, u = measured(plant)
@@ -101,8 +109,16 @@ def test_a_record_is_what_it_is_by_itself(kind, varying, history, backend):
         same(found, one, s, digits, 1e-14 * (kind == "perfect sensors"))
 
 
-@both
-@pytest.mark.parametrize("kind", ["dense", "correlated", "accurate", "known start"])
+BITS = "dense", "correlated", "accurate", "known start"
+
+
+@pytest.mark.parametrize(
+    "backend, kind",
+    [("numpy", kind) for kind in BITS]
+    + [("numba", kind) for kind in BITS[:3]]
+    + [("python", BITS[3])],
+    indirect=["backend"],
+)
 def test_bits_hang_on_no_other_record(kind, backend):
     plant = drawn(kind)
     y, _ = measured(plant)
@@ -127,7 +143,7 @@ def test_bits_hang_on_no_other_record(kind, backend):
     np.testing.assert_array_equal(filtered([9], history=True).K[0], kept.K[9])
 
 
-@both
+@pytest.mark.parametrize("backend", ["numpy", "numba"], indirect=True)
 def test_the_same_gaps_are_one_covariance(monkeypatch, backend):
     plant, calls = drawn("correlated"), []
     y, u = measured(plant)
@@ -171,7 +187,7 @@ def test_columns_that_lose_digits_are_left():
         same(found, lb.filter_data(plant, y[s], backend="numpy", settle=None), s, 1e-9)
 
 
-@both
+@uncompiled
 def test_singular_covariances_are_exact(backend):
     third, half = 1 / 4, 1 / 2
     plant = lb.Plant(
@@ -203,7 +219,7 @@ def test_a_lane_that_cannot_go_on_is_left(kind):
         assert not len(left)
 
 
-@both
+@uncompiled
 def test_the_record_is_named(backend):
     plant = lb.Plant(
         np.diag([10.0, 0.5]), None, [[1, 0]], dt=1.0, Q=np.eye(2), R=[[1]], P0=np.eye(2)
@@ -220,7 +236,7 @@ def test_the_record_is_named(backend):
         filter_block(fleet, y[3:], np.zeros((1, 20, 0)), first=103)
 
 
-@both
+@uncompiled
 @pytest.mark.parametrize("many", [1, 10])
 def test_growth_is_noticed_where_no_pivot_fails(many, backend):
     plant = lb.Plant(
@@ -267,36 +283,30 @@ def test_sizes_beyond_panels():
 
 
 @needs_numba
-def test_panels_are_what_their_text_says(monkeypatch):
-    """The text runs as plain Python too, where a sum is rounded after its product."""
-    plant = drawn("sparse")
-    y, u = measured(plant)
+def test_lanes_read_the_matrices_of_every_row():
+    """Compiled; one state, as a text of two takes twice as long."""
+    plant = drawn("dense", varying=True, n=1)
+    y, u = (X[:8] for X in measured(plant))
     found = lb.filter_data(plant, y, u, backend="numba")
-    plain = []
+    for s in (0, 3, 4, 5, 6, 7):
+        one = lb.filter_data(plant, y[s], u[s], settle=None, backend="numpy")
+        same(found, one, s)
 
-    def compiled(text, types, exact=False):
-        assert exact
-        space = stack.plain()
-        exec(text, space)
-        plain.append(text)
-        return space["run"]
 
-    panels.in_panels.cache_clear()
-    monkeypatch.setattr(kernels.cache, "compiled", compiled)
-    fleet = fleet_of(plant, compile=True)
-    slow = Block.empty(fleet.settings, y.shape, False)
-    given = records.Records(fleet, y, u)
-    own_gain.own(slow, given, np.arange(3, 8), fleet.whole)
-    panels.in_panels.cache_clear()
-    assert plain
-    std = deviations(slow.variances, slow.back)
-    for s in range(3, 8):
-        same(
-            lb.FilteredFleet(slow.x, slow.P, None, {"std": std}),
-            lb.filter_data(plant, y[s], u[s], settle=None),
-            s,
-        )
-        np.testing.assert_allclose(slow.x[s], found.x[s], rtol=1e-12, atol=1e-13)
+def test_lanes_are_compiled_in_the_order_of_their_text(monkeypatch):
+    """Else the bits of a record would hang on how a compiler writes its lanes."""
+    plant, orders = drawn("dense"), []
+    y, u = measured(plant)
+    with as_python():
+        compiled = cache.compiled
+        monkeypatch.setattr(
+            cache, "compiled",
+            lambda text, types, exact=False: orders.append(("in panels" in text, exact))
+            or compiled(text, types, exact),
+        )  # fmt: skip
+        lb.filter_data(plant, y, u, backend="numba")
+        monkeypatch.undo()
+    assert (True, True) in orders and (True, False) not in orders
 
 
 @pytest.mark.parametrize(

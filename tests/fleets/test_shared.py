@@ -2,6 +2,7 @@
 
 from concurrent.futures import ThreadPoolExecutor
 
+import generators
 import numpy as np
 import pytest
 
@@ -15,12 +16,8 @@ from luenberger.run import filter_fleet
 needs_numba = pytest.mark.skipif(
     not kernels.runs_compiled("auto", 10**9), reason="numba is an optional extra"
 )
-both = pytest.mark.parametrize(
-    "backend", ["numpy", pytest.param("numba", marks=needs_numba)]
-)
-PLANT = lb.Plant(
-    [[0.9, 0.1], [0, 0.8]], None, [[1, 0]], dt=1.0, Q=np.eye(2), R=[[1]], P0=np.eye(2)
-)
+# of the sizes and without the zeros of `test_panels`, whose compiled code does it too
+PLANT = generators.plant(np.random.default_rng(0), 2, 2, cross=False)
 ROOM = np.random.default_rng(0).uniform(1, 4, (5, 3, 2))
 
 
@@ -44,9 +41,8 @@ def test_what_all_share_is_there_once():
         assert found.strides[0] == 0 and not found.flags.writeable
 
 
-@both
 def test_a_fleet_without_gaps_holds_one_record_of_deviations(backend):
-    y = np.random.default_rng(1).normal(size=(70, 20, 1))
+    y = np.random.default_rng(1).normal(size=(70, 20, 2))
     found = lb.filter_data(PLANT, y, backend=backend)
     assert found.std is found.std and found.std.strides[0] == 0
     with pytest.raises(ValueError, match="read-only"):
@@ -59,10 +55,9 @@ def test_a_fleet_without_gaps_holds_one_record_of_deviations(backend):
     assert (other.std[69, 4] > found.std[69, 4]).all()
 
 
-@both
 def test_deviations_are_worked_out_once(backend):
     """Many ask at the same time; a root is not taken of a root."""
-    y = np.random.default_rng(2).normal(size=(70, 20, 1))
+    y = np.random.default_rng(2).normal(size=(70, 20, 2))
     y[np.random.default_rng(3).random(y.shape) < 0.2] = np.nan
     found, wanted = (lb.filter_data(PLANT, y, backend=backend) for _ in range(2))
     with ThreadPoolExecutor(8) as executor:
@@ -74,18 +69,20 @@ def test_deviations_are_worked_out_once(backend):
 
 
 def test_what_is_masked_or_huge_is_looked_at_closely():
+    A, unit = [[0.9, 0.1], [0, 0.8]], np.eye(2)
+    plant = lb.Plant(A, None, [[1, 0]], dt=1.0, Q=unit, R=[[1]], P0=unit)
     y = np.ma.array(np.ones((3, 4, 1)), mask=np.zeros((3, 4, 1), dtype=bool))
     y.mask[1, 2] = True
     gaps = np.where(y.mask, np.nan, 1.0)
-    found, wanted = (lb.filter_data(PLANT, Y) for Y in (y, gaps))
+    found, wanted = (lb.filter_data(plant, Y) for Y in (y, gaps))
     np.testing.assert_array_equal(found.x, wanted.x)
     assert finite(np.ones(3)) and not finite(np.array([1, np.nan]))
     assert not finite(np.array([np.inf, -np.inf]))
     huge = np.full((3, 4, 1), 1e308)  # their sum is none of the floats
     assert not finite(huge)
     np.testing.assert_allclose(
-        lb.filter_data(PLANT, huge).x / 1e308,
-        lb.filter_data(PLANT, huge / 1e308).x,
+        lb.filter_data(plant, huge).x / 1e308,
+        lb.filter_data(plant, huge / 1e308).x,
         rtol=1e-12,
     )
 

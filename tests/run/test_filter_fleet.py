@@ -86,12 +86,3 @@ def test_what_is_wrong_is_said():
     exact = lb.Plant([[1]], None, [[1]], dt=1.0, Q=[[0]], R=[[0]], P0=[[1]])
     with pytest.raises(lb.DesignError, match=r"record 1: at instant 2"):
         lb.filter_data(exact, np.array([[[1.0], [1.0]], [[1.0], [2.0]]]))
-
-
-def test_compiled_records_are_each_by_itself():
-    pytest.importorskip("numba", reason="numba is an optional extra")
-    plant, y, u = plant_and_records(2)
-    y[1, 3:6, 0] = np.nan
-    found = lb.filter_data(plant, y, u, backend="numba")
-    for s in range(len(y)):
-        same(found, alone(plant, y[s], u[s], backend="numpy"), s)

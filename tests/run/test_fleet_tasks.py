@@ -6,6 +6,7 @@ import os
 import tracemalloc
 from pathlib import Path
 
+import generators
 import numpy as np
 import pytest
 
@@ -17,6 +18,8 @@ PLANT = lb.Plant(
     [[1, 0.1], [0, 1]], [[0], [0.1]], [[1, 0]], dt=0.1, Q=np.diag([1e-4, 1e-2]),
     R=[[0.04]], P0=np.eye(2), state_names=["level", "slope"],
 )  # fmt: skip
+# of the sizes and without the zeros of tests/fleets, whose compiled code does it too
+DENSE = generators.plant(np.random.default_rng(0), 2, 2, cross=False)
 spawn = multiprocessing.get_context("spawn")
 FIELDS = ("x", "std", "P")
 
@@ -66,12 +69,19 @@ def test_a_dask_client_changes_no_bit(fleet, alone):
             same(lb.filter_data(PLANT, *fleet, **how), alone)
 
 
+def of_two_outputs(fleet):
+    """The records, each with another one as its second output."""
+    y, u = fleet
+    return np.concatenate([y, y[::-1]], axis=2), u
+
+
 def test_compiled_threads_change_no_bit(fleet):
     pytest.importorskip("numba", reason="numba is an optional extra")
-    wanted = lb.filter_data(PLANT, *fleet, backend="numba")
+    given = DENSE, *of_two_outputs(fleet)
+    wanted = lb.filter_data(*given, backend="numba")
     with concurrent.futures.ThreadPoolExecutor(3) as executor:
         how = dict(executor=executor, backend="numba")
-        same(lb.filter_data(PLANT, *fleet, **how), wanted)
+        same(lb.filter_data(*given, **how), wanted)
 
 
 # -- where results go ------------------------------------------------------------------
@@ -111,17 +121,17 @@ both = pytest.mark.parametrize("backend", ["numpy", "numba"])
 def test_parts_may_have_the_memory_of_earlier_ones(fleet, executor, history, backend):
     if backend == "numba":
         pytest.importorskip("numba", reason="numba is an optional extra")
-    y, u = (np.concatenate([X] * 5) for X in fleet)
+    y, u = (np.concatenate([X] * 5) for X in of_two_outputs(fleet))
     y[64:200] = 1.0  # parts without gaps, behind one with gaps and before some
     how = dict(backend=backend, history=history, chunk=64, executor=executor)
-    wanted, parts, places = lb.filter_data(PLANT, y, u, **how), [], []
+    wanted, parts, places = lb.filter_data(DENSE, y, u, **how), [], []
 
     def copied(first, found):
         places.append(found.x.__array_interface__["data"][0])
         kept = {name: getattr(found, name) for name in FIELDS + ("K",) * history}
         parts.append({name: X.copy() for name, X in kept.items()})
 
-    assert lb.filter_data(PLANT, y, u, into=copied, reuse=True, **how) is None
+    assert lb.filter_data(DENSE, y, u, into=copied, reuse=True, **how) is None
     assert [len(one["x"]) for one in parts] == [64] * 11 + [46]
     for name in parts[0]:
         whole = np.concatenate([one[name] for one in parts])
