@@ -1,6 +1,7 @@
 """Many records, smoothed together or one by one, are what each is by itself."""
 
 import concurrent.futures
+import dataclasses
 import multiprocessing
 
 import generators
@@ -22,25 +23,23 @@ needs_numba = pytest.mark.skipif(
 spawn = multiprocessing.get_context("spawn")
 
 
-@pytest.fixture(params=["numpy", "numba"])
-def backend(request):
-    if request.param == "numba":
-        pytest.importorskip("numba", reason="numba is an optional extra")
-    return request.param
+def only(*ways):
+    """The ways in which a test runs."""
+    return pytest.mark.parametrize("backend", ways, indirect=True)
 
 
-def records(seed, M=5, N=18):
+def records(seed, M=5, N=18, n=2):
+    """Two states, so that one compiled text does for most of the tests."""
     rng = np.random.default_rng(seed)
-    plant = generators.plant(rng, 3, 2, m=1)
+    plant = generators.plant(rng, n, 2, m=1)
     y, u = rng.standard_normal((M, N, 2)), rng.standard_normal((M, N, 1))
     return plant, y, u
 
 
-def records_of(plant, y):
-    """Records without inputs, as lanes take them."""
+def records_of(plant, y, u):
+    """Records as lanes take them."""
     way = SettledPass(Settings(plant, 0), None)
-    fleet = Fleet(way, np.zeros(0), y.shape[1], True)
-    return filtered.Records(fleet, y, np.zeros((*y.shape[:2], 0)))
+    return filtered.Records(Fleet(way, np.zeros(plant.m), y.shape[1], True), y, u)
 
 
 def apart(plant):
@@ -71,9 +70,15 @@ def same(found, plant, y, u, which=None, digits=1e-10, **how):
             np.testing.assert_allclose(mine, wanted, **rounding)
 
 
-@pytest.mark.parametrize("lag", [None, 4])
-@pytest.mark.parametrize("m1", [0, 1])
-@pytest.mark.parametrize("seed", range(3))
+EACH = [(seed, m1, lag) for seed in range(3) for m1 in (0, 1) for lag in (None, 4)]
+
+
+@pytest.mark.parametrize(
+    "backend, seed, m1, lag",
+    [(way, *one) for way in ("numpy", "python") for one in EACH]
+    + [("numba", 0, 0, None)],
+    indirect=["backend"],
+)
 def test_each_record_is_what_it_is_by_itself(seed, m1, lag, backend):
     plant, y, u = records(seed)
     plant = plant if seed else apart(plant)
@@ -88,10 +93,11 @@ def test_each_record_is_what_it_is_by_itself(seed, m1, lag, backend):
 KINDS = ["cross", "varying", "singular", "exact", "still", "known", "chain"]
 
 
+@only("numpy", "python")
 @pytest.mark.parametrize("kind", KINDS)
 def test_plants_of_every_kind(kind, backend):
     rng = np.random.default_rng(4)
-    plant, y, u = records(4, M=3)
+    plant, y, u = records(4, M=3, n=3)
     if kind == "varying":
         plant = generators.varying(rng, 3, 2, 30, m=1)
     elif kind == "cross":
@@ -129,7 +135,7 @@ def test_records_with_the_same_gaps_are_filtered_once(monkeypatch):
     assert numbers == [0, 4]
 
 
-def test_bits_do_not_depend_on_records_beside_nor_workers(backend):
+def test_bits_do_not_depend_on_records_beside_nor_threads(backend):
     plant, y, u = records(7, M=70)
     plant = apart(plant)
     y[4, 5] = y[66, 5] = y[20:40, 3] = np.nan
@@ -139,91 +145,103 @@ def test_bits_do_not_depend_on_records_beside_nor_workers(backend):
     few = lb.smooth(plant, y[3:6], u[3:6], backend=backend)
     with concurrent.futures.ThreadPoolExecutor(3) as executor:
         threads = lb.smooth(plant, y, u, backend=backend, executor=executor, chunk=64)
-    with concurrent.futures.ProcessPoolExecutor(2, mp_context=spawn) as executor:
-        processes = lb.smooth(plant, y, u, backend=backend, executor=executor, chunk=64)
     for name in ("x", "std", "P"):
         X = getattr(whole, name)
         np.testing.assert_array_equal(getattr(mixed, name), X[order])
         np.testing.assert_array_equal(getattr(few, name), X[3:6])
         np.testing.assert_array_equal(getattr(threads, name), X)
-        np.testing.assert_array_equal(getattr(processes, name), X)
 
 
 @needs_numba
-@pytest.mark.parametrize("varying", [False, True])
-def test_lanes_smooth_all_that_they_can(varying, monkeypatch):
-    plant, y, u = records(8, M=40)
+def test_processes_change_no_bit():
+    plant, y, u = records(7, M=70)
+    plant = apart(plant)
+    y[4, 5] = y[66, 5] = y[20:40, 3] = np.nan
+    whole = lb.smooth(plant, y, u, backend="numba")
+    with concurrent.futures.ProcessPoolExecutor(1, mp_context=spawn) as executor:
+        parts = lb.smooth(plant, y, u, backend="numba", executor=executor, chunk=64)
+    for name in ("x", "std", "P"):
+        np.testing.assert_array_equal(getattr(parts, name), getattr(whole, name))
+
+
+@pytest.mark.parametrize(
+    "backend, varying, n, M",
+    [("python", False, 3, 40), ("python", True, 3, 40), ("numba", False, 2, 40),
+     ("numba", True, 1, 8)],
+    indirect=["backend"],
+)  # fmt: skip
+def test_lanes_smooth_all_that_they_can(backend, varying, n, M, monkeypatch):
+    plant, y, u = records(8, 40, n=n)
     if varying:
-        plant = generators.varying(np.random.default_rng(8), 3, 2, 30, m=1)
+        plant = generators.varying(np.random.default_rng(8), n, 2, 30, m=1)
     plant = apart(plant)
     y[3, 4:9], y[4, 11:], y[5], y[6, ::2, 0] = [np.nan] * 4
     y[10:20, 3:6, 1] = y[20:30, -2:] = np.nan  # the same gaps
+    y, u = y[:M], u[:M]  # a few have no gaps that many share, and need less code
     monkeypatch.setattr(module._Smooth, "read", None)  # nothing is left for it
-    found = lb.smooth(plant, y, u, u0=[0.3], backend="numba")
+    found = lb.smooth(plant, y, u, u0=[0.3], backend=backend)
     monkeypatch.undo()
-    some = [0, 3, 4, 5, 6, 10, 19, 20, 39]
+    some = [s for s in (0, 3, 4, 5, 6, 10, 19, 20, 39) if s < M]
     same(found, plant, y, u, some, u0=[0.3], backend="numpy")
     for s in some:  # alone, in the lanes of one record
-        one = lb.smooth(plant, y[s : s + 1], u[s : s + 1], u0=[0.3], backend="numba")
+        one = lb.smooth(plant, y[s : s + 1], u[s : s + 1], u0=[0.3], backend=backend)
         for name in ("x", "std", "P"):
             np.testing.assert_array_equal(
                 getattr(one, name)[0], getattr(found, name)[s]
             )
 
 
-@needs_numba
+@only("python")
 @pytest.mark.parametrize("kind", ["known", "chain"])
-def test_what_is_known_exactly_is_smoothed_in_lanes(kind, monkeypatch):
-    plant, y, u = records(5, M=12)
+def test_what_is_known_exactly_is_smoothed_in_lanes(kind, backend, monkeypatch):
+    plant, y, u = records(5, M=12, n=3)
     plant = known(kind, plant)
     y[2, 3:6], y[3, ::2, 0] = np.nan, np.nan
     monkeypatch.setattr(module._Smooth, "read", None)
-    found = lb.smooth(plant, y, u, backend="numba")
+    found = lb.smooth(plant, y, u, backend=backend)
     monkeypatch.undo()
     same(found, plant, y, u, backend="numpy")
     for s in (0, 2):
-        one = lb.smooth(plant, y[s], u[s], backend="numba")
+        one = lb.smooth(plant, y[s], u[s], backend=backend)
         np.testing.assert_allclose(found.x[s], one.x, rtol=1e-10, atol=1e-12)
         np.testing.assert_allclose(found.P[s], one.P, rtol=1e-10, atol=1e-12)
     if kind == "known":
         assert not found.P[:, :, 2].any() and not found.P[:, :, :, 2].any()
 
 
-@needs_numba
-def test_growth_is_noticed_where_no_lane_fails():
+@only("python")
+def test_growth_is_noticed_where_no_lane_fails(backend):
     plant = lb.Plant(
         np.diag([10.0, 0.5]), None, [[1, 0]], dt=1.0, Q=np.eye(2), R=[[1]], P0=np.eye(2)
     )
     y = np.zeros((4, 20, 1))
     y[1, 3] = y[2, 4:] = y[3, 4:14] = np.nan
     with pytest.raises(lb.DesignError, match=r"^record 2: too few digits are left"):
-        lb.smooth(plant, y[:3], backend="numba")
+        lb.smooth(plant, y[:3], backend=backend)
     with pytest.raises(lb.DesignError, match=r"^record 1: too few digits are left"):
-        lb.smooth(plant, y[[0, 3]], backend="numba")
+        lb.smooth(plant, y[[0, 3]], backend=backend)
 
 
-@needs_numba
+@only("python", "numba")
 @pytest.mark.parametrize("bad", ["forward", "back"])
-def test_a_lane_that_loses_digits_is_left(bad):
+def test_a_lane_that_loses_digits_is_left(bad, backend):
     """The first readings of a vague start, or long gaps before them."""
-    rng = np.random.default_rng(2)
-    P0 = 1e12 * np.eye(3) if bad == "forward" else np.diag([1e5, 1, 1])
-    A, C = rng.normal(size=(3, 3)) / 2, rng.normal(size=(2, 3))
-    plant = lb.Plant(A, None, C, dt=1.0, Q=np.eye(3) / 4, R=np.eye(2), P0=P0)
-    y = rng.normal(size=(30, 12, 2))
+    plant, y, u = records(2, M=30, N=12)
+    P0 = 1e12 * np.eye(2) if bad == "forward" else np.diag([1e5, 1])
+    plant = dataclasses.replace(apart(plant), P0=P0)
     y[3, 0] = y[4, 0] = y[4, 5] = y[12:24, 0] = np.nan
-    given = records_of(plant, y)
-    room = np.empty((30, 12, 3)), np.empty((30, 12, 3)), np.empty((30, 12, 3, 3))
-    left = Lanes.of(given).smooth(*room)
+    room = np.empty((30, 12, 2)), np.empty((30, 12, 2)), np.empty((30, 12, 2, 2))
+    left = Lanes.of(records_of(plant, y, u)).smooth(*room)
     assert len(left)
-    found = lb.smooth(plant, y, backend="numba")
-    same(found, plant, y, np.zeros((30, 12, 0)), digits=1e-8, backend="numpy")
+    found = lb.smooth(plant, y, u, backend=backend)
+    same(found, plant, y, u, digits=1e-8, backend="numpy")
 
 
 @needs_numba
 def test_what_lanes_do_not_take():
     def lanes(plant, rows=5):
-        return Lanes.of(records_of(plant, np.zeros((2, rows, plant.p))))
+        y, u = (np.zeros((2, rows, k)) for k in (plant.p, plant.m))
+        return Lanes.of(records_of(plant, y, u))
 
     def walk(n=1, p=1, R=1.0):
         R = R * np.eye(p)
@@ -235,23 +253,28 @@ def test_what_lanes_do_not_take():
     assert lanes(walk(40, 8)) is None and lanes(walk(), 200_000) is None
 
 
-@needs_numba
-def test_few_rows_are_compiled_where_such_were_before(monkeypatch):
+@only("python")
+def test_few_rows_are_compiled_where_such_were_before(backend, monkeypatch):
     plant, y, u = records(9)
     plant, used = apart(plant), []
     of = Lanes.of
     monkeypatch.setattr(Lanes, "of", lambda one: used.append(one) or of(one))
     lb.smooth(plant, y, u)
     assert not used
-    lb.smooth(plant, y[0], u[0], backend="numba")  # the code of one record
+    lb.smooth(plant, y[0], u[0], backend=backend)  # the code of one record
     lb.smooth(plant, y, u)
     assert not used
-    lb.smooth(plant, y, u, backend="numba")
+    lb.smooth(plant, y, u, backend=backend)
     lb.smooth(plant, y, u)
     assert len(used) == 2
 
 
-@pytest.mark.parametrize("noises", ["apart", "correlated"])
+@pytest.mark.parametrize(
+    "backend, noises",
+    [(way, noises) for way in ("numpy", "python") for noises in ("apart", "correlated")]
+    + [("numba", "apart")],
+    indirect=["backend"],
+)
 def test_without_gaps_covariances_are_there_once(noises, backend):
     plant, y, u = records(6, M=9)
     plant = apart(plant) if noises == "apart" else plant
@@ -323,5 +346,5 @@ def test_what_is_wrong_is_said():
 
 def test_no_rows_and_no_records():
     plant, y, u = records(3)
-    assert lb.smooth(plant, y[:0], u[:0]).P.shape == (0, 18, 3, 3)
-    assert lb.smooth(plant, y[:, :0], u[:, :0]).P.shape == (5, 0, 3, 3)
+    assert lb.smooth(plant, y[:0], u[:0]).P.shape == (0, 18, 2, 2)
+    assert lb.smooth(plant, y[:, :0], u[:, :0]).P.shape == (5, 0, 2, 2)

@@ -1,5 +1,7 @@
 """`smooth`: the same by other programs, in pieces, in tables; and what it refuses."""
 
+import functools
+
 import many_digits
 import numpy as np
 import pandas as pd
@@ -7,9 +9,12 @@ import pytest
 from statsmodels.tsa.statespace.mlemodel import MLEModel
 
 import luenberger as lb
+from luenberger import kernels
 from luenberger.smoothing import backward
+from luenberger.smoothing.finish import ways
 from luenberger.smoothing.record import Smoother
 
+SIZES = [(1, 1), (3, 2), (7, 3)]  # the last one is written in loops
 NAMES = "x std P lag_one w v".split()
 GROWN = 1e-5  # of a standard deviation
 
@@ -27,6 +32,16 @@ def plant_of(seed, n=3, p=2, linked=False, **more):
     C = rng.normal(size=(p, n))
     plant = dict(A=A, B=None, C=C, dt=1.0, P0=half @ half.T, **noise) | more
     return lb.Plant(**plant), rng
+
+
+def driven(n, p):
+    """An input, as the plants of `test_fleet` have one: then the same text does."""
+    return dict(B=np.ones((n, 1)) / 2, E=np.ones((p, 1)) / 2)
+
+
+def only(*ways):
+    """The ways in which a test runs."""
+    return pytest.mark.parametrize("backend", ways, indirect=True)
 
 
 def readings(plant, rng, N, holes=0.2):
@@ -63,38 +78,68 @@ def test_statsmodels_smooths_the_same(seed):
     np.testing.assert_allclose(ours.v[whole], v[whole], atol=1e-10 * size)
 
 
-@pytest.mark.parametrize("linked", [False, True], ids=["apart", "correlated"])
-@pytest.mark.parametrize("n, p", [(1, 1), (3, 2), (7, 3)])
-def test_compiled_code_does_the_same(n, p, linked):
-    plant, rng = plant_of(5, n, p, linked)
-    y = readings(plant, rng, 400)
-    one, two = (lb.smooth(plant, y, backend=b) for b in ("numpy", "numba"))
-    agree(two, one)
+@pytest.mark.parametrize(
+    "backend, n, p, linked",
+    [("python", *size, kind) for size in SIZES for kind in (False, True)]
+    + [("numba", 2, 2, False), ("numba", 2, 2, True)],
+    indirect=["backend"],
+)
+def test_compiled_code_does_the_same(n, p, linked, backend):
+    plant, rng = plant_of(5, n, p, linked, **driven(n, p))
+    y = readings(plant, rng, 60)
+    agree(*(lb.smooth(plant, y, backend=b) for b in (backend, "numpy")))
 
 
-def test_compiled_code_leaves_rows_that_lose_digits_to_numpy():
+@only("numba")
+def test_the_way_back_is_compiled_as_loops(backend, monkeypatch):
+    """As for a large plant, whose text takes longer to compile."""
+    monkeypatch.setattr(kernels, "UNROLLED", 0)
+    anew = functools.cache(kernels.over_record.__wrapped__)
+    monkeypatch.setattr(kernels, "over_record", anew)
+    plant, rng = plant_of(5, 2, 1)
+    y, found = readings(plant, rng, 60), []
+    for compile in (True, False):
+        one = Smoother(plant, 0, None, None, "numpy")
+        one.begin(np.zeros(0))
+        one.read(y, None)
+        leads = ways(one.settings, 1, ~np.isnan(y))
+        found.append(backward.smoothed(one.kept, leads, compile, neighbours=True))
+    for name in "x Sigma U lamda deviations".split():
+        mine, wanted = (getattr(one, name)[:60] for one in found)
+        rounding = 1e-11 * np.abs(wanted).max()
+        np.testing.assert_allclose(mine, wanted, rtol=0, atol=rounding, err_msg=name)
+
+
+@only("python")
+def test_compiled_code_leaves_rows_that_lose_digits_to_numpy(backend):
     plant, rng = plant_of(5, P0=1e14 * np.eye(3))
     y = readings(plant, rng, 60)
     y[20:40] = np.nan
-    one, two = (lb.smooth(plant, y, backend=b) for b in ("numpy", "numba"))
-    agree(two, one, 1e-9)
+    agree(*(lb.smooth(plant, y, backend=b) for b in (backend, "numpy")), 1e-9)
 
 
-@pytest.mark.parametrize("n, p", [(3, 2), (8, 3)], ids=["scalars", "loops"])
-def test_compiled_code_of_a_plant_that_differs_from_row_to_row(n, p):
+@pytest.mark.parametrize(
+    "backend, n, p",
+    [("python", 3, 2), ("python", 8, 3), ("numba", 2, 1)],
+    indirect=["backend"],
+)
+def test_compiled_code_of_a_plant_that_differs_from_row_to_row(n, p, backend):
     plant, rng = plant_of(4, n, p)
     vary = {k: getattr(plant, k) for k in ("A", "C", "Q", "R")}
     for k, X in vary.items():
-        vary[k] = X * rng.uniform(0.3, 1, (202, 1, 1) if k in "QR" else (202, *X.shape))
+        vary[k] = X * rng.uniform(0.3, 1, (62, 1, 1) if k in "QR" else (62, *X.shape))
     A, C, Q, R = vary.values()
     plant = lb.Plant(A, None, C, dt=1.0, Q=Q, R=R, P0=plant.P0)
-    y = readings(plant, rng, 200)
-    agree(*(lb.smooth(plant, y, backend=b) for b in ("numba", "numpy")))
+    y = readings(plant, rng, 60)
+    agree(*(lb.smooth(plant, y, backend=b) for b in (backend, "numpy")))
 
 
+@only("python")
 @pytest.mark.parametrize("kind", ["known", "alike"])
 @pytest.mark.parametrize("n, p", [(3, 1), (8, 2)], ids=["scalars", "loops"])
-def test_compiled_code_gives_up_single_rows_and_goes_on(n, p, kind, monkeypatch):
+def test_compiled_code_gives_up_single_rows_and_goes_on(
+    n, p, kind, backend, monkeypatch
+):
     """Now and then two states are set alike: NumPy does those rows.
 
     A state that is set to zero, and so is known, stays in compiled code.
@@ -116,33 +161,41 @@ def test_compiled_code_gives_up_single_rows_and_goes_on(n, p, kind, monkeypatch)
         return done(kept, ways, k, *more)
 
     monkeypatch.setattr(backward, "_row", row)
-    found = lb.smooth(plant, y, backend="numba")
+    found = lb.smooth(plant, y, backend=backend)
     assert set(by_hand) <= set(rows) and bool(by_hand) == (kind == "alike")
     agree(found, lb.smooth(plant, y, backend="numpy"), 1e-9)
 
 
-@pytest.mark.parametrize("backend", ["numpy", "numba"])
+def growing(n):
+    """A plant with an unstable mode; of two states, one that is compiled anyway."""
+    mode = np.array([[1, 0.5, -1], [0.3, 1, 0.2], [-0.7, 0.4, 1]])[:n, :n]
+    A = mode @ np.diag([2, 0.9, 0.5][:n]) @ np.linalg.inv(mode)
+    if n == 2:
+        return plant_of(5, 2, 2, A=A, **driven(2, 2))[0]
+    noise = dict(Q=np.diag([1, 2, 0.1]), R=[[1]], P0=np.eye(3))
+    return lb.Plant(A, None, [[1, 2, -1]], dt=1.0, **noise)
+
+
+@pytest.mark.parametrize(
+    "backend, n", [("numpy", 3), ("numba", 2)], indirect=["backend"]
+)
 @pytest.mark.parametrize("lag", [None, 40])
-def test_a_gap_in_which_an_unstable_mode_grows(backend, lag):
+def test_a_gap_in_which_an_unstable_mode_grows(backend, n, lag):
     """A millionfold; what later rows say is then small beside it."""
-    mode = np.array([[1, 0.5, -1], [0.3, 1, 0.2], [-0.7, 0.4, 1]])
-    A = mode @ np.diag([2, 0.9, 0.5]) @ np.linalg.inv(mode)
-    plant = lb.Plant(
-        A, None, [[1, 2, -1]], dt=1.0, Q=np.diag([1, 2, 0.1]), R=[[1]], P0=np.eye(3)
-    )
-    y = np.random.default_rng(1).normal(size=(40, 1))
+    plant = growing(n)
+    y = np.random.default_rng(1).normal(size=(40, plant.p))
     y[10:30] = np.nan
     x, P, lag_one = many_digits.smoothed(plant, y)
     found = lb.smooth(plant, y, backend=backend, lag=lag)
     std = np.sqrt(np.einsum("kii->ki", P))
     assert np.abs((found.x - x) / std).max() < GROWN
     assert np.abs((found.P - P) / std[:, None] / std[..., None]).max() < GROWN
-    before = np.concatenate([[np.ones(3)], std[:-1]])
+    before = np.concatenate([[np.ones(n)], std[:-1]])
     errors = (found.lag_one - lag_one) / std[..., None] / before[:, None]
     assert np.abs(errors).max() < GROWN
 
 
-@pytest.mark.parametrize("backend", ["numpy", "numba"])
+@only("numpy", "python")
 def test_a_lag_beyond_the_record_is_the_whole_record(backend):
     plant, rng = plant_of(7, linked=True)
     y = readings(plant, rng, 50)

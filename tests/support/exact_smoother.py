@@ -6,9 +6,23 @@ No recursion, no pseudo-inverse, no tolerance.
 """
 
 from fractions import Fraction
+from math import lcm
 
 import numpy as np
 from exact_filter import model, rational, solve, zeros
+
+
+def product(*matrices):
+    """The product of matrices of Fractions, found in whole numbers, which are fast."""
+    found, below = None, 1
+    for X in matrices:
+        shared = lcm(*(v.denominator for v in X.flat))
+        whole = np.empty(X.shape, dtype=object)
+        whole.flat = [v.numerator * (shared // v.denominator) for v in X.flat]
+        found, below = whole if found is None else found @ whole, below * shared
+    out = np.empty(found.shape, dtype=object)
+    out.flat = [Fraction(v, below) for v in found.flat]
+    return out
 
 
 class Batch:
@@ -75,9 +89,9 @@ class Batch:
             return zeros(len(self.cov)), self.cov
         Y = np.array(Y, dtype=object)
         left = np.array(self.left[: len(Y)], dtype=object)
-        gain, null = solve(Y @ self.cov @ Y.T, self.cov @ Y.T)
+        gain, null = solve(product(Y, self.cov, Y.T), product(self.cov, Y.T))
         assert not (null.T @ left).any(), "the record contradicts itself"
-        return gain @ left, self.cov - gain @ Y @ self.cov
+        return gain @ left, self.cov - product(gain, Y, self.cov)
 
     def smooth(self, lag=None):
         """x, P, lag_one, w, v as `smooth` returns them, of Fractions."""
@@ -85,8 +99,10 @@ class Batch:
         for k in range(1, self.N + 1):
             until = self.N if lag is None else min(k + lag, self.N)
             s, cov = self.given(until)
-            X, before = self.X[k], self.X[k - 1]
-            parts = self.mean[k] + X @ s, X @ cov @ X.T, X @ cov @ before.T
+            X, n = self.X[k], self.n
+            two = np.vstack([X, self.X[k - 1]])
+            P = product(X, cov, two.T)  # and the covariance with the state before
+            parts = self.mean[k] + X @ s, P[:, :n], P[:, n:]
             for rows, one in zip(found, (*parts, s[self.w(k)], s[self.v(k)])):
                 rows.append(one)
         return tuple(np.array(rows, dtype=object) for rows in found)

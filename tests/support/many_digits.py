@@ -15,20 +15,17 @@ def floats(stack):
 
 
 def smoothed(plant, y):
-    """x (N, n), P and lag_one (N, n, n) of a plant with one output and no input."""
+    """x (N, n), P and lag_one (N, n, n) of a plant whose input is zero."""
     with mp.workdps(DIGITS):
         return _smoothed(plant, y)
 
 
 def _smoothed(plant, y):
-    A, C, Q, R, P = map(matrix, (plant.A, plant.C, plant.Q, plant.R, plant.P0))
+    A, Q, P = map(matrix, (plant.A, plant.Q, plant.P0))
     x, rows = matrix(plant.x0[:, None]), []
-    for (value,) in y:
-        before, (x, P) = (x, P), (A * x, A * P * A.T + Q)
-        ahead = x, P
-        if not np.isnan(value):
-            K = P * C.T / (C * P * C.T + R)[0]
-            x, P = x + K * (mp.mpf(float(value)) - (C * x)[0]), P - K * C * P
+    for row in y:
+        before, ahead = (x, P), (A * x, A * P * A.T + Q)
+        x, P = _read(plant, *ahead, row)
         rows.append((before, ahead))
     found = [(x, P, None)]
     for (x, P), (x_minus, Omega) in reversed(rows):
@@ -41,7 +38,7 @@ def _smoothed(plant, y):
 
 
 def filtered(plant, y):
-    """x (N, n) and P (N, n, n) of a plant without input; NaN was not measured."""
+    """x (N, n) and P (N, n, n) of a plant whose input is zero; NaN was not measured."""
     with mp.workdps(DIGITS):
         x, P = zip(*_filtered(plant, y))
         return floats(x)[..., 0], floats(P)
@@ -51,10 +48,15 @@ def _filtered(plant, y):
     A, Q, P = map(matrix, (plant.A, plant.Q, plant.P0))
     x = matrix(plant.x0[:, None])
     for row in y:
-        x, P = A * x, A * P * A.T + Q
-        seen = np.flatnonzero(~np.isnan(row))
-        if len(seen):
-            C, R = matrix(plant.C[seen]), matrix(plant.R[np.ix_(seen, seen)])
-            K = P * C.T * (C * P * C.T + R) ** -1
-            x, P = x + K * (matrix(row[seen, None]) - C * x), P - K * C * P
+        x, P = _read(plant, A * x, A * P * A.T + Q, row)
         yield x, P
+
+
+def _read(plant, x, P, row):
+    """What the outputs of a row that were measured make of a prediction."""
+    seen = np.flatnonzero(~np.isnan(row))
+    if not len(seen):
+        return x, P
+    C, R = matrix(plant.C[seen]), matrix(plant.R[np.ix_(seen, seen)])
+    K = P * C.T * (C * P * C.T + R) ** -1
+    return x + K * (matrix(row[seen, None]) - C * x), P - K * C * P
