@@ -1,6 +1,7 @@
 """Errors that a known input causes: against moments side by side, rationals, runs."""
 
 import dataclasses
+import functools
 from fractions import Fraction
 
 import generators
@@ -129,6 +130,12 @@ def motor(dt=0.01, Q=1e-2, R=1e-4):
     return lb.Plant(A, B, [[1, 0]], Q=Q * np.eye(2), R=[[R]]).sampled(dt)
 
 
+@functools.cache
+def of_order_one():
+    """A filter of the motor that its input disturbs; P0 does not change it."""
+    return lb.fixed_order_filter(motor(), 1)
+
+
 def square_wave(half, volts, dt):
     """A wave that keeps each sign for `half` samples: its samples, handed on."""
     shift = np.eye(half, k=1)
@@ -139,7 +146,7 @@ def square_wave(half, volts, dt):
 def test_a_square_wave_leaves_what_a_run_shows():
     """Without noise the mean over a period is all there is, and a run has it."""
     half, plant = 25, motor(Q=0.0, R=0.0)
-    observer = lb.fixed_order_filter(motor(), 1)
+    observer = of_order_one()
     found = lb.error_covariance(observer, plant, U=square_wave(half, 12.0, plant.dt))
     sign = np.where(np.arange(1001) // half % 2 == 0, 12.0, -12.0)
     run = lb.simulate(plant, observer, 1000, u=sign[:, None])
@@ -153,7 +160,7 @@ def test_a_square_wave_leaves_what_a_run_shows():
 
 def test_waves_that_differ_in_phase_only_leave_the_same():
     """P0 of the model says how the phases are spread; a mean over time has them all."""
-    plant, observer = motor(), lb.fixed_order_filter(motor(), 1)
+    plant, observer = motor(), of_order_one()
     turn, c, s = 0.3, np.cos(0.3), np.sin(0.3)
     given = dict(A=[[c, -s], [s, c]], B=None, C=[[1, 0]], dt=plant.dt)
     one = lb.Plant(**given, x0=[3, 0], P0=np.zeros((2, 2)))
@@ -288,14 +295,14 @@ REFUSED = {
 @pytest.mark.parametrize(("reason", "U"), REFUSED.items(), ids=range(len(REFUSED)))
 def test_statistics_that_are_none(reason, U):
     plant = motor()
-    observer = lb.fixed_order_filter(plant, 1)
+    observer = of_order_one()
     with pytest.raises(ValueError, match=reason):
         lb.error_covariance(observer, plant, U=U)
 
 
 def test_figures_for_u_equal_to_zero_say_so():
     plant = dataclasses.replace(motor(), P0=np.eye(motor().n))
-    disturbed, exact = lb.fixed_order_filter(plant, 1), lb.kalman_filter(plant)
+    disturbed, exact = of_order_one(), lb.kalman_filter(plant)
     assert "u = 0" in lb.optimality(disturbed, plant).note
     assert lb.optimality(disturbed, plant, U=[1.0]).note == ""
     assert lb.optimality(exact, plant).note == ""

@@ -57,11 +57,12 @@ def test_errors_of_scalar_filters_are_those_of_exact_arithmetic(Q, R):
 def test_errors_are_those_of_design_and_plant_side_by_side():
     """The covariance of (x, z) from one Lyapunov equation, and Kalman filters' own."""
     designs = {s: lb.kalman_filter(oscillator(s).sampled(0.05)) for s in (0.35, 0.65)}
-    found = lb.robustness(designs, oscillator(0.5), ranges={"A[1,1]": "30 %"})
-    assert len(found.plants) == 103
+    ranges = {"A[1,1]": "30 %"}
+    found = lb.robustness(designs, oscillator(0.5), ranges=ranges, samples=4)
+    assert len(found.plants) == 7
     for spread in found:
         o = spread.observer
-        for one, at in list(zip(spread.cases, found.plants, strict=True))[:9]:
+        for one, at in zip(spread.cases, found.plants, strict=True):
             plant = oscillator(-one.values["A[1,1]"]).sampled(0.05)
             np.testing.assert_allclose(at.plant.A, plant.A, rtol=1e-13)
             n = plant.n
