@@ -5,6 +5,7 @@ import dataclasses
 import generators
 import numpy as np
 import pytest
+from as_python import as_python
 from exact_likelihood import exact_moments, free_entries, rational_plant
 
 import luenberger as lb
@@ -35,8 +36,15 @@ def case(seed, rows=120, R=(0, 1), cross=False, varying=False):
     return plant, y, u, u0
 
 
+@pytest.fixture
+def python():
+    """What is generated runs as Python."""
+    with as_python():
+        yield
+
+
 def same(plant, y, u, u0, by_hand=None, within=1e-10):
-    """Value and gradients, compiled and in NumPy."""
+    """Value and gradients, of generated code and in NumPy."""
     options = dict(u0=u0, gradient=True)
     wanted, slopes = lb.log_likelihood(plant, y, u, backend="numpy", **options)
     if by_hand is not None:
@@ -61,6 +69,7 @@ def by_hand(monkeypatch):
     return rows
 
 
+@pytest.mark.usefixtures("python")
 @pytest.mark.parametrize("varying", [False, True])
 @pytest.mark.parametrize("start", ["posterior", "prior", None])
 @pytest.mark.parametrize(("R", "cross"), [((0, 0), False), ((0, 1), True)])
@@ -72,6 +81,12 @@ def test_exact_outputs_with_gaps(varying, start, R, cross, by_hand):
     assert len(by_hand) < 5
 
 
+def test_compiled_code_does_the_same():
+    plant, *record = case(1, R=(0, 1), cross=True)
+    same(plant, *record)
+
+
+@pytest.mark.usefixtures("python")
 def test_the_rows_are_those_of_rationals():
     """The density of the whole record, from its exact covariance."""
     for kind in ("perfect", "one perfect"):
@@ -85,6 +100,7 @@ def test_the_rows_are_those_of_rationals():
         assert found == pytest.approx(wanted, rel=1e-11)
 
 
+@pytest.mark.usefixtures("python")
 def test_rows_in_which_nothing_is_new_are_left_to_numpy(by_hand):
     """One sensor is read twice in some rows; compiled code goes on after them."""
     plant, y, u, u0 = case(2, R=(0, 0))
@@ -96,6 +112,7 @@ def test_rows_in_which_nothing_is_new_are_left_to_numpy(by_hand):
     assert 3 <= len(by_hand) < 40
 
 
+@pytest.mark.usefixtures("python")
 def test_a_state_that_is_known_exactly_is_left_to_numpy(by_hand):
     """No noise drives one state for a while, and an exact reading tells it."""
     plant, y, u, u0 = case(4, R=(0, 0))
@@ -109,6 +126,7 @@ def test_a_state_that_is_known_exactly_is_left_to_numpy(by_hand):
     assert 3 <= len(by_hand) < 60
 
 
+@pytest.mark.usefixtures("python")
 def test_a_contradiction_is_refused():
     plant, y, u, u0 = case(2, R=(0, 0))
     C = np.array([[1.0, 0, 1], [1, 0, 1]])
@@ -119,6 +137,7 @@ def test_a_contradiction_is_refused():
         lb.log_likelihood(plant, y, u, u0=u0, backend="numba")
 
 
+@pytest.mark.usefixtures("python")
 @pytest.mark.parametrize("power", [-40, 40])
 def test_units_only_add_a_constant(power):
     plant, y, u, u0 = case(3, R=(0, 1))
@@ -135,6 +154,7 @@ def test_units_only_add_a_constant(power):
     assert two - shift == pytest.approx(one, rel=1e-12)
 
 
+@pytest.mark.usefixtures("python")
 def test_zero_readings_and_rows_without_any():
     plant, y, u, u0 = case(2, R=(0, 0))
     y[~np.isnan(y)] = 0
@@ -144,6 +164,7 @@ def test_zero_readings_and_rows_without_any():
     assert lb.log_likelihood(plant, y, u, u0=u0, backend="numba") == 0
 
 
+@pytest.mark.usefixtures("python")
 def test_innovations_and_information_are_the_same():
     plant, y, u, u0 = case(1, rows=400, R=(0, 1))
     for run in (
@@ -156,6 +177,7 @@ def test_innovations_and_information_are_the_same():
         np.testing.assert_allclose(found, wanted, rtol=1e-8, atol=1e-10)
 
 
+@pytest.mark.usefixtures("python")
 @pytest.mark.parametrize("backend", ["numpy", "numba"])
 def test_growth_in_a_gap_is_refused(backend):
     """By compiled code as by NumPy, and a shorter gap by neither."""
@@ -171,6 +193,7 @@ def test_growth_in_a_gap_is_refused(backend):
         lb.log_likelihood(plant, y, backend=backend)
 
 
+@pytest.mark.usefixtures("python")
 def test_sensors_that_are_nearly_the_same_are_left_to_numpy(by_hand):
     """What the second adds has few digits left in a covariance of both."""
     plant, y, u, u0 = case(2, rows=40, R=(0, 0))

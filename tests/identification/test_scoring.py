@@ -1,10 +1,12 @@
 """Scoring, with which a fit begins where there are gaps, and its compiled rows."""
 
 import dataclasses
+from contextlib import nullcontext
 
 import generators
 import numpy as np
 import pytest
+from as_python import as_python
 
 import luenberger as lb
 from luenberger.identification import records, scoring
@@ -27,10 +29,10 @@ def unknowns(plant, Q, R="full", begin=(1.0, 1.0)):
     return Unknowns(*forms, None, parameters_of(plant, None))
 
 
-def case(seed=3, rows=900, p=2):
+def case(seed=3, rows=150, n=3, p=2):
     """A plant without a start, and its record with a twentieth missing."""
     rng = np.random.default_rng(seed)
-    plant = generators.plant(rng, 3, p, m=0, radius=0.9)
+    plant = generators.plant(rng, n, p, m=0, radius=0.9)
     y = generators.record(rng, plant, rows)[0]
     y[rng.random(y.shape) < 0.05] = np.nan
     return dataclasses.replace(plant, P0=None), [(y, np.zeros((rows, 0)))]
@@ -54,28 +56,28 @@ def test_a_step_is_one_of_the_covariance_itself(Q):
 
 
 def test_a_variance_that_is_far_too_small_is_left_in_one_step():
-    plant, data = case()
+    plant, data = case(rows=300)
     what = unknowns(plant, "diagonal")
-    objective = per_reading(what, data)
+    likely = per_reading(what, data)
     calls = []
 
     def counted(theta):
         calls.append(theta)
-        return objective(theta)
+        return likely(theta)
 
     theta = np.array([-7.0, 0, 0, 0, 0, -7.0])
     found, inverse = scoring.scored(what, counted, theta, data)
     assert len(calls) < 12
     from_far = lb.fit_noise(plant, data[0][0], Q="diagonal")
-    assert -objective(found)[0] * readings(data) == pytest.approx(
+    assert -likely(found)[0] * readings(data) == pytest.approx(
         from_far.log_likelihood, abs=1e-2
     )
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(3))
 def test_a_fit_with_gaps_is_as_likely_as_one_without_scoring(seed, monkeypatch):
     """Some of these are most likely at a bound."""
-    plant, data = case(seed, rows=300, p=1 + seed % 2)
+    plant, data = case(seed, n=2, p=1 + seed % 2)
     options = dict(Q="diagonal", R="diagonal" if seed % 3 else "full")
     fit = lb.fit_noise(plant, data[0][0], **options)
     monkeypatch.setattr(records, "has_gaps", lambda data: False)
@@ -85,7 +87,7 @@ def test_a_fit_with_gaps_is_as_likely_as_one_without_scoring(seed, monkeypatch):
 
 def test_scoring_leaves_what_it_has_no_information_of(monkeypatch):
     """The first rows do not determine the start, so the search goes on without."""
-    plant, data = case(rows=300)
+    plant, data = case(rows=100)
     data[0][0][:60] = np.nan
     monkeypatch.setattr(scoring, "ROWS", 50)
     what = unknowns(plant, "diagonal")
@@ -98,22 +100,23 @@ def test_scoring_leaves_what_it_has_no_information_of(monkeypatch):
 @pytest.mark.parametrize("start", [False, True])
 def test_compiled_rows_hold_the_same_information(varying, start):
     rng = np.random.default_rng(7)
-    plant = generators.plant(rng, 3, 2, m=1, cross=True, radius=0.9)
-    y, u, u0 = generators.record(rng, plant, 600)
+    plant = generators.plant(rng, 2, 2, m=1, cross=True, radius=0.9)
+    y, u, u0 = generators.record(rng, plant, 200)
     y[rng.random(y.shape) < 0.2] = np.nan
     if varying:
-        plant = dataclasses.replace(plant, A=plant.A * rng.uniform(0.8, 1, (601, 1, 1)))
+        plant = dataclasses.replace(plant, A=plant.A * rng.uniform(0.8, 1, (201, 1, 1)))
     if not start:
         plant = dataclasses.replace(plant, P0=None)
     along = [
-        {"A": rng.normal(size=(3, 3)), "C": rng.normal(size=(2, 3))},
-        {"B": rng.normal(size=(3, 1)), "S": rng.normal(size=(3, 2)) / 9},
-        {"Q": np.eye(3), "R": np.eye(2)},
+        {"A": rng.normal(size=(2, 2)), "C": rng.normal(size=(2, 2))},
+        {"B": rng.normal(size=(2, 1)), "S": rng.normal(size=(2, 2)) / 9},
+        {"Q": np.eye(2), "R": np.eye(2)},
     ]
-    found, wanted = (
-        lb.information(plant, y, u, u0=u0, along=along, backend=backend)
-        for backend in ("numba", "numpy")
-    )
+    with as_python() if varying else nullcontext():
+        found, wanted = (
+            lb.information(plant, y, u, u0=u0, along=along, backend=backend)
+            for backend in ("numba", "numpy")
+        )
     size = np.sqrt(wanted.diagonal())
     assert np.abs((found - wanted) / size / size[:, None]).max() < 1e-11
 
