@@ -12,6 +12,7 @@ import subprocess
 import numpy as np
 import pytest
 import sympy as sp
+from every_pair import every_pair
 from exact_stages import SIZES, exact_inputs, exact_step
 from worlds import STAGE_LISTS
 
@@ -39,6 +40,7 @@ LISTS = {
     for name in (*STAGE_LISTS, "filter_step", "observer_step")
 }
 ALL = SIZES | {"q": 3, "p_a": 2}
+FORMS = ["loops", "scalars"]
 STRICT = "-std=c99 -O2 -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror".split()
 
 
@@ -93,38 +95,46 @@ def by_scalars(program, given, known=None):
 
 @pytest.fixture(scope="session")
 def compile_c(tmp_path_factory):
-    """Compile a printed function without a single warning, and call it."""
+    """Compile a printed function without a single warning, and call it.
+
+    What is returned are the code and the results of each of `forms`, one library.
+    """
     compiler = shutil.which("gcc") or shutil.which("cc")
     if compiler is None:
         pytest.skip("there is no C compiler")
     folder, number = tmp_path_factory.mktemp("c"), itertools.count()
 
-    def call(program, given, real="double", unrolled=False, constants=()):
-        to, module = C(real), Module("unit", real)
+    def call(program, given, real="double", constants=(), forms=FORMS):
+        fixed = {k: given[k] for k in constants}
         wanted = {k: op for k, op in program.results.items() if op is not None}
         shapes = {k: program.shape(op.name, ALL) for k, op in wanted.items()}
         shapes = {k: s[:: -1 if wanted[k].turned else 1] for k, s in shapes.items()}
-        results = {k: (f"{k}_out", np.prod(s)) for k, s in shapes.items()}
-        with pytest.MonkeyPatch.context() as patch:
-            for limit in ("SHORT", "LONG"):
-                patch.setattr(cost, limit, 10**6 * unrolled)
-            fixed = {k: given[k] for k in constants}
-            module.steps(program, ALL, to, fixed, {}, results)
         names = [k for k in program.given if k not in constants]
         head = [f"const {real} {k}[]" for k in names]
         head = ", ".join([*head, *(f"{real} {k}_out[]" for k in shapes)])
-        to.line("return 0;")
-        text = [f"int unit({head});", function(f"int unit({head})", to.lines, names)]
+        results = {k: (f"{k}_out", np.prod(s)) for k, s in shapes.items()}
+        text = []
+        for form in forms:
+            to, module = C(real), Module(form, real)
+            with pytest.MonkeyPatch.context() as patch:
+                for limit in ("SHORT", "LONG"):
+                    patch.setattr(cost, limit, 10**6 * (form == "scalars"))
+                module.steps(program, ALL, to, fixed, {}, results)
+            to.line("return 0;")
+            text += [*module.table_lines(), f"int {form}({head});"]
+            text.append(function(f"int {form}({head})", to.lines, names))
         stem = folder / f"step{next(number)}"
         source, library = stem.with_suffix(".c"), stem.with_suffix(".so")
-        source.write_text("\n".join([*module.table_lines(), *text]))
+        source.write_text("\n".join(text))
         command = [compiler, *STRICT, "-shared", "-fPIC", "-o", library, source]
         subprocess.run(command, check=True, capture_output=True, text=True)
-        kind = np.float64 if real == "double" else np.float32
+        kind, loaded = {"double": np.float64, "float": np.float32}[real], []
         ins = [np.ascontiguousarray(given[k], kind) for k in names]
-        outs = {name: np.full(shape, 9, kind) for name, shape in shapes.items()}
-        pointers = [X.ctypes.data_as(ctypes.c_void_p) for X in (*ins, *outs.values())]
-        return ctypes.CDLL(str(library)).unit(*pointers), outs
+        for form in forms:
+            outs = {name: np.full(shape, 9, kind) for name, shape in shapes.items()}
+            arrays = (X.ctypes.data_as(ctypes.c_void_p) for X in (*ins, *outs.values()))
+            loaded.append((ctypes.CDLL(str(library))[form](*arrays), outs))
+        return loaded
 
     return call
 
@@ -158,8 +168,12 @@ def test_loops_agree_with_exact_arithmetic(stage_list):
     close(by_loops(program, given), wanted)
 
 
-@pytest.mark.parametrize("high", [1, 2, 3, 6])
-@pytest.mark.parametrize("widths", [(8, 4, 1), (3, 2, 1), (2, 1, 1)])
+@every_pair(
+    stage_list=list(LISTS),
+    high=[1, 2, 3, 6],
+    widths=[(8, 4, 1), (3, 2, 1), (2, 1, 1)],
+    indirect=["stage_list"],
+)
 def test_tiles_agree_with_exact_arithmetic(high, widths, stage_list, monkeypatch):
     """Tiles that end with the matrix or before, and factors of one block or more."""
     derivation, program, given, wanted = stage_list
@@ -186,12 +200,11 @@ def test_printers_agree_with_the_generic_kernel(stage_list):
     close(by_scalars(program, given), wanted)
 
 
-@pytest.mark.parametrize("unrolled", [False, True], ids=["loops", "scalars"])
-def test_c_agrees_with_exact_arithmetic(unrolled, stage_list, compile_c):
+def test_c_agrees_with_exact_arithmetic(stage_list, compile_c):
     derivation, program, given, wanted = stage_list
-    failed, found = compile_c(program, given, unrolled=unrolled)
-    assert failed == 0
-    close(found, wanted)
+    for failed, found in compile_c(program, given):
+        assert failed == 0
+        close(found, wanted)
 
 
 def test_loops_as_large_matrices_get_them(stage_list, compile_c, monkeypatch):
@@ -200,18 +213,18 @@ def test_loops_as_large_matrices_get_them(stage_list, compile_c, monkeypatch):
     monkeypatch.setattr(loops, "SHORT", 0)
     monkeypatch.setattr(solves, "SHORT_SOLVE", 0)
     close(by_loops(program, given), wanted)
-    failed, found = compile_c(program, given)
+    ((failed, found),) = compile_c(program, given, forms=["loops"])
     assert failed == 0
     close(found, wanted)
 
 
-@pytest.mark.parametrize("unrolled", [False, True], ids=["loops", "scalars"])
-def test_c_in_single_precision(unrolled, compile_c):
+def test_c_in_single_precision(compile_c):
     derivation = recursions.filter_step()
     exact, given = cases(derivation)
-    failed, found = compile_c(lower(derivation), given, real="float", unrolled=unrolled)
-    assert failed == 0 and found["K"].dtype == np.float32
-    close(found, exact_step(derivation, exact), tol=2e-4)
+    wanted = exact_step(derivation, exact)
+    for failed, found in compile_c(lower(derivation), given, real="float"):
+        assert failed == 0 and found["K"].dtype == np.float32
+        close(found, wanted, tol=2e-4)
 
 
 def structured():
@@ -246,8 +259,7 @@ def test_structure_is_used_and_changes_nothing(compile_c):
     close(by_loops(program, given), wanted)
     close(by_scalars(program, given), wanted)
     close(by_scalars(program, given, known), wanted)
-    for unrolled in (False, True):
-        failed, found = compile_c(program, given, unrolled=unrolled, constants=known)
+    for failed, found in compile_c(program, given, constants=known):
         assert failed == 0
         close(found, wanted)
     plain, lean = (
@@ -356,8 +368,7 @@ def test_awkward_formulas(seed, compile_c):
     close(by_loops(program, given), wanted)
     close(by_loops(program, given, numba.Tiled), wanted)
     close(by_scalars(program, given), wanted)
-    for unrolled in (False, True):
-        failed, found = compile_c(program, given, unrolled=unrolled)
+    for failed, found in compile_c(program, given):
         assert failed == 0
         close(found, wanted)
 
@@ -372,9 +383,8 @@ def test_symmetric_targets_are_symmetric_to_the_last_bit(printer, stage_list):
             np.testing.assert_array_equal(value, value.T, err_msg=stage.target.name)
 
 
-@pytest.mark.parametrize("unrolled", [False, True], ids=["loops", "scalars"])
 @pytest.mark.parametrize("fault", ["singular M", "indefinite Sigma", "NaN"])
-def test_c_gives_up_where_a_matrix_is_not_definite(fault, unrolled, compile_c):
+def test_c_gives_up_where_a_matrix_is_not_definite(fault, compile_c):
     derivation = recursions.filter_step()
     _, given = cases(derivation)
     program = lower(derivation, definite=[Factor("Sigma_next", 0.0)])
@@ -386,8 +396,7 @@ def test_c_gives_up_where_a_matrix_is_not_definite(fault, unrolled, compile_c):
         given["Gamma"] *= 0
     else:
         given["Sigma"][0, 0] = np.nan
-    failed, _ = compile_c(program, given, unrolled=unrolled)
-    assert failed == 1
+    assert [failed for failed, _ in compile_c(program, given)] == [1, 1]
 
 
 def test_only_what_is_asked_for_is_printed_and_only_what_is_proved():

@@ -25,7 +25,7 @@ from luenberger.papers.leondes_novak.derivation import (
     update,
 )
 
-STRICT = "-std=c99 -O2 -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror".split()
+STRICT = "-std=c99 -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror".split()
 FOUND = ["gcc", "g++"]
 needs_compilers = pytest.mark.skipif(
     not all(map(shutil.which, FOUND)), reason="there is no gcc with g++"
@@ -93,8 +93,9 @@ def test_panels_of_any_height_and_padding(stages, n, p, lanes, tmp_path):
     results = {k: (f"out_{k}", X.size) for k, X in wanted.items()}
     text, names, _ = written(program, sizes, results, given if n % 2 else {})
     (tmp_path / "unit.c").write_text(text)
-    command = ["gcc", *STRICT, f"-Dunit_LANES={lanes}", "-fsanitize=undefined"]
-    command += ["-fno-sanitize-recover", "-shared", "-fPIC", "-o", "unit.so", "unit.c"]
+    command = ["gcc", *STRICT, f"-Dunit_LANES={lanes}", "-shared", "-fPIC"]
+    command += ["-O2"] if lanes == 4 else ["-fsanitize=undefined"]  # warnings of both
+    command += ["-fno-sanitize-recover", "-o", "unit.so", "unit.c"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     arrays = [np.array(given[k], order="C") for k in names]

@@ -140,7 +140,7 @@ def test_gains_of_outputs_with_all_sorts_of_noise_have_all_digits():
 def test_gains_over_steps_have_the_covariance_that_is_exact():
     """`kalman_filter(steps=)` run by `estimate`; `error_covariance(steps=)` of it."""
     done = 0
-    for problem in map(exact_filter.problem, range(160)):
+    for problem in map(exact_filter.problem, range(100)):
         if "gaps" in problem.kinds or problem.accurate:
             continue
         found, steps = problem.exact(), len(problem.y)
@@ -150,7 +150,7 @@ def test_gains_over_steps_have_the_covariance_that_is_exact():
         worst = problem.errors(x, P, found)
         assert max(worst) < 1e-7, (worst, problem.kinds)
         done += 1
-    assert done > 25
+    assert done > 15
 
 
 # -- cases that were wrong without a word ---------------------------------------------
