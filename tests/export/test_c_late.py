@@ -14,7 +14,7 @@ from luenberger.export import to_c
 GCC = shutil.which("gcc") or shutil.which("cc")
 pytestmark = pytest.mark.skipif(GCC is None, reason="there is no C compiler")
 STRICT = "-std=c99 -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror".split()
-SANITIZED = ["-O1", "-fsanitize=undefined,address", "-fno-sanitize-recover=all"]
+SANITIZED = ["-fsanitize=undefined,address", "-fno-sanitize-recover=all"]
 SIZE = """
 #include "unit.h"
 int size(void);
@@ -35,7 +35,7 @@ class Device:
         code, self.header = to_c(plant, folder, name="unit", **options)
         (folder / "size.c").write_text(SIZE)
         library = folder / "unit.so"
-        gcc("-O1", "-shared", "-fPIC", "-o", library, code, folder / "size.c")
+        gcc("-shared", "-fPIC", "-o", library, code, folder / "size.c")
         self.unit = ctypes.CDLL(str(library))
         self.unit.unit_arrived.argtypes = [
             ctypes.c_void_p, ctypes.c_int, ctypes.c_int, ctypes.c_double,

@@ -9,6 +9,7 @@ import luenberger as lb
 from luenberger.commands import main
 from luenberger.export import rounding_error, to_c
 from luenberger.kernels.c import library
+from luenberger.numeric import power_sums
 
 needs_compiler = pytest.mark.skipif(
     library.compiler() is None, reason="there is no C compiler"
@@ -92,6 +93,13 @@ def slow(pole, gain=1e-3):
     return lb.Observer([[pole]], [[]], [[gain]], [[1]], [[0]], [[1]], [[1]], dt=1.0)
 
 
+@pytest.fixture
+def few_powers(monkeypatch):
+    """No bound is looked for of a mode that needs more than a few hundred steps."""
+    monkeypatch.setattr(power_sums, "MOST", 300)
+
+
+@pytest.mark.usefixtures("few_powers")
 def test_a_mode_that_float_takes_for_one_is_refused(tmp_path):
     observer = slow(1 - 1e-8)
     to_c(observer, tmp_path)
@@ -99,6 +107,7 @@ def test_a_mode_that_float_takes_for_one_is_refused(tmp_path):
         to_c(observer, tmp_path, dtype="float")
 
 
+@pytest.mark.usefixtures("few_powers")
 @pytest.mark.parametrize(("off", "warned"), [(5e-5, True), (7e-5, False)])
 def test_a_slow_mode_is_warned_of_by_name(off, warned, tmp_path):
     observer = slow(1 - off)

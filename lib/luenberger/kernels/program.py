@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import astuple, dataclass, replace
+from dataclasses import dataclass, replace
 from fractions import Fraction
-from operator import add
 from typing import Any
 
 IDENTITY = "I"
@@ -25,7 +24,7 @@ class Operand:
 
     @property
     def T(self) -> Operand:
-        return replace(self, turned=not self.turned)
+        return Operand(self.name, not self.turned)
 
 
 @dataclass(frozen=True)
@@ -178,7 +177,12 @@ class Cost:
     terms: int = 0
 
     def __add__(self, other: Cost) -> Cost:
-        return Cost(*map(add, astuple(self), astuple(other)))
+        return Cost(
+            self.operations + other.operations,
+            self.constants + other.constants,
+            self.stack + other.stack,
+            self.terms + other.terms,
+        )
 
 
 @dataclass(frozen=True)

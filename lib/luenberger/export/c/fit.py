@@ -9,6 +9,7 @@ from ...numeric import Vector
 from ...observer import Observer
 from ...plant import Plant
 from .formats import SUM, Formats, Unfit, formats
+from .limits import Exact
 from .ranges import ranges, require_all
 from .rounding_bound import RoundingBound, by_name
 from .source_and_header import Signals
@@ -34,12 +35,13 @@ def fitted(
         raise ValueError(f"bits must be 16 or 32 with dtype='fixed', got {bits!r}")
     sizes, source = ranges(signals, plant, given)
     require_all(sizes, signals, plant)
+    exact = Exact(observer)
     try:
-        made = _formats(observer, sizes, bits, signals)
+        made = _formats(exact, sizes, bits, signals)
     except Unfit as why:
         raise DesignError(
             f"{bits} bits do not suffice: {why}. "
-            + _otherwise(observer, sizes, bits, signals)
+            + _otherwise(exact, sizes, bits, signals)
         ) from None
     return made, RoundingBound(
         f"whole numbers of {bits} bits",
@@ -50,16 +52,16 @@ def fitted(
     )
 
 
-def _formats(observer: Observer, sizes: Vector, bits: int, names: Signals) -> Formats:
-    states = [f"z[{i}]" for i in range(observer.order)]
-    return formats(observer, sizes, bits, states, list(names.what))
+def _formats(exact: Exact, sizes: Vector, bits: int, names: Signals) -> Formats:
+    states = [f"z[{i}]" for i in range(exact.observer.order)]
+    return formats(exact, sizes, bits, states, list(names.what))
 
 
-def _otherwise(observer: Observer, sizes: Vector, bits: int, names: Signals) -> str:
+def _otherwise(exact: Exact, sizes: Vector, bits: int, names: Signals) -> str:
     """What to do where it does not fit."""
     for more in (one for one in SUM if one > bits):
         try:
-            _formats(observer, sizes, more, names)
+            _formats(exact, sizes, more, names)
         except Unfit:
             continue
         return f"{more} bits would do: give bits={more}"

@@ -14,7 +14,6 @@ from typing import NamedTuple
 import numpy as np
 
 from ...numeric import Matrices, Matrix, Vector
-from ...observer import Observer
 from .limits import Device, Exact, Limits
 
 SUM = {16: 32, 32: 64}  # bits of a sum of products
@@ -89,7 +88,7 @@ def largest(bits: int) -> int:
 
 
 def formats(
-    observer: Observer, ranges: Vector, bits: int, states: list[str], what: list[str]
+    exact: Exact, ranges: Vector, bits: int, states: list[str], what: list[str]
 ) -> Formats:
     """Places for all signals of an observer whose inputs stay within `ranges`.
 
@@ -102,8 +101,7 @@ def formats(
     most = [int(np.ceil(np.ldexp(size, k))) for size, k in zip(ranges, read)]
     sizes = np.ldexp(np.array(most, float), -np.array(read, int))[:, None]
     half = np.ldexp(NEAREST, -np.array(read, int))[:, None]
-    exact = Exact(observer)
-    bare = exact.limits(_same(exact), observer.z0, sizes, 0 * half)
+    bare = exact.limits(_same(exact), exact.observer.z0, sizes, 0 * half)
     if bare is None:
         raise Unfit("the observer is too slow for a bound of its states")
     state = [places(size, largest(bits)) for size in bare.state[:, 0].tolist()]

@@ -48,9 +48,12 @@ class Layouts:
 
     def in_rows(self, operand: Operand) -> bool:
         """Whether the rows of an operand are rows, or one column, in memory."""
-        name = operand.name
-        same = name in self.program.symmetric or 1 in self.shape(operand)
-        return same or (name in self.turned) == operand.turned
+        turned = operand.name in self.turned
+        return self.either_way(operand) or turned == operand.turned
+
+    def either_way(self, operand: Operand) -> bool:
+        """Whether they are, whatever is turned."""
+        return operand.name in self.program.symmetric or 1 in self.shape(operand)
 
     def kept(self, name: str) -> Operand:
         """What is kept of a target: itself or its transpose."""
@@ -79,19 +82,21 @@ class Layouts:
                     yield term.factors[0]
 
     def copied(self) -> int:
-        """Entries that are copied because rows are columns; what is to be small."""
-        wrong = {
-            operand
-            for step in self.program.steps
+        """Entries that are copied because rows are columns; they are to be few."""
+        return Copied(self)(self.turned)
+
+    def copies(self, step: Step) -> dict[tuple[str, bool], int]:
+        """What a step wants that may be columns, and the entries to copy if it is."""
+        return {
+            (operand.name, operand.turned): self.entries(operand)
             for operand in self.wanted(step)
-            if not self.in_rows(operand)
+            if not self.either_way(operand)
         }
-        return sum(
-            ANOTHER if operand.name in self.constants else self.entries(operand)
-            for operand in wrong
-        )
 
     def entries(self, operand: Operand) -> int:
+        """Entries that are copied where the rows of an operand are columns."""
+        if operand.name in self.constants:
+            return ANOTHER
         rows, cols = self.shape(operand)
         return rows * cols
 
@@ -111,10 +116,30 @@ def chosen(program: Program, sizes: Sizes, constants: Iterable[str]) -> Layouts:
             elif rows > 1:
                 fixed.add(step.target)
     found = Layouts(program, sizes, frozenset(constants), frozenset(fixed))
+    copied = Copied(found)
+    changes = [{one} for one in free] + [set(two) for two in combinations(free, 2)]
     while True:
-        changes = [{one} for one in free] + [set(two) for two in combinations(free, 2)]
-        others = [replace(found, turned=found.turned ^ change) for change in changes]
-        best = min(others, key=Layouts.copied, default=found)
-        if best.copied() >= found.copied():
+        others = [found.turned ^ change for change in changes]
+        best = min(others, key=copied, default=found.turned)
+        if copied(best) >= copied(found.turned):
             return found
-        found = best
+        found = replace(found, turned=best)
+
+
+class Copied:
+    """`Layouts.copied`, called with what is turned, for many choices of one program."""
+
+    def __init__(self, layouts: Layouts) -> None:
+        """What a step wants hangs on its own target alone: it is found once."""
+        steps = [X for X in layouts.program.steps if isinstance(X, Assign | Substitute)]
+        all_ = frozenset(step.target for step in steps)
+        plain, flipped = (replace(layouts, turned=X) for X in (all_ - all_, all_))
+        self.steps = [(X.target, plain.copies(X), flipped.copies(X)) for X in steps]
+
+    def __call__(self, turned: frozenset[str]) -> int:
+        wrong: dict[tuple[str, bool], int] = {}
+        for target, plain, flipped in self.steps:
+            for operand, entries in (flipped if target in turned else plain).items():
+                if (operand[0] in turned) != operand[1]:
+                    wrong[operand] = entries
+        return sum(wrong.values())
