@@ -1,21 +1,19 @@
 """The likelihood of a record, against statsmodels, exact rationals and batches."""
 
 import dataclasses
-import functools
 from contextlib import nullcontext
 
 import generators
 import numpy as np
 import pytest
-import sympy as sp
 from as_python import as_python
 from exact_likelihood import (
     KINDS,
     SCORED,
     beside_noises,
+    density,
     direction,
     exact_moments,
-    free_entries,
     nile,
     rational_plant,
 )
@@ -107,31 +105,7 @@ def test_gradients_of_many_rows_with_gaps_are_added_up(n, start, monkeypatch):
 
 def exact(plant, y, u, u0, move=None):
     """The density of a whole record, with rationals, and its slope along `move`."""
-    return density(*exact_moments(plant, y, u, u0, move), sp.Symbol("t"))
-
-
-def density(V, d, t):
-    """log density and its slope at t = 0, without entries that are determined."""
-    free = free_entries(V.subs(t, 0), d.subs(t, 0))
-    V, d = V[free, free], d[free, :]
-    V0, d0, dV, dd = (
-        V.subs(t, 0),
-        d.subs(t, 0),
-        V.diff(t).subs(t, 0),
-        d.diff(t).subs(t, 0),
-    )
-    W, det = inverse_and_determinant(V0.as_immutable())
-    e = W * d0
-    value = -(len(free) * np.log(2 * np.pi) + np.log(float(det))) / 2
-    value -= float((d0.T * e)[0]) / 2
-    slope = (e.T * dV * e)[0] / 2 - (W * dV).trace() / 2 - (e.T * dd)[0]
-    return value, float(slope)
-
-
-@functools.cache
-def inverse_and_determinant(V):
-    """Whatever direction the slope is taken in."""
-    return V.inv(), V.det()
+    return density(*exact_moments(plant, y, u, u0, move))
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -6,7 +6,7 @@ import generators
 import numpy as np
 import pytest
 from as_python import as_python
-from exact_likelihood import exact_moments, free_entries, rational_plant
+from exact_likelihood import density, exact_moments, rational_plant
 
 import luenberger as lb
 from luenberger.recursion import filter_pass
@@ -91,11 +91,7 @@ def test_the_rows_are_those_of_rationals():
     """The density of the whole record, from its exact covariance."""
     for kind in ("perfect", "one perfect"):
         plant, y, u, u0 = rational_plant(kind)
-        V, d = exact_moments(plant, y, u, u0, None)
-        free = free_entries(V, d)
-        V, d = V[free, free], d[free, :]
-        wanted = -(len(free) * np.log(2 * np.pi) + np.log(float(V.det()))) / 2
-        wanted -= float((d.T * V.inv() * d)[0]) / 2
+        wanted, _ = density(*exact_moments(plant, y, u, u0))
         found = lb.log_likelihood(plant, y, u, u0=u0, backend="numba")
         assert found == pytest.approx(wanted, rel=1e-11)
 

@@ -6,7 +6,6 @@ import generators
 import mpmath as mp
 import numpy as np
 import pytest
-import sympy as sp
 from as_python import as_python
 from exact_likelihood import (
     KINDS,
@@ -14,10 +13,12 @@ from exact_likelihood import (
     beside_noises,
     direction,
     exact_moments,
-    free_entries,
+    free_moments,
+    inverse,
     nile,
     rational_plant,
 )
+from exact_smoother import product
 from statsmodels.tsa.statespace.initialization import Initialization
 
 import luenberger as lb
@@ -113,27 +114,23 @@ def test_statsmodels_has_the_same_likelihood():
 
 def exact(plant, y, u, u0, move=None):
     """The density integrated over the first state, with rationals; and its slope."""
-    n, t = plant.n, sp.Symbol("t")
-    start = sp.symbols(f"s:{n}")
+    n = plant.n
     any_start = dataclasses.replace(plant, P0=np.eye(n), P0_is="prior")
-    V, d = exact_moments(any_start, y, u, u0, move, start)
-    zero = {s: 0 for s in start}
-    free = free_entries(V.subs(t, 0), (d.subs(zero)).subs(t, 0))
-    V, d = V[free, free], d[free, :]
-    D = -d.jacobian(start)
-    d = d.subs(zero)
-    dV, dD, dd = (X.diff(t).subs(t, 0) for X in (V, D, d))
-    V, D, d = (X.subs(t, 0) for X in (V, D, d))
-    W = V.inv()
-    info = D.T * W * D
-    best = info.inv() * D.T * W * d
-    rest = d - D * best
-    e = W * rest
-    value = -((len(free) - n) * np.log(2 * np.pi) + np.log(float(V.det()))) / 2
-    value -= (np.log(float(info.det())) + float((rest.T * e)[0])) / 2
-    dinfo = dD.T * W * D + D.T * W * dD - D.T * W * dV * W * D
-    slope = (e.T * dV * e)[0] / 2 - (e.T * (dd - dD * best))[0]
-    slope -= ((W * dV).trace() + (info.inv() * dinfo).trace()) / 2
+    moments = exact_moments(any_start, y, u, u0, move, start=True)
+    (V, dV), (d, dd) = free_moments(*moments)
+    (d, D), (dd, dD) = ((X[:, :1], -X[:, 1:]) for X in (d, dd))
+    W, det = inverse(V)
+    WD = product(W, D)
+    spread, determined = inverse(product(D.T, WD))
+    best = product(spread, D.T, W, d)
+    rest = d - product(D, best)
+    e = product(W, rest)
+    value = -((len(d) - n) * np.log(2 * np.pi) + np.log(float(det))) / 2
+    value -= (np.log(float(determined)) + float(product(rest.T, e)[0, 0])) / 2
+    moved = product(dD.T, WD) + product(WD.T, dD) - product(WD.T, dV, WD)
+    slope = product(e.T, dV, e)[0, 0] / 2
+    slope -= product(e.T, dd - product(dD, best))[0, 0]
+    slope -= ((W * dV.T).sum() + (spread * moved.T).sum()) / 2
     return value, float(slope)
 
 

@@ -1,9 +1,11 @@
 """Densities of records in rational arithmetic, and models of statsmodels to compare."""
 
 from fractions import Fraction
+from typing import NamedTuple
 
 import numpy as np
-import sympy as sp
+from exact_filter import rational, zeros
+from exact_smoother import product
 from statsmodels.tsa.statespace.mlemodel import MLEModel
 
 import luenberger as lb
@@ -34,64 +36,126 @@ def beside_noises(plant, y):
     return model, start
 
 
-def exact_moments(plant, y, u, u0, move=None, start=None):
+class Moved(NamedTuple):
+    """A matrix of Fractions, and its slope along the way in which a plant moves."""
+
+    X: np.ndarray
+    dX: np.ndarray
+
+    @property
+    def T(self):
+        return Moved(self.X.T, self.dX.T)
+
+    def __matmul__(self, other):
+        X, dX = self
+        slope = product(dX, other.X) + product(X, other.dX)
+        return Moved(product(X, other.X), slope)
+
+    def __add__(self, other):
+        return Moved(self.X + other.X, self.dX + other.dX)
+
+    def part(self, *index):
+        return Moved(*(Z[np.ix_(*index)] for Z in self))
+
+
+def stacked(blocks):
+    """A matrix of blocks."""
+    return Moved(
+        *(np.block([[one[k] for one in row] for row in blocks]) for k in (0, 1))
+    )
+
+
+def exact_moments(plant, y, u, u0, move=None, start=False):
     """The covariance of a record, entry by entry, and the record less its mean.
 
-    `move` is {name: direction}: all moves with a symbol t.  `start` are symbols for
-    the mean of the start.
+    `move` is {name: direction}, along which both have slopes.  With `start` the mean
+    of the start is unknown, and columns beside the record say what it does.
     """
-    t = sp.Symbol("t")
-    N, (n, p, m) = len(y), (plant.n, plant.p, plant.m)
+    N, (n, p, m), move = len(y), (plant.n, plant.p, plant.m), move or {}
 
     def matrix(name, i, size):
         X = getattr(plant, name)
         X = np.zeros(size) if X is None else X[i] if X.ndim == 3 else X
-        found = sp.Matrix(*size, [sp.Rational(Fraction(v)) for v in X.ravel()])
-        if move and name in move:
-            D = move[name][i] if np.ndim(move[name]) == 3 else move[name]
-            found += t * sp.Matrix(*size, [sp.Rational(Fraction(v)) for v in D.ravel()])
-        return found
+        D = move.get(name, np.zeros(size))
+        D = D[i] if np.ndim(D) == 3 else D
+        return Moved(*(rational(Z).reshape(size) for Z in (X, D)))
+
+    def alone(X):
+        """What does not hang on the start."""
+        X = np.hstack([X, np.zeros((len(X), n * start))])
+        return Moved(rational(X), zeros(*X.shape))
 
     sizes = dict(A=(n, n), B=(n, m), C=(p, n), E=(p, m), Q=(n, n), R=(p, p), S=(n, p))
     mean, V = matrix("x0", 0, (n, 1)), matrix("P0", 0, (n, n))
-    mean = sp.Matrix(start) if start else mean
+    if start:
+        mean = alone(np.zeros((n, 1)))
+        mean.X[:, 1:] = rational(np.eye(n))
     inputs = np.vstack([[u0], u])
-    rows = sp.zeros(0, n)  # of the outputs so far, cross covariances with the state
-    means, joint, values = [], sp.zeros(0, 0), []
+    none = Moved(zeros(0, n), zeros(0, n))
+    rows = none  # of the outputs so far, cross covariances with the state
+    joint, left = Moved(zeros(0, 0), zeros(0, 0)), []
     for i in range(N + 1):
         now = {k: matrix(k, i, size) for k, size in sizes.items()}
-        ui = sp.Matrix(m, 1, [sp.Rational(Fraction(v)) for v in inputs[i]])
-        after = rows * now["A"].T
+        ui = alone(inputs[i][:, None])
+        after = rows @ now["A"].T
         if i:
-            seen = [k for k in range(p) if not np.isnan(y[i - 1, k])]
-            C, E = now["C"][seen, :], now["E"][seen, :]
-            R, S = now["R"][seen, seen], now["S"][:, seen]
-            cross = rows * C.T
-            joint = sp.Matrix(
-                sp.BlockMatrix([[joint, cross], [cross.T, C * V * C.T + R]])
-            )
-            means += list(C * mean + E * ui)
-            values += [sp.Rational(Fraction(v)) for v in y[i - 1, seen]]
-            after = after.col_join(C * V * now["A"].T + S.T)
+            seen = np.flatnonzero(~np.isnan(y[i - 1]))
+            C, E = now["C"].part(seen, range(n)), now["E"].part(seen, range(m))
+            R, S = now["R"].part(seen, seen), now["S"].part(range(n), seen)
+            cross = rows @ C.T
+            joint = stacked([[joint, cross], [cross.T, C @ V @ C.T + R]])
+            expected = C @ mean + E @ ui
+            values = alone(y[i - 1, seen][:, None])
+            left.append([Moved(values.X - expected.X, -expected.dX)])
+            after = stacked([[after], [C @ V @ now["A"].T + S.T]])
         rows = after
         if plant.P0_is == "prior" and i == 0:
-            rows = sp.zeros(0, n)
+            rows = none
             continue
-        mean = now["A"] * mean + now["B"] * ui
-        V = now["A"] * V * now["A"].T + now["Q"]
-    return joint, sp.Matrix(values) - sp.Matrix(means)
+        mean = now["A"] @ mean + now["B"] @ ui
+        V = now["A"] @ V @ now["A"].T + now["Q"]
+    return joint, stacked(left)
 
 
-def free_entries(V, d):
-    """Those that the ones before do not determine; the others must agree with them."""
-    free = []
-    for k in range(len(d)):
-        if V[[*free, k], [*free, k]].det() != 0:
-            free.append(k)
-        else:
-            share = V[k, free] * V[free, free].inv() if free else sp.zeros(1, 0)
-            assert not free or (share * d[free, :])[0] == d[k]
-    return free
+def free_moments(V, d):
+    """The moments of those entries that the ones before do not determine.
+
+    The others must agree with the ones before.
+    """
+    free, work, left = [], V.X.copy(), d.X[:, :1].copy()
+    for k in range(len(work)):
+        if work[k, k] == 0:
+            assert left[k] == 0
+            continue
+        free.append(k)
+        share = work[k + 1 :, k : k + 1] / work[k, k]
+        work[k + 1 :] = work[k + 1 :] - share * work[k]
+        left[k + 1 :] = left[k + 1 :] - share * left[k]
+    return V.part(free, free), d.part(free, range(len(d.X.T)))
+
+
+def inverse(V):
+    """The inverse of a definite matrix, and its determinant."""
+    n, det = len(V), Fraction(1)
+    work = np.hstack([V, rational(np.eye(n))])
+    for k in range(n):
+        det *= work[k, k]
+        work[k] = work[k] / work[k, k]
+        for j in range(n):
+            if j != k:
+                work[j] = work[j] - work[j, k] * work[k]
+    return work[:, n:], det
+
+
+def density(V, d):
+    """The log density and its slope, of those entries that have a density."""
+    (V, dV), (d, dd) = free_moments(V, d)
+    W, det = inverse(V)
+    e = product(W, d)
+    value = -(len(d) * np.log(2 * np.pi) + np.log(float(det))) / 2
+    value -= float(product(d.T, e)[0, 0]) / 2
+    slope = product(e.T, dV, e)[0, 0] / 2 - (W * dV.T).sum() / 2
+    return value, float(slope - product(e.T, dd)[0, 0])
 
 
 def rational_plant(kind):
