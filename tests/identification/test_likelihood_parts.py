@@ -19,7 +19,7 @@ BACKENDS = ["numpy"] + ["numba"] * kernels.runs_compiled("auto", 10**9)
 @pytest.fixture(scope="module")
 def many():
     rng = np.random.default_rng(5)
-    y, u = rng.standard_normal((150, 12, 1)), rng.standard_normal((150, 12, 1))
+    y, u = rng.standard_normal((130, 6, 1)), rng.standard_normal((130, 6, 1))
     y[rng.random(y.shape) < 0.1] = np.nan
     y[:, 3] = np.nan  # all have gaps, and so one text
     return y, u
