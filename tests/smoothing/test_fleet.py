@@ -222,17 +222,33 @@ def test_growth_is_noticed_where_no_lane_fails(backend):
         lb.smooth(plant, y[[0, 3]], backend=backend)
 
 
-@only("python", "numba")
-@pytest.mark.parametrize("bad", ["forward", "back"])
-def test_a_lane_that_loses_digits_is_left(bad, backend):
+# by the pass in which they lose them
+LOSING = {"forward": [*range(30)], "back": [3, 4, *range(12, 24)]}
+
+
+def losing_digits(bad):
     """The first readings of a vague start, or long gaps before them."""
     plant, y, u = records(2, M=30, N=12)
     P0 = 1e12 * np.eye(2) if bad == "forward" else np.diag([1e5, 1])
-    plant = dataclasses.replace(apart(plant), P0=P0)
     y[3, 0] = y[4, 0] = y[4, 5] = y[12:24, 0] = np.nan
-    room = np.empty((30, 12, 2)), np.empty((30, 12, 2)), np.empty((30, 12, 2, 2))
+    return dataclasses.replace(apart(plant), P0=P0), y, u
+
+
+@only("python", "numba")
+@pytest.mark.parametrize("bad", LOSING)
+def test_a_lane_that_loses_digits_is_left(bad, backend):
+    plant, y, u = losing_digits(bad)
+    room = [np.empty((30, 12, *shape)) for shape in ((2,), (2,), (2, 2))]
     left = Lanes.of(records_of(plant, y, u)).smooth(*room)
-    assert len(left)
+    assert left.tolist() == LOSING[bad]
+    done = np.setdiff1d(np.arange(30), left)
+    same(lb.SmoothedFleet(*room), plant, y, u, done, digits=1e-8, backend="numpy")
+
+
+@only("python")
+@pytest.mark.parametrize("bad", LOSING)
+def test_a_record_that_lanes_leave_is_smoothed_by_itself(bad, backend):
+    plant, y, u = losing_digits(bad)
     found = lb.smooth(plant, y, u, backend=backend)
     same(found, plant, y, u, digits=1e-8, backend="numpy")
 
