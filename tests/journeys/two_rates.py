@@ -4,7 +4,6 @@ The record is that of a true plant, whose states are kept aside.  Run with a num
 rows, such as 2000000, to see how long it takes; the test takes 3000.
 """
 
-import subprocess
 import sys
 import tempfile
 from pathlib import Path
@@ -13,6 +12,7 @@ import numpy as np
 import pandas as pd
 
 import luenberger as lb
+from luenberger.commands import main
 
 ROWS = int(sys.argv[1]) if len(sys.argv) > 1 else 3000
 plant = lb.Plant(
@@ -45,9 +45,8 @@ with tempfile.TemporaryDirectory() as folder:
     frame.to_csv(here / "record.csv")
     found = {}
     for name, more in {"filtered": [], "lagged": ["--lag", "20"]}.items():
-        command = [sys.executable, "-m", "luenberger", "filter", "plant.json"]
-        command += ["record.csv", "--out", f"{name}.csv", *more]
-        subprocess.run(command, cwd=here, check=True, capture_output=True)
+        files = [str(here / one) for one in ("plant.json", "record.csv")]
+        assert main(["filter", *files, "--out", str(here / f"{name}.csv"), *more]) == 0
         found[name] = pd.read_csv(here / f"{name}.csv", index_col="time")
 
 # -- the same numbers from the plant at work

@@ -119,9 +119,16 @@ def run(toy, *places, **options):
     return done
 
 
-def test_a_run_says_what_was_noticed_and_by_which_test(toy):
+@pytest.fixture(scope="module")
+def done(toy):
+    """A run that leaves the toy as it was."""
     before = {path: path.read_bytes() for path in toy.rglob("*.py")}
-    done = run(toy, "core.py:3", "core.py:16", "core.py:21")
+    done = run(toy, *(f"core.py:{line}" for line in (3, 16, 21, 25, 26, 27, 30)))
+    assert {path: path.read_bytes() for path in before} == before
+    return done
+
+
+def test_a_run_says_what_was_noticed_and_by_which_test(done):
     said = done.stdout
     assert "core.py:3 TOL: tests/test_toy.py::test_near" in said
     assert "core.py:16 countdown: hung" in said  # the loop that never ends
@@ -129,25 +136,23 @@ def test_a_run_says_what_was_noticed_and_by_which_test(toy):
     assert "core.py:21 idle: SURVIVED 1 of 1 tests near it" in said
     assert "     - return M.T @ M\n     + return (M @ M.T)" in said
     assert "that_fails" not in said and done.returncode == 1
-    assert {path: path.read_bytes() for path in before} == before
 
 
-def test_only_those_tests_are_near_a_fault_that_reach_its_branch(toy):
-    said = run(toy, "core.py:25", "core.py:26", "core.py:27").stdout
+def test_only_those_tests_are_near_a_fault_that_reach_its_branch(done):
+    said = done.stdout
     assert "core.py:25 rest: SURVIVED 2 of 2 tests near it" in said
     assert "core.py:26 rest: SURVIVED 1 of 1 tests near it" in said
     assert "core.py:27 rest: SURVIVED 1 of 1 tests near it" in said
     assert "core.py:27 rest: tests/test_toy.py::test_rest_of_a_small_number" in said
 
 
-def test_a_fault_is_noticed_that_no_test_file_can_be_imported_with(toy):
-    said = run(toy, "core.py:30").stdout
-    assert "core.py:30 KEPT: tests/test_toy.py\n" in said
-    assert "+ KEPT = (1 * 1)" in said
+def test_a_fault_is_noticed_that_no_test_file_can_be_imported_with(done):
+    assert "core.py:30 KEPT: tests/test_toy.py\n" in done.stdout
+    assert "+ KEPT = (1 * 1)" in done.stdout
 
 
 def test_numbers_of_the_sample_can_be_tried_again(toy):
-    said = run(toy, "core.py:3", "core.py:16", only=3).stdout
+    said = run(toy, "core.py:3", "core.py:26", only=3).stdout
     assert (
         said.startswith("   3 ") and "drawn from" in said and said.count("core.py") == 1
     )
