@@ -113,7 +113,11 @@ def run(toy, *places, **options):
     command = [sys.executable, str(HERE), *places, "--repository", str(toy)]
     command += ["--package", "toy", "--preload", "", "--patience", "1"]
     command += [f"--{name}={value}" for name, value in options.items()]
-    environment = os.environ | {"XDG_CACHE_HOME": str(toy / "cache")}
+    environment = os.environ | {
+        "XDG_CACHE_HOME": str(toy / "cache"),
+        "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1",
+        "PYTEST_PLUGINS": "xdist.plugin",  # of -n; a toy needs no other
+    }
     done = subprocess.run(command, env=environment, capture_output=True, text=True)
     assert "Traceback" not in done.stderr, done.stderr
     return done
