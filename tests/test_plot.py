@@ -2,6 +2,7 @@
 
 import base64
 import dataclasses
+import functools
 import re
 import types
 
@@ -32,15 +33,24 @@ OBSERVER = lb.kalman_filter(PLANT, steps=6)
 COVARIANCES = lb.error_covariance(OBSERVER, PLANT, steps=6)
 QUIET = dataclasses.replace(PLANT, Q=None, R=None)
 CONTINUOUS = dataclasses.replace(PLANT, dt=0.0)
-TABLE = lb.compare(PLANT)
 DAMPED = dataclasses.replace(PLANT, A=[[0.9, 0.5], [0, 0.5]])
-SAFETY = lb.robustness(
-    {"$one": lb.kalman_filter(DAMPED), "two": lb.deadbeat_observer(PLANT)},
-    DAMPED,
-    ranges={"A[0,0]": (0.8, 1.1)},
-    samples=6,
-)
 RECORD = np.arange(6) * PLANT.dt, np.ones((6, 2)), np.full((6, 2), 0.1)
+
+
+@functools.cache
+def compared():
+    return lb.compare(PLANT)
+
+
+@functools.cache
+def judged():
+    return lb.robustness(
+        {"$one": lb.kalman_filter(DAMPED), "two": lb.deadbeat_observer(PLANT)},
+        DAMPED,
+        ranges={"A[0,0]": (0.8, 1.1)},
+        samples=6,
+    )
+
 
 FIGURES = {
     "error_variance": lambda ax: plot.error_variance(
@@ -49,9 +59,9 @@ FIGURES = {
     "error_variance of observers": lambda ax: plot.error_variance(
         {"constant": lb.kalman_filter(PLANT), "varying": OBSERVER}, PLANT, 0, ax
     ),
-    "error_variance of a comparison": lambda ax: plot.error_variance(TABLE, ax=ax),
-    "pareto": lambda ax: plot.pareto(TABLE, ax),
-    "pareto by order": lambda ax: plot.pareto(TABLE, ax, by="order"),
+    "error_variance of a comparison": lambda ax: plot.error_variance(compared(), ax=ax),
+    "pareto": lambda ax: plot.pareto(compared(), ax),
+    "pareto by order": lambda ax: plot.pareto(compared(), ax, by="order"),
     "cost_against_order": lambda ax: plot.cost_against_order(
         {"best": {2: 0.5, 1: 0.7}, r"$\frac": {1: 0.9}}, ax, least=0.4
     ),
@@ -60,11 +70,11 @@ FIGURES = {
     "innovations": lambda ax: plot.innovations(PLANT, np.sin(np.arange(40)), ax=ax),
     "gain bars": lambda ax: plot.gains(OBSERVER.V[-1], PLANT, ax),
     "gains of an observer": lambda ax: plot.gains(OBSERVER, PLANT, ax),
-    "gains of a comparison": lambda ax: plot.gains(TABLE, ax=ax),
+    "gains of a comparison": lambda ax: plot.gains(compared(), ax=ax),
     "gains of a functional": lambda ax: plot.gains(
         lb.functional_observer(PLANT, [[1, 1], [0, 1]]), PLANT, ax
     ),
-    "robustness": lambda ax: plot.robustness(SAFETY, ax),
+    "robustness": lambda ax: plot.robustness(judged(), ax),
     "robustness of two parameters": lambda ax: plot.robustness(
         lb.robustness(
             {"$x": lb.kalman_filter(PLANT)},
@@ -74,7 +84,7 @@ FIGURES = {
         ),
         ax,
     ),
-    "poles of a comparison": lambda ax: plot.poles(TABLE, ax=ax),
+    "poles of a comparison": lambda ax: plot.poles(compared(), ax=ax),
     "poles of an observer": lambda ax: plot.poles(lb.kalman_filter(PLANT), None, ax),
     "poles": lambda ax: plot.poles({"observer": [0.5, 0.2 + 0.1j]}, 1.0, ax),
     "continuous poles": lambda ax: plot.poles({"observer": [-1]}, 0.0, ax),
@@ -110,36 +120,38 @@ def test_error_variance_shows_the_variance_against_seconds(ax):
 
 
 def test_front_and_methods_of_a_comparison(ax):
-    plot.pareto(TABLE, ax)
+    plot.pareto(compared(), ax)
     drawn = {line.get_label(): line for line in ax.lines}
-    front = TABLE.pareto()
+    front = compared().pareto()
     wanted = [[one.work, one.error] for one in front]
     np.testing.assert_array_equal(drawn.pop("front").get_xydata(), wanted)
-    chosen = TABLE.recommended()
+    chosen = compared().recommended()
     np.testing.assert_array_equal(
         drawn.pop("recommended").get_xydata(), [[chosen.work, chosen.error]]
     )
-    assert set(drawn) == {one.method for one in TABLE.ranked}
+    assert set(drawn) == {one.method for one in compared().ranked}
     assert len({line.get_marker() for line in drawn.values()}) == len(drawn)
-    assert sum(len(line.get_xdata()) for line in drawn.values()) == len(TABLE.ranked)
-    plot.pareto(TABLE, ax, by="order")
+    assert sum(len(line.get_xdata()) for line in drawn.values()) == len(
+        compared().ranked
+    )
+    plot.pareto(compared(), ax, by="order")
     np.testing.assert_array_equal(ax.lines[-1].get_xdata(), [chosen.order])
 
 
 def test_curves_of_robustness_are_errors_over_the_parameter(ax):
-    assert plot.robustness(SAFETY, ax).get_xlabel() == "A[0,0]"
-    values = [one.values["A[0,0]"] for one in SAFETY.plants]
+    assert plot.robustness(judged(), ax).get_xlabel() == "A[0,0]"
+    values = [one.values["A[0,0]"] for one in judged().plants]
     order = np.argsort(values)
-    for k, spread in enumerate(SAFETY):
+    for k, spread in enumerate(judged()):
         curve, marker = ax.lines[2 * k : 2 * k + 2]
         np.testing.assert_array_equal(curve.get_xdata(), np.array(values)[order])
         errors = np.where(np.isfinite(spread.errors), spread.errors, np.nan)
         np.testing.assert_array_equal(curve.get_ydata(), errors[order])
         np.testing.assert_array_equal(marker.get_ydata(), [np.nanmax(errors)])
-        assert (marker.get_markerfacecolor() != "none") == (spread is SAFETY.chosen)
+        assert (marker.get_markerfacecolor() != "none") == (spread is judged().chosen)
         grows = len(spread.growing)
         assert ("grows on" in marker.get_label()) == (grows > 0)
-    assert any(spread.growing for spread in SAFETY)
+    assert any(spread.growing for spread in judged())
 
 
 def test_rows_of_robustness_reach_from_the_least_error_to_the_largest(ax):
@@ -171,7 +183,7 @@ def test_errors_far_above_are_counted_and_not_drawn(ax):
 
 
 def test_a_comparison_shows_its_plant_and_its_best_designs(ax):
-    labels = [line.get_label() for line in plot.poles(TABLE, ax=ax).lines[1:]]
+    labels = [line.get_label() for line in plot.poles(compared(), ax=ax).lines[1:]]
     assert labels == ["plant", "recommended"]  # which is the most accurate one too
     table = lb.compare(dataclasses.replace(PLANT, R=[[0.01]]))
     chosen, drawn = table.recommended(), plot.poles(table, ax=ax).lines[-2:]
@@ -211,11 +223,11 @@ def test_what_cannot_be_drawn_is_said(ax, draw, message):
 @pytest.mark.parametrize(
     "picture",
     [
-        lambda ax: report.pareto(TABLE, [plot.pareto(TABLE, ax)]),
+        lambda ax: report.pareto(compared(), [plot.pareto(compared(), ax)]),
         lambda ax: report.variances(
             {"a": COVARIANCES, "b": 2 * COVARIANCES}, PLANT, [ax]
         ),
-        lambda ax: report.gains_and_poles(TABLE, [ax]),
+        lambda ax: report.gains_and_poles(compared(), [ax]),
         lambda ax: report.estimates(
             types.SimpleNamespace(x=RECORD[1], std=RECORD[2], names=PLANT.state_names),
             PLANT,
@@ -234,13 +246,15 @@ def test_pictures_are_described_in_words(ax, picture):
 
 
 def test_alt_text_says_what_is_seen(ax):
-    chosen, last = TABLE.recommended(), TABLE.pareto()[-1]
-    words = report.pareto(TABLE, [ax]).alt
-    assert f"{len(TABLE.ranked)} designs" in words and f"at {chosen.work}." in words
+    chosen, last = compared().recommended(), compared().pareto()[-1]
+    words = report.pareto(compared(), [ax]).alt
+    assert (
+        f"{len(compared().ranked)} designs" in words and f"at {chosen.work}." in words
+    )
     assert f"at {last.work} ({last.method})" in words
     words = report.variances({"a": COVARIANCES, "b": 2 * COVARIANCES}, PLANT, [ax]).alt
     assert "the last 2 times the first" in words
-    assert "No figure" in repr(report.pareto(TABLE, []))
+    assert "No figure" in repr(report.pareto(compared(), []))
 
 
 def test_cost_is_drawn_in_the_order_of_orders(ax):

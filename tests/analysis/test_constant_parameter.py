@@ -1,6 +1,7 @@
 """White noise for a parameter that is wrong for good: the factor, by other means."""
 
 import dataclasses
+import functools
 from fractions import Fraction as F
 
 import generators
@@ -40,13 +41,15 @@ def cases():
         yield f"drawn {k}", design(plant), plant, rng.normal(size=(3, 3)), 0.004
 
 
-CASES = {name: given for name, *given in cases()}
+@functools.cache
+def known():
+    return {name: given for name, *given in cases()}
 
 
-@pytest.mark.parametrize("given", CASES.values(), ids=CASES)
-def test_noise_that_is_stronger_by_the_factor_costs_the_same(given):
+@pytest.mark.parametrize("name", ["oscillator", "drawn 0", "drawn 1", "drawn 2"])
+def test_noise_that_is_stronger_by_the_factor_costs_the_same(name):
     """What differs is of second order: a fourth of it where the parameter is halved."""
-    observer, plant, A1, s = given
+    observer, plant, A1, s = known()[name]
     factor = lb.white_noise_factor(observer, plant, A1)
     off = []
     for one in (s, s / 2):
@@ -92,7 +95,7 @@ def test_the_factor_of_a_scalar_plant_in_rational_arithmetic(a, R):
 
 
 def test_units_weights_and_the_size_of_the_parameter():
-    observer, plant, A1, _ = CASES["oscillator"]
+    observer, plant, A1, _ = known()["oscillator"]
     factor = lb.white_noise_factor(observer, plant, A1)
     assert 25 < factor < 40  # both remember for long
     assert lb.white_noise_factor(observer, plant, 1e6 * A1) == pytest.approx(factor)
@@ -105,7 +108,7 @@ def test_units_weights_and_the_size_of_the_parameter():
 
 
 def test_what_has_no_factor_is_refused():
-    observer, plant, A1, _ = CASES["oscillator"]
+    observer, plant, A1, _ = known()["oscillator"]
     with pytest.raises(lb.DesignError, match="does not move the error"):
         lb.white_noise_factor(observer, plant, 0 * A1)
     with pytest.raises(ValueError, match="A1 must be 2 x 2"):

@@ -5,7 +5,6 @@ import os
 import subprocess
 import sys
 
-import control
 import numpy as np
 import pytest
 import scipy.signal
@@ -68,6 +67,8 @@ def test_state_space_has_the_matrices(kind):
 
 
 def test_control_simulates_the_same_estimates():
+    import control
+
     o = observer()
     y, u = rows()
     made = to_control(o)

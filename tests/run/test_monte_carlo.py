@@ -10,7 +10,6 @@ import signal
 import sys
 import time
 
-import distributed
 import generators
 import numpy as np
 import pytest
@@ -83,6 +82,8 @@ def test_same_bits_from_any_executor(where, chunk, here, request):
 
 
 def test_same_bits_though_a_worker_of_a_dask_cluster_is_killed():
+    import distributed
+
     plant, _ = problem()
     problem_ = plant, lb.kalman_filter(plant)
     options, killed = dict(runs=2000, steps=400, seed=SEED), []
