@@ -32,9 +32,13 @@ def table():
     return lb.compare(drive(), k=K, methods=["fixed-order filter"], orders=[3])
 
 
-def test_the_torque_in_a_shaft_takes_fewer_multiply_adds(table):
+@pytest.fixture(scope="module")
+def designed():
+    return lb.fixed_order_filter(drive(), 3, L=K, starts=12)
+
+
+def test_the_torque_in_a_shaft_takes_fewer_multiply_adds(table, designed):
     one = table.find("fixed-order filter", label="order 3 for k x")
-    designed = lb.fixed_order_filter(drive(), 3, L=K, starts=12)
     assert lb.multiply_adds(designed) == 23
     assert one.work == 17 and one.form in ("modal, companion blocks", "companion")
     assert one.form in one.note and one.sound
@@ -48,10 +52,9 @@ def test_what_is_counted_is_what_is_returned(table):
         ]
 
 
-def test_the_form_estimates_as_the_design_does(table):
+def test_the_form_estimates_as_the_design_does(table, designed):
     one = table.find("fixed-order filter", label="order 3 for k x")
     assert one.covariance is None and one.disturbed
-    designed = lb.fixed_order_filter(drive(), 3, L=K, starts=12)
     for U in (0, [[4.0]]):
         left = lb.error_covariance(one.observer, drive(), U=U)
         wanted = lb.error_covariance(designed, drive(), U=U)
@@ -62,7 +65,7 @@ def test_the_form_estimates_as_the_design_does(table):
 def test_a_design_that_no_form_saves_stays_as_it_is():
     plant = lb.Plant([[1, 1], [0, 1]], None, [[1, 0]], dt=1.0,
                      Q=[[0.25, 0.5], [0.5, 1]], R=[[0.01]])  # fmt: skip
-    kalman = lb.compare(plant).find("Kalman filter")
+    kalman = lb.compare(plant, methods="Kalman filter").designs[0]
     assert kalman.form == "as designed" and kalman.note == ""
     assert np.array_equal(kalman.observer.F, lb.kalman_filter(plant).F)
 
