@@ -49,7 +49,7 @@ def cost(observer, plant, weight):
 
 @pytest.mark.parametrize("noises", [0, 1, 2])
 def test_cost_of_any_observer(noises):
-    plant, _ = designed(noises=noises)
+    plant = noisy(1, 5, 2, noises=noises, m=1)
     weight = np.diag([1.0, 2, 3, 4, 5])
     rng = np.random.default_rng(0)
     o = lb.Observer(
