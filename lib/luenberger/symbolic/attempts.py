@@ -6,7 +6,7 @@ from random import Random
 
 import sympy as sp
 
-from .exact import World, as_matrix, constant, multiplied, plus, scaled, transposed
+from .exact import World, as_matrix, constant, minus, multiplied, transposed
 from .settings import FIRST
 from .systems import System, Unsolvable, search
 
@@ -119,7 +119,7 @@ class Attempt:
 
     def _difference(self, left, right):
         return [
-            self.system.reduced(plus(x, scaled({(): -1}, [[y]])[0][0]))
+            self.system.reduced(minus(x, y))
             for x, y in paired(self.world.value(left), self.world.value(right))
         ]
 

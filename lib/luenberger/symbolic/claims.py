@@ -52,9 +52,8 @@ class Claim:
         residual = self.residual
         if self.algebra is not None:
             return residual.is_zero
-        if isinstance(residual, sp.MatrixBase):
-            return all(sp.simplify(entry) == 0 for entry in residual)
-        return sp.simplify(residual) == 0
+        entries = residual if isinstance(residual, sp.MatrixBase) else [residual]
+        return all(map(is_nothing, entries))
 
     def proof(self) -> Proof:
         """The `Proof` of the claim, with a certificate that can be checked.
@@ -90,3 +89,8 @@ class Claim:
 
     def _repr_latex_(self):
         return f"$\\displaystyle {' = '.join(map(latex, self._sides()))}$"
+
+
+def is_nothing(scalar: Formula) -> bool:
+    """Whether a scalar is identically zero: as it stands, or simplified."""
+    return scalar == 0 or sp.simplify(scalar) == 0

@@ -11,6 +11,7 @@ from typing import Any
 import sympy as sp
 from sympy.matrices.expressions.matexpr import MatrixExpr
 
+from .claims import is_nothing
 from .relations import Relation
 from .typeset import latex, padded, text
 from .words import Formula
@@ -178,8 +179,6 @@ def vanishes(residual: Formula) -> bool:
     Accepts the normal forms of this room, explicit SymPy matrices and scalars.
     """
     if isinstance(residual, sp.MatrixBase):  # whose is_zero is about something else
-        return all(sp.simplify(entry) == 0 for entry in residual)
+        return all(map(is_nothing, residual))
     known = getattr(residual, "is_zero", None)
-    if isinstance(known, bool):
-        return known
-    return sp.simplify(residual) == 0
+    return known if isinstance(known, bool) else is_nothing(residual)

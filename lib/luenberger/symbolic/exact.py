@@ -8,11 +8,13 @@ Source: our own.
 """
 
 from fractions import Fraction
+from functools import cache, lru_cache
 
 import sympy as sp
 from sympy.matrices.expressions.matexpr import MatrixExpr
 
 MANY = 99  # the degree of an expression that is not a polynomial in a symbol
+KEPT = 20_000  # expressions of which it is kept what is in them
 
 
 # -- polynomials: {monomial: coefficient}, a monomial a sorted tuple of unknowns ----
@@ -35,7 +37,14 @@ def plus(p, q):
     return total
 
 
+def minus(p, q):
+    return plus(p, {m: -c for m, c in q.items()})
+
+
 def times(p, q):
+    for one, other in ((p, q), (q, p)):  # most are numbers
+        if len(one) == 1 and () in one:
+            return {m: one[()] * c for m, c in other.items()}
     total = {}
     for m, c in p.items():
         for k, d in q.items():
@@ -66,7 +75,12 @@ def dot(row, column):
     total = {}
     for x, y in zip(row, column):
         if x and y:
-            total = plus(total, times(x, y))
+            for m, c in times(x, y).items():
+                c += total.get(m, 0)
+                if c:
+                    total[m] = c
+                else:
+                    del total[m]
     return total
 
 
@@ -132,18 +146,24 @@ class World:
 
     def __init__(self, sizes, of):
         self.sizes, self.of = sizes, of
-        self._known = {}
+        self._known, self._shapes = {}, {}
 
     def size(self, expr):
         if expr not in self._known:
-            value = sp.sympify(expr).subs(self.sizes)
-            if not value.is_Integer:
+            names, at = size_function(expr)
+            known = all(s in self.sizes for s in names)
+            value = at(*(self.sizes[s] for s in names)) if known else None
+            if not known or value != int(value):
                 raise ValueError(f"no shape of these matrices says what {expr} is")
             self._known[expr] = int(value)
         return self._known[expr]
 
     def shape(self, expr):
-        return tuple(self.size(s) for s in expr.shape)
+        if isinstance(expr, sp.MatrixBase):
+            return expr.shape
+        if expr not in self._shapes:
+            self._shapes[expr] = tuple(self.size(s) for s in expr.shape)
+        return self._shapes[expr]
 
     def value(self, expr):
         """The table of a matrix expression, the polynomial of a scalar one."""
@@ -249,6 +269,14 @@ def fold(operation, values, size=None):
     return total
 
 
+@cache
+def size_function(expr):
+    """The symbols in a size, and the size as a function of their numbers."""
+    names = sorted(sp.sympify(expr).free_symbols, key=str)
+    return names, sp.lambdify(names, expr, "math", dummify=True)
+
+
+@lru_cache(KEPT)
 def unknowns(expr):
     """Symbols that need a value, sizes included; an inverse counts as a symbol."""
     found, waiting = set(), [plain(expr)]
@@ -266,6 +294,7 @@ def unknowns(expr):
     return found
 
 
+@lru_cache(KEPT)
 def monomials(expr):
     """The products of unknowns that an expression is a sum of, orders put aside.
 

@@ -86,6 +86,10 @@ class Explicit:
 
     def check(self) -> list[str]:
         """What is wrong; [] when the statement holds wherever it is evaluated."""
+        return list(self._faults)
+
+    @cached_property
+    def _faults(self):
         return [
             f"{self.fault}{f' for {name}' if name else ''}"
             for name, claim in self.claims.items()

@@ -1,13 +1,14 @@
 """Relations, everything in them that needs a value, and the sizes to try."""
 
 from collections import Counter
-from functools import cache
+from functools import cache, lru_cache
 from itertools import islice, product
 from random import Random
+from typing import NamedTuple
 
 import sympy as sp
 
-from .exact import base_of_inverse, monomials, plain, unknowns
+from .exact import KEPT, base_of_inverse, monomials, plain, unknowns
 
 LARGEST = 3  # of the sizes that are tried, unless a power asks for more
 MOST = 3**8  # combinations of sizes that are looked at
@@ -33,13 +34,11 @@ class Setting:
         self.relations, self.symmetric = relations, set(symmetric)
         self.equations = [(plain(r.left), plain(r.right)) for r in relations]
         also = [plain(side) for side in also]
-        self.partial = [
-            side for side in also if any(map(is_partial, side.atoms(sp.Pow)))
-        ]
+        self.partial = [side for side in also if parts(side).partial]
         sides = [s for pair in self.equations for s in pair] + also
-        nodes = [node for s in sides for node in sp.preorder_traversal(s)]
-        self._list_sizes(nodes)
-        inverted = dict.fromkeys(filter(None, map(base_of_inverse, nodes)))
+        found = [parts(side) for side in sides]
+        self._list_sizes(found)
+        inverted = dict.fromkeys(X for p in found for X in p.inverted)
         for X in inverted:
             Y, one = sp.Inverse(X), sp.Identity(X.shape[0])
             for factors in ((X, Y), (Y, X)):
@@ -52,16 +51,14 @@ class Setting:
             for a, b in self.equations
         )
 
-    def _list_sizes(self, nodes):
-        shaped = [n for n in nodes if getattr(n, "shape", ())]
-        self.dimensions = {sp.sympify(d) for n in shaped for d in n.shape}
+    def _list_sizes(self, found):
+        self.dimensions = frozenset().union(*(p.dimensions for p in found))
         symbols = set().union(*(d.free_symbols for d in self.dimensions))
         self.sizes = sorted(symbols, key=str)
         self.caps = dict.fromkeys(self.sizes, LARGEST)
-        for n in nodes:
-            if isinstance(n, sp.MatPow) and n.exp.is_Integer:
-                for size in sp.sympify(n.shape[0]).free_symbols:
-                    self.caps[size] = max(self.caps[size], int(n.exp) + 1)
+        for size, power in {pair for p in found for pair in p.powers}:
+            for symbol in size.free_symbols:
+                self.caps[symbol] = max(self.caps[symbol], power + 1)
 
     def _support(self, *sides):
         found = set().union(*(monomials(side) for side in sides))
@@ -75,40 +72,58 @@ class Setting:
 
     # -- sizes ----------------------------------------------------------------------
 
-    def _all_sizes(self):
-        """Pairs of sizes that leave no matrix empty, and the dimensions they give."""
-        dimensions = sorted((d for d in self.dimensions if d.free_symbols), key=str)
-        at = _evaluated(tuple(self.sizes), tuple(dimensions))
-        ranges = [range(1, self.caps[s] + 1) for s in self.sizes]
-        for values in islice(product(*ranges), MOST):
-            found = at(*values)
-            if all(d >= 1 for d in found):
-                yield dict(zip(self.sizes, values)), found
-
     def generic_sizes(self):
         """Sizes that differ from each other first, so that no accident helps."""
-
-        def alike(pair):
-            counts = Counter(pair[1])
-            return sum(k * k for k in counts.values()) + counts[1], sum(pair[1])
-
-        return self._in_turn(sorted(self._all_sizes(), key=alike))
+        return _in_turn(self.dimensions, tuple(self.caps.items()), _alike)
 
     def small_sizes(self):
         """The smallest first: a counterexample should be short."""
-        return self._in_turn(sorted(self._all_sizes(), key=lambda pair: sum(pair[1])))
+        return _in_turn(self.dimensions, tuple(self.caps.items()), sum)
 
-    def _in_turn(self, sizes):
-        sizes = [chosen for chosen, _ in sizes]
-        late = sizes[FIRST:]
-        Random(1).shuffle(late)
-        return sizes[:FIRST] + late
+
+class Parts(NamedTuple):
+    """What an expression has in it that decides which sizes and values it needs."""
+
+    dimensions: frozenset  # of the matrices in it
+    inverted: tuple  # what is inverted, in order
+    powers: frozenset  # pairs (size, exponent) of the powers of matrices
+    partial: bool  # whether a scalar is inverted or has a root
+
+
+@lru_cache(KEPT)
+def parts(expr):
+    """The `Parts` of an expression; pages ask for the same ones again and again."""
+    nodes = list(sp.preorder_traversal(expr))
+    shaped = [n for n in nodes if getattr(n, "shape", ())]
+    powers = [n for n in nodes if isinstance(n, sp.MatPow) and n.exp.is_Integer]
+    return Parts(
+        frozenset(sp.sympify(d) for n in shaped for d in n.shape),
+        tuple(filter(None, map(base_of_inverse, nodes))),
+        frozenset((sp.sympify(n.shape[0]), int(n.exp)) for n in powers),
+        any(is_partial(n) for n in nodes if isinstance(n, sp.Pow)),
+    )
+
+
+def _alike(dimensions):
+    """How much dimensions are like each other and like 1, and how large they are."""
+    counts = Counter(dimensions)
+    return sum(k * k for k in counts.values()) + counts[1], sum(dimensions)
 
 
 @cache
-def _evaluated(sizes, dimensions):
-    """Dimensions as a function of sizes; pages ask for the same few again and again."""
-    return sp.lambdify(sizes, list(dimensions), "math", dummify=True)
+def _in_turn(dimensions, caps, key):
+    """Sizes up to the caps that leave no matrix empty, by what `key` makes of them."""
+    dimensions = sorted((d for d in dimensions if d.free_symbols), key=str)
+    names = [symbol for symbol, _ in caps]
+    at = sp.lambdify(names, dimensions, "math", dummify=True)
+    ranges = [range(1, cap + 1) for _, cap in caps]
+    found = [(at(*values), values) for values in islice(product(*ranges), MOST)]
+    found = [pair for pair in found if all(d >= 1 for d in pair[0])]
+    found.sort(key=lambda pair: key(pair[0]))
+    sizes = [dict(zip(names, values)) for _, values in found]
+    late = sizes[FIRST:]
+    Random(1).shuffle(late)
+    return sizes[:FIRST] + late
 
 
 def is_partial(power):

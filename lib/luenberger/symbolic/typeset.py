@@ -8,6 +8,7 @@ has no rule for is set by SymPy.
 import re
 import unicodedata
 from collections.abc import Callable
+from functools import lru_cache
 
 import sympy as sp
 from sympy.core.function import AppliedUndef
@@ -99,7 +100,7 @@ class Printer:
 
     def show(self, expr, least=SUM):
         """The expression, in brackets if it holds together less than `least`."""
-        string, tightness = self._set(plain(expr))
+        string, tightness = as_set(self.style, plain(expr))
         if tightness < least:
             return f"{self.style.open}{string}{self.style.close}"
         return string
@@ -192,6 +193,12 @@ class Printer:
         if q.q == 1:
             return str(q.p), ATOM
         return self.style.fraction(q.p, q.q), PRODUCT
+
+
+@lru_cache(20_000)
+def as_set(style, e):
+    """An expression and how tightly it holds; a page cites the same ones repeatedly."""
+    return Printer(style)._set(e)
 
 
 def of_blocks(printer, rows):

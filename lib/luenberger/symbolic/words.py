@@ -1,6 +1,7 @@
 """Words: products of matrix symbols, each perhaps transposed or inverted."""
 
 from collections.abc import Iterable
+from functools import cache
 from typing import Any, NamedTuple, TypeAlias
 
 import sympy as sp
@@ -56,6 +57,11 @@ def rotations(word):
 
 def same_size(a, b):
     """Whether two sizes, numbers or expressions, are provably equal."""
+    return a is b or _same_size(a, b)
+
+
+@cache
+def _same_size(a, b):
     return a == b or sp.expand(a - b) == 0
 
 
@@ -67,7 +73,7 @@ def gather(pairs):
     """Sum (word, coefficient) pairs into a dict without zero coefficients."""
     terms = {}
     for word, coefficient in pairs:
-        terms[word] = terms.get(word, 0) + coefficient
+        terms[word] = terms[word] + coefficient if word in terms else coefficient
     return {w: c for w, c in ((w, tidy(c)) for w, c in terms.items()) if c != 0}
 
 

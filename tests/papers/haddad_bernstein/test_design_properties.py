@@ -43,32 +43,31 @@ def test_never_above_random_descents_on_the_raw_parameters(seed):
     """Five of the benchmark's hundred problems, which has them all; several minima."""
     plant, order, L, feedthrough = plain.random_problem(seed)
     raw = plain.Raw(plant, order, L, feedthrough)
-    found = lb.fixed_order_search(plant, order, L=L, feedthrough=feedthrough)
+    options = dict(feedthrough=feedthrough, starts=12)
+    found = lb.fixed_order_search(plant, order, L=L, **options)
     cost = raw.of(*plain.parameters(found.best.observer))
     assert cost == pytest.approx(found.best.cost, rel=1e-10)
-    assert cost <= plain.baseline(raw) * (1 + 1e-7)
+    assert cost <= plain.baseline(raw, runs=6) * (1 + 1e-7)
     for one in found.minima:
         assert one.optimality.worst < 1e-8
         _, gradient = raw(raw.join(*plain.parameters(one.observer)))
         assert np.linalg.norm(gradient) < 1e-8 * np.linalg.norm(plant.Q)
 
 
-@pytest.mark.parametrize("seed", range(3))
-@pytest.mark.parametrize("horizon", ["step", "steady"])
+@pytest.mark.parametrize("seed, horizon", [(0, "step"), (1, "steady"), (2, "step")])
 def test_never_above_leondes_and_novak(seed, horizon):
     """Their filter is one of the estimators of its order, L = I."""
     plant = generators.plant(np.random.default_rng(seed), 5, 3, m=0)
     for m1 in (1, 2, 3):
         theirs = lb.reduced_order_filter(plant, m1, horizon=horizon)
-        ours = lb.fixed_order_search(plant, 5 - m1, starts=6).best
+        ours = lb.fixed_order_search(plant, 5 - m1, starts=3).best
         assert ours.cost <= lb.error_covariance(theirs, plant).trace() * (1 + 1e-12)
 
 
-@pytest.mark.parametrize("seed", [3, 5])
-@pytest.mark.parametrize("feedthrough", [True, False])
+@pytest.mark.parametrize("seed, feedthrough", [(3, True), (5, False)])
 def test_cost_falls_with_the_order(seed, feedthrough):
     plant, *_ = plain.random_problem(seed)
-    options = dict(feedthrough=feedthrough, starts=8)
+    options = dict(feedthrough=feedthrough, starts=4)
     costs = [
         lb.fixed_order_search(plant, order, **options).best.cost
         for order in range(1, plant.n + 1)
@@ -76,7 +75,7 @@ def test_cost_falls_with_the_order(seed, feedthrough):
     assert (np.diff(costs) < 0).all()
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(2))
 def test_coordinates_of_the_plant_play_no_part(seed):
     rng = np.random.default_rng(seed)
     plant = generators.plant(rng, 5, 2, radius=0.9)
@@ -92,8 +91,8 @@ def test_coordinates_of_the_plant_play_no_part(seed):
         x0=change @ plant.x0,
     )
     L = rng.normal(size=(2, 5))
-    one = lb.fixed_order_filter(plant, 2, L=L, starts=8)
-    two = lb.fixed_order_filter(other, 2, L=L @ back, starts=8)
+    one = lb.fixed_order_filter(plant, 2, L=L, starts=6)
+    two = lb.fixed_order_filter(other, 2, L=L @ back, starts=6)
     signs = np.sign(np.sum((two.T @ change) * one.T, axis=1))
     for name in "FGDPVTW":
         wanted, found = getattr(one, name), getattr(two, name)
@@ -103,7 +102,7 @@ def test_coordinates_of_the_plant_play_no_part(seed):
         assert np.abs(found - wanted).max() < 1e-7 * np.abs(wanted).max(), name
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(2))
 def test_scaling_the_weight_scales_the_cost(seed):
     rng = np.random.default_rng(seed)
     plant = generators.plant(rng, 5, 2, radius=0.9, m=0)
@@ -111,7 +110,7 @@ def test_scaling_the_weight_scales_the_cost(seed):
     weight = root @ root.T + np.eye(5)
     half = np.linalg.cholesky(weight).T
     one, more, turned = (
-        lb.fixed_order_search(plant, 2, starts=8, **options).best
+        lb.fixed_order_search(plant, 2, starts=4, **options).best
         for options in (dict(weight=weight), dict(weight=1e3 * weight), dict(L=half))
     )
     assert more.cost == pytest.approx(1e3 * one.cost, rel=1e-10)
@@ -121,11 +120,11 @@ def test_scaling_the_weight_scales_the_cost(seed):
     assert np.abs(turned.observer.V - half @ V).max() < 1e-6
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(2))
 def test_less_noise_costs_less(seed):
     """An estimator of the noisier plant serves the quieter one at least as well."""
     plant, order, L, feedthrough = plain.random_problem(3 * seed + 2)
-    options = dict(L=L, feedthrough=feedthrough, starts=8)
+    options = dict(L=L, feedthrough=feedthrough, starts=4)
     loud = lb.fixed_order_search(plant, order, **options).best
     quiet = [(0.5 * A1, 0.5 * C1) for A1, C1 in plant.multiplicative]
     soft = lb.fixed_order_search(replace(plant, multiplicative=quiet), order, **options)
