@@ -29,7 +29,7 @@ class Attempt:
     def __init__(self, setting, sizes, random):
         self.setting, self.random, self.system = setting, random, System()
         self.sparse, self.thin = random.random() < 0.3, random.random() < 0.25
-        self.world = World(sizes, {})
+        self.world = World(sizes, {}, full=setting.full)
         for k, (s, shape) in enumerate(setting.unknowns.items()):
             self.world.of[s] = self._unknowns_of(k, s, shape)
 

@@ -49,7 +49,12 @@ def equation(statement, claim, certificate):
 
 def vanishes(c):
     """Whether a number, or an expression in scalars, is zero."""
-    return c == 0 if isinstance(c, NUMBER) else sp.simplify(c) == 0
+    if isinstance(c, NUMBER):
+        return c == 0
+    c = sp.sympify(c)
+    if c.is_rational_function():  # zero if its numerator is, multiplied out
+        return sp.expand(sp.fraction(sp.together(c))[0]) == 0
+    return sp.simplify(c) == 0
 
 
 def fact(statement, name, u, v):
@@ -121,7 +126,7 @@ def size(statement, letter):
 def joined(shapes):
     """Each factor must have as many rows as the one before it has columns."""
     for a, b in zip(shapes, shapes[1:]):
-        if sp.expand(a[1] - b[0]) != 0:
+        if a[1] != b[0] and sp.expand(a[1] - b[0]) != 0:
             raise ValueError(f"shapes {a} and {b} do not fit")
 
 

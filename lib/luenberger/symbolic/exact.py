@@ -142,10 +142,12 @@ class World:
     sizes : dict of Symbol to int
     of : dict of symbol to table or, for a scalar, polynomial
         The inverse of an expression X is listed under ``("inverse", X)``.
+    full : bool
+        It is known that no matrix is empty.
     """
 
-    def __init__(self, sizes, of):
-        self.sizes, self.of = sizes, of
+    def __init__(self, sizes, of, full=False):
+        self.sizes, self.of, self.full = sizes, of, full
         self._known, self._shapes = {}, {}
 
     def size(self, expr):
@@ -173,7 +175,7 @@ class World:
         return self._scalar(expr)
 
     def _table(self, expr):
-        if 0 in self.shape(expr):
+        if not self.full and 0 in self.shape(expr):
             return [[]] * self.size(expr.shape[0])
         if isinstance(expr, sp.MatrixSymbol):
             return self.of[expr]
@@ -198,7 +200,7 @@ class World:
     def _product(self, args):
         factors = [a for a in args if isinstance(a, (MatrixExpr, sp.MatrixBase))]
         scale = [a for a in args if not isinstance(a, (MatrixExpr, sp.MatrixBase))]
-        if any(0 in self.shape(a) for a in factors):
+        if not self.full and any(0 in self.shape(a) for a in factors):
             ends = factors[0].shape[0], factors[-1].shape[1]
             return zeros(*map(self.size, ends))
         total = fold(multiplied, [self._table(a) for a in factors])

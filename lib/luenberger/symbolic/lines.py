@@ -185,15 +185,17 @@ class Substitute(Line):
         return super().complaints(left, symmetric)
 
     def gap(self, left: Formula, cited: Reasons, symmetric: Symbols) -> Gap | None:
-        meant = {r.left: r.right for r in cited}
-        left, right = (put_in(side, meant) for side in self.equation(left))
-        return gap(left, right, (), symmetric)
+        return gap(*self._with_meanings(left, cited), (), symmetric)
 
     def follows(self, left: Formula, cited: Reasons, symmetric: Symbols) -> bool:
         try:
-            return self.gap(left, cited, symmetric) is None
+            return follows(*self._with_meanings(left, cited), (), symmetric)
         except ShapeError:  # blocks beside a symbol whose blocks are not put in
             return False
+
+    def _with_meanings(self, left, cited):
+        meant = {r.left: r.right for r in cited}
+        return [put_in(side, meant) for side in self.equation(left)]
 
 
 def put_in(expr, meant):

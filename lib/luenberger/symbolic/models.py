@@ -121,12 +121,18 @@ def refute(
     >>> found[B] * found[A] == Identity(found[A].cols).as_explicit()
     False
     """
+    found = denial(left, right, given, symmetric)
+    return None if found is None else found.matrices()
+
+
+def denial(left, right, given, symmetric=()):
+    """The same as a `Model`."""
     setting = Setting(named(given), symmetric, (left, right))
     tried = False
     for found in models(setting, setting.small_sizes(), QUICK):
         tried = True
         if not found.agree(left, right):
-            return found.matrices()
+            return found
     if not tried:
         raise NoModel(
             "no small rational matrices were found that satisfy the relations "

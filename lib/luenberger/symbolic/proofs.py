@@ -177,15 +177,26 @@ def prove(
     other than sizes may then be divided by, as s - t is in the resolvent identity.
     Otherwise only what is certainly not zero is divided by.
     """
+    proof, *failed = attempted(left, right, given, symmetric, limits)
+    if proof is None:
+        raise unproved(left, right, given, symmetric, *failed)
+    return proof
+
+
+def attempted(left, right, given=(), symmetric=(), limits=LIMITS):
+    """The proof, or None; the last search, the algebra in which it was read, the end.
+
+    It does not ask for a counterexample where there is no proof.
+    """
     statement, free = read(left, right, given, symmetric)
     outcome = None
     for search in searches(statement, limits):
         outcome = search.run()
         if outcome == "proved":
-            return Proof(left, right, *certified(search))
+            return Proof(left, right, *certified(search)), search, free, outcome
         if outcome == "complete":
             break
-    raise unproved(left, right, given, symmetric, search, free, outcome)
+    return None, search, free, outcome
 
 
 def certified(search):

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from .models import NoModel, evaluate, instance, refute
-from .proofs import Unproved, prove
+from .models import NoModel, denial, evaluate, instance
+from .proofs import Unproved, attempted, prove
 from .rewriting import Contradiction
 from .typeset import latex, text, width
 
@@ -58,19 +58,28 @@ def gap(left, right, cited, symmetric):
         return Gap(e.left_over, e.counterexample, (left, right))
     except Contradiction as e:
         return Gap(why=str(e))
-    if proof.check():
-        return None
-    raise AssertionError(f"the certificate of {left} = {right} does not hold")
+    return certified(proof)
+
+
+def certified(proof):
+    """Nothing, of a proof whose certificate holds."""
+    if not proof.check():
+        sides = f"{proof.left} = {proof.right}"
+        raise AssertionError(f"the certificate of {sides} does not hold")
 
 
 def follows(left, right, cited, symmetric):
     """Whether `left = right` follows; what is false is seen to be so at once."""
     try:
-        if refute(left, right, cited, symmetric) is not None:
+        if denial(left, right, cited, symmetric) is not None:
             return False
     except NoModel:
         pass
-    return gap(left, right, cited, symmetric) is None
+    try:
+        proof = attempted(left, right, cited, symmetric)[0]
+    except Contradiction:
+        return False
+    return proof is not None and certified(proof) is None
 
 
 def idle(cited, holds):

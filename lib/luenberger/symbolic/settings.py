@@ -26,6 +26,8 @@ class Setting:
         For every equation the products of unknowns in it.
     unknowns : dict of unknown to shape
         Matrix symbols, inverses, and scalars (of shape None).
+    full : bool
+        No matrix is empty at the sizes that are tried.
     partial : list of expression
         The other expressions in which a scalar is inverted or has a root.
     """
@@ -44,7 +46,8 @@ class Setting:
             for factors in ((X, Y), (Y, X)):
                 self.equations.append((sp.MatMul(*factors, evaluate=False), one))
         self.symmetric |= {("inverse", X) for X in inverted if X in self.symmetric}
-        self.supports = [self._support(a, b) for a, b in self.equations]
+        sizes = frozenset(self.sizes)
+        self.supports = [support(a, b, sizes) for a, b in self.equations]
         self._list_unknowns(set().union(*map(unknowns, sides)))
         self.stated_zeros = sum(
             isinstance(a, sp.MatrixSymbol) and getattr(b, "is_ZeroMatrix", False)
@@ -53,16 +56,13 @@ class Setting:
 
     def _list_sizes(self, found):
         self.dimensions = frozenset().union(*(p.dimensions for p in found))
+        self.full = 0 not in self.dimensions
         symbols = set().union(*(d.free_symbols for d in self.dimensions))
         self.sizes = sorted(symbols, key=str)
         self.caps = dict.fromkeys(self.sizes, LARGEST)
         for size, power in {pair for p in found for pair in p.powers}:
             for symbol in size.free_symbols:
                 self.caps[symbol] = max(self.caps[symbol], power + 1)
-
-    def _support(self, *sides):
-        found = set().union(*(monomials(side) for side in sides))
-        return {tuple(s for s in m if s not in self.caps) for m in found}
 
     def _list_unknowns(self, found):
         self.unknowns = {}
@@ -102,6 +102,13 @@ def parts(expr):
         frozenset((sp.sympify(n.shape[0]), int(n.exp)) for n in powers),
         any(is_partial(n) for n in nodes if isinstance(n, sp.Pow)),
     )
+
+
+@lru_cache(KEPT)
+def support(left, right, sizes):
+    """The products of unknowns in an equation, other than `sizes`."""
+    found = monomials(left) | monomials(right)
+    return {tuple(s for s in m if s not in sizes) for m in found}
 
 
 def _alike(dimensions):
