@@ -193,9 +193,10 @@ class Substitute(Line):
         except ShapeError:  # blocks beside a symbol whose blocks are not put in
             return False
 
-    def _with_meanings(self, left, cited):
+    def _with_meanings(self, left: Formula, cited: Reasons) -> tuple[Formula, Formula]:
         meant = {r.left: r.right for r in cited}
-        return [put_in(side, meant) for side in self.equation(left)]
+        left, right = self.equation(left)
+        return put_in(left, meant), put_in(right, meant)
 
 
 def put_in(expr, meant):

@@ -342,7 +342,7 @@ def test_warning_names_the_condition():
         lb.deadbeat_observer(slow(11))
 
 
-@bounded(150)
+@bounded(70)
 @given(
     n=st.integers(1, 8),
     p=st.integers(1, 8),

@@ -349,7 +349,7 @@ def test_lost_digits_are_announced():
         lb.reconstruct_state(plant, np.zeros(16))
 
 
-@bounded(60)
+@bounded(25)
 @given(
     st.integers(1, 7).flatmap(
         lambda n: st.tuples(st.just(n), st.integers(1, n), st.integers(0, 10**6))
@@ -380,7 +380,7 @@ def test_units_decide_nothing(case):
         assert np.abs(found - x[: len(found)]).max() < bound
 
 
-@bounded(100)
+@bounded(60)
 @given(
     n=st.integers(1, 8),
     p=st.integers(1, 4),

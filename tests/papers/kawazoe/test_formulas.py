@@ -21,7 +21,8 @@ def objects(matrix):
 
 
 def same(found, wanted):
-    return (sp.Matrix(found.tolist()) - wanted).expand() == 0 * wanted
+    found = sp.Matrix(found.tolist())
+    return found == wanted or (found - wanted).expand() == 0 * wanted
 
 
 def form_of(of, G):

@@ -43,7 +43,7 @@ def size(plant, P):
     return A * (np.abs(P).max() + np.abs(plant.P0).max()) + np.abs(plant.Q).max()
 
 
-@bounded(150)
+@bounded(60)
 @given(plants(), st.data())
 def test_a_certified_observer_or_a_refusal(plant, data):
     """Never NaN, never a warning, and covariances that are covariances."""
@@ -72,7 +72,7 @@ def test_a_certified_observer_or_a_refusal(plant, data):
     assert least >= -1e-11 * terms
 
 
-@bounded(100)
+@bounded(50)
 @given(plants(), st.data())
 def test_covariances_of_a_pass_are_semidefinite_and_finite(plant, data):
     m1 = data.draw(st.integers(0, plant.p), label="m1")
@@ -92,7 +92,7 @@ def test_covariances_of_a_pass_are_semidefinite_and_finite(plant, data):
         assert np.isfinite(part).all()
 
 
-@bounded(12)
+@bounded(6)
 @given(
     st.sampled_from([(2, 1), (5, 2), (10, 4), (20, 5), (20, 1)]),
     st.booleans(),
@@ -115,7 +115,7 @@ def test_order_n_is_the_kalman_filter_for_200_steps(sizes, cross, varying, seed)
     assert generators.relative(observer.V, K) < 1e-12
 
 
-@bounded(40)
+@bounded(25)
 @given(plants(varying=False, full_rank=True), st.data())
 def test_no_reduced_filter_beats_the_kalman_filter(plant, data):
     """P - P_kalman is semi-definite at every step, not only in the trace."""
@@ -127,7 +127,7 @@ def test_no_reduced_filter_beats_the_kalman_filter(plant, data):
     assert gap >= -1e-11 * size(plant, P)
 
 
-@bounded(40)
+@bounded(25)
 @given(plants(most=6, varying=False, full_rank=True), st.integers(0, 10**6), st.data())
 def test_other_coordinates_with_the_matching_weight(plant, seed, data):
     """q = Z x with weight Z^-T Z^-1 is the same estimator; with weight I it is not."""
@@ -151,7 +151,7 @@ def test_other_coordinates_with_the_matching_weight(plant, seed, data):
     np.testing.assert_allclose(moved, a.P, rtol=0, atol=1e-9 * size(plant, a.P))
 
 
-@bounded(60)
+@bounded(40)
 @given(
     plants(most=5, varying=False, full_rank=True),
     st.sampled_from("FGDPVWT"),
@@ -185,7 +185,7 @@ def folder(tmp_path_factory):
 
 
 def test_json_brings_plants_and_observers_back_bit_for_bit(folder):
-    @bounded(40)
+    @bounded(25)
     @given(plants(most=4), st.data())
     def check(plant, data):
         plant.to_json(folder / "plant.json")

@@ -25,14 +25,14 @@ def no_warnings():
         yield
 
 
-@pytest.mark.parametrize("block", range(5))
+@pytest.mark.parametrize("block", range(3))
 def test_any_singular_noise_agrees_with_rational_arithmetic(block):
-    """400 plants with joint noise of every rank, P0 of every rank, S and feedthrough.
+    """150 plants with joint noise of every rank, P0 of every rank, S and feedthrough.
 
     The error bound grows with the plant's own sensitivity over the six steps: some
     of these have noise-free modes that grow tenfold a step.
     """
-    for seed in range(80 * block, 80 * block + 80):
+    for seed in range(50 * block, 50 * block + 50):
         plant, y, u, u0 = integer_plant(seed)
         x, P = generators.exact(plant, y, u, u0)
         run = lb.filter_data(plant, y, u, u0=u0, history=True)

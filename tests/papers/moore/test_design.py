@@ -59,7 +59,7 @@ GIVEN = {  # the poles of positive imaginary part and the real ones
 
 @pytest.mark.parametrize("dt", [0.0, 0.1], ids=["continuous", "discrete"])
 @pytest.mark.parametrize("poles", GIVEN)
-@pytest.mark.parametrize("n", [6, 9, 12])
+@pytest.mark.parametrize("n", [6, 12])
 def test_least_order_and_poles_are_found(n, poles, dt):
     rng = np.random.default_rng([n, len(poles)])
     poles = [complex(p) for p in GIVEN[poles][dt > 0]]
@@ -455,7 +455,7 @@ def test_the_margin_is_the_largest_of_second_order():
         g = np.linalg.solve(np.vstack([C, C @ A, C @ A @ A]), [0, 0, 1])
         kappa = np.array([k @ g, k @ A @ g, k @ A @ A @ g])
         best = np.inf
-        for b1 in np.tan(np.linspace(-1.57, 1.57, 4001)) * 3:
+        for b1 in np.tan(np.linspace(-1.57, 1.57, 1001)) * 3:
             b0 = -(kappa[2] + b1 * kappa[1]) / kappa[0]
             roots = np.roots([1, b1, b0])
             size = np.abs(roots) if dt else np.abs((1 + roots) / (1 - roots))

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 import luenberger as lb
 from luenberger.papers.moore.recurrences import recurrences
 
-quick = bounded(40)
+quick = bounded(20)
 seeds = st.integers(0, 2**32 - 1)
 sizes = st.integers(1, 6)
 times = st.sampled_from([0.0, 0.5])

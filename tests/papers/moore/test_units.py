@@ -37,7 +37,7 @@ def designed(A, C, k, dt):
 def test_an_observer_of_k_x_is_the_same_in_any_units():
     """The least order, the poles and L, up to 2^40; and that of exact rationals."""
     found = 0
-    for seed in range(250):
+    for seed in range(80):
         rng = np.random.default_rng([7, seed])
         A, C, k, dt = drawn(rng)
         x, y = (2.0 ** rng.integers(-40, 41, size) for size in C.shape[::-1])
@@ -51,7 +51,7 @@ def test_an_observer_of_k_x_is_the_same_in_any_units():
             found += 1
             np.testing.assert_allclose(other.poles, one.poles, rtol=1e-9, err_msg=seed)
             assert (other.L == k * x).all()
-    assert 100 < found < 220
+    assert 32 < found < 70
 
 
 @pytest.mark.parametrize("units", [(1.0, 1.0), (2.0**-20, 2.0**30)])

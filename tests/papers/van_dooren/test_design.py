@@ -95,7 +95,7 @@ def test_the_error_dies_out_as_the_poles_say():
 
 
 @pytest.mark.parametrize("method", METHODS)
-@pytest.mark.parametrize("n, p", [(100, 4), (300, 10), (500, 5), (500, 100)])
+@pytest.mark.parametrize("n, p", [(100, 4), (300, 5), (300, 60)])
 def test_residual_of_large_well_conditioned_pairs(n, p, method):
     A, C, rng = hidden_chains(n, p)
     plant = lb.Plant(A, None, C, dt=1.0)

@@ -10,7 +10,7 @@ from pairs import conjugates, hidden_chains, with_stairs
 
 import luenberger as lb
 
-quick = bounded(150)
+quick = bounded(70)
 methods = st.sampled_from(["minimum-norm", "back-substitution"])
 stair_sizes = st.lists(st.integers(1, 4), min_size=1, max_size=5).map(sorted)
 exponents = st.integers(-8, 8)

@@ -52,7 +52,7 @@ def first_of_its_part(A, C):
 def test_a_plant_in_other_units_has_the_same_observer_in_them(method):
     """Every bit of it, for units up to 2^40; two of three had been refused."""
     found = 0
-    for seed in range(80):
+    for seed in range(40):
         rng = np.random.default_rng([5, seed])
         A, C, dt = drawn(rng)
         order = len(A) - np.linalg.matrix_rank(C)
@@ -75,7 +75,7 @@ def test_a_plant_in_other_units_has_the_same_observer_in_them(method):
         ):  # fmt: skip
             wanted = left * getattr(one, name) * right
             np.testing.assert_array_equal(getattr(other, name), wanted, (seed, name))
-    assert found > 40
+    assert found > 20
 
 
 @pytest.mark.parametrize("method", METHODS)
