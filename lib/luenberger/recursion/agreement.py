@@ -79,7 +79,7 @@ def require_agreement(
     grown = np.einsum("ji,jk,ki->i", known, met.rounding, known)
     grown = np.sqrt(np.maximum(grown, 0))  # rounding may have made it less
     some = unit > 0
-    mixed = EPS * np.linalg.norm(met.size[some] / unit[some])
+    mixed = EPS * np.hypot.reduce(met.size[some] / unit[some])  # no square overflows
     # a variance left out as rounding may be real: 5 sigmas of it are no conflict
     size += CLEAR * (grown + (mixed + 5) * known[some].any(axis=0))
     bad = left > size

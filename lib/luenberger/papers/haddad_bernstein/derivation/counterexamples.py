@@ -18,7 +18,7 @@ from functools import cache
 import sympy as sp
 from sympy import Rational as F
 
-from ....symbolic import BlockMatrix, Claim, Derivation, Identity, Line
+from ....symbolic import BlockMatrix, Claim, Derivation, Identity, Line, evaluate
 from .augmented import is_N2, is_N12, is_Qxy, is_Qxy_next, is_Qyy
 from .cost import is_M2, is_M12, is_S, shown
 from .equations import is_adjoint, is_estimate, is_perp, is_riccati
@@ -27,7 +27,6 @@ from .letters import *
 from .projection import is_Lq
 from .stationarity import is_Aq, is_Ce, is_tau
 
-SIZES = {n: 2, l: 1, r: 1, q: 1}
 MEANT = {x.left: x.right for x in (is_N12, is_N2, is_M12, is_M2, is_Qxy, is_Qxy_next)}
 MEANT |= {x.left: x.right for x in (is_Qyy, is_S, is_Aq, is_Lq, is_perp)}
 MEANT[Kq] = Qs * V2s.I
@@ -42,15 +41,11 @@ SLOPES = [x.right / 2 for x in (is_gradAe, is_gradBe, is_gradCe, is_gradDe)]
 JOINT = BlockMatrix([[V1, V12], [V12.T, V2]])
 
 
-def value(expr, known, sizes=SIZES):
+def value(expr, known):
     """A formula in explicit matrices; `known` has MatrixSymbols of symbolic sizes."""
     for _ in range(3):  # definitions in definitions
         expr = expr.xreplace(MEANT)
-    return sp.Matrix(expr.subs(sizes).xreplace(explicit(known, sizes)).doit())
-
-
-def explicit(known, sizes=SIZES):
-    return {X.subs(sizes): sp.ImmutableMatrix(value) for X, value in known.items()}
+    return sp.Matrix(evaluate(expr, known))
 
 
 def stein(left, right, rest):
@@ -60,10 +55,10 @@ def stein(left, right, rest):
     return (sp.eye(size) - both).LUsolve(sp.Matrix(list(rest))).reshape(*rest.shape)
 
 
-def with_gains(known, sizes=SIZES):
+def with_gains(known):
     """With tau and the gains (3.10)-(3.13)."""
-    known = known | {tau: known[G].T * known[Gam], De: value(STATIC, known, sizes)}
-    return known | {X: value(gain, known, sizes) for X, gain in BEST.items()}
+    known = known | {tau: known[G].T * known[Gam], De: value(STATIC, known)}
+    return known | {X: value(gain, known) for X, gain in BEST.items()}
 
 
 def plant(known):
@@ -150,7 +145,7 @@ def not_stationary(name):
     known, improved = examples()[name]
     real = truth(known)
     slopes, (J, said, less) = FOUND[name]
-    joint = sp.Matrix(JOINT.subs(SIZES).xreplace(explicit(known)).as_explicit())
+    joint = value(JOINT, known)
     aligned = {
         "Qh": value(tau * Qh - Qh * tau.T, known),
         "Ph": value(Ph * tau - tau.T * Ph, known),
@@ -186,7 +181,7 @@ def not_stationary(name):
 
 def not_stable():
     """n = n_e = 2, tau = I: w1 = v1, and L does not ask for the first state."""
-    sizes, one = {n: 2, l: 2, r: 2, q: 1}, sp.eye(2)
+    one = sp.eye(2)
     known = {
         A: sp.diag(0, F(1, 2)),
         C: one,
@@ -201,11 +196,11 @@ def not_stable():
         Qh: sp.diag(1, F(1, 6)),
         Ph: sp.diag(1, F(4, 15)),
     }
-    known[V2s] = value(V2 + C * Q * C.T, known, sizes)
-    known[Qs] = value(V12 + A * Q * C.T, known, sizes)
-    known = with_gains(known, sizes)
+    known[V2s] = value(V2 + C * Q * C.T, known)
+    known[Qs] = value(V12 + A * Q * C.T, known)
+    known = with_gains(known)
     found = {
-        f"{key} holds": Claim(value(residual, known, sizes))
+        f"{key} holds": Claim(value(residual, known))
         for key, residual in EQUATIONS.items()
     } | {
         "Ae": Claim(known[Ae], sp.diag(-1, F(1, 4))),
