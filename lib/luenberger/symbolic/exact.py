@@ -8,14 +8,10 @@ Source: our own.
 """
 
 from fractions import Fraction
-from functools import cache, lru_cache
+from functools import cache
 
 import sympy as sp
 from sympy.matrices.expressions.matexpr import MatrixExpr
-
-MANY = 99  # the degree of an expression that is not a polynomial in a symbol
-KEPT = 20_000  # expressions of which it is kept what is in them
-
 
 # -- polynomials: {monomial: coefficient}, a monomial a sorted tuple of unknowns ----
 
@@ -276,55 +272,3 @@ def size_function(expr):
     """The symbols in a size, and the size as a function of their numbers."""
     names = sorted(sp.sympify(expr).free_symbols, key=str)
     return names, sp.lambdify(names, expr, "math", dummify=True)
-
-
-@lru_cache(KEPT)
-def unknowns(expr):
-    """Symbols that need a value, sizes included; an inverse counts as a symbol."""
-    found, waiting = set(), [plain(expr)]
-    while waiting:
-        node = waiting.pop()
-        inner = base_of_inverse(node)
-        if inner is not None:
-            found.add(("inverse", inner))
-        if isinstance(node, (sp.MatrixSymbol, sp.Symbol)):
-            found.add(node)
-        elif isinstance(node, sp.MatrixBase):
-            waiting += list(node)
-        elif not isinstance(node, (sp.Identity, sp.ZeroMatrix)):
-            waiting += node.args
-    return found
-
-
-@lru_cache(KEPT)
-def monomials(expr):
-    """The products of unknowns that an expression is a sum of, orders put aside.
-
-    A set of sorted tuples.  An inverse counts as one unknown, and what is inverted
-    does not count.  A scalar with a negative exponent is listed twice, because no
-    equation is linear in it.
-    """
-    expr = plain(expr)
-    inner = base_of_inverse(expr)
-    if inner is not None:
-        return {(("inverse", inner),) * -int(expr.exp)}
-    if isinstance(expr, (sp.MatrixSymbol, sp.Symbol)):
-        return {(expr,)}
-    if isinstance(expr, (sp.Identity, sp.ZeroMatrix)):
-        return {()}
-    if isinstance(expr, (sp.MatPow, sp.Pow)):
-        whole = expr.exp.is_Integer and expr.exp.is_nonnegative
-        return together([monomials(expr.base)] * (int(expr.exp) if whole else 2))
-    if isinstance(expr, sp.MatrixBase):
-        return set().union({()}, *(monomials(x) for x in expr))
-    if isinstance(expr, (sp.MatMul, sp.Mul)):
-        return together([monomials(part) for part in expr.args])
-    return set().union({()}, *(monomials(part) for part in expr.args))
-
-
-def together(factors):
-    """Every product of one monomial from each factor."""
-    total = {()}
-    for factor in factors:
-        total = {tuple(sorted(m + k, key=str)) for m in total for k in factor}
-    return total

@@ -4,11 +4,11 @@ from collections import Counter
 from functools import cache, lru_cache
 from itertools import islice, product
 from random import Random
-from typing import NamedTuple
 
 import sympy as sp
 
-from .exact import KEPT, base_of_inverse, monomials, plain, unknowns
+from .contents import KEPT, monomials, parts, unknowns
+from .exact import plain
 
 LARGEST = 3  # of the sizes that are tried, unless a power asks for more
 MOST = 3**8  # combinations of sizes that are looked at
@@ -81,29 +81,6 @@ class Setting:
         return _in_turn(self.dimensions, tuple(self.caps.items()), sum)
 
 
-class Parts(NamedTuple):
-    """What an expression has in it that decides which sizes and values it needs."""
-
-    dimensions: frozenset  # of the matrices in it
-    inverted: tuple  # what is inverted, in order
-    powers: frozenset  # pairs (size, exponent) of the powers of matrices
-    partial: bool  # whether a scalar is inverted or has a root
-
-
-@lru_cache(KEPT)
-def parts(expr):
-    """The `Parts` of an expression; pages ask for the same ones again and again."""
-    nodes = list(sp.preorder_traversal(expr))
-    shaped = [n for n in nodes if getattr(n, "shape", ())]
-    powers = [n for n in nodes if isinstance(n, sp.MatPow) and n.exp.is_Integer]
-    return Parts(
-        frozenset(sp.sympify(d) for n in shaped for d in n.shape),
-        tuple(filter(None, map(base_of_inverse, nodes))),
-        frozenset((sp.sympify(n.shape[0]), int(n.exp)) for n in powers),
-        any(is_partial(n) for n in nodes if isinstance(n, sp.Pow)),
-    )
-
-
 @lru_cache(KEPT)
 def support(left, right, sizes):
     """The products of unknowns in an equation, other than `sizes`."""
@@ -131,8 +108,3 @@ def _in_turn(dimensions, caps, key):
     late = sizes[FIRST:]
     Random(1).shuffle(late)
     return sizes[:FIRST] + late
-
-
-def is_partial(power):
-    """Whether a power of a scalar is not a number everywhere."""
-    return not (power.exp.is_Integer and power.exp.is_nonnegative)
