@@ -198,33 +198,6 @@ def test_plant_without_noise_is_reported_on(inside, tmp_path):
     assert {path.name for path in (tmp_path / "r").iterdir()} == left
 
 
-def test_a_report_on_a_combination_of_the_states(tmp_path, inside):
-    """With a reading missing, so that the filter of all states stands in."""
-    row = [0.0, 2, 1]
-    (tmp_path / "plant.json").write_text(edited(name="Climb"))
-    record = (PLANTS / "tracker.csv").read_text().splitlines()[:30]
-    record[7] = ",".join([record[7].split(",")[0], "", record[7].split(",")[2]])
-    (tmp_path / "data.csv").write_text("\n".join(record) + "\n")
-    given = ("--out", "r", "--data", "data.csv", "--k", "climb (m/s)=0,2,1")
-    run = inside("plant.json", *given, cwd=tmp_path)
-    assert run.returncode == 0, run.stderr
-    made = tmp_path / "r"
-    plant = lb.Plant.from_json(made / "plant.json")
-    assert {k: v.tolist() for k, v in plant.estimates.items()} == {"climb (m/s)": row}
-    observer = lb.Observer.from_json(made / "observer.json")
-    assert observer.estimate_names == ("climb (m/s)",)
-    header, *lines = (made / "estimates.csv").read_text().splitlines()
-    assert header == "time,climb (m/s),climb (m/s)_sigma"
-    y = np.genfromtxt(record[1:], delimiter=",")[:, 1:3]
-    table = lb.compare(plant)
-    done = lb.filter_data(plant, y, m1=table.chosen.accurate, history=True)
-    found = np.array([line.split(",")[1:] for line in lines], float)
-    np.testing.assert_allclose(found[:, 0], done.x @ row, rtol=1e-9)
-    np.testing.assert_allclose(found[:, 1] ** 2, row @ done.P @ row, rtol=1e-9)
-    page = (made / "report.html").read_text(encoding="utf-8")
-    assert "Estimates of 1 estimate at 29 samples" in page and "position" in page
-
-
 def test_notebook_names_no_machine(reported):
     here, _ = reported
     notebook = json.loads((here / "a/report/design.ipynb").read_text(encoding="utf-8"))
@@ -281,13 +254,13 @@ def test_refused_plant_leaves_the_earlier_report(
 
 
 def test_plant_without_any_filter_is_refused_from_within_the_notebook(
-    reported, tmp_path
+    reported, inside, tmp_path
 ):
     """Position is not measured: nothing certain can be said of it."""
     here, _ = reported
     (tmp_path / "plant.json").write_text(edited(C=[[0, 1, 0], [0, 0, 1]]))
     before = contents(here)
-    run = command(tmp_path / "plant.json", "--out", "a/report", cwd=here)
+    run = inside(tmp_path / "plant.json", "--out", "a/report", cwd=here)
     refused(run, "DesignError: no exact filter of any order exists: ")
     assert contents(here) == before and len(list(here.iterdir())) == 1
 
@@ -350,10 +323,15 @@ def test_interrupted_run_leaves_nothing(tmp_path):
     assert run.returncode == 130 and list(tmp_path.iterdir()) == []
 
 
-def test_missing_measurements_and_a_second_run(reported, inside, tmp_path):
-    """NaN is filtered around; earlier estimates go; names are text, not markup."""
+def test_a_second_report_on_a_combination_of_the_states(reported, inside, tmp_path):
+    """The earlier report is replaced, where nothing of the old question stays.
+
+    With readings missing, so that the filter of all states stands in for an observer.
+    Names are text, not markup.
+    """
     here, _ = reported
     shutil.copytree(here / "a", tmp_path / "a")
+    (tmp_path / "a/report/question.json").write_text("{}")  # of another budget
     rows = (PLANTS / "tracker.csv").read_text().splitlines()[:12]
     rows[4] = rows[4].rpartition(",")[0] + ","
     rows[5] = "5,NaN,NaN"
@@ -361,14 +339,25 @@ def test_missing_measurements_and_a_second_run(reported, inside, tmp_path):
     names = ["<img src=x onerror=1>", "$x$", "[a](javascript:1)"]
     plant = edited(name="</title><script>alert(1)</script>", state_names=names)
     (tmp_path / "plant.json").write_text(plant)
-    given = ("--out", "a/report", "--data", "data.csv")
+    given = ("--out", "a/report", "--data", "data.csv", "--k", "climb (m/s)=1,2,1")
     run = inside("plant.json", *given, cwd=tmp_path)
     assert run.returncode == 0, run.stderr
-    assert {p.name for p in (tmp_path / "a/report").iterdir()} == WITH_DATA
-    values = np.loadtxt(tmp_path / "a/report/estimates.csv", delimiter=",", skiprows=1)
-    assert values.shape == (11, 7) and np.isfinite(values).all()
-    assert values[4, 2] > 0.5 == values[3, 2]  # nothing measured: position too widens
-    page = (tmp_path / "a/report/report.html").read_text(encoding="utf-8")
+    made = tmp_path / "a/report"
+    assert {p.name for p in made.iterdir()} == WITH_DATA
+    plant, row = lb.Plant.from_json(made / "plant.json"), [1.0, 2, 1]
+    assert {k: v.tolist() for k, v in plant.estimates.items()} == {"climb (m/s)": row}
+    observer = lb.Observer.from_json(made / "observer.json")
+    assert observer.estimate_names == ("climb (m/s)",)
+    header, *lines = (made / "estimates.csv").read_text().splitlines()
+    assert header == "time,climb (m/s),climb (m/s)_sigma"
+    y = np.genfromtxt(rows[1:], delimiter=",")[:, 1:3]
+    done = lb.filter_data(plant, y, m1=lb.compare(plant).chosen.accurate, history=True)
+    found = np.array([line.split(",")[1:] for line in lines], float)
+    np.testing.assert_allclose(found[:, 0], done.x @ row, rtol=1e-9)
+    np.testing.assert_allclose(found[:, 1] ** 2, row @ done.P @ row, rtol=1e-9)
+    assert found[4, 1] > 1.05 * found[3, 1]  # nothing measured
+    page = (made / "report.html").read_text(encoding="utf-8")
     assert "3 of 22 measurements are missing" in page
+    assert "Estimates of 1 estimate at 11 samples" in page
     assert "&lt;script&gt;alert(1)" in page and "&lt;img src=x onerror=1" in page
     assert not re.search(r"<script|<img src=x|href=.javascript", page)
