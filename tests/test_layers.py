@@ -18,6 +18,7 @@ from house import (
     relative,
     room_of,
     room_of_file,
+    statements,
 )
 
 EVERYWHERE = {"numpy", "scipy"}
@@ -48,16 +49,9 @@ def imports(source, package):
 
     `package` is the path of the module's package below luenberger, as a tuple.
     """
-    tree = ast.parse(source)
-    lazy = {
-        id(node)
-        for outer in ast.walk(tree)
-        if isinstance(outer, ast.FunctionDef | ast.AsyncFunctionDef)
-        for node in ast.walk(outer)
-    }
     rooms, outside, inside = set(), set(), set()
-    for node in ast.walk(tree):
-        names = inside if id(node) in lazy else outside
+    for node, lazy in statements(ast.parse(source)):
+        names = inside if lazy else outside
         if isinstance(node, ast.Import):
             names |= {alias.name.partition(".")[0] for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
@@ -172,6 +166,11 @@ def test_a_front_door_lists_its_modules_in_their_own_words(folder):
         ("from .derivation import signs", ({"papers/moore/derivation"}, set(), set())),
         ("from luenberger.run import simulate", ({"run"}, set(), set())),
         ("def f():\n    import control", (set(), set(), {"control"})),
+        (
+            "class A:\n  def f():\n    if x: pass\n    else:\n      import control",
+            (set(), set(), {"control"}),
+        ),
+        ("try:\n  pass\nexcept E:\n  import control", (set(), {"control"}, set())),
         ("import json", (set(), set(), set())),
     ],
 )
@@ -183,10 +182,12 @@ def test_importing_the_library_is_light():
     heavy = ("sympy", "matplotlib", "numba", "control", "nbformat", "IPython")
     heavy += ("concurrent.futures.process", "dask", "tqdm")
     heavy += ("scipy.optimize", "scipy.sparse.csgraph", "scipy.spatial", "scipy.fft")
+    heavy += ("luenberger.plot", "luenberger.report", "luenberger.export")
     code = (
         "import sys, scipy.linalg\n"  # SciPy 1.15 loads its graphs here
         "before = {*sys.modules}\n"
         "import luenberger\n"
+        "dir(luenberger), luenberger.__version__\n"
         f"print(*{{*sys.modules}} - before & {{*{heavy!r}}})"
     )
     run = subprocess.run(
@@ -207,7 +208,7 @@ def test_no_function_is_long():
 
 
 def long_functions(path):
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for node, _ in statements(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
             body = node.body[ast.get_docstring(node) is not None :]  # no signature
             if body and node.end_lineno - body[0].lineno >= 39:

@@ -12,7 +12,7 @@ import tomllib
 from functools import cache
 
 import pytest
-from house import DOOR, FILES, PACKAGE, relative, room_of_file
+from house import DOOR, FILES, PACKAGE, relative, room_of_file, statements
 
 import luenberger as lb
 
@@ -38,7 +38,7 @@ def module(*parts):
 def imported(path):
     """{name: (parts of the module, name in it)} of what a file imports from here."""
     found, package = {}, path.relative_to(PACKAGE).parent.parts
-    for node in ast.walk(tree(path)):
+    for node, _ in statements(tree(path)):
         if isinstance(node, ast.ImportFrom) and node.level:
             parts = package[: len(package) - (node.level - 1)]
             parts += tuple((node.module or "").split(".")) if node.module else ()
@@ -178,7 +178,7 @@ def test_a_property_is_described_without_a_colon():
     properties = [
         (path, node)
         for path in FILES
-        for node in ast.walk(tree(path))
+        for node, _ in statements(tree(path))
         if isinstance(node, ast.FunctionDef) and not node.name.startswith("_")
         if re.search("property", " ".join(map(ast.unparse, node.decorator_list)))
     ]

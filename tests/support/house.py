@@ -1,5 +1,6 @@
 """The house of lib/ARCHITECTURE.md: its rooms, and which room a file is in."""
 
+import ast
 import pathlib
 import re
 
@@ -26,6 +27,15 @@ def room_of(*parts):
 
 def room_of_file(path):
     return room_of(*path.relative_to(PACKAGE).with_suffix("").parts)
+
+
+def statements(node, inside=False):
+    """The statements in a tree of Python, each with whether a function is around it."""
+    inside |= isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)
+    for name in ("body", "orelse", "finalbody", "handlers", "cases"):
+        for one in getattr(node, name, ()):
+            yield one, inside
+            yield from statements(one, inside)
 
 
 def is_module(parts):

@@ -1,0 +1,26 @@
+"""What tests of commands share."""
+
+import tracemalloc
+
+import pytest
+
+from luenberger.formats import csv_reader
+from luenberger.run import estimate_csv
+
+
+@pytest.fixture
+def peaks(monkeypatch):
+    """The most memory that each record took, in bytes, read in pieces of 32 KiB."""
+    found, write = [], estimate_csv.write
+
+    def traced(out, header, rows):
+        tracemalloc.start()
+        try:
+            return write(out, header, rows)
+        finally:
+            found.append(tracemalloc.get_traced_memory()[1])
+            tracemalloc.stop()
+
+    monkeypatch.setattr(csv_reader.Table.__init__, "__defaults__", (1 << 15,))
+    monkeypatch.setattr(estimate_csv, "write", traced)
+    return found
