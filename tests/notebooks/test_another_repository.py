@@ -68,6 +68,7 @@ def verdict(tmp_path_factory):
 
     folder = tmp_path_factory.mktemp("repository")
     shutil.copytree(ROOT / ".ci" / "notebook_tests", folder / ".ci" / "notebook_tests")
+    shutil.copy(ROOT / "tests" / "support" / "rfc3987_syntax.py", folder / ".ci")
     here = folder / "notebooks"
     shutil.copytree(ROOT / "lib" / "luenberger" / "show", here / "show")
     (here / "conftest.py").write_text(CONFTEST)
