@@ -88,12 +88,6 @@ class Compiled:
 
 
 @pytest.fixture
-def without_a_bound(monkeypatch):
-    """A header says nothing of rounding: what it says there takes longest to find."""
-    monkeypatch.setattr(filter_, "filter_notes", lambda *_: [])
-
-
-@pytest.fixture
 def compiled(tmp_path, without_a_bound):
     return lambda source, **options: Compiled(tmp_path, source, **options)
 

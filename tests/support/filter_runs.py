@@ -171,7 +171,9 @@ def gaps(plant, folder, ranges, *, steps, dtype, **options):
 def worst_signs(plant, length=400):
     """Signs of inputs and measurements that drive the first state furthest."""
     As, B, C, E, J, Q, R, Omega, _ = exact_filter(plant)
-    for _ in range(2000):
+    before = np.zeros_like(Omega)
+    while np.abs(Omega - before).max() > 1e-9 * np.abs(Omega).max():
+        before = Omega
         K = np.linalg.solve(C @ Omega @ C.T + R, C @ Omega).T
         Y = np.eye(plant.n) - K @ C
         Omega = As @ (Y @ Omega @ Y.T + K @ R @ K.T) @ As.T + Q
