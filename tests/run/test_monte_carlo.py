@@ -198,10 +198,10 @@ def test_compiled_runs_are_those_of_numpy(kind):
     if kind == "over steps":
         plant, observer = problem()  # whose code is used below as well
     elif kind == "constant":
-        plant = generators.plant(rng, 3, 2, m=1)
-        observer = lb.reduced_order_filter(plant, 1)
+        plant = generators.plant(rng, 2, 1, m=1)
+        observer = lb.kalman_filter(plant)
     else:  # a plant that changes, and when P0 is
-        plant = generators.varying(rng, 3, 2, STEPS + 1, m=1, P0_is=kind)
+        plant = generators.varying(rng, 2, 1, STEPS + 1, m=1, P0_is=kind)
         observer = lb.reduced_order_filter(plant, 1, steps=STEPS)
     options = dict(runs=70, steps=STEPS - 1, seed=2)
     plain, compiled = (
