@@ -23,7 +23,11 @@ def constant(value):
 
 
 def plus(p, q):
-    total = dict(p)
+    return increased(dict(p), q)
+
+
+def increased(total, q):
+    """`total`, to which q has been added."""
     for m, c in q.items():
         c += total.get(m, 0)
         if c:
@@ -71,12 +75,7 @@ def dot(row, column):
     total = {}
     for x, y in zip(row, column):
         if x and y:
-            for m, c in times(x, y).items():
-                c += total.get(m, 0)
-                if c:
-                    total[m] = c
-                else:
-                    del total[m]
+            increased(total, times(x, y))
     return total
 
 

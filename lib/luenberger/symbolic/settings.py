@@ -66,7 +66,7 @@ class Setting:
 
     def _list_unknowns(self, found):
         self.unknowns = {}
-        for s in sorted(found - set(self.sizes), key=str):
+        for s in sorted(found - set(self.sizes), key=spelled):
             inside = s[1] if isinstance(s, tuple) else s
             self.unknowns[s] = getattr(inside, "shape", None)
 
@@ -79,6 +79,9 @@ class Setting:
     def small_sizes(self):
         """The smallest first: a counterexample should be short."""
         return _in_turn(self.dimensions, tuple(self.caps.items()), sum)
+
+
+spelled = lru_cache(KEPT)(str)
 
 
 @lru_cache(KEPT)

@@ -10,7 +10,7 @@ Source: our own.
 from fractions import Fraction
 from math import isqrt
 
-from .exact import constant, plus, times
+from .exact import constant, increased, plus, times
 
 TRIES = (0, 1, -1, 2, -2)  # in any order, and mostly before the others
 FRACTIONS = (Fraction(3, 5), Fraction(4, 5), Fraction(1, 2))  # 3-4-5 makes rotations
@@ -49,7 +49,7 @@ class System:
             term = {(): c}
             for x in m:
                 term = times(term, self.solved[x] if x in self.solved else {(x,): 1})
-            total = plus(total, term)
+            increased(total, term)
         return total
 
     def require(self, p):
@@ -64,6 +64,10 @@ class System:
             raise ValueError("this equation is not linear")
         x, c = pivot[0], p[pivot]
         row = {m: quotient(-d, c) for m, d in p.items() if m != pivot}
+        self._put(x, row)
+
+    def _put(self, x, row):
+        """Solve for x, and put what it is where it is used."""
         for y in self.used_in.pop(x, ()):
             self._store(y, substituted(self.solved[y], x, row))
         self._store(x, row)
@@ -75,8 +79,8 @@ class System:
                 self.used_in.setdefault(m[0], set()).add(x)
 
     def fix(self, x, value):
-        """Give an unknown its number."""
-        self.require(plus({(x,): 1}, constant(-value)))
+        """Give an unknown that is not solved its number."""
+        self._put(x, constant(value))
 
 
 def substituted(row, x, replacement):
