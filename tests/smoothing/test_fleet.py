@@ -229,7 +229,7 @@ LOSING = {"forward": [*range(30)], "back": [3, 4, *range(12, 24)]}
 def losing_digits(bad):
     """The first readings of a vague start, or long gaps before them."""
     plant, y, u = records(2, M=30, N=12)
-    P0 = 1e12 * np.eye(2) if bad == "forward" else np.diag([1e5, 1])
+    P0 = 1e12 * np.eye(2) if bad == "forward" else np.diag([1e4, 1])
     y[3, 0] = y[4, 0] = y[4, 5] = y[12:24, 0] = np.nan
     return dataclasses.replace(apart(plant), P0=P0), y, u
 
