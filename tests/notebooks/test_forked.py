@@ -79,13 +79,11 @@ def test_a_kernel_begins_where_no_cell_was_run(start, tmp_path, monkeypatch):
     assert process(other).server is process(first).server
     assert says(other, "mine") == "NameError"
     run(other, "import json, os, sys")
-    assert (
-        says(other, "hasattr(json, 'mine'), 'MINE' in os.environ") == "(False, False)"
-    )
-    seen = says(
-        other, "os.environ['GIVEN'], os.path.basename(os.getcwd()), sys.path[-1]"
-    )
-    assert seen.startswith("('later', 'other', ") and ".ci" not in seen
+    assert says(other, "hasattr(json, 'mine')") == "False"
+    assert says(other, "'MINE' in os.environ") == "False"
+    assert says(other, "os.environ['GIVEN']") == "'later'"
+    assert says(other, "os.path.basename(os.getcwd())") == "'other'"
+    assert says(other, "[one for one in sys.path if 'notebook_tests' in one]") == "[]"
 
 
 def test_a_figure_is_shown_where_its_cell_ends(start):
