@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from luenberger.kernels import products
+from luenberger.kernels import products, stack
 
 HEIGHTS = range(1, products.HEIGHT + 1)
 COLUMNS = [1, 2, 3, 4, 7, 8, 13, 19]
@@ -19,7 +19,7 @@ def run(panels, columns, inner, most, scale, D, C, A, a_row, a_col, B):
 def compiled(height, start):
     """`run` by numba."""
     numba = pytest.importorskip("numba", reason="numba is an optional extra")
-    space = {"product": products.in_vectors()}
+    space = {"product": stack.ours()["product"]}
     exec(TEXT.format(height=height, start=start), space)
     return numba.njit(space["run"])
 

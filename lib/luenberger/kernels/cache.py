@@ -26,16 +26,13 @@ import warnings
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import numpy as np
 
-from . import fused, products, stack, turning
+from . import making, stack
+from .making import FASTMATH, OPTIONS, WRITING, Way
 
-FASTMATH = ("contract", "reassoc")  # sums may be taken in another order, NaNs count
-OPTIONS: dict[str, Any] = dict(error_model="numpy", nogil=True)  # nogil: for threads
-OPTIONS["fastmath"] = set(FASTMATH)
 PACKAGE = Path(__file__).parents[1]
 DERIVING = ("symbolic", "papers/*/derivation", "*/derivation", "kernels")
 DERIVING += ("stage_list.py", "certificate.py", "errors.py", "numeric/linalg.py")
@@ -130,18 +127,27 @@ def compiled(text: str, types: tuple[str, ...], exact: bool = False) -> Any:
     config: Any = numba_config
 
     if config.DISABLE_JIT:
-        return _function(text, "luenberger_uncompiled", stack.plain())
+        return making.function(Way(text, stack.plain()), "luenberger_uncompiled")
+    with contextlib.suppress(making.Unknown):
+        return _made(text, types, exact, making.soon(text))
+    return _made(text, types, exact, Way(text, stack.ours()))
+
+
+def _made(text: str, types: tuple[str, ...], exact: bool, way: Way) -> Any:
+    """The function, one way, from the folder if it can be."""
     folder = usable_folder()
     if folder is not None:
         try:
-            return _from_folder(folder, text, types, exact)
+            return _from_folder(folder, text, types, exact, way)
+        except making.Unknown:
+            raise
         except (
             Exception
         ) as error:  # of numba's files or of the disk: not our arithmetic
             said = f"compiled code is not kept: {error}"
             warnings.warn(said, CacheWarning, stacklevel=2)
-    name = f"luenberger_{key(text, types, exact)}"
-    return _settled(_jit(_function(text, name, stack.ours()), exact), types)
+    function = making.function(way, f"luenberger_{key(text, types, exact)}")
+    return _settled(making.jit(function, exact), types)
 
 
 def folder() -> Path:
@@ -190,27 +196,6 @@ def ours(path: Path) -> bool:
     return stat.S_ISREG(os.lstat(path).st_mode) and private(path)
 
 
-def _function(text: str, path: str, ours: dict[str, Any]) -> Any:
-    """`run` of a module made of `text`, as if it came from `path`.
-
-    The text calls `ours` by their names; see `stack`.  The module is entered by its
-    name, because numba asks for it by name when it reads its files.
-    """
-    module: Any = ModuleType(Path(path).stem)
-    sys.modules[module.__name__] = module
-    module.__dict__.update(ours)
-    exec(compile(text, path, "exec"), module.__dict__)  # made by us, see above
-    return module.run
-
-
-def _jit(function: Any, exact: bool, **options: Any) -> Any:
-    """A numba function that is not compiled yet."""
-    import numba
-
-    options |= OPTIONS | (dict(fastmath=False) if exact else {})
-    return numba.njit(**options)(function)
-
-
 def _settled(run: Any, types: tuple[str, ...]) -> Any:
     """A numba function for exactly these types."""
     from numba.core import types as known
@@ -223,12 +208,13 @@ def _settled(run: Any, types: tuple[str, ...]) -> Any:
     return run
 
 
-def _from_folder(folder: Path, text: str, types: tuple[str, ...], exact: bool) -> Any:
+def _from_folder(
+    folder: Path, text: str, types: tuple[str, ...], exact: bool, way: Way
+) -> Any:
     path = folder / f"luenberger_{key(text, types, exact)}.py"
     if not _says(path, text):
         replace(path, text)
-    function = _function(text, str(path), stack.ours())
-    run = _jit(function, exact, cache=True)
+    run = making.jit(making.function(way, str(path)), exact, cache=True)
     beside = Path(run.stats.cache_path)
     written = path.with_suffix(".sha256")
     kept = hashes(beside, path.stem)
@@ -266,7 +252,7 @@ def key(text: str, types: tuple[str, ...], exact: bool = False) -> str:
     versions = numba.__version__, sys.version, sys.platform
     options = (f"{name} {one}" for name, one in OPTIONS.items() if name != "fastmath")
     parts = text, *types, *versions, *(() if exact else FASTMATH), *options
-    parts += tuple(inspect.getsource(one) for one in (stack, fused, products, turning))
+    parts += tuple(map(inspect.getsource, WRITING))
     return hashlib.sha256("\0".join(parts).encode()).hexdigest()[:32]
 
 

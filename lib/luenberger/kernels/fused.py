@@ -18,7 +18,6 @@ def fused() -> Any:
     """
     from llvmlite import ir
     from numba.core import types
-    from numba.extending import intrinsic
 
     def fma(context: Any, a: Any, b: Any, c: Any) -> Any:
         number = ir.DoubleType()
@@ -31,7 +30,7 @@ def fused() -> Any:
 
         return types.float64(*[types.float64] * 3), code
 
-    return intrinsic(fma)
+    return fma
 
 
 def plain(a: float, b: float, c: float) -> float:

@@ -113,6 +113,7 @@ class _Body:
         to.set("largest_[i]", f"max(largest_[i], most[i * {L} + l])")
         to.end()
         to.end()
+        to.line("return 0")
 
     def stack(self) -> None:
         """One matrix, by columns: new from old."""

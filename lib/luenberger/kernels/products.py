@@ -44,7 +44,6 @@ def in_vectors() -> Any:
     """`in_python` for numba; `height` and `start` are numbers where it is called."""
     from numba.core import types
     from numba.core.typing import signature
-    from numba.extending import intrinsic
     from numba.np.arrayobj import make_array
 
     def product(
@@ -72,7 +71,7 @@ def in_vectors() -> Any:
 
         return signature(types.none, height, start, *kinds), code
 
-    return intrinsic(product)
+    return product
 
 
 def _function(module: Any, height: int, start: int) -> Any:

@@ -20,6 +20,13 @@ LINE = 8  # floats that memory gives at once
 
 def ours() -> dict[str, Any]:
     """What is called, by name."""
+    from numba.extending import intrinsic
+
+    return {name: intrinsic(one) for name, one in definitions().items()}
+
+
+def definitions() -> dict[str, Any]:
+    """The same as definitions for numba, of which it makes functions."""
     made = dict(array=local_array(), fetch=fetch_ahead(), fma=fused.fused())
     made |= dict(to_lanes=turning.to_lanes(), to_rows=turning.to_rows())
     return made | dict(product=products.in_vectors())
@@ -40,7 +47,6 @@ def local_array() -> Any:
     """
     from llvmlite import ir
     from numba.core import cgutils, types
-    from numba.extending import intrinsic
     from numba.np.arrayobj import make_array, populate_array
 
     def array(context: Any, size: Any) -> Any:
@@ -59,7 +65,7 @@ def local_array() -> Any:
 
         return kind(size), code
 
-    return intrinsic(array)
+    return array
 
 
 def fetch_ahead() -> Any:
@@ -69,7 +75,6 @@ def fetch_ahead() -> Any:
     """
     from llvmlite import ir
     from numba.core import cgutils, types
-    from numba.extending import intrinsic
     from numba.np.arrayobj import make_array
 
     def fetch(context: Any, X: Any, row: Any, k: Any) -> Any:
@@ -90,4 +95,4 @@ def fetch_ahead() -> Any:
 
         return types.void(X, types.intp, types.intp), code
 
-    return intrinsic(fetch)
+    return fetch

@@ -44,7 +44,6 @@ def to_rows() -> Any:
 
 def _turning(reads: bool) -> Any:
     from numba.core import types
-    from numba.extending import intrinsic
     from numba.np.arrayobj import make_array
 
     def turn(
@@ -73,7 +72,7 @@ def _turning(reads: bool) -> Any:
 
         return types.void(X, rows, i, i, lanes, i, i), code
 
-    return intrinsic(turn)
+    return turn
 
 
 class _Turn:
