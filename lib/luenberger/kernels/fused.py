@@ -11,7 +11,7 @@ Sums = Sequence[tuple[float, Sequence[str]]]  # terms: a factor, and names
 
 
 def fused() -> Any:
-    """A function for numba: ``fma(a, b, c)`` is a * b + c.
+    """A definition for numba: ``fma(a, b, c)`` is a * b + c.
 
     It is rounded once where the processor has such an instruction, else twice: always
     the same on one machine.

@@ -41,7 +41,7 @@ def in_python(
 
 
 def in_vectors() -> Any:
-    """`in_python` for numba; `height` and `start` are numbers where it is called."""
+    """`in_python`, defined for numba; `height` and `start` are numbers in the call."""
     from numba.core import types
     from numba.core.typing import signature
     from numba.np.arrayobj import make_array

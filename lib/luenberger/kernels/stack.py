@@ -41,7 +41,7 @@ def plain() -> dict[str, Any]:
 
 
 def local_array() -> Any:
-    """A function for numba: ``array(9)`` is a new array of nine floats, not cleared.
+    """A definition for numba: ``array(9)`` is a new array of nine floats, not cleared.
 
     Its size is written out where it is called; it lives as long as the caller runs.
     """
@@ -69,7 +69,7 @@ def local_array() -> Any:
 
 
 def fetch_ahead() -> Any:
-    """A function for numba: ``fetch(X, row, k)`` asks for the line with ``X[row, k]``.
+    """A definition for numba: ``fetch(X, row, k)`` asks for the line of ``X[row, k]``.
 
     There may be no such row: what does not exist is not fetched.
     """

@@ -33,12 +33,12 @@ def to_rows_in_python(
 
 
 def to_lanes() -> Any:
-    """`to_lanes_in_python` for numba."""
+    """`to_lanes_in_python`, defined for numba."""
     return _turning(True)
 
 
 def to_rows() -> Any:
-    """`to_rows_in_python` for numba."""
+    """`to_rows_in_python`, defined for numba."""
     return _turning(False)
 
 
