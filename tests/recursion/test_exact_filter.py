@@ -2,7 +2,7 @@
 
 The problems are those of `exact_filter.problem`: rows of A and C that annihilate the
 uncertain direction, Q, R, P0 of every rank, S, gaps, accurate outputs, unstable modes
-and states in units from 1e-6 to 1e6.  The suite takes a few hundred of them; thousands
+and states in units from 1e-6 to 1e6.  The suite takes 120 of them; thousands
 more are run by
 
     SINGULAR_PROBLEMS=20000 pytest tests/recursion/test_exact_filter.py
