@@ -91,6 +91,16 @@ def test_powers_ask_for_larger_sizes():
     assert values[A].rows >= 5
 
 
+def test_a_product_over_no_columns_is_zero():
+    none = MatrixSymbol("none", n, 0)
+    values = model([(A, B + none * none.T)])
+    assert (
+        values[A] == values[B]
+        and not values[A].is_zero_matrix
+        and values[none].cols == 0
+    )
+
+
 @pytest.mark.parametrize(
     "relations",
     [

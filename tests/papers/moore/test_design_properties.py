@@ -48,7 +48,7 @@ def kappa(plant, k):
     return np.array(values)
 
 
-@quick
+@bounded(40)
 @given(seeds, sizes, st.integers(1, 3), times, st.integers(-6, 6), st.integers(-6, 6))
 def test_floats_of_any_scale(seed, n, p, dt, a, c):
     rng = np.random.default_rng(seed)
