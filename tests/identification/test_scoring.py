@@ -96,6 +96,15 @@ def test_scoring_leaves_what_it_has_no_information_of(monkeypatch):
     assert inverse is None and (found == theta).all()
 
 
+def test_steps_that_gain_nothing_are_not_taken():
+    """The slope promises a gain, and no step along it, however short, has one."""
+    plant, data = case(rows=40)
+    what = unknowns(plant, "diagonal")
+    theta, steep = np.zeros(what.count), (1.0, np.ones(what.count))
+    found, inverse = scoring.scored(what, lambda theta: steep, theta, data)
+    assert inverse is not None and (found == theta).all()
+
+
 @pytest.mark.parametrize("varying", [False, True])
 @pytest.mark.parametrize("start", [False, True])
 def test_compiled_rows_hold_the_same_information(varying, start, monkeypatch):
