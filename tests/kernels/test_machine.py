@@ -35,12 +35,17 @@ TEXTS = {
         "    if n < 1000000 or b[1000000000]:\n        v[1] = 7.0\n"
         "    if n > 1000000 and v[1000000000] > 0.0:\n        v[2] = 7.0"
     ),
-    "a chain": "b[0] = 1 <= n < 4\n    b[1] = 1 <= n < 3 or not b[3]",
+    "a chain": (
+        "b[0] = 1 <= n < 4\n    b[1] = 1 <= n < 3 or not b[3]\n    b[2] = 4 <= n < 9"
+    ),
     "loops that end early": (
         "s = 0.0\n    for i in range(1, n + 2, 2):\n"
         "        for j in range(i):\n            s += X[1, j]\n"
         "            if s > v[2]:\n                break\n        v[0] += s\n"
         "    v[1] = s"
+    ),
+    "a name that the next turn reads": (
+        "a = v[0]\n    for i in range(n):\n        v[i] = a\n        a = v[3] + i"
     ),
     "loops of no turn": "for i in range(n, n):\n        v[0] = 5.0",
     "names that are bound again": (
