@@ -2,14 +2,15 @@
 
 import shutil
 import subprocess
+from contextlib import nullcontext
 
 import numpy as np
 import pytest
 import sympy as sp
+from as_python import as_python
 from exact_stages import SIZES, exact_inputs, exact_step
 
 from luenberger.identification.derivation import weighed
-from luenberger.kernels import cache
 from luenberger.papers.kawazoe.derivation import measured_gain, next_entries
 from luenberger.papers.leondes_novak.derivation import (
     error_recursion,
@@ -46,15 +47,14 @@ def more_sizes(monkeypatch):
 
 
 @pytest.fixture(params=["numpy", "python", "numba", "c"])
-def backend(request, monkeypatch):
+def backend(request):
     """Beside the three, the text that numba compiles as Python runs it."""
-    if request.param in ("python", "numba"):
-        numba = pytest.importorskip("numba", reason="numba is an optional extra")
-        monkeypatch.setattr(numba.config, "DISABLE_JIT", request.param == "python")
-        cache.compiled.cache_clear()
+    if request.param == "numba":
+        pytest.importorskip("numba", reason="numba is an optional extra")
     if request.param == "c" and GCC is None:
         pytest.skip("there is no C compiler")
-    return {"python": "numba"}.get(request.param, request.param)
+    with as_python() if request.param == "python" else nullcontext():
+        yield {"python": "numba"}.get(request.param, request.param)
 
 
 def numbers(exact):
@@ -83,10 +83,9 @@ def test_all_results_agree_with_exact_arithmetic(backend):
 
 
 @pytest.mark.parametrize("stages", LISTS.values(), ids=LISTS)
-def test_loops_agree_with_exact_arithmetic(stages, monkeypatch):
-    numba = pytest.importorskip("numba", reason="numba is an optional extra")
-    monkeypatch.setattr(numba.config, "DISABLE_JIT", True)
-    agree(stages, "numba")
+def test_loops_agree_with_exact_arithmetic(stages):
+    with as_python():
+        agree(stages, "numba")
 
 
 @pytest.mark.skipif(GCC is None, reason="there is no C compiler")

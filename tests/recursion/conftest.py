@@ -1,7 +1,7 @@
 """Generated code as plain Python, each way of writing it, and the rows it leaves."""
 
-import numpy as np
 import pytest
+from as_python import as_python
 
 from luenberger import kernels
 from luenberger.kernels import cache, loops, solves, tiles
@@ -12,18 +12,9 @@ from luenberger.recursion import filter_pass
 @pytest.fixture
 def plain(monkeypatch):
     """The generated code as Python, without numba; nothing of it is kept."""
-    numba = pytest.importorskip("numba", reason="numba is an optional extra")
-    monkeypatch.setattr(numba.config, "DISABLE_JIT", True)
     monkeypatch.setattr(cache, "usable_folder", lambda: None)
-    forget()
-    with np.errstate(all="ignore"):  # as in compiled code
+    with as_python():
         yield
-    forget()
-
-
-def forget():
-    kernels.over_record.cache_clear()
-    cache.compiled.cache_clear()
 
 
 @pytest.fixture(params=["scalars", "loops", "large"])

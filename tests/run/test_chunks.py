@@ -6,6 +6,7 @@ from dataclasses import replace
 import generators
 import numpy as np
 import pytest
+from as_python import as_python
 from generators import holes
 
 import luenberger as lb
@@ -123,8 +124,6 @@ def test_memory_stays_flat(backend):
 @pytest.mark.parametrize("backend", ["numpy", "numba"])
 def test_patterns_of_missing_outputs_do_not_pile_up(backend, monkeypatch):
     """Of twelve outputs there are 4096; each would keep its matrices."""
-    numba = pytest.importorskip("numba", reason="numba is an optional extra")
-    monkeypatch.setattr(numba.config, "DISABLE_JIT", True)
     monkeypatch.setattr(settings_module, "PATTERNS", 20)
     monkeypatch.setattr(filter_stacks, "PATTERNS", 20)
     plant = lb.Plant(
@@ -136,9 +135,10 @@ def test_patterns_of_missing_outputs_do_not_pile_up(backend, monkeypatch):
     settings = settings_module.Settings(plant, 0)
     run, now = filter_pass.Pass(settings), start(settings, plant.x0, np.zeros(0))
     x = []
-    for part in np.split(y, 8):
-        now, found = run.over(now, part, np.zeros((10, 0)), backend == "numba")
-        x.extend(found.x)
+    with as_python():
+        for part in np.split(y, 8):
+            now, found = run.over(now, part, np.zeros((10, 0)), backend == "numba")
+            x.extend(found.x)
     wanted = lb.filter_data(plant, y, backend="numpy").x
     np.testing.assert_allclose(x, wanted, rtol=1e-12, atol=1e-12)
     assert len(settings._known) <= 20

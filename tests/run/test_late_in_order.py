@@ -10,6 +10,7 @@ import exact_filter
 import generators
 import numpy as np
 import pytest
+from as_python import as_python
 from generators import holes
 
 import luenberger as lb
@@ -104,15 +105,10 @@ def test_compiled_code_gives_the_same():
 @pytest.fixture(params=["numpy", "scalars", "loops"])
 def backend(request, monkeypatch):
     """Compiled code runs as Python, without numba; nothing of it is kept."""
-    numba = pytest.importorskip("numba")
-    monkeypatch.setattr(numba.config, "DISABLE_JIT", True)
     monkeypatch.setattr(cache, "usable_folder", lambda: None)
     monkeypatch.setattr(kernels, "UNROLLED", 0 if request.param == "loops" else 1000)
-    clear = kernels.over_record.cache_clear, cache.compiled.cache_clear
-    [one() for one in clear]
-    with np.errstate(all="ignore"):  # as in compiled code
+    with as_python():
         yield "numpy" if request.param == "numpy" else "numba"
-    [one() for one in clear]
 
 
 @pytest.mark.parametrize("name", ["a lag", "ragged"])

@@ -23,12 +23,16 @@ ASKED += [(module, "in_panels") for module in (given_gain, own_gain, lanes)]
 def as_python():
     """Within it numba compiles nothing, and what it compiled before is not used."""
     numba = pytest.importorskip("numba", reason="numba is an optional extra")
+    asked = [getattr(module, name) for module, name in ASKED]
+    before = [one.cache_info().misses for one in asked]
     with pytest.MonkeyPatch.context() as patch, np.errstate(all="ignore"):
         patch.setattr(numba.config, "DISABLE_JIT", True)
         for module, name in ASKED:  # which keep what they are asked for
             anew = functools.cache(getattr(module, name).__wrapped__)
             patch.setattr(module, name, anew)
         yield
+    after = [one.cache_info().misses for one in asked]
+    assert after == before, "code is kept as Python: a module asks in a way of its own"
 
 
 @pytest.fixture(params=["numpy", "python", "numba"])

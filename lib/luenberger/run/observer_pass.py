@@ -8,14 +8,8 @@ from functools import partial
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..kernels import (
-    Recursion,
-    at_hand,
-    entries_known,
-    may_be_at_hand,
-    over_record,
-    plain_array,
-)
+from .. import kernels
+from ..kernels import Recursion, at_hand, entries_known, may_be_at_hand, plain_array
 from ..numeric import Matrices, Matrix, Vector
 from ..observer import Observer
 from ..papers.leondes_novak.derivation import observer_step
@@ -108,7 +102,7 @@ def over_stacks(
     or 1, in all of a stack are known to the compiler; see `kernels.over_record`.
     """
     asked = _question(recursion, sizes, stacks)
-    step, changing, given = over_record(*asked), asked[-1], {}
+    step, changing, given = kernels.over_record(*asked), asked[-1], {}
     for name, X in stacks.items():
         part = X[here] if name in changing else X
         flat = part.reshape(len(part), X.shape[1] * X.shape[2])
