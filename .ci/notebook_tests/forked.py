@@ -1,4 +1,4 @@
-"""Kernels for nbval that start in a tenth of the time: each a fork of one process.
+"""Kernels that start in a tenth of the time: each a fork of one process.
 
 A kernel takes 2 s to load itself and the libraries of the notebooks.  A server does so
 once, and each kernel begins as a copy of it, in which no cell was run.  Where there is
@@ -22,15 +22,22 @@ LAUNCHER = ["-m", "ipykernel_launcher"]
 
 def use(*modules):
     """Let nbval fork its kernels of a process that has loaded these modules."""
-    if sys.platform == "linux":  # elsewhere libraries do not survive a fork
-        nbval.kernel.KernelManager = functools.partial(Manager, modules)
+    nbval.kernel.KernelManager = manager(KernelManager, modules)
 
 
-class Manager(KernelManager):
-    def __init__(self, modules, **options):
-        super().__init__(**options)
-        self.provisioner = Provisioner(kernel_spec=self.kernel_spec, parent=self)
-        self.provisioner.modules = modules
+@functools.cache
+def manager(kind, modules):
+    """A class of kernel managers of a `kind`, which forks where a fork is sound."""
+    if sys.platform != "linux":  # elsewhere libraries do not survive a fork
+        return kind
+
+    class Manager(kind):
+        def __init__(self, **options):
+            super().__init__(**options)
+            self.provisioner = Provisioner(kernel_spec=self.kernel_spec, parent=self)
+            self.provisioner.modules = modules
+
+    return Manager
 
 
 class Provisioner(LocalProvisioner):
@@ -39,7 +46,7 @@ class Provisioner(LocalProvisioner):
     async def launch_kernel(self, cmd, **options):
         if cmd[1:3] == LAUNCHER:
             asked = {"arguments": cmd[3:], "env": options["env"]}
-            cwd = os.fspath(options.get("cwd") or Path.cwd())
+            cwd = os.path.abspath(options.get("cwd") or ".")
             try:
                 self.process = server(cmd[0], self.modules).kernel(cwd=cwd, **asked)
             except (OSError, ValueError):

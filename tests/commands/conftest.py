@@ -24,3 +24,14 @@ def peaks(monkeypatch):
     monkeypatch.setattr(csv_reader.Table.__init__, "__defaults__", (1 << 15,))
     monkeypatch.setattr(estimate_csv, "write", traced)
     return found
+
+
+@pytest.fixture
+def forked_kernels(monkeypatch):
+    """Reports that this process makes run in kernels that are forked, as notebooks."""
+    import jupyter_client
+    from loaded_by_kernels import MODULES
+    from notebook_tests import forked
+
+    forking = forked.manager(jupyter_client.AsyncKernelManager, MODULES)
+    monkeypatch.setattr(jupyter_client, "AsyncKernelManager", forking)

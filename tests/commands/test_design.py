@@ -12,10 +12,10 @@ import sys
 
 import numpy as np
 import pytest
-from interrupts import heeding
+from interrupts import sigint  # noqa: F401  a fixture
 
 import luenberger as lb
-from luenberger.commands import main
+from luenberger.commands import design, main
 from luenberger.compare import METHODS
 
 ROOT = pathlib.Path(__file__).parents[2]
@@ -36,8 +36,8 @@ def command(*arguments, cwd, **options):
 
 
 @pytest.fixture
-def inside(monkeypatch, capfd):
-    """The same command without a process of its own, for mistakes seen at once."""
+def inside(monkeypatch, capfd, forked_kernels):
+    """The same command without a process of its own, and its kernel is a fork."""
 
     def run(*arguments, cwd):
         monkeypatch.chdir(cwd)
@@ -307,20 +307,20 @@ def test_a_dry_run_names_what_a_run_writes(reported, inside, tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_interrupted_run_leaves_nothing(tmp_path):
-    run = subprocess.Popen(
-        heeding("-m", "luenberger", "design", PLANTS / "tracker.json", "--out", "r"),
-        cwd=tmp_path,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-    for line in run.stderr:
-        if line.startswith("step 2"):
-            break
-    assert list(tmp_path.iterdir())  # the working folder, beside the one to come
-    run.send_signal(signal.SIGINT)
-    assert "interrupted" in run.communicate(timeout=60)[1]
-    assert run.returncode == 130 and list(tmp_path.iterdir()) == []
+@pytest.mark.usefixtures("sigint")
+@pytest.mark.skipif(os.name == "nt", reason="signals are POSIX's")
+def test_interrupted_run_leaves_nothing(inside, monkeypatch, tmp_path):
+    beside = []  # the working folder, next to the one to come
+
+    def interrupting(step, steps, title):
+        if step == 2:
+            beside.extend(tmp_path.iterdir())
+            signal.raise_signal(signal.SIGINT)
+
+    monkeypatch.setattr(design, "_show_progress", interrupting)
+    run = inside(PLANTS / "tracker.json", "--out", "r", cwd=tmp_path)
+    assert (run.returncode, run.stdout) == (130, "") and "interrupted" in run.stderr
+    assert beside and list(tmp_path.iterdir()) == []
 
 
 def test_a_second_report_on_a_combination_of_the_states(reported, inside, tmp_path):

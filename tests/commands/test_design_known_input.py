@@ -81,6 +81,7 @@ def plain(U):
     return as_data("plant", U) if isinstance(U, lb.Plant) else np.asarray(U).tolist()
 
 
+@pytest.mark.usefixtures("forked_kernels")
 def test_a_report_under_a_model_of_the_input(here, capfd):
     """Error figures, transients and bounds of a design that the input disturbs."""
     MODEL.to_json("u.json")

@@ -1,6 +1,5 @@
 """Kernels that are forked: nothing is left of another, and none dies unnoticed."""
 
-import functools
 import os
 import signal
 import sys
@@ -17,9 +16,10 @@ pytestmark = pytest.mark.skipif(
 def start(monkeypatch, tmp_path):
     """Start a kernel as nbval does."""
     import nbval.kernel
+    from jupyter_client.manager import KernelManager
     from notebook_tests import forked
 
-    manager = functools.partial(forked.Manager, ("json",))
+    manager = forked.manager(KernelManager, ("json",))
     monkeypatch.setattr(nbval.kernel, "KernelManager", manager)
     started = []
 
@@ -74,7 +74,8 @@ def test_a_kernel_begins_where_no_cell_was_run(start, tmp_path, monkeypatch):
     assert says(first, "mine, json.mine, os.environ['MINE']") == "(1, 2, '3')"
     (tmp_path / "other").mkdir()
     monkeypatch.setenv("GIVEN", "later")
-    other = start(tmp_path / "other")
+    monkeypatch.chdir(tmp_path)  # not the folder in which the server was started
+    other = start("other")
     assert type(process(other)) is type(process(first))
     assert process(other).server is process(first).server
     assert says(other, "mine") == "NameError"

@@ -1,0 +1,15 @@
+"""What kernels of this project find loaded when they are forked."""
+
+MODULES = (
+    "luenberger",
+    "luenberger.compare",
+    "luenberger.kernels.numpy",
+    "luenberger.papers.kawazoe.derivation",
+    "luenberger.papers.leondes_novak.derivation",
+    "luenberger.plot",
+    "luenberger.report.content",
+    "luenberger.show",
+    "matplotlib.pyplot",
+    "numpy",
+    "sympy",
+)
