@@ -79,7 +79,7 @@ def test_same_table_from_any_executor(here):
     spawn = multiprocessing.get_context("spawn")
     with concurrent.futures.ThreadPoolExecutor(3) as threads:
         assert as_data(lb.sweep(DESIGNS, PLANTS, executor=threads)) == as_data(here)
-    with concurrent.futures.ProcessPoolExecutor(2, mp_context=spawn) as processes:
+    with concurrent.futures.ProcessPoolExecutor(1, mp_context=spawn) as processes:
         assert as_data(lb.sweep(DESIGNS, PLANTS, executor=processes)) == as_data(here)
 
 

@@ -47,7 +47,7 @@ def test_processes_change_no_bit(many):
     spawn = multiprocessing.get_context("spawn")
     how = dict(backend="numpy", gradient=True)
     wanted = lb.log_likelihood(PLANT, *many, **how)
-    with concurrent.futures.ProcessPoolExecutor(2, mp_context=spawn) as executor:
+    with concurrent.futures.ProcessPoolExecutor(1, mp_context=spawn) as executor:
         same(lb.log_likelihood(PLANT, *many, executor=executor, **how), wanted)
 
 

@@ -11,7 +11,10 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-CONFTEST = "from notebook_tests.in_pytest import *\n"
+CONFTEST = """from notebook_tests import forked
+from notebook_tests.in_pytest import *
+forked.use("matplotlib.figure")
+"""
 SETTINGS = """[pytest]
 pythonpath = .ci
 addopts = -p no:cacheprovider --nbval --nbval-current-env
