@@ -169,6 +169,15 @@ def test_operations_are_those_that_are_done(stages, options, n, p, tmp_path):
     assert stored <= 2 * sum(X.size for X in tables.values())
 
 
+def test_a_matrix_of_one_entry_has_no_rows_to_step_over():
+    """`i * 1` and `1 - j` are code without effect, which MISRA's rule 2.2 forbids."""
+    program = lower(update(), symmetric=["Omega", "R"])
+    results = {k: (f"out_{k}", 1) for k in program.results}
+    text, _, _ = written(program, {"n": 6, "p": 1, "m": 2}, results)
+    assert "unit_pivots1(" in text and "unit_forward1(" in text
+    assert not re.search(r"\b1 [*-]|[*] 1\b|[(]0 [*]", text)
+
+
 def test_panels_cover_every_row_once():
     for rows_, most in [(1, 4), (4, 4), (5, 4), (13, 6), (14, 6), (52, 6), (100, 6)]:
         covered = [

@@ -13,9 +13,10 @@ import pytest
 from luenberger import kernels
 from luenberger.fleets import given_gain, own_gain
 from luenberger.kernels import cache
+from luenberger.kernels import lanes as kernel_lanes
 from luenberger.smoothing import lanes
 
-ASKED = [(kernels, "over_record"), (cache, "compiled")]
+ASKED = [(kernels, "over_record"), (cache, "compiled"), (kernel_lanes, "in_lanes")]
 ASKED += [(module, "in_panels") for module in (given_gain, own_gain, lanes)]
 
 

@@ -98,3 +98,10 @@ def entry(name: str, *parts: tuple[int | str, int | str]) -> str:
         else:
             texts.append(f"{count} * {stride}")
     return f"{name}[{' + '.join(texts) or '0'}]"
+
+
+def pointer(array: str, *parts: tuple[str, str]) -> str:
+    """A pointer to an entry."""
+    text = entry(array, *parts)
+    index = text[len(array) + 1 : -1]
+    return array if index == "0" else f"{array} + {index}"

@@ -10,7 +10,7 @@ from fractions import Fraction
 
 from ..program import IDENTITY, Factor, Operand, Substitute
 from ..writer import bounds
-from .panels import entry, runs
+from .panels import entry, pointer, runs
 from .store import Store
 
 BLOCK = 4  # rows that are eliminated at once, at most
@@ -49,19 +49,24 @@ class Elimination:
         self.store.count(size * (bool(step.tol) + bool(step.tol and step.beside)))
         for first, last, height in parts(size):
             to.panels("i", first, last, height)
-            to.index("j", f"i - i % {self.panels.rows.lanes}")
-            at, x = f"i * {row}", f"{m} + i * {row}"
+            j, width = "0", row  # where a row begins, and what is left of it
+            if size > 1:
+                j, width = "j", f"{row} - j"
+                to.index(j, f"i - i % {self.panels.rows.lanes}")
+            x = pointer(m, ("i", row))
+            at = ("i", row), (j, "1")
             if first:
                 x = store.block("panel", height, size)
                 less = self.less(height, ("1", row), row, row, row)
-                self.call(less, f"{row} - j", "i", f"{M}_s + i", f"{M}_u + j",
-                          f"{m} + {at} + j", f"{x} + j")  # fmt: skip
+                self.call(less, width, "i", f"{M}_s + i", f"{M}_u + j",
+                          pointer(m, *at), f"{x} + j")  # fmt: skip
             pivots = self.panels.pivots(height, row, step.known)
             given = f"{x} + i", f"{M}_least + i", *self.rim(M, height)
             to.need_call(pivots, given)
             forward = self.panels.forward(height, row, row)
-            self.call(forward, f"{row} - j", f"{x} + j", *self.rim(M, height),
-                      f"{M}_u + {at} + j", f"{M}_s + {at} + j")  # fmt: skip
+            ahead = pointer(x, (j, "1")), *self.rim(M, height)
+            made = pointer(f"{M}_u", *at), pointer(f"{M}_s", *at)
+            self.call(forward, width, *ahead, *made)
             to.end()
             for i in range(first, last, height):
                 self.count_panel(height, size - i, i)
@@ -110,7 +115,7 @@ class Elimination:
         to, (first, last, height), (x, x_row) = self.to, run, right
         m_row, row = self.store.line(self.size(M)), self.store.line(cols)
         width = self.store.width(self.size(M), cols)
-        at, right_at = f"i * {row}", f"{x} + i * {x_row}"
+        right_at = pointer(x, ("i", x_row))
         to.panels("i", first, last, height)
         if first:
             x, x_row = self.store.block("panel", height, cols), row
@@ -118,8 +123,8 @@ class Elimination:
             self.call(less, width, "i", f"{M}_s + i", u, right_at, x)
         forward = self.panels.forward(height, x_row, row)
         given = x if first else right_at
-        self.call(forward, width, given, *self.rim(M, height), f"{u} + {at}",
-                  f"{s} + {at}")  # fmt: skip
+        made = pointer(u, ("i", row)), pointer(s, ("i", row))
+        self.call(forward, width, given, *self.rim(M, height), *made)
         to.end()
         for i in range(first, last, height):
             self.count_panel(height, cols, i)
@@ -134,15 +139,15 @@ class Elimination:
         to.panels("above", first, last, height)
         low = last - height + first
         to.index("i", f"{low} - above" if low else "above")  # 0: one panel
-        x = f"{s} + i * {row}"
+        x = right = pointer(s, ("i", row))
         if last < size:
             x = self.store.block("panel", height, cols)
             to.index("k", f"i + {height}")
             less = self.less(height, (m_row, "1"), row, row, row)
             self.call(less, width, f"{size} - k", f"{M}_s + i * {m_row} + k",
-                      f"{d} + k * {row}", f"{s} + i * {row}", x)  # fmt: skip
+                      pointer(d, ("k", row)), right, x)  # fmt: skip
         backward = self.panels.backward(height, row, row)
-        self.call(backward, width, x, *self.rim(M, height)[:-1], f"{d} + i * {row}")
+        self.call(backward, width, x, *self.rim(M, height)[:-1], pointer(d, ("i", row)))
         to.end()
         for i in range(first, last, height):
             rest = size - i - height

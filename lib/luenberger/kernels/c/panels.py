@@ -15,6 +15,7 @@ from fractions import Fraction
 from ..program import Roots
 from ..tiles import runs as runs
 from ..writer import entry as entry
+from ..writer import pointer as pointer
 from .tables import PaddedRows
 from .writer import C
 

@@ -25,7 +25,7 @@ from ..program import (
 )
 from . import guards
 from .elimination import Elimination
-from .panels import Panels, entry, runs
+from .panels import Panels, pointer, runs
 from .store import Store
 from .writer import C
 
@@ -168,10 +168,11 @@ class _Rows:
             )  # fmt: skip
 
             def call(i: str, j: str, columns: str) -> None:
-                given = [columns, str(inner), _to(a, (i, down)), _to(array, (j, "1"))]  # noqa: B023
+                given = [columns, str(inner), pointer(a, (i, down))]  # noqa: B023
+                given.append(pointer(array, (j, "1")))  # noqa: B023
                 if start:
-                    given.append(_to(c, (i, c_row), (j, "1")))
-                given.append(_to(d, (i, d_row), (j, "1")))
+                    given.append(pointer(c, (i, c_row), (j, "1")))
+                given.append(pointer(d, (i, d_row), (j, "1")))
                 self.to.call(what, given)  # noqa: B023
 
             self.each(first, last, height, width, half, call)
@@ -218,10 +219,3 @@ class _Rows:
         self.to.set(self.store.at(target, "i", "i"), number, sign)
         self.to.end()
         self.store.count(rows)
-
-
-def _to(array: str, *parts: tuple[str, str]) -> str:
-    """A pointer to an entry."""
-    text = entry(array, *parts)
-    index = text[len(array) + 1 : -1]
-    return array if index == "0" else f"{array} + {index}"
