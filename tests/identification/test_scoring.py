@@ -105,6 +105,26 @@ def test_steps_that_gain_nothing_are_not_taken():
     assert inverse is not None and (found == theta).all()
 
 
+def test_a_step_to_what_is_no_covariance_is_halved(monkeypatch):
+    """R is nearly singular, and so the step too long for the digits of its factor."""
+    plant, data = case(rows=40, n=2)
+    what, slope, steps = unknowns(plant, "diagonal"), np.eye(5)[4], []
+    theta, step_to = np.array([0, 0, -0.3, -0.7, -18.0]), scoring.moved
+
+    def moved(what, theta, step):
+        steps.append(step)
+        return step_to(what, theta, step if len(steps) < 3 else 1e-30 * step)
+
+    monkeypatch.setattr(scoring, "moved", moved)
+    falls = lambda at: (1.0, slope) if (at == theta).all() else (0.0, 0 * slope)  # noqa: E731
+    found, inverse = scoring.scored(what, falls, theta, data)
+    with pytest.raises(np.linalg.LinAlgError):
+        step_to(what, theta, steps[1])
+    np.testing.assert_array_equal(steps[2], steps[0] / 4)
+    np.testing.assert_array_equal(found, step_to(what, theta, 1e-30 * steps[2]))
+    assert inverse is not None
+
+
 @pytest.mark.parametrize("varying", [False, True])
 @pytest.mark.parametrize("start", [False, True])
 def test_compiled_rows_hold_the_same_information(varying, start, monkeypatch):

@@ -48,7 +48,10 @@ def scored(
         if not -(slope @ step) * count > NEAR:
             break
         for k in range(HALVES):
-            tried = moved(unknowns, theta, step / 2**k)
+            try:
+                tried = moved(unknowns, theta, step / 2**k)
+            except np.linalg.LinAlgError:  # too far for the digits of a covariance
+                continue
             found, its_slope = objective(tried)
             if found < value:
                 break
