@@ -148,6 +148,17 @@ def test_a_mistake_is_spotted_in_any_form():
     assert same([a, 1], [a, 1]) and not same([a, 1], [a, 1, 1])
 
 
+def test_an_answer_is_the_same_as_far_as_its_symbols_go():
+    """Numbers that a symbol cannot have refute nothing."""
+    b, k = sp.Symbol("b", negative=True), sp.Symbol("k", even=True)
+    T = sp.MatrixSymbol("T", 2, 2)
+    assert same(sp.sqrt(b**2), -b) and not same(sp.sqrt(b**2), b)
+    assert same((-1) ** (k + b), (-1) ** b) and same(T[0, 1] + T[0, 0], sum(T[0, :]))
+    assert same(1 / a + 1 / (1 - a), 1 / (a - a**2)) and not same(1 / a, 1 / (1 - a))
+    assert not same(T[0, 0], T[0, 1]) and not same(sp.sqrt(b), b)
+    assert same(sp.sin(a) ** 2 + sp.cos(a) ** 2, 1) and not same(a / (a - 2), 0)
+
+
 def test_numbers_of_a_student_are_spread_and_stay():
     drawn = [pick(f"student {k}", "factor", range(5)) for k in range(300)]
     assert min(drawn.count(value) for value in range(5)) > 30

@@ -19,6 +19,7 @@ import subprocess
 import sys
 import tomllib
 import zipfile
+from functools import cache
 from types import CodeType
 
 import browsing
@@ -62,6 +63,7 @@ def answers(notebook):
     return code, {k: c for k, c in solved.items() if k not in code}, checks
 
 
+@cache
 def tried(name):
     """The answers that are tried on an assignment, by kind."""
     text = (ROOT / "tests" / "course" / f"{name}.toml").read_text(encoding="utf-8")
@@ -109,16 +111,18 @@ def graded(check, names):
 
 @pytest.fixture(scope="module")
 def solved():
-    """The names that an assignment leaves behind, run from top to bottom once."""
+    """The names that an assignment leaves behind, and its checks, run through once."""
     kept = {}
 
     def run(name):
         if name not in kept:
-            kept[name] = {"__name__": name}
-            for cell in assignment(name)["cells"]:
+            notebook, names = assignment(name), {"__name__": name}
+            for cell in notebook["cells"]:
                 if cell["cell_type"] == "code":
-                    exec(cell["source"], kept[name])
-        return dict(kept[name])
+                    exec(cell["source"], names)
+            kept[name] = names, answers(notebook)[2]
+        names, checks = kept[name]
+        return dict(names), checks
 
     return run
 
@@ -193,7 +197,7 @@ CARRIED = [(name, each) for name in NAMES for each in carried(name)]
 @pytest.mark.parametrize("name, each", CARRIED)
 def test_an_error_does_not_carry_forward(name, each, solved):
     """What follows from a wrong answer has all its points, and the wrong one none."""
-    names, checks = solved(name), answers(assignment(name))[2]
+    names, checks = solved(name)
     for code in each["answers"].values():
         exec(code, names)
     fails = set()
@@ -212,7 +216,7 @@ MISTAKES = [(name, mistake) for name in NAMES for mistake in mistakes(name)]
     "name, mistake", MISTAKES, ids=[f"{name}-{m['says']}" for name, m in MISTAKES]
 )
 def test_a_wrong_answer_gets_its_lesson(name, mistake, solved):
-    names, (_, _, checks) = solved(name), answers(assignment(name))
+    names, checks = solved(name)
     exec(mistake["code"], names)
     for k, check in enumerate(mistake["fails"]):
         if check in mistake.get("marks", {}):
@@ -234,7 +238,7 @@ OTHERS = [(name, other) for name in NAMES for other in tried(name).get("right", 
     "name, other", OTHERS, ids=[f"{name}-{other['form']}" for name, other in OTHERS]
 )
 def test_a_right_answer_in_another_form_passes(name, other, solved):
-    names, checks = solved(name), answers(assignment(name))[2]
+    names, checks = solved(name)
     exec(other["code"], names)
     passes = owned(name, [other["answer"]])
     assert passes

@@ -16,7 +16,33 @@ def same(left: Any, right: Any) -> bool:
     (True, False)
     """
     left, right = sp.Matrix([left]), sp.Matrix([right])
-    return left.shape == right.shape and not any((left - right).applyfunc(sp.simplify))
+    if left.shape != right.shape:
+        return False
+    rest = [sp.sympify(entry) for entry in left - right]
+    if any(map(_differs_at_primes, rest)):
+        return False
+    return not any(sp.simplify(entry) for entry in rest if sp.expand(entry) != 0)
+
+
+def _differs_at_primes(rest: sp.Expr) -> bool:
+    """Whether an expression is a rational number other than zero at the first primes.
+
+    Then it is not zero, which `simplify` would find as well, and much later.
+    """
+    some = sorted(rest.free_symbols, key=str)
+    values = {symbol: sp.Integer(sp.prime(k)) for k, symbol in enumerate(some, 1)}
+    if not all(_may_be(symbol, value) for symbol, value in values.items()):
+        return False
+    value = rest.subs(values)
+    return bool(value.is_Rational and value != 0)
+
+
+def _may_be(symbol: Any, value: sp.Integer) -> bool:
+    """Whether all that is supposed of a scalar symbol is true of a number."""
+    supposed = symbol.assumptions0 if isinstance(symbol, sp.Symbol) else {"scalar": 1}
+    return all(
+        getattr(value, f"is_{name}", None) is so for name, so in supposed.items()
+    )
 
 
 def spot(
