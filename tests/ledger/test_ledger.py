@@ -368,7 +368,7 @@ def public(used):
     package, *path = used.split(".")
     found = lb if package == "luenberger" else None
     for part in path:
-        if part.startswith("_") or part not in vars(found):
+        if part.startswith("_") or not hasattr(found, part):
             return False
         found = getattr(found, part)
     return callable(found) and bool(found.__doc__)
