@@ -26,9 +26,11 @@ import pytest
 class Order:
     def pytest_collection_modifyitems(self, items):
         items.sort(key=lambda one: one.nodeid, reverse={reverse})
-options = ["-n", "0", "-q", "-p", "no:cacheprovider", "--color=no"]
+options = ["-q", "-p", "no:cacheprovider", "--color=no", "-o", "addopts="]
+options += ["--import-mode=importlib", "-p", "collecting"]
 sys.exit(pytest.main([*options, *sys.argv[1:]], plugins=[Order()]))
 """
+ALONE = {"PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}  # no notebooks, no workers
 PLACES = {
     "a job in the background": (
         ["formats/test_atomic.py::test_permissions",
@@ -58,7 +60,7 @@ def test_some_of_the_suite_passes_elsewhere(tmp_path, tests, shell, environment)
         [sys.executable, "-c", ELSEWHERE.format(**shell), "--basetemp", tmp_path / "b"]
         + [TESTS / line for line in tests],
         cwd=TESTS.parent,
-        env={name: os.environ[name] for name in kept} | environment,
+        env={name: os.environ[name] for name in kept} | environment | ALONE,
         capture_output=True,
         text=True,
         encoding="utf-8",

@@ -111,7 +111,7 @@ def toy(tmp_path_factory):
 
 def run(toy, *places, **options):
     command = [sys.executable, str(HERE), *places, "--repository", str(toy)]
-    command += ["--package", "toy", "--preload", "", "--patience", "1"]
+    command += ["--package", "toy", "--preload", "", "--patience", "0.2"]
     command += [f"--{name}={value}" for name, value in options.items()]
     environment = os.environ | {
         "XDG_CACHE_HOME": str(toy / "cache"),
