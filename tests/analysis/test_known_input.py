@@ -107,6 +107,18 @@ def test_moments_from_the_start_on(steps, what):
     np.testing.assert_allclose(found, wanted, rtol=1e-10)
 
 
+def test_a_model_without_a_start_has_run_for_long():
+    """Its P0 is then what its own noise keeps up, by hand Q / (1 - A^2)."""
+    rng = np.random.default_rng(4)
+    plant = generators.plant(rng, 2, 1, m=1, radius=0.6)
+    observer = unfit(rng, plant)
+    given = dict(A=[[0.6]], B=None, C=[[1]], dt=1.0, Q=[[3.2]], R=[[0.1]])
+    models = (lb.Plant(**given, P0=P0) for P0 in (None, [[5.0]], [[4.0]]))
+    runs = [lb.error_covariance(observer, plant, steps=3, U=U) for U in models]
+    np.testing.assert_allclose(runs[0], runs[1], rtol=1e-12)
+    assert generators.relative(runs[0], runs[2]) > 1e-3
+
+
 @pytest.mark.parametrize("what", ["exact in A and C", "nothing exact"])
 @pytest.mark.parametrize("multiplicative", [False, True])
 def test_the_steady_state_is_where_the_steps_lead(what, multiplicative):

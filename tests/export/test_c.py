@@ -371,6 +371,21 @@ def test_a_small_variance_is_judged_by_its_own_row_of_A(tmp_path):
         assert (Omega[0, 0] > 0) == kept and Omega[1, 1] == 1
 
 
+@unbounded
+@pytest.mark.parametrize("cross", [False, True], ids=["S = 0", "S"])
+def test_every_way_to_the_next_sample_settles_omega(cross, tmp_path):
+    """With every output, and by `predict` where one did not arrive: it comes last."""
+    code, _ = to_c(plant(2, 2, cross=cross), tmp_path, name="unit")
+    bodies = re.findall(
+        r"^static \w+ unit_(\w+)\([^{]*\n{(.*?)^}", code.read_text(), re.M | re.S
+    )
+    makes = {name: body for name, body in bodies if "state->Omega[0] =" in body}
+    assert {"complete", "predict"} <= set(makes)
+    for name in ("complete", "predict"):
+        text = makes[name]
+        assert text.index("unit_settle(") > text.rindex("state->Omega["), name
+
+
 @needs_compiler
 @pytest.mark.parametrize("m1", [0, 1], ids=["Kalman", "treated as exact"])
 @pytest.mark.parametrize("unit", [1e-5, 1e-7])

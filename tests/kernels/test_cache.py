@@ -206,6 +206,20 @@ def test_foreign_text_is_never_run(home, compilations):
     assert path.read_text() == ours
 
 
+def test_a_text_that_others_can_change_is_written_anew(home, compilations):
+    """It says what it should, and might say something else a moment later."""
+    doubled()
+    (path,) = kept(home, "luenberger_*.py")
+    if os.name != "nt":
+        path.chmod(0o666)
+        doubled()
+        assert cache.ours(path)
+    path.rename(path.with_suffix(".away"))
+    path.symlink_to(path.with_suffix(".away"))
+    doubled()
+    assert not path.is_symlink()
+
+
 def test_foreign_machine_code_is_never_loaded(home, compilations, tmp_path):
     """Somebody else's files under our names: a pickle that would call what it likes."""
     doubled()

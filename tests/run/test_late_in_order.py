@@ -18,7 +18,7 @@ from luenberger import kernels
 from luenberger.kernels import cache, cost
 from luenberger.kernels.program import Assign
 from luenberger.recursion import late_step
-from luenberger.recursion.late_passage import END
+from luenberger.recursion.late_passage import END, Ends, Stretches, gone_through
 from luenberger.recursion.late_passage import SILENT as SILENT_END
 from luenberger.recursion.late_stretches import PAIR, ROW, SILENT, Rows, Singles
 
@@ -119,6 +119,19 @@ def test_generated_code_gives_the_same(name, backend):
     y = holes(rng, y) if name == "ragged" else y
     arrival = waits(rng, plant.p)[name]
     assert compared(plant, y, u, u0, arrival, backend=backend) < 1e-12
+
+
+def test_no_estimate_is_good_from_where_compiled_code_gives_up(backend):
+    """P of the second row has lost its digits; what follows is not computed."""
+    ones = np.ones((3, 1))
+    stretches = Stretches(ones, ones, ones, ones, ones)
+    begun = Ends(ones, np.array([[1.0], [-0.5], [1]]), np.ones(3, dtype=bool))
+    index, compile = np.arange(3), backend == "numba"
+    ends = gone_through(begun, index, stretches, index, compile, silent=False)
+    if compile:
+        assert not ends.good[1:].any()
+    else:
+        np.testing.assert_array_equal(ends.good, [True, False, True])
 
 
 def alone(kind, rng, p):

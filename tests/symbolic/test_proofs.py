@@ -26,6 +26,8 @@ from luenberger.symbolic import (
     prove,
 )
 from luenberger.symbolic.checker import complaints, fact
+from luenberger.symbolic.models import denial
+from luenberger.symbolic.reasons import follows
 
 n, m = sp.symbols("n m", integer=True, positive=True)
 A, B, C, S = (MatrixSymbol(name, n, n) for name in "ABCS")
@@ -208,6 +210,15 @@ def test_what_is_not_proved_says_how_far_it_went():
     short = [("inverses", Limit(steps=5))]
     with pytest.raises(Unproved, match="limit at degree 2;"):
         prove(*parts(TRUE["pseudo-inverse is unique"]), limits=short)
+
+
+def test_a_line_that_no_model_denies_need_not_follow():
+    """A'A = 0 makes a real A zero, which the prover does not see: no reason is idle."""
+    zero = ZeroMatrix(n, n)
+    squares = Relation("no squares", A.T * A, zero)
+    assert denial(A, zero, (squares,), ()) is None
+    assert not follows(A, zero, (squares,), ())
+    assert follows(B * A.T * A, zero, (squares,), ())
 
 
 def test_left_over_spells_composites_out():

@@ -372,6 +372,17 @@ def test_units_of_an_output_do_not_matter(scale, m1, perfect):
     np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-10 * np.abs(wanted).max())
 
 
+def test_without_process_noise_the_gain_is_found_though_nothing_stays_uncertain():
+    """Every covariance goes to zero, so only the measurements give a scale."""
+    plant = lb.Plant(
+        [[0.5, 1], [0, 0.3]], None, np.eye(2), dt=1.0, Q=np.zeros((2, 2)),
+        R=np.diag([0, 1]),
+    )  # fmt: skip
+    observer = lb.kalman_filter(plant)
+    assert np.abs(np.linalg.eigvals(observer.F)).max() < 1
+    np.testing.assert_allclose(lb.error_covariance(observer, plant), 0, atol=1e-12)
+
+
 @pytest.mark.parametrize("scale", SCALES)
 def test_units_of_a_state_do_not_matter(scale):
     """A state in other units: the Kalman filter is the same in those units."""
