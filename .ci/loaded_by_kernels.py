@@ -9,7 +9,10 @@ MODULES = (
     "luenberger.plot",
     "luenberger.report.content",
     "luenberger.show",
+    "luenberger.symbolic",
     "matplotlib.pyplot",
+    "numba",
     "numpy",
+    "scipy.optimize",
     "sympy",
 )

@@ -30,6 +30,24 @@ def load(names):
             pass
 
 
+def rehearse():
+    """Format an error once; kernels then have what is slow the first time."""
+    try:
+        from IPython.core.ultratb import FormattedTB
+
+        FormattedTB(mode="Context", tb_offset=0).text(*an_error())
+    except Exception:
+        pass
+
+
+def an_error():
+    """Class, error and traceback of one, with lines of Python to colour."""
+    try:
+        raise ValueError("not of a notebook")
+    except ValueError:
+        return sys.exc_info()
+
+
 def serve():
     """Answer until stdin ends.  Gives in a new kernel what was asked, else nothing."""
     for line in sys.stdin:
@@ -68,6 +86,7 @@ def become_a_kernel(arguments, cwd, env):
 if __name__ == "__main__":
     del sys.path[0]  # the folder of this file; a kernel has its own in its place
     load([*OF_A_KERNEL, *sys.argv[1:]])
+    rehearse()
     gc.freeze()  # kernels share what is loaded, as long as none touches it
     if kernel := serve():
         become_a_kernel(**kernel)

@@ -87,6 +87,12 @@ def test_a_kernel_begins_where_no_cell_was_run(start, tmp_path, monkeypatch):
     assert says(other, "[one for one in sys.path if 'notebook_tests' in one]") == "[]"
 
 
+def test_a_kernel_has_what_formats_its_first_error(start):
+    kernel = start()
+    run(kernel, "import sys")
+    assert says(kernel, "'pygments.lexers.python' in sys.modules") == "True"
+
+
 def test_a_figure_is_shown_where_its_cell_ends(start):
     """The backend asks when it is loaded what it draws for."""
     kernel, shown = start(), []

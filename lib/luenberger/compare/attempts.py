@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -161,7 +162,7 @@ class Attempt:
         found = self.ratios
         return None if found is None else float(found.mean()) if len(found) else 1.0
 
-    @property
+    @cached_property
     def error(self) -> float | None:
         """What designs are ranked by, the largest of `ratios`.
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -89,7 +90,7 @@ class Comparison(Reviews, ReadOnly):
         calm = [one for one in self.designs if not one.disturbed]
         return self.ranked or calm or self.designs
 
-    @property
+    @cached_property
     def yardstick(self) -> Attempt | None:
         """What the others are measured against, the most accurate design.
 

@@ -52,15 +52,16 @@ def pareto(table: Comparison, ax: Axes | None = None, *, by: str | None = None) 
         raise ValueError(f"no error is known, so nothing can be weighed. {reasons}")
     least = getattr(front[-1], what)
     highest = FAR * least if least > 0 else np.inf
-    if table.chosen is not None:  # under a small budget it may be far
-        highest = max(highest, table.chosen.error)
+    chosen = table.chosen
+    if chosen is not None:  # under a small budget it may be far
+        highest = max(highest, chosen.error)
     near = [one for one in table.judged if getattr(one, what) <= highest]
     line = [one for one in front if one in near]
     ax.step(*_points(line, by, what), where="post", color="0.6", lw=1, label="front")
     _markers(table, near, ax, by)
     _limit(table, ax, by)
-    if table.chosen is not None:
-        star = _points([one for one in near if one is table.chosen], by, what)
+    if chosen is not None:
+        star = _points([one for one in near if one is chosen], by, what)
         beside = ScaledTranslation(-10 / 72, 0, ax.figure.dpi_scale_trans)
         look: Look = dict(label="recommended", clip_on=False)
         ax.plot(*star, "k*", ms=9, transform=ax.transData + beside, **look)
