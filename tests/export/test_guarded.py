@@ -8,7 +8,6 @@ from fractions import Fraction
 import generators
 import numpy as np
 import pytest
-from every_pair import every_pair
 
 import luenberger as lb
 from luenberger.export import to_c
@@ -172,9 +171,11 @@ def untouched(what, Omega, Sigma, ahead):
 
 
 @needs_compiler
-@every_pair(size=list(SIZES), kind=KINDS, dtype=["double", "float"])
-def test_no_step_errs_by_more_than_its_bound(size, kind, dtype, tmp_path):
-    (n, p), rng = SIZES[size], np.random.default_rng(1)
+@pytest.mark.parametrize("dtype", ["double", "float"])
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("n, p", SIZES.values(), ids=SIZES)
+def test_no_step_errs_by_more_than_its_bound(n, p, kind, dtype, tmp_path):
+    rng = np.random.default_rng(1)
     digits = 12 if dtype == "double" else 5
     one = Alone(tmp_path, plant(**outputs(kind, n, p, rng, digits)), dtype)
     part, taken, lost, joseph = 0.0, 0, 0, 0

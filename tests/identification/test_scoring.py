@@ -74,10 +74,10 @@ def test_a_variance_that_is_far_too_small_is_left_in_one_step():
     )
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_a_fit_with_gaps_is_as_likely_as_one_without_scoring(seed, monkeypatch):
+@pytest.mark.parametrize("seed, rows", [(0, 40), (1, 120), (2, 40)])
+def test_a_fit_with_gaps_is_as_likely_as_one_without_scoring(seed, rows, monkeypatch):
     """Some of these are most likely at a bound."""
-    plant, data = case(seed, rows=40, n=2, p=1 + seed % 2)
+    plant, data = case(seed, rows=rows, n=2, p=1 + seed % 2)
     options = dict(Q="diagonal", R="diagonal" if seed % 3 else "full")
     fit = lb.fit_noise(plant, data[0][0], **options)
     monkeypatch.setattr(records, "has_gaps", lambda data: False)
