@@ -89,11 +89,15 @@ def directly(text, exact):
     return cache._settled(making.jit(function, exact), TYPES)
 
 
-@pytest.mark.parametrize("lines", TEXTS.values(), ids=TEXTS)
-def test_bits_are_those_of_numba(lines):
+# each kind of instruction on numbers; elsewhere what is joined says enough
+EXACT = "sums", "sums in place", "extremes", "NaN", "loops that end early", "functions"
+
+
+@pytest.mark.parametrize("what", TEXTS)
+def test_bits_are_those_of_numba(what):
     """And what Python computes, up to the rounding of what is joined."""
-    text = f"{HEAD}    {lines}\n    return n + 1\n"
-    for exact in (False, True):
+    text = f"{HEAD}    {TEXTS[what]}\n    return n + 1\n"
+    for exact in (False, True) if what in EXACT else (False,):
         wanted, found = given(), given()
         assert by_numba(text, exact)(*wanted) == directly(text, exact)(*found) == 4
         for one, other in zip(wanted[1:], found[1:]):
