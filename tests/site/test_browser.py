@@ -308,14 +308,19 @@ def seen(browser, folder, text):
         ('<img src="data:image/gif;base64,">', "image-alt"),
         ("<details><summary></summary>x</details>", "summary-name"),
         ('<p style="color: #bbb">pale</p>', "color-contrast"),
+        ('<p style="width: 9em; overflow: auto">', "scrollable-region-focusable"),
     ],
 )
 def test_a_barrier_is_noticed(browser, tmp_path, text, barrier):
     path = tmp_path / "page.html"
-    path.write_text(f"<!doctype html><html lang='en'><title>x</title><main>{text}")
+    path.write_text(
+        f"<!doctype html><html lang='en'><title>x</title><main>{text}<mjx-container>"
+        '<svg width="999" height="9"><path d="M0 0H9"/></svg></mjx-container>'
+    )
     with window(browser) as page:
         visit(page, path.as_uri())
         assert any(one.startswith(barrier) for one in barriers(page))
+        assert page.locator("mjx-container path").count() == 1  # it is put back
 
 
 def test_a_sound_page_passes(browser, tmp_path):
