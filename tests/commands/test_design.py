@@ -297,6 +297,25 @@ def test_refused_arguments_leave_everything_alone(inside, tmp_path, arguments, p
     assert contents(tmp_path) == before and not (tmp_path / "r").exists()
 
 
+@pytest.mark.parametrize(
+    "record, pattern",
+    [
+        ("y1\n1\n2\n3\n", "has no column of times; --sample DT says how many"),
+        ("t,y1\n0,1\n1,2\n3,3\n", "3 rows of .* at no constant period, 1 to 2 s"),
+    ],
+    ids=["no times", "uneven"],
+)
+def test_a_continuous_plant_needs_the_period_of_the_record(
+    inside, tmp_path, record, pattern
+):
+    (tmp_path / "data.csv").write_text(record)
+    plant = lb.Plant([[-1]], None, [[1]], Q=[[1]], R=[[1]], P0=[[1]])
+    plant.to_json(tmp_path / "plant.json")
+    given = ("plant.json", "--data", "data.csv", "--out", "r")
+    refused(inside(*given, cwd=tmp_path), pattern)
+    assert not (tmp_path / "r").exists()
+
+
 def test_a_dry_run_names_what_a_run_writes(reported, inside, tmp_path):
     _, run = reported
     given = (PLANTS / "tracker.json", "--out", "a/report", "--dry-run")

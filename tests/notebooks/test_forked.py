@@ -50,7 +50,8 @@ def says(kernel, code):
 
 
 def run(kernel, code):
-    return kernel.kc.execute(code)
+    """An error in it leaves what is asked next to be run."""
+    return kernel.kc.execute(code, stop_on_error=False)
 
 
 def ended(pid):
