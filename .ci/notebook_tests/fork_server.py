@@ -31,7 +31,10 @@ def load(names):
 
 
 def rehearse():
-    """Format an error once; kernels then have what is slow the first time."""
+    """Format an error once; kernels then have what is slow the first time.
+
+    Where it fails they do that themselves, and take longer.
+    """
     try:
         from IPython.core.ultratb import FormattedTB
 

@@ -1,11 +1,11 @@
 """Kernels that are forked: nothing is left of another, and none dies unnoticed."""
 
-import os
 import signal
 import sys
 import time
 
 import pytest
+from interrupts import ended
 
 pytestmark = pytest.mark.skipif(
     sys.platform != "linux", reason="kernels are not forked"
@@ -52,14 +52,6 @@ def says(kernel, code):
 def run(kernel, code):
     """An error in it leaves what is asked next to be run."""
     return kernel.kc.execute(code, stop_on_error=False)
-
-
-def ended(pid):
-    try:
-        os.kill(pid, 0)
-    except ProcessLookupError:
-        return True
-    return False
 
 
 def within(seconds, what):

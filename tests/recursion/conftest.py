@@ -2,11 +2,11 @@
 
 import pytest
 from as_python import as_python
+from in_numpy import rows_by_hand
 
 from luenberger import kernels
 from luenberger.kernels import cache, loops, solves, tiles
 from luenberger.kernels import numba as printer
-from luenberger.recursion import filter_pass
 
 
 @pytest.fixture
@@ -32,10 +32,5 @@ def form(request, monkeypatch, plain):
 
 @pytest.fixture
 def by_hand(monkeypatch):
-    """The instants before rows that NumPy does, from now on."""
-    rows, step = [], filter_pass.step
-    monkeypatch.setattr(
-        filter_pass, "step", lambda settings, state, *row: rows.append(state.instant)
-        or step(settings, state, *row),
-    )  # fmt: skip
-    return rows
+    """The instants before rows that NumPy does, from the beginning."""
+    return rows_by_hand(monkeypatch)

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 from every_pair import every_pair
 from generators import holes, integer_plant
+from in_numpy import rows_by_hand
 
 import luenberger as lb
 from luenberger import kernels
 from luenberger.kernels import numba as printer
-from luenberger.recursion import filter_pass
 from luenberger.recursion.filter_pass import Pass
 from luenberger.recursion.filter_stacks import Block, stacks_of
 from luenberger.recursion.predicted import by_predictions
@@ -53,16 +53,6 @@ def agree(found, wanted, tol=1e-12):
     np.testing.assert_array_equal(found.P, found.P.mT)
 
 
-def counted(monkeypatch):
-    """How many rows NumPy does, from now on."""
-    rows, step = [], filter_pass.step
-    monkeypatch.setattr(
-        filter_pass, "step", lambda settings, state, *row: rows.append(state.instant)
-        or step(settings, state, *row),
-    )  # fmt: skip
-    return rows
-
-
 @every_pair(
     kind=["S = 0", "S", "varying", "varying, S"],
     m1=[0, 1, [0, 2], 3],
@@ -81,7 +71,7 @@ def test_generated_code_is_the_numpy_filter(kind, gaps, m1, form, monkeypatch):
     wanted = lb.filter_data(
         plant, y, u, u0=u0, m1=m1, history=True, backend="numpy", settle=None
     )
-    rows = counted(monkeypatch)
+    rows = rows_by_hand(monkeypatch)
     found = lb.filter_data(
         plant, y, u, u0=u0, m1=m1, history=True, backend="numba", settle=None
     )
@@ -173,7 +163,7 @@ def test_a_state_known_at_first_is_handed_over_until_it_is_not(plain, monkeypatc
     )  # fmt: skip
     y = np.random.default_rng(1).normal(size=(40, 2))
     wanted = lb.filter_data(known, y, history=True, backend="numpy", settle=None)
-    rows = counted(monkeypatch)
+    rows = rows_by_hand(monkeypatch)
     agree(lb.filter_data(known, y, history=True, backend="numba", settle=None), wanted)
     assert 1 < len(rows) < 12
 
@@ -194,7 +184,7 @@ def test_states_that_are_known_exactly_stay_in_compiled_code(
     u, y = rng.normal(size=(12, 1)), rng.normal(size=(12, 2))
     y = holes(rng, y) if gaps else y
     x, P = generators.exact(plant, y, u, np.zeros(1))
-    rows = counted(monkeypatch)
+    rows = rows_by_hand(monkeypatch)
     run = lb.filter_data(plant, y, u, history=True, backend="numba", settle=None)
     assert len(rows) == 1
     assert generators.relative(run.P, P) < 1e-12 if P.any() else not run.P.any()
@@ -228,7 +218,7 @@ def test_a_plant_without_noise_anywhere_stays_with_numpy(form, monkeypatch):
     )  # fmt: skip
     y = np.random.default_rng(1).normal(size=(300, 1))
     wanted = lb.filter_data(plant, y, history=True, backend="numpy", settle=None)
-    rows = counted(monkeypatch)
+    rows = rows_by_hand(monkeypatch)
     agree(lb.filter_data(plant, y, history=True, backend="numba", settle=None), wanted)
     assert len(rows) == 300
 
@@ -268,7 +258,7 @@ def test_rows_since_the_last_test_are_taken_back(form, monkeypatch):
     plant = lb.Plant(A, None, [[1, 0]], dt=1.0, Q=Q, R=R, P0=np.eye(2))
     y = np.random.default_rng(1).normal(size=(N - 1, 1))
     wanted = lb.filter_data(plant, y, history=True, backend="numpy", settle=None)
-    rows = counted(monkeypatch)
+    rows = rows_by_hand(monkeypatch)
     agree(lb.filter_data(plant, y, history=True, backend="numba", settle=None), wanted)
     assert len(rows) > 10 and min(rows[1:]) >= 16
 
@@ -317,7 +307,7 @@ def test_outputs_of_instant_0_are_not_read(plain, monkeypatch):
     )
     y = np.random.default_rng(1).normal(size=(12, 1))
     wanted = lb.filter_data(plant, y, m1=1, history=True, backend="numpy", settle=None)
-    rows = counted(monkeypatch)
+    rows = rows_by_hand(monkeypatch)
     agree(
         lb.filter_data(plant, y, m1=1, history=True, backend="numba", settle=None),
         wanted,
@@ -363,7 +353,7 @@ def test_products_are_calls(plain, used, monkeypatch):
     wanted = lb.filter_data(
         plant, y, u, u0=u0, history=True, backend="numpy", settle=None
     )
-    rows = counted(monkeypatch)
+    rows = rows_by_hand(monkeypatch)
     found = lb.filter_data(
         plant, y, u, u0=u0, history=True, backend="numba", settle=None
     )

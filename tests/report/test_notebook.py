@@ -5,7 +5,7 @@ import os
 import signal
 
 import pytest
-from interrupts import sigint  # noqa: F401  a fixture
+from interrupts import ended, sigint  # noqa: F401  a fixture
 
 from luenberger.report.notebook import run, to_html
 
@@ -41,14 +41,6 @@ def watched(patch, name, before=None, after=None):
 def run_three_cells(folder):
     cells = [nbformat.v4.new_code_cell(f"open('{k}', 'w').close()") for k in range(3)]
     run(nbformat.v4.new_notebook(cells=cells), folder)
-
-
-def gone(pid):
-    try:
-        os.kill(pid, 0)
-    except ProcessLookupError:
-        return True
-    return False
 
 
 def test_signal_in_the_same_turn_as_the_end_of_a_cell(tmp_path, monkeypatch):
@@ -96,7 +88,7 @@ def test_signal_while_the_kernel_starts(tmp_path, monkeypatch):
     seen = watched(monkeypatch, name, before=interrupt)
     with pytest.raises(KeyboardInterrupt):
         run_three_cells(tmp_path)
-    assert gone(seen[0]) and list(tmp_path.iterdir()) == []
+    assert ended(seen[0]) and list(tmp_path.iterdir()) == []
 
 
 def test_signal_while_the_kernel_ends(tmp_path, monkeypatch):
@@ -104,5 +96,5 @@ def test_signal_while_the_kernel_ends(tmp_path, monkeypatch):
     seen = watched(monkeypatch, "_async_cleanup_kernel", before=interrupt)
     with pytest.raises(KeyboardInterrupt):
         run_three_cells(tmp_path)
-    assert gone(seen[0]) and len(list(tmp_path.iterdir())) == 3
+    assert ended(seen[0]) and len(list(tmp_path.iterdir())) == 3
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler

@@ -4,6 +4,7 @@ A shell's background job is started deaf to SIGINT, one under nohup to SIGHUP, a
 what it starts in turn.
 """
 
+import os
 import signal
 import sys
 
@@ -20,6 +21,15 @@ os.execv(sys.executable, [sys.executable, *sys.argv[1:]])
 def heeding(*arguments):
     """The command line of a Python process that no signal is ignored by."""
     return [sys.executable, "-c", HEED, *arguments]
+
+
+def ended(pid):
+    """Whether there is no process of this number."""
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return True
+    return False
 
 
 @pytest.fixture
