@@ -120,7 +120,7 @@ def examples(name):
 
 
 EXAMPLES = [line for name in NAMES for line in examples(name)]
-SLOW = {"design tracker.json --out report --data tracker.csv"}  # in test_commands.py
+SLOW = {"design tracker.json --out report --data tracker.csv"}  # in test_design.py
 
 
 @pytest.mark.parametrize("name", NAMES)
