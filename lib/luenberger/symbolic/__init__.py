@@ -72,12 +72,13 @@ from .constructions import Construction, Counterexample
 from .core import Algebra
 from .derivation import Derivation, holds, title, vanishes
 from .equivalences import Equation, Iff, Implies
+from .expectations import Expect
 from .explicit import Explicit, Positive
 from .inequalities import AtLeast, AtMost
 from .lines import Cases, Cyclic, Line, Substitute
 from .models import NoModel, evaluate, model, refute
 from .notation import Notation
-from .operators import Differential, Expect, Gradient, Transposed
+from .operators import Differential, Gradient, Transposed
 from .polynomials import Polynomial, Traces
 from .proofs import Proof, Unproved, prove
 from .relations import Moment, Relation

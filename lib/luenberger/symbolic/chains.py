@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
+from .dependence import hidden
 from .equivalences import Equation, Implies
 from .inequalities import AtLeast
 from .lines import Line
@@ -144,9 +145,12 @@ class Chain:
     def _faults(self):
         """The faults of each line."""
         before = (self.left, *(line.right for line in self.lines))
+        constant = hidden([self])[self]
         return [
-            line.complaints(left, self.symmetric) + line.too_wide()
-            for left, line in zip(before, self.lines)
+            line.complaints(left, self.symmetric)
+            + line.too_wide()
+            + constant.get(k, [])
+            for k, (left, line) in enumerate(zip(before, self.lines), 1)
         ]
 
     # -- shown --------------------------------------------------------------------

@@ -11,7 +11,9 @@ from typing import Any
 import sympy as sp
 from sympy.matrices.expressions.matexpr import MatrixExpr
 
+from .chains import Chain
 from .claims import is_nothing
+from .dependence import hidden
 from .relations import Relation
 from .typeset import latex, padded, text
 from .words import Formula
@@ -93,7 +95,18 @@ class Derivation:
                 {s.name for s in symbols(self)} - {s.name for s in meaning}
             )
             found += [f"it is not said what {name} stands for" for name in unknown]
+            found += self._taken_for_constant(introduced)
         return found
+
+    def _taken_for_constant(self, introduced):
+        """What lines take for constant that the page says is not."""
+        chains = [item for item in self.page if isinstance(item, Chain)]
+        return [
+            f"{title(chain)}: line {k} {fault}"
+            for chain, lines in hidden(chains, introduced).items()
+            for k, faults in lines.items()
+            for fault in faults
+        ]
 
     def unproved(self) -> list[str]:
         """Names of the steps that are not proved, and what is wrong beside them."""

@@ -1,4 +1,4 @@
-"""Lines that do something to the line before: differentiate, transpose, average.
+"""Lines that do something to the line before: differentiate, transpose.
 
 The lines that follow go on from the result.
 """
@@ -8,12 +8,15 @@ from typing import ClassVar
 
 import sympy as sp
 
+from .blocks import Blocks
 from .core import Algebra
+from .dependence import Scope, letters
+from .exact import plain
 from .lines import Line
-from .polynomials import Polynomial, Traces
-from .relations import Moment, Reasons, named
+from .polynomials import Traces
+from .reasons import cited_text, words
 from .typeset import Show, latex, text
-from .words import Formula, Symbols, rotations
+from .words import Formula, Symbols
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,6 +35,14 @@ class Operator(Line):
     def applied(self, left, symmetric):
         """The result of the operation, by the algebra's own rules."""
         raise NotImplementedError
+
+    def hidden(self, left: Formula, scope: Scope) -> list[str]:
+        """What the line takes for constant, and what says in a scope that it is not."""
+        return []
+
+    def constants(self, left: Formula) -> frozenset:
+        """The letters that are not random on the whole page, if the line is right."""
+        return frozenset()
 
     def head(self, show):
         before, after = self.marks(show)
@@ -60,7 +71,43 @@ class Transposed(Operator):
 
 
 @dataclass(frozen=True, eq=False)
-class Gradient(Operator):
+class Derivative(Operator):
+    """What gradients and differentials share: letters that move, and others held.
+
+    Parameters
+    ----------
+    held : tuple of symbol
+        Letters that a relation ties to what moves, and that are constant all the same,
+        as a multiplier is.  The line says so.
+    """
+
+    held: tuple = ()
+
+    @property
+    def moving(self) -> frozenset:
+        """The letters that move."""
+        raise NotImplementedError
+
+    def hidden(self, left: Formula, scope: Scope) -> list[str]:
+        tied = scope.tied(self.moving)
+        return [
+            f"takes {text(x)} for constant, which {cited_text(tied[x])} ties to "
+            f"{' and '.join(sorted(map(text, self.moving)))}: put that in first, or "
+            "say that it is held"
+            for x in sorted(letters(plain(left)) & set(tied) - set(self.held), key=str)
+        ]
+
+    def reason(self, show: Show) -> str:
+        said = super().reason(show)
+        if not self.held:
+            return said
+        word = words if show is latex else str
+        mine = ", ".join(map(show, self.held)) + word(" held")
+        return f"{said}, {mine}" if said else mine
+
+
+@dataclass(frozen=True, eq=False)
+class Gradient(Derivative):
     r"""The gradient of a scalar in a matrix: g with d scalar = tr(g' dX).
 
     Parameters
@@ -68,6 +115,8 @@ class Gradient(Operator):
     of : MatrixSymbol or Symbol
         In what the scalar is differentiated; the gradient in a symmetric symbol is
         symmetric.  In a number it is the derivative, of a scalar without traces.
+    held : tuple of symbol
+        Letters that are constant although a relation ties them to `of`.
 
     Examples
     --------
@@ -82,18 +131,32 @@ class Gradient(Operator):
     >>> t = Symbol("t")
     >>> Gradient(2 * t - 1 / t**2, of=t).complaints(t**2 + 1 / t, ())
     []
+
+    What it cannot differentiate is refused.
+
+    >>> from sympy import Determinant
+    >>> print(*Gradient(0 * X, of=X).complaints(Determinant(X), ()))
+    cannot be worked out: the derivative of det(X) is not known here
     """
 
     of: Formula = None
+
+    @property
+    def moving(self) -> frozenset:
+        return frozenset([self.of])
 
     def applied(self, left: Formula, symmetric: Symbols) -> Formula:
         value = Algebra(symmetric).normal(left)
         if not isinstance(value, Traces):
             raise TypeError("only a scalar has a gradient")
+        refuse_functions(value, "the derivative")
         if isinstance(self.of, sp.Symbol):
             if value.atoms():
                 raise TypeError("a scalar with traces has a gradient in a matrix only")
-            return sp.diff(left, self.of)
+            found = sp.diff(plain(left), self.of)
+            if found.has(sp.Derivative, sp.Subs):
+                raise TypeError(f"the derivative of {left} is not known here")
+            return found
         return value.algebra.gradient(value, self.of).as_expr()
 
     def marks(self, show: Show) -> tuple[str, str]:
@@ -106,13 +169,15 @@ class Gradient(Operator):
 
 
 @dataclass(frozen=True, eq=False)
-class Differential(Operator):
+class Differential(Derivative):
     """The first differential.
 
     Parameters
     ----------
     of : dict of MatrixSymbol to MatrixSymbol
         What moves, and the symbol of its increment.
+    held : tuple of symbol
+        Letters that are constant although a relation ties them to what moves.
 
     Examples
     --------
@@ -124,138 +189,31 @@ class Differential(Operator):
 
     of: dict = field(default_factory=dict)
 
+    @property
+    def moving(self) -> frozenset:
+        return frozenset(self.of)
+
     def applied(self, left: Formula, symmetric: Symbols) -> Formula:
-        return Algebra(symmetric).differential(left, self.of).as_expr()
+        algebra = Algebra(symmetric)
+        value = algebra.normal(left)
+        refuse_functions(value, "the differential", self.of)
+        for moved, increment in self.of.items():
+            if moved in algebra.symmetric and increment not in algebra.symmetric:
+                raise ValueError(
+                    f"{text(moved)} is symmetric and its increment {text(increment)} "
+                    "is not: declare that symmetric, too"
+                )
+        return algebra.differential(value, self.of).as_expr()
 
     def marks(self, show: Show) -> tuple[str, str]:
         return (r"\mathrm{d}" if show is latex else "d"), ""
 
 
-@dataclass(frozen=True, eq=False)
-class Expect(Operator):
-    """The expectation of an expression of second degree in random symbols.
-
-    Parameters
-    ----------
-    moments : tuple of Relation
-        What the expectations are: ``Relation("", w * v.T, S)`` says E[w v'] = S, and
-        ``Relation("", w, x)`` that E[w] = x.  Symbols that occur in no moment are not
-        random.
-
-    Examples
-    --------
-    >>> from sympy import symbols
-    >>> from luenberger.symbolic import MatrixSymbol, ZeroMatrix
-    >>> n = symbols("n", integer=True, positive=True)
-    >>> F, P, Q = (MatrixSymbol(name, n, n) for name in "FPQ")
-    >>> e, w = MatrixSymbol("e", n, 1), MatrixSymbol("w", n, 1)
-    >>> white = (w * w.T, Q), (e * e.T, P), (e * w.T, ZeroMatrix(n, n))
-    >>> line = Expect(F * P * F.T + Q, moments=white)
-    >>> line.complaints((F * e + w) * (F * e + w).T, ())
-    []
-    >>> print(*Expect(Q, moments=white[:2]).complaints((e + w) * (e + w).T, ()))
-    cannot be worked out: E[e w'] is not among the moments
-    """
-
-    moments: tuple = ()
-
-    def __post_init__(self):
-        super().__post_init__()
-        known = [Moment(r.name, *r) for r in named(self.moments)]
-        object.__setattr__(self, "moments", tuple(known))
-
-    @property
-    def cites(self) -> Reasons:
-        return (*self.by, *self.moments)
-
-    def complaints(self, left: Formula, symmetric: Symbols) -> list[str]:
-        found = super().complaints(left, symmetric)
-        if not found:
-            used = Moments(self.moments, symmetric)
-            used.expectation(left)
-            found = [
-                f"does not need {r.show(text)}"
-                for r in self.moments
-                if r not in used.seen
-            ]
-        return found
-
-    def applied(self, left: Formula, symmetric: Symbols) -> Formula:
-        moments = Moments(self.moments, symmetric)
-        if Algebra().normal(self.right).atoms() & moments.random:
-            raise ValueError("the right side still has a random symbol")
-        return moments.expectation(left).as_expr()
-
-    def marks(self, show: Show) -> tuple[str, str]:
-        return (r"\mathrm{E}" if show is latex else "E"), ""
-
-    def reason(self, show: Show) -> str:
-        mine = [r.show(show) for r in self.moments]
-        rest = super().reason(show)
-        joint = r",\; " if show is latex else ", "
-        return joint.join([*mine, rest] if rest else mine)
-
-
-class Moments:
-    """First and second moments of random symbols, put in one word at a time."""
-
-    def __init__(self, relations, symmetric):
-        self.algebra, self.seen, self.known = Algebra(symmetric), [], {}
-        for relation in relations:
-            left = self.algebra.normal(relation.left)
-            right = self.algebra.normal(relation.right)
-            ((word, c),) = left.terms.items()
-            if c != 1 or len(word) > 2:
-                raise ValueError(f"{text(relation.left)} is not one or two symbols")
-            self.known[word] = relation, right
-            self.known.setdefault(self.algebra.flipped(word), (relation, right.T))
-        self.random = {x.atom for word in self.known for x in word}
-
-    def expectation(self, expr):
-        """The normal form of E[expr]."""
-        value = self.algebra.normal(expr)
-        scalar = isinstance(value, Traces)
-        total = Traces(self.algebra, []) if scalar else value.like([])
-        for word, c in value.terms.items():
-            if not word:
-                part = value.like([((), 1)])
-            elif scalar:
-                part = self._of(self._turned(word)).trace()
-            else:
-                part = self._of(word)
-            total = total + c * part
-        return total
-
-    def _turned(self, word):
-        """A rotation of the word in which the random factors are neighbours."""
-        at = [w for w in rotations(word) if self._places(w)[-1:] == [len(w) - 1]]
-        return next((w for w in at if self._places(w)[0] == len(w) - 2), word)
-
-    def _places(self, word):
-        return [i for i, x in enumerate(word) if x.atom in self.random]
-
-    def _of(self, word):
-        places = self._places(word)
-        if not places:
-            return self._product(word)
-        i, j = places[0], places[-1] + 1
-        if len(places) > 2 or j - i > 2:
-            raise ValueError(
-                f"{text(self._product(word).as_expr())} is not of second degree, or "
-                "its random symbols are not neighbours"
-            )
-        if word[i:j] not in self.known:
-            missing = text(self._product(word[i:j]).as_expr())
-            raise ValueError(f"E[{missing}] is not among the moments")
-        relation, moment = self.known[word[i:j]]
-        self.seen.append(relation)
-        for x in reversed(word[:i]):
-            moment = self._product((x,)) @ moment
-        for x in word[j:]:
-            moment = moment @ self._product((x,))
-        return moment
-
-    def _product(self, word):
-        columns = word[-1].atom.shape[0 if word[-1].transposed else 1]
-        shape = (word[0].rows, columns)
-        return Polynomial(self.algebra, [(word, 1)], shape)
+def refuse_functions(value, what, numbers=()):
+    """Raise for a coefficient that is a function of matrices, or of given numbers."""
+    entries = sum(value.entries, ()) if isinstance(value, Blocks) else (value,)
+    for entry in entries:
+        for c in entry.terms.values():
+            inside = sp.sympify(c).atoms(sp.MatrixSymbol, sp.Symbol)
+            if any(isinstance(x, sp.MatrixSymbol) or x in numbers for x in inside):
+                raise TypeError(f"{what} of {text(c)} is not known here")

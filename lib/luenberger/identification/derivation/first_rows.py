@@ -165,7 +165,9 @@ ONE_ROW = (
         "how the rest follows from what determines the state, moved",
         L * E_d * Phi - E_r * Phi,
         Differential(
-            dL * E_d * Phi + L * E_d * dPhi - E_r * dPhi, of={L: dL, Phi: dPhi}
+            dL * E_d * Phi + L * E_d * dPhi - E_r * dPhi,
+            of={L: dL, Phi: dPhi},
+            held=(E_d, E_r),
         ),
         Line(dL * E_d * Phi - H * dPhi, by=(is_H,)),
         Line(H * dPhi * inverse * E_d * Phi - H * dPhi, by=(is_dL,)),
@@ -175,7 +177,7 @@ ONE_ROW = (
         "",
         "how that moves which leaves the rest",
         E_r - L * E_d,
-        Differential(-dL * E_d, of={L: dL}),
+        Differential(-dL * E_d, of={L: dL}, held=(E_d, E_r)),
         Line(dH, by=(is_dH,)),
     ),
     is_dJ_r := define(dJ_r, dH * P * H.T + H * dP * H.T + H * P * dH.T),
@@ -191,7 +193,7 @@ ONE_ROW = (
         "",
         "how the mean of the rest moves",
         L * d + H * mu,
-        Differential(dL * d + dH * mu + H * dmu, of={L: dL, H: dH, mu: dmu}),
+        Differential(dL * d + dH * mu + H * dmu, of={L: dL, H: dH, mu: dmu}, held=(d,)),
         Line(dbeta_r, by=(is_dbeta_r,)),
     ),
 )

@@ -153,7 +153,9 @@ START = (
         "",
         "the gradient in the covariance of the start",
         of_one_row,
-        Gradient(half * (Z.T * k * k.T * Z - Z.T * Pi_J * Z), of=Omega),
+        Gradient(
+            half * (Z.T * k * k.T * Z - Z.T * Pi_J * Z), of=Omega, held=(k, Pi_J, Z)
+        ),
         Line(gP, by=(by_both, Pi_of_both, is_gP)),
     ),
 )

@@ -36,7 +36,8 @@ dM2_half = dAe.T * P2 * Ae + dCe.T * R * Ce
 
 def moves(says, left, by, expanded, right, named):
     """How an expression moves with the gains and the moments."""
-    moved = Differential(right, of=STEP, by=(named,))
+    held = (L,) if expanded.has(L) else ()
+    moved = Differential(right, of=STEP, held=held, by=(named,))
     return chain("", says, left, Line(expanded, by=(by,)), moved)
 
 
@@ -111,6 +112,7 @@ PAGE = (
                 ]
             ),
             of=STEP,
+            held=(L,),
         ),
         Substitute(dCeDe * Czy - dNzy, by=(is_dCeDe, is_Czy, is_dNzy)),
         Line(ZeroMatrix(q, r + l), by=(best_moves,)),
@@ -120,7 +122,7 @@ PAGE = (
         "",
         "how it moves without feedthrough",
         Ce * Q2 - L * Q12,
-        Differential(dCe * Q2 + Ce * dQ2 - L * dQ12, of=STEP),
+        Differential(dCe * Q2 + Ce * dQ2 - L * dQ12, of=STEP, held=(L,)),
         Line(ZeroMatrix(q, r), by=(best_alone_moves,)),
     ),
     """A step of all gains moves the moments, their duals and the gradients. What drives

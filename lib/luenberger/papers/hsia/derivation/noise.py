@@ -61,7 +61,7 @@ DOUBLED = (
         "",
         "the rate of what is added",
         P_h + H * P * H.T,
-        Differential(H * dP * H.T, of={P: dP}),
+        Differential(H * dP * H.T, of={P: dP}, held=(P_h, H)),
         Line(H * Phi * Q * (H * Phi).T, by=(is_rate,)),
     ),
     "So it is the integral. Let it go on for as long again: `H` is then `Phi`.",

@@ -73,7 +73,7 @@ MOVED = (
         "",
         "how the gain moves",
         gain.right,
-        Differential(dKmv - Gamma * C * dKmv, of={Kmv: dKmv}),
+        Differential(dKmv - Gamma * C * dKmv, of={Kmv: dKmv}, held=(Gamma,)),
         Line(dK, by=(is_dK,)),
     ),
     """The push is also all that the gain lacks to solve (32): what is left over is the
@@ -163,7 +163,11 @@ STEADY = (
         "",
         "what an error costs in the end",
         plus(Trace(W_e * Sigma), Trace(Lambda * (Phi * Sigma * Phi.T + Q_c - Sigma))),
-        Gradient(W_e + Phi.T * Lambda * Phi - Lambda, of=Sigma),
+        Gradient(
+            W_e + Phi.T * Lambda * Phi - Lambda,
+            of=Sigma,
+            held=(W_e, Lambda, Phi, Q_c),
+        ),
         Line(ZeroMatrix(n, n), by=(is_Lambda,)),
     ),
     """Nor must it change with the gain. Its gradient is that of a single step with
@@ -173,7 +177,7 @@ STEADY = (
         "32",
         "the gradient of the steady trace",
         Trace(Lambda * (Omega - K * N.T - N * K.T + K * M * K.T)),
-        Gradient(2 * Lambda * (K * M - N), of=K),
+        Gradient(2 * Lambda * (K * M - N), of=K, held=(Lambda, M, N)),
         Line(Gradient_K, by=(is_Gradient,)),
     ),
     """So the best constant gain is the step-wise one with `Lambda` for the weight: its
