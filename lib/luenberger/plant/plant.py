@@ -52,9 +52,10 @@ class Plant(ReadOnly):
         0 for continuous time, or the sampling period in seconds.
     Q, R : (n, n), (p, p) array_like, optional
         Covariances of w and v, symmetric and positive semi-definite, in the
-        squared units of the states and outputs.  Singular and zero are allowed.  In
-        continuous time Q is the intensity of w, per second, and R the covariance of
-        the noise in one sample (`sampled`): that of continuous readings is infinite.
+        squared units of the states and outputs.  Singular and zero are allowed, and
+        rounding of 1e-9 beside the two variances of an entry.  In continuous time Q
+        is the intensity of w, per second, and R the covariance of the noise in one
+        sample (`sampled`): that of continuous readings is infinite.
     S : (n, p) array_like, optional
         E[w v'], default zero; [[Q, S], [S', R]] must be positive semi-definite.
     x0, P0 : (n,), (n, n) array_like, optional
