@@ -15,7 +15,7 @@ from luenberger import show
 from luenberger.compare import cheapest as forms
 from luenberger.compare import table
 from luenberger.compare.attempts import first_least
-from luenberger.numeric import validation
+from luenberger.numeric import covariances
 from luenberger.papers.moore import refusals
 from luenberger.papers.poles import arranged
 from luenberger.papers.van_dooren import design
@@ -36,11 +36,11 @@ def test_a_covariance_is_symmetric_and_not_indefinite_but_for_rounding(
     indefinite = size * np.array([[1.0, 1.0 + part], [1.0 + part, 1.0]])
     for X, why in ((skewed, "symmetric"), (indefinite, "semi-definite")):
         if kept:
-            found = validation.covariance("Q", X, 2)
+            found = covariances.covariance("Q", X, 2)
             assert (found == found.T).all()
         else:
             with pytest.raises(ValueError, match=why):
-                validation.covariance("Q", X, 2)
+                covariances.covariance("Q", X, 2)
 
 
 PLANT = lb.Plant([[0, 1], [-2, -3]], None, [[1.0, 0]])

@@ -22,7 +22,8 @@ PLANT = lb.Plant(
     input_names=["push"],
 )  # fmt: skip
 OBSERVER = lb.reduced_order_filter(PLANT, 1)
-TIMES = ["2024-01-01T00:00", "later", '"6 o\'clock, am"', "", "7"]
+TIMES = ["2024-01-01T00:00", "2024-01-01 00:00:00.5", '"2024-01-01T00:00:01,0"',
+         "20240101T000001.5", "2024-01-01T00:00:02"]  # fmt: skip
 Y = np.array([[1.5, 2], [0.1, -3], [1e-3, 7], [2, 0.25], [1 / 3, 1]])
 U = np.array([[0], [1], [0.7], [-1], [0.1]])
 
@@ -97,7 +98,7 @@ def test_without_times_rows_are_counted(here, call, monkeypatch):
 def test_many_pieces_are_one_record(here, call, monkeypatch):
     rng = np.random.default_rng(8)
     y, u = rng.normal(size=(2000, 2)), rng.normal(size=(2000, 1))
-    times = [f"t{k}" for k in range(2000)]
+    times = [f"{k / 2}" for k in range(2000)]
     (here / "data.csv").write_text(table(times, y, u))
     assert call("observer.json", "data.csv", "--out", "whole")[0] == 0
     monkeypatch.setattr(
@@ -123,8 +124,9 @@ def test_a_filter_over_steps_starts_from_the_plant(here, call):
     assert call("observer.json", "data.csv", "--out=x", "--plant=plant.json")[0] == 0
     _, _, x = columns((here / "x").read_text())
     np.testing.assert_array_equal(x, lb.estimate(filter, Y, U, x0=PLANT.x0))
-    (here / "data.csv").write_text(table(times=TIMES * 2, y=np.vstack([Y, Y]),
-                                         u=np.vstack([U, U])))  # fmt: skip
+    times = [f"{k / 2}" for k in range(10)]
+    text = table(times=times, y=np.vstack([Y, Y]), u=np.vstack([U, U]))
+    (here / "data.csv").write_text(text)
     status, _, err = call("observer.json", "data.csv", "--out", "x2")
     assert status == 1 and "y has 10 rows, the filter was designed for 5" in err
 
@@ -203,7 +205,7 @@ def test_refused_data_leave_the_earlier_file(here, call, text, pattern):
 
 FORMULAS = ["=cmd()", "+A1", "-cmd|' /C calc'!A0", "@SUM(1)", "7;=cmd()", "7\t+A1",
             '"=a,b"', "\uff1dcmd()", "-1+2"]  # fmt: skip
-SIGNED = ["-7.5", "+1e-3", "-00:05:00", "-1 days +23:59:55.5", "2024-01-01T00:00-01:00"]
+SIGNED = ["-1.5", "-1", "-5e-1", "+0", "+.5"]
 
 
 @pytest.mark.parametrize("time", FORMULAS)
@@ -213,8 +215,7 @@ def test_a_time_that_a_spreadsheet_would_calculate_is_refused(here, call, time):
         (here / "data.csv").write_text(table(times), encoding="utf-8")
         status, out, err = call("observer.json", "data.csv", "--out", "x.csv")
         assert (status, out) == (1, "") and not (here / "x.csv").exists()
-        assert err.startswith("luenberger: data.csv, line 4: the time ")
-        assert "would be a formula in a spreadsheet" in err
+        assert err.startswith("luenberger: data.csv, line 4: 'time' is ")
 
 
 def test_a_signed_time_is_carried(here, call):
@@ -332,8 +333,7 @@ def test_memory_does_not_grow_with_the_record(call, peaks):
     )
     observer.to_json("observer.json")
     for rows in (20_000, 40_000):
-        times = [*map(str, range(1000)), *"t" * (rows - 1000)]
-        text = "".join(f"{t},{k % 7}\n" for k, t in enumerate(times))
+        text = "".join(f"{k},{k % 7}\n" for k in range(rows))
         pathlib.Path("long.csv").write_text("time,y1\n" + text)
         status, _, err = call("observer.json", "long.csv", "--out", "x.csv")
         assert status == 0 and f"{rows} rows" in err

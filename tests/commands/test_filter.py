@@ -145,7 +145,7 @@ def test_estimate_points_to_filter(call, capfd):
 
 WRONG = {
     "2026-01-05T09:00:00,1,,0": "its time is .* times must grow from row to row",
-    "noon,1,,0": "'time' is 'noon', not a number of seconds nor a date",
+    "noon,1,,0": "'time' is 'noon', not a date, as in the rows before. Write",
     "2026-01-06T10:00:00,1,,": "'voltage' is '', not a number",
     "2026-01-06T10:00:00,one,,0": "'encoder' is 'one', not a number",
 }

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import luenberger as lb
-from luenberger.numeric.validation import covariance
+from luenberger.numeric.covariances import covariance
 
 SMALL = 2.0**-34  # of a variance in small units, such as rad^2: about 6e-11
 

@@ -1,6 +1,7 @@
 """Instants of a record: held against dt, or where a continuous plant is sampled."""
 
 import dataclasses
+from datetime import datetime
 from importlib.util import find_spec
 
 import numpy as np
@@ -8,7 +9,8 @@ import pandas as pd
 import pytest
 
 import luenberger as lb
-from luenberger.run import measurements
+from luenberger.formats import csv_reader
+from luenberger.run import estimate_csv, filter_csv, measurements
 from luenberger.run.clock import Clock, periods
 
 BALL = lb.Plant(
@@ -166,6 +168,62 @@ def test_row_numbers_and_labels_are_no_stamps(index):
     lb.filter_data(EVEN, frame)
 
 
+def stamps(t):
+    return [str(START + np.timedelta64(round(1000 * one), "ms")) for one in t]
+
+
+TEXTS = {
+    "text": list,
+    "strings": lambda t: pd.array(t, "string"),
+    "Series of objects": lambda t: pd.Series(t, dtype=object),
+    "datetimes": lambda t: pd.Index([*map(datetime.fromisoformat, t)], dtype=object),
+    "a name": lambda t: pd.Index(t, name="taken"),
+}
+
+
+@pytest.mark.parametrize("kind", TEXTS.values(), ids=TEXTS)
+def test_an_index_of_text_that_holds_dates_is_held_against_dt(kind):
+    """As the reader of CSV files does, also where a cell is no date."""
+    even, late = stamps(EVERY), stamps(changed(20, 4.1))
+    frame = record(EVERY)
+    found = lb.filter_data(EVEN, frame.set_axis(kind(even)))
+    np.testing.assert_array_equal(found.x, lb.filter_data(EVEN, frame).x)
+    uneven = frame.set_axis(kind(late))
+    for y, u in ((uneven, None), (uneven["radar"], 0)):
+        with pytest.raises(ValueError, match="^row 20: its time is 4.2 s after"):
+            lb.filter_data(EVEN, y, u)
+        lb.filter_data(EVEN, y, u, time="rows")
+    sampled = lb.filter_data(BALL, frame.set_axis(kind(even)))
+    np.testing.assert_allclose(sampled.x, found.x, rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("row", "text", "message"),
+    [
+        (0, "abc", "^row 0: the time is 'abc', not a number of seconds nor a date"),
+        (7, "abc", "^row 7: the time is 'abc', not a date, as in the rows before"),
+        (7, "3.5", "^row 7: the time is '3.5', not a date"),
+        (7, "2026-01-05T10:00:00.7Z", "^row 7: .* with a zone, where .* have none"),
+    ],
+)
+def test_an_index_of_dates_with_one_odd_cell_is_refused(row, text, message):
+    index = stamps(EVERY)
+    index[row] = text
+    with pytest.raises(ValueError, match=message):
+        lb.filter_data(EVEN, record(EVERY).set_axis(index))
+
+
+def test_a_column_of_times_goes_before_labels_that_are_dates():
+    frame = record(EVERY).assign(time=EVERY).set_axis(["2026-01-05"] * 50)
+    lb.filter_data(EVEN, frame)
+    with pytest.raises(ValueError, match="^row 1: its time is 0 s after"):
+        lb.filter_data(EVEN, frame.drop(columns="time"))
+    numbers = frame.drop(columns="time").set_axis(pd.RangeIndex(50, name="Time"))
+    with pytest.raises(ValueError, match="^row 1: its time is 1 s after"):
+        lb.filter_data(EVEN, numbers)
+    lb.filter_data(EVEN, numbers, time="rows")
+
+
 def test_a_jump_between_chunks_is_seen():
     t = changed(25, 1.0)
     for frame in (record(t).assign(time=t), dated(record(t), t)):
@@ -188,7 +246,10 @@ REFUSED = {
     "too few": (dict(time=EVERY[:-1]), "time must have 50 instants, got"),
     "no word": (dict(time="index"), "must be instants or 'rows'"),
     "still": (dict(time=np.minimum(EVERY, 3)), "^row 31: .*times must grow"),
-    "text": (dict(time=["1", *["noon"] * 49]), "^row 1: the time 'noon' is neither"),
+    "text": (
+        dict(time=["1", *["noon"] * 49]),
+        "^row 1: the time is 'noon', not a number",
+    ),
 }
 
 
@@ -304,13 +365,50 @@ def test_a_files_times_are_seconds_dates_or_instants(tmp_path, name, stamps, tim
         ("time", ["0", "0.1", "noon"], "line 4: 'time' is 'noon', not a number"),
         ("time", ["0", "0.1", ""], "line 4: 'time' is '', not a number"),
         ("time", ["0", "0.1", "nan"], "line 4: 'time' is 'nan', not a number"),
-        ("time", ["2026-01-05", "2026-01-06", "3"], "line 3: 't|line 4: 'time' is '3'"),
-        ("time", ["2026-01-05", "2026-01-05T00:00:00Z"], "line 3: 'time' is '2026"),
+        (
+            "time",
+            ["2026-01-05", "2026-01-06", "3"],
+            "line 3: its|line 4: 'time' is '3'",
+        ),
+        ("time", ["2026-01-05", "2026-01-05T00:00:00Z"], "line 3: .* with a zone"),
+        ("time", ["2026-01-05T00:00:00Z", "2026-01-05"], "line 3: .* with no zone"),
+        ("t", ["abc", "0", "0.1"], "line 2: 't' is 'abc', not a number of seconds nor"),
+        ("T", ["12:00:05", "12:00:05.1"], "line 2: 'T' is '12:00:05', not a number"),
+        ("time", ["01/07/2026 12:00:00", "01/07/2026 12:00:05"], "line 2: .* 10:00:00"),
+        ("time", ["2026-07-01", "12:00"], "line 3: 'time' is '12:00', not a date"),
+        ("time", ["0", "2026-01-05"], "line 3: .*2026-01-05', not a number of seconds"),
+        ("time", ["", "", ""], "line 2: 'time' is '', not a number"),
+        ("instant", ["1", "b"], "line 3: 'instant' is 'b', not a number"),
     ],
 )
 def test_a_files_times_that_contradict_dt(tmp_path, name, stamps, message):
-    with pytest.raises(ValueError, match=message):
-        measurements.read(written(tmp_path, stamps, name), EVEN)
+    """In the record of a report, of the command `filter` and of `estimate`."""
+    path = written(tmp_path, stamps, name)
+    message = message.replace("10:00:00", "a date such as 2026-01-05T10:00:00")
+    observer = lb.kalman_filter(EVEN).named(EVEN)
+    for run in (
+        lambda table: measurements.read(path, EVEN),
+        lambda table: [*filter_csv.estimates(EVEN, table)[1]],
+        lambda table: [*estimate_csv.estimates(observer, table)[1]],
+    ):
+        with open(path, "rb") as file, pytest.raises(ValueError, match=message):
+            run(csv_reader.Table(file, path))
+
+
+@pytest.mark.parametrize("size", [10, 80])
+def test_an_odd_cell_of_a_later_piece_is_refused(tmp_path, size):
+    """Pieces of one line and of some; labels under another name are let be."""
+    times = [f"{k / 10}" for k in range(20)]
+    times[17] = "abc"
+    for name in ("time", "label"):
+        path = written(tmp_path, times, name)
+        with open(path, "rb") as file:
+            rows = filter_csv.estimates(EVEN, csv_reader.Table(file, path, size))[1]
+            if name == "label":
+                assert sum(len(piece.lines) for piece, _ in rows) == 20
+                continue
+            with pytest.raises(ValueError, match="line 19: 'time' is 'abc', .* label"):
+                list(rows)
 
 
 def test_without_a_column_rows_are_dt_apart(tmp_path):

@@ -11,8 +11,9 @@ from ..arguments import expect
 from ..certificate import require_match, require_real, residuals
 from ..errors import FIT, SAMPLE, DesignError
 from ..numeric import Matrix
+from ..numeric.covariances import covariance
 from ..numeric.linalg import decaying, eigenvalues, lyapunov, modes
-from ..numeric.validation import covariance, matrix
+from ..numeric.validation import matrix
 from ..observer import Observer
 from ..papers.haddad_bernstein.derivation import first_drive, second_drive
 from ..papers.leondes_novak.derivation import beside_the_state, root_error

@@ -18,9 +18,10 @@ from numpy.typing import ArrayLike
 from .. import kernels
 from ..errors import DesignError, short
 from ..numeric import Matrices, Matrix, Vector
+from ..numeric.covariances import covariance
 from ..numeric.factors import factor
 from ..numeric.linalg import UNIT_TOL, lyapunov, modes
-from ..numeric.validation import covariance, numbers, vector
+from ..numeric.validation import numbers, vector
 from ..observer import Observer
 from ..papers.leondes_novak.derivation import driven_pair, observer_of_both
 from ..papers.leondes_novak.derivation import driven_plant as model_and_plant

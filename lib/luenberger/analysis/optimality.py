@@ -17,8 +17,8 @@ from ..arguments import expect
 from ..certificate import certify, require_match, require_real
 from ..errors import FIT, SAMPLE, CertificateError, DesignError
 from ..numeric import Matrix
+from ..numeric.covariances import covariance
 from ..numeric.linalg import modes
-from ..numeric.validation import covariance
 from ..observer import Observer
 from ..plant import Plant
 from .disturbance import NO_INPUT, disturbed

@@ -16,37 +16,48 @@ Instants = tuple[np.ndarray, Any]  # seconds, and what they count from
 
 
 class NoStamp(ValueError):
-    """Row `row` of the texts is no instant; the message is its text."""
+    """Row `row` of the texts is no instant; the message is its text.
 
-    def __init__(self, row: int, text: str) -> None:
+    `lacks` says what it is not, and what the rows before it are.
+    """
+
+    def __init__(self, row: int, text: str, lacks: str) -> None:
         super().__init__(text)
-        self.row = row
+        self.row, self.lacks = row, lacks
 
 
-def seconds(
-    texts: Sequence[str], origin: datetime | None = None
-) -> tuple[np.ndarray, datetime | None]:
+Origin = datetime | int | None  # a date, 0 of numbers, None of what is not known yet
+
+
+def seconds(texts: Sequence[str], origin: Origin = None) -> tuple[np.ndarray, Origin]:
     """Instants in seconds; dates count from `origin`, by default the first of them.
 
-    Returns the seconds and the origin, which is None for numbers.
+    Returns the seconds and the origin, with which later texts have to agree.
 
     >>> seconds(["2026-01-05T10:00:00", "2026-01-05T10:00:01.5"])[0]
     array([0. , 1.5])
     """
     if not texts:
         return np.zeros(0), origin
-    if origin is None and NUMBER.fullmatch(texts[0]):
-        return np.array([_number(k, text) for k, text in enumerate(texts)]), None
+    if isinstance(origin, int) or (origin is None and NUMBER.fullmatch(texts[0])):
+        return np.array([_number(k, text) for k, text in enumerate(texts)]), 0
     start = origin or _date(texts[0])
     found = np.empty(len(texts))
     for k, text in enumerate(texts):
         date = _date(text)
-        if (
-            date is None
-            or start is None
-            or (date.tzinfo is None) != (start.tzinfo is None)
-        ):
-            raise NoStamp(k, text)
+        if start is None:
+            raise NoStamp(
+                k,
+                text,
+                "not a number of seconds nor a date such as 2026-01-05T10:00:00",
+            )
+        if date is None:
+            raise NoStamp(k, text, "not a date, as in the rows before")
+        if (date.tzinfo is None) != (start.tzinfo is None):
+            has, have = ("a", "none") if start.tzinfo is None else ("no", "one")
+            raise NoStamp(
+                k, text, f"with {has} zone, where the rows before have {have}"
+            )
         found[k] = (date - start).total_seconds()
     return found, start
 
@@ -54,13 +65,13 @@ def seconds(
 def _number(row: int, text: str) -> float:
     value = float(text) if NUMBER.fullmatch(text) else math.inf
     if not math.isfinite(value):
-        raise NoStamp(row, text)
+        raise NoStamp(row, text, "not a number of seconds, as in the rows before")
     return value
 
 
 def _date(text: str) -> datetime | None:
     try:
-        return datetime.fromisoformat(text.strip())
+        return datetime.fromisoformat(text.strip(' "\t'))  # quotes of 10:00:00,5
     except ValueError:
         return None
 
@@ -69,19 +80,28 @@ def of_table(table: Any, signals: Sequence[str], origin: Any = None) -> Instants
     """The instants (N,) of a DataFrame or Series in seconds, or None if it has none.
 
     They are an index of dates, durations or decimal numbers, or one called `time` or
-    `t`; or a column of such a name that is no signal.  NaN is a missing one.  Dates
-    count from `origin`, by default the first; it is returned beside them.
+    `t`; or a column of such a name that is no signal; or an index of text of which
+    some is a date.  NaN is a missing one.  Dates count from `origin`, by default the
+    first; it is returned beside them.
     """
     index = table.index
     kind = getattr(index.dtype, "kind", "O")
     if type(index).__name__ == "PeriodIndex":
         return of_values(index.to_timestamp(), origin)
-    if kind in "mMf" or index.name in NAMES or type(index).__name__ == "DatetimeIndex":
+    dates = type(index).__name__ == "DatetimeIndex"
+    if kind in "mMf" or str(index.name).lower() in NAMES or dates:
         return of_values(index, origin)
     for name in getattr(table, "columns", ()):
         if isinstance(name, str) and name.lower() in NAMES and name not in signals:
             return of_values(table[name], origin)
+    if kind not in "biu" and any(map(_is_date, index)):
+        return of_values(index, origin)
     return None
+
+
+def _is_date(value: Any) -> bool:
+    text = str(value)
+    return not NUMBER.fullmatch(text) and _date(text) is not None
 
 
 def of_values(values: Any, origin: Any = None) -> Instants:

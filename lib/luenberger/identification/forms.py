@@ -14,8 +14,8 @@ from typing import Any, Protocol
 import numpy as np
 
 from ..errors import DesignError, short
-from ..numeric import Matrix, Vector
-from ..numeric.validation import covariance, matrix
+from ..numeric import Matrix, Vector, covariances
+from ..numeric.validation import matrix
 
 Function = Callable[[Vector], Any]
 LEAST = 1e-3  # of a start that is singular: its share of the unit, as a deviation
@@ -201,7 +201,7 @@ class Of(Form):
 
     def matrix(self, theta: Vector) -> Matrix:
         X = self.function(_variances(theta))
-        return covariance(f"{self.letter}(q)", X, len(self.known))
+        return covariances.covariance(f"{self.letter}(q)", X, len(self.known))
 
     def slopes(self, theta: Vector) -> Matrix:
         steps = STEP * np.eye(len(theta))

@@ -9,8 +9,8 @@ import numpy as np
 
 from ..errors import CertificateError, DesignError
 from ..numeric import Matrix, Vector
+from ..numeric.covariances import covariance
 from ..numeric.independent_rows import default_tol, in_even_units
-from ..numeric.validation import covariance
 from ..plant import Plant
 from .autocovariance import Fitted, by_autocovariances, noise_of_size_one
 from .forms import Form, Of, form_of

@@ -6,7 +6,8 @@ import numpy as np
 
 from ..errors import short
 from ..numeric import Matrix
-from ..numeric.validation import matrix, require_semidefinite, text
+from ..numeric.covariances import require_semidefinite
+from ..numeric.validation import matrix, text
 
 P0_IS = ("posterior", "prior")
 

@@ -10,9 +10,9 @@ from numpy.typing import ArrayLike
 from ..formats import json_records, statespace
 from ..formats.json_files import JsonFile
 from ..numeric import Matrices, Matrix
+from ..numeric.covariances import covariance
 from ..numeric.validation import (
     ReadOnly,
-    covariance,
     exact,
     matrix,
     names,

@@ -6,8 +6,8 @@ from numpy.typing import ArrayLike
 
 from ..errors import DesignError
 from ..numeric import Matrix
+from ..numeric.covariances import covariance
 from ..numeric.linalg import RANK_TOL
-from ..numeric.validation import covariance
 
 DEFINITE = 1e-14  # least eigenvalue of a weight at unit diagonal
 

@@ -18,6 +18,11 @@ AHEAD = (
     "give filter_data, or the command `filter`, the continuous plant, which is sampled "
     "at these instants."
 )
+ALIKE = "Write the times of all rows in one way."
+MEND = (
+    f"{ALIKE} A column of labels needs another name; without a column of times the "
+    "rows are taken to be dt apart."
+)
 ONE_ROW = "one row has no sampling period; give at least two, or plant.sampled(0.1)"
 Place = Callable[[int], str]  # how a message names row k
 
@@ -166,42 +171,34 @@ def sampled_at(plant: Plant, seconds: Vector, at: Place = row) -> Plant:
 class Column:
     """The time column of a CSV file, read a piece at a time.
 
-    Its cells are seconds or dates, or instants: numbers of samples.  With `any_text`
-    it is only carried along from the first cell that is none of these.
+    Its cells are seconds or dates, or instants: numbers of samples.
     """
 
-    def __init__(self, name: str, of: Plant | Observer, any_text: bool = False) -> None:
+    def __init__(self, name: str, of: Plant | Observer) -> None:
         dt = of.dt
         if dt == 0 and name.lower() == "instant":
             raise ValueError(
                 f"the column {name!r} counts samples, but a continuous plant has no "
                 "period; give a column 'time', or the plant.sampled(0.1) that was read"
             )
-        self.any_text = any_text
         self.name, self.watch = name, Clock(of) if dt > 0 else None
         self.unit = dt if name.lower() == "instant" else 1.0
         self.origin: Any = None
-        self.known = True  # whether the cells are instants
 
-    def seconds(self, cells: Sequence[str], at: Place) -> Vector | None:
-        """The seconds of the next rows, in step with dt; None of text.
+    def seconds(self, cells: Sequence[str], at: Place) -> Vector:
+        """The seconds of the next rows, in step with dt.
 
         Raises
         ------
         ValueError
             Naming the line of a cell that is no instant, or contradicts dt.
         """
-        if not self.known:
-            return None
         try:
             found, self.origin = time_stamps.seconds(cells, self.origin)
         except time_stamps.NoStamp as error:
-            self.known = not self.any_text
-            if not self.known:
-                return None
             raise ValueError(
-                f"{at(error.row)}: {self.name!r} is {short(str(error))}, not a number "
-                "of seconds nor a date such as 2026-01-05T10:00:00"
+                f"{at(error.row)}: {self.name!r} is {short(str(error))}, {error.lacks}"
+                f". {MEND if self.watch else ALIKE}"
             ) from None
         found = found * self.unit
         if self.watch is not None:
@@ -252,8 +249,8 @@ def instants(
         found = time_stamps.of_values(time, origin)
     except time_stamps.NoStamp as error:
         raise ValueError(
-            f"{row(first + error.row)}: the time {str(error)!r} is neither a number of "
-            "seconds nor a date such as 2026-01-05T10:00:00"
+            f"{row(first + error.row)}: the time is {short(str(error))}, {error.lacks}"
+            f". {ALIKE}"
         ) from None
     if found[0].shape != (len(y),):
         got = found[0].shape

@@ -11,7 +11,7 @@ import numpy as np
 from ..certificate import require_match
 from ..errors import few, short
 from ..formats.csv_reader import Rows, Table
-from ..formats.spreadsheets import first_formula, require_plain
+from ..formats.spreadsheets import require_plain
 from ..kernels import runs_compiled
 from ..numeric import Matrix, Vector
 from ..numeric.validation import names
@@ -51,7 +51,7 @@ def estimates(
     ------
     ValueError
         Naming line and column, if a value is missing, an estimate overflows, or a
-        time would be a formula in a spreadsheet or contradicts dt.
+        time is none or contradicts dt.
     """
     x0 = None
     if plant is not None:
@@ -69,7 +69,7 @@ def estimates(
     require_plain("state", observer.estimate_names)
     rows = table.rows([*outputs, *inputs], outputs, clock)
     runs_compiled(backend, 0)
-    times = None if clock is None else Column(clock, observer, any_text=True)
+    times = None if clock is None else Column(clock, observer)
     return header, _estimated(observer, table, rows, outputs, x0, backend, times)
 
 
@@ -116,14 +116,8 @@ def _estimated(
         yield now[0], x
 
 
-def require_times(table: Table, piece: Rows, times: Column | None = None) -> None:
-    """Raise if a time would be a formula in a spreadsheet, or contradicts dt."""
-    if (k := first_formula(piece.carried)) is not None:
-        raise ValueError(
-            f"{table.at(piece.lines[k])}: the time {short(piece.carried[k])} would be "
-            "a formula in a spreadsheet; a time is a number or text, and begins with "
-            "no =, @, + or - unless it is a number"
-        )
+def require_times(table: Table, piece: Rows, times: Column | None) -> None:
+    """Raise if a time is none, or contradicts dt."""
     if times is not None:
         times.seconds(piece.carried, lambda k: table.at(piece.lines[k]))
 

@@ -90,7 +90,7 @@ def reads(
         )
     require_plain("state", plant.state_names)
     rows = table.rows([*outputs, *inputs], {*outputs}, clock, texts)
-    times = None if clock is None else Column(clock, plant, any_text=plant.dt > 0)
+    times = None if clock is None else Column(clock, plant)
     found = _read(plant, table, rows, None if plant.dt == 0 else times)
     return header, found if plant.dt > 0 or times is None else _timed(
         table, found, times
@@ -115,9 +115,7 @@ def _timed(table: Table, found: Iterator[Read], times: Column) -> Iterator[Read]
         for one in found:
             waiting.append(one)
             at = partial(_line, table, one.rows)
-            seconds = times.seconds(one.rows.carried, at)
-            assert seconds is not None  # not of any text
-            yield Stretch(seconds, at)
+            yield Stretch(times.seconds(one.rows.carried, at), at)
 
     for periods in leading(stretches()):
         yield waiting.popleft()._replace(periods=periods)

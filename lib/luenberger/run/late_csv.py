@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from datetime import datetime
 from functools import partial
 from typing import NamedTuple
 
@@ -72,7 +71,7 @@ def estimates(
     _require_names(plant, table, arrival)
     header, found = reads(plant, table, undriven, list(arrival.values()))
     outputs = [plant.output_names.index(name) for name in arrival]
-    blocks = _blocks(table, outputs, list(arrival.values()), header[0], found)
+    blocks = _blocks(table, outputs, list(arrival.values()), found)
     run = LatePass(Settings(plant, 0), horizon)
     return header, paired(plant, table, blocks, partial(_filtered, run, backend))
 
@@ -95,13 +94,12 @@ class Late(NamedTuple):
 
 
 def _blocks(
-    table: Table, outputs: list[int], columns: list[str], clock: str,
-    found: Iterator[Read],
-) -> Iterator[Late]:  # fmt: skip
+    table: Table, outputs: list[int], columns: list[str], found: Iterator[Read]
+) -> Iterator[Late]:
     """The rows, with labels that arrivals are compared with."""
     count, origin = 0, None
     for one in found:
-        labels, origin = _labels(table, one.rows, clock, count, origin)
+        labels, origin = _labels(one.rows, count, origin)
         count += len(labels)
         due = np.repeat(labels[:, None], one.y.shape[1], axis=1)
         for j, column, cells in zip(outputs, columns, one.rows.texts):
@@ -122,21 +120,16 @@ def _blocks(
 
 
 def _labels(
-    table: Table, rows: Rows, clock: str, count: int, origin: datetime | None
-) -> tuple[Vector, datetime | None]:
-    """Numbers of the rows, from 1 on or their times, and the date these count from."""
+    rows: Rows, count: int, origin: time_stamps.Origin
+) -> tuple[Vector, time_stamps.Origin]:
+    """Numbers of the rows, from 1 on or their times, and what these count from."""
     if not rows.carried:
-        return np.arange(count + 1.0, count + 1 + len(rows.lines)), None
-    try:
-        return time_stamps.seconds(rows.carried, origin)
-    except time_stamps.NoStamp as error:
-        at = table.at(rows.lines[error.row])
-        kind = "number" if origin is None else "date"
-        raise ValueError(f"{at}: {short(clock)} is {str(error)!r}, no {kind}") from None
+        return np.arange(count + 1.0, count + 1 + len(rows.lines)), 0
+    return time_stamps.seconds(rows.carried, origin)  # of instants, as was seen
 
 
 def _dues(
-    table: Table, rows: Rows, column: str, cells: list[str], origin: datetime | None
+    table: Table, rows: Rows, column: str, cells: list[str], origin: time_stamps.Origin
 ) -> Vector:
     """When readings are known, in the numbers of `_labels`; NaN for never."""
     given = [k for k, cell in enumerate(cells) if cell.lower() not in NEVER]
@@ -149,7 +142,7 @@ def _dues(
         text = cells[given[0]]
     except time_stamps.NoStamp as error:
         wrong, text = error.row, str(error)
-    kind = "a number" if origin is None else f"a date, or lacks the zone of {origin}"
+    kind = f"a date, or lacks the zone of {origin}" if origin else "a number"
     raise ValueError(
         f"{table.at(rows.lines[given[wrong]])}: {short(column)} is {text!r}, which is "
         f"not {kind}; when a reading is known is told as the times of the rows are"

@@ -24,7 +24,7 @@ from .clock import Column
 from .estimate import estimate
 from .filter_data import filter_data
 
-TIME = ("time", "t", "instant")  # a first column of this name is only carried along
+TIME = ("time", "t", "instant")  # a first column of such a name holds instants
 
 
 @dataclass(frozen=True, eq=False)

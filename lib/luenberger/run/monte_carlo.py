@@ -17,7 +17,7 @@ from ..certificate import certify, require_match, require_real
 from ..errors import FIT, SAMPLE, DesignError
 from ..kernels import runs_compiled
 from ..numeric import Matrix
-from ..numeric.validation import covariance
+from ..numeric.covariances import covariance
 from ..observer import Observer
 from ..plant import Plant
 from .claims import Claim, given_claim, true_claim

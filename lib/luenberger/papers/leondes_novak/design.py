@@ -12,8 +12,9 @@ from ...arguments import expect
 from ...errors import DesignError
 from ...numeric import Matrix
 from ...numeric.combinations import combinations
+from ...numeric.covariances import covariance
 from ...numeric.linalg import UNIT_TOL
-from ...numeric.validation import covariance, whole
+from ...numeric.validation import whole
 from ...observer import Observer
 from ...plant import Plant
 from ...plant.estimates import Combinations, by_name
