@@ -2,14 +2,17 @@
 
 import errno
 import os
+import pathlib
 import signal
 import stat
 import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 from interrupts import heeding, sigint  # noqa: F401  a fixture
 
-from luenberger.formats import atomic
+from luenberger.formats import atomic, folder_lock
 
 WRITER = """
 import signal, sys, time
@@ -201,3 +204,135 @@ def test_write_all_makes_the_folder_and_leaves_nothing_else(tmp_path):
     paths = atomic.write_all(tmp_path / "a" / "b", {"one": "1", "two": "2"})
     assert paths == [tmp_path / "a/b/one", tmp_path / "a/b/two"]
     assert names(tmp_path / "a/b") == ["one", "two"]
+
+
+# -------------------------------------------------------------- more than one process
+
+NAMES = ("report.html", "plant.json", "design.ipynb", "observer.json", "designs.csv")
+ROUNDS = """
+import sys
+from luenberger.formats.atomic import write_all
+who, *names = sys.argv[1:]
+for line in sys.stdin:
+    write_all(".", {name: who * 2000 for name in names})
+    print("done", flush=True)
+"""
+HOLDER = """
+import pathlib, sys, time
+from luenberger.formats.folder_lock import alone_in
+with alone_in(pathlib.Path(".")):
+    print("ready", flush=True)
+    time.sleep(60)
+"""
+
+
+def started(folder, *arguments):
+    return subprocess.Popen(
+        [sys.executable, "-c", *arguments],
+        cwd=folder,
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+
+
+def test_files_of_two_processes_do_not_mix(tmp_path):
+    """In either order of the files; the lock does not stay."""
+    orders = {"A": NAMES, "B": NAMES, "C": NAMES[::-1]}
+    runs = [started(tmp_path, ROUNDS, who, *order) for who, order in orders.items()]
+    for _ in range(60):
+        for run in runs:
+            run.stdin.write("now\n")
+            run.stdin.flush()
+        assert [run.stdout.readline() for run in runs] == ["done\n"] * 3
+        assert len({(tmp_path / name).read_text() for name in NAMES}) == 1
+        assert names(tmp_path) == sorted(NAMES)
+    for run in runs:
+        run.communicate(timeout=60)
+        assert run.returncode == 0
+
+
+def test_files_of_two_threads_do_not_mix(tmp_path):
+    def write(who):
+        for _ in range(30):
+            atomic.write_all(tmp_path, dict.fromkeys(NAMES, who))
+
+    with ThreadPoolExecutor(4) as threads:
+        list(threads.map(write, "ABCD"))
+    assert len({(tmp_path / name).read_text() for name in NAMES}) == 1
+    assert names(tmp_path) == sorted(NAMES)
+
+
+def test_what_shall_not_stay_goes_before_another_writes(tmp_path, monkeypatch):
+    """While files go, the folder is locked."""
+    moves, beside = some(tmp_path)
+    (tmp_path / "stale").write_text("old")
+    monkeypatch.setattr(folder_lock, "PATIENCE", 0)
+    unlink = pathlib.Path.unlink
+
+    def seen(path, missing_ok=False):
+        if path.name == "stale":
+            with pytest.raises(OSError, match="another process"):
+                atomic.write_all(tmp_path, {"other": "x"})
+        unlink(path, missing_ok)
+
+    monkeypatch.setattr(pathlib.Path, "unlink", seen)
+    atomic.replace_all(moves, beside, [tmp_path / "stale", tmp_path / "never"])
+    assert names(tmp_path) == ["0", "1", "2", "beside"]
+
+
+def test_one_that_waits_too_long_says_so_and_one_that_died_does_not_block(
+    tmp_path, monkeypatch
+):
+    run = started(tmp_path, HOLDER)
+    assert run.stdout.readline() == "ready\n"
+    monkeypatch.setattr(folder_lock, "PATIENCE", 0.05)
+    with pytest.raises(OSError, match="another process has been writing") as caught:
+        atomic.write_all(tmp_path, {"a": "new"})
+    assert caught.value.filename == str(tmp_path)
+    assert names(tmp_path) == [folder_lock.NAME]
+    run.kill()
+    run.communicate(timeout=60)
+    assert names(tmp_path) == [folder_lock.NAME]
+    atomic.write_all(tmp_path, {"a": "new"})
+    assert names(tmp_path) == ["a"]
+
+
+def test_a_disk_without_locks_is_written_to(tmp_path, monkeypatch):
+    fcntl = pytest.importorskip("fcntl", reason="of POSIX only")
+
+    def flock(*_):
+        raise OSError(errno.ENOLCK, "No locks available")
+
+    monkeypatch.setattr(fcntl, "flock", flock)
+    atomic.write_all(tmp_path, {"a": "new"})
+    assert names(tmp_path) == ["a"]
+
+
+def test_a_lock_that_its_holder_removed_is_none(tmp_path, monkeypatch):
+    """It was opened before it went and locked after: another may hold the new one."""
+    fcntl = pytest.importorskip("fcntl", reason="of POSIX only")
+    lock, calls = fcntl.flock, []
+
+    def flock(number, how):
+        calls.append(number)
+        if len(calls) == 1:
+            (tmp_path / folder_lock.NAME).unlink()
+        elif len(calls) == 2:  # and this one is another's now
+            (tmp_path / folder_lock.NAME).rename(tmp_path / "theirs")
+            (tmp_path / folder_lock.NAME).touch()
+        lock(number, how)
+
+    monkeypatch.setattr(fcntl, "flock", flock)
+    with folder_lock.alone_in(tmp_path):
+        assert len(calls) == 3
+        here = (tmp_path / folder_lock.NAME).stat()
+        assert os.path.samestat(os.fstat(calls[-1]), here)
+        close, at_end = os.close, []
+
+        def closed(number):
+            at_end.append(names(tmp_path))
+            close(number)
+
+        monkeypatch.setattr(os, "close", closed)
+    assert at_end == [["theirs"]]  # removed while it was locked

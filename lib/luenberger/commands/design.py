@@ -250,9 +250,8 @@ def _publish(finished: Path, out: Path) -> Iterable[Path]:
     names = _in_order(path.name for path in finished.iterdir())
     moves = {finished / name: out / name for name in names}
     out.mkdir(parents=True, exist_ok=True)
-    atomic.replace_all(moves, beside=finished)
-    for name in {*RECOMMENDED, QUESTION} - set(names):
-        (out / name).unlink(missing_ok=True)
+    stale = [out / name for name in {*RECOMMENDED, QUESTION} - set(names)]
+    atomic.replace_all(moves, beside=finished, gone=stale)
     return moves.values()
 
 

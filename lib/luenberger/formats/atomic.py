@@ -13,9 +13,11 @@ import shutil
 import signal
 import tempfile
 import threading
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import TextIO
+
+from .folder_lock import alone_in
 
 SIGNALS = [
     getattr(signal, name)
@@ -102,14 +104,28 @@ def write_all(folder: str | Path, texts: Mapping[str, str]) -> list[Path]:
     return list(moves.values())
 
 
-def replace_all(moves: Mapping[Path, str | Path], beside: Path) -> None:
+def replace_all(
+    moves: Mapping[Path, str | Path], beside: Path, gone: Iterable[Path] = ()
+) -> None:
     """Rename each file to its path, in order; {finished: path}.
 
     If a rename fails, what was there before is put back.  Signals wait until it is
     done: there is no point at which some files are new and others old, but for a kill.
-    `beside` is a folder for copies of the old files.
+    Another process that replaces files in these folders waits as well, so all files
+    are those of one.  `beside` is a folder for copies of the old files, and the files
+    `gone` do not stay beside the new ones.
     """
     targets = {finished: destination(path) for finished, path in moves.items()}
+    with contextlib.ExitStack() as stack:
+        # in one order, so that no two wait for each other
+        for folder in sorted({target.parent for target in targets.values()}):
+            stack.enter_context(alone_in(folder))
+        _replace(targets, beside)
+        for path in gone:
+            path.unlink(missing_ok=True)
+
+
+def _replace(targets: Mapping[Path, Path], beside: Path) -> None:
     kept = {}
     for k, target in enumerate(targets.values()):
         if target.exists():
