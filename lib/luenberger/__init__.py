@@ -53,11 +53,13 @@ from .papers.moore.design import functional_observer as functional_observer
 from .papers.van_dooren.design import reduced_order_observer as reduced_order_observer
 from .plant import Plant as Plant
 from .run.estimate import estimate as estimate
+from .run.filter import Filter as Filter
 from .run.filter_data import Filtered as Filtered
 from .run.filter_data import filter_data as filter_data
 from .run.filter_fleet import FilteredFleet as FilteredFleet
 from .run.monte_carlo import Ensemble as Ensemble
 from .run.monte_carlo import monte_carlo as monte_carlo
+from .run.record import Record as Record
 from .run.simulate import Run as Run
 from .run.simulate import simulate as simulate
 from .smoothing.fleet import SmoothedFleet as SmoothedFleet

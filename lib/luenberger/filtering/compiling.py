@@ -1,0 +1,55 @@
+"""Loops over plain arrays: compiled by numba where it is installed, else Python.
+
+The texts of one module are compiled together, when one of them is first called, and
+kept on disk beside it until the module changes.  So they call each other, and nothing
+that another module defines.
+"""
+
+import types
+from collections.abc import Callable
+from functools import cached_property
+from importlib.util import find_spec
+from typing import Any
+
+WAYS: dict[str, Any] = dict(
+    cache=True, error_model="numpy", nogil=True, fastmath={"contract", "reassoc"}
+)
+
+
+class Text:
+    """A function of loops over arrays, as it is written in `plain`."""
+
+    def __init__(self, plain: Callable) -> None:
+        self.plain = plain
+
+    def __call__(self, *given: Any) -> Any:
+        return self.compiled(*given)
+
+    @cached_property
+    def compiled(self) -> Callable:
+        """The function that runs."""
+        names = self.plain.__globals__
+        if find_spec("numba") is None:
+            return self.on()
+        import numba
+
+        made = names.setdefault("_compiled", {})
+        if not made:
+            known = dict(names)
+            for name, text in names.items():
+                if isinstance(text, Text):
+                    plain = types.FunctionType(text.plain.__code__, known)
+                    known[name] = made[name] = numba.njit(**WAYS)(plain)
+        return made[self.plain.__name__]  # type: ignore[no-any-return]
+
+    def on(self, **names: Any) -> Callable:
+        """The text as Python in which some names stand for other things.
+
+        So it runs on numbers that are no floats; what it calls is Python as well.
+        """
+        known = dict(self.plain.__globals__)
+        for name, one in self.plain.__globals__.items():
+            if isinstance(one, Text):
+                known[name] = types.FunctionType(one.plain.__code__, known)
+        known |= names
+        return types.FunctionType(self.plain.__code__, known)

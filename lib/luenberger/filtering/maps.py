@@ -1,0 +1,153 @@
+"""The matrices of a filter's rows: the plant at an instant, and what arrived."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..numeric import Matrix, Vector
+from ..numeric.factors import factor
+from ..numeric.linalg import complete, solve_right
+from ..plant import Plant
+from ..recursion.settings import accurate_outputs, require_noise
+from ..recursion.weight import canonical_weight, positive_weight
+from .passes import Maps
+
+FIRM = 1e-8  # a pivot of R at unit diagonal; below it outputs are not told apart by it
+
+
+class Settings:
+    """What a filter of a plant does at each instant.
+
+    Parameters
+    ----------
+    plant : Plant
+        Discrete, with Q and R.
+    m1 : int or sequence
+        Outputs that are taken as accurate: how many leading ones, or which.
+    weight : (n, n) array_like, "canonical" or None
+        Whose trace is minimised where outputs are accurate.
+    origin : int
+        The instant of the record that is instant 0 of the plant.
+    """
+
+    def __init__(
+        self,
+        plant: Plant,
+        m1: int | Sequence[int | str] = 0,
+        weight: ArrayLike | str | None = None,
+        origin: int = 0,
+    ) -> None:
+        require_noise(plant)
+        self.plant, self.origin = plant, origin
+        self.accurate = accurate_outputs(plant, m1)
+        self.weight: Any = weight
+        if weight is not None and not isinstance(weight, str):
+            self.weight = positive_weight(weight, plant.n)
+        elif weight not in (None, "canonical"):
+            raise ValueError(
+                f"weight must be an (n, n) matrix or 'canonical', got {weight!r}"
+            )
+        self.way = self._way()
+        self._known: dict[Any, Any] = {}
+        self._stacked: Any = None, None, None
+
+    def _way(self) -> str:
+        """What is beside the state: "nothing", the noises of "outputs", or of "all"."""
+        plant = self.plant
+        if plant.S is not None and np.any(plant.S):
+            return "all"
+        R = plant.R.reshape(-1, plant.p, plant.p)
+        pushed = self.accurate and np.any(R[:, self.accurate, self.accurate])
+        if pushed or not all(map(_told_apart, R)):
+            return "outputs"
+        return "nothing"
+
+    def at(self, i: int, seen: Vector) -> tuple[Maps, Matrix]:
+        """The `Maps` of instant i with the outputs `seen`, and what whitens them."""
+        steps = self.plant.steps
+        i = 0 if steps is None else min(max(i - self.origin, 0), steps - 1)
+        key = i, seen.tobytes()
+        if key not in self._known:
+            if steps is not None:  # each instant is passed once
+                self._known.clear()
+            self._known[key] = self._make(i, seen)
+        return self._known[key]
+
+    def stack(self, found: tuple[Any, ...]) -> tuple[Maps, Matrix]:
+        """What `at` found as stacks, the same where they were asked for before."""
+        key = tuple(map(id, found))
+        if self._stacked[0] != key:
+            maps, mix = zip(*found)
+            stacks = Maps(*(np.stack(X) for X in zip(*maps))), np.stack(mix)
+            self._stacked = key, stacks, found  # kept, so that no other has their ids
+        return self._stacked[1]
+
+    def _make(self, i: int, seen: Vector) -> tuple[Maps, Matrix]:
+        now = self.plant.at(i)
+        A, C = now.A, np.where(seen[:, None], now.C, 0.0)
+        Q, R, S = now.covariances()
+        n, p = len(A), len(C)
+        L, none = np.eye(p), np.zeros((n, 0))
+        if self.way == "nothing":
+            r = np.zeros(p)
+            some = np.flatnonzero(seen)
+            L[np.ix_(some, some)], r[some] = _whitened(R[np.ix_(some, some)])
+            return _one(A, A, factor(Q), none, none, L @ C, r, np.ones(0)), L
+        joint = (
+            factor(R) if self.way == "outputs" else factor(np.block([[Q, S], [S.T, R]]))
+        )
+        q = joint.shape[1]
+        Gv = np.where(seen[:, None], joint[-p:] if p else joint[:0], 0.0)
+        Gw = np.zeros((n, q)) if self.way == "outputs" else joint[:n]
+        G = factor(Q) if self.way == "outputs" else none
+        outputs = np.hstack([C, Gv]), np.zeros(p), np.ones(q)
+        if not self.accurate:
+            both = np.hstack([A, Gw])
+            return _one(both, both, G, none, none, *outputs), L
+        accurate = np.array([j for j in self.accurate if seen[j]], dtype=int)
+        weight = canonical_weight(C) if isinstance(self.weight, str) else self.weight
+        labels = [self.plant.output_names[k] for k in self.accurate]
+        Gamma = complete(now.C[accurate], weight, labels)[1]
+        J = np.zeros((n, p))
+        if seen.any():
+            J[:, seen] = solve_right(S[:, seen], R[np.ix_(seen, seen)])
+        O = Gamma @ Gv[accurate]  # noqa: E741
+        rest = Gv - C @ O
+        M = np.hstack([A, A @ O + J @ rest])
+        B = np.hstack([A - J @ C, Gw - J @ Gv])
+        X = Gw - J @ Gv - (A - J @ C) @ O
+        return _one(M, B, G, X, O, *outputs), L
+
+
+def _one(*matrices: Matrix) -> Maps:
+    return Maps(*(np.ascontiguousarray(X, dtype=float) for X in matrices))
+
+
+def _told_apart(R: Matrix) -> bool:
+    """Whether outputs have noises of their own, or can be combined so that they do."""
+    if not (R - np.diag(R.diagonal())).any():
+        return True
+    noisy = R.diagonal() > 0
+    if not noisy.all():
+        R = R[np.ix_(noisy, noisy)]
+    scale = np.sqrt(R.diagonal())
+    return np.linalg.eigvalsh(R / scale / scale[:, None])[0] > FIRM
+
+
+def _whitened(R: Matrix) -> tuple[Matrix, Vector]:
+    """L and r with L R L' = diag(r), L lower triangular with a unit diagonal."""
+    L, r = np.eye(len(R)), R.diagonal().copy()
+    if not (R - np.diag(r)).any():
+        return L, r
+    W = R.copy()
+    for j in range(len(R)):
+        r[j] = W[j, j]
+        if r[j] > 0:
+            step = np.eye(len(R))
+            step[j + 1 :, j] = -W[j + 1 :, j] / r[j]
+            W, L = step @ W @ step.T, step @ L
+    return L, r

@@ -1,0 +1,416 @@
+"""The filter over a record and the way back, in factors P = U D U'.
+
+U is upper triangular with ones on its diagonal, D is diagonal and not negative.  A
+reading of one output changes D by quotients of sums that are not negative (Bierman);
+a prediction orthogonalises rows, from the last one up (Thornton).  So no root is
+taken, nothing is inverted, and P cannot become indefinite.  A reading without noise
+leaves an exact zero in D: singular covariances, states that are known exactly and
+readings that repeat others are no cases of their own.  `V` is U', so that a column of
+U is a row in memory.  The same texts run on Fractions, where `TINY` is zero.
+
+The state is z = [x; e]: the plant's state, and those noises of a row that its outputs
+share with each other or with the next state.  Where outputs have noises of their own
+that drive nothing, there is no e.  With M, B, G, X, O, C and r of `Maps`,
+
+    z+ = [M z + drive; 0],  [x+; e+] has the covariance of [B (z - z^), G g, X ...; e+],
+
+and a reading is y_j = C_j z + a noise of variance r_j.  An accurate output (m1) is met
+by x + O e; what that adds to the error is in the columns X of the next prediction.
+
+Source: Bierman (1977), sections V.3 and VI.4; Thornton (1976); Rauch, Tung and
+Striebel (1965); Bryson and Frazier (1963).
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from .compiling import Text
+
+TINY = 1e-13  # of what a sum is made of: rounding
+CLASH = 1e-7  # of what an innovation is made of: more contradicts what is known
+
+
+class Maps(NamedTuple):
+    """The matrices of rows, a stack of each; N = n + the number of shared noises.
+
+    Attributes
+    ----------
+    M : (k, n, N) ndarray
+        Leads the estimate to the next row.
+    B : (k, n, N) ndarray
+        Leads its error there.
+    G : (k, n, g) ndarray
+        A factor of the covariance of the noise that no output shares.
+    X, O : (k, n, N - n) ndarray, or (k, n, 0) where there are no accurate outputs
+        What the noises e that were told by a row add: to the next prediction, and to
+        the estimate of the row.
+    C : (k, p, N) ndarray
+        Outputs.
+    r : (k, p) ndarray
+        Variances of their own noises.
+    d : (k, N - n) ndarray
+        Variances of the noises e.
+    """
+
+    M: np.ndarray
+    B: np.ndarray
+    G: np.ndarray
+    X: np.ndarray
+    O: np.ndarray  # noqa: E741
+    C: np.ndarray
+    r: np.ndarray
+    d: np.ndarray
+
+
+class State(NamedTuple):
+    """A filter behind a row.
+
+    Attributes
+    ----------
+    z : (N,) ndarray
+    V : (N, N) ndarray
+    D : (N,) ndarray
+        z and the factors of its covariance.
+    E : (p, N) ndarray
+    e : (p,) ndarray
+        What each reading of the row told of z: the column K, with its weight.
+    """
+
+    z: np.ndarray
+    V: np.ndarray
+    D: np.ndarray
+    E: np.ndarray
+    e: np.ndarray
+
+
+class Tape(NamedTuple):
+    """What a pass wrote of each row: `State`, and of each reading K, pivot, innovation.
+
+    `ahead` (N, n) is the prediction of each row.  Where nothing was measured the pivot
+    is -1.  Parts that are not kept have no rows.
+    """
+
+    ahead: np.ndarray
+    z: np.ndarray
+    V: np.ndarray
+    D: np.ndarray
+    K: np.ndarray
+    pivot: np.ndarray
+    nu: np.ndarray
+
+
+@Text
+def clear(value, made):
+    """A sum, or zero where it is rounding of what it was made of."""
+    return value if abs(value) > TINY * made else 0
+
+
+@Text
+def over(a, b):
+    """a / b; 0 where b is."""
+    return a / b if b > 0 else 0
+
+
+@Text
+def absorb(V, D, c, r, nu, x, K, f):
+    """Take in a reading of c x with noise of variance r and innovation nu.
+
+    x, V and D become those after the reading, K becomes P c.  Returns the variance of
+    the innovation, 0 where the reading was known before.
+    """
+    n = len(D)
+    for j in range(n):  # f = U' c
+        v, a, made = V[j], 0, 0
+        for i in range(j + 1):
+            a += v[i] * c[i]
+            made += abs(v[i] * c[i])
+        f[j] = clear(a, made)
+    alpha = r
+    for j in range(n):
+        d = D[j] * f[j]
+        K[j] = d
+        if d == 0:
+            continue
+        v, beta = V[j], alpha
+        alpha = beta + f[j] * d
+        D[j] = D[j] * over(beta, alpha)
+        back = over(-f[j], beta)
+        for i in range(j):
+            u = v[i]
+            v[i] = u + K[i] * back
+            K[i] += d * u
+    move = over(nu, alpha)
+    for j in range(n):
+        x[j] += K[j] * move
+    return alpha
+
+
+@Text
+def gram(W, w, made, V, D, T, h):
+    """The factors of the last rows of W, whose columns have variances w.
+
+    W w W' is the covariance of all rows.  V and D become the factors of that of the
+    last n = len(made) rows, and T what each row before them has of the combinations
+    whose variances are D.  Of the first rows W keeps what the last ones do not tell.
+    `made` (n,) says what numbers the variances are made of; h is room for a row.
+    """
+    n, wide = len(made), W.shape[1]
+    top = len(W) - n
+    for j in range(n - 1, -1, -1):
+        last, v, d = W[top + j], V[j], 0
+        for k in range(wide):
+            h[k] = w[k] * last[k]
+            d += h[k] * last[k]
+        d = clear(d, TINY * made[j])
+        D[j], share = d, over(1, d)
+        for i in range(n):
+            v[i] = 0
+        v[j] = 1
+        for i in range(top + j):
+            row, u = W[i], 0
+            for k in range(wide):
+                u += row[k] * h[k]
+            u *= share
+            for k in range(wide):
+                row[k] -= u * last[k]
+            if i < top:
+                T[i, j] = u
+            else:
+                v[i - top] = u
+
+
+@Text
+def rows_ahead(B, G, V, D, W, top, made):
+    """W = [B U, G] from row `top` on, and what the variances of rows are made of."""
+    (n, N), g = B.shape, G.shape[1]
+    for i in range(n):
+        b, row, size = B[i], W[top + i], 0
+        for k in range(N):
+            v, a, much = V[k], 0, 0
+            for m in range(k + 1):
+                a += b[m] * v[m]
+                much += abs(b[m] * v[m])
+            row[k] = clear(a, much)
+            size += much * much * D[k]
+        for k in range(g):
+            row[N + k] = G[i, k]
+            size += G[i, k] * G[i, k]
+        made[i] = size
+
+
+@Text
+def predict(M, B, G, X, d, drive, z, V, D, E, e, W, w, made, met, T, h):
+    """The state ahead of the next row."""
+    n, N = B.shape
+    g, p = G.shape[1], len(e) if X.shape[1] else 0
+    for i in range(n):
+        row, a, much = M[i], drive[i], abs(drive[i])
+        for k in range(N):
+            a += row[k] * z[k]
+            much += abs(row[k] * z[k])
+        made[i], met[i] = a, much
+    for k in range(n):
+        z[k] = made[k]
+    for k in range(n, N):
+        z[k] = 0
+    rows_ahead(B, G, V, D, W, 0, made)
+    for i in range(n):
+        for j in range(p):
+            a = X[i, 0] * E[j, n]
+            for k in range(1, N - n):
+                a += X[i, k] * E[j, n + k]
+            W[i, N + g + j] = a
+            made[i] += a * a * e[j]
+    for k in range(N):
+        w[k] = D[k]
+    for k in range(g):
+        w[N + k] = 1
+    for j in range(p):
+        w[N + g + j] = e[j]
+    gram(W, w, made, V, D, T, h)
+    for k in range(n, N):
+        V[k], D[k] = 0, d[k - n]
+        V[k, k] = 1
+
+
+@Text
+def forward(y, drive, at, maps, state, xs, variances, tape):
+    """Filter the rows of y, NaN where an output did not arrive.
+
+    `at` has the setting of the row before the first one, or -1 where `state` is that
+    ahead of the first reading, and then of each row.  Returns the first row and output
+    whose reading contradicts what was known exactly, as one number; -1 if none does.
+    """
+    z, V, D, E, e = state
+    (rows, p), N, n = y.shape, len(z), maps.B.shape[1]
+    pushed = maps.O.shape[2]
+    wide = N + maps.G.shape[2] + (p if pushed else 0)
+    W, T = np.zeros((n, wide), z.dtype), np.zeros((0, n), z.dtype)
+    w, h = np.zeros(wide, z.dtype), np.zeros(wide, z.dtype)
+    made, met, f = np.zeros(n, z.dtype), np.zeros(n, z.dtype), np.zeros(N, z.dtype)
+    for i in range(n):
+        met[i] = abs(z[i])
+    clash, s = -1, -1
+    M, B, G, X = maps.M[0], maps.B[0], maps.G[0], maps.X[0]
+    C, r, O = maps.C[0], maps.r[0], maps.O[0]  # noqa: E741
+    for t in range(rows):
+        if at[t] >= 0:
+            if at[t] != s:
+                s = at[t]
+                M, B, G, X = maps.M[s], maps.B[s], maps.G[s], maps.X[s]
+            d = maps.d[at[t + 1]]
+            predict(M, B, G, X, d, drive[t], z, V, D, E, e, W, w, made, met, T, h)
+        if len(tape.ahead):
+            tape.ahead[t] = z[:n]
+        if t == 0 or at[t + 1] != at[t]:
+            C, r, O = maps.C[at[t + 1]], maps.r[at[t + 1]], maps.O[at[t + 1]]  # noqa: E741
+        for j in range(p):
+            e[j] = 0
+            pivot, nu = r[j] - r[j] - 1, y[t, j]
+            if nu == nu:
+                size = abs(nu)
+                c = C[j]
+                for i in range(N):
+                    nu -= c[i] * z[i]
+                    size += abs(c[i] * z[i])
+                for i in range(n):
+                    size += abs(c[i]) * met[i]
+                pivot = absorb(V, D, c, r[j], nu, z, E[j], f)
+                e[j] = over(1, pivot)
+                if pivot == 0 and abs(nu) > CLASH * size and clash < 0:
+                    clash = t * p + j
+            if len(tape.pivot):
+                tape.pivot[t, j], tape.nu[t, j] = pivot, nu
+            if len(tape.K):
+                tape.K[t, j] = E[j]
+        if len(tape.z):
+            tape.z[t], tape.V[t], tape.D[t] = z, V, D
+        x, v = xs[t], variances[t]
+        for i in range(n):
+            x[i], v[i] = z[i], 0
+        for k in range(N):
+            row, size = V[k], D[k]
+            for i in range(min(k + 1, n)):
+                v[i] += row[i] * row[i] * size
+        for i in range(n if pushed else 0):
+            for k in range(pushed):
+                x[i] += O[i, k] * z[n + k]
+            for j in range(p):
+                a = O[i, 0] * E[j, n]
+                for k in range(1, pushed):
+                    a += O[i, k] * E[j, n + k]
+                v[i] += a * a * e[j]
+    return clash
+
+
+@Text
+def backward(at, maps, tape, theta, Theta, told, much, lam, Lam):
+    """What later rows say of each row, by their innovations alone (Bryson, Frazier).
+
+    Later rows change the estimate z of a row by P theta, and its covariance P by
+    -P Theta P.  `lam` (rows, n) and `Lam` (rows, n, n) say the same of the prediction
+    of a row, with its own readings; `told` and `much` (rows, p) of the noise of each
+    reading.  theta (rows, N) and Theta (rows, N, N) have no rows where not wanted.
+    """
+    rows, p = tape.pivot.shape
+    n, N = maps.B.shape[1:]
+    a, A = np.zeros(N, lam.dtype), np.zeros((N, N), lam.dtype)
+    h = np.zeros(N, lam.dtype)
+    for t in range(rows - 1, -1, -1):
+        if t < rows - 1:
+            B, ahead = maps.B[at[t + 1]], Lam[t + 1]
+            for i in range(N):
+                a[i] = B[0, i] * lam[t + 1, 0]
+                for k in range(1, n):
+                    a[i] += B[k, i] * lam[t + 1, k]
+                for k in range(n):
+                    h[k] = ahead[k, 0] * B[0, i]
+                    for m in range(1, n):
+                        h[k] += ahead[k, m] * B[m, i]
+                for j in range(i + 1):
+                    s = B[0, j] * h[0]
+                    for k in range(1, n):
+                        s += B[k, j] * h[k]
+                    A[i, j] = s
+                    A[j, i] = s
+        if len(theta):
+            theta[t], Theta[t] = a, A
+        C = maps.C[at[t + 1]]
+        for j in range(p - 1, -1, -1):
+            told[t, j], much[t, j] = 0, 0
+            share = over(1, tape.pivot[t, j])
+            if share == 0:
+                continue
+            K, c = tape.K[t, j], C[j]
+            u, d = tape.nu[t, j], share / share
+            for i in range(N):
+                s = A[i, 0] * K[0]
+                for k in range(1, N):
+                    s += A[i, k] * K[k]
+                h[i] = s * share
+                u -= K[i] * a[i]
+                d += K[i] * h[i]
+            u, d = u * share, d * share
+            told[t, j], much[t, j] = u, d
+            for i in range(N):
+                a[i] += c[i] * u
+                for k in range(i + 1):
+                    A[i, k] += c[i] * c[k] * d - c[i] * h[k] - h[i] * c[k]
+                    A[k, i] = A[i, k]
+        lam[t], Lam[t] = a[:n], A[:n, :n]
+
+
+@Text
+def rts(at, maps, tape, z, V, D, gains):
+    """Smooth rows from the last one up, without an inverse (Rauch, Tung, Striebel).
+
+    z (rows, N), V and D hold the estimates of the last row with their factors, and get
+    those of all; `gains` (rows, N, n) what there is in a row's error of that of the
+    next state, or no rows.
+    """
+    rows, N = z.shape
+    n, g = maps.B.shape[1], maps.G.shape[2]
+    W, w = np.zeros((N + n, N + g), z.dtype), np.zeros(N + g, z.dtype)
+    Y, v = np.zeros((N, N + g + N), z.dtype), np.zeros(N + g + N, z.dtype)
+    made, U, d = np.zeros(n, z.dtype), np.zeros((n, n), z.dtype), np.zeros(n, z.dtype)
+    T, none = np.zeros((N, n), z.dtype), np.zeros((0, N), z.dtype)
+    size, h = np.zeros(N, z.dtype), np.zeros(2 * N + g, z.dtype)
+    for t in range(rows - 2, -1, -1):
+        B, G, old = maps.B[at[t + 1]], maps.G[at[t + 1]], tape.V[t]
+        for k in range(N):
+            w[k] = tape.D[t, k]
+        for k in range(g):
+            w[N + k] = 1
+        for i in range(N):
+            for k in range(N):
+                W[i, k] = old[k, i]
+            for k in range(g):
+                W[i, N + k] = 0
+        rows_ahead(B, G, old, tape.D[t], W, N, made)
+        gram(W, w, made, U, d, T, h)
+        for i in range(N):  # the gain T U^-1
+            for j in range(n):
+                for k in range(j):
+                    T[i, j] -= T[i, k] * U[j, k]
+        for i in range(N):
+            z[t, i], size[i] = tape.z[t, i], 0
+            for j in range(n):
+                z[t, i] += T[i, j] * (z[t + 1, j] - tape.ahead[t + 1, j])
+            for k in range(N + g):
+                Y[i, k] = W[i, k]
+                size[i] += W[i, k] * W[i, k] * w[k]
+            for k in range(N):
+                a, much = T[i, 0] * V[t + 1, k, 0], abs(T[i, 0] * V[t + 1, k, 0])
+                for j in range(1, n):
+                    a += T[i, j] * V[t + 1, k, j]
+                    much += abs(T[i, j] * V[t + 1, k, j])
+                Y[i, N + g + k] = clear(a, much)
+                size[i] += much * much * D[t + 1, k]
+        for k in range(N + g):
+            v[k] = w[k]
+        for k in range(N):
+            v[N + g + k] = D[t + 1, k]
+        gram(Y, v, size, V[t], D[t], none, h)
+        if len(gains):
+            gains[t] = T

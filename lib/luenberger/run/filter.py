@@ -1,0 +1,168 @@
+"""The filter of a plant, as a value: what it finds in a record."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from ..arguments import expect
+from ..filtering.maps import Settings
+from ..filtering.pack import End, Passage, begin, over
+from ..formats import dataframes
+from ..numeric import Matrix
+from ..plant import Plant
+from .clock import require_instants
+from .discretise import discretise
+from .record import Record, Rows
+
+Outputs = int | Sequence[int | str]  # how many, or which
+ROWS = 1 << 13  # of a plant that changes, whose matrices are held at once
+
+
+@dataclass(frozen=True, eq=False)
+class Filtered:
+    """What `Filter.run` found; row k is instant k + 1 of the record.
+
+    Attributes
+    ----------
+    x : (N, n) ndarray or pandas.DataFrame
+        Estimates of the state, each using y up to and including its row.
+    std : (N, n) ndarray or pandas.DataFrame
+        Their one-sigma errors, square roots of the diagonals of P.
+    end : End
+        The filter behind the last row: ``run(more, start=found.end)`` goes on there.
+    """
+
+    x: Any
+    std: Any
+    end: End
+    _again: Any
+
+    @cached_property
+    def P(self) -> np.ndarray:
+        """Error covariances (N, n, n), found in a second pass when first read."""
+        return self._again()[0]
+
+    @cached_property
+    def K(self) -> np.ndarray:
+        """Gains (N, n, p), zero for outputs that did not arrive."""
+        return self._again()[1]
+
+
+@dataclass(frozen=True)
+class Filter:
+    """The filter of least error variance of a noisy plant, over records.
+
+    Parameters
+    ----------
+    plant : Plant
+        With Q, R and P0.  A continuous one is sampled at each record's instants.
+    m1 : int or sequence, default 0
+        Accurate outputs, as in `reduced_order_filter`; 0 is the Kalman filter.
+    weight : (n, n) array_like or "canonical", optional
+        As in `reduced_order_filter`.
+
+    Raises
+    ------
+    DesignError
+        If the plant lacks Q or R, or accurate outputs are dependent.
+
+    Examples
+    --------
+    >>> import luenberger as lb
+    >>> plant = lb.Plant([[1]], None, [[1]], dt=1.0, Q=[[0]], R=[[1]], P0=[[1]])
+    >>> found = lb.Filter(plant).run([[2], [float("nan")], [2]])
+    >>> found.x[:, 0].round(4), found.std[:, 0].round(4)
+    (array([1.    , 1.    , 1.3333]), array([0.7071, 0.7071, 0.5774]))
+    """
+
+    plant: Plant
+    m1: Outputs = 0
+    weight: Any = None
+
+    def __post_init__(self) -> None:
+        expect(plant=self.plant)
+        if self.plant.dt > 0:
+            self.settings  # noqa: B018  refuse now what no record can mend
+
+    @cached_property
+    def settings(self) -> Settings:
+        """The matrices of its rows, of a discrete plant."""
+        return Settings(self.plant, self.m1, self.weight)
+
+    def run(self, record: Any, start: End | None = None) -> Filtered:
+        """Filter a record in one pass; NaN means not measured.
+
+        Parameters
+        ----------
+        record : Record, or what one is made of
+        start : End, optional
+            Where an earlier part of the same run ended.
+        """
+        record = Record.of(record)
+        rows = record.on(self.plant, 0 if start is None else start.instant)
+        windows = list(self._windows(rows, start))
+        x = np.concatenate([one.x for one in windows])
+        std = np.sqrt(np.concatenate([one.variances for one in windows]))
+        names = self.plant.state_names
+        table = (dataframes.framed(X, names, record.index) for X in (x, std))
+
+        def again() -> tuple[Matrix, Matrix]:
+            return self._matrices(rows, start)
+
+        return Filtered(*table, windows[-1].end, again)
+
+    def _windows(self, rows: Rows, start: End | None, keep: str = "") -> Any:
+        """Passage by passage over the rows."""
+        whole = self.plant.steps is None and rows.periods is None
+        size = max(len(rows.y), 1) if whole else ROWS
+        end = start
+        for k in range(0, max(len(rows.y), 1), size):
+            part = slice(k, k + size)
+            settings = self._at(rows, part, 0 if end is None else end.instant)
+            if end is None:
+                end = begin(settings, rows.u0)
+            one = over(settings, end, rows.y[part], rows.u[part], keep)
+            end = one.end
+            yield one
+
+    def _at(self, rows: Rows, part: slice, instant: int) -> Settings:
+        """The settings of some rows."""
+        if rows.periods is None:
+            require_instants(self.plant, instant + len(rows.y[part]))
+            return self.settings
+        steps = rows.periods[part]
+        if (steps == steps[0]).all():
+            return Settings(self.plant.sampled(float(steps[0])), self.m1, self.weight)
+        return Settings(discretise(self.plant, steps), self.m1, self.weight, instant)
+
+    def _matrices(self, rows: Rows, start: End | None) -> tuple[Matrix, Matrix]:
+        """Covariances and gains of all rows."""
+        passed = self._windows(rows, start, "all")
+        P, K = zip(*(matrices(one, self.plant.p) for one in passed))
+        return np.concatenate(P), np.concatenate(K)
+
+
+def matrices(one: Passage, p: int) -> tuple[Matrix, Matrix]:
+    """Covariances (N, n, n) and gains (N, n, p) of a passage with its whole tape."""
+    tape, (_, _, at, maps, mix) = one.tape, one.packed
+    n = one.x.shape[1]
+    share = np.where(tape.pivot > 0, 1 / np.where(tape.pivot > 0, tape.pivot, 1), 0)
+    P = np.einsum("tka,tk,tkb->tab", tape.V[:, :, :n], tape.D, tape.V[:, :, :n])
+    K = np.zeros((*tape.K.shape[::2], p))
+    for j in range(p):  # one reading after the other moves the estimate
+        k = tape.K[:, j] * share[:, j, None]
+        K[:, :, j] = 0
+        C = maps.C[at[1:], j]
+        K -= k[:, :, None] * np.einsum("tk,tkj->tj", C, K)[:, None, :]
+        K[:, :, j] += k
+    O = maps.O[at[1:]]  # noqa: E741
+    if O.shape[2]:
+        pushed = np.einsum("tjk,tnk->tjn", tape.K[:, :, n:], O)
+        P = P + np.einsum("tja,tj,tjb->tab", pushed, share, pushed)
+        K = K[:, :n] + O @ K[:, n:]
+    return P, K[:, :n] @ mix[at[1:]]

@@ -1,0 +1,152 @@
+"""A record: what was measured, what is known to have acted, and when."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..formats import dataframes
+from ..numeric import Matrix, Vector
+from ..plant import Plant
+from . import arrivals, chunks
+from .clock import ONE_ROW, Clock, known, periods
+
+
+class Rows(NamedTuple):
+    """A record on a plant, as arrays.
+
+    Attributes
+    ----------
+    y : (N, p) ndarray
+        NaN where an output was not measured.
+    u : (N, m) ndarray
+    u0 : (m,) ndarray
+        The input that acted until the first row.
+    periods : (N,) ndarray or None
+        Seconds that lead to each row of a continuous plant.
+    due : (N, p) ndarray of int or None
+        The row at which each reading arrived; None where all were on time.
+    """
+
+    y: np.ndarray
+    u: np.ndarray
+    u0: np.ndarray
+    periods: np.ndarray | None
+    due: np.ndarray | None
+
+
+@dataclass(frozen=True, eq=False)
+class Record:
+    """Measurements of one run, or of many, with inputs and times.
+
+    Row k is instant k + 1, the k-th sample after the initial condition.
+
+    Parameters
+    ----------
+    y : (N, p) array_like or pandas.DataFrame, or (M, N, p), or a list of records
+        Measurements.  NaN, None, pandas.NA and what a mask covers were not measured.
+        The columns of a table are found by the names of the plant's outputs.  Polars
+        tables and named xarray arrays are found by name as well.
+    u : (N, m) array_like or DataFrame, optional
+        Known inputs at the same instants; u[k] acts until the next row.  By default
+        the columns of the table y that are named as inputs, else zero.
+    time : (N,) array_like or "rows", optional
+        When each row was measured: seconds, dates or durations.  By default the index
+        of a table, or its column `time` or `t`.  They must agree with dt, and a
+        continuous plant is sampled at them; "rows" leaves them out of account.
+    arrival : (N, p) array_like, dict or DataFrame, optional
+        When each reading became known, where that is later than its own row: row
+        numbers, or times as those of the index: ``{"gps": "gps_known_at"}``.  Never,
+        where it is missing.
+    u0 : (m,) array_like, optional
+        The input that acted until the first row, default zero.
+
+    Raises
+    ------
+    ValueError
+        When it is used with a plant: where sizes or names disagree, a value is
+        infinite, or times contradict dt or do not grow.
+
+    Examples
+    --------
+    >>> import luenberger as lb
+    >>> nan = float("nan")
+    >>> plant = lb.Plant([[1]], None, [[1]], dt=1.0, Q=[[0]], R=[[1]], P0=[[1]])
+    >>> lb.Filter(plant).run(lb.Record([[2], [nan], [2]])).std[:, 0].round(4)
+    array([0.7071, 0.7071, 0.5774])
+    """
+
+    y: Any
+    u: Any = None
+    time: Any = None
+    arrival: Any = None
+    u0: Any = None
+
+    @classmethod
+    def of(cls, record: Any) -> Record:
+        """The record itself, or a record of measurements."""
+        return record if isinstance(record, cls) else cls(record)
+
+    @property
+    def index(self) -> Any:
+        """The index of a table, or None."""
+        return self.y.index if dataframes.is_table(self.y) else None
+
+    @property
+    def many(self) -> bool:
+        """Whether there are several runs."""
+        if isinstance(self.y, list | tuple) and len(self.y):
+            return dataframes.is_table(self.y[0]) or np.ndim(self.y[0]) == 2
+        return not dataframes.is_table(self.y) and getattr(self.y, "ndim", 0) == 3
+
+    def split(self, size: int) -> Iterator[Record]:
+        """Parts of so many runs, or of so many rows of one run.
+
+        The parts of one run are filtered one after the other, each with
+        ``start=`` the `end` of the one before.
+        """
+        if not isinstance(size, int | np.integer) or size < 1:
+            raise ValueError(f"a part has at least 1 record or row, got {size!r}")
+        for k in range(0, len(self.y), size):
+            part = slice(k, k + size)
+            yield Record(
+                _part(self.y, part), _part(self.u, part), _part(self.time, part),
+                _part(self.arrival, part), self.u0 if self.many or k == 0 else None,
+            )  # fmt: skip
+
+    def __len__(self) -> int:
+        return len(self.y)
+
+    def on(self, plant: Plant, first: int = 0) -> Rows:
+        """The rows of one run as arrays; `first` of its rows came before."""
+        outputs, inputs = (plant.p, plant.output_names), (plant.m, plant.input_names)
+        y, u = chunks.arrays(self.y, self.u, outputs, inputs, missing=True)
+        u0 = dataframes.entries("u0", self.u0, plant.input_names)
+        u0 = np.zeros(plant.m) if u0 is None else chunks.single("u0", u0, plant.m)
+        steps = None
+        if plant.dt > 0:
+            Clock(plant, self.time).follow(self.y)
+        else:
+            steps = periods(known(plant, self.y, self.time, None, first)[0])
+            if not len(steps):
+                raise ValueError(ONE_ROW)
+            steps = np.concatenate([steps[:1], steps])
+        due = None if self.arrival is None else self._due(plant, y, first)
+        return Rows(y, u, u0, steps, due)
+
+    def _due(self, plant: Plant, y: Matrix, first: int) -> Vector:
+        block = arrivals.Block(self.y, self.arrival)
+        found = arrivals.of(block, y, plant, first, False, None)
+        rows = np.searchsorted(found.labels, found.due.ravel(), side="left")
+        never = np.isnan(found.y).ravel()
+        return np.where(never, np.iinfo(np.int64).max, rows).reshape(y.shape)
+
+
+def _part(X: Any, part: slice) -> Any:
+    """Some rows, or some runs."""
+    if X is None or isinstance(X, str | dict | int | float):
+        return X
+    return X.iloc[part] if dataframes.is_table(X) else X[part]

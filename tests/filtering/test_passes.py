@@ -1,0 +1,141 @@
+"""The recursion against rational arithmetic: in floats, and its text in Fractions."""
+
+from dataclasses import replace
+from fractions import Fraction
+
+import exact_filter
+import numpy as np
+import pytest
+from exact_filter import rational, zeros
+
+import luenberger as lb
+from luenberger.errors import DesignError
+from luenberger.filtering.passes import Maps, State, Tape, forward
+
+EXACT = forward.on(TINY=0, CLASH=0)
+TOL = 1e-9
+
+
+def factored(P):
+    """V = U' and D of a covariance of Fractions."""
+    n, P, V, D = len(P), P.copy(), rational(np.eye(len(P))), zeros(len(P))
+    for j in reversed(range(n)):
+        D[j] = P[j, j]
+        for i in range(j if D[j] else 0):
+            V[j, i] = P[i, j] / D[j]
+        P = P - D[j] * np.outer(V[j], V[j])
+    return V, D
+
+
+def in_fractions(problem):
+    """x and P of a problem by the text of `passes`, on Fractions."""
+    m = problem.model
+    n, p, rows = len(m.A), len(m.C), len(problem.y)
+    N = n + n + p
+    V, d = factored(np.block([[m.Q, m.S], [m.S.T, m.R]]))
+    B, C = np.hstack([m.A, V.T[:n]]), np.hstack([m.C, V.T[n:]])
+    none = zeros(1, n, 0)
+    maps = Maps(B[None], B[None], none, none, none, C[None], zeros(1, p), d[None])
+    state = State(
+        np.concatenate([m.x0, zeros(n + p)]), rational(np.eye(N)),
+        np.concatenate([zeros(n), d]), zeros(p, N), zeros(p),
+    )  # fmt: skip
+    state.V[:n, :n], state.D[:n] = factored(m.P0)
+    y = np.where(problem.y == None, float("nan"), problem.y)  # noqa: E711
+    tape = Tape(*(zeros(*s) for s in [(rows, n), (rows, N), (rows, N, N), (rows, N),
+                (rows, p, N), (rows, p), (rows, p)]))  # fmt: skip
+    at = np.zeros(rows + 1, dtype=int)
+    clash = EXACT(
+        y, zeros(rows, n), at, maps, state, zeros(rows, n), zeros(rows, n), tape
+    )
+    P = [((V.T * D) @ V)[:n, :n] for V, D in zip(tape.V, tape.D)]
+    return tape.z[:, :n], P, clash
+
+
+@pytest.mark.parametrize("first", range(0, 60, 10))
+def test_the_text_is_exact_on_fractions(first):
+    """To the last digit, and what contradicts is found at a difference of any size."""
+    for seed in range(first, first + 10):
+        problem = exact_filter.problem(seed)
+        problem = replace(problem, accurate=())
+        x, P, clash = in_fractions(problem)
+        exact = problem.exact()
+        assert all((a == b).all() for a, b in zip(x, exact.x))
+        assert all((a == b).all() for a, b in zip(P, exact.P))
+        assert clash == -1
+        assert all(type(v) in (int, Fraction) for v in x.flat)
+        damaged = problem.damaged(np.random.default_rng(seed))
+        assert (in_fractions(damaged)[2] >= 0) == (max(damaged.exact().gaps) > 0)
+
+
+@pytest.mark.parametrize("first", range(0, 300, 50))
+def test_filters_equal_exact_ones(first):
+    """Singular Q, R, P0, S, exact outputs, accurate ones, gaps, units far apart."""
+    for seed in range(first, first + 50):
+        problem = exact_filter.problem(seed)
+        run = lb.Filter(problem.plant, problem.accurate).run(problem.record)
+        exact = problem.exact()
+        x, P = problem.errors(run.x, run.P, exact)
+        slack = problem.sensitivity(exact) if max(x, P) > TOL else 0
+        assert P <= TOL + slack and x <= TOL + slack + 1e-4 * slack**0.5, seed
+        variances = np.diagonal(run.P, axis1=1, axis2=2)
+        assert np.allclose(run.std**2, variances, rtol=1e-9, atol=1e-12 * run.P.max())
+        damaged = problem.damaged(np.random.default_rng(seed))
+        if max(damaged.exact().gaps) > 0:
+            with pytest.raises(DesignError, match="at instant [0-9]+ the reading of"):
+                lb.Filter(problem.plant, problem.accurate).run(damaged.record)
+
+
+def a_plant(rng, shared):
+    n, p, m = 3, 2, 1
+    A, C = rng.normal(size=(n, n)), rng.normal(size=(p, n))
+    H = rng.normal(size=(n + p, n + p))
+    J = H @ H.T
+    S = 0.5 * J[:n, n:] if shared else None
+    return lb.Plant(
+        0.9 * A / np.abs(np.linalg.eigvals(A)).max(), rng.normal(size=(n, m)), C,
+        rng.normal(size=(p, m)), dt=1.0, Q=J[:n, :n], R=J[n:, n:], S=S, P0=np.eye(n),
+        x0=[1, 2, 3],
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("m1", [0, 1, 2])
+@pytest.mark.parametrize("shared", [False, True])
+def test_parts_of_a_record_are_the_record_bit_for_bit(m1, shared):
+    rng = np.random.default_rng(m1)
+    plant = a_plant(rng, shared)
+    y, u = rng.normal(size=(50, 2)), rng.normal(size=(50, 1))
+    y[rng.random(y.shape) < 0.2] = np.nan
+    record, run = lb.Record(y, u, u0=[0.3]), lb.Filter(plant, m1)
+    whole, end, parts = run.run(record), None, []
+    for part in record.split(7):
+        parts.append(run.run(part, start=end))
+        end = parts[-1].end
+    for name in ("x", "std", "P", "K"):
+        joined = np.concatenate([getattr(part, name) for part in parts])
+        assert (joined == getattr(whole, name)).all()
+
+
+@pytest.mark.parametrize("m1", [0, 1, 2])
+@pytest.mark.parametrize("shared", [False, True])
+def test_gains_and_covariances_are_those_of_the_recursion(m1, shared):
+    """What K makes of x, and Joseph's form of P, for gains read off the tape."""
+    rng = np.random.default_rng(m1)
+    plant = a_plant(rng, shared)
+    y = rng.normal(size=(20, 2))
+    run = lb.Filter(plant, m1).run(y)
+    S = np.zeros((3, 2)) if plant.S is None else plant.S
+    J = np.linalg.solve(plant.R, S.T).T
+    As, Qs = plant.A - J @ plant.C, plant.Q - J @ S.T
+    x, P, A = plant.x0, plant.P0, plant.A
+    ahead, Q = A @ x, plant.Q
+    for k in range(20):
+        Omega = (A if k == 0 else As) @ P @ (A if k == 0 else As).T
+        Omega += Q if k == 0 else Qs
+        K, Y = run.K[k], np.eye(3) - run.K[k] @ plant.C
+        x = ahead + K @ (y[k] - plant.C @ ahead)
+        P = Y @ Omega @ Y.T + K @ plant.R @ K.T
+        assert np.allclose(run.x[k], x, atol=1e-12)
+        assert np.allclose(run.P[k], P, atol=1e-12)
+        assert np.allclose(plant.C[:m1] @ x, y[k, :m1])
+        ahead = A @ x + J @ (y[k] - plant.C @ x)
