@@ -126,12 +126,12 @@ def run(plant, y, u=None, u0=None, accurate=(), prior=False):
         M = Ck @ P @ Ck.T + Rk
         K, null = solve(M, P @ Ck.T)
         gap = null.T @ innovation
-        Gamma = _gamma(Ck, np.isin(np.flatnonzero(seen), accurate))
+        Gamma = gamma_of(Ck, np.isin(np.flatnonzero(seen), accurate))
         K = K + Gamma - Gamma @ (Ck @ K)
         x = x + K @ innovation
         Y = rational(np.eye(n)) - K @ Ck
         P = Y @ P @ Y.T + K @ Rk @ K.T
-        rho, J = rational(row[seen]) - E[seen] @ u[k] - Ck @ x, _J(S[:, seen], Rk)
+        rho, J = rational(row[seen]) - E[seen] @ u[k] - Ck @ x, J_of(S[:, seen], Rk)
         before = u[k]
         found.x.append(x)
         found.P.append(P)
@@ -139,7 +139,7 @@ def run(plant, y, u=None, u0=None, accurate=(), prior=False):
     return found
 
 
-def _gamma(C, accurate):
+def gamma_of(C, accurate):
     """C1' (C1 C1')^-1 in the columns of the accurate outputs."""
     C1, Gamma = C[accurate], zeros(*C.T.shape)
     found, null = solve(C1 @ C1.T, C1.T)
@@ -148,7 +148,7 @@ def _gamma(C, accurate):
     return Gamma
 
 
-def _J(S, R):
+def J_of(S, R):
     """J R = S of least norm, outputs at unit variance (derivations/decorrelation)."""
     scale = np.array([1 / v if v else Fraction(1) for v in R.diagonal()], dtype=object)
     scaled = scale[:, None] * R
@@ -227,10 +227,10 @@ class Problem:
 
 def problem(seed):
     """One random singular problem; the seed says which."""
-    return _Making(np.random.default_rng(seed)).problem()
+    return Making(np.random.default_rng(seed)).problem()
 
 
-class _Making:
+class Making:
     """Small numbers, tenths or integers, with the coincidences that hurt."""
 
     def __init__(self, rng):

@@ -84,8 +84,10 @@ def require_agreement(
     size += CLEAR * (grown + (mixed + 5) * known[some].any(axis=0))
     bad = left > size
     if bad.any():
-        part = np.abs(known[:, bad]).max(axis=1)
-        which = [names[j] for j in np.flatnonzero(part > 1e-6 * part.max()).tolist()]
+        # `known` is in units of one over each output's, so that these are not
+        part = np.abs(known[:, bad]) * np.where(some, unit, 1.0)[:, None]
+        told = (part > 1e-6 * part.max(axis=0)).any(axis=1)
+        which = [names[j] for j in np.flatnonzero(told).tolist()]
         scale = np.abs(known[:, bad]).max(axis=0)
         raise DesignError(
             f"at instant {instant} the noise-free outputs {which} contradict each "

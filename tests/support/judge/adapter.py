@@ -1,0 +1,105 @@
+"""The names of the library that the judge calls; all of them stand here.
+
+Who renames one adds the new name here and keeps the old one, by which the judge times
+an older checkout.  Arrays in, arrays out; a refusal is a `lb.DesignError`.
+"""
+
+import re
+
+import luenberger as lb
+from luenberger.export import to_c
+
+Refused = lb.DesignError
+
+
+def plant(A, B, C, E, *, Q, R, S=None, P0=None, x0=None, prior=False):
+    """A discrete plant; P0=None says that nothing is known of its start."""
+    more = {} if P0 is None else dict(P0=P0, x0=x0)
+    more |= dict(P0_is="prior") if prior else {}
+    return lb.Plant(A, B, C, E, dt=1.0, Q=Q, R=R, S=S, **more)
+
+
+def filtered(plant, y, u=None, u0=None, m1=(), arrival=None):
+    """Estimates and covariances (N, n), (N, n, n)."""
+    run = lb.filter_data(plant, y, u, u0=u0, m1=list(m1), arrival=arrival, history=True)
+    return run.x, run.P
+
+
+def smoothed(plant, y, u=None, u0=None, m1=()):
+    """The same of the whole record."""
+    run = lb.smooth(plant, y, u, u0=u0, m1=list(m1))
+    return run.x, run.P
+
+
+def log_likelihood(plant, y, u=None, u0=None):
+    return lb.log_likelihood(plant, y, u, u0=u0)
+
+
+def reason(error):
+    """Why a record was refused: "contradiction", "digits" or "undetermined"."""
+    words = {
+        "contradict each other": "contradiction", "does not determine": "undetermined",
+        "digits": "digits", "no output shows": "digits",
+    }  # fmt: skip
+    return next((why for part, why in words.items() if part in str(error)), str(error))
+
+
+def where(error):
+    """The instant and the numbers of the outputs that a contradiction names."""
+    instant = re.search(r"at instant (\d+) ", str(error))
+    return int(instant[1]), {int(j) - 1 for j in re.findall(r"'y(\d+)'", str(error))}
+
+
+# -- what is timed: compiled code, over whole records ---------------------------------
+
+
+def over_rows(plant, y, settled=False):
+    """The estimates of a record, or of a fleet (M, N, p); by default in full."""
+    settle = 1e-9 if settled else None
+    return lb.filter_data(plant, y, backend="numba", settle=settle).x
+
+
+def smoothed_rows(plant, y):
+    return lb.smooth(plant, y, backend="numba").x
+
+
+def likelihood_of_rows(plant, y):
+    return lb.log_likelihood(plant, y, backend="numba")
+
+
+def as_called(plant, y):
+    """A short record, as users call it."""
+    return lb.filter_data(plant, y).x
+
+
+def fitted(plant, y):
+    """The log likelihood that a fit of a diagonal Q and of R reaches, start unknown."""
+    return lb.fit_noise(plant, y, Q="diagonal").log_likelihood
+
+
+FIRST = (  # a program: the first record of a plant in a new process
+    "import numpy as np, luenberger as lb\n"
+    "A, C = [[1, 1, 0.5], [0, 1, 1], [0, 0, 1]], [[1, 0, 0], [0, 1, 0]]\n"
+    "plant = lb.Plant(A, None, C, dt=1.0, Q=np.diag([0.0, 0, 1]),\n"
+    "                 R=np.diag([0.25, 4]), P0=np.eye(3))\n"
+    "lb.filter_data(plant, np.zeros((1000, 2)), backend='numba')\n"
+)
+DEVICE = """
+#include "made.h"
+int run(const double *y, double *what, int rows)
+{
+    made_state state;
+    made_init(&state);
+    for (int k = 0; k < rows; k++)
+        if (made_step(&state, 0, y + k * P, what + k * N)) return 1;
+    return 0;
+}
+"""
+
+
+def exported(plant, folder):
+    """The sources of `int run(y, what, rows)`, the exported filter over a record."""
+    code, _ = to_c(plant, folder, name="made")
+    driver = folder / "driver.c"
+    driver.write_text(f"enum {{ N = {plant.n}, P = {plant.p} }};\n{DEVICE}")
+    return code, driver
