@@ -427,7 +427,7 @@ def test_a_letter_may_stand_for_something_else_on_one_page():
     assert page.meaning == {other: "of the page"} and page.symmetric == ()
     assert letters.meaning == {Z: "of the paper"} and letters.symmetric == (Z,)
     for notation in (letters, page):
-        with pytest.raises(ValueError, match="Z already has a meaning"):
+        with pytest.raises(ValueError, match="the letter Z is taken"):
             notation("Z", p, p, "twice")
 
 

@@ -24,7 +24,8 @@ well.  This is the push-through identity, for matrices of any sizes:
 
 A *proof* is that sum: the left side less the right side, written as terms
 c u (l - r) v, each with a relation l = r in its middle.  Multiply it out, and nothing
-is left; `proof.check()` does so with code of its own that knows no rewriting.  It is
+is left; `proof.check()` does so with code of its own that knows no rewriting, and
+finds matrices for which something is said: with the inverses that are written.  It is
 found by rewriting words with the relations and by *completing* these: where two
 overlap, a word can be rewritten in two ways, and that both are equal is a new relation.
 

@@ -176,7 +176,8 @@ def paired(a, b):
     if isinstance(a, dict):
         return [(a, b)]
     flat = [x for row in a for x in row]
-    return zip(flat, [b] * len(flat) if b == {} else [y for row in b for y in row])
+    other = [b] * len(flat) if b == {} else [y for row in b for y in row]
+    return zip(flat, other, strict=True)
 
 
 class Model:

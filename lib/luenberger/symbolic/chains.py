@@ -124,7 +124,7 @@ class Chain:
         number = f"({self.number}) " if self.number else ""
         says = f"{text(self.left)} = {text(self.right)}"
         if columns(says) > WIDEST_REASON:
-            number, says = "", f"({self.number or self.says})"
+            says = self.says
         return Result(number + says, self.left, self.right)
 
     @property

@@ -8,9 +8,11 @@ import sympy as sp
 from sympy.matrices.expressions.matexpr import MatrixExpr
 
 from .core import Algebra
+from .models import possible
 from .proofs import Proof, prove
+from .statements import sound
 from .typeset import latex, text
-from .words import Formula
+from .words import Formula, exact
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,13 +35,14 @@ class Claim:
     def residual(self) -> Formula:
         """The difference of the sides in normal form."""
         if self.algebra is None:
-            left = sp.sympify(self.left)
+            left, right = (sp.sympify(exact(x, False)) for x in (self.left, self.right))
             if isinstance(left, sp.MatrixBase) and 0 in left.shape:
                 raise ValueError(
                     f"a claim about an empty matrix, {left.rows} x {left.cols}, "
                     "says nothing"
                 )
-            return left if self._is_bare() else left - sp.sympify(self.right)
+            return left if self._is_bare() else left - right
+        sound(*self._sides())
         left = self.algebra.normal(self.left)
         return left if self._is_bare() else left - self.algebra.normal(self.right)
 
@@ -51,7 +54,9 @@ class Claim:
         """Whether the claim is proved."""
         residual = self.residual
         if self.algebra is not None:
-            return residual.is_zero
+            sides = tuple(self._sides())
+            symmetric = self.algebra.symmetric
+            return residual.is_zero and possible(self.relations, symmetric, sides)
         entries = residual if isinstance(residual, sp.MatrixBase) else [residual]
         return all(map(is_nothing, entries))
 

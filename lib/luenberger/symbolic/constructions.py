@@ -13,7 +13,7 @@ from .models import differ, evaluate, model
 from .reasons import cited_latex, cited_text, gap, idle, shown
 from .relations import Reasons, named
 from .typeset import Show, latex, text
-from .words import Formula
+from .words import Formula, denied, same_shape
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -188,7 +188,12 @@ class Counterexample:
             for s in self.symmetric
             if s in self.values and differ(s, sp.Transpose(s), self.values)
         ]
-        if not differ(self.left, self.right, self.values):
+        found += [says for pair in self.values.items() if (says := denied(*pair))]
+        one, other = (getattr(side, "shape", ()) for side in (self.left, self.right))
+        alike = same_shape(one, other) if one and other else one == other
+        if not alike and self.right != 0:
+            found.append(f"no claim: the sides have shapes {one} and {other}")
+        elif not differ(self.left, self.right, self.values):
             found.append("the sides are equal")
         return found
 

@@ -9,7 +9,7 @@ from sympy.matrices.expressions.matexpr import MatrixExpr
 from .blocks import Blocks, product
 from .polynomials import Polynomial, Traces
 from .relations import Given
-from .symbols import MatrixSymbol
+from .symbols import Own
 from .words import (
     Formula,
     Letter,
@@ -17,6 +17,7 @@ from .words import (
     Symbols,
     Terms,
     Word,
+    exact,
     rotations,
     same_shape,
     same_size,
@@ -87,6 +88,11 @@ class Algebra:
         if not (single and same_shape(left.shape, right.shape)):
             raise ShapeError(f"{left} = {right} is not a relation word = polynomial")
         ((word, c),) = left.terms.items()
+        if sp.sympify(c).is_zero is not False:
+            raise ValueError(
+                f"{left} = {right} does not say what {text(word)} is, because {c} may "
+                "be zero; say that it is not, as Symbol(name, nonzero=True) does"
+            )
         right = (1 / sp.sympify(c)) * right
         flipped = self.flipped(word)
         rules = [(word, right.terms)]
@@ -162,6 +168,7 @@ class Algebra:
         """Normal form of a SymPy expression: `Polynomial`, `Blocks` or `Traces`."""
         if isinstance(expr, (Polynomial, Blocks, Traces)):
             return self._adopted(expr)
+        exact(expr)
         if isinstance(expr, MatrixExpr):
             return self._matrix(expr)
         return self._scalar(sp.sympify(expr))
@@ -261,6 +268,11 @@ class Algebra:
 
     def differential(self, expr: Formula, increments: dict[Any, Any]) -> Any:
         """First differential; `increments` is {symbol: its increment, a symbol}."""
+        for x, dx in increments.items():
+            if not same_shape(x.shape, dx.shape):
+                raise ShapeError(
+                    f"{dx} of shape {dx.shape} is no increment of {x} of {x.shape}"
+                )
         value = self.normal(expr)
         if isinstance(value, Blocks):
             return value.map(lambda entry: self.differential(entry, increments))
@@ -280,7 +292,7 @@ class Algebra:
 
         SymPy's own derivative of a sum of traces is 0 (sympy #26561), hence this.
         """
-        dX = MatrixSymbol(f"d{X.name}", *X.shape)
+        dX = Own(f"d{X.name}", *X.shape)
         moved = self.differential(self.normal(scalar), {X: dX})
         pairs = []
         for word, c in moved.terms.items():

@@ -75,6 +75,8 @@ class Derivation:
         """What is wrong beside the steps: stages, and formulas that nothing uses."""
         symmetric = getattr(self.letters, "symmetric", ())
         found = [c for stage in self.stages for c in stage.complaints(symmetric)]
+        assigned = [e for s in self.stages for e in (s.target, s.expression)]
+        found += look_alikes([*self.given, *assigned])
         if any(stage.by for stage in self.stages):
             bare = [stage for stage in self.stages if not stage.by]
             found += [f"nothing proves {stage.shown(text)}" for stage in bare]
@@ -96,6 +98,12 @@ class Derivation:
             )
             found += [f"it is not said what {name} stands for" for name in unknown]
             found += self._taken_for_constant(introduced)
+            found += [
+                f"{title(item)}: {fault}"
+                for item in self.page
+                if hasattr(item, "check")
+                for fault in look_alikes(getattr(item, "expressions", ()))
+            ]
         return found
 
     def _taken_for_constant(self, introduced):
@@ -167,6 +175,21 @@ def cited_by(derivation):
             yield from (r for stage in item.stages for r in stage.reasons)
         elif hasattr(item, "check"):
             yield from item.relations
+
+
+def look_alikes(expressions):
+    """Complaints about letters of one chain that differ and are printed alike."""
+    known = {}
+    for expr in expressions:
+        if isinstance(expr, sp.Basic):
+            for s in expr.atoms(sp.MatrixSymbol, sp.Symbol):
+                known.setdefault(text(s), {})[s] = getattr(s, "shape", "a number")
+    return [
+        f"{shown} is printed for several letters, {', '.join(map(str, each.values()))}:"
+        " rename one of them"
+        for shown, each in known.items()
+        if len(each) > 1
+    ]
 
 
 def symbols(derivation):

@@ -13,6 +13,8 @@ from functools import cache
 import sympy as sp
 from sympy.matrices.expressions.matexpr import MatrixExpr
 
+from .words import exact
+
 # -- polynomials: {monomial: coefficient}, a monomial a sorted tuple of unknowns ----
 
 
@@ -55,7 +57,7 @@ def times(p, q):
 
 def rational(number):
     """A SymPy number as an integer or a fraction."""
-    number = sp.Rational(number)
+    number = sp.Rational(number if isinstance(number, int) else exact(number))
     return number.p if number.q == 1 else Fraction(number.p, number.q)
 
 

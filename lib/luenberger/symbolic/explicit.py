@@ -9,12 +9,16 @@ from functools import cached_property
 from typing import ClassVar
 
 import sympy as sp
+from sympy.matrices.expressions.matexpr import MatrixExpr
 
 from .chains import framed
 from .claims import Claim
 from .models import sizes_that_fit
+from .prose import plain
+from .reasons import words
+from .systems import Unsolvable
 from .typeset import columns, latex, padded, text
-from .words import Formula
+from .words import Formula, denied, exact
 
 LISTED = 6  # choices that are named; of more, the first three
 WIDEST_LINE = 72  # characters; a wider matrix has a line for each row
@@ -90,11 +94,14 @@ class Explicit:
 
     @cached_property
     def _faults(self):
-        return [
-            f"{self.fault}{f' for {name}' if name else ''}"
-            for name, claim in self.claims.items()
-            if not claim.is_zero
-        ]
+        try:
+            return [
+                f"{self.fault}{f' for {name}' if name else ''}"
+                for name, claim in self.claims.items()
+                if not claim.is_zero
+            ]
+        except (TypeError, ValueError) as e:
+            return [f"cannot be evaluated: {e}"]
 
     # -- shown ------------------------------------------------------------------------
 
@@ -114,7 +121,7 @@ class Explicit:
         title = f"({self.number}) {self.says}" if self.number else self.says
         out = [title, f"  {text(self.left)} {self.sign} {text(self.right)}"]
         out += [line for pair in self._shown.items() for line in rows_of(*pair)]
-        out.append(f"    {self.reason()}  {'✗' if self.check() else '✓'}")
+        out.append(f"    {plain(self.reason())}  {'✗' if self.check() else '✓'}")
         return "\n".join([*out, *(f"  {fault}" for fault in self.check())])
 
     __repr__ = __str__
@@ -123,12 +130,14 @@ class Explicit:
         mark = r"\times" if self.check() else r"\checkmark"
         rows = [f"{latex(self.left)} &{self.latex_sign} {latex(self.right)}"]
         rows += [f"{latex(s)} &= {latex(v)}" for s, v in self._shown.items()]
-        rows.append(rf"&\text{{{self.reason()}}} && {mark}")
+        rows.append(f"&{words(self.reason())} && {mark}")
         return framed(rows, self.number)
 
 
 class Positive(Explicit):
-    """`left > right` at explicit values, in every entry.
+    """`left > right` at explicit values, in every entry of a row or a column.
+
+    Of any other matrix it is refused, since M > 0 is read as M is positive definite.
 
     >>> from sympy import symbols
     >>> a, b = symbols("a b", positive=True)
@@ -148,8 +157,21 @@ class Positive(Explicit):
         """How many entries are not positive for sure, which must be none."""
         found = left - right if right != 0 else left
         entries = found if isinstance(found, sp.MatrixBase) else [found]
+        if not len(entries):
+            raise ValueError("a statement about an empty matrix says nothing")
+        if isinstance(found, sp.MatrixBase) and 1 not in found.shape:
+            raise ValueError(
+                f"of a {found.rows} x {found.cols} matrix it is not said what > means: "
+                "give its entries as a row or a column"
+            )
         positive = (sp.factor(sp.simplify(x)).is_positive for x in entries)
         return Claim(sp.Integer(sum(not so for so in positive)))
+
+    def reason(self) -> str:
+        """The same; between rows or columns it is said what the sign means."""
+        entries = value(self.left, self._shown)
+        several = isinstance(entries, sp.MatrixBase) and len(entries) > 1
+        return ("every entry, " if several else "") + super().reason()
 
 
 def rows_of(symbol, matrix):
@@ -168,16 +190,61 @@ def value(expr, values):
     """An expression at explicit matrices, whose entries may be symbols.
 
     The sizes follow from the shapes.
+
+    Raises
+    ------
+    ValueError
+        The shapes do not fit, or leave a size open that the expression has.
     """
+    for x in (expr, *values.values()):
+        exact(x, real=False)
+    for symbol, x in values.items():
+        if says := denied(symbol, x):
+            raise ValueError(says)
     gaps = [
         a - b
         for symbol, matrix in values.items()
         if hasattr(symbol, "shape")
         for a, b in zip(symbol.shape, matrix.shape)
     ]
-    sizes = sizes_that_fit([gap for gap in gaps if gap != 0])
+    gaps = [gap for gap in gaps if gap != 0]
+    try:
+        sizes = sizes_that_fit(gaps)
+    except Unsolvable:
+        raise ValueError("the shapes of these matrices do not fit") from None
     put = {symbol: sp.sympify(x) for symbol, x in values.items()}
-    found = sp.sympify(expr).xreplace({**put, **sizes}).doit()
+    found = sp.sympify(expr)
+    for size in sorted(symbols_beside(found, put) & set(sizes), key=str):
+        if not decided(size, gaps):
+            raise ValueError(f"no value says what the size {size} is")
+    found = folded(found.xreplace({**put, **sizes})).doit()
     if getattr(found, "is_Matrix", False):
         return found.as_explicit().applyfunc(sp.expand)
     return found
+
+
+def symbols_beside(expr, values):
+    """The symbols of an expression outside of the letters that have values."""
+    if expr in values or isinstance(expr, sp.Symbol):
+        return {expr} - set(values)
+    return set().union(*(symbols_beside(arg, values) for arg in expr.args))
+
+
+def decided(size, equations):
+    """Whether linear equations have one value for a size."""
+    names = sorted(set().union(*(e.free_symbols for e in equations)), key=str)
+    rows, _ = sp.linear_eq_to_matrix(equations, names)
+    mine = sp.Matrix([[int(name == size) for name in names]])
+    return rows.rank() == rows.col_join(mine).rank()
+
+
+def folded(expr):
+    """Sums and products of explicit matrices made one, also inside of a determinant."""
+    if isinstance(expr, sp.MatrixBase) or not expr.has(MatrixExpr, sp.MatrixBase):
+        return expr
+    if isinstance(expr, sp.BlockMatrix):
+        rows = [[folded(block) for block in row] for row in expr.blocks.tolist()]
+        return sp.BlockMatrix(rows).as_explicit()
+    if not isinstance(expr, sp.MatrixSymbol | sp.Identity | sp.ZeroMatrix):
+        expr = expr.func(*map(folded, expr.args))
+    return expr.doit().as_explicit() if isinstance(expr, MatrixExpr) else expr

@@ -12,6 +12,7 @@ import sympy as sp
 
 from .breaks import pieces
 from .core import Algebra
+from .prose import plain
 from .reasons import Gap, cited_latex, cited_text, follows, gap, idle, vacuous, words
 from .relations import Reasons, named
 from .typeset import WIDEST, Show, latex, text, width
@@ -108,9 +109,7 @@ class Line:
 
     def reason(self, show: Show) -> str:
         """Why the line follows, in words or formulas."""
-        cite, word = (
-            (cited_latex, words) if show is latex else (cited_text, lambda w: w)
-        )
+        cite, word = (cited_latex, words) if show is latex else (cited_text, plain)
         said = [cite(r) for r in self.by] + ([word(self.why)] if self.why else [])
         return (r",\; " if show is latex else ", ").join(said)
 

@@ -16,10 +16,11 @@ from typing import Any
 
 import sympy as sp
 
-from .attempts import models, paired
-from .exact import World, as_matrix, as_table, constant, rational
+from .attempts import Model, models, paired
+from .contents import parts
+from .exact import World, as_matrix, as_table, constant, plain, rational
 from .relations import Given, named
-from .settings import Setting
+from .settings import FIRST, Setting
 from .systems import System, Unsolvable
 from .words import Formula, Symbols, Values
 
@@ -84,6 +85,35 @@ def instance(relations, symmetric=(), also=()):
         if best.zeros <= setting.stated_zeros:
             break
     return best
+
+
+def possible(relations, symmetric=(), sides=()):
+    """Whether matrices were found that satisfy the relations, with every inverse."""
+    relations = named(relations)
+    sides = [plain(side) for side in sides]
+    if not relations and not any(parts(s).inverted or parts(s).partial for s in sides):
+        return True
+    setting = Setting(relations, symmetric, sides)
+    plainest = any(of_ones(setting, sizes) for sizes in setting.small_sizes()[:FIRST])
+    return plainest or instance(relations, symmetric, sides) is not None
+
+
+def of_ones(setting, sizes):
+    """Whether identities, ones and their like satisfy everything."""
+    world = World(sizes, {}, full=setting.full)
+    for s, shape in setting.unknowns.items():
+        if shape is None:
+            world.of[s] = constant(1)
+        elif not isinstance(s, tuple):
+            rows, cols = map(world.size, shape)
+            world.of[s] = [
+                [constant(int(i == j)) for j in range(cols)] for i in range(rows)
+            ]
+    try:
+        Model(setting, world)
+    except (Unsolvable, ArithmeticError):
+        return False
+    return True
 
 
 def refute(

@@ -51,21 +51,29 @@ class Notation:
         self, name: str, rows: Size, cols: Size, meaning: str, symmetric: bool = False
     ) -> MatrixSymbol:
         """A new letter."""
-        symbol = MatrixSymbol(name, rows, cols)
-        if name in self.taken_over:
-            self.taken_over -= {name}
-            self.meaning = {s: m for s, m in self.meaning.items() if s.name != name}
-            self.symmetric = tuple(s for s in self.symmetric if s.name != name)
-        if name in {known.name for known in self.meaning}:
-            raise ValueError(f"the letter {name} already has a meaning")
-        self.meaning[symbol] = meaning
+        symbol = self._new(MatrixSymbol(name, rows, cols), meaning)
         if symmetric:
             self.symmetric += (symbol,)
         return symbol
 
     def scalar(self, name: str, meaning: str, **assumptions: bool) -> sp.Symbol:
         """A new letter for a number, with what SymPy is to assume of it."""
-        symbol = sp.Symbol(name, **assumptions)
+        return self._new(sp.Symbol(name, **assumptions), meaning)
+
+    def _new(self, symbol, meaning):
+        """The symbol, with its meaning; no two of a page may look alike."""
+        alike = [s for s in self.meaning if text(s) == text(symbol)]
+        gone = [s for s in alike if s.name in self.taken_over]
+        if gone:
+            self.taken_over -= {s.name for s in gone}
+            self.meaning = {s: m for s, m in self.meaning.items() if s not in gone}
+            self.symmetric = tuple(s for s in self.symmetric if s not in gone)
+        for known in alike:
+            if known not in gone:
+                raise ValueError(
+                    f"the letter {symbol.name} is taken: {kind(known)} {known.name} "
+                    f"stands for {self.meaning[known]!r}; rename one of them"
+                )
         self.meaning[symbol] = meaning
         return symbol
 
@@ -98,3 +106,9 @@ class Notation:
     def chain(self, number: str, says: str, left: Formula, *lines: Line) -> Chain:
         """A chain in these letters."""
         return Chain(number, says, left, lines, self.symmetric)
+
+
+def kind(symbol):
+    """What a letter is, in a message."""
+    shape = getattr(symbol, "shape", ())
+    return "the {} x {} matrix".format(*shape) if shape else "the number"

@@ -7,9 +7,9 @@ from typing import Any
 from .certificates import spelled_out
 from .checker import complaints
 from .completion import Limit
-from .models import NoModel, refute
+from .models import NoModel, possible, refute
 from .polynomials import Polynomial, Traces
-from .relations import Given
+from .relations import Given, named
 from .search import LIMITS, searches
 from .statements import Statement, read
 from .words import Formula, Symbols, Values
@@ -28,12 +28,17 @@ class Proof:
     certificates : dict of str to tuple of terms
         For each block of the claim the terms `(c, u, fact, v)` whose sum
         c u (l - r) v is left - right; `fact` is `(kind, name, transposed)`.
+    given : tuple of Relation
+    symmetric : tuple of MatrixSymbol
+        What was supposed, for `check` to find a model of.
     """
 
     left: Formula
     right: Formula
     statement: Statement
     certificates: dict = field(repr=False)
+    given: tuple = ()
+    symmetric: tuple = ()
 
     @property
     def certificate(self) -> tuple[Any, ...]:
@@ -41,6 +46,18 @@ class Proof:
         return tuple(term for terms in self.certificates.values() for term in terms)
 
     def complaints(self) -> list[str]:
+        """What is wrong; [] if the certificate holds and says something of matrices."""
+        found = self.faults()
+        if not found and not possible(
+            self.given, self.symmetric, (self.left, self.right)
+        ):
+            found = [
+                "no matrices were found that satisfy what is given and have the "
+                "inverses: they may contradict each other"
+            ]
+        return found
+
+    def faults(self) -> list[str]:
         """What the independent checker has to say against the certificate."""
         wanted = [*self.statement.claims, *self.statement.lemmas]
         missing = [name for name in wanted if name not in self.certificates]
@@ -51,7 +68,11 @@ class Proof:
         ]
 
     def check(self) -> bool:
-        """Whether the certificate, multiplied out by the independent checker, holds."""
+        """Whether the certificate holds, multiplied out by the independent checker.
+
+        A model of what is given must be found as well, in which everything that is
+        inverted has an inverse: what nothing satisfies proves anything.
+        """
         return not self.complaints()
 
     @property
@@ -188,12 +209,14 @@ def attempted(left, right, given=(), symmetric=(), limits=LIMITS):
 
     It does not ask for a counterexample where there is no proof.
     """
+    given, symmetric = named(given), tuple(symmetric)
     statement, free = read(left, right, given, symmetric)
     outcome = None
     for search in searches(statement, limits):
         outcome = search.run()
         if outcome == "proved":
-            return Proof(left, right, *certified(search)), search, free, outcome
+            told = *certified(search), given, symmetric
+            return Proof(left, right, *told), search, free, outcome
         if outcome == "complete":
             break
     return None, search, free, outcome

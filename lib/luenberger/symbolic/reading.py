@@ -12,16 +12,23 @@ def used_letters(derivation):
     """{symbol: meaning} of what stands on a page, in the order of the notation."""
     from .derivation import symbols
 
-    here = {s.name: s for s in symbols(derivation)}
+    here = symbols(derivation)
+    named = {
+        s.name: s for s in sorted(here, key=lambda s: str(getattr(s, "shape", "")))
+    }  # of a letter's sizes, one
     meaning = derivation.letters.meaning.items()
-    return {here[s.name]: says for s, says in meaning if s.name in here}
+    return {
+        (s if s in here else named[s.name]): says
+        for s, says in meaning
+        if s.name in named
+    }
 
 
 def numbered(relation):
     """(the equation number or "", without brackets) of a relation."""
     from .reasons import numbered
 
-    return numbered(relation.name)[0].strip("()")
+    return numbered(relation)[0].removeprefix("(").removesuffix(")")
 
 
 def as_text(derivation):

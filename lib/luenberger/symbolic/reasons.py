@@ -7,10 +7,13 @@ import sympy as sp
 
 from .models import NoModel, denial, evaluate, instance
 from .proofs import Unproved, attempted, prove
+from .prose import FORMULA, as_latex
 from .rewriting import Contradiction
 from .typeset import latex, text, width
 
 WIDEST_REASON = 44  # characters; a longer relation is cited by its name alone
+ONE = r"\((?:[A-Za-z]+ )?\d[\d.]*[a-z]?'?(?:, \d[\d.]*'?|[–-]\d[\d.]*'?)*\)'?"
+NUMBER = re.compile(rf"({ONE}(?:[–-]{ONE})?)(?: |$)")  # of equations
 
 
 @dataclass(frozen=True)
@@ -62,8 +65,8 @@ def gap(left, right, cited, symmetric):
 
 
 def certified(proof):
-    """Nothing, of a proof whose certificate holds."""
-    if not proof.check():
+    """Nothing, of a proof whose certificate holds; a model is sought once a line."""
+    if proof.faults():
         sides = f"{proof.left} = {proof.right}"
         raise AssertionError(f"the certificate of {sides} does not hold")
 
@@ -115,7 +118,7 @@ def cited_text(relation):
     >>> cited_text(Relation("(3.8) X = Y", X, Y)), cited_text(Relation("(3.9)", X, Y))
     ('(3.8) X₊ = Ŷ', '(3.9)')
     """
-    number, says = numbered(relation.name)
+    number, says = numbered(relation)
     if by_its_letter(relation):
         return f"{number} {text(relation.left)}".strip()
     if "=" not in says or too_wide(relation):
@@ -125,7 +128,7 @@ def cited_text(relation):
 
 def cited_latex(relation):
     """The same in LaTeX."""
-    number, says = numbered(relation.name)
+    number, says = numbered(relation)
     if by_its_letter(relation):
         formula = latex(relation.left)
     elif "=" not in says or too_wide(relation):
@@ -135,13 +138,27 @@ def cited_latex(relation):
     return rf"{words(number)}\; {formula}" if number else formula
 
 
-def numbered(name):
+def numbered(relation):
     """A relation's name as its equation number and the rest.
 
-    >>> numbered("(3.8) X = Y"), numbered("X = Y")
-    (('(3.8)', 'X = Y'), ('', 'X = Y'))
+    A bracket that its formula begins with is no number.
+
+    >>> from sympy import symbols
+    >>> from luenberger.symbolic import MatrixSymbol, Relation
+    >>> n = symbols("n", integer=True, positive=True)
+    >>> X, Y = MatrixSymbol("X", n, n), MatrixSymbol("Y", n, n)
+    >>> numbered(Relation("(3.8) X = Y", X, Y))
+    ('(3.8)', 'X = Y')
+    >>> numbered(Relation("(X + Y) X = Y", (X + Y) * X, Y))
+    ('', '(X + Y) X = Y')
     """
-    return re.fullmatch(r"((?:\([^()]*\)'?)?)\s*(.*)", name).groups()
+    name, says = relation.name, relation.show(text)
+    if name == says:
+        return "", name
+    if name.endswith(f") {says}"):
+        return name.removesuffix(says).strip(), says
+    found = NUMBER.match(name)
+    return (found[1], name[found.end() :].strip()) if found else ("", name)
 
 
 def by_its_letter(relation):
@@ -157,5 +174,15 @@ def too_wide(relation):
 
 
 def words(string):
-    """Plain text inside a formula."""
-    return r"\text{" + re.sub(r"([_#%&$])", r"\\\1", string) + "}"
+    r"""Text inside a formula; what stands between backquotes is a formula.
+
+    >>> print(words("a sum"), words("`M_1` has an inverse"))
+    \text{a sum} M_{1}\text{ has an inverse}
+    """
+    parts = FORMULA.split(string)
+    said = [r"\text{" + re.sub(r"([_#%&$])", r"\\\1", x) + "}" for x in parts[::2]]
+    formulas = [*map(as_latex, parts[1::2]), ""]
+    return "".join(
+        (one if part else "") + formula
+        for part, one, formula in zip(parts[::2], said, formulas, strict=True)
+    )

@@ -8,13 +8,17 @@ traces and the empty word for 1.
 
 from dataclasses import dataclass, field
 
+from sympy import Pow
+
 from .blocks import Blocks, same
+from .contents import is_partial, parts
 from .core import Algebra
+from .exact import plain
 from .finite import product
 from .polynomials import Polynomial, Traces
 from .relations import named
-from .symbols import Identity, MatrixSymbol
-from .words import Letter, ShapeError, same_shape, same_size
+from .symbols import Identity, Own
+from .words import Letter, ShapeError, exact, same_shape, same_size
 
 
 @dataclass(frozen=True)
@@ -61,6 +65,7 @@ class Free(Algebra):
         self.composites = {}  # symbol: (the expression it stands for, its value)
         self.partitioned = {}  # expression: the blocks of its inverse, its value
         self.names, self.inverses = {}, {}
+        self.made = set()  # the names of our own symbols
 
     def reduced(self, pairs):
         return pairs
@@ -95,7 +100,7 @@ class Free(Algebra):
                     (known.T if turned else known).terms == value.terms
                 ):
                     return value.like([((self.letter(symbol, turned, True),), 1)])
-        symbol = MatrixSymbol(f"({base})", *value.shape)
+        symbol = self._own(f"({base})", value.shape)
         self.composites[symbol] = (base, value)
         return value.like([((self.letter(symbol, False, True),), 1)])
 
@@ -103,13 +108,19 @@ class Free(Algebra):
         if not same(value.rows, value.cols):
             raise ShapeError(f"no inverse of blocks {value.rows} x {value.cols}")
         if base not in self.partitioned:
-            block = lambda i, j: MatrixSymbol(  # noqa: E731
-                f"({base})^-1[{i + 1},{j + 1}]", value.rows[i], value.cols[j]
+            block = lambda i, j: self._own(  # noqa: E731
+                f"({base})^-1[{i + 1},{j + 1}]", (value.rows[i], value.cols[j])
             )
             k = range(len(value.rows))
             grid = [[self.normal(block(i, j)) for j in k] for i in k]
             self.partitioned[base] = (Blocks(self, grid), value)
         return self.partitioned[base][0]
+
+    def _own(self, text, shape):
+        """A new symbol.  What differs may look alike: two scalars called t."""
+        name = unused(text, self.made)
+        self.made.add(name)
+        return Own(name, *shape)
 
     # -- plain data ---------------------------------------------------------------
 
@@ -118,8 +129,9 @@ class Free(Algebra):
         key = (letter.atom, letter.inverted)
         if key not in self.names:
             name = letter.atom.name + ("^-1" if letter.inverted else "")
-            if name in self.names.values():
-                name += " ({} x {})".format(*letter.atom.shape)
+            taken = set(self.names.values())
+            if name in taken:
+                name = unused(name + " ({} x {})".format(*letter.atom.shape), taken)
             self.names[key] = name
             if letter.inverted:
                 base = Polynomial(self, [((Letter(letter.atom),), 1)], key[0].shape)
@@ -168,16 +180,19 @@ def read(left, right, given=(), symmetric=()):
     ShapeError
         Shapes do not fit, or an inverse is not square, at symbolic sizes.
     """
+    given = named(given)
+    sound(left, right, *(side for relation in given for side in relation))
     free = Free()
     claims = free.equations("claim", left, right)
     known = {}
-    for relation in named(given):
+    for relation in given:
         for name, sides in free.equations(relation.name, *relation).items():
             known[unused(name, known)] = sides
     for base, (inverse, value) in free.partitioned.items():
         whole = Identity(value.shape[0])
         for name, both in (("M M^-1", value @ inverse), ("M^-1 M", inverse @ value)):
-            known |= free.equations(f"{name} = I, M = {base}", both, whole)
+            block = free.equations(f"{name} = I, M = {base}", both, whole)
+            known |= {unused(name, known): sides for name, sides in block.items()}
     inverses = {}
     while len(inverses) < len(free.inverses):  # a base may bring in further inverses
         inverses |= {k: free.side(v) for k, v in list(free.inverses.items())}
@@ -187,6 +202,33 @@ def read(left, right, given=(), symmetric=()):
     told = frozenset(free.name(Letter(s)) for s in symmetric)
     sizes = {name: tuple(atom.shape) for (atom, _), name in free.names.items()}
     return Statement(claims, known, inverses, told, sizes), free
+
+
+def sound(*sides):
+    """Refuse numbers that are not exact, and quotients by what may be zero for sizes.
+
+    A size is not a letter that one may choose: what is said is said for all of them.
+
+    Raises
+    ------
+    TypeError
+        A number is a float, infinite or not real.
+    ValueError
+        A size, or what has a size in it, is divided by or has a root, and may be zero
+        or negative.
+    """
+    sides = [exact(plain(side)) for side in sides]
+    sizes = {
+        s for side in sides for d in parts(side).dimensions for s in d.free_symbols
+    }
+    for side in sides:
+        for power in side.atoms(Pow) if sizes else ():
+            if not (is_partial(power) and power.base.free_symbols & sizes):
+                continue
+            if power.exp.is_negative and power.base.is_zero is not False:
+                raise ValueError(f"{power.base} may be zero, and is divided by")
+            if not power.exp.is_Integer and power.base.is_nonnegative is not True:
+                raise ValueError(f"{power.base} may be negative, and has a root")
 
 
 def unused(name, taken):

@@ -108,6 +108,10 @@ class MatrixSymbol(Operators, sp.MatrixSymbol):
     """
 
 
+class Own(MatrixSymbol):
+    """A letter that an algebra makes: equal to none of yours, whatever it is called."""
+
+
 class Identity(Operators, sp.Identity):
     """The identity matrix of a size."""
 

@@ -1,7 +1,7 @@
 """Words: products of matrix symbols, each perhaps transposed or inverted."""
 
 from collections.abc import Iterable
-from functools import cache
+from functools import cache, lru_cache
 from typing import Any, NamedTuple, TypeAlias
 
 import sympy as sp
@@ -53,6 +53,53 @@ def text(word):
 def rotations(word):
     """The word and its cyclic shifts."""
     return [word[i:] + word[:i] for i in range(max(len(word), 1))]
+
+
+def exact(expr, real=True):
+    """The expression, if its numbers are exact, and real where that is asked.
+
+    >>> exact(sp.Float(0.1) * sp.Symbol("t"))
+    Traceback (most recent call last):
+        ...
+    TypeError: 0.1 is a float, which is not exact; write Rational(1, 10)
+    """
+    whole = expr.as_immutable() if isinstance(expr, sp.MatrixBase) else expr
+    if complaint := _inexact(whole, real):
+        raise TypeError(complaint)
+    return expr
+
+
+@lru_cache(20_000, typed=True)
+def _inexact(expr, real):
+    """What is wrong with the first of its numbers that is not exact, or not real."""
+    for x in sp.preorder_traversal(sp.sympify(expr)):
+        if isinstance(x, sp.Float) and x.is_finite:
+            q = sp.Rational(str(float(x)))
+            better = q.p if q.q == 1 else f"Rational({q.p}, {q.q})"
+            return f"{float(x)!r} is a float, which is not exact; write {better}"
+        if not isinstance(x, sp.Number | sp.NumberSymbol | sp.Symbol | type(sp.I)):
+            continue
+        if x in (sp.nan, sp.zoo) or getattr(x, "is_infinite", None):
+            return f"{x} is not a number"
+        if x.is_commutative is False:
+            return f"{x} does not commute, as numbers do here"
+        if real and x.is_extended_real is False:
+            return f"{x} is not real, as numbers are here"
+    return ""
+
+
+def denied(symbol, value):
+    """What a number says against what is assumed of its letter; "" if nothing.
+
+    >>> denied(sp.Symbol("t", positive=True), 0), denied(sp.Symbol("t"), 0)
+    ('t = 0 is not positive', '')
+    """
+    value = sp.sympify(value)
+    told = symbol.assumptions0 if isinstance(symbol, sp.Symbol) else {}
+    for what in ("positive", "negative", "nonnegative", "nonpositive", *sorted(told)):
+        if what in told and getattr(value, f"is_{what}") is (not told[what]):
+            return f"{symbol} = {value} is {'not ' if told[what] else ''}{what}"
+    return ""
 
 
 def same_size(a, b):

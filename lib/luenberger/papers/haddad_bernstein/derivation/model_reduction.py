@@ -34,7 +34,7 @@ B_d = letters("B_d", both, l, "how the noise reaches both in discrete time")
 B_1 = letters("B_1", n, l, "how the noise reaches the plant in discrete time")
 N_c = letters("N_c", both, both, "what the Cayley transform divides by")
 N_1 = letters("N_1", n, n, "its block of the plant")
-N_2 = letters("N_2", r, r, "its block of the model")
+N_m = letters("N_m", r, r, "its block of the model")
 
 
 def side_by_side(top, low):
@@ -88,21 +88,21 @@ PAGE = (
     is the transform of its own.""",
     is_Fc := define(F_c, side_by_side(A_c, A_m)),
     is_N1 := define(N_1, I - h**2 / 2 * A_c),
-    is_N2 := define(N_2, Identity(r) - h**2 / 2 * A_m),
+    is_Nm := define(N_m, Identity(r) - h**2 / 2 * A_m),
     parts := chain(
         "",
         "what the transform divides by in blocks",
         N_c,
         Line(Identity(both) - h**2 / 2 * F_c, by=(is_Nc,)),
-        Substitute(side_by_side(N_1, N_2), by=(is_Fc, is_N1, is_N2)),
+        Substitute(side_by_side(N_1, N_m), by=(is_Fc, is_N1, is_Nm)),
     ),
     chain(
         "",
         "plant and filter are transforms of plant and model",
-        side_by_side(A * N_1, Ae * N_2),
+        side_by_side(A * N_1, Ae * N_m),
         Substitute(At * N_c, by=(alone, parts)),
         Line(2 * Identity(both) - N_c, by=(transformed,)),
-        Substitute(side_by_side(2 * I - N_1, 2 * Identity(r) - N_2), by=(parts,)),
+        Substitute(side_by_side(2 * I - N_1, 2 * Identity(r) - N_m), by=(parts,)),
     ),
     "Without feedthrough the error of the filter is the distance of the two outputs.",
     is_Lt,
