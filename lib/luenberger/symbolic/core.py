@@ -89,10 +89,8 @@ class Algebra:
             raise ShapeError(f"{left} = {right} is not a relation word = polynomial")
         ((word, c),) = left.terms.items()
         if sp.sympify(c).is_zero is not False:
-            raise ValueError(
-                f"{left} = {right} does not say what {text(word)} is, because {c} may "
-                "be zero; say that it is not, as Symbol(name, nonzero=True) does"
-            )
+            why = f"{c} may be zero; say that it is not, as Symbol(name, nonzero=True)"
+            raise ValueError(f"{left} = {right} is no rule for {text(word)}: {why}")
         right = (1 / sp.sympify(c)) * right
         flipped = self.flipped(word)
         rules = [(word, right.terms)]
@@ -270,9 +268,7 @@ class Algebra:
         """First differential; `increments` is {symbol: its increment, a symbol}."""
         for x, dx in increments.items():
             if not same_shape(x.shape, dx.shape):
-                raise ShapeError(
-                    f"{dx} of shape {dx.shape} is no increment of {x} of {x.shape}"
-                )
+                raise ShapeError(f"{dx} {dx.shape} is no increment of {x} {x.shape}")
         value = self.normal(expr)
         if isinstance(value, Blocks):
             return value.map(lambda entry: self.differential(entry, increments))
