@@ -178,3 +178,27 @@ def test_continuous_plants_are_refused(call, frame):
     status, _, problem = call(LATE)
     assert status and "give --sample DT" in problem
     assert call(f"{LATE} --sample 0.1")[0] == 0
+
+
+@pytest.mark.parametrize("dates", [False, True])
+def test_arrivals_that_rounding_puts_behind_a_row_are_at_it(dates, call, frame):
+    time = np.arange(1, N + 1) * 0.1
+    known = time + 0.3
+    assert (known[:-3] > time[3:]).any()
+    if dates:
+        start = pd.Timestamp("2026-01-05T10:00:00")
+        pair = (start + pd.to_timedelta(one, unit="s") for one in (time, known))
+        time, known = (one.round("us") for one in pair)
+        known = known + pd.Timedelta("1us")
+    texts = [str(one) for one in time], [str(one) for one in known]
+    frame.index = pd.Index(texts[0], name="time")
+    frame["known"] = texts[1]
+    frame.to_csv("data.csv")
+    status, _, err = call(LATE)
+    assert status == 0, err
+    rows = np.arange(N)[:, None] + [[3, 0]]
+    expected = lb.filter_data(
+        PLANT, frame[list(PLANT.output_names)].to_numpy(), arrival=rows
+    )
+    found = pd.read_csv("x.csv")[list(PLANT.state_names)].to_numpy()
+    assert np.abs(found - expected.x).max() < 1e-12

@@ -1,10 +1,11 @@
-"""pandas tables in and out of `estimate` and `filter_data`.
+"""Tables in and out of `estimate` and `filter_data`: those of pandas, by name.
 
-pandas is not imported here: a caller who passes a table has done so.
+pandas is not imported for its own tables: a caller who passes one has done so.  Those
+of other libraries become tables of pandas, which finds columns by name.
 """
 
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, TypeGuard
 
 import numpy as np
@@ -13,11 +14,80 @@ Names = Sequence[str] | None  # of signals
 SHOWN = 8  # column names in a message
 
 
+def taken(**given: Any) -> tuple[Any, ...]:
+    """What a user gives, tables of other libraries than pandas as those of pandas.
+
+    NumPy would take the columns of such a table by position.  Tables in a list, and
+    those of an iterator as they come, are taken in the same way.
+
+    Raises
+    ------
+    ValueError
+        If such a table cannot be made one of pandas; it says what to give instead.
+    """
+    return tuple(_taken(name, value) for name, value in given.items())
+
+
+def _taken(name: str, value: Any) -> Any:
+    if isinstance(value, Iterator):
+        return (_taken(name, one) for one in value)
+    if isinstance(value, list | tuple):
+        kinds = {type(one) for one in value}
+        if any(map(_foreign, kinds)):
+            return [_taken(f"{name}[{k}]", one) for k, one in enumerate(value)]
+        return value
+    return _as_pandas(name, value) if _foreign(type(value)) else value
+
+
+def _foreign(kind: type) -> bool:
+    """Whether values of this type are tables, but not of pandas."""
+    said = any(hasattr(kind, one) for one in ("to_pandas", "columns", "__dataframe__"))
+    pandas = sys.modules.get("pandas")
+    ours = pandas is not None and issubclass(kind, pandas.DataFrame | pandas.Series)
+    return said and not ours
+
+
+def _as_pandas(name: str, value: Any) -> Any:
+    """A table of another library as one of pandas, or as an array without names."""
+    library = type(value).__module__.partition(".")[0]
+    what = f"{name} is a {type(value).__name__} of {library}"
+    dims = list(getattr(value, "sizes", ()))  # of xarray
+    if (
+        getattr(value, "ndim", 0) > 2 and dims
+    ):  # many records, which pandas has no table for
+        if dims[-1] not in value.indexes:
+            return value.values
+        raise ValueError(
+            f"{what} of {len(dims)} dimensions, and many records are taken by "
+            f"position: give {name}.sel({dims[-1]}=[...]).values, with the plant's "
+            "names in their order"
+        )
+    try:
+        import pandas
+
+        if library == "polars":  # its own to_pandas needs pyarrow
+            names = getattr(value, "columns", None)
+            if names is None:
+                return value.to_numpy()  # a Series, the one channel
+            return pandas.DataFrame({one: value[one].to_numpy() for one in names})
+        found = value.to_pandas()
+    except (AttributeError, ImportError, TypeError, ValueError) as error:
+        raise ValueError(
+            f"{what}, which does not become a table of pandas ({error}). Give a pandas "
+            "DataFrame, whose columns are found by name, or an array with the columns "
+            "in the order of the plant's signals."
+        ) from None
+    if dims and dims[0] not in value.indexes:
+        found.index.name = None  # these number the rows; they are no times
+    return found
+
+
 def arrays(y: Any, u: Any, outputs: Names, inputs: Names) -> tuple[Any, Any]:
-    """Return y and u as arrays; the columns of a DataFrame are found by name.
+    """Return y and u as arrays; the columns of a table are found by name.
 
     Without u, the columns of y's DataFrame that are named as inputs are it.
     """
+    y, u = taken(y=y, u=u)
     within = u is None and _is("DataFrame", y) and bool(inputs)
     if within:
         shared = sorted(set(inputs or ()) & set(outputs or ()))
@@ -32,6 +102,12 @@ def arrays(y: Any, u: Any, outputs: Names, inputs: Names) -> tuple[Any, Any]:
             "y and u are tables with different rows; give both the same index"
         )
     return _numbers("y", y, outputs), _numbers("y" if within else "u", u, inputs)
+
+
+def ordered(name: str, value: Any, wanted: Sequence[str]) -> Any:
+    """The columns `wanted` of a table, in that order; anything else as it is."""
+    value = _taken(name, value)
+    return _columns(name, value, wanted) if _is("DataFrame", value) else value
 
 
 def like(table: Any, values: np.ndarray, names: Sequence[str]) -> Any:
@@ -62,6 +138,7 @@ def joined(index: Any, table: Any) -> Any:
 
 def entries(name: str, value: Any, labels: Names) -> Any:
     """One value per signal; those of a labelled Series are found by name."""
+    value = _taken(name, value)
     if not _is("Series", value) or list(value.index) == list(range(len(value))):
         return value
     if labels is None or sorted(map(str, value.index)) != sorted(labels):
@@ -100,6 +177,14 @@ def moments(name: str, values: Any) -> tuple[np.ndarray, np.ndarray, str]:
         f"{name} holds {values.dtype}, not numbers or times; convert it first, for "
         "example with pandas.to_datetime"
     )
+
+
+def digit(values: Any) -> float:
+    """What the last digit of times is worth, in nanoseconds; 0 of numbers."""
+    pandas = sys.modules["pandas"]
+    if not pandas.api.types.is_datetime64_any_dtype(values.dtype):
+        return 0.0
+    return float(pandas.Timedelta(1, pandas.DatetimeIndex(values[:0]).unit).value)
 
 
 def _is(kind: str, value: object) -> bool:

@@ -92,7 +92,7 @@ def of_table(table: Any, signals: Sequence[str], origin: Any = None) -> Instants
     if kind in "mMf" or str(index.name).lower() in NAMES or dates:
         return of_values(index, origin)
     for name in getattr(table, "columns", ()):
-        if isinstance(name, str) and name.lower() in NAMES and name not in signals:
+        if is_time(name, signals):
             return of_values(table[name], origin)
     if kind not in "biu" and any(map(_is_date, index)):
         return of_values(index, origin)
@@ -102,6 +102,11 @@ def of_table(table: Any, signals: Sequence[str], origin: Any = None) -> Instants
 def _is_date(value: Any) -> bool:
     text = str(value)
     return not NUMBER.fullmatch(text) and _date(text) is not None
+
+
+def is_time(name: object, signals: Sequence[str]) -> bool:
+    """Whether a column of that name, beside those of signals, holds instants."""
+    return isinstance(name, str) and name.lower() in NAMES and name not in signals
 
 
 def of_values(values: Any, origin: Any = None) -> Instants:

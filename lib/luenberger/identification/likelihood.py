@@ -165,6 +165,7 @@ def log_likelihood(
     expect(plant=plant)
     require_noise(plant)
     require_noise_free(plant, m1)
+    y, u = dataframes.taken(y=y, u=u)
     if executor is not None and not several(y, plant.p):
         Where(executor).require_none()
     records = [*_records(plant, y, u, u0)]

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import DesignError, few, short
+from ..formats import dataframes
 from ..kernels import plain_array
 from ..numeric import Matrix
 from ..plant import Plant
@@ -121,7 +122,7 @@ def read(plant: Plant, y: Any, u: Any = None) -> Records:
         If sizes disagree, or there is not a u for each y.
     """
     outputs, inputs = (plant.p, plant.output_names), (plant.m, plant.input_names)
-    pairs = split(y, u, plant.p)
+    pairs = split(*dataframes.taken(y=y, u=u), plant.p)
     found = [arrays(*pair, outputs, inputs, missing=True) for pair in pairs]
     return [(plain_array(y), plain_array(u)) for y, u in found]
 

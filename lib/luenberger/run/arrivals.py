@@ -1,7 +1,8 @@
 """When the readings of a record arrive: rows, or times of a table, as numbers.
 
 Rows and arrivals get labels that can be compared: row numbers, the numbers of an index,
-or nanoseconds.  A reading arrives at the first row whose label is not before its own.
+or nanoseconds.  A reading arrives at the first row whose label is not before its own,
+but for rounding: t + 0.3 s may be a last digit after the row at that time.
 """
 
 from __future__ import annotations
@@ -13,10 +14,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..errors import few, short
-from ..formats import dataframes
+from ..formats import dataframes, time_stamps
 from ..numeric import Matrix, Vector
 from ..plant import Plant
 from . import chunks
+
+NEAR = 1e-6  # of a step between rows: an arrival so little after a row is at it
+COARSE = 0.01  # of a step: the most that a last digit of times counts
 
 
 class Arrivals(NamedTuple):
@@ -82,6 +86,7 @@ def of(
     first: int,
     whole: bool,
     horizon: int | None,
+    last: Any = None,
 ) -> Arrivals:
     """When the readings `y` of a block arrive, of which `first` rows came before.
 
@@ -98,6 +103,8 @@ def of(
         Whether no rows come after: what arrives after the last never does.
     horizon : int or None
         How many rows later a reading may arrive, as far as rows are counted here.
+    last : number or None
+        The label of the row before.
 
     Raises
     ------
@@ -105,9 +112,11 @@ def of(
         Naming the row and the output of an arrival that is not as it should be.
     """
     table = isinstance(block.arrival, Mapping) or dataframes.is_table(block.arrival)
-    due, never, labels = (_times if table else _rows)(block, plant, first)
+    due, never, labels, digit = (_times if table else _rows)(block, plant, first)
     if due.shape != y.shape:
         raise ValueError(f"y has {len(y)} rows but arrival has {len(due)}")
+    if table:
+        due = np.where(never, due, set_back(due, labels, last, digit))
     taken = ~np.isnan(y) & ~never
     early = np.argwhere(taken & (due < labels[:, None]))
     if len(early):
@@ -130,7 +139,38 @@ def of(
     return Arrivals(np.where(taken, y, np.nan), due, labels)
 
 
-Found = tuple[Matrix, Matrix, Vector]  # arrivals, where there is none, labels of rows
+def set_back(due: Matrix, labels: Vector, last: Any, digit: float) -> Matrix:
+    """Arrivals, set back by what rounding may have put them behind a row.
+
+    Parameters
+    ----------
+    due : (N, p) ndarray
+    labels : (N,) ndarray
+        Of the rows at which they were measured.
+    last : number or None
+        The label of the row before these.
+    digit : float
+        What the last digit of a label is worth; 0 for that of a float.
+
+    Returns
+    -------
+    (N, p) ndarray
+        None is before its own row that was not, but for rounding.
+    """
+    steps = np.diff(labels if last is None else np.append(last, labels))
+    if not len(steps) and digit:
+        return due
+    size = np.abs(labels.astype(float))[:, None] + np.abs(due.astype(float))
+    digit = digit + 4 * np.finfo(float).eps * size  # dates may have been floats too
+    if len(steps):
+        digit = np.minimum(digit + NEAR * steps.min(), COARSE * steps.min())
+    slack = digit.astype(due.dtype)
+    own = labels[:, None]
+    return np.where(due < own - slack, due, np.maximum(due - slack, own))
+
+
+# arrivals, where there is none, labels of rows, what a last digit is worth
+Found = tuple[Matrix, Matrix, Vector, float]
 
 
 def _rows(block: Block, plant: Plant, first: int) -> Found:
@@ -149,7 +189,7 @@ def _rows(block: Block, plant: Plant, first: int) -> Found:
             "index, and arrival={output: column}."
         )
     never = np.isnan(due) | (due == np.inf)
-    return due, never, np.arange(float(first), first + len(due))
+    return due, never, np.arange(float(first), first + len(due)), 0.0
 
 
 def _times(block: Block, plant: Plant, first: int) -> Found:
@@ -160,6 +200,7 @@ def _times(block: Block, plant: Plant, first: int) -> Found:
             "arrival names columns or is a table, so y must be a DataFrame too, with "
             "the times of its rows in its index"
         )
+    _require_times_in_index(y, plant)
     labels, missing, kind = dataframes.moments("the index of y", y.index)
     backwards = np.flatnonzero(np.diff(labels) <= 0)
     if missing.any() or len(backwards):
@@ -168,13 +209,30 @@ def _times(block: Block, plant: Plant, first: int) -> Found:
             f"the index of y must grow from row to row, but at row {first + k} it is "
             f"{y.index[k]}"
         )
-    due = np.repeat(labels[:, None], plant.p, axis=1)
+    due, digit = np.repeat(labels[:, None], plant.p, axis=1), dataframes.digit(y.index)
     never = np.zeros(due.shape, dtype=bool)
     for j, name, column in _columns(y, arrival, plant):
         due[:, j], never[:, j], what = dataframes.moments(name, column)
         if what != kind:
             raise ValueError(f"{name} holds {what}, but the index of y holds {kind}")
-    return due, never, labels
+        digit = max(digit, dataframes.digit(column))
+    return due, never, labels, digit
+
+
+def _require_times_in_index(y: Any, plant: Plant) -> None:
+    """Refuse a table whose index numbers the rows, while a column has their times."""
+    if type(y.index).__name__ != "RangeIndex" or y.index.name is not None:
+        return
+    signals = (*plant.output_names, *plant.input_names)
+    for name in getattr(y, "columns", ()):
+        if time_stamps.is_time(name, signals):
+            raise ValueError(
+                f"arrivals are told as the index of y tells the rows, which numbers "
+                f"them, while the column {short(name)} holds their times. Give "
+                f"y.set_index({name!r}) for arrivals that are times; for row numbers "
+                f"leave that column out. A table of Polars becomes one of pandas by "
+                "y.to_pandas()."
+            )
 
 
 def _columns(y: Any, arrival: Any, plant: Plant) -> Iterator[tuple[int, str, Any]]:

@@ -77,11 +77,12 @@ def estimate(
     ----------
     observer : Observer
         Discrete.
-    y : (N, p) array_like or pandas.DataFrame, or an iterator of such chunks
+    y : (N, p) array_like or DataFrame, or an iterator of such chunks
         Measurements; for a time-varying filter row k is instant k + 1.  With an
         iterator the result is an iterator of arrays, one for each chunk, and memory
-        stays flat.  The columns of a DataFrame are found by `observer.output_names`,
-        in any order and among others; by position where the observer has no names.
+        stays flat.  The columns of a DataFrame of pandas or Polars, or of a DataArray
+        or Dataset of xarray, are found by `observer.output_names`, in any order and
+        among others; by position where the observer has no names.
         A Series is the one channel of p = 1.  An array (M, N, p), or a list of records
         (N, p), are M records, each with an observer of its own; one that ends earlier
         has NaN from there on.
@@ -145,6 +146,7 @@ def estimate(
     x0 = dataframes.entries("x0", x0, observer.state_names)
     begun = 0, start(observer, u0, z0, x0)
     where = Where(executor, chunk, into)
+    y, u = dataframes.taken(y=y, u=u)
     if many(y):
         return estimate_fleet(observer, y, u, time, begun[1], backend, where)
     where.require_none()

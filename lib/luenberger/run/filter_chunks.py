@@ -138,7 +138,7 @@ def late_chunk(
     outputs, inputs = (plant.p, plant.output_names), (plant.m, plant.input_names)
     y, u = chunks.arrays(block.y, u, outputs, inputs, missing=True)
     _last(plant, state, y)
-    found = arrivals.of(block, y, plant, state.instant, whole, run.horizon)
+    found = arrivals.of(block, y, plant, state.instant, whole, run.horizon, state.label)
     if watch is not None:
         watch.follow(block.y)
     return arrived_chunk(run, backend, state, found, u, block.y)

@@ -100,11 +100,11 @@ def filter_data(
         inputs held between them, a stretch of rows at a time; where x0 and P0 are of
         the instant before the first row, that is as long before it as the second row
         is after it.
-    y : (N, p) array_like or pandas.DataFrame, or an iterator of such chunks
+    y : (N, p) array_like or DataFrame, or an iterator of such chunks
         Measurements at instants 1 .. N.  NaN, None, pandas.NA and what a mask covers
         were not measured.  With an iterator the result is an iterator of `Filtered`,
-        one for each chunk, and memory stays flat.  The columns of a DataFrame are
-        found by the plant's names, as in `estimate`.  An array (M, N, p), or a list of
+        one for each chunk, and memory stays flat.  The columns of a table are found by
+        the plant's names, as in `estimate`.  An array (M, N, p), or a list of
         records (N, p), are M records of one plant: see `FilteredFleet`.
     u : (N, m) array_like or DataFrame, or an iterator of chunks like y's, optional
         Known input at the same instants.  By default the columns of the DataFrame y
@@ -213,8 +213,8 @@ def filter_data(
       and never where that is NaN or infinite.
     - A dict ``{output: column}`` of columns of the DataFrame y that hold arrival times,
       numbers or dates like those in its index.  A reading is known from the first row
-      that is not earlier; never, where its time is missing.  Outputs that are not named
-      are on time.
+      that is not earlier by more than rounding, a millionth of a step; never, where its
+      time is missing.  Outputs that are not named are on time.
     - A DataFrame with y's index, whose columns of times are named as the outputs.
 
     Each row gives what this function would return in its last row for all that had
@@ -277,6 +277,7 @@ def filter_data(
     u0 = dataframes.entries("u0", u0, plant.input_names)
     u0 = np.zeros(plant.m) if u0 is None else chunks.single("u0", u0, plant.m)
     tolerance = settle_tolerance(settle)
+    y, u, arrival = dataframes.taken(y=y, u=u, arrival=arrival)
     where = Where(executor, chunk, into, reuse)
     if many(y):
         given = plant, y, u, time, m1, u0, weight, history, backend
@@ -296,5 +297,4 @@ def filter_data(
         plant = of_record(plant, y, time)
     late = LatePass(Settings(plant, m1, weight), arrivals.horizon_of(horizon), history)
     step = partial(by.late_chunk, late, watch, not isinstance(y, Iterator), backend)
-    begun = late.start(plant.x0, u0)
-    return chunks.found(step, begun, arrivals.paired(y, arrival), u)
+    return chunks.found(step, late.start(plant.x0, u0), arrivals.paired(y, arrival), u)

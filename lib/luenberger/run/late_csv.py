@@ -17,11 +17,12 @@ from ..plant import Plant
 from ..recursion.late_pass import LatePass
 from ..recursion.settings import Settings
 from . import chunks, filter_chunks
-from .arrivals import Arrivals
+from .arrivals import Arrivals, set_back
 from .estimate_csv import Piece
 from .filter_csv import Read, paired, reads
 
 NEVER = ("", "nan", "nat")  # cells of readings that do not arrive
+MICROSECOND = 1e-6  # the last digit of a date
 
 
 def estimates(
@@ -97,13 +98,15 @@ def _blocks(
     table: Table, outputs: list[int], columns: list[str], found: Iterator[Read]
 ) -> Iterator[Late]:
     """The rows, with labels that arrivals are compared with."""
-    count, origin = 0, None
+    count, origin, last = 0, None, None
     for one in found:
         labels, origin = _labels(one.rows, count, origin)
         count += len(labels)
         due = np.repeat(labels[:, None], one.y.shape[1], axis=1)
         for j, column, cells in zip(outputs, columns, one.rows.texts):
             due[:, j] = _dues(table, one.rows, column, cells, origin)
+        due = set_back(due, labels, last, 0 if origin is None else MICROSECOND)
+        last = labels[-1] if len(labels) else last
         y = np.where(np.isnan(due), np.nan, one.y)
         early = np.argwhere(~np.isnan(y) & (due < labels[:, None]))
         if len(early):

@@ -155,6 +155,7 @@ def smooth(
     u0 = dataframes.entries("u0", u0, plant.input_names)
     u0 = np.zeros(plant.m) if u0 is None else chunks.single("u0", u0, plant.m)
     where = Where(executor, chunk, into)
+    y, u = dataframes.taken(y=y, u=u)
     if many(y):
         given = plant, y, u, time, m1, _lag(lag), u0, weight, backend
         return smooth_fleet(*given, where)

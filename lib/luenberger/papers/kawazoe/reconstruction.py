@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...arguments import expect
+from ...formats import dataframes
 from ...numeric import Matrix
 from ...numeric.balance import evened
 from ...numeric.validation import as_array, exact, matrix
@@ -131,8 +132,11 @@ def _record(
     plant: Plant, y: ArrayLike, u: ArrayLike | None
 ) -> tuple[Matrix, Matrix, bool]:
     """y and u as matrices, and whether they and the plant are rational."""
-    y = _column(y, plant.p)
-    u = np.zeros((len(y), plant.m), int) if u is None else _column(u, plant.m)
+    y = _column(dataframes.ordered("y", y, plant.output_names), plant.p)
+    if u is None:
+        u = np.zeros((len(y), plant.m), int)
+    else:
+        u = _column(dataframes.ordered("u", u, plant.input_names), plant.m)
     exactly = plant.exact is not None and object in (y.dtype, u.dtype)
     if exactly:
         fractions = exact(y), exact(u)
