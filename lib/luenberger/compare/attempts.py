@@ -20,10 +20,12 @@ from .settling import settling_time
 if TYPE_CHECKING:
     from .judge import Judge
 
+KALMAN = "Kalman filter"
+NOT_TRIED = "not tried:"  # how the refusal of a design begins that takes too long
 LEVEL = 1e-9  # errors closer than this, relative, are equal: the rest is rounding
 
 
-SINGLE = {"Kalman filter", "deadbeat observer", "functional observer"}
+SINGLE = {KALMAN, "deadbeat observer", "functional observer"}
 EXACT_TOL = 1e-9  # of a certificate, as in `Certificate.require`
 
 
@@ -100,6 +102,11 @@ class Attempt:
     def name(self) -> str:
         """The method, and which design of it where there are several."""
         return self.method if self.method in SINGLE else f"{self.method}, {self.label}"
+
+    @property
+    def untried(self) -> bool:
+        """Whether it may well exist, and was left out as its search takes a while."""
+        return self.refusal.startswith(NOT_TRIED)
 
     @property
     def title(self) -> str:

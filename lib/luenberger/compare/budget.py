@@ -12,6 +12,7 @@ import numpy as np
 from ..errors import DesignError
 from ..show import number
 from .attempts import Attempt, first_least
+from .untried import among, untried
 
 if TYPE_CHECKING:
     from .table import Comparison
@@ -154,11 +155,14 @@ def next_beyond(table: Comparison) -> Attempt | None:
 
 def refusal(table: Comparison) -> Iterator[str]:
     """Why there is nothing within the budget, and what would do."""
-    yield f"No design is within the budget of {table.budget}."
+    tried = among(table, " that was tried")
+    yield f"No design{tried} is within the budget of {table.budget}."
+    yield from untried(table)
     one = next_beyond(table)
     if one is not None:
         more = table.budget.over(one).items()
         yield (
-            f"What comes nearest is the {one.title}: it needs {needs(one)}, "
+            f"What comes nearest{among(table, ' of those tried')} is the {one.title}: "
+            f"it needs {needs(one)}, "
             f"{listed(amount(size, name) for name, size in more)} more than there is."
         )

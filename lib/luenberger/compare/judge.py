@@ -19,13 +19,11 @@ from ..numeric.linalg import ROUNDING
 from ..numeric.validation import vector
 from ..papers.leondes_novak.design import kalman_filter
 from ..plant import Plant
-from .attempts import Attempt, noisy
+from .attempts import KALMAN, Attempt, noisy
 from .measure import steady_covariance
 
 if TYPE_CHECKING:
     from .question import Question
-
-KALMAN = "Kalman filter"
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,6 +18,7 @@ from ..papers.leondes_novak.design import kalman_filter, reduced_order_filter
 from ..papers.moore.design import functional_observer
 from ..papers.van_dooren.design import reduced_order_observer
 from ..plant import Plant
+from .attempts import NOT_TRIED
 from .question import Question
 
 EVERY_SUBSET_UP_TO = 4  # outputs; above it only the first 0, 1, ..., p are tried
@@ -113,7 +114,7 @@ def _leondes_novak(
 
 def _too_many(plant: Plant) -> str:
     raise DesignError(
-        f"not tried: every set of p = {plant.p} outputs, with n = {plant.n} states, "
+        f"{NOT_TRIED} every set of p = {plant.p} outputs, with n = {plant.n} states, "
         "takes a while. reduced_order_filter(plant, m1) makes it for any of them."
     )
 
@@ -148,7 +149,7 @@ def fixed_order(asked: Question) -> Iterator[Plan]:
 def _not_tried(n: int, what: str = "this order") -> str:
     remedy = ", feedthrough=False" if what == "V = 0" else ""
     raise DesignError(
-        f"not tried: with n = {n} states the search for {what} takes a while. "
+        f"{NOT_TRIED} with n = {n} states the search for {what} takes a while. "
         f"fixed_order_filter(plant, order{remedy}) makes it."
     )
 

@@ -10,8 +10,9 @@ import numpy as np
 from ..numeric import Vector
 from ..show import number
 from .assumed import assumed
-from .attempts import Attempt, first_least
+from .attempts import KALMAN, Attempt, first_least
 from .budget import amount, listed, needs, refusal
+from .untried import among, untried
 from .unweighed import left_to_weigh, why_not
 
 if TYPE_CHECKING:
@@ -31,6 +32,7 @@ def reasons(table: Comparison, tolerance: float) -> list[str]:
         *_price(table, chosen),
         *_remark(chosen),
         *_passed_over(table),
+        *untried(table),
         _next_smaller(table, chosen),
     ]
 
@@ -41,20 +43,26 @@ def _within_budget(table: Comparison) -> Iterator[str]:
     if chosen is None:
         yield from refusal(table)
         return
-    yield f"The rule: the most accurate design within the budget of {table.budget}."
+    tried = among(table, " of those tried")
+    rule = f"the most accurate design{tried} within the budget of {table.budget}"
+    yield f"The rule: {rule}."
     yield f"Designs are judged by their {ranking(table).rstrip(',')}."
     yield from assumed(table)
     yield f"It needs {needs(chosen)}."
     yield from _price(table, chosen)
     yield from _remark(chosen)
     yield from _passed_over(table)
+    yield from untried(table)
     if beyond is None:
-        yield "More would buy nothing: no design beyond the budget is more accurate."
+        yield (
+            f"More would buy nothing: no design{tried} beyond the budget is more "
+            "accurate."
+        )
         return
     more, least = table.budget.over(beyond).items(), beyond is table.yardstick
-    bought = "it is the most accurate of all" if least else _loses(table, beyond)
+    bought = f"it is the most accurate{_all(table)}" if least else _loses(table, beyond)
     yield (
-        f"The next one beyond the budget is the {beyond.title}: for "
+        f"The next one{tried} beyond the budget is the {beyond.title}: for "
         f"{listed(amount(size, name) for name, size in more)} more, "
         f"{bought}."
     )
@@ -100,7 +108,8 @@ def ranking(table: Comparison) -> str:
 
 def _rule(table: Comparison, tolerance: float) -> str:
     least, most = table.yardstick, f"{number(100 * tolerance)} % above"
-    rule = "The rule: the fewest multiply-adds per step among the designs"
+    tried = among(table, " tried")
+    rule = f"The rule: the fewest multiply-adds per step among the designs{tried}"
     if by_ratio(table) and least.method == least.judge.beside:
         return (
             f"{rule} in which no {_one(table)} has a standard deviation more than "
@@ -112,8 +121,10 @@ def _rule(table: Comparison, tolerance: float) -> str:
 def _price(table: Comparison, chosen: Attempt) -> Iterator[str]:
     best = table.yardstick
     if chosen is best:
-        light = ", and no lighter one comes near enough" if table.budget is None else ""
-        yield f"It is the most accurate design of all{light}."
+        tried = among(table, " that was tried")
+        light = f", and no lighter one{tried} comes near enough"
+        light = light if table.budget is None else ""
+        yield f"It is the most accurate design{_all(table)}{light}."
         return
     excess = table.excess(chosen)
     if excess == 0:
@@ -132,6 +143,15 @@ def _price(table: Comparison, chosen: Attempt) -> Iterator[str]:
             "units, so it does not decide."
         )
     yield _saving(chosen, best)
+
+
+def _all(table: Comparison) -> str:
+    """Among which designs the yardstick is the most accurate.
+
+    No filter is more accurate than the Kalman filter, tried or not.
+    """
+    least = table.yardstick.method == KALMAN
+    return " of all" if least else among(table, " of those tried") or " of all"
 
 
 def _shown(one: Attempt) -> float:
@@ -192,9 +212,10 @@ def _passed_over(table: Comparison) -> Iterator[str]:
 def _next_smaller(table: Comparison, chosen: Attempt) -> str:
     smaller = [one for one in table.ranked if one.order < chosen.order]
     if not smaller:
-        return "No design has fewer observer states."
+        return f"No design{among(table, ' that was tried')} has fewer observer states."
     least = first_least(smaller, "error")
-    said = f"With fewer observer states the best is {least.title}:"
+    tried = among(table, " of those tried")
+    said = f"With fewer observer states the best{tried} is {least.title}:"
     return f"{said} {_loses(table, least)}."
 
 

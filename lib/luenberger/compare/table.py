@@ -13,7 +13,7 @@ from ..numeric.validation import ReadOnly
 from ..plant import Plant
 from ..plant.estimates import Combinations
 from ..show import Table
-from .attempts import LEVEL, Attempt, first_least
+from .attempts import KALMAN, LEVEL, Attempt, first_least
 from .budget import Budget, fitting, most_accurate, next_beyond
 from .columns import cells, header, row, together
 from .reasons import reasons
@@ -99,7 +99,7 @@ class Comparison(Reviews, ReadOnly):
         """
         ranked = [one for one in self.eligible if one.error is not None]
         for one in ranked:
-            if one.method == "Kalman filter":
+            if one.method == KALMAN:
                 return one
         return first_least(ranked, "error") if ranked else None
 
@@ -184,11 +184,11 @@ class Comparison(Reviews, ReadOnly):
     def recommended(self, tolerance: float = TOLERANCE) -> Attempt:
         """The least work among eligible designs within `tolerance` of the yardstick.
 
-        Among equal work the smaller error wins, then the smaller mean, and among those
-        that differ by LEVEL or less the first in the table.  With a budget it is the
-        most accurate design within it, whatever the tolerance: the smallest error, then
-        the smallest mean; of designs whose error and mean are alike to 1e-4 the least
-        work.
+        What was not tried is not weighed; `reasons` says so.  Among equal work the
+        smaller error wins, then the smaller mean, and among those that differ by LEVEL
+        or less the first in the table.  With a budget it is the most accurate design
+        within it, whatever the tolerance: the smallest error, then the smallest mean;
+        of designs whose error and mean are alike to 1e-4 the least work.
 
         Raises
         ------
@@ -237,8 +237,9 @@ class Comparison(Reviews, ReadOnly):
     def next_beyond(self) -> Attempt | None:
         """What a little more than the budget buys: a more accurate design, or None.
 
-        It is the one that is over the budget by the smallest part of a limit; where
-        nothing is within the budget, of all designs.
+        Only designs that were tried are known.  Of them it is the one that is over the
+        budget by the smallest part of a limit; where nothing is within the budget, of
+        all of them.
         """
         if self.budget is None or self.yardstick is None:
             return None
