@@ -20,7 +20,12 @@ OVEN = lb.Plant(
 MODEL = lb.Plant([[0.8]], None, [[1.0]], dt=1.0, Q=[[0.5]], R=[[0.01]])
 GIVEN = {
     "zero": ("0", None, 0, "a known input that is always zero"),
-    "level": ("2.5", None, [2.5], "input that stays at power (kW) = 2.5."),
+    "level": (
+        "2.5",
+        None,
+        [2.5],
+        "for ever from before the start, at power (kW) = 2.5:",
+    ),
     "covariance": (
         "u.json",
         {"U": [[4.0]]},
@@ -134,3 +139,74 @@ def test_what_is_no_input_is_refused_before_designs(here, capfd, more, held, sai
 def test_a_dry_run_names_the_question(here, capfd):
     assert main(["design", "oven.json", "--U", "0", "--out", "r", "--dry-run"]) == 0
     assert "r/question.json" in capfd.readouterr().out.split()
+
+
+RECORDS = {  # of the input, with how U is stated, and what is said of it
+    "a switch is no level": ("2.5", [0.0, 2.5], "constant for ever at 2.5, but in the"),
+    "another level": ("2.5", [2.0], "Give its level, 2."),
+    "not zero": ("0", [0.0, 1e-3], "constant for ever at 0, but in the record"),
+    "too small": ([[4.0]], [1.0, -1.0], "mean square 2, but in the record it has 1:"),
+    "a mean": ([[4.0]], [0.0, 4.0], "has 2.8: the mean 1.96 and the standard dev"),
+}
+
+
+def recorded(values, hold=7, rows=200):
+    u = np.resize(np.repeat(values, hold), rows)
+    y = lb.simulate(OVEN, lb.kalman_filter(OVEN), rows - 1, u=u[:, None], seed=2).y
+    lines = ["air (K),power (kW)", *(f"{a},{b}" for (a,), b in zip(y, u))]
+    pathlib.Path("data.csv").write_text("\n".join(lines) + "\n")
+
+
+def asked(U):
+    if not isinstance(U, str):
+        prepared({"U": U} if isinstance(U, list) else U)
+        U = "u.json"
+    line = ["design", "oven.json", "--data", "data.csv", "--U", U, "--out", "r"]
+    return main([*line, "--dry-run"])
+
+
+@pytest.mark.parametrize("U, values, said", RECORDS.values(), ids=RECORDS)
+def test_a_record_that_contradicts_U_is_refused(here, capfd, U, values, said):
+    recorded(values)
+    assert asked(U) == 1
+    err = " ".join(capfd.readouterr().err.split())
+    assert "the known input 'power (kW)'" in err and said in err
+
+
+def test_what_the_refusal_proposes_is_taken(here, capfd):
+    recorded([0.0, 2.5], hold=20)
+    assert asked("2.5") == 1
+    err = " ".join(capfd.readouterr().err.split())
+    model = json.JSONDecoder().raw_decode(err, err.index('{"dt"'))[0]
+    pathlib.Path("u.json").write_text(json.dumps(model))
+    assert asked(lb.Plant.from_json("u.json")) == 0
+    white = json.JSONDecoder().raw_decode(err, err.index('{"U"'))[0]
+    assert asked(white["U"]) == 0
+    a, q = model["A"][0][0], model["Q"][0][0]
+    assert q / (1 - a**2) == pytest.approx(2.5**2 / 2, rel=0.05)
+
+
+STATED = {  # what a record does agree with
+    "the level": ("2.5", [2.5]),
+    "the level in few digits": ("2.5", [2.5, 2.5 * (1 + 1e-7)]),
+    "zero": ("0", [0.0]),
+    "as much": ([[4.0]], [2.0, -2.0]),
+    "about as much": ([[4.0]], [1.9, -1.9]),
+    "any model that varies": (MODEL, [0.0, 50.0]),
+    "a model of a level": (
+        lb.Plant([[1]], None, [[2]], dt=1.0, x0=[1], P0=[[0]]),
+        [2.0],
+    ),
+}
+
+
+@pytest.mark.parametrize("U, values", STATED.values(), ids=STATED)
+def test_a_record_that_agrees_with_U_is_taken(here, U, values):
+    recorded(values)
+    assert asked(U) == 0
+
+
+def test_a_model_that_stays_is_a_level(here, capfd):
+    recorded([0.0, 2.0])
+    assert asked(STATED["a model of a level"][0]) == 1
+    assert "constant for ever at 2," in " ".join(capfd.readouterr().err.split())

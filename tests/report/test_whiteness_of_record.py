@@ -26,7 +26,9 @@ def record():
 
 def test_the_true_noises_agree(record):
     found = report.judged(PLANT, record)
-    assert "The record agrees with" in repr(report.agreement(found))
+    said = repr(report.agreement(found))
+    assert "The record agrees with the model" in said
+    assert "no other observer is tested by that" in said
 
 
 @pytest.mark.parametrize("wrong", [{"Q": np.diag([0, 10.0])}, {"R": [[9.0]]}])
@@ -47,3 +49,67 @@ def test_without_noises_or_with_few_samples_nothing_is_said(record):
 def test_a_record_that_the_plant_cannot_produce_is_not_judged(record):
     still = dataclasses.replace(PLANT, Q=np.zeros((2, 2)), R=[[0]], P0=np.zeros((2, 2)))
     assert report.judged(still, record) is None
+
+
+OVEN = lb.Plant(
+    [[-0.0025, 0.0025], [0.0104166667, -0.01375]], [[0.002], [0]], [[0, 1]],
+    Q=np.diag([1e-4, 1e-4]), R=[[0.04]], P0=np.diag([100.0, 100.0]),
+    output_names=["air"],
+).sampled(1.0)  # fmt: skip
+
+
+def of_input(u):
+    run = lb.simulate(OVEN, lb.kalman_filter(OVEN), len(u) - 1, u=u, seed=1, x0=[0, 0])
+    return Measurements(run.y, u, np.arange(1.0, len(u) + 1)), run
+
+
+def sentence(table, data):
+    return " ".join(str(report.agreement(None if data is None else report.judged(
+        table.plant, data), table, data)).split())  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def levelled():
+    table = lb.compare(OVEN, U=[60.0], methods=["Kalman filter", "fixed-order filter"])
+    assert table.chosen.order == 1
+    return table
+
+
+def test_the_recommended_observer_is_judged_on_the_record(levelled):
+    switched = np.where((np.arange(4000) // 400) % 2 == 0, 60.0, 0.0)[:, None]
+    data, _ = of_input(switched)
+    said = sentence(levelled, data)
+    assert "The record agrees with the model" in said
+    assert "worse on this record than its errors promise" in said
+    steady, _ = of_input(np.zeros((4000, 1)))
+    said = sentence(lb.compare(OVEN, U=0, methods=["Kalman filter", "fixed-order "
+                               "filter"]), steady)  # fmt: skip
+    assert "the recommended observer misses" in said and "worse on this" not in said
+
+
+def test_what_it_misses_is_that_of_its_estimates(levelled):
+    """The figures against a loop over the rows."""
+    u = np.random.default_rng(4).normal(size=(3000, 1))
+    data, _ = of_input(u)
+    figures = []
+    settled = max(one.settling for one in (levelled.chosen, levelled.yardstick))
+    first = int(np.ceil(settled))
+    for one in (levelled.chosen, levelled.yardstick):
+        x = lb.estimate(one.observer, data.y, u, x0=[0, 0])
+        missed = [
+            data.y[k + 1] - OVEN.C @ (OVEN.A @ x[k] + OVEN.B @ u[k])
+            for k in range(first, 2999)
+        ]
+        figures.append(f"{np.sqrt(np.mean(np.square(missed))):.4g}")
+    said = sentence(levelled, data)
+    assert f"from sample {first + 2} on" in said
+    assert f"air by {figures[0]} instead of {figures[1]} (promised 0.2" in said
+
+
+def test_where_nothing_can_be_said_of_it_nothing_is(levelled):
+    data, _ = of_input(np.zeros((400, 1)))
+    kalman = lb.compare(OVEN, methods=["Kalman filter"])
+    gaps = dataclasses.replace(data, y=np.where(np.arange(400)[:, None] % 9, data.y,
+                                                np.nan))  # fmt: skip
+    for table, record in ((kalman, data), (levelled, gaps), (levelled, None)):
+        assert "recommended observer misses" not in sentence(table, record)

@@ -10,9 +10,10 @@ from ..plant import Plant
 
 EXACT_TOL = 1e-9  # relative; an answer to the input below it is rounding
 HOW_TO_SAY = (
-    "Give its statistics as U: a level for each input such as [12.0], the covariance "
-    "of white inputs such as [[144.0]], or a Plant without input whose outputs they "
-    "are. U=0 stands for an input that is always zero."
+    "Give its statistics as U: a level for each input such as [12.0], constant for "
+    "ever (an input that switches is not that), the covariance of white inputs such as "
+    "[[144.0]], or a Plant without input whose outputs they are. U=0 stands for an "
+    "input that is always zero."
 )
 NO_INPUT = (
     "The known input disturbs this estimate, and nothing was said of it: u = 0 here. "

@@ -59,8 +59,9 @@ def error_covariance(
     steps : int, optional
         Number of steps; default the steady state of a constant observer.
     U : (m,) or (m, m) array_like, Plant or 0, optional
-        What is known of the known input: a level for each input, the covariance of
-        white inputs, or a plant without input whose outputs they are (its x0, P0 are
+        What is known of the known input: a level for each input, constant for ever from
+        before the start (an input that switches is not that), the covariance of white
+        inputs, or a plant without input whose outputs they are (its x0, P0 are
         of instant 0; default its steady state).  A periodic input is a plant whose
         modes lie on the unit circle; then the steady value is the mean over time.  0
         is an input that is always zero.  Not needed where the input does not disturb

@@ -29,8 +29,8 @@ from ..plant import Plant
 
 Statistics = ArrayLike | Plant
 WANTED = (
-    "U must be a level for each known input, shape (m,), the covariance of white "
-    "inputs, shape (m, m), a Plant whose outputs they are, or 0"
+    "U must be a level for each known input, constant for ever, shape (m,), the "
+    "covariance of white inputs, shape (m, m), a Plant whose outputs they are, or 0"
 )
 DRIVEN = 1e-9  # of the noise that reaches a mode, relative: below it is rounding
 DEFECTIVE = 1e-7  # of unit eigenvectors with their duals; below it the mode grows
@@ -68,8 +68,9 @@ def known_input(U: Statistics, plant: Plant) -> KnownInput:
     Parameters
     ----------
     U : (m,) or (m, m) array_like, Plant or 0
-        A level for each input, the covariance of white inputs, or a plant without
-        input whose outputs they are; 0 for inputs that are always zero.
+        A level for each input, constant for ever from before the start, the covariance
+        of white inputs, or a plant without input whose outputs they are; 0 for inputs
+        that are always zero.
     plant : Plant
 
     Raises

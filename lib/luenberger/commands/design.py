@@ -83,11 +83,12 @@ def run(options: Namespace) -> None:
     file, out = json_file(options.plant, "a plant"), options.out
     given = plant = asking(plant_of(file, options), options.k)
     require_plain_names(plant)
+    record = None
     if options.data is not None:
         record = measurements.read(options.data, plant)
         plant = given if given.dt > 0 else _sampled_as(given, record, options.data)
         plant = _fitted(plant, record)
-    asked = _question(plant, options)
+    asked = _question(plant, options, record)
     beside = _workplace(out)
     if options.dry_run:
         with_data = options.data is not None
@@ -110,9 +111,12 @@ def run(options: Namespace) -> None:
     say(f"done: open {out / REPORT}")
 
 
-def _question(plant: "Plant", options: Namespace) -> dict[str, Any]:
+def _question(
+    plant: "Plant", options: Namespace, record: "Measurements | None"
+) -> dict[str, Any]:
     """What `compare` is asked beside the plant, as plain data."""
     from ..analysis.known_input import known_input
+    from ..compare.stated_input import require_stated
     from ..formats.json_records import as_data
     from ..plant import Plant
 
@@ -120,6 +124,8 @@ def _question(plant: "Plant", options: Namespace) -> dict[str, Any]:
     if U is None:
         return question(options)
     known_input(U, plant)  # or its error, before anything is designed
+    if record is not None:
+        require_stated(U, plant, record.u)
     return question(options) | {"U": as_data("plant", U) if isinstance(U, Plant) else U}
 
 

@@ -14,7 +14,8 @@ def known_input(one: ArgumentParser) -> None:
         type=_given,
         metavar="U1,U2,...|FILE.json",
         help="what is known of the known input, which errors then count: a level for "
-        "each input, 0 for inputs that are always zero, or a file with a plant whose "
+        "each input, constant for ever from before the start (an input that switches "
+        "is not that), 0 for inputs that are always zero, or a file with a plant whose "
         'outputs they are (modes on the unit circle are tones), or {"U": [[144]]}, the '
         "covariance of white inputs",
     )

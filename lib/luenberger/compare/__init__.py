@@ -111,8 +111,10 @@ def compare(
         the same state, and the worst state counts, so that no units are added.
     U : (m,) or (m, m) array_like, Plant or 0, optional
         What is known of the known input, as of `error_covariance`: fixed-order filters
-        are designed for it, and errors count what it does.  Without it no error is
-        shown of a design that the input disturbs.
+        are designed for it, and errors count what it does.  A level is constant for
+        ever from before the start; an input that switches is not that, however well
+        its size is known: it is a covariance or a Plant.  Without U no error is shown
+        of a design that the input disturbs.
     budget : dict, optional
         The most that a design may cost, by one or more of ``multiply_adds`` (of a
         step), ``states`` and ``bytes`` (of state and constants).  The most accurate

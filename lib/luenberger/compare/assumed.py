@@ -28,7 +28,11 @@ def assumed(table: Comparison) -> Iterator[str]:
     if not given.any():
         yield "Errors are those for a known input that is always zero."
     elif given.ndim == 1:
-        yield f"Errors count a known input that stays at {_each(plant, given)}."
+        yield (
+            "Errors count a known input that is constant for ever from before the "
+            f"start, at {_each(plant, given)}: one that switches is not that, and "
+            "moves a design that is not exact further."
+        )
     else:
         sigma = np.sqrt(given.diagonal())
         yield (

@@ -73,8 +73,9 @@ def robustness(
         Typical sizes of the states, or of the rows of k x.  The error is then the root
         mean square of standard deviations in these units, and not a ratio.
     U : (m,) or (m, m) array_like, Plant or 0, optional
-        What is known of the known input, as of `error_covariance`.  Where it disturbs
-        an estimate, as it does on a plant of other dynamics, no error is known
+        What is known of the known input, as of `error_covariance`; a level is constant
+        for ever from before the start, which an input that switches is not.  Where it
+        disturbs an estimate, as it does on a plant of other dynamics, no error is known
         without it.
 
     Returns

@@ -2,15 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
+import numpy as np
+
+from ..compare import Comparison
+from ..compare.attempts import KALMAN, Attempt
 from ..identification.normalised import innovations as normalised
 from ..identification.whiteness import Whiteness, whiteness
+from ..numeric import Matrix, Vector
+from ..observer import Observer
 from ..plant import Plant
-from ..run.measurements import Measurements
+from ..run.estimate import estimate
+from ..run.measurements import Measurements, first_sample
 from ..show import Picture, Prose, number
 
+LIMIT = 1.5  # times what is promised that predictions may miss by
 LEAST = 20  # samples of which an autocorrelation says something
 
 
@@ -26,8 +34,12 @@ def judged(plant: Plant, data: Measurements | None) -> Whiteness | None:
         return None
 
 
-def agreement(found: Whiteness | None) -> Prose:
-    """What the tests say."""
+def agreement(
+    found: Whiteness | None,
+    table: Comparison | None = None,
+    data: Measurements | None = None,
+) -> Prose:
+    """What the tests say of the model, and the record of the recommended observer."""
     if found is None:
         return Prose(
             f"Nothing was tested: this needs Q, R and {LEAST} samples that the plant "
@@ -37,9 +49,56 @@ def agreement(found: Whiteness | None) -> Prose:
     verdict = "agrees" if good else "does not agree"
     return Prose(
         *found.sentences,
-        f"The record {verdict} with the plant and its Q and R."
+        f"The record {verdict} with the model, the plant with its Q and R, as the "
+        "innovations of its Kalman filter tell; no other observer is tested by that."
         + ("" if good else " One-sigma bounds are only as good as these are."),
+        *_recommended(table, data),
     )
+
+
+def _recommended(table: Comparison | None, data: Measurements | None) -> Iterator[str]:
+    """How the recommended observer predicts the record, beside the Kalman filter."""
+    chosen = None if table is None else table.chosen
+    if chosen is None or data is None or data.missing or not chosen.whole:
+        return
+    plant, kalman = table.plant, table.yardstick
+    if kalman is chosen or kalman.method != KALMAN or not kalman.whole:
+        return
+    pair = chosen, kalman
+    settled = max(one.settling for one in pair) / plant.dt
+    first = int(min(np.ceil(settled), len(data.y) // 2))
+    own, least = (_missed(one.observer, plant, data)[first:] for one in pair)
+    own, least = (np.sqrt((x**2).mean(axis=0)) for x in (own, least))
+    promised = np.sqrt(_promised(chosen, plant))
+    each = (
+        f"{name} by {number(a, 4)} instead of {number(b, 4)} (promised {number(c, 4)})"
+        for name, a, b, c in zip(plant.output_names, own, least, promised)
+    )
+    yield (
+        "One sample ahead, the recommended observer misses, as a root mean square from "
+        f"sample {first + 2} on and beside the Kalman filter, {'; '.join(each)}."
+    )
+    if (own > LIMIT * np.maximum(promised, least)).any():
+        yield (
+            "The recommended observer is worse on this record than its errors promise: "
+            "do not take it, nor the bounds of its estimates, for this input."
+        )
+
+
+def _missed(observer: Observer, plant: Plant, data: Measurements) -> Matrix:
+    """Readings from the second on, less what the estimates before predict of them."""
+    x = estimate(observer, data.y, data.u, x0=first_sample(plant).x0)
+    ahead = x[:-1] @ plant.A.T + data.u[:-1] @ plant.B.T
+    missed: Matrix = data.y[1:] - ahead @ plant.C.T - data.u[1:] @ plant.E.T
+    return missed
+
+
+def _promised(one: Attempt, plant: Plant) -> Vector:
+    """Variances of that, as the steady error of a design says."""
+    Q, R, _ = plant.at(0).covariances()
+    A, C = plant.A, plant.C
+    found: Vector = (C @ (A @ one.covariance @ A.T + Q) @ C.T + R).diagonal()
+    return found
 
 
 def innovations(found: Whiteness | None, axes: Sequence[Any]) -> Prose | Picture:

@@ -70,8 +70,8 @@ def fixed_order_filter(
         Number of starts of the search, and the seed of the random half of them.  The
         result is the same whenever these are.
     U : (m,) or (m, m) array_like, Plant or 0, optional
-        What is known of the known input, as of `error_covariance`; then the filter is
-        the best for such an input.
+        What is known of the known input, as of `error_covariance`, a level being
+        constant for ever; then the filter is the best for such an input.
 
     Returns
     -------
