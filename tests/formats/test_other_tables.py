@@ -89,6 +89,7 @@ ASKED = {
     "late": lambda y, *u: (
         lb.filter_data(PLANT, y, *u, arrival=np.arange(60)[:, None] + [[0, 2]]).x
     ),
+    "record": lambda y, *u: lb.Filter(PLANT).run(lb.Record(y, *u)).x,
     "smooth": lambda y, *u: lb.smooth(PLANT, y, *u).x,
     "estimate": lambda y, *u: lb.estimate(OBSERVER, y, *u),
     "likelihood": lambda y, *u: lb.log_likelihood(PLANT, y, *u),

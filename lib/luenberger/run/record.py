@@ -85,6 +85,11 @@ class Record:
     arrival: Any = None
     u0: Any = None
 
+    def __post_init__(self) -> None:
+        given = dict(y=self.y, u=self.u, arrival=self.arrival)
+        for name, value in zip(given, dataframes.taken(**given)):
+            object.__setattr__(self, name, value)
+
     @classmethod
     def of(cls, record: Any) -> Record:
         """The record itself, or a record of measurements."""
