@@ -22,7 +22,7 @@ class Measure:
 
     def __init__(self, root: Matrix) -> None:
         self.root, n = root, len(root)
-        self.inverse = dtrtrs(root, eye(n), lower=1)[0]
+        self.inverse = dtrtrs(root, eye(n), lower=1)[0] if n else root  # LAPACK prints
         wrong = (n + 2) * EPS * _length(np.abs(self.inverse) @ np.abs(root))
         self.slack = 1 / (1 - wrong) if wrong < 0.5 else np.inf
 
