@@ -495,6 +495,41 @@ def test_a_refused_sample_changes_nothing(kind, compiled):
 
 
 @needs_compiler
+@pytest.mark.parametrize("dtype", ["double", "float"])
+@pytest.mark.parametrize("kind", ["Kalman", "no states", "loops", "one estimate"])
+def test_a_sample_that_overflows_is_refused(kind, dtype, compiled):
+    """Neither NaN nor infinity is left: what follows is as if it had not been."""
+    source = OBSERVERS[kind]()
+    p, m, q = source.D.shape[1], source.G.shape[1], len(source.L)
+    enlarged = dict(D=8 * source.D, V=8 * source.V)  # no sum of its parts cancels
+    unit = compiled(dataclasses.replace(source, **enlarged), dtype=dtype)
+    rng, most = np.random.default_rng(3), float(np.finfo(unit.type).max)
+    y, u = rng.normal(size=(9, p)), rng.normal(size=(9, m))
+    good = np.array([0, 2, 3, 5, 6, 8])
+    for k, one in ((1, most), (4, -most), (7, most)):
+        y[k] = one * np.resize([1, 0.9, -0.8], p)
+    expected, code = unit.run(y[good], u[good], q)
+    end = unit.state
+    assert not code.any()
+    unit.library.start()
+    what, code = unit.run(y, u, q)
+    assert np.flatnonzero(code).tolist() == [1, 4, 7] and (what[code == 1] == 7).all()
+    np.testing.assert_array_equal(what[good], expected)
+    np.testing.assert_array_equal(unit.state, end)
+
+
+@needs_compiler
+@pytest.mark.parametrize("part", ["state", "estimate"])
+def test_a_state_or_an_estimate_alone_may_overflow(part, compiled):
+    D, V = (4, 0) if part == "state" else (0, 4)
+    observer = lb.Observer([[0.5]], [[]], [[D]], [[1]], [[V]], T=[[1]], L=[[1]], dt=1)
+    unit = compiled(observer, dtype="float")
+    what, code = unit.run([[1], [3e38], [2]], np.zeros((3, 0)), 1)
+    assert code.tolist() == [0, 1, 0] and np.isfinite(unit.state).all()
+    assert what.ravel().tolist() == ([0, 7, 4] if part == "state" else [4, 7, 8])
+
+
+@needs_compiler
 def test_a_singular_innovation_is_refused(compiled):
     """Two sensors that agree to 1e-20 of what they measure."""
     source = tracker(C=[[1, 0, 0], [1, 0, 0]], P0=np.eye(3) * 1e20)
@@ -599,11 +634,11 @@ def test_header_counts_operations(tmp_path):
     code, header = to_c(lb.kalman_filter(plant(4, 3)), tmp_path)
     step = code.read_text().partition("int observer_step")[2].partition("#ifdef")[0]
     signs = len(re.findall(r" [-+*/] ", step))
-    assert of_a_step(header, "operations") == signs + 3 + 2  # y and u are tested
+    assert of_a_step(header, "operations") == signs + 3 + 2 + 4 + 4  # all are tested
     r, p, m = 20, 3, 2
     observer = lb.kalman_filter(plant(r, p))
     _, header = to_c(observer, tmp_path)
-    assert of_a_step(header, "operations") == 2 * 2 * r * (r + p + m) + p + m
+    assert of_a_step(header, "operations") == 2 * 2 * r * (r + p + m) + p + m + 2 * r
 
 
 @unbounded
@@ -615,7 +650,7 @@ def test_zeros_and_ones_cost_nothing(tmp_path):
         L=np.eye(5), dt=1.0,
     )  # fmt: skip
     code, header = to_c(observer, tmp_path)
-    assert of_a_step(header, "operations") == 2  # whether y and u are finite
+    assert of_a_step(header, "operations") == 12  # whether y, u, z and w^ are finite
     assert of_a_step(header, "bytes of state and constants") == 40
     step = code.read_text().partition("int observer_step")[2].partition("#ifdef")[0]
     assert " * " not in step and " + " not in step

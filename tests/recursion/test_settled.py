@@ -296,3 +296,14 @@ def test_it_settles_unless_it_is_told_not_to(case):
 def test_a_tolerance_is_a_small_number(settle):
     with pytest.raises(ValueError, match="settle must be a number between 0 and 1"):
         filtered(SCALAR, [[1.0]], settle=settle)
+
+
+@pytest.mark.parametrize("A", [[[0.5]], [[0.5, 1], [0, 0.8]]])
+def test_a_sensor_that_goes_silent_prints_nothing(A, capfd):
+    """LAPACK would say on stderr that a matrix of size 0 is wrong."""
+    n = len(A)
+    plant = lb.Plant(A, None, np.eye(1, n), dt=1.0, Q=np.eye(n), R=[[1]], P0=np.eye(n))
+    y = np.ones((200, 1))
+    y[60:] = np.nan
+    lb.filter_data(plant, y, backend="numpy")
+    assert capfd.readouterr() == ("", "")

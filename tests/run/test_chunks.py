@@ -1,6 +1,7 @@
 """Records in chunks: the same numbers, and no more memory than a chunk takes."""
 
 import tracemalloc
+import warnings
 from dataclasses import replace
 
 import generators
@@ -206,3 +207,24 @@ def test_a_stream_that_proves_long_goes_on_compiled(monkeypatch):
     monkeypatch.setattr(kernels.runs_compiled, "__defaults__", (5,))
     list(lb.filter_data(short, iter([np.zeros((2, 1))] * 4)))
     assert asked == [False, False, True, True]
+
+
+def test_an_estimate_that_overflows_is_refused_with_its_row(backend):
+    """Of an array and of chunks; no warning, and no infinity."""
+    observer = lb.Observer(
+        [[0.5]], [[]], [[2]], [[1]], [[1.5]], T=[[1]], L=[[1]], dt=1.0,
+        state_names=["level"],
+    )  # fmt: skip
+    y = np.array([[1.0], [1.7e308], [-1.7e308], [1.0]])
+    message = "^row 1: the estimate of 'level' overflows; the measurements are too"
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        with pytest.raises(ValueError, match=message):
+            lb.estimate(observer, y, backend=backend)
+        found = lb.estimate(observer, iter(np.split(y, 4)), backend=backend)
+        assert next(found) == [[1.5]]
+        with pytest.raises(ValueError, match=message):
+            next(found)
+    grows = replace(observer, F=[[2.0]])
+    with pytest.raises(ValueError, match=r"^row 1023: .* the observer is not stable"):
+        lb.estimate(grows, np.ones((1100, 1)), backend=backend)

@@ -23,7 +23,7 @@ class StepCost(NamedTuple):
         known one is a name; a result that is a bare copy adds nothing up.
     operations : int
         Additions, multiplications and comparisons of a step, with those that test
-        whether each input and measurement is finite.
+        whether each input, measurement, estimate and state is finite.
     bytes : int
         Of the state, and of the constants in the code and its tables.
     """
@@ -57,7 +57,7 @@ def step_cost(observer: Observer, dtype: str = "double") -> StepCost:
     >>> observer = lb.Observer([[0.5]], [[1]], [[2]], [[0], [1]], [[1], [2]],
     ...                        T=[[-2, 1]], L=[[1, 0], [0, 1]])
     >>> step_cost(observer)
-    StepCost(multiply_adds=5, operations=8, bytes=32)
+    StepCost(multiply_adds=5, operations=11, bytes=32)
     >>> step_cost(observer, "float").bytes
     16
     """
@@ -67,7 +67,7 @@ def step_cost(observer: Observer, dtype: str = "double") -> StepCost:
     sizes = step_sizes(observer)
     cost = step_program(observer).cost(sizes, known)
     size = BYTES[dtype] * (observer.order + cost.constants)
-    return StepCost(cost.terms, cost.operations + sizes["p"] + sizes["m"], size)
+    return StepCost(cost.terms, cost.operations + sum(sizes.values()), size)
 
 
 def multiply_adds(observer: Observer, *, dtype: str = "double") -> int:

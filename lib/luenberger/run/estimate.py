@@ -11,13 +11,13 @@ import numpy as np
 
 from ..arguments import expect
 from ..certificate import require_real
-from ..errors import SAMPLE
+from ..errors import SAMPLE, short
 from ..formats import dataframes
 from ..kernels import runs_compiled
 from ..numeric import Given, Matrix, Vector
 from ..observer import Observer
 from . import chunks
-from .clock import Clock
+from .clock import Clock, row
 from .estimate_fleet import estimate_fleet, require_steps
 from .fleet_records import many
 from .fleet_tasks import Into, Where
@@ -117,8 +117,9 @@ def estimate(
     Raises
     ------
     ValueError
-        If sizes disagree, a value is missing (use `filter_data`), a time-varying
-        filter is given more rows than it has, or both z0 and x0 are given.  If a
+        If sizes disagree, a value is missing (use `filter_data`), an estimate
+        overflows (naming its row; not of many records), a time-varying filter is given
+        more rows than it has, or both z0 and x0 are given.  If a
         table lacks a column, holds other things than numbers in one, or y and u
         have different indices.
     ImportError
@@ -150,14 +151,21 @@ def estimate(
     if many(y):
         return estimate_fleet(observer, y, u, time, begun[1], backend, where)
     where.require_none()
-    step = partial(_chunk, observer, Clock(observer, time), backend)
+    step = partial(_chunk, observer, Clock(observer, time), backend, True)
     return chunks.found(step, begun, y, u)
+
+
+def estimated(observer: Observer, y: Any, u: Any, x0: Given, backend: str) -> Any:
+    """The same of a caller that says itself which estimates overflow."""
+    step = partial(_chunk, observer, Clock(observer), backend, False)
+    return chunks.found(step, (0, start(observer, x0=x0)), y, u)
 
 
 def _chunk(
     observer: Observer,
     watch: Clock,
     backend: str,
+    finite: bool,
     before: tuple[int, Vector],
     y: Any,
     u: Any,
@@ -170,5 +178,12 @@ def _chunk(
     here = slice(done, done + len(y))
     require_steps(o, here.stop)
     fast = runs_compiled(backend, here.stop, ESTIMATED, ready=partial(is_at_hand, o))
-    z, found = (over_rows_compiled if fast else over_rows)(o, z, y, u, here)
+    with np.errstate(over="ignore", invalid="ignore"):
+        z, found = (over_rows_compiled if fast else over_rows)(o, z, y, u, here)
+    if finite and not np.isfinite(found).all():
+        k, j = np.argwhere(~np.isfinite(found))[0].tolist()
+        raise ValueError(
+            f"{row(done + k)}: the estimate of {short(o.estimate_names[j])} overflows; "
+            "the measurements are too large, or the observer is not stable"
+        )
     return (here.stop, z), dataframes.like(table, found, o.estimate_names)

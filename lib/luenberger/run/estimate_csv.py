@@ -18,7 +18,7 @@ from ..numeric.validation import names
 from ..observer import Observer
 from ..plant import Plant
 from .clock import Column
-from .estimate import estimate
+from .estimate import estimated
 from .measurements import require_finite, time_column
 
 Piece = tuple[Rows, np.ndarray]  # some rows of a table, the estimates at them
@@ -106,10 +106,9 @@ def _estimated(
             yield _measured(table, outputs, piece)
 
     us = (now[0].values[:, p:] for _ in repeat(None))
-    found = estimate(observer, ys(), us, x0=x0, backend=backend)
+    found = estimated(observer, ys(), us, x0, backend)
     while True:
-        with np.errstate(over="ignore", invalid="ignore"):
-            x = next(found, None)
+        x = next(found, None)
         if x is None:
             return
         require_finite(x, observer.estimate_names, lambda k: table.at(now[0].lines[k]))

@@ -21,7 +21,7 @@ from ..observer import Observer
 from ..papers.leondes_novak.derivation import predict
 from ..plant import Plant
 from .clock import Column
-from .estimate import estimate
+from .estimate import estimated
 from .filter_data import filter_data
 
 TIME = ("time", "t", "instant")  # a first column of such a name holds instants
@@ -188,8 +188,7 @@ def apply(
     if data.missing:
         return _filtered(observer, accurate, plant, data)
     here = first_sample(plant)
-    with np.errstate(over="ignore", invalid="ignore"):
-        x = estimate(observer, data.y, data.u, x0=here.x0)
+    x = estimated(observer, data.y, data.u, here.x0, "auto")
     names = observer.estimate_names
     require_finite(x, names, _row)
     how, covariance = "without Q and R their bounds are not known.", None

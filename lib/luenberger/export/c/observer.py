@@ -50,7 +50,8 @@ def texts(
         signals,
         [("z", r, "z of the next sample; it follows T x")],
         [
-            "A sample that is not finite is refused: one NaN would stay for good.",
+            "A sample that is not finite is refused: one NaN would stay for good.  So",
+            f"is one so large that a state or an estimate is no finite {real}.",
             *source_and_header.step_notes(module, r, cost),
             *rounding,
         ],
@@ -75,17 +76,31 @@ def _step(module: Module, observer: Observer) -> tuple[str, Cost]:
     for array, length in (("y", sizes["p"]), ("u", sizes["m"]), ("state", sizes["r"])):
         if not length:
             to.line(f"(void){array};")
+    q, r = sizes["q"], sizes["r"]
+    to.array("shown", q)
+    if r:
+        to.array("moved", r)
     cost = module.steps(
         step_program(observer),
         sizes,
         to,
         {k: getattr(observer, k) for k in MATRICES},
         {"z": "state->z"},
-        {"w_hat": ("what", sizes["q"]), "z_next": ("state->z", sizes["r"])},
+        {"w_hat": ("shown", q), "z_next": ("moved", r)},
     )
+    found = [("shown", "what", q), ("moved", "state->z", r)]
+    found = [one for one in found if one[-1]]
+    for array, _, length in found:
+        to.loop("i", 0, length)
+        to.need(f"isfinite({array}[i]) != 0")
+        to.end()
+    for array, place, length in found:
+        to.loop("i", 0, length)
+        to.set(f"{place}[i]", f"{array}[i]")
+        to.end()
     to.line("return 0;")
     step = function(source_and_header.prototype(module), to.lines)
-    return step, cost + Cost(sizes["p"] + sizes["m"])
+    return step, cost + Cost(sizes["p"] + sizes["m"] + q + r, stack=q + r)
 
 
 def _warn_of_slow_modes(observer: Observer) -> None:
