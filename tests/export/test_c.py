@@ -10,6 +10,7 @@ import generators
 import numpy as np
 import pytest
 import sympy as sp
+from own_stages import own
 
 import luenberger as lb
 from luenberger.export import to_c
@@ -22,7 +23,7 @@ from luenberger.kernels.numpy import kernel
 from luenberger.numeric.factors import semidefinite
 from luenberger.papers.leondes_novak.derivation import arrived, predict, update
 from luenberger.run.measurements import first_sample
-from luenberger.symbolic import Derivation, Solve, Stage
+from luenberger.symbolic import Solve, Stage
 
 GCC = shutil.which("gcc") or shutil.which("cc")
 needs_compiler = pytest.mark.skipif(GCC is None, reason="there is no C compiler")
@@ -677,7 +678,7 @@ def awkward():
         Stage(y, H * x - H * A.T * x),
         Stage(G, (H * W).T),
     )
-    return Derivation((A, B, S, H, x), stages, steps={"none": sp.S.Zero})
+    return own((A, B, S, H, x), *stages, symmetric=(S,))
 
 
 LISTS = {

@@ -6,6 +6,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 import sympy as sp
+from own_stages import own
 
 from luenberger.kernels import Recursion, numba, stack
 from luenberger.kernels.in_place import in_place
@@ -13,7 +14,7 @@ from luenberger.kernels.inputs import arguments
 from luenberger.recursion.filter_stacks import FILTER
 from luenberger.smoothing.compiled import BACKWARD, NEIGHBOURS
 from luenberger.smoothing.forward import KEPT as LOOPS
-from luenberger.symbolic import Derivation, Stage
+from luenberger.symbolic import Stage
 
 KEPT = LOOPS.estimates
 SIZES = dict(n=9, p=2, m=0)
@@ -127,7 +128,7 @@ def recursion(*stages, **more):
     X, A, Y, Z = (sp.MatrixSymbol(k, n, n) for k in "XAYZ")
     named = dict(X=X, A=A, Y=Y, Z=Z)
     made = [Stage(named[k], sp.sympify(text, named)) for k, text in stages]
-    derivation = Derivation((X, A), made, steps={"none": sp.S.Zero})
+    derivation = own((X, A), *made)
     return Recursion(lambda: derivation, (("Y", "X"),), (), **more)
 
 

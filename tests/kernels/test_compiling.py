@@ -9,6 +9,7 @@ import pytest
 import sympy as sp
 from as_python import as_python
 from exact_stages import SIZES, exact_inputs, exact_step
+from own_stages import own
 
 from luenberger.identification.derivation import weighed
 from luenberger.papers.kawazoe.derivation import measured_gain, next_entries
@@ -114,6 +115,8 @@ def test_numpy_takes_stacks():
     rng = np.random.default_rng(2)
     shapes = dict(K=(4, 2), M=(2, 2), Omega=(4, 4), C=(2, 4), Lambda=(4, 4))
     many = {name: rng.normal(size=(3, *shape)) for name, shape in shapes.items()}
+    for name in ("M", "Omega", "Lambda"):
+        many[name] = many[name] + many[name].mT
     found = step(**many)["Gradient"]
     for k in range(3):
         alone = step(**{name: X[k] for name, X in many.items()})["Gradient"]
@@ -133,8 +136,8 @@ def test_a_derivation_of_ones_own(backend):
     X, N = MatrixSymbol("X", n, n), MatrixSymbol("N", m, n)
     Y, Z = MatrixSymbol("Y", m, n), MatrixSymbol("Z", n, m)
     stages = Stage(Y, Solve(N, X)), Stage(Z, Y.T)
-    own = Derivation((X, N), stages, steps={"none": sp.S.Zero})
-    step = compile(own, "Z", backend=backend)
+    derivation = own((X, N), *stages, symmetric=(X,))
+    step = compile(derivation, "Z", backend=backend)
     found = step(X=[[2, 1], [1, 2]], N=[[3, 0], [0, 3], [3, 3]])["Z"]
     np.testing.assert_allclose(found, [[2, -1, 1], [-1, 2, 1]], atol=1e-14)
     if backend != "numpy":
@@ -193,7 +196,137 @@ def test_without_a_compiler_there_is_still_the_text(monkeypatch):
 def test_a_size_without_a_letter_is_refused_by_loops():
     n = sp.Symbol("n", integer=True, positive=True)
     X, Y = (MatrixSymbol(name, n + 1, n + 1) for name in "XY")
-    own = Derivation((X,), (Stage(Y, 2 * X),), steps={"none": sp.S.Zero})
-    assert compile(own)(X=[[1]])["Y"].tolist() == [[2]]
+    derivation = own((X,), Stage(Y, 2 * X))
+    assert compile(derivation)(X=[[1]])["Y"].tolist() == [[2]]
     with pytest.raises(TypeError, match="size n \\+ 1 of X; give it a letter"):
-        compile(own, backend="c")
+        compile(derivation, backend="c")
+
+
+# -- what cannot be named, and what is not as it was supposed -------------------------
+
+
+def double(*names):
+    """A derivation with two given matrices, and a target, of these names."""
+    n = sp.Symbol("n", integer=True, positive=True)
+    first, other, target = (MatrixSymbol(name, n, n) for name in names)
+    return own((first, other), Stage(target, first * other))
+
+
+CLASHES = {
+    ("A", "X_out", "X"): "two things would be called X_out",
+    ("X", "X_l", "Y"): "loops keep what they make of X under the name X_l",
+    ("X", "X_T", "Y"): "under the name X_T",
+    ("X", "X_l1_0", "Y"): "under the name X_l1_0",
+    ("A", "B+", "Y"): "is no name that code can have",
+    ("A", "B", "x\N{COMBINING CIRCUMFLEX ACCENT}"): "is no name that code can have",
+}
+
+
+@pytest.mark.parametrize("names", CLASHES, ids="-".join)
+@pytest.mark.parametrize("name", ["numba", "c"])
+def test_two_things_of_one_name_are_refused_by_loops(names, name):
+    with pytest.raises(ValueError, match=CLASHES[names]):
+        compile(double(*names), backend=name)
+
+
+@pytest.mark.parametrize(
+    "names", [("k", "k_", "Y"), ("f0", "f0_", "Y"), ("A", "B", "A")]
+)
+@pytest.mark.parametrize("name", ["numpy", "numba", "c"])
+def test_letters_that_look_alike_and_targets_that_are_given_are_refused(names, name):
+    said = "is printed for several letters|is there before"
+    with pytest.raises(AssertionError, match=said):
+        compile(double(*names), backend=name)
+
+
+@pytest.mark.parametrize("name", ["np", "eye", "solve_right", "lambda", "None", "A B"])
+def test_a_name_that_numpy_code_cannot_have(name):
+    with pytest.raises(ValueError, match="name"):
+        compile(double("A", name, "Y"))
+    with pytest.raises(ValueError, match="name"):
+        compile(double("A", "B", name))
+
+
+@pytest.mark.parametrize(
+    "names",
+    [
+        ("t0", "t1", "t2"),
+        ("A", "B", "t0"),
+        ("f0", "g1", "a0_0"),
+        ("range", "min", "abs"),
+        ("double", "int", "fabs"),
+        ("K", "K_1", "K_m"),
+    ],
+    ids="-".join,
+)
+def test_names_of_the_text_itself_are_kept_apart(backend, names):
+    """Products of three make matrices of the text's own, t0, t1 and so on."""
+    n = sp.Symbol("n", integer=True, positive=True)
+    first, other, target = (MatrixSymbol(name, n, n) for name in names)
+    Z, W = MatrixSymbol("Z", n, n), MatrixSymbol("W", n, n)
+    stages = (
+        Stage(Z, first * other * first * other),
+        Stage(target, other * first * other * first),
+        Stage(W, Solve(Z + target, target)),
+    )
+    given = {names[0]: np.diag([1.0, 2]), names[1]: np.diag([3.0, 5])}
+    derivation = own((first, other), *stages[:2])
+    found = compile(derivation, backend=backend)(**given)
+    np.testing.assert_allclose(found["Z"], np.diag([9.0, 100]))
+    np.testing.assert_allclose(found[names[2]], np.diag([9.0, 100]))
+    with pytest.raises(AssertionError, match="by one triangle"):
+        compile(own((first, other), *stages), backend=backend)
+
+
+def solving(symmetric=True):
+    n, m = sp.symbols("n m", integer=True, positive=True)
+    M, N = MatrixSymbol("M", n, n), MatrixSymbol("N", m, n)
+    X = MatrixSymbol("X", m, n)
+    known = (M,) if symmetric else ()
+    return own((M, N), Stage(X, Solve(N, M)), symmetric=known)
+
+
+@pytest.mark.parametrize(
+    "M",
+    [
+        [[3, 1], [0, 4]],
+        [[3, 1], [1 + 1e-6, 4]],
+        [[1e12, 1, 0], [1, 1, 1e-3], [0, 0, 1e-12]],
+    ],
+    ids=["a triangle", "nearly", "in other units"],
+)
+def test_a_matrix_that_is_not_symmetric_is_refused_at_a_call(backend, M):
+    step = compile(solving(), backend=backend)
+    with pytest.raises(ValueError, match="M must be symmetric, as the derivation"):
+        step(M=M, N=np.ones((1, len(M))))
+
+
+@pytest.mark.parametrize("M", [[[3, 1], [1 + 1e-15, 4]], [[1e6, 0.3], [0.3, 1e-6]]])
+def test_rounding_is_no_asymmetry(backend, M):
+    found = compile(solving(), backend=backend)(M=M, N=M[:1])
+    np.testing.assert_allclose(found["X"], [[1, 0]], atol=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("M", "N"),
+    [
+        ([[1, 2], [2, 1]], [[1, 2]]),
+        ([[-1, 0], [0, -1]], [[1, 2]]),
+        ([[1, 1], [1, 1]], [[1, 2]]),
+        ([[0, 1], [1, 0]], [[1, 2]]),
+    ],
+    ids=["indefinite", "negative", "singular", "of zero diagonal"],
+)
+def test_a_solve_that_has_no_solution_here_says_so(backend, M, N):
+    step = compile(solving(), backend=backend)
+    with np.errstate(all="ignore"), pytest.raises(np.linalg.LinAlgError, match="not"):
+        step(M=M, N=N)
+
+
+def test_numpy_solves_with_a_semidefinite_matrix_where_it_can():
+    step = compile(solving())
+    found = step(M=[[1, 1], [1, 1]], N=[[3, 3]])["X"]
+    np.testing.assert_allclose(found, [[1.5, 1.5]])
+    stack = np.array([[[2.0, 1], [1, 2]], [[1, 1], [1, 1]]])
+    found = step(M=stack, N=np.array([[3.0, 3]]))["X"]
+    np.testing.assert_allclose(found, [[[1, 1]], [[1.5, 1.5]]])

@@ -12,6 +12,7 @@ import subprocess
 import numpy as np
 import pytest
 import sympy as sp
+from own_stages import own
 
 from luenberger.kernels import numba, scalars, solves
 from luenberger.kernels.c import C, Module
@@ -19,7 +20,7 @@ from luenberger.kernels.loops import arrays, write, write_definite
 from luenberger.kernels.lowering import lower
 from luenberger.kernels.program import Factor
 from luenberger.numeric.linalg import solve_right
-from luenberger.symbolic import Derivation, Solve, Stage
+from luenberger.symbolic import Solve, Stage
 
 n = sp.Symbol("n", integer=True)
 N, M, X = (sp.MatrixSymbol(k, n, n) for k in "NMX")
@@ -27,7 +28,7 @@ SIZES = [2, 4, solves.SHORT_SOLVE, solves.SHORT_SOLVE + 1, 11]
 
 
 def program(**options):
-    derivation = Derivation((M, N), (Stage(X, Solve(N, M)),), steps={"none": sp.S.Zero})
+    derivation = own((M, N), Stage(X, Solve(N, M)), symmetric=(M, N))
     return lower(derivation, symmetric=("M", "N"), **options)
 
 

@@ -14,6 +14,7 @@ import pytest
 import sympy as sp
 from every_pair import every_pair
 from exact_stages import SIZES, exact_inputs, exact_step
+from own_stages import own
 from worlds import STAGE_LISTS
 
 from luenberger.kernels import (
@@ -294,7 +295,7 @@ def test_products_have_two_factors_and_the_cheaper_is_taken_first():
     assert max(len(t.factors) for step in sums for t in step.terms) == 2
     n = sp.Symbol("n", integer=True)
     A, B, x, y = (sp.MatrixSymbol(k, n, d) for k, d in zip("ABxy", (n, n, 1, 1)))
-    vector = Derivation((A, B, x), (Stage(y, A * B * x),), steps={"y": sp.S.Zero})
+    vector = own((A, B, x), Stage(y, A * B * x))
     first, second = lower(vector).steps
     assert [op.name for op in first.terms[0].factors] == ["B", "x"]
     assert [op.name for op in second.terms[0].factors] == ["A", first.target]
@@ -304,7 +305,7 @@ def test_two_solves_share_one_factor():
     n = sp.Symbol("n", integer=True)
     M, N, X, Y = (sp.MatrixSymbol(k, n, n) for k in "MNXY")
     stages = Stage(X, Solve(N, M)), Stage(Y, Solve(X, M))
-    program = lower(Derivation((M, N), stages, steps={"none": sp.S.Zero}))
+    program = lower(own((M, N), *stages, symmetric=(M,)))
     assert sum(isinstance(step, Factor) for step in program.steps) == 1
 
 
@@ -313,19 +314,19 @@ def test_a_solve_whose_solution_is_seen_is_none():
     n = sp.Symbol("n", integer=True)
     A, M, Z, D, N, X, Y, V, W = (sp.MatrixSymbol(k, n, n) for k in "AMZDNXYVW")
     stages = (
-        Stage(D, sp.Identity(n) + Z * A, symmetric=True),
+        Stage(D, sp.Identity(n) + Z + Z.T, symmetric=True),
         Stage(X, Solve(A, D)),
         Stage(N, A * M),
         Stage(Y, Solve(N, M)),
         Stage(V, Solve(A * M.T, M)),
         Stage(W, Solve(2 * A * M, M)),
     )
-    steps = {"none": sp.S.Zero}
-    program = lower(Derivation((A, M, Z), stages, steps=steps), zero=("Z",))
+    derivation = own((A, M, Z), *stages, symmetric=(M,))
+    program = lower(derivation, zero=("Z",))
     assert {program.results[k].name for k in "XY"} == {"A"}
     solved = {step.target for step in program.steps if isinstance(step, Substitute)}
     assert solved == {"V", "W"}
-    whole = lower(Derivation((A, M, Z), stages, steps=steps))
+    whole = lower(derivation)
     assert whole.results["X"].name == "X" and whole.results["Y"].name == "A"
 
 
@@ -333,7 +334,7 @@ def test_a_sum_is_added_up_once():
     n = sp.Symbol("n", integer=True)
     A, B, X, Y, Z = (sp.MatrixSymbol(k, n, n) for k in "ABXYZ")
     stages = Stage(X, A * B), Stage(Y, A * B), Stage(Z, A * B.T)
-    program = lower(Derivation((A, B), stages, steps={"none": sp.S.Zero}))
+    program = lower(own((A, B), *stages))
     assert [step.target for step in program.steps] == ["X", "Z"]
     assert program.results["Y"].name == "X"
 
@@ -354,7 +355,7 @@ def test_awkward_formulas(seed, compile_c):
         Stage(z, c / 2 - S * d + S.T * c),
         Stage(w, A * c - S * d),
     )
-    derivation = Derivation((A, B, S, c, d), stages, steps={"none": sp.S.Zero})
+    derivation = own((A, B, S, c, d), *stages, symmetric=(S,))
     exact, _ = cases(derivation, seed)
     exact["S"] = exact["S"] + exact["S"].T
     given, wanted = numbers(exact), {}
@@ -408,7 +409,7 @@ def test_only_what_is_asked_for_is_printed_and_only_what_is_proved():
     with pytest.raises(AssertionError, match="unproved derivation"):
         lower(Derivation((X,), (Stage(Y, 2 * X),), source="nowhere"))
     with pytest.raises(TypeError, match="write an inverse as Solve"):
-        lower(Derivation((X,), (Stage(Y, X.I),), steps={"none": sp.S.Zero}))
+        lower(own((X,), Stage(Y, X.I)))
 
 
 def test_sources_are_the_same_text_every_time():

@@ -89,6 +89,7 @@ PAGES = (
     "identification.first_rows",
     "smoothing.next_state",
     "smoothing.adjoint",
+    "smoothing.from_estimate",
     "smoothing.fixed_lag",
     "smoothing.disturbances",
     "smoothing.accurate_outputs",

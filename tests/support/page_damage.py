@@ -65,7 +65,7 @@ def cited(item):
 
 def with_reason(holder, old, new, field=None):
     """A line, stage or construction that cites `new` where it cited `old`."""
-    fields = [field] if field else ["by", "moments", "of"]
+    fields = [field] if field else ["by", "moments"]
     for name in fields:
         cites = getattr(holder, name, None)
         if isinstance(cites, tuple) and old in cites:

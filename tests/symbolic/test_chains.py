@@ -14,7 +14,6 @@ from luenberger.symbolic import (
     AtLeast,
     AtMost,
     BlockMatrix,
-    Cases,
     Chain,
     Claim,
     Construction,
@@ -123,7 +122,6 @@ KINDS = {
     "at least": (X + A * M * A.T, AtLeast(X, by=[SQUARE], root=A * B)),
     "at least, trace": (Trace(X + A * A.T), AtLeast(Trace(X), root=A)),
     "at most": (X, AtMost(X + A * A.T, root=A)),
-    "cases": (A * B, Cases(ZERO, of=[(A, ZERO), (B, ZERO)])),
     "transposed": (A * B, Transposed(B.T * A.T)),
     "gradient": (Trace(X * M * X.T), Gradient(2 * X * M, of=X)),
     "gradient in a number": (r / t + t**2, Gradient(2 * t - r / t**2, of=t)),
@@ -182,16 +180,6 @@ WRONG = {
     ),
     "at least, wrong way": (X, AtLeast(X + A * A.T, root=A), "does not follow"),
     "at most, wrong root": (X, AtMost(X + A * A.T, root=A.T), "does not follow"),
-    "case that does not do": (
-        A * B,
-        Cases(ZERO, of=[(A, ZERO), (X, ZERO)]),
-        "in the case X = 0 does not follow",
-    ),
-    "cases that are idle": (
-        A - A,
-        Cases(ZERO, of=[(A, ZERO), (B, ZERO)]),
-        "does not need its cases",
-    ),
     "transposed": (A * B, Transposed(A.T * B.T), "does not follow"),
     "gradient": (Trace(X * M * X.T), Gradient(X * M, of=X), "does not follow"),
     "gradient of a matrix": (X, Gradient(I, of=X), "cannot be worked out"),
@@ -315,7 +303,8 @@ def test_a_construction_is_checked():
     faults = Construction(
         "", "", {X: A * B - B * A}, [Relation("X = I", X, I)], [endless]
     ).check()
-    assert faults == ["no matrices were found that satisfy what is cited"]
+    (fault,) = faults
+    assert fault.startswith("no matrices were found that satisfy what is cited")
 
 
 def test_a_construction_that_fails_is_marked():

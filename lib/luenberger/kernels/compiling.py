@@ -2,7 +2,9 @@
 
 import ctypes
 import keyword
-from collections.abc import Callable, Iterator
+import re
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator
 from functools import cached_property
 from typing import Any
 
@@ -10,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..numeric import Matrices
+from ..numeric.linalg import solve_right
 from ..symbolic import Derivation
 from . import cache, runs_compiled
 from .c import C, function
@@ -19,9 +22,21 @@ from .numpy import kernel
 from .passes import write_pass
 from .program import Shape, Size, times
 from .python import Python
+from .step import assemble
 from .writer import Writer
 
-TAKEN = frozenset("i j k s q ok np back run".split())  # names that loops use
+TAKEN = frozenset(  # names that loops use, that C has, and that Python's loops call
+    """i j k s q ok np back run
+    auto case char const default do double enum extern float goto inline int long main
+    register restrict return short signed sizeof static struct switch typedef union
+    unsigned void volatile fabs fmax fmin sqrt
+    abs array bool len max min range""".split()
+)
+OF_LOOPS = re.compile(r"[afgt]\d+(_\d+)?")  # what they call numbers and products
+ANOTHER = "write another symbol"
+SKEW = 1e-9  # of what stands beside it: more is no rounding
+SOLVED = 1e-6  # of the terms of a residual: more is no solution
+OF_NUMPY = frozenset("np eye solve_right symmetrise dict step".split())
 
 
 def compile(
@@ -66,15 +81,17 @@ def compile(
     Raises
     ------
     ValueError
-        If there is no such backend or output, nothing to compute, or the shapes of
-        the matrices do not fit together.
+        If there is no such backend or output, nothing to compute, a name that code
+        cannot have, or the shapes of the matrices do not fit together.  At a call, if
+        a matrix that the derivation takes to be symmetric is not.
     AssertionError
         If the derivation has no proof, or a false one.
     TypeError
         If what is given is no derivation, a stage has no such form, or a matrix is
         missing or unknown.
     numpy.linalg.LinAlgError
-        In loops, if a matrix that a solve needs is not positive definite.
+        If a matrix that a solve needs is not positive definite.  NumPy gives the
+        solution of least norm where a semi-definite one has any.
 
     Examples
     --------
@@ -118,14 +135,59 @@ def compile(
 
 
 def _numpy(derivation: Derivation, outputs: tuple[str, ...]) -> Any:
-    step = kernel(derivation, *outputs)
+    for s in (*derivation.given, *(stage.target for stage in derivation.stages)):
+        own(s.name)
+        if keyword.iskeyword(s.name) or s.name in OF_NUMPY:
+            raise ValueError(f"NumPy's code cannot have the name {s.name!r}; {ANOTHER}")
+    text = kernel(derivation, *outputs)
+    step = assemble(text.source, text.given, solve_right=solved)
+    symmetric = symmetric_names(derivation)
 
     def call(**matrices: ArrayLike) -> Matrices:
-        return step(**{name: np.asarray(X, float) for name, X in matrices.items()})
+        arrays = {name: np.asarray(X, float) for name, X in matrices.items()}
+        require_symmetric(arrays, symmetric)
+        return step(**arrays)
 
     found: Any = call
     found.source, found.given = step.source, step.given
     return found
+
+
+def solved(N: np.ndarray, M: np.ndarray) -> np.ndarray:
+    """X with X M = N, or LinAlgError where there is none."""
+    X = solve_right(N, M)
+    if (abs(X @ M - N) > SOLVED * (abs(X) @ abs(M) + abs(N))).any():
+        raise np.linalg.LinAlgError(
+            "a matrix that a solve needs is not positive definite"
+        )
+    return X
+
+
+def symmetric_names(derivation: Derivation) -> list[str]:
+    """The given matrices that the derivation takes to be symmetric."""
+    known = getattr(derivation.letters, "symmetric", ())
+    return [s.name for s in derivation.given if s in known]
+
+
+def require_symmetric(arrays: Matrices, names: Iterable[str]) -> None:
+    """Raise unless these arrays, as far as they are given, equal their transposes.
+
+    Each entry is judged beside its own mirror image and the diagonal, so that units
+    play no part.
+    """
+    for name in names:
+        X = arrays.get(name)
+        if X is None or X.ndim < 2 or X.shape[-1] != X.shape[-2]:
+            continue  # its shape is judged elsewhere
+        size = abs(X)
+        root = np.sqrt(np.diagonal(size, axis1=-2, axis2=-1))
+        beside = root[..., :, None] * root[..., None, :]
+        if (abs(X - X.mT) > SKEW * (size + size.mT + beside)).any():
+            raise ValueError(
+                f"{name} must be symmetric, as the derivation supposes: the largest "
+                f"|{name} - {name}'| is {abs(X - X.mT).max():.3g}; "
+                f"give ({name} + {name}') / 2 if that is rounding"
+            )
 
 
 class _Loops:
@@ -149,6 +211,22 @@ class _Loops:
         letters = sorted(size for size in every if isinstance(size, str))
         self.places = {name: own(name) for name in shapes}
         self.sizes = {k: own(k, taken=k in shapes) for k in letters}
+        self.symmetric = symmetric_names(derivation)
+        self.require_names()
+
+    def require_names(self) -> None:
+        """Raise where two things would have one name in the text."""
+        names = [*self.places.values(), *self.sizes.values()]
+        names += [f"{name}_out" for name in self.results]
+        if twice := [name for name, k in Counter(names).items() if k > 1]:
+            raise ValueError(f"two things would be called {twice[0]}; {ANOTHER}")
+        for name in self.places.values():
+            inner = re.compile(rf"{name}_(l|least|T|[adil]\d+(_\d+)?)")
+            if clash := [other for other in names if inner.fullmatch(other)]:
+                raise ValueError(
+                    f"loops keep what they make of {name} under the name {clash[0]}; "
+                    f"{ANOTHER}"
+                )
 
     def named(self) -> Iterator[tuple[str, Shape]]:
         """(name, shape) of the arguments that are matrices: given, then results."""
@@ -172,6 +250,7 @@ class _Loops:
                 f"the matrices are {', '.join(self.given)}, got {', '.join(matrices)}"
             )
         arrays = {k: np.array(matrices[k], float, order="C") for k in self.given}
+        require_symmetric(arrays, self.symmetric)
         sizes = self.measured(arrays)
         found = {
             name: np.zeros([sizes.get(d, d) for d in shape])
@@ -208,11 +287,10 @@ class _Loops:
 
 def own(name: str, taken: bool = False) -> str:
     """A name as code can use it: one that loops use themselves gets an underscore."""
-    if not name.isidentifier():
-        raise ValueError(
-            f"{name!r} is no name that code can have; write another symbol"
-        )
-    return f"{name}_" if taken or name in TAKEN or keyword.iskeyword(name) else name
+    if not (name.isidentifier() and name.isascii()):
+        raise ValueError(f"{name!r} is no name that code can have; {ANOTHER}")
+    used = name in TAKEN or keyword.iskeyword(name) or OF_LOOPS.fullmatch(name)
+    return f"{name}_" if taken or used else name
 
 
 class _Python(Python):

@@ -8,6 +8,7 @@ are names such as "n", matrices are names, a transpose is an order of indices.
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from fractions import Fraction
+from itertools import count
 from typing import Any
 
 import sympy as sp
@@ -62,6 +63,8 @@ def lower(
     """
     require_proved(derivation)
     work = _Lowering(zero, symmetric)
+    work.named = {s.name for s in derivation.given}
+    work.named |= {stage.target.name for stage in derivation.stages}
     work.alias.update((one, Operand(other)) for one, other in same)
     for symbol in derivation.given:
         work.shapes[symbol.name] = sizes_of(symbol)
@@ -157,6 +160,7 @@ class _Lowering:
         self.zero, self.symmetric = set(zero), set(symmetric)
         self.alias: dict[str, Operand] = {}
         self.shapes: dict[str, Shape] = {}
+        self.named: set[str] = set()
         self.steps: list[Step] = []
         self.products: dict[tuple[Operand, Operand], Operand] = {}
         self.factored: set[str] = set()
@@ -275,7 +279,9 @@ class _Lowering:
         return operand is None or operand.name in self.symmetric | {IDENTITY}
 
     def fresh(self, shape: Shape) -> str:
-        name = f"t{sum(key[0] == 't' and key[1:].isdigit() for key in self.shapes)}"
+        names = (f"t{k}" for k in count())
+        name = next(k for k in names if k not in self.named)
+        self.named.add(name)
         self.shapes[name] = shape
         return name
 

@@ -36,9 +36,12 @@ class Beside(Protocol):
     def __call__(self, **arrays: columns.Columns) -> dict[str, columns.Columns]: ...
 
 
-def assemble(source: str, given: Iterable[str]) -> Step:
-    """The function ``step(**arrays)`` of a text, with its text and arguments."""
-    step: Any = _made(source, _NAMESPACE)
+def assemble(source: str, given: Iterable[str], **others: Any) -> Step:
+    """The function ``step(**arrays)`` of a text, with its text and arguments.
+
+    What it calls can be replaced, by name.
+    """
+    step: Any = _made(source, {**_NAMESPACE, **others})
     step.source, step.given = source, tuple(given)
     return step
 

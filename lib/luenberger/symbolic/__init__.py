@@ -76,7 +76,7 @@ from .equivalences import Equation, Iff, Implies
 from .expectations import Expect
 from .explicit import Explicit, Positive
 from .inequalities import AtLeast, AtMost
-from .lines import Cases, Cyclic, Line, Substitute
+from .lines import Cyclic, Line, Substitute
 from .models import NoModel, evaluate, model, refute
 from .notation import Notation
 from .operators import Differential, Gradient, Transposed
@@ -94,7 +94,6 @@ __all__ = [
     "AtMost",
     "BlockMatrix",
     "Blocks",
-    "Cases",
     "Chain",
     "Claim",
     "Construction",

@@ -7,9 +7,11 @@
 as `calc` in Lean and `also ... finally` in Isabelle.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
+
+import sympy as sp
 
 from .dependence import hidden
 from .equivalences import Equation, Implies
@@ -17,9 +19,9 @@ from .inequalities import AtLeast
 from .lines import Line
 from .operators import Operator
 from .reasons import WIDEST_REASON
-from .relations import Reasons, Relation, Result
+from .relations import Reasons, Relation, Result, unfounded
 from .typeset import Show, columns, latex, padded, text
-from .words import Formula
+from .words import Formula, Symbols
 
 CHECKED, FAILED = "✓", "✗"
 
@@ -99,6 +101,12 @@ class Chain:
                     f"line {k} of chain ({self.number}) is a {type(line).__name__}; "
                     f"what begins with {type(self.left).__name__} goes on with {wanted}"
                 )
+        signs = {line.sign for line in self.lines if isinstance(line, AtLeast)}
+        if len(signs) > 1:
+            raise ValueError(
+                f"chain ({self.number}) {self.says} goes up and down, so it says "
+                f"nothing of its ends: write one chain for ≥ and another for ≤"
+            )
 
     @property
     def right(self) -> Formula:
@@ -125,7 +133,37 @@ class Chain:
         says = f"{text(self.left)} = {text(self.right)}"
         if columns(says) > WIDEST_REASON:
             says = self.says
-        return Result(number + says, self.left, self.right)
+        return Result(number + says, self.left, self.right, self)
+
+    @property
+    def title(self) -> str:
+        """Its number and what it says."""
+        return f"({self.number}) {self.says}" if self.number else self.says
+
+    @cached_property
+    def supposes(self) -> Symbols:
+        """The symbols of its formulas that it takes to equal their transposes.
+
+        Those of the chains behind what it cites are among them.
+        """
+        found = {
+            x for e in self.expressions for x in sp.sympify(e).atoms(sp.MatrixSymbol)
+        }
+        cited = (r.chain for r in self.relations if isinstance(r, Result))
+        found |= {x for chain in cited for x in chain.supposes}
+        return tuple(x for x in self.symmetric if x in found)
+
+    def holds_without(self, *symbols: sp.MatrixSymbol) -> bool:
+        """Whether every line follows where these symbols need not be symmetric."""
+        kept = tuple(x for x in self.symmetric if x not in symbols)
+        if kept not in self._weaker:
+            self._weaker[kept] = not replace(self, symmetric=kept).check()
+        return self._weaker[kept]
+
+    @cached_property
+    def _weaker(self):
+        """Whether it holds with fewer symmetric symbols, by what is left of them."""
+        return {}
 
     @property
     def expressions(self) -> list[Formula]:
@@ -147,7 +185,8 @@ class Chain:
         before = (self.left, *(line.right for line in self.lines))
         constant = hidden([self])[self]
         return [
-            line.complaints(left, self.symmetric)
+            unfounded(line.cites, self.symmetric)
+            + line.complaints(left, self.symmetric)
             + line.too_wide()
             + constant.get(k, [])
             for k, (left, line) in enumerate(zip(before, self.lines), 1)
@@ -157,13 +196,12 @@ class Chain:
 
     def __str__(self):
         start = self.start(text)
-        title = f"({self.number}) {self.says}" if self.number else self.says
         rows = [
             (str(line), line.reason(text), FAILED if faults else CHECKED)
             for line, faults in zip(self.lines, self._faults)
         ]
         wide = [max((columns(row[k]) for row in rows), default=0) for k in range(2)]
-        out = [title, f"  {start}"]
+        out = [self.title, f"  {start}"]
         out += [
             f"    {padded(body, wide[0])}  {padded(reason, wide[1])}  {mark}"
             for body, reason, mark in rows

@@ -11,7 +11,7 @@ import sympy as sp
 from .chains import framed
 from .models import differ, evaluate, model
 from .reasons import cited_latex, cited_text, gap, idle, shown
-from .relations import Reasons, named
+from .relations import Reasons, named, unfounded
 from .typeset import Show, latex, text
 from .words import Formula, denied, same_shape
 
@@ -25,12 +25,13 @@ class Construction:
     number, says : str
         As for a `Chain`.
     values : dict of MatrixSymbol to expression
-        What is constructed.
+        What is constructed, from other letters than these.
     satisfies : tuple of Relation
         What it must satisfy.
     by : tuple of Relation
-        What is known, and needed.
+        What is known, and needed; it says nothing of what is constructed.
     symmetric : iterable of MatrixSymbol
+        Symbols equal to their transpose; what is constructed must be shown to be.
 
     Examples
     --------
@@ -83,24 +84,50 @@ class Construction:
 
     @cached_property
     def _faults(self):
-        wanted = [
-            [put_in(side, self.values) for side in (r.left, r.right)]
+        if found := self._circular() or unfounded(self.by, self.symmetric):
+            return found
+        known = tuple(s for s in self.symmetric if s not in self.values)
+        wanted = {
+            f"{cited_text(r)} is not satisfied": [
+                put_in(side, self.values) for side in (r.left, r.right)
+            ]
             for r in self.satisfies
-        ]
-        missing = [gap(*sides, self.by, self.symmetric) for sides in wanted]
-        found = [
-            f"{cited_text(r)} is not satisfied: {why}"
-            for r, why in zip(self.satisfies, missing)
-            if why is not None
-        ]
+        }
+        for s, value in self.values.items():
+            if s in self.symmetric:
+                wanted[f"{text(s)} is not symmetric"] = value.T, value
+        missing = {what: gap(*two, self.by, known) for what, two in wanted.items()}
+        found = [f"{what}: {why}" for what, why in missing.items() if why is not None]
         if found:
             return found
         holds = lambda others: all(  # noqa: E731
-            gap(*sides, others, self.symmetric) is None for sides in wanted
+            gap(*two, others, known) is None for two in wanted.values()
         )
         found = [f"does not need {cited_text(r)}" for r in idle(self.by, holds)]
-        if model(self.by, self.symmetric) is None:
-            found.append("no matrices were found that satisfy what is cited")
+        also = [*self.values.values(), *(e for two in wanted.values() for e in two)]
+        if model(self.by, known, also) is None:
+            found.append(
+                "no matrices were found that satisfy what is cited and have the "
+                "inverses that are taken"
+            )
+        return found
+
+    def _circular(self):
+        """What would make it exist by supposing that it does, or be something else."""
+        made, found = set(self.values), []
+        for r in self.by:
+            if named := made & symbols(r.left, r.right):
+                found.append(f"{cited_text(r)} supposes {listed(named)}, made here")
+        for s, value in self.values.items():
+            if named := made & symbols(value):
+                found.append(f"{text(s)} is constructed from {listed(named)}")
+            if not same_shape(s.shape, value.shape):
+                found.append(
+                    f"{text(s)} has the shape {s.shape}, and its value {value.shape}"
+                )
+        asked = symbols(*(side for r in self.satisfies for side in r))
+        if idle_ones := made - asked:
+            found.append(f"nothing is asked of {listed(idle_ones)}")
         return found
 
     def __str__(self):
@@ -228,6 +255,15 @@ class Counterexample:
             rf"{left} &\ne {right} && {joined} && {mark}",
         ]
         return framed(rows, self.number)
+
+
+def symbols(*expressions):
+    """The matrix symbols in expressions."""
+    return {s for e in expressions for s in sp.sympify(e).atoms(sp.MatrixSymbol)}
+
+
+def listed(letters):
+    return " and ".join(sorted(map(text, letters)))
 
 
 def put_in(expr, values):

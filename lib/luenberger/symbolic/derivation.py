@@ -4,17 +4,20 @@ A module's `derive()` returns a `Derivation` to be read from top to bottom, and 
 functions return the *stage lists* that the kernels compile.
 """
 
+from collections import Counter
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
 import sympy as sp
+from sympy.logic.boolalg import BooleanAtom
 from sympy.matrices.expressions.matexpr import MatrixExpr
 
 from .chains import Chain
 from .claims import is_nothing
 from .dependence import hidden
-from .relations import Relation
+from .relations import Relation, Result
+from .stages import faults
 from .typeset import latex, padded, text
 from .words import Formula
 
@@ -53,10 +56,16 @@ class Derivation:
     says: str = ""
 
     def __post_init__(self):
-        cited = [r for stage in self.stages for r in stage.by]
-        shown = [item for item in (*cited, *self.page) if hasattr(item, "check")]
-        found = {title(item): item for item in shown}
+        found = {title(item): item for item in self._shown}
         object.__setattr__(self, "steps", {**self.steps, **found})
+        for name, step in self.steps.items():
+            refuse_truth(step, f"step {name!r}")
+
+    @property
+    def _shown(self):
+        """What is checked by itself: of the page, and cited by stages."""
+        cited = (r for stage in self.stages for r in stage.by)
+        return [item for item in (*cited, *self.page) if hasattr(item, "check")]
 
     # -- checked ------------------------------------------------------------------
 
@@ -74,12 +83,12 @@ class Derivation:
     def _faults(self):
         """What is wrong beside the steps: stages, and formulas that nothing uses."""
         symmetric = getattr(self.letters, "symmetric", ())
-        found = [c for stage in self.stages for c in stage.complaints(symmetric)]
+        found = faults(self.stages, self.given, symmetric)
+        names = {id(item): title(item) for item in self._shown}.values()
+        twice = sorted(name for name, k in Counter(names).items() if k > 1)
+        found += [f"two things are called {name!r}" for name in twice]
         assigned = [e for s in self.stages for e in (s.target, s.expression)]
         found += look_alikes([*self.given, *assigned])
-        if any(stage.by for stage in self.stages):
-            bare = [stage for stage in self.stages if not stage.by]
-            found += [f"nothing proves {stage.shown(text)}" for stage in bare]
         if self.page:
             introduced = [item for item in self.page if isinstance(item, Relation)]
             used = set(cited_by(self))
@@ -87,12 +96,9 @@ class Derivation:
             found += [
                 f"{r.name} is cited and not introduced"
                 for r in used
-                if type(r) is Relation and r not in introduced
+                if not isinstance(r, Result) and r not in introduced
             ]
             meaning = self.letters.meaning
-            names = [title(x) for x in self.page if hasattr(x, "check")]
-            twice = sorted({name for name in names if names.count(name) > 1})
-            found += [f"two things are called {name!r}" for name in twice]
             unknown = sorted(
                 {s.name for s in symbols(self)} - {s.name for s in meaning}
             )
@@ -206,7 +212,17 @@ def holds(step: Any) -> bool:
     """Whether a step is proved: a chain and its like, a claim, or a bare residual."""
     if hasattr(step, "check"):
         return not step.check()
+    refuse_truth(step, "what is to hold")
     return vanishes(step)
+
+
+def refuse_truth(step: Any, what: str) -> None:
+    """Raise for the outcome of a comparison, which would be taken for a residual."""
+    if isinstance(step, bool | BooleanAtom):
+        raise TypeError(
+            f"{what} is {step}, the outcome of a comparison, which proves nothing: "
+            "write Claim(left, right, algebra) or Equation(left, right) instead of =="
+        )
 
 
 def vanishes(residual: Formula) -> bool:

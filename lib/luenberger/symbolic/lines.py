@@ -14,7 +14,7 @@ from .breaks import pieces
 from .core import Algebra
 from .prose import plain
 from .reasons import Gap, cited_latex, cited_text, follows, gap, idle, vacuous, words
-from .relations import Reasons, named
+from .relations import Moment, Reasons, named
 from .typeset import WIDEST, Show, latex, text, width
 from .words import Formula, ShapeError, Symbols
 
@@ -54,6 +54,11 @@ class Line:
 
     def __post_init__(self):
         object.__setattr__(self, "by", named(self.by))
+        if means := [r for r in self.by if isinstance(r, Moment)]:
+            raise TypeError(
+                f"{means[0].name} is a mean, and equal to nothing without its E: "
+                "cite it among the moments of Expect"
+            )
 
     @property
     def cites(self) -> Reasons:
@@ -203,49 +208,3 @@ def put_in(expr, meant):
     for _ in range(len(meant)):
         expr = expr.xreplace(meant)
     return expr
-
-
-@dataclass(frozen=True, eq=False)
-class Cases(Line):
-    """A line that holds in each of several cases.
-
-    Parameters
-    ----------
-    of : tuple of Relation
-        The cases.  That there is no other is for the words to say.
-
-    >>> from sympy import symbols
-    >>> from luenberger.symbolic import MatrixSymbol, Relation, ZeroMatrix
-    >>> n = symbols("n", integer=True, positive=True)
-    >>> A, B, O = MatrixSymbol("A", n, n), MatrixSymbol("B", n, n), ZeroMatrix(n, n)
-    >>> either = Relation("A = 0", A, O), Relation("B = 0", B, O)
-    >>> Cases(O, of=either, why="one of them is zero").complaints(A * B, ())
-    []
-    """
-
-    of: tuple = ()
-
-    def __post_init__(self):
-        super().__post_init__()
-        object.__setattr__(self, "of", named(self.of))
-
-    @property
-    def cites(self) -> Reasons:
-        return (*self.by, *self.of)
-
-    def complaints(self, left: Formula, symmetric: Symbols) -> list[str]:
-        if super().gap(left, self.by, symmetric) is None:
-            return ["does not need its cases"]
-        return [
-            f"in the case {cited_text(case)} {complaint}"
-            for case in self.of
-            for complaint in Line(self.right, (*self.by, case)).complaints(
-                left, symmetric
-            )
-        ]
-
-    def reason(self, show: Show) -> str:
-        cite = cited_latex if show is latex else cited_text
-        either = (r"\text{ or }" if show is latex else " or ").join(map(cite, self.of))
-        said = super().reason(show)
-        return f"{either}, {said}" if said else either

@@ -2,10 +2,10 @@
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
-from typing import Self
+from typing import Any, Self
 
 from .typeset import Show, latex, text
-from .words import Formula
+from .words import Formula, Symbols
 
 
 @dataclass(frozen=True)
@@ -62,8 +62,42 @@ class Moment(Relation):
         return f"{E}[{show(self.left)}] = {show(self.right)}"
 
 
+@dataclass(frozen=True)
 class Result(Relation):
-    """What a chain has proved, as a later one cites it."""
+    """What a chain has proved, as a later one cites it.
+
+    Attributes
+    ----------
+    chain : Chain
+        What proves it: whoever cites the result rests on every line of that chain.
+    """
+
+    chain: Any
+
+    def faults(self, symmetric: Symbols) -> list[str]:
+        """Why it cannot be cited where these letters equal their transposes."""
+        if (self.left, self.right) != (self.chain.left, self.chain.right):
+            return [f"rests on {self.name}, which is not what its chain proves"]
+        if wrong := self.chain.check():
+            return [f"rests on {self.chain.title}, which fails: {wrong[0]}"]
+        missing = [s for s in self.chain.supposes if s not in symmetric]
+        if not missing or self.chain.holds_without(*missing):
+            return []
+        said = " and ".join(map(text, missing))
+        return [
+            f"rests on {self.chain.title}, which supposes that {said} "
+            f"{'is' if len(missing) == 1 else 'are'} symmetric: say so here, too"
+        ]
+
+    def mapped(self, put: Callable[[Formula], Formula]) -> Relation:
+        """A supposition: in other letters it is not what the chain has proved."""
+        return Relation(self.name, self.left, self.right).mapped(put)
+
+
+def unfounded(cited: Iterable[Relation], symmetric: Symbols) -> list[str]:
+    """What is wrong with the chains behind what is cited."""
+    known = frozenset(symmetric)
+    return [fault for r in cited if isinstance(r, Result) for fault in r.faults(known)]
 
 
 Reasons = tuple[Relation, ...]

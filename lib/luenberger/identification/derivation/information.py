@@ -285,7 +285,7 @@ def correlations():
     """Covariances of a prediction, and of its change with it, one row on."""
     stages = (
         Stage(N, A * Omega * C.T + S, by=(is_N,)),
-        Stage(X_next, A * X * A.T + G * N.T, symmetric=True, by=(is_X_next,)),
+        Stage(X_next, A * X * A.T + G * N.T, symmetric=True, by=(is_X_next, of_gain)),
         Stage(X_i_next, is_X_i_next.right, by=(is_X_i_next,)),
     )
     given = (A, C, S, Omega, G, F, H_i, T_i, X, X_i)

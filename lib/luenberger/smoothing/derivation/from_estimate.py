@@ -9,10 +9,21 @@ Source: our own.
 from functools import cache
 
 from ...symbolic import Derivation, Line, Stage
-from .adjoint import HANDS_ON, SMOOTHS, SPEAKS, Ahead_next, is_Theta
+from .adjoint import (
+    HANDS_ON,
+    SMOOTHS,
+    SPEAKS,
+    Ahead_next,
+    is_Left,
+    is_New,
+    is_new,
+    is_Theta,
+    is_theta,
+)
+from .adjoint import letters as smoothed
 from .letters import *
 
-letters = letters.here()
+letters = smoothed.here()
 chain, define = letters.chain, letters.define
 C_next = letters("C_next", p, n, "what is measured one step on")
 K_next = letters("K_next", n, p, "the gain there")
@@ -60,6 +71,11 @@ PAGE = (
         ),
         Line(Seen.T * W_next * Seen + Past.T * Theta_next * Past, (is_Seen, is_Past)),
     ),
+    "All else is as it was: what later rows say of the estimate, and of the row.",
+    is_theta,
+    is_Left,
+    is_new,
+    is_New,
 )
 
 

@@ -40,6 +40,7 @@ PAGE = (
     is_y,
     is_x_nu,
     is_xt,
+    is_Q,
     is_Qt,
     is_Qxy,
     is_Qyy,

@@ -8,7 +8,6 @@ Source: Haddad and Bernstein (1987), corollary 3.1 and remark 3.6; that the equa
 decouple, and the predictor as a plant, are our own.
 """
 
-from dataclasses import replace
 from functools import cache
 
 from ....symbolic import Derivation, Line, Solve, Stage, ZeroMatrix
@@ -42,7 +41,7 @@ def at_n(expr):
     if hasattr(expr, "relation"):
         expr = expr.relation
     if hasattr(expr, "name") and hasattr(expr, "show"):
-        return replace(expr, left=at_n(expr.left), right=at_n(expr.right))
+        return expr.mapped(at_n)
     return expr.subs(r, n)
 
 
@@ -69,11 +68,12 @@ PAGE = (
     full_Ce := at_n(is_Ce),
     is_K,
     is_De,
+    full_Ae := at_n(gain_Ae),
     chain(
         "3.21",
         "the estimator's own matrix at full order",
         Ae_n,
-        Line(Gam_n * Aq * G_n.T, by=(at_n(gain_Ae),)),
+        Line(Gam_n * Aq * G_n.T, by=(full_Ae,)),
         Line(Aq, by=(is_G, is_Gam)),
         Line(A - Kq * C, by=(is_Aq,)),
         Line(A - Qs * V2s.I * C, by=(is_K,)),

@@ -42,7 +42,9 @@ PAGE = (
         "4.7",
         "the gradient in the moment is the dual equation",
         lagrangian,
-        Gradient(At.T * Pt * At + At1.T * Pt * At1 + Rt - Pt, of=Qt),
+        Gradient(
+            At.T * Pt * At + At1.T * Pt * At1 + Rt - Pt, of=Qt, held=(At, At1, Wt)
+        ),
     ),
     """Might the multiplier of the cost be zero instead? Then the dual equation has no
     weight, `p = Phi_p p` for the entries `p` of `P_tilde`. Where both systems are

@@ -52,6 +52,8 @@ PAGE = (
         Line(ZeroMatrix(n, n), by=(starts,)),
     ),
     is_P := define(P, Phi * X),
+    "The rate `Phi Q Phi'` is symmetric, and so is what it adds up to.",
+    even := define(P, P.T),
 )
 DOUBLED = (
     """A first period has added `P_h`. Let it go on for the time `t`, which adds
@@ -93,7 +95,7 @@ def noise_block():
 @cache
 def noise_of_a_period():
     """Q of one period by Van Loan's exponential."""
-    stage = Stage(P, Phi * X, symmetric=True, by=(is_P,))
+    stage = Stage(P, Phi * X, symmetric=True, by=(is_P, even))
     return stage_list((Phi, X), stage, "what the noise adds in a period")
 
 

@@ -212,7 +212,7 @@ MINIMUM = (
         "32",
         "the gradient in both gains",
         trace_of(K_low),
-        Gradient(2 * (K_low * M - N_low), of=K_low),
+        Gradient(2 * (K_low * M - N_low), of=K_low, held=(M, N_low)),
     ),
     coupled := chain(
         "32",

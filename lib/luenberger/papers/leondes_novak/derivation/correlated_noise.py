@@ -139,7 +139,7 @@ def decorrelation():
         (A, C, Q, S, J),
         (
             Stage(As, A - J * C, by=(is_As,)),
-            Stage(Qs, Q - J * S.T, symmetric=True, by=(is_Qs,)),
+            Stage(Qs, Q - J * S.T, symmetric=True, by=(is_Qs, told)),
         ),
         source="our own",
         letters=letters,

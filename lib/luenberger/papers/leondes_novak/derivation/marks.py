@@ -211,7 +211,7 @@ def arrived():
             Stage(As, A - J * C, by=(is_As,)),
             Stage(Q, Q_all - J * S.T, symmetric=True, by=(is_Q,)),
             Stage(Lifted, is_Lifted.right, by=(is_Lifted,)),
-            Stage(Untaken, is_Untaken.right, symmetric=True, by=(is_Untaken,)),
+            Stage(Untaken, is_Untaken.right, symmetric=True, by=(is_Untaken, is_Taken)),
             Stage(
                 Spread,
                 Taken * C_all * Lifted + Untaken,

@@ -14,6 +14,7 @@ from ....symbolic import Derivation, Identity, Relation, Solve, Stage
 from .estimate import rho, rho_next, x_minus
 from .letters import *
 from .marks import arrived
+from .marks import letters as marked
 from .one_pass import TO_Z, W, filter_step, is_W, loop
 from .places import Missing, Said, says
 
@@ -74,14 +75,14 @@ def predict():
     )
 
 
-def in_turn(*parts):
+def in_turn(*parts, letters=device):
     """Stage lists one after the other; what one makes is given to the next."""
     given, stages = [], ()
     for part in parts:
         made = {stage.target for stage in stages}
         given += [s for s in part.given if s not in made and s not in given]
         stages += part.stages
-    return Derivation(tuple(given), stages, source=SOURCE, letters=device)
+    return Derivation(tuple(given), stages, source=SOURCE, letters=letters)
 
 
 @cache
@@ -93,7 +94,7 @@ def complete_sample():
 @cache
 def partial_sample():
     """The update where some outputs did not arrive, from the plant's matrices."""
-    return in_turn(arrived(), update())
+    return in_turn(arrived(), update(), letters=marked)
 
 
 @cache
@@ -102,7 +103,7 @@ def marked_sample():
 
     All matrices are the plant's, and those that arrived are marked.
     """
-    return in_turn(arrived(), update(), predict())
+    return in_turn(arrived(), update(), predict(), letters=marked)
 
 
 @cache
@@ -117,7 +118,7 @@ def marked_and_kept():
         step.given,
         (*step.stages, *stages),
         source=SOURCE,
-        letters=device,
+        letters=step.letters,
         says="a sample of which some outputs did not arrive, smoothed later",
     )
 
