@@ -75,6 +75,94 @@ def test_the_count_is_the_rank_of_mehras_map(seed):
     assert len(found.sentences) == len(found.unknown) - wanted
 
 
+def hidden(seed):
+    """A plant of which some states reach no output; sums of the others do."""
+    rng = np.random.default_rng(1000 + seed)
+    n, p, unseen = rng.integers(2, 4), rng.integers(1, 4), 1
+    A = rng.integers(-1, 2, (n, n)) * rng.integers(0, 2, (n, n)) * rng.integers(0, 2)
+    A[unseen:, :unseen] = 0
+    A[0, 0] = 1 + rng.integers(0, 2)
+    C = rng.integers(-1, 2, (p, n))
+    C[:, :unseen] = 0
+    places = rng.permutation(n)
+    A, C = (A * Fraction(1, 3))[places][:, places], C[:, places]
+    return A, C, int(np.flatnonzero(places == 0)[0]), rng
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_what_no_output_shows_is_not_determined(seed):
+    A, C, which, rng = hidden(seed)
+    n, p = len(A), len(C)
+    gain = [[Fraction(int(k), 11) for k in row] for row in rng.integers(-9, 9, (n, p))]
+    plant = lb.Plant(A, None, C, dt=1.0, R=np.eye(p))
+    unknown = dict(Q=["full", "diagonal"][seed % 2], R="full", S="full")
+    found = lb.identifiability(plant, **unknown)
+    assert found.determined == exact_rank(A, C, list(parts_of(n, p, **unknown)), gain)
+    said = " ".join(found.sentences)
+    for name in (f"Q[{which},{which}]", *(f"S[{which},{j}]" for j in range(p))):
+        assert f"{name}, which leaves no trace in the outputs." in said
+    steps = np.repeat(np.array(A, float)[None], 30, axis=0)
+    varying = lb.Plant(steps, None, C, dt=1.0, R=np.eye(p))
+    assert lb.identifiability(varying, **unknown).determined == found.determined
+
+
+def rank_of_records(steps, C, seen, parts):
+    """Ranks of the map to the covariances of all readings, less that of the start's.
+
+    The start's covariance is unknown too.  `steps` moves row k to row k + 1.
+    """
+    rows, n = len(seen), C.shape[-1]
+    none = np.zeros((n, n), dtype=int), np.zeros((len(C[0]), len(C[0])), dtype=int)
+    triangle = zip(*np.triu_indices(n))
+    starts = []
+    for i, j in triangle:
+        X = none[0].copy()
+        X[i, j] = X[j, i] = 1
+        starts.append(X)
+    changes = [np.array(X.tolist(), dtype=object) for part in parts for X in part]
+    changes = [tuple(changes[k : k + 3]) for k in range(0, len(changes), 3)]
+    zero_S = np.zeros((n, len(C[0])), dtype=int)
+    columns = [(X, none[0], none[1], zero_S) for X in starts]
+    columns += [(none[0], *one) for one in changes]
+    table = []
+    for X, Q, R, S in columns:
+        found = []
+        for k in range(rows):
+            here = C[k][seen[k]]
+            found += list((here @ X @ here.T + R[seen[k]][:, seen[k]]).ravel())
+            N = (steps[k] @ X @ here.T) + S[:, seen[k]]
+            for later in range(k + 1, rows):
+                found += list((C[later][seen[later]] @ N).ravel())
+                N = steps[later] @ N
+            X = steps[k] @ X @ steps[k].T + Q
+        table.append(found)
+    whole = fractions(table).rank()
+    return whole - fractions(table[: len(starts)]).rank()
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_the_count_is_the_rank_of_the_covariances_of_a_record(seed):
+    """Of plants that vary, that hide what they move, and of records with gaps."""
+    rng = np.random.default_rng(seed)
+    n, p, rows = rng.integers(1, 4), rng.integers(1, 3), rng.integers(3, 8)
+    varies, gaps = [(True, False), (False, True), (True, True)][seed % 3]
+    A = rng.integers(-1, 2, (rows + 1, n, n)) * rng.integers(0, 2, (n, n))
+    C = rng.integers(-1, 2, (rows + 1, p, n)) * rng.integers(0, 2, (p, n))
+    if not varies:
+        A[:], C[:] = A[0], C[0]
+    A = A * Fraction(1, 2)
+    seen = rng.random((rows, p)) < (0.6 if gaps else 1.0)
+    seen[rng.integers(rows), rng.integers(p)] = not gaps
+    unknown = dict(
+        Q=["full", "diagonal"][seed % 2], R="full", S=[0, "full"][seed % 4 > 1]
+    )
+    given = (A, None, C) if varies else (A[0], None, C[0])
+    plant = lb.Plant(*given, dt=1.0, R=np.eye(p))
+    found = lb.identifiability(plant, **unknown, seen=seen)
+    wanted = rank_of_records(A[1:], C[1:], seen, list(parts_of(n, p, **unknown)))
+    assert found.determined == wanted
+
+
 @pytest.mark.parametrize("seed", range(12))
 def test_units_decide_nothing(seed):
     A, C, unknown, rng = drawn(seed)

@@ -13,7 +13,7 @@ from ..arguments import expect
 from ..errors import DesignError
 from ..numeric import Matrices, Matrix, Vector
 from ..numeric.covariance_maps import packing
-from ..numeric.independent_rows import default_tol, in_even_units, outside
+from ..numeric.independent_rows import climb, default_tol, in_even_units, outside
 from ..numeric.linalg import RANK_TOL
 from ..plant import Plant
 from .derivation import silent_change
@@ -65,10 +65,15 @@ def identifiability(
 ) -> Identifiability:  # fmt: skip
     """Say which combinations of the unknown Q, R and S a record can determine.
 
-    A change (dQ, dR, dS) leaves no trace in the autocovariances of the innovations, of
-    any stable gain, exactly if there is a symmetric X with
+    Let the rows of T be what the outputs show of the state, now or later: T A = A_T T
+    and C = C_T T with an observable pair A_T, C_T; of an observable plant T is I.  A
+    change (dQ, dR, dS) leaves no trace in the autocovariances of the innovations, of
+    any gain under which the error of T x dies out, exactly if there is a symmetric X
+    with
 
-        dQ = X - A X A',   dS = -A X C',   dR = -C X C'.
+        T dQ T' = X - A_T X A_T',   T dS = -A_T X C_T',   dR = -C_T X C_T'.
+
+    So what a state adds that no output shows, its rows of Q and S, is not determined.
 
     Parameters
     ----------
@@ -159,20 +164,31 @@ def _silent(
     plant: Plant, changes: Matrices, seen: Matrix | None
 ) -> tuple[Vector, Matrix]:
     """Sizes of the unknowns in even units, and rows: silent combinations of these."""
-    one = plant.at(0)
-    pair, found = in_even_units(one.A, one.C, 1.0, default_tol(plant.n))
-    even = in_units(changes, pair.states, pair.outputs)
+    one, tol = plant.at(0), default_tol(plant.n)
+    pair, _ = in_even_units(one.A, one.C, 1.0, tol)
+    x, y = pair.states, pair.outputs
+    even = in_units(changes, x, y)
     sizes = np.sqrt(sum((X**2).sum(axis=(1, 2)) for X in even.values()))
     sizes = np.where(sizes > 0, sizes, 1.0)
     even = {name: X / sizes[:, None, None] for name, X in even.items()}
+    A, C = plant.A / x[:, None] * x, plant.C / y[:, None] * x
+    if seen is not None:
+        C = np.where(np.any(seen, axis=0)[:, None], C, 0.0)
+    # Rows whose product with the state is all that an output shows, now or later.  At
+    # least one of zeros: it stands for a state that is zero.
+    rows = np.vstack(climb(A, C, tol)[0] or [np.zeros((1, plant.n))])
+    A, C = rows @ A @ rows.T, C @ rows.T
+    even |= {"Q": rows @ even["Q"] @ rows.T, "S": rows @ even["S"]}
     if plant.steps is not None or (seen is not None and not np.all(seen)):
-        shown = shown_by(plant, even, seen, pair.states, pair.outputs)
+        if seen is None:
+            assert plant.steps is not None
+            seen = np.ones((plant.steps - 1, plant.p), dtype=bool)
+        shown = shown_by(A, C, even, np.asarray(seen, dtype=bool))
     else:
-        rows = np.vstack(found) if found else np.zeros((0, plant.n))
-        shown = _shown(rows @ pair.A @ rows.T, pair.C @ rows.T, even, rows)
+        shown = _shown(A, C, even)
     _, values, right = np.linalg.svd(shown)
     values = np.pad(values, (0, len(right) - len(values)))
-    return sizes, right[values <= RANK_TOL * max(values.max(initial=0), 1e-300)]
+    return sizes, right[values <= RANK_TOL]
 
 
 def in_units(changes: Matrices, states: Vector, outputs: Vector) -> Matrices:
@@ -183,11 +199,11 @@ def in_units(changes: Matrices, states: Vector, outputs: Vector) -> Matrices:
     }
 
 
-def _shown(A: Matrix, C: Matrix, changes: Matrices, rows: Matrix) -> Matrix:
+def _shown(A: Matrix, C: Matrix, changes: Matrices) -> Matrix:
     """Rows that vanish exactly for the combinations that some X makes.
 
-    What the observable part of the plant shows of the changes, less its component in
-    the space of the changes that are made of an X.
+    The changes less their component in the space of those that are made of an X; all
+    of the observable part of a plant.
     """
     n, p = len(A), len(C)
     pack, unpack = packing(n)
@@ -200,8 +216,8 @@ def _shown(A: Matrix, C: Matrix, changes: Matrices, rows: Matrix) -> Matrix:
         return np.hstack([pack(dQ), pack_y(dR), flat]).T
 
     basis = stacked(made["dQ"], made["dR"], made["dS"])
-    seen = stacked(rows @ changes["Q"] @ rows.T, changes["R"], rows @ changes["S"])
-    return outside(seen.T, np.linalg.qr(basis)[0].T).T
+    given = stacked(changes["Q"], changes["R"], changes["S"])
+    return outside(given.T, np.linalg.qr(basis)[0].T).T
 
 
 def _sparse(rows: Matrix) -> Matrix:

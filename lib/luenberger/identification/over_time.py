@@ -2,6 +2,8 @@
 
 For plants that vary over time and records with gaps there is no constant gain.  The
 gains are those of a Kalman filter for noises of size one, under which errors die out.
+An instant shows a change of what the next error has in common with its innovation only
+as far as later outputs show that error.
 """
 
 from collections.abc import Iterator
@@ -9,83 +11,115 @@ from collections.abc import Iterator
 import numpy as np
 
 from .. import kernels
-from ..numeric import Matrices, Matrix, Vector
+from ..numeric import Matrices, Matrix
 from ..numeric.covariance_maps import packing
+from ..numeric.independent_rows import outside
+from ..numeric.linalg import RANK_TOL
 from ..plant import Plant
 from ..recursion.filter_pass import Pass
 from ..recursion.settings import Settings
 from ..recursion.state import start
 from .derivation import change_step
 
-TOGETHER = 64  # instants whose rows are reduced at once
-CLEAR = 1e-4  # least singular value of what determines every change, beside the largest
+TOGETHER = 64  # instants that are asked at first, and whose rows are reduced at once
+CLEAR = 1e-4  # least singular value of what determines every change
 
 
-def shown_by(
-    plant: Plant, changes: Matrices, seen: Matrix | None, x: Vector, y: Vector
-) -> Matrix:
+def shown_by(A: Matrix, C: Matrix, changes: Matrices, seen: Matrix) -> Matrix:
     """A square root of what a record shows of the changes, for any start.
 
-    Later instants are left out once those before determine every change clearly: what
-    a part of a record shows, the record shows.
+    It is measured by what the record would show of them if the start were known.
+
+    What a part of a record shows, the record shows.  So later instants are left out
+    where those before determine every change clearly.
 
     Parameters
     ----------
-    plant : Plant
+    A, C : (n, n) and (p, n), or stacks of them, ndarray
+        In units in which their numbers are of like size.
     changes : dict
-        {"Q", "R", "S"}: stacks (k, ., .), in the units x of states and y of outputs.
-    seen : (N, p) array_like of bool, or None for all
-    x, y : (n,), (p,) ndarray
+        {"Q", "R", "S"}: stacks (k, ., .), in these units.
+    seen : (N, p) ndarray of bool
 
     Returns
     -------
-    (k, k) ndarray
+    (r, k) ndarray
     """
-    plant, seen = _unit_noise(plant, seen, x, y)
+    n = A.shape[-1]
+    one = Plant(A, None, C, Q=np.eye(n), R=np.eye(C.shape[-2]), P0=np.eye(n), dt=1.0)
+    rows = TOGETHER
+    while True:
+        shown = _shown(one, changes, seen[:rows])
+        if rows >= len(seen) or _clear(shown):
+            return shown
+        rows *= 2
+
+
+def _shown(plant: Plant, changes: Matrices, seen: Matrix) -> Matrix:
     n, count = plant.n, len(changes["Q"])
     _, unpack = packing(n)
     first = unpack(np.eye(n * (n + 1) // 2))
     wide = {k: np.concatenate([np.zeros((len(first), *X.shape[1:])), X])
             for k, X in changes.items()}  # fmt: skip
     X = np.concatenate([first, np.zeros((count, n, n))])
-    root, shown = np.zeros((0, len(X))), np.zeros((count, count))
-    for here, gains in _gains(plant, seen):
-        rows, X = _rows(plant, here, gains, seen, wide, X)
+    gains = np.concatenate(list(_gains(plant, seen)))
+    later = _later(plant, gains, seen)
+    root = np.zeros((0, len(X)))
+    for k in range(0, len(seen), TOGETHER):
+        here = range(k, min(k + TOGETHER, len(seen)))
+        rows, X = _rows(plant, here, gains, later, seen, wide, X)
         root = np.linalg.qr(np.vstack([root, *rows]), mode="r")
-        root = np.pad(root, ((0, max(0, len(X) - len(root))), (0, 0)))
-        shown = root[len(first) : len(X), len(first) :]
-        if _clear(shown):
-            break
-    return shown
+    # The start's covariance explains what it can; a record need not show all of it.
+    given = root[:, len(first) :]
+    largest = max(np.linalg.norm(given, 2), 1e-300)
+    of_start, size, _ = np.linalg.svd(root[:, : len(first)], full_matrices=False)
+    of_start = of_start[:, size > RANK_TOL * max(size.max(initial=0.0), largest)]
+    left = outside(given.T, of_start.T).T / largest
+    return np.pad(left, ((0, max(0, count - len(left))), (0, 0)))
 
 
-def _gains(plant: Plant, seen: Matrix) -> Iterator[tuple[slice, Matrix]]:
-    """Some rows at a time, and the gains of the filter there."""
+def _gains(plant: Plant, seen: Matrix) -> Iterator[Matrix]:
+    """The gains of the filter, some rows at a time."""
     settings = Settings(plant, 0)
     state = start(settings, plant.x0, np.zeros(0))
     fast = kernels.runs_compiled("auto", len(seen))
     for k in range(0, len(seen), TOGETHER):
-        here = slice(k, min(k + TOGETHER, len(seen)))
-        y, u = np.where(seen[here], 0.0, np.nan), np.zeros((here.stop - k, 0))
+        here = seen[k : k + TOGETHER]
+        y, u = np.where(here, 0.0, np.nan), np.zeros((len(here), 0))
         state, out = Pass(settings).over(state, y, u, fast, history=True)
-        yield here, out.K
+        yield out.K
+
+
+def _at(plant: Plant, k: int, gains: Matrix, seen: Matrix) -> tuple[Matrix, ...]:
+    """A_L, C and L at a row, of the outputs that are seen there."""
+    at, now = seen[k], plant.at(k + 1)
+    C, L = now.C[at], now.A @ gains[k][:, at]
+    return now.A - L @ C, C, L
+
+
+def _later(plant: Plant, gains: Matrix, seen: Matrix) -> list[Matrix]:
+    """For each row, a square root of what the rows after it show of the next error."""
+    found = [np.zeros((0, plant.n))]
+    for k in range(len(seen) - 1, 0, -1):
+        A_L, C, _ = _at(plant, k, gains, seen)
+        found.append(np.linalg.qr(np.vstack([C, found[-1] @ A_L]), mode="r"))
+    return found[::-1]
 
 
 def _rows(
-    plant: Plant, here: slice, gains: Matrix, seen: Matrix, wide: Matrices, X: Matrix
-) -> tuple[list[Matrix], Matrix]:
+    plant: Plant, here: range, gains: Matrix, later: list[Matrix], seen: Matrix,
+    wide: Matrices, X: Matrix,
+) -> tuple[list[Matrix], Matrix]:  # fmt: skip
     """What some rows show of the changes, and how these go on after them."""
     step, rows = kernels.compiled(change_step, stacks=True), list[Matrix]()
-    for k in range(here.start, here.stop):
-        at, now = seen[k], plant.at(k + 1)
-        K, C = gains[k - here.start][:, at], now.C[at]
-        L = now.A @ K
+    for k in here:
+        at, (A_L, C, L) = seen[k], _at(plant, k, gains, seen)
         found = step(
-            A_L=now.A - L @ C, C=C, L=L, dQ=wide["Q"],
+            A_L=A_L, C=C, L=L, dQ=wide["Q"],
             dR=wide["R"][:, at][:, :, at], dS=wide["S"][:, :, at], X=X,
         )  # fmt: skip
-        for name in ("dLambda_0", "dN_1"):
-            rows.append(found[name].reshape(len(X), found[name][0].size).T)
+        for one in (found["dLambda_0"], later[k] @ found["dN_1"]):
+            rows.append(one.reshape(len(X), one[0].size).T)
         X = found["X_next"]
     return rows, X
 
@@ -93,18 +127,4 @@ def _rows(
 def _clear(shown: Matrix) -> bool:
     """Whether every change is shown, far from rounding."""
     values = np.linalg.svd(shown, compute_uv=False)
-    return bool(values.min(initial=1.0) > CLEAR * values.max(initial=0.0))
-
-
-def _unit_noise(
-    plant: Plant, seen: Matrix | None, x: Vector, y: Vector
-) -> tuple[Plant, Matrix]:
-    """The plant in other units with noises of size one, and what is seen of it."""
-    p = plant.p
-    steps = plant.steps
-    if seen is None:
-        assert steps is not None
-        seen = np.ones((steps - 1, p), dtype=bool)
-    A, C = plant.A / x[:, None] * x, plant.C / y[:, None] * x
-    one = Plant(A, None, C, Q=np.eye(plant.n), R=np.eye(p), P0=np.eye(plant.n), dt=1.0)
-    return one, np.asarray(seen, dtype=bool)
+    return bool(values.min(initial=1.0) > CLEAR)

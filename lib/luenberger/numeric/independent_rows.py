@@ -17,6 +17,7 @@ from . import Matrix, Vector, rationals
 from .even_pair import Pair, even_pair, highest
 from .linalg import modes
 
+ROUNDING = 4 * float(np.finfo(float).eps)  # of an entry of a unit row, for each state
 Alive = dict[int, tuple[Vector, float]]  # unit rows that may go on, their true sizes
 
 
@@ -149,10 +150,13 @@ def levels(A: Matrix, C: Matrix, tol: float) -> list[Matrix]:
 
 
 def climb(A: Matrix, C: Matrix, tol: float) -> tuple[list[Matrix], int, float]:
-    """`levels`, their rank, and the smallest singular value that was not called 0."""
-    n = len(A)
+    """`levels`, their rank, and the smallest singular value that was not called 0.
+
+    Of stacks (N, n, n) and (N, p, n) they span all that any of these A and C shows.
+    """
+    n = A.shape[-1]
     found, basis, scale, margin = [], np.zeros((0, n), A.dtype), 1.0, np.inf
-    rows = C
+    rows = C.reshape(-1, n)
     while len(basis) < n and len(rows):
         rows = outside(rows, basis)
         _, size, new = np.linalg.svd(rows, full_matrices=False)
@@ -161,15 +165,17 @@ def climb(A: Matrix, C: Matrix, tol: float) -> tuple[list[Matrix], int, float]:
             break
         margin = min(margin, size[len(new) - 1] / scale)
         new = np.linalg.qr(new.conj().T)[0].conj().T
+        # What rounding left would be all that A moves, where it moves nothing else.
+        new = np.where(np.abs(new) > ROUNDING * n, new, 0.0)
         found.append(new)
         basis = np.vstack([basis, new])
         scale = max(scale * (len(found) > 1), _row_size(new, A))
-        rows = new @ A
+        rows = (new @ A).reshape(-1, n)
     return found, len(basis), float(margin)
 
 
 def _row_size(rows: Matrix, A: Matrix) -> float:
-    return np.linalg.norm(np.abs(rows) @ np.abs(A), axis=1).max()
+    return np.linalg.norm(np.abs(rows) @ np.abs(A), axis=-1).max()
 
 
 def split_hidden(

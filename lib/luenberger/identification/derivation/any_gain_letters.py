@@ -7,6 +7,7 @@ from ...symbolic import ZeroMatrix as ZeroMatrix
 
 n, p = symbols("n p", integer=True, positive=True)
 r = symbols("r", integer=True, positive=True)  # rows of an observability matrix
+q = symbols("q", integer=True, positive=True)  # how much of the state the outputs show
 letters = Notation()
 chain, define, moment = letters.chain, letters.define, letters.moment
 I = Identity(n)
@@ -60,4 +61,7 @@ dN_1 = letters("dN_1", n, p, "change of `N_1`")
 O = letters("O", r, n, "rows `C A_L^k`: what the errors to come show of one")
 J = letters("J", n, r, "a left inverse of it")
 a = letters("a", n, 1, "a motion of the plant")
+T = letters("T", q, n, "rows that span all that outputs show of a state")
+A_T = letters("A_T", q, q, "moves what they show")
+C_T = letters("C_T", p, q, "what is measured of what they show")
 mode = letters.scalar("mu", "its eigenvalue")

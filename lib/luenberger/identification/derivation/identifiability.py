@@ -3,6 +3,7 @@
 All that a record of normal noises tells of their covariances is in the autocovariances
 of its innovations.  A change of Q, R and S moves none of them exactly when it is made
 of one symmetric matrix, and this does not hang on the gain that made the innovations.
+This is so of an observable plant, and of the part of any plant that its outputs show.
 
 Source: our own; Mehra (1970) and Odelson, Rajamani and Rawlings (2006) have the rank
 of the map for one gain, and Faurre (1976), "Stochastic realization algorithms", the
@@ -11,14 +12,54 @@ matrices that realise the same autocovariances.
 
 from functools import cache
 
-from ...symbolic import Derivation, Line, Stage
+from ...symbolic import Derivation, Expect, Line, Stage
 from .any_gain_letters import *
 from .autocovariances import is_A_L
 
 SOURCE = "Mehra (1970); Faurre (1976)"
 
 PAGE = (
-    """The innovations of a stable gain come from the record by a filter that can be
+    """Outputs may not show all of a state. Let the rows of `T` span what they show, now
+    or later: those of `C`, of `C A` and so on. So the rows of `C` and of `T A` are
+    combinations of them.""",
+    plant := define(x_next, A * x + w),
+    measured := define(y, C * x + v),
+    is_A_T := define(T * A, A_T * T),
+    is_C_T := define(C, C_T * T),
+    chain(
+        "",
+        "what is shown moves by itself",
+        T * x_next,
+        Line(T * (A * x + w), by=(plant,)),
+        Line(A_T * (T * x) + T * w, by=(is_A_T,)),
+    ),
+    chain(
+        "",
+        "and alone is measured",
+        y,
+        Line(C * x + v, by=(measured,)),
+        Line(C_T * (T * x) + v, by=(is_C_T,)),
+    ),
+    """So a record is one of the plant `A_T, C_T`, which is observable, whose process
+    noise is `T w`.""",
+    is_Q := moment(w * w.T, Q),
+    is_S := moment(w * v.T, S),
+    chain(
+        "",
+        "the covariance of its process noise",
+        (T * w) * (T * w).T,
+        Expect(T * Q * T.T, moments=(is_Q,)),
+    ),
+    chain(
+        "",
+        "and of this and the measurement noise",
+        (T * w) * v.T,
+        Expect(T * S, moments=(is_S,)),
+    ),
+    """What `T Q T'` and `T S` leave out of `Q` and `S` no record shows. From here on
+    the plant is that one, so it is observable, and its letters are `A` and `C` again.
+
+    The innovations of a stable gain come from the record by a filter that can be
     undone, so they tell as much as the record. Their autocovariances are linear in `Q`,
     `R` and `S`. So are changes of these and of those.""",
     is_A_L,
@@ -74,8 +115,8 @@ PAGE = (
     ),
     """Conversely, let a change leave all autocovariances as they are. The lags after
     the first are `C A_L^k` times the change of `N_1`. Put below each other these rows
-    have a left inverse if the plant is observable, because a gain hides no motion: what
-    `C` does not see moves with `A_L` as it does with `A`.""",
+    have a left inverse, because the plant is observable and a gain hides no motion:
+    what `C` does not see moves with `A_L` as it does with `A`.""",
     motion := define(A * a, mode * a),
     unseen := define(C * a, ZeroMatrix(p, 1)),
     chain(
@@ -143,8 +184,9 @@ PAGE = (
         ),
         Line(X_next - A * X * A.T, why="multiply out"),
     ),
-    """The gain is gone. So the noises can be told apart exactly if, of the changes that
-    one allows, none but zero is made of an `X`.""",
+    """The gain is gone. So the noises of an observable plant can be told apart exactly
+    if, of the changes that one allows, none but zero is made of an `X`. Of any plant
+    that is asked of what becomes of the changes: `T dQ T'`, `dR` and `T dS`.""",
 )
 
 
