@@ -198,6 +198,25 @@ def test_plant_without_noise_is_reported_on(inside, tmp_path):
     assert {path.name for path in (tmp_path / "r").iterdir()} == left
 
 
+def test_noises_that_were_fitted_are_tested_once(inside, tmp_path):
+    """The description and the last section have one probability, as fitted."""
+    rng, A, x, rows = np.random.default_rng(3), np.array([[1, 1], [0, 0.6]]), 0, []
+    x = np.zeros(2)
+    for _ in range(120):
+        x = A @ x + rng.normal(size=2) * [0.2, 0.5]
+        rows.append(f"{x[0] + rng.normal()!r}")
+    lb.Plant(A, None, [[1, 0]], dt=1.0).to_json(tmp_path / "plant.json")
+    (tmp_path / "data.csv").write_text("y1\n" + "\n".join(rows) + "\n")
+    run = inside("plant.json", "--out", "r", "--data", "data.csv", cwd=tmp_path)
+    assert run.returncode == 0, run.stderr
+    asked = json.loads((tmp_path / "r/question.json").read_text())
+    assert asked == {"fitted": 2}  # two variances of Q; that of R is the innovation's
+    page = (tmp_path / "r/report.html").read_text(encoding="utf-8")
+    said = re.findall(r"(?:are|are not) white: the sum[^;]*;", page)
+    assert len(said) == 2 and len(set(said)) == 1
+    assert "where 18 is expected" in said[0] and said[0] in run.stderr
+
+
 def test_notebook_names_no_machine(reported):
     here, _ = reported
     notebook = json.loads((here / "a/report/design.ipynb").read_text(encoding="utf-8"))

@@ -221,6 +221,8 @@ def test_the_command_takes_a_budget(tmp_path, capsys):
 def test_a_report_keeps_its_question(tmp_path):
     assert result_files.question(tmp_path / "question.json") == {}
     path = tmp_path / "question.json"
-    path.write_text('{"budget": {"states": 1}, "dtype": "float"}')
+    assert result_files.fitted(path) == 0
+    path.write_text('{"budget": {"states": 1}, "dtype": "float", "fitted": 3}')
     asked = result_files.question(path)
+    assert result_files.fitted(path) == 3
     assert lb.compare(tracker(), **asked).budget == Budget(states=1)

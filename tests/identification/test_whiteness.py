@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy import stats
 from statsmodels.stats.diagnostic import acorr_ljungbox
 
 import luenberger as lb
@@ -16,12 +17,95 @@ def test_white_noise_is_believed_as_often_as_it_should_be():
     assert np.mean([one.statistic for one in found]) == pytest.approx(80, rel=0.04)
 
 
-def test_it_is_box_and_pierces_statistic():
-    e = RNG.normal(size=3000)
+@pytest.mark.parametrize(
+    ("rows", "outputs", "lags", "gaps"),
+    [
+        (20, 1, None, 0),
+        (30, 2, None, 0.3),
+        (50, 1, 20, 0),
+        (100, 1, None, 0),
+        (100, 3, None, 0.3),
+        (300, 2, None, 0),
+        (700, 1, None, 0),
+    ],
+)
+def test_a_small_probability_is_as_rare_as_it_says(rows, outputs, lags, gaps):
+    rng = np.random.default_rng(rows + outputs)
+    seen = rng.random((rows, outputs)) >= gaps
+    many = 4000
+    found = np.array(
+        [
+            lb.whiteness(np.where(seen, e, np.nan), lags=lags).p_value
+            for e in rng.normal(size=(many, rows, outputs))
+        ]
+    )
+    for level, slack in ((0.05, 0.15), (0.01, 0.15)):
+        rare = (found < level).mean()
+        assert abs(rare - level) < slack * level + 3 * np.sqrt(level / many)
+    assert (found < 0.001).mean() < 0.0035  # by chi-square 0.006 at 100 rows
+
+
+@pytest.mark.parametrize("gaps", [0, 0.4])
+@pytest.mark.parametrize("rows", [32, 60])
+def test_the_mean_is_the_number_of_entries(rows, gaps):
+    """The variances are exact: with gaps, at all lags, of one output and of two."""
+    rng = np.random.default_rng(rows)
+    seen = rng.random((rows, 2)) >= gaps
+    kept = [
+        lb.whiteness(np.where(seen, e, np.nan), lags=6).statistic
+        for e in rng.normal(size=(5000, rows, 2))
+    ]
+    error = np.std(kept) / np.sqrt(len(kept))
+    assert np.mean(kept) == pytest.approx(24, abs=3.5 * error)
+
+
+def test_it_is_ljung_and_boxes_statistic_about_a_known_mean():
+    e = RNG.normal(size=80)
+    e = np.concatenate([e, -e[::-1]])  # of mean zero, as statsmodels takes it off
     found = lb.whiteness(e[:, None], lags=10)
-    same = acorr_ljungbox(e - 0, lags=[10], boxpierce=True)
-    assert found.statistic == pytest.approx(same["bp_stat"].iloc[0], rel=0.05)
-    assert found.p_value == pytest.approx(same["bp_pvalue"].iloc[0], abs=0.05)
+    same = acorr_ljungbox(e, lags=[10])
+    assert found.statistic == pytest.approx(same["lb_stat"].iloc[0], rel=1e-12)
+    e = RNG.normal(size=20_000)
+    found = lb.whiteness(e[:, None], lags=10)
+    same = acorr_ljungbox(e - 0, lags=[10])
+    assert found.p_value == pytest.approx(same["lb_pvalue"].iloc[0], abs=0.02)
+
+
+def test_what_was_fitted_counts_as_it_does_in_chi_square():
+    """Of a long record: one degree of freedom less for each number."""
+    e = RNG.normal(size=(50_000, 1))
+    for fitted in (0, 3, 12):
+        found = lb.whiteness(e, fitted)
+        assert found.dof == 20 - fitted
+        same = stats.chi2.sf(found.statistic, 20 - fitted)
+        assert found.p_value == pytest.approx(same, rel=0.05)
+
+
+def test_a_fit_takes_off_what_it_fitted_beyond_the_covariance_of_the_innovation():
+    """Q and R of two states and an output are two numbers; one is the innovation's."""
+    plant = lb.Plant([[1, 1], [0, 0.5]], None, [[1, 0]], dt=1.0)
+    true = lb.Plant(
+        plant.A, None, plant.C, dt=1.0, Q=np.diag([0.3, 1.0]), R=[[2.0]], P0=np.eye(2)
+    )
+    y = lb.simulate(true, lb.kalman_filter(true), 200, seed=3).y
+    diagonal = lb.fit_noise(plant, y, Q="diagonal")
+    assert diagonal.whiteness.dof == 20 - 2
+    same = lb.whiteness(diagonal.innovations, 2)
+    assert diagonal.whiteness.p_value == same.p_value
+    assert lb.fit_noise(true, y, Q="scaled", R="scaled").whiteness.dof == 20 - 1
+    assert lb.fit_noise(true, y, Q="scaled", R=None).whiteness.dof == 20
+
+
+def test_short_records_are_warned_of_and_lags_beyond_one_refused():
+    with pytest.warns(UserWarning, match="whiteness of 19 rows with a reading"):
+        lb.whiteness(RNG.normal(size=(19, 1)))
+    thin = np.full((100, 2), np.nan)
+    thin[::6, 1] = 1.0
+    with pytest.warns(UserWarning, match="whiteness of 17 rows"):
+        lb.whiteness(thin)
+    for lags in (0, 30, 2.5):
+        with pytest.raises(ValueError, match="lags must be"):
+            lb.whiteness(RNG.normal(size=(30, 1)), lags=lags)
 
 
 def test_what_is_not_white_or_too_large_is_said():

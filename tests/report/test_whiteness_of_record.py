@@ -31,6 +31,13 @@ def test_the_true_noises_agree(record):
     assert "no other observer is tested by that" in said
 
 
+def test_what_was_fitted_is_counted(record):
+    given, fitted = report.judged(PLANT, record), report.judged(PLANT, record, 3)
+    assert (given.dof, fitted.dof, fitted.fitted) == (20, 17, 3)
+    assert fitted.statistic == given.statistic and fitted.p_value < given.p_value
+    assert "where 17 is expected" in repr(report.agreement(fitted))
+
+
 @pytest.mark.parametrize("wrong", [{"Q": np.diag([0, 10.0])}, {"R": [[9.0]]}])
 def test_wrong_noises_do_not(record, wrong):
     found = report.judged(dataclasses.replace(PLANT, **wrong), record)

@@ -25,7 +25,7 @@ REPORT = "report.html"
 ESTIMATES = "estimates.csv"
 FROM_DATA = ("data.csv", ESTIMATES)
 OBSERVER = "observer.json"
-QUESTION = "question.json"  # --budget, --float and --U, where they are given
+QUESTION = "question.json"  # --budget, --float and --U where given, and what was fitted
 RECOMMENDED = (OBSERVER, ESTIMATES)  # only where an observer is recommended
 WRITTEN = ("design.ipynb", "plant.json", OBSERVER, "designs.csv")
 
@@ -78,17 +78,19 @@ def run(options: Namespace) -> None:
     from ..formats.spreadsheets import require_plain_names
     from ..plant.estimates import asking
     from ..report import notebook
+    from ..report.result_files import FITTED
     from ..run import measurements
 
-    file, out = json_file(options.plant, "a plant"), options.out
+    file, out, fitted = json_file(options.plant, "a plant"), options.out, 0
     given = plant = asking(plant_of(file, options), options.k)
     require_plain_names(plant)
     record = None
     if options.data is not None:
         record = measurements.read(options.data, plant)
         plant = given if given.dt > 0 else _sampled_as(given, record, options.data)
-        plant = _fitted(plant, record)
+        plant, fitted = _fitted(plant, record)
     asked = _question(plant, options, record)
+    asked |= {FITTED: fitted} if fitted else {}
     beside = _workplace(out)
     if options.dry_run:
         with_data = options.data is not None
@@ -159,23 +161,27 @@ def _sampled_as(plant: "Plant", record: "Measurements", data: Path) -> "Plant":
     return plant.sampled(float(steps[0]))
 
 
-def _fitted(plant: "Plant", record: "Measurements") -> "Plant":
-    """The plant with the noise that it does not give, where the record tells it."""
+def _fitted(plant: "Plant", record: "Measurements") -> tuple["Plant", int]:
+    """The plant with the noise that it does not give, where the record tells it.
+
+    And how many numbers a test of whiteness has to count as fitted.
+    """
     from ..errors import DesignError
     from ..identification.missing import fit_missing, lacking
 
     if not lacking(plant) or plant.multiplicative or plant.is_complex:
-        return plant
+        return plant, 0
     try:
         fit, said = fit_missing(plant, record.y, record.u)
     except DesignError as error:
         say(f"{' and '.join(lacking(plant))} cannot be fitted to the record: {error}")
-        return plant
+        return plant, 0
     told = [*said, *fit.unidentifiable, *fit.whiteness.sentences]
     for sentence in told:
         say(sentence)
     about = [plant.description] if plant.description else []
-    return dataclasses.replace(fit.plant, description=" ".join([*about, *told]))
+    plant = dataclasses.replace(fit.plant, description=" ".join([*about, *told]))
+    return plant, fit.whiteness.fitted
 
 
 def _content(plant: "Plant", file: "JsonFile") -> bytes:

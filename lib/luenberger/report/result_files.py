@@ -11,6 +11,8 @@ from ..formats.json_files import JsonFile, json_file
 from ..plant import Plant
 from ..run import measurements
 
+FITTED = "fitted"  # where the command notes how many numbers it fitted
+
 
 def files(table, estimates=None):
     """The report's results as texts by file name; no observer unless recommended."""
@@ -30,13 +32,24 @@ def question(path="question.json"):
 
     It is the budget, the dtype and U that the command was given.  A dict is a plant.
     """
-    path = Path(path)
-    if not path.exists():
-        return {}
-    asked = json_file(path, "a question").data
+    asked = _asked(path)
+    asked.pop(FITTED, None)
     if isinstance(asked.get("U"), dict):
-        asked["U"] = Plant.from_json(JsonFile(path, b"", asked["U"]))
+        asked["U"] = Plant.from_json(JsonFile(Path(path), b"", asked["U"]))
     return asked
+
+
+def fitted(path="question.json"):
+    """How many numbers were fitted to the record beyond the innovation's covariance.
+
+    The command notes it where it fits Q or R, and the test of whiteness counts it.
+    """
+    return _asked(path).get(FITTED, 0)
+
+
+def _asked(path):
+    path = Path(path)
+    return json_file(path, "a question").data if path.exists() else {}
 
 
 def save(texts, folder="out"):

@@ -22,14 +22,20 @@ LIMIT = 1.5  # times what is promised that predictions may miss by
 LEAST = 20  # samples of which an autocorrelation says something
 
 
-def judged(plant: Plant, data: Measurements | None) -> Whiteness | None:
-    """The tests of a record's innovations; None without noises or without a record."""
+def judged(
+    plant: Plant, data: Measurements | None, fitted: int = 0
+) -> Whiteness | None:
+    """The tests of a record's innovations; None without noises or without a record.
+
+    `fitted` is how many numbers were fitted to this record, as in `whiteness`.
+    """
     if data is None or plant.Q is None or plant.R is None or not plant.dt:
         return None
     if plant.multiplicative or len(data.y) - data.missing / plant.p < LEAST:
         return None
     try:
-        return whiteness(normalised(plant, data.y, data.u if plant.m else None))
+        left = normalised(plant, data.y, data.u if plant.m else None)
+        return whiteness(left, fitted)
     except ValueError:  # the record contradicts the plant, or does not tell the state
         return None
 
