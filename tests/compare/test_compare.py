@@ -392,8 +392,23 @@ def test_one_functional_of_the_state(of_k):
     assert fixed.observer.P.shape == (1, 1) and fixed.label == "order 1 for k x"
     assert fixed.error >= 1 - 1e-9
     assert "standard deviation of k x" in table.reasons()[0]
-    header = ["error of k x", "above the best", "worst pole"]
+    header = ["sigma of k x", "above the best", "worst pole"]
     assert table.table.header[3:6] == header
+
+
+def test_the_error_of_k_x_is_a_deviation_as_the_percentage_beside_it_is_of_one():
+    table = lb.compare(stable(), k={"speed (m/s)": K[0]})
+    assert table.table.header[3:5] == ["sigma of speed (m/s)", "above the best"]
+    best = np.sqrt(table.find("Kalman filter").error_of_k)
+    seen = set()
+    for cells in table.table.rows:
+        sigma, above = float(cells[3]), float(cells[4].split()[0])
+        seen.add(above)
+        assert 100 * (sigma / best - 1) == pytest.approx(above, abs=0.02)
+        same = [one for one in table.designs if one.label == cells[1]]
+        assert any(sigma == pytest.approx(np.sqrt(one.error_of_k), rel=1e-4)
+                   for one in same)  # fmt: skip
+    assert len(seen) > 2
 
 
 def test_every_method_is_counted_for_k_x_alone(of_k, smooth):

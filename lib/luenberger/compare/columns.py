@@ -35,7 +35,8 @@ def _judged_by(table: Comparison) -> list[str]:
     if table.scale is not None:
         return ["error in scale", "above the best"]
     if table.k is not None and len(table.k) == 1:
-        return ["error of k x", "above the best"]
+        name = "k x" if table.called is None else table.called[0]
+        return [f"sigma of {name}", "above the best"]
     what = "state" if table.k is None else "row of k x"
     return [f"worst {what}", f"mean {what}"]
 
@@ -82,7 +83,9 @@ def _errors(table: Comparison, one: Attempt, digits: int) -> list[str]:
         return [
             "" if r is None else percent(max(r - 1, 0.0), digits - 1) for r in above
         ]
-    error = one.error_of_k if table.scale is None else one.error
+    error = one.error
+    if table.scale is None:  # a deviation in the unit of k x, as the ratio is of these
+        error = None if one.error_of_k is None else float(np.sqrt(one.error_of_k))
     return [_text(error, digits), percent(table.excess(one), digits - 1)]
 
 
