@@ -1,5 +1,6 @@
 """What float costs: measured in compiled C, and refused or warned of by name."""
 
+import re
 import warnings
 
 import numpy as np
@@ -16,10 +17,10 @@ needs_compiler = pytest.mark.skipif(
 )
 
 
-def tracker(**changes):
+def tracker(A=((1, 0.5), (0, 1)), B=((0,), (1,)), **changes):
     given = dict(Q=np.diag([0, 0.1]), R=[[0.5]], P0=np.eye(2), dt=0.5,
                  state_names=["position (m)", "speed (m/s)"])  # fmt: skip
-    return lb.Plant([[1, 0.5], [0, 1]], [[0], [1]], [[1, 0]], **given | changes)
+    return lb.Plant(A, B, [[1, 0]], **given | changes)
 
 
 @needs_compiler
@@ -60,9 +61,33 @@ def test_a_filter_in_float_is_off_as_one_of_numpy_in_float_is():
 @needs_compiler
 def test_double_is_off_by_rounding_only():
     found = rounding_error(lb.kalman_filter(tracker()), tracker(), dtype="double")
-    assert found.worst < 1e-9 and "u = 0" in found.record
+    assert found.worst < 1e-8 and "u drawn" in found.record
     narrow = rounding_error(lb.kalman_filter(tracker()), tracker())
     assert 1e3 * found.worst < narrow.worst
+
+
+@needs_compiler
+def test_it_is_measured_with_an_input_of_a_stated_size():
+    """A motor at rest is rounded less than one that runs."""
+    plant = tracker(A=[[1, 0.5], [0, 0.8]], input_names=["voltage (V)"])
+    observer = lb.kalman_filter(plant)
+    found = {size: rounding_error(observer, plant, within=size) for size in (0, 1, 600)}
+    still = rounding_error(observer, plant, u=np.zeros((10_000, 1)))
+    assert (found[0].largest == still.largest).all()
+    assert (found[600].reached > 20 * found[1].reached).all()
+    assert (found[600].largest > 5 * found[1].largest).all()
+    again = rounding_error(observer, plant)
+    assert (again.largest == found[1].largest).all()
+    for size, one in found.items():
+        said = re.search(
+            r"\|voltage \(V\)\| <= ([\d.]+), \|y1\| <= ([\d.e+]+)\)", repr(one)
+        )
+        assert 0.9 * size <= float(said[1]) <= size
+        assert float(said[2]) == pytest.approx(one.reached[0], rel=0.05)
+    assert "u drawn" in repr(again) and "u that was given" in repr(still)
+    without = tracker(B=None)
+    record = rounding_error(lb.kalman_filter(without), without, steps=200).record
+    assert "u drawn" not in record and record.count("<=") == 1
 
 
 def test_without_a_compiler_it_says_so(monkeypatch):
@@ -78,6 +103,8 @@ def test_without_a_compiler_it_says_so(monkeypatch):
         ({}, dict(dtype="half"), "'double' or 'float'"),
         ({}, dict(steps=1), "steps must be a whole number above 1"),
         ({}, dict(steps=True), "steps must be a whole number"),
+        ({}, dict(within=[1, 2]), "within must be a number or 1 of them"),
+        ({}, dict(within=-1), "within must be a number or 1 of them, none negative"),
     ],
 )
 def test_what_cannot_be_measured(changes, options, message):

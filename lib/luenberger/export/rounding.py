@@ -16,15 +16,17 @@ from ..errors import DesignError
 from ..kernels.c.library import library
 from ..kernels.c.numbers import require_c_type
 from ..numeric import Matrix, Vector
+from ..numeric.validation import numbers
 from ..observer import Observer
 from ..plant import Plant
 from ..run.estimate import estimate
-from ..run.simulate import simulate
+from ..run.simulate import Run, simulate
 from ..show import number
 from .c.observer import require_exportable, texts
 from .c.source_and_header import signals
 
 NAME = "measured"
+HELD = 100  # samples that a drawn input stays at a level
 OTHERWISE = "export the source, and compare its estimates where there is one"
 DRIVER = f"""
 #include "{NAME}.h"
@@ -58,7 +60,8 @@ class RoundingError:
     names : tuple of str
         Of the estimates.
     record : str
-        What it was measured on.
+        What it was measured on, with the largest of each input and output: signals
+        that are larger are rounded more.
     """
 
     dtype: str
@@ -101,13 +104,16 @@ def rounding_error(
     steps: int = 10_000,
     seed: int = 8,
     u: ArrayLike | None = None,
+    within: ArrayLike = 1.0,
 ) -> RoundingError:
     r"""Compile an observer's C, run it on a simulated record, and compare.
 
     The plant is simulated with its noises for `steps` samples.  Its readings pass
     through the C that `to_c` writes, in `dtype`, and through
     :math:`z_{i+1} = F z_i + G u_i + D y_i`, :math:`\hat w_i = P z_i + V y_i + W u_i`
-    in double.  What differs is the rounding of constants, readings and sums.
+    in double.  What differs is the rounding of constants, readings and sums.  It grows
+    with the signals, so it holds for records like this one, and the result says how
+    large their u and y are.  `rounding_bound` holds for all within given ranges.
 
     Parameters
     ----------
@@ -119,9 +125,12 @@ def rounding_error(
     steps : int
         Length of the record, in samples.
     seed : int
-        Of the noises.
+        Of the noises, and of the inputs that are drawn.
     u : float or (N, m) array_like, optional
-        The known input of the record; default zero.
+        The known input of the record; by default it is drawn.
+    within : float or (m,) array_like, default 1
+        How large each drawn input is at most, in its unit: levels between -within and
+        within, each held for 100 samples.  Give what the device's inputs reach.
 
     Returns
     -------
@@ -162,10 +171,12 @@ def rounding_error(
         )
     if isinstance(steps, bool) or not isinstance(steps, int | np.integer) or steps < 2:
         raise ValueError(f"steps must be a whole number above 1, got {steps!r}")
+    said = ", the u that was given"
+    if u is None:
+        u, said = _levels(within, plant, int(steps), seed), ", u drawn"
     record = simulate(plant, observer, int(steps) - 1, u=u, seed=seed)
     exact = estimate(observer, record.y, record.u)
     gap = _run(observer, dtype, record.y, record.u) - exact
-    driven = "" if not plant.m else ", u = 0" if u is None else ", the u that was given"
     return RoundingError(
         dtype,
         np.abs(gap).max(axis=0),
@@ -173,8 +184,28 @@ def rounding_error(
         np.abs(exact).max(axis=0),
         _sigma(observer, plant),
         signals(observer, plant).what,
-        f"a simulated record of {steps} samples, seed {seed}{driven}",
+        f"a simulated record of {steps} samples, seed {seed}{said * (plant.m > 0)} "
+        f"({_sizes(plant, record)})",
     )
+
+
+def _levels(within: ArrayLike, plant: Plant, steps: int, seed: int) -> Matrix:
+    """Inputs that are held for some samples, each at a level that is drawn."""
+    size = numbers("within", within)
+    if size.shape not in ((), (plant.m,)) or (size < 0).any():
+        raise ValueError(
+            f"within must be a number or {plant.m} of them, none negative, got {within}"
+        )
+    rng = np.random.default_rng([seed, 1])  # not the stream of the noises
+    levels = rng.uniform(-1, 1, (-(-steps // HELD), plant.m)) * size
+    return np.repeat(levels, HELD, axis=0)[:steps]
+
+
+def _sizes(plant: Plant, record: Run) -> str:
+    """How large each input and each output of the record is at most."""
+    names = (*plant.input_names, *plant.output_names)
+    largest = np.abs(np.hstack([record.u, record.y])).max(axis=0)
+    return ", ".join(f"|{a}| <= {number(x, 3)}" for a, x in zip(names, largest))
 
 
 def _run(observer: Observer, dtype: str, y: Matrix, u: Matrix) -> Matrix:
