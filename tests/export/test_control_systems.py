@@ -7,6 +7,7 @@ import sys
 
 import numpy as np
 import pytest
+import scipy.linalg
 import scipy.signal
 
 import luenberger as lb
@@ -320,3 +321,28 @@ def test_command_in_a_process_of_its_own(command, tmp_path):
 
 def test_export_is_an_attribute_of_the_library():
     assert lb.export.to_c is to_c
+
+
+@pytest.mark.parametrize(
+    ("dt", "theirs", "said"),
+    [
+        (0.0, dict(RN=[[1.0]]), r"R = RN / dt for readings every dt seconds"),
+        (0.5, dict(RN=[[1.0]]), r"RN is not a covariance of Plant; give R = RN$"),
+        (0.0, dict(QN=[[1.0]]), r"give Q = G QN G'"),
+        (0.5, dict(Q=np.eye(2), NN=[[0]]), r"give S = G NN"),
+    ],
+)
+def test_noises_of_python_control_are_told_from_those_of_a_plant(dt, theirs, said):
+    sys = to_scipy(plant(dt=dt))
+    with pytest.raises(TypeError, match=said):
+        lb.Plant.from_statespace(sys, **theirs)
+
+
+def test_readings_of_an_intensity_have_it_over_the_period():
+    """Ever faster sampling then tends to the continuous filter, which has RN."""
+    ball = scipy.signal.lti([[0, 1], [0, 0]], [[0], [1]], [[1, 0]], [[0]])
+    QN, RN, dt = np.diag([0, 1.0]), np.array([[1e-4]]), 1e-3
+    P = scipy.linalg.solve_continuous_are(ball.A.T, ball.C.T, QN, RN)
+    sampled = lb.Plant.from_statespace(ball, Q=QN, R=RN / dt).sampled(dt)
+    Sigma = lb.error_covariance(lb.kalman_filter(sampled), sampled)
+    np.testing.assert_allclose(np.sqrt(Sigma.diagonal()), np.sqrt(P.diagonal()), 0.01)
