@@ -204,7 +204,7 @@ def test_noises_that_were_fitted_are_tested_once(inside, tmp_path):
     x = np.zeros(2)
     for _ in range(120):
         x = A @ x + rng.normal(size=2) * [0.2, 0.5]
-        rows.append(f"{x[0] + rng.normal()!r}")
+        rows.append(str(x[0] + rng.normal()))
     lb.Plant(A, None, [[1, 0]], dt=1.0).to_json(tmp_path / "plant.json")
     (tmp_path / "data.csv").write_text("y1\n" + "\n".join(rows) + "\n")
     run = inside("plant.json", "--out", "r", "--data", "data.csv", cwd=tmp_path)

@@ -2,11 +2,21 @@
 
 from typing import Any
 
+INTENSITIES = {  # of python-control and MATLAB: in continuous and in discrete time
+    "QN": ("Q = G QN G'", "Q = G QN G'"),
+    "RN": (
+        "R = RN / dt for readings every dt seconds: R is of one reading, and RN in "
+        "continuous time an intensity",
+        "R = RN",
+    ),
+    "NN": ("no S: sampling a plant that has one is refused", "S = G NN"),
+}
 
-def read(sys: Any, dt: float | None = None) -> dict[str, Any]:
+
+def read(sys: Any, dt: float | None = None, **options: Any) -> dict[str, Any]:
     """A, B, C, E, dt and names of a system, by the names that `Plant` has for them.
 
-    `dt` is for a system that leaves it open.
+    `dt` is for a system that leaves it open; `options` are those of `Plant`.
     """
     if not all(hasattr(sys, name) for name in "ABCD"):
         raise ValueError(
@@ -18,7 +28,11 @@ def read(sys: Any, dt: float | None = None) -> dict[str, Any]:
         labels = getattr(sys, f"{kind}_labels", None)
         if labels is not None:
             found[f"{kind}_names"] = tuple(labels)
-    return found
+    for theirs, ours in INTENSITIES.items():
+        if theirs in options:
+            given = ours[found["dt"] > 0]
+            raise TypeError(f"{theirs} is not a covariance of Plant; give {given}")
+    return found | options
 
 
 def period(sys: object, wanted: float | None) -> float:

@@ -13,9 +13,9 @@ import numpy as np
 
 from ..errors import few, short
 from . import Matrix, Vector
+from .shapes import require_shape
 
 Frozen = TypeVar("Frozen")
-FEW = 12  # entries of a matrix that a message writes out
 LARGEST = 10**8  # entries of a matrix that is left out
 EXACT = 100_000  # entries of the largest matrix that is also kept as Fractions
 WORDS = {"U": "text", "S": "text", "b": "truth values"}
@@ -38,38 +38,10 @@ def matrix(
     ``field=complex`` complex entries, and the array is complex if it has any.
     """
     array = numbers(name, value, field)
-    dims = (2, 3) if steps else (2,)
-    if array.ndim not in dims:
-        wanted = "a matrix, or a stack (N, ., .) of them" if steps else "a matrix"
-        upright = array.ndim == 1 and rows == len(array) and cols in (None, 1)
-        meant = _written(array[:, None] if upright else array[None])
-        raise ValueError(f"{name} must be {wanted}; it has shape {array.shape}{meant}")
-    got = array.shape[-2:]
-    want = tuple(g if w is None else w for g, w in zip(got, (rows, cols)))
-    if got != want:
-        turned = tuple(g if w is None else w for g, w in zip(got[::-1], (rows, cols)))
-        if got[::-1] == turned:
-            size = f"be {turned[0]} x {turned[1]}"
-            if rows is None or cols is None:
-                which = ("row", rows) if cols is None else ("column", cols)
-                size = f"have {which[1]} {which[0]}{'s' * (which[1] != 1)}"
-            raise ValueError(
-                f"{name} must {size}, got {got[0]} x {got[1]}{_written(array.mT)}"
-            )
-        raise ValueError(
-            f"{name} must be {want[0]} x {want[1]}, got {got[0]} x {got[1]}"
-        )
+    require_shape(name, array, rows, cols, steps)
     if array.ndim == 3 and len(array) == 0:
         raise ValueError(f"{name} is time-varying but has no rows")
     return freeze(array)
-
-
-def _written(array: Matrix) -> str:
-    """The advice to write a small real matrix so, for the end of a message."""
-    if array.ndim != 2 or not 0 < array.size <= FEW or array.dtype.kind == "c":
-        return ""
-    rows = (", ".join(f"{x:.15g}" for x in row) for row in array)
-    return f"; write [{', '.join(f'[{row}]' for row in rows)}]"
 
 
 def vector(name: str, value: object, size: int) -> Vector:

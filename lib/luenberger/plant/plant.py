@@ -25,15 +25,6 @@ from .estimates import Estimates
 from .instant import Instant
 from .sampled import one_period
 
-INTENSITIES = {  # of python-control and MATLAB: in continuous and in discrete time
-    "QN": ("Q = G QN G'", "Q = G QN G'"),
-    "RN": (
-        "R = RN / dt for readings every dt seconds: R is of one reading, and RN in "
-        "continuous time an intensity",
-        "R = RN",
-    ),
-    "NN": ("no S: sampling a plant that has one is refused", "S = G NN"),
-}
 LATER: Any = None  # a field that is filled in once the others are known
 
 
@@ -277,10 +268,9 @@ class Plant(ReadOnly):
         **options
             Those of `Plant`: Q, R, P0, names, ...  ``dt=`` in seconds is needed where
             the system does not say it (its dt is True, or None in python-control).
-            Of a continuous system R is the covariance of one reading, as everywhere
-            here; the RN of python-control and MATLAB is then an intensity, and readings
-            every dt seconds of that noise have R = RN / dt.  Of a discrete system R is
-            RN.  Q is G QN G' in both.
+            R is the covariance of one reading.  The RN of a continuous system is an
+            intensity: readings every dt seconds have R = RN / dt; of a discrete system
+            R is RN.  Q is G QN G' in both.
 
         Raises
         ------
@@ -294,12 +284,7 @@ class Plant(ReadOnly):
         >>> lb.Plant.from_statespace(sys, R=[[1]]).dt
         0.1
         """
-        read = statespace.read(sys, options.pop("dt", None))
-        for theirs in INTENSITIES:
-            if theirs in options:
-                ours = INTENSITIES[theirs][read["dt"] > 0]
-                raise TypeError(f"{theirs} is not a covariance of Plant; give {ours}")
-        return cls(**(read | options))
+        return cls(**statespace.read(sys, **options))
 
     def to_json(self, path: str | Path) -> None:
         """Write the plant as JSON; numbers come back bit for bit."""
