@@ -10,6 +10,7 @@ from exact_filter import rational, zeros
 
 import luenberger as lb
 from luenberger.errors import DesignError
+from luenberger.filtering import kept, pack
 from luenberger.filtering.passes import Maps, State, Tape, forward
 
 EXACT = forward.on(TINY=0, CLASH=0)
@@ -139,3 +140,39 @@ def test_gains_and_covariances_are_those_of_the_recursion(m1, shared):
         assert np.allclose(run.P[k], P, atol=1e-12)
         assert np.allclose(plant.C[:m1] @ x, y[k, :m1])
         ahead = A @ x + J @ (y[k] - plant.C @ x)
+
+
+@pytest.mark.parametrize("kind", ["noisy", "gaps", "exact", "zeros", "varying"])
+@pytest.mark.parametrize("n", [1, 2, 3])
+def test_scalars_find_the_bits_of_the_loops(monkeypatch, n, kind):
+    """Also of what is kept on the tape, and with known zeros and ones in A and C."""
+    rng = np.random.default_rng(n)
+    A, C = rng.normal(size=(n, n)), rng.normal(size=(min(n, 2), n))
+    if kind == "zeros":
+        A, C = np.triu(A, 1) + np.eye(n), np.eye(n)[: len(C)]
+    A = np.stack([A, 0.9 * A] * 20) if kind == "varying" else A
+    R = np.eye(len(C)) * (kind != "exact") + 0.0
+    plant = lb.Plant(A, None, C, dt=1.0, Q=np.eye(n), R=R, P0=np.eye(n))
+    y = rng.normal(size=(30, len(C)))
+    if kind == "gaps":
+        y[rng.random(y.shape) < 0.3] = np.nan
+    loops = lb.Filter(plant).run(y)
+    monkeypatch.setattr(pack, "MANY", 1)
+    scalars = lb.Filter(plant).run(y)
+    for name in ("x", "std", "P", "K"):
+        assert np.array_equal(getattr(loops, name), getattr(scalars, name)), name
+
+
+def test_a_damaged_text_is_written_anew(tmp_path, monkeypatch):
+    monkeypatch.setenv("LUENBERGER_CACHE", str(tmp_path))
+    text = "def f(x):\n    return x + 1\n"
+    assert kept._compiled("f", text, "text_1")(1) == 2
+    (file,) = tmp_path.glob("luenberger/*/text_1.py")
+    file.write_text("def f(x):\n    return x + 3\n")
+    assert kept._compiled("f", text, "text_1")(1) == 2
+    assert file.read_text() == text
+
+
+def test_a_text_needs_no_folder(monkeypatch):
+    monkeypatch.setattr(kept, "folder", lambda: None)
+    assert kept._compiled("f", "def f(x):\n    return 2 * x\n", "text_2")(3) == 6

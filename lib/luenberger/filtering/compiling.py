@@ -11,9 +11,8 @@ from functools import cached_property
 from importlib.util import find_spec
 from typing import Any
 
-WAYS: dict[str, Any] = dict(
-    cache=True, error_model="numpy", nogil=True, fastmath={"contract", "reassoc"}
-)
+WAYS: dict[str, Any] = dict(cache=True, error_model="numpy", nogil=True)
+FAST = {"contract", "reassoc"}  # sums in any order: for sizes that only loops can do
 
 
 class Text:
@@ -23,23 +22,32 @@ class Text:
         self.plain = plain
 
     def __call__(self, *given: Any) -> Any:
-        return self.compiled(*given)
+        return self.exact(*given)
 
     @cached_property
-    def compiled(self) -> Callable:
-        """The function that runs."""
+    def exact(self) -> Callable:
+        """The function that runs, with every operation where it is written."""
+        return self._compiled("_exact", WAYS)
+
+    @cached_property
+    def fast(self) -> Callable:
+        """The same, with sums in the order that the compiler likes."""
+        return self._compiled("_fast", WAYS | {"fastmath": FAST})
+
+    def _compiled(self, which: str, ways: dict[str, Any]) -> Callable:
         names = self.plain.__globals__
         if find_spec("numba") is None:
             return self.on()
         import numba
 
-        made = names.setdefault("_compiled", {})
+        made = names.setdefault(which, {})
         if not made:
             known = dict(names)
             for name, text in names.items():
                 if isinstance(text, Text):
                     plain = types.FunctionType(text.plain.__code__, known)
-                    known[name] = made[name] = numba.njit(**WAYS)(plain)
+                    plain.__qualname__ += which  # numba's cache goes by the name
+                    known[name] = made[name] = numba.njit(**ways)(plain)
         return made[self.plain.__name__]  # type: ignore[no-any-return]
 
     def on(self, **names: Any) -> Callable:

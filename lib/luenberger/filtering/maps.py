@@ -93,10 +93,10 @@ class Settings:
         n, p = len(A), len(C)
         L, none = np.eye(p), np.zeros((n, 0))
         if self.way == "nothing":
-            r = np.zeros(p)
+            r = np.ones(p)  # of an output that did not arrive it is not used
             some = np.flatnonzero(seen)
             L[np.ix_(some, some)], r[some] = _whitened(R[np.ix_(some, some)])
-            return _one(A, A, factor(Q), none, none, L @ C, r, np.ones(0)), L
+            return _one(A, A, factor(Q), none, none, L @ now.C, r, np.ones(0)), L
         joint = (
             factor(R) if self.way == "outputs" else factor(np.block([[Q, S], [S.T, R]]))
         )

@@ -11,9 +11,12 @@ from ..numeric import Matrix, Vector
 from ..numeric.factors import factor
 from ..plant import Plant
 from ..recursion.settings import require_start
-from . import passes
+from . import passes, scalars
 from .maps import Settings
 from .passes import Maps, State, Tape, gram
+
+FEW = 6  # states at most whose rows are done in scalars
+MANY = 20_000  # rows that are worth a compilation
 
 
 class End(NamedTuple):
@@ -171,15 +174,23 @@ def over(settings: Settings, end: End, y: Matrix, u: Matrix, keep: str = "") -> 
         np.empty((some, p)),
     )  # fmt: skip
     x, variances = np.empty((rows, n)), np.empty((rows, n))
-    clash = passes.forward(
-        *pack[:1], pack.drive, pack.at, pack.maps, state, x, variances, tape
-    )
+    run = text(settings, pack.maps, rows)
+    clash = run(*pack[:-1], state, x, variances, tape)
     if clash >= 0:
         row, j = divmod(int(clash), p)
         _refuse(settings, end.instant + 1 + row, j, ~np.isnan(y[row]))
     last = ~np.isnan(y[-1]) if rows else end.seen
     after = End(end.instant + rows, state, last, u[-1] if rows else end.u)
     return Passage(x, variances, tape, pack, after)
+
+
+def text(settings: Settings, maps: Maps, rows: int) -> Any:
+    """The text that goes over so many rows; for few states all find the same bits."""
+    if settings.plant.n > FEW:
+        return passes.forward.fast
+    if settings.way == "nothing" and (rows >= MANY or scalars.known(maps)):
+        return scalars.forward(maps)
+    return passes.forward.exact
 
 
 def _refuse(settings: Settings, instant: int, j: int, seen: Vector) -> None:

@@ -113,6 +113,12 @@ def over(a, b):
 
 
 @Text
+def part(a, b):
+    """a / b; 1 where b is 0."""
+    return a / b if b > 0 else 1
+
+
+@Text
 def absorb(V, D, c, r, nu, x, K, f):
     """Take in a reading of c x with noise of variance r and innovation nu.
 
@@ -134,7 +140,7 @@ def absorb(V, D, c, r, nu, x, K, f):
             continue
         v, beta = V[j], alpha
         alpha = beta + f[j] * d
-        D[j] = D[j] * over(beta, alpha)
+        D[j] = D[j] * part(beta, alpha)
         back = over(-f[j], beta)
         for i in range(j):
             u = v[i]
@@ -235,6 +241,33 @@ def predict(M, B, G, X, d, drive, z, V, D, E, e, W, w, made, met, T, h):
 
 
 @Text
+def read(y, V, D, c, r, z, met, K, f):
+    """Take in a reading y of c z: the pivot, the innovation, and what that is made of.
+
+    `met` says what the prediction of the plant's state is made of.
+    """
+    nu, size = y, abs(y)
+    for i in range(len(z)):
+        nu -= c[i] * z[i]
+        size += abs(c[i] * z[i])
+    for i in range(len(met)):
+        size += abs(c[i]) * met[i]
+    return absorb(V, D, c, r, nu, z, K, f), nu, size
+
+
+@Text
+def spread(V, D, variances):
+    """The variances of the plant's states."""
+    n = len(variances)
+    for i in range(n):
+        variances[i] = 0
+    for k in range(len(D)):
+        row, d = V[k], D[k]
+        for i in range(min(k + 1, n)):
+            variances[i] += row[i] * row[i] * d
+
+
+@Text
 def forward(y, drive, at, maps, state, xs, variances, tape):
     """Filter the rows of y, NaN where an output did not arrive.
 
@@ -269,14 +302,7 @@ def forward(y, drive, at, maps, state, xs, variances, tape):
             e[j] = 0
             pivot, nu = r[j] - r[j] - 1, y[t, j]
             if nu == nu:
-                size = abs(nu)
-                c = C[j]
-                for i in range(N):
-                    nu -= c[i] * z[i]
-                    size += abs(c[i] * z[i])
-                for i in range(n):
-                    size += abs(c[i]) * met[i]
-                pivot = absorb(V, D, c, r[j], nu, z, E[j], f)
+                pivot, nu, size = read(nu, V, D, C[j], r[j], z, met, E[j], f)
                 e[j] = over(1, pivot)
                 if pivot == 0 and abs(nu) > CLASH * size and clash < 0:
                     clash = t * p + j
@@ -288,11 +314,8 @@ def forward(y, drive, at, maps, state, xs, variances, tape):
             tape.z[t], tape.V[t], tape.D[t] = z, V, D
         x, v = xs[t], variances[t]
         for i in range(n):
-            x[i], v[i] = z[i], 0
-        for k in range(N):
-            row, size = V[k], D[k]
-            for i in range(min(k + 1, n)):
-                v[i] += row[i] * row[i] * size
+            x[i] = z[i]
+        spread(V, D, v)
         for i in range(n if pushed else 0):
             for k in range(pushed):
                 x[i] += O[i, k] * z[n + k]

@@ -1,0 +1,401 @@
+"""The texts of `passes` for few states: a statement an entry, known zeros left out.
+
+`predict`, `read` and `spread` run on names instead of numbers, and what they do is
+written down.  The operations are those of the loops, in their order, so they find the
+same bits; rows around them are compiled for one pattern of zeros and ones.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from . import kept, passes
+from .passes import CLASH, TINY, Maps
+
+Entry = Any  # a Name, or a number that is known
+
+
+class Name:
+    """A number that is not known yet; what is done with it is written down."""
+
+    def __init__(self, to: Statements, op: str, of: tuple[Entry, ...]) -> None:
+        self.to, self.op, self.of = to, op, of
+
+    def __add__(self, other: Entry) -> Entry:
+        return self if _is(other, 0) else self.to.let("+", self, other)
+
+    def __radd__(self, other: Entry) -> Entry:
+        return self if _is(other, 0) else self.to.let("+", other, self)
+
+    def __sub__(self, other: Entry) -> Entry:
+        return self if _is(other, 0) else self.to.let("-", self, other)
+
+    def __rsub__(self, other: Entry) -> Entry:
+        return -self if _is(other, 0) else self.to.let("-", other, self)
+
+    def __mul__(self, other: Entry) -> Entry:
+        if _is(other, 0):
+            return 0.0
+        return self if _is(other, 1) else self.to.let("*", self, other)
+
+    __rmul__ = __mul__
+
+    def __neg__(self) -> Entry:
+        return self.to.let("neg", self)
+
+    def __abs__(self) -> Entry:
+        return self.to.let("abs", self)
+
+
+def _is(value: Entry, number: int) -> bool:
+    return not isinstance(value, Name) and bool(value == number)
+
+
+class Statements:
+    """What was done with names, equal things once."""
+
+    def __init__(self) -> None:
+        self.known: dict[Any, Name] = {}
+
+    def let(self, op: str, *of: Entry) -> Name:
+        """The name of what an operation makes of others."""
+        key = op, *(x if isinstance(x, str) else id(x) for x in of if _counts(x))
+        key = (*key, *(repr(x) for x in of if not _counts(x)))
+        if key not in self.known:
+            self.known[key] = Name(self, op, of)
+        return self.known[key]
+
+    def given(self, text: str) -> Name:
+        """The name of what is there before."""
+        return self.let("given", text)
+
+    def clear(self, value: Entry, made: Entry) -> Entry:
+        alone = isinstance(made, Name) and made.op == "abs" and made.of[0] is value
+        if alone or not isinstance(value, Name):
+            return value  # a single product is no rounding
+        return self.let("clear", value, made)
+
+    def over(self, a: Entry, b: Entry) -> Entry:
+        return 0.0 if _is(a, 0) or _is(b, 0) else self.let("over", a, b)
+
+    def part(self, a: Entry, b: Entry) -> Entry:
+        if _is(b, 0):
+            return 1.0
+        return 0.0 if _is(a, 0) else self.let("part", a, b)
+
+    def does(self, text: passes.Text, *given: Any) -> Any:
+        """What a text of `passes` does."""
+        names = dict(clear=self.clear, over=self.over, part=self.part)
+        return text.on(**names)(*given)
+
+
+def _counts(x: Entry) -> bool:
+    return isinstance(x, Name | str)
+
+
+class Language(NamedTuple):
+    """How a choice and a size are written."""
+
+    choice: str
+    size: str
+
+
+PYTHON = Language("{a} if {b} > {c} else {d}", "abs({})")
+C99 = Language("{b} > {c} ? {a} : {d}", "fabs({})")
+RANK = {"+": 1, "-": 1, "*": 2}
+INLINE = (*RANK, "abs", "neg")  # where it is used once
+
+
+def written(
+    results: Iterable[Entry], language: Language = PYTHON, prefix: str = "t"
+) -> tuple[list[tuple[str, str]], Callable[[Entry], str]]:
+    """Statements (name, text) that lead to results, and what names an entry in them."""
+    order: list[Name] = []
+    uses: Counter[int] = Counter()
+    seen: set[int] = set()
+
+    def visit(x: Entry) -> None:
+        stack = [(x, False)]
+        while stack:
+            one, done = stack.pop()
+            if not isinstance(one, Name):
+                continue
+            if done:
+                order.append(one)
+            elif id(one) not in seen:
+                seen.add(id(one))
+                stack.append((one, True))
+                parts = one.of if one.op != "given" else ()
+                for part in reversed(parts):
+                    if isinstance(part, Name):
+                        twice = one.op == "clear" and part is one.of[0]
+                        twice |= one.op in ("over", "part") and part is one.of[1]
+                        uses[id(part)] += 1 + twice
+                        stack.append((part, False))
+
+    for result in results:
+        visit(result)
+        if isinstance(result, Name):
+            uses[id(result)] += 2  # it needs a name
+    texts: dict[int, tuple[str, int]] = {}
+
+    def shown(x: Entry, rank: int = 3) -> str:
+        if not isinstance(x, Name):
+            return repr(float(x))
+        text, mine = texts[id(x)]
+        return text if mine >= rank else f"({text})"
+
+    lines: list[tuple[str, str]] = []
+    for one in order:
+        text, rank = _said(one, language, shown)
+        inline = one.op == "given" or (uses[id(one)] < 2 and one.op in INLINE)
+        if not inline:
+            lines.append((f"{prefix}{len(lines)}", text))
+            text, rank = lines[-1][0], 3
+        texts[id(one)] = text, rank
+    return lines, shown
+
+
+def _said(one: Name, language: Language, shown: Callable[..., str]) -> tuple[str, int]:
+    """An operation as text, and how tightly it binds."""
+    of = one.of
+    if one.op == "given":
+        return of[0], 3
+    if one.op in RANK:
+        rank = RANK[one.op]  # a sum goes on from the left, in its order
+        return f"{shown(of[0], rank)} {one.op} {shown(of[1], rank + 1)}", rank
+    if one.op == "neg":
+        return f"-{shown(of[0])}", 2
+    if one.op == "abs":
+        return language.size.format(shown(of[0], 0)), 3
+    a, b = (shown(x) for x in of)
+    if one.op == "clear":
+        size = language.size.format(a)
+        return language.choice.format(a=a, b=size, c=f"{TINY!r} * {b}", d="0.0"), 0
+    other = "0.0" if one.op == "over" else "1.0"
+    return language.choice.format(a=f"{a} / {b}", b=b, c="0.0", d=other), 0
+
+
+class Sizes(NamedTuple):
+    """What the statements of a row hang on.
+
+    Attributes
+    ----------
+    n, p, g : int
+        States, outputs, columns of G.
+    known : tuple of (str, tuple)
+        For M, G and C the entries that are 0 or 1 in every row, None elsewhere; M is B.
+    """
+
+    n: int
+    p: int
+    g: int
+    known: tuple[tuple[str, tuple[float | None, ...]], ...]
+
+
+def sizes(maps: Maps) -> Sizes:
+    """Those of maps without shared noises."""
+    known = []
+    for name in ("B", "G", "C"):
+        X = getattr(maps, name)
+        same = (X == X[0]).all(axis=0) & ((X[0] == 0) | (X[0] == 1))
+        flat = zip(X[0].ravel().tolist(), same.ravel().tolist())
+        known.append((name, tuple(v if s else None for v, s in flat)))
+    n, p, g = maps.B.shape[1], maps.C.shape[1], maps.G.shape[2]
+    return Sizes(n, p, g, tuple(known))
+
+
+def known(maps: Maps) -> bool:
+    """Whether the text for these maps was compiled in this process."""
+    return bool(_compiled) and sizes(maps) in _compiled
+
+
+def forward(maps: Maps) -> Callable:
+    """`passes.forward` for these maps, in scalars."""
+    size = sizes(maps)
+    if size not in _compiled:
+        alone = not kept.installed()
+        _compiled[size] = (
+            passes.forward.exact if alone else kept.function("forward", record(size))
+        )
+    return _compiled[size]
+
+
+_compiled: dict[Sizes, Callable] = {}
+
+
+class Row:
+    """The statements of one row: of the prediction, of each reading, of variances."""
+
+    def __init__(self, size: Sizes) -> None:
+        n, p, g = size.n, size.p, size.g
+        self.size, self.to = size, Statements()
+        known = {name: iter(values) for name, values in size.known}
+        self.tables = {
+            name: self._table(name, shape, known[name])
+            for name, shape in (("B", (n, n)), ("G", (n, g)), ("C", (p, n)))
+        }
+        self.r = [self.to.given(f"r_{j}") for j in range(p)]
+        self.state = {
+            "z": _array([self.to.given(f"z_{i}") for i in range(n)]),
+            "V": self._triangle(),
+            "D": _array([self.to.given(f"D_{i}") for i in range(n)]),
+        }
+
+    def _table(self, name: str, shape: tuple[int, int], known: Any) -> np.ndarray:
+        X = np.empty(shape, dtype=object)
+        for at in np.ndindex(*shape):
+            value = next(known)
+            given = f"{name}_{at[0]}_{at[1]}"
+            X[at] = self.to.given(given) if value is None else value
+        return X
+
+    def _triangle(self) -> np.ndarray:
+        n = self.size.n
+        V = np.zeros((n, n), dtype=object)
+        for j in range(n):
+            V[j, j] = 1.0
+            for i in range(j):
+                V[j, i] = self.to.given(f"V_{j}_{i}")
+        return V
+
+    def fresh(self) -> tuple[np.ndarray, ...]:
+        """z, V and D as they are named before the next statements."""
+        return tuple(X.copy() for X in self.state.values())
+
+    def predict(self) -> tuple[np.ndarray, ...]:
+        """z, V, D and what z is made of, ahead of the next row."""
+        n, g = self.size.n, self.size.g
+        z, V, D = self.fresh()
+        room = lambda *shape: np.zeros(shape, dtype=object)  # noqa: E731
+        drive = _array([self.to.given(f"drive_{i}") for i in range(n)])
+        B, G, met = self.tables["B"], self.tables["G"], room(n)
+        self.to.does(
+            passes.predict, B, B, G, room(n, 0), room(0), drive, z, V, D, room(0, n),
+            room(0), room(n, n + g), room(n + g), room(n), met, room(0, n),
+            room(n + g),
+        )  # fmt: skip
+        return z, V, D, met
+
+    def read(self, j: int) -> tuple[Any, ...]:
+        """z, V, D, K, pivot, innovation and its size, after the reading of output j."""
+        n = self.size.n
+        z, V, D = self.fresh()
+        K, f = np.zeros(n, dtype=object), np.zeros(n, dtype=object)
+        met = _array([self.to.given(f"met_{i}") for i in range(n)])
+        y = self.to.given(f"y_{j}")
+        c, r = self.tables["C"][j], self.r[j]
+        pivot, nu, made = self.to.does(passes.read, y, V, D, c, r, z, met, K, f)
+        return z, V, D, K, pivot, nu, made
+
+    def spread(self) -> np.ndarray:
+        """The variances."""
+        variances = np.zeros(self.size.n, dtype=object)
+        self.to.does(passes.spread, *self.fresh()[1:], variances)
+        return variances
+
+
+def _array(entries: list[Entry]) -> np.ndarray:
+    X = np.empty(len(entries), dtype=object)
+    X[:] = entries
+    return X
+
+
+def names(z: np.ndarray, V: np.ndarray, D: np.ndarray) -> list[tuple[str, Entry]]:
+    """The parts of a state that change, by name."""
+    n = len(z)
+    found = [(f"z_{i}", z[i]) for i in range(n)] + [(f"D_{i}", D[i]) for i in range(n)]
+    return found + [(f"V_{j}_{i}", V[j, i]) for j in range(n) for i in range(j)]
+
+
+def record(size: Sizes) -> str:
+    """The text of `passes.forward` for these sizes."""
+    row, n, p = Row(size), size.n, size.p
+    out = [
+        "def forward(y, drive, at, maps, state, xs, variances, tape):",
+        "    B, G, C, R = maps.B, maps.G, maps.C, maps.r",
+        "    z, V, D = state.z, state.V, state.D",
+        "    clash, s, k = -1, -1, -1",
+    ]
+    fixed = [f"{X}_{i}_{j}" for X, T in row.tables.items() for (i, j), v in
+             np.ndenumerate(T) if isinstance(v, Name)]  # fmt: skip
+    load = {one: "{}[{}, {}, {}]".format(*_apart(one)) for one in fixed}
+    load |= {f"r_{j}": f"R[at_, {j}]" for j in range(p)}
+    ahead = [one for one in load if one[0] in "BG"]
+    behind = [one for one in load if one[0] in "Cr"]
+    own = [name for name, _ in names(*row.fresh())]
+    read_back = {"z": "z[{0}]", "D": "D[{0}]", "V": "V[{0}, {1}]"}
+    out += [f"    {one} = {load[one].replace('at_', '0')}" for one in load]
+    for one in own:
+        out.append(f"    {one} = {read_back[one[0]].format(*one.split('_')[1:])}")
+    out += [f"    met_{i} = abs(z_{i})" for i in range(n)]
+    out += ["    for t in range(y.shape[0]):", "        if at[t] >= 0:"]
+    if ahead:
+        out += ["            if at[t] != s:", "                s = at[t]"]
+        out += [
+            f"                {one} = {load[one].replace('at_', 's')}" for one in ahead
+        ]
+    out += [f"            drive_{i} = drive[t, {i}]" for i in range(n)]
+    z, V, D, met = row.predict()
+    moved = names(z, V, D) + [(f"met_{i}", met[i]) for i in range(n)]
+    out += _block(moved, 12, "p")
+    keep = lambda what, lines: [f"        if len(tape.{what}):"] + [  # noqa: E731
+        f"            {line}" for line in lines]  # fmt: skip
+    out += keep("ahead", [f"tape.ahead[t, {i}] = z_{i}" for i in range(n)])
+    out += ["        if at[t + 1] != k:", "            k = at[t + 1]"]
+    out += [f"            {one} = {load[one].replace('at_', 'k')}" for one in behind]
+    for j in range(p):
+        z, V, D, K, pivot, nu, made = row.read(j)
+        found = names(z, V, D) + [("pivot", pivot), ("nu", nu)]
+        found += [("size", made), *((f"K_{i}", K[i]) for i in range(n))]
+        out += [
+            f"        y_{j} = y[t, {j}]",
+            "        pivot, nu = -1.0, 0.0",
+            *(f"        K_{i} = 0.0" for i in range(n)),
+            f"        if y_{j} == y_{j}:",
+            *_block(found, 12, f"r{j}_"),
+        ]
+        contradicts = f"pivot == 0.0 and abs(nu) > {CLASH!r} * size"
+        out += [
+            f"            if clash < 0 and {contradicts}:",
+            f"                clash = t * {p} + {j}",
+        ]
+        out += keep("pivot", [f"tape.pivot[t, {j}] = pivot", f"tape.nu[t, {j}] = nu"])
+        out += keep("K", [f"tape.K[t, {j}, {i}] = K_{i}" for i in range(n)])
+    rest = [f"tape.z[t, {i}] = z_{i}" for i in range(n)]
+    rest += [f"tape.D[t, {i}] = D_{i}" for i in range(n)]
+    rest += [f"tape.V[t, {j}, {i}] = V_{j}_{i}" for j in range(n) for i in range(j)]
+    kept += [
+        f"tape.V[t, {j}, {i}] = {float(i == j)}" for j in range(n) for i in range(j, n)
+    ]
+    out += keep("z", rest)
+    out += _block([(f"v_{i}", v) for i, v in enumerate(row.spread())], 8, "v")
+    out += [f"        xs[t, {i}] = z_{i}" for i in range(n)]
+    out += [f"        variances[t, {i}] = v_{i}" for i in range(n)]
+    for one in own:
+        out.append(f"    {read_back[one[0]].format(*one.split('_')[1:])} = {one}")
+    return "\n".join([*out, "    return clash", ""])
+
+
+def _apart(one: str) -> tuple[str, ...]:
+    X, i, j = one.split("_")
+    return X, "at_", i, j
+
+
+def _block(found: list[tuple[str, Entry]], indent: int, prefix: str) -> list[str]:
+    """Statements, and then all names at once."""
+    found = [(name, x) for name, x in found if _renamed(name, x)]
+    lines, shown = written([x for _, x in found], prefix=prefix)
+    out = [f"{name} = {text}" for name, text in lines]
+    if found:
+        left = ", ".join(name for name, _ in found)
+        out.append(f"{left} = {', '.join(shown(x, 1) for _, x in found)}")
+    return [" " * indent + line for line in out]
+
+
+def _renamed(name: str, x: Entry) -> bool:
+    return not (isinstance(x, Name) and x.op == "given" and x.of[0] == name)
