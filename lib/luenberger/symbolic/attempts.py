@@ -6,7 +6,16 @@ from random import Random
 
 import sympy as sp
 
-from .exact import World, as_matrix, constant, minus, multiplied, transposed
+from .exact import (
+    World,
+    as_matrix,
+    as_table,
+    constant,
+    minus,
+    multiplied,
+    rational,
+    transposed,
+)
 from .settings import FIRST
 from .systems import System, Unsolvable, search
 
@@ -14,9 +23,10 @@ LONGEST = 250  # terms of a polynomial
 
 
 def models(setting, sizes, attempts):
-    """Every model found in so many attempts, the sizes taken in turn."""
+    """Every model found in so many attempts, or in some, the sizes taken in turn."""
     turns = [s for s in sizes[:FIRST] for _ in range(3)] + sizes[FIRST:]
-    for k in range(attempts if turns else 0):
+    attempts = range(attempts) if isinstance(attempts, int) else attempts
+    for k in attempts if turns else ():
         try:
             yield Attempt(setting, turns[k % len(turns)], Random(k)).solve()
         except (Unsolvable, ArithmeticError):
@@ -35,6 +45,9 @@ class Attempt:
 
     def _unknowns_of(self, k, s, shape):
         """A table of unknown entries; a scalar is one unknown."""
+        if s in self.setting.values:
+            known = self.setting.values[s]
+            return constant(rational(known)) if shape is None else as_table(known)
         if shape is None:
             return {((k, 0, 0),): 1}
         rows, cols = (self.world.size(d) for d in shape)
@@ -130,7 +143,7 @@ class Attempt:
         positive = scalar and s.is_positive
         rows = [[table]] if scalar else table
         entries = self._entries(s)
-        if not entries & set(self.system.solved):
+        if entries and not entries & set(self.system.solved):
             if s in self.setting.symmetric:
                 self._draw_definite(rows)
             elif self.thin and self.random.random() < 0.7:

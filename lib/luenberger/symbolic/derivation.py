@@ -15,7 +15,8 @@ from sympy.matrices.expressions.matexpr import MatrixExpr
 
 from .chains import Chain
 from .claims import is_nothing
-from .dependence import hidden
+from .dependence import behind, hidden
+from .page_model import impossible
 from .relations import Relation, Result
 from .stages import faults
 from .typeset import latex, padded, text
@@ -45,6 +46,9 @@ class Derivation:
         What the symbols stand for.
     says : str
         What a stage list does, in a few words.
+    witness : dict of symbol to matrix or number, optional
+        Explicit values of some letters, where the search for a model of all that the
+        page defines and supposes finds none without them.
     """
 
     given: tuple = ()
@@ -54,6 +58,7 @@ class Derivation:
     page: tuple = ()
     letters: object = None
     says: str = ""
+    witness: dict = field(default_factory=dict)
 
     def __post_init__(self):
         found = {title(item): item for item in self._shown}
@@ -110,7 +115,7 @@ class Derivation:
                 if hasattr(item, "check")
                 for fault in look_alikes(getattr(item, "expressions", ()))
             ]
-        return found
+        return found + self._without_model()
 
     def _taken_for_constant(self, introduced):
         """What lines take for constant that the page says is not."""
@@ -121,6 +126,18 @@ class Derivation:
             for k, faults in lines.items()
             for fault in faults
         ]
+
+    def _without_model(self):
+        """A complaint if nothing is known to satisfy all that is relied on at once."""
+        own = [item for item in self.page if isinstance(item, Relation)]
+        stages = [r for stage in self.stages for r in stage.reasons]
+        relations = dict.fromkeys([*own, *behind(stages)])
+        lists = [self, *(x for x in self.page if isinstance(x, Derivation))]
+        also = [stage.expression for found in lists for stage in found.stages]
+        chains = [x for x in self.page if isinstance(x, Chain)]
+        also += [e for chain in chains for e in chain.expressions]
+        symmetric = getattr(self.letters, "symmetric", ())
+        return impossible(relations, symmetric, also, self.witness)
 
     def unproved(self) -> list[str]:
         """Names of the steps that are not proved, and what is wrong beside them."""

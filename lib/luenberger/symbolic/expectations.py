@@ -6,6 +6,7 @@ from .core import Algebra
 from .dependence import Scope, letters
 from .exact import plain
 from .operators import Operator, refuse_functions
+from .page_model import impossible
 from .polynomials import Polynomial, Traces
 from .reasons import cited_text
 from .relations import Moment, Reasons, named
@@ -60,7 +61,7 @@ class Expect(Operator):
                 for r in self.moments
                 if r not in used.seen
             ]
-        return found
+        return found or impossible(self.cites, symmetric)
 
     def applied(self, left: Formula, symmetric: Symbols) -> Formula:
         moments = Moments(self.moments, symmetric)

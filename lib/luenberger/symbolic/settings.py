@@ -30,10 +30,13 @@ class Setting:
         No matrix is empty at the sizes that are tried.
     partial : list of expression
         The other expressions in which a scalar is inverted or has a root.
+    values : dict of symbol to matrix or number
+        What is known before the search.
     """
 
-    def __init__(self, relations, symmetric, also=()):
+    def __init__(self, relations, symmetric, also=(), values=None):
         self.relations, self.symmetric = relations, set(symmetric)
+        self.values = values or {}
         self.equations = [(plain(r.left), plain(r.right)) for r in relations]
         also = [plain(side) for side in also]
         self.partial = [side for side in also if parts(side).partial]
@@ -74,11 +77,22 @@ class Setting:
 
     def generic_sizes(self):
         """Sizes that differ from each other first, so that no accident helps."""
-        return _in_turn(self.dimensions, tuple(self.caps.items()), _alike)
+        return self._in_turn(_alike)
 
     def small_sizes(self):
         """The smallest first: a counterexample should be short."""
-        return _in_turn(self.dimensions, tuple(self.caps.items()), sum)
+        return self._in_turn(sum)
+
+    def _in_turn(self, key):
+        """Sizes in the order that `key` makes, at which what is known has its shape."""
+        sizes = _in_turn(self.dimensions, tuple(self.caps.items()), key)
+        shapes = [
+            (sp.sympify(d), k)
+            for s, value in self.values.items()
+            for d, k in zip(getattr(s, "shape", ()), getattr(value, "shape", ()))
+        ]
+        fits = lambda size: all(d.xreplace(size) == k for d, k in shapes)  # noqa: E731
+        return [size for size in sizes if fits(size)] if shapes else sizes
 
 
 spelled = lru_cache(KEPT)(str)
