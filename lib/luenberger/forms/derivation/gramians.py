@@ -9,6 +9,8 @@ of A. J. Laub, M. T. Heath, C. C. Paige and R. C. Ward, the same 32 (1987) 115-1
 
 from functools import cache
 
+from sympy import eye
+
 from ...symbolic import Derivation, Line, Stage, ZeroMatrix
 from .letters import *
 
@@ -128,7 +130,21 @@ def balancing():
     )
 
 
+WITNESS = {
+    F: [[0, -1], [1, 0]],
+    X: eye(2),
+    Y: eye(2),
+    R: eye(2),
+    M: eye(2),
+    Q_1: eye(2),
+    Q_2: eye(2),
+    h: eye(2),
+}
+
+
 @cache
 def derive():
     """The page."""
-    return Derivation(page=(*PAGE, balancing()), letters=letters, source=SOURCE)
+    return Derivation(
+        page=(*PAGE, balancing()), letters=letters, source=SOURCE, witness=WITNESS
+    )

@@ -9,7 +9,7 @@ Source: Haddad and Bernstein (1987), section 2 and (3.17); the proofs are our ow
 
 from functools import cache
 
-from sympy import symbols
+from sympy import diag, eye, symbols
 
 from ....symbolic import (
     BlockMatrix,
@@ -291,7 +291,25 @@ PAGE = (
 )
 
 
+WITNESS = {
+    Psi: eye(3),
+    X_1: [1, 0, 0],
+    X_2: [0, 1, 0],
+    X_3: [0, 0, 1],
+    T_1: 0,
+    W_3: 1,
+    Qh: diag(1, 1, 0),
+    Ph: diag(1, 0, 1),
+    J_i: [[1, 0, 0]],
+    e_i: [0, 1, 0],
+    N: [0, 0, 1],
+    M: [[0, 0, 1]],
+    X_r: eye(2),
+    Y_d: 1,
+}
+
+
 @cache
 def derive():
     """The page."""
-    return Derivation(page=PAGE, letters=letters, source=SOURCE)
+    return Derivation(page=PAGE, letters=letters, source=SOURCE, witness=WITNESS)

@@ -206,7 +206,15 @@ PAGE = (
 )
 
 
+WITNESS = {
+    Ce: [1, 0],
+    H_W: [[0, 0], [-1, 0]],
+    M_c: [[1, 0], [0, -1]],
+    Q_tilde: [[1, 0], [0, 1]],
+}
+
+
 @cache
 def derive():
     """The page."""
-    return Derivation(page=PAGE, letters=letters, source="our own")
+    return Derivation(page=PAGE, letters=letters, source="our own", witness=WITNESS)

@@ -8,7 +8,7 @@ Source: our own.
 
 from functools import cache
 
-from sympy import sqrt
+from sympy import Rational, sqrt
 
 from ....symbolic import AtLeast, AtMost, Derivation, Line, Substitute
 from .letters import *
@@ -220,7 +220,23 @@ BALL = (
 )
 
 
+WITNESS = {
+    t: 1,
+    kappa: Rational(4, 5),
+    q: Rational(9, 16),
+    a: Rational(1, 4),
+    rho: Rational(1, 2),
+    H: 1,
+    Z: 0,
+    C: 0,
+    M: 1,
+    delta: 0,
+    F_0: Rational(1, 2),
+    G_0: 0,
+}
+
+
 @cache
 def derive():
     """The page."""
-    return Derivation(page=BALL, letters=ball, source="our own")
+    return Derivation(page=BALL, letters=ball, source="our own", witness=WITNESS)

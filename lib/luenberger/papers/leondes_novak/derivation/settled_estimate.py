@@ -9,7 +9,7 @@ Source: our own.
 
 from functools import cache
 
-from sympy import sqrt, symbols
+from sympy import Rational, sqrt, symbols
 
 from ....symbolic import AtMost, Derivation, Line, Stage, Substitute
 from .best_coordinates import gain
@@ -291,8 +291,26 @@ def settled_row():
     )
 
 
+WITNESS = {
+    t: 1,
+    kappa: Rational(4, 5),
+    q: Rational(9, 16),
+    H: 1,
+    M: 1,
+    M_i: 1,
+    C: 0,
+    Theta: 0,
+    nu: 0,
+    d: 0,
+    s: 1,
+    D: 1,
+    alpha: 1,
+    beta: 1,
+}
+
+
 @cache
 def derive():
     """The page."""
     page = (*ONE_GAIN, settled_gain(), settled_row(), *APART)
-    return Derivation(page=page, letters=settled, source="our own")
+    return Derivation(page=page, letters=settled, source="our own", witness=WITNESS)

@@ -186,8 +186,13 @@ def root_update():
     )
 
 
+WITNESS = {Y: -4, Z: [[-4, 1], [-2, -3]], kept: -8}
+
+
 @cache
 def derive():
     """The page."""
     page = (*GAIN, *UPDATE, root_update())
-    return Derivation(page=page, letters=letters, source=f"our own; {SOURCE}")
+    return Derivation(
+        page=page, letters=letters, source=f"our own; {SOURCE}", witness=WITNESS
+    )
