@@ -143,10 +143,10 @@ def test_what_is_inverted_on_a_page_counts():
 def test_what_stages_rest_on_has_one_model():
     one, two = define(K, N), define(X, N + I)
     stages = Stage(K, N, by=(one,)), Stage(X, N + I, by=(two,))
-    assert Derivation(stages=stages).check() == []
+    assert Derivation((N,), stages).check() == []
     clash = define(K + I, N)
     other = Stage(X, K - N, by=(define(X, -I), clash))
-    (fault,) = Derivation(stages=(stages[0], other)).check()
+    (fault,) = Derivation((N,), (stages[0], other)).check()
     assert "no model was found" in fault
 
 

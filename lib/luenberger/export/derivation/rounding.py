@@ -10,6 +10,8 @@ Higham, Accuracy and Stability of Numerical Algorithms (2002), Lemma 3.1.
 
 from functools import cache
 
+from sympy import Rational
+
 from ...symbolic import Derivation, Line, Stage, Substitute
 from .letters import *
 
@@ -264,4 +266,5 @@ def errs():
 def derive():
     """The page."""
     page = (*ONE_STEP, *SIZES, *ROUNDING, *ADDED, added(), *POWERS, *TRIED, errs())
-    return Derivation(page=page, letters=letters, source=SOURCE)
+    small = {u: Rational(1, 4), j: 1}
+    return Derivation(page=page, letters=letters, source=SOURCE, witness=small)
