@@ -128,6 +128,8 @@ def test_a_run_is_that_of_the_equations(dt):
 
 TIED = """
 residuals test_residuals_are_what_the_conditions_leave
+report._missed test_what_it_misses_is_that_of_its_estimates
+report._promised test_the_recommended_observer_is_judged_on_the_record
 export.c.Pair.gains test_gains_are_within_their_bounds
 export.c._product test_matrices_of_a_device_are_within_their_bounds
 export.c.Window.move test_a_window_holds_what_was_added_and_moved

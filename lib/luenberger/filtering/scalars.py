@@ -369,9 +369,9 @@ def record(size: Sizes) -> str:
     rest = [f"tape.z[t, {i}] = z_{i}" for i in range(n)]
     rest += [f"tape.D[t, {i}] = D_{i}" for i in range(n)]
     rest += [f"tape.V[t, {j}, {i}] = V_{j}_{i}" for j in range(n) for i in range(j)]
-    kept += [
-        f"tape.V[t, {j}, {i}] = {float(i == j)}" for j in range(n) for i in range(j, n)
-    ]
+    ones = np.eye(n).tolist()
+    for j in range(n):
+        rest += [f"tape.V[t, {j}, {i}] = {ones[j][i]}" for i in range(j, n)]
     out += keep("z", rest)
     out += _block([(f"v_{i}", v) for i, v in enumerate(row.spread())], 8, "v")
     out += [f"        xs[t, {i}] = z_{i}" for i in range(n)]
