@@ -37,7 +37,7 @@ CLASH = {
     "no trace of a commutator": [define(A * B - B * A, I)],
     "a sum of squares": [define(A * A.T + B * B.T, O), define(A * X, I)],
     "two inverses of what is not square": [define(F * G, I), define(G * F, 2 * J)],
-    "a number that is positive": [define(t**2 * A, -A), define(A * B, I)],
+    "a number that is positive": [define(t * A, -A), define(A * B, I)],
     "a negative moment": [moment(w * w.T, -I)],
     "moments of one pair": [moment(w * v.T, I), moment(v * w.T, 2 * I)],
     "a noise that is nothing, and another": [
