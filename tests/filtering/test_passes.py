@@ -6,12 +6,15 @@ from fractions import Fraction
 import exact_filter
 import numpy as np
 import pytest
-from exact_filter import rational, zeros
+import sympy as sp
+from exact_filter import Model, rational, zeros
 
 import luenberger as lb
 from luenberger.errors import DesignError
 from luenberger.filtering import kept, pack
 from luenberger.filtering.passes import Maps, State, Tape, forward
+from luenberger.papers.leondes_novak.derivation import best_coordinates
+from luenberger.symbolic import evaluate
 
 EXACT = forward.on(TINY=0, CLASH=0)
 TOL = 1e-9
@@ -176,3 +179,36 @@ def test_a_damaged_text_is_written_anew(tmp_path, monkeypatch):
 def test_a_text_needs_no_folder(monkeypatch):
     monkeypatch.setattr(kept, "folder", lambda: None)
     assert kept._compiled("f", "def f(x):\n    return 2 * x\n", "text_2")(3) == 6
+
+
+def by_the_page(A, Q, C, R, Sigma):
+    """One step of the recursion that `best_coordinates` derives, in Fractions."""
+    step = best_coordinates.gain_step()
+    given = dict(A=A, Q=Q, C=C, R=R, Sigma=Sigma, Gamma=zeros(len(A), len(C)))
+    values = {}
+    for symbol in step.given:
+        X = given[symbol.name.removesuffix("s")]
+        values[symbol] = sp.Matrix(*X.shape, [sp.Rational(str(v)) for v in X.flat])
+    for stage in step.stages:
+        values[stage.target] = evaluate(stage.expression, values)
+    last = values[step.stages[-1].target].tolist()
+    return np.array([[Fraction(int(v.p), int(v.q)) for v in row] for row in last])
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_factors_are_the_covariance_that_notebooks_derive(seed):
+    """U D U' of the text is Sigma of `best_coordinates`, to the last digit."""
+    rng = np.random.default_rng(seed)
+    n, p = 2 + seed % 2, 1 + seed % 3
+    draw = lambda *shape: rational(rng.integers(-3, 4, shape).astype(float))  # noqa: E731
+    G, H, W = draw(n, n), draw(n, n), draw(p, p)
+    A, C, Q, P0 = draw(n, n), draw(p, n), G @ G.T, H @ H.T
+    R = W @ W.T + rational(np.eye(p))
+    none = exact_filter.zeros
+    m = Model(A, none(n, 0), C, none(p, 0), Q, R, none(n, p), P0, none(n))
+    y = draw(3, p)
+    problem = exact_filter.Problem(None, m, y, (), ())
+    Sigma = P0
+    for P in in_fractions(problem)[1]:
+        Sigma = by_the_page(A, Q, C, R, Sigma)
+        assert (P == Sigma).all()

@@ -60,6 +60,7 @@ PAGES = (
     "leondes_novak.noise_factors",
     "leondes_novak.predictions",
     "leondes_novak.known_state",
+    "leondes_novak.factored",
     "leondes_novak.side_by_side",
     "moore.observer",
     "moore.condition",

@@ -72,6 +72,8 @@
     A record from prediction to prediction, with outputs missing or without noise.
 `known_state`
     A state that is known exactly, and what is known of its readings before they come.
+`factored`
+    A covariance in factors `U D U'`: what one reading and one prediction make of it.
 `square_root`
     The filter's recursions with factors of the covariances.
 `noise_factors`
