@@ -3,7 +3,7 @@
 MODULES = (
     "luenberger",
     "luenberger.compare",
-    "luenberger.kernels.numpy",
+    "luenberger.kernels.text",
     "luenberger.papers.kawazoe.derivation",
     "luenberger.papers.leondes_novak.derivation",
     "luenberger.plot",

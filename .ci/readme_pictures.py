@@ -14,7 +14,7 @@ import matplotlib.pyplot as plt  # noqa: E402
 import pandas as pd  # noqa: E402
 
 import luenberger as lb  # noqa: E402
-from luenberger.kernels.numpy import numpy_source  # noqa: E402
+from luenberger.kernels.text import numpy_source  # noqa: E402
 from luenberger.papers.leondes_novak.derivation import best_coordinates  # noqa: E402
 from luenberger.show import describe  # noqa: E402
 from luenberger.symbolic import latex, text  # noqa: E402

@@ -10,6 +10,7 @@ import generators
 import numpy as np
 import pytest
 import sympy as sp
+from exact_stages import kernel
 from own_stages import own
 
 import luenberger as lb
@@ -19,7 +20,6 @@ from luenberger.export.c import guard
 from luenberger.kernels import cost
 from luenberger.kernels.c import C, Module
 from luenberger.kernels.lowering import lower
-from luenberger.kernels.numpy import kernel
 from luenberger.numeric.factors import semidefinite
 from luenberger.papers.leondes_novak.derivation import arrived, predict, update
 from luenberger.run.measurements import first_sample

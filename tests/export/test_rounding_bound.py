@@ -1,6 +1,5 @@
 """Bounds on rounding hold on a million steps, and exactly, and are not vacuous."""
 
-import dataclasses
 from fractions import Fraction
 
 import generators
@@ -9,11 +8,12 @@ import pytest
 from rounding_runs import PATTERNS, gaps, per_unit
 
 import luenberger as lb
-from luenberger.analysis.step_cost import step_program
 from luenberger.export import rounding_bound, to_c
 from luenberger.export.c import limits
 from luenberger.export.c.rounding_bound import upward
 from luenberger.kernels.c import library
+from luenberger.kernels.pieces import pieces
+from luenberger.papers.leondes_novak.derivation import observer_step
 
 needs_compiler = pytest.mark.skipif(
     library.compiler() is None, reason="there is no C compiler"
@@ -151,11 +151,9 @@ def test_rounding_of_a_sum_counts_its_terms():
 def test_blocks_are_those_of_the_step_that_is_exported():
     """[G, D] and [W, V] beside F and P, as the stage list has them."""
     observer = lb.kalman_filter(generators.plant(np.random.default_rng(4), 3, 2))
-    W = np.ones_like(observer.W)
-    program = step_program(dataclasses.replace(observer, W=W))
     terms = {
-        step.target: {tuple(one.name for one in term.factors) for term in step.terms}
-        for step in program.steps
+        piece.target.name: {tuple(one.name for one in t.factors) for t in piece.terms}
+        for piece in pieces(observer_step())
     }
     assert terms == {
         "z_next": {("F", "z"), ("G", "u"), ("D", "y")},

@@ -12,7 +12,7 @@ import pytest
 import luenberger as lb
 from luenberger import kernels
 from luenberger.kernels import cache
-from luenberger.papers.leondes_novak.derivation import error_recursion, gain_step
+from luenberger.kernels import kept as kept_texts
 
 numba = pytest.importorskip("numba", reason="numba is an optional extra")
 
@@ -117,19 +117,6 @@ def test_a_second_process_neither_compiles_nor_derives(home, compilations):
     assert said == ["1", "[1. 3. 4.]", f"{x} False"], run.stderr
 
 
-def test_each_question_has_an_answer_of_its_own(home):
-    """Another list, other outputs and stacks: another text, and the same next time."""
-    asked = [(gain_step, "M"), (gain_step, "K"), (error_recursion, "Sigma")]
-    texts = []
-    for _ in range(2):
-        for one in asked:
-            for stacks in (False, True):
-                texts.append(kernels.compiled(*one, stacks=stacks).source)
-        forget()
-    assert texts[:6] == texts[6:] and len(set(texts)) == 6
-    assert len(kept(home, "derived_*.txt")) == 6
-
-
 def truncate(path):
     path.write_bytes(path.read_bytes()[:100])
 
@@ -179,22 +166,7 @@ def test_a_loose_umask_costs_nothing(home, compilations, umask):
     finally:
         os.umask(before)
     assert compilations == [True, False]
-    assert all(cache.private(path) for path in home.rglob("*"))
-
-
-@pytest.mark.skipif(os.name == "nt", reason="permissions of this kind are POSIX's")
-def test_a_folder_that_is_not_trusted_is_no_remark_on_a_design(tmp_path, monkeypatch):
-    monkeypatch.setenv("LUENBERGER_CACHE", str(tmp_path))
-    tmp_path.chmod(0o777)
-    plant = lb.Plant([[0.5]], None, [[1]], dt=1, Q=[[1]], R=[[1]])
-    forget()
-    with warnings.catch_warnings(record=True):
-        warnings.simplefilter("always")
-        table = lb.compare(plant)
-        with pytest.warns(cache.CacheWarning, match="can be written by others"):
-            cache.usable_folder()
-    forget()
-    assert str(tmp_path) not in f"{table.rows()} {table.reasons()}"
+    assert all(kept_texts.private(path) for path in home.rglob("*"))
 
 
 def test_foreign_text_is_never_run(home, compilations):
@@ -213,7 +185,7 @@ def test_a_text_that_others_can_change_is_written_anew(home, compilations):
     if os.name != "nt":
         path.chmod(0o666)
         doubled()
-        assert cache.ours(path)
+        assert kept_texts.ours(path)
     path.rename(path.with_suffix(".away"))
     path.symlink_to(path.with_suffix(".away"))
     doubled()
@@ -232,128 +204,6 @@ def test_foreign_machine_code_is_never_loaded(home, compilations, tmp_path):
     assert compilations == [True, True]
 
 
-@pytest.fixture
-def answered(home):
-    """A question that was answered once: its file, and who counts the answers."""
-    answers = []
-
-    def answer(text="right", question="what"):
-        return cache.derived(question, lambda: answers.append(text) or (text, ["x"]))
-
-    assert answer() == ("right", ["x"])
-    assert list(answer("not asked for")) == ["right", ["x"]] and answers == ["right"]
-    (path,) = kept(home, "derived_*.txt")
-    return path, answer, answers
-
-
-def change_a_letter(path):
-    path.write_text(path.read_text().replace("right", "wrong"))
-
-
-def seal_it_again(path):
-    """A hash of the text alone, as of a file that says nothing of the question."""
-    note = path.read_text().partition("\n")[2].replace("right", "wrong")
-    path.write_text(f"{cache._seal('', note)}\n{note}")
-
-
-def put_a_link(path):
-    path.rename(path.with_suffix(".away"))
-    path.symlink_to(path.with_suffix(".away"))
-
-
-SPOILT = {
-    "cut short": lambda path: path.write_bytes(path.read_bytes()[:-3]),
-    "empty": lambda path: path.write_bytes(b""),
-    "no text": lambda path: path.write_bytes(b"\xff\xfe\0"),
-    "edited": change_a_letter,
-    "edited, and its own hash": seal_it_again,
-    "gone": Path.unlink,
-    "a folder": lambda path: path.unlink() or path.mkdir(),
-    "a link": put_a_link,
-    "writable by all": lambda path: path.chmod(0o666),
-}
-
-
-@pytest.mark.parametrize("harm", SPOILT.values(), ids=SPOILT)
-def test_a_spoilt_text_is_derived_anew(harm, answered):
-    path, answer, answers = answered
-    harm(path)
-    if path.is_dir():
-        with pytest.warns(UserWarning, match="a derivation is not kept"):
-            assert answer("anew")[0] == "anew"
-        return
-    assert answer("anew")[0] == "anew" == answer("not asked for")[0]
-    assert answers == ["right", "anew"]
-
-
-def test_the_answer_to_another_question_is_not_taken(answered, home):
-    path, answer, answers = answered
-    answer("left", question="where")
-    (other,) = set(kept(home, "derived_*.txt")) - {path}
-    other.replace(path)
-    assert answer("anew")[0] == "anew" and answers == ["right", "left", "anew"]
-
-
-def test_other_sources_or_versions_are_another_question(monkeypatch, tmp_path):
-    for part in cache.DERIVING:
-        path = tmp_path / part.replace("*", "moore")
-        path = path if part.endswith(".py") else path / "a.py"
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text("1")
-    monkeypatch.setattr(cache, "PACKAGE", tmp_path)
-    names = []
-
-    def name():
-        cache.sources.cache_clear()
-        names.append(cache.asked("what"))
-
-    name()
-    (tmp_path / "numeric" / "linalg.py").write_text("2")
-    name()
-    (tmp_path / "papers" / "moore" / "derivation" / "a.py").write_text("2")
-    name()
-    (tmp_path / "kernels" / "a.py").rename(tmp_path / "kernels" / "b.py")
-    name()
-    monkeypatch.setattr(np, "__version__", "9.9")
-    name()
-    monkeypatch.setattr("importlib.metadata.version", lambda name: "9.9")
-    name()
-    monkeypatch.setattr(sys, "version", "9.9")
-    name()
-    assert len(set(names)) == len(names) == 7 and None not in names
-    (tmp_path / "numeric" / "linalg.py").unlink()
-    name()
-    assert names[-1] is None  # a library without its sources: nothing is kept
-    cache.sources.cache_clear()
-
-
-def test_a_folder_that_others_can_write_to_is_not_used(home):
-    home.mkdir()
-    home.chmod(0o777)
-    forget()
-    with pytest.warns(UserWarning, match="can be written by others.*LUENBERGER_CACHE"):
-        assert cache.usable_folder() is None
-    with pytest.warns(UserWarning):
-        doubled()
-    assert list(home.iterdir()) == []
-
-
-@pytest.mark.skipif(not hasattr(os, "getuid"), reason="files have no owner here")
-def test_a_folder_of_somebody_else_is_not_used(home, monkeypatch):
-    home.mkdir(mode=0o700)
-    monkeypatch.setattr(os, "getuid", lambda: home.stat().st_uid + 1)
-    with pytest.warns(UserWarning, match="belongs to somebody else"):
-        doubled()
-    assert list(home.iterdir()) == []
-
-
-def test_a_folder_that_cannot_be_made_costs_only_time(home, monkeypatch, tmp_path):
-    (tmp_path / "file").write_text("in the way")
-    monkeypatch.setenv("LUENBERGER_CACHE", str(tmp_path / "file" / "below"))
-    estimated()
-    assert (tmp_path / "file").read_text() == "in the way"
-
-
 def test_a_disk_that_fails_costs_only_time(home, monkeypatch):
     def full(path, text):
         raise OSError(28, "No space left on device")
@@ -361,14 +211,6 @@ def test_a_disk_that_fails_costs_only_time(home, monkeypatch):
     monkeypatch.setattr(cache, "replace", full)
     with pytest.warns(UserWarning, match="not kept: .*No space left"):
         estimated()
-
-
-def test_half_a_file_is_never_left(home, monkeypatch):
-    home.mkdir(mode=0o700)
-    monkeypatch.setattr(os, "replace", lambda *_: (_ for _ in ()).throw(OSError(5, "")))
-    with pytest.raises(OSError):
-        cache.replace(home / "a", "text")
-    assert list(home.iterdir()) == []
 
 
 def test_numba_may_keep_its_files_elsewhere(home, tmp_path, monkeypatch, compilations):
@@ -390,36 +232,6 @@ def test_another_version_is_another_entry(monkeypatch):
     assert cache.key("text ", ("f8",)) != before != cache.key("text", ("i8",))
     monkeypatch.setattr(numba, "__version__", "9.9")
     assert cache.key("text", ("f8",)) != before
-
-
-PLACES = [
-    ("linux", {"XDG_CACHE_HOME": "/x"}, "/x/luenberger"),
-    ("linux", {}, "/home/me/.cache/luenberger"),
-    ("darwin", {}, "/home/me/Library/Caches/luenberger"),
-    ("win32", {"LOCALAPPDATA": "/local"}, "/local/luenberger"),
-    ("linux", {"LUENBERGER_CACHE": "/here", "XDG_CACHE_HOME": "/x"}, "/here"),
-]
-
-
-@pytest.mark.parametrize("platform, environment, wanted", PLACES)
-def test_where_the_folder_is(platform, environment, wanted, monkeypatch):
-    for name in ("LUENBERGER_CACHE", "XDG_CACHE_HOME", "LOCALAPPDATA"):
-        monkeypatch.delenv(name, raising=False)
-    for name, value in environment.items():
-        monkeypatch.setenv(name, value)
-    monkeypatch.setattr(cache.sys, "platform", platform)
-    monkeypatch.setattr(Path, "home", lambda: Path("/home/me"))
-    assert cache.folder() == Path(wanted)
-
-
-def test_without_a_home_nothing_is_kept(monkeypatch):
-    def homeless():
-        raise RuntimeError("Could not determine home directory.")
-
-    for name in ("LUENBERGER_CACHE", "XDG_CACHE_HOME", "LOCALAPPDATA"):
-        monkeypatch.delenv(name, raising=False)
-    monkeypatch.setattr(Path, "home", homeless)
-    assert cache.usable_folder() is None
 
 
 # -- what "auto" finds -----------------------------------------------------------------

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 import sympy as sp
 from every_pair import every_pair
-from exact_stages import SIZES, exact_inputs, exact_step
+from exact_stages import SIZES, exact_inputs, exact_step, kernel
 from own_stages import own
 from worlds import STAGE_LISTS
 
@@ -30,7 +30,6 @@ from luenberger.kernels import (
 from luenberger.kernels.c import C, Module, function
 from luenberger.kernels.loops import arrays, write
 from luenberger.kernels.lowering import lower
-from luenberger.kernels.numpy import kernel
 from luenberger.kernels.program import Assign, Factor, Substitute
 from luenberger.papers.leondes_novak import derivation as recursions
 from luenberger.recursion.filter_stacks import FILTER

@@ -7,6 +7,7 @@ import subprocess
 
 import numpy as np
 import pytest
+from exact_stages import kernel
 
 import luenberger as lb
 from luenberger.export import to_c
@@ -15,7 +16,6 @@ from luenberger.kernels.c import C, Module, rows
 from luenberger.kernels.c.layouts import chosen
 from luenberger.kernels.c.panels import runs
 from luenberger.kernels.lowering import lower
-from luenberger.kernels.numpy import kernel
 from luenberger.kernels.program import Factor
 from luenberger.papers.leondes_novak.derivation import (
     arrived,

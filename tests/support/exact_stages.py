@@ -2,6 +2,8 @@
 
 import sympy as sp
 
+from luenberger.kernels.step import assemble
+from luenberger.kernels.text import numpy_source
 from luenberger.symbolic import Solve
 
 SIZES = dict(n=4, p=2, m=2, r=3)
@@ -50,3 +52,9 @@ def evaluate(e, known):
     for part in parts[1:]:
         total = total + part if e.is_MatAdd else total * part
     return total
+
+
+def kernel(derivation, *outputs, flat=False):
+    """A derivation as a function of arrays."""
+    given, text = numpy_source(derivation, outputs, flat)
+    return assemble(text, given)

@@ -3,14 +3,17 @@
 import dataclasses
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from ..arguments import expect
-from ..kernels import lowered
 from ..kernels.c.numbers import BYTES, representable, require_c_type
-from ..kernels.program import Program
+from ..numeric import Vector
 from ..observer import Observer
-from ..papers.leondes_novak.derivation import observer_step
 
 MATRICES = "FGDPVW"
+SUMS = ("PVW", "zyu"), ("FGD", "zuy")  # w_hat and z_next, as `observer_step` has them
+SHORT, LONG = 400, 3000  # operations: scalars up to SHORT; up to LONG if mostly zeros
+SPARSE = 3  # that is, where loops would do this many times the work
 
 
 class StepCost(NamedTuple):
@@ -31,6 +34,30 @@ class StepCost(NamedTuple):
     multiply_adds: int
     operations: int
     bytes: int
+
+
+class Counts(NamedTuple):
+    """What a step is made of in C.
+
+    Attributes
+    ----------
+    scalars : bool
+        Whether it is written as scalars, else as loops.
+    terms : int
+        Products and names that its sums add up.
+    operations : int
+        Additions, multiplications and comparisons.
+    constants : int
+        Numbers that are kept for good, in tables or in the code.
+    stack : int
+        Numbers that are kept for the time of a step.
+    """
+
+    scalars: bool
+    terms: int
+    operations: int
+    constants: int
+    stack: int
 
 
 def step_cost(observer: Observer, dtype: str = "double") -> StepCost:
@@ -62,12 +89,9 @@ def step_cost(observer: Observer, dtype: str = "double") -> StepCost:
     16
     """
     require_c_type(dtype)
-    observer = narrowed(observer, dtype)
-    known = {k: getattr(observer, k).tolist() for k in MATRICES}
-    sizes = step_sizes(observer)
-    cost = step_program(observer).cost(sizes, known)
-    size = BYTES[dtype] * (observer.order + cost.constants)
-    return StepCost(cost.terms, cost.operations + sum(sizes.values()), size)
+    found = counts(narrowed(observer, dtype))
+    size = BYTES[dtype] * (observer.order + found.constants)
+    return StepCost(found.terms, found.operations, size)
 
 
 def multiply_adds(observer: Observer, *, dtype: str = "double") -> int:
@@ -120,13 +144,42 @@ def narrowed(observer: Observer, dtype: str) -> Observer:
     return dataclasses.replace(observer, **exact)
 
 
-def step_program(observer: Observer) -> Program:
-    """The step from z, y and u to w_hat and z_next, without matrices that vanish."""
-    zero = [k for k in MATRICES if not getattr(observer, k).any()]
-    return lowered(observer_step, ["w_hat", "z_next"], zero=zero)
+def counts(observer: Observer) -> Counts:
+    """Count a step of an observer in the form that is better for a device.
+
+    Scalars do no work on zeros and ones, loops do; but scalars are as many lines as
+    they are sums.
+    """
+    loops, scalars = _in_loops(observer), _in_scalars(observer)
+    short = LONG if SPARSE * scalars.operations < loops.operations else SHORT
+    found = scalars if scalars.operations <= short else loops
+    results = sum(observer.P.shape)  # w_hat and z_next, in arrays of their own
+    tested = observer.D.shape[1] + observer.G.shape[1] + results  # whether finite
+    return found._replace(
+        operations=found.operations + tested, stack=found.stack + results
+    )
 
 
-def step_sizes(observer: Observer) -> dict[str, int]:
-    """The sizes of `step_program` by name."""
-    q, r = observer.P.shape
-    return dict(q=q, r=r, p=observer.D.shape[1], m=observer.G.shape[1])
+def _in_loops(observer: Observer) -> Counts:
+    """Every entry of a matrix that is not zero altogether is a product and a sum."""
+    sizes = [getattr(observer, k).size for k in MATRICES if getattr(observer, k).any()]
+    return Counts(False, sum(sizes), 2 * sum(sizes), sum(sizes), 0)
+
+
+def _in_scalars(observer: Observer) -> Counts:
+    """A sum for each row, if it is no copy of a signal and no sum that was there."""
+    seen, read = dict[Any, Vector](), set[tuple[str, int]]()
+    for matrices, signals in SUMS:
+        M = np.hstack([getattr(observer, k) for k in matrices])
+        widths = (getattr(observer, k).shape[1] for k in matrices)
+        names = [(s, k) for s, width in zip(signals, widths) for k in range(width)]
+        for row in M:
+            (at,) = row.nonzero()
+            read.update(names[k] for k in at)
+            if len(at) > 1 or (row[at] != 1).any():
+                at = sorted(at, key=lambda k: row[k] < 0)  # stable
+                seen[tuple((names[k], row[k]) for k in at)] = row[at]
+    factors = sum(int((np.abs(values) != 1).sum()) for values in seen.values())
+    terms = sum(map(len, seen.values()))
+    operations = terms - len(seen) + factors
+    return Counts(True, terms, operations, factors, len(seen) + len(read))

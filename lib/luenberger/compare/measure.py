@@ -15,7 +15,7 @@ from ..analysis.known_input import Statistics
 from ..analysis.optimality import STATIONARY_TOL, optimality
 from ..analysis.step_cost import multiply_adds
 from ..certificate import certify
-from ..kernels.cache import CacheWarning
+from ..kernels.kept import CacheWarning
 from ..numeric import Matrix
 from ..numeric.linalg import ROUNDING, UNIT_TOL, lyapunov, radius
 from ..observer import Observer

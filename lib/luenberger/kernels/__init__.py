@@ -2,7 +2,7 @@
 
 A stage list comes as its `StageList`, from a paper's front door.  It is compiled at
 the first call, and the same callable is returned afterwards.  Deriving the text takes
-a few tenths of a second, SymPy's import included, so `cache` keeps it for the next
+a few tenths of a second, SymPy's import included, so it is `kept` for the next
 process.
 
 What writes code from a stage list enters here, nothing that knows a plant or a paper.
@@ -170,19 +170,19 @@ def compiled(stages: StageList, *outputs: str, stacks: bool = False) -> Step:
         ``step(**arrays) -> dict of arrays``; `step.given` are the names of the
         arrays, `step.source` is the text.
     """
-    from . import cache
+    from . import kept
     from .step import assemble
 
     if missing := set(outputs) - set(stages.computes.split()):
         raise KeyError(f"{stages.where} computes no {sorted(missing)}")
 
     def make() -> tuple[str, list[str]]:
-        from .numpy import kernel
+        from .text import numpy_source
 
-        found = kernel(stages(), *outputs, flat=not stacks)
-        return found.source, list(found.given)
+        given, text = numpy_source(stages(), outputs, flat=not stacks)
+        return text, list(given)
 
-    return assemble(*cache.derived(("numpy", stages, outputs, stacks), make))
+    return assemble(*kept.derived(("numpy", stages, outputs, stacks), make))
 
 
 @functools.cache
@@ -214,15 +214,15 @@ def program_of(
     stages: StageList, outputs: tuple[str, ...], options: tuple[tuple[str, tuple], ...]
 ) -> Program:
     """The same, kept for the next process: its text is what makes it."""
-    from . import cache, program
+    from . import kept, program
 
     def make() -> tuple[str, None]:
         from .lowering import lower
 
         return repr(lower(stages(), outputs, **dict(options))), None
 
-    text, _ = cache.derived(("program", stages, outputs, options), make)
-    found: Program = eval(text, dict(vars(program)))  # made by us, see `cache`
+    text, _ = kept.derived(("program", stages, outputs, options), make)
+    found: Program = eval(text, dict(vars(program)))  # made by us, see `kept`
     return found
 
 

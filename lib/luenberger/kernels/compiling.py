@@ -1,42 +1,39 @@
-"""A stage list as a function at any sizes, in NumPy, in loops for numba or in C."""
+"""A stage list as a function at any sizes, in NumPy, for numba or in C."""
 
 import ctypes
 import keyword
-import re
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from functools import cached_property
 from typing import Any
 
 import numpy as np
+import sympy as sp
 from numpy.typing import ArrayLike
 
 from ..numeric import Matrices
 from ..numeric.linalg import solve_right
 from ..symbolic import Derivation
-from . import cache, runs_compiled
-from .c import C, function
+from . import runs_compiled
+from .c.any_size import Loops
+from .c.file import function
 from .c.library import library
-from .lowering import lower, sizes_of
-from .numpy import kernel
-from .passes import write_pass
-from .program import Shape, Size, times
-from .python import Python
+from .inside import SOLVED
+from .jit import jitted
+from .pieces import pieces
 from .step import assemble
-from .writer import Writer
+from .text import names_in, needed, numba_source, numpy_source
 
-TAKEN = frozenset(  # names that loops use, that C has, and that Python's loops call
-    """i j k s q ok np back run
+TAKEN = frozenset(  # names that loops use, and that C has
+    """i j k s d f q run
     auto case char const default do double enum extern float goto inline int long main
     register restrict return short signed sizeof static struct switch typedef union
-    unsigned void volatile fabs fmax fmin sqrt
-    abs array bool len max min range""".split()
+    unsigned void volatile""".split()
 )
-OF_LOOPS = re.compile(r"[afgt]\d+(_\d+)?")  # what they call numbers and products
+OF_NUMPY = frozenset("np eye solve_right symmetrise dict step run".split())
 ANOTHER = "write another symbol"
 SKEW = 1e-9  # of what stands beside it: more is no rounding
-SOLVED = 1e-6  # of the terms of a residual: more is no solution
-OF_NUMPY = frozenset("np eye solve_right symmetrise dict step".split())
+WIDTH = 68  # of a line of arguments
 
 
 def compile(
@@ -59,9 +56,9 @@ def compile(
         Names of the targets that are wanted; all of them, if none are named.
     backend : "numpy", "numba" or "c"
         "numpy" writes matrix products; leading axes of the arrays broadcast.
-        "numba" writes loops over flat arrays, compiled at the first call; needs
-        ``luenberger[fast]``.  "c" writes the same loops in C99, for double; they need
-        nothing but math.h, and no more than stack.
+        "numba" writes the same for matrices, compiled at the first call; needs
+        ``luenberger[fast]``.  "c" writes loops in C99, for double; they need nothing
+        but math.h, and no more than stack.
 
     Returns
     -------
@@ -70,13 +67,13 @@ def compile(
         not read is not asked for.  ``f.given`` has the names of the matrices and
         ``f.source`` the printed text.
 
-        With numba the text is a module whose ``run(n, p, ..., A, ..., X_out, ...)``
-        takes sizes, flat arrays and arrays for the results, and ``f.run`` is that
-        function, to be called in loops of one's own; it returns whether every matrix
-        that a solve needs was definite.  With C the text is the function
-        ``int run(int n, ..., const double *A, ..., double *X_out, ...)``, which
-        returns 0, or 1 where one was not; a call compiles it with the C compiler of
-        the machine.
+        With numba the text is a module whose ``run(A, ...)`` takes the matrices in
+        the order of ``f.given`` and returns a tuple, and ``f.run`` is that function,
+        to be called in loops of one's own.  With C the text is the function
+        ``int run(int n, ..., const double *A, ..., double *X_out, ...)``.  It returns
+        0, or 1 where a matrix that a solve needs is not positive definite; what it
+        writes must not overlap what it is given.  A call compiles it with the C
+        compiler of the machine.
 
     Raises
     ------
@@ -90,8 +87,8 @@ def compile(
         If what is given is no derivation, a stage has no such form, or a matrix is
         missing or unknown.
     numpy.linalg.LinAlgError
-        If a matrix that a solve needs is not positive definite.  NumPy gives the
-        solution of least norm where a semi-definite one has any.
+        If a matrix that a solve needs is not positive definite.  NumPy and numba give
+        the solution of least norm where a semi-definite one has any.
 
     Examples
     --------
@@ -135,12 +132,9 @@ def compile(
 
 
 def _numpy(derivation: Derivation, outputs: tuple[str, ...]) -> Any:
-    for s in (*derivation.given, *(stage.target for stage in derivation.stages)):
-        own(s.name)
-        if keyword.iskeyword(s.name) or s.name in OF_NUMPY:
-            raise ValueError(f"NumPy's code cannot have the name {s.name!r}; {ANOTHER}")
-    text = kernel(derivation, *outputs)
-    step = assemble(text.source, text.given, solve_right=solved)
+    require_names(derivation)
+    given, source = numpy_source(derivation, outputs)
+    step = assemble(source, given, solve_right=solved)
     symmetric = symmetric_names(derivation)
 
     def call(**matrices: ArrayLike) -> Matrices:
@@ -161,6 +155,14 @@ def solved(N: np.ndarray, M: np.ndarray) -> np.ndarray:
             "a matrix that a solve needs is not positive definite"
         )
     return X
+
+
+def require_names(derivation: Derivation) -> None:
+    """Raise ValueError for a matrix whose name means something else in the code."""
+    for s in (*derivation.given, *(stage.target for stage in derivation.stages)):
+        own(s.name)
+        if keyword.iskeyword(s.name) or s.name in OF_NUMPY:
+            raise ValueError(f"NumPy's code cannot have the name {s.name!r}; {ANOTHER}")
 
 
 def symmetric_names(derivation: Derivation) -> list[str]:
@@ -190,59 +192,19 @@ def require_symmetric(arrays: Matrices, names: Iterable[str]) -> None:
             )
 
 
-class _Loops:
-    """Loops at any sizes, written and run in one of the languages below."""
+class _Compiled:
+    """Code for matrices, whose shapes are compared before it runs."""
 
     solved: Any
 
     def __init__(self, derivation: Derivation, outputs: tuple[str, ...]) -> None:
-        self.program = lower(derivation, outputs)
-        shapes, self.given = self.program.shapes, self.program.given
-        self.results = {
-            stage.target.name: sizes_of(stage.target)
-            for stage in derivation.stages
-            if stage.target.name in self.program.results
-        }
-        every = {
-            size
-            for shape in (*shapes.values(), *self.results.values())
-            for size in shape
-        }
-        letters = sorted(size for size in every if isinstance(size, str))
-        self.places = {name: own(name) for name in shapes}
-        self.sizes = {k: own(k, taken=k in shapes) for k in letters}
+        stages = needed(derivation.stages, outputs)
+        read = names_in(stages)
+        self.matrices = {s.name: s for s in derivation.given if s.name in read}
+        self.given = tuple(self.matrices)
+        every = {stage.target.name: stage.target for stage in stages}
+        self.results = {name: every[name] for name in outputs or every}
         self.symmetric = symmetric_names(derivation)
-        self.require_names()
-
-    def require_names(self) -> None:
-        """Raise where two things would have one name in the text."""
-        names = [*self.places.values(), *self.sizes.values()]
-        names += [f"{name}_out" for name in self.results]
-        if twice := [name for name, k in Counter(names).items() if k > 1]:
-            raise ValueError(f"two things would be called {twice[0]}; {ANOTHER}")
-        for name in self.places.values():
-            inner = re.compile(rf"{name}_(l|least|T|[adil]\d+(_\d+)?)")
-            if clash := [other for other in names if inner.fullmatch(other)]:
-                raise ValueError(
-                    f"loops keep what they make of {name} under the name {clash[0]}; "
-                    f"{ANOTHER}"
-                )
-
-    def named(self) -> Iterator[tuple[str, Shape]]:
-        """(name, shape) of the arguments that are matrices: given, then results."""
-        for name in self.given:
-            yield self.places[name], self.program.shapes[name]
-        for name, shape in self.results.items():
-            yield f"{name}_out", shape
-
-    def write(self, to: Writer) -> list[str]:
-        """Write the body; return its lines."""
-        results = {}
-        for name, shape in self.results.items():
-            length = times(*(self.sizes.get(d, d) for d in shape))
-            results[name] = f"{name}_out", length
-        write_pass(self.program, self.sizes, to, self.places, results)
-        return to.lines
 
     def __call__(self, **matrices: ArrayLike) -> Matrices:
         if set(matrices) != set(self.given):
@@ -250,27 +212,18 @@ class _Loops:
                 f"the matrices are {', '.join(self.given)}, got {', '.join(matrices)}"
             )
         arrays = {k: np.array(matrices[k], float, order="C") for k in self.given}
-        require_symmetric(arrays, self.symmetric)
         sizes = self.measured(arrays)
-        found = {
-            name: np.zeros([sizes.get(d, d) for d in shape])
-            for name, shape in self.results.items()
-        }
-        numbers = [sizes.get(name, 0) for name in self.sizes]
-        if not self.solved(numbers, [*arrays.values(), *found.values()]):
-            raise np.linalg.LinAlgError(
-                "a matrix that a solve needs is not positive definite"
-            )
-        return found
+        require_symmetric(arrays, self.symmetric)
+        return self.solved(arrays, sizes)
 
     def measured(self, arrays: Matrices) -> dict[str, int]:
         """The sizes by letter, from matrices whose shapes agree."""
         sizes: dict[str, int] = {}
         whose: dict[str, str] = {}
         for name, X in arrays.items():
-            letters = self.program.shapes[name]
-            shape = tuple(sizes.get(size, size) for size in letters)
-            wrong = (w != d for w, d in zip(shape, X.shape) if isinstance(w, int))
+            letters = [str(size) for size in self.matrices[name].shape]
+            shape = [sizes.get(k, int(k) if k.isdigit() else None) for k in letters]
+            wrong = (w is not None and w != d for w, d in zip(shape, X.shape))
             if X.ndim != 2 or any(wrong):
                 known = [
                     f"{k} = {sizes[k]}, as in {whose[k]}" for k in letters if k in sizes
@@ -285,66 +238,93 @@ class _Loops:
         return sizes
 
 
-def own(name: str, taken: bool = False) -> str:
-    """A name as code can use it: one that loops use themselves gets an underscore."""
-    if not (name.isidentifier() and name.isascii()):
-        raise ValueError(f"{name!r} is no name that code can have; {ANOTHER}")
-    used = name in TAKEN or keyword.iskeyword(name) or OF_LOOPS.fullmatch(name)
-    return f"{name}_" if taken or used else name
-
-
-class _Python(Python):
-    turns = False
-
-    def array(self, name: str, length: Size) -> None:
-        self.let(name, f"np.empty({length})")
-
-
-class _Numba(_Loops):
-    @cached_property
-    def source(self) -> str:
-        to = _Python(1)
-        to.let("ok", "True")
-        names = ", ".join((*self.sizes.values(), *(name for name, _ in self.named())))
-        body = [*self.write(to), "    return ok"]
-        return "\n".join(
-            ["import numpy as np", "", "", f"def run({names}):", *body, ""]
-        )
+class _Numba(_Compiled):
+    def __init__(self, derivation: Derivation, outputs: tuple[str, ...]) -> None:
+        super().__init__(derivation, outputs)
+        require_names(derivation)
+        _, self.source = numba_source(derivation, outputs)
 
     @cached_property
     def run(self) -> Any:
         runs_compiled("numba", 0)  # or say that numba is not installed
-        types = ["i8"] * len(self.sizes) + ["f8[::1]"] * sum(1 for _ in self.named())
-        return cache.compiled(self.source, tuple(types))
+        return jitted(self.source)
 
-    def solved(self, sizes: list[int], arrays: list[np.ndarray]) -> bool:
-        return self.run(*sizes, *(X.reshape(-1) for X in arrays))
+    def solved(self, arrays: Matrices, sizes: dict[str, int]) -> Matrices:
+        found = self.run(*arrays.values())
+        return {k: np.array(X, order="C") for k, X in zip(self.results, found)}
 
 
-class _InC(_Loops):
+class _InC(_Compiled):
+    def __init__(self, derivation: Derivation, outputs: tuple[str, ...]) -> None:
+        super().__init__(derivation, outputs)
+        self.pieces = pieces(derivation, outputs)
+        symbols = [*self.matrices.values(), *(one.target for one in self.pieces)]
+        for symbol in symbols:
+            for size in map(sp.sympify, symbol.shape):
+                if not (size.is_Integer or size.is_Symbol):
+                    raise TypeError(
+                        f"no loops for the size {size} of {symbol}; give it a letter"
+                    )
+        letters = {str(size) for symbol in symbols for size in symbol.shape}
+        self.names = {one.name: own(one.name) for one in symbols}
+        self.names |= {name: f"{name}_out" for name in self.results}
+        taken = set(self.names)
+        self.sizes = {
+            k: own(k, taken=k in taken) for k in sorted(letters) if not k.isdigit()
+        }
+
+        names = Counter([*self.names.values(), *self.sizes.values()])
+        if twice := [name for name, k in names.items() if k > 1]:
+            raise ValueError(f"two things would be called {twice[0]}; {ANOTHER}")
+
     @cached_property
     def source(self) -> str:
-        kinds = ["const double"] * len(self.given) + ["double"] * len(self.results)
-        arguments = [f"int {size}" for size in self.sizes.values()]
-        arguments += [
-            f"{kind} *{name} /* {shape[0]} x {shape[1]} */"
-            for kind, (name, shape) in zip(kinds, self.named())
+        loops, arguments = Loops(self.names, self.sizes), list(self.sizes.values())
+        written = {self.names[name] for name in self.results}
+        body = [
+            f"double {name}[{length} + 1];  // a size may be 0"
+            for name, length in loops.arrays(self.pieces).items()
+            if name not in written
         ]
-        rows: list[list[str]] = [[]]
-        for one in arguments:
-            if len(", ".join([*rows[-1], one])) > 68:
-                rows.append([])
-            rows[-1].append(one)
-        head = ",\n    ".join(", ".join(row) for row in rows)
-        names = [*self.sizes.values(), *(name for name, _ in self.named())]
-        lines = [*self.write(C("double")), "    return 0;"]
-        return function(f"int run({head})", lines, names)
+        body += [*loops.lines(self.pieces), "return 0;"]
+        rows, heads = [""], [f"int {size}" for size in arguments]
+        for name, X in (self.matrices | self.results).items():
+            kind = "const double" if name in self.matrices else "double"
+            one, (r, c) = self.names[name], X.shape
+            arguments.append(one)
+            heads.append(f"{kind} *{one} /* {r} x {c} */")
+        for one in heads:
+            if rows[-1] and len(f"{rows[-1]}, {one}") > WIDTH:
+                rows.append("")
+            rows[-1] += f", {one}" if rows[-1] else one
+        head = ",\n    ".join(rows)
+        lines = [f"    {line}" for line in body]
+        return function(f"int run({head})", lines, arguments)
 
     @cached_property
     def run(self) -> Any:
         otherwise = "the text of the kernel is in `source`"
         return library({"kernel.c": self.source}, otherwise).run
 
-    def solved(self, sizes: list[int], arrays: list[np.ndarray]) -> bool:
-        pointers = (X.ctypes.data_as(ctypes.c_void_p) for X in arrays)
-        return self.run(*map(ctypes.c_int, sizes), *pointers) == 0
+    def solved(self, arrays: Matrices, sizes: dict[str, int]) -> Matrices:
+        found = {
+            name: np.zeros([int(sizes.get(str(size), size)) for size in X.shape])
+            for name, X in self.results.items()
+        }
+        numbers = [ctypes.c_int(sizes.get(name, 0)) for name in self.sizes]
+        pointers = (
+            X.ctypes.data_as(ctypes.c_void_p)
+            for X in (*arrays.values(), *found.values())
+        )
+        if self.run(*numbers, *pointers) != 0:
+            raise np.linalg.LinAlgError(
+                "a matrix that a solve needs is not positive definite"
+            )
+        return found
+
+
+def own(name: str, taken: bool = False) -> str:
+    """A name as code can use it: one that loops use themselves gets an underscore."""
+    if not (name.isidentifier() and name.isascii()):
+        raise ValueError(f"{name!r} is no name that code can have; {ANOTHER}")
+    return f"{name}_" if taken or name in TAKEN or keyword.iskeyword(name) else name

@@ -30,6 +30,7 @@ from .program import (
     made,
     reads,
 )
+from .text import needed, require_proved
 
 
 def lower(
@@ -94,34 +95,6 @@ def lower(
         if one.matrix not in work.factored
     )
     return Program(given, shapes, steps, results, known, definite)
-
-
-def require_proved(derivation: Derivation) -> None:
-    """Raise AssertionError for a derivation without proofs, or with a false one."""
-    if not derivation.proved():
-        unproved = derivation.unproved()
-        raise AssertionError(f"unproved derivation: {derivation.source}: {unproved}")
-
-
-def needed(stages: tuple[Stage, ...], outputs: Sequence[str]) -> tuple[Stage, ...]:
-    """The stages that `outputs` depend on, in order; all of them if none are named."""
-    if not outputs:
-        return stages
-    wanted, kept = set(outputs), []
-    for stage in reversed(stages):
-        if stage.target.name in wanted:
-            kept.append(stage)
-            wanted |= {s.name for s in symbols_in(stage.formula)}
-    missing = set(outputs) - {stage.target.name for stage in kept}
-    if missing:
-        raise KeyError(f"no stage assigns {sorted(missing)}")
-    return tuple(reversed(kept))
-
-
-def symbols_in(formula: Any) -> set[Any]:
-    if isinstance(formula, Solve):
-        return symbols_in(formula.N) | symbols_in(formula.M)
-    return formula.atoms(sp.MatrixSymbol)
 
 
 def _used(

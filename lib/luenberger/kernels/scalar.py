@@ -12,7 +12,7 @@ def function(statement: Explicit, letter: sp.Symbol, *names: str) -> Callable[..
     """Compile what a statement says that `letter` is into ``f(**values)``.
 
     Arrays broadcast.  `names` are the arguments: the symbols of the formula, and others
-    it may ignore.  Refuses a statement that does not hold, as `numpy.kernel` does.
+    it may ignore.  Refuses a statement that does not hold, as `compiled` does.
     """
     if faults := statement.check():
         raise AssertionError(f"unproved: {statement.says}: {faults}")

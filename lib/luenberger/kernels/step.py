@@ -62,5 +62,5 @@ def assemble_columns(like: Step) -> Beside:
 
 def _made(source: str, names: dict[str, Any]) -> Any:
     namespace = dict(names)
-    exec("import numpy as np\n" + source, namespace)  # made by us, see cache
+    exec("import numpy as np\n" + source, namespace)  # made by us, see `kept`
     return namespace["step"]

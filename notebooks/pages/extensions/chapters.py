@@ -6,7 +6,7 @@ from broken_formulas import WIDE, apart, in_lines, spaced
 from docutils import nodes
 from sympy import MatrixBase
 
-from luenberger.kernels.numpy import numpy_source
+from luenberger.kernels.text import numpy_source
 from luenberger.symbolic import (
     BlockMatrix,
     Chain,

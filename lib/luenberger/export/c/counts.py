@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...kernels.c import Module, function
+from ...kernels.c.file import File, function
 from .formats import Formats, largest
 from .identifiers import comment, quoted
 from .observer import ROWS
@@ -35,7 +35,7 @@ def units(name: str, made: Formats, signals: Signals) -> list[str]:
     return lines
 
 
-def declared(module: Module) -> list[str]:
+def declared(module: File) -> list[str]:
     """Declarations of what converts."""
     return [
         "",
@@ -46,7 +46,7 @@ def declared(module: Module) -> list[str]:
     ]
 
 
-def conversions(module: Module, bits: int) -> list[str]:
+def conversions(module: File, bits: int) -> list[str]:
     """From units to counts and back."""
     most, kind, name = f"{largest(bits)}.0", module.real, module.name
     lines = [
@@ -70,7 +70,7 @@ def conversions(module: Module, bits: int) -> list[str]:
     return [function(head, lines), function(back, ["    return (double)counts / one;"])]
 
 
-def selftest(module: Module, made: Formats, m: int) -> str:
+def selftest(module: File, made: Formats, m: int) -> str:
     """A main that compares counts with those that Python computed, exactly."""
     rng, name, q = np.random.default_rng(8), module.name, len(made.shown)
     read = [[int(rng.integers(-s, s + 1)) for s in made.most] for _ in range(ROWS)]

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ...kernels.c import C, Module, function
+from ...kernels.c.file import File, function
+from ...kernels.c.writer import C
 from ...observer import Observer
 from . import counts, source_and_header
 from .formats import SUM, Formats, Row
@@ -29,7 +30,7 @@ def texts(
     observer: Observer, name: str, signals: Signals, made: Formats, bound: RoundingBound
 ) -> dict[str, str]:
     """The two files of an observer in whole numbers, by name."""
-    module = Module(name, f"int{made.bits}_t")
+    module = File(name, f"int{made.bits}_t")
     written = _Fixed(module, made, observer.G.shape[1])
     body = source_and_header.source(module, written.functions())
     body += "\n" + counts.selftest(module, made, written.m)
@@ -61,7 +62,7 @@ def _rounded(bound: RoundingBound) -> list[str]:
 class _Fixed:
     """The functions of one observer; `wide` is the type of sums."""
 
-    def __init__(self, module: Module, made: Formats, inputs: int) -> None:
+    def __init__(self, module: File, made: Formats, inputs: int) -> None:
         self.module, self.made, self.m = module, made, inputs
         self.name, self.real = module.name, module.real
         self.wide, self.bits = f"int{SUM[made.bits]}_t", made.bits

@@ -5,12 +5,14 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from ...analysis.step_cost import MATRICES, narrowed, step_program, step_sizes
+from ...analysis.step_cost import MATRICES, Counts, counts, narrowed
 from ...errors import SAMPLE, DesignError
-from ...kernels.c import C, Module, function
-from ...kernels.program import Cost
+from ...kernels.c.file import File, function
+from ...kernels.c.step import write_step
+from ...kernels.c.writer import C
 from ...numeric.linalg import modes
 from ...observer import Observer
+from ...papers.leondes_novak.derivation import observer_step
 from ...plant import Plant
 from ...run.estimate import estimate
 from . import source_and_header
@@ -33,7 +35,7 @@ def texts(
 ) -> dict[str, str]:
     """The two files of an observer, by name."""
     rounding = floating_notes(observer, real, signals, plant, ranges)
-    observer, module = narrowed(observer, real), Module(name, real)
+    observer, module = narrowed(observer, real), File(name, real)
     if real == "float":
         require_exportable(observer, " in float")
         _warn_of_slow_modes(observer)
@@ -65,28 +67,31 @@ EQUATIONS = [
 ]
 
 
-def _step(module: Module, observer: Observer) -> tuple[str, Cost]:
+def _step(module: File, observer: Observer) -> tuple[str, Counts]:
     """The C function, and what it costs."""
-    to, sizes = C(module.real), step_sizes(observer)
+    to, (q, r) = C(module.real), observer.P.shape
+    sizes = dict(q=q, r=r, p=observer.D.shape[1], m=observer.G.shape[1])
     for array, length in (("y", sizes["p"]), ("u", sizes["m"])):
         if length:
             to.loop("i", 0, length)
             to.need(f"isfinite({array}[i]) != 0")
             to.end()
-    for array, length in (("y", sizes["p"]), ("u", sizes["m"]), ("state", sizes["r"])):
+    for array, length in (("y", sizes["p"]), ("u", sizes["m"]), ("state", r)):
         if not length:
             to.line(f"(void){array};")
-    q, r = sizes["q"], sizes["r"]
     to.array("shown", q)
     if r:
         to.array("moved", r)
-    cost = module.steps(
-        step_program(observer),
+    cost = counts(observer)
+    write_step(
+        observer_step(),
         sizes,
-        to,
         {k: getattr(observer, k) for k in MATRICES},
+        module,
+        to,
         {"z": "state->z"},
-        {"w_hat": ("shown", q), "z_next": ("moved", r)},
+        {"w_hat": "shown", "z_next": "moved"},
+        scalars=cost.scalars,
     )
     found = [("shown", "what", q), ("moved", "state->z", r)]
     found = [one for one in found if one[-1]]
@@ -99,8 +104,7 @@ def _step(module: Module, observer: Observer) -> tuple[str, Cost]:
         to.set(f"{place}[i]", f"{array}[i]")
         to.end()
     to.line("return 0;")
-    step = function(source_and_header.prototype(module), to.lines)
-    return step, cost + Cost(sizes["p"] + sizes["m"] + q + r, stack=q + r)
+    return function(source_and_header.prototype(module), to.lines), cost
 
 
 def _warn_of_slow_modes(observer: Observer) -> None:
@@ -145,7 +149,7 @@ def inputs(m: int, p: int) -> tuple[np.ndarray, np.ndarray]:
     return values[:, :m], values[:, m:]
 
 
-def _init(module: Module, observer: Observer) -> str:
+def _init(module: File, observer: Observer) -> str:
     to = C(module.real)
     for k, value in enumerate(observer.z0.tolist()):
         to.set(f"state->z[{k}]", repr(value))

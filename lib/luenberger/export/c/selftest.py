@@ -4,15 +4,14 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from ...kernels.c import Module
+from ...kernels.c.file import File
 from ...kernels.c.writer import listed, typed
-from ...kernels.writer import entry
 
 TOLERANCE = {"double": 1e-9, "float": 1e-3}  # of the self-test, beside the largest
 
 
 def selftest(
-    module: Module,
+    module: File,
     u: np.ndarray,
     y: np.ndarray,
     expected: np.ndarray,
@@ -36,13 +35,13 @@ def selftest(
         if X.size
     )
     start = [f"    const {real} bound = {typed(repr(bound), real)};"]
-    wanted = entry(f"{name}_expected", ("k", q), ("i", 1))
+    wanted = f"{name}_expected[{'k' if q == 1 else f'k * {q}'} + i]"
     compared = [*(f"        {line}" for line in after), *_compared(real, q, wanted)]
     return program(module, (N, m, p, q), [*tables], start, compared)
 
 
 def program(
-    module: Module,
+    module: File,
     sizes: tuple[int, int, int, int],
     tables: Sequence[str],
     start: Sequence[str],

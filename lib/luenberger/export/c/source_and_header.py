@@ -5,9 +5,10 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from ...analysis.step_cost import Counts
 from ...certificate import require_match
 from ...formats import atomic
-from ...kernels.c import Module
+from ...kernels.c.file import File
 from ...kernels.c.numbers import BYTES
 from ...kernels.program import Cost
 from ...numeric.validation import names
@@ -42,7 +43,7 @@ def signals(observer: Observer, plant: Plant | None = None) -> Signals:
 
 
 def header(
-    module: Module,
+    module: File,
     title: str,
     equations: Sequence[str],
     dt: float,
@@ -58,7 +59,7 @@ def header(
 
     Parameters
     ----------
-    module : Module
+    module : File
     title : str
     equations, notes : list of str
         Lines of the comment.
@@ -103,7 +104,7 @@ def header(
 
 
 def _declarations(
-    module: Module,
+    module: File,
     signals: Signals,
     members: Members,
     also: Sequence[str],
@@ -147,14 +148,14 @@ def _argument(name: str, labels: Sequence[str], meaning: str) -> list[str]:
     ]
 
 
-def prototype(module: Module) -> str:
+def prototype(module: File) -> str:
     return (
         f"int {module.name}_step({module.name}_state *state, const {module.real} u[], "
         f"const {module.real} y[],\n    {module.real} what[])"
     )
 
 
-def cost_notes(module: Module, state: int, costs: dict[str, Cost]) -> list[str]:
+def cost_notes(module: File, state: int, costs: dict[str, Cost]) -> list[str]:
     """Lines about operations and bytes; `costs` by what they are the cost of."""
     size = BYTES[module.real]
     constants = sum(cost.constants for cost in costs.values())
@@ -170,7 +171,7 @@ def cost_notes(module: Module, state: int, costs: dict[str, Cost]) -> list[str]:
     ]
 
 
-def step_notes(module: Module, state: int, cost: Cost) -> list[str]:
+def step_notes(module: File, state: int, cost: Counts) -> list[str]:
     """The same lines of a step that divides nothing, as `compare` counts it."""
     return [
         "",
@@ -182,7 +183,7 @@ def step_notes(module: Module, state: int, cost: Cost) -> list[str]:
     ]
 
 
-def _kept(module: Module, state: int, constants: int) -> str:
+def _kept(module: File, state: int, constants: int) -> str:
     size, real = BYTES[module.real], module.real
     return (
         f"{(state + constants) * size} bytes of state and constants, in {real}s: "
@@ -190,7 +191,7 @@ def _kept(module: Module, state: int, constants: int) -> str:
     )
 
 
-def source(module: Module, functions: Sequence[str]) -> str:
+def source(module: File, functions: Sequence[str]) -> str:
     """The text of NAME.c, without its fingerprint and self-test."""
     name = module.name
     lines = [

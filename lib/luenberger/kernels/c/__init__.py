@@ -4,6 +4,7 @@ What writes a statement of C enters here; what a device keeps and when it is cal
 said in `export`.
 """
 
+from .file import File as File
+from .file import function as function
 from .module import Module as Module
 from .writer import C as C
-from .writer import function as function

@@ -5,7 +5,7 @@ as soon as a pivot shows that a matrix is not definite; compile it without -ffas
 which would let the tests of pivots be dropped.
 """
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 from ...numeric import Matrices
 from .. import cost
@@ -14,6 +14,7 @@ from ..passes import Results, write_pass
 from ..program import Cost, Factor, Program, Sizes
 from ..scalars import Inverse, Let, Straight
 from . import rows
+from .file import File
 from .panels import Panels
 from .tables import PaddedRows
 from .writer import C
@@ -22,12 +23,8 @@ FLOAT_TOL = 1e-6  # a pivot relative to its diagonal: float has 1.2e-7
 
 
 @dataclass
-class Module:
-    """What the functions of one C file share: its name, number type and tables."""
-
-    name: str
-    real: str
-    tables: Matrices = field(default_factory=dict)
+class Module(File):
+    """A file whose functions are programs."""
 
     def __post_init__(self) -> None:
         self.panels = Panels(PaddedRows(self.name, self.real))
@@ -84,10 +81,8 @@ class Module:
 
     def table_lines(self) -> list[str]:
         """The tables as C declarations, and the functions that loops share."""
-        to = C(self.real, 0)
-        for name, X in self.tables.items():
-            to.table(name, X)
-        return [*to.lines, *self.panels.rows.lines(), "", *self.panels.lines()]
+        lines = super().table_lines()
+        return [*lines, *self.panels.rows.lines(), "", *self.panels.lines()]
 
 
 def _scalars(

@@ -131,10 +131,3 @@ def listed(values: ArrayLike, per_line: int = 4) -> str:
     if len(rows) == 1:
         return f"{{{rows[0]}}}"
     return "{\n        " + ",\n        ".join(rows) + "\n    }"
-
-
-def function(head: str, lines: list[str], arguments: Iterable[str] = ()) -> str:
-    """A function of these lines; of its `arguments` those that they never read."""
-    body = "\n".join(lines)
-    unused = [k for k in arguments if not re.search(rf"\b{k}\b", body)]
-    return "\n".join([head, "{", *(f"    (void){k};" for k in unused), body, "}", ""])
