@@ -11,7 +11,7 @@ from exact_filter import Model, rational, zeros
 
 import luenberger as lb
 from luenberger.errors import DesignError
-from luenberger.filtering import kept, pack
+from luenberger.filtering import kept, pack, quick
 from luenberger.filtering.passes import Maps, State, Tape, forward
 from luenberger.papers.leondes_novak.derivation import best_coordinates
 from luenberger.symbolic import evaluate
@@ -212,3 +212,50 @@ def test_the_factors_are_the_covariance_that_notebooks_derive(seed):
     for P in in_fractions(problem)[1]:
         Sigma = by_the_page(A, Q, C, R, Sigma)
         assert (P == Sigma).all()
+
+
+def many_states(r=1.0):
+    rng = np.random.default_rng(5)
+    n, p = 8, 3
+    A, C, G = (rng.normal(size=s) for s in ((n, n), (p, n), (n, n)))
+    A *= 0.9 / np.abs(np.linalg.eigvals(A)).max()
+    plant = lb.Plant(A, None, C, dt=1.0, Q=G @ G.T, R=np.diag([1, 1, r]), P0=np.eye(n))
+    y = rng.normal(size=(60, p))
+    y[rng.random(y.shape) < 0.2] = np.nan
+    return plant, y
+
+
+def test_many_states_are_filtered_as_few_are(monkeypatch):
+    plant, y = many_states()
+    found = lb.Filter(plant).run(y)
+    assert found.end.P is not None
+    parts, end = [], None
+    for part in lb.Record(y).split(13):
+        parts.append(lb.Filter(plant).run(part, start=end))
+        end = parts[-1].end
+    assert np.array_equal(np.concatenate([part.x for part in parts]), found.x)
+    assert np.array_equal(np.concatenate([part.std for part in parts]), found.std)
+    monkeypatch.setattr(pack, "is_quick", lambda *_: False)
+    factors = lb.Filter(plant).run(y)
+    assert factors.end.P is None
+    assert np.allclose(found.x, factors.x, rtol=1e-12, atol=1e-12)
+    assert np.allclose(found.std, factors.std, rtol=1e-12, atol=0)
+
+
+def test_a_covariance_close_to_singular_is_left_to_factors(monkeypatch):
+    """A reading of noise 1e-10 beside states of order one: the whole record again."""
+    plant, y = many_states(1e-20)
+    found = lb.Filter(plant).run(y)
+    assert found.end.P is None
+    monkeypatch.setattr(pack, "is_quick", lambda *_: False)
+    assert np.array_equal(found.x, lb.Filter(plant).run(y).x)
+
+
+def test_an_elimination_finds_what_is_not_definite():
+    P = np.eye(4) + 0.1
+    room = np.zeros((4, 4))
+    assert quick.definite(P, room)
+    P[2] = P[1]
+    P[:, 2] = P[:, 1]
+    assert not quick.definite(P, room)
+    assert not quick.definite(np.full((1, 1), np.nan), room)

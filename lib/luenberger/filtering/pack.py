@@ -11,7 +11,7 @@ from ..numeric import Matrix, Vector
 from ..numeric.factors import factor
 from ..plant import Plant
 from ..recursion.settings import require_start
-from . import passes, scalars
+from . import passes, quick, scalars
 from .maps import Settings
 from .passes import Maps, State, Tape, gram
 
@@ -31,12 +31,15 @@ class End(NamedTuple):
         Which outputs arrived.
     u : (m,) ndarray
         The input, which acts until the next row.
+    P : (n, n) ndarray or None
+        The covariance, where it was found as such and not in factors.
     """
 
     instant: int
     state: State
     seen: np.ndarray
     u: np.ndarray
+    P: np.ndarray | None = None
 
 
 class Packed(NamedTuple):
@@ -78,14 +81,9 @@ def begin(settings: Settings, u0: Vector) -> End:
     P0 = require_start(plant)
     n, p = plant.n, plant.p
     N = settings.at(0, np.zeros(p, dtype=bool))[0].B.shape[1]
-    H = factor(P0)
-    H = np.hstack([H, np.zeros((n, 1))]) if not H.shape[1] else H
     z, V, D = np.zeros(N), np.eye(N), np.ones(N)
     z[:n] = plant.x0
-    U, d = np.zeros((n, n)), np.zeros(n)
-    ones = np.ones(H.shape[1])
-    gram(H, ones, P0.diagonal().copy(), U, d, np.zeros((0, n)), ones.copy())
-    V[:n, :n], D[:n] = U, d
+    V[:n, :n], D[:n] = factors(P0)
     state = State(z, V, D, np.zeros((p, N)), np.zeros(p))
     return End(0, state, np.zeros(p, dtype=bool), u0)
 
@@ -95,8 +93,8 @@ def packed(settings: Settings, end: End, y: Matrix, u: Matrix) -> Packed:
     plant, rows = settings.plant, len(y)
     seen = ~np.isnan(y)
     y = y if not plant.m else y - fed(plant, end.instant, u)
-    before = np.concatenate([end.u[None], u[:-1]]) if rows else u
     prior = end.instant == 0 and plant.P0_is == "prior"
+    before = np.concatenate([end.u[None], u[:-1]]) if rows and plant.m else u
     drive = _driven(plant, settings.origin, end.instant, before)
     if prior and rows:
         drive[0] = 0.0
@@ -120,6 +118,8 @@ def fed(plant: Plant, instant: int, u: Matrix) -> Matrix:
 
 def _driven(plant: Plant, origin: int, instant: int, u: Matrix) -> Matrix:
     """B u that leads to each row behind an instant, u of the rows before."""
+    if not plant.m:
+        return np.zeros((len(u), plant.n))
     if plant.B.ndim == 2:
         return u @ plant.B.T
     at = np.clip(instant - origin + np.arange(len(u)), 0, len(plant.B) - 1)
@@ -130,15 +130,21 @@ def _alike(
     settings: Settings, end: End, y: Matrix, seen: Matrix
 ) -> tuple[list[Any], Vector, Matrix]:
     """Of a plant that does not change: one map for all rows with the same outputs."""
-    code = np.concatenate([end.seen[None], seen]) @ (1 << np.arange(seen.shape[1]))
-    _, first, at = np.unique(code, return_index=True, return_inverse=True)
+    whole = bool(seen.all())
+    if whole and len(seen):
+        first = [0, 1] if not end.seen.all() else [1]
+        at = np.full(len(seen) + 1, len(first) - 1)
+        at[0] = 0
+    else:
+        code = np.concatenate([end.seen[None], seen]) @ (1 << np.arange(seen.shape[1]))
+        _, first, at = np.unique(code, return_index=True, return_inverse=True)
     found, mixed = [], y
     for k, row in enumerate(first):
         pattern = seen[row - 1] if row else end.seen
         found.append(settings.at(1, pattern))
         L = found[-1][1]
         if np.tril(L, -1).any():
-            if pattern.all() and seen.all():
+            if pattern.all() and whole:
                 mixed = y @ L.T
                 continue
             mixed = y.copy() if mixed is y else mixed
@@ -174,14 +180,42 @@ def over(settings: Settings, end: End, y: Matrix, u: Matrix, keep: str = "") -> 
         np.empty((some, p)),
     )  # fmt: skip
     x, variances = np.empty((rows, n)), np.empty((rows, n))
-    run = text(settings, pack.maps, rows)
-    clash = run(*pack[:-1], state, x, variances, tape)
-    if clash >= 0:
-        row, j = divmod(int(clash), p)
-        _refuse(settings, end.instant + 1 + row, j, ~np.isnan(y[row]))
+    P = None
+    if is_quick(settings, pack.maps, keep):
+        z, P = state.z.copy(), covariance(state) if end.P is None else end.P.copy()
+        if quick.forward.fast(*pack[:-1], z, P, x, variances, tape) < 0:
+            state = State(z, *factors(P), state.E, state.e)
+        else:
+            P = None
+    if P is None:
+        run = text(settings, pack.maps, rows)
+        clash = run(*pack[:-1], state, x, variances, tape)
+        if clash >= 0:
+            row, j = divmod(int(clash), p)
+            _refuse(settings, end.instant + 1 + row, j, ~np.isnan(y[row]))
     last = ~np.isnan(y[-1]) if rows else end.seen
-    after = End(end.instant + rows, state, last, u[-1] if rows else end.u)
+    after = End(end.instant + rows, state, last, u[-1] if rows else end.u, P)
     return Passage(x, variances, tape, pack, after)
+
+
+def is_quick(settings: Settings, maps: Maps, keep: str) -> bool:
+    """Whether the covariance itself is tried, before factors of it."""
+    noisy = settings.way == "nothing" and keep != "all"
+    return noisy and settings.plant.n > FEW and bool((maps.r > 0).all())
+
+
+def covariance(state: State) -> Matrix:
+    """U D U'."""
+    return np.ascontiguousarray((state.V.T * state.D) @ state.V)
+
+
+def factors(P: Matrix) -> tuple[Matrix, Vector]:
+    """V and D of a covariance."""
+    n, H = len(P), factor(P)
+    H = np.hstack([H, np.zeros((n, 1))]) if not H.shape[1] else H
+    V, D, ones = np.zeros((n, n)), np.zeros(n), np.ones(H.shape[1])
+    gram(H, ones, P.diagonal().copy(), V, D, np.zeros((0, n)), ones.copy())
+    return V, D
 
 
 def text(settings: Settings, maps: Maps, rows: int) -> Any:
