@@ -11,7 +11,7 @@ from exact_filter import Model, rational, zeros
 
 import luenberger as lb
 from luenberger.errors import DesignError
-from luenberger.filtering import kept, pack, quick
+from luenberger.filtering import pack, quick
 from luenberger.filtering.passes import Maps, State, Tape, forward
 from luenberger.papers.leondes_novak.derivation import best_coordinates
 from luenberger.symbolic import evaluate
@@ -164,21 +164,6 @@ def test_scalars_find_the_bits_of_the_loops(monkeypatch, n, kind):
     scalars = lb.Filter(plant).run(y)
     for name in ("x", "std", "P", "K"):
         assert np.array_equal(getattr(loops, name), getattr(scalars, name)), name
-
-
-def test_a_damaged_text_is_written_anew(tmp_path, monkeypatch):
-    monkeypatch.setenv("LUENBERGER_CACHE", str(tmp_path))
-    text = "def f(x):\n    return x + 1\n"
-    assert kept._compiled("f", text, "text_1")(1) == 2
-    (file,) = tmp_path.glob("luenberger/*/text_1.py")
-    file.write_text("def f(x):\n    return x + 3\n")
-    assert kept._compiled("f", text, "text_1")(1) == 2
-    assert file.read_text() == text
-
-
-def test_a_text_needs_no_folder(monkeypatch):
-    monkeypatch.setattr(kept, "folder", lambda: None)
-    assert kept._compiled("f", "def f(x):\n    return 2 * x\n", "text_2")(3) == 6
 
 
 def by_the_page(A, Q, C, R, Sigma):

@@ -15,6 +15,11 @@ WAYS: dict[str, Any] = dict(cache=True, error_model="numpy", nogil=True)
 FAST = {"contract", "reassoc"}  # sums in any order: for sizes that only loops can do
 
 
+def installed() -> bool:
+    """Whether there is a compiler."""
+    return find_spec("numba") is not None
+
+
 class Text:
     """A function of loops over arrays, as it is written in `plain`."""
 
@@ -36,7 +41,7 @@ class Text:
 
     def _compiled(self, which: str, ways: dict[str, Any]) -> Callable:
         names = self.plain.__globals__
-        if find_spec("numba") is None:
+        if not installed():
             return self.on()
         import numba
 

@@ -13,7 +13,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from . import kept, passes
+from ..kernels.jit import jitted
+from . import passes
+from .compiling import installed
 from .passes import CLASH, TINY, Maps
 
 Entry = Any  # a Name, or a number that is known
@@ -218,10 +220,8 @@ def forward(maps: Maps) -> Callable:
     """`passes.forward` for these maps, in scalars."""
     size = sizes(maps)
     if size not in _compiled:
-        alone = not kept.installed()
-        _compiled[size] = (
-            passes.forward.exact if alone else kept.function("forward", record(size))
-        )
+        text = jitted(record(size)) if installed() else passes.forward.exact
+        _compiled[size] = text
     return _compiled[size]
 
 
@@ -316,7 +316,7 @@ def record(size: Sizes) -> str:
     """The text of `passes.forward` for these sizes."""
     row, n, p = Row(size), size.n, size.p
     out = [
-        "def forward(y, drive, at, maps, state, xs, variances, tape):",
+        "def run(y, drive, at, maps, state, xs, variances, tape):",
         "    B, G, C, R = maps.B, maps.G, maps.C, maps.r",
         "    z, V, D = state.z, state.V, state.D",
         "    clash, s, k = -1, -1, -1",
