@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..numeric import Matrix, Vector
+from ..numeric.detectability import dies_out, hidden_modes
 from ..numeric.factors import factor
-from ..numeric.linalg import complete, solve_right
+from ..numeric.linalg import UNIT_TOL, complete, solve_right
 from ..plant import Plant
 from ..recursion.settings import accurate_outputs, require_noise
 from ..recursion.weight import canonical_weight, positive_weight
+from . import tail
 from .passes import Maps
 
 FIRM = 1e-8  # a pivot of R at unit diagonal; below it outputs are not told apart by it
@@ -54,6 +57,24 @@ class Settings:
         self.way = self._way()
         self._known: dict[Any, Any] = {}
         self._stacked: Any = None, None, None
+        self._steady: list[tail.Steady | None] = []
+
+    @cached_property
+    def unseen_growth(self) -> list[complex]:
+        """The unstable modes that no output shows, of a plant that does not change."""
+        plant = self.plant
+        if plant.steps is not None or dies_out(plant.A):
+            return []
+        found = hidden_modes(plant.A, plant.C, least=1 - UNIT_TOL)
+        return [mode for mode in found if abs(mode) > 1]
+
+    def steady(self, run: Callable) -> tail.Steady | None:
+        """The settled filter of complete rows, found once by the `run` of a pass."""
+        if not self._steady:
+            everything = np.ones(self.plant.p, dtype=bool)
+            maps = Maps(*(X[None] for X in self.at(1, everything)[0]))
+            self._steady.append(tail.steady(maps, run))
+        return self._steady[0]
 
     def _way(self) -> str:
         """What is beside the state: "nothing", the noises of "outputs", or of "all"."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,11 +12,10 @@ from ..numeric import Matrix, Vector
 from ..numeric.factors import factor
 from ..plant import Plant
 from ..recursion.settings import require_start
-from . import passes, quick, scalars
+from . import digits, passes, quick, scalars, tail
 from .maps import Settings
-from .passes import Maps, State, Tape, gram
+from .passes import FEW, Maps, State, Tape, gram
 
-FEW = 6  # states at most whose rows are done in scalars
 MANY = 20_000  # rows that are worth a compilation
 
 
@@ -31,6 +31,10 @@ class End(NamedTuple):
         Which outputs arrived.
     u : (m,) ndarray
         The input, which acts until the next row.
+    gap : Gap
+        That in which the row is.
+    still : bool
+        Whether the filter is settled.
     P : (n, n) ndarray or None
         The covariance, where it was found as such and not in factors.
     """
@@ -39,6 +43,8 @@ class End(NamedTuple):
     state: State
     seen: np.ndarray
     u: np.ndarray
+    gap: digits.Gap
+    still: bool = False
     P: np.ndarray | None = None
 
 
@@ -66,13 +72,17 @@ class Packed(NamedTuple):
 
 
 class Passage(NamedTuple):
-    """What a pass found: estimates and variances (N, n), the tape, where it ended."""
+    """What a pass found: estimates and variances (N, n), the tape, where it ended.
+
+    `settled` has the rows from which on there was one gain.
+    """
 
     x: np.ndarray
     variances: np.ndarray
     tape: Tape
     packed: Packed
     end: End
+    settled: list[int]
 
 
 def begin(settings: Settings, u0: Vector) -> End:
@@ -85,7 +95,8 @@ def begin(settings: Settings, u0: Vector) -> End:
     z[:n] = plant.x0
     V[:n, :n], D[:n] = factors(P0)
     state = State(z, V, D, np.zeros((p, N)), np.zeros(p))
-    return End(0, state, np.zeros(p, dtype=bool), u0)
+    gap = digits.Gap(0, np.zeros(n))
+    return End(0, state, np.zeros(p, dtype=bool), u0, gap)
 
 
 def packed(settings: Settings, end: End, y: Matrix, u: Matrix) -> Packed:
@@ -166,36 +177,93 @@ def _each(
     return found, np.arange(len(y) + 1), mixed
 
 
+def blank(rows: int, read: int, n: int, N: int, p: int) -> Tape:
+    """A tape of so many rows, and of so many whose readings are kept."""
+    return Tape(
+        np.empty((rows, n)), np.empty((rows, N)), np.empty((rows, N, N)),
+        np.empty((rows, N)), np.empty((read, p, N)), np.empty((read, p)),
+        np.empty((read, p)),
+    )  # fmt: skip
+
+
 def over(settings: Settings, end: End, y: Matrix, u: Matrix, keep: str = "") -> Passage:
     """Filter rows; what is kept of each is "" (no tape), "readings" or "all"."""
     plant, rows = settings.plant, len(y)
     n, p = plant.n, plant.p
     pack = packed(settings, end, y, u)
-    state = State(*(X.copy() for X in end.state))
-    N = len(state.z)
-    some, all_ = rows * (keep != ""), rows * (keep == "all")
-    tape = Tape(
-        np.empty((all_, n)), np.empty((all_, N)), np.empty((all_, N, N)),
-        np.empty((all_, N)), np.empty((some, p, N)), np.empty((some, p)),
-        np.empty((some, p)),
-    )  # fmt: skip
+    tape = blank(rows * (keep == "all"), rows * (keep != ""), n, len(end.state.z), p)
     x, variances = np.empty((rows, n)), np.empty((rows, n))
-    P = None
+    run = text(settings, pack.maps, rows)
+    clash, P = 0, None
     if is_quick(settings, pack.maps, keep):
-        z, P = state.z.copy(), covariance(state) if end.P is None else end.P.copy()
-        if quick.forward.fast(*pack[:-1], z, P, x, variances, tape) < 0:
-            state = State(z, *factors(P), state.E, state.e)
-        else:
-            P = None
-    if P is None:
-        run = text(settings, pack.maps, rows)
-        clash = run(*pack[:-1], state, x, variances, tape)
-        if clash >= 0:
-            row, j = divmod(int(clash), p)
-            _refuse(settings, end.instant + 1 + row, j, ~np.isnan(y[row]))
+        state = end.state._replace(z=end.state.z.copy())
+        P = covariance(state) if end.P is None else end.P.copy()
+        way = _in_covariance(pack, state.z, P, x, variances, tape)
+        clash, still, settled = _along(settings, way, pack, end, run, keep)
+        if clash < 0:
+            state = State(state.z, *factors(P), state.E, state.e)
+    if P is None or clash >= 0:
+        P, state = None, State(*(X.copy() for X in end.state))
+        way = _in_factors(run, pack, state, x, variances, tape)
+        clash, still, settled = _along(settings, way, pack, end, run, keep)
+    row, j = divmod(clash, p) if clash >= 0 else (rows, 0)
+    done, instant = slice(row + 1), end.instant + 1
+    gap = digits.followed(
+        settings, end.gap, y[done], variances[done], instant,
+        partial(_covariance_at, run, pack, end.state),
+    )  # fmt: skip
+    if clash >= 0:
+        _refuse(settings, instant + row, j, ~np.isnan(y[row]))
     last = ~np.isnan(y[-1]) if rows else end.seen
-    after = End(end.instant + rows, state, last, u[-1] if rows else end.u, P)
-    return Passage(x, variances, tape, pack, after)
+    u = u[-1] if rows else end.u
+    after = End(end.instant + rows, state, last, u, gap, still, P)
+    return Passage(x, variances, tape, pack, after, settled)
+
+
+def _along(
+    settings: Settings, way: tail.Way, pack: Packed, end: End, run: Any, keep: str
+) -> tuple[int, bool, list[int]]:
+    """What `tail.over` finds; what is kept on a tape is the full recursion's."""
+    if keep or settings.plant.steps is not None or settings.way != "nothing":
+        return way.rows(slice(0, len(pack.y))), False, []
+    found = partial(settings.steady, run)
+    return tail.over(way, pack, found, end.instant, end.still)
+
+
+def _in_factors(
+    run: Any, pack: Packed, state: State, x: Matrix, variances: Matrix, tape: Tape
+) -> tail.Way:
+    def rows(part: slice) -> int:
+        y, drive, at = pack.y[part], pack.drive[part], pack.at[part.start :]
+        return int(run(y, drive, at, pack.maps, state, x[part], variances[part], tape))
+
+    def settle(V: Matrix, D: Vector) -> None:
+        state.V[:], state.D[:] = V, D
+
+    return tail.Way(rows, lambda: (state.V, state.D), settle, state.z, x, variances)
+
+
+def _in_covariance(
+    pack: Packed, z: Vector, P: Matrix, x: Matrix, variances: Matrix, tape: Tape
+) -> tail.Way:
+    def rows(part: slice) -> int:
+        y, drive, at = pack.y[part], pack.drive[part], pack.at[part.start :]
+        rest = x[part], variances[part], tape
+        return int(quick.forward.fast(y, drive, at, pack.maps, z, P, *rest))
+
+    def settle(V: Matrix, D: Vector) -> None:
+        P[:] = (V.T * D) @ V
+
+    return tail.Way(rows, lambda: factors(P), settle, z, x, variances)
+
+
+def _covariance_at(run: Any, pack: Packed, state: State, row: int) -> Matrix:
+    """The covariance of one row, found again."""
+    n, part = pack.drive.shape[1], slice(0, row + 1)
+    state, room = State(*(X.copy() for X in state)), np.empty((2, row + 1, n))
+    tape = blank(0, 0, n, len(state.z), pack.y.shape[1])
+    _in_factors(run, pack, state, *room, tape).rows(part)
+    return covariance(state)[:n, :n]
 
 
 def is_quick(settings: Settings, maps: Maps, keep: str) -> bool:

@@ -27,6 +27,7 @@ import numpy as np
 
 from .compiling import Text
 
+FEW = 6  # states at most whose rows are done in scalars, sums in their order
 TINY = 1e-13  # of what a sum is made of: rounding
 CLASH = 1e-7  # of what an innovation is made of: more contradicts what is known
 
@@ -325,6 +326,26 @@ def forward(y, drive, at, maps, state, xs, variances, tape):
                     a += O[i, k] * E[j, n + k]
                 v[i] += a * a * e[j]
     return clash
+
+
+@Text
+def one_gain(y, drive, A, C, K, z, xs):
+    """Filter complete rows with the same gain."""
+    ahead, nu = np.zeros(len(z), z.dtype), np.zeros(len(C), z.dtype)
+    for t in range(len(y)):
+        for i in range(len(z)):
+            ahead[i] = drive[t, i]
+            for k in range(len(z)):
+                ahead[i] += A[i, k] * z[k]
+        for j in range(len(C)):
+            nu[j] = y[t, j]
+            for k in range(len(z)):
+                nu[j] -= C[j, k] * ahead[k]
+        for i in range(len(z)):
+            z[i] = ahead[i]
+            for j in range(len(C)):
+                z[i] += K[i, j] * nu[j]
+            xs[t, i] = z[i]
 
 
 @Text

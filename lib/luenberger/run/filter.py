@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -35,11 +35,19 @@ class Filtered:
         Their one-sigma errors, square roots of the diagonals of P.
     end : End
         The filter behind the last row: ``run(more, start=found.end)`` goes on there.
+    settled_at : (k,) ndarray of int
+        The rows from which on there is one gain, until other outputs arrive: the
+        covariance P of a plant that does not change is within 1e-11 of the steady one,
+        (1 - e) Sigma <= P <= (1 + e) Sigma, and stays there.  The gain differs by at
+        most 2e-11 in these units, and an estimate by at most 1e-8 of its deviations,
+        for innovations whose normalised length is one.  P and K are those of the full
+        recursion.
     """
 
     x: Any
     std: Any
     end: End
+    settled_at: np.ndarray
     _again: Any
 
     @cached_property
@@ -110,11 +118,11 @@ class Filter:
         std = np.sqrt(np.concatenate([one.variances for one in windows]))
         names = self.plant.state_names
         table = (dataframes.framed(X, names, record.index) for X in (x, std))
-
-        def again() -> tuple[Matrix, Matrix]:
-            return self._matrices(rows, start)
-
-        return Filtered(*table, windows[-1].end, again)
+        first = np.cumsum([0, *(len(one.x) for one in windows)])
+        settled = [k + row for k, one in zip(first, windows) for row in one.settled]
+        again = partial(self._matrices, rows, start)
+        settled_at = np.array(settled, dtype=np.int64)
+        return Filtered(*table, windows[-1].end, settled_at, again)
 
     def _windows(self, rows: Rows, start: End | None, keep: str = "") -> Any:
         """Passage by passage over the rows."""
