@@ -389,7 +389,7 @@ def test_a_second_report_on_a_combination_of_the_states(reported, inside, tmp_pa
     header, *lines = (made / "estimates.csv").read_text().splitlines()
     assert header == "time,climb (m/s),climb (m/s)_sigma"
     y = np.genfromtxt(rows[1:], delimiter=",")[:, 1:3]
-    done = lb.filter_data(plant, y, m1=lb.compare(plant).chosen.accurate, history=True)
+    done = lb.Filter(plant, lb.compare(plant).chosen.accurate).run(y)
     found = np.array([line.split(",")[1:] for line in lines], float)
     np.testing.assert_allclose(found[:, 0], done.x @ row, rtol=1e-9)
     np.testing.assert_allclose(found[:, 1] ** 2, row @ done.P @ row, rtol=1e-9)

@@ -64,14 +64,11 @@ def piece(request, monkeypatch):
     )
 
 
-@pytest.mark.parametrize("backend", ["numpy", "numba"])
-def test_a_record_is_filtered_at_its_instants(call, piece, backend):
-    if backend == "numba":
-        pytest.importorskip("numba", reason="numba is an optional extra")
-    status, out, err = call(f"motor.json data.csv --out x.csv --backend {backend}")
+def test_a_record_is_filtered_at_its_instants(call, piece):
+    status, out, err = call("motor.json data.csv --out x.csv")
     assert (status, out) == (0, "x.csv\n") and "300 rows of ['time', 'angle'" in err
     times, x, std = numbers()
-    wanted = lb.filter_data(MOTOR, record(), backend="numpy", settle=None)
+    wanted = lb.Filter(MOTOR).run(record())
     np.testing.assert_allclose(x, wanted.x, rtol=1e-10, atol=1e-12)
     np.testing.assert_allclose(std, wanted.std, rtol=1e-10)
     text = pathlib.Path("data.csv").read_text().splitlines()[1:]
@@ -97,16 +94,18 @@ def test_a_lag_gives_the_smoothed_record(call, piece):
 
 
 def test_no_rows_are_no_estimates():
-    none = np.zeros((0, 2))
-    for run in (lb.filter_data, lb.smooth):
-        found = run(MOTOR, none, np.zeros((0, 1)), time=[])
+    none = np.zeros((0, 2)), np.zeros((0, 1))
+    for found in (
+        lb.Filter(MOTOR).run(lb.Record(*none, time=[])),
+        lb.smooth(MOTOR, *none, time=[]),
+    ):
         assert found.x.shape == found.std.shape == (0, 2)
 
 
 def test_a_discrete_plant_keeps_its_period(call):
     assert call("even.json even.csv --out x.csv")[0] == 0
     _, x, _ = numbers()
-    wanted = lb.filter_data(EVEN, record().reset_index(drop=True), settle=None)
+    wanted = lb.Filter(EVEN).run(record().reset_index(drop=True))
     np.testing.assert_allclose(x, wanted.x, rtol=1e-12)
     status, _, err = call("even.json data.csv --out no.csv")
     assert status == 1 and "data.csv, line 3: " in err and "dt = 0.1 s" in err
@@ -120,7 +119,7 @@ def test_rows_without_times_are_a_period_apart(call):
     assert status == 1 and "plain.csv has no column 'time'" in err
     assert "--sample DT" in err
     assert call("motor.json plain.csv --out x.csv --sample 0.1")[0] == 0
-    wanted = lb.filter_data(EVEN, record().reset_index(drop=True), settle=None)
+    wanted = lb.Filter(EVEN).run(record().reset_index(drop=True))
     np.testing.assert_allclose(numbers()[1], wanted.x, rtol=1e-12)
 
 
@@ -130,7 +129,10 @@ def test_a_missing_input_is_zero_only_if_that_is_said(call):
     assert status == 1 and "lacks the columns ['voltage']" in err
     assert call("motor.json free.csv --out x.csv --undriven")[0] == 0
     np.testing.assert_allclose(
-        numbers()[1], lb.filter_data(MOTOR, record(), 0).x, rtol=1e-10, atol=1e-12
+        numbers()[1],
+        lb.Filter(MOTOR).run(lb.Record(record(), 0)).x,
+        rtol=1e-10,
+        atol=1e-12,
     )
 
 

@@ -107,9 +107,7 @@ def _reader(options: Namespace) -> Callable[[Any], Any]:
             backend,
         )  # fmt: skip
     if options.lag is None:
-        return lambda table: filter_csv.estimates(
-            plant, table, options.undriven, backend
-        )
+        return lambda table: filter_csv.estimates(plant, table, options.undriven)
     return lambda table: smoothed.estimates(
         plant, table, options.lag, backend, options.undriven
     )

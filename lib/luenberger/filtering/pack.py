@@ -37,6 +37,8 @@ class End(NamedTuple):
         Whether the filter is settled.
     P : (n, n) ndarray or None
         The covariance, where it was found as such and not in factors.
+    clock : object
+        What is known of the times of the record.
     """
 
     instant: int
@@ -46,6 +48,7 @@ class End(NamedTuple):
     gap: digits.Gap
     still: bool = False
     P: np.ndarray | None = None
+    clock: Any = None
 
 
 class Packed(NamedTuple):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import Any
 
@@ -20,7 +20,7 @@ from .discretise import discretise
 from .record import Record, Rows
 
 Outputs = int | Sequence[int | str]  # how many, or which
-ROWS = 1 << 13  # of a plant that changes, whose matrices are held at once
+ROWS = 1 << 10  # of a plant that changes, whose matrices are held at once
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,17 +112,26 @@ class Filter:
             Where an earlier part of the same run ended.
         """
         record = Record.of(record)
-        rows = record.on(self.plant, 0 if start is None else start.instant)
+        first, clock = (0, None) if start is None else (start.instant, start.clock)
+        found = self.over(record.on(self.plant, first, clock), start)
+        if record.index is None:
+            return found
+        names = self.plant.state_names
+        x, std = (
+            dataframes.framed(X, names, record.index) for X in (found.x, found.std)
+        )
+        return replace(found, x=x, std=std)
+
+    def over(self, rows: Rows, start: End | None = None) -> Filtered:
+        """The same of rows that are arrays already."""
         windows = list(self._windows(rows, start))
         x = np.concatenate([one.x for one in windows])
         std = np.sqrt(np.concatenate([one.variances for one in windows]))
-        names = self.plant.state_names
-        table = (dataframes.framed(X, names, record.index) for X in (x, std))
         first = np.cumsum([0, *(len(one.x) for one in windows)])
         settled = [k + row for k, one in zip(first, windows) for row in one.settled]
+        end = windows[-1].end._replace(clock=rows.clock)
         again = partial(self._matrices, rows, start)
-        settled_at = np.array(settled, dtype=np.int64)
-        return Filtered(*table, windows[-1].end, settled_at, again)
+        return Filtered(x, std, end, np.array(settled, dtype=np.int64), again)
 
     def _windows(self, rows: Rows, start: End | None, keep: str = "") -> Any:
         """Passage by passage over the rows."""
@@ -144,6 +153,8 @@ class Filter:
             require_instants(self.plant, instant + len(rows.y[part]))
             return self.settings
         steps = rows.periods[part]
+        if not len(steps):
+            steps = np.ones(1)  # of no rows
         if (steps == steps[0]).all():
             return Settings(self.plant.sampled(float(steps[0])), self.m1, self.weight)
         return Settings(discretise(self.plant, steps), self.m1, self.weight, instant)

@@ -13,18 +13,13 @@ import numpy as np
 from ..errors import DesignError, short
 from ..formats.csv_reader import Rows, Table
 from ..formats.spreadsheets import require_plain
-from ..kernels import runs_compiled
-from ..numeric import Matrix, Vector
+from ..numeric import Matrix
 from ..plant import Plant
-from ..recursion.progress import Progress
-from ..recursion.settings import Settings
-from ..recursion.settled_pass import SettledPass
-from ..recursion.state import start
-from . import chunks, filter_chunks
-from .clock import Clock, Column
+from . import record
+from .clock import Column
 from .estimate_csv import Piece, require_times
+from .filter import Filter, Filtered
 from .measurements import require_finite, time_column
-from .sampled_pass import SampledPass
 from .timed import Stretch, Timed, leading
 
 
@@ -126,18 +121,16 @@ def _line(table: Table, rows: Rows, k: int) -> str:
 
 
 def estimates(
-    plant: Plant, table: Table, undriven: bool = False, backend: str = "auto"
+    plant: Plant, table: Table, undriven: bool = False
 ) -> tuple[list[str], Iterator[Piece]]:
     """Filter a table; memory does not grow with its length.
 
     Parameters
     ----------
     plant : Plant
-        As in `filter_data`: with Q, R and P0, continuous or discrete.
+        With Q, R and P0, continuous or discrete.
     table, undriven
         As in `reads`.
-    backend : str
-        As in `filter_data`.
 
     Returns
     -------
@@ -148,11 +141,10 @@ def estimates(
     Raises
     ------
     ValueError
-        As `reads`; and as `filter_data`.
+        As `reads`; and as `Filter.run`.
     """
-    runs_compiled(backend, 0)
     header, found = reads(plant, table, undriven)
-    return header, paired(plant, table, found, partial(_filtered, plant, backend))
+    return header, paired(plant, table, found, partial(_filtered, plant))
 
 
 Way = Callable[[Iterator, Iterator], Iterator]  # from y and u, chunk by chunk
@@ -197,14 +189,11 @@ def _taken(waiting: deque[Rows], count: int) -> Rows:
     return Rows(lines[:count], carried[:count], whole[:count])
 
 
-def _filtered(plant: Plant, backend: str, ys: Iterator, us: Iterator) -> Iterator:
-    """What `filter_data` gives of each chunk."""
-    u0: Vector = np.zeros(plant.m)
-    if plant.dt == 0:
-        sampled = SampledPass(plant, 0)
-        each = partial(filter_chunks.sampled_chunk, sampled, False, backend)
-        begin = Progress(start(sampled, plant.x0, u0))
-        return iter(chunks.found(each, begin, ys, us))
-    run = SettledPass(Settings(plant, 0), None)
-    step = partial(filter_chunks.chunk, run, Clock(plant, "rows"), False, backend)
-    return iter(chunks.found(step, Progress(start(run, plant.x0, u0)), ys, us))
+def _filtered(plant: Plant, ys: Iterator, us: Iterator) -> Iterator[Filtered]:
+    """What the filter gives of each part, from the end of the one before."""
+    run, end, u0 = Filter(plant), None, np.zeros(plant.m)
+    for part, u in zip(ys, us):
+        y, steps = (part.y, part.periods) if plant.dt == 0 else (part, None)
+        found = run.over(record.Rows(y, u, u0, steps, None), end)
+        end = found.end
+        yield found

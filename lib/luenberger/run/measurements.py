@@ -22,7 +22,8 @@ from ..papers.leondes_novak.derivation import predict
 from ..plant import Plant
 from .clock import Column
 from .estimate import estimated
-from .filter_data import filter_data
+from .filter import Filter
+from .record import Record
 
 TIME = ("time", "t", "instant")  # a first column of such a name holds instants
 
@@ -211,9 +212,7 @@ def _filtered(
 ) -> Estimates:
     """The estimates of a record in which measurements are missing."""
     L, whole = observer.L, np.array_equal(observer.L, np.eye(plant.n))
-    done = filter_data(  # a report has no place for a bound
-        plant, data.y, data.u, m1=accurate, history=not whole, settle=None
-    )
+    done = Filter(plant, accurate).run(Record(data.y, data.u))
     x, std = done.x, done.std
     if not whole:
         x, std = x @ L.T, _deviations(L @ done.P @ L.T)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from copy import copy
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -12,7 +13,7 @@ from ..formats import dataframes
 from ..numeric import Matrix, Vector
 from ..plant import Plant
 from . import arrivals, chunks
-from .clock import ONE_ROW, Clock, known, periods
+from .clock import ONE_ROW, Clock, known, periods, row
 
 
 class Rows(NamedTuple):
@@ -29,6 +30,8 @@ class Rows(NamedTuple):
         Seconds that lead to each row of a continuous plant.
     due : (N, p) ndarray of int or None
         The row at which each reading arrived; None where all were on time.
+    clock : object
+        What has to be known of the times of these rows for those of later ones.
     """
 
     y: np.ndarray
@@ -36,6 +39,7 @@ class Rows(NamedTuple):
     u0: np.ndarray
     periods: np.ndarray | None
     due: np.ndarray | None
+    clock: Any = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,22 +129,40 @@ class Record:
     def __len__(self) -> int:
         return len(self.y)
 
-    def on(self, plant: Plant, first: int = 0) -> Rows:
-        """The rows of one run as arrays; `first` of its rows came before."""
+    def on(self, plant: Plant, first: int = 0, clock: Any = None) -> Rows:
+        """The rows of one run as arrays; `first` of its rows came before.
+
+        `clock` is that of the rows before.
+        """
         outputs, inputs = (plant.p, plant.output_names), (plant.m, plant.input_names)
         y, u = chunks.arrays(self.y, self.u, outputs, inputs, missing=True)
         u0 = dataframes.entries("u0", self.u0, plant.input_names)
         u0 = np.zeros(plant.m) if u0 is None else chunks.single("u0", u0, plant.m)
         steps = None
         if plant.dt > 0:
-            Clock(plant, self.time).follow(self.y)
+            clock = Clock(plant) if clock is None else copy(clock)
+            clock.time = self.time
+            clock.follow(self.y)
         else:
-            steps = periods(known(plant, self.y, self.time, None, first)[0])
-            if not len(steps):
+            steps, clock = self._steps(plant, first, clock)
+        due = None if self.arrival is None else self._due(plant, y, first)
+        return Rows(y, u, u0, steps, due, clock)
+
+    def _steps(
+        self, plant: Plant, first: int, clock: Any
+    ) -> tuple[Vector, tuple[Vector, Any]]:
+        """Seconds that lead to each row, the last instant and what it counts from."""
+        last, origin = clock or (np.empty(0), None)
+        seconds, origin = known(plant, self.y, self.time, origin, first)
+        before = len(last)
+        steps = periods(
+            np.concatenate([last, seconds]), lambda k: row(first + k - before)
+        )
+        if not before:
+            if len(seconds) == 1:
                 raise ValueError(ONE_ROW)
             steps = np.concatenate([steps[:1], steps])
-        due = None if self.arrival is None else self._due(plant, y, first)
-        return Rows(y, u, u0, steps, due)
+        return steps, (seconds[-1:] if len(seconds) else last, origin)
 
     def _due(self, plant: Plant, y: Matrix, first: int) -> Vector:
         block = arrivals.Block(self.y, self.arrival)

@@ -20,7 +20,8 @@ from ...papers.leondes_novak.derivation import (
 )
 from ...plant import Plant
 from ...recursion.settings import Settings
-from ...run.filter_data import filter_data
+from ...run.filter import Filter
+from ...run.record import Record
 from ...stage_list import StageList
 from . import guard, source_and_header
 from .admitted import settings_of
@@ -60,7 +61,7 @@ def texts(
     said = guard.notes(n, plant.p, real) if filter_.guarded else []
     u, y = map(np.array, inputs(plant.m, plant.p))
     y[4::5, 0], y[7::9] = np.nan, np.nan  # one missing, all missing
-    wanted = filter_data(plant, y, u, m1=settings.accurate, weight=weight, settle=None)
+    wanted = Filter(plant, settings.accurate, weight).run(Record(y, u))
     body = source_and_header.source(module, filter_.functions)
     body += "\n" + selftest(module, u, y, wanted.x)
     accurate = ", ".join(quoted(plant.output_names[k]) for k in settings.accurate)
