@@ -369,6 +369,24 @@ def test_blocks_are_joined_for_numba_as_in_numpy(monkeypatch):
         compile(joined, backend="c")
 
 
+@pytest.mark.parametrize("size", [1, 3, 6])
+def test_a_solve_of_any_size(backend, size):
+    """X M = N for whole numbers, so that N is exact."""
+    rng = np.random.default_rng(size)
+    H, X = rng.integers(-4, 5, size=(size, size)), rng.integers(-9, 9, size=(2, size))
+    M = H @ H.T + 60 * np.eye(size)
+    found = compile(solving(), backend=backend)(M=M, N=X @ M)["X"]
+    np.testing.assert_allclose(found, X, rtol=0, atol=1e-11)
+
+
+def test_a_vector_is_added_up_by_columns_of_a_transpose(backend):
+    n = sp.Symbol("n", integer=True, positive=True)
+    A, x, y = MatrixSymbol("A", n, n), MatrixSymbol("x", n, 1), MatrixSymbol("y", n, 1)
+    step = compile(own((A, x), Stage(y, x - 2 * A.T * x + A * x)), backend=backend)
+    found = step(A=[[1, 2], [3, 4]], x=[[5], [7]])["y"]
+    assert found.tolist() == [[-28], [-26]]
+
+
 def test_the_factor_of_a_matrix_has_a_name_of_its_own(backend):
     n = sp.Symbol("n", integer=True, positive=True)
     M, N, X = (MatrixSymbol(name, n, n) for name in ("M", "M_l", "X"))
