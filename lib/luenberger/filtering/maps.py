@@ -55,6 +55,8 @@ class Settings:
                 f"weight must be an (n, n) matrix or 'canonical', got {weight!r}"
             )
         self.way = self._way()
+        self.as_is = np.eye(plant.p)  # what mixes no outputs
+        self.first: Any = None  # the factors of P0, once they are asked for
         self._known: dict[Any, Any] = {}
         self._stacked: Any = None, None, None
         self._steady: list[tail.Steady | None] = []
@@ -112,11 +114,14 @@ class Settings:
         A, C = now.A, np.where(seen[:, None], now.C, 0.0)
         Q, R, S = now.covariances()
         n, p = len(A), len(C)
-        L, none = np.eye(p), np.zeros((n, 0))
+        L, none = self.as_is, np.zeros((n, 0))
         if self.way == "nothing":
             r = np.ones(p)  # of an output that did not arrive it is not used
             some = np.flatnonzero(seen)
-            L[np.ix_(some, some)], r[some] = _whitened(R[np.ix_(some, some)])
+            mix, r[some] = _whitened(R[np.ix_(some, some)])
+            if np.tril(mix, -1).any():
+                L = np.eye(p)
+                L[np.ix_(some, some)] = mix
             return _one(A, A, factor(Q), none, none, L @ now.C, r, np.ones(0)), L
         joint = (
             factor(R) if self.way == "outputs" else factor(np.block([[Q, S], [S.T, R]]))

@@ -91,15 +91,16 @@ class Passage(NamedTuple):
 def begin(settings: Settings, u0: Vector) -> End:
     """The filter before the first row of a record."""
     plant = settings.plant
-    P0 = require_start(plant)
     n, p = plant.n, plant.p
-    N = settings.at(0, np.zeros(p, dtype=bool))[0].B.shape[1]
+    none = np.zeros(p, dtype=bool)
+    N = settings.at(0, none)[0].B.shape[1]
+    if settings.first is None:
+        settings.first = factors(require_start(plant))
     z, V, D = np.zeros(N), np.eye(N), np.ones(N)
     z[:n] = plant.x0
-    V[:n, :n], D[:n] = factors(P0)
+    V[:n, :n], D[:n] = settings.first
     state = State(z, V, D, np.zeros((p, N)), np.zeros(p))
-    gap = digits.Gap(0, np.zeros(n))
-    return End(0, state, np.zeros(p, dtype=bool), u0, gap)
+    return End(0, state, none, u0, digits.Gap(0, np.zeros(n)))
 
 
 def packed(settings: Settings, end: End, y: Matrix, u: Matrix) -> Packed:
@@ -157,7 +158,7 @@ def _alike(
         pattern = seen[row - 1] if row else end.seen
         found.append(settings.at(1, pattern))
         L = found[-1][1]
-        if np.tril(L, -1).any():
+        if L is not settings.as_is:
             if pattern.all() and whole:
                 mixed = y @ L.T
                 continue
