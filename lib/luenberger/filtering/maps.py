@@ -91,14 +91,21 @@ class Settings:
 
     def at(self, i: int, seen: Vector) -> tuple[Maps, Matrix]:
         """The `Maps` of instant i with the outputs `seen`, and what whitens them."""
-        steps = self.plant.steps
-        i = 0 if steps is None else min(max(i - self.origin, 0), steps - 1)
-        key = i, seen.tobytes()
+        key = self._step(i), seen.tobytes()
         if key not in self._known:
-            if steps is not None:  # each instant is passed once
+            if self.plant.steps is not None:  # each instant is passed once
                 self._known.clear()
-            self._known[key] = self._make(i, seen)
+            self._known[key] = self._make(self.now(i), seen)
         return self._known[key]
+
+    def _step(self, i: int) -> int:
+        """The step of the plant at instant i."""
+        steps = self.plant.steps
+        return 0 if steps is None else min(max(i - self.origin, 0), steps - 1)
+
+    def now(self, i: int) -> Any:
+        """The plant's matrices at instant i."""
+        return self.plant.at(self._step(i))
 
     def stack(self, found: tuple[Any, ...]) -> tuple[Maps, Matrix]:
         """What `at` found as stacks, the same where they were asked for before."""
@@ -109,8 +116,20 @@ class Settings:
             self._stacked = key, stacks, found  # kept, so that no other has their ids
         return self._stacked[1]
 
-    def _make(self, i: int, seen: Vector) -> tuple[Maps, Matrix]:
-        now = self.plant.at(i)
+    def push(self, i: int, seen: Vector) -> Matrix:
+        """How the accurate outputs of instant i among `seen` push an estimate, (n, p)."""
+        return self._push(self.now(i).C, seen)
+
+    def _push(self, C: Matrix, seen: Vector) -> Matrix:
+        accurate = [j for j in self.accurate if seen[j]]
+        canonical = isinstance(self.weight, str)
+        weight = canonical_weight(C[seen]) if canonical else self.weight
+        labels = [self.plant.output_names[k] for k in accurate]
+        Gamma = np.zeros(C.T.shape)
+        Gamma[:, accurate] = complete(C[accurate], weight, labels)[1]
+        return Gamma
+
+    def _make(self, now: Any, seen: Vector) -> tuple[Maps, Matrix]:
         A, C = now.A, np.where(seen[:, None], now.C, 0.0)
         Q, R, S = now.covariances()
         n, p = len(A), len(C)
@@ -134,14 +153,10 @@ class Settings:
         if not self.accurate:
             both = np.hstack([A, Gw])
             return _one(both, both, G, none, none, *outputs), L
-        accurate = np.array([j for j in self.accurate if seen[j]], dtype=int)
-        weight = canonical_weight(C) if isinstance(self.weight, str) else self.weight
-        labels = [self.plant.output_names[k] for k in self.accurate]
-        Gamma = complete(now.C[accurate], weight, labels)[1]
         J = np.zeros((n, p))
         if seen.any():
             J[:, seen] = solve_right(S[:, seen], R[np.ix_(seen, seen)])
-        O = Gamma @ Gv[accurate]  # noqa: E741
+        O = self._push(now.C, seen) @ Gv  # noqa: E741
         rest = Gv - C @ O
         M = np.hstack([A, A @ O + J @ rest])
         B = np.hstack([A - J @ C, Gw - J @ Gv])

@@ -349,112 +349,163 @@ def one_gain(y, drive, A, C, K, z, xs):
 
 
 @Text
-def backward(at, maps, tape, theta, Theta, told, much, lam, Lam):
-    """What later rows say of each row, by their innovations alone (Bryson, Frazier).
-
-    Later rows change the estimate z of a row by P theta, and its covariance P by
-    -P Theta P.  `lam` (rows, n) and `Lam` (rows, n, n) say the same of the prediction
-    of a row, with its own readings; `told` and `much` (rows, p) of the noise of each
-    reading.  theta (rows, N) and Theta (rows, N, N) have no rows where not wanted.
-    """
-    rows, p = tape.pivot.shape
-    n, N = maps.B.shape[1:]
-    a, A = np.zeros(N, lam.dtype), np.zeros((N, N), lam.dtype)
-    h = np.zeros(N, lam.dtype)
-    for t in range(rows - 1, -1, -1):
-        if t < rows - 1:
-            B, ahead = maps.B[at[t + 1]], Lam[t + 1]
-            for i in range(N):
-                a[i] = B[0, i] * lam[t + 1, 0]
-                for k in range(1, n):
-                    a[i] += B[k, i] * lam[t + 1, k]
-                for k in range(n):
-                    h[k] = ahead[k, 0] * B[0, i]
-                    for m in range(1, n):
-                        h[k] += ahead[k, m] * B[m, i]
-                for j in range(i + 1):
-                    s = B[0, j] * h[0]
-                    for k in range(1, n):
-                        s += B[k, j] * h[k]
-                    A[i, j] = s
-                    A[j, i] = s
-        if len(theta):
-            theta[t], Theta[t] = a, A
-        C = maps.C[at[t + 1]]
-        for j in range(p - 1, -1, -1):
-            told[t, j], much[t, j] = 0, 0
-            share = over(1, tape.pivot[t, j])
-            if share == 0:
-                continue
-            K, c = tape.K[t, j], C[j]
-            u, d = tape.nu[t, j], share / share
-            for i in range(N):
-                s = A[i, 0] * K[0]
-                for k in range(1, N):
-                    s += A[i, k] * K[k]
-                h[i] = s * share
-                u -= K[i] * a[i]
-                d += K[i] * h[i]
-            u, d = u * share, d * share
-            told[t, j], much[t, j] = u, d
-            for i in range(N):
-                a[i] += c[i] * u
-                for k in range(i + 1):
-                    A[i, k] += c[i] * c[k] * d - c[i] * h[k] - h[i] * c[k]
-                    A[k, i] = A[i, k]
-        lam[t], Lam[t] = a[:n], A[:n, :n]
+def unread(K, c, share, nu, a, A, h):
+    """Put into a and A what a reading says before it is read; `share` is 1 / pivot."""
+    u, d = nu, share / share
+    for i in range(len(a)):
+        row, s = A[i], A[i, 0] * K[0]
+        for k in range(1, len(a)):
+            s += row[k] * K[k]
+        h[i] = s * share
+        u -= K[i] * a[i]
+        d += K[i] * h[i]
+    u, d = u * share, d * share
+    for i in range(len(a)):
+        a[i] += c[i] * u
+        row, s = A[i], d * c[i] - h[i]
+        for k in range(len(a)):
+            row[k] += s * c[k] - c[i] * h[k]
+    return u, d
 
 
 @Text
-def rts(at, maps, tape, z, V, D, gains):
+def times(X, Y, out):
+    """out = X Y of square matrices, or nearly so."""
+    if len(Y) > FEW:
+        np.dot(X, Y, out)
+        return
+    for i in range(len(X)):
+        for j in range(Y.shape[1]):
+            s = X[i, 0] * Y[0, j]
+            for k in range(1, len(Y)):
+                s += X[i, k] * Y[k, j]
+            out[i, j] = s
+
+
+@Text
+def backward(at, maps, tape, lam, Lam, told, much, z, variances, P, w):
+    """What later rows say of each row, by their innovations alone (Bryson, Frazier).
+
+    They change the estimate of a row, of covariance S, by S theta, and its covariance
+    by -S Theta S: z (rows, N), `variances` (rows, n) and P (rows, n, n) become those
+    of all rows, and w (rows, n) what they say of the noise G that leads to the next
+    row.  `lam` (rows, n) and `Lam` (rows, n, n) are the same of the prediction of a
+    row, with its own readings; `told` and `much` (rows, p) of the noise of each
+    reading.  What is not wanted has no rows.
+    """
+    rows, p = tape.pivot.shape
+    (n, N), g, kind = maps.B.shape[1:], maps.G.shape[2], tape.z.dtype
+    a, A = np.zeros(N, kind), np.zeros((N, N), kind)
+    l, L = np.zeros(n, kind), np.zeros((n, n), kind)
+    h, H, BL = np.zeros(N, kind), np.zeros((N, N), kind), np.zeros((n, N), kind)
+    S, T = np.zeros((N, N), kind), np.zeros((N, N), kind)
+    for t in range(rows - 1, -1, -1):
+        B, C, G = maps.B[at[t + 1]], maps.C[at[t + 1]], maps.G[at[t + 1]]
+        for i in range(N):
+            s = B[0, i] * l[0]
+            for k in range(1, n):
+                s += B[k, i] * l[k]
+            a[i] = s
+        times(L, B, BL)
+        times(B.T, BL, A)
+        if len(z):
+            V, D = tape.V[t], tape.D[t]
+            for k in range(N):
+                row, column, d = T[k], V[k], D[k]
+                for i in range(N):
+                    row[i] = d * column[i]
+            times(V.T, T, S)
+            times(S, A, H)
+            for i in range(N):
+                row, s = S[i], tape.z[t, i]
+                for k in range(N):
+                    s += row[k] * a[k]
+                z[t, i] = s
+            for i in range(n):
+                row, gone, s = S[i], H[i], S[i, i]
+                for k in range(N):
+                    s -= gone[k] * row[k]
+                variances[t, i], w[t, i] = s, 0
+            for k in range(g):
+                s = G[0, k] * l[0]
+                for i in range(1, n):
+                    s += G[i, k] * l[i]
+                for i in range(n):
+                    w[t, i] += G[i, k] * s
+        if len(P):
+            times(H, S, T)
+            for i in range(n):
+                for j in range(i + 1):
+                    P[t, i, j] = S[i, j] - T[i, j]
+                    P[t, j, i] = P[t, i, j]
+        for j in range(p - 1, -1, -1):
+            share = over(1, tape.pivot[t, j])
+            if share > 0:
+                u, d = unread(tape.K[t, j], C[j], share, tape.nu[t, j], a, A, h)
+            else:
+                u, d = h[0] - h[0], h[0] - h[0]
+            if len(told):
+                told[t, j], much[t, j] = u, d
+        for i in range(n):
+            l[i] = a[i]
+            for j in range(n):
+                L[i, j] = A[i, j]
+        if len(lam):
+            lam[t], Lam[t] = l, L
+
+
+@Text
+def rts(at, maps, tape, gains):
     """Smooth rows from the last one up, without an inverse (Rauch, Tung, Striebel).
 
-    z (rows, N), V and D hold the estimates of the last row with their factors, and get
-    those of all; `gains` (rows, N, n) what there is in a row's error of that of the
-    next state, or no rows.
+    The estimates z of the tape, with their factors V and D, become those of all rows;
+    `gains` (rows, n, n) what there is in a row's error of that of the next state, or
+    no rows.
     """
-    rows, N = z.shape
+    rows, N = tape.z.shape
     n, g = maps.B.shape[1], maps.G.shape[2]
-    W, w = np.zeros((N + n, N + g), z.dtype), np.zeros(N + g, z.dtype)
-    Y, v = np.zeros((N, N + g + N), z.dtype), np.zeros(N + g + N, z.dtype)
-    made, U, d = np.zeros(n, z.dtype), np.zeros((n, n), z.dtype), np.zeros(n, z.dtype)
-    T, none = np.zeros((N, n), z.dtype), np.zeros((0, N), z.dtype)
-    size, h = np.zeros(N, z.dtype), np.zeros(2 * N + g, z.dtype)
+    z, kind = tape.z, tape.z.dtype
+    W, w = np.zeros((N + n, N + g), kind), np.zeros(N + g, kind)
+    Y, v = np.zeros((N, N + g + N), kind), np.zeros(N + g + N, kind)
+    made, U, d = np.zeros(n, kind), np.zeros((n, n), kind), np.zeros(n, kind)
+    T, none = np.zeros((N, n), kind), np.zeros((0, N), kind)
+    size, h = np.zeros(N, kind), np.zeros(2 * N + g, kind)
     for t in range(rows - 2, -1, -1):
-        B, G, old = maps.B[at[t + 1]], maps.G[at[t + 1]], tape.V[t]
+        B, G, V, D = maps.B[at[t + 1]], maps.G[at[t + 1]], tape.V[t], tape.D[t]
+        after, spread_after = tape.V[t + 1], tape.D[t + 1]
         for k in range(N):
-            w[k] = tape.D[t, k]
+            w[k] = D[k]
         for k in range(g):
             w[N + k] = 1
         for i in range(N):
             for k in range(N):
-                W[i, k] = old[k, i]
+                W[i, k] = V[k, i]
             for k in range(g):
                 W[i, N + k] = 0
-        rows_ahead(B, G, old, tape.D[t], W, N, made)
+        rows_ahead(B, G, V, D, W, N, made)
         gram(W, w, made, U, d, T, h)
         for i in range(N):  # the gain T U^-1
             for j in range(n):
                 for k in range(j):
                     T[i, j] -= T[i, k] * U[j, k]
         for i in range(N):
-            z[t, i], size[i] = tape.z[t, i], 0
+            size[i] = 0
             for j in range(n):
                 z[t, i] += T[i, j] * (z[t + 1, j] - tape.ahead[t + 1, j])
             for k in range(N + g):
                 Y[i, k] = W[i, k]
                 size[i] += W[i, k] * W[i, k] * w[k]
             for k in range(N):
-                a, much = T[i, 0] * V[t + 1, k, 0], abs(T[i, 0] * V[t + 1, k, 0])
+                a, much = T[i, 0] * after[k, 0], abs(T[i, 0] * after[k, 0])
                 for j in range(1, n):
-                    a += T[i, j] * V[t + 1, k, j]
-                    much += abs(T[i, j] * V[t + 1, k, j])
+                    a += T[i, j] * after[k, j]
+                    much += abs(T[i, j] * after[k, j])
                 Y[i, N + g + k] = clear(a, much)
-                size[i] += much * much * D[t + 1, k]
+                size[i] += much * much * spread_after[k]
         for k in range(N + g):
             v[k] = w[k]
         for k in range(N):
-            v[N + g + k] = D[t + 1, k]
-        gram(Y, v, size, V[t], D[t], none, h)
+            v[N + g + k] = spread_after[k]
+        gram(Y, v, size, V, D, none, h)
         if len(gains):
-            gains[t] = T
+            gains[t] = T[:n]

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
+from operator import index
 from typing import Any
 
 import numpy as np
 
 from ..arguments import expect
+from ..errors import short
 from ..filtering.maps import Settings
 from ..filtering.pack import End, Passage, begin, over
 from ..formats import dataframes
@@ -133,19 +135,75 @@ class Filter:
         again = partial(self._matrices, rows, start)
         return Filtered(x, std, end, np.array(settled, dtype=np.int64), again)
 
+    def smooth(self, record: Any, lag: int | None = None) -> Any:
+        """Estimate the states of a record from all of it; NaN means not measured.
+
+        Of all estimates that are linear in the record, these have the least
+        covariance.  With accurate outputs they are the best ones that show exactly
+        what these show at their own rows.
+
+        Parameters
+        ----------
+        record : Record, or what one is made of
+            Of many runs each is smoothed by itself.
+        lag : int, optional
+            Row k uses measurements up to row k + lag, and near the end as many as there
+            are; 0 is the filter.  Default: all rows, before and after.  It takes the
+            time of so many rows for each row.
+
+        Returns
+        -------
+        Smoothed, or a list of Smoothed for many runs
+
+        Raises
+        ------
+        DesignError
+            As from `run`.
+        ValueError
+            If the record does not fit the plant, or the lag is no whole number that is
+            0 or more.
+
+        References
+        ----------
+        H. E. Rauch, F. Tung and C. T. Striebel, "Maximum likelihood estimates of linear
+        dynamic systems", AIAA Journal 3 (1965) 1445-1450;
+        smoothing/derivation/next_state.py.
+        A. E. Bryson and M. Frazier, "Smoothing for linear and nonlinear dynamic
+        systems", Wright-Patterson AFB, TDR-63-119 (1963);
+        smoothing/derivation/adjoint.py.
+
+        Examples
+        --------
+        >>> import luenberger as lb
+        >>> plant = lb.Plant([[1]], None, [[1]], dt=1.0, Q=[[0]], R=[[1]], P0=[[1]])
+        >>> found = lb.Filter(plant).smooth([[2], [float("nan")], [2]])
+        >>> found.x[:, 0].round(4), found.std[:, 0].round(4)
+        (array([1.3333, 1.3333, 1.3333]), array([0.5774, 0.5774, 0.5774]))
+        """
+        from .smoothed import smoothed  # which needs a filter
+
+        record, lag = Record.of(record), whole_lag(lag)
+        if record.many:
+            return [smoothed(self, one, lag) for one in record.each()]
+        return smoothed(self, record, lag)
+
     def _windows(self, rows: Rows, start: End | None, keep: str = "") -> Any:
         """Passage by passage over the rows."""
-        whole = self.plant.steps is None and rows.periods is None
-        size = max(len(rows.y), 1) if whole else ROWS
         end = start
-        for k in range(0, max(len(rows.y), 1), size):
-            part = slice(k, k + size)
-            settings = self._at(rows, part, 0 if end is None else end.instant)
+        for part, settings in self.parts(rows, 0 if start is None else start.instant):
             if end is None:
                 end = begin(settings, rows.u0)
             one = over(settings, end, rows.y[part], rows.u[part], keep)
             end = one.end
             yield one
+
+    def parts(self, rows: Rows, instant: int = 0) -> Iterator[tuple[slice, Settings]]:
+        """Rows behind an instant that are done at once, with their settings."""
+        whole = self.plant.steps is None and rows.periods is None
+        size = max(len(rows.y), 1) if whole else ROWS
+        for k in range(0, max(len(rows.y), 1), size):
+            part = slice(k, k + size)
+            yield part, self._at(rows, part, instant + k)
 
     def _at(self, rows: Rows, part: slice, instant: int) -> Settings:
         """The settings of some rows."""
@@ -164,6 +222,22 @@ class Filter:
         passed = self._windows(rows, start, "all")
         P, K = zip(*(matrices(one, self.plant.p) for one in passed))
         return np.concatenate(P), np.concatenate(K)
+
+
+def whole_lag(lag: Any) -> int | None:
+    """The lag as an int, or None."""
+    if lag is None:
+        return None
+    try:
+        rows = -1 if isinstance(lag, (bool, np.bool_)) else index(lag)
+    except TypeError:
+        rows = -1
+    if rows < 0:
+        raise ValueError(
+            "lag must be a number of rows, 0 or more, or None for the whole record, "
+            f"got {short(lag)}"
+        )
+    return rows
 
 
 def matrices(one: Passage, p: int) -> tuple[Matrix, Matrix]:

@@ -126,6 +126,12 @@ class Record:
                 _part(self.arrival, part), self.u0 if self.many or k == 0 else None,
             )  # fmt: skip
 
+    def each(self) -> Iterator[Record]:
+        """The runs, one by one; inputs and arrivals of all runs are those of each."""
+        for k, y in enumerate(self.y):
+            u, arrival = (_of_one(X, k) for X in (self.u, self.arrival))
+            yield Record(y, u, self.time, arrival, self.u0)
+
     def __len__(self) -> int:
         return len(self.y)
 
@@ -170,6 +176,12 @@ class Record:
         rows = np.searchsorted(found.labels, found.due.ravel(), side="left")
         never = np.isnan(found.y).ravel()
         return np.where(never, np.iinfo(np.int64).max, rows).reshape(y.shape)
+
+
+def _of_one(X: Any, k: int) -> Any:
+    """What belongs to run k."""
+    many = isinstance(X, list | tuple) and len(X) and np.ndim(X[0]) == 2
+    return X[k] if many or getattr(X, "ndim", 0) == 3 else X
 
 
 def _part(X: Any, part: slice) -> Any:

@@ -1,0 +1,166 @@
+"""A record smoothed: what later rows say of each row, noises, accurate outputs met."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from ..filtering import back
+from ..filtering.back import Passed, Told
+from ..filtering.maps import Settings
+from ..filtering.pack import begin, over
+from ..filtering.passes import State
+from ..formats import dataframes
+from ..numeric import Matrix
+from .filter import Filter
+from .record import Record, Rows
+
+
+@dataclass(frozen=True, eq=False)
+class Smoothed:
+    """What `Filter.smooth` found; row k is instant k + 1 of the record.
+
+    Attributes
+    ----------
+    x : (N, n) ndarray or pandas.DataFrame
+        Estimates of the state, from the whole record or up to the lag.
+    std : (N, n) ndarray or pandas.DataFrame
+        Their one-sigma errors, square roots of the diagonals of P.
+    w : (N, n) ndarray or pandas.DataFrame
+        E[w | y], the process noise that leads from a row to the next one.
+    index : pandas.Index or None
+        That of the record.
+    names : tuple of str
+        Those of the states.
+    """
+
+    x: Any
+    std: Any
+    w: Any
+    index: Any
+    names: Sequence[str]
+    _work: _Work
+
+    @cached_property
+    def P(self) -> np.ndarray:
+        """Error covariances (N, n, n), found in a second pass when first read."""
+        return self._work.P
+
+    @cached_property
+    def v(self) -> Any:
+        """E[v | y], the measurement noise of each row, (N, p).
+
+        Also of outputs that are missing, as far as others tell of it.
+        """
+        return dataframes.framed(
+            self._work.v, self._work.filter.plant.output_names, self.index
+        )
+
+    @cached_property
+    def lag_one(self) -> np.ndarray:
+        """The covariance E[e_k e_{k-1}'] of row k with the row before, (N, n, n).
+
+        The errors e are estimate less state.  The first row is with the state at
+        instant 0, or, if P0 is the prior of the first sample, with itself.  For a fixed
+        lag either error is that of its own row.  It is found when first read.
+        """
+        return self._work.neighbours()
+
+
+def smoothed(filter: Filter, record: Record, lag: int | None) -> Smoothed:
+    """Smooth a record of one run."""
+    work = _Work(filter, record.on(filter.plant), lag)
+    names = filter.plant.state_names
+    table = (
+        dataframes.framed(X, names, record.index)
+        for X in (work.x, np.sqrt(work.variances), work.w)
+    )
+    return Smoothed(*table, record.index, names, work)
+
+
+class _Work:
+    """One record, and what is found of it when it is asked for."""
+
+    def __init__(self, filter: Filter, rows: Rows, lag: int | None) -> None:
+        self.filter, self.rows, self.lag = filter, rows, lag
+        passed = self._passed()[0]
+        found = back.smoothed(passed, lag, whole=self._meets)
+        self.z, self.w, self.variances = found.z, found.w, found.variances
+        self.x = found.z[:, : filter.plant.n]
+        if self._meets:
+            self.x, self.P = self._met(found.P)
+            self.variances = np.einsum("kii->ki", self.P)
+        self.variances = np.maximum(self.variances, 0.0)
+
+    @property
+    def _meets(self) -> bool:
+        return bool(self.filter.m1)
+
+    def _passed(self) -> tuple[Passed, State]:
+        """The pass of the filter with its whole tape, and the state before it."""
+        end, windows, y, u = None, [], self.rows.y, self.rows.u
+        for part, settings in self._parts():
+            if end is None:
+                end = begin(settings, self.rows.u0)
+                start, way = end.state, settings.way
+            windows.append(over(settings, end, y[part], u[part], "all"))
+            end = windows[-1].end
+        return Passed.of(windows, way), start
+
+    def _parts(self) -> Iterator[tuple[slice, Settings]]:
+        """Rows that are done at once; outputs are met when all is smoothed."""
+        for part, settings in self.filter.parts(self.rows):
+            if self._meets:
+                settings = Settings(settings.plant, origin=settings.origin)
+            yield part, settings
+
+    @cached_property
+    def P(self) -> Matrix:
+        """Covariances: a second pass."""
+        return back.smoothed(self._passed()[0], self.lag, whole=True).P
+
+    @property
+    def v(self) -> Matrix:
+        return np.concatenate(
+            [told.noises(self.z[part]) for part, told in self._told(self._parts())]
+        )
+
+    def _told(self, parts: Iterator[tuple[slice, Settings]]) -> Any:
+        for part, settings in parts:
+            yield (
+                part,
+                Told(settings, part.start + 1, self.rows.y[part], self.rows.u[part]),
+            )
+
+    def _met(self, P: Matrix) -> tuple[Matrix, Matrix]:
+        """Estimates and covariances, pushed to what the accurate outputs show."""
+        x, P = self.x.copy(), P.copy()
+        for part, told in self._told(self.filter.parts(self.rows)):
+            push, C, R = told.pushes(), told.each("C"), told.each("R")
+            x[part] += np.einsum("kij,kj->ki", push, told.left(x[part]))
+            unknown = R - C @ P[part] @ np.swapaxes(C, -1, -2)
+            P[part] += push @ unknown @ np.swapaxes(push, 1, 2)
+        return x, P
+
+    def neighbours(self) -> Matrix:
+        """E[e_k e_{k-1}'] of each row."""
+        passed, start = self._passed()
+        P = back.smoothed(passed.copied(), self.lag, whole=True).P
+        shares = back.gains(passed, start)
+        if passed.at[0] >= 0:
+            U = P @ np.swapaxes(shares[:-1], 1, 2)
+        else:
+            U = P.copy()
+            U[1:] = P[1:] @ np.swapaxes(shares[:-1], 1, 2)
+        if self._meets:
+            moves = [
+                told.pushes() @ told.each("C")
+                for _, told in self._told(self.filter.parts(self.rows))
+            ]
+            moved = np.concatenate(moves)
+            U[1:] -= moved[1:] @ U[1:] @ np.swapaxes(moved[:-1], 1, 2)
+        return U
