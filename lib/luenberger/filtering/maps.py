@@ -116,8 +116,15 @@ class Settings:
             self._stacked = key, stacks, found  # kept, so that no other has their ids
         return self._stacked[1]
 
+    def _factor(self, X: Matrix) -> Matrix:
+        """A factor; as wide at every instant, whatever the rank is there."""
+        H = factor(X)
+        if self.plant.steps is None:
+            return H
+        return np.hstack([H, np.zeros((len(X), len(X) - H.shape[1]))])
+
     def push(self, i: int, seen: Vector) -> Matrix:
-        """How the accurate outputs of instant i among `seen` push an estimate, (n, p)."""
+        """How the accurate ones of `seen` outputs push an estimate of instant i."""
         return self._push(self.now(i).C, seen)
 
     def _push(self, C: Matrix, seen: Vector) -> Matrix:
@@ -141,14 +148,17 @@ class Settings:
             if np.tril(mix, -1).any():
                 L = np.eye(p)
                 L[np.ix_(some, some)] = mix
-            return _one(A, A, factor(Q), none, none, L @ now.C, r, np.ones(0)), L
+            G = self._factor(Q)
+            return _one(A, A, G, none, none, L @ now.C, r, np.ones(0)), L
         joint = (
-            factor(R) if self.way == "outputs" else factor(np.block([[Q, S], [S.T, R]]))
+            self._factor(R)
+            if self.way == "outputs"
+            else self._factor(np.block([[Q, S], [S.T, R]]))
         )
         q = joint.shape[1]
         Gv = np.where(seen[:, None], joint[-p:] if p else joint[:0], 0.0)
         Gw = np.zeros((n, q)) if self.way == "outputs" else joint[:n]
-        G = factor(Q) if self.way == "outputs" else none
+        G = self._factor(Q) if self.way == "outputs" else none
         outputs = np.hstack([C, Gv]), np.zeros(p), np.ones(q)
         if not self.accurate:
             both = np.hstack([A, Gw])
