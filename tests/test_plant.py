@@ -143,7 +143,7 @@ def test_time_varying_rows_are_held_beyond_the_last():
         (dict(dt=True), "dt must be 0"),
         (dict(dt=np.inf), "dt must be 0"),
         (dict(x0=[1, 2, 3]), r"x0 must have shape \(2,\), got \(3,\)"),
-        (dict(P0_is="initial"), "P0_is must be 'posterior'"),
+        (dict(at_first="initial"), "at_first must be True or False"),
         (dict(state_names=["a"]), "state names must be 2 different strings"),
         (dict(state_names=["a", "a"]), "state names must be 2 different strings"),
         (dict(state_names="ab"), "state names must be a list"),
@@ -182,7 +182,7 @@ def full_plant():
         x0=[1, 2],
         P0=np.eye(2) / 7,
         multiplicative=[(ODD, [[1, 2]])],
-        P0_is="prior",
+        at_first=True,
         name="odd",
         description="Two lines\nof a remark.",
         state_names=["position (m)", "v"],
@@ -198,7 +198,7 @@ def test_json_round_trip_is_bit_for_bit(tmp_path):
     for name in ("A", "B", "C", "E", "Q", "R", "S", "x0", "P0"):
         assert getattr(first, name).tobytes() == getattr(again, name).tobytes(), name
     assert again.multiplicative[0][0].tobytes() == first.multiplicative[0][0].tobytes()
-    names = "dt P0_is name description state_names input_names output_names"
+    names = "dt at_first name description state_names input_names output_names"
     for name in names.split():
         assert getattr(first, name) == getattr(again, name)
     again.to_json(tmp_path / "again.json")

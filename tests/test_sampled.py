@@ -61,9 +61,10 @@ def test_one_period_is_a_row_of_uneven_ones():
 
 
 def test_what_is_not_of_time_stays():
-    plant = ball(x0=[1, 2], P0_is="prior", name="ball", description="on a beam")
+    plant = ball(x0=[1, 2], at_first=True, name="ball", description="on a beam")
     found = plant.sampled(0.5)
-    for name in "name description P0_is state_names input_names output_names".split():
+    names = "name description at_first state_names input_names output_names"
+    for name in names.split():
         assert getattr(found, name) == getattr(plant, name)
     np.testing.assert_array_equal(found.x0, [1, 2])
     np.testing.assert_array_equal(found.P0, np.eye(2))

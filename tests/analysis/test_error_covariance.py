@@ -72,7 +72,7 @@ def test_a_steady_variance_is_not_negative():
 
 
 def test_prior_start_and_biased_start():
-    plant = plant_of(3, P0_is="prior")
+    plant = plant_of(3, at_first=True)
     within_four_standard_errors(plant, lb.reduced_order_filter(plant, 1, steps=STEPS))
     observer = lb.reduced_order_filter(plant, 1)
     biased = dataclasses.replace(observer, z0=observer.z0 + 2)
@@ -161,8 +161,8 @@ def test_continuous_error_decays_as_the_poles_say():
     np.testing.assert_allclose(run.error[:, 1], np.exp(-5 * t) * start[0], atol=1e-12)
 
 
-@pytest.mark.parametrize("P0_is", ["prior", "posterior"])
-def test_an_observer_of_nothing_errs_as_the_state_beside_it_says(P0_is):
+@pytest.mark.parametrize("at_first", [True, False])
+def test_an_observer_of_nothing_errs_as_the_state_beside_it_says(at_first):
     """Its T is anything: the moments of x and z together need none."""
     rng = np.random.default_rng(4)
     n, p, r, q, N = 3, 2, 2, 2, 4
@@ -175,7 +175,7 @@ def test_an_observer_of_nothing_errs_as_the_state_beside_it_says(P0_is):
         np.array([2, -1]),
     )
     plant = lb.Plant(
-        A, None, C, dt=1.0, x0=x0, P0=P0, P0_is=P0_is,
+        A, None, C, dt=1.0, x0=x0, P0=P0, at_first=at_first,
         Q=noise[:n, :n], S=noise[:n, n:], R=noise[n:, n:],
     )  # fmt: skip
     sizes = dict(F=(r, r), G=(r, 0), D=(r, p), P=(q, r), V=(q, p), T=(r, n))
@@ -184,7 +184,7 @@ def test_an_observer_of_nothing_errs_as_the_state_beside_it_says(P0_is):
         **given, L=L, z0=z0, dt=1.0, T0=np.zeros((r, n)), G0=np.zeros((r, 0))
     )
     found = lb.error_covariance(observer, plant, steps=N)
-    moved = P0_is == "posterior"
+    moved = not at_first
     s = np.concatenate([A @ x0 if moved else x0, z0])
     M = np.outer(s, s)
     M[:n, :n] += A @ P0 @ A.T + plant.Q if moved else P0

@@ -87,7 +87,7 @@ def over(observer, plant, steps):
     mean, X, rows = plant.x0, plant.P0 + np.outer(plant.x0, plant.x0), []
     if varying:
         rows.append(L @ plant.P0 @ L.T)
-        if plant.P0_is == "posterior":
+        if not plant.at_first:
             now = plant.at(0)
             mean = now.A @ mean
             noise = sum(A1 @ X @ A1.T for A1, _ in plant.multiplicative)
@@ -129,9 +129,9 @@ def test_steady_error_is_that_of_the_augmented_system(make, noises, cross):
 
 @pytest.mark.parametrize("make", OBSERVERS.values(), ids=OBSERVERS)
 @pytest.mark.parametrize("m", [0, 1], ids=["no input", "an input"])
-@pytest.mark.parametrize("known", ["posterior", "prior"])
+@pytest.mark.parametrize("known", [False, True])
 def test_error_of_constant_observers_over_steps(make, m, known):
-    plant = noisy(3, m=m, P0_is=known)
+    plant = noisy(3, m=m, at_first=known)
     observer = make(plant)
     observer = dataclasses.replace(observer, z0=observer.z0 + 1)
     wanted = over(observer, plant, 6)
@@ -139,10 +139,10 @@ def test_error_of_constant_observers_over_steps(make, m, known):
     np.testing.assert_allclose(found, wanted, atol=1e-12 * np.abs(wanted).max())
 
 
-@pytest.mark.parametrize("known", ["posterior", "prior"])
+@pytest.mark.parametrize("known", [False, True])
 @pytest.mark.parametrize("fits", [True, False], ids=["that fit", "of a wrong plant"])
 def test_error_of_filters_over_steps(known, fits):
-    plant = noisy(4, P0_is=known)
+    plant = noisy(4, at_first=known)
     believed = plant if fits else dataclasses.replace(plant, A=0.6 * plant.A)
     observer = exact(believed, steps=6)
     wanted = over(observer, plant, 6)

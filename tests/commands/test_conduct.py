@@ -785,7 +785,7 @@ PLANTS_TO_CHECK = {
         ["noise          Q or R is not"],
     ),
     "start": (
-        plant([[0.5]], [[1]], P0=[[1]], P0_is="prior"),
+        plant([[0.5]], [[1]], P0=[[1]], at_first=True),
         ["x0, P0 are of x[1], before y[1]"],
     ),
     "twice": (plant(np.eye(2) / 2, np.eye(2)), ["modes          0.5 (2 times)"]),

@@ -22,7 +22,6 @@ from luenberger.kernels.c import C, Module
 from luenberger.kernels.lowering import lower
 from luenberger.numeric.factors import semidefinite
 from luenberger.papers.leondes_novak.derivation import arrived, predict, update
-from luenberger.run.measurements import first_sample
 from luenberger.symbolic import Solve, Stage
 
 GCC = shutil.which("gcc") or shutil.which("cc")
@@ -178,7 +177,7 @@ FILTERS = {
 @pytest.mark.parametrize("cross", [False, True], ids=["S = 0", "S"])
 @pytest.mark.parametrize("options", FILTERS.values(), ids=FILTERS)
 def test_filter_with_missing_outputs(options, cross, compiled):
-    source = plant(cross=cross, P0_is="prior" if options else "posterior")
+    source = plant(cross=cross, at_first=True if options else "posterior")
     y, u, _ = generators.record(np.random.default_rng(6), source, 400)
     unit = compiled(source, level="-O0" if options else "-O1", **options)
     for part in (y, with_holes(y)):
@@ -277,15 +276,15 @@ def test_what_is_known_for_good():
     constant = generators.known("a constant")
 
     def known(source):
-        now = guard.known_for_good(source.A, source.Q, first_sample(source).P0)
+        now = guard.known_for_good(source.A, source.Q, source.at_first_sample().P0)
         return now.tolist()
 
     assert known(constant) == [False, False, False, True]
     for name, where in {"P0": (3, 3), "Q": (3, 3), "A": (3, 0)}.items():
         changed = getattr(constant, name).copy()
         changed[where] = 0.5
-        for when in ("posterior", "prior"):
-            other = dataclasses.replace(constant, P0_is=when, **{name: changed})
+        for when in (False, True):
+            other = dataclasses.replace(constant, at_first=when, **{name: changed})
             assert not any(known(other))
     # one known state moves the next, and an uncertain one the last
     chain = np.diag([0.0, 1, 1], -1) + np.diag([1.0, 1, 1, 1])

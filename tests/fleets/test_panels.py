@@ -44,7 +44,7 @@ def drawn(kind, varying=False, m=1, n=2, p=2, seed=0):
     if kind == "vague start":
         P0 = 1e11 * P0
     if kind == "prior":
-        more["P0_is"] = "prior"
+        more["at_first"] = True
     if kind == "perfect sensors":
         C, R = np.broadcast_to(np.eye(p, n), C.shape), 0 * R
     B, E = rng.normal(size=(*many, n, m)), rng.normal(size=(*many, p, m))

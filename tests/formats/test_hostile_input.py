@@ -351,8 +351,10 @@ BAD_JSON = {
         *with_("output_names", json.dumps([str(k) for k in range(10**5)])),
         "output names must be 1 different strings, got 100000: .* and 99995 more",
     ),
-    "a long text": (*with_("P0_is", f'"{HUGE}"'), "P0_is must be 'posterior'"),
-    "a matrix for a text": (*with_("P0_is", "[[1]]"), "P0_is must be 'posterior'"),
+    "a long text": (*with_("P0_is", f'"{HUGE}"'), "P0_is must be 'prior'"),
+    "a matrix for a text": (*with_("P0_is", "[[1]]"), "P0_is must be 'prior'"),
+    "a text for a truth": (*with_("at_first", '"yes"'), "at_first must be True"),
+    "a truth": (*with_("at_first", "true"), "at_first holds true, which is not a"),
     "a text for pairs": (
         *with_("multiplicative", '"ab"'),
         "multiplicative must be a li",

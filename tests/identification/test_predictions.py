@@ -71,11 +71,11 @@ def by_hand(monkeypatch):
 
 @pytest.mark.usefixtures("python")
 @pytest.mark.parametrize("varying", [False, True])
-@pytest.mark.parametrize("start", ["posterior", "prior", None])
+@pytest.mark.parametrize("start", [False, True, None])
 @pytest.mark.parametrize(("R", "cross"), [((0, 0), False), ((0, 1), True)])
 def test_exact_outputs_with_gaps(varying, start, R, cross, by_hand):
     plant, *record = case(1, R=R, cross=cross, varying=varying)
-    more = {} if start is None else {"P0_is": start}
+    more = {} if start is None else {"at_first": start}
     P0 = None if start is None else np.diag([4.0, 1, 9])
     same(dataclasses.replace(plant, P0=P0, **more), *record, by_hand)
     assert len(by_hand) < 5

@@ -42,10 +42,10 @@ def same(plant, records, fast=False, rel=1e-12):
 
 
 @pytest.mark.parametrize("seed", range(4))
-@pytest.mark.parametrize("start", [None, "posterior", "prior"])
+@pytest.mark.parametrize("start", [None, False, True])
 def test_it_is_the_likelihood_of_the_filter_row_by_row(seed, start):
     plant, record = case(seed, cross=seed // 2)
-    more = {} if start is None else {"P0_is": start, "x0": [1, -2, 3]}
+    more = {} if start is None else {"at_first": start, "x0": [1, -2, 3]}
     P0 = None if start is None else np.diag([4.0, 0, 1e6])
     plant = dataclasses.replace(plant, P0=P0, **more)
     # P0 of 1e6 costs covariances some digits, with a state that is known or without
@@ -101,7 +101,7 @@ def test_what_does_not_settle_is_left_to_the_rows():
     assert settled_score(twice, [(y, none, u0[:0])]) is None
     assert settled.settle(twice.at(0), np.array([[0.4, 0.1]])) is None
     sure = lb.Plant(
-        [[0.5]], None, [[1]], dt=1.0, Q=[[1]], R=[[0]], P0=[[0]], P0_is="prior"
+        [[0.5]], None, [[1]], dt=1.0, Q=[[1]], R=[[0]], P0=[[0]], at_first=True
     )  # the first reading is known before
     assert settled_score(sure, [(y[:, :1], none, u0[:0])]) is None
     unseen = lb.Plant(np.diag([0.5, 0.4]), None, [[1, 0]], dt=1.0, Q=np.eye(2), R=[[1]])

@@ -115,7 +115,7 @@ def test_statsmodels_has_the_same_likelihood():
 def exact(plant, y, u, u0, move=None):
     """The density integrated over the first state, with rationals; and its slope."""
     n = plant.n
-    any_start = dataclasses.replace(plant, P0=np.eye(n), P0_is="prior")
+    any_start = dataclasses.replace(plant, P0=np.eye(n), at_first=True)
     moments = exact_moments(any_start, y, u, u0, move, start=True)
     (V, dV), (d, dd) = free_moments(*moments)
     (d, D), (dd, dD) = ((X[:, :1], -X[:, 1:]) for X in (d, dd))

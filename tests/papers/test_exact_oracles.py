@@ -181,13 +181,13 @@ def test_steady_error_whatever_the_units(units):
     assert exact.off_units(lb.error_covariance(moved, other), wanted) < 1e-14
 
 
-@pytest.mark.parametrize("kind", ["posterior", "prior"])
+@pytest.mark.parametrize("kind", [False, True])
 @pytest.mark.parametrize("noises", [0, 1])
 @pytest.mark.parametrize("design", ["constant", "over steps", "any system"])
 def test_error_from_the_start_on(design, noises, kind):
     rng = np.random.default_rng(8)
     pairs = [(dyadic(rng, 2, 2, unit=1 / 16), dyadic(rng, 1, 2))] * noises
-    given = plant(rng, 2, 1, m=0, P0_is=kind, multiplicative=pairs)
+    given = plant(rng, 2, 1, m=0, at_first=kind, multiplicative=pairs)
     observer = {
         "constant": luenberger,
         "over steps": lambda rng, p: lb.kalman_filter(
@@ -335,7 +335,7 @@ def record(rng, given, N, holes=True):
     return y, u, u0
 
 
-@pytest.mark.parametrize("kind", ["posterior", "prior"])
+@pytest.mark.parametrize("kind", [False, True])
 @pytest.mark.parametrize("varying", [False, True])
 def test_the_smoother_ends_as_the_filter_does(kind, varying):
     """Its last row uses what the filter uses; of every shorter record too."""
@@ -343,7 +343,7 @@ def test_the_smoother_ends_as_the_filter_does(kind, varying):
     make = (lambda *a, **k: generators.varying(*a, 6, **k)) if varying else (
         generators.plant
     )  # fmt: skip
-    given = make(rng, 2, 2, P0_is=kind)
+    given = make(rng, 2, 2, at_first=kind)
     y, u, u0 = record(rng, given, 5)
     x, P = generators.exact(given, y, u, u0)
     for N in (1, 3, 5):
@@ -356,7 +356,7 @@ def test_the_smoother_is_least_squares():
     """Without S and with all covariances invertible: the normal equations."""
     rng = np.random.default_rng(1)
     R = generators.rational
-    given = plant(rng, 2, 1, m=0, P0_is="prior", P0=np.eye(2), S=None)
+    given = plant(rng, 2, 1, m=0, at_first=True, P0=np.eye(2), S=None)
     given = replace(given, Q=given.Q + np.eye(2), R=given.R + 1)
     y = dyadic(rng, 4, 1)
     A, C = R(given.A), R(given.C)
@@ -388,7 +388,7 @@ def test_the_smoother_takes_singular_noise_and_finds_a_contradiction():
     """A known start, an exact sensor, no process noise: all states follow."""
     given = lb.Plant(
         [[1, 1], [0, 1]], None, [[1, 0]], dt=1.0, Q=np.zeros((2, 2)), R=[[0]],
-        P0=[[0, 0], [0, 1]], P0_is="prior",
+        P0=[[0, 0], [0, 1]], at_first=True,
     )  # fmt: skip
     means, covariances = exact.smoothed(given, np.array([[np.nan], [3.0], [np.nan]]))
     np.testing.assert_array_equal(means.astype(float), [[0, 3], [3, 3], [6, 3]])

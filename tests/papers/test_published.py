@@ -93,7 +93,7 @@ def test_slicot_fb01qd_three_recursions():
     R = np.array([[0.9488, 0.0], [0.3760, 0.7340]])
     plant = lb.Plant(
         SLICOT_A, None, C, dt=1.0, Q=B @ B.T, R=R @ R.T, P0=np.zeros((4, 4)),
-        P0_is="prior",
+        at_first=True,
     )  # fmt: skip
     observer = lb.kalman_filter(plant, steps=3)
     covariance = lb.error_covariance(observer, plant, steps=3)[3]

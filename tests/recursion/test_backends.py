@@ -129,7 +129,7 @@ def test_one_matrix_that_changes(varying, plain):
 
 def test_a_prior_of_the_first_sample(plain):
     rng = np.random.default_rng(4)
-    plant = generators.plant(rng, 3, 2, m=1, P0_is="prior")
+    plant = generators.plant(rng, 3, 2, m=1, at_first=True)
     y, u, u0 = generators.record(rng, plant, 12)
     agree(*both(plant, y, u, u0=u0, m1=1), tol=1e-11)
 

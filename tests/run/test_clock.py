@@ -103,7 +103,7 @@ def test_even_instants_are_the_plant_of_one_period():
 
 
 def test_a_prior_needs_no_period_before_the_first_row():
-    prior = dataclasses.replace(BALL, P0_is="prior")
+    prior = dataclasses.replace(BALL, at_first=True)
     y = record(UNEVEN)[["radar"]].to_numpy()
     one = lb.filter_data(prior, y, time=UNEVEN, history=True)
     assert one.P[0, 0, 0] == pytest.approx(1 / 101)  # 1 with a reading of 0.01

@@ -205,7 +205,7 @@ def test_prior_of_the_first_sample_is_the_posterior_moved_once(m1, case):
     moved = lb.Plant(
         plant.A, plant.B, plant.C, plant.E, dt=1.0, Q=plant.Q, R=plant.R, S=plant.S,
         x0=first.A @ plant.x0 + first.B @ u0,
-        P0=first.A @ plant.P0 @ first.A.T + first.Q, P0_is="prior",
+        P0=first.A @ plant.P0 @ first.A.T + first.Q, at_first=True,
     )  # fmt: skip
     a = lb.filter_data(plant, y, u, u0=u0, m1=m1, history=True)
     b = lb.filter_data(moved, y, u, m1=m1, history=True)

@@ -59,7 +59,7 @@ PLANTS = {
     "without input": lambda rng: generators.plant(rng, 4, 3, m=0, cross=False),
     "one output": lambda rng: generators.plant(rng, 3, 1, cross=False),
     "P0 of the first row": lambda rng: generators.plant(
-        rng, 3, 2, cross=False, P0_is="prior"
+        rng, 3, 2, cross=False, at_first=True
     ),
     "time-varying": lambda rng: generators.varying(rng, 3, 2, N, cross=False),
 }

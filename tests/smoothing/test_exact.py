@@ -22,7 +22,7 @@ def plants():
     linked = dict(Q=joint[:2, :2], R=joint[2:, 2:], S=joint[:2, 2:])
     return {
         "usual": (A, C, usual),
-        "prior": (A, C, usual | dict(P0_is="prior", x0=[1, -2])),
+        "prior": (A, C, usual | dict(at_first=True, x0=[1, -2])),
         "start known": (A, C, usual | dict(P0=zero, x0=[1, 2])),
         "start known in part": (A, C, usual | dict(P0=[[1, 2], [2, 4]])),
         "no process noise": (A, C, usual | dict(Q=zero)),

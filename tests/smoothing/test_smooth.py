@@ -59,7 +59,7 @@ def agree(one, two, rtol=1e-11):
 
 @pytest.mark.parametrize("seed", range(40))
 def test_statsmodels_smooths_the_same(seed):
-    plant, rng = plant_of(seed, P0_is="prior", x0=[1, 2, 3])
+    plant, rng = plant_of(seed, at_first=True, x0=[1, 2, 3])
     y = readings(plant, rng, 60)
     model = MLEModel(y, k_states=3, k_posdef=3)
     model["design"], model["transition"] = plant.C, plant.A

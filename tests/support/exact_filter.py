@@ -107,7 +107,7 @@ def run(plant, y, u=None, u0=None, accurate=(), prior=False):
         others, or what is known exactly; it is left out then.
     """
     if not isinstance(plant, Model):
-        prior = plant.P0_is == "prior"
+        prior = plant.at_first
         plant = model(plant)
     A, B, C, E, Q, R, S, P, x = plant
     n, m = B.shape

@@ -109,7 +109,7 @@ def exact_moments(plant, y, u, u0, move=None, start=False):
             left.append([Moved(values.X - expected.X, -expected.dX)])
             after = stacked([[after], [C @ V @ now["A"].T + S.T]])
         rows = after
-        if plant.P0_is == "prior" and i == 0:
+        if plant.at_first and i == 0:
             rows = none
             continue
         mean = now["A"] @ mean + now["B"] @ ui
@@ -169,7 +169,7 @@ def rational_plant(kind):
     elif kind == "S":
         given |= dict(S=[[0.5], [0.25]])
     elif kind == "prior":
-        given |= dict(P0_is="prior")
+        given |= dict(at_first=True)
     elif kind == "perfect":
         given |= dict(R=[[0]])
     elif kind in ("two", "gaps", "one perfect", "determined"):

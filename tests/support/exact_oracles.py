@@ -201,7 +201,7 @@ def error_over(observer, plant, steps):
     if observer.steps is not None:
         L = rational(observer.L)
         out, rows = [L @ spread @ L.T], range(steps)
-        if plant.P0_is == "posterior":
+        if not plant.at_first:
             A, Q = (rational(getattr(plant.at(0), name)) for name in "AQ")
             moment = spread + np.outer(mean, mean)
             for A1, _ in plant.multiplicative:
@@ -255,7 +255,7 @@ def smoothed(plant, y, u=None, u0=None):
     n, p, N = plant.n, plant.p, len(y)
     u = rational(np.vstack([np.zeros(plant.m) if u0 is None else u0,
                             np.zeros((N, plant.m)) if u is None else u]))  # fmt: skip
-    first = 0 if plant.P0_is == "posterior" else 1
+    first = 0 if not plant.at_first else 1
     spreads = [rational(plant.P0)]  # of x at the first instant, then of each [w; v]
     for i in range(first, N + 1):
         now = plant.at(i)

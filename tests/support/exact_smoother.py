@@ -62,7 +62,7 @@ class Batch:
 
     def move(self, A, B, u, unit, k):
         """The state at k; a prior of the first sample does not move to it."""
-        if k == 1 and self.plant.P0_is == "prior":
+        if k == 1 and self.plant.at_first:
             self.X.append(self.X[0])
             self.mean.append(self.mean[0])
         else:
@@ -120,7 +120,7 @@ def record(plant, N, rng, holes=0.0):
         return cov @ rational(rng.integers(-2, 3, len(cov)))
 
     x, y = x0 + draw(P0), []
-    if plant.P0_is != "prior":
+    if not plant.at_first:
         x = A @ x + draw(joint)[: plant.n]
     for _ in range(N):
         noise = draw(joint)

@@ -8,7 +8,6 @@ from rounding_runs import PATTERNS
 from luenberger.export import to_c
 from luenberger.kernels.c.library import library
 from luenberger.recursion.settings import Settings
-from luenberger.run.measurements import first_sample
 
 DRIVER = r"""
 #include <stdint.h>
@@ -142,7 +141,7 @@ int compare(int steps, int pattern, const double *As, const double *B,
 
 def exact_filter(plant):
     """What the exact filter is made of, at the first sample."""
-    now, first = Settings(plant, 0).at(0), first_sample(plant)
+    now, first = Settings(plant, 0).at(0), plant.at_first_sample()
     return [now.As, now.B, now.C, now.E, now.J, now.Qs, now.R, first.P0, first.x0]
 
 

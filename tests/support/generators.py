@@ -77,7 +77,7 @@ def record(rng, plant, steps):
         wv = root(np.block([[now.Q, S], [S.T, now.R]])) @ rng.normal(size=n + p)
         if i > 0:
             y[i - 1] = now.C @ x + now.E @ u[i] + wv[n:]
-        if i > 0 or plant.P0_is == "posterior":
+        if i > 0 or not plant.at_first:
             x = now.A @ x + now.B @ u[i] + wv[:n]
     return y, u[1:], u[0]
 
@@ -94,7 +94,7 @@ def kalman(plant, y, u, u0):
     """
     first = plant.at(0)
     x, P = plant.x0, plant.P0
-    if plant.P0_is == "posterior":
+    if not plant.at_first:
         x = first.A @ x + first.B @ u0
         P = first.A @ P @ first.A.T + first.Q
     xs, Ps, Ks = [], [], []
@@ -170,7 +170,7 @@ def _exact(plant, y, u, u0):
             xs.append(s[:n].astype(float))
             Ps.append(P[:n, :n].astype(float))
         mean, spread = s[:n], P[:n, :n]
-        if i > 0 or plant.P0_is == "posterior":
+        if i > 0 or not plant.at_first:
             move = np.hstack([A, rational(np.eye(n)), rational(np.zeros((n, p)))])
             mean, spread = move @ s + B @ u[i], move @ P @ move.T
     return np.array(xs), np.array(Ps)

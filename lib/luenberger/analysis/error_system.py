@@ -76,7 +76,7 @@ class ErrorSystem:
         X = plant.P0 + np.outer(plant.x0, plant.x0)
         found, step = [X], kernels.compiled(moment_ahead)
         for i in range(steps):
-            if i or self.observer.steps is None or plant.P0_is == "posterior":
+            if i or self.observer.steps is None or not plant.at_first:
                 V1 = noise_at(plant, i, X)[0]
                 (X,) = step(A=plant.at(i).A, Q1=X, V1=V1).values()
             found.append(X)
@@ -109,7 +109,7 @@ class ErrorSystem:
         if o.steps is None:
             return o.T, plant.x0, factor(plant.P0)
         A, _, Q = plant.first_step()
-        if plant.P0_is == "posterior":
+        if not plant.at_first:
             Q = self.noise(0)["Q"]
         spread = np.concatenate([A @ factor(plant.P0), factor(Q)], axis=1)
         return o.T[0], A @ plant.x0, spread

@@ -237,7 +237,7 @@ def driven(plant: Plant, model: Plant) -> Plant:
     return Plant(
         found["A_in"], None, found["C_in"], dt=plant.dt,
         Q=found["Q_in"], R=found["R_in"], S=found["S_in"],
-        x0=np.concatenate([model.x0, plant.x0]), P0=P0, P0_is=plant.P0_is,
+        x0=np.concatenate([model.x0, plant.x0]), P0=P0, at_first=plant.at_first,
         multiplicative=[(one["A1_in"], one["C1_in"]) for one in pairs],
         output_names=[*plant.output_names, *(f"known {u}" for u in plant.input_names)],
     )  # fmt: skip
@@ -272,6 +272,6 @@ def _picked(n: int, model: Plant) -> Matrix:
 
 def start_of_input(observer: Observer, plant: Plant) -> Matrix | None:
     """What the start of an observer takes of y and u at instant 0, if anything."""
-    if observer.steps is None or plant.P0_is == "prior" or not observer.G0.any():
+    if observer.steps is None or plant.at_first or not observer.G0.any():
         return None
     return np.hstack([np.zeros((observer.order, plant.p)), observer.G0])

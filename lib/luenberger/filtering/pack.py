@@ -108,7 +108,7 @@ def packed(settings: Settings, end: End, y: Matrix, u: Matrix) -> Packed:
     plant, rows = settings.plant, len(y)
     seen = ~np.isnan(y)
     y = y if not plant.m else y - fed(plant, end.instant, u)
-    prior = end.instant == 0 and plant.P0_is == "prior"
+    prior = end.instant == 0 and plant.at_first
     before = np.concatenate([end.u[None], u[:-1]]) if rows and plant.m else u
     drive = _driven(plant, settings.origin, end.instant, before)
     if prior and rows:

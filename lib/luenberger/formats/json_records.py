@@ -28,9 +28,11 @@ def as_data(kind: str, frozen: Dataclass) -> dict[str, object]:
     """A record as lists, numbers and strings, headed by what it is; None left out."""
     data = {"luenberger": kind, "format": FORMAT}
     for field in dataclasses.fields(frozen):
-        value = plain(getattr(frozen, field.name))
+        name, value = field.name, plain(getattr(frozen, field.name))
+        if name == "at_first":  # a file has no truth values
+            name, value = "P0_is", "prior" if value else None
         if value is not None and value != [] and value != {}:
-            data[field.name] = value
+            data[name] = value
     return data
 
 
@@ -123,6 +125,11 @@ def _entries(file: JsonFile, kind: str, known: set[str]) -> dict[str, Any]:
             + OTHERWISE.get((kind, said if said == "plant" else ""), "")
         )
     _check_format(path, data.pop("format", FORMAT))
+    said = data.pop("P0_is", None) if kind == "plant" else None
+    if said not in (None, "prior", "posterior"):
+        raise ValueError(
+            f"{path}: P0_is must be 'prior' or 'posterior', got {short(said)}"
+        )
     about = data.get("description")
     if not isinstance(about, str | None):
         raise ValueError(f"{path}: description must be text, got {short(about)}")
@@ -134,7 +141,8 @@ def _entries(file: JsonFile, kind: str, known: set[str]) -> dict[str, Any]:
     data = {key: value for key, value in data.items() if value is not None}
     for key, value in data.items():
         json_files.require_plain(f"{path}: {key}", value)
-    return {key: _array(path, key, value) for key, value in data.items()}
+    found = {key: _array(path, key, value) for key, value in data.items()}
+    return found if said is None else found | {"at_first": said == "prior"}
 
 
 def _check_format(path: str | Path, number: object) -> None:

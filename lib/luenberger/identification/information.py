@@ -140,7 +140,7 @@ def _of_record(
         now = Carried(*(np.zeros_like(X) for X in now))
     else:
         state = start(settings, plant.x0, u0)
-        stretches = [_from_start(plant, ways, u0)] * (plant.P0_is == "posterior")
+        stretches = [_from_start(plant, ways, u0)] * (not plant.at_first)
     stretches.append(rows_of(settings, ways, state, y[first:], u[first:], fast))
     Pi, told = np.zeros((plant.n, plant.n)), list[Matrix]()
     for one in reversed(stretches):

@@ -73,7 +73,7 @@ def log_likelihood(
     own; the likelihood is the density of the others, in the units of y.  That is the
     density of y on its support, with those others for coordinates there.
 
-    Without P0 nothing is known of the state x[1] at the first row, whatever `P0_is`
+    Without P0 nothing is known of the state x[1] at the first row, whatever `at_first`
     and x0 say.  The density is then integrated over x[1]: it is the limit of
     ``log density + 1/2 log det(2 pi P0)`` as P0 grows.  That is exact, and no P0 is
     grown: the first rows, as few as determine the state, are solved for it.  It is the

@@ -170,7 +170,7 @@ def _stacks(trail: Trail, plant: Plant, first: int) -> tuple[Matrices, tuple]:
 def at_start(plant: Plant, now: Adjoint, u0: Matrix, sums: Sums) -> Matrices:
     """The gradients in x0 and P0; what leads to the first row is added to the sums."""
     assert plant.P0 is not None
-    if plant.P0_is == "posterior":
+    if not plant.at_first:
         n, p = plant.n, plant.p
         given = dict(
             A=plant.at(0).A, C=np.zeros((p, n)), Omega=plant.P0, G=np.zeros((n, p)),

@@ -9,8 +9,6 @@ from ..numeric import Matrix
 from ..numeric.covariances import require_semidefinite
 from ..numeric.validation import matrix, text
 
-P0_IS = ("posterior", "prior")
-
 
 def check_joint(Q: Matrix | None, R: Matrix | None, S: Matrix | None) -> None:
     """S needs Q and R, and the three together must be a covariance."""
@@ -38,12 +36,12 @@ def noise_pairs(given: Any, n: int, p: int) -> tuple[tuple[Matrix, Matrix], ...]
     )
 
 
-def check_words(P0_is: Any, name: Any, description: Any) -> None:
-    """What P0 describes is one of two; a name is a line, a description any text."""
-    if not isinstance(P0_is, str) or P0_is not in P0_IS:
+def check_words(at_first: Any, name: Any, description: Any) -> None:
+    """P0 is at the first sample or not; a name is a line, a description any text."""
+    if not isinstance(at_first, bool):
         raise ValueError(
-            "P0_is must be 'posterior' (of x[0], first sample y[1]) or 'prior' "
-            f"(of x[1], before y[1]), got {short(P0_is)}"
+            "at_first must be True or False: whether x0, P0 are those of the first "
+            f"sample, got {short(at_first)}"
         )
     if name is not None:
         text("name", name)

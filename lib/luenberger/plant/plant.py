@@ -63,10 +63,9 @@ class Plant(ReadOnly):
     multiplicative : sequence of (A1, C1), optional
         Noises that multiply the state: A + sum g_k A_k, C + sum g_k C_k with white
         g_k of mean 0 and variance 1, independent of each other and of w, v.
-    P0_is : "posterior" or "prior"
-        "posterior", as in Leondes and Novak: x0, P0 describe x[0] given everything
-        up to instant 0, and the first sample is y[1].  "prior": they describe x[1]
-        before its sample y[1] is used.
+    at_first : bool
+        Whether x0, P0 describe the state at the first sample y[1], before that is used;
+        default False, as in Leondes and Novak: they describe x[0], one step earlier.
     name, description : str, optional
         The plant in a line, for titles, and a remark of any length, for readers.
     estimates : dict of str to (n,) array_like, optional
@@ -102,7 +101,7 @@ class Plant(ReadOnly):
     x0: np.ndarray = LATER
     P0: np.ndarray | None = None
     multiplicative: tuple[tuple[np.ndarray, np.ndarray], ...] = ()
-    P0_is: str = "posterior"
+    at_first: bool = False
     name: str | None = None
     description: str | None = None
     estimates: Estimates = LATER
@@ -160,7 +159,7 @@ class Plant(ReadOnly):
             raise ValueError(
                 f"time-varying matrices must have equally many rows, got {lengths}"
             )
-        check_words(self.P0_is, self.name, self.description)
+        check_words(self.at_first, self.name, self.description)
 
     @property
     def n(self) -> int:
@@ -210,12 +209,35 @@ class Plant(ReadOnly):
     def first_step(self) -> tuple[Matrix, Matrix, Matrix]:
         """A, B, Q that carry x0 and P0 to the first sample.
 
-        Those of instant 0; or I, 0, 0 when x0, P0 are the prior of that sample.
+        Those of instant 0; or I, 0, 0 when x0, P0 are at that sample.
         """
         now = self.at(0)
-        if self.P0_is == "prior":
+        if self.at_first:
             return np.eye(self.n), np.zeros_like(now.B), np.zeros((self.n, self.n))
         return now.A, now.B, now.covariances()[0]
+
+    def at_first_sample(self) -> Self:
+        """The plant with x0 and P0 carried to the first sample, before that is used.
+
+        No input acts on the way.
+
+        Examples
+        --------
+        >>> import luenberger as lb
+        >>> plant = lb.Plant([[2]], None, [[1]], dt=1.0, Q=[[1]], x0=[3], P0=[[1]])
+        >>> ahead = plant.at_first_sample()
+        >>> ahead.x0, ahead.P0, ahead.at_first
+        (array([6.]), array([[5.]]), True)
+        """
+        A, _, Q = self.first_step()
+        P0 = None if self.P0 is None or self.Q is None else A @ self.P0 @ A.T + Q
+        if P0 is not None and not np.isfinite(P0).all():
+            raise ValueError(
+                "the numbers are too large or too unlike to compute with: P0 overflows "
+                "on the way to the first sample. Scale the states."
+            )
+        P0 = P0 if P0 is None else 0.5 * (P0 + P0.T)
+        return replace(self, x0=A @ self.x0, P0=P0, at_first=True)
 
     def sampled(self, dt: float) -> Self:
         r"""The discrete plant of this continuous one, sampled every `dt` seconds.
@@ -294,8 +316,8 @@ class Plant(ReadOnly):
     def from_json(cls, path: str | Path | JsonFile) -> Self:
         """Read a plant from JSON.  The file is data: nothing in it is evaluated.
 
-        Keys are the parameters of `Plant`.  A, C and, when there are known inputs, B
-        are required.  A key that is not known is refused, and so is a file of a later
-        "format".
+        Keys are the parameters of `Plant`, with "P0_is": "prior" for `at_first`.  A, C
+        and, when there are known inputs, B are required.  A key that is not known is
+        refused, and so is a file of a later "format".
         """
         return json_records.read(path, "plant", cls, "AC", B=None)

@@ -38,7 +38,7 @@ def examine(plant: Plant) -> dict[str, Any]:
     -------
     dict
         "name"; "time"; "signals"; "modes" with "stable"; "observability"; "noise";
-        "multiplicative"; "start"; "steady_filter".
+        "multiplicative"; "at_first"; "steady_filter".
 
     Examples
     --------
@@ -69,7 +69,7 @@ def examine(plant: Plant) -> dict[str, Any]:
         "observability": None if varies else _observability(plant),
         "noise": _noise(plant),
         "multiplicative": _multiplicative(plant),
-        "start": None if plant.P0 is None else plant.P0_is,
+        "at_first": None if plant.P0 is None else plant.at_first,
         "steady_filter": _steady_filter(plant),
     }
 

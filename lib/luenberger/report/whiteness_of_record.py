@@ -15,7 +15,7 @@ from ..numeric import Matrix, Vector
 from ..observer import Observer
 from ..plant import Plant
 from ..run.estimate import estimate
-from ..run.measurements import Measurements, first_sample
+from ..run.measurements import Measurements
 from ..show import Picture, Prose, number
 
 LIMIT = 1.5  # times what is promised that predictions may miss by
@@ -93,7 +93,7 @@ def _recommended(table: Comparison | None, data: Measurements | None) -> Iterato
 
 def _missed(observer: Observer, plant: Plant, data: Measurements) -> Matrix:
     """Readings from the second on, less what the estimates before predict of them."""
-    x = estimate(observer, data.y, data.u, x0=first_sample(plant).x0)
+    x = estimate(observer, data.y, data.u, x0=plant.at_first_sample().x0)
     ahead = x[:-1] @ plant.A.T + data.u[:-1] @ plant.B.T
     missed: Matrix = data.y[1:] - ahead @ plant.C.T - data.u[1:] @ plant.E.T
     return missed

@@ -123,7 +123,7 @@ def yardsticks(observer: Observer, plant: Plant, steps: int) -> Iterator[Yardsti
         root = factor(plant.P0)
         yield yardstick(observer.L @ root, _noise(L @ x[0]), L @ lengths(root))
     first, spread = x[system.instant(0)], np.sqrt(plant.P0.diagonal())
-    if observer.steps is not None and plant.P0_is == "posterior":  # x of instant 1
+    if observer.steps is not None and not plant.at_first:  # x of instant 1
         A, w = np.abs(plant.at(0).A), np.sqrt(system.noise(0)["Q"].diagonal())
         first, spread = A @ x[0] + w, A @ spread + w
     z = np.abs(system.first_sample()[0]) @ first + np.abs(observer.z0)

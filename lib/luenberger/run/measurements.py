@@ -10,7 +10,6 @@ from typing import TextIO
 
 import numpy as np
 
-from .. import kernels
 from ..analysis.error_covariance import error_covariance
 from ..analysis.known_input import Statistics
 from ..errors import few, short
@@ -18,7 +17,6 @@ from ..formats.csv_reader import Table, separator
 from ..formats.json_files import opened
 from ..numeric import Matrix, Vector
 from ..observer import Observer
-from ..papers.leondes_novak.derivation import predict
 from ..plant import Plant
 from .clock import Column
 from .estimate import estimated
@@ -188,7 +186,7 @@ def apply(
     """
     if data.missing:
         return _filtered(observer, accurate, plant, data)
-    here = first_sample(plant)
+    here = plant.at_first_sample()
     x = estimated(observer, data.y, data.u, here.x0, "auto")
     names = observer.estimate_names
     require_finite(x, names, _row)
@@ -251,21 +249,9 @@ def covariance_from_start(
     It starts from T times the expected state of the first sample, where a known input
     of the statistics U begins.
     """
-    here = first_sample(plant)
+    here = plant.at_first_sample()
     begun = dataclasses.replace(observer, z0=observer.T @ here.x0)
     return error_covariance(begun, here, steps=samples - 1, U=U)
-
-
-def first_sample(plant: Plant) -> Plant:
-    """The plant with x0 and P0 carried to the first sample, before it is used."""
-    A, _, Q = plant.first_step()
-    known = plant.P0 is not None and plant.Q is not None
-    ahead = kernels.compiled(predict, "Omega_next")
-    P0 = ahead(As=A, Q=Q, Sigma=plant.P0)["Omega_next"] if known else None
-    if known and not np.isfinite(P0).all():
-        why = "too large or too unlike to compute with: P0 overflows on the way to the"
-        raise ValueError(f"the numbers are {why} first sample. Scale the states.")
-    return dataclasses.replace(plant, x0=A @ plant.x0, P0=P0, P0_is="prior")
 
 
 def require_finite(x: Matrix, names: Sequence[str], at: Callable[[int], str]) -> None:

@@ -87,7 +87,7 @@ class Batch:
         if observer.steps is not None:
             e[:, 0] = times(observer.L, -deviation)[..., 0]
             noise = drawn(streams, H.shape[-1])  # of instant 0, even if it is not used
-            if plant.P0_is == "posterior":
+            if not plant.at_first:
                 H1 = (H if H.ndim == 2 else H[0])[: plant.n]
                 x = times(plant.at(0).A, x) + times(H1, noise)
         return x[..., 0]

@@ -146,7 +146,7 @@ def trajectory(
     x[0] += deviation if x0 is None else 0.0
     drive = noise[:, :n] + times(B, full[..., None])
     for i in range(steps):
-        if varying and i == 0 and plant.P0_is == "prior":
+        if varying and i == 0 and plant.at_first:
             x[1] = x[0]
             continue
         times(A if A.ndim == 2 else A[i], x[i], out=x[i + 1])

@@ -392,9 +392,9 @@ def test_rows_follow_the_periods():
     for i, T in enumerate([*periods, 0.2]):
         np.testing.assert_allclose(sampled.at(i).A, scipy.linalg.expm(plant.A * T))
     assert sampled.dt == pytest.approx(np.mean(periods))
-    prior = lb.Plant([[0]], None, [[1]], P0_is="prior", input_names=[], name="tank")
+    prior = lb.Plant([[0]], None, [[1]], at_first=True, input_names=[], name="tank")
     kept = sampling.discretise(prior, [1.0])
-    assert (kept.P0_is, kept.name) == ("prior", "tank")
+    assert (kept.at_first, kept.name) == (True, "tank")
     assert (sampled.C == plant.C).all() and (sampled.R == plant.R).all()
 
 

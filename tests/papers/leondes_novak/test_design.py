@@ -157,7 +157,7 @@ def test_canonical_choice_is_the_papers_recursion():
 def test_prior_and_posterior_starts_agree():
     """A posterior of x[0] and the prior of x[1] that follows from it."""
     after = random_plant(seed=6)
-    before = random_plant(seed=6, P0_is="prior")
+    before = random_plant(seed=6, at_first=True)
     u0 = np.array([0.3, -1.0])
     object.__setattr__(before, "x0", after.A @ after.x0 + after.B @ u0)
     object.__setattr__(before, "P0", after.A @ after.P0 @ after.A.T + after.Q)

@@ -28,7 +28,7 @@ def plants(draw, most=8, outputs=4, varying=True, full_rank=False):
         rank=rank,
         cross=draw(st.booleans()),
         radius=draw(st.sampled_from([0.0, 0.5, 0.95, 1.0, 1.3])),
-        P0_is=draw(st.sampled_from(["posterior", "prior"])),
+        at_first=draw(st.booleans()),
     )
     if draw(st.booleans()):
         kind["P0"] = np.zeros((n, n))
@@ -139,7 +139,7 @@ def test_other_coordinates_with_the_matching_weight(plant, seed, data):
     other = lb.Plant(
         Z @ plant.A @ back, Z @ plant.B, plant.C @ back, plant.E, dt=1.0,
         Q=Z @ plant.Q @ Z.T, R=plant.R, S=None if plant.S is None else Z @ plant.S,
-        x0=Z @ plant.x0, P0=Z @ plant.P0 @ Z.T, P0_is=plant.P0_is,
+        x0=Z @ plant.x0, P0=Z @ plant.P0 @ Z.T, at_first=plant.at_first,
     )  # fmt: skip
     y, u, u0 = generators.record(rng, plant, 15)
     a = lb.filter_data(plant, y, u, u0=u0, m1=m1, history=True)
@@ -224,6 +224,7 @@ HOSTILE = {
     "code as A": {"A": CODE},
     "code as an entry": {"A": [[CODE]]},
     "code as dt": {"dt": CODE},
+    "code as at_first": {"at_first": CODE},
     "code as P0_is": {"P0_is": CODE},
     "code as an unknown key": {CODE: [[1]]},
     "a dunder key": {"__class__": "os.system"},

@@ -46,7 +46,7 @@ def theirs(plant, y, u, u0):
 def case(request):
     n, p, varying, share, kind = request.param
     rng = np.random.default_rng(n)
-    options = dict(m=1, cross=False, P0_is=kind)
+    options = dict(m=1, cross=False, at_first=kind == "prior")
     plant = (
         generators.varying(rng, n, p, 80, **options)
         if varying

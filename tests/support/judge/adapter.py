@@ -15,7 +15,7 @@ Refused = lb.DesignError
 def plant(A, B, C, E, *, Q, R, S=None, P0=None, x0=None, prior=False):
     """A discrete plant; P0=None says that nothing is known of its start."""
     more = {} if P0 is None else dict(P0=P0, x0=x0)
-    more |= dict(P0_is="prior") if prior else {}
+    more |= dict(at_first=True) if prior else {}
     return lb.Plant(A, B, C, E, dt=1.0, Q=Q, R=R, S=S, **more)
 
 

@@ -10,7 +10,6 @@ from ...kernels.program import Factor, Guard, Program
 from ...numeric import Matrices, Matrix, Vector
 from ...plant import Plant
 from ...recursion.settings import Settings, require_start
-from ...run.measurements import first_sample
 from ...stage_list import StageList
 from . import guard
 
@@ -30,7 +29,7 @@ def narrowed(matrices: Matrices, real: str) -> Matrices:
 
 def start(plant: Plant, real: str) -> tuple[Vector, Matrix]:
     """Prediction and covariance at the first sample, in the numbers of a device."""
-    here = first_sample(plant)
+    here = plant.at_first_sample()
     given = here.x0, require_start(here)
     x, Omega = (representable("P0", X, real) for X in given)
     return x, Omega
@@ -43,7 +42,7 @@ def correlated(plant: Plant) -> bool:
 
 def tested(settings: Settings) -> bool:
     """Whether definiteness is tested at every sample."""
-    now, Omega = settings.at(0), require_start(first_sample(settings.plant))
+    now, Omega = settings.at(0), require_start(settings.plant.at_first_sample())
     return bool(settings.accurate) or guard.undriven(now.As, now.Qs, Omega)
 
 

@@ -11,7 +11,6 @@ from ...numeric import Matrix
 from ...papers.leondes_novak.derivation import complete_sample
 from ...plant import Plant
 from ...recursion.settings import Settings, require_start
-from ...run.measurements import first_sample
 from .admitted import settings_of
 from .filter_bound import Search
 from .filter_plant import matrices, narrowed, sample_program, start, tested
@@ -48,7 +47,7 @@ def pair(plant: Plant, m1: Any, real: str) -> Pair:
             "a mode that does not decay has no noise to drive it, so the filter "
             "forgets ever more slowly"
         )
-    first = first_sample(plant)
+    first = plant.at_first_sample()
     x, Omega = start(device.plant, real)
     full = narrowed(matrices(device), real)
     given = dict(x=first.x0, Omega=np.asarray(require_start(first)))

@@ -18,7 +18,6 @@ from ...kernels.writer import entry
 from ...plant import Plant
 from ...recursion.settings import accurate_outputs, require_start
 from ...run.filter_data import filter_data
-from ...run.measurements import first_sample
 from . import source_and_header
 from .admitted import settings_of
 from .identifiers import quoted
@@ -105,7 +104,11 @@ class _Late(Kernels):
         return [self.init(), use, predict, take, self.step(), self.arrived()]
 
     def init(self) -> str:
-        name, to, here = self.module.name, C(self.module.real), first_sample(self.plant)
+        name, to, here = (
+            self.module.name,
+            C(self.module.real),
+            self.plant.at_first_sample(),
+        )
         Omega = representable("P0", require_start(here), self.module.real)
         to.table("Omega", Omega)
         for member, length, _ in self.members():
