@@ -382,3 +382,25 @@ def test_observer_json_with_missing_matrices_is_refused(tmp_path):
     path.write_text('{"F": [[1]]}')
     with pytest.raises(ValueError, match=r"the observer has no 'G', 'D'"):
         lb.Observer.from_json(path)
+
+
+@pytest.mark.parametrize("key", ["posterior", "prior"])
+def test_files_say_when_P0_is(tmp_path, key):
+    plant = make(P0=np.eye(2), Q=np.eye(2))
+    path = tmp_path / "plant.json"
+    plant.to_json(path)
+    text = path.read_text()
+    assert "P0_is" not in text and "at_first" not in text
+    path.write_text(text.replace('"dt"', f'"P0_is": "{key}",\n  "dt"', 1))
+    assert lb.Plant.from_json(path).at_first == (key == "prior")
+
+
+def test_a_start_is_carried_to_the_first_sample():
+    plant = make(P0=np.diag([1, 2]), Q=np.eye(2), R=np.eye(1), x0=[1, 2])
+    ahead = plant.at_first_sample()
+    assert np.allclose(ahead.P0, plant.A @ plant.P0 @ plant.A.T + plant.Q)
+    assert np.allclose(ahead.x0, plant.A @ plant.x0) and ahead.at_first
+    assert ahead.at_first_sample().P0.tobytes() == ahead.P0.tobytes()
+    y = [[1.0], [2.0], [0.0]]
+    one, other = (lb.Filter(p).run(y) for p in (plant, ahead))
+    assert np.allclose(one.x, other.x) and np.allclose(one.P, other.P)

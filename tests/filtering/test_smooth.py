@@ -146,7 +146,7 @@ WAYS = {
     "by innovations": {},
     "through the next state": dict(R=np.diag([0.0, 2.0])),
     "correlated": dict(S=0.3 * np.ones((2, 2))),
-    "a prior": dict(P0_is="prior"),
+    "a prior": dict(at_first=True),
     "outputs alike": dict(R=np.ones((2, 2))),
 }
 
@@ -160,7 +160,7 @@ def test_windows_are_the_whole_record(more, lag, m1, monkeypatch):
     every = {k: np.stack([getattr(plant, k)] * 40) for k in "ABCEQR"}
     if plant.S is not None:
         every["S"] = np.stack([plant.S] * 40)
-    rest = dict(dt=1.0, P0=plant.P0, x0=plant.x0, P0_is=plant.P0_is)
+    rest = dict(dt=1.0, P0=plant.P0, x0=plant.x0, at_first=plant.at_first)
     varying = lb.Plant(**every, **rest)
     monkeypatch.setattr(run, "ROWS", 7)
     wanted = lb.Filter(plant, m1).smooth(a_record(), lag)
