@@ -9,6 +9,7 @@ import types
 from collections.abc import Callable
 from functools import cached_property
 from importlib.util import find_spec
+from threading import Lock
 from typing import Any
 
 WAYS: dict[str, Any] = dict(cache=True, error_model="numpy", nogil=True)
@@ -18,6 +19,9 @@ FAST = {"contract", "reassoc"}  # sums in any order: for sizes that only loops c
 def installed() -> bool:
     """Whether there is a compiler."""
     return find_spec("numba") is not None
+
+
+_ONE_AT_A_TIME = Lock()
 
 
 class Text:
@@ -45,10 +49,10 @@ class Text:
             return self.on()
         import numba
 
-        made = names.setdefault(which, {})
-        if not made:
+        with _ONE_AT_A_TIME:  # of several threads
+            made = names.setdefault(which, {})
             known = dict(names)
-            for name, text in names.items():
+            for name, text in names.items() if not made else ():
                 if isinstance(text, Text):
                     plain = types.FunctionType(text.plain.__code__, known)
                     plain.__qualname__ += which  # numba's cache goes by the name

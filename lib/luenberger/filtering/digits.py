@@ -64,6 +64,14 @@ def grown(y, always, variances, since, instant, begun, least):
     return -1, begun
 
 
+@Text
+def some_grown(y, always, variances, instant, begun, least, found):
+    """`grown` of many records (M, N, p), whose rows go to `found` (M,)."""
+    for k in range(len(y)):
+        given = variances[k], 0, instant, begun[k], least[k]
+        found[k], begun[k] = grown(y[k], always, *given)
+
+
 def followed(
     settings: Settings, gap: Gap, y: Matrix, variances: Matrix, instant: int,
     P: Callable[[int], Matrix],

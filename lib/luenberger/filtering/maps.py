@@ -58,7 +58,7 @@ class Settings:
         self.as_is = np.eye(plant.p)  # what mixes no outputs
         self.first: Any = None  # the factors of P0, once they are asked for
         self._known: dict[Any, Any] = {}
-        self._stacked: Any = None, None, None
+        self._stacked: Any = (None, None, None)
         self._steady: list[tail.Steady | None] = []
 
     @cached_property
@@ -92,11 +92,12 @@ class Settings:
     def at(self, i: int, seen: Vector) -> tuple[Maps, Matrix]:
         """The `Maps` of instant i with the outputs `seen`, and what whitens them."""
         key = self._step(i), seen.tobytes()
-        if key not in self._known:
+        found = self._known.get(key)  # once: threads may clear it
+        if found is None:
             if self.plant.steps is not None:  # each instant is passed once
                 self._known.clear()
-            self._known[key] = self._make(self.now(i), seen)
-        return self._known[key]
+            found = self._known[key] = self._make(self.now(i), seen)
+        return found
 
     def _step(self, i: int) -> int:
         """The step of the plant at instant i."""
@@ -110,11 +111,12 @@ class Settings:
     def stack(self, found: tuple[Any, ...]) -> tuple[Maps, Matrix]:
         """What `at` found as stacks, the same where they were asked for before."""
         key = tuple(map(id, found))
-        if self._stacked[0] != key:
+        known, stacks, _ = self._stacked  # at once: threads may replace it
+        if known != key:
             maps, mix = zip(*found)
             stacks = Maps(*(np.stack(X) for X in zip(*maps))), np.stack(mix)
             self._stacked = key, stacks, found  # kept, so that no other has their ids
-        return self._stacked[1]
+        return stacks  # type: ignore[no-any-return]
 
     def _factor(self, X: Matrix) -> Matrix:
         """A factor; as wide at every instant, whatever the rank is there."""

@@ -110,7 +110,7 @@ def packed(settings: Settings, end: End, y: Matrix, u: Matrix) -> Packed:
     y = y if not plant.m else y - fed(plant, end.instant, u)
     prior = end.instant == 0 and plant.at_first
     before = np.concatenate([end.u[None], u[:-1]]) if rows and plant.m else u
-    drive = _driven(plant, settings.origin, end.instant, before)
+    drive = driven(plant, settings.origin, end.instant, before)
     if prior and rows:
         drive[0] = 0.0
     if plant.steps is None:
@@ -124,21 +124,21 @@ def packed(settings: Settings, end: End, y: Matrix, u: Matrix) -> Packed:
 
 
 def fed(plant: Plant, instant: int, u: Matrix) -> Matrix:
-    """E u of rows behind an instant."""
+    """E u of rows behind an instant; of many records (M, N, m) too."""
     if plant.E.ndim == 2:
         return u @ plant.E.T
-    at = np.minimum(instant + 1 + np.arange(len(u)), len(plant.E) - 1)
-    return np.einsum("tij,tj->ti", plant.E[at], u)
+    at = np.minimum(instant + 1 + np.arange(u.shape[-2]), len(plant.E) - 1)
+    return np.einsum("tij,...tj->...ti", plant.E[at], u)
 
 
-def _driven(plant: Plant, origin: int, instant: int, u: Matrix) -> Matrix:
-    """B u that leads to each row behind an instant, u of the rows before."""
+def driven(plant: Plant, origin: int, instant: int, u: Matrix) -> Matrix:
+    """B u that leads to each row behind an instant, u of the rows before; as `fed`."""
     if not plant.m:
         return np.zeros((len(u), plant.n))
     if plant.B.ndim == 2:
         return u @ plant.B.T
-    at = np.clip(instant - origin + np.arange(len(u)), 0, len(plant.B) - 1)
-    return np.einsum("tij,tj->ti", plant.B[at], u)
+    at = np.clip(instant - origin + np.arange(u.shape[-2]), 0, len(plant.B) - 1)
+    return np.einsum("tij,...tj->...ti", plant.B[at], u)
 
 
 def _alike(
@@ -307,3 +307,25 @@ def _refuse(settings: Settings, instant: int, j: int, seen: Vector) -> None:
         f"exactly there, by the noise-free outputs {which} or by earlier ones. Give "
         "them noise in R, or raise Q or P0."
     )
+
+
+def combined(mix: Matrix, y: Matrix) -> Matrix:
+    """Readings (M, N, p) of rows, each combined by its matrix of `mix`."""
+    if not np.tril(mix, -1).any():
+        return y
+    if (mix == mix[0]).all():
+        return y @ mix[0].T
+    return np.ascontiguousarray((mix @ y[..., None])[..., 0])
+
+
+def gains(one: Passage) -> Matrix:
+    """What each combined reading of a row moves z by, (N, N, p)."""
+    tape, (_, _, at, maps, _) = one.tape, one.packed
+    share = np.where(tape.pivot > 0, 1 / np.where(tape.pivot > 0, tape.pivot, 1), 0)
+    K = np.zeros((*tape.K.shape[::2], tape.K.shape[1]))
+    for j in range(K.shape[2]):  # one reading after the other moves the estimate
+        k = tape.K[:, j] * share[:, j, None]
+        C = maps.C[at[1:], j]
+        K -= k[:, :, None] * np.einsum("tk,tkj->tj", C, K)[:, None, :]
+        K[:, :, j] += k
+    return K

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -89,10 +90,10 @@ class Statements:
             return 1.0
         return 0.0 if _is(a, 0) else self.let("part", a, b)
 
-    def does(self, text: passes.Text, *given: Any) -> Any:
-        """What a text of `passes` does."""
+    def does(self, text: passes.Text, *given: Any, **more: Any) -> Any:
+        """What a text of `passes` does, with `more` names for other things."""
         names = dict(clear=self.clear, over=self.over, part=self.part)
-        return text.on(**names)(*given)
+        return text.on(**names, **more)(*given)
 
 
 def _counts(x: Entry) -> bool:
@@ -281,16 +282,44 @@ class Row:
         )  # fmt: skip
         return z, V, D, met
 
-    def read(self, j: int) -> tuple[Any, ...]:
-        """z, V, D, K, pivot, innovation and its size, after the reading of output j."""
+    def own(self) -> list[str]:
+        """The names of a state."""
+        return [name for name, _ in names(*self.fresh())]
+
+    def read(self, j: int, given: bool = False) -> tuple[Any, ...]:
+        """z, V, D, K, pivot, innovation and its size, after the reading of output j.
+
+        K and the pivot may be `given`; then V and D are left as they are.
+        """
         n = self.size.n
         z, V, D = self.fresh()
         K, f = np.zeros(n, dtype=object), np.zeros(n, dtype=object)
         met = _array([self.to.given(f"met_{i}") for i in range(n)])
         y = self.to.given(f"y_{j}")
         c, r = self.tables["C"][j], self.r[j]
-        pivot, nu, made = self.to.does(passes.read, y, V, D, c, r, z, met, K, f)
+        more = {"absorb": partial(self._moved, j)} if given else {}
+        pivot, nu, made = self.to.does(passes.read, y, V, D, c, r, z, met, K, f, **more)
         return z, V, D, K, pivot, nu, made
+
+    def reads(self, which: str) -> dict[str, str]:
+        """What is read of the maps `which`, by name; the place of the row is open."""
+        found = {
+            f"{X}_{i}_{j}": f"{X}[{{}}, {i}, {j}]" for X, T in self.tables.items()
+            for (i, j), v in np.ndenumerate(T) if isinstance(v, Name) and X in which
+        }  # fmt: skip
+        if "r" in which:
+            found |= {f"r_{j}": f"R[{{}}, {j}]" for j in range(self.size.p)}
+        return found
+
+    def _moved(self, j: int, *state: Any) -> Entry:
+        """What `passes.absorb` does to the estimate x, with a gain that is given."""
+        _, _, _, _, nu, x, K, _ = state
+        pivot = self.to.given(f"pivot_{j}")
+        move = self.to.over(nu, pivot)
+        for i in range(len(x)):
+            K[i] = self.to.given(f"K_{j}_{i}")
+            x[i] += K[i] * move
+        return pivot
 
     def spread(self) -> np.ndarray:
         """The variances."""

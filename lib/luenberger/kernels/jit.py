@@ -30,4 +30,5 @@ def jitted(text: str) -> Any:
                 replace(path, text)
     space: dict[str, Any] = {"__name__": inside.__name__}  # a module that there is
     exec(compile(text, str(path or "<generated>"), "exec"), space)  # made by us
-    return numba.njit(error_model="numpy", cache=path is not None)(space["run"])
+    ways = dict(error_model="numpy", nogil=True, cache=path is not None)
+    return numba.njit(**ways)(space["run"])

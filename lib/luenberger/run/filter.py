@@ -13,10 +13,11 @@ import numpy as np
 from ..arguments import expect
 from ..errors import short
 from ..filtering.maps import Settings
-from ..filtering.pack import End, Passage, begin, over
+from ..filtering.pack import End, Passage, begin, gains, over
 from ..formats import dataframes
 from ..numeric import Matrix
 from ..plant import Plant
+from . import fleet
 from .clock import require_instants
 from .discretise import discretise
 from .record import Record, Rows
@@ -99,6 +100,9 @@ class Filter:
         if self.plant.dt > 0:
             self.settings  # noqa: B018  refuse now what no record can mend
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self.plant, self.m1, self.weight)
+
     @cached_property
     def settings(self) -> Settings:
         """The matrices of its rows, of a discrete plant."""
@@ -110,10 +114,16 @@ class Filter:
         Parameters
         ----------
         record : Record, or what one is made of
-        start : End, optional
+            Of many records (M, N, p), or of a list of them, x and std are (M, N, n);
+            they are lists where records are tables or have several lengths.  What is
+            found of a record hangs on no other one, so parts of them may be filtered
+            on any executor: ``executor.map(filter.run, record.split(256))``.
+        start : End, or as many as there are records, optional
             Where an earlier part of the same run ended.
         """
         record = Record.of(record)
+        if record.many:
+            return Filtered(*fleet.found(self, record, start))
         first, clock = (0, None) if start is None else (start.instant, start.clock)
         found = self.over(record.on(self.plant, first, clock), start)
         if record.index is None:
@@ -132,7 +142,7 @@ class Filter:
         first = np.cumsum([0, *(len(one.x) for one in windows)])
         settled = [k + row for k, one in zip(first, windows) for row in one.settled]
         end = windows[-1].end._replace(clock=rows.clock)
-        again = partial(self._matrices, rows, start)
+        again = partial(self.matrices, rows, start)
         return Filtered(x, std, end, np.array(settled, dtype=np.int64), again)
 
     def smooth(self, record: Any, lag: int | None = None) -> Any:
@@ -217,7 +227,7 @@ class Filter:
             return Settings(self.plant.sampled(float(steps[0])), self.m1, self.weight)
         return Settings(discretise(self.plant, steps), self.m1, self.weight, instant)
 
-    def _matrices(self, rows: Rows, start: End | None) -> tuple[Matrix, Matrix]:
+    def matrices(self, rows: Rows, start: End | None) -> tuple[Matrix, Matrix]:
         """Covariances and gains of all rows."""
         passed = self._windows(rows, start, "all")
         P, K = zip(*(matrices(one, self.plant.p) for one in passed))
@@ -246,13 +256,7 @@ def matrices(one: Passage, p: int) -> tuple[Matrix, Matrix]:
     n = one.x.shape[1]
     share = np.where(tape.pivot > 0, 1 / np.where(tape.pivot > 0, tape.pivot, 1), 0)
     P = np.einsum("tka,tk,tkb->tab", tape.V[:, :, :n], tape.D, tape.V[:, :, :n])
-    K = np.zeros((*tape.K.shape[::2], p))
-    for j in range(p):  # one reading after the other moves the estimate
-        k = tape.K[:, j] * share[:, j, None]
-        K[:, :, j] = 0
-        C = maps.C[at[1:], j]
-        K -= k[:, :, None] * np.einsum("tk,tkj->tj", C, K)[:, None, :]
-        K[:, :, j] += k
+    K = gains(one)
     O = maps.O[at[1:]]  # noqa: E741
     if O.shape[2]:
         pushed = np.einsum("tjk,tnk->tjn", tape.K[:, :, n:], O)

@@ -121,16 +121,22 @@ class Record:
             raise ValueError(f"a part has at least 1 record or row, got {size!r}")
         for k in range(0, len(self.y), size):
             part = slice(k, k + size)
-            yield Record(
-                _part(self.y, part), _part(self.u, part), _part(self.time, part),
-                _part(self.arrival, part), self.u0 if self.many or k == 0 else None,
-            )  # fmt: skip
+            yield Record(*self._of(part), self.u0 if self.many or k == 0 else None)
 
     def each(self) -> Iterator[Record]:
-        """The runs, one by one; inputs and arrivals of all runs are those of each."""
-        for k, y in enumerate(self.y):
-            u, arrival = (_of_one(X, k) for X in (self.u, self.arrival))
-            yield Record(y, u, self.time, arrival, self.u0)
+        """Each of many runs as a record."""
+        for k in range(len(self.y)):
+            yield Record(*self._of(k), self.u0)
+
+    def _of(self, part: slice | int) -> Iterator[Any]:
+        """y, u, time and arrival of some rows, or of some runs.
+
+        What is not told of each run is that of all.
+        """
+        for X, axes in ((self.y, 0), (self.u, 2), (self.time, 1), (self.arrival, 2)):
+            own = isinstance(X, list | tuple) and len(X) and np.ndim(X[0]) >= axes
+            each = own or (not dataframes.is_table(X) and np.ndim(X) > axes)
+            yield X if self.many and not each else _part(X, part)
 
     def __len__(self) -> int:
         return len(self.y)
@@ -178,13 +184,7 @@ class Record:
         return np.where(never, np.iinfo(np.int64).max, rows).reshape(y.shape)
 
 
-def _of_one(X: Any, k: int) -> Any:
-    """What belongs to run k."""
-    many = isinstance(X, list | tuple) and len(X) and np.ndim(X[0]) == 2
-    return X[k] if many or getattr(X, "ndim", 0) == 3 else X
-
-
-def _part(X: Any, part: slice) -> Any:
+def _part(X: Any, part: slice | int) -> Any:
     """Some rows, or some runs."""
     if X is None or isinstance(X, str | dict | int | float):
         return X

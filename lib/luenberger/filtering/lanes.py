@@ -1,0 +1,149 @@
+"""The recursion in scalars over many records: lanes of one loop, which become vectors.
+
+A lane does what its record by itself does, operation by operation.  So it finds the
+same bits, whatever is in the lanes beside it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+from itertools import chain
+
+from ..kernels.jit import jitted
+from .passes import CLASH
+from .scalars import Entry, Language, Row, Sizes, names, written
+
+WIDE = 16  # records side by side
+# a choice as a call: numba needs a third of the time where there are no branches
+PICK = Language("pick({b} > {c}, {a}, {d})", "abs({})")
+HEAD = """\
+import numpy as np
+from numba.extending import register_jitable
+
+
+@register_jitable
+def pick(first, a, b):
+    return a if first else b
+
+
+def run(y, drive, at, maps, state, xs, variances, K, pivot, clash):
+    B, G, C, R = maps.B, maps.G, maps.C, maps.r
+    z, V, D = state.z, state.V, state.D
+    own = 1 if len(drive) > 1 else 0
+"""
+
+
+@cache
+def over(size: Sizes, alike: bool) -> Callable:
+    """The function of `text`, compiled."""
+    return jitted(text(size, alike))
+
+
+class Lanes:
+    """The text, line by line, and the places of names in its lanes."""
+
+    def __init__(self, *groups: list[str]) -> None:
+        self.room = {one: k for k, one in enumerate(chain(*groups))}
+        self.lines: list[str] = []
+
+    def put(self, depth: int, *lines: str) -> None:
+        self.lines += ["    " * depth + line for line in lines]
+
+    def place(self, name: str) -> str:
+        return f"c[{self.room[name] * WIDE} + l]"
+
+    def each(self, depth: int, lines: list[str], some: bool = False) -> None:
+        """A loop over all lanes, or over `some` that have records."""
+        if lines:
+            self.put(depth, f"for l in range({'wide' if some else WIDE}):")
+            self.put(depth + 1, *lines)
+
+    def get(self, *groups: list[str]) -> list[str]:
+        return [f"{one} = {self.place(one)}" for one in chain(*groups)]
+
+    def keep(self, found: list[tuple[str, str]]) -> list[str]:
+        return [f"{self.place(one)} = {said}" for one, said in found]
+
+
+def text(size: Sizes, alike: bool) -> str:
+    """`passes.forward` over lanes, without a tape.
+
+    Each has gaps of its own; or they are `alike`: nothing is missing, and all have the
+    gains K and pivots of one of them, none of which is 0, so that nothing contradicts.
+    """
+    row, n, p = Row(size), size.n, size.p
+    own = [f"z_{i}" for i in range(n)] if alike else row.own()
+    met, spread = ([f"{X}_{i}" for i in range(0 if alike else n)] for X in ("met", "v"))
+    drive, read = [f"drive_{i}" for i in range(n)], [f"y_{j}" for j in range(p)]
+    bad = [] if alike else ["bad"]
+    to = Lanes(own, met, drive, read, spread, bad)
+    state = {"z": "z[b + l, {}]", "D": "D[b + l, {}]", "V": "V[b + l, {}, {}]"}
+    state = {one: state[one[0]].format(*one.split("_")[1:]) for one in own}
+    ahead, behind = row.reads("B" if alike else "BG"), row.reads("C" if alike else "Cr")
+    to.put(1, f"c = np.zeros({len(to.room) * WIDE})")
+    to.put(1, *(f"{one} = {X.format(0)}" for one, X in (ahead | behind).items()))
+    to.put(1, f"for b in range(0, len(y), {WIDE}):")
+    to.put(2, f"wide = min({WIDE}, len(y) - b)", "s, k = -1, -1")
+    to.each(2, to.keep([*state.items()]), some=True)
+    sizes = [(one, f"abs({to.place(f'z_{i}')})") for i, one in enumerate(met)]
+    to.each(2, to.keep([*sizes, *((one, "-1.0") for one in bad)]))
+    to.put(2, "for t in range(y.shape[1]):")
+    to.put(3, "if at[t] >= 0:")
+    to.put(4, "if at[t] != s:")
+    to.put(5, "s = at[t]", *(f"{one} = {X.format('s')}" for one, X in ahead.items()))
+    acts = [f"drive[(b + l) * own, t, {i}]" for i in range(n)]
+    to.each(4, to.keep([*zip(drive, acts)]), some=True)
+    z, V, D, sizes_ = row.predict()
+    found = [*names(z, V, D)[: len(own)], *zip(met, sizes_)]
+    lines, said = _said(found, "p")
+    to.each(4, to.get(own, drive) + lines + to.keep(said))
+    to.put(3, "if at[t + 1] != k:")
+    to.put(
+        4, "k = at[t + 1]", *(f"{one} = {X.format('k')}" for one, X in behind.items())
+    )
+    for j in range(p if alike else 0):
+        to.put(3, f"pivot_{j} = pivot[t, {j}]")
+        to.put(3, *(f"K_{j}_{i} = K[t, {j}, {i}]" for i in range(n)))
+    to.each(3, to.keep([(f"y_{j}", f"y[b + l, t, {j}]") for j in range(p)]), some=True)
+    body = to.get(own, met, read, bad)
+    for j in range(p):
+        body += _reading(row, j, len(own), alike)
+    lines, said = ([], []) if alike else _said([*zip(spread, row.spread())], "v")
+    to.each(3, body + lines + to.keep([*said, *((one, one) for one in [*own, *bad])]))
+    results = [f"xs[b + l, t, {i}] = {to.place(f'z_{i}')}" for i in range(n)]
+    results += [
+        f"variances[b + l, t, {i}] = {to.place(v)}" for i, v in enumerate(spread)
+    ]
+    to.each(3, results, some=True)
+    last = [f"{X} = {to.place(one)}" for one, X in state.items()]
+    last += [f"clash[b + l] = int({to.place(one)})" for one in bad]
+    to.each(2, last, some=True)
+    return "\n".join([HEAD + to.lines[0], *to.lines[1:], ""])
+
+
+def _said(
+    found: list[tuple[str, Entry]], prefix: str
+) -> tuple[list[str], list[tuple[str, str]]]:
+    """Statements, and how each name is written behind them."""
+    lines, shown = written([x for _, x in found], PICK, prefix)
+    return [f"{one} = {said}" for one, said in lines], [
+        (one, shown(x)) for one, x in found
+    ]
+
+
+def _reading(row: Row, j: int, kept: int, alike: bool) -> list[str]:
+    """Take in the reading of output j, where it arrived."""
+    z, V, D, _, pivot, nu, size = row.read(j, given=alike)
+    found = [*names(z, V, D)[:kept], ("", pivot), ("", nu), ("", size)]
+    lines, said = _said(found[:kept] if alike else found, f"r{j}_")
+    if not alike:
+        (_, pivot), (_, nu), (_, size) = said[kept:]
+        clash = f"(bad < 0.0) & ({pivot} == 0.0) & (abs({nu}) > {CLASH!r} * {size})"
+        lines.append(f"bad = pick({clash}, t * {row.size.p} + {j} + 0.0, bad)")
+    arrived = "{1}" if alike else f"pick(y_{j} == y_{j}, {{1}}, {{0}})"
+    moved = [(one, arrived.format(one, x)) for one, x in said[:kept] if x != one]
+    if moved:
+        left, right = (", ".join(side) for side in zip(*moved))
+        lines.append(f"{left} = {right}")
+    return lines

@@ -1,0 +1,245 @@
+"""Many records of one plant: read, put together as they can be filtered, and told."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from functools import partial
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..filtering import many
+from ..filtering.many import of_record
+from ..filtering.pack import End, begin
+from ..formats import dataframes
+from ..numeric import Matrix, Vector
+from ..plant import Plant
+from . import chunks
+from .record import Record, Rows
+
+
+class Group(NamedTuple):
+    """Records that are filtered together.
+
+    Attributes
+    ----------
+    names : (M,) ndarray of int
+        Their numbers among all records.
+    rows : Rows
+        With y (M, N, p), u (M, N, m) or (1, N, m), which is that of each, and a
+        sequence of clocks.
+    starts : sequence of End, or None
+        What they go on from; all are of one instant.
+    whole : bool
+        Whether nothing is missing, and all begin with the same covariance.
+    """
+
+    names: np.ndarray
+    rows: Rows
+    starts: Sequence[End] | None
+    whole: bool
+
+
+class Gathered(Sequence[Any]):
+    """The items of groups, by the numbers of their records."""
+
+    def __init__(self, names: Sequence[Vector], parts: Sequence[Sequence[Any]]) -> None:
+        self.parts = parts
+        count = sum(map(len, names))
+        self.part, self.place = np.empty((2, count), dtype=np.int64)
+        for k, which in enumerate(names):
+            self.part[which], self.place[which] = k, np.arange(len(which))
+
+    def __len__(self) -> int:
+        return len(self.part)
+
+    def __getitem__(self, k: Any) -> Any:
+        if isinstance(k, slice):
+            return [self[i] for i in range(len(self))[k]]
+        return self.parts[self.part[k]][int(self.place[k])]
+
+
+def found(of: Any, record: Record, starts: Any) -> tuple[Any, ...]:
+    """Estimates, deviations, ends, no settled rows, and what finds P and K.
+
+    `of` is the `Filter`.
+    """
+    all_ = groups(of.plant, record, starts)
+    parts, names = [_together(of, one) for one in all_], [one.names for one in all_]
+    told = (
+        table(record, _joined(record, names, [part[k] for part in parts]), of.plant)
+        for k in (0, 1)
+    )
+    ends = Gathered(names, [part[2] for part in parts])
+    again = partial(_matrices, of, record, starts)
+    return *told, ends, np.zeros(0, dtype=np.int64), again
+
+
+def _together(of: Any, group: Group) -> tuple[Matrix, Matrix, Sequence[End]]:
+    """Estimates, deviations and ends of records that are filtered together."""
+    names, rows, ends, whole = group
+    M, first = len(names), rows._replace(y=rows.y[0])
+    run = many.alike if whole else many.with_gaps
+    xs, variances = [], []
+    for part, settings in of.parts(first, 0 if ends is None else ends[0].instant):
+        if ends is None:
+            ends = many.begun(begin(settings, rows.u0), M)
+        x, v, ends = run(settings, ends, rows.y[:, part], rows.u[:, part], names)
+        xs.append(x)
+        variances.append(v)
+    assert ends is not None
+    x, v = (X[0] if len(X) == 1 else np.concatenate(X, 1) for X in (xs, variances))
+    std = np.sqrt(v, out=v)
+    std = np.broadcast_to(std, x.shape) if len(std) < M else std
+    return x, std, many.clocked(ends, rows.clock)
+
+
+def _matrices(of: Any, record: Record, starts: Any) -> tuple[Any, Any]:
+    """Covariances and gains of each record; those of `whole` ones are found once."""
+    every: list[Any] = [None] * len(record)
+    for names, rows, ends, whole in groups(of.plant, record, starts):
+        for k, name in enumerate(names):
+            if whole and k:
+                every[name] = every[names[0]]
+                continue
+            u = rows.u[k if len(rows.u) > 1 else 0]
+            one = rows._replace(y=rows.y[k], u=u, clock=rows.clock[k])
+            every[name] = of.matrices(one, None if ends is None else ends[k])
+    P, K = ([pair[k] for pair in every] for k in (0, 1))
+    same = len({X.shape for X in P}) == 1
+    return (np.stack(P), np.stack(K)) if same else (P, K)
+
+
+def _joined(record: Record, names: list[Vector], parts: list[Matrix]) -> Any:
+    """The parts of groups as one array of all records, if they have one length."""
+    if len({len(record), *map(len, parts)}) == 1:
+        return parts[0]
+    if len({X.shape[1:] for X in parts}) != 1:
+        return Gathered(names, parts)
+    out = np.empty((len(record), *parts[0].shape[1:]))
+    for which, X in zip(names, parts):
+        out[which] = X
+    return out
+
+
+def groups(plant: Plant, record: Record, starts: Any) -> list[Group]:
+    """The records of one `Record`, as they are filtered together.
+
+    Which group a record comes to does not change what is found of it.
+    """
+    if starts is not None and (isinstance(starts, End) or len(starts) != len(record)):
+        raise ValueError(
+            f"there are {len(record)} records, so start must be as many: the `end` of "
+            "what was found in their earlier rows"
+        )
+    if not len(record):
+        raise ValueError("y holds no record")
+    if record.arrival is not None:
+        raise ValueError(
+            "arrival is for one record, and y holds many: filter the records that "
+            "have late readings one by one"
+        )
+    found = []
+    for names, rows in _stacks(plant, record, starts):
+        whole = _whole(rows.y)
+        for complete, at in _kinds(whole, starts, names):
+            which, part = names, rows
+            if len(at) < len(names):
+                u = rows.u[at] if len(rows.u) == len(names) else rows.u
+                clocks = [rows.clock[k] for k in at]
+                which = names[at]
+                part = rows._replace(y=rows.y[at], u=u, clock=clocks)
+            ends = None if starts is None else [starts[k] for k in which]
+            found.append(Group(which, part, ends, complete))
+    return found
+
+
+def _whole(y: Matrix) -> Vector:
+    """In which records (M, N, p) nothing is missing; none may be infinite."""
+    whole: Vector = np.isfinite(y).reshape(len(y), -1).all(axis=1)
+    if not whole.all():
+        some = np.flatnonzero(~whole)
+        _finite("y", np.isinf(y[some]), "infinite", some)
+    return whole
+
+
+def _kinds(whole: Vector, starts: Any, names: Vector) -> Iterator[tuple[bool, Vector]]:
+    """Records that are filtered together, and whether they are whole."""
+    if starts is None:
+        kinds = [(own, np.flatnonzero(whole == own)) for own in (True, False)]
+        yield from ((own, at) for own, at in kinds if len(at) or not len(whole))
+        return
+    found = dict[Any, list[int]]()
+    for k, complete in enumerate(whole.tolist()):
+        key = complete, *_begun(starts[names[k]], complete)
+        found.setdefault(key, []).append(k)
+    yield from ((key[0], np.array(at)) for key, at in found.items())
+
+
+def _begun(end: End, complete: bool) -> tuple[Any, ...]:
+    """What those that are filtered together have in common."""
+    parts = (*end.state[1:], end.seen, *end.gap, *(() if end.P is None else (end.P,)))
+    own = [np.asarray(X).tobytes() for X in parts] if complete else []
+    return end.instant, end.P is None, *own
+
+
+def _stacks(plant: Plant, record: Record, starts: Any) -> Iterator[tuple[Vector, Rows]]:
+    """Records of one length and with one clock, and their numbers."""
+    if not isinstance(record.y, list | tuple):
+        before = () if starts is None else (starts[0].instant, starts[0].clock)
+        yield np.arange(len(record)), _rows(plant, record, *before)
+        return
+    kinds = dict[Any, list[tuple[int, Rows]]]()
+    for k, one in enumerate(record.each()):
+        with of_record(k):
+            before = () if starts is None else (starts[k].instant, starts[k].clock)
+            rows = one.on(plant, *before)
+        clock = None if rows.periods is None else rows.periods.tobytes()
+        kinds.setdefault((len(rows.y), clock), []).append((k, rows))
+    for some in kinds.values():
+        names, all_ = zip(*some)
+        y, u = (np.stack([getattr(rows, X) for rows in all_]) for X in "yu")
+        clocks = [rows.clock for rows in all_]
+        yield np.array(names), all_[0]._replace(y=y, u=u, clock=clocks)
+
+
+def _rows(plant: Plant, record: Record, *before: Any) -> Rows:
+    """The rows of records (M, N, p)."""
+    y = chunks.real("y", record.y, "an array of numbers")
+    M, N, p = y.shape
+    if p != plant.p:
+        raise ValueError(
+            f"y must be (N, {plant.p}), or (M, N, {plant.p}) for many records, got "
+            f"{y.shape}"
+        )
+    one = Record(np.zeros((N, p)), None, record.time, None, record.u0)
+    u = np.zeros((1, N, plant.m))
+    if record.u is not None and not (np.ndim(record.u) == 0 and record.u == 0):
+        u = chunks.real("u", record.u, "an array of numbers")
+        if u.shape not in ((M, N, plant.m), (N, plant.m)):
+            raise ValueError(
+                f"u must be ({M}, {N}, {plant.m}), or ({N}, {plant.m}) for all "
+                f"records, got {u.shape}"
+            )
+        u = u if u.ndim == 3 else u[None]
+        _finite("u", ~np.isfinite(u), "missing or not finite", range(len(u)))
+    rows = one.on(plant, *before)
+    return rows._replace(y=y, u=u, clock=[rows.clock] * M)
+
+
+def _finite(name: str, bad: Matrix, what: str, names: Sequence[int] | Vector) -> None:
+    """ValueError naming the record and the row of what is bad."""
+    if bad.any():
+        k, row, _ = np.argwhere(bad)[0].tolist()
+        raise ValueError(f"{name} is {what} in record {names[k]}, row {row}")
+
+
+def table(record: Record, found: Any, plant: Plant) -> Any:
+    """What was found of each record: an array (M, N, n), or a list."""
+    ours = isinstance(record.y, list | tuple)
+    if not ours or not any(map(dataframes.is_table, record.y)):
+        return found if isinstance(found, np.ndarray) else [*found]
+    return [
+        dataframes.framed(X, plant.state_names, one.index)
+        for X, one in zip(found, record.each())
+    ]
