@@ -7,8 +7,7 @@ panels, and the results are copied back.  "numba" returns new arrays.  "to a fun
 hands parts of the records to a function, in memory that is used again, and the function
 keeps the last estimate of each record.  "panels" is the compiled code alone with these
 copies, into memory that has been written before; "no copies" is the same code, which
-copies only the first rows.  `smooth` is timed in the same way, with the covariances of
-all estimates, beside a loop of it over some of the records.
+copies only the first rows.
 
 Run:  OMP_NUM_THREADS=1 python benchmarks/fleet.py [--quick]
 """
@@ -30,10 +29,9 @@ from luenberger.recursion.settled_pass import SettledPass
 
 SIZES = [(3, 2), (6, 3)]
 RECORDS, ROWS, PEER_ROWS, ROUNDS = 2048, 250, 25, 7
-ALONE = 8  # records that are smoothed one by one
 
 
-def peer(plant, y, smoothed=False):
+def peer(plant, y):
     """simdkalman, from our start carried to the first sample."""
     model = simdkalman.KalmanFilter(
         state_transition=plant.A, process_noise=plant.Q, observation_model=plant.C,
@@ -41,30 +39,13 @@ def peer(plant, y, smoothed=False):
     )  # fmt: skip
     found = model.compute(
         y, 0, initial_value=np.zeros(plant.n), initial_covariance=first_prior(plant),
-        smoothed=smoothed, filtered=not smoothed, states=True, observations=False,
+        smoothed=False, filtered=True, states=True, observations=False,
     )  # fmt: skip
-    return (found.smoothed if smoothed else found.filtered).states.mean
+    return found.filtered.states.mean
 
 
 def ours(plant, y, backend):
     return lb.filter_data(plant, y, backend=backend).x
-
-
-def smoothing(one, kind, y, quick):
-    """One row, as `records` has it, of the smoother."""
-    some, few = np.ascontiguousarray(y[:, :PEER_ROWS]), y[:ALONE]
-    mine = lb.smooth(one, some[:40], backend="numba").x
-    same("numba", mine, peer(one, some[:40], smoothed=True))
-    runs = {
-        "numba": lambda: lb.smooth(one, y, backend="numba").x,
-        "one by one": lambda: [lb.smooth(one, s, backend="numba") for s in few],
-        "simdkalman": lambda: peer(one, some, smoothed=True),
-    }
-    work = {"numba": y[..., 0].size, "one by one": few[..., 0].size}
-    work["simdkalman"] = some[..., 0].size
-    times = in_turns(runs, 3 if quick else ROUNDS, work)
-    case = f"n = {one.n}, p = {one.p}"
-    return record(f"many records, smoothing, {kind}", case, "ns", times, 1e9)
 
 
 def latest(plant, y, **how):
@@ -138,7 +119,6 @@ def records(quick=False):
             work["simdkalman"] = some[..., 0].size
             times = in_turns(runs, 3 if quick else ROUNDS, work)
             yield record(f"many records, {kind}", f"n = {n}, p = {p}", "ns", times, 1e9)
-            yield smoothing(one, kind, y[: len(y) // 4], quick)
 
 
 if __name__ == "__main__":

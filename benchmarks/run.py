@@ -28,11 +28,11 @@ RESULTS = HERE / "results.json"
 SCRIPTS = (
     "first_call", "filter_step", "constant_gain", "c_export", "monte_carlo",
     "staircase", "optimal_projection", "noise_fit", "slingen", "uneven",
-    "fleet", "fleet_threads", "settled_filter", "smoothing", "likelihood",
+    "fleet", "fleet_threads", "settled_filter", "likelihood",
     "known_state",
 )  # fmt: skip
 OWN_TABLES = (
-    "uneven", "settled_filter", "smoothing", "likelihood", "known_state", "slingen",
+    "uneven", "settled_filter", "likelihood", "known_state", "slingen",
     "fleet_threads",
 )  # fmt: skip
 PEERS = (
@@ -57,7 +57,6 @@ SETTLED = (
     ("n = 10, p = 4, 1000000 rows", 50), ("n = 30, p = 6, 100000 rows", 30),
     ("n = 100, p = 10, 40000 rows", 8),
 )  # fmt: skip
-SMOOTHED = "n = 3, p = 2", "n = 6, p = 3", "n = 10, p = 4", "n = 30, p = 8"
 HARDEST = (
     "n = 6, p = 4, 50000 rows", "n = 6, p = 1, 10000 rows", "n = 10, p = 1, 2000 rows",
 )  # fmt: skip
@@ -95,10 +94,6 @@ TARGETS = (  # row; over / under; asked
         (f"settled filter, {k}", peer, "numba", "at least", ask)
         for k, ask in SETTLED
         for peer in ("statsmodels", "statsmodels, lean")
-    ),
-    *(
-        (f"smoothing, numba, {k}", "smoother", "filter", "at most", 2.5)
-        for k in SMOOTHED
     ),
     *(
         (f"likelihood, {k}, gaps, unknown start", "gradient", "filter", "at most", 3)

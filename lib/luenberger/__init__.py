@@ -62,9 +62,7 @@ from .run.monte_carlo import monte_carlo as monte_carlo
 from .run.record import Record as Record
 from .run.simulate import Run as Run
 from .run.simulate import simulate as simulate
-from .smoothing.fleet import SmoothedFleet as SmoothedFleet
-from .smoothing.record import Smoothed as Smoothed
-from .smoothing.smooth import smooth as smooth
+from .run.smoothed import Smoothed as Smoothed
 
 _ON_DEMAND = {  # export takes time; plot and report import matplotlib
     "export": "export",

@@ -352,7 +352,7 @@ def test_a_plant_is_smoothed(call, here, option, lag):
     head, *rows = out.splitlines()
     assert head == "time,position,position_sigma,speed,speed_sigma"
     found = np.array([row.rsplit(",", 4)[1:] for row in rows], dtype=float)
-    wanted = lb.smooth(PLANT, y, U, lag=lag)
+    wanted = lb.Filter(PLANT).smooth(lb.Record(y, U), lag)
     np.testing.assert_allclose(found[:, ::2], wanted.x, rtol=1e-12)
     np.testing.assert_allclose(found[:, 1::2], wanted.std, rtol=1e-12)
     assert [row.rsplit(",", 4)[0] for row in rows] == TIMES
@@ -369,7 +369,8 @@ def test_a_long_table_is_smoothed_as_it_is(call, here, monkeypatch, option):
     assert status == 0, err
     found = np.loadtxt("e.csv", delimiter=",", skiprows=1)
     lag = 30 if "lag" in option else None
-    np.testing.assert_allclose(found[:, 1::2], lb.smooth(PLANT, y, u, lag=lag).x)
+    wanted = lb.Filter(PLANT).smooth(lb.Record(y, u), lag)
+    np.testing.assert_allclose(found[:, 1::2], wanted.x)
     np.testing.assert_array_equal(found[:, 0], np.arange(rows) / 2)
 
 

@@ -83,21 +83,22 @@ def test_a_lag_gives_the_smoothed_record(call, piece):
     steps = np.diff(seconds).round(3)
     varying = lb.sampling.discretise(MOTOR, np.concatenate([steps[:1], steps]))
     y, u = frame[["encoder", "tacho"]].to_numpy(), frame[["voltage"]].to_numpy()
-    wanted = lb.smooth(varying, y, u, lag=7)
+    wanted = lb.Filter(varying).smooth(lb.Record(y, u), lag=7)
     _, x, std = numbers()
     np.testing.assert_allclose(x, wanted.x, rtol=1e-9, atol=1e-11)
     np.testing.assert_allclose(std, wanted.std, rtol=1e-9)
-    whole = lb.smooth(MOTOR, frame, lag=7)
+    whole = lb.Filter(MOTOR).smooth(frame, lag=7)
     np.testing.assert_allclose(whole.w, wanted.w, rtol=1e-9, atol=1e-11)
-    every = lb.smooth(MOTOR, y, u, time=seconds)
-    np.testing.assert_allclose(every.x, lb.smooth(varying, y, u).x, atol=1e-9)
+    every = lb.Filter(MOTOR).smooth(lb.Record(y, u, time=seconds))
+    same = lb.Filter(varying).smooth(lb.Record(y, u))
+    np.testing.assert_allclose(every.x, same.x, atol=1e-9)
 
 
 def test_no_rows_are_no_estimates():
     none = np.zeros((0, 2)), np.zeros((0, 1))
     for found in (
         lb.Filter(MOTOR).run(lb.Record(*none, time=[])),
-        lb.smooth(MOTOR, *none, time=[]),
+        lb.Filter(MOTOR).smooth(lb.Record(*none, time=[])),
     ):
         assert found.x.shape == found.std.shape == (0, 2)
 

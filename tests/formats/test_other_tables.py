@@ -90,7 +90,7 @@ ASKED = {
         lb.filter_data(PLANT, y, *u, arrival=np.arange(60)[:, None] + [[0, 2]]).x
     ),
     "record": lambda y, *u: lb.Filter(PLANT).run(lb.Record(y, *u)).x,
-    "smooth": lambda y, *u: lb.smooth(PLANT, y, *u).x,
+    "smooth": lambda y, *u: lb.Filter(PLANT).smooth(lb.Record(y, *u)).x,
     "estimate": lambda y, *u: lb.estimate(OBSERVER, y, *u),
     "likelihood": lambda y, *u: lb.log_likelihood(PLANT, y, *u),
     "innovations": lambda y, *u: lb.innovations(PLANT, y, *u),

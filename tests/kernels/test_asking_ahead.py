@@ -12,11 +12,8 @@ from luenberger.kernels import Recursion, numba, stack
 from luenberger.kernels.in_place import in_place
 from luenberger.kernels.inputs import arguments
 from luenberger.recursion.filter_stacks import FILTER
-from luenberger.smoothing.compiled import BACKWARD, NEIGHBOURS
-from luenberger.smoothing.forward import KEPT as LOOPS
 from luenberger.symbolic import Stage
 
-KEPT = LOOPS.estimates
 SIZES = dict(n=9, p=2, m=0)
 ROWS = 4
 ABSENT = "B", "E", "Gamma", "J"  # of a plant without inputs and S
@@ -72,38 +69,22 @@ def lines_of(loop, array, row):
     return [(array, row, k) for k in range(0, widths(loop)[array], stack.LINE)]
 
 
-@pytest.mark.parametrize("recursion", [FILTER, KEPT], ids=["filter", "kept"])
-def test_what_is_kept_of_a_row_is_asked_for_once_in_the_row_before(recursion):
-    loop = recursion.lowered(ABSENT)
-    arrays = [array for array, _, kind in recursion.written if kind == "matrix"]
+def test_what_is_kept_of_a_row_is_asked_for_once_in_the_row_before():
+    loop = FILTER.lowered(ABSENT)
+    arrays = [array for array, _, kind in FILTER.written if kind == "matrix"]
     wanted = [
         line
         for row in range(ROWS)
         for array in arrays
         for line in lines_of(loop, array, row + 1)
     ]
-    assert Counter(asked(recursion)) == Counter(wanted)
-    assert asked(recursion, keep=False) == []
-
-
-@pytest.mark.parametrize("recursion", [BACKWARD, NEIGHBOURS], ids=["", "neighbours"])
-def test_the_way_back_asks_for_all_of_the_next_row(recursion):
-    loop = recursion.lowered(ABSENT)
-    changing = {"Sigma", "K", "W"}
-    arrays = {"innovations", "xs", "smoothed", "sayings"} | changing
-    arrays |= {"neighbours"} if recursion is NEIGHBOURS else set()
-    wanted = [
-        line
-        for turn in range(ROWS)
-        for array in arrays
-        for line in lines_of(loop, array, ROWS - 2 - turn)
-    ]
-    assert Counter(asked(recursion, changing)) == Counter(wanted)
+    assert Counter(asked(FILTER)) == Counter(wanted)
+    assert asked(FILTER, keep=False) == []
 
 
 def test_lines_are_asked_for_a_few_at_a_time():
     """As many behind each step, in the text as it is printed."""
-    text = numba.source(KEPT.lowered(ABSENT), dict(n=30, p=8, m=0), frozenset(), None)
+    text = numba.source(FILTER.lowered(ABSENT), dict(n=30, p=8, m=0), frozenset(), None)
     counts, here = [], 0
     for before, line in pairwise(text.splitlines()):
         if "product(" in line and here:
@@ -115,10 +96,6 @@ def test_lines_are_asked_for_a_few_at_a_time():
 
 
 def test_a_row_hands_on_in_place():
-    assert in_place(BACKWARD.lowered()) == {
-        "Theta": "Theta_next",
-        "lamda": "lamda_next",
-    }
     found = in_place(FILTER.lowered(ABSENT))
     assert found == {"Sigma_next": "Sigma", "x_next": "x"}
 

@@ -239,7 +239,6 @@ def test_another_version_is_another_entry(monkeypatch):
 PLANT = lb.Plant([[0.5]], None, [[1]], dt=1.0, Q=[[2]], R=[[1]], P0=[[1]])
 RUNS = {
     "filter": lambda rows, **how: lb.filter_data(PLANT, np.ones((rows, 1)), **how),
-    "smoother": lambda rows, **how: lb.smooth(PLANT, np.ones((rows, 1)), **how),
     "observer": lambda rows, **how: lb.estimate(OBSERVER, np.ones((rows, 1)), **how),
 }
 

@@ -162,6 +162,5 @@ def test_every_way_of_writing_a_record_has_instructions(monkeypatch):
         if n == 2:
             y[::7] = np.nan
             lb.filter_data(plant, np.stack([y] * 3), backend="numba")
-            lb.smooth(plant, np.stack([y] * 3), backend="numba")
     assert panels.in_panels.cache_info().currsize
     lanes.in_lanes(ROW, (("n", 1), ("k", 1), ("j", 1)), 8)

@@ -90,8 +90,6 @@ PAGES = (
     "identification.first_rows",
     "smoothing.next_state",
     "smoothing.adjoint",
-    "smoothing.from_estimate",
-    "smoothing.fixed_lag",
     "smoothing.disturbances",
     "smoothing.accurate_outputs",
     "forms.change",

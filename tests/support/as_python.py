@@ -14,10 +14,9 @@ from luenberger import kernels
 from luenberger.fleets import given_gain, own_gain
 from luenberger.kernels import cache
 from luenberger.kernels import lanes as kernel_lanes
-from luenberger.smoothing import lanes
 
 ASKED = [(kernels, "over_record"), (cache, "compiled"), (kernel_lanes, "in_lanes")]
-ASKED += [(module, "in_panels") for module in (given_gain, own_gain, lanes)]
+ASKED += [(module, "in_panels") for module in (given_gain, own_gain)]
 
 
 @contextmanager

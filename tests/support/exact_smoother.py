@@ -94,7 +94,7 @@ class Batch:
         return gain @ left, self.cov - product(gain, Y, self.cov)
 
     def smooth(self, lag=None):
-        """x, P, lag_one, w, v as `smooth` returns them, of Fractions."""
+        """x, P, lag_one, w, v as `Filter.smooth` finds them, of Fractions."""
         found = [[] for _ in range(5)]
         for k in range(1, self.N + 1):
             until = self.N if lag is None else min(k + lag, self.N)

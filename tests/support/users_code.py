@@ -26,7 +26,6 @@ def never_run() -> None:
     assert_type(lb.filter_data(plant, np.zeros((2, 3, 1))), lb.FilteredFleet)
     assert_type(lb.filter_data(plant, [y, y], backend="numpy"), lb.FilteredFleet)
     assert_type(lb.filter_data(plant, [[1], [2]]), Filtered)
-    assert_type(lb.smooth(plant, [y, y]), lb.SmoothedFleet)
     assert_type(lb.log_likelihood(plant, [y, y]), float)
     assert_type(lb.log_likelihood(plant, [y, y], each=True), np.ndarray)
     lb.filter_data(plant, y.reshape(1, 3, 1), into="estimates.npz")

@@ -22,7 +22,7 @@ DESCRIPTION = (
     "`filter` can. "
     "With --smooth, the file is a plant instead, and each row is estimated from "
     "all measurements, earlier and later, with its one sigma; some may be missing. "
-    "With --lag N, each row waits for N more, and the record may be of any length."
+    "With --lag N, each row is estimated with N more rows. Both hold the whole file."
 )
 
 
@@ -111,16 +111,14 @@ def _rows(text: str) -> int:
 def _reader(options: Namespace) -> Callable[[Any], Any]:
     """What makes header and rows of a table: an observer, or a plant's smoother."""
     if options.smooth or options.lag is not None:
-        from ..smoothing import table as smoothed
+        from ..run import filter_csv
 
         if options.plant is not None:
             options.wrong(
                 "--plant goes with an observer; --smooth takes the plant alone"
             )
         plant = plant_of(options.observer, options)
-        return lambda table: smoothed.estimates(
-            plant, table, options.lag, options.backend
-        )
+        return lambda table: filter_csv.smoothed(plant, table, options.lag)
     from ..observer import Observer
     from ..run import estimate_csv
 

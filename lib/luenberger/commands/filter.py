@@ -35,7 +35,7 @@ def add(commands: Any) -> None:
     plant = "the plant, continuous or discrete, with Q, R and P0"
     one.add_argument("plant", type=file, metavar="PLANT.json", help=plant)
     data_and_out(one)
-    lag(one, "smooth each row with N more rows; memory holds as many")
+    lag(one, "smooth each row with N more rows; memory holds the file")
     one.add_argument(
         "--undriven",
         action="store_true",
@@ -98,7 +98,6 @@ def run(options: Namespace) -> None:
 def _reader(options: Namespace) -> Callable[[Any], Any]:
     """What makes header and rows of a table."""
     from ..run import filter_csv, late_csv
-    from ..smoothing import table as smoothed
 
     plant, backend = plant_of(options.plant, options), options.backend
     if options.arrival is not None:
@@ -108,6 +107,6 @@ def _reader(options: Namespace) -> Callable[[Any], Any]:
         )  # fmt: skip
     if options.lag is None:
         return lambda table: filter_csv.estimates(plant, table, options.undriven)
-    return lambda table: smoothed.estimates(
-        plant, table, options.lag, backend, options.undriven
+    return lambda table: filter_csv.smoothed(
+        plant, table, options.lag, options.undriven
     )

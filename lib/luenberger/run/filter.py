@@ -190,12 +190,12 @@ class Filter:
         >>> found.x[:, 0].round(4), found.std[:, 0].round(4)
         (array([1.3333, 1.3333, 1.3333]), array([0.5774, 0.5774, 0.5774]))
         """
-        from .smoothed import smoothed  # which needs a filter
+        from .smoothed import over  # which needs a filter
 
         record, lag = Record.of(record), whole_lag(lag)
-        if record.many:
-            return [smoothed(self, one, lag) for one in record.each()]
-        return smoothed(self, record, lag)
+        runs = record.each() if record.many else [record]
+        found = [over(self, one.on(self.plant), lag, one.index) for one in runs]
+        return found if record.many else found[0]
 
     def _windows(self, rows: Rows, start: End | None, keep: str = "") -> Any:
         """Passage by passage over the rows."""

@@ -20,6 +20,7 @@ from .clock import Column
 from .estimate_csv import Piece, require_times
 from .filter import Filter, Filtered
 from .measurements import require_finite, time_column
+from .smoothed import Smoothed, over
 from .timed import Stretch, Timed, leading
 
 
@@ -147,6 +148,17 @@ def estimates(
     return header, paired(plant, table, found, partial(_filtered, plant))
 
 
+def smoothed(
+    plant: Plant, table: Table, lag: int | None = None, undriven: bool = False
+) -> tuple[list[str], Iterator[Piece]]:
+    """Smooth a table, which is held as a whole; `lag` as in `Filter.smooth`.
+
+    What is returned and raised is as in `estimates`.
+    """
+    header, found = reads(plant, table, undriven)
+    return header, paired(plant, table, found, partial(_smoothed, plant, lag))
+
+
 Way = Callable[[Iterator, Iterator], Iterator]  # from y and u, chunk by chunk
 
 
@@ -197,3 +209,17 @@ def _filtered(plant: Plant, ys: Iterator, us: Iterator) -> Iterator[Filtered]:
         found = run.over(record.Rows(y, u, u0, steps, None), end)
         end = found.end
         yield found
+
+
+def _smoothed(
+    plant: Plant, lag: int | None, ys: Iterator, us: Iterator
+) -> Iterator[Smoothed]:
+    """All parts together."""
+    parts, inputs = zip(*zip(ys, us))
+    y, u, steps = parts, np.concatenate(inputs), None
+    if plant.dt == 0:
+        y = [part.y for part in parts]
+        steps = np.concatenate([part.periods for part in parts])
+    y = np.concatenate(y)
+    rows = record.Rows(y, u, np.zeros(plant.m), steps, None)
+    yield over(Filter(plant), rows, lag)

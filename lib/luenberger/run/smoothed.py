@@ -9,15 +9,14 @@ from typing import Any
 
 import numpy as np
 
-from ..filtering import back
+from ..filtering import back, pack
 from ..filtering.back import Passed, Told
 from ..filtering.maps import Settings
-from ..filtering.pack import begin, over
 from ..filtering.passes import State
 from ..formats import dataframes
 from ..numeric import Matrix
 from .filter import Filter
-from .record import Record, Rows
+from .record import Rows
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,15 +70,16 @@ class Smoothed:
         return self._work.neighbours()
 
 
-def smoothed(filter: Filter, record: Record, lag: int | None) -> Smoothed:
-    """Smooth a record of one run."""
-    work = _Work(filter, record.on(filter.plant), lag)
-    names = filter.plant.state_names
-    table = (
-        dataframes.framed(X, names, record.index)
+def over(
+    filter: Filter, rows: Rows, lag: int | None = None, index: Any = None
+) -> Smoothed:
+    """Smooth the rows of one run."""
+    work, names = _Work(filter, rows, lag), filter.plant.state_names
+    x, std, w = (
+        dataframes.framed(X, names, index)
         for X in (work.x, np.sqrt(work.variances), work.w)
     )
-    return Smoothed(*table, record.index, names, work)
+    return Smoothed(x, std, w, index, names, work)
 
 
 class _Work:
@@ -105,9 +105,9 @@ class _Work:
         end, windows, y, u = None, [], self.rows.y, self.rows.u
         for part, settings in self._parts():
             if end is None:
-                end = begin(settings, self.rows.u0)
+                end = pack.begin(settings, self.rows.u0)
                 start, way = end.state, settings.way
-            windows.append(over(settings, end, y[part], u[part], "all"))
+            windows.append(pack.over(settings, end, y[part], u[part], "all"))
             end = windows[-1].end
         return Passed.of(windows, way), start
 

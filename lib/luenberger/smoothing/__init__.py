@@ -1,5 +1,4 @@
 """Smoothing: the states of a record from what was measured before and after.
 
-What uses measurements that come after an estimate's own instant enters here.  It uses
-the filter's pass of `recursion` and its own `derivation`.
+Its `derivation` is here; `Filter.smooth` runs it on a record that was filtered.
 """

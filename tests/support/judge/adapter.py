@@ -27,7 +27,10 @@ def filtered(plant, y, u=None, u0=None, m1=(), arrival=None):
 
 def smoothed(plant, y, u=None, u0=None, m1=()):
     """The same of the whole record."""
-    run = lb.smooth(plant, y, u, u0=u0, m1=list(m1))
+    if hasattr(lb, "smooth"):  # an older checkout
+        run = lb.smooth(plant, y, u, u0=u0, m1=list(m1))
+    else:
+        run = lb.Filter(plant, list(m1)).smooth(lb.Record(y, u, u0=u0))
     return run.x, run.P
 
 
@@ -60,7 +63,9 @@ def over_rows(plant, y, settled=False):
 
 
 def smoothed_rows(plant, y):
-    return lb.smooth(plant, y, backend="numba").x
+    if hasattr(lb, "smooth"):
+        return lb.smooth(plant, y, backend="numba").x
+    return lb.Filter(plant).smooth(y).x
 
 
 def likelihood_of_rows(plant, y):

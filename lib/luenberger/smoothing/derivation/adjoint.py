@@ -11,21 +11,17 @@ the equations are our own.
 
 from functools import cache
 
-from ...symbolic import Derivation, Identity, Line, Solve, Stage
+from ...symbolic import Derivation, Identity, Line
 from .letters import *
-from .next_state import corrects, is_G, is_T, is_U, recursion
+from .next_state import corrects, is_G, is_T, recursion
 
 letters = letters.here()
 chain, define = letters.chain, letters.define
 B = letters("B", p, k, "a root of an inverse of `M`, as far as it has one")
 Left = letters("Left", n, n, "what smoothing leaves of the estimate's error")
-H = letters("H", n, k, "a factor of `Sigma`")
-Rest = letters("Rest", k, k, "what later rows leave of its unit noises", symmetric=True)
-Ahead = letters("Ahead", n, n, "what it leaves of the prediction's error")
-Ahead_next = letters("Ahead_next", n, n, "the same one step on")
-Theta_Y = letters("Theta_Y", n, n, "`Theta` seen by what the gain leaves")
-New = letters("New", p, n, "what the outputs say, less what the gain takes off")
-new = letters("new", p, 1, "the same of the vector")
+h = letters("h", n, p, "what later rows say of what the gain brings in")
+new = letters("new", p, 1, "the innovation's part, less what the gain takes off")
+New = letters("New", p, p, "the same of the matrix")
 
 SMOOTHED = (
     """Suppose that later rows correct the next prediction by `Omega_next lamda_next`,
@@ -138,52 +134,12 @@ UPDATE = (
         Line(K, by=(gain_of_root,)),
     ),
 )
-RUNS = (
-    "What is left of the covariance, and of the prediction's error, is a product.",
-    is_Left := define(Left, I - Sigma * Theta),
-    is_Ahead := define(Ahead, Y - Sigma * Theta * Y),
-    remains := chain(
-        "",
-        "what is left of the estimate's covariance",
-        Sigma_s,
-        Line(Sigma - Sigma * Theta * Sigma, by=(covariance,)),
-        Line((I - Sigma * Theta) * Sigma, why="factor"),
-        Line(Left * Sigma, by=(is_Left,)),
-    ),
-    quick_Ahead := chain(
-        "",
-        "what is left of the prediction's error, in fewer multiplications",
-        Ahead,
-        Line(Y - Sigma * Theta * Y, by=(is_Ahead,)),
-        Line(Left * (I - K * C), by=(is_Left, is_Y)),
-        Line(Left - Left * K * C, why="multiply out"),
-    ),
-    """Where `Sigma` is singular its factor is kept, and the same is told of the unit
-    noises that it multiplies.""",
-    is_H := define(Sigma, H * H.T),
-    is_Rest := define(Rest, Identity(k) - H.T * Theta * H),
-    chain(
-        "",
-        "what is left, by a factor",
-        Sigma_s,
-        Line(Sigma - Sigma * Theta * Sigma, by=(covariance,)),
-        Line(H * H.T - H * H.T * Theta * H * H.T, by=(is_H,)),
-        Line(H * (Identity(k) - H.T * Theta * H) * H.T, why="factor"),
-        Line(H * Rest * H.T, by=(is_Rest,)),
-    ),
-    """What is carried takes a few products of a matrix and the gain. The gain is taken
-    off first on one side and then on the other: what it takes off nearly all of is
-    then not the difference of large numbers.""",
-    is_Theta_Y := define(Theta_Y, Theta * Y),
-    quick_Theta_Y := chain(
-        "",
-        "what is seen on one side",
-        Theta_Y,
-        Line(Theta * (I - K * C), by=(is_Theta_Y, is_Y)),
-        Line(Theta - Theta * K * C, why="multiply out"),
-    ),
+ONE = (
+    """Readings are taken back one at a time, so `W` is one over the covariance of one
+    innovation. The gain is taken off what is said on both sides.""",
+    is_h := define(h, Theta * K),
     is_new := define(new, W * innovation - K.T * theta),
-    quick_lamda := chain(
+    chain(
         "",
         "the vector that is carried",
         lamda,
@@ -191,105 +147,25 @@ RUNS = (
         Line(theta + C.T * (W * innovation - K.T * theta), why="factor"),
         Line(theta + C.T * new, by=(is_new,)),
     ),
-    is_New := define(New, W * C - K.T * Theta_Y),
-    quick_Lambda := chain(
+    is_New := define(New, W + K.T * h),
+    chain(
         "",
         "the matrix that is carried",
         Lambda,
         Line(C.T * W * C + Y.T * Theta * Y, by=(is_Lambda,)),
-        Line(C.T * W * C + Y.T * Theta_Y, by=(is_Theta_Y,)),
-        Line(C.T * W * C + (I - K * C).T * Theta_Y, by=(is_Y,)),
-        Line(Theta_Y + C.T * (W * C - K.T * Theta_Y), why="multiply out, and factor"),
-        Line(Theta_Y + C.T * New, by=(is_New,)),
-    ),
-    "The covariance of neighbours needs what the next row has left, and no gain.",
-    is_Ahead_next := define(Ahead_next, I - Omega_next * Lambda_next),
-    is_U,
-    neighbours := chain(
-        "",
-        "the covariance of neighbours, without a gain",
-        U_next,
-        Line(Sigma_s_next * G.T, by=(is_U,)),
+        Line(C.T * W * C + (I - K * C).T * Theta * (I - K * C), by=(is_Y,)),
         Line(
-            (Omega_next - Omega_next * Lambda_next * Omega_next) * G.T,
-            by=(is_Lambda_next,),
+            Theta - Theta * K * C - C.T * K.T * Theta + C.T * (W + K.T * Theta * K) * C,
+            why="multiply out",
         ),
-        Line((I - Omega_next * Lambda_next) * T, by=(is_G,)),
-        Line(Ahead_next * T, by=(is_Ahead_next,)),
-        Line(Ahead_next * As * Sigma, by=(is_T,)),
+        Line(Theta - h * C - C.T * h.T + C.T * New * C, by=(is_h, is_New)),
     ),
 )
-
-
-SPEAKS = Stage(theta, is_theta.right, by=(is_theta,))
-SMOOTHS = (
-    Stage(Left, is_Left.right, by=(is_Left,)),
-    Stage(x_s, estimate.right, by=(estimate,)),
-    Stage(Sigma_s, remains.right, symmetric=True, by=(remains,)),
-    Stage(U_next, neighbours.right, by=(neighbours,)),
-    Stage(Ahead, quick_Ahead.right, by=(quick_Ahead,)),
-    Stage(new, is_new.right, by=(is_new,)),
-    Stage(lamda, quick_lamda.right, by=(quick_lamda,)),
-)
-HANDS_ON = (
-    Stage(Theta_Y, quick_Theta_Y.right, by=(quick_Theta_Y,)),
-    Stage(New, is_New.right, by=(is_New,)),
-    Stage(Lambda, quick_Lambda.right, symmetric=True, by=(quick_Lambda,)),
-)
-
-
-@cache
-def backward_step():
-    """A row from what later ones say of its successor: smoothed, and handed on."""
-    is_here = Stage(Theta, is_Theta.right, symmetric=True, by=(is_Theta,))
-    return Derivation(
-        (As, C, K, W, innovation, Sigma, x, lamda_next, Lambda_next, Ahead_next),
-        (SPEAKS, is_here, *SMOOTHS, *HANDS_ON),
-        source="our own; Bryson and Frazier (1963)",
-        letters=letters,
-        says="one row of the smoother, without an inverse",
-    )
-
-
-@cache
-def rest():
-    """What later rows leave of the unit noises of a factor H of Sigma."""
-    return Derivation(
-        (Theta, H),
-        (Stage(Rest, is_Rest.right, symmetric=True, by=(is_Rest,)),),
-        source="our own",
-        letters=letters,
-        says="what later rows leave, by a factor",
-    )
-
-
-@cache
-def said():
-    """How much an innovation says, from its covariance: W with W M = I."""
-    return Derivation(
-        (M,),
-        (Stage(W, Solve(Identity(p), M), by=(by_solve,)),),
-        source="our own",
-        letters=letters,
-        says="how much an innovation says, by a solve",
-    )
-
-
-@cache
-def said_by_root():
-    """The same where M may be singular: B B' is an inverse of it."""
-    return Derivation(
-        (B,),
-        (Stage(W, by_root.right, by=(by_root,)),),
-        source="our own",
-        letters=letters,
-        says="how much an innovation says, by a root",
-    )
 
 
 @cache
 def derive():
     """The page."""
-    page = (*SMOOTHED, *UPDATE, said(), said_by_root(), *RUNS, rest(), backward_step())
+    page = (*SMOOTHED, *UPDATE, *ONE)
     source = "our own; Bryson and Frazier (1963), Rauch, Tung and Striebel (1965)"
     return Derivation(page=page, letters=letters, source=source)

@@ -11,7 +11,7 @@ from functools import cache
 
 from sympy import symbols
 
-from ...symbolic import Derivation, Expect, Line, Stage, ZeroMatrix
+from ...symbolic import Derivation, Expect, Line, ZeroMatrix
 from .adjoint import is_lamda_next
 from .letters import *
 from .next_state import apart, is_Q, moves
@@ -19,10 +19,6 @@ from .next_state import apart, is_Q, moves
 pa = symbols("p_a", integer=True, nonnegative=True)
 letters = letters.here()
 chain, define, moment = letters.chain, letters.define, letters.moment
-C = letters("C", pa, n, "what is measured by the outputs that arrived")
-E = letters("E", pa, m, "what the input does to them")
-u = letters("u", m, 1, "input")
-y = letters("y", pa, 1, "the measurements that arrived")
 v_seen = letters("v_seen", pa, 1, "their noise")
 rho_s = letters("rho_s", pa, 1, "what the smoothed estimate leaves of them")
 v = letters("v", p, 1, "measurement noise, of all outputs")
@@ -76,7 +72,6 @@ MEASURED = (
     """The measurement's equation holds for estimates as well, so the noise of what
     arrived is what the smoothed estimate leaves of it. Of the other noises it tells a
     part, through `J` and `J_v`.""",
-    is_rho_s := define(rho_s, y - E * u - C * x_s),
     whole := define(w_all, J * v_seen + w),
     parts := define(v, J_v * v_seen + v_left),
     tells := define(J_v * R_seen, R_all),
@@ -123,39 +118,25 @@ MEASURED = (
     "Both noises are put together again.",
     is_w_s := define(w_s, J * rho_s + G_w * (x_s_next - x_minus_next)),
     is_v_s := define(v_s, J_v * rho_s + G_v * (x_s_next - x_minus_next)),
+    chain(
+        "",
+        "the process noise, smoothed",
+        w_s,
+        Line(J * rho_s + G_w * (x_s_next - x_minus_next), by=(is_w_s,)),
+        Line(J * rho_s + Q * lamda_next, by=(process,)),
+    ),
+    chain(
+        "",
+        "the measurement noise, smoothed",
+        v_s,
+        Line(J_v * rho_s + G_v * (x_s_next - x_minus_next), by=(is_v_s,)),
+        Line(J_v * rho_s + S_left.T * lamda_next, by=(rest,)),
+    ),
 )
-
-
-@cache
-def residual():
-    """What an estimate leaves of the measurements that arrived."""
-    return Derivation(
-        (C, E, x_s, u, y),
-        (Stage(rho_s, is_rho_s.right, by=(is_rho_s,)),),
-        source="our own",
-        letters=letters,
-        says="what an estimate leaves of a measurement",
-    )
-
-
-@cache
-def noises():
-    """Both noises at a row, from what later rows say and what the estimate leaves."""
-    return Derivation(
-        (Q, J, J_v, S, R_all, lamda_next, rho_s),
-        (
-            Stage(w_s, Q * lamda_next + J * rho_s, by=(is_w_s, process)),
-            Stage(S_left, is_S_left.right, by=(is_S_left,)),
-            Stage(v_s, J_v * rho_s + S_left.T * lamda_next, by=(is_v_s, rest)),
-        ),
-        source="our own",
-        letters=letters,
-        says="both noises, smoothed",
-    )
 
 
 @cache
 def derive():
     """The page."""
-    page = (*PROCESS, *MEASURED, residual(), noises())
+    page = (*PROCESS, *MEASURED)
     return Derivation(page=page, letters=letters, source="our own")

@@ -9,7 +9,7 @@ Source: Rauch, Tung and Striebel (1965) for the smoother; the equations are our 
 
 from functools import cache
 
-from ...symbolic import AtLeast, Derivation, Expect, Line, Stage, ZeroMatrix
+from ...symbolic import AtLeast, Derivation, Expect, Line, ZeroMatrix
 from .letters import *
 
 letters = letters.here()
@@ -200,25 +200,7 @@ SMOOTHER = (
 
 
 @cache
-def factor_step():
-    """A row of the smoother with factors: the gain G is given."""
-    return Derivation(
-        (As, L_Q, H, G, x, x_minus_next, x_s_next, H_s_next),
-        (
-            Stage(x_s, corrects.right, by=(corrects,)),
-            Stage(kept, H - G * As * H, by=(is_kept,)),
-            Stage(drawn, G * L_Q, by=(is_drawn,)),
-            Stage(passed, G * H_s_next, by=(is_passed,)),
-            Stage(U_next, H_s_next * passed.T, by=(is_U, is_passed, is_H_s_next)),
-        ),
-        source=SOURCE,
-        letters=letters,
-        says="one row of the smoother, with factors",
-    )
-
-
-@cache
 def derive():
     """The page."""
-    page = (*ERRORS, *SMOOTHER, factor_step())
+    page = (*ERRORS, *SMOOTHER)
     return Derivation(page=page, letters=letters, source=SOURCE)
