@@ -14,7 +14,7 @@ from ..plant import Plant
 from ..recursion.settings import require_start
 from . import digits, passes, quick, scalars, tail
 from .maps import Settings
-from .passes import FEW, Maps, State, Tape, gram
+from .passes import FEW, TINY, Maps, State, Tape, gram
 
 MANY = 20_000  # rows that are worth a compilation
 
@@ -107,7 +107,7 @@ def packed(settings: Settings, end: End, y: Matrix, u: Matrix) -> Packed:
     """The rows of y and u behind `end`."""
     plant, rows = settings.plant, len(y)
     seen = ~np.isnan(y)
-    y = y if not plant.m else y - fed(plant, end.instant, u)
+    y = _less(y, fed(plant, end.instant, u)) if plant.m else y
     prior = end.instant == 0 and plant.at_first
     before = np.concatenate([end.u[None], u[:-1]]) if rows and plant.m else u
     drive = driven(plant, settings.origin, end.instant, before)
@@ -121,6 +121,13 @@ def packed(settings: Settings, end: End, y: Matrix, u: Matrix) -> Packed:
         at[0] = -1
     maps, mix = settings.stack(tuple(found))
     return Packed(np.ascontiguousarray(y), drive, at, maps, mix)
+
+
+def _less(y: Matrix, told: Matrix) -> Matrix:
+    """y - told, zero where that is rounding: a state that is zero may be known."""
+    left = y - told
+    left[np.abs(left) <= TINY * (np.abs(y) + np.abs(told))] = 0.0
+    return left
 
 
 def fed(plant: Plant, instant: int, u: Matrix) -> Matrix:

@@ -41,7 +41,7 @@ def log_likelihood(plant, y, u=None, u0=None):
 def reason(error):
     """Why a record was refused: "contradiction", "digits" or "undetermined"."""
     words = {
-        "contradict each other": "contradiction", "does not determine": "undetermined",
+        "contradict": "contradiction", "does not determine": "undetermined",
         "digits": "digits", "no output shows": "digits",
     }  # fmt: skip
     return next((why for part, why in words.items() if part in str(error)), str(error))
