@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from scipy import stats
+from scipy.optimize import brentq
 from statsmodels.stats.diagnostic import acorr_ljungbox
 
 import luenberger as lb
@@ -43,6 +44,25 @@ def test_a_small_probability_is_as_rare_as_it_says(rows, outputs, lags, gaps):
         rare = (found < level).mean()
         assert abs(rare - level) < slack * level + 3 * np.sqrt(level / many)
     assert (found < 0.001).mean() < 0.0035  # by chi-square 0.006 at 100 rows
+
+
+def excess(rows, statistic=45.0):
+    """How much more probable a sum of 20 squares is than by chi-square, as a log."""
+    e = np.random.default_rng(rows).normal(size=rows + 1)
+
+    def found(echo):
+        return lb.whiteness((e[1:] + echo * e[:-1])[:, None])
+
+    echo = brentq(lambda x: found(x).statistic - statistic, 0, 1, xtol=1e-12)
+    return np.log(found(echo).p_value / stats.chi2.sf(statistic, 20))
+
+
+def test_the_excess_of_long_records_is_in_proportion_to_that_of_500_rows():
+    known = excess(500)
+    assert known > 0.1
+    assert excess(501) == pytest.approx(known, rel=0.03)
+    assert excess(1000) == pytest.approx(known / 2, rel=0.1)
+    assert excess(4000) == pytest.approx(known / 8, rel=0.15)
 
 
 @pytest.mark.parametrize("gaps", [0, 0.4])

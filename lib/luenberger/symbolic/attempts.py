@@ -1,6 +1,7 @@
 """The search for one model: an order of the symbols, solving and drawing."""
 
 from collections import Counter
+from fractions import Fraction
 from math import comb
 from random import Random
 
@@ -18,8 +19,10 @@ from .exact import (
 )
 from .settings import FIRST
 from .systems import System, Unsolvable, search
+from .words import denied
 
 LONGEST = 250  # terms of a polynomial
+POSITIVE = (1, 4, 2, 3, Fraction(1, 4))  # two have roots, one is small
 
 
 def models(setting, sizes, attempts):
@@ -177,7 +180,11 @@ class Attempt:
 
     def _number(self, positive=False):
         choices = (0, 0, 1, -1) if self.sparse else (-2, -1, 1, 2, 3)
-        return self.random.choice((1, 4, 2, 3) if positive else choices)
+        return self.random.choice(POSITIVE if positive else choices)
+
+
+def rational_of(polynomial):
+    return sp.Rational(polynomial.get((), 0))
 
 
 def names(support):
@@ -198,6 +205,9 @@ class Model:
 
     def __init__(self, setting, world):
         self.setting, self.world = setting, world
+        for s in setting.unknowns:
+            if isinstance(s, sp.Symbol) and denied(s, rational_of(world.of[s])):
+                raise Unsolvable
         for left, right in setting.equations:
             if not self.agree(left, right):
                 raise Unsolvable
@@ -217,7 +227,7 @@ class Model:
 
     def matrices(self):
         return {
-            s: sp.Rational(v.get((), 0))
+            s: rational_of(v)
             if isinstance(v, dict)
             else as_matrix(v, self.world.shape(s))
             for s, v in self.world.of.items()

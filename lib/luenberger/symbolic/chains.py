@@ -7,21 +7,22 @@
 as `calc` in Lean and `also ... finally` in Isabelle.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import NamedTuple
 
 import sympy as sp
 
-from .dependence import hidden
+from .dependence import behind, hidden
 from .equivalences import Equation, Implies
 from .inequalities import AtLeast
 from .lines import Line
-from .operators import Operator
+from .operators import Derivative, Operator
+from .page_model import impossible
 from .reasons import WIDEST_REASON
 from .relations import Reasons, Relation, Result, unfounded
 from .typeset import Show, columns, latex, padded, text
-from .words import Formula, Symbols
+from .words import Formula, Symbols, Values, kept
 
 CHECKED, FAILED = "✓", "✗"
 
@@ -55,12 +56,14 @@ class Chain:
         After an `Equation` every line is an `Implies` or an `Iff`.
     symmetric : iterable of MatrixSymbol
         Symbols equal to their transpose.
+    witness : dict of symbol to matrix or number, optional
+        As for a `Derivation`, where no model of all that is cited is found without it.
 
     Notes
     -----
     A chain never changes, so it is checked once.  A line is checked against what it
     cites and nothing else: without one of its reasons it must fail, a model of them is
-    found, and the line is true there.
+    found, and the line is true there.  What all lines cite has one model, too.
 
     Examples
     --------
@@ -89,9 +92,11 @@ class Chain:
     left: Formula
     lines: tuple
     symmetric: tuple = ()
+    witness: Values = field(default_factory=dict)
 
     def __post_init__(self):
         object.__setattr__(self, "lines", tuple(self.lines))
+        object.__setattr__(self, "witness", kept(self.witness))
         object.__setattr__(self, "symmetric", tuple(self.symmetric))
         stated = isinstance(self.left, Equation)
         for k, line in enumerate(self.lines, 1):
@@ -100,6 +105,14 @@ class Chain:
                 raise TypeError(
                     f"line {k} of chain ({self.number}) is a {type(line).__name__}; "
                     f"what begins with {type(self.left).__name__} goes on with {wanted}"
+                )
+        bounded = False
+        for k, line in enumerate(self.lines, 1):
+            bounded = bounded or isinstance(line, AtLeast)
+            if bounded and isinstance(line, Derivative):
+                raise ValueError(
+                    f"line {k} of chain ({self.number}) {self.says} differentiates a "
+                    "bound, which says nothing of the derivative of what is bounded"
                 )
         signs = {line.sign for line in self.lines if isinstance(line, AtLeast)}
         if len(signs) > 1:
@@ -184,13 +197,23 @@ class Chain:
         """The faults of each line."""
         before = (self.left, *(line.right for line in self.lines))
         constant = hidden([self])[self]
-        return [
+        found = [
             unfounded(line.cites, self.symmetric)
             + line.complaints(left, self.symmetric)
             + line.too_wide()
             + constant.get(k, [])
             for k, (left, line) in enumerate(zip(before, self.lines), 1)
         ]
+        if found and not any(found):
+            found[-1] += self._without_model()
+        return found
+
+    def _without_model(self):
+        """A complaint if what its lines cite cannot all hold at once."""
+        relations = tuple(dict.fromkeys(behind(self.relations)))
+        if any(set(relations) <= set(line.cites) for line in self.lines):
+            return []  # which has a model
+        return impossible(relations, self.symmetric, self.expressions, self.witness)
 
     # -- shown --------------------------------------------------------------------
 

@@ -10,6 +10,7 @@ from sympy.matrices.expressions.matexpr import MatrixExpr
 from .core import Algebra
 from .models import possible
 from .proofs import Proof, prove
+from .relations import named, unfounded
 from .statements import sound
 from .typeset import latex, text
 from .words import Formula, exact
@@ -56,7 +57,12 @@ class Claim:
         if self.algebra is not None:
             sides = tuple(self._sides())
             symmetric = self.algebra.symmetric
-            return residual.is_zero and possible(self.relations, symmetric, sides)
+            cited = named(self.relations)
+            return (
+                residual.is_zero
+                and not unfounded(cited, symmetric)
+                and possible(cited, symmetric, sides)
+            )
         entries = residual if isinstance(residual, sp.MatrixBase) else [residual]
         return all(map(is_nothing, entries))
 

@@ -11,9 +11,9 @@ import sympy as sp
 from .chains import framed
 from .models import differ, evaluate, model
 from .reasons import cited_latex, cited_text, gap, idle, shown
-from .relations import Reasons, named, unfounded
+from .relations import Reasons, named, refuse_means, unfounded
 from .typeset import Show, latex, text
-from .words import Formula, denied, same_shape
+from .words import Formula, denied, kept, same_shape
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -63,6 +63,8 @@ class Construction:
         object.__setattr__(self, "satisfies", named(self.satisfies))
         object.__setattr__(self, "by", named(self.by))
         object.__setattr__(self, "symmetric", tuple(self.symmetric))
+        object.__setattr__(self, "values", kept(self.values))
+        refuse_means(self.relations)
 
     @property
     def relations(self) -> Reasons:
@@ -115,6 +117,8 @@ class Construction:
     def _circular(self):
         """What would make it exist by supposing that it does, or be something else."""
         made, found = set(self.values), []
+        if not made:
+            return ["nothing is constructed"]
         for r in self.by:
             if named := made & symbols(r.left, r.right):
                 found.append(f"{cited_text(r)} supposes {listed(named)}, made here")
@@ -192,6 +196,8 @@ class Counterexample:
     def __post_init__(self):
         object.__setattr__(self, "given", named(self.given))
         object.__setattr__(self, "symmetric", tuple(self.symmetric))
+        object.__setattr__(self, "values", kept(self.values))
+        refuse_means(self.given)
 
     @property
     def relations(self) -> Reasons:

@@ -8,8 +8,8 @@ from sympy.matrices.expressions.matexpr import MatrixExpr
 
 from .blocks import Blocks, product
 from .polynomials import Polynomial, Traces
-from .relations import Given
-from .symbols import Own
+from .relations import Given, refuse_means
+from .symbols import MatrixSymbol, Own
 from .words import (
     Formula,
     Letter,
@@ -24,6 +24,7 @@ from .words import (
     text,
 )
 
+KINDS = MatrixSymbol, Own, sp.MatrixSymbol  # of letters
 DEEPEST = 300  # rewritings of one word, one inside the other, before we give up
 
 
@@ -49,6 +50,7 @@ class Algebra:
     def __init__(self, symmetric: Symbols = (), relations: Given = ()) -> None:
         self.symmetric = frozenset(symmetric)
         self.relations = tuple(relations)
+        refuse_means(self.relations)
         self._known, self._known_cyclic = dict[Word, Any](), dict[Word, Any]()
 
     def __eq__(self, other):
@@ -201,6 +203,11 @@ class Algebra:
         if isinstance(expr, sp.ZeroMatrix) or 0 in expr.shape:
             return Polynomial(self, [], expr.shape)
         if isinstance(expr, sp.MatrixSymbol):
+            if type(expr) not in KINDS:
+                raise TypeError(
+                    f"{expr} is a {type(expr).__name__}, which may compute what is "
+                    "written with it: use the letters of this room, or SymPy's"
+                )
             return Polynomial(self, [((self.letter(expr),), 1)], expr.shape)
         raise TypeError(f"no normal form for {type(expr).__name__}: {expr}")
 
@@ -251,6 +258,9 @@ class Algebra:
         return value.like([(turned, 1 / c)])
 
     def _scalar(self, expr):
+        for found in expr.atoms(sp.Determinant):
+            if not same_size(*found.arg.shape):
+                raise ShapeError(f"{found.arg} is not square: it has no determinant")
         if isinstance(expr, sp.Add):
             return sum((self._scalar(a) for a in expr.args), Traces(self, []))
         if isinstance(expr, sp.Trace):
@@ -267,6 +277,8 @@ class Algebra:
     def differential(self, expr: Formula, increments: dict[Any, Any]) -> Any:
         """First differential; `increments` is {symbol: its increment, a symbol}."""
         for x, dx in increments.items():
+            if not all(isinstance(s, sp.MatrixSymbol) for s in (x, dx)):
+                raise TypeError(f"{dx} is no increment of {x}: both must be letters")
             if not same_shape(x.shape, dx.shape):
                 raise ShapeError(f"{dx} {dx.shape} is no increment of {x} {x.shape}")
         value = self.normal(expr)
@@ -288,7 +300,11 @@ class Algebra:
 
         SymPy's own derivative of a sum of traces is 0 (sympy #26561), hence this.
         """
+        if not isinstance(X, sp.MatrixSymbol):
+            raise TypeError(f"a gradient is taken in a letter, and {X} is none")
         dX = Own(f"d{X.name}", *X.shape)
+        while dX in self.normal(scalar).atoms():
+            dX = Own(f"{dX.name}'", *X.shape)
         moved = self.differential(self.normal(scalar), {X: dX})
         pairs = []
         for word, c in moved.terms.items():

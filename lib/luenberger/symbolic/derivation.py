@@ -10,17 +10,18 @@ from functools import cached_property
 from typing import Any
 
 import sympy as sp
-from sympy.logic.boolalg import BooleanAtom
 from sympy.matrices.expressions.matexpr import MatrixExpr
 
+from .blocks import Blocks
 from .chains import Chain
-from .claims import is_nothing
-from .dependence import behind, hidden
+from .claims import Claim
+from .dependence import behind, hidden, letters
 from .page_model import impossible
+from .polynomials import Sum
 from .relations import Relation, Result
 from .stages import faults
 from .typeset import latex, padded, text
-from .words import Formula
+from .words import Formula, refuse_truth
 
 
 @dataclass(frozen=True, repr=False)
@@ -115,7 +116,24 @@ class Derivation:
                 if hasattr(item, "check")
                 for fault in look_alikes(getattr(item, "expressions", ()))
             ]
+            found += self._taken_twice()
+            found += [
+                f"{title(item)}: supposes that {text(s)} is symmetric, and the letters "
+                "of the page do not"
+                for item in self.page
+                for s in supposed(item)
+                if s not in symmetric
+            ]
         return found + self._without_model()
+
+    def _taken_twice(self):
+        """Complaints about letters of the page that only their assumptions tell apart.
+
+        A matrix may occur in another size, as where a paper sets one size to another.
+        """
+        shown = [e for item in self.page for e in getattr(item, "expressions", ())]
+        found = {s for e in shown if isinstance(e, sp.Basic) for s in letters(e)}
+        return look_alikes(s for s in found if isinstance(s, sp.Symbol))
 
     def _taken_for_constant(self, introduced):
         """What lines take for constant that the page says is not."""
@@ -131,10 +149,11 @@ class Derivation:
         """A complaint if nothing is known to satisfy all that is relied on at once."""
         own = [item for item in self.page if isinstance(item, Relation)]
         stages = [r for stage in self.stages for r in stage.reasons]
-        relations = dict.fromkeys([*own, *behind(stages)])
+        chains = [x for x in self.page if isinstance(x, Chain)]
+        cited = [r for chain in chains for r in chain.relations]
+        relations = dict.fromkeys([*own, *behind([*stages, *cited])])
         lists = [self, *(x for x in self.page if isinstance(x, Derivation))]
         also = [stage.expression for found in lists for stage in found.stages]
-        chains = [x for x in self.page if isinstance(x, Chain)]
         also += [e for chain in chains for e in chain.expressions]
         symmetric = getattr(self.letters, "symmetric", ())
         return impossible(relations, symmetric, also, self.witness)
@@ -200,6 +219,16 @@ def cited_by(derivation):
             yield from item.relations
 
 
+def supposed(item):
+    """The symbols in an item that it takes to equal their transposes."""
+    inside = {
+        x
+        for e in getattr(item, "expressions", ())
+        for x in sp.sympify(e).atoms(sp.MatrixSymbol)
+    }
+    return [s for s in getattr(item, "symmetric", ()) if s in inside]
+
+
 def look_alikes(expressions):
     """Complaints about letters of one chain that differ and are printed alike."""
     known = {}
@@ -233,21 +262,10 @@ def holds(step: Any) -> bool:
     return vanishes(step)
 
 
-def refuse_truth(step: Any, what: str) -> None:
-    """Raise for the outcome of a comparison, which would be taken for a residual."""
-    if isinstance(step, bool | BooleanAtom):
-        raise TypeError(
-            f"{what} is {step}, the outcome of a comparison, which proves nothing: "
-            "write Claim(left, right, algebra) or Equation(left, right) instead of =="
-        )
-
-
 def vanishes(residual: Formula) -> bool:
     """Whether a residual is identically zero.
 
     Accepts the normal forms of this room, explicit SymPy matrices and scalars.
     """
-    if isinstance(residual, sp.MatrixBase):  # whose is_zero is about something else
-        return all(map(is_nothing, residual))
-    known = getattr(residual, "is_zero", None)
-    return known if isinstance(known, bool) else is_nothing(residual)
+    known = isinstance(residual, Sum | Blocks | Claim)
+    return (residual if known else Claim(residual)).is_zero

@@ -204,6 +204,8 @@ class World:
         return scaled(self._scalar(sp.Mul(*scale)), total) if scale else total
 
     def _power(self, expr):
+        if not expr.exp.is_Integer:
+            raise TypeError(f"no value for the power {expr.exp} of a matrix: {expr}")
         inner = base_of_inverse(expr)
         if inner is None:
             factor = self._table(expr.base)

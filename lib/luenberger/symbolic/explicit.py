@@ -6,6 +6,7 @@ polynomials or a count, is written in letters as well, evaluated and shown.
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from types import MappingProxyType
 from typing import ClassVar
 
 import sympy as sp
@@ -18,7 +19,7 @@ from .prose import plain
 from .reasons import words
 from .systems import Unsolvable
 from .typeset import columns, latex, padded, text
-from .words import Formula, denied, exact
+from .words import Formula, denied, exact, kept
 
 LISTED = 6  # choices that are named; of more, the first three
 WIDEST_LINE = 72  # characters; a wider matrix has a line for each row
@@ -70,6 +71,10 @@ class Explicit:
     latex_sign: ClassVar[str] = "="
     fault: ClassVar[str] = "the sides differ"
     relations: ClassVar[tuple] = ()
+
+    def __post_init__(self):
+        fixed = {name: kept(values) for name, values in self.cases.items()}
+        object.__setattr__(self, "cases", MappingProxyType(fixed))
 
     @property
     def expressions(self) -> list[Formula]:
@@ -210,8 +215,11 @@ def value(expr, values):
     gaps = [gap for gap in gaps if gap != 0]
     try:
         sizes = sizes_that_fit(gaps)
-    except Unsolvable:
-        raise ValueError("the shapes of these matrices do not fit") from None
+    except Unsolvable as e:
+        why = str(e) or "the shapes of these matrices do not fit"
+        raise ValueError(why) from None
+    if says := [why for pair in sizes.items() if (why := denied(*pair))]:
+        raise ValueError(says[0])
     put = {symbol: sp.sympify(x) for symbol, x in values.items()}
     found = sp.sympify(expr)
     for size in sorted(symbols_beside(found, put) & set(sizes), key=str):

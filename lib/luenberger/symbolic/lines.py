@@ -14,7 +14,7 @@ from .breaks import pieces
 from .core import Algebra
 from .prose import plain
 from .reasons import Gap, cited_latex, cited_text, follows, gap, idle, vacuous, words
-from .relations import Moment, Reasons, named
+from .relations import Reasons, named, refuse_means
 from .typeset import WIDEST, Show, latex, text, width
 from .words import Formula, ShapeError, Symbols
 
@@ -54,11 +54,7 @@ class Line:
 
     def __post_init__(self):
         object.__setattr__(self, "by", named(self.by))
-        if means := [r for r in self.by if isinstance(r, Moment)]:
-            raise TypeError(
-                f"{means[0].name} is a mean, and equal to nothing without its E: "
-                "cite it among the moments of Expect"
-            )
+        refuse_means(self.by)
 
     @property
     def cites(self) -> Reasons:

@@ -235,8 +235,9 @@ def world_of(values):
         equations += [a - b for a, b in zip(symbol.shape, value.shape)]
     try:
         return World(sizes_that_fit([e for e in equations if e != 0]), of)
-    except Unsolvable:
-        raise ValueError("the shapes of these matrices do not fit") from None
+    except Unsolvable as e:
+        why = str(e) or "the shapes of these matrices do not fit"
+        raise ValueError(why) from None
 
 
 def sizes_that_fit(equations):
@@ -257,6 +258,8 @@ def sizes_that_fit(equations):
             tried.fix(s, value)
         sizes = {s: tried.solved[s].get((), 0) for s in sorted(names, key=str)}
         if all(size >= (1 if free else 0) for size in sizes.values()):
+            if part := [s for s, size in sizes.items() if size != int(size)]:
+                raise Unsolvable(f"{part[0]} = {sizes[part[0]]} is no size")
             return sizes
     raise Unsolvable
 

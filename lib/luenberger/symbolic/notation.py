@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from string import ascii_letters, digits
 from typing import Any
 
 import sympy as sp
 
 from .chains import Chain
+from .letters import BACK
 from .lines import Line
 from .relations import Moment, Relation
 from .symbols import MatrixSymbol
 from .typeset import text
-from .words import Formula, Size
+from .words import Formula, Size, Values
+
+KNOWN = frozenset(ascii_letters + digits + "_^*+-#").union(BACK)
 
 
 class Notation:
@@ -62,6 +66,12 @@ class Notation:
 
     def _new(self, symbol, meaning):
         """The symbol, with its meaning; no two of a page may look alike."""
+        strange = [x for x in symbol.name if x not in KNOWN]
+        if strange or not symbol.name:
+            raise ValueError(
+                f"the name {symbol.name!r} has {strange[:1] or 'no letter'}: a letter "
+                "is named in ASCII letters, digits and _ ^ * + - #, Greek ones in words"
+            )
         alike = [s for s in self.meaning if text(s) == text(symbol)]
         gone = [s for s in alike if s.name in self.taken_over]
         if gone:
@@ -103,9 +113,16 @@ class Notation:
         says = unnamed.show(text)
         return Moment(f"({number}) {says}" if number else says, left, right)
 
-    def chain(self, number: str, says: str, left: Formula, *lines: Line) -> Chain:
+    def chain(
+        self,
+        number: str,
+        says: str,
+        left: Formula,
+        *lines: Line,
+        witness: Values | None = None,
+    ) -> Chain:
         """A chain in these letters."""
-        return Chain(number, says, left, lines, self.symmetric)
+        return Chain(number, says, left, lines, self.symmetric, witness or {})
 
 
 def kind(symbol):

@@ -16,7 +16,7 @@ from .lines import Line
 from .polynomials import Traces
 from .reasons import cited_text, words
 from .typeset import Show, latex, text
-from .words import Formula, Symbols
+from .words import Formula, Symbols, kept
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,6 +88,12 @@ class Derivative(Operator):
         """The letters that move."""
         raise NotImplementedError
 
+    def complaints(self, left: Formula, symmetric: Symbols) -> list[str]:
+        for x in letters(plain(left)) - self.moving:
+            if text(x) in map(text, self.moving):
+                return [f"{text(x)} is another letter than {text(x)} that moves"]
+        return super().complaints(left, symmetric)
+
     def hidden(self, left: Formula, scope: Scope) -> list[str]:
         tied = scope.tied(self.moving)
         return [
@@ -154,6 +160,8 @@ class Gradient(Derivative):
             if value.atoms():
                 raise TypeError("a scalar with traces has a gradient in a matrix only")
             found = sp.diff(plain(left), self.of)
+            if self.of.is_integer:
+                raise TypeError(f"{self.of} is a whole number, and does not move")
             if found.has(sp.Derivative, sp.Subs):
                 raise TypeError(f"the derivative of {left} is not known here")
             return found
@@ -189,6 +197,10 @@ class Differential(Derivative):
 
     of: dict = field(default_factory=dict)
 
+    def __post_init__(self):
+        super().__post_init__()
+        object.__setattr__(self, "of", kept(self.of))
+
     @property
     def moving(self) -> frozenset:
         return frozenset(self.of)
@@ -197,6 +209,9 @@ class Differential(Derivative):
         algebra = Algebra(symmetric)
         value = algebra.normal(left)
         refuse_functions(value, "the differential", self.of)
+        increments = tuple(self.of.values())
+        if len(set(increments)) < len(increments) or self.moving & set(increments):
+            raise ValueError("an increment has a letter of its own")
         for moved, increment in self.of.items():
             if moved in algebra.symmetric and increment not in algebra.symmetric:
                 raise ValueError(

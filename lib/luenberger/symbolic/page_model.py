@@ -70,26 +70,9 @@ def one_model(
             small = turn >= len(ways)
             sizes = setting.small_sizes() if small else setting.generic_sizes()
             for found in models(setting, sizes, range(k, k + STRETCH)):
-                if as_assumed(found) and way.possible(found.world):
+                if way.possible(found.world):
                     return found
     return None
-
-
-def as_assumed(model):
-    """Whether numbers have the signs that are assumed of their letters."""
-    numbers = [s for s in model.setting.unknowns if isinstance(s, sp.Symbol)]
-    signs = {s: sp.sign(rational_of(model.world.of[s])) for s in numbers}
-    return not any(
-        (s.is_positive and sign <= 0)
-        or (s.is_nonnegative and sign < 0)
-        or (s.is_nonzero and sign == 0)
-        or (s.is_negative and sign >= 0)
-        for s, sign in signs.items()
-    )
-
-
-def rational_of(polynomial):
-    return sp.Rational(polynomial.get((), 0))
 
 
 def values_of(witness, symmetric):

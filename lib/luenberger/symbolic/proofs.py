@@ -9,7 +9,7 @@ from .checker import complaints
 from .completion import Limit
 from .models import NoModel, possible, refute
 from .polynomials import Polynomial, Traces
-from .relations import Given, named
+from .relations import Given, named, unfounded
 from .search import LIMITS, searches
 from .statements import Statement, read
 from .words import Formula, Symbols, Values
@@ -47,7 +47,10 @@ class Proof:
 
     def complaints(self) -> list[str]:
         """What is wrong; [] if the certificate holds and says something of matrices."""
-        found = self.faults()
+        found = self.faults() or unfounded(self.given, self.symmetric)
+        read_again = read(self.left, self.right, self.given, self.symmetric)[0]
+        if replace(self.statement, lemmas={}) != read_again:
+            found = ["what was proved is another statement than its sides say"]
         if not found and not possible(
             self.given, self.symmetric, (self.left, self.right)
         ):

@@ -100,6 +100,15 @@ def unfounded(cited: Iterable[Relation], symmetric: Symbols) -> list[str]:
     return [fault for r in cited if isinstance(r, Result) for fault in r.faults(known)]
 
 
+def refuse_means(cited: Iterable[Relation]) -> None:
+    """Raise for a mean where an equation is meant."""
+    if means := [r for r in cited if isinstance(r, Moment)]:
+        raise TypeError(
+            f"{means[0].show(text)} is a mean, and equal to nothing without its E: "
+            "cite it among the moments of Expect"
+        )
+
+
 Reasons = tuple[Relation, ...]
 Given = Iterable[Relation | tuple[Formula, Formula]]
 

@@ -16,7 +16,7 @@ from .core import Algebra
 from .exact import plain
 from .finite import product
 from .polynomials import Polynomial, Traces
-from .relations import named
+from .relations import named, refuse_means
 from .symbols import Identity, Own
 from .words import Letter, ShapeError, exact, same_shape, same_size
 
@@ -181,8 +181,11 @@ def read(left, right, given=(), symmetric=()):
         Shapes do not fit, or an inverse is not square, at symbolic sizes.
     """
     given = named(given)
+    refuse_means(given)
     sound(left, right, *(side for relation in given for side in relation))
     free = Free()
+    for side in (left, right, *(side for relation in given for side in relation)):
+        free.made |= {s.name for s in plain(side).atoms(Own)}
     claims = free.equations("claim", left, right)
     known = {}
     for relation in given:

@@ -1,10 +1,12 @@
 """Words: products of matrix symbols, each perhaps transposed or inverted."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from functools import cache, lru_cache
+from types import MappingProxyType
 from typing import Any, NamedTuple, TypeAlias
 
 import sympy as sp
+from sympy.logic.boolalg import BooleanAtom
 from sympy.matrices.exceptions import NonInvertibleMatrixError, NonSquareMatrixError
 
 Formula = Any  # of SymPy: a matrix, a scalar or a number; or the normal form of one
@@ -64,6 +66,7 @@ def exact(expr, real=True):
     TypeError: 0.1 is a float, which is not exact; write Rational(1, 10)
     """
     whole = expr.as_immutable() if isinstance(expr, sp.MatrixBase) else expr
+    refuse_truth(whole, "a formula")
     if complaint := _inexact(whole, real):
         raise TypeError(complaint)
     return expr
@@ -83,9 +86,36 @@ def _inexact(expr, real):
             return f"{x} is not a number"
         if x.is_commutative is False:
             return f"{x} does not commute, as numbers do here"
-        if real and x.is_extended_real is False:
+        declared = x.is_extended_real is None and x.is_complex
+        if real and (declared or x.is_extended_real is False):
             return f"{x} is not real, as numbers are here"
     return ""
+
+
+def refuse_truth(step: Any, what: str) -> None:
+    """Raise for the outcome of a comparison, which would be taken for 0.
+
+    >>> refuse_truth(sp.Symbol("a") == sp.Symbol("b"), "a step")
+    Traceback (most recent call last):
+        ...
+    TypeError: a step is False, the outcome of a comparison, which proves nothing: \
+write Claim(left, right, algebra) or Equation(left, right) instead of ==
+    """
+    kind = str(getattr(step, "dtype", ""))  # of NumPy
+    if isinstance(step, bool | BooleanAtom) or kind == "bool":
+        raise TypeError(
+            f"{what} is {step}, the outcome of a comparison, which proves nothing: "
+            "write Claim(left, right, algebra) or Equation(left, right) instead of =="
+        )
+
+
+def kept(values: Mapping[Any, Any]) -> Mapping[Any, Any]:
+    """Values that do not change when what they were made from does."""
+    fixed = {
+        s: x.as_immutable() if isinstance(x, sp.MatrixBase) else x
+        for s, x in values.items()
+    }
+    return MappingProxyType(fixed)
 
 
 def denied(symbol, value):
