@@ -57,12 +57,7 @@ def grown(says, X, F, V, by):
     )
 
 
-WITNESS = {
-    Ce: [1, 0],
-    W_r: [[0, 0], [-1, 0]],
-    M_c: [[1, 0], [0, -1]],
-    Qt: [[1, 0], [0, 1]],
-}
+MODES = {W_r: [[0, 0], [-1, 0]], M_c: [[1, 0], [0, -1]], Qt: [[1, 0], [0, 1]]}
 
 PAGE = (
     """Let `V_e` span the real modes of an eigenvalue of `A_e`, and `c` be its squared
@@ -176,7 +171,7 @@ PAGE = (
         AtLeast(Trace(V_w.T * Wt * V_w), by=(is_root_Qt,), root=V_w.T * At1 * root_Qt),
         Line(Trace(V_w.T * Bt * W * Bt.T * V_w), by=(reached,)),
         AtLeast(0, by=(is_root_W,), root=V_w.T * Bt * W_r),
-        witness=WITNESS,
+        witness=MODES,
     ),
     """Where `c` is 1, both squares are zero, and with `W` definite `B_tilde' V_w = 0`.
     By blocks this is `V_x = 0` and `B_e' V_e = 0`.""",
@@ -217,4 +212,6 @@ PAGE = (
 @cache
 def derive():
     """The page."""
-    return Derivation(page=PAGE, letters=letters, source="our own", witness=WITNESS)
+    return Derivation(
+        page=PAGE, letters=letters, source="our own", witness={Ce: [1, 0], **MODES}
+    )
