@@ -189,5 +189,5 @@ def test_combinations_of_an_exact_observer_are_exact():
     assert third.exact["P"].tolist() == [[Fraction(1, 3), 0]]
     assert (third.exact["F"] == one.exact["F"]).all()
     assert one.combined([0.5]).exact is None
-    with pytest.raises(ValueError, match="H must be 1 x 1, got 1 x 2"):
+    with pytest.raises(ValueError, match="H must have 1 column, got 1 x 2"):
         one.combined([1, 2])
