@@ -5,6 +5,7 @@ an exception; the true one beside it is taken.
 """
 
 import dataclasses
+import re
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from luenberger.symbolic import (
     Algebra,
     AtLeast,
     AtMost,
+    BlockMatrix,
     Chain,
     Claim,
     Construction,
@@ -31,12 +33,15 @@ from luenberger.symbolic import (
     Moment,
     Notation,
     Relation,
+    ShapeError,
     Unproved,
     ZeroMatrix,
     evaluate,
     prove,
     refute,
 )
+from luenberger.symbolic.checker import complaints
+from luenberger.symbolic.statements import Statement
 from luenberger.symbolic.symbols import Own
 
 n, m = symbols("n m", integer=True, positive=True)
@@ -142,6 +147,18 @@ FALSE = {
     "there is an n with 2 n = 3": (
         lambda: explicit(2 * n, 3, at={of("F", 2 * n, 1): Matrix([1, 2, 3])}),
         lambda: explicit(2 * n, 4, at={of("F", 2 * n, 1): Matrix([1, 2, 3, 4])}),
+    ),
+    "2 n = 3 denies F = 2 F": (
+        lambda: holds(
+            Counterexample(
+                "", "", of("F", 2 * n, 1), 0, {of("F", 2 * n, 1): Matrix([1, 2, 3])}
+            )
+        ),
+        lambda: holds(
+            Counterexample(
+                "", "", of("F", 2 * n, 1), 0, {of("F", 2 * n, 1): Matrix([1, 2])}
+            )
+        ),
     ),
     "a positive size is 0": (
         lambda: explicit(n, sp.S.Zero, at={of("F", n, 1): sp.zeros(0, 1)}),
@@ -424,3 +441,82 @@ def test_values_are_kept_as_they_were_checked():
     assert moved.complaints(X, ()) == []
     with pytest.raises(TypeError):
         made.values[X] = B * A
+
+
+# -- certificates that prove nothing --------------------------------------------------
+
+a, b, f, g = (((name, False),) for name in "ABFG")
+turned = {name: ((name, True),) for name in "AF"}
+SIZES = {"A": (n, n), "B": (n, n), "F": (n, m), "G": (m, n)}
+SQUARE, WIDE = (n, n), (n, m)
+
+
+def told(left, right, given=None, lemma=None):
+    lemmas = {"lemma 1": lemma} if lemma else {}
+    given = {"g": given} if given else {}
+    return Statement({"claim": (left, right)}, given, {}, frozenset(), SIZES, lemmas)
+
+
+CERTIFICATES = {
+    "a lemma about a number that may be zero": (
+        told(
+            (SQUARE, {b + a: 1}),
+            (SQUARE, {(): t}),
+            lemma=((SQUARE, {a: 1}), (SQUARE, {b: 1}), t),
+        ),
+        (1, (), ("exchanged", "lemma 1", False), ()),
+        "t may be zero",
+    ),
+    "a lemma about matrices that are not square": (
+        told(
+            ((m, m), {g + f: 1}),
+            ((m, m), {(): 1}),
+            lemma=((WIDE, {f: 1}), ((m, n), {g: 1}), 1),
+        ),
+        (1, (), ("exchanged", "lemma 1", False), ()),
+        "do not fit",
+    ),
+    "a square matrix as a number": (
+        told((SQUARE, {a: 1}), (SQUARE, {turned["A"]: 1})),
+        (1, (), ("number", (a, ()), False), ()),
+        r"shapes \(1, 1\)",
+    ),
+    "the trace of what is not square": (
+        told((None, {f: 1}), (None, {f: 1})),
+        None,
+        "do not fit",
+    ),
+    "half of a trace, transposed": (
+        told((None, {a: 1}), (None, {turned["A"]: 1})),
+        (1, a, ("turned", "", False), b),
+        "transposed as a whole",
+    ),
+    "a given relation between two shapes": (
+        told(
+            (SQUARE, {a: 1}),
+            (SQUARE, {f: 1}),
+            given=((SQUARE, {a: 1}), (SQUARE, {f: 1})),
+        ),
+        (1, (), ("given", "g", False), ()),
+        "do not fit",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", CERTIFICATES)
+def test_a_certificate_is_refused(name):
+    statement, term, why = CERTIFICATES[name]
+    [fault] = complaints(statement, "claim", [term] if term else [])
+    assert re.search(why, fault)
+
+
+def test_a_given_relation_is_turned_with_its_shape():
+    sides = ((m, n), {turned["F"]: 1}), ((m, n), {g: 1})
+    statement = told(*sides, given=((WIDE, {f: 1}), (WIDE, {(("G", True),): 1})))
+    assert complaints(statement, "claim", [(1, (), ("given", "g", True), ())]) == []
+
+
+def test_blocks_whose_sizes_differ_from_row_to_column_have_no_inverse():
+    crossed = BlockMatrix([[of("H", n, m), A], [of("K", m, m), of("G", m, n)]])
+    with pytest.raises(ShapeError, match="no inverse of blocks"):
+        prove(crossed.I * crossed, Identity(n + m))
