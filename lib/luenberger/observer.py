@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .at_work import LiveObserver, at_work
 from .formats import json_records
 from .formats.json_files import JsonFile
 from .forms import Forms
@@ -261,6 +262,28 @@ class Observer(Forms, ReadOnly):
         """(F, G, D, P, V, W) of row k; the same for every k when constant."""
         matrices = (self.F, self.G, self.D, self.P, self.V, self.W)
         return matrices if self.steps is None else tuple(X[k] for X in matrices)
+
+    def live(self, u0: Any = None, z0: Any = None, x0: Any = None) -> LiveObserver:
+        """The observer at work, which gets readings as they come.
+
+        Parameters
+        ----------
+        u0, z0, x0 : optional
+            Where it starts, as in `estimate`.
+
+        Examples
+        --------
+        >>> import luenberger as lb
+        >>> observer = lb.Observer([[0.5]], [[1]], [[2]], [[1]], [[1]], T=[[1]],
+        ...                        L=[[1]], dt=1.0)
+        >>> now = observer.live()
+        >>> now.measure([1.0])
+        array([1.])
+        >>> now.advance([0.0])
+        >>> now.measure([1.0])
+        array([3.])
+        """
+        return at_work(self, u0, z0, x0)
 
     def to_json(self, path: str | Path) -> None:
         """Write the observer as JSON; numbers come back bit for bit."""

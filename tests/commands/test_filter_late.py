@@ -46,7 +46,7 @@ def call(tmp_path, monkeypatch, capfd, frame):
     return run
 
 
-LATE = "--arrival satellite=known --horizon 8"
+LATE = "--arrival satellite=known"
 
 
 @pytest.mark.parametrize("options", [LATE, "--smooth --arrival satellite=known"])
@@ -59,12 +59,12 @@ def test_estimate_names_the_command_that_takes_late_readings(options, call, capf
 
 
 @pytest.mark.parametrize("piece", [csv_reader.PIECE, 1000])
-def test_it_is_filter_data(call, frame, piece, monkeypatch):
+def test_it_is_the_filter_of_a_record(call, frame, piece, monkeypatch):
     monkeypatch.setattr(csv_reader.Table.__init__, "__defaults__", (piece,))
     status, _, problem = call(LATE)
     assert status == 0, problem
     found = pd.read_csv("x.csv", index_col=0)
-    wanted = lb.filter_data(PLANT, frame, arrival={"satellite": "known"})
+    wanted = lb.Filter(PLANT).run(lb.Record(frame, arrival={"satellite": "known"}))
     states = ["position", "speed"]
     np.testing.assert_allclose(found[states], wanted.x, rtol=0, atol=1e-12)
     sigmas = [f"{name}_sigma" for name in states]
@@ -79,7 +79,7 @@ def test_rows_are_counted_from_one_where_there_are_no_times(call, frame):
     assert status == 0, problem
     arrival = np.column_stack([frame["known"] - 1, rows - 1])
     y = frame[["satellite", "wheel"]].to_numpy()
-    wanted = lb.filter_data(PLANT, y, arrival=arrival)
+    wanted = lb.Filter(PLANT).run(lb.Record(y, arrival=arrival))
     found = pd.read_csv("x.csv", index_col=0)
     np.testing.assert_allclose(found["position"], wanted.x[:, 0], rtol=0, atol=1e-12)
 
@@ -87,17 +87,10 @@ def test_rows_are_counted_from_one_where_there_are_no_times(call, frame):
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        ("--arrival satellite=known", "--horizon N go together"),
-        ("--horizon 3", "--horizon N go together"),
         (f"{LATE} --lag 3", "does not go with --lag"),
-        ("--arrival satellite --horizon 3", "give OUTPUT=COLUMN"),
-        ("--arrival satellite=known --horizon 0", "at least 1, not 0"),
-        ("--arrival camera=known --horizon 3", "--arrival has ['camera']; outputs are"),
-        ("--arrival wheel=heard --horizon 3", "the columns ['heard'] of arrivals"),
-        (
-            "--arrival satellite=known --horizon 4",
-            "the reading of 'satellite' in row 0 has not arrived by row 4",
-        ),
+        ("--arrival satellite", "give OUTPUT=COLUMN"),
+        ("--arrival camera=known", "--arrival has ['camera']; outputs are"),
+        ("--arrival wheel=heard", "the columns ['heard'] of arrivals"),
     ],
 )
 def test_what_makes_no_sense_is_refused_by_name(call, options, said):
@@ -168,16 +161,23 @@ def test_a_column_of_dates_beside_numbers_is_refused(call, frame, dated):
     assert status and "line 2: 'known' is" in problem and "not a number" in problem
 
 
-def test_continuous_plants_are_refused(call, frame):
+@pytest.mark.parametrize("piece", [csv_reader.PIECE, 1000])
+def test_continuous_plants_are_sampled_at_the_rows(call, frame, piece, monkeypatch):
+    monkeypatch.setattr(csv_reader.Table.__init__, "__defaults__", (piece,))
     motor = lb.Plant(
         [[0, 1], [0, 0]], None, np.eye(2), Q=np.eye(2), R=np.eye(2), P0=np.eye(2),
         output_names=["satellite", "wheel"],
     )  # fmt: skip
     motor.to_json("plant.json")
+    frame = frame.drop(frame.index[100:110])
     frame.to_csv("data.csv")
     status, _, problem = call(LATE)
-    assert status and "give --sample DT" in problem
-    assert call(f"{LATE} --sample 0.1")[0] == 0
+    assert status == 0, problem
+    record = lb.Record(frame, arrival={"satellite": "known"})
+    wanted = lb.Filter(motor).run(record).x
+    found = pd.read_csv("x.csv")[list(motor.state_names)].to_numpy()
+    np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-12)
+    assert call(f"{LATE} --sample 0.1")[0] == 1  # its rows are not 0.1 s apart
 
 
 @pytest.mark.parametrize("dates", [False, True])
@@ -197,8 +197,8 @@ def test_arrivals_that_rounding_puts_behind_a_row_are_at_it(dates, call, frame):
     status, _, err = call(LATE)
     assert status == 0, err
     rows = np.arange(N)[:, None] + [[3, 0]]
-    expected = lb.filter_data(
-        PLANT, frame[list(PLANT.output_names)].to_numpy(), arrival=rows
+    expected = lb.Filter(PLANT).run(
+        lb.Record(frame[list(PLANT.output_names)].to_numpy(), arrival=rows)
     )
     found = pd.read_csv("x.csv")[list(PLANT.state_names)].to_numpy()
     assert np.abs(found - expected.x).max() < 1e-12

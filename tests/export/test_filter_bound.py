@@ -509,14 +509,6 @@ def test_a_search_that_takes_too_long_says_so(limit, why, monkeypatch):
         rounding_bound(tracker(), ranges={"u1": 1.0, "y1": 1.0})
 
 
-def test_late_readings_have_no_bound(tmp_path):
-    given = dict(late=["y1"], horizon=2)
-    _, header = to_c(tracker(), tmp_path, dtype="float", **given)
-    assert "No bound on rounding is proved for readings" in header.read_text()
-    with pytest.raises(ValueError, match="readings that arrive late"):
-        to_c(tracker(), tmp_path, ranges={"y1": 1.0}, **given)
-
-
 def test_what_goes_with_an_observer_is_refused():
     with pytest.raises(ValueError, match="plant= goes with an observer"):
         rounding_bound(tracker(), plant=tracker())

@@ -307,7 +307,6 @@ def test_what_does_not_go_with_it_is_refused(tmp_path):
     refused("update must be 'joseph' or 'guarded', got 'fast'", update="fast")
     refused("leave out m1", update="guarded", m1=1)
     refused("leave out m1 and weight", update="guarded", weight=np.eye(3))
-    refused("late goes with", update="guarded", late=0, horizon=2)
     refused("goes with a plant", lb.kalman_filter(plant()), update="guarded")
     noise = plant(R=np.diag([1e-250, 1.0]))
     refused(r"at least 1e-200, and those of \['y1'\]", noise, update="guarded")

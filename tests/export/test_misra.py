@@ -46,9 +46,6 @@ EXPORTS = {
     "filter, loops, accurate": lambda: (plant(5, 2, cross=False), dict(m1=1)),
     "guarded": lambda: (plant(2, 1), GUARDED),
     "guarded, loops": lambda: (plant(5, 2, cross=False), FLOAT | GUARDED),
-    "late": lambda: (plant(2, 2), FLOAT | dict(late=[0], horizon=2)),
-    # one state is not late, so that loops factor a matrix of one entry
-    "late, both, loops": lambda: (plant(3, 2), dict(late=[0, 1], horizon=7)),
 }
 
 

@@ -87,7 +87,9 @@ TABLES = [polars_like, other, polars, xarray, dataset]
 ASKED = {
     "filter": lambda y, *u: lb.filter_data(PLANT, y, *u).x,
     "late": lambda y, *u: (
-        lb.filter_data(PLANT, y, *u, arrival=np.arange(60)[:, None] + [[0, 2]]).x
+        lb.Filter(PLANT)
+        .run(lb.Record(y, *u, arrival=np.arange(60)[:, None] + [[0, 2]]))
+        .x
     ),
     "record": lambda y, *u: lb.Filter(PLANT).run(lb.Record(y, *u)).x,
     "smooth": lambda y, *u: lb.Filter(PLANT).smooth(lb.Record(y, *u)).x,
@@ -198,8 +200,10 @@ def test_what_does_not_become_a_table_is_refused():
 
 def test_arrivals_are_found_by_name():
     late = np.arange(60)[:, None] + [[0, 3]]
-    expected = lb.filter_data(PLANT, Y, U, arrival=late).x
+    expected = lb.Filter(PLANT).run(lb.Record(Y, U, arrival=late)).x
     y, arrival = polars_like(COLUMNS), polars_like({"angle": late[:, 1]})
-    assert np.array_equal(lb.filter_data(PLANT, y, arrival=arrival).x, expected)
+    found = lb.Filter(PLANT).run(lb.Record(y, arrival=arrival))
+    assert np.array_equal(found.x, expected)
+    y = polars_like(COLUMNS | {"t": TIME})
     with pytest.raises(ValueError, match="set_index\\('t'\\)"):
-        lb.filter_data(PLANT, polars_like(COLUMNS | {"t": TIME}), arrival=arrival)
+        lb.Filter(PLANT).run(lb.Record(y, arrival=arrival))

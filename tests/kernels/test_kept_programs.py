@@ -10,7 +10,6 @@ from luenberger.kernels import lowering
 from luenberger.kernels.program import Factor
 from luenberger.papers.leondes_novak.derivation import (
     complete_sample,
-    late_known,
     observer_step,
     short_sample,
 )
@@ -19,7 +18,7 @@ STATES = ("x", "Sigma", "x_minus_next", "Omega_next")
 TESTED = [Factor("Sigma", 0.0, "Omega", True)]
 QUESTIONS = {
     "zeros": (observer_step, ["w_hat", "z_next"], dict(zero=["G", "W"])),
-    "symmetry": (late_known, ["K_t", "P_next"], dict(symmetric=("P_rr", "P_tt"))),
+    "symmetry": (observer_step, ["w_hat"], dict(symmetric=["V"])),
     "pivots": (complete_sample, STATES, dict(definite=TESTED, same=[("As", "A")])),
     "guards": (short_sample, STATES, dict(guards=guards(3, 2, "double"))),
 }

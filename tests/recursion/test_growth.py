@@ -340,38 +340,3 @@ def test_a_fit_names_the_row():
     y[60:90] = np.nan
     with pytest.raises(lb.DesignError, match=f"{REFUSED} 71 on"):
         lb.fit_noise(plant, y, Q=np.ones((3, 1)), R="diagonal")
-
-
-# -- late readings -----------------------------------------------------------------
-
-
-def arrivals(y, lag):
-    """Rows at which readings are known, each so many later than its own."""
-    return np.arange(len(y), dtype=float)[:, None] + lag
-
-
-@pytest.mark.parametrize("options", [{}, dict(history=True), dict(m1=1)], ids=str)
-@pytest.mark.parametrize("lag", [0, 2])
-def test_with_late_readings_rows_are_refused_as_well(lag, options):
-    plant, y = plant_of(), record(20)
-    due = arrivals(y, lag)
-    with pytest.raises(lb.DesignError, match=f"{REFUSED} 1[1-4] on"):
-        lb.filter_data(plant, y, arrival=due, **options)
-    parts = (iter(np.split(X, [7, 9, 15])) for X in (y, due))
-    with pytest.raises(lb.DesignError, match=f"{REFUSED} 1[1-4] on"):
-        list(lb.filter_data(plant, next(parts), arrival=next(parts), **options))
-    y = record(6)
-    found = lb.filter_data(plant, y, arrival=arrivals(y, lag), **options)
-    known = np.where(arrivals(y, lag) < len(y), y, np.nan)
-    x, P = many_digits.filtered(plant, known)
-    if not options.get("m1"):
-        np.testing.assert_allclose(found.x[-1], x[-1], rtol=1e-6)
-        np.testing.assert_allclose(found.std[-1], np.sqrt(P[-1].diagonal()), rtol=1e-6)
-
-
-def test_what_is_held_back_for_long_has_grown_as_well():
-    """A burst of readings behind a gap: each is used, and rows of the gap are lost."""
-    plant, y = plant_of(), record(0, first=40)
-    due = np.maximum(arrivals(y, 0), 30.0 * (arrivals(y, 0) > 9))
-    with pytest.raises(lb.DesignError, match=f"{REFUSED} 21 on: .* instant 11 on"):
-        lb.filter_data(plant, y, arrival=due)

@@ -22,9 +22,13 @@ def frame(index, known, seed=0):
     return pd.DataFrame({"g": y, "known": known}, index=pd.Index(index, name="t"))
 
 
+def estimates(plant, table, arrival, **more):
+    return lb.Filter(plant).run(lb.Record(table, arrival=arrival, **more)).x
+
+
 def by_rows(plant, table, lag):
     rows = np.arange(len(table), dtype=float)[:, None] + lag
-    return lb.filter_data(plant, table[["g"]].to_numpy(), arrival=rows).x
+    return estimates(plant, table[["g"]].to_numpy(), rows)
 
 
 def times(kind, dt, start):
@@ -48,7 +52,7 @@ def test_a_lag_of_whole_steps_is_as_many_rows(grid, kind, start):
     t, after = times(kind, dt, start)
     for lag in LAGS:
         table = frame(t, after(t, lag * dt))
-        found = lb.filter_data(walk(dt), table, arrival={"g": "known"}).x.to_numpy()
+        found = estimates(walk(dt), table, {"g": "known"}).to_numpy()
         assert np.array_equal(found, by_rows(walk(dt), table, lag)), lag
 
 
@@ -57,7 +61,7 @@ def test_a_lag_of_whole_steps_is_as_many_rows(grid, kind, start):
 def test_a_reading_that_is_later_waits_for_the_next_row(dt, kind):
     t, after = times(kind, dt, 0.0)
     table = frame(t, after(t, 3 * dt + 0.02 * dt))
-    found = lb.filter_data(walk(dt), table, arrival={"g": "known"}).x.to_numpy()
+    found = estimates(walk(dt), table, {"g": "known"}).to_numpy()
     assert np.array_equal(found, by_rows(walk(dt), table, 4))
 
 
@@ -66,14 +70,14 @@ def test_latency_that_is_no_rounding_is_not_forgiven():
     dates = pd.to_datetime(1e9 * t)
     for index, late in ((t, 1e-5), (dates, pd.Timedelta("20us"))):
         table = frame(index, index + late)
-        found = lb.filter_data(walk(1.0), table, arrival={"g": "known"}).x.to_numpy()
+        found = estimates(walk(1.0), table, {"g": "known"}).to_numpy()
         assert np.array_equal(found, by_rows(walk(1.0), table, 1))
 
 
 def test_dates_whose_last_digit_is_a_whole_step():
     dates = pd.date_range("2026-01-05", periods=40, freq="s").as_unit("s")
     table = frame(dates, dates + pd.Timedelta("1s"))
-    found = lb.filter_data(walk(1.0), table, arrival={"g": "known"}).x.to_numpy()
+    found = estimates(walk(1.0), table, {"g": "known"}).to_numpy()
     assert np.array_equal(found, by_rows(walk(1.0), table, 1))
 
 
@@ -82,20 +86,23 @@ def test_chunks_see_the_same_rows(size):
     for kind in ("floats", "ns"):
         t, after = times(kind, 0.01, 0.0)
         table = frame(t, after(t, 0.3))
-        parts = (table.iloc[k : k + size] for k in range(0, N, size))
-        found = lb.filter_data(walk(0.01), parts, arrival={"g": "known"})
-        x = np.concatenate([one.x.to_numpy() for one in found])
+        run, end, parts = lb.Filter(walk(0.01)), None, []
+        for part in lb.Record(table, arrival={"g": "known"}).split(size):
+            found = run.run(part, start=end)
+            end = found.end
+            parts.append(found.x.to_numpy())
+        x = np.concatenate(parts)
         assert np.array_equal(x, by_rows(walk(0.01), table, 30))
 
 
 def test_an_arrival_before_its_row_by_rounding_is_on_time():
     t = 0.1 * np.arange(1, 41)
     table = frame(t, np.nextafter(t, 0))
-    found = lb.filter_data(walk(0.1), table, arrival={"g": "known"}).x.to_numpy()
+    found = estimates(walk(0.1), table, {"g": "known"}).to_numpy()
     assert np.array_equal(found, by_rows(walk(0.1), table, 0))
     table["known"] = t - 1e-3
     with pytest.raises(ValueError, match="before it was measured"):
-        lb.filter_data(walk(0.1), table, arrival={"g": "known"})
+        estimates(walk(0.1), table, {"g": "known"})
 
 
 def test_readings_that_never_arrive_still_never_do():
@@ -103,10 +110,10 @@ def test_readings_that_never_arrive_still_never_do():
     known = pd.Series(dates + pd.Timedelta("30ms"))
     known[::3] = pd.NaT
     table = frame(dates, known.to_numpy())
-    found = lb.filter_data(walk(0.01), table, arrival={"g": "known"}).x.to_numpy()
+    found = estimates(walk(0.01), table, {"g": "known"}).to_numpy()
     rows = np.arange(40.0)[:, None] + 3
     rows[::3] = np.nan
-    expected = lb.filter_data(walk(0.01), table[["g"]].to_numpy(), arrival=rows).x
+    expected = estimates(walk(0.01), table[["g"]].to_numpy(), rows)
     assert np.array_equal(found, expected)
 
 
@@ -116,9 +123,9 @@ def test_a_continuous_plant_at_uneven_rows():
     t = np.cumsum(steps)
     known = np.append(t[2:], [np.nan] * 2) * (1 + 2e-16)
     table = frame(t, known)
-    found = lb.filter_data(plant, table, arrival={"g": "known"}).x.to_numpy()
+    found = estimates(plant, table, {"g": "known"}).to_numpy()
     rows = np.arange(60.0)[:, None] + 2
     rows[-2:] = np.nan
     y = table[["g"]].to_numpy()
-    expected = lb.filter_data(plant, y, time=t, arrival=rows).x
+    expected = estimates(plant, y, rows, time=t)
     assert np.array_equal(found, expected)

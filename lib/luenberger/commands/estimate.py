@@ -55,8 +55,8 @@ def add(commands: Any) -> None:
     _smoothing(one)
     sample(one)
     _backend(one)
-    for late in ("--arrival", "--horizon"):  # named where they go
-        one.add_argument(late, action="append", help=SUPPRESS)
+    # named where it goes
+    one.add_argument("--arrival", action="append", help=SUPPRESS)
     one.add_argument(
         "--dry-run", action="store_true", help="read and estimate, but write nothing"
     )
@@ -133,11 +133,11 @@ def run(options: Namespace) -> None:
     """Estimate, and say how many rows were written."""
     from ..formats.atomic import require_other
 
-    if options.arrival is not None or options.horizon is not None:
+    if options.arrival is not None:
         options.wrong(
             "estimate takes no readings that arrive late: an observer's gains are "
             "fixed beforehand, and smoothing needs whole rows. The filter of a plant "
-            "takes them: filter PLANT.json DATA.csv --arrival OUTPUT=COLUMN --horizon N"
+            "takes them: filter PLANT.json DATA.csv --arrival OUTPUT=COLUMN"
         )
     require_other(options.out, options.plant)
     run_over(options, options.observer, _reader(options))

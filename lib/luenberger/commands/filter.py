@@ -65,13 +65,6 @@ def _late(one: ArgumentParser) -> None:
         "or dates like those in the column of times; never where its cell is empty; "
         "repeat it for other outputs",
     )
-    one.add_argument(
-        "--horizon",
-        type=int,
-        metavar="N",
-        help="with --arrival: refuse a reading that arrives more than N rows late; "
-        "memory holds as many rows",
-    )
 
 
 def _pair(text: str) -> tuple[str, str]:
@@ -84,14 +77,8 @@ def _pair(text: str) -> tuple[str, str]:
 
 def run(options: Namespace) -> None:
     """Filter, and say how many rows were written."""
-    if (options.arrival is None) != (options.horizon is None):
-        options.wrong("--arrival OUTPUT=COLUMN and --horizon N go together")
     if options.arrival is not None and options.lag is not None:
         options.wrong("--arrival does not go with --lag: late readings are filtered")
-    if options.horizon is not None and options.horizon < 1:
-        options.wrong(
-            f"--horizon is a number of rows, at least 1, not {options.horizon}"
-        )
     run_over(options, options.plant, _reader(options))
 
 
@@ -99,12 +86,11 @@ def _reader(options: Namespace) -> Callable[[Any], Any]:
     """What makes header and rows of a table."""
     from ..run import filter_csv, late_csv
 
-    plant, backend = plant_of(options.plant, options), options.backend
+    plant = plant_of(options.plant, options)
     if options.arrival is not None:
         return lambda table: late_csv.estimates(
-            plant, table, dict(options.arrival), options.horizon, options.undriven,
-            backend,
-        )  # fmt: skip
+            plant, table, dict(options.arrival), options.undriven
+        )
     if options.lag is None:
         return lambda table: filter_csv.estimates(plant, table, options.undriven)
     return lambda table: filter_csv.smoothed(

@@ -19,7 +19,6 @@ from .bound import require_beside, require_floating
 from .bound import rounding_bound as rounding_bound
 from .c import filter as recursive
 from .c import fixed, guard
-from .c import late as waiting
 from .c import observer as constant
 from .c.fit import fitted
 from .c.identifiers import identifier
@@ -41,8 +40,6 @@ def to_c(
     weight: ArrayLike | str | None = None,
     name: str = "observer",
     dtype: str = "double",
-    late: int | Sequence[int | str] | None = None,
-    horizon: int | None = None,
     bits: int | None = None,
     ranges: Mapping[str, float] | None = None,
     update: str = "joseph",
@@ -77,12 +74,6 @@ def to_c(
     dtype : "double", "float" or "fixed"
         "fixed" is an observer in whole numbers: places are chosen so that nothing can
         overflow, and a reading beyond its range is cut to it, which a step reports.
-    late : int or sequence, optional
-        Beside a plant: the outputs whose readings may arrive late, by index or name.
-        Then there is ``NAME_arrived(state, output, age, y, what)`` as well, for a
-        reading that was taken `age` samples ago, and m1 is 0.
-    horizon : int, optional
-        Beside `late`: how many samples a reading may be late.
     bits : 16 or 32, optional
         With "fixed": of each signal and weight; sums have twice as many.
     ranges : dict of str to float, optional
@@ -132,9 +123,9 @@ def to_c(
     The header says how far rounding moves each estimate at most, proved for every
     instant: within the ranges, or for each unit of a signal where they are not known.
     Of a plant's filter it takes that every output arrives at every sample, and the
-    header says why where nothing was proved: of outputs that are treated as exact, of
-    readings that arrive late, of a mode that has no noise and does not decay.  With
-    "guarded" the header has the bound of one step in the short form instead.
+    header says why where nothing was proved: of outputs that are treated as exact, of a
+    mode that has no noise and does not decay.  With "guarded" the header has the bound
+    of one step in the short form instead.
 
     With ``-DNAME_RESTRICT= -DNAME_LANES=1`` cppcheck's addon finds no required rule of
     MISRA C:2012 broken.  Without them the source uses `restrict`, which rule 8.14
@@ -144,8 +135,7 @@ def to_c(
     References
     ----------
     Leondes and Novak (1974), equations (9), (27), (33), (43), (44);
-    papers/leondes_novak/derivation/marks.py, on_target.py, late_outputs.py and
-    short_form.py;
+    papers/leondes_novak/derivation/marks.py, on_target.py and short_form.py;
     export/derivation/rounding.py, filter_covariance.py and filter_rounding.py.
 
     Examples
@@ -169,16 +159,14 @@ def to_c(
         require_floating(dtype, bits)
     if isinstance(source, Plant):
         require_beside(source, plant, dtype)
-        choices = m1, weight, late, horizon, update
-        return write_pair(path, _filter(source, name, dtype, *choices, ranges))
+        choices = m1, weight, update, ranges
+        return write_pair(path, _filter(source, name, dtype, *choices))
     if update != "joseph":
         raise ValueError(
             "update goes with a plant, and an observer has no covariance: leave it out"
         )
     if m1 is not None or weight is not None:
         raise ValueError("m1 and weight go with a plant; the source is an observer")
-    if late is not None or horizon is not None:
-        raise ValueError("late goes with a plant; the source is an observer")
     certificate.require_real("C export", source)
     constant.require_exportable(source)
     named = signals(source, plant)
@@ -197,27 +185,14 @@ def _filter(
     dtype: str,
     m1: int | Sequence[int | str] | None,
     weight: ArrayLike | str | None,
-    late: int | Sequence[int | str] | None,
-    horizon: int | None,
     update: str,
     ranges: Mapping[str, float] | None,
 ) -> dict[str, str]:
-    """The two files of a plant's filter, with late readings or without."""
+    """The two files of a plant's filter."""
     if update not in guard.WAYS:
         raise ValueError(f"update must be 'joseph' or 'guarded', got {update!r}")
-    if update == "guarded" and (late is not None or horizon is not None):
-        raise ValueError("late goes with update='joseph': its readings come one by one")
     if update == "guarded" and (m1 or weight is not None):
         raise ValueError(
             "update='guarded' goes with the Kalman filter: leave out m1 and weight"
         )
-    if late is None and horizon is None:
-        return recursive.texts(plant, m1 or 0, weight, name, dtype, update, ranges)
-    if ranges is not None:
-        raise ValueError(
-            "ranges are for the bound on rounding, and of readings that arrive late "
-            "none is proved: leave out ranges, or late"
-        )
-    if m1 or weight is not None:
-        raise ValueError("late goes with the Kalman filter: leave out m1 and weight")
-    return waiting.texts(plant, late or 0, horizon, name, dtype)
+    return recursive.texts(plant, m1 or 0, weight, name, dtype, update, ranges)

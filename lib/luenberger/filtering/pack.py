@@ -39,6 +39,8 @@ class End(NamedTuple):
         The covariance, where it was found as such and not in factors.
     clock : object
         What is known of the times of the record.
+    awaited : Awaited or None
+        The last rows of a record whose readings have arrivals.
     """
 
     instant: int
@@ -49,6 +51,7 @@ class End(NamedTuple):
     still: bool = False
     P: np.ndarray | None = None
     clock: Any = None
+    awaited: Any = None
 
 
 class Packed(NamedTuple):
@@ -103,11 +106,20 @@ def begin(settings: Settings, u0: Vector) -> End:
     return End(0, state, none, u0, digits.Gap(0, np.zeros(n)))
 
 
-def packed(settings: Settings, end: End, y: Matrix, u: Matrix) -> Packed:
-    """The rows of y and u behind `end`."""
+def packed(
+    settings: Settings, end: End, y: Matrix, u: Matrix, versions: Any = None
+) -> Packed:
+    """The rows of y and u behind `end`; y and `at` may have versions of rows.
+
+    `versions` has the row of each, and which readings it has.
+    """
     plant, rows = settings.plant, len(y)
-    seen = ~np.isnan(y)
-    y = _less(y, fed(plant, end.instant, u)) if plant.m else y
+    y = less(y, fed(plant, end.instant, u)) if plant.m else y
+    if versions is None:
+        of, seen = np.arange(rows), ~np.isnan(y)
+    else:
+        of, seen = versions
+        y = np.where(seen, y[of], np.nan)
     prior = end.instant == 0 and plant.at_first
     before = np.concatenate([end.u[None], u[:-1]]) if rows and plant.m else u
     drive = driven(plant, settings.origin, end.instant, before)
@@ -116,26 +128,34 @@ def packed(settings: Settings, end: End, y: Matrix, u: Matrix) -> Packed:
     if plant.steps is None:
         found, at, y = _alike(settings, end, y, seen)
     else:
-        found, at, y = _each(settings, end, y, seen)
+        found, at, y = _each(settings, end, y, seen, of)
     if prior:
         at[0] = -1
     maps, mix = settings.stack(tuple(found))
     return Packed(np.ascontiguousarray(y), drive, at, maps, mix)
 
 
-def _less(y: Matrix, told: Matrix) -> Matrix:
+def less(y: Matrix, told: Matrix) -> Matrix:
     """y - told, zero where that is rounding: a state that is zero may be known."""
     left = y - told
     left[np.abs(left) <= TINY * (np.abs(y) + np.abs(told))] = 0.0
     return left
 
 
+def times(X: Matrix, M: Matrix) -> Matrix:
+    """X M'; a row has the same bits in any company, unlike those of BLAS."""
+    found = np.zeros((*X.shape[:-1], len(M)))
+    for j, column in enumerate(M.T):
+        found += X[..., j, None] * column
+    return found
+
+
 def fed(plant: Plant, instant: int, u: Matrix) -> Matrix:
     """E u of rows behind an instant; of many records (M, N, m) too."""
     if plant.E.ndim == 2:
-        return u @ plant.E.T
+        return times(u, plant.E)
     at = np.minimum(instant + 1 + np.arange(u.shape[-2]), len(plant.E) - 1)
-    return np.einsum("tij,...tj->...ti", plant.E[at], u)
+    return _each_times(plant.E[at], u)
 
 
 def driven(plant: Plant, origin: int, instant: int, u: Matrix) -> Matrix:
@@ -143,9 +163,17 @@ def driven(plant: Plant, origin: int, instant: int, u: Matrix) -> Matrix:
     if not plant.m:
         return np.zeros((len(u), plant.n))
     if plant.B.ndim == 2:
-        return u @ plant.B.T
+        return times(u, plant.B)
     at = np.clip(instant - origin + np.arange(u.shape[-2]), 0, len(plant.B) - 1)
-    return np.einsum("tij,...tj->...ti", plant.B[at], u)
+    return _each_times(plant.B[at], u)
+
+
+def _each_times(M: Matrix, X: Matrix) -> Matrix:
+    """M x of each row, as `times` does it."""
+    found = np.zeros((*X.shape[:-1], M.shape[1]))
+    for j in range(M.shape[2]):
+        found += M[:, :, j] * X[..., j, None]
+    return found
 
 
 def _alike(
@@ -167,24 +195,24 @@ def _alike(
         L = found[-1][1]
         if L is not settings.as_is:
             if pattern.all() and whole:
-                mixed = y @ L.T
+                mixed = times(y, L)
                 continue
             mixed = y.copy() if mixed is y else mixed
             rows = at[1:] == k
-            values = np.where(pattern, y[rows], 0.0) @ L.T
+            values = times(np.where(pattern, y[rows], 0.0), L)
             mixed[rows] = np.where(pattern, values, np.nan)
     return found, at.astype(np.int64), mixed
 
 
 def _each(
-    settings: Settings, end: End, y: Matrix, seen: Matrix
+    settings: Settings, end: End, y: Matrix, seen: Matrix, of: Vector
 ) -> tuple[list[Any], Vector, Matrix]:
     """Of a plant that changes: a map a row."""
     found, mixed = [settings.at(end.instant, end.seen)], y.copy()
     for k, now in enumerate(seen):
-        found.append(settings.at(end.instant + 1 + k, now))
+        found.append(settings.at(end.instant + 1 + int(of[k]), now))
         L = found[-1][1]
-        mixed[k] = np.where(now, L @ np.where(now, y[k], 0.0), np.nan)
+        mixed[k] = np.where(now, times(np.where(now, y[k], 0.0)[None], L)[0], np.nan)
     return found, np.arange(len(y) + 1), mixed
 
 
@@ -204,7 +232,7 @@ def over(settings: Settings, end: End, y: Matrix, u: Matrix, keep: str = "") -> 
     pack = packed(settings, end, y, u)
     tape = blank(rows * (keep == "all"), rows * (keep != ""), n, len(end.state.z), p)
     x, variances = np.empty((rows, n)), np.empty((rows, n))
-    run = text(settings, pack.maps, rows)
+    run = text("forward", settings, pack.maps, rows)
     clash, P = 0, None
     if is_quick(settings, pack.maps, keep):
         state = end.state._replace(z=end.state.z.copy())
@@ -224,7 +252,7 @@ def over(settings: Settings, end: End, y: Matrix, u: Matrix, keep: str = "") -> 
         partial(_covariance_at, run, pack, end.state),
     )  # fmt: skip
     if clash >= 0:
-        _refuse(settings, instant + row, j, ~np.isnan(y[row]))
+        refuse(settings, instant + row, j, ~np.isnan(y[row]))
     last = ~np.isnan(y[-1]) if rows else end.seen
     u = u[-1] if rows else end.u
     after = End(end.instant + rows, state, last, u, gap, still, P)
@@ -297,16 +325,21 @@ def factors(P: Matrix) -> tuple[Matrix, Vector]:
     return V, D
 
 
-def text(settings: Settings, maps: Maps, rows: int) -> Any:
+def text(name: str, settings: Settings, maps: Maps, rows: int) -> Any:
     """The text that goes over so many rows; for few states all find the same bits."""
-    if settings.plant.n > FEW:
-        return passes.forward.fast
-    if settings.way == "nothing" and (rows >= MANY or scalars.known(maps)):
-        return scalars.forward(maps)
-    return passes.forward.exact
+    few = settings.plant.n <= FEW and settings.way == "nothing"
+    if few and (rows >= MANY or scalars.known(name, maps)):
+        return scalars.function(name, maps)
+    return loops(name, settings.plant.n)
 
 
-def _refuse(settings: Settings, instant: int, j: int, seen: Vector) -> None:
+def loops(name: str, n: int) -> Any:
+    """A text of `passes` for n states, in loops."""
+    one = getattr(passes, name)
+    return one.fast if n > FEW else one.exact
+
+
+def refuse(settings: Settings, instant: int, j: int, seen: Vector) -> None:
     names = settings.plant.output_names
     which = [names[k] for k in range(j + 1) if seen[k]]
     raise DesignError(

@@ -29,6 +29,7 @@ from .compiling import Text
 
 FEW = 6  # states at most whose rows are done in scalars, sums in their order
 TINY = 1e-13  # of what a sum is made of: rounding
+ROOM = 200  # rows that are near, beside those that may be asked for again
 CLASH = 1e-7  # of what an innovation is made of: more contradicts what is known
 
 
@@ -326,6 +327,91 @@ def forward(y, drive, at, maps, state, xs, variances, tape):
                     a += O[i, k] * E[j, n + k]
                 v[i] += a * a * e[j]
     return clash
+
+
+@Text
+def taken(tape, t, state):
+    """The state behind row t of a tape."""
+    z, V, D, E, e = state
+    for i in range(len(z)):
+        z[i], D[i] = tape.z[t, i], tape.D[t, i]
+        for k in range(len(z)):
+            V[i, k] = tape.V[t, i, k]
+    for j in range(len(e)):
+        e[j] = over(1, tape.pivot[t, j])
+        for i in range(len(z)):
+            E[j, i] = tape.K[t, j, i]
+
+
+@Text
+def replay(y, drive, at, first, known, since, span, maps, state, xs, variances, tape,
+           oldest, before):  # fmt: skip
+    """Filter rows, and again from the oldest whose readings have just become known.
+
+    y and at[1:] hold versions of rows: those of row t from first[t] on, and version v
+    holds from row known[v] on.  since[t] is the oldest row with a version from row t
+    on, at most span - 1 rows before t.  What is written of row t is as of row t.
+    `before` gets the state behind the row before `oldest`, as of the last row; that
+    has less than `span` rows after it.  Returns -1, -1, or the row at which a reading
+    contradicts what was known, and which does, as `forward` says it.
+    """
+    z, V, D, E, e = state
+    (_, p), N, n, rows = y.shape, len(z), maps.B.shape[1], len(since)
+    size = 2 * span + ROOM
+    near = Tape(
+        np.zeros((0, n)), np.zeros((size, N)), np.zeros((size, N, N)),
+        np.zeros((size, N)), np.zeros((size, p, N)), np.zeros((size, p)),
+        np.zeros((size, p)),
+    )  # fmt: skip
+    x, v, r = np.zeros((size, n)), np.zeros((size, n)), np.zeros((size, p))
+    now, m = np.zeros(size, np.int64), np.zeros(size + 1, np.int64)
+    start = State(z.copy(), V.copy(), D.copy(), E.copy(), e.copy())
+    m[0], base, t = at[0], 0, 0  # row `base` is the first that is near
+    while t < rows:
+        if t - base == size:  # the last rows become the first that are near
+            for i in range(span):
+                k = size - span + i
+                near.z[i], near.V[i], near.D[i] = near.z[k], near.V[k], near.D[k]
+                near.K[i], near.pivot[i] = near.K[k], near.pivot[k]
+                now[i], m[i] = now[k], m[k]
+            m[span], base = m[size], t - span
+        a, last = since[t] - base, t
+        while last + 1 < rows and since[last + 1] > last and last + 1 - base < size:
+            last += 1  # rows at which nothing late arrives
+        for i in range(t - base, last - base + 1):
+            now[i] = first[base + i]
+        for i in range(a, last - base + 1):
+            k = now[i]
+            while k + 1 < first[base + i + 1] and known[k + 1] <= t:
+                k += 1
+            now[i], r[i], m[i + 1] = k, y[k], at[k + 1]
+        if base + a == 0:
+            z[:], V[:], D[:], E[:], e[:] = start
+        elif base + a < t:
+            taken(near, a - 1, state)
+        b = last - base + 1
+        part = Tape(
+            near.ahead, near.z[a:b], near.V[a:b], near.D[a:b], near.K[a:b],
+            near.pivot[a:b], near.nu[a:b],
+        )  # fmt: skip
+        clash = forward(
+            r[a:b], drive[base + a : base + b], m[a : b + 1], maps, state, x[a:b],
+            v[a:b], part,
+        )  # fmt: skip
+        if clash >= 0:
+            return max(t, base + a + clash // p), (base + a) * p + clash
+        for k in range(t, last + 1):
+            i = k - base
+            xs[k], variances[k] = x[i], v[i]
+            if len(tape.z):
+                tape.z[k], tape.V[k], tape.D[k] = near.z[i], near.V[i], near.D[i]
+            if len(tape.K):
+                tape.K[k], tape.pivot[k] = near.K[i], near.pivot[i]
+                tape.nu[k] = near.nu[i]
+        t = last + 1
+    if oldest > 0:
+        taken(near, oldest - 1 - base, before)
+    return -1, -1
 
 
 @Text

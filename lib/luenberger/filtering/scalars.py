@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterable
 from functools import partial
+from inspect import getsource
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -212,21 +213,38 @@ def sizes(maps: Maps) -> Sizes:
     return Sizes(n, p, g, tuple(known))
 
 
-def known(maps: Maps) -> bool:
+def known(name: str, maps: Maps) -> bool:
     """Whether the text for these maps was compiled in this process."""
-    return bool(_compiled) and sizes(maps) in _compiled
+    return bool(_compiled) and (name, sizes(maps)) in _compiled
 
 
-def forward(maps: Maps) -> Callable:
-    """`passes.forward` for these maps, in scalars."""
-    size = sizes(maps)
-    if size not in _compiled:
-        text = jitted(record(size)) if installed() else passes.forward.exact
-        _compiled[size] = text
-    return _compiled[size]
+def function(name: str, maps: Maps) -> Callable:
+    """`forward` or `replay` of `passes` for these maps, in scalars."""
+    key = name, sizes(maps)
+    if key not in _compiled:
+        written = record if name == "forward" else replayed
+        alone = getattr(passes, name).exact
+        _compiled[key] = jitted(written(key[1])) if installed() else alone
+    return _compiled[key]
 
 
-_compiled: dict[Sizes, Callable] = {}
+_compiled: dict[tuple[str, Sizes], Callable] = {}
+BESIDE = """from numba import njit
+import numpy as np
+
+from luenberger.filtering.passes import ROOM, State, Tape
+
+own = njit(error_model="numpy")
+"""
+
+
+def replayed(size: Sizes) -> str:
+    """The text of `passes.replay` for these sizes, over that of `forward`."""
+    texts = [BESIDE, record(size).replace("def run(", "def forward(", 1)]
+    for one in passes.over, passes.taken, passes.replay:
+        texts.append(getsource(one.plain).removeprefix("@Text\n"))
+    texts[-1] = texts[-1].replace("def replay(", "def run(", 1)
+    return "\n\n@own\n".join(texts[:-1]) + f"\n\n{texts[-1]}"
 
 
 class Row:

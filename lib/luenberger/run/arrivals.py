@@ -8,7 +8,6 @@ but for rounding: t + 0.3 s may be a last digit after the row at that time.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -41,68 +40,20 @@ class Arrivals(NamedTuple):
     labels: np.ndarray
 
 
-@dataclass(frozen=True)
-class Block:
-    """Rows of a record as they were given, with their arrivals."""
-
-    y: Any
-    arrival: Any
-
-    def __len__(self) -> int:
-        return len(self.y)
-
-
-def paired(y: Any, arrival: Any) -> Any:
-    """A record beside its arrivals; of an iterator, an iterator of such blocks.
-
-    Raises
-    ------
-    ValueError
-        If one of them comes in chunks and the other does not, or arrival has fewer.
-    """
-    if not isinstance(y, Iterator):
-        if isinstance(arrival, Iterator):
-            raise ValueError("arrival is an iterator of chunks, so y must be one too")
-        return Block(y, arrival)
-    if isinstance(arrival, Mapping):  # columns of each chunk
-        return (Block(one, arrival) for one in y)
-    if not isinstance(arrival, Iterator):
-        raise ValueError("y is an iterator of chunks, so arrival must be one too")
-    return _blocks(y, arrival)
-
-
-def _blocks(ys: Iterator, arrivals: Iterator) -> Iterator[Block]:
-    for y in ys:
-        arrival = next(arrivals, ())
-        if len(arrival) < len(y):
-            raise ValueError("arrival has fewer chunks, or shorter ones, than y")
-        yield Block(y, arrival)
-
-
 def of(
-    block: Block,
-    y: Matrix,
-    plant: Plant,
-    first: int,
-    whole: bool,
-    horizon: int | None,
-    last: Any = None,
+    given: Any, arrival: Any, y: Matrix, plant: Plant, first: int, last: Any = None
 ) -> Arrivals:
-    """When the readings `y` of a block arrive, of which `first` rows came before.
+    """When the readings `y` of rows arrive.
 
     Parameters
     ----------
-    block : Block
-        As given.
+    given, arrival : array_like, table or dict
+        The rows as they were given, with their arrivals.
     y : (N, p) ndarray
-        Its readings, NaN where one is missing.
+        The readings, NaN where one is missing.
     plant : Plant
     first : int
         How many rows the record had before.
-    whole : bool
-        Whether no rows come after: what arrives after the last never does.
-    horizon : int or None
-        How many rows later a reading may arrive, as far as rows are counted here.
     last : number or None
         The label of the row before.
 
@@ -111,31 +62,22 @@ def of(
     ValueError
         Naming the row and the output of an arrival that is not as it should be.
     """
-    table = isinstance(block.arrival, Mapping) or dataframes.is_table(block.arrival)
-    due, never, labels, digit = (_times if table else _rows)(block, plant, first)
+    if isinstance(arrival, Mapping) or dataframes.is_table(arrival):
+        due, never, labels, digit = _times(given, arrival, plant, first)
+        due = np.where(never, due, set_back(due, labels, last, digit))
+    else:
+        due, never, labels = _rows(arrival, plant, first)
     if due.shape != y.shape:
         raise ValueError(f"y has {len(y)} rows but arrival has {len(due)}")
-    if table:
-        due = np.where(never, due, set_back(due, labels, last, digit))
     taken = ~np.isnan(y) & ~never
     early = np.argwhere(taken & (due < labels[:, None]))
     if len(early):
         k, j = early[0].tolist()
         raise ValueError(
-            f"{_reading(plant, first + k, j)} arrives at {_said(block, due[k, j])}, "
-            f"before it was measured at {_said(block, labels[k])}. An arrival is at "
+            f"{_reading(plant, first + k, j)} arrives at {_said(given, due[k, j])}, "
+            f"before it was measured at {_said(given, labels[k])}. An arrival is at "
             "least its own row; leave it empty where a reading never arrives."
         )
-    far = np.argwhere(taken & (due > labels[:, None] + (horizon or 0)))
-    if horizon is not None and not table and len(far):
-        k, j = far[0].tolist()
-        raise ValueError(
-            f"{_reading(plant, first + k, j)} arrives at row {due[k, j]:g}, more than "
-            f"horizon={horizon} rows later. Raise horizon, or leave its arrival empty: "
-            "then it never arrives."
-        )
-    if whole and horizon is None and len(labels):
-        taken &= due <= labels[-1]
     return Arrivals(np.where(taken, y, np.nan), due, labels)
 
 
@@ -173,9 +115,9 @@ def set_back(due: Matrix, labels: Vector, last: Any, digit: float) -> Matrix:
 Found = tuple[Matrix, Matrix, Vector, float]
 
 
-def _rows(block: Block, plant: Plant, first: int) -> Found:
+def _rows(arrival: Any, plant: Plant, first: int) -> tuple[Matrix, Matrix, Vector]:
     """Arrivals that are row numbers."""
-    due = chunks.real("arrival", block.arrival, "row numbers")
+    due = chunks.real("arrival", arrival, "row numbers")
     if due.ndim == 1 and plant.p == 1:
         due = due[:, None]
     if due.ndim != 2 or due.shape[1] != plant.p:
@@ -189,12 +131,11 @@ def _rows(block: Block, plant: Plant, first: int) -> Found:
             "index, and arrival={output: column}."
         )
     never = np.isnan(due) | (due == np.inf)
-    return due, never, np.arange(float(first), first + len(due)), 0.0
+    return due, never, np.arange(float(first), first + len(due))
 
 
-def _times(block: Block, plant: Plant, first: int) -> Found:
+def _times(y: Any, arrival: Any, plant: Plant, first: int) -> Found:
     """Arrivals that are numbers or times, as in the index of y."""
-    y, arrival = block.y, block.arrival
     if not dataframes.is_table(y):
         raise ValueError(
             "arrival names columns or is a table, so y must be a DataFrame too, with "
@@ -264,18 +205,8 @@ def _reading(plant: Plant, row: int, output: int) -> str:
     return f"the reading of {short(plant.output_names[output])} in row {row}"
 
 
-def _said(block: Block, label: Any) -> str:
+def _said(given: Any, label: Any) -> str:
     """A label as people write it."""
     if isinstance(label, np.int64):
         return str(label.astype("datetime64[ns]"))
-    return f"{'' if dataframes.is_table(block.y) else 'row '}{label:g}"
-
-
-def horizon_of(horizon: Any) -> int | None:
-    """The horizon, if it is a number of rows."""
-    if horizon is None:
-        return None
-    whole = isinstance(horizon, (int, np.integer)) and not isinstance(horizon, bool)
-    if not whole or horizon < 0:
-        raise ValueError(f"horizon must be a number of rows, got {horizon!r}")
-    return int(horizon)
+    return f"{'' if dataframes.is_table(given) else 'row '}{label:g}"

@@ -208,12 +208,6 @@ class Column:
 
 def of_record(plant: Plant, y: Any, time: Any) -> Plant:
     """The discrete plant at the rows of a record; `time` as in `filter_data`."""
-    if isinstance(y, Iterator):
-        raise DesignError(
-            "with arrival, a continuous plant is sampled at the rows of a whole "
-            "record, and y comes in chunks. Give the record as one array, or "
-            "plant.sampled(dt) where its rows are dt seconds apart."
-        )
     return sampled_at(plant, known(plant, y, time)[0])
 
 

@@ -10,6 +10,7 @@ from typing import Any, overload
 import numpy as np
 
 from ..arguments import expect
+from ..at_work import start
 from ..certificate import require_real
 from ..errors import SAMPLE, short
 from ..formats import dataframes
@@ -26,7 +27,6 @@ from .observer_pass import (
     is_at_hand,
     over_rows,
     over_rows_compiled,
-    start,
 )
 
 

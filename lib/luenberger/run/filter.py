@@ -11,15 +11,16 @@ from typing import Any
 import numpy as np
 
 from ..arguments import expect
-from ..errors import short
+from ..errors import SAMPLE, DesignError, short
 from ..filtering.maps import Settings
 from ..filtering.pack import End, Passage, begin, gains, over
 from ..formats import dataframes
 from ..numeric import Matrix
 from ..plant import Plant
-from . import fleet
+from . import fleet, late
 from .clock import require_instants
 from .discretise import discretise
+from .live import LiveFilter
 from .record import Record, Rows
 
 Outputs = int | Sequence[int | str]  # how many, or which
@@ -125,7 +126,9 @@ class Filter:
         if record.many:
             return Filtered(*fleet.found(self, record, start))
         first, clock = (0, None) if start is None else (start.instant, start.clock)
-        found = self.over(record.on(self.plant, first, clock), start)
+        before = None if start is None else start.awaited
+        last = None if before is None else before.rows.labels[-1]
+        found = self.over(record.on(self.plant, first, clock, last), start)
         if record.index is None:
             return found
         names = self.plant.state_names
@@ -136,7 +139,7 @@ class Filter:
 
     def over(self, rows: Rows, start: End | None = None) -> Filtered:
         """The same of rows that are arrays already."""
-        windows = list(self._windows(rows, start))
+        windows = list(self._passed(rows, start))
         x = np.concatenate([one.x for one in windows])
         std = np.sqrt(np.concatenate([one.variances for one in windows]))
         first = np.cumsum([0, *(len(one.x) for one in windows)])
@@ -192,10 +195,58 @@ class Filter:
         """
         from .smoothed import over  # which needs a filter
 
-        record, lag = Record.of(record), whole_lag(lag)
+        record = Record.of(record)
+        lag = None if lag is None else whole("lag", lag)
         runs = record.each() if record.many else [record]
         found = [over(self, one.on(self.plant), lag, one.index) for one in runs]
         return found if record.many else found[0]
+
+    def live(self, horizon: int = 0, u0: Any = None) -> LiveFilter:
+        """The filter at work, which gets readings as they come.
+
+        Parameters
+        ----------
+        horizon : int, default 0
+            How many instants back a reading may come late; it holds as many states.
+        u0 : (m,) array_like, optional
+            The input that acted until the first measurement, default zero.
+
+        Returns
+        -------
+        LiveFilter
+
+        Raises
+        ------
+        DesignError
+            If the plant is continuous, or lacks P0.
+
+        Examples
+        --------
+        The reading of the first instant comes one instant late:
+
+        >>> import luenberger as lb
+        >>> plant = lb.Plant([[1]], None, [[1]], dt=1.0, Q=[[0]], R=[[1]], P0=[[1]])
+        >>> now = lb.Filter(plant).live(horizon=1)
+        >>> x, sigma = now.measure([float("nan")])
+        >>> now.advance()
+        >>> x, sigma = now.measure([2.0])
+        >>> x, sigma = now.arrived(0, age=1, value=2.0)
+        >>> x.round(4), sigma.round(4)
+        (array([1.3333]), array([0.5774]))
+        """
+        if self.plant.dt == 0:
+            raise DesignError(
+                "a filter at work needs a sampling period, and the plant is continuous "
+                f"(dt = 0): {SAMPLE}, and Filter(plant.sampled(0.1)).live() its filter"
+            )
+        return LiveFilter(self.plant, self.settings, whole("horizon", horizon), u0)
+
+    def _passed(self, rows: Rows, start: End | None, keep: str = "") -> Any:
+        """Passage by passage, each row with what had arrived by then."""
+        if rows.due is not None:
+            return late.windows(self._at, rows, start, self._size(rows), keep)
+        late.require_none_awaited(start)
+        return self._windows(rows, start, keep)
 
     def _windows(self, rows: Rows, start: End | None, keep: str = "") -> Any:
         """Passage by passage over the rows."""
@@ -209,11 +260,15 @@ class Filter:
 
     def parts(self, rows: Rows, instant: int = 0) -> Iterator[tuple[slice, Settings]]:
         """Rows behind an instant that are done at once, with their settings."""
-        whole = self.plant.steps is None and rows.periods is None
-        size = max(len(rows.y), 1) if whole else ROWS
+        size = self._size(rows)
         for k in range(0, max(len(rows.y), 1), size):
             part = slice(k, k + size)
             yield part, self._at(rows, part, instant + k)
+
+    def _size(self, rows: Rows) -> int:
+        """How many rows are done at once."""
+        whole = self.plant.steps is None and rows.periods is None
+        return max(len(rows.y), 1) if whole else ROWS
 
     def _at(self, rows: Rows, part: slice, instant: int) -> Settings:
         """The settings of some rows."""
@@ -229,23 +284,20 @@ class Filter:
 
     def matrices(self, rows: Rows, start: End | None) -> tuple[Matrix, Matrix]:
         """Covariances and gains of all rows."""
-        passed = self._windows(rows, start, "all")
+        passed = self._passed(rows, start, "all")
         P, K = zip(*(matrices(one, self.plant.p) for one in passed))
         return np.concatenate(P), np.concatenate(K)
 
 
-def whole_lag(lag: Any) -> int | None:
-    """The lag as an int, or None."""
-    if lag is None:
-        return None
+def whole(name: str, value: Any) -> int:
+    """The value as an int, if it is a number of rows."""
     try:
-        rows = -1 if isinstance(lag, (bool, np.bool_)) else index(lag)
+        rows = -1 if isinstance(value, (bool, np.bool_)) else index(value)
     except TypeError:
         rows = -1
     if rows < 0:
         raise ValueError(
-            "lag must be a number of rows, 0 or more, or None for the whole record, "
-            f"got {short(lag)}"
+            f"{name} must be a number of rows, 0 or more, got {short(value)}"
         )
     return rows
 

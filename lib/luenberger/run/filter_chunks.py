@@ -13,11 +13,10 @@ from .. import kernels
 from ..formats import dataframes
 from ..numeric import Matrix, Vector
 from ..plant import Plant
-from ..recursion.late_pass import LatePass
 from ..recursion.progress import Progress
 from ..recursion.settled_pass import SettledPass
 from ..recursion.state import History
-from . import arrivals, chunks
+from . import chunks
 from .clock import Clock, require_instants
 from .sampled_pass import SampledPass
 from .timed import Timed
@@ -122,46 +121,6 @@ def _found(
     rows = out.x, out.variances
     still = None if state.still is None else (state.still, state.Sigma)
     return _filtered(run.plant, table, *rows, *matrices, *settled, still)
-
-
-def late_chunk(
-    run: LatePass,
-    watch: Clock | None,
-    whole: bool,
-    backend: str,
-    state: Any,
-    block: arrivals.Block,
-    u: Any,
-) -> tuple[Any, Filtered]:
-    """The same where readings arrive late."""
-    plant = run.settings.plant
-    outputs, inputs = (plant.p, plant.output_names), (plant.m, plant.input_names)
-    y, u = chunks.arrays(block.y, u, outputs, inputs, missing=True)
-    _last(plant, state, y)
-    found = arrivals.of(block, y, plant, state.instant, whole, run.horizon, state.label)
-    if watch is not None:
-        watch.follow(block.y)
-    return arrived_chunk(run, backend, state, found, u, block.y)
-
-
-def arrived_chunk(
-    run: LatePass,
-    backend: str,
-    state: Any,
-    found: arrivals.Arrivals,
-    u: Matrix,
-    table: Any = None,
-) -> tuple[Any, Filtered]:
-    """The same of arrays; `table` is what the rows were given as."""
-    plant, accurate = run.settings.plant, run.settings.accurate
-    fast = kernels.runs_compiled(backend, _last(plant, state, found.y))
-    state, (x, variances, P, K) = run.over(
-        state, found.y, u, found.due, found.labels, fast
-    )
-    P, K = (P, K) if run.history else (run.Sigma(state), None)
-    now = np.where(found.due <= found.labels[:, None], found.y, np.nan)
-    orders = _orders(plant, accurate, now)
-    return state, _filtered(plant, table, x, variances, P, K, orders)
 
 
 def _filtered(

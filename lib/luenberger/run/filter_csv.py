@@ -110,14 +110,14 @@ def _timed(table: Table, found: Iterator[Read], times: Column) -> Iterator[Read]
     def stretches() -> Iterator[Stretch]:
         for one in found:
             waiting.append(one)
-            at = partial(_line, table, one.rows)
+            at = partial(line, table, one.rows)
             yield Stretch(times.seconds(one.rows.carried, at), at)
 
     for periods in leading(stretches()):
         yield waiting.popleft()._replace(periods=periods)
 
 
-def _line(table: Table, rows: Rows, k: int) -> str:
+def line(table: Table, rows: Rows, k: int) -> str:
     return table.at(rows.lines[k])
 
 
@@ -182,23 +182,10 @@ def paired(
     blocks = way(ys(), (inputs.popleft() for _ in repeat(None)))
     with np.errstate(over="ignore", invalid="ignore"):
         for block in blocks:
-            rows = _taken(waiting, len(block.x))
-            require_finite(block.x, plant.state_names, partial(_line, table, rows))
+            rows = waiting.popleft()
+            require_finite(block.x, plant.state_names, partial(line, table, rows))
             pairs = np.stack([block.x, block.std], axis=2)
             yield rows, pairs.reshape(len(pairs), 2 * plant.n)
-
-
-def _taken(waiting: deque[Rows], count: int) -> Rows:
-    """The first rows of those that wait, taken out."""
-    if waiting and len(waiting[0].lines) == count:
-        return waiting.popleft()
-    lines = [line for piece in waiting for line in piece.lines]
-    carried = [cell for piece in waiting for cell in piece.carried]
-    values = [piece.values for piece in waiting] or [np.empty((0, 0))]
-    whole = np.concatenate(values)
-    waiting.clear()
-    waiting.append(Rows(lines[count:], carried[count:], whole[count:]))
-    return Rows(lines[:count], carried[:count], whole[:count])
 
 
 def _filtered(plant: Plant, ys: Iterator, us: Iterator) -> Iterator[Filtered]:
@@ -206,7 +193,7 @@ def _filtered(plant: Plant, ys: Iterator, us: Iterator) -> Iterator[Filtered]:
     run, end, u0 = Filter(plant), None, np.zeros(plant.m)
     for part, u in zip(ys, us):
         y, steps = (part.y, part.periods) if plant.dt == 0 else (part, None)
-        found = run.over(record.Rows(y, u, u0, steps, None), end)
+        found = run.over(record.Rows(y, u, u0, steps), end)
         end = found.end
         yield found
 

@@ -15,15 +15,14 @@ from ..arguments import expect
 from ..formats import dataframes
 from ..numeric import Given
 from ..plant import Plant
-from ..recursion.late_pass import LatePass
 from ..recursion.looks import settle_tolerance
 from ..recursion.progress import Progress
 from ..recursion.settings import Settings
 from ..recursion.settled_pass import SettledPass
 from ..recursion.state import start
-from . import arrivals, chunks
+from . import chunks
 from . import filter_chunks as by
-from .clock import Clock, of_record
+from .clock import Clock
 from .filter_chunks import Filtered
 from .filter_fleet import FilteredFleet, filter_fleet
 from .fleet_records import Many, many
@@ -39,7 +38,7 @@ def filter_data(
     plant: Plant, y: Iterator[Any], u: Iterator[Any] | int | None = ..., *,
     time: Iterator[Any] | str | None = ..., m1: Outputs = ..., u0: Given = ...,
     weight: Given | str = ..., history: bool = ..., backend: str = ...,
-    settle: float | None = ..., arrival: Any = ..., horizon: int | None = ...,
+    settle: float | None = ...,
 ) -> Iterator[Filtered]: ...  # fmt: skip
 @overload
 def filter_data(  # type: ignore[overload-overlap]  # an array is a record, too
@@ -53,7 +52,6 @@ def filter_data(
     plant: Plant, y: ArrayLike, u: Given | int = ..., *, time: Any = ...,
     m1: Outputs = ..., u0: Given = ..., weight: Given | str = ...,
     history: bool = ..., backend: str = ..., settle: float | None = ...,
-    arrival: Any = ..., horizon: int | None = ...,
 ) -> Filtered: ...  # fmt: skip
 @overload
 def filter_data(
@@ -75,8 +73,6 @@ def filter_data(
     history: bool = False,
     backend: str = "auto",
     settle: float | None = 1e-9,
-    arrival: Any = None,
-    horizon: int | None = None,
     executor: Executor | None = None,
     chunk: int | None = None,
     into: Into | None = None,
@@ -134,12 +130,6 @@ def filter_data(
         The gain of a plant that does not change settles.  The recursion of the
         covariance stops where a bound says that no later row is further from it than
         this tolerance: see the notes.  None runs the recursion over every row.
-    arrival : optional
-        When each reading becomes known, where that is later than its own row: see the
-        notes.  The estimate of a row uses exactly what had arrived by then.
-    horizon : int, optional
-        A reading that arrives more than so many rows after its own is refused; by
-        default none is.
     executor : concurrent.futures.Executor, optional
         Where many records are filtered: a pool of threads or processes, or that of a
         Dask cluster, ``client.get_executor()``.  Default here.  It changes no bit.
@@ -162,9 +152,8 @@ def filter_data(
     Raises
     ------
     ValueError
-        If sizes disagree or a value is infinite; if a reading arrives before it was
-        measured, or after the horizon; if times contradict dt, do not grow, or lack for
-        a continuous plant.
+        If sizes disagree or a value is infinite; if times contradict dt, do not grow,
+        or lack for a continuous plant.
     ImportError
         If numba is asked for and not installed.
     DesignError
@@ -206,36 +195,11 @@ def filter_data(
     rows stay compiled, unless rounding of what is known would grow.
     So it does all rows where accurate outputs have noise while others have none.
 
-    `arrival` is one of these.
-
-    - An array (N, p), or an iterator of chunks like y's, of row numbers: reading
-      ``y[k, j]`` is known from row ``arrival[k, j]`` on, k itself where it is on time,
-      and never where that is NaN or infinite.
-    - A dict ``{output: column}`` of columns of the DataFrame y that hold arrival times,
-      numbers or dates like those in its index.  A reading is known from the first row
-      that is not earlier by more than rounding, a millionth of a step; never, where its
-      time is missing.  Outputs that are not named are on time.
-    - A DataFrame with y's index, whose columns of times are named as the outputs.
-
-    Each row gives what this function would return in its last row for all that had
-    arrived by then.  Where late readings arrive in the order of their rows, as with a
-    constant lag, a row costs as much as eight rows of the filter at n = 3, whatever the
-    lag; memory is for the rows that await a reading.  Rows at which a reading arrives
-    before one of an earlier row are done one by one, as are those where later rows say
-    so much more than earlier ones that digits would be lost.  Then a reading that is
-    awaited is estimated beside the state, which takes memory and time for as many as
-    are awaited.  That is the only way where R is singular, where noises are correlated
-    (S), where outputs wait for different times, and with ``history=True``.  With m1,
-    where accurate outputs have noise, the filter is instead run again from the first
-    row at which a reading arrived.
-
     References
     ----------
     Leondes and Novak (1974), equations (27)-(36), (41)-(43);
     papers/leondes_novak/derivation/best_coordinates.py;
     papers/leondes_novak/derivation/missing_outputs.py;
-    papers/leondes_novak/derivation/late_outputs.py and late_arrivals.py,
-    late_stretch.py, late_prior.py, late_behind.py and late_joined.py in order;
     papers/leondes_novak/derivation/one_pass.py;
     papers/leondes_novak/derivation/settling.py, settled_ball.py, settled_estimate.py,
     and settled_ratio.py behind gaps;
@@ -258,12 +222,6 @@ def filter_data(
     >>> found.settled_at, found.settle_bound < 1e-9
     (array([16]), True)
 
-    The second reading arrives one row late:
-
-    >>> found = lb.filter_data(plant, [[2], [1], [2]], arrival=[[0], [2], [2]])
-    >>> found.x[:, 0], found.std[:, 0].round(4)
-    (array([1.  , 1.  , 1.25]), array([0.7071, 0.7071, 0.5   ]))
-
     A continuous plant, at uneven instants:
 
     >>> walk = lb.Plant([[0]], None, [[1]], Q=[[1]], R=[[0]], P0=[[0]])
@@ -272,29 +230,20 @@ def filter_data(
     """
     expect(plant=plant)
     kernels.runs_compiled(backend, 0)  # refuse a backend now, not at the first chunk
-    if arrival is None and horizon is not None:
-        raise ValueError("horizon goes with arrival, which was not given")
     u0 = dataframes.entries("u0", u0, plant.input_names)
     u0 = np.zeros(plant.m) if u0 is None else chunks.single("u0", u0, plant.m)
     tolerance = settle_tolerance(settle)
-    y, u, arrival = dataframes.taken(y=y, u=u, arrival=arrival)
+    y, u = dataframes.taken(y=y, u=u)
     where = Where(executor, chunk, into, reuse)
     if many(y):
         given = plant, y, u, time, m1, u0, weight, history, backend
-        return filter_fleet(*given, where, arrival)
+        return filter_fleet(*given, where)
     where.require_none()
-    if plant.dt == 0 and arrival is None:
+    if plant.dt == 0:
         sampled = SampledPass(plant, m1, weight, tolerance)
         each = partial(by.sampled_chunk, sampled, history, backend)
         begin = Progress(start(sampled, plant.x0, u0))
         return chunks.found(each, begin, timed(plant, y, time), u)
-    if arrival is None:
-        run = SettledPass(Settings(plant, m1, weight), tolerance)
-        step = partial(by.chunk, run, Clock(plant, time), history, backend)
-        return chunks.found(step, Progress(start(run, plant.x0, u0)), y, u)
-    watch = Clock(plant, time) if plant.dt > 0 else None
-    if watch is None:
-        plant = of_record(plant, y, time)
-    late = LatePass(Settings(plant, m1, weight), arrivals.horizon_of(horizon), history)
-    step = partial(by.late_chunk, late, watch, not isinstance(y, Iterator), backend)
-    return chunks.found(step, late.start(plant.x0, u0), arrivals.paired(y, arrival), u)
+    run = SettledPass(Settings(plant, m1, weight), tolerance)
+    step = partial(by.chunk, run, Clock(plant, time), history, backend)
+    return chunks.found(step, Progress(start(run, plant.x0, u0)), y, u)

@@ -128,14 +128,9 @@ def _fleet(
 
 def filter_fleet(
     plant: Plant, y: Any, u: Any, time: Any, m1: Any, u0: Vector, weight: Any,
-    history: bool, backend: str, where: Where, arrival: Any = None,
+    history: bool, backend: str, where: Where,
 ) -> FilteredFleet | None:  # fmt: skip
     """Filter records y (M, N, p) of one plant, all with the same instants."""
-    if arrival is not None:
-        raise ValueError(
-            "arrival is for one record, and y holds many, (M, N, p): filter the "
-            "records that have late readings one by one"
-        )
     records = Records.of(y, u, plant.p, plant.m)
     plant = at_rows(plant, records.rows, time)
     way = way_of(plant, m1, weight)

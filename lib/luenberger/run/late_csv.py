@@ -4,22 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from functools import partial
-from typing import NamedTuple
 
 import numpy as np
 
-from ..errors import DesignError, few, short
+from ..errors import few, short
 from ..formats import time_stamps
 from ..formats.csv_reader import Rows, Table
-from ..kernels import runs_compiled
 from ..numeric import Vector
 from ..plant import Plant
-from ..recursion.late_pass import LatePass
-from ..recursion.settings import Settings
-from . import chunks, filter_chunks
-from .arrivals import Arrivals, set_back
+from . import record
+from .arrivals import set_back
 from .estimate_csv import Piece
-from .filter_csv import Read, paired, reads
+from .filter import Filter
+from .filter_csv import Read, line, reads
+from .measurements import require_finite
 
 NEVER = ("", "nan", "nat")  # cells of readings that do not arrive
 MICROSECOND = 1e-6  # the last digit of a date
@@ -29,26 +27,20 @@ def estimates(
     plant: Plant,
     table: Table,
     arrival: Mapping[str, str],
-    horizon: int,
     undriven: bool = False,
-    backend: str = "auto",
 ) -> tuple[list[str], Iterator[Piece]]:
     """Filter a table; memory does not grow with its length.
 
     Parameters
     ----------
     plant : Plant
-        Discrete, with Q, R and P0.
+        With Q, R and P0.
     table, undriven
         As in `filter_csv.reads`.
     arrival : dict of str to str
         Of outputs that may be late, the column that says when a reading is known:
         numbers or dates like those in the column of times, or numbers of rows from 1
         on where there is none.  A reading whose cell is empty never arrives.
-    horizon : int
-        For how many rows a reading is waited for.
-    backend : str
-        As in `filter_data`.
 
     Returns
     -------
@@ -57,24 +49,28 @@ def estimates(
 
     Raises
     ------
-    DesignError
-        If the plant is continuous; naming a reading that arrives after the horizon.
     ValueError
         As `filter_csv.reads`; if a reading arrives before it was measured, or the
         cell that says when is not of the kind of the times.
     """
-    runs_compiled(backend, 0)
-    if plant.dt == 0:
-        raise DesignError(
-            "late readings need a discrete plant; give --sample DT, how many seconds "
-            "the rows are apart"
-        )
     _require_names(plant, table, arrival)
     header, found = reads(plant, table, undriven, list(arrival.values()))
     outputs = [plant.output_names.index(name) for name in arrival]
     blocks = _blocks(table, outputs, list(arrival.values()), found)
-    run = LatePass(Settings(plant, 0), horizon)
-    return header, paired(plant, table, blocks, partial(_filtered, run, backend))
+    return header, _filtered(Filter(plant), table, blocks)
+
+
+def _filtered(
+    run: Filter, table: Table, blocks: Iterator[tuple[Rows, record.Rows]]
+) -> Iterator[Piece]:
+    """Estimates and sigmas side by side, block by block."""
+    end, names = None, run.plant.state_names
+    for rows, one in blocks:
+        found = run.over(one, end)
+        end = found.end
+        require_finite(found.x, names, partial(line, table, rows))
+        pairs = np.stack([found.x, found.std], axis=2)
+        yield rows, pairs.reshape(len(pairs), 2 * len(names))
 
 
 def _require_names(plant: Plant, table: Table, arrival: Mapping[str, str]) -> None:
@@ -86,17 +82,9 @@ def _require_names(plant: Plant, table: Table, arrival: Mapping[str, str]) -> No
         raise ValueError(f"{table.where} lacks the columns {few(lacking)} of arrivals")
 
 
-class Late(NamedTuple):
-    """Rows of a table, the inputs, and readings with when they arrive."""
-
-    rows: Rows
-    u: np.ndarray
-    given: Arrivals
-
-
 def _blocks(
     table: Table, outputs: list[int], columns: list[str], found: Iterator[Read]
-) -> Iterator[Late]:
+) -> Iterator[tuple[Rows, record.Rows]]:
     """The rows, with labels that arrivals are compared with."""
     count, origin, last = 0, None, None
     for one in found:
@@ -119,7 +107,8 @@ def _blocks(
                 f"{measured}. A reading arrives at its own row or later; leave the "
                 "cell empty where it never does."
             )
-        yield Late(one.rows, one.u, Arrivals(y, due, labels))
+        u0 = np.zeros(one.u.shape[1])
+        yield one.rows, record.Rows(y, one.u, u0, one.periods, due, labels)
 
 
 def _labels(
@@ -150,10 +139,3 @@ def _dues(
         f"{table.at(rows.lines[given[wrong]])}: {short(column)} is {text!r}, which is "
         f"not {kind}; when a reading is known is told as the times of the rows are"
     )
-
-
-def _filtered(run: LatePass, backend: str, ys: Iterator, us: Iterator) -> Iterator:
-    """What `filter_data` gives of each chunk."""
-    plant = run.settings.plant
-    step = partial(filter_chunks.arrived_chunk, run, backend)
-    return iter(chunks.found(step, run.start(plant.x0, np.zeros(plant.m)), ys, us))

@@ -13,13 +13,14 @@ from functools import cached_property, partial
 import numpy as np
 from numpy.random import Generator, SeedSequence
 
+from ..at_work import start
 from ..kernels import Recursion
 from ..numeric import Matrix
 from ..observer import Observer
 from ..papers.leondes_novak.derivation import side_by_side_step
 from ..plant import Plant
 from .claims import RULED_OUT, Claim
-from .observer_pass import over_stacks, start
+from .observer_pass import over_stacks
 from .simulate import draw, follow, over, times, trajectory
 
 BLOCK = 64  # runs; part of what defines the result's last bits

@@ -6,14 +6,12 @@ from collections.abc import Callable
 from functools import partial
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from .. import kernels
 from ..kernels import Recursion, at_hand, entries_known, may_be_at_hand, plain_array
 from ..numeric import Matrices, Matrix, Vector
 from ..observer import Observer
 from ..papers.leondes_novak.derivation import observer_step
-from .chunks import single
 
 ESTIMATED = 1_000_000  # rows that NumPy estimates in the time that compiling takes
 OBSERVER = Recursion(
@@ -117,24 +115,3 @@ def _apply(matrix: Matrix, signal: Matrix) -> Matrix:
     if matrix.ndim == 2:
         return signal @ matrix.T
     return (matrix @ signal[..., None])[..., 0]
-
-
-def start(
-    observer: Observer,
-    u0: ArrayLike | None = None,
-    z0: ArrayLike | None = None,
-    x0: ArrayLike | None = None,
-) -> Vector:
-    """The observer's state at its first row."""
-    o = observer
-    if z0 is not None and x0 is not None:
-        raise ValueError("give z0 (the observer's state) or x0 (the plant's), not both")
-    if u0 is not None and o.G0 is None:
-        raise ValueError(
-            "u0 is the input before the first row of a filter designed over steps; a "
-            "constant observer starts from z0 or x0"
-        )
-    if z0 is not None:
-        return single("z0", z0, o.order)
-    state = o.z0 if x0 is None else o.T0 @ single("x0", x0, o.L.shape[1])
-    return state if u0 is None else state + o.G0 @ single("u0", u0, o.G.shape[-1])

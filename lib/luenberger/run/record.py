@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..formats import dataframes
-from ..numeric import Matrix, Vector
+from ..numeric import Vector
 from ..plant import Plant
 from . import arrivals, chunks
 from .clock import ONE_ROW, Clock, known, periods, row
@@ -28,8 +28,11 @@ class Rows(NamedTuple):
         The input that acted until the first row.
     periods : (N,) ndarray or None
         Seconds that lead to each row of a continuous plant.
-    due : (N, p) ndarray of int or None
-        The row at which each reading arrived; None where all were on time.
+    due : (N, p) ndarray or None
+        When each reading arrived, as `labels` say it; None where all were on time.
+        Of a reading that never arrives y is NaN.
+    labels : (N,) ndarray or None
+        Numbers of the rows, or their times, where readings have arrivals.
     clock : object
         What has to be known of the times of these rows for those of later ones.
     """
@@ -38,7 +41,8 @@ class Rows(NamedTuple):
     u: np.ndarray
     u0: np.ndarray
     periods: np.ndarray | None
-    due: np.ndarray | None
+    due: np.ndarray | None = None
+    labels: np.ndarray | None = None
     clock: Any = None
 
 
@@ -141,10 +145,12 @@ class Record:
     def __len__(self) -> int:
         return len(self.y)
 
-    def on(self, plant: Plant, first: int = 0, clock: Any = None) -> Rows:
+    def on(
+        self, plant: Plant, first: int = 0, clock: Any = None, last: Any = None
+    ) -> Rows:
         """The rows of one run as arrays; `first` of its rows came before.
 
-        `clock` is that of the rows before.
+        `clock` is that of the rows before, `last` the label of the last of them.
         """
         outputs, inputs = (plant.p, plant.output_names), (plant.m, plant.input_names)
         y, u = chunks.arrays(self.y, self.u, outputs, inputs, missing=True)
@@ -157,8 +163,10 @@ class Record:
             clock.follow(self.y)
         else:
             steps, clock = self._steps(plant, first, clock)
-        due = None if self.arrival is None else self._due(plant, y, first)
-        return Rows(y, u, u0, steps, due, clock)
+        if self.arrival is None:
+            return Rows(y, u, u0, steps, clock=clock)
+        found = arrivals.of(self.y, self.arrival, y, plant, first, last)
+        return Rows(found.y, u, u0, steps, found.due, found.labels, clock)
 
     def _steps(
         self, plant: Plant, first: int, clock: Any
@@ -175,13 +183,6 @@ class Record:
                 raise ValueError(ONE_ROW)
             steps = np.concatenate([steps[:1], steps])
         return steps, (seconds[-1:] if len(seconds) else last, origin)
-
-    def _due(self, plant: Plant, y: Matrix, first: int) -> Vector:
-        block = arrivals.Block(self.y, self.arrival)
-        found = arrivals.of(block, y, plant, first, False, None)
-        rows = np.searchsorted(found.labels, found.due.ravel(), side="left")
-        never = np.isnan(found.y).ravel()
-        return np.where(never, np.iinfo(np.int64).max, rows).reshape(y.shape)
 
 
 def _part(X: Any, part: slice | int) -> Any:

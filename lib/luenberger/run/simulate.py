@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arguments import expect
+from ..at_work import start
 from ..certificate import require_match, require_real
 from ..errors import SAMPLE
 from ..numeric import Matrix, Vector
@@ -17,7 +18,6 @@ from ..observer import Observer
 from ..period import hold
 from ..plant import Instant, Plant
 from .chunks import real, rows, single
-from .observer_pass import start
 
 Seed = int | np.random.SeedSequence | None
 WHOLE = 64 * 64  # entries of a matrix that BLAS multiplies without dividing the work

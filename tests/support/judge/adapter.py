@@ -21,7 +21,12 @@ def plant(A, B, C, E, *, Q, R, S=None, P0=None, x0=None, prior=False):
 
 def filtered(plant, y, u=None, u0=None, m1=(), arrival=None):
     """Estimates and covariances (N, n), (N, n, n)."""
-    run = lb.filter_data(plant, y, u, u0=u0, m1=list(m1), arrival=arrival, history=True)
+    if arrival is not None and hasattr(lb, "Record"):
+        record = lb.Record(y, u, u0=u0, arrival=arrival)
+        run = lb.Filter(plant, list(m1)).run(record)
+        return run.x, run.P
+    more = {} if arrival is None else dict(arrival=arrival)
+    run = lb.filter_data(plant, y, u, u0=u0, m1=list(m1), history=True, **more)
     return run.x, run.P
 
 

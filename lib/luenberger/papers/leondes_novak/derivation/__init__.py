@@ -46,18 +46,6 @@
     The radar tracker: a target's position, velocity and acceleration.
 `missing_outputs`
     A step at which some outputs did not arrive is the theorem for fewer outputs.
-`late_outputs`
-    Outputs that become known later than they were measured.
-`late_arrivals`
-    What readings tell that have just arrived, of this instant or of earlier ones.
-`late_stretch`
-    A stretch of rows whose readings are all known, from a state that is known.
-`late_prior`
-    What a stretch of rows does to an estimate of the state where it begins.
-`late_behind`
-    What a stretch of rows adds to the one before it.
-`late_joined`
-    Two stretches of rows as one, as they are joined: with one symmetric solve.
 `one_pass`
     One step of a filter over a record, as one stage list that compiled loops run.
 `places`
@@ -199,27 +187,6 @@ known_row = StageList(
 side_by_side_step = StageList(
     __name__, "side_by_side.side_by_side", "y w w_hat e z_next x_next"
 )
-late_ahead = StageList(
-    __name__, "late_outputs.late_ahead", "L_e X_f_next X_h_next Omega rho x_minus"
-)
-late_fresh = StageList(__name__, "late_outputs.late_fresh", "y_minus N N_h M")
-late_known = StageList(__name__, "late_arrivals.late_known", "K_t P_next")
-late_corrected = StageList(__name__, "late_arrivals.late_corrected", "xi_hat_next")
-late_row = StageList(
-    __name__,
-    "late_stretch.late_row",
-    "Omega N M K Z Sigma_next Psi Shown Phi_next W Lambda_next xi_minus eta xi_next "
-    "theta_next",
-)
-late_single = StageList(
-    __name__, "late_stretch.late_single", "xi_minus eta xi_next theta_next"
-)
-late_pair = StageList(
-    __name__,
-    "late_joined.late_pair",
-    "T_1 D_1 U_1 L_1 V_1 Kept Phi Lambda said theta N_1 N_2 Sigma xi",
-)
-late_end = StageList(__name__, "late_prior.late_end", "Both N_s Y_s P_end x_end")
 settled_step = StageList(__name__, "settling.settled_step", "Y_0 F_0 G_0 delta")
 settled_gain = StageList(
     __name__, "settled_estimate.settled_gain", "Phi G_y G_u G_e N_x N_y N_u"

@@ -1,0 +1,240 @@
+"""Filters at work: a reading, then the input that acts until the next."""
+
+from __future__ import annotations
+
+from math import isfinite, isinf
+from typing import Any
+
+import numpy as np
+
+from ..at_work import Turns
+from ..errors import DesignError, few, short
+from ..filtering.maps import Settings
+from ..filtering.pack import begin, blank, driven, fed, less, loops, refuse, times
+from ..filtering.passes import Maps, Tape
+from ..formats import dataframes
+from ..numeric import Vector
+from ..plant import Plant
+from . import chunks
+from .clock import require_instants
+
+ROOM = 50  # rows beside those that are asked for again
+
+
+class LiveFilter(Turns):
+    """A filter that gets readings as they come; `Filter.live` makes it.
+
+    At each instant call `measure`, `arrived` for each earlier reading that has come
+    since, and `advance`.
+
+    Attributes
+    ----------
+    instant : int
+        That of the last measurement; 0 before the first.
+    """
+
+    def __init__(self, plant: Plant, settings: Settings, horizon: int, u0: Any) -> None:
+        super().__init__(plant.m, bool(np.any(plant.E)))
+        if u0 is not None:
+            u0 = dataframes.entries("u0", u0, plant.input_names)
+            self._u = chunks.single("u0", u0, plant.m)
+        self._plant, self._settings, self._horizon = plant, settings, horizon
+        self._varies, self._names = plant.steps is not None, list(plant.output_names)
+        columns = ([] if self._varies else list(X.T.copy()) for X in (plant.B, plant.E))
+        self._B, self._E = columns
+        end = begin(settings, self._u)
+        self._state, n, p, N = end.state, plant.n, plant.p, len(end.state.z)
+        size = 2 * (horizon + 1) + ROOM
+        self._y, self._lift = np.full((size, p), np.nan), np.zeros((size, p))
+        self._mixed, self._drive = np.empty((size, p)), np.zeros((size, n))
+        self._x, self._variances = np.empty((size, n)), np.empty((size, n))
+        tape = self._tape = blank(size, size, n, N, p)._replace(ahead=np.empty((0, n)))
+        tape.z[0], tape.V[0], tape.D[0] = self._state[:3]
+        tape.K[0], tape.pivot[0] = 0.0, -1.0
+        maps = settings.at(0, end.seen)[0]
+        self._maps = Maps(*(np.zeros((size, *X.shape)) for X in maps))
+        self._found: list[Any] = [None] * size  # what the maps of a row are made of
+        self._known: dict[bytes, Any] = {}  # of a plant that does not change
+        self._at = np.arange(size)
+        self._row = 0  # of the last instant; row 0 is instant 0
+        self._tell(0)
+        if plant.at_first:
+            self._at[0] = -1
+        self._ready = [self._given(slice(k, k + 1)) for k in range(size)]
+        self._forward, self._taken = loops("forward", n), loops("taken", n)
+
+    def measure(self, y: Any, u: Any = None) -> tuple[Vector, Vector]:
+        """The estimate and its sigma, with the readings of the next instant.
+
+        Parameters
+        ----------
+        y : (p,) array_like
+            NaN where nothing was measured, and where it is not here yet.
+        u : (m,) array_like, optional
+            The input of this instant, where it acts on these readings (E).
+
+        Returns
+        -------
+        x, sigma : (n,) ndarray
+
+        Raises
+        ------
+        ValueError
+            If the last instant was not advanced, or sizes disagree.
+        DesignError
+            If a reading contradicts what is known exactly.  The instant is as if it
+            had not been measured.
+        """
+        u, plant = self._next(u), self._plant
+        y = np.asarray(y, dtype=float)
+        if y.shape != (len(self._names),) or any(map(isinf, y.tolist())):
+            raise ValueError(
+                f"y must be {len(self._names)} numbers or NaN, got {short(y)}"
+            )
+        if self._varies:
+            require_instants(plant, self.instant + 1)
+        if self._row + 1 == len(self._y):
+            self._move()
+        k = self._row + 1
+        if len(self._u):
+            self._drive[k] = (
+                driven(plant, 0, self.instant, self._u[None])[0]
+                if self._varies
+                else _combined(self._B, self._u)
+            )
+        if u is not None:
+            self._lift[k] = (
+                fed(plant, self.instant, u[None])[0]
+                if self._varies
+                else _combined(self._E, u)
+            )
+            y = less(y, self._lift[k])
+        self._y[k] = y
+        self._row, self.instant = k, self.instant + 1
+        self._tell(k)
+        try:
+            found = self._run(k, self._ready[k])
+        except DesignError:
+            self._row, self.instant = k - 1, self.instant - 1
+            self._taken(self._tape, k - 1, self._state)
+            raise
+        self._done(u)
+        return found
+
+    def arrived(
+        self, output: int | str, age: int, value: float
+    ) -> tuple[Vector, Vector]:
+        """The estimate and its sigma, with a reading that has come only now.
+
+        Parameters
+        ----------
+        output : int or str
+            Number or name of the output.
+        age : int
+            How many instants before the present one the reading was taken.
+        value : float
+
+        Returns
+        -------
+        x, sigma : (n,) ndarray
+            At the present instant, as if the reading had been there in time.
+
+        Raises
+        ------
+        ValueError
+            If the present instant is not measured, or the reading was there before or
+            is older than the horizon or the first instant.
+        DesignError
+            If the reading contradicts what is known exactly; it is left out.
+        """
+        if not self._measured:
+            raise ValueError(
+                f"ages count from an instant that was measured: call measure(y) of "
+                f"instant {self.instant + 1} before arrived, and advance after it"
+            )
+        names = self._names
+        j = names.index(output) if output in names else output
+        if j not in range(len(names)):
+            raise ValueError(f"there is no output {short(output)}, but {few(names)}")
+        if age not in range(self._horizon + 1):
+            raise ValueError(
+                f"age is a number of instants, at most horizon={self._horizon}, got "
+                f"{age!r}: make the filter with live(horizon=...) for older readings"
+            )
+        if age >= self.instant:
+            raise ValueError(f"instant {self.instant} has none {age} before it")
+        if not isfinite(value):
+            raise ValueError(f"value must be a finite number, got {value!r}")
+        k = self._row - age
+        if self._y[k, j] == self._y[k, j]:
+            raise ValueError(
+                f"the reading of {names[j]!r} at instant {self.instant - age} was "
+                "there before; a reading is handed in once"
+            )
+        try:
+            reading = less(np.array([float(value)]), self._lift[k, j : j + 1])[0]
+            return self._again(k, j, reading)
+        except DesignError:
+            self._again(k, j, np.nan)
+            raise
+
+    def _again(self, k: int, j: int, reading: float) -> tuple[Vector, Vector]:
+        """Filter again from row k, with a reading of output j."""
+        self._y[k, j] = reading
+        self._tell(k)
+        self._taken(self._tape, k - 1, self._state)
+        return self._run(k, self._given(slice(k, self._row + 1)))
+
+    def _run(self, k: int, given: Any) -> tuple[Vector, Vector]:
+        """Filter the rows from k on."""
+        clash = self._forward(*given)
+        if clash >= 0:
+            row, j = divmod(int(clash), self._plant.p)
+            seen, instant = ~np.isnan(self._y[k + row]), self.instant - self._row + k
+            refuse(self._settings, instant + row, j, seen)
+        return self._x[self._row].copy(), np.sqrt(self._variances[self._row])
+
+    def _given(self, rows: slice) -> tuple[Any, ...]:
+        """Some rows as `passes.forward` takes them."""
+        tape = Tape(self._tape.ahead, *(X[rows] for X in self._tape[1:]))
+        at = self._at[max(rows.start - 1, 0) : rows.stop]
+        return (
+            self._mixed[rows], self._drive[rows], at, self._maps, self._state,
+            self._x[rows], self._variances[rows], tape,
+        )  # fmt: skip
+
+    def _tell(self, k: int) -> None:
+        """The maps of row k, and its readings in their terms."""
+        y = self._y[k]
+        seen = y == y
+        key = seen.tobytes()
+        if self._varies or key not in self._known:
+            maps, L = self._settings.at(self.instant - self._row + k, seen)
+            self._known[key] = maps, None if L is self._settings.as_is else L
+        found = self._known[key]
+        if found is not self._found[k]:
+            self._found[k] = found
+            for X, one in zip(self._maps, found[0]):
+                X[k] = one
+        if found[1] is None:
+            self._mixed[k] = y
+        else:
+            mixed = times(np.where(seen, y, 0.0)[None], found[1])[0]
+            self._mixed[k] = np.where(seen, mixed, np.nan)
+
+    def _move(self) -> None:
+        """Take the last rows to the front."""
+        keep = self._horizon + 1
+        stacks = self._y, self._lift, self._mixed, self._drive, self._x, self._variances
+        for X in (*stacks, *self._maps, *self._tape[1:]):
+            X[:keep] = X[-keep:]
+        self._found[:keep] = self._found[-keep:]
+        self._at[0], self._row = 0, keep - 1
+
+
+def _combined(columns: list[Vector], u: Vector) -> Vector:
+    """What `times` makes of one row."""
+    found: Any = 0.0
+    for column, value in zip(columns, u.tolist()):
+        found = found + column * value
+    return found  # type: ignore[no-any-return]
