@@ -89,7 +89,7 @@ html_theme_options = {
 
 
 # files that a notebook links to in the repository, and the page that shows each
-SHOWN_BY = {"../benchmarks/README.md": "pages/benchmarks.md"}
+SHOWN_BY = {"../tests/benchmarks/README.md": "pages/benchmarks.md"}
 
 
 def link_to_pages(app, docname, content):

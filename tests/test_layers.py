@@ -204,6 +204,5 @@ def test_top_level_of_the_repository():
     if listed.returncode:
         pytest.skip("not a git checkout")
     top = {name.partition("/")[0] for name in listed.stdout.split("\0") if name}
-    fixed = {"README.md", "environment-pip.txt"}
-    fixed |= {"notebooks", "lib", "tests", "benchmarks"}
+    fixed = {"README.md", "environment-pip.txt", "notebooks", "lib", "tests"}
     assert {name for name in top if not name.startswith(".")} <= fixed

@@ -1,27 +1,13 @@
 """What must hold of fixed-order filters whatever the plant."""
 
-import importlib.util
-import pathlib
 from dataclasses import replace
 
 import generators
 import numpy as np
 import pytest
+import raw_fixed_order as plain
 
 import luenberger as lb
-
-BENCHMARK = pathlib.Path(__file__).parents[3] / "benchmarks" / "optimal_projection.py"
-
-
-def independent():
-    """The benchmark's own cost, gradient and random-start descent."""
-    spec = importlib.util.spec_from_file_location("optimal_projection", BENCHMARK)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-plain = independent()
 
 
 @pytest.mark.parametrize("seed", [0, 1, 11, 35])
@@ -40,7 +26,7 @@ def test_gradient_of_the_independent_code(seed):
 
 @pytest.mark.parametrize("seed", [1, 6, 18, 31, 59])
 def test_never_above_random_descents_on_the_raw_parameters(seed):
-    """Five of the benchmark's hundred problems, which has them all; several minima."""
+    """Five problems, with several minima."""
     plant, order, L, feedthrough = plain.random_problem(seed)
     raw = plain.Raw(plant, order, L, feedthrough)
     options = dict(feedthrough=feedthrough, starts=12)

@@ -74,8 +74,8 @@ def older(commit):
 
 def environment(lib, cache):
     path = os.pathsep.join(map(str, (lib, Path(__file__).parents[1])))
-    return os.environ | {"PYTHONPATH": path, "LUENBERGER_CACHE": str(cache),
-                         "NUMBA_NUM_THREADS": "1"}  # fmt: skip
+    kept = {"LUENBERGER_CACHE": str(cache), "NUMBA_CACHE_DIR": str(cache)}
+    return os.environ | kept | {"PYTHONPATH": path, "NUMBA_NUM_THREADS": "1"}
 
 
 def alone(program, lib, cache):

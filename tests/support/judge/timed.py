@@ -46,14 +46,18 @@ def simulated(rows):
     return plant(3, 1, noises=False), y
 
 
+def library(*sources, flags=()):
+    """C, compiled by gcc and loaded."""
+    made = Path(tempfile.mkdtemp()) / "made.so"
+    flags = [*"-std=c99 -O3 -shared -fPIC".split(), *flags]
+    subprocess.run(["gcc", *flags, "-o", made, *sources, "-lm"], check=True)
+    return ctypes.CDLL(str(made))
+
+
 def device(one, y):
-    """The exported filter, compiled by gcc, over a record."""
-    folder = Path(tempfile.mkdtemp())
-    flags = "-std=c99 -O3 -shared -fPIC".split()
-    sources = adapter.exported(one, folder)
-    library = folder / "made.so"
-    subprocess.run(["gcc", *flags, "-o", library, *sources, "-lm"], check=True)
-    run, what = ctypes.CDLL(str(library)).run, np.empty((len(y), one.n))
+    """The exported filter, compiled, over a record."""
+    run = library(*adapter.exported(one, Path(tempfile.mkdtemp()))).run
+    what = np.empty((len(y), one.n))
 
     def over():
         status = run(*(ctypes.c_void_p(X.ctypes.data) for X in (y, what)), len(y))

@@ -1,32 +1,16 @@
-"""The fixed-order filter beside what people do without it.
+"""Costs of fixed-order filters by plain algebra, without the library's own.
 
-    python benchmarks/optimal_projection.py            everything, ten minutes
-    python benchmarks/optimal_projection.py --quick    10 problems, sizes up to 50
-
-First 100 seeded random problems: n = 3 .. 8, order 1 .. 4, up to two multiplicative
-noises, with and without feedthrough.  Contestants:
-
-* luenberger: `fixed_order_filter`, the search from 24 starts and its certificate.
-* BFGS: the best of 20 random-start runs of SciPy's BFGS on the raw parameters Ae, Be,
-  Ce, De, with a cost and an adjoint gradient coded here by Kronecker products; nothing
-  of the library is used.
-* truncation: the Kalman filter (of the equivalent plant), then balanced truncation.
-
-Costs are those of the independent code here.  Then time against n, for all 24 starts;
-run it with OMP_NUM_THREADS=1.
+Seeded random problems; a cost with an adjoint gradient in the raw parameters Ae, Be,
+Ce, De, by Kronecker products; and the best of random-start runs of SciPy's BFGS on it.
 """
 
 import math
-import sys
-import warnings
 
 import numpy as np
 import scipy.linalg
 import scipy.optimize
 
 import luenberger as lb
-
-SIZES = ((20, 5, 2), (20, 5, 0), (50, 8, 0), (100, 8, 0), (200, 8, 0), (400, 8, 0))
 
 
 def random_problem(seed):
@@ -153,88 +137,5 @@ def baseline(raw, runs=20, seed=0):
     return best
 
 
-def truncated(plant, order, L, feedthrough):
-    """Balanced truncation of the Kalman filter, as the parameters of `Raw`."""
-    full = lb.fixed_order_filter(plant, plant.n, L=L, feedthrough=feedthrough)
-    reach = scipy.linalg.solve_discrete_lyapunov(full.F, full.D @ full.D.T)
-    seen = scipy.linalg.solve_discrete_lyapunov(full.F.T, full.P.T @ full.P)
-    values, vectors = np.linalg.eigh(reach)
-    half = vectors * np.sqrt(values.clip(0))
-    left = np.linalg.svd(half.T @ seen @ half)[0][:, :order]
-    lift, read = half @ left, left.T @ np.linalg.pinv(half)
-    return read @ full.F @ lift, read @ full.D, full.P @ lift, full.V
-
-
 def parameters(observer):
     return observer.F, observer.D, observer.P, observer.V
-
-
-def compare(count, seconds):
-    """One line a problem, then what they add up to; the seconds of both."""
-    excess, lost, times, worst, more = [], [], [], 0.0, []
-    print(f"{'':4} {'n p q r noises':>15} {'cost':>13} {'BFGS is above by':>17} "
-          f"{'residual':>9} {'seconds':>8} {'BFGS':>7} {'truncation':>11}")  # fmt: skip
-    for seed in range(count):
-        plant, order, L, feedthrough = random_problem(seed)
-        raw = Raw(plant, order, L, feedthrough)
-        options = dict(L=L, feedthrough=feedthrough)
-        mine, search = seconds(lambda: lb.fixed_order_search(plant, order, **options))  # noqa: B023
-        theirs, other = seconds(lambda: baseline(raw))  # noqa: B023
-        cost, floor = raw.of(*parameters(search.best.observer)), search.least_cost
-        cut = raw.of(*truncated(plant, order, L, feedthrough))
-        excess.append(other / cost - 1)
-        lost.append((cut - floor) / max(cost - floor, 1e-12 * cost))
-        times.append((mine, theirs))
-        worst = max(worst, search.best.optimality.worst)
-        more.append(len(search.minima))
-        sizes = f"{plant.n} {plant.p} {len(L)} {order} {len(plant.multiplicative)}"
-        print(f"{seed:4} {sizes:>15} {cost:13.8g} {excess[-1]:17.1e} "
-              f"{search.best.optimality.worst:9.0e} {mine:8.2f} {theirs:7.1f} "
-              f"{cut / cost:11.4f}", flush=True)  # fmt: skip
-    print(
-        f"\nabove BFGS by more than 1e-7: {sum(e < -1e-7 for e in excess)} of {count}"
-    )
-    print(f"below BFGS by more than 1e-7: {sum(e > 1e-7 for e in excess)} of {count}")
-    print(f"largest residual of a necessary condition: {worst:.0e}")
-    print(f"problems with several local minima: {sum(k > 1 for k in more)}")
-    quartiles = np.quantile(lost, [0.25, 0.5, 0.75, 1])
-    print("excess over the Kalman filter, truncation / ours: quartiles and largest "
-          + " ".join(f"{value:.3g}" for value in quartiles))  # fmt: skip
-    return zip(*times)
-
-
-def growth(largest, seconds):
-    """Time against n: sizes in words, seconds."""
-    times = {}
-    for n, order, noises in SIZES:
-        if n > largest:
-            break
-        rng = np.random.default_rng(n)
-        plant = random_plant(rng, dense(rng, n), 3, noises, n)
-        times[n], _ = seconds(lambda: lb.fixed_order_search(plant, order))  # noqa: B023
-        yield f"n = {n}, order {order}, {noises} noises", times[n]
-    sizes = [n for n in times if n >= 50]
-    if len(sizes) > 1:
-        a, b = sizes[0], sizes[-1]
-        exponent = math.log(times[b] / times[a]) / math.log(b / a)
-        print(f"time grows as n^{exponent:.2f}, n = {a} to {b}")
-
-
-def records(quick=False):
-    """Seconds beside BFGS, over problems where others have rounds; then against n."""
-    from common import record, seconds  # here, as the tests load this file by its path
-
-    warnings.simplefilter("ignore", scipy.linalg.LinAlgWarning)  # where BFGS strays
-    count = 10 if quick else 100
-    ours, bfgs = compare(count, seconds)
-    case = f"{count} problems, n = 3 to 8"
-    yield record("fixed-order filter", case, "s", {"NumPy": ours, "SciPy": bfgs})
-    for case, taken in growth(50 if quick else 400, seconds):
-        yield record("fixed-order filter", case, "s", {"NumPy": [taken]})
-
-
-if __name__ == "__main__":
-    from common import line
-
-    for one in records("--quick" in sys.argv):
-        print(line(one), flush=True)
