@@ -61,10 +61,6 @@ def likelihood(one, y):
     return lb.log_likelihood(one, y, backend="numba")
 
 
-def filtered_fleet(one, y):
-    return lb.filter_data(one, y, backend="numba").x
-
-
 def fitted(one, y):
     """The log likelihood that is reached."""
     return lb.fit_noise(one, y, Q="diagonal").log_likelihood
@@ -159,9 +155,9 @@ def fleet(records):
     one, y = plant(3, 2), record(250 * records, 2)
     y[np.random.default_rng(2).random(len(y)) < 0.1] = np.nan
     y = y.reshape(records, 250, 2)
-    runs = {US: filtered_fleet, "simdkalman": peers.simdkalman}
+    runs = {US: filtered, "simdkalman": peers.simdkalman}
     for who, run in runs.items():
-        same(who, run(one, y[:8]), filtered_fleet(one, y[:8]))
+        same(who, run(one, y[:8]), filtered(one, y[:8]))
     return {who: (partial(run, one, y), y.size // 2) for who, run in runs.items()}
 
 
@@ -227,7 +223,7 @@ def rows(short):
         "likelihood, n = 3": ("ns", of(likelihoods, 3, 2, 200_000 // few)),
         "fleet with gaps, n = 3": ("ns", partial(fleet, 1000 // few)),
         "Monte Carlo, n = 3": ("ns", partial(monte_carlo, 10_000 // few, 1000 // few)),
-        "fit of noise, n = 3": ("ms", partial(fit, 2000 // few)),
+        "fit of noise, n = 3": ("ms", partial(fit, 2000)),
         "call on 200 rows, n = 3": ("µs", partial(calls, called, 50)),
         "first record of a process, n = 3": ("s", processes),
     }  # fmt: skip
