@@ -30,5 +30,5 @@ def jitted(text: str) -> Any:
                 replace(path, text)
     space: dict[str, Any] = {"__name__": inside.__name__}  # a module that there is
     exec(compile(text, str(path or "<generated>"), "exec"), space)  # made by us
-    ways = dict(error_model="numpy", nogil=True, cache=path is not None)
+    ways: dict[str, Any] = dict(error_model="numpy", nogil=True, cache=path is not None)
     return numba.njit(**ways)(space["run"])

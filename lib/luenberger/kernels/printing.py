@@ -146,6 +146,8 @@ def summed(terms: list[sp.Expr]) -> sp.Expr:
 
 def product(scale: float, *factors: sp.Expr) -> sp.Expr:
     """A product in the order of its factors; a factor of 1 is none."""
-    first = {1: (), -1: (sp.S.NegativeOne,)}.get(scale, (sp.Float(scale),))
+    first = (
+        () if scale == 1 else (sp.S.NegativeOne if scale == -1 else sp.Float(scale),)
+    )
     factors = (*first, *factors)
     return sp.Mul(*factors, evaluate=False) if len(factors) > 1 else factors[0]

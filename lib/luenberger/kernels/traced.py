@@ -14,7 +14,7 @@ from ..symbolic import Derivation
 from .pieces import Sum, Term, pieces
 from .printing import C99, product, summed
 
-Entry = float | sp.Symbol  # a number that is known, or a name
+Entry = Any  # a number that is known, or a Symbol
 Table = Sequence[Sequence[float | None]]
 
 

@@ -51,7 +51,7 @@ def require_semidefinite(name: str, array: Matrix) -> None:
     least = np.where(finite, values[..., 0], -np.inf)
     if (least < -INDEFINITE_TOL).any():
         step = np.unravel_index(np.argmin(least), least.shape)
-        parts = vectors[*step, :, 0] if finite[step] else scaled[step].max(axis=-1)
+        parts = vectors[step][:, 0] if finite[step] else scaled[step].max(axis=-1)
         where = f"{name}{list(map(int, step)) or ''}"
         raise ValueError(
             f"{name} must be positive semi-definite: scaled to unit diagonal it has "

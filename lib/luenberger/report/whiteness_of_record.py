@@ -64,16 +64,19 @@ def agreement(
 
 def _recommended(table: Comparison | None, data: Measurements | None) -> Iterator[str]:
     """How the recommended observer predicts the record, beside the Kalman filter."""
-    chosen = None if table is None else table.chosen
-    if chosen is None or data is None or data.missing or not chosen.whole:
+    if table is None or data is None or data.missing:
         return
-    plant, kalman = table.plant, table.yardstick
-    if kalman is chosen or kalman.method != KALMAN or not kalman.whole:
+    plant, chosen, kalman = table.plant, table.chosen, table.yardstick
+    if chosen is None or kalman is None or kalman is chosen:
         return
-    pair = chosen, kalman
-    settled = max(one.settling for one in pair) / plant.dt
+    if kalman.method != KALMAN or not (chosen.whole and kalman.whole):
+        return
+    observers = chosen.observer, kalman.observer
+    if observers[0] is None or observers[1] is None:
+        return
+    settled = max(chosen.settling, kalman.settling) / plant.dt
     first = int(min(np.ceil(settled), len(data.y) // 2))
-    own, least = (_missed(one.observer, plant, data)[first:] for one in pair)
+    own, least = (_missed(one, plant, data)[first:] for one in observers if one)
     own, least = (np.sqrt((x**2).mean(axis=0)) for x in (own, least))
     promised = np.sqrt(_promised(chosen, plant))
     each = (
