@@ -194,7 +194,8 @@ def _levels(within: ArrayLike, plant: Plant, steps: int, seed: int) -> Matrix:
     size = numbers("within", within)
     if size.shape not in ((), (plant.m,)) or (size < 0).any():
         raise ValueError(
-            f"within must be a number or {plant.m} of them, none negative, got {within!r}"
+            f"within must be a number or {plant.m} of them, none negative, "
+            f"got {within!r}"
         )
     rng = np.random.default_rng([seed, 1])  # not the stream of the noises
     levels = rng.uniform(-1, 1, (-(-steps // HELD), plant.m)) * size
