@@ -34,7 +34,7 @@ def ball_on_a_beam():
     y, u = record[list(plant.output_names)], record[list(plant.input_names)]
     y, u, time = y.to_numpy(), u.to_numpy(), record.index
     plant = lb.fit_noise(plant, y, u, Q="diagonal").plant
-    found = lb.filter_data(plant, y, u)
+    found = lb.Filter(plant).run(lb.Record(y, u))
     figure, axes = plt.subplots(1, 3, figsize=(11, 3), layout="constrained")
     for state, ax in enumerate(axes[:2]):
         rows = time[SHOWN], found.x[SHOWN], found.std[SHOWN]

@@ -62,7 +62,7 @@ def test_certificate_of_a_complex_observer():
     [
         lambda plant, observer: lb.kalman_filter(plant),
         lambda plant, observer: lb.reduced_order_filter(plant, 1),
-        lambda plant, observer: lb.filter_data(plant, [[1.0]]),
+        lambda plant, observer: lb.Filter(plant).run([[1.0]]),
         lambda plant, observer: lb.error_covariance(observer, plant),
         lambda plant, observer: lb.simulate(plant, observer, 3),
         lambda plant, observer: lb.monte_carlo(

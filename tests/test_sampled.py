@@ -121,7 +121,7 @@ def test_what_cannot_be_sampled(make, message):
 
 ASKING = {
     "kalman": lambda plant, _: lb.kalman_filter(plant),
-    "record": lambda plant, _: lb.filter_data(plant, [[1.0]]),
+    "record": lambda plant, _: lb.Filter(plant).run([[1.0]]),
     "deadbeat": lambda plant, _: lb.deadbeat_observer(plant),
     "covariance": lambda plant, observer: lb.error_covariance(observer, plant),
     "optimality": lambda plant, observer: lb.optimality(observer, plant),

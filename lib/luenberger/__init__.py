@@ -54,7 +54,7 @@ from .papers.van_dooren.design import reduced_order_observer as reduced_order_ob
 from .plant import Plant as Plant
 from .run.estimate import estimate as estimate
 from .run.filter import Filter as Filter
-from .run.filter_data import Filtered as Filtered
+from .run.filter import Filtered as Filtered
 from .run.filter_data import filter_data as filter_data
 from .run.filter_fleet import FilteredFleet as FilteredFleet
 from .run.monte_carlo import Ensemble as Ensemble

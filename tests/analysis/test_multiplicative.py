@@ -349,7 +349,7 @@ FILTERS = {
     "kalman_filter": lambda plant: lb.kalman_filter(plant),
     "kalman_filter over steps": lambda plant: lb.kalman_filter(plant, steps=3),
     "reduced_order_filter": lambda plant: lb.reduced_order_filter(plant, 1),
-    "filter_data": lambda plant: lb.filter_data(plant, np.zeros((3, 2))),
+    "Filter": lambda plant: lb.Filter(plant).run(np.zeros((3, 2))),
 }
 
 

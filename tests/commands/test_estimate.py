@@ -180,7 +180,7 @@ def changed(old, new):
 REFUSED = {
     "missing measurement": (
         changed("0.25,2.0", "0.25,"),
-        r"data\.csv, line 5: 'radar' was not measured, .* cannot leave .* filter_data",
+        r"data\.csv, line 5: 'radar' was not measured, .* cannot leave .* lb.Filter",
     ),
     "missing input": (changed("n/a,-1.0", "n/a,"), r"line 5: 'push' is '', not a num"),
     "text": (changed("0.25", "fast"), "line 5: 'a, b' is 'fast', not a number"),

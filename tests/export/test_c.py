@@ -151,7 +151,7 @@ def test_filter_over_many_steps(compiled):
     unit = compiled(tracker(), m1=1, level="-O3")
     assert "for (int j" not in unit.text.partition("unit_definite")[0]  # no loops
     found, code = unit.run(y, u, 3)
-    wanted = lb.filter_data(tracker(), y, u, m1=1, settle=None)
+    wanted = lb.Filter(tracker(), 1).run(lb.Record(y, u))
     assert not code.any()
     assert generators.relative(found, wanted.x) < 1e-12
     assert generators.relative(unit.sigma(3), wanted.P) < 1e-12
@@ -177,12 +177,12 @@ FILTERS = {
 @pytest.mark.parametrize("cross", [False, True], ids=["S = 0", "S"])
 @pytest.mark.parametrize("options", FILTERS.values(), ids=FILTERS)
 def test_filter_with_missing_outputs(options, cross, compiled):
-    source = plant(cross=cross, at_first=True if options else "posterior")
+    source = plant(cross=cross, at_first=bool(options))
     y, u, _ = generators.record(np.random.default_rng(6), source, 400)
     unit = compiled(source, level="-O0" if options else "-O1", **options)
     for part in (y, with_holes(y)):
         unit.library.start()
-        wanted = lb.filter_data(source, part, u, history=True, **options, settle=None)
+        wanted = lb.Filter(source, **options).run(lb.Record(part, u))
         found, code = unit.run(part, u, 4)
         assert not code.any()
         assert generators.relative(found, wanted.x) < 1e-12
@@ -199,7 +199,7 @@ def test_larger_filter_runs_in_loops(cross, compiled):
     assert "for (int j" in unit.text.partition("unit_definite")[0]
     for part in (y, with_holes(y)):
         unit.library.start()
-        wanted = lb.filter_data(source, part, u, m1=1, settle=None)
+        wanted = lb.Filter(source, 1).run(lb.Record(part, u))
         found, _ = unit.run(part, u, 8)
         assert generators.relative(found, wanted.x) < 1e-12
         assert generators.relative(unit.sigma(8), wanted.P) < 1e-12
@@ -225,7 +225,7 @@ def test_filter_in_single_precision(compiled):
     y = with_holes(y)
     found, code = unit.run(y, u, 3)
     assert not code.any()
-    wanted = lb.filter_data(source, y, u, m1=1, settle=None)
+    wanted = lb.Filter(source, 1).run(lb.Record(y, u))
     assert generators.relative(found, wanted.x) < 1e-4
     assert generators.relative(unit.sigma(3), wanted.P) < 1e-4
 
@@ -246,7 +246,7 @@ def test_rounding_does_not_make_a_variance_negative(compiled):
     y = np.random.default_rng(5).normal(size=(400, 2))
     unit = compiled(source)
     found, code = unit.run(y, np.zeros((400, 0)), 3)
-    wanted = lb.filter_data(source, y, settle=None)
+    wanted = lb.Filter(source).run(y)
     assert not code.any()
     assert np.linalg.eigvalsh(unit.sigma(3)).min() > -1e-12
     assert generators.relative(unit.sigma(3), wanted.P) < 1e-6
@@ -398,7 +398,7 @@ def test_outputs_in_small_units_that_did_not_arrive(unit, m1, compiled):
     device = compiled(small, m1=m1)
     found, code = device.run(y * unit, np.zeros((20, 0)), 3)
     assert not code.any()
-    wanted = lb.filter_data(metre, y, m1=m1, settle=None)
+    wanted = lb.Filter(metre, m1).run(y)
     np.testing.assert_allclose(found, wanted.x, rtol=1e-10, atol=1e-12)
     np.testing.assert_allclose(device.sigma(3), wanted.P, rtol=1e-10, atol=1e-12)
 
@@ -411,7 +411,7 @@ def test_outputs_that_see_nothing(compiled):
     device = compiled(blind)
     found, code = device.run(y, np.zeros((3, 0)), 3)
     assert not code.any()
-    wanted = lb.filter_data(blind, y, settle=None)
+    wanted = lb.Filter(blind).run(y)
     np.testing.assert_array_equal(found, wanted.x)
     np.testing.assert_allclose(device.sigma(3), wanted.P, rtol=1e-14)
 
@@ -426,7 +426,7 @@ def test_filter_of_one_state(m1, compiled):
     y[::3] = NAN
     unit = compiled(source, m1=m1)
     found, code = unit.run(y, np.zeros((40, 0)), 1)
-    wanted = lb.filter_data(source, y, m1=m1, settle=None)
+    wanted = lb.Filter(source, m1).run(y)
     assert not code.any()
     assert generators.relative(found, wanted.x) < 1e-12
     assert generators.relative(unit.sigma(1), wanted.P) < 1e-12
@@ -438,7 +438,7 @@ def test_known_states_are_filtered_as_in_python(compiled):
     y = np.random.default_rng(5).normal(size=(60, 2))
     unit = compiled(source)
     found, code = unit.run(y[:2], np.ones((2, 1)), 3)
-    wanted = lb.filter_data(source, y[:2], np.ones((2, 1)), settle=None)
+    wanted = lb.Filter(source).run(lb.Record(y[:2], np.ones((2, 1))))
     assert not code.any()
     np.testing.assert_allclose(found, wanted.x, rtol=1e-12, atol=1e-14)
     np.testing.assert_allclose(unit.sigma(3), wanted.P, rtol=1e-12, atol=1e-15)
@@ -463,7 +463,7 @@ def test_states_that_are_known_exactly_take_the_fast_way(
     source = generators.known(kind, n, 2, first=first)
     rng = np.random.default_rng(5)
     u, y = rng.normal(size=(60, 1)), rng.normal(size=(60, 2))
-    begins = lb.filter_data(source, y, u, settle=None)
+    begins = lb.Filter(source).run(lb.Record(y, u))
     write = filter_.source_and_header.source
     missing = "unit_partial(state, u, y, what)"
 

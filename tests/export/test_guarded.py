@@ -258,7 +258,7 @@ def test_a_tracker_over_a_record(R, P0, tmp_path):
     y = generators.record(np.random.default_rng(6), source, 2000)[0]
     y[5::50] = np.nan
     code, found, Sigma = Alone(tmp_path, source).record(y)
-    wanted = lb.filter_data(source, y, settle=None)
+    wanted = lb.Filter(source).run(y)
     assert not code
     scale = np.sqrt(wanted.P.diagonal())
     assert (np.abs(found[1000:] - wanted.x[1000:]) <= 1e-6 * scale).all()

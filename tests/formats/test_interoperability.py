@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import scipy.signal
+from filter_runs import in_parts
 
 import luenberger as lb
 from luenberger.export import from_statespace, to_control, to_scipy
@@ -418,8 +419,8 @@ def test_chunks_of_a_table_stream():
     parts = [one.iloc[:7], one.iloc[7:7], one.iloc[7:40], one.iloc[40:]]
     found = pd.concat(lb.estimate(observer, iter(parts)))
     pd.testing.assert_frame_equal(found, lb.estimate(observer, one), rtol=1e-12)
-    states = pd.concat(part.x for part in lb.filter_data(plant, iter(parts)))
-    pd.testing.assert_frame_equal(states, lb.filter_data(plant, one).x, rtol=1e-12)
+    states = pd.concat(part.x for part in in_parts(lb.Filter(plant), parts))
+    pd.testing.assert_frame_equal(states, lb.Filter(plant).run(one).x, rtol=1e-12)
 
 
 @pytest.mark.parametrize("dtype", ["float64", "Float64", "float32"])
@@ -429,13 +430,13 @@ def test_a_missing_value_is_nan_however_the_table_says_it(dtype):
     one.loc[TIMES[4], "radar"] = None
     y, u = (one[list(k)].to_numpy(float) for k in (plant.output_names, ("push",)))
     y[4, 0] = np.nan
-    found = lb.filter_data(plant, one, m1=1)
-    wanted = lb.filter_data(plant, y, u, m1=1)
+    found = lb.Filter(plant, 1).run(one)
+    wanted = lb.Filter(plant, 1).run(lb.Record(y, u))
     np.testing.assert_array_equal(found.x.to_numpy(), wanted.x)
     np.testing.assert_array_equal(found.std.to_numpy(), wanted.std)
     assert found.x.index.equals(TIMES) and found.std.index.equals(TIMES)
     assert list(found.std.columns) == ["position", "speed"]
-    with pytest.raises(ValueError, match="first in row 4; filter_data accepts NaN"):
+    with pytest.raises(ValueError, match="first in row 4; a Filter takes NaN"):
         lb.estimate(lb.kalman_filter(plant), one)
 
 
@@ -489,7 +490,7 @@ def test_a_name_that_is_input_and_output_needs_two_tables():
         lb.estimate(observer, one)
     lb.estimate(observer, one, one.push)
     with pytest.raises(ValueError, match="both called 'radar'"):
-        lb.filter_data(two_sensors(input_names=("radar",)), one)
+        lb.Filter(two_sensors(input_names=("radar",))).run(one)
 
 
 def test_a_start_is_found_by_label():
@@ -504,8 +505,10 @@ def test_a_start_is_found_by_label():
     with pytest.raises(ValueError, match="x0 is a Series .* nothing has names here"):
         lb.estimate(nameless, table(), x0=pd.Series({"speed": 2, "position": 1}))
     plant = two_sensors()
-    first = lb.filter_data(plant, table(), u0=pd.Series({"push": 3.0})).x
-    pd.testing.assert_frame_equal(first, lb.filter_data(plant, table(), u0=[3.0]).x)
+    first = lb.Filter(plant).run(lb.Record(table(), u0=pd.Series({"push": 3.0}))).x
+    pd.testing.assert_frame_equal(
+        first, lb.Filter(plant).run(lb.Record(table(), u0=[3.0])).x
+    )
 
 
 def test_compiled_code_takes_tables():

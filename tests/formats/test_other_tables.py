@@ -3,6 +3,7 @@
 import numpy as np
 import pandas as pd
 import pytest
+from filter_runs import in_parts
 
 import luenberger as lb
 
@@ -85,7 +86,7 @@ def dataset(columns):
 
 TABLES = [polars_like, other, polars, xarray, dataset]
 ASKED = {
-    "filter": lambda y, *u: lb.filter_data(PLANT, y, *u).x,
+    "filter": lambda y, *u: lb.Filter(PLANT).run(lb.Record(y, *u)).x,
     "late": lambda y, *u: (
         lb.Filter(PLANT)
         .run(lb.Record(y, *u, arrival=np.arange(60)[:, None] + [[0, 2]]))
@@ -114,8 +115,10 @@ def test_columns_are_found_by_name(table, asked):
 @pytest.mark.parametrize("table", TABLES)
 def test_chunks_and_lists_hold_such_tables(table):
     parts = [{k: v[s] for k, v in COLUMNS.items()} for s in (slice(25), slice(25, 60))]
-    found = [one.x for one in lb.filter_data(PLANT, iter(map(table, parts)))]
-    assert np.array_equal(np.concatenate(found), lb.filter_data(PLANT, Y, U).x)
+    found = [one.x for one in in_parts(lb.Filter(PLANT), map(table, parts))]
+    assert np.array_equal(
+        np.concatenate(found), lb.Filter(PLANT).run(lb.Record(Y, U)).x
+    )
     each = lb.log_likelihood(PLANT, [table(one) for one in parts], each=True)
     arrays = [Y[:25], Y[25:]], [U[:25], U[25:]]
     assert np.array_equal(each, lb.log_likelihood(PLANT, *arrays, each=True))
@@ -125,16 +128,16 @@ def test_chunks_and_lists_hold_such_tables(table):
 def test_a_lacking_column_is_named(table):
     y = table({"angle": Y[:, 1], "sonar": Y[:, 0]})
     with pytest.raises(ValueError, match="no column 'radar'"):
-        lb.filter_data(PLANT, y, U)
+        lb.Filter(PLANT).run(lb.Record(y, U))
 
 
 @pytest.mark.parametrize("table", [polars_like, polars])
 def test_a_column_of_times_is_checked_against_dt(table):
-    found = lb.filter_data(PLANT, table(COLUMNS | {"t": TIME}))
-    assert np.array_equal(found.x, lb.filter_data(PLANT, Y, U).x)
+    found = lb.Filter(PLANT).run(table(COLUMNS | {"t": TIME}))
+    assert np.array_equal(found.x, lb.Filter(PLANT).run(lb.Record(Y, U)).x)
     assert type(found.x) is pd.DataFrame
     with pytest.raises(ValueError, match="row 1: its time is 1 s after"):
-        lb.filter_data(PLANT, table(COLUMNS | {"t": 2 * TIME}))
+        lb.Filter(PLANT).run(table(COLUMNS | {"t": 2 * TIME}))
 
 
 def test_xarray_gives_its_times_and_keeps_them():
@@ -144,24 +147,24 @@ def test_xarray_gives_its_times_and_keeps_them():
         dims=("time", "ch"),
         coords={"time": TIME, "ch": ["angle", "radar"]},
     )
-    found = lb.filter_data(PLANT, y, U)
-    assert np.array_equal(found.x, lb.filter_data(PLANT, Y, U).x)
+    found = lb.Filter(PLANT).run(lb.Record(y, U))
+    assert np.array_equal(found.x, lb.Filter(PLANT).run(lb.Record(Y, U)).x)
     assert np.array_equal(found.x.index, TIME)
     with pytest.raises(ValueError, match="row 1: its time is 1 s after"):
-        lb.filter_data(PLANT, y.assign_coords(time=2 * TIME), U)
+        lb.Filter(PLANT).run(lb.Record(y.assign_coords(time=2 * TIME), U))
     bare = y.drop_vars("time")  # a dimension of that name, without times
-    assert np.array_equal(lb.filter_data(PLANT, bare, U).x, found.x)
+    assert np.array_equal(lb.Filter(PLANT).run(lb.Record(bare, U)).x, found.x)
 
 
 def test_xarray_without_names_or_of_many_records():
     xr = pytest.importorskip("xarray")
     with pytest.raises(ValueError, match=r"no column 'radar'; it has \[0, 1\]"):
-        lb.filter_data(PLANT, xr.DataArray(Y), U)
+        lb.Filter(PLANT).run(lb.Record(xr.DataArray(Y), U))
     many = xr.DataArray(np.stack([Y, Y]), dims=("record", "row", "ch"))
-    assert lb.filter_data(PLANT, many, U).x.shape == (2, 60, 2)
+    assert lb.Filter(PLANT).run(lb.Record(many, U)).x.shape == (2, 60, 2)
     named = many.assign_coords(ch=["angle", "radar"])
     with pytest.raises(ValueError, match=r"y.sel\(ch=\[...\]\).values"):
-        lb.filter_data(PLANT, named, U)
+        lb.Filter(PLANT).run(lb.Record(named, U))
 
 
 def test_a_labelled_start_is_found_by_name():
@@ -175,8 +178,8 @@ def test_a_column_alone_is_the_one_channel():
     pl = pytest.importorskip("polars")
     plant = lb.Plant([[0.5]], None, [[1]], dt=1.0, Q=[[1]], R=[[1]], P0=[[1]])
     y = pl.Series("any", [1.0, None, 2.0])
-    expected = lb.filter_data(plant, [1.0, np.nan, 2.0]).x
-    assert np.array_equal(lb.filter_data(plant, y).x, expected)
+    expected = lb.Filter(plant).run([1.0, np.nan, 2.0]).x
+    assert np.array_equal(lb.Filter(plant).run(y).x, expected)
 
 
 def test_what_does_not_become_a_table_is_refused():
@@ -195,7 +198,7 @@ def test_what_does_not_become_a_table_is_refused():
 
     for y in (LazyFrame(), Slow()):
         with pytest.raises(ValueError, match="Give a pandas DataFrame"):
-            lb.filter_data(PLANT, y, U)
+            lb.Filter(PLANT).run(lb.Record(y, U))
 
 
 def test_arrivals_are_found_by_name():

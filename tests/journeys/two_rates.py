@@ -59,7 +59,7 @@ for name, table in found.items():
     np.testing.assert_allclose((errors**2 / sigma**2).mean(axis=0), 1, atol=0.35)
     rms[name] = np.sqrt((errors**2).mean(axis=0))
 assert (rms["lagged"] < rms["filtered"]).all()
-in_python = lb.filter_data(plant, frame)
+in_python = lb.Filter(plant).run(frame)
 np.testing.assert_allclose(
     found["filtered"]["torque"], in_python.x["torque"], rtol=1e-6
 )

@@ -147,7 +147,7 @@ def test_what_the_library_computes_is_taken_back():
         G = unit[:, None] * rng.normal(size=(n, 1))
         given = dict(Q=G @ G.T, P0=np.diag(unit**2))
         exact = lb.Plant(0.2 * A, None, C, dt=1.0, R=[[0]], **given)
-        P = lb.filter_data(exact, np.zeros((12, 1)), history=True).P
+        P = lb.Filter(exact).run(np.zeros((12, 1))).P
         assert all((covariance("P", X, n) == X).all() for X in P)
         A[n // 2 :, : n // 2] = 0  # no noise reaches the rest
         G[n // 2 :] = 0

@@ -81,10 +81,10 @@ def estimates():
     observer = lb.kalman_filter(here)
     two = lb.Plant([[1, 1], [0, 1]], None, [[1, 0]], dt=1.0)
     return {
-        "y of filter_data": lambda X: lb.filter_data(here, X),
-        "u of filter_data": lambda X: lb.filter_data(here, [[1.0]], X),
-        "u0 of filter_data": lambda X: lb.filter_data(here, [[1.0]], u0=one(X)),
-        "weight": lambda X: lb.filter_data(here, [[1.0]], weight=X),
+        "y of a record": lambda X: lb.Filter(here).run(X),
+        "u of a record": lambda X: lb.Filter(here).run(lb.Record([[1.0]], X)),
+        "u0 of a record": lambda X: lb.Filter(here).run(lb.Record([[1.0]], u0=one(X))),
+        "weight": lambda X: lb.Filter(here, weight=X).run([[1.0]]),
         "y of estimate": lambda X: lb.estimate(observer, X),
         "u of estimate": lambda X: lb.estimate(observer, [[1.0]], X),
         "x0 of estimate": lambda X: lb.estimate(observer, [[1.0]], x0=one(X)),
@@ -121,7 +121,7 @@ NAMED = ("a column with NA",)  # a table is read by its columns' names
 def test_refused_wherever_numbers_enter(place):
     read = estimates()[place]
     for name, (value, _) in REFUSED.items():
-        if name in TRUTH + NAMED or (place == "y of filter_data" and name in ABSENT):
+        if name in TRUTH + NAMED or (place == "y of a record" and name in ABSENT):
             continue
         with pytest.raises(ValueError):
             read(value)
@@ -130,26 +130,26 @@ def test_refused_wherever_numbers_enter(place):
 
 @pytest.mark.parametrize("name", ABSENT)
 def test_what_is_absent_from_a_record_was_not_measured(name):
-    wanted = lb.filter_data(plant(), [[1.0], [np.nan], [2.0]]).x
-    found = lb.filter_data(plant(), [[1.0], REFUSED[name][0][0], [2.0]]).x
+    wanted = lb.Filter(plant()).run([[1.0], [np.nan], [2.0]]).x
+    found = lb.Filter(plant()).run([[1.0], REFUSED[name][0][0], [2.0]]).x
     np.testing.assert_array_equal(found, wanted)
 
 
 def test_a_column_with_gaps_was_not_measured_there():
     table = pd.DataFrame({"y1": pd.array([1, None, 2], "Int64")})
-    wanted = lb.filter_data(plant(), [[1.0], [np.nan], [2.0]]).x
-    np.testing.assert_array_equal(lb.filter_data(plant(), table, 0).x, wanted)
+    wanted = lb.Filter(plant()).run([[1.0], [np.nan], [2.0]]).x
+    np.testing.assert_array_equal(lb.Filter(plant()).run(lb.Record(table, 0)).x, wanted)
 
 
 @pytest.mark.parametrize("kind", ["datetime64[ns]", "timedelta64[ns]", "str", "object"])
 def test_a_column_of_times_or_text_is_refused(kind):
     table = pd.DataFrame({"y1": pd.Series([1, 2]).astype(kind)})
     with pytest.raises(ValueError, match="'y1' of y holds .*, not real numbers"):
-        lb.filter_data(plant(), table)
+        lb.Filter(plant()).run(table)
 
 
 def test_a_mask_is_kept_in_every_shape_of_a_record():
-    wanted = lb.filter_data(plant(), [[1.0], [np.nan]]).x
+    wanted = lb.Filter(plant()).run([[1.0], [np.nan]]).x
     mask, y = [False, True], [1.0, 999.0]
     for record in (
         np.ma.array(y, mask=mask),
@@ -158,7 +158,7 @@ def test_a_mask_is_kept_in_every_shape_of_a_record():
         np.ma.array([1, 999], mask=mask),
         np.ma.array(y, mask=mask, dtype=object),
     ):
-        np.testing.assert_array_equal(lb.filter_data(plant(), record).x, wanted)
+        np.testing.assert_array_equal(lb.Filter(plant()).run(record).x, wanted)
 
 
 def test_a_record_is_read_where_it_is():

@@ -139,7 +139,7 @@ def test_kfas_local_level_from_a_diffuse_start():
         x0=[10.2394],
     )  # fmt: skip
     record = np.ones((9, 1))
-    run = lb.filter_data(plant, record, history=True)
+    run = lb.Filter(plant).run(record)
     predicted = np.concatenate([plant.P0[None], run.P])[:, 0, 0] + 8.253
     assert predicted[0] == pytest.approx(10.246, rel=1e-10)
     assert predicted[1] == pytest.approx(9.92145967807827, rel=1e-10)

@@ -147,7 +147,7 @@ def observer(**options):
         (
             lambda: lb.estimate(observer(), [[1, np.nan]]),
             ValueError,
-            "first in row 0; filter_data accepts NaN",
+            "first in row 0; a Filter takes NaN",
         ),
         (lambda: lb.estimate(observer(), [[1]]), ValueError, r"y must be \(N, 2\)"),
         (lambda: lb.estimate(observer(), [["a", 1]]), ValueError, "array of numbers"),
@@ -177,17 +177,17 @@ def observer(**options):
             "backend must be",
         ),
         (
-            lambda: lb.filter_data(plant(), [[np.inf, 1]]),
+            lambda: lb.Filter(plant()).run([[np.inf, 1]]),
             ValueError,
             "y is infinite in row 0",
         ),
         (
-            lambda: lb.filter_data(plant(), iter([np.ones((1, 2))]), np.ones((1, 1))),
+            lambda: lb.Filter(plant()).run(lb.Record(np.ones((1, 2)), np.ones((2, 1)))),
             ValueError,
-            "u must be one too",
+            "y has 1 rows but u has 2",
         ),
         (
-            lambda: lb.filter_data(plant(A=STACK), np.ones((4, 2))),
+            lambda: lb.Filter(plant(A=STACK)).run(np.ones((4, 2))),
             ValueError,
             "rows for instants 0 .. 3, the data reach instant 4",
         ),

@@ -2,11 +2,11 @@
 
 import dataclasses
 from datetime import datetime
-from importlib.util import find_spec
 
 import numpy as np
 import pandas as pd
 import pytest
+from filter_runs import in_parts
 
 import luenberger as lb
 from luenberger.formats import csv_reader
@@ -74,7 +74,7 @@ def test_a_continuous_plant_is_sampled_at_the_records_instants(kind):
     frame = record(UNEVEN)
     expected = by_hand(UNEVEN, frame, 0.05)
     given = kind(frame.copy(), UNEVEN)
-    found = lb.filter_data(BALL, given)
+    found = lb.Filter(BALL).run(given)
     np.testing.assert_allclose(found.x.to_numpy(), expected, rtol=1e-9)
     assert found.x.index.equals(given.index)
 
@@ -87,7 +87,7 @@ def test_a_continuous_plant_is_sampled_at_the_records_instants(kind):
 def test_instants_may_be_given_beside_arrays(time):
     frame = record(UNEVEN)
     y, u = frame[["radar"]].to_numpy(), frame[["angle"]].to_numpy()
-    found = lb.filter_data(BALL, y, u, time=time)
+    found = lb.Filter(BALL).run(lb.Record(y, u, time=time))
     np.testing.assert_allclose(found.x, by_hand(UNEVEN, frame, 0.05), rtol=1e-9)
 
 
@@ -95,8 +95,8 @@ def test_even_instants_are_the_plant_of_one_period():
     """0.1 s, whatever rounding is in the differences of the stamps."""
     t = np.arange(3, 103) / 10
     frame = record(t)
-    same = lb.filter_data(EVEN, frame)
-    found = lb.filter_data(BALL, frame.assign(time=t))
+    same = lb.Filter(EVEN).run(frame)
+    found = lb.Filter(BALL).run(frame.assign(time=t))
     np.testing.assert_array_equal(found.x.to_numpy(), same.x.to_numpy())
     assert set(periods(t)) == {0.1} and set(periods(1e9 + t)) == {0.1}
     assert set(periods(np.array([0, 1, 2.5, 3.5]))) == {1.0, 1.5}
@@ -105,7 +105,7 @@ def test_even_instants_are_the_plant_of_one_period():
 def test_a_prior_needs_no_period_before_the_first_row():
     prior = dataclasses.replace(BALL, at_first=True)
     y = record(UNEVEN)[["radar"]].to_numpy()
-    one = lb.filter_data(prior, y, time=UNEVEN, history=True)
+    one = lb.Filter(prior).run(lb.Record(y, time=UNEVEN))
     assert one.P[0, 0, 0] == pytest.approx(1 / 101)  # 1 with a reading of 0.01
 
 
@@ -114,10 +114,10 @@ def test_missing_rows_are_longer_periods():
     t = np.arange(1, 31) / 10
     frame = record(t).assign(angle=0.0, time=t)
     keep = np.r_[0:10, 17, 20:30]
-    left_out = lb.filter_data(BALL, frame.iloc[keep])
+    left_out = lb.Filter(BALL).run(frame.iloc[keep])
     empty = frame.copy()
     empty.loc[~empty.index.isin(keep), "radar"] = np.nan
-    every = lb.filter_data(BALL, empty)
+    every = lb.Filter(BALL).run(empty)
     for name in ("x", "std"):
         one, other = getattr(left_out, name), getattr(every, name).iloc[keep]
         np.testing.assert_allclose(one, other, rtol=1e-9, atol=1e-12)
@@ -146,7 +146,7 @@ CONTRADICTING = {
 def test_stamps_that_contradict_dt_are_refused(t, message):
     frame = record(t)
     observer = lb.kalman_filter(EVEN).named(EVEN)
-    for run in (lambda *a, **o: lb.filter_data(EVEN, *a, **o),
+    for run in (lambda *a, **o: lb.Filter(EVEN).run(lb.Record(*a, **o)),
                 lambda *a, **o: lb.estimate(observer, *a, **o)):  # fmt: skip
         with pytest.raises(ValueError, match=message):
             run(frame.assign(time=t))
@@ -156,7 +156,7 @@ def test_stamps_that_contradict_dt_are_refused(t, message):
 def test_jitter_and_rounded_stamps_are_in_step():
     t = EVERY + np.random.default_rng(1).uniform(-0.02, 0.02, 50)
     for stamps in (t, EVERY.round(1), EVERY * 1.005, 5 + EVERY):
-        lb.filter_data(EVEN, record(t), time=stamps)
+        lb.Filter(EVEN).run(lb.Record(record(t), time=stamps))
 
 
 @pytest.mark.parametrize(
@@ -165,7 +165,7 @@ def test_jitter_and_rounded_stamps_are_in_step():
 def test_row_numbers_and_labels_are_no_stamps(index):
     frame = record(EVERY)
     frame.index = pd.RangeIndex(50) if index is None else index
-    lb.filter_data(EVEN, frame)
+    lb.Filter(EVEN).run(frame)
 
 
 def stamps(t):
@@ -186,14 +186,14 @@ def test_an_index_of_text_that_holds_dates_is_held_against_dt(kind):
     """As the reader of CSV files does, also where a cell is no date."""
     even, late = stamps(EVERY), stamps(changed(20, 4.1))
     frame = record(EVERY)
-    found = lb.filter_data(EVEN, frame.set_axis(kind(even)))
-    np.testing.assert_array_equal(found.x, lb.filter_data(EVEN, frame).x)
+    found = lb.Filter(EVEN).run(frame.set_axis(kind(even)))
+    np.testing.assert_array_equal(found.x, lb.Filter(EVEN).run(frame).x)
     uneven = frame.set_axis(kind(late))
     for y, u in ((uneven, None), (uneven["radar"], 0)):
         with pytest.raises(ValueError, match="^row 20: its time is 4.2 s after"):
-            lb.filter_data(EVEN, y, u)
-        lb.filter_data(EVEN, y, u, time="rows")
-    sampled = lb.filter_data(BALL, frame.set_axis(kind(even)))
+            lb.Filter(EVEN).run(lb.Record(y, u))
+        lb.Filter(EVEN).run(lb.Record(y, u, time="rows"))
+    sampled = lb.Filter(BALL).run(frame.set_axis(kind(even)))
     np.testing.assert_allclose(sampled.x, found.x, rtol=1e-9)
 
 
@@ -210,24 +210,24 @@ def test_an_index_of_dates_with_one_odd_cell_is_refused(row, text, message):
     index = stamps(EVERY)
     index[row] = text
     with pytest.raises(ValueError, match=message):
-        lb.filter_data(EVEN, record(EVERY).set_axis(index))
+        lb.Filter(EVEN).run(record(EVERY).set_axis(index))
 
 
 def test_a_column_of_times_goes_before_labels_that_are_dates():
     frame = record(EVERY).assign(time=EVERY).set_axis(["2026-01-05"] * 50)
-    lb.filter_data(EVEN, frame)
+    lb.Filter(EVEN).run(frame)
     with pytest.raises(ValueError, match="^row 1: its time is 0 s after"):
-        lb.filter_data(EVEN, frame.drop(columns="time"))
+        lb.Filter(EVEN).run(frame.drop(columns="time"))
     numbers = frame.drop(columns="time").set_axis(pd.RangeIndex(50, name="Time"))
     with pytest.raises(ValueError, match="^row 1: its time is 1 s after"):
-        lb.filter_data(EVEN, numbers)
-    lb.filter_data(EVEN, numbers, time="rows")
+        lb.Filter(EVEN).run(numbers)
+    lb.Filter(EVEN).run(lb.Record(numbers, time="rows"))
 
 
 def test_a_jump_between_chunks_is_seen():
     t = changed(25, 1.0)
     for frame in (record(t).assign(time=t), dated(record(t), t)):
-        found = lb.filter_data(EVEN, iter([frame[:25], frame[25:]]))
+        found = in_parts(lb.Filter(EVEN), [frame[:25], frame[25:]])
         next(found)
         with pytest.raises(ValueError, match="^row 25: its time is 1.1 s after"):
             next(found)
@@ -256,40 +256,41 @@ REFUSED = {
 @pytest.mark.parametrize(("given", "message"), REFUSED.values(), ids=REFUSED)
 def test_instants_that_a_continuous_plant_cannot_be_sampled_at(given, message):
     with pytest.raises(ValueError, match=message):
-        lb.filter_data(BALL, record(EVERY), **given)
+        lb.Filter(BALL).run(lb.Record(record(EVERY), **given))
 
 
 def test_one_row_has_no_period():
     with pytest.raises(ValueError, match="one row has no sampling period"):
-        lb.filter_data(BALL, [[1.0]], time=[0.0])
+        lb.Filter(BALL).run(lb.Record([[1.0]], time=[0.0]))
 
 
 def test_no_input_is_asked_for():
     frame = record(EVERY)[["radar"]]
     with pytest.raises(ValueError, match="no column 'angle'.*u=0 says that no known"):
-        lb.filter_data(EVEN, frame)
-    one = lb.filter_data(EVEN, frame, 0)
-    same = lb.filter_data(EVEN, frame.to_numpy())
+        lb.Filter(EVEN).run(frame)
+    one = lb.Filter(EVEN).run(lb.Record(frame, 0))
+    same = lb.Filter(EVEN).run(frame.to_numpy())
     np.testing.assert_array_equal(one.x, same.x)
-    chunks = lb.filter_data(EVEN, iter([frame[:20], frame[20:]]), 0)
-    parts = [part.x for part in chunks]
+    chunks = [lb.Record(frame[:20], 0), lb.Record(frame[20:], 0)]
+    parts = [part.x for part in in_parts(lb.Filter(EVEN), chunks)]
     np.testing.assert_array_equal(np.concatenate(parts), same.x)
 
 
-@pytest.mark.parametrize("sizes", [[1] * 50, [0, 1, 0, 30, 19], [50]])
+@pytest.mark.parametrize("sizes", [[2, *[1] * 48], [0, 2, 1, 0, 28, 19], [50]])
 def test_chunks_of_a_continuous_plants_record_are_one_record(sizes):
     rng = np.random.default_rng(2)
     t = np.round(np.cumsum(rng.uniform(0.02, 0.3, 50)), 4)
     frame = record(t).set_axis(t)
     frame.loc[rng.random(50) < 0.3, "radar"] = np.nan
-    whole = lb.filter_data(BALL, frame, history=True)
+    whole = lb.Filter(BALL).run(frame)
     edges = np.cumsum(sizes)[:-1]
-    for y, u, time in (
-        (iter([frame[a:b] for a, b in zip([0, *edges], [*edges, 50])]), None, None),
-        *[[iter(np.split(X, edges)) for X in (frame[["radar"]].to_numpy(),
-                                              frame[["angle"]].to_numpy(), t)]],
-    ):  # fmt: skip
-        parts = list(lb.filter_data(BALL, y, u, time=time, history=True))
+    y, u = frame[["radar"]].to_numpy(), frame[["angle"]].to_numpy()
+    arrays = zip(*(np.split(X, edges) for X in (y, u, t)))
+    for records in (
+        [frame[a:b] for a, b in zip([0, *edges], [*edges, 50])],
+        [lb.Record(*one) for one in arrays],
+    ):
+        parts = list(in_parts(lb.Filter(BALL), records))
         assert [len(part.x) for part in parts] == sizes
         for name in ("x", "std", "P", "K"):
             joined = np.concatenate([getattr(part, name) for part in parts])
@@ -299,24 +300,23 @@ def test_chunks_of_a_continuous_plants_record_are_one_record(sizes):
 
 
 def test_stretches_of_a_long_record_are_one_record(monkeypatch):
-    """Compiled or not, with gaps, even and uneven stretches of it."""
+    """With gaps, even and uneven stretches of it."""
     rng = np.random.default_rng(2)
     t = np.cumsum(np.r_[np.full(40, 0.1), rng.uniform(0.02, 0.3, 60)])
     frame = record(t).set_axis(t)
     frame.loc[rng.random(100) < 0.3, "radar"] = np.nan
-    whole = lb.filter_data(BALL, frame, backend="numpy")
-    monkeypatch.setattr("luenberger.run.sampled_pass.ROWS", 16)
-    for backend in ("numpy", *(["numba"] if find_spec("numba") else [])):
-        parts = lb.filter_data(BALL, frame, backend=backend)
-        np.testing.assert_allclose(parts.x, whole.x, rtol=1e-10, atol=1e-12)
-        np.testing.assert_allclose(parts.std, whole.std, rtol=1e-10)
+    whole = lb.Filter(BALL).run(frame)
+    monkeypatch.setattr("luenberger.run.filter.ROWS", 16)
+    parts = lb.Filter(BALL).run(frame)
+    np.testing.assert_allclose(parts.x, whole.x, rtol=1e-10, atol=1e-12)
+    np.testing.assert_allclose(parts.std, whole.std, rtol=1e-10)
 
 
 def test_a_row_is_named_by_its_number_in_the_record():
     back = [*EVERY[:30], *EVERY[20:40]]
     parts = [record(EVERY).set_axis(back)[k : k + 10] for k in range(0, 50, 10)]
     with pytest.raises(ValueError, match="^row 30: .*times must grow"):
-        list(lb.filter_data(BALL, iter(parts)))
+        list(in_parts(lb.Filter(BALL), parts))
 
 
 def test_a_period_is_the_same_alone_and_among_others():

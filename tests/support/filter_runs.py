@@ -182,3 +182,12 @@ def worst_signs(plant, length=400):
         rows.append(np.where(row @ D < 0, -1.0, 1.0)[0])
         row = row @ (As @ Y)
     return np.array(rows[::-1])
+
+
+def in_parts(run, parts):
+    """What a `Filter` finds in each part of a record, each from the end of the last."""
+    end = None
+    for part in parts:
+        found = run.run(part, start=end)
+        end = found.end
+        yield found

@@ -155,7 +155,7 @@ def _sampled_as(plant: "Plant", record: "Measurements", data: Path) -> "Plant":
         raise ValueError(
             f"the plant is continuous, and the {len(record.time)} rows of {data} are "
             f"at no constant period{apart}; --sample DT gives the one to design for. "
-            "lb.filter_data(plant, table) filters at uneven instants"
+            "lb.Filter(plant).run(table) filters at uneven instants"
         )
     say(f"sampled every {steps[0]:g} s, as {data} is")
     return plant.sampled(float(steps[0]))

@@ -52,7 +52,7 @@ def to_c(
 
     - An `Observer` becomes :math:`z_{i+1} = F z_i + G u_i + D y_i`,
       :math:`\hat w_i = P z_i + V y_i + W u_i`, whatever method designed it.
-    - A `Plant` becomes the filter of `filter_data` with its covariance recursion;
+    - A `Plant` becomes its `Filter` with the covariance recursion;
       NaN in y means not measured.  Its first sample is instant 1, with no input
       before it.
 
@@ -66,7 +66,7 @@ def to_c(
         Beside an observer: the names of its signals, and what its noises tell of the
         ranges of measurements.
     m1 : int or sequence, optional
-        Beside a plant: the accurate outputs, as in `filter_data`; default 0.
+        Beside a plant: the accurate outputs, as in `Filter`; default 0.
     weight : (n, n) array_like, optional
         Beside a plant: as in `reduced_order_filter`, but not "canonical".
     name : str

@@ -150,6 +150,8 @@ class Settings:
             if np.tril(mix, -1).any():
                 L = np.eye(p)
                 L[np.ix_(some, some)] = mix
+            if self.accurate:
+                self._push(now.C, seen)  # refuses dependent ones
             G = self._factor(Q)
             return _one(A, A, G, none, none, L @ now.C, r, np.ones(0)), L
         joint = (

@@ -340,7 +340,9 @@ def loops(name: str, n: int) -> Any:
 
 
 def refuse(settings: Settings, instant: int, j: int, seen: Vector) -> None:
-    names = settings.plant.output_names
+    names, i = settings.plant.output_names, max(instant - settings.origin, 0)
+    noisy = settings.plant.at(i).R.diagonal() > 0
+    seen = seen & (~noisy | noisy[j])  # noises of outputs may cancel in a combination
     which = [names[k] for k in range(j + 1) if seen[k]]
     raise DesignError(
         f"at instant {instant} the reading of {names[j]!r} contradicts what is known "

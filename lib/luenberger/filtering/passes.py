@@ -145,8 +145,8 @@ def absorb(V, D, c, r, nu, x, K, f):
         D[j] = D[j] * part(beta, alpha)
         back = over(-f[j], beta)
         for i in range(j):
-            u = v[i]
-            v[i] = u + K[i] * back
+            u, less = v[i], K[i] * back
+            v[i] = clear(u + less, abs(u) + abs(less))
             K[i] += d * u
     move = over(nu, alpha)
     for j in range(n):

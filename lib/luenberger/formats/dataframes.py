@@ -1,4 +1,4 @@
-"""Tables in and out of `estimate` and `filter_data`: those of pandas, by name.
+"""Tables in and out of `estimate` and `Record`: those of pandas, by name.
 
 pandas is not imported for its own tables: a caller who passes one has done so.  Those
 of other libraries become tables of pandas, which finds columns by name.

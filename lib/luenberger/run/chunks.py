@@ -26,7 +26,7 @@ def found(step: Step, state: Any, y: Any, u: Any) -> Any:
     state : object
         That before the first row.
     y, u : array_like or table, or iterators of them
-        As in `filter_data`; u may be None.
+        As in `estimate`; u may be None.
 
     Raises
     ------
@@ -87,8 +87,8 @@ def rows(name: str, value: object, width: int, missing: bool = False) -> Matrix:
     elif not np.isfinite(array).all():
         raise ValueError(
             f"{name} has values that are missing or not finite, first in row "
-            f"{int(np.argwhere(~np.isfinite(array))[0, 0])}; filter_data accepts NaN "
-            "in y as not measured"
+            f"{int(np.argwhere(~np.isfinite(array))[0, 0])}; a Filter takes NaN in "
+            "y as not measured"
         )
     return array
 

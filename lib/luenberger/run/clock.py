@@ -15,8 +15,8 @@ from .discretise import discretise
 DRIFT = 0.01  # of the time since the first row, that a clock may be off by
 AHEAD = (
     "Give a row for each sample, with empty cells (NaN) for what was not measured; or "
-    "give filter_data, or the command `filter`, the continuous plant, which is sampled "
-    "at these instants."
+    "give Filter, or the command `filter`, the continuous plant, which is sampled at "
+    "these instants."
 )
 ALIKE = "Write the times of all rows in one way."
 MEND = (
@@ -34,7 +34,7 @@ def row(k: int) -> str:
 class Clock:
     """The instants of a record of a discrete system, as its chunks come in.
 
-    `time` is the argument of `filter_data`.
+    `time` is that of `Record`.
     """
 
     def __init__(self, of: Plant | Observer, time: Any = None) -> None:
@@ -207,7 +207,7 @@ class Column:
 
 
 def of_record(plant: Plant, y: Any, time: Any) -> Plant:
-    """The discrete plant at the rows of a record; `time` as in `filter_data`."""
+    """The discrete plant at the rows of a record; `time` as in `Record`."""
     return sampled_at(plant, known(plant, y, time)[0])
 
 

@@ -21,7 +21,7 @@ def discretise(plant: Plant, periods: ArrayLike) -> Plant:
     .. math:: A_i = e^{A T_i}, \quad B_i = \int_0^{T_i} e^{A t} B\,dt, \quad
               Q_i = \int_0^{T_i} e^{A t} Q e^{A' t}\,dt ,
 
-    exactly.  It can be given to `reduced_order_filter`, `filter_data` and
+    exactly.  It can be given to `reduced_order_filter`, `Filter` and
     `error_covariance`, with steps up to the number of periods.
 
     Parameters

@@ -91,7 +91,7 @@ def estimate(
         that are named `observer.input_names`, or zero for an array; 0 if there is no
         known input.
     time : (N,) array_like or "rows", optional
-        When each row was measured, as in `filter_data`.  It must agree with dt.
+        When each row was measured, as in `Record`.  It must agree with dt.
     u0 : (m,) array_like, optional
         For a time-varying filter, the input that acted from instant 0 to 1.
     z0 : (r,) array_like, optional
@@ -102,9 +102,10 @@ def estimate(
     backend : "auto", "numpy" or "numba"
         "numba" runs code compiled for this observer (`pip install luenberger[fast]`),
         the same to rounding; "auto" takes it, where numba is installed, for a million
-        rows or more, or if it is at hand, as in `filter_data`.
+        rows or more, or if it is at hand.
     executor, chunk, into : optional
-        For many records, as in `filter_data`.
+        Of many records: a pool of threads or processes, how many a task of it takes,
+        and a file ``.npz`` or ``.parquet``, or a function, that gets part by part.
 
     Returns
     -------
@@ -117,7 +118,7 @@ def estimate(
     Raises
     ------
     ValueError
-        If sizes disagree, a value is missing (use `filter_data`), an estimate
+        If sizes disagree, a value is missing (use `Filter`), an estimate
         overflows (naming its row; not of many records), a time-varying filter is given
         more rows than it has, or both z0 and x0 are given.  If a
         table lacks a column, holds other things than numbers in one, or y and u

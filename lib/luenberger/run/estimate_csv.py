@@ -129,7 +129,7 @@ def _measured(table: Table, outputs: Sequence[str], piece: Rows) -> Matrix:
         raise ValueError(
             f"{table.at(piece.lines[k])}: {short(outputs[j])} was not measured, and an "
             "observer whose gains are fixed beforehand cannot leave a measurement out. "
-            "`python -m luenberger filter PLANT.json` can, and so does filter_data"
+            "`python -m luenberger filter PLANT.json` can, and so does lb.Filter(plant)"
         )
     return y
 

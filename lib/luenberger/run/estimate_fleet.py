@@ -46,7 +46,7 @@ def require_steps(observer: Observer, rows: int) -> None:
     if observer.steps is not None and rows > observer.steps:
         raise ValueError(
             f"y has {rows} rows, the filter was designed for {observer.steps}; design "
-            f"it with steps={rows}, or filter_data(plant, y) takes any number"
+            f"it with steps={rows}, or lb.Filter(plant).run(y) takes any number"
         )
 
 

@@ -314,4 +314,4 @@ def matrices(one: Passage, p: int) -> tuple[Matrix, Matrix]:
         pushed = np.einsum("tjk,tnk->tjn", tape.K[:, :, n:], O)
         P = P + np.einsum("tja,tj,tjb->tab", pushed, share, pushed)
         K = K[:, :n] + O @ K[:, n:]
-    return P, K[:, :n] @ mix[at[1:]]
+    return 0.5 * (P + P.mT), K[:, :n] @ mix[at[1:]]

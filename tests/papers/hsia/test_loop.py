@@ -459,7 +459,7 @@ def test_filters_take_the_sampled_plant():
     reduced = lb.error_covariance(observer, sampled, steps=N).trace(axis1=1, axis2=2)
     assert len(reduced) == N + 1 and (reduced >= least - 1e-12).all()
     y = np.random.default_rng(3).normal(size=(N, 1))
-    one_pass = lb.filter_data(sampled, y, m1=1, history=True)
+    one_pass = lb.Filter(sampled, 1).run(y)
     np.testing.assert_allclose(one_pass.P.trace(axis1=1, axis2=2), reduced[1:])
     np.testing.assert_allclose(lb.estimate(observer, y), one_pass.x, atol=1e-9)
     with pytest.raises(lb.DesignError, match="take steps <="):

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from filter_runs import in_parts
 
 import luenberger as lb
 from luenberger import kernels
@@ -76,7 +77,7 @@ def test_order_n_is_the_kalman_filter(n, p, S, rows):
     covariances = lb.error_covariance(observer, plant, steps=N)
     assert relative(covariances[1:], P) < 1e-12
     assert relative(lb.estimate(observer, y, u, u0=u0), x) < 1e-12
-    filtered = lb.filter_data(plant, y, u, u0=u0, history=True, settle=None)
+    filtered = lb.Filter(plant).run(lb.Record(y, u, u0=u0))
     assert relative(filtered.x, x) < 1e-12
     assert relative(filtered.P, P) < 1e-12
     assert relative(filtered.K, K) < 1e-12
@@ -92,7 +93,7 @@ def test_every_order_in_three_ways(m1, rows):
     accurate = list(Settings(plant, m1).accurate)
     assert observer.order == plant.n - len(accurate)
     assert lb.certify(observer, plant).worst < 1e-13
-    filtered = lb.filter_data(plant, y, u, m1=m1, u0=u0, history=True, settle=None)
+    filtered = lb.Filter(plant, m1).run(lb.Record(y, u, u0=u0))
     estimates = lb.estimate(observer, y, u, u0=u0)
     assert relative(estimates, filtered.x) < 1e-12
     covariances = lb.error_covariance(observer, plant, steps=N)
@@ -170,7 +171,7 @@ def test_prior_and_posterior_starts_agree():
             lb.estimate(one, y, u, u0=u0), lb.estimate(two, y, u), rtol=1e-10
         )
         np.testing.assert_allclose(
-            lb.filter_data(before, y, u, m1=m1, settle=None).x,
+            lb.Filter(before, m1).run(lb.Record(y, u)).x,
             lb.estimate(two, y, u),
             rtol=1e-10,
         )
@@ -190,7 +191,7 @@ def test_another_mean_of_the_initial_state():
     object.__setattr__(moved, "x0", other)
     np.testing.assert_allclose(
         lb.estimate(observer, y, u, u0=u0, x0=other),
-        lb.filter_data(moved, y, u, u0=u0, m1=2, settle=None).x,
+        lb.Filter(moved, 2).run(lb.Record(y, u, u0=u0)).x,
         rtol=1e-10,
     )
 
@@ -221,11 +222,10 @@ def test_all_states_measured_gives_order_zero():
 def test_chunks_give_what_one_pass_gives():
     plant = random_plant()
     y, u, u0 = record(plant, 20)
-    whole = lb.filter_data(plant, y, u, m1=1, u0=u0)
+    whole = lb.Filter(plant, 1).run(lb.Record(y, u, u0=u0))
     cuts = [slice(0, 3), slice(3, 4), slice(4, 20)]
-    parts = lb.filter_data(
-        plant, (y[c] for c in cuts), (u[c] for c in cuts), m1=1, u0=u0
-    )
+    records = [lb.Record(y[c], u[c], u0=u0 if c.start == 0 else None) for c in cuts]
+    parts = in_parts(lb.Filter(plant, 1), records)
     np.testing.assert_array_equal(np.vstack([part.x for part in parts]), whole.x)
 
 

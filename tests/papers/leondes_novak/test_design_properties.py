@@ -82,7 +82,7 @@ def test_covariances_of_a_pass_are_semidefinite_and_finite(plant, data):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         try:
-            run = lb.filter_data(plant, y, u, u0=u0, m1=m1, history=True)
+            run = lb.Filter(plant, m1).run(lb.Record(y, u, u0=u0))
         except lb.DesignError as refusal:
             assert "dependent" in str(refusal) or "noise-free" in str(refusal)
             return
@@ -106,7 +106,7 @@ def test_order_n_is_the_kalman_filter_for_200_steps(sizes, cross, varying, seed)
     plant = make(rng, *sizes, *rest, cross=cross, radius=rng.choice([0.9, 1.05]))
     y, u, u0 = generators.record(rng, plant, 200)
     x, P, K = generators.kalman(plant, y, u, u0)
-    run = lb.filter_data(plant, y, u, u0=u0, history=True, settle=None)
+    run = lb.Filter(plant).run(lb.Record(y, u, u0=u0))
     for k in range(200):  # relative to each row, not to the largest
         assert generators.relative(run.P[k], P[k]) < 1e-12
         assert generators.relative(run.K[k], K[k]) < 1e-12
@@ -142,9 +142,9 @@ def test_other_coordinates_with_the_matching_weight(plant, seed, data):
         x0=Z @ plant.x0, P0=Z @ plant.P0 @ Z.T, at_first=plant.at_first,
     )  # fmt: skip
     y, u, u0 = generators.record(rng, plant, 15)
-    a = lb.filter_data(plant, y, u, u0=u0, m1=m1, history=True)
+    a = lb.Filter(plant, m1).run(lb.Record(y, u, u0=u0))
     weight = back.T @ back
-    b = lb.filter_data(other, y, u, u0=u0, m1=m1, weight=weight, history=True)
+    b = lb.Filter(other, m1, weight=weight).run(lb.Record(y, u, u0=u0))
     scale = np.abs(a.x).max() + 1
     np.testing.assert_allclose(b.x @ back.T, a.x, rtol=0, atol=1e-9 * scale)
     moved = back @ b.P @ back.T

@@ -35,7 +35,7 @@ def test_any_singular_noise_agrees_with_rational_arithmetic(block):
     for seed in range(50 * block, 50 * block + 50):
         plant, y, u, u0 = integer_plant(seed)
         x, P = generators.exact(plant, y, u, u0)
-        run = lb.filter_data(plant, y, u, u0=u0, history=True)
+        run = lb.Filter(plant).run(lb.Record(y, u, u0=u0))
         size = np.abs(P).max() + np.abs(plant.P0).max() + np.abs(plant.Q).max() + 1
         assert np.abs(run.x - x).max() < 1e-10 * (1 + np.abs(x).max()), seed
         assert np.abs(run.P - P).max() < 1e-10 * size, seed
@@ -54,12 +54,10 @@ def test_noise_free_outputs_lower_the_order_for_nothing(seed):
         R=plant.R * np.outer(noisy, noisy), S=plant.S * noisy,
     )  # fmt: skip
     y, u, u0 = generators.record(rng, plant, 30)
-    full = lb.filter_data(plant, y, u, u0=u0, history=True)
-    less = lb.filter_data(plant, y, u, u0=u0, m1=m1, history=True)
+    full = lb.Filter(plant).run(lb.Record(y, u, u0=u0))
+    less = lb.Filter(plant, m1).run(lb.Record(y, u, u0=u0))
     np.testing.assert_allclose(less.P, full.P, atol=1e-12 * np.abs(full.P).max())
     np.testing.assert_allclose(less.x, full.x, atol=1e-10 * np.abs(full.x).max())
-    assert set(less.orders) == {n - m1}
-    assert full.orders.tolist() == [n] * len(y)
     steady = lb.reduced_order_filter(plant, m1)
     assert steady.order == n - m1
     kalman = lb.kalman_filter(plant)
@@ -111,8 +109,8 @@ def test_a_redundant_noise_free_output_changes_nothing(C, m1):
     y, _, _ = generators.record(np.random.default_rng(3), two, 20)
     extra = y @ np.linalg.lstsq(np.array(C[:2]).T, np.array(C[2]), rcond=None)[0]
     y3 = np.column_stack([y, extra])
-    a = lb.filter_data(two, y, m1=m1, history=True)
-    b = lb.filter_data(three, y3, m1=m1, history=True)
+    a = lb.Filter(two, m1).run(y)
+    b = lb.Filter(three, m1).run(y3)
     np.testing.assert_allclose(a.x, b.x, rtol=0, atol=1e-12 * np.abs(a.x).max())
     np.testing.assert_allclose(a.P, b.P, rtol=0, atol=1e-12)
     P = lb.error_covariance(lb.reduced_order_filter(two, m1), two)
@@ -130,7 +128,7 @@ def test_redundant_outputs_cannot_all_be_accurate(C):
     with pytest.raises(lb.DesignError, match=message):
         lb.reduced_order_filter(plant, 3)
     with pytest.raises(lb.DesignError, match=message):
-        lb.filter_data(plant, np.zeros((1, 3)), m1=3)
+        lb.Filter(plant, 3).run(np.zeros((1, 3)))
 
 
 @pytest.mark.parametrize("m1", [0, [0]])
@@ -142,20 +140,20 @@ def test_contradicting_noise_free_outputs_are_named_with_the_instant(m1):
     )  # fmt: skip
     y = np.array([[1.0, 3, 1], [2, 0, 2], [3, 1, 3.001], [4, 4, 4]])
     with pytest.raises(lb.DesignError, match=r"instant 3 .*'left', 'right'"):
-        lb.filter_data(plant, y, m1=m1)
+        lb.Filter(plant, m1).run(y)
     y[2] = [3, 1, 3 + 1e-9]  # rounding of the record is no contradiction
-    assert np.isfinite(lb.filter_data(plant, y, m1=m1).x).all()
+    assert np.isfinite(lb.Filter(plant, m1).run(y).x).all()
     y[2] = [3, 1, np.nan]
-    assert np.isfinite(lb.filter_data(plant, y, m1=m1).x).all()
+    assert np.isfinite(lb.Filter(plant, m1).run(y).x).all()
 
 
 def test_a_noise_free_output_cannot_contradict_a_state_known_exactly():
     plant = lb.Plant([[0.5]], None, [[1]], dt=1.0, Q=[[0]], R=[[0]], P0=[[0]], x0=[8])
-    run = lb.filter_data(plant, [[4], [2], [1]])
+    run = lb.Filter(plant).run([[4], [2], [1]])
     np.testing.assert_array_equal(run.x[:, 0], [4, 2, 1])
     np.testing.assert_array_equal(run.std, 0)
     with pytest.raises(lb.DesignError, match="instant 2 .*y1.*known exactly"):
-        lb.filter_data(plant, [[4], [3], [1]])
+        lb.Filter(plant).run([[4], [3], [1]])
 
 
 def test_zero_data_of_a_noise_free_output_is_not_a_contradiction():
@@ -164,7 +162,7 @@ def test_zero_data_of_a_noise_free_output_is_not_a_contradiction():
         [[1, 0], [0.1, 0.7]], None, [[0.1, -0.3]], dt=1.0, Q=np.zeros((2, 2)),
         R=[[0]], P0=[[9, 3], [3, 1]], x0=[0.3, 0.1],
     )  # fmt: skip
-    run = lb.filter_data(plant, np.zeros((4, 1)))  # A x0 = x0 and C x0 = 0
+    run = lb.Filter(plant).run(np.zeros((4, 1)))  # A x0 = x0 and C x0 = 0
     np.testing.assert_allclose(run.x, [[0.3, 0.1]] * 4, rtol=0, atol=1e-14)
 
 
@@ -208,7 +206,7 @@ def test_unstable_plant_with_exact_output(m1, growth):
     observer = lb.reduced_order_filter(plant, m1)
     assert lb.certify(observer, plant).stable
     P = lb.error_covariance(observer, plant)
-    over = lb.filter_data(plant, np.zeros((200, 1)), m1=m1, history=True, settle=None).P
+    over = lb.Filter(plant, m1).run(np.zeros((200, 1))).P
     np.testing.assert_allclose(over[-1], P, rtol=0, atol=1e-11 * np.abs(P).max())
     assert np.abs(P[0]).max() < 1e-12
 
@@ -225,7 +223,7 @@ def test_no_noise_at_all_finds_the_state_in_n_steps(m1):
     for _ in range(60):
         x = A @ x
         states.append(x)
-    run = lb.filter_data(plant, np.array(states)[:, :1], m1=m1, history=True)
+    run = lb.Filter(plant, m1).run(np.array(states)[:, :1])
     np.testing.assert_allclose(run.x[2:], states[2:], rtol=1e-9)
     assert np.abs(run.P[2:]).max() < 1e-12
     assert np.linalg.eigvalsh(run.P).min() > -1e-15
@@ -246,9 +244,7 @@ def test_certainty_of_an_unstable_mode_does_not_run_away(m1):
             basis @ np.diag([1.6, 0.5, 0.9]) @ basis.T, None, rng.normal(size=(2, 3)),
             dt=1.0, Q=drive @ drive.T, R=np.eye(2), P0=np.zeros((3, 3)),
         )  # fmt: skip
-        P = lb.filter_data(
-            plant, np.zeros((300, 2)), m1=m1, history=True, settle=None
-        ).P
+        P = lb.Filter(plant, m1).run(np.zeros((300, 2))).P
         assert np.linalg.eigvalsh(P).min() > -1e-14 and np.abs(P).max() < 1e3, seed
 
 
@@ -263,7 +259,7 @@ def test_state_known_at_the_start(m1):
         )  # fmt: skip
         y, u, u0 = generators.record(rng, plant, 5)
         x, P = generators.exact(plant, y)
-        run = lb.filter_data(plant, y, m1=m1, history=True)
+        run = lb.Filter(plant, m1).run(y)
         if R[1, 1] == 0 or m1 < 2:  # treating a noisy output as exact costs accuracy
             np.testing.assert_allclose(run.P, P, rtol=0, atol=1e-12)
             np.testing.assert_allclose(run.x, x, rtol=0, atol=1e-11)
@@ -363,8 +359,8 @@ def test_units_of_an_output_do_not_matter(scale, m1, perfect):
         )  # fmt: skip
 
     y, _, _ = generators.record(rng, made(np.eye(2)), 50)
-    a = lb.filter_data(made(np.eye(2)), y, m1=m1, history=True)
-    b = lb.filter_data(made(units), y @ units, m1=m1, history=True)
+    a = lb.Filter(made(np.eye(2)), m1).run(y)
+    b = lb.Filter(made(units), m1).run(y @ units)
     np.testing.assert_allclose(b.x, a.x, rtol=0, atol=1e-10 * np.abs(a.x).max())
     np.testing.assert_allclose(b.P, a.P, rtol=0, atol=1e-10 * np.abs(a.P).max())
     wanted = lb.reduced_order_filter(made(np.eye(2)), m1).V
@@ -395,7 +391,7 @@ def test_units_of_a_state_do_not_matter(scale):
         x0=Z @ plant.x0,
     )  # fmt: skip
     y, _, _ = generators.record(rng, plant, 40)
-    a, b = lb.filter_data(plant, y), lb.filter_data(other, y)
+    a, b = lb.Filter(plant).run(y), lb.Filter(other).run(y)
     np.testing.assert_allclose(b.x / Z.diagonal(), a.x, rtol=0, atol=1e-9)
     np.testing.assert_allclose(b.std / Z.diagonal(), a.std, rtol=1e-9)
 
@@ -409,7 +405,7 @@ def test_almost_redundant_outputs_are_both_used(r):
     )  # fmt: skip
     y = np.array([[1.0, 1], [2, 2], [3, 3]])
     x, P = generators.exact(plant, y)
-    run = lb.filter_data(plant, y, history=True)
+    run = lb.Filter(plant).run(y)
     np.testing.assert_allclose(run.P[:, 0, 0], P[:, 0, 0], rtol=1e-3)
     np.testing.assert_allclose(run.P[:, 0, 0], 0.8 * r, rtol=1e-3)
     np.testing.assert_allclose(run.x, x, rtol=0, atol=1e-9)

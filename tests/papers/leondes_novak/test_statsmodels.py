@@ -61,7 +61,7 @@ def case(request):
 
 def test_filtered_states_and_covariances(case):
     plant, y, u, u0 = case
-    run = lb.filter_data(plant, y, u, u0=u0, history=True, settle=None)
+    run = lb.Filter(plant).run(lb.Record(y, u, u0=u0))
     found = theirs(plant, y, u, u0)
     assert generators.relative(run.x, found.filtered_state.T) < NEARLY_EXACT
     for k in range(len(y)):
@@ -75,7 +75,7 @@ def test_a_filter_over_steps_is_theirs_without_gaps(case):
     plant, y, u, u0 = case
     if np.isnan(y).any():
         observer = lb.kalman_filter(plant, steps=80)
-        with pytest.raises(ValueError, match="filter_data accepts NaN"):
+        with pytest.raises(ValueError, match="a Filter takes NaN"):
             lb.estimate(observer, y, u, u0=u0)
         return
     found = theirs(plant, y, u, u0)

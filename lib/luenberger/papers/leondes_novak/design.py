@@ -56,7 +56,8 @@ def kalman_filter(
     steps : int, optional
         Number N of instants i = 1 .. N; default the steady state.
     backend : "auto", "numpy" or "numba"
-        Of the recursion over `steps`; see `filter_data`.
+        Of the recursion over `steps`: "numba" compiles it for this plant, "auto" where
+        numba is installed, for many steps.
 
     Returns
     -------
@@ -135,7 +136,8 @@ def reduced_order_filter(
         "steady": the constant gain of the same structure with the least steady
         trace (a local minimum found from the step-wise gain).  `steps` must be None.
     backend : "auto", "numpy" or "numba"
-        Of the recursion over `steps`; see `filter_data`.
+        Of the recursion over `steps`: "numba" compiles it for this plant, "auto" where
+        numba is installed, for many steps.
 
     Returns
     -------
@@ -154,7 +156,7 @@ def reduced_order_filter(
 
     See Also
     --------
-    filter_data : the same filter in one pass over a record, with missing values.
+    Filter : the same filter in one pass over a record, with missing values.
     error_covariance : the accuracy this design reaches.
 
     Notes
