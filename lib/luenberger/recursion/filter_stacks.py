@@ -64,7 +64,6 @@ class Stacks:
         self.table: dict[bytes, int] = {}
         self.padded: list[dict[str, Any]] = []
         self.tables: dict[frozenset[str], tuple[tuple[str, tuple], ...]] = {}
-        self.found: dict[bool, Matrices] = {}  # by `late_stretches`
 
     def block(
         self, state: State, y: Matrix, u: Matrix, recursion: kernels.Recursion = FILTER
