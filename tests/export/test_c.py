@@ -140,7 +140,7 @@ def test_observer_over_many_steps(observer, compiled):
     found, code = unit.run(y, u, q)
     assert not code.any()
     assert re.search(rf"unit_estimates = {q}\b", unit.header.read_text())
-    wanted = lb.estimate(observer, y, u, backend="numpy")
+    wanted = lb.estimate(observer, y, u)
     assert generators.relative(found, wanted) < 1e-12
 
 

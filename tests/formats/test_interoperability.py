@@ -511,16 +511,6 @@ def test_a_start_is_found_by_label():
     )
 
 
-def test_compiled_code_takes_tables():
-    pytest.importorskip("numba")
-    observer = lb.deadbeat_observer(car())
-    y, u = record()
-    one = pd.DataFrame({"radar": y[:, 0], "push": u[:, 0]}, index=TIMES)
-    found = lb.estimate(observer, one, backend="numba")
-    wanted = lb.estimate(observer, one)
-    pd.testing.assert_frame_equal(found, wanted, rtol=1e-12)
-
-
 def test_pandas_is_never_imported_for_a_caller():
     code = (
         "import sys, luenberger as lb\n"

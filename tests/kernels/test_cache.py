@@ -16,8 +16,7 @@ from luenberger.kernels import kept as kept_texts
 
 numba = pytest.importorskip("numba", reason="numba is an optional extra")
 
-OBSERVER = lb.Observer([[0.5]], [[1]], [[2]], [[1]], [[1]], T=[[1]], L=[[1]], dt=1.0)
-WANTED = [[1], [3], [4]]
+PLANT = lb.Plant([[0.5]], None, [[1]], dt=1.0, Q=[[2]], R=[[1]], P0=[[1]])
 
 
 def forget():
@@ -56,8 +55,8 @@ def compilations(monkeypatch):
 
 def estimated():
     forget()
-    found = lb.estimate(OBSERVER, [[1], [1], [1]], backend="numba")
-    np.testing.assert_array_equal(found, WANTED)
+    found = lb.filter_data(PLANT, [[2]] * 3, backend="numba").x
+    np.testing.assert_allclose(found, lb.filter_data(PLANT, [[2]] * 3).x, rtol=1e-12)
 
 
 def doubled():
@@ -105,8 +104,8 @@ def test_a_second_process_neither_compiles_nor_derives(home, compilations):
         "    print(sum(run.stats.cache_hits.values()))\n"
         "    return run\n"
         "cache._settled = watched\n"
-        "o = lb.Observer([[0.5]], [[1]], [[2]], [[1]], [[1]], T=[[1]], L=[[1]], dt=1)\n"
-        "print(lb.estimate(o, [[1], [1], [1]], backend='numba').ravel())\n"
+        "q = lb.Plant([[0.5]], None, [[1]], dt=1.0, Q=[[2]], R=[[1]], P0=[[1]])\n"
+        "print(lb.filter_data(q, [[2]] * 3, backend='numba').x.shape)\n"
         "p = lb.Plant([[0.5]], None, [[1]], dt=1, Q=[[1]], R=[[1]], P0=[[1]])\n"
         "print(lb.filter_data(p, [[2]], backend='numpy').x, 'sympy' in sys.modules)\n"
     )
@@ -114,7 +113,7 @@ def test_a_second_process_neither_compiles_nor_derives(home, compilations):
         [sys.executable, "-c", code], capture_output=True, text=True, check=True
     )
     said = run.stdout.splitlines()
-    assert said == ["1", "[1. 3. 4.]", f"{x} False"], run.stderr
+    assert said == ["1", "(3, 1)", f"{x} False"], run.stderr
 
 
 def truncate(path):
@@ -236,10 +235,8 @@ def test_another_version_is_another_entry(monkeypatch):
 
 # -- what "auto" finds -----------------------------------------------------------------
 
-PLANT = lb.Plant([[0.5]], None, [[1]], dt=1.0, Q=[[2]], R=[[1]], P0=[[1]])
 RUNS = {
     "filter": lambda rows, **how: lb.filter_data(PLANT, np.ones((rows, 1)), **how),
-    "observer": lambda rows, **how: lb.estimate(OBSERVER, np.ones((rows, 1)), **how),
 }
 
 
@@ -255,7 +252,6 @@ def chosen(monkeypatch):
         return fast
 
     monkeypatch.setattr(kernels, "runs_compiled", watched)
-    monkeypatch.setattr("luenberger.run.estimate.runs_compiled", watched)
     return found
 
 

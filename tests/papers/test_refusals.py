@@ -172,11 +172,6 @@ def observer(**options):
             "y has 3 rows, the filter was designed for 2",
         ),
         (
-            lambda: lb.estimate(observer(), np.ones((3, 2)), backend="fortran"),
-            ValueError,
-            "backend must be",
-        ),
-        (
             lambda: lb.Filter(plant()).run([[np.inf, 1]]),
             ValueError,
             "y is infinite in row 0",

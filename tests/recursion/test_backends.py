@@ -430,54 +430,6 @@ def test_numba_with_missing_outputs_and_any_kind_of_array():
         np.testing.assert_array_equal(again.P, found.P)
 
 
-# -- observers -----------------------------------------------------------------------
-
-
-def observers():
-    rng = np.random.default_rng(7)
-    plant = generators.plant(rng, 4, 2, m=1)
-    exact = lb.Plant([[1, 1], [0, 1]], [[0], [1]], [[1, 0]], dt=1.0)
-    yield "Kalman", lb.kalman_filter(plant)
-    yield "reduced order", lb.reduced_order_filter(plant, 1)
-    yield "poles", lb.reduced_order_observer(plant, [0.1, 0.2])
-    yield "deadbeat", lb.deadbeat_observer(exact)
-    varying = lb.reduced_order_filter(plant, 1, steps=50)
-    yield "over steps", varying
-    F = np.array(varying.F)
-    F[::2, 0, 0], F[1::3, 0, 1] = 1, 0  # not so in every row: not known
-    yield "over steps, 1 and 0 in some rows", dataclasses.replace(varying, F=F)
-    nothing = np.zeros((0, 2))
-    yield (
-        "order 0",
-        lb.Observer(
-            np.zeros((0, 0)), np.zeros((0, 1)), nothing, np.zeros((2, 0)), np.eye(2),
-            nothing, np.eye(2), W=[[1.0], [2]], dt=1.0,
-        ),
-    )  # fmt: skip
-
-
-@pytest.mark.parametrize(
-    "observer", [pytest.param(o, id=name) for name, o in observers()]
-)
-def test_estimate_of_every_kind_of_observer(observer, form):
-    rng = np.random.default_rng(2)
-    y = rng.normal(size=(50, observer.D.shape[-1]))
-    u = rng.normal(size=(50, observer.G.shape[-1]))
-    start = dict(z0=rng.normal(size=observer.order))
-    wanted = lb.estimate(observer, y, u, backend="numpy", **start)
-    found = lb.estimate(observer, y, u, backend="numba", **start)
-    assert found.shape == wanted.shape
-    assert generators.relative(found, wanted) < 1e-12
-
-
-def test_numba_estimate():
-    observer = lb.reduced_order_filter(TRACKER, 1)
-    y, _, _ = generators.record(np.random.default_rng(1), TRACKER, 1_000)
-    wanted = lb.estimate(observer, y, backend="numpy")
-    found = lb.estimate(observer, y, backend="numba")
-    assert generators.relative(found, wanted) < 1e-12
-
-
 @pytest.mark.parametrize("kind", ["constant", "varying"])
 @pytest.mark.parametrize("m1", [0, 1])
 def test_designs_over_steps(kind, m1, plain, monkeypatch):
@@ -514,9 +466,6 @@ def test_without_numba(monkeypatch):
     assert not kernels.runs_compiled("auto", 10**9, ready=lambda rows: True)
     with pytest.raises(ImportError, match=r"pip install 'luenberger\[fast\]'"):
         lb.filter_data(TRACKER, np.zeros((3, 2)), backend="numba", settle=None)
-    observer = lb.kalman_filter(TRACKER)
-    with pytest.raises(ImportError, match="leave backend at 'auto'"):
-        lb.estimate(observer, np.zeros((3, 2)), backend="numba")
     with pytest.raises(ImportError, match="not installed"):
         lb.kalman_filter(TRACKER, steps=5, backend="numba")
 
@@ -526,10 +475,9 @@ def test_without_numba(monkeypatch):
     [
         lambda: lb.filter_data(TRACKER, np.zeros((3, 2)), backend="c", settle=None),
         lambda: lb.filter_data(TRACKER, iter([]), backend="c", settle=None),
-        lambda: lb.estimate(lb.kalman_filter(TRACKER), np.zeros((3, 2)), backend="c"),
         lambda: lb.kalman_filter(TRACKER, steps=3, backend="c"),
     ],
-    ids=["filter_data", "chunks", "estimate", "kalman_filter"],
+    ids=["filter_data", "chunks", "kalman_filter"],
 )
 def test_an_unknown_backend_is_refused(call):
     with pytest.raises(ValueError, match="'auto', 'numpy' or 'numba', got 'c'"):

@@ -38,14 +38,12 @@ SIZES = [(1,) * 60, (7, 0, 53), (59, 1)]
 
 @pytest.mark.parametrize("sizes", SIZES, ids=["rows", "uneven", "last row"])
 @pytest.mark.parametrize("kind", OBSERVERS)
-def test_estimates_of_chunks_are_those_of_the_whole(kind, sizes, backend):
+def test_estimates_of_chunks_are_those_of_the_whole(kind, sizes):
     observer = OBSERVERS[kind]
     y, u, u0 = generators.record(np.random.default_rng(4), PLANT, 60)
     start = dict(u0=u0) if kind == "over steps" else dict(x0=[1, 2, 3])
-    whole = lb.estimate(observer, y, u, backend=backend, **start)
-    chunks = lb.estimate(
-        observer, parts(y, sizes), parts(u, sizes), backend=backend, **start
-    )
+    whole = lb.estimate(observer, y, u, **start)
+    chunks = lb.estimate(observer, parts(y, sizes), parts(u, sizes), **start)
     chunks = list(chunks)
     assert [len(chunk) for chunk in chunks] == list(sizes)
     np.testing.assert_allclose(np.concatenate(chunks), whole, rtol=0, atol=1e-13)
@@ -118,7 +116,7 @@ def test_memory_stays_flat(backend):
         pass  # code is compiled only where the gain settles, and then kept
     filtered = lb.filter_data(PLANT, zeros(2), zeros(1), backend=backend)
     assert peak(filtered) < 6 * chunk
-    estimates = lb.estimate(OBSERVERS["constant"], zeros(2), zeros(1), backend=backend)
+    estimates = lb.estimate(OBSERVERS["constant"], zeros(2), zeros(1))
     assert peak(estimates) < 6 * chunk
 
 
@@ -209,7 +207,7 @@ def test_a_stream_that_proves_long_goes_on_compiled(monkeypatch):
     assert asked == [False, False, True, True]
 
 
-def test_an_estimate_that_overflows_is_refused_with_its_row(backend):
+def test_an_estimate_that_overflows_is_refused_with_its_row():
     """Of an array and of chunks; no warning, and no infinity."""
     observer = lb.Observer(
         [[0.5]], [[]], [[2]], [[1]], [[1.5]], T=[[1]], L=[[1]], dt=1.0,
@@ -220,11 +218,11 @@ def test_an_estimate_that_overflows_is_refused_with_its_row(backend):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         with pytest.raises(ValueError, match=message):
-            lb.estimate(observer, y, backend=backend)
-        found = lb.estimate(observer, iter(np.split(y, 4)), backend=backend)
+            lb.estimate(observer, y)
+        found = lb.estimate(observer, iter(np.split(y, 4)))
         assert next(found) == [[1.5]]
         with pytest.raises(ValueError, match=message):
             next(found)
     grows = replace(observer, F=[[2.0]])
     with pytest.raises(ValueError, match=r"^row 1023: .* the observer is not stable"):
-        lb.estimate(grows, np.ones((1100, 1)), backend=backend)
+        lb.estimate(grows, np.ones((1100, 1)))

@@ -189,58 +189,6 @@ def test_products_of_few_outputs_and_of_many_are_the_same_sums(q):
     )
 
 
-# compiled runs
-
-
-@pytest.mark.parametrize("kind", ["constant", "over steps", True, False])
-def test_compiled_runs_are_those_of_numpy(kind):
-    rng = np.random.default_rng(8)
-    if kind == "over steps":
-        plant, observer = problem()  # whose code is used below as well
-    elif kind == "constant":
-        plant = generators.plant(rng, 2, 1, m=1)
-        observer = lb.kalman_filter(plant)
-    else:  # a plant that changes, and when P0 is
-        plant = generators.varying(rng, 2, 1, STEPS + 1, m=1, at_first=kind)
-        observer = lb.reduced_order_filter(plant, 1, steps=STEPS)
-    options = dict(runs=70, steps=STEPS - 1, seed=2)
-    plain, compiled = (
-        lb.monte_carlo(plant, observer, backend=backend, **options)
-        for backend in ("numpy", "numba")
-    )
-    for name in FIELDS:
-        one, other = getattr(plain, name), getattr(compiled, name)
-        np.testing.assert_allclose(other, one, rtol=1e-9, atol=1e-12)
-    assert plain.mean.tobytes() != compiled.mean.tobytes()  # it was other code
-
-
-def test_same_bits_from_compiled_runs_on_a_pool(pool):
-    compiled = runs_of_the_problem(backend="numba")
-    there = runs_of_the_problem(backend="numba", executor=pool, chunk=100)
-    assert bits(there) == bits(compiled)
-
-
-def test_multiplicative_noise_is_left_to_numpy():
-    plant = plant_of(3, multiplicative=[(0.1 * np.eye(3), np.zeros((2, 3)))])
-    observer = lb.kalman_filter(dataclasses.replace(plant, multiplicative=()))
-    options = dict(runs=10, steps=2, seed=2)
-    plain, asked = (
-        lb.monte_carlo(plant, observer, backend=backend, **options)
-        for backend in ("numpy", "numba")
-    )
-    assert bits(plain) == bits(asked)
-
-
-def test_auto_compiles_long_work_only(monkeypatch, here):
-    monkeypatch.setattr(monte_carlo_blocks.Batch, "compiled", None)  # cannot be called
-    assert bits(runs_of_the_problem()) == bits(here)
-    monkeypatch.setattr("luenberger.run.monte_carlo.ENOUGH", RUNS * STEPS)
-    with pytest.raises(TypeError):
-        runs_of_the_problem()
-    monkeypatch.setattr("luenberger.run.monte_carlo.ENOUGH", RUNS * STEPS + 1)
-    assert bits(runs_of_the_problem()) == bits(here)
-
-
 # workers that die, functions that fail
 
 

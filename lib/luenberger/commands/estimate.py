@@ -126,7 +126,7 @@ def _reader(options: Namespace) -> Callable[[Any], Any]:
         options.wrong("--sample goes with --plant or --smooth")
     observer = Observer.from_json(options.observer)
     known = None if options.plant is None else plant_of(options.plant, options)
-    return lambda table: estimate_csv.estimates(observer, table, known, options.backend)
+    return lambda table: estimate_csv.estimates(observer, table, known)
 
 
 def run(options: Namespace) -> None:

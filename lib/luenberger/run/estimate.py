@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from concurrent.futures import Executor
 from functools import partial
 from typing import Any, overload
 
@@ -14,48 +13,29 @@ from ..at_work import start
 from ..certificate import require_real
 from ..errors import SAMPLE, short
 from ..formats import dataframes
-from ..kernels import runs_compiled
 from ..numeric import Given, Matrix, Vector
 from ..observer import Observer
 from . import chunks
 from .clock import Clock, row
-from .estimate_fleet import estimate_fleet, require_steps
-from .fleet_records import many
-from .fleet_tasks import Into, Where
-from .observer_pass import (
-    ESTIMATED,
-    is_at_hand,
-    over_rows,
-    over_rows_compiled,
-)
+from .fleet import of_record, stack_of
+from .observer_pass import over_rows
+from .record import Record
 
 
 @overload
 def estimate(
     observer: Observer, y: Iterator[Any], u: Iterator[Any] | int | None = ..., *,
     time: str | None = ..., u0: Given = ..., z0: Given = ..., x0: Given = ...,
-    backend: str = ...
 ) -> Iterator[Matrix]: ...  # fmt: skip
 @overload
 def estimate(
     observer: Observer, y: np.ndarray | Sequence[Any], u: Given | int = ..., *,
     time: Any = ..., u0: Given = ..., z0: Given = ..., x0: Given = ...,
-    backend: str = ..., executor: Executor | None = ..., chunk: int | None = ...,
-    into: None = ...
 ) -> Matrix: ...  # fmt: skip
-@overload
-def estimate(
-    observer: Observer, y: np.ndarray | Sequence[Any], u: Given | int = ..., *,
-    time: Any = ..., u0: Given = ..., z0: Given = ..., x0: Given = ...,
-    backend: str = ..., executor: Executor | None = ..., chunk: int | None = ...,
-    into: Into
-) -> None: ...  # fmt: skip
 @overload
 def estimate(
     observer: Observer, y: Any, u: Any = ..., *,
     time: Any = ..., u0: Given = ..., z0: Given = ..., x0: Given = ...,
-    backend: str = ..., executor: Executor | None = ..., chunk: int | None = ...,
-    into: Into | None = ...
 ) -> Any: ...  # fmt: skip
 def estimate(
     observer: Observer,
@@ -66,10 +46,6 @@ def estimate(
     u0: Given = None,
     z0: Given = None,
     x0: Given = None,
-    backend: str = "auto",
-    executor: Executor | None = None,
-    chunk: int | None = None,
-    into: Into | None = None,
 ) -> Any:
     """Run an observer on recorded data.
 
@@ -84,8 +60,7 @@ def estimate(
         or Dataset of xarray, are found by `observer.output_names`, in any order and
         among others; by position where the observer has no names.
         A Series is the one channel of p = 1.  An array (M, N, p), or a list of records
-        (N, p), are M records, each with an observer of its own; one that ends earlier
-        has NaN from there on.
+        or tables, are M records, each with an observer of its own.
     u : (N, m) array_like or DataFrame, or an iterator of chunks like y's, optional
         Known input at the same instants.  By default the columns of the DataFrame y
         that are named `observer.input_names`, or zero for an array; 0 if there is no
@@ -99,32 +74,23 @@ def estimate(
     x0 : (n,) array_like, optional
         Instead of z0: a guess of the plant state, at the first row for a constant
         observer, at instant 0 (the mean of x[0]) for a time-varying filter.
-    backend : "auto", "numpy" or "numba"
-        "numba" runs code compiled for this observer (`pip install luenberger[fast]`),
-        the same to rounding; "auto" takes it, where numba is installed, for a million
-        rows or more, or if it is at hand.
-    executor, chunk, into : optional
-        Of many records: a pool of threads or processes, how many a task of it takes,
-        and a file ``.npz`` or ``.parquet``, or a function, that gets part by part.
 
     Returns
     -------
     (N, q) ndarray, or an iterator of them
         The estimate of L x at each row; it uses y up to and including that row.  For
         a DataFrame or Series y a DataFrame: the index is y's, the columns are
-        `observer.estimate_names`.  Of many records (M, N, q), NaN behind the end of
-        each; None with `into`, whose arrays and parts are such ``estimates``.
+        `observer.estimate_names`.  Of many records (M, N, q), or a list where they are
+        tables or have several lengths; what is found of one hangs on no other.
 
     Raises
     ------
     ValueError
-        If sizes disagree, a value is missing (use `Filter`), an estimate
-        overflows (naming its row; not of many records), a time-varying filter is given
+        If sizes disagree, a value is missing (use `Filter`), an estimate overflows
+        (naming its row), a time-varying filter is given
         more rows than it has, or both z0 and x0 are given.  If a
         table lacks a column, holds other things than numbers in one, or y and u
         have different indices.
-    ImportError
-        If numba is asked for and not installed.
 
     Examples
     --------
@@ -137,7 +103,6 @@ def estimate(
            [4.]])
     """
     expect(observer=observer)
-    runs_compiled(backend, 0)
     require_real("estimate", observer)
     if observer.dt == 0:
         raise ValueError(
@@ -146,26 +111,55 @@ def estimate(
         )
     u0 = dataframes.entries("u0", u0, observer.input_names)
     x0 = dataframes.entries("x0", x0, observer.state_names)
-    begun = 0, start(observer, u0, z0, x0)
-    where = Where(executor, chunk, into)
-    y, u = dataframes.taken(y=y, u=u)
-    if many(y):
-        return estimate_fleet(observer, y, u, time, begun[1], backend, where)
-    where.require_none()
-    step = partial(_chunk, observer, Clock(observer, time), backend, True)
-    return chunks.found(step, begun, y, u)
+    z = start(observer, u0, z0, x0)
+    if not isinstance(y, Iterator):
+        record = Record(y, u, time)
+        if record.many:
+            return _of_many(observer, record, z)
+        y, u = record.y, record.u
+    else:
+        y, u = dataframes.taken(y=y, u=u)
+    step = partial(_chunk, observer, Clock(observer, time), True)
+    return chunks.found(step, (0, z), y, u)
 
 
-def estimated(observer: Observer, y: Any, u: Any, x0: Given, backend: str) -> Any:
+def estimated(observer: Observer, y: Any, u: Any, x0: Given) -> Any:
     """The same of a caller that says itself which estimates overflow."""
-    step = partial(_chunk, observer, Clock(observer), backend, False)
+    step = partial(_chunk, observer, Clock(observer), False)
     return chunks.found(step, (0, start(observer, x0=x0)), y, u)
+
+
+def _of_many(observer: Observer, record: Record, z: Vector) -> Any:
+    """The estimates of many records: at once where they are one array."""
+    o, found = observer, []
+    if isinstance(record.y, list | tuple):
+        for k, one in enumerate(record.each()):
+            with of_record(k):
+                step = partial(_chunk, o, Clock(o, one.time), True)
+                found.append(chunks.found(step, (0, z), one.y, one.u))
+        tables = any(map(dataframes.is_table, found))
+        return found if tables or len({*map(len, found)}) > 1 else np.stack(found)
+    y, u = stack_of(record, o.D.shape[-1], o.G.shape[-1])
+    if not (whole := np.isfinite(y)).all():
+        k, at, _ = np.argwhere(~whole)[0].tolist()
+        raise ValueError(
+            f"y in record {k}, row {at} is missing or not finite; Filter accepts NaN "
+            "in y as not measured"
+        )
+    rows = y.shape[1]
+    Clock(o, record.time).follow(y[0] if len(y) else np.zeros(y.shape[1:]))
+    _require_steps(o, rows)
+    with np.errstate(over="ignore", invalid="ignore"):
+        w = over_rows(o, z, y, u, slice(0, rows))[1]
+    for k in np.flatnonzero(~np.isfinite(w).reshape(len(w), -1).all(axis=1))[:1]:
+        with of_record(k):
+            _refuse_overflow(o, w[k], 0)
+    return w
 
 
 def _chunk(
     observer: Observer,
     watch: Clock,
-    backend: str,
     finite: bool,
     before: tuple[int, Vector],
     y: Any,
@@ -177,14 +171,26 @@ def _chunk(
     outputs, inputs = (o.D.shape[-1], o.output_names), (o.G.shape[-1], o.input_names)
     y, u = chunks.arrays(y, u, outputs, inputs)
     here = slice(done, done + len(y))
-    require_steps(o, here.stop)
-    fast = runs_compiled(backend, here.stop, ESTIMATED, ready=partial(is_at_hand, o))
+    _require_steps(o, here.stop)
     with np.errstate(over="ignore", invalid="ignore"):
-        z, found = (over_rows_compiled if fast else over_rows)(o, z, y, u, here)
+        z, found = over_rows(o, z, y, u, here)
     if finite and not np.isfinite(found).all():
-        k, j = np.argwhere(~np.isfinite(found))[0].tolist()
-        raise ValueError(
-            f"{row(done + k)}: the estimate of {short(o.estimate_names[j])} overflows; "
-            "the measurements are too large, or the observer is not stable"
-        )
+        _refuse_overflow(o, found, done)
     return (here.stop, z), dataframes.like(table, found, o.estimate_names)
+
+
+def _require_steps(observer: Observer, rows: int) -> None:
+    """ValueError if a filter over steps has fewer than these."""
+    if observer.steps is not None and rows > observer.steps:
+        raise ValueError(
+            f"y has {rows} rows, the filter was designed for {observer.steps}; design "
+            f"it with steps={rows}, or Filter(plant).run(y) takes any number"
+        )
+
+
+def _refuse_overflow(observer: Observer, found: Matrix, done: int) -> None:
+    k, j = np.argwhere(~np.isfinite(found))[0].tolist()
+    raise ValueError(
+        f"{row(done + k)}: the estimate of {short(observer.estimate_names[j])} "
+        "overflows; the measurements are too large, or the observer is not stable"
+    )

@@ -12,7 +12,6 @@ from ..certificate import require_match
 from ..errors import few, short
 from ..formats.csv_reader import Rows, Table
 from ..formats.spreadsheets import require_plain
-from ..kernels import runs_compiled
 from ..numeric import Matrix, Vector
 from ..numeric.validation import names
 from ..observer import Observer
@@ -25,7 +24,7 @@ Piece = tuple[Rows, np.ndarray]  # some rows of a table, the estimates at them
 
 
 def estimates(
-    observer: Observer, table: Table, plant: Plant | None = None, backend: str = "numpy"
+    observer: Observer, table: Table, plant: Plant | None = None
 ) -> tuple[list[str], Iterator[Piece]]:
     """Run an observer over a table; memory does not grow with its length.
 
@@ -37,8 +36,6 @@ def estimates(
         the observer's own, or the plant's, or else y1, y2, ..., u1, u2, ...
     plant : Plant, optional
         Its mean x0, carried to the first sample, is where the estimates start.
-    backend : "numpy" or "numba"
-        As in `estimate`; "auto" would change it within the record, and the last digits.
 
     Returns
     -------
@@ -68,9 +65,8 @@ def estimates(
         )
     require_plain("state", observer.estimate_names)
     rows = table.rows([*outputs, *inputs], outputs, clock)
-    runs_compiled(backend, 0)
     times = None if clock is None else Column(clock, observer)
-    return header, _estimated(observer, table, rows, outputs, x0, backend, times)
+    return header, _estimated(observer, table, rows, outputs, x0, times)
 
 
 def _named(observer: Observer, plant: Plant) -> Observer:
@@ -92,7 +88,6 @@ def _estimated(
     rows: Iterator[Rows],
     outputs: Sequence[str],
     x0: Vector | None,
-    backend: str,
     times: Column | None,
 ) -> Iterator[Piece]:
     """The pieces of a table with their estimates; no piece is kept."""
@@ -106,7 +101,7 @@ def _estimated(
             yield _measured(table, outputs, piece)
 
     us = (now[0].values[:, p:] for _ in repeat(None))
-    found = estimated(observer, ys(), us, x0, backend)
+    found = estimated(observer, ys(), us, x0)
     while True:
         x = next(found, None)
         if x is None:

@@ -205,26 +205,30 @@ def _stacks(plant: Plant, record: Record, starts: Any) -> Iterator[tuple[Vector,
 
 def _rows(plant: Plant, record: Record, *before: Any) -> Rows:
     """The rows of records (M, N, p)."""
-    y = chunks.real("y", record.y, "an array of numbers")
-    M, N, p = y.shape
-    if p != plant.p:
-        raise ValueError(
-            f"y must be (N, {plant.p}), or (M, N, {plant.p}) for many records, got "
-            f"{y.shape}"
-        )
-    one = Record(np.zeros((N, p)), None, record.time, None, record.u0)
-    u = np.zeros((1, N, plant.m))
-    if record.u is not None and not (np.ndim(record.u) == 0 and record.u == 0):
-        u = chunks.real("u", record.u, "an array of numbers")
-        if u.shape not in ((M, N, plant.m), (N, plant.m)):
-            raise ValueError(
-                f"u must be ({M}, {N}, {plant.m}), or ({N}, {plant.m}) for all "
-                f"records, got {u.shape}"
-            )
-        u = u if u.ndim == 3 else u[None]
-        _finite("u", ~np.isfinite(u), "missing or not finite", range(len(u)))
+    y, u = stack_of(record, plant.p, plant.m)
+    one = Record(np.zeros(y.shape[1:]), None, record.time, None, record.u0)
     rows = one.on(plant, *before)
-    return rows._replace(y=y, u=u, clock=[rows.clock] * M)
+    return rows._replace(y=y, u=u, clock=[rows.clock] * len(y))
+
+
+def stack_of(record: Record, p: int, m: int) -> tuple[Matrix, Matrix]:
+    """y (M, N, p), and u (M, N, m) or, that of all records, (1, N, m)."""
+    y = chunks.real("y", record.y, "an array of numbers")
+    M, N, width = y.shape
+    if width != p:
+        raise ValueError(
+            f"y must be (N, {p}), or (M, N, {p}) for many records, got {y.shape}"
+        )
+    if record.u is None or (np.ndim(record.u) == 0 and record.u == 0):
+        return y, np.zeros((1, N, m))
+    u = chunks.real("u", record.u, "an array of numbers")
+    if u.shape not in ((M, N, m), (N, m)):
+        raise ValueError(
+            f"u must be ({M}, {N}, {m}), or ({N}, {m}) for all records, got {u.shape}"
+        )
+    u = u if u.ndim == 3 else u[None]
+    _finite("u", ~np.isfinite(u), "missing or not finite", range(len(u)))
+    return y, u
 
 
 def _finite(name: str, bad: Matrix, what: str, names: Sequence[int] | Vector) -> None:

@@ -187,7 +187,7 @@ def apply(
     if data.missing:
         return _filtered(observer, accurate, plant, data)
     here = plant.at_first_sample()
-    x = estimated(observer, data.y, data.u, here.x0, "auto")
+    x = estimated(observer, data.y, data.u, here.x0)
     names = observer.estimate_names
     require_finite(x, names, _row)
     how, covariance = "without Q and R their bounds are not known.", None

@@ -15,7 +15,6 @@ from ..analysis.disturbance import EXACT_TOL, NO_INPUT, disturbed
 from ..arguments import expect
 from ..certificate import certify, require_match, require_real
 from ..errors import FIT, SAMPLE, DesignError
-from ..kernels import runs_compiled
 from ..numeric import Matrix
 from ..numeric.covariances import covariance
 from ..observer import Observer
@@ -25,7 +24,6 @@ from .executor import Progress, in_order, reporting
 from .monte_carlo_blocks import BLOCK, Batch, Sums, join, sums_of, total
 from .simulate import noise_roots
 
-ENOUGH = 10_000_000  # steps that NumPy takes in the time that compiling takes
 TASKS = 64  # parts that an executor is given, unless the caller says how many runs
 
 
@@ -110,7 +108,6 @@ def monte_carlo(
     executor: Executor | None = None,
     chunk: int | None = None,
     progress: Progress = False,
-    backend: str = "auto",
 ) -> Ensemble:
     """Simulate many runs and gather the statistics of the estimation error.
 
@@ -139,11 +136,6 @@ def monte_carlo(
         Runs that one task of the executor takes, rounded up to blocks of 64.
     progress : bool or callable, default False
         True shows a bar (needs tqdm); a function is called with (runs done, runs).
-    backend : "auto", "numpy" or "numba"
-        "numba" runs code compiled for this plant and observer (``pip install
-        luenberger[fast]``), the same to rounding and from the same random streams,
-        unless noise is multiplicative; "auto" takes it for ten million steps or more,
-        where numba is installed.
 
     Returns
     -------
@@ -158,7 +150,7 @@ def monte_carlo(
     BrokenExecutor
         If a worker died and its pool does not replace it.  Nothing is returned then.
     ImportError
-        If numba or a bar is asked for and not installed.
+        If a bar is asked for and tqdm is not installed.
 
     References
     ----------
@@ -178,8 +170,7 @@ def monte_carlo(
     _require_runs(plant, observer, runs=runs, steps=steps, chunk=chunk, seed=seed)
     claim = _claim(plant, observer, steps, claimed)
     roots = noise_roots(plant, steps)
-    compile = runs_compiled(backend, runs * steps, ENOUGH) and not plant.multiplicative
-    batch = Batch(plant, observer, steps, seed, runs, claim, roots, compile)
+    batch = Batch(plant, observer, steps, seed, runs, claim, roots)
     blocks = -(-runs // BLOCK)
     size = -(-blocks // TASKS) if chunk is None else -(-chunk // BLOCK)
     jobs = [(batch, range(a, min(a + size, blocks))) for a in range(0, blocks, size)]

@@ -6,32 +6,21 @@ the blocks.  Who computed which block, and how many at a time, leaves no trace, 
 does the number of threads that BLAS has there (see `simulate.times`).
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
-from functools import cached_property, partial
 
 import numpy as np
-from numpy.random import Generator, SeedSequence
 
 from ..at_work import start
-from ..kernels import Recursion
 from ..numeric import Matrix
 from ..observer import Observer
-from ..papers.leondes_novak.derivation import side_by_side_step
 from ..plant import Plant
 from .claims import RULED_OUT, Claim
-from .observer_pass import over_stacks
-from .simulate import draw, follow, over, times, trajectory
+from .simulate import follow, times, trajectory
 
 BLOCK = 64  # runs; part of what defines the result's last bits
 ROWS = 128  # taken together when sums are formed, so that they stay in the cache
 FEW = 6  # outputs; the dot products of so few are faster one by one than as a matrix
-SIDE_BY_SIDE = Recursion(
-    side_by_side_step,
-    carried=(("x_next", "x"), ("z_next", "z")),
-    rows=(("xi", "xi", 0),),
-    written=(("es", "e", "vector"),),
-)
 
 
 Sums = tuple[np.ndarray, ...]  # over runs, of what `_sums` says
@@ -49,16 +38,11 @@ class Batch:
     runs: int
     claim: Claim | None
     roots: tuple  # of the noise, found once: LAPACK too depends on threads
-    compile: bool = False
 
     def errors(self, block: int) -> Matrix:
         """e (steps + 1, q, runs) of the runs of a block."""
         runs = range(block * BLOCK, min((block + 1) * BLOCK, self.runs))
         seeds = [np.random.SeedSequence(self.seed, spawn_key=(run,)) for run in runs]
-        return (self.compiled if self.compile else self.plain)(seeds)
-
-    def plain(self, seeds: Sequence[SeedSequence]) -> Matrix:
-        """From all runs at once, instant by instant."""
         plant, observer = self.plant, self.observer
         x, y, u = trajectory(plant, observer, self.steps, seeds=seeds, roots=self.roots)
         _, w_hat = follow(observer, y, u, start(observer))
@@ -67,57 +51,6 @@ class Batch:
             known = np.broadcast_to((observer.L @ plant.x0)[:, None], w[:1].shape)
             w_hat = np.concatenate([known, w_hat])
         return w_hat - w
-
-    def compiled(self, seeds: Sequence[SeedSequence]) -> Matrix:
-        """Run by run, plant and observer in one loop."""
-        first, rows = int(self.observer.steps is not None), self.steps + 1
-        streams = [np.random.default_rng(seed) for seed in seeds]
-        z0, xi = start(self.observer), np.empty((rows - first, self.roots[1].shape[-1]))
-        e = np.empty((len(seeds), rows, len(self.observer.L)))
-        x = self.begin(streams, e)
-        for run, stream in enumerate(streams):
-            draw(stream, xi)  # one at a time: it is read while it is in the cache
-            self.loop(x=x[run], z=z0.copy(), xi=xi, es=e[run, first:])
-        return e.transpose(1, 2, 0)
-
-    def begin(self, streams: Sequence[Generator], e: Matrix) -> Matrix:
-        """The states (runs, n) at the observer's first row; fills the row before."""
-        plant, observer, (H0, H) = self.plant, self.observer, self.roots
-        deviation = times(H0, drawn(streams, plant.n))
-        x = plant.x0[:, None] + deviation
-        if observer.steps is not None:
-            e[:, 0] = times(observer.L, -deviation)[..., 0]
-            noise = drawn(streams, H.shape[-1])  # of instant 0, even if it is not used
-            if not plant.at_first:
-                H1 = (H if H.ndim == 2 else H[0])[: plant.n]
-                x = times(plant.at(0).A, x) + times(H1, noise)
-        return x[..., 0]
-
-    @cached_property
-    def loop(self) -> partial:
-        """The compiled loop over the rows of one run; see `kernels.over_record`."""
-        plant, observer, H = self.plant, self.observer, self.roots[1]
-        n, first = plant.n, int(observer.steps is not None)
-        rows = self.steps + 1 - first
-        given = dict(A=plant.A, C=plant.C, Hw=H[..., :n, :], Hv=H[..., n:, :])
-        stacks = {k: _stack(X, self.steps + 1, first) for k, X in given.items()}
-        stacks |= {k: _stack(getattr(observer, k), rows) for k in ("F", "D", "P", "V")}
-        stacks["L"] = observer.L[None]
-        sizes = dict(d=H.shape[-1], n=n, p=plant.p, q=len(observer.L), r=observer.order)
-        return partial(over_stacks(SIDE_BY_SIDE, sizes, stacks), stop=rows)
-
-
-def drawn(streams: Sequence[Generator], size: int) -> Matrix:
-    """The next numbers of each stream, a column for each (runs, size, 1)."""
-    numbers = np.empty((len(streams), size, 1))
-    for stream, one in zip(streams, numbers):
-        draw(stream, one)
-    return numbers
-
-
-def _stack(X: Matrix, rows: int, first: int = 0) -> Matrix:
-    """The matrices of the instants from `first` on; one, if it does not change."""
-    return X[None] if X.ndim == 2 else over(X, rows)[first:]
 
 
 def sums_of(job: tuple[Batch, range]) -> list[Node]:

@@ -18,6 +18,7 @@ from ..observer import Observer
 from ..period import hold
 from ..plant import Instant, Plant
 from .chunks import real, rows, single
+from .observer_pass import along
 
 Seed = int | np.random.SeedSequence | None
 WHOLE = 64 * 64  # entries of a matrix that BLAS multiplies without dividing the work
@@ -145,10 +146,11 @@ def trajectory(
     x[0] = (plant.x0 if x0 is None else single("x0", x0, n))[:, None]
     x[0] += deviation if x0 is None else 0.0
     drive = noise[:, :n] + times(B, full[..., None])
-    for i in range(steps):
-        if varying and i == 0 and plant.at_first:
-            x[1] = x[0]
-            continue
+    begin = int(varying and plant.at_first and steps > 0)
+    x[begin] = x[0]
+    if not plant.multiplicative:
+        along(_each(A)[begin * (A.ndim > 2) :], drive[begin:steps], x[begin:])
+    for i in range(begin, steps if plant.multiplicative else 0):
         times(A if A.ndim == 2 else A[i], x[i], out=x[i + 1])
         x[i + 1] += drive[i]
         for (A1, _), g in zip(plant.multiplicative, gains[i]):
@@ -227,10 +229,13 @@ def follow(
     drive = times(D, y) + times(G, u)
     z = np.empty((N, r, y.shape[-1]))
     z[0] = state[:, None]
-    for k in range(N - 1):
-        times(F if F.ndim == 2 else F[k], z[k], out=z[k + 1])
-        z[k + 1] += drive[k]
+    along(_each(F), drive[:-1], z)
     return z, times(P, z) + times(V, y) + times(W, u)
+
+
+def _each(X: Matrix) -> Matrix:
+    """The matrices of rows, or one for all, as compiled code takes them."""
+    return np.ascontiguousarray(X[None] if X.ndim == 2 else X, dtype=float)
 
 
 def _input(u: ArrayLike | None, length: int, m: int) -> Matrix:
