@@ -6,6 +6,8 @@ an older checkout.  Arrays in, arrays out; a refusal is a `lb.DesignError`.
 
 import re
 
+import numpy as np
+
 import luenberger as lb
 from luenberger.export import to_c
 
@@ -15,13 +17,15 @@ Refused = lb.DesignError
 def plant(A, B, C, E, *, Q, R, S=None, P0=None, x0=None, prior=False):
     """A discrete plant; P0=None says that nothing is known of its start."""
     more = {} if P0 is None else dict(P0=P0, x0=x0)
-    more |= dict(at_first=True) if prior else {}
+    now = hasattr(lb.Plant, "at_first_sample")  # else an older checkout
+    first = dict(at_first=True) if now else dict(P0_is="prior")
+    more |= first if prior else {}
     return lb.Plant(A, B, C, E, dt=1.0, Q=Q, R=R, S=S, **more)
 
 
 def filtered(plant, y, u=None, u0=None, m1=(), arrival=None):
     """Estimates and covariances (N, n), (N, n, n)."""
-    if arrival is not None and hasattr(lb, "Record"):
+    if hasattr(lb, "Record"):
         record = lb.Record(y, u, u0=u0, arrival=arrival)
         run = lb.Filter(plant, list(m1)).run(record)
         return run.x, run.P
@@ -63,8 +67,14 @@ def where(error):
 
 def over_rows(plant, y, settled=False):
     """The estimates of a record, or of a fleet (M, N, p); by default in full."""
-    settle = 1e-9 if settled else None
-    return lb.filter_data(plant, y, backend="numba", settle=settle).x
+    if not hasattr(lb, "Record"):  # an older checkout
+        settle = 1e-9 if settled else None
+        return lb.filter_data(plant, y, backend="numba", settle=settle).x
+    run = lb.Filter(plant)
+    if settled or y.ndim == 3:
+        return run.run(y).x
+    rows = lb.Record(y).on(plant)
+    return np.concatenate([one.x for one in run._windows(rows, None, "readings")])
 
 
 def smoothed_rows(plant, y):
@@ -79,6 +89,8 @@ def likelihood_of_rows(plant, y):
 
 def as_called(plant, y):
     """A short record, as users call it."""
+    if hasattr(lb, "Record"):
+        return lb.Filter(plant).run(y).x
     return lb.filter_data(plant, y).x
 
 
@@ -92,7 +104,10 @@ FIRST = (  # a program: the first record of a plant in a new process
     "A, C = [[1, 1, 0.5], [0, 1, 1], [0, 0, 1]], [[1, 0, 0], [0, 1, 0]]\n"
     "plant = lb.Plant(A, None, C, dt=1.0, Q=np.diag([0.0, 0, 1]),\n"
     "                 R=np.diag([0.25, 4]), P0=np.eye(3))\n"
-    "lb.filter_data(plant, np.zeros((1000, 2)), backend='numba')\n"
+    "if hasattr(lb, 'Record'):\n"
+    "    lb.Filter(plant).run(np.zeros((1000, 2)))\n"
+    "else:\n"
+    "    lb.filter_data(plant, np.zeros((1000, 2)), backend='numba')\n"
 )
 DEVICE = """
 #include "made.h"
