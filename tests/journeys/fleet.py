@@ -1,14 +1,11 @@
 """Thousands of devices of one kind, each with a record of its own.
 
-One call does them all, on any executor of `concurrent.futures`, that of a Dask cluster
-too (`client.get_executor()`), and the results go to one file.  Run with a number of
-devices, such as 5000, to see how long it takes; the test takes 40.
+Any executor of `concurrent.futures`, or a Dask client, filters parts of them.  Run with
+a number of devices, such as 5000, to see how long it takes; the test takes 40.
 """
 
 import sys
-import tempfile
 from concurrent.futures import ThreadPoolExecutor
-from pathlib import Path
 
 import numpy as np
 
@@ -35,11 +32,10 @@ def record(device: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 states, y = map(np.stack, zip(*map(record, range(DEVICES))))
-with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor() as executor:
-    path = Path(folder) / "fleet.npz"
-    lb.filter_data(plant, y, executor=executor, into=path)
-    with np.load(path) as stored:
-        x, std = stored["x"], stored["std"]
+run, parts = lb.Filter(plant), lb.Record(y).split(64)
+with ThreadPoolExecutor() as executor:
+    found = [(part.x, part.std) for part in executor.map(run.run, parts)]
+x, std = map(np.concatenate, zip(*found))
 
 # -- the same numbers from the plant at work
 

@@ -11,12 +11,10 @@ import numpy as np
 import pytest
 
 from luenberger import kernels
-from luenberger.fleets import given_gain, own_gain
 from luenberger.kernels import cache
 from luenberger.kernels import lanes as kernel_lanes
 
 ASKED = [(kernels, "over_record"), (cache, "compiled"), (kernel_lanes, "in_lanes")]
-ASKED += [(module, "in_panels") for module in (given_gain, own_gain)]
 
 
 @contextmanager

@@ -23,12 +23,8 @@ def never_run() -> None:
     assert_type(lb.plot.panels(2), list[Axes])
     assert_type(lb.filter_data(plant, y), Filtered)
     assert_type(lb.filter_data(plant, iter([y])), Iterator[Filtered])
-    assert_type(lb.filter_data(plant, np.zeros((2, 3, 1))), lb.FilteredFleet)
-    assert_type(lb.filter_data(plant, [y, y], backend="numpy"), lb.FilteredFleet)
     assert_type(lb.filter_data(plant, [[1], [2]]), Filtered)
     assert_type(lb.log_likelihood(plant, [y, y]), float)
     assert_type(lb.log_likelihood(plant, [y, y], each=True), np.ndarray)
-    lb.filter_data(plant, y.reshape(1, 3, 1), into="estimates.npz")
-    lb.filter_data(plant, y.reshape(1, 3, 1), into=print, reuse=True)
     lb.reduced_order_filter(plant, steps="ten")  # type: ignore[call-arg, arg-type]
     lb.kalman_fliter(plant)  # type: ignore[attr-defined]

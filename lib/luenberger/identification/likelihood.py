@@ -17,7 +17,6 @@ from ..plant import Plant
 from ..recursion.settings import accurate_outputs, require_noise
 from ..run import chunks
 from ..run.executor import in_order
-from ..run.fleet_tasks import Where
 from . import score
 from .likelihood_parts import Part, Record, parts
 from .records import named, several, split
@@ -167,7 +166,7 @@ def log_likelihood(
     require_noise_free(plant, m1)
     y, u = dataframes.taken(y=y, u=u)
     if executor is not None and not several(y, plant.p):
-        Where(executor).require_none()
+        raise ValueError("executor is for many records, (M, N, p), and y is one")
     records = [*_records(plant, y, u, u0)]
     fast = kernels.runs_compiled(backend, sum(len(one.y) for one in records))
     wanted = score.names(plant) if gradient else ()

@@ -15,7 +15,6 @@ from ..numeric import Matrices
 from ..plant import Plant
 from ..recursion.settings import Settings
 from ..recursion.state import start
-from ..run.fleet_records import parts as ranges
 from . import diffuse, score
 from .predictions import trail_of
 from .records import named
@@ -78,7 +77,8 @@ def parts(
 ) -> Iterator[Part]:  # fmt: skip
     """All records, in order."""
     of = len(records)
-    for begin, end in ranges(of, MANY):
+    for begin in range(0, max(of, 1), MANY):
+        end = min(begin + MANY, of)
         yield Part(plant, records[begin:end], fast, wanted, each, begin, of)
 
 

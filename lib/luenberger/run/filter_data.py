@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from concurrent.futures import Executor
 from functools import partial
 from typing import Any, overload
 
@@ -24,9 +23,7 @@ from . import chunks
 from . import filter_chunks as by
 from .clock import Clock
 from .filter_chunks import Filtered
-from .filter_fleet import FilteredFleet, filter_fleet
-from .fleet_records import Many, many
-from .fleet_tasks import Into, Where
+from .record import Record
 from .sampled_pass import SampledPass
 from .timed import timed
 
@@ -41,26 +38,11 @@ def filter_data(
     settle: float | None = ...,
 ) -> Iterator[Filtered]: ...  # fmt: skip
 @overload
-def filter_data(  # type: ignore[overload-overlap]  # an array is a record, too
-    plant: Plant, y: Many, u: Given | int = ..., *, time: Any = ...,
-    m1: Outputs = ..., u0: Given = ..., weight: Given | str = ...,
-    history: bool = ..., backend: str = ..., settle: float | None = ...,
-    executor: Executor | None = ..., chunk: int | None = ..., into: None = ...,
-) -> FilteredFleet: ...  # fmt: skip
-@overload
 def filter_data(
     plant: Plant, y: ArrayLike, u: Given | int = ..., *, time: Any = ...,
     m1: Outputs = ..., u0: Given = ..., weight: Given | str = ...,
     history: bool = ..., backend: str = ..., settle: float | None = ...,
 ) -> Filtered: ...  # fmt: skip
-@overload
-def filter_data(
-    plant: Plant, y: ArrayLike, u: Given | int = ..., *, time: Any = ...,
-    m1: Outputs = ..., u0: Given = ..., weight: Given | str = ...,
-    history: bool = ..., backend: str = ..., settle: float | None = ...,
-    executor: Executor | None = ..., chunk: int | None = ..., into: Into,
-    reuse: bool = ...,
-) -> None: ...  # fmt: skip
 def filter_data(
     plant: Plant,
     y: Any,
@@ -73,10 +55,6 @@ def filter_data(
     history: bool = False,
     backend: str = "auto",
     settle: float | None = 1e-9,
-    executor: Executor | None = None,
-    chunk: int | None = None,
-    into: Into | None = None,
-    reuse: bool = False,
 ) -> Any:
     """Filter a record in one pass, with its covariance; NaN means not measured.
 
@@ -100,8 +78,8 @@ def filter_data(
         Measurements at instants 1 .. N.  NaN, None, pandas.NA and what a mask covers
         were not measured.  With an iterator the result is an iterator of `Filtered`,
         one for each chunk, and memory stays flat.  The columns of a table are found by
-        the plant's names, as in `estimate`.  An array (M, N, p), or a list of
-        records (N, p), are M records of one plant: see `FilteredFleet`.
+        the plant's names, as in `estimate`.  `Filter` takes many
+        records.
     u : (N, m) array_like or DataFrame, or an iterator of chunks like y's, optional
         Known input at the same instants.  By default the columns of the DataFrame y
         that are named as inputs, or zero for an array; 0 if there is no known input.
@@ -130,24 +108,11 @@ def filter_data(
         The gain of a plant that does not change settles.  The recursion of the
         covariance stops where a bound says that no later row is further from it than
         this tolerance: see the notes.  None runs the recursion over every row.
-    executor : concurrent.futures.Executor, optional
-        Where many records are filtered: a pool of threads or processes, or that of a
-        Dask cluster, ``client.get_executor()``.  Default here.  It changes no bit.
-    chunk : int, optional
-        Of many records, how many a task of the executor takes, in blocks of 64.
-    into : path or callable, optional
-        Where many records go part by part, so that memory is for a few parts: a file
-        ``.npz``, a table ``.parquet`` (`pip install luenberger[tables]`), or a function
-        of the number of the first record of a part and its `FilteredFleet`.
-    reuse : bool, default False
-        With a function `into`: a part gets the arrays of an earlier one, written anew,
-        which is faster.  The function must copy what it keeps.
 
     Returns
     -------
-    Filtered, FilteredFleet, or an iterator of Filtered
-        For a DataFrame or Series y, x and std are DataFrames with its index.  Of many
-        records a `FilteredFleet`, or None with `into`.
+    Filtered, or an iterator of Filtered
+        For a DataFrame or Series y, x and std are DataFrames with its index.
 
     Raises
     ------
@@ -234,11 +199,10 @@ def filter_data(
     u0 = np.zeros(plant.m) if u0 is None else chunks.single("u0", u0, plant.m)
     tolerance = settle_tolerance(settle)
     y, u = dataframes.taken(y=y, u=u)
-    where = Where(executor, chunk, into, reuse)
-    if many(y):
-        given = plant, y, u, time, m1, u0, weight, history, backend
-        return filter_fleet(*given, where)
-    where.require_none()
+    if not isinstance(y, Iterator) and Record(y).many:
+        raise ValueError(
+            "y holds many records: lb.Filter(plant).run(lb.Record(y, u)) filters them"
+        )
     if plant.dt == 0:
         sampled = SampledPass(plant, m1, weight, tolerance)
         each = partial(by.sampled_chunk, sampled, history, backend)
