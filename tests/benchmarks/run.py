@@ -58,7 +58,7 @@ def smoothed(one, y):
 
 
 def likelihood(one, y):
-    return lb.log_likelihood(one, y, backend="numba")
+    return lb.Filter(one).log_likelihood(y)
 
 
 def fitted(one, y):

@@ -95,8 +95,8 @@ ASKED = {
     "record": lambda y, *u: lb.Filter(PLANT).run(lb.Record(y, *u)).x,
     "smooth": lambda y, *u: lb.Filter(PLANT).smooth(lb.Record(y, *u)).x,
     "estimate": lambda y, *u: lb.estimate(OBSERVER, y, *u),
-    "likelihood": lambda y, *u: lb.log_likelihood(PLANT, y, *u),
-    "innovations": lambda y, *u: lb.innovations(PLANT, y, *u),
+    "likelihood": lambda y, *u: lb.Filter(PLANT).log_likelihood(lb.Record(y, *u)),
+    "innovations": lambda y, *u: lb.Filter(PLANT).innovations(lb.Record(y, *u)),
     "fit": lambda y, *u: lb.fit_noise(PLANT, y, *u, Q="diagonal", R="diagonal").plant.R,
     "state": lambda y, *u: lb.reconstruct_state(PLANT, y, *u),
 }
@@ -119,9 +119,10 @@ def test_chunks_and_lists_hold_such_tables(table):
     assert np.array_equal(
         np.concatenate(found), lb.Filter(PLANT).run(lb.Record(Y, U)).x
     )
-    each = lb.log_likelihood(PLANT, [table(one) for one in parts], each=True)
-    arrays = [Y[:25], Y[25:]], [U[:25], U[25:]]
-    assert np.array_equal(each, lb.log_likelihood(PLANT, *arrays, each=True))
+    run = lb.Filter(PLANT)
+    arrays = lb.Record([Y[:25], Y[25:]], [U[:25], U[25:]])
+    both = lb.Record([table(one) for one in parts])
+    assert run.log_likelihood(both) == run.log_likelihood(arrays)
 
 
 @pytest.mark.parametrize("table", TABLES)

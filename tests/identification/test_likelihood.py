@@ -1,12 +1,12 @@
 """The likelihood of a record, against statsmodels, exact rationals and batches."""
 
 import dataclasses
-from contextlib import nullcontext
+from fractions import Fraction
 
 import generators
 import numpy as np
 import pytest
-from as_python import as_python
+from exact_filter import rational, zeros
 from exact_likelihood import (
     KINDS,
     SCORED,
@@ -14,27 +14,30 @@ from exact_likelihood import (
     density,
     direction,
     exact_moments,
+    inverse,
     nile,
     rational_plant,
 )
+from exact_smoother import product
 
 import luenberger as lb
-from luenberger.identification import score
+from luenberger.filtering import passes
+from luenberger.filtering.passes import Maps, State, Tape, forward
+from luenberger.identification.derivation import score_step
 
 nan = float("nan")
-BACKENDS = ("numpy", "numba")
 
 
-@pytest.mark.parametrize("backend", BACKENDS)
-def test_nile_with_a_wide_start(backend):
+def test_nile_with_a_wide_start():
     """The local level with a prior variance of 10^7, the first year included."""
     plant = lb.Plant(
         [[1]], None, [[1]], dt=1.0, Q=[[1469.1]], R=[[15099.0]], P0=[[1e7]],
         at_first=True,
     )  # fmt: skip
-    found = lb.log_likelihood(plant, nile(), backend=backend)
+    run = lb.Filter(plant)
+    found = run.log_likelihood(nile())
     assert round(found, 2) == -641.59
-    first = lb.log_likelihood(plant, nile()[:1])
+    first = run.log_likelihood(nile()[:1])
     assert round(found - first, 2) == -632.54  # the years after the first, given it
 
 
@@ -64,43 +67,21 @@ def case(seed):
 def test_statsmodels_has_the_same_likelihood(seed):
     plant, y = case(seed)
     wanted = statsmodels(plant, y)
-    assert lb.log_likelihood(plant, y) == pytest.approx(wanted, rel=1e-10)
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_compiled_code_has_the_same_likelihood_and_score(seed):
-    plant, y = case(seed)
-    wanted, slope = lb.log_likelihood(plant, y, gradient=True, backend="numpy")
-    with as_python():
-        found, other = lb.log_likelihood(plant, y, gradient=True, backend="numba")
-        assert lb.log_likelihood(plant, y, backend="numba") == found
-    assert found == pytest.approx(wanted, rel=1e-12)
-    for name, X in slope.items():
-        np.testing.assert_allclose(other[name], X, rtol=1e-9, atol=1e-9 * abs(X).max())
-
-
-@pytest.mark.parametrize("n", [2, 8])
-@pytest.mark.parametrize("start", [True, False])
-def test_gradients_of_many_rows_with_gaps_are_added_up(n, start, monkeypatch):
-    """More rows than compiled code adds up at a time, as scalars and as loops."""
-    monkeypatch.setattr(score, "TOGETHER", 64)
-    rng = np.random.default_rng(n)
-    plant = generators.plant(rng, n, 2, m=1, cross=True, radius=0.9)
-    y, u, u0 = generators.record(rng, plant, score.TOGETHER + 40)
-    if not start:
-        plant = dataclasses.replace(plant, P0=None)
-    y[rng.random(y.shape) < 0.1] = nan
-    options = dict(u0=u0, gradient=True)
-    wanted, slopes = lb.log_likelihood(plant, y, u, backend="numpy", **options)
-    with nullcontext() if n == 2 else as_python():
-        found, others = lb.log_likelihood(plant, y, u, backend="numba", **options)
-    assert found == pytest.approx(wanted, rel=1e-12)
-    assert slopes.keys() == others.keys()
-    for name, X in slopes.items():
-        np.testing.assert_allclose(others[name], X, rtol=0, atol=1e-10 * abs(X).max())
+    assert lb.Filter(plant).log_likelihood(y) == pytest.approx(wanted, rel=1e-10)
 
 
 # -- exactly ---------------------------------------------------------------------------
+
+
+def factored(P):
+    """V = U' and D of a covariance of Fractions."""
+    n, P, V, D = len(P), P.copy(), rational(np.eye(len(P))), zeros(len(P))
+    for j in reversed(range(n)):
+        D[j] = P[j, j]
+        for i in range(j if D[j] else 0):
+            V[j, i] = P[i, j] / D[j]
+        P = P - D[j] * np.outer(V[j], V[j])
+    return V, D
 
 
 def exact(plant, y, u, u0, move=None):
@@ -113,52 +94,157 @@ def test_the_likelihood_is_the_density_of_the_record(kind):
     plant, *record = rational_plant(kind)
     y, u, u0 = record
     wanted, _ = exact(plant, *record)
-    assert lb.log_likelihood(plant, y, u, u0=u0) == pytest.approx(wanted, rel=1e-12)
+    found = lb.Filter(plant).log_likelihood(lb.Record(y, u, u0=u0))
+    assert found == pytest.approx(wanted, rel=1e-12)
 
 
-@pytest.mark.parametrize(("kind", "name"), SCORED)
-def test_the_gradient_is_that_of_the_density(kind, name):
+@pytest.mark.parametrize(("kind", "name"), [x for x in SCORED if x[1] in "QRS"])
+def test_the_score_is_that_of_the_density(kind, name):
     plant, *record = rational_plant(kind)
     y, u, u0 = record
     D = direction(plant, name)
     _, wanted = exact(plant, *record, move={name: D})
-    _, slope = lb.log_likelihood(plant, y, u, u0=u0, gradient=True)
-    size = np.abs(slope[name] * D).sum()
-    assert np.sum(slope[name] * D) == pytest.approx(wanted, abs=1e-11 * size)
+    slope = getattr(lb.Filter(plant).score(lb.Record(y, u, u0=u0)), name)
+    size = np.abs(slope * D).sum()
+    assert np.sum(slope * D) == pytest.approx(wanted, abs=1e-11 * size)
 
 
 @pytest.mark.parametrize("kind", ["perfect", "one perfect"])
-def test_the_gradient_in_the_noise_of_a_perfect_output(kind):
+def test_the_score_in_the_noise_of_a_perfect_output(kind):
     """It is that from the one side where it is not perfect."""
     plant, *record = rational_plant(kind)
     D = np.zeros((plant.p, plant.p))
     D[0, 0] = 1
     _, wanted = exact(plant, *record, move={"R": D})
-    _, slope = lb.log_likelihood(plant, *record[:2], u0=record[2], gradient=True)
-    assert slope["R"][0, 0] == pytest.approx(wanted, rel=1e-11)
+    y, u, u0 = record
+    found = lb.Filter(plant).score(lb.Record(y, u, u0=u0))
+    assert found.R[0, 0] == pytest.approx(wanted, rel=1e-11)
 
 
-def test_a_varying_plant_has_a_gradient_at_each_instant():
+def test_a_varying_plant_is_scored_with_the_matrices_of_each_instant():
     rng = np.random.default_rng(5)
     plant = generators.varying(rng, 2, 1, 3, m=1)
     plant = dataclasses.replace(
         plant, **{k: np.round(getattr(plant, k), 2) for k in ("A", "B", "C", "E")}
     )
     y, u, u0 = generators.record(rng, plant, 3)
-    with as_python():
-        numpy, numba = (
-            lb.log_likelihood(plant, y, u, u0=u0, gradient=True, backend=backend)[1]
-            for backend in BACKENDS
-        )
-    for name in ("A", "B", "C", "E", "Q", "R", "S"):
+    found = lb.Filter(plant).score(lb.Record(y, u, u0=u0))
+    for name in "QRS":
         shape = getattr(plant, name).shape
-        D = rng.integers(-2, 3, shape).astype(float)
-        D = D + D.mT if name in "QR" else D
-        _, wanted = exact(plant, y, u, u0, {name: D})
-        for slope in (numpy[name], numba[name]):
-            assert slope.shape == shape
-            size = np.abs(slope * D).sum()
-            assert np.sum(slope * D) == pytest.approx(wanted, abs=1e-9 * size)
+        D = rng.integers(-2, 3, shape[1:]).astype(float)
+        D = D + D.T if name in "QR" else D
+        _, wanted = exact(plant, y, u, u0, {name: np.broadcast_to(D, shape)})
+        slope = getattr(found, name)
+        size = np.abs(slope * D).sum()
+        assert np.sum(slope * D) == pytest.approx(wanted, abs=1e-9 * size)
+
+
+def test_outputs_that_are_correlated_are_scored_together():
+    """Readings are combined by triangles, another for each pattern of gaps."""
+    rng = np.random.default_rng(3)
+    for seed in range(6):
+        plant = generators.plant(rng, 3, 3, m=0, cross=seed % 2)
+        y = generators.record(rng, plant, 30)[0]
+        y[rng.random(y.shape) < 0.3] = nan
+        found = lb.Filter(plant).score(y)
+        for name in "QR":
+            X = getattr(plant, name)
+            D = rng.normal(size=X.shape)
+            D = (D + D.T) * np.sqrt(np.outer(X.diagonal(), X.diagonal())) * 1e-5
+            up, down = (
+                lb.Filter(
+                    dataclasses.replace(plant, **{name: X + s * D})
+                ).log_likelihood(y)
+                for s in (1, -1)
+            )
+            wanted = (up - down) / 2
+            size = np.abs(getattr(found, name) * D).sum()
+            assert (getattr(found, name) * D).sum() == pytest.approx(
+                wanted, abs=1e-5 * size
+            )
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_the_text_of_the_score_is_the_page_on_fractions(seed):
+    """One reading at a time, some of them missing, equals whole rows to the last digit.
+
+    The rows are those of identification/derivation/score_by_blocks.py.
+    """
+    rng = np.random.default_rng(seed)
+    n, p, rows = (int(k) for k in rng.integers(1, 4, 3))
+    whole = lambda *size: rational(rng.integers(-3, 4, size))  # noqa: E731
+    A, C, y, H = whole(n, n), whole(p, n), whole(rows, p), whole(n + p, n + p)
+    joint = product(H, H.T) if seed % 2 else np.diag(np.diag(product(H, H.T)))
+    joint = joint + rational(np.eye(n + p))
+    Q, S, R = joint[:n, :n], joint[:n, n:], joint[n:, n:]
+    seen = rng.random((rows, p)) < 0.8
+    if seed % 2:  # every noise beside the state, as where S is not zero
+        V, d = factored(joint)
+        B, at_row = np.hstack([A, V.T[:n]]), np.hstack([C, V.T[n:]])
+        G, r, N = zeros(n, 0), zeros(p), 2 * n + p
+    else:
+        half = factored(Q)
+        B, at_row, d, N = A, C, zeros(0), n
+        G, r = half[0].T, np.diag(R)  # of the text's unit noises
+    own = zeros(n, n)
+    maps = Maps(B[None], B[None], G[None], zeros(1, n, 0), zeros(1, n, 0),
+                at_row[None], r[None], d[None])  # fmt: skip
+    state = State(zeros(N), rational(np.eye(N)), zeros(N), zeros(p, N), zeros(p))
+    state.D[:n], state.D[n:] = rational(np.ones(n)), d
+    if not seed % 2:
+        Q = product(G, G.T)
+    sizes = [(0, n), (0, N), (0, N, N), (0, N), (rows, p, N), (rows, p), (rows, p)]
+    tape = Tape(*(zeros(*size) for size in sizes))
+    values, at = np.where(seen, y, float("nan")), np.zeros(rows + 1, dtype=int)
+    room = zeros(rows, n), zeros(rows, n)
+    forward.on(TINY=0, CLASH=0)(values, zeros(rows, n), at, maps, state, *room, tape)
+    found = zeros(n, n), zeros(1, p, p), zeros(1, n, p)
+    passes.score.on()(at, maps, tape, zeros(n), own, *found)
+
+    x, Omega, kept = zeros(n, 1), product(A, A.T) + Q, []
+    for k in range(rows):
+        here = np.flatnonzero(seen[k])
+        Ck, Rk, Sk = C[here], R[np.ix_(here, here)], S[:, here]
+        if not seed % 2:
+            Sk = zeros(n, len(here))
+        W = inverse(product(Ck, Omega, Ck.T) + Rk)[0] if len(here) else zeros(0, 0)
+        G_k = product(product(A, Omega, Ck.T) + Sk, W)
+        nu = y[k, here][:, None] - product(Ck, x)
+        kept.append((here, dict(A=A, C=Ck, G=G_k, W=W, e=product(W, nu))))
+        M = product(Ck, Omega, Ck.T) + Rk
+        Omega = product(A, Omega, A.T) + Q - product(G_k, M, G_k.T)
+        x = product(A, x) + product(G_k, nu)
+    eta, Pi = zeros(n, 1), zeros(n, n)
+    wanted = zeros(n, n), zeros(p, p), zeros(n, p)
+    for here, given in reversed(kept):
+        row = exactly(score_step(), given | dict(eta_next=eta, Pi_next=Pi))
+        wanted[0][:] += 2 * row["gQ"]
+        wanted[1][np.ix_(here, here)] += 2 * row["gR"]
+        wanted[2][:, here] += row["gS"]
+        eta, Pi = row["eta"], row["Pi"]
+    wanted[0][:] += product(eta, eta.T) - Pi  # of the noise before the first row
+    for one, other in zip(found, wanted):
+        assert (one.reshape(other.shape) == other).all()
+
+
+def exactly(stages, known):
+    """What a stage list finds, on Fractions."""
+    known = dict(known)
+    for stage in stages.stages:
+        known[stage.target.name] = evaluated(stage.formula, known)
+    return known
+
+
+def evaluated(e, known):
+    if e.is_MatAdd:
+        return sum(evaluated(a, known) for a in e.args)
+    if e.is_MatMul:
+        factors = [evaluated(a, known) for a in e.args if a.is_Matrix]
+        number = [Fraction(str(a)) for a in e.args if not a.is_Matrix]
+        return (number or [1])[0] * product(*factors)
+    if hasattr(e, "arg"):
+        return evaluated(e.arg, known).T
+    return known[e.name]
 
 
 # -- records ---------------------------------------------------------------------------
@@ -166,37 +252,71 @@ def test_a_varying_plant_has_a_gradient_at_each_instant():
 
 def test_records_of_one_plant_multiply():
     plant, y, u, u0 = rational_plant("two")
-    one = lb.log_likelihood(plant, y, u, u0=u0, gradient=True)
-    other = lb.log_likelihood(plant, y[:2], u[:2], gradient=True)
-    both, slope = lb.log_likelihood(
-        plant, [y, y[:2]], [u, u[:2]], u0=[u0, [0]], gradient=True
-    )
-    assert both == pytest.approx(one[0] + other[0], rel=1e-14)
-    for name, X in slope.items():
-        np.testing.assert_allclose(X, one[1][name] + other[1][name], rtol=1e-12)
+    run = lb.Filter(plant)
+    one, other = lb.Record(y, u), lb.Record(y[:2], u[:2])
+    both = lb.Record([y, y[:2]], [u, u[:2]])
+    each = [run.log_likelihood(k) for k in (one, other)]
+    assert run.log_likelihood(both) == pytest.approx(sum(each), rel=1e-14)
+    for name in "QRS":
+        wanted = sum(getattr(run.score(k), name) for k in (one, other))
+        np.testing.assert_allclose(getattr(run.score(both), name), wanted, rtol=1e-12)
+    array = lb.Record(np.array([y, y]), u)
+    assert run.log_likelihood(array) == pytest.approx(2 * each[0], rel=1e-14)
+    assert u0 is not None
 
 
 def test_what_is_not_measured_says_nothing():
-    plant, y, u, u0 = rational_plant("two")
-    value, slope = lb.log_likelihood(plant, np.full_like(y, nan), u, gradient=True)
-    assert value == 0 and all(not X.any() for X in slope.values())
-    assert lb.log_likelihood(plant, y[:0], u[:0]) == 0
+    plant, y, u, _ = rational_plant("two")
+    run, record = lb.Filter(plant), lb.Record(np.full_like(y, nan), u)
+    assert run.log_likelihood(record) == 0
+    assert not any(getattr(run.score(record), name).any() for name in "QRS")
+    assert run.log_likelihood(lb.Record(y[:0], u[:0])) == 0
 
 
 def test_names_of_columns():
     import pandas as pd
 
     plant, y, u, _ = rational_plant("two")
-    table = pd.DataFrame({"u1": u[:, 0], "y2": y[:, 1], "y1": y[:, 0]})
-    assert lb.log_likelihood(plant, table) == lb.log_likelihood(plant, y, u)
-    assert lb.log_likelihood(plant, [table]) == lb.log_likelihood(plant, y, u)
+    table = pd.DataFrame({"u1": u[:, 0], "y2": y[:, 1], "y1": y[:, 0]}, index=range(4))
+    run = lb.Filter(plant)
+    assert run.log_likelihood(table) == run.log_likelihood(lb.Record(y, u))
+    assert run.log_likelihood([table]) == run.log_likelihood(lb.Record(y, u))
+    left = run.innovations(table)
+    assert list(left.columns) == ["y1", "y2"] and list(left.index) == [0, 1, 2, 3]
+
+
+def test_innovations_are_those_of_a_triangle():
+    """Normalised by the triangle of Cholesky of their covariance."""
+    plant, y, u, _ = rational_plant("two")
+    plant = dataclasses.replace(plant, S=None)
+    found = lb.Filter(plant).innovations(lb.Record(y[:1], u[:1]))[0]
+    x, P = plant.A @ plant.x0, plant.A @ plant.P0 @ plant.A.T + plant.Q
+    M = plant.C @ P @ plant.C.T + plant.R
+    nu = y[0] - plant.C @ x - plant.E @ u[0]
+    wanted = np.linalg.solve(np.linalg.cholesky(M), nu)
+    np.testing.assert_allclose(found, wanted, rtol=1e-12)
+
+
+def test_a_continuous_plant_is_sampled_at_the_instants_of_a_record():
+    plant = lb.Plant([[-1.0]], None, [[1]], Q=[[2]], R=[[1]], P0=[[1]])
+    time, y = np.array([0.0, 0.5, 1.5, 1.75]), np.array([[1.0], [2], [0], [1]])
+    found = lb.Filter(plant).log_likelihood(lb.Record(y, time=time))
+    x, P, wanted = 0.0, 1.0, 0.0
+    for dt, (one,) in zip([0.5, 0.5, 1.0, 0.25], y):
+        a = np.exp(-dt)
+        x, P = a * x, a * a * P + 1 - a * a  # Q of white noise of intensity 2
+        wanted -= (np.log(2 * np.pi * (P + 1)) + (one - x) ** 2 / (P + 1)) / 2
+        x, P = x + P / (P + 1) * (one - x), P / (P + 1)
+    assert found == pytest.approx(wanted, rel=1e-12)
 
 
 def test_accurate_outputs_are_those_without_noise():
     plant, y, u, _ = rational_plant("one perfect")
-    assert lb.log_likelihood(plant, y, u, m1=1) == lb.log_likelihood(plant, y, u)
+    record = lb.Record(y, u)
+    one = lb.Filter(plant, 1).log_likelihood(record)
+    assert one == lb.Filter(plant).log_likelihood(record)
     with pytest.raises(lb.DesignError, match="'y2' is noisy.*not white"):
-        lb.log_likelihood(plant, y, u, m1=2)
+        lb.Filter(plant, 2).log_likelihood(record)
 
 
 def test_an_impossible_record_is_refused():
@@ -204,91 +324,19 @@ def test_an_impossible_record_is_refused():
     y = y.copy()
     y[2, 1] += 1
     with pytest.raises(lb.DesignError, match="instant 3"):
-        lb.log_likelihood(plant, y, u)
-
-
-def test_a_list_of_records_needs_a_list_of_inputs():
-    plant, y, u, _ = rational_plant("two")
-    with pytest.raises(ValueError, match="u must be a list as long"):
-        lb.log_likelihood(plant, [y, y], u)
+        lb.Filter(plant).log_likelihood(lb.Record(y, u))
 
 
 @pytest.mark.parametrize("power", [-40, 40])
 @pytest.mark.parametrize("kind", ["two", "one perfect"])
 def test_units_of_outputs_only_add_a_constant(kind, power):
     plant, y, u, u0 = rational_plant(kind)
-    wanted = lb.log_likelihood(plant, y, u, u0=u0)
+    wanted = lb.Filter(plant).log_likelihood(lb.Record(y, u, u0=u0))
     unit = np.array([2.0**power, 1])
     other = dataclasses.replace(
         plant, C=plant.C * unit[:, None], E=plant.E * unit[:, None],
         R=plant.R * unit * unit[:, None],
         S=None if plant.S is None else plant.S * unit,
     )  # fmt: skip
-    found = lb.log_likelihood(other, y * unit, u, u0=u0)
+    found = lb.Filter(other).log_likelihood(lb.Record(y * unit, u, u0=u0))
     assert found + 4 * power * np.log(2) == pytest.approx(wanted, rel=1e-12)
-
-
-# -- many records ----------------------------------------------------------------------
-
-
-@pytest.fixture(params=["numpy", "python"])
-def backend(request):
-    """NumPy, or generated code as Python."""
-    with as_python() if request.param == "python" else nullcontext():
-        yield "numpy" if request.param == "numpy" else "numba"
-
-
-@pytest.fixture(scope="module")
-def fleet():
-    rng = np.random.default_rng(8)
-    plant = generators.plant(rng, 3, 2, m=1)
-    y, u = rng.standard_normal((5, 30, 2)), rng.standard_normal((5, 30, 1))
-    y[1, 3:6, 0] = y[2, 15:] = y[3] = np.nan  # a gap; ends earlier; never measured
-    return plant, y, u
-
-
-def test_an_array_of_records_is_a_list_of_them(fleet, backend):
-    plant, y, u = fleet
-    one, slope = lb.log_likelihood(plant, y, u, gradient=True, backend=backend)
-    two, same = lb.log_likelihood(
-        plant, list(y), list(u), gradient=True, backend=backend
-    )
-    assert one == two
-    for name in slope:
-        np.testing.assert_array_equal(slope[name], same[name])
-    shared = lb.log_likelihood(plant, y, u[0], backend=backend)
-    assert shared == lb.log_likelihood(plant, list(y), [u[0]] * 5, backend=backend)
-
-
-@pytest.mark.parametrize("unknown", [False, True])
-def test_each_record_has_its_value(fleet, unknown):
-    plant, y, u = fleet
-    if unknown:
-        plant, y, u = dataclasses.replace(plant, P0=None), y[:3], u[:3]
-    values, slopes = lb.log_likelihood(plant, y, u, each=True, gradient=True)
-    assert values.shape == (len(y),)
-    for k in range(len(y)):
-        wanted, slope = lb.log_likelihood(plant, y[k], u[k], gradient=True)
-        np.testing.assert_allclose(values[k], wanted, rtol=1e-12)
-        for name in slope:
-            np.testing.assert_allclose(slopes[name][k], slope[name], rtol=1e-9, atol=0)
-    whole = lb.log_likelihood(plant, y, u)
-    np.testing.assert_allclose(values.sum(), whole, rtol=1e-12)
-    np.testing.assert_array_equal(lb.log_likelihood(plant, y, u, each=True), values)
-    assert unknown or values[3] == 0
-    assert lb.log_likelihood(plant, y[0], u[0], each=True).shape == (1,)
-
-
-def test_a_record_that_is_refused_is_named(fleet):
-    plant, y, u = fleet
-    bad = np.array(y)
-    bad[4, 2, 1] = np.inf
-    with pytest.raises(ValueError, match="record 4: y is infinite in row 2"):
-        lb.log_likelihood(plant, bad, u)
-    with pytest.raises(ValueError, match=r"u must be \(5, 30, m\), or \(30, m\)"):
-        lb.log_likelihood(plant, y, u[:, :3])
-    exact = lb.Plant([[1]], None, [[1]], dt=1.0, Q=[[0]], R=[[0]], P0=[[1]])
-    said = "record 1: .*instant 2"
-    for how in ({}, {"each": True}):
-        with pytest.raises(lb.DesignError, match=said):
-            lb.log_likelihood(exact, np.array([[[1.0], [1]], [[1], [2]]]), **how)

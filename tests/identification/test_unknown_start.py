@@ -6,7 +6,6 @@ import generators
 import mpmath as mp
 import numpy as np
 import pytest
-from as_python import as_python
 from exact_likelihood import (
     KINDS,
     SCORED,
@@ -22,7 +21,7 @@ from exact_smoother import product
 from statsmodels.tsa.statespace.initialization import Initialization
 
 import luenberger as lb
-from luenberger.identification import diffuse
+from luenberger.filtering import unknown as start
 
 nan = float("nan")
 
@@ -39,7 +38,7 @@ def test_nile():
     -633.4646, which counts one more factor (2 pi)^(-1/2).
     """
     plant = lb.Plant([[1]], None, [[1]], dt=1.0, Q=[[1469.1]], R=[[15099.0]])
-    found = lb.log_likelihood(plant, nile())
+    found = lb.Filter(plant).log_likelihood(nile())
     assert round(found, 4) == -632.5456
     assert round(found - np.log(2 * np.pi) / 2, 4) == -633.4646
 
@@ -101,7 +100,7 @@ def test_statsmodels_has_the_same_likelihood():
     apart = []
     for seed in range(200):
         plant, y = case(seed)
-        found, wanted = lb.log_likelihood(plant, y), statsmodels(plant, y)
+        found, wanted = lb.Filter(plant).log_likelihood(y), statsmodels(plant, y)
         if found != pytest.approx(wanted, rel=1e-10):
             apart.append(seed)
             wanted = with_many_digits(plant, y)
@@ -139,68 +138,54 @@ def test_the_likelihood_is_the_integral_of_the_density(kind):
     plant, *record = rational_plant(kind)
     wanted, _ = exact(plant, *record)
     y, u, u0 = record
-    found = lb.log_likelihood(unknown(plant), y, u, u0=u0)
+    found = lb.Filter(unknown(plant)).log_likelihood(lb.Record(y, u, u0=u0))
     assert found == pytest.approx(wanted, rel=1e-12)
 
 
 @pytest.mark.parametrize(
-    ("kind", "name"),
-    [x for x in SCORED if x[1] not in ("x0", "P0") and x[0] != "prior"],
+    ("kind", "name"), [x for x in SCORED if x[1] in "QRS" and x[0] != "prior"]
 )
-def test_the_gradient_is_that_of_the_integral(kind, name):
+def test_the_score_is_that_of_the_integral(kind, name):
     plant, *record = rational_plant(kind)
     y, u, u0 = record
     D = direction(plant, name)
     _, wanted = exact(plant, *record, move={name: D})
-    _, slope = lb.log_likelihood(unknown(plant), y, u, u0=u0, gradient=True)
-    assert {"x0", "P0"}.isdisjoint(slope)
-    size = np.abs(slope[name] * D).sum()
-    assert np.sum(slope[name] * D) == pytest.approx(wanted, abs=1e-11 * size)
+    slope = getattr(lb.Filter(unknown(plant)).score(lb.Record(y, u, u0=u0)), name)
+    size = np.abs(slope * D).sum()
+    assert np.sum(slope * D) == pytest.approx(wanted, abs=1e-11 * size)
 
 
-def test_a_varying_plant_has_its_gradient_at_the_right_instant():
+def test_a_varying_plant_is_scored_at_the_right_instant():
     """Rows after the first ones, too, have the matrices of their own instants."""
     rng = np.random.default_rng(5)
     plant = generators.varying(rng, 1, 1, 4, m=1, P0=None)
     parts = {k: np.round(getattr(plant, k), 2) for k in ("A", "B", "C", "E")}
     plant = dataclasses.replace(plant, **parts)
     y, u, u0 = (np.round(rng.normal(size=size), 2) for size in ((4, 1), (4, 1), 1))
-    with as_python():
-        numpy, numba = (
-            lb.log_likelihood(plant, y, u, u0=u0, gradient=True, backend=backend)[1]
-            for backend in ("numpy", "numba")
-        )
-    for name in ("A", "C", "Q", "S"):
-        D = rng.integers(1, 4, numpy[name].shape).astype(float)
+    found = lb.Filter(plant).score(lb.Record(y, u, u0=u0))
+    for name in "QRS":
+        D = np.ones(getattr(plant, name).shape)
         _, wanted = exact(plant, y, u, u0, {name: D})
-        for slope in (numpy[name], numba[name]):
-            assert np.sum(slope * D) == pytest.approx(wanted, rel=1e-9)
+        assert getattr(found, name).sum() == pytest.approx(wanted, rel=1e-9)
 
 
 # -- what must not matter --------------------------------------------------------------
 
 
-@pytest.mark.parametrize("seed", range(4))
-def test_the_covariance_to_begin_from_does_not_matter(seed, monkeypatch):
-    plant, y = case(seed)
-    wanted, slope = lb.log_likelihood(plant, y, gradient=True)
-    units = np.arange(1.0, plant.n + 1), np.ones(plant.p)
-    monkeypatch.setattr(diffuse, "natural", lambda setting: units)
-    found, again = lb.log_likelihood(plant, y, gradient=True)
-    assert found == pytest.approx(wanted, rel=1e-10)
-    for name, X in slope.items():
-        np.testing.assert_allclose(again[name], X, rtol=0, atol=1e-8 * abs(X).max())
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_compiled_code_has_the_same_likelihood_and_score(seed):
-    plant, y = case(seed)
-    wanted, slope = lb.log_likelihood(plant, y, gradient=True, backend="numpy")
-    with as_python():
-        found, other = lb.log_likelihood(plant, y, gradient=True, backend="numba")
-    assert found == pytest.approx(wanted, rel=1e-12)
-    for name, X in slope.items():
-        np.testing.assert_allclose(other[name], X, rtol=0, atol=1e-9 * abs(X).max())
+@pytest.mark.parametrize("power", [-60, 60])
+def test_units_only_add_a_constant(power):
+    """Those of a state do not enter at all."""
+    for seed in range(60):
+        plant, y = case(seed)
+        wanted, unit = lb.Filter(plant).log_likelihood(y), np.ones(plant.n)
+        unit[0] = 2.0**power
+        other = dataclasses.replace(
+            plant, A=plant.A * unit / unit[:, None], C=plant.C * unit,
+            Q=plant.Q / unit / unit[:, None],
+            S=None if plant.S is None else plant.S / unit[:, None],
+        )  # fmt: skip
+        found = lb.Filter(other).log_likelihood(y) + np.log(unit[0])
+        assert found == pytest.approx(wanted, rel=1e-10)
 
 
 @pytest.mark.parametrize("away", [1e3, 1e6])
@@ -210,8 +195,9 @@ def test_a_record_may_begin_anywhere(away):
         [[1, 1], [0, 1]], None, [[1, 0]], dt=1.0, Q=[[0.25, 0.5], [0.5, 1]], R=[[1]]
     )
     y = np.array([[1.0], [3], [2], [nan], [5], [4]])
-    wanted = lb.log_likelihood(plant, y)
-    found = lb.log_likelihood(plant, y + away + away * np.arange(6)[:, None])
+    run = lb.Filter(plant)
+    wanted = run.log_likelihood(y)
+    found = run.log_likelihood(y + away + away * np.arange(6)[:, None])
     assert found == pytest.approx(wanted, rel=1e-15 * away * 100)
 
 
@@ -220,23 +206,44 @@ def test_as_few_rows_as_determine_the_state():
     A = [[1, 1, 0], [0, 1, 1], [0, 0, 1]]
     for C, rows in (([[1, 0, 0]], 3), ([[1, 0, 0], [0, 0, 1]], 2)):
         plant = lb.Plant(A, None, C, dt=1.0, Q=np.eye(3), R=np.eye(len(C)))
-        settings = diffuse.Settings(plant, 0)
-        y, u = np.ones((6, len(C))), np.zeros((6, 0))
-        assert len(diffuse.head(settings, y, u).X) == rows + 1
+        passed = lb.Filter(plant).passed(lb.Record(np.ones((6, len(C)))), "values")
+        assert [len(one.x) for one in passed] == [rows, 6 - rows]
+        assert (passed[0].variances[-1] < start.LARGE).all()
 
 
 def test_many_rows_may_pass_before_the_state_is_determined():
     """A likelihood does not change when nothing is measured after one reading."""
     plant = lb.Plant([[1.0]], None, [[1], [1]], dt=1.0, Q=[[0]], R=np.eye(2))
     two = lb.Plant(np.eye(2), None, np.eye(2), dt=1.0, Q=np.zeros((2, 2)), R=np.eye(2))
-    y = np.full((60, 2), nan)
+    y = np.full((200, 2), nan)
     y[0, 0], y[-2:, 1], y[-1, 0] = 1.0, [3.0, 2.0], 4.0
     short = y[[0, -2, -1]]
-    for one in (plant, two):
-        wanted, slope = lb.log_likelihood(one, short, gradient=True)
-        found, other = lb.log_likelihood(one, y, gradient=True)
-        assert found == pytest.approx(wanted, rel=1e-12)
-        np.testing.assert_allclose(other["R"], slope["R"], atol=1e-12)
+    for one in map(lb.Filter, (plant, two)):
+        assert one.log_likelihood(y) == pytest.approx(one.log_likelihood(short), 1e-12)
+        np.testing.assert_allclose(one.score(y).R, one.score(short).R, atol=1e-12)
+
+
+def test_an_estimate_is_the_limit_of_wide_starts():
+    """Until the record determines a state its error has no bound."""
+    A, C = [[1, 1], [0, 1]], [[1, 0]]
+    given = dict(dt=1.0, Q=np.eye(2) / 4, R=[[1]])
+    y = np.array([[1.0], [nan], [3], [2], [4]])
+    found = lb.Filter(lb.Plant(A, None, C, **given)).run(y)
+    wide = lb.Plant(A, None, C, P0=1e8 * np.eye(2), at_first=True, **given)
+    wanted = lb.Filter(wide).run(y)
+    np.testing.assert_allclose(found.x[2:], wanted.x[2:], rtol=1e-6)
+    np.testing.assert_allclose(found.std[2:], wanted.std[2:], rtol=1e-6)
+    np.testing.assert_allclose(found.P[2:], wanted.P[2:], rtol=1e-6)
+    assert found.std[0, 0] == pytest.approx(1) and np.isinf(found.std[[0, 1], 1]).all()
+    rest = lb.Filter(lb.Plant(A, None, C, **given)).run(y[:2])
+    again = lb.Filter(lb.Plant(A, None, C, **given)).run(y[2:], start=rest.end)
+    np.testing.assert_array_equal(again.x, found.x[2:])
+
+
+def test_innovations_begin_where_the_state_is_known():
+    plant = lb.Plant([[1, 1], [0, 1]], None, [[1, 0]], dt=1.0, Q=np.eye(2), R=[[1]])
+    found = lb.Filter(plant).innovations(np.arange(4.0) ** 2)
+    assert np.isnan(found[:2]).all() and np.isfinite(found[2:]).all()
 
 
 def test_a_record_that_does_not_determine_the_state_is_refused():
@@ -246,7 +253,10 @@ def test_a_record_that_does_not_determine_the_state_is_refused():
     )  # fmt: skip
     for y in ([[1.0]], [[1.0], [nan], [nan]], np.zeros((0, 1))):
         with pytest.raises(lb.DesignError, match="no P0.*does not determine"):
-            lb.log_likelihood(plant, y)
+            lb.Filter(plant).log_likelihood(y)
     blind = dataclasses.replace(plant, C=[[0, 1]])
     with pytest.raises(lb.DesignError, match="combination of place is not seen"):
-        lb.log_likelihood(blind, np.ones((9, 1)))
+        lb.Filter(blind).log_likelihood(np.ones((9, 1)))
+    lost = dataclasses.replace(plant, A=[[0, 0], [0, 1]], C=[[0, 1]])
+    with pytest.raises(lb.DesignError, match="combination of place is not seen"):
+        lb.Filter(lost).log_likelihood(np.ones((9, 1)))

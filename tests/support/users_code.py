@@ -24,7 +24,6 @@ def never_run() -> None:
     assert_type(lb.filter_data(plant, y), Filtered)
     assert_type(lb.filter_data(plant, iter([y])), Iterator[Filtered])
     assert_type(lb.filter_data(plant, [[1], [2]]), Filtered)
-    assert_type(lb.log_likelihood(plant, [y, y]), float)
-    assert_type(lb.log_likelihood(plant, [y, y], each=True), np.ndarray)
+    assert_type(lb.Filter(plant).log_likelihood([y, y]), float)
     lb.reduced_order_filter(plant, steps="ten")  # type: ignore[call-arg, arg-type]
     lb.kalman_fliter(plant)  # type: ignore[attr-defined]

@@ -12,7 +12,7 @@ from ..numeric import Matrix, Vector
 from ..numeric.factors import factor
 from ..plant import Plant
 from ..recursion.settings import require_start
-from . import digits, passes, quick, scalars, tail
+from . import digits, passes, quick, scalars, tail, unknown
 from .maps import Settings
 from .passes import FEW, TINY, Maps, State, Tape, gram
 
@@ -91,17 +91,24 @@ class Passage(NamedTuple):
     settled: list[int]
 
 
-def begin(settings: Settings, u0: Vector) -> End:
-    """The filter before the first row of a record."""
+def begin(settings: Settings, u0: Vector, known: bool = True) -> End:
+    """The filter before the first row of a record.
+
+    Without P0 nothing is known of the start, which is refused where it must be known.
+    """
     plant = settings.plant
     n, p = plant.n, plant.p
     none = np.zeros(p, dtype=bool)
     N = settings.at(0, none)[0].B.shape[1]
-    if settings.first is None:
-        settings.first = factors(require_start(plant))
     z, V, D = np.zeros(N), np.eye(N), np.ones(N)
-    z[:n] = plant.x0
-    V[:n, :n], D[:n] = settings.first
+    if plant.P0 is None:
+        if known:
+            require_start(plant)
+        D[:n] = unknown.GROWN * unknown.units(plant) ** 2
+    else:
+        if settings.first is None:
+            settings.first = factors(plant.P0)
+        z[:n], (V[:n, :n], D[:n]) = plant.x0, settings.first
     state = State(z, V, D, np.zeros((p, N)), np.zeros(p))
     return End(0, state, none, u0, digits.Gap(0, np.zeros(n)))
 
@@ -120,7 +127,7 @@ def packed(
     else:
         of, seen = versions
         y = np.where(seen, y[of], np.nan)
-    prior = end.instant == 0 and plant.at_first
+    prior = end.instant == 0 and (plant.P0 is None or plant.at_first)
     before = np.concatenate([end.u[None], u[:-1]]) if rows and plant.m else u
     drive = driven(plant, settings.origin, end.instant, before)
     if prior and rows:
@@ -216,21 +223,57 @@ def _each(
     return found, np.arange(len(y) + 1), mixed
 
 
-def blank(rows: int, read: int, n: int, N: int, p: int) -> Tape:
-    """A tape of so many rows, and of so many whose readings are kept."""
+def blank(
+    rows: int, read: int, n: int, N: int, p: int, told: int | None = None
+) -> Tape:
+    """A tape of so many rows, of so many whose readings are kept, with gains or not."""
+    told = read if told is None else told
     return Tape(
         np.empty((rows, n)), np.empty((rows, N)), np.empty((rows, N, N)),
-        np.empty((rows, N)), np.empty((read, p, N)), np.empty((read, p)),
+        np.empty((rows, N)), np.empty((told, p, N)), np.empty((read, p)),
         np.empty((read, p)),
     )  # fmt: skip
 
 
+def _room(settings: Settings, end: End, rows: int, keep: str) -> Tape:
+    """A tape for what is kept of rows."""
+    all_, told = rows * (keep == "all"), rows * (keep in ("readings", "all"))
+    sizes = settings.plant.n, len(end.state.z), settings.plant.p
+    return blank(all_, rows * (keep != ""), *sizes, told)
+
+
+def first_rows(
+    settings: Settings, end: End, y: Matrix, u: Matrix, keep: str = ""
+) -> Passage:
+    """As `over`, of the rows until something is known of the whole state."""
+    rows, n = len(y), settings.plant.n
+    pack = packed(settings, end, y, u)
+    state = State(*(X.copy() for X in end.state))
+    tape = _room(settings, end, rows, keep)
+    x, variances = np.empty((2, rows, n))
+    done, clash = unknown.forward(*pack[:-1], state, x, variances, tape)
+    if clash >= 0:
+        row, j = divmod(clash, settings.plant.p)
+        refuse(settings, end.instant + 1 + row, j, ~np.isnan(y[row]))
+    variances[variances > unknown.LARGE] = np.inf
+    at = pack.at[: done + 1]
+    pack = pack._replace(y=pack.y[:done], drive=pack.drive[:done], at=at)
+    tape, instant = Tape(*(X[:done] for X in tape)), end.instant + done
+    gap = digits.Gap(0, np.zeros(n))
+    after = End(instant, state, ~np.isnan(y[done - 1]), u[done - 1], gap)
+    return Passage(x[:done], variances[:done], tape, pack, after, [])
+
+
 def over(settings: Settings, end: End, y: Matrix, u: Matrix, keep: str = "") -> Passage:
-    """Filter rows; what is kept of each is "" (no tape), "readings" or "all"."""
+    """Filter rows.
+
+    What is kept of each is "" (no tape), "values" (pivots and innovations), "readings"
+    (gains as well), or "all".
+    """
     plant, rows = settings.plant, len(y)
     n, p = plant.n, plant.p
     pack = packed(settings, end, y, u)
-    tape = blank(rows * (keep == "all"), rows * (keep != ""), n, len(end.state.z), p)
+    tape = _room(settings, end, rows, keep)
     x, variances = np.empty((rows, n)), np.empty((rows, n))
     run = text("forward", settings, pack.maps, rows)
     clash, P = 0, None

@@ -436,7 +436,10 @@ def one_gain(y, drive, A, C, K, z, xs):
 
 @Text
 def unread(K, c, share, nu, a, A, h):
-    """Put into a and A what a reading says before it is read; `share` is 1 / pivot."""
+    """Put into a and A what a reading says before it is read; `share` is 1 / pivot.
+
+    h becomes A K share, of the A that was given.
+    """
     u, d = nu, share / share
     for i in range(len(a)):
         row, s = A[i], A[i, 0] * K[0]
@@ -595,3 +598,88 @@ def rts(at, maps, tape, gains):
         gram(Y, v, size, V, D, none, h)
         if len(gains):
             gains[t] = T[:n]
+
+
+@Text
+def moved_back(B, lam, Lam, a, A, H):
+    """a = B' lam and A = B' Lam B, of a symmetric Lam; H (n, N) becomes Lam B."""
+    n, N = B.shape
+    for i in range(N):
+        a[i] = 0
+        for j in range(i + 1):
+            A[i, j] = 0
+    for k in range(n):
+        one, row, said = B[k], H[k], lam[k]
+        for i in range(N):
+            a[i] += one[i] * said
+            row[i] = 0
+        for m in range(n):
+            b, s = B[m], Lam[k, m]
+            for i in range(N):
+                row[i] += s * b[i]
+        for i in range(N):
+            s, out = one[i], A[i]
+            if s != 0:
+                for j in range(i + 1):
+                    out[j] += s * row[j]
+    for i in range(N):
+        for j in range(i):
+            A[j, i] = A[i, j]
+
+
+@Text
+def score(at, maps, tape, lam, Lam, Q, R, S):
+    """What the innovations say of the noises, from the last row up.
+
+    With lam and Lam as of the prediction behind the last row, and then of the first
+    one, and u, U the same of the readings of a row: adds lam lam' - Lam to Q (n, n),
+    u u' - U to R (k, p, p), and to S (k, n, p) lam of the next row times u' less what
+    both have in common; R and S for each map.  S has no rows where it is not wanted.
+    """
+    rows, p = tape.pivot.shape
+    n, N = maps.B.shape[1:]
+    a, A = np.zeros(N, lam.dtype), np.zeros((N, N), lam.dtype)
+    h, H = np.zeros(N, lam.dtype), np.zeros((n, N), lam.dtype)
+    told, s = np.zeros(p, lam.dtype), np.zeros((p, N), lam.dtype)
+    for t in range(rows - 1, -1, -1):
+        k = at[t + 1]
+        C = maps.C[k]
+        moved_back(maps.B[k], lam, Lam, a, A, H)
+        for j in range(p - 1, -1, -1):
+            told[j] = 0
+            share = over(1, tape.pivot[t, j])
+            if share == 0:
+                for i in range(N):
+                    s[j, i] = 0
+                continue
+            K, c = tape.K[t, j], C[j]
+            u, d = unread(K, c, share, tape.nu[t, j], a, A, h)
+            told[j] = u
+            R[k, j, j] += u * u - d
+            for m in range(j + 1, p):  # s[m] is what a and the reading m share
+                v = s[m, 0] * K[0]
+                for i in range(1, N):
+                    v += s[m, i] * K[i]
+                v *= share
+                for i in range(N):
+                    s[m, i] -= c[i] * v
+                R[k, j, m] += u * told[m] + v
+                R[k, m, j] += u * told[m] + v
+            for i in range(N):
+                s[j, i] = c[i] * d - h[i]
+            for i in range(n if len(S) else 0):  # H is what lam and a share
+                v = H[i, 0] * K[0]
+                for m in range(1, N):
+                    v += H[i, m] * K[m]
+                v *= share
+                for m in range(N):
+                    H[i, m] -= v * c[m]
+                S[k, i, j] += lam[i] * u + v
+        for i in range(n):
+            lam[i] = a[i]
+            for j in range(n):
+                Lam[i, j] = A[i, j]
+        if at[t] >= 0:
+            for i in range(n):
+                for j in range(n):
+                    Q[i, j] += lam[i] * lam[j] - Lam[i, j]

@@ -18,15 +18,12 @@ from .. import kernels
 from ..errors import CertificateError, DesignError
 from ..numeric import Matrix, Vector
 from ..numeric.covariance_maps import Sums, packing
-from ..numeric.linalg import radius
+from ..numeric.linalg import UNIT_TOL, radius
 from ..plant import Plant
 from ..recursion.settings import Settings
 from ..recursion.steady_gain import steady_gain
 from .derivation import autocovariance_step, error_noise, first_autocovariances
 from .forms import Shape
-from .objective import backend_for
-from .settled import settle
-from .settled_record import carried
 from .unknowns import require_room
 
 ROUNDS = 4  # gains: that of noises of size one, and then of the estimates
@@ -67,30 +64,39 @@ def noise_of_size_one(plant: Plant, records: Records) -> tuple[Vector, Matrix]:
     return np.sqrt((found**2).mean(axis=0)), gain
 
 
-def gain_for(
-    plant: Plant,
-    Q: Matrix,
-    R: Matrix,
-    S: Matrix | None = None,
-    near: Matrix | None = None,
-) -> Matrix:
-    """The predictor's steady gain for these noises; `near` is one to begin from."""
-    now = plant.at(0)._replace(Q=Q, R=R, S=S)
-    settled = settle(now, near) or settle(now)
-    if settled is not None:
-        return settled.G
+def gain_for(plant: Plant, Q: Matrix, R: Matrix, S: Matrix | None = None) -> Matrix:
+    """The predictor's steady gain for these noises."""
+    A, C = plant.A, plant.C
+    cross = np.zeros((plant.n, plant.p)) if S is None else S
+    try:
+        X = scipy.linalg.solve_discrete_are(A.T, C.T, Q, R, s=cross)
+        gain: Matrix = np.linalg.solve(C @ X @ C.T + R, (A @ X @ C.T + cross).T).T
+        if radius(A - gain @ C) < 1 - UNIT_TOL:
+            return gain
+    except (np.linalg.LinAlgError, ValueError):
+        pass
     require_room(Q, R, S)
-    noisy = Plant(plant.A, None, plant.C, dt=1.0, Q=Q, R=R, S=S)
+    noisy = Plant(A, None, C, dt=1.0, Q=Q, R=R, S=S)
     setting = Settings(noisy, 0).at(0)
     return setting.predictor(steady_gain(setting, ()))
 
 
+def carried(A: Matrix, rows: Matrix) -> Matrix:
+    """Rows z[0] = rows[0], z[k] = A z[k - 1] + rows[k]; each takes up twice as many."""
+    step = 1
+    while step < len(rows) and np.abs(A).max(initial=0) > FADED**10:
+        rows = np.concatenate([rows[:step], rows[step:] + rows[:-step] @ A.T])
+        A, step = A @ A, 2 * step
+    return rows
+
+
 def left(plant: Plant, gain: Matrix, y: Matrix, u: Matrix) -> Matrix:
     """Innovations (N, p) of a constant gain, less what the unknown start explains."""
-    A_L, fast = plant.A - gain @ plant.C, backend_for([(y, u)]) == "numba"
+    A_L = plant.A - gain @ plant.C
     shown = y - u @ plant.E.T
-    x = carried(A_L, shown @ gain.T + u @ plant.B.T, np.zeros(plant.n), fast)
-    nu = shown - x[:-1] @ plant.C.T
+    drive = shown @ gain.T + u @ plant.B.T
+    x = carried(A_L, np.concatenate([np.zeros((1, plant.n)), drive[:-1]]))
+    nu = shown - x @ plant.C.T
     seen: list[Matrix] = []
     rows = plant.C
     while len(seen) < len(y) and np.abs(rows).max(initial=0) > 1e-9:
@@ -217,7 +223,7 @@ def by_autocovariances(
         size = max(unit[1].diagonal().max(), unit[0].diagonal().max())
         try:
             driven = unit[0] + DRIVEN * size * np.eye(plant.n)
-            gain = gain_for(plant, driven, unit[1], S, gain)
+            gain = gain_for(plant, driven, unit[1], S)
         except (DesignError, CertificateError):
             break  # what the last gain has found stands
     return found

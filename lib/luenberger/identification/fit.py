@@ -16,21 +16,18 @@ from ..plant import Plant
 from ..recursion.settings import require_noise
 from ..run.executor import Progress, reporting
 from . import records as recorded
-from .autocovariance import ROUNDS, Fitted
+from .autocovariance import ROUNDS
 from .held import held, said
 from .identifiability import Identifiability, identifiability
 from .noise_fit import NoiseFit, found
-from .objective import per_reading, readings
 from .parameters import parameters_of
-from .scoring import scored
-from .search import least
+from .search import Likelihood, least
 from .starts import start_of
 from .unknowns import Unknowns
 
 BUDGET = 400  # evaluations that a search takes about, for a bar
 BEGINNING = 2  # gains of the autocovariances that a search begins from
 STRETCHES = 10  # without gaps, from which a search begins
-NEAR = 1e-6  # of a vector, that it is the same
 NOTHING = 1e-12  # of a record: noise below it is rounding
 METHODS = ("likelihood", "autocovariance")
 
@@ -52,7 +49,7 @@ def fit_noise(
     """Find the noise covariances of a plant, and unknown entries, from records.
 
     The most likely Q and R: those that make the record most probable, as
-    `log_likelihood` says.  First it is asked what a record could tell at all, by
+    `Filter.log_likelihood` says.  First it is asked what a record could tell at all, by
     `identifiability`; a request for more is refused, with the direction that nothing
     determines.
 
@@ -101,13 +98,13 @@ def fit_noise(
         If a record, however long, could not determine all that is asked for, unless
         it is fixed; if this one is too short, constant or fitted without any noise; if
         S is too large for Q and R; if the plant is continuous or not detectable; or if
-        its states grow too far in a gap, as in `log_likelihood`.
+        its states grow too far in a gap, as in `Filter.run`.
     ValueError
         If sizes disagree, or Q, R, S, method, parameters or start is none of these.
 
     See Also
     --------
-    identifiability, log_likelihood, filter_data
+    identifiability, Filter, filter_data
 
     References
     ----------
@@ -145,19 +142,15 @@ def fit_noise(
     alone = method == "autocovariance"
     effort = (ROUNDS, None) if alone else (BEGINNING, STRETCHES)
     unknowns, theta, squares = start_of(first, data, Q, R, S, begin, more, *effort)
+    likelihood = Likelihood(unknowns, data)
     if alone:
-        return _by_squares(unknowns, squares, data)
+        return _by_squares(unknowns, squares, likelihood)
     unknowns.plant(theta)  # which refuses an S that is too large
-    inverse = _sure(squares, theta)
-    if inverse is not None:
-        inverse = inverse * readings(data)
     with reporting(progress, BUDGET, "pass") as report:
-        objective = held(per_reading(unknowns, data), unknowns, fixed, theta)
-        if not fixed and recorded.has_gaps(data):
-            theta, inverse = scored(unknowns, objective, theta, data)
-        theta, _ = least(objective, theta, report, None if fixed else inverse)
+        objective = held(likelihood.per_reading, unknowns, fixed, theta)
+        theta = least(objective, theta, report)
     _require_noise_left(unknowns, theta, data)
-    fit = found(unknowns, theta, data)
+    fit = found(unknowns, theta, likelihood)
     return said(fit, told) if fixed else fit
 
 
@@ -212,20 +205,7 @@ def _require_fit(plant: Plant) -> None:
         require_detectable(plant.A, plant.C)
 
 
-def _sure(squares: Fitted | None, theta: Vector) -> Matrix | None:
-    """The covariance of a start, where autocovariances tell all of it well."""
-    if squares is None or len(squares.theta) != len(theta):
-        return None
-    if not np.allclose(squares.theta, theta, rtol=0, atol=NEAR):
-        return None
-    size = np.sqrt(squares.covariance.diagonal())
-    if not (np.isfinite(size).all() and size.min() > 0):
-        return None
-    step = np.minimum(1, 1 / size)  # none longer than a logarithm is good for
-    return squares.covariance * step * step[:, None]
-
-
-def _by_squares(unknowns: Unknowns, squares: Any, data: recorded.Records) -> NoiseFit:
+def _by_squares(unknowns: Unknowns, squares: Any, likelihood: Likelihood) -> NoiseFit:
     """The fit of autocovariance least squares alone."""
     if squares is None or unknowns.parameters.names:
         raise DesignError(
@@ -233,7 +213,7 @@ def _by_squares(unknowns: Unknowns, squares: Any, data: recorded.Records) -> Noi
             "parameters, and need stretches of the record without gaps; use "
             "method='likelihood'"
         )
-    return found(unknowns, squares.theta, data, squares.covariance)
+    return found(unknowns, squares.theta, likelihood, squares.covariance)
 
 
 def _require_noise_left(

@@ -14,7 +14,7 @@ from ..numeric import Matrices, Vector
 from .identifiability import Identifiability
 from .noise_fit import NoiseFit
 from .search import Objective
-from .unknowns import Unknowns, along
+from .unknowns import Unknowns
 
 
 def held(
@@ -39,12 +39,16 @@ def held(
     def value(theta: Vector) -> tuple[float, Vector]:
         least, slope = objective(theta)
         far = distances(theta) - begin
-        noises = [{k: X for k, X in one.items() if k in "QR"}
-                  for one in unknowns.slopes(theta)]  # fmt: skip
-        moves = np.array([[along(pull, one) for pull in pulls] for one in noises])
-        return least + 0.5 * float(far @ far), slope + moves @ far
+        moves = [[along(pull, X) for pull in pulls] for X in unknowns.slopes(theta)]
+        slope[: len(moves)] += np.array(moves) @ far
+        return least + 0.5 * float(far @ far), slope
 
     return value
+
+
+def along(pull: Matrices, X: Matrices) -> float:
+    """How far matrices reach along a direction."""
+    return float(sum((pull[name] * X[name]).sum() for name in pull if name in X))
 
 
 def _units(unknowns: Unknowns, at: Vector) -> Matrices:

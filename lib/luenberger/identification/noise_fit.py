@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 
 from ..errors import CertificateError, DesignError
+from ..filtering.likelihood import normalised
 from ..numeric import Matrix, Vector
 from ..plant import Plant
+from ..run.filter import Filter
 from .boundary import Face, face, inside, unsure
 from .forms import Full
-from .normalised import innovations
-from .objective import backend_for, of_records
-from .records import Records
+from .search import Likelihood
 from .standard_errors import errors, of_logarithms, spread_of
 from .unknowns import Unknowns
 from .whiteness import Whiteness, whiteness
@@ -41,12 +41,12 @@ class NoiseFit:
         {name: value} of the unknown parameters, and of the numbers q of a form.
     standard_errors : dict
         {"Q": (n, n), "R": (p, p), and each name in `parameters`: float}: one standard
-        error each, from the inverse of the expected `information` at what was found
-        (Cramer and Rao).  Zero for what was known; infinite for what this record does
-        not determine; NaN for a variance at its bound, zero, where the error is not
-        normal and has none.  The errors beside such a variance are those that hold
-        without the bound: at a bound estimates vary less, so that two errors hold the
-        truth more often than 95 times in a hundred.
+        error each, from the curvature of the likelihood.  Zero for what was known;
+        infinite for what this record does not determine; NaN for a variance at its
+        bound, zero, where the error is not normal and has none.  The errors beside
+        such a variance are those that hold without the bound: at a bound estimates
+        vary less, so that two errors hold the truth more often than 95 times in a
+        hundred.
     unidentifiable : list of str
         What the record left open, in words.
     innovations : (N, p) ndarray, or a list of them
@@ -93,31 +93,32 @@ def _line(name: str, value: float, error: float) -> str:
 
 
 def found(
-    unknowns: Unknowns, theta: Vector, data: Records, spread: Matrix | None = None
-) -> NoiseFit:
+    unknowns: Unknowns, theta: Vector, likelihood: Likelihood,
+    spread: Matrix | None = None,
+) -> NoiseFit:  # fmt: skip
     """The `NoiseFit` at a vector.
 
     Parameters
     ----------
     unknowns : Unknowns
     theta : (k,) ndarray
-    data : list of (y, u)
+    likelihood : Likelihood
+        Of the records.
     spread : (k, k) ndarray, optional
-        Covariance of the vector; default that of its unknowns by the information.
+        Covariance of the vector; default by the curvature of the likelihood.
     """
     _, _, values = unknowns.split(theta)
     plant, alone = unknowns.plant(theta), spread is not None
-    best = of_records(plant, data)
+    best = likelihood.of(plant)
 
     def likely(Q: Matrix, R: Matrix) -> bool:
         try:
-            tried = unknowns.with_noise(Q, R, values)
-            return of_records(tried, data) >= best - LOSS
+            return likelihood.of(unknowns.with_noise(Q, R, values)) >= best - LOSS
         except (CertificateError, DesignError, np.linalg.LinAlgError):
             return False
 
     if spread is None:
-        spread = spread_of(unknowns, theta, plant, data)
+        spread = spread_of(unknowns, theta, likelihood, plant.Q, plant.R)
         vague = unsure(spread, theta)
     else:
         spread = of_logarithms(unknowns, theta, spread)
@@ -125,11 +126,11 @@ def found(
     Q, R = _faces(unknowns, theta, likely, vague, whole=not alone)
     if Q.sentences or R.sentences:
         plant = unknowns.with_noise(Q.X, R.X, values)
-        best = of_records(plant, data)
+        best = likelihood.of(plant)
         if not alone:
-            spread = spread_of(unknowns, theta, plant, data)
-    backend = backend_for(data)
-    left = [innovations(plant, y, u, backend=backend) for y, u in data]
+            spread = spread_of(unknowns, theta, likelihood, Q.X, R.X)
+    run = Filter(plant)
+    left = [normalised(run.passed(rows, "values")) for rows in likelihood.rows]
     beyond = max(unknowns.count - plant.p * (plant.p + 1) // 2, 0)
     named = dict(zip(unknowns.parameters.names, values.tolist()))
     return NoiseFit(

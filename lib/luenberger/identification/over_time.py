@@ -6,8 +6,6 @@ An instant shows a change of what the next error has in common with its innovati
 as far as later outputs show that error.
 """
 
-from collections.abc import Iterator
-
 import numpy as np
 
 from .. import kernels
@@ -16,9 +14,7 @@ from ..numeric.covariance_maps import packing
 from ..numeric.independent_rows import outside
 from ..numeric.linalg import RANK_TOL
 from ..plant import Plant
-from ..recursion.filter_pass import Pass
-from ..recursion.settings import Settings
-from ..recursion.state import start
+from ..run.filter import Filter
 from .derivation import change_step
 
 TOGETHER = 64  # instants that are asked at first, and whose rows are reduced at once
@@ -62,7 +58,7 @@ def _shown(plant: Plant, changes: Matrices, seen: Matrix) -> Matrix:
     wide = {k: np.concatenate([np.zeros((len(first), *X.shape[1:])), X])
             for k, X in changes.items()}  # fmt: skip
     X = np.concatenate([first, np.zeros((count, n, n))])
-    gains = np.concatenate(list(_gains(plant, seen)))
+    gains = Filter(plant).run(np.where(seen, 0.0, np.nan)).K
     later = _later(plant, gains, seen)
     root = np.zeros((0, len(X)))
     for k in range(0, len(seen), TOGETHER):
@@ -76,18 +72,6 @@ def _shown(plant: Plant, changes: Matrices, seen: Matrix) -> Matrix:
     of_start = of_start[:, size > RANK_TOL * max(size.max(initial=0.0), largest)]
     left = outside(given.T, of_start.T).T / largest
     return np.pad(left, ((0, max(0, count - len(left))), (0, 0)))
-
-
-def _gains(plant: Plant, seen: Matrix) -> Iterator[Matrix]:
-    """The gains of the filter, some rows at a time."""
-    settings = Settings(plant, 0)
-    state = start(settings, plant.x0, np.zeros(0))
-    fast = kernels.runs_compiled("auto", len(seen))
-    for k in range(0, len(seen), TOGETHER):
-        here = seen[k : k + TOGETHER]
-        y, u = np.where(here, 0.0, np.nan), np.zeros((len(here), 0))
-        state, out = Pass(settings).over(state, y, u, fast, history=True)
-        yield out.K
 
 
 def _at(plant: Plant, k: int, gains: Matrix, seen: Matrix) -> tuple[Matrix, ...]:

@@ -12,17 +12,15 @@ import numpy as np
 
 from ..arguments import expect_as
 from ..errors import few, short
-from ..numeric import Matrices, Vector
+from ..numeric import Vector
 from ..plant import Plant
 
 ENTRY = re.compile(r"([ABCE])\[(\d+),\s*(\d+)\]")
-STEP = 2.0**-17  # of a parameter, for the slope of a function: half the digits
 WANTED = (
     "parameters must be {'B[1,0]': start, ...}, entries of A, B, C or E counted from "
     "0 with where to begin, or (function, {'name': start, ...}) with a function of "
     "their vector that returns a Plant"
 )
-PARTS = ("A", "B", "C", "E", "Q", "R", "S", "x0", "P0")
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,10 +50,6 @@ class Parameters:
         """The plant at these values."""
         return self.template
 
-    def slopes(self, values: Vector) -> list[Matrices]:
-        """For each parameter, how the matrices of the plant move with it."""
-        return []
-
 
 @dataclass(frozen=True, eq=False)
 class Entries(Parameters):
@@ -73,14 +67,6 @@ class Entries(Parameters):
             changed[letter][..., i, j] = value
         return dataclasses.replace(self.template, **changed)
 
-    def slopes(self, values: Vector) -> list[Matrices]:
-        found = []
-        for letter, i, j in self.places:
-            slope = np.zeros_like(getattr(self.template, letter))
-            slope[..., i, j] = 1
-            found.append({letter: slope})
-        return found
-
 
 @dataclass(frozen=True, eq=False)
 class Made(Parameters):
@@ -97,19 +83,6 @@ class Made(Parameters):
                 "the function of the parameters must return a plant with n, m, p = "
                 f"{wanted}, as the plant that is fitted; it returned {sizes}"
             )
-        return found
-
-    def slopes(self, values: Vector) -> list[Matrices]:
-        found = []
-        for k, size in enumerate(np.maximum(self.scale, np.abs(values)) * STEP):
-            one = np.eye(len(values))[k] * size
-            up, down = self.plant(values + one), self.plant(values - one)
-            moves = {
-                part: (getattr(up, part) - getattr(down, part)) / (2 * size)
-                for part in PARTS
-                if getattr(up, part) is not None
-            }
-            found.append({part: X for part, X in moves.items() if X.any()})
         return found
 
 

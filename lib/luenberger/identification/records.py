@@ -179,11 +179,6 @@ def require_enough(plant: Plant, records: Records, unknown: int) -> None:
         )
 
 
-def has_gaps(records: Records) -> bool:
-    """Whether an entry was not measured."""
-    return any(bool(np.isnan(y).any()) for y, _ in records)
-
-
 def complete_stretches(records: Records, least: int) -> Records:
     """The stretches of at least so many rows in which every output was measured."""
     found = []

@@ -19,6 +19,7 @@ from .records import Records, complete_stretches
 from .unknowns import Unknowns
 
 SHARE = 0.3  # of the noise seen in the outputs, at each state, to begin with
+LIFT = 0.1  # of the noise to begin with, added to what autocovariances tell
 LEAST_ROWS = 10  # of a stretch, for each state, for autocovariances
 
 
@@ -142,6 +143,5 @@ def _begin(form: Form, begin: dict[str, Any], unit: Vector) -> Vector:
 
 def _lifted(form: Form, X: Matrix, unit: Vector, theta: Vector) -> Vector:
     """A vector near one that was found, away from where nothing moves."""
-    if isinstance(form, Of):
-        return np.maximum(theta, form.at(X, unit) - np.log(1e3))
-    return form.at(X, unit)
+    lifted = form.at(X + LIFT * np.diag(unit**2), unit)
+    return np.maximum(theta, lifted) if isinstance(form, Of) else lifted

@@ -12,9 +12,8 @@ from ..errors import DesignError
 from ..numeric import Matrices, Matrix, Vector
 from ..plant import Plant
 from ..plant.checks import check_joint
-from ..plant.instant import Instant
 from .forms import Form
-from .parameters import PARTS, Parameters
+from .parameters import Parameters
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,22 +57,6 @@ class Unknowns:
         q, r, values = self.split(theta)
         return self.with_noise(self.Q.matrix(q), self.R.matrix(r), values)
 
-    def instant(self, theta: Vector) -> Instant | None:
-        """The matrices alone, without a Plant's checks, where only noises move."""
-        template = self.parameters.template
-        if self.parameters.names or self.S is not None or template.steps is not None:
-            return None
-        q, r, _ = self.split(theta)
-        Q, R = self.Q.matrix(q), self.R.matrix(r)
-        return template.at(0)._replace(Q=Q, R=R, S=None)
-
-    @property
-    def moved(self) -> tuple[str, ...]:
-        """The matrices that the vector may move."""
-        noises = [form.letter for form in (self.Q, self.R) if form.count]
-        more = PARTS if self.parameters.names else ()
-        return tuple(dict.fromkeys([*noises, *more]))
-
     def with_noise(self, Q: Matrix, R: Matrix, values: Vector) -> Plant:
         """The plant with these covariances and parameters.
 
@@ -92,17 +75,11 @@ class Unknowns:
         return dataclasses.replace(made, **known)
 
     def slopes(self, theta: Vector) -> list[Matrices]:
-        """For each entry of the vector, how the matrices of the plant move with it."""
-        q, r, values = self.split(theta)
-        found: list[Matrices] = [{"Q": X} for X in self.Q.slopes(q)]
-        found += [{"R": X} for X in self.R.slopes(r)]
-        for slope, size in zip(self.parameters.slopes(values), self.parameters.scale):
-            if self.Q.count:
-                slope.pop("Q", None)
-            if self.R.count:
-                slope.pop("R", None)
-            found.append({name: X * size for name, X in slope.items()})
-        return found
+        """For each number of Q and R, how the covariance moves with it."""
+        q, r, _ = self.split(theta)
+        return [{"Q": X} for X in self.Q.slopes(q)] + [
+            {"R": X} for X in self.R.slopes(r)
+        ]
 
 
 def require_room(Q: Matrix | None, R: Matrix | None, S: Matrix | None) -> None:
@@ -117,8 +94,3 @@ def require_room(Q: Matrix | None, R: Matrix | None, S: Matrix | None) -> None:
             "or that the search begins with: [[Q, S], [S', R]] is no covariance. Give "
             "a smaller S, or larger Q and R to begin with, start={'Q': ..., 'R': ...}"
         ) from error
-
-
-def along(gradient: Matrices, slope: Matrices) -> float:
-    """How fast a number rises along a slope, from its gradients in the matrices."""
-    return float(sum((gradient[name] * X).sum() for name, X in slope.items()))

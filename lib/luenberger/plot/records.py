@@ -10,9 +10,10 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from ..identification.noise_fit import NoiseFit
-from ..identification.normalised import innovations as normalised
 from ..identification.whiteness import Whiteness, whiteness
 from ..plant import Plant
+from ..run.filter import Filter
+from ..run.record import Record
 from .style import style, text
 
 
@@ -42,7 +43,8 @@ def innovations(
     if isinstance(shown, Plant):
         if y is None:
             raise ValueError("give the record y of the plant as well")
-        names, shown = shown.output_names, whiteness(normalised(shown, y, u))
+        left = Filter(shown).innovations(Record(y, u))
+        names, shown = shown.output_names, whiteness(left)
     elif isinstance(shown, NoiseFit):
         names, shown = shown.plant.output_names, shown.whiteness
     elif not isinstance(shown, Whiteness):

@@ -9,13 +9,14 @@ import numpy as np
 
 from ..compare import Comparison
 from ..compare.attempts import KALMAN, Attempt
-from ..identification.normalised import innovations as normalised
 from ..identification.whiteness import Whiteness, whiteness
 from ..numeric import Matrix, Vector
 from ..observer import Observer
 from ..plant import Plant
 from ..run.estimate import estimate
+from ..run.filter import Filter
 from ..run.measurements import Measurements
+from ..run.record import Record
 from ..show import Picture, Prose, number
 
 LIMIT = 1.5  # times what is promised that predictions may miss by
@@ -34,8 +35,8 @@ def judged(
     if plant.multiplicative or len(data.y) - data.missing / plant.p < LEAST:
         return None
     try:
-        left = normalised(plant, data.y, data.u if plant.m else None)
-        return whiteness(left, fitted)
+        record = Record(data.y, data.u if plant.m else None, "rows")
+        return whiteness(Filter(plant).innovations(record), fitted)
     except ValueError:  # the record contradicts the plant, or does not tell the state
         return None
 

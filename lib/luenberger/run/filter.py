@@ -12,11 +12,15 @@ import numpy as np
 
 from ..arguments import expect
 from ..errors import SAMPLE, DesignError, short
+from ..filtering import likelihood
+from ..filtering.likelihood import Score
 from ..filtering.maps import Settings
-from ..filtering.pack import End, Passage, begin, gains, over
+from ..filtering.pack import End, Passage, begin, first_rows, gains, over
+from ..filtering.unknown import LARGE, is_open
 from ..formats import dataframes
 from ..numeric import Matrix
 from ..plant import Plant
+from ..recursion.settings import accurate_outputs
 from . import fleet, late
 from .clock import require_instants
 from .discretise import discretise
@@ -24,6 +28,7 @@ from .live import LiveFilter
 from .record import Record, Rows
 
 Outputs = int | Sequence[int | str]  # how many, or which
+FIRST = 64  # at most that are asked at once what they tell of a start
 ROWS = 1 << 10  # of a plant that changes, whose matrices are held at once
 
 
@@ -241,6 +246,113 @@ class Filter:
             )
         return LiveFilter(self.plant, self.settings, whole("horizon", horizon), u0)
 
+    def log_likelihood(self, record: Any) -> float:
+        """The logarithm of the likelihood of a record; of many, of all together.
+
+        It is the density of y, given u, of a plant with Gaussian noises and a Gaussian
+        start: the product of the densities of the innovations.  With nu an innovation
+        and M its variance, output by output,
+        ``-1/2 sum (log(2 pi M) + nu^2 / M)``.
+
+        A reading that the readings before determine has no density of its own; the
+        likelihood is the density of the others, in the units of y.
+
+        Without P0 nothing is known of the state x[1] at the first row.  The density is
+        then integrated over x[1]: it is the limit of
+        ``log density + 1/2 log det(2 pi P0)`` as P0 grows, up to a factor that depends
+        on A and C alone the density of what the record shows beside its start.
+        statsmodels counts n more factors (2 pi)^(-1/2).
+
+        Raises
+        ------
+        DesignError
+            If an accurate output has noise, so that the filter is not the one whose
+            innovations are white; if noise-free outputs contradict each other or a
+            state known exactly; if there is no P0 and the record does not determine
+            the state.
+
+        References
+        ----------
+        Schweppe, "Evaluation of likelihood functions for Gaussian signals", IEEE Trans.
+        Inf. Theory 11 (1965) 61-70; de Jong, "The diffuse Kalman filter", Ann. Statist.
+        19 (1991) 1073-1083; identification/derivation/likelihood.py;
+        identification/derivation/unknown_start.py.
+
+        Examples
+        --------
+        Two measurements of a number of variance 3, with noise of variance 1: they have
+        the covariance [[4, 3], [3, 4]], whose determinant is 7.
+
+        >>> import luenberger as lb
+        >>> plant = lb.Plant([[1]], None, [[1]], dt=1.0, Q=[[0]], R=[[1]], P0=[[3]])
+        >>> round(lb.Filter(plant).log_likelihood([[0], [0]]), 4)
+        -2.8108
+        """
+        record = Record.of(record)
+        if record.many:
+            return sum(map(self.log_likelihood, record.each()))
+        return likelihood.value(self.passed(record, "values"), self.plant)
+
+    def score(self, record: Any) -> Score:
+        """The gradient of `log_likelihood` in Q, R and S, by one pass back.
+
+        References
+        ----------
+        Koopman and Shephard, "Exact score for time series models in state space form",
+        Biometrika 79 (1992) 823-826; identification/derivation/score.py.
+
+        Examples
+        --------
+        >>> import luenberger as lb
+        >>> plant = lb.Plant([[1]], None, [[1]], dt=1.0, Q=[[0]], R=[[1]], P0=[[3]])
+        >>> lb.Filter(plant).score([[0], [0]]).R.round(4)
+        array([[-0.5714]])
+        """
+        record = Record.of(record)
+        if record.many:
+            found = [self.score(one) for one in record.each()]
+            return Score(*(sum(getattr(one, k) for one in found) for k in "QRS"))
+        return likelihood.score(self.passed(record, "readings"), self.plant)
+
+    def innovations(self, record: Any) -> Any:
+        """What each reading adds to those before it, in units of its deviation.
+
+        If the plant is right, with its Q and R, they are uncorrelated and of variance
+        one: `whiteness` tests that.  Those of one instant come in the order of the
+        outputs.
+
+        Returns
+        -------
+        (N, p) ndarray or pandas.DataFrame
+            NaN where nothing was measured, where the readings before determine it, and
+            where a start of which nothing is known leaves it open.
+
+        Examples
+        --------
+        >>> import luenberger as lb
+        >>> plant = lb.Plant([[1]], None, [[1]], dt=1.0, Q=[[0]], R=[[1]], P0=[[3]])
+        >>> lb.Filter(plant).innovations([[2], [float("nan")]])
+        array([[ 1.],
+               [nan]])
+        """
+        record = Record.of(record)
+        found = likelihood.normalised(self.passed(record, "values"))
+        return dataframes.framed(found, self.plant.output_names, record.index)
+
+    def passed(self, record: Record | Rows, keep: str) -> list[Passage]:
+        """What the Kalman filter keeps of one record, for its likelihood."""
+        for k in accurate_outputs(self.plant, self.m1):
+            if np.any(self.plant.R[..., k, k]):
+                raise DesignError(
+                    f"the output {self.plant.output_names[k]!r} is noisy, so a filter "
+                    "that treats it as exact leaves innovations that are not white, "
+                    "and their densities do not multiply to a likelihood. Use m1=0, or "
+                    "give the output no noise in R."
+                )
+        rows = record if isinstance(record, Rows) else record.on(self.plant)
+        one = Filter(self.plant) if self.m1 else self
+        return list(one._windows(rows, None, keep))
+
     def _passed(self, rows: Rows, start: End | None, keep: str = "") -> Any:
         """Passage by passage, each row with what had arrived by then."""
         if rows.due is not None:
@@ -253,10 +365,18 @@ class Filter:
         end = start
         for part, settings in self.parts(rows, 0 if start is None else start.instant):
             if end is None:
-                end = begin(settings, rows.u0)
-            one = over(settings, end, rows.y[part], rows.u[part], keep)
-            end = one.end
-            yield one
+                end = begin(settings, rows.u0, known=False)
+            k, stop = part.start, min(part.stop, len(rows.y))
+            while is_open(end.state) and k < stop:
+                some = slice(k, min(k + FIRST, stop))
+                one = first_rows(settings, end, rows.y[some], rows.u[some], keep)
+                k, end = k + len(one.x), one.end
+                yield one
+            if k < stop or not len(rows.y):
+                rest = slice(k, stop)
+                one = over(settings, end, rows.y[rest], rows.u[rest], keep)
+                end = one.end
+                yield one
 
     def parts(self, rows: Rows, instant: int = 0) -> Iterator[tuple[slice, Settings]]:
         """Rows behind an instant that are done at once, with their settings."""
@@ -308,6 +428,7 @@ def matrices(one: Passage, p: int) -> tuple[Matrix, Matrix]:
     n = one.x.shape[1]
     share = np.where(tape.pivot > 0, 1 / np.where(tape.pivot > 0, tape.pivot, 1), 0)
     P = np.einsum("tka,tk,tkb->tab", tape.V[:, :, :n], tape.D, tape.V[:, :, :n])
+    P[np.abs(P) > LARGE] *= np.inf
     K = gains(one)
     O = maps.O[at[1:]]  # noqa: E741
     if O.shape[2]:

@@ -44,7 +44,9 @@ def smoothed(plant, y, u=None, u0=None, m1=()):
 
 
 def log_likelihood(plant, y, u=None, u0=None):
-    return lb.log_likelihood(plant, y, u, u0=u0)
+    if hasattr(lb, "log_likelihood"):
+        return lb.log_likelihood(plant, y, u, u0=u0)
+    return lb.Filter(plant).log_likelihood(lb.Record(y, u, u0=u0))
 
 
 def reason(error):
@@ -84,7 +86,9 @@ def smoothed_rows(plant, y):
 
 
 def likelihood_of_rows(plant, y):
-    return lb.log_likelihood(plant, y, backend="numba")
+    if hasattr(lb, "log_likelihood"):
+        return lb.log_likelihood(plant, y, backend="numba")
+    return lb.Filter(plant).log_likelihood(y)
 
 
 def as_called(plant, y):

@@ -12,11 +12,9 @@ from functools import cache
 
 from sympy import Symbol
 
-from ...papers.leondes_novak.derivation.correlated_noise import is_As, told
 from ...papers.leondes_novak.derivation.estimate import innovation
 from ...papers.leondes_novak.derivation.letters import *
-from ...papers.leondes_novak.derivation.one_pass import filter_step, loop
-from ...papers.leondes_novak.derivation.quadratic import is_Kmv, is_M, is_N
+from ...papers.leondes_novak.derivation.one_pass import loop
 from ...symbolic import Derivation, Line, Solve, Stage
 
 SOURCE = "our own; Schweppe (1965)"
@@ -24,7 +22,6 @@ N_all = Symbol("N", integer=True, positive=True)
 
 letters = loop.here()
 chain, define = letters.chain, letters.define
-G = letters("G", n, p, "gain of the prediction of the next state")
 W = letters("W", p, p, "inverse of `M`", symmetric=True)
 e = letters("e", p, 1, "innovation, weighed by its covariance")
 y_all = letters("y_all", N_all, 1, "the whole record, less its mean")
@@ -58,25 +55,6 @@ PAGE = (
     of `M`.""",
     is_W := define(W * M, Identity(p)),
     is_e := define(e, W * innovation),
-    """The score needs the gain of the prediction as well, which leads from one
-    prediction to the next. It is that of the filter, moved on, and what the
-    measurement noise tells of the process noise.""",
-    is_As,
-    told,
-    is_M,
-    is_N,
-    is_Kmv,
-    is_G := define(G, As * Kmv + J),
-    chain(
-        "",
-        "the gain of the prediction solves its equation",
-        G * M,
-        Line((As * Kmv + J) * M, by=(is_G,)),
-        Line(As * N + J * M, by=(is_Kmv,)),
-        Line(As * Omega * C.T + J * (C * Omega * C.T + R), by=(is_M, is_N)),
-        Line(A * Omega * C.T + J * R, by=(is_As,)),
-        Line(A * Omega * C.T + S, by=(told,)),
-    ),
 )
 
 
@@ -84,18 +62,6 @@ WEIGHED = (
     Stage(W, Solve(Identity(p), M), by=(is_W,)),
     Stage(e, W * innovation, by=(is_e,)),
 )
-
-
-@cache
-def prediction_gain():
-    """The gain of the prediction, from the filter's."""
-    return Derivation(
-        (As, J, Kmv),
-        (Stage(G, As * Kmv + J, by=(is_G,)),),
-        source=SOURCE,
-        letters=letters,
-        says="the gain of the prediction",
-    )
 
 
 @cache
@@ -111,21 +77,6 @@ def weighed():
 
 
 @cache
-def likelihood_step():
-    """`filter_step`, and what the score needs of it: W = M^-1 and e = W innovation."""
-    step = filter_step()
-    return Derivation(
-        step.given,
-        (*step.stages, *WEIGHED),
-        source=SOURCE,
-        letters=letters,
-        says="one step of a filter, with the innovation weighed",
-    )
-
-
-@cache
 def derive():
     """The page."""
-    return Derivation(
-        page=(*PAGE, weighed(), prediction_gain()), letters=letters, source=SOURCE
-    )
+    return Derivation(page=(*PAGE, weighed()), letters=letters, source=SOURCE)

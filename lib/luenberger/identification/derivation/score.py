@@ -1,8 +1,7 @@
-"""The score: how the likelihood changes with everything that the plant says.
+"""The score: how the likelihood changes with the covariances of the noises.
 
-One pass back over the record gives the gradient in every matrix.  What it carries is
-what a smoother carries: the gradient in a prediction, and what the record to come tells
-of it.
+One pass back over the record gives it.  What it carries is what a smoother carries: the
+gradient in a prediction, and what the record to come tells of it.
 
 Source: our own; that the score is made of what a smoother finds is due to Koopman and
 Shephard (1992), "Exact score for time series models in state space form".
@@ -132,28 +131,7 @@ GRADIENTS = (
         Gradient(half * (Z.T * k * k.T * Z - Z.T * Pi_J * Z), of=Omega, held=(Pi_J,)),
         Line(half * (eta * eta.T - Pi), by=(by_both, Pi_of_both)),
     ),
-    """The estimate from the whole record is the prediction, moved by what its gradient
-    says. It appears in the gradient in `Z`.""",
-    is_x_s := define(x_s, x + Omega * eta),
-    is_gZ := define(gZ, k * x_s.T - Pi_J * Z * Omega),
-    is_gb := define(gb, k * u.T),
     is_gJ := define(gJ, half * (k * k.T - Pi_J)),
-    chain(
-        "",
-        "the gradient in what moves and what is measured",
-        of_one_row,
-        Gradient(k * x.T + (k * k.T - Pi_J) * Z * Omega, of=Z, held=(Pi_J,)),
-        Line(k * (x + Omega * eta).T - Pi_J * Z * Omega, by=(by_both,)),
-        Line(k * x_s.T - Pi_J * Z * Omega, by=(is_x_s,)),
-        Line(gZ, by=(is_gZ,)),
-    ),
-    chain(
-        "",
-        "the gradient in what the input does",
-        of_one_row,
-        Gradient(k * u.T, of=b, held=(Pi_J,)),
-        Line(gb, by=(is_gb,)),
-    ),
     chain(
         "",
         "the gradient in the covariance of the noises",
@@ -167,5 +145,4 @@ GRADIENTS = (
 @cache
 def derive():
     """The page."""
-    page = (*ONE_ROW, *GRADIENTS)
-    return Derivation(page=page, letters=letters, source=SOURCE)
+    return Derivation(page=(*ONE_ROW, *GRADIENTS), letters=letters, source=SOURCE)
