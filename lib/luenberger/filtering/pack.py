@@ -208,7 +208,7 @@ def _alike(
             rows = at[1:] == k
             values = times(np.where(pattern, y[rows], 0.0), L)
             mixed[rows] = np.where(pattern, values, np.nan)
-    return found, at.astype(np.int64), mixed
+    return found, at.astype(np.int64, copy=False), mixed
 
 
 def _each(

@@ -114,7 +114,8 @@ def over(
     y, drive, at, maps, _ = pack
     (rows, p), k, settled = y.shape, 0, []
     gained = one_gain.exact if len(way.z) <= FEW else one_gain.fast
-    broken = np.flatnonzero(np.isnan(y).any(axis=1))
+    gone = np.isnan(y)
+    broken = np.flatnonzero(gone.any(axis=1)) if gone.any() else np.empty(0, int)
     while k < rows:
         if still and (one := found()):
             next_ = np.searchsorted(broken, k)

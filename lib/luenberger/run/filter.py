@@ -145,8 +145,11 @@ class Filter:
     def over(self, rows: Rows, start: End | None = None) -> Filtered:
         """The same of rows that are arrays already."""
         windows = list(self._passed(rows, start))
-        x = np.concatenate([one.x for one in windows])
-        std = np.sqrt(np.concatenate([one.variances for one in windows]))
+        x, std = (
+            parts[0] if len(parts) == 1 else np.concatenate(parts)
+            for parts in zip(*((one.x, one.variances) for one in windows))
+        )
+        np.sqrt(std, out=std)
         first = np.cumsum([0, *(len(one.x) for one in windows)])
         settled = [k + row for k, one in zip(first, windows) for row in one.settled]
         end = windows[-1].end._replace(clock=rows.clock)
