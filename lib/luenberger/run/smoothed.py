@@ -120,7 +120,7 @@ class _Work:
 
     @cached_property
     def P(self) -> Matrix:
-        """Covariances: a second pass."""
+        """Covariances, found in a second pass."""
         return back.smoothed(self._passed()[0], self.lag, whole=True).P
 
     @property
