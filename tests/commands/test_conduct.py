@@ -206,8 +206,7 @@ def test_the_readme_lists_every_command():
         ("export tracker.json --c c --m1 speed", "'speed' is not an output"),
         ("export tracker.json --c c --m1 3", "between 0 and p = 2, got 3"),
         ("export report/observer.json --c tracker.csv", "tracker.csv is a file"),
-        ("export report/observer.json --c c --update guarded", "goes with a plant"),
-        ("export tracker.json --c c --m1 1 --update guarded", "leave out m1"),
+        ("export report/observer.json --c c --m1 1", "go with a plant"),
         ("check tracker.json --sample 0.1", "dt = 1, it is discrete already"),
         ("ledger --paper Kalman", "no paper is called 'Kalman'"),
         ("ledger --paper an", "more than one paper"),
@@ -307,7 +306,7 @@ WRITING = [
     "ledger --paper hsia --html page.html",
     "export report/observer.json --c firmware --plant tracker.json",
     "export tracker.json --c . --name filter",
-    "export tracker.json --c . --name filter --update guarded",
+    "export tracker.json --c . --name filter --dtype float",
     "estimate report/observer.json tracker.csv --out estimates.csv",
 ]
 

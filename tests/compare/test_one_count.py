@@ -71,6 +71,6 @@ def test_an_observer_is_counted_as_it_is_exported(tmp_path):
     """With what is rounding, and with what float does not tell from 1."""
     observer = lb.Observer([[0.5]], [[]], [[0.25, 1e-17]], [[1 + 1e-9]], [[0.5, 0]],
                            T=[[1]], L=[[1]], dt=1.0)  # fmt: skip
-    assert of_the_header(observer, tmp_path) == (5, 12, 48)
-    assert of_the_header(observer, tmp_path, "float") == (5, 11, 20)
+    assert of_the_header(observer, tmp_path) == (5, 14, 48)
+    assert of_the_header(observer, tmp_path, "float") == (5, 13, 20)
     assert lb.multiply_adds(observer, dtype="float") == 5

@@ -188,12 +188,10 @@ REFUSED = {
     "continuous plant": (lambda: plant(dt=0), {}, "the plant has dt = 0"),
     "no Q": (lambda: plant(Q=None), {}, "the plant has no Q"),
     "no P0": (lambda: plant(P0=None), {}, "starts from the covariance P0"),
-    "noise-free": (lambda: plant(R=[[0]]), {}, r"\['radar 1.5 GHz'\] carry no noise"),
     "no outputs": (
         lambda: plant(C=np.zeros((0, 2)), R=np.zeros((0, 0)), E=None, output_names=()),
         {}, "has no outputs"
     ),
-    "canonical": (plant, {"weight": "canonical"}, "depends on which outputs arrive"),
     "m1": (plant, {"m1": 2}, "m1 must be between 0 and p = 1"),
     "too large": (
         lambda: observer(D=[[1e39]]), {"dtype": "float"}, r"D\[0, 0\] is 1e\+39, beyond"

@@ -10,7 +10,6 @@ import luenberger as lb
 from luenberger.commands import main
 from luenberger.export import rounding_error, to_c
 from luenberger.kernels.c import library
-from luenberger.numeric import power_sums
 
 needs_compiler = pytest.mark.skipif(
     library.compiler() is None, reason="there is no C compiler"
@@ -120,13 +119,6 @@ def slow(pole, gain=1e-3):
     return lb.Observer([[pole]], [[]], [[gain]], [[1]], [[0]], [[1]], [[1]], dt=1.0)
 
 
-@pytest.fixture
-def few_powers(monkeypatch):
-    """No bound is looked for of a mode that needs more than a few hundred steps."""
-    monkeypatch.setattr(power_sums, "MOST", 300)
-
-
-@pytest.mark.usefixtures("few_powers")
 def test_a_mode_that_float_takes_for_one_is_refused(tmp_path):
     observer = slow(1 - 1e-8)
     to_c(observer, tmp_path)
@@ -134,7 +126,6 @@ def test_a_mode_that_float_takes_for_one_is_refused(tmp_path):
         to_c(observer, tmp_path, dtype="float")
 
 
-@pytest.mark.usefixtures("few_powers")
 @pytest.mark.parametrize(("off", "warned"), [(5e-5, True), (7e-5, False)])
 def test_a_slow_mode_is_warned_of_by_name(off, warned, tmp_path):
     observer = slow(1 - off)
@@ -171,14 +162,19 @@ def test_what_is_rounding_beside_its_row_may_vanish(tmp_path):
 
 
 @needs_compiler
-def test_the_command_measures_a_float_export(tmp_path, capsys):
+def test_the_command_measures_where_it_is_asked_to(tmp_path, capsys):
     plant = tracker()
     plant.to_json(tmp_path / "plant.json")
     lb.kalman_filter(plant).to_json(tmp_path / "observer.json")
     given = ["export", str(tmp_path / "observer.json"), "--c", str(tmp_path), "--float"]
-    assert main([*given, "--plant", str(tmp_path / "plant.json")]) == 0
+    beside = ["--plant", str(tmp_path / "plant.json")]
+    assert main([*given, *beside]) == 0 and "measured" not in capsys.readouterr().err
+    assert main([*given, *beside, "--measure"]) == 0
     out, err = capsys.readouterr()
     assert len(out.splitlines()) == 2
     assert "measured in compiled C on a simulated record of 10000 samples" in err
     assert "speed (m/s): off by at most" in err
-    assert main(given) == 0 and "--plant" in capsys.readouterr().err
+    for wrong in (given, ["export", str(tmp_path / "plant.json"), *given[2:]]):
+        with pytest.raises(SystemExit) as ended:
+            main([*wrong, "--measure"])
+        assert ended.value.code == 2 and "--plant" in capsys.readouterr().err

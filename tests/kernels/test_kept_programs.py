@@ -5,13 +5,11 @@ import pytest
 
 import luenberger as lb
 from luenberger import kernels
-from luenberger.export.c.guard import guards
 from luenberger.kernels import lowering
 from luenberger.kernels.program import Factor
 from luenberger.papers.leondes_novak.derivation import (
     complete_sample,
     observer_step,
-    short_sample,
 )
 
 STATES = ("x", "Sigma", "x_minus_next", "Omega_next")
@@ -20,7 +18,6 @@ QUESTIONS = {
     "zeros": (observer_step, ["w_hat", "z_next"], dict(zero=["G", "W"])),
     "symmetry": (observer_step, ["w_hat"], dict(symmetric=["V"])),
     "pivots": (complete_sample, STATES, dict(definite=TESTED, same=[("As", "A")])),
-    "guards": (short_sample, STATES, dict(guards=guards(3, 2, "double"))),
 }
 
 

@@ -9,8 +9,6 @@ import numpy as np
 import pytest
 from exact_stages import kernel
 
-import luenberger as lb
-from luenberger.export import to_c
 from luenberger.kernels import cost
 from luenberger.kernels.c import C, Module, rows
 from luenberger.kernels.c.layouts import chosen
@@ -204,33 +202,3 @@ def test_nothing_is_copied_to_be_read_by_rows():
     assert rows.fits(program, sizes)
     assert chosen(program, sizes, tables).copied() == 2  # A' and C' as tables
     assert chosen(program, sizes, ()).copied() == 20 * 20 + 20 * 12
-
-
-@needs_compilers
-@pytest.mark.parametrize("bad", ["twice the same", "infinite"])
-def test_a_refused_sample_in_loops_changes_nothing(bad, tmp_path):
-    """M is singular: two sensors that agree to 1e-20 of what they measure."""
-    rng = np.random.default_rng(4)
-    C_, n = rng.normal(size=(7, 9)), 9
-    C_[6] = C_[2]
-    one = lb.Plant(np.eye(n), None, C_, dt=1.0, Q=np.eye(n), R=np.eye(7),
-                   P0=np.eye(n) * (1e20 if bad == "twice the same" else 1))  # fmt: skip
-    code, _ = to_c(one, tmp_path, name="unit")
-    driver = '#include "unit.h"\nunit_state state;\nvoid start(void);\n'
-    driver += "void start(void) { unit_init(&state); }\n"
-    (tmp_path / "driver.c").write_text(driver)
-    command = ["gcc", *STRICT, "-shared", "-fPIC", "-o", "unit.so", code, "driver.c"]
-    subprocess.run([*command, "-lm"], cwd=tmp_path, check=True)
-    unit = ctypes.CDLL(str(tmp_path / "unit.so"))
-    unit.start()
-    state = (ctypes.c_double * (n + 2 * n * n)).in_dll(unit, "state")
-    before, what, y = list(state), np.full(n, 7.0), rng.normal(size=7)
-    if bad == "infinite":
-        y[3] = np.inf
-    pointers = [X.ctypes.data_as(ctypes.c_void_p) for X in (y, what)]
-    assert unit.unit_step(ctypes.byref(state), None, *pointers) == 1
-    assert list(state) == before and (what == 7).all()
-    y[3] = 0.5
-    if bad == "infinite":
-        assert unit.unit_step(ctypes.byref(state), None, *pointers) == 0
-        assert list(state) != before

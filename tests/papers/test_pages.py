@@ -49,7 +49,6 @@ PAGES = (
     "leondes_novak.places",
     "leondes_novak.marks",
     "leondes_novak.on_target",
-    "leondes_novak.short_form",
     "leondes_novak.square_root",
     "leondes_novak.noise_factors",
     "leondes_novak.predictions",
@@ -84,9 +83,6 @@ PAGES = (
     "forms.change",
     "forms.combinations",
     "forms.gramians",
-    "export.rounding",
-    "export.filter_covariance",
-    "export.filter_rounding",
 )
 
 

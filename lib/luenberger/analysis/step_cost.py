@@ -7,11 +7,12 @@ import numpy as np
 
 from ..arguments import expect
 from ..kernels.c.numbers import BYTES, representable, require_c_type
-from ..numeric import Vector
+from ..numeric import Matrix, Vector
 from ..observer import Observer
 
 MATRICES = "FGDPVW"
-SUMS = ("PVW", "zyu"), ("FGD", "zuy")  # w_hat and z_next, as `observer_step` has them
+# the sums of the functions of a device, as `observer_step` has them
+SUMS = {"estimate": ("PVW", "zyu"), "advance": ("FGD", "zuy")}
 SHORT, LONG = 400, 3000  # operations: scalars up to SHORT; up to LONG if mostly zeros
 SPARSE = 3  # that is, where loops would do this many times the work
 
@@ -25,8 +26,8 @@ class StepCost(NamedTuple):
         Products and names that the sums of a step add up.  A known zero is none, and a
         known one is a name; a result that is a bare copy adds nothing up.
     operations : int
-        Additions, multiplications and comparisons of a step, with those that test
-        whether each input, measurement, estimate and state is finite.
+        Additions, multiplications and comparisons of an estimate and an advance, with
+        those that test whether what they read and write is finite.
     bytes : int
         Of the state, and of the constants in the code and its tables.
     """
@@ -37,7 +38,7 @@ class StepCost(NamedTuple):
 
 
 class Counts(NamedTuple):
-    """What a step is made of in C.
+    """What a function is made of in C.
 
     Attributes
     ----------
@@ -84,14 +85,18 @@ def step_cost(observer: Observer, dtype: str = "double") -> StepCost:
     >>> observer = lb.Observer([[0.5]], [[1]], [[2]], [[0], [1]], [[1], [2]],
     ...                        T=[[-2, 1]], L=[[1, 0], [0, 1]])
     >>> step_cost(observer)
-    StepCost(multiply_adds=5, operations=11, bytes=32)
+    StepCost(multiply_adds=5, operations=12, bytes=32)
     >>> step_cost(observer, "float").bytes
     16
     """
     require_c_type(dtype)
-    found = counts(narrowed(observer, dtype))
-    size = BYTES[dtype] * (observer.order + found.constants)
-    return StepCost(found.terms, found.operations, size)
+    found = counts(narrowed(observer, dtype)).values()
+    constants = sum(one.constants for one in found)
+    return StepCost(
+        sum(one.terms for one in found),
+        sum(one.operations for one in found),
+        BYTES[dtype] * (observer.order + constants),
+    )
 
 
 def multiply_adds(observer: Observer, *, dtype: str = "double") -> int:
@@ -144,41 +149,43 @@ def narrowed(observer: Observer, dtype: str) -> Observer:
     return dataclasses.replace(observer, **exact)
 
 
-def counts(observer: Observer) -> Counts:
-    """Count a step of an observer in the form that is better for a device.
+def counts(observer: Observer) -> dict[str, Counts]:
+    """Count the functions of an observer, each in the form that is better for a device.
 
     Scalars do no work on zeros and ones, loops do; but scalars are as many lines as
     they are sums.
     """
-    loops, scalars = _in_loops(observer), _in_scalars(observer)
-    short = LONG if SPARSE * scalars.operations < loops.operations else SHORT
-    found = scalars if scalars.operations <= short else loops
-    results = sum(observer.P.shape)  # w_hat and z_next, in arrays of their own
-    tested = observer.D.shape[1] + observer.G.shape[1] + results  # whether finite
-    return found._replace(
-        operations=found.operations + tested, stack=found.stack + results
-    )
+    found = {}
+    for name, (matrices, signals) in SUMS.items():
+        parts = [getattr(observer, k) for k in matrices]
+        loops, scalars = _in_loops(parts), _in_scalars(parts, signals)
+        short = LONG if SPARSE * scalars.operations < loops.operations else SHORT
+        one = scalars if scalars.operations <= short else loops
+        results = len(parts[0])  # in an array of their own
+        read = sum(X.shape[1] for X in parts[1:] if X.any())
+        found[name] = one._replace(
+            operations=one.operations + read + results,  # whether they are finite
+            stack=one.stack + results,
+        )
+    return found
 
 
-def _in_loops(observer: Observer) -> Counts:
+def _in_loops(parts: list[Matrix]) -> Counts:
     """Every entry of a matrix that is not zero altogether is a product and a sum."""
-    sizes = [getattr(observer, k).size for k in MATRICES if getattr(observer, k).any()]
-    return Counts(False, sum(sizes), 2 * sum(sizes), sum(sizes), 0)
+    entries = sum(X.size for X in parts if X.any())
+    return Counts(False, entries, 2 * entries, entries, 0)
 
 
-def _in_scalars(observer: Observer) -> Counts:
+def _in_scalars(parts: list[Matrix], signals: str) -> Counts:
     """A sum for each row, if it is no copy of a signal and no sum that was there."""
+    names = [(s, k) for s, X in zip(signals, parts) for k in range(X.shape[1])]
     seen, read = dict[Any, Vector](), set[tuple[str, int]]()
-    for matrices, signals in SUMS:
-        M = np.hstack([getattr(observer, k) for k in matrices])
-        widths = (getattr(observer, k).shape[1] for k in matrices)
-        names = [(s, k) for s, width in zip(signals, widths) for k in range(width)]
-        for row in M:
-            (at,) = row.nonzero()
-            read.update(names[k] for k in at)
-            if len(at) > 1 or (row[at] != 1).any():
-                at = sorted(at, key=lambda k: row[k] < 0)  # stable
-                seen[tuple((names[k], row[k]) for k in at)] = row[at]
+    for row in np.hstack(parts):
+        (at,) = row.nonzero()
+        read.update(names[k] for k in at)
+        if len(at) > 1 or (row[at] != 1).any():
+            at = sorted(at, key=lambda k: row[k] < 0)  # stable
+            seen[tuple((names[k], row[k]) for k in at)] = row[at]
     factors = sum(int((np.abs(values) != 1).sum()) for values in seen.values())
     terms = sum(map(len, seen.values()))
     operations = terms - len(seen) + factors

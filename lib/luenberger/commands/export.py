@@ -1,16 +1,12 @@
 """`export`: an observer, or the filter of a plant, as C99 source."""
 
 import tempfile
-from argparse import ArgumentTypeError, Namespace
+from argparse import Namespace
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from .registration import dry_run, file, folder, plant_of, register, sample
 from .terminal import say, written
-
-if TYPE_CHECKING:
-    from ..observer import Observer
-    from ..plant import Plant
 
 
 def add(commands: Any) -> None:
@@ -28,10 +24,8 @@ def add(commands: Any) -> None:
             "export report/observer.json --c firmware",
             'export tracker.json --m1 "radar position (m)" --c firmware --name filter',
             "export report/observer.json --c firmware --dtype float --dry-run",
-            "export report/observer.json --c firmware --dtype fixed --bits 16 "
-            '--range "radar position (m)=500" --range "radar velocity (m/s)=50"',
-            'export tracker.json --c firmware --dtype float --range "radar position '
-            '(m)=500" --range "radar velocity (m/s)=50"',
+            "export report/observer.json --c firmware --dtype float --plant "
+            "tracker.json --measure",
         ],
     )
     one.add_argument("source", type=file, metavar="OBSERVER.json|PLANT.json")
@@ -54,8 +48,7 @@ def _beside(one: Any) -> None:
     one.add_argument(
         "--plant",
         type=file,
-        help="beside an observer: names for the comments; with --dtype float what "
-        "rounding does to the estimates is measured on it, where there is a C compiler",
+        help="beside an observer: names for the comments, and what --measure runs on",
     )
     one.add_argument(
         "--m1",
@@ -64,90 +57,45 @@ def _beside(one: Any) -> None:
         help="beside a plant: the name of an output treated as exact, once for each; "
         "or how many of the first outputs; default none",
     )
-    one.add_argument(
-        "--update",
-        choices=["joseph", "guarded"],
-        default="joseph",
-        help="beside a plant: guarded computes the covariance in its short form where "
-        "rounding is sure to be small; default %(default)s",
-    )
 
 
 def _numbers(one: Any) -> None:
     """What the device computes in."""
     one.add_argument(
         "--dtype",
-        choices=["double", "float", "fixed"],
-        help="numbers of the device; fixed: whole numbers, of an observer; default "
-        "double",
+        choices=["double", "float"],
+        help="numbers of the device; default double",
     )
     one.add_argument("--float", action="store_true", help="the same as --dtype float")
     one.add_argument(
-        "--bits",
-        type=int,
-        choices=[16, 32],
-        help="with --dtype fixed: of each signal and weight",
+        "--measure",
+        action="store_true",
+        help="beside an observer with --plant: compile the source, run it on a "
+        "simulated record and say how far rounding moves the estimates",
     )
-    one.add_argument(
-        "--range",
-        action="append",
-        type=sized,
-        metavar="SIGNAL=SIZE",
-        help="the largest size of an input or measurement, once for each; for --dtype "
-        "fixed, and for the bound on rounding in the header. Those of measurements may "
-        "be left out where the plant, given by --plant beside an observer, is stable, "
-        "with Q and R",
-    )
-
-
-def sized(text: str) -> tuple[str, float]:
-    """A name and a size, of --range.
-
-    >>> sized("speed (m/s)=50")
-    ('speed (m/s)', 50.0)
-    """
-    name, _, size = text.rpartition("=")
-    try:
-        return name, float(size)
-    except ValueError:
-        raise ArgumentTypeError(
-            f"{text!r} must be SIGNAL=SIZE, with a number for the size"
-        ) from None
 
 
 def run(options: Namespace) -> None:
     """Write the source, or into a folder that is thrown away, and print the paths."""
     import numpy as np
 
-    from ..export import to_c
+    from ..export import rounding_error, to_c
     from ..export.c.source_and_header import places
     from ..observer import Observer
 
     given = _read(options)
+    source, plant = given["source"], given["plant"]
+    if options.measure and not (isinstance(source, Observer) and plant):
+        options.wrong("--measure goes with an observer, and --plant says of what plant")
     with np.errstate(all="ignore"), tempfile.TemporaryDirectory() as nowhere:
         where = nowhere if options.dry_run else options.c
         paths = to_c(path=where, **given)
     if options.dry_run:
         paths = places(options.c, [path.name for path in paths])
     written(paths, options.dry_run)
-    if given["dtype"] == "float" and isinstance(given["source"], Observer):
-        _measure(given["source"], given["plant"])
-
-
-def _measure(observer: "Observer", plant: "Plant | None") -> None:
-    """Say what float costs, or what is missing to know."""
-    from ..export import rounding_error
-
-    if plant is None:
-        say("--plant PLANT.json, the plant with Q and R, measures what float costs")
-        return
-    try:
-        found = rounding_error(observer, plant)
-    except (RuntimeError, ValueError) as error:
-        say(f"what float costs is not measured: {error}")
-        return
-    for sentence in found.sentences:
-        say(sentence)
+    if options.measure:
+        for sentence in rounding_error(source, plant, dtype=given["dtype"]).sentences:
+            say(sentence)
 
 
 def _read(options: Namespace) -> dict[str, Any]:
@@ -174,9 +122,6 @@ def _read(options: Namespace) -> dict[str, Any]:
         m1=m1,
         name=options.name,
         dtype=_dtype(options),
-        bits=options.bits,
-        ranges=_ranges(options),
-        update=options.update,
     )
 
 
@@ -184,16 +129,6 @@ def _dtype(options: Namespace) -> str:
     if options.float and options.dtype not in (None, "float"):
         options.wrong(f"--float and --dtype {options.dtype} exclude each other")
     return "float" if options.float else options.dtype or "double"
-
-
-def _ranges(options: Namespace) -> dict[str, float] | None:
-    """What --range says, each signal once."""
-    if options.range is None:
-        return None
-    found = dict(options.range)
-    if len(found) < len(options.range):
-        options.wrong("--range names a signal twice")
-    return found
 
 
 def accurate(given: list[str], outputs: Sequence[str]) -> int | list[str]:

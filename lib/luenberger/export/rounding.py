@@ -22,25 +22,13 @@ from ..plant import Plant
 from ..run.estimate import estimate
 from ..run.simulate import Run, simulate
 from ..show import number
-from .c.observer import require_exportable, texts
+from .c.observer import require_exportable, texts, uses
+from .c.selftest import driver
 from .c.source_and_header import signals
 
 NAME = "measured"
 HELD = 100  # samples that a drawn input stays at a level
 OTHERWISE = "export the source, and compare its estimates where there is one"
-DRIVER = f"""
-#include "{NAME}.h"
-int run(int N, const REAL *u, const REAL *y, REAL *what)
-{{
-    {NAME}_state state;
-    {NAME}_init(&state);
-    for (int k = 0; k < N; k++)
-        if ({NAME}_step(&state, {NAME}_inputs ? u + k * {NAME}_inputs : 0,
-                        {NAME}_outputs ? y + k * {NAME}_outputs : 0,
-                        what + k * {NAME}_estimates)) return k + 1;
-    return 0;
-}}
-"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,7 +101,7 @@ def rounding_error(
     :math:`z_{i+1} = F z_i + G u_i + D y_i`, :math:`\hat w_i = P z_i + V y_i + W u_i`
     in double.  What differs is the rounding of constants, readings and sums.  It grows
     with the signals, so it holds for records like this one, and the result says how
-    large their u and y are.  `rounding_bound` holds for all within given ranges.
+    large their u and y are.
 
     Parameters
     ----------
@@ -213,7 +201,7 @@ def _run(observer: Observer, dtype: str, y: Matrix, u: Matrix) -> Matrix:
     """The estimates of the compiled C."""
     kind = np.float64 if dtype == "double" else np.float32
     made = texts(observer, NAME, dtype, signals(observer))
-    made |= {"driver.c": DRIVER.replace("REAL", dtype)}
+    made |= {"driver.c": driver(NAME, dtype, uses(observer))}
     run = library(made, OTHERWISE).run
     inputs = (np.ascontiguousarray(X, kind) for X in (u, y))
     what = np.zeros((len(y), len(observer.P)), kind)

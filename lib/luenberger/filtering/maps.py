@@ -17,7 +17,7 @@ from ..plant import Plant
 from ..recursion.settings import accurate_outputs, require_noise
 from ..recursion.weight import canonical_weight, positive_weight
 from . import tail
-from .passes import Maps
+from .passes import Maps, whiten
 
 FIRM = 1e-8  # a pivot of R at unit diagonal; below it outputs are not told apart by it
 
@@ -196,13 +196,6 @@ def _told_apart(R: Matrix) -> bool:
 def _whitened(R: Matrix) -> tuple[Matrix, Vector]:
     """L and r with L R L' = diag(r), L lower triangular with a unit diagonal."""
     L, r = np.eye(len(R)), R.diagonal().copy()
-    if not (R - np.diag(r)).any():
-        return L, r
-    W = R.copy()
-    for j in range(len(R)):
-        r[j] = W[j, j]
-        if r[j] > 0:
-            step = np.eye(len(R))
-            step[j + 1 :, j] = -W[j + 1 :, j] / r[j]
-            W, L = step @ W @ step.T, step @ L
+    if (R - np.diag(r)).any():
+        whiten.on()(R.copy(), L, np.zeros(len(R)), r)
     return L, r

@@ -155,6 +155,25 @@ def absorb(V, D, c, r, nu, x, K, f):
 
 
 @Text
+def whiten(R, C, y, r):
+    """Combine readings y of C z so that no two noises are correlated; NaN is none.
+
+    R (p, p), their covariance, is used up; r becomes the variances of the combinations.
+    """
+    p, n = C.shape
+    for j in range(p):
+        r[j] = R[j, j]
+        if y[j] == y[j]:
+            for i in range(j + 1, p):
+                a = over(R[i, j], R[j, j])
+                y[i] -= a * y[j]
+                for k in range(n):
+                    C[i, k] -= a * C[j, k]
+                for k in range(j + 1, p):
+                    R[i, k] -= a * R[j, k]
+
+
+@Text
 def gram(W, w, made, V, D, T, h):
     """The factors of the last rows of W, whose columns have variances w.
 
@@ -270,6 +289,20 @@ def spread(V, D, variances):
 
 
 @Text
+def push(O, z, E, e, x, variances):  # noqa: E741
+    """What accurate outputs add to an estimate, and to its variances."""
+    n, pushed, p = O.shape[0], O.shape[1], len(e)
+    for i in range(n):
+        for k in range(pushed):
+            x[i] += O[i, k] * z[n + k]
+        for j in range(p):
+            a = O[i, 0] * E[j, n]
+            for k in range(1, pushed):
+                a += O[i, k] * E[j, n + k]
+            variances[i] += a * a * e[j]
+
+
+@Text
 def forward(y, drive, at, maps, state, xs, variances, tape):
     """Filter the rows of y, NaN where an output did not arrive.
 
@@ -318,14 +351,8 @@ def forward(y, drive, at, maps, state, xs, variances, tape):
         for i in range(n):
             x[i] = z[i]
         spread(V, D, v)
-        for i in range(n if pushed else 0):
-            for k in range(pushed):
-                x[i] += O[i, k] * z[n + k]
-            for j in range(p):
-                a = O[i, 0] * E[j, n]
-                for k in range(1, pushed):
-                    a += O[i, k] * E[j, n + k]
-                v[i] += a * a * e[j]
+        if pushed:
+            push(O, z, E, e, x, v)
     return clash
 
 

@@ -8,7 +8,7 @@ same bits; rows around them are compiled for one pattern of zeros and ones.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from inspect import getsource
 from typing import Any, NamedTuple
@@ -62,13 +62,13 @@ def _is(value: Entry, number: int) -> bool:
 class Statements:
     """What was done with names, equal things once."""
 
-    def __init__(self) -> None:
+    def __init__(self, tiny: float = TINY) -> None:
         self.known: dict[Any, Name] = {}
+        self.tiny, self.positive = tiny, False
 
     def let(self, op: str, *of: Entry) -> Name:
         """The name of what an operation makes of others."""
-        key = op, *(x if isinstance(x, str) else id(x) for x in of if _counts(x))
-        key = (*key, *(repr(x) for x in of if not _counts(x)))
+        key = op, *(id(x) if isinstance(x, Name) else repr(x) for x in of)
         if key not in self.known:
             self.known[key] = Name(self, op, of)
         return self.known[key]
@@ -81,24 +81,23 @@ class Statements:
         alone = isinstance(made, Name) and made.op == "abs" and made.of[0] is value
         if alone or not isinstance(value, Name):
             return value  # a single product is no rounding
-        return self.let("clear", value, made)
+        return self.let("clear", value, made, self.tiny)
 
     def over(self, a: Entry, b: Entry) -> Entry:
-        return 0.0 if _is(a, 0) or _is(b, 0) else self.let("over", a, b)
+        return 0.0 if _is(a, 0) or _is(b, 0) else self._quotient("over", a, b)
 
     def part(self, a: Entry, b: Entry) -> Entry:
-        if _is(b, 0):
-            return 1.0
-        return 0.0 if _is(a, 0) else self.let("part", a, b)
+        return 1.0 if _is(b, 0) else self._quotient("part", a, b)
+
+    def _quotient(self, op: str, a: Entry, b: Entry) -> Entry:
+        if not isinstance(b, Name):
+            return self.let("/", a, b) if isinstance(a, Name) else a / b
+        return self.let("/" if self.positive else op, a, b)
 
     def does(self, text: passes.Text, *given: Any, **more: Any) -> Any:
         """What a text of `passes` does, with `more` names for other things."""
-        names = dict(clear=self.clear, over=self.over, part=self.part)
-        return text.on(**names, **more)(*given)
-
-
-def _counts(x: Entry) -> bool:
-    return isinstance(x, Name | str)
+        names: dict[str, Any] = dict(clear=self.clear, over=self.over, part=self.part)
+        return text.on(**names, TINY=self.tiny, **more)(*given)
 
 
 class Language(NamedTuple):
@@ -110,7 +109,7 @@ class Language(NamedTuple):
 
 PYTHON = Language("{a} if {b} > {c} else {d}", "abs({})")
 C99 = Language("{b} > {c} ? {a} : {d}", "fabs({})")
-RANK = {"+": 1, "-": 1, "*": 2}
+RANK = {"+": 1, "-": 1, "*": 2, "/": 2}
 INLINE = (*RANK, "abs", "neg")  # where it is used once
 
 
@@ -176,10 +175,10 @@ def _said(one: Name, language: Language, shown: Callable[..., str]) -> tuple[str
         return f"-{shown(of[0])}", 2
     if one.op == "abs":
         return language.size.format(shown(of[0], 0)), 3
-    a, b = (shown(x) for x in of)
+    a, b = (shown(x) for x in of[:2])
     if one.op == "clear":
         size = language.size.format(a)
-        return language.choice.format(a=a, b=size, c=f"{TINY!r} * {b}", d="0.0"), 0
+        return language.choice.format(a=a, b=size, c=f"{of[2]!r} * {b}", d="0.0"), 0
     other = "0.0" if one.op == "over" else "1.0"
     return language.choice.format(a=f"{a} / {b}", b=b, c="0.0", d=other), 0
 
@@ -248,17 +247,22 @@ def replayed(size: Sizes) -> str:
 
 
 class Row:
-    """The statements of one row: of the prediction, of each reading, of variances."""
+    """The statements of one row: of the prediction, of each reading, of variances.
 
-    def __init__(self, size: Sizes) -> None:
+    `r` are the variances of readings where they are known for good.
+    """
+
+    def __init__(
+        self, size: Sizes, r: Sequence[float] | None = None, tiny: float = TINY
+    ) -> None:
         n, p, g = size.n, size.p, size.g
-        self.size, self.to = size, Statements()
+        self.size, self.to = size, Statements(tiny)
         known = {name: iter(values) for name, values in size.known}
         self.tables = {
             name: self._table(name, shape, known[name])
             for name, shape in (("B", (n, n)), ("G", (n, g)), ("C", (p, n)))
         }
-        self.r = [self.to.given(f"r_{j}") for j in range(p)]
+        self.r = r or [self.to.given(f"r_{j}") for j in range(p)]
         self.state = {
             "z": _array([self.to.given(f"z_{i}") for i in range(n)]),
             "V": self._triangle(),
@@ -316,7 +320,9 @@ class Row:
         y = self.to.given(f"y_{j}")
         c, r = self.tables["C"][j], self.r[j]
         more = {"absorb": partial(self._moved, j)} if given else {}
+        self.to.positive = not isinstance(r, Name) and r > 0  # and so are all pivots
         pivot, nu, made = self.to.does(passes.read, y, V, D, c, r, z, met, K, f, **more)
+        self.to.positive = False
         return z, V, D, K, pivot, nu, made
 
     def reads(self, which: str) -> dict[str, str]:
@@ -435,7 +441,7 @@ def _apart(one: str) -> tuple[str, ...]:
 
 def _block(found: list[tuple[str, Entry]], indent: int, prefix: str) -> list[str]:
     """Statements, and then all names at once."""
-    found = [(name, x) for name, x in found if _renamed(name, x)]
+    found = [(name, x) for name, x in found if renamed(name, x)]
     lines, shown = written([x for _, x in found], prefix=prefix)
     out = [f"{name} = {text}" for name, text in lines]
     if found:
@@ -444,5 +450,5 @@ def _block(found: list[tuple[str, Entry]], indent: int, prefix: str) -> list[str
     return [" " * indent + line for line in out]
 
 
-def _renamed(name: str, x: Entry) -> bool:
+def renamed(name: str, x: Entry) -> bool:
     return not (isinstance(x, Name) and x.op == "given" and x.of[0] == name)

@@ -13,7 +13,6 @@ ROOMS = (
     "identification",
     "smoothing",
     "forms",
-    "export",
 )  # that have derivations
 SIZES = (", ", " [", " (")  # how the sizes at the end of a step's name begin
 

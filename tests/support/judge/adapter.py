@@ -118,9 +118,10 @@ DEVICE = """
 int run(const double *y, double *what, int rows)
 {
     made_state state;
-    made_init(&state);
+    made_init(&state, 0, 0);
     for (int k = 0; k < rows; k++)
-        if (made_step(&state, 0, y + k * P, what + k * N)) return 1;
+        if (made_estimate(&state, y + k * P, what + k * N) || made_advance(&state))
+            return 1;
     return 0;
 }
 """

@@ -1,110 +1,126 @@
 """A constant observer in C."""
 
 import warnings
-from collections.abc import Mapping
+from collections.abc import Sequence
 
 import numpy as np
 
-from ...analysis.step_cost import MATRICES, Counts, counts, narrowed
+from ...analysis.step_cost import Counts, counts, narrowed
 from ...errors import SAMPLE, DesignError
 from ...kernels.c.file import File, function
+from ...kernels.c.numbers import representable
 from ...kernels.c.step import write_step
 from ...kernels.c.writer import C
 from ...numeric.linalg import modes
 from ...observer import Observer
 from ...papers.leondes_novak.derivation import observer_step
-from ...plant import Plant
 from ...run.estimate import estimate
 from . import source_and_header
-from .rounding_bound import floating_notes
 from .selftest import selftest
-from .source_and_header import Signals
+from .source_and_header import Cost, Signals, Use
 
 ROWS = 24  # of the self-test
 UNIT = 2.0**-24  # rounding of float
 SLOW = 1e-3  # of z: what rounding may add up to without a warning
-
-
-def texts(
-    observer: Observer,
-    name: str,
-    real: str,
-    signals: Signals,
-    plant: Plant | None = None,
-    ranges: Mapping[str, float] | None = None,
-) -> dict[str, str]:
-    """The two files of an observer, by name."""
-    rounding = floating_notes(observer, real, signals, plant, ranges)
-    observer, module = narrowed(observer, real), File(name, real)
-    if real == "float":
-        require_exportable(observer, " in float")
-        _warn_of_slow_modes(observer)
-    r, m, p = observer.order, observer.G.shape[1], observer.D.shape[1]
-    step, cost = _step(module, observer)
-    u, y = inputs(m, p)
-    body = source_and_header.source(module, [_init(module, observer), step])
-    body += "\n" + selftest(module, u, y, estimate(observer, y, u))
-    head = source_and_header.header(
-        module,
-        f"An observer of order {r}.",
-        EQUATIONS,
-        observer.dt,
-        signals,
-        [("z", r, "z of the next sample; it follows T x")],
-        [
-            "A sample that is not finite is refused: one NaN would stay for good.  So",
-            f"is one so large that a state or an estimate is no finite {real}.",
-            *source_and_header.step_notes(module, r, cost),
-            *rounding,
-        ],
-    )
-    return source_and_header.stamped(name, head, body)
-
-
 EQUATIONS = [
     "z[i+1] = F z[i] + G u[i] + D y[i]     (7)",
     "w^[i]  = P z[i] + V y[i] + W u[i]     estimates w = L x",
 ]
+CODES = ("0: done; 1: refused, as a number is not finite, and state and what are as",
+         "they were.")  # fmt: skip
+NOTES = [
+    "",
+    "A number that is not finite is refused: one NaN would stay for good.  So is what",
+    "would make a state or an estimate infinite.",
+]
 
 
-def _step(module: File, observer: Observer) -> tuple[str, Counts]:
-    """The C function, and what it costs."""
-    to, (q, r) = C(module.real), observer.P.shape
-    sizes = dict(q=q, r=r, p=observer.D.shape[1], m=observer.G.shape[1])
-    for array, length in (("y", sizes["p"]), ("u", sizes["m"])):
-        if length:
-            to.loop("i", 0, length)
-            to.need(f"isfinite({array}[i]) != 0")
-            to.end()
-    for array, length in (("y", sizes["p"]), ("u", sizes["m"]), ("state", r)):
-        if not length:
-            to.line(f"(void){array};")
-    to.array("shown", q)
-    if r:
-        to.array("moved", r)
-    cost = counts(observer)
-    write_step(
-        observer_step(),
-        sizes,
-        {k: getattr(observer, k) for k in MATRICES},
-        module,
-        to,
-        {"z": "state->z"},
-        {"w_hat": "shown", "z_next": "moved"},
-        scalars=cost.scalars,
+def texts(observer: Observer, name: str, real: str, signals: Signals) -> dict[str, str]:
+    """The two files of an observer, by name."""
+    observer, file = narrowed(observer, real), File(name, real)
+    if real == "float":
+        require_exportable(observer, " in float")
+        _warn_of_slow_modes(observer)
+    r, m, p = observer.order, observer.G.shape[1], observer.D.shape[1]
+    used, costs = uses(observer), counts(observer)
+    functions = [_init(file, observer, used[0])]
+    functions += [_step(file, observer, use, costs[use.name]) for use in used[1:]]
+    u, y = inputs(m, p)
+    body = source_and_header.source(file, functions)
+    body += "\n" + selftest(file, used, u, y, estimate(observer, y, u))
+    constants = sum(one.constants for one in costs.values())
+    spent = {k: Cost(x.terms, x.operations, x.stack) for k, x in costs.items()}
+    head = source_and_header.header(
+        file,
+        f"An observer of order {r}.",
+        EQUATIONS,
+        observer.dt,
+        signals,
+        [("z", r, "z of this sample, or of the next; it follows T x")],
+        used,
+        _arguments(observer),
+        NOTES + source_and_header.cost_notes(file, r, constants, spent),
     )
-    found = [("shown", "what", q), ("moved", "state->z", r)]
-    found = [one for one in found if one[-1]]
-    for array, _, length in found:
-        to.loop("i", 0, length)
+    return source_and_header.stamped(name, head, body)
+
+
+def uses(observer: Observer) -> list[Use]:
+    """The functions, each with the arguments that it reads."""
+    there = {k: bool(getattr(observer, k).any()) for k in "GDVW"}
+    seen = ("const u",) * there["W"] + ("const y",) * there["V"]
+    moved = ("const u",) * there["G"] + ("const y",) * there["D"]
+    return [
+        Use("init", ("const x0",), ["Before the first sample."], "void"),
+        Use("estimate", (*seen, "what"), CODES),
+        Use("advance", moved, CODES),
+    ]
+
+
+def _arguments(observer: Observer) -> dict[str, list[str]]:
+    early = ["and, as W is not 0, in the estimate of its own instant"]
+    return {
+        "x0": ["the plant's state at the first sample, as it is known; NULL: z begins",
+               "as the observer does"],
+        "u": ["known inputs, which act from this sample to the next",
+              *early * bool(observer.W.any())],
+        "y": ["measurements of this sample"],
+        "what": ["the estimate, written by an estimate"],
+    }  # fmt: skip
+
+
+def _step(file: File, observer: Observer, use: Use, cost: Counts) -> str:
+    """The estimate, or what leads to the next sample."""
+    to, (q, r) = C(file.real), observer.P.shape
+    sizes = dict(q=q, r=r, p=observer.D.shape[1], m=observer.G.shape[1])
+    read = [one[-1] for one in use.arguments if one.startswith("const ")]
+    for array in read:
+        to.loop("i", 0, sizes["m" if array == "u" else "p"])
         to.need(f"isfinite({array}[i]) != 0")
         to.end()
-    for array, place, length in found:
+    result, place, length = (
+        ("w_hat", "what", q) if use.name == "estimate" else ("z_next", "state->z", r)
+    )
+    if length:
+        to.array("found", length)
+        write_step(
+            observer_step(),
+            sizes,
+            {k: getattr(observer, k) for k in "FGDPVW"},
+            file,
+            to,
+            {"z": "state->z"},
+            {result: "found"},
+            scalars=cost.scalars,
+        )
         to.loop("i", 0, length)
-        to.set(f"{place}[i]", f"{array}[i]")
+        to.need("isfinite(found[i]) != 0")
+        to.end()
+        to.loop("i", 0, length)
+        to.set(f"{place}[i]", "found[i]")
         to.end()
     to.line("return 0;")
-    return function(source_and_header.prototype(module), to.lines), cost
+    head = source_and_header.prototype(file, use)
+    return function(head, to.lines, ("state", *read))
 
 
 def _warn_of_slow_modes(observer: Observer) -> None:
@@ -149,10 +165,29 @@ def inputs(m: int, p: int) -> tuple[np.ndarray, np.ndarray]:
     return values[:, :m], values[:, m:]
 
 
-def _init(module: File, observer: Observer) -> str:
-    to = C(module.real)
+def _init(file: File, observer: Observer, use: Use) -> str:
+    to, T = C(file.real), representable("T", observer.T, file.real)
     for k, value in enumerate(observer.z0.tolist()):
         to.set(f"state->z[{k}]", repr(value))
     if not observer.order:
         to.set("state->z[0]", "0.0")
-    return function(f"void {module.name}_init({module.name}_state *state)", to.lines)
+        return function(source_and_header.prototype(file, use), to.lines, ["x0"])
+    to.check("x0 != NULL")
+    for k, row in enumerate(T.tolist()):
+        to.set(f"state->z[{k}]", sum_of(row, "x0"))
+    to.end()
+    return function(source_and_header.prototype(file, use), to.lines)
+
+
+def sum_of(row: Sequence[float], array: str) -> str:
+    """What a row makes of an array.
+
+    >>> sum_of([1.0, 0.0, -2.5], "u")
+    'u[0] + (-2.5 * u[2])'
+    """
+    terms = [
+        f"{array}[{k}]" if x == 1 else f"({x!r} * {array}[{k}])"
+        for k, x in enumerate(row)
+        if x
+    ]
+    return " + ".join(terms) or "0.0"

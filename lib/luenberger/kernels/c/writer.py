@@ -12,7 +12,7 @@ from ..program import Size
 from ..writer import Writer
 
 # a number with a point or an exponent, which C takes for a double
-LITERAL = re.compile(r"(?<![\w.])(\d+\.\d*(?:e[+-]?\d+)?|\d+e[+-]?\d+)")
+LITERAL = re.compile(r"(?<![\w.])(\d+\.\d*(?:e[+-]?\d+)?|\d+e[+-]?\d+)(?![\w.])")
 FUNCTION = re.compile(r"\b(sqrt|fabs)\(")  # of doubles; those of floats end in f
 WIDTH = 84  # of a line with a call in it
 

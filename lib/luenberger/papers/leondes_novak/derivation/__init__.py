@@ -54,8 +54,6 @@
     The outputs that arrived, marked by ones on a diagonal, as a device sees them.
 `on_target`
     The filter in the order in which a device runs it: use the sample, then predict.
-`short_form`
-    The short form of the covariance, and how far rounding moves it at most.
 `predictions`
     A record from prediction to prediction, with outputs missing or without noise.
 `known_state`
@@ -142,14 +140,6 @@ partial_sample = StageList(
     "on_target.partial_sample",
     "C E Missing R S J As Q Lifted Untaken Spread Gamma "
     "N M Kmv K Z Sigma known innovation x rho",
-)
-short_update = StageList(
-    __name__, "short_form.short_update", "N M K a b Sigma known innovation x rho"
-)
-short_sample = StageList(
-    __name__,
-    "short_form.short_sample",
-    "N M K a b Sigma known innovation x rho Omega_next x_minus_next",
 )
 marked_sample = StageList(
     __name__,

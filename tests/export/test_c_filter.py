@@ -1,0 +1,348 @@
+"""A plant's filter in C finds what Python finds: in few states bit for bit."""
+
+import dataclasses
+import re
+import subprocess
+
+import generators
+import numpy as np
+import pytest
+from compiled_c import SANITIZED, Compiled, gcc, needs_compiler
+
+import luenberger as lb
+from luenberger.export import to_c
+from luenberger.export.c.printed import ORDER, Printed
+from luenberger.filtering import passes
+from luenberger.filtering.maps import Settings
+from luenberger.filtering.pack import begin, packed
+from luenberger.filtering.passes import State, Tape
+
+pytestmark = needs_compiler
+NAN = float("nan")
+UNFUSED = ["-ffp-contract=off"]
+
+
+@pytest.fixture
+def compiled(tmp_path):
+    return lambda source, **options: Compiled(tmp_path, source, **options)
+
+
+def plant(n=4, p=3, *, cross=False, m=1, seed=3, correlated=True, **options):
+    found = generators.plant(np.random.default_rng(seed), n, p, m=m, cross=cross)
+    found = dataclasses.replace(found, **options)
+    R = found.R if correlated else np.diag(found.R.diagonal())
+    return dataclasses.replace(found, R=R)
+
+
+def in_python(source, y, u, m1=0, weight=None):
+    """`passes.forward`, every operation where it is written: x and variances."""
+    settings = Settings(source, m1, weight)
+    end = begin(settings, np.zeros(source.m))
+    pack = packed(settings, end, y, u)
+    state = State(*(X.copy() for X in end.state))
+    n, p, N = source.n, source.p, len(state.z)
+    tape = Tape(*(np.empty((0, *shape)) for shape in
+                  ((n,), (N,), (N, N), (N,), (p, N), (p,), (p,))))  # fmt: skip
+    x, variances = np.empty((len(y), n)), np.empty((len(y), n))
+    given = pack.y, pack.drive, pack.at, pack.maps, state, x, variances, tape
+    assert passes.forward.exact(*given) == -1
+    return x, variances
+
+
+def a_record(source, steps=300, seed=6):
+    y, u, _ = generators.record(np.random.default_rng(seed), source, steps)
+    return generators.holes(np.random.default_rng(2), y), u
+
+
+# n, options: statements, and loops; noises of outputs that nothing shares
+ALONE = {
+    "one state": (1, dict(p=1, m=0, correlated=False)),
+    "few": (4, dict(correlated=False)),
+    "few, x[1] is known": (4, dict(correlated=False, at_first=True)),
+    "few, some outputs exact": (5, dict(correlated=False, R=np.diag([0, 0.5, 0]))),
+    "six": (6, dict(correlated=False)),
+    "many": (9, dict(correlated=False)),
+}
+
+
+@pytest.mark.parametrize("n, options", ALONE.values(), ids=ALONE)
+@pytest.mark.parametrize("level", ["-O0", "-O3"])
+def test_it_has_the_bits_of_python(n, options, level, compiled):
+    source = plant(n, **options)
+    y, u = a_record(source)
+    unit = compiled(source, level=level, flags=UNFUSED)
+    assert ("unit_predict" in unit.text) is (n > 6)
+    found, code = unit.run(y, u)
+    assert not code.any()
+    x, variances = in_python(source, y, u)
+    np.testing.assert_array_equal(found, x)
+    np.testing.assert_array_equal(unit.variances, variances)
+
+
+WEIGHT = np.diag([1.0, 4, 1, 2]) + 0.3
+FILTERS = {
+    "Kalman": (4, {}),
+    "loops": (8, {}),
+    "one accurate": (4, dict(m1=1)),
+    "the last accurate, weighted": (4, dict(m1=[2], weight=WEIGHT)),
+    "all accurate": (4, dict(m1=3)),
+    "canonical": (4, dict(m1=2, weight="canonical")),
+    "one accurate, loops": (8, dict(m1=1)),
+}
+
+
+@pytest.mark.parametrize("cross", [False, True], ids=["S = 0", "S"])
+@pytest.mark.parametrize("n, options", FILTERS.values(), ids=FILTERS)
+def test_it_filters_complete_records_and_gaps(n, options, cross, compiled):
+    source = plant(n, cross=cross, m=2, at_first=bool(options))
+    y, u, _ = generators.record(np.random.default_rng(6), source, 200)
+    unit = compiled(source, **options)
+    for part in (y, generators.holes(np.random.default_rng(2), y)):
+        unit.start()
+        found, code = unit.run(part, u)
+        assert not code.any()
+        x, variances = in_python(source, part, u, **options)
+        assert generators.relative(found, x) < 1e-12
+        assert generators.relative(unit.variances, variances) < 1e-12
+    if not options:
+        wanted, P, _ = generators.kalman(source, part, u, np.zeros(source.m))
+        assert generators.relative(found, wanted) < 1e-9
+        assert generators.relative(unit.variances, P.diagonal(0, 1, 2)) < 1e-9
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_singular_plants_of_small_integers_are_filtered_exactly(seed, compiled):
+    """Beside the oracle in rational arithmetic: any rank of Q, R, P0 and of S."""
+    source, y, u, u0 = generators.integer_plant(seed)
+    y[np.random.default_rng(seed).random(y.shape) < 0.2] = NAN
+    x, P = generators.exact(source, y, u, u0)
+    unit = compiled(source, level="-O0")
+    ahead = source.A @ source.x0 + source.B @ u0
+    unit.start(ahead, None)
+    found, code = unit.run(y, u)
+    assert not code.any()
+    size = np.abs(x).max() + np.sqrt(P.diagonal(0, 1, 2)).max() + 1
+    np.testing.assert_allclose(found, x, rtol=0, atol=1e-9 * size)
+    scale = np.abs(P).max() + 1
+    np.testing.assert_allclose(
+        unit.variances, P.diagonal(0, 1, 2), rtol=0, atol=1e-9 * scale
+    )
+
+
+@pytest.mark.parametrize("n", [3, 8])
+@pytest.mark.parametrize("dtype", ["double", "float"])
+def test_a_reading_that_contradicts_what_is_known_is_refused(n, dtype, compiled):
+    """The last output repeats the first, which has no noise; two changes nothing."""
+    C = np.eye(3, n)
+    C[2] = C[0]
+    source = lb.Plant(np.eye(n), None, C, dt=1.0, Q=np.eye(n), R=np.diag([0, 1.0, 0]),
+                      P0=np.eye(n))  # fmt: skip
+    unit = compiled(source, dtype=dtype)
+    good, bad = [[1.0, 2.0, 1.0], [3.0, 1.0, 3.0]], [3.0, 1.0, 3.5]
+    found, code = unit.run([*good, bad])
+    assert code[:, 0].tolist() == [0, 0, 2] and (found[2] == 7).all()
+    np.testing.assert_allclose(found[:2, 0], [1, 3], rtol=1e-6)
+    after, unsaid = unit.state, [NAN] * 3
+    unit.start()
+    unit.run([*good, unsaid])  # the state is what it was
+    assert unit.state == after
+
+
+@pytest.mark.parametrize("n, more", [(3, {}), (3, dict(m1=1)), (8, {})])
+def test_a_refused_sample_changes_nothing(n, more, compiled):
+    source = plant(n, 2, E=np.ones((2, 1)))
+    unit = compiled(source, **more)
+    unit.run([[1.0, 2.0]], [[3.0]])
+    before = unit.state
+    most = np.finfo(float).max
+    for y, u in ([np.inf, 0], 0), ([0, 0], NAN), ([0, 0], -np.inf), ([most, -most], 0):
+        what, code = unit.run([y], [[u]])
+        assert code[0, 0] == 1 and (what == 7).all()
+        if not np.isfinite(u):
+            assert code[0, 1] == 1 and unit.state == before
+        unit.start()
+        unit.run([[1.0, 2.0]], [[3.0]])
+        assert unit.state == before
+
+
+@pytest.mark.parametrize("n, more", [(3, {}), (3, dict(m1=1)), (8, {})])
+def test_it_starts_from_what_is_known(n, more, compiled):
+    """x0, and standard deviations in place of the covariance of the data."""
+    source = plant(n, 2, cross=n == 3, at_first=True)
+    y, u, _ = generators.record(np.random.default_rng(6), source, 40)
+    unit = compiled(source, **more)
+    x0, sigma0 = np.arange(1.0, n + 1), np.arange(n) / 2
+    for given in ((x0, None), (None, sigma0), (x0, sigma0)):
+        changed = dict(zip(("x0", "P0"), given))
+        changed["P0"] = None if given[1] is None else np.diag(sigma0**2)
+        changed = {k: X for k, X in changed.items() if X is not None}
+        unit.start(*given)
+        found, code = unit.run(y, u)
+        assert not code.any()
+        x, variances = in_python(dataclasses.replace(source, **changed), y, u, **more)
+        assert generators.relative(found, x) < 1e-12
+        assert generators.relative(unit.variances, variances) < 1e-12
+
+
+@pytest.mark.parametrize("n, more", [(3, {}), (3, dict(m1=1)), (8, {})])
+def test_samples_that_measure_nothing_need_no_estimate(n, more, tmp_path):
+    """`advance` twice is a sample without a reading."""
+    source = plant(n, 2, m=0)
+    code, _ = to_c(source, tmp_path, name="unit", **more)
+    (tmp_path / "main.c").write_text("""
+#include <math.h>
+#include <string.h>
+#include "unit.h"
+int main(void)
+{
+    static unit_state a, b;
+    double y[2] = {1.5, -2.0}, none[2] = {NAN, NAN}, one[N], two[N];
+    unit_init(&a, 0, 0); unit_init(&b, 0, 0);
+    unit_estimate(&a, y, one); unit_advance(&a); unit_advance(&a);
+    unit_estimate(&b, y, two); unit_advance(&b);
+    unit_estimate(&b, none, two); unit_advance(&b);
+    unit_estimate(&a, y, one); unit_estimate(&b, y, two);
+    return memcmp(one, two, sizeof one) != 0;
+}
+""")
+    gcc(f"-DN={n}", "-o", tmp_path / "main", code, tmp_path / "main.c")
+    assert subprocess.run([tmp_path / "main"]).returncode == 0
+
+
+@pytest.mark.parametrize("n", [3, 8])
+@pytest.mark.parametrize("options", [{}, dict(m1=1)], ids=["Kalman", "accurate"])
+def test_single_precision(n, options, compiled):
+    source = plant(n, 2, seed=4)
+    y, u = a_record(source)
+    unit = compiled(source, dtype="float", **options)
+    found, code = unit.run(y, u)
+    assert not code.any() and found.dtype == np.float32
+    x, variances = in_python(source, y, u, **options)
+    assert 1e-9 < generators.relative(found, x) < 1e-4
+    assert generators.relative(unit.variances, variances) < 1e-4
+    assert not re.search(r"double|\d\.\d+(?!\d*(f|e))", unit.text)  # no double in it
+
+
+def undriven():
+    """An unstable mode of no variance: rounding decides where it goes."""
+    rng = np.random.default_rng(4)
+    V = rng.normal(size=(3, 3))
+    A = V @ np.diag([1.3, 0.5, 0.9]) @ np.linalg.inv(V)
+    driven = V[:, 1:] @ V[:, 1:].T
+    return lb.Plant(A, None, rng.normal(size=(2, 3)), dt=1.0, Q=driven,
+                    R=np.eye(2), P0=driven)  # fmt: skip
+
+
+def test_rounding_does_not_make_a_variance_negative(compiled):
+    unit = compiled(undriven())
+    _, code = unit.run(np.random.default_rng(5).normal(size=(400, 2)))
+    assert not code.any() and (unit.variances > 0).all()
+
+
+@pytest.mark.parametrize("kind", generators.KNOWN)
+def test_what_is_known_for_good_has_no_variance(kind, compiled):
+    source = generators.known(kind, n=5)
+    y, u = a_record(source, 60)
+    unit = compiled(source)
+    found, code = unit.run(y, u)
+    wanted, P, _ = generators.kalman(source, y, u, np.zeros(1))
+    assert not code.any() and generators.relative(found, wanted) < 1e-9
+    known = np.abs(P.diagonal(0, 1, 2)) < 1e-12
+    assert (unit.variances[known] == 0).all() and known.any()
+
+
+MODULES = {
+    "few": (3, {}, {}),
+    "correlated": (3, dict(correlated=True), {}),
+    "S": (3, dict(cross=True, correlated=True), {}),
+    "accurate": (3, {}, dict(m1=1)),
+    "loops": (8, {}, {}),
+    "no inputs": (2, dict(m=0), {}),
+    "E = 0": (3, dict(E=np.zeros((2, 1))), {}),
+    "float": (3, {}, dict(dtype="float")),
+}
+
+
+@pytest.mark.parametrize("n, changes, options", MODULES.values(), ids=MODULES)
+def test_self_test_agrees_under_sanitizers(n, changes, options, tmp_path):
+    source = plant(n, 2, **(dict(correlated=False) | changes))
+    code, _ = to_c(source, tmp_path, name="unit", **options)
+    gcc(*SANITIZED, "-Dunit_SELFTEST", "-o", tmp_path / "unit", code)
+    run = subprocess.run([tmp_path / "unit"], capture_output=True, text=True)
+    assert run.returncode == 0 and run.stderr == ""
+    if "S" in options.get("dtype", "S"):  # a number that is off is noticed
+        text = code.read_text()
+        body = text.index("_advance(unit_state") if n < 4 else text.index("unit_M[")
+        number = re.search(r"\d\.\d{6,}", text[body:])[0]
+        damaged = repr(float(number) * (1 + 1e-4))
+        code.write_text(text[:body] + text[body:].replace(number, damaged))
+        gcc("-Dunit_SELFTEST", "-o", tmp_path / "unit", code)
+        assert subprocess.run([tmp_path / "unit"]).returncode == 1
+
+
+def test_a_function_takes_what_it_reads(tmp_path):
+    def heads(**changes):
+        text = to_c(plant(3, 2, **changes), tmp_path, name="unit")[1].read_text()
+        found = re.findall(r"unit_(estimate|advance)\(([^;]*)\);", text)
+        return {name: re.findall(r"(\w+)\[\]", given) for name, given in found}
+
+    without = np.zeros((2, 1))
+    assert heads(E=without) == dict(estimate=["y", "what"], advance=["u"])
+    assert heads(m=0) == dict(estimate=["y", "what"], advance=[])
+    assert heads() == dict(estimate=["u", "y", "what"], advance=["u"])
+
+
+def test_header_says_what_a_sample_costs(tmp_path):
+    """Scalars as they stand there; loops as they run."""
+
+    def said(source, **options):
+        code, header = to_c(source, tmp_path, name="unit", **options)
+        head = header.read_text()
+        found = [int(x) for x in re.findall(r"(?:estimate|advance): (\d+) op", head)]
+        assert int(re.search(r"a sample: (\d+) operations", head)[1]) == sum(found)
+        return code.read_text(), found, head
+
+    text, found, head = said(plant(3, 2, correlated=False))
+    for name, count in zip(("estimate", "advance"), found):
+        body = text.partition(f"int unit_{name}(")[2].partition("\n}\n")[0]
+        signs = r" (?:[-+*/<>]|[-+=!]=) "
+        assert count == len(re.findall(signs, body))
+    assert "120 bytes of state" not in head and "state: 72 and" in head.replace(
+        "in doubles", "state"
+    )
+    for n in (8, 16):
+        _, found, _ = said(plant(n, 2, correlated=False))
+        assert 0.5 < found[1] / (3 * n**3) < 4  # 2 n columns of n rows
+
+
+@pytest.mark.parametrize(
+    ("changes", "options", "message"),
+    [
+        (dict(P0=None), {}, "P0"),
+        (dict(C=np.zeros((0, 3)), E=None, R=None, output_names=()), {}, "no outputs"),
+        ({}, dict(m1=4), "between 0 and p"),
+        ({}, dict(weight=-np.eye(3), m1=1), "weight"),
+    ],
+)
+def test_what_no_device_can_filter_is_refused(changes, options, message, tmp_path):
+    source = dataclasses.replace(plant(3, 2), **changes)
+    with pytest.raises(ValueError, match=message):
+        to_c(source, tmp_path, **options)
+
+
+def test_plants_that_vary_are_refused(tmp_path):
+    source = generators.varying(np.random.default_rng(1), 2, 1, 5)
+    with pytest.raises(lb.DesignError, match="varies with time"):
+        to_c(source, tmp_path)
+    many = plant(8, 7)
+    with pytest.raises(lb.DesignError, match="each choice of those that arrive"):
+        to_c(many, tmp_path, m1=1)
+
+
+def test_every_text_that_it_calls_is_printed():
+    sizes = dict(n=3, N=5, g=2, p=2, o=2, e=2, t=2, w=9)
+    made = Printed("unit", "double", sizes, 1e-13, ORDER)
+    assert len(made.texts) == len(ORDER)
+    for name, text in zip(ORDER, made.texts):
+        assert f" unit_{name}(" in text.splitlines()[1]
+    assert "B" in made.given["rows_ahead"] and "T" not in made.given["gram"]
