@@ -198,6 +198,8 @@ int main(void)
     static unit_state a, b;
     double y[2] = {1.5, -2.0}, none[2] = {NAN, NAN}, one[N], two[N];
     unit_init(&a, 0, 0); unit_init(&b, 0, 0);
+    unit_advance(&a);
+    unit_estimate(&b, none, two); unit_advance(&b);
     unit_estimate(&a, y, one); unit_advance(&a); unit_advance(&a);
     unit_estimate(&b, y, two); unit_advance(&b);
     unit_estimate(&b, none, two); unit_advance(&b);
