@@ -187,7 +187,7 @@ def test_it_starts_from_what_is_known(n, more, compiled):
 @pytest.mark.parametrize("n, more", [(3, {}), (3, dict(m1=1)), (8, {})])
 def test_samples_that_measure_nothing_need_no_estimate(n, more, tmp_path):
     """`advance` twice is a sample without a reading."""
-    source = plant(n, 2, m=0)
+    source = plant(n, 2, m=0, cross=bool(more))
     code, _ = to_c(source, tmp_path, name="unit", **more)
     (tmp_path / "main.c").write_text("""
 #include <math.h>
