@@ -57,7 +57,7 @@ class Text:
                     plain = types.FunctionType(text.plain.__code__, known)
                     plain.__qualname__ += which  # numba's cache goes by the name
                     known[name] = made[name] = numba.njit(**ways)(plain)
-        return made[self.plain.__name__]  # type: ignore[no-any-return]
+        return made[self.plain.__name__]
 
     def on(self, **names: Any) -> Callable:
         """The text as Python in which some names stand for other things.

@@ -84,12 +84,16 @@ def stacked(ends: Sequence[End]) -> Ends:
     """The same with a stack of each part."""
     if not isinstance(ends, Ends):
         own = [(*end.state[:3], end.seen, end.u, *end.gap) for end in ends]
-        return Ends(ends[0], *(np.array(X) for X in zip(*own)))
+        parts: Any = [np.array(X) for X in zip(*own)]
+        return Ends(ends[0], *parts)
     like = ends.like
-    own = dict(V=like.state.V, D=like.state.D, begun=like.gap[0], least=like.gap[1])
-    own = {name: X for name, X in own.items() if getattr(ends, name) is None}
-    own = {name: np.repeat(np.array(X)[None], len(ends), 0) for name, X in own.items()}
-    return replace(ends, u=like.u[None] if ends.u is None else ends.u, **own)
+    held: dict[str, Any] = dict(
+        V=like.state.V, D=like.state.D, begun=like.gap[0], least=like.gap[1]
+    )
+    held = {name: X for name, X in held.items() if getattr(ends, name) is None}
+    for name, X in held.items():
+        held[name] = np.repeat(np.array(X)[None], len(ends), 0)
+    return replace(ends, u=like.u[None] if ends.u is None else ends.u, **held)
 
 
 def alike(

@@ -83,7 +83,7 @@ class Settings:
         plant = self.plant
         if plant.S is not None and np.any(plant.S):
             return "all"
-        R = plant.R.reshape(-1, plant.p, plant.p)
+        R = np.reshape(plant.R, (-1, plant.p, plant.p))  # type: ignore[arg-type]
         pushed = self.accurate and np.any(R[:, self.accurate, self.accurate])
         if pushed or not all(map(_told_apart, R)):
             return "outputs"
@@ -116,7 +116,8 @@ class Settings:
             maps, mix = zip(*found)
             stacks = Maps(*(np.stack(X) for X in zip(*maps))), np.stack(mix)
             self._stacked = key, stacks, found  # kept, so that no other has their ids
-        return stacks  # type: ignore[no-any-return]
+        found_: tuple[Maps, Matrix] = stacks
+        return found_
 
     def _factor(self, X: Matrix) -> Matrix:
         """A factor; as wide at every instant, whatever the rank is there."""

@@ -344,7 +344,7 @@ def _covariance_at(run: Any, pack: Packed, state: State, row: int) -> Matrix:
     n, part = pack.drive.shape[1], slice(0, row + 1)
     state, room = State(*(X.copy() for X in state)), np.empty((2, row + 1, n))
     tape = blank(0, 0, n, len(state.z), pack.y.shape[1])
-    _in_factors(run, pack, state, *room, tape).rows(part)
+    _in_factors(run, pack, state, room[0], room[1], tape).rows(part)
     return covariance(state)[:n, :n]
 
 
@@ -384,7 +384,7 @@ def loops(name: str, n: int) -> Any:
 
 def refuse(settings: Settings, instant: int, j: int, seen: Vector) -> None:
     names, i = settings.plant.output_names, max(instant - settings.origin, 0)
-    noisy = settings.plant.at(i).R.diagonal() > 0
+    noisy = settings.plant.at(i).covariances()[1].diagonal() > 0
     seen = seen & (~noisy | noisy[j])  # noises of outputs may cancel in a combination
     which = [names[k] for k in range(j + 1) if seen[k]]
     raise DesignError(

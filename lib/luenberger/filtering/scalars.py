@@ -115,7 +115,7 @@ INLINE = (*RANK, "abs", "neg")  # where it is used once
 
 def written(
     results: Iterable[Entry], language: Language = PYTHON, prefix: str = "t"
-) -> tuple[list[tuple[str, str]], Callable[[Entry], str]]:
+) -> tuple[list[tuple[str, str]], Callable[..., str]]:
     """Statements (name, text) that lead to results, and what names an entry in them."""
     order: list[Name] = []
     uses: Counter[int] = Counter()
@@ -262,7 +262,7 @@ class Row:
             name: self._table(name, shape, known[name])
             for name, shape in (("B", (n, n)), ("G", (n, g)), ("C", (p, n)))
         }
-        self.r = r or [self.to.given(f"r_{j}") for j in range(p)]
+        self.r: Any = r or [self.to.given(f"r_{j}") for j in range(p)]
         self.state = {
             "z": _array([self.to.given(f"z_{i}") for i in range(n)]),
             "V": self._triangle(),

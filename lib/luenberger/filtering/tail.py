@@ -52,8 +52,10 @@ def steady(maps: Maps, run: Callable) -> Steady | None:
     if not (maps.r[0] > 0).all():
         return None
     state = State(np.zeros(n), np.eye(n), np.zeros(n), np.zeros((p, n)), np.zeros(p))
-    tape = Tape(*(np.zeros((0, *s)) for s in ((n,), (n,), (n, n), (n,))),
-                np.zeros((1, p, n)), np.zeros((1, p)), np.zeros((1, p)))  # fmt: skip
+    tape = Tape(
+        np.zeros((0, n)), np.zeros((0, n)), np.zeros((0, n, n)), np.zeros((0, n)),
+        np.zeros((1, p, n)), np.zeros((1, p)), np.zeros((1, p)),
+    )  # fmt: skip
     none = tape._replace(K=tape.K[:0], pivot=tape.pivot[:0], nu=tape.nu[:0])
     for rows, kept in (LONG, none), (1, tape):
         last = State(*(X.copy() for X in state))
@@ -76,7 +78,7 @@ def steady(maps: Maps, run: Callable) -> Steady | None:
         if many > HALF:
             return None
     many = many / (1 - size)  # the sum of |W^-1 Phi^k W|, none of which is above 1
-    return found if found.holds(last.V, last.D, EPS / 2 / many) else None
+    return found if found.holds(last.V, last.D, float(EPS / 2 / many)) else None
 
 
 class Way(NamedTuple):
@@ -133,10 +135,9 @@ def over(
             if clash >= 0:
                 return k * p + clash, False, settled
             looked = (instant + stop) % LOOK == 0 and not np.isnan(y[stop - 1]).any()
-            still = (
-                looked and (one := found()) is not None and one.holds(*way.factors())
-            )
-            if still:
+            one = found() if looked else None
+            still = one is not None and one.holds(*way.factors())
+            if one is not None and still:
                 way.settle(one.V, one.D)
         k = stop
     return -1, still, settled

@@ -106,7 +106,8 @@ def units(plant: Plant) -> Vector:
 
 @lru_cache(maxsize=64)
 def _balanced(A: bytes, C: bytes, n: int) -> Vector:
-    return balanced(*(np.frombuffer(X).reshape(-1, n) for X in (A, C)), 0.0, 0.0)[0]
+    plain = [np.frombuffer(X).reshape(-1, n) for X in (A, C)]
+    return balanced(plain[0], plain[1], 0.0, 0.0)[0]
 
 
 def is_open(state: State) -> bool:

@@ -118,7 +118,8 @@ def found(
             return False
 
     if spread is None:
-        spread = spread_of(unknowns, theta, likelihood, plant.Q, plant.R)
+        noises = plant.at(0).covariances()[:2]
+        spread = spread_of(unknowns, theta, likelihood, *noises)
         vague = unsure(spread, theta)
     else:
         spread = of_logarithms(unknowns, theta, spread)

@@ -6,6 +6,8 @@ An instant shows a change of what the next error has in common with its innovati
 as far as later outputs show that error.
 """
 
+from typing import Any
+
 import numpy as np
 
 from .. import kernels
@@ -64,7 +66,7 @@ def _shown(plant: Plant, changes: Matrices, seen: Matrix) -> Matrix:
     for k in range(0, len(seen), TOGETHER):
         here = range(k, min(k + TOGETHER, len(seen)))
         rows, X = _rows(plant, here, gains, later, seen, wide, X)
-        root = np.linalg.qr(np.vstack([root, *rows]), mode="r")
+        root = _triangle(np.vstack([root, *rows]))
     # The start's covariance explains what it can; a record need not show all of it.
     given = root[:, len(first) :]
     largest = max(np.linalg.norm(given, 2), 1e-300)
@@ -81,12 +83,18 @@ def _at(plant: Plant, k: int, gains: Matrix, seen: Matrix) -> tuple[Matrix, ...]
     return now.A - L @ C, C, L
 
 
+def _triangle(X: Matrix) -> Matrix:
+    """R of X = Q R."""
+    found: Any = np.linalg.qr(X, mode="r")
+    return np.asarray(found)
+
+
 def _later(plant: Plant, gains: Matrix, seen: Matrix) -> list[Matrix]:
     """For each row, a square root of what the rows after it show of the next error."""
     found = [np.zeros((0, plant.n))]
     for k in range(len(seen) - 1, 0, -1):
         A_L, C, _ = _at(plant, k, gains, seen)
-        found.append(np.linalg.qr(np.vstack([C, found[-1] @ A_L]), mode="r"))
+        found.append(_triangle(np.vstack([C, found[-1] @ A_L])))
     return found[::-1]
 
 

@@ -122,7 +122,8 @@ def read(plant: Plant, y: Any, u: Any = None) -> Records:
         If sizes disagree, or there is not a u for each y.
     """
     outputs, inputs = (plant.p, plant.output_names), (plant.m, plant.input_names)
-    pairs = split(*dataframes.taken(y=y, u=u), plant.p)
+    y, u = dataframes.taken(y=y, u=u)
+    pairs = split(y, u, plant.p)
     found = [arrays(*pair, outputs, inputs, missing=True) for pair in pairs]
     return [(plain_array(y), plain_array(u)) for y, u in found]
 

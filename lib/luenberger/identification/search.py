@@ -73,10 +73,10 @@ class Likelihood:
     def _moved(self, plant: Plant, values: Vector) -> Vector:
         """How fast the likelihood rises along each parameter, by differences."""
         unknowns, found = self.unknowns, []
+        Q, R, _ = plant.at(0).covariances()
         for step in np.diag(unknowns.parameters.scale * STEP):
             up, down = (
-                self.of(unknowns.with_noise(plant.Q, plant.R, values + s))
-                for s in (step, -step)
+                self.of(unknowns.with_noise(Q, R, values + s)) for s in (step, -step)
             )
             found.append((up - down) / (2 * STEP))
         return np.array(found)

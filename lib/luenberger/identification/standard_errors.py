@@ -105,7 +105,8 @@ class Curvature:
 
     def _mixed(self) -> dict[int, tuple[int, int]]:
         """The covariances among the unknowns, each with the two variances beside it."""
-        found, at = {}, 0
+        found: dict[int, tuple[int, int]] = {}
+        at = 0
         for form in (self.unknowns.Q, self.unknowns.R):
             if isinstance(form, Full):
                 rows, columns = np.triu_indices(len(form.known))

@@ -65,7 +65,8 @@ def found(of: Any, record: Record, starts: Any) -> tuple[Any, ...]:
     `of` is the `Filter`.
     """
     all_ = groups(of.plant, record, starts)
-    parts, names = [_together(of, one) for one in all_], [one.names for one in all_]
+    parts: list[Any] = [_together(of, one) for one in all_]
+    names = [one.names for one in all_]
     told = (
         table(record, _joined(record, names, [part[k] for part in parts]), of.plant)
         for k in (0, 1)
@@ -115,7 +116,7 @@ def _joined(record: Record, names: list[Vector], parts: list[Matrix]) -> Any:
     if len({len(record), *map(len, parts)}) == 1:
         return parts[0]
     if len({X.shape[1:] for X in parts}) != 1:
-        return Gathered(names, parts)
+        return Gathered(names, list[Any](parts))
     out = np.empty((len(record), *parts[0].shape[1:]))
     for which, X in zip(names, parts):
         out[which] = X

@@ -153,7 +153,7 @@ class LiveFilter(Turns):
                 f"instant {self.instant + 1} before arrived, and advance after it"
             )
         names = self._names
-        j = names.index(output) if output in names else output
+        j: Any = names.index(output) if output in names else output
         if j not in range(len(names)):
             raise ValueError(f"there is no output {short(output)}, but {few(names)}")
         if age not in range(self._horizon + 1):
@@ -237,4 +237,4 @@ def _combined(columns: list[Vector], u: Vector) -> Vector:
     found: Any = 0.0
     for column, value in zip(columns, u.tolist()):
         found = found + column * value
-    return found  # type: ignore[no-any-return]
+    return found

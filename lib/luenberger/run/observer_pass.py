@@ -12,7 +12,7 @@ from ..observer import Observer
 
 
 @Text
-def steps(S, y, u, z, found):
+def steps(S: Matrix, y: Matrix, u: Matrix, z: Matrix, found: Matrix) -> None:
     """[z+, w^] = S' [z, y, u] of each row of records; z (M, r) becomes what is last.
 
     S is one matrix (1, r + p + m, r + q), or one for each row; u may be one record for
@@ -45,7 +45,7 @@ def steps(S, y, u, z, found):
 
 
 @Text
-def along(F, drive, z):
+def along(F: Matrix, drive: Matrix, z: Matrix) -> None:
     """z[k + 1] = F[k] z[k] + drive[k] of runs side by side: z (N + 1, r, runs).
 
     F is one matrix (1, r, r), or one for each row; z[0] is given.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from copy import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -125,12 +125,13 @@ class Record:
             raise ValueError(f"a part has at least 1 record or row, got {size!r}")
         for k in range(0, len(self.y), size):
             part = slice(k, k + size)
-            yield Record(*self._of(part), self.u0 if self.many or k == 0 else None)
+            u0 = self.u0 if self.many or k == 0 else None
+            yield replace(Record(*self._of(part)), u0=u0)
 
     def each(self) -> Iterator[Record]:
         """Each of many runs as a record."""
         for k in range(len(self.y)):
-            yield Record(*self._of(k), self.u0)
+            yield replace(Record(*self._of(k)), u0=self.u0)
 
     def _of(self, part: slice | int) -> Iterator[Any]:
         """y, u, time and arrival of some rows, or of some runs.

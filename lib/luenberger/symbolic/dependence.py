@@ -83,7 +83,9 @@ class Scope:
     """
 
     def __init__(self, relations: Iterable[Relation], averaged: Iterable[Any] = ()):
-        self.definitions, self.equations, self.random = {}, [], {}
+        self.definitions: dict[Any, Any] = {}
+        self.random: dict[Any, Any] = {}
+        self.equations: list[Any] = []
         moments = []
         for relation in dict.fromkeys(behind(relations)):
             left, (_, right) = plain(relation.left), sides(relation)

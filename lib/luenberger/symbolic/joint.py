@@ -12,6 +12,7 @@ from collections.abc import Iterable
 from fractions import Fraction
 from functools import reduce
 from operator import add
+from typing import Any
 
 import sympy as sp
 
@@ -69,8 +70,12 @@ class Joint:
         constant = set().union(*(sides(m)[1] for m in moments))
         constant |= {x for r in others if not is_column(plain(r.left)) for x in of(r)}
         self._let_vary(others, constant)
-        self.made, self.kept, self.blocks, self.columns = {}, [], {}, []
-        self.relations, self.symmetric = [], []
+        self.made: dict[Any, Any] = {}
+        self.blocks: dict[Any, Any] = {}
+        self.kept: list[Any] = []
+        self.columns: list[Any] = []
+        self.relations: list[Any] = []
+        self.symmetric: list[Any] = []
         for relation in others:
             if of(relation) & self.vary:
                 self._make(relation)
@@ -216,11 +221,11 @@ class Joint:
         shape = x.shape[0], (1 if y is ONE else y.shape[0])
         return reduce(add, terms) if terms else ZeroMatrix(*shape)
 
-    def possible(self, world) -> bool:
+    def possible(self, world: Any) -> bool:
         """Whether the joint second moment is not negative in a world of numbers."""
         used = {x for pair in self.blocks for x in pair if x is not ONE}
         names = [ONE, *(x for x in self.columns if x in used)]
-        rows = []
+        rows: list[Any] = []
         for x in names:
             blocks = [world.value(self._block(x, y)) for y in names]
             rows += [sum(parts, []) for parts in zip(*blocks)]

@@ -89,7 +89,7 @@ class Result(Relation):
             f"{'is' if len(missing) == 1 else 'are'} symmetric: say so here, too"
         ]
 
-    def mapped(self, put: Callable[[Formula], Formula]) -> Relation:
+    def mapped(self, put: Callable[[Formula], Formula]) -> Any:
         """A supposition: in other letters it is not what the chain has proved."""
         return Relation(self.name, self.left, self.right).mapped(put)
 
@@ -100,7 +100,7 @@ def unfounded(cited: Iterable[Relation], symmetric: Symbols) -> list[str]:
     return [fault for r in cited if isinstance(r, Result) for fault in r.faults(known)]
 
 
-def refuse_means(cited: Iterable[Relation]) -> None:
+def refuse_means(cited: Iterable[Any]) -> None:
     """Raise for a mean where an equation is meant."""
     if means := [r for r in cited if isinstance(r, Moment)]:
         raise TypeError(

@@ -185,7 +185,8 @@ def faults(stages: Iterable[Stage], given: Symbols, symmetric: Symbols) -> list[
     stages = tuple(stages)
     targets = {stage.target for stage in stages}
     known = [s for s in symmetric if s not in targets]
-    ready, made, found = set(given), [], []
+    ready, found = set(given), list[str]()
+    made: list[Relation] = []
     for stage in stages:
         name, e = stage.target, stage.expression
         if early := sorted({text(s) for s in e.atoms(sp.MatrixSymbol) - ready}):
@@ -198,7 +199,11 @@ def faults(stages: Iterable[Stage], given: Symbols, symmetric: Symbols) -> list[
         declared = stage.symmetric or name in symmetric
         wrong = stage.complaints((*known, name) if declared else known, made)
         found += wrong
-        if declared and not wrong and stage.turned(e, stage.reasons, known, made):
+        if (
+            declared
+            and not wrong
+            and stage.turned(e, stage.reasons, known, tuple(made))
+        ):
             known.append(name)
         ready.add(name)
         if not isinstance(e, sp.BlockMatrix):

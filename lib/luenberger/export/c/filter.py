@@ -83,7 +83,7 @@ def _record(plant: Plant) -> tuple[Matrix, Matrix]:
     rng, n = np.random.default_rng(8), plant.n
     S = np.zeros((n, plant.p)) if plant.S is None else plant.S
     H = factor(np.block([[plant.Q, S], [S.T, plant.R]]))
-    first = factor(plant.P0)
+    first = factor(np.asarray(plant.P0))
     drawn = rng.uniform(-1, 1, (len(y) + 1, H.shape[1])) @ H.T
     x = plant.x0 + first @ rng.uniform(-1, 1, first.shape[1])
     x = x if plant.at_first else plant.A @ x + drawn[-1, :n]

@@ -39,7 +39,7 @@ class Start:
 
     def __init__(self, settings: Settings, real: str) -> None:
         self.settings, self.plant, self.real = settings, settings.plant, real
-        every, R = np.ones(self.plant.p, dtype=bool), self.plant.R
+        every, R = np.ones(self.plant.p, dtype=bool), self.plant.at(0).covariances()[1]
         self.maps = self.at(every)
         self.mix = self.narrow("R", settings.at(1, every)[1]).tolist()
         alone = settings.way == "nothing"

@@ -236,7 +236,7 @@ class _Text:
         """A number, a row or a condition."""
         sign = SIGNS.get(type(getattr(x, "op", None)).__name__)
         if isinstance(x, ast.Constant):
-            return repr(float(x.value))
+            return repr(float(str(x.value)))
         if isinstance(x, ast.Name):
             return repr(self.all.tiny) if x.id == "TINY" else x.id
         if isinstance(x, ast.Subscript):
