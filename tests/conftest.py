@@ -5,12 +5,3 @@ import os
 os.environ.setdefault("OMP_NUM_THREADS", "1")  # two workers share two cores
 
 import drawn  # noqa: E402, F401  registers the profile of `--hypothesis-profile=long`
-import pytest  # noqa: E402
-
-from luenberger import kernels  # noqa: E402
-
-
-@pytest.fixture(autouse=True)
-def nothing_at_hand():
-    """Each test begins without what others compiled: "auto" would take it."""
-    kernels.LOADED.clear()

@@ -52,7 +52,6 @@ from .plant import Plant as Plant
 from .run.estimate import estimate as estimate
 from .run.filter import Filter as Filter
 from .run.filter import Filtered as Filtered
-from .run.filter_data import filter_data as filter_data
 from .run.monte_carlo import Ensemble as Ensemble
 from .run.monte_carlo import monte_carlo as monte_carlo
 from .run.record import Record as Record

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from in_full import in_full
 
 import luenberger as lb
 from luenberger import kernels
@@ -23,7 +24,6 @@ def forget():
     """As a new process would begin."""
     kernels.compiled.cache_clear()
     kernels.over_record.cache_clear()
-    kernels.LOADED.clear()
     cache.compiled.cache_clear()
 
 
@@ -55,8 +55,8 @@ def compilations(monkeypatch):
 
 def estimated():
     forget()
-    found = lb.filter_data(PLANT, [[2]] * 3, backend="numba").x
-    np.testing.assert_allclose(found, lb.filter_data(PLANT, [[2]] * 3).x, rtol=1e-12)
+    found = in_full(PLANT, [[2]] * 3, backend="numba").x
+    np.testing.assert_allclose(found, in_full(PLANT, [[2]] * 3).x, rtol=1e-12)
 
 
 def doubled():
@@ -92,7 +92,7 @@ def test_the_second_time_nothing_is_compiled(home, compilations):
 def test_a_second_process_neither_compiles_nor_derives(home, compilations):
     """Neither the loop over a record nor the NumPy kernels of its first row."""
     plant = lb.Plant([[0.5]], None, [[1]], dt=1, Q=[[1]], R=[[1]], P0=[[1]])
-    x = lb.filter_data(plant, [[2]], backend="numpy").x
+    D = lb.kalman_filter(plant, steps=1, backend="numpy").D
     estimated()
     code = (
         "import sys\n"
@@ -105,15 +105,16 @@ def test_a_second_process_neither_compiles_nor_derives(home, compilations):
         "    return run\n"
         "cache._settled = watched\n"
         "q = lb.Plant([[0.5]], None, [[1]], dt=1.0, Q=[[2]], R=[[1]], P0=[[1]])\n"
-        "print(lb.filter_data(q, [[2]] * 3, backend='numba').x.shape)\n"
+        "print(lb.kalman_filter(q, steps=3, backend='numba').D.shape)\n"
         "p = lb.Plant([[0.5]], None, [[1]], dt=1, Q=[[1]], R=[[1]], P0=[[1]])\n"
-        "print(lb.filter_data(p, [[2]], backend='numpy').x, 'sympy' in sys.modules)\n"
+        "D = lb.kalman_filter(p, steps=1, backend='numpy').D\n"
+        "print(D.tolist(), 'sympy' in sys.modules)\n"
     )
     run = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, check=True
     )
     said = run.stdout.splitlines()
-    assert said == ["1", "(3, 1)", f"{x} False"], run.stderr
+    assert said == ["1", "(3, 1, 1)", f"{D.tolist()} False"], run.stderr
 
 
 def truncate(path):
@@ -231,66 +232,3 @@ def test_another_version_is_another_entry(monkeypatch):
     assert cache.key("text ", ("f8",)) != before != cache.key("text", ("i8",))
     monkeypatch.setattr(numba, "__version__", "9.9")
     assert cache.key("text", ("f8",)) != before
-
-
-# -- what "auto" finds -----------------------------------------------------------------
-
-RUNS = {
-    "filter": lambda rows, **how: lb.filter_data(PLANT, np.ones((rows, 1)), **how),
-}
-
-
-@pytest.fixture
-def chosen(monkeypatch):
-    """What "auto" chose, call by call."""
-    found, choose = [], kernels.runs_compiled
-
-    def watched(backend, rows, *enough, **ready):
-        fast = choose(backend, rows, *enough, **ready)
-        if backend == "auto" and rows:
-            found.append(fast)
-        return fast
-
-    monkeypatch.setattr(kernels, "runs_compiled", watched)
-    return found
-
-
-@pytest.mark.parametrize("run", RUNS.values(), ids=RUNS)
-def test_auto_uses_code_that_is_at_hand(home, chosen, run):
-    run(10)
-    run(10, backend="numba")
-    run(10)  # it is loaded
-    forget()
-    run(kernels.LOAD_ROWS - 1)  # not worth loading
-    run(kernels.LOAD_ROWS)
-    forget()
-    for path in kept(home, "luenberger_*.sha256"):
-        path.unlink()
-    run(kernels.LOAD_ROWS)
-    assert chosen == [False, True, False, True, False]
-
-
-def test_auto_asks_for_the_code_of_this_plant(home, chosen):
-    y = np.ones((10, 1))
-    lb.filter_data(PLANT, y, backend="numba")
-    other = lb.Plant(np.eye(2) / 2, None, np.eye(2)[:1], dt=1.0, Q=np.eye(2), R=[[1]],
-                     P0=np.eye(2))  # fmt: skip
-    lb.filter_data(other, y)
-    y[3] = np.nan  # other code than that of rows without gaps
-    lb.filter_data(PLANT, y)
-    lb.filter_data(PLANT, y, backend="numba")
-    lb.filter_data(PLANT, y)
-    assert chosen == [False, False, True]
-
-
-def test_auto_counts_rows_of_all_records_and_asks_for_code_of_many(home, chosen):
-    y = np.ones((4, 10, 1))
-    lb.filter_data(PLANT, y[0], backend="numba")
-    lb.filter_data(PLANT, y)  # code for many records is not that of one
-    lb.filter_data(PLANT, y, backend="numba")
-    lb.filter_data(PLANT, y)
-    gaps = np.array(y)
-    gaps[1, 3] = np.nan
-    lb.filter_data(PLANT, gaps)
-    lb.filter_data(PLANT, np.ones((kernels.AUTO_ROWS // 10, 10, 1)))
-    assert chosen == [False, True, False, True]

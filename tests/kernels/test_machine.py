@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
+from in_full import in_full
 
 import luenberger as lb
 from luenberger import kernels
-from luenberger.kernels import cache, lanes, making, panels, stack
-from luenberger.recursion.settled_rows import ROW
+from luenberger.kernels import cache, making, stack
 
 numba = pytest.importorskip("numba", reason="numba is an optional extra")
 
@@ -144,23 +144,16 @@ def test_a_result_may_be_a_truth():
 
 
 def test_every_way_of_writing_a_record_has_instructions(monkeypatch):
-    """Nothing is left to numba's front end: scalars, loops, panels and lanes."""
+    """Nothing is left to numba's front end: scalars and loops."""
 
     def left():
         raise AssertionError("a text is left to numba as a whole")
 
     monkeypatch.setattr(stack, "ours", left)
-    made = kernels.over_record, panels.in_panels, lanes.in_lanes, cache.compiled
-    for one in made:
+    for one in (kernels.over_record, cache.compiled):
         one.cache_clear()
     rng = np.random.default_rng(1)
     for n in (2, 7):
         one = np.eye(n)
         plant = lb.Plant(one / 2, None, one[:1], dt=1, Q=one, R=[[1]], P0=one)
-        y = rng.normal(size=(400, 1))
-        lb.filter_data(plant, y, backend="numba", history=True)
-        if n == 2:
-            y[::7] = np.nan
-            lb.filter_data(plant, np.stack([y] * 3), backend="numba")
-    assert panels.in_panels.cache_info().currsize
-    lanes.in_lanes(ROW, (("n", 1), ("k", 1), ("j", 1)), 8)
+        in_full(plant, rng.normal(size=(400, 1)), backend="numba")

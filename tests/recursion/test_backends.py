@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from every_pair import every_pair
 from generators import holes, integer_plant
+from in_full import in_full
 from in_numpy import rows_by_hand
 
 import luenberger as lb
@@ -38,10 +39,8 @@ TRACKER = lb.Plant(
 
 def both(plant, y, u=None, **options):
     """The filter by compiled code and by NumPy, and whether it ran compiled."""
-    options |= dict(history=True, settle=None)
-    wanted = lb.filter_data(plant, y, u, backend="numpy", **options)
-    found = lb.filter_data(plant, y, u, backend="numba", **options)
-    np.testing.assert_array_equal(found.orders, wanted.orders)
+    wanted = in_full(plant, y, u, backend="numpy", **options)
+    found = in_full(plant, y, u, backend="numba", **options)
     return found, wanted
 
 
@@ -68,15 +67,10 @@ def test_generated_code_is_the_numpy_filter(kind, gaps, m1, form, monkeypatch):
         plant = generators.plant(rng, 4, 3, m=2, cross=cross)
     y, u, u0 = generators.record(rng, plant, N)
     y = holes(rng, y) if gaps else y
-    wanted = lb.filter_data(
-        plant, y, u, u0=u0, m1=m1, history=True, backend="numpy", settle=None
-    )
+    wanted = in_full(plant, y, u, u0=u0, m1=m1, backend="numpy")
     rows = rows_by_hand(monkeypatch)
-    found = lb.filter_data(
-        plant, y, u, u0=u0, m1=m1, history=True, backend="numba", settle=None
-    )
+    found = in_full(plant, y, u, u0=u0, m1=m1, backend="numba")
     agree(found, wanted, 1e-11)
-    np.testing.assert_array_equal(found.orders, wanted.orders)
     from_prediction = by_predictions(Settings(plant, m1))
     assert len(rows) == (not from_prediction)  # the first row
 
@@ -90,7 +84,7 @@ def test_generated_code_agrees_with_rational_arithmetic(kind, form):
     y, u, u0 = generators.record(rng, plant, 8)
     y[4, 0] = np.nan
     x, P = generators.exact(plant, y, u, u0)
-    run = lb.filter_data(plant, y, u, u0=u0, history=True, backend="numba", settle=None)
+    run = in_full(plant, y, u, u0=u0, backend="numba")
     assert generators.relative(run.P, P) < 1e-12
     assert generators.relative(run.x, x) < 1e-12
 
@@ -147,9 +141,7 @@ def test_any_singular_noise_is_handed_over_or_right(form):
     for seed in range(FORMS.index(form), 60, len(FORMS)):
         plant, y, u, u0 = integer_plant(seed)
         x, P = generators.exact(plant, y, u, u0)
-        run = lb.filter_data(
-            plant, y, u, u0=u0, history=True, backend="numba", settle=None
-        )
+        run = in_full(plant, y, u, u0=u0, backend="numba")
         size = np.abs(P).max() + np.abs(plant.P0).max() + np.abs(plant.Q).max() + 1
         assert np.abs(run.x - x).max() < 1e-10 * (1 + np.abs(x).max()), seed
         assert np.abs(run.P - P).max() < 1e-10 * size, seed
@@ -162,9 +154,9 @@ def test_a_state_known_at_first_is_handed_over_until_it_is_not(plain, monkeypatc
         P0=np.zeros((3, 3)),
     )  # fmt: skip
     y = np.random.default_rng(1).normal(size=(40, 2))
-    wanted = lb.filter_data(known, y, history=True, backend="numpy", settle=None)
+    wanted = in_full(known, y, backend="numpy")
     rows = rows_by_hand(monkeypatch)
-    agree(lb.filter_data(known, y, history=True, backend="numba", settle=None), wanted)
+    agree(in_full(known, y, backend="numba"), wanted)
     assert 1 < len(rows) < 12
 
 
@@ -185,7 +177,7 @@ def test_states_that_are_known_exactly_stay_in_compiled_code(
     y = holes(rng, y) if gaps else y
     x, P = generators.exact(plant, y, u, np.zeros(1))
     rows = rows_by_hand(monkeypatch)
-    run = lb.filter_data(plant, y, u, history=True, backend="numba", settle=None)
+    run = in_full(plant, y, u, backend="numba")
     assert len(rows) == 1
     assert generators.relative(run.P, P) < 1e-12 if P.any() else not run.P.any()
     assert generators.relative(run.x, x) < 1e-12
@@ -206,7 +198,7 @@ def test_a_row_that_is_not_all_zeros_is_handed_over(spoiled, form, monkeypatch):
     Sigma[3, spoiled] = Sigma[spoiled, 3] = 1e-300
     state = state._replace(spread=state.spread._replace(Sigma=Sigma))
     block = stacks.block(state, y, u)
-    _, done = block.run(state, 0, History.empty(9, plant, True), 9)
+    _, done = block.run(state, 0, History.empty(9, plant), 9)
     assert done == 0
 
 
@@ -217,9 +209,9 @@ def test_a_plant_without_noise_anywhere_stays_with_numpy(form, monkeypatch):
         P0=np.ones((2, 2)),
     )  # fmt: skip
     y = np.random.default_rng(1).normal(size=(300, 1))
-    wanted = lb.filter_data(plant, y, history=True, backend="numpy", settle=None)
+    wanted = in_full(plant, y, backend="numpy")
     rows = rows_by_hand(monkeypatch)
-    agree(lb.filter_data(plant, y, history=True, backend="numba", settle=None), wanted)
+    agree(in_full(plant, y, backend="numba"), wanted)
     assert len(rows) == 300
 
 
@@ -257,9 +249,9 @@ def test_rows_since_the_last_test_are_taken_back(form, monkeypatch):
     A[22] = [[1, 1], [1, 1]]  # Sigma is singular from here
     plant = lb.Plant(A, None, [[1, 0]], dt=1.0, Q=Q, R=R, P0=np.eye(2))
     y = np.random.default_rng(1).normal(size=(N - 1, 1))
-    wanted = lb.filter_data(plant, y, history=True, backend="numpy", settle=None)
+    wanted = in_full(plant, y, backend="numpy")
     rows = rows_by_hand(monkeypatch)
-    agree(lb.filter_data(plant, y, history=True, backend="numba", settle=None), wanted)
+    agree(in_full(plant, y, backend="numba"), wanted)
     assert len(rows) > 10 and min(rows[1:]) >= 16
 
 
@@ -270,8 +262,8 @@ def test_outputs_in_small_units_that_did_not_arrive(unit, plain):
     small = dataclasses.replace(TRACKER, C=np.multiply(C, unit), R=TRACKER.R * unit**2)
     y = holes(np.random.default_rng(3), np.arange(24.0).reshape(12, 2) % 5)
     for m1 in (0, 1):
-        wanted = lb.filter_data(TRACKER, y, m1=m1, backend="numpy", settle=None)
-        found = lb.filter_data(small, y * unit, m1=m1, backend="numba", settle=None)
+        wanted = in_full(TRACKER, y, m1=m1, backend="numpy")
+        found = in_full(small, y * unit, m1=m1, backend="numba")
         np.testing.assert_allclose(found.x, wanted.x, rtol=1e-10, atol=1e-12)
         np.testing.assert_allclose(found.std, wanted.std, rtol=1e-10)
 
@@ -295,7 +287,7 @@ def test_redundant_outputs_that_never_arrive_together(options, plain):
     y[5] = 1
     for backend in ("numpy", "numba"):
         with pytest.raises(lb.DesignError, match="dependent|independent"):
-            lb.filter_data(plant, y, backend=backend, **options)
+            in_full(plant, y, backend=backend, **options)
 
 
 def test_outputs_of_instant_0_are_not_read(plain, monkeypatch):
@@ -306,10 +298,10 @@ def test_outputs_of_instant_0_are_not_read(plain, monkeypatch):
         [[0.9, 0.1], [0, 0.8]], None, C, dt=1.0, Q=np.eye(2), R=[[1]], P0=np.eye(2)
     )
     y = np.random.default_rng(1).normal(size=(12, 1))
-    wanted = lb.filter_data(plant, y, m1=1, history=True, backend="numpy", settle=None)
+    wanted = in_full(plant, y, m1=1, backend="numpy")
     rows = rows_by_hand(monkeypatch)
     agree(
-        lb.filter_data(plant, y, m1=1, history=True, backend="numba", settle=None),
+        in_full(plant, y, m1=1, backend="numba"),
         wanted,
     )
     assert len(rows) == 1
@@ -325,7 +317,7 @@ def test_noise_free_for_a_while_and_a_contradiction(plain):
     y[10] = [1, 2]  # instant 11
     for backend in ("numpy", "numba"):
         with pytest.raises(lb.DesignError, match="instant 11 .*contradict"):
-            lb.filter_data(plant, y, backend=backend, settle=None)
+            in_full(plant, y, backend=backend)
 
 
 def test_overflow_is_not_hidden(plain):
@@ -338,7 +330,7 @@ def test_overflow_is_not_hidden(plain):
         outcomes = []
         for backend in ("numpy", "numba"):
             try:
-                P = lb.filter_data(plant, y, backend=backend, settle=None).P
+                P = in_full(plant, y, backend=backend).P
                 outcomes.append(np.isfinite(P).all())
             except (ValueError, np.linalg.LinAlgError) as error:
                 outcomes.append(type(error))
@@ -350,13 +342,9 @@ def test_products_are_calls(plain, used, monkeypatch):
     rng = np.random.default_rng(2)
     plant = generators.plant(rng, 18, 7, m=1, cross=False)
     y, u, u0 = generators.record(rng, plant, 5)
-    wanted = lb.filter_data(
-        plant, y, u, u0=u0, history=True, backend="numpy", settle=None
-    )
+    wanted = in_full(plant, y, u, u0=u0, backend="numpy")
     rows = rows_by_hand(monkeypatch)
-    found = lb.filter_data(
-        plant, y, u, u0=u0, history=True, backend="numba", settle=None
-    )
+    found = in_full(plant, y, u, u0=u0, backend="numba")
     agree(found, wanted, 1e-11)
     assert len(rows) == 1  # a wrong covariance would leave its rows to NumPy
     assert "product(6, 0, 3, 18, 18, " in used[-1]
@@ -423,9 +411,7 @@ def test_numba_with_missing_outputs_and_any_kind_of_array():
     wide = np.full((40, 4), np.inf)
     wide[::2, ::2] = y
     for same in (frozen, np.asfortranarray(y), wide[::2, ::2], y.tolist()):
-        again = lb.filter_data(
-            plant, same, u, history=True, backend="numba", settle=None
-        )
+        again = in_full(plant, same, u, backend="numba")
         np.testing.assert_array_equal(again.x, found.x)
         np.testing.assert_array_equal(again.P, found.P)
 
@@ -452,33 +438,20 @@ def test_designs_over_steps(kind, m1, plain, monkeypatch):
 # -- which backend ---------------------------------------------------------------------
 
 
-def test_auto_goes_by_the_length_where_nothing_is_at_hand():
+def test_auto_goes_by_the_length():
     assert not kernels.runs_compiled("auto", kernels.AUTO_ROWS - 1)
     assert kernels.runs_compiled("auto", kernels.AUTO_ROWS)
-    assert kernels.runs_compiled("auto", 1, ready=lambda rows: rows == 1)
-    assert not kernels.runs_compiled("auto", 1, ready=lambda rows: rows > 1)
-    assert not kernels.runs_compiled("numpy", 10**9, ready=lambda rows: True)
+    assert not kernels.runs_compiled("numpy", 10**9)
     assert kernels.runs_compiled("numba", 1)
 
 
 def test_without_numba(monkeypatch):
     monkeypatch.setattr(kernels, "find_spec", lambda name: None)
-    assert not kernels.runs_compiled("auto", 10**9, ready=lambda rows: True)
+    assert not kernels.runs_compiled("auto", 10**9)
     with pytest.raises(ImportError, match=r"pip install 'luenberger\[fast\]'"):
-        lb.filter_data(TRACKER, np.zeros((3, 2)), backend="numba", settle=None)
-    with pytest.raises(ImportError, match="not installed"):
         lb.kalman_filter(TRACKER, steps=5, backend="numba")
 
 
-@pytest.mark.parametrize(
-    "call",
-    [
-        lambda: lb.filter_data(TRACKER, np.zeros((3, 2)), backend="c", settle=None),
-        lambda: lb.filter_data(TRACKER, iter([]), backend="c", settle=None),
-        lambda: lb.kalman_filter(TRACKER, steps=3, backend="c"),
-    ],
-    ids=["filter_data", "chunks", "kalman_filter"],
-)
-def test_an_unknown_backend_is_refused(call):
+def test_an_unknown_backend_is_refused():
     with pytest.raises(ValueError, match="'auto', 'numpy' or 'numba', got 'c'"):
-        call()
+        lb.kalman_filter(TRACKER, steps=3, backend="c")

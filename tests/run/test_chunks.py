@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from as_python import as_python
 from generators import holes
+from in_full import in_full
 
 import luenberger as lb
 from luenberger.recursion import filter_pass, filter_stacks
@@ -49,25 +50,6 @@ def test_estimates_of_chunks_are_those_of_the_whole(kind, sizes):
     np.testing.assert_allclose(np.concatenate(chunks), whole, rtol=0, atol=1e-13)
 
 
-@pytest.mark.parametrize("gaps", [False, True], ids=["complete", "gaps"])
-@pytest.mark.parametrize("sizes", SIZES, ids=["rows", "uneven", "last row"])
-def test_filter_of_chunks_is_that_of_the_whole(sizes, gaps, backend):
-    rng = np.random.default_rng(4)
-    y, u, u0 = generators.record(rng, PLANT, 60)
-    y = holes(rng, y) if gaps else y
-    m1 = int(backend == "numpy")
-    options = dict(u0=u0, m1=m1, history=True, backend=backend)
-    whole = lb.filter_data(PLANT, y, u, **options)
-    run = list(lb.filter_data(PLANT, parts(y, sizes), parts(u, sizes), **options))
-    for name in ("x", "std", "P", "K"):
-        joined = np.concatenate([getattr(part, name) for part in run])
-        assert generators.relative(joined, getattr(whole, name)) < 1e-12, name
-        if not gaps:  # the same code for every chunk
-            np.testing.assert_array_equal(joined, getattr(whole, name), err_msg=name)
-    joined = np.concatenate([part.orders for part in run])
-    np.testing.assert_array_equal(joined, whole.orders)
-
-
 def test_a_state_that_was_kept_can_be_gone_on_from_again(backend):
     """No row changes the state that it starts from: what follows has the same bits."""
     rng = np.random.default_rng(4)
@@ -79,10 +61,7 @@ def test_a_state_that_was_kept_can_be_gone_on_from_again(backend):
         kept, _ = run.over(
             start(run.settings, plant.x0, u0), y[:30], u[:30], backend == "numba"
         )
-        ends = [
-            run.over(kept, y[30:], u[30:], backend == "numba", history=True)
-            for _ in range(2)
-        ]
+        ends = [run.over(kept, y[30:], u[30:], backend == "numba") for _ in range(2)]
         for one, other in zip(*(found for _, found in ends)):
             np.testing.assert_array_equal(one, other)
         assert ends[0][0].instant == 60 and kept.instant == 30
@@ -109,13 +88,9 @@ def zeros(width):
     return (np.zeros((ROWS, width)) for _ in range(CHUNKS))
 
 
-def test_memory_stays_flat(backend):
+def test_memory_stays_flat():
     """A chunk with all that is made of it, not the record, which is 40 times that."""
     chunk = ROWS * 8 * (PLANT.p + PLANT.m + 2 * PLANT.n)
-    for _ in lb.filter_data(PLANT, zeros(2), zeros(1), backend=backend):
-        pass  # code is compiled only where the gain settles, and then kept
-    filtered = lb.filter_data(PLANT, zeros(2), zeros(1), backend=backend)
-    assert peak(filtered) < 6 * chunk
     estimates = lb.estimate(OBSERVERS["constant"], zeros(2), zeros(1))
     assert peak(estimates) < 6 * chunk
 
@@ -138,7 +113,7 @@ def test_patterns_of_missing_outputs_do_not_pile_up(backend, monkeypatch):
         for part in np.split(y, 8):
             now, found = run.over(now, part, np.zeros((10, 0)), backend == "numba")
             x.extend(found.x)
-    wanted = lb.filter_data(plant, y, backend="numpy").x
+    wanted = in_full(plant, y, backend="numpy").x
     np.testing.assert_allclose(x, wanted, rtol=1e-12, atol=1e-12)
     assert len(settings._known) <= 20
     assert len(run.stacks.padded) <= 31
@@ -182,29 +157,11 @@ def test_complex_data_are_refused():
         lambda: lb.estimate(observer, 1j * y),
         lambda: lb.estimate(observer, y, 1j * y),
         lambda: lb.estimate(observer, y, z0=[1j]),
-        lambda: lb.filter_data(plant, 1j * y),
-        lambda: lb.filter_data(plant, y, u0=[1j]),
+        lambda: lb.Filter(plant).run(1j * y),
+        lambda: lb.Filter(plant).run(lb.Record(y, u0=[1j])),
     ):
         with pytest.raises(ValueError, match="must be .* complex"):
             run()
-
-
-def test_a_stream_that_proves_long_goes_on_compiled(monkeypatch):
-    """ "auto" cannot know the length of a stream, so it goes by what it has seen."""
-    from luenberger import kernels
-    from luenberger.recursion.settled_pass import SettledPass
-
-    asked, over = [], SettledPass.over
-    monkeypatch.setattr(
-        SettledPass, "over", lambda self, state, y, u, fast, history: asked.append(fast)
-        or over(self, state, y, u, False, history),
-    )  # fmt: skip
-    monkeypatch.setattr(kernels, "find_spec", lambda name: True)
-    monkeypatch.setattr(kernels, "LOADED", set())
-    short = lb.Plant([[0.5]], None, [[1]], dt=1.0, Q=[[1]], R=[[1]], P0=[[1]])
-    monkeypatch.setattr(kernels.runs_compiled, "__defaults__", (5,))
-    list(lb.filter_data(short, iter([np.zeros((2, 1))] * 4)))
-    assert asked == [False, False, True, True]
 
 
 def test_an_estimate_that_overflows_is_refused_with_its_row():

@@ -12,9 +12,8 @@ import pytest
 
 from luenberger import kernels
 from luenberger.kernels import cache
-from luenberger.kernels import lanes as kernel_lanes
 
-ASKED = [(kernels, "over_record"), (cache, "compiled"), (kernel_lanes, "in_lanes")]
+ASKED = [(kernels, "over_record"), (cache, "compiled")]
 
 
 @contextmanager

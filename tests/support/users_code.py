@@ -7,7 +7,6 @@ import numpy as np
 from matplotlib.axes import Axes
 
 import luenberger as lb
-from luenberger.run.filter_data import Filtered
 
 
 def never_run() -> None:
@@ -21,9 +20,6 @@ def never_run() -> None:
     assert_type(lb.estimate(observer, [[1], [2]]), np.ndarray)
     assert_type(lb.estimate(observer, iter([y])), Iterator[np.ndarray])
     assert_type(lb.plot.panels(2), list[Axes])
-    assert_type(lb.filter_data(plant, y), Filtered)
-    assert_type(lb.filter_data(plant, iter([y])), Iterator[Filtered])
-    assert_type(lb.filter_data(plant, [[1], [2]]), Filtered)
     assert_type(lb.Filter(plant).log_likelihood([y, y]), float)
     lb.reduced_order_filter(plant, steps="ten")  # type: ignore[call-arg, arg-type]
     lb.kalman_fliter(plant)  # type: ignore[attr-defined]

@@ -104,7 +104,7 @@ def fit_noise(
 
     See Also
     --------
-    identifiability, Filter, filter_data
+    identifiability, Filter
 
     References
     ----------

@@ -24,29 +24,20 @@ from .recursion import Recursion as Recursion
 from .step import Beside, Bounded, Step
 
 AUTO_ROWS = 20_000  # NumPy takes about as long for these as compiling the first time
-LOAD_ROWS = 1_000  # for ten records of so many, as long as loading what is kept
 # whose terms go if they are zero
 OPTIONAL = ("B", "E", "B_s", "E_s", "Gamma", "J", "G", "S", "W")
 UNROLLED = 1000  # operations of one row; more are faster and sooner compiled as loops
-LOADED: set[tuple] = set()  # what `over_record` was asked for in this process
 
 
-def runs_compiled(
-    backend: str,
-    rows: int,
-    enough: int = AUTO_ROWS,
-    *,
-    ready: Callable[[int], bool] | None = None,
-) -> bool:
+def runs_compiled(backend: str, rows: int) -> bool:
     """Whether a pass over so many rows is to run in code that numba compiles.
 
-    "auto" asks for it where numba is installed, and there are `enough` rows to pay for
-    the compiling or ``ready(rows)`` says that this was done; see `at_hand`.  Without
-    `ready` the number of rows decides alone.
+    "auto" asks for it where numba is installed, and there are enough rows to pay for
+    the compiling.
     """
     if backend not in ("auto", "numpy", "numba"):
         raise ValueError(f"backend must be 'auto', 'numpy' or 'numba', got {backend!r}")
-    if backend == "numpy" or (backend == "auto" and rows < enough and ready is None):
+    if backend == "numpy" or (backend == "auto" and rows < AUTO_ROWS):
         return False
     there = find_spec("numba") is not None
     if backend == "numba" and not there:
@@ -54,32 +45,7 @@ def runs_compiled(
             "backend='numba' needs numba, which is not installed: "
             "pip install 'luenberger[fast]', or leave backend at 'auto'"
         )
-    if backend == "numba" or rows >= enough or not there:
-        return there
-    return ready is not None and ready(rows)
-
-
-def at_hand(
-    rows: int,
-    recursion: Recursion,
-    sizes: tuple[tuple[str, int], ...],
-    known: tuple[tuple[str, Any], ...],
-    changing: frozenset[str],
-) -> bool:
-    """Whether `over_record` has this code, or finds it on disk for `LOAD_ROWS` rows."""
-    asked = recursion, sizes, known, changing
-    if asked in LOADED:
-        return True
-    if rows < LOAD_ROWS:
-        return False
-    from . import cache
-
-    return cache.keeps(_question(*asked))
-
-
-def may_be_at_hand(rows: int) -> bool:
-    """False where `at_hand` says no to whatever it is asked."""
-    return bool(LOADED) or rows >= LOAD_ROWS
+    return there
 
 
 def _vanishes(table: Any) -> bool:
@@ -113,11 +79,10 @@ def over_record(
     from . import cache
 
     text, types = cache.derived(
-        _question(recursion, sizes, known, changing),
+        ("numba", recursion, sizes, known, sorted(changing), UNROLLED),
         lambda: _text(recursion, dict(sizes), dict(known), changing),
     )
     run = cache.compiled(text, tuple(types.values()))
-    LOADED.add((recursion, sizes, known, changing))
 
     def over(**arrays: Any) -> int:
         return run(*(arrays[name] for name in types))
@@ -125,10 +90,6 @@ def over_record(
     found: Any = over
     found.names, found.source = tuple(types), text
     return found
-
-
-def _question(recursion: Any, sizes: Any, known: Any, changing: Any) -> tuple:
-    return "numba", recursion, sizes, known, sorted(changing), UNROLLED
 
 
 def _text(

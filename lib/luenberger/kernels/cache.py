@@ -16,22 +16,9 @@ from typing import Any
 
 from . import making, stack
 from .kept import CacheWarning as CacheWarning
-from .kept import asked, ours, private, recall, replace, usable_folder
 from .kept import derived as derived
+from .kept import ours, private, replace, usable_folder
 from .making import FASTMATH, OPTIONS, WRITING, Way
-
-
-def keeps(question: object) -> bool:
-    """Whether the folder has machine code of the text that answers a question."""
-    name, folder = asked(question), usable_folder()
-    if not (name and folder):
-        return False
-    found = recall(folder / f"derived_{name}.txt", name)
-    if not found:
-        return False
-    text, types = found
-    stem = f"luenberger_{key(text, tuple(types.values()))}"
-    return (folder / f"{stem}.sha256").is_file()
 
 
 @cache

@@ -9,14 +9,14 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from . import arrays, expressions, fused, machine, products, scopes, stack, turning
+from . import arrays, expressions, fused, machine, products, scopes, stack
 
 Unknown = expressions.Unknown
 FASTMATH = ("contract", "reassoc")  # sums may be taken in another order, NaNs count
 OPTIONS: dict[str, Any] = dict(error_model="numpy", nogil=True)  # nogil: for threads
 OPTIONS["fastmath"] = set(FASTMATH)
 # what writes machine code
-WRITING = stack, fused, products, turning, machine, arrays, expressions, scopes
+WRITING = stack, fused, products, machine, arrays, expressions, scopes
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from . import fused, products, turning
+from . import fused, products
 
 LINE = 8  # floats that memory gives at once
 
@@ -28,15 +28,12 @@ def ours() -> dict[str, Any]:
 def definitions() -> dict[str, Any]:
     """The same as definitions for numba, of which it makes functions."""
     made = dict(array=local_array(), fetch=fetch_ahead(), fma=fused.fused())
-    made |= dict(to_lanes=turning.to_lanes(), to_rows=turning.to_rows())
     return made | dict(product=products.in_vectors())
 
 
 def plain() -> dict[str, Any]:
     """The same where nothing is compiled."""
     made = dict(array=np.empty, fetch=lambda X, row, k: None, fma=fused.plain)
-    made |= dict(to_lanes=turning.to_lanes_in_python)
-    made |= dict(to_rows=turning.to_rows_in_python)
     return made | dict(product=products.in_python)
 
 

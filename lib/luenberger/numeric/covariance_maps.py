@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigs
 
 from ..errors import CertificateError
-from . import Matrix, Vector
+from . import Matrix
 from .linalg import radius, symmetrise
 
 Pairs = Iterable[tuple[ArrayLike, ArrayLike]]  # A_i, C_i of noises times the state
@@ -32,15 +32,6 @@ class Sums:
         for power in self.squares:
             X = X + power @ X @ power.T
         return symmetrise(X)
-
-    def fades(self, unit: Vector, part: float) -> int:
-        """The first k with A^k at most `part`, entry by entry in `unit` (n,)."""
-        rows, power = 0, np.eye(len(unit))
-        for k in reversed(range(len(self.squares))):
-            longer = power @ self.squares[k]
-            if np.abs(longer * unit[:, None] / unit).max() > part:
-                rows, power = rows + 2**k, longer
-        return rows + 1
 
 
 def stack(A: Matrix, pairs: Pairs) -> Matrix:

@@ -23,7 +23,7 @@ from .alike import alike, arrived, every, patterns
 from .pushes import change, pushes
 from .root_step import Spread
 from .settings import PATTERNS, Setting, Settings
-from .state import Book, State, flat
+from .state import History, State, flat
 
 BEFORE = {"A": "A", "As": "As", "Q": "Qs", "B": "B", "J": "J"}
 NOW = {"C": "C", "R": "R", "E": "E", "Gamma": "Gamma"}
@@ -65,13 +65,11 @@ class Stacks:
         self.padded: list[dict[str, Any]] = []
         self.tables: dict[frozenset[str], tuple[tuple[str, tuple], ...]] = {}
 
-    def block(
-        self, state: State, y: Matrix, u: Matrix, recursion: kernels.Recursion = FILTER
-    ) -> "Block":
+    def block(self, state: State, y: Matrix, u: Matrix) -> "Block":
         """The next rows of a record, which begin at `state`, ready to be run."""
         given, seen, changing = self.given(state, y, u)
         known = self.entries(changing)
-        recursion = recursion.strict(self.settings.noise_free)
+        recursion = FILTER.strict(self.settings.noise_free)
         kernel = kernels.over_record(recursion, self.sizes, known, changing)
         return Block(self.settings, kernel, given, seen)
 
@@ -274,7 +272,7 @@ class Block:
         """Whether compiled code can go on from a state, and it is its turn."""
         return state.ready
 
-    def run(self, state: State, k: int, out: Book, stop: int) -> tuple[State, int]:
+    def run(self, state: State, k: int, out: History, stop: int) -> tuple[State, int]:
         """From `state` before row k on: the state reached, and the first row not done.
 
         That is `stop`, unless compiled code gives up before.
@@ -286,7 +284,7 @@ class Block:
         x, Sigma = state.x.flatten(), state.Sigma.flatten()
         done = self.kernel(
             **self.given, Sigma=Sigma, x=x, rho=rho, start=k, stop=stop,
-            keep=out.kept, **out.arrays,
+            keep=True, **out.arrays,
         )  # fmt: skip
         if done == k:
             return state, k

@@ -153,9 +153,8 @@ class KnownRows:
         )  # fmt: skip
         if done == k:
             return state, k
-        rows, seen = slice(k, done), np.ones(self.y.shape[1], dtype=bool)
-        out.repeat(rows, fixed.spread.Sigma, fixed.new["K"], seen)
-        out.spread(rows, fixed.spread.Sigma)
+        rows = slice(k, done)
+        out.repeat(rows, fixed.spread.Sigma, fixed.new["K"])
         return self.after(state, rows, out.x), done
 
     def after(self, state: State, rows: slice, x: Matrix) -> State:

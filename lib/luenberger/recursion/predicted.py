@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -21,10 +21,9 @@ from ..numeric.factors import EPS, SAFE, safe
 from ..papers.leondes_novak.derivation import estimate_step, filtered_row
 from ..plant import Plant
 from .alike import arrived, every, patterns
-from .filter_stacks import FILTER
 from .root_step import Move, Spread, ahead
 from .settings import Settings
-from .state import Ahead, Book, State, flat, leading_on, step
+from .state import Ahead, History, State, flat, leading_on, step
 
 FIRM = 1e-7  # a pivot of an innovation's covariance, beside its variance
 CLEARLY = 1e-6  # of singular values: dependent rows are refused far below
@@ -49,21 +48,6 @@ PREDICTED = kernels.Recursion(
 )
 
 
-class Loops(NamedTuple):
-    """The compiled loops of a filter, from estimate to estimate and the other way.
-
-    None: its rows do not go from prediction to prediction.  `known` tells whether
-    states that are known exactly may have compiled rows of their own.
-    """
-
-    estimates: kernels.Recursion
-    predictions: kernels.Recursion | None = None
-    known: bool = False
-
-
-FILTERED = Loops(FILTER, PREDICTED, known=True)
-
-
 def by_predictions(settings: Settings) -> bool:
     """Whether compiled code is to go from prediction to prediction.
 
@@ -77,17 +61,15 @@ def by_predictions(settings: Settings) -> bool:
     return plant.p > 0 and not noisy and (settings.noise_free or crossed)
 
 
-def asked(
-    plant: Plant, recursion: kernels.Recursion, whole: bool
-) -> tuple[Any, Any, Any, frozenset[str]]:
-    """What to ask `kernels.over_record` for; `whole` says that no entry is missing."""
+def _kernel(plant: Plant, whole: bool) -> Callable[..., Any]:
+    """The compiled loop of a plant; `whole` says that no entry is missing."""
     stacks = _matrices(plant)
     stacks |= _squares(stacks)
     changing = {name for name, X in stacks.items() if len(X) > 1}
     changing |= frozenset() if whole else PLACED
     known = tuple((k, _known(k, X, k in changing)) for k, X in stacks.items())
     sizes = tuple((name, getattr(plant, name)) for name in "mnp")
-    return recursion, sizes, known, frozenset(changing)
+    return kernels.over_record(PREDICTED, sizes, known, frozenset(changing))
 
 
 def predicted(settings: Settings, state: State) -> Ahead | None:
@@ -145,15 +127,12 @@ class Predicted:
     y: np.ndarray
 
     @classmethod
-    def of(
-        cls, settings: Settings, recursion: kernels.Recursion, state: State,
-        y: Matrix, u: Matrix,
-    ) -> Predicted:  # fmt: skip
+    def of(cls, settings: Settings, state: State, y: Matrix, u: Matrix) -> Predicted:
         """The next rows of a record, which begin at `state`."""
         seen = arrived(y)
         whole = every(seen)
         stacks, index = _stacks(settings, seen, whole, state.instant + 1)
-        kernel = kernels.over_record(*asked(settings.plant, recursion, whole))
+        kernel = _kernel(settings.plant, whole)
         given = {name: flat(kernels.plain_array(X)) for name, X in stacks.items()}
         given |= dict(now=index, before=index, good=np.ones(len(index), dtype=bool))
         read = y if whole else np.where(seen, y, 0.0)
@@ -164,7 +143,7 @@ class Predicted:
         """Whether it is the turn of compiled code."""
         return state.instant >= state.turn.instant
 
-    def run(self, state: State, k: int, out: Book, stop: int) -> tuple[State, int]:
+    def run(self, state: State, k: int, out: History, stop: int) -> tuple[State, int]:
         """From `state` before row k on: the state reached, and the first row not done.
 
         That is `stop`, unless compiled code gives up before.
@@ -189,11 +168,11 @@ class Predicted:
         found = step(self.settings, last, self.y[row], self.given["u"][row])
         return found.state._replace(ahead=after), stop
 
-    def rows(self, now: Ahead, k: int, out: Book, stop: int) -> tuple[Ahead, int]:
+    def rows(self, now: Ahead, k: int, out: History, stop: int) -> tuple[Ahead, int]:
         """From the prediction of row k: the one reached, and the first row not done."""
         Omega, x = now.Omega.copy(), now.x.copy()
         done = self.kernel(
-            **self.given, Omega=Omega, x_minus=x, start=k, stop=stop, keep=out.kept,
+            **self.given, Omega=Omega, x_minus=x, start=k, stop=stop, keep=True,
             **out.arrays,
         )  # fmt: skip
         return Ahead(Omega, x), done

@@ -1,6 +1,6 @@
 """What a filter carries from row to row of a record, and one row of it in NumPy."""
 
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,8 +12,7 @@ from .agreement import followed, require_agreement, rounding_of
 from .root_step import Move, Spread, first_move
 from .settings import Setting, Settings, require_start
 
-FEW, MUCH = 16_384, 2**21  # rows to begin with, of so many numbers in variances
-TOGETHER = 64  # rows that are written at once where they are the same
+TOGETHER = 64  # rows whose largest entries are looked for at once
 PATIENCE = 64  # rows at most that NumPy takes before compiled code is tried again
 
 
@@ -82,13 +81,6 @@ class State(NamedTuple):
         """Error covariance."""
         return self.spread.Sigma
 
-    def under(self, settings: Settings) -> "State":
-        """The same state, with settings that say how it leads on."""
-        if self.setting is None:
-            return self
-        seen = None if self.seen.all() else self.seen
-        return self._replace(setting=settings.at(self.instant, seen), ahead=None)
-
     @property
     def ready(self) -> bool:
         """Whether compiled code can go on from here, and it is its turn."""
@@ -116,27 +108,11 @@ class Step(NamedTuple):
     innovation: np.ndarray
 
 
-class Book(Protocol):
-    """Where the rows of a pass are written, such as `History`."""
-
-    def put(self, k: int, row: Step) -> None:
-        """Write row k, which NumPy did."""
-
-    @property
-    def arrays(self) -> Matrices:
-        """What compiled code writes to, by the names in its `Recursion`."""
-
-    @property
-    def kept(self) -> bool:
-        """Whether matrices are written."""
-
-
 class History(NamedTuple):
     """What a pass found, a row for each row of the record.
 
     ``x, variances`` (N, n) are estimates and the diagonals of P (N, n, n); K is
-    (N, n, p).  P and K have no rows where they are not kept.  Variances have fewer
-    rows where the last of them are the same, and were not written.
+    (N, n, p).
     """
 
     x: np.ndarray
@@ -145,56 +121,21 @@ class History(NamedTuple):
     K: np.ndarray
 
     @classmethod
-    def empty(
-        cls, rows: int, plant: Plant, kept: bool, begun: bool = False
-    ) -> "History":
-        """Room for so many rows of a plant, with P and K if they are `kept`.
-
-        Of those that are only `begun`, variances have room for the first rows if they
-        are many: see `reaching`.
-        """
-        n, all_ = plant.n, rows if kept else 0
-        some = min(rows, FEW) if begun and rows * n > MUCH else rows
-        x, variances = np.empty((rows, n)), np.empty((some, n))
-        return cls(x, variances, np.empty((all_, n, n)), np.zeros((all_, n, plant.p)))
-
-    def reaching(self, rows: int) -> "History":
-        """The same, with room for the variances of so many rows, or of all."""
-        have = len(self.variances)
-        if rows <= have:
-            return self
-        variances = np.empty(self.x.shape)
-        variances[:have] = self.variances
-        return self._replace(variances=variances)
+    def empty(cls, rows: int, plant: Plant) -> "History":
+        """Room for so many rows of a plant."""
+        n = plant.n
+        x, variances = np.empty((rows, n)), np.empty((rows, n))
+        return cls(x, variances, np.empty((rows, n, n)), np.zeros((rows, n, plant.p)))
 
     def put(self, k: int, row: Step) -> None:
         """Write row k."""
         state = row.state
         self.x[k], self.variances[k] = state.x[:, 0], state.Sigma.diagonal()
-        if len(self.P):
-            self.P[k], self.K[k][:, state.seen] = state.Sigma, row.new["K"]
+        self.P[k], self.K[k][:, state.seen] = state.Sigma, row.new["K"]
 
-    def repeat(self, rows: slice, P: Matrix, K: Matrix, seen: Vector) -> None:
-        """Write the same covariance and gain, of the outputs `seen`, to some rows.
-
-        Variances are not written: see `spread`.
-        """
-        if self.kept:
-            self.P[rows] = P
-            self.K[rows, :, seen] = K
-
-    def spread(self, rows: slice, P: Matrix) -> None:
-        """Write the variances of a covariance to some rows."""
-        fill(self.variances[rows], P.diagonal())
-
-    def part(self, rows: slice) -> "History":
-        """The same arrays, of some rows."""
-        return History(*(X[rows] for X in self))
-
-    @property
-    def kept(self) -> bool:
-        """Whether P and K are written."""
-        return len(self.P) > 0
+    def repeat(self, rows: slice, P: Matrix, K: Matrix) -> None:
+        """Write the same covariance and gain, of all outputs, to some rows."""
+        self.variances[rows], self.P[rows], self.K[rows] = P.diagonal(), P, K
 
     @property
     def arrays(self) -> Matrices:
@@ -203,27 +144,12 @@ class History(NamedTuple):
         return dict(xs=self.x, variances=self.variances, covariances=P, gains=K)
 
 
-class Way(Protocol):
-    """What knows its plant, such as `Settings`."""
-
-    @property
-    def plant(self) -> Plant:
-        """The plant."""
-
-
-def start(way: Way, x: Vector, u: Vector) -> State:
+def start(settings: Settings, x: Vector, u: Vector) -> State:
     """The state at instant 0: the mean x (n,) with covariance P0, and the input u."""
     return State(
-        0, x[:, None], Spread.of(require_start(way.plant)), None, u,
-        seen=np.ones(way.plant.p, dtype=bool), rho=np.zeros((0, 1)), setting=None,
+        0, x[:, None], Spread.of(require_start(settings.plant)), None, u,
+        seen=np.ones(settings.plant.p, dtype=bool), rho=np.zeros((0, 1)), setting=None,
     )  # fmt: skip
-
-
-def fill(rows: Matrix, row: Vector) -> None:
-    """Write one row to all, many at a time: rows may be short."""
-    whole = len(rows) // TOGETHER * TOGETHER
-    rows[whole:] = row
-    rows[:whole].reshape(-1, TOGETHER * len(row))[:] = np.tile(row, TOGETHER)
 
 
 def sizes(rows: Matrix) -> Vector:

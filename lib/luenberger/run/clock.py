@@ -1,6 +1,6 @@
 """Instants of a record: evenly dt apart, or those a continuous plant is sampled at."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -86,24 +86,6 @@ class Clock:
             f"it is {since[k]:.6g} s after the first row, but by dt = {self.dt:g} s "
             f"it should be {due[k]:.6g} s"
         )
-
-
-def watched(of: Plant | Observer, y: Any, time: Any) -> Any:
-    """A record of a discrete system once its instants were seen to agree with dt.
-
-    Of an iterator, an iterator that looks at each chunk.
-    """
-    watch = Clock(of, time)
-    if isinstance(y, Iterator):
-        return _each_watched(watch, y)
-    watch.follow(y)
-    return y
-
-
-def _each_watched(watch: Clock, ys: Iterator) -> Iterator:
-    for y in ys:
-        watch.follow(y)
-        yield y
 
 
 def periods(seconds: Vector, at: Place = row) -> Vector:

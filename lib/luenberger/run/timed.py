@@ -1,17 +1,14 @@
 """The periods that lead to the rows of a record, as its chunks come in."""
 
-from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
-from itertools import repeat
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..numeric import Vector
-from ..plant import Plant
-from .clock import ONE_ROW, Place, known, periods, row
+from .clock import ONE_ROW, Place, periods
 
 
 class Stretch(NamedTuple):
@@ -63,36 +60,3 @@ class Timed:
 
     def __len__(self) -> int:
         return len(self.y)
-
-
-def timed(plant: Plant, y: Any, time: Any) -> Any:
-    """A record of a continuous plant as `Timed`; of an iterator, an iterator of them.
-
-    `time` is that of `filter_data`; of an iterator, an iterator of chunks like y's.
-    """
-    if not isinstance(y, Iterator):
-        return next(_timed(plant, iter([y]), iter([time])))
-    if time is None or isinstance(time, str):
-        time = repeat(time)
-    if not isinstance(time, Iterator):
-        raise ValueError("y is an iterator of chunks, so time must be one too")
-    return _timed(plant, y, time)
-
-
-def _timed(plant: Plant, ys: Iterator, times: Iterator) -> Iterator[Timed]:
-    read: deque[Any] = deque()
-
-    def stretches() -> Iterator[Stretch]:
-        count, origin = 0, None
-        for y in ys:
-            read.append(y)
-            seconds, origin = known(plant, y, next(times, ()), origin, count)
-            yield Stretch(seconds, partial(_row_after, count))
-            count += len(y)
-
-    for steps in leading(stretches()):
-        yield Timed(read.popleft(), steps)
-
-
-def _row_after(count: int, k: int) -> str:
-    return row(count + k)

@@ -268,7 +268,7 @@ def _compiled_gains(
     for first in range(1, steps + 1, BLOCK):
         rows = min(BLOCK, steps + 1 - first)
         y, u = np.zeros((rows, plant.p)), np.zeros((rows, plant.m))
-        state, found = run.over(state, y, u, True, history=True)
+        state, found = run.over(state, y, u, True)
         for k in range(rows):
             yield settings.at(first + k), found.K[k], found.P[k]
 

@@ -28,12 +28,6 @@
     The best gain that treats the accurate outputs as exact.
 `steady_gain`
     How a step moves with what it starts from, and the best gain in the long run.
-`settling`
-    How the covariances of two rows differ, once a filter has all but settled.
-`settled_ball`
-    A ball that no covariance leaves, once a filter has all but settled.
-`settled_estimate`
-    The estimate with the gain at which a filter's recursion stops, and its distance.
 `settled_ratio`
     How far two filters are apart behind rows that they filter alike.
 `limiting_cases`
@@ -177,8 +171,3 @@ known_row = StageList(
 side_by_side_step = StageList(
     __name__, "side_by_side.side_by_side", "y w w_hat e z_next x_next"
 )
-settled_step = StageList(__name__, "settling.settled_step", "Y_0 F_0 G_0 delta")
-settled_gain = StageList(
-    __name__, "settled_estimate.settled_gain", "Phi G_y G_u G_e N_x N_y N_u"
-)
-settled_row = StageList(__name__, "settled_estimate.settled_row", "x_next epsilon")

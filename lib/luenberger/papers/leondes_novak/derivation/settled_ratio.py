@@ -15,7 +15,6 @@ from sympy import sqrt
 from ....symbolic import AtMost, Derivation, Identity, Line
 from .letters import *
 from .quadratic import is_Kmv, is_M, is_N
-from .settling import noise
 
 ratio = letters.here(
     Omega="covariance of the prediction",
@@ -96,6 +95,13 @@ PAGE = (
     ),
     """Accurate outputs cost `W_a M W_a'` beside that, where `W_a M = Gamma R`. It grows
     where `M` shrinks; but `M` keeps the ratio too, in either direction.""",
+    noise := chain(
+        "",
+        "what is left of accurate outputs",
+        (Identity(p) - C * Kmv) * M,
+        Line(M - C * N, by=(is_Kmv,)),
+        Line(R, by=(is_M, is_N)),
+    ),
     is_W_a := define(W_a, Gamma - Gamma * C * Kmv),
     cost := chain(
         "",
@@ -125,11 +131,9 @@ PAGE = (
         AtMost((1 + g) ** 2 * W_a * M * W_a.T, by=(is_R_m,), root=W_f * R_m),
     ),
     """With `Sigma` and `Sigma_f` in each other's place the same holds in the other
-    direction. So the predictions differ by no more than `g Omega`, and `Omega` is a
-    measure of differences with `kappa = 1` and `t = g`: what a gain that differs does
-    to an estimate is as on the page before. A difference itself does not grow, measured
-    by the covariances: not from a prediction to its estimate, and not from there to the
-    next prediction.""",
+    direction. So the predictions differ by no more than `g Omega`. A difference of
+    estimates does not grow, measured by the covariances: not from a prediction to its
+    estimate, and not from there to the next prediction.""",
     is_R_u := define((1 + g) * Omega_f, Omega + R_u * R_u.T),
     chain(
         "",
