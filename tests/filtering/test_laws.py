@@ -6,8 +6,8 @@ import generators
 import numpy as np
 import pandas as pd
 import pytest
-from filter_runs import in_parts
 from generators import holes
+from in_parts import in_parts
 
 import luenberger as lb
 

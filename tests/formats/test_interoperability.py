@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import scipy.signal
-from filter_runs import in_parts
+from in_parts import in_parts
 
 import luenberger as lb
 from luenberger.export import from_statespace, to_control, to_scipy

@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 import pytest
-from filter_runs import in_parts
+from in_parts import in_parts
 
 import luenberger as lb
 

@@ -6,7 +6,7 @@ from datetime import datetime
 import numpy as np
 import pandas as pd
 import pytest
-from filter_runs import in_parts
+from in_parts import in_parts
 
 import luenberger as lb
 from luenberger.formats import csv_reader

@@ -21,7 +21,7 @@ from .inputs import entries_known as entries_known
 from .inputs import plain_array as plain_array
 from .program import Program
 from .recursion import Recursion as Recursion
-from .step import Beside, Bounded, Step
+from .step import Beside, Step
 
 AUTO_ROWS = 20_000  # NumPy takes about as long for these as compiling the first time
 # whose terms go if they are zero
@@ -144,14 +144,6 @@ def compiled(stages: StageList, *outputs: str, stacks: bool = False) -> Step:
         return text, list(given)
 
     return assemble(*kept.derived(("numpy", stages, outputs, stacks), make))
-
-
-@functools.cache
-def bounded(stages: StageList, *outputs: str) -> Bounded:
-    """The same function of matrices `Rounded` or `Wide`, which bound their rounding."""
-    from .step import assemble_bounded
-
-    return assemble_bounded(compiled(stages, *outputs))
 
 
 @functools.cache

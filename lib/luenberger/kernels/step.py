@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from typing import Any, Protocol
 
-from ..numeric import Matrices, Matrix, columns, rounded
+from ..numeric import Matrices, Matrix, columns
 from ..numeric.linalg import eye, solve_right, symmetrise
 
 _NAMESPACE: dict[str, Any] = dict(
@@ -18,14 +18,6 @@ class Step(Protocol):
     given: tuple[str, ...]
 
     def __call__(self, **arrays: Matrix) -> Matrices: ...
-
-
-class Bounded(Protocol):
-    """The same of matrices that bound their rounding."""
-
-    given: tuple[str, ...]
-
-    def __call__(self, **arrays: rounded.Rounded) -> dict[str, rounded.Rounded]: ...
 
 
 class Beside(Protocol):
@@ -43,13 +35,6 @@ def assemble(source: str, given: Iterable[str], **others: Any) -> Step:
     """
     step: Any = _made(source, {**_NAMESPACE, **others})
     step.source, step.given = source, tuple(given)
-    return step
-
-
-def assemble_bounded(like: Step) -> Bounded:
-    """The same function of matrices that bound their rounding."""
-    step: Any = _made(like.source, rounded.NAMESPACE)
-    step.given = like.given
     return step
 
 

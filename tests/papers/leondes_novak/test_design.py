@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from filter_runs import in_parts
+from in_parts import in_parts
 
 import luenberger as lb
 from luenberger import kernels
