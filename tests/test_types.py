@@ -104,8 +104,9 @@ def called_from_other_rooms():
 
 
 def functions(node):
-    """A function, or those methods of a class that others call."""
-    if isinstance(node, ast.FunctionDef):
+    """A function, or those methods of a class that others call; no `Text`."""
+    texts = [one.id for one in node.decorator_list if isinstance(one, ast.Name)]
+    if isinstance(node, ast.FunctionDef) and "Text" not in texts:
         yield node
     for one in getattr(node, "body", ()) if isinstance(node, ast.ClassDef) else ():
         if isinstance(one, ast.FunctionDef):

@@ -64,7 +64,7 @@ def _lines(found: dict[str, Any]) -> Iterator[Line]:
         yield from _observability(found["observability"])
     yield from _noise(found["noise"], len(signals["states"]), len(signals["outputs"]))
     yield from _multiplicative(found["multiplicative"])
-    yield "start", _start(found["start"])
+    yield "start", _start(found["at_first"])
     steady = found["steady_filter"]
     yield "steady filter", "exists" if steady["exists"] else f"none: {steady['reason']}"
 
@@ -139,7 +139,7 @@ def _strongest(scaling: float | None) -> str:
     return f"stable up to {limit}"
 
 
-def _start(start: str | None) -> str:
-    if start is None:
+def _start(at_first: bool | None) -> str:
+    if at_first is None:
         return "no P0: filters from a start, and their bounds, need it"
-    return f"x0, P0 are {'of x[1], before y[1]' if start == 'prior' else 'of x[0]'}"
+    return f"x0, P0 are {'of x[1], before y[1]' if at_first else 'of x[0]'}"

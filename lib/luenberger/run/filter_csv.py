@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from functools import partial
 from itertools import repeat
 from typing import Any, NamedTuple
@@ -201,7 +202,7 @@ def _filtered(plant: Plant, ys: Iterator, us: Iterator) -> Iterator[Filtered]:
 def _smoothed(
     plant: Plant, lag: int | None, ys: Iterator, us: Iterator
 ) -> Iterator[Smoothed]:
-    """All parts together."""
+    """All parts together, and then of each part its rows."""
     parts, inputs = zip(*zip(ys, us))
     y, u, steps = parts, np.concatenate(inputs), None
     if plant.dt == 0:
@@ -209,4 +210,8 @@ def _smoothed(
         steps = np.concatenate([part.periods for part in parts])
     y = np.concatenate(y)
     rows = record.Rows(y, u, np.zeros(plant.m), steps, None)
-    yield over(Filter(plant), rows, lag)
+    found, k = over(Filter(plant), rows, lag), 0
+    for part in parts:
+        own = slice(k, k + len(part))
+        yield replace(found, x=found.x[own], std=found.std[own])
+        k += len(part)

@@ -112,7 +112,7 @@ class Record:
     def many(self) -> bool:
         """Whether there are several runs."""
         if isinstance(self.y, list | tuple) and len(self.y):
-            return dataframes.is_table(self.y[0]) or np.ndim(self.y[0]) == 2
+            return dataframes.is_table(self.y[0]) or _depth(self.y[0]) == 2
         return not dataframes.is_table(self.y) and getattr(self.y, "ndim", 0) == 3
 
     def split(self, size: int) -> Iterator[Record]:
@@ -139,7 +139,7 @@ class Record:
         What is not told of each run is that of all.
         """
         for X, axes in ((self.y, 0), (self.u, 2), (self.time, 1), (self.arrival, 2)):
-            own = isinstance(X, list | tuple) and len(X) and np.ndim(X[0]) >= axes
+            own = isinstance(X, list | tuple) and len(X) and _depth(X[0]) >= axes
             each = own or (not dataframes.is_table(X) and np.ndim(X) > axes)
             yield X if self.many and not each else _part(X, part)
 
@@ -184,6 +184,13 @@ class Record:
                 raise ValueError(ONE_ROW)
             steps = np.concatenate([steps[:1], steps])
         return steps, (seconds[-1:] if len(seconds) else last, origin)
+
+
+def _depth(X: Any) -> int:
+    """How many axes an array has, or lists in lists; nothing is converted."""
+    if isinstance(X, list | tuple):
+        return 1 + (_depth(X[0]) if len(X) else 0)
+    return int(getattr(X, "ndim", 0))
 
 
 def _part(X: Any, part: slice | int) -> Any:

@@ -14,7 +14,7 @@ from ...kernels.c.writer import C
 from ...numeric.linalg import modes
 from ...observer import Observer
 from ...papers.leondes_novak.derivation import observer_step
-from ...run.estimate import estimate
+from ...run.observer_pass import plain
 from . import source_and_header
 from .selftest import selftest
 from .source_and_header import Cost, Signals, Use
@@ -47,7 +47,7 @@ def texts(observer: Observer, name: str, real: str, signals: Signals) -> dict[st
     functions += [_step(file, observer, use, costs[use.name]) for use in used[1:]]
     u, y = inputs(m, p)
     body = source_and_header.source(file, functions)
-    body += "\n" + selftest(file, used, u, y, estimate(observer, y, u))
+    body += "\n" + selftest(file, used, u, y, plain(observer, y, u))
     constants = sum(one.constants for one in costs.values())
     spent = {k: Cost(x.terms, x.operations, x.stack) for k, x in costs.items()}
     head = source_and_header.header(

@@ -141,12 +141,6 @@ marked_sample = StageList(
     "C E Missing R S J As Q Lifted Untaken Spread Gamma "
     "N M Kmv K Z Sigma known innovation x rho Omega_next x_minus_next",
 )
-marked_and_kept = StageList(
-    __name__,
-    "on_target.marked_and_kept",
-    "C E Missing R S J As Q Lifted Untaken Spread Gamma "
-    "N M Kmv K Z Sigma known innovation x rho Omega_next x_minus_next W Said",
-)
 sample_with_gain = StageList(
     __name__,
     "on_target.sample_with_gain",

@@ -10,13 +10,12 @@ from dataclasses import replace
 from functools import cache
 from operator import methodcaller
 
-from ....symbolic import Derivation, Identity, Relation, Solve, Stage
+from ....symbolic import Derivation, Relation
 from .estimate import rho, rho_next, x_minus
 from .letters import *
 from .marks import arrived
 from .marks import letters as marked
-from .one_pass import TO_Z, W, filter_step, is_W, loop
-from .places import Missing, Said, says
+from .one_pass import TO_Z, filter_step, loop
 
 device = loop.here(
     x="estimate",
@@ -104,23 +103,6 @@ def marked_sample():
     All matrices are the plant's, and those that arrived are marked.
     """
     return in_turn(arrived(), update(), predict(), letters=marked)
-
-
-@cache
-def marked_and_kept():
-    """The same, and how much the innovation says, from which a smoother goes on."""
-    step = marked_sample()
-    stages = (
-        Stage(W, Solve(Identity(p), M), symmetric=True, by=(is_W,)),
-        Stage(Said, W - Missing, symmetric=True, by=(says,)),
-    )
-    return Derivation(
-        step.given,
-        (*step.stages, *stages),
-        source=SOURCE,
-        letters=step.letters,
-        says="a sample of which some outputs did not arrive, smoothed later",
-    )
 
 
 @cache
