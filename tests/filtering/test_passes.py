@@ -215,3 +215,16 @@ def test_an_elimination_finds_what_is_not_definite():
     P[:, 2] = P[:, 1]
     assert not quick.definite(P, room)
     assert not quick.definite(np.full((1, 1), np.nan), room)
+
+
+@pytest.mark.parametrize("P0", [None, np.eye(3)])
+def test_what_cancels_to_rounding_is_no_contradiction(P0):
+    """A state that exact readings tell to be zero keeps rounding of what they were."""
+    A = [[0, -1, 0], [-1, -0.6, -1], [-1, -0.8, 0.2]]
+    C, H = [[0.3, -0.4, -0.4], [0.3, 0.2, 0], [0.4, 0.5, 0.5]], np.c_[[0.3, 0, 0.2]]
+    plant = lb.Plant(A, None, C, dt=1.0, Q=np.zeros((3, 3)), R=H @ H.T, P0=P0)
+    y = np.array([[-0.15, 0, -0.1], [-0.06, 0, -0.04], [0.12, 0, 0.08]])
+    assert np.abs(lb.Filter(plant).run(y).x[1:]).max() < 1e-15
+    y[2, 1] = 1e-6
+    with pytest.raises(DesignError, match="at instant 3 the reading of"):
+        lb.Filter(plant).run(y)

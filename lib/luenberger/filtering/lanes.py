@@ -97,7 +97,7 @@ def text(size: Sizes, alike: bool) -> str:
     z, V, D, sizes_ = row.predict()
     found = [*names(z, V, D)[: len(own)], *zip(met, sizes_)]
     lines, said = _said(found, "p")
-    to.each(4, to.get(own, drive) + lines + to.keep(said))
+    to.each(4, to.get(own, met, drive) + lines + to.keep(said))
     to.put(3, "if at[t + 1] != k:")
     to.put(
         4, "k = at[t + 1]", *(f"{one} = {X.format('k')}" for one, X in behind.items())

@@ -236,9 +236,11 @@ def predict(M, B, G, X, d, drive, z, V, D, E, e, W, w, made, met, T, h):
         for k in range(N):
             a += row[k] * z[k]
             much += abs(row[k] * z[k])
-        made[i], met[i] = a, much
+        for k in range(n):
+            much += 1e-6 * abs(row[k]) * met[k]  # rounding of what was before
+        made[i], h[i] = a, much
     for k in range(n):
-        z[k] = made[k]
+        z[k], met[k] = made[k], h[k]
     for k in range(n, N):
         z[k] = 0
     rows_ahead(B, G, V, D, W, 0, made)

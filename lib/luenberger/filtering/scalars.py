@@ -296,7 +296,8 @@ class Row:
         z, V, D = self.fresh()
         room = lambda *shape: np.zeros(shape, dtype=object)  # noqa: E731
         drive = _array([self.to.given(f"drive_{i}") for i in range(n)])
-        B, G, met = self.tables["B"], self.tables["G"], room(n)
+        B, G = self.tables["B"], self.tables["G"]
+        met = _array([self.to.given(f"met_{i}") for i in range(n)])
         self.to.does(
             passes.predict, B, B, G, room(n, 0), room(0), drive, z, V, D, room(0, n),
             room(0), room(n, n + g), room(n + g), room(n), met, room(0, n),

@@ -173,6 +173,8 @@ class Few(Functions):
             to.lines.append(self.wrong("u", self.plant.m, "isfinite({}) != 0"))
         for name in self.own():
             to.constant(name, f"state->{self.place(name)}")
+        for i in range(self.sizes["met"]):
+            to.constant(f"met_{i}", f"state->met[{i}]")
         for i in range(self.n):
             to.constant(f"drive_{i}", self.known(self.plant.B, i))
         z, V, D, met = self.row.predict()
