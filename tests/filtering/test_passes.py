@@ -198,6 +198,14 @@ def test_many_states_are_filtered_as_few_are(monkeypatch):
     assert np.allclose(found.std, factors.std, rtol=1e-12, atol=0)
 
 
+def test_what_is_not_kept_is_not_written(monkeypatch):
+    """In Python, which tells of a place that is not there."""
+    plant, y = many_states()
+    found = lb.Filter(plant).log_likelihood(y)
+    monkeypatch.setattr(quick.forward, "fast", quick.forward.on())
+    assert np.isclose(lb.Filter(plant).log_likelihood(y), found, rtol=1e-12)
+
+
 def test_a_covariance_close_to_singular_is_left_to_factors(monkeypatch):
     """A reading of noise 1e-10 beside states of order one: the whole record again."""
     plant, y = many_states(1e-20)

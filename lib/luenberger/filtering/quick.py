@@ -76,6 +76,7 @@ def forward(y, drive, at, maps, z, P, xs, variances, tape):
                 pivot, nu = absorb(P, C[j], r[j], nu, z, v, K)
             if len(tape.pivot):
                 tape.pivot[t, j], tape.nu[t, j] = pivot, nu
+            if len(tape.K):
                 if pivot > 0.0:
                     tape.K[t, j] = v
                 else:
