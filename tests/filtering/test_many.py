@@ -10,7 +10,8 @@ import luenberger as lb
 from luenberger.filtering import many
 
 N, M, NAMES = 30, 21, ("x", "std", "P", "K")
-KINDS = "noisy", "exact output", "varying", "correlated", "accurate", "many states"
+SAME = "noisy", "exact output", "varying", "mixed", "varying, mixed"  # to the last bit
+KINDS = *SAME, "correlated", "accurate", "many states"
 
 
 @pytest.fixture(params=["in lanes", "in turn"])
@@ -24,13 +25,15 @@ def fast(request, monkeypatch):
 def drawn(kind, seed=3):
     rng = np.random.default_rng(seed)
     n, p = (8, 2) if kind == "many states" else (2, 2)
-    steps = (N + 1,) if kind == "varying" else ()
+    steps = (N + 1,) if "varying" in kind else ()
     A, B = rng.normal(size=(*steps, n, n)) / n, rng.normal(size=(*steps, n, 1))
     C, E = rng.normal(size=(*steps, p, n)), rng.normal(size=(*steps, p, 1))
     H = rng.normal(size=(n + p, n + p))
     J = H @ H.T
     R = np.diag([0.0 if kind == "exact output" else 1.0, 2.0])
-    more = dict(at_first=True) if kind == "varying" else {}
+    more = dict(at_first=True) if "varying" in kind else {}
+    if "mixed" in kind:
+        R = J[n:, n:]
     if kind in ("correlated", "accurate"):
         R, more["S"] = J[n:, n:], J[:n, n:]
     return lb.Plant(
@@ -60,9 +63,42 @@ def test_a_record_is_what_it_is_by_itself(kind, fast):
         one = run.run(lb.Record(y[k], u[k], u0=[0.3]))
         for name in NAMES:
             mine, own = getattr(found, name)[k], getattr(one, name)
-            if kind in KINDS[:3] or k == 3:  # the same operations
+            if kind in SAME or k == 3:  # the same operations
                 np.testing.assert_array_equal(mine, own, name)
             np.testing.assert_allclose(mine, own, rtol=1e-10, atol=1e-10)
+
+
+@pytest.mark.parametrize("exact", [False, True])
+@pytest.mark.parametrize("p", [3, 4])
+def test_every_set_of_outputs_has_noises_of_its_own(p, exact, fast):
+    rng = np.random.default_rng(p)
+    H, C = rng.normal(size=(p, p)), rng.normal(size=(p, 2))
+    H[0, exact:] = 0.0
+    H[0] *= not exact
+    one = lb.Plant(
+        [[0.9, 0.2], [0, 0.8]], None, C, dt=1.0, Q=np.eye(2), R=H @ H.T, P0=np.eye(2)
+    )
+    y = rng.normal(size=(6, 40, p))
+    y[rng.random(y.shape) < 0.5] = np.nan
+    found = lb.Filter(one).run(y)
+    for k, own in enumerate(y):
+        alone = lb.Filter(one).run(own)
+        np.testing.assert_array_equal(found.x[k], alone.x)
+        np.testing.assert_array_equal(found.std[k], alone.std)
+        seen = ~np.isnan(own[0])  # the first row, by the textbook
+        PC = (one.A @ one.A.T + np.eye(2)) @ C[seen].T
+        x = PC @ np.linalg.solve(C[seen] @ PC + one.R[np.ix_(seen, seen)], own[0, seen])
+        np.testing.assert_allclose(found.x[k, 0], x, rtol=1e-9, atol=1e-9)
+
+
+def test_what_an_input_adds_to_a_reading_is_told_to_rounding(fast):
+    known = lb.Plant([[1]], [[0]], [[1]], E=[[1 / 3]], dt=1.0, Q=[[1]], R=[[1]],
+                     P0=[[1]])  # fmt: skip
+    u = np.linspace(0.1, 1, 8).reshape(2, 4, 1)
+    y = np.nextafter(u / 3, 9)
+    y[0, 0] = np.nan
+    found = lb.Filter(known).run(lb.Record(y, u))
+    np.testing.assert_array_equal(found.x, np.zeros((2, 4, 1)))
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -99,7 +135,7 @@ def test_rows_go_on_where_they_ended(kind, fast):
     for name in NAMES:
         joined = np.concatenate([getattr(X, name) for X in (first, rest)], axis=1)
         wanted = getattr(whole, name)
-        if kind in KINDS[:3]:
+        if kind in SAME:
             np.testing.assert_array_equal(joined, wanted)
         np.testing.assert_allclose(joined, wanted, rtol=1e-10, atol=1e-10)
     one = run.run(lb.Record(y[5, 11:], u[5, 11:]), start=first.end[5])

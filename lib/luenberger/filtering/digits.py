@@ -65,11 +65,30 @@ def grown(y, always, variances, since, instant, begun, least):
 
 
 @Text
-def some_grown(y, always, variances, instant, begun, least, found):
-    """`grown` of many records (M, N, p), whose rows go to `found` (M,)."""
-    for k in range(len(y)):
-        given = variances[k], 0, instant, begun[k], least[k]
-        found[k], begun[k] = grown(y[k], always, *given)
+def some_grown(y, always, calm, variances, instant, begun, least, found):
+    """`grown` of many records (M, N, p), whose rows go to `found` (M,).
+
+    Where all is `calm`, only the gap at the end of a record is looked at.
+    """
+    M, N, p = y.shape
+    for k in range(M):
+        first = N if calm and not always else 0
+        while first > 0:
+            missing = False
+            for j in range(p):
+                missing = missing or y[k, first - 1, j] != y[k, first - 1, j]
+            if not missing:
+                begun[k] = 0
+                break
+            first -= 1
+        given = variances[k, first:], 0, instant + first, begun[k], least[k]
+        found[k], begun[k] = grown(y[k, first:], always, *given)
+
+
+def calm(variances: Matrix, least: Matrix) -> bool:
+    """Whether no variance is far above any other one, or above the `least` so far."""
+    low = min(variances.min(initial=np.inf), least.min(initial=np.inf))
+    return bool(variances.max(initial=0.0) <= TOGETHER * TOGETHER * low)
 
 
 def followed(

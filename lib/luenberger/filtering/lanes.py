@@ -27,17 +27,18 @@ def pick(first, a, b):
     return a if first else b
 
 
-def run(y, drive, at, maps, state, xs, variances, K, pivot, clash):
+def run(y, drive, at, maps, told, state, xs, variances, K, pivot, clash):
     B, G, C, R = maps.B, maps.G, maps.C, maps.r
+    Cs, Rs, mix = told
     z, V, D = state.z, state.V, state.D
     own = 1 if len(drive) > 1 else 0
 """
 
 
 @cache
-def over(size: Sizes, alike: bool) -> Callable:
+def over(size: Sizes, *ways: bool) -> Callable:
     """The function of `text`, compiled."""
-    return jitted(text(size, alike))
+    return jitted(text(size, *ways))
 
 
 class Lanes:
@@ -66,17 +67,57 @@ class Lanes:
         return [f"{self.place(one)} = {said}" for one, said in found]
 
 
-def text(size: Sizes, alike: bool) -> str:
+class Told:
+    """What a reading is combined with: statements that load it, and that pick it.
+
+    The row of output j hangs on which of those before it arrived, of which there are
+    2^j sets; a set is a number with a bit for each output, the first one highest.
+    """
+
+    def __init__(self, row: Row) -> None:
+        p = row.size.p
+        self.loads: list[str] = []
+        self.picks: list[str] = []
+        for j in reversed(range(p)):  # readings are combined as they came
+            find = {one: "Cs" + X[1:] for one, X in row.reads("C").items()}
+            find = {one: X for one, X in find.items() if one.startswith(f"C_{j}_")}
+            find[f"r_{j}"] = f"Rs[{{}}, {j}]"
+            find |= {f"L_{i}": f"mix[{{}}, {j}, {i}]" for i in range(j)}
+            for one, X in find.items():
+                self._pick(one, X, j, p)
+            if j:
+                some = (f"pick(y_{i} == y_{i}, y_{i}, 0.0) * L_{i}" for i in range(j))
+                self.picks.append(f"y_{j} = {' + '.join(some)} + y_{j}")
+
+    def _pick(self, one: str, X: str, j: int, p: int) -> None:
+        """The entry `one` of output j, by what arrived of the outputs before."""
+        found = []
+        for v in range(1 << j):
+            found.append(f"{one}_{j}_{v}")
+            code = (2 * v + 1) << (p - 1 - j)
+            self.loads.append(f"{found[-1]} = {X.format(f'k, {code}')}")
+        for i in reversed(range(j)):  # the last bit is of the output just before
+            pairs = zip(found[1::2], found[::2])
+            found = [f"pick(y_{i} == y_{i}, {a}, {b})" for a, b in pairs]
+        self.picks.append(f"{one} = {found[0]}")
+
+
+def text(size: Sizes, alike: bool, noisy: bool = False, mixed: bool = False) -> str:
     """`passes.forward` over lanes, without a tape.
 
     Each has gaps of its own; or they are `alike`: nothing is missing, and all have the
     gains K and pivots of one of them, none of which is 0, so that nothing contradicts.
+    Where all readings are `noisy` nothing contradicts either, and `clash` is left.
+    Where readings are `mixed`, a reading is combined with those before it that arrived:
+    `told` has C, r and what combines them for each set of outputs.
     """
-    row, n, p = Row(size), size.n, size.p
+    row, n, p = Row(size, noisy=noisy), size.n, size.p
+    sure = alike or noisy
     own = [f"z_{i}" for i in range(n)] if alike else row.own()
-    met, spread = ([f"{X}_{i}" for i in range(0 if alike else n)] for X in ("met", "v"))
+    met = [f"met_{i}" for i in range(0 if sure else n)]
+    spread = [f"v_{i}" for i in range(0 if alike else n)]
     drive, read = [f"drive_{i}" for i in range(n)], [f"y_{j}" for j in range(p)]
-    bad = [] if alike else ["bad"]
+    bad = [] if sure else ["bad"]
     to = Lanes(own, met, drive, read, spread, bad)
     state = {"z": "z[b + l, {}]", "D": "D[b + l, {}]", "V": "V[b + l, {}, {}]"}
     state = {one: state[one[0]].format(*one.split("_")[1:]) for one in own}
@@ -98,17 +139,22 @@ def text(size: Sizes, alike: bool) -> str:
     found = [*names(z, V, D)[: len(own)], *zip(met, sizes_)]
     lines, said = _said(found, "p")
     to.each(4, to.get(own, met, drive) + lines + to.keep(said))
+    told = Told(row) if mixed else None
     to.put(3, "if at[t + 1] != k:")
-    to.put(
-        4, "k = at[t + 1]", *(f"{one} = {X.format('k')}" for one, X in behind.items())
-    )
+    to.put(4, "k = at[t + 1]")
+    if told is None:
+        to.put(4, *(f"{one} = {X.format('k')}" for one, X in behind.items()))
+    else:
+        to.put(4, *told.loads)
     for j in range(p if alike else 0):
         to.put(3, f"pivot_{j} = pivot[t, {j}]")
         to.put(3, *(f"K_{j}_{i} = K[t, {j}, {i}]" for i in range(n)))
-    to.each(3, to.keep([(f"y_{j}", f"y[b + l, t, {j}]") for j in range(p)]), some=True)
+    came = [(f"y_{j}", f"y[b + l, t, {j}]") for j in range(p)]
+    to.each(3, to.keep(came), some=True)
     body = to.get(own, met, read, bad)
+    body += [] if told is None else told.picks
     for j in range(p):
-        body += _reading(row, j, len(own), alike)
+        body += _reading(row, j, len(own), alike, sure)
     lines, said = ([], []) if alike else _said([*zip(spread, row.spread())], "v")
     to.each(3, body + lines + to.keep([*said, *((one, one) for one in [*own, *bad])]))
     results = [f"xs[b + l, t, {i}] = {to.place(f'z_{i}')}" for i in range(n)]
@@ -132,12 +178,12 @@ def _said(
     ]
 
 
-def _reading(row: Row, j: int, kept: int, alike: bool) -> list[str]:
+def _reading(row: Row, j: int, kept: int, alike: bool, sure: bool) -> list[str]:
     """Take in the reading of output j, where it arrived."""
     z, V, D, _, pivot, nu, size = row.read(j, given=alike)
     found = [*names(z, V, D)[:kept], ("", pivot), ("", nu), ("", size)]
-    lines, said = _said(found[:kept] if alike else found, f"r{j}_")
-    if not alike:
+    lines, said = _said(found[:kept] if sure else found, f"r{j}_")
+    if not sure:
         (_, pivot), (_, nu), (_, size) = said[kept:]
         clash = f"(bad < 0.0) & ({pivot} == 0.0) & (abs({nu}) > {CLASH!r} * {size})"
         lines.append(f"bad = pick({clash}, t * {row.size.p} + {j} + 0.0, bad)")

@@ -21,17 +21,21 @@ from .pack import (
     FEW,
     MANY,
     End,
+    Packed,
     Passage,
     combined,
     driven,
     fed,
     gains,
+    less,
     over,
     packed,
 )
 from .passes import State
 from .scalars import sizes
 
+OUTPUTS = 4  # at most, of which all sets are told apart in lanes
+AS_IS = np.zeros((0, 0, 0, 0)), np.zeros((0, 0, 0)), np.zeros((0, 0, 0, 0))
 BLOCK = 64  # records in a product, always: products of one size have the same bits
 Found = tuple[np.ndarray, np.ndarray, Sequence[End]]  # estimates, variances, ends
 
@@ -120,7 +124,7 @@ def alike(
         state, none = _state(z), np.zeros((0, 0, 0))
         run = lanes.over(sizes(pack.maps), True)
         run(
-            y, drive, pack.at, pack.maps, state, x, none, tape.K, tape.pivot,
+            y, drive, pack.at, pack.maps, AS_IS, state, x, none, tape.K, tape.pivot,
             np.zeros(0, dtype=np.int64),
         )  # fmt: skip
     else:
@@ -159,21 +163,34 @@ def with_gaps(
     plant, (M, rows, p) = settings.plant, y.shape
     like = ends[0]
     pack = packed(settings, like, np.zeros((rows, p)), np.zeros((rows, plant.m)))
-    own = settings.way == "nothing" and not np.tril(pack.mix, -1).any()
-    if not own or plant.n > FEW or not _fast(M * rows):
+    few = settings.way == "nothing" and plant.n <= FEW and p <= OUTPUTS
+    if not few or not _fast(M * rows):
         return each(settings, ends, y, u, names)
     begin = stacked(ends)
     seen = ~np.isnan(y[:, -1]) if rows else begin.seen
+    mixed = bool(np.tril(pack.mix, -1).any())
+    told, maps = AS_IS, pack.maps
+    if mixed:
+        told = _by_pattern(settings, pack, like.instant)
+        maps = maps._replace(C=told[0].reshape(-1, p, plant.n))
     raw, (y, drive) = y, _beside(settings, begin, y, u)
     state = _state(*(np.array(X) for X in (begin.z, begin.V, begin.D)))
-    x, variances = np.empty((M, rows, plant.n)), np.empty((M, rows, plant.n))
-    clash, none = np.empty(M, dtype=np.int64), (np.zeros((0, 0, 0)), np.zeros((0, 0)))
-    run = lanes.over(sizes(pack.maps), False)
-    run(y, drive, pack.at, pack.maps, state, x, variances, *none, clash)
+    x, variances = np.empty((2, M, rows, plant.n))  # one piece of memory is quicker
+    clash, none = np.full(M, -1), (np.zeros((0, 0, 0)), np.zeros((0, 0)))
+    noisy = bool((maps.r > 0).all() and (told[1] > 0).all())
+    run = lanes.over(sizes(maps), False, noisy, mixed)
+    run(y, drive, pack.at, maps, told, state, x, variances, *none, clash)
     begun, least = np.array(begin.begun), np.array(begin.least)
     rows_ = np.empty(M, dtype=np.int64)
     always = bool(settings.unseen_growth)
-    digits.some_grown(raw, always, variances, like.instant + 1, begun, least, rows_)
+    told = (
+        raw,
+        always,
+        digits.calm(variances, least[begun > 0]),
+        variances,
+        like.instant + 1,
+    )
+    digits.some_grown(*told, begun, least, rows_)
     wrong = np.flatnonzero((clash >= 0) | (rows_ >= 0))
     for k in wrong:  # by itself, to be refused; or its states are independent
         with of_record(names[k]):
@@ -184,6 +201,19 @@ def with_gaps(
     last = u[:, -1] if rows else begin.u
     end = like._replace(instant=like.instant + rows)
     return x, variances, Ends(end, state.z, state.V, state.D, seen, last, begun, least)
+
+
+def _by_pattern(settings: Settings, pack: Packed, instant: int) -> tuple[Matrix, ...]:
+    """C, r and what mixes readings, of each row for each set of outputs that arrive."""
+    p = settings.plant.p
+    found = []
+    for i in range(len(pack.mix)):
+        for code in range(1 << p):
+            seen = np.array([code >> j & 1 for j in reversed(range(p))], dtype=bool)
+            maps, L = settings.at(instant + i, seen)
+            found.append((maps.C, maps.r, L))
+    sets = len(pack.mix), 1 << p
+    return tuple(np.reshape(X, (*sets, *X[0].shape)) for X in zip(*found))
 
 
 def each(
@@ -214,7 +244,7 @@ def _beside(
     drive = driven(plant, settings.origin, instant, before)
     if instant == 0 and plant.at_first:
         drive[:, 0] = 0.0
-    return np.ascontiguousarray(y - fed(plant, instant, u)), drive
+    return less(y, fed(plant, instant, u)), drive
 
 
 def _state(z: Matrix, V: Matrix | None = None, D: Matrix | None = None) -> State:

@@ -249,13 +249,19 @@ def replayed(size: Sizes) -> str:
 class Row:
     """The statements of one row: of the prediction, of each reading, of variances.
 
-    `r` are the variances of readings where they are known for good.
+    `r` are the variances of readings where they are known for good; or it is known that
+    all readings are `noisy`, so that all pivots are positive.
     """
 
     def __init__(
-        self, size: Sizes, r: Sequence[float] | None = None, tiny: float = TINY
+        self,
+        size: Sizes,
+        r: Sequence[float] | None = None,
+        tiny: float = TINY,
+        noisy: bool = False,
     ) -> None:
         n, p, g = size.n, size.p, size.g
+        self.noisy = noisy
         self.size, self.to = size, Statements(tiny)
         known = {name: iter(values) for name, values in size.known}
         self.tables = {
@@ -321,7 +327,7 @@ class Row:
         y = self.to.given(f"y_{j}")
         c, r = self.tables["C"][j], self.r[j]
         more = {"absorb": partial(self._moved, j)} if given else {}
-        self.to.positive = not isinstance(r, Name) and r > 0  # and so are all pivots
+        self.to.positive = self.noisy or (not isinstance(r, Name) and r > 0)
         pivot, nu, made = self.to.does(passes.read, y, V, D, c, r, z, met, K, f, **more)
         self.to.positive = False
         return z, V, D, K, pivot, nu, made

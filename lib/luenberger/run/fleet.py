@@ -159,8 +159,7 @@ def _whole(y: Matrix) -> Vector:
     """In which records (M, N, p) nothing is missing; none may be infinite."""
     whole: Vector = np.isfinite(y).reshape(len(y), -1).all(axis=1)
     if not whole.all():
-        some = np.flatnonzero(~whole)
-        _finite("y", np.isinf(y[some]), "infinite", some)
+        _finite("y", np.isinf(y), "infinite", range(len(y)))
     return whole
 
 
