@@ -107,6 +107,11 @@ def shown_after(values, change):
     return "7" in str(statement)
 
 
+def inverted_beside(square, end):
+    left = A * A * B + A.I * A * C
+    return holds(chain(left, Line(A * A * B + C), Line(end, by=[square])))
+
+
 def rests_on_two_pages(second):
     notation = letters()
     first = notation.chain("1", "first", B * A * Y, Line(B, by=[INVERSE]))
@@ -266,6 +271,10 @@ FALSE = {
         lambda: holds(
             chain(2 * B, Line(B * A * Y, by=[DOUBLE]), Line(2 * B, by=[DOUBLE]))
         ),
+    ),
+    "A is inverted in one line, and A A = 0 is cited in the next": (
+        lambda: inverted_beside(Relation("A A = 0", A * A, O), C),
+        lambda: inverted_beside(Relation("A A = A", A * A, A), A * B + C),
     ),
     "C = 2 B follows from C = B, by the same two": (
         lambda: holds(

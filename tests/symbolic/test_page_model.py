@@ -15,6 +15,7 @@ from luenberger.symbolic import (
     Notation,
     Stage,
     ZeroMatrix,
+    page_model,
     text,
 )
 from luenberger.symbolic.joint import not_negative
@@ -129,6 +130,35 @@ def test_a_page_has_one_model():
     (fault,) = found.check()
     assert "A Y = I and A Y = 2 I hold at once" in fault
     assert not found.proved()
+
+
+def test_what_has_a_model_is_not_searched_again(monkeypatch):
+    """What says no more than was asked before; a witness is always tried."""
+    one, two = CLASH["two products"]
+    given, symmetric, shown = (one, define(X, A + B)), (P, Q), (B.I * P, Q)
+    monkeypatch.setattr(page_model, "KNOWN", [])
+    assert impossible(given, symmetric, shown) == []
+    monkeypatch.setattr(page_model, "one_model", lambda *asked: None)
+    assert impossible(given[:1], symmetric[:1], shown[:1]) == []
+    for more in (
+        ((*given, two), symmetric, shown),
+        (given, (*symmetric, A), shown),
+        (given, symmetric, (*shown, X.I)),
+        (given, symmetric, shown, {B: [[1]]}),
+    ):
+        assert "no model was found" in impossible(*more)[0]
+
+
+def test_a_page_spares_its_chains_a_search(monkeypatch):
+    asked, search = [], page_model.one_model
+    monkeypatch.setattr(page_model, "KNOWN", [])
+    monkeypatch.setattr(
+        page_model, "one_model", lambda *a: asked.append(a) or search(*a)
+    )
+    one, two = CLASH["two products"][0], define(K, B)
+    lines = Line(A * Y * B, by=[two]), Line(B, by=[one])
+    items = one, two, letters.chain("", "two lines", A * Y * K, *lines)
+    assert page(*items).check() == [] and len(asked) == 1
 
 
 def test_what_is_inverted_on_a_page_counts():

@@ -1,6 +1,5 @@
 """The search for one model: an order of the symbols, solving and drawing."""
 
-from collections import Counter
 from fractions import Fraction
 from math import comb
 from random import Random
@@ -45,6 +44,7 @@ class Attempt:
         self.world = World(sizes, {}, full=setting.full)
         for k, (s, shape) in enumerate(setting.unknowns.items()):
             self.world.of[s] = self._unknowns_of(k, s, shape)
+        self.entries = {s: self._entries(s) for s in setting.unknowns}
 
     def _unknowns_of(self, k, s, shape):
         """A table of unknown entries; a scalar is one unknown."""
@@ -66,35 +66,31 @@ class Attempt:
         Unsolvable
             Not with these sizes, this order and these draws.
         """
-        waiting = list(zip(self.setting.equations, self.setting.supports))
+        waiting = range(len(self.setting.equations))
         order = self._order()
         while True:
             waiting, order = self._solve_linear(waiting, order)
             if not order:
                 return Model(self.setting, self.world)
             s = order.pop(0)
-            alone = [(e, m) for e, m in waiting if not names(m) & set(order)]
-            waiting = [(e, m) for e, m in waiting if names(m) & set(order)]
+            free, within = self._bits(order), self.setting.masks
+            alone = [k for k in waiting if not within[k][0] & free]
+            waiting = [k for k in waiting if within[k][0] & free]
             self._refuse_long(s, alone)
-            entries = [p for e, _ in alone for p in self._difference(*e)]
+            entries = [p for k in alone for p in self._difference(k)]
             self.system = search(self.system, entries, self.random)
             self._draw(s)
 
     def _refuse_long(self, s, equations):
         """Polynomials of high degree in many unknowns are not worth multiplying out."""
-        products = [m for _, support in equations for m in support]
+        products = [m for k in equations for m in self.setting.supports[k]]
         degree = max((m.count(s) for m in products), default=0)
-        if comb(len(self._entries(s)) + degree, degree) > LONGEST:
+        if comb(len(self.entries[s]) + degree, degree) > LONGEST:
             raise Unsolvable
 
     def _order(self):
         """Symbols in which relations are not linear first, those they define last."""
-        degree, defined = Counter(), set()
-        for (left, _), support in zip(self.setting.equations, self.setting.supports):
-            defined |= {left} if isinstance(left, sp.MatrixSymbol) else set()
-            for m in support:
-                for s, d in Counter(m).items():
-                    degree[s] = max(degree[s], d)
+        degree, defined = self.setting.degree, self.setting.defined
         mixed = self.random.random
         inverses_first, by_degree = mixed() < 0.5, mixed() < 0.8
         early = self.setting.symmetric if mixed() < 0.5 else ()
@@ -109,23 +105,26 @@ class Attempt:
     def _solve_linear(self, waiting, order):
         """Solve what is linear; a symbol that this determines leaves the order."""
         while True:
-            free, later = set(order), []
-            for equation, support in waiting:
-                if all(sum(s in free for s in m) <= 1 for m in support):
-                    for p in self._difference(*equation):
+            free, later = self._bits(order), []
+            for k in waiting:
+                if is_linear(self.setting.masks[k][1], free):
+                    for p in self._difference(k):
                         self.system.require(p)
                 else:
-                    later.append((equation, support))
-            known = {s for s in order if self._is_determined(s)}
+                    later.append(k)
+            known = [s for s in order if self._is_determined(s)]
             for s in known:
                 self._draw(s)
-            waiting, order = later, [s for s in order if s not in known]
+            waiting, order = later, [s for s in order if s not in set(known)]
             if not known:
                 return waiting, order
 
+    def _bits(self, symbols):
+        return sum(self.setting.bits[s] for s in symbols)
+
     def _is_determined(self, s):
         solved = self.system.solved
-        return all(set(solved.get(x, {x: 1})) <= {()} for x in self._entries(s))
+        return all(x in solved and solved[x].keys() <= {()} for x in self.entries[s])
 
     def _entries(self, s):
         """The unknowns that a symbol consists of."""
@@ -133,7 +132,8 @@ class Attempt:
         rows = [[table]] if isinstance(table, dict) else table
         return {x for row in rows for p in row for m in p for x in m}
 
-    def _difference(self, left, right):
+    def _difference(self, k):
+        left, right = self.setting.equations[k]
         return [
             self.system.reduced(minus(x, y))
             for x, y in paired(self.world.value(left), self.world.value(right))
@@ -145,7 +145,7 @@ class Attempt:
         scalar = isinstance(table, dict)
         positive = scalar and s.is_positive
         rows = [[table]] if scalar else table
-        entries = self._entries(s)
+        entries = self.entries[s]
         if entries and not entries & set(self.system.solved):
             if s in self.setting.symmetric:
                 self._draw_definite(rows)
@@ -187,8 +187,13 @@ def rational_of(polynomial):
     return sp.Rational(polynomial.get((), 0))
 
 
-def names(support):
-    return {s for m in support for s in m}
+def is_linear(products, free):
+    """Whether no product has two of the free unknowns, or one of them twice."""
+    for once, twice in products:
+        inside = once & free
+        if twice & free or inside & (inside - 1):
+            return False
+    return True
 
 
 def paired(a, b):

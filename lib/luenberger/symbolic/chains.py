@@ -13,8 +13,10 @@ from typing import NamedTuple
 
 import sympy as sp
 
+from .contents import parts
 from .dependence import behind, hidden
 from .equivalences import Equation, Implies
+from .exact import plain
 from .inequalities import AtLeast
 from .lines import Line
 from .operators import Derivative, Operator
@@ -211,7 +213,8 @@ class Chain:
     def _without_model(self):
         """A complaint if what its lines cite cannot all hold at once."""
         relations = tuple(dict.fromkeys(behind(self.relations)))
-        if any(set(relations) <= set(line.cites) for line in self.lines):
+        inverted = any(parts(plain(e)).inverted for e in self.expressions)
+        if not inverted and any(set(relations) <= set(x.cites) for x in self.lines):
             return []  # which has a model
         return impossible(relations, self.symmetric, self.expressions, self.witness)
 

@@ -89,6 +89,7 @@ class Derivation:
     def _faults(self):
         """What is wrong beside the steps: stages, and formulas that nothing uses."""
         symmetric = getattr(self.letters, "symmetric", ())
+        clash = self._without_model()  # first: what has one here has one in each chain
         found = faults(self.stages, self.given, symmetric)
         names = {id(item): title(item) for item in self._shown}.values()
         twice = sorted(name for name, k in Counter(names).items() if k > 1)
@@ -124,7 +125,7 @@ class Derivation:
                 for s in supposed(item)
                 if s not in symmetric
             ]
-        return found + self._without_model()
+        return found + clash
 
     def _taken_twice(self):
         """Complaints about letters of the page that only their assumptions tell apart.
@@ -160,8 +161,8 @@ class Derivation:
 
     def unproved(self) -> list[str]:
         """Names of the steps that are not proved, and what is wrong beside them."""
-        failed = [name for name, step in self.steps.items() if not holds(step)]
-        return failed + list(self._faults)
+        found = self._faults
+        return [name for name, step in self.steps.items() if not holds(step)] + found
 
     def proved(self) -> bool:
         """True if there are steps, or stages with reasons, and nothing is wrong."""

@@ -5,6 +5,7 @@ chain and A Y = 2 I in another.  Then the page proves anything.  So one model is
 in which all of it holds at once, the moments of random columns included.
 """
 
+from collections import deque
 from collections.abc import Iterable
 from functools import lru_cache
 from typing import Any
@@ -18,6 +19,7 @@ from .settings import Setting
 from .typeset import text
 from .words import Formula, Symbols, Values
 
+KNOWN: deque[tuple[frozenset, ...]] = deque(maxlen=200)  # what has a model
 LIMIT = 160  # attempts to find a model, at generic sizes and at small ones
 STRETCH = 40  # attempts until the other sizes are tried
 SAID = "no model was found, within the limit of the search, in which {} at once"
@@ -103,12 +105,19 @@ def impossible(
     also: Iterable[Formula] = (),
     witness: Values | None = None,
 ) -> list[str]:
-    """A complaint if no model was found, which names the relations that clash."""
+    """A complaint if no model was found, which names the relations that clash.
+
+    A model of a page is one of its chains, too, and is not sought again.
+    """
     relations, also = tuple(relations), tuple(also)
     known = frozenset(symmetric)
     given = tuple(values_of(witness or {}, known).items())
+    asked = frozenset(relations), known, frozenset(also)
+    if not given and any(all(map(frozenset.issubset, asked, had)) for had in KNOWN):
+        return []
     try:
         if one_model(relations, known, also, given) is not None:
+            KNOWN.append(asked)
             return []
     except NotLinear as e:
         return [f"{e} is not linear in what may be random: {MEND}"]

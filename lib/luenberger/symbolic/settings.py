@@ -24,6 +24,14 @@ class Setting:
         The relations, and X Y = I, Y X = I for every inverse Y of an X.
     supports : list of set of tuple
         For every equation the products of unknowns in it.
+    masks : list of (int, list of (int, int))
+        The same as bits, one for each unknown: what is in an equation, and for each
+        product what is in it and what is in it more than once.
+    bits : dict of unknown to int
+    degree : dict of unknown to int
+        How often it occurs in one product, at most.
+    defined : set of MatrixSymbol
+        What stands alone on the left of an equation.
     unknowns : dict of unknown to shape
         Matrix symbols, inverses, and scalars (of shape None).
     full : bool
@@ -52,6 +60,9 @@ class Setting:
         sizes = frozenset(self.sizes)
         self.supports = [support(a, b, sizes) for a, b in self.equations]
         self._list_unknowns(set().union(*map(unknowns, sides)))
+        self.bits = {s: 1 << k for k, s in enumerate(self.unknowns)}
+        self.masks = [masks(products, self.bits) for products in self.supports]
+        self._list_degrees()
         self.stated_zeros = sum(
             isinstance(a, sp.MatrixSymbol) and getattr(b, "is_ZeroMatrix", False)
             for a, b in self.equations
@@ -72,6 +83,14 @@ class Setting:
         for s in sorted(found - set(self.sizes), key=spelled):
             inside = s[1] if isinstance(s, tuple) else s
             self.unknowns[s] = getattr(inside, "shape", None)
+
+    def _list_degrees(self):
+        self.degree, self.defined = Counter(), set()
+        for (left, _), products in zip(self.equations, self.supports):
+            self.defined |= {left} if isinstance(left, sp.MatrixSymbol) else set()
+            for m in products:
+                for s, d in Counter(m).items():
+                    self.degree[s] = max(self.degree[s], d)
 
     # -- sizes ----------------------------------------------------------------------
 
@@ -103,6 +122,23 @@ def support(left, right, sizes):
     """The products of unknowns in an equation, other than `sizes`."""
     found = monomials(left) | monomials(right)
     return {tuple(s for s in m if s not in sizes) for m in found}
+
+
+def masks(products, bits):
+    """All unknowns of an equation, and (all, repeated) of each product, as bits.
+
+    >>> masks({("x", "y"), ("x", "x")}, {"x": 1, "y": 2})[0]
+    3
+    """
+    found, whole = set(), 0
+    for product_ in products:
+        once = twice = 0
+        for s in product_:
+            twice |= once & bits[s]
+            once |= bits[s]
+        found.add((once, twice))
+        whole |= once
+    return whole, sorted(found)
 
 
 def _alike(dimensions):

@@ -8,7 +8,7 @@ Source: Haddad and Bernstein (1987), theorem 3.1, (3.14)-(3.18), (4.12).
 
 from functools import cache
 
-from sympy import Trace
+from sympy import Trace, diag
 
 from ....symbolic import (
     AtLeast,
@@ -267,6 +267,9 @@ def projection_trace():
     return listed((L, R, De, Q, V2s), stages, "the least cost", least)
 
 
+WITNESS = {root_Qt: diag(1, 0), Kq: 0}
+
+
 @cache
 def derive():
     """The page."""
@@ -276,4 +279,4 @@ def derive():
         projection_equations(),
         projection_trace(),
     )
-    return Derivation(page=page, letters=letters, source=SOURCE)
+    return Derivation(page=page, letters=letters, source=SOURCE, witness=WITNESS)

@@ -9,7 +9,7 @@ Source: Leondes and Novak (1974), section III, (24)-(33).
 
 from functools import cache
 
-from sympy import Trace
+from sympy import Trace, eye, zeros
 
 from ....symbolic import (
     AtLeast,
@@ -273,8 +273,12 @@ MINIMUM = (
 )
 
 
+WITNESS = {Sigma: zeros(2, 2), L_M: eye(2)}
+
+
 @cache
 def derive():
     """The page."""
     page = (*FAMILY, *TRACE, *MINIMUM)
-    return Derivation(page=page, letters=letters, source=f"{SOURCE}, section III")
+    source = f"{SOURCE}, section III"
+    return Derivation(page=page, letters=letters, source=source, witness=WITNESS)
