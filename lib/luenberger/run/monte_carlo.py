@@ -19,7 +19,7 @@ from ..numeric import Matrix
 from ..numeric.covariances import covariance
 from ..observer import Observer
 from ..plant import Plant
-from .claims import Claim, given_claim, true_claim
+from .claims import Claim, claim
 from .executor import Progress, in_order, reporting
 from .monte_carlo_blocks import BLOCK, Batch, Sums, join, sums_of, total
 from .simulate import noise_roots
@@ -168,9 +168,9 @@ def monte_carlo(
     """
     expect(plant=plant, observer=observer)
     _require_runs(plant, observer, runs=runs, steps=steps, chunk=chunk, seed=seed)
-    claim = _claim(plant, observer, steps, claimed)
+    tested = _claim(plant, observer, steps, claimed)
     roots = noise_roots(plant, steps)
-    batch = Batch(plant, observer, steps, seed, runs, claim, roots)
+    batch = Batch(plant, observer, steps, seed, runs, tested, roots)
     blocks = -(-runs // BLOCK)
     size = -(-blocks // TASKS) if chunk is None else -(-chunk // BLOCK)
     jobs = [(batch, range(a, min(a + size, blocks))) for a in range(0, blocks, size)]
@@ -180,7 +180,7 @@ def monte_carlo(
         for (_, some), part in zip(jobs, parts):
             nodes = join([*nodes, *part])
             report(min(some.stop * BLOCK, runs))
-    found = _ensemble(total(nodes), runs, claim)
+    found = _ensemble(total(nodes), runs, tested)
     if plant.m and disturbed(observer, plant, certify(observer, plant)):
         return replace(found, note=NO_INPUT)
     return found
@@ -216,25 +216,25 @@ def _claim(
                 f"claimed must be ({q}, {q}) or ({steps + 1}, {q}, {q}), got {X.shape}"
             )
         X = np.broadcast_to(X, (steps + 1, q, q))
-        return given_claim(observer, plant, steps, X)
+        return claim(observer, plant, steps, X)
     certificate = certify(observer, plant)
     if plant.m and max(certificate.input, certificate.feedthrough) > EXACT_TOL:
         return None
-    return true_claim(observer, plant, steps)
+    return claim(observer, plant, steps)
 
 
-def _ensemble(sums: Sums, runs: int, claim: Claim | None) -> Ensemble:
+def _ensemble(sums: Sums, runs: int, tested: Claim | None) -> Ensemble:
     e, products, squares, *normalised = sums
     mean, second = e / runs, products / runs
     variance = np.diagonal(second, axis1=-2, axis2=-1) - mean**2
     nees = spread = dof = None
-    if claim is not None:
+    if tested is not None:
         nees, of_squares = (one / runs for one in normalised)
         ruled_out = np.isinf(nees)
         finite = np.where(ruled_out, 0.0, nees)
         spread = _standard_error(np.where(ruled_out, 0.0, of_squares) - finite**2, runs)
         spread = np.where(ruled_out, np.inf, spread)
-        dof = claim.rank
+        dof = tested.rank
     return Ensemble(
         mean,
         _standard_error(variance, runs),
