@@ -32,7 +32,7 @@ from .errors import DesignError as DesignError
 from .identification.fit import fit_noise as fit_noise
 from .identification.identifiability import Identifiability as Identifiability
 from .identification.identifiability import identifiability as identifiability
-from .identification.noise_fit import NoiseFit as NoiseFit
+from .identification.fit import NoiseFit as NoiseFit
 from .identification.whiteness import Whiteness as Whiteness
 from .identification.whiteness import whiteness as whiteness
 from .numeric.staircase_form import Staircase as Staircase

@@ -66,7 +66,8 @@ def test_innovations_of_any_start_are_those_of_the_right_one():
 @pytest.mark.parametrize("kind", ["full", "diagonal"])
 def test_noises_are_found_again(kind):
     y = noisy(np.random.default_rng(5), 20_000)
-    size, gain = autocovariance.noise_of_size_one(PLANT, [(y, np.zeros((len(y), 0)))])
+    gain = autocovariance.gain_for(PLANT, np.eye(3), np.eye(2))
+    size = np.sqrt((autocovariance.left(PLANT, gain, y, y[:, :0]) ** 2).mean(axis=0))
     forms = [
         form_of("Q", "diagonal", 3, None, None, np.ones(3)),
         form_of("R", kind, 2, None, None, size),
@@ -75,11 +76,13 @@ def test_noises_are_found_again(kind):
         [forms[0].at(np.eye(3), np.ones(3)), forms[1].at(np.eye(2), np.ones(2))]
     )
     given = [(y[:12_000], np.zeros((12_000, 0))), (y[12_000:], np.zeros((8_000, 0)))]
-    found = autocovariance.by_autocovariances(PLANT, *forms, None, theta, gain, given)
-    errors = np.sqrt(found.covariance.diagonal())
-    wanted = 0.5 * np.log(Q.diagonal())
-    assert (np.abs(found.theta[:3] - wanted) < 3 * errors[:3]).all()
-    assert (errors[:3] < 0.1).all()
+    units = np.ones(3), np.ones(2)
+    found = autocovariance.by_autocovariances(
+        PLANT, forms, units, None, theta, gain, given
+    )
+    errors = np.sqrt(found.spread(found.theta).diagonal())[:3]
+    assert (np.abs(np.exp(2 * found.theta[:3]) - Q.diagonal()) < 3 * errors).all()
+    assert (errors < 0.2 * Q.diagonal()).all()
 
 
 def test_a_round_with_a_better_gain_is_nearer():
@@ -101,5 +104,6 @@ def test_a_search_that_begins_at_rounding_noise_goes_as_far():
     data = autocovariance.Moments(H @ [4.0, 0.25], H, 100)
     for start in (0.0, 1e-16, -1e-12):
         begin = np.full(2, start)
-        found = autocovariance.least_squares(data, *forms, begin).theta
+        units = np.ones(1), np.ones(1)
+        found = autocovariance.Fit(data, forms, units, begin).least().theta
         np.testing.assert_allclose(found, np.log([2, 0.5]), rtol=1e-6)

@@ -2,14 +2,12 @@
 
 import dataclasses
 import pathlib
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from plain_smoother import improved
 
 import luenberger as lb
-from luenberger.identification import noise_fit
 from luenberger.run import measurements
 
 PLANTS = pathlib.Path(__file__).parents[2] / "notebooks" / "plants"
@@ -222,14 +220,6 @@ def test_autocovariances_say_which_variance_is_at_its_bound():
         assert np.isnan(fit.standard_errors["Q"][1, 1])
         assert fit.unidentifiable[0].startswith("Q[1,1] is at its bound")
     assert all(0 < fit.standard_errors["Q"][0, 0] < 1 for fit in fits)
-
-
-def test_a_variance_is_nothing_if_a_million_times_as_much_is_nothing():
-    form = SimpleNamespace(matrix=lambda q: np.diag(np.exp(2 * q)))
-    unknowns = SimpleNamespace(split=lambda t: (t[:2], t[2:], None), Q=form, R=form)
-    likely = lambda Q, R: Q.max() <= 1 and R.max() <= 1  # noqa: E731
-    found = noise_fit._tiny(unknowns, np.log([1, 1e-9, 1]), likely)
-    assert found.tolist() == [False, True, False]
 
 
 def never(done, total):

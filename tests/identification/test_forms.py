@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from luenberger.identification.boundary import face, inside
 from luenberger.identification.forms import form_of
+from luenberger.identification.standard_errors import face
 
 RNG = np.random.default_rng(3)
 G = RNG.normal(size=(3, 2))
@@ -57,7 +57,7 @@ def test_a_covariance_is_found_again_from_its_vector(name):
     if name != "function":  # which begins where its caller says
         again = form.matrix(form.at(X, np.ones(3)))
         np.testing.assert_allclose(again, X, rtol=1e-9, atol=1e-12)
-    assert len(form.labels) == form.count == len(form.directions)
+    assert len(form.labels) == form.count == len(form.directions(np.zeros(form.count)))
     assert np.linalg.eigvalsh(X)[0] > -1e-14
 
 
@@ -66,14 +66,18 @@ def test_directions_add_up_to_the_covariance():
     X = made("full").matrix(theta)
     entries = X[np.triu_indices(3)]
     np.testing.assert_allclose(
-        np.tensordot(entries, made("full").directions, 1), X, rtol=1e-12
+        np.tensordot(entries, made("full").directions(theta), 1), X, rtol=1e-12
     )
     q = np.exp(2 * theta[:2])
     np.testing.assert_allclose(
-        np.tensordot(q, made("G").directions, 1), G @ np.diag(q) @ G.T, rtol=1e-12
+        np.tensordot(q, made("G").directions(theta[:2]), 1),
+        G @ np.diag(q) @ G.T,
+        rtol=1e-12,
     )
     np.testing.assert_allclose(
-        np.tensordot(q, made("function").directions, 1), squares(q), rtol=1e-8
+        np.tensordot(q, made("function").directions(theta[:2]), 1),
+        squares(q),
+        rtol=1e-8,
     )
 
 
@@ -103,7 +107,7 @@ def test_a_variance_that_is_not_needed_is_set_to_zero(name, rank):
         X = parts[0] + 1e-12 * parts[1]
     theta = form.at(X, np.ones(3) * 1e-9)
     wanted = np.diag([1.0, 2.0, 0.0]) if name != "G" else parts[0]
-    vague = np.ones(form.count, dtype=bool)
+    vague = np.full(form.count, np.inf)  # errors
     found = face(form, theta, lambda Y: np.abs(Y - wanted).max() < 1e-9, vague)
     np.testing.assert_allclose(found.X, wanted, atol=1e-9)
     assert np.linalg.matrix_rank(found.X, tol=1e-13) == rank
@@ -118,6 +122,7 @@ def test_a_variance_that_is_not_needed_is_set_to_zero(name, rank):
 
 
 def test_numbers_of_a_form_have_names():
-    found = inside(made("G"), np.log([2.0, 3.0]))
+    sure = np.zeros(3)
+    found = face(made("G"), np.log([2.0, 3.0]), None, sure[:2])
     assert found.values == pytest.approx({"q[0]": 4.0, "q[1]": 9.0})
-    assert inside(made("diagonal"), np.zeros(3)).values == {}
+    assert face(made("diagonal"), np.zeros(3), None, sure).values == {}

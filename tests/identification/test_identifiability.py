@@ -43,7 +43,7 @@ def parts_of(n, p, Q, R, S):
     """What each unknown adds, as exact (Q, R, S)."""
     none = sp.zeros(n, n), sp.zeros(p, p), sp.zeros(n, p)
     for place, letter, wanted, size in ((0, "Q", Q, n), (1, "R", R, p)):
-        for X in form_of(letter, wanted, size, np.eye(size), None, None).directions:
+        for X in form_of(letter, wanted, size, np.eye(size), None, None).parts:
             yield tuple(
                 sp.Matrix(X.astype(int)) if k == place else none[k] for k in range(3)
             )

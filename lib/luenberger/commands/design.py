@@ -167,7 +167,7 @@ def _fitted(plant: "Plant", record: "Measurements") -> tuple["Plant", int]:
     And how many numbers a test of whiteness has to count as fitted.
     """
     from ..errors import DesignError
-    from ..identification.missing import fit_missing, lacking
+    from ..identification.fit import fit_missing, lacking
 
     if not lacking(plant) or plant.multiplicative or plant.is_complex:
         return plant, 0

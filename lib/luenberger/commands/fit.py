@@ -87,8 +87,7 @@ def run(options: Namespace) -> None:
 
 def _fitted(plant: Any, data: Any, options: Namespace) -> tuple[Any, list[str]]:
     """The fit, and what was fitted in words."""
-    from ..identification.fit import fit_noise
-    from ..identification.missing import fit_missing, lacking
+    from ..identification.fit import fit_missing, fit_noise, lacking
 
     asked = {"Q": options.q, "R": options.r}
     parameters = dict(options.parameter or ())

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,7 +11,7 @@ import numpy as np
 from ..errors import DesignError
 from ..numeric import Matrices, Matrix
 from ..plant import Plant
-from . import passes
+from . import passes, settled
 from .pack import Passage
 from .unknown import GROWN, LARGE, units
 
@@ -79,6 +79,16 @@ class Score:
         return float(sum((getattr(self, name) * X).sum() for name, X in move.items()))
 
 
+def _parts(one: Passage) -> Iterator[tuple[slice, bool]]:
+    """Rows of a passage, and whether all of them have one gain."""
+    k = 0
+    for same in one.settled:
+        yield slice(k, same.start), False
+        yield same, True
+        k = same.stop
+    yield slice(k, len(one.tape.nu)), False
+
+
 def score(passages: Sequence[Passage], plant: Plant, joint: bool = True) -> Score:
     """That of the rows of a record; without `joint` S is zero, and takes no time."""
     n, p = plant.n, plant.p
@@ -88,8 +98,13 @@ def score(passages: Sequence[Passage], plant: Plant, joint: bool = True) -> Scor
         _, _, at, maps, mix = one.packed
         R_at = np.zeros((len(mix), p, p))
         S_at = np.zeros((len(mix) * joint, n, p))
-        run: Any = passes.score.fast
-        run(at, maps, one.tape, lam, Lam, Q, R_at, S_at)
+        for rows, same in reversed(list(_parts(one))):
+            given = at[rows.start : rows.stop + 1], maps, settled.part(one.tape, rows)
+            if same:
+                settled.back(*given, lam, Lam, Q, R_at)
+            else:
+                run: Any = passes.score.fast
+                run(*given, lam, Lam, Q, R_at, S_at)
         R += (mix.mT @ R_at @ mix).sum(axis=0)
         if joint:
             S += (S_at @ mix).sum(axis=0)

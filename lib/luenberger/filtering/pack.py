@@ -12,7 +12,7 @@ from ..numeric import Matrix, Vector
 from ..numeric.factors import factor
 from ..plant import Plant
 from ..recursion.settings import require_start
-from . import digits, passes, quick, scalars, tail, unknown
+from . import digits, passes, quick, scalars, settled, tail, unknown
 from .maps import Settings
 from .passes import FEW, TINY, Maps, State, Tape, gram
 
@@ -88,7 +88,7 @@ class Passage(NamedTuple):
     tape: Tape
     packed: Packed
     end: End
-    settled: list[int]
+    settled: list[Any]
 
 
 def begin(settings: Settings, u0: Vector, known: bool = True) -> End:
@@ -237,7 +237,7 @@ def blank(
 
 def _room(settings: Settings, end: End, rows: int, keep: str) -> Tape:
     """A tape for what is kept of rows."""
-    all_, told = rows * (keep == "all"), rows * (keep in ("readings", "all"))
+    all_, told = rows * (keep == "all"), rows * (keep in ("readings", "settled", "all"))
     sizes = settings.plant.n, len(end.state.z), settings.plant.p
     return blank(all_, rows * (keep != ""), *sizes, told)
 
@@ -268,7 +268,8 @@ def over(settings: Settings, end: End, y: Matrix, u: Matrix, keep: str = "") -> 
     """Filter rows.
 
     What is kept of each is "" (no tape), "values" (pivots and innovations), "readings"
-    (gains as well), or "all".
+    (gains as well), "settled" (these, and where the filter has settled its last gains:
+    `Passage.settled` has these rows), or "all".
     """
     plant, rows = settings.plant, len(y)
     n, p = plant.n, plant.p
@@ -281,13 +282,13 @@ def over(settings: Settings, end: End, y: Matrix, u: Matrix, keep: str = "") -> 
         state = end.state._replace(z=end.state.z.copy())
         P = covariance(state) if end.P is None else end.P.copy()
         way = _in_covariance(pack, state.z, P, x, variances, tape)
-        clash, still, settled = _along(settings, way, pack, end, run, keep)
+        clash, still, found = _along(settings, way, pack, end, run, keep, tape)
         if clash < 0:
             state = State(state.z, *factors(P), state.E, state.e)
     if P is None or clash >= 0:
         P, state = None, State(*(X.copy() for X in end.state))
         way = _in_factors(run, pack, state, x, variances, tape)
-        clash, still, settled = _along(settings, way, pack, end, run, keep)
+        clash, still, found = _along(settings, way, pack, end, run, keep, tape)
     row, j = divmod(clash, p) if clash >= 0 else (rows, 0)
     done, instant = slice(row + 1), end.instant + 1
     gap = digits.followed(
@@ -299,14 +300,18 @@ def over(settings: Settings, end: End, y: Matrix, u: Matrix, keep: str = "") -> 
     last = ~np.isnan(y[-1]) if rows else end.seen
     u = u[-1] if rows else end.u
     after = End(end.instant + rows, state, last, u, gap, still, P)
-    return Passage(x, variances, tape, pack, after, settled)
+    return Passage(x, variances, tape, pack, after, found)
 
 
 def _along(
-    settings: Settings, way: tail.Way, pack: Packed, end: End, run: Any, keep: str
-) -> tuple[int, bool, list[int]]:
+    settings: Settings, way: tail.Way, pack: Packed, end: End, run: Any, keep: str,
+    tape: Tape,
+) -> tuple[int, bool, list[Any]]:  # fmt: skip
     """What `tail.over` finds; what is kept on a tape is the full recursion's."""
-    if keep or settings.plant.steps is not None or settings.way != "nothing":
+    plain = settings.plant.steps is None and settings.way == "nothing"
+    if keep == "settled" and plain and (pack.maps.r > 0).all():
+        return -1, False, settled.forward(way, *pack[:4], tape)
+    if keep or not plain:
         return way.rows(slice(0, len(pack.y))), False, []
     found = partial(settings.steady, run)
     return tail.over(way, pack, found, end.instant, end.still)
@@ -317,7 +322,8 @@ def _in_factors(
 ) -> tail.Way:
     def rows(part: slice) -> int:
         y, drive, at = pack.y[part], pack.drive[part], pack.at[part.start :]
-        return int(run(y, drive, at, pack.maps, state, x[part], variances[part], tape))
+        rest = x[part], variances[part], settled.part(tape, part)
+        return int(run(y, drive, at, pack.maps, state, *rest))
 
     def settle(V: Matrix, D: Vector) -> None:
         state.V[:], state.D[:] = V, D
@@ -330,7 +336,7 @@ def _in_covariance(
 ) -> tail.Way:
     def rows(part: slice) -> int:
         y, drive, at = pack.y[part], pack.drive[part], pack.at[part.start :]
-        rest = x[part], variances[part], tape
+        rest = x[part], variances[part], settled.part(tape, part)
         return int(quick.forward.fast(y, drive, at, pack.maps, z, P, *rest))
 
     def settle(V: Matrix, D: Vector) -> None:

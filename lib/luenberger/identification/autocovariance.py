@@ -3,34 +3,38 @@
 A constant gain, first that for noises of size one and then that of the last estimate,
 leaves innovations whose autocovariances are linear in Q and R.  Near the best gain they
 are nearly white, so that their sample autocovariances err independently and equally in
-units of their own covariance, which is the weight.
+units of their own covariance, which is the weight.  A search begins there.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy  # its parts load when first used
 
 from .. import kernels
-from ..errors import CertificateError, DesignError
+from ..errors import DesignError
 from ..numeric import Matrix, Vector
 from ..numeric.covariance_maps import Sums, packing
+from ..numeric.covariances import covariance
+from ..numeric.independent_rows import default_tol, in_even_units
 from ..numeric.linalg import UNIT_TOL, radius
 from ..plant import Plant
-from ..recursion.settings import Settings
-from ..recursion.steady_gain import steady_gain
 from .derivation import autocovariance_step, error_noise, first_autocovariances
-from .forms import Shape
-from .unknowns import require_room
+from .forms import Form, Of, form_of
+from .parameters import Parameters, Unknowns, require_room
 
 ROUNDS = 4  # gains: that of noises of size one, and then of the estimates
+BEGINNING = 2, 10  # gains, and stretches without gaps, that a search begins from
 LAGS = 60  # at most
 FADED = 0.05  # lags go on until the errors of the gain have died out to this
 PART = 8  # lags take at most this part of a record
 DRIVEN = 1e-4  # process noise, beside its size, that every gain is made for
+SHARE = 0.3  # of the noise seen in the outputs, at each state, to begin with
+LIFT = 0.01  # of the noise to begin with, added to what autocovariances tell
+LEAST_ROWS = 10  # of a stretch, for each state, for autocovariances
 
 Records = Sequence[tuple[Matrix, Matrix]]  # (y, u) of complete rows
 
@@ -47,38 +51,128 @@ class Moments(NamedTuple):
     rows: int
 
 
-class Fitted(NamedTuple):
-    """The vector of both forms, and the covariance of its error."""
+class Start(NamedTuple):
+    """Where a search begins.
 
-    theta: np.ndarray
-    covariance: np.ndarray
-
-
-def noise_of_size_one(plant: Plant, records: Records) -> tuple[Vector, Matrix]:
-    """Deviations (p,) of the innovations of a filter for noises of size one, its gain.
-
-    The plant is in even units.
+    Attributes
+    ----------
+    unknowns : Unknowns
+    theta : (k,) ndarray
+    information : (j, j) ndarray
+        About what a reading tells of each number of Q and R there.
+    squares : (k,) ndarray or None
+        Where the autocovariances put it, if there are any.
+    spread : (j, j) ndarray or None
+        The covariance of its error there, in what covariances are linear in.
     """
-    gain = gain_for(plant, np.eye(plant.n), np.eye(plant.p))
-    found = np.concatenate([left(plant, gain, y, u) for y, u in records])
-    return np.sqrt((found**2).mean(axis=0)), gain
+
+    unknowns: Unknowns
+    theta: np.ndarray
+    information: np.ndarray
+    squares: np.ndarray | None = None
+    spread: np.ndarray | None = None
 
 
-def gain_for(plant: Plant, Q: Matrix, R: Matrix, S: Matrix | None = None) -> Matrix:
-    """The predictor's steady gain for these noises."""
+def start_of(
+    plant: Plant, data: list[tuple[Matrix, Matrix]], Q: Any, R: Any, S: Matrix | None,
+    begin: dict[str, Any], parameters: Parameters, alone: bool,
+) -> Start:  # fmt: skip
+    """What is unknown and where to begin; `alone`, the autocovariances are the fit.
+
+    The other arguments are those of `fit_noise`, checked.
+    """
+    now = plant.at(0)
+    pair, _ = in_even_units(now.A, now.C, 1.0, default_tol(plant.n))
+    x, y = pair.states, pair.outputs
+    rounds, most = (ROUNDS, None) if alone else BEGINNING
+    some = _stretches(data, LEAST_ROWS * (plant.n + 1))
+    some = [(one / y, u) for one, u in sorted(some, key=lambda one: -len(one[0]))]
+    even, size, gain, some = None, _steps(data) / y, None, some[:most]
+    if plant.steps is None and some:
+        even = Plant(pair.A, plant.B / x[:, None], pair.C, plant.E / y[:, None], dt=1.0)
+        gain = gain_for(even, np.eye(plant.n), np.eye(plant.p))
+    if even is not None and gain is not None:
+        nu = np.concatenate([left(even, gain, *one) for one in some])
+        size = np.sqrt((nu**2).mean(axis=0))
+    size = np.where(size > 0, size, size.max())
+    units = SHARE * size.max() * x, size * y
+    forms = [
+        form_of(letter, wanted, len(unit), given, begin.get(letter), unit)
+        for letter, wanted, given, unit in zip("QR", (Q, R), (now.Q, now.R), units)
+    ]
+    parts = [_begin(form, begin) for form in forms]
+    rest = np.zeros(len(parameters.names))
+    found = Start(Unknowns(*forms, S, parameters), np.concatenate([*parts, rest]),
+                  np.eye(sum(map(len, parts))))  # fmt: skip
+    if even is None or gain is None or not len(found.information):
+        return found
+    cross = None if S is None else S / x[:, None] / y
+    try:
+        with np.errstate(all="ignore"):  # of an S that is too large
+            told = by_autocovariances(
+                even, forms, (x, y), cross, np.concatenate(parts), gain, some, rounds
+            )
+    except (DesignError, np.linalg.LinAlgError):
+        return found
+    theta, q = told.theta, forms[0].count
+    if not set(begin) & {"Q", "R"}:
+        parts = [_lifted(one, part) for one, part in zip(forms, (theta[:q], theta[q:]))]
+    at = np.concatenate(parts)
+    J = told.slope(at)
+    readings = sum(int((~np.isnan(one)).sum()) for one, _ in data)
+    near = told.data.rows / readings * J.T @ J
+    return Start(
+        found.unknowns, np.concatenate([at, rest]), near,
+        np.concatenate([theta, rest]), told.spread(theta),
+    )  # fmt: skip
+
+
+def _stretches(data: Records, least: int) -> list[tuple[Matrix, Matrix]]:
+    """The stretches of at least so many rows in which every output was measured."""
+    found = []
+    for y, u in data:
+        gaps = np.flatnonzero(np.isnan(y).any(axis=1))
+        for a, b in zip([0, *(gaps + 1)], [*gaps, len(y)]):
+            if b - a >= least:
+                found.append((y[a:b], u[a:b]))
+    return found
+
+
+def _steps(data: Records) -> Vector:
+    """How much each output changes between its readings."""
+    moves = [[np.mean(np.diff(c[~np.isnan(c)]) ** 2) if (~np.isnan(c)).sum() > 1 else 0
+              for c in y.T] for y, _ in data]  # fmt: skip
+    found: Vector = np.sqrt(np.mean(moves, axis=0))
+    return found
+
+
+def _begin(form: Form, begin: dict[str, Any]) -> Vector:
+    """Where a form begins: as the caller says, or with noise of the given unit."""
+    given, unit = begin.get(form.letter), form.unit
+    if given is None or isinstance(form, Of):
+        return form.at(np.diag(unit**2), unit)
+    return form.at(covariance(f"start[{form.letter!r}]", given, len(unit)), unit)
+
+
+def _lifted(form: Form, theta: Vector) -> Vector:
+    """A vector near one that was found, away from where nothing moves."""
+    lifted = form.at(form.matrix(theta) + LIFT * np.diag(form.unit**2), form.unit)
+    return np.maximum(theta, lifted) if isinstance(form, Of) else lifted
+
+
+def gain_for(
+    plant: Plant, Q: Matrix, R: Matrix, S: Matrix | None = None
+) -> Matrix | None:
+    """The predictor's steady gain for these noises; None where there is none."""
     A, C = plant.A, plant.C
     cross = np.zeros((plant.n, plant.p)) if S is None else S
+    require_room(Q, R, S)
     try:
         X = scipy.linalg.solve_discrete_are(A.T, C.T, Q, R, s=cross)
         gain: Matrix = np.linalg.solve(C @ X @ C.T + R, (A @ X @ C.T + cross).T).T
-        if radius(A - gain @ C) < 1 - UNIT_TOL:
-            return gain
     except (np.linalg.LinAlgError, ValueError):
-        pass
-    require_room(Q, R, S)
-    noisy = Plant(A, None, C, dt=1.0, Q=Q, R=R, S=S)
-    setting = Settings(noisy, 0).at(0)
-    return setting.predictor(steady_gain(setting, ()))
+        return None
+    return gain if radius(A - gain @ C) < 1 - UNIT_TOL else None
 
 
 def carried(A: Matrix, rows: Matrix) -> Matrix:
@@ -168,43 +262,70 @@ def _autocovariances(
     return np.stack(found, axis=1)
 
 
-def least_squares(data: Moments, Q: Shape, R: Shape, theta: Vector) -> Fitted:
-    """The semidefinite Q and R nearest to the autocovariances, from a start theta."""
-    (pack, _), (pack_y, _) = packing(len(Q.known)), packing(len(R.known))
+class Fit(NamedTuple):
+    """Least squares of autocovariances, and the vector that they end at.
 
-    def entries(X: Matrix, Y: Matrix) -> Matrix:
-        return np.concatenate([pack(X), pack_y(Y)], axis=-1)
+    Attributes
+    ----------
+    data : Moments
+    forms, units
+        Of Q and R, and the units in which the autocovariances are.
+    theta : (k,) ndarray
+    """
 
-    def error(theta: Vector) -> Vector:
-        parts = theta[: Q.count], theta[Q.count :]
-        return data.H @ entries(Q.matrix(parts[0]), R.matrix(parts[1])) - data.h
+    data: Moments
+    forms: Sequence[Form]
+    units: Sequence[Vector]
+    theta: np.ndarray
 
-    def slope(theta: Vector) -> Matrix:
-        dQ, dR = Q.slopes(theta[: Q.count]), R.slopes(theta[Q.count :])
-        none = np.zeros((len(dR), *Q.known.shape)), np.zeros((len(dQ), *R.known.shape))
-        wide = entries(np.concatenate([dQ, none[0]]), np.concatenate([none[1], dR]))
-        return data.H @ wide.T
+    def of(self, stacks: Sequence[Matrix]) -> Matrix:
+        """What stacks of Q and R make of the autocovariances, a row each."""
+        packed = (packing(len(unit))[0](X / unit / unit[:, None])
+                  for X, unit in zip(stacks, self.units))  # fmt: skip
+        found: Matrix = np.concatenate(list(packed), axis=-1) @ self.data.H.T
+        return found
 
-    found = scipy.optimize.least_squares(  # a step: SciPy's first is as long as x0
-        lambda step: error(theta + step), np.zeros(len(theta)),
-        jac=lambda step: slope(theta + step),
-        xtol=1e-12, ftol=1e-12, gtol=1e-12, max_nfev=200,
-    )  # fmt: skip
-    spread = np.linalg.pinv(found.jac.T @ found.jac, hermitian=True) / data.rows
-    return Fitted(theta + found.x, spread)
+    def error(self, theta: Vector) -> Vector:
+        """What is left at a vector."""
+        q = self.forms[0].count
+        parts = zip(self.forms, (theta[:q], theta[q:]))
+        return self.of([form.matrix(part) for form, part in parts]) - self.data.h
+
+    def slope(self, theta: Vector, linear: bool = False) -> Matrix:
+        """How it moves with the vector, or with what covariances are linear in."""
+        q, (Q, R) = self.forms[0].count, self.forms
+        one, other = ((X.directions if linear else X.slopes) for X in (Q, R))
+        dQ, dR = one(theta[:q]), other(theta[q:])
+        none = np.zeros((len(dR), *dQ.shape[1:])), np.zeros((len(dQ), *dR.shape[1:]))
+        return self.of([np.concatenate([dQ, none[0]]), np.concatenate([none[1], dR])]).T
+
+    def spread(self, theta: Vector) -> Matrix:
+        """The covariance of the error, in what covariances are linear in."""
+        J = self.slope(theta, linear=True)
+        found: Matrix = np.linalg.pinv(J.T @ J, hermitian=True) / self.data.rows
+        return found
+
+    def least(self) -> Fit:
+        """The semidefinite Q and R nearest to the autocovariances, from here."""
+        found = scipy.optimize.least_squares(  # SciPy's first step is as long as x0
+            lambda step: self.error(self.theta + step), np.zeros(len(self.theta)),
+            jac=lambda step: self.slope(self.theta + step),
+            xtol=1e-12, ftol=1e-12, gtol=1e-12, max_nfev=200,
+        )  # fmt: skip
+        return self._replace(theta=self.theta + found.x)
 
 
 def by_autocovariances(
-    plant: Plant, Q: Shape, R: Shape, S: Matrix | None, theta: Vector, gain: Matrix,
-    records: Records, rounds: int = ROUNDS,
-) -> Fitted:  # fmt: skip
+    plant: Plant, forms: Sequence[Form], units: Sequence[Vector], S: Matrix | None,
+    theta: Vector, gain: Matrix, records: Records, rounds: int = ROUNDS,
+) -> Fit:  # fmt: skip
     """Fit Q and R to records of a constant plant in even units, round by round.
 
     Parameters
     ----------
     plant : Plant
-    Q, R : Form
-        In the same units.
+    forms, units
+        Of Q and R, in the user's units, and these of the even ones.
     S : (n, p) ndarray or None
     theta : (k,) ndarray
         Where the first search begins.
@@ -215,15 +336,18 @@ def by_autocovariances(
         How many gains; two are enough for a start.
     """
     for k in range(rounds):
-        found = least_squares(moments(plant, gain, records, S), Q, R, theta)
-        theta = found.theta
-        if k == rounds - 1:
-            break
-        unit = Q.matrix(theta[: Q.count]), R.matrix(theta[Q.count :])
-        size = max(unit[1].diagonal().max(), unit[0].diagonal().max())
+        data = moments(plant, gain, records, S)
+        found = Fit(data, forms, units, theta).least()
+        theta, q = found.theta, forms[0].count
+        parts = zip(forms, (theta[:q], theta[q:]), units)
+        Q, R = (one.matrix(part) / unit / unit[:, None] for one, part, unit in parts)
+        size = max(R.diagonal().max(), Q.diagonal().max())
         try:
-            driven = unit[0] + DRIVEN * size * np.eye(plant.n)
-            gain = gain_for(plant, driven, unit[1], S)
-        except (DesignError, CertificateError):
+            driven = Q + DRIVEN * size * np.eye(plant.n)
+            more = gain_for(plant, driven, R, S) if k < rounds - 1 else None
+        except DesignError:  # S is too large
+            more = None
+        if more is None:
             break  # what the last gain has found stands
+        gain = more
     return found

@@ -7,9 +7,8 @@ and a way to reach its semi-definite ones from a vector without bounds.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from functools import cached_property
-from typing import Any, Protocol
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -17,208 +16,142 @@ from ..errors import DesignError, short
 from ..numeric import Matrix, Vector, covariances
 from ..numeric.validation import matrix
 
-Function = Callable[[Vector], Any]
 LEAST = 1e-3  # of a start that is singular: its share of the unit, as a deviation
 FAR = 300.0  # logarithm of a deviation beyond which floats end
 STEP = 1e-5  # relative, for slopes of a user's function
 
 
-class Shape(Protocol):
-    """A covariance as a function of a vector."""
-
-    @property
-    def known(self) -> Matrix:
-        """A matrix of its size."""
-
-    @property
-    def count(self) -> int:
-        """Entries of the vector."""
-
-    def matrix(self, theta: Vector) -> Matrix:
-        """The covariance."""
-
-    def slopes(self, theta: Vector) -> Matrix:
-        """Its derivative, a stack."""
-
-
 @dataclass(frozen=True, eq=False)
 class Form:
-    """A covariance that is known: nothing is free.
+    """A covariance that is known; in other forms, X = sum of q_k X_k with q_k > 0.
 
     Attributes
     ----------
     letter : str
         "Q" or "R".
     known : (k, k) ndarray
-        The covariance; for other forms, zeros of its size.
+        The covariance where nothing is free, else zeros.
+    labels : tuple of str
+        Names of the coordinates in which the covariance is linear.
+    parts : (count, k, k) ndarray
+        What each of them adds.
+    unit : (k,) ndarray
+        Sizes of the noise.
     """
 
     letter: str
     known: np.ndarray
+    labels: tuple[str, ...] = ()
+    parts: Any = None
+    unit: Any = None
 
     @property
-    def labels(self) -> list[str]:
-        """Names of the coordinates in which the covariance is linear."""
-        return []
-
-    @property
-    def directions(self) -> Matrix:
-        """What each of them adds, as (count, k, k)."""
-        return np.zeros((0, *self.known.shape))
-
-    @cached_property
     def count(self) -> int:
         """Numbers that are free."""
         return len(self.labels)
 
+    @property
+    def named(self) -> bool:
+        """Whether its numbers are no entries of the covariance, such as q[0]."""
+        return any("," not in label for label in self.labels)
+
+    def directions(self, theta: Vector) -> Matrix:
+        """(count, k, k): what each coordinate adds, near the vector."""
+        return self.slopes(theta) if self.parts is None else self.parts
+
     def matrix(self, theta: Vector) -> Matrix:
-        """The covariance at a vector (count,)."""
-        return self.known
+        """The covariance at a vector (count,), logarithms of deviations."""
+        if not self.count:
+            return self.known
+        X: Matrix = np.tensordot(variances(theta), self.parts, 1)
+        return X
 
     def slopes(self, theta: Vector) -> Matrix:
         """(count, k, k): its derivative there."""
-        return self.directions
+        if not self.count:
+            return np.zeros((0, *self.known.shape))
+        X: Matrix = 2 * variances(theta)[:, None, None] * self.parts
+        return X
 
     def at(self, X: Matrix, unit: Vector) -> Vector:
         """The vector at which the covariance is near X, whose unit is `unit` (k,)."""
-        return np.zeros(0)
+        if not self.count:
+            return np.zeros(0)
+        scale = unit * unit[:, None]
+        flat = (self.parts / scale).reshape(self.count, -1)
+        size = np.linalg.norm(flat, axis=1)
+        wanted = (X / scale).ravel()
+        q = np.linalg.lstsq((flat / size[:, None]).T, wanted, rcond=None)[0]
+        found: Vector = 0.5 * np.log(np.maximum(q, LEAST**2) / size)
+        return found
 
 
 @dataclass(frozen=True, eq=False)
 class Full(Form):
     """Every entry is free: X = U N N' U with a lower triangle N of positive diagonal.
 
-    `unit` (k,) is the diagonal of U, so that N has entries of size one.
+    U has `unit` on its diagonal, so that N has entries of size one.  The vector has the
+    logarithms of N's diagonal.
     """
 
-    unit: Any = None
-
-    @property
-    def labels(self) -> list[str]:
-        return [f"{self.letter}[{i},{j}]" for i, j in zip(*self._entries)]
-
-    @cached_property
-    def _entries(self) -> tuple[Vector, Vector]:
-        return np.triu_indices(len(self.known))
-
-    @property
-    def directions(self) -> Matrix:
-        rows, columns = self._entries
-        found = np.zeros((len(rows), *self.known.shape))
-        found[np.arange(len(rows)), rows, columns] = 1
-        return np.maximum(found, found.mT)
-
-    def _triangle(self, theta: Vector) -> Matrix:
-        columns, rows = self._entries
-        N = np.zeros(self.known.shape)
-        N[rows, columns] = np.where(rows == columns, np.exp(_capped(theta)), theta)
-        return N
-
-    @property
-    def scale(self) -> Vector:
-        return np.ones(len(self.known)) if self.unit is None else self.unit
+    def _triangle(self, theta: Vector) -> tuple[Matrix, Vector, Vector, Vector]:
+        columns, rows = np.triu_indices(len(self.known))
+        N, diagonal = np.zeros(self.known.shape), rows == columns
+        N[rows, columns] = np.where(diagonal, np.exp(np.clip(theta, -FAR, FAR)), theta)
+        return N, rows, columns, diagonal
 
     def matrix(self, theta: Vector) -> Matrix:
-        half = self.scale[:, None] * self._triangle(theta)
+        half = self.unit[:, None] * self._triangle(theta)[0]
         return half @ half.T
 
     def slopes(self, theta: Vector) -> Matrix:
-        columns, rows = self._entries
-        N, unit = self._triangle(theta), self.scale
+        N, rows, columns, diagonal = self._triangle(theta)
         dN = np.zeros((self.count, *N.shape))
-        dN[np.arange(self.count), rows, columns] = np.where(
-            rows == columns, N[rows, columns], 1.0
-        )
-        half = dN @ N.T * unit[:, None] * unit
+        moved = np.where(diagonal, N[rows, columns], 1.0)
+        dN[np.arange(self.count), rows, columns] = moved
+        half = dN @ N.T * self.unit[:, None] * self.unit
         return half + half.mT
 
     def at(self, X: Matrix, unit: Vector) -> Vector:
-        scaled = X / self.scale / self.scale[:, None]
-        floor = (LEAST * unit / self.scale) ** 2
-        values, vectors = np.linalg.eigh(
-            scaled / np.sqrt(floor) / np.sqrt(floor)[:, None]
-        )
+        floor = LEAST * unit
+        values, vectors = np.linalg.eigh(X / floor / floor[:, None])
         lifted = (vectors * np.maximum(values, 1)) @ vectors.T
-        N = np.linalg.cholesky(lifted * np.sqrt(floor) * np.sqrt(floor)[:, None])
-        columns, rows = self._entries
+        N = floor[:, None] / self.unit[:, None] * np.linalg.cholesky(lifted)
+        columns, rows = np.triu_indices(len(N))
+        diagonal = rows == columns
         found = N[rows, columns]
-        return np.where(
-            rows == columns, np.log(np.where(rows == columns, found, 1)), found
-        )
-
-
-@dataclass(frozen=True, eq=False)
-class Along(Form):
-    """X = sum of q_k X_k with variances q_k > 0: diagonal, or G diag(q) G'.
-
-    Attributes
-    ----------
-    parts : (count, k, k) ndarray
-        The X_k.
-    names : tuple of str
-    """
-
-    parts: Any = None
-    names: tuple[str, ...] = ()
-
-    @property
-    def labels(self) -> list[str]:
-        return list(self.names)
-
-    @property
-    def directions(self) -> Matrix:
-        return self.parts
-
-    def matrix(self, theta: Vector) -> Matrix:
-        return np.tensordot(_variances(theta), self.parts, 1)
-
-    def slopes(self, theta: Vector) -> Matrix:
-        return 2 * _variances(theta)[:, None, None] * self.parts
-
-    def at(self, X: Matrix, unit: Vector) -> Vector:
-        scale = unit * unit[:, None]
-        flat = (self.parts / scale).reshape(len(self.parts), -1)
-        size = np.linalg.norm(flat, axis=1)
-        wanted = (X / scale).ravel()
-        q = np.linalg.lstsq((flat / size[:, None]).T, wanted, rcond=None)[0]
-        return 0.5 * np.log(np.maximum(q, LEAST**2) / size)
+        return np.where(diagonal, np.log(np.where(diagonal, found, 1)), found)
 
 
 @dataclass(frozen=True, eq=False)
 class Of(Form):
     """X = f(q) with a function of positive numbers q, such as intensities."""
 
-    function: Function = np.diag
-    begin: Any = None
+    function: Callable[[Vector], Any] = np.diag
+    begin: np.ndarray = field(default_factory=lambda: np.ones(0))
 
-    @property
-    def labels(self) -> list[str]:
-        return [f"{self.letter.lower()}[{k}]" for k in range(len(self.begin))]
-
-    @property
-    def directions(self) -> Matrix:
-        return self.slopes(0.5 * np.log(self.begin)) / (2 * self.begin[:, None, None])
+    def directions(self, theta: Vector) -> Matrix:
+        X: Matrix = self.slopes(theta) / (2 * np.exp(2 * theta[:, None, None]))
+        return X
 
     def matrix(self, theta: Vector) -> Matrix:
-        X = self.function(_variances(theta))
+        X = self.function(variances(theta))
         return covariances.covariance(f"{self.letter}(q)", X, len(self.known))
 
     def slopes(self, theta: Vector) -> Matrix:
         steps = STEP * np.eye(len(theta))
         pairs = [(self.matrix(theta + d), self.matrix(theta - d)) for d in steps]
-        found = [(up - down) / (2 * STEP) for up, down in pairs]
-        return np.array(found).reshape(-1, *self.known.shape)
+        return np.array([(up - down) / (2 * STEP) for up, down in pairs])
 
     def at(self, X: Matrix, unit: Vector) -> Vector:
-        return 0.5 * np.log(self.begin)
+        found: Vector = 0.5 * np.log(self.begin)
+        return found
 
 
-def _variances(theta: Vector) -> Vector:  # theta = -inf is a variance at its bound
-    return np.where(theta == -np.inf, 0.0, np.exp(2 * _capped(theta)))
-
-
-def _capped(theta: Vector) -> Vector:
-    return np.clip(theta, -FAR, FAR)
+def variances(theta: Vector) -> Vector:
+    """exp(2 theta); theta = -inf is a variance at its bound."""
+    found: Vector = np.exp(2 * np.clip(theta, -FAR, FAR))
+    return np.where(theta == -np.inf, 0.0, found)
 
 
 def form_of(
@@ -239,27 +172,38 @@ def form_of(
     unit : (size,) ndarray
         Sizes of the noise, for scaling.
     """
-    none = np.zeros((size, size))
+    none, small = np.zeros((size, size)), letter.lower()
     if wanted is None:
         if given is None:
             raise DesignError(
                 f"{letter}=None keeps the plant's {letter}, and it has none; give "
                 f"Plant(..., {letter}=...), or a form: 'full', 'diagonal' or a matrix"
             )
-        return Form(letter, given)
+        return Form(letter, given, unit=unit)
     if callable(wanted):
-        return Of(letter, none, wanted, _positive(letter, start))
-    if isinstance(wanted, str):
-        if wanted == "full":
-            return Full(letter, none, unit)
-        if wanted == "scaled":
-            return _scaled(letter, given)
-        if wanted == "diagonal":
-            names = tuple(f"{letter}[{k},{k}]" for k in range(size))
-            return _along(letter, np.eye(size), names)
-    elif np.ndim(wanted) == 2:
+        q = _positive(letter, start)
+        names = tuple(f"{small}[{k}]" for k in range(len(q)))
+        return Of(letter, none, names, None, unit, wanted, q)
+    if isinstance(wanted, str) and wanted == "full":
+        rows, columns = np.triu_indices(size)
+        names = tuple(f"{letter}[{i},{j}]" for i, j in zip(rows, columns))
+        parts = np.zeros((len(rows), size, size))
+        parts[np.arange(len(rows)), rows, columns] = 1
+        return Full(letter, none, names, np.maximum(parts, parts.mT), unit)
+    if isinstance(wanted, str) and wanted == "scaled":
+        if given is None or not np.any(given):
+            raise DesignError(
+                f"{letter}='scaled' is the plant's {letter} times a number, and the "
+                f"plant has none; give Plant(..., {letter}=...)"
+            )
+        return Form(letter, none, (f"{small}[0]",), np.array(given)[None], unit)
+    if isinstance(wanted, str) and wanted == "diagonal":
+        return _along(
+            letter, np.eye(size), [f"{letter}[{k},{k}]" for k in range(size)], unit
+        )
+    if not isinstance(wanted, str) and np.ndim(wanted) == 2:
         G = matrix(f"{letter}, a matrix G,", wanted, rows=size)
-        return _along(letter, G, [f"{letter.lower()}[{k}]" for k in range(G.shape[1])])
+        return _along(letter, G, [f"{small}[{k}]" for k in range(G.shape[1])], unit)
     raise ValueError(
         f"{letter} must be 'full', 'diagonal', 'scaled', a matrix G ({size} x k) for "
         f"{letter} = G diag(q) G', a function of q, or None for the plant's own; got "
@@ -267,24 +211,15 @@ def form_of(
     )
 
 
-def _scaled(letter: str, given: Any) -> Along:
-    if given is None or not np.any(given):
-        raise DesignError(
-            f"{letter}='scaled' is the plant's {letter} times a number, and the plant "
-            f"has none; give Plant(..., {letter}=...)"
-        )
-    name = f"{letter.lower()}[0]"
-    return Along(letter, np.zeros(np.shape(given)), np.array(given)[None], (name,))
-
-
-def _along(letter: str, G: Matrix, names: Sequence[str]) -> Along:
+def _along(letter: str, G: Matrix, names: Sequence[str], unit: Vector) -> Form:
+    """G diag(q) G'."""
     for k in np.flatnonzero(~G.any(axis=0)).tolist():
         raise ValueError(
             f"column {k} of the matrix G of {letter} is zero; leave it out. A {letter} "
             f"that is known, zero too, is given in the plant, with {letter}=None here"
         )
     parts = np.array([np.outer(g, g) for g in G.T])
-    return Along(letter, np.zeros((len(G), len(G))), parts, tuple(names))
+    return Form(letter, np.zeros((len(G), len(G))), tuple(names), parts, unit)
 
 
 def _positive(letter: str, start: Any) -> Vector:

@@ -16,11 +16,13 @@ from ..numeric.covariance_maps import packing
 from ..numeric.independent_rows import climb, default_tol, in_even_units, outside
 from ..numeric.linalg import RANK_TOL
 from ..plant import Plant
-from .derivation import silent_change
+from ..run.filter import Filter
+from .derivation import change_step, silent_change
 from .forms import form_of
-from .over_time import shown_by
 
 SMALL = 1e-7  # a share of a direction below this is rounding
+TOGETHER = 64  # instants that are asked at first, and whose rows are reduced at once
+CLEAR = 1e-4  # least singular value of what determines every change
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,45 +121,30 @@ def identifiability(
     ('Q[0,0] and R[0,0] apart, but only the sum Q[0,0] + R[0,0].',)
     """
     expect(plant=plant)
-    labels, changes = unknowns(plant, Q, R, S, start)
+    n, p, begin, one = plant.n, plant.p, start or {}, plant.at(0)
+    Q_form = form_of("Q", Q, n, one.Q, begin.get("Q"), np.ones(n))
+    R_form = form_of("R", R, p, one.R, begin.get("R"), np.ones(p))
+    wide = n * p if isinstance(S, str) and S == "full" else 0
+    if not (wide or S is None or (np.isscalar(S) and S == 0)) and np.shape(S) != (n, p):
+        raise ValueError(f"S must be 0, None, 'full' or {n} x {p} and known, got {S!r}")
+    parts = [one.directions(one.at(np.eye(k), np.ones(k)))
+             for one, k in ((Q_form, n), (R_form, p))]  # fmt: skip
+    parts.append(np.eye(n * p)[:wide].reshape(-1, n, p))
+    labels = [*Q_form.labels, *R_form.labels]
+    labels += [f"S[{i},{j}]" for i in range(n) for j in range(p)][:wide]
+    edges, changes = np.cumsum([0, *map(len, parts)]), {}
+    for name, part, a, b in zip("QRS", parts, edges, edges[1:]):
+        changes[name] = np.zeros((len(labels), *part.shape[1:]))
+        changes[name][a:b] = part
     units, silent = _silent(plant, changes, seen)
     found = _sparse(silent)
     user = [row / units for row in found]
-    user = [row / _lead(row) for row in user]
+    user = [row / row[np.flatnonzero(row)[0]] for row in user]
     return Identifiability(
         tuple(labels),
         tuple({k: np.tensordot(row, X, 1) for k, X in changes.items()} for row in user),
-        tuple(sentence(labels, row, at) for row, at in zip(user, found)),
+        tuple(_sentence(labels, row, at) for row, at in zip(user, found)),
     )
-
-
-def unknowns(
-    plant: Plant, Q: Any, R: Any, S: Any, start: Any = None
-) -> tuple[list[str], Matrices]:
-    """Names of the unknowns, and {"Q", "R", "S"}: what each adds, stacked."""
-    n, p = plant.n, plant.p
-    begin = start or {}
-    one = plant.at(0)
-    forms = [
-        form_of("Q", Q, n, one.Q, begin.get("Q"), np.ones(n)),
-        form_of("R", R, p, one.R, begin.get("R"), np.ones(p)),
-    ]
-    wide = 0
-    if isinstance(S, str) and S == "full":
-        wide = n * p
-    elif not (S is None or (np.isscalar(S) and S == 0)) and np.shape(S) != (n, p):
-        raise ValueError(f"S must be 0, None, 'full' or {n} x {p} and known, got {S!r}")
-    counts = [form.count for form in forms] + [wide]
-    parts = [form.directions for form in forms]
-    parts.append(np.eye(n * p)[:wide].reshape(-1, n, p))
-    labels = [label for form in forms for label in form.labels]
-    labels += [f"S[{i},{j}]" for i in range(n) for j in range(p)][:wide]
-    changes = {}
-    for k, (name, part) in enumerate(zip("QRS", parts)):
-        changes[name] = np.zeros((sum(counts), *part.shape[1:]))
-        begin_at = sum(counts[:k])
-        changes[name][begin_at : begin_at + counts[k]] = part
-    return labels, changes
 
 
 def _silent(
@@ -167,7 +154,8 @@ def _silent(
     one, tol = plant.at(0), default_tol(plant.n)
     pair, _ = in_even_units(one.A, one.C, 1.0, tol)
     x, y = pair.states, pair.outputs
-    even = in_units(changes, x, y)
+    unit = {"Q": (x, x), "R": (y, y), "S": (x, y)}
+    even = {k: X / unit[k][0][:, None] / unit[k][1] for k, X in changes.items()}
     sizes = np.sqrt(sum((X**2).sum(axis=(1, 2)) for X in even.values()))
     sizes = np.where(sizes > 0, sizes, 1.0)
     even = {name: X / sizes[:, None, None] for name, X in even.items()}
@@ -183,23 +171,15 @@ def _silent(
         if seen is None:
             assert plant.steps is not None
             seen = np.ones((plant.steps - 1, plant.p), dtype=bool)
-        shown = shown_by(A, C, even, np.asarray(seen, dtype=bool))
+        shown = over_time(A, C, even, np.asarray(seen, dtype=bool))
     else:
-        shown = _shown(A, C, even)
+        shown = _of_lags(A, C, even)
     _, values, right = np.linalg.svd(shown)
     values = np.pad(values, (0, len(right) - len(values)))
     return sizes, right[values <= RANK_TOL]
 
 
-def in_units(changes: Matrices, states: Vector, outputs: Vector) -> Matrices:
-    """Changes of the noises of a plant in other units of states and outputs."""
-    unit = {"Q": (states, states), "R": (outputs, outputs), "S": (states, outputs)}
-    return {
-        name: X / unit[name][0][:, None] / unit[name][1] for name, X in changes.items()
-    }
-
-
-def _shown(A: Matrix, C: Matrix, changes: Matrices) -> Matrix:
+def _of_lags(A: Matrix, C: Matrix, changes: Matrices) -> Matrix:
     """Rows that vanish exactly for the combinations that some X makes.
 
     The changes less their component in the space of those that are made of an X; all
@@ -234,11 +214,7 @@ def _sparse(rows: Matrix) -> Matrix:
     return np.where(np.abs(rows) > SMALL * largest, rows, 0.0)
 
 
-def _lead(row: Vector) -> float:
-    return float(row[np.flatnonzero(row)[0]])
-
-
-def sentence(labels: Sequence[str], row: Vector, share: Vector) -> str:
+def _sentence(labels: Sequence[str], row: Vector, share: Vector) -> str:
     """A silent direction in words; `share` says which unknowns take part."""
     part = [int(k) for k in np.flatnonzero(share)]
     names = [labels[k] for k in part]
@@ -253,3 +229,109 @@ def sentence(labels: Sequence[str], row: Vector, share: Vector) -> str:
     ratios = " : ".join(f"{row[k]:.4g}" for k in part)
     listed = f"{', '.join(names[:-1])} and {names[-1]}"
     return f"{listed} apart, which may change together as {ratios}."
+
+
+# -- instant by instant ----------------------------------------------------------------
+# For plants that vary over time and records with gaps there is no constant gain.  The
+# gains are those of a Kalman filter for noises of size one, under which errors die out.
+# An instant shows a change of what the next error has in common with its innovation
+# only as far as later outputs show that error.
+
+
+def over_time(A: Matrix, C: Matrix, changes: Matrices, seen: Matrix) -> Matrix:
+    """A square root of what a record shows of the changes, for any start.
+
+    It is measured by what the record would show of them if the start were known.
+
+    What a part of a record shows, the record shows.  So later instants are left out
+    where those before determine every change clearly.
+
+    Parameters
+    ----------
+    A, C : (n, n) and (p, n), or stacks of them, ndarray
+        In units in which their numbers are of like size.
+    changes : dict
+        {"Q", "R", "S"}: stacks (k, ., .), in these units.
+    seen : (N, p) ndarray of bool
+
+    Returns
+    -------
+    (r, k) ndarray
+    """
+    n = A.shape[-1]
+    one = Plant(A, None, C, Q=np.eye(n), R=np.eye(C.shape[-2]), P0=np.eye(n), dt=1.0)
+    rows = TOGETHER
+    while True:
+        shown = _of_rows(one, changes, seen[:rows])
+        if rows >= len(seen) or _clear(shown):
+            return shown
+        rows *= 2
+
+
+def _of_rows(plant: Plant, changes: Matrices, seen: Matrix) -> Matrix:
+    n, count = plant.n, len(changes["Q"])
+    _, unpack = packing(n)
+    first = unpack(np.eye(n * (n + 1) // 2))
+    wide = {k: np.concatenate([np.zeros((len(first), *X.shape[1:])), X])
+            for k, X in changes.items()}  # fmt: skip
+    X = np.concatenate([first, np.zeros((count, n, n))])
+    gains = Filter(plant).run(np.where(seen, 0.0, np.nan)).K
+    later = _later(plant, gains, seen)
+    root = np.zeros((0, len(X)))
+    for k in range(0, len(seen), TOGETHER):
+        here = range(k, min(k + TOGETHER, len(seen)))
+        rows, X = _rows(plant, here, gains, later, seen, wide, X)
+        root = _triangle(np.vstack([root, *rows]))
+    # The start's covariance explains what it can; a record need not show all of it.
+    given = root[:, len(first) :]
+    largest = max(np.linalg.norm(given, 2), 1e-300)
+    of_start, size, _ = np.linalg.svd(root[:, : len(first)], full_matrices=False)
+    of_start = of_start[:, size > RANK_TOL * max(size.max(initial=0.0), largest)]
+    left = outside(given.T, of_start.T).T / largest
+    return np.pad(left, ((0, max(0, count - len(left))), (0, 0)))
+
+
+def _at(plant: Plant, k: int, gains: Matrix, seen: Matrix) -> tuple[Matrix, ...]:
+    """A_L, C and L at a row, of the outputs that are seen there."""
+    at, now = seen[k], plant.at(k + 1)
+    C, L = now.C[at], now.A @ gains[k][:, at]
+    return now.A - L @ C, C, L
+
+
+def _triangle(X: Matrix) -> Matrix:
+    """R of X = Q R."""
+    found: Any = np.linalg.qr(X, mode="r")
+    return np.asarray(found)
+
+
+def _later(plant: Plant, gains: Matrix, seen: Matrix) -> list[Matrix]:
+    """For each row, a square root of what the rows after it show of the next error."""
+    found = [np.zeros((0, plant.n))]
+    for k in range(len(seen) - 1, 0, -1):
+        A_L, C, _ = _at(plant, k, gains, seen)
+        found.append(_triangle(np.vstack([C, found[-1] @ A_L])))
+    return found[::-1]
+
+
+def _rows(
+    plant: Plant, here: range, gains: Matrix, later: list[Matrix], seen: Matrix,
+    wide: Matrices, X: Matrix,
+) -> tuple[list[Matrix], Matrix]:  # fmt: skip
+    """What some rows show of the changes, and how these go on after them."""
+    step, rows = kernels.compiled(change_step, stacks=True), list[Matrix]()
+    for k in here:
+        at, (A_L, C, L) = seen[k], _at(plant, k, gains, seen)
+        found = step(
+            A_L=A_L, C=C, L=L, dQ=wide["Q"],
+            dR=wide["R"][:, at][:, :, at], dS=wide["S"][:, :, at], X=X,
+        )  # fmt: skip
+        for one in (found["dLambda_0"], later[k] @ found["dN_1"]):
+            rows.append(one.reshape(len(X), one[0].size).T)
+        X = found["X_next"]
+    return rows, X
+
+
+def _clear(shown: Matrix) -> bool:
+    """Whether every change is shown, far from rounding."""
+    values = np.linalg.svd(shown, compute_uv=False)
+    return bool(values.min(initial=1.0) > CLEAR)

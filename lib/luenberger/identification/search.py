@@ -9,22 +9,24 @@ import scipy  # its parts load when first used
 
 from ..errors import CertificateError, DesignError
 from ..filtering import likelihood
-from ..numeric import Matrices, Vector
+from ..filtering.pack import Passage
+from ..numeric import Matrices, Matrix, Vector
 from ..plant import Plant
 from ..run.filter import Filter
 from ..run.record import Record
+from .parameters import Unknowns
 from .records import Records
-from .unknowns import Unknowns
 
 STEP = 1e-5  # of a parameter's scale, for its slope
-SLOPE = 1e-7  # of the objective for each reading, at its end
-DONE = 1e-13  # of the objective, that a step may gain at its end
-REACH = 2.0  # logarithms of a deviation, or sizes of a parameter, in one round
-ROUNDS = 12  # of search, each from where the last one ended
+BEND = 1e-3  # the same, for how the slope changes
+SLOPE = 3e-7  # of the objective for each reading, at its end, in units of its curvature
+ROUNDS = 6  # of search, each from where the last one ended
 ENOUGH = 1e-10  # what a round has gained for each reading, that was the last one
 FAR = 1e3  # of the objective, where there is no likelihood
+LEAST = 1e-3  # of an information for each reading: below it there is none to go by
 
 Objective = Callable[[Vector], tuple[float, Vector]]  # value to be least, and slope
+NONE = CertificateError, DesignError, np.linalg.LinAlgError  # where there is no value
 
 
 class Likelihood:
@@ -42,62 +44,77 @@ class Likelihood:
         self.rows = [Record(y, u, "rows").on(plant) for y, u in data]
         self.count = sum(int((~np.isnan(y)).sum()) for y, _ in data)
 
-    def of(self, plant: Plant) -> float:
-        """That of all records together, under a plant."""
+    def plant(self, noises: Matrices, values: Vector, checked: bool = False) -> Plant:
+        """The plant with these Q and R, and these values of parameters."""
+        more = self.unknowns.parameters
+        made = more.plant(values) if more.names else more.template
+        return self.unknowns.plant(noises, made, checked)
+
+    def passed(self, plant: Plant) -> list[list[Passage]]:
+        """What the filter of a plant keeps of each record."""
         run = Filter(plant)
-        each = (likelihood.value(run.passed(one, "values"), plant) for one in self.rows)
-        return float(sum(each))
+        return [run.passed(one, "settled") for one in self.rows]
+
+    def of(self, noises: Matrices, values: Vector) -> float:
+        """That of all records together."""
+        plant = self.plant(noises, values)
+        return sum(likelihood.value(one, plant) for one in self.passed(plant))
 
     def slope(
-        self, plant: Plant, ways: list[Matrices], values: Vector
+        self, noises: Matrices, values: Vector, ways: list[Matrices]
     ) -> tuple[float, Vector]:
-        """The likelihood and how fast it rises: along noises, and parameters' scales.
+        """It, and how fast it rises: along noises, and along the parameters' scales.
 
-        Parameters
-        ----------
-        plant : Plant
-        ways : list of dict
-            For each number of Q and R, {"Q" or "R": how the covariance moves}.
-        values : (k,) ndarray
-            Of the parameters, which this plant has.
+        For each number of Q and R `ways` has {"Q" or "R": how the covariance moves}.
         """
-        run, value, slope = Filter(plant), 0.0, np.zeros(len(ways))
-        for one in self.rows:
-            passed = run.passed(one, "readings")
-            value += likelihood.value(passed, plant)
-            if ways:
-                found = likelihood.score(passed, plant, joint=False)
-                slope += [found.along(way) for way in ways]
-        return value, np.concatenate([slope, self._moved(plant, values)])
-
-    def _moved(self, plant: Plant, values: Vector) -> Vector:
-        """How fast the likelihood rises along each parameter, by differences."""
-        unknowns, found = self.unknowns, []
-        Q, R, _ = plant.at(0).covariances()
-        for step in np.diag(unknowns.parameters.scale * STEP):
-            up, down = (
-                self.of(unknowns.with_noise(Q, R, values + s)) for s in (step, -step)
-            )
-            found.append((up - down) / (2 * STEP))
-        return np.array(found)
+        plant, slope = self.plant(noises, values), np.zeros(len(ways))
+        found = self.passed(plant)
+        for one in found if ways else ():
+            score = likelihood.score(one, plant, joint=False)
+            slope += [score.along(way) for way in ways]
+        steps, more = STEP * np.diag(self.unknowns.parameters.scale), list[float]()
+        for step in steps:
+            up, down = (self.of(noises, values + s) for s in (step, -step))
+            more.append((up - down) / (2 * STEP))
+        total = sum(likelihood.value(one, plant) for one in found)
+        return total, np.concatenate([slope, more])
 
     def per_reading(self, theta: Vector) -> tuple[float, Vector]:
         """The objective of a search, and its slope; infinite where there is none."""
         unknowns = self.unknowns
         try:
             with np.errstate(all="ignore"):
-                plant, (*_, values) = unknowns.plant(theta), unknowns.split(theta)
-                one, slope = self.slope(plant, unknowns.slopes(theta), values)
-        except (CertificateError, DesignError, np.linalg.LinAlgError):
+                given = unknowns.noises(theta), unknowns.split(theta)[2]
+                one, slope = self.slope(*given, unknowns.ways(theta))
+        except NONE:
             return np.inf, np.zeros(len(theta))
         if not np.isfinite(one) or not np.isfinite(slope).all():
             return np.inf, np.zeros(len(theta))
         return -one / self.count, -slope / self.count
 
+    def information(self, theta: Vector, of_noises: Matrix) -> Matrix:
+        """About how much a reading tells of each number of a vector.
+
+        What it tells of the numbers of Q and R is given; of a parameter it is how the
+        likelihood bends.
+        """
+        found, k = np.eye(len(theta)), len(of_noises)
+        found[:k, :k] = of_noises
+        noises, values = self.unknowns.noises(theta), self.unknowns.split(theta)[2]
+        for j, step in enumerate(BEND * np.diag(self.unknowns.parameters.scale), k):
+            try:
+                there = [self.of(noises, values + s * step) for s in (-1, 0, 1)]
+                bend = (2 * there[1] - there[0] - there[2]) / BEND**2 / self.count
+            except NONE:
+                bend = 0.0
+            found[j, j] = max(bend, 1.0) if np.isfinite(bend) else 1.0
+        return found
+
 
 def least(
-    objective: Objective, theta: Vector, report: Callable[[int], object]
-) -> Vector:
+    objective: Objective, theta: Vector, information: Matrix,
+    report: Callable[[int], object],
+) -> Vector:  # fmt: skip
     """Where the objective is least, from a start.
 
     Parameters
@@ -105,28 +122,60 @@ def least(
     objective : callable
         The value, infinite where there is none, and the slope.
     theta : (k,) ndarray
+    information : (k, k) ndarray
+        About the second derivatives of the objective.
     report : callable
         Is told how many evaluations were made.
     """
+    sizes, vectors = np.linalg.eigh(information)
+    unit = vectors / np.sqrt(np.maximum(sizes, LEAST))
     calls, best = 0, (np.inf, theta)
 
-    def counted(theta: Vector) -> tuple[float, Vector]:
+    def counted(move: Vector) -> tuple[float, Vector]:
         nonlocal calls, best
         calls += 1
         report(calls)
-        found = objective(theta)
-        if found[0] < best[0]:
-            best = found[0], theta.copy()
-        return found if np.isfinite(found[0]) else (best[0] + FAR, found[1])
+        at = begin + unit @ move
+        value, slope = objective(at)
+        if value < best[0]:
+            best = value, at
+        return value if np.isfinite(value) else best[0] + FAR, unit.T @ slope
 
-    options = dict(gtol=SLOPE, ftol=DONE, maxcor=30, maxiter=200)
     for _ in range(ROUNDS if len(theta) else 0):
-        before, begin = best[0], best[1]
-        box = np.transpose([begin - REACH, begin + REACH])
+        before, begin = best
         found = scipy.optimize.minimize(
-            counted, begin, jac=True, method="L-BFGS-B", bounds=box, options=options
+            counted, np.zeros(len(theta)), jac=True, options=dict(gtol=SLOPE)
         )
-        inside = np.abs(best[1] - begin).max() < REACH
-        if before - best[0] <= ENOUGH or (found.success and inside):
+        if found.success or before - best[0] <= ENOUGH:
             break
     return best[1]
+
+
+def held(
+    objective: Objective, unknowns: Unknowns, fixed: tuple[Matrices, ...], at: Vector
+) -> Objective:
+    """The objective, with what no record determines kept where the search begins.
+
+    The likelihood is flat along such a direction.  A square of the distance along it
+    has its least value, zero, at the start, and moves nothing that is determined.
+    """
+    begin, pulls = unknowns.noises(at), list[Matrices]()
+    size = {k: np.sqrt(np.where((d := X.diagonal()) > 0, d, 1.0))
+            for k, X in begin.items()}  # fmt: skip
+    for one in fixed:
+        pull = {k: one[k] / size[k] / size[k][:, None] for k in begin}
+        length = np.sqrt(sum((X**2).sum() for X in pull.values()))
+        pulls.append({k: X / size[k] / size[k][:, None] / length
+                      for k, X in pull.items()})  # fmt: skip
+
+    def along(X: Matrices) -> Vector:
+        return np.array([sum((pull[k] * X[k]).sum() for k in X) for pull in pulls])
+
+    def value(theta: Vector) -> tuple[float, Vector]:
+        least, slope = objective(theta)
+        far = along(unknowns.noises(theta)) - along(begin)
+        moves = [along(X) for X in unknowns.ways(theta)]
+        slope[: len(moves)] += np.array(moves) @ far
+        return least + 0.5 * float(far @ far), slope
+
+    return value if fixed else objective

@@ -9,7 +9,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 
-from ..identification.noise_fit import NoiseFit
+from ..identification.fit import NoiseFit
 from ..identification.whiteness import Whiteness, whiteness
 from ..plant import Plant
 from ..run.filter import Filter
