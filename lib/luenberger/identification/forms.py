@@ -61,15 +61,11 @@ class Form:
 
     def matrix(self, theta: Vector) -> Matrix:
         """The covariance at a vector (count,), logarithms of deviations."""
-        if not self.count:
-            return self.known
-        X: Matrix = np.tensordot(variances(theta), self.parts, 1)
+        X: Matrix = self.known + np.tensordot(variances(theta), self.parts, 1)
         return X
 
     def slopes(self, theta: Vector) -> Matrix:
         """(count, k, k): its derivative there."""
-        if not self.count:
-            return np.zeros((0, *self.known.shape))
         X: Matrix = 2 * variances(theta)[:, None, None] * self.parts
         return X
 
@@ -179,7 +175,7 @@ def form_of(
                 f"{letter}=None keeps the plant's {letter}, and it has none; give "
                 f"Plant(..., {letter}=...), or a form: 'full', 'diagonal' or a matrix"
             )
-        return Form(letter, given, unit=unit)
+        return Form(letter, given, (), np.zeros((0, size, size)), unit)
     if callable(wanted):
         q = _positive(letter, start)
         names = tuple(f"{small}[{k}]" for k in range(len(q)))
