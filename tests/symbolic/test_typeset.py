@@ -12,7 +12,7 @@ from luenberger.symbolic import (
     latex,
     text,
 )
-from luenberger.symbolic.letters import latex_name, text_name
+from luenberger.symbolic.names import latex_name, text_name
 
 n, p = sp.symbols("n p", integer=True, positive=True)
 beta, gamma = sp.symbols("beta_0 gamma")

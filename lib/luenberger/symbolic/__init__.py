@@ -72,13 +72,14 @@ from .completion import Limit
 from .constructions import Construction, Counterexample
 from .core import Algebra
 from .derivation import Derivation, holds, title, vanishes
+from .deriving import derive
 from .equivalences import Equation, Iff, Implies
 from .expectations import Expect
 from .explicit import Explicit, Positive
 from .inequalities import AtLeast, AtMost
 from .lines import Cyclic, Line, Substitute
 from .models import NoModel, evaluate, model, refute
-from .notation import Notation
+from .notation import Notation, letters
 from .operators import Differential, Gradient, Transposed
 from .polynomials import Polynomial, Traces
 from .proofs import Proof, Unproved, prove
@@ -127,9 +128,11 @@ __all__ = [
     "Transposed",
     "Unproved",
     "ZeroMatrix",
+    "derive",
     "evaluate",
     "holds",
     "latex",
+    "letters",
     "matrices",
     "model",
     "plus",

@@ -97,6 +97,8 @@ class Chain:
     witness: Values = field(default_factory=dict)
 
     def __post_init__(self):
+        if isinstance(self.lines, Line):
+            raise TypeError("lines are given in a list, also a single one: [Line(...)]")
         object.__setattr__(self, "lines", tuple(self.lines))
         object.__setattr__(self, "witness", kept(self.witness))
         object.__setattr__(self, "symmetric", tuple(self.symmetric))
@@ -104,9 +106,13 @@ class Chain:
         for k, line in enumerate(self.lines, 1):
             if not isinstance(line, Line) or isinstance(line, Implies) != stated:
                 wanted = "Implies or Iff" if stated else "Line"
-                raise TypeError(
-                    f"line {k} of chain ({self.number}) is a {type(line).__name__}; "
+                mend = (
                     f"what begins with {type(self.left).__name__} goes on with {wanted}"
+                )
+                if isinstance(line, list | tuple):
+                    mend = "write its lines one after the other"
+                raise TypeError(
+                    f"line {k} of chain ({self.number}) is a {type(line).__name__}; {mend}"
                 )
         bounded = False
         for k, line in enumerate(self.lines, 1):
@@ -200,15 +206,22 @@ class Chain:
         before = (self.left, *(line.right for line in self.lines))
         constant = hidden([self])[self]
         found = [
-            unfounded(line.cites, self.symmetric)
-            + line.complaints(left, self.symmetric)
-            + line.too_wide()
-            + constant.get(k, [])
+            self._complaints(line, left) + constant.get(k, [])
             for k, (left, line) in enumerate(zip(before, self.lines), 1)
         ]
         if found and not any(found):
             found[-1] += self._without_model()
         return found
+
+    def _complaints(self, line, left):
+        """What is wrong with a line; one that cannot even be read says so."""
+        try:
+            found = unfounded(line.cites, self.symmetric)
+            return found + line.complaints(left, self.symmetric) + line.too_wide()
+        except (TypeError, ValueError) as e:
+            blocks = any(isinstance(r.right, sp.BlockMatrix) for r in line.cites)
+            mend = "; blocks are put in by Substitute" if blocks else ""
+            return [f"cannot be checked: {e}{mend}"]
 
     def _without_model(self):
         """A complaint if what its lines cite cannot all hold at once."""
@@ -227,7 +240,7 @@ class Chain:
             for line, faults in zip(self.lines, self._faults)
         ]
         wide = [max((columns(row[k]) for row in rows), default=0) for k in range(2)]
-        out = [self.title, f"  {start}"]
+        out = [*filter(None, [self.title]), f"  {start}"]
         out += [
             f"    {padded(body, wide[0])}  {padded(reason, wide[1])}  {mark}"
             for body, reason, mark in rows

@@ -9,7 +9,7 @@ from sympy.matrices.expressions.matexpr import MatrixExpr
 from .blocks import Blocks, product
 from .polynomials import Polynomial, Traces
 from .relations import Given, refuse_means
-from .symbols import MatrixSymbol, Own
+from .symbols import MatrixSymbol, Own, Symmetric
 from .words import (
     Formula,
     Letter,
@@ -24,7 +24,7 @@ from .words import (
     text,
 )
 
-KINDS = MatrixSymbol, Own, sp.MatrixSymbol  # of letters
+KINDS = MatrixSymbol, Own, Symmetric, sp.MatrixSymbol  # of letters
 DEEPEST = 300  # rewritings of one word, one inside the other, before we give up
 
 

@@ -6,6 +6,7 @@ functions return the *stage lists* that the kernels compile.
 
 from collections import Counter
 from dataclasses import dataclass, field
+from difflib import get_close_matches
 from functools import cached_property
 from typing import Any
 
@@ -22,6 +23,21 @@ from .relations import Relation, Result
 from .stages import faults
 from .typeset import latex, padded, text
 from .words import Formula, refuse_truth
+
+
+class Steps(dict):
+    """What is proved, by name.
+
+    >>> Steps({"(33) the gain": None})["(33) the gains"]
+    Traceback (most recent call last):
+        ...
+    KeyError: "there is no step '(33) the gains'; near it are '(33) the gain'"
+    """
+
+    def __missing__(self, name):
+        near = get_close_matches(str(name), self, cutoff=0.4) or [*self]
+        said = ", ".join(map(repr, near))
+        raise KeyError(f"there is no step {name!r}; near it are {said}")
 
 
 @dataclass(frozen=True, repr=False)
@@ -63,7 +79,7 @@ class Derivation:
 
     def __post_init__(self):
         found = {title(item): item for item in self._shown}
-        object.__setattr__(self, "steps", {**self.steps, **found})
+        object.__setattr__(self, "steps", Steps({**self.steps, **found}))
         for name, step in self.steps.items():
             refuse_truth(step, f"step {name!r}")
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from string import ascii_letters, digits
 from typing import Any
@@ -9,13 +10,15 @@ from typing import Any
 import sympy as sp
 
 from .chains import Chain
-from .letters import BACK
+from .deriving import Derived
 from .lines import Line
+from .names import BACK
 from .relations import Moment, Relation
-from .symbols import MatrixSymbol
+from .symbols import MatrixSymbol, Symmetric
 from .typeset import text
 from .words import Formula, Size, Values
 
+TERM = r"(\d+|\d*[A-Za-z]\w*)"  # of a size
 KNOWN = frozenset(ascii_letters + digits + "_^*+-#").union(BACK)
 
 
@@ -123,6 +126,56 @@ class Notation:
     ) -> Chain:
         """A chain in these letters."""
         return Chain(number, says, left, lines, self.symmetric, witness or {})
+
+    def derive(self, number: str, says: str, left: Formula) -> Derived:
+        """A derivation in these letters, whose operations find its lines."""
+        return Derived(number, says, left, (), self.symmetric)
+
+
+def letters(declared: str) -> tuple[Any, ...]:
+    """Letters with their sizes, for a cell.
+
+    Parameters
+    ----------
+    declared : str
+        `A:n*m` is a matrix with n rows and m columns, `Q:n*n=` one that equals its
+        transpose, `x:n` a column, `J:n-r*2p` has 2 p columns, and `t` is a number.
+
+    Examples
+    --------
+    >>> from luenberger.symbolic import letters
+    >>> A, Q, x, t = letters("A:n*n Q:n*n= x:n t")
+    >>> A.shape, x.shape, Q.T == Q
+    ((n, n), (n, 1), True)
+    >>> letters("C:p*n=")
+    Traceback (most recent call last):
+        ...
+    luenberger.symbolic.words.ShapeError: C is (p, n), not square: it is not symmetric
+    """
+    taken, found = Notation(), []
+    for item in declared.split():
+        name, _, sizes = item.partition(":")
+        if not sizes:
+            found.append(taken.scalar(name, item, real=True))
+            continue
+        shape = [size(part, item) for part in sizes.rstrip("=").split("*")]
+        if len(shape) > 2:
+            raise ValueError(f"{item!r} has {len(shape)} sizes: write {name}:n*m")
+        shape += [sp.S.One] * (2 - len(shape))
+        made = Symmetric if item.endswith("=") else MatrixSymbol
+        found.append(taken._new(made(name, *shape), item))
+    return tuple(found)
+
+
+def size(part, item):
+    """A number of rows or columns, as `3`, `2n` or `n-r`."""
+    if not re.fullmatch(TERM + f"([+-]{TERM})*", part):
+        raise ValueError(f"{part!r} in {item!r} is no size: write A:n*m")
+    total = 0
+    for sign, number, name in re.findall(r"([+-]?)(\d*)([A-Za-z]\w*)?", part):
+        term = sp.Symbol(name, integer=True, positive=True) if name else 1
+        total += sp.Integer(f"{sign}{number or int(bool(name))}") * term
+    return total
 
 
 def kind(symbol):

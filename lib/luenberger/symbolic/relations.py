@@ -121,6 +121,12 @@ def named(given):
     TypeError
         Something is neither a relation nor a pair.
     """
+    if isinstance(given, Relation) or hasattr(given, "relation"):
+        (one,) = named([given])
+        raise TypeError(
+            f"{one.name} is one relation where several are meant: write (relation,), "
+            "with a comma"
+        )
     return tuple(_named(item) for item in given)
 
 
@@ -129,6 +135,11 @@ def _named(item):
         return item
     if hasattr(item, "relation"):  # a chain
         return item.relation
+    if isinstance(item, list | tuple) and any(isinstance(x, Relation) for x in item):
+        raise TypeError(
+            f"a {type(item).__name__} of relations stands where one is meant: write "
+            "them one after the other"
+        )
     try:
         left, right = item
     except (TypeError, ValueError):

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import sympy as sp
 
-from .letters import HIGH, latex_name, text_name
+from .names import HIGH, latex_name, text_name
 
 
 def apart(rows):

@@ -108,6 +108,18 @@ class MatrixSymbol(Operators, sp.MatrixSymbol):
     """
 
 
+class Symmetric(MatrixSymbol):
+    """A letter that equals its transpose."""
+
+    def __new__(cls, name, n, m):
+        _square(sp.MatrixSymbol(name, n, m), "it is not symmetric")
+        return super().__new__(cls, name, n, m)
+
+    @property
+    def T(self) -> Symmetric:
+        return self
+
+
 class Own(MatrixSymbol):
     """A letter that an algebra makes: equal to none of yours, whatever it is called."""
 

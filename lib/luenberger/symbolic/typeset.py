@@ -14,7 +14,7 @@ import sympy as sp
 from sympy.core.function import AppliedUndef
 from sympy.matrices.expressions.matexpr import MatrixExpr
 
-from .letters import latex_name
+from .names import latex_name
 from .styles import LATEX, TEXT, slashed
 from .words import Formula
 

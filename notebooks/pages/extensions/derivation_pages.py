@@ -12,7 +12,7 @@ from sphinx.util.docutils import SphinxDirective
 
 from luenberger import ledger
 from luenberger.ledger import evidence
-from luenberger.symbolic.letters import GREEK
+from luenberger.symbolic.names import GREEK
 from luenberger.symbolic.prose import as_latex
 
 LONGEST = 420  # characters of LaTeX; a longer claim is named, not shown
