@@ -13,6 +13,7 @@ import pytest
 
 import luenberger as lb
 from luenberger.filtering import digits
+from luenberger.run import live
 
 MIX = np.array([[1, 1, 0], [1, 2, 1], [0, 1, 2.0]])  # its inverse is of integers, too
 REFUSED = "too few digits are left from instant"
@@ -175,3 +176,48 @@ def test_other_filters_refuse_such_records(kind):
         time = np.arange(27) ** 1.01
     assert "from instant 4 on" in refusal(plant, lb.Record(record(20), time=time),
                                           **options)  # fmt: skip
+
+
+def measured(plant, y):
+    """What a filter at work says of the first row that it refuses, or None."""
+    now = lb.Filter(plant).live(horizon=1)
+    for row in y:
+        try:
+            now.measure(row)
+        except lb.DesignError as error:
+            assert REFUSED in str(error)
+            return str(error)
+        now.advance()
+    return None
+
+
+def test_a_filter_at_work_refuses_as_the_record(monkeypatch):
+    monkeypatch.setattr(live, "ROOM", 2)  # rows are moved to the front often
+    for C in ((1, 0, 0),), ((1, -1, 0),):
+        assert measured(plant_of(C=C), record(20)) == refusal(plant_of(C=C), record(20))
+    for seed in [*range(40), *HARD]:
+        plant, y = drawn(seed)
+        try:
+            lb.Filter(plant).run(y)
+            assert measured(plant, y) is None
+        except lb.DesignError:
+            assert measured(plant, y)
+
+
+def test_a_gap_ends_where_its_readings_arrive():
+    plant, y = plant_of(), record(20)
+    came = np.where(np.isnan(y), 1.0, y)
+    now = lb.Filter(plant).live(horizon=3)
+    for k, row in enumerate(y):
+        now.measure(row)
+        if k >= 3 and np.isnan(y[k - 3, 0]):
+            x, sigma = now.arrived(0, 3, 1.0)
+        now.advance()
+    found = lb.Filter(plant).run(came)
+    np.testing.assert_array_equal(x, found.x[25])
+    now = lb.Filter(plant).live(horizon=20)
+    with pytest.raises(lb.DesignError, match="from instant 14 on"):
+        for row in y:
+            now.measure(row)
+            now.advance()
+    assert now.instant == 13

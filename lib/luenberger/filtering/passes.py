@@ -373,6 +373,20 @@ def taken(tape, t, state):
 
 
 @Text
+def resumed(y, drive, at, maps, state, xs, variances, tape, first, stop):
+    """`forward` over the rows from `first` until `stop`, behind those on the tape."""
+    taken(tape, first - 1, state)
+    part = Tape(
+        tape.ahead, tape.z[first:stop], tape.V[first:stop], tape.D[first:stop],
+        tape.K[first:stop], tape.pivot[first:stop], tape.nu[first:stop],
+    )  # fmt: skip
+    return forward(
+        y[first:stop], drive[first:stop], at[first - 1 : stop], maps, state,
+        xs[first:stop], variances[first:stop], part,
+    )  # fmt: skip
+
+
+@Text
 def replay(y, drive, at, first, known, since, span, maps, state, xs, variances, tape,
            oldest, before):  # fmt: skip
     """Filter rows, and again from the oldest whose readings have just become known.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from math import isfinite, isinf
 from typing import Any
 
@@ -9,11 +10,12 @@ import numpy as np
 
 from ..at_work import Turns
 from ..errors import DesignError, few, short
+from ..filtering import digits
 from ..filtering.maps import Settings
 from ..filtering.pack import begin, blank, driven, fed, less, loops, refuse, times
-from ..filtering.passes import Maps, Tape
+from ..filtering.passes import TINY, Maps
 from ..formats import dataframes
-from ..numeric import Vector
+from ..numeric import Matrix, Vector
 from ..plant import Plant
 from . import chunks
 from .clock import require_instants
@@ -57,11 +59,16 @@ class LiveFilter(Turns):
         self._known: dict[bytes, Any] = {}  # of a plant that does not change
         self._at = np.arange(size)
         self._row = 0  # of the last instant; row 0 is instant 0
+        self._begun, self._least = np.zeros(size, dtype=np.int64), np.zeros((size, n))
+        self._always = bool(settings.unseen_growth)
         self._tell(0)
         if plant.at_first:
             self._at[0] = -1
-        self._ready = [self._given(slice(k, k + 1)) for k in range(size)]
-        self._forward, self._taken = loops("forward", n), loops("taken", n)
+        self._all = (
+            self._mixed, self._drive, self._at, self._maps, self._state, self._x,
+            self._variances, tape,
+        )  # fmt: skip
+        self._resumed = loops("resumed", n)
 
     def measure(self, y: Any, u: Any = None) -> tuple[Vector, Vector]:
         """The estimate and its sigma, with the readings of the next instant.
@@ -82,8 +89,9 @@ class LiveFilter(Turns):
         ValueError
             If the last instant was not advanced, or sizes disagree.
         DesignError
-            If a reading contradicts what is known exactly.  The instant is as if it
-            had not been measured.
+            If a reading contradicts what is known exactly, or an unstable mode has
+            grown so far in a gap that digits are lost, as `Filter.run` says it.  The
+            instant is as if it had not been measured.
         """
         u, plant = self._next(u), self._plant
         y = np.asarray(y, dtype=float)
@@ -113,10 +121,9 @@ class LiveFilter(Turns):
         self._row, self.instant = k, self.instant + 1
         self._tell(k)
         try:
-            found = self._run(k, self._ready[k])
+            found = self._run(k)
         except DesignError:
             self._row, self.instant = k - 1, self.instant - 1
-            self._taken(self._tape, k - 1, self._state)
             raise
         self._done(u)
         return found
@@ -172,8 +179,10 @@ class LiveFilter(Turns):
                 "there before; a reading is handed in once"
             )
         try:
-            reading = less(np.array([float(value)]), self._lift[k, j : j + 1])[0]
-            return self._again(k, j, reading)
+            lift = float(self._lift[k, j])
+            reading = value - lift
+            near = abs(reading) <= TINY * (abs(value) + abs(lift))
+            return self._again(k, j, 0.0 if near else reading)
         except DesignError:
             self._again(k, j, np.nan)
             raise
@@ -182,26 +191,45 @@ class LiveFilter(Turns):
         """Filter again from row k, with a reading of output j."""
         self._y[k, j] = reading
         self._tell(k)
-        self._taken(self._tape, k - 1, self._state)
-        return self._run(k, self._given(slice(k, self._row + 1)))
+        return self._run(k)
 
-    def _run(self, k: int, given: Any) -> tuple[Vector, Vector]:
+    def _run(self, k: int) -> tuple[Vector, Vector]:
         """Filter the rows from k on."""
-        clash = self._forward(*given)
+        clash = self._resumed(*self._all, k, self._row + 1)
         if clash >= 0:
             row, j = divmod(int(clash), self._plant.p)
             seen, instant = ~np.isnan(self._y[k + row]), self.instant - self._row + k
             refuse(self._settings, instant + row, j, seen)
+        lacking = any(self._found[i][2] for i in range(k, self._row + 1))
+        if lacking or self._always or self._begun[k - 1]:
+            self._follow(k)
+        else:
+            self._begun[k : self._row + 1] = 0
         return self._x[self._row].copy(), np.sqrt(self._variances[self._row])
 
-    def _given(self, rows: slice) -> tuple[Any, ...]:
-        """Some rows as `passes.forward` takes them."""
-        tape = Tape(self._tape.ahead, *(X[rows] for X in self._tape[1:]))
-        at = self._at[max(rows.start - 1, 0) : rows.stop]
-        return (
-            self._mixed[rows], self._drive[rows], at, self._maps, self._state,
-            self._x[rows], self._variances[rows], tape,
-        )  # fmt: skip
+    def _follow(self, k: int) -> None:
+        """Refuse a gap, in the rows from k on, in which digits are lost."""
+        before = self.instant - self._row
+        while k <= self._row:
+            rows, held = slice(k, self._row + 1), slice(k - 1, self._row + 1)
+            gaps = self._begun[held], self._least[held]
+            y, v = self._y[rows], self._variances[rows]
+            t = digits.along(y, self._always, v, before + k, *gaps)
+            if t < 0:
+                return
+            k += t
+            gap = digits.Gap(int(self._begun[k - 1]), self._least[k - 1])
+            found = digits.followed(
+                self._settings, gap, y[t : t + 1], v[t : t + 1], before + k,
+                partial(self._covariance, k),
+            )  # fmt: skip
+            self._begun[k], self._least[k] = found
+            k += 1
+
+    def _covariance(self, k: int, _: int) -> Matrix:
+        """That of the plant's states in row k."""
+        V = self._tape.V[k, :, : self._plant.n]
+        return (V.T * self._tape.D[k]) @ V
 
     def _tell(self, k: int) -> None:
         """The maps of row k, and its readings in their terms."""
@@ -210,7 +238,8 @@ class LiveFilter(Turns):
         key = seen.tobytes()
         if self._varies or key not in self._known:
             maps, L = self._settings.at(self.instant - self._row + k, seen)
-            self._known[key] = maps, None if L is self._settings.as_is else L
+            mix = None if L is self._settings.as_is else L
+            self._known[key] = maps, mix, not seen.all()
         found = self._known[key]
         if found is not self._found[k]:
             self._found[k] = found
@@ -226,7 +255,8 @@ class LiveFilter(Turns):
         """Take the last rows to the front."""
         keep = self._horizon + 1
         stacks = self._y, self._lift, self._mixed, self._drive, self._x, self._variances
-        for X in (*stacks, *self._maps, *self._tape[1:]):
+        gaps = self._begun, self._least
+        for X in (*stacks, *gaps, *self._maps, *self._tape[1:]):
             X[:keep] = X[-keep:]
         self._found[:keep] = self._found[-keep:]
         self._at[0], self._row = 0, keep - 1
