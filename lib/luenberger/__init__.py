@@ -29,10 +29,10 @@ from .compare.sweep import Sweep as Sweep
 from .compare.sweep import sweep as sweep
 from .errors import CertificateError as CertificateError
 from .errors import DesignError as DesignError
+from .identification.fit import NoiseFit as NoiseFit
 from .identification.fit import fit_noise as fit_noise
 from .identification.identifiability import Identifiability as Identifiability
 from .identification.identifiability import identifiability as identifiability
-from .identification.fit import NoiseFit as NoiseFit
 from .identification.whiteness import Whiteness as Whiteness
 from .identification.whiteness import whiteness as whiteness
 from .numeric.staircase_form import Staircase as Staircase

@@ -11,13 +11,14 @@ import numpy as np
 
 from ..arguments import expect
 from ..errors import DesignError, short
-from ..filtering.likelihood import normalised
+from ..filtering.likelihood import normalised, value
 from ..numeric import Matrix
 from ..numeric.detectability import require_detectable
 from ..numeric.validation import matrix
 from ..plant import Plant
 from ..recursion.settings import require_noise
 from ..run.executor import Progress, reporting
+from ..run.filter import Filter
 from . import records as recorded
 from .autocovariance import start_of
 from .identifiability import identifiability
@@ -80,8 +81,8 @@ class NoiseFit:
             X, error = getattr(self.plant, letter), self.standard_errors[letter]
             for i, j in zip(*np.triu_indices(len(X)), strict=True):
                 out.append(_line(f"{letter}[{i},{j}]", X[i, j], error[i, j]))
-        for name, value in self.parameters.items():
-            out.append(_line(name, value, self.standard_errors[name]))
+        for name, found in self.parameters.items():
+            out.append(_line(name, found, self.standard_errors[name]))
         return [*out, f"log-likelihood {self.log_likelihood:.2f}"]
 
     def __repr__(self) -> str:
@@ -223,7 +224,8 @@ def fit_noise(
         )
     recorded.require_enough(plant, data, told.determined + len(more.names))
     found = start_of(first, data, Q, R, S, begin, more, alone)
-    likelihood, theta = Likelihood(found.unknowns, data), found.theta
+    theta = found.theta
+    likelihood = Likelihood(found.unknowns, data, theta)
     if alone:
         if found.squares is None or more.names:
             raise DesignError(
@@ -232,8 +234,6 @@ def fit_noise(
                 "method='likelihood'"
             )
         return _found(likelihood, found.squares, found.spread)
-    # refuses an S that is too large
-    found.unknowns.plant(found.unknowns.noises(theta), first)
     with reporting(progress, BUDGET, "pass") as report:
         objective = held(likelihood.per_reading, found.unknowns, told.directions, theta)
         information = likelihood.information(theta, found.information)
@@ -314,18 +314,17 @@ def _found(
         noises = noises | {name: faces[name].X}
     sentences = [said for one in faces.values() for said in one.sentences]
     if sentences and not alone:
-        spread, best = spread_of(unknowns, theta, likelihood, noises)
-    elif sentences:
-        best = likelihood.of(noises, values)
+        spread = spread_of(unknowns, theta, likelihood, noises)[0]
     plant = likelihood.plant(noises, values, checked=True)
-    passed = likelihood.passed(plant)
+    passed = [Filter(plant).passed(rows, "values") for rows in likelihood.rows]
     left = [normalised(one) for one in passed]
     gap = np.full((1, plant.p), np.nan)  # between two records
     joined = np.concatenate([part for one in left for part in (one, gap)][:-1])
     beyond = max(unknowns.count - plant.p * (plant.p + 1) // 2, 0)
     named = dict(zip(unknowns.parameters.names, values.tolist()))
     return NoiseFit(
-        plant, best, faces["Q"].values | faces["R"].values | named,
+        plant, sum(value(one, plant) for one in passed),
+        faces["Q"].values | faces["R"].values | named,
         errors(unknowns, theta, spread, faces), sentences,
         left[0] if len(left) == 1 else left, whiteness(joined, beyond),
     )  # fmt: skip

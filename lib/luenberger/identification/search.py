@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import scipy  # its parts load when first used
@@ -10,11 +11,12 @@ import scipy  # its parts load when first used
 from ..errors import CertificateError, DesignError
 from ..filtering import likelihood
 from ..filtering.pack import Passage
+from ..filtering.unknown import units
 from ..numeric import Matrices, Matrix, Vector
 from ..plant import Plant
 from ..run.filter import Filter
 from ..run.record import Record
-from .parameters import Unknowns
+from .parameters import Unknowns, changed
 from .records import Records
 
 STEP = 1e-5  # of a parameter's scale, for its slope
@@ -23,6 +25,8 @@ SLOPE = 3e-7  # of the objective for each reading, at its end, in units of its c
 ROUNDS = 6  # of search, each from where the last one ended
 ENOUGH = 1e-10  # what a round has gained for each reading, that was the last one
 FAR = 1e3  # of the objective, where there is no likelihood
+FIRST = 64  # rows that have to tell a start
+WIDE = 1e8  # of what they leave of it, as a variance
 LEAST = 1e-3  # of an information for each reading: below it there is none to go by
 
 Objective = Callable[[Vector], tuple[float, Vector]]  # value to be least, and slope
@@ -32,17 +36,24 @@ NONE = CertificateError, DesignError, np.linalg.LinAlgError  # where there is no
 class Likelihood:
     """The likelihood of records and its slope, at one vector after another.
 
+    A start of which nothing is known is one of large variance here: 1e8 times what the
+    first rows leave, about where they put it.  It moves the greatest value by 1e-8 of
+    its errors, and the likelihood by a constant; exact ones take a hundred times as
+    long for each row of the start.
+
     Attributes
     ----------
     count : int
         How many numbers were measured.
     """
 
-    def __init__(self, unknowns: Unknowns, data: Records) -> None:
+    def __init__(self, unknowns: Unknowns, data: Records, theta: Vector) -> None:
         self.unknowns = unknowns
         plant = unknowns.parameters.template
         self.rows = [Record(y, u, "rows").on(plant) for y, u in data]
         self.count = sum(int((~np.isnan(y)).sum()) for y, _ in data)
+        known = unknowns.plant(unknowns.noises(theta), plant)
+        self.starts = [_wide(known, *one) for one in data]
 
     def plant(self, noises: Matrices, values: Vector, checked: bool = False) -> Plant:
         """The plant with these Q and R, and these values of parameters."""
@@ -50,15 +61,16 @@ class Likelihood:
         made = more.plant(values) if more.names else more.template
         return self.unknowns.plant(noises, made, checked)
 
-    def passed(self, plant: Plant) -> list[list[Passage]]:
-        """What the filter of a plant keeps of each record."""
-        run = Filter(plant)
-        return [run.passed(one, "settled") for one in self.rows]
+    def passed(self, plant: Plant) -> list[tuple[list[Passage], Plant]]:
+        """What a filter keeps of each record, and the plant as it starts."""
+        plants = [changed(plant, **start) for start in self.starts]
+        return [(Filter(one).passed(rows, "settled"), one)
+                for rows, one in zip(self.rows, plants)]  # fmt: skip
 
     def of(self, noises: Matrices, values: Vector) -> float:
         """That of all records together."""
-        plant = self.plant(noises, values)
-        return sum(likelihood.value(one, plant) for one in self.passed(plant))
+        found = self.passed(self.plant(noises, values))
+        return sum(likelihood.value(*one) for one in found)
 
     def slope(
         self, noises: Matrices, values: Vector, ways: list[Matrices]
@@ -67,16 +79,15 @@ class Likelihood:
 
         For each number of Q and R `ways` has {"Q" or "R": how the covariance moves}.
         """
-        plant, slope = self.plant(noises, values), np.zeros(len(ways))
-        found = self.passed(plant)
+        found, slope = self.passed(self.plant(noises, values)), np.zeros(len(ways))
         for one in found if ways else ():
-            score = likelihood.score(one, plant, joint=False)
+            score = likelihood.score(*one, joint=False)
             slope += [score.along(way) for way in ways]
         steps, more = STEP * np.diag(self.unknowns.parameters.scale), list[float]()
         for step in steps:
             up, down = (self.of(noises, values + s) for s in (step, -step))
             more.append((up - down) / (2 * STEP))
-        total = sum(likelihood.value(one, plant) for one in found)
+        total = sum(likelihood.value(*one) for one in found)
         return total, np.concatenate([slope, more])
 
     def per_reading(self, theta: Vector) -> tuple[float, Vector]:
@@ -109,6 +120,25 @@ class Likelihood:
                 bend = 0.0
             found[j, j] = max(bend, 1.0) if np.isfinite(bend) else 1.0
         return found
+
+
+def _wide(plant: Plant, y: Matrix, u: Matrix) -> dict[str, Any]:
+    """A start so wide that the record alone tells it, if its first rows do."""
+    if plant.P0 is not None:
+        return {}
+    unit, rows = units(plant), slice(0, FIRST)
+    widest = 1e6 * (np.nanmax(np.abs(y)) * unit) ** 2
+    start = dict(at_first=True, x0=np.zeros(plant.n), P0=np.diag(widest))
+    try:
+        run = Filter(changed(plant, **start))
+        found = run.smooth(Record(y[rows], u[rows], "rows"))
+    except NONE:
+        return {}
+    told = found.std[0] ** 2
+    if not (told < 1e-3 * widest).all():
+        return {}
+    told = told + 1e-4 * (told / unit**2).max() * unit**2
+    return start | dict(x0=found.x[0], P0=np.diag(WIDE * told))
 
 
 def least(
