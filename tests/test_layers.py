@@ -38,7 +38,7 @@ INSIDE_A_FUNCTION = {
     "formats": {"pandas", "pyarrow"},
     "run": {"tqdm"},
     "filtering": {"numba"},
-    "kernels": {"numba", "llvmlite"},
+    "kernels": {"numba"},
     "ledger": {"latex2mathml"},
     "show": {"matplotlib"},
     "report": {"nbclient", "nbconvert", "nbformat", "latex2mathml"},

@@ -41,7 +41,7 @@ PLACES = {
              PYTHONUNBUFFERED="1", PYTHONHASHSEED="1"),
     ),
     "a machine of others": (
-        ["kernels/test_cache.py::test_the_second_time_nothing_is_compiled",
+        ["kernels/test_kept.py::test_the_second_time_nothing_is_compiled",
          "commands/test_estimate.py::test_many_pieces_are_one_record",
          "formats/test_atomic.py::test_a_signal_between_renames_waits_for_the_last"],
         dict(ignored=["SIGTERM"], umask=0, reverse=True),

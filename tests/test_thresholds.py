@@ -20,7 +20,7 @@ from luenberger.papers.moore import refusals
 from luenberger.papers.poles import arranged
 from luenberger.papers.van_dooren import design
 from luenberger.recursion import excitation
-from luenberger.recursion.settings import Settings
+from luenberger.recursion.settings import setting
 
 mean_square = importlib.import_module("luenberger.analysis.mean_square")
 steady_gain = importlib.import_module("luenberger.recursion.steady_gain")
@@ -213,7 +213,7 @@ def test_a_steady_state_starts_from_a_covariance(below, taken, size, monkeypatch
     plant = lb.Plant(
         np.eye(2) / 2, None, np.eye(2), dt=1.0, Q=size * np.eye(2), R=size * np.eye(2)
     )
-    start = steady_gain._start(Settings(plant, 0).at(0))
+    start = steady_gain._start(setting(plant))
     np.testing.assert_array_equal(start, Omega if taken else 4 * size * np.eye(2))
 
 
@@ -221,6 +221,6 @@ def test_what_cancels_in_the_decorrelated_plant_is_judged_by_its_terms():
     """A - J C is rounding here; what it is the difference of is not."""
     Q, S, R = [[0.09]], [[0.03]], [[0.01]]
     plant = lb.Plant([[0.3]], None, [[0.1]], dt=1.0, Q=Q, R=R, S=S)
-    move = Settings(plant, 0).at(0).move
+    move = setting(plant).move
     assert abs(move.A[0, 0]) < 1e-15
     assert move.size[0, 0] == pytest.approx(0.6, rel=1e-12)

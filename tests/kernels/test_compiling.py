@@ -62,7 +62,7 @@ def backend(request, monkeypatch):
     if request.param == "c" and GCC is None:
         pytest.skip("there is no C compiler")
     if request.param == "python":
-        monkeypatch.setattr(compiling, "runs_compiled", lambda *_: True)
+        monkeypatch.setattr(compiling, "find_spec", lambda _: True)
         monkeypatch.setattr(compiling, "jitted", as_python)
     return {"python": "numba"}.get(request.param, request.param)
 

@@ -8,7 +8,7 @@ from generators import rational
 
 import luenberger as lb
 from luenberger.numeric import detectability, linalg
-from luenberger.recursion.settings import positive_weight
+from luenberger.recursion.weight import positive_weight
 
 TURN = np.array([[0.6, -0.8], [0.8, 0.6]])
 

@@ -6,7 +6,7 @@ import scipy.linalg
 
 import luenberger as lb
 from luenberger.recursion import best_constant_gain, steady_gain
-from luenberger.recursion.settings import Settings
+from luenberger.recursion.settings import setting
 
 
 def correlated():
@@ -72,7 +72,7 @@ def test_strength_of_all_noise_does_not_end_the_recursion(size):
     plain = correlated()
     other = lb.Plant(plain.A, None, plain.C, dt=1.0, Q=size * plain.Q, R=size * plain.R,
                      S=size * plain.S)  # fmt: skip
-    one, two = (Settings(plant, 1).at(0) for plant in (plain, other))
+    one, two = (setting(plant, [0]) for plant in (plain, other))
     start = np.eye(3)
     found = (
         steady_gain._recur(one, start, 60),

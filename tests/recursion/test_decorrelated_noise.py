@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import luenberger as lb
-from luenberger.recursion.settings import Settings
+from luenberger.recursion.settings import setting
 
 CASES = [(g, r) for g in (0.1, 0.3, -0.7) for r in (0.1, 0.3, 1.7, 2.3)]
 
@@ -27,7 +27,7 @@ def test_rounding_has_both_signs_here():
 
 @pytest.mark.parametrize(("g", "r"), CASES)
 def test_nothing_unknown_drives_the_state(g, r):
-    now = Settings(plant(g, r, 0.5), 0).at(0)
+    now = setting(plant(g, r, 0.5))
     assert now.Qs[0, 0] == 0 and now.Q[0, 0] == g * g * r
     assert now.As[0, 0] == pytest.approx(0.5) and now.J[0, 0] == pytest.approx(g)
 
@@ -45,5 +45,5 @@ def test_what_is_left_of_the_noise_counts_beside_the_noise(part, counts):
     g, r = 0.5, 2.0
     one = lb.Plant([[0.9]], None, [[1]], dt=1.0, Q=[[g * g * r * (1 + part)]], R=[[r]],
                    S=[[g * r]])  # fmt: skip
-    left = Settings(one, 0).at(0).Qs[0, 0]
+    left = setting(one).Qs[0, 0]
     assert left == (pytest.approx(part * g * g * r, rel=0.1, abs=0) if counts else 0)

@@ -12,7 +12,7 @@ import luenberger as lb
 from luenberger import kernels
 from luenberger.papers.leondes_novak.derivation import gain_step, steady_gradient
 from luenberger.recursion import best_constant_gain, excitation, steady_gain
-from luenberger.recursion.settings import Setting, Settings
+from luenberger.recursion.settings import Setting, setting
 
 
 def plants():
@@ -32,7 +32,7 @@ CASES = [
 
 @pytest.mark.parametrize("plant, m1", CASES)
 def test_fixed_point_to_rounding(plant, m1):
-    now = Settings(plant, m1).at(0)
+    now = setting(plant, range(m1))
     observer = lb.reduced_order_filter(plant, m1)
     Sigma = lb.error_covariance(observer, plant)
     new = kernels.compiled(gain_step)(
@@ -66,7 +66,7 @@ def test_large_plant_takes_the_iterative_path():
     n = steady_gain.DENSE_LIMIT + 4
     plant = generators.plant(np.random.default_rng(4), n, 3, cross=False)
     observer = lb.reduced_order_filter(plant, 2)
-    now = Settings(plant, 2).at(0)
+    now = setting(plant, [0, 1])
     Sigma = lb.error_covariance(observer, plant)
     new = steady_gain.step_from(now, Sigma)
     gap = np.abs(new["Sigma_next"] - Sigma).max()
@@ -130,7 +130,7 @@ def test_best_constant_gain_is_lower_and_nothing_near_is_lower_still(weight):
     best = lb.reduced_order_filter(plant, 1, weight=weight, horizon="steady")
     least = steady_trace(plant, best, weight)
     assert least < 0.98 * steady_trace(plant, step, weight)
-    now = Settings(plant, 1, weight).at(0)
+    now = setting(plant, [0], weight)
     rng = np.random.default_rng(1)
     for size in (1e-4, 1e-2, 1e-1):
         for _ in range(20):
@@ -142,7 +142,7 @@ def test_best_constant_gain_is_lower_and_nothing_near_is_lower_still(weight):
 
 
 def test_gradient_of_the_steady_trace_by_finite_differences():
-    now = Settings(greedy_case(), 1).at(0)
+    now = setting(greedy_case(), [0])
     W = np.diag([1.0, 2.0, 0.5])
     K = steady_gain.steady_gain(now, (0,)) + 0.05 * now.Phat @ np.ones((2, 2))
     _, (Sigma, Phi) = steady_gain.steady_cost(now, K, W)
@@ -166,7 +166,7 @@ def test_gradient_of_the_steady_trace_by_finite_differences():
 def test_stationary_gain_is_the_stepwise_gain_with_weight_lambda():
     plant = greedy_case()
     best = lb.reduced_order_filter(plant, 1, horizon="steady")
-    now = Settings(plant, 1).at(0)
+    now = setting(plant, [0])
     Phi = (np.eye(3) - best.V @ now.C) @ now.As
     Lambda = scipy.linalg.solve_discrete_lyapunov(Phi.T, np.eye(3))
     again = lb.reduced_order_filter(plant, 1, weight=Lambda)
@@ -265,7 +265,7 @@ def test_slow_but_forgetting_filter_is_not_refused():
 def test_units_of_an_output_play_no_part_in_what_is_lost(noise, unit):
     """x+ = x + w and y = unit x + v: without w the filter's pole is on the circle."""
     plant = lb.Plant([[1]], None, [[unit]], dt=1.0, Q=[[noise]], R=[[unit**2]])
-    now, K = Settings(plant, 0).at(0), np.array([[0.001 / unit]])
+    now, K = setting(plant), np.array([[0.001 / unit]])
     if noise:
         assert excitation.require_excited(now, K) is None
     else:
@@ -279,14 +279,14 @@ def test_the_recursion_stops_where_it_has_settled(monkeypatch, off, steps):
     plant = lb.Plant([[0.5]], None, [[1]], dt=1.0, Q=[[0.4375]], R=[[0.5]])
     taken, step = [], Setting.step
     monkeypatch.setattr(Setting, "step", lambda *given: taken.append(1) or step(*given))
-    Sigma = steady_gain._recur(Settings(plant, 0).at(0), np.eye(1) * (0.25 + off), 99)
+    Sigma = steady_gain._recur(setting(plant), np.eye(1) * (0.25 + off), 99)
     assert Sigma[0, 0] == pytest.approx(0.25, rel=1e-9) and len(taken) <= steps + 1
 
 
 def test_no_singular_value_of_the_pencil_is_steeper_than_its_slope():
     A = np.diag([10.0, 0.5])
     plant = lb.Plant(A, None, [[1, 1]], dt=1.0, Q=np.eye(2), R=[[1]])
-    pencil, slope = excitation._pencil(Settings(plant, 0).at(0))
+    pencil, slope = excitation._pencil(setting(plant))
     one, other = (np.linalg.svd(pencil(a), compute_uv=False) for a in (0.7, 0.7001))
     assert slope == 0.1 and (np.abs(one - other) <= slope * 0.0001).all()
 

@@ -11,7 +11,7 @@ import pytest
 
 import luenberger as lb
 from luenberger.recursion import units
-from luenberger.recursion.settings import Settings
+from luenberger.recursion.settings import setting
 
 
 def in_units(plant, states, outputs):
@@ -238,7 +238,7 @@ def test_a_setting_in_other_units_is_that_of_the_plant_in_them():
     )  # fmt: skip
     states, outputs = np.array([8.0, 0.5]), np.array([2.0, 16])
     moved = in_units(plant, 1 / states, 1 / outputs)
-    now, wanted = (Settings(one, (0,)).at(0) for one in (plant, moved))
+    now, wanted = (setting(one, [0]) for one in (plant, moved))
     found = units.in_units(now, states, outputs)
     for name in ("A", "C", "Q", "R", "J", "V", "deviation", "As", "Qs", "Gamma"):
         np.testing.assert_array_equal(getattr(found, name), getattr(wanted, name), name)

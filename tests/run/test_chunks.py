@@ -7,27 +7,14 @@ from dataclasses import replace
 import generators
 import numpy as np
 import pytest
-from as_python import as_python
-from generators import holes
-from in_full import in_full
 
 import luenberger as lb
-from luenberger.recursion import filter_pass, filter_stacks
-from luenberger.recursion import settings as settings_module
-from luenberger.recursion.state import start
 
 PLANT = generators.plant(np.random.default_rng(3), 3, 2, m=1)
 OBSERVERS = {
     "constant": lb.reduced_order_filter(PLANT, 1),
     "over steps": lb.reduced_order_filter(PLANT, 1, steps=60),
 }
-
-
-@pytest.fixture(params=["numpy", "numba"])
-def backend(request):
-    if request.param == "numba":
-        pytest.importorskip("numba", reason="numba is an optional extra")
-    return request.param
 
 
 def parts(array, sizes):
@@ -48,25 +35,6 @@ def test_estimates_of_chunks_are_those_of_the_whole(kind, sizes):
     chunks = list(chunks)
     assert [len(chunk) for chunk in chunks] == list(sizes)
     np.testing.assert_allclose(np.concatenate(chunks), whole, rtol=0, atol=1e-13)
-
-
-def test_a_state_that_was_kept_can_be_gone_on_from_again(backend):
-    """No row changes the state that it starts from: what follows has the same bits."""
-    rng = np.random.default_rng(4)
-    perfect = replace(PLANT, R=np.diag([0.0, 1]), S=None, P0=np.diag([1.0, 0, 0]))
-    for plant, m1 in ((PLANT, int(backend == "numpy")), (perfect, 0)):
-        y, u, u0 = generators.record(rng, plant, 60)
-        y[20:50] = holes(rng, y[20:50])
-        run = filter_pass.Pass(settings_module.Settings(plant, m1))
-        kept, _ = run.over(
-            start(run.settings, plant.x0, u0), y[:30], u[:30], backend == "numba"
-        )
-        ends = [run.over(kept, y[30:], u[30:], backend == "numba") for _ in range(2)]
-        for one, other in zip(*(found for _, found in ends)):
-            np.testing.assert_array_equal(one, other)
-        assert ends[0][0].instant == 60 and kept.instant == 30
-        with pytest.raises(AttributeError):
-            kept.instant = 0
 
 
 ROWS, CHUNKS = 500, 40
@@ -93,30 +61,6 @@ def test_memory_stays_flat():
     chunk = ROWS * 8 * (PLANT.p + PLANT.m + 2 * PLANT.n)
     estimates = lb.estimate(OBSERVERS["constant"], zeros(2), zeros(1))
     assert peak(estimates) < 6 * chunk
-
-
-@pytest.mark.parametrize("backend", ["numpy", "numba"])
-def test_patterns_of_missing_outputs_do_not_pile_up(backend, monkeypatch):
-    """Of twelve outputs there are 4096; each would keep its matrices."""
-    monkeypatch.setattr(settings_module, "PATTERNS", 20)
-    monkeypatch.setattr(filter_stacks, "PATTERNS", 20)
-    plant = lb.Plant(
-        [[0.5]], None, np.ones((12, 1)), dt=1.0, Q=[[1]], R=np.eye(12), P0=[[1]]
-    )
-    rng = np.random.default_rng(8)
-    y = rng.normal(size=(80, 12))
-    y[rng.random(y.shape) < 0.5] = np.nan
-    settings = settings_module.Settings(plant, 0)
-    run, now = filter_pass.Pass(settings), start(settings, plant.x0, np.zeros(0))
-    x = []
-    with as_python():
-        for part in np.split(y, 8):
-            now, found = run.over(now, part, np.zeros((10, 0)), backend == "numba")
-            x.extend(found.x)
-    wanted = in_full(plant, y, backend="numpy").x
-    np.testing.assert_allclose(x, wanted, rtol=1e-12, atol=1e-12)
-    assert len(settings._known) <= 20
-    assert len(run.stacks.padded) <= 31
 
 
 def test_a_stream_is_read_one_chunk_at_a_time():

@@ -19,6 +19,7 @@ from ..recursion.weight import canonical_weight, positive_weight
 from . import tail
 from .passes import Maps, whiten
 
+PATTERNS = 1000  # of outputs that arrived, kept at most: a long record has many
 FIRM = 1e-8  # a pivot of R at unit diagonal; below it outputs are not told apart by it
 
 
@@ -94,7 +95,8 @@ class Settings:
         key = self._step(i), seen.tobytes()
         found = self._known.get(key)  # once: threads may clear it
         if found is None:
-            if self.plant.steps is not None:  # each instant is passed once
+            # a plant that changes passes each instant once
+            if self.plant.steps is not None or len(self._known) >= PATTERNS:
                 self._known.clear()
             found = self._known[key] = self._make(self.now(i), seen)
         return found

@@ -420,3 +420,28 @@ def gains(one: Passage) -> Matrix:
         K -= k[:, :, None] * np.einsum("tk,tkj->tj", C, K)[:, None, :]
         K[:, :, j] += k
     return K
+
+
+def matrices(one: Passage) -> tuple[Matrix, Matrix]:
+    """Covariances (N, n, n) and gains (N, n, p) of a passage with its whole tape."""
+    tape, (_, _, at, maps, mix) = one.tape, one.packed
+    n = one.x.shape[1]
+    share = np.where(tape.pivot > 0, 1 / np.where(tape.pivot > 0, tape.pivot, 1), 0)
+    P = np.einsum("tka,tk,tkb->tab", tape.V[:, :, :n], tape.D, tape.V[:, :, :n])
+    P[np.abs(P) > unknown.LARGE] *= np.inf
+    K = gains(one)
+    O = maps.O[at[1:]]  # noqa: E741
+    if O.shape[2]:
+        pushed = np.einsum("tjk,tnk->tjn", tape.K[:, :, n:], O)
+        P = P + np.einsum("tja,tj,tjb->tab", pushed, share, pushed)
+        K = K[:, :n] + O @ K[:, n:]
+    return 0.5 * (P + P.mT), K[:, :n] @ mix[at[1:]]
+
+
+def over_steps(settings: Settings, steps: int) -> tuple[Matrix, Matrix]:
+    """Covariances and gains of instants 1 .. steps: those of a record of zeros."""
+    plant = settings.plant
+    y, u = np.zeros((steps, plant.p)), np.zeros((steps, plant.m))
+    end = begin(settings, np.zeros(plant.m))
+    end.state.z[:] = 0.0  # which agrees with every reading
+    return matrices(over(settings, end, y, u, "all"))

@@ -9,7 +9,6 @@ import numpy as np
 
 from ..errors import DesignError, few, short
 from ..formats import dataframes
-from ..kernels import plain_array
 from ..numeric import Matrix
 from ..plant import Plant
 from ..run.chunks import arrays
@@ -32,7 +31,10 @@ def read(plant: Plant, y: Any, u: Any = None) -> Records:
     y, u = dataframes.taken(y=y, u=u)
     found = [arrays(*pair, outputs, inputs, missing=True)
              for pair in _each(y, u, plant.p)]  # fmt: skip
-    return [(plain_array(y), plain_array(u)) for y, u in found]
+    return [
+        (np.require(y, float, ["C", "W"]), np.require(u, float, ["C", "W"]))
+        for y, u in found
+    ]
 
 
 def _each(y: Any, u: Any, p: int) -> list[tuple[Any, Any]]:

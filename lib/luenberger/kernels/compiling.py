@@ -5,6 +5,7 @@ import keyword
 from collections import Counter
 from collections.abc import Callable, Iterable
 from functools import cached_property
+from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,6 @@ from numpy.typing import ArrayLike
 from ..numeric import Matrices
 from ..numeric.linalg import solve_right
 from ..symbolic import Derivation
-from . import runs_compiled
 from .c.any_size import Loops
 from .c.file import function
 from .c.library import library
@@ -246,7 +246,11 @@ class _Numba(_Compiled):
 
     @cached_property
     def run(self) -> Any:
-        runs_compiled("numba", 0)  # or say that numba is not installed
+        if find_spec("numba") is None:
+            raise ImportError(
+                "backend='numba' needs numba, which is not installed: "
+                "pip install 'luenberger[fast]', or take another backend"
+            )
         return jitted(self.source)
 
     def solved(self, arrays: Matrices, sizes: dict[str, int]) -> Matrices:

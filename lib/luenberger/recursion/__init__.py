@@ -1,5 +1,5 @@
-"""The filter of a noisy plant, step by step: settings, states, passes, steady gain.
+"""Where the filter of a noisy plant ends: a step of its covariance, the steady gain.
 
-What every design or run that steps a covariance needs enters here.  It uses the
-kernels, `numeric` and the certificate; it returns gains and states, not observers.
+What every steady design needs enters here.  It uses the kernels, `numeric` and the
+certificate; it returns gains, not observers.
 """

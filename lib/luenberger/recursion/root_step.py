@@ -14,7 +14,6 @@ from .. import kernels
 from ..numeric import Matrices, Matrix, Vector
 from ..numeric.factors import CLEAR, EPS, factor, firm, lengths, rounded, shorten
 from ..papers.leondes_novak.derivation import root_update
-from ..plant import Plant
 
 if TYPE_CHECKING:
     from .settings import Setting
@@ -30,19 +29,6 @@ class Move(NamedTuple):
     Q: np.ndarray
     G: np.ndarray
     size: np.ndarray
-
-
-def first_move(plant: Plant) -> Move:
-    """What leads from P0 to the first sample."""
-    A, _, Q = plant.first_step()
-    return Move(A, Q, factor(Q), np.abs(A))
-
-
-class Read(NamedTuple):
-    """What is read of a state: C x, and noise with the factor V."""
-
-    C: np.ndarray
-    V: np.ndarray
 
 
 class Spread(NamedTuple):
@@ -74,23 +60,17 @@ class Spread(NamedTuple):
         return half, np.diag(EPS**2 * self.Sigma.diagonal())
 
 
-def root_step(
-    now: "Setting", move: Move, spread: Spread
-) -> tuple[Matrices, Spread, Matrix]:
-    """The matrices of `gain_step`, the next `Spread`, and what is known.
-
-    The last are the combinations of outputs (p, .) in which there is no noise and
-    nothing uncertain, so that their value is known before they are read.
-    """
+def root_step(now: "Setting", move: Move, spread: Spread) -> tuple[Matrices, Spread]:
+    """The matrices of `gain_step`, and the next `Spread`."""
     H_minus, rounding = ahead(move, *spread.factored())
     size = lengths(H_minus)
     seen = np.abs(now.C) @ size + now.deviation
     if now.blind.size:
         unit = rounded(now.C @ rounding @ now.C.T, seen).diagonal()
         unit = np.maximum(unit, (EPS * seen) ** 2)  # rounding may have made it less
-        found, known = visible(now, H_minus, np.sqrt(unit))
+        found = visible(now, H_minus, np.sqrt(unit))
     else:
-        found, known = definite(now, H_minus, seen), np.zeros((len(now.C), 0))
+        found = definite(now, H_minus, seen)
     found |= kernels.compiled(root_update)(
         C=now.C, V=now.V, Gamma=now.Gamma, Kmv=found["Kmv"], H_minus=H_minus
     )
@@ -101,9 +81,9 @@ def root_step(
     found["Sigma_next"] = Sigma
     with np.errstate(over="ignore"):  # infinite is not safe
         made_of = np.maximum(rounding.diagonal(), 0) / EPS**2  # it is rounded as well
-    if not now.blind.size and now.clear(Sigma, made_of):
-        return found, Spread(Sigma), known
-    return found, Spread(Sigma, half, rounding), known
+    if not now.blind.size and firm(Sigma, made_of):
+        return found, Spread(Sigma)
+    return found, Spread(Sigma, half, rounding)
 
 
 def ahead(move: Move, half: Matrix, rounding: Matrix) -> tuple[Matrix, Matrix]:
@@ -133,46 +113,19 @@ def definite(now: "Setting", H_minus: Matrix, unit: Vector) -> Matrices:
     return dict(L=L, M=Z @ Z.T, Kmv=found[:p].T / unit)
 
 
-def visible(
-    now: "Setting | Read", H_minus: Matrix, unit: Vector
-) -> tuple[Matrices, Matrix]:
-    """M and Kmv of (33) where M may be singular, and the combinations known before.
+def visible(now: "Setting", H_minus: Matrix, unit: Vector) -> Matrices:
+    """M and Kmv of (33) where M may be singular.
 
     Kmv = Hx T D^-1 U' W^-1 with [C H_minus, V] = W U D T' and W = diag(unit), the
     rounding of each row, so that singular values are counted in roundings.
     """
     L = now.C @ H_minus
     Z = np.concatenate([L, now.V], axis=1)
+    Kmv = np.zeros((len(H_minus), len(Z)))
     some = unit > 0  # an output of no size at all is known, and mixes with no other
-    if not some.all():
-        return _apart(L, Z, H_minus, unit, some)
-    Kmv, K_size, known = _seen(Z / unit[:, None], H_minus)
-    found = dict(L=L, M=Z @ Z.T, Kmv=Kmv / unit, unit=unit, K_size=K_size / unit)
-    return found, known / unit[:, None]
-
-
-def _seen(Z: Matrix, H_minus: Matrix) -> tuple[Matrix, Matrix, Matrix]:
-    """Kmv W, the size of its entries' rounding, and what is known, from W^-1 Z."""
-    if len(Z) == 0:
-        return np.zeros((len(H_minus), 0)), np.zeros((len(H_minus), 1)), np.eye(0)
-    if Z.shape[1] < len(Z):
-        Z = np.concatenate([Z, np.zeros((len(Z), len(Z) - Z.shape[1]))], axis=1)
-    U, D, Tt, _ = dgesdd(Z, full_matrices=0)
-    rank = int(np.add.reduce(D > CLEAR))
-    rows = H_minus @ Tt[:rank, : H_minus.shape[1]].T / D[:rank]  # of Kmv W U
-    # the rounding of an entry of Kmv W is that of its row
-    return rows @ U[:, :rank].T, lengths(rows)[:, None], U[:, rank:]
-
-
-def _apart(
-    L: Matrix, Z: Matrix, H_minus: Matrix, unit: Vector, some: Vector
-) -> tuple[Matrices, Matrix]:
-    """The same where outputs of no size stand apart."""
-    W = unit[some]
-    Kmv, K_size = np.zeros((2, len(H_minus), len(Z)))
-    gain, size, mixed = _seen(Z[some] / W[:, None], H_minus)
-    Kmv[:, some], K_size[:, some] = gain / W, size / W
-    known = np.zeros((len(Z), mixed.shape[1]))
-    known[some] = mixed / W[:, None]
-    found = dict(L=L, M=Z @ Z.T, Kmv=Kmv, unit=unit, K_size=K_size)
-    return found, np.concatenate([np.eye(len(Z))[:, ~some], known], axis=1)
+    if some.any():
+        U, D, Tt, _ = dgesdd(Z[some] / unit[some, None], full_matrices=0)
+        rank = np.count_nonzero(D > CLEAR)
+        rows = H_minus @ Tt[:rank, : H_minus.shape[1]].T / D[:rank]  # of Kmv W U
+        Kmv[:, some] = rows @ U[:, :rank].T / unit[some]
+    return dict(L=L, M=Z @ Z.T, Kmv=Kmv)

@@ -3,25 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from .. import kernels
 from ..certificate import require_real
 from ..errors import FIT, SAMPLE, DesignError
-from ..numeric import Matrices, Matrix, Vector
-from ..numeric.detectability import dies_out, hidden_modes
-from ..numeric.factors import clear, factor, firm, lengths, safe
-from ..numeric.linalg import (
-    UNIT_TOL,
-    complete,
-    nonsingular,
-    null_directions,
-    solve_right,
-)
+from ..numeric import Matrices, Matrix
+from ..numeric.factors import clear, factor, firm, lengths
+from ..numeric.linalg import complete, null_directions, solve_right
 from ..papers.leondes_novak.derivation import (
     closed_loop,
     decorrelation,
@@ -31,9 +22,7 @@ from ..papers.leondes_novak.derivation import (
 )
 from ..plant import Plant
 from .root_step import Move, Spread, root_step
-from .weight import canonical_weight, positive_weight
-
-PATTERNS = 1000  # of outputs that arrived, kept at most: a long record has many
+from .weight import canonical_weight
 
 
 class Setting(NamedTuple):
@@ -44,8 +33,6 @@ class Setting(NamedTuple):
     ``Gamma`` (n, p) makes C1 x^ = y1; ``Phat, That`` are the rest of (47).
     ``blind`` (p, .) are the combinations of outputs that carry no noise; ``V`` (p, .)
     and ``deviation`` (p,) are a factor of R and the roots of its diagonal.
-    ``noise_free`` says whether there is an instant at which some outputs carry no
-    noise: rounding is then followed in states that are known exactly.
     """
 
     A: np.ndarray
@@ -63,7 +50,6 @@ class Setting(NamedTuple):
     V: np.ndarray
     deviation: np.ndarray
     move: Move
-    noise_free: bool
 
     @property
     def As(self) -> Matrix:
@@ -80,26 +66,16 @@ class Setting(NamedTuple):
         """The weight, the identity where none is given."""
         return np.eye(len(self.A)) if self.weight is None else self.weight
 
-    def step(
-        self, move: Move, spread: Spread
-    ) -> tuple[Matrices, Spread, Matrix | None]:
-        """From the `Spread` of the instant before to the gain and Sigma of this one.
-
-        Returns the matrices by name, the `Spread`, and the combinations of outputs
-        that were known before they were read (None if there can be none).
-        """
+    def step(self, move: Move, spread: Spread) -> tuple[Matrices, Spread]:
+        """From the `Spread` of the instant before to the gain and Sigma of this one."""
         if spread.half is None and not self.blind.size:
             new = kernels.compiled(gain_step)(
                 A=move.A, Q=move.Q, C=self.C, R=self.R, Gamma=self.Gamma,
                 Sigma=spread.Sigma,
             )  # fmt: skip
-            if self.clear(new["Sigma_next"], new["Omega"].diagonal()):
-                return new, Spread(new["Sigma_next"]), None
+            if firm(new["Sigma_next"], new["Omega"].diagonal()):
+                return new, Spread(new["Sigma_next"])
         return root_step(self, move, spread)
-
-    def clear(self, Sigma: Matrix, size: Vector) -> bool:
-        """Whether Sigma needs no factor, beside variances of `size`."""
-        return (safe if self.noise_free else firm)(Sigma, size)
 
     def closed(self, K: Matrix, *wanted: str) -> Matrices:
         """What a constant gain makes of errors and noises: Y, Phi, Q_c, F."""
@@ -113,96 +89,28 @@ class Setting(NamedTuple):
         return kernels.run(observer_matrices, have, "D")["D"]
 
 
-class Settings:
-    """The settings of a plant over time, for a choice of accurate outputs.
-
-    Parameters
-    ----------
-    plant : Plant
-    m1 : int or sequence
-        How many leading outputs are accurate, or which (indices or names).
-    weight : (n, n) array_like, "canonical" or None
-        Whose trace is minimised: tr(weight Sigma).
-    origin : int, default 0
-        The instant of the record that is instant 0 of the plant: a plant over a window
-        of a longer record has its own.
-    """
-
-    def __init__(
-        self,
-        plant: Plant,
-        m1: int | Sequence[int | str],
-        weight: ArrayLike | str | None = None,
-        origin: int = 0,
-    ) -> None:
-        _, self.R = require_noise(plant)
-        self.plant, self.origin = plant, origin
-        self.accurate = accurate_outputs(plant, m1)
-        self.weight: Matrix | str | None = None
-        if isinstance(weight, str):
-            if weight != "canonical":
-                raise ValueError(
-                    f"weight must be an (n, n) matrix or 'canonical', got {weight!r}"
-                )
-            self.weight = weight
-        elif weight is not None:
-            self.weight = positive_weight(weight, plant.n)
-        self.steps = plant.steps
-        self._known: dict[tuple[int, bytes | None], Setting] = {}
-
-    @cached_property
-    def noise_free(self) -> bool:
-        """Whether there is an instant at which some outputs carry no noise."""
-        return not np.all(nonsingular(self.R))
-
-    @cached_property
-    def unseen_lasting(self) -> list[complex]:
-        """The modes that last and no output shows, of a plant that does not change."""
-        if self.steps is not None or dies_out(self.plant.A):
-            return []
-        return hidden_modes(self.plant.A, self.plant.C, least=1 - UNIT_TOL)
-
-    @property
-    def unseen_growth(self) -> list[complex]:
-        """Those of them that are not stable."""
-        return [mode for mode in self.unseen_lasting if abs(mode) > 1]
-
-    @property
-    def order(self) -> int:
-        return self.plant.n - len(self.accurate)
-
-    def at(self, i: int, seen: Vector | None = None) -> Setting:
-        """The setting at instant i; `seen` (p,) bool tells which outputs arrived."""
-        i = 0 if self.steps is None else min(i - self.origin, self.steps - 1)
-        key = i, None if seen is None else seen.tobytes()
-        found = self._known.get(key)  # another thread may clear all
-        if found is None:
-            # a time-varying plant passes each instant once
-            if self.steps is not None or len(self._known) >= PATTERNS:
-                self._known.clear()
-            found = self._known[key] = self._make(i, seen)
-        return found
-
-    def _make(self, i: int, seen: Vector | None) -> Setting:
-        now = self.plant.at(i)
-        A, B, C, E = now.A, now.B, now.C, now.E
-        Q, R, S = now.covariances()
-        accurate = np.isin(np.arange(self.plant.p), self.accurate)
-        if seen is not None:
-            C, E, R, accurate = C[seen], E[seen], R[np.ix_(seen, seen)], accurate[seen]
-            S = S[:, seen]
-        weight = canonical_weight(C) if isinstance(self.weight, str) else self.weight
-        labels = [self.plant.output_names[k] for k in self.accurate]
-        Phat, Gamma1, That = complete(C[accurate], weight, labels)
-        Gamma = np.zeros(C.T.shape)
-        Gamma[:, accurate] = Gamma1
-        J = solve_right(S, R)
-        move = _decorrelated(A, C, Q, R, S, J)
-        blind, V, deviation = null_directions(R), factor(R), np.sqrt(R.diagonal())
-        return Setting(
-            A, B, C, E, Q, R, J, Gamma, Phat, That, weight, blind, V, deviation, move,
-            self.noise_free,
-        )  # fmt: skip
+def setting(
+    plant: Plant,
+    accurate: Sequence[int] = (),
+    weight: Matrix | str | None = None,
+    i: int = 0,
+) -> Setting:
+    """The setting at instant i: the accurate outputs' indices, and whose trace."""
+    now = plant.at(0 if plant.steps is None else min(i, plant.steps - 1))
+    A, B, C, E = now.A, now.B, now.C, now.E
+    Q, R, S = now.covariances()
+    weight = canonical_weight(C) if isinstance(weight, str) else weight
+    labels = [plant.output_names[k] for k in accurate]
+    exact = np.isin(np.arange(plant.p), accurate)
+    Phat, Gamma1, That = complete(C[exact], weight, labels)
+    Gamma = np.zeros(C.T.shape)
+    Gamma[:, exact] = Gamma1
+    J = solve_right(S, R)
+    move = _decorrelated(A, C, Q, R, S, J)
+    blind, V, deviation = null_directions(R), factor(R), np.sqrt(R.diagonal())
+    return Setting(
+        A, B, C, E, Q, R, J, Gamma, Phat, That, weight, blind, V, deviation, move
+    )
 
 
 def _decorrelated(

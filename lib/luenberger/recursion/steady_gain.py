@@ -99,7 +99,7 @@ def _start(now: Setting) -> Matrix:
 def _recur(now: Setting, Sigma: Matrix, steps: int) -> Matrix:
     spread = Spread.of(Sigma)
     for _ in range(steps):
-        _, spread, _ = now.step(now.move, spread)
+        _, spread = now.step(now.move, spread)
         new = spread.Sigma
         moved = np.abs(new - Sigma).max(initial=0)
         Sigma = new

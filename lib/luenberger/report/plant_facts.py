@@ -17,7 +17,7 @@ from ..numeric.linalg import RANK_TOL, UNIT_TOL, decaying, eigenvalues, null_dir
 from ..numeric.staircase_form import conjugate, unobservable
 from ..papers.leondes_novak.design import kalman_filter
 from ..plant import Plant
-from ..recursion.settings import Settings
+from ..recursion.settings import setting
 
 REPEATED = 3  # times that a mode of the unit circle may be, as position to acceleration
 SCATTER = 1e-12  # rounding, of which a mode repeated k times feels the k-th root
@@ -142,7 +142,7 @@ def _undriven(plant):
     """
     if plant.steps is not None or not plant.dt or plant.is_complex:
         return None
-    now = Settings(dataclasses.replace(plant, multiplicative=()), 0).at(0)
+    now = setting(plant)
     still, _ = unobservable(now.As.T, square_root(now.Qs).T, 1.0, RANK_TOL)
     return _modes(_on_circle(list(still)), plant.dt)
 

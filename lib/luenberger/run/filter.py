@@ -15,8 +15,8 @@ from ..errors import SAMPLE, DesignError, short
 from ..filtering import likelihood
 from ..filtering.likelihood import Score
 from ..filtering.maps import Settings
-from ..filtering.pack import End, Passage, begin, first_rows, gains, over
-from ..filtering.unknown import LARGE, is_open
+from ..filtering.pack import End, Passage, begin, first_rows, matrices, over
+from ..filtering.unknown import is_open
 from ..formats import dataframes
 from ..numeric import Matrix
 from ..plant import Plant
@@ -408,7 +408,7 @@ class Filter:
     def matrices(self, rows: Rows, start: End | None) -> tuple[Matrix, Matrix]:
         """Covariances and gains of all rows."""
         passed = self._passed(rows, start, "all")
-        P, K = zip(*(matrices(one, self.plant.p) for one in passed))
+        P, K = zip(*map(matrices, passed))
         return np.concatenate(P), np.concatenate(K)
 
 
@@ -423,19 +423,3 @@ def whole(name: str, value: Any) -> int:
             f"{name} must be a number of rows, 0 or more, got {short(value)}"
         )
     return rows
-
-
-def matrices(one: Passage, p: int) -> tuple[Matrix, Matrix]:
-    """Covariances (N, n, n) and gains (N, n, p) of a passage with its whole tape."""
-    tape, (_, _, at, maps, mix) = one.tape, one.packed
-    n = one.x.shape[1]
-    share = np.where(tape.pivot > 0, 1 / np.where(tape.pivot > 0, tape.pivot, 1), 0)
-    P = np.einsum("tka,tk,tkb->tab", tape.V[:, :, :n], tape.D, tape.V[:, :, :n])
-    P[np.abs(P) > LARGE] *= np.inf
-    K = gains(one)
-    O = maps.O[at[1:]]  # noqa: E741
-    if O.shape[2]:
-        pushed = np.einsum("tjk,tnk->tjn", tape.K[:, :, n:], O)
-        P = P + np.einsum("tja,tj,tjb->tab", pushed, share, pushed)
-        K = K[:, :n] + O @ K[:, n:]
-    return 0.5 * (P + P.mT), K[:, :n] @ mix[at[1:]]

@@ -7,7 +7,7 @@ from in_parts import in_parts
 import luenberger as lb
 from luenberger import kernels
 from luenberger.papers.leondes_novak.derivation import decorrelation, gain_step
-from luenberger.recursion.settings import Settings
+from luenberger.recursion.settings import accurate_outputs, setting
 
 
 def random_plant(n=4, p=3, m=2, seed=0, S=True, rows=None, **more):
@@ -90,7 +90,7 @@ def test_every_order_in_three_ways(m1, rows):
     plant, N = random_plant(rows=rows), 25
     y, u, u0 = record(plant, N)
     observer = lb.reduced_order_filter(plant, m1, steps=N)
-    accurate = list(Settings(plant, m1).accurate)
+    accurate = list(accurate_outputs(plant, m1))
     assert observer.order == plant.n - len(accurate)
     assert lb.certify(observer, plant).worst < 1e-13
     filtered = lb.Filter(plant, m1).run(lb.Record(y, u, u0=u0))
@@ -108,7 +108,7 @@ def test_every_order_in_three_ways(m1, rows):
 def test_gain_is_the_least_of_its_kind():
     """Moving the free part of the gain by any amount raises the trace."""
     plant = random_plant()
-    now = Settings(plant, 1).at(0)
+    now = setting(plant, [0])
     step = kernels.compiled(gain_step)
     given = dict(A=now.As, Q=now.Qs, C=now.C, R=now.R, Gamma=now.Gamma, Sigma=plant.P0)
     new = step(**given)
@@ -200,7 +200,7 @@ def test_m1_equal_p_does_not_use_the_cross_covariance():
     """(9) has one solution then, so decorrelation leaves F and D alone."""
     with_S, without = random_plant(S=True), random_plant(S=False)
     one = lb.reduced_order_filter(with_S, 3, steps=2)
-    gain = Settings(with_S, 3).at(0)
+    gain = setting(with_S, [0, 1, 2])
     T = one.T[0]
     np.testing.assert_allclose(one.F[0], one.T[1] @ without.A @ gain.Phat, atol=1e-12)
     np.testing.assert_allclose(one.D[0], one.T[1] @ without.A @ one.V[0], atol=1e-12)

@@ -3,33 +3,30 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..program import Size
-from ..writer import Writer
-
 # a number with a point or an exponent, which C takes for a double
 LITERAL = re.compile(r"(?<![\w.])(\d+\.\d*(?:e[+-]?\d+)?|\d+e[+-]?\d+)(?![\w.])")
 FUNCTION = re.compile(r"\b(sqrt|fabs)\(")  # of doubles; those of floats end in f
-WIDTH = 84  # of a line with a call in it
 
 
-class C(Writer):
-    """The body of a function; `real` is "double" or "float"."""
-
-    comment, stop = "//", ";"
+class C:
+    """Lines of the body of a function; `real` is "double" or "float"."""
 
     def __init__(self, real: str, depth: int = 1) -> None:
-        super().__init__(depth)
-        self.real = real
+        self.real, self.depth = real, depth
+        self.lines: list[str] = []
 
     def line(self, text: str) -> None:
-        super().line(typed(text, self.real))
+        self.lines.append("    " * self.depth + typed(text, self.real))
+
+    def set(self, target: str, text: str, sign: str = "=") -> None:
+        self.line(f"{target} {sign} {text};")
 
     def let(self, name: str, text: str) -> None:
+        """A scalar that changes."""
         self.line(f"{self.real} {name} = {text};")
 
     def constant(self, name: str, text: str) -> None:
@@ -40,78 +37,32 @@ class C(Writer):
         size = np.size(values)
         self.line(f"static const {self.real} {name}[{size}] = {listed(values)};")
 
-    def index(self, name: str, text: str) -> None:
-        self.line(f"const int {name} = {text};")
-
     def array(self, name: str, length: int | str, start: str = "") -> None:
+        """Room for numbers."""
         self.line(f"{self.real} {name}[{length or 1}]{start};")
 
-    def loop(self, index: str, start: Size, stop: Size, step: int = 1) -> None:
-        on = f"{index}++" if step == 1 else f"{index} += {step}"
-        self.line(f"for (int {index} = {start}; {index} < {stop}; {on}) {{")
+    def loop(self, index: str, start: int | str, stop: int | str) -> None:
+        self.line(f"for (int {index} = {start}; {index} < {stop}; {index}++) {{")
+        self.depth += 1
+
+    def check(self, condition: str) -> None:
+        """What follows, up to `end`, only where a condition holds."""
+        self.line(f"if ({condition}) {{")
         self.depth += 1
 
     def end(self) -> None:
+        """End of a loop or a condition."""
         self.depth -= 1
         self.line("}")
-
-    def panels(self, index: str, first: int, last: int, height: int) -> None:
-        """A loop over panels; one alone is a block."""
-        if last - first > height:
-            self.loop(index, first, last, height)
-        else:
-            self.line("{")
-            self.depth += 1
-            self.index(index, str(first))
-
-    def at_least_once(self, index: str) -> None:
-        """A loop from 0 that runs once or more; `again` ends it."""
-        self.line(f"int {index} = 0;")
-        self.line("do {")
-        self.depth += 1
-
-    def again(self, index: str, stop: Size) -> None:
-        self.line(f"{index}++;")
-        self.depth -= 1
-        self.line(f"}} while ({index} < {stop});")
-
-    def check(self, condition: str) -> None:
-        self.line(f"if ({condition}) {{")
-        self.depth += 1
-
-    def inverse(self, pivot: str) -> str:
-        return f"({pivot} > 0.0) ? 1.0 / {pivot} : 0.0"
 
     def need(self, text: str) -> None:
-        self.line(f"if (!({text})) {{")
-        self.line("    return 1;")
-        self.line("}")
+        """Give up unless the condition holds."""
+        self.when(f"!({text})", "return 1;")
 
     def when(self, condition: str, text: str) -> None:
         """One statement under a condition."""
-        self.line(f"if ({condition}) {{")
-        self.line(f"    {text}")
-        self.line("}")
-
-    def call(self, what: str, given: Iterable[str], before: str = "") -> None:
-        """A call, in lines that are not too long."""
-        lines, indent = [f"{before}{what}("], 4 * self.depth
-        for argument in given:
-            start = "" if lines[-1].endswith("(") else ", "
-            if indent + len(lines[-1] + start + argument) > WIDTH:
-                lines[-1] += start.rstrip()
-                lines.append(f"    {argument}")
-            else:
-                lines[-1] += start + argument
-        for text in lines[:-1]:
-            self.line(text)
-        self.line(lines[-1] + (") != 0) {" if before else ");"))
-
-    def need_call(self, what: str, given: Iterable[str]) -> None:
-        """Give up where a function says so."""
-        self.call(what, given, before="if (")
-        self.depth += 1
-        self.line("return 1;")
+        self.check(condition)
+        self.line(text)
         self.end()
 
 

@@ -19,7 +19,7 @@ from ...kernels import run
 from ...numeric import Matrix
 from ...numeric.linalg import left_over, lyapunov, null_directions
 from ...plant import Plant
-from ...recursion.settings import Settings
+from ...recursion.settings import setting
 from ...recursion.steady_gain import steady_gain
 from . import derivation as stages
 from .stein import Schur
@@ -92,7 +92,7 @@ def _predictor_gain(plant: Plant) -> Matrix:
     """K of x^+ = A x^ + K (y - C x^); zero where nothing ever disturbs the state."""
     if not plant.Q.any():
         return np.zeros(plant.C.T.shape)
-    now = Settings(plant, 0).at(0)
+    now = setting(plant)
     return now.predictor(steady_gain(now, ()))
 
 

@@ -8,14 +8,13 @@ from ... import kernels
 from ...numeric import Matrix
 from ...observer import Observer
 from ...plant import Plant
-from ...recursion.settings import Settings
+from ...recursion.settings import Setting
 from .derivation import exact_gain, observer_matrices
 
 
-def with_gain(settings: Settings, K: Matrix) -> Observer:
+def with_gain(plant: Plant, now: Setting, K: Matrix) -> Observer:
     """The Observer with this constant gain."""
-    now = settings.at(0)
-    return with_gains(settings.plant, now._asdict() | {"As": now.As, "K": K})
+    return with_gains(plant, now._asdict() | {"As": now.As, "K": K})
 
 
 def with_gains(plant: Plant, have: dict[str, Any]) -> Observer:

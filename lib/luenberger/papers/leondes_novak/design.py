@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -10,6 +10,8 @@ from numpy.typing import ArrayLike
 from ... import kernels
 from ...arguments import expect
 from ...errors import DesignError
+from ...filtering.maps import Settings
+from ...filtering.pack import over_steps
 from ...numeric import Matrix
 from ...numeric.combinations import combinations
 from ...numeric.covariances import covariance
@@ -19,16 +21,12 @@ from ...observer import Observer
 from ...plant import Plant
 from ...plant.estimates import Combinations, by_name
 from ...recursion.best_constant_gain import best_constant_gain
-from ...recursion.filter_pass import Pass
-from ...recursion.root_step import Spread, first_move
-from ...recursion.settings import Setting, Settings, require_start
-from ...recursion.state import start
+from ...recursion.settings import Setting, require_start, setting
 from ...recursion.steady_gain import steady_gain
 from ...recursion.weight import definite
 from ..certified import certified, of_what_is_needed
 from .as_observer import with_gain, with_gains
-
-BLOCK = 4096  # rows of gains that compiled code makes at a time
+from .derivation import root_update
 
 
 def kalman_filter(
@@ -36,7 +34,6 @@ def kalman_filter(
     *,
     L: Combinations | None = None,
     steps: int | None = None,
-    backend: str = "auto",
 ) -> Observer:
     r"""Kalman filter: every output is filtered, the order is n.
 
@@ -55,9 +52,6 @@ def kalman_filter(
         of every combination least.
     steps : int, optional
         Number N of instants i = 1 .. N; default the steady state.
-    backend : "auto", "numpy" or "numba"
-        Of the recursion over `steps`: "numba" compiles it for this plant, "auto" where
-        numba is installed, for many steps.
 
     Returns
     -------
@@ -87,7 +81,7 @@ def kalman_filter(
     array([[0.75],
            [0.5 ]])
     """
-    return reduced_order_filter(plant, 0, L=L, steps=steps, backend=backend)
+    return reduced_order_filter(plant, 0, L=L, steps=steps)
 
 
 def reduced_order_filter(
@@ -98,7 +92,6 @@ def reduced_order_filter(
     steps: int | None = None,
     weight: ArrayLike | str | None = None,
     horizon: str = "step",
-    backend: str = "auto",
 ) -> Observer:
     r"""Reduced-order filter of least error trace (Leondes and Novak 1974).
 
@@ -135,9 +128,6 @@ def reduced_order_filter(
     horizon : "step" or "steady", default "step"
         "steady": the constant gain of the same structure with the least steady
         trace (a local minimum found from the step-wise gain).  `steps` must be None.
-    backend : "auto", "numpy" or "numba"
-        Of the recursion over `steps`: "numba" compiles it for this plant, "auto" where
-        numba is installed, for many steps.
 
     Returns
     -------
@@ -166,9 +156,9 @@ def reduced_order_filter(
     L x is wanted: what it leaves of the other states enters L x at later steps, and
     the weight L'L does not see that.
 
-    The gain needs the innovation covariance M to be positive definite to be unique;
-    with redundant noise-free outputs the gain of least norm is taken, and the estimate
-    is the same.
+    The gain needs the innovation covariance M to be positive definite to be unique.
+    With redundant noise-free outputs the steady gain is the one of least norm; over
+    `steps` an output that those before it tell has no gain.  The estimate is the same.
 
     S enters through J with J R = S.  Where R is singular there are many J, and
     J = S R^+ (outputs at unit variance) is taken: the residual of a noise-free output
@@ -200,7 +190,6 @@ def reduced_order_filter(
     ((1, 1), (2, 1))
     """
     expect(plant=plant)
-    kernels.runs_compiled(backend, 0)
     if horizon not in ("step", "steady"):
         raise ValueError(f"horizon must be 'step' or 'steady', got {horizon!r}")
     L, called = by_name(L, plant)
@@ -209,14 +198,14 @@ def reduced_order_filter(
     if steps is not None:
         if horizon == "steady":
             raise DesignError("horizon='steady' is a constant gain; leave out steps")
-        made = _over(Settings(plant, m1, weight), steps, backend)
+        made = _over(Settings(plant, m1, weight), steps)
         return certified(made, plant, settling=False, L=L, called=called)
     if plant.steps is not None:
         raise DesignError(
             "a time-varying plant has no steady state; give the number of steps"
         )
-    settings, K = _steady(plant, m1, L, weight, horizon)
-    return certified(with_gain(settings, K), plant, L=L, called=called)
+    now, K = _steady(plant, m1, L, weight, horizon)
+    return certified(with_gain(plant, now, K), plant, L=L, called=called)
 
 
 def _steady(
@@ -225,7 +214,7 @@ def _steady(
     L: Matrix | None,
     weight: ArrayLike | str | None,
     horizon: str,
-) -> tuple[Settings, Matrix]:
+) -> tuple[Setting, Matrix]:
     """The setting and the constant gain, after `weight` or, by default, L'L."""
     given, of_cost = weight, None
     if horizon == "steady" and not isinstance(weight, str):
@@ -236,54 +225,27 @@ def _steady(
         if of_cost is None or not definite(of_cost):
             given = None  # of the step-wise gain that the search starts from
     settings = Settings(plant, m1, given)
-    now, accurate = settings.at(0), settings.accurate
+    accurate = settings.accurate
+    now = setting(plant, accurate, settings.weight)
     with of_what_is_needed(plant, L, 1 - UNIT_TOL):
         if horizon == "step":
-            return settings, steady_gain(now, accurate)
-        return settings, best_constant_gain(now, accurate, of_cost)
+            return now, steady_gain(now, accurate)
+        return now, best_constant_gain(now, accurate, of_cost)
 
 
-def gains(
-    settings: Settings, steps: int, backend: str = "numpy"
-) -> Iterator[tuple[Setting, Matrix, Matrix]]:
-    """Yield (setting, K, Sigma) at instants 1 .. steps, from P0: (33) and (27)."""
-    if kernels.runs_compiled(backend, steps):
-        yield from _compiled_gains(settings, steps)
-        return
-    plant = settings.plant
-    move, spread = first_move(plant), Spread.of(plant.P0)
-    for i in range(1, steps + 1):
-        now = settings.at(i)
-        new, spread, _ = now.step(move, spread)
-        yield now, new["K"], spread.Sigma
-        move = now.move
-
-
-def _compiled_gains(
-    settings: Settings, steps: int
-) -> Iterator[tuple[Setting, Matrix, Matrix]]:
-    """The same, as the filter of a record of zeros; a block of rows at a time."""
-    plant = settings.plant
-    run, state = Pass(settings), start(settings, np.zeros(plant.n), np.zeros(plant.m))
-    for first in range(1, steps + 1, BLOCK):
-        rows = min(BLOCK, steps + 1 - first)
-        y, u = np.zeros((rows, plant.p)), np.zeros((rows, plant.m))
-        state, found = run.over(state, y, u, True)
-        for k in range(rows):
-            yield settings.at(first + k), found.K[k], found.P[k]
-
-
-def _over(settings: Settings, steps: int, backend: str) -> Observer:
+def _over(settings: Settings, steps: int) -> Observer:
     """The time-varying filter of instants 1 .. steps as an Observer."""
     plant = settings.plant
     require_start(plant)
     steps = covered(whole("steps", steps, 1), plant)
-    rows = [(now, K) for now, K, _ in gains(settings, steps, backend)]
-    have = {
-        name: np.stack([getattr(now, name) for now, _ in rows])
-        for name in ("As", "B", "J", "C", "E", "Gamma", "Phat", "That")
-    }
-    return with_gains(plant, have | {"K": np.stack([K for _, K in rows])})
+    given = plant, settings.accurate, settings.weight
+    last = 1 if plant.steps is None else steps
+    rows = [setting(*given, i) for i in range(1, last + 1)]
+    names = "As", "B", "J", "C", "E", "Gamma", "Phat", "That"
+    have = {name: np.stack([getattr(now, name) for now in rows]) for name in names}
+    have["Kmv"] = over_steps(settings, steps)[1]
+    have = {k: np.broadcast_to(X, (steps, *X.shape[1:])) for k, X in have.items()}
+    return with_gains(plant, have | kernels.run(root_update, have, "K", stacks=True))
 
 
 def covered(steps: int, plant: Plant) -> int:

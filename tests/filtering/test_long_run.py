@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import luenberger as lb
-from luenberger.papers.leondes_novak.design import gains
-from luenberger.recursion.settings import Settings
+from luenberger.filtering.maps import Settings
+from luenberger.filtering.pack import over_steps
 
 # The paper's tracker, (54) to (56): T = 1 s, position to 0.5 m, velocity to 2 m/s,
 # acceleration steps of 1 m/s^2; P0 is (58).
@@ -32,7 +32,7 @@ def test_long_run_of_the_paper_tracker(m1):
     """
     wanted = lb.reduced_order_filter(TRACKER, m1)
     wanted = lb.error_covariance(wanted, TRACKER)
-    run = np.array([Sigma for _, _, Sigma in gains(Settings(TRACKER, m1), 10_000)])
+    run, _ = over_steps(Settings(TRACKER, m1), 10_000)
     assert np.array_equal(run, run.mT)
     assert np.linalg.eigvalsh(run).min() > -1e-15
     assert np.abs(run[1000:] - wanted).max() < 1e-12
