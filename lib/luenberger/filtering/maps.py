@@ -17,7 +17,7 @@ from ..plant import Plant
 from ..recursion.settings import accurate_outputs, require_noise
 from ..recursion.weight import canonical_weight, positive_weight
 from . import tail
-from .passes import Maps, whiten
+from .passes import Maps, gram, whiten
 
 PATTERNS = 1000  # of outputs that arrived, kept at most: a long record has many
 FIRM = 1e-8  # a pivot of R at unit diagonal; below it outputs are not told apart by it
@@ -128,6 +128,12 @@ class Settings:
             return H
         return np.hstack([H, np.zeros((len(X), len(X) - H.shape[1]))])
 
+    def _triangle(self, Q: Matrix) -> Matrix:
+        """A factor in which half is zero, and stays so where rows are made shorter."""
+        V, D = factors(Q)
+        G = V.T * np.sqrt(D)
+        return G if self.plant.steps is not None else G[:, D > 0]
+
     def push(self, i: int, seen: Vector) -> Matrix:
         """How the accurate ones of `seen` outputs push an estimate of instant i."""
         return self._push(self.now(i).C, seen)
@@ -155,7 +161,7 @@ class Settings:
                 L[np.ix_(some, some)] = mix
             if self.accurate:
                 self._push(now.C, seen)  # refuses dependent ones
-            G = self._factor(Q)
+            G = self._triangle(Q)
             return _one(A, A, G, none, none, L @ now.C, r, np.ones(0)), L
         joint = (
             self._factor(R)
@@ -165,7 +171,7 @@ class Settings:
         q = joint.shape[1]
         Gv = np.where(seen[:, None], joint[-p:] if p else joint[:0], 0.0)
         Gw = np.zeros((n, q)) if self.way == "outputs" else joint[:n]
-        G = self._factor(Q) if self.way == "outputs" else none
+        G = self._triangle(Q) if self.way == "outputs" else none
         outputs = np.hstack([C, Gv]), np.zeros(p), np.ones(q)
         if not self.accurate:
             both = np.hstack([A, Gw])
@@ -202,3 +208,12 @@ def _whitened(R: Matrix) -> tuple[Matrix, Vector]:
     if (R - np.diag(r)).any():
         whiten.on()(R.copy(), L, np.zeros(len(R)), r)
     return L, r
+
+
+def factors(P: Matrix) -> tuple[Matrix, Vector]:
+    """V and D of a covariance."""
+    n, H = len(P), factor(P)
+    H = np.hstack([H, np.zeros((n, 1))]) if not H.shape[1] else H
+    V, D, ones = np.zeros((n, n)), np.zeros(n), np.ones(H.shape[1])
+    gram(H, ones, P.diagonal().copy(), V, D, np.zeros((0, n)), ones.copy())
+    return V, D

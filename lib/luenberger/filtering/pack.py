@@ -9,12 +9,11 @@ import numpy as np
 
 from ..errors import DesignError
 from ..numeric import Matrix, Vector
-from ..numeric.factors import factor
 from ..plant import Plant
 from ..recursion.settings import require_start
 from . import digits, passes, quick, scalars, settled, tail, unknown
-from .maps import Settings
-from .passes import FEW, TINY, Maps, State, Tape, gram
+from .maps import Settings, factors
+from .passes import FEW, TINY, Maps, State, Tape
 
 MANY = 20_000  # rows that are worth a compilation
 
@@ -363,15 +362,6 @@ def is_quick(settings: Settings, maps: Maps, keep: str) -> bool:
 def covariance(state: State) -> Matrix:
     """U D U'."""
     return np.ascontiguousarray((state.V.T * state.D) @ state.V)
-
-
-def factors(P: Matrix) -> tuple[Matrix, Vector]:
-    """V and D of a covariance."""
-    n, H = len(P), factor(P)
-    H = np.hstack([H, np.zeros((n, 1))]) if not H.shape[1] else H
-    V, D, ones = np.zeros((n, n)), np.zeros(n), np.ones(H.shape[1])
-    gram(H, ones, P.diagonal().copy(), V, D, np.zeros((0, n)), ones.copy())
-    return V, D
 
 
 def text(name: str, settings: Settings, maps: Maps, rows: int) -> Any:

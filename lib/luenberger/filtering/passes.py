@@ -185,9 +185,12 @@ def gram(W, w, made, V, D, T, h):
     n, wide = len(made), W.shape[1]
     top = len(W) - n
     for j in range(n - 1, -1, -1):
-        last, v, d = W[top + j], V[j], 0
-        for k in range(wide):
-            h[k] = w[k] * last[k]
+        v, d, start = V[j], 0, 0
+        while start < wide - 1 and W[top + j, start] == 0:
+            start += 1
+        last = W[top + j, start:]
+        for k in range(wide - start):
+            h[k] = w[start + k] * last[k]
             d += h[k] * last[k]
         d = clear(d, TINY * made[j])
         D[j], share = d, over(1, d)
@@ -195,11 +198,11 @@ def gram(W, w, made, V, D, T, h):
             v[i] = 0
         v[j] = 1
         for i in range(top + j):
-            row, u = W[i], 0
-            for k in range(wide):
+            row, u = W[i, start:], 0
+            for k in range(wide - start):
                 u += row[k] * h[k]
             u *= share
-            for k in range(wide):
+            for k in range(wide - start):
                 row[k] -= u * last[k]
             if i < top:
                 T[i, j] = u
@@ -209,20 +212,23 @@ def gram(W, w, made, V, D, T, h):
 
 @Text
 def rows_ahead(B, G, V, D, W, top, made):
-    """W = [B U, G] from row `top` on, and what the variances of rows are made of."""
+    """W = [G, B U] from row `top` on, and what the variances of rows are made of.
+
+    G comes first: it ends in a triangle, so that `gram` meets its zeros there.
+    """
     (n, N), g = B.shape, G.shape[1]
     for i in range(n):
         b, row, size = B[i], W[top + i], 0
+        for k in range(g):
+            row[k] = G[i, k]
+            size += G[i, k] * G[i, k]
         for k in range(N):
             v, a, much = V[k], 0, 0
             for m in range(k + 1):
                 a += b[m] * v[m]
                 much += abs(b[m] * v[m])
-            row[k] = clear(a, much)
+            row[g + k] = clear(a, much)
             size += much * much * D[k]
-        for k in range(g):
-            row[N + k] = G[i, k]
-            size += G[i, k] * G[i, k]
         made[i] = size
 
 
@@ -251,10 +257,10 @@ def predict(M, B, G, X, d, drive, z, V, D, E, e, W, w, made, met, T, h):
                 a += X[i, k] * E[j, n + k]
             W[i, N + g + j] = a
             made[i] += a * a * e[j]
-    for k in range(N):
-        w[k] = D[k]
     for k in range(g):
-        w[N + k] = 1
+        w[k] = 1
+    for k in range(N):
+        w[g + k] = D[k]
     for j in range(p):
         w[N + g + j] = e[j]
     gram(W, w, made, V, D, T, h)
@@ -605,15 +611,15 @@ def rts(at, maps, tape, gains):
     for t in range(rows - 2, -1, -1):
         B, G, V, D = maps.B[at[t + 1]], maps.G[at[t + 1]], tape.V[t], tape.D[t]
         after, spread_after = tape.V[t + 1], tape.D[t + 1]
-        for k in range(N):
-            w[k] = D[k]
         for k in range(g):
-            w[N + k] = 1
+            w[k] = 1
+        for k in range(N):
+            w[g + k] = D[k]
         for i in range(N):
-            for k in range(N):
-                W[i, k] = V[k, i]
             for k in range(g):
-                W[i, N + k] = 0
+                W[i, k] = 0
+            for k in range(N):
+                W[i, g + k] = V[k, i]
         rows_ahead(B, G, V, D, W, N, made)
         gram(W, w, made, U, d, T, h)
         for i in range(N):  # the gain T U^-1

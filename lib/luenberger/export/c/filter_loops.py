@@ -214,7 +214,7 @@ def _counting(name: str) -> Any:
     return made
 
 
-for _name in "add radd sub rsub mul rmul truediv rtruediv gt lt".split():
+for _name in "add radd sub rsub mul rmul truediv rtruediv gt lt eq".split():
     setattr(Counted, f"__{_name}__", _counting(f"__{_name}__"))
 
 

@@ -31,7 +31,7 @@ ARRAYS = {
     "push": "O:no z:N E:tN e:t x:n! variances:n!",
 }
 SIGNS = dict(Add="+", Sub="-", Mult="*", Div="/", Lt="<", Gt=">", Eq="==", USub="-")
-INDICES = ("i", "j", "k", "m", "top")
+INDICES = ("i", "j", "k", "m", "top", "start")
 
 
 class Printed:
@@ -114,8 +114,11 @@ class _Text:
         return f"{'const ' * kept}{kind} {k}{'[]' * (k in self.arrays)}"
 
     def row(self, x: ast.AST) -> str | None:
-        """The matrix of which this is a row."""
-        if not isinstance(x, ast.Subscript) or isinstance(x.slice, ast.Tuple):
+        """The matrix of which this is a row, or the end of one."""
+        if not isinstance(x, ast.Subscript):
+            return None
+        of = x.slice
+        if isinstance(of, ast.Tuple) and not isinstance(of.elts[1], ast.Slice):
             return None
         name = ast.unparse(x.value)
         whole = name in self.arrays and len(self.arrays[name].shape) == 2
@@ -164,6 +167,9 @@ class _Text:
                 self.let(one, of)
 
     def let(self, target: ast.expr, value: ast.expr) -> None:
+        if ast.unparse(target) in INDICES:
+            self.to.line(f"int {ast.unparse(target)} = {self.index(value)};")
+            return
         text, matrix = self.number(value), self.row(value)
         if isinstance(target, ast.Name):
             new = not any(target.id in scope for scope in self.scopes)
@@ -184,8 +190,9 @@ class _Text:
 
     def AugAssign(self, x: ast.AugAssign) -> None:
         if not self.never(x):
-            sign = SIGNS[type(x.op).__name__]
-            self.to.line(f"{self.number(x.target)} {sign}= {self.number(x.value)};")
+            sign, of = SIGNS[type(x.op).__name__], ast.unparse(x.target)
+            number = self.index if of in INDICES else self.number
+            self.to.line(f"{number(x.target)} {sign}= {number(x.value)};")
 
     def For(self, x: ast.For) -> None:
         given = [self.index(one) for one in x.iter.args]  # type: ignore[attr-defined]
@@ -204,6 +211,9 @@ class _Text:
             self.block(x.orelse)
         elif x.orelse:
             raise NotImplementedError(ast.unparse(x))
+
+    def While(self, x: ast.While) -> None:
+        self.inside(f"while ({self.number(x.test)}) {{", x.body)
 
     def Continue(self, x: ast.Continue) -> None:
         self.to.line("continue;")
@@ -248,6 +258,11 @@ class _Text:
         if isinstance(x, ast.IfExp):
             test, a, b = map(self.number, (x.test, x.body, x.orelse))
             return f"({test}) ? {a} : {b}"
+        if isinstance(x, ast.BoolOp):
+            return " && ".join(f"({self.number(one)})" for one in x.values)
+        if isinstance(x, ast.Compare) and ast.unparse(x.left) in INDICES:
+            a, b = self.index(x.left), self.index(x.comparators[0])
+            return f"{a} {SIGNS[type(x.ops[0]).__name__]} {b}"
         if isinstance(x, ast.Compare):
             a, b = self.number(x.left), self.number(x.comparators[0])
             if a == b:
@@ -259,8 +274,11 @@ class _Text:
     def entry(self, x: ast.Subscript) -> str:
         array = ast.unparse(x.value)
         if isinstance(x.slice, ast.Tuple):
-            i, j = map(self.index, x.slice.elts)
-            return f"{array}[({i} * {self.arrays[array].shape[1]}) + {j}]"
+            end = x.slice.elts[1]
+            first = end.lower if isinstance(end, ast.Slice) else end
+            i, j = self.index(x.slice.elts[0]), self.index(first)
+            entry = f"{array}[({i} * {self.arrays[array].shape[1]}) + {j}]"
+            return f"&{entry}" if first is not end else entry
         if self.row(x):
             return f"&{array}[{self.index(x.slice)} * {self.arrays[array].shape[1]}]"
         return f"{array}[{self.index(x.slice, inner=False)}]"
