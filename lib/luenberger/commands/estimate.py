@@ -22,7 +22,8 @@ DESCRIPTION = (
     "`filter` can. "
     "With --smooth, the file is a plant instead, and each row is estimated from "
     "all measurements, earlier and later, with its one sigma; some may be missing. "
-    "With --lag N, each row is estimated with N more rows. Both hold the whole file."
+    "With --lag N, each row is estimated with N more rows. --smooth holds the whole "
+    "file."
 )
 
 

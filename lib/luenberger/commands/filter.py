@@ -35,7 +35,7 @@ def add(commands: Any) -> None:
     plant = "the plant, continuous or discrete, with Q, R and P0"
     one.add_argument("plant", type=file, metavar="PLANT.json", help=plant)
     data_and_out(one)
-    lag(one, "smooth each row with N more rows; memory holds the file")
+    lag(one, "smooth each row with N more rows")
     one.add_argument(
         "--undriven",
         action="store_true",
@@ -84,15 +84,12 @@ def run(options: Namespace) -> None:
 
 def _reader(options: Namespace) -> Callable[[Any], Any]:
     """What makes header and rows of a table."""
-    from ..run import filter_csv, late_csv
+    from ..run import filter_csv
 
     plant = plant_of(options.plant, options)
-    if options.arrival is not None:
-        return lambda table: late_csv.estimates(
-            plant, table, dict(options.arrival), options.undriven
-        )
     if options.lag is None:
-        return lambda table: filter_csv.estimates(plant, table, options.undriven)
+        late = dict(options.arrival or ())
+        return lambda table: filter_csv.estimates(plant, table, options.undriven, late)
     return lambda table: filter_csv.smoothed(
         plant, table, options.lag, options.undriven
     )

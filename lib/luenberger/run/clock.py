@@ -111,6 +111,23 @@ def periods(seconds: Vector, at: Place = row) -> Vector:
     return _shortest(middle, rounding)[group][where]
 
 
+def leading(last: Vector, seconds: Vector, at: Place) -> Vector:
+    """The periods that lead to each row; `last` has the instant before, if any.
+
+    To the first row of a record leads a period as long as the one behind it.
+
+    Raises
+    ------
+    ValueError
+        If the record has one row only, or times do not grow.
+    """
+    before = len(last)
+    steps = periods(np.concatenate([last, seconds]), lambda k: at(k - before))
+    if not before and len(seconds) == 1:
+        raise ValueError(ONE_ROW)
+    return steps if before else np.concatenate([steps[:1], steps])
+
+
 def _shortest(values: Vector, rounding: float) -> Vector:
     """For each of positive values the number with the fewest digits within `rounding`.
 

@@ -119,14 +119,23 @@ def estimate(
         y, u = record.y, record.u
     else:
         y, u = dataframes.taken(y=y, u=u)
-    step = partial(_chunk, observer, Clock(observer, time), True)
+    step = partial(_chunk, observer, Clock(observer, time))
     return chunks.found(step, (0, z), y, u)
 
 
-def estimated(observer: Observer, y: Any, u: Any, x0: Given) -> Any:
-    """The same of a caller that says itself which estimates overflow."""
-    step = partial(_chunk, observer, Clock(observer), False)
-    return chunks.found(step, (0, start(observer, x0=x0)), y, u)
+State = tuple[int, Vector]  # how many rows were done, and z
+
+
+def estimated(
+    observer: Observer, state: State, y: Matrix, u: Matrix
+) -> tuple[State, Matrix]:
+    """The state behind the next rows, and estimates at them, which may overflow."""
+    done, z = state
+    here = slice(done, done + len(y))
+    _require_steps(observer, here.stop)
+    with np.errstate(over="ignore", invalid="ignore"):
+        z, found = over_rows(observer, z, y, u, here)
+    return (here.stop, z), found
 
 
 def _of_many(observer: Observer, record: Record, z: Vector) -> Any:
@@ -135,7 +144,7 @@ def _of_many(observer: Observer, record: Record, z: Vector) -> Any:
     if isinstance(record.y, list | tuple):
         for k, one in enumerate(record.each()):
             with of_record(k):
-                step = partial(_chunk, o, Clock(o, one.time), True)
+                step = partial(_chunk, o, Clock(o, one.time))
                 found.append(chunks.found(step, (0, z), one.y, one.u))
         tables = any(map(dataframes.is_table, found))
         return found if tables or len({*map(len, found)}) > 1 else np.stack(found)
@@ -158,25 +167,17 @@ def _of_many(observer: Observer, record: Record, z: Vector) -> Any:
 
 
 def _chunk(
-    observer: Observer,
-    watch: Clock,
-    finite: bool,
-    before: tuple[int, Vector],
-    y: Any,
-    u: Any,
-) -> tuple[tuple[int, Vector], Any]:
-    """The estimates of the next rows; the state is how many rows were done, and z."""
-    o, table, (done, z) = observer, y, before
+    observer: Observer, watch: Clock, before: State, y: Any, u: Any
+) -> tuple[State, Any]:
+    """The same of a chunk as it was given, whose estimates are finite."""
+    o, table = observer, y
     watch.follow(y)
     outputs, inputs = (o.D.shape[-1], o.output_names), (o.G.shape[-1], o.input_names)
     y, u = chunks.arrays(y, u, outputs, inputs)
-    here = slice(done, done + len(y))
-    _require_steps(o, here.stop)
-    with np.errstate(over="ignore", invalid="ignore"):
-        z, found = over_rows(o, z, y, u, here)
-    if finite and not np.isfinite(found).all():
-        _refuse_overflow(o, found, done)
-    return (here.stop, z), dataframes.like(table, found, o.estimate_names)
+    after, found = estimated(o, before, y, u)
+    if not np.isfinite(found).all():
+        _refuse_overflow(o, found, before[0])
+    return after, dataframes.like(table, found, o.estimate_names)
 
 
 def _require_steps(observer: Observer, rows: int) -> None:

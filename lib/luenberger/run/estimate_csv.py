@@ -1,13 +1,12 @@
 """An observer run over a table of any length, in memory that does not grow."""
 
 import csv
-from collections import deque
 from collections.abc import Iterable, Iterator, Sequence
-from itertools import repeat
 from typing import TextIO
 
 import numpy as np
 
+from ..at_work import start
 from ..certificate import require_match
 from ..errors import few, short
 from ..formats.csv_reader import Rows, Table
@@ -91,29 +90,19 @@ def _estimated(
     times: Column | None,
 ) -> Iterator[Piece]:
     """The pieces of a table with their estimates; no piece is kept."""
-    now: deque[Rows] = deque(maxlen=1)
-    p = len(outputs)
+    state = 0, start(observer, x0=x0)
+    for piece in rows:
+        lines = piece.lines
 
-    def ys() -> Iterator[Matrix]:
-        for piece in rows:
-            require_times(table, piece, times)
-            now.append(piece)
-            yield _measured(table, outputs, piece)
+        def at(k: int, lines: Sequence[int] = lines) -> str:
+            return table.at(lines[k])
 
-    us = (now[0].values[:, p:] for _ in repeat(None))
-    found = estimated(observer, ys(), us, x0)
-    while True:
-        x = next(found, None)
-        if x is None:
-            return
-        require_finite(x, observer.estimate_names, lambda k: table.at(now[0].lines[k]))
-        yield now[0], x
-
-
-def require_times(table: Table, piece: Rows, times: Column | None) -> None:
-    """Raise if a time is none, or contradicts dt."""
-    if times is not None:
-        times.seconds(piece.carried, lambda k: table.at(piece.lines[k]))
+        if times is not None:
+            times.seconds(piece.carried, at)
+        y, u = _measured(table, outputs, piece), piece.values[:, len(outputs) :]
+        state, x = estimated(observer, state, y, u)
+        require_finite(x, observer.estimate_names, at)
+        yield piece, x
 
 
 def _measured(table: Table, outputs: Sequence[str], piece: Rows) -> Matrix:

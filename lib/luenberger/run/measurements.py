@@ -12,6 +12,7 @@ import numpy as np
 
 from ..analysis.error_covariance import error_covariance
 from ..analysis.known_input import Statistics
+from ..at_work import start
 from ..errors import few, short
 from ..formats.csv_reader import Table, separator
 from ..formats.json_files import opened
@@ -186,8 +187,8 @@ def apply(
     """
     if data.missing:
         return _filtered(observer, accurate, plant, data)
-    here = plant.at_first_sample()
-    x = estimated(observer, data.y, data.u, here.x0)
+    begin = 0, start(observer, x0=plant.at_first_sample().x0)
+    _, x = estimated(observer, begin, data.y, data.u)
     names = observer.estimate_names
     require_finite(x, names, _row)
     how, covariance = "without Q and R their bounds are not known.", None

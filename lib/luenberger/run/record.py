@@ -13,7 +13,7 @@ from ..formats import dataframes
 from ..numeric import Vector
 from ..plant import Plant
 from . import arrivals, chunks
-from .clock import ONE_ROW, Clock, known, periods, row
+from .clock import Clock, known, leading, row
 
 
 class Rows(NamedTuple):
@@ -175,14 +175,7 @@ class Record:
         """Seconds that lead to each row, the last instant and what it counts from."""
         last, origin = clock or (np.empty(0), None)
         seconds, origin = known(plant, self.y, self.time, origin, first)
-        before = len(last)
-        steps = periods(
-            np.concatenate([last, seconds]), lambda k: row(first + k - before)
-        )
-        if not before:
-            if len(seconds) == 1:
-                raise ValueError(ONE_ROW)
-            steps = np.concatenate([steps[:1], steps])
+        steps = leading(last, seconds, lambda k: row(first + k))
         return steps, (seconds[-1:] if len(seconds) else last, origin)
 
 
