@@ -12,15 +12,14 @@ from functools import cache
 
 from sympy import Symbol
 
-from ...papers.leondes_novak.derivation.estimate import innovation
+from ...papers.leondes_novak.derivation.estimate import innovation, running
 from ...papers.leondes_novak.derivation.letters import *
-from ...papers.leondes_novak.derivation.one_pass import loop
 from ...symbolic import Derivation, Line, Solve, Stage
 
 SOURCE = "our own; Schweppe (1965)"
 N_all = Symbol("N", integer=True, positive=True)
 
-letters = loop.here()
+letters = running.here()
 chain, define = letters.chain, letters.define
 W = letters("W", p, p, "inverse of `M`", symmetric=True)
 e = letters("e", p, 1, "innovation, weighed by its covariance")

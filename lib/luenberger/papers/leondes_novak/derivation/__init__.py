@@ -40,18 +40,6 @@
     The radar tracker: a target's position, velocity and acceleration.
 `missing_outputs`
     A step at which some outputs did not arrive is the theorem for fewer outputs.
-`one_pass`
-    One step of a filter over a record, as one stage list that compiled loops run.
-`places`
-    The outputs that arrived, each in its place: no size depends on what is missing.
-`marks`
-    The outputs that arrived, marked by ones on a diagonal, as a device sees them.
-`on_target`
-    The filter in the order in which a device runs it: use the sample, then predict.
-`predictions`
-    A record from prediction to prediction, with outputs missing or without noise.
-`known_state`
-    A state that is known exactly, and what is known of its readings before they come.
 `factored`
     A covariance in factors `U D U'`: what one reading and one prediction make of it.
 `square_root`
@@ -108,60 +96,7 @@ observer_of_both = StageList(
 root_update = StageList(__name__, "square_root.root_update", "K Y kept drawn")
 root_error = StageList(__name__, "noise_factors.root_error", "moved drive shown drawn")
 root_decorrelation = StageList(__name__, "noise_factors.root_decorrelation", "G")
-filter_step = StageList(
-    __name__,
-    "one_pass.filter_step",
-    "Omega N M Kmv K Z Sigma_next x_minus known innovation x_next rho_next",
-)
-kept_step = StageList(
-    __name__,
-    "one_pass.kept_step",
-    "Omega N M Kmv K Z Sigma_next x_minus known innovation x_next rho_next W",
-)
-padded = StageList(__name__, "places.padded", "C E Missing R Gamma J")
 observer_step = StageList(__name__, "side_by_side.observer_step", "w_hat z_next")
-predict = StageList(__name__, "on_target.predict", "Omega_next x_minus_next")
-update = StageList(
-    __name__, "on_target.update", "N M Kmv K Z Sigma known innovation x rho"
-)
-complete_sample = StageList(
-    __name__,
-    "on_target.complete_sample",
-    "N M Kmv K Z Sigma known innovation x rho Omega_next x_minus_next",
-)
-partial_sample = StageList(
-    __name__,
-    "on_target.partial_sample",
-    "C E Missing R S J As Q Lifted Untaken Spread Gamma "
-    "N M Kmv K Z Sigma known innovation x rho",
-)
-marked_sample = StageList(
-    __name__,
-    "on_target.marked_sample",
-    "C E Missing R S J As Q Lifted Untaken Spread Gamma "
-    "N M Kmv K Z Sigma known innovation x rho Omega_next x_minus_next",
-)
-sample_with_gain = StageList(
-    __name__,
-    "on_target.sample_with_gain",
-    "known innovation x rho x_minus_next",
-)
-arrived = StageList(
-    __name__, "marks.arrived", "C E Missing R S J As Q Lifted Untaken Spread Gamma"
-)
-prediction_step = StageList(
-    __name__,
-    "predictions.prediction_step",
-    "N M innovation W e N_x G x_minus_next X D Omega_next",
-)
-filtered_row = StageList(
-    __name__,
-    "predictions.filtered_row",
-    "N M innovation c_s Kmv K x Z Sigma T G_x x_minus_next Omega_next e_s X_s",
-)
-known_row = StageList(
-    __name__, "known_state.known_row", "x_minus innovation x_next left made size"
-)
 side_by_side_step = StageList(
     __name__, "side_by_side.side_by_side", "y w w_hat e z_next x_next"
 )
