@@ -336,9 +336,26 @@ def test_plants_that_vary_are_refused(tmp_path):
     source = generators.varying(np.random.default_rng(1), 2, 1, 5)
     with pytest.raises(lb.DesignError, match="varies with time"):
         to_c(source, tmp_path)
-    many = plant(8, 7)
-    with pytest.raises(lb.DesignError, match="each choice of those that arrive"):
-        to_c(many, tmp_path, m1=1)
+
+
+@pytest.mark.parametrize("cross, m1", [(True, 1), (False, 7)])
+def test_too_many_choices_of_outputs_are_refused(cross, m1, tmp_path):
+    """Those that are treated as exact; where noises are shared, all of them."""
+    many = plant(8, 7, cross=cross)
+    with pytest.raises(lb.DesignError, match="on which of 7 outputs arrive"):
+        to_c(many, tmp_path, m1=m1)
+
+
+@pytest.mark.parametrize("m1", [[5], [2, 7]])
+def test_outputs_that_change_no_matrix_may_be_many(m1, compiled):
+    source = plant(4, 9)
+    y, u = a_record(source, 100)
+    unit = compiled(source, m1=m1)
+    found, code = unit.run(y, u)
+    assert not code.any()
+    x, variances = in_python(source, y, u, m1)
+    assert generators.relative(found, x) < 1e-12
+    assert generators.relative(unit.variances, variances) < 1e-12
 
 
 def test_every_text_that_it_calls_is_printed():

@@ -86,7 +86,8 @@ class Few(Functions):
     def partial(self) -> str:
         """An estimate where not all outputs arrived."""
         n, to = self.n, C(self.real)
-        to.line(f"{self.name}_state next = *state;")
+        to.line(f"{self.name}_state next;")
+        to.line("next = *state;")
         for k, size in dict(V=n * n, met=n, K=n, f=n, found=3).items():
             to.array(k, size)
         below = {f"V[{j * n + i}]": self.place(f"V_{j}_{i}")

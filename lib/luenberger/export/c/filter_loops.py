@@ -9,16 +9,18 @@ import numpy as np
 
 from ...filtering import passes
 from ...kernels.c.file import File
+from ...kernels.c.writer import listed
 from .filter_functions import MET, Functions
 from .filter_start import MOVING, Start
 from .printed import ORDER, Printed
 from .source_and_header import Cost, Members, wrapped
 
 ROOM = """\
-    ${name}_state next = *state;
+    ${name}_state next;
     $real f[$N];
     $real found[3];
-    $real shown[$n];"""
+    $real shown[$n];
+    next = *state;"""
 PUSHED = """\
     $real spare[$n];
     int seen = 0;
@@ -72,7 +74,9 @@ class Loops(Functions):
         left_out = {"push": not self.pushed, "whiten": not start.correlated}
         wanted = [k for k in ORDER if not left_out.get(k)]
         self.printed = Printed(self.name, self.real, sizes, self.tiny, wanted)
-        self.at, self.found = start.patterns() if self.pushed else ([0], [self.maps])
+        self.bits, self.at, self.found = [0], [0], [self.maps]
+        if self.pushed:
+            self.bits, self.at, self.found = start.patterns()
         self.alike = all(np.array_equal(one.M, one.B) for one in self.found)
         self.sizes = {"z": N, "met": n, "D": N, "V": N * N, "E": t * N, "e": t}
         whitened = "Cr" if start.correlated else ""
@@ -96,8 +100,7 @@ class Loops(Functions):
         tables, more = [], ""
         if self.pushed:
             more = f"state->seen[0] = {self.at[0]};"
-            bits = [2**j for j in range(self.p)]
-            for k, values in dict(at=self.at, bit=bits).items():
+            for k, values in dict(at=self.at, bit=self.bits).items():
                 listed = ", ".join(map(str, values))
                 size = len(values)
                 tables.append(
@@ -139,7 +142,7 @@ class Loops(Functions):
         lines, n = [], self.n
         if self.plant.B.any():
             lines.append(self.wrong("u", self.plant.m, "isfinite({}) != 0"))
-        lines.append(f"    {self.name}_state next = *state;")
+        lines += [f"    {self.name}_state next;", "    next = *state;"]
         room = dict(drive=n, W=n * self.wide, w=self.wide, h=self.wide, made=n)
         lines += [f"    {self.real} {k}[{size}];" for k, size in room.items()]
         drive = [f"    drive[{i}] = {self.known(self.plant.B, i)};" for i in range(n)]
@@ -157,7 +160,7 @@ class Loops(Functions):
         given = dict(V="state->V", D="state->D", variances="variances")
         lines = [f"    {self.printed.call('spread', **given)};"]
         if self.pushed:
-            spare = f"    {self.real} spare[{self.n}] = {{0.0}};"
+            spare = f"    {self.real} spare[{self.n}] = {listed(np.zeros(self.n))};"
             lines = [self.text(spare), *lines]
             lines.append(f"    {wrapped(self.push('state->', 'spare', 'variances'))};")
         return self.written("variances", *lines)

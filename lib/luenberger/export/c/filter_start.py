@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from typing import Any
 
 import numpy as np
@@ -15,7 +14,7 @@ from ...filtering.passes import Maps
 from ...kernels.c.numbers import representable
 from ...numeric import Matrices, Vector
 
-PATTERNS = 64  # of outputs that arrive, each with matrices of its own
+MOST = 6  # outputs of which each choice has matrices of its own
 NAMES = dict(M="A", B="A", G="Q", r="R")  # of maps, as a user knows them
 MOVING = ("M", "B", "X", "O")  # maps that hang on which outputs arrived
 
@@ -71,18 +70,26 @@ class Start:
         found = self.settings.at(1, seen)[0]._asdict()
         return Maps(**{k: self.narrow(NAMES.get(k, k), X) for k, X in found.items()})
 
-    def patterns(self) -> tuple[list[int], list[Maps]]:
-        """Which maps go with which outputs, the first of them in the lowest bit."""
-        p = self.plant.p
-        if 2**p > PATTERNS:
+    def patterns(self) -> tuple[list[int], list[int], list[Maps]]:
+        """For each output its bit, for each sum of bits which maps, and the maps.
+
+        Where no noise is shared with the next state, only outputs that are treated as
+        exact have a bit: whether others arrive changes no matrix.
+        """
+        p, S, found = self.plant.p, self.plant.S, dict[bytes, tuple[int, Maps]]()
+        told = isinstance(self.settings.weight, str) or (S is not None and np.any(S))
+        which = range(p) if told else sorted(self.settings.accurate)
+        if len(which) > MOST:
             raise DesignError(
-                f"noisy outputs are treated as exact, and the plant has {p}: each "
-                "choice of those that arrive has matrices of its own, too many for a "
-                "device. Leave out m1, or choose outputs without noise."
+                "noisy outputs are treated as exact, and the matrices of a sample hang "
+                f"on which of {len(which)} outputs arrive: too many choices for a "
+                "device. Leave out m1, or treat outputs without noise as exact."
             )
-        at, found = [], dict[bytes, tuple[int, Maps]]()
-        for bits in itertools.product((False, True), repeat=p):
-            maps = self.at(np.array(bits[::-1]))
+        bits, at = [0] * p, []
+        for k, j in enumerate(which):
+            bits[j] = 2**k
+        for code in range(2 ** len(which)):
+            maps = self.at(np.array([not bit or bool(bit & code) for bit in bits]))
             key = b"".join(getattr(maps, k).tobytes() for k in MOVING)
             at.append(found.setdefault(key, (len(found), maps))[0])
-        return at, [maps for _, maps in found.values()]
+        return bits, at, [maps for _, maps in found.values()]

@@ -235,8 +235,10 @@ class _Text:
             pass
         if isinstance(x, ast.BinOp):
             a, b = self.index(x.left), self.index(x.right)
-            text = f"{a} {SIGNS[type(x.op).__name__]} {b}" if a != "0" else b
-            return f"({text})" if inner and a != "0" else text
+            if "0" in (a, b):  # it is added, or taken away
+                return b if a == "0" else a
+            text = f"{a} {SIGNS[type(x.op).__name__]} {b}"
+            return f"({text})" if inner else text
         if isinstance(x, ast.Call):  # of min
             a, b = map(self.index, x.args)
             return f"(({a} < {b}) ? {a} : {b})"
@@ -271,16 +273,22 @@ class _Text:
         text = f"{self.number(x.left, True)} {sign} {self.number(x.right, True)}"
         return f"({text})" if inner else text
 
+    def start(self, i: str, wide: int) -> str:
+        """Where row i begins."""
+        return i if wide == 1 else f"{i} * {wide}"
+
     def entry(self, x: ast.Subscript) -> str:
         array = ast.unparse(x.value)
         if isinstance(x.slice, ast.Tuple):
             end = x.slice.elts[1]
             first = end.lower if isinstance(end, ast.Slice) else end
             i, j = self.index(x.slice.elts[0]), self.index(first)
-            entry = f"{array}[({i} * {self.arrays[array].shape[1]}) + {j}]"
+            at = self.start(i, self.arrays[array].shape[1])
+            entry = f"{array}[{at}]" if j == "0" else f"{array}[({at}) + {j}]"
             return f"&{entry}" if first is not end else entry
         if self.row(x):
-            return f"&{array}[{self.index(x.slice)} * {self.arrays[array].shape[1]}]"
+            at = self.start(self.index(x.slice), self.arrays[array].shape[1])
+            return f"&{array}[{at}]"
         return f"{array}[{self.index(x.slice, inner=False)}]"
 
     def called(self, x: ast.Call) -> str:

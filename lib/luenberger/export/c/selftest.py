@@ -94,7 +94,8 @@ def _called(name: str, use: Use, tables: dict[str, np.ndarray]) -> list[str]:
     for one in use.arguments:
         k = one.rpartition(" ")[2]
         wide = tables[k].shape[1] if k in tables else 0
-        given.append(f"&{name}_{k}[k * {wide}]" if wide else k)
+        row = "k" if wide == 1 else f"k * {wide}"
+        given.append(f"&{name}_{k}[{row}]" if wide else k)
     return [
         f"        if ({name}_{use.name}({', '.join(given)}) != 0) {{",
         "            return 1;",
