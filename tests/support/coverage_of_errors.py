@@ -3,7 +3,7 @@
     python tests/support/coverage_of_errors.py 1000
 
 takes some minutes and prints the share, off the bounds and beside a variance that was
-found to be zero; `tests/identification/test_coverage.py` does the same with few plants.
+found to be zero; `tests/identification/test_fit.py` does the same with few plants.
 Cramer and Rao's errors promise 95.4 % in the long run.
 """
 

@@ -321,19 +321,9 @@ def by_autocovariances(
 ) -> Fit:  # fmt: skip
     """Fit Q and R to records of a constant plant in even units, round by round.
 
-    Parameters
-    ----------
-    plant : Plant
-    forms, units
-        Of Q and R, in the user's units, and these of the even ones.
-    S : (n, p) ndarray or None
-    theta : (k,) ndarray
-        Where the first search begins.
-    gain : (n, p) ndarray
-        The first gain.
-    records : sequence of (y, u)
-    rounds : int
-        How many gains; two are enough for a start.
+    `forms` are in the user's units, `units` are what even ones are in these.  Least
+    squares begin at `theta`, with the innovations of `gain`; two gains are enough for
+    a start.
     """
     for k in range(rounds):
         data = moments(plant, gain, records, S)

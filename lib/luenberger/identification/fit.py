@@ -116,16 +116,14 @@ def fit_noise(
     """Find the noise covariances of a plant, and unknown entries, from records.
 
     The most likely Q and R: those that make the record most probable, as
-    `Filter.log_likelihood` says.  First it is asked what a record could tell at all, by
-    `identifiability`; a request for more is refused, with the direction that nothing
-    determines.
+    `Filter.log_likelihood` says.  What no record could determine is refused, with the
+    direction that nothing determines, as `identifiability` says it.
 
     Parameters
     ----------
     plant : Plant
-        Discrete.  Its P0, if it has one, is that of each record's start; without P0
-        the start is unknown.  What it says of Q and R is not used, unless they are
-        None below.
+        Discrete.  Without P0 the start of each record is unknown.  Its Q and R are not
+        used, unless they are None below.
     y : (N, p) array_like or DataFrame, or a list of them
         One record, or several of the same plant; NaN means not measured.  With one
         output a record may also be (N,).
@@ -136,11 +134,10 @@ def fit_noise(
         in Q = G diag(q) G' for a matrix G; or the positive numbers q of a function
         that returns the covariance.  None keeps the plant's own.  Default "full".
     S : 0, None or (n, p) array_like, default 0
-        Known, and not fitted; None is the plant's own.  `identifiability` says what a
-        record could tell of S as well.
+        Known, and not fitted; None is the plant's own.
     method : "likelihood" or "autocovariance"
-        Autocovariance least squares is faster and needs no search; its errors are
-        larger, and it fits constant plants without unknown parameters.
+        Autocovariance least squares needs no search; its errors are larger, and it
+        fits constant plants without unknown parameters.
     parameters : dict or (callable, dict), optional
         Unknown entries such as ``{"B[1,0]": 4.0}``, counted from 0, with where to
         begin; or a function of their vector that returns the Plant, with names and
@@ -148,49 +145,32 @@ def fit_noise(
     start : dict, optional
         ``{"Q": ..., "R": ...}``: where to begin; for a function, its q.
     unidentifiable : "refuse" or "fix", default "refuse"
-        What to do where no record could determine all that is asked for: refuse, or
-        keep each combination that leaves no trace where the search begins.  That is
-        `start`; without it, where the sizes and autocovariances of the record put it.
-        The sentences are in `unidentifiable` of the fit.
+        Refuse what no record could determine, or keep each combination that leaves no
+        trace where the search begins, and say so in `unidentifiable` of the fit.
     progress : bool or callable, default False
         As in `monte_carlo`.
-
-    Returns
-    -------
-    NoiseFit
 
     Raises
     ------
     DesignError
-        If a record, however long, could not determine all that is asked for, unless
-        it is fixed; if this one is too short, constant or fitted without any noise; if
-        S is too large for Q and R; if the plant is continuous or not detectable; or if
-        its states grow too far in a gap, as in `Filter.run`.
+        If a record, however long, could not determine all that is asked for; if this
+        one is too short, constant or fitted without any noise; if S is too large; if
+        the plant is continuous or not detectable; or as from `Filter.run`.
     ValueError
         If sizes disagree, or Q, R, S, method, parameters or start is none of these.
 
-    See Also
-    --------
-    identifiability, Filter
-
     References
     ----------
-    Mehra (1970); Odelson, Rajamani and Rawlings (2006); Durbin and Koopman (2012),
-    "Time series analysis by state space methods", chapter 7;
-    identification/derivation/.
+    Durbin and Koopman (2012), chapter 7; Mehra (1970); identification/derivation/.
 
     Examples
     --------
     >>> import numpy as np, luenberger as lb
     >>> rng = np.random.default_rng(8)
-    >>> level = np.cumsum(rng.normal(size=500))         # Q = 1
-    >>> y = level + 3 * rng.normal(size=500)            # R = 9
-    >>> plant = lb.Plant([[1]], None, [[1]], dt=1.0)    # a level that walks
-    >>> fit = lb.fit_noise(plant, y)
-    >>> fit.plant.Q.round(1), fit.plant.R.round(1)
-    (array([[0.9]]), array([[9.4]]))
-    >>> fit.lines[-1]  # before it each number with its error, as `fit` prints them
-    'log-likelihood -1346.14'
+    >>> y = np.cumsum(rng.normal(size=500)) + 3 * rng.normal(size=500)  # Q = 1, R = 9
+    >>> fit = lb.fit_noise(lb.Plant([[1]], None, [[1]], dt=1.0), y)
+    >>> fit.plant.Q.round(1), fit.plant.R.round(1), round(fit.log_likelihood, 2)
+    (array([[0.9]]), array([[9.4]]), -1346.14)
     """
     expect(plant=plant)
     if not isinstance(method, str) or method not in METHODS:

@@ -153,20 +153,10 @@ def variances(theta: Vector) -> Vector:
 def form_of(
     letter: str, wanted: Any, size: int, given: Any, start: Any, unit: Vector
 ) -> Form:
-    """The form that a caller asks for.
+    """The form that a caller asks for by `wanted`, as in `fit_noise`.
 
-    Parameters
-    ----------
-    letter : str
-        "Q" or "R".
-    wanted : "full", "diagonal", "scaled", None, matrix or callable
-        None is the plant's own, which is `given`, and "scaled" that times a number; a
-        matrix has the columns G.
-    size : int
-    given, start : ndarray or None
-        The plant's covariance; where the search is to begin.
-    unit : (size,) ndarray
-        Sizes of the noise, for scaling.
+    `given` is the plant's covariance, `start` where the search is to begin, and `unit`
+    (size,) has sizes of the noise, for scaling.
     """
     none, small = np.zeros((size, size)), letter.lower()
     if wanted is None:

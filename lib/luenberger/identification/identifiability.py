@@ -239,24 +239,12 @@ def _sentence(labels: Sequence[str], row: Vector, share: Vector) -> str:
 
 
 def over_time(A: Matrix, C: Matrix, changes: Matrices, seen: Matrix) -> Matrix:
-    """A square root of what a record shows of the changes, for any start.
+    """A square root (r, k) of what a record shows of stacks of changes, for any start.
 
-    It is measured by what the record would show of them if the start were known.
-
-    What a part of a record shows, the record shows.  So later instants are left out
-    where those before determine every change clearly.
-
-    Parameters
-    ----------
-    A, C : (n, n) and (p, n), or stacks of them, ndarray
-        In units in which their numbers are of like size.
-    changes : dict
-        {"Q", "R", "S"}: stacks (k, ., .), in these units.
-    seen : (N, p) ndarray of bool
-
-    Returns
-    -------
-    (r, k) ndarray
+    It is measured by what the record would show of them if the start were known.  The
+    plant, or its stacks, and the changes are in even units.  What a part of a record
+    shows, the record shows: later instants are left out where those before determine
+    every change clearly.
     """
     n = A.shape[-1]
     one = Plant(A, None, C, Q=np.eye(n), R=np.eye(C.shape[-2]), P0=np.eye(n), dt=1.0)

@@ -22,11 +22,13 @@ from .records import Records
 STEP = 1e-5  # of a parameter's scale, for its slope
 BEND = 1e-3  # the same, for how the slope changes
 SLOPE = 3e-7  # of the objective for each reading, at its end, in units of its curvature
-ROUNDS = 6  # of search, each from where the last one ended
+DONE = 1e-13  # of the objective, that a step may gain at its end
+REACH = 2.0  # logarithms of a deviation, or sizes of a parameter, in one round
+ROUNDS = 12  # of search, each from where the last one ended
 ENOUGH = 1e-10  # what a round has gained for each reading, that was the last one
 FAR = 1e3  # of the objective, where there is no likelihood
 FIRST = 64  # rows that have to tell a start
-WIDE = 1e8  # of what they leave of it, as a variance
+WIDE = 1e5  # of what they leave of it, as a variance
 LEAST = 1e-3  # of an information for each reading: below it there is none to go by
 
 Objective = Callable[[Vector], tuple[float, Vector]]  # value to be least, and slope
@@ -36,8 +38,8 @@ NONE = CertificateError, DesignError, np.linalg.LinAlgError  # where there is no
 class Likelihood:
     """The likelihood of records and its slope, at one vector after another.
 
-    A start of which nothing is known is one of large variance here: 1e8 times what the
-    first rows leave, about where they put it.  It moves the greatest value by 1e-8 of
+    A start of which nothing is known is one of large variance here: 1e5 times what the
+    first rows leave, about where they put it.  It moves the greatest value by 1e-5 of
     its errors, and the likelihood by a constant; exact ones take a hundred times as
     long for each row of the start.
 
@@ -147,15 +149,8 @@ def least(
 ) -> Vector:  # fmt: skip
     """Where the objective is least, from a start.
 
-    Parameters
-    ----------
-    objective : callable
-        The value, infinite where there is none, and the slope.
-    theta : (k,) ndarray
-    information : (k, k) ndarray
-        About the second derivatives of the objective.
-    report : callable
-        Is told how many evaluations were made.
+    `information` is about its second derivatives; `report` is told how many times it
+    was evaluated.  Where there is no value it is infinite.
     """
     sizes, vectors = np.linalg.eigh(information)
     unit = vectors / np.sqrt(np.maximum(sizes, LEAST))
@@ -171,12 +166,16 @@ def least(
             best = value, at
         return value if np.isfinite(value) else best[0] + FAR, unit.T @ slope
 
+    reach = REACH / np.abs(unit).max(axis=0, initial=0)
+    options = dict(gtol=SLOPE, ftol=DONE, maxcor=30, maxiter=200)
     for _ in range(ROUNDS if len(theta) else 0):
         before, begin = best
         found = scipy.optimize.minimize(
-            counted, np.zeros(len(theta)), jac=True, options=dict(gtol=SLOPE)
-        )
-        if found.success or before - best[0] <= ENOUGH:
+            counted, np.zeros(len(theta)), jac=True, method="L-BFGS-B",
+            bounds=np.transpose([-reach, reach]), options=options,
+        )  # fmt: skip
+        inside = (np.abs(found.x) < reach).all()
+        if before - best[0] <= ENOUGH or (found.success and inside):
             break
     return best[1]
 
