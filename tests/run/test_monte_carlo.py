@@ -192,7 +192,7 @@ def test_products_of_few_outputs_and_of_many_are_the_same_sums(q):
 # workers that die, functions that fail
 
 
-class Stalling:
+class Stalling(concurrent.futures.Executor):
     """An executor that is busy with something else from the fourth job on."""
 
     def __init__(self, executor):

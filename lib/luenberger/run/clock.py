@@ -10,7 +10,6 @@ from ..formats import dataframes, time_stamps
 from ..numeric import Vector
 from ..observer import Observer
 from ..plant import Plant
-from .discretise import discretise
 
 DRIFT = 0.01  # of the time since the first row, that a clock may be off by
 AHEAD = (
@@ -148,25 +147,6 @@ def _shortest(values: Vector, rounding: float) -> Vector:
     return found
 
 
-def sampled_at(plant: Plant, seconds: Vector, at: Place = row) -> Plant:
-    """The discrete plant of a continuous one at the instants of a record's rows.
-
-    Where x0 and P0 are of the instant before the first row, it is as long before the
-    first row as the second is after it.
-
-    Raises
-    ------
-    ValueError
-        If there is one row only: nothing says what period it ends.
-    """
-    steps = periods(seconds, at)
-    if not len(steps):
-        raise ValueError(ONE_ROW)
-    if (steps == steps[0]).all():
-        return plant.sampled(float(steps[0]))
-    return discretise(plant, np.concatenate([steps[:1], steps]))
-
-
 class Column:
     """The time column of a CSV file, read a piece at a time.
 
@@ -203,11 +183,6 @@ class Column:
         if self.watch is not None:
             self.watch.require(found, at)
         return found
-
-
-def of_record(plant: Plant, y: Any, time: Any) -> Plant:
-    """The discrete plant at the rows of a record; `time` as in `Record`."""
-    return sampled_at(plant, known(plant, y, time)[0])
 
 
 def known(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from functools import partial
 from typing import Any, overload
 
@@ -27,11 +27,6 @@ def estimate(
     observer: Observer, y: Iterator[Any], u: Iterator[Any] | int | None = ..., *,
     time: str | None = ..., u0: Given = ..., z0: Given = ..., x0: Given = ...,
 ) -> Iterator[Matrix]: ...  # fmt: skip
-@overload
-def estimate(
-    observer: Observer, y: np.ndarray | Sequence[Any], u: Given | int = ..., *,
-    time: Any = ..., u0: Given = ..., z0: Given = ..., x0: Given = ...,
-) -> Matrix: ...  # fmt: skip
 @overload
 def estimate(
     observer: Observer, y: Any, u: Any = ..., *,

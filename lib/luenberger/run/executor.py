@@ -4,11 +4,9 @@ Any `concurrent.futures.Executor` will do: a pool of threads or processes, or th
 a Dask cluster, ``client.get_executor()``.  Results come in the order of the jobs.
 """
 
-from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator
-from concurrent.futures import BrokenExecutor, Executor, Future
+from concurrent.futures import BrokenExecutor, Executor
 from contextlib import contextmanager
-from itertools import islice
 from typing import Any, TypeVar
 
 Job = TypeVar("Job")
@@ -20,13 +18,8 @@ def in_order(
     function: Callable[[Job], Result],
     jobs: Iterable[Job],
     executor: Executor | None = None,
-    ahead: int | None = None,
 ) -> Generator[Result]:
-    """Yield function(job) for each job, in order; the first failure ends it all.
-
-    At most `ahead` jobs are with the executor, so that memory is for so many; None is
-    all of them.
-    """
+    """Yield function(job) for each job, in order; the first failure ends it all."""
     if executor is None:
         yield from map(function, jobs)
         return
@@ -35,27 +28,14 @@ def in_order(
             "executor must be a concurrent.futures.Executor, such as a "
             f"ProcessPoolExecutor or a Dask client's get_executor(), got {executor!r}"
         )
-    waiting: deque[Future] = deque()
-    left = iter(jobs)
     try:
-        for job in islice(left, ahead):
-            waiting.append(executor.submit(function, job))
-        while waiting:
-            # held while it is awaited, so that it too is called off if we are
-            result = waiting[0].result()
-            waiting.popleft()
-            for job in islice(left, 1):
-                waiting.append(executor.submit(function, job))
-            yield result
+        yield from executor.map(function, jobs)
     except BrokenExecutor as error:
         raise BrokenExecutor(
             "a worker died and took its pool along, so nothing was counted. Start a "
             "new pool (with fewer workers, if memory ran out) and call again: the "
             "result will be the same. A Dask cluster replaces workers that die."
         ) from error
-    finally:
-        for future in waiting:
-            future.cancel()
 
 
 @contextmanager
