@@ -106,13 +106,13 @@ class Chain:
         for k, line in enumerate(self.lines, 1):
             if not isinstance(line, Line) or isinstance(line, Implies) != stated:
                 wanted = "Implies or Iff" if stated else "Line"
-                mend = (
-                    f"what begins with {type(self.left).__name__} goes on with {wanted}"
-                )
+                start = type(self.left).__name__
+                mend = f"what begins with {start} goes on with {wanted}"
                 if isinstance(line, list | tuple):
                     mend = "write its lines one after the other"
+                kind = type(line).__name__
                 raise TypeError(
-                    f"line {k} of chain ({self.number}) is a {type(line).__name__}; {mend}"
+                    f"line {k} of chain ({self.number}) is a {kind}; {mend}"
                 )
         bounded = False
         for k, line in enumerate(self.lines, 1):

@@ -28,13 +28,17 @@ from .relations import Relation, named
 from .symbols import MatrixProduct, MatrixSum, Own, Symmetric, ZeroMatrix, plus
 from .terms import (
     Pattern,
+    as_before,
     common,
     factored,
+    joined,
+    negative,
     opened,
     put_in,
     scalar,
     summed,
     together,
+    whole,
     written,
 )
 from .typeset import Show, latex, text
@@ -190,7 +194,7 @@ class Derived(Chain):
         """Relations used from left to right: what is their left side is replaced.
 
         A left side that is a sum is looked for as a whole; where it does not stand,
-        its longest product is replaced by the rest.
+        the longest of its products that stands is replaced by the rest.
 
         Examples
         --------
@@ -201,7 +205,7 @@ class Derived(Chain):
           A P T + A V C
             = A  P T + V C = I  ✓
         """
-        return self._found(relations, lambda r: (r.left, r.right), solved=True)
+        return self._found(relations, used)
 
     def fold(self, *definitions: Any) -> Derived:
         """Definitions recognised: what is their right side gets their letter.
@@ -215,19 +219,17 @@ class Derived(Chain):
           K C P C' K' + P + K R K'
             = K M K' + P  M = C P C' + R  ✓
         """
-        return self._found(definitions, lambda r: (r.right, r.left))
+        return self._found(definitions, folded)
 
-    def _found(self, relations, turned, solved=False):
-        """The line after each relation, `turned` into (what is sought, its place)."""
+    def _found(self, relations, find):
+        """The line after each relation, by what finds where it stands."""
         right, by = self.right, named(relations)
-        algebra = self._algebra(*by)
         for relation in by:
-            old, new = turned(relation)
-            seen = put_in(right, old, new)
-            if isinstance(old, MatrixExpr) and seen == right:
-                seen = replaced(algebra, right, old, new, solved)
+            seen = find(self._algebra(*by), right, relation)
             if seen is None or seen == right:
-                raise self._missing(old)
+                sought = relation.left if find is used else relation.right
+                said = f"{text(sought)}: it is {text(right)}"
+                raise ValueError(f"the line has no {said}")
             right = seen
         return self._then(Line(right, by))
 
@@ -311,7 +313,13 @@ class Derived(Chain):
         start = self.put(*definitions) if definitions else self
         if not sp.sympify(start.right).has(sp.BlockMatrix):
             raise ValueError(f"the line has no blocks: it is {text(start.right)}")
-        return start._then(Line(start._expanded(), why="multiply the blocks"))
+        why = "multiply the blocks"
+        if isinstance(start.right, MatrixExpr):
+            return start._then(Line(whole(start._normal()), why=why))
+        terms = opened(start.right, start._algebra())
+        total = joined(terms, start._algebra())
+        why += "" if len(total) == len(terms) else ", the trace is cyclic"
+        return start._then(Line(scalar(total), why=why))
 
     def factor(self) -> Derived:
         """What its terms have in common before and behind brackets, block by block.
@@ -404,12 +412,9 @@ class Derived(Chain):
           tr(A B) + tr(A' B')
             = 2 tr(A B)  the trace is cyclic  ✓
         """
-        value = self._normal(Traces, "only the factors in a trace can be rotated")
-        total = {}
-        for word, c in value.terms.items():
-            turned = rotations(word) + rotations(self._algebra().flipped(word))
-            front = [w for w in turned if w and w[0].as_expr() == first]
-            total[front[0] if front else word] = c
+        self._normal(Traces, "only the factors in a trace can be rotated")
+        algebra = self._algebra()
+        total = joined(opened(self.right, algebra), algebra, first)
         return self._then(Cyclic(scalar(total)))
 
     # -- what is done to it -----------------------------------------------------------
@@ -596,10 +601,11 @@ in first, or say that it is held
         quadratic = together(twice).xreplace({K: K - best})
         rest = algebra.normal(written(value).xreplace({K: best}))
         old, new = (algebra.normal(side) for side in by)
-        for pattern in (Pattern(old.T, new.T), Pattern(old, new)):
-            rest = pattern.replaced(rest) or rest
-        add = plus if isinstance(value, Traces) else MatrixSum
-        right = add(written(rest), quadratic)
+        rest = replaced(rest, [Pattern(old.T, new.T), Pattern(old, new)]) or rest
+        parts = [written(rest), quadratic]
+        if all(map(negative, rest.terms.values())):
+            parts.reverse()
+        right = (plus if isinstance(value, Traces) else MatrixSum)(*parts)
         return self._then(Line(right, (by,), "complete the square"))
 
     def drop(self, *roots: Any, of: Formula = None) -> Derived:
@@ -656,22 +662,41 @@ def titled(number, left, right):
     return f"({number}) {says}" if number else says
 
 
-def replaced(algebra, expr, old, new, solved):
-    """An expression multiplied out, with a sum replaced in it; None if nowhere."""
-    old, new, value = algebra.normal(old), algebra.normal(new), algebra.normal(expr)
+def used(algebra, expr, relation):
+    """An expression in which a relation is used from left to right, multiplied out."""
+    old, new = relation
+    if not isinstance(old, MatrixExpr):
+        return put_in(expr, old, new)
+    old, new, value = (algebra.normal(e) for e in (old, new, expr))
     if old.is_scaled_identity:  # I = A B says what A B is
         old, new = new, old
-    if isinstance(value, Blocks) or old.is_scaled_identity:
-        return None
     patterns = [Pattern(old, new), Pattern(old.T, new.T)]
-    for several in (patterns, [p.solved() for p in patterns] if solved else []):
-        found = None
-        for pattern in several:
-            seen = pattern.replaced(value)
-            value, found = (value, found) if seen is None else (seen, seen)
-        if found is not None:
-            return written(found)
-    return None
+    found = replaced(value, patterns)
+    for k in range(len(old.terms)):
+        found = found or replaced(value, [pattern.solved(k) for pattern in patterns])
+    return found and as_before(found, expr)
+
+
+def folded(algebra, expr, relation):
+    """An expression in which a definition is recognised, as it stands or opened."""
+    seen = put_in(expr, relation.right, relation.left)
+    if not isinstance(relation.left, MatrixExpr):
+        return seen
+    try:
+        new, old, value = (algebra.normal(e) for e in (*relation, seen))
+    except TypeError:  # what is inverted needs a letter first
+        return seen
+    found = replaced(value, [Pattern(old, new), Pattern(old.T, new.T)])
+    return as_before(found, seen) if found else seen
+
+
+def replaced(value, patterns):
+    """A normal form after all of these patterns, or None if none of them stands."""
+    found = None
+    for pattern in patterns:
+        seen = pattern.replaced(value if found is None else found)
+        found = found if seen is None else seen
+    return found
 
 
 def solution(value, X, shown):

@@ -7,7 +7,7 @@ them.
 
 import sympy as sp
 
-from .blocks import Blocks
+from .blocks import Blocks, same
 from .polynomials import Polynomial, Traces
 from .symbols import (
     BlockMatrix,
@@ -52,6 +52,27 @@ def written(value):
     return scalar(value.terms)
 
 
+def whole(value):
+    """The same, but blocks that make an identity or a zero matrix are that."""
+    if isinstance(value, Blocks):
+        if value.is_zero:
+            return ZeroMatrix(*value.shape)
+        if same(value.rows, value.cols) and (value - Identity(value.shape[0])).is_zero:
+            return Identity(value.shape[0])
+    return written(value)
+
+
+def as_before(value, expr):
+    """A normal form written; a trace that stood in the expression stands as it did."""
+    if not isinstance(value, Traces):
+        return written(value)
+    stood = {}
+    for word in opened(expr, value.algebra):
+        for key in Traces(value.algebra, [(word, 1)]).terms:
+            stood.setdefault(key, word)
+    return scalar({stood.get(w, w): c for w, c in value.terms.items()})
+
+
 def put_in(expr, old, new):
     """An expression with something replaced; the terms of a sum keep their order."""
     if isinstance(expr, sp.Add) and not isinstance(expr, sp.MatAdd):
@@ -84,6 +105,22 @@ def _opened(expr, algebra):
         yield from ((w, number * c) for w, c in _opened(sp.Mul(*inside), algebra))
     else:
         yield (), expr
+
+
+def joined(terms, algebra, first=None):
+    """{word: coefficient} of traces, of which those that are equal are one.
+
+    Each stands as it first did, or begins with a factor where it has that.
+    """
+    kept, total = {}, []
+    for word, c in terms.items():
+        for key, share in Traces(algebra, [(word, c)]).terms.items():
+            turned = rotations(word) + rotations(algebra.flipped(word))
+            front = [w for w in turned if w and w[0].as_expr() == first]
+            same = len(key) == len(word)  # nothing in it has cancelled
+            stands = (front or [word])[0] if same else key
+            total.append((kept.setdefault(key, stands), share))
+    return gather(total)
 
 
 # -- brackets -------------------------------------------------------------------------
@@ -158,23 +195,30 @@ class Pattern:
     Parameters
     ----------
     old, new : Polynomial
-        Of one shape and one algebra; `old` has a word of at least one letter.
+        Of one shape and one algebra.
     """
 
     def __init__(self, old, new):
         self.old, self.new = list(old.terms.items()), list(new.terms.items())
         self.algebra, self.shape = old.algebra, old.shape
-        self.lead, self.number = max(self.old, key=lambda term: len(term[0]))
+        nothing = (), 0
+        self.lead, self.number = max(
+            self.old, key=lambda term: len(term[0]), default=nothing
+        )
 
-    def solved(self):
-        """The same for the longest word alone, by taking the others across."""
-        others = [(w, -c) for w, c in self.old if w != self.lead]
-        parts = [(w, c / self.number) for w, c in (*self.new, *others)]
-        make = [[(self.lead, 1)], parts]
+    def solved(self, k):
+        """The same for the k-th longest word alone, by taking the others across."""
+        longest = sorted(self.old, key=lambda term: -len(term[0]))
+        lead, number = longest[k]
+        others = [(w, -c) for w, c in self.old if w != lead]
+        parts = [(w, c / number) for w, c in (*self.new, *others)]
+        make = [[(lead, 1)], parts]
         return Pattern(*(Polynomial(self.algebra, x, self.shape) for x in make))
 
     def replaced(self, value):
         """A normal form in which it is replaced wherever it stands; None if nowhere."""
+        if not self.lead:
+            return None
         if isinstance(value, Blocks):
             found = [[self.replaced(x) for x in row] for row in value.entries]
             if all(x is None for row in found for x in row):

@@ -12,7 +12,6 @@ from functools import cache
 from sympy import Trace
 
 from ....symbolic import (
-    AtLeast,
     Construction,
     Derivation,
     Identity,
@@ -20,7 +19,6 @@ from ....symbolic import (
     Solve,
     Stage,
     ZeroMatrix,
-    plus,
 )
 from .correlated_noise import is_D_s, is_F_s
 from .huddle import driven, is_W
@@ -53,48 +51,38 @@ PAGE = (
     push := define(S1 * C * Gamma_1, Identity(m1), "47"),
     unseen := define(S1 * C * Phat, ZeroMatrix(m1, r), "47"),
     is_Delta := define(Delta, S1 - S1 * C * Kmv),
-    chain(
+    letters.derive(
         "24",
         "gains that meet the condition",
         S1 * C * (Kmv + Gamma_1 * Delta + Phat * Z),
-        Line(S1 * C * Kmv + Delta + S1 * C * Phat * Z, by=(push,)),
-        Line(S1 * C * Kmv + Delta, by=(unseen,)),
-        Line(S1, by=(is_Delta,)),
-    ),
+    )
+    .use(push, unseen)
+    .put(is_Delta)
+    .expand(),
     """There are no others, because `Gamma_1` and `Phat` together span everything. The
     free part of a gain is `Z = That (K - K_mv)`.""",
     exact := define(S1 * C * K, S1),
     whole := define(Gamma_1 * S1 * C + Phat * That, I, "47"),
-    chain(
-        "24",
-        "every gain that meets it is one of these",
-        K - Kmv,
-        Line((Gamma_1 * S1 * C + Phat * That) * (K - Kmv), by=(whole,)),
-        Line(
-            Gamma_1 * S1 * C * K - Gamma_1 * S1 * C * Kmv + Phat * That * (K - Kmv),
-            why="multiply out",
-        ),
-        Line(
-            Gamma_1 * S1 - Gamma_1 * S1 * C * Kmv + Phat * That * (K - Kmv),
-            by=(exact,),
-        ),
-        Line(Gamma_1 * Delta + Phat * That * (K - Kmv), by=(is_Delta,)),
-    ),
+    letters.derive("24", "every gain that meets it is one of these", K - Kmv)
+    .insert((Gamma_1 * S1 * C + Phat * That) * (K - Kmv), whole)
+    .expand()
+    .use(exact)
+    .fold(is_Delta)
+    .factor(),
     """A choice costs more than the Kalman filter by the trace of the square. If
     `Gamma_1` is orthogonal to `Phat` in the weight, the two parts cost separately, and
     the free part costs least where it is zero.""",
     shortest := define(Gamma_1.T * W_e * Phat, ZeroMatrix(m1, r)),
     root_M,
     root_W := define(W_e, L_W * L_W.T),
-    chain(
+    letters.derive(
         "30–33",
         "what a gain costs beyond the Kalman filter",
         spread(Gamma_1 * Delta + Phat * Z),
-        Line(plus(spread(Gamma_1 * Delta), spread(Phat * Z)), by=(shortest,)),
-        AtLeast(
-            spread(Gamma_1 * Delta), by=(root_W, root_M), root=L_W.T * Phat * Z * L_M
-        ),
-    ),
+    )
+    .expand()
+    .use(shortest)
+    .drop(root_W, root_M, of=Z),
     "Such a push exists for every weight that is positive definite.",
     is_G_1 := define(G_1, S1 * C * W_e.I * C.T * S1.T),
     Construction(
@@ -122,45 +110,37 @@ PAGE = (
     """The paper's own choice of rows in (19) amounts to a weight as well: the one in
     which the accurate outputs and the chosen rows are coordinates of length one.""",
     other_rows := define(That * Gamma_1, ZeroMatrix(r, m1), "47"),
-    chain(
+    letters.derive(
         "19",
         "the weight that belongs to the paper's coordinates",
         Gamma_1.T * (C.T * S1.T * S1 * C + That.T * That) * Phat,
-        Line(Gamma_1.T * That.T * That * Phat, by=(unseen,)),
-        Line(ZeroMatrix(m1, r), by=(other_rows,)),
-    ),
+    )
+    .use(unseen)
+    .use(other_rows),
     """So the best gain that treats the accurate outputs as exact is the following. In
     the last line the push has columns for all outputs, zero for those that are not
     accurate: then `Gamma = 0` is the Kalman filter, and one recursion serves all.""",
     is_K := define(K, Kmv + Gamma_1 * Delta, "33"),
     is_Gamma := define(Gamma, Gamma_1 * S1),
-    gain := chain(
-        "33",
-        "the gain that runs",
-        K,
-        Line(Kmv + Gamma_1 * Delta, by=(is_K,)),
-        Line(Kmv + Gamma_1 * S1 - Gamma_1 * S1 * C * Kmv, by=(is_Delta,)),
-        Line(Kmv + Gamma - Gamma * C * Kmv, by=(is_Gamma,)),
-    ),
+    gain := letters.derive("33", "the gain that runs", K)
+    .put(is_K)
+    .put(is_Delta)
+    .expand()
+    .fold(is_Gamma),
     """Its price is the noise of the accurate outputs, as far as the Kalman filter
     would have removed it.""",
-    noise := chain(
-        "",
-        "what is left of the accurate outputs is their noise",
-        Delta * M,
-        Line(S1 * M - S1 * C * Kmv * M, by=(is_Delta,)),
-        Line(S1 * M - S1 * C * N, by=(is_Kmv,)),
-        Line(S1 * M - S1 * C * Omega * C.T, by=(is_N,)),
-        Line(S1 * R, by=(is_M,)),
-    ),
-    chain(
-        "",
-        "the price of treating noise as signal",
-        Sigma_next,
-        Line(Omega - N * Kmv.T + (K - Kmv) * M * (K - Kmv).T, by=(square,)),
-        Line(Omega - N * Kmv.T + Gamma_1 * Delta * M * Delta.T * Gamma_1.T, by=(is_K,)),
-        Line(Omega - N * Kmv.T + Gamma_1 * S1 * R * Delta.T * Gamma_1.T, by=(noise,)),
-    ),
+    noise := letters.derive(
+        "", "what is left of the accurate outputs is their noise", Delta * M
+    )
+    .put(is_Delta)
+    .use(is_Kmv)
+    .put(is_N, is_M)
+    .expand(),
+    letters.derive("", "the price of treating noise as signal", Sigma_next)
+    .put(square)
+    .put(is_K)
+    .expand()
+    .use(noise),
     """Where the accurate outputs have no noise there is nothing to pay and nothing to
     choose: the gain is the Kalman filter's.""",
     perfect := define(S1 * R, ZeroMatrix(m1, p)),
@@ -172,50 +152,35 @@ PAGE = (
         Line(S1 * R * M.I, by=(noise,)),
         Line(ZeroMatrix(m1, p), by=(perfect,)),
     ),
-    as_kalman := chain(
-        "",
-        "with perfect outputs the gain is the Kalman filter's",
-        K,
-        Line(Kmv + Gamma_1 * Delta, by=(is_K,)),
-        Line(Kmv, by=(nothing_left,)),
-    ),
+    as_kalman := letters.derive(
+        "", "with perfect outputs the gain is the Kalman filter's", K
+    )
+    .put(is_K)
+    .use(nothing_left),
 )
 
 OBSERVER = (
     """Written as an observer, a gain that meets the condition is the weight of the
     measurement, and `Phat` the weight of the observer. What it follows is the part of
     the state that the gain leaves, seen through `That`.""",
-    met := chain(
-        "24",
-        "the accurate outputs are met",
-        Gamma * C * K,
-        Line(Gamma_1 * S1 * C * K, by=(is_Gamma,)),
-        Line(Gamma_1 * S1, by=(exact,)),
-        Line(Gamma, by=(is_Gamma,)),
-    ),
+    met := letters.derive("24", "the accurate outputs are met", Gamma * C * K)
+    .put(is_Gamma)
+    .use(exact)
+    .fold(is_Gamma),
     is_P := define(P, Phat, "24"),
     is_V := define(V, K, "24"),
     is_T := define(T, That * (I - K * C), "25"),
-    chain(
-        "13",
-        "its estimate is unbiased",
-        P * T + V * C,
-        Line(Phat * That * (I - K * C) + K * C, by=(is_P, is_V, is_T)),
-        Line((I - Gamma_1 * S1 * C) * (I - K * C) + K * C, by=(whole,)),
-        Line((I - Gamma * C) * (I - K * C) + K * C, by=(is_Gamma,)),
-        Line(I - Gamma * C + Gamma * C * K * C, why="multiply out"),
-        Line(I, by=(met,)),
-    ),
+    letters.derive("13", "its estimate is unbiased", P * T + V * C)
+    .put(is_P, is_V, is_T)
+    .use(whole)
+    .fold(is_Gamma)
+    .use(met),
     """The accurate outputs are met to the last digit by a gain that is put together
     from its two parts.""",
-    parts := chain(
-        "24",
-        "the two parts of a gain",
-        K,
-        Line((Gamma_1 * S1 * C + Phat * That) * K, by=(whole,)),
-        Line(Gamma_1 * S1 + Phat * That * K, by=(exact,)),
-        Line(Gamma + Phat * That * K, by=(is_Gamma,)),
-    ),
+    parts := letters.derive("24", "the two parts of a gain", K)
+    .insert((Gamma_1 * S1 * C + Phat * That) * K, whole)
+    .use(exact)
+    .fold(is_Gamma),
     """Its other matrices are Huddle's, for the plant with independent noises; the input
     takes the feedthrough along.""",
     is_F_s,

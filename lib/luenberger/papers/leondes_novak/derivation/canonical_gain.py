@@ -12,12 +12,8 @@ from functools import cache
 from sympy import Trace, eye, zeros
 
 from ....symbolic import (
-    AtLeast,
     BlockMatrix,
     Derivation,
-    Expect,
-    Gradient,
-    Line,
     Substitute,
     ZeroMatrix,
     plus,
@@ -50,47 +46,25 @@ FAMILY = (
     is_P := define(P, BlockMatrix([[zero(m1, r)], [rest]]), "24"),
     is_V := define(V, BlockMatrix([[kept, zero(m1, p2)], [K_1, K_2]]), "24"),
     split_y := split(y, y_1, y_2),
-    chain(
-        "24",
-        "the estimate keeps the accurate outputs",
-        P * z + V * y,
-        Substitute(
-            BlockMatrix([[y_1], [z + K_1 * y_1 + K_2 * y_2]]), by=(is_P, is_V, split_y)
-        ),
-    ),
+    letters.derive(
+        "24", "the estimate keeps the accurate outputs", P * z + V * y
+    ).multiply(is_P, is_V, split_y),
     """The measurement matrix has the form of (18). What the observer follows is then
     fixed by unbiasedness.""",
     is_H,
     is_T := define(T, BlockMatrix([[-K_1, rest - K_2 * H_2]]), "25"),
-    chain(
-        "13, 25",
-        "the estimate is unbiased",
-        P * T + V * H,
-        Substitute(I, by=(is_P, is_T, is_V, is_H)),
+    letters.derive("13, 25", "the estimate is unbiased", P * T + V * H).multiply(
+        is_P, is_T, is_V, is_H
     ),
     is_any := define(T_any, BlockMatrix([[T_1, T_2]])),
-    chain(
-        "25",
-        "it is unbiased for no other choice",
-        P * T_any + V * H,
-        Substitute(
-            BlockMatrix([[kept, zero(m1, r)], [T_1 + K_1, T_2 + K_2 * H_2]]),
-            by=(is_P, is_any, is_V, is_H),
-        ),
-    ),
+    letters.derive(
+        "25", "it is unbiased for no other choice", P * T_any + V * H
+    ).multiply(is_P, is_any, is_V, is_H),
     """The lower row is `[0, I]` only for `T_1 = - K_1` and `T_2 = I - K_2 H_2`. The
     error of the estimate is the noise of the accurate outputs, and below it the
     observer's own error with the noise that the gains let in.""",
     split_v,
-    chain(
-        "26",
-        "the error",
-        P * eps + V * v,
-        Substitute(
-            BlockMatrix([[v_1], [eps + K_1 * v_1 + K_2 * v_2]]),
-            by=(is_P, is_V, split_v),
-        ),
-    ),
+    letters.derive("26", "the error", P * eps + V * v).multiply(is_P, is_V, split_v),
     is_R := define(
         R, BlockMatrix([[R_11, R_21.T], [R_21, R_22]]), "31", name="the blocks of R"
     ),
@@ -114,17 +88,12 @@ TRACE = (
     is_Q,
     apart := moment(e * w.T, zero(n, n)),
     is_Omega,
-    chain(
-        "28, 29",
-        "the covariance of the observer's error",
-        eps_next * eps_next.T,
-        Line(T_next * (A * e - w) * (A * e - w).T * T_next.T, by=(seen,)),
-        Expect(
-            T_next * (A * Sigma * A.T + Q) * T_next.T,
-            moments=(is_Sigma, is_Q, apart),
-        ),
-        Line(T_next * Omega * T_next.T, by=(is_Omega,)),
-    ),
+    letters.derive(
+        "28, 29", "the covariance of the observer's error", eps_next * eps_next.T
+    )
+    .put(seen)
+    .expect(is_Sigma, is_Q, apart)
+    .fold(is_Omega),
     in_blocks := define(
         Omega,
         BlockMatrix([[Omega_11, Omega_21.T], [Omega_21, Omega_22]]),
@@ -132,36 +101,12 @@ TRACE = (
         name="the blocks of Ω",
     ),
     """Both parts of the trace, multiplied out, are what (30) should print.""",
-    noise_part := chain(
-        "30",
-        "the noise in the trace",
-        Trace(V * R * V.T),
-        Substitute(
-            plus(
-                Trace(R_11),
-                Trace(K_1 * R_11 * K_1.T),
-                2 * Trace(K_1 * R_21.T * K_2.T),
-                Trace(K_2 * R_22 * K_2.T),
-            ),
-            by=(is_V, is_R),
-        ),
-    ),
-    prediction_part := chain(
-        "30",
-        "the prediction in the trace",
-        Trace(T * Omega * T.T),
-        Substitute(
-            plus(
-                Trace(K_1 * Omega_11 * K_1.T),
-                -2 * Trace(Omega_21 * K_1.T),
-                Trace(Omega_22),
-                Trace(K_2 * H_2 * Omega_22 * H_2.T * K_2.T),
-                2 * Trace(K_1 * Omega_21.T * H_2.T * K_2.T),
-                -2 * Trace(Omega_22 * H_2.T * K_2.T),
-            ),
-            by=(is_T, in_blocks),
-        ),
-    ),
+    noise_part := letters.derive(
+        "30", "the noise in the trace", Trace(V * R * V.T)
+    ).multiply(is_V, is_R),
+    prediction_part := letters.derive(
+        "30", "the prediction in the trace", Trace(T * Omega * T.T)
+    ).multiply(is_T, in_blocks),
     """With letters for the matrices in (33) the ten traces are four. The matrix `M` is
     the covariance of the innovation, and `N_low` holds the lower rows of what the
     Kalman filter multiplies its inverse with.""",
@@ -208,68 +153,21 @@ TRACE = (
 MINIMUM = (
     """The gradient in both gains at once is linear. Set to zero and written in blocks,
     it is the pair of coupled equations (32).""",
-    chain(
-        "32",
-        "the gradient in both gains",
-        trace_of(K_low),
-        Gradient(2 * (K_low * M - N_low), of=K_low, held=(M, N_low)),
-    ),
-    coupled := chain(
-        "32",
-        "the coupled equations",
-        K_low * M - N_low,
-        Substitute(
-            BlockMatrix(
-                [
-                    [
-                        K_1 * (Omega_11 + R_11)
-                        + K_2 * (H_2 * Omega_21 + R_21)
-                        - Omega_21,
-                        K_2 * (H_2 * Omega_22 * H_2.T + R_22)
-                        + K_1 * (Omega_21.T * H_2.T + R_21.T)
-                        - Omega_22 * H_2.T,
-                    ]
-                ]
-            ),
-            by=(is_K_low, M_blocks, N_blocks),
-        ),
-    ),
+    slope := letters.derive(
+        "32", "the gradient in both gains", trace_of(K_low)
+    ).gradient(K_low, held=(M, N_low)),
+    coupled := letters.derive("32", "the coupled equations", K_low * M - N_low)
+    .multiply(is_K_low, M_blocks, N_blocks)
+    .factor(),
     """Gains that solve them are the minimum, because the trace is a completed square
     around these: it needs no inverse but that of `M`, and no second derivative.""",
-    is_K_star := define(K_star * M, N_low, "33"),
-    square := chain(
-        "33",
-        "the completed square",
-        trace_of(K_low),
-        Line(
-            plus(Trace(K_low * M * K_low.T), -2 * Trace(K_star * M * K_low.T)),
-            by=(is_K_star,),
-        ),
-        Line(
-            plus(
-                Trace((K_low - K_star) * M * (K_low - K_star).T),
-                -Trace(K_star * M * K_star.T),
-            ),
-            why="complete the square",
-        ),
+    is_K_star := slope.solve(K_low, "33", name=K_star),
+    square := letters.derive("33", "the completed square", trace_of(K_low)).square(
+        K_low, is_K_star
     ),
     root := define(M, L_M * L_M.T),
-    chain(
-        "33",
-        "no gains do better",
-        plus(
-            Trace((K_low - K_star) * M * (K_low - K_star).T),
-            -Trace(K_star * M * K_star.T),
-        ),
-        AtLeast(-Trace(K_star * M * K_star.T), by=(root,), root=(K_low - K_star) * L_M),
-    ),
-    chain(
-        "33",
-        "the gains",
-        K_star,
-        Line(K_star * M * M.I, why="insert the inverse"),
-        Line(N_low * M.I, by=(is_K_star,)),
-    ),
+    letters.derive("33", "no gains do better", square.right).drop(root),
+    letters.derive("33", "the gains", K_star).by(N_low * M.I, is_K_star),
 )
 
 

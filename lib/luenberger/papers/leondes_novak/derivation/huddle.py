@@ -27,111 +27,64 @@ ERROR = (
     moves := define(z_next, F * z + G * u + D * y, "7"),
     follows := define(z, T * x + eps, "8"),
     follows_next := define(eps_next, z_next - T_next * x_next, "8"),
-    collected := chain(
-        "7, 8",
-        "what drives the error",
-        eps_next,
-        Line(z_next - T_next * x_next, by=(follows_next,)),
-        Line(F * z + G * u + D * y - T_next * (A * x + B * u + w), by=(moves, plant)),
-        Line(
-            F * (T * x + eps)
-            + G * u
-            + D * (C * x + E * u + v)
-            - T_next * (A * x + B * u + w),
-            by=(follows, measured),
-        ),
-        Line(
-            F * eps
-            + D * v
-            - T_next * w
-            - (T_next * A - F * T - D * C) * x
-            - (T_next * B - G - D * E) * u,
-            why="collect state and input",
-        ),
-    ),
+    collected := letters.derive("7, 8", "what drives the error", eps_next)
+    .put(follows_next)
+    .put(moves, plant)
+    .put(follows, measured)
+    .collect(x, u),
     """State and input can be anything, so both brackets must vanish. These are
     Luenberger's conditions, which are necessary and sufficient.""",
     dynamics := define(T_next * A, F * T + D * C, "9"),
     driven := define(T_next * B, G + D * E, "10"),
-    error_equation := chain(
-        "11",
-        "the error is driven by the noises alone",
-        eps_next,
-        Line(
-            F * eps
-            + D * v
-            - T_next * w
-            - (T_next * A - F * T - D * C) * x
-            - (T_next * B - G - D * E) * u,
-            by=(collected,),
-        ),
-        Line(F * eps + D * v - T_next * w, by=(dynamics, driven)),
-    ),
+    error_equation := letters.derive(
+        "11", "the error is driven by the noises alone", eps_next
+    )
+    .put(collected)
+    .use(dynamics, driven),
     """The estimate combines the observer with the measurement of the moment. It is
     unbiased for every state and input exactly if two more residuals vanish.""",
     estimate := define(x_hat, P * z + V * y + W * u, "12"),
     is_e := define(e, x_hat - x),
-    biased := chain(
-        "12",
-        "the error of an estimate",
-        e,
-        Line(x_hat - x, by=(is_e,)),
-        Line(P * z + V * y + W * u - x, by=(estimate,)),
-        Line(
-            P * (T * x + eps) + V * (C * x + E * u + v) + W * u - x,
-            by=(follows, measured),
-        ),
-        Line(
-            P * eps + V * v + (P * T + V * C - I) * x + (W + V * E) * u,
-            why="collect state and input",
-        ),
-    ),
+    biased := letters.derive("12", "the error of an estimate", e)
+    .put(is_e)
+    .put(estimate)
+    .put(follows, measured)
+    .collect(x, u),
     unbiased := define(P * T + V * C, I, "13"),
     is_W := define(W, -V * E),
-    error := chain(
-        "13, 26",
-        "the error of an unbiased estimate",
-        e,
-        Line(P * eps + V * v + (P * T + V * C - I) * x + (W + V * E) * u, by=(biased,)),
-        Line(P * eps + V * v, by=(unbiased, is_W)),
-    ),
+    error := letters.derive("13, 26", "the error of an unbiased estimate", e)
+    .put(biased)
+    .use(unbiased, is_W),
     """A state that neither the observer follows nor the measurement shows must then be
     zero. So together they need `n` rows, and the observer at least `n - p` of
     them.""",
     not_followed := define(T * b, gone(r, 1)),
     not_shown := define(C * b, gone(p, 1)),
-    chain(
-        "13",
-        "the least order of an observer",
-        b,
-        Line((P * T + V * C) * b, by=(unbiased,)),
-        Line(gone(n, 1), by=(not_followed, not_shown)),
-    ),
+    letters.derive("13", "the least order of an observer", b)
+    .insert((P * T + V * C) * b, unbiased)
+    .use(not_followed, not_shown),
 )
 
 SOLUTION = (
-    """Huddle's equations are one solution of (9). It holds wherever the estimate is
-    unbiased.""",
-    is_F := define(F, T_next * A * P, "14"),
-    is_D := define(D, T_next * A * V, "15"),
-    chain(
-        "9, 14, 15",
-        "the solution satisfies the condition",
-        F * T + D * C,
-        Line(T_next * A * P * T + T_next * A * V * C, by=(is_F, is_D)),
-        Line(T_next * A, by=(unbiased,)),
-    ),
+    """Put (13) behind `T_next A`, and compare with (9) what ends in `T` and in `C`.
+    What stands before them are Huddle's equations: one solution of (9), wherever the
+    estimate is unbiased.""",
+    between := letters.derive("9, 14, 15", "what an estimate makes of it", T_next * A)
+    .insert(T_next * A * (P * T + V * C), unbiased)
+    .expand(),
+    *(huddle := between.match(F * T + D * C, "14", "15")),
+    letters.derive("9, 14, 15", "the solution satisfies the condition", F * T + D * C)
+    .put(*huddle)
+    .use(unbiased),
     """Then the observer errs as the prediction does, seen through `T`: its error needs
     no other equation.""",
-    seen := chain(
-        "11, 14, 15",
-        "the observer errs as the prediction does",
-        eps_next,
-        Line(F * eps + D * v - T_next * w, by=(error_equation,)),
-        Line(T_next * A * P * eps + T_next * A * V * v - T_next * w, by=(is_F, is_D)),
-        Line(T_next * (A * (P * eps + V * v) - w), why="factor"),
-        Line(T_next * (A * e - w), by=(error,)),
-    ),
+    seen := letters.derive(
+        "11, 14, 15", "the observer errs as the prediction does", eps_next
+    )
+    .put(error_equation)
+    .put(*huddle)
+    .fold(error)
+    .factor(),
     """Other solutions differ by `Z_1` and `Z_2` that cancel each other. They are all of
     the following form, with `X_1` and `X_2` free.""",
     chain(
@@ -149,21 +102,14 @@ SOLUTION = (
     CP := define(C * P, gone(p, r)),
     TV := define(T * V, gone(r, p)),
     CV := define(C * V, Identity(p)),
-    chain(
-        "14",
-        "at least order nothing can be added to the dynamics",
-        Z_1,
-        Line((Z_1 * T + Z_2 * C) * P, by=(TP, CP)),
-        Line(gone(r, r), by=(cancel,)),
-    ),
-    chain(
-        "15",
-        "at least order nothing can be added to the input",
-        Z_2,
-        Line((Z_1 * T + Z_2 * C) * V, by=(TV, CV)),
-        Line(gone(r, p), by=(cancel,)),
-    ),
+    letters.derive("14", "at least order nothing can be added to the dynamics", Z_1)
+    .insert((Z_1 * T + Z_2 * C) * P, TP, CP)
+    .use(cancel),
+    letters.derive("15", "at least order nothing can be added to the input", Z_2)
+    .insert((Z_1 * T + Z_2 * C) * V, TV, CV)
+    .use(cancel),
 )
+is_F, is_D = huddle
 
 
 @cache

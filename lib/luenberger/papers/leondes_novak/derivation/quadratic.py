@@ -10,7 +10,7 @@ from functools import cache
 
 from sympy import Trace
 
-from ....symbolic import AtLeast, Derivation, Expect, Gradient, Line, ZeroMatrix
+from ....symbolic import Derivation, Expect, Line, ZeroMatrix
 from .letters import *
 
 
@@ -41,52 +41,38 @@ PAGE = (
     is_R := moment(v_next * v_next.T, R, "4"),
     fresh := moment(e_minus * v_next.T, ZeroMatrix(n, p)),
     is_Sigma_next := define(Sigma_next, Y * Omega * Y.T + K * R * K.T, "27"),
-    chain(
-        "27",
-        "the covariance of the error, for any gain",
-        e_next * e_next.T,
-        Line((Y * e_minus + K * v_next) * (Y * e_minus + K * v_next).T, (is_e_next,)),
-        Expect(Y * Omega * Y.T + K * R * K.T, moments=(is_e_minus, is_R, fresh)),
-        Line(Sigma_next, by=(is_Sigma_next,)),
-    ),
-    """Multiplied out it is a quadratic in the gain, and a quadratic can be completed to
-    a square. Three composites get letters; the equation for `K_mv` is (32), solved in
-    (33).""",
+    letters.derive("27", "the covariance of the error, for any gain", e_next * e_next.T)
+    .put(is_e_next)
+    .expect(is_e_minus, is_R, fresh)
+    .fold(is_Sigma_next),
+    """Multiplied out it is a quadratic in the gain. Three composites get letters.""",
     is_Y := define(Y, I - K * C, "13"),
     is_M := define(M, C * Omega * C.T + R, "33"),
     is_N := define(N, Omega * C.T, "33"),
-    is_Kmv := define(Kmv * M, N, "33"),
-    square := chain(
-        "27–29",
-        "the error covariance is a quadratic in the gain",
-        Sigma_next,
-        Line(Y * Omega * Y.T + K * R * K.T, by=(is_Sigma_next,)),
-        Line((I - K * C) * Omega * (I - K * C).T + K * R * K.T, by=(is_Y,)),
-        Line(
-            Omega - K * C * Omega - Omega * C.T * K.T + K * (C * Omega * C.T + R) * K.T,
-            why="multiply out",
-        ),
-        Line(Omega - K * C * Omega - Omega * C.T * K.T + K * M * K.T, by=(is_M,)),
-        Line(Omega - K * N.T - N * K.T + K * M * K.T, by=(is_N,)),
-        Line(Omega - N * Kmv.T + (K - Kmv) * M * (K - Kmv).T, by=(is_Kmv,)),
-    ),
-    """Only the last term has `K` in it, and it is never negative. Without a condition
-    on the gain `K_mv` is therefore best, for the trace and for every weight: that is
-    the Kalman filter.""",
+    multiplied := letters.derive(
+        "27–29", "the error covariance is a quadratic in the gain", Sigma_next
+    )
+    .put(is_Sigma_next)
+    .put(is_Y)
+    .expand()
+    .fold(is_M)
+    .fold(is_N),
+    """The gradient of the weighted trace vanishes where `K M = N`: that is (32), which
+    the gain `K_mv` solves.""",
+    slope := letters.derive("32", "the gradient in the gain", Trace(W_e * Sigma_next))
+    .put(multiplied)
+    .gradient(K),
+    is_Kmv := slope.solve(K, "33", name=Kmv),
+    """A quadratic can be completed to a square. Only the last term has `K` in it, and
+    it is never negative. Without a condition on the gain `K_mv` is therefore best, for
+    the trace and for every weight: that is the Kalman filter.""",
+    square := letters.derive("33", "the completed square", Sigma_next)
+    .put(multiplied)
+    .square(K, is_Kmv),
     root_M := define(M, L_M * L_M.T),
-    chain(
-        "33",
-        "no gain does better than the Kalman filter's",
-        Omega - N * Kmv.T + (K - Kmv) * M * (K - Kmv).T,
-        AtLeast(Omega - N * Kmv.T, by=(root_M,), root=(K - Kmv) * L_M),
-    ),
-    "The gradient of the weighted trace says the same: it vanishes where `K M = N`.",
-    chain(
-        "32",
-        "the gradient in the gain",
-        Trace(W_e * (Omega - K * N.T - N * K.T + K * M * K.T)),
-        Gradient(2 * W_e * (K * M - N), of=K),
-    ),
+    letters.derive(
+        "33", "no gain does better than the Kalman filter's", square.right
+    ).drop(root_M),
 )
 
 
