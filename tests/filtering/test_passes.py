@@ -137,6 +137,29 @@ def test_scalars_find_the_bits_of_the_loops(monkeypatch, n, kind):
         assert np.array_equal(getattr(loops, name), getattr(scalars, name)), name
 
 
+@pytest.mark.parametrize("P0", [1, 1e10])
+@pytest.mark.parametrize("kind", ["gaps", "zeros", "varying"])
+@pytest.mark.parametrize("n", [1, 3])
+def test_scalars_find_the_way_back(monkeypatch, n, kind, P0):
+    """Sums in another order; the first rows of a vague prior lose digits."""
+    rng = np.random.default_rng(n)
+    A, C = rng.normal(size=(n, n)), rng.normal(size=(min(n, 2), n))
+    if kind == "zeros":
+        A, C = np.triu(A, 1) + np.eye(n), np.eye(n)[: len(C)]
+    A = np.stack([A, 0.9 * A] * 20) if kind == "varying" else A
+    more = dict(R=np.eye(len(C)), P0=P0 * np.eye(n))
+    plant = lb.Plant(A, None, C, dt=1.0, Q=np.eye(n), **more)
+    y = rng.normal(size=(30, len(C)))
+    if kind == "gaps":
+        y[rng.random(y.shape) < 0.3] = np.nan
+    loops = lb.Filter(plant).smooth(y)
+    monkeypatch.setattr(pack, "MANY", 1)
+    scalars = lb.Filter(plant).smooth(y)
+    np.testing.assert_allclose(scalars.std, loops.std, rtol=1e-9)
+    np.testing.assert_allclose(scalars.x, loops.x, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(scalars.w, loops.w, rtol=0, atol=1e-9)
+
+
 def by_the_page(A, Q, C, R, Sigma):
     """One step of the recursion that `best_coordinates` derives, in Fractions."""
     step = best_coordinates.gain_step()

@@ -89,9 +89,9 @@ def test_both_texts_are_exact_on_fractions(seed):
     x, P, lag_one, w, _ = exactly(problem)
     n, (maps, at, tape, _) = x.shape[1], fractions.passed(problem)
     z, S, whole = zeros(*tape.z.shape), zeros(*x.shape), zeros(*P.shape)
-    no, none, left = zeros(0, n), zeros(0, n, n), zeros(*x.shape)
-    back_by = passes.backward.on(TINY=0, FEW=0 if seed % 2 else 9)
-    back_by(at, maps, tape, no, none, no, no, z, S, whole, left)
+    before, left = zeros(2, 2, *tape.V.shape[1:]), zeros(*x.shape)
+    back_by = passes.backward.on(TINY=0, LOST=0, FEW=0 if seed % 2 else 9)
+    assert back_by(at, maps, tape, z, S, whole, left, before) == -1
     assert (z[:, :n] == x).all() and (whole == P).all()
     assert (S == np.einsum("kii->ki", P)).all()
     assert (z[:, n:] @ maps.B[0][:, n:].T == w).all()
@@ -103,13 +103,48 @@ def test_both_texts_are_exact_on_fractions(seed):
         assert k == 0 or (P[k] @ gains[k - 1].T == lag_one[k]).all()
 
 
-def test_noise_decides_which_way_back_is_taken(monkeypatch):
-    """A difference of covariances loses the digits of a problem with little noise."""
+def ways_back(problem, monkeypatch, lost=passes.LOST):
+    """The largest errors of what is smoothed, and which rows lost digits."""
+    found, ours = [], back._factors
+
+    def seen(tape, first, *rest):
+        found.append(first - 1)
+        return ours(tape, first, *rest)
+
+    monkeypatch.setattr(back, "_factors", seen)
+    ways = dict(loops=passes.backward.on(LOST=lost), text=passes.backward.on(LOST=lost))
+    for name, way in ways.items():
+        monkeypatch.setattr(back, name, lambda *_, way=way: way)
+    one = lb.Filter(problem.plant)
+    return max(errors(problem, one.smooth(problem.record))), set(found)
+
+
+def test_digits_decide_which_way_back_is_taken(monkeypatch):
+    """Of problem 104 four digits of a covariance are left, by differences alone."""
     free = replace(exact_filter.problem(104), accurate=())
-    one = lb.Filter(free.plant)
-    assert max(errors(free, one.smooth(free.record))) < TOL
-    monkeypatch.setattr(back, "NOISY", 1e-6)
-    assert max(errors(free, one.smooth(free.record))) > 1e-6
+    error, lost = ways_back(free, monkeypatch)
+    assert error < TOL and lost == {3}
+    error, lost = ways_back(free, monkeypatch, 0)
+    assert error > 1e-6 and not lost
+
+
+@pytest.mark.parametrize("m1", [0, 1])
+@pytest.mark.parametrize("P0", [1, 1e8])
+@pytest.mark.parametrize("n", [2, 8])
+def test_many_states_are_smoothed_as_through_the_next_state(n, P0, m1, monkeypatch):
+    """Also where the first rows lose digits, as those of a vague prior do."""
+    one = lb.Filter(wandering(n, P0=P0 * np.eye(n)), m1)
+    found = one.smooth(a_record())
+    for name in ("loops", "text"):
+        monkeypatch.setattr(back, name, lambda *_: lambda at, *_: len(at) - 2)
+    wanted = one.smooth(a_record())
+    wide = np.sqrt(np.einsum("kii->ki", wanted.P))
+    assert (np.abs(found.x - wanted.x) < 1e-9 * wide).all()
+    for name in ("P", "lag_one"):
+        close = dict(rtol=0, atol=1e-9 * (wide.max(axis=0) ** 2).max())
+        np.testing.assert_allclose(getattr(found, name), getattr(wanted, name), **close)
+    np.testing.assert_allclose(found.std, wanted.std, rtol=1e-9)
+    np.testing.assert_allclose(found.w, wanted.w, atol=1e-9)
 
 
 def wandering(n=2, steps=None, **more):

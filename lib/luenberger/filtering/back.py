@@ -1,8 +1,8 @@
 """The way back over a record that was filtered: what later rows say of each row.
 
-Where every reading has noise, a vector and a matrix go from row to row (Bryson and
-Frazier); elsewhere each row has its share of the next state, in factors (Rauch, Tung
-and Striebel).  One of the two is chosen for a whole record.
+A vector and a matrix go from row to row (Bryson and Frazier), as long as what they are
+subtracted from keeps its digits; from there on, and where outputs share noises, each
+row has its share of the next state, in factors (Rauch, Tung and Striebel).
 
 Source: smoothing/derivation.
 """
@@ -17,12 +17,8 @@ from ..numeric import Matrix, Vector
 from ..numeric.linalg import solve_right
 from . import passes
 from .maps import Settings
-from .pack import Passage, fed
+from .pack import Passage, fed, loops, text
 from .passes import Maps, State, Tape
-
-# What part of an innovation's variance a reading's own noise must have.  Problem 104 of
-# tests/support/exact_filter.py has 4e-5; P - P Theta P has four digits left there.
-NOISY = 1e-4
 
 
 class Passed(NamedTuple):
@@ -30,47 +26,57 @@ class Passed(NamedTuple):
 
     Attributes
     ----------
+    settings : Settings
+        Those of its first rows.
     at, drive, maps, tape
         As in `pack.Packed` and `passes.Tape`.
-    noisy : bool
-        Whether every reading has enough noise for the way back by innovations.
+    variances : (N, n) ndarray
     """
 
+    settings: Settings
     at: np.ndarray
     drive: np.ndarray
     maps: Maps
     tape: Tape
-    noisy: bool
+    variances: np.ndarray
 
     @classmethod
-    def of(cls, windows: list[Passage], way: str) -> Passed:
-        """The windows of one record; `way` is that of its settings."""
-        first, *more = windows
-        at, drive, maps, tape = (
-            first.packed.at, first.packed.drive, first.packed.maps, first.tape,
-        )  # fmt: skip
-        if more:
-            sizes = np.cumsum([len(one.packed.maps.C) for one in windows])
-            shifted = [at, *(one.packed.at + k for one, k in zip(more, sizes))]
-            joins = [one[:-1] for one in shifted[:-1]]  # the next one has that row too
-            at = np.concatenate([*joins, shifted[-1]])
-            drive = np.concatenate([one.packed.drive for one in windows])
-            tape = Tape(*map(np.concatenate, zip(*(one.tape for one in windows))))
-            wide = max(one.packed.maps.G.shape[2] for one in windows)
-            parts = (_as_wide(one.packed.maps, wide) for one in windows)
-            maps = Maps(*map(np.concatenate, zip(*parts)))
-        noisy = way == "nothing" and _noisy(maps.r, at, tape.pivot)
-        return cls(at, drive, maps, tape, noisy)
+    def of(cls, windows: list[Passage], settings: Settings) -> Passed:
+        """The windows of one record, the first of which has these settings."""
+        if len(windows) == 1:
+            (one,) = windows
+            pack = one.packed
+            given = pack.at, pack.drive, pack.maps, one.tape, one.variances
+            return cls(settings, *given)
+        sizes = np.cumsum([0, *(len(one.packed.maps.C) for one in windows[:-1])])
+        shifted = [one.packed.at + k for one, k in zip(windows, sizes)]
+        shifted[0][0] = windows[0].packed.at[0]  # perhaps -1
+        joins = [one[:-1] for one in shifted[:-1]]  # the next one has that row too
+        at = np.concatenate([*joins, shifted[-1]])
+        drive, variances = (
+            np.concatenate([getattr(part, k) for part in parts])
+            for k, parts in (
+                ("drive", [one.packed for one in windows]),
+                ("variances", windows),
+            )
+        )
+        tapes = [one.tape for one in windows]
+        if not all(len(one.D) == len(one.z) for one in tapes):
+            tapes = [in_full(one) for one in tapes]
+        tape = Tape(*map(np.concatenate, zip(*tapes)))
+        wide = max(one.packed.maps.G.shape[2] for one in windows)
+        parts = (_as_wide(one.packed.maps, wide) for one in windows)
+        maps = Maps(*map(np.concatenate, zip(*parts)))
+        return cls(settings, at, drive, maps, tape, variances)
 
     def rows(self, first: int, end: int) -> Passed:
-        """Some of its rows; estimates are copied, so that they can be overwritten."""
+        """Some of its rows, copied, so that they can be overwritten."""
         part = slice(first, end)
-        tape = Tape(*(X[part] for X in self.tape))
-        if not self.noisy:
-            z, V, D = tape.z.copy(), tape.V.copy(), tape.D.copy()
-            tape = tape._replace(z=z, V=V, D=D)
+        tape = Tape(*(X[part].copy() for X in self.tape))
         at = self.at[first : end + 1]
-        return self._replace(at=at, drive=self.drive[part], tape=tape)
+        return self._replace(
+            at=at, drive=self.drive[part], tape=tape, variances=self.variances[part]
+        )
 
     def copied(self) -> Passed:
         """The same; the way back over it leaves this one as it is."""
@@ -103,10 +109,11 @@ def _as_wide(maps: Maps, wide: int) -> Maps:
     return maps._replace(G=np.pad(maps.G, ((0, 0), (0, 0), (0, more))))
 
 
-def _noisy(r: Matrix, at: Vector, pivot: Matrix) -> bool:
-    """Whether readings have noise; the pivot of what did not arrive is below zero."""
-    r = r if len(r) == 1 else r[at[1:]]
-    return bool((r > NOISY * pivot).all())
+def in_full(tape: Tape) -> Tape:
+    """The same with covariances in place of their factors."""
+    if len(tape.D) < len(tape.z):
+        return tape
+    return tape._replace(V=spread(tape.V, tape.D), D=tape.D[:0])
 
 
 def smoothed(passed: Passed, lag: int | None, whole: bool) -> Back:
@@ -120,22 +127,47 @@ def smoothed(passed: Passed, lag: int | None, whole: bool) -> Back:
 
 
 def _way_back(passed: Passed, whole: bool) -> Back:
-    at, drive, maps, tape, noisy = passed
-    (rows, N), n = tape.z.shape, maps.B.shape[1]
-    if noisy:
-        z, variances, w = _empty(rows, N), _empty(rows, n), _empty(rows, n)
-        P, no, none = _empty(rows * whole, n, n), _empty(0, n), _empty(0, n, n)
-        passes.backward.fast(at, maps, tape, no, none, no, no, z, variances, P, w)
-        return Back(z, variances, P, w)
-    passes.rts(at, maps, tape, _empty(0, n, n))
-    z, V = tape.z, tape.V[:, :, :n]
-    variances = np.einsum("tka,tk,tka->ta", V, tape.D, V)
-    P = spread(V, tape.D) if whole else _empty(0, n, n)
-    return Back(z, variances, P, _residual(maps, at, drive, z))
+    """What is found of the tape's rows, which it overwrites."""
+    settings, at, drive, maps, tape, variances = passed
+    rows, n = len(tape.z), maps.B.shape[1]
+    z, P = tape.z, np.empty((rows * whole, n, n))
+    w = tape.D if tape.D.shape == (rows, n) else np.empty((rows, n))
+    first = rows  # of those that are smoothed by innovations
+    if settings.way == "nothing":
+        before = np.zeros((2, 2, n, n))
+        run = loops("backward", n) if whole else text("backward", settings, maps, rows)
+        first = 1 + int(run(at, maps, tape, z, variances, P, w, before))
+        if not first:
+            return Back(z, variances, P, w)
+        tape = _factors(tape, first, *before[first % 2])
+        ahead = np.einsum(
+            "tab,tb->ta", maps.M[at[1 : len(tape.z)]], z[: len(tape.z) - 1]
+        )
+        tape = tape._replace(
+            ahead=np.concatenate([z[:1], ahead + drive[1 : len(tape.z)]])
+        )
+    at = at[: len(tape.z) + 1]
+    passes.rts(at, maps, tape, np.empty((0, n, n)))
+    V, D = tape.V[:first, :, :n], tape.D[:first]
+    variances[:first] = np.einsum("tka,tk,tka->ta", V, D, V)
+    if whole:
+        P[:first] = spread(V, D)
+    w[:first] = _residual(maps, at, drive, tape.z)[:first]
+    return Back(z, variances, P, w)
 
 
-def _empty(*shape: int) -> np.ndarray:
-    return np.empty(shape)
+def _factors(tape: Tape, first: int, A: Matrix, S: Matrix) -> Tape:
+    """The rows before `first`, and that as it is smoothed by A, in factors."""
+    tape = Tape(*(X[: first + 1] for X in tape))
+    if len(tape.D):
+        known, P = first, S[None][: len(tape.z) - first]
+        V, D = tape.V, tape.D.copy()  # it has what was found of noises since
+    else:
+        known, P, D = 0, tape.V, np.empty(tape.z.shape)
+        V = np.empty(P.shape)
+    P[first - known :] -= P[first - known :] @ A @ P[first - known :]
+    passes.factored(P, V[known:], D[known:])
+    return tape._replace(V=V, D=D)
 
 
 def spread(V: Matrix, D: Matrix) -> Matrix:
@@ -145,11 +177,11 @@ def spread(V: Matrix, D: Matrix) -> Matrix:
 
 def _residual(maps: Maps, at: Vector, drive: Matrix, z: Matrix) -> Matrix:
     """What the noises beside a state, and the next state, show of the process noise."""
-    n = maps.B.shape[1]
+    n, rows = maps.B.shape[1], len(z)
     M = maps.M[at[1:]]
     w = np.einsum("tab,tb->ta", M[:, :, n:], z[:, n:])
     if maps.G.shape[2]:
-        w[:-1] += z[1:, :n] - np.einsum("tab,tb->ta", M[:-1], z[:-1]) - drive[1:]
+        w[:-1] += z[1:, :n] - np.einsum("tab,tb->ta", M[:-1], z[:-1]) - drive[1:rows]
     return w
 
 

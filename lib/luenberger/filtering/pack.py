@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
+from math import prod
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,6 +17,7 @@ from .maps import Settings, factors
 from .passes import FEW, TINY, Maps, State, Tape
 
 MANY = 20_000  # rows that are worth a compilation
+BACK = "back", "all"  # what is kept of each row for the way back
 
 
 class End(NamedTuple):
@@ -227,18 +229,22 @@ def blank(
 ) -> Tape:
     """A tape of so many rows, of so many whose readings are kept, with gains or not."""
     told = read if told is None else told
-    return Tape(
-        np.empty((rows, n)), np.empty((rows, N)), np.empty((rows, N, N)),
-        np.empty((rows, N)), np.empty((told, p, N)), np.empty((read, p)),
-        np.empty((read, p)),
-    )  # fmt: skip
+    shapes = (rows, n), (rows, N, N), (told, p, N), (read, p), (read, p)
+    room, parts, k = np.empty(sum(map(prod, shapes))), [], 0  # sooner had than many
+    for shape in shapes:
+        parts.append(room[k : k + prod(shape)].reshape(shape))
+        k += prod(shape)
+    ahead, V, K, pivot, nu = parts
+    return Tape(ahead, np.empty((rows, N)), V, np.empty((rows, N)), K, pivot, nu)
 
 
 def _room(settings: Settings, end: End, rows: int, keep: str) -> Tape:
     """A tape for what is kept of rows."""
-    all_, told = rows * (keep == "all"), rows * (keep in ("readings", "settled", "all"))
+    all_ = rows * (keep in BACK)
+    told = rows * (keep in ("readings", "settled", *BACK))
     sizes = settings.plant.n, len(end.state.z), settings.plant.p
-    return blank(all_, rows * (keep != ""), *sizes, told)
+    room = blank(all_, rows * (keep != ""), *sizes, told)
+    return room._replace(ahead=room.ahead[: len(room.z) * (keep == "all")])
 
 
 def first_rows(
@@ -268,22 +274,25 @@ def over(settings: Settings, end: End, y: Matrix, u: Matrix, keep: str = "") -> 
 
     What is kept of each is "" (no tape), "values" (pivots and innovations), "readings"
     (gains as well), "settled" (these, and where the filter has settled its last gains:
-    `Passage.settled` has these rows), or "all".
+    `Passage.settled` has these rows), "back" (all that `passes.backward` reads), or
+    "all".
     """
     plant, rows = settings.plant, len(y)
     n, p = plant.n, plant.p
     pack = packed(settings, end, y, u)
     tape = _room(settings, end, rows, keep)
     x, variances = np.empty((rows, n)), np.empty((rows, n))
+    x = tape.z if tape.z.shape == x.shape else x
     run = text("forward", settings, pack.maps, rows)
     clash, P = 0, None
     if is_quick(settings, pack.maps, keep):
         state = end.state._replace(z=end.state.z.copy())
         P = covariance(state) if end.P is None else end.P.copy()
-        way = _in_covariance(pack, state.z, P, x, variances, tape)
-        clash, still, found = _along(settings, way, pack, end, run, keep, tape)
+        kept = tape._replace(D=tape.D[:0])
+        way = _in_covariance(pack, state.z, P, x, variances, kept)
+        clash, still, found = _along(settings, way, pack, end, run, keep, kept)
         if clash < 0:
-            state = State(state.z, *factors(P), state.E, state.e)
+            state, tape = State(state.z, *factors(P), state.E, state.e), kept
     if P is None or clash >= 0:
         P, state = None, State(*(X.copy() for X in end.state))
         way = _in_factors(run, pack, state, x, variances, tape)

@@ -31,6 +31,7 @@ FEW = 6  # states at most whose rows are done in scalars, sums in their order
 TINY = 1e-13  # of what a sum is made of: rounding
 ROOM = 200  # rows that are near, beside those that may be asked for again
 CLASH = 1e-7  # of what an innovation is made of: more contradicts what is known
+LOST = 1e-5  # so that eleven digits are left of what a smoother subtracts
 
 
 class Maps(NamedTuple):
@@ -489,7 +490,7 @@ def unread(K, c, share, nu, a, A, h):
 
     h becomes A K share, of the A that was given.
     """
-    u, d = nu, share / share
+    u, d = nu, share * 0 + 1
     for i in range(len(a)):
         row, s = A[i], A[i, 0] * K[0]
         for k in range(1, len(a)):
@@ -521,75 +522,155 @@ def times(X, Y, out):
 
 
 @Text
-def backward(at, maps, tape, lam, Lam, told, much, z, variances, P, w):
+def moved_back(B, lam, Lam, a, A, H):
+    """a = B' lam and A = B' Lam B; H (n, N) becomes Lam B."""
+    for i in range(len(a)):
+        a[i] = B[0, i] * lam[0]
+    for k in range(1, len(lam)):
+        row, s = B[k], lam[k]
+        for i in range(len(a)):
+            a[i] += row[i] * s
+    times(Lam, B, H)
+    times(B.T, H, A)
+    for i in range(len(a)):  # `unread` lets what is not symmetric grow
+        for j in range(i):
+            A[j, i] = A[i, j]
+
+
+@Text
+def corrected(S, a, A, z, H, variances):
+    """What later rows, by a and A, say of an estimate z of covariance S.
+
+    H becomes S A, and `variances` those that are left.  Returns a size of S A, beside
+    which rounding of A is rounding of what is left of S.
+    """
+    size = S[0, 0] * A[0, 0]
+    for i in range(1, len(z)):
+        size += S[i, i] * A[i, i]
+    for i in range(len(z)):
+        row, s = S[i], z[i]
+        for k in range(len(z)):
+            s += row[k] * a[k]
+        z[i] = s
+    times(S, A, H)
+    for i in range(len(variances)):
+        row, gone, s = S[i], H[i], S[i, i]
+        for k in range(len(z)):
+            s -= gone[k] * row[k]
+        variances[i] = s
+    return size
+
+
+@Text
+def driven_by(G, l, h, w):
+    """What l of the next prediction says of the noise G: w = G G' l; h is room."""
+    g = G.shape[1]
+    for k in range(g):
+        h[k] = G[0, k] * l[0]
+    for i in range(1, len(w)):
+        row, s = G[i], l[i]
+        for k in range(g):
+            h[k] += row[k] * s
+    for i in range(len(w)):
+        row, s = G[i], l[0] - l[0]
+        for k in range(g):
+            s += row[k] * h[k]
+        w[i] = s
+
+
+@Text
+def backward(at, maps, tape, z, variances, P, w, before):
     """What later rows say of each row, by their innovations alone (Bryson, Frazier).
 
-    They change the estimate of a row, of covariance S, by S theta, and its covariance
-    by -S Theta S: z (rows, N), `variances` (rows, n) and P (rows, n, n) become those
-    of all rows, and w (rows, n) what they say of the noise G that leads to the next
-    row.  `lam` (rows, n) and `Lam` (rows, n, n) are the same of the prediction of a
-    row, with its own readings; `told` and `much` (rows, p) of the noise of each
-    reading.  What is not wanted has no rows.
+    They change the estimate of a row, of covariance S, by S a, and its covariance by
+    -S A S: z (rows, N), `variances` (rows, n) and P (rows, n, n), if it has rows,
+    become those of all rows, and w (rows, n) what they say of the noise G that leads
+    to the next row.  z and w may be z and D of the tape; if D has no rows, V has S.
+
+    Where readings are accurate beside what was known, or S beside what is left of it,
+    rounding of A is not small beside that; such a row t is returned, or -1.  A of the
+    next row is in before[(t + 1) % 2, 0], and S if the tape has none in [.., 1].
+    Rounding of A at a row is that of what is left at all rows before it, and there it
+    is no larger beside S.
     """
     rows, p = tape.pivot.shape
-    (n, N), g, kind = maps.B.shape[1:], maps.G.shape[2], tape.z.dtype
-    a, A = np.zeros(N, kind), np.zeros((N, N), kind)
-    l, L = np.zeros(n, kind), np.zeros((n, n), kind)
-    h, H, BL = np.zeros(N, kind), np.zeros((N, N), kind), np.zeros((n, N), kind)
-    S, T = np.zeros((N, N), kind), np.zeros((N, N), kind)
+    (n, N), kind = maps.B.shape[1:], tape.z.dtype
+    a, x = np.zeros(N, kind), np.zeros(N, kind)
+    l, L, now = np.zeros(n, kind), np.zeros((n, n), kind), np.zeros((N, N), kind)
+    L = now if N == n else L
+    h, H, LB = np.zeros(N, kind), np.zeros((N, N), kind), np.zeros((n, N), kind)
+    T = np.zeros((N, N), kind)
+    told, noise = np.zeros(maps.G.shape[2], kind), np.zeros(n, kind)
+    ahead, worst, k = np.zeros(N, kind), 0, -1
+    B, C, G = maps.B[0], maps.C[0], maps.G[0]
     for t in range(rows - 1, -1, -1):
-        B, C, G = maps.B[at[t + 1]], maps.C[at[t + 1]], maps.G[at[t + 1]]
-        for i in range(N):
-            s = B[0, i] * l[0]
-            for k in range(1, n):
-                s += B[k, i] * l[k]
-            a[i] = s
-        times(L, B, BL)
-        times(B.T, BL, A)
-        if len(z):
-            V, D = tape.V[t], tape.D[t]
-            for k in range(N):
-                row, column, d = T[k], V[k], D[k]
+        if at[t + 1] != k:
+            k = at[t + 1]
+            B, C, G = maps.B[k], maps.C[k], maps.G[k]
+        A, v = before[t % 2, 0], variances[t]
+        moved_back(B, l, L, a, A, LB)
+        if len(tape.D):
+            V, D, S = tape.V[t], tape.D[t], before[t % 2, 1]
+            for j in range(N):
+                row, column, d = T[j], V[j], D[j]
                 for i in range(N):
                     row[i] = d * column[i]
             times(V.T, T, S)
-            times(S, A, H)
-            for i in range(N):
-                row, s = S[i], tape.z[t, i]
-                for k in range(N):
-                    s += row[k] * a[k]
-                z[t, i] = s
-            for i in range(n):
-                row, gone, s = S[i], H[i], S[i, i]
-                for k in range(N):
-                    s -= gone[k] * row[k]
-                variances[t, i], w[t, i] = s, 0
-            for k in range(g):
-                s = G[0, k] * l[0]
-                for i in range(1, n):
-                    s += G[i, k] * l[i]
-                for i in range(n):
-                    w[t, i] += G[i, k] * s
+        else:
+            S = tape.V[t]
+        for i in range(N):
+            x[i] = tape.z[t, i]
+        size = corrected(S, a, A, x, H, v)
+        driven_by(G, l, told, noise)
         if len(P):
             times(H, S, T)
             for i in range(n):
                 for j in range(i + 1):
                     P[t, i, j] = S[i, j] - T[i, j]
                     P[t, j, i] = P[t, i, j]
+        for i in range(N):
+            ahead[i] = S[i, i]
+            for j in range(N):
+                now[i, j] = A[i, j]
         for j in range(p - 1, -1, -1):
             share = over(1, tape.pivot[t, j])
             if share > 0:
-                u, d = unread(tape.K[t, j], C[j], share, tape.nu[t, j], a, A, h)
-            else:
-                u, d = h[0] - h[0], h[0] - h[0]
-            if len(told):
-                told[t, j], much[t, j] = u, d
+                K = tape.K[t, j]
+                unread(K, C[j], share, tape.nu[t, j], a, now, h)
+                for i in range(N):
+                    ahead[i] += K[i] * K[i] * share
+        for i in range(N):  # A changes from what it is beside S to what it is ahead
+            size += ahead[i] * (A[i, i] + now[i, i])
+        worst = max(worst, size)
         for i in range(n):
+            if not LOST * worst * S[i, i] <= v[i]:
+                return t
+        for i in range(N):
+            z[t, i] = x[i]
+        for i in range(n):
+            w[t, i] = noise[i]
             l[i] = a[i]
-            for j in range(n):
-                L[i, j] = A[i, j]
-        if len(lam):
-            lam[t], Lam[t] = l, L
+            for j in range(n if N > n else 0):
+                L[i, j] = now[i, j]
+    return -1
+
+
+@Text
+def factored(P, V, D):
+    """The factors of covariances (rows, n, n), which are used up."""
+    rows, n, _ = P.shape
+    for t in range(rows):
+        for j in range(n - 1, -1, -1):
+            d = P[t, j, j]
+            D[t, j] = max(d, d - d)
+            for i in range(n):
+                V[t, j, i] = d - d
+            V[t, j, j] += 1
+            for i in range(j):
+                u = over(P[t, i, j], D[t, j])
+                V[t, j, i] = u
+                for k in range(i + 1):
+                    P[t, k, i] -= u * P[t, k, j]
 
 
 @Text
@@ -647,33 +728,6 @@ def rts(at, maps, tape, gains):
         gram(Y, v, size, V, D, none, h)
         if len(gains):
             gains[t] = T[:n]
-
-
-@Text
-def moved_back(B, lam, Lam, a, A, H):
-    """a = B' lam and A = B' Lam B, of a symmetric Lam; H (n, N) becomes Lam B."""
-    n, N = B.shape
-    for i in range(N):
-        a[i] = 0
-        for j in range(i + 1):
-            A[i, j] = 0
-    for k in range(n):
-        one, row, said = B[k], H[k], lam[k]
-        for i in range(N):
-            a[i] += one[i] * said
-            row[i] = 0
-        for m in range(n):
-            b, s = B[m], Lam[k, m]
-            for i in range(N):
-                row[i] += s * b[i]
-        for i in range(N):
-            s, out = one[i], A[i]
-            if s != 0:
-                for j in range(i + 1):
-                    out[j] += s * row[j]
-    for i in range(N):
-        for j in range(i):
-            A[j, i] = A[i, j]
 
 
 @Text

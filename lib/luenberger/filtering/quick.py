@@ -41,8 +41,8 @@ def definite(P, L):
 def forward(y, drive, at, maps, z, P, xs, variances, tape):
     """Filter the rows of y as `passes.forward` does, where every reading has noise.
 
-    z (n,) and P (n, n) are the estimate and its covariance.  Returns the first row at
-    which P is not clear of singular, or -1.
+    z (n,) and P (n, n) are the estimate and its covariance; a tape has P as V.
+    Returns the first row at which P is not clear of singular, or -1.
     """
     (rows, p), n = y.shape, len(z)
     T, Q, L = np.zeros((n, n)), np.zeros((n, n)), np.zeros((n, n))
@@ -84,6 +84,8 @@ def forward(y, drive, at, maps, z, P, xs, variances, tape):
         if t % EVERY == EVERY - 1 or t == rows - 1:
             if not definite(P, L):
                 return t
+        if len(tape.z):
+            tape.z[t], tape.V[t] = z, P
         xs[t] = z
         for i in range(n):
             variances[t, i] = P[i, i]

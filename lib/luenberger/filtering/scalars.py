@@ -18,7 +18,7 @@ import numpy as np
 from ..kernels.jit import jitted
 from . import passes
 from .compiling import installed
-from .passes import CLASH, TINY, Maps
+from .passes import CLASH, LOST, TINY, Maps
 
 Entry = Any  # a Name, or a number that is known
 
@@ -218,10 +218,10 @@ def known(name: str, maps: Maps) -> bool:
 
 
 def function(name: str, maps: Maps) -> Callable:
-    """`forward` or `replay` of `passes` for these maps, in scalars."""
+    """`forward`, `replay` or `backward` of `passes` for these maps, in scalars."""
     key = name, sizes(maps)
     if key not in _compiled:
-        written = record if name == "forward" else replayed
+        written = dict(forward=record, replay=replayed, backward=way_back)[name]
         alone = getattr(passes, name).exact
         _compiled[key] = jitted(written(key[1])) if installed() else alone
     return _compiled[key]
@@ -439,6 +439,78 @@ def record(size: Sizes) -> str:
     for one in own:
         out.append(f"    {read_back[one[0]].format(*one.split('_')[1:])} = {one}")
     return "\n".join([*out, "    return clash", ""])
+
+
+def way_back(size: Sizes) -> str:
+    """The text of `passes.backward` for these sizes, where no P is wanted."""
+    row, n, p = Row(size), size.n, size.p
+    does, pairs = row.to.does, [(i, j) for i in range(n) for j in range(i + 1)]
+    room = lambda *shape: np.zeros(shape, dtype=object)  # noqa: E731
+    given = lambda name: _array([row.to.given(f"{name}_{i}") for i in range(n)])  # noqa: E731
+    square, own = room(n, n), [f"l_{i}" for i in range(n)]
+    for i, j in pairs:
+        square[i, j] = square[j, i] = row.to.given(f"A_{i}_{j}")
+        own.append(f"A_{i}_{j}")
+    load = row.reads("BGC")
+    out = [
+        "def run(at, maps, tape, z, variances, P, w, before):",
+        "    B, G, C = maps.B, maps.G, maps.C",
+        "    worst, k = 0.0, -1",
+        *(f"    {one} = 0.0" for one in own),
+        *(f"    {one} = {text.format(0)}" for one, text in load.items()),
+        "    for t in range(tape.z.shape[0] - 1, -1, -1):",
+        "        if at[t + 1] != k:",
+        "            k = at[t + 1]",
+        *(f"            {one} = {text.format('k')}" for one, text in load.items()),
+    ]
+    z, V, D = row.fresh()
+    out += [f"        z_{i} = tape.z[t, {i}]" for i in range(n)]
+    out += [f"        D_{i} = tape.D[t, {i}]" for i in range(n)]
+    out += [
+        f"        V_{j}_{i} = tape.V[t, {j}, {i}]" for j in range(n) for i in range(j)
+    ]
+    a, A, S, H = room(n), room(n, n), room(n, n), room(n, n)
+    v, noise, T = room(n), room(n), D[:, None] * V
+    does(passes.moved_back, row.tables["B"], given("l"), square, a, A, room(n, n))
+    does(passes.times, V.T, T, S)
+    made = does(passes.corrected, S, a, A, z, H, v)
+    does(passes.driven_by, row.tables["G"], given("l"), room(size.g), noise)
+    vectors = dict(x=z, v=v, w=noise, l=a, m=S.diagonal())
+    found = [(f"{one}_{i}", X[i]) for one, X in vectors.items() for i in range(n)]
+    found += [
+        (f"{k}_{i}_{j}", X[i, j]) for k, X in (("A", A), ("S", S)) for i, j in pairs
+    ]
+    out += _block([*found, ("size", made)], 8, "b")
+    out += [f"        variances[t, {i}] = v_{i}" for i in range(n)]
+    for k, X in enumerate("AS"):
+        out += [f"        before[t % 2, {k}, {i}, {j}] = {X}_{max(i, j)}_{min(i, j)}"
+                for i in range(n) for j in range(n)]  # fmt: skip
+    out += [f"        o_{i} = A_{i}_{i}" for i in range(n)]
+    for j in range(p - 1, -1, -1):
+        share, nu, K = row.to.given("share"), row.to.given("nu"), given("K")
+        a, A, m = given("l"), square.copy(), given("m")
+        does(passes.unread, K, row.tables["C"][j], share, nu, a, A, room(n))
+        m += K * K * share
+        found = [(f"l_{i}", a[i]) for i in range(n)] + [
+            (f"m_{i}", m[i]) for i in range(n)
+        ]
+        found += [(f"A_{i}_{j}", A[i, j]) for i, j in pairs]
+        out += [
+            f"        if tape.pivot[t, {j}] > 0.0:",
+            f"            share, nu = 1.0 / tape.pivot[t, {j}], tape.nu[t, {j}]",
+            *(f"            K_{i} = tape.K[t, {j}, {i}]" for i in range(n)),
+            *_block(found, 12, f"u{j}_"),
+        ]
+    out += [f"        size += m_{i} * (o_{i} + A_{i}_{i})" for i in range(n)]
+    out += ["        worst = max(worst, size)"]
+    for i in range(n):
+        out += [
+            f"        if not {LOST!r} * worst * S_{i}_{i} <= v_{i}:",
+            "            return t",
+        ]
+    for one, name in dict(z="x", w="w").items():
+        out += [f"        {one}[t, {i}] = {name}_{i}" for i in range(n)]
+    return "\n".join([*out, "    return -1", ""])
 
 
 def _apart(one: str) -> tuple[str, ...]:

@@ -75,10 +75,7 @@ def over(
 ) -> Smoothed:
     """Smooth the rows of one run."""
     work, names = _Work(filter, rows, lag), filter.plant.state_names
-    x, std, w = (
-        dataframes.framed(X, names, index)
-        for X in (work.x, np.sqrt(work.variances), work.w)
-    )
+    x, std, w = (dataframes.framed(X, names, index) for X in (work.x, work.std, work.w))
     return Smoothed(x, std, w, index, names, work)
 
 
@@ -89,27 +86,29 @@ class _Work:
         self.filter, self.rows, self.lag = filter, rows, lag
         passed = self._passed()[0]
         found = back.smoothed(passed, lag, whole=self._meets)
-        self.z, self.w, self.variances = found.z, found.w, found.variances
+        self.z, self.w, variances = found.z, found.w, found.variances
         self.x = found.z[:, : filter.plant.n]
         if self._meets:
             self.x, self.P = self._met(found.P)
-            self.variances = np.einsum("kii->ki", self.P)
-        self.variances = np.maximum(self.variances, 0.0)
+            variances = np.einsum("kii->ki", self.P)
+        self.std = np.maximum(variances, 0.0, out=found.variances)
+        np.sqrt(self.std, out=self.std)
 
     @property
     def _meets(self) -> bool:
         return bool(self.filter.m1)
 
-    def _passed(self) -> tuple[Passed, State]:
-        """The pass of the filter with its whole tape, and the state before it."""
+    def _passed(self, keep: str = "") -> tuple[Passed, State]:
+        """The pass of the filter with its tape, and the state before it."""
         end, windows, y, u = None, [], self.rows.y, self.rows.u
         for part, settings in self._parts():
             if end is None:
                 end = pack.begin(settings, self.rows.u0)
-                start, way = end.state, settings.way
-            windows.append(pack.over(settings, end, y[part], u[part], "all"))
+                start, first = end.state, settings
+                keep = keep or ("back" if first.way == "nothing" else "all")
+            windows.append(pack.over(settings, end, y[part], u[part], keep))
             end = windows[-1].end
-        return Passed.of(windows, way), start
+        return Passed.of(windows, first), start
 
     def _parts(self) -> Iterator[tuple[slice, Settings]]:
         """Rows that are done at once; outputs are met when all is smoothed."""
@@ -148,7 +147,7 @@ class _Work:
 
     def neighbours(self) -> Matrix:
         """E[e_k e_{k-1}'] of each row."""
-        passed, start = self._passed()
+        passed, start = self._passed("all")
         P = back.smoothed(passed.copied(), self.lag, whole=True).P
         shares = back.gains(passed, start)
         if passed.at[0] >= 0:
