@@ -118,7 +118,7 @@ def _lagged(run: Filter, parts: Iterator[Read], lag: int) -> Iterator[Found]:
             settings = next(run.parts(known, start.instant if start else 0))[1]
             start = start or begin(settings, first.u0)
             windows = [*run._windows(known, start, "all")]
-            passed = back.Passed.of(windows, settings.way)
+            passed = back.Passed.of(windows, settings)
             found, own = back.smoothed(passed, lag, whole=False), slice(len(first.y))
             std = np.sqrt(np.maximum(found.variances[own], 0.0))
             yield rows, found.z[own, : run.plant.n], std
