@@ -85,18 +85,6 @@ def test_noises_are_found_again(kind):
     assert (errors < 0.2 * Q.diagonal()).all()
 
 
-def test_a_round_with_a_better_gain_is_nearer():
-    """The gain of the estimate leaves whiter innovations than that of size one."""
-    y = noisy(np.random.default_rng(6), 5_000)
-    data = [(y, np.zeros((len(y), 0)))]
-
-    def whiteness(gain):
-        return lb.whiteness(autocovariance.left(PLANT, gain, *data[0])).statistic
-
-    first = autocovariance.gain_for(PLANT, 1e-3 * np.eye(3), np.eye(2))
-    assert whiteness(autocovariance.gain_for(PLANT, Q, R)) < 0.2 * whiteness(first)
-
-
 def test_a_search_that_begins_at_rounding_noise_goes_as_far():
     """SciPy's first step is as long as the vector that it begins with."""
     forms = [form_of(x, "diagonal", 1, None, None, np.ones(1)) for x in "QR"]

@@ -1,4 +1,4 @@
-"""Fits of noises and parameters, held against known answers and a slower method.
+"""Fits of noises and parameters, held against known answers and laws.
 
 Standard errors hang on the model, not on the numbers that it is written in, and hold
 the truth as often as they promise.
@@ -10,7 +10,6 @@ import pathlib
 import numpy as np
 import pytest
 from coverage_of_errors import of_plant, share
-from plain_smoother import improved
 
 import luenberger as lb
 from luenberger.run import measurements
@@ -114,23 +113,6 @@ def test_a_ball_on_a_beam():
     assert 0.1 < fit.standard_errors["gain"] < 0.2
 
 
-def test_a_slower_method_climbs_no_higher():
-    """Expectation and maximisation, from the smoothed states, raises it no more."""
-    Q, R = np.diag([0.5, 0.2]), np.array([[1.0]])
-    plant = dataclasses.replace(POSITION, P0=np.eye(2))
-    y = drawn(4, 300, plant, Q, R)
-    fit = lb.fit_noise(plant, y, Q="diagonal")
-    best = fit.log_likelihood
-    again = improved(fit.plant, y, diagonal=True)
-    assert lb.Filter(again).log_likelihood(y) <= best + 1e-6
-    np.testing.assert_allclose(again.Q, fit.plant.Q, rtol=2e-3, atol=1e-9)
-    worse = dataclasses.replace(fit.plant, Q=1.3 * fit.plant.Q, R=0.8 * fit.plant.R)
-    climbed = improved(worse, y, diagonal=True)
-    assert (
-        lb.Filter(worse).log_likelihood(y) < lb.Filter(climbed).log_likelihood(y) < best
-    )
-
-
 @pytest.mark.parametrize("method", ["likelihood", "autocovariance"])
 def test_several_records_of_one_plant(method):
     Q, R = np.array([[0.5]]), np.array([[2.0]])
@@ -164,18 +146,6 @@ def test_units_change_nothing_but_the_numbers():
         rtol=1e-3,
         atol=1e-9,
     )
-
-
-def test_gaps_and_rates_that_differ():
-    Q, R = np.eye(1), np.diag([1.0, 4.0])
-    plant = lb.Plant([[0.9]], None, [[1], [1]], dt=1.0)
-    y = drawn(7, 800, plant, Q, R)
-    y[np.random.default_rng(0).random(y.shape) < 0.3] = np.nan
-    fit = lb.fit_noise(plant, y, Q="diagonal", R="diagonal")
-    for name, true in (("Q", Q), ("R", R)):
-        off = np.abs(getattr(fit.plant, name) - true).diagonal()
-        assert (off < 3 * fit.standard_errors[name].diagonal()).all()
-    assert fit.whiteness.white and fit.whiteness.sized
 
 
 def test_a_plant_that_varies_over_time():

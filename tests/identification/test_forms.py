@@ -119,10 +119,3 @@ def test_a_variance_that_is_not_needed_is_set_to_zero(name, rank):
     untouched = face(form, theta, lambda Y: False, vague)
     np.testing.assert_allclose(untouched.X, X, rtol=1e-9, atol=1e-12)
     assert untouched.sentences == () and not untouched.bound.any()
-
-
-def test_numbers_of_a_form_have_names():
-    sure = np.zeros(3)
-    found = face(made("G"), np.log([2.0, 3.0]), None, sure[:2])
-    assert found.values == pytest.approx({"q[0]": 4.0, "q[1]": 9.0})
-    assert face(made("diagonal"), np.zeros(3), None, sure).values == {}

@@ -75,37 +75,6 @@ def test_the_count_is_the_rank_of_mehras_map(seed):
     assert len(found.sentences) == len(found.unknown) - wanted
 
 
-def hidden(seed):
-    """A plant of which some states reach no output; sums of the others do."""
-    rng = np.random.default_rng(1000 + seed)
-    n, p, unseen = rng.integers(2, 4), rng.integers(1, 4), 1
-    A = rng.integers(-1, 2, (n, n)) * rng.integers(0, 2, (n, n)) * rng.integers(0, 2)
-    A[unseen:, :unseen] = 0
-    A[0, 0] = 1 + rng.integers(0, 2)
-    C = rng.integers(-1, 2, (p, n))
-    C[:, :unseen] = 0
-    places = rng.permutation(n)
-    A, C = (A * Fraction(1, 3))[places][:, places], C[:, places]
-    return A, C, int(np.flatnonzero(places == 0)[0]), rng
-
-
-@pytest.mark.parametrize("seed", range(40))
-def test_what_no_output_shows_is_not_determined(seed):
-    A, C, which, rng = hidden(seed)
-    n, p = len(A), len(C)
-    gain = [[Fraction(int(k), 11) for k in row] for row in rng.integers(-9, 9, (n, p))]
-    plant = lb.Plant(A, None, C, dt=1.0, R=np.eye(p))
-    unknown = dict(Q=["full", "diagonal"][seed % 2], R="full", S="full")
-    found = lb.identifiability(plant, **unknown)
-    assert found.determined == exact_rank(A, C, list(parts_of(n, p, **unknown)), gain)
-    said = " ".join(found.sentences)
-    for name in (f"Q[{which},{which}]", *(f"S[{which},{j}]" for j in range(p))):
-        assert f"{name}, which leaves no trace in the outputs." in said
-    steps = np.repeat(np.array(A, float)[None], 30, axis=0)
-    varying = lb.Plant(steps, None, C, dt=1.0, R=np.eye(p))
-    assert lb.identifiability(varying, **unknown).determined == found.determined
-
-
 def rank_of_records(steps, C, seen, parts):
     """Ranks of the map to the covariances of all readings, less that of the start's.
 

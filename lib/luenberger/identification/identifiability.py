@@ -246,30 +246,40 @@ def over_time(A: Matrix, C: Matrix, changes: Matrices, seen: Matrix) -> Matrix:
     shows, the record shows: later instants are left out where those before determine
     every change clearly.
     """
-    n = A.shape[-1]
+    n, rows = A.shape[-1], TOGETHER
     one = Plant(A, None, C, Q=np.eye(n), R=np.eye(C.shape[-2]), P0=np.eye(n), dt=1.0)
-    rows = TOGETHER
     while True:
         shown = _of_rows(one, changes, seen[:rows])
-        if rows >= len(seen) or _clear(shown):
+        values = np.linalg.svd(shown, compute_uv=False)
+        if rows >= len(seen) or values.min(initial=1.0) > CLEAR:
             return shown
         rows *= 2
 
 
 def _of_rows(plant: Plant, changes: Matrices, seen: Matrix) -> Matrix:
     n, count = plant.n, len(changes["Q"])
-    _, unpack = packing(n)
-    first = unpack(np.eye(n * (n + 1) // 2))
+    first = packing(n)[1](np.eye(n * (n + 1) // 2))
     wide = {k: np.concatenate([np.zeros((len(first), *X.shape[1:])), X])
             for k, X in changes.items()}  # fmt: skip
     X = np.concatenate([first, np.zeros((count, n, n))])
-    gains = Filter(plant).run(np.where(seen, 0.0, np.nan)).K
-    later = _later(plant, gains, seen)
+    gains, at = Filter(plant).run(np.where(seen, 0.0, np.nan)).K, list[Any]()
+    for k, here in enumerate(seen):
+        now, L = plant.at(k + 1), plant.at(k + 1).A @ gains[k][:, here]
+        at.append((now.A - L @ now.C[here], now.C[here], L))
+    later = [np.zeros((0, n))]  # roots of what the rows after each show of its error
+    for A_L, C, _ in at[:0:-1]:
+        later.append(_triangle(np.vstack([C, later[-1] @ A_L])))
+    step, rows = kernels.compiled(change_step, stacks=True), list[Matrix]()
     root = np.zeros((0, len(X)))
-    for k in range(0, len(seen), TOGETHER):
-        here = range(k, min(k + TOGETHER, len(seen)))
-        rows, X = _rows(plant, here, gains, later, seen, wide, X)
-        root = _triangle(np.vstack([root, *rows]))
+    for here, after, (A_L, C, L) in zip(seen, later[::-1], at):
+        dR, dS = wide["R"][:, here][:, :, here], wide["S"][:, :, here]
+        found = step(A_L=A_L, C=C, L=L, dQ=wide["Q"], dR=dR, dS=dS, X=X)
+        for one in (found["dLambda_0"], after @ found["dN_1"]):
+            rows.append(one.reshape(len(X), one[0].size).T)
+        X = found["X_next"]
+        if len(rows) >= 2 * TOGETHER:
+            root, rows = _triangle(np.vstack([root, *rows])), list[Matrix]()
+    root = _triangle(np.vstack([root, *rows]))
     # The start's covariance explains what it can; a record need not show all of it.
     given = root[:, len(first) :]
     largest = max(np.linalg.norm(given, 2), 1e-300)
@@ -279,47 +289,7 @@ def _of_rows(plant: Plant, changes: Matrices, seen: Matrix) -> Matrix:
     return np.pad(left, ((0, max(0, count - len(left))), (0, 0)))
 
 
-def _at(plant: Plant, k: int, gains: Matrix, seen: Matrix) -> tuple[Matrix, ...]:
-    """A_L, C and L at a row, of the outputs that are seen there."""
-    at, now = seen[k], plant.at(k + 1)
-    C, L = now.C[at], now.A @ gains[k][:, at]
-    return now.A - L @ C, C, L
-
-
 def _triangle(X: Matrix) -> Matrix:
     """R of X = Q R."""
     found: Any = np.linalg.qr(X, mode="r")
     return np.asarray(found)
-
-
-def _later(plant: Plant, gains: Matrix, seen: Matrix) -> list[Matrix]:
-    """For each row, a square root of what the rows after it show of the next error."""
-    found = [np.zeros((0, plant.n))]
-    for k in range(len(seen) - 1, 0, -1):
-        A_L, C, _ = _at(plant, k, gains, seen)
-        found.append(_triangle(np.vstack([C, found[-1] @ A_L])))
-    return found[::-1]
-
-
-def _rows(
-    plant: Plant, here: range, gains: Matrix, later: list[Matrix], seen: Matrix,
-    wide: Matrices, X: Matrix,
-) -> tuple[list[Matrix], Matrix]:  # fmt: skip
-    """What some rows show of the changes, and how these go on after them."""
-    step, rows = kernels.compiled(change_step, stacks=True), list[Matrix]()
-    for k in here:
-        at, (A_L, C, L) = seen[k], _at(plant, k, gains, seen)
-        found = step(
-            A_L=A_L, C=C, L=L, dQ=wide["Q"],
-            dR=wide["R"][:, at][:, :, at], dS=wide["S"][:, :, at], X=X,
-        )  # fmt: skip
-        for one in (found["dLambda_0"], later[k] @ found["dN_1"]):
-            rows.append(one.reshape(len(X), one[0].size).T)
-        X = found["X_next"]
-    return rows, X
-
-
-def _clear(shown: Matrix) -> bool:
-    """Whether every change is shown, far from rounding."""
-    values = np.linalg.svd(shown, compute_uv=False)
-    return bool(values.min(initial=1.0) > CLEAR)
