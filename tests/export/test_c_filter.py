@@ -235,9 +235,11 @@ def undriven():
                     R=np.eye(2), P0=driven)  # fmt: skip
 
 
-def test_rounding_does_not_make_a_variance_negative(compiled):
-    unit = compiled(undriven())
-    _, code = unit.run(np.random.default_rng(5).normal(size=(400, 2)))
+@pytest.mark.parametrize("dtype, rows", [("double", 400), ("float", 300)])
+def test_rounding_does_not_make_a_variance_negative(dtype, rows, compiled):
+    """In float the rounding of x, times 1.3 in each row, has no number at 400."""
+    unit = compiled(undriven(), dtype=dtype)
+    _, code = unit.run(np.random.default_rng(5).normal(size=(rows, 2)))
     assert not code.any() and (unit.variances > 0).all()
 
 
@@ -280,6 +282,28 @@ def test_self_test_agrees_under_sanitizers(n, changes, options, tmp_path):
         code.write_text(text[:body] + text[body:].replace(number, damaged))
         gcc("-Dunit_SELFTEST", "-o", tmp_path / "unit", code)
         assert subprocess.run([tmp_path / "unit"]).returncode == 1
+
+
+@pytest.mark.parametrize("growth, rows", [(10, 6), (1e3, 3)])
+def test_a_self_test_is_as_long_as_there_are_digits(growth, rows, tmp_path):
+    """A mode that grows and that no output shows: a shorter record, but never none."""
+
+    def exported(growth):
+        source = lb.Plant(np.diag([0.5, growth]), None, [[1, 0]], dt=1.0, Q=np.eye(2),
+                          R=[[1]], P0=np.eye(2))  # fmt: skip
+        return to_c(source, tmp_path, name="unit")[0]
+
+    code = exported(growth)
+    text = code.read_text()
+    assert f"k < {rows}; k++" in text
+    damaged = text.replace("z_0 * 0.5", "z_0 * 0.4999999")
+    assert damaged != text
+    for written, ends in ((text, 0), (damaged, 1)):
+        code.write_text(written)
+        gcc("-Dunit_SELFTEST", "-o", tmp_path / "unit", code)
+        assert subprocess.run([tmp_path / "unit"]).returncode == ends
+    with pytest.raises(lb.DesignError, match="digits"):
+        exported(1e6)
 
 
 def test_a_function_takes_what_it_reads(tmp_path):

@@ -148,11 +148,9 @@ def trajectory(
     drive = noise[:, :n] + times(B, full[..., None])
     begin = int(varying and plant.at_first and steps > 0)
     x[begin] = x[0]
-    if not plant.multiplicative:
-        along(_each(A)[begin * (A.ndim > 2) :], drive[begin:steps], x[begin:])
-    for i in range(begin, steps if plant.multiplicative else 0):
-        times(A if A.ndim == 2 else A[i], x[i], out=x[i + 1])
-        x[i + 1] += drive[i]
+    F, at_once = _each(A), 1 if plant.multiplicative else max(steps - begin, 1)
+    for i in range(begin, steps, at_once):
+        along(F[i * (A.ndim > 2) :], drive[i : i + at_once], x[i:])
         for (A1, _), g in zip(plant.multiplicative, gains[i]):
             x[i + 1] += g * times(A1, x[i])
     y = times(C, x) + times(E, full[..., None]) + noise[:, n:]

@@ -7,7 +7,6 @@ the operations of `Filter`, in their order.
 
 from __future__ import annotations
 
-import contextlib
 from collections.abc import Sequence
 
 import numpy as np
@@ -30,6 +29,7 @@ from .observer import inputs
 from .selftest import selftest
 from .source_and_header import Signals
 
+LEAST = 3  # rows of a self-test
 EQUATIONS = [
     "x- = A x^ + B u                     and its covariance U D U'         (43)",
     "K = P c' / (c P c' + r)             for one output c x after the other (33)",
@@ -96,11 +96,14 @@ def _record(plant: Plant) -> tuple[Matrix, Matrix]:
 
 def _found(settings: Settings, u: Matrix, y: Matrix) -> Matrix:
     """Estimates of as many rows as have digits enough, where the plant runs away."""
-    begins = begin(settings, np.zeros(settings.plant.m))
-    for rows in (len(y) >> k for k in range(4)):
-        with contextlib.suppress(DesignError):
+    begins, rows = begin(settings, np.zeros(settings.plant.m)), len(y)
+    while True:
+        try:
             return over(settings, begins, y[:rows], u[:rows]).x
-    return np.zeros((0, settings.plant.n))
+        except DesignError:
+            rows //= 2
+            if rows < LEAST:
+                raise
 
 
 def _arguments(plant: Plant) -> dict[str, list[str]]:
