@@ -126,6 +126,15 @@ def test_what_goes_to_other_processes_and_comes_back(fast):
         np.testing.assert_array_equal(getattr(back, name), getattr(whole, name))
 
 
+def test_parts_go_to_a_cluster():
+    distributed = pytest.importorskip("distributed", reason="the extra `cluster`")
+    run, record = filtered("noisy"), lb.Record(*records())
+    with distributed.Client(processes=False, dashboard_address=None) as client:
+        parts = [*client.get_executor().map(run.run, record.split(8))]
+    joined = np.concatenate([part.x for part in parts])
+    np.testing.assert_array_equal(joined, run.run(record).x)
+
+
 @pytest.mark.parametrize("kind", KINDS)
 def test_rows_go_on_where_they_ended(kind, fast):
     y, u = records()

@@ -301,15 +301,6 @@ def test_a_right_model_is_consistent():
     assert ((low < found.nees) & (found.nees < high)).all()
 
 
-def test_the_default_claim_is_the_error_covariance():
-    plant, observer = problem()
-    options = dict(runs=100, steps=STEPS, seed=SEED)
-    claimed = lb.error_covariance(observer, plant, steps=STEPS)
-    default = lb.monte_carlo(plant, observer, **options)
-    given = lb.monte_carlo(plant, observer, claimed=claimed, **options)
-    np.testing.assert_allclose(default.nees, given.nees, rtol=1e-9)
-
-
 @pytest.mark.parametrize("believed", [0.05, 20.0], ids=["too little", "too much"])
 def test_a_wrong_model_is_found_out(believed):
     found, claimed, actual = steady(believed=believed)
@@ -365,30 +356,6 @@ def test_outputs_without_noise_leave_fewer_degrees_of_freedom():
     wrong = lb.monte_carlo(noisy, observer, runs=90, steps=6, seed=2, claimed=claimed)
     assert np.isfinite(wrong.nees[0]) and np.isinf(wrong.nees[1:]).all()
     assert np.isinf(wrong.nees_standard_error[1:]).all()
-
-
-def test_what_is_known_exactly_has_no_degrees_of_freedom():
-    plant = lb.Plant([[0.5]], None, [[1]], dt=1.0, Q=[[1]], R=[[0]], P0=[[0]], x0=[3])
-    observer = lb.reduced_order_filter(plant, 1, steps=2)
-    found = lb.monte_carlo(plant, observer, runs=10, steps=2, seed=2)
-    assert found.dof.tolist() == [0, 0, 0] and not found.nees.any()
-    assert not found.nees_bounds().any()
-
-
-def test_standard_error_of_the_mean():
-    found, _, actual = steady()
-    variances = np.diagonal(actual, axis1=1, axis2=2)
-    wanted = np.sqrt(variances / found.runs)
-    np.testing.assert_allclose(found.mean_standard_error, wanted, rtol=0.1)
-    assert (np.abs(found.mean) < 4.5 * found.mean_standard_error).all()
-
-
-def test_a_single_run_does_not_say_how_far_off_it_is():
-    found = lb.monte_carlo(*problem(), runs=1, steps=2, seed=1)
-    for name in FIELDS:
-        assert not np.isnan(getattr(found, name)).any()
-    assert np.isinf(found.standard_error).all()
-    assert np.isinf(found.mean_standard_error).all()
 
 
 def test_an_observer_that_heeds_the_input_makes_no_claim():

@@ -4,7 +4,7 @@ Any `concurrent.futures.Executor` will do: a pool of threads or processes, or th
 a Dask cluster, ``client.get_executor()``.  Results come in the order of the jobs.
 """
 
-from collections.abc import Callable, Generator, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, Executor
 from contextlib import contextmanager
 from typing import Any, TypeVar
@@ -16,7 +16,7 @@ Progress = bool | Callable[[int, int], object]  # of what is done, and of all
 
 def in_order(
     function: Callable[[Job], Result],
-    jobs: Iterable[Job],
+    jobs: Sequence[Job],
     executor: Executor | None = None,
 ) -> Generator[Result]:
     """Yield function(job) for each job, in order; the first failure ends it all."""

@@ -115,7 +115,7 @@ class Record:
             return dataframes.is_table(self.y[0]) or _depth(self.y[0]) == 2
         return not dataframes.is_table(self.y) and getattr(self.y, "ndim", 0) == 3
 
-    def split(self, size: int) -> Iterator[Record]:
+    def split(self, size: int) -> list[Record]:
         """Parts of so many runs, or of so many rows of one run.
 
         The parts of one run are filtered one after the other, each with
@@ -123,10 +123,12 @@ class Record:
         """
         if not isinstance(size, int | np.integer) or size < 1:
             raise ValueError(f"a part has at least 1 record or row, got {size!r}")
-        for k in range(0, len(self.y), size):
-            part = slice(k, k + size)
-            u0 = self.u0 if self.many or k == 0 else None
-            yield replace(Record(*self._of(part)), u0=u0)
+        return [
+            Record(
+                *self._of(slice(k, k + size)), self.u0 if self.many or not k else None
+            )
+            for k in range(0, len(self.y), size)
+        ]
 
     def each(self) -> Iterator[Record]:
         """Each of many runs as a record."""
