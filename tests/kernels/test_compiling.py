@@ -369,6 +369,25 @@ def test_blocks_are_joined_for_numba_as_in_numpy(monkeypatch):
         compile(joined, backend="c")
 
 
+@pytest.mark.parametrize("unit", [2.0**-40, 1.0, 2.0**40])
+@pytest.mark.parametrize(("d", "firm"), [(1.5e-13, True), (0.6e-13, False)])
+def test_the_line_of_a_singular_matrix_is_the_same(backend, d, firm, unit):
+    """The last pivot of [[1, 1], [1, 1 + d]] is d, the part that the first leaves.
+
+    Below 1e-13 of its diagonal entry, C gives up and the others leave it out.
+    """
+    units = np.diag([1.0, unit])
+    M = units @ [[1, 1], [1, 1 + d]] @ units
+    step = compile(solving(), backend=backend)
+    if backend == "c" and not firm:
+        with pytest.raises(np.linalg.LinAlgError, match="not positive definite"):
+            step(M=M, N=M)
+        return
+    found = np.linalg.inv(units) @ step(M=M, N=M)["X"] @ units
+    wanted = np.eye(2) if firm else np.full((2, 2), 0.5)
+    np.testing.assert_allclose(found, wanted, atol=1e-2)  # 1 % of the pivot
+
+
 @pytest.mark.parametrize("size", [1, 3, 6])
 def test_a_solve_of_any_size(backend, size):
     """X M = N for whole numbers, so that N is exact."""

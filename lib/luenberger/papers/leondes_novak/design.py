@@ -7,7 +7,6 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ... import kernels
 from ...arguments import expect
 from ...errors import DesignError
 from ...filtering.maps import Settings
@@ -26,7 +25,6 @@ from ...recursion.steady_gain import steady_gain
 from ...recursion.weight import definite
 from ..certified import certified, of_what_is_needed
 from .as_observer import with_gain, with_gains
-from .derivation import root_update
 
 
 def kalman_filter(
@@ -243,9 +241,9 @@ def _over(settings: Settings, steps: int) -> Observer:
     rows = [setting(*given, i) for i in range(1, last + 1)]
     names = "As", "B", "J", "C", "E", "Gamma", "Phat", "That"
     have = {name: np.stack([getattr(now, name) for now in rows]) for name in names}
-    have["Kmv"] = over_steps(settings, steps)[1]
+    have["K"] = over_steps(settings, steps)[1]
     have = {k: np.broadcast_to(X, (steps, *X.shape[1:])) for k, X in have.items()}
-    return with_gains(plant, have | kernels.run(root_update, have, "K", stacks=True))
+    return with_gains(plant, have)
 
 
 def covered(steps: int, plant: Plant) -> int:
