@@ -6,6 +6,7 @@ an exception; the true one beside it is taken.
 
 import dataclasses
 import re
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -41,6 +42,7 @@ from luenberger.symbolic import (
     refute,
 )
 from luenberger.symbolic.checker import complaints
+from luenberger.symbolic.reasons import cited_latex, cited_text
 from luenberger.symbolic.statements import Statement
 from luenberger.symbolic.symbols import Own
 
@@ -141,6 +143,26 @@ def takes_numbers(second):
             notation.chain("2", "two", second * (A + C), Line(second * A + second * C)),
         )
     )
+
+
+class Nodding(Chain):
+    check = lambda self: []  # noqa: E731
+
+
+def shapes_of_F(other, limits=()):
+    notation = letters()
+    notation("F", n, m, "what F is")
+    one = notation.chain("1", "one", F + F, Line(2 * F, why="add"))
+    two = notation.chain("2", "two", other - other, Line(0 * other, why="subtract"))
+    items = "words", one, two
+    return holds(Derivation(page=items, letters=notation, limits=limits))
+
+
+def reasons(name, factor):
+    """What is printed of a relation too wide to be cited as a formula."""
+    left, right = A * B * C * Q * X * Y, factor * Y * X * Q * C * B * A
+    wide = Relation(name, left + left.T, right + right.T)
+    return cited_text(wide) + cited_latex(wide)
 
 
 class Symmetric(MatrixSymbol):
@@ -392,6 +414,31 @@ FALSE = {
                 AtMost(A.T + B * B.T, root=B),
             )
         ),
+    ),
+    # what is on a page
+    "A B = B A, says a check of one's own": (
+        lambda: Derivation(steps={"": SimpleNamespace(check=lambda: [])}).proved(),
+        lambda: Derivation(steps={"": TRUTH}).proved(),
+    ),
+    "A B = B A, says a chain of a class of one's own": (
+        lambda: Derivation(steps={"": Nodding("", "", A * B, [Line(B * A)])}).proved(),
+        lambda: Derivation(steps={"": chain(A * B, Line(A * B))}).proved(),
+    ),
+    "A (B + C) = B A, by a proof whose check is False": (
+        lambda: Derivation(steps={"": dataclasses.replace(SUM, right=B * A)}).proved(),
+        lambda: Derivation(steps={"": Claim(SUM.left, SUM.right, Algebra())}).proved(),
+    ),
+    "F of n x m is F of n x n on the next line": (
+        lambda: shapes_of_F(of("F", n, n)),
+        lambda: shapes_of_F(of("F", n, n), limits=({m: n},)),
+    ),
+    "F of n x m is F of m x m where m is n": (
+        lambda: shapes_of_F(of("F", m, m), limits=({m: n},)),
+        lambda: shapes_of_F(F),
+    ),
+    "a relation called A = B has that for a reason, whatever it says": (
+        lambda: "A = B" in reasons("(3) A = B", 2),
+        lambda: "the blocks" in reasons("(3) the blocks", 2),
     ),
     # residuals and comparisons
     "a NumPy comparison that fails is a proof": (

@@ -82,8 +82,6 @@ def fact(statement, name, u, v):
         (shape, left), right = times(q, p), {(): c}
     elif kind == "number":  # 1 x 1: a = a', a b = b a
         (a, b), shape = key, (1, 1)
-        for word in (a, b):
-            joined([shape, *[size(statement, x) for x in word], shape])
         left, right = ({a + b: 1}, {b + a: 1}) if b else ({a: 1}, {flip(a): 1})
     else:
         shape, base = statement.inverses[key]

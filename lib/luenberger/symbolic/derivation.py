@@ -16,13 +16,17 @@ from sympy.matrices.expressions.matexpr import MatrixExpr
 from .blocks import Blocks
 from .chains import Chain
 from .claims import Claim
+from .constructions import Construction, Counterexample
 from .dependence import behind, hidden, letters
+from .explicit import Explicit, Positive
 from .page_model import impossible
 from .polynomials import Sum
 from .relations import Relation, Result
 from .stages import faults
 from .typeset import latex, padded, text
-from .words import Formula, refuse_truth
+from .words import Formula, refuse_truth, same_shape
+
+CHECKED = Chain, Construction, Counterexample, Explicit, Positive  # each by itself
 
 
 class Steps(dict):
@@ -66,6 +70,9 @@ class Derivation:
     witness : dict of symbol to matrix or number, optional
         Explicit values of some letters, where the search for a model of all that the
         page defines and supposes finds none without them.
+    limits : tuple of dict of size to size
+        What parts of the page set sizes to, as {r: n} where all of a state is wanted.
+        Only so a letter occurs in another size than the one that it has.
     """
 
     given: tuple = ()
@@ -76,18 +83,20 @@ class Derivation:
     letters: object = None
     says: str = ""
     witness: dict = field(default_factory=dict)
+    limits: tuple = ()
 
     def __post_init__(self):
         found = {title(item): item for item in self._shown}
         object.__setattr__(self, "steps", Steps({**self.steps, **found}))
         for name, step in self.steps.items():
             refuse_truth(step, f"step {name!r}")
+            is_checked(step)
 
     @property
     def _shown(self):
         """What is checked by itself: of the page, and cited by stages."""
         cited = (r for stage in self.stages for r in stage.by)
-        return [item for item in (*cited, *self.page) if hasattr(item, "check")]
+        return [item for item in (*cited, *self.page) if is_checked(item)]
 
     # -- checked ------------------------------------------------------------------
 
@@ -95,7 +104,7 @@ class Derivation:
         """What is wrong, in plain language; [] when everything on the page is right."""
         found = list(self._faults)
         for name, step in self.steps.items():
-            if hasattr(step, "check"):
+            if is_checked(step):
                 found += [f"{name}: {fault}" for fault in step.check()]
             elif not holds(step):
                 found.append(f"{name} is not proved")
@@ -130,7 +139,7 @@ class Derivation:
             found += [
                 f"{title(item)}: {fault}"
                 for item in self.page
-                if hasattr(item, "check")
+                if is_checked(item)
                 for fault in look_alikes(getattr(item, "expressions", ()))
             ]
             found += self._taken_twice()
@@ -144,13 +153,23 @@ class Derivation:
         return found + clash
 
     def _taken_twice(self):
-        """Complaints about letters of the page that only their assumptions tell apart.
-
-        A matrix may occur in another size, as where a paper sets one size to another.
-        """
+        """Complaints about letters of the page that are not those it declares."""
         shown = [e for item in self.page for e in getattr(item, "expressions", ())]
         found = {s for e in shown if isinstance(e, sp.Basic) for s in letters(e)}
-        return look_alikes(s for s in found if isinstance(s, sp.Symbol))
+        numbers = look_alikes(s for s in found if isinstance(s, sp.Symbol))
+        declared = {text(s): s for s in self.letters.meaning}
+        return numbers + [
+            f"{text(s)} is {declared[text(s)].shape} among the letters and {s.shape} "
+            "on the page: rename it, or say in limits= which size is set to what"
+            for s in sorted(found - set(self.letters.meaning), key=str)
+            if isinstance(s, sp.MatrixSymbol) and text(s) in declared
+            if not self._in_a_limit(declared[text(s)], s)
+        ]
+
+    def _in_a_limit(self, declared, other):
+        """Whether a letter is a declared one with sizes set as the page says."""
+        sizes = [[sp.sympify(d).subs(at) for d in declared.shape] for at in self.limits]
+        return any(same_shape(shape, other.shape) for shape in sizes)
 
     def _taken_for_constant(self, introduced):
         """What lines take for constant that the page says is not."""
@@ -232,7 +251,7 @@ def cited_by(derivation):
     for item in derivation.page:
         if isinstance(item, Derivation):
             yield from (r for stage in item.stages for r in stage.reasons)
-        elif hasattr(item, "check"):
+        elif is_checked(item):
             yield from item.relations
 
 
@@ -271,9 +290,28 @@ def symbols(derivation):
     return found
 
 
+def is_checked(item: Any) -> bool:
+    """Whether an item is checked by itself.
+
+    Raises
+    ------
+    TypeError
+        It has a check of its own making, which may accept anything.
+    """
+    if type(item) in (*CHECKED, Derivation):
+        return True
+    if hasattr(item, "check"):
+        raise TypeError(
+            f"{item} is a {type(item).__name__}, whose check is not one of this room: "
+            "give a Chain, Construction, Counterexample, Explicit, Positive, "
+            "Derivation or Claim"
+        )
+    return False
+
+
 def holds(step: Any) -> bool:
     """Whether a step is proved: a chain and its like, a claim, or a bare residual."""
-    if hasattr(step, "check"):
+    if is_checked(step):
         return not step.check()
     refuse_truth(step, "what is to hold")
     return vanishes(step)

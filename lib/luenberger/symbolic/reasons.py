@@ -121,7 +121,7 @@ def cited_text(relation):
     number, says = numbered(relation)
     if by_its_letter(relation):
         return f"{number} {text(relation.left)}".strip()
-    if "=" not in says or too_wide(relation):
+    if by_its_name(relation, says):
         return relation.name
     return f"{number} {text(relation.left)} = {text(relation.right)}".strip()
 
@@ -131,7 +131,7 @@ def cited_latex(relation):
     number, says = numbered(relation)
     if by_its_letter(relation):
         formula = latex(relation.left)
-    elif "=" not in says or too_wide(relation):
+    elif by_its_name(relation, says):
         return words(relation.name)
     else:
         formula = f"{latex(relation.left)} = {latex(relation.right)}"
@@ -159,6 +159,12 @@ def numbered(relation):
         return name.removesuffix(says).strip(), says
     found = NUMBER.match(name)
     return (found[1], name[found.end() :].strip()) if found else ("", name)
+
+
+def by_its_name(relation, says):
+    """Whether a citation is its name: words, or its own formula where that is wide."""
+    same = "".join(says.split()) == "".join(relation.show(text).split())
+    return "=" not in says or (same and too_wide(relation))
 
 
 def by_its_letter(relation):

@@ -269,4 +269,4 @@ def innovations_plant():
 def derive():
     """The page."""
     page = (*PAGE, innovations_plant())
-    return Derivation(page=page, letters=letters, source=SOURCE)
+    return Derivation(page=page, letters=letters, source=SOURCE, limits=({r: n},))

@@ -141,4 +141,5 @@ INNOVATION = (
 def derive():
     """The page."""
     page = (*LEAST, *KALMAN, *INNOVATION)
-    return Derivation(page=page, letters=letters, source=f"{SOURCE}, section IV")
+    source, limits = f"{SOURCE}, section IV", ({r: n - p}, {r: n})
+    return Derivation(page=page, letters=letters, source=source, limits=limits)
