@@ -49,6 +49,7 @@ from luenberger.symbolic.symbols import Own
 n, m = symbols("n m", integer=True, positive=True)
 A, B, C, Q, X, Y = (MatrixSymbol(name, n, n) for name in "ABCQXY")
 F, w, v = MatrixSymbol("F", n, m), MatrixSymbol("w", n, 1), MatrixSymbol("v", n, 1)
+G = MatrixSymbol("G", m, n)
 I, O = Identity(n), ZeroMatrix(n, n)
 t, p, q = Symbol("t"), Symbol("p", positive=True), Symbol("q", positive=True)
 whole, one, two = Symbol("k", integer=True), sp.Integer(1), sp.Integer(2)
@@ -236,6 +237,14 @@ FALSE = {
             AtLeast(A, root=Symbol("z", real=True) * B),
             A + Symbol("z", real=True) ** 2 * B * B.T,
         ),
+    ),
+    "t is divided by, and is 0": (
+        lambda: proved(Trace(A) / t, Trace(A) / t, given=[(t * A, O), (A * B, I)]),
+        lambda: proved(Trace(A) / t, Trace(A) / t, given=[(t * A, I), (A * B, I)]),
+    ),
+    "G (F G)^-1 F = I, of F that is not square": (
+        lambda: Claim(G * (F * G).I * F, Identity(m), Algebra()).is_zero,
+        lambda: Claim(B * (A * B).I * A, I, Algebra()).is_zero,
     ),
     # means that are taken for equations
     "w w' = Q, since E[w w'] = Q": (
