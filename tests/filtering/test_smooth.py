@@ -8,7 +8,7 @@ import fractional_passes as fractions
 import numpy as np
 import pandas as pd
 import pytest
-from exact_filter import zeros
+from exact_filter import rational, zeros
 from exact_smoother import Batch, floats
 
 import luenberger as lb
@@ -145,6 +145,34 @@ def test_many_states_are_smoothed_as_through_the_next_state(n, P0, m1, monkeypat
         np.testing.assert_allclose(getattr(found, name), getattr(wanted, name), **close)
     np.testing.assert_allclose(found.std, wanted.std, rtol=1e-9)
     np.testing.assert_allclose(found.w, wanted.w, atol=1e-9)
+
+
+@pytest.mark.parametrize("lag", [None, 1])
+@pytest.mark.parametrize("first", range(0, 60, 20))
+def test_an_unknown_start_is_smoothed_as_a_wide_one(first, lag):
+    """In Fractions, with a variance of 10^60; a record may leave some of it open."""
+    for seed in range(first, first + 20):
+        problem = replace(exact_filter.problem(seed), accurate=())
+        m, plant = problem.model, problem.plant
+        if abs(np.linalg.det(plant.A)) < 1e-9 or (m.S != 0).any():
+            continue  # the prior of the first sample is not that before it
+        wide = rational(np.eye(len(m.A))) * 10**60
+        exact = exactly(replace(problem, model=m._replace(P0=wide)), lag)
+        x, P, shares, w, _ = map(floats, exact)
+        one = lb.Filter(lb.Plant(plant.A, None, plant.C, dt=1.0, Q=plant.Q, R=plant.R))
+        found, known = one.smooth(problem.record, lag), np.abs(P) < 1e30
+        shown = np.einsum("kii->ki", known)
+        assert (np.isfinite(found.std) == shown).all(), seed
+        mean, spread = (
+            1 + np.abs(x[shown]).max(initial=0),
+            np.abs(P[known]).max(initial=1),
+        )
+        np.testing.assert_allclose(found.P[known], P[known], rtol=0, atol=1e-9 * spread)
+        np.testing.assert_allclose(found.x[shown], x[shown], rtol=0, atol=1e-9 * mean)
+        if known.all():
+            apart = np.abs(found.lag_one[1:] - shares[1:])
+            assert apart.max(initial=0) < 1e-9 * spread
+            np.testing.assert_allclose(found.w, w, rtol=0, atol=1e-9 * mean)
 
 
 def wandering(n=2, steps=None, **more):

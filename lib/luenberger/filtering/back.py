@@ -15,10 +15,11 @@ import numpy as np
 
 from ..numeric import Matrix, Vector
 from ..numeric.linalg import solve_right
-from . import passes
+from . import passes, unknown
 from .maps import Settings
 from .pack import Passage, fed, loops, text
 from .passes import Maps, State, Tape
+from .unknown import LARGE
 
 
 class Passed(NamedTuple):
@@ -133,7 +134,8 @@ def _way_back(passed: Passed, whole: bool) -> Back:
     z, P = tape.z, np.empty((rows * whole, n, n))
     w = tape.D if tape.D.shape == (rows, n) else np.empty((rows, n))
     first = rows  # of those that are smoothed by innovations
-    if settings.way == "nothing":
+    opened = _open(tape)
+    if settings.way == "nothing" and not opened:
         before = np.zeros((2, 2, n, n))
         run = loops("backward", n) if whole else text("backward", settings, maps, rows)
         first = 1 + int(run(at, maps, tape, z, variances, P, w, before))
@@ -147,13 +149,32 @@ def _way_back(passed: Passed, whole: bool) -> Back:
             ahead=np.concatenate([z[:1], ahead + drive[1 : len(tape.z)]])
         )
     at = at[: len(tape.z) + 1]
-    passes.rts(at, maps, tape, np.empty((0, n, n)))
+    _through_next(at, maps, tape, np.empty((0, n, n)))
     V, D = tape.V[:first, :, :n], tape.D[:first]
     variances[:first] = np.einsum("tka,tk,tka->ta", V, D, V)
     if whole:
         P[:first] = spread(V, D)
     w[:first] = _residual(maps, at, drive, tape.z)[:first]
+    if opened:
+        variances[variances > LARGE] = np.inf
+        P[np.abs(P) > LARGE] *= np.inf
     return Back(z, variances, P, w)
+
+
+def _open(tape: Tape) -> int:
+    """How many rows there are up to the last at which something is not known at all."""
+    rows = np.flatnonzero((tape.D > LARGE).any(axis=1))
+    return int(rows[-1]) + 1 if len(rows) else 0
+
+
+def _through_next(at: Vector, maps: Maps, tape: Tape, found: Matrix) -> None:
+    """`passes.rts`, by leading terms where something is not known at all."""
+    opened = _open(tape)
+    part = Tape(*(X[opened:] for X in tape))
+    passes.rts(at[opened:], maps, part, found[opened:])
+    if opened:
+        part = Tape(*(X[: opened + 1] for X in tape))
+        unknown.rts(at[: opened + 2], maps, part, found[: opened + 1])
 
 
 def _factors(tape: Tape, first: int, A: Matrix, S: Matrix) -> Tape:
@@ -199,7 +220,7 @@ def gains(passed: Passed, start: State) -> Matrix:
         }
         at, tape = np.concatenate([at[:1], at]), tape._replace(**more)
     found = np.empty((len(tape.z), n, n))
-    passes.rts(at, maps, tape, found)
+    _through_next(at, maps, tape, found)
     return found
 
 

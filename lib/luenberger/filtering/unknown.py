@@ -142,3 +142,12 @@ def forward(
         if clash >= 0:
             return k, k * y.shape[1] + clash
     return len(y), -1
+
+
+def rts(at: Any, maps: Maps, tape: Tape, gains: Any) -> None:
+    """As `passes.rts`, of rows at which something is not known at all."""
+    given, found = Tape(*(_leading(X) for X in tape)), _leading(gains)
+    run = passes.rts.on(clear=_clear)
+    run(at, Maps(*(_leading(X) for X in maps)), given, found)
+    for old, new in zip((*tape, gains), (*given, found)):
+        old[...] = new

@@ -161,7 +161,8 @@ class Filter:
 
         Of all estimates that are linear in the record, these have the least
         covariance.  With accurate outputs they are the best ones that show exactly
-        what these show at their own rows.
+        what these show at their own rows.  Without P0 nothing is known of the start;
+        the standard deviation of what the record does not determine is inf.
 
         Parameters
         ----------

@@ -100,15 +100,14 @@ class _Work:
 
     def _passed(self, keep: str = "") -> tuple[Passed, State]:
         """The pass of the filter with its tape, and the state before it."""
-        end, windows, y, u = None, [], self.rows.y, self.rows.u
-        for part, settings in self._parts():
-            if end is None:
-                end = pack.begin(settings, self.rows.u0)
-                start, first = end.state, settings
-                keep = keep or ("back" if first.way == "nothing" else "all")
-            windows.append(pack.over(settings, end, y[part], u[part], keep))
-            end = windows[-1].end
-        return Passed.of(windows, first), start
+        settings = next(self._parts())[1]
+        start = pack.begin(settings, self.rows.u0, known=False).state
+        if not keep:
+            plain = settings.way == "nothing" and self.filter.plant.P0 is not None
+            keep = "back" if plain else "all"
+        free = Filter(self.filter.plant) if self._meets else self.filter
+        windows = [*free._windows(self.rows, None, keep)]
+        return Passed.of(windows, settings), start
 
     def _parts(self) -> Iterator[tuple[slice, Settings]]:
         """Rows that are done at once; outputs are met when all is smoothed."""
@@ -143,6 +142,7 @@ class _Work:
             x[part] += np.einsum("kij,kj->ki", push, told.left(x[part]))
             unknown = R - C @ P[part] @ np.swapaxes(C, -1, -2)
             P[part] += push @ unknown @ np.swapaxes(push, 1, 2)
+        P[np.isnan(P)] = np.inf  # of what the record leaves open
         return x, P
 
     def neighbours(self) -> Matrix:
