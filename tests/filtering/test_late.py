@@ -343,3 +343,24 @@ def test_an_observer_at_work_takes_whole_readings_in_order():
     continuous = lb.Observer([[-1]], [[]], [[1]], [[1]], [[0]], T=[[1]], L=[[1]])
     with pytest.raises(ValueError, match="needs a sampling period"):
         continuous.live()
+
+
+@pytest.mark.parametrize("m1", [0, 1])
+def test_a_start_at_work_may_be_unknown(m1):
+    """Bit for bit what a record finds, also with a reading that comes late."""
+    rng = np.random.default_rng(4)
+    A, C = rng.normal(size=(3, 3)), rng.normal(size=(2, 3))
+    plant = lb.Plant(A, None, C, dt=1.0, Q=np.eye(3), R=np.eye(2))
+    y = rng.normal(size=(9, 2))
+    y[[0, 2, 4], [0, 0, 1]] = np.nan
+    one = lb.Filter(plant, m1)
+    wanted, now, late = one.run(y), one.live(horizon=3), y[1, 1]
+    assert np.isinf(wanted.std[0]).any() and np.isfinite(wanted.std[-1]).all()
+    for k, row in enumerate(y):
+        x, sigma = now.measure(np.where([False, k == 1], np.nan, row))
+        if k == 3:
+            x, sigma = now.arrived(1, 2, late)
+        if k not in (1, 2):
+            np.testing.assert_allclose(x, wanted.x[k], rtol=1e-12)
+            np.testing.assert_allclose(sigma, wanted.std[k], rtol=1e-12)
+        now.advance()

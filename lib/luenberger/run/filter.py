@@ -227,7 +227,7 @@ class Filter:
         Raises
         ------
         DesignError
-            If the plant is continuous, or lacks P0.
+            If the plant is continuous.
 
         Examples
         --------

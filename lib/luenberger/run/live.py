@@ -10,10 +10,11 @@ import numpy as np
 
 from ..at_work import Turns
 from ..errors import DesignError, few, short
-from ..filtering import digits
+from ..filtering import digits, unknown
 from ..filtering.maps import Settings
 from ..filtering.pack import begin, blank, driven, fed, less, loops, refuse, times
-from ..filtering.passes import TINY, Maps
+from ..filtering.passes import TINY, Maps, Tape
+from ..filtering.unknown import LARGE
 from ..formats import dataframes
 from ..numeric import Matrix, Vector
 from ..plant import Plant
@@ -44,7 +45,7 @@ class LiveFilter(Turns):
         self._varies, self._names = plant.steps is not None, list(plant.output_names)
         columns = ([] if self._varies else list(X.T.copy()) for X in (plant.B, plant.E))
         self._B, self._E = columns
-        end = begin(settings, self._u)
+        end = begin(settings, self._u, known=False)
         self._state, n, p, N = end.state, plant.n, plant.p, len(end.state.z)
         size = 2 * (horizon + 1) + ROOM
         self._y, self._lift = np.full((size, p), np.nan), np.zeros((size, p))
@@ -62,7 +63,7 @@ class LiveFilter(Turns):
         self._begun, self._least = np.zeros(size, dtype=np.int64), np.zeros((size, n))
         self._always = bool(settings.unseen_growth)
         self._tell(0)
-        if plant.at_first:
+        if plant.at_first or plant.P0 is None:
             self._at[0] = -1
         self._all = (
             self._mixed, self._drive, self._at, self._maps, self._state, self._x,
@@ -195,17 +196,40 @@ class LiveFilter(Turns):
 
     def _run(self, k: int) -> tuple[Vector, Vector]:
         """Filter the rows from k on."""
-        clash = self._resumed(*self._all, k, self._row + 1)
+        first, clash = k, -1
+        if self._plant.P0 is None:  # until all is known of the state
+            first, clash = self._open_rows(k)
+        if clash < 0 and first <= self._row:
+            clash = self._resumed(*self._all, first, self._row + 1)
+            clash += (first - k) * self._plant.p if clash >= 0 else 0
         if clash >= 0:
             row, j = divmod(int(clash), self._plant.p)
             seen, instant = ~np.isnan(self._y[k + row]), self.instant - self._row + k
             refuse(self._settings, instant + row, j, seen)
-        lacking = any(self._found[i][2] for i in range(k, self._row + 1))
-        if lacking or self._always or self._begun[k - 1]:
-            self._follow(k)
+        self._begun[k:first] = 0
+        lacking = any(self._found[i][2] for i in range(first, self._row + 1))
+        if lacking or self._always or self._begun[first - 1]:
+            self._follow(first)
         else:
-            self._begun[k : self._row + 1] = 0
-        return self._x[self._row].copy(), np.sqrt(self._variances[self._row])
+            self._begun[first : self._row + 1] = 0
+        variances = self._variances[self._row]
+        if self._plant.P0 is None:
+            variances = np.where(variances > LARGE, np.inf, variances)
+        return self._x[self._row].copy(), np.sqrt(variances)
+
+    def _open_rows(self, k: int) -> tuple[int, int]:
+        """Filter the rows from k on behind which nothing is known of a part.
+
+        Returns the first that is left, and what `passes.forward` does.
+        """
+        before, rows = slice(k - 1, self._row + 1), slice(k, self._row + 1)
+        loops("taken", self._plant.n)(self._tape, k - 1, self._state)
+        done, clash = unknown.forward(
+            self._mixed[rows], self._drive[rows], self._at[before], self._maps,
+            self._state, self._x[rows], self._variances[rows],
+            Tape(self._tape.ahead, *(X[rows] for X in self._tape[1:])),
+        )  # fmt: skip
+        return k + done, clash
 
     def _follow(self, k: int) -> None:
         """Refuse a gap, in the rows from k on, in which digits are lost."""
