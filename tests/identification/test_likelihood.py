@@ -21,7 +21,7 @@ from exact_likelihood import (
 from exact_smoother import product
 
 import luenberger as lb
-from luenberger.filtering import passes
+from luenberger.filtering import likelihood, passes
 from luenberger.filtering.passes import Maps, State, Tape, forward
 from luenberger.identification.derivation import score_step
 
@@ -340,3 +340,21 @@ def test_units_of_outputs_only_add_a_constant(kind, power):
     )  # fmt: skip
     found = lb.Filter(other).log_likelihood(lb.Record(y * unit, u, u0=u0))
     assert found + 4 * power * np.log(2) == pytest.approx(wanted, rel=1e-12)
+
+
+@pytest.mark.parametrize("n", [1, 3, 8])
+def test_a_filter_that_settles_has_the_score_of_the_whole_recursion(n):
+    """In rows between gaps, and of correlated outputs."""
+    rng = np.random.default_rng(n)
+    plant = generators.plant(rng, n, min(n, 2), m=1, cross=0, radius=0.9)
+    y, u, u0 = generators.record(rng, plant, 900)
+    y[[3, 400, 401, 700], 0] = nan
+    run, rows = lb.Filter(plant), lb.Record(y, u, u0=u0).on(plant)
+    whole, settled = (run.passed(rows, keep) for keep in ("readings", "settled"))
+    assert sum(part.stop - part.start for part in settled[0].settled) > 300
+    values = [likelihood.value(one, plant) for one in (whole, settled)]
+    assert values[1] == pytest.approx(values[0], rel=1e-12)
+    one, other = (likelihood.score(k, plant, joint=False) for k in (whole, settled))
+    for name in "QR":
+        X, Y = getattr(one, name), getattr(other, name)
+        np.testing.assert_allclose(Y, X, atol=1e-9 * np.abs(X).max())

@@ -274,8 +274,8 @@ def over(settings: Settings, end: End, y: Matrix, u: Matrix, keep: str = "") -> 
 
     What is kept of each is "" (no tape), "values" (pivots and innovations), "readings"
     (gains as well), "settled" (these, and where the filter has settled its last gains:
-    `Passage.settled` has these rows), "back" (all that `passes.backward` reads), or
-    "all".
+    `Passage.settled` has these rows, without estimates), "back" (all that
+    `passes.backward` reads), or "all".
     """
     plant, rows = settings.plant, len(y)
     n, p = plant.n, plant.p

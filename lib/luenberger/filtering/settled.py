@@ -26,7 +26,7 @@ LOOK = 24  # rows, after which it is looked at; then half as many more again
 
 
 @Text
-def same_gain(y, drive, A, C, K, share, z, nu, xs):
+def same_gain(y, drive, A, C, K, share, z, nu):
     """Filter complete rows whose readings have the gains K share; nu is written."""
     ahead = np.zeros(len(z), z.dtype)
     for t in range(len(y)):
@@ -44,7 +44,7 @@ def same_gain(y, drive, A, C, K, share, z, nu, xs):
             for i in range(len(z)):
                 ahead[i] += K[j, i] * v
         for i in range(len(z)):
-            z[i] = xs[t, i] = ahead[i]
+            z[i] = ahead[i]
 
 
 @Text
@@ -122,7 +122,10 @@ def same_entries(one: Matrix, other: Matrix) -> bool:
 def forward(
     way: Way, y: Matrix, drive: Matrix, at: Vector, maps: Maps, tape: Tape
 ) -> list[slice]:
-    """Pass over rows and write their tape; returns those with the gain before them."""
+    """Pass over rows and write their tape; returns those with the gain before them.
+
+    No estimates of these are found.
+    """
     found, done = list[slice](), 0
     for a, b in stretches(y):
         way.rows(slice(done, a))
@@ -134,9 +137,8 @@ def forward(
             found.append(rest)
             K, pivot = tape.K[last].copy(), tape.pivot[last].copy()
             given = y[rest], drive[rest], maps.B[full], maps.C[full], K, 1 / pivot
-            text(same_gain, len(K.T))(*given, way.z, tape.nu[rest], way.x[rest])
+            text(same_gain, len(K.T))(*given, way.z, tape.nu[rest])
             tape.K[rest], tape.pivot[rest] = K, pivot
-            way.variances[rest] = way.variances[last]
     way.rows(slice(done, len(y)))
     return found
 
