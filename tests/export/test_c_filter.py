@@ -155,7 +155,8 @@ def test_a_refused_sample_changes_nothing(n, more, compiled):
     unit.run([[1.0, 2.0]], [[3.0]])
     before = unit.state
     most = np.finfo(float).max
-    for y, u in ([np.inf, 0], 0), ([0, 0], NAN), ([0, 0], -np.inf), ([most, -most], 0):
+    infinite = ([np.inf, 0], 0), ([most, -most], 0), ([most, NAN], -most)
+    for y, u in (*infinite, ([0, 0], NAN), ([0, 0], -np.inf)):
         what, code = unit.run([y], [[u]])
         assert code[0, 0] == 1 and (what == 7).all()
         if not np.isfinite(u):
