@@ -11,9 +11,12 @@ from luenberger.symbolic import (
     Gradient,
     Identity,
     Line,
+    MatrixSymbol,
     Notation,
+    Relation,
     ZeroMatrix,
 )
+from luenberger.symbolic.dependence import Scope
 
 n = symbols("n", integer=True, positive=True)
 letters = Notation()
@@ -169,3 +172,12 @@ def test_the_increment_of_a_symmetric_matrix_is_symmetric():
     (fault,) = line.complaints(P * A, (P,))
     assert "declare that symmetric" in fault
     assert Differential(dP * A, of={P: dP}).complaints(P * A, (P, dP)) == []
+
+
+def test_definitions_are_followed_in_any_order():
+    """What is defined last may be what all the others are made of."""
+    A, B, C, X = (MatrixSymbol(name, n, n) for name in "ABCX")
+    made = (C, 2 * B), (B, 3 * A), (A, X.T * X)
+    relations = [Relation(f"of {left}", left, right) for left, right in made]
+    assert set(Scope(relations).tied([X])) == {A, B, C}
+    assert set(Scope(relations[1:]).tied([X])) == {A, B}
