@@ -255,3 +255,20 @@ def test_sizes_that_disagree_are_refused():
         run.run(lb.Record(y, u), start=run.run(lb.Record(y[0], u[0])).end)
     with pytest.raises(ValueError, match="arrival is for one record"):
         run.run(lb.Record(y, u, arrival=np.zeros((N, 2))))
+
+
+def test_each_record_tells_of_its_own_start():
+    """Where nothing is known of it: as the records one by one."""
+    rng = np.random.default_rng(4)
+    A, C = rng.normal(size=(3, 3)), rng.normal(size=(2, 3))
+    one = lb.Filter(lb.Plant(A, None, C, dt=1.0, Q=np.eye(3), R=np.eye(2)))
+    y = rng.normal(size=(3, 9, 2))
+    y[1, 0] = np.nan
+    found = one.run(y)
+    more = one.run(y, start=found.end)
+    for k in range(3):
+        alone = one.run(y[k])
+        assert np.array_equal(found.x[k], alone.x)
+        assert np.array_equal(found.std[k], alone.std)
+        assert np.array_equal(found.P[k], alone.P)
+        assert np.array_equal(more.x[k], one.run(y[k], start=alone.end).x)

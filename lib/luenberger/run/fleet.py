@@ -80,6 +80,14 @@ def _together(of: Any, group: Group) -> tuple[Matrix, Matrix, Sequence[End]]:
     """Estimates, deviations and ends of records that are filtered together."""
     names, rows, ends, whole = group
     M, first = len(names), rows._replace(y=rows.y[0])
+    if of.plant.P0 is None:  # each record tells of its own start
+        u = np.broadcast_to(rows.u, (M, *rows.u.shape[1:]))
+        each = [
+            of.over(rows._replace(y=rows.y[k], u=u[k]), ends and ends[k])
+            for k in range(M)
+        ]
+        x, std = (np.stack([getattr(one, k) for one in each]) for k in ("x", "std"))
+        return x, std, many.clocked([one.end for one in each], rows.clock)
     run = many.alike if whole else many.with_gaps
     xs, variances = [], []
     for part, settings in of.parts(first, 0 if ends is None else ends[0].instant):
