@@ -274,7 +274,7 @@ def predict(M, B, G, X, d, drive, z, V, D, E, e, W, w, made, met, T, h):
 def read(y, V, D, c, r, z, met, K, f):
     """Take in a reading y of c z: the pivot, the innovation, and what that is made of.
 
-    `met` says what the prediction of the plant's state is made of.
+    `met` says what the estimate of the plant's state is made of.
     """
     nu, size = y, abs(y)
     for i in range(len(z)):
@@ -282,7 +282,11 @@ def read(y, V, D, c, r, z, met, K, f):
         size += abs(c[i] * z[i])
     for i in range(len(met)):
         size += abs(c[i]) * met[i]
-    return absorb(V, D, c, r, nu, z, K, f), nu, size
+    pivot = absorb(V, D, c, r, nu, z, K, f)
+    move = over(abs(nu), pivot)
+    for i in range(len(met)):
+        met[i] += abs(K[i]) * move
+    return pivot, nu, size
 
 
 @Text

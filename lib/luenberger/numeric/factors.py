@@ -12,6 +12,7 @@ from . import Matrix, Vector
 
 EPS = np.finfo(float).eps
 CLEAR = 30.0  # roundings; a standard deviation above them is real
+ENTRY = 8 * EPS  # a covariance below it, at unit diagonal, is rounding
 SPOILED = 1e-12  # of a variance: an error that no random number may have
 SAFE = 1e-10  # a pivot above this, beside the variance before, leaves six digits
 
@@ -20,7 +21,8 @@ def factor(X: Matrix, size: Vector | None = None) -> Matrix:
     """H with H H' = X and a column for each direction that is not rounding.
 
     Cholesky with pivots, at unit diagonal of `size`: the variances that X was made
-    of, default its own.
+    of, default its own.  An entry that is rounding of X is zero: a row that repeats
+    another one does so exactly.
     """
     size = X.diagonal() if size is None else size
     scale = np.sqrt(np.where(size > 0, size, 1.0))
@@ -28,7 +30,9 @@ def factor(X: Matrix, size: Vector | None = None) -> Matrix:
         X / scale / scale[:, None], lower=1, tol=10 * EPS * len(X)
     )
     H = np.empty((len(X), rank))
-    H[order - 1] = np.tril(lower)[:, :rank]
+    lower = np.tril(lower)[:, :rank]
+    lower[np.abs(lower) * lower.diagonal() < ENTRY] = 0
+    H[order - 1] = lower
     return scale[:, None] * H
 
 

@@ -7,8 +7,8 @@ it again with one reading damaged, which is refused if and only if that contradi
 A number is judged beside what it was made of: estimates and predictions of the whole
 record in its own state (TOL), and of its own row (ROW).  To that comes what the exact
 numbers move where every instant gets noise of SHAKE of the deviations there: rounding
-moves them too, in any filter that rounds.  A likelihood may move by what rounding of
-what an innovation was made of is, beside its deviation.
+moves them too, in any filter that rounds.  A likelihood may move by that, and by what
+rounding of what an innovation was made of is, beside its deviation.
 """
 
 import time
@@ -148,12 +148,17 @@ class Case:
                 return Verdict(path, ("calls", "wrong"), 1.0, "is not determined")
         else:
             wanted = oracle.likelihood(found)
+        shaken = self.shaken()
+        shaken = unknown(shaken) if path == "start unknown" else shaken
+        shaken = oracle.answer(shaken, found.determined, path == "start unknown")
+        moved = {(k, j): s for k, j, s, _ in shaken.terms}
         slack = 0.0
         for k, j, s, nu in found.terms:
-            sigma = float(s) ** 0.5
+            sigma, more = float(s) ** 0.5, max(float(moved[k, j] / s - 1), 0)
             C = np.abs(p.C[k + 1][j].astype(float))
             met = abs(float(p.y[k, j])) + C @ self.made.mean[k]
-            mean, std = EPS * met / sigma, EPS * (C @ self.made.std[k] / sigma) ** 2
+            mean = EPS * met / sigma + FELT * more**0.5
+            std = EPS * (C @ self.made.std[k] / sigma) ** 2 + more
             z = abs(float(nu)) / sigma
             slack += mean * (2 * z + mean) + std * (1 + z * z)
         size = TOL * (1 + wanted[1])
