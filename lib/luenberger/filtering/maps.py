@@ -16,7 +16,6 @@ from ..numeric.linalg import UNIT_TOL, complete, solve_right
 from ..plant import Plant
 from ..recursion.settings import accurate_outputs, require_noise
 from ..recursion.weight import canonical_weight, positive_weight
-from . import tail
 from .passes import Maps, gram, whiten
 
 PATTERNS = 1000  # of outputs that arrived, kept at most: a long record has many
@@ -60,7 +59,7 @@ class Settings:
         self.first: Any = None  # the factors of P0, once they are asked for
         self._known: dict[Any, Any] = {}
         self._stacked: Any = (None, None, None)
-        self._steady: list[tail.Steady | None] = []
+        self._steady: list[Any] = []
 
     @cached_property
     def unseen_growth(self) -> list[complex]:
@@ -71,9 +70,11 @@ class Settings:
         found = hidden_modes(plant.A, plant.C, least=1 - UNIT_TOL)
         return [mode for mode in found if abs(mode) > 1]
 
-    def steady(self, run: Callable) -> tail.Steady | None:
-        """The settled filter of complete rows, found once by the `run` of a pass."""
+    def steady(self, run: Callable) -> Any:
+        """The settled filter of complete rows, found once by the `run` of a pass; or None."""
         if not self._steady:
+            from . import tail  # which needs this module
+
             everything = np.ones(self.plant.p, dtype=bool)
             maps = Maps(*(X[None] for X in self.at(1, everything)[0]))
             self._steady.append(tail.steady(maps, run))
@@ -188,7 +189,7 @@ class Settings:
 
 
 def _one(*matrices: Matrix) -> Maps:
-    return Maps(*(np.ascontiguousarray(X, dtype=float) for X in matrices))
+    return Maps(*(np.array(X, dtype=float, order="C") for X in matrices))  # to write
 
 
 def _told_apart(R: Matrix) -> bool:

@@ -34,8 +34,8 @@ class End(NamedTuple):
         The input, which acts until the next row.
     gap : Gap
         That in which the row is.
-    still : bool
-        Whether the filter is settled.
+    calm : int
+        How many complete rows there were since the last gap; -1 where it is settled.
     P : (n, n) ndarray or None
         The covariance, where it was found as such and not in factors.
     clock : object
@@ -49,7 +49,7 @@ class End(NamedTuple):
     seen: np.ndarray
     u: np.ndarray
     gap: digits.Gap
-    still: bool = False
+    calm: int = 0
     P: np.ndarray | None = None
     clock: Any = None
     awaited: Any = None
@@ -153,8 +153,11 @@ def less(y: Matrix, told: Matrix) -> Matrix:
 def times(X: Matrix, M: Matrix) -> Matrix:
     """X M'; a row has the same bits in any company, unlike those of BLAS."""
     found = np.zeros((*X.shape[:-1], len(M)))
-    for j, column in enumerate(M.T):
-        found += X[..., j, None] * column
+    if X.shape[-1]:
+        X, M = (
+            np.require(Z, requirements="CW") for Z in (X.reshape(-1, X.shape[-1]), M)
+        )
+        passes.combine(X, M, found.reshape(len(X), len(M)))
     return found
 
 
@@ -290,13 +293,13 @@ def over(settings: Settings, end: End, y: Matrix, u: Matrix, keep: str = "") -> 
         P = covariance(state) if end.P is None else end.P.copy()
         kept = tape._replace(D=tape.D[:0])
         way = _in_covariance(pack, state.z, P, x, variances, kept)
-        clash, still, found = _along(settings, way, pack, end, run, keep, kept)
+        clash, calm, found = _along(settings, way, pack, end, run, keep, kept)
         if clash < 0:
             state, tape = State(state.z, *factors(P), state.E, state.e), kept
     if P is None or clash >= 0:
         P, state = None, State(*(X.copy() for X in end.state))
         way = _in_factors(run, pack, state, x, variances, tape)
-        clash, still, found = _along(settings, way, pack, end, run, keep, tape)
+        clash, calm, found = _along(settings, way, pack, end, run, keep, tape)
     row, j = divmod(clash, p) if clash >= 0 else (rows, 0)
     done, instant = slice(row + 1), end.instant + 1
     gap = digits.followed(
@@ -307,22 +310,21 @@ def over(settings: Settings, end: End, y: Matrix, u: Matrix, keep: str = "") -> 
         refuse(settings, instant + row, j, ~np.isnan(y[row]))
     last = ~np.isnan(y[-1]) if rows else end.seen
     u = u[-1] if rows else end.u
-    after = End(end.instant + rows, state, last, u, gap, still, P)
+    after = End(end.instant + rows, state, last, u, gap, calm, P)
     return Passage(x, variances, tape, pack, after, found)
 
 
 def _along(
     settings: Settings, way: tail.Way, pack: Packed, end: End, run: Any, keep: str,
     tape: Tape,
-) -> tuple[int, bool, list[Any]]:  # fmt: skip
+) -> tuple[int, int, list[Any]]:  # fmt: skip
     """What `tail.over` finds; what is kept on a tape is the full recursion's."""
     plain = settings.plant.steps is None and settings.way == "nothing"
     if keep == "settled" and plain and (pack.maps.r > 0).all():
-        return -1, False, settled.forward(way, *pack[:4], tape)
+        return -1, 0, settled.forward(way, *pack[:4], tape)
     if keep or not plain:
-        return way.rows(slice(0, len(pack.y))), False, []
-    found = partial(settings.steady, run)
-    return tail.over(way, pack, found, end.instant, end.still)
+        return way.rows(slice(0, len(pack.y))), 0, []
+    return tail.over(way, pack, partial(settings.steady, run), end.calm)
 
 
 def _in_factors(
@@ -350,7 +352,8 @@ def _in_covariance(
     def settle(V: Matrix, D: Vector) -> None:
         P[:] = (V.T * D) @ V
 
-    return tail.Way(rows, lambda: factors(P), settle, z, x, variances)
+    eps = tail.ROUNDED
+    return tail.Way(rows, lambda: factors(P), settle, z, x, variances, eps)
 
 
 def _covariance_at(run: Any, pack: Packed, state: State, row: int) -> Matrix:

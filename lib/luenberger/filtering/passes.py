@@ -469,23 +469,38 @@ def replay(y, drive, at, first, known, since, span, maps, state, xs, variances, 
 
 
 @Text
-def one_gain(y, drive, A, C, K, z, xs):
-    """Filter complete rows with the same gain."""
-    ahead, nu = np.zeros(len(z), z.dtype), np.zeros(len(C), z.dtype)
+def one_gain(y, drive, A, J, K, z, sizes, xs, variances):
+    """Filter rows with the same gain, z+ = A z + J drive + K y; `sizes` are variances.
+
+    J has no columns where there is no input.
+    """
+    n, p, now = len(z), y.shape[1], z.copy()
     for t in range(len(y)):
-        for i in range(len(z)):
-            ahead[i] = drive[t, i]
-            for k in range(len(z)):
-                ahead[i] += A[i, k] * z[k]
-        for j in range(len(C)):
-            nu[j] = y[t, j]
-            for k in range(len(z)):
-                nu[j] -= C[j, k] * ahead[k]
-        for i in range(len(z)):
-            z[i] = ahead[i]
-            for j in range(len(C)):
-                z[i] += K[i, j] * nu[j]
-            xs[t, i] = z[i]
+        for i in range(n):
+            s = A[i, 0] * now[0]
+            for k in range(1, n):
+                s += A[i, k] * now[k]
+            for k in range(J.shape[1]):
+                s += J[i, k] * drive[t, k]
+            for j in range(p):
+                s += K[i, j] * y[t, j]
+            xs[t, i] = s
+        for i in range(n):
+            now[i] = xs[t, i]
+            variances[t, i] = sizes[i]
+    z[:] = now
+
+
+@Text
+def combine(X, M, out):
+    """out = X M', row by row."""
+    for t in range(len(X)):
+        x, row = X[t], out[t]
+        for i in range(len(M)):
+            m, s = M[i], x[0] * M[i, 0]
+            for k in range(1, len(x)):
+                s += m[k] * x[k]
+            row[i] = s
 
 
 @Text

@@ -101,13 +101,15 @@ class Statements:
 
 
 class Language(NamedTuple):
-    """How a choice and a size are written."""
+    """How a choice and a size are written, and whether choices are calls."""
 
     choice: str
     size: str
+    calls: bool = False
 
 
 PYTHON = Language("{a} if {b} > {c} else {d}", "abs({})")
+CALLS = PYTHON._replace(calls=True)  # a choice in the text itself takes long to compile
 C99 = Language("{b} > {c} ? {a} : {d}", "fabs({})")
 RANK = {"+": 1, "-": 1, "*": 2, "/": 2}
 INLINE = (*RANK, "abs", "neg")  # where it is used once
@@ -175,6 +177,8 @@ def _said(one: Name, language: Language, shown: Callable[..., str]) -> tuple[str
         return f"-{shown(of[0])}", 2
     if one.op == "abs":
         return language.size.format(shown(of[0], 0)), 3
+    if language.calls:
+        return f"{one.op}({', '.join(shown(x, 0) for x in of[:2])})", 3
     a, b = (shown(x) for x in of[:2])
     if one.op == "clear":
         size = language.size.format(a)
@@ -231,7 +235,7 @@ _compiled: dict[tuple[str, Sizes], Callable] = {}
 BESIDE = """from numba import njit
 import numpy as np
 
-from luenberger.filtering.passes import ROOM, State, Tape
+from luenberger.filtering.passes import ROOM, TINY, State, Tape
 
 own = njit(error_model="numpy")
 """
@@ -239,11 +243,25 @@ own = njit(error_model="numpy")
 
 def replayed(size: Sizes) -> str:
     """The text of `passes.replay` for these sizes, over that of `forward`."""
-    texts = [BESIDE, record(size).replace("def run(", "def forward(", 1)]
-    for one in passes.over, passes.taken, passes.replay:
-        texts.append(getsource(one.plain).removeprefix("@Text\n"))
-    texts[-1] = texts[-1].replace("def replay(", "def run(", 1)
-    return "\n\n@own\n".join(texts[:-1]) + f"\n\n{texts[-1]}"
+    forward = statements(size).replace("def run(", "def forward(", 1)
+    replay = _source(passes.replay).replace("def replay(", "def run(", 1)
+    return _module([*CHOICES, forward, _source(passes.taken)], replay)
+
+
+def record(size: Sizes) -> str:
+    """The text of `passes.forward` for these sizes."""
+    return _module(CHOICES, statements(size))
+
+
+def _source(text: passes.Text) -> str:
+    return getsource(text.plain).removeprefix("@Text\n")
+
+
+def _module(called: Sequence[str], run: str) -> str:
+    return "\n\n@own\n".join([BESIDE, *called]) + f"\n\n{run}"
+
+
+CHOICES = [_source(one) for one in (passes.clear, passes.over, passes.part)]
 
 
 class Row:
@@ -372,8 +390,8 @@ def names(z: np.ndarray, V: np.ndarray, D: np.ndarray) -> list[tuple[str, Entry]
     return found + [(f"V_{j}_{i}", V[j, i]) for j in range(n) for i in range(j)]
 
 
-def record(size: Sizes) -> str:
-    """The text of `passes.forward` for these sizes."""
+def statements(size: Sizes) -> str:
+    """The function `run` that does what `passes.forward` does."""
     row, n, p = Row(size), size.n, size.p
     out = [
         "def run(y, drive, at, maps, state, xs, variances, tape):",
@@ -521,7 +539,7 @@ def _apart(one: str) -> tuple[str, ...]:
 def _block(found: list[tuple[str, Entry]], indent: int, prefix: str) -> list[str]:
     """Statements, and then all names at once."""
     found = [(name, x) for name, x in found if renamed(name, x)]
-    lines, shown = written([x for _, x in found], prefix=prefix)
+    lines, shown = written([x for _, x in found], CALLS, prefix)
     out = [f"{name} = {text}" for name, text in lines]
     if found:
         left = ", ".join(name for name, _ in found)

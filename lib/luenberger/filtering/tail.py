@@ -20,15 +20,19 @@ import numpy as np
 from scipy.linalg import solve_triangular
 
 from ..numeric import Matrix, Vector
+from .maps import factors
 from .passes import FEW, Maps, State, Tape, one_gain
 
 if TYPE_CHECKING:
     from .pack import Packed
 
 EPS = 1e-11  # so that estimates differ by 1e-8 of their deviations at most
-LOOK = 512  # rows from one look to the next
-LONG = 2048  # rows in which a covariance is steady, from none on
+ROUNDED = 1e-9  # of a covariance that was found as such, where that is its rounding
+LOOK = 512  # complete rows before the first look; the next one is at twice as many
+DOUBLED = 13  # how often rows are doubled, from none known on, to find what is steady
 HALF = 256  # rows in which an error has to halve
+HUGE = 1e50  # what is beyond it has no digits left
+LOST = 8  # times that, until what rounding has left of the doubling is gone
 
 
 class Steady(NamedTuple):
@@ -39,46 +43,59 @@ class Steady(NamedTuple):
     D: np.ndarray
     K: np.ndarray
 
-    def holds(self, V: Matrix, D: Vector, eps: float = EPS / 2) -> bool:
-        """Whether the covariance of V and D is inside; rounding has the other half."""
+    def holds(self, V: Matrix, D: Vector, eps: float) -> bool:
+        """Whether the covariance of V and D is inside."""
         T = solve_triangular(self.W, V.T * np.sqrt(D), check_finite=False)
         return bool(np.linalg.norm(T @ T.T - np.eye(len(T))) <= eps)
 
 
 def steady(maps: Maps, run: Callable) -> Steady | None:
     """The steady filter of maps for complete rows; None where none is certified."""
-    A, C = maps.B[0], maps.C[0]
-    (n, _), p = A.shape, len(C)
-    if not (maps.r[0] > 0).all():
+    A, C, r, Q = maps.B[0], maps.C[0], maps.r[0], maps.G[0] @ maps.G[0].T
+    n, p = len(A), len(C)
+    if not (r > 0).all():
         return None
-    state = State(np.zeros(n), np.eye(n), np.zeros(n), np.zeros((p, n)), np.zeros(p))
-    tape = Tape(
-        np.zeros((0, n)), np.zeros((0, n)), np.zeros((0, n, n)), np.zeros((0, n)),
-        np.zeros((1, p, n)), np.zeros((1, p)), np.zeros((1, p)),
-    )  # fmt: skip
-    none = tape._replace(K=tape.K[:0], pivot=tape.pivot[:0], nu=tape.nu[:0])
-    for rows, kept in (LONG, none), (1, tape):
-        last = State(*(X.copy() for X in state))
-        zero, at = np.zeros((rows, p)), np.zeros(rows + 1, dtype=np.int64)
-        room = np.zeros((2, rows, n))
-        run(zero, room[0].copy(), at, maps, state, *room, kept)
-    V, D = state.V, state.D
-    if not (np.isfinite(D).all() and (D > 0).all() and np.isfinite(V).all()):
+    X, G, S = A.T, (C.T / r) @ C, Q
+    for _ in range(DOUBLED):  # S is the covariance ahead of so many rows
+        if not np.linalg.norm(S) < HUGE:
+            return None
+        T = np.linalg.solve(np.eye(n) + G @ S, np.hstack([X, G]))
+        S, G, X = S + X.T @ S @ T[:, :n], G + X @ T[:, n:] @ X.T, X @ T[:, :n]
+    state = State(np.zeros(n), *factors(S), np.zeros((p, n)), np.zeros(p))
+    if (one := _behind(state, maps, run, 1, start=-1)) is None:
         return None
-    K = np.zeros((n, p))
-    for j in range(p):  # one reading after the other moves the estimate
-        k = tape.K[0, j] / tape.pivot[0, j]
-        K -= np.outer(k, C[j] @ K)
-        K[:, j] += k
-    W = V.T * np.sqrt(D)
-    found = Steady(W, V, D, K)
-    X, many = solve_triangular(W, (A - K @ C @ A) @ W), 1
+    X, many = solve_triangular(one.W, (A - one.K @ C @ A) @ one.W), 1
     while (size := np.linalg.norm(X, 2)) > 0.5:
         X, many = X @ X, 2 * many
         if many > HALF:
             return None
+    last = _behind(state, maps, run, LOST * many)
+    one = _behind(state, maps, run, 1)
     many = many / (1 - size)  # the sum of |W^-1 Phi^k W|, none of which is above 1
-    return found if found.holds(last.V, last.D, float(EPS / 2 / many)) else None
+    return one if last and one and one.holds(last.V, last.D, EPS / 2 / many) else None
+
+
+def _behind(
+    state: State, maps: Maps, run: Callable, rows: int, start: int = 0
+) -> Steady | None:
+    """What is known behind rows, with the gain of the last; None if it is singular."""
+    (n, p), at = state.E.T.shape, np.zeros(rows + 1, dtype=np.int64)
+    at[0] = start
+    tape = Tape(
+        np.zeros((0, n)), np.zeros((0, n)), np.zeros((0, n, n)), np.zeros((0, n)),
+        np.zeros((rows, p, n)), np.zeros((rows, p)), np.zeros((rows, p)),
+    )  # fmt: skip
+    room = np.zeros((3, rows, n))
+    run(np.zeros((rows, p)), room[0], at, maps, state, room[1], room[2], tape)
+    V, D = state.V.copy(), state.D.copy()
+    if not (np.isfinite(D).all() and (D > 0).all() and np.isfinite(V).all()):
+        return None
+    K, C = np.zeros((n, p)), maps.C[0]
+    for j in range(p):  # one reading after the other moves the estimate
+        k = tape.K[-1, j] / tape.pivot[-1, j]
+        K -= np.outer(k, C[j] @ K)
+        K[:, j] += k
+    return Steady(V.T * np.sqrt(D), V, D, K)
 
 
 class Way(NamedTuple):
@@ -91,9 +108,11 @@ class Way(NamedTuple):
     factors, settle : callable
         V and D of the covariance behind the last row; sets them.
     z : (n,) ndarray
-        The estimate there.
+        The estimate behind the last row.
     x, variances : (N, n) ndarray
         Where what is found of each row is written.
+    eps : float
+        By how much the covariance may differ from the steady one.
     """
 
     rows: Callable[[slice], int]
@@ -102,42 +121,51 @@ class Way(NamedTuple):
     z: np.ndarray
     x: np.ndarray
     variances: np.ndarray
+    eps: float = EPS / 2  # rounding has the other half
 
 
 def over(
-    way: Way, pack: Packed, found: Callable[[], Steady | None], instant: int,
-    still: bool,
-) -> tuple[int, bool, list[int]]:  # fmt: skip
-    """Pass over rows behind an instant; with one gain where the filter is `still`.
+    way: Way, pack: Packed, found: Callable[[], Steady | None], calm: int
+) -> tuple[int, int, list[int]]:
+    """Pass over rows behind so many complete ones; -1 where the filter is settled.
 
-    Returns what `passes.forward` does, whether the filter is still at the end, and the
-    rows from which on there was one gain.
+    Returns what `passes.forward` does, how many complete rows there are at the end,
+    and the rows from which on there was one gain.
     """
     y, drive, at, maps, _ = pack
-    (rows, p), k, settled = y.shape, 0, []
-    gained = one_gain.exact if len(way.z) <= FEW else one_gain.fast
+    rows, k, settled = len(y), 0, []
+    n = len(way.z)
+    gained = one_gain.exact if n <= FEW else one_gain.fast
     gone = np.isnan(y)
     broken = np.flatnonzero(gone.any(axis=1)) if gone.any() else np.empty(0, int)
+    broken = np.append(broken, rows)
     while k < rows:
-        if still and (one := found()):
-            next_ = np.searchsorted(broken, k)
-            stop = int(broken[next_]) if next_ < len(broken) else rows
+        ends = broken[np.searchsorted(broken, k) :]
+        if calm < 0 and (one := found()):
+            stop = int(ends[0])
             if stop > k:
                 settled.append(k)
                 part, full = slice(k, stop), at[k + 1]
-                given = y[part], drive[part], maps.B[full], maps.C[full], one.K
-                gained(*given, way.z, way.x[part])
-                way.variances[part] = (one.W**2).sum(axis=1)
-            still = stop == rows
+                A, given = maps.B[full], drive[part]
+                J = np.eye(n) - one.K @ maps.C[full]
+                J, A = J[:, : n if given.any() else 0].copy(), J @ A
+                sizes = (one.W**2).sum(axis=1)
+                rest = way.z, sizes, way.x[part], way.variances[part]
+                gained(y[part], given, A, J, one.K, *rest)
+            calm = -1 if stop == rows else 0
         else:
-            stop = min(rows, k + LOOK - (instant + k) % LOOK)
+            firsts = np.append(k - calm, ends[:-1] + 1)
+            goals = np.full(len(ends), LOOK)
+            while goals[0] <= calm:
+                goals[0] *= 2
+            long = np.flatnonzero(ends - firsts >= goals)
+            stop = int((firsts + goals)[long[0]]) if len(long) else rows
             clash = way.rows(slice(k, stop))
             if clash >= 0:
-                return k * p + clash, False, settled
-            looked = (instant + stop) % LOOK == 0 and not np.isnan(y[stop - 1]).any()
-            one = found() if looked else None
-            still = one is not None and one.holds(*way.factors())
-            if one is not None and still:
+                return k * pack.y.shape[1] + clash, 0, settled
+            calm = stop - int(firsts[long[0]] if len(long) else firsts[-1])
+            if len(long) and (one := found()) and one.holds(*way.factors(), way.eps):
                 way.settle(one.V, one.D)
+                calm = -1
         k = stop
-    return -1, still, settled
+    return -1, calm, settled
