@@ -71,7 +71,7 @@ class Settings:
         return [mode for mode in found if abs(mode) > 1]
 
     def steady(self, run: Callable) -> Any:
-        """The settled filter of complete rows, found once by the `run` of a pass; or None."""
+        """The settled filter of complete rows, found once by `run`; or None."""
         if not self._steady:
             from . import tail  # which needs this module
 
