@@ -46,11 +46,12 @@ class Filtered:
         The filter behind the last row: ``run(more, start=found.end)`` goes on there.
     settled_at : (k,) ndarray of int
         The rows from which on there is one gain, until other outputs arrive: the
-        covariance P of a plant that does not change is within 1e-11 of the steady one,
-        (1 - e) Sigma <= P <= (1 + e) Sigma, and stays there.  The gain differs by at
-        most 2e-11 in these units, and an estimate by at most 1e-8 of its deviations,
-        for innovations whose normalised length is one.  P and K are those of the full
-        recursion.
+        covariance P of a plant that does not change is within e = 1e-11 of the steady
+        one, (1 - e) Sigma <= P <= (1 + e) Sigma, and stays there.  The gain differs by
+        at most 2 e in these units, and an estimate by at most 1e-8 of its deviations,
+        for innovations whose normalised length is one.  With more than six states e
+        may be 1e-9, which is rounding, and 1e-8 is then 1e-6.  P and K are those of the
+        full recursion.  It is looked for behind 512, 1024, 2048, ... complete rows.
     """
 
     x: Any
