@@ -316,6 +316,13 @@ def push(O, z, E, e, x, variances):  # noqa: E741
 
 
 @Text
+def put(x, out):
+    """out = x; numba takes seconds to compile what `out[:] = x` says of lengths."""
+    for i in range(len(x)):
+        out[i] = x[i]
+
+
+@Text
 def forward(y, drive, at, maps, state, xs, variances, tape):
     """Filter the rows of y, NaN where an output did not arrive.
 
@@ -343,7 +350,7 @@ def forward(y, drive, at, maps, state, xs, variances, tape):
             d = maps.d[at[t + 1]]
             predict(M, B, G, X, d, drive[t], z, V, D, E, e, W, w, made, met, T, h)
         if len(tape.ahead):
-            tape.ahead[t] = z[:n]
+            put(z[:n], tape.ahead[t])
         if t == 0 or at[t + 1] != at[t]:
             C, r, O = maps.C[at[t + 1]], maps.r[at[t + 1]], maps.O[at[t + 1]]  # noqa: E741
         for j in range(p):
@@ -357,9 +364,12 @@ def forward(y, drive, at, maps, state, xs, variances, tape):
             if len(tape.pivot):
                 tape.pivot[t, j], tape.nu[t, j] = pivot, nu
             if len(tape.K):
-                tape.K[t, j] = E[j]
+                put(E[j], tape.K[t, j])
         if len(tape.z):
-            tape.z[t], tape.V[t], tape.D[t] = z, V, D
+            put(z, tape.z[t])
+            put(D, tape.D[t])
+            for k in range(N):
+                put(V[k], tape.V[t, k])
         x, v = xs[t], variances[t]
         for i in range(n):
             x[i] = z[i]
@@ -488,7 +498,7 @@ def one_gain(y, drive, A, J, K, z, sizes, xs, variances):
         for i in range(n):
             now[i] = xs[t, i]
             variances[t, i] = sizes[i]
-    z[:] = now
+    put(now, z)
 
 
 @Text
