@@ -18,6 +18,7 @@ from .chains import Chain
 from .claims import Claim
 from .constructions import Construction, Counterexample
 from .dependence import behind, hidden, letters
+from .deriving import Derived
 from .explicit import Explicit, Positive
 from .page_model import impossible
 from .polynomials import Sum
@@ -26,7 +27,7 @@ from .stages import faults
 from .typeset import latex, padded, text
 from .words import Formula, refuse_truth, same_shape
 
-CHECKED = Chain, Construction, Counterexample, Explicit, Positive  # each by itself
+CHECKED = Chain, Derived, Construction, Counterexample, Explicit, Positive  # by itself
 
 
 class Steps(dict):
