@@ -29,10 +29,13 @@ from luenberger.symbolic import (
     Line,
     Moment,
     Relation,
+    Unproved,
     ZeroMatrix,
     derive,
     evaluate,
     letters,
+    prove,
+    refute,
 )
 
 SEEDS = range(8)
@@ -379,6 +382,10 @@ def test_a_solution_solves_the_line_and_the_line_says_it(form, seed):
     solved = derive(line).solve(X)
     assert same_solutions(line, solved.left - solved.right, known)
     assert set(solved.invertible) <= {A, D, S}
+    assert A in solved.invertible or form not in INVERTED
+
+
+INVERTED = "around", "a bracket behind", "to be inverted"
 
 
 def same_solutions(*expressions):
@@ -737,6 +744,18 @@ def test_letters_are_declared_by_their_sizes():
     assert (Q.T, c.shape[1], E.shape) == (Q, 1, (2, 3))
     assert t.is_real
     assert derive(E * E.T).transpose().check() == []
+
+
+def test_a_letter_that_is_symmetric_is_so_for_the_engine():
+    """Without saying so again: in a proof, in a model, and in a chain by hand."""
+    assert prove(C * S, (S * C.T).T).check()
+    found = refute(A, A.T * S)
+    assert found[S] == found[S].T
+    assert (
+        Chain("", "", C * S, [Line((S * C.T).T, why="transposed twice")]).check() == []
+    )
+    with pytest.raises(Unproved):
+        prove(C * A, (A * C.T).T)
 
 
 @pytest.mark.parametrize(

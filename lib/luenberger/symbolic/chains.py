@@ -14,7 +14,7 @@ from typing import NamedTuple
 import sympy as sp
 
 from .contents import parts
-from .dependence import behind, hidden
+from .dependence import behind, declared, hidden
 from .equivalences import Equation, Implies
 from .exact import plain
 from .inequalities import AtLeast
@@ -216,8 +216,8 @@ class Chain:
     def _complaints(self, line, left):
         """What is wrong with a line; one that cannot even be read says so."""
         try:
-            found = unfounded(line.cites, self.symmetric)
-            return found + line.complaints(left, self.symmetric) + line.too_wide()
+            found = unfounded(line.cites, self._known)
+            return found + line.complaints(left, self._known) + line.too_wide()
         except (TypeError, ValueError) as e:
             blocks = any(isinstance(r.right, sp.BlockMatrix) for r in line.cites)
             mend = "; blocks are put in by Substitute" if blocks else ""
@@ -229,7 +229,12 @@ class Chain:
         inverted = any(parts(plain(e)).inverted for e in self.expressions)
         if not inverted and any(set(relations) <= set(x.cites) for x in self.lines):
             return []  # which has a model
-        return impossible(relations, self.symmetric, self.expressions, self.witness)
+        return impossible(relations, self._known, self.expressions, self.witness)
+
+    @cached_property
+    def _known(self):
+        """The symbols that equal their transposes: those told, and those made so."""
+        return declared(self.symmetric, self.expressions)
 
     # -- shown --------------------------------------------------------------------
 

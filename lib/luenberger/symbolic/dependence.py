@@ -14,6 +14,7 @@ import sympy as sp
 from .contents import KEPT
 from .exact import plain
 from .relations import Moment, Relation, Result
+from .symbols import Symmetric
 from .words import Formula
 
 Tied = dict[Any, Relation]  # by which relation each letter moves
@@ -31,6 +32,13 @@ def letters(expr: Formula) -> frozenset[Any]:
     matrices = expr.atoms(sp.MatrixSymbol)
     sizes = {s for m in expr.atoms(sp.MatrixExpr) for d in m.shape for s in symbols(d)}
     return frozenset(matrices | (expr.atoms(sp.Symbol) - sizes))
+
+
+def declared(symmetric: Iterable[Any], items: Iterable[Any]) -> tuple[Any, ...]:
+    """Symmetric letters, and those in expressions and relations that are so by kind."""
+    sides = [e for x in items for e in (x if isinstance(x, Relation) else (x,))]
+    found = {x for e in sides for x in letters(plain(e)) if isinstance(x, Symmetric)}
+    return tuple(dict.fromkeys([*symmetric, *sorted(found, key=str)]))
 
 
 def symbols(size):

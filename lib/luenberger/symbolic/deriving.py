@@ -15,7 +15,7 @@ from sympy.matrices.expressions.matexpr import MatrixExpr
 from .blocks import Blocks
 from .chains import Chain
 from .core import Algebra
-from .dependence import Scope, letters
+from .dependence import Scope, declared, letters
 from .exact import plain
 from .expectations import Expect, Moments
 from .inequalities import AtLeast
@@ -25,7 +25,7 @@ from .polynomials import Polynomial, Traces
 from .proofs import prove
 from .reasons import cited_text, follows
 from .relations import Relation, named
-from .symbols import MatrixProduct, MatrixSum, Own, Symmetric, ZeroMatrix, plus
+from .symbols import MatrixProduct, MatrixSum, Own, ZeroMatrix, plus
 from .terms import (
     Pattern,
     as_before,
@@ -133,12 +133,6 @@ class Derived(Chain):
     known: tuple = ()
     brackets: dict = field(default_factory=dict)
 
-    def __post_init__(self):
-        seen = self.left, *(e for line in self.lines for e in (line.right, *line.cites))
-        every = dict.fromkeys([*self.symmetric, *declared(*seen)])
-        object.__setattr__(self, "symmetric", tuple(every))
-        super().__post_init__()
-
     def _then(self, line, brackets=()):
         """The derivation with a line more."""
         if line.right == self.right and not hasattr(line, "applied"):
@@ -148,7 +142,7 @@ class Derived(Chain):
 
     def _algebra(self, *relations):
         """What is known of the letters of the line and of relations."""
-        return Algebra({*self.symmetric, *declared(self.right, *relations)})
+        return Algebra(declared(self.symmetric, (self.right, *relations)))
 
     def _normal(self, wanted=(Polynomial, Traces, Blocks), what=""):
         """The line multiplied out."""
@@ -647,13 +641,6 @@ in first, or say that it is held
         else:
             right = plus(*rest)
         return self._then(AtLeast(right, tuple(by[M] for M in used), root=root))
-
-
-def declared(*items):
-    """The letters in expressions and relations that `letters` made symmetric."""
-    sides = [e for x in items for e in (x if isinstance(x, Relation) else (x,))]
-    found = {x for e in sides for x in letters(plain(e)) if isinstance(x, Symmetric)}
-    return sorted(found, key=str)
 
 
 def titled(number, left, right):

@@ -7,6 +7,7 @@ from typing import Any
 from .certificates import spelled_out
 from .checker import complaints
 from .completion import Limit
+from .dependence import declared
 from .models import NoModel, possible, refute
 from .polynomials import Polynomial, Traces
 from .relations import Given, named, unfounded
@@ -212,7 +213,8 @@ def attempted(left, right, given=(), symmetric=(), limits=LIMITS):
 
     It does not ask for a counterexample where there is no proof.
     """
-    given, symmetric = named(given), tuple(symmetric)
+    given = named(given)
+    symmetric = declared(symmetric, (left, right, *given))
     statement, free = read(left, right, given, symmetric)
     outcome = None
     for search in searches(statement, limits):

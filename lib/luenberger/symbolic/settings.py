@@ -8,6 +8,7 @@ from random import Random
 import sympy as sp
 
 from .contents import KEPT, monomials, parts, unknowns
+from .dependence import declared
 from .exact import plain
 
 LARGEST = 3  # of the sizes that are tried, unless a power asks for more
@@ -43,7 +44,8 @@ class Setting:
     """
 
     def __init__(self, relations, symmetric, also=(), values=None):
-        self.relations, self.symmetric = relations, set(symmetric)
+        self.relations = relations
+        self.symmetric = set(declared(symmetric, (*relations, *also)))
         self.values = values or {}
         self.equations = [(plain(r.left), plain(r.right)) for r in relations]
         also = [plain(side) for side in also]
