@@ -464,7 +464,14 @@ def test_a_term_is_dropped_by_its_letter_where_there_are_several():
 
 
 @pytest.mark.parametrize(
-    "line", [A + X * R * B.T, A - X * R * X.T, Trace(A * B * C), A + B * D * B.T]
+    "line",
+    [
+        A + X * R * B.T,
+        A - X * R * X.T,
+        Trace(A * B * C),
+        A + B * D * B.T,
+        S + B * B.T * A.T * A,  # a square in a trace alone
+    ],
 )
 def test_what_may_be_negative_is_not_dropped(line):
     with pytest.raises(ValueError, match="no term is a square"):

@@ -23,7 +23,7 @@ from .lines import Cyclic, Line, Substitute
 from .operators import Differential, Gradient, Transposed
 from .polynomials import Polynomial, Traces
 from .proofs import prove
-from .reasons import cited_text, follows
+from .reasons import cited_text
 from .relations import Relation, named
 from .symbols import MatrixProduct, MatrixSum, Own, ZeroMatrix, plus
 from .terms import (
@@ -57,19 +57,22 @@ class Solved(Relation):
 
     invertible: tuple = ()
 
-    def _said(self, show: Show) -> tuple[str, str]:
-        return self.show(show), ", ".join(map(show, self.invertible))
+    def condition(self, show: Show) -> str:
+        """What is taken to be invertible, in words, or nothing."""
+        taken = ", ".join(map(show, self.invertible))
+        if not taken:
+            return ""
+        if show is latex:
+            return rf"\quad \text{{if }} {taken} \text{{ can be inverted}}"
+        return f", if {taken} can be inverted"
 
     def __str__(self):
-        says, taken = self.name, self._said(text)[1]
-        return f"{says}, if {taken} can be inverted" if taken else says
+        return self.name + self.condition(text)
 
     __repr__ = __str__
 
     def _repr_latex_(self):
-        says, taken = self._said(latex)
-        rest = rf"\quad\text{{if }} {taken} \text{{ can be inverted}}" if taken else ""
-        return rf"$$ {says}{rest} $$"
+        return rf"$$ {self.show(latex)}{self.condition(latex)} $$"
 
 
 def derive(
@@ -249,10 +252,6 @@ class Derived(Chain):
         symmetric = self._algebra(right, *given).symmetric
         cited = prove(self.right, right, given, symmetric).cited
         needed = [r for r in given if r.name in cited]
-        for r in needed[:]:
-            others = tuple(x for x in needed if x is not r)
-            if follows(self.right, right, others, symmetric):
-                needed.remove(r)
         return self._then(Line(right, tuple(needed), "" if needed else "multiply out"))
 
     def insert(self, right: Formula, *relations: Any, why: str = "inserted") -> Derived:

@@ -41,10 +41,15 @@ def as_text(derivation):
         if isinstance(item, str):
             parts.append(fill(" ".join(plain(item).split()), 88))
         elif isinstance(item, Relation):
-            parts.append(f"  {item.show(text)}  {shown_number(item)}".rstrip())
+            parts.append(f"  {stated(item, text)}  {shown_number(item)}".rstrip())
         else:
             parts.append(str(item))
     return "\n\n".join(filter(None, parts))
+
+
+def stated(relation, show):
+    """A relation as it is introduced, with what it was found by inverting."""
+    return relation.show(show) + relation.condition(show)
 
 
 def size(symbol, letters, show):
@@ -71,7 +76,7 @@ def as_markdown(derivation):
         if isinstance(item, str):
             parts.append(markdown(" ".join(item.split())))
         elif isinstance(item, Relation):
-            parts.append(framed([item.show(latex)], numbered(item)))
+            parts.append(framed([stated(item, latex)], numbered(item)))
         else:
             parts.append(item._repr_latex_())
     return "\n\n".join(filter(None, parts))

@@ -44,6 +44,10 @@ class Relation:
         """The equation, set by `latex` or `text`."""
         return f"{show(self.left)} = {show(self.right)}"
 
+    def condition(self, show: Show) -> str:
+        """What it supposes beside itself, in words; nothing, of most."""
+        return ""
+
     @property
     def expressions(self) -> tuple[Formula, Formula]:
         return self.left, self.right

@@ -79,6 +79,8 @@ def definition(relation):
     left = relation.show(latex).removesuffix(latex(relation.right))
     shown = nodes.inline("", "", *broken(relation.right, left))
     row = nodes.paragraph("", "", shown, classes=["given"])
+    if condition := relation.condition(latex):
+        row += formula(condition)
     if number:
         row += nodes.inline("", f"({number})", classes=["number"])
     return row

@@ -9,7 +9,9 @@ Source: Rauch, Tung and Striebel (1965) for the smoother; the equations are our 
 
 from functools import cache
 
-from ...symbolic import AtLeast, Derivation, Expect, Line, ZeroMatrix
+from sympy import Trace
+
+from ...symbolic import Derivation, Expect, Line, ZeroMatrix
 from .letters import *
 
 letters = letters.here()
@@ -37,59 +39,55 @@ ERRORS = (
     apart := moment(e * w.T, gone),
     is_Omega := define(Omega_next, As * Sigma * As.T + Q),
     is_T := define(T, As * Sigma),
-    chain(
-        "",
-        "the covariance of the next prediction",
-        e_minus_next * e_minus_next.T,
-        Line((As * e - w) * (As * e - w).T, by=(moves,)),
-        Expect(As * Sigma * As.T + Q, moments=(is_Sigma, is_Q, apart)),
-        Line(Omega_next, by=(is_Omega,)),
-    ),
-    chain(
+    letters.derive(
+        "", "the covariance of the next prediction", e_minus_next * e_minus_next.T
+    )
+    .put(moves)
+    .expect(is_Sigma, is_Q, apart)
+    .fold(is_Omega),
+    letters.derive(
         "",
         "what the next prediction has in common with the estimate",
         e_minus_next * e.T,
-        Line((As * e - w) * e.T, by=(moves,)),
-        Expect(As * Sigma, moments=(is_Sigma, apart)),
-        Line(T, by=(is_T,)),
-    ),
+    )
+    .put(moves)
+    .expect(is_Sigma, apart)
+    .fold(is_T),
     """Were the next state known, so would be `e_minus_next`, and any gain `X` could
-    take its share out of `e`. Completed to a square, the covariance shows the best one:
-    it solves an equation which is solvable also where `Omega_next` is singular.""",
-    is_G := define(G * Omega_next, T.T),
+    take its share out of `e`. The slope of the trace vanishes for one gain, which
+    solves an equation that is solvable also where `Omega_next` is singular. Completed
+    to a square, the covariance shows that it is the best one.""",
     both := moment(e_minus_next * e.T, T),
     ahead := moment(e_minus_next * e_minus_next.T, Omega_next),
-    root := define(Omega_next, L_O * L_O.T),
-    chain(
+    any_gain := letters.derive(
         "",
-        "no gain does better if the next state is known",
+        "the covariance of what any gain leaves",
         (e - X * e_minus_next) * (e - X * e_minus_next).T,
-        Expect(
-            Sigma - X * T - T.T * X.T + X * Omega_next * X.T,
-            moments=(is_Sigma, both, ahead),
-        ),
-        Line(
-            Sigma - G * Omega_next * G.T + (X - G) * Omega_next * (X - G).T,
-            by=(is_G,),
-        ),
-        AtLeast(Sigma - G * Omega_next * G.T, by=(root,), root=(X - G) * L_O),
-    ),
+    ).expect(is_Sigma, both, ahead),
+    slope := letters.derive(
+        "", "the slope of its trace", Trace(any_gain.right)
+    ).gradient(X),
+    is_G := slope.solve(X, name=G),
+    root := define(Omega_next, L_O * L_O.T),
+    letters.derive("", "no gain does better if the next state is known", any_gain.left)
+    .expect(is_Sigma, both, ahead)
+    .square(X, is_G)
+    .fold(is_G)
+    .drop(root),
     """What is left is uncorrelated with the predicted error, and so with all that
     later rows can show, because they speak of the next state and of noises to come.""",
     is_d := define(d, e - G * e_minus_next),
     seen_later := define(e_s_next, Psi * e_minus_next + r),
     new := moment(e * r.T, gone),
     new_ahead := moment(e_minus_next * r.T, gone),
-    chain(
+    letters.derive(
         "",
         "what is left is uncorrelated with the smoothed error one step on",
         d * e_s_next.T,
-        Line((e - G * e_minus_next) * (Psi * e_minus_next + r).T, (is_d, seen_later)),
-        Expect(
-            T.T * Psi.T - G * Omega_next * Psi.T, moments=(both, ahead, new, new_ahead)
-        ),
-        Line(gone, by=(is_G,)),
-    ),
+    )
+    .put(is_d, seen_later)
+    .expect(both, ahead, new, new_ahead)
+    .use(is_G),
 )
 SMOOTHER = (
     """The next state is not known, but its smoothed estimate is. It takes the place of
@@ -114,14 +112,12 @@ SMOOTHER = (
     is_Sigma_s_next := moment(e_s_next * e_s_next.T, Sigma_s_next),
     unrelated := moment(d * e_s_next.T, gone),
     is_Sigma_s := define(Sigma_s, D + G * Sigma_s_next * G.T),
-    chain(
-        "",
-        "the covariance of the smoothed estimate",
-        (x_s - xt) * (x_s - xt).T,
-        Line((d + G * e_s_next) * (d + G * e_s_next).T, by=(error,)),
-        Expect(D + G * Sigma_s_next * G.T, moments=(is_D, is_Sigma_s_next, unrelated)),
-        Line(Sigma_s, by=(is_Sigma_s,)),
-    ),
+    letters.derive(
+        "", "the covariance of the smoothed estimate", (x_s - xt) * (x_s - xt).T
+    )
+    .use(error)
+    .expect(is_D, is_Sigma_s_next, unrelated)
+    .fold(is_Sigma_s),
     """It is a sum of squares for any gain. With the best gain the first one is shorter,
     and the recursion is that of Rauch, Tung and Striebel.""",
     of_squares := chain(
@@ -136,29 +132,18 @@ SMOOTHER = (
         ),
     ),
     squares := define(D, (I - G * As) * Sigma * (I - G * As).T + G * Q * G.T),
-    short := chain(
-        "",
-        "the same with the best gain",
-        D,
-        Line((I - G * As) * Sigma * (I - G * As).T + G * Q * G.T, by=(squares,)),
-        Line(
-            Sigma
-            - G * As * Sigma
-            - Sigma * As.T * G.T
-            + G * (As * Sigma * As.T + Q) * G.T,
-            why="multiply out",
-        ),
-        Line(Sigma - G * T - T.T * G.T + G * Omega_next * G.T, by=(is_T, is_Omega)),
-        Line(Sigma - G * Omega_next * G.T, by=(is_G,)),
-    ),
-    recursion := chain(
-        "",
-        "the recursion of Rauch, Tung and Striebel",
-        Sigma_s,
-        Line(D + G * Sigma_s_next * G.T, by=(is_Sigma_s,)),
-        Line(Sigma - G * Omega_next * G.T + G * Sigma_s_next * G.T, by=(short,)),
-        Line(Sigma + G * (Sigma_s_next - Omega_next) * G.T, why="factor"),
-    ),
+    short := letters.derive("", "the same with the best gain", D)
+    .put(squares)
+    .expand()
+    .fold(is_Omega)
+    .fold(is_T)
+    .fold(is_G),
+    recursion := letters.derive(
+        "", "the recursion of Rauch, Tung and Striebel", Sigma_s
+    )
+    .put(is_Sigma_s)
+    .put(short)
+    .factor(),
     "The errors of neighbours have in common what the gain passes on.",
     is_U := define(U_next, Sigma_s_next * G.T),
     lag_one := chain(
