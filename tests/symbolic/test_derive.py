@@ -218,7 +218,7 @@ def test_definitions_are_put_in(seed):
 @pytest.mark.parametrize("scalar", [False, True])
 def test_definitions_are_recognised_where_they_stand(scalar, seed):
     rng, known = seeded(seed)
-    right = S * B + 2 * C.T if seed % 2 else rng.choice([A * B * R, C.T * D, A.T * B])
+    right = 2 * S * B - C.T if seed % 2 else rng.choice([A * B * R, C.T * D, A.T * B])
     known[G] = evaluate(right, known)
     around = drawn(rng, n, n, 0), drawn(rng, m, n, 0)
     known |= {F: matrix(rng, 2, 2), H: matrix(rng, 3, 2)}
