@@ -145,6 +145,16 @@ def test_blocks_are_put_in_and_multiplied(seed):
     holds(found, known)
 
 
+def test_blocks_that_make_a_known_matrix_are_that():
+    one, none = Identity(n), 0 * A
+    turn = Z, BlockMatrix([[none, -one], [one, none]])
+    found = derive(Z * Z.T - Z.T * Z).multiply(turn)
+    assert found.right == ZeroMatrix(*Z.shape)
+    assert derive(Z.T * Z).multiply(turn).right == Identity(Z.shape[0])
+    assert derive(2 * Z.T * Z).multiply(turn).right.has(sp.BlockMatrix)
+    assert found.check() == []
+
+
 @pytest.mark.parametrize("seed", SEEDS)
 def test_what_is_collected_stands_in_brackets(seed):
     rng, known = seeded(seed, x, u)
@@ -243,6 +253,18 @@ def test_relations_are_used_from_left_to_right(scalar, seed):
     found = start.use((left, X.T))
     holds(found, known)
     assert found.right.has(X)
+
+
+def test_a_trace_that_is_not_rewritten_stands_as_it_did():
+    found = derive(Trace(A * B * C) - Trace(D * C * F * B)).use((A * B, G))
+    assert D * C * F * B in [t.arg for t in found.right.atoms(Trace)]
+    assert found.check() == []
+
+
+def test_the_trace_of_what_becomes_an_identity_is_its_size():
+    found = derive(Trace(A) + 3 * Trace(B * H)).use((B * H, Identity(n)))
+    assert found.right == Trace(A) + 3 * n
+    assert found.check() == []
 
 
 def test_a_sum_that_does_not_stand_is_solved_for_its_longest_product():

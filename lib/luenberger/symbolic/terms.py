@@ -251,12 +251,12 @@ class Pattern:
     def _contexts(self, word, cyclic):
         """For each place of the lead in a word, what a word becomes that stands there.
 
-        In a trace every rotation of the word is looked at.
+        In a trace every rotation of the word is looked at; a pattern that is transposed
+        stands for words that are.
         """
         k, size = len(self.lead), self.shape[0]
         if cyclic:
-            turned = rotations(word) + rotations(self.algebra.flipped(word))
-            for w in turned if word else ():
+            for w in rotations(word) if word else ():
                 if w[:k] == self.lead:
                     yield lambda x, c, rest=w[k:]: (
                         x + rest,
