@@ -321,7 +321,9 @@ def test_an_expectation_is_the_mean_over_samples(seed):
     found = derive(start).expect(*moments, Moment("", x, xm))
     assert found.check() == []
     assert evaluate(found.right, known) == mean(start)
-    assert [r.right for r in found.lines[0].moments] == [P, Q, L] or seed
+    used = {r.right for r in found.lines[0].moments}
+    assert xm not in used
+    assert P in used
 
 
 def moved(expr, known, direction):
@@ -714,9 +716,8 @@ def test_the_blocks_of_the_lagrangian_are_multiplied():
         "wide" in fault for fault in slope.check()
     )  # two lines that need letters
     wanted = a.P12.T * a.A * a.Q12 + a.P2 * (a.Be * a.C * a.Q12 + a.Ae * a.Q2)
-    assert (
-        derive(slope.right - 2 * wanted, symmetric=a.letters.symmetric).expand().right
-    )
+    rest = derive(slope.right - 2 * wanted, symmetric=a.letters.symmetric).expand()
+    assert rest.right == ZeroMatrix(*a.Ae.shape)
 
 
 @pytest.mark.parametrize("law", laws.LAWS)
