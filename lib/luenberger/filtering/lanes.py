@@ -156,7 +156,7 @@ def text(size: Sizes, alike: bool, noisy: bool = False, mixed: bool = False) -> 
     for j in range(p):
         body += _reading(row, j, len(own), alike, sure)
     lines, said = ([], []) if alike else _said([*zip(spread, row.spread())], "v")
-    to.each(3, body + lines + to.keep([*said, *((one, one) for one in [*own, *bad])]))
+    to.each(3, body + lines + to.keep([*said, *((one, one) for one in [*own, *met, *bad])]))
     results = [f"xs[b + l, t, {i}] = {to.place(f'z_{i}')}" for i in range(n)]
     results += [
         f"variances[b + l, t, {i}] = {to.place(v)}" for i, v in enumerate(spread)
@@ -180,9 +180,13 @@ def _said(
 
 def _reading(row: Row, j: int, kept: int, alike: bool, sure: bool) -> list[str]:
     """Take in the reading of output j, where it arrived."""
-    z, V, D, _, pivot, nu, size = row.read(j, given=alike)
-    found = [*names(z, V, D)[:kept], ("", pivot), ("", nu), ("", size)]
-    lines, said = _said(found[:kept] if sure else found, f"r{j}_")
+    z, V, D, met, _, pivot, nu, size = row.read(j, given=alike)
+    found = names(z, V, D)[:kept]
+    if not sure:
+        found = names(z, V, D, met)
+        kept = len(found)
+        found += [("", pivot), ("", nu), ("", size)]
+    lines, said = _said(found, f"r{j}_")
     if not sure:
         (_, pivot), (_, nu), (_, size) = said[kept:]
         clash = f"(bad < 0.0) & ({pivot} == 0.0) & (abs({nu}) > {CLASH!r} * {size})"

@@ -391,14 +391,19 @@ def loops(name: str, n: int) -> Any:
 
 
 def refuse(settings: Settings, instant: int, j: int, seen: Vector) -> None:
-    names, i = settings.plant.output_names, max(instant - settings.origin, 0)
-    noisy = settings.plant.at(i).covariances()[1].diagonal() > 0
-    seen = seen & (~noisy | noisy[j])  # noises of outputs may cancel in a combination
-    which = [names[k] for k in range(j + 1) if seen[k]]
+    names, now = settings.plant.output_names, settings.now(instant)
+    noisy = now.covariances()[1].diagonal() > 0
+    if settings.way == "nothing":  # else noises of outputs may cancel
+        seen = seen & ~noisy
+    which = np.flatnonzero(seen[: j + 1])
+    by = "outputs, whose noises cancel," if noisy[which].any() else "noise-free outputs"
+    grows = np.abs(np.linalg.eigvals(now.A)).max(initial=0) > 1
     raise DesignError(
         f"at instant {instant} the reading of {names[j]!r} contradicts what is known "
-        f"exactly there, by the noise-free outputs {which} or by earlier ones. Give "
-        "them noise in R, or raise Q or P0."
+        f"exactly there, by the {by} {[names[k] for k in which]} or by earlier ones. "
+        "Give them noise in R, or raise Q or P0."
+        + " A has an unstable mode: where nothing drives it, rounding grows with it, "
+        "and Q must not be 0 there." * bool(grows)
     )
 
 

@@ -244,7 +244,7 @@ def predict(M, B, G, X, d, drive, z, V, D, E, e, W, w, made, met, T, h):
             a += row[k] * z[k]
             much += abs(row[k] * z[k])
         for k in range(n):
-            much += 1e-6 * abs(row[k]) * met[k]  # rounding of what was before
+            much += 1e-3 * abs(row[k]) * met[k]  # rounding of what was before
         made[i], h[i] = a, much
     for k in range(n):
         z[k], met[k] = made[k], h[k]

@@ -334,7 +334,7 @@ class Row:
         return [name for name, _ in names(*self.fresh())]
 
     def read(self, j: int, given: bool = False) -> tuple[Any, ...]:
-        """z, V, D, K, pivot, innovation and its size, after the reading of output j.
+        """z, V, D, met, K, pivot, innovation, its size, after the reading of output j.
 
         K and the pivot may be `given`; then V and D are left as they are.
         """
@@ -348,7 +348,7 @@ class Row:
         self.to.positive = self.noisy or (not isinstance(r, Name) and r > 0)
         pivot, nu, made = self.to.does(passes.read, y, V, D, c, r, z, met, K, f, **more)
         self.to.positive = False
-        return z, V, D, K, pivot, nu, made
+        return z, V, D, met, K, pivot, nu, made
 
     def reads(self, which: str) -> dict[str, str]:
         """What is read of the maps `which`, by name; the place of the row is open."""
@@ -383,11 +383,14 @@ def _array(entries: list[Entry]) -> np.ndarray:
     return X
 
 
-def names(z: np.ndarray, V: np.ndarray, D: np.ndarray) -> list[tuple[str, Entry]]:
-    """The parts of a state that change, by name."""
+def names(
+    z: np.ndarray, V: np.ndarray, D: np.ndarray, met: Sequence[Entry] = ()
+) -> list[tuple[str, Entry]]:
+    """The parts of a state that change, and what it is made of, by name."""
     n = len(z)
     found = [(f"z_{i}", z[i]) for i in range(n)] + [(f"D_{i}", D[i]) for i in range(n)]
-    return found + [(f"V_{j}_{i}", V[j, i]) for j in range(n) for i in range(j)]
+    found += [(f"V_{j}_{i}", V[j, i]) for j in range(n) for i in range(j)]
+    return found + [(f"met_{i}", X) for i, X in enumerate(met)]
 
 
 def statements(size: Sizes) -> str:
@@ -419,16 +422,15 @@ def statements(size: Sizes) -> str:
         ]
     out += [f"            drive_{i} = drive[t, {i}]" for i in range(n)]
     z, V, D, met = row.predict()
-    moved = names(z, V, D) + [(f"met_{i}", met[i]) for i in range(n)]
-    out += _block(moved, 12, "p")
+    out += _block(names(z, V, D, met), 12, "p")
     keep = lambda what, lines: [f"        if len(tape.{what}):"] + [  # noqa: E731
         f"            {line}" for line in lines]  # fmt: skip
     out += keep("ahead", [f"tape.ahead[t, {i}] = z_{i}" for i in range(n)])
     out += ["        if at[t + 1] != k:", "            k = at[t + 1]"]
     out += [f"            {one} = {load[one].replace('at_', 'k')}" for one in behind]
     for j in range(p):
-        z, V, D, K, pivot, nu, made = row.read(j)
-        found = names(z, V, D) + [("pivot", pivot), ("nu", nu)]
+        z, V, D, met, K, pivot, nu, made = row.read(j)
+        found = names(z, V, D, met) + [("pivot", pivot), ("nu", nu)]
         found += [("size", made), *((f"K_{i}", K[i]) for i in range(n))]
         out += [
             f"        y_{j} = y[t, {j}]",

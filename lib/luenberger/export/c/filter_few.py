@@ -147,7 +147,7 @@ class Few(Functions):
                 to.check(f"isnan(y[{j}]) == 0")
             mixed = sum_of(self.start.mix[j], "given") if whole else self.reading(j)
             to.constant(f"y_{j}", mixed)
-            z, V, D, _, *tested = self.row.read(j)
+            z, V, D, _, _, *tested = self.row.read(j)
             found = [one for one in scalars.names(z, V, D) if scalars.renamed(*one)]
             names = [name for name, _ in found]
             if j in self.exact:
