@@ -156,7 +156,9 @@ def text(size: Sizes, alike: bool, noisy: bool = False, mixed: bool = False) -> 
     for j in range(p):
         body += _reading(row, j, len(own), alike, sure)
     lines, said = ([], []) if alike else _said([*zip(spread, row.spread())], "v")
-    to.each(3, body + lines + to.keep([*said, *((one, one) for one in [*own, *met, *bad])]))
+    to.each(
+        3, body + lines + to.keep([*said, *((one, one) for one in [*own, *met, *bad])])
+    )
     results = [f"xs[b + l, t, {i}] = {to.place(f'z_{i}')}" for i in range(n)]
     results += [
         f"variances[b + l, t, {i}] = {to.place(v)}" for i, v in enumerate(spread)

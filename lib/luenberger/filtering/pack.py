@@ -155,7 +155,8 @@ def times(X: Matrix, M: Matrix) -> Matrix:
     found = np.zeros((*X.shape[:-1], len(M)))
     if X.shape[-1]:
         X, M = (
-            np.require(Z, requirements="CW") for Z in (X.reshape(-1, X.shape[-1]), M)
+            np.require(Z, requirements=["C", "W"])
+            for Z in (X.reshape(-1, X.shape[-1]), M)
         )
         passes.combine(X, M, found.reshape(len(X), len(M)))
     return found

@@ -384,7 +384,7 @@ def _array(entries: list[Entry]) -> np.ndarray:
 
 
 def names(
-    z: np.ndarray, V: np.ndarray, D: np.ndarray, met: Sequence[Entry] = ()
+    z: np.ndarray, V: np.ndarray, D: np.ndarray, met: Iterable[Entry] = ()
 ) -> list[tuple[str, Entry]]:
     """The parts of a state that change, and what it is made of, by name."""
     n = len(z)

@@ -71,8 +71,8 @@ def steady(maps: Maps, run: Callable) -> Steady | None:
             return None
     last = _behind(state, maps, run, LOST * many)
     one = _behind(state, maps, run, 1)
-    many = many / (1 - size)  # the sum of |W^-1 Phi^k W|, none of which is above 1
-    return one if last and one and one.holds(last.V, last.D, EPS / 2 / many) else None
+    total = float(many / (1 - size))  # the sum of |W^-1 Phi^k W|, each at most 1
+    return one if last and one and one.holds(last.V, last.D, EPS / 2 / total) else None
 
 
 def _behind(

@@ -96,10 +96,10 @@ def start_of(
         size = np.sqrt((nu**2).mean(axis=0))
     size = np.where(size > 0, size, size.max())
     units = SHARE * size.max() * x, size * y
-    forms = [
-        form_of(letter, wanted, len(unit), given, begin.get(letter), unit)
-        for letter, wanted, given, unit in zip("QR", (Q, R), (now.Q, now.R), units)
-    ]
+    forms = (
+        form_of("Q", Q, plant.n, now.Q, begin.get("Q"), units[0]),
+        form_of("R", R, plant.p, now.R, begin.get("R"), units[1]),
+    )
     parts = [_begin(form, begin) for form in forms]
     rest = np.zeros(len(parameters.names))
     found = Start(Unknowns(*forms, S, parameters), np.concatenate([*parts, rest]),

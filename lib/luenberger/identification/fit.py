@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -278,9 +279,9 @@ def _found(
         spread, best = spread_of(unknowns, theta, likelihood, noises)
         error = np.sqrt(np.maximum(spread.diagonal(), 0))
 
-    def likely(**moved: Matrix) -> bool:
+    def likely(name: str, X: Matrix) -> bool:
         try:
-            return likelihood.of(noises | moved, values) >= best - LOSS
+            return likelihood.of(noises | {name: X}, values) >= best - LOSS
         except NONE:
             return False
 
@@ -290,7 +291,7 @@ def _found(
         ("R", unknowns.R, r, slice(len(q), len(q) + len(r))),
     ):
         own = None if error is None else error[where]
-        faces[name] = face(form, part, lambda X, k=name: likely(**{k: X}), own)
+        faces[name] = face(form, part, partial(likely, name), own)
         noises = noises | {name: faces[name].X}
     sentences = [said for one in faces.values() for said in one.sentences]
     if sentences and not alone:
@@ -342,4 +343,4 @@ def fit_missing(plant: Plant, y: Any, u: Any = None) -> tuple[NoiseFit, list[str
             f"{' and '.join(narrow)} was sought as a diagonal matrix, because no "
             f"record of this plant determines {why[0]}"
         )
-    return fit_noise(plant, y, u, **wanted), said
+    return fit_noise(plant, y, u, Q=wanted["Q"], R=wanted["R"]), said
