@@ -5,13 +5,13 @@ import tracemalloc
 import pytest
 
 from luenberger.formats import csv_reader
-from luenberger.run import estimate_csv
+from luenberger.run import tables
 
 
 @pytest.fixture
 def peaks(monkeypatch):
     """The most memory that each record took, in bytes, read in pieces of 32 KiB."""
-    found, write = [], estimate_csv.write
+    found, write = [], tables.write
 
     def traced(out, header, rows):
         tracemalloc.start()
@@ -22,7 +22,7 @@ def peaks(monkeypatch):
             tracemalloc.stop()
 
     monkeypatch.setattr(csv_reader.Table.__init__, "__defaults__", (1 << 15,))
-    monkeypatch.setattr(estimate_csv, "write", traced)
+    monkeypatch.setattr(tables, "write", traced)
     return found
 
 

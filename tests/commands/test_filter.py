@@ -178,7 +178,7 @@ def test_memory_does_not_grow_with_the_record(call, peaks, lag):
     pytest.importorskip("numba", reason="numba is an optional extra")
     for rows in (300, 2000, 5000):
         record(rows).to_csv("long.csv")
-        line = f"motor.json long.csv --out x.csv --backend numba {lag}"
+        line = f"motor.json long.csv --out x.csv {lag}"
         status, _, err = call(line)
         assert status == 0 and f"{rows} rows" in err
     _, few, many = peaks  # the first loads what compiles

@@ -9,7 +9,7 @@ import luenberger as lb
 from luenberger.analysis.step_cost import step_cost
 from luenberger.compare.cheapest import Rounded, cheapest
 from luenberger.period import hold
-from luenberger.run.rounding import records, rounding
+from luenberger.compare.rounding import records, rounding
 
 K = [[0, 0, 1, 0]]  # the torque in the shaft
 

@@ -21,7 +21,7 @@ from json_data import OBSERVER_DATA, PLANT_DATA, READERS
 
 from luenberger.formats import csv_reader
 from luenberger.formats.csv_reader import Table
-from luenberger.run import measurements
+from luenberger.run import tables
 
 # ------------------------------------------------------------------------------ tables
 
@@ -64,7 +64,7 @@ def outcome(data, names, piece=csv_reader.PIECE):
     """What the reader makes of a table whose first wanted column may have gaps."""
     try:
         table = Table(io.BytesIO(data), "data.csv", piece)
-        clock = measurements.time_column(table, names, [])
+        clock = tables.time_column(table, names, [])
         parts = list(table.rows(names, names[:1], clock))
     except ValueError as error:
         return str(error)

@@ -17,7 +17,7 @@ from json_data import PLANT_DATA, READERS
 import luenberger as lb
 from luenberger.formats import csv_reader, json_files
 from luenberger.formats.csv_reader import Table
-from luenberger.run import measurements
+from luenberger.run import measurements, tables
 
 PLANT = lb.Plant(
     [[0.5, 0.1], [0, 0.5]], [[1], [0]], np.eye(2), dt=1.0, Q=np.eye(2), R=np.eye(2),
@@ -34,7 +34,7 @@ def table(data, piece=csv_reader.PIECE):
 def read(data, piece=csv_reader.PIECE, may_miss=("range (m)", "b")):
     """Lines, times and values of a whole table."""
     one = table(data, piece)
-    clock = measurements.time_column(one, PLANT.output_names, PLANT.input_names)
+    clock = tables.time_column(one, PLANT.output_names, PLANT.input_names)
     parts = list(one.rows(["range (m)", "b", "u"], may_miss, clock))
     return (
         [line for part in parts for line in part.lines],

@@ -163,7 +163,7 @@ def test_a_mask_is_kept_in_every_shape_of_a_record():
 
 def test_a_record_is_read_where_it_is():
     """A long record must not be copied to be looked at."""
-    from luenberger.run.chunks import rows
+    from luenberger.run.checked import rows
 
     y = np.zeros((5, 1))
     y.setflags(write=False)

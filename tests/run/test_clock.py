@@ -10,7 +10,7 @@ from in_parts import in_parts
 
 import luenberger as lb
 from luenberger.formats import csv_reader
-from luenberger.run import estimate_csv, filter_csv, measurements
+from luenberger.run import measurements, tables
 from luenberger.run.clock import Clock, periods
 
 BALL = lb.Plant(
@@ -388,8 +388,8 @@ def test_a_files_times_that_contradict_dt(tmp_path, name, stamps, message):
     observer = lb.kalman_filter(EVEN).named(EVEN)
     for run in (
         lambda table: measurements.read(path, EVEN),
-        lambda table: [*filter_csv.estimates(EVEN, table)[1]],
-        lambda table: [*estimate_csv.estimates(observer, table)[1]],
+        lambda table: [*tables.filtered(EVEN, table)[1]],
+        lambda table: [*tables.estimates(observer, table)[1]],
     ):
         with open(path, "rb") as file, pytest.raises(ValueError, match=message):
             run(csv_reader.Table(file, path))
@@ -403,7 +403,7 @@ def test_an_odd_cell_of_a_later_piece_is_refused(tmp_path, size):
     for name in ("time", "label"):
         path = written(tmp_path, times, name)
         with open(path, "rb") as file:
-            rows = filter_csv.estimates(EVEN, csv_reader.Table(file, path, size))[1]
+            rows = tables.filtered(EVEN, csv_reader.Table(file, path, size))[1]
             if name == "label":
                 assert sum(len(piece.lines) for piece, _ in rows) == 20
                 continue

@@ -16,7 +16,7 @@ import pytest
 import scipy.stats
 
 import luenberger as lb
-from luenberger.run import monte_carlo_blocks
+from luenberger.run import monte_carlo
 from luenberger.run.executor import in_order
 
 RUNS, STEPS, SEED = 900, 5, 9  # 15 blocks, the last one of 4 runs
@@ -171,22 +171,16 @@ def test_sums_are_a_binary_tree_however_the_blocks_are_shared_out(blocks):
         edges = np.sort(rng.integers(0, blocks + 1, cuts)).tolist()
         nodes = []
         for a, b in zip([0, *edges], [*edges, blocks]):
-            nodes += monte_carlo_blocks.join(
-                [(k, 0, (Written(str(k)),)) for k in range(a, b)]
-            )
-        (found,) = monte_carlo_blocks.total(nodes)
+            nodes += monte_carlo.join([(k, 0, (Written(str(k)),)) for k in range(a, b)])
+        (found,) = monte_carlo.total(nodes)
         assert found.text == tree(0, blocks)
 
 
-@pytest.mark.parametrize(
-    "q", [1, monte_carlo_blocks.FEW, monte_carlo_blocks.FEW + 1, 65]
-)
+@pytest.mark.parametrize("q", [1, monte_carlo.FEW, monte_carlo.FEW + 1, 65])
 def test_products_of_few_outputs_and_of_many_are_the_same_sums(q):
     e = np.random.default_rng(q).normal(size=(3, q, 9))
     wanted = np.einsum("kir,kjr->kij", e, e)
-    np.testing.assert_allclose(
-        monte_carlo_blocks._products(e), wanted, rtol=1e-12, atol=1e-13
-    )
+    np.testing.assert_allclose(monte_carlo._products(e), wanted, rtol=1e-12, atol=1e-13)
 
 
 # workers that die, functions that fail

@@ -53,9 +53,11 @@ def add(commands: Any) -> None:
         metavar="PLANT.json",
         help="the plant it observes: names the observer lacks, and x0 for the start",
     )
-    _smoothing(one)
+    one.add_argument(
+        "--smooth", action="store_true", help="smooth a plant's record with all of it"
+    )
+    lag(one, "smooth it with N more rows at each")
     sample(one)
-    _backend(one)
     # named where it goes
     one.add_argument("--arrival", action="append", help=SUPPRESS)
     one.add_argument(
@@ -76,25 +78,9 @@ def data_and_out(one: ArgumentParser) -> None:
     )
 
 
-def _smoothing(one: ArgumentParser) -> None:
-    one.add_argument(
-        "--smooth", action="store_true", help="smooth a plant's record with all of it"
-    )
-    lag(one, "smooth it with N more rows at each")
-
-
 def lag(one: ArgumentParser, help: str) -> None:
     """The option of a fixed lag."""
     one.add_argument("--lag", type=_rows, metavar="N", help=help)
-
-
-def _backend(one: ArgumentParser) -> None:
-    one.add_argument(
-        "--backend",
-        choices=("numpy", "numba"),
-        default="numpy",
-        help="numba compiles the observer first, which pays from 10 million rows",
-    )
 
 
 def stream(text: str) -> Path | str:
@@ -111,23 +97,21 @@ def _rows(text: str) -> int:
 
 def _reader(options: Namespace) -> Callable[[Any], Any]:
     """What makes header and rows of a table: an observer, or a plant's smoother."""
-    if options.smooth or options.lag is not None:
-        from ..run import filter_csv
+    from ..observer import Observer
+    from ..run import tables
 
+    if options.smooth or options.lag is not None:
         if options.plant is not None:
             options.wrong(
                 "--plant goes with an observer; --smooth takes the plant alone"
             )
         plant = plant_of(options.observer, options)
-        return lambda table: filter_csv.smoothed(plant, table, options.lag)
-    from ..observer import Observer
-    from ..run import estimate_csv
-
+        return lambda table: tables.smoothed(plant, table, options.lag)
     if options.sample is not None and options.plant is None:
         options.wrong("--sample goes with --plant or --smooth")
     observer = Observer.from_json(options.observer)
     known = None if options.plant is None else plant_of(options.plant, options)
-    return lambda table: estimate_csv.estimates(observer, table, known)
+    return lambda table: tables.estimates(observer, table, known)
 
 
 def run(options: Namespace) -> None:
@@ -151,13 +135,13 @@ def run_over(
     from ..errors import few
     from ..formats.atomic import require_other
     from ..formats.csv_reader import Table
-    from ..run import estimate_csv
+    from ..run import tables
 
     require_other(options.out, model, options.data)
     with _source(options.data) as file, _sink(options) as out:
         where = "stdin" if options.data == STREAM else options.data
         header, rows = read(Table(file, where))
-        count = estimate_csv.write(out, header, rows)
+        count = tables.write(out, header, rows)
     if options.out == STREAM:
         flush()
     else:

@@ -1,6 +1,6 @@
 """`filter`: the states of a plant from a CSV record of any length, with one sigma."""
 
-from argparse import ArgumentParser, ArgumentTypeError, Namespace
+from argparse import ArgumentTypeError, Namespace
 from collections.abc import Callable
 from typing import Any
 
@@ -42,20 +42,6 @@ def add(commands: Any) -> None:
         help="no known input acts: the file needs no columns of inputs",
     )
     sample(one)
-    _late(one)
-    one.add_argument(
-        "--backend",
-        choices=("auto", "numpy", "numba"),
-        default="auto",
-        help="auto: numba from 20000 rows on, where it is installed",
-    )
-    one.add_argument(
-        "--dry-run", action="store_true", help="read and filter, but write nothing"
-    )
-
-
-def _late(one: ArgumentParser) -> None:
-    """The options of readings that arrive late."""
     one.add_argument(
         "--arrival",
         type=_pair,
@@ -64,6 +50,9 @@ def _late(one: ArgumentParser) -> None:
         help="readings of this output are known at the times in that column, numbers "
         "or dates like those in the column of times; never where its cell is empty; "
         "repeat it for other outputs",
+    )
+    one.add_argument(
+        "--dry-run", action="store_true", help="read and filter, but write nothing"
     )
 
 
@@ -84,12 +73,10 @@ def run(options: Namespace) -> None:
 
 def _reader(options: Namespace) -> Callable[[Any], Any]:
     """What makes header and rows of a table."""
-    from ..run import filter_csv
+    from ..run import tables
 
     plant = plant_of(options.plant, options)
     if options.lag is None:
         late = dict(options.arrival or ())
-        return lambda table: filter_csv.estimates(plant, table, options.undriven, late)
-    return lambda table: filter_csv.smoothed(
-        plant, table, options.lag, options.undriven
-    )
+        return lambda table: tables.filtered(plant, table, options.undriven, late)
+    return lambda table: tables.smoothed(plant, table, options.lag, options.undriven)

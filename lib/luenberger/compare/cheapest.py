@@ -14,7 +14,7 @@ from ..errors import CertificateError, DesignError
 from ..numeric import Matrix, Vector
 from ..observer import Observer
 from ..plant import Plant
-from ..run.rounding import Record, records, rounding
+from .rounding import Record, records, rounding
 
 A_DIGIT = 10.0  # times as far as in the design may rounding move estimates in a form
 TO_SPARE = 1e-9  # of an estimate's size: rounding below it is no loss to speak of

@@ -11,7 +11,7 @@ from ..errors import DesignError, few, short
 from ..formats import dataframes
 from ..numeric import Matrix
 from ..plant import Plant
-from ..run.chunks import arrays
+from ..run.checked import arrays
 
 LARGEST = 1e100  # of readings, whose squares and sums are still numbers
 ENOUGH = 2  # readings for each unknown, at the least

@@ -16,7 +16,7 @@ from ..errors import few, short
 from ..formats import dataframes, time_stamps
 from ..numeric import Matrix, Vector
 from ..plant import Plant
-from . import chunks
+from . import checked
 
 NEAR = 1e-6  # of a step between rows: an arrival so little after a row is at it
 COARSE = 0.01  # of a step: the most that a last digit of times counts
@@ -117,7 +117,7 @@ Found = tuple[Matrix, Matrix, Vector, float]
 
 def _rows(arrival: Any, plant: Plant, first: int) -> tuple[Matrix, Matrix, Vector]:
     """Arrivals that are row numbers."""
-    due = chunks.real("arrival", arrival, "row numbers")
+    due = checked.real("arrival", arrival, "row numbers")
     if due.ndim == 1 and plant.p == 1:
         due = due[:, None]
     if due.ndim != 2 or due.shape[1] != plant.p:

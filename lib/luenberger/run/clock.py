@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import DesignError, short
+from ..errors import short
 from ..formats import dataframes, time_stamps
 from ..numeric import Vector
 from ..observer import Observer
@@ -183,20 +183,6 @@ class Column:
         if self.watch is not None:
             self.watch.require(found, at)
         return found
-
-
-def known(
-    plant: Plant, y: Any, time: Any, origin: Any = None, first: int = 0
-) -> time_stamps.Instants:
-    """`instants` of rows, which have to be known: the plant is continuous."""
-    names = (*plant.output_names, *plant.input_names)
-    if (found := instants(y, time, names, origin, first)) is None:
-        raise DesignError(
-            "the plant is continuous (dt = 0), so the record must say when each row "
-            "was measured: give time=, or a table with an index of dates or seconds. "
-            "Of a record with a constant period, plant.sampled(0.1) is the plant."
-        )
-    return found
 
 
 def instants(

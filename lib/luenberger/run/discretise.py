@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arguments import expect
-from ..numeric import Vector
 from ..numeric.validation import numbers
 from ..plant import Plant, over_periods
 
@@ -65,18 +64,12 @@ def discretise(plant: Plant, periods: ArrayLike) -> Plant:
     (array([1., 2.]), array([1., 8.]))
     """
     expect(plant=plant)
-    fields = over_periods(plant, _periods(periods))
+    T = numbers("periods", periods)
+    if T.ndim != 1 or len(T) == 0:
+        raise ValueError(f"periods must be a list of seconds, got shape {T.shape}")
+    if not (T > 0).all():
+        i = int(np.argmin(T > 0))
+        raise ValueError(f"periods must be positive, periods[{i}] is {T[i]:g} s")
+    fields = over_periods(plant, T)
     held = {k: np.append(X, X[-1:], axis=0) for k, X in fields.items() if k in "ABQ"}
     return replace(plant, **fields | held)  # row N repeats the one before
-
-
-def _periods(periods: ArrayLike) -> Vector:
-    periods = numbers("periods", periods)
-    if periods.ndim != 1 or len(periods) == 0:
-        raise ValueError(
-            f"periods must be a list of seconds, got shape {periods.shape}"
-        )
-    if not (periods > 0).all():
-        i = int(np.argmin(periods > 0))
-        raise ValueError(f"periods must be positive, periods[{i}] is {periods[i]:g} s")
-    return periods

@@ -1,9 +1,9 @@
-"""Run a given observer on recorded data."""
+"""An observer on recorded data."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from functools import partial
+from collections.abc import Callable, Iterator, Sequence
+from itertools import repeat
 from typing import Any, overload
 
 import numpy as np
@@ -12,13 +12,13 @@ from ..arguments import expect
 from ..at_work import start
 from ..certificate import require_real
 from ..errors import SAMPLE, short
+from ..filtering.compiling import Text
 from ..formats import dataframes
 from ..numeric import Given, Matrix, Vector
 from ..observer import Observer
-from . import chunks
-from .clock import Clock, row
+from . import checked
+from .clock import Clock, Place, row
 from .fleet import of_record, stack_of
-from .observer_pass import over_rows
 from .record import Record
 
 
@@ -27,6 +27,11 @@ def estimate(
     observer: Observer, y: Iterator[Any], u: Iterator[Any] | int | None = ..., *,
     time: str | None = ..., u0: Given = ..., z0: Given = ..., x0: Given = ...,
 ) -> Iterator[Matrix]: ...  # fmt: skip
+@overload
+def estimate(
+    observer: Observer, y: np.ndarray | Sequence[Sequence[float]], u: Any = ..., *,
+    time: Any = ..., u0: Given = ..., z0: Given = ..., x0: Given = ...,
+) -> Matrix: ...  # fmt: skip
 @overload
 def estimate(
     observer: Observer, y: Any, u: Any = ..., *,
@@ -114,8 +119,41 @@ def estimate(
         y, u = record.y, record.u
     else:
         y, u = dataframes.taken(y=y, u=u)
-    step = partial(_chunk, observer, Clock(observer, time))
-    return chunks.found(step, (0, z), y, u)
+    one = _OneRecord(observer, z, time)
+    if not isinstance(y, Iterator):
+        return one.next(y, u)
+    if isinstance(u, (int, float)) and u == 0:
+        u = repeat(0)
+    if u is not None and not isinstance(u, Iterator):
+        raise ValueError("y is an iterator of chunks, so u must be one too")
+    return one.each(y, u)
+
+
+class _OneRecord:
+    """The estimates of a record, as its rows come in."""
+
+    def __init__(self, observer: Observer, z: Vector, time: Any) -> None:
+        self.observer, self.clock = observer, Clock(observer, time)
+        self.state: State = 0, z
+
+    def next(self, y: Any, u: Any) -> Any:
+        """Those at the next rows, which are finite."""
+        o, table = self.observer, y
+        self.clock.follow(y)
+        outputs = o.D.shape[-1], o.output_names
+        y, u = checked.arrays(y, u, outputs, (o.G.shape[-1], o.input_names))
+        done = self.state[0]
+        self.state, found = estimated(o, self.state, y, u)
+        require_finite(found, o.estimate_names, lambda k: row(done + k))
+        return dataframes.like(table, found, o.estimate_names)
+
+    def each(self, ys: Iterator[Any], us: Iterator[Any] | None) -> Iterator[Any]:
+        """Those of each chunk."""
+        for y in ys:
+            u = None if us is None else next(us, ())
+            if u is not None and not isinstance(u, int) and len(u) == 0 < len(y):
+                raise ValueError("u has fewer chunks, or emptier ones, than y")
+            yield self.next(y, u)
 
 
 State = tuple[int, Vector]  # how many rows were done, and z
@@ -124,13 +162,61 @@ State = tuple[int, Vector]  # how many rows were done, and z
 def estimated(
     observer: Observer, state: State, y: Matrix, u: Matrix
 ) -> tuple[State, Matrix]:
-    """The state behind the next rows, and estimates at them, which may overflow."""
-    done, z = state
-    here = slice(done, done + len(y))
-    _require_steps(observer, here.stop)
+    """The state behind the next rows, and estimates at them, which may overflow.
+
+    y is (N, p) and u (N, m); or y is (M, N, p), of many records, and u (M, N, m) or
+    (1, N, m).
+    """
+    (done, z), N = state, y.shape[-2]
+    if observer.steps is not None and done + N > observer.steps:
+        raise ValueError(
+            f"y has {done + N} rows, the filter was designed for {observer.steps}; "
+            f"design it with steps={done + N}, or Filter(plant).run(y) takes any number"
+        )
+    F, G, D, P, V, W = _rows(observer, slice(done, done + N))
+    both = (np.concatenate(X, axis=-2) for X in ((F, P), (D, V), (G, W)))
+    S = np.concatenate([*both], axis=-1).mT
+    S = np.ascontiguousarray(S if S.ndim == 3 else S[None])
+    ys, us = (np.ascontiguousarray(X if X.ndim == 3 else X[None]) for X in (y, u))
+    after = np.tile(z, (len(ys), 1)).astype(float)
+    found = np.empty((*ys.shape[:2], P.shape[-2]))
     with np.errstate(over="ignore", invalid="ignore"):
-        z, found = over_rows(observer, z, y, u, here)
-    return (here.stop, z), found
+        steps(S, ys, us, after, found)
+    one = y.ndim == 2
+    return (done + N, after[0] if one else after), found[0] if one else found
+
+
+@Text
+def steps(S: Matrix, y: Matrix, u: Matrix, z: Matrix, found: Matrix) -> None:
+    """[z+, w^] = S' [z, y, u] of each row of records; z (M, r) becomes what is last.
+
+    S is one matrix (1, r + p + m, r + q), or one for each row; u may be one record for
+    all.
+    """
+    (M, rows, p), r, m = y.shape, z.shape[1], u.shape[2]
+    last, wide = len(S) - 1, S.shape[2]
+    now, out = np.zeros(r + p + m), np.zeros(wide)
+    for s in range(M):
+        acts = u[s if len(u) > 1 else 0]
+        for i in range(r):
+            now[i] = z[s, i]
+        for k in range(rows):
+            for i in range(p):
+                now[r + i] = y[s, k, i]
+            for i in range(m):
+                now[r + p + i] = acts[k, i]
+            T = S[min(k, last)]
+            out[:] = 0
+            for j in range(r + p + m):
+                row, a = T[j], now[j]
+                for i in range(wide):
+                    out[i] += row[i] * a
+            for i in range(r):
+                now[i] = out[i]
+            for i in range(r, wide):
+                found[s, k, i - r] = out[i]
+        for i in range(r):
+            z[s, i] = now[i]
 
 
 def _of_many(observer: Observer, record: Record, z: Vector) -> Any:
@@ -139,54 +225,50 @@ def _of_many(observer: Observer, record: Record, z: Vector) -> Any:
     if isinstance(record.y, list | tuple):
         for k, one in enumerate(record.each()):
             with of_record(k):
-                step = partial(_chunk, o, Clock(o, one.time))
-                found.append(chunks.found(step, (0, z), one.y, one.u))
+                found.append(_OneRecord(o, z, one.time).next(one.y, one.u))
         tables = any(map(dataframes.is_table, found))
         return found if tables or len({*map(len, found)}) > 1 else np.stack(found)
     y, u = stack_of(record, o.D.shape[-1], o.G.shape[-1])
-    if not (whole := np.isfinite(y)).all():
-        k, at, _ = np.argwhere(~whole)[0].tolist()
+    for k, at, _ in np.argwhere(~np.isfinite(y))[:1]:
         raise ValueError(
             f"y in record {k}, row {at} is missing or not finite; Filter accepts NaN "
             "in y as not measured"
         )
-    rows = y.shape[1]
     Clock(o, record.time).follow(y[0] if len(y) else np.zeros(y.shape[1:]))
-    _require_steps(o, rows)
-    with np.errstate(over="ignore", invalid="ignore"):
-        w = over_rows(o, z, y, u, slice(0, rows))[1]
+    w = estimated(o, (0, z), y, u)[1]
     for k in np.flatnonzero(~np.isfinite(w).reshape(len(w), -1).all(axis=1))[:1]:
         with of_record(k):
-            _refuse_overflow(o, w[k], 0)
+            require_finite(w[k], o.estimate_names, row)
     return w
 
 
-def _chunk(
-    observer: Observer, watch: Clock, before: State, y: Any, u: Any
-) -> tuple[State, Any]:
-    """The same of a chunk as it was given, whose estimates are finite."""
-    o, table = observer, y
-    watch.follow(y)
-    outputs, inputs = (o.D.shape[-1], o.output_names), (o.G.shape[-1], o.input_names)
-    y, u = chunks.arrays(y, u, outputs, inputs)
-    after, found = estimated(o, before, y, u)
-    if not np.isfinite(found).all():
-        _refuse_overflow(o, found, before[0])
-    return after, dataframes.like(table, found, o.estimate_names)
-
-
-def _require_steps(observer: Observer, rows: int) -> None:
-    """ValueError if a filter over steps has fewer than these."""
-    if observer.steps is not None and rows > observer.steps:
-        raise ValueError(
-            f"y has {rows} rows, the filter was designed for {observer.steps}; design "
-            f"it with steps={rows}, or Filter(plant).run(y) takes any number"
-        )
-
-
-def _refuse_overflow(observer: Observer, found: Matrix, done: int) -> None:
-    k, j = np.argwhere(~np.isfinite(found))[0].tolist()
+def require_finite(x: Matrix, names: Sequence[str], at: Place) -> None:
+    """Raise unless every estimate is finite; `at(k)` says where row k is."""
+    if np.isfinite(x).all():
+        return
+    k, j = np.argwhere(~np.isfinite(x))[0].tolist()
     raise ValueError(
-        f"{row(done + k)}: the estimate of {short(observer.estimate_names[j])} "
-        "overflows; the measurements are too large, or the observer is not stable"
+        f"{at(k)}: the estimate of {short(names[j])} overflows; the measurements are "
+        "too large, or the observer is not stable"
     )
+
+
+def plain(
+    observer: Observer,
+    y: Matrix,
+    u: Matrix,
+    kept: Callable[[Vector], Vector] = np.positive,
+) -> Matrix:
+    """Estimates of a constant observer from z0 on; of each state it keeps kept(z)."""
+    F, G, D, P, V, W = _rows(observer, slice(0, len(y)))
+    z, drive, states = kept(observer.z0), u @ G.T + y @ D.T, []
+    for now in drive:
+        states.append(z)
+        z = kept(F @ z + now)
+    return np.array(states).reshape(drive.shape) @ P.T + y @ V.T + u @ W.T
+
+
+def _rows(observer: Observer, here: slice) -> list[Matrix]:
+    """F, G, D, P, V, W, at the rows `here` if they change."""
+    every = (np.ascontiguousarray(getattr(observer, name), float) for name in "FGDPVW")
+    return [X if X.ndim == 2 else X[here] for X in every]

@@ -7,7 +7,7 @@ a Dask cluster, ``client.get_executor()``.  Results come in the order of the job
 from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, Executor
 from contextlib import contextmanager
-from typing import Any, TypeVar
+from typing import TypeVar
 
 Job = TypeVar("Job")
 Result = TypeVar("Result")
@@ -56,16 +56,12 @@ def reporting(
             f"progress must be True, False or a function, got {progress!r}"
         )
     else:
-        with _bar(total, unit) as bar:
+        try:
+            from tqdm.auto import tqdm
+        except ImportError:
+            raise ImportError(
+                "progress=True draws its bar with tqdm, which is not installed: "
+                "pip install 'luenberger[cluster]', or give a function of (done, total)"
+            ) from None
+        with tqdm(total=total, unit=unit) as bar:
             yield lambda done: bar.update(done - bar.n)
-
-
-def _bar(total: int, unit: str) -> Any:
-    try:
-        from tqdm.auto import tqdm
-    except ImportError:
-        raise ImportError(
-            "progress=True draws its bar with tqdm, which is not installed: "
-            "pip install 'luenberger[cluster]', or give a function of (done, total)"
-        ) from None
-    return tqdm(total=total, unit=unit)

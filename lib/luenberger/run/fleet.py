@@ -14,7 +14,7 @@ from ..filtering.pack import End, begin
 from ..formats import dataframes
 from ..numeric import Matrix, Vector
 from ..plant import Plant
-from . import chunks
+from . import checked
 from .record import Record, Rows
 
 
@@ -221,7 +221,7 @@ def _rows(plant: Plant, record: Record, *before: Any) -> Rows:
 
 def stack_of(record: Record, p: int, m: int) -> tuple[Matrix, Matrix]:
     """y (M, N, p), and u (M, N, m) or, that of all records, (1, N, m)."""
-    y = chunks.real("y", record.y, "an array of numbers")
+    y = checked.real("y", record.y, "an array of numbers")
     M, N, width = y.shape
     if width != p:
         raise ValueError(
@@ -229,7 +229,7 @@ def stack_of(record: Record, p: int, m: int) -> tuple[Matrix, Matrix]:
         )
     if record.u is None or (np.ndim(record.u) == 0 and record.u == 0):
         return y, np.zeros((1, N, m))
-    u = chunks.real("u", record.u, "an array of numbers")
+    u = checked.real("u", record.u, "an array of numbers")
     if u.shape not in ((M, N, m), (N, m)):
         raise ValueError(
             f"u must be ({M}, {N}, {m}), or ({N}, {m}) for all records, got {u.shape}"

@@ -51,10 +51,10 @@ def windows(
     `at` gives the settings of some rows behind an instant.
     """
     for k in range(0, max(len(rows.y), 1), size):
-        some, held, last = _some(rows, slice(k, k + size)), 0, start
+        some, held, last = rows.part(slice(k, k + size)), 0, start
         if start is not None and start.awaited is not None:
             start, older = start.awaited
-            some, held = _joined(older, some), len(older.y)
+            some, held = older.then(some), len(older.y)
         settings = at(some, slice(None), 0 if start is None else start.instant)
         if start is None:
             start = last = begin(settings, rows.u0)
@@ -62,13 +62,22 @@ def windows(
         one, oldest, before = again(settings, start, some.y, some.u, due, keep)
         find = partial(_covariance, settings, start, some, due, held)
         own = np.where(due <= np.arange(len(due))[:, None], some.y, np.nan)[held:]
-        one = _without(one, held)
+        whole = one.packed
+        one = one._replace(
+            x=one.x[held:],
+            variances=one.variances[held:],
+            tape=Tape(*(X[held:] for X in one.tape)),
+            packed=whole._replace(
+                y=whole.y[held:], drive=whole.drive[held:], at=whole.at[held:]
+            ),
+            settled=[],
+        )
         gap = digits.followed(
             settings, last.gap, own, one.variances, last.instant + 1, find
         )
         awaited = last.awaited
         if len(due):
-            awaited = Awaited(before, _some(some, slice(oldest, None)))
+            awaited = Awaited(before, some.part(slice(oldest, None)))
         start = one.end._replace(gap=gap, awaited=awaited)
         yield one._replace(end=start)
 
@@ -83,39 +92,12 @@ def _covariance(
     return (V.T * tape.D[-1]) @ V
 
 
-def _some(rows: Rows, part: slice) -> Rows:
-    """Some of the rows."""
-    names = "y", "u", "periods", "due", "labels"
-    given = {name: getattr(rows, name) for name in names}
-    return rows._replace(**{k: X if X is None else X[part] for k, X in given.items()})
-
-
-def _joined(older: Rows, rows: Rows) -> Rows:
-    """Rows behind older ones."""
-    found = {}
-    for name in ("y", "u", "periods", "due", "labels"):
-        both = [getattr(one, name) for one in (older, rows)]
-        found[name] = None if both[0] is None else np.concatenate(both)
-    return rows._replace(**found)
-
-
 def _due(rows: Rows, held: int) -> Matrix:
     """The row from which on each reading is known; `held` rows were done before."""
     assert rows.due is not None and rows.labels is not None
     found = np.searchsorted(rows.labels, rows.due.ravel()).reshape(rows.due.shape)
     own = np.arange(len(found))[:, None]
     return np.where(found < held, own, np.maximum(found, own))
-
-
-def _without(one: Passage, held: int) -> Passage:
-    """A passage without its first rows."""
-    tape = Tape(*(X[held:] for X in one.tape))
-    packed = one.packed
-    packed = packed._replace(
-        y=packed.y[held:], drive=packed.drive[held:], at=packed.at[held:]
-    )
-    x, variances = one.x[held:], one.variances[held:]
-    return Passage(x, variances, tape, packed, one.end, [])
 
 
 def require_none_awaited(start: Any) -> None:

@@ -18,7 +18,7 @@ from ..filtering.unknown import LARGE
 from ..formats import dataframes
 from ..numeric import Matrix, Vector
 from ..plant import Plant
-from . import chunks
+from . import checked
 from .clock import require_instants
 
 ROOM = 50  # rows beside those that are asked for again
@@ -40,7 +40,7 @@ class LiveFilter(Turns):
         super().__init__(plant.m, bool(np.any(plant.E)))
         if u0 is not None:
             u0 = dataframes.entries("u0", u0, plant.input_names)
-            self._u = chunks.single("u0", u0, plant.m)
+            self._u = checked.single("u0", u0, plant.m)
         self._plant, self._settings, self._horizon = plant, settings, horizon
         self._varies, self._names = plant.steps is not None, list(plant.output_names)
         columns = ([] if self._varies else list(X.T.copy()) for X in (plant.B, plant.E))

@@ -2,8 +2,7 @@
 
 import csv
 import dataclasses
-from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TextIO
@@ -13,18 +12,16 @@ import numpy as np
 from ..analysis.error_covariance import error_covariance
 from ..analysis.known_input import Statistics
 from ..at_work import start
-from ..errors import few, short
-from ..formats.csv_reader import Table, separator
+from ..formats.csv_reader import Table
 from ..formats.json_files import opened
 from ..numeric import Matrix, Vector
 from ..observer import Observer
 from ..plant import Plant
 from .clock import Column
-from .estimate import estimated
+from .estimate import estimated, require_finite
 from .filter import Filter
 from .record import Record
-
-TIME = ("time", "t", "instant")  # a first column of such a name holds instants
+from .tables import time_column
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,69 +81,13 @@ def read(path: str | Path, plant: Plant) -> Measurements:
     stamps = tuple(text for part in parts for text in part.carried)
     lines = [line for part in parts for line in part.lines]
     if clock is None:
-        time = _rounded((plant.dt or 1.0) * np.arange(1, len(values) + 1))
+        multiples = (plant.dt or 1.0) * np.arange(1, len(values) + 1)
+        # without the rounding of the product: 0.3, not 0.30...04
+        time = np.array([float(f"{t:.15g}") for t in multiples])
     else:
         at = [f"{path}, line {line}" for line in lines].__getitem__
         time = Column(clock, plant).seconds(stamps, at)
     return Measurements(values[:, : plant.p], values[:, plant.p :], time, stamps)
-
-
-def _rounded(time: Vector) -> Vector:
-    """Multiples of a period without the rounding of the product: 0.3, not 0.30...04."""
-    return np.array([float(f"{t:.15g}") for t in time])
-
-
-def time_column(
-    table: Table, outputs: Sequence[str], inputs: Sequence[str], others: bool = False
-) -> str | None:
-    """The name of a table's time column, or None.
-
-    Blanks around a name do not count, in the plant as in the table.
-
-    Raises
-    ------
-    ValueError
-        Unless the outputs and the inputs are columns, and, but for `others`, there
-        are no more.
-    """
-    where, header = table.where, table.header
-    wanted = [name.strip() for name in (*outputs, *inputs)]
-    if shared := _repeated(wanted):
-        raise ValueError(
-            f"{where}: {few(shared)} each name more than one output or input, so a "
-            "column does not say which it is; rename one in the plant"
-        )
-    if twice := _repeated(header):
-        raise ValueError(f"{where}: the columns {few(twice)} occur more than once")
-    time = next((n for n in header if n.lower() in TIME and n not in wanted), None)
-    given = dict.fromkeys(name for name in header if name != time)
-    known = dict.fromkeys(given if others else wanted)
-    lacking = [name for name in wanted if name not in given]
-    foreign = [name for name in given if name not in known]
-    _require_columns(table, wanted, lacking, foreign)
-    return time
-
-
-def _require_columns(
-    table: Table, wanted: Sequence[str], lacking: Sequence[str], foreign: Sequence[str]
-) -> None:
-    """Raise if columns are lacking, or some are not known."""
-    marks = separator(table.header)
-    if lacking and marks:
-        raise ValueError(
-            f"{table.where}: {marks} separate the columns, and commas should; numbers "
-            "have a decimal point"
-        )
-    parts = [f"lacks the columns {few(lacking)}"] * bool(lacking)
-    parts += [f"has the unknown columns {few(foreign)}"] * bool(foreign)
-    if parts:
-        raise ValueError(
-            f"{table.where} {' and '.join(parts)}; outputs and inputs are {few(wanted)}"
-        )
-
-
-def _repeated(names: Iterable[str]) -> list[str]:
-    return sorted(name for name, count in Counter(names).items() if count > 1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -185,61 +126,38 @@ def apply(
     U : (m,) or (m, m) array_like, Plant or 0, optional
         As of `error_covariance`, for the bounds.
     """
+    names, covariance = observer.estimate_names, None
     if data.missing:
-        return _filtered(observer, accurate, plant, data)
-    begin = 0, start(observer, x0=plant.at_first_sample().x0)
-    _, x = estimated(observer, begin, data.y, data.u)
-    names = observer.estimate_names
-    require_finite(x, names, _row)
-    how, covariance = "without Q and R their bounds are not known.", None
-    if plant.Q is not None and plant.R is not None:
-        how, covariance = _bounds(observer, plant, len(x), U)
-    how = "The estimates are those of observer.json; " + how
-    if covariance is None:
-        return Estimates(data.time, x, None, how, names, data.stamps)
-    std = np.broadcast_to(_deviations(covariance), x.shape)
-    return Estimates(data.time, x, std, how, names, data.stamps)
-
-
-def _deviations(covariance: Matrix) -> Matrix:
-    variance = np.diagonal(covariance, axis1=1, axis2=2)
-    return np.sqrt(np.maximum(variance, 0))
-
-
-def _filtered(
-    observer: Observer, accurate: Sequence[int], plant: Plant, data: Measurements
-) -> Estimates:
-    """The estimates of a record in which measurements are missing."""
-    L, whole = observer.L, np.array_equal(observer.L, np.eye(plant.n))
-    done = Filter(plant, accurate).run(Record(data.y, data.u))
-    x, std = done.x, done.std
-    if not whole:
-        x, std = x @ L.T, _deviations(L @ done.P @ L.T)
-    require_finite(x, observer.estimate_names, _row)
-    kind = "filter with the same accurate outputs" if accurate else "Kalman filter"
-    how = (
-        f"{data.missing} of {data.y.size} measurements are missing, so the "
-        f"estimates come from the time-varying {kind}, which leaves out what was "
-        "not measured; not from observer.json."
-    )
-    return Estimates(data.time, x, std, how, observer.estimate_names, data.stamps)
-
-
-def _bounds(
-    observer: Observer, plant: Plant, samples: int, U: Statistics | None
-) -> tuple[str, Matrix]:
-    """Where the one-sigma bounds start, in words, and the error covariances."""
-    if plant.P0 is None:
+        done = Filter(plant, accurate).run(Record(data.y, data.u))
+        x, std = done.x, done.std
+        if not np.array_equal(observer.L, np.eye(plant.n)):
+            x, covariance = x @ observer.L.T, observer.L @ done.P @ observer.L.T
+        kind = "filter with the same accurate outputs" if accurate else "Kalman filter"
         how = (
-            "the plant gives no P0, so the one-sigma bounds are those of steady state."
+            f"{data.missing} of {data.y.size} measurements are missing, so the "
+            f"estimates come from the time-varying {kind}, which leaves out what was "
+            "not measured; not from observer.json."
         )
-        return how, error_covariance(observer, plant, U=U)[None]
-    how = "the one-sigma bounds start from the plant's P0."
-    return how, covariance_from_start(observer, plant, samples, U)
-
-
-def _row(k: int) -> str:
-    return f"instant {k + 1} of the measurements"
+    else:
+        begin = 0, start(observer, x0=plant.at_first_sample().x0)
+        x, std = estimated(observer, begin, data.y, data.u)[1], None
+        how = "The estimates are those of observer.json; "
+        if plant.Q is None or plant.R is None:
+            how += "without Q and R their bounds are not known."
+        elif plant.P0 is None:
+            how += (
+                "the plant gives no P0, so the one-sigma bounds are those of steady "
+                "state."
+            )
+            covariance = error_covariance(observer, plant, U=U)[None]
+        else:
+            how += "the one-sigma bounds start from the plant's P0."
+            covariance = covariance_from_start(observer, plant, len(x), U)
+    require_finite(x, names, lambda k: f"instant {k + 1} of the measurements")
+    if covariance is not None:
+        variance = np.diagonal(covariance, axis1=1, axis2=2)
+        std = np.broadcast_to(np.sqrt(np.maximum(variance, 0)), x.shape)
+    return Estimates(data.time, x, std, how, names, data.stamps)
 
 
 def covariance_from_start(
@@ -253,16 +171,6 @@ def covariance_from_start(
     here = plant.at_first_sample()
     begun = dataclasses.replace(observer, z0=observer.T @ here.x0)
     return error_covariance(begun, here, steps=samples - 1, U=U)
-
-
-def require_finite(x: Matrix, names: Sequence[str], at: Callable[[int], str]) -> None:
-    """Raise unless every estimate is finite; `at(k)` says where row k is."""
-    if not np.isfinite(x).all():
-        k, j = np.argwhere(~np.isfinite(x))[0]
-        raise ValueError(
-            f"{at(k)}: the estimate of {short(names[j])} overflows; the measurements "
-            "are too large, or the observer is not stable"
-        )
 
 
 def write(file: TextIO, estimates: Estimates) -> None:

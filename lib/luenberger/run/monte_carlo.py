@@ -1,30 +1,45 @@
-"""Many simulated runs of one observer: the error's statistics, with their errors."""
+"""Many simulated runs of one observer: the error's statistics, with their errors.
+
+Floating-point sums depend on their order.  Here it is fixed by the numbers of the
+runs alone: blocks of 64, joined two by two as in a binary tree over the numbers of
+the blocks.  Who computed which block, and how many at a time, leaves no trace, nor
+does the number of threads that BLAS has there (see `simulate.times`).
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from concurrent.futures import Executor
 from contextlib import closing
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy  # its parts load when first used
 from numpy.typing import ArrayLike
 
 from ..analysis.disturbance import EXACT_TOL, NO_INPUT, disturbed
+from ..analysis.error_system import error_system
 from ..arguments import expect
+from ..at_work import start
 from ..certificate import certify, require_match, require_real
 from ..errors import FIT, SAMPLE, DesignError
 from ..numeric import Matrix
 from ..numeric.covariances import covariance
 from ..observer import Observer
 from ..plant import Plant
-from .claims import Claim, claim
 from .executor import Progress, in_order, reporting
-from .monte_carlo_blocks import BLOCK, Batch, Sums, join, sums_of, total
-from .simulate import noise_roots
+from .simulate import follow, noise_roots, times, trajectory
 
 TASKS = 64  # parts that an executor is given, unless the caller says how many runs
+BLOCK = 64  # runs; part of what defines the result's last bits
+ROWS = 128  # taken together when sums are formed, so that they stay in the cache
+FEW = 6  # outputs; the dot products of so few are faster one by one than as a matrix
+SMALL = 1e-6  # of the numbers that meet in an error: the least unit of its deviation
+TOL = 1e-12  # a variance in these units that counts as none: errors below are rounding
+RULED_OUT = 8  # times as large as that: more than rounding
+Sums = tuple[np.ndarray, ...]  # over runs, of what `_sums` says
+Node = tuple[int, int, Sums]  # of the tree over blocks; see `join`
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,12 +104,8 @@ class Ensemble:
             )
         tails = np.array([[1 - confidence], [1 + confidence]]) / 2
         shape = 0.5 * self.runs * self.dof
-        bounds = (
-            2
-            * scipy.special.gammaincinv(np.where(shape > 0, shape, 1), tails)
-            / self.runs
-        )
-        return np.where(shape > 0, bounds, 0.0)
+        half = scipy.special.gammaincinv(np.where(shape > 0, shape, 1), tails)
+        return np.where(shape > 0, 2 * half / self.runs, 0.0)
 
 
 def monte_carlo(
@@ -167,7 +178,19 @@ def monte_carlo(
     ((4, 1, 1), array([0.9, 1.1, 1. , 0.9]), 200)
     """
     expect(plant=plant, observer=observer)
-    _require_runs(plant, observer, runs=runs, steps=steps, chunk=chunk, seed=seed)
+    require_match(observer, plant)
+    require_real("simulation", plant, observer)
+    if plant.dt == 0 or plant.Q is None or plant.R is None or plant.P0 is None:
+        raise DesignError(
+            "a Monte Carlo run needs dt > 0 and the covariances Q, R, P0; "
+            f"{FIT if plant.dt else SAMPLE}"
+        )
+    counts = dict(runs=runs, steps=steps, seed=seed)
+    for name, value in (counts if chunk is None else counts | {"chunk": chunk}).items():
+        if isinstance(value, bool) or not isinstance(value, (int, np.integer)):
+            raise ValueError(f"{name} must be a whole number, got {value!r}")
+        if value < (least := 0 if name == "seed" else 1):
+            raise ValueError(f"{name} must be at least {least}, got {value}")
     tested = _claim(plant, observer, steps, claimed)
     roots = noise_roots(plant, steps)
     batch = Batch(plant, observer, steps, seed, runs, tested, roots)
@@ -186,29 +209,24 @@ def monte_carlo(
     return found
 
 
-def _require_runs(plant: Plant, observer: Observer, **counts: int | None) -> None:
-    require_match(observer, plant)
-    require_real("simulation", plant, observer)
-    if plant.dt == 0 or plant.Q is None or plant.R is None or plant.P0 is None:
-        raise DesignError(
-            "a Monte Carlo run needs dt > 0 and the covariances Q, R, P0; "
-            f"{FIT if plant.dt else SAMPLE}"
-        )
-    for name, value in counts.items():
-        if name == "chunk" and value is None:
-            continue
-        if isinstance(value, bool) or not isinstance(value, (int, np.integer)):
-            raise ValueError(f"{name} must be a whole number, got {value!r}")
-        least = 0 if name == "seed" else 1
-        if value < least:
-            raise ValueError(f"{name} must be at least {least}, got {value}")
+class Claim(NamedTuple):
+    """An error covariance X at each instant, ready for e' X^+ e = |root e|^2."""
+
+    root: np.ndarray  # (steps + 1, q, q), rows of zeros for directions without variance
+    null: np.ndarray | None  # the same with rows N, |N e| <= 1 if e is rounding
+    rank: np.ndarray  # (steps + 1,)
 
 
 def _claim(
     plant: Plant, observer: Observer, steps: int, claimed: ArrayLike | None
 ) -> Claim | None:
-    """The claim that is tested; None where there is none to be had."""
-    q = len(observer.L)
+    """The claim that is tested, the true one by default; None where there is none.
+
+    Each error is counted in its claimed deviation, or in `SMALL` of the deviation of
+    its part of the state about zero, if that is more.  A combination of errors whose
+    variance is then at most `TOL` is claimed to be rounding.
+    """
+    q, X = len(observer.L), None
     if claimed is not None:
         X = covariance("claimed", claimed, q, steps=True)
         if X.ndim == 3 and len(X) != steps + 1:
@@ -216,11 +234,111 @@ def _claim(
                 f"claimed must be ({q}, {q}) or ({steps + 1}, {q}, {q}), got {X.shape}"
             )
         X = np.broadcast_to(X, (steps + 1, q, q))
-        return claim(observer, plant, steps, X)
-    certificate = certify(observer, plant)
-    if plant.m and max(certificate.input, certificate.feedthrough) > EXACT_TOL:
-        return None
-    return claim(observer, plant, steps)
+    elif plant.m:
+        certificate = certify(observer, plant)
+        if max(certificate.input, certificate.feedthrough) > EXACT_TOL:
+            return None
+    system = error_system(observer, plant, steps)
+    X = system.over(steps) if X is None else X
+    states = np.array([np.sqrt(M.diagonal()) for M in system.of_state(steps)])
+    size = states[:, : plant.n] @ np.abs(observer.L).T
+    deviations = np.sqrt(np.maximum(np.diagonal(X, axis1=1, axis2=2), 0))
+    unit = np.maximum(deviations, SMALL * size)
+    unit[unit == 0] = 1.0
+    values, axes = np.linalg.eigh(X / unit[:, :, None] / unit[:, None])
+    kept = values > TOL
+    rows = axes.mT / unit[:, None] / np.sqrt(np.maximum(values, TOL))[..., None]
+    null = np.where(kept[..., None], 0.0, rows)
+    return Claim(rows - null, null if null.any() else None, kept.sum(axis=1))
+
+
+@dataclass(frozen=True, eq=False)
+class Batch:
+    """What every block of a Monte Carlo run has in common."""
+
+    plant: Plant
+    observer: Observer
+    steps: int
+    seed: int
+    runs: int
+    claim: Claim | None
+    roots: tuple  # of the noise, found once: LAPACK too depends on threads
+
+    def errors(self, block: int) -> Matrix:
+        """e (steps + 1, q, runs) of the runs of a block."""
+        runs = range(block * BLOCK, min((block + 1) * BLOCK, self.runs))
+        seeds = [np.random.SeedSequence(self.seed, spawn_key=(run,)) for run in runs]
+        plant, observer = self.plant, self.observer
+        x, y, u = trajectory(plant, observer, self.steps, seeds=seeds, roots=self.roots)
+        _, w_hat = follow(observer, y, u, start(observer))
+        w = times(observer.L, x)
+        if observer.steps is not None:  # row 0: known before the first sample
+            known = np.broadcast_to((observer.L @ plant.x0)[:, None], w[:1].shape)
+            w_hat = np.concatenate([known, w_hat])
+        return w_hat - w
+
+
+def sums_of(job: tuple[Batch, range]) -> list[Node]:
+    """Nodes of the tree over the blocks of one task; see `join`."""
+    batch, blocks = job
+    nodes: list[Node] = []
+    for block in blocks:
+        nodes = join([*nodes, (block, 0, _sums(batch, block))])
+    return nodes
+
+
+def _sums(batch: Batch, block: int) -> Sums:
+    """Over the runs of a block: of e, e e', its entries squared, NEES and NEES^2."""
+    errors, claim, parts = batch.errors(block), batch.claim, []
+    for a in range(0, len(errors), ROWS):
+        here = slice(a, a + ROWS)
+        e = np.ascontiguousarray(errors[here])
+        squares = e * e
+        sums = [e.sum(axis=-1), _products(e), _products(squares)]
+        if claim is not None:
+            root, null = claim.root[here], claim.null
+            white = times(root, e, out=squares)  # in their place, which is in the cache
+            nees = np.einsum("rij,rij->rj", white, white)
+            if null is not None:
+                beyond = np.abs(times(null[here], e)) > RULED_OUT
+                nees = np.where(beyond.any(axis=-2), np.inf, nees)
+            sums += [nees.sum(axis=-1), np.vecdot(nees, nees)]
+        parts.append(sums)
+    return tuple(map(np.concatenate, zip(*parts)))
+
+
+def _products(e: Matrix) -> Matrix:
+    """Over the runs, the sum of e e' at each instant."""
+    if e.shape[-2] <= FEW:
+        return np.vecdot(e[:, :, None], e[:, None])
+    return times(e, e.mT)
+
+
+def join(nodes: Iterable[Node]) -> list[Node]:
+    """Add neighbours that are the two halves of a node of the tree.
+
+    A node (start, level, sums) stands for the 2^level blocks from `start` on, a
+    multiple of 2^level.  The nodes come from left to right.
+    """
+    joined: list[Node] = []
+    for begin, level, sums in nodes:
+        while joined and joined[-1][1] == level and begin >> level & 1:
+            begin, _, left = joined.pop()
+            sums, level = _add(left, sums), level + 1
+        joined.append((begin, level, sums))
+    return joined
+
+
+def total(nodes: Iterable[Node]) -> Sums:
+    """The sum over all blocks, from nodes that cover them."""
+    *rest, (_, _, sums) = join(nodes)
+    for _, _, left in reversed(rest):
+        sums = _add(left, sums)
+    return sums
+
+
+def _add(left: Sums, right: Sums) -> Sums:
+    return tuple(a + b for a, b in zip(left, right))
 
 
 def _ensemble(sums: Sums, runs: int, tested: Claim | None) -> Ensemble:
@@ -235,16 +353,9 @@ def _ensemble(sums: Sums, runs: int, tested: Claim | None) -> Ensemble:
         spread = _standard_error(np.where(ruled_out, 0.0, of_squares) - finite**2, runs)
         spread = np.where(ruled_out, np.inf, spread)
         dof = tested.rank
-    return Ensemble(
-        mean,
-        _standard_error(variance, runs),
-        second,
-        _standard_error(squares / runs - second**2, runs),
-        nees,
-        spread,
-        dof,
-        runs,
-    )
+    of_mean = _standard_error(variance, runs)
+    of_second = _standard_error(squares / runs - second**2, runs)
+    return Ensemble(mean, of_mean, second, of_second, nees, spread, dof, runs)
 
 
 def _standard_error(variance: Matrix, runs: int) -> Matrix:

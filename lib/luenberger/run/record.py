@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from copy import copy
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..errors import DesignError
 from ..formats import dataframes
-from ..numeric import Vector
 from ..plant import Plant
-from . import arrivals, chunks
-from .clock import Clock, known, leading, row
+from . import arrivals, checked
+from .clock import Clock, instants, leading, row
+
+OF_ROWS = "y", "u", "periods", "due", "labels"
 
 
 class Rows(NamedTuple):
@@ -44,6 +46,20 @@ class Rows(NamedTuple):
     due: np.ndarray | None = None
     labels: np.ndarray | None = None
     clock: Any = None
+
+    def part(self, which: slice) -> Rows:
+        """Some of the rows."""
+        own = {k: X[which] for k in OF_ROWS if (X := getattr(self, k)) is not None}
+        return self._replace(**own)
+
+    def then(self, *later: Rows) -> Rows:
+        """These rows and later ones."""
+        own = {
+            k: np.concatenate([X, *(getattr(one, k) for one in later)])
+            for k in OF_ROWS
+            if (X := getattr(self, k)) is not None
+        }
+        return [self, *later][-1]._replace(**own, u0=self.u0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,26 +140,31 @@ class Record:
         if not isinstance(size, int | np.integer) or size < 1:
             raise ValueError(f"a part has at least 1 record or row, got {size!r}")
         return [
-            Record(
-                *self._of(slice(k, k + size)), self.u0 if self.many or not k else None
-            )
+            self._of(slice(k, k + size), self.u0 if self.many or not k else None)
             for k in range(0, len(self.y), size)
         ]
 
     def each(self) -> Iterator[Record]:
         """Each of many runs as a record."""
-        for k in range(len(self.y)):
-            yield replace(Record(*self._of(k)), u0=self.u0)
+        return (self._of(k, self.u0) for k in range(len(self.y)))
 
-    def _of(self, part: slice | int) -> Iterator[Any]:
-        """y, u, time and arrival of some rows, or of some runs.
+    def _of(self, part: slice | int, u0: Any) -> Record:
+        """Some rows, or some runs, with y, u, time and arrival of theirs.
 
         What is not told of each run is that of all.
         """
-        for X, axes in ((self.y, 0), (self.u, 2), (self.time, 1), (self.arrival, 2)):
-            own = isinstance(X, list | tuple) and len(X) and _depth(X[0]) >= axes
-            each = own or (not dataframes.is_table(X) and np.ndim(X) > axes)
-            yield X if self.many and not each else _part(X, part)
+
+        def own(X: Any, axes: int) -> Any:
+            if X is None or isinstance(X, str | dict | int | float):
+                return X
+            listed = isinstance(X, list | tuple) and len(X) and _depth(X[0]) >= axes
+            table = dataframes.is_table(X)
+            if self.many and not (listed or (not table and np.ndim(X) > axes)):
+                return X
+            return X.iloc[part] if table else X[part]
+
+        told = own(self.time, 1), own(self.arrival, 2)
+        return Record(own(self.y, 0), own(self.u, 2), *told, u0=u0)
 
     def __len__(self) -> int:
         return len(self.y)
@@ -156,29 +177,32 @@ class Record:
         `clock` is that of the rows before, `last` the label of the last of them.
         """
         outputs, inputs = (plant.p, plant.output_names), (plant.m, plant.input_names)
-        y, u = chunks.arrays(self.y, self.u, outputs, inputs, missing=True)
+        y, u = checked.arrays(self.y, self.u, outputs, inputs, missing=True)
         u0 = dataframes.entries("u0", self.u0, plant.input_names)
-        u0 = np.zeros(plant.m) if u0 is None else chunks.single("u0", u0, plant.m)
+        u0 = np.zeros(plant.m) if u0 is None else checked.single("u0", u0, plant.m)
         steps = None
         if plant.dt > 0:
             clock = Clock(plant) if clock is None else copy(clock)
             clock.time = self.time
             clock.follow(self.y)
         else:
-            steps, clock = self._steps(plant, first, clock)
+            before, origin = clock or (np.empty(0), None)
+            names = (*plant.output_names, *plant.input_names)
+            found = instants(self.y, self.time, names, origin, first)
+            if found is None:
+                raise DesignError(
+                    "the plant is continuous (dt = 0), so the record must say when "
+                    "each row was measured: give time=, or a table with an index of "
+                    "dates or seconds. Of a record with a constant period, "
+                    "plant.sampled(0.1) is the plant."
+                )
+            seconds, origin = found
+            steps = leading(before, seconds, lambda k: row(first + k))
+            clock = seconds[-1:] if len(seconds) else before, origin
         if self.arrival is None:
             return Rows(y, u, u0, steps, clock=clock)
         found = arrivals.of(self.y, self.arrival, y, plant, first, last)
         return Rows(found.y, u, u0, steps, found.due, found.labels, clock)
-
-    def _steps(
-        self, plant: Plant, first: int, clock: Any
-    ) -> tuple[Vector, tuple[Vector, Any]]:
-        """Seconds that lead to each row, the last instant and what it counts from."""
-        last, origin = clock or (np.empty(0), None)
-        seconds, origin = known(plant, self.y, self.time, origin, first)
-        steps = leading(last, seconds, lambda k: row(first + k))
-        return steps, (seconds[-1:] if len(seconds) else last, origin)
 
 
 def _depth(X: Any) -> int:
@@ -186,10 +210,3 @@ def _depth(X: Any) -> int:
     if isinstance(X, list | tuple):
         return 1 + (_depth(X[0]) if len(X) else 0)
     return int(getattr(X, "ndim", 0))
-
-
-def _part(X: Any, part: slice | int) -> Any:
-    """Some rows, or some runs."""
-    if X is None or isinstance(X, str | dict | int | float):
-        return X
-    return X.iloc[part] if dataframes.is_table(X) else X[part]

@@ -12,13 +12,13 @@ from ..arguments import expect
 from ..at_work import start
 from ..certificate import require_match, require_real
 from ..errors import SAMPLE
+from ..filtering.compiling import Text
 from ..numeric import Matrix, Vector
 from ..numeric.factors import square_root
 from ..observer import Observer
 from ..period import hold
-from ..plant import Instant, Plant
-from .chunks import real, rows, single
-from .observer_pass import along
+from ..plant import Plant
+from .checked import real, rows, single
 
 Seed = int | np.random.SeedSequence | None
 WHOLE = 64 * 64  # entries of a matrix that BLAS multiplies without dividing the work
@@ -159,6 +159,26 @@ def trajectory(
     return x, y[first:], u
 
 
+@Text
+def along(F: Matrix, drive: Matrix, z: Matrix) -> None:
+    """z[k + 1] = F[k] z[k] + drive[k] of runs side by side: z (N + 1, r, runs).
+
+    F is one matrix (1, r, r), or one for each row; z[0] is given.
+    """
+    rows, r, runs = drive.shape
+    last = len(F) - 1
+    for k in range(rows):
+        A = F[min(k, last)]
+        for i in range(r):
+            out, acts = z[k + 1, i], drive[k, i]
+            for s in range(runs):
+                out[s] = acts[s]
+            for j in range(r):
+                a, now = A[i, j], z[k, j]
+                for s in range(runs):
+                    out[s] += a * now[s]
+
+
 def times(A: Matrix, X: Matrix, out: Matrix | None = None) -> Matrix:
     """A @ X, in an order of summation that does not hang on the number of threads.
 
@@ -178,16 +198,10 @@ def over(X: Matrix, rows: int) -> Matrix:
 def noise_roots(plant: Plant, steps: int) -> tuple[Matrix, Matrix]:
     """H0, H with H0 H0' = P0, H H' = [[Q, S], [S', R]], a stack if those change."""
     rows = 1 if plant.steps is None else steps + 1
-    H = np.stack([square_root(_joint(plant.at(i))) for i in range(rows)])
+    every = (plant.at(i).covariances() for i in range(rows))
+    H = np.stack([square_root(np.block([[Q, S], [S.T, R]])) for Q, R, S in every])
     P0 = np.zeros((plant.n, plant.n)) if plant.P0 is None else plant.P0
     return square_root(P0), H[0] if plant.steps is None else H
-
-
-def draw(seed: Seed | np.random.Generator, *arrays: np.ndarray) -> None:
-    """Fill the arrays with standard normal numbers from one random stream."""
-    rng = np.random.default_rng(seed)
-    for array in arrays:
-        rng.standard_normal(out=array)
 
 
 def _noise(
@@ -204,14 +218,11 @@ def _noise(
     deviation = np.zeros((runs, plant.n))
     for run, seed in enumerate(seeds):
         if seed is not None:
-            draw(seed, deviation[run], noise[run], gains[run])
+            rng = np.random.default_rng(seed)
+            for drawn in (deviation[run], noise[run], gains[run]):
+                rng.standard_normal(out=drawn)
     noise, gains = (np.ascontiguousarray(g.transpose(1, 2, 0)) for g in (noise, gains))
     return times(H, noise), gains, times(H0, deviation.T)
-
-
-def _joint(now: Instant) -> Matrix:
-    Q, R, S = now.covariances()
-    return np.block([[Q, S], [S.T, R]])
 
 
 def follow(

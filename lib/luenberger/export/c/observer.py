@@ -14,7 +14,7 @@ from ...kernels.c.writer import C
 from ...numeric.linalg import modes
 from ...observer import Observer
 from ...papers.leondes_novak.derivation import observer_step
-from ...run.observer_pass import plain
+from ...run.estimate import plain
 from . import source_and_header
 from .selftest import selftest
 from .source_and_header import Cost, Signals, Use

@@ -17,8 +17,8 @@ import numpy as np
 from ..numeric import Matrix, Vector
 from ..observer import Observer
 from ..plant import Plant
-from .observer_pass import plain
-from .simulate import simulate
+from ..run.estimate import plain
+from ..run.simulate import simulate
 
 Record = tuple[Matrix, Matrix]  # y and u
 

@@ -1,7 +1,6 @@
-"""A record as it comes, whole or in chunks, as arrays that were checked."""
+"""What is given as numbers, as arrays that were checked."""
 
-from collections.abc import Callable, Iterator, Sequence
-from itertools import repeat
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -12,43 +11,7 @@ from ..numeric import Matrix, Vector
 from ..numeric.linalg import finite
 from ..numeric.validation import entries
 
-Step = Callable[[Any, Any, Any], tuple[Any, Any]]  # (state, y, u) to state and found
 Columns = tuple[int, Sequence[str] | None]  # how many, and their names
-
-
-def found(step: Step, state: Any, y: Any, u: Any) -> Any:
-    """What `step` finds in a record; if y is an iterator, an iterator over its chunks.
-
-    Parameters
-    ----------
-    step : callable
-        ``step(state, y, u)`` returns the state after these rows, and what it found.
-    state : object
-        That before the first row.
-    y, u : array_like or table, or iterators of them
-        As in `estimate`; u may be None.
-
-    Raises
-    ------
-    ValueError
-        If one of y and u comes in chunks and the other does not, or u has fewer.
-    """
-    if not isinstance(y, Iterator):
-        return step(state, y, u)[1]
-    if isinstance(u, (int, float)) and u == 0:
-        u = repeat(0)
-    if u is not None and not isinstance(u, Iterator):
-        raise ValueError("y is an iterator of chunks, so u must be one too")
-    return _each(step, state, y, u)
-
-
-def _each(step: Step, state: Any, ys: Iterator, us: Iterator | None) -> Iterator:
-    for y in ys:
-        u = None if us is None else next(us, ())
-        if u is not None and not isinstance(u, int) and len(u) == 0 < len(y):
-            raise ValueError("u has fewer chunks, or emptier ones, than y")
-        state, result = step(state, y, u)
-        yield result
 
 
 def arrays(
