@@ -85,7 +85,7 @@ class Settings:
         plant = self.plant
         if plant.S is not None and np.any(plant.S):
             return "all"
-        R = np.reshape(plant.R, (-1, plant.p, plant.p))  # type: ignore[arg-type]
+        R: Any = plant.R if plant.R.ndim == 3 else plant.R[None]  # type: ignore
         pushed = self.accurate and np.any(R[:, self.accurate, self.accurate])
         if pushed or not all(map(_told_apart, R)):
             return "outputs"
