@@ -100,7 +100,7 @@ def test_an_estimate_takes_u_only_where_it_sees_u(tmp_path):
     fed = dataclasses.replace(one, W=np.ones((3, 1)))
     found, text = heads(fed)
     assert found == dict(estimate=["u", "y", "what"], advance=["u", "y"])
-    assert "in the estimate of its own instant" in text
+    assert "in an estimate, at its own instant" in text
     ahead = dataclasses.replace(one, V=0 * one.V, G=0 * one.G)
     found, _ = heads(ahead)
     assert found == dict(estimate=["what"], advance=["y"])

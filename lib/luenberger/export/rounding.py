@@ -15,15 +15,14 @@ from ..certificate import require_match, require_real
 from ..errors import DesignError
 from ..kernels.c.library import library
 from ..kernels.c.numbers import require_c_type
-from ..numeric import Matrix, Vector
+from ..numeric import Matrix
 from ..numeric.validation import numbers
 from ..observer import Observer
 from ..plant import Plant
 from ..run.estimate import estimate
-from ..run.simulate import Run, simulate
+from ..run.simulate import simulate
 from ..show import number
 from .c.observer import require_exportable, texts, uses
-from .c.selftest import driver
 from .c.source_and_header import signals
 
 NAME = "measured"
@@ -63,20 +62,24 @@ class RoundingError:
     @property
     def worst(self) -> float | None:
         """The largest difference beside a standard deviation; None without these."""
-        found = _over(self.largest, self.sigma)
-        return None if found is None else float(found.max(initial=0.0))
+        if self.sigma is None:
+            return None
+        none = np.where(self.largest > 0, np.inf, 0.0)
+        parts = np.divide(self.largest, self.sigma, out=none, where=self.sigma > 0)
+        return float(parts.max(initial=0.0))
 
     @property
     def sentences(self) -> list[str]:
         """What was measured, in words."""
         said = [f"Rounding in {self.dtype}, measured in compiled C on {self.record}:"]
         for k, name in enumerate(self.names):
-            most, mean = number(self.largest[k], 3), number(self.rms[k], 3)
-            size = number(self.reached[k], 3)
+            most, mean, size = (
+                number(X[k], 3) for X in (self.largest, self.rms, self.reached)
+            )
             one = f"{name}: off by at most {most}, rms {mean}, of up to {size}"
             if self.sigma is not None and self.sigma[k] > 0:
-                part = 100 * self.largest[k] / self.sigma[k]
-                one += f"; at most {number(part, 3)} % of its standard deviation"
+                part = number(100 * self.largest[k] / self.sigma[k], 3)
+                one += f"; at most {part} % of its standard deviation"
             said.append(f"{one}.")
         return said
 
@@ -160,73 +163,62 @@ def rounding_error(
     if isinstance(steps, bool) or not isinstance(steps, int | np.integer) or steps < 2:
         raise ValueError(f"steps must be a whole number above 1, got {steps!r}")
     said = ", the u that was given"
-    if u is None:
-        u, said = _levels(within, plant, int(steps), seed), ", u drawn"
+    if u is None:  # levels that are held, each drawn
+        size, said = numbers("within", within), ", u drawn"
+        if size.shape not in ((), (plant.m,)) or (size < 0).any():
+            raise ValueError(
+                f"within must be a number or {plant.m} of them, none negative, "
+                f"got {within!r}"
+            )
+        rng = np.random.default_rng([seed, 1])  # not the stream of the noises
+        levels = rng.uniform(-1, 1, (-(-steps // HELD), plant.m)) * size
+        u = np.repeat(levels, HELD, axis=0)[:steps]
     record = simulate(plant, observer, int(steps) - 1, u=u, seed=seed)
     exact = estimate(observer, record.y, record.u)
     gap = _run(observer, dtype, record.y, record.u) - exact
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            Sigma = error_covariance(observer, plant, U=0 if plant.m else None)
+        sigma = np.sqrt(np.maximum(Sigma.diagonal(), 0))
+    except ValueError:  # there is none that is steady
+        sigma = None
+    reached = np.abs(np.hstack([record.u, record.y])).max(axis=0)
+    sizes = ", ".join(
+        f"|{name}| <= {number(x, 3)}"
+        for name, x in zip((*plant.input_names, *plant.output_names), reached)
+    )
     return RoundingError(
         dtype,
         np.abs(gap).max(axis=0),
         np.sqrt((gap**2).mean(axis=0)),
         np.abs(exact).max(axis=0),
-        _sigma(observer, plant),
+        sigma,
         signals(observer, plant).what,
         f"a simulated record of {steps} samples, seed {seed}{said * (plant.m > 0)} "
-        f"({_sizes(plant, record)})",
+        f"({sizes})",
     )
-
-
-def _levels(within: ArrayLike, plant: Plant, steps: int, seed: int) -> Matrix:
-    """Inputs that are held for some samples, each at a level that is drawn."""
-    size = numbers("within", within)
-    if size.shape not in ((), (plant.m,)) or (size < 0).any():
-        raise ValueError(
-            f"within must be a number or {plant.m} of them, none negative, "
-            f"got {within!r}"
-        )
-    rng = np.random.default_rng([seed, 1])  # not the stream of the noises
-    levels = rng.uniform(-1, 1, (-(-steps // HELD), plant.m)) * size
-    return np.repeat(levels, HELD, axis=0)[:steps]
-
-
-def _sizes(plant: Plant, record: Run) -> str:
-    """How large each input and each output of the record is at most."""
-    names = (*plant.input_names, *plant.output_names)
-    largest = np.abs(np.hstack([record.u, record.y])).max(axis=0)
-    return ", ".join(f"|{a}| <= {number(x, 3)}" for a, x in zip(names, largest))
 
 
 def _run(observer: Observer, dtype: str, y: Matrix, u: Matrix) -> Matrix:
     """The estimates of the compiled C."""
     kind = np.float64 if dtype == "double" else np.float32
-    made = texts(observer, NAME, dtype, signals(observer))
-    made |= {"driver.c": driver(NAME, dtype, uses(observer))}
-    run = library(made, OTHERWISE).run
-    inputs = (np.ascontiguousarray(X, kind) for X in (u, y))
-    what = np.zeros((len(y), len(observer.P)), kind)
-    pointers = [X.ctypes.data_as(ctypes.c_void_p) for X in (*inputs, what)]
-    if refused := run(ctypes.c_int(len(y)), *pointers):
-        raise DesignError(
-            f"the C refused sample {refused} of the simulated record: a reading is "
-            f"beyond the range of {dtype}; scale the units"
-        )
-    return what.astype(float)
-
-
-def _sigma(observer: Observer, plant: Plant) -> Vector | None:
-    """Steady standard deviations of the estimates, or None where there are none."""
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            Sigma = error_covariance(observer, plant, U=0 if plant.m else None)
-    except ValueError:
-        return None
-    return np.sqrt(np.maximum(Sigma.diagonal(), 0))
-
-
-def _over(size: Vector, sigma: Vector | None) -> Vector | None:
-    if sigma is None:
-        return None
-    none = np.where(size > 0, np.inf, 0.0)
-    return np.divide(size, sigma, out=none, where=sigma > 0)
+    made = library(texts(observer, NAME, dtype, signals(observer)), OTHERWISE)
+    rows = {k: np.ascontiguousarray(X, kind) for k, X in dict(u=u, y=y).items()}
+    rows["what"] = np.zeros((len(y), len(observer.P)), kind)
+    state = ctypes.create_string_buffer(8 * max(observer.order, 1))
+    getattr(made, f"{NAME}_init")(state, None)
+    calls = []
+    for use in uses(observer)[1:]:
+        call = getattr(made, f"{NAME}_{use.name}")
+        call.argtypes = [ctypes.c_void_p] * (1 + len(use.arguments))
+        given = [rows[k] for k in use.arguments]
+        calls.append((call, [(X.ctypes.data, X.strides[0]) for X in given]))
+    for k in range(len(y)):
+        for call, given in calls:
+            if call(state, *(start + k * stride for start, stride in given)):
+                raise DesignError(
+                    f"the C refused sample {k + 1} of the simulated record: a reading "
+                    f"is beyond the range of {dtype}; scale the units"
+                )
+    return rows["what"].astype(float)

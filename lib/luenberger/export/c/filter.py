@@ -1,12 +1,13 @@
 """A plant's filter in C: the covariance as U D U', one output at a time.
 
 Up to `FEW` states it is written as statements, else, or where outputs share noises
-with each other or with the next state, as the loops of `filtering.passes`.  Both do
-the operations of `Filter`, in their order.
+with the next state or are accurate and noisy, as the loops of `filtering.passes`.  Both
+do the operations of `Filter`, in their order.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 
 import numpy as np
@@ -15,6 +16,7 @@ from numpy.typing import ArrayLike
 from ...errors import DesignError
 from ...filtering.maps import Settings
 from ...filtering.pack import begin, over
+from ...filtering.passes import FEW
 from ...kernels.c.file import File
 from ...numeric import Matrix
 from ...numeric.factors import factor
@@ -23,13 +25,12 @@ from . import source_and_header
 from .filter_few import Few
 from .filter_functions import Functions
 from .filter_loops import Loops
-from .filter_start import Start
 from .identifiers import quoted
 from .observer import inputs
-from .selftest import selftest
-from .source_and_header import Signals
+from .source_and_header import Module, Signals
 
 LEAST = 3  # rows of a self-test
+NUMBERS = re.compile(r"(?<![\w.])(?:\d+\.\d*(?:e[-+]?\d+)?|\d+e[-+]?\d+)")
 EQUATIONS = [
     "x- = A x^ + B u                     and its covariance U D U'         (43)",
     "K = P c' / (c P c' + r)             for one output c x after the other (33)",
@@ -54,27 +55,53 @@ def texts(
         raise DesignError("the plant has no outputs, so there is nothing to filter")
     plant.at_first_sample()  # raises where it overflows
     settings, file = Settings(plant, m1, weight), File(name, real)
-    start = Start(settings, real)
-    made: Functions = (Few if start.few else Loops)(start, file)
-    u, y = _record(plant)
-    wanted = _found(settings, u, y)
+    few = settings.way == "nothing" and plant.n <= FEW
+    made: Functions = (Few if few else Loops)(settings, file)
     functions = made.functions()
-    body = source_and_header.source(file, functions)
-    body += "\n" + selftest(file, made.uses, u, y, wanted)
+    says = {
+        "x": "x^ of this sample, or of the next before it is used",
+        "met": "what the prediction is a sum of, in size",
+        "D": "D of its error covariance U D U'",
+        "V": "U above its diagonal of ones, column by column" if few
+        else "U', row by row",
+        "E": "columns of gains of the sample",
+        "e": "their weights",
+    }  # fmt: skip
+    if made.sizes["x"] > plant.n:
+        says["x"] += ", and noises that its outputs share"
+    members = [(k, size, says[k]) for k, size in made.sizes.items() if size]
+    if made.sizes.get("e"):
+        members.append(("int seen", 1, "which outputs arrived"))
+    constants = {x for text in functions[-3:] for x in NUMBERS.findall(text)}
+    tables = sum(X.size for X in file.tables.values())
+    u, y = _record(plant)
+    begins, rows = begin(settings, np.zeros(plant.m)), len(y)
+    while True:  # as many rows as have digits enough, where the plant runs away
+        try:
+            wanted = over(settings, begins, y[:rows], u[:rows]).x
+            break
+        except DesignError:
+            rows //= 2
+            if rows < LEAST:
+                raise
     accurate = ", ".join(quoted(plant.output_names[k]) for k in settings.accurate)
-    head = source_and_header.header(
-        file,
-        f"The filter of {plant.n} states"
-        + (f", {accurate} treated as exact." if accurate else " (Kalman)."),
-        EQUATIONS,
-        plant.dt,
-        Signals(plant.input_names, plant.output_names, plant.state_names),
-        made.members(),
-        made.uses,
-        _arguments(plant),
-        made.notes(functions),
+    kind = f", {accurate} treated as exact." if accurate else " (Kalman)."
+    return source_and_header.texts(
+        Module(
+            file,
+            f"The filter of {plant.n} states{kind}",
+            EQUATIONS,
+            [],
+            plant.dt,
+            Signals(plant.input_names, plant.output_names, plant.state_names),
+            members,
+            made.uses,
+            functions,
+            len([x for x in constants if float(x) not in (0, 1)]) + tables,
+            made.costs(functions),
+            (u, y, wanted),
+        )
     )
-    return source_and_header.stamped(name, head, body)
 
 
 def _record(plant: Plant) -> tuple[Matrix, Matrix]:
@@ -92,30 +119,3 @@ def _record(plant: Plant) -> tuple[Matrix, Matrix]:
         x = plant.A @ x + plant.B @ u[k] + noise[:n]
     y[4::5, 0], y[7::9] = np.nan, np.nan  # one missing, all missing
     return u, y
-
-
-def _found(settings: Settings, u: Matrix, y: Matrix) -> Matrix:
-    """Estimates of as many rows as have digits enough, where the plant runs away."""
-    begins, rows = begin(settings, np.zeros(settings.plant.m)), len(y)
-    while True:
-        try:
-            return over(settings, begins, y[:rows], u[:rows]).x
-        except DesignError:
-            rows //= 2
-            if rows < LEAST:
-                raise
-
-
-def _arguments(plant: Plant) -> dict[str, list[str]]:
-    """What the arguments of all functions are."""
-    early = ["and, in an estimate, at its own instant"] * bool(plant.E.any())
-    return {
-        "x0": ["the state at the first sample, before it is used; NULL: that of the",
-               "plant's data"],
-        "sigma0": ["its standard deviations, 0 of what is known exactly; NULL: with",
-                   "the covariance of the plant's data"],
-        "u": ["known inputs, which act from this sample to the next", *early],
-        "y": ["measurements of this sample; NaN: not measured, the others are used"],
-        "what": ["the estimate, written by an estimate"],
-        "variances": ["of the errors of the state's estimates, written"],
-    }  # fmt: skip

@@ -1,221 +1,205 @@
-"""What both ways of writing a filter in C share."""
+"""What a device has of a filter, and what both ways of writing it in C share."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from string import Template
-from typing import Any
+import re
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from ...filtering.passes import CLASH, TINY
+from ...filtering import passes
+from ...filtering.maps import Settings
+from ...filtering.pack import begin
+from ...filtering.passes import CLASH, TINY, Maps
 from ...kernels.c.file import File, function
-from ...kernels.c.writer import C, listed, typed
-from ...numeric import Matrix
-from . import source_and_header
-from .filter_start import Start
+from ...kernels.c.numbers import representable
+from ...kernels.c.writer import C
+from ...numeric import Vector
 from .observer import sum_of
 from .printed import Printed
-from .source_and_header import Cost, Members, Use
+from .source_and_header import Cost, Use, prototype
 
 ROUGH = {"double": (TINY, CLASH), "float": (1e-6, 1e-3)}  # in place of TINY and CLASH
+NAMES = dict(M="A", B="A", G="Q", r="R")  # of maps, as a user knows them
 CODES = (
     "0: done; 1: a number is not finite; 2: a reading contradicts what is known",
     "exactly.  After 1 and 2 state and what are as they were.",
 )
-BEGIN = ("Before the first sample.",)
-SPREAD = ("How uncertain the state is, after an estimate or an advance.",)
-MET = "what the prediction is a sum of, in size"
-
-FINITE = """\
-    for (int i = 0; i < $size; i++) {
-        wrong += (isfinite(state->$member[i]) != 0) ? 0 : 1;
-    }"""
-SET = """\
-    for (int i = 0; i < $size; i++) {
-        state->$member[i] = $value;
-    }"""
-STARTED = """\
-    if (x0 != NULL) {
-        for (int i = 0; i < $n; i++) {
-            state->$z[i] = x0[i];$met
-        }
-    }
-    if (sigma0 != NULL) {$unit
-        for (int i = 0; i < $N; i++) {
-            state->D[i] = $own;
-        }
-    }$more"""
-READ = """\
-    for (int j = 0; j < $p; j++) {
-        if (isnan(given[j]) == 0) {
-            $call;
-            if ((found[0] == 0.0) && (fabs(found[1]) > $clash * found[2])) {
-                return 2;
-            }$more
-        }
-    }"""
-WHITEN = """\
-    $real C[$size];
-    $real R[$square];
-    $real r[$p];
-    for (int i = 0; i < $size; i++) {
-        C[i] = ${name}_C[i];
-    }
-    for (int i = 0; i < $square; i++) {
-        R[i] = ${name}_R[i];
-    }
-    $call;"""
 
 
 class Functions:
-    """The functions of a filter.
+    """The functions of a filter, in the numbers of a device.
 
     Attributes
     ----------
+    maps : Maps
+        Of a sample with every output.
+    correlated : bool
+        Whether readings are combined, so that their noises are not correlated.
+    first : dict of str to ndarray
+        The state ahead of the first sample.
     uses : list of Use
     sizes : dict of str to int
-        Members of the state, and their lengths; the estimate is the first.
+        Members of the state, and their lengths; 0: there is none.
+    printed : Printed
+        The texts of `passes` that they call.
     """
 
     sizes: dict[str, int]
     printed: Printed
+    estimate: Callable[[], C]
+    advance: Callable[[], C]
+    variances: Callable[[], C]
+    # of an estimate and an advance, apart from what both test of the state
+    operations: Callable[[Sequence[str]], Sequence[int]]
+    unit: str  # entry i of V where sigma0 is given
+    also: Sequence[str] = ()  # at the start
 
-    def __init__(self, start: Start, file: File) -> None:
-        self.start, self.plant, self.file = start, start.plant, file
-        self.maps, self.name, self.real = start.maps, file.name, file.real
-        self.n, self.p = self.plant.n, self.plant.p
+    def __init__(self, settings: Settings, file: File) -> None:
+        self.settings, self.file, plant = settings, file, settings.plant
+        self.plant, self.name, self.real = plant, file.name, file.real
+        self.n, self.p = plant.n, plant.p
         self.tiny, self.clash = ROUGH[self.real]
-        early, moved = (
-            ("const u",) * bool(X.any()) for X in (self.plant.E, self.plant.B)
-        )
+        R = plant.at(0).covariances()[1]
+        alone = settings.way == "nothing"
+        self.correlated = alone and bool((R - np.diag(R.diagonal())).any())
+        self.maps = self.at(np.ones(self.p, dtype=bool))
+        end = begin(settings, np.zeros(plant.m))
+        z, V, D, E, e = (X.copy() for X in end.state)
+        met = np.abs(z[: self.n])
+        if not plant.at_first:
+            M, B, G, X, _, _, _, d = settings.at(0, end.seen)[0]
+            wide = B.shape[1] + G.shape[1] + (len(e) if X.shape[1] else 0)
+            room = np.zeros
+            passes.predict.on()(
+                M, B, G, X, d, room(self.n), z, V, D, E, e, room((self.n, wide)),
+                room(wide), room(self.n), met, room((0, self.n)), room(wide),
+            )  # fmt: skip
+        first = dict(x=z, met=met, D=D, V=V)
+        self.first = {k: representable("P0", X, self.real) for k, X in first.items()}
+        early, moved = ("u" * bool(X.any()) for X in (plant.E, plant.B))
         self.uses = [
-            Use("init", ("const x0", "const sigma0"), BEGIN, "void"),
-            Use("estimate", (*early, "const y", "what"), CODES),
-            Use("advance", moved, CODES),
-            Use("variances", ("variances",), SPREAD, "void"),
-        ]
+            Use("init", ("x0", "sigma0"), ["Before the first sample."]),
+            Use("estimate", (*early, "y", "what"), CODES),
+            Use("advance", (*moved,), CODES),
+            Use("variances", ("variances",),
+                ["How uncertain the state is, after an estimate or an advance."]),
+        ]  # fmt: skip
+
+    def at(self, seen: Vector) -> Maps:
+        """The maps of a sample, by what arrives."""
+        found = self.settings.at(1, seen)[0]._asdict()
+        return Maps(
+            **{
+                k: representable(NAMES.get(k, k), X, self.real)
+                for k, X in found.items()
+            }
+        )
 
     def functions(self) -> list[str]:
-        """Tables and functions; the last three are estimate, advance, variances."""
-        raise NotImplementedError
-
-    def members(self) -> Members:
-        """Of the state, with what they mean."""
-        raise NotImplementedError
-
-    def costs(self, functions: Sequence[str]) -> tuple[int, dict[str, Cost]]:
-        """Numbers that are constant, and what functions cost."""
-        raise NotImplementedError
-
-    def notes(self, functions: Sequence[str]) -> list[str]:
-        """Lines of the header."""
-        state = sum(size for _, size, _ in self.members())
-        return source_and_header.cost_notes(self.file, state, *self.costs(functions))
-
-    def text(self, template: str, **words: Any) -> str:
-        """Lines of C."""
-        known = dict(n=self.n, p=self.p, name=self.name, real=self.real)
-        known |= dict(clash=repr(self.clash))
-        return typed(Template(template).substitute(known, **words), self.real)
-
-    def written(self, use: str, *lines: str) -> str:
-        """A function of the header."""
-        head = next(one for one in self.uses if one.name == use)
-        return function(source_and_header.prototype(self.file, head), [*lines])
-
-    def wrong(self, array: str, size: int, test: str) -> str:
-        """Refuse a number of an array."""
-        to = C(self.real)
-        to.loop("i", 0, size)
-        to.need(f"{test.format(f'{array}[i]')}")
-        to.end()
-        return "\n".join(to.lines)
-
-    def readings(self) -> list[str]:
-        """Refuse what is infinite."""
-        inputs = self.wrong("u", self.plant.m, "isfinite({}) != 0")
-        return [inputs] * bool(self.plant.E.any()) + [
-            self.wrong("y", self.p, "isinf({}) == 0")
+        """All of them, and the tables that they alone read."""
+        return [
+            *self.printed.texts,
+            self.finite(),
+            *(
+                function(prototype(self.file, use), getattr(self, use.name)().lines)
+                for use in self.uses
+            ),
         ]
 
-    def reading(self, j: int) -> str:
-        """y less E u."""
-        known = self.known(self.plant.E, j)
-        return f"y[{j}]" if known == "0.0" else f"y[{j}] - ({known})"
+    def costs(self, functions: Sequence[str]) -> dict[str, Cost]:
+        found, state = {}, sum(self.sizes.values())
+        local = re.compile(
+            rf"^ +(?:const )?{self.real} \w+(?:\[(\d+)\])?(?: =|;)", re.M
+        )
+        for k, (use, done) in enumerate(
+            zip(("estimate", "advance"), self.operations(functions))
+        ):
+            room = sum(int(size or 1) for size in local.findall(functions[k - 3]))
+            found[use] = Cost(None, done + state, room + state)
+        return found
 
-    def known(self, X: Matrix, i: int) -> str:
-        """What a row of a matrix makes of the inputs."""
-        return sum_of(self.start.narrow("B", X)[i].tolist(), "u")
+    def init(self) -> C:
+        to = C(self.real)
+        sizes = {k: size for k, size in self.sizes.items() if size}
+        first = {k: self.first.get(k, np.zeros(size)) for k, size in sizes.items()}
+        for k, X in first.items():
+            if X.any():
+                to.table(k, X)
 
-    def given(self) -> list[str]:
-        """Readings less E u, in an array."""
-        lines = [f"    {self.real} given[{self.p}];"]
-        lines += [f"    given[{j}] = {self.reading(j)};" for j in range(self.p)]
-        return [typed(line, self.real) for line in lines]
+        def fill(k: str, value: str) -> None:
+            to.loop("i", 0, sizes[k])
+            to.set(f"state->{k}[i]", value)
+            to.end()
 
-    def read(
-        self, z: str, V: str, D: str, met: str, K: str, more: str = ""
-    ) -> list[str]:
-        """Take in the readings that arrived, in the order of outputs."""
-        N, lines = len(self.start.state["z"]), []
-        C_, r = f"{self.name}_C", f"{self.name}_r[j]"
-        if self.start.correlated:
-            C_, r = "C", "r[j]"
-            for k, X in dict(C=self.plant.C, R=self.plant.R).items():
-                self.file.tables[f"{self.name}_{k}"] = self.start.narrow(k, X)
-            call = self.printed.call("whiten", R="R", C="C", y="given", r="r")
-            sizes = dict(size=self.p * N, square=self.p**2)
-            lines.append(self.text(WHITEN, call=call, **sizes))
-        call = self.printed.call(
-            "read", y="given[j]", V=V, D=D, c=f"&{C_}[j * {N}]", r=r, z=z, met=met, K=K,
-            f="f", found="found",
-        )  # fmt: skip
-        return [*lines, self.text(READ, call=call, more=more)]
+        for k, X in first.items():
+            fill(k, f"{k}[i]" if X.any() else "0.0")
+        to.check("x0 != NULL")
+        to.loop("i", 0, self.n)
+        to.set("state->x[i]", "x0[i]")
+        if "met" in sizes:
+            to.set("state->met[i]", "fabs(x0[i])")
+        to.end()
+        to.end()
+        to.check("sigma0 != NULL")
+        own, N = "sigma0[i] * sigma0[i]", sizes["D"]
+        if "V" in sizes:
+            fill("V", self.unit)
+        fill("D", own if N == self.n else f"(i < {self.n}) ? ({own}) : 1.0")
+        to.end()
+        to.lines += self.also
+        return to
 
     def finite(self) -> str:
-        """Whether all numbers of a state are."""
-        found = [
-            self.text(FINITE, size=size, member=k)
-            for k, size in self.sizes.items()
-            if size
-        ]
+        to = C(self.real)
+        to.line("int wrong = 0;")
+        for k, size in self.sizes.items():
+            if size:
+                to.loop("i", 0, size)
+                to.line(f"wrong += (isfinite(state->{k}[i]) != 0) ? 0 : 1;")
+                to.end()
+        to.line("return wrong == 0;")
         head = f"static int {self.name}_finite(const {self.name}_state *state)"
-        lines = ["    int wrong = 0;", *found, "    return wrong == 0;"]
         return "/* Whether all numbers of a state are finite. */\n" + function(
-            head, lines
+            head, to.lines
         )
 
-    def init(self, V: Matrix, unit: str, more: str = "") -> str:
-        """The start; V is that of the plant's data, `unit` of what is independent."""
-        z, *_ = self.sizes
-        tables = {**self.start.state, z: self.start.state["z"], "V": V}
-        lines = []
-        for member, size in self.sizes.items():
-            X = tables.get(member, np.zeros(size))
-            if size:
-                some = bool(np.any(X))
-                if some:
-                    table = f"    static const {self.real} {member}[{size}] = "
-                    lines.append(typed(f"{table}{listed(X)};", self.real))
-                value = f"{member}[i]" if some else "0.0"
-                lines.append(self.text(SET, size=size, member=member, value=value))
-        lines = [x for x in lines if "static" in x] + [
-            x for x in lines if "static" not in x
-        ]
-        N = self.sizes["D"]
-        own = "sigma0[i] * sigma0[i]"
-        set_V = self.text(SET, size=self.sizes["V"], member="V", value=unit)
-        words: Mapping[str, Any] = dict(
-            z=z,
-            N=N,
-            own=own
-            if self.n == N
-            else f"(i < {self.n}) ? (sigma0[i] * sigma0[i]) : 1.0",
-            met="\n            state->met[i] = fabs(x0[i]);" * bool(self.sizes["met"]),
-            unit="\n" + set_V.replace("    ", "        ", 1).replace("\n", "\n    ")
-            if self.sizes["V"]
-            else "",
-            more=f"\n    {more}" if more else "",
-        )
-        return self.written("init", *lines, self.text(STARTED, **words))
+    def begun(self, use: str) -> C:
+        """The next state, which is this one; an estimate has what was given to it."""
+        to, plant = C(self.real), self.plant
+        X, array = (plant.E, "given") if use == "estimate" else (plant.B, "drive")
+        if X.any():
+            to.each("u", plant.m, "isfinite({}) != 0")
+        if use == "estimate":
+            to.each("y", self.p, "isinf({}) == 0")
+        to.line(f"{self.name}_state next;")
+        to.line("next = *state;")
+        to.array(array, len(X))
+        for i, row in enumerate(representable("B", X, self.real).tolist()):
+            known = sum_of(row, "u")
+            if use == "estimate":
+                known = f"y[{i}]" if known == "0.0" else f"y[{i}] - ({known})"
+            to.set(f"{array}[{i}]", known)
+        if use == "estimate" and self.correlated:
+            for k, Y in dict(C=plant.C, R=plant.R).items():
+                self.file.tables[f"{self.name}_{k}"] = representable(k, Y, self.real)
+                to.array(k, Y.size)
+                to.loop("i", 0, Y.size)
+                to.set(f"{k}[i]", f"{self.name}_{k}[i]")
+                to.end()
+            to.array("r", self.p)
+            to.line(f"{self.printed.call('whiten', R='R', C='C', y='given', r='r')};")
+        return to
+
+    def ended(self, to: C, what: str = "") -> C:
+        """The state is the next one if that is finite, and the estimate is `what`."""
+        to.when(f"{self.name}_finite(&next) == 0", "return 1;")
+        if what == "shown":
+            to.each(what, self.n, "isfinite({}) != 0")
+        to.line("*state = next;")
+        if what:
+            to.loop("i", 0, self.n)
+            to.set("what[i]", f"{what}[i]")
+            to.end()
+        to.line("return 0;")
+        return to

@@ -7,109 +7,85 @@ from typing import Any
 
 import numpy as np
 
+from ...errors import DesignError
 from ...filtering import passes
+from ...filtering.maps import Settings
+from ...filtering.passes import Maps
 from ...kernels.c.file import File
-from ...kernels.c.writer import listed
-from .filter_functions import MET, Functions
-from .filter_start import MOVING, Start
+from ...kernels.c.writer import C, listed
+from .filter_functions import Functions
 from .printed import ORDER, Printed
-from .source_and_header import Cost, Members, wrapped
+from .source_and_header import wrapped
 
-ROOM = """\
-    ${name}_state next;
-    $real f[$N];
-    $real found[3];
-    $real shown[$n];
-    next = *state;"""
-PUSHED = """\
-    $real spare[$n];
-    int seen = 0;
-    for (int j = 0; j < $p; j++) {
-        next.e[j] = 0.0;
-    }"""
-TOLD = """
-            next.e[j] = ${name}_over(1.0, found[0]);
-            seen += ${name}_bit[j];"""
-ESTIMATED = """\
-    if (${name}_finite(&next) == 0) {
-        return 1;
-    }
-    for (int i = 0; i < $n; i++) {
-        shown[i] = next.z[i];$spare
-    }$push
-    for (int i = 0; i < $n; i++) {
-        if (isfinite(shown[i]) == 0) {
-            return 1;
-        }
-    }
-    for (int i = 0; i < $n; i++) {
-        what[i] = shown[i];
-    }
-    *state = next;
-    return 0;"""
-ADVANCED = """\
-    $call;$forget
-    if (${name}_finite(&next) == 0) {
-        return 1;
-    }
-    *state = next;
-    return 0;"""
-FORGET = """
-    for (int j = 0; j < $p; j++) {
-        next.e[j] = 0.0;
-    }
-    next.seen[0] = $none;"""
+MOST = 6  # outputs of which each choice has matrices of its own
+MOVING = ("M", "B", "X", "O")  # maps that hang on which outputs arrived
 
 
 class Loops(Functions):
     """Loops; of noisy outputs that are treated as exact also what the sample told."""
 
-    def __init__(self, start: Start, file: File) -> None:
-        super().__init__(start, file)
-        (n, N), g = self.maps.B.shape, self.maps.G.shape[1]
+    def __init__(self, settings: Settings, file: File) -> None:
+        super().__init__(settings, file)
+        (n, N), g, p = self.maps.B.shape, self.maps.G.shape[1], self.p
         self.pushed = self.maps.O.shape[1]
-        t = self.p if self.pushed else 0
-        sizes = dict(n=n, N=N, g=g, p=self.p, o=self.pushed, e=N - n, t=t, w=N + g + t)
+        t = p if self.pushed else 0
         self.N, self.wide = N, N + g + t
-        left_out = {"push": not self.pushed, "whiten": not start.correlated}
+        sizes = dict(n=n, N=N, g=g, p=p, o=self.pushed, e=N - n, t=t, w=self.wide)
+        left_out = {"push": not self.pushed, "whiten": not self.correlated}
         wanted = [k for k in ORDER if not left_out.get(k)]
         self.printed = Printed(self.name, self.real, sizes, self.tiny, wanted)
-        self.bits, self.at, self.found = [0], [0], [self.maps]
+        self.sizes = dict(x=N, met=n, D=N, V=N * N, E=t * N, e=t)
+        self.unit = f"((i % {N + 1}) == 0) ? 1.0 : 0.0"
+        # for each output its bit, for each sum of bits which maps, and the maps
+        self.bits, self.at_, self.found = [0] * p, [0], [self.maps]
         if self.pushed:
-            self.bits, self.at, self.found = start.patterns()
+            self._patterns()
+            self.also = [f"    state->seen[0] = {self.at_[0]};"]
         self.alike = all(np.array_equal(one.M, one.B) for one in self.found)
-        self.sizes = {"z": N, "met": n, "D": N, "V": N * N, "E": t * N, "e": t}
-        whitened = "Cr" if start.correlated else ""
-        for k in self.maps._fields:
+        whitened = "Cr" if self.correlated else ""
+        for k in Maps._fields:
             X = getattr(self.maps, k)
             if k in MOVING:
                 X = np.array([getattr(one, k) for one in self.found])
             if X.size and k not in whitened and not (k == "B" and self.alike):
                 file.tables[f"{self.name}_{k}"] = X
 
-    def members(self) -> Members:
-        more = ", and noises that its outputs share" if self.N > self.n else ""
-        said = [f"x^ of this sample, or of the next before it is used{more}", MET,
-                "D of its error covariance U D U'", "U', row by row",
-                "columns of gains of the sample", "their weights"]  # fmt: skip
-        found = zip(self.sizes.items(), said, strict=True)
-        members = [(k, size, x) for (k, size), x in found if size]
-        return members + [("int seen", 1, "which outputs arrived")] * bool(self.pushed)
+    def _patterns(self) -> None:
+        """Which maps belong to which outputs.
+
+        Where no noise is shared with the next state, only outputs that are treated as
+        exact have a bit: whether others arrive changes no matrix.
+        """
+        S, settings, found = self.plant.S, self.settings, dict[bytes, int]()
+        told = isinstance(settings.weight, str) or (S is not None and np.any(S))
+        which = range(self.p) if told else sorted(settings.accurate)
+        if len(which) > MOST:
+            raise DesignError(
+                "noisy outputs are treated as exact, and the matrices of a sample hang "
+                f"on which of {len(which)} outputs arrive: too many choices for a "
+                "device. Leave out m1, or treat outputs without noise as exact."
+            )
+        for k, j in enumerate(which):
+            self.bits[j] = 2**k
+        self.at_, self.found = [], []
+        for code in range(2 ** len(which)):
+            maps = self.at(np.array([not bit or bool(bit & code) for bit in self.bits]))
+            key = b"".join(getattr(maps, k).tobytes() for k in MOVING)
+            if key not in found:
+                found[key] = len(found)
+                self.found.append(maps)
+            self.at_.append(found[key])
 
     def functions(self) -> list[str]:
-        tables, more = [], ""
-        if self.pushed:
-            more = f"state->seen[0] = {self.at[0]};"
-            for k, values in dict(at=self.at, bit=self.bits).items():
-                listed = ", ".join(map(str, values))
-                size = len(values)
-                tables.append(
-                    f"static const int {self.name}_{k}[{size}] = {{{listed}}};\n"
-                )
-        unit = f"((i % {self.N + 1}) == 0) ? 1.0 : 0.0"
-        init = self.init(self.start.state["V"].ravel(), unit, more)
-        return [*tables, *self.printed.texts, self.finite(), init, self.estimate(),
-                self.advance(), self.variances()]  # fmt: skip
+        tables = dict(at=self.at_, bit=self.bits) if self.pushed else {}
+        return [
+            *(
+                f"static const int {self.name}_{k}[{len(values)}] = "
+                f"{{{', '.join(map(str, values))}}};\n"
+                for k, values in tables.items()
+            ),
+            *super().functions(),
+        ]
 
     def matrix(self, k: str, state: str) -> str:
         """The table of a map: that of what arrived, where there are several."""
@@ -118,83 +94,94 @@ class Loops(Functions):
             return f"&{table}[{state}seen[0] * {getattr(self.maps, k).size}]"
         return table
 
-    def estimate(self) -> str:
-        lines = [*self.readings(), *self.given(), self.text(ROOM, N=self.N)]
-        K, more, words = "K", "", dict(spare="", push="")
+    def estimate(self) -> C:
+        to, n, N, name = self.begun("estimate"), self.n, self.N, self.name
+        for k, size in dict(f=N, found=3).items():
+            to.array(k, size)
         if self.pushed:
-            lines.append(self.text(PUSHED))
-            K, more = f"&next.E[j * {self.N}]", self.text(TOLD)
-            push = wrapped(self.push("next.", "shown", "spare") + ";")
-            words["spare"] = "\n        spare[i] = 0.0;"
-            words["push"] = f"\n    {push}".replace("\n    ", "\n    ")
+            to.array("shown", n)
+            to.array("spare", n)
+            to.line("int seen = 0;")
         else:
-            lines.append(f"    {self.real} K[{self.N}];")
-        lines += self.read("next.z", "next.V", "next.D", "next.met", K, more)
+            to.array("K", N)
+        C_, r = ("C", "r") if self.correlated else (f"{name}_C", f"{name}_r")
+        call = self.printed.call(
+            "read", y="given[j]", V="next.V", D="next.D", c=f"&{C_}[j * {N}]",
+            r=f"{r}[j]", z="next.x", met="next.met", f="f", found="found",
+            K=f"&next.E[j * {N}]" if self.pushed else "K",
+        )  # fmt: skip
+        to.loop("j", 0, self.p)
         if self.pushed:
-            lines.append(f"    next.seen[0] = {self.name}_at[seen];")
-        return self.written("estimate", *lines, self.text(ESTIMATED, **words))
+            to.set("next.e[j]", "0.0")
+        to.check("isnan(given[j]) == 0")
+        to.line(f"{call};")
+        clash = f"fabs(found[1]) > {self.clash!r} * found[2]"
+        to.when(f"(found[0] == 0.0) && ({clash})", "return 2;")
+        if self.pushed:
+            to.set("next.e[j]", f"{name}_over(1.0, found[0])")
+            to.line(f"seen += {name}_bit[j];")
+        to.end()
+        to.end()
+        if not self.pushed:
+            return self.ended(to, "next.x")
+        to.line(f"next.seen[0] = {name}_at[seen];")
+        to.loop("i", 0, n)
+        to.set("shown[i]", "next.x[i]")
+        to.set("spare[i]", "0.0")
+        to.end()
+        to.line(f"{self.push('next.', 'shown', 'spare')};")
+        return self.ended(to, "shown")
 
     def push(self, of: str, x: str, variances: str) -> str:
-        given = dict(O=self.matrix("O", of), z=f"{of}z", E=f"{of}E", e=f"{of}e")
-        return self.printed.call("push", **given, x=x, variances=variances)
+        given = dict(O=self.matrix("O", of), z=f"{of}x", E=f"{of}E", e=f"{of}e")
+        return wrapped(self.printed.call("push", **given, x=x, variances=variances))
 
-    def advance(self) -> str:
-        lines, n = [], self.n
-        if self.plant.B.any():
-            lines.append(self.wrong("u", self.plant.m, "isfinite({}) != 0"))
-        lines += [f"    {self.name}_state next;", "    next = *state;"]
-        room = dict(drive=n, W=n * self.wide, w=self.wide, h=self.wide, made=n)
-        lines += [f"    {self.real} {k}[{size}];" for k, size in room.items()]
-        drive = [f"    drive[{i}] = {self.known(self.plant.B, i)};" for i in range(n)]
-        lines += [self.text(line) for line in drive]
+    def advance(self) -> C:
+        to, n, wide = self.begun("advance"), self.n, self.wide
+        for k, size in dict(W=n * wide, w=wide, h=wide, made=n).items():
+            to.array(k, size)
         call = self.printed.call(
             "predict", **{k: self.matrix(k, "next.") for k in "MBGX"},
-            d=f"{self.name}_d", drive="drive", z="next.z", V="next.V", D="next.D",
+            d=f"{self.name}_d", drive="drive", z="next.x", V="next.V", D="next.D",
             E="next.E", e="next.e", W="W", w="w", made="made", met="next.met", h="h",
         )  # fmt: skip
-        forget = self.text(FORGET, none=self.at[0]) if self.pushed else ""
-        lines.append(self.text(ADVANCED, call=wrapped(call), forget=forget))
-        return self.written("advance", *lines)
-
-    def variances(self) -> str:
-        given = dict(V="state->V", D="state->D", variances="variances")
-        lines = [f"    {self.printed.call('spread', **given)};"]
+        to.line(f"{wrapped(call)};")
         if self.pushed:
-            spare = f"    {self.real} spare[{self.n}] = {listed(np.zeros(self.n))};"
-            lines = [self.text(spare), *lines]
-            lines.append(f"    {wrapped(self.push('state->', 'spare', 'variances'))};")
-        return self.written("variances", *lines)
+            to.loop("j", 0, self.p)
+            to.set("next.e[j]", "0.0")
+            to.end()
+            to.line(f"next.seen[0] = {self.at_[0]};")
+        return self.ended(to)
 
-    def costs(self, functions: Sequence[str]) -> tuple[int, dict[str, Cost]]:
-        maps, n, N, wide, p = self.maps, self.n, self.N, self.wide, self.p
-        state, m = sum(self.sizes.values()), self.plant.m
+    def variances(self) -> C:
+        to, given = C(self.real), dict(V="state->V", D="state->D")
+        if self.pushed:
+            to.array("spare", self.n, f" = {listed(np.zeros(self.n))}")
+        to.line(f"{self.printed.call('spread', **given, variances='variances')};")
+        if self.pushed:
+            to.line(f"{self.push('state->', 'spare', 'variances')};")
+        return to
+
+    def operations(self, functions: Sequence[str]) -> tuple[int, int]:
+        n, N, wide, p, m = self.n, self.N, self.wide, self.p, self.plant.m
         room = lambda *shape: counted(np.zeros(shape))  # noqa: E731
-        V = np.tril(np.full((N, N), 0.5), -1) + np.eye(N)
-        z, V, D, E, e = map(counted, (np.ones(N), V, np.ones(N), np.ones((p, N)),
-                                      np.ones(p)))  # fmt: skip
-        given = (counted(X) for X in (maps.M, maps.B, maps.G, maps.X, maps.d))
+        z, D, E, e = (counted(np.ones(size)) for size in (N, N, (p, N), p))
+        V = counted(np.tril(np.full((N, N), 0.5), -1) + np.eye(N))
+        maps = Maps(*map(counted, self.maps))
         Counted.done = 0
         passes.predict.on()(
-            *given, room(n), z, V, D, E, e, room(n, wide), room(wide), room(n),
-            room(n), room(0, n), room(wide),
+            maps.M, maps.B, maps.G, maps.X, maps.d, room(n), z, V, D, E, e,
+            room(n, wide), room(wide), room(n), room(n), room(0, n), room(wide),
         )  # fmt: skip
         ahead, Counted.done = Counted.done, 0
-        if self.start.correlated:
-            passes.whiten.on()(counted(self.plant.R), counted(maps.C), room(p), room(p))
+        if self.correlated:
+            passes.whiten.on()(counted(self.plant.R), maps.C, room(p), room(p))
         for c, r in zip(maps.C, maps.r):
-            passes.read.on()(
-                Counted(9.0), V, D, counted(c), Counted(r), z, room(n), room(N), room(N)
-            )
+            passes.read.on()(Counted(9), V, D, c, r, z, room(n), room(N), room(N))
         if self.pushed:
-            passes.push.on()(counted(maps.O), z, E, e, room(n), room(n))
-        known = [2 * int((X != 0).sum()) for X in (self.plant.E, self.plant.B)]
-        behind = Counted.done + state + p + n + known[0]
-        constants = sum(X.size for X in self.file.tables.values())
-        return constants, {
-            "estimate": Cost(None, behind, state + 2 * N + p + n + 3),
-            "advance": Cost(None, ahead + state + m + known[1],
-                            state + n * wide + 2 * wide + 2 * n),
-        }  # fmt: skip
+            passes.push.on()(maps.O, z, E, e, room(n), room(n))
+        of_E, of_B = (2 * int((X != 0).sum()) for X in (self.plant.E, self.plant.B))
+        return Counted.done + p + n + of_E, ahead + m + of_B
 
 
 class Counted(float):
@@ -207,11 +194,9 @@ class Counted(float):
 
 
 def _counting(name: str) -> Any:
-    plain = getattr(float, name)
-
     def made(*given: float) -> Any:
         Counted.done += 1
-        found = plain(*given)
+        found = getattr(float, name)(*given)
         return Counted(found) if type(found) is float else found
 
     return made
@@ -219,11 +204,4 @@ def _counting(name: str) -> Any:
 
 for _name in "add radd sub rsub mul rmul truediv rtruediv gt lt eq".split():
     setattr(Counted, f"__{_name}__", _counting(f"__{_name}__"))
-
-
-def counted(X: Any) -> np.ndarray:
-    """The same numbers, which count."""
-    made = np.empty(np.shape(X), dtype=object)
-    for at, x in np.ndenumerate(np.asarray(X)):
-        made[at] = Counted(x)
-    return made
+counted = np.vectorize(Counted, otypes=[object])

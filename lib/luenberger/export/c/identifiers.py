@@ -26,23 +26,25 @@ HEADERS = frozenset(
 )
 
 
-def identifier(name: object) -> str:
-    """Return `name` if it can begin the names of a C module, else raise."""
+def identifier(name: object) -> None:
+    """Raise ValueError unless `name` can begin the names of a C module."""
     if not isinstance(name, str) or not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name):
         raise ValueError(
             f"name must be a C identifier, a letter and then letters, digits or "
             f"underscores, got {name!r}"
         )
-    if name in KEYWORDS or name in HEADERS or "__" in name:
-        what = "a word of C" if name in KEYWORDS else "reserved in C"
-        what = "the name of a standard header" if name in HEADERS else what
-        raise ValueError(f"name {name!r} is {what}; take another, e.g. 'my_{name}'")
+    for taken, what in (
+        (name in HEADERS, "the name of a standard header"),
+        (name in KEYWORDS, "a word of C"),
+        ("__" in name, "reserved in C"),
+    ):
+        if taken:
+            raise ValueError(f"name {name!r} is {what}; take another, e.g. 'my_{name}'")
     if len(name) > LONGEST:
         raise ValueError(
             f"name {name!r} has {len(name)} characters; compilers need tell apart no "
             f"more than 31, of which _state takes 6: take at most {LONGEST}"
         )
-    return name
 
 
 def quoted(text: str) -> str:
@@ -52,17 +54,11 @@ def quoted(text: str) -> str:
 
 
 def comment(lines: Sequence[str]) -> list[str]:
-    """Lines of ASCII as one C comment, which nothing in them opens or ends."""
-    return (
-        ["/* " + unpaired(lines[0])]
-        + [f" * {unpaired(line)}".rstrip() for line in [*lines[1:]]]
-        + [" */"]
-    )
-
-
-def unpaired(text: str) -> str:
-    """The text without comment marks and trigraphs, which compilers read."""
-    for pair in ("*/", "/*", "//", "??"):
-        while pair in text:
-            text = text.replace(pair, f"{pair[0]} {pair[1]}")
-    return text
+    """Lines of ASCII as one C comment, without marks and trigraphs inside."""
+    found = []
+    for k, line in enumerate(lines):
+        for pair in ("*/", "/*", "//", "??"):
+            while pair in line:
+                line = line.replace(pair, f"{pair[0]} {pair[1]}")
+        found.append(f"{' *' if k else '/*'} {line}".rstrip())
+    return [*found, " */"]

@@ -13,6 +13,8 @@ import textwrap
 from collections.abc import Collection, Mapping
 from typing import Any
 
+import numpy as np
+
 from ...filtering import passes
 from ...kernels.c.writer import C
 from .source_and_header import wrapped
@@ -68,16 +70,6 @@ class Printed:
         return f"{self.prefix}_{name}({', '.join(inside)})"
 
 
-class _Array:
-    """What has a shape."""
-
-    def __init__(self, shape: list[int]) -> None:
-        self.shape = tuple(shape)
-
-    def __len__(self) -> int:
-        return self.shape[0]
-
-
 class _Text:
     """One text: what its names stand for, and its lines."""
 
@@ -86,11 +78,13 @@ class _Text:
         head = ast.parse(source).body[0]
         assert isinstance(head, ast.FunctionDef)
         self.all, self.name, self.head, self.to = to, name, head, C(to.real)
-        given = [one.split(":") for one in ARRAYS.get(name, "").split()]
-        shapes = {k: [to.sizes[c] for c in of.rstrip("!")] for k, of in given}
-        self.kept = {k for k, of in given if not of.endswith("!")}
-        self.arrays = {k: _Array(shape) for k, shape in shapes.items()}
-        self.empty = {k for k, shape in shapes.items() if 0 in shape}
+        given = dict(one.split(":") for one in ARRAYS.get(name, "").split())
+        self.kept = {k for k, of in given.items() if not of.endswith("!")}
+        self.arrays = {
+            k: np.empty([to.sizes[c] for c in of.rstrip("!")])
+            for k, of in given.items()
+        }
+        self.empty = {k for k, X in self.arrays.items() if not X.size}
         self.sizes: dict[str, Any] = {}  # those that the text gives names to
         arguments = [one.arg for one in head.args.args]
         to.given[name] = [k for k in arguments if k not in self.empty]
@@ -99,19 +93,17 @@ class _Text:
     def function(self) -> str:
         said = ast.get_docstring(self.head) or ""
         self.block(self.head.body)
-        kinds = [self.argument(k) for k in self.all.given[self.name]]
-        lines = "\n".join(self.to.lines)
-        kinds += [f"{self.all.real} found[]"] if "found[0]" in lines else []
-        result = self.all.real if "    return " in lines else "void"
+        lines, real, kinds = "\n".join(self.to.lines), self.all.real, []
+        for k in self.all.given[self.name]:
+            kept = k in self.kept or k not in self.arrays
+            kind = "int" if k in INDICES else real
+            kinds.append(f"{'const ' * kept}{kind} {k}{'[]' * (k in self.arrays)}")
+        kinds += [f"{real} found[]"] if "found[0]" in lines else []
+        result = real if "    return " in lines else "void"
         head = f"static {result} {self.all.prefix}_{self.name}({', '.join(kinds)})"
         return "\n".join(
             [f"/* {said.splitlines()[0]} */", wrapped(head), "{", lines, "}", ""]
         )
-
-    def argument(self, k: str) -> str:
-        kept = k in self.kept or k not in self.arrays
-        kind = "int" if k in INDICES else self.all.real
-        return f"{'const ' * kept}{kind} {k}{'[]' * (k in self.arrays)}"
 
     def row(self, x: ast.AST) -> str | None:
         """The matrix of which this is a row, or the end of one."""
@@ -121,8 +113,7 @@ class _Text:
         if isinstance(of, ast.Tuple) and not isinstance(of.elts[1], ast.Slice):
             return None
         name = ast.unparse(x.value)
-        whole = name in self.arrays and len(self.arrays[name].shape) == 2
-        return name if whole else None
+        return name if name in self.arrays and self.arrays[name].ndim == 2 else None
 
     def never(self, x: ast.AST) -> bool:
         """Whether this touches an array without entries."""
@@ -157,7 +148,7 @@ class _Text:
         target, value = x.targets[0], x.value
         text = ast.unparse(value)
         if "len(" in text or "shape" in text:  # sizes, which Python can tell
-            self.sizes |= self.arrays | {}
+            self.sizes |= self.arrays
             exec(ast.unparse(x), {}, self.sizes)
             return
         both = isinstance(target, ast.Tuple) and isinstance(value, ast.Tuple)
@@ -176,7 +167,7 @@ class _Text:
             self.scopes[-1].add(target.id)
             kind = f"{self.all.real} " * new
             if matrix:
-                self.arrays[target.id] = _Array([*self.arrays[matrix].shape[1:]])
+                self.arrays[target.id] = self.arrays[matrix][0]
                 kind = f"{'const ' * (matrix in self.kept)}{kind}*"
             self.to.line(f"{kind}{target.id} = {text};")
         elif matrix := self.row(target):  # all of a row is this number
@@ -262,34 +253,24 @@ class _Text:
             return f"({test}) ? {a} : {b}"
         if isinstance(x, ast.BoolOp):
             return " && ".join(f"({self.number(one)})" for one in x.values)
-        if isinstance(x, ast.Compare) and ast.unparse(x.left) in INDICES:
-            a, b = self.index(x.left), self.index(x.comparators[0])
-            return f"{a} {SIGNS[type(x.ops[0]).__name__]} {b}"
         if isinstance(x, ast.Compare):
-            a, b = self.number(x.left), self.number(x.comparators[0])
-            if a == b:
-                return f"isnan({a}) == 0"
-            return f"{a} {SIGNS[type(x.ops[0]).__name__]} {b}"
+            of = self.index if ast.unparse(x.left) in INDICES else self.number
+            a, b = of(x.left), of(x.comparators[0])
+            sign = SIGNS[type(x.ops[0]).__name__]
+            return f"isnan({a}) == 0" if a == b else f"{a} {sign} {b}"
         text = f"{self.number(x.left, True)} {sign} {self.number(x.right, True)}"
         return f"({text})" if inner else text
 
-    def start(self, i: str, wide: int) -> str:
-        """Where row i begins."""
-        return i if wide == 1 else f"{i} * {wide}"
-
     def entry(self, x: ast.Subscript) -> str:
-        array = ast.unparse(x.value)
-        if isinstance(x.slice, ast.Tuple):
-            end = x.slice.elts[1]
-            first = end.lower if isinstance(end, ast.Slice) else end
-            i, j = self.index(x.slice.elts[0]), self.index(first)
-            at = self.start(i, self.arrays[array].shape[1])
-            entry = f"{array}[{at}]" if j == "0" else f"{array}[({at}) + {j}]"
-            return f"&{entry}" if first is not end else entry
-        if self.row(x):
-            at = self.start(self.index(x.slice), self.arrays[array].shape[1])
-            return f"&{array}[{at}]"
-        return f"{array}[{self.index(x.slice, inner=False)}]"
+        array, at = ast.unparse(x.value), x.slice
+        if not (isinstance(at, ast.Tuple) or self.row(x)):
+            return f"{array}[{self.index(at, inner=False)}]"
+        i, end = at.elts if isinstance(at, ast.Tuple) else (at, None)
+        first = end.lower if isinstance(end, ast.Slice) else end
+        wide, j = self.arrays[array].shape[1], self.index(first) if first else "0"
+        begin = self.index(i) if wide == 1 else f"{self.index(i)} * {wide}"
+        entry = f"{array}[{begin}]" if j == "0" else f"{array}[({begin}) + {j}]"
+        return f"&{entry}" if self.row(x) else entry
 
     def called(self, x: ast.Call) -> str:
         name = ast.unparse(x.func)

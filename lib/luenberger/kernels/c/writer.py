@@ -59,6 +59,12 @@ class C:
         """Give up unless the condition holds."""
         self.when(f"!({text})", "return 1;")
 
+    def each(self, array: str, length: int, test: str) -> None:
+        """Give up unless a condition, of an entry {}, holds for every entry."""
+        self.loop("i", 0, length)
+        self.need(test.format(f"{array}[i]"))
+        self.end()
+
     def when(self, condition: str, text: str) -> None:
         """One statement under a condition."""
         self.check(condition)
