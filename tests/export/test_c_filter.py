@@ -185,6 +185,120 @@ def test_it_starts_from_what_is_known(n, more, compiled):
         assert generators.relative(unit.variances, variances) < 1e-12
 
 
+SOME = [[0, 0, 0], [0, 1, 0.4], [0, 0.4, 2]]  # one is exact, two share noises
+LAWS = {
+    "few": (3, dict(correlated=False), {}),
+    "some exact": (3, dict(R=np.diag([0, 1.0, 0.5])), {}),
+    "correlated": (3, dict(R=np.diag([2, 1, 0.5]) + 0.3), {}),
+    "correlated, one exact": (3, dict(R=np.array(SOME)), {}),
+    "S": (3, dict(cross=True), {}),
+    "accurate": (3, {}, dict(m1=1)),
+    "loops": (7, {}, {}),
+}
+
+
+def ahead(source, y, u, m1=0):
+    """The members of a state ahead of the row behind a record, by `passes`."""
+    settings = Settings(source, m1)
+    end, unsaid = begin(settings, np.zeros(source.m)), [[NAN] * source.p]
+    pack = packed(settings, end, np.vstack([y, unsaid]), np.vstack([u, u[:1]]))
+    maps, at, (z, V, D, E, e) = pack.maps, pack.at, (X.copy() for X in end.state)
+    n, N, g = source.n, len(z), maps.G.shape[2]
+    wide, met = N + g + maps.O.shape[2] * source.p, np.abs(z[:n])
+    for t, row in enumerate(pack.y):
+        if (s := at[t]) >= 0:
+            given = maps.M[s], maps.B[s], maps.G[s], maps.X[s], maps.d[s]
+            passes.predict.on()(
+                *given, pack.drive[t], z, V, D, E, e, np.zeros((n, wide)),
+                np.zeros(wide), np.zeros(n), met, np.zeros((0, n)), np.zeros(wide),
+            )  # fmt: skip
+        C, r = maps.C[at[t + 1]], maps.r[at[t + 1]]
+        for j in range(source.p):
+            e[j] = 0
+            if not np.isnan(row[j]):
+                pivot, *_ = passes.read.on()(
+                    row[j], V, D, C[j], r[j], z, met, E[j], np.zeros(N)
+                )
+                e[j] = passes.over.on()(1, pivot)
+    return dict(x=z, met=met, D=D, V=V)
+
+
+@pytest.mark.parametrize("n, changes, more", LAWS.values(), ids=LAWS)
+def test_its_state_is_that_of_python(n, changes, more, compiled):
+    """After x0 and sigma0, complete rows and partial ones: all that is kept of them."""
+    source = plant(n, 3, at_first=True, **changes)
+    y, u, _ = generators.record(np.random.default_rng(6), source, 5)
+    x0, sigma0 = np.arange(1.0, n + 1), np.arange(n) / 2
+    unit = compiled(source, **more)
+    source = dataclasses.replace(source, x0=x0, P0=np.diag(sigma0**2))
+    for missing in ([], [[3, 1]], [[4, 0]], [[1, 0], [4, 2]], [[4, 0], [4, 1]]):
+        gaps = y.copy()
+        for t, j in missing:
+            gaps[t, j] = NAN
+        for rows in range(len(y) + 1):
+            unit.start(x0, sigma0)
+            if rows:
+                assert not unit.run(gaps[:rows], u[:rows])[1].any()
+            else:
+                unit.run(gaps[:0], u[:0])
+            found, wanted = (
+                unit.numbers()[1],
+                ahead(source, gaps[:rows], u[:rows], **more),
+            )
+            if not rows:  # before the first sample, and not ahead of the second
+                wanted = dict(x=x0, met=x0, D=sigma0**2, V=np.eye(len(wanted["x"])))
+            if len(found["V"]) < n * n:  # what is above the diagonal of U
+                wanted["V"] = wanted["V"][np.tril_indices(n, -1)]
+            for k in {*found} - {"E", "e"}:
+                exact = np.ravel(wanted[k])
+                np.testing.assert_allclose(found[k][: exact.size], exact, 1e-9, 1e-9)
+
+
+@pytest.mark.parametrize("n, changes, more", LAWS.values(), ids=LAWS)
+def test_what_is_refused_leaves_no_trace(n, changes, more, compiled):
+    """Whatever a state is: behind a call it is finite, or all is as it was."""
+    source = plant(n, 3, E=np.ones((3, 1)), **changes)
+    unit = compiled(source, **more)
+    y, u, _ = generators.record(np.random.default_rng(6), source, 3)
+    unit.run(y[:2], u[:2])
+    good, (start, found) = unit.state, unit.numbers()
+    kept = len(start) - len(found.get("e", ()))  # an estimate begins with new weights
+    most, inf, last = np.finfo(float).max, np.inf, np.full(3, NAN)
+    rows = [y[2], [y[2, 0], NAN, NAN], [NAN, y[2, 1], NAN], last]
+    calls = [(start, y_, u[2]) for y_ in rows]
+    for y_ in ([inf, 0, 0], [0, NAN, -inf], [most, -most, most], [most, NAN, NAN]):
+        calls += [(start, y_, u_) for u_ in (u[2], [-most])]
+    calls += [(start, y_, [u_]) for y_ in rows for u_ in (NAN, inf)]
+    for where in (*range(len(start)), slice(0, n), slice(None)):
+        for bad in (inf, -inf, NAN, most, -most):
+            state = start.copy()
+            state[where] = bad
+            calls += [(state, y_, u[2]) for y_ in rows]
+    for bad in (most, -most):  # the estimate alone may be infinite, or no number is
+        state, found = unit.numbers()
+        found["x"][:], found["D"][:] = bad, 0
+        calls += [(state, y_, u[2]) for y_ in [*rows, [0, 0, inf], [-inf, 0, 0]]]
+    done = 0
+    for state, y_, u_ in calls:
+        given = state.tobytes() + good[state.nbytes :]
+        for function in ("estimate", "advance"):
+            what = np.full(n, 7.0)
+            code, after = unit.call(function, given, y=y_, u=u_, what=what)
+            numbers = np.frombuffer(after, count=len(state))
+            if code:
+                assert after == given and (what == 7).all()
+            else:
+                assert np.isfinite(numbers).all() and np.isfinite(what).all()
+            done += not code
+            if function == "estimate":
+                wrong = np.isinf(y_).any() or not np.isfinite(u_).all()
+                lost = y_ is last and not np.isfinite(state[:kept]).all()
+                assert code == 1 or not (wrong or lost)
+            elif not np.isfinite(u_).all():
+                assert code == 1
+    assert done > len(calls) / 4
+
+
 @pytest.mark.parametrize("n, more", [(3, {}), (3, dict(m1=1)), (8, {})])
 def test_samples_that_measure_nothing_need_no_estimate(n, more, tmp_path):
     """`advance` twice is a sample without a reading."""

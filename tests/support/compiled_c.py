@@ -74,7 +74,24 @@ class Compiled:
         gcc(level, *flags, "-shared", "-fPIC", "-o", made, code, folder / "driver.c")
         self.library = ctypes.CDLL(str(made))
         self.width = int(re.search(r"_estimates = (\d+)", self.header.read_text())[1])
+        head = self.header.read_text()
+        self.taken = {k: taken(head, k) for k in ("estimate", "advance")}
+        sizes = re.findall(rf"^    {dtype} (\w+)\[(\d+)\];", head, re.M)
+        self.members = [(k, int(size)) for k, size in sizes]
         self.start()
+
+    def numbers(self):
+        """The members of `state`, in one array, and each by its name."""
+        sizes = [size for _, size in self.members]
+        whole = np.frombuffer(self.state, self.type, sum(sizes)).copy()
+        parts = np.split(whole, np.cumsum(sizes)[:-1])
+        return whole, dict(zip((k for k, _ in self.members), parts))
+
+    def call(self, function, state, **given):
+        """A function on a state of its own: the code, and the bytes behind it."""
+        room, self.kept = ctypes.create_string_buffer(state, len(state)), []
+        arrays = [self.pointer(given[k]) for k in self.taken[function]]
+        return getattr(self.library, f"unit_{function}")(room, *arrays), room.raw
 
     def start(self, x0=None, sigma0=None):
         self.library.start(*map(self.pointer, (x0, sigma0)))
