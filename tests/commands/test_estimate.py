@@ -242,14 +242,6 @@ def test_blanks_around_a_name_do_not_count(here, call):
     np.testing.assert_array_equal(found.time, [1, 1.5, 2, 2.5, 3])
 
 
-def test_without_a_column_of_times_rows_are_dt_apart(here):
-    header = 'push,"a, b",radar'
-    rows = [f"{U[k, 0]},{Y[k, 1]},{Y[k, 0]}" for k in range(5)]
-    (here / "data.csv").write_text("\n".join([header, *rows]))
-    found = measurements.read("data.csv", PLANT)
-    np.testing.assert_array_equal(found.time, [0.5, 1, 1.5, 2, 2.5])
-
-
 @pytest.mark.parametrize("other", ["radar ", "radar"])
 def test_names_that_are_one_column_are_refused(here, call, other):
     """Two outputs but for blanks, or an output and an input."""

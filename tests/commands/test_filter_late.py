@@ -98,13 +98,6 @@ def test_what_makes_no_sense_is_refused_by_name(call, options, said):
     assert status and said in problem
 
 
-def test_an_arrival_before_the_reading_is_refused_by_line(call, frame):
-    frame.iloc[7, 2] = 0.5
-    frame.to_csv("data.csv")
-    status, _, problem = call(LATE)
-    assert status and "line 9: 'known' is 0.5, before the reading was" in problem
-
-
 @pytest.fixture
 def dated(frame):
     """The same with dates in both columns."""
@@ -129,30 +122,29 @@ def test_dates_are_taken_as_numbers_are(call, dated, piece, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("cell", "said"),
+    ("kind", "cell", "said"),
     [
-        ("2026-01-05T00:00:00.5", "before the reading was measured at 2026-01-05T00"),
-        ("3.5", "'known' is '3.5', which is not a date"),
-        ("2026-01-05T00:00:01Z", "which is not a date, or lacks the zone of"),
-        ("soon", "'known' is 'soon', which is not a date"),
+        ("dated", "2026-01-05T00:00:00.5", "before the reading was measured at 2026"),
+        ("dated", "3.5", "'known' is '3.5', which is not a date"),
+        ("dated", "2026-01-05T00:00:01Z", "which is not a date, or lacks the zone of"),
+        ("dated", "soon", "'known' is 'soon', which is not a date"),
+        ("frame", 0.5, "'known' is 0.5, before the reading was measured at 0.8"),
+        ("frame", "2026-01-05T00:00:01", "'2026-01-05T00:00:01', which is not a num"),
+        ("frame", "soon", "'known' is 'soon', which is not a number"),
+        ("frame", "inf", "'known' is 'inf', which is not a number"),
     ],
 )
-def test_a_date_that_does_not_fit_is_refused_by_line(call, dated, cell, said):
-    known = dated["known"].dt.strftime("%Y-%m-%dT%H:%M:%S.%f").astype(object)
-    dated["known"] = known
-    dated.iloc[7, 2] = cell
-    dated.to_csv("data.csv", date_format="%Y-%m-%dT%H:%M:%S.%f")
+def test_an_arrival_that_does_not_fit_is_refused_by_line(
+    call, request, kind, cell, said
+):
+    frame = request.getfixturevalue(kind)
+    known = frame["known"]
+    known = known.dt.strftime("%Y-%m-%dT%H:%M:%S.%f") if kind == "dated" else known
+    frame["known"] = known.astype(object)
+    frame.iloc[7, 2] = cell
+    frame.to_csv("data.csv", date_format="%Y-%m-%dT%H:%M:%S.%f")
     status, _, problem = call(LATE)
     assert status and "line 9: 'known' is" in problem and said in problem
-
-
-@pytest.mark.parametrize("cell", ["2026-01-05T00:00:01", "soon", "inf"])
-def test_a_date_beside_numbers_is_refused_by_line(call, frame, cell):
-    frame["known"] = frame["known"].astype(object)
-    frame.iloc[7, 2] = cell
-    frame.to_csv("data.csv")
-    status, _, problem = call(LATE)
-    assert status and f"line 9: 'known' is {cell!r}, which is not a number" in problem
 
 
 def test_a_column_of_dates_beside_numbers_is_refused(call, frame, dated):

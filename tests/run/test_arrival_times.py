@@ -6,9 +6,8 @@ import pytest
 
 import luenberger as lb
 
-N = 600
+N = 300
 GRIDS = {"hundredths": 0.01, "tenths": 0.1, "thirds": 1 / 3, "video": 1 / 60}
-LAGS = (0, 1, 2, 7, 30)
 
 
 def walk(dt):
@@ -42,18 +41,19 @@ def times(kind, dt, start):
     return dates, lambda t, late: t + pd.Timedelta(seconds=late).round(kind)
 
 
-@pytest.mark.parametrize("start", [0.0, 1.7e9])
-@pytest.mark.parametrize("kind", ["floats", "sums", "ns", "us", "ms"])
+@pytest.mark.parametrize("lag", [0, 1, 2, 7, 30])
 @pytest.mark.parametrize("grid", GRIDS)
-def test_a_lag_of_whole_steps_is_as_many_rows(grid, kind, start):
+def test_a_lag_of_whole_steps_is_as_many_rows(grid, lag):
     dt = GRIDS[grid]
-    if kind == "ms" and grid == "video":
-        pytest.skip("a millisecond is a sixteenth of a step: not rounding")
-    t, after = times(kind, dt, start)
-    for lag in LAGS:
-        table = frame(t, after(t, lag * dt))
-        found = estimates(walk(dt), table, {"g": "known"}).to_numpy()
-        assert np.array_equal(found, by_rows(walk(dt), table, lag)), lag
+    wanted = by_rows(walk(dt), frame(range(N), 0), lag)
+    for kind in ("floats", "sums", "ns", "us", "ms"):
+        if (kind, grid) == ("ms", "video"):
+            continue  # a millisecond is a sixteenth of a step: not rounding
+        for start in (0.0, 1.7e9):
+            t, after = times(kind, dt, start)
+            table = frame(t, after(t, lag * dt))
+            found = estimates(walk(dt), table, {"g": "known"}).to_numpy()
+            assert np.array_equal(found, wanted), (kind, start)
 
 
 @pytest.mark.parametrize("kind", ["floats", "ns", "us"])
@@ -81,7 +81,7 @@ def test_dates_whose_last_digit_is_a_whole_step():
     assert np.array_equal(found, by_rows(walk(1.0), table, 1))
 
 
-@pytest.mark.parametrize("size", [1, 2, 7])
+@pytest.mark.parametrize("size", [1, 7])
 def test_chunks_see_the_same_rows(size):
     for kind in ("floats", "ns"):
         t, after = times(kind, 0.01, 0.0)

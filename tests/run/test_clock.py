@@ -11,7 +11,7 @@ from in_parts import in_parts
 import luenberger as lb
 from luenberger.formats import csv_reader
 from luenberger.run import measurements, tables
-from luenberger.run.clock import Clock, periods
+from luenberger.run.clock import periods
 
 BALL = lb.Plant(
     [[0, 1], [0, 0]], [[0], [4.5]], [[1, 0]], Q=np.diag([0, 0.3]), R=[[0.01]],
@@ -224,20 +224,17 @@ def test_a_column_of_times_goes_before_labels_that_are_dates():
     lb.Filter(EVEN).run(lb.Record(numbers, time="rows"))
 
 
-def test_a_jump_between_chunks_is_seen():
+def test_a_row_is_named_by_its_number_in_the_record():
+    back = [*EVERY[:30], *EVERY[20:40]]
+    parts = [record(EVERY).set_axis(back)[k : k + 10] for k in range(0, 50, 10)]
+    with pytest.raises(ValueError, match="^row 30: .*times must grow"):
+        list(in_parts(lb.Filter(BALL), parts))
     t = changed(25, 1.0)
     for frame in (record(t).assign(time=t), dated(record(t), t)):
         found = in_parts(lb.Filter(EVEN), [frame[:25], frame[25:]])
         next(found)
         with pytest.raises(ValueError, match="^row 25: its time is 1.1 s after"):
             next(found)
-
-
-def test_a_clock_keeps_its_count_over_chunks():
-    clock = Clock(EVEN)
-    for part in np.split(EVERY, [0, 10, 30]):
-        clock.require(part)
-    assert clock.count == 50 and clock.last == 4.9
 
 
 REFUSED = {
@@ -310,13 +307,6 @@ def test_stretches_of_a_long_record_are_one_record(monkeypatch):
     parts = lb.Filter(BALL).run(frame)
     np.testing.assert_allclose(parts.x, whole.x, rtol=1e-10, atol=1e-12)
     np.testing.assert_allclose(parts.std, whole.std, rtol=1e-10)
-
-
-def test_a_row_is_named_by_its_number_in_the_record():
-    back = [*EVERY[:30], *EVERY[20:40]]
-    parts = [record(EVERY).set_axis(back)[k : k + 10] for k in range(0, 50, 10)]
-    with pytest.raises(ValueError, match="^row 30: .*times must grow"):
-        list(in_parts(lb.Filter(BALL), parts))
 
 
 def test_a_period_is_the_same_alone_and_among_others():

@@ -67,10 +67,7 @@ def found(of: Any, record: Record, starts: Any) -> tuple[Any, ...]:
     all_ = groups(of.plant, record, starts)
     parts: list[Any] = [_together(of, one) for one in all_]
     names = [one.names for one in all_]
-    told = (
-        table(record, _joined(record, names, [part[k] for part in parts]), of.plant)
-        for k in (0, 1)
-    )
+    told = (_told(record, of.plant, names, [part[k] for part in parts]) for k in (0, 1))
     ends = Gathered(names, [part[2] for part in parts])
     again = partial(_matrices, of, record, starts)
     return *told, ends, np.zeros(0, dtype=np.int64), again
@@ -119,16 +116,24 @@ def _matrices(of: Any, record: Record, starts: Any) -> tuple[Any, Any]:
     return (np.stack(P), np.stack(K)) if same else (P, K)
 
 
-def _joined(record: Record, names: list[Vector], parts: list[Matrix]) -> Any:
-    """The parts of groups as one array of all records, if they have one length."""
+def _told(
+    record: Record, plant: Plant, names: list[Vector], parts: list[Matrix]
+) -> Any:
+    """What was found of each record: an array (M, N, n), or a list."""
+    found: Any = Gathered(names, list[Any](parts))
     if len({len(record), *map(len, parts)}) == 1:
-        return parts[0]
-    if len({X.shape[1:] for X in parts}) != 1:
-        return Gathered(names, list[Any](parts))
-    out = np.empty((len(record), *parts[0].shape[1:]))
-    for which, X in zip(names, parts):
-        out[which] = X
-    return out
+        found = parts[0]
+    elif len({X.shape[1:] for X in parts}) == 1:
+        found = np.empty((len(record), *parts[0].shape[1:]))
+        for which, X in zip(names, parts):
+            found[which] = X
+    ours = isinstance(record.y, list | tuple)
+    if not ours or not any(map(dataframes.is_table, record.y)):
+        return found if isinstance(found, np.ndarray) else [*found]
+    return [
+        dataframes.framed(X, plant.state_names, one.index)
+        for X, one in zip(found, record.each())
+    ]
 
 
 def groups(plant: Plant, record: Record, starts: Any) -> list[Group]:
@@ -150,42 +155,27 @@ def groups(plant: Plant, record: Record, starts: Any) -> list[Group]:
         )
     found = []
     for names, rows in _stacks(plant, record, starts):
-        whole = _whole(rows.y)
-        for complete, at in _kinds(whole, starts, names):
+        whole = np.isfinite(rows.y).reshape(len(names), -1).all(axis=1)
+        if not whole.all():
+            _finite("y", np.isinf(rows.y), "infinite")
+        kinds = dict[Any, list[int]]()  # of what those have in common
+        for k, complete in enumerate(whole.tolist()):
+            begun = () if starts is None else _begun(starts[names[k]], complete)
+            kinds.setdefault((complete, *begun), []).append(k)
+        for (complete, *_), some in kinds.items():
             which, part = names, rows
-            if len(at) < len(names):
-                u = rows.u[at] if len(rows.u) == len(names) else rows.u
-                clocks = [rows.clock[k] for k in at]
-                which = names[at]
-                part = rows._replace(y=rows.y[at], u=u, clock=clocks)
+            if len(some) < len(names):
+                u = rows.u[some] if len(rows.u) == len(names) else rows.u
+                clocks = [rows.clock[k] for k in some]
+                which = names[some]
+                part = rows._replace(y=rows.y[some], u=u, clock=clocks)
             ends = None if starts is None else [starts[k] for k in which]
             found.append(Group(which, part, ends, complete))
     return found
 
 
-def _whole(y: Matrix) -> Vector:
-    """In which records (M, N, p) nothing is missing; none may be infinite."""
-    whole: Vector = np.isfinite(y).reshape(len(y), -1).all(axis=1)
-    if not whole.all():
-        _finite("y", np.isinf(y), "infinite", range(len(y)))
-    return whole
-
-
-def _kinds(whole: Vector, starts: Any, names: Vector) -> Iterator[tuple[bool, Vector]]:
-    """Records that are filtered together, and whether they are whole."""
-    if starts is None:
-        kinds = [(own, np.flatnonzero(whole == own)) for own in (True, False)]
-        yield from ((own, at) for own, at in kinds if len(at) or not len(whole))
-        return
-    found = dict[Any, list[int]]()
-    for k, complete in enumerate(whole.tolist()):
-        key = complete, *_begun(starts[names[k]], complete)
-        found.setdefault(key, []).append(k)
-    yield from ((key[0], np.array(at)) for key, at in found.items())
-
-
 def _begun(end: End, complete: bool) -> tuple[Any, ...]:
-    """What those that are filtered together have in common."""
+    """What those that are filtered together begin with."""
     parts = (*end.state[1:], end.seen, *end.gap, *(() if end.P is None else (end.P,)))
     own = [np.asarray(X).tobytes() for X in parts] if complete else []
     return end.instant, end.P is None, *own
@@ -195,7 +185,10 @@ def _stacks(plant: Plant, record: Record, starts: Any) -> Iterator[tuple[Vector,
     """Records of one length and with one clock, and their numbers."""
     if not isinstance(record.y, list | tuple):
         before = () if starts is None else (starts[0].instant, starts[0].clock)
-        yield np.arange(len(record)), _rows(plant, record, *before)
+        y, u = stack_of(record, plant.p, plant.m)
+        one = Record(np.zeros(y.shape[1:]), None, record.time, None, record.u0)
+        rows = one.on(plant, *before)
+        yield np.arange(len(y)), rows._replace(y=y, u=u, clock=[rows.clock] * len(y))
         return
     kinds = dict[Any, list[tuple[int, Rows]]]()
     for k, one in enumerate(record.each()):
@@ -209,14 +202,6 @@ def _stacks(plant: Plant, record: Record, starts: Any) -> Iterator[tuple[Vector,
         y, u = (np.stack([getattr(rows, X) for rows in all_]) for X in "yu")
         clocks = [rows.clock for rows in all_]
         yield np.array(names), all_[0]._replace(y=y, u=u, clock=clocks)
-
-
-def _rows(plant: Plant, record: Record, *before: Any) -> Rows:
-    """The rows of records (M, N, p)."""
-    y, u = stack_of(record, plant.p, plant.m)
-    one = Record(np.zeros(y.shape[1:]), None, record.time, None, record.u0)
-    rows = one.on(plant, *before)
-    return rows._replace(y=y, u=u, clock=[rows.clock] * len(y))
 
 
 def stack_of(record: Record, p: int, m: int) -> tuple[Matrix, Matrix]:
@@ -235,23 +220,11 @@ def stack_of(record: Record, p: int, m: int) -> tuple[Matrix, Matrix]:
             f"u must be ({M}, {N}, {m}), or ({N}, {m}) for all records, got {u.shape}"
         )
     u = u if u.ndim == 3 else u[None]
-    _finite("u", ~np.isfinite(u), "missing or not finite", range(len(u)))
+    _finite("u", ~np.isfinite(u), "missing or not finite")
     return y, u
 
 
-def _finite(name: str, bad: Matrix, what: str, names: Sequence[int] | Vector) -> None:
+def _finite(name: str, bad: Matrix, what: str) -> None:
     """ValueError naming the record and the row of what is bad."""
-    if bad.any():
-        k, row, _ = np.argwhere(bad)[0].tolist()
-        raise ValueError(f"{name} is {what} in record {names[k]}, row {row}")
-
-
-def table(record: Record, found: Any, plant: Plant) -> Any:
-    """What was found of each record: an array (M, N, n), or a list."""
-    ours = isinstance(record.y, list | tuple)
-    if not ours or not any(map(dataframes.is_table, record.y)):
-        return found if isinstance(found, np.ndarray) else [*found]
-    return [
-        dataframes.framed(X, plant.state_names, one.index)
-        for X, one in zip(found, record.each())
-    ]
+    for k, row, _ in np.argwhere(bad)[:1]:
+        raise ValueError(f"{name} is {what} in record {k}, row {row}")

@@ -1,4 +1,4 @@
-"""Records in chunks: the same numbers, and no more memory than a chunk takes."""
+"""`estimate`: its equations, records in chunks, many records, and what is refused."""
 
 import tracemalloc
 import warnings
@@ -13,8 +13,96 @@ import luenberger as lb
 PLANT = generators.plant(np.random.default_rng(3), 3, 2, m=1)
 OBSERVERS = {
     "constant": lb.reduced_order_filter(PLANT, 1),
+    "all outputs exact": lb.reduced_order_filter(PLANT, 2),
     "over steps": lb.reduced_order_filter(PLANT, 1, steps=60),
 }
+STARTS = {"over steps": dict(u0=[0.2])}
+
+
+def begun(kind):
+    return STARTS.get(kind, dict(x0=[1, 2, 3]))
+
+
+@pytest.fixture
+def records():
+    rng = np.random.default_rng(5)
+    return rng.standard_normal((7, 20, 2)), rng.standard_normal((7, 20, 1))
+
+
+@pytest.mark.parametrize("kind", OBSERVERS)
+def test_each_record_is_what_it_is_by_itself(kind, records):
+    observer, (y, u) = OBSERVERS[kind], records
+    found = lb.estimate(observer, y, u, **begun(kind))
+    assert found.shape == (7, 20, 3)
+    for mine, *one in zip(found, y, u):
+        alone = lb.estimate(observer, *one, **begun(kind))
+        np.testing.assert_array_equal(mine, alone)
+
+
+@pytest.mark.parametrize("kind", OBSERVERS)
+def test_estimates_follow_the_equations_of_an_observer(kind, records):
+    observer, y, u = OBSERVERS[kind], records[0][0], records[1][0]
+    z = observer.z0
+    for k, found in enumerate(lb.estimate(observer, y, u)):
+        F, G, D, P, V, W = observer.at(k)
+        wanted = P @ z + V @ y[k] + W @ u[k]
+        np.testing.assert_allclose(found, wanted, rtol=1e-12, atol=1e-12)
+        z = F @ z + G @ u[k] + D @ y[k]
+
+
+def test_lists_tables_and_one_input_for_all(records):
+    observer, (y, u) = OBSERVERS["constant"], records
+    several = [y[0], y[1, :7], y[2, :0]]
+    found = lb.estimate(observer, several, [u[0], u[1, :7], u[2, :0]])
+    for k, mine in enumerate(found):
+        one = lb.estimate(observer, several[k], u[k, : len(mine)])
+        np.testing.assert_array_equal(mine, one)
+    whole = lb.estimate(observer, y, u[0])
+    np.testing.assert_array_equal(whole, lb.estimate(observer, y, u[[0] * 7]))
+    np.testing.assert_array_equal(whole, lb.estimate(observer, [*y], [u[0]] * 7))
+    pandas = pytest.importorskip("pandas", reason="the extra `tables`")
+    names = observer.output_names or ["a", "b"]
+    tables = [pandas.DataFrame(one, index=range(3, 23), columns=names) for one in y]
+    for k, table in enumerate(lb.estimate(observer, tables, 0)):
+        assert list(table.index) == [*range(3, 23)]
+        alone = lb.estimate(observer, y[k], 0)
+        np.testing.assert_array_equal(table.to_numpy(), alone)
+
+
+def test_what_is_wrong_is_said(records):
+    observer, (y, u) = OBSERVERS["constant"], records
+    gap = np.array(y)
+    gap[6, 4, 1] = np.nan
+    with pytest.raises(ValueError, match="y in record 6, row 4 is missing .*Filter"):
+        lb.estimate(observer, gap, u)
+    with pytest.raises(ValueError, match="record 6: y has values .* first in row 4"):
+        lb.estimate(observer, [*gap], [*u])
+    with pytest.raises(ValueError, match=r"or \(M, N, 2\) for many records"):
+        lb.estimate(observer, y[..., :1])
+    with pytest.raises(ValueError, match=r"u must be \(7, 20, 1\), or \(20, 1\)"):
+        lb.estimate(observer, y, u[:3])
+    with pytest.raises(ValueError, match="70 rows, the filter was designed for 60"):
+        lb.estimate(OBSERVERS["over steps"], np.zeros((2, 70, 2)))
+    grows = lb.Observer([[2.0]], [[]], [[2]], [[1]], [[1.5]], T=[[1]], L=[[1]], dt=1.0)
+    y = np.zeros((3, 1100, 1))
+    y[1] = 1
+    with pytest.raises(ValueError, match="record 1: row 1023: .* not stable"):
+        lb.estimate(grows, y)
+
+
+def test_an_observer_without_outputs_follows_its_inputs(records):
+    observer = lb.Observer(
+        [[0.5]], [[1]], np.zeros((1, 0)), [[1]], np.zeros((1, 0)), T=[[1]], L=[[1]],
+        dt=1.0,
+    )  # fmt: skip
+    u = records[1][:3]
+    found = lb.estimate(observer, np.zeros((3, 20, 0)), u)
+    for k in range(3):
+        one = lb.estimate(observer, np.zeros((20, 0)), u[k])
+        np.testing.assert_array_equal(found[k], one)
+
+
+# -- chunks
 
 
 def parts(array, sizes):
@@ -28,11 +116,10 @@ SIZES = [(1,) * 60, (7, 0, 53), (59, 1)]
 @pytest.mark.parametrize("kind", OBSERVERS)
 def test_estimates_of_chunks_are_those_of_the_whole(kind, sizes):
     observer = OBSERVERS[kind]
-    y, u, u0 = generators.record(np.random.default_rng(4), PLANT, 60)
-    start = dict(u0=u0) if kind == "over steps" else dict(x0=[1, 2, 3])
+    y, u, _ = generators.record(np.random.default_rng(4), PLANT, 60)
+    start = begun(kind)
     whole = lb.estimate(observer, y, u, **start)
-    chunks = lb.estimate(observer, parts(y, sizes), parts(u, sizes), **start)
-    chunks = list(chunks)
+    chunks = list(lb.estimate(observer, parts(y, sizes), parts(u, sizes), **start))
     assert [len(chunk) for chunk in chunks] == list(sizes)
     np.testing.assert_allclose(np.concatenate(chunks), whole, rtol=0, atol=1e-13)
 
