@@ -148,43 +148,6 @@ def test_a_reading_that_contradicts_what_is_known_is_refused(n, dtype, compiled)
     assert unit.state == after
 
 
-@pytest.mark.parametrize("n, more", [(3, {}), (3, dict(m1=1)), (8, {})])
-def test_a_refused_sample_changes_nothing(n, more, compiled):
-    source = plant(n, 2, E=np.ones((2, 1)))
-    unit = compiled(source, **more)
-    unit.run([[1.0, 2.0]], [[3.0]])
-    before = unit.state
-    most = np.finfo(float).max
-    infinite = ([np.inf, 0], 0), ([most, -most], 0), ([most, NAN], -most)
-    for y, u in (*infinite, ([0, 0], NAN), ([0, 0], -np.inf)):
-        what, code = unit.run([y], [[u]])
-        assert code[0, 0] == 1 and (what == 7).all()
-        if not np.isfinite(u):
-            assert code[0, 1] == 1 and unit.state == before
-        unit.start()
-        unit.run([[1.0, 2.0]], [[3.0]])
-        assert unit.state == before
-
-
-@pytest.mark.parametrize("n, more", [(3, {}), (3, dict(m1=1)), (8, {})])
-def test_it_starts_from_what_is_known(n, more, compiled):
-    """x0, and standard deviations in place of the covariance of the data."""
-    source = plant(n, 2, cross=n == 3, at_first=True)
-    y, u, _ = generators.record(np.random.default_rng(6), source, 40)
-    unit = compiled(source, **more)
-    x0, sigma0 = np.arange(1.0, n + 1), np.arange(n) / 2
-    for given in ((x0, None), (None, sigma0), (x0, sigma0)):
-        changed = dict(zip(("x0", "P0"), given))
-        changed["P0"] = None if given[1] is None else np.diag(sigma0**2)
-        changed = {k: X for k, X in changed.items() if X is not None}
-        unit.start(*given)
-        found, code = unit.run(y, u)
-        assert not code.any()
-        x, variances = in_python(dataclasses.replace(source, **changed), y, u, **more)
-        assert generators.relative(found, x) < 1e-12
-        assert generators.relative(unit.variances, variances) < 1e-12
-
-
 SOME = [[0, 0, 0], [0, 1, 0.4], [0, 0.4, 2]]  # one is exact, two share noises
 LAWS = {
     "few": (3, dict(correlated=False), {}),
@@ -225,28 +188,24 @@ def ahead(source, y, u, m1=0):
 
 @pytest.mark.parametrize("n, changes, more", LAWS.values(), ids=LAWS)
 def test_its_state_is_that_of_python(n, changes, more, compiled):
-    """After x0 and sigma0, complete rows and partial ones: all that is kept of them."""
+    """After each start, complete rows and partial ones: all that is kept of them."""
     source = plant(n, 3, at_first=True, **changes)
     y, u, _ = generators.record(np.random.default_rng(6), source, 5)
     x0, sigma0 = np.arange(1.0, n + 1), np.arange(n) / 2
     unit = compiled(source, **more)
-    source = dataclasses.replace(source, x0=x0, P0=np.diag(sigma0**2))
-    for missing in ([], [[3, 1]], [[4, 0]], [[1, 0], [4, 2]], [[4, 0], [4, 1]]):
-        gaps = y.copy()
+    starts = (None, None), (x0, None), (None, sigma0), (x0, sigma0), (x0, sigma0)
+    gaps = [], [[3, 1]], [[4, 0]], [[1, 0], [4, 2]], [[4, 0], [4, 1]]
+    for start, missing in zip(starts, gaps):
+        P0 = None if start[1] is None else np.diag(sigma0**2)
+        given = {k: X for k, X in zip(("x0", "P0"), (start[0], P0)) if X is not None}
         for t, j in missing:
-            gaps[t, j] = NAN
+            y[t, j] = NAN
         for rows in range(len(y) + 1):
-            unit.start(x0, sigma0)
-            if rows:
-                assert not unit.run(gaps[:rows], u[:rows])[1].any()
-            else:
-                unit.run(gaps[:0], u[:0])
-            found, wanted = (
-                unit.numbers()[1],
-                ahead(source, gaps[:rows], u[:rows], **more),
-            )
-            if not rows:  # before the first sample, and not ahead of the second
-                wanted = dict(x=x0, met=x0, D=sigma0**2, V=np.eye(len(wanted["x"])))
+            unit.start(*start)
+            assert not unit.run(y[:rows], u[:rows])[1].any()
+            found = unit.numbers()[1]
+            begun = dataclasses.replace(source, **given)
+            wanted = ahead(begun, y[:rows], u[:rows], **more)
             if len(found["V"]) < n * n:  # what is above the diagonal of U
                 wanted["V"] = wanted["V"][np.tril_indices(n, -1)]
             for k in {*found} - {"E", "e"}:

@@ -127,15 +127,14 @@ def to_c(
     expect(source=source)
     if plant is not None:
         expect_as("plant=", "plant", plant)
-    identifier(name)
-    require_c_type(dtype)
-    if isinstance(source, Plant):
-        if plant is not None:
+        if isinstance(source, Plant):
             raise ValueError(
                 "plant= goes with an observer, and the source is a plant: leave it out"
             )
-        texts = recursive.texts(source, m1 or 0, weight, name, dtype)
-        return write_pair(path, texts)
+    identifier(name)
+    require_c_type(dtype)
+    if isinstance(source, Plant):
+        return write_pair(path, recursive.texts(source, m1 or 0, weight, name, dtype))
     if m1 is not None or weight is not None:
         raise ValueError("m1 and weight go with a plant; the source is an observer")
     certificate.require_real("C export", source)

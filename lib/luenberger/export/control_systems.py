@@ -65,9 +65,13 @@ def to_control(source: Observer | Plant, *, plant: Plant | None = None) -> Any:
     expect(source=source)
     if plant is not None:
         expect_as("plant=", "plant", plant)
+        if isinstance(source, Plant):
+            raise ValueError(
+                "plant= goes with an observer, and the source is a plant: leave it out"
+            )
     import control
 
-    given = _matrices(source, plant)
+    given = _matrices(source)
     require_real("python-control", source)
     if isinstance(source, Plant):
         if source.m == 0:
@@ -75,23 +79,16 @@ def to_control(source: Observer | Plant, *, plant: Plant | None = None) -> Any:
                 "the plant has no known inputs, and python-control has no systems "
                 "without inputs. Give the plant a B with a column of zeros."
             )
-        names = dict(
-            inputs=_labels(source.input_names),
-            outputs=_labels(source.output_names),
-            states=_labels(source.state_names),
+        u, y, x = map(
+            _labels, (source.input_names, source.output_names, source.state_names)
         )
-        return control.ss(*given, source.dt, **names)
-    found = signals(source, plant)
-    u, y = _labels(found.u), _labels(found.y)
-    if set(u) & set(y):
-        u, y = [f"u {label}" for label in u], [f"y {label}" for label in y]
-    return control.ss(
-        *given,
-        source.dt,
-        inputs=[*u, *y],
-        outputs=[f"{label} estimate" for label in _labels(found.what)],
-        states=[f"z{k + 1}" for k in range(source.order)],
-    )
+    else:
+        u, y, what = map(_labels, signals(source, plant))
+        if set(u) & set(y):
+            u, y = [f"u {label}" for label in u], [f"y {label}" for label in y]
+        u, y = [*u, *y], [f"{label} estimate" for label in what]
+        x = [f"z{k + 1}" for k in range(source.order)]
+    return control.ss(*given, source.dt, inputs=u, outputs=y, states=x)
 
 
 def to_scipy(source: Observer | Plant) -> Any:
@@ -180,19 +177,6 @@ def from_statespace(
            [0., 1.]]), array([[ 0.5, -1. ]]))
     """
     expect(sys=sys, plant=plant)
-    F, G, D, P, V, W = _parts(sys, plant)
-    T = _tracked(F, D, P, V, plant) if T is None else matrix("T", T, cols=plant.n)
-    if L is None:
-        L = P @ T + V @ plant.C
-        whole = np.rint(L)  # rows that pick a state pick it, without rounding
-        L = np.where(np.abs(L - whole) <= LOST_TOL * np.abs(L).max(initial=1), whole, L)
-    observer = Observer(F, G, D, P, V, T, L, W, z0=T @ plant.x0, dt=plant.dt)
-    certify(observer, plant).require()
-    return observer.named(plant)
-
-
-def _parts(sys: Any, plant: Plant) -> tuple[np.ndarray, ...]:
-    """F, G, D, P, V, W of a state space, if it fits the plant."""
     if plant.steps is not None:
         raise DesignError("the plant varies with time, a StateSpace is constant")
     same = statespace.read(sys, plant.dt)  # not a Plant: it may have no states
@@ -202,9 +186,15 @@ def _parts(sys: Any, plant: Plant) -> tuple[np.ndarray, ...]:
             f"the system has {gains.shape[1]} inputs; [u; y] of this plant are "
             f"{plant.m} + {plant.p}"
         )
-    G, D = np.hsplit(gains, [plant.m])
-    W, V = np.hsplit(through, [plant.m])
-    return F, G, D, P, V, W
+    (G, D), (W, V) = (np.hsplit(X, [plant.m]) for X in (gains, through))
+    T = _tracked(F, D, P, V, plant) if T is None else matrix("T", T, cols=plant.n)
+    if L is None:
+        L = P @ T + V @ plant.C
+        whole = np.rint(L)  # rows that pick a state pick it, without rounding
+        L = np.where(np.abs(L - whole) <= LOST_TOL * np.abs(L).max(initial=1), whole, L)
+    observer = Observer(F, G, D, P, V, T, L, W, z0=T @ plant.x0, dt=plant.dt)
+    certify(observer, plant).require()
+    return observer.named(plant)
 
 
 def _tracked(
@@ -231,24 +221,17 @@ def _tracked(
     return T + change
 
 
-def _matrices(
-    source: Observer | Plant, plant: Plant | None = None
-) -> tuple[np.ndarray, ...]:
+def _matrices(o: Observer | Plant) -> tuple[np.ndarray, ...]:
     """A, B, C, D of the state space."""
-    kind = "plant" if isinstance(source, Plant) else "observer"
-    if kind == "plant" and plant is not None:
-        raise ValueError(
-            "plant= goes with an observer, and the source is a plant: leave out plant="
-        )
-    if source.steps is not None:
-        rows = "rows" if kind == "plant" else "rows of gains"
-        cure = "take one A, B, C, E" if kind == "plant" else "design without steps"
+    kind, rows, cure = "observer", "rows of gains", "design without steps"
+    if isinstance(o, Plant):
+        kind, rows, cure = "plant", "rows", "take one A, B, C, E"
+    if o.steps is not None:
         raise DesignError(
-            f"the {kind} has {source.steps} {rows}, a StateSpace is constant; {cure}"
+            f"the {kind} has {o.steps} {rows}, a StateSpace is constant; {cure}"
         )
-    if isinstance(source, Plant):
-        return source.A, source.B, source.C, source.E
-    o = source
+    if isinstance(o, Plant):
+        return o.A, o.B, o.C, o.E
     return o.F, np.hstack([o.G, o.D]), o.P, np.hstack([o.W, o.V])
 
 
