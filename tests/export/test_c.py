@@ -8,7 +8,7 @@ import subprocess
 import generators
 import numpy as np
 import pytest
-from compiled_c import SANITIZED, Compiled, gcc, needs_compiler
+from compiled_c import SANITIZED, Compiled, gcc, needs_compiler, taken
 
 import luenberger as lb
 from luenberger.analysis.step_cost import step_cost
@@ -87,25 +87,6 @@ def test_it_starts_where_the_plant_is_known_to_be(compiled):
         assert np.allclose(found, states, atol=1e-9) is right
 
 
-def test_an_estimate_takes_u_only_where_it_sees_u(tmp_path):
-    def heads(observer):
-        text = to_c(observer, tmp_path, name="unit")[1].read_text()
-        found = re.findall(r"unit_(estimate|advance)\(([^;]*)\);", text)
-        return {name: re.findall(r"(\w+)\[\]", given) for name, given in found}, text
-
-    one = lb.kalman_filter(tracker())
-    found, text = heads(one)
-    assert found == dict(estimate=["y", "what"], advance=["u", "y"])
-    assert "act from this sample to the next" in text and "instant" not in text
-    fed = dataclasses.replace(one, W=np.ones((3, 1)))
-    found, text = heads(fed)
-    assert found == dict(estimate=["u", "y", "what"], advance=["u", "y"])
-    assert "in an estimate, at its own instant" in text
-    ahead = dataclasses.replace(one, V=0 * one.V, G=0 * one.G)
-    found, _ = heads(ahead)
-    assert found == dict(estimate=["what"], advance=["y"])
-
-
 @needs_compiler
 def test_single_precision(compiled):
     rng = np.random.default_rng(1)
@@ -167,40 +148,61 @@ def test_a_state_or_an_estimate_alone_may_overflow(part, compiled):
     assert what.ravel().tolist() == ([0, 4, 4] if part == "state" else [4, 7, 8])
 
 
-MODULES = {
-    "observer": lambda: (lb.kalman_filter(tracker()), {}),
-    "no inputs, no states": lambda: (lb.reduced_order_filter(plant(2, 2, m=0), 2), {}),
-    "float observer": lambda: (lb.kalman_filter(tracker()), dict(dtype="float")),
-    "loops": lambda: (lb.kalman_filter(plant(14, 3)), {}),
+FLOAT = dict(dtype="float")
+MODULES = {  # source, options, and behind what text a number is damaged
+    "observer": (lambda: lb.kalman_filter(tracker()), {}, "_estimate(unit_state"),
+    "observer, advance": (lambda: lb.kalman_filter(plant()), {}, "_advance(unit_state"),
+    "starts elsewhere": (OBSERVERS["starts elsewhere"], {}, "_init(unit_state"),
+    "no inputs": (
+        lambda: lb.reduced_order_filter(plant(2, 2, m=0), 2),
+        {},
+        "_estimate(",
+    ),
+    "float observer": (lambda: lb.kalman_filter(tracker()), FLOAT, ""),
+    "loops": (OBSERVERS["loops"], {}, "unit_F_T["),
+    "few": (lambda: plant(3, 2, cross=False), {}, "_advance(unit_state"),
+    "few, start": (lambda: plant(3, 2, cross=False), {}, "double D["),
+    "S": (lambda: plant(3, 2), {}, "unit_M["),
+    "accurate": (lambda: plant(3, 2, cross=False), dict(m1=1), "unit_M["),
+    "loops of a filter": (lambda: plant(8, 2, cross=False), {}, "unit_M["),
+    "no inputs of a filter": (lambda: plant(2, 2, m=0), {}, "unit_M["),
+    "float": (lambda: plant(3, 2, cross=False), FLOAT, ""),
 }
 
 
 @needs_compiler
-@pytest.mark.parametrize("module", MODULES.values(), ids=MODULES)
-def test_self_test_agrees_under_sanitizers(module, tmp_path):
-    source, options = module()
-    code, _ = to_c(source, tmp_path, name="unit", **options)
+@pytest.mark.parametrize("made, options, behind", MODULES.values(), ids=MODULES)
+def test_a_self_test_agrees_and_notices_damage(made, options, behind, tmp_path):
+    code, _ = to_c(made(), tmp_path, name="unit", **options)
     gcc(*SANITIZED, "-Dunit_SELFTEST", "-o", tmp_path / "unit", code)
     run = subprocess.run([tmp_path / "unit"], capture_output=True, text=True)
     assert run.returncode == 0 and run.stderr == ""
-
-
-@needs_compiler
-@pytest.mark.parametrize("number", ["z0", "gain"])
-def test_self_test_notices_damage(number, tmp_path):
-    observer = lb.kalman_filter(tracker())
-    code, _ = to_c(observer, tmp_path, name="unit")
-    text = code.read_text()
-    if number == "z0":
-        broken = text.replace("state->z[0] = 0.0;", "state->z[0] = 1e-3;")
-    else:
-        value = repr(float(observer.V[0, 0]))
-        broken = text.replace(value, repr(float(observer.V[0, 0]) * (1 + 1e-6)), 1)
-    assert broken != text
-    for source, ends in ((text, 0), (broken, 1)):
-        code.write_text(source)
+    if behind:
+        text = code.read_text()
+        at = text.index(behind)
+        number = re.search(r"\b[1-9]\.\d+|\b0\.\d*[1-9]\d*", text[at:])
+        damaged = repr(float(number[0]) * (1 + 1e-4))
+        start, end = (at + k for k in number.span())
+        code.write_text(text[:start] + damaged + text[end:])
         gcc("-Dunit_SELFTEST", "-o", tmp_path / "unit", code)
-        assert subprocess.run([tmp_path / "unit"]).returncode == ends
+        assert subprocess.run([tmp_path / "unit"]).returncode == 1
+
+
+def test_a_function_takes_what_it_reads(tmp_path):
+    def heads(source):
+        text = to_c(source, tmp_path, name="unit")[1].read_text()
+        early = "in an estimate, at its own instant" in text
+        assert early == ("u" in taken(text, "estimate"))
+        assert ("act from this sample to the next" in text) == ("u      known" in text)
+        return " ".join(taken(text, "estimate")), " ".join(taken(text, "advance"))
+
+    one = lb.kalman_filter(tracker())
+    assert heads(one) == ("y what", "u y")
+    assert heads(dataclasses.replace(one, W=np.ones((3, 1)))) == ("u y what", "u y")
+    assert heads(dataclasses.replace(one, V=0 * one.V, G=0 * one.G)) == ("what", "y")
+    assert heads(plant(3, 2)) == ("u y what", "u")
+    assert heads(dataclasses.replace(plant(3, 2), E=None)) == ("y what", "u")
+    assert heads(plant(3, 2, m=0)) == ("y what", "")
 
 
 @needs_compiler

@@ -7,11 +7,10 @@ import subprocess
 import generators
 import numpy as np
 import pytest
-from compiled_c import SANITIZED, Compiled, gcc, needs_compiler
+from compiled_c import Compiled, gcc, needs_compiler
 
 import luenberger as lb
 from luenberger.export import to_c
-from luenberger.export.c.printed import ORDER, Printed
 from luenberger.filtering import passes
 from luenberger.filtering.maps import Settings
 from luenberger.filtering.pack import begin, packed
@@ -329,35 +328,6 @@ def test_what_is_known_for_good_has_no_variance(kind, compiled):
     assert (unit.variances[known] == 0).all() and known.any()
 
 
-MODULES = {
-    "few": (3, {}, {}),
-    "correlated": (3, dict(correlated=True), {}),
-    "S": (3, dict(cross=True, correlated=True), {}),
-    "accurate": (3, {}, dict(m1=1)),
-    "loops": (8, {}, {}),
-    "no inputs": (2, dict(m=0), {}),
-    "E = 0": (3, dict(E=np.zeros((2, 1))), {}),
-    "float": (3, {}, dict(dtype="float")),
-}
-
-
-@pytest.mark.parametrize("n, changes, options", MODULES.values(), ids=MODULES)
-def test_self_test_agrees_under_sanitizers(n, changes, options, tmp_path):
-    source = plant(n, 2, **(dict(correlated=False) | changes))
-    code, _ = to_c(source, tmp_path, name="unit", **options)
-    gcc(*SANITIZED, "-Dunit_SELFTEST", "-o", tmp_path / "unit", code)
-    run = subprocess.run([tmp_path / "unit"], capture_output=True, text=True)
-    assert run.returncode == 0 and run.stderr == ""
-    if "S" in options.get("dtype", "S"):  # a number that is off is noticed
-        text = code.read_text()
-        body = text.index("_advance(unit_state") if n < 4 else text.index("unit_M[")
-        number = re.search(r"\d\.\d{6,}", text[body:])[0]
-        damaged = repr(float(number) * (1 + 1e-4))
-        code.write_text(text[:body] + text[body:].replace(number, damaged))
-        gcc("-Dunit_SELFTEST", "-o", tmp_path / "unit", code)
-        assert subprocess.run([tmp_path / "unit"]).returncode == 1
-
-
 @pytest.mark.parametrize("growth, rows", [(10, 6), (1e3, 3)])
 def test_a_self_test_is_as_long_as_there_are_digits(growth, rows, tmp_path):
     """A mode that grows and that no output shows: a shorter record, but never none."""
@@ -378,18 +348,6 @@ def test_a_self_test_is_as_long_as_there_are_digits(growth, rows, tmp_path):
         assert subprocess.run([tmp_path / "unit"]).returncode == ends
     with pytest.raises(lb.DesignError, match="digits"):
         exported(1e6)
-
-
-def test_a_function_takes_what_it_reads(tmp_path):
-    def heads(**changes):
-        text = to_c(plant(3, 2, **changes), tmp_path, name="unit")[1].read_text()
-        found = re.findall(r"unit_(estimate|advance)\(([^;]*)\);", text)
-        return {name: re.findall(r"(\w+)\[\]", given) for name, given in found}
-
-    without = np.zeros((2, 1))
-    assert heads(E=without) == dict(estimate=["y", "what"], advance=["u"])
-    assert heads(m=0) == dict(estimate=["y", "what"], advance=[])
-    assert heads() == dict(estimate=["u", "y", "what"], advance=["u"])
 
 
 def test_header_says_what_a_sample_costs(tmp_path):
@@ -415,27 +373,6 @@ def test_header_says_what_a_sample_costs(tmp_path):
         assert 0.5 < found[1] / (3 * n**3) < 4  # 2 n columns of n rows
 
 
-@pytest.mark.parametrize(
-    ("changes", "options", "message"),
-    [
-        (dict(P0=None), {}, "P0"),
-        (dict(C=np.zeros((0, 3)), E=None, R=None, output_names=()), {}, "no outputs"),
-        ({}, dict(m1=4), "between 0 and p"),
-        ({}, dict(weight=-np.eye(3), m1=1), "weight"),
-    ],
-)
-def test_what_no_device_can_filter_is_refused(changes, options, message, tmp_path):
-    source = dataclasses.replace(plant(3, 2), **changes)
-    with pytest.raises(ValueError, match=message):
-        to_c(source, tmp_path, **options)
-
-
-def test_plants_that_vary_are_refused(tmp_path):
-    source = generators.varying(np.random.default_rng(1), 2, 1, 5)
-    with pytest.raises(lb.DesignError, match="varies with time"):
-        to_c(source, tmp_path)
-
-
 @pytest.mark.parametrize("cross, m1", [(True, 1), (False, 7)])
 def test_too_many_choices_of_outputs_are_refused(cross, m1, tmp_path):
     """Those that are treated as exact; where noises are shared, all of them."""
@@ -454,12 +391,3 @@ def test_outputs_that_change_no_matrix_may_be_many(m1, compiled):
     x, variances = in_python(source, y, u, m1)
     assert generators.relative(found, x) < 1e-12
     assert generators.relative(unit.variances, variances) < 1e-12
-
-
-def test_every_text_that_it_calls_is_printed():
-    sizes = dict(n=3, N=5, g=2, p=2, o=2, e=2, t=2, w=9)
-    made = Printed("unit", "double", sizes, 1e-13, ORDER)
-    assert len(made.texts) == len(ORDER)
-    for name, text in zip(ORDER, made.texts):
-        assert f" unit_{name}(" in text.splitlines()[1]
-    assert "B" in made.given["rows_ahead"] and "T" not in made.given["gram"]

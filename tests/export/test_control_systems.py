@@ -158,6 +158,7 @@ REFUSED = {
         {}, "has no outputs"
     ),
     "m1": (plant, {"m1": 2}, "m1 must be between 0 and p = 1"),
+    "weight": (plant, {"m1": 1, "weight": -np.eye(2)}, "weight"),
     "too large": (
         lambda: observer(D=[[1e39]]), {"dtype": "float"}, r"D\[0, 0\] is 1e\+39, beyond"
     ),
