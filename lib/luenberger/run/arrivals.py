@@ -7,7 +7,7 @@ but for rounding: t + 0.3 s may be a last digit after the row at that time.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -111,10 +111,6 @@ def set_back(due: Matrix, labels: Vector, last: Any, digit: float) -> Matrix:
     return np.where(due < own - slack, due, np.maximum(due - slack, own))
 
 
-# arrivals, where there is none, labels of rows, what a last digit is worth
-Found = tuple[Matrix, Matrix, Vector, float]
-
-
 def _rows(arrival: Any, plant: Plant, first: int) -> tuple[Matrix, Matrix, Vector]:
     """Arrivals that are row numbers."""
     due = checked.real("arrival", arrival, "row numbers")
@@ -134,38 +130,18 @@ def _rows(arrival: Any, plant: Plant, first: int) -> tuple[Matrix, Matrix, Vecto
     return due, never, np.arange(float(first), first + len(due))
 
 
-def _times(y: Any, arrival: Any, plant: Plant, first: int) -> Found:
-    """Arrivals that are numbers or times, as in the index of y."""
+def _times(
+    y: Any, arrival: Any, plant: Plant, first: int
+) -> tuple[Matrix, Matrix, Vector, float]:
+    """Arrivals as the index of y tells times, where there is none, labels, a digit."""
     if not dataframes.is_table(y):
         raise ValueError(
             "arrival names columns or is a table, so y must be a DataFrame too, with "
             "the times of its rows in its index"
         )
-    _require_times_in_index(y, plant)
-    labels, missing, kind = dataframes.moments("the index of y", y.index)
-    backwards = np.flatnonzero(np.diff(labels) <= 0)
-    if missing.any() or len(backwards):
-        k = int(missing.argmax() if missing.any() else backwards[0] + 1)
-        raise ValueError(
-            f"the index of y must grow from row to row, but at row {first + k} it is "
-            f"{y.index[k]}"
-        )
-    due, digit = np.repeat(labels[:, None], plant.p, axis=1), dataframes.digit(y.index)
-    never = np.zeros(due.shape, dtype=bool)
-    for j, name, column in _columns(y, arrival, plant):
-        due[:, j], never[:, j], what = dataframes.moments(name, column)
-        if what != kind:
-            raise ValueError(f"{name} holds {what}, but the index of y holds {kind}")
-        digit = max(digit, dataframes.digit(column))
-    return due, never, labels, digit
-
-
-def _require_times_in_index(y: Any, plant: Plant) -> None:
-    """Refuse a table whose index numbers the rows, while a column has their times."""
-    if type(y.index).__name__ != "RangeIndex" or y.index.name is not None:
-        return
-    signals = (*plant.output_names, *plant.input_names)
-    for name in getattr(y, "columns", ()):
+    names, signals = plant.output_names, (*plant.output_names, *plant.input_names)
+    numbered = type(y.index).__name__ == "RangeIndex" and y.index.name is None
+    for name in getattr(y, "columns", ()) if numbered else ():
         if time_stamps.is_time(name, signals):
             raise ValueError(
                 f"arrivals are told as the index of y tells the rows, which numbers "
@@ -174,31 +150,33 @@ def _require_times_in_index(y: Any, plant: Plant) -> None:
                 f"leave that column out. A table of Polars becomes one of pandas by "
                 "y.to_pandas()."
             )
-
-
-def _columns(y: Any, arrival: Any, plant: Plant) -> Iterator[tuple[int, str, Any]]:
-    """Output by output: its number, what its column is called, and the column."""
-    names = list(plant.output_names)
-    if isinstance(arrival, Mapping):
-        for key, label in arrival.items():
-            if key not in names:
-                raise ValueError(f"arrival has {short(key)}; outputs are {few(names)}")
-            yield (
-                names.index(key),
-                f"the column {short(label)} of y",
-                (dataframes.column("y", y, label)),
-            )
-        return
-    if not arrival.index.equals(y.index):
-        raise ValueError("y and arrival are tables with different rows")
-    known = [name for name in names if name in arrival.columns]
-    if foreign := [name for name in arrival.columns if name not in names]:
+    labels, missing, kind = dataframes.moments("the index of y", y.index)
+    backwards = np.flatnonzero(np.diff(labels) <= 0)
+    if missing.any() or len(backwards):
+        k = int(missing.argmax() if missing.any() else backwards[0] + 1)
         raise ValueError(
-            f"arrival has the columns {few(foreign)}; outputs are {few(names)}"
+            f"the index of y must grow from row to row, but at row {first + k} it is "
+            f"{y.index[k]}"
         )
-    for name in known:
-        column = dataframes.column("arrival", arrival, name)
-        yield names.index(name), f"the column {short(name)} of arrival", column
+    if isinstance(arrival, Mapping):
+        own, table, columns = "y", y, dict(arrival)
+    elif arrival.index.equals(y.index):
+        own, table, columns = "arrival", arrival, {k: k for k in arrival.columns}
+    else:
+        raise ValueError("y and arrival are tables with different rows")
+    if foreign := [name for name in columns if name not in names]:
+        told = f"the columns {few(foreign)}" if own == "arrival" else short(foreign[0])
+        raise ValueError(f"arrival has {told}; outputs are {few(names)}")
+    due, digit = np.repeat(labels[:, None], plant.p, axis=1), dataframes.digit(y.index)
+    never = np.zeros(due.shape, dtype=bool)
+    for output, label in columns.items():
+        j, name = names.index(output), f"the column {short(label)} of {own}"
+        column = dataframes.column(own, table, label)
+        due[:, j], never[:, j], what = dataframes.moments(name, column)
+        if what != kind:
+            raise ValueError(f"{name} holds {what}, but the index of y holds {kind}")
+        digit = max(digit, dataframes.digit(column))
+    return due, never, labels, digit
 
 
 def _reading(plant: Plant, row: int, output: int) -> str:

@@ -66,25 +66,20 @@ class Clock:
             steps[0] = dt
         since = seconds - self.first
         due = dt * (self.count + np.arange(len(seconds)))
-        late = np.abs(since - due) > np.maximum(dt / 2, DRIFT * np.abs(due)) * (
-            1 + 1e-9
-        )
-        wrong = (np.abs(steps - dt) >= dt / 2) | late
-        if wrong.any():
-            k = int(np.argmax(wrong))
-            raise ValueError(f"{at(k)}: {self._said(k, steps, since, due)}. {AHEAD}")
-        self.last, self.count = float(seconds[-1]), self.count + len(seconds)
-
-    def _said(self, k: int, steps: Vector, since: Vector, due: Vector) -> str:
-        if abs(steps[k] - self.dt) >= self.dt / 2:
-            return (
+        jump = np.abs(steps - dt) >= dt / 2
+        most = np.maximum(dt / 2, DRIFT * np.abs(due)) * (1 + 1e-9)
+        for k in np.flatnonzero(jump | (np.abs(since - due) > most))[:1]:
+            said = (
                 f"its time is {steps[k]:.6g} s after that of the row before, but one "
-                f"step is dt = {self.dt:g} s"
+                f"step is dt = {dt:g} s"
             )
-        return (
-            f"it is {since[k]:.6g} s after the first row, but by dt = {self.dt:g} s "
-            f"it should be {due[k]:.6g} s"
-        )
+            if not jump[k]:
+                said = (
+                    f"it is {since[k]:.6g} s after the first row, but by "
+                    f"dt = {dt:g} s it should be {due[k]:.6g} s"
+                )
+            raise ValueError(f"{at(k)}: {said}. {AHEAD}")
+        self.last, self.count = float(seconds[-1]), self.count + len(seconds)
 
 
 def periods(seconds: Vector, at: Place = row) -> Vector:
