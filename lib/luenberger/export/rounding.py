@@ -97,14 +97,12 @@ def rounding_error(
     u: ArrayLike | None = None,
     within: ArrayLike = 1.0,
 ) -> RoundingError:
-    r"""Compile an observer's C, run it on a simulated record, and compare.
+    """Compile an observer's C, run it on a simulated record, and compare.
 
     The plant is simulated with its noises for `steps` samples.  Its readings pass
-    through the C that `to_c` writes, in `dtype`, and through
-    :math:`z_{i+1} = F z_i + G u_i + D y_i`, :math:`\hat w_i = P z_i + V y_i + W u_i`
-    in double.  What differs is the rounding of constants, readings and sums.  It grows
-    with the signals, so it holds for records like this one, and the result says how
-    large their u and y are.
+    through the C that `to_c` writes, in `dtype`, and through `estimate` in double.
+    What differs is the rounding of constants, readings and sums.  It grows with the
+    signals, so it holds for records like this one; the result says how large they are.
 
     Parameters
     ----------
@@ -126,8 +124,6 @@ def rounding_error(
     Returns
     -------
     RoundingError
-        The largest and the root mean square difference of each estimate, and the
-        standard deviation to measure them by.
 
     Raises
     ------

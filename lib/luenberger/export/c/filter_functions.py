@@ -28,25 +28,10 @@ CODES = (
 
 
 class Functions:
-    """The functions of a filter, in the numbers of a device.
+    """The functions of a filter, in the numbers of a device."""
 
-    Attributes
-    ----------
-    maps : Maps
-        Of a sample with every output.
-    correlated : bool
-        Whether readings are combined, so that their noises are not correlated.
-    first : dict of str to ndarray
-        The state ahead of the first sample.
-    uses : list of Use
-    sizes : dict of str to int
-        Members of the state, and their lengths; 0: there is none.
-    printed : Printed
-        The texts of `passes` that they call.
-    """
-
-    sizes: dict[str, int]
-    printed: Printed
+    sizes: dict[str, int]  # of the members of a state; 0: there is none
+    printed: Printed  # the texts of `passes` that are called
     estimate: Callable[[], C]
     advance: Callable[[], C]
     variances: Callable[[], C]
@@ -62,7 +47,9 @@ class Functions:
         self.tiny, self.clash = ROUGH[self.real]
         R = plant.at(0).covariances()[1]
         alone = settings.way == "nothing"
+        # readings are combined, so that their noises are not correlated
         self.correlated = alone and bool((R - np.diag(R.diagonal())).any())
+        # those of a sample with every output, and the state ahead of the first one
         self.maps = self.at(np.ones(self.p, dtype=bool))
         end = begin(settings, np.zeros(plant.m))
         z, V, D, E, e = (X.copy() for X in end.state)

@@ -37,18 +37,9 @@ INDICES = ("i", "j", "k", "m", "top", "start")
 
 
 class Printed:
-    """C functions for the texts, called PREFIX_text.
+    """C functions PREFIX_text for the `wanted` texts, with all that they call.
 
-    Parameters
-    ----------
-    prefix, real : str
-        Of names, and the type of numbers.
-    sizes : dict of str to int
-        The letters of `ARRAYS`.
-    tiny : float
-        `passes.TINY` for these numbers.
-    wanted : set of str
-        The texts, with all that they call.
+    `sizes` are those of the letters of `ARRAYS`, and `tiny` is `passes.TINY`.
     """
 
     def __init__(

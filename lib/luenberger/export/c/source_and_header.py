@@ -157,18 +157,8 @@ def signals(observer: Observer, plant: Plant | None = None) -> Signals:
 
 def texts(one: Module) -> dict[str, str]:
     """NAME.c and NAME.h, with a fingerprint: halves of two exports do not compile."""
-    name = one.file.name
-    header, source = _header(one), _source(one)
-    digest = hashlib.sha256((header + source).encode()).hexdigest()[:8]
-    return {
-        f"{name}.{k}": text.replace(f"{name}_EXPORT{sign} @",
-                                    f"{name}_EXPORT{sign} 0x{digest}UL")
-        for k, sign, text in (("c", " !=", source), ("h", "", header))
-    }  # fmt: skip
-
-
-def _header(one: Module) -> str:
     name, real, size = one.file.name, one.file.real, BYTES[one.file.real]
+    taken = {k for use in one.uses for k in use.arguments}
     said = [f"{MARK}: do not edit.", "", one.title, ""]
     said += [f"    {line}" for line in one.equations]
     said += [
@@ -181,7 +171,6 @@ def _header(one: Module) -> str:
     ]
     for k, n, meaning in one.members:
         said.append(f"           {k.rpartition(' ')[2]}[{n}]  {meaning}")
-    taken = {k for use in one.uses for k in use.arguments}
     for key in (k for k in ARGUMENTS if k in taken):
         lines = [*ARGUMENTS[key]]
         if key == "u" and "u" in one.uses[1].arguments:
@@ -213,7 +202,7 @@ def _header(one: Module) -> str:
     for use in one.uses:
         does = "\n   ".join(use.says)
         declared += ["", f"/* {does} */", f"{prototype(one.file, use)};"]
-    return HEADER.substitute(
+    header = HEADER.substitute(
         comment="\n".join(comment(said)),
         name=name,
         inputs=len(one.signals.u),
@@ -225,11 +214,6 @@ def _header(one: Module) -> str:
         ),
         declared="\n".join(declared),
     )
-
-
-def _source(one: Module) -> str:
-    name, real = one.file.name, one.file.real
-    taken = {k for use in one.uses for k in use.arguments}
     (N, q), record = one.record[2].shape, dict(zip(("u", "y", "expected"), one.record))
     record = {k: X[:N] for k, X in record.items() if k in taken or k == "expected"}
     at = lambda wide: "k" if wide == 1 else f"k * {wide}"  # noqa: E731
@@ -240,7 +224,7 @@ def _source(one: Module) -> str:
             given[k] = f"&{name}_{k}[{at(X.shape[1])}]"
         called[use.name] = ", ".join(["&state", *(given[k] for k in use.arguments)])
     bound = TOLERANCE[real] * float(abs(one.record[2]).max(initial=1e-300))
-    return SOURCE.substitute(
+    source = SOURCE.substitute(
         called,
         mark=MARK,
         name=name,
@@ -257,6 +241,11 @@ def _source(one: Module) -> str:
         q=q,
         at="k" if q == 1 else f"({at(q)}) + i",
     )
+    mark = f"0x{hashlib.sha256((header + source).encode()).hexdigest()[:8]}UL"
+    return {
+        f"{name}.c": source.replace(f"{name}_EXPORT != @", f"{name}_EXPORT != {mark}"),
+        f"{name}.h": header.replace(f"{name}_EXPORT @", f"{name}_EXPORT {mark}"),
+    }
 
 
 def prototype(file: File, use: Use) -> str:
