@@ -128,6 +128,13 @@ def test_a_refused_sample_leaves_no_trace(kind, dtype, compiled):
 
 
 @needs_compiler
+def test_a_reading_that_nothing_uses_is_refused_as_well(compiled):
+    D, V = [[1, 0]], [[1, 0]]
+    observer = lb.Observer([[0.5]], [[]], D, [[1]], V, T=[[1]], L=[[1]], dt=1)
+    assert compiled(observer).run([[1, NAN], [NAN, 1]])[1].all()
+
+
+@needs_compiler
 @pytest.mark.parametrize("part", ["state", "estimate"])
 def test_a_state_or_an_estimate_alone_may_overflow(part, compiled):
     D, V = (4, 0) if part == "state" else (0, 4)
