@@ -238,8 +238,8 @@ def test_a_record_may_be_rounded_by_one_part_in_a_million(offset, refused):
 def test_integer_records_that_fit_exactly_are_not_refused():
     """15 instants, so that rounding grows behind states that are known exactly.
 
-    In three it grows 3, 6 and 14 times a row, as S feeds exact readings back, until no
-    digits are left.
+    In one it grows 14 times a row, as S feeds exact readings back, until no digits are
+    left; in one no output shows an unstable mode.
     """
     refused = []
     for seed in range(100):
@@ -253,7 +253,7 @@ def test_integer_records_that_fit_exactly_are_not_refused():
                 assert np.isfinite(in_full(plant, y, u, u0=u0).x).all(), seed
             except lb.DesignError:
                 refused.append(seed)
-    assert refused == [33, 64, 88]
+    assert refused == [33, 88]
 
 
 # -- (33) with R singular and S: which J ----------------------------------------------

@@ -249,7 +249,7 @@ def predict(M, B, G, X, d, drive, z, V, D, E, e, W, w, made, met, T, h):
     for k in range(n):
         z[k], met[k] = made[k], h[k]
     for k in range(n, N):
-        z[k] = 0
+        z[k], met[k] = 0, 0
     rows_ahead(B, G, V, D, W, 0, made)
     for i in range(n):
         for j in range(p):
@@ -274,7 +274,7 @@ def predict(M, B, G, X, d, drive, z, V, D, E, e, W, w, made, met, T, h):
 def read(y, V, D, c, r, z, met, K, f):
     """Take in a reading y of c z: the pivot, the innovation, and what that is made of.
 
-    `met` says what the estimate of the plant's state is made of.
+    `met` says what the estimate z is made of.
     """
     nu, size = y, abs(y)
     for i in range(len(z)):
@@ -283,7 +283,7 @@ def read(y, V, D, c, r, z, met, K, f):
     for i in range(len(met)):
         size += abs(c[i]) * met[i]
     pivot = absorb(V, D, c, r, nu, z, K, f)
-    move = over(abs(nu), pivot)
+    move = over(size, pivot)
     for i in range(len(met)):
         met[i] += abs(K[i]) * move
     return pivot, nu, size
@@ -336,8 +336,8 @@ def forward(y, drive, at, maps, state, xs, variances, tape):
     wide = N + maps.G.shape[2] + (p if pushed else 0)
     W, T = np.zeros((n, wide), z.dtype), np.zeros((0, n), z.dtype)
     w, h = np.zeros(wide, z.dtype), np.zeros(wide, z.dtype)
-    made, met, f = np.zeros(n, z.dtype), np.zeros(n, z.dtype), np.zeros(N, z.dtype)
-    for i in range(n):
+    made, met, f = np.zeros(n, z.dtype), np.zeros(N, z.dtype), np.zeros(N, z.dtype)
+    for i in range(N):
         met[i] = abs(z[i])
     clash, s = -1, -1
     M, B, G, X = maps.M[0], maps.B[0], maps.G[0], maps.X[0]

@@ -53,7 +53,7 @@ class Functions:
         self.maps = self.at(np.ones(self.p, dtype=bool))
         end = begin(settings, np.zeros(plant.m))
         z, V, D, E, e = (X.copy() for X in end.state)
-        met = np.abs(z[: self.n])
+        met = np.abs(z)
         if not plant.at_first:
             M, B, G, X, _, _, _, d = settings.at(0, end.seen)[0]
             wide = B.shape[1] + G.shape[1] + (len(e) if X.shape[1] else 0)

@@ -34,7 +34,7 @@ class Loops(Functions):
         left_out = {"push": not self.pushed, "whiten": not self.correlated}
         wanted = [k for k in ORDER if not left_out.get(k)]
         self.printed = Printed(self.name, self.real, sizes, self.tiny, wanted)
-        self.sizes = dict(x=N, met=n, D=N, V=N * N, E=t * N, e=t)
+        self.sizes = dict(x=N, met=N, D=N, V=N * N, E=t * N, e=t)
         self.unit = f"((i % {N + 1}) == 0) ? 1.0 : 0.0"
         # for each output its bit, for each sum of bits which maps, and the maps
         self.bits, self.at_, self.found = [0] * p, [0], [self.maps]
@@ -171,13 +171,13 @@ class Loops(Functions):
         Counted.done = 0
         passes.predict.on()(
             maps.M, maps.B, maps.G, maps.X, maps.d, room(n), z, V, D, E, e,
-            room(n, wide), room(wide), room(n), room(n), room(0, n), room(wide),
+            room(n, wide), room(wide), room(n), room(N), room(0, n), room(wide),
         )  # fmt: skip
         ahead, Counted.done = Counted.done, 0
         if self.correlated:
             passes.whiten.on()(counted(self.plant.R), maps.C, room(p), room(p))
         for c, r in zip(maps.C, maps.r):
-            passes.read.on()(Counted(9), V, D, c, r, z, room(n), room(N), room(N))
+            passes.read.on()(Counted(9), V, D, c, r, z, room(N), room(N), room(N))
         if self.pushed:
             passes.push.on()(maps.O, z, E, e, room(n), room(n))
         of_E, of_B = (2 * int((X != 0).sum()) for X in (self.plant.E, self.plant.B))

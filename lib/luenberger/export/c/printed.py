@@ -27,8 +27,8 @@ ARRAYS = {
     "gram": "W:nw! w:w made:n V:NN! D:N! T:0n! h:w!",
     "rows_ahead": "B:nN G:ng V:NN D:N W:nw! made:n!",
     "predict": "M:nN B:nN G:ng X:no d:e drive:n z:N! V:NN! D:N! E:tN e:t W:nw! w:w! "
-    "made:n! met:n! T:0n! h:w!",
-    "read": "V:NN! D:N! c:N z:N! met:n! K:N! f:N!",
+    "made:n! met:N! T:0n! h:w!",
+    "read": "V:NN! D:N! c:N z:N! met:N! K:N! f:N!",
     "spread": "V:NN D:N variances:n!",
     "push": "O:no z:N E:tN e:t x:n! variances:n!",
 }
