@@ -167,7 +167,7 @@ def ahead(source, y, u, m1=0):
     pack = packed(settings, end, np.vstack([y, unsaid]), np.vstack([u, u[:1]]))
     maps, at, (z, V, D, E, e) = pack.maps, pack.at, (X.copy() for X in end.state)
     n, N, g = source.n, len(z), maps.G.shape[2]
-    wide, met = N + g + maps.O.shape[2] * source.p, np.abs(z[:n])
+    wide, met = N + g + maps.O.shape[2] * source.p, np.abs(z)
     for t, row in enumerate(pack.y):
         if (s := at[t]) >= 0:
             given = maps.M[s], maps.B[s], maps.G[s], maps.X[s], maps.d[s]
