@@ -80,6 +80,10 @@ def test_with_a_plant_they_are_those_of_the_report(here, call):
     report = measurements.apply(OBSERVER, (0,), PLANT, record)
     np.testing.assert_array_equal(x, report.x)
     assert np.abs(x - lb.estimate(OBSERVER, Y, U)).max() > 1e-3
+    left = np.eye(2) - OBSERVER.V @ PLANT.C  # of the error that x0 has
+    first = left @ PLANT.at_first_sample().P0 @ left.T
+    first += OBSERVER.V @ PLANT.R @ OBSERVER.V.T
+    np.testing.assert_allclose(report.std[0], np.sqrt(first.diagonal()), rtol=1e-12)
 
 
 def test_without_times_rows_are_counted(here, call, monkeypatch):

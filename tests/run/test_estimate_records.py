@@ -50,6 +50,15 @@ def test_estimates_follow_the_equations_of_an_observer(kind, records):
         z = F @ z + G @ u[k] + D @ y[k]
 
 
+def test_a_simulation_begins_with_the_input_before_its_first_row():
+    observer, x0, u = OBSERVERS["over steps"], np.array([1.0, -2, 3]), np.ones((20, 1))
+    run = lb.simulate(PLANT, observer, 20, u=u, u0=[0.7], x0=x0)
+    np.testing.assert_allclose(run.x[0], PLANT.A @ x0 + PLANT.B @ [0.7], rtol=1e-12)
+    np.testing.assert_allclose(run.x[1], PLANT.A @ run.x[0] + PLANT.B @ u[0])
+    found = lb.estimate(observer, run.y, u, u0=[0.7])
+    np.testing.assert_allclose(run.w_hat, found, rtol=1e-10)
+
+
 def test_lists_tables_and_one_input_for_all(records):
     observer, (y, u) = OBSERVERS["constant"], records
     several = [y[0], y[1, :7], y[2, :0]]
