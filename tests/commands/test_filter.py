@@ -176,10 +176,10 @@ def test_one_row_and_a_plant_without_noise(call):
 def test_memory_does_not_grow_with_the_record(call, peaks, lag):
     """More rows take less than the room of one number each."""
     pytest.importorskip("numba", reason="numba is an optional extra")
-    for rows in (300, 2000, 5000):
+    for rows in (300, 3000, 9000):
         record(rows).to_csv("long.csv")
         line = f"motor.json long.csv --out x.csv {lag}"
         status, _, err = call(line)
         assert status == 0 and f"{rows} rows" in err
     _, few, many = peaks  # the first loads what compiles
-    assert many - few < 8 * 3000
+    assert many - few < 8 * 6000
