@@ -8,8 +8,8 @@ import pytest
 import luenberger as lb
 from luenberger.analysis.step_cost import step_cost
 from luenberger.compare.cheapest import Rounded, cheapest
-from luenberger.period import hold
 from luenberger.compare.rounding import records, rounding
+from luenberger.period import hold
 
 K = [[0, 0, 1, 0]]  # the torque in the shaft
 
