@@ -168,7 +168,7 @@ class Functions:
                 known = f"y[{i}]" if known == "0.0" else f"y[{i}] - ({known})"
             to.set(f"{array}[{i}]", known)
         if use == "estimate" and self.correlated:
-            for k, Y in zip("CR", (plant.C, plant.covariances()[1])):
+            for k, Y in zip("CR", (plant.C, plant.at(0).covariances()[1])):
                 self.file.tables[f"{self.name}_{k}"] = representable(k, Y, self.real)
                 to.array(k, Y.size)
                 to.loop("i", 0, Y.size)
