@@ -11,6 +11,14 @@ from exact_smoother import Batch, floats
 from judge import adapter, checkout, exact, oracle, problems
 
 SEEDS = range(300)
+HARD = (  # each needs a line of its own, where it says why
+    849,  # a row of R that repeats another one, to rounding
+    1926,  # noises of outputs that cancel in a combination
+    2490,  # what a state was made of two rows before
+    3338,  # rounding of an innovation, which moves a noise
+    9978,  # a reading less E u
+    19963,  # a variance divided by that of an unknown start
+)
 
 
 def verdicts(seeds):
@@ -22,7 +30,7 @@ def verdicts(seeds):
 
 def test_the_library_is_right_on_problems_of_every_kind():
     """Twenty thousand more by `python tests/support/judge exact`."""
-    found, bad = verdicts(SEEDS)
+    found, bad = verdicts([*SEEDS, *HARD])
     assert bad == []
     assert found["calls"] > 1400 and found["contradictions"] > 200
 

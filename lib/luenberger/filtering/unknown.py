@@ -139,6 +139,7 @@ def forward(
         )  # fmt: skip
         for old, new in zip((*state, xs[row], variances[row], *kept), (*given, *out)):
             old[...] = new
+        state.D[state.D < 1 / LARGE] = 0  # a number divided by kappa
         if clash >= 0:
             return k, k * y.shape[1] + clash
     return len(y), -1
