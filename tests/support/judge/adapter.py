@@ -118,18 +118,21 @@ DEVICE = """
 int run(const double *y, double *what, int rows)
 {
     made_state state;
-    made_init(&state, 0, 0);
+    made_init(&state%s);
     for (int k = 0; k < rows; k++)
-        if (made_estimate(&state, y + k * P, what + k * N) || made_advance(&state))
+        if (%s)
             return 1;
     return 0;
 }
 """
+NOW = ", 0, 0", "made_estimate(&state, y + k * P, what + k * N) || made_advance(&state)"
+THEN = "", "made_step(&state, y + k * P, what + k * N)"  # of an older checkout
 
 
 def exported(plant, folder):
     """The sources of `int run(y, what, rows)`, the exported filter over a record."""
-    code, _ = to_c(plant, folder, name="made")
+    code, header = to_c(plant, folder, name="made")
+    calls = THEN if "made_step" in header.read_text() else NOW
     driver = folder / "driver.c"
-    driver.write_text(f"enum {{ N = {plant.n}, P = {plant.p} }};\n{DEVICE}")
+    driver.write_text(f"enum {{ N = {plant.n}, P = {plant.p} }};\n{DEVICE % calls}")
     return code, driver
