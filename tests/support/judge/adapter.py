@@ -126,7 +126,7 @@ int run(const double *y, double *what, int rows)
 }
 """
 NOW = ", 0, 0", "made_estimate(&state, y + k * P, what + k * N) || made_advance(&state)"
-THEN = "", "made_step(&state, y + k * P, what + k * N)"  # of an older checkout
+THEN = "", "made_step(&state, 0, y + k * P, what + k * N)"  # of an older checkout
 
 
 def exported(plant, folder):
