@@ -147,6 +147,20 @@ def test_windows_of_a_plant_that_changes_are_the_record(monkeypatch):
         assert np.array_equal(getattr(parts, name), getattr(whole, name)), name
 
 
+def test_a_long_record_forgets_what_nothing_late_can_change():
+    """Only the last rows are near; of 900 rows most are put away three times."""
+    rng = np.random.default_rng(5)
+    plant = lb.Plant([[0.9]], None, [[1]], dt=1.0, Q=[[1]], R=[[2]], P0=[[3]])
+    y, rows = rng.normal(size=(900, 1)), np.arange(900)[:, None]
+    due = rows + rng.choice([0, 0, 0, 0, 2, 5], (900, 1))
+    found = lb.Filter(plant).run(lb.Record(y, arrival=due))
+    for k in (100, 215, 433, 640, 866, 899):
+        known = np.where(due <= k, y, nan)[: k + 1]
+        last = lb.Filter(plant).run(known)
+        np.testing.assert_array_equal(found.x[k], last.x[-1])
+        np.testing.assert_array_equal(found.std[k], last.std[-1])
+
+
 def test_gains_are_those_of_the_readings_that_are_on_time():
     plant, y, u, due = a_plant(0, "noisy")
     late = due > np.arange(len(y))[:, None]
