@@ -9,6 +9,7 @@ WIDE = 40  # columns of a line that has its reason below
 SIGNS = {"=", "+", "-", r"\ge", r"\le"}
 OPENING, CLOSING = {*"{[(", r"\begin"}, {*"}])", r"\end"}
 MATRIX = re.compile(r"(.*?)\\begin\{bmatrix\}(.*)\\end\{bmatrix\}(.*)", re.DOTALL)
+MATRICES = re.compile(r"(?<=\\end\{bmatrix\})(?=.*\\begin\{bmatrix\})", re.DOTALL)
 SPELLED = re.compile(
     r"\\(?:left|right|text|operatorname|mathrm|bar|tilde|hat)\b|\\[,;!]|[{}_^\s]"
 )
@@ -24,7 +25,19 @@ def spaced(formulas, listed=None):
 
 
 def in_lines(source):
-    """A formula; where it has a matrix too wide for a line, the entries in brackets."""
+    """A formula, with breaks between matrices that stand in no brackets.
+
+    A matrix that is too wide for a line is written as its entries in brackets.
+    """
+    first, *found = MATRICES.split(source)
+    if found and r"\left(\begin" in source:
+        return [source]
+    found = [first, *("{}" + part.lstrip() for part in found)]
+    return [piece for part in found for piece in entries(part)]
+
+
+def entries(source):
+    """A formula with one matrix at most: its entries, if it is wide."""
     wide = MATRIX.fullmatch(source)
     if not wide or about(wide[2]) < WIDE:
         return [source]
@@ -34,9 +47,11 @@ def in_lines(source):
     ends = itertools.accumulate(map(len, rows))
     for end in ends:
         found[end - 1] = found[end - 1][:-1] + ";"
-    found[0] = f"{before}[{found[0]}"
-    found[-1] = f"{found[-1][:-1]}]{after}"
-    return [part for entry in found for part in apart(entry, within=1)]
+    found[-1] = found[-1][:-1]
+    pieces = [piece for entry in found for piece in apart(entry)]
+    pieces[0] = f"{before}[{pieces[0]}"
+    pieces[-1] = f"{pieces[-1]}]{after}"
+    return pieces
 
 
 def apart(source, within=0):
