@@ -116,15 +116,21 @@ def test_gains_and_covariances_are_those_of_the_recursion(m1, shared):
         ahead = A @ x + J @ (y[k] - plant.C @ x)
 
 
+def matrices(rng, n, kind):
+    """A and C of n states; those of a kind have zeros and ones, or change."""
+    A, C = rng.normal(size=(n, n)), rng.normal(size=(min(n, 2), n))
+    if kind == "zeros":
+        A, C = np.triu(A, 1) + np.eye(n), np.eye(n)[: len(C)]
+    A = np.stack([A, 0.9 * A] * 20) if kind == "varying" else A
+    return A, C
+
+
 @pytest.mark.parametrize("kind", ["noisy", "gaps", "exact", "zeros", "varying"])
 @pytest.mark.parametrize("n", [1, 2, 3])
 def test_scalars_find_the_bits_of_the_loops(monkeypatch, n, kind):
     """Also of what is kept on the tape, and with known zeros and ones in A and C."""
     rng = np.random.default_rng(n)
-    A, C = rng.normal(size=(n, n)), rng.normal(size=(min(n, 2), n))
-    if kind == "zeros":
-        A, C = np.triu(A, 1) + np.eye(n), np.eye(n)[: len(C)]
-    A = np.stack([A, 0.9 * A] * 20) if kind == "varying" else A
+    A, C = matrices(rng, n, kind)
     R = np.eye(len(C)) * (kind != "exact") + 0.0
     plant = lb.Plant(A, None, C, dt=1.0, Q=np.eye(n), R=R, P0=np.eye(n))
     y = rng.normal(size=(30, len(C)))
@@ -143,10 +149,7 @@ def test_scalars_find_the_bits_of_the_loops(monkeypatch, n, kind):
 def test_scalars_find_the_way_back(monkeypatch, n, kind, P0):
     """Sums in another order; the first rows of a vague prior lose digits."""
     rng = np.random.default_rng(n)
-    A, C = rng.normal(size=(n, n)), rng.normal(size=(min(n, 2), n))
-    if kind == "zeros":
-        A, C = np.triu(A, 1) + np.eye(n), np.eye(n)[: len(C)]
-    A = np.stack([A, 0.9 * A] * 20) if kind == "varying" else A
+    A, C = matrices(rng, n, kind)
     more = dict(R=np.eye(len(C)), P0=P0 * np.eye(n))
     plant = lb.Plant(A, None, C, dt=1.0, Q=np.eye(n), **more)
     y = rng.normal(size=(30, len(C)))

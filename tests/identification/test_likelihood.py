@@ -19,6 +19,7 @@ from exact_likelihood import (
     rational_plant,
 )
 from exact_smoother import product
+from fractional_passes import factored
 
 import luenberger as lb
 from luenberger.filtering import likelihood, passes
@@ -71,17 +72,6 @@ def test_statsmodels_has_the_same_likelihood(seed):
 
 
 # -- exactly ---------------------------------------------------------------------------
-
-
-def factored(P):
-    """V = U' and D of a covariance of Fractions."""
-    n, P, V, D = len(P), P.copy(), rational(np.eye(len(P))), zeros(len(P))
-    for j in reversed(range(n)):
-        D[j] = P[j, j]
-        for i in range(j if D[j] else 0):
-            V[j, i] = P[i, j] / D[j]
-        P = P - D[j] * np.outer(V[j], V[j])
-    return V, D
 
 
 def exact(plant, y, u, u0, move=None):
