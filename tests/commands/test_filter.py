@@ -94,6 +94,18 @@ def test_a_lag_gives_the_smoothed_record(call, piece):
     np.testing.assert_allclose(every.x, same.x, atol=1e-9)
 
 
+def test_a_start_may_be_unknown_with_a_lag(call, piece):
+    """A few rows are held, and they are those of the whole record."""
+    one = dataclasses.replace(MOTOR, P0=None)
+    one.to_json("motor.json")
+    for lag in (0, 7):
+        assert call(f"motor.json data.csv --lag {lag} --out x.csv")[0] == 0
+        wanted = lb.Filter(one).smooth(record(), lag=lag)
+        _, x, std = numbers()
+        np.testing.assert_allclose(x, wanted.x, rtol=1e-9, atol=1e-11)
+        np.testing.assert_allclose(std, wanted.std, rtol=1e-9)
+
+
 def test_no_rows_are_no_estimates():
     none = np.zeros((0, 2)), np.zeros((0, 1))
     for found in (

@@ -1,6 +1,5 @@
 """What mypy makes of a user's code: `.ci/run` has it checked with the library."""
 
-from collections.abc import Iterator
 from typing import assert_type
 
 import numpy as np
@@ -18,7 +17,6 @@ def never_run() -> None:
     assert_type(lb.certify(observer, plant).worst, float)
     assert_type(lb.simulate(plant, observer, 5, x0=[1, 2]).error, np.ndarray)
     assert_type(lb.estimate(observer, [[1], [2]]), np.ndarray)
-    assert_type(lb.estimate(observer, iter([y])), Iterator[np.ndarray])
     assert_type(lb.plot.panels(2), list[Axes])
     assert_type(lb.Filter(plant).log_likelihood([y, y]), float)
     lb.reduced_order_filter(plant, steps="ten")  # type: ignore[call-arg, arg-type]

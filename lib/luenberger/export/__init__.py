@@ -39,19 +39,16 @@ def to_c(
 ) -> list[Path]:
     r"""Write a constant observer, or a plant's time-varying filter, as C99.
 
-    Two files, NAME.h and NAME.c.  They allocate nothing, call nothing but math.h, keep
-    nothing outside `state`, and compile without warnings.  A device calls
-    ``NAME_init(state, x0)`` once, and for each sample ``NAME_estimate(state, y, what)``
-    and then ``NAME_advance(state, u, y)``, which leads to the next sample: u acts from
-    this sample to the next, so it may hang on the estimate.  A function takes what it
-    reads: an estimate takes u only where u is seen at once, in W or E.
+    Two files, NAME.h and NAME.c, which allocate nothing, call nothing but math.h and
+    compile without warnings.  A device calls ``NAME_init(state, x0)`` once.  For each
+    sample it calls ``NAME_estimate(state, y, what)`` and then
+    ``NAME_advance(state, u, y)``, which leads to the next one: u acts until then.
 
     - An `Observer` becomes :math:`\hat w_i = P z_i + V y_i + W u_i` and
-      :math:`z_{i+1} = F z_i + G u_i + D y_i`, whatever method designed it.
-    - A `Plant` becomes its `Filter`, with the covariance as U D U' and one output after
-      the other.  NaN in y means not measured.  Its first sample is instant 1, with no
-      input before it.  ``NAME_init`` takes standard deviations beside x0, and
-      ``NAME_variances(state, variances)`` says what the errors are.
+      :math:`z_{i+1} = F z_i + G u_i + D y_i`.
+    - A `Plant` becomes its `Filter`.  NaN in y means not measured.  ``NAME_init`` takes
+      standard deviations beside x0, and ``NAME_variances(state, variances)`` says what
+      the errors are.
 
     Parameters
     ----------
@@ -61,9 +58,7 @@ def to_c(
         Folder for the files; made if it is not there.
     plant : Plant, optional
         Beside an observer: the names of its signals.
-    m1 : int or sequence, optional
-        Beside a plant: the accurate outputs, as in `Filter`; default 0.
-    weight : (n, n) array_like or "canonical", optional
+    m1, weight : optional
         Beside a plant: as in `Filter`.
     name : str
         A C identifier, of the files and functions.
@@ -84,45 +79,23 @@ def to_c(
         If the observer is unstable, in float too if it is exported so, varies with
         time or has dt = 0; if the plant varies with time or lacks Q, R or P0.
 
-    Warns
-    -----
-    RuntimeWarning
-        If a mode is so slow that roundings in float add up to 0.1 % of z.
-
-    See Also
-    --------
-    rounding_error : what a float costs, measured.
-
     Notes
     -----
     Functions return 0 where they did what they do, 1 where a number is not finite, and
-    2 where a reading contradicts what a filter knows exactly.  After 1 and 2 the state
-    is what it was.
-
-    Compile the source with ``-DNAME_SELFTEST`` for a main that compares a run with
-    what Python computed and ends with 0 where they agree.  Without fused products
-    (``-ffp-contract=off``) the double C of a filter of up to 6 states has the bits of
-    Python, where sums of several inputs are not rounded.
-
-    cppcheck's addon finds no required rule of MISRA C:2012 broken.
-
-    References
-    ----------
-    Leondes and Novak (1974), equations (27), (33) and (43); Bierman (1977), sections
-    V.3 and VI.4.
+    2 where a reading contradicts what a filter knows exactly; then the state is what it
+    was.  With ``-DNAME_SELFTEST`` the source is a program that ends with 0 if it
+    computes what Python does.  It warns where roundings in float add up to 0.1 % of z,
+    in a slow mode; `rounding_error` measures them.  Source: Leondes and Novak (1974),
+    (27), (33), (43); Bierman (1977), sections V.3 and VI.4.
 
     Examples
     --------
     >>> import tempfile, luenberger as lb
-    >>> from luenberger.export import to_c
     >>> observer = lb.Observer([[0.5]], [[1]], [[2]], [[1]], [[1]], T=[[1]],
     ...                        L=[[1]], dt=1.0)
     >>> with tempfile.TemporaryDirectory() as folder:
-    ...     source, header = to_c(observer, folder, name="speed")
-    ...     print(source.name, header.name)
-    ...     "speed_advance" in header.read_text()
-    speed.c speed.h
-    True
+    ...     [path.name for path in lb.export.to_c(observer, folder, name="speed")]
+    ['speed.c', 'speed.h']
     """
     expect(source=source)
     if plant is not None:

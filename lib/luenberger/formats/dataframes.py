@@ -5,7 +5,7 @@ of other libraries become tables of pandas, which finds columns by name.
 """
 
 import sys
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any, TypeGuard
 
 import numpy as np
@@ -17,8 +17,8 @@ SHOWN = 8  # column names in a message
 def taken(**given: Any) -> tuple[Any, ...]:
     """What a user gives, tables of other libraries than pandas as those of pandas.
 
-    NumPy would take the columns of such a table by position.  Tables in a list, and
-    those of an iterator as they come, are taken in the same way.
+    NumPy would take the columns of such a table by position.  Tables in a list are
+    taken in the same way.
 
     Raises
     ------
@@ -29,8 +29,6 @@ def taken(**given: Any) -> tuple[Any, ...]:
 
 
 def _taken(name: str, value: Any) -> Any:
-    if isinstance(value, Iterator):
-        return (_taken(name, one) for one in value)
     if isinstance(value, list | tuple):
         kinds = {type(one) for one in value}
         if any(map(_foreign, kinds)):

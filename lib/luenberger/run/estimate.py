@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from itertools import repeat
+from collections.abc import Callable, Sequence
 from typing import Any, overload
 
 import numpy as np
@@ -22,11 +21,6 @@ from .fleet import of_record, stack_of
 from .record import Record
 
 
-@overload
-def estimate(
-    observer: Observer, y: Iterator[Any], u: Iterator[Any] | int | None = ..., *,
-    time: str | None = ..., u0: Given = ..., z0: Given = ..., x0: Given = ...,
-) -> Iterator[Matrix]: ...  # fmt: skip
 @overload
 def estimate(
     observer: Observer, y: np.ndarray | Sequence[Sequence[float]], u: Any = ..., *,
@@ -53,15 +47,14 @@ def estimate(
     ----------
     observer : Observer
         Discrete.
-    y : (N, p) array_like or DataFrame, or an iterator of such chunks
-        Measurements; for a time-varying filter row k is instant k + 1.  With an
-        iterator the result is an iterator of arrays, one for each chunk, and memory
-        stays flat.  The columns of a DataFrame of pandas or Polars, or of a DataArray
-        or Dataset of xarray, are found by `observer.output_names`, in any order and
-        among others; by position where the observer has no names.
-        A Series is the one channel of p = 1.  An array (M, N, p), or a list of records
-        or tables, are M records, each with an observer of its own.
-    u : (N, m) array_like or DataFrame, or an iterator of chunks like y's, optional
+    y : (N, p) array_like or DataFrame
+        Measurements; for a time-varying filter row k is instant k + 1.  The columns of
+        a DataFrame of pandas or Polars, or of a DataArray or Dataset of xarray, are
+        found by `observer.output_names`, in any order and among others; by position
+        where the observer has no names.  A Series is the one channel of p = 1.  An
+        array (M, N, p), or a list of records or tables, are M records, each with an
+        observer of its own.
+    u : (N, m) array_like or DataFrame, optional
         Known input at the same instants.  By default the columns of the DataFrame y
         that are named `observer.input_names`, or zero for an array; 0 if there is no
         known input.
@@ -77,7 +70,7 @@ def estimate(
 
     Returns
     -------
-    (N, q) ndarray, or an iterator of them
+    (N, q) ndarray or DataFrame
         The estimate of L x at each row; it uses y up to and including that row.  For
         a DataFrame or Series y a DataFrame: the index is y's, the columns are
         `observer.estimate_names`.  Of many records (M, N, q), or a list where they are
@@ -87,10 +80,13 @@ def estimate(
     ------
     ValueError
         If sizes disagree, a value is missing (use `Filter`), an estimate overflows
-        (naming its row), a time-varying filter is given
-        more rows than it has, or both z0 and x0 are given.  If a
-        table lacks a column, holds other things than numbers in one, or y and u
-        have different indices.
+        (naming its row), a time-varying filter is given more rows than it has, or both
+        z0 and x0 are given.  If a table lacks a column, holds other things than numbers
+        in one, or y and u have different indices.
+
+    See Also
+    --------
+    Observer.live : the same, of readings that come one after the other.
 
     Examples
     --------
@@ -112,48 +108,19 @@ def estimate(
     u0 = dataframes.entries("u0", u0, observer.input_names)
     x0 = dataframes.entries("x0", x0, observer.state_names)
     z = start(observer, u0, z0, x0)
-    if not isinstance(y, Iterator):
-        record = Record(y, u, time)
-        if record.many:
-            return _of_many(observer, record, z)
-        y, u = record.y, record.u
-    else:
-        y, u = dataframes.taken(y=y, u=u)
-    one = _OneRecord(observer, z, time)
-    if not isinstance(y, Iterator):
-        return one.next(y, u)
-    if isinstance(u, (int, float)) and u == 0:
-        u = repeat(0)
-    if u is not None and not isinstance(u, Iterator):
-        raise ValueError("y is an iterator of chunks, so u must be one too")
-    return one.each(y, u)
+    record = Record(y, u, time)
+    found = _of_many if record.many else _of_one
+    return found(observer, record, z)
 
 
-class _OneRecord:
-    """The estimates of a record, as its rows come in."""
-
-    def __init__(self, observer: Observer, z: Vector, time: Any) -> None:
-        self.observer, self.clock = observer, Clock(observer, time)
-        self.state: State = 0, z
-
-    def next(self, y: Any, u: Any) -> Any:
-        """Those at the next rows, which are finite."""
-        o, table = self.observer, y
-        self.clock.follow(y)
-        outputs = o.D.shape[-1], o.output_names
-        y, u = checked.arrays(y, u, outputs, (o.G.shape[-1], o.input_names))
-        done = self.state[0]
-        self.state, found = estimated(o, self.state, y, u)
-        require_finite(found, o.estimate_names, lambda k: row(done + k))
-        return dataframes.like(table, found, o.estimate_names)
-
-    def each(self, ys: Iterator[Any], us: Iterator[Any] | None) -> Iterator[Any]:
-        """Those of each chunk."""
-        for y in ys:
-            u = None if us is None else next(us, ())
-            if u is not None and not isinstance(u, int) and len(u) == 0 < len(y):
-                raise ValueError("u has fewer chunks, or emptier ones, than y")
-            yield self.next(y, u)
+def _of_one(o: Observer, record: Record, z: Vector) -> Any:
+    """The estimates of one record, which are finite."""
+    Clock(o, record.time).follow(record.y)
+    outputs, inputs = (o.D.shape[-1], o.output_names), (o.G.shape[-1], o.input_names)
+    y, u = checked.arrays(record.y, record.u, outputs, inputs)
+    found = estimated(o, (0, z), y, u)[1]
+    require_finite(found, o.estimate_names, row)
+    return dataframes.like(record.y, found, o.estimate_names)
 
 
 State = tuple[int, Vector]  # how many rows were done, and z
@@ -225,7 +192,7 @@ def _of_many(observer: Observer, record: Record, z: Vector) -> Any:
     if isinstance(record.y, list | tuple):
         for k, one in enumerate(record.each()):
             with of_record(k):
-                found.append(_OneRecord(o, z, one.time).next(one.y, one.u))
+                found.append(_of_one(o, one, z))
         tables = any(map(dataframes.is_table, found))
         return found if tables or len({*map(len, found)}) > 1 else np.stack(found)
     y, u = stack_of(record, o.D.shape[-1], o.G.shape[-1])

@@ -18,7 +18,6 @@ from ..at_work import start
 from ..certificate import require_match
 from ..errors import DesignError, few, short
 from ..filtering import back
-from ..filtering.pack import begin
 from ..formats import csv_reader, time_stamps
 from ..formats.csv_reader import Table
 from ..formats.spreadsheets import require_plain
@@ -249,7 +248,6 @@ def _lagged(run: Filter, parts: Iterator[Read], lag: int) -> Iterator[Found]:
             own = slice(len(first.y))
             known = first.then(*(one for _, one in later)).part(slice(own.stop + lag))
             settings = next(run.parts(known, start.instant if start else 0))[1]
-            start = start or begin(settings, first.u0)
             passed = back.Passed.of([*run._windows(known, start, "all")], settings)
             found = back.smoothed(passed, lag, whole=False)
             std = np.sqrt(np.maximum(found.variances[own], 0.0))
