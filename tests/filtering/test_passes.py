@@ -1,5 +1,7 @@
 """The recursion against rational arithmetic: in floats, and its text in Fractions."""
 
+import subprocess
+import sys
 from dataclasses import replace
 from fractions import Fraction
 
@@ -128,7 +130,7 @@ def matrices(rng, n, kind):
 @pytest.mark.parametrize("kind", ["noisy", "gaps", "exact", "zeros", "varying"])
 @pytest.mark.parametrize("n", [1, 2, 3])
 def test_scalars_find_the_bits_of_the_loops(monkeypatch, n, kind):
-    """Also of what is kept on the tape, and with known zeros and ones in A and C."""
+    """Compiled or not, what is kept on the tape too, with zeros and ones in A and C."""
     rng = np.random.default_rng(n)
     A, C = matrices(rng, n, kind)
     R = np.eye(len(C)) * (kind != "exact") + 0.0
@@ -136,11 +138,34 @@ def test_scalars_find_the_bits_of_the_loops(monkeypatch, n, kind):
     y = rng.normal(size=(30, len(C)))
     if kind == "gaps":
         y[rng.random(y.shape) < 0.3] = np.nan
-    loops = lb.Filter(plant).run(y)
-    monkeypatch.setattr(pack, "MANY", 1)
-    scalars = lb.Filter(plant).run(y)
-    for name in ("x", "std", "P", "K"):
-        assert np.array_equal(getattr(loops, name), getattr(scalars, name)), name
+
+    def found(many, early):
+        monkeypatch.setattr(pack, "MANY", many)
+        monkeypatch.setattr(pack, "early", lambda work: early)
+        run = lb.Filter(plant).run(y)
+        return run.x, run.std, run.P, run.K
+
+    loops = found(10**9, False)
+    for others in (found(1, False), found(1, True)):
+        assert all(map(np.array_equal, loops, others))
+
+
+def test_the_first_record_does_not_wait_for_a_compiler():
+    """It is loaded for more rows, which have the same bits."""
+    program = """
+import sys, numpy as np, luenberger as lb
+plant = lb.Plant([[0.9, 1], [0, 0.5]], [[0], [1]], [[1, 0]], dt=1.0, Q=np.eye(2),
+                 R=[[1]], P0=np.eye(2))
+y = np.random.default_rng(0).normal(size=(1500, 1))
+y[20:22] = np.nan
+first = lb.Filter(plant).run(lb.Record(y, y > 0))
+print("numba" in sys.modules, len(first.settled_at))
+while "numba" not in sys.modules:
+    last = lb.Filter(plant).run(lb.Record(y, y > 0))
+print(np.array_equal(first.x, last.x), np.array_equal(first.std, last.std))
+"""
+    found = subprocess.run([sys.executable, "-c", program], capture_output=True)
+    assert found.stdout.decode().split() == ["False", "1", "True", "True"]
 
 
 @pytest.mark.parametrize("P0", [1, 1e10])

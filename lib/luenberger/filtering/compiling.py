@@ -2,23 +2,41 @@
 
 The texts of one module are compiled together, when one of them is first called, and
 kept on disk beside it until the module changes.  So they call each other, and nothing
-that another module defines.
+that another module defines.  To load numba takes as long as many a record; so little
+work is done as Python before, with the same bits.
 """
 
 import types
 from collections.abc import Callable
-from functools import cached_property
+from functools import cache, cached_property
 from importlib.util import find_spec
 from threading import Lock
 from typing import Any
 
+import numpy as np
+
+EARLY = 100_000  # microseconds of Python: numba takes three times as long to load
 WAYS: dict[str, Any] = dict(cache=True, error_model="numpy", nogil=True)
 FAST = {"contract", "reassoc"}  # sums in any order: for sizes that only loops can do
 
 
+@cache
 def installed() -> bool:
     """Whether there is a compiler."""
     return find_spec("numba") is not None
+
+
+_spent = 0.0
+
+
+def early(work: float) -> bool:
+    """Whether work of so many microseconds is done as Python.
+
+    So it is until all such work in a process comes to EARLY, or a text is compiled.
+    """
+    global _spent
+    _spent += work
+    return _spent <= EARLY or not installed()
 
 
 _ONE_AT_A_TIME = Lock()
@@ -31,7 +49,12 @@ class Text:
         self.plain = plain
 
     def __call__(self, *given: Any) -> Any:
-        return self.exact(*given)
+        return (self.python if early(_size(given)) else self.exact)(*given)
+
+    @cached_property
+    def python(self) -> Callable:
+        """The text as it is written."""
+        return self.on()
 
     @cached_property
     def exact(self) -> Callable:
@@ -46,9 +69,11 @@ class Text:
     def _compiled(self, which: str, ways: dict[str, Any]) -> Callable:
         names = self.plain.__globals__
         if not installed():
-            return self.on()
+            return self.python
         import numba
 
+        global _spent
+        _spent = np.inf
         with _ONE_AT_A_TIME:  # of several threads
             made = names.setdefault(which, {})
             known = dict(names)
@@ -70,3 +95,8 @@ class Text:
                 known[name] = types.FunctionType(one.plain.__code__, known)
         known |= names
         return types.FunctionType(self.plain.__code__, known)
+
+
+def _size(given: Any) -> int:
+    """How many numbers there are in arrays, and in tuples of them."""
+    return sum(map(_size, given)) if isinstance(given, tuple) else np.size(given)

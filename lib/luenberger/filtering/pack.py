@@ -13,10 +13,12 @@ from ..numeric import Matrix, Vector
 from ..plant import Plant
 from ..recursion.settings import require_start
 from . import digits, passes, quick, scalars, settled, tail, unknown
+from .compiling import early
 from .maps import Settings, factors
 from .passes import FEW, TINY, Maps, State, Tape
 
 MANY = 20_000  # rows that are worth a compilation
+WRITING = 600  # rows that take as long in Python as their text takes to write
 BACK = "back", "all"  # what is kept of each row for the way back
 
 
@@ -379,10 +381,14 @@ def covariance(state: State) -> Matrix:
 
 def text(name: str, settings: Settings, maps: Maps, rows: int) -> Any:
     """The text that goes over so many rows; for few states all find the same bits."""
-    few = settings.plant.n <= FEW and settings.way == "nothing"
-    if few and (rows >= MANY or scalars.known(name, maps)):
-        return scalars.function(name, maps)
-    return loops(name, settings.plant.n)
+    n, p = settings.plant.n, settings.plant.p
+    if n <= FEW and settings.way == "nothing":
+        work = (rows + WRITING) * n * n * (n + p) / 8
+        if name == "forward" and early(work):
+            return scalars.python(maps)
+        if rows >= MANY or scalars.known(name, maps):
+            return scalars.function(name, maps)
+    return loops(name, n)
 
 
 def loops(name: str, n: int) -> Any:

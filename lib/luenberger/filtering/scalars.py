@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
-from functools import partial
+from functools import cache, partial
 from inspect import getsource
 from typing import Any, NamedTuple
 
@@ -232,6 +232,29 @@ def function(name: str, maps: Maps) -> Callable:
 
 
 _compiled: dict[tuple[str, Sizes], Callable] = {}
+
+
+def python(maps: Maps) -> Callable:
+    """`forward` of `passes` for these maps, in scalars, not compiled."""
+    run = _python(sizes(maps))
+
+    def over(*given: Any) -> Any:  # entries of memoryviews are numbers of Python
+        return run(*(
+            type(X)(*map(memoryview, X)) if isinstance(X, tuple) else memoryview(X)
+            for X in given
+        ))  # fmt: skip
+
+    return over
+
+
+@cache
+def _python(size: Sizes) -> Callable:
+    space: dict[str, Any] = dict(TINY=TINY)
+    exec("\n\n".join([*CHOICES, statements(size)]), space)  # made by us
+    found: Callable = space["run"]
+    return found
+
+
 BESIDE = """from numba import njit
 import numpy as np
 

@@ -135,7 +135,7 @@ def over(
     y, drive, at, maps, _ = pack
     rows, k, settled = len(y), 0, []
     n = len(way.z)
-    gained = one_gain.exact if n <= FEW else one_gain.fast
+    gained = one_gain if n <= FEW else one_gain.fast
     gone = np.isnan(y)
     broken = np.flatnonzero(gone.any(axis=1)) if gone.any() else np.empty(0, int)
     broken = np.append(broken, rows)

@@ -75,6 +75,9 @@ def older(commit):
 def environment(lib, cache):
     path = os.pathsep.join(map(str, (lib, Path(__file__).parents[1])))
     kept = {"LUENBERGER_CACHE": str(cache), "NUMBA_CACHE_DIR": str(cache)}
+    # modules are compiled to bytecode once, as where a package is installed
+    kept |= {"PYTHONPYCACHEPREFIX": str(cache.parent / "bytecode")}
+    kept |= {"PYTHONDONTWRITEBYTECODE": ""}
     return os.environ | kept | {"PYTHONPATH": path, "NUMBA_NUM_THREADS": "1"}
 
 
