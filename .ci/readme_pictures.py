@@ -17,7 +17,7 @@ import luenberger as lb  # noqa: E402
 from luenberger.kernels.text import numpy_source  # noqa: E402
 from luenberger.papers.leondes_novak.derivation import best_coordinates  # noqa: E402
 from luenberger.show import describe  # noqa: E402
-from luenberger.symbolic import latex, text  # noqa: E402
+from matrixproof import latex, text  # noqa: E402
 
 ROOT = Path(__file__).resolve().parents[1]
 FOLDER = ROOT / "notebooks" / "pages" / "pictures"

@@ -24,7 +24,7 @@ from luenberger.numeric.linalg import lyapunov
 from luenberger.papers.haddad_bernstein.derivation import equivalent_noise, moment_ahead
 from luenberger.papers.leondes_novak.derivation import any_observer as joint
 from luenberger.papers.leondes_novak.derivation import huddle, letters
-from luenberger.symbolic import Unproved, prove
+from matrixproof import Unproved, prove
 
 ROOM = Path(lb.__file__).parent
 TESTS = Path(__file__).parent

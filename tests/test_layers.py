@@ -14,7 +14,8 @@ from house import (
     PAGE,
     ROOMS,
     ROOT,
-    is_module,
+    module,
+    parts_of,
     relative,
     room_of,
     room_of_file,
@@ -23,7 +24,7 @@ from house import (
 
 EVERYWHERE = {"numpy", "scipy"}
 SPECIAL = {
-    "symbolic": {"sympy"},
+    "matrixproof": {"sympy"},
     "derivation": {"sympy"},
     "kernels": {"sympy", "numpy"},
     "ledger": {"sympy"},
@@ -61,19 +62,19 @@ def imports(source, package):
                 target = package[: len(package) - (node.level - 1)] + target
             elif target[0] == "luenberger":
                 target = target[1:]
-            else:
+            elif target[0] != "matrixproof":
                 names.add(target[0])
                 continue
             for alias in node.names:
                 whole = (*target, alias.name)
-                rooms.add(room_of(*(whole if is_module(whole) else target)))
+                rooms.add(room_of(*(whole if module(*whole) else target)))
     standard = sys.stdlib_module_names
     return rooms, outside - standard, inside - standard
 
 
 @cache
 def read(path):
-    package = path.relative_to(PACKAGE).parent.parts
+    package = parts_of(path)[:-1]
     return imports(path.read_text(encoding="utf-8"), package)
 
 
@@ -109,7 +110,7 @@ def test_the_page_has_no_arrow_too_many():
 def test_only_these_load_modules_by_name():
     """Whom the page says so of, and doors that load on demand."""
     found = {relative(path) for path in FILES if "import_module" in path.read_text()}
-    doors = {"__init__.py", "report/__init__.py", "symbolic/__init__.py"}
+    doors = {"__init__.py", "report/__init__.py"}
     assert found == doors | {"stage_list.py", "ledger/evidence.py"}
 
 
@@ -166,6 +167,8 @@ def test_a_front_door_lists_its_modules_in_their_own_words(folder):
         ("from .recurrences import functionals", ({"papers/moore"}, set(), set())),
         ("from .derivation import signs", ({"papers/moore/derivation"}, set(), set())),
         ("from luenberger.run import simulate", ({"run"}, set(), set())),
+        ("from matrixproof.prose import plain", ({"matrixproof"}, set(), set())),
+        ("import matrixproof", (set(), {"matrixproof"}, set())),
         ("def f():\n    import control", (set(), set(), {"control"})),
         (
             "class A:\n  def f():\n    if x: pass\n    else:\n      import control",

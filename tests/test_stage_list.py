@@ -9,7 +9,7 @@ import pytest
 from luenberger import export, forms, identification, kernels, papers
 from luenberger.papers.leondes_novak.derivation import gain_step
 from luenberger.stage_list import stage_lists
-from luenberger.symbolic import Derivation
+from matrixproof import Derivation
 
 MODULES = [
     one.name

@@ -12,13 +12,13 @@ import tomllib
 from functools import cache
 
 import pytest
-from house import DOOR, FILES, PACKAGE, relative, room_of_file, statements
+from house import DOOR, FILES, module, parts_of, relative, room_of_file, statements
 
 import luenberger as lb
 
 LIB = pathlib.Path(__file__).parents[1] / "lib"
 PROJECT = tomllib.loads((LIB / "pyproject.toml").read_text(encoding="utf-8"))["tool"]
-DOORS = ("__init__", "export", "plot", "report", "sampling", "ledger", "symbolic")
+DOORS = ("__init__", "export", "plot", "report", "sampling", "ledger", "matrixproof")
 
 
 @cache
@@ -27,21 +27,16 @@ def tree(path):
 
 
 @cache
-def module(*parts):
-    """The file of a module, or None."""
-    path = PACKAGE.joinpath(*parts)
-    files = (path / "__init__.py", path.with_suffix(".py"))
-    return next((file for file in files if file.is_file()), None)
-
-
-@cache
 def imported(path):
     """{name: (parts of the module, name in it)} of what a file imports from here."""
-    found, package = {}, path.relative_to(PACKAGE).parent.parts
+    found, package = {}, parts_of(path)[:-1]
     for node, _ in statements(tree(path)):
-        if isinstance(node, ast.ImportFrom) and node.level:
-            parts = package[: len(package) - (node.level - 1)]
-            parts += tuple((node.module or "").split(".")) if node.module else ()
+        if isinstance(node, ast.ImportFrom):
+            parts = tuple(node.module.split(".")) if node.module else ()
+            if node.level:
+                parts = package[: len(package) - (node.level - 1)] + parts
+            elif parts[0] != "matrixproof":
+                continue
             for alias in node.names:
                 found[alias.asname or alias.name] = (parts, alias.name)
     return found
@@ -161,9 +156,10 @@ def test_this_test_sees_what_is_public_or_shared():
     assert {"solve_right", "short", "latex"} <= shared
 
 
-def test_the_package_says_that_it_is_typed():
-    marker = LIB / "luenberger" / "py.typed"
-    data = PROJECT["setuptools"]["package-data"]["luenberger"]
+@pytest.mark.parametrize("name", ["luenberger", "matrixproof"])
+def test_a_package_says_that_it_is_typed(name):
+    marker = LIB / name / "py.typed"
+    data = PROJECT["setuptools"]["package-data"][name]
     assert marker.is_file() and marker.name in data
 
 

@@ -71,6 +71,7 @@ if TYPE_CHECKING:  # or a type checker would take every name for one of these
     from . import export as export
     from . import plot as plot
     from . import report as report
+    from .kernels.compiling import compile as compile
     from .report import result_files as results  # noqa: F401
     from .run import measurements as measurements
 
@@ -80,6 +81,10 @@ else:
     def __getattr__(name):
         if name in _ON_DEMAND:
             return import_module(f".{_ON_DEMAND[name]}", __name__)
+        if name == "compile":  # SymPy takes time
+            from .kernels.compiling import compile
+
+            return compile
         if name == "__version__":
             from importlib.metadata import version
 
@@ -87,4 +92,5 @@ else:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
     def __dir__():
-        return sorted({*globals(), *_ON_DEMAND, "__version__"} - {"measurements"})
+        more = {*_ON_DEMAND, "compile", "__version__"} - {"measurements"}
+        return sorted({*globals(), *more})

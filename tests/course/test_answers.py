@@ -19,7 +19,7 @@ from luenberger.coursework import (
     same,
     spot,
 )
-from luenberger.symbolic import Expect, Line, Notation
+from matrixproof import Expect, Line, Notation
 
 a, r, Lambda = letters = sp.symbols("a r_1 Lambda_0", positive=True)
 n, own = sp.Symbol("n", integer=True, positive=True), Notation()

@@ -605,7 +605,8 @@ def test_the_hand_out_has_the_library_and_no_solution(course):
     files = {path.name for path in folder.iterdir() if path.is_file()}
     assert files == {wheel.name, "requirements.txt", "INSTALL.md"}
     with zipfile.ZipFile(wheel) as archive:
-        assert "luenberger/coursework/chains.py" in archive.namelist()
+        wanted = {"luenberger/coursework/chains.py", "matrixproof/checker.py"}
+        assert wanted <= {*archive.namelist()}
         notebooks = {name for name in archive.namelist() if name.endswith(".ipynb")}
         assert notebooks == {"luenberger/report/templates/design.ipynb"}  # of a report
     required = (folder / "requirements.txt").read_text("utf-8").splitlines()

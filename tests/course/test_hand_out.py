@@ -68,7 +68,7 @@ def test_the_folder_holds_the_release_and_how_to_install_it(program, tmp_path):
 
 def imported(path):
     """What a notebook imports that comes neither with Python nor with the library."""
-    own = {*sys.stdlib_module_names, "luenberger"}
+    own = {*sys.stdlib_module_names, "luenberger", "matrixproof"}
     for cell in json.loads(path.read_text(encoding="utf-8"))["cells"]:
         if cell["cell_type"] == "code":
             for node in ast.walk(ast.parse("".join(cell["source"]))):

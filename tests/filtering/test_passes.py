@@ -16,7 +16,7 @@ import luenberger as lb
 from luenberger.errors import DesignError
 from luenberger.filtering import pack, quick
 from luenberger.papers.leondes_novak.derivation import best_coordinates
-from luenberger.symbolic import evaluate
+from matrixproof import evaluate
 
 TOL = 1e-9
 

@@ -1,4 +1,4 @@
-"""`symbolic.compile`: the same numbers in NumPy, for numba and in C."""
+"""`lb.compile`: the same numbers in NumPy, for numba and in C."""
 
 import shutil
 import subprocess
@@ -10,6 +10,7 @@ from exact_stages import SIZES, exact_inputs, exact_step
 from own_stages import own
 from sympy import ZeroMatrix
 
+import luenberger as lb
 from luenberger.identification.derivation import weighed
 from luenberger.kernels import compiling
 from luenberger.papers.kawazoe.derivation import measured_gain, next_entries
@@ -22,7 +23,7 @@ from luenberger.papers.leondes_novak.derivation import (
     steady_gradient,
 )
 from luenberger.papers.moore.derivation import companion_row
-from luenberger.symbolic import Derivation, MatrixSymbol, Solve, Stage, compile
+from matrixproof import Derivation, MatrixSymbol, Solve, Stage
 
 GCC = shutil.which("gcc") or shutil.which("cc")
 STRICT = "-std=c99 -O2 -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror".split()
@@ -74,7 +75,7 @@ def numbers(exact):
 def agree(stages, backend, *outputs):
     derivation = stages()
     exact = exact_inputs(derivation, np.random.default_rng(8))
-    step, wanted = compile(stages, *outputs, backend=backend), numbers(exact)
+    step, wanted = lb.compile(stages, *outputs, backend=backend), numbers(exact)
     found = step(**{name: wanted[name] for name in step.given})
     wanted = numbers(exact_step(derivation, exact))
     assert set(found) == set(outputs or wanted)
@@ -95,7 +96,7 @@ def test_all_results_agree_with_exact_arithmetic(stages, backend):
 
 @pytest.mark.skipif(GCC is None, reason="there is no C compiler")
 def test_c_compiles_without_a_warning(tmp_path):
-    texts = [compile(stages, backend="c").source for stages in LISTS.values()]
+    texts = [lb.compile(stages, backend="c").source for stages in LISTS.values()]
     named = [text.replace("int run(", f"int run{k}(") for k, text in enumerate(texts)]
     heads = [text[: text.index("{")].rstrip() + ";" for text in named]
     source = tmp_path / "all.c"
@@ -109,13 +110,15 @@ def test_c_compiles_without_a_warning(tmp_path):
 def test_names_that_loops_use_are_kept_apart():
     agree(root_update, "c")
     agree(companion_row, "c")
-    text = compile(root_update, backend="c").source
+    text = lb.compile(root_update, backend="c").source
     assert "int k_" in text and "int q_" in text
-    assert "const double *k_ /* 1 x n */" in compile(companion_row, backend="c").source
+    assert (
+        "const double *k_ /* 1 x n */" in lb.compile(companion_row, backend="c").source
+    )
 
 
 def test_numpy_takes_stacks():
-    step = compile(steady_gradient)
+    step = lb.compile(steady_gradient)
     rng = np.random.default_rng(2)
     shapes = dict(K=(4, 2), M=(2, 2), Omega=(4, 4), C=(2, 4), Lambda=(4, 4))
     many = {name: rng.normal(size=(3, *shape)) for name, shape in shapes.items()}
@@ -130,7 +133,7 @@ def test_numpy_takes_stacks():
 def test_no_input_at_all(backend):
     given = dict(A=[[1.0]], B=np.zeros((1, 0)), C=[[1.0]], E=np.zeros((1, 0)))
     given |= dict(J=[[0.0]], K=[[0.5]], x=[[1.0]], u=np.zeros((0, 1)), rho=[[0.0]])
-    step = compile(estimate_step, "x_next", backend=backend)
+    step = lb.compile(estimate_step, "x_next", backend=backend)
     found = step(**given, y=[[3.0]], u_next=np.zeros((0, 1)))
     assert found["x_next"].tolist() == [[2.0]]
 
@@ -141,7 +144,7 @@ def test_a_derivation_of_ones_own(backend):
     Y, Z = MatrixSymbol("Y", m, n), MatrixSymbol("Z", n, m)
     stages = Stage(Y, Solve(N, X)), Stage(Z, Y.T)
     derivation = own((X, N), *stages, symmetric=(X,))
-    step = compile(derivation, "Z", backend=backend)
+    step = lb.compile(derivation, "Z", backend=backend)
     found = step(X=[[2, 1], [1, 2]], N=[[3, 0], [0, 3], [3, 3]])["Z"]
     np.testing.assert_allclose(found, [[2, -1, 1], [-1, 2, 1]], atol=1e-14)
     if backend == "c":
@@ -150,7 +153,7 @@ def test_a_derivation_of_ones_own(backend):
             step(X=[[1, 1], [1, 1]], N=[[1, 1]])
     stages = (Stage(Y, N * X),)
     with pytest.raises(AssertionError, match="unproved derivation"):
-        compile(Derivation((X, N), stages), backend=backend)
+        lb.compile(Derivation((X, N), stages), backend=backend)
 
 
 @pytest.mark.parametrize(
@@ -163,7 +166,7 @@ def test_a_derivation_of_ones_own(backend):
     ],
 )
 def test_matrices_that_do_not_fit(given, error, message):
-    step = compile(steady_gradient, backend="c")
+    step = lb.compile(steady_gradient, backend="c")
     fit = dict(K=np.ones((4, 2)), M=np.eye(2), Omega=np.eye(4), C=np.ones((2, 4)))
     with pytest.raises(error, match=message):
         step(**(fit | {"Lambda": np.eye(4)} | given))
@@ -172,7 +175,7 @@ def test_matrices_that_do_not_fit(given, error, message):
 @pytest.mark.parametrize("name", ["numpy", "numba", "c"])
 def test_an_output_that_is_not_computed(name):
     with pytest.raises(ValueError, match="no stage computes Psi; there are Omega, M"):
-        compile(gain_step, "M", "Psi", backend=name)
+        lb.compile(gain_step, "M", "Psi", backend=name)
 
 
 @pytest.mark.parametrize(
@@ -186,11 +189,11 @@ def test_an_output_that_is_not_computed(name):
 )
 def test_questions_that_make_no_sense(what, options, error, message):
     with pytest.raises(error, match=message):
-        compile(what, **options)
+        lb.compile(what, **options)
 
 
 def test_without_a_compiler_there_is_still_the_text(monkeypatch):
-    step = compile(root_update, "kept", backend="c")
+    step = lb.compile(root_update, "kept", backend="c")
     monkeypatch.setattr(shutil, "which", lambda name: None)
     assert step.source.startswith("int run(int k_, int n, int p,")
     with pytest.raises(RuntimeError, match="takes a C compiler.*`source`"):
@@ -201,9 +204,9 @@ def test_a_size_without_a_letter_is_refused_by_loops():
     n = sp.Symbol("n", integer=True, positive=True)
     X, Y = (MatrixSymbol(name, n + 1, n + 1) for name in "XY")
     derivation = own((X,), Stage(Y, 2 * X))
-    assert compile(derivation)(X=[[1]])["Y"].tolist() == [[2]]
+    assert lb.compile(derivation)(X=[[1]])["Y"].tolist() == [[2]]
     with pytest.raises(TypeError, match="size n \\+ 1 of X; give it a letter"):
-        compile(derivation, backend="c")
+        lb.compile(derivation, backend="c")
 
 
 # -- what cannot be named, and what is not as it was supposed -------------------------
@@ -226,7 +229,7 @@ CLASHES = {
 @pytest.mark.parametrize("names", CLASHES, ids="-".join)
 def test_two_things_of_one_name_are_refused_in_c(names):
     with pytest.raises(ValueError, match=CLASHES[names]):
-        compile(double(*names), backend="c")
+        lb.compile(double(*names), backend="c")
 
 
 @pytest.mark.parametrize(
@@ -236,16 +239,16 @@ def test_two_things_of_one_name_are_refused_in_c(names):
 def test_letters_that_look_alike_and_targets_that_are_given_are_refused(names, name):
     said = "is printed for several letters|is there before"
     with pytest.raises(AssertionError, match=said):
-        compile(double(*names), backend=name)
+        lb.compile(double(*names), backend=name)
 
 
 @pytest.mark.parametrize("name", ["np", "eye", "solve_right", "lambda", "None", "A B"])
 @pytest.mark.parametrize("kind", ["numpy", "numba"])
 def test_a_name_that_numpy_code_cannot_have(name, kind):
     with pytest.raises(ValueError, match="name"):
-        compile(double("A", name, "Y"), backend=kind)
+        lb.compile(double("A", name, "Y"), backend=kind)
     with pytest.raises(ValueError, match="name"):
-        compile(double("A", "B", name), backend=kind)
+        lb.compile(double("A", "B", name), backend=kind)
 
 
 @pytest.mark.parametrize(
@@ -272,11 +275,11 @@ def test_names_of_the_text_itself_are_kept_apart(backend, names):
     )
     given = {names[0]: np.diag([1.0, 2]), names[1]: np.diag([3.0, 5])}
     derivation = own((first, other), *stages[:2])
-    found = compile(derivation, backend=backend)(**given)
+    found = lb.compile(derivation, backend=backend)(**given)
     np.testing.assert_allclose(found["Z"], np.diag([9.0, 100]))
     np.testing.assert_allclose(found[names[2]], np.diag([9.0, 100]))
     with pytest.raises(AssertionError, match="by one triangle"):
-        compile(own((first, other), *stages), backend=backend)
+        lb.compile(own((first, other), *stages), backend=backend)
 
 
 def solving(symmetric=True):
@@ -297,14 +300,14 @@ def solving(symmetric=True):
     ids=["a triangle", "nearly", "in other units"],
 )
 def test_a_matrix_that_is_not_symmetric_is_refused_at_a_call(backend, M):
-    step = compile(solving(), backend=backend)
+    step = lb.compile(solving(), backend=backend)
     with pytest.raises(ValueError, match="M must be symmetric, as the derivation"):
         step(M=M, N=np.ones((1, len(M))))
 
 
 @pytest.mark.parametrize("M", [[[3, 1], [1 + 1e-15, 4]], [[1e6, 0.3], [0.3, 1e-6]]])
 def test_rounding_is_no_asymmetry(backend, M):
-    found = compile(solving(), backend=backend)(M=M, N=M[:1])
+    found = lb.compile(solving(), backend=backend)(M=M, N=M[:1])
     np.testing.assert_allclose(found["X"], [[1, 0]], atol=1e-7)
 
 
@@ -319,13 +322,13 @@ def test_rounding_is_no_asymmetry(backend, M):
     ids=["indefinite", "negative", "singular", "of zero diagonal"],
 )
 def test_a_solve_that_has_no_solution_here_says_so(backend, M, N):
-    step = compile(solving(), backend=backend)
+    step = lb.compile(solving(), backend=backend)
     with np.errstate(all="ignore"), pytest.raises(np.linalg.LinAlgError, match="not"):
         step(M=M, N=N)
 
 
 def test_numpy_solves_stacks_with_semidefinite_matrices():
-    step = compile(solving())
+    step = lb.compile(solving())
     stack = np.array([[[2.0, 1], [1, 2]], [[1, 1], [1, 1]]])
     found = step(M=stack, N=np.array([[3.0, 3]]))["X"]
     np.testing.assert_allclose(found, [[[1, 1]], [[1.5, 1.5]]])
@@ -337,7 +340,7 @@ def test_numpy_solves_stacks_with_semidefinite_matrices():
 @pytest.mark.parametrize("backend", ["numpy", "python", "numba"], indirect=True)
 def test_a_singular_matrix_has_a_solution_of_least_norm(backend):
     """X M = N for N in the range of M, whatever the units: X = N M^+."""
-    step = compile(solving(), backend=backend)
+    step = lb.compile(solving(), backend=backend)
     H = np.array([[1.0, 2], [3, -1], [0, 0], [4, 1]])
     for scale in (1.0, 1e8):
         units = np.diag([1, scale, 1, 1])
@@ -363,10 +366,10 @@ def test_blocks_are_joined_for_numba_as_in_numpy(monkeypatch):
     for name, rows in blocks.items():
         whole = sp.BlockMatrix(rows)
         joined = own((A, B), Stage(MatrixSymbol("Y", *whole.shape), whole))
-        one, two = (compile(joined, backend=k)(**have) for k in ("numpy", "numba"))
+        one, two = (lb.compile(joined, backend=k)(**have) for k in ("numpy", "numba"))
         np.testing.assert_array_equal(one["Y"], two["Y"], err_msg=name)
     with pytest.raises(TypeError, match="no code for BlockMatrix"):
-        compile(joined, backend="c")
+        lb.compile(joined, backend="c")
 
 
 @pytest.mark.parametrize("unit", [2.0**-40, 1.0, 2.0**40])
@@ -378,7 +381,7 @@ def test_the_line_of_a_singular_matrix_is_the_same(backend, d, firm, unit):
     """
     units = np.diag([1.0, unit])
     M = units @ [[1, 1], [1, 1 + d]] @ units
-    step = compile(solving(), backend=backend)
+    step = lb.compile(solving(), backend=backend)
     if backend == "c" and not firm:
         with pytest.raises(np.linalg.LinAlgError, match="not positive definite"):
             step(M=M, N=M)
@@ -394,14 +397,14 @@ def test_a_solve_of_any_size(backend, size):
     rng = np.random.default_rng(size)
     H, X = rng.integers(-4, 5, size=(size, size)), rng.integers(-9, 9, size=(2, size))
     M = H @ H.T + 60 * np.eye(size)
-    found = compile(solving(), backend=backend)(M=M, N=X @ M)["X"]
+    found = lb.compile(solving(), backend=backend)(M=M, N=X @ M)["X"]
     np.testing.assert_allclose(found, X, rtol=0, atol=1e-11)
 
 
 def test_a_vector_is_added_up_by_columns_of_a_transpose(backend):
     n = sp.Symbol("n", integer=True, positive=True)
     A, x, y = MatrixSymbol("A", n, n), MatrixSymbol("x", n, 1), MatrixSymbol("y", n, 1)
-    step = compile(own((A, x), Stage(y, x - 2 * A.T * x + A * x)), backend=backend)
+    step = lb.compile(own((A, x), Stage(y, x - 2 * A.T * x + A * x)), backend=backend)
     found = step(A=[[1, 2], [3, 4]], x=[[5], [7]])["y"]
     assert found.tolist() == [[-28], [-26]]
 
@@ -409,7 +412,9 @@ def test_a_vector_is_added_up_by_columns_of_a_transpose(backend):
 def test_the_factor_of_a_matrix_has_a_name_of_its_own(backend):
     n = sp.Symbol("n", integer=True, positive=True)
     M, N, X = (MatrixSymbol(name, n, n) for name in ("M", "M_l", "X"))
-    step = compile(own((M, N), Stage(X, Solve(N, M)), symmetric=(M,)), backend=backend)
+    step = lb.compile(
+        own((M, N), Stage(X, Solve(N, M)), symmetric=(M,)), backend=backend
+    )
     found = step(M=[[2, 1], [1, 2]], M_l=[[3, 3], [0, 3]])["X"]
     np.testing.assert_allclose(found, [[1, 1], [-1, 2]], atol=1e-14)
 
@@ -417,7 +422,7 @@ def test_the_factor_of_a_matrix_has_a_name_of_its_own(backend):
 @pytest.mark.skipif(GCC is None, reason="there is no C compiler")
 def test_c_reads_and_writes_nothing_else(tmp_path):
     """No size, or one of 0, takes it out of an array, as sanitizers would see."""
-    text = compile(gain_step, backend="c").source
+    text = lb.compile(gain_step, backend="c").source
     for n, p in ((3, 2), (2, 0), (0, 0), (1, 3)):
         lengths = [n * n, n * n, p * n, p * p, n * p, n * n]  # A Q C R Gamma Sigma
         lengths += [n * n, p * p, n * p, n * p, n * n, n * n]  # what is computed
@@ -440,7 +445,7 @@ def test_c_reads_and_writes_nothing_else(tmp_path):
 def test_symmetric_targets_are_symmetric_to_the_last_bit(backend):
     derivation = gain_step()
     given = numbers(exact_inputs(derivation, np.random.default_rng(5)))
-    step = compile(derivation, backend=backend)
+    step = lb.compile(derivation, backend=backend)
     found = step(**{name: given[name] for name in step.given})
     for stage in derivation.stages:
         X = found[stage.target.name]

@@ -181,7 +181,7 @@ def test_other_sources_or_versions_are_another_question(monkeypatch, tmp_path):
         path = path if part.endswith(".py") else path / "a.py"
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text("1")
-    monkeypatch.setattr(kept, "PACKAGE", tmp_path)
+    monkeypatch.setattr(kept, "HOME", tmp_path)
     names = []
 
     def name():
@@ -189,11 +189,14 @@ def test_other_sources_or_versions_are_another_question(monkeypatch, tmp_path):
         names.append(kept.asked("what"))
 
     name()
-    (tmp_path / "numeric" / "linalg.py").write_text("2")
+    package = tmp_path / "luenberger"
+    (package / "numeric" / "linalg.py").write_text("2")
     name()
-    (tmp_path / "papers" / "moore" / "derivation" / "a.py").write_text("2")
+    (package / "papers" / "moore" / "derivation" / "a.py").write_text("2")
     name()
-    (tmp_path / "kernels" / "a.py").rename(tmp_path / "kernels" / "b.py")
+    (tmp_path / "matrixproof" / "a.py").write_text("2")
+    name()
+    (package / "kernels" / "a.py").rename(package / "kernels" / "b.py")
     name()
     monkeypatch.setattr(np, "__version__", "9.9")
     name()
@@ -201,8 +204,8 @@ def test_other_sources_or_versions_are_another_question(monkeypatch, tmp_path):
     name()
     monkeypatch.setattr(sys, "version", "9.9")
     name()
-    assert len(set(names)) == len(names) == 7 and None not in names
-    (tmp_path / "numeric" / "linalg.py").unlink()
+    assert len(set(names)) == len(names) == 8 and None not in names
+    (package / "numeric" / "linalg.py").unlink()
     name()
     assert names[-1] is None  # a library without its sources: nothing is kept
     kept.sources.cache_clear()

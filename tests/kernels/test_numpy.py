@@ -9,7 +9,7 @@ from worlds import STAGE_LISTS
 
 from luenberger.kernels.text import numpy_source
 from luenberger.papers.leondes_novak import derivation as recursions
-from luenberger.symbolic import Derivation, Stage
+from matrixproof import Derivation, Stage
 
 
 @pytest.mark.parametrize("flat", [False, True], ids=["stacks", "flat"])

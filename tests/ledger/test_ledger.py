@@ -24,7 +24,7 @@ from luenberger.ledger import evidence
 from luenberger.papers.hsia.derivation import laws, loop
 from luenberger.papers.hsia.derivation.letters import y_star
 from luenberger.papers.leondes_novak.derivation import huddle
-from luenberger.symbolic import Claim, holds, vanishes
+from matrixproof import Claim, holds, vanishes
 from tests.papers.hsia import test_loop
 from tests.papers.test_pages import PAGES
 

@@ -7,7 +7,7 @@ import sympy as sp
 from sympy import MatAdd
 from worlds import damages, expr
 
-from luenberger.symbolic import (
+from matrixproof import (
     Chain,
     Counterexample,
     Derivation,

@@ -13,7 +13,7 @@ import sympy as sp
 from formulas import equation, letters, parts, side
 
 from luenberger.ledger import OURS, evidence
-from luenberger.symbolic import (
+from matrixproof import (
     AtLeast,
     AtMost,
     Chain,
@@ -24,10 +24,10 @@ from luenberger.symbolic import (
     Explicit,
     text,
 )
-from luenberger.symbolic.equivalences import Equation
-from luenberger.symbolic.operators import Operator
-from luenberger.symbolic.prose import FORMULA, as_text
-from luenberger.symbolic.relations import Result
+from matrixproof.equivalences import Equation
+from matrixproof.operators import Operator
+from matrixproof.prose import FORMULA, as_text
+from matrixproof.relations import Result
 
 
 def lines(chain):

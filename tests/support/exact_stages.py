@@ -4,7 +4,7 @@ import sympy as sp
 
 from luenberger.kernels.step import assemble
 from luenberger.kernels.text import numpy_source
-from luenberger.symbolic import Solve
+from matrixproof import Solve
 
 SIZES = dict(n=4, p=2, m=2, r=3)
 SYMMETRIC = ("Q", "R", "Sigma", "M", "Omega", "dOmega", "dSigma_0", "Lambda", "X")

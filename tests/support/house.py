@@ -1,22 +1,32 @@
-"""The house of lib/ARCHITECTURE.md: its rooms, and which room a file is in."""
+"""The house of lib/ARCHITECTURE.md: its rooms, and which room a file is in.
+
+`matrixproof` is a package of its own, and here the room on the ground.
+"""
 
 import ast
 import pathlib
 import re
 
 ROOT = pathlib.Path(__file__).parents[2]
-PACKAGE = ROOT / "lib" / "luenberger"
-PAGE = (ROOT / "lib" / "ARCHITECTURE.md").read_text(encoding="utf-8")
+LIB = ROOT / "lib"
+PACKAGE, ENGINE = LIB / "luenberger", LIB / "matrixproof"
+PAGE = (LIB / "ARCHITECTURE.md").read_text(encoding="utf-8")
 ROOMS = {  # room: the rooms it may use; from the bottom floor up
     room: re.findall(r"`([^`]+)`", uses)
     for room, uses in re.findall(r"^\| `([^`]+)` \| .+ \| (.+) \|$", PAGE, flags=re.M)
 }
-FILES = sorted(path for path in PACKAGE.rglob("*.py") if "templates" not in path.parts)
+FILES = [*sorted(PACKAGE.rglob("*.py")), *sorted(ENGINE.rglob("*.py"))]
+FILES = [path for path in FILES if "templates" not in path.parts]
 DOOR = PACKAGE / "__init__.py"  # the public names come from everywhere
 
 
+def parts_of(path):
+    """The parts of a path below luenberger; others begin with their package."""
+    return path.relative_to(PACKAGE if PACKAGE in path.parents else LIB).parts
+
+
 def relative(path):
-    return path.relative_to(PACKAGE).as_posix()
+    return "/".join(parts_of(path))
 
 
 def room_of(*parts):
@@ -26,7 +36,7 @@ def room_of(*parts):
 
 
 def room_of_file(path):
-    return room_of(*path.relative_to(PACKAGE).with_suffix("").parts)
+    return room_of(*parts_of(path.with_suffix("")))
 
 
 def statements(node, inside=False):
@@ -38,6 +48,8 @@ def statements(node, inside=False):
             yield from statements(one, inside)
 
 
-def is_module(parts):
-    path = PACKAGE.joinpath(*parts)
-    return path.with_suffix(".py").is_file() or (path / "__init__.py").is_file()
+def module(*parts):
+    """The file of a module, or None."""
+    path = (LIB if parts[:1] == (ENGINE.name,) else PACKAGE).joinpath(*parts)
+    files = (path / "__init__.py", path.with_suffix(".py"))
+    return next((file for file in files if file.is_file()), None)

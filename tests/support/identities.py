@@ -6,7 +6,7 @@ Each entry is (left, right, given, symmetric); the last two may be left out.
 import sympy as sp
 from sympy import Rational, Trace
 
-from luenberger.symbolic import BlockMatrix, Identity, MatrixSymbol, ZeroMatrix
+from matrixproof import BlockMatrix, Identity, MatrixSymbol, ZeroMatrix
 
 n, m, k = sp.symbols("n m k", integer=True, positive=True)
 s, t = sp.symbols("s t", positive=True)

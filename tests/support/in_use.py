@@ -6,7 +6,7 @@ import inspect
 import pkgutil
 
 from luenberger import papers
-from luenberger.symbolic import Derivation
+from matrixproof import Derivation
 
 
 def cached_functions():

@@ -4,7 +4,7 @@ import numpy as np
 import sympy as sp
 from worlds import Numbers
 
-from luenberger.symbolic import Relation
+from matrixproof import Relation
 
 
 def broken_relations(page, values, tol=1e-9):

@@ -3,7 +3,7 @@
 from dataclasses import replace
 from types import SimpleNamespace
 
-from luenberger.symbolic import Derivation, Relation
+from matrixproof import Derivation, Relation
 
 
 def own(given, *stages, symmetric=()):

@@ -7,7 +7,7 @@ import sympy as sp
 from damage import damaged_sides, fails
 from worlds import one_wrong_sign
 
-from luenberger.symbolic import Derivation, Explicit, Relation
+from matrixproof import Derivation, Explicit, Relation
 
 
 def stage_lists(derivation):

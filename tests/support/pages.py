@@ -6,14 +6,7 @@ Leondes and Novak (1974), section III, (24)-(33), and Haddad and Bernstein (1987
 
 from sympy import Trace, symbols
 
-from luenberger.symbolic import (
-    Chain,
-    Identity,
-    Line,
-    MatrixSymbol,
-    Relation,
-    ZeroMatrix,
-)
+from matrixproof import Chain, Identity, Line, MatrixSymbol, Relation, ZeroMatrix
 
 n, p, m1, k, r, q = symbols("n p m_1 k r q", integer=True, positive=True)
 

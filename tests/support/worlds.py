@@ -13,7 +13,7 @@ from sympy.matrices.expressions.matexpr import MatrixExpr
 
 from luenberger.papers.leondes_novak import derivation as recursions
 from luenberger.stage_list import stage_lists
-from luenberger.symbolic import ShapeError, Solve
+from matrixproof import ShapeError, Solve
 
 # The stage lists on the pages of Leondes and Novak, by name.
 STAGE_LISTS = [

@@ -7,7 +7,7 @@ was given.
 
 Another kind of answer enters in `answers` or, if it has several entries, in `tables`;
 `lessons` compares answers, `chains` marks what is handed in as lines, and `variants`
-gives each student numbers of their own.  It uses `symbolic`.
+gives each student numbers of their own.  It uses `matrixproof`.
 """
 
 from .answers import choice as choice

@@ -6,7 +6,7 @@ a few tenths of a second, SymPy's import included, so it is `kept` for the next
 process.
 
 What writes code from a stage list enters here, nothing that knows a plant or a paper.
-It uses `symbolic`, `stage_list` and `numeric`.
+It uses `matrixproof`, `stage_list` and `numeric`.
 """
 
 import functools

@@ -12,9 +12,10 @@ import numpy as np
 import sympy as sp
 from numpy.typing import ArrayLike
 
+from matrixproof import Derivation
+
 from ..numeric import Matrices
 from ..numeric.linalg import solve_right
-from ..symbolic import Derivation
 from .c.any_size import Loops
 from .c.file import function
 from .c.library import library
@@ -92,9 +93,9 @@ def compile(
 
     Examples
     --------
+    >>> import luenberger as lb
     >>> from luenberger.papers.leondes_novak.derivation import steady_gradient
-    >>> from luenberger.symbolic import compile
-    >>> gradient = compile(steady_gradient)
+    >>> gradient = lb.compile(steady_gradient)
     >>> print(gradient.source)
     def step(*, K, M, Omega, C, Lambda):
         Gradient = 2.0 * (Lambda @ (K @ M - (Omega @ C.mT)))
@@ -104,7 +105,7 @@ def compile(
     >>> known = dict(K=[[2.0]], M=[[3.0]], Omega=one, C=one, Lambda=one)
     >>> gradient(**known)
     {'Gradient': array([[10.]])}
-    >>> text = compile(steady_gradient, "Gradient", backend="c").source
+    >>> text = lb.compile(steady_gradient, "Gradient", backend="c").source
     >>> print(text[: text.index("{")])
     int run(int n, int p, const double *K /* n x p */,
         const double *M /* p x p */, const double *Omega /* n x n */,

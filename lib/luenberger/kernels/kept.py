@@ -26,9 +26,10 @@ from typing import Any
 
 import numpy as np
 
-PACKAGE = Path(__file__).parents[1]
-DERIVING = ("symbolic", "papers/*/derivation", "*/derivation", "kernels")
-DERIVING += ("stage_list.py", "certificate.py", "errors.py", "numeric/linalg.py")
+HOME = Path(__file__).parents[2]  # of this package and of `matrixproof`
+DERIVING = "papers/*/derivation", "*/derivation", "kernels"
+DERIVING += "stage_list.py", "certificate.py", "errors.py", "numeric/linalg.py"
+DERIVING = ("matrixproof", *(f"luenberger/{part}" for part in DERIVING))
 
 
 class CacheWarning(UserWarning):
@@ -88,9 +89,9 @@ def sources() -> str:
     """A hash of the files that a derived text comes from."""
     found = hashlib.sha256()
     for part in DERIVING:
-        for one in sorted(PACKAGE.glob(part)) or [PACKAGE / part]:
+        for one in sorted(HOME.glob(part)) or [HOME / part]:
             for path in sorted(one.rglob("*.py")) if one.is_dir() else [one]:
-                name = path.relative_to(PACKAGE).as_posix()
+                name = path.relative_to(HOME).as_posix()
                 found.update(f"{name}\0".encode() + path.read_bytes())
     return found.hexdigest()
 

@@ -10,7 +10,8 @@ from typing import Any
 
 import sympy as sp
 
-from ..symbolic import Derivation, Solve
+from matrixproof import Derivation, Solve
+
 from .printing import require_forms
 from .text import needed, require_proved, symbols_in
 

@@ -12,7 +12,7 @@ from sympy.printing.c import C99CodePrinter
 from sympy.printing.numpy import NumPyPrinter
 from sympy.printing.precedence import precedence
 
-from ..symbolic import Solve
+from matrixproof import Solve
 
 SUMS = sp.MatAdd, sp.MatMul
 FORMS = (*SUMS, sp.MatrixSymbol, sp.Transpose, sp.Identity)

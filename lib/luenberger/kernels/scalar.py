@@ -5,7 +5,7 @@ from typing import Any
 
 import sympy as sp
 
-from ..symbolic import Explicit
+from matrixproof import Explicit
 
 
 def function(statement: Explicit, letter: sp.Symbol, *names: str) -> Callable[..., Any]:

@@ -5,7 +5,8 @@ from typing import Any
 
 import sympy as sp
 
-from ..symbolic import Derivation, Solve, Stage
+from matrixproof import Derivation, Solve, Stage
+
 from .printing import NumPy
 
 MODULE = """\

@@ -10,7 +10,8 @@ from typing import Any
 
 import sympy as sp
 
-from ..symbolic import Derivation
+from matrixproof import Derivation
+
 from .pieces import Sum, Term, pieces
 from .printing import C99, product, summed
 

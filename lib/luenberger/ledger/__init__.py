@@ -11,7 +11,7 @@ piece of evidence, damage it, and see it fail.
 With every output accurate the gain is K₁ = Ω₂₁ (Ω₁₁ + R₁₁)⁻¹.
 
 What asks or prints the entries enters here; an entry is a row of a file in
-`entries/`.  It uses `symbolic`, `formats` and `show`, and loads a derivation by the
+`entries/`.  It uses `matrixproof`, `formats` and `show`, and loads a derivation by the
 pointer "room.module" of an entry.
 """
 

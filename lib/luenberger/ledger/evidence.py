@@ -4,8 +4,9 @@ from functools import cache
 from importlib import import_module
 from typing import Any
 
-from ..symbolic import Claim
-from ..symbolic.derivation import Derivation
+from matrixproof import Claim
+from matrixproof.derivation import Derivation
+
 from .records import PAPERS
 
 ROOMS = (

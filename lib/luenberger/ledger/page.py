@@ -6,9 +6,10 @@ from collections.abc import Iterator
 from pathlib import Path
 from textwrap import dedent
 
+from matrixproof import Chain, latex
+from matrixproof.prose import typeset
+
 from ..formats import atomic
-from ..symbolic import Chain, latex
-from ..symbolic.prose import typeset
 from . import evidence
 from .records import PARTS, Entry, count, entries, find_paper, misprints, title
 from .words import Words

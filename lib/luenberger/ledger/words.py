@@ -20,7 +20,7 @@ class Words:
     source: str
 
     def __str__(self) -> str:
-        from ..symbolic.prose import plain
+        from matrixproof.prose import plain
 
         return plain(self.source)
 
@@ -28,18 +28,18 @@ class Words:
 
     def unbroken(self) -> str:
         """The same with no-break spaces where a line must not end."""
-        from ..symbolic.prose import unbroken
+        from matrixproof.prose import unbroken
 
         return unbroken(self.source)
 
     def _repr_markdown_(self) -> str:
-        from ..symbolic.prose import markdown
+        from matrixproof.prose import markdown
 
         return markdown(self.source)
 
     def _repr_html_(self) -> str:
         r"""Formulas as MathJax finds them, `\(...\)`."""
-        from ..symbolic.prose import typeset
+        from matrixproof.prose import typeset
 
         return "".join(
             rf'<span class="math">\({html.escape(piece)}\)</span>'

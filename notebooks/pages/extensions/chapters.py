@@ -6,8 +6,9 @@ from broken_formulas import WIDE, apart, in_lines, spaced
 from docutils import nodes
 from sympy import MatrixBase
 
+import luenberger as lb
 from luenberger.kernels.text import numpy_source
-from luenberger.symbolic import (
+from matrixproof import (
     BlockMatrix,
     Chain,
     Construction,
@@ -16,16 +17,15 @@ from luenberger.symbolic import (
     MatrixSymbol,
     Relation,
     Solve,
-    compile,
     latex,
     text,
 )
-from luenberger.symbolic.breaks import pieces as terms
-from luenberger.symbolic.derivation import title
-from luenberger.symbolic.prose import typeset
-from luenberger.symbolic.reading import numbered, size, used_letters
-from luenberger.symbolic.reasons import cited_latex
-from luenberger.symbolic.typeset import columns
+from matrixproof.breaks import pieces as terms
+from matrixproof.derivation import title
+from matrixproof.prose import typeset
+from matrixproof.reading import numbered, size, used_letters
+from matrixproof.reasons import cited_latex
+from matrixproof.typeset import columns
 
 SHORT = 10  # columns of what a chain begins with, to stand before the first sign
 SEPARATOR = r",\; "
@@ -268,4 +268,4 @@ def c_of(derivation, stage):
     """The C of one stage, at any sizes."""
     given = tuple(sorted(symbols_of(stage), key=lambda symbol: symbol.name))
     alone = Part(given, (stage,), letters=derivation.letters)
-    return compile(alone, backend="c").source
+    return lb.compile(alone, backend="c").source

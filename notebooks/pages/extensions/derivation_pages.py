@@ -12,8 +12,8 @@ from sphinx.util.docutils import SphinxDirective
 
 from luenberger import ledger
 from luenberger.ledger import evidence
-from luenberger.symbolic.names import GREEK
-from luenberger.symbolic.prose import as_latex
+from matrixproof.names import GREEK
+from matrixproof.prose import as_latex
 
 LONGEST = 420  # characters of LaTeX; a longer claim is named, not shown
 AUTHORS = {key: ledger.title(key).partition(" ")[0] for key in ledger.PAPERS}

@@ -15,7 +15,7 @@ from luenberger.kernels import run
 from luenberger.papers.haddad_bernstein import derivation as lists
 from luenberger.papers.haddad_bernstein.derivation import augmented, counterexamples
 from luenberger.stage_list import stage_lists
-from luenberger.symbolic import Solve
+from matrixproof import Solve
 
 LISTS = {name: make() for name, make in stage_lists(lists.__name__).items()}
 GAINS = ("Ae", "Be", "Ce", "De")

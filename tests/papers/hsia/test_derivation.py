@@ -15,7 +15,7 @@ from luenberger.kernels.scalar import function
 from luenberger.papers.hsia.derivation import laws, noise
 from luenberger.papers.hsia.derivation.letters import J, T, T_max, T_s, a, b, rho, s
 from luenberger.papers.hsia.laws import formula_of
-from luenberger.symbolic import Chain
+from matrixproof import Chain
 
 LAWS = list(laws.LAWS)
 COEFFICIENT = {"quadratic": "alpha", "absolute": "alpha", "root": "C", "linear": "K"}

@@ -17,7 +17,7 @@ from luenberger.papers.leondes_novak.derivation import (
     errata,
     tracking,
 )
-from luenberger.symbolic import Derivation, Relation, Solve
+from matrixproof import Derivation, Relation, Solve
 
 RECURSIONS = {name: getattr(recursions, name)() for name in STAGE_LISTS}
 

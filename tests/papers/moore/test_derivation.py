@@ -13,7 +13,7 @@ from luenberger.papers.moore.derivation import (
     observer_input,
     recurrence,
 )
-from luenberger.symbolic import vanishes
+from matrixproof import vanishes
 
 
 def test_no_recurrence_is_violated_at_full_order():

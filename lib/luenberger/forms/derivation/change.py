@@ -9,7 +9,8 @@ Source: ours; that a change of coordinates keeps what a system does is common kn
 
 from functools import cache
 
-from ...symbolic import Derivation, Line, Stage
+from matrixproof import Derivation, Line, Stage
+
 from .letters import *
 
 SOURCE = "ours"

@@ -8,7 +8,8 @@ Source: ours; that an observer of the state estimates each `k x` is common knowl
 
 from functools import cache
 
-from ...symbolic import Derivation, Line, Stage, ZeroMatrix
+from matrixproof import Derivation, Line, Stage, ZeroMatrix
+
 from .letters import *
 
 SOURCE = "ours"

@@ -11,7 +11,8 @@ from functools import cache
 
 from sympy import eye
 
-from ...symbolic import Derivation, Line, Stage, ZeroMatrix
+from matrixproof import Derivation, Line, Stage, ZeroMatrix
+
 from .letters import *
 
 SOURCE = "Moore (1981); Laub, Heath, Paige and Ward (1987)"

@@ -2,7 +2,7 @@
 
 from sympy import symbols
 
-from ...symbolic import Identity, Notation
+from matrixproof import Identity, Notation
 
 n, r, m, p, q, s = symbols("n r m p q s", integer=True, positive=True)
 letters = Notation()

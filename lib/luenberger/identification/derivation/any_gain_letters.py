@@ -2,8 +2,8 @@
 
 from sympy import symbols
 
-from ...symbolic import Identity, Notation
-from ...symbolic import ZeroMatrix as ZeroMatrix
+from matrixproof import Identity, Notation
+from matrixproof import ZeroMatrix as ZeroMatrix
 
 n, p = symbols("n p", integer=True, positive=True)
 r = symbols("r", integer=True, positive=True)  # rows of an observability matrix

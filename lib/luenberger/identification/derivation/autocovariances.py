@@ -11,7 +11,8 @@ method for estimating noise covariances", (5)-(11).
 
 from functools import cache
 
-from ...symbolic import Derivation, Expect, Line, Stage
+from matrixproof import Derivation, Expect, Line, Stage
+
 from .any_gain_letters import *
 
 SOURCE = "Mehra (1970); Odelson, Rajamani and Rawlings (2006)"

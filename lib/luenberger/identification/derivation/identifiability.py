@@ -12,7 +12,8 @@ matrices that realise the same autocovariances.
 
 from functools import cache
 
-from ...symbolic import Derivation, Expect, Line, Stage
+from matrixproof import Derivation, Expect, Line, Stage
+
 from .any_gain_letters import *
 from .autocovariances import is_A_L
 

@@ -2,9 +2,9 @@
 
 from sympy import symbols
 
-from ...symbolic import Identity as Identity
-from ...symbolic import Notation
-from ...symbolic import ZeroMatrix as ZeroMatrix
+from matrixproof import Identity as Identity
+from matrixproof import Notation
+from matrixproof import ZeroMatrix as ZeroMatrix
 
 n, p, m = symbols("n p m", integer=True, nonnegative=True)
 c = symbols(

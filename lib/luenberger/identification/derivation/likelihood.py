@@ -12,9 +12,10 @@ from functools import cache
 
 from sympy import Symbol
 
+from matrixproof import Derivation, Line, Solve, Stage
+
 from ...papers.leondes_novak.derivation.estimate import innovation, running
 from ...papers.leondes_novak.derivation.letters import *
-from ...symbolic import Derivation, Line, Solve, Stage
 
 SOURCE = "our own; Schweppe (1965)"
 N_all = Symbol("N", integer=True, positive=True)

@@ -11,14 +11,8 @@ from functools import cache
 
 from sympy import Rational, Trace
 
-from ...symbolic import (
-    BlockMatrix,
-    Derivation,
-    Gradient,
-    Line,
-    Substitute,
-    plus,
-)
+from matrixproof import BlockMatrix, Derivation, Gradient, Line, Substitute, plus
+
 from .letters import *
 
 SOURCE = "our own; Koopman and Shephard (1992)"

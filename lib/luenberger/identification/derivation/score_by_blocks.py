@@ -8,7 +8,8 @@ Source: our own; see `score`.
 
 from functools import cache
 
-from ...symbolic import BlockMatrix, Derivation, Stage, Substitute
+from matrixproof import BlockMatrix, Derivation, Stage, Substitute
+
 from .letters import *
 from .score import SOURCE, half, is_h, is_k, is_Pi_J, is_Z
 

@@ -10,7 +10,8 @@ from functools import cache
 
 from sympy import Symbol
 
-from ...symbolic import Derivation, Line, Substitute
+from matrixproof import Derivation, Line, Substitute
+
 from .letters import *
 
 SOURCE = "our own; de Jong (1991)"

@@ -8,8 +8,9 @@ from dataclasses import replace
 
 import sympy as sp
 
+from matrixproof import Derivation
+
 from ...numeric import Matrices
-from ...symbolic import Derivation
 from ..pieces import Piece, Sum, pieces, read_by
 from ..printing import C99
 from ..text import symbols_in

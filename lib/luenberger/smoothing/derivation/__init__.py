@@ -12,6 +12,6 @@
     Smoothed estimates that treat the accurate outputs as exact.
 
 A proof of smoothing enters here.  What runs is in `filtering.passes`, `backward` and
-`rts`, and `filtering.back`.  It uses `luenberger.symbolic`; the filter's own pass is in
+`rts`, and `filtering.back`.  It uses `matrixproof`; the filter's own pass is in
 `papers/leondes_novak/derivation`.
 """

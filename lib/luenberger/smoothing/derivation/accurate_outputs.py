@@ -10,15 +10,8 @@ from functools import cache
 
 from sympy import Trace, symbols
 
-from ...symbolic import (
-    AtLeast,
-    Derivation,
-    Expect,
-    Identity,
-    Line,
-    ZeroMatrix,
-    plus,
-)
+from matrixproof import AtLeast, Derivation, Expect, Identity, Line, ZeroMatrix, plus
+
 from .letters import *
 
 m1, r = symbols("m_1 r", integer=True, nonnegative=True)

@@ -11,7 +11,8 @@ the equations are our own.
 
 from functools import cache
 
-from ...symbolic import Derivation, Identity, Line
+from matrixproof import Derivation, Identity, Line
+
 from .letters import *
 from .next_state import corrects, is_G, is_T, recursion
 

@@ -11,7 +11,8 @@ from functools import cache
 
 from sympy import symbols
 
-from ...symbolic import Derivation, Expect, Line, ZeroMatrix
+from matrixproof import Derivation, Expect, Line, ZeroMatrix
+
 from .adjoint import is_lamda_next
 from .letters import *
 from .next_state import apart, is_Q, moves

@@ -8,7 +8,7 @@ its part; the two are then independent.
 
 from sympy import symbols
 
-from ...symbolic import Identity, Notation
+from matrixproof import Identity, Notation
 
 SOURCE = "our own; Rauch, Tung and Striebel (1965)"
 

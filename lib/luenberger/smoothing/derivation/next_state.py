@@ -11,7 +11,8 @@ from functools import cache
 
 from sympy import Trace
 
-from ...symbolic import Derivation, Expect, Line, ZeroMatrix
+from matrixproof import Derivation, Expect, Line, ZeroMatrix
+
 from .letters import *
 
 letters = letters.here()

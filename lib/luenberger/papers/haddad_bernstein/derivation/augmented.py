@@ -8,7 +8,8 @@ Source: Haddad and Bernstein (1987), sections 2 to 4, (3.1)-(3.3), (4.1)-(4.4).
 
 from functools import cache
 
-from ....symbolic import BlockMatrix, Derivation, Expect, Line, Substitute, ZeroMatrix
+from matrixproof import BlockMatrix, Derivation, Expect, Line, Substitute, ZeroMatrix
+
 from .letters import *
 
 

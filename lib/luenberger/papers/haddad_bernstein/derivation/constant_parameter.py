@@ -11,7 +11,8 @@ from functools import cache
 
 from sympy import Rational, Trace, symbols
 
-from ....symbolic import Cyclic, Derivation, Line, Stage, Substitute
+from matrixproof import Cyclic, Derivation, Line, Stage, Substitute
+
 from .letters import SOURCE, n
 from .letters import letters as paper
 

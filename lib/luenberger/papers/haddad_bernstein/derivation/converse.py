@@ -10,7 +10,8 @@ Source: our own; Haddad and Bernstein (1987), theorem 3.1 and section 4.
 
 from functools import cache
 
-from ....symbolic import Derivation, Line
+from matrixproof import Derivation, Line
+
 from .equations import second, third
 from .letters import *
 from .one_basis import aligned_basis_P, aligned_basis_Q, is_P2, is_Q2

@@ -7,7 +7,7 @@ from functools import cache
 
 from sympy import Trace
 
-from ....symbolic import (
+from matrixproof import (
     BlockMatrix,
     Cyclic,
     Derivation,
@@ -16,6 +16,7 @@ from ....symbolic import (
     Substitute,
     ZeroMatrix,
 )
+
 from .augmented import (
     is_At,
     is_At1,

@@ -10,7 +10,7 @@ from functools import cache
 
 from sympy import Trace, diag
 
-from ....symbolic import (
+from matrixproof import (
     AtLeast,
     BlockMatrix,
     Cyclic,
@@ -20,6 +20,7 @@ from ....symbolic import (
     Substitute,
     ZeroMatrix,
 )
+
 from .augmented import is_Qt, is_V1, is_V2, is_V12, own
 from .cost import is_S, shown
 from .letters import *

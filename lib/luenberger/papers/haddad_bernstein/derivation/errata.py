@@ -11,7 +11,8 @@ Source: Haddad and Bernstein (1987), as scanned.
 
 import sympy as sp
 
-from ....symbolic import Algebra, BlockMatrix, Claim, Identity
+from matrixproof import Algebra, BlockMatrix, Claim, Identity
+
 from . import augmented, cost, equations, gradients, mean_square, projection
 from . import stationarity as best
 from .letters import *

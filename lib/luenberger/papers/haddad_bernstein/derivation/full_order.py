@@ -10,7 +10,8 @@ decouple, and the predictor as a plant, are our own.
 
 from functools import cache
 
-from ....symbolic import Derivation, Line, Solve, Stage, ZeroMatrix
+from matrixproof import Derivation, Line, Solve, Stage, ZeroMatrix
+
 from .augmented import is_V1
 from .equations import (
     best,

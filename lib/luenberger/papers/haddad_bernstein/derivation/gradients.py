@@ -10,7 +10,8 @@ from functools import cache
 
 from sympy import Trace
 
-from ....symbolic import Derivation, Gradient, Identity, Line, Substitute, ZeroMatrix
+from matrixproof import Derivation, Gradient, Identity, Line, Substitute, ZeroMatrix
+
 from .augmented import is_N2, is_N12, is_Qt_next, own, step
 from .cost import is_Pt, is_S, shown
 from .letters import *

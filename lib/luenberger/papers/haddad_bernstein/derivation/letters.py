@@ -11,7 +11,7 @@ for any number: their noises are independent, so each adds terms like its own.
 
 from sympy import symbols
 
-from ....symbolic import Derivation, Identity, Notation, Stage, title
+from matrixproof import Derivation, Identity, Notation, Stage, title
 
 SOURCE = "Haddad and Bernstein (1987)"
 

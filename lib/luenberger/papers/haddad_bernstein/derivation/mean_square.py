@@ -14,7 +14,7 @@ import sympy as sp
 from sympy import Rational, Trace
 from sympy import kronecker_product as kron
 
-from ....symbolic import (
+from matrixproof import (
     AtLeast,
     BlockMatrix,
     Cyclic,
@@ -25,6 +25,7 @@ from ....symbolic import (
     Substitute,
     ZeroMatrix,
 )
+
 from .augmented import is_At, is_At1, is_Qt, is_V1, own
 from .letters import *
 

@@ -12,14 +12,8 @@ from functools import cache
 
 from sympy import symbols
 
-from ....symbolic import (
-    BlockMatrix,
-    Derivation,
-    Identity,
-    Line,
-    Substitute,
-    ZeroMatrix,
-)
+from matrixproof import BlockMatrix, Derivation, Identity, Line, Substitute, ZeroMatrix
+
 from .augmented import is_At, is_Qt, is_Vt
 from .cost import is_Lt, is_Sigma
 from .letters import *

@@ -11,7 +11,7 @@ from functools import cache
 
 from sympy import diag, eye, symbols
 
-from ....symbolic import (
+from matrixproof import (
     BlockMatrix,
     Construction,
     Derivation,
@@ -20,6 +20,7 @@ from ....symbolic import (
     Substitute,
     ZeroMatrix,
 )
+
 from .letters import *
 from .projection import aligned, aligned_dual, one
 from .stationarity import is_tau

@@ -11,13 +11,8 @@ Source: Haddad and Bernstein (1987), section 4, (3.6)-(3.9), (3.17), (4.13)-(4.1
 
 from functools import cache
 
-from ....symbolic import (
-    Derivation,
-    Identity,
-    Line,
-    Solve,
-    Stage,
-)
+from matrixproof import Derivation, Identity, Line, Solve, Stage
+
 from .augmented import is_N2, is_N12, moments
 from .cost import duals, is_Lq, is_M2, is_M12
 from .letters import *

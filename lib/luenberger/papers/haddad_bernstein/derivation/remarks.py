@@ -11,7 +11,7 @@ from functools import cache
 
 from sympy import Matrix
 
-from ....symbolic import (
+from matrixproof import (
     Counterexample,
     Derivation,
     Equation,
@@ -20,6 +20,7 @@ from ....symbolic import (
     Line,
     ZeroMatrix,
 )
+
 from .augmented import is_xe_next
 from .cost import is_e, is_ye
 from .equations import regression

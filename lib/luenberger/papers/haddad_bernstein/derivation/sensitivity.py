@@ -8,7 +8,7 @@ Source: Haddad and Bernstein (1987), (4.10), (4.11); the differentials are our o
 
 from functools import cache
 
-from ....symbolic import (
+from matrixproof import (
     BlockMatrix,
     Derivation,
     Differential,
@@ -18,6 +18,7 @@ from ....symbolic import (
     Substitute,
     ZeroMatrix,
 )
+
 from .augmented import is_N2, is_N12
 from .cost import is_M2, is_M12
 from .gradients import is_gradAe, is_gradBe, is_gradCe, is_gradDe

@@ -12,7 +12,7 @@ from functools import cache
 
 from sympy import Trace
 
-from ....symbolic import (
+from matrixproof import (
     AtLeast,
     BlockMatrix,
     Cyclic,
@@ -21,6 +21,7 @@ from ....symbolic import (
     Substitute,
     ZeroMatrix,
 )
+
 from .augmented import (
     is_At,
     is_Bt,

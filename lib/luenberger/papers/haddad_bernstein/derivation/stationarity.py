@@ -8,7 +8,8 @@ Source: Haddad and Bernstein (1987), sections 2 to 4, (3.10)-(3.13), remark 3.1.
 
 from functools import cache
 
-from ....symbolic import Derivation, Expect, Line, Solve, Stage, ZeroMatrix
+from matrixproof import Derivation, Expect, Line, Solve, Stage, ZeroMatrix
+
 from .augmented import is_Qxy, is_Qxy_next, is_Qyy, is_uv, is_vv
 from .gradients import is_gradAe, is_gradBe, is_gradCe, is_gradDe
 from .letters import *

@@ -12,7 +12,8 @@ from functools import cache
 
 import sympy as sp
 
-from ....symbolic import Derivation, Explicit, Gradient, Line, Positive
+from matrixproof import Derivation, Explicit, Gradient, Line, Positive
+
 from .letters import *
 
 # J, the law T_s that it leads to, and kappa with dJ/dT = kappa (T - T_s)

@@ -2,8 +2,8 @@
 
 import sympy as sp
 
-from ....symbolic import Notation
-from ....symbolic import ZeroMatrix as ZeroMatrix
+from matrixproof import Notation
+from matrixproof import ZeroMatrix as ZeroMatrix
 
 SOURCE = "Hsia (1974)"
 

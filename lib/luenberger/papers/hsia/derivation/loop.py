@@ -10,7 +10,8 @@ from functools import cache
 
 import sympy as sp
 
-from ....symbolic import Derivation, Explicit, Identity
+from matrixproof import Derivation, Explicit, Identity
+
 from .letters import *
 
 # -- the plant and its response -------------------------------------------------------

@@ -9,7 +9,8 @@ the instants of Hsia (1974); the doubling is our own.
 
 from functools import cache
 
-from ....symbolic import BlockMatrix, Derivation, Differential, Line, Stage, Substitute
+from matrixproof import BlockMatrix, Derivation, Differential, Line, Stage, Substitute
+
 from .letters import *
 
 PAGE = (

@@ -13,7 +13,7 @@
 
 A proof or a stage list of this paper enters here; of a stage list, its `StageList`
 stands below, so that nobody loads SymPy only to name it.  It uses
-`luenberger.symbolic` alone; no other paper.
+`matrixproof` alone; no other paper.
 """
 
 from ....stage_list import StageList

@@ -13,15 +13,8 @@ from functools import cache
 
 import sympy as sp
 
-from ....symbolic import (
-    Construction,
-    Derivation,
-    Equation,
-    Explicit,
-    Iff,
-    Line,
-    Stage,
-)
+from matrixproof import Construction, Derivation, Equation, Explicit, Iff, Line, Stage
+
 from .form import over_patterns, picks
 from .letters import *
 

@@ -12,7 +12,8 @@ from functools import cache
 
 import sympy as sp
 
-from ....symbolic import BlockMatrix, Cyclic, Derivation, Explicit, Line
+from matrixproof import BlockMatrix, Cyclic, Derivation, Explicit, Line
+
 from .letters import *
 
 PATTERNS = ((3, 1), (2, 1), (2, 2), (2, 2, 1))

@@ -6,9 +6,9 @@ Kawazoe's coordinates make when they are sorted by level.
 
 from sympy import symbols
 
-from ....symbolic import Identity as Identity
-from ....symbolic import Notation
-from ....symbolic import ZeroMatrix as ZeroMatrix
+from matrixproof import Identity as Identity
+from matrixproof import Notation
+from matrixproof import ZeroMatrix as ZeroMatrix
 
 SOURCE = "Kawazoe (1978)"
 

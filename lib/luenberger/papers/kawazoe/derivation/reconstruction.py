@@ -11,7 +11,8 @@ from functools import cache
 
 import sympy as sp
 
-from ....symbolic import Derivation, Explicit, Line
+from matrixproof import Derivation, Explicit, Line
+
 from .form import is_h, is_w, named, over_patterns, picks
 from .letters import *
 

@@ -12,14 +12,8 @@ from functools import cache
 
 from sympy import symbols
 
-from ....symbolic import (
-    BlockMatrix,
-    Derivation,
-    Line,
-    Stage,
-    Substitute,
-    ZeroMatrix,
-)
+from matrixproof import BlockMatrix, Derivation, Line, Stage, Substitute, ZeroMatrix
+
 from .letters import *
 from .start import here
 

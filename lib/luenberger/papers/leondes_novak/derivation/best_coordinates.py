@@ -11,7 +11,7 @@ from functools import cache
 
 from sympy import Trace
 
-from ....symbolic import (
+from matrixproof import (
     Construction,
     Derivation,
     Identity,
@@ -20,6 +20,7 @@ from ....symbolic import (
     Stage,
     ZeroMatrix,
 )
+
 from .correlated_noise import is_D_s, is_F_s
 from .huddle import driven, is_W
 from .letters import *

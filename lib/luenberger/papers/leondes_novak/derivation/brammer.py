@@ -9,7 +9,7 @@ Source: Leondes and Novak (1974), section IV.C, (45)-(53); Brammer (1968).
 
 from functools import cache
 
-from ....symbolic import (
+from matrixproof import (
     AtLeast,
     BlockMatrix,
     Derivation,
@@ -18,6 +18,7 @@ from ....symbolic import (
     Substitute,
     ZeroMatrix,
 )
+
 from .best_coordinates import exact, is_Delta, nothing_left, push, unseen, whole
 from .canonical_gain import is_V
 from .coordinates import is_H

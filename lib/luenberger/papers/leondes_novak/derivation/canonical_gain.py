@@ -11,13 +11,8 @@ from functools import cache
 
 from sympy import Trace, eye, zeros
 
-from ....symbolic import (
-    BlockMatrix,
-    Derivation,
-    Substitute,
-    ZeroMatrix,
-    plus,
-)
+from matrixproof import BlockMatrix, Derivation, Substitute, ZeroMatrix, plus
+
 from .coordinates import is_H, split_v
 from .huddle import seen
 from .letters import *

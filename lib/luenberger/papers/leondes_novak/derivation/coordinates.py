@@ -11,7 +11,8 @@ from functools import cache
 
 from sympy import Trace
 
-from ....symbolic import BlockMatrix, Derivation, Expect, Line, Substitute, ZeroMatrix
+from matrixproof import BlockMatrix, Derivation, Expect, Line, Substitute, ZeroMatrix
+
 from .letters import *
 from .stochastic_system import plant
 

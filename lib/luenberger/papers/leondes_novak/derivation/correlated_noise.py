@@ -11,7 +11,8 @@ from functools import cache
 
 from sympy import Symbol
 
-from ....symbolic import Derivation, Expect, Line, Stage, ZeroMatrix
+from matrixproof import Derivation, Expect, Line, Stage, ZeroMatrix
+
 from .huddle import error, error_equation, unbiased
 from .letters import *
 

@@ -8,7 +8,8 @@ Source: Leondes and Novak (1974), (24)-(33), as scanned.
 
 from sympy import Trace
 
-from ....symbolic import Algebra, BlockMatrix, Identity, ShapeError
+from matrixproof import Algebra, BlockMatrix, Identity, ShapeError
+
 from . import canonical_gain, coordinates, uniqueness
 from .letters import *
 

@@ -9,7 +9,8 @@ Source: Leondes and Novak (1974), (41)-(43); the residual is our own.
 
 from functools import cache
 
-from ....symbolic import Derivation, Line, Stage, ZeroMatrix
+from matrixproof import Derivation, Line, Stage, ZeroMatrix
+
 from .best_coordinates import exact
 from .correlated_noise import is_As
 from .letters import *

@@ -13,7 +13,8 @@ from functools import cache
 
 from sympy import symbols
 
-from ....symbolic import Derivation, Identity, Line, ZeroMatrix
+from matrixproof import Derivation, Identity, Line, ZeroMatrix
+
 from .letters import *
 
 SOURCE = "Bierman (1977), sections V.3 and VI.4; Thornton (1976)"

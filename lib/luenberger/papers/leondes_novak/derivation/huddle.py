@@ -9,7 +9,8 @@ Source: Leondes and Novak (1974), section II, (7)-(15); Aoki and Huddle (1967).
 
 from functools import cache
 
-from ....symbolic import Derivation, Line, ZeroMatrix
+from matrixproof import Derivation, Line, ZeroMatrix
+
 from .letters import *
 from .stochastic_system import measured, plant
 

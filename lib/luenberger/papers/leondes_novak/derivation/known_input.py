@@ -11,7 +11,7 @@ from functools import cache
 
 from sympy import symbols
 
-from ....symbolic import (
+from matrixproof import (
     BlockMatrix,
     Derivation,
     Expect,
@@ -21,6 +21,7 @@ from ....symbolic import (
     Substitute,
     ZeroMatrix,
 )
+
 from .huddle import measured, plant
 from .letters import *
 

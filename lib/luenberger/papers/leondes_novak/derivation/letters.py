@@ -8,7 +8,7 @@ r = n - m1, so that m1 is not a size of its own.
 
 from sympy import symbols
 
-from ....symbolic import Identity, Notation
+from matrixproof import Identity, Notation
 
 SOURCE = "Leondes and Novak (1974)"
 

@@ -9,7 +9,8 @@ Source: Leondes and Novak (1974), section IV, (37)-(44).
 
 from functools import cache
 
-from ....symbolic import BlockMatrix, Derivation, Line, Relation, Substitute, ZeroMatrix
+from matrixproof import BlockMatrix, Derivation, Line, Relation, Substitute, ZeroMatrix
+
 from .correlated_noise import is_Sigma
 from .huddle import is_D, is_F
 from .letters import *

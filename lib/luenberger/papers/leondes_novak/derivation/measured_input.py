@@ -10,7 +10,8 @@ from functools import cache
 
 from sympy import symbols
 
-from ....symbolic import BlockMatrix, Derivation, Line, Stage, Substitute
+from matrixproof import BlockMatrix, Derivation, Line, Stage, Substitute
+
 from . import known_input
 from .any_observer import is_N_1, is_N_2
 from .huddle import moves

@@ -12,7 +12,8 @@ from functools import cache
 
 from sympy import Trace, symbols
 
-from ....symbolic import Derivation, Gradient, Line, ZeroMatrix
+from matrixproof import Derivation, Gradient, Line, ZeroMatrix
+
 from .letters import *
 from .quadratic import is_M, joseph
 

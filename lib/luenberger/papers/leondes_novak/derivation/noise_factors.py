@@ -10,7 +10,8 @@ from functools import cache
 
 from sympy import symbols
 
-from ....symbolic import Derivation, Line, Stage, ZeroMatrix
+from matrixproof import Derivation, Line, Stage, ZeroMatrix
+
 from .correlated_noise import is_Qs, is_Sigma, is_X_next, told
 from .letters import *
 from .quadratic import is_M, is_N

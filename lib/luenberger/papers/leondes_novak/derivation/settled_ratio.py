@@ -12,7 +12,8 @@ from functools import cache
 
 from sympy import sqrt
 
-from ....symbolic import AtMost, Derivation, Identity, Line
+from matrixproof import AtMost, Derivation, Identity, Line
+
 from .letters import *
 from .quadratic import is_Kmv, is_M, is_N
 

@@ -10,7 +10,8 @@ from functools import cache
 
 from sympy import symbols
 
-from ....symbolic import Derivation, Line, Stage, ZeroMatrix
+from matrixproof import Derivation, Line, Stage, ZeroMatrix
+
 from .huddle import driven, dynamics, follows, follows_next, moves
 from .letters import *
 

@@ -11,14 +11,8 @@ from functools import cache
 
 from sympy import symbols
 
-from ....symbolic import (
-    BlockMatrix,
-    Derivation,
-    Line,
-    Stage,
-    Substitute,
-    ZeroMatrix,
-)
+from matrixproof import BlockMatrix, Derivation, Line, Stage, Substitute, ZeroMatrix
+
 from .best_coordinates import gain_stage
 from .letters import *
 from .quadratic import is_M, is_N, is_Sigma_next, is_Y

@@ -10,7 +10,7 @@ from functools import cache
 
 from sympy import symbols
 
-from ....symbolic import (
+from matrixproof import (
     BlockMatrix,
     Derivation,
     Expect,
@@ -19,6 +19,7 @@ from ....symbolic import (
     Substitute,
     ZeroMatrix,
 )
+
 from .letters import *
 from .quadratic import is_Omega
 from .stochastic_system import deviation, is_d, is_Q, is_Sigma_x, white

@@ -11,7 +11,7 @@ from functools import cache
 
 from sympy import Trace
 
-from ....symbolic import (
+from matrixproof import (
     Derivation,
     Differential,
     Gradient,
@@ -21,6 +21,7 @@ from ....symbolic import (
     ZeroMatrix,
     plus,
 )
+
 from .best_coordinates import gain, is_P
 from .huddle import is_F
 from .letters import *

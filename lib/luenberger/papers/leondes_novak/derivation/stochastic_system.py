@@ -8,7 +8,8 @@ Source: Leondes and Novak (1974), section I, (1)-(6).
 
 from functools import cache
 
-from ....symbolic import Derivation, Expect, Line, ZeroMatrix
+from matrixproof import Derivation, Expect, Line, ZeroMatrix
+
 from .letters import *
 
 PAGE = (

@@ -12,7 +12,8 @@ from functools import cache
 
 import sympy as sp
 
-from ....symbolic import Derivation, Explicit, Notation
+from matrixproof import Derivation, Explicit, Notation
+
 from .letters import SOURCE, n, p
 
 T, s_x, s_v, s_m = sp.symbols("T sigma_x sigma_xdot sigma_m", positive=True)

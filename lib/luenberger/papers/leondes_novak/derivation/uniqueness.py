@@ -12,7 +12,7 @@ from functools import cache
 
 from sympy import Matrix, Trace
 
-from ....symbolic import (
+from matrixproof import (
     AtLeast,
     BlockMatrix,
     Counterexample,
@@ -21,6 +21,7 @@ from ....symbolic import (
     Substitute,
     ZeroMatrix,
 )
+
 from .canonical_gain import in_blocks, trace_of
 from .coordinates import is_H
 from .letters import *

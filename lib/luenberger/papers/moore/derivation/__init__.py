@@ -15,7 +15,7 @@
 
 A proof or a stage list of this paper enters here; of a stage list, its `StageList`
 stands below, so that nobody loads SymPy only to name it.  It uses
-`luenberger.symbolic`, and `luenberger.certificate` where the residuals are proved;
+`matrixproof`, and `luenberger.certificate` where the residuals are proved;
 no other paper.
 """
 

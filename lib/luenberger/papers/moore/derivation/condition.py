@@ -10,7 +10,8 @@ Source: Moore (1973), (5), (10), (12), (13); this form of them is our own.
 
 from functools import cache
 
-from ....symbolic import Derivation, Line, Stage
+from matrixproof import Derivation, Line, Stage
+
 from .letters import *
 
 PAGE = (

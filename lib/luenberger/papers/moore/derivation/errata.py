@@ -11,7 +11,8 @@ limits of the remark on signs, are our own findings.
 
 import sympy as sp
 
-from ....symbolic import Algebra
+from matrixproof import Algebra
+
 from .letters import P, T, eps, k, x
 from .recurrence import characteristic, krylov, observable_form
 from .recurrence import observer_pair as pair

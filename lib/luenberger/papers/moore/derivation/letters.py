@@ -8,9 +8,9 @@ A plus below is the next instant, or the derivative in continuous time.
 
 from sympy import symbols
 
-from ....symbolic import Identity as Identity
-from ....symbolic import Notation
-from ....symbolic import ZeroMatrix as ZeroMatrix
+from matrixproof import Identity as Identity
+from matrixproof import Notation
+from matrixproof import ZeroMatrix as ZeroMatrix
 
 SOURCE = "Moore (1973)"
 

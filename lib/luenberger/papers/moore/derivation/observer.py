@@ -12,8 +12,7 @@ from functools import cache
 
 from sympy import Matrix
 
-from ....certificate import residuals
-from ....symbolic import (
+from matrixproof import (
     BlockMatrix,
     Counterexample,
     Derivation,
@@ -22,6 +21,8 @@ from ....symbolic import (
     Line,
     Stage,
 )
+
+from ....certificate import residuals
 from .condition import companion_row as companion_row
 from .letters import *
 

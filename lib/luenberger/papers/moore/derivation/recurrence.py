@@ -12,7 +12,8 @@ from functools import cache
 
 import sympy as sp
 
-from ....symbolic import Construction, Derivation, Explicit, Line
+from matrixproof import Construction, Derivation, Explicit, Line
+
 from .letters import *
 
 SIZES = ((4, 2), (2, 1), (3, 1), (3, 2), (5, 3), (6, 4))  # (n, r)

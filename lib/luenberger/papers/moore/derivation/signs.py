@@ -16,7 +16,8 @@ from itertools import product
 
 import sympy as sp
 
-from ....symbolic import Derivation, Explicit, Line, Positive
+from matrixproof import Derivation, Explicit, Line, Positive
+
 from .letters import *
 from .recurrence import at_sizes, named_beta, observable_form, recurrence_rows
 

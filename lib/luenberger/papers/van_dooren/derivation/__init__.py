@@ -16,6 +16,6 @@
     What Van Dooren's pages print and what holds, each entry tried.
 
 A proof or a stage list of this paper enters here.  It uses
-`luenberger.symbolic`, and `luenberger.certificate` where the residuals are
+`matrixproof`, and `luenberger.certificate` where the residuals are
 proved; no other paper.
 """

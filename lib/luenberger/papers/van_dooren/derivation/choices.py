@@ -11,7 +11,8 @@ from functools import cache
 
 import sympy as sp
 
-from ....symbolic import Derivation, Equation, Explicit, Iff, Line
+from matrixproof import Derivation, Equation, Explicit, Iff, Line
+
 from .letters import *
 
 SIZES = (2, 3)

@@ -11,7 +11,8 @@ from functools import cache
 
 import sympy as sp
 
-from ....symbolic import Derivation, Explicit, Positive
+from matrixproof import Derivation, Explicit, Positive
+
 from .letters import SOURCE, c_M, d_M, k_M, letters
 from .rows import patterns
 

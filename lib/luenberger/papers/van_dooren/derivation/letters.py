@@ -6,9 +6,9 @@ U U* = U* U = I is used of it, so the plant may be complex.
 
 from sympy import symbols
 
-from ....symbolic import Identity as Identity
-from ....symbolic import Notation
-from ....symbolic import ZeroMatrix as ZeroMatrix
+from matrixproof import Identity as Identity
+from matrixproof import Notation
+from matrixproof import ZeroMatrix as ZeroMatrix
 
 SOURCE = "Van Dooren (1984)"
 

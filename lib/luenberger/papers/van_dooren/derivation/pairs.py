@@ -15,7 +15,8 @@ from functools import cache
 import sympy as sp
 from sympy.matrices import kronecker_product
 
-from ....symbolic import Derivation, Equation, Explicit, Iff, Line
+from matrixproof import Derivation, Equation, Explicit, Iff, Line
+
 from .letters import *
 from .rows import Pattern, patterns, picks, row_symbols, triangle
 

@@ -12,7 +12,7 @@ from functools import cache
 
 import sympy as sp
 
-from ....symbolic import (
+from matrixproof import (
     BlockMatrix,
     Construction,
     Derivation,
@@ -21,6 +21,7 @@ from ....symbolic import (
     Iff,
     Line,
 )
+
 from .letters import *
 
 STAIRS = ((1, 2), (1, 1, 1), (2, 2), (1, 1, 2), (1, 2, 3), (2, 3))

@@ -8,7 +8,8 @@ Source: Van Dooren (1984), (1)-(12), (24), remark 2(c); reflectors after Househo
 
 from functools import cache
 
-from ....symbolic import BlockMatrix, Construction, Derivation, Line
+from matrixproof import BlockMatrix, Construction, Derivation, Line
+
 from .letters import *
 
 

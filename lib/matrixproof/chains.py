@@ -1,0 +1,295 @@
+"""Calculational chains: a derivation line by line, each checked against its reasons.
+
+    start
+      = next line         reason: the relations cited, and nothing else
+      = ...
+
+as `calc` in Lean and `also ... finally` in Isabelle.
+"""
+
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import NamedTuple
+
+import sympy as sp
+
+from .contents import parts
+from .dependence import behind, declared, hidden
+from .equivalences import Equation, Implies
+from .exact import plain
+from .inequalities import AtLeast
+from .lines import Line
+from .operators import Derivative, Operator
+from .page_model import impossible
+from .reasons import WIDEST_REASON
+from .relations import Reasons, Relation, Result, unfounded
+from .typeset import Show, columns, latex, padded, text
+from .words import Formula, Symbols, Values, kept
+
+CHECKED, FAILED = "✓", "✗"
+
+
+class Row(NamedTuple):
+    """A line of a chain as it is set."""
+
+    left: str
+    sign: str
+    right: str
+    reason: str = ""
+    pieces: tuple = ()
+    follows: bool = True
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Chain:
+    r"""A derivation that reads from top to bottom.
+
+    Parameters
+    ----------
+    number : str
+        The number of the equation, e.g. "27–29"; empty if it has none.
+    says : str
+        What the chain shows, in a few words.
+    left : expression or Equation
+        What it begins with.
+    lines : sequence of Line
+        `Line` says that the line before is equal to this one, for the reasons cited;
+        the other kinds of line differentiate, average, drop a square, and so on.
+        After an `Equation` every line is an `Implies` or an `Iff`.
+    symmetric : iterable of MatrixSymbol
+        Symbols equal to their transpose.
+    witness : dict of symbol to matrix or number, optional
+        As for a `Derivation`, where no model of all that is cited is found without it.
+
+    Notes
+    -----
+    A chain never changes, so it is checked once.  A line is checked against what it
+    cites and nothing else: without one of its reasons it must fail, a model of them is
+    found, and the line is true there.  What all lines cite has one model, too.
+
+    Examples
+    --------
+    >>> from sympy import symbols
+    >>> from matrixproof import MatrixSymbol, Relation
+    >>> n = symbols("n", integer=True, positive=True)
+    >>> A, B, S = (MatrixSymbol(name, n, n) for name in "ABS")
+    >>> meant = Relation("S = A + B", S, A + B)
+    >>> chain = Chain("2", "a product", A * S, [
+    ...     Line(A * (A + B), by=[meant]),
+    ...     Line(A * A + A * B, why="multiply out"),
+    ... ])
+    >>> chain.check()
+    []
+    >>> print(chain)
+    (2) a product
+      A S
+        = A (A + B)  S = A + B     ✓
+        = A A + A B  multiply out  ✓
+    >>> Chain("", "wrong", A * B, [Line(B * A)]).check()[0]  # doctest: +ELLIPSIS
+    'line 1 does not follow: what is left over is ...; with A = ...'
+    """
+
+    number: str
+    says: str
+    left: Formula
+    lines: tuple
+    symmetric: tuple = ()
+    witness: Values = field(default_factory=dict)
+
+    def __post_init__(self):
+        if isinstance(self.lines, Line):
+            raise TypeError("lines are given in a list, also a single one: [Line(...)]")
+        object.__setattr__(self, "lines", tuple(self.lines))
+        object.__setattr__(self, "witness", kept(self.witness))
+        object.__setattr__(self, "symmetric", tuple(self.symmetric))
+        stated = isinstance(self.left, Equation)
+        for k, line in enumerate(self.lines, 1):
+            if not isinstance(line, Line) or isinstance(line, Implies) != stated:
+                wanted = "Implies or Iff" if stated else "Line"
+                start = type(self.left).__name__
+                mend = f"what begins with {start} goes on with {wanted}"
+                if isinstance(line, list | tuple):
+                    mend = "write its lines one after the other"
+                kind = type(line).__name__
+                raise TypeError(
+                    f"line {k} of chain ({self.number}) is a {kind}; {mend}"
+                )
+        bounded = False
+        for k, line in enumerate(self.lines, 1):
+            bounded = bounded or isinstance(line, AtLeast)
+            if bounded and isinstance(line, Derivative):
+                raise ValueError(
+                    f"line {k} of chain ({self.number}) {self.says} differentiates a "
+                    "bound, which says nothing of the derivative of what is bounded"
+                )
+        signs = {line.sign for line in self.lines if isinstance(line, AtLeast)}
+        if len(signs) > 1:
+            raise ValueError(
+                f"chain ({self.number}) {self.says} goes up and down, so it says "
+                f"nothing of its ends: write one chain for ≥ and another for ≤"
+            )
+
+    @property
+    def right(self) -> Formula:
+        """Where the chain ends."""
+        return self.lines[-1].right if self.lines else self.left
+
+    @property
+    def relations(self) -> Reasons:
+        """Everything cited, each once, in order."""
+        return tuple(dict.fromkeys(r for line in self.lines for r in line.cites))
+
+    @cached_property
+    def relation(self) -> Relation:
+        """What the chain has proved, for a later chain or a stage to cite.
+
+        Raises
+        ------
+        TypeError
+            It does not prove that its two ends are equal.
+        """
+        if self._stated or any(isinstance(x, (Operator, AtLeast)) for x in self.lines):
+            raise TypeError(f"chain ({self.number}) {self.says} proves no equality")
+        number = f"({self.number}) " if self.number else ""
+        says = f"{text(self.left)} = {text(self.right)}"
+        if columns(says) > WIDEST_REASON:
+            says = self.says
+        return Result(number + says, self.left, self.right, self)
+
+    @property
+    def title(self) -> str:
+        """Its number and what it says."""
+        return f"({self.number}) {self.says}" if self.number else self.says
+
+    @cached_property
+    def supposes(self) -> Symbols:
+        """The symbols of its formulas that it takes to equal their transposes.
+
+        Those of the chains behind what it cites are among them.
+        """
+        found = {
+            x for e in self.expressions for x in sp.sympify(e).atoms(sp.MatrixSymbol)
+        }
+        cited = (r.chain for r in self.relations if isinstance(r, Result))
+        found |= {x for chain in cited for x in chain.supposes}
+        return tuple(x for x in self.symmetric if x in found)
+
+    def holds_without(self, *symbols: sp.MatrixSymbol) -> bool:
+        """Whether every line follows where these symbols need not be symmetric."""
+        kept = tuple(x for x in self.symmetric if x not in symbols)
+        if kept not in self._weaker:
+            self._weaker[kept] = not replace(self, symmetric=kept).check()
+        return self._weaker[kept]
+
+    @cached_property
+    def _weaker(self):
+        """Whether it holds with fewer symmetric symbols, by what is left of them."""
+        return {}
+
+    @property
+    def expressions(self) -> list[Formula]:
+        """Every expression in it."""
+        sides = (self.left, *(line.right for line in self.lines), *self.relations)
+        return [e for side in sides for e in getattr(side, "expressions", (side,))]
+
+    def check(self) -> list[str]:
+        """What is wrong, line by line; [] when every line follows as it says."""
+        return [
+            f"line {k} {fault}"
+            for k, faults in enumerate(self._faults, 1)
+            for fault in faults
+        ]
+
+    @cached_property
+    def _faults(self):
+        """The faults of each line."""
+        before = (self.left, *(line.right for line in self.lines))
+        constant = hidden([self])[self]
+        found = [
+            self._complaints(line, left) + constant.get(k, [])
+            for k, (left, line) in enumerate(zip(before, self.lines), 1)
+        ]
+        if found and not any(found):
+            found[-1] += self._without_model()
+        return found
+
+    def _complaints(self, line, left):
+        """What is wrong with a line; one that cannot even be read says so."""
+        try:
+            found = unfounded(line.cites, self._known)
+            return found + line.complaints(left, self._known) + line.too_wide()
+        except (TypeError, ValueError) as e:
+            blocks = any(isinstance(r.right, sp.BlockMatrix) for r in line.cites)
+            mend = "; blocks are put in by Substitute" if blocks else ""
+            return [f"cannot be checked: {e}{mend}"]
+
+    def _without_model(self):
+        """A complaint if what its lines cite cannot all hold at once."""
+        relations = tuple(dict.fromkeys(behind(self.relations)))
+        inverted = any(parts(plain(e)).inverted for e in self.expressions)
+        if not inverted and any(set(relations) <= set(x.cites) for x in self.lines):
+            return []  # which has a model
+        return impossible(relations, self._known, self.expressions, self.witness)
+
+    @cached_property
+    def _known(self):
+        """The symbols that equal their transposes: those told, and those made so."""
+        return declared(self.symmetric, self.expressions)
+
+    # -- shown --------------------------------------------------------------------
+
+    def __str__(self):
+        start = self.start(text)
+        rows = [
+            (str(line), line.reason(text), FAILED if faults else CHECKED)
+            for line, faults in zip(self.lines, self._faults)
+        ]
+        wide = [max((columns(row[k]) for row in rows), default=0) for k in range(2)]
+        out = [*filter(None, [self.title]), f"  {start}"]
+        out += [
+            f"    {padded(body, wide[0])}  {padded(reason, wide[1])}  {mark}"
+            for body, reason, mark in rows
+        ]
+        return "\n".join([*out, *(f"  {fault}" for fault in self.check())])
+
+    __repr__ = __str__
+
+    def _repr_latex_(self):
+        rows = []
+        for row in self.rows(latex):
+            mark = r"\checkmark" if row.follows else r"\times"
+            rest = f"&& {row.reason} && {mark}" if row.sign else ""
+            rows.append(f"{row.left} &{row.sign} {row.right} {rest}".strip())
+        return framed(rows, self.number)
+
+    def start(self, show: Show) -> str:
+        """What the chain begins with, set by `latex` or `text`."""
+        return self.left.show(show) if self._stated else show(self.left)
+
+    def rows(self, show: Show) -> list[Row]:
+        """The chain as it is set: a `Row` for each line.
+
+        What it begins with stands before the first sign; before an operation, or as an
+        equation, it has a row without a sign.
+        """
+        start, rows = self.start(show), []
+        if self._stated or (self.lines and isinstance(self.lines[0], Operator)):
+            rows.append(Row("", "", start))
+            start = ""
+        for line, faults in zip(self.lines, self._faults):
+            sign = line.latex_sign if show is latex else line.sign
+            parts = start or line.head(show), sign, line.body(show), line.reason(show)
+            rows.append(Row(*parts, tuple(line.pieces(show)), not faults))
+            start = ""
+        return rows
+
+    @property
+    def _stated(self):
+        return isinstance(self.left, Equation)
+
+
+def framed(rows, number):
+    """Rows as one display with its number."""
+    tag = rf" \tag{{{number}}}" if number else ""
+    body = r" \\[2pt] ".join(rows)
+    return rf"$$\begin{{aligned}} {body} \end{{aligned}}{tag}$$"

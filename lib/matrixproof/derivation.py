@@ -1,0 +1,326 @@
+"""A derivation: words, definitions, chains and stages, in the order of the page.
+
+One without a page is a *stage list*: what a program is to compute, and why.
+"""
+
+from collections import Counter
+from dataclasses import dataclass, field
+from difflib import get_close_matches
+from functools import cached_property
+from typing import Any
+
+import sympy as sp
+from sympy.matrices.expressions.matexpr import MatrixExpr
+
+from .blocks import Blocks
+from .chains import Chain
+from .claims import Claim
+from .constructions import Construction, Counterexample
+from .dependence import behind, hidden, letters
+from .deriving import Derived
+from .explicit import Explicit, Positive
+from .page_model import impossible
+from .polynomials import Sum
+from .relations import Relation, Result
+from .stages import faults
+from .typeset import latex, padded, text
+from .words import Formula, refuse_truth, same_shape
+
+CHECKED = Chain, Derived, Construction, Counterexample, Explicit, Positive  # by itself
+
+
+class Steps(dict):
+    """What is proved, by name.
+
+    >>> Steps({"(33) the gain": None})["(33) the gains"]
+    Traceback (most recent call last):
+        ...
+    KeyError: "there is no step '(33) the gains'; near it are '(33) the gain'"
+    """
+
+    def __missing__(self, name):
+        near = get_close_matches(str(name), self, cutoff=0.4) or [*self]
+        said = ", ".join(map(repr, near))
+        raise KeyError(f"there is no step {name!r}; near it are {said}")
+
+
+@dataclass(frozen=True, repr=False)
+class Derivation:
+    """What a method rests on, in reading order, or one stage list of it.
+
+    Attributes
+    ----------
+    given : tuple of MatrixSymbol
+        What the stages need, by name.
+    stages : tuple of Stage
+        The assignments that a program carries out, in order.
+    steps : dict of str to Claim, Chain, Construction or Counterexample
+        What is proved, by name: what is on the page, what the stages cite, and claims
+        that stand on no page.
+    source : str
+        Where the result is published.
+    page : tuple
+        Words (a str; a formula in it stands between backquotes), definitions and
+        suppositions (`Relation`), chains, constructions, counterexamples, and stage
+        lists (`Derivation`), in the order in which one reads them.
+    letters : Notation
+        What the symbols stand for.
+    says : str
+        What a stage list does, in a few words.
+    witness : dict of symbol to matrix or number, optional
+        Explicit values of some letters, where the search for a model of all that the
+        page defines and supposes finds none without them.
+    limits : tuple of dict of size to size
+        What parts of the page set sizes to, as {r: n} where all of a state is wanted.
+        Only so a letter occurs in another size than the one that it has.
+    """
+
+    given: tuple = ()
+    stages: tuple = ()
+    steps: dict = field(default_factory=dict)
+    source: str = ""
+    page: tuple = ()
+    letters: object = None
+    says: str = ""
+    witness: dict = field(default_factory=dict)
+    limits: tuple = ()
+
+    def __post_init__(self):
+        found = {title(item): item for item in self._shown}
+        object.__setattr__(self, "steps", Steps({**self.steps, **found}))
+        for name, step in self.steps.items():
+            refuse_truth(step, f"step {name!r}")
+            is_checked(step)
+
+    @property
+    def _shown(self):
+        """What is checked by itself: of the page, and cited by stages."""
+        cited = (r for stage in self.stages for r in stage.by)
+        return [item for item in (*cited, *self.page) if is_checked(item)]
+
+    # -- checked ------------------------------------------------------------------
+
+    def check(self) -> list[str]:
+        """What is wrong, in plain language; [] when everything on the page is right."""
+        found = list(self._faults)
+        for name, step in self.steps.items():
+            if is_checked(step):
+                found += [f"{name}: {fault}" for fault in step.check()]
+            elif not holds(step):
+                found.append(f"{name} is not proved")
+        return found
+
+    @cached_property
+    def _faults(self):
+        """What is wrong beside the steps: stages, and formulas that nothing uses."""
+        symmetric = getattr(self.letters, "symmetric", ())
+        clash = self._without_model()  # first: what has one here has one in each chain
+        found = faults(self.stages, self.given, symmetric)
+        names = {id(item): title(item) for item in self._shown}.values()
+        twice = sorted(name for name, k in Counter(names).items() if k > 1)
+        found += [f"two things are called {name!r}" for name in twice]
+        assigned = [e for s in self.stages for e in (s.target, s.expression)]
+        found += look_alikes([*self.given, *assigned])
+        if self.page:
+            introduced = [item for item in self.page if isinstance(item, Relation)]
+            used = set(cited_by(self))
+            found += [f"nothing uses {r.name}" for r in introduced if r not in used]
+            found += [
+                f"{r.name} is cited and not introduced"
+                for r in used
+                if not isinstance(r, Result) and r not in introduced
+            ]
+            meaning = self.letters.meaning
+            unknown = sorted(
+                {s.name for s in symbols(self)} - {s.name for s in meaning}
+            )
+            found += [f"it is not said what {name} stands for" for name in unknown]
+            found += self._taken_for_constant(introduced)
+            found += [
+                f"{title(item)}: {fault}"
+                for item in self.page
+                if is_checked(item)
+                for fault in look_alikes(getattr(item, "expressions", ()))
+            ]
+            found += self._taken_twice()
+            found += [
+                f"{title(item)}: supposes that {text(s)} is symmetric, and the letters "
+                "of the page do not"
+                for item in self.page
+                for s in supposed(item)
+                if s not in symmetric
+            ]
+        return found + clash
+
+    def _taken_twice(self):
+        """Complaints about letters of the page that are not those it declares."""
+        shown = [e for item in self.page for e in getattr(item, "expressions", ())]
+        found = {s for e in shown if isinstance(e, sp.Basic) for s in letters(e)}
+        numbers = look_alikes(s for s in found if isinstance(s, sp.Symbol))
+        declared = {text(s): s for s in self.letters.meaning}
+        return numbers + [
+            f"{text(s)} is {declared[text(s)].shape} among the letters and {s.shape} "
+            "on the page: rename it, or say in limits= which size is set to what"
+            for s in sorted(found - set(self.letters.meaning), key=str)
+            if isinstance(s, sp.MatrixSymbol) and text(s) in declared
+            if not self._in_a_limit(declared[text(s)], s)
+        ]
+
+    def _in_a_limit(self, declared, other):
+        """Whether a letter is a declared one with sizes set as the page says."""
+        sizes = [[sp.sympify(d).subs(at) for d in declared.shape] for at in self.limits]
+        return any(same_shape(shape, other.shape) for shape in sizes)
+
+    def _taken_for_constant(self, introduced):
+        """What lines take for constant that the page says is not."""
+        chains = [item for item in self.page if isinstance(item, Chain)]
+        return [
+            f"{title(chain)}: line {k} {fault}"
+            for chain, lines in hidden(chains, introduced).items()
+            for k, faults in lines.items()
+            for fault in faults
+        ]
+
+    def _without_model(self):
+        """A complaint if nothing is known to satisfy all that is relied on at once."""
+        own = [item for item in self.page if isinstance(item, Relation)]
+        stages = [r for stage in self.stages for r in stage.reasons]
+        chains = [x for x in self.page if isinstance(x, Chain)]
+        cited = [r for chain in chains for r in chain.relations]
+        relations = dict.fromkeys([*own, *behind([*stages, *cited])])
+        lists = [self, *(x for x in self.page if isinstance(x, Derivation))]
+        also = [stage.expression for found in lists for stage in found.stages]
+        also += [e for chain in chains for e in chain.expressions]
+        symmetric = getattr(self.letters, "symmetric", ())
+        return impossible(relations, symmetric, also, self.witness)
+
+    def unproved(self) -> list[str]:
+        """Names of the steps that are not proved, and what is wrong beside them."""
+        found = self._faults
+        return [name for name, step in self.steps.items() if not holds(step)] + found
+
+    def proved(self) -> bool:
+        """True if there are steps, or stages with reasons, and nothing is wrong."""
+        reasoned = bool(self.steps) or any(stage.by for stage in self.stages)
+        return reasoned and not self.unproved()
+
+    # -- shown --------------------------------------------------------------------
+
+    def __str__(self):
+        if self.page:
+            from .reading import as_text
+
+            return as_text(self)
+        rows = [(stage.shown(text), stage.equation) for stage in self.stages]
+        wide = max((len(row) for row, _ in rows), default=0)
+        lines = [f"  {padded(row, wide)}  {number}".rstrip() for row, number in rows]
+        return "\n".join([self.says or self.source or "Our own", *lines])
+
+    __repr__ = __str__
+
+    def _repr_markdown_(self):
+        if self.page:
+            from .reading import as_markdown
+
+            return as_markdown(self)
+        return None
+
+    def _repr_latex_(self):
+        if not self.stages:
+            return None
+        rows = (
+            stage.shown(latex).replace(" = ", " &= ", 1)
+            + (rf" && \text{{{stage.equation}}}" if stage.equation else "")
+            for stage in self.stages
+        )
+        body = r" \\[2pt] ".join(rows)
+        return rf"$$\begin{{aligned}} {body} \end{{aligned}}$$"
+
+
+def title(step: Any) -> str:
+    """The name of what is proved: its number and what it says.
+
+    A stage list is named by what it does.
+    """
+    number = getattr(step, "number", "")
+    return f"({number}) {step.says}" if number else step.says
+
+
+def cited_by(derivation):
+    """Every relation that a step or a stage of a derivation cites."""
+    for item in derivation.page:
+        if isinstance(item, Derivation):
+            yield from (r for stage in item.stages for r in stage.reasons)
+        elif is_checked(item):
+            yield from item.relations
+
+
+def supposed(item):
+    """The symbols in an item that it takes to equal their transposes."""
+    inside = {
+        x
+        for e in getattr(item, "expressions", ())
+        for x in sp.sympify(e).atoms(sp.MatrixSymbol)
+    }
+    return [s for s in getattr(item, "symmetric", ()) if s in inside]
+
+
+def look_alikes(expressions):
+    """Complaints about letters of one chain that differ and are printed alike."""
+    known = {}
+    for expr in expressions:
+        if isinstance(expr, sp.Basic):
+            for s in expr.atoms(sp.MatrixSymbol, sp.Symbol):
+                known.setdefault(text(s), {})[s] = getattr(s, "shape", "a number")
+    return [
+        f"{shown} is printed for several letters, {', '.join(map(str, each.values()))}:"
+        " rename one of them"
+        for shown, each in known.items()
+        if len(each) > 1
+    ]
+
+
+def symbols(derivation):
+    """The matrix symbols on a page, and the numbers that are letters."""
+    found, known = set(), set(getattr(derivation.letters, "meaning", ()))
+    for item in derivation.page:
+        for expr in getattr(item, "expressions", ()):
+            if isinstance(expr, MatrixExpr | sp.Basic):
+                found |= expr.atoms(sp.MatrixSymbol) | (expr.atoms(sp.Symbol) & known)
+    return found
+
+
+def is_checked(item: Any) -> bool:
+    """Whether an item is checked by itself.
+
+    Raises
+    ------
+    TypeError
+        It has a check of its own making, which may accept anything.
+    """
+    if type(item) in (*CHECKED, Derivation):
+        return True
+    if hasattr(item, "check"):
+        raise TypeError(
+            f"{item} is a {type(item).__name__}, whose check is not of this package: "
+            "give a Chain, Construction, Counterexample, Explicit, Positive, "
+            "Derivation or Claim"
+        )
+    return False
+
+
+def holds(step: Any) -> bool:
+    """Whether a step is proved: a chain and its like, a claim, or a bare residual."""
+    if is_checked(step):
+        return not step.check()
+    refuse_truth(step, "what is to hold")
+    return vanishes(step)
+
+
+def vanishes(residual: Formula) -> bool:
+    """Whether a residual is identically zero.
+
+    Accepts the normal forms of this package, explicit SymPy matrices and scalars.
+    """
+    known = isinstance(residual, Sum | Blocks | Claim)
+    return (residual if known else Claim(residual)).is_zero

@@ -1,0 +1,784 @@
+"""Derivations that find their lines: one names an operation, and not its result.
+
+Each operation works out the next line and adds it to a chain, with what it cites; the
+chain is then checked as any other is, by code that knows nothing of operations.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import sympy as sp
+from sympy.matrices.expressions.matexpr import MatrixExpr
+
+from .blocks import Blocks
+from .chains import Chain
+from .core import Algebra
+from .dependence import Scope, declared, letters
+from .exact import plain
+from .expectations import Expect, Moments
+from .inequalities import AtLeast
+from .lines import Cyclic, Line, Substitute
+from .operators import Differential, Gradient, Transposed
+from .polynomials import Polynomial, Traces
+from .proofs import prove
+from .reasons import cited_text
+from .relations import Relation, named
+from .symbols import MatrixProduct, MatrixSum, Own, ZeroMatrix, plus
+from .terms import (
+    Pattern,
+    as_before,
+    common,
+    factored,
+    joined,
+    negative,
+    opened,
+    put_in,
+    scalar,
+    summed,
+    together,
+    whole,
+    written,
+)
+from .typeset import Show, latex, text
+from .words import Formula, Symbols, rotations, same_size
+
+
+@dataclass(frozen=True)
+class Solved(Relation):
+    """What an equation says of an unknown, and what was inverted to say it.
+
+    Attributes
+    ----------
+    invertible : tuple of expression
+        What was taken to be invertible.
+    """
+
+    invertible: tuple = ()
+
+    def condition(self, show: Show) -> str:
+        """What is taken to be invertible, in words, or nothing."""
+        taken = ", ".join(map(show, self.invertible))
+        if not taken:
+            return ""
+        if show is latex:
+            return rf"\quad \text{{if }} {taken} \text{{ can be inverted}}"
+        return f", if {taken} can be inverted"
+
+    def __str__(self):
+        return self.name + self.condition(text)
+
+    __repr__ = __str__
+
+    def _repr_latex_(self):
+        return rf"$$ {self.show(latex)}{self.condition(latex)} $$"
+
+
+def derive(
+    left: Formula,
+    number: str = "",
+    says: str = "",
+    symmetric: Symbols = (),
+    known: Any = (),
+) -> Derived:
+    """Begin a derivation: its operations find the lines.
+
+    Parameters
+    ----------
+    left : expression
+        What the derivation begins with.
+    number, says : str
+        As for a `Chain`.
+    symmetric : iterable of MatrixSymbol
+        Symbols equal to their transpose; those that `letters` made so are known.
+    known : iterable of Relation
+        What else is known: a letter that depends by it on what a gradient moves is
+        not taken for constant.
+
+    Returns
+    -------
+    Derived
+        A `Chain` without lines yet, with the operations.
+
+    Examples
+    --------
+    S is a quadratic in K; where does the slope of its trace vanish?
+
+    >>> from sympy import Trace
+    >>> from matrixproof import derive, letters
+    >>> K, P, N, M, S = letters("K:n*p P:n*n= N:n*p M:p*p= S:n*n=")
+    >>> cost = derive(Trace(S)).put((S, P - K * N.T - N * K.T + K * M * K.T))
+    >>> slope = cost.expand().gradient(K)
+    >>> print(slope)
+      tr(S)
+        = tr(P - K N' - N K' + K M K')              S = P - K N' - N K' + K M K'  ✓
+        = tr(P) - tr(K N') - tr(N K') + tr(K M K')  multiply out                  ✓
+        ∂/∂K [·] = 2 (K M - N)                      differentiate                 ✓
+    >>> slope.solve(K)
+    K M = N
+    """
+    return Derived(number, says, left, (), tuple(symmetric), known=named(known))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Derived(Chain):
+    """A derivation so far: a chain, and the operations that find its next line.
+
+    Every operation returns a new derivation, with a line more.
+
+    Attributes
+    ----------
+    brackets : dict of expression to expression
+        After `collect`, what multiplies each of what was collected.
+    """
+
+    known: tuple = ()
+    brackets: dict = field(default_factory=dict)
+
+    def _then(self, line, brackets=()):
+        """The derivation with a line more."""
+        if line.right == self.right and not hasattr(line, "applied"):
+            raise ValueError(f"nothing changes: the line is {text(self.right)} already")
+        lines = (*self.lines, line)
+        return replace(self, lines=lines, brackets=dict(brackets))
+
+    def _algebra(self, *relations):
+        """What is known of the letters of the line and of relations."""
+        return Algebra(declared(self.symmetric, (self.right, *relations)))
+
+    def _normal(self, wanted=(Polynomial, Traces, Blocks), what=""):
+        """The line multiplied out."""
+        value = self._algebra().normal(self.right)
+        if not isinstance(value, wanted):
+            raise TypeError(f"{what}, and the line is {text(self.right)}")
+        return value
+
+    def _missing(self, x):
+        return ValueError(f"the line has no {text(x)}: it is {text(self.right)}")
+
+    # -- what is known is used --------------------------------------------------------
+
+    def put(self, *definitions: Any) -> Derived:
+        """Definitions put in, as they stand, one after the other.
+
+        Parameters
+        ----------
+        *definitions : Relation, pair or Chain
+            Each with a letter on its left.  Where its right side is in blocks, the
+            line shows the blocks; `multiply` opens them.
+
+        Examples
+        --------
+        >>> from matrixproof import derive, letters
+        >>> A, B, S = letters("A:n*n B:n*n S:n*n")
+        >>> print(derive(A * S).put((S, A + B)))
+          A S
+            = A (A + B)  S = A + B  ✓
+        """
+        right, by = self.right, named(definitions)
+        for relation in by:
+            if not isinstance(relation.left, (sp.MatrixSymbol, sp.Symbol)):
+                said = cited_text(relation)
+                raise ValueError(f"{said} does not say what a letter is: `use` it")
+            if relation.left not in letters(plain(right)):
+                raise ValueError(f"the line has no letter {text(relation.left)}")
+            right = put_in(right, relation.left, relation.right)
+        blocks = any(sp.sympify(e).has(sp.BlockMatrix) for e in (self.right, right))
+        return self._then((Substitute if blocks else Line)(right, by))
+
+    def use(self, *relations: Any) -> Derived:
+        """Relations used from left to right: what is their left side is replaced.
+
+        A left side that is a sum is looked for as a whole; where it does not stand,
+        the longest of its products that stands is replaced by the rest.
+
+        Examples
+        --------
+        >>> from matrixproof import Identity, derive, letters
+        >>> A, P, T, V, C = letters("A:n*n P:n*r T:r*n V:n*p C:p*n")
+        >>> whole = P * T + V * C, Identity(A.rows)
+        >>> print(derive(A * P * T + A * V * C).use(whole))
+          A P T + A V C
+            = A  P T + V C = I  ✓
+        """
+        return self._found(relations, used)
+
+    def fold(self, *definitions: Any) -> Derived:
+        """Definitions recognised: what is their right side gets their letter.
+
+        Examples
+        --------
+        >>> from matrixproof import derive, letters
+        >>> K, C, P, R, M = letters("K:n*p C:p*n P:n*n= R:p*p= M:p*p=")
+        >>> line = derive(K * C * P * C.T * K.T + P + K * R * K.T)
+        >>> print(line.fold((M, C * P * C.T + R)))
+          K C P C' K' + P + K R K'
+            = K M K' + P  M = C P C' + R  ✓
+        """
+        return self._found(definitions, folded)
+
+    def _found(self, relations, find):
+        """The line after each relation, by what finds where it stands."""
+        right, by = self.right, named(relations)
+        for relation in by:
+            seen = find(self._algebra(*by), right, relation)
+            if seen is None or seen == right:
+                sought = relation.left if find is used else relation.right
+                said = f"{text(sought)}: it is {text(right)}"
+                raise ValueError(f"the line has no {said}")
+            right = seen
+        return self._then(Line(right, by))
+
+    def by(self, right: Formula, *relations: Any) -> Derived:
+        """What the engine proves the line to equal, from some of these relations.
+
+        The line cites those that the proof needs.
+
+        Raises
+        ------
+        Unproved
+            It does not follow.
+
+        Examples
+        --------
+        >>> from matrixproof import derive, letters
+        >>> A, B, C, D = letters("A:n*n B:n*n C:n*n D:n*n")
+        >>> print(derive(A * B * A).by(C * A, (D, A), (A * B, C)))
+          A B A
+            = C A  A B = C  ✓
+        """
+        given = named(relations)
+        symmetric = self._algebra(right, *given).symmetric
+        cited = prove(self.right, right, given, symmetric).cited
+        needed = [r for r in given if r.name in cited]
+        return self._then(Line(right, tuple(needed), "" if needed else "multiply out"))
+
+    def insert(self, right: Formula, *relations: Any, why: str = "inserted") -> Derived:
+        """A line that is typed, as where an identity is put between two factors.
+
+        Examples
+        --------
+        >>> from matrixproof import Identity, derive, letters
+        >>> A, P, T = letters("A:n*n P:n*r T:r*n")
+        >>> print(derive(A).insert(A * P * T, (P * T, Identity(A.rows))))
+          A
+            = A P T  P T = I, inserted  ✓
+        """
+        return self._then(Line(right, named(relations), why))
+
+    # -- how it is written ------------------------------------------------------------
+
+    def expand(self) -> Derived:
+        """The line multiplied out, in the order of its factors.
+
+        Examples
+        --------
+        >>> from matrixproof import derive, letters
+        >>> A, B = letters("A:n*n B:n*n")
+        >>> print(derive((A + B) * (A + B).T).expand())
+          (A + B) (A + B)'
+            = A A' + A B' + B A' + B B'  multiply out  ✓
+        """
+        return self._then(Line(self._expanded(), why="multiply out"))
+
+    def _expanded(self):
+        if isinstance(self.right, MatrixExpr):
+            return written(self._normal())
+        if plain(self.right).has(sp.Trace):
+            return scalar(opened(self.right, self._algebra()))
+        return sp.expand(self.right)
+
+    def multiply(self, *definitions: Any) -> Derived:
+        """Blocks put in, where definitions are given, and multiplied.
+
+        Examples
+        --------
+        >>> from matrixproof import BlockMatrix, derive, letters
+        >>> H, H_1, H_2 = letters("H:p*n H_1:p*r H_2:p*n-r")
+        >>> X, X_1, X_2 = letters("X:n X_1:r X_2:n-r")
+        >>> blocks = (H, BlockMatrix([[H_1, H_2]])), (X, BlockMatrix([[X_1], [X_2]]))
+        >>> print(derive(H * X).multiply(*blocks))
+          H X
+            = [H₁ H₂] [X₁; X₂]  H, X                 ✓
+            = H₁ X₁ + H₂ X₂     multiply the blocks  ✓
+        """
+        start = self.put(*definitions) if definitions else self
+        if not sp.sympify(start.right).has(sp.BlockMatrix):
+            raise ValueError(f"the line has no blocks: it is {text(start.right)}")
+        why = "multiply the blocks"
+        if isinstance(start.right, MatrixExpr):
+            return start._then(Line(whole(start._normal()), why=why))
+        terms = opened(start.right, start._algebra())
+        total = joined(terms, start._algebra())
+        why += "" if len(total) == len(terms) else ", the trace is cyclic"
+        return start._then(Line(scalar(total), why=why))
+
+    def factor(self) -> Derived:
+        """What its terms have in common before and behind brackets, block by block.
+
+        Examples
+        --------
+        >>> from matrixproof import derive, letters
+        >>> A, B, C = letters("A:n*n B:n*n C:n*n")
+        >>> print(derive(2 * A * B - 2 * A * C * B).factor())
+          2 A B - 2 A C B
+            = 2 A (I - C) B  factor  ✓
+        """
+        if not isinstance(self.right, MatrixExpr):
+            return self._then(Line(sp.factor(self.right), why="factor"))
+        return self._then(Line(factored(self._normal()), why="factor"))
+
+    def collect(self, *columns: Formula) -> Derived:
+        """What multiplies each of these last factors, in brackets.
+
+        Where the last factors can be anything, as a state and an input can, and the
+        line must vanish, each of its `brackets` must vanish.
+
+        Examples
+        --------
+        >>> from matrixproof import derive, letters
+        >>> A, B, T, F, x, z = letters("A:n*n B:n*n T:r*n F:r*r x:n z:r")
+        >>> found = derive(F * z + T * A * x - T * B * x).collect(x)
+        >>> print(found)
+          F z + T A x - T B x
+            = F z + (T A - T B) x  collect x  ✓
+        >>> found.brackets[x]
+        T*A - T*B
+        """
+        value, groups, rest = self._tails(columns)
+        parts, brackets = [summed(rest, *value.shape)] if rest else [], {}
+        for v, found in groups.items():
+            brackets[v] = summed(found, value.shape[0], v.rows)
+            parts.append(brackets[v] * v)
+        why = "collect " + " and ".join(map(text, columns))
+        right = sum(parts[1:], parts[0])
+        if right == self.right:  # and has its brackets
+            return replace(self, brackets=brackets)
+        return self._then(Line(right, why=why), brackets)
+
+    def _tails(self, columns):
+        """The line, {column: terms before it} for columns, and its other terms."""
+        value = self._normal(Polynomial, "only in a matrix can one collect")
+        words = {next(iter(self._algebra().normal(v).terms)): v for v in columns}
+        groups, rest = {v: [] for v in columns}, []
+        for w, c in value.terms.items():
+            for end, v in words.items():
+                if w[-len(end) :] == end:
+                    groups[v].append((w[: -len(end)], c))
+                    break
+            else:
+                rest.append((w, c))
+        for v, found in groups.items():
+            if not found:
+                raise self._missing(v)
+        return value, groups, rest
+
+    def transpose(self) -> Derived:
+        """The transpose of the line.
+
+        Examples
+        --------
+        >>> from matrixproof import derive, letters
+        >>> A, Q = letters("A:n*n Q:n*n=")
+        >>> print(derive(A * Q + A).transpose())
+          A Q + A
+            [·]' = Q A' + A'  transpose  ✓
+        """
+        value = self._normal((Polynomial, Blocks), "only a matrix has a transpose")
+        return self._then(Transposed(written(value.T), why="transpose"))
+
+    def cyclic(self, first: Formula = None) -> Derived:
+        """Traces rotated, so that those that are equal are joined.
+
+        Parameters
+        ----------
+        first : expression, optional
+            A factor that a trace begins with where it occurs in it.
+
+        Examples
+        --------
+        >>> from sympy import Trace
+        >>> from matrixproof import derive, letters
+        >>> A, B = letters("A:n*m B:m*n")
+        >>> print(derive(Trace(A * B) + Trace(A.T * B.T)).cyclic())
+          tr(A B) + tr(A' B')
+            = 2 tr(A B)  the trace is cyclic  ✓
+        """
+        self._normal(Traces, "only the factors in a trace can be rotated")
+        algebra = self._algebra()
+        total = joined(opened(self.right, algebra), algebra, first)
+        return self._then(Cyclic(scalar(total)))
+
+    # -- what is done to it -----------------------------------------------------------
+
+    def expect(self, *moments: Any) -> Derived:
+        """The expectation, by those of these moments that it needs.
+
+        Examples
+        --------
+        >>> from matrixproof import Moment, derive, letters
+        >>> A, e, w, P, Q = letters("A:n*n e:n w:n P:n*n= Q:n*n=")
+        >>> noise = (e * e.T, P), (w * w.T, Q), (e * w.T, 0 * A)
+        >>> print(derive((A * e - w) * (A * e - w).T).expect(*noise))
+          (A e - w) (A e - w)'
+            E[·] = A P A' + Q  E[e e'] = P, E[w w'] = Q, E[e w'] = 0  ✓
+        """
+        known = Expect(self.right, moments=moments).moments
+        found = Moments(known, self._algebra(*known).symmetric)
+        value = found.expectation(self.right)
+        used = tuple(r for r in known if r in found.seen)
+        if not used:
+            raise ValueError(f"nothing in the line is random: {text(self.right)}")
+        return self._then(Expect(written(value), moments=used))
+
+    def gradient(self, of: Formula, held: Any = ()) -> Derived:
+        """The gradient of a trace, or the derivative of a number.
+
+        Parameters
+        ----------
+        of : letter
+            In what.  Where it is a letter for blocks, `multiply` shows the gradient
+            in each of them.
+        held : iterable of letters
+            As for `Gradient`.
+
+        Raises
+        ------
+        ValueError
+            The line does not have the letter, or has one that depends on it.
+
+        Examples
+        --------
+        >>> from sympy import Trace
+        >>> from matrixproof import derive, letters
+        >>> K, M, N, Y = letters("K:n*p M:p*p= N:n*p Y:n*n")
+        >>> print(derive(Trace(K * M * K.T - 2 * N * K.T)).gradient(K))
+          tr(K M K' - 2 N K')
+            ∂/∂K [·] = 2 (K M - N)  differentiate  ✓
+        >>> derive(Trace(Y * K * N.T), known=[(Y, K * N.T)]).gradient(K)
+        Traceback (most recent call last):
+            ...
+        ValueError: the line takes Y for constant, which Y = K N' ties to K: put that \
+in first, or say that it is held
+        """
+        if of not in letters(plain(self.right)):
+            raise self._missing(of)
+        line = self._constant(Gradient(0, why="differentiate", of=of, held=tuple(held)))
+        if isinstance(of, sp.Symbol):
+            return self._then(replace(line, right=line.applied(self.right, ())))
+        value = self._normal(Traces, "only a trace has a gradient in a matrix")
+        found = value.algebra.gradient(value, of)
+        return self._then(replace(line, right=together(found)))
+
+    def differential(self, increments: dict[Any, Any], held: Any = ()) -> Derived:
+        """The first differential, for letters that move by these increments.
+
+        Examples
+        --------
+        >>> from matrixproof import derive, letters
+        >>> A, X, dX = letters("A:n*n X:n*n dX:n*n")
+        >>> print(derive(X.I * A).differential({X: dX}))
+          X⁻¹ A
+            d[·] = -X⁻¹ dX X⁻¹ A  differentiate  ✓
+        """
+        for x in increments:
+            if x not in letters(plain(self.right)):
+                raise self._missing(x)
+        line = self._constant(
+            Differential(0, why="differentiate", of=increments, held=tuple(held))
+        )
+        value = self._algebra().differential(self.right, increments)
+        return self._then(replace(line, right=written(value)))
+
+    def _constant(self, line):
+        """The line, if what it takes for constant is not known to move."""
+        for fault in line.hidden(self.right, Scope([*self.known, *self.relations])):
+            raise ValueError(f"the line {fault}")
+        return line
+
+    # -- what comes out ---------------------------------------------------------------
+
+    def solve(self, X: Formula, number: str = "", name: Formula = None) -> Solved:
+        """The equation that says that the line is zero, solved for a letter.
+
+        What stands before and behind all its terms is taken to be invertible, and so
+        is what stands before the unknown alone; the relation says so.
+
+        Parameters
+        ----------
+        X : letter
+            The unknown, of first degree in the line.
+        number : str
+            The number of the solution.
+        name : letter, optional
+            What stands for the unknown in the solution.
+
+        Examples
+        --------
+        >>> from matrixproof import derive, letters
+        >>> K, M, N, W = letters("K:n*p M:p*p N:n*p W:n*n")
+        >>> derive(2 * W * (K * M - N)).solve(K, "33")
+        (33) K M = N, if W can be inverted
+        >>> derive(K * M * K.T).solve(K)
+        Traceback (most recent call last):
+            ...
+        ValueError: the line is not linear in K: it is K M K'
+        """
+        left, right, inverted = solution(self._normal(), X, self.right)
+        if name is not None:
+            left = left.xreplace({X: name})
+        return Solved(titled(number, left, right), left, right, inverted)
+
+    def match(self, form: Formula, *numbers: str) -> tuple[Relation, ...]:
+        """What the first factors of a form may be, so that it equals the line.
+
+        Terms that end alike are compared.  That is one way in which the form equals
+        the line, and there may be others.
+
+        Examples
+        --------
+        >>> from matrixproof import derive, letters
+        >>> A, P, V, T, C, F, D = letters("A:n*n P:n*r V:n*p T:r*n C:p*n F:n*r D:n*p")
+        >>> line = derive(A * P * T + A * V * C)
+        >>> for found in line.match(F * T + D * C, "14", "15"):
+        ...     print(found.name)
+        (14) F = A P
+        (15) D = A V
+        """
+        words = [*self._algebra().normal(form).terms]
+        columns = [MatrixProduct(1, *(x.as_expr() for x in w[1:])) for w in words]
+        value, groups, rest = self._tails(columns)
+        if rest:
+            said = text(summed(rest, *value.shape))
+            raise ValueError(f"{said} in the line ends like no term of {text(form)}")
+        found = []
+        for w, v, k in zip(words, columns, [*numbers, *[""] * len(words)]):
+            unknown = w[0].as_expr()
+            right = summed(groups[v], *unknown.shape)
+            found.append(Relation(titled(k, unknown, right), unknown, right))
+        return tuple(found)
+
+    def square(self, K: Formula, solved: Any) -> Derived:
+        """A quadratic in a letter, completed to a square around a solution.
+
+        Parameters
+        ----------
+        K : letter
+        solved : Relation
+            Of which the line's slope vanishes, with another letter for `K`.
+
+        Examples
+        --------
+        >>> from matrixproof import derive, letters
+        >>> K, B, M, N, P = letters("K:n*p B:n*p M:p*p= N:n*p P:n*n=")
+        >>> print(derive(P - K * N.T - N * K.T + K * M * K.T).square(K, (B * M, N)))
+          P - K N' - N K' + K M K'
+            = P - N B' + (K - B) M (K - B)'  B M = N, complete the square  ✓
+        """
+        (by,) = named([solved])
+        value = self._normal((Polynomial, Traces), "blocks are no quadratic")
+        times = {w: sum(x.atom == K for x in w) for w in value.terms}
+        new = [
+            x
+            for x in letters(plain(by.left)) - letters(plain(self.right))
+            if getattr(x, "shape", ()) == K.shape
+        ]
+        if max(times.values()) != 2 or len(new) != 1:
+            raise ValueError(
+                f"the line is no quadratic in {text(K)} whose slope vanishes where "
+                f"{by.show(text)}: it is {text(self.right)}"
+            )
+        algebra, best = self._algebra(by), new[0]
+        twice = value.like((w, c) for w, c in value.terms.items() if times[w] == 2)
+        quadratic = together(twice).xreplace({K: K - best})
+        rest = algebra.normal(written(value).xreplace({K: best}))
+        old, new = (algebra.normal(side) for side in by)
+        rest = replaced(rest, [Pattern(old.T, new.T), Pattern(old, new)]) or rest
+        parts = [written(rest), quadratic]
+        if all(map(negative, rest.terms.values())):
+            parts.reverse()
+        right = (plus if isinstance(value, Traces) else MatrixSum)(*parts)
+        return self._then(Line(right, (by,), "complete the square"))
+
+    def drop(self, *roots: Any, of: Formula = None) -> Derived:
+        """A term dropped that is not negative: the machine finds its root.
+
+        Parameters
+        ----------
+        *roots : letter or Relation
+            Matrices that are not negative: the letter, for which a root is made, or
+            the relation that says of what it is the square, `M = L L'`.
+        of : letter, optional
+            One that is in the term, where several terms could be dropped.
+
+        Examples
+        --------
+        >>> from matrixproof import derive, letters
+        >>> K, B, M, P = letters("K:n*p B:n*p M:p*p= P:n*n=")
+        >>> print(derive(P + (K - B) * M * (K - B).T).drop(M))
+          P + (K - B) M (K - B)'
+            ≥ P  (K - B) L_M ((K - B) L_M)' ≥ 0, M = L_M L_M'  ✓
+        """
+        relations = [rooted(x) if isinstance(x, sp.MatrixSymbol) else x for x in roots]
+        by = {r.left: r for r in named(relations)}
+        terms = parts_of(self.right)
+        found = [
+            (k, *square_root(term, by, self._algebra(*by.values()).symmetric))
+            for k, term in enumerate(terms)
+            if of is None or of in letters(term)
+        ]
+        found = [(k, root, used) for k, root, used in found if root is not None]
+        if len(found) != 1:
+            what = "several terms are squares" if found else "no term is a square"
+            mend = "say of which letter" if found else "say which letters are squares"
+            raise ValueError(f"{what}, {mend}: the line is {text(self.right)}")
+        ((k, root, used),) = found
+        rest = [term for j, term in enumerate(terms) if j != k]
+        if isinstance(self.right, MatrixExpr):
+            right = MatrixSum(*rest) if rest else ZeroMatrix(*self.right.shape)
+        else:
+            right = plus(*rest)
+        return self._then(AtLeast(right, tuple(by[M] for M in used), root=root))
+
+
+def titled(number, left, right):
+    """The name of a relation: its number and what it says."""
+    says = f"{text(left)} = {text(right)}"
+    return f"({number}) {says}" if number else says
+
+
+def used(algebra, expr, relation):
+    """An expression in which a relation is used from left to right, multiplied out."""
+    old, new = relation
+    if not isinstance(old, MatrixExpr):
+        return put_in(expr, old, new)
+    old, new, value = (algebra.normal(e) for e in (old, new, expr))
+    if old.is_scaled_identity:  # I = A B says what A B is
+        old, new = new, old
+    patterns = [Pattern(old, new), Pattern(old.T, new.T)]
+    found = replaced(value, patterns)
+    for k in range(len(old.terms)):
+        found = found or replaced(value, [pattern.solved(k) for pattern in patterns])
+    return found and as_before(found, expr)
+
+
+def folded(algebra, expr, relation):
+    """An expression in which a definition is recognised, as it stands or opened."""
+    seen = put_in(expr, relation.right, relation.left)
+    if not isinstance(relation.left, MatrixExpr):
+        return seen
+    try:
+        new, old, value = (algebra.normal(e) for e in (*relation, seen))
+    except TypeError:  # what is inverted needs a letter first
+        return seen
+    found = replaced(value, [Pattern(old, new), Pattern(old.T, new.T)])
+    return as_before(found, seen) if found else seen
+
+
+def replaced(value, patterns):
+    """A normal form after all of these patterns, or None if none of them stands."""
+    found = None
+    for pattern in patterns:
+        seen = pattern.replaced(value if found is None else found)
+        found = found if seen is None else seen
+    return found
+
+
+def solution(value, X, shown):
+    """(left, right, what is inverted): value = 0, solved for X."""
+    not_linear = ValueError(f"the line is not linear in {text(X)}: it is {text(shown)}")
+    if isinstance(X, sp.Symbol):
+        roots = sp.solve(plain(shown), X)
+        if len(roots) != 1:
+            raise not_linear
+        below = sp.fraction(sp.together(roots[0]))[1]
+        return X, roots[0], () if below.is_zero is False else (below,)
+    if not isinstance(value, Polynomial):
+        raise TypeError(f"only a matrix is solved for a matrix, not {text(shown)}")
+    at = {w: [i for i, x in enumerate(w) if x.atom == X] for w in value.terms}
+    with_X = [w for w in at if at[w]]
+    if not with_X:
+        raise ValueError(f"the line has no {text(X)}: it is {text(shown)}")
+    unknown = {w[i] for w in with_X for i in at[w]}
+    if len(unknown) > 1 or any(len(at[w]) > 1 or w[at[w][0]].inverted for w in with_X):
+        raise not_linear
+    if unknown.pop().transposed:
+        return solution(value.T, X, shown)
+    first = with_X[0]
+    a = squares(first[: min(common([*at]), *(at[w][0] for w in with_X))])
+    b = common([w[a:][::-1] for w in at])
+    b = squares(first[::-1][: min(b, *(len(w) - 1 - at[w][0] for w in with_X))])
+    taken = [*first[:a], *first[len(first) - b :]]
+    rest = [(w[a : len(w) - b], -c) for w, c in value.terms.items() if not at[w]]
+    around = [(w[a : at[w][0]], w[at[w][0] + 1 : len(w) - b]) for w in with_X]
+    numbers = [value.terms[w] for w in with_X]
+    heads, tails = map(list, zip(*around))
+    behind = len(set(heads)) == 1  # the unknown stands before a bracket
+    if not behind and len(set(tails)) > 1:
+        raise not_linear
+    outer, inner = (heads[0], tails) if behind else (tails[0], heads)
+    across = outer if squares(outer) == len(outer) else ()
+    share = numbers[0] if len(numbers) == 1 else sp.S.One
+    inside = [(w, c / share) for w, c in zip(inner, numbers)]
+    bracket = [] if inside == [((), 1)] else [summed(inside, X.shape[behind], 0)]
+    kept = [] if across else [x.as_expr() for x in outer]
+    left = (
+        MatrixProduct(1, *kept, X, *bracket)
+        if behind
+        else (MatrixProduct(1, *bracket, X, *kept))
+    )
+    back = tuple(x._replace(inverted=not x.inverted) for x in reversed(across))
+    rest = [(back + w if behind else w + back, c / share) for w, c in rest]
+    taken = dict.fromkeys(x.atom for x in (*taken, *across) if not x.inverted)
+    return left, summed(rest, *left.shape), tuple(taken)
+
+
+def squares(word):
+    """With how many square letters a word begins."""
+    square = [same_size(*x.atom.shape) for x in word]
+    return [*square, False].index(False)
+
+
+def rooted(M):
+    """The relation that says that a letter is a square."""
+    L = Own(f"L_{M.name}", *M.shape)
+    return Relation(f"{text(M)} = {text(L * L.T)}", M, L * L.T)
+
+
+def parts_of(expr):
+    return list(expr.args) if isinstance(expr, (sp.MatAdd, sp.Add)) else [expr]
+
+
+def factors_of(expr):
+    """(number, factors) of a product; a transposed product is opened."""
+    if isinstance(expr, sp.MatMul):
+        found = [factors_of(x) for x in expr.args if isinstance(x, MatrixExpr)]
+        number = sp.Mul(*(x for x in expr.args if not isinstance(x, MatrixExpr)))
+        return sp.Mul(number, *(c for c, _ in found)), [x for _, f in found for x in f]
+    if isinstance(expr, sp.Transpose) and isinstance(expr.arg, sp.MatMul):
+        number, found = factors_of(expr.arg)
+        return number, [x.T for x in reversed(found)]
+    return sp.S.One, [expr]
+
+
+def square_root(term, roots, symmetric):
+    """(root, letters whose roots it needs) of a term that is a square, or None."""
+    number, inside = sp.S.One, term
+    if not isinstance(term, MatrixExpr):
+        traces = [x for x in sp.Mul.make_args(term) if isinstance(x, sp.Trace)]
+        if len(traces) != 1:
+            return None, ()
+        number, inside = term / traces[0], traces[0].arg
+    more, factors = factors_of(inside)
+    number, opened_ = number * more, []
+    for x in factors:
+        opened_ += factors_of(roots[x].right)[1] if x in roots else [x]
+    half, odd = divmod(len(opened_), 2)
+    flip = lambda x: x if x in symmetric else x.T  # noqa: E731
+    turned = rotations(opened_) if inside is not term else [opened_]
+    for each in turned if number.is_positive and not odd else ():
+        if each[half:] == [flip(x) for x in reversed(each[:half])]:
+            root = MatrixProduct(sp.sqrt(number), *each[:half])
+            return root, tuple(dict.fromkeys(x for x in factors if x in roots))
+    return None, ()

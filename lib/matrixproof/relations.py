@@ -1,0 +1,154 @@
+"""A relation: an equation between matrices that a proof may cite by its name."""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+from typing import Any, Self
+
+from .typeset import Show, latex, text
+from .words import Formula, Symbols
+
+
+@dataclass(frozen=True)
+class Relation:
+    """`left = right`, under a name that a line of a derivation can cite.
+
+    Attributes
+    ----------
+    name : str
+        How the relation is cited, e.g. "M = C P C' + R" or "(3.8)".
+    left, right : MatrixExpr
+        Any two matrix expressions of one shape.
+
+    Examples
+    --------
+    A relation unpacks to its two sides, so that it can stand wherever a pair does.
+
+    >>> from sympy import Identity, MatrixSymbol, symbols
+    >>> from matrixproof import Relation
+    >>> n = symbols("n", integer=True, positive=True)
+    >>> A, B = MatrixSymbol("A", n, n), MatrixSymbol("B", n, n)
+    >>> inverse = Relation("A B = I", A * B, Identity(n))
+    >>> left, right = inverse
+    >>> left
+    A*B
+    """
+
+    name: str
+    left: Formula
+    right: Formula
+
+    def __iter__(self):
+        return iter((self.left, self.right))
+
+    def show(self, show: Show) -> str:
+        """The equation, set by `latex` or `text`."""
+        return f"{show(self.left)} = {show(self.right)}"
+
+    def condition(self, show: Show) -> str:
+        """What it supposes beside itself, in words; nothing, of most."""
+        return ""
+
+    @property
+    def expressions(self) -> tuple[Formula, Formula]:
+        return self.left, self.right
+
+    def mapped(self, put: Callable[[Formula], Formula]) -> Self:
+        """The relation between what `put` makes of its sides, under its number."""
+        found = replace(self, left=put(self.left), right=put(self.right))
+        return replace(found, name=self.name.replace(self.show(text), found.show(text)))
+
+
+class Moment(Relation):
+    """What an expectation is: E[left] = right, as a line that takes one cites it."""
+
+    def show(self, show: Show) -> str:
+        E = r"\mathrm{E}" if show is latex else "E"
+        return f"{E}[{show(self.left)}] = {show(self.right)}"
+
+
+@dataclass(frozen=True)
+class Result(Relation):
+    """What a chain has proved, as a later one cites it.
+
+    Attributes
+    ----------
+    chain : Chain
+        What proves it: whoever cites the result rests on every line of that chain.
+    """
+
+    chain: Any
+
+    def faults(self, symmetric: Symbols) -> list[str]:
+        """Why it cannot be cited where these letters equal their transposes."""
+        if (self.left, self.right) != (self.chain.left, self.chain.right):
+            return [f"rests on {self.name}, which is not what its chain proves"]
+        if wrong := self.chain.check():
+            return [f"rests on {self.chain.title}, which fails: {wrong[0]}"]
+        missing = [s for s in self.chain.supposes if s not in symmetric]
+        if not missing or self.chain.holds_without(*missing):
+            return []
+        said = " and ".join(map(text, missing))
+        return [
+            f"rests on {self.chain.title}, which supposes that {said} "
+            f"{'is' if len(missing) == 1 else 'are'} symmetric: say so here, too"
+        ]
+
+    def mapped(self, put: Callable[[Formula], Formula]) -> Any:
+        """A supposition: in other letters it is not what the chain has proved."""
+        return Relation(self.name, self.left, self.right).mapped(put)
+
+
+def unfounded(cited: Iterable[Relation], symmetric: Symbols) -> list[str]:
+    """What is wrong with the chains behind what is cited."""
+    known = frozenset(symmetric)
+    return [fault for r in cited if isinstance(r, Result) for fault in r.faults(known)]
+
+
+def refuse_means(cited: Iterable[Any]) -> None:
+    """Raise for a mean where an equation is meant."""
+    if means := [r for r in cited if isinstance(r, Moment)]:
+        raise TypeError(
+            f"{means[0].show(text)} is a mean, and equal to nothing without its E: "
+            "cite it among the moments of Expect"
+        )
+
+
+Reasons = tuple[Relation, ...]
+Given = Iterable[Relation | tuple[Formula, Formula]]
+
+
+def named(given):
+    """`Relation`s from relations and (left, right) pairs; a pair is named by its sides.
+
+    Raises
+    ------
+    TypeError
+        Something is neither a relation nor a pair.
+    """
+    if isinstance(given, Relation) or hasattr(given, "relation"):
+        (one,) = named([given])
+        raise TypeError(
+            f"{one.name} is one relation where several are meant: write (relation,), "
+            "with a comma"
+        )
+    return tuple(_named(item) for item in given)
+
+
+def _named(item):
+    if isinstance(item, Relation):
+        return item
+    if hasattr(item, "relation"):  # a chain
+        return item.relation
+    if isinstance(item, list | tuple) and any(isinstance(x, Relation) for x in item):
+        raise TypeError(
+            f"a {type(item).__name__} of relations stands where one is meant: write "
+            "them one after the other"
+        )
+    try:
+        left, right = item
+    except (TypeError, ValueError):
+        raise TypeError(
+            f"{item!r} is not a relation: give Relation(name, left, right) "
+            "or a pair (left, right)"
+        ) from None
+    return Relation(f"{left} = {right}", left, right)

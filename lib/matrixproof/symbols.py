@@ -1,0 +1,288 @@
+"""Matrix symbols whose expressions stay as they are written.
+
+SymPy sorts the terms of a sum and cancels what it can before anybody looks: to it
+X X^-1 is I for X that is not square, and A I is A whatever the size of I.  The classes
+here have SymPy's names and print as SymPy's do, but sums, products, transposes and
+inverses of them are kept, in the order in which they were written, and every shape is
+checked at once.  `doit()` hands an expression to SymPy, as after explicit matrices
+have been put in.
+"""
+
+from __future__ import annotations
+
+import sympy as sp
+from sympy.matrices.expressions.matexpr import MatrixExpr
+from sympy.printing.precedence import PRECEDENCE
+
+from .words import ShapeError, Size, same_shape, same_size
+
+
+class Operators:
+    """What `+ - * / **`, `.T` and `.I` build: expressions that are not evaluated."""
+
+    _op_priority = 12.0  # before SymPy's own, where one side is SymPy's
+
+    def __add__(self, other):
+        return MatrixSum(self, other)
+
+    def __radd__(self, other):
+        return self if isinstance(other, int) and other == 0 else MatrixSum(other, self)
+
+    def __neg__(self):
+        return MatrixProduct(-1, self)
+
+    def __sub__(self, other):
+        return MatrixSum(self, MatrixProduct(-1, other))
+
+    def __rsub__(self, other):
+        return (
+            -self if isinstance(other, int) and other == 0 else MatrixSum(other, -self)
+        )
+
+    def __mul__(self, other):
+        return MatrixProduct(self, other)
+
+    def __rmul__(self, other):
+        return MatrixProduct(other, self)
+
+    __matmul__, __rmatmul__ = __mul__, __rmul__
+
+    def __truediv__(self, other):
+        return MatrixProduct(1 / sp.sympify(other), self)
+
+    def __pow__(self, exponent):
+        exponent = sp.sympify(exponent)
+        if exponent == -1:
+            return self.I
+        power = MatrixPower(self, exponent)
+        if exponent == 0:
+            return Identity(self.rows)
+        return self if exponent == 1 else power
+
+    @property
+    def T(self):
+        return MatrixTranspose(self)
+
+    @property
+    def I(self):  # noqa: E743
+        return MatrixInverse(self)
+
+    def transpose(self):
+        return self.T
+
+    def inverse(self):
+        return self.I
+
+    inv = inverse
+
+
+class MatrixSymbol(Operators, sp.MatrixSymbol):
+    """A matrix with a name and a size; sizes may be symbols.
+
+    Parameters
+    ----------
+    name : str
+    n, m : int or expression
+        Rows and columns.
+
+    Raises
+    ------
+    ShapeError
+        From an expression that is built with it, if shapes are not provably equal, or
+        from `.I` if it is not provably square.  The message names both shapes.
+
+    Examples
+    --------
+    >>> from sympy import symbols
+    >>> from matrixproof import Identity, MatrixSymbol
+    >>> n, m = symbols("n m", integer=True, positive=True)
+    >>> X, K = MatrixSymbol("X", n, m), MatrixSymbol("K", m, n)
+    >>> X * K + Identity(n)
+    X*K + I
+    >>> (X * K).I * X * K
+    (X*K)**(-1)*X*K
+    >>> X.I
+    Traceback (most recent call last):
+        ...
+    matrixproof.words.ShapeError: X is (n, m), not square: it has no inverse
+    """
+
+
+class Symmetric(MatrixSymbol):
+    """A letter that equals its transpose."""
+
+    def __new__(cls, name, n, m):
+        _square(sp.MatrixSymbol(name, n, m), "it is not symmetric")
+        return super().__new__(cls, name, n, m)
+
+    @property
+    def T(self) -> Symmetric:
+        return self
+
+
+class Own(MatrixSymbol):
+    """A letter that an algebra makes: equal to none of yours, whatever it is called."""
+
+
+class Identity(Operators, sp.Identity):
+    """The identity matrix of a size."""
+
+    @property
+    def T(self) -> Identity:
+        return self
+
+    @property
+    def I(self) -> Identity:  # noqa: E743
+        return self
+
+
+class ZeroMatrix(Operators, sp.ZeroMatrix):
+    """The zero matrix of a shape."""
+
+    @property
+    def T(self) -> ZeroMatrix:
+        return ZeroMatrix(self.cols, self.rows)
+
+
+class BlockMatrix(Operators, sp.BlockMatrix):
+    """A partitioned matrix, from a list of rows of blocks."""
+
+    @property
+    def T(self) -> BlockMatrix:
+        grid = self.blocks.tolist()
+        return BlockMatrix([[block.T for block in column] for column in zip(*grid)])
+
+    def _sympystr(self, printer):
+        rows = self.blocks.tolist()
+        return "[" + "; ".join(", ".join(map(printer._print, r)) for r in rows) + "]"
+
+
+class MatrixSum(Operators, sp.MatAdd):
+    """A sum in the order written; sums in it are opened, zero matrices left out."""
+
+    def __new__(cls, *terms, **_):
+        terms = [sp.sympify(term) for term in terms]
+        for term in terms:
+            if not isinstance(term, MatrixExpr | sp.MatrixBase):
+                raise ShapeError(f"{term} is a scalar: it cannot be added to a matrix")
+            if not same_shape(term.shape, terms[0].shape):
+                raise ShapeError(
+                    f"cannot add {brief(terms[0])} of shape {terms[0].shape} "
+                    f"and {brief(term)} of shape {term.shape}"
+                )
+        parts = [
+            x for t in terms for x in (t.args if isinstance(t, sp.MatAdd) else [t])
+        ]
+        kept = [x for x in parts if not isinstance(x, sp.ZeroMatrix)]
+        if len(kept) > 1:
+            return _node(cls, *kept)
+        return kept[0] if kept else ZeroMatrix(*terms[0].shape)
+
+    def _sympystr(self, printer):
+        return signed([printer._print(x) for x in self.args])
+
+    def _latex(self, printer):
+        return signed([printer._print(x) for x in self.args])
+
+
+class MatrixProduct(Operators, sp.MatMul):
+    """A product in the order written; products in it are opened, numbers in front."""
+
+    def __new__(cls, *factors, **_):
+        number, matrices = sp.S.One, []
+        for factor in map(sp.sympify, factors):
+            for part in factor.args if isinstance(factor, sp.MatMul) else [factor]:
+                if getattr(part, "is_Matrix", False):
+                    matrices.append(part)
+                else:
+                    number = number * part
+        for a, b in zip(matrices, matrices[1:]):
+            if not same_size(a.shape[1], b.shape[0]):
+                raise ShapeError(
+                    f"cannot multiply {brief(a)} of shape {a.shape} "
+                    f"by {brief(b)} of shape {b.shape}"
+                )
+        if not matrices:
+            return number
+        if number == 0:
+            return ZeroMatrix(matrices[0].shape[0], matrices[-1].shape[1])
+        if number == 1:
+            return _node(cls, *matrices) if len(matrices) > 1 else matrices[0]
+        return _node(cls, number, *matrices)
+
+    def as_coeff_mmul(self):
+        number, matrices = self.as_coeff_matrices()
+        return number, _node(MatrixProduct, *matrices)
+
+    def could_extract_minus_sign(self):
+        return self.as_coeff_matrices()[0].could_extract_minus_sign()
+
+
+class MatrixTranspose(Operators, sp.Transpose):
+    """A transpose, of whatever was transposed."""
+
+    precedence = PRECEDENCE["Pow"]
+
+    def __new__(cls, matrix):
+        return matrix.arg if isinstance(matrix, sp.Transpose) else _node(cls, matrix)
+
+
+class MatrixInverse(Operators, sp.Inverse):
+    """An inverse; what is inverted must be square at symbolic sizes."""
+
+    precedence = PRECEDENCE["Pow"]
+
+    def __new__(cls, matrix, exponent=-1):
+        _square(matrix, "it has no inverse")
+        return _node(cls, matrix, sp.S.NegativeOne)
+
+
+class MatrixPower(Operators, sp.MatPow):
+    """A power of a square matrix."""
+
+    precedence = PRECEDENCE["Pow"]
+
+    def __new__(cls, matrix, exponent, **_):
+        _square(matrix, "it has no powers")
+        return _node(cls, matrix, sp.sympify(exponent))
+
+
+def brief(expr):
+    """An expression in a message: its beginning, where it is long."""
+    text = str(expr)
+    return text if len(text) < 60 else text[:50] + " ..."
+
+
+def signed(terms):
+    """Terms joined by their signs, in the order given."""
+    text = terms[0]
+    for term in terms[1:]:
+        minus = term.startswith("-")
+        text += " - " + term[1:].lstrip() if minus else " + " + term
+    return text
+
+
+def _node(cls, *args):
+    return sp.Basic.__new__(cls, *args)
+
+
+def _square(matrix, so):
+    if not same_size(*matrix.shape):
+        raise ShapeError(f"{matrix} is {matrix.shape}, not square: {so}")
+
+
+def matrices(names: str, rows: Size, cols: Size) -> list[MatrixSymbol]:
+    """Matrix symbols of one shape, from a string of names."""
+    return [MatrixSymbol(name, rows, cols) for name in names.split()]
+
+
+def plus(*terms: sp.Expr) -> sp.Expr:
+    """A sum of scalars, as of traces, in the order written.
+
+    >>> from sympy import Trace
+    >>> A, B = MatrixSymbol("A", 2, 2), MatrixSymbol("B", 2, 2)
+    >>> from matrixproof import text
+    >>> print(text(plus(Trace(B), Trace(A))))
+    tr(B) + tr(A)
+    """
+    return sp.Add(*terms, evaluate=False)

@@ -1,0 +1,281 @@
+"""Expressions as they stand on a page, typeset and in Unicode.
+
+Terms keep the order in which they were written.  A prime is the transpose; an
+identity is I and a zero matrix 0, whatever their sizes.  Anything that this module
+has no rule for is set by SymPy.
+"""
+
+import re
+import unicodedata
+from collections.abc import Callable
+from functools import lru_cache
+
+import sympy as sp
+from sympy.core.function import AppliedUndef
+from sympy.matrices.expressions.matexpr import MatrixExpr
+
+from .names import latex_name
+from .styles import LATEX, TEXT, slashed
+from .words import Formula
+
+SUM, PRODUCT, POSTFIX, ATOM = range(4)  # how tightly an expression holds together
+WIDEST = 110  # characters of one side in Unicode; a page breaks it between terms
+
+Show = Callable[[Formula], str]  # `latex` or `text`
+
+
+def latex(expr: Formula) -> str:
+    r"""An expression in LaTeX.
+
+    Examples
+    --------
+    >>> from sympy import Trace, symbols
+    >>> from matrixproof import MatrixSymbol
+    >>> n, p = symbols("n p", integer=True, positive=True)
+    >>> K, C = MatrixSymbol("K_mv", n, p), MatrixSymbol("C", p, n)
+    >>> Omega = MatrixSymbol("Omega_next", n, n)
+    >>> print(latex(K * C * Omega * C.T))
+    K_{\mathrm{mv}} C \Omega_{+} C'
+    >>> print(latex(Trace(2 * Omega.I - C.T * C)))
+    \operatorname{tr}\left(2 \Omega_{+}^{-1} - C' C\right)
+    """
+    return word_spaced(Printer(LATEX).show(expr))
+
+
+def word_spaced(string):
+    r"""Thin spaces around letters that are words, where a product would join them.
+
+    >>> print(word_spaced(r"C \mathrm{Pick} R"), word_spaced(r"K_{\mathrm{mv}} M"))
+    C \, \mathrm{Pick} \, R K_{\mathrm{mv}} M
+    """
+    string = re.sub(r"(?<=[\w'}]) (?=\\mathrm\{(?:d|\w{2,})\})", r" \\, ", string)
+    return re.sub(r"(\\mathrm\{\w{2,}\}'?) (?=[\w\\])", r"\1 \\, ", string)
+
+
+def text(expr: Formula) -> str:
+    """An expression in Unicode, on one line.
+
+    Examples
+    --------
+    >>> from sympy import symbols
+    >>> from matrixproof import MatrixSymbol
+    >>> n, p = symbols("n p", integer=True, positive=True)
+    >>> K, C = MatrixSymbol("K", n, p), MatrixSymbol("C", p, n)
+    >>> Omega = MatrixSymbol("Omega", n, n)
+    >>> print(text((K * C + Omega).I * Omega.I * (K * C).T))
+    (K C + Ω)⁻¹ Ω⁻¹ (K C)'
+    """
+    return Printer(TEXT).show(expr)
+
+
+def width(expr):
+    """How many columns an expression takes in Unicode."""
+    return columns(text(expr))
+
+
+def columns(string):
+    """How many columns a string takes: an accent stands over its letter.
+
+    >>> columns("Q\u0302 + x"), len("Q\u0302 + x")
+    (5, 6)
+    """
+    return sum(not unicodedata.combining(c) for c in string)
+
+
+def padded(string, wide):
+    """A string with blanks behind it."""
+    return string + " " * (wide - columns(string))
+
+
+def plain(expr):
+    """A SymPy expression; a normal form is written out."""
+    return expr.as_expr() if hasattr(expr, "algebra") else sp.sympify(expr)
+
+
+class Printer:
+    """Sets expressions in one style."""
+
+    def __init__(self, style):
+        self.style = style
+
+    def show(self, expr, least=SUM):
+        """The expression, in brackets if it holds together less than `least`."""
+        string, tightness = as_set(self.style, plain(expr))
+        if tightness < least:
+            return f"{self.style.open}{string}{self.style.close}"
+        return string
+
+    @property
+    def inner(self):
+        """Within a quotient or a power, where quotients have a slash."""
+        return Printer(slashed(self.style))
+
+    def _set(self, e):
+        for kinds, rule in RULES:
+            if isinstance(e, kinds):
+                return rule(self, e)
+        return self.style.fallback(e), SUM if isinstance(e, MatrixExpr) else ATOM
+
+    def _sum(self, e):
+        out = ""
+        for sign, term in signed(e):
+            body = self.show(term, PRODUCT)
+            if not out:
+                out = ("-" if sign < 0 else "") + body
+            else:
+                out += (" - " if sign < 0 else " + ") + body
+        return out, SUM
+
+    def _product(self, e):
+        above, below = denominator(e)
+        if below != 1:
+            return self._quotient(above, below)
+        number, factors = split(e)
+        if number < 0:
+            return "-" + self.show(rebuilt(-number, factors, e), PRODUCT), SUM
+        least = PRODUCT if len(factors) == 1 else POSTFIX
+        parts = [self.show(f, least) for f in factors]
+        if number != 1 or not parts:
+            parts.insert(0, self._number(number)[0])
+        return " ".join(parts), PRODUCT if len(parts) > 1 else POSTFIX
+
+    def _quotient(self, above, below):
+        if above.could_extract_minus_sign():
+            return "-" + self._quotient(-above, below)[0], SUM
+        top = self.inner.show(above, min(PRODUCT, self.style.tight))
+        below = self.inner.show(below, self.style.tight)
+        return self.style.quotient(top, below), PRODUCT
+
+    def _derivative(self, e):
+        ((by, k),) = e.variable_count
+        d, once = self.style.differential, self.show(by)
+        marks = (d, d + once)
+        if k != 1:
+            marks = (self.style.power(d, str(k)), d + self.style.power(once, str(k)))
+        return f"{self.style.quotient(*marks)} {self.show(e.expr, POSTFIX)}", PRODUCT
+
+    def _transpose(self, e):
+        inner = e.arg
+        if isinstance(inner, (sp.MatPow, sp.Pow)) or raised(inner):
+            return self._grouped(self.show(inner, POSTFIX)) + "'", POSTFIX
+        return self.show(inner, ATOM) + "'", POSTFIX
+
+    def _power(self, e):
+        base, exponent = e.base, e.exp
+        above, below = denominator(e)
+        if below != 1:
+            return self._quotient(above, below)
+        if exponent == sp.S.Half:
+            return self.style.root(self.show(base, self.style.tight)), ATOM
+        if isinstance(base, sp.Transpose) or raised(base):
+            shown = self._grouped(self.show(base, POSTFIX))
+        else:
+            shown = self.inner.show(base, ATOM)
+        return self.style.power(shown, self.inner.show(exponent)), POSTFIX
+
+    def _grouped(self, string):
+        """Two marks on one letter: braces keep LaTeX from refusing them."""
+        return f"{{{string}}}" if self.style is LATEX else string
+
+    def _call(self, function, argument):
+        inner = f"{self.style.open}{self.show(argument)}{self.style.close}"
+        return function + inner, ATOM
+
+    def _series(self, e):
+        out = self.show(e.function, PRODUCT)
+        for limits in e.limits:
+            out = self.style.series(*map(self.show, limits), out)
+        return out, PRODUCT
+
+    def _number(self, q):
+        if q < 0:
+            return f"-{self._number(-q)[0]}", SUM
+        if q.q == 1:
+            return str(q.p), ATOM
+        return self.style.fraction(q.p, q.q), PRODUCT
+
+
+@lru_cache(20_000)
+def as_set(style, e):
+    """An expression and how tightly it holds; a page cites the same ones repeatedly."""
+    return Printer(style)._set(e)
+
+
+def of_blocks(printer, rows):
+    shown = [[printer.show(x) for x in row] for row in rows]
+    return printer.style.rows(shown), ATOM
+
+
+RULES = (
+    ((sp.MatrixSymbol, sp.Symbol), lambda p, e: (p.style.name(e.name), ATOM)),
+    (sp.Identity, lambda p, e: ("I", ATOM)),
+    (sp.ZeroMatrix, lambda p, e: ("0", ATOM)),
+    ((sp.MatAdd, sp.Add), Printer._sum),
+    ((sp.MatMul, sp.Mul), Printer._product),
+    (sp.Transpose, Printer._transpose),
+    ((sp.MatPow, sp.Pow), Printer._power),
+    (sp.Trace, lambda p, e: p._call(p.style.trace, e.arg)),
+    (type(sp.I), lambda p, e: ("j", ATOM)),
+    (sp.Sum, Printer._series),
+    (sp.Determinant, lambda p, e: p._call(p.style.determinant, e.arg)),
+    (sp.Rational, Printer._number),
+    (sp.Derivative, Printer._derivative),
+    (sp.exp, lambda p, e: (p.style.power("e", p.show(e.exp)), POSTFIX)),
+    (
+        (AppliedUndef, sp.sin, sp.cos),
+        lambda p, e: p._call(p.style.function(e.func.__name__), *e.args),
+    ),
+    (sp.BlockMatrix, lambda p, e: of_blocks(p, e.blocks.tolist())),
+    (sp.MatrixBase, lambda p, e: of_blocks(p, e.tolist())),
+)
+
+
+def denominator(e):
+    """(what is above a bar, what is below it) of a scalar with letters below; or 1."""
+    if isinstance(e, MatrixExpr):
+        return e, sp.S.One
+    above, below = sp.fraction(e, exact=True)
+    return (above, below) if below.free_symbols else (e, sp.S.One)
+
+
+def signed(e):
+    """(sign, term) pairs of a sum, inner sums opened, in the order written."""
+    for term in e.args:
+        if isinstance(term, (sp.MatAdd, sp.Add)):
+            yield from signed(term)
+            continue
+        number, factors = split(term)
+        if number < 0:
+            yield -1, rebuilt(-number, factors, term)
+        else:
+            yield 1, term
+
+
+def split(e):
+    """The number in front of a product, and its factors; inner products are opened."""
+    if isinstance(e, sp.Rational):
+        return e, []
+    if not isinstance(e, (sp.MatMul, sp.Mul)):
+        return sp.S.One, [e]
+    number, factors = sp.S.One, []
+    for arg in e.args:
+        inner, rest = split(arg)
+        number *= inner
+        factors += rest
+    return number, factors
+
+
+def rebuilt(number, factors, like):
+    """A product with another number in front, nothing evaluated."""
+    kind = sp.MatMul if isinstance(like, MatrixExpr) else sp.Mul
+    if number == 1 and len(factors) == 1:
+        return factors[0]
+    if not factors:
+        return number
+    args = factors if number == 1 else [number, *factors]
+    return kind(*args, evaluate=False)
+
+
+def raised(e):
+    """Whether a symbol's own name has something above it already."""
+    return isinstance(e, sp.MatrixSymbol) and "^" in latex_name(e.name)
