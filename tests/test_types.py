@@ -157,10 +157,10 @@ def test_this_test_sees_what_is_public_or_shared():
 
 
 @pytest.mark.parametrize("name", ["luenberger", "matrixproof"])
-def test_a_package_says_that_it_is_typed(name):
-    marker = LIB / name / "py.typed"
-    data = PROJECT["setuptools"]["package-data"][name]
-    assert marker.is_file() and marker.name in data
+def test_a_package_is_installed_and_says_that_it_is_typed(name):
+    marker, tools = LIB / name / "py.typed", PROJECT["setuptools"]
+    assert f"{name}*" in tools["packages"]["find"]["include"]
+    assert marker.is_file() and marker.name in tools["package-data"][name]
 
 
 @pytest.mark.parametrize("name", [name for name in vars(lb) if name[0] != "_"])
