@@ -7,8 +7,8 @@ but for rounding: t + 0.3 s may be a last digit after the row at that time.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, NamedTuple
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,39 +18,23 @@ from ..numeric import Matrix, Vector
 from ..plant import Plant
 from . import checked
 
+if TYPE_CHECKING:
+    from .record import Rows
+
 NEAR = 1e-6  # of a step between rows: an arrival so little after a row is at it
 COARSE = 0.01  # of a step: the most that a last digit of times counts
 
 
-class Arrivals(NamedTuple):
-    """Of some rows of a record.
-
-    Attributes
-    ----------
-    y : (N, p) ndarray
-        The readings, NaN where one was not taken or never arrives.
-    due : (N, p) ndarray
-        Labels of the rows at which they arrive.
-    labels : (N,) ndarray
-        Those of the rows.
-    """
-
-    y: np.ndarray
-    due: np.ndarray
-    labels: np.ndarray
-
-
 def of(
-    given: Any, arrival: Any, y: Matrix, plant: Plant, first: int, last: Any = None
-) -> Arrivals:
-    """When the readings `y` of rows arrive.
+    given: Any, arrival: Any, rows: Rows, plant: Plant, first: int, last: Any = None
+) -> Rows:
+    """The rows of a record, with the arrivals of their readings.
 
     Parameters
     ----------
     given, arrival : array_like, table or dict
         The rows as they were given, with their arrivals.
-    y : (N, p) ndarray
-        The readings, NaN where one is missing.
+    rows : Rows
     plant : Plant
     first : int
         How many rows the record had before.
@@ -62,42 +46,46 @@ def of(
     ValueError
         Naming the row and the output of an arrival that is not as it should be.
     """
+    digit: float | None = None
     if isinstance(arrival, Mapping) or dataframes.is_table(arrival):
         due, never, labels, digit = _times(given, arrival, plant, first)
-        due = np.where(never, due, set_back(due, labels, last, digit))
     else:
         due, never, labels = _rows(arrival, plant, first)
-    if due.shape != y.shape:
-        raise ValueError(f"y has {len(y)} rows but arrival has {len(due)}")
-    taken = ~np.isnan(y) & ~never
-    early = np.argwhere(taken & (due < labels[:, None]))
-    if len(early):
-        k, j = early[0].tolist()
-        raise ValueError(
+    if due.shape != rows.y.shape:
+        raise ValueError(f"y has {len(rows.y)} rows but arrival has {len(due)}")
+
+    def early(k: int, j: int) -> str:
+        return (
             f"{_reading(plant, first + k, j)} arrives at {_said(given, due[k, j])}, "
             f"before it was measured at {_said(given, labels[k])}. An arrival is at "
             "least its own row; leave it empty where a reading never arrives."
         )
-    return Arrivals(np.where(taken, y, np.nan), due, labels)
+
+    return known(rows, due, never, labels, last, digit, early)
 
 
-def set_back(due: Matrix, labels: Vector, last: Any, digit: float) -> Matrix:
+def known(
+    rows: Rows, due: Matrix, never: Matrix, labels: Vector, last: Any,
+    digit: float | None, early: Callable[[int, int], str],
+) -> Rows:  # fmt: skip
+    """Rows whose readings are known when `due`, but for rounding, or `never`.
+
+    `last` is the label of the row before, None where there is none.  `digit` is what
+    the last digit of a label is worth: 0 for that of a float, None where labels are
+    exact.  `early` says that a reading would arrive before it was measured.
+    """
+    if digit is not None:
+        due = np.where(never, due, _set_back(due, labels, last, digit))
+    taken = ~np.isnan(rows.y) & ~never
+    for k, j in np.argwhere(taken & (due < labels[:, None])).tolist():
+        raise ValueError(early(k, j))
+    return rows._replace(y=np.where(taken, rows.y, np.nan), due=due, labels=labels)
+
+
+def _set_back(due: Matrix, labels: Vector, last: Any, digit: float) -> Matrix:
     """Arrivals, set back by what rounding may have put them behind a row.
 
-    Parameters
-    ----------
-    due : (N, p) ndarray
-    labels : (N,) ndarray
-        Of the rows at which they were measured.
-    last : number or None
-        The label of the row before these.
-    digit : float
-        What the last digit of a label is worth; 0 for that of a float.
-
-    Returns
-    -------
-    (N, p) ndarray
-        None is before its own row that was not, but for rounding.
+    None is before its own row that was not, but for rounding.
     """
     steps = np.diff(labels if last is None else np.append(last, labels))
     if not len(steps) and digit:

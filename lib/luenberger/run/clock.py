@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import short
+from ..errors import DesignError, short
 from ..formats import dataframes, time_stamps
 from ..numeric import Vector
 from ..observer import Observer
@@ -22,6 +22,11 @@ MEND = (
     f"{ALIKE} A column of labels needs another name; without a column of times the "
     "rows are taken to be dt apart."
 )
+UNKNOWN = (
+    "the plant is continuous (dt = 0), so the record must say when each row was "
+    "measured: give time=, or a table with an index of dates or seconds. Of a record "
+    "with a constant period, plant.sampled(0.1) is the plant."
+)
 ONE_ROW = "one row has no sampling period; give at least two, or plant.sampled(0.1)"
 Place = Callable[[int], str]  # how a message names row k
 
@@ -31,39 +36,64 @@ def row(k: int) -> str:
 
 
 class Clock:
-    """The instants of a record of a discrete system, as its chunks come in.
+    """The instants of a record, as its rows come in.
 
-    `time` is that of `Record`.
+    Those of a discrete system are held against dt.  Those of a continuous plant say
+    how long its steps are.
     """
 
-    def __init__(self, of: Plant | Observer, time: Any = None) -> None:
-        self.dt, self.time = of.dt, time
+    def __init__(self, of: Plant | Observer) -> None:
+        self.dt = of.dt
         self.names = (*(of.output_names or ()), *(of.input_names or ()))
         self.first = self.last = 0.0
         self.count = 0
         self.origin: Any = None  # of dates
 
-    def follow(self, y: Any) -> None:
-        """`require` of the instants of the next rows y, where they are known."""
+    def follow(self, y: Any, time: Any) -> Vector | None:
+        """`steps` of the next rows y, whose time is that of `Record`."""
         first = self.count
-        found = instants(y, self.time, self.names, self.origin, first)
-        if found is not None:
-            seconds, self.origin = found
-            self.require(seconds, lambda k: row(first + k))
+        found = instants(y, time, self.names, self.origin, first)
+        if found is None:
+            if self.dt == 0:
+                raise DesignError(UNKNOWN)
+            return None
+        seconds, self.origin = found
+        return self.steps(seconds, lambda k: row(first + k))
 
-    def require(self, seconds: Vector, at: Place = row) -> None:
-        """Raise ValueError unless the next rows are about dt apart, and keep in step.
+    def steps(self, seconds: Vector, at: Place) -> Vector | None:
+        """The periods that lead to the next rows; None of a discrete system.
 
-        A step may be off by less than dt / 2, the whole by dt / 2 or 1 %.
+        To the first row of a record leads a period as long as the one behind it.
+
+        Raises
+        ------
+        ValueError
+            If an instant is missing, or unless rows are about dt apart and keep in
+            step: a step may be off by less than dt / 2, the whole by dt / 2 or 1 %.
+            Of a continuous plant, if times do not grow, or a record has one row.
         """
-        seconds, dt = _finite(seconds, at), self.dt
-        if not len(seconds):
-            return
-        if not self.count:
+        seconds, found, begins = _finite(seconds, at), None, not self.count
+        if begins and len(seconds):
             self.first = self.last = float(seconds[0])
-        steps = np.diff(seconds, prepend=self.last)
+        if self.dt > 0:
+            self._require(seconds, at)
+        elif begins:
+            if len(seconds) == 1:
+                raise ValueError(ONE_ROW)
+            found = periods(seconds, at)
+            found = np.concatenate([found[:1], found])
+        else:
+            whole = np.concatenate([[self.last], seconds])
+            found = periods(whole, lambda k: at(k - 1))
+        self.count += len(seconds)
+        self.last = float(seconds[-1]) if len(seconds) else self.last
+        return found
+
+    def _require(self, seconds: Vector, at: Place) -> None:
+        """Raise unless the next rows are about dt apart, and keep in step."""
+        dt, steps = self.dt, np.diff(seconds, prepend=self.last)
         if not self.count:
-            steps[0] = dt
+            steps[:1] = dt
         since = seconds - self.first
         due = dt * (self.count + np.arange(len(seconds)))
         jump = np.abs(steps - dt) >= dt / 2
@@ -79,18 +109,10 @@ class Clock:
                     f"dt = {dt:g} s it should be {due[k]:.6g} s"
                 )
             raise ValueError(f"{at(k)}: {said}. {AHEAD}")
-        self.last, self.count = float(seconds[-1]), self.count + len(seconds)
 
 
 def periods(seconds: Vector, at: Place = row) -> Vector:
-    """Seconds from each row to the next; those that differ by rounding are equal.
-
-    Raises
-    ------
-    ValueError
-        If an instant is missing or is not after the one before.
-    """
-    seconds = _finite(seconds, at)
+    """Seconds from each row to the next; those that differ by rounding are equal."""
     steps = np.diff(seconds)
     if not (steps > 0).all():
         k = int(np.argmin(steps > 0)) + 1
@@ -103,23 +125,6 @@ def periods(seconds: Vector, at: Place = row) -> Vector:
     group = np.cumsum(np.diff(unique, prepend=unique[:1]) > rounding)
     middle = np.bincount(group, unique) / np.maximum(np.bincount(group), 1)
     return _shortest(middle, rounding)[group][where]
-
-
-def leading(last: Vector, seconds: Vector, at: Place) -> Vector:
-    """The periods that lead to each row; `last` has the instant before, if any.
-
-    To the first row of a record leads a period as long as the one behind it.
-
-    Raises
-    ------
-    ValueError
-        If the record has one row only, or times do not grow.
-    """
-    before = len(last)
-    steps = periods(np.concatenate([last, seconds]), lambda k: at(k - before))
-    if not before and len(seconds) == 1:
-        raise ValueError(ONE_ROW)
-    return steps if before else np.concatenate([steps[:1], steps])
 
 
 def _shortest(values: Vector, rounding: float) -> Vector:
@@ -142,42 +147,32 @@ def _shortest(values: Vector, rounding: float) -> Vector:
     return found
 
 
-class Column:
+class Column(Clock):
     """The time column of a CSV file, read a piece at a time.
 
     Its cells are seconds or dates, or instants: numbers of samples.
     """
 
     def __init__(self, name: str, of: Plant | Observer) -> None:
-        dt = of.dt
-        if dt == 0 and name.lower() == "instant":
+        super().__init__(of)
+        counts = name.lower() == "instant"
+        if counts and self.dt == 0:
             raise ValueError(
                 f"the column {name!r} counts samples, but a continuous plant has no "
                 "period; give a column 'time', or the plant.sampled(0.1) that was read"
             )
-        self.name, self.watch = name, Clock(of) if dt > 0 else None
-        self.unit = dt if name.lower() == "instant" else 1.0
-        self.origin: Any = None
+        self.name, self.unit = name, self.dt if counts else 1.0
 
     def seconds(self, cells: Sequence[str], at: Place) -> Vector:
-        """The seconds of the next rows, in step with dt.
-
-        Raises
-        ------
-        ValueError
-            Naming the line of a cell that is no instant, or contradicts dt.
-        """
+        """The seconds of the next rows; `at` names the line of a cell that is none."""
         try:
             found, self.origin = time_stamps.seconds(cells, self.origin)
         except time_stamps.NoStamp as error:
             raise ValueError(
                 f"{at(error.row)}: {self.name!r} is {short(str(error))}, {error.lacks}"
-                f". {MEND if self.watch else ALIKE}"
+                f". {MEND if self.dt > 0 else ALIKE}"
             ) from None
-        found = found * self.unit
-        if self.watch is not None:
-            self.watch.require(found, at)
-        return found
+        return found * self.unit
 
 
 def instants(

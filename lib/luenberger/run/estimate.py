@@ -115,7 +115,7 @@ def estimate(
 
 def _of_one(o: Observer, record: Record, z: Vector) -> Any:
     """The estimates of one record, which are finite."""
-    Clock(o, record.time).follow(record.y)
+    Clock(o).follow(record.y, record.time)
     outputs, inputs = (o.D.shape[-1], o.output_names), (o.G.shape[-1], o.input_names)
     y, u = checked.arrays(record.y, record.u, outputs, inputs)
     found = estimated(o, (0, z), y, u)[1]
@@ -201,7 +201,7 @@ def _of_many(observer: Observer, record: Record, z: Vector) -> Any:
             f"y in record {k}, row {at} is missing or not finite; Filter accepts NaN "
             "in y as not measured"
         )
-    Clock(o, record.time).follow(y[0] if len(y) else np.zeros(y.shape[1:]))
+    Clock(o).follow(y[0] if len(y) else np.zeros(y.shape[1:]), record.time)
     w = estimated(o, (0, z), y, u)[1]
     for k in np.flatnonzero(~np.isfinite(w).reshape(len(w), -1).all(axis=1))[:1]:
         with of_record(k):

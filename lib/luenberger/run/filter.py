@@ -131,10 +131,7 @@ class Filter:
         record = Record.of(record)
         if record.many:
             return Filtered(*fleet.found(self, record, start))
-        first, clock = (0, None) if start is None else (start.instant, start.clock)
-        before = None if start is None else start.awaited
-        last = None if before is None else before.rows.labels[-1]
-        found = self.over(record.on(self.plant, first, clock, last), start)
+        found = self.over(record.on(self.plant, start), start)
         if record.index is None:
             return found
         names = self.plant.state_names

@@ -184,17 +184,15 @@ def _begun(end: End, complete: bool) -> tuple[Any, ...]:
 def _stacks(plant: Plant, record: Record, starts: Any) -> Iterator[tuple[Vector, Rows]]:
     """Records of one length and with one clock, and their numbers."""
     if not isinstance(record.y, list | tuple):
-        before = () if starts is None else (starts[0].instant, starts[0].clock)
         y, u = stack_of(record, plant.p, plant.m)
         one = Record(np.zeros(y.shape[1:]), None, record.time, None, record.u0)
-        rows = one.on(plant, *before)
+        rows = one.on(plant, None if starts is None else starts[0])
         yield np.arange(len(y)), rows._replace(y=y, u=u, clock=[rows.clock] * len(y))
         return
     kinds = dict[Any, list[tuple[int, Rows]]]()
     for k, one in enumerate(record.each()):
         with of_record(k):
-            before = () if starts is None else (starts[k].instant, starts[k].clock)
-            rows = one.on(plant, *before)
+            rows = one.on(plant, None if starts is None else starts[k])
         clock = None if rows.periods is None else rows.periods.tobytes()
         kinds.setdefault((len(rows.y), clock), []).append((k, rows))
     for some in kinds.values():

@@ -1,6 +1,5 @@
 """Recorded measurements as CSV, the estimates made from them, and these as CSV."""
 
-import csv
 import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -17,11 +16,11 @@ from ..formats.json_files import opened
 from ..numeric import Matrix, Vector
 from ..observer import Observer
 from ..plant import Plant
+from . import tables
 from .clock import Column
 from .estimate import estimated, require_finite
 from .filter import Filter
 from .record import Record
-from .tables import time_column
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +74,7 @@ def read(path: str | Path, plant: Plant) -> Measurements:
     outputs, inputs = plant.output_names, plant.input_names
     with opened(path) as file:
         table = Table(file, path)
-        clock = time_column(table, outputs, inputs)
+        clock = tables.time_column(table, outputs, inputs)
         parts = list(table.rows([*outputs, *inputs], outputs, clock))
     values = np.concatenate([part.values for part in parts])
     stamps = tuple(text for part in parts for text in part.carried)
@@ -86,7 +85,10 @@ def read(path: str | Path, plant: Plant) -> Measurements:
         time = np.array([float(f"{t:.15g}") for t in multiples])
     else:
         at = [f"{path}, line {line}" for line in lines].__getitem__
-        time = Column(clock, plant).seconds(stamps, at)
+        column = Column(clock, plant)
+        time = column.seconds(stamps, at)
+        if plant.dt > 0:
+            column.steps(time, at)
     return Measurements(values[:, : plant.p], values[:, plant.p :], time, stamps)
 
 
@@ -179,14 +181,9 @@ def write(file: TextIO, estimates: Estimates) -> None:
     Times are those of the record, as they stand there.  Without bounds there are no
     columns for them.
     """
-    out, wide = csv.writer(file, lineterminator="\n"), ("", "_sigma")
-    if estimates.std is None:
-        table, wide = estimates.x, wide[:1]
-    else:
-        pairs = np.stack([estimates.x, estimates.std], axis=2)
-        table = pairs.reshape(len(pairs), -1)
-    names = (name + end for name in estimates.names for end in wide)
-    out.writerow(["time", *names])
+    names: Sequence[str] = estimates.names
+    found = estimates.x
+    if estimates.std is not None:
+        names, found = tables.with_sigmas(names), tables.paired(found, estimates.std)
     times = estimates.stamps or [repr(float(t)) for t in estimates.time]
-    for time, row in zip(times, table):
-        out.writerow([time, *(repr(float(value)) for value in row)])
+    tables.write(file, ["time", *names], [(times, found)])

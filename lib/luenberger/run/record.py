@@ -9,11 +9,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..errors import DesignError
+from ..filtering.pack import End
 from ..formats import dataframes
 from ..plant import Plant
 from . import arrivals, checked
-from .clock import Clock, instants, leading, row
+from .clock import Clock
 
 OF_ROWS = "y", "u", "periods", "due", "labels"
 
@@ -169,40 +169,20 @@ class Record:
     def __len__(self) -> int:
         return len(self.y)
 
-    def on(
-        self, plant: Plant, first: int = 0, clock: Any = None, last: Any = None
-    ) -> Rows:
-        """The rows of one run as arrays; `first` of its rows came before.
-
-        `clock` is that of the rows before, `last` the label of the last of them.
-        """
+    def on(self, plant: Plant, start: End | None = None) -> Rows:
+        """The rows of one run as arrays, behind those that ended in `start`."""
         outputs, inputs = (plant.p, plant.output_names), (plant.m, plant.input_names)
         y, u = checked.arrays(self.y, self.u, outputs, inputs, missing=True)
         u0 = dataframes.entries("u0", self.u0, plant.input_names)
         u0 = np.zeros(plant.m) if u0 is None else checked.single("u0", u0, plant.m)
-        steps = None
-        if plant.dt > 0:
-            clock = Clock(plant) if clock is None else copy(clock)
-            clock.time = self.time
-            clock.follow(self.y)
-        else:
-            before, origin = clock or (np.empty(0), None)
-            names = (*plant.output_names, *plant.input_names)
-            found = instants(self.y, self.time, names, origin, first)
-            if found is None:
-                raise DesignError(
-                    "the plant is continuous (dt = 0), so the record must say when "
-                    "each row was measured: give time=, or a table with an index of "
-                    "dates or seconds. Of a record with a constant period, "
-                    "plant.sampled(0.1) is the plant."
-                )
-            seconds, origin = found
-            steps = leading(before, seconds, lambda k: row(first + k))
-            clock = seconds[-1:] if len(seconds) else before, origin
+        clock = copy(start.clock) if start and start.clock else Clock(plant)
+        steps = clock.follow(self.y, self.time)
+        rows = Rows(y, u, u0, steps, clock=clock)
         if self.arrival is None:
-            return Rows(y, u, u0, steps, clock=clock)
-        found = arrivals.of(self.y, self.arrival, y, plant, first, last)
-        return Rows(found.y, u, u0, steps, found.due, found.labels, clock)
+            return rows
+        first = start.instant if start else 0
+        before = start.awaited.rows.labels[-1] if start and start.awaited else None
+        return arrivals.of(self.y, self.arrival, rows, plant, first, before)
 
 
 def _depth(X: Any) -> int:

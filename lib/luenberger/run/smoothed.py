@@ -11,7 +11,6 @@ import numpy as np
 
 from ..filtering import back, pack
 from ..filtering.back import Passed, Told
-from ..filtering.maps import Settings
 from ..filtering.passes import State
 from ..formats import dataframes
 from ..numeric import Matrix
@@ -84,37 +83,26 @@ class _Work:
 
     def __init__(self, filter: Filter, rows: Rows, lag: int | None) -> None:
         self.filter, self.rows, self.lag = filter, rows, lag
-        passed = self._passed()[0]
-        found = back.smoothed(passed, lag, whole=self._meets)
+        meets = bool(filter.m1)  # outputs are met when all is smoothed
+        self.free = Filter(filter.plant) if meets else filter
+        found = back.smoothed(self._passed()[0], lag, whole=meets)
         self.z, self.w, variances = found.z, found.w, found.variances
         self.x = found.z[:, : filter.plant.n]
-        if self._meets:
+        if meets:
             self.x, self.P = self._met(found.P)
             variances = np.einsum("kii->ki", self.P)
         self.std = np.maximum(variances, 0.0, out=found.variances)
         np.sqrt(self.std, out=self.std)
 
-    @property
-    def _meets(self) -> bool:
-        return bool(self.filter.m1)
-
     def _passed(self, keep: str = "") -> tuple[Passed, State]:
-        """The pass of the filter with its tape, and the state before it."""
-        settings = next(self._parts())[1]
+        """The pass of the Kalman filter with its tape, and the state before it."""
+        settings = next(self.free.parts(self.rows))[1]
         start = pack.begin(settings, self.rows.u0, known=False).state
         if not keep:
             plain = settings.way == "nothing" and self.filter.plant.P0 is not None
             keep = "back" if plain else "all"
-        free = Filter(self.filter.plant) if self._meets else self.filter
-        windows = [*free._windows(self.rows, None, keep)]
+        windows = [*self.free._windows(self.rows, None, keep)]
         return Passed.of(windows, settings), start
-
-    def _parts(self) -> Iterator[tuple[slice, Settings]]:
-        """Rows that are done at once; outputs are met when all is smoothed."""
-        for part, settings in self.filter.parts(self.rows):
-            if self._meets:
-                settings = Settings(settings.plant, origin=settings.origin)
-            yield part, settings
 
     @cached_property
     def P(self) -> Matrix:
@@ -123,21 +111,19 @@ class _Work:
 
     @property
     def v(self) -> Matrix:
-        return np.concatenate(
-            [told.noises(self.z[part]) for part, told in self._told(self._parts())]
-        )
+        found = [told.noises(self.z[part]) for part, told in self._told(self.free)]
+        return np.concatenate(found)
 
-    def _told(self, parts: Iterator[tuple[slice, Settings]]) -> Any:
-        for part, settings in parts:
-            yield (
-                part,
-                Told(settings, part.start + 1, self.rows.y[part], self.rows.u[part]),
-            )
+    def _told(self, of: Filter) -> Iterator[tuple[slice, Told]]:
+        """Rows that are done at once, and what is known of them to a filter."""
+        y, u = self.rows.y, self.rows.u
+        for part, settings in of.parts(self.rows):
+            yield part, Told(settings, part.start + 1, y[part], u[part])
 
     def _met(self, P: Matrix) -> tuple[Matrix, Matrix]:
         """Estimates and covariances, pushed to what the accurate outputs show."""
         x, P = self.x.copy(), P.copy()
-        for part, told in self._told(self.filter.parts(self.rows)):
+        for part, told in self._told(self.filter):
             push, C, R = told.pushes(), told.each("C"), told.each("R")
             x[part] += np.einsum("kij,kj->ki", push, told.left(x[part]))
             unknown = R - C @ P[part] @ np.swapaxes(C, -1, -2)
@@ -148,18 +134,12 @@ class _Work:
     def neighbours(self) -> Matrix:
         """E[e_k e_{k-1}'] of each row."""
         passed, start = self._passed("all")
-        P = back.smoothed(passed.copied(), self.lag, whole=True).P
+        U = back.smoothed(passed.copied(), self.lag, whole=True).P.copy()
         shares = back.gains(passed, start)
-        if passed.at[0] >= 0:
-            U = P @ np.swapaxes(shares[:-1], 1, 2)
-        else:
-            U = P.copy()
-            U[1:] = P[1:] @ np.swapaxes(shares[:-1], 1, 2)
-        if self._meets:
-            moves = [
-                told.pushes() @ told.each("C")
-                for _, told in self._told(self.filter.parts(self.rows))
-            ]
-            moved = np.concatenate(moves)
+        first = int(passed.at[0] < 0)  # the prior of the first sample has none before
+        U[first:] = U[first:] @ np.swapaxes(shares[:-1], 1, 2)
+        if self.filter.m1:
+            told = (told for _, told in self._told(self.filter))
+            moved = np.concatenate([one.pushes() @ one.each("C") for one in told])
             U[1:] -= moved[1:] @ U[1:] @ np.swapaxes(moved[:-1], 1, 2)
         return U

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import csv
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from itertools import chain
 from typing import TextIO
@@ -25,8 +25,8 @@ from ..numeric import Matrix, Vector
 from ..numeric.validation import names
 from ..observer import Observer
 from ..plant import Plant
-from .arrivals import set_back
-from .clock import Column, leading
+from .arrivals import known
+from .clock import Column
 from .estimate import estimated, require_finite
 from .filter import Filter
 from .record import Rows
@@ -35,7 +35,7 @@ from .smoothed import over
 TIME = ("time", "t", "instant")  # a first column of such a name holds instants
 NEVER = ("", "nan", "nat")  # cells of readings that do not arrive
 MICROSECOND = 1e-6  # the last digit of a date
-Piece = tuple[csv_reader.Rows, np.ndarray]  # some rows, the estimates at them
+Piece = tuple[Sequence[str], np.ndarray]  # times of some rows, the estimates at them
 Read = tuple[csv_reader.Rows, Rows]  # some rows of a table, and what they hold
 Found = tuple[csv_reader.Rows, Matrix, Matrix]  # estimates and deviations at them
 
@@ -102,8 +102,8 @@ def estimates(
     -------
     header : list of str
         The time column of the table, or "instant", and the names of the estimates.
-    rows : iterator of (Rows, (N, q) ndarray)
-        Some rows of the table, and the estimates at them.
+    rows : iterator of (list of str, (N, q) ndarray)
+        Of some rows the times, if there are any, and the estimates.
 
     Raises
     ------
@@ -136,7 +136,7 @@ def estimates(
         for piece in pieces:
             at = partial(_line, table, piece)
             if times is not None:
-                times.seconds(piece.carried, at)
+                times.steps(times.seconds(piece.carried, at), at)
             y, u = np.split(piece.values, [len(outputs)], axis=1)
             for k, j in np.argwhere(np.isnan(y))[:1]:
                 raise ValueError(
@@ -147,7 +147,7 @@ def estimates(
                 )
             state, x = estimated(observer, state, y, u)
             require_finite(x, observer.estimate_names, at)
-            yield piece, x
+            yield piece.carried, x
 
     return header, rows()
 
@@ -193,7 +193,7 @@ def filtered(
     -------
     header : list of str
         The time column of the table, or "instant", then each state and its one sigma.
-    rows : iterator of (Rows, (N, 2 n) ndarray)
+    rows : iterator of (list of str, (N, 2 n) ndarray)
 
     Raises
     ------
@@ -211,7 +211,7 @@ def filtered(
             end = one.end
             yield rows, one.x, one.std
 
-    return header, _paired(plant, table, found())
+    return header, _told(plant, table, found())
 
 
 def smoothed(
@@ -224,7 +224,7 @@ def smoothed(
     header, parts = _read(plant, table, undriven, {})
     run = Filter(plant)
     found = _whole(run, parts) if lag is None else _lagged(run, parts, lag)
-    return header, _paired(plant, table, found)
+    return header, _told(plant, table, found)
 
 
 def _whole(run: Filter, parts: Iterator[Read]) -> Iterator[Found]:
@@ -257,12 +257,22 @@ def _lagged(run: Filter, parts: Iterator[Read], lag: int) -> Iterator[Found]:
             held = later
 
 
-def _paired(plant: Plant, table: Table, found: Iterator[Found]) -> Iterator[Piece]:
+def _told(plant: Plant, table: Table, found: Iterator[Found]) -> Iterator[Piece]:
     """Rows of a table with their estimates and one sigmas side by side."""
     with np.errstate(over="ignore", invalid="ignore"):
         for rows, x, std in found:
             require_finite(x, plant.state_names, partial(_line, table, rows))
-            yield rows, np.stack([x, std], axis=2).reshape(len(x), 2 * plant.n)
+            yield rows.carried, paired(x, std)
+
+
+def paired(x: Matrix, std: Matrix) -> Matrix:
+    """Each estimate and its one sigma, side by side."""
+    return np.stack([x, std], axis=2).reshape(len(x), 2 * x.shape[1])
+
+
+def with_sigmas(names: Sequence[str]) -> list[str]:
+    """The columns of `paired`."""
+    return [name + wide for name in names for wide in ("", "_sigma")]
 
 
 def _read(
@@ -281,31 +291,28 @@ def _read(
             f"the plant is continuous, and {table.where} has no column 'time'; add it, "
             "or give --sample DT, how many seconds its rows are apart"
         )
-    pairs = [name + wide for name in plant.state_names for wide in ("", "_sigma")]
-    header = _header(table, clock, pairs)
+    header = _header(table, clock, with_sigmas(plant.state_names))
     require_plain("state", plant.state_names)
     times = None if clock is None else Column(clock, plant)
     pieces = table.rows([*outputs, *inputs], outputs, clock, [*arrival.values()])
 
     def parts() -> Iterator[Read]:
-        last, count = np.empty(0), 0
+        last, count = None, 0
         for rows in _two_first(pieces) if plant.dt == 0 else pieces:
             at, N = partial(_line, table, rows), len(rows.lines)
             y, u = np.split(rows.values, [plant.p], axis=1)
             u = u if u.shape[1] else np.zeros((N, plant.m))
-            labels, steps, due = np.arange(count + 1.0, count + 1 + N), None, None
+            labels, steps = np.arange(count + 1.0, count + 1 + N), None
             if times is not None:
                 labels = times.seconds(rows.carried, at)
-            if plant.dt == 0:
-                steps = leading(last, labels, at)
+                steps = times.steps(labels, at)
+            own = Rows(y, u, np.zeros(plant.m), steps)
             if arrival:
-                due = _due(plant, table, rows, labels, times, arrival)
-                due = set_back(due, labels, last[0] if len(last) else None, MICROSECOND)
-                y = np.where(np.isnan(due), np.nan, y)
-                _require_measured(plant, table, rows, labels, y, due, arrival)
-            own = labels if arrival else None
-            yield rows, Rows(y, u, np.zeros(plant.m), steps, due, own)
-            last, count = labels[-1:], count + N
+                due, early = _due(plant, table, rows, labels, times, arrival)
+                never = np.isnan(due)
+                own = known(own, due, never, labels, last, MICROSECOND, early)
+            yield rows, own
+            last, count = labels[-1], count + N
 
     return header, parts()
 
@@ -330,11 +337,15 @@ def _due(
     labels: Vector,
     times: Column | None,
     arrival: Mapping[str, str],
-) -> Matrix:
-    """When readings are known, as the times of rows are told; NaN for never."""
+) -> tuple[Matrix, Callable[[int, int], str]]:
+    """When readings are known, as the times of rows are told; NaN for never.
+
+    Beside it what is to be said of a reading that arrives before its own row.
+    """
     due = np.repeat(labels[:, None], plant.p, axis=1)
     origin, unit = (0, 1.0) if times is None else (times.origin, times.unit)
-    for (output, column), cells in zip(arrival.items(), rows.texts):
+    cells_of = dict(zip(arrival, rows.texts))
+    for output, cells in cells_of.items():
         given = [k for k, cell in enumerate(cells) if cell.lower() not in NEVER]
         try:
             seconds, own = time_stamps.seconds([cells[k] for k in given], origin)
@@ -344,45 +355,35 @@ def _due(
         if wrong >= 0:
             kind = f"a date, or lacks the zone of {origin}" if origin else "a number"
             raise ValueError(
-                f"{table.at(rows.lines[given[wrong]])}: {short(column)} is {text!r}, "
-                f"which is not {kind}; when a reading is known is told as the times of "
-                "the rows are"
+                f"{_line(table, rows, given[wrong])}: {short(arrival[output])} is "
+                f"{text!r}, which is not {kind}; when a reading is known is told as "
+                "the times of the rows are"
             )
         j = plant.output_names.index(output)
         due[:, j] = np.nan
         due[given, j] = seconds * unit
-    return due
 
-
-def _require_measured(
-    plant: Plant,
-    table: Table,
-    rows: csv_reader.Rows,
-    labels: Vector,
-    y: Matrix,
-    due: Matrix,
-    arrival: Mapping[str, str],
-) -> None:
-    """Raise if a reading arrives before its own row."""
-    for row, j in np.argwhere(~np.isnan(y) & (due < labels[:, None]))[:1]:
+    def early(k: int, j: int) -> str:
         output = plant.output_names[j]
-        cell = rows.texts[[*arrival].index(output)][row]
-        measured = rows.carried[row] if rows.carried else f"{labels[row]:g}"
-        raise ValueError(
-            f"{table.at(rows.lines[row])}: {short(arrival[output])} is {cell}, before "
-            f"the reading was measured at {measured}. A reading arrives at its own row "
-            "or later; leave the cell empty where it never does."
+        measured = rows.carried[k] if rows.carried else f"{labels[k]:g}"
+        return (
+            f"{_line(table, rows, k)}: {short(arrival[output])} is "
+            f"{cells_of[output][k]}, before the reading was measured at {measured}. A "
+            "reading arrives at its own row or later; leave the cell empty where it "
+            "never does."
         )
+
+    return due, early
 
 
 def write(file: TextIO, header: Sequence[str], rows: Iterable[Piece]) -> int:
     """Write rows of estimates to an open file; returns how many."""
     csv.writer(file, lineterminator="\n").writerow(header)
     count = 0
-    for piece, x in rows:
+    for told, x in rows:
         if not len(x):
             continue
-        times = piece.carried or map(str, range(count + 1, count + len(x) + 1))
+        times = told or map(str, range(count + 1, count + len(x) + 1))
         numbers = repr(x.tolist())[2:-2].replace(", ", ",").split("],[")
         file.write("".join([f"{time},{row}\n" for time, row in zip(times, numbers)]))
         count += len(x)
