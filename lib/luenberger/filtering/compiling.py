@@ -49,7 +49,9 @@ class Text:
         self.plain = plain
 
     def __call__(self, *given: Any) -> Any:
-        return (self.python if early(_size(given)) else self.exact)(*given)
+        if "exact" not in vars(self) and early(_size(given)):
+            return self.python(*given)
+        return self.exact(*given)
 
     @cached_property
     def python(self) -> Callable:

@@ -56,7 +56,7 @@ class Settings:
             )
         self.way = self._way()
         self.as_is = np.eye(plant.p)  # what mixes no outputs
-        self.first: Any = None  # the factors of P0, once they are asked for
+        self.first: Any = None  # the state before a record, once it is asked for
         self._known: dict[Any, Any] = {}
         self._stacked: Any = (None, None, None)
         self._steady: list[Any] = []

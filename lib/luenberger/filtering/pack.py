@@ -102,17 +102,18 @@ def begin(settings: Settings, u0: Vector, known: bool = True) -> End:
     plant = settings.plant
     n, p = plant.n, plant.p
     none = np.zeros(p, dtype=bool)
-    N = settings.at(0, none)[0].B.shape[1]
-    z, V, D = np.zeros(N), np.eye(N), np.ones(N)
-    if plant.P0 is None:
-        if known:
-            require_start(plant)
-        D[:n] = unknown.GROWN * unknown.units(plant) ** 2
-    else:
-        if settings.first is None:
-            settings.first = factors(plant.P0)
-        z[:n], (V[:n, :n], D[:n]) = plant.x0, settings.first
-    state = State(z, V, D, np.zeros((p, N)), np.zeros(p))
+    if plant.P0 is None and known:
+        require_start(plant)
+    if settings.first is None:
+        nothing = settings.way == "nothing"
+        N = n if nothing else settings.at(0, none)[0].B.shape[1]
+        z, V, D = np.zeros(N), np.eye(N), np.ones(N)
+        if plant.P0 is None:
+            D[:n] = unknown.GROWN * unknown.units(plant) ** 2
+        else:
+            z[:n], (V[:n, :n], D[:n]) = plant.x0, factors(plant.P0)
+        settings.first = State(z, V, D, np.zeros((p, N)), np.zeros(p))
+    state = State(*(X.copy() for X in settings.first))
     return End(0, state, none, u0, digits.Gap(0, np.zeros(n)))
 
 
@@ -196,7 +197,8 @@ def _alike(
     """Of a plant that does not change: one map for all rows with the same outputs."""
     whole = bool(seen.all())
     if whole and len(seen):
-        first = [0, 1] if not end.seen.all() else [1]
+        # where outputs share no noise, no gap is in what leads to the next row
+        first = [1] if settings.way == "nothing" or end.seen.all() else [0, 1]
         at = np.full(len(seen) + 1, len(first) - 1)
         at[0] = 0
     else:

@@ -12,7 +12,6 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy.linalg import solve_triangular
 
 from ..numeric import Matrix, Vector
 from .compiling import Text
@@ -22,7 +21,7 @@ if TYPE_CHECKING:
     from .tail import Way
 
 STILL = 1e-12  # of a covariance, that a row may still change
-LOOK = 24  # rows, after which it is looked at; then half as many more again
+LOOK = 40  # rows, after which it is looked at; then twice as many
 
 
 @Text
@@ -97,7 +96,7 @@ def settled(
         over(slice(k, k + look - 1))
         before = now()
         over(slice(k + look - 1, k + look))
-        k, look = k + look, look + look // 2
+        k, look = k + look, 2 * look
         if same(before, now()):
             return k
     over(slice(k, rows))
@@ -109,7 +108,7 @@ def same_covariance(one: tuple[Matrix, Vector], other: tuple[Matrix, Vector]) ->
     W, X = (V.T * np.sqrt(D) for V, D in (one, other))
     if not (W.diagonal() > 0).all():
         return False
-    T = solve_triangular(W, X, check_finite=False)
+    T = np.linalg.solve(W, X)
     return bool(np.linalg.norm(T @ T.T - np.eye(len(T))) <= STILL)
 
 

@@ -29,6 +29,8 @@ def taken(**given: Any) -> tuple[Any, ...]:
 
 
 def _taken(name: str, value: Any) -> Any:
+    if value is None or type(value) is np.ndarray:
+        return value
     if isinstance(value, list | tuple):
         kinds = {type(one) for one in value}
         if any(map(_foreign, kinds)):

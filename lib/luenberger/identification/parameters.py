@@ -180,7 +180,7 @@ class Unknowns:
 def changed(plant: Plant, **parts: Any) -> Plant:
     """The plant with other parts, of which nothing is asked: that takes its time."""
     found = object.__new__(type(plant))
-    vars(found).update(vars(plant), **parts)
+    vars(found).update(plant.__getstate__(), **parts)
     return found
 
 

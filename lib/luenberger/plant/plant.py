@@ -1,6 +1,7 @@
 """The plant: x+ = A x + B u + w, y = C x + E u + v."""
 
 from dataclasses import KW_ONLY, dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
@@ -190,7 +191,11 @@ class Plant(ReadOnly):
         """Whether A, B, C or E has a complex entry."""
         return any(np.iscomplexobj(getattr(self, name)) for name in "ABCE")
 
-    @property
+    def __getstate__(self) -> dict[str, Any]:
+        """All but what a filter keeps here, which another process finds again."""
+        return {name: X for name, X in vars(self).items() if name != "_filter"}
+
+    @cached_property
     def steps(self) -> int | None:
         """Number of rows N of the time-varying matrices; None if there are none."""
         return next(iter(self._lengths().values()), None)

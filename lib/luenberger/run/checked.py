@@ -26,7 +26,7 @@ def arrays(
         u = np.zeros((len(y), m)) if m else None
     y, u = dataframes.arrays(y, u, output_names, input_names)
     y = rows("y", y, p, missing)
-    u = rows("u", np.zeros((len(y), m)) if u is None else u, m)
+    u = np.zeros((len(y), m)) if u is None else rows("u", u, m)
     if len(u) != len(y):
         raise ValueError(f"y has {len(y)} rows but u has {len(u)}")
     return y, u

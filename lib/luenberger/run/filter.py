@@ -112,8 +112,17 @@ class Filter:
 
     @cached_property
     def settings(self) -> Settings:
-        """The matrices of its rows, of a discrete plant."""
-        return Settings(self.plant, self.m1, self.weight)
+        """The matrices of its rows, of a discrete plant.
+
+        The Kalman filter's are kept with the plant, which never changes.
+        """
+        if self.m1 or self.weight is not None:
+            return Settings(self.plant, self.m1, self.weight)
+        known = vars(self.plant)
+        if "_filter" not in known:
+            known["_filter"] = Settings(self.plant)
+        found: Settings = known["_filter"]
+        return found
 
     def run(self, record: Any, start: End | None = None) -> Filtered:
         """Filter a record in one pass; NaN means not measured.
