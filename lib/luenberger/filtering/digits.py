@@ -65,21 +65,6 @@ def grown(y, always, variances, since, instant, begun, least):
 
 
 @Text
-def along(y, always, variances, instant, begun, least):
-    """`grown` with what is known at each row: begun (N + 1,) and least (N + 1, n).
-
-    Returns the first row with a variance too far above the least, or with two; or -1.
-    """
-    for t in range(len(y)):
-        least[t + 1] = least[t]
-        now = variances[t : t + 1], 0, instant + t, begun[t], least[t + 1]
-        row, begun[t + 1] = grown(y[t : t + 1], always, *now)
-        if row >= 0:
-            return t
-    return -1
-
-
-@Text
 def some_grown(y, always, calm, variances, instant, begun, least, found):
     """`grown` of many records (M, N, p), whose rows go to `found` (M,).
 

@@ -60,7 +60,8 @@ class LiveFilter(Turns):
         self._known: dict[bytes, Any] = {}  # of a plant that does not change
         self._at = np.arange(size)
         self._row = 0  # of the last instant; row 0 is instant 0
-        self._begun, self._least = np.zeros(size, dtype=np.int64), np.zeros((size, n))
+        self._none = digits.Gap(0, np.zeros(n))
+        self._gaps = [self._none] * size  # in which the rows are
         self._always = bool(settings.unseen_growth)
         self._tell(0)
         if plant.at_first or plant.P0 is None:
@@ -206,12 +207,10 @@ class LiveFilter(Turns):
             row, j = divmod(int(clash), self._plant.p)
             seen, instant = ~np.isnan(self._y[k + row]), self.instant - self._row + k
             refuse(self._settings, instant + row, j, seen)
-        self._begun[k:first] = 0
+        self._gaps[k : self._row + 1] = [self._none] * (self._row + 1 - k)
         lacking = any(self._found[i][2] for i in range(first, self._row + 1))
-        if lacking or self._always or self._begun[first - 1]:
+        if lacking or self._always or self._gaps[first - 1].instant:
             self._follow(first)
-        else:
-            self._begun[first : self._row + 1] = 0
         variances = self._variances[self._row]
         if self._plant.P0 is None:
             variances = np.where(variances > LARGE, np.inf, variances)
@@ -233,22 +232,12 @@ class LiveFilter(Turns):
 
     def _follow(self, k: int) -> None:
         """Refuse a gap, in the rows from k on, in which digits are lost."""
-        before = self.instant - self._row
-        while k <= self._row:
-            rows, held = slice(k, self._row + 1), slice(k - 1, self._row + 1)
-            gaps = self._begun[held], self._least[held]
-            y, v = self._y[rows], self._variances[rows]
-            t = digits.along(y, self._always, v, before + k, *gaps)
-            if t < 0:
-                return
-            k += t
-            gap = digits.Gap(int(self._begun[k - 1]), self._least[k - 1])
-            found = digits.followed(
-                self._settings, gap, y[t : t + 1], v[t : t + 1], before + k,
-                partial(self._covariance, k),
-            )  # fmt: skip
-            self._begun[k], self._least[k] = found
-            k += 1
+        for i in range(k, self._row + 1):
+            y, variances = self._y[i : i + 1], self._variances[i : i + 1]
+            instant, find = self.instant - self._row + i, partial(self._covariance, i)
+            self._gaps[i] = digits.followed(
+                self._settings, self._gaps[i - 1], y, variances, instant, find
+            )
 
     def _covariance(self, k: int, _: int) -> Matrix:
         """That of the plant's states in row k."""
@@ -279,10 +268,8 @@ class LiveFilter(Turns):
         """Take the last rows to the front."""
         keep = self._horizon + 1
         stacks = self._y, self._lift, self._mixed, self._drive, self._x, self._variances
-        gaps = self._begun, self._least
-        for X in (*stacks, *gaps, *self._maps, *self._tape[1:]):
+        for X in (*stacks, self._found, self._gaps, *self._maps, *self._tape[1:]):
             X[:keep] = X[-keep:]
-        self._found[:keep] = self._found[-keep:]
         self._at[0], self._row = 0, keep - 1
 
 
