@@ -32,7 +32,7 @@ def written():
             ours = getattr(function, "__module__", "") == module.__name__
             if not (ours and hasattr(function, "cache_clear")):
                 continue
-            if name == "derive" or name[0] == "_" or signature(function).parameters:
+            if name[0] == "_" or signature(function).parameters:
                 continue
             made = function()
             if isinstance(made, Derivation) and made.stages:

@@ -67,7 +67,7 @@ from .claims import Claim
 from .completion import Limit
 from .constructions import Construction, Counterexample
 from .core import Algebra
-from .derivation import Derivation, holds, title, vanishes
+from .derivation import Derivation, Page, holds, title, vanishes
 from .deriving import derive
 from .equivalences import Equation, Iff, Implies
 from .expectations import Expect
@@ -79,7 +79,7 @@ from .notation import Notation, letters
 from .operators import Differential, Gradient, Transposed
 from .polynomials import Polynomial, Traces
 from .proofs import Proof, Unproved, prove
-from .relations import Moment, Relation
+from .relations import Let, Moment, Relation, Steady
 from .stages import Solve, Stage
 from .symbols import BlockMatrix, Identity, MatrixSymbol, ZeroMatrix, matrices, plus
 from .typeset import latex, text
@@ -105,6 +105,7 @@ __all__ = [
     "Identity",
     "Iff",
     "Implies",
+    "Let",
     "Letter",
     "Limit",
     "Line",
@@ -112,6 +113,7 @@ __all__ = [
     "Moment",
     "NoModel",
     "Notation",
+    "Page",
     "Polynomial",
     "Positive",
     "Proof",
@@ -119,6 +121,7 @@ __all__ = [
     "ShapeError",
     "Solve",
     "Stage",
+    "Steady",
     "Substitute",
     "Traces",
     "Transposed",

@@ -1,9 +1,12 @@
 """A derivation: words, definitions, chains and stages, in the order of the page.
 
-One without a page is a *stage list*: what a program is to compute, and why.
+A `Page` is written statement by statement.  A derivation without a page is a *stage
+list*: what a program is to compute, and why.
 """
 
 from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from functools import cached_property
@@ -16,17 +19,43 @@ from .blocks import Blocks
 from .chains import Chain
 from .claims import Claim
 from .constructions import Construction, Counterexample
-from .dependence import behind, hidden, letters
+from .dependence import behind, hidden, letters, sides
 from .deriving import Derived
 from .explicit import Explicit, Positive
 from .page_model import impossible
 from .polynomials import Sum
-from .relations import Relation, Result
+from .relations import Let, Relation, Result
 from .stages import faults
 from .typeset import latex, padded, text
 from .words import Formula, refuse_truth, same_shape
 
 CHECKED = Chain, Derived, Construction, Counterexample, Explicit, Positive  # by itself
+
+
+@dataclass(frozen=True, repr=False)
+class End:
+    """On a page, the end of what some relations were said for.
+
+    Everything from the first of them on is closed: what stands after this cites
+    nothing of it, and no chain that rests on it.
+    """
+
+    relations: tuple
+
+    def stated(self, show: Any) -> str:
+        """What is no longer said, as a sentence."""
+        said = [r.show(show) for r in self.relations]
+        said = " and ".join(f"${x}$" if show is latex else x for x in said)
+        are = "are" if len(self.relations) > 1 else "is"
+        return f"From here on {said} {are} no longer supposed."
+
+    def __str__(self):
+        return self.stated(text)
+
+    __repr__ = __str__
+
+    def _repr_latex_(self):
+        return self.stated(latex)
 
 
 class Steps(dict):
@@ -60,9 +89,10 @@ class Derivation:
     source : str
         Where the result is published.
     page : tuple
-        Words (a str; a formula in it stands between backquotes), definitions and
-        suppositions (`Relation`), chains, constructions, counterexamples, and stage
-        lists (`Derivation`), in the order in which one reads them.
+        Words (a str; a formula in it stands between backquotes), definitions,
+        suppositions and fixed points (`Let`, `Relation`, `Steady`), chains,
+        constructions, counterexamples, ends of scopes (`End`), and stage lists
+        (`Derivation`), in the order in which one reads them.
     letters : Notation
         What the symbols stand for.
     says : str
@@ -80,7 +110,7 @@ class Derivation:
     steps: dict = field(default_factory=dict)
     source: str = ""
     page: tuple = ()
-    letters: object = None
+    letters: Any = None
     says: str = ""
     witness: dict = field(default_factory=dict)
     limits: tuple = ()
@@ -125,11 +155,8 @@ class Derivation:
             introduced = [item for item in self.page if isinstance(item, Relation)]
             used = set(cited_by(self))
             found += [f"nothing uses {r.name}" for r in introduced if r not in used]
-            found += [
-                f"{r.name} is cited and not introduced"
-                for r in used
-                if not isinstance(r, Result) and r not in introduced
-            ]
+            for k, item in enumerate(self.page):
+                found += misplaced(item, self.page[:k])
             meaning = self.letters.meaning
             unknown = sorted(
                 {s.name for s in symbols(self)} - {s.name for s in meaning}
@@ -182,13 +209,22 @@ class Derivation:
         ]
 
     def _without_model(self):
-        """A complaint if nothing is known to satisfy all that is relied on at once."""
-        own = [item for item in self.page if isinstance(item, Relation)]
+        """Complaints if nothing is known to satisfy all that holds at once.
+
+        That is the page without what is closed, and before each end what is open.
+        """
+        ends = [k for k, item in enumerate(self.page) if isinstance(item, End)]
+        at_once = [open_before(self.page[:k]) for k in (*ends, len(self.page))]
+        return [fault for page in at_once for fault in self._impossible(page)]
+
+    def _impossible(self, page):
+        """A complaint if nothing is known to satisfy what these items rely on."""
+        own = [item for item in page if isinstance(item, Relation)]
         stages = [r for stage in self.stages for r in stage.reasons]
-        chains = [x for x in self.page if isinstance(x, Chain)]
+        chains = [x for x in page if isinstance(x, Chain)]
         cited = [r for chain in chains for r in chain.relations]
         relations = dict.fromkeys([*own, *behind([*stages, *cited])])
-        lists = [self, *(x for x in self.page if isinstance(x, Derivation))]
+        lists = [self, *(x for x in page if isinstance(x, Derivation))]
         also = [stage.expression for found in lists for stage in found.stages]
         also += [e for chain in chains for e in chain.expressions]
         symmetric = getattr(self.letters, "symmetric", ())
@@ -237,6 +273,140 @@ class Derivation:
         return rf"$$\begin{{aligned}} {body} \end{{aligned}}$$"
 
 
+class Page(Derivation):
+    """A derivation that is written statement by statement.
+
+    A statement returns what it is given, so that later ones can cite it.  One that
+    cannot stand where it is written is refused, and the page is as it was before.
+
+    Examples
+    --------
+    >>> from sympy import symbols
+    >>> from matrixproof import Line, Notation, Page
+    >>> n, p = symbols("n p", integer=True, positive=True)
+    >>> letters = Notation()
+    >>> C = letters("C", p, n, "a linear map")
+    >>> Omega = letters("Omega", n, n, "the covariance of x", symmetric=True)
+    >>> N = letters("N", n, p, "the covariance of x and C x")
+    >>> page = Page(letters=letters)
+    >>> is_N = page(letters.let(N, Omega * C.T, "33"))
+    >>> page.chain("33", "it turned", N.T, Line(C * Omega, by=[is_N]))
+    (33) it turned
+      N'
+        = C Ω  (33) N = Ω C'  ✓
+    >>> page.check()
+    []
+    >>> page(letters.let(N, C.T))
+    Traceback (most recent call last):
+        ...
+    ValueError: let N = C': (33) N = Ω C' says what N is; write suppose(...)
+
+    What is supposed in a scope may be cited inside it, and not after it:
+
+    >>> with page.scope(letters.suppose(C * Omega, C)) as exact:
+    ...     _ = page.chain("", "seen", N.T, Line(C, by=[is_N, exact]))
+    >>> page.chain("", "again", C * Omega, Line(C, by=[exact]))
+    Traceback (most recent call last):
+        ...
+    ValueError: again: rests on C Ω = C, whose scope has ended
+    """
+
+    def __call__(self, *statements: Any) -> Any:
+        """Write statements; one is returned as it is, several as a tuple."""
+        items = self.page
+        for item in statements:
+            if wrong := misplaced(item, items):
+                raise ValueError(wrong[0])
+            items = (*items, item)
+        self._write(items, self.steps)
+        return statements[0] if len(statements) == 1 else statements
+
+    def chain(self, *said: Any, **more: Any) -> Chain:
+        """Write a chain in the letters of the page, as `Notation.chain` makes it."""
+        return self(self.letters.chain(*said, **more))
+
+    @contextmanager
+    def scope(self, *statements: Relation) -> Iterator[Any]:
+        """`with page.scope(suppose(X, Y)) as name:` what is supposed only inside."""
+        if not statements or not all(isinstance(r, Relation) for r in statements):
+            raise ValueError("a scope begins with what is supposed in it")
+        before = self.page, self.steps
+        try:
+            yield self(*statements)
+        except BaseException:
+            self._write(*before)  # nothing of it is said
+            raise
+        self(End(statements))
+
+    def _write(self, items, steps):
+        for name, value in (("page", items), ("steps", steps)):
+            object.__setattr__(self, name, value)
+        self.__dict__.pop("_faults", None)  # which were those of another page
+        self.__post_init__()
+
+
+def open_before(page):
+    """The items of a page that may be cited after it: those in no scope that ended."""
+    found = []
+    for item in page:
+        if isinstance(item, End):
+            first = item.relations[0]
+            del found[max(k for k, one in enumerate(found) if one is first) :]
+        else:
+            found.append(item)
+    return found
+
+
+def misplaced(item, before):
+    """Why a statement cannot stand after these, of a page."""
+    here = {r: None for r in open_before(before) if isinstance(r, Relation)}
+    if isinstance(item, Let) and (why := not_new(item, here)):
+        return [f"let {item.show(text)}: {why}"]
+    closed = {r for r in before if isinstance(r, Relation)}.difference(here)
+    found = []
+    for r in dict.fromkeys(relations_of(item)):
+        if isinstance(r, Result):
+            gone = closed.intersection(behind([r]))
+        elif r in here:
+            continue
+        elif r not in closed:
+            found.append(f"{r.name} is cited and not introduced")
+            continue
+        else:
+            gone = [r]
+        found += [f"rests on {x.name}, whose scope has ended" for x in gone]
+    return [f"{title(item)}: {fault}" for fault in found]
+
+
+def not_new(item, known):
+    """Why a letter cannot be defined after these relations."""
+    letter, means = item.left, {r.left: r for r in known if isinstance(r, Let)}
+    if letter in means:
+        return f"{means[letter].name} says what {text(letter)} is; write suppose(...)"
+    for r in known:
+        if not isinstance(r, Let) and letter in sides(r)[0] | sides(r)[1]:
+            return (
+                f"{r.name} is said of {text(letter)} before; introduce the letter "
+                "first, or write suppose(...)"
+            )
+    waiting, seen = [*sides(item)[1]], set()
+    while waiting:
+        other = waiting.pop()
+        if other == letter:
+            return f"{text(letter)} is part of what it stands for; write suppose(...)"
+        if other in means and other not in seen:
+            seen.add(other)
+            waiting += sides(means[other])[1]
+    return ""
+
+
+def relations_of(item):
+    """What an item of a page cites."""
+    if isinstance(item, Derivation):
+        return [r for stage in item.stages for r in stage.reasons]
+    return item.relations if is_checked(item) else ()
+
+
 def title(step: Any) -> str:
     """The name of what is proved: its number and what it says.
 
@@ -249,10 +419,7 @@ def title(step: Any) -> str:
 def cited_by(derivation):
     """Every relation that a step or a stage of a derivation cites."""
     for item in derivation.page:
-        if isinstance(item, Derivation):
-            yield from (r for stage in item.stages for r in stage.reasons)
-        elif is_checked(item):
-            yield from item.relations
+        yield from relations_of(item)
 
 
 def supposed(item):

@@ -45,7 +45,7 @@ from .typeset import Show, latex, text
 from .words import Formula, Symbols, rotations, same_size
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Solved(Relation):
     """What an equation says of an unknown, and what was inverted to say it.
 
@@ -57,6 +57,8 @@ class Solved(Relation):
 
     invertible: tuple = ()
 
+    word = ""
+
     def condition(self, show: Show) -> str:
         """What is taken to be invertible, in words, or nothing."""
         taken = ", ".join(map(show, self.invertible))
@@ -65,14 +67,6 @@ class Solved(Relation):
         if show is latex:
             return rf"\quad \text{{if }} {taken} \text{{ can be inverted}}"
         return f", if {taken} can be inverted"
-
-    def __str__(self):
-        return self.name + self.condition(text)
-
-    __repr__ = __str__
-
-    def _repr_latex_(self):
-        return rf"$$ {self.show(latex)}{self.condition(latex)} $$"
 
 
 def derive(

@@ -10,10 +10,12 @@ from typing import Any
 import sympy as sp
 
 from .chains import Chain
+from .dependence import letters as inside
 from .deriving import Derived
+from .exact import plain
 from .lines import Line
 from .names import BACK
-from .relations import Moment, Relation
+from .relations import Let, Moment, Relation, Steady
 from .symbols import MatrixSymbol, Symmetric
 from .typeset import text
 from .words import Formula, Size, Values
@@ -39,9 +41,9 @@ class Notation:
     >>> C = letters("C", p, n, "a linear map")
     >>> Omega = letters("Omega", n, n, "the covariance of x", symmetric=True)
     >>> N = letters("N", n, p, "the covariance of x and C x")
-    >>> cross = letters.define(N, Omega * C.T, "33")
-    >>> cross.name
-    "(33) N = Ω C'"
+    >>> cross = letters.let(N, Omega * C.T, "33")
+    >>> cross
+    Let (33) N = Ω C'
     >>> print(letters.chain("33", "a transpose", C * Omega, Line(N.T, by=[cross])))
     (33) a transpose
       C Ω
@@ -103,12 +105,51 @@ class Notation:
                 found.meaning[symbol] = meanings[symbol.name]
         return found
 
-    def define(
+    def let(
+        self, letter: Formula, right: Formula, number: str = "", name: str = ""
+    ) -> Let:
+        """What a new letter stands for.
+
+        Raises
+        ------
+        ValueError
+            The left side is no letter, or it occurs in the right side.  A page also
+            refuses a letter of which it says something already.
+        """
+        if not isinstance(letter, sp.MatrixSymbol | sp.Symbol):
+            raise ValueError(
+                f"let(...) says what a letter stands for, and {text(letter)} is none: "
+                "write suppose(...)"
+            )
+        if letter in inside(plain(right)):
+            raise ValueError(
+                f"{text(letter)} stands for {text(right)}, in which it occurs: write "
+                "steady(...) of a fixed point, or suppose(...)"
+            )
+        return Let(named(number, name, letter, right), letter, right)
+
+    def suppose(
         self, left: Formula, right: Formula, number: str = "", name: str = ""
     ) -> Relation:
-        """The relation that introduces a composite, or that is supposed."""
-        says = name or f"{text(left)} = {text(right)}"
-        return Relation(f"({number}) {says}" if number else says, left, right)
+        """An equation that is a hypothesis."""
+        return Relation(named(number, name, left, right), left, right)
+
+    def steady(
+        self, letter: Formula, right: Formula, number: str = "", name: str = ""
+    ) -> Steady:
+        """A hypothesis, too: a letter is what a step makes of it.
+
+        Raises
+        ------
+        ValueError
+            The letter does not occur in the right side.
+        """
+        if letter not in inside(plain(right)):
+            raise ValueError(
+                f"{text(letter)} does not occur in {text(right)}, so that is no fixed "
+                "point: write let(...) or suppose(...)"
+            )
+        return Steady(named(number, name, letter, right), letter, right)
 
     def moment(self, left: Formula, right: Formula, number: str = "") -> Moment:
         """The expectation of a product, or of a vector, that is supposed."""
@@ -176,6 +217,12 @@ def size(part, item):
         term = sp.Symbol(name, integer=True, positive=True) if name else 1
         total += sp.Integer(f"{sign}{number or int(bool(name))}") * term
     return total
+
+
+def named(number, name, left, right):
+    """The name of a relation: the paper's number of it, and what it says."""
+    says = name or f"{text(left)} = {text(right)}"
+    return f"({number}) {says}" if number else says
 
 
 def kind(symbol):

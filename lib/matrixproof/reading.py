@@ -41,15 +41,10 @@ def as_text(derivation):
         if isinstance(item, str):
             parts.append(fill(" ".join(plain(item).split()), 88))
         elif isinstance(item, Relation):
-            parts.append(f"  {stated(item, text)}  {shown_number(item)}".rstrip())
+            parts.append(f"  {item.stated(text)}  {shown_number(item)}".rstrip())
         else:
             parts.append(str(item))
     return "\n\n".join(filter(None, parts))
-
-
-def stated(relation, show):
-    """A relation as it is introduced, with what it was found by inverting."""
-    return relation.show(show) + relation.condition(show)
 
 
 def size(symbol, letters, show):
@@ -67,6 +62,8 @@ def shown_number(relation):
 
 def as_markdown(derivation):
     """A page for a notebook."""
+    from .derivation import End
+
     rows = [
         f"- ${latex(s)}$, ${size(s, derivation.letters, latex)}$: {markdown(says)}"
         for s, says in used_letters(derivation).items()
@@ -75,8 +72,10 @@ def as_markdown(derivation):
     for item in derivation.page:
         if isinstance(item, str):
             parts.append(markdown(" ".join(item.split())))
+        elif isinstance(item, End):
+            parts.append(item.stated(latex))
         elif isinstance(item, Relation):
-            parts.append(framed([stated(item, latex)], numbered(item)))
+            parts.append(framed([item.stated(latex)], numbered(item)))
         else:
             parts.append(item._repr_latex_())
     return "\n\n".join(filter(None, parts))

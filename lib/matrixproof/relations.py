@@ -2,15 +2,17 @@
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
-from typing import Any, Self
+from typing import Any, ClassVar, Self
 
 from .typeset import Show, latex, text
 from .words import Formula, Symbols
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Relation:
     """`left = right`, under a name that a line of a derivation can cite.
+
+    On a page it is a hypothesis.
 
     Attributes
     ----------
@@ -37,6 +39,8 @@ class Relation:
     left: Formula
     right: Formula
 
+    word: ClassVar[str] = "Suppose"  # before it, where a page introduces it
+
     def __iter__(self):
         return iter((self.left, self.right))
 
@@ -48,6 +52,21 @@ class Relation:
         """What it supposes beside itself, in words; nothing, of most."""
         return ""
 
+    def stated(self, show: Show) -> str:
+        """As a page introduces it: its word, the equation, what it supposes beside."""
+        word = rf"\text{{{self.word} }}" if show is latex else f"{self.word} "
+        return word * bool(self.word) + self.show(show) + self.condition(show)
+
+    def __str__(self):
+        says = self.show(text)
+        says = self.name if says in self.name else f"{self.name}: {says}"
+        return f"{self.word} {says}".strip() + self.condition(text)
+
+    __repr__ = __str__
+
+    def _repr_latex_(self):
+        return rf"$$ {self.stated(latex)} $$"
+
     @property
     def expressions(self) -> tuple[Formula, Formula]:
         return self.left, self.right
@@ -58,15 +77,29 @@ class Relation:
         return replace(found, name=self.name.replace(self.show(text), found.show(text)))
 
 
+class Let(Relation):
+    """What a letter stands for, which nothing was said of before."""
+
+    word = "Let"
+
+
+class Steady(Relation):
+    """A fixed point, X = f(X): what a recursion of X has in the long run."""
+
+    word = "Steady:"
+
+
 class Moment(Relation):
     """What an expectation is: E[left] = right, as a line that takes one cites it."""
+
+    word = ""
 
     def show(self, show: Show) -> str:
         E = r"\mathrm{E}" if show is latex else "E"
         return f"{E}[{show(self.left)}] = {show(self.right)}"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Result(Relation):
     """What a chain has proved, as a later one cites it.
 
@@ -77,6 +110,8 @@ class Result(Relation):
     """
 
     chain: Any
+
+    word = ""
 
     def faults(self, symmetric: Symbols) -> list[str]:
         """Why it cannot be cited where these letters equal their transposes."""

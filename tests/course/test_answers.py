@@ -26,7 +26,7 @@ n, own = sp.Symbol("n", integer=True, positive=True), Notation()
 A, B, C, D = (own(name, n, n, name) for name in "ABCD")
 e, w = own("e", n, 1, "error"), own("w", n, 1, "noise")
 P = own("P", n, n, "covariance", symmetric=True)
-is_C, is_D = own.define(C, A * B), own.define(D, C.T)
+is_C, is_D = own.let(C, A * B), own.let(D, C.T)
 is_P, apart = own.moment(e * e.T, P), own.moment(e * w.T, sp.ZeroMatrix(n, n))
 
 

@@ -463,7 +463,7 @@ def test_a_dangling_pointer_is_an_error(pointer):
 
 
 def test_a_bare_residual_is_no_evidence(monkeypatch):
-    bare = dataclasses.replace(huddle.derive(), steps={"(0) bare": sp.zeros(2)})
+    bare = dataclasses.replace(huddle.page, steps={"(0) bare": sp.zeros(2)})
     monkeypatch.setattr(evidence, "derivation", lambda name: bare)
     with pytest.raises(TypeError, match="not a Claim"):
         evidence.steps("leondes_novak.huddle: (0) bare")
@@ -487,7 +487,7 @@ def test_a_claim_with_something_in_it_is_sensitive(claim):
 def test_a_step_is_named_in_full_or_up_to_its_sizes(monkeypatch):
     names = ("(12) zero", "(12) zero, r = 2", "(12) zero, r = 3", "(12) zeros")
     steps = {name: Claim(X, X) for name in names[1:]}
-    sized = dataclasses.replace(huddle.derive(), page=(), steps=steps)
+    sized = dataclasses.replace(huddle.page, page=(), steps=steps)
     monkeypatch.setattr(evidence, "derivation", lambda name: sized)
     assert list(evidence.steps("huddle: (12) zero")) == list(names[1:3])
     assert list(evidence.steps("huddle: (12) zero, r = 2")) == [names[1]]

@@ -28,14 +28,14 @@ P = letters("P", n, n, "a covariance", symmetric=True)
 dP = letters("dP", n, n, "its increment", symmetric=True)
 O = ZeroMatrix(n, n)
 
-square = letters.define(S, X.T * X)
-through = letters.define(Z, S + A)
-fixed = letters.define(P, X * P * X.T + A)
-tie = letters.define(X * Z, A)
-size = letters.define(t, Trace(X))
-same = letters.define(e, w)
-turned = letters.define(w, e)
-moves = letters.define(v, A * x + w)
+square = letters.suppose(S, X.T * X)
+through = letters.suppose(Z, S + A)
+fixed = letters.suppose(P, X * P * X.T + A)
+tie = letters.suppose(X * Z, A)
+size = letters.suppose(t, Trace(X))
+same = letters.suppose(e, w)
+turned = letters.suppose(w, e)
+moves = letters.suppose(v, A * x + w)
 mean, white = letters.moment(w, ZeroMatrix(n, 1)), letters.moment(w * w.T, P)
 state = letters.moment(e * e.T, A)
 apart = letters.moment(e * w.T, O)
@@ -133,7 +133,7 @@ def test_random_letters_of_the_line_are_averaged():
 
 
 def test_what_a_random_letter_is_measured_from_may_be_constant():
-    apart = letters.define(w, x - v)
+    apart = letters.suppose(w, x - v)
     chain = letters.chain("", "right", v * w.T, Expect(O, moments=[mean]))
     assert constants(Derivation(page=(apart, mean, chain), letters=letters)) == []
     both = letters.chain("", "x too", x * w.T, Expect(O, moments=[mean]))

@@ -852,7 +852,7 @@ def test_a_line_that_cannot_be_read_is_shown_and_says_why(left, line, says):
 
 
 def test_a_step_that_is_unknown_has_near_ones():
-    page = quadratic.derive()
+    page = quadratic.page
     with pytest.raises(
         KeyError, match=r"near it are '\(32\) the gradient in the gain'"
     ):

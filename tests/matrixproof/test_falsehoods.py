@@ -460,11 +460,11 @@ def test_a_bracket_with_a_number_is_a_number(number):
     ],
 )
 def test_a_bracket_of_a_formula_is_no_number(left):
-    supposed = Notation().define(left, X)
+    supposed = Notation().suppose(left, X)
     assert numbered(supposed) == ("", supposed.name)
     assert cited_text(supposed) == supposed.name
     assert not cited_latex(supposed).startswith(r"\text")
-    assert numbered(Notation().define(left, X, "7")) == ("(7)", supposed.name)
+    assert numbered(Notation().suppose(left, X, "7")) == ("(7)", supposed.name)
 
 
 def test_a_chain_that_is_too_wide_is_cited_by_what_it_shows():

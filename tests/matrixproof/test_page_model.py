@@ -29,16 +29,16 @@ F, G = letters("F", n, p, "tall or wide"), letters("G", p, n, "wide or tall")
 e, v, w, x = (letters(name, n, 1, "a column") for name in "evwx")
 I, O, J = Identity(n), ZeroMatrix(n, n), Identity(p)
 t = letters.scalar("t", "a number", positive=True)
-define, moment = letters.define, letters.moment
+moment, suppose = letters.moment, letters.suppose
 
 CLASH = {
-    "two products": [define(A * Y, I), define(A * Y, 2 * I)],
-    "two values": [define(K, I), define(N, 2 * I), define(K, N)],
-    "a square and an inverse": [define(A * A, O), define(A * B, I)],
-    "no trace of a commutator": [define(A * B - B * A, I)],
-    "a sum of squares": [define(A * A.T + B * B.T, O), define(A * X, I)],
-    "two inverses of what is not square": [define(F * G, I), define(G * F, 2 * J)],
-    "a number that is positive": [define(t * A, -A), define(A * B, I)],
+    "two products": [suppose(A * Y, I), suppose(A * Y, 2 * I)],
+    "two values": [suppose(K, I), suppose(N, 2 * I), suppose(K, N)],
+    "a square and an inverse": [suppose(A * A, O), suppose(A * B, I)],
+    "no trace of a commutator": [suppose(A * B - B * A, I)],
+    "a sum of squares": [suppose(A * A.T + B * B.T, O), suppose(A * X, I)],
+    "two inverses of what is not square": [suppose(F * G, I), suppose(G * F, 2 * J)],
+    "a number that is positive": [suppose(t * A, -A), suppose(A * B, I)],
     "a negative moment": [moment(w * w.T, -I)],
     "moments of one pair": [moment(w * v.T, I), moment(v * w.T, 2 * I)],
     "a noise that is nothing, and another": [
@@ -48,20 +48,20 @@ CLASH = {
     "the mean is more than the square": [
         moment(w, x),
         moment(w * w.T, O),
-        define(x.T * x, Identity(1)),
+        suppose(x.T * x, Identity(1)),
     ],
     "what is made of a noise": [
-        define(e, A * w),
+        suppose(e, A * w),
         moment(w * w.T, I),
         moment(e * e.T, O),
-        define(A * B, I),
+        suppose(A * B, I),
     ],
     "what a definition says of two moments": [
-        define(e, w + v),
+        suppose(e, w + v),
         moment(e * w.T, O),
         moment(v * w.T, O),
         moment(w * w.T, Q),
-        define(Q * B, I),
+        suppose(Q * B, I),
     ],
 }
 
@@ -79,8 +79,8 @@ def test_what_cannot_hold_at_once_is_refused(name):
 
 
 def test_relations_that_do_not_clash_are_not_named():
-    spare = define(X, A + B)
-    (said,) = impossible([spare, *CLASH["two products"], define(N, X)])
+    spare = suppose(X, A + B)
+    (said,) = impossible([spare, *CLASH["two products"], suppose(N, X)])
     assert "A Y = I and A Y = 2 I hold at once" in said and "X =" not in said
 
 
@@ -92,22 +92,22 @@ TRUE = {
         moment(w * v.T, N),
     ],
     "a step": [
-        define(e, A * x + w),
+        suppose(e, A * x + w),
         moment(x * x.T, P),
         moment(w * w.T, Q),
         moment(x * w.T, O),
         moment(e * e.T, X),
-        define(X, A * P * A.T + Q),
+        suppose(X, A * P * A.T + Q),
     ],
     "its fixed point": [
-        define(e, A * x + w),
+        suppose(e, A * x + w),
         moment(x * x.T, P),
         moment(e * e.T, P),
         moment(w * w.T, Q),
         moment(x * w.T, O),
     ],
-    "a difference of constants": [define(w, x - v), moment(w * w.T, Q)],
-    "one is the other": [define(e, 2 * w), moment(e * w.T, 2 * Q), moment(w * w.T, Q)],
+    "a difference of constants": [suppose(w, x - v), moment(w * w.T, Q)],
+    "one is the other": [suppose(e, 2 * w), moment(e * w.T, 2 * Q), moment(w * w.T, Q)],
     "a mean": [moment(w, x), moment(w * w.T, Q + x * x.T)],
 }
 
@@ -135,7 +135,7 @@ def test_a_page_has_one_model():
 def test_what_has_a_model_is_not_searched_again(monkeypatch):
     """What says no more than was asked before; a witness is always tried."""
     one, two = CLASH["two products"]
-    given, symmetric, shown = (one, define(X, A + B)), (P, Q), (B.I * P, Q)
+    given, symmetric, shown = (one, suppose(X, A + B)), (P, Q), (B.I * P, Q)
     monkeypatch.setattr(page_model, "KNOWN", [])
     assert impossible(given, symmetric, shown) == []
     monkeypatch.setattr(page_model, "one_model", lambda *asked: None)
@@ -155,14 +155,14 @@ def test_a_page_spares_its_chains_a_search(monkeypatch):
     monkeypatch.setattr(
         page_model, "one_model", lambda *a: asked.append(a) or search(*a)
     )
-    one, two = CLASH["two products"][0], define(K, B)
+    one, two = CLASH["two products"][0], suppose(K, B)
     lines = Line(A * Y * B, by=[two]), Line(B, by=[one])
     items = one, two, letters.chain("", "two lines", A * Y * K, *lines)
     assert page(*items).check() == [] and len(asked) == 1
 
 
 def test_what_is_inverted_on_a_page_counts():
-    nilpotent = define(A * A, O)
+    nilpotent = suppose(A * A, O)
     square = letters.chain("", "square", A * A * B, Line(O, by=[nilpotent]))
     inverse = letters.chain("", "inverse", A.I * A * B, Line(B, why="cancel"))
     assert page(nilpotent, square).check() == page(inverse).check() == []
@@ -171,11 +171,11 @@ def test_what_is_inverted_on_a_page_counts():
 
 
 def test_what_stages_rest_on_has_one_model():
-    one, two = define(K, N), define(X, N + I)
+    one, two = suppose(K, N), suppose(X, N + I)
     stages = Stage(K, N, by=(one,)), Stage(X, N + I, by=(two,))
     assert Derivation((N,), stages).check() == []
-    clash = define(K + I, N)
-    other = Stage(X, K - N, by=(define(X, -I), clash))
+    clash = suppose(K + I, N)
+    other = Stage(X, K - N, by=(suppose(X, -I), clash))
     (fault,) = Derivation((N,), (stages[0], other)).check()
     assert "no model was found" in fault
 
@@ -199,7 +199,7 @@ def test_a_claim_rests_on_relations_that_can_hold():
 
 
 def test_a_witness_takes_the_place_of_a_search():
-    hard = define(A.T * A, 2 * I), define(A + A.T, 2 * I)
+    hard = suppose(A.T * A, 2 * I), suppose(A + A.T, 2 * I)
     chain = letters.chain("", "used", A.T * A, Line(2 * I, by=hard[:1]))
     again = letters.chain("", "used too", A + A.T, Line(2 * I, by=hard[1:]))
     items = hard[0], chain, hard[1], again
@@ -210,7 +210,7 @@ def test_a_witness_takes_the_place_of_a_search():
     (fault,) = wrong.check()
     assert "with this witness" in fault
     with pytest.raises(ValueError, match="P of the witness is not symmetric"):
-        impossible([define(P, A)], [P], witness={P: [[1, 2], [3, 4]]})
+        impossible([suppose(P, A)], [P], witness={P: [[1, 2], [3, 4]]})
 
 
 def test_a_joint_moment_is_not_negative():

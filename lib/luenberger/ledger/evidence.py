@@ -30,12 +30,12 @@ def package(room: str) -> str:
 
 @cache
 def derivation(name: str) -> Derivation:
-    """What "room.module" or "room.module.function" returns; or else `derive`."""
+    """The page of "room.module", or what "room.module.function" returns."""
     room, _, rest = name.partition(".")
     module, _, function = rest.partition(".")
     try:
         found = import_module(f"{package(room)}.{module}")
-        return getattr(found, function or "derive")()
+        return getattr(found, function)() if function else found.page
     except (ImportError, AttributeError):
         raise LookupError(f"there is no derivation {name!r}") from None
 

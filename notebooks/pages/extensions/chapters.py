@@ -21,7 +21,7 @@ from matrixproof import (
     text,
 )
 from matrixproof.breaks import pieces as terms
-from matrixproof.derivation import title
+from matrixproof.derivation import End, title
 from matrixproof.prose import typeset
 from matrixproof.reading import numbered, size, used_letters
 from matrixproof.reasons import cited_latex
@@ -40,6 +40,8 @@ def chapter(derivation, address):
             found.append(words(item))
         elif isinstance(item, Relation):
             found.append(definition(item))
+        elif isinstance(item, End):
+            found.append(end(item))
         else:
             found.append(address(title(item)))
             found.append(step(item))
@@ -77,13 +79,21 @@ def definition(relation):
     """An equation with its number."""
     number = numbered(relation)
     left = relation.show(latex).removesuffix(latex(relation.right))
-    shown = nodes.inline("", "", *broken(relation.right, left))
+    word = nodes.Text(f"{relation.word} " if relation.word else "")
+    shown = nodes.inline("", "", word, *broken(relation.right, left))
     row = nodes.paragraph("", "", shown, classes=["given"])
     if condition := relation.condition(latex):
         row += formula(condition)
     if number:
         row += nodes.inline("", f"({number})", classes=["number"])
     return row
+
+
+def end(scope):
+    """Where what is supposed in a scope ends, as a sentence."""
+    parts = scope.stated(latex).split("$")
+    made = [formula(x) if k % 2 else nodes.Text(x) for k, x in enumerate(parts)]
+    return nodes.paragraph("", "", *made)
 
 
 def step(item):

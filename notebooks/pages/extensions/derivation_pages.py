@@ -8,6 +8,7 @@ from importlib import import_module
 from chapters import chapter
 from docutils import nodes
 from ledger_pages import target, tried_label
+from sphinx.pycode import ModuleAnalyzer
 from sphinx.util.docutils import SphinxDirective
 
 from luenberger import ledger
@@ -52,14 +53,14 @@ def loaded(name):
 def pointers(name):
     """ "paper.module", and each "paper.module.function" of the ledger's pointers."""
     module = loaded(name)
-    found = [name] if hasattr(module, "derive") else []
+    found = [name] if hasattr(module, "page") else []
     named = {p.partition(": ")[0] for e in ledger.entries() for p in e.evidence}
     return found + sorted(n for n in named if n.startswith(f"{name}."))
 
 
 def page_of(module):
     """The derivation of a module that reads as a page, or nothing."""
-    derivation = module.derive() if hasattr(module, "derive") else None
+    derivation = getattr(module, "page", None)
     return derivation if getattr(derivation, "page", ()) else None
 
 
@@ -91,9 +92,9 @@ class Derivations(SphinxDirective):
         section += self.rows(name, module)
         return section
 
-    def whole(self, full, function):
+    def whole(self, full, name):
         """A link to the module, and nothing else of its reference."""
-        entry = f".. py:function:: {function}()\n"
+        entry = f".. py:function:: {name}()\n"
         entry += f"   :module: {full}\n   :no-contents-entry:\n"
         return nodes.container("", *self.parse_text_to_nodes(entry), classes=["whole"])
 
@@ -111,14 +112,14 @@ class Derivations(SphinxDirective):
                 yield nodes.paragraph("", why)
 
     def shown(self, module):
-        """`derive`, or else the first function: its [source] leads to all the rest."""
+        """`page`, or else the first function: its [source] leads to all the rest."""
         own = [
             name
             for name, value in vars(module).items()
             if callable(value) and not inspect.isclass(value) and name[0] != "_"
             if getattr(value, "__module__", "") == module.__name__
         ]
-        return ["derive"] if hasattr(module, "derive") else own[:1]
+        return ["page"] if hasattr(module, "page") else own[:1]
 
     def claims(self, pointer):
         derivation = evidence.derivation(pointer)
@@ -186,8 +187,25 @@ def keep_names_together(app, what, name, object, options, lines):
             lines[k] = f":{field[1]} {names}:{line[field.end() :]}"
 
 
+def source_of_page(app, module):
+    """The source of a module that has a page, and the line at which it begins."""
+    if ".derivation." not in module or not page_of(import_module(module)):
+        return None
+    analyzer = ModuleAnalyzer.for_module(module)
+    analyzer.find_tags()
+    begins = analyzer.code.partition("\npage = ")[0].count("\n") + 2
+    return analyzer.code, {**analyzer.tags, "page": ("other", begins, begins)}
+
+
+def written_in(app, module, name):
+    """The module itself, of a page: its class is of another."""
+    return module if name == "page" else None
+
+
 def setup(app):
     app.add_directive("derivations", Derivations)
+    app.connect("viewcode-find-source", source_of_page)
+    app.connect("viewcode-follow-imported", written_in)
     app.connect("autodoc-process-docstring", write_bars_plainly)
     app.connect("autodoc-process-docstring", keep_names_together)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

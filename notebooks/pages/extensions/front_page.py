@@ -60,7 +60,7 @@ class ProofAndCode(SphinxDirective):
         loaded = import_module(f"luenberger.papers.{paper}.derivation.{module}")
         if function:
             return [step(getattr(loaded, function)())]
-        return [step(loaded.derive().steps[title])]
+        return [step(loaded.page.steps[title])]
 
 
 def setup(app):

@@ -21,7 +21,7 @@ MISPRINTS = errata.entries()
 @cache
 def parts():
     loaded = [import_module(f"{derivation.__name__}.{name}") for name in MODULES]
-    return [module.derive() for module in loaded if hasattr(module, "derive")]
+    return [module.page for module in loaded if hasattr(module, "page")]
 
 
 def test_every_numbered_equation_is_on_a_page():

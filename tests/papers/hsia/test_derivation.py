@@ -25,7 +25,7 @@ COEFFICIENT = {"quadratic": "alpha", "absolute": "alpha", "root": "C", "linear":
 
 
 def test_the_derivation_says_whose_it_is():
-    assert "objectives are our own" in laws.derive().source
+    assert "objectives are our own" in laws.page.source
 
 
 def test_all_four_are_members_of_one_family():
@@ -58,7 +58,7 @@ def test_a_damaged_cost_is_noticed(law, term, change):
 
 @pytest.mark.parametrize("law", LAWS)
 def test_the_chain_of_a_law_ends_in_a_factor_that_is_zero_there(law):
-    chain = laws.derive().steps[f"({laws.number(law)}) the slope of its cost"]
+    chain = laws.page.steps[f"({laws.number(law)}) the slope of its cost"]
     assert sp.simplify(chain.right.subs(T, laws.LAWS[law][T_s])) == 0
     for term in chain.left.args:
         assert fails(dataclasses.replace(chain, left=chain.left - 2 * term))
@@ -72,7 +72,7 @@ def test_the_chain_of_a_law_ends_in_a_factor_that_is_zero_there(law):
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("letter", ["a", "b", "s", "k", "lambda"])
 def test_a_damaged_member_of_the_family_is_noticed(law, letter):
-    item = laws.derive().steps["(Table II) and their costs"]
+    item = laws.page.steps["(Table II) and their costs"]
     (symbol,) = (x for x in item.cases[law] if str(x) == letter)
     given = dict(item.cases[law])
     given[symbol] = 2 * given[symbol] if letter == "lambda" else given[symbol] + 2
@@ -85,7 +85,7 @@ def test_a_damaged_member_of_the_family_is_noticed(law, letter):
     ids=["sign", "constant", "power", "shift"],
 )
 def test_a_damaged_saving_is_noticed(damage):
-    item = laws.derive().steps["the costs of the family"]
+    item = laws.page.steps["the costs of the family"]
     assert fails(wrong(item, {laws.h: damage(laws.saving)}))
 
 
@@ -95,7 +95,7 @@ def test_a_maximum_is_not_taken_for_a_minimum():
     turned = {J: -found[J], laws.kappa: -found[laws.kappa]}
     [fault] = wrong(laws.best("root"), turned).check()
     assert "kappa" in fault and fault.endswith("is not positive")
-    positive = laws.derive().steps["(Table II) the factors are positive"]
+    positive = laws.page.steps["(Table II) the factors are positive"]
     cases = positive.cases | {"root": {laws.kappa: -found[laws.kappa]}}
     assert fails(dataclasses.replace(positive, cases=cases))
 
@@ -132,7 +132,7 @@ def test_the_law_is_the_best_period_within_bounds_by_brute_force(law, value):
 )
 def test_the_general_law_is_the_best_period_by_brute_force(b_, s_, k_):
     """Also where the root is not a positive number, and for every weight T^k."""
-    general = laws.derive().steps["the costs of the family"]
+    general = laws.page.steps["the costs of the family"]
     slope = general.right.subs(laws.h, laws.saving)
     given = {T_max: 0.1, laws.lam: 0.7, b: b_, s: s_, laws.k: k_}
     slope = sp.lambdify([T, laws.g], slope.subs(given), "numpy")
@@ -162,7 +162,7 @@ def test_the_proofs_of_the_noise_hold_for_matrices():
     values["dX"] = Q @ values["Phi"].T - A @ values["X"]
     values["dP"] = values["Phi"] @ Q @ values["Phi"].T
     numbers = Numbers({"n": 3}, values=values)
-    rates = [c for c in noise.derive().steps.values() if "the rate" in c.says]
+    rates = [c for c in noise.page.steps.values() if "the rate" in c.says]
     assert len(rates) == 3 and all(isinstance(chain, Chain) for chain in rates)
     for chain in rates:
         first, *rest = (numbers.value(line.right) for line in chain.lines)

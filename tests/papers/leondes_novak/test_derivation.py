@@ -32,7 +32,7 @@ def test_proved(name):
 
 
 def test_claims_are_proved():
-    assert tracking.derive().proved() and tracking.derive().source
+    assert tracking.page.proved() and tracking.page.source
 
 
 SECTIONS = {
@@ -50,7 +50,7 @@ SECTIONS = {
 def numbers_on(module):
     """Every equation number that is on a page."""
     room = "luenberger.papers.leondes_novak.derivation"
-    derivation = importlib.import_module(f"{room}.{module}").derive()
+    derivation = importlib.import_module(f"{room}.{module}").page
     introduced = [r.name for r in derivation.page if isinstance(r, Relation)]
     found = set()
     for name in (*derivation.steps, *introduced):

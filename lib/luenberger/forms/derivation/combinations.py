@@ -8,49 +8,53 @@ Source: ours; that an observer of the state estimates each `k x` is common knowl
 
 from functools import cache
 
-from matrixproof import Derivation, Line, Stage, ZeroMatrix
+from matrixproof import Derivation, Line, Page, Stage, ZeroMatrix
 
 from .letters import *
 
 SOURCE = "ours"
 
-PAGE = (
-    """Let each row of `H` be a combination of the estimates. The output map of the
-    observer is combined in the same way, and so is what it estimates.""",
-    is_L := define(L_H, H * L),
-    is_P := define(P_H, H * P),
-    is_V := define(V_H, H * V),
-    is_W := define(W_H, H * W),
-    "The new estimate is the combination of the old ones, at every instant.",
-    shows := define(w_hat, P * z + V * y + W * u),
-    combined := define(w_H, H * w_hat),
-    chain(
-        "",
-        "the combined estimate",
-        w_H,
-        Line(H * w_hat, by=(combined,)),
-        Line(H * (P * z + V * y + W * u), by=(shows,)),
-        Line(P_H * z + V_H * y + W_H * u, by=(is_P, is_V, is_W)),
-    ),
-    """Of the four equations that make an observer, two are about its motion, and they
-    stay. The others are about its estimate, and they hold for each combination.""",
-    output := define(P * T + V * C, L),
-    chain(
-        "",
-        "the combinations are unbiased",
-        P_H * T + V_H * C,
-        Line(H * (P * T + V * C), by=(is_P, is_V)),
-        Line(H * L, by=(output,)),
-        Line(L_H, by=(is_L,)),
-    ),
-    through := define(W + V * E, ZeroMatrix(q, m)),
-    chain(
-        "",
-        "the known input does not disturb the combinations",
-        W_H + V_H * E,
-        Line(H * (W + V * E), by=(is_W, is_V)),
-        Line(ZeroMatrix(s, m), by=(through,)),
-    ),
+
+page = Page(letters=letters, source=SOURCE)
+
+
+page("""Let each row of `H` be a combination of the estimates. The output map of the
+    observer is combined in the same way, and so is what it estimates.""")
+is_L = page(let(L_H, H * L))
+is_P = page(let(P_H, H * P))
+is_V = page(let(V_H, H * V))
+is_W = page(let(W_H, H * W))
+
+page("The new estimate is the combination of the old ones, at every instant.")
+shows = page(let(w_hat, P * z + V * y + W * u))
+combined = page(let(w_H, H * w_hat))
+page.chain(
+    "",
+    "the combined estimate",
+    w_H,
+    Line(H * w_hat, by=(combined,)),
+    Line(H * (P * z + V * y + W * u), by=(shows,)),
+    Line(P_H * z + V_H * y + W_H * u, by=(is_P, is_V, is_W)),
+)
+
+page("""Of the four equations that make an observer, two are about its motion, and they
+    stay. The others are about its estimate, and they hold for each combination.""")
+output = page(suppose(P * T + V * C, L))
+page.chain(
+    "",
+    "the combinations are unbiased",
+    P_H * T + V_H * C,
+    Line(H * (P * T + V * C), by=(is_P, is_V)),
+    Line(H * L, by=(output,)),
+    Line(L_H, by=(is_L,)),
+)
+through = page(suppose(W + V * E, ZeroMatrix(q, m)))
+page.chain(
+    "",
+    "the known input does not disturb the combinations",
+    W_H + V_H * E,
+    Line(H * (W + V * E), by=(is_W, is_V)),
+    Line(ZeroMatrix(s, m), by=(through,)),
 )
 
 
@@ -72,8 +76,4 @@ def combined_estimates():
     )
 
 
-@cache
-def derive():
-    """The page."""
-    page = (*PAGE, combined_estimates())
-    return Derivation(page=page, letters=letters, source=SOURCE)
+page(combined_estimates())

@@ -11,110 +11,128 @@ from functools import cache
 
 from sympy import eye
 
-from matrixproof import Derivation, Line, Stage, ZeroMatrix
+from matrixproof import Derivation, Line, Page, Stage, ZeroMatrix
 
 from .letters import *
 
 SOURCE = "Moore (1981); Laub, Heath, Paige and Ward (1987)"
 nothing = ZeroMatrix(r, r)
 
-PAGE = (
-    "The Gramians change with the coordinates, as do the inputs.",
-    inverse := define(U * S, I),
-    is_F := define(F_S, S * F * U),
-    is_P := define(P_S, P * U),
-    is_N := define(N_S, S * N),
-    is_X := define(X_S, S * X * S.T),
-    is_Y := define(Y_S, U.T * Y * U),
-    "In discrete time they are what these equations say, and remain so.",
-    reached := define(X, F * X * F.T + N * N.T, name="reached from sample to sample"),
-    chain(
-        "",
-        "what inputs reach from sample to sample",
-        X_S,
-        Line(S * X * S.T, by=(is_X,)),
-        Line(S * (F * X * F.T + N * N.T) * S.T, by=(reached,)),
-        Line(S * F * U * S * X * S.T * (S * F * U).T + N_S * N_S.T, by=(inverse, is_N)),
-        Line(F_S * X_S * F_S.T + N_S * N_S.T, by=(is_F, is_X)),
+WITNESS = {
+    F: [[0, -1], [1, 0]],
+    X: eye(2),
+    Y: eye(2),
+    R: eye(2),
+    M: eye(2),
+    Q_1: eye(2),
+    Q_2: eye(2),
+    h: eye(2),
+}
+
+
+page = Page(letters=letters, source=SOURCE, witness=WITNESS)
+
+
+page("The Gramians change with the coordinates, as do the inputs.")
+inverse = page(suppose(U * S, I))
+is_F = page(let(F_S, S * F * U))
+is_P = page(let(P_S, P * U))
+is_N = page(let(N_S, S * N))
+is_X = page(let(X_S, S * X * S.T))
+is_Y = page(let(Y_S, U.T * Y * U))
+
+page("In discrete time they are what these equations say, and remain so.")
+reached = page(steady(X, F * X * F.T + N * N.T, name="reached from sample to sample"))
+page.chain(
+    "",
+    "what inputs reach from sample to sample",
+    X_S,
+    Line(S * X * S.T, by=(is_X,)),
+    Line(S * (F * X * F.T + N * N.T) * S.T, by=(reached,)),
+    Line(S * F * U * S * X * S.T * (S * F * U).T + N_S * N_S.T, by=(inverse, is_N)),
+    Line(F_S * X_S * F_S.T + N_S * N_S.T, by=(is_F, is_X)),
+)
+shown = page(steady(Y, F.T * Y * F + P.T * P, name="shown from sample to sample"))
+page.chain(
+    "",
+    "what the estimate shows from sample to sample",
+    Y_S,
+    Line(U.T * Y * U, by=(is_Y,)),
+    Line(U.T * (F.T * Y * F + P.T * P) * U, by=(shown,)),
+    Line((S * F * U).T * U.T * Y * U * S * F * U + P_S.T * P_S, by=(inverse, is_P)),
+    Line(F_S.T * Y_S * F_S + P_S.T * P_S, by=(is_F, is_Y)),
+)
+
+page("In continuous time they are what these say, and remain so as well.")
+reached_c = page(suppose(F * X + X * F.T + N * N.T, nothing, name="reached in time"))
+page.chain(
+    "",
+    "what inputs reach in time",
+    F_S * X_S + X_S * F_S.T + N_S * N_S.T,
+    Line(
+        S * F * U * S * X * S.T + S * X * S.T * (S * F * U).T + S * N * (S * N).T,
+        by=(is_F, is_X, is_N),
     ),
-    shown := define(Y, F.T * Y * F + P.T * P, name="shown from sample to sample"),
-    chain(
-        "",
-        "what the estimate shows from sample to sample",
-        Y_S,
-        Line(U.T * Y * U, by=(is_Y,)),
-        Line(U.T * (F.T * Y * F + P.T * P) * U, by=(shown,)),
-        Line((S * F * U).T * U.T * Y * U * S * F * U + P_S.T * P_S, by=(inverse, is_P)),
-        Line(F_S.T * Y_S * F_S + P_S.T * P_S, by=(is_F, is_Y)),
+    Line(S * (F * X + X * F.T + N * N.T) * S.T, by=(inverse,)),
+    Line(nothing, by=(reached_c,)),
+)
+shown_c = page(suppose(F.T * Y + Y * F + P.T * P, nothing, name="shown in time"))
+page.chain(
+    "",
+    "what the estimate shows in time",
+    F_S.T * Y_S + Y_S * F_S + P_S.T * P_S,
+    Line(
+        (S * F * U).T * U.T * Y * U + U.T * Y * U * S * F * U + (P * U).T * P * U,
+        by=(is_F, is_Y, is_P),
     ),
-    "In continuous time they are what these say, and remain so as well.",
-    reached_c := define(F * X + X * F.T + N * N.T, nothing, name="reached in time"),
-    chain(
-        "",
-        "what inputs reach in time",
-        F_S * X_S + X_S * F_S.T + N_S * N_S.T,
-        Line(
-            S * F * U * S * X * S.T + S * X * S.T * (S * F * U).T + S * N * (S * N).T,
-            by=(is_F, is_X, is_N),
-        ),
-        Line(S * (F * X + X * F.T + N * N.T) * S.T, by=(inverse,)),
-        Line(nothing, by=(reached_c,)),
-    ),
-    shown_c := define(F.T * Y + Y * F + P.T * P, nothing, name="shown in time"),
-    chain(
-        "",
-        "what the estimate shows in time",
-        F_S.T * Y_S + Y_S * F_S + P_S.T * P_S,
-        Line(
-            (S * F * U).T * U.T * Y * U + U.T * Y * U * S * F * U + (P * U).T * P * U,
-            by=(is_F, is_Y, is_P),
-        ),
-        Line(U.T * (F.T * Y + Y * F + P.T * P) * U, by=(inverse,)),
-        Line(nothing, by=(shown_c,)),
-    ),
-    """Take roots of both Gramians, and the singular values of their product. No
-    Gramian is inverted, and none is squared.""",
-    root_X := define(X, R * R.T),
-    root_Y := define(Y, M.T * M),
-    values := define(M * R, Q_1 * Sigma * Q_2.T),
-    orthogonal_1 := define(Q_1.T * Q_1, I),
-    orthogonal_2 := define(Q_2.T * Q_2, I),
-    roots := define(Sigma, h * h),
-    inverse_roots := define(k * h, I),
-    is_S := define(S, k * Q_1.T * M),
-    is_U := define(U, R * Q_2 * k),
-    "These two matrices undo each other.",
-    chain(
-        "",
-        "one is the inverse of the other",
-        S * U,
-        Line(k * Q_1.T * M * R * Q_2 * k, by=(is_S, is_U)),
-        Line(k * Q_1.T * Q_1 * Sigma * Q_2.T * Q_2 * k, by=(values,)),
-        Line(k * Sigma * k, by=(orthogonal_1, orthogonal_2)),
-        Line(k * h * h * k, by=(roots,)),
-        Line(I, by=(inverse_roots,)),
-    ),
-    "Both Gramians are diagonal in the new coordinates, and they are equal.",
-    chain(
-        "",
-        "what inputs reach is diagonal",
-        X_S,
-        Line(S * R * R.T * S.T, by=(is_X, root_X)),
-        Line(k * Q_1.T * M * R * (k * Q_1.T * M * R).T, by=(is_S,)),
-        Line(k * Sigma * Sigma * k, by=(values, orthogonal_1, orthogonal_2)),
-        Line(k * h * h * h * h * k, by=(roots,)),
-        Line(Sigma, by=(inverse_roots, roots)),
-    ),
-    chain(
-        "",
-        "what the estimate shows is diagonal",
-        Y_S,
-        Line(U.T * M.T * M * U, by=(is_Y, root_Y)),
-        Line((M * R * Q_2 * k).T * M * R * Q_2 * k, by=(is_U,)),
-        Line(k * Sigma * Sigma * k, by=(values, orthogonal_1, orthogonal_2)),
-        Line(k * h * h * h * h * k, by=(roots,)),
-        Line(Sigma, by=(inverse_roots, roots)),
-    ),
+    Line(U.T * (F.T * Y + Y * F + P.T * P) * U, by=(inverse,)),
+    Line(nothing, by=(shown_c,)),
+)
+
+page("""Take roots of both Gramians, and the singular values of their product. No
+    Gramian is inverted, and none is squared.""")
+root_X = page(suppose(X, R * R.T))
+root_Y = page(suppose(Y, M.T * M))
+values = page(suppose(M * R, Q_1 * Sigma * Q_2.T))
+orthogonal_1 = page(suppose(Q_1.T * Q_1, I))
+orthogonal_2 = page(suppose(Q_2.T * Q_2, I))
+roots = page(suppose(Sigma, h * h))
+inverse_roots = page(suppose(k * h, I))
+is_S = page(suppose(S, k * Q_1.T * M))
+is_U = page(suppose(U, R * Q_2 * k))
+
+page("These two matrices undo each other.")
+page.chain(
+    "",
+    "one is the inverse of the other",
+    S * U,
+    Line(k * Q_1.T * M * R * Q_2 * k, by=(is_S, is_U)),
+    Line(k * Q_1.T * Q_1 * Sigma * Q_2.T * Q_2 * k, by=(values,)),
+    Line(k * Sigma * k, by=(orthogonal_1, orthogonal_2)),
+    Line(k * h * h * k, by=(roots,)),
+    Line(I, by=(inverse_roots,)),
+)
+
+page("Both Gramians are diagonal in the new coordinates, and they are equal.")
+page.chain(
+    "",
+    "what inputs reach is diagonal",
+    X_S,
+    Line(S * R * R.T * S.T, by=(is_X, root_X)),
+    Line(k * Q_1.T * M * R * (k * Q_1.T * M * R).T, by=(is_S,)),
+    Line(k * Sigma * Sigma * k, by=(values, orthogonal_1, orthogonal_2)),
+    Line(k * h * h * h * h * k, by=(roots,)),
+    Line(Sigma, by=(inverse_roots, roots)),
+)
+page.chain(
+    "",
+    "what the estimate shows is diagonal",
+    Y_S,
+    Line(U.T * M.T * M * U, by=(is_Y, root_Y)),
+    Line((M * R * Q_2 * k).T * M * R * Q_2 * k, by=(is_U,)),
+    Line(k * Sigma * Sigma * k, by=(values, orthogonal_1, orthogonal_2)),
+    Line(k * h * h * h * h * k, by=(roots,)),
+    Line(Sigma, by=(inverse_roots, roots)),
 )
 
 
@@ -131,21 +149,4 @@ def balancing():
     )
 
 
-WITNESS = {
-    F: [[0, -1], [1, 0]],
-    X: eye(2),
-    Y: eye(2),
-    R: eye(2),
-    M: eye(2),
-    Q_1: eye(2),
-    Q_2: eye(2),
-    h: eye(2),
-}
-
-
-@cache
-def derive():
-    """The page."""
-    return Derivation(
-        page=(*PAGE, balancing()), letters=letters, source=SOURCE, witness=WITNESS
-    )
+page(balancing())

@@ -6,7 +6,12 @@ from matrixproof import Identity, Notation
 
 n, r, m, p, q, s = symbols("n r m p q s", integer=True, positive=True)
 letters = Notation()
-chain, define = letters.chain, letters.define
+chain, let, steady, suppose = (
+    letters.chain,
+    letters.let,
+    letters.steady,
+    letters.suppose,
+)
 I = Identity(r)
 
 # -- the plant and its observer --------------------------------------------------------

@@ -9,7 +9,13 @@ n, p = symbols("n p", integer=True, positive=True)
 r = symbols("r", integer=True, positive=True)  # rows of an observability matrix
 q = symbols("q", integer=True, positive=True)  # how much of the state the outputs show
 letters = Notation()
-chain, define, moment = letters.chain, letters.define, letters.moment
+chain, let, moment, steady, suppose = (
+    letters.chain,
+    letters.let,
+    letters.moment,
+    letters.steady,
+    letters.suppose,
+)
 I = Identity(n)
 
 # -- the plant and the predictor -------------------------------------------------------

@@ -12,183 +12,194 @@ matrices that realise the same autocovariances.
 
 from functools import cache
 
-from matrixproof import Derivation, Expect, Line, Stage
+from matrixproof import Derivation, Expect, Line, Page, Stage
 
 from .any_gain_letters import *
 from .autocovariances import is_A_L
 
 SOURCE = "Mehra (1970); Faurre (1976)"
 
-PAGE = (
-    """Outputs may not show all of a state. Let the rows of `T` span what they show, now
-    or later: those of `C`, of `C A` and so on. So the rows of `C` and of `T A` are
-    combinations of them.""",
-    plant := define(x_next, A * x + w),
-    measured := define(y, C * x + v),
-    is_A_T := define(T * A, A_T * T),
-    is_C_T := define(C, C_T * T),
-    chain(
-        "",
-        "what is shown moves by itself",
-        T * x_next,
-        Line(T * (A * x + w), by=(plant,)),
-        Line(A_T * (T * x) + T * w, by=(is_A_T,)),
-    ),
-    chain(
-        "",
-        "and alone is measured",
-        y,
-        Line(C * x + v, by=(measured,)),
-        Line(C_T * (T * x) + v, by=(is_C_T,)),
-    ),
-    """So a record is one of the plant `A_T, C_T`, which is observable, whose process
-    noise is `T w`.""",
-    is_Q := moment(w * w.T, Q),
-    is_S := moment(w * v.T, S),
-    chain(
-        "",
-        "the covariance of its process noise",
-        (T * w) * (T * w).T,
-        Expect(T * Q * T.T, moments=(is_Q,)),
-    ),
-    chain(
-        "",
-        "and of this and the measurement noise",
-        (T * w) * v.T,
-        Expect(T * S, moments=(is_S,)),
-    ),
-    """What `T Q T'` and `T S` leave out of `Q` and `S` no record shows. From here on
-    the plant is that one, so it is observable, and its letters are `A` and `C` again.
 
+page = Page(letters=letters, source=SOURCE)
+
+
+page("""Outputs may not show all of a state. Let the rows of `T` span what they show,
+    now or later: those of `C`, of `C A` and so on. So the rows of `C` and of `T A` are
+    combinations of them.""")
+plant = page(let(x_next, A * x + w))
+measured = page(let(y, C * x + v))
+is_A_T = page(suppose(T * A, A_T * T))
+is_C_T = page(suppose(C, C_T * T))
+page.chain(
+    "",
+    "what is shown moves by itself",
+    T * x_next,
+    Line(T * (A * x + w), by=(plant,)),
+    Line(A_T * (T * x) + T * w, by=(is_A_T,)),
+)
+page.chain(
+    "",
+    "and alone is measured",
+    y,
+    Line(C * x + v, by=(measured,)),
+    Line(C_T * (T * x) + v, by=(is_C_T,)),
+)
+
+page("""So a record is one of the plant `A_T, C_T`, which is observable, whose process
+    noise is `T w`.""")
+is_Q = page(moment(w * w.T, Q))
+is_S = page(moment(w * v.T, S))
+page.chain(
+    "",
+    "the covariance of its process noise",
+    (T * w) * (T * w).T,
+    Expect(T * Q * T.T, moments=(is_Q,)),
+)
+page.chain(
+    "",
+    "and of this and the measurement noise",
+    (T * w) * v.T,
+    Expect(T * S, moments=(is_S,)),
+)
+
+page("""What `T Q T'` and `T S` leave out of `Q` and `S` no record shows. From here on
+    the plant is that one, so it is observable, and its letters are `A` and `C` again.
     The innovations of a stable gain come from the record by a filter that can be
     undone, so they tell as much as the record. Their autocovariances are linear in `Q`,
-    `R` and `S`. So are changes of these and of those.""",
-    is_A_L,
-    is_dW := define(dW, dQ - dS * L.T - L * dS.T + L * dR * L.T),
-    is_X_next := define(A_L * X * A_L.T + dW, X_next, name="how `P` changes"),
-    is_dLambda := define(dLambda_0, C * X * C.T + dR),
-    is_dN := define(dN_1, A_L * X * C.T + dS - L * dR),
-    """Take any symmetric `X` at every instant, and change the noises as follows. In a
-    constant plant `X_next` is `X`.""",
-    is_dQ := define(dQ, X_next - A * X * A.T),
-    is_dR := define(dR, -C * X * C.T),
-    is_dS := define(dS, -A * X * C.T),
-    chain(
-        "",
-        "such a change drives the error as the matrix moves",
-        A_L * X * A_L.T + dQ - dS * L.T - L * dS.T + L * dR * L.T,
-        Line(
-            (A - L * C) * X * (A - L * C).T + dQ - dS * L.T - L * dS.T + L * dR * L.T,
-            by=(is_A_L,),
-        ),
-        Line(
-            (A - L * C) * X * (A - L * C).T
-            + X_next
-            - A * X * A.T
-            + A * X * C.T * L.T
-            + L * C * X * A.T
-            - L * C * X * C.T * L.T,
-            by=(is_dQ, is_dR, is_dS),
-        ),
-        Line(X_next, why="multiply out"),
+    `R` and `S`. So are changes of these and of those.""")
+page(is_A_L)
+is_dW = page(let(dW, dQ - dS * L.T - L * dS.T + L * dR * L.T))
+is_X_next = page(suppose(A_L * X * A_L.T + dW, X_next, name="how `P` changes"))
+is_dLambda = page(let(dLambda_0, C * X * C.T + dR))
+is_dN = page(let(dN_1, A_L * X * C.T + dS - L * dR))
+
+page("""Take any symmetric `X` at every instant, and change the noises as follows. In a
+    constant plant `X_next` is `X`.""")
+is_dQ = page(let(dQ, X_next - A * X * A.T))
+is_dR = page(let(dR, -C * X * C.T))
+is_dS = page(let(dS, -A * X * C.T))
+page.chain(
+    "",
+    "such a change drives the error as the matrix moves",
+    A_L * X * A_L.T + dQ - dS * L.T - L * dS.T + L * dR * L.T,
+    Line(
+        (A - L * C) * X * (A - L * C).T + dQ - dS * L.T - L * dS.T + L * dR * L.T,
+        by=(is_A_L,),
     ),
-    """So `X` is the change of the error's covariance: it satisfies the same
+    Line(
+        (A - L * C) * X * (A - L * C).T
+        + X_next
+        - A * X * A.T
+        + A * X * C.T * L.T
+        + L * C * X * A.T
+        - L * C * X * C.T * L.T,
+        by=(is_dQ, is_dR, is_dS),
+    ),
+    Line(X_next, why="multiply out"),
+)
+
+page("""So `X` is the change of the error's covariance: it satisfies the same
     equation, and the gain is stable, so there is no other solution. No
-    autocovariance changes.""",
-    chain(
-        "",
-        "the covariance of the innovation stays",
-        dLambda_0,
-        Line(C * X * C.T + dR, by=(is_dLambda,)),
-        Line(ZeroMatrix(p, p), by=(is_dR,)),
+    autocovariance changes.""")
+page.chain(
+    "",
+    "the covariance of the innovation stays",
+    dLambda_0,
+    Line(C * X * C.T + dR, by=(is_dLambda,)),
+    Line(ZeroMatrix(p, p), by=(is_dR,)),
+)
+page.chain(
+    "",
+    "and so does what all other lags are made of",
+    dN_1,
+    Line(A_L * X * C.T + dS - L * dR, by=(is_dN,)),
+    Line((A - L * C) * X * C.T + dS - L * dR, by=(is_A_L,)),
+    Line(
+        (A - L * C) * X * C.T - A * X * C.T + L * C * X * C.T,
+        by=(is_dR, is_dS),
     ),
-    chain(
-        "",
-        "and so does what all other lags are made of",
-        dN_1,
-        Line(A_L * X * C.T + dS - L * dR, by=(is_dN,)),
-        Line((A - L * C) * X * C.T + dS - L * dR, by=(is_A_L,)),
-        Line(
-            (A - L * C) * X * C.T - A * X * C.T + L * C * X * C.T,
-            by=(is_dR, is_dS),
-        ),
-        Line(ZeroMatrix(n, p), why="multiply out"),
-    ),
-    """Conversely, let a change leave all autocovariances as they are. The lags after
+    Line(ZeroMatrix(n, p), why="multiply out"),
+)
+
+page("""Conversely, let a change leave all autocovariances as they are. The lags after
     the first are `C A_L^k` times the change of `N_1`. Put below each other these rows
     have a left inverse, because the plant is observable and a gain hides no motion:
-    what `C` does not see moves with `A_L` as it does with `A`.""",
-    motion := define(A * a, mode * a),
-    unseen := define(C * a, ZeroMatrix(p, 1)),
-    chain(
-        "",
-        "a gain hides no motion and shows none",
-        A_L * a,
-        Line((A - L * C) * a, by=(is_A_L,)),
-        Line(mode * a - L * C * a, by=(motion,)),
-        Line(mode * a, by=(unseen,)),
-    ),
-    inverse := define(J * O, I),
-    no_lag := define(O * dN_1, ZeroMatrix(r, p)),
-    nothing := chain(
-        "",
-        "no lag changes, so this does not either",
-        dN_1,
-        Line(J * O * dN_1, by=(inverse,)),
-        Line(ZeroMatrix(n, p), by=(no_lag,)),
-    ),
-    "Then the change of `R` is that of some `X`: the change of the error's covariance.",
-    stays := define(dLambda_0, ZeroMatrix(p, p)),
-    found_dR := chain(
-        "",
-        "the change of R is made of it",
-        dR,
-        Line(dLambda_0 - C * X * C.T, by=(is_dLambda,)),
-        Line(-C * X * C.T, by=(stays,)),
-    ),
-    "And so is that of `S`,",
-    found_dS := chain(
-        "",
-        "the change of S is made of it",
-        dS,
-        Line(dN_1 - A_L * X * C.T + L * dR, by=(is_dN,)),
-        Line(-A_L * X * C.T + L * dR, by=(nothing,)),
-        Line(-A_L * X * C.T - L * C * X * C.T, by=(found_dR,)),
-        Line(-(A - L * C) * X * C.T - L * C * X * C.T, by=(is_A_L,)),
-        Line(-A * X * C.T, why="multiply out"),
-    ),
-    "and that of `Q`.",
-    chain(
-        "",
-        "the change of Q is made of it",
-        dQ,
-        Line(dW + dS * L.T + L * dS.T - L * dR * L.T, by=(is_dW,)),
-        Line(
-            X_next - A_L * X * A_L.T + dS * L.T + L * dS.T - L * dR * L.T,
-            by=(is_X_next,),
-        ),
-        Line(
-            X_next
-            - A_L * X * A_L.T
-            - A * X * C.T * L.T
-            - L * C * X * A.T
-            + L * C * X * C.T * L.T,
-            by=(found_dR, found_dS),
-        ),
-        Line(
-            X_next
-            - (A - L * C) * X * (A - L * C).T
-            - A * X * C.T * L.T
-            - L * C * X * A.T
-            + L * C * X * C.T * L.T,
-            by=(is_A_L,),
-        ),
-        Line(X_next - A * X * A.T, why="multiply out"),
-    ),
-    """The gain is gone. So the noises of an observable plant can be told apart exactly
-    if, of the changes that one allows, none but zero is made of an `X`. Of any plant
-    that is asked of what becomes of the changes: `T dQ T'`, `dR` and `T dS`.""",
+    what `C` does not see moves with `A_L` as it does with `A`.""")
+motion = page(suppose(A * a, mode * a))
+unseen = page(suppose(C * a, ZeroMatrix(p, 1)))
+page.chain(
+    "",
+    "a gain hides no motion and shows none",
+    A_L * a,
+    Line((A - L * C) * a, by=(is_A_L,)),
+    Line(mode * a - L * C * a, by=(motion,)),
+    Line(mode * a, by=(unseen,)),
 )
+inverse = page(suppose(J * O, I))
+no_lag = page(suppose(O * dN_1, ZeroMatrix(r, p)))
+nothing = page.chain(
+    "",
+    "no lag changes, so this does not either",
+    dN_1,
+    Line(J * O * dN_1, by=(inverse,)),
+    Line(ZeroMatrix(n, p), by=(no_lag,)),
+)
+
+page("""Then the change of `R` is that of some `X`: the change of the error's
+    covariance.""")
+stays = page(suppose(dLambda_0, ZeroMatrix(p, p)))
+found_dR = page.chain(
+    "",
+    "the change of R is made of it",
+    dR,
+    Line(dLambda_0 - C * X * C.T, by=(is_dLambda,)),
+    Line(-C * X * C.T, by=(stays,)),
+)
+
+page("And so is that of `S`,")
+found_dS = page.chain(
+    "",
+    "the change of S is made of it",
+    dS,
+    Line(dN_1 - A_L * X * C.T + L * dR, by=(is_dN,)),
+    Line(-A_L * X * C.T + L * dR, by=(nothing,)),
+    Line(-A_L * X * C.T - L * C * X * C.T, by=(found_dR,)),
+    Line(-(A - L * C) * X * C.T - L * C * X * C.T, by=(is_A_L,)),
+    Line(-A * X * C.T, why="multiply out"),
+)
+
+page("and that of `Q`.")
+page.chain(
+    "",
+    "the change of Q is made of it",
+    dQ,
+    Line(dW + dS * L.T + L * dS.T - L * dR * L.T, by=(is_dW,)),
+    Line(
+        X_next - A_L * X * A_L.T + dS * L.T + L * dS.T - L * dR * L.T,
+        by=(is_X_next,),
+    ),
+    Line(
+        X_next
+        - A_L * X * A_L.T
+        - A * X * C.T * L.T
+        - L * C * X * A.T
+        + L * C * X * C.T * L.T,
+        by=(found_dR, found_dS),
+    ),
+    Line(
+        X_next
+        - (A - L * C) * X * (A - L * C).T
+        - A * X * C.T * L.T
+        - L * C * X * A.T
+        + L * C * X * C.T * L.T,
+        by=(is_A_L,),
+    ),
+    Line(X_next - A * X * A.T, why="multiply out"),
+)
+
+page("""The gain is gone. So the noises of an observable plant can be told apart exactly
+    if, of the changes that one allows, none but zero is made of an `X`. Of any plant
+    that is asked of what becomes of the changes: `T dQ T'`, `dR` and `T dS`.""")
 
 
 @cache
@@ -205,6 +216,9 @@ def silent_change():
         letters=letters,
         says="a change of the noises that no record shows",
     )
+
+
+page(silent_change())
 
 
 @cache
@@ -224,8 +238,4 @@ def change_step():
     )
 
 
-@cache
-def derive():
-    """The page."""
-    page = (*PAGE, silent_change(), change_step())
-    return Derivation(page=page, letters=letters, source=SOURCE)
+page(change_step())

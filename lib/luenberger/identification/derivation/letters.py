@@ -11,7 +11,13 @@ c = symbols(
     "c", integer=True, positive=True
 )  # columns: one, or one more for each state
 letters = Notation()
-chain, define, moment = letters.chain, letters.define, letters.moment
+chain, let, moment, steady, suppose = (
+    letters.chain,
+    letters.let,
+    letters.moment,
+    letters.steady,
+    letters.suppose,
+)
 
 # -- the plant and its prediction ------------------------------------------------------
 

@@ -12,7 +12,7 @@ from functools import cache
 
 from sympy import Symbol
 
-from matrixproof import Derivation, Line, Solve, Stage
+from matrixproof import Derivation, Line, Page, Solve, Stage
 
 from ...papers.leondes_novak.derivation.estimate import innovation, running
 from ...papers.leondes_novak.derivation.letters import *
@@ -21,7 +21,7 @@ SOURCE = "our own; Schweppe (1965)"
 N_all = Symbol("N", integer=True, positive=True)
 
 letters = running.here()
-chain, define = letters.chain, letters.define
+let, suppose = letters.let, letters.suppose
 W = letters("W", p, p, "inverse of `M`", symmetric=True)
 e = letters("e", p, 1, "innovation, weighed by its covariance")
 y_all = letters("y_all", N_all, 1, "the whole record, less its mean")
@@ -30,32 +30,34 @@ T_all = letters("T_all", N_all, N_all, "lower triangle with ones on its diagonal
 V_all = letters("V_all", N_all, N_all, "covariance of the record", symmetric=True)
 M_all = letters("M_all", N_all, N_all, "that of the innovations", symmetric=True)
 
-PAGE = (
-    """A measurement is what the filter predicts from those before it, and the
+
+page = Page(letters=letters, source=SOURCE)
+
+
+page("""A measurement is what the filter predicts from those before it, and the
     innovation. So the record is a lower triangle times its innovations, with ones on
-    the diagonal. The innovations are independent: `M_all` has their covariances `M`
-    on its diagonal, and zeros elsewhere.""",
-    triangle := define(y_all, T_all * nu_all),
-    is_V := define(T_all * M_all, V_all * T_all.T.I),
-    chain(
-        "",
-        "the exponent of the density, from the innovations",
-        y_all.T * V_all.I * y_all,
-        Line(nu_all.T * T_all.T * V_all.I * T_all * nu_all, by=(triangle,)),
-        Line(
-            nu_all.T * T_all.T * V_all.I * T_all * M_all * M_all.I * nu_all,
-            why="`M_all` has an inverse",
-        ),
-        Line(nu_all.T * M_all.I * nu_all, by=(is_V,)),
+    the diagonal. The innovations are independent: `M_all` has their covariances `M` on
+    its diagonal, and zeros elsewhere.""")
+triangle = page(let(y_all, T_all * nu_all))
+is_V = page(suppose(T_all * M_all, V_all * T_all.T.I))
+page.chain(
+    "",
+    "the exponent of the density, from the innovations",
+    y_all.T * V_all.I * y_all,
+    Line(nu_all.T * T_all.T * V_all.I * T_all * nu_all, by=(triangle,)),
+    Line(
+        nu_all.T * T_all.T * V_all.I * T_all * M_all * M_all.I * nu_all,
+        why="`M_all` has an inverse",
     ),
-    """The determinant of such a triangle is one, so that of `V_all` is the product of
-    the determinants of all `M`. Of a record with `p` outputs at each instant the
-    logarithm of the likelihood is therefore the sum over instants of
-    `-1/2 (p log(2 pi) + log det(M) + innovation' W innovation)`, with `W` the inverse
-    of `M`.""",
-    is_W := define(W * M, Identity(p)),
-    is_e := define(e, W * innovation),
+    Line(nu_all.T * M_all.I * nu_all, by=(is_V,)),
 )
+
+page("""The determinant of such a triangle is one, so that of `V_all` is the product of
+    the determinants of all `M`. Of a record with `p` outputs at each instant the
+    logarithm of the likelihood is therefore the sum over instants of `-1/2 (p log(2 pi)
+    + log det(M) + innovation' W innovation)`, with `W` the inverse of `M`.""")
+is_W = page(suppose(W * M, Identity(p)))
+is_e = page(let(e, W * innovation))
 
 
 WEIGHED = (
@@ -76,7 +78,4 @@ def weighed():
     )
 
 
-@cache
-def derive():
-    """The page."""
-    return Derivation(page=(*PAGE, weighed()), letters=letters, source=SOURCE)
+page(weighed())

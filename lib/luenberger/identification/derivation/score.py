@@ -7,11 +7,9 @@ Source: our own; that the score is made of what a smoother finds is due to Koopm
 Shephard (1992), "Exact score for time series models in state space form".
 """
 
-from functools import cache
-
 from sympy import Rational, Trace
 
-from matrixproof import BlockMatrix, Derivation, Gradient, Line, Substitute, plus
+from matrixproof import BlockMatrix, Gradient, Line, Page, Substitute, plus
 
 from .letters import *
 
@@ -22,121 +20,120 @@ of_one_row = plus(
     half * Trace((k * k.T - Pi_J) * (Z * Omega * Z.T + J)),
 )
 
-ONE_ROW = (
-    """Suppose that the likelihood of the rows to come has the gradient `eta_next` in
-    the next prediction, and `1/2 (eta_next eta_next' - Pi_next)` in its
-    covariance. After the last row both are zero. A row adds its own density, and
-    passes on what the next prediction and its covariance are made of. Both are
-    stationary: in `e`, of which the exponent is the least value, and in `G`, because
-    no gain leaves a smaller covariance. So neither needs to be differentiated.""",
-    is_e := define(M * e, nu),
-    is_G := define(G * M, N),
-    is_h := define(e, h + G.T * eta_next),
-    """In terms of `h`, which takes the place of `e`, a row gives the following. Here
-    `X` is the covariance of the next state before the measurement is used.""",
-    chain(
-        "",
-        "what a row gives, in terms of one unknown",
-        half * Trace(e.T * M * e)
-        - Trace(e.T * nu)
-        + Trace(eta_next.T * G * nu)
-        + Trace(eta_next.T * (N - G * M) * e)
-        + half * Trace(eta_next.T * (X - G * N.T - N * G.T + G * M * G.T) * eta_next),
-        Line(
-            half * Trace(h.T * M * h)
-            - Trace(h.T * nu)
-            + Trace(eta_next.T * N * h)
-            + half * Trace(eta_next.T * X * eta_next),
-            by=(is_h,),
-        ),
+
+page = Page(letters=letters, source=SOURCE)
+
+
+page("""Suppose that the likelihood of the rows to come has the gradient `eta_next` in
+    the next prediction, and `1/2 (eta_next eta_next' - Pi_next)` in its covariance.
+    After the last row both are zero. A row adds its own density, and passes on what the
+    next prediction and its covariance are made of. Both are stationary: in `e`, of
+    which the exponent is the least value, and in `G`, because no gain leaves a smaller
+    covariance. So neither needs to be differentiated.""")
+is_e = page(suppose(M * e, nu))
+is_G = page(suppose(G * M, N))
+is_h = page(suppose(e, h + G.T * eta_next))
+
+page("""In terms of `h`, which takes the place of `e`, a row gives the following. Here
+    `X` is the covariance of the next state before the measurement is used.""")
+page.chain(
+    "",
+    "what a row gives, in terms of one unknown",
+    half * Trace(e.T * M * e)
+    - Trace(e.T * nu)
+    + Trace(eta_next.T * G * nu)
+    + Trace(eta_next.T * (N - G * M) * e)
+    + half * Trace(eta_next.T * (X - G * N.T - N * G.T + G * M * G.T) * eta_next),
+    Line(
+        half * Trace(h.T * M * h)
+        - Trace(h.T * nu)
+        + Trace(eta_next.T * N * h)
+        + half * Trace(eta_next.T * X * eta_next),
+        by=(is_h,),
     ),
-    chain(
-        "",
-        "it is stationary in that unknown",
-        half * Trace(h.T * M * h) - Trace(h.T * nu) + Trace(eta_next.T * N * h),
-        Gradient(M * h - nu + N.T * eta_next, of=h, held=(M, N, nu)),
-        Line(M * (h - e + G.T * eta_next), by=(is_e, is_G)),
-        Line(ZeroMatrix(p, c), by=(is_h,)),
-    ),
-    chain(
-        "",
-        "it is stationary in the gain",
-        Trace(Pi_next * (X - G * N.T - N * G.T + G * M * G.T)),
-        Gradient(2 * Pi_next * (G * M - N), of=G, held=(M, N)),
-        Line(ZeroMatrix(n, p), by=(is_G,)),
-    ),
-    """Now put the next state above the measurement. Before the measurement is used,
-    the two have the mean `Z x + b u` and the covariance `Z Omega Z' + J`. The
-    logarithm of the determinant of `M` has the gradient `W`, its inverse.""",
-    is_Z := define(Z, BlockMatrix([[A], [C]])),
-    is_b := define(b, BlockMatrix([[B], [E]])),
-    is_d := define(d, BlockMatrix([[ZeroMatrix(n, c)], [y]])),
-    is_J := define(J, BlockMatrix([[Q, S], [S.T, R]])),
-    is_k := define(k, BlockMatrix([[eta_next], [h]])),
-    is_Pi_J := define(
+)
+page.chain(
+    "",
+    "it is stationary in that unknown",
+    half * Trace(h.T * M * h) - Trace(h.T * nu) + Trace(eta_next.T * N * h),
+    Gradient(M * h - nu + N.T * eta_next, of=h, held=(M, N, nu)),
+    Line(M * (h - e + G.T * eta_next), by=(is_e, is_G)),
+    Line(ZeroMatrix(p, c), by=(is_h,)),
+)
+page.chain(
+    "",
+    "it is stationary in the gain",
+    Trace(Pi_next * (X - G * N.T - N * G.T + G * M * G.T)),
+    Gradient(2 * Pi_next * (G * M - N), of=G, held=(M, N)),
+    Line(ZeroMatrix(n, p), by=(is_G,)),
+)
+
+page("""Now put the next state above the measurement. Before the measurement is used,
+    the two have the mean `Z x + b u` and the covariance `Z Omega Z' + J`. The logarithm
+    of the determinant of `M` has the gradient `W`, its inverse.""")
+is_Z = page(let(Z, BlockMatrix([[A], [C]])))
+is_b = page(let(b, BlockMatrix([[B], [E]])))
+is_d = page(let(d, BlockMatrix([[ZeroMatrix(n, c)], [y]])))
+is_J = page(let(J, BlockMatrix([[Q, S], [S.T, R]])))
+is_k = page(let(k, BlockMatrix([[eta_next], [h]])))
+is_Pi_J = page(
+    let(
         Pi_J,
         BlockMatrix([[Pi_next, -Pi_next * G], [-G.T * Pi_next, W + G.T * Pi_next * G]]),
-    ),
-    is_X := define(X, A * Omega * A.T + Q),
-    is_N := define(N, A * Omega * C.T + S),
-    is_M := define(M, C * Omega * C.T + R),
-    is_nu := define(nu, y - E * u - C * x),
-    chain(
-        "",
-        "what the covariances give, in both together",
-        Trace((k * k.T - Pi_J) * (Z * Omega * Z.T + J)),
-        Substitute(
-            Trace(h.T * M * h)
-            + 2 * Trace(eta_next.T * N * h)
-            + Trace(eta_next.T * X * eta_next)
-            - Trace(W * M)
-            - Trace(Pi_next * (X - G * N.T - N * G.T + G * M * G.T)),
-            by=(is_k, is_Pi_J, is_Z, is_J, is_X, is_N, is_M),
-        ),
-    ),
-    chain(
-        "",
-        "what the means give, in both together",
-        Trace(k.T * (Z * x + b * u - d)),
-        Substitute(
-            Trace(eta_next.T * (A * x + B * u)) - Trace(h.T * nu),
-            by=(is_k, is_Z, is_b, is_d, is_nu),
-        ),
+    )
+)
+is_X = page(let(X, A * Omega * A.T + Q))
+is_N = page(suppose(N, A * Omega * C.T + S))
+is_M = page(suppose(M, C * Omega * C.T + R))
+is_nu = page(suppose(nu, y - E * u - C * x))
+page.chain(
+    "",
+    "what the covariances give, in both together",
+    Trace((k * k.T - Pi_J) * (Z * Omega * Z.T + J)),
+    Substitute(
+        Trace(h.T * M * h)
+        + 2 * Trace(eta_next.T * N * h)
+        + Trace(eta_next.T * X * eta_next)
+        - Trace(W * M)
+        - Trace(Pi_next * (X - G * N.T - N * G.T + G * M * G.T)),
+        by=(is_k, is_Pi_J, is_Z, is_J, is_X, is_N, is_M),
     ),
 )
-
-GRADIENTS = (
-    """So the whole is one line, and each gradient of it is one line as well. That in
-    the prediction, and that in its covariance, have the form that was supposed of
-    those of the next row.""",
-    by_both := define(eta, Z.T * k),
-    Pi_of_both := define(Pi, Z.T * Pi_J * Z),
-    chain(
-        "",
-        "the gradient in the prediction",
-        of_one_row,
-        Gradient(Z.T * k, of=x, held=(Pi_J,)),
-        Line(eta, by=(by_both,)),
-    ),
-    chain(
-        "",
-        "the gradient in its covariance",
-        of_one_row,
-        Gradient(half * (Z.T * k * k.T * Z - Z.T * Pi_J * Z), of=Omega, held=(Pi_J,)),
-        Line(half * (eta * eta.T - Pi), by=(by_both, Pi_of_both)),
-    ),
-    is_gJ := define(gJ, half * (k * k.T - Pi_J)),
-    chain(
-        "",
-        "the gradient in the covariance of the noises",
-        of_one_row,
-        Gradient(half * (k * k.T - Pi_J), of=J, held=(Pi_J,)),
-        Line(gJ, by=(is_gJ,)),
+page.chain(
+    "",
+    "what the means give, in both together",
+    Trace(k.T * (Z * x + b * u - d)),
+    Substitute(
+        Trace(eta_next.T * (A * x + B * u)) - Trace(h.T * nu),
+        by=(is_k, is_Z, is_b, is_d, is_nu),
     ),
 )
 
 
-@cache
-def derive():
-    """The page."""
-    return Derivation(page=(*ONE_ROW, *GRADIENTS), letters=letters, source=SOURCE)
+page("""So the whole is one line, and each gradient of it is one line as well. That in
+    the prediction, and that in its covariance, have the form that was supposed of those
+    of the next row.""")
+by_both = page(let(eta, Z.T * k))
+Pi_of_both = page(let(Pi, Z.T * Pi_J * Z))
+page.chain(
+    "",
+    "the gradient in the prediction",
+    of_one_row,
+    Gradient(Z.T * k, of=x, held=(Pi_J,)),
+    Line(eta, by=(by_both,)),
+)
+page.chain(
+    "",
+    "the gradient in its covariance",
+    of_one_row,
+    Gradient(half * (Z.T * k * k.T * Z - Z.T * Pi_J * Z), of=Omega, held=(Pi_J,)),
+    Line(half * (eta * eta.T - Pi), by=(by_both, Pi_of_both)),
+)
+is_gJ = page(let(gJ, half * (k * k.T - Pi_J)))
+page.chain(
+    "",
+    "the gradient in the covariance of the noises",
+    of_one_row,
+    Gradient(half * (k * k.T - Pi_J), of=J, held=(Pi_J,)),
+    Line(gJ, by=(is_gJ,)),
+)

@@ -6,18 +6,16 @@ beyond all numbers.  What a filter finds from leading terms alone is the limit.
 Source: our own; the limit is that of de Jong (1991), "The diffuse Kalman filter".
 """
 
-from functools import cache
-
 from sympy import Symbol
 
-from matrixproof import Derivation, Line, Substitute
+from matrixproof import Line, Page, Substitute
 
 from .letters import *
 
 SOURCE = "our own; de Jong (1991)"
 
 letters = letters.here()
-chain, define = letters.chain, letters.define
+let, suppose = letters.let, letters.suppose
 kappa = Symbol("kappa", positive=True)
 v = letters("v", n, 1, "a direction of which nothing is known")
 a = letters("a", n, 1, "any column")
@@ -31,55 +29,53 @@ m_j = letters("m_j", 1, 1, "what is finite of `M_j`")
 g = letters("g", n, 1, "the gain, as `kappa` grows")
 Y_g = letters("Y_g", n, n, "what the gain leaves of an error")
 
-PAGE = (
-    """Let a state have the covariance `kappa v v' + P_f`, and read one output. If it
+
+page = Page(letters=letters, source=SOURCE)
+
+
+page("""Let a state have the covariance `kappa v v' + P_f`, and read one output. If it
     has something of the direction, `s_j` is not zero, the variance of the innovation
-    grows with `kappa`, and so does what state and innovation have in common.""",
-    is_s := define(s_j, C_j * v),
-    is_M := define(M_j, C_j * (kappa * v * v.T + P_f) * C_j.T + r_j),
-    is_N := define(N_j, (kappa * v * v.T + P_f) * C_j.T),
-    is_m := define(m_j, C_j * P_f * C_j.T + r_j),
-    chain(
-        "",
-        "the variance of the innovation has a leading term",
-        M_j,
-        Substitute(kappa * s_j * s_j.T + m_j, by=(is_M, is_s, is_m)),
-    ),
-    chain(
-        "",
-        "so has what the state and the innovation have in common",
-        N_j,
-        Substitute(kappa * v * s_j.T + P_f * C_j.T, by=(is_N, is_s)),
-    ),
-    """The gain, the quotient of both, has that of the leading terms as its limit, and
-    the gain meets the direction.""",
-    is_g := define(g * s_j, v),
-    is_Y := define(Y_g, Identity(n) - g * C_j),
-    none_left := chain(
-        "",
-        "nothing of the direction is left",
-        Y_g * v,
-        Line(v - g * C_j * v, by=(is_Y,)),
-        Line(v - g * s_j, by=(is_s,)),
-        Line(ZeroMatrix(n, 1), by=(is_g,)),
-    ),
-    """So what is finite of the covariance matters only up to parts along the
-    direction: another mean and another finite part along it lead to the same. That is
-    why terms that do not lead may be dropped.""",
-    chain(
-        "",
-        "parts along the direction are forgotten",
-        Y_g * (P_f + v * a.T + a * v.T) * Y_g.T,
-        Line(
-            Y_g * P_f * Y_g.T + Y_g * v * a.T * Y_g.T + Y_g * a * v.T * Y_g.T,
-            why="expand",
-        ),
-        Line(Y_g * P_f * Y_g.T, by=(none_left,)),
-    ),
+    grows with `kappa`, and so does what state and innovation have in common.""")
+is_s = page(let(s_j, C_j * v))
+is_M = page(let(M_j, C_j * (kappa * v * v.T + P_f) * C_j.T + r_j))
+is_N = page(let(N_j, (kappa * v * v.T + P_f) * C_j.T))
+is_m = page(let(m_j, C_j * P_f * C_j.T + r_j))
+page.chain(
+    "",
+    "the variance of the innovation has a leading term",
+    M_j,
+    Substitute(kappa * s_j * s_j.T + m_j, by=(is_M, is_s, is_m)),
+)
+page.chain(
+    "",
+    "so has what the state and the innovation have in common",
+    N_j,
+    Substitute(kappa * v * s_j.T + P_f * C_j.T, by=(is_N, is_s)),
 )
 
+page("""The gain, the quotient of both, has that of the leading terms as its limit, and
+    the gain meets the direction.""")
+is_g = page(suppose(g * s_j, v))
+is_Y = page(let(Y_g, Identity(n) - g * C_j))
+none_left = page.chain(
+    "",
+    "nothing of the direction is left",
+    Y_g * v,
+    Line(v - g * C_j * v, by=(is_Y,)),
+    Line(v - g * s_j, by=(is_s,)),
+    Line(ZeroMatrix(n, 1), by=(is_g,)),
+)
 
-@cache
-def derive():
-    """The page."""
-    return Derivation(page=PAGE, letters=letters, source=SOURCE)
+page("""So what is finite of the covariance matters only up to parts along the
+    direction: another mean and another finite part along it lead to the same. That is
+    why terms that do not lead may be dropped.""")
+page.chain(
+    "",
+    "parts along the direction are forgotten",
+    Y_g * (P_f + v * a.T + a * v.T) * Y_g.T,
+    Line(
+        Y_g * P_f * Y_g.T + Y_g * v * a.T * Y_g.T + Y_g * a * v.T * Y_g.T,
+        why="expand",
+    ),
+    Line(Y_g * P_f * Y_g.T, by=(none_left,)),
+)

@@ -6,17 +6,15 @@ best one is the smoothed estimate, pushed.  The push is that of the filter.
 Source: our own; the push is that of the filter of Leondes and Novak (1974), (30)-(33).
 """
 
-from functools import cache
-
 from sympy import Trace, symbols
 
-from matrixproof import AtLeast, Derivation, Expect, Identity, Line, ZeroMatrix, plus
+from matrixproof import AtLeast, Expect, Identity, Line, Page, ZeroMatrix, plus
 
 from .letters import *
 
 m1, r = symbols("m_1 r", integer=True, nonnegative=True)
 letters = letters.here()
-chain, define, moment = letters.chain, letters.define, letters.moment
+let, moment, suppose = letters.let, letters.moment, letters.suppose
 S_1 = letters("S_1", m1, p, "rows of the identity that pick the accurate outputs")
 Gamma_1 = letters("Gamma_1", n, m1, "the direction in which accurate outputs push")
 Gamma = letters("Gamma", n, p, "the same beside zeros for the other outputs")
@@ -38,158 +36,156 @@ x_c = letters("x_c", n, 1, "smoothed estimate that meets the accurate outputs")
 Sigma_c = letters("Sigma_c", n, n, "covariance of its error", symmetric=True)
 U_c = letters("U_c", n, n, "covariance of its errors at neighbours")
 
-PAGE = (
-    """The residual of the smoothed estimate is the estimate of the measurement noise.
-    It is made of the record, so it is uncorrelated with the smoothed error.""",
-    is_v := define(v, rho_s + C * e_s),
-    is_R := moment(v * v.T, R),
-    is_Sigma_s := moment(e_s * e_s.T, Sigma_s),
-    is_R_s := moment(rho_s * rho_s.T, R_s),
-    made := moment(rho_s * e_s.T, ZeroMatrix(p, n)),
-    halves := define(R, R_s + C * Sigma_s * C.T),
-    chain(
-        "",
-        "the covariance of the noise",
-        (rho_s + C * e_s) * (rho_s + C * e_s).T,
-        Line(v * v.T, by=(is_v,)),
-        Expect(R, moments=(is_R,)),
-    ),
-    chain(
-        "",
-        "is that of what was found of it, and of the rest",
-        (rho_s + C * e_s) * (rho_s + C * e_s).T,
-        Expect(R_s + C * Sigma_s * C.T, moments=(is_R_s, is_Sigma_s, made)),
-        Line(R, by=(halves,)),
-    ),
-    """An estimate from the record that meets the accurate outputs differs from the
-    smoothed one by the push, and by a part that they do not show. If the push is
-    orthogonal to that part in the weight, nothing is gained by it.""",
-    is_Gamma := define(Gamma, Gamma_1 * S_1),
-    push := define(S_1 * C * Gamma_1, Identity(m1)),
-    unseen := define(S_1 * C * Phat, ZeroMatrix(m1, r)),
-    shortest := define(Gamma_1.T * W_e * Phat, ZeroMatrix(m1, r)),
-    root_W := define(W_e, L_W * L_W.T),
-    is_Z := moment(rho_s * z.T, Z_z),
-    is_z := moment(z * z.T, L_z * L_z.T),
-    chain(
-        "",
-        "such an estimate shows what the accurate outputs show",
-        S_1 * rho_s - S_1 * C * (Gamma_1 * S_1 * rho_s + Phat * z),
-        Line(-S_1 * C * Phat * z, by=(push,)),
-        Line(ZeroMatrix(m1, 1), by=(unseen,)),
-    ),
-    chain(
-        "",
-        "what it differs by has a covariance",
-        (Gamma_1 * S_1 * rho_s + Phat * z) * (Gamma_1 * S_1 * rho_s + Phat * z).T,
-        Expect(
-            Gamma_1 * S_1 * R_s * S_1.T * Gamma_1.T
-            + Gamma_1 * S_1 * Z_z * Phat.T
-            + Phat * Z_z.T * S_1.T * Gamma_1.T
-            + Phat * L_z * L_z.T * Phat.T,
-            moments=(is_R_s, is_Z, is_z),
-        ),
-    ),
-    chain(
-        "",
-        "and costs least without the free part",
-        Trace(
-            W_e
-            * (
-                Gamma_1 * S_1 * R_s * S_1.T * Gamma_1.T
-                + Gamma_1 * S_1 * Z_z * Phat.T
-                + Phat * Z_z.T * S_1.T * Gamma_1.T
-                + Phat * L_z * L_z.T * Phat.T
-            )
-        ),
-        Line(
-            plus(
-                Trace(W_e * Gamma_1 * S_1 * R_s * S_1.T * Gamma_1.T),
-                Trace(W_e * Phat * L_z * L_z.T * Phat.T),
-            ),
-            by=(shortest,),
-        ),
-        AtLeast(
-            Trace(W_e * Gamma_1 * S_1 * R_s * S_1.T * Gamma_1.T),
-            by=(root_W,),
-            root=L_W.T * Phat * L_z,
-        ),
-    ),
-    "So the estimate is pushed, and its covariance grows by what the push lets in.",
-    pushed := define(x_c, x_s + Gamma_1 * S_1 * rho_s),
-    is_Sigma_c := define(Sigma_c, Sigma_s + Gamma * R_s * Gamma.T),
-    estimate := chain(
-        "",
-        "the estimate that meets the accurate outputs",
-        x_c,
-        Line(x_s + Gamma_1 * S_1 * rho_s, by=(pushed,)),
-        Line(x_s + Gamma * rho_s, by=(is_Gamma,)),
-    ),
-    chain(
-        "",
-        "the covariance of the pushed error",
-        (e_s + Gamma * rho_s) * (e_s + Gamma * rho_s).T,
-        Expect(Sigma_s + Gamma * R_s * Gamma.T, moments=(is_Sigma_s, is_R_s, made)),
-        Line(Sigma_c, by=(is_Sigma_c,)),
-    ),
-    covariance := chain(
-        "",
-        "the same by the covariances that are there",
-        Sigma_c,
-        Line(Sigma_s + Gamma * R_s * Gamma.T, by=(is_Sigma_c,)),
-        Line(Sigma_s + Gamma * (R - C * Sigma_s * C.T) * Gamma.T, by=(halves,)),
-    ),
-    """Neighbours are pushed by residuals that have something in common: the noises are
-    white, so it is what the errors have in common, with the other sign.""",
-    is_v_next := define(v_next, rho_s_next + C_next * e_s_next),
-    white := moment(v_next * v.T, ZeroMatrix(p, p)),
-    is_U := moment(e_s_next * e_s.T, U_next),
-    is_R_u := moment(rho_s_next * rho_s.T, R_u),
-    made_before := moment(e_s_next * rho_s.T, ZeroMatrix(n, p)),
-    made_behind := moment(rho_s_next * e_s.T, ZeroMatrix(p, n)),
-    chain(
-        "",
-        "the noises of neighbours have nothing in common",
-        (rho_s_next + C_next * e_s_next) * (rho_s + C * e_s).T,
-        Line(v_next * v.T, by=(is_v, is_v_next)),
-        Expect(ZeroMatrix(p, p), moments=(white,)),
-    ),
-    opposite := define(R_u, -C_next * U_next * C.T),
-    chain(
-        "",
-        "so the residuals have what the errors have, with the other sign",
-        (rho_s_next + C_next * e_s_next) * (rho_s + C * e_s).T,
-        Expect(
-            R_u + C_next * U_next * C.T,
-            moments=(is_R_u, is_U, made_before, made_behind),
-        ),
-        Line(ZeroMatrix(p, p), by=(opposite,)),
-    ),
-    is_U_c := define(U_c, U_next + Gamma_next * R_u * Gamma.T),
-    chain(
-        "",
-        "the covariance of pushed neighbours",
-        (e_s_next + Gamma_next * rho_s_next) * (e_s + Gamma * rho_s).T,
-        Expect(
-            U_next + Gamma_next * R_u * Gamma.T,
-            moments=(is_U, is_R_u, made_before, made_behind),
-        ),
-        Line(U_c, by=(is_U_c,)),
-    ),
-    neighbours := chain(
-        "",
-        "the same by what is there",
-        U_c,
-        Line(U_next + Gamma_next * R_u * Gamma.T, by=(is_U_c,)),
-        Line(U_next - Gamma_next * C_next * U_next * C.T * Gamma.T, by=(opposite,)),
-    ),
-)
-
-
 WITNESS = {Sigma_s: 0, Sigma_c: 2, U_next: 0, x_s: -1, x_c: 0}
 
 
-@cache
-def derive():
-    """The page."""
-    return Derivation(page=PAGE, letters=letters, source="our own", witness=WITNESS)
+page = Page(letters=letters, source="our own", witness=WITNESS)
+
+
+page("""The residual of the smoothed estimate is the estimate of the measurement noise.
+    It is made of the record, so it is uncorrelated with the smoothed error.""")
+is_v = page(let(v, rho_s + C * e_s))
+is_R = page(moment(v * v.T, R))
+is_Sigma_s = page(moment(e_s * e_s.T, Sigma_s))
+is_R_s = page(moment(rho_s * rho_s.T, R_s))
+made = page(moment(rho_s * e_s.T, ZeroMatrix(p, n)))
+halves = page(suppose(R, R_s + C * Sigma_s * C.T))
+page.chain(
+    "",
+    "the covariance of the noise",
+    (rho_s + C * e_s) * (rho_s + C * e_s).T,
+    Line(v * v.T, by=(is_v,)),
+    Expect(R, moments=(is_R,)),
+)
+page.chain(
+    "",
+    "is that of what was found of it, and of the rest",
+    (rho_s + C * e_s) * (rho_s + C * e_s).T,
+    Expect(R_s + C * Sigma_s * C.T, moments=(is_R_s, is_Sigma_s, made)),
+    Line(R, by=(halves,)),
+)
+
+page("""An estimate from the record that meets the accurate outputs differs from the
+    smoothed one by the push, and by a part that they do not show. If the push is
+    orthogonal to that part in the weight, nothing is gained by it.""")
+is_Gamma = page(let(Gamma, Gamma_1 * S_1))
+push = page(suppose(S_1 * C * Gamma_1, Identity(m1)))
+unseen = page(suppose(S_1 * C * Phat, ZeroMatrix(m1, r)))
+shortest = page(suppose(Gamma_1.T * W_e * Phat, ZeroMatrix(m1, r)))
+root_W = page(suppose(W_e, L_W * L_W.T))
+is_Z = page(moment(rho_s * z.T, Z_z))
+is_z = page(moment(z * z.T, L_z * L_z.T))
+page.chain(
+    "",
+    "such an estimate shows what the accurate outputs show",
+    S_1 * rho_s - S_1 * C * (Gamma_1 * S_1 * rho_s + Phat * z),
+    Line(-S_1 * C * Phat * z, by=(push,)),
+    Line(ZeroMatrix(m1, 1), by=(unseen,)),
+)
+page.chain(
+    "",
+    "what it differs by has a covariance",
+    (Gamma_1 * S_1 * rho_s + Phat * z) * (Gamma_1 * S_1 * rho_s + Phat * z).T,
+    Expect(
+        Gamma_1 * S_1 * R_s * S_1.T * Gamma_1.T
+        + Gamma_1 * S_1 * Z_z * Phat.T
+        + Phat * Z_z.T * S_1.T * Gamma_1.T
+        + Phat * L_z * L_z.T * Phat.T,
+        moments=(is_R_s, is_Z, is_z),
+    ),
+)
+page.chain(
+    "",
+    "and costs least without the free part",
+    Trace(
+        W_e
+        * (
+            Gamma_1 * S_1 * R_s * S_1.T * Gamma_1.T
+            + Gamma_1 * S_1 * Z_z * Phat.T
+            + Phat * Z_z.T * S_1.T * Gamma_1.T
+            + Phat * L_z * L_z.T * Phat.T
+        )
+    ),
+    Line(
+        plus(
+            Trace(W_e * Gamma_1 * S_1 * R_s * S_1.T * Gamma_1.T),
+            Trace(W_e * Phat * L_z * L_z.T * Phat.T),
+        ),
+        by=(shortest,),
+    ),
+    AtLeast(
+        Trace(W_e * Gamma_1 * S_1 * R_s * S_1.T * Gamma_1.T),
+        by=(root_W,),
+        root=L_W.T * Phat * L_z,
+    ),
+)
+
+page("So the estimate is pushed, and its covariance grows by what the push lets in.")
+pushed = page(let(x_c, x_s + Gamma_1 * S_1 * rho_s))
+is_Sigma_c = page(let(Sigma_c, Sigma_s + Gamma * R_s * Gamma.T))
+estimate = page.chain(
+    "",
+    "the estimate that meets the accurate outputs",
+    x_c,
+    Line(x_s + Gamma_1 * S_1 * rho_s, by=(pushed,)),
+    Line(x_s + Gamma * rho_s, by=(is_Gamma,)),
+)
+page.chain(
+    "",
+    "the covariance of the pushed error",
+    (e_s + Gamma * rho_s) * (e_s + Gamma * rho_s).T,
+    Expect(Sigma_s + Gamma * R_s * Gamma.T, moments=(is_Sigma_s, is_R_s, made)),
+    Line(Sigma_c, by=(is_Sigma_c,)),
+)
+covariance = page.chain(
+    "",
+    "the same by the covariances that are there",
+    Sigma_c,
+    Line(Sigma_s + Gamma * R_s * Gamma.T, by=(is_Sigma_c,)),
+    Line(Sigma_s + Gamma * (R - C * Sigma_s * C.T) * Gamma.T, by=(halves,)),
+)
+
+page("""Neighbours are pushed by residuals that have something in common: the noises are
+    white, so it is what the errors have in common, with the other sign.""")
+is_v_next = page(let(v_next, rho_s_next + C_next * e_s_next))
+white = page(moment(v_next * v.T, ZeroMatrix(p, p)))
+is_U = page(moment(e_s_next * e_s.T, U_next))
+is_R_u = page(moment(rho_s_next * rho_s.T, R_u))
+made_before = page(moment(e_s_next * rho_s.T, ZeroMatrix(n, p)))
+made_behind = page(moment(rho_s_next * e_s.T, ZeroMatrix(p, n)))
+page.chain(
+    "",
+    "the noises of neighbours have nothing in common",
+    (rho_s_next + C_next * e_s_next) * (rho_s + C * e_s).T,
+    Line(v_next * v.T, by=(is_v, is_v_next)),
+    Expect(ZeroMatrix(p, p), moments=(white,)),
+)
+opposite = page(suppose(R_u, -C_next * U_next * C.T))
+page.chain(
+    "",
+    "so the residuals have what the errors have, with the other sign",
+    (rho_s_next + C_next * e_s_next) * (rho_s + C * e_s).T,
+    Expect(
+        R_u + C_next * U_next * C.T,
+        moments=(is_R_u, is_U, made_before, made_behind),
+    ),
+    Line(ZeroMatrix(p, p), by=(opposite,)),
+)
+is_U_c = page(let(U_c, U_next + Gamma_next * R_u * Gamma.T))
+page.chain(
+    "",
+    "the covariance of pushed neighbours",
+    (e_s_next + Gamma_next * rho_s_next) * (e_s + Gamma * rho_s).T,
+    Expect(
+        U_next + Gamma_next * R_u * Gamma.T,
+        moments=(is_U, is_R_u, made_before, made_behind),
+    ),
+    Line(U_c, by=(is_U_c,)),
+)
+neighbours = page.chain(
+    "",
+    "the same by what is there",
+    U_c,
+    Line(U_next + Gamma_next * R_u * Gamma.T, by=(is_U_c,)),
+    Line(U_next - Gamma_next * C_next * U_next * C.T * Gamma.T, by=(opposite,)),
+)

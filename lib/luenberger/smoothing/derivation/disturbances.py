@@ -7,11 +7,9 @@ did not arrive have noise too, of which the others tell a part.
 Source: our own.
 """
 
-from functools import cache
-
 from sympy import symbols
 
-from matrixproof import Derivation, Expect, Line, ZeroMatrix
+from matrixproof import Expect, Line, Page, ZeroMatrix
 
 from .adjoint import is_lamda_next
 from .letters import *
@@ -19,7 +17,7 @@ from .next_state import apart, is_Q, moves
 
 pa = symbols("p_a", integer=True, nonnegative=True)
 letters = letters.here()
-chain, define, moment = letters.chain, letters.define, letters.moment
+let, moment, suppose = letters.let, letters.moment, letters.suppose
 v_seen = letters("v_seen", pa, 1, "their noise")
 rho_s = letters("rho_s", pa, 1, "what the smoothed estimate leaves of them")
 v = letters("v", p, 1, "measurement noise, of all outputs")
@@ -36,108 +34,104 @@ G_v = letters("G_v", p, n, "gain for the measurement noise")
 w_s = letters("w_s", n, 1, "smoothed process noise")
 v_s = letters("v_s", p, 1, "smoothed measurement noise")
 
-PROCESS = (
-    """The next prediction errs by the process noise, among others. A gain takes out of
-    the noise all that the next state would show of it.""",
-    moves,
-    is_Q,
-    apart,
-    is_G_w := define(G_w * Omega_next, Q),
-    ahead := moment(e_minus_next * e_minus_next.T, Omega_next),
-    in_the_way := chain(
-        "",
-        "the process noise in the next prediction",
-        w * e_minus_next.T,
-        Line(w * (As * e - w).T, by=(moves,)),
-        Expect(-Q, moments=(is_Q, apart)),
-    ),
-    common := moment(w * e_minus_next.T, -Q),
-    chain(
-        "",
-        "what is left of it is uncorrelated with the prediction's error",
-        (w + G_w * e_minus_next) * e_minus_next.T,
-        Expect(-Q + G_w * Omega_next, moments=(common, ahead)),
-        Line(ZeroMatrix(n, n), by=(is_G_w,)),
-    ),
-    "The smoothed estimate takes the place of the next state, and no gain is found.",
-    is_lamda_next,
-    process := chain(
-        "",
-        "the process noise that is left, smoothed",
-        G_w * (x_s_next - x_minus_next),
-        Line(G_w * Omega_next * lamda_next, by=(is_lamda_next,)),
-        Line(Q * lamda_next, by=(is_G_w,)),
-    ),
+
+page = Page(letters=letters, source="our own")
+
+
+page("""The next prediction errs by the process noise, among others. A gain takes out of
+    the noise all that the next state would show of it.""")
+page(moves, is_Q, apart)
+is_G_w = page(suppose(G_w * Omega_next, Q))
+ahead = page(moment(e_minus_next * e_minus_next.T, Omega_next))
+in_the_way = page.chain(
+    "",
+    "the process noise in the next prediction",
+    w * e_minus_next.T,
+    Line(w * (As * e - w).T, by=(moves,)),
+    Expect(-Q, moments=(is_Q, apart)),
 )
-MEASURED = (
-    """The measurement's equation holds for estimates as well, so the noise of what
+common = page(moment(w * e_minus_next.T, -Q))
+page.chain(
+    "",
+    "what is left of it is uncorrelated with the prediction's error",
+    (w + G_w * e_minus_next) * e_minus_next.T,
+    Expect(-Q + G_w * Omega_next, moments=(common, ahead)),
+    Line(ZeroMatrix(n, n), by=(is_G_w,)),
+)
+
+page("The smoothed estimate takes the place of the next state, and no gain is found.")
+page(is_lamda_next)
+process = page.chain(
+    "",
+    "the process noise that is left, smoothed",
+    G_w * (x_s_next - x_minus_next),
+    Line(G_w * Omega_next * lamda_next, by=(is_lamda_next,)),
+    Line(Q * lamda_next, by=(is_G_w,)),
+)
+
+
+page("""The measurement's equation holds for estimates as well, so the noise of what
     arrived is what the smoothed estimate leaves of it. Of the other noises it tells a
-    part, through `J` and `J_v`.""",
-    whole := define(w_all, J * v_seen + w),
-    parts := define(v, J_v * v_seen + v_left),
-    tells := define(J_v * R_seen, R_all),
-    is_R_seen := moment(v_seen * v_seen.T, R_seen),
-    is_R_all := moment(v * v_seen.T, R_all),
-    chain(
-        "",
-        "the rest is uncorrelated with what arrived",
-        v_left * v_seen.T,
-        Line((v - J_v * v_seen) * v_seen.T, by=(parts,)),
-        Expect(R_all - J_v * R_seen, moments=(is_R_all, is_R_seen)),
-        Line(ZeroMatrix(p, pa), by=(tells,)),
-    ),
-    is_S := moment(w_all * v.T, S),
-    is_S_left := define(S_left, S - J * R_all.T),
-    independent := moment(w * v_seen.T, ZeroMatrix(n, pa)),
-    chain(
-        "",
-        "what the process noise has in common with the rest",
-        (w_all - J * v_seen) * (v - J_v * v_seen).T,
-        Line((w_all - J * v_seen) * v.T - w * v_seen.T * J_v.T, by=(whole,)),
-        Expect(S - J * R_all.T, moments=(is_S, is_R_all, independent)),
-        Line(S_left, by=(is_S_left,)),
-    ),
-    "So the rest is seen in the next prediction as the process noise is.",
-    is_G_v := define(G_v * Omega_next, S_left.T),
-    is_common := moment(w * v_left.T, S_left),
-    not_yet := moment(e * v_left.T, ZeroMatrix(n, p)),
-    chain(
-        "",
-        "the rest in the next prediction",
-        v_left * e_minus_next.T,
-        Line(v_left * (As * e - w).T, by=(moves,)),
-        Expect(-S_left.T, moments=(is_common, not_yet)),
-        Line(-G_v * Omega_next, by=(is_G_v,)),
-    ),
-    rest := chain(
-        "",
-        "the rest, smoothed",
-        G_v * (x_s_next - x_minus_next),
-        Line(G_v * Omega_next * lamda_next, by=(is_lamda_next,)),
-        Line(S_left.T * lamda_next, by=(is_G_v,)),
-    ),
-    "Both noises are put together again.",
-    is_w_s := define(w_s, J * rho_s + G_w * (x_s_next - x_minus_next)),
-    is_v_s := define(v_s, J_v * rho_s + G_v * (x_s_next - x_minus_next)),
-    chain(
-        "",
-        "the process noise, smoothed",
-        w_s,
-        Line(J * rho_s + G_w * (x_s_next - x_minus_next), by=(is_w_s,)),
-        Line(J * rho_s + Q * lamda_next, by=(process,)),
-    ),
-    chain(
-        "",
-        "the measurement noise, smoothed",
-        v_s,
-        Line(J_v * rho_s + G_v * (x_s_next - x_minus_next), by=(is_v_s,)),
-        Line(J_v * rho_s + S_left.T * lamda_next, by=(rest,)),
-    ),
+    part, through `J` and `J_v`.""")
+whole = page(let(w_all, J * v_seen + w))
+parts = page(let(v, J_v * v_seen + v_left))
+tells = page(suppose(J_v * R_seen, R_all))
+is_R_seen = page(moment(v_seen * v_seen.T, R_seen))
+is_R_all = page(moment(v * v_seen.T, R_all))
+page.chain(
+    "",
+    "the rest is uncorrelated with what arrived",
+    v_left * v_seen.T,
+    Line((v - J_v * v_seen) * v_seen.T, by=(parts,)),
+    Expect(R_all - J_v * R_seen, moments=(is_R_all, is_R_seen)),
+    Line(ZeroMatrix(p, pa), by=(tells,)),
+)
+is_S = page(moment(w_all * v.T, S))
+is_S_left = page(let(S_left, S - J * R_all.T))
+independent = page(moment(w * v_seen.T, ZeroMatrix(n, pa)))
+page.chain(
+    "",
+    "what the process noise has in common with the rest",
+    (w_all - J * v_seen) * (v - J_v * v_seen).T,
+    Line((w_all - J * v_seen) * v.T - w * v_seen.T * J_v.T, by=(whole,)),
+    Expect(S - J * R_all.T, moments=(is_S, is_R_all, independent)),
+    Line(S_left, by=(is_S_left,)),
 )
 
+page("So the rest is seen in the next prediction as the process noise is.")
+is_G_v = page(suppose(G_v * Omega_next, S_left.T))
+is_common = page(moment(w * v_left.T, S_left))
+not_yet = page(moment(e * v_left.T, ZeroMatrix(n, p)))
+page.chain(
+    "",
+    "the rest in the next prediction",
+    v_left * e_minus_next.T,
+    Line(v_left * (As * e - w).T, by=(moves,)),
+    Expect(-S_left.T, moments=(is_common, not_yet)),
+    Line(-G_v * Omega_next, by=(is_G_v,)),
+)
+rest = page.chain(
+    "",
+    "the rest, smoothed",
+    G_v * (x_s_next - x_minus_next),
+    Line(G_v * Omega_next * lamda_next, by=(is_lamda_next,)),
+    Line(S_left.T * lamda_next, by=(is_G_v,)),
+)
 
-@cache
-def derive():
-    """The page."""
-    page = (*PROCESS, *MEASURED)
-    return Derivation(page=page, letters=letters, source="our own")
+page("Both noises are put together again.")
+is_w_s = page(let(w_s, J * rho_s + G_w * (x_s_next - x_minus_next)))
+is_v_s = page(let(v_s, J_v * rho_s + G_v * (x_s_next - x_minus_next)))
+page.chain(
+    "",
+    "the process noise, smoothed",
+    w_s,
+    Line(J * rho_s + G_w * (x_s_next - x_minus_next), by=(is_w_s,)),
+    Line(J * rho_s + Q * lamda_next, by=(process,)),
+)
+page.chain(
+    "",
+    "the measurement noise, smoothed",
+    v_s,
+    Line(J_v * rho_s + G_v * (x_s_next - x_minus_next), by=(is_v_s,)),
+    Line(J_v * rho_s + S_left.T * lamda_next, by=(rest,)),
+)

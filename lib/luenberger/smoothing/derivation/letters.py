@@ -14,7 +14,13 @@ SOURCE = "our own; Rauch, Tung and Striebel (1965)"
 
 n, p, m, k, q = symbols("n p m k q", integer=True, nonnegative=True)
 letters = Notation()
-chain, define, moment = letters.chain, letters.define, letters.moment
+chain, let, moment, steady, suppose = (
+    letters.chain,
+    letters.let,
+    letters.moment,
+    letters.steady,
+    letters.suppose,
+)
 I = Identity(n)
 
 # -- the plant, and the filter's pass over it ------------------------------------------

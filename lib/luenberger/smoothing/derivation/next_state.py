@@ -7,16 +7,14 @@ inverted: a gain is any solution of its equation.
 Source: Rauch, Tung and Striebel (1965) for the smoother; the equations are our own.
 """
 
-from functools import cache
-
 from sympy import Trace
 
-from matrixproof import Derivation, Expect, Line, ZeroMatrix
+from matrixproof import Expect, Line, Page, ZeroMatrix
 
 from .letters import *
 
 letters = letters.here()
-chain, define, moment = letters.chain, letters.define, letters.moment
+let, moment, suppose = letters.let, letters.moment, letters.suppose
 X = letters("X", n, n, "any gain")
 d = letters("d", n, 1, "error left if the next state were known")
 D = letters("D", n, n, "covariance of that error", symmetric=True)
@@ -31,21 +29,27 @@ drawn = letters("drawn", n, q, "what it lets in of the process noise")
 passed = letters("passed", n, k, "what it passes on from the next state")
 gone = ZeroMatrix(n, n)
 
-ERRORS = (
-    """The filter's estimate errs by `e`. Its prediction of the next state errs by what
-    the plant makes of `e`, less the process noise. Both errors are correlated.""",
-    moves := define(e_minus_next, As * e - w),
-    is_Sigma := moment(e * e.T, Sigma),
-    is_Q := moment(w * w.T, Q),
-    apart := moment(e * w.T, gone),
-    is_Omega := define(Omega_next, As * Sigma * As.T + Q),
-    is_T := define(T, As * Sigma),
+
+page = Page(letters=letters, source=SOURCE)
+
+
+page("""The filter's estimate errs by `e`. Its prediction of the next state errs by what
+    the plant makes of `e`, less the process noise. Both errors are correlated.""")
+moves = page(let(e_minus_next, As * e - w))
+is_Sigma = page(moment(e * e.T, Sigma))
+is_Q = page(moment(w * w.T, Q))
+apart = page(moment(e * w.T, gone))
+is_Omega = page(let(Omega_next, As * Sigma * As.T + Q))
+is_T = page(let(T, As * Sigma))
+page(
     letters.derive(
         "", "the covariance of the next prediction", e_minus_next * e_minus_next.T
     )
     .put(moves)
     .expect(is_Sigma, is_Q, apart)
-    .fold(is_Omega),
+    .fold(is_Omega)
+)
+page(
     letters.derive(
         "",
         "what the next prediction has in common with the estimate",
@@ -53,34 +57,42 @@ ERRORS = (
     )
     .put(moves)
     .expect(is_Sigma, apart)
-    .fold(is_T),
-    """Were the next state known, so would be `e_minus_next`, and any gain `X` could
+    .fold(is_T)
+)
+
+page("""Were the next state known, so would be `e_minus_next`, and any gain `X` could
     take its share out of `e`. The slope of the trace vanishes for one gain, which
     solves an equation that is solvable also where `Omega_next` is singular. Completed
-    to a square, the covariance shows that it is the best one.""",
-    both := moment(e_minus_next * e.T, T),
-    ahead := moment(e_minus_next * e_minus_next.T, Omega_next),
-    any_gain := letters.derive(
+    to a square, the covariance shows that it is the best one.""")
+both = page(moment(e_minus_next * e.T, T))
+ahead = page(moment(e_minus_next * e_minus_next.T, Omega_next))
+any_gain = page(
+    letters.derive(
         "",
         "the covariance of what any gain leaves",
         (e - X * e_minus_next) * (e - X * e_minus_next).T,
-    ).expect(is_Sigma, both, ahead),
-    slope := letters.derive(
-        "", "the slope of its trace", Trace(any_gain.right)
-    ).gradient(X),
-    is_G := slope.solve(X, name=G),
-    root := define(Omega_next, L_O * L_O.T),
+    ).expect(is_Sigma, both, ahead)
+)
+slope = page(
+    letters.derive("", "the slope of its trace", Trace(any_gain.right)).gradient(X)
+)
+is_G = page(slope.solve(X, name=G))
+root = page(suppose(Omega_next, L_O * L_O.T))
+page(
     letters.derive("", "no gain does better if the next state is known", any_gain.left)
     .expect(is_Sigma, both, ahead)
     .square(X, is_G)
     .fold(is_G)
-    .drop(root),
-    """What is left is uncorrelated with the predicted error, and so with all that
-    later rows can show, because they speak of the next state and of noises to come.""",
-    is_d := define(d, e - G * e_minus_next),
-    seen_later := define(e_s_next, Psi * e_minus_next + r),
-    new := moment(e * r.T, gone),
-    new_ahead := moment(e_minus_next * r.T, gone),
+    .drop(root)
+)
+
+page("""What is left is uncorrelated with the predicted error, and so with all that
+    later rows can show, because they speak of the next state and of noises to come.""")
+is_d = page(let(d, e - G * e_minus_next))
+seen_later = page(let(e_s_next, Psi * e_minus_next + r))
+new = page(moment(e * r.T, gone))
+new_ahead = page(moment(e_minus_next * r.T, gone))
+page(
     letters.derive(
         "",
         "what is left is uncorrelated with the smoothed error one step on",
@@ -88,105 +100,103 @@ ERRORS = (
     )
     .put(is_d, seen_later)
     .expect(both, ahead, new, new_ahead)
-    .use(is_G),
+    .use(is_G)
 )
-SMOOTHER = (
-    """The next state is not known, but its smoothed estimate is. It takes the place of
-    the state.""",
-    corrects := define(x_s, x + G * (x_s_next - x_minus_next)),
-    is_e := define(e, x - xt),
-    is_e_minus := define(e_minus_next, x_minus_next - xt_next),
-    is_e_s_next := define(e_s_next, x_s_next - xt_next),
-    error := chain(
-        "",
-        "the error of the smoothed estimate",
-        x_s - xt,
-        Line(x + G * (x_s_next - x_minus_next) - xt, by=(corrects,)),
-        Line(
-            (x - xt) - G * (x_minus_next - xt_next) + G * (x_s_next - xt_next),
-            why="add and subtract the next state",
-        ),
-        Line(e - G * e_minus_next + G * e_s_next, by=(is_e, is_e_minus, is_e_s_next)),
-        Line(d + G * e_s_next, by=(is_d,)),
+
+
+page("""The next state is not known, but its smoothed estimate is. It takes the place of
+    the state.""")
+corrects = page(let(x_s, x + G * (x_s_next - x_minus_next)))
+is_e = page(suppose(e, x - xt))
+is_e_minus = page(suppose(e_minus_next, x_minus_next - xt_next))
+is_e_s_next = page(suppose(e_s_next, x_s_next - xt_next))
+error = page.chain(
+    "",
+    "the error of the smoothed estimate",
+    x_s - xt,
+    Line(x + G * (x_s_next - x_minus_next) - xt, by=(corrects,)),
+    Line(
+        (x - xt) - G * (x_minus_next - xt_next) + G * (x_s_next - xt_next),
+        why="add and subtract the next state",
     ),
-    is_D := moment(d * d.T, D),
-    is_Sigma_s_next := moment(e_s_next * e_s_next.T, Sigma_s_next),
-    unrelated := moment(d * e_s_next.T, gone),
-    is_Sigma_s := define(Sigma_s, D + G * Sigma_s_next * G.T),
+    Line(e - G * e_minus_next + G * e_s_next, by=(is_e, is_e_minus, is_e_s_next)),
+    Line(d + G * e_s_next, by=(is_d,)),
+)
+is_D = page(moment(d * d.T, D))
+is_Sigma_s_next = page(moment(e_s_next * e_s_next.T, Sigma_s_next))
+unrelated = page(moment(d * e_s_next.T, gone))
+is_Sigma_s = page(let(Sigma_s, D + G * Sigma_s_next * G.T))
+page(
     letters.derive(
         "", "the covariance of the smoothed estimate", (x_s - xt) * (x_s - xt).T
     )
     .use(error)
     .expect(is_D, is_Sigma_s_next, unrelated)
-    .fold(is_Sigma_s),
-    """It is a sum of squares for any gain. With the best gain the first one is shorter,
-    and the recursion is that of Rauch, Tung and Striebel.""",
-    of_squares := chain(
-        "",
-        "the covariance if the next state were known",
-        d * d.T,
-        Line((e - G * e_minus_next) * (e - G * e_minus_next).T, by=(is_d,)),
-        Line(((I - G * As) * e + G * w) * ((I - G * As) * e + G * w).T, by=(moves,)),
-        Expect(
-            (I - G * As) * Sigma * (I - G * As).T + G * Q * G.T,
-            moments=(is_Sigma, is_Q, apart),
-        ),
+    .fold(is_Sigma_s)
+)
+
+page("""It is a sum of squares for any gain. With the best gain the first one is
+    shorter, and the recursion is that of Rauch, Tung and Striebel.""")
+of_squares = page.chain(
+    "",
+    "the covariance if the next state were known",
+    d * d.T,
+    Line((e - G * e_minus_next) * (e - G * e_minus_next).T, by=(is_d,)),
+    Line(((I - G * As) * e + G * w) * ((I - G * As) * e + G * w).T, by=(moves,)),
+    Expect(
+        (I - G * As) * Sigma * (I - G * As).T + G * Q * G.T,
+        moments=(is_Sigma, is_Q, apart),
     ),
-    squares := define(D, (I - G * As) * Sigma * (I - G * As).T + G * Q * G.T),
-    short := letters.derive("", "the same with the best gain", D)
+)
+squares = page(suppose(D, (I - G * As) * Sigma * (I - G * As).T + G * Q * G.T))
+short = page(
+    letters.derive("", "the same with the best gain", D)
     .put(squares)
     .expand()
     .fold(is_Omega)
     .fold(is_T)
-    .fold(is_G),
-    recursion := letters.derive(
-        "", "the recursion of Rauch, Tung and Striebel", Sigma_s
-    )
+    .fold(is_G)
+)
+recursion = page(
+    letters.derive("", "the recursion of Rauch, Tung and Striebel", Sigma_s)
     .put(is_Sigma_s)
     .put(short)
-    .factor(),
-    "The errors of neighbours have in common what the gain passes on.",
-    is_U := define(U_next, Sigma_s_next * G.T),
-    lag_one := chain(
-        "",
-        "the covariance of neighbours",
-        e_s_next * (x_s - xt).T,
-        Line(e_s_next * (d + G * e_s_next).T, by=(error,)),
-        Expect(Sigma_s_next * G.T, moments=(is_Sigma_s_next, unrelated)),
-        Line(U_next, by=(is_U,)),
-    ),
-    """A sum of squares has a factor. Where later rows leave a small part of a large
-    variance, this form keeps the digits that the difference loses.""",
-    is_H := define(Sigma, H * H.T),
-    is_L_Q := define(Q, L_Q * L_Q.T),
-    is_H_s_next := define(Sigma_s_next, H_s_next * H_s_next.T),
-    is_kept := define(kept, (I - G * As) * H),
-    is_drawn := define(drawn, G * L_Q),
-    is_passed := define(passed, G * H_s_next),
-    chain(
-        "",
-        "a factor of the smoothed covariance",
-        kept * kept.T + drawn * drawn.T + passed * passed.T,
-        Line(
-            (I - G * As) * H * H.T * (I - G * As).T
-            + G * L_Q * L_Q.T * G.T
-            + G * H_s_next * H_s_next.T * G.T,
-            by=(is_kept, is_drawn, is_passed),
-        ),
-        Line(
-            (I - G * As) * Sigma * (I - G * As).T
-            + G * Q * G.T
-            + G * Sigma_s_next * G.T,
-            by=(is_H, is_L_Q, is_H_s_next),
-        ),
-        Line(D + G * Sigma_s_next * G.T, by=(squares,)),
-        Line(Sigma_s, by=(is_Sigma_s,)),
-    ),
+    .factor()
 )
 
+page("The errors of neighbours have in common what the gain passes on.")
+is_U = page(let(U_next, Sigma_s_next * G.T))
+lag_one = page.chain(
+    "",
+    "the covariance of neighbours",
+    e_s_next * (x_s - xt).T,
+    Line(e_s_next * (d + G * e_s_next).T, by=(error,)),
+    Expect(Sigma_s_next * G.T, moments=(is_Sigma_s_next, unrelated)),
+    Line(U_next, by=(is_U,)),
+)
 
-@cache
-def derive():
-    """The page."""
-    page = (*ERRORS, *SMOOTHER)
-    return Derivation(page=page, letters=letters, source=SOURCE)
+page("""A sum of squares has a factor. Where later rows leave a small part of a large
+    variance, this form keeps the digits that the difference loses.""")
+is_H = page(suppose(Sigma, H * H.T))
+is_L_Q = page(suppose(Q, L_Q * L_Q.T))
+is_H_s_next = page(suppose(Sigma_s_next, H_s_next * H_s_next.T))
+is_kept = page(let(kept, (I - G * As) * H))
+is_drawn = page(let(drawn, G * L_Q))
+is_passed = page(let(passed, G * H_s_next))
+page.chain(
+    "",
+    "a factor of the smoothed covariance",
+    kept * kept.T + drawn * drawn.T + passed * passed.T,
+    Line(
+        (I - G * As) * H * H.T * (I - G * As).T
+        + G * L_Q * L_Q.T * G.T
+        + G * H_s_next * H_s_next.T * G.T,
+        by=(is_kept, is_drawn, is_passed),
+    ),
+    Line(
+        (I - G * As) * Sigma * (I - G * As).T + G * Q * G.T + G * Sigma_s_next * G.T,
+        by=(is_H, is_L_Q, is_H_s_next),
+    ),
+    Line(D + G * Sigma_s_next * G.T, by=(squares,)),
+    Line(Sigma_s, by=(is_Sigma_s,)),
+)

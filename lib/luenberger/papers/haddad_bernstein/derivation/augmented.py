@@ -8,7 +8,14 @@ Source: Haddad and Bernstein (1987), sections 2 to 4, (3.1)-(3.3), (4.1)-(4.4).
 
 from functools import cache
 
-from matrixproof import BlockMatrix, Derivation, Expect, Line, Substitute, ZeroMatrix
+from matrixproof import (
+    BlockMatrix,
+    Expect,
+    Line,
+    Page,
+    Substitute,
+    ZeroMatrix,
+)
 
 from .letters import *
 
@@ -19,185 +26,209 @@ def average(number, says, left, right, moments, named):
     return chain(number, says, left, averaged, Line(named.left, by=(named,)))
 
 
-PAGE = (
-    """The parameters of the plant are noisy: a white noise `nu_1` of unit variance
-    multiplies `A_1` and `C_1`. The estimator sees the measurement alone.""",
-    is_x_next := define(x_next, (A + nu * A1) * x + w1, "3.1"),
-    is_y := define(y, (C + nu * C1) * x + w2, "3.2"),
-    is_xe_next := define(xe_next, Ae * xe + Be * y, "3.3"),
-    """The noise of the parameters acts on the plant through its product with the state,
-    which has a letter of its own.""",
-    is_x_nu := define(x_nu, nu * x),
-    "Plant and estimator together move as one system.",
-    is_xt := define(xt, BlockMatrix([[x], [xe]]), "4.1"),
-    is_xt_next := define(xt_next, BlockMatrix([[x_next], [xe_next]]), "4.1"),
-    is_xt_nu := define(xt_nu, BlockMatrix([[x_nu], [xe_nu]])),
-    is_w := define(w, BlockMatrix([[w1], [w2]])),
-    is_Bt := define(Bt, BlockMatrix([[I, ZeroMatrix(n, l)], [ZeroMatrix(r, n), Be]])),
-    is_wt := define(wt, Bt * w, "section 2"),
-    is_At := define(
-        At, BlockMatrix([[A, ZeroMatrix(n, r)], [Be * C, Ae]]), "section 2"
-    ),
-    is_At1 := define(
+page = Page(letters=letters, source=SOURCE)
+
+
+page("""The parameters of the plant are noisy: a white noise `nu_1` of unit variance
+    multiplies `A_1` and `C_1`. The estimator sees the measurement alone.""")
+is_x_next = page(let(x_next, (A + nu * A1) * x + w1, "3.1"))
+is_y = page(let(y, (C + nu * C1) * x + w2, "3.2"))
+is_xe_next = page(let(xe_next, Ae * xe + Be * y, "3.3"))
+
+page("""The noise of the parameters acts on the plant through its product with the
+    state, which has a letter of its own.""")
+is_x_nu = page(let(x_nu, nu * x))
+
+page("Plant and estimator together move as one system.")
+is_xt = page(let(xt, BlockMatrix([[x], [xe]]), "4.1"))
+is_xt_next = page(let(xt_next, BlockMatrix([[x_next], [xe_next]]), "4.1"))
+is_xt_nu = page(let(xt_nu, BlockMatrix([[x_nu], [xe_nu]])))
+is_w = page(let(w, BlockMatrix([[w1], [w2]])))
+is_Bt = page(let(Bt, BlockMatrix([[I, ZeroMatrix(n, l)], [ZeroMatrix(r, n), Be]])))
+is_wt = page(let(wt, Bt * w, "section 2"))
+is_At = page(let(At, BlockMatrix([[A, ZeroMatrix(n, r)], [Be * C, Ae]]), "section 2"))
+is_At1 = page(
+    let(
         At1,
         BlockMatrix([[A1, ZeroMatrix(n, r)], [Be * C1, ZeroMatrix(r, r)]]),
         "section 2",
+    )
+)
+together = page.chain(
+    "4.1",
+    "plant and estimator as one system",
+    xt_next,
+    Substitute(BlockMatrix([[x_next], [Ae * xe + Be * y]]), (is_xt_next, is_xe_next)),
+    Substitute(
+        BlockMatrix(
+            [[A * x + A1 * x_nu + w1], [Ae * xe + Be * (C * x + C1 * x_nu + w2)]]
+        ),
+        (is_x_next, is_y, is_x_nu),
     ),
-    together := chain(
-        "4.1",
-        "plant and estimator as one system",
-        xt_next,
-        Substitute(
-            BlockMatrix([[x_next], [Ae * xe + Be * y]]), (is_xt_next, is_xe_next)
-        ),
-        Substitute(
-            BlockMatrix(
-                [[A * x + A1 * x_nu + w1], [Ae * xe + Be * (C * x + C1 * x_nu + w2)]]
-            ),
-            (is_x_next, is_y, is_x_nu),
-        ),
-        Substitute(
-            At * xt + At1 * xt_nu + wt,
-            by=(is_At, is_At1, is_xt, is_xt_nu, is_wt, is_Bt, is_w),
-        ),
+    Substitute(
+        At * xt + At1 * xt_nu + wt,
+        by=(is_At, is_At1, is_xt, is_xt_nu, is_wt, is_Bt, is_w),
     ),
-    """The noise of the parameters is independent of the state that it multiplies, and
+)
+
+page("""The noise of the parameters is independent of the state that it multiplies, and
     all noise is white. So the three terms are uncorrelated, and the second has the
-    second moment of the state.""",
-    is_Q := moment(xt * xt.T, Qt, "4.2"),
-    is_Q_nu := moment(xt_nu * xt_nu.T, Qt),
-    apart := moment(xt * xt_nu.T, ZeroMatrix(both, both)),
-    white := moment(xt * wt.T, ZeroMatrix(both, both)),
-    white_nu := moment(xt_nu * wt.T, ZeroMatrix(both, both)),
-    is_wwt := moment(wt * wt.T, Wt, "section 2"),
-    chain(
-        "4.3",
-        "the second moment one step on",
-        xt_next * xt_next.T,
-        Line(
-            (At * xt + At1 * xt_nu + wt) * (At * xt + At1 * xt_nu + wt).T,
-            by=(together,),
-        ),
-        Expect(
-            At * Qt * At.T + At1 * Qt * At1.T + Wt,
-            moments=(is_Q, is_Q_nu, apart, white, white_nu, is_wwt),
-        ),
+    second moment of the state.""")
+is_Q = page(moment(xt * xt.T, Qt, "4.2"))
+is_Q_nu = page(moment(xt_nu * xt_nu.T, Qt))
+apart = page(moment(xt * xt_nu.T, ZeroMatrix(both, both)))
+white = page(moment(xt * wt.T, ZeroMatrix(both, both)))
+white_nu = page(moment(xt_nu * wt.T, ZeroMatrix(both, both)))
+is_wwt = page(moment(wt * wt.T, Wt, "section 2"))
+page.chain(
+    "4.3",
+    "the second moment one step on",
+    xt_next * xt_next.T,
+    Line(
+        (At * xt + At1 * xt_nu + wt) * (At * xt + At1 * xt_nu + wt).T,
+        by=(together,),
     ),
-    """In the steady state the moment is the same one step on. It exists if both systems
-    are stable in mean square; lemma 4.1 says when they are.""",
-    steady := define(Qt, At * Qt * At.T + At1 * Qt * At1.T + Wt, "4.4"),
-    """Block by block, the parameters' noise only adds to the covariances of the
+    Expect(
+        At * Qt * At.T + At1 * Qt * At1.T + Wt,
+        moments=(is_Q, is_Q_nu, apart, white, white_nu, is_wwt),
+    ),
+)
+
+page("""In the steady state the moment is the same one step on. It exists if both
+    systems are stable in mean square; lemma 4.1 says when they are.""")
+is_steady = page(steady(Qt, At * Qt * At.T + At1 * Qt * At1.T + Wt, "4.4"))
+
+page("""Block by block, the parameters' noise only adds to the covariances of the
     additive noise. What it adds depends on `Q_1`, which no estimator changes. From here
-    on `V_1`, `V_12` and `V_2` are these sums.""",
-    is_Qt := define(Qt, BlockMatrix([[Q1, Q12], [Q12.T, Q2]])),
-    is_ww := moment(w * w.T, W),
-    is_W := define(W, BlockMatrix([[W1, W12], [W12.T, W2]])),
-    is_Wt := define(
+    on `V_1`, `V_12` and `V_2` are these sums.""")
+is_Qt = page(suppose(Qt, BlockMatrix([[Q1, Q12], [Q12.T, Q2]])))
+is_ww = page(moment(w * w.T, W))
+is_W = page(suppose(W, BlockMatrix([[W1, W12], [W12.T, W2]])))
+is_Wt = page(
+    suppose(
         Wt,
         BlockMatrix([[W1, W12 * Be.T], [Be * W12.T, Be * W2 * Be.T]]),
         "section 2",
-    ),
-    chain(
-        "section 2",
-        "the covariance of the additive noise",
-        wt * wt.T,
-        Line(Bt * w * w.T * Bt.T, by=(is_wt,)),
-        Expect(Bt * W * Bt.T, moments=(is_ww,)),
-        Substitute(Wt, by=(is_Wt, is_Bt, is_W)),
-    ),
-    is_F := define(F1, BlockMatrix([[A1], [Be * C1]])),
-    is_Vt := define(Vt, BlockMatrix([[V1, V12 * Be.T], [Be * V12.T, Be * V2 * Be.T]])),
-    is_V1 := define(V1, W1 + A1 * Q1 * A1.T),
-    is_V12 := define(V12, W12 + A1 * Q1 * C1.T),
-    is_V2 := define(V2, W2 + C1 * Q1 * C1.T),
-    noise := chain(
-        "4.4",
-        "the noise of the parameters is additive noise",
-        At1 * Qt * At1.T + Wt,
-        Substitute(F1 * Q1 * F1.T + Wt, by=(is_At1, is_Qt, is_F, is_Wt)),
-        Substitute(Vt, by=(is_F, is_Wt, is_Vt, is_V1, is_V12, is_V2)),
-    ),
-    """One pair `A_1`, `C_1` adds the covariance of what it does to the state and the
-    measurement.""",
-    is_X := moment(x_nu * x_nu.T, X),
-    is_dV1 := define(dV1, A1 * X * A1.T),
-    is_dV12 := define(dV12, A1 * X * C1.T),
-    is_dV2 := define(dV2, C1 * X * C1.T),
-    adds_1 := average(
+    )
+)
+page.chain(
+    "section 2",
+    "the covariance of the additive noise",
+    wt * wt.T,
+    Line(Bt * w * w.T * Bt.T, by=(is_wt,)),
+    Expect(Bt * W * Bt.T, moments=(is_ww,)),
+    Substitute(Wt, by=(is_Wt, is_Bt, is_W)),
+)
+is_F = page(let(F1, BlockMatrix([[A1], [Be * C1]])))
+is_Vt = page(let(Vt, BlockMatrix([[V1, V12 * Be.T], [Be * V12.T, Be * V2 * Be.T]])))
+is_V1 = page(let(V1, W1 + A1 * Q1 * A1.T))
+is_V12 = page(let(V12, W12 + A1 * Q1 * C1.T))
+is_V2 = page(let(V2, W2 + C1 * Q1 * C1.T))
+noise = page.chain(
+    "4.4",
+    "the noise of the parameters is additive noise",
+    At1 * Qt * At1.T + Wt,
+    Substitute(F1 * Q1 * F1.T + Wt, by=(is_At1, is_Qt, is_F, is_Wt)),
+    Substitute(Vt, by=(is_F, is_Wt, is_Vt, is_V1, is_V12, is_V2)),
+)
+
+page("""One pair `A_1`, `C_1` adds the covariance of what it does to the state and the
+    measurement.""")
+is_X = page(moment(x_nu * x_nu.T, X))
+is_dV1 = page(let(dV1, A1 * X * A1.T))
+is_dV12 = page(let(dV12, A1 * X * C1.T))
+is_dV2 = page(let(dV2, C1 * X * C1.T))
+adds_1 = page(
+    average(
         "4.4",
         "a pair adds noise to the state",
         (A1 * x_nu) * (A1 * x_nu).T,
         A1 * X * A1.T,
         (is_X,),
         is_dV1,
-    ),
-    adds_12 := average(
+    )
+)
+adds_12 = page(
+    average(
         "4.4",
         "and noise that state and measurement have in common",
         (A1 * x_nu) * (C1 * x_nu).T,
         A1 * X * C1.T,
         (is_X,),
         is_dV12,
-    ),
-    adds_2 := average(
+    )
+)
+adds_2 = page(
+    average(
         "4.4",
         "and noise to the measurement",
         (C1 * x_nu) * (C1 * x_nu).T,
         C1 * X * C1.T,
         (is_X,),
         is_dV2,
-    ),
-    """With all noise in `u` and `v`, the measurement has these second moments. No
-    estimator changes them.""",
-    is_xx := moment(x * x.T, Q1),
-    is_uv := moment(u * v.T, V12),
-    is_vv := moment(v * v.T, V2),
-    fresh := moment(x * v.T, ZeroMatrix(n, l)),
-    past := moment(u * x.T, ZeroMatrix(n, n)),
-    is_Qxy := define(Qxy, Q1 * C.T),
-    is_Qxy_next := define(Qxy_next, A * Q1 * C.T + V12),
-    is_Qyy := define(Qyy, C * Q1 * C.T + V2),
-    with_now := average(
+    )
+)
+
+page("""With all noise in `u` and `v`, the measurement has these second moments. No
+    estimator changes them.""")
+is_xx = page(moment(x * x.T, Q1))
+is_uv = page(moment(u * v.T, V12))
+is_vv = page(moment(v * v.T, V2))
+fresh = page(moment(x * v.T, ZeroMatrix(n, l)))
+past = page(moment(u * x.T, ZeroMatrix(n, n)))
+is_Qxy = page(let(Qxy, Q1 * C.T))
+is_Qxy_next = page(let(Qxy_next, A * Q1 * C.T + V12))
+is_Qyy = page(let(Qyy, C * Q1 * C.T + V2))
+with_now = page(
+    average(
         "3.2",
         "state and measurement",
         x * (C * x + v).T,
         Q1 * C.T,
         (is_xx, fresh),
         is_Qxy,
-    ),
-    with_next := average(
+    )
+)
+with_next = page(
+    average(
         "3.2",
         "next state and measurement",
         (A * x + u) * (C * x + v).T,
         A * Q1 * C.T + V12,
         (is_xx, is_uv, fresh, past),
         is_Qxy_next,
-    ),
-    with_itself := average(
+    )
+)
+with_itself = page(
+    average(
         "3.2",
         "the measurement with itself",
         (C * x + v) * (C * x + v).T,
         C * Q1 * C.T + V2,
         (is_xx, is_vv, fresh),
         is_Qyy,
-    ),
-    "The state has a second moment of its own, whatever the estimator.",
-    is_uu := moment(u * u.T, V1),
-    is_Q1_next := define(Q1_next, A * Q1 * A.T + V1, "4.3"),
-    moves := average(
+    )
+)
+
+page("The state has a second moment of its own, whatever the estimator.")
+is_uu = page(moment(u * u.T, V1))
+is_Q1_next = page(let(Q1_next, A * Q1 * A.T + V1, "4.3"))
+moves = page(
+    average(
         "4.3",
         "the state one step on",
         (A * x + u) * (A * x + u).T,
         A * Q1 * A.T + V1,
         (is_xx, is_uu, past),
         is_Q1_next,
-    ),
-    "So (4.4) has three blocks, the first of them the plant's own.",
-    is_N12 := define(N12, Qxy_next * Be.T),
-    is_N2 := define(
-        N2, Be * C * Q12 * Ae.T + (Be * C * Q12 * Ae.T).T + Be * Qyy * Be.T
-    ),
-    is_Qt_next := define(
+    )
+)
+
+page("So (4.4) has three blocks, the first of them the plant's own.")
+is_N12 = page(let(N12, Qxy_next * Be.T))
+is_N2 = page(let(N2, Be * C * Q12 * Ae.T + (Be * C * Q12 * Ae.T).T + Be * Qyy * Be.T))
+is_Qt_next = page(
+    let(
         Qt_next,
         BlockMatrix(
             [
@@ -205,32 +236,32 @@ PAGE = (
                 [Ae * Q12.T * A.T + N12.T, Ae * Q2 * Ae.T + N2],
             ]
         ),
+    )
+)
+step = page.chain(
+    "4.3",
+    "one step of the moment by blocks",
+    At * Qt * At.T + Vt,
+    Substitute(
+        Qt_next,
+        (is_Qt_next, is_At, is_Qt, is_Vt, is_Qxy_next, is_Qyy, is_N12, is_N2),
     ),
-    step := chain(
-        "4.3",
-        "one step of the moment by blocks",
-        At * Qt * At.T + Vt,
-        Substitute(
-            Qt_next,
-            (is_Qt_next, is_At, is_Qt, is_Vt, is_Qxy_next, is_Qyy, is_N12, is_N2),
-        ),
-    ),
-    moments := chain(
-        "4.6",
-        "the moment equation by blocks",
-        BlockMatrix([[Q1, Q12], [Q12.T, Q2]]),
-        Substitute(Qt, by=(is_Qt,)),
-        Line(At * Qt * At.T + At1 * Qt * At1.T + Wt, by=(steady,)),
-        Line(At * Qt * At.T + Vt, by=(noise,)),
-        Line(Qt_next, by=(step,)),
-        Substitute(is_Qt_next.right, by=(is_Qt_next,)),
-    ),
-    own := chain(
-        "4.4",
-        "the moment of the plant is its own",
-        Q1,
-        Line(A * Q1 * A.T + V1, by=(moments,)),
-    ),
+)
+moments = page.chain(
+    "4.6",
+    "the moment equation by blocks",
+    BlockMatrix([[Q1, Q12], [Q12.T, Q2]]),
+    Substitute(Qt, by=(is_Qt,)),
+    Line(At * Qt * At.T + At1 * Qt * At1.T + Wt, by=(is_steady,)),
+    Line(At * Qt * At.T + Vt, by=(noise,)),
+    Line(Qt_next, by=(step,)),
+    Substitute(is_Qt_next.right, by=(is_Qt_next,)),
+)
+own = page.chain(
+    "4.4",
+    "the moment of the plant is its own",
+    Q1,
+    Line(A * Q1 * A.T + V1, by=(moments,)),
 )
 
 
@@ -243,11 +274,17 @@ def equivalent_noise():
     )
 
 
+page(equivalent_noise())
+
+
 @cache
 def moment_ahead():
     """The second moment of the state one step on; V1 is the covariance of all noise."""
     stages = [assign(is_Q1_next, "(4.3)")]
     return listed((A, Q1, V1), stages, "the moment of the state, one step", moves)
+
+
+page(moment_ahead())
 
 
 @cache
@@ -256,6 +293,9 @@ def both_systems():
     stages = [assign(r, "section 2") for r in (is_At, is_At1, is_Wt)]
     given = (A, C, A1, C1, W1, W12, W2, Ae, Be)
     return listed(given, stages, "plant and estimator as one system", together)
+
+
+page(both_systems())
 
 
 @cache
@@ -272,6 +312,9 @@ def output_moments():
     )
 
 
+page(output_moments())
+
+
 @cache
 def estimator_moments():
     """Right sides of Q12 = A Q12 Ae' + N12 and of Q2 = Ae Q2 Ae' + N2."""
@@ -282,10 +325,4 @@ def estimator_moments():
     )
 
 
-@cache
-def derive():
-    """The page."""
-    lists = equivalent_noise, moment_ahead, both_systems
-    lists = *lists, output_moments, estimator_moments
-    page = (*PAGE, *(make() for make in lists))
-    return Derivation(page=page, letters=letters, source=SOURCE)
+page(estimator_moments())

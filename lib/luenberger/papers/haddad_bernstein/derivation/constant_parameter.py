@@ -11,13 +11,13 @@ from functools import cache
 
 from sympy import Rational, Trace, symbols
 
-from matrixproof import Cyclic, Derivation, Line, Stage, Substitute
+from matrixproof import Cyclic, Derivation, Line, Page, Stage, Substitute
 
 from .letters import SOURCE, n
 from .letters import letters as paper
 
 letters = paper.here()
-chain, define = letters.chain, letters.define
+let, steady = letters.let, letters.steady
 
 
 def square(name, meaning):
@@ -49,128 +49,136 @@ B_2 = square("B_2", "what drives `X_2`")
 Y = square("Y", "what a constant does beyond white noise")
 Lambda = square("Lambda", "the cost of noise that enters now and is remembered")
 
-MOMENTS = (
-    """The system `A_theta` moves the state, and depends on a parameter `theta`.""",
-    is_A_theta := define(A_theta, A + theta * A_1),
-    """For one value that stays, the second moment of the steady state is the
-    solution of a Lyapunov equation, and without the parameter that of another.""",
-    is_X := define(X, A_theta * X * A_theta.T + W),
-    is_X_0 := define(X_0, A * X_0 * A.T + W),
-    "Two more equations say how it moves with the parameter.",
-    is_B_1 := define(B_1, A_1 * X_0 * A.T + A * X_0 * A_1.T),
-    is_X_1 := define(X_1, A * X_1 * A.T + B_1),
-    is_B_w := define(B_w, A_1 * X_0 * A_1.T),
-    is_B_2 := define(B_2, B_w + A_1 * X_1 * A.T + A * X_1 * A_1.T),
-    is_X_2 := define(X_2, A * X_2 * A.T + B_2),
-    is_X_p := define(X_p, X_0 + theta * X_1 + theta**2 * X_2),
-    """Up to the square of the parameter this sum solves the true equation. What it
-    misses is of third order.""",
-    is_B_p := define(
+
+page = Page(letters=letters, source=f"our own; {SOURCE}, (4.4)")
+
+
+page("The system `A_theta` moves the state, and depends on a parameter `theta`.")
+is_A_theta = page(let(A_theta, A + theta * A_1))
+
+page("""For one value that stays, the second moment of the steady state is the solution
+    of a Lyapunov equation, and without the parameter that of another.""")
+is_X = page(steady(X, A_theta * X * A_theta.T + W))
+is_X_0 = page(steady(X_0, A * X_0 * A.T + W))
+
+page("Two more equations say how it moves with the parameter.")
+is_B_1 = page(let(B_1, A_1 * X_0 * A.T + A * X_0 * A_1.T))
+is_X_1 = page(steady(X_1, A * X_1 * A.T + B_1))
+is_B_w = page(let(B_w, A_1 * X_0 * A_1.T))
+is_B_2 = page(let(B_2, B_w + A_1 * X_1 * A.T + A * X_1 * A_1.T))
+is_X_2 = page(steady(X_2, A * X_2 * A.T + B_2))
+is_X_p = page(let(X_p, X_0 + theta * X_1 + theta**2 * X_2))
+
+page("""Up to the square of the parameter this sum solves the true equation. What it
+    misses is of third order.""")
+is_B_p = page(
+    let(
         B_p,
         theta**3 * (A_1 * X_1 * A_1.T + A_1 * X_2 * A.T + A * X_2 * A_1.T)
         + theta**4 * A_1 * X_2 * A_1.T,
-    ),
-    missed := chain(
-        "constant",
-        "the sum one step on",
-        A_theta * X_p * A_theta.T + W,
-        Substitute(
-            (A + theta * A_1)
-            * (X_0 + theta * X_1 + theta**2 * X_2)
-            * (A + theta * A_1).T
-            + W,
-            by=(is_A_theta, is_X_p),
-        ),
-        Line(
-            A * X_0 * A.T
-            + W
-            + theta * (A * X_1 * A.T + B_1)
-            + theta**2 * (A * X_2 * A.T + B_2)
-            + B_p,
-            by=(is_B_1, is_B_w, is_B_2, is_B_p),
-        ),
-        Line(X_0 + theta * X_1 + theta**2 * X_2 + B_p, by=(is_X_0, is_X_1, is_X_2)),
-        Line(X_p + B_p, by=(is_X_p,)),
-    ),
-    "So the true moment differs by what this remainder drives, for any `theta`.",
-    chain(
-        "constant",
-        "what the sum is off by",
-        A_theta * (X - X_p) * A_theta.T + B_p,
-        Line(X - W - A_theta * X_p * A_theta.T + B_p, by=(is_X,)),
-        Line(X - X_p, by=(missed,)),
-    ),
-    """A parameter of mean zero may as well have the other sign. In the mean over both,
-    what is of first order cancels, and the square is left.""",
-    is_up := define(X_up, X_0 + s * X_1 + s**2 * X_2),
-    is_down := define(X_down, X_0 - s * X_1 + s**2 * X_2),
-    chain(
-        "constant",
-        "the mean over both signs",
-        half * (X_up + X_down),
-        Line(X_0 + s**2 * X_2, by=(is_up, is_down)),
-    ),
+    )
 )
-WHITE = (
-    """White noise of variance `s^2` in place of the parameter adds its covariance at
-    every step.""",
-    is_X_w := define(X_w, A * X_w * A.T + B_w),
-    is_X_v := define(X_v, X_0 + s**2 * X_w),
-    is_B_v := define(B_v, s**4 * A_1 * X_w * A_1.T),
-    chain(
-        "white",
-        "the sum one step on, where white noise takes the place of the constant",
-        A * X_v * A.T + s**2 * A_1 * X_v * A_1.T + W,
-        Line(
-            A * X_0 * A.T
-            + W
-            + s**2 * (A * X_w * A.T + A_1 * X_0 * A_1.T)
-            + s**4 * A_1 * X_w * A_1.T,
-            by=(is_X_v,),
-        ),
-        Line(
-            X_0 + s**2 * (A * X_w * A.T + B_w) + B_v,
-            by=(is_X_0, is_B_w, is_B_v),
-        ),
-        Line(X_0 + s**2 * X_w + B_v, by=(is_X_w,)),
-        Line(X_v + B_v, by=(is_X_v,)),
+missed = page.chain(
+    "constant",
+    "the sum one step on",
+    A_theta * X_p * A_theta.T + W,
+    Substitute(
+        (A + theta * A_1) * (X_0 + theta * X_1 + theta**2 * X_2) * (A + theta * A_1).T
+        + W,
+        by=(is_A_theta, is_X_p),
     ),
-    "A constant does more: what it did to the state before, it meets again.",
-    is_Y := define(Y, X_2 - X_w),
-    chain(
-        "constant",
-        "what a constant does beyond white noise",
-        Y,
-        Line(X_2 - X_w, by=(is_Y,)),
-        Line(A * X_2 * A.T + B_2 - A * X_w * A.T - B_w, by=(is_X_2, is_X_w)),
-        Line(
-            A * X_2 * A.T - A * X_w * A.T + A_1 * X_1 * A.T + A * X_1 * A_1.T,
-            by=(is_B_2,),
-        ),
-        Line(A * Y * A.T + A_1 * X_1 * A.T + A * X_1 * A_1.T, by=(is_Y,)),
+    Line(
+        A * X_0 * A.T
+        + W
+        + theta * (A * X_1 * A.T + B_1)
+        + theta**2 * (A * X_2 * A.T + B_2)
+        + B_p,
+        by=(is_B_1, is_B_w, is_B_2, is_B_p),
     ),
+    Line(X_0 + theta * X_1 + theta**2 * X_2 + B_p, by=(is_X_0, is_X_1, is_X_2)),
+    Line(X_p + B_p, by=(is_X_p,)),
 )
-COSTS = (
-    """A cost adds up what noise does now and later. So both effects are traces of what
+
+page("So the true moment differs by what this remainder drives, for any `theta`.")
+page.chain(
+    "constant",
+    "what the sum is off by",
+    A_theta * (X - X_p) * A_theta.T + B_p,
+    Line(X - W - A_theta * X_p * A_theta.T + B_p, by=(is_X,)),
+    Line(X - X_p, by=(missed,)),
+)
+
+page("""A parameter of mean zero may as well have the other sign. In the mean over both,
+    what is of first order cancels, and the square is left.""")
+is_up = page(let(X_up, X_0 + s * X_1 + s**2 * X_2))
+is_down = page(let(X_down, X_0 - s * X_1 + s**2 * X_2))
+page.chain(
+    "constant",
+    "the mean over both signs",
+    half * (X_up + X_down),
+    Line(X_0 + s**2 * X_2, by=(is_up, is_down)),
+)
+
+
+page("""White noise of variance `s^2` in place of the parameter adds its covariance at
+    every step.""")
+is_X_w = page(steady(X_w, A * X_w * A.T + B_w))
+is_X_v = page(let(X_v, X_0 + s**2 * X_w))
+is_B_v = page(let(B_v, s**4 * A_1 * X_w * A_1.T))
+page.chain(
+    "white",
+    "the sum one step on, where white noise takes the place of the constant",
+    A * X_v * A.T + s**2 * A_1 * X_v * A_1.T + W,
+    Line(
+        A * X_0 * A.T
+        + W
+        + s**2 * (A * X_w * A.T + A_1 * X_0 * A_1.T)
+        + s**4 * A_1 * X_w * A_1.T,
+        by=(is_X_v,),
+    ),
+    Line(
+        X_0 + s**2 * (A * X_w * A.T + B_w) + B_v,
+        by=(is_X_0, is_B_w, is_B_v),
+    ),
+    Line(X_0 + s**2 * X_w + B_v, by=(is_X_w,)),
+    Line(X_v + B_v, by=(is_X_v,)),
+)
+
+page("A constant does more: what it did to the state before, it meets again.")
+is_Y = page(let(Y, X_2 - X_w))
+page.chain(
+    "constant",
+    "what a constant does beyond white noise",
+    Y,
+    Line(X_2 - X_w, by=(is_Y,)),
+    Line(A * X_2 * A.T + B_2 - A * X_w * A.T - B_w, by=(is_X_2, is_X_w)),
+    Line(
+        A * X_2 * A.T - A * X_w * A.T + A_1 * X_1 * A.T + A * X_1 * A_1.T,
+        by=(is_B_2,),
+    ),
+    Line(A * Y * A.T + A_1 * X_1 * A.T + A * X_1 * A_1.T, by=(is_Y,)),
+)
+
+
+page("""A cost adds up what noise does now and later. So both effects are traces of what
     drives them, and their quotient is the factor by which white noise must be stronger
-    than the constant to cost the same.""",
-    dual := define(Lambda, A.T * Lambda * A + M),
-    chain(
-        "white",
-        "what white noise costs",
-        Trace(M * X_w),
-        Line(Trace(Lambda * X_w) - Trace(A.T * Lambda * A * X_w), by=(dual,)),
-        Cyclic(Trace(Lambda * (X_w - A * X_w * A.T))),
-        Line(Trace(Lambda * B_w), by=(is_X_w,)),
-    ),
-    chain(
-        "constant",
-        "what a constant costs",
-        Trace(M * X_2),
-        Line(Trace(Lambda * X_2) - Trace(A.T * Lambda * A * X_2), by=(dual,)),
-        Cyclic(Trace(Lambda * (X_2 - A * X_2 * A.T))),
-        Line(Trace(Lambda * B_2), by=(is_X_2,)),
-    ),
+    than the constant to cost the same.""")
+dual = page(steady(Lambda, A.T * Lambda * A + M))
+page.chain(
+    "white",
+    "what white noise costs",
+    Trace(M * X_w),
+    Line(Trace(Lambda * X_w) - Trace(A.T * Lambda * A * X_w), by=(dual,)),
+    Cyclic(Trace(Lambda * (X_w - A * X_w * A.T))),
+    Line(Trace(Lambda * B_w), by=(is_X_w,)),
+)
+page.chain(
+    "constant",
+    "what a constant costs",
+    Trace(M * X_2),
+    Line(Trace(Lambda * X_2) - Trace(A.T * Lambda * A * X_2), by=(dual,)),
+    Cyclic(Trace(Lambda * (X_2 - A * X_2 * A.T))),
+    Line(Trace(Lambda * B_2), by=(is_X_2,)),
 )
 
 
@@ -184,6 +192,9 @@ def first_drive():
         letters=letters,
         says="what drives the first order",
     )
+
+
+page(first_drive())
 
 
 @cache
@@ -201,8 +212,4 @@ def second_drive():
     )
 
 
-@cache
-def derive():
-    """The page."""
-    page = (*MOMENTS, *WHITE, *COSTS, first_drive(), second_drive())
-    return Derivation(page=page, letters=letters, source=f"our own; {SOURCE}, (4.4)")
+page(second_drive())

@@ -18,7 +18,7 @@ from functools import cache
 import sympy as sp
 from sympy import Rational as F
 
-from matrixproof import BlockMatrix, Claim, Derivation, Identity, Line, evaluate
+from matrixproof import BlockMatrix, Claim, Identity, Line, Page, evaluate
 
 from .augmented import is_N2, is_N12, is_Qxy, is_Qxy_next, is_Qyy
 from .cost import is_M2, is_M12, is_S, shown
@@ -214,69 +214,62 @@ def not_stable():
 
 
 lifted = G.T * Q2 * P2 * Gam
-PAGE = (
-    """A weaker reading of (3.17) asks for `tau = M M#` with the group inverse of the
+
+exact = {k: x for name in examples() for k, x in not_stationary(name).items()}
+page = Page(letters=letters, source="our own", steps=exact | not_stable())
+
+
+page("""A weaker reading of (3.17) asks for `tau = M M#` with the group inverse of the
     product `M` of the two hats between projections. It says nothing: the equation holds
-    for every product of two biorthogonal factors.""",
-    is_tau,
-    one := define(Gam * G.T, Identity(r), "3.9"),
-    is_Q2 := define(Q2, Gam * Qh * Gam.T),
-    is_P2 := define(P2, G * Ph * G.T),
-    is_M := define(M_tau, tau * Qh * tau.T * tau.T * Ph * tau),
-    is_group := define(M_sharp, G.T * P2.I * Q2.I * Gam),
-    product := chain(
-        "3.17",
-        "the product of the hats between projections",
-        M_tau,
-        Line(tau * Qh * tau.T * tau.T * Ph * tau, by=(is_M,)),
-        Line(G.T * Gam * Qh * Gam.T * G * Gam.T * G * Ph * G.T * Gam, by=(is_tau,)),
-        Line(G.T * Q2 * G * Gam.T * P2 * Gam, by=(is_Q2, is_P2)),
-        Line(lifted, by=(one,)),
-    ),
-    right := chain(
-        "3.17",
-        "the weaker equation holds for every projection",
-        M_tau * M_sharp,
-        Line(lifted * M_sharp, by=(product,)),
-        Line(lifted * G.T * P2.I * Q2.I * Gam, by=(is_group,)),
-        Line(G.T * Gam, by=(one,)),
-        Line(tau, by=(is_tau,)),
-    ),
-    left := chain(
-        "3.17",
-        "from the other side as well",
-        M_sharp * M_tau,
-        Line(G.T * P2.I * Q2.I * Gam * M_tau, by=(is_group,)),
-        Line(G.T * P2.I * Q2.I * Gam * lifted, by=(product,)),
-        Line(G.T * Gam, by=(one,)),
-        Line(tau, by=(is_tau,)),
-    ),
-    chain(
-        "3.17",
-        "it is the group inverse",
-        M_tau * M_sharp * M_tau,
-        Line(tau * M_tau, by=(right,)),
-        Line(G.T * Gam * lifted, by=(is_tau, product)),
-        Line(lifted, by=(one,)),
-        Line(M_tau, by=(product,)),
-    ),
-    chain(
-        "3.17",
-        "and that one's group inverse is the product",
-        M_sharp * M_tau * M_sharp,
-        Line(tau * M_sharp, by=(left,)),
-        Line(G.T * Gam * G.T * P2.I * Q2.I * Gam, by=(is_tau, is_group)),
-        Line(G.T * P2.I * Q2.I * Gam, by=(one,)),
-        Line(M_sharp, by=(is_group,)),
-    ),
+    for every product of two biorthogonal factors.""")
+page(is_tau)
+one = page(suppose(Gam * G.T, Identity(r), "3.9"))
+is_Q2 = page(let(Q2, Gam * Qh * Gam.T))
+is_P2 = page(let(P2, G * Ph * G.T))
+is_M = page(let(M_tau, tau * Qh * tau.T * tau.T * Ph * tau))
+is_group = page(let(M_sharp, G.T * P2.I * Q2.I * Gam))
+product = page.chain(
+    "3.17",
+    "the product of the hats between projections",
+    M_tau,
+    Line(tau * Qh * tau.T * tau.T * Ph * tau, by=(is_M,)),
+    Line(G.T * Gam * Qh * Gam.T * G * Gam.T * G * Ph * G.T * Gam, by=(is_tau,)),
+    Line(G.T * Q2 * G * Gam.T * P2 * Gam, by=(is_Q2, is_P2)),
+    Line(lifted, by=(one,)),
 )
-
-
-@cache
-def derive():
-    """The page, and the examples in exact arithmetic."""
-    steps = {}
-    for name in examples():
-        steps |= not_stationary(name)
-    steps |= not_stable()
-    return Derivation(page=PAGE, steps=steps, letters=letters, source="our own")
+right = page.chain(
+    "3.17",
+    "the weaker equation holds for every projection",
+    M_tau * M_sharp,
+    Line(lifted * M_sharp, by=(product,)),
+    Line(lifted * G.T * P2.I * Q2.I * Gam, by=(is_group,)),
+    Line(G.T * Gam, by=(one,)),
+    Line(tau, by=(is_tau,)),
+)
+left = page.chain(
+    "3.17",
+    "from the other side as well",
+    M_sharp * M_tau,
+    Line(G.T * P2.I * Q2.I * Gam * M_tau, by=(is_group,)),
+    Line(G.T * P2.I * Q2.I * Gam * lifted, by=(product,)),
+    Line(G.T * Gam, by=(one,)),
+    Line(tau, by=(is_tau,)),
+)
+page.chain(
+    "3.17",
+    "it is the group inverse",
+    M_tau * M_sharp * M_tau,
+    Line(tau * M_tau, by=(right,)),
+    Line(G.T * Gam * lifted, by=(is_tau, product)),
+    Line(lifted, by=(one,)),
+    Line(M_tau, by=(product,)),
+)
+page.chain(
+    "3.17",
+    "and that one's group inverse is the product",
+    M_sharp * M_tau * M_sharp,
+    Line(tau * M_sharp, by=(left,)),
+    Line(G.T * Gam * G.T * P2.I * Q2.I * Gam, by=(is_tau, is_group)),
+    Line(G.T * P2.I * Q2.I * Gam, by=(one,)),
+    Line(M_sharp, by=(is_group,)),
+)

@@ -14,8 +14,8 @@ from matrixproof import (
     AtLeast,
     BlockMatrix,
     Cyclic,
-    Derivation,
     Line,
+    Page,
     Stage,
     Substitute,
     ZeroMatrix,
@@ -53,173 +53,169 @@ from .stationarity import (
 
 first = C1 * (Q + tau * Qh * tau.T) * C1.T
 
-PAGE = (
-    "Recalled are the hats, and what the estimator's matrices are made of.",
-    is_Qh,
-    is_Ph,
-    is_Qe,
-    is_Pe,
-    is_Q1,
-    is_Q12,
-    is_Ce,
-    is_K,
-    is_Aq,
-    is_Lq,
-    """Put into the definitions of the hats, this gives the second and the third
-    equation.""",
-    second := chain(
-        "3.15",
-        "the equation of the first hat",
-        Qh,
-        Line(A * Q_e * A.T + Kq * Qs.T, by=(is_Qh,)),
-        Line(A * tau * Qh * tau.T * A.T + Kq * Qs.T, by=(hidden,)),
+WITNESS = {root_Qt: diag(1, 0), Kq: 0}
+
+
+page = Page(letters=letters, source=SOURCE, witness=WITNESS)
+
+
+page("Recalled are the hats, and what the estimator's matrices are made of.")
+page(is_Qh, is_Ph, is_Qe, is_Pe, is_Q1, is_Q12, is_Ce)
+page(is_Qs, is_V2s, is_K, is_Aq, is_Lq)
+
+page("""Put into the definitions of the hats, this gives the second and the third
+    equation.""")
+second = page.chain(
+    "3.15",
+    "the equation of the first hat",
+    Qh,
+    Line(A * Q_e * A.T + Kq * Qs.T, by=(is_Qh,)),
+    Line(A * tau * Qh * tau.T * A.T + Kq * Qs.T, by=(hidden,)),
+)
+third = page.chain(
+    "3.16",
+    "the equation of the second hat",
+    Ph,
+    Line(Aq.T * P_e * Aq + Lq.T * R * Lq, by=(is_Ph,)),
+    Line(Aq.T * tau.T * Ph * tau * Aq + Lq.T * R * Lq, by=(hidden_dual,)),
+)
+
+page("The first block of the moment equation is left. It gives the Riccati equation.")
+outer = page.chain(
+    "4.12",
+    "the moment of the state",
+    Q + Q_e,
+    Line(Q1, by=(is_Q1,)),
+    Line(A * Q1 * A.T + V1, by=(own,)),
+    Line(A * (Q + Q_e) * A.T + V1, by=(is_Q1,)),
+)
+is_perp = page(let(tau_perp, I - tau, "section 2"))
+left = page.chain(
+    "3.14",
+    "what the projection leaves of the first hat",
+    tau_perp * Qh * tau_perp.T,
+    Line((I - tau) * Qh * (I - tau).T, by=(is_perp,)),
+    Line(Qh - tau * Qh - Qh * tau.T + tau * Qh * tau.T, why="multiply out"),
+    Line(Qh - 2 * Q_e + tau * Qh * tau.T, by=(seen,)),
+    Line(Qh - Q_e, by=(hidden,)),
+)
+riccati_equation = page.chain(
+    "3.14",
+    "the Riccati equation",
+    Q,
+    Line(A * Q * A.T + A * Q_e * A.T + V1 - Q_e, by=(outer,)),
+    Line(A * Q * A.T + V1 - Kq * Qs.T + Qh - Q_e, by=(is_Qh,)),
+    Line(A * Q * A.T + V1 - Kq * Qs.T + tau_perp * Qh * tau_perp.T, by=(left,)),
+)
+
+page("""The noise of the parameters is in `V_1`, `V_12` and `V_2`. Written out, the
+    terms are those of the paper, with `Q + tau Qh tau'` for the moment of the
+    state.""")
+page(is_V1, is_V12, is_V2)
+written_V1 = page.chain(
+    "3.14",
+    "the noise that moves the state, written out",
+    V1,
+    Line(W1 + A1 * Q1 * A1.T, by=(is_V1,)),
+    Line(W1 + A1 * (Q + tau * Qh * tau.T) * A1.T, by=(is_Q1, hidden)),
+)
+written_Qs = page.chain(
+    "section 2",
+    "next state and innovation, written out",
+    Qs,
+    Line(A * Q * C.T + V12, by=(is_Qs,)),
+    Line(A * Q * C.T + W12 + A1 * Q1 * C1.T, by=(is_V12,)),
+    Line(A * Q * C.T + W12 + A1 * (Q + tau * Qh * tau.T) * C1.T, by=(is_Q1, hidden)),
+)
+written_V2s = page.chain(
+    "section 2",
+    "the innovation, written out",
+    V2s,
+    Line(C * Q * C.T + V2, by=(is_V2s,)),
+    Line(C * Q * C.T + W2 + C1 * Q1 * C1.T, by=(is_V2,)),
+    Line(C * Q * C.T + W2 + first, by=(is_Q1, hidden)),
+)
+
+page("Of the cost, what the estimator tracks cancels, and a regression is left.")
+page(is_S, is_Qxy, is_De)
+regression = page.chain(
+    "3.18",
+    "the covariance of the error with any static gain",
+    Sigma,
+    Line(shown.right, by=(shown,)),
+    Line(
+        L * Q * L.T - L * Q * C.T * De.T - De * C * Q * L.T + De * V2s * De.T,
+        by=(is_S, is_Q1, is_Q12, is_Qe, is_Ce, is_Qxy, split),
     ),
-    third := chain(
-        "3.16",
-        "the equation of the second hat",
-        Ph,
-        Line(Aq.T * P_e * Aq + Lq.T * R * Lq, by=(is_Ph,)),
-        Line(Aq.T * tau.T * Ph * tau * Aq + Lq.T * R * Lq, by=(hidden_dual,)),
-    ),
-    "The first block of the moment equation is left. It gives the Riccati equation.",
-    outer := chain(
-        "4.12",
-        "the moment of the state",
-        Q + Q_e,
-        Line(Q1, by=(is_Q1,)),
-        Line(A * Q1 * A.T + V1, by=(own,)),
-        Line(A * (Q + Q_e) * A.T + V1, by=(is_Q1,)),
-    ),
-    is_perp := define(tau_perp, I - tau, "section 2"),
-    left := chain(
-        "3.14",
-        "what the projection leaves of the first hat",
-        tau_perp * Qh * tau_perp.T,
-        Line((I - tau) * Qh * (I - tau).T, by=(is_perp,)),
-        Line(Qh - tau * Qh - Qh * tau.T + tau * Qh * tau.T, why="multiply out"),
-        Line(Qh - 2 * Q_e + tau * Qh * tau.T, by=(seen,)),
-        Line(Qh - Q_e, by=(hidden,)),
-    ),
-    riccati_equation := chain(
-        "3.14",
-        "the Riccati equation",
-        Q,
-        Line(A * Q * A.T + A * Q_e * A.T + V1 - Q_e, by=(outer,)),
-        Line(A * Q * A.T + V1 - Kq * Qs.T + Qh - Q_e, by=(is_Qh,)),
-        Line(A * Q * A.T + V1 - Kq * Qs.T + tau_perp * Qh * tau_perp.T, by=(left,)),
-    ),
-    """The noise of the parameters is in `V_1`, `V_12` and `V_2`. Written out, the terms
-    are those of the paper, with `Q + tau Qh tau'` for the moment of the state.""",
-    is_V1,
-    is_V12,
-    is_V2,
-    is_Qs,
-    is_V2s,
-    written_V1 := chain(
-        "3.14",
-        "the noise that moves the state, written out",
-        V1,
-        Line(W1 + A1 * Q1 * A1.T, by=(is_V1,)),
-        Line(W1 + A1 * (Q + tau * Qh * tau.T) * A1.T, by=(is_Q1, hidden)),
-    ),
-    written_Qs := chain(
-        "section 2",
-        "next state and innovation, written out",
-        Qs,
-        Line(A * Q * C.T + V12, by=(is_Qs,)),
-        Line(A * Q * C.T + W12 + A1 * Q1 * C1.T, by=(is_V12,)),
-        Line(
-            A * Q * C.T + W12 + A1 * (Q + tau * Qh * tau.T) * C1.T, by=(is_Q1, hidden)
-        ),
-    ),
-    written_V2s := chain(
-        "section 2",
-        "the innovation, written out",
-        V2s,
-        Line(C * Q * C.T + V2, by=(is_V2s,)),
-        Line(C * Q * C.T + W2 + C1 * Q1 * C1.T, by=(is_V2,)),
-        Line(C * Q * C.T + W2 + first, by=(is_Q1, hidden)),
-    ),
-    "Of the cost, what the estimator tracks cancels, and a regression is left.",
-    is_S,
-    is_Qxy,
-    is_De,
-    regression := chain(
-        "3.18",
-        "the covariance of the error with any static gain",
-        Sigma,
-        Line(shown.right, by=(shown,)),
-        Line(
-            L * Q * L.T - L * Q * C.T * De.T - De * C * Q * L.T + De * V2s * De.T,
-            by=(is_S, is_Q1, is_Q12, is_Qe, is_Ce, is_Qxy, split),
-        ),
-    ),
-    best := chain(
-        "3.18",
-        "the covariance of the least error",
-        Sigma,
-        Line(regression.right, by=(regression,)),
-        Line(L * Q * L.T - De * V2s * De.T, by=(is_De,)),
-    ),
-    is_J := define(J, (L * Q * L.T - De * V2s * De.T) * R, "3.18"),
-    least := chain(
-        "3.18",
-        "the least cost",
-        Trace(R * Sigma),
-        Line(Trace(R * (L * Q * L.T - De * V2s * De.T)), by=(best,)),
-        Cyclic(Trace((L * Q * L.T - De * V2s * De.T) * R)),
-        Line(Trace(J), by=(is_J,)),
-    ),
-    """No matrix of the theorem is negative. `Q` is the covariance of `x - xhat`, and
-    the hats are sums of squares.""",
-    is_Qt,
-    is_Te := define(T_e, BlockMatrix([[I, -G.T]])),
-    is_root := define(Qt, root_Qt * root_Qt.T),
-    is_root_V := define(V2s, root_V * root_V.T),
-    is_root_Q2 := define(Q2, root_Q2 * root_Q2.T),
-    is_root_P2 := define(P2, root_P2 * root_P2.T),
-    is_root_R := define(R, root_R * root_R.T),
-    not_negative_Q := chain(
-        "theorem 3.1",
-        "the solution is a covariance",
-        Q,
-        Line(Q1 - Q12 * G - G.T * Q12.T + G.T * Q2 * G, by=(is_Q1, is_Qe, is_Q12)),
-        Substitute(T_e * Qt * T_e.T, by=(is_Te, is_Qt)),
-        AtLeast(ZeroMatrix(n, n), by=(is_root,), root=T_e * root_Qt),
-    ),
-    not_negative_Qh := chain(
-        "theorem 3.1",
-        "the first hat is not negative",
-        Qh,
-        Line(A * G.T * Q2 * G * A.T + Kq * Qs.T, by=(is_Qh, is_Qe)),
-        Line(A * G.T * Q2 * G * A.T + Kq * V2s * Kq.T, by=(is_K,)),
-        AtLeast(A * G.T * Q2 * G * A.T, by=(is_root_V,), root=Kq * root_V),
-        AtLeast(ZeroMatrix(n, n), by=(is_root_Q2,), root=A * G.T * root_Q2),
-    ),
-    not_negative_Ph := chain(
-        "theorem 3.1",
-        "the second hat is not negative",
-        Ph,
-        Line(Aq.T * Gam.T * P2 * Gam * Aq + Lq.T * R * Lq, by=(is_Ph, is_Pe)),
-        AtLeast(Aq.T * Gam.T * P2 * Gam * Aq, by=(is_root_R,), root=Lq.T * root_R),
-        AtLeast(ZeroMatrix(n, n), by=(is_root_P2,), root=Aq.T * Gam.T * root_P2),
-    ),
-    "The kernels have the residuals of all of these.",
-    is_riccati := define(
+)
+best = page.chain(
+    "3.18",
+    "the covariance of the least error",
+    Sigma,
+    Line(regression.right, by=(regression,)),
+    Line(L * Q * L.T - De * V2s * De.T, by=(is_De,)),
+)
+is_J = page(let(J, (L * Q * L.T - De * V2s * De.T) * R, "3.18"))
+least = page.chain(
+    "3.18",
+    "the least cost",
+    Trace(R * Sigma),
+    Line(Trace(R * (L * Q * L.T - De * V2s * De.T)), by=(best,)),
+    Cyclic(Trace((L * Q * L.T - De * V2s * De.T) * R)),
+    Line(Trace(J), by=(is_J,)),
+)
+
+page("""No matrix of the theorem is negative. `Q` is the covariance of `x - xhat`, and
+    the hats are sums of squares.""")
+page(is_Qt)
+is_Te = page(let(T_e, BlockMatrix([[I, -G.T]])))
+is_root = page(suppose(Qt, root_Qt * root_Qt.T))
+is_root_V = page(suppose(V2s, root_V * root_V.T))
+is_root_Q2 = page(suppose(Q2, root_Q2 * root_Q2.T))
+is_root_P2 = page(suppose(P2, root_P2 * root_P2.T))
+is_root_R = page(suppose(R, root_R * root_R.T))
+not_negative_Q = page.chain(
+    "theorem 3.1",
+    "the solution is a covariance",
+    Q,
+    Line(Q1 - Q12 * G - G.T * Q12.T + G.T * Q2 * G, by=(is_Q1, is_Qe, is_Q12)),
+    Substitute(T_e * Qt * T_e.T, by=(is_Te, is_Qt)),
+    AtLeast(ZeroMatrix(n, n), by=(is_root,), root=T_e * root_Qt),
+)
+not_negative_Qh = page.chain(
+    "theorem 3.1",
+    "the first hat is not negative",
+    Qh,
+    Line(A * G.T * Q2 * G * A.T + Kq * Qs.T, by=(is_Qh, is_Qe)),
+    Line(A * G.T * Q2 * G * A.T + Kq * V2s * Kq.T, by=(is_K,)),
+    AtLeast(A * G.T * Q2 * G * A.T, by=(is_root_V,), root=Kq * root_V),
+    AtLeast(ZeroMatrix(n, n), by=(is_root_Q2,), root=A * G.T * root_Q2),
+)
+not_negative_Ph = page.chain(
+    "theorem 3.1",
+    "the second hat is not negative",
+    Ph,
+    Line(Aq.T * Gam.T * P2 * Gam * Aq + Lq.T * R * Lq, by=(is_Ph, is_Pe)),
+    AtLeast(Aq.T * Gam.T * P2 * Gam * Aq, by=(is_root_R,), root=Lq.T * root_R),
+    AtLeast(ZeroMatrix(n, n), by=(is_root_P2,), root=Aq.T * Gam.T * root_P2),
+)
+
+page("The kernels have the residuals of all of these.")
+is_riccati = page(
+    let(
         riccati,
         A * Q * A.T + V1 - Kq * Qs.T + tau_perp * Qh * tau_perp.T - Q,
         "3.14",
-    ),
-    is_estimate := define(
-        estimate, A * tau * Qh * tau.T * A.T + Kq * Qs.T - Qh, "3.15"
-    ),
-    is_adjoint := define(
-        adjoint, Aq.T * tau.T * Ph * tau * Aq + Lq.T * R * Lq - Ph, "3.16"
-    ),
-    is_idempotent := define(idempotent, tau * tau - tau, "3.6"),
-    is_aligned_Q := define(aligned_Q, tau * Qh - Qh * tau.T, "3.17"),
-    is_aligned_P := define(aligned_P, Ph * tau - tau.T * Ph, "3.17"),
+    )
 )
+is_estimate = page(let(estimate, A * tau * Qh * tau.T * A.T + Kq * Qs.T - Qh, "3.15"))
+is_adjoint = page(
+    let(adjoint, Aq.T * tau.T * Ph * tau * Aq + Lq.T * R * Lq - Ph, "3.16")
+)
+is_idempotent = page(let(idempotent, tau * tau - tau, "3.6"))
+is_aligned_Q = page(let(aligned_Q, tau * Qh - Qh * tau.T, "3.17"))
+is_aligned_P = page(let(aligned_P, Ph * tau - tau.T * Ph, "3.17"))
+
 RESIDUALS = tuple(
     chain(
         number,
@@ -237,6 +233,8 @@ RESIDUALS = tuple(
         ("3.17", "the second alignment", is_aligned_P, aligned_dual),
     )
 )
+
+page(*RESIDUALS)
 
 
 @cache
@@ -261,6 +259,9 @@ def projection_equations():
     return listed(given, stages, says, *RESIDUALS)
 
 
+page(projection_equations())
+
+
 @cache
 def projection_trace():
     """The least cost as the trace of J; De is 0 without feedthrough."""
@@ -268,16 +269,4 @@ def projection_trace():
     return listed((L, R, De, Q, V2s), stages, "the least cost", least)
 
 
-WITNESS = {root_Qt: diag(1, 0), Kq: 0}
-
-
-@cache
-def derive():
-    """The page."""
-    page = (
-        *PAGE,
-        *RESIDUALS,
-        projection_equations(),
-        projection_trace(),
-    )
-    return Derivation(page=page, letters=letters, source=SOURCE, witness=WITNESS)
+page(projection_trace())

@@ -18,7 +18,13 @@ SOURCE = "Haddad and Bernstein (1987)"
 n, l, r, q = symbols("n l n_e q", integer=True, nonnegative=True)
 nu = symbols("nu_1")
 letters = Notation()
-chain, define, moment = letters.chain, letters.define, letters.moment
+chain, let, moment, steady, suppose = (
+    letters.chain,
+    letters.let,
+    letters.moment,
+    letters.steady,
+    letters.suppose,
+)
 I = Identity(n)
 
 

@@ -8,8 +8,6 @@ That the plant is stable without its noise, as printed, is not enough.
 Source: Haddad and Bernstein (1987), lemma 4.1; the scaling is our own.
 """
 
-from functools import cache
-
 import sympy as sp
 from sympy import Rational, Trace
 from sympy import kronecker_product as kron
@@ -18,10 +16,10 @@ from matrixproof import (
     AtLeast,
     BlockMatrix,
     Cyclic,
-    Derivation,
     Explicit,
     Identity,
     Line,
+    Page,
     Substitute,
     ZeroMatrix,
 )
@@ -65,130 +63,134 @@ def growing():
     return {H_k: H0, q_k: mode / mode[0]}
 
 
-PAGE = (
-    """Lemma 4.1 asks when the moment of both settles. Without new noise one step takes
-    it through the two matrices of the system, block by block.""",
-    is_At,
-    is_At1,
-    is_Qt,
-    is_F12 := define(F12, (A * Q1 * C.T + A1 * Q1 * C1.T) * Be.T),
-    is_F2 := define(
+page = Page(letters=letters, source=SOURCE)
+
+
+page("""Lemma 4.1 asks when the moment of both settles. Without new noise one step takes
+    it through the two matrices of the system, block by block.""")
+page(is_At, is_At1, is_Qt)
+is_F12 = page(let(F12, (A * Q1 * C.T + A1 * Q1 * C1.T) * Be.T))
+is_F2 = page(
+    let(
         F2,
         Be * C * Q12 * Ae.T
         + Ae * Q12.T * C.T * Be.T
         + Be * (C * Q1 * C.T + C1 * Q1 * C1.T) * Be.T,
-    ),
-    chain(
-        "lemma 4.1",
-        "one step of the moment without new noise",
-        At * Qt * At.T + At1 * Qt * At1.T,
-        Substitute(
-            BlockMatrix(
-                [
-                    [A * Q1 * A.T + A1 * Q1 * A1.T, A * Q12 * Ae.T + F12],
-                    [Ae * Q12.T * A.T + F12.T, Ae * Q2 * Ae.T + F2],
-                ]
-            ),
-            by=(is_At, is_At1, is_Qt, is_F12, is_F2),
+    )
+)
+page.chain(
+    "lemma 4.1",
+    "one step of the moment without new noise",
+    At * Qt * At.T + At1 * Qt * At1.T,
+    Substitute(
+        BlockMatrix(
+            [
+                [A * Q1 * A.T + A1 * Q1 * A1.T, A * Q12 * Ae.T + F12],
+                [Ae * Q12.T * A.T + F12.T, Ae * Q2 * Ae.T + F2],
+            ]
         ),
+        by=(is_At, is_At1, is_Qt, is_F12, is_F2),
     ),
-    """The first block depends on itself alone, the second on itself and the first, the
-    third on itself and the other two. So the map is triangular.""",
-    no_Q1 := define(Q1, none(n, n)),
-    no_Q12 := define(Q12, none(n, r)),
-    chain(
-        "lemma 4.1",
-        "what the first block adds to the second",
-        F12,
-        Line(is_F12.right, by=(is_F12,)),
-        Line(none(n, r), by=(no_Q1,)),
-    ),
-    chain(
-        "lemma 4.1",
-        "what both add to the third",
-        F2,
-        Line(is_F2.right, by=(is_F2,)),
-        Line(none(r, r), by=(no_Q1, no_Q12)),
-    ),
-    """The lemma writes the map as a matrix of Kronecker products, with the entries of
+)
+
+page("""The first block depends on itself alone, the second on itself and the first, the
+    third on itself and the other two. So the map is triangular.""")
+no_Q1 = page(suppose(Q1, none(n, n)))
+no_Q12 = page(suppose(Q12, none(n, r)))
+page.chain(
+    "lemma 4.1",
+    "what the first block adds to the second",
+    F12,
+    Line(is_F12.right, by=(is_F12,)),
+    Line(none(n, r), by=(no_Q1,)),
+)
+page.chain(
+    "lemma 4.1",
+    "what both add to the third",
+    F2,
+    Line(is_F2.right, by=(is_F2,)),
+    Line(none(r, r), by=(no_Q1, no_Q12)),
+)
+
+page("""The lemma writes the map as a matrix of Kronecker products, with the entries of
     the moment in a column. At order one it is this matrix. Its eigenvalues stand on the
     diagonal: that of the plant's own map, twice that of the mixed moment, and that of
-    the estimator's.""",
+    the estimator's.""")
+page(
     Explicit(
         "lemma 4.1",
         "the matrix of the map at order one",
         H_k * q_k,
         q_k_next,
         {"order one": order_one()},
-    ),
-    """So `A` and `A_e` may be stable and the moment grow: for `A = 1/2`, `A_1 = 6/5`,
-    `A_e = 3/10` there is a moment that one step multiplies by 1.69.""",
-    grows := Explicit(
+    )
+)
+
+page("""So `A` and `A_e` may be stable and the moment grow: for `A = 1/2`, `A_1 = 6/5`,
+    `A_e = 3/10` there is a moment that one step multiplies by 1.69.""")
+grows = page(
+    Explicit(
         "lemma 4.1",
         "stable systems whose moment grows",
         H_k * q_k,
         GROWTH * q_k,
         {"these numbers": growing()},
-    ),
-    """The plant's own map is never more stable than `A`. Let `V_A` span the modes of an
-    eigenvalue, and `c` be its squared modulus. What the moment shows of these modes
-    grows at least by `c`. So where the plant's own map is stable, `A` is; with a stable
-    `A_e` the map of the mixed moment is stable, too.""",
-    modes := define(A.T * V_A, V_A * M_c),
-    turn := define(M_c * M_c.T, c * Identity(k)),
-    root := define(X, H_X * H_X.T),
-    chain(
-        "lemma 4.1",
-        "the moment grows at least as the modes do",
-        Trace(V_A.T * (A * X * A.T + A1 * X * A1.T) * V_A),
-        Line(
-            Trace(M_c.T * V_A.T * X * V_A * M_c) + Trace(V_A.T * A1 * X * A1.T * V_A),
-            by=(modes,),
-        ),
-        Cyclic(
-            c * Trace(V_A.T * X * V_A) + Trace(V_A.T * A1 * X * A1.T * V_A), by=(turn,)
-        ),
-        AtLeast(c * Trace(V_A.T * X * V_A), by=(root,), root=V_A.T * A1 * H_X),
-    ),
-    """How strong may the noise of the parameters be? Let it be multiplied by `s`, and
-    let `Y` be what `X` sums up to through the noise. One step with the stronger noise
-    is then one without, of another matrix.""",
-    sums := define(Y, A * Y * A.T + A1 * X * A1.T),
-    chain(
-        "",
-        "the noise is scaled",
-        X - A * X * A.T - s**2 * A1 * X * A1.T,
-        Line(X - A * X * A.T - s**2 * (Y - A * Y * A.T), by=(sums,)),
-        Line((X - s**2 * Y) - A * (X - s**2 * Y) * A.T, why="collect"),
-    ),
-    """The map from `X` to `Y` keeps matrices that are not negative. So its largest
-    eigenvalue `rho` has such an eigenvector (Krein and Rutman), and the plant is
-    mean-square stable exactly for `s^2 rho < 1`. At the limit the eigenvector is a
-    moment that stays as it is.""",
-    limit := define(X, s**2 * Y),
-    chain(
-        "",
-        "the largest noise",
-        A * X * A.T + s**2 * A1 * X * A1.T,
-        Line(A * X * A.T + s**2 * (Y - A * Y * A.T), by=(sums,)),
-        Line(X, by=(limit,)),
-    ),
-    """The same map measures how an iteration converges that takes the noise from the
-    last approximation: it takes the error before a step to the error after it.""",
-    is_V1,
-    takes := define(X_k_next, A * X_k_next * A.T + A1 * X_k * A1.T + W1),
-    chain(
-        "",
-        "the error of the next approximation",
-        Q1 - X_k_next,
-        Line(A * Q1 * A.T + V1 - X_k_next, by=(own,)),
-        Line(A * Q1 * A.T + W1 + A1 * Q1 * A1.T - X_k_next, by=(is_V1,)),
-        Line(A * (Q1 - X_k_next) * A.T + A1 * (Q1 - X_k) * A1.T, by=(takes,)),
-    ),
+    )
 )
 
+page("""The plant's own map is never more stable than `A`. Let `V_A` span the modes of
+    an eigenvalue, and `c` be its squared modulus. What the moment shows of these modes
+    grows at least by `c`. So where the plant's own map is stable, `A` is; with a stable
+    `A_e` the map of the mixed moment is stable, too.""")
+modes = page(suppose(A.T * V_A, V_A * M_c))
+turn = page(suppose(M_c * M_c.T, c * Identity(k)))
+root = page(suppose(X, H_X * H_X.T))
+page.chain(
+    "lemma 4.1",
+    "the moment grows at least as the modes do",
+    Trace(V_A.T * (A * X * A.T + A1 * X * A1.T) * V_A),
+    Line(
+        Trace(M_c.T * V_A.T * X * V_A * M_c) + Trace(V_A.T * A1 * X * A1.T * V_A),
+        by=(modes,),
+    ),
+    Cyclic(c * Trace(V_A.T * X * V_A) + Trace(V_A.T * A1 * X * A1.T * V_A), by=(turn,)),
+    AtLeast(c * Trace(V_A.T * X * V_A), by=(root,), root=V_A.T * A1 * H_X),
+)
 
-@cache
-def derive():
-    """The page."""
-    return Derivation(page=PAGE, letters=letters, source=SOURCE)
+page("""How strong may the noise of the parameters be? Let it be multiplied by `s`, and
+    let `Y` be what `X` sums up to through the noise. One step with the stronger noise
+    is then one without, of another matrix.""")
+sums = page(steady(Y, A * Y * A.T + A1 * X * A1.T))
+page.chain(
+    "",
+    "the noise is scaled",
+    X - A * X * A.T - s**2 * A1 * X * A1.T,
+    Line(X - A * X * A.T - s**2 * (Y - A * Y * A.T), by=(sums,)),
+    Line((X - s**2 * Y) - A * (X - s**2 * Y) * A.T, why="collect"),
+)
+
+page("""The map from `X` to `Y` keeps matrices that are not negative. So its largest
+    eigenvalue `rho` has such an eigenvector (Krein and Rutman), and the plant is
+    mean-square stable exactly for `s^2 rho < 1`. At the limit the eigenvector is a
+    moment that stays as it is.""")
+limit = page(suppose(X, s**2 * Y))
+page.chain(
+    "",
+    "the largest noise",
+    A * X * A.T + s**2 * A1 * X * A1.T,
+    Line(A * X * A.T + s**2 * (Y - A * Y * A.T), by=(sums,)),
+    Line(X, by=(limit,)),
+)
+
+page("""The same map measures how an iteration converges that takes the noise from the
+    last approximation: it takes the error before a step to the error after it.""")
+page(is_V1)
+takes = page(steady(X_k_next, A * X_k_next * A.T + A1 * X_k * A1.T + W1))
+page.chain(
+    "",
+    "the error of the next approximation",
+    Q1 - X_k_next,
+    Line(A * Q1 * A.T + V1 - X_k_next, by=(own,)),
+    Line(A * Q1 * A.T + W1 + A1 * Q1 * A1.T - X_k_next, by=(is_V1,)),
+    Line(A * (Q1 - X_k_next) * A.T + A1 * (Q1 - X_k) * A1.T, by=(takes,)),
+)

@@ -8,11 +8,9 @@ least error without feedthrough is the transform of the best model.
 Source: our own.
 """
 
-from functools import cache
-
 from sympy import symbols
 
-from matrixproof import BlockMatrix, Derivation, Identity, Line, Substitute, ZeroMatrix
+from matrixproof import BlockMatrix, Identity, Line, Page, Substitute, ZeroMatrix
 
 from .augmented import is_At, is_Qt, is_Vt
 from .cost import is_Lt, is_Sigma
@@ -36,87 +34,82 @@ def side_by_side(top, low):
     return BlockMatrix([[top, ZeroMatrix(n, r)], [ZeroMatrix(r, n), low]])
 
 
-PAGE = (
-    """In continuous time the second moment of plant and model satisfies `F_c Q~ + Q~
+page = Page(letters=letters, source="our own")
+
+
+page("""In continuous time the second moment of plant and model satisfies `F_c Q~ + Q~
     F_c' + B_c B_c' = 0`. The Cayley transform with the step `h^2` moves both in
-    discrete time, where the moment satisfies (4.4). Both equations are one.""",
-    is_Nc := define(N_c, Identity(both) - h**2 / 2 * F_c),
-    transformed := define(At, 2 * N_c.I - Identity(both)),
-    is_Bd := define(B_d, h * N_c.I * B_c),
-    chain(
-        "4.4",
-        "the moment equation is that of continuous time",
-        N_c * (At * Qt * At.T + B_d * B_d.T - Qt) * N_c.T,
-        Line(
-            (N_c - 2 * Identity(both)) * Qt * (N_c - 2 * Identity(both)).T
-            + h**2 * B_c * B_c.T
-            - N_c * Qt * N_c.T,
-            by=(transformed, is_Bd),
-        ),
-        Line(h**2 * (F_c * Qt + Qt * F_c.T + B_c * B_c.T), by=(is_Nc,)),
+    discrete time, where the moment satisfies (4.4). Both equations are one.""")
+page(is_At)
+is_Nc = page(let(N_c, Identity(both) - h**2 / 2 * F_c))
+transformed = page(suppose(At, 2 * N_c.I - Identity(both)))
+is_Bd = page(let(B_d, h * N_c.I * B_c))
+page.chain(
+    "4.4",
+    "the moment equation is that of continuous time",
+    N_c * (At * Qt * At.T + B_d * B_d.T - Qt) * N_c.T,
+    Line(
+        (N_c - 2 * Identity(both)) * Qt * (N_c - 2 * Identity(both)).T
+        + h**2 * B_c * B_c.T
+        - N_c * Qt * N_c.T,
+        by=(transformed, is_Bd),
     ),
-    """For the filter, the noise itself is measured: `C = 0`, `V_2 = I`, and the noise
-    of state and measurement have the covariance `B_1`. The input of the filter is that
-    of the model.""",
-    is_At,
-    is_Vt,
-    unseen := define(C, ZeroMatrix(l, n)),
-    is_V1 := define(V1, B_1 * B_1.T),
-    is_V12 := define(V12, B_1),
-    is_V2 := define(V2, Identity(l)),
-    is_blocks := define(B_d, BlockMatrix([[B_1], [Be]])),
-    alone := chain(
-        "section 2",
-        "the filter is not moved by the plant",
-        At,
-        Substitute(BlockMatrix([[A, ZeroMatrix(n, r)], [Be * C, Ae]]), by=(is_At,)),
-        Line(side_by_side(A, Ae), by=(unseen,)),
-    ),
-    chain(
-        "4.4",
-        "the noise of plant and filter is that of plant and model",
-        Vt,
-        Substitute(B_d * B_d.T, by=(is_Vt, is_V1, is_V12, is_V2, is_blocks)),
-    ),
-    """So plant and filter do not move each other, no more than plant and model do. Each
-    is the transform of its own.""",
-    is_Fc := define(F_c, side_by_side(A_c, A_m)),
-    is_N1 := define(N_1, I - h**2 / 2 * A_c),
-    is_Nm := define(N_m, Identity(r) - h**2 / 2 * A_m),
-    parts := chain(
-        "",
-        "what the transform divides by in blocks",
-        N_c,
-        Line(Identity(both) - h**2 / 2 * F_c, by=(is_Nc,)),
-        Substitute(side_by_side(N_1, N_m), by=(is_Fc, is_N1, is_Nm)),
-    ),
-    chain(
-        "",
-        "plant and filter are transforms of plant and model",
-        side_by_side(A * N_1, Ae * N_m),
-        Substitute(At * N_c, by=(alone, parts)),
-        Line(2 * Identity(both) - N_c, by=(transformed,)),
-        Substitute(side_by_side(2 * I - N_1, 2 * Identity(r) - N_m), by=(parts,)),
-    ),
-    "Without feedthrough the error of the filter is the distance of the two outputs.",
-    is_Lt,
-    is_Qt,
-    is_Sigma,
-    silent,
-    chain(
-        "3.5",
-        "the distance of two models",
-        Sigma,
-        Line(Lt * Qt * Lt.T + De * V2 * De.T, by=(is_Sigma,)),
-        Substitute(
-            L * Q1 * L.T - L * Q12 * Ce.T - Ce * Q12.T * L.T + Ce * Q2 * Ce.T,
-            by=(is_Lt, is_Qt, silent),
-        ),
-    ),
+    Line(h**2 * (F_c * Qt + Qt * F_c.T + B_c * B_c.T), by=(is_Nc,)),
 )
 
+page("""For the filter, the noise itself is measured: `C = 0`, `V_2 = I`, and the noise
+    of state and measurement have the covariance `B_1`. The input of the filter is that
+    of the model.""")
+page(is_Vt)
+unseen = page(suppose(C, ZeroMatrix(l, n)))
+is_V1 = page(suppose(V1, B_1 * B_1.T))
+is_V12 = page(suppose(V12, B_1))
+is_V2 = page(suppose(V2, Identity(l)))
+is_blocks = page(suppose(B_d, BlockMatrix([[B_1], [Be]])))
+alone = page.chain(
+    "section 2",
+    "the filter is not moved by the plant",
+    At,
+    Substitute(BlockMatrix([[A, ZeroMatrix(n, r)], [Be * C, Ae]]), by=(is_At,)),
+    Line(side_by_side(A, Ae), by=(unseen,)),
+)
+page.chain(
+    "4.4",
+    "the noise of plant and filter is that of plant and model",
+    Vt,
+    Substitute(B_d * B_d.T, by=(is_Vt, is_V1, is_V12, is_V2, is_blocks)),
+)
 
-@cache
-def derive():
-    """The page."""
-    return Derivation(page=PAGE, letters=letters, source="our own")
+page("""So plant and filter do not move each other, no more than plant and model do.
+    Each is the transform of its own.""")
+is_Fc = page(let(F_c, side_by_side(A_c, A_m)))
+is_N1 = page(let(N_1, I - h**2 / 2 * A_c))
+is_Nm = page(let(N_m, Identity(r) - h**2 / 2 * A_m))
+parts = page.chain(
+    "",
+    "what the transform divides by in blocks",
+    N_c,
+    Line(Identity(both) - h**2 / 2 * F_c, by=(is_Nc,)),
+    Substitute(side_by_side(N_1, N_m), by=(is_Fc, is_N1, is_Nm)),
+)
+page.chain(
+    "",
+    "plant and filter are transforms of plant and model",
+    side_by_side(A * N_1, Ae * N_m),
+    Substitute(At * N_c, by=(alone, parts)),
+    Line(2 * Identity(both) - N_c, by=(transformed,)),
+    Substitute(side_by_side(2 * I - N_1, 2 * Identity(r) - N_m), by=(parts,)),
+)
+
+page("Without feedthrough the error of the filter is the distance of the two outputs.")
+page(is_Lt, is_Qt, is_Sigma, silent)
+page.chain(
+    "3.5",
+    "the distance of two models",
+    Sigma,
+    Line(Lt * Qt * Lt.T + De * V2 * De.T, by=(is_Sigma,)),
+    Substitute(
+        L * Q1 * L.T - L * Q12 * Ce.T - Ce * Q12.T * L.T + Ce * Q2 * Ce.T,
+        by=(is_Lt, is_Qt, silent),
+    ),
+)

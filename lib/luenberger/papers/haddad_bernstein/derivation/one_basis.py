@@ -7,16 +7,14 @@ gives, and what its converse needs.
 Source: Haddad and Bernstein (1987), section 2 and (3.17); the proofs are our own.
 """
 
-from functools import cache
-
 from sympy import diag, eye, symbols
 
 from matrixproof import (
     BlockMatrix,
     Construction,
-    Derivation,
     Identity,
     Line,
+    Page,
     Substitute,
     ZeroMatrix,
 )
@@ -79,217 +77,16 @@ def wanted(shown_Q, shown_P):
     """What makes columns and rows a basis in which both hats are diagonal."""
     ones = [Identity(block.shape[0]) for block in shown_Q]
     return (
-        define(Psi_inv * Psi, diagonal(*ones), name="they are a basis"),
-        define(
+        suppose(Psi_inv * Psi, diagonal(*ones), name="they are a basis"),
+        suppose(
             Psi_inv * Qh * Psi_inv.T,
             diagonal(*shown_Q),
             name="the first hat is diagonal",
         ),
-        define(Psi.T * Ph * Psi, diagonal(*shown_P), name="the second hat is diagonal"),
+        suppose(
+            Psi.T * Ph * Psi, diagonal(*shown_P), name="the second hat is diagonal"
+        ),
     )
-
-
-PAGE = (
-    """For matrices that are not negative there is a basis in which both are diagonal,
-    even if both are singular. Write the first hat as `F F'`, and take the columns of
-    `F` in a basis in which `F' Ph F` is diagonal. Those with an entry that is not zero
-    are `X_1`; the others are `X_2`. A sum of squares vanishes only if every square
-    does, so `Ph X_2 = 0`.""",
-    hat := define(Qh, X_1 * X_1.T + X_2 * X_2.T),
-    shown_1 := define(X_1.T * Ph * X_1, Lam_1),
-    unseen_2 := define(Ph * X_2, zero(n, n_2)),
-    "Complete them to a basis, and take from the new columns what is not orthogonal.",
-    is_T1 := define(Lam_1 * T_1, X_1.T * Ph * X_3),
-    is_X4 := define(X_4, X_3 - X_1 * T_1),
-    apart := chain(
-        "",
-        "the new columns are orthogonal to the first ones",
-        X_1.T * Ph * X_4,
-        Line(X_1.T * Ph * X_3 - X_1.T * Ph * X_1 * T_1, by=(is_X4,)),
-        Line(X_1.T * Ph * X_3 - Lam_1 * T_1, by=(shown_1,)),
-        Line(zero(n_1, n_3), by=(is_T1,)),
-    ),
-    inverse := define(
-        BlockMatrix([[Z_1], [Z_2], [Z_3]]) * BlockMatrix([[X_1, X_2, X_3]]),
-        diagonal(*ones),
-        name="the rows of the inverse",
-    ),
-    turned := define(W_3.T * X_4.T * Ph * X_4 * W_3, Lam_3),
-    orthogonal := define(W_3.T * W_3, Identity(n_3)),
-    "Wanted are columns and rows with these three properties.",
-    *(whole := wanted((*ones[:2], none), (Lam_1, still, Lam_3))),
-    Construction(
-        "section 3",
-        "a basis in which both hats are diagonal",
-        {
-            Psi: BlockMatrix([[X_1, X_2, X_4 * W_3]]),
-            Psi_inv: BlockMatrix([[Z_1 + T_1 * Z_3], [Z_2], [W_3.T * Z_3]]),
-        },
-        satisfies=whole,
-        by=(hat, shown_1, unseen_2, is_X4, apart, inverse, turned, orthogonal),
-        symmetric=letters.symmetric,
-    ),
-    """In such a basis each direction `e_i` gives an eigenprojection of the product of
-    the hats, and (3.17) adds up `n_e` of them.""",
-    diagonal_Q := define(Qh, Psi * D_Q * Psi.T, "3.17"),
-    diagonal_P := define(Ph, Psi.I.T * D_P * Psi.I, "3.17"),
-    is_pi := define(pi_i, Psi * e_i * e_i.T * Psi.I, "section 2"),
-    unit := define(e_i.T * e_i, Identity(1)),
-    entry := define(D_Q * D_P * e_i, delta * e_i),
-    chain(
-        "section 2",
-        "a direction is a projection",
-        pi_i * pi_i,
-        Line(Psi * e_i * e_i.T * e_i * e_i.T * Psi.I, by=(is_pi,)),
-        Line(Psi * e_i * e_i.T * Psi.I, by=(unit,)),
-        Line(pi_i, by=(is_pi,)),
-    ),
-    chain(
-        "section 2",
-        "a direction is an eigenprojection",
-        Qh * Ph * pi_i,
-        Line(Psi * D_Q * D_P * Psi.I * pi_i, by=(diagonal_Q, diagonal_P)),
-        Line(Psi * D_Q * D_P * e_i * e_i.T * Psi.I, by=(is_pi,)),
-        Line(delta * Psi * e_i * e_i.T * Psi.I, by=(entry,)),
-        Line(delta * pi_i, by=(is_pi,)),
-    ),
-    is_sum := define(tau, Psi * J_e.T * J_e * Psi.I, "3.17"),
-    rows := define(J_e, BlockMatrix([[J_i], [e_i.T]])),
-    chain(
-        "3.17",
-        "the projection is a sum of eigenprojections",
-        tau,
-        Line(Psi * J_e.T * J_e * Psi.I, by=(is_sum,)),
-        Substitute(Psi * (J_i.T * J_i + e_i * e_i.T) * Psi.I, by=(rows,)),
-        Line(Psi * J_i.T * J_i * Psi.I + pi_i, by=(is_pi,)),
-    ),
-    """A choice of rows takes a diagonal matrix to the entries that are chosen. So the
-    projection is aligned with both hats.""",
-    chosen_Q := define(J_e * D_Q, D_1 * J_e),
-    chosen_P := define(J_e * D_P, E_1 * J_e),
-    aligned_basis_Q := chain(
-        "3.17",
-        "one basis aligns the projection with the first hat",
-        tau * Qh,
-        Line(Psi * J_e.T * J_e * D_Q * Psi.T, by=(is_sum, diagonal_Q)),
-        Line(Psi * J_e.T * D_1 * J_e * Psi.T, by=(chosen_Q,)),
-        Line(Psi * D_Q * J_e.T * J_e * Psi.T, by=(chosen_Q,)),
-        Line(Qh * tau.T, by=(is_sum, diagonal_Q)),
-    ),
-    aligned_basis_P := chain(
-        "3.17",
-        "one basis aligns the projection with the second hat",
-        Ph * tau,
-        Line(Psi.I.T * D_P * J_e.T * J_e * Psi.I, by=(is_sum, diagonal_P)),
-        Line(Psi.I.T * J_e.T * E_1 * J_e * Psi.I, by=(chosen_P,)),
-        Line(Psi.I.T * J_e.T * J_e * D_P * Psi.I, by=(chosen_P,)),
-        Line(tau.T * Ph, by=(is_sum, diagonal_P)),
-    ),
-    """The factors are columns of the basis and rows of its inverse. `Q_2` and `P_2`
-    are the chosen entries, which are positive where the product of the hats is not
-    zero.""",
-    chosen := define(J_e * J_e.T, Identity(r)),
-    is_G := define(G, J_e * Psi.T, "3.8"),
-    is_Gam := define(Gam, J_e * Psi.I, "3.8"),
-    is_Q2 := define(Q2, Gam * Qh * Gam.T),
-    is_P2 := define(P2, G * Ph * G.T),
-    chain(
-        "3.8",
-        "the projection from columns of the basis",
-        tau,
-        Line(Psi * J_e.T * J_e * Psi.I, by=(is_sum,)),
-        Line(G.T * Gam, by=(is_G, is_Gam)),
-    ),
-    chain(
-        "3.9",
-        "columns of a basis are biorthogonal",
-        Gam * G.T,
-        Line(J_e * J_e.T, by=(is_G, is_Gam)),
-        Line(Identity(r), by=(chosen,)),
-    ),
-    chain(
-        "3.17",
-        "the moment of the estimator in this basis",
-        Q2,
-        Line(Gam * Qh * Gam.T, by=(is_Q2,)),
-        Line(J_e * D_Q * J_e.T, by=(is_Gam, diagonal_Q)),
-        Line(D_1, by=(chosen_Q, chosen)),
-    ),
-    chain(
-        "3.17",
-        "its dual in this basis",
-        P2,
-        Line(G * Ph * G.T, by=(is_P2,)),
-        Line(J_e * D_P * J_e.T, by=(is_G, diagonal_P)),
-        Line(E_1, by=(chosen_P, chosen)),
-    ),
-    """The alignments in turn give such a basis. They split each hat into two parts, one
-    on either side of the projection.""",
-    is_tau,
-    is_NM := define(N * M, I - G.T * Gam),
-    below := define(M * G.T, zero(d, r)),
-    beside := define(Gam * N, zero(r, d)),
-    dual_basis := define(M * N, Identity(d)),
-    is_Q3 := define(Q_3, M * Qh * M.T),
-    is_P3 := define(P_3, N.T * Ph * N),
-    split_Q := chain(
-        "3.17",
-        "the alignment splits the first hat",
-        Qh,
-        Line((tau + N * M) * Qh, by=(is_NM, is_tau)),
-        Line((tau + N * M) * Qh * (tau + N * M).T, by=(is_NM, is_tau)),
-        Line(
-            tau * Qh * tau.T
-            + N * Q_3 * N.T
-            + (Qh * tau.T * M.T * N.T)
-            + N * M * tau * Qh,
-            by=(aligned, is_Q3),
-        ),
-        Line(tau * Qh * tau.T + N * Q_3 * N.T, by=(is_tau, below)),
-        Line(G.T * Q2 * G + N * Q_3 * N.T, by=(is_tau, is_Q2)),
-    ),
-    split_P := chain(
-        "3.17",
-        "the alignment splits the second hat",
-        Ph,
-        Line((tau + N * M).T * Ph * (tau + N * M), by=(is_NM, is_tau)),
-        Line(
-            tau.T * Ph * tau
-            + M.T * P_3 * M
-            + Ph * tau * N * M
-            + M.T * N.T * tau.T * Ph,
-            by=(aligned_dual, is_P3),
-        ),
-        Line(tau.T * Ph * tau + M.T * P_3 * M, by=(is_tau, beside)),
-        Line(Gam.T * P2 * Gam + M.T * P_3 * M, by=(is_tau, is_P2)),
-    ),
-    """Each pair of parts has a basis of its own. Both together are a basis for the
-    hats.""",
-    part_Q2 := define(Q2, X_r * D_1 * X_r.T),
-    part_P2 := define(P2, X_r.I.T * E_1 * X_r.I),
-    part_Q3 := define(Q_3, Y_d * D_2 * Y_d.T),
-    part_P3 := define(P_3, Y_d.I.T * E_2 * Y_d.I),
-    *(joined := wanted((D_1, D_2), (E_1, E_2))),
-    both_tau := define(
-        Psi_inv * tau * Psi,
-        diagonal(Identity(r), zero(d, d)),
-        name="the projection chooses the first part",
-    ),
-    Construction(
-        "3.17",
-        "a basis from the alignments",
-        {
-            Psi: BlockMatrix([[G.T * X_r, N * Y_d]]),
-            Psi_inv: BlockMatrix([[X_r.I * Gam], [Y_d.I * M]]),
-        },
-        satisfies=(*joined, both_tau),
-        by=(
-            *(split_Q, split_P, part_Q2, part_P2, part_Q3, part_P3),
-            *(is_tau, one, below, beside, dual_basis),
-        ),
-        symmetric=letters.symmetric,
-    ),
-)
 
 
 WITNESS = {
@@ -310,7 +107,214 @@ WITNESS = {
 }
 
 
-@cache
-def derive():
-    """The page."""
-    return Derivation(page=PAGE, letters=letters, source=SOURCE, witness=WITNESS)
+page = Page(letters=letters, source=SOURCE, witness=WITNESS)
+
+
+page("""For matrices that are not negative there is a basis in which both are diagonal,
+    even if both are singular. Write the first hat as `F F'`, and take the columns of
+    `F` in a basis in which `F' Ph F` is diagonal. Those with an entry that is not zero
+    are `X_1`; the others are `X_2`. A sum of squares vanishes only if every square
+    does, so `Ph X_2 = 0`.""")
+hat = page(suppose(Qh, X_1 * X_1.T + X_2 * X_2.T))
+shown_1 = page(suppose(X_1.T * Ph * X_1, Lam_1))
+unseen_2 = page(suppose(Ph * X_2, zero(n, n_2)))
+
+page("Complete them to a basis, and take from the new columns what is not orthogonal.")
+is_T1 = page(suppose(Lam_1 * T_1, X_1.T * Ph * X_3))
+is_X4 = page(let(X_4, X_3 - X_1 * T_1))
+apart = page.chain(
+    "",
+    "the new columns are orthogonal to the first ones",
+    X_1.T * Ph * X_4,
+    Line(X_1.T * Ph * X_3 - X_1.T * Ph * X_1 * T_1, by=(is_X4,)),
+    Line(X_1.T * Ph * X_3 - Lam_1 * T_1, by=(shown_1,)),
+    Line(zero(n_1, n_3), by=(is_T1,)),
+)
+inverse = page(
+    suppose(
+        BlockMatrix([[Z_1], [Z_2], [Z_3]]) * BlockMatrix([[X_1, X_2, X_3]]),
+        diagonal(*ones),
+        name="the rows of the inverse",
+    )
+)
+turned = page(suppose(W_3.T * X_4.T * Ph * X_4 * W_3, Lam_3))
+orthogonal = page(suppose(W_3.T * W_3, Identity(n_3)))
+
+page("Wanted are columns and rows with these three properties.")
+whole = page(*wanted((*ones[:2], none), (Lam_1, still, Lam_3)))
+page(
+    Construction(
+        "section 3",
+        "a basis in which both hats are diagonal",
+        {
+            Psi: BlockMatrix([[X_1, X_2, X_4 * W_3]]),
+            Psi_inv: BlockMatrix([[Z_1 + T_1 * Z_3], [Z_2], [W_3.T * Z_3]]),
+        },
+        satisfies=whole,
+        by=(hat, shown_1, unseen_2, is_X4, apart, inverse, turned, orthogonal),
+        symmetric=letters.symmetric,
+    )
+)
+
+page("""In such a basis each direction `e_i` gives an eigenprojection of the product of
+    the hats, and (3.17) adds up `n_e` of them.""")
+diagonal_Q = page(suppose(Qh, Psi * D_Q * Psi.T, "3.17"))
+diagonal_P = page(suppose(Ph, Psi.I.T * D_P * Psi.I, "3.17"))
+is_pi = page(let(pi_i, Psi * e_i * e_i.T * Psi.I, "section 2"))
+unit = page(suppose(e_i.T * e_i, Identity(1)))
+entry = page(suppose(D_Q * D_P * e_i, delta * e_i))
+page.chain(
+    "section 2",
+    "a direction is a projection",
+    pi_i * pi_i,
+    Line(Psi * e_i * e_i.T * e_i * e_i.T * Psi.I, by=(is_pi,)),
+    Line(Psi * e_i * e_i.T * Psi.I, by=(unit,)),
+    Line(pi_i, by=(is_pi,)),
+)
+page.chain(
+    "section 2",
+    "a direction is an eigenprojection",
+    Qh * Ph * pi_i,
+    Line(Psi * D_Q * D_P * Psi.I * pi_i, by=(diagonal_Q, diagonal_P)),
+    Line(Psi * D_Q * D_P * e_i * e_i.T * Psi.I, by=(is_pi,)),
+    Line(delta * Psi * e_i * e_i.T * Psi.I, by=(entry,)),
+    Line(delta * pi_i, by=(is_pi,)),
+)
+with page.scope(let(tau, Psi * J_e.T * J_e * Psi.I, "3.17")) as is_sum:
+    rows = page(let(J_e, BlockMatrix([[J_i], [e_i.T]])))
+    page.chain(
+        "3.17",
+        "the projection is a sum of eigenprojections",
+        tau,
+        Line(Psi * J_e.T * J_e * Psi.I, by=(is_sum,)),
+        Substitute(Psi * (J_i.T * J_i + e_i * e_i.T) * Psi.I, by=(rows,)),
+        Line(Psi * J_i.T * J_i * Psi.I + pi_i, by=(is_pi,)),
+    )
+
+    page("""A choice of rows takes a diagonal matrix to the entries that are chosen. So
+        the projection is aligned with both hats.""")
+    chosen_Q = page(suppose(J_e * D_Q, D_1 * J_e))
+    chosen_P = page(suppose(J_e * D_P, E_1 * J_e))
+    aligned_basis_Q = page.chain(
+        "3.17",
+        "one basis aligns the projection with the first hat",
+        tau * Qh,
+        Line(Psi * J_e.T * J_e * D_Q * Psi.T, by=(is_sum, diagonal_Q)),
+        Line(Psi * J_e.T * D_1 * J_e * Psi.T, by=(chosen_Q,)),
+        Line(Psi * D_Q * J_e.T * J_e * Psi.T, by=(chosen_Q,)),
+        Line(Qh * tau.T, by=(is_sum, diagonal_Q)),
+    )
+    aligned_basis_P = page.chain(
+        "3.17",
+        "one basis aligns the projection with the second hat",
+        Ph * tau,
+        Line(Psi.I.T * D_P * J_e.T * J_e * Psi.I, by=(is_sum, diagonal_P)),
+        Line(Psi.I.T * J_e.T * E_1 * J_e * Psi.I, by=(chosen_P,)),
+        Line(Psi.I.T * J_e.T * J_e * D_P * Psi.I, by=(chosen_P,)),
+        Line(tau.T * Ph, by=(is_sum, diagonal_P)),
+    )
+
+    page("""The factors are columns of the basis and rows of its inverse. `Q_2` and
+        `P_2` are the chosen entries, which are positive where the product of the hats
+        is not zero.""")
+    chosen = page(suppose(J_e * J_e.T, Identity(r)))
+    is_G = page(let(G, J_e * Psi.T, "3.8"))
+    is_Gam = page(let(Gam, J_e * Psi.I, "3.8"))
+    is_Q2 = page(let(Q2, Gam * Qh * Gam.T))
+    is_P2 = page(let(P2, G * Ph * G.T))
+    page.chain(
+        "3.8",
+        "the projection from columns of the basis",
+        tau,
+        Line(Psi * J_e.T * J_e * Psi.I, by=(is_sum,)),
+        Line(G.T * Gam, by=(is_G, is_Gam)),
+    )
+    page.chain(
+        "3.9",
+        "columns of a basis are biorthogonal",
+        Gam * G.T,
+        Line(J_e * J_e.T, by=(is_G, is_Gam)),
+        Line(Identity(r), by=(chosen,)),
+    )
+    page.chain(
+        "3.17",
+        "the moment of the estimator in this basis",
+        Q2,
+        Line(Gam * Qh * Gam.T, by=(is_Q2,)),
+        Line(J_e * D_Q * J_e.T, by=(is_Gam, diagonal_Q)),
+        Line(D_1, by=(chosen_Q, chosen)),
+    )
+    page.chain(
+        "3.17",
+        "its dual in this basis",
+        P2,
+        Line(G * Ph * G.T, by=(is_P2,)),
+        Line(J_e * D_P * J_e.T, by=(is_G, diagonal_P)),
+        Line(E_1, by=(chosen_P, chosen)),
+    )
+
+page("""The alignments in turn give such a basis. They split each hat into two parts,
+    one on either side of the projection.""")
+page(is_tau, is_Q2, is_P2)
+is_NM = page(suppose(N * M, I - G.T * Gam))
+below = page(suppose(M * G.T, zero(d, r)))
+beside = page(suppose(Gam * N, zero(r, d)))
+dual_basis = page(suppose(M * N, Identity(d)))
+is_Q3 = page(let(Q_3, M * Qh * M.T))
+is_P3 = page(let(P_3, N.T * Ph * N))
+split_Q = page.chain(
+    "3.17",
+    "the alignment splits the first hat",
+    Qh,
+    Line((tau + N * M) * Qh, by=(is_NM, is_tau)),
+    Line((tau + N * M) * Qh * (tau + N * M).T, by=(is_NM, is_tau)),
+    Line(
+        tau * Qh * tau.T + N * Q_3 * N.T + (Qh * tau.T * M.T * N.T) + N * M * tau * Qh,
+        by=(aligned, is_Q3),
+    ),
+    Line(tau * Qh * tau.T + N * Q_3 * N.T, by=(is_tau, below)),
+    Line(G.T * Q2 * G + N * Q_3 * N.T, by=(is_tau, is_Q2)),
+)
+split_P = page.chain(
+    "3.17",
+    "the alignment splits the second hat",
+    Ph,
+    Line((tau + N * M).T * Ph * (tau + N * M), by=(is_NM, is_tau)),
+    Line(
+        tau.T * Ph * tau + M.T * P_3 * M + Ph * tau * N * M + M.T * N.T * tau.T * Ph,
+        by=(aligned_dual, is_P3),
+    ),
+    Line(tau.T * Ph * tau + M.T * P_3 * M, by=(is_tau, beside)),
+    Line(Gam.T * P2 * Gam + M.T * P_3 * M, by=(is_tau, is_P2)),
+)
+
+page("""Each pair of parts has a basis of its own. Both together are a basis for the
+    hats.""")
+part_Q2 = page(suppose(Q2, X_r * D_1 * X_r.T))
+part_P2 = page(suppose(P2, X_r.I.T * E_1 * X_r.I))
+part_Q3 = page(suppose(Q_3, Y_d * D_2 * Y_d.T))
+part_P3 = page(suppose(P_3, Y_d.I.T * E_2 * Y_d.I))
+joined = page(*wanted((D_1, D_2), (E_1, E_2)))
+both_tau = page(
+    suppose(
+        Psi_inv * tau * Psi,
+        diagonal(Identity(r), zero(d, d)),
+        name="the projection chooses the first part",
+    )
+)
+page(
+    Construction(
+        "3.17",
+        "a basis from the alignments",
+        {
+            Psi: BlockMatrix([[G.T * X_r, N * Y_d]]),
+            Psi_inv: BlockMatrix([[X_r.I * Gam], [Y_d.I * M]]),
+        },
+        satisfies=(*joined, both_tau),
+        by=(
+            *(split_Q, split_P, part_Q2, part_P2, part_Q3, part_P3),
+            *(is_tau, one, below, beside, dual_basis),
+        ),
+        symmetric=letters.symmetric,
+    )
+)

@@ -11,7 +11,7 @@ Source: Haddad and Bernstein (1987), section 4, (3.6)-(3.9), (3.17), (4.13)-(4.1
 
 from functools import cache
 
-from matrixproof import Derivation, Identity, Line, Solve, Stage
+from matrixproof import Identity, Line, Page, Solve, Stage
 
 from .augmented import is_N2, is_N12, moments
 from .cost import duals, is_Lq, is_M2, is_M12
@@ -33,194 +33,194 @@ from .stationarity import (
 step = Aq * Q_e * Aq.T + Kq * C * Q_e * Aq.T + Aq * Q_e * C.T * Kq.T
 
 
-def steady(number, says, block, equation, one_step):
+def stays(number, says, block, equation, one_step):
     """A block of a moment that one step leaves as it is."""
     ahead = Line(one_step.left, by=(equation,))
     return chain(number, says, block, ahead, Line(one_step.right, by=(one_step,)))
 
 
-PAGE = (
-    "Recalled are the factors of the moments and the gains of the best estimator.",
-    is_Q12,
-    is_P12,
-    is_Qe,
-    is_Pe := define(P_e, Gam.T * P2 * Gam, "section 4"),
-    is_K,
-    is_Aq,
-    is_Lq,
-    is_Be,
-    is_Ce,
-    """Where `Q_2` or `P_2` is singular it leaves `G` or `Gamma` open. Any choice there
-    gives the same mixed moments.""",
-    inverse_Q2 := define(Q2 * Q2_plus * Q2, Q2),
-    inverse_P2 := define(P2 * P2_plus * P2, P2),
-    is_G_open := define(G_open, G_0 + Q2_plus * (Q12.T - Q2 * G_0)),
-    is_Gam_open := define(Gam_open, Gam_0 - P2_plus * (P12.T + P2 * Gam_0)),
-    open_G := chain(
-        "section 4",
-        "any such factor lifts the moments",
-        Q2 * G_open,
-        Line(Q2 * G_0 + Q2 * Q2_plus * (Q12.T - Q2 * G_0), by=(is_G_open,)),
-        Line(Q2 * G_0 + Q2 * Q2_plus * (Q2 * G - Q2 * G_0), by=(is_Q12,)),
-        Line(Q2 * G, by=(inverse_Q2,)),
-        Line(Q12.T, by=(is_Q12,)),
-    ),
-    open_Gam := chain(
-        "section 4",
-        "any such factor tracks the duals",
-        P2 * Gam_open,
-        Line(P2 * Gam_0 - P2 * P2_plus * (P12.T + P2 * Gam_0), by=(is_Gam_open,)),
-        Line(P2 * Gam_0 + P2 * P2_plus * (P2 * Gam - P2 * Gam_0), by=(is_P12,)),
-        Line(P2 * Gam, by=(inverse_P2,)),
-        Line(-P12.T, by=(is_P12,)),
-    ),
-    """The theorem is about two matrices with hats. The block equations of the moment
-    turn into equations for the first hat, those of the dual into equations for the
-    second.""",
-    is_Qh := define(Qh, A * Q_e * A.T + Kq * Qs.T, "section 4"),
-    is_Ph := define(Ph, Aq.T * P_e * Aq + Lq.T * R * Lq, "section 4"),
-    is_N12,
-    is_N2,
-    is_M12,
-    is_M2,
-    mixed_step := chain(
-        "4.13",
-        "one step of the moment of state and estimator",
-        A * Q12 * Ae.T + N12,
-        Line(A * Q12 * Ae.T + Qxy_next * Be.T, by=(is_N12,)),
-        Line(
-            A * Q_e * Aq.T * Gam.T + (Qs + A * Q_e * C.T) * Kq.T * Gam.T,
-            by=(is_Q12, is_Qe, gain_Ae, is_Be, next_split),
-        ),
-        Line((A * Q_e * A.T + Qs * Kq.T) * Gam.T, by=(is_Aq,)),
-        Line(Qh * Gam.T, by=(is_Qh,)),
-    ),
-    inner_step := chain(
-        "4.14",
-        "one step of the moment of the estimator",
-        Ae * Q2 * Ae.T + N2,
-        Line(Ae * Q2 * Ae.T + is_N2.right, by=(is_N2,)),
-        Line(
-            Gam * (step + Kq * (V2s + C * Q_e * C.T) * Kq.T) * Gam.T,
-            by=(gain_Ae, is_Be, is_Q12, is_Qe, split),
-        ),
-        Line(Gam * (A * Q_e * A.T + Kq * V2s * Kq.T) * Gam.T, by=(is_Aq,)),
-        Line(Gam * Qh * Gam.T, by=(is_Qh, is_K)),
-    ),
-    mixed_dual_step := chain(
-        "4.15",
-        "one step of the dual of state and estimator",
-        A.T * P12 * Ae + M12,
-        Line(A.T * P12 * Ae + C.T * Be.T * P2 * Ae - Lq.T * R * Ce, by=(is_M12, is_Lq)),
-        Line(
-            -(A - Kq * C).T * P_e * Aq * G.T - Lq.T * R * Lq * G.T,
-            by=(is_P12, is_Pe, gain_Ae, is_Be, is_Ce, is_Lq),
-        ),
-        Line(-Ph * G.T, by=(is_Aq, is_Ph)),
-    ),
-    inner_dual_step := chain(
-        "4.16",
-        "one step of the dual of the estimator",
-        Ae.T * P2 * Ae + M2,
-        Line(Ae.T * P2 * Ae + Ce.T * R * Ce, by=(is_M2,)),
-        Line(
-            G * (Aq.T * P_e * Aq + Lq.T * R * Lq) * G.T,
-            by=(is_Pe, gain_Ae, is_Ce, is_Lq),
-        ),
-        Line(G * Ph * G.T, by=(is_Ph,)),
-    ),
-    "In the steady state a step changes nothing.",
-    mixed := steady(
-        "4.13", "the moment of state and estimator", Q12, moments, mixed_step
-    ),
-    inner := steady("4.14", "the moment of the estimator", Q2, moments, inner_step),
-    mixed_dual := steady(
-        "4.15", "the dual of state and estimator", P12, duals, mixed_dual_step
-    ),
-    inner_dual := steady(
-        "4.16", "the dual of the estimator", P2, duals, inner_dual_step
-    ),
-    """The first two say that `G` and `Gamma` are biorthogonal, which the paper takes
-    for granted where it proves it.""",
-    one := chain(
-        "3.9",
-        "the factors are biorthogonal",
-        Gam * G.T,
-        Line(Gam * Q12 * Q2.I, by=(is_Q12,)),
-        Line(Gam * Qh * Gam.T * Q2.I, by=(mixed,)),
-        Line(Identity(r), by=(inner,)),
-    ),
-    """So `tau = G' Gamma` is a projection. Its rank is `n_e`: between `Gamma` and `G'`
-    it is the identity of that size.""",
-    is_tau,
-    twice := chain(
-        "3.6",
-        "applied twice it does no more",
-        tau * tau,
-        Line(G.T * Gam * G.T * Gam, by=(is_tau,)),
-        Line(G.T * Gam, by=(one,)),
-        Line(tau, by=(is_tau,)),
-    ),
-    rank := chain(
-        "3.7",
-        "the rank of the projection",
-        Gam * tau * G.T,
-        Line(Gam * G.T * Gam * G.T, by=(is_tau,)),
-        Line(Identity(r), by=(one,)),
-    ),
-    """It takes the hats of the theorem to those of section 4, from one side and from
-    both.""",
-    seen := chain(
-        "3.17",
-        "the projection on the first hat",
-        tau * Qh,
-        Line(G.T * Gam * Qh, by=(is_tau,)),
-        Line(G.T * Q12.T, by=(mixed,)),
-        Line(G.T * Q2 * G, by=(is_Q12,)),
-        Line(Q_e, by=(is_Qe,)),
-    ),
-    seen_dual := chain(
-        "3.17",
-        "the projection on the second hat",
-        Ph * tau,
-        Line(Ph * G.T * Gam, by=(is_tau,)),
-        Line(-P12 * Gam, by=(mixed_dual,)),
-        Line(Gam.T * P2 * Gam, by=(is_P12,)),
-        Line(P_e, by=(is_Pe,)),
-    ),
-    hidden := chain(
-        "3.15",
-        "the first hat between two projections",
-        tau * Qh * tau.T,
-        Line(G.T * Gam * Qh * Gam.T * G, by=(is_tau,)),
-        Line(G.T * Q2 * G, by=(inner,)),
-        Line(Q_e, by=(is_Qe,)),
-    ),
-    hidden_dual := chain(
-        "3.16",
-        "the second hat between two projections",
-        tau.T * Ph * tau,
-        Line(Gam.T * G * Ph * G.T * Gam, by=(is_tau,)),
-        Line(Gam.T * P2 * Gam, by=(inner_dual,)),
-        Line(P_e, by=(is_Pe,)),
-    ),
-    """What comes out is symmetric, so the projection is aligned with both hats. That is
-    what one basis in which both are diagonal amounts to.""",
-    aligned := chain(
-        "3.17",
-        "the projection is aligned with the first hat",
-        tau * Qh,
-        Line(Q_e, by=(seen,)),
-        Line(Qh * tau.T, by=(seen,)),
-    ),
-    aligned_dual := chain(
-        "3.17",
-        "the projection is aligned with the second hat",
-        Ph * tau,
-        Line(P_e, by=(seen_dual,)),
-        Line(tau.T * Ph, by=(seen_dual,)),
-    ),
+page = Page(letters=letters, source=SOURCE)
+
+
+page("Recalled are the factors of the moments and the gains of the best estimator.")
+page(is_Q12, is_P12, is_Qe)
+is_Pe = page(let(P_e, Gam.T * P2 * Gam, "section 4"))
+page(is_K, is_Aq, is_Lq, is_Be, is_Ce)
+
+page("""Where `Q_2` or `P_2` is singular it leaves `G` or `Gamma` open. Any choice there
+    gives the same mixed moments.""")
+inverse_Q2 = page(suppose(Q2 * Q2_plus * Q2, Q2))
+inverse_P2 = page(suppose(P2 * P2_plus * P2, P2))
+is_G_open = page(let(G_open, G_0 + Q2_plus * (Q12.T - Q2 * G_0)))
+is_Gam_open = page(let(Gam_open, Gam_0 - P2_plus * (P12.T + P2 * Gam_0)))
+open_G = page.chain(
+    "section 4",
+    "any such factor lifts the moments",
+    Q2 * G_open,
+    Line(Q2 * G_0 + Q2 * Q2_plus * (Q12.T - Q2 * G_0), by=(is_G_open,)),
+    Line(Q2 * G_0 + Q2 * Q2_plus * (Q2 * G - Q2 * G_0), by=(is_Q12,)),
+    Line(Q2 * G, by=(inverse_Q2,)),
+    Line(Q12.T, by=(is_Q12,)),
 )
+open_Gam = page.chain(
+    "section 4",
+    "any such factor tracks the duals",
+    P2 * Gam_open,
+    Line(P2 * Gam_0 - P2 * P2_plus * (P12.T + P2 * Gam_0), by=(is_Gam_open,)),
+    Line(P2 * Gam_0 + P2 * P2_plus * (P2 * Gam - P2 * Gam_0), by=(is_P12,)),
+    Line(P2 * Gam, by=(inverse_P2,)),
+    Line(-P12.T, by=(is_P12,)),
+)
+
+page("""The theorem is about two matrices with hats. The block equations of the moment
+    turn into equations for the first hat, those of the dual into equations for the
+    second.""")
+is_Qh = page(let(Qh, A * Q_e * A.T + Kq * Qs.T, "section 4"))
+is_Ph = page(let(Ph, Aq.T * P_e * Aq + Lq.T * R * Lq, "section 4"))
+page(is_N12, is_N2, is_M12, is_M2)
+mixed_step = page.chain(
+    "4.13",
+    "one step of the moment of state and estimator",
+    A * Q12 * Ae.T + N12,
+    Line(A * Q12 * Ae.T + Qxy_next * Be.T, by=(is_N12,)),
+    Line(
+        A * Q_e * Aq.T * Gam.T + (Qs + A * Q_e * C.T) * Kq.T * Gam.T,
+        by=(is_Q12, is_Qe, gain_Ae, is_Be, next_split),
+    ),
+    Line((A * Q_e * A.T + Qs * Kq.T) * Gam.T, by=(is_Aq,)),
+    Line(Qh * Gam.T, by=(is_Qh,)),
+)
+inner_step = page.chain(
+    "4.14",
+    "one step of the moment of the estimator",
+    Ae * Q2 * Ae.T + N2,
+    Line(Ae * Q2 * Ae.T + is_N2.right, by=(is_N2,)),
+    Line(
+        Gam * (step + Kq * (V2s + C * Q_e * C.T) * Kq.T) * Gam.T,
+        by=(gain_Ae, is_Be, is_Q12, is_Qe, split),
+    ),
+    Line(Gam * (A * Q_e * A.T + Kq * V2s * Kq.T) * Gam.T, by=(is_Aq,)),
+    Line(Gam * Qh * Gam.T, by=(is_Qh, is_K)),
+)
+mixed_dual_step = page.chain(
+    "4.15",
+    "one step of the dual of state and estimator",
+    A.T * P12 * Ae + M12,
+    Line(A.T * P12 * Ae + C.T * Be.T * P2 * Ae - Lq.T * R * Ce, by=(is_M12, is_Lq)),
+    Line(
+        -(A - Kq * C).T * P_e * Aq * G.T - Lq.T * R * Lq * G.T,
+        by=(is_P12, is_Pe, gain_Ae, is_Be, is_Ce, is_Lq),
+    ),
+    Line(-Ph * G.T, by=(is_Aq, is_Ph)),
+)
+inner_dual_step = page.chain(
+    "4.16",
+    "one step of the dual of the estimator",
+    Ae.T * P2 * Ae + M2,
+    Line(Ae.T * P2 * Ae + Ce.T * R * Ce, by=(is_M2,)),
+    Line(
+        G * (Aq.T * P_e * Aq + Lq.T * R * Lq) * G.T,
+        by=(is_Pe, gain_Ae, is_Ce, is_Lq),
+    ),
+    Line(G * Ph * G.T, by=(is_Ph,)),
+)
+
+page("In the steady state a step changes nothing.")
+mixed = page(
+    stays("4.13", "the moment of state and estimator", Q12, moments, mixed_step)
+)
+inner = page(stays("4.14", "the moment of the estimator", Q2, moments, inner_step))
+mixed_dual = page(
+    stays("4.15", "the dual of state and estimator", P12, duals, mixed_dual_step)
+)
+inner_dual = page(
+    stays("4.16", "the dual of the estimator", P2, duals, inner_dual_step)
+)
+
+page("""The first two say that `G` and `Gamma` are biorthogonal, which the paper takes
+    for granted where it proves it.""")
+one = page.chain(
+    "3.9",
+    "the factors are biorthogonal",
+    Gam * G.T,
+    Line(Gam * Q12 * Q2.I, by=(is_Q12,)),
+    Line(Gam * Qh * Gam.T * Q2.I, by=(mixed,)),
+    Line(Identity(r), by=(inner,)),
+)
+
+page("""So `tau = G' Gamma` is a projection. Its rank is `n_e`: between `Gamma` and `G'`
+    it is the identity of that size.""")
+page(is_tau)
+twice = page.chain(
+    "3.6",
+    "applied twice it does no more",
+    tau * tau,
+    Line(G.T * Gam * G.T * Gam, by=(is_tau,)),
+    Line(G.T * Gam, by=(one,)),
+    Line(tau, by=(is_tau,)),
+)
+rank = page.chain(
+    "3.7",
+    "the rank of the projection",
+    Gam * tau * G.T,
+    Line(Gam * G.T * Gam * G.T, by=(is_tau,)),
+    Line(Identity(r), by=(one,)),
+)
+
+page("""It takes the hats of the theorem to those of section 4, from one side and from
+    both.""")
+seen = page.chain(
+    "3.17",
+    "the projection on the first hat",
+    tau * Qh,
+    Line(G.T * Gam * Qh, by=(is_tau,)),
+    Line(G.T * Q12.T, by=(mixed,)),
+    Line(G.T * Q2 * G, by=(is_Q12,)),
+    Line(Q_e, by=(is_Qe,)),
+)
+seen_dual = page.chain(
+    "3.17",
+    "the projection on the second hat",
+    Ph * tau,
+    Line(Ph * G.T * Gam, by=(is_tau,)),
+    Line(-P12 * Gam, by=(mixed_dual,)),
+    Line(Gam.T * P2 * Gam, by=(is_P12,)),
+    Line(P_e, by=(is_Pe,)),
+)
+hidden = page.chain(
+    "3.15",
+    "the first hat between two projections",
+    tau * Qh * tau.T,
+    Line(G.T * Gam * Qh * Gam.T * G, by=(is_tau,)),
+    Line(G.T * Q2 * G, by=(inner,)),
+    Line(Q_e, by=(is_Qe,)),
+)
+hidden_dual = page.chain(
+    "3.16",
+    "the second hat between two projections",
+    tau.T * Ph * tau,
+    Line(Gam.T * G * Ph * G.T * Gam, by=(is_tau,)),
+    Line(Gam.T * P2 * Gam, by=(inner_dual,)),
+    Line(P_e, by=(is_Pe,)),
+)
+
+page("""What comes out is symmetric, so the projection is aligned with both hats. That
+    is what one basis in which both are diagonal amounts to.""")
+aligned = page.chain(
+    "3.17",
+    "the projection is aligned with the first hat",
+    tau * Qh,
+    Line(Q_e, by=(seen,)),
+    Line(Qh * tau.T, by=(seen,)),
+)
+aligned_dual = page.chain(
+    "3.17",
+    "the projection is aligned with the second hat",
+    Ph * tau,
+    Line(P_e, by=(seen_dual,)),
+    Line(tau.T * Ph, by=(seen_dual,)),
+)
+
 FRAME = (
     Stage(Kq, Solve(Qs, V2s), by=(is_K,)),
     assign(is_Aq),
@@ -235,6 +235,9 @@ def open_factors():
     given = (Q12, Q2, P12, P2, Q2_plus, P2_plus, G_0, Gam_0)
     says = "factors where a moment is singular"
     return listed(given, stages, says, open_G, open_Gam)
+
+
+page(open_factors())
 
 
 @cache
@@ -262,8 +265,4 @@ def projection_scripts():
     return listed(given, stages, "the hats of the theorem", *proofs)
 
 
-@cache
-def derive():
-    """The page."""
-    page = (*PAGE, open_factors(), projection_scripts())
-    return Derivation(page=page, letters=letters, source=SOURCE)
+page(projection_scripts())

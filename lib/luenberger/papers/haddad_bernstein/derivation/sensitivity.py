@@ -10,9 +10,9 @@ from functools import cache
 
 from matrixproof import (
     BlockMatrix,
-    Derivation,
     Differential,
     Line,
+    Page,
     Solve,
     Stage,
     Substitute,
@@ -47,131 +47,143 @@ def slope_moves(says, gradient, named):
     return moves(says, gradient.left, gradient, gradient.right, named.left, named)
 
 
-PAGE = (
-    "Recalled are the gradients, and what drives the moments and their duals.",
-    is_gradAe,
-    is_gradBe,
-    is_gradCe,
-    is_gradDe,
-    is_N12,
-    is_N2,
-    is_M12,
-    is_M2,
-    """The gradients in `C_e` and `D_e` are linear in these two. For given `A_e` and
-    `B_e` the best output is a regression on estimator and measurement together.""",
-    is_Czy := define(Czy, BlockMatrix([[Q2, Q12.T * C.T], [C * Q12, Qyy]])),
-    is_Nzy := define(Nzy, BlockMatrix([[L * Q12, L * Qxy]])),
-    is_CeDe := define(CeDe, BlockMatrix([[Ce, De]])),
-    best := define(CeDe * Czy, Nzy, "4.10, 4.11"),
-    regression := chain(
-        "4.10, 4.11",
-        "the best output is a regression",
-        BlockMatrix([[gradCe, gradDe]]),
-        Substitute(
-            2 * R * (CeDe * Czy - Nzy),
-            by=(is_gradCe, is_gradDe, is_CeDe, is_Czy, is_Nzy),
-        ),
-        Line(ZeroMatrix(q, r + l), by=(best,)),
+page = Page(letters=letters, source=SOURCE)
+
+
+page("Recalled are the gradients, and what drives the moments and their duals.")
+page(is_gradAe, is_gradBe, is_gradCe, is_gradDe, is_N12, is_N2, is_M12, is_M2)
+
+page("""The gradients in `C_e` and `D_e` are linear in these two. For given `A_e` and
+    `B_e` the best output is a regression on estimator and measurement together.""")
+is_Czy = page(let(Czy, BlockMatrix([[Q2, Q12.T * C.T], [C * Q12, Qyy]])))
+is_Nzy = page(let(Nzy, BlockMatrix([[L * Q12, L * Qxy]])))
+is_CeDe = page(let(CeDe, BlockMatrix([[Ce, De]])))
+best = page(suppose(CeDe * Czy, Nzy, "4.10, 4.11"))
+regression = page.chain(
+    "4.10, 4.11",
+    "the best output is a regression",
+    BlockMatrix([[gradCe, gradDe]]),
+    Substitute(
+        2 * R * (CeDe * Czy - Nzy),
+        by=(is_gradCe, is_gradDe, is_CeDe, is_Czy, is_Nzy),
     ),
-    "Without feedthrough it is a regression on the estimator alone.",
-    silent := define(De, ZeroMatrix(q, l)),
-    best_alone := define(Ce * Q2, L * Q12, "4.10"),
-    alone := chain(
-        "4.10",
-        "the best output without feedthrough",
-        gradCe,
-        Line(is_gradCe.right, by=(is_gradCe,)),
-        Line(2 * R * (Ce * Q2 - L * Q12), by=(silent,)),
-        Line(ZeroMatrix(q, r), by=(best_alone,)),
-    ),
-    """When the moments move, the best output moves so that its equation goes on to
-    hold.""",
-    is_dNzy := define(
+    Line(ZeroMatrix(q, r + l), by=(best,)),
+)
+
+page("Without feedthrough it is a regression on the estimator alone.")
+silent = page(suppose(De, ZeroMatrix(q, l)))
+best_alone = page(suppose(Ce * Q2, L * Q12, "4.10"))
+alone = page.chain(
+    "4.10",
+    "the best output without feedthrough",
+    gradCe,
+    Line(is_gradCe.right, by=(is_gradCe,)),
+    Line(2 * R * (Ce * Q2 - L * Q12), by=(silent,)),
+    Line(ZeroMatrix(q, r), by=(best_alone,)),
+)
+
+page("""When the moments move, the best output moves so that its equation goes on to
+    hold.""")
+is_dNzy = page(
+    let(
         dNzy,
         BlockMatrix([[L * dQ12 - De * C * dQ12 - Ce * dQ2, -Ce * dQ12.T * C.T]]),
+    )
+)
+is_dCeDe = page(let(dCeDe, BlockMatrix([[dCe, dDe]])))
+best_moves = page(suppose(dCeDe * Czy, dNzy))
+moving = page.chain(
+    "",
+    "how the best output moves",
+    BlockMatrix(
+        [
+            [
+                Ce * Q2 + De * C * Q12 - L * Q12,
+                Ce * Q12.T * C.T + De * Qyy - L * Qxy,
+            ]
+        ]
     ),
-    is_dCeDe := define(dCeDe, BlockMatrix([[dCe, dDe]])),
-    best_moves := define(dCeDe * Czy, dNzy),
-    moving := chain(
-        "",
-        "how the best output moves",
+    Differential(
         BlockMatrix(
             [
                 [
-                    Ce * Q2 + De * C * Q12 - L * Q12,
-                    Ce * Q12.T * C.T + De * Qyy - L * Qxy,
+                    dCe * Q2 + Ce * dQ2 + dDe * C * Q12 + De * C * dQ12 - L * dQ12,
+                    dCe * Q12.T * C.T + Ce * dQ12.T * C.T + dDe * Qyy,
                 ]
             ]
         ),
-        Differential(
-            BlockMatrix(
-                [
-                    [
-                        dCe * Q2 + Ce * dQ2 + dDe * C * Q12 + De * C * dQ12 - L * dQ12,
-                        dCe * Q12.T * C.T + Ce * dQ12.T * C.T + dDe * Qyy,
-                    ]
-                ]
-            ),
-            of=STEP,
-            held=(L,),
-        ),
-        Substitute(dCeDe * Czy - dNzy, by=(is_dCeDe, is_Czy, is_dNzy)),
-        Line(ZeroMatrix(q, r + l), by=(best_moves,)),
+        of=STEP,
+        held=(L,),
     ),
-    best_alone_moves := define(dCe * Q2, L * dQ12 - Ce * dQ2),
-    moving_alone := chain(
-        "",
-        "how it moves without feedthrough",
-        Ce * Q2 - L * Q12,
-        Differential(dCe * Q2 + Ce * dQ2 - L * dQ12, of=STEP, held=(L,)),
-        Line(ZeroMatrix(q, r), by=(best_alone_moves,)),
-    ),
-    """A step of all gains moves the moments, their duals and the gradients. What drives
-    the moved moments is linear in the step. With them the second derivatives of the
-    cost are exact.""",
-    is_dN12 := define(dN12, A * Q12 * dAe.T + Qxy_next * dBe.T),
-    is_dN2 := define(dN2, dN2_half + dN2_half.T),
-    is_dM2 := define(dM2, dM2_half + dM2_half.T),
-    is_dM12 := define(
+    Substitute(dCeDe * Czy - dNzy, by=(is_dCeDe, is_Czy, is_dNzy)),
+    Line(ZeroMatrix(q, r + l), by=(best_moves,)),
+)
+best_alone_moves = page(suppose(dCe * Q2, L * dQ12 - Ce * dQ2))
+moving_alone = page.chain(
+    "",
+    "how it moves without feedthrough",
+    Ce * Q2 - L * Q12,
+    Differential(dCe * Q2 + Ce * dQ2 - L * dQ12, of=STEP, held=(L,)),
+    Line(ZeroMatrix(q, r), by=(best_alone_moves,)),
+)
+
+page("""A step of all gains moves the moments, their duals and the gradients. What
+    drives the moved moments is linear in the step. With them the second derivatives of
+    the cost are exact.""")
+is_dN12 = page(let(dN12, A * Q12 * dAe.T + Qxy_next * dBe.T))
+is_dN2 = page(let(dN2, dN2_half + dN2_half.T))
+is_dM2 = page(let(dM2, dM2_half + dM2_half.T))
+is_dM12 = page(
+    let(
         dM12,
         A.T * P12 * dAe
         + C.T * (dBe.T * P2 * Ae + Be.T * dP2 * Ae + Be.T * P2 * dAe)
         - dmissed.T * R * Ce
         - missed.T * R * dCe,
-    ),
-    moving_Q12 := moves(
+    )
+)
+moving_Q12 = page(
+    moves(
         "how the moment of state and estimator moves",
         A * Q12 * Ae.T + N12,
         is_N12,
         A * Q12 * Ae.T + Qxy_next * Be.T,
         A * dQ12 * Ae.T + dN12,
         is_dN12,
-    ),
-    moving_Q2 := moves(
+    )
+)
+moving_Q2 = page(
+    moves(
         "how the moment of the estimator moves",
         Ae * Q2 * Ae.T + N2,
         is_N2,
         Ae * Q2 * Ae.T + is_N2.right,
         Ae * dQ2 * Ae.T + dN2,
         is_dN2,
-    ),
-    moving_P2 := moves(
+    )
+)
+moving_P2 = page(
+    moves(
         "how the dual of the estimator's moment moves",
         Ae.T * P2 * Ae + M2,
         is_M2,
         Ae.T * P2 * Ae + Ce.T * R * Ce,
         Ae.T * dP2 * Ae + dM2,
         is_dM2,
-    ),
-    moving_P12 := moves(
+    )
+)
+moving_P12 = page(
+    moves(
         "how the dual of state and estimator moves",
         A.T * P12 * Ae + M12,
         is_M12,
         A.T * P12 * Ae + is_M12.right,
         A.T * dP12 * Ae + dM12,
         is_dM12,
-    ),
-    is_dgradAe := define(
+    )
+)
+is_dgradAe = page(
+    let(
         dgradAe,
         2
         * (
@@ -180,8 +192,10 @@ PAGE = (
             + dP2 * (Be * C * Q12 + Ae * Q2)
             + P2 * (dBe * C * Q12 + Be * C * dQ12 + dAe * Q2 + Ae * dQ2)
         ),
-    ),
-    is_dgradBe := define(
+    )
+)
+is_dgradBe = page(
+    let(
         dgradBe,
         2
         * (
@@ -189,26 +203,28 @@ PAGE = (
             + dP2 * (Be * Qyy + Ae * Q12.T * C.T)
             + P2 * (dBe * Qyy + dAe * Q12.T * C.T + Ae * dQ12.T * C.T)
         ),
-    ),
-    is_dgradCe := define(
+    )
+)
+is_dgradCe = page(
+    let(
         dgradCe,
         2 * (R * (dCe * Q2 + Ce * dQ2 + dDe * C * Q12 + De * C * dQ12 - L * dQ12)),
-    ),
-    is_dgradDe := define(
-        dgradDe, 2 * (R * (dDe * Qyy + dCe * Q12.T * C.T + Ce * dQ12.T * C.T))
-    ),
-    moving_Ae := slope_moves(
-        "how the gradient in its own matrix moves", is_gradAe, is_dgradAe
-    ),
-    moving_Be := slope_moves(
-        "how the gradient in its input moves", is_gradBe, is_dgradBe
-    ),
-    moving_Ce := slope_moves(
-        "how the gradient in its output moves", is_gradCe, is_dgradCe
-    ),
-    moving_De := slope_moves(
-        "how the gradient in its static gain moves", is_gradDe, is_dgradDe
-    ),
+    )
+)
+is_dgradDe = page(
+    let(dgradDe, 2 * (R * (dDe * Qyy + dCe * Q12.T * C.T + Ce * dQ12.T * C.T)))
+)
+moving_Ae = page(
+    slope_moves("how the gradient in its own matrix moves", is_gradAe, is_dgradAe)
+)
+moving_Be = page(
+    slope_moves("how the gradient in its input moves", is_gradBe, is_dgradBe)
+)
+moving_Ce = page(
+    slope_moves("how the gradient in its output moves", is_gradCe, is_dgradCe)
+)
+moving_De = page(
+    slope_moves("how the gradient in its static gain moves", is_gradDe, is_dgradDe)
 )
 
 
@@ -224,6 +240,9 @@ def best_output():
     return listed(
         (C, L, Qxy, Qyy, Q12, Q2), stages, "the best output matrices", regression, alone
     )
+
+
+page(best_output())
 
 
 @cache
@@ -243,6 +262,9 @@ def best_output_differential():
         moving_alone,
         source="our own",
     )
+
+
+page(best_output_differential())
 
 
 @cache
@@ -273,8 +295,4 @@ def projection_differential():
     )
 
 
-@cache
-def derive():
-    """The page."""
-    page = (*PAGE, best_output(), best_output_differential(), projection_differential())
-    return Derivation(page=page, letters=letters, source=SOURCE)
+page(projection_differential())

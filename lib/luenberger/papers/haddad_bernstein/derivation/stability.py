@@ -8,16 +8,14 @@ dual alone are not enough (`counterexamples`).
 Source: our own.
 """
 
-from functools import cache
-
 from sympy import Trace
 
 from matrixproof import (
     AtLeast,
     BlockMatrix,
     Cyclic,
-    Derivation,
     Line,
+    Page,
     Substitute,
     ZeroMatrix,
 )
@@ -27,10 +25,10 @@ from .augmented import (
     is_Bt,
     is_N2,
     is_N12,
+    is_steady,
     is_W,
     is_Wt,
     moments,
-    steady,
 )
 from .cost import duals, is_M2
 from .equations import is_root as is_root_Qt
@@ -60,159 +58,151 @@ def grown(says, X, F, V, by):
 
 MODES = {W_r: [[0, 0], [-1, 0]], M_c: [[1, 0], [0, -1]], Qt: [[1, 0], [0, 1]]}
 
-PAGE = (
-    """Let `V_e` span the real modes of an eigenvalue of `A_e`, and `c` be its squared
-    modulus. The dual of the estimator's moment is driven by what its output shows.""",
-    turn,
-    own := define(Ae * V_e, V_e * M_c),
-    is_M2,
-    is_root_R,
-    loses := grown("what the dual shows of the modes", P2, Ae.T, V_e, own),
-    chain(
-        "4.7",
-        "the estimator's modes lie in the closed disk",
-        (1 - c) * Trace(V_e.T * P2 * V_e),
-        Line(loses.left, by=(loses,)),
-        Line(Trace(V_e.T * M2 * V_e), by=(duals,)),
-        Line(Trace(V_e.T * Ce.T * R * Ce * V_e), by=(is_M2,)),
-        AtLeast(0, by=(is_root_R,), root=V_e.T * Ce.T * root_R),
-    ),
-    """So `c` is at most 1, because `P_2` is definite. Where it is 1, the square is
-    zero: `C_e V_e = 0`. An observable estimator has no such modes, so it is stable.""",
-    """Before a measurement corrects it, the estimator moves by `Phi`. The moments are
-    driven by the innovation alone.""",
-    is_Phi := define(Phi, Gam * A * G.T),
-    is_Ae,
-    is_Q12,
-    is_N2,
-    is_N12,
-    corrected := chain(
-        "3.10'",
-        "the estimator before its correction",
-        Phi - Be * C * G.T,
-        Line(Gam * A * G.T - Be * C * G.T, by=(is_Phi,)),
-        Line(Ae, by=(is_Ae,)),
-    ),
-    inner := chain(
-        "4.6",
-        "the moment of the estimator by the innovation",
-        Q2,
-        Line(Ae * Q2 * Ae.T + N2, by=(moments,)),
-        Line(Ae * Q2 * Ae.T + is_N2.right, by=(is_N2,)),
-        Line(
-            (Phi - Be * C * G.T) * Q2 * (Phi - Be * C * G.T).T
-            + Be * C * G.T * Q2 * (Phi - Be * C * G.T).T
-            + (Phi - Be * C * G.T) * Q2 * G * C.T * Be.T
-            + Be * Qyy * Be.T,
-            by=(corrected, is_Q12),
-        ),
-        Line(Phi * Q2 * Phi.T + Be * V2s * Be.T, by=(split, is_Qe)),
-    ),
-    mixed := chain(
-        "4.6",
-        "the mixed moment by the innovation",
-        Q12,
-        Line(A * Q12 * Ae.T + N12, by=(moments,)),
-        Line(A * Q12 * Ae.T + Qxy_next * Be.T, by=(is_N12,)),
-        Line(
-            A * G.T * Q2 * (Phi - Be * C * G.T).T + (Qs + A * Q_e * C.T) * Be.T,
-            by=(corrected, is_Q12, next_split),
-        ),
-        Line(A * G.T * Q2 * Phi.T + Qs * Be.T, by=(is_Qe,)),
-    ),
-    "So the modes of `Phi` lie in the closed disk as well.",
-    is_Qe,
-    is_root_V,
-    turned := define(Phi.T * V_e, V_e * M_c),
-    shows := grown("what the moment shows of the modes", Q2, Phi, V_e, turned),
-    chain(
-        "4.6",
-        "the modes before the correction lie in the closed disk",
-        (1 - c) * Trace(V_e.T * Q2 * V_e),
-        Line(shows.left, by=(shows,)),
-        Line(Trace(V_e.T * Be * V2s * Be.T * V_e), by=(inner,)),
-        AtLeast(0, by=(is_root_V,), root=V_e.T * Be * root_V),
-    ),
-    """Where `c` is 1, the square is zero: `B_e' V_e = 0`. Then `G' Q_2 V_e` spans
-    modes of the plant. The plant is stable and has none of modulus one, so `Phi` has
-    none.""",
-    unmoved := define(Be.T * V_e, ZeroMatrix(l, k)),
-    chain(
-        "",
-        "modes before the correction are modes of the plant",
-        G.T * Q2 * V_e,
-        Line(Q12 * V_e, by=(is_Q12,)),
-        Line((A * G.T * Q2 * Phi.T + Qs * Be.T) * V_e, by=(mixed,)),
-        Line(A * (G.T * Q2 * V_e) * M_c, by=(unmoved, turned)),
-    ),
-    """The estimator is stable also if the joint covariance of the noises is definite,
-    whether it is observable or not. Let `V_w` span modes of plant and estimator
-    together. What the moment shows of them is driven by the noises.""",
-    is_At,
-    is_Bt,
-    is_W,
-    is_Wt,
-    is_root_Qt,
-    is_root_W := define(W, W_r * W_r.T),
-    steady,
-    joint := define(At.T * V_w, V_w * M_c),
-    whole := grown("what the moment of both shows of the modes", Qt, At, V_w, joint),
-    reached := chain(
-        "section 2",
-        "the covariance of the additive noise from that of the noises",
-        Wt,
-        Substitute(Bt * W * Bt.T, by=(is_Wt, is_Bt, is_W)),
-    ),
-    chain(
-        "4.4",
-        "the modes of both lie in the closed disk",
-        (1 - c) * Trace(V_w.T * Qt * V_w),
-        Line(whole.left, by=(whole,)),
-        Line(Trace(V_w.T * (At1 * Qt * At1.T + Wt) * V_w), by=(steady,)),
-        AtLeast(Trace(V_w.T * Wt * V_w), by=(is_root_Qt,), root=V_w.T * At1 * root_Qt),
-        Line(Trace(V_w.T * Bt * W * Bt.T * V_w), by=(reached,)),
-        AtLeast(0, by=(is_root_W,), root=V_w.T * Bt * W_r),
-        witness=MODES,
-    ),
-    """Where `c` is 1, both squares are zero, and with `W` definite `B_tilde' V_w = 0`.
-    By blocks this is `V_x = 0` and `B_e' V_e = 0`.""",
-    by_rows := define(V_w, BlockMatrix([[V_x], [V_e]])),
-    chain(
-        "section 2",
-        "how the noises reach the modes",
-        Bt.T * V_w,
-        Substitute(BlockMatrix([[V_x], [Be.T * V_e]]), by=(is_Bt, by_rows)),
-    ),
-    """A mode of `A_e'` of modulus one has such a `V_w`, because `A` has no mode in
-    common with it. So it is not corrected, and it would be one of `Phi'`, which has
-    none.""",
-    seen := define(Ae.T * V_e, V_e * M_c),
-    solved := define(A.T * V_x + C.T * Be.T * V_e, V_x * M_c),
-    chain(
-        "section 2",
-        "the modes of both from those of the estimator",
-        At.T * V_w,
-        Substitute(
-            BlockMatrix([[A.T * V_x + C.T * Be.T * V_e], [Ae.T * V_e]]),
-            by=(is_At, by_rows),
-        ),
-        Line(BlockMatrix([[V_x * M_c], [V_e * M_c]]), by=(solved, seen)),
-        Substitute(V_w * M_c, by=(by_rows,)),
-    ),
-    chain(
-        "3.10'",
-        "a mode that is not corrected",
-        Phi.T * V_e,
-        Line((Ae + Be * C * G.T).T * V_e, by=(corrected,)),
-        Line(Ae.T * V_e, by=(unmoved,)),
-        Line(V_e * M_c, by=(seen,)),
-    ),
+
+page = Page(letters=letters, source="our own", witness={Ce: [1, 0], **MODES})
+
+
+page("""Let `V_e` span the real modes of an eigenvalue of `A_e`, and `c` be its squared
+    modulus. The dual of the estimator's moment is driven by what its output shows.""")
+page(turn, is_Ae)
+own = page(suppose(Ae * V_e, V_e * M_c))
+page(is_M2, is_root_R)
+loses = page(grown("what the dual shows of the modes", P2, Ae.T, V_e, own))
+page.chain(
+    "4.7",
+    "the estimator's modes lie in the closed disk",
+    (1 - c) * Trace(V_e.T * P2 * V_e),
+    Line(loses.left, by=(loses,)),
+    Line(Trace(V_e.T * M2 * V_e), by=(duals,)),
+    Line(Trace(V_e.T * Ce.T * R * Ce * V_e), by=(is_M2,)),
+    AtLeast(0, by=(is_root_R,), root=V_e.T * Ce.T * root_R),
 )
 
+page("""So `c` is at most 1, because `P_2` is definite. Where it is 1, the square is
+    zero: `C_e V_e = 0`. An observable estimator has no such modes, so it is stable.""")
 
-@cache
-def derive():
-    """The page."""
-    return Derivation(
-        page=PAGE, letters=letters, source="our own", witness={Ce: [1, 0], **MODES}
-    )
+page("""Before a measurement corrects it, the estimator moves by `Phi`. The moments are
+    driven by the innovation alone.""")
+is_Phi = page(let(Phi, Gam * A * G.T))
+page(is_Q12, is_Qe, is_N2, is_N12)
+corrected = page.chain(
+    "3.10'",
+    "the estimator before its correction",
+    Phi - Be * C * G.T,
+    Line(Gam * A * G.T - Be * C * G.T, by=(is_Phi,)),
+    Line(Ae, by=(is_Ae,)),
+)
+inner = page.chain(
+    "4.6",
+    "the moment of the estimator by the innovation",
+    Q2,
+    Line(Ae * Q2 * Ae.T + N2, by=(moments,)),
+    Line(Ae * Q2 * Ae.T + is_N2.right, by=(is_N2,)),
+    Line(
+        (Phi - Be * C * G.T) * Q2 * (Phi - Be * C * G.T).T
+        + Be * C * G.T * Q2 * (Phi - Be * C * G.T).T
+        + (Phi - Be * C * G.T) * Q2 * G * C.T * Be.T
+        + Be * Qyy * Be.T,
+        by=(corrected, is_Q12),
+    ),
+    Line(Phi * Q2 * Phi.T + Be * V2s * Be.T, by=(split, is_Qe)),
+)
+mixed = page.chain(
+    "4.6",
+    "the mixed moment by the innovation",
+    Q12,
+    Line(A * Q12 * Ae.T + N12, by=(moments,)),
+    Line(A * Q12 * Ae.T + Qxy_next * Be.T, by=(is_N12,)),
+    Line(
+        A * G.T * Q2 * (Phi - Be * C * G.T).T + (Qs + A * Q_e * C.T) * Be.T,
+        by=(corrected, is_Q12, next_split),
+    ),
+    Line(A * G.T * Q2 * Phi.T + Qs * Be.T, by=(is_Qe,)),
+)
+
+page("So the modes of `Phi` lie in the closed disk as well.")
+page(is_root_V)
+turned = page(suppose(Phi.T * V_e, V_e * M_c))
+shows = page(grown("what the moment shows of the modes", Q2, Phi, V_e, turned))
+page.chain(
+    "4.6",
+    "the modes before the correction lie in the closed disk",
+    (1 - c) * Trace(V_e.T * Q2 * V_e),
+    Line(shows.left, by=(shows,)),
+    Line(Trace(V_e.T * Be * V2s * Be.T * V_e), by=(inner,)),
+    AtLeast(0, by=(is_root_V,), root=V_e.T * Be * root_V),
+)
+
+page("""Where `c` is 1, the square is zero: `B_e' V_e = 0`. Then `G' Q_2 V_e` spans
+    modes of the plant. The plant is stable and has none of modulus one, so `Phi` has
+    none.""")
+unmoved = page(suppose(Be.T * V_e, ZeroMatrix(l, k)))
+page.chain(
+    "",
+    "modes before the correction are modes of the plant",
+    G.T * Q2 * V_e,
+    Line(Q12 * V_e, by=(is_Q12,)),
+    Line((A * G.T * Q2 * Phi.T + Qs * Be.T) * V_e, by=(mixed,)),
+    Line(A * (G.T * Q2 * V_e) * M_c, by=(unmoved, turned)),
+)
+
+page("""The estimator is stable also if the joint covariance of the noises is definite,
+    whether it is observable or not. Let `V_w` span modes of plant and estimator
+    together. What the moment shows of them is driven by the noises.""")
+page(is_At, is_Bt, is_W, is_Wt, is_root_Qt)
+is_root_W = page(suppose(W, W_r * W_r.T))
+page(is_steady)
+joint = page(suppose(At.T * V_w, V_w * M_c))
+whole = page(grown("what the moment of both shows of the modes", Qt, At, V_w, joint))
+reached = page.chain(
+    "section 2",
+    "the covariance of the additive noise from that of the noises",
+    Wt,
+    Substitute(Bt * W * Bt.T, by=(is_Wt, is_Bt, is_W)),
+)
+page.chain(
+    "4.4",
+    "the modes of both lie in the closed disk",
+    (1 - c) * Trace(V_w.T * Qt * V_w),
+    Line(whole.left, by=(whole,)),
+    Line(Trace(V_w.T * (At1 * Qt * At1.T + Wt) * V_w), by=(is_steady,)),
+    AtLeast(Trace(V_w.T * Wt * V_w), by=(is_root_Qt,), root=V_w.T * At1 * root_Qt),
+    Line(Trace(V_w.T * Bt * W * Bt.T * V_w), by=(reached,)),
+    AtLeast(0, by=(is_root_W,), root=V_w.T * Bt * W_r),
+    witness=MODES,
+)
+
+page("""Where `c` is 1, both squares are zero, and with `W` definite `B_tilde' V_w = 0`.
+    By blocks this is `V_x = 0` and `B_e' V_e = 0`.""")
+by_rows = page(suppose(V_w, BlockMatrix([[V_x], [V_e]])))
+page.chain(
+    "section 2",
+    "how the noises reach the modes",
+    Bt.T * V_w,
+    Substitute(BlockMatrix([[V_x], [Be.T * V_e]]), by=(is_Bt, by_rows)),
+)
+
+page("""A mode of `A_e'` of modulus one has such a `V_w`, because `A` has no mode in
+    common with it. So it is not corrected, and it would be one of `Phi'`, which has
+    none.""")
+seen = page(suppose(Ae.T * V_e, V_e * M_c))
+solved = page(suppose(A.T * V_x + C.T * Be.T * V_e, V_x * M_c))
+page.chain(
+    "section 2",
+    "the modes of both from those of the estimator",
+    At.T * V_w,
+    Substitute(
+        BlockMatrix([[A.T * V_x + C.T * Be.T * V_e], [Ae.T * V_e]]),
+        by=(is_At, by_rows),
+    ),
+    Line(BlockMatrix([[V_x * M_c], [V_e * M_c]]), by=(solved, seen)),
+    Substitute(V_w * M_c, by=(by_rows,)),
+)
+page.chain(
+    "3.10'",
+    "a mode that is not corrected",
+    Phi.T * V_e,
+    Line((Ae + Be * C * G.T).T * V_e, by=(corrected,)),
+    Line(Ae.T * V_e, by=(unmoved,)),
+    Line(V_e * M_c, by=(seen,)),
+)

@@ -12,7 +12,7 @@ from functools import cache
 
 import sympy as sp
 
-from matrixproof import Derivation, Explicit, Gradient, Line, Positive
+from matrixproof import Explicit, Gradient, Line, Page, Positive
 
 from .letters import *
 
@@ -101,65 +101,86 @@ cost = T ** (k + 1) * (g + lam * s / b) / (k + 1)
 cost -= T ** (k + 1) * (T_max / T) ** b * lam / (b * (k + 1 - b))
 beside = lam * q * (1 - c**-b) / b
 
-PAGE = (
-    """A period `T` has the cost `J(T)`. To make it a little longer costs `g` in
-    accuracy and saves `lambda h(T)` in samples. Both are weighted by `T^k`, which
-    moves no minimum: it only makes the cost a simple one.""",
+
+page = Page(letters=periods, source=f"{SOURCE}, Table II; the objectives are our own")
+
+
+page("""A period `T` has the cost `J(T)`. To make it a little longer costs `g` in
+    accuracy and saves `lambda h(T)` in samples. Both are weighted by `T^k`, which moves
+    no minimum: it only makes the cost a simple one.""")
+page(
     Explicit(
         "",
         "the costs of the family",
         sp.Derivative(J, T),
         T**k * (g - lam * h),
         {"": {J: cost, h: saving}},
-    ),
-    """The saving falls as the period grows, and what it costs does not. So there
-    is one minimum at most.""",
+    )
+)
+
+page("""The saving falls as the period grows, and what it costs does not. So there is
+    one minimum at most.""")
+page(
     Positive(
         "",
         "the slope rises, but for the factor",
         sp.Derivative(g - lam * h, T),
         0,
         {"": {h: saving}},
-    ),
-    """It is where both are equal, at the period `T_s`. Take `c` times that period:
-    up to the factor `T^k` the slope of the cost is as follows, which is zero for
-    `c = 1`.""",
+    )
+)
+
+page("""It is where both are equal, at the period `T_s`. Take `c` times that period:
+    up to the factor `T^k` the slope of the cost is as follows, which is zero for `c
+    = 1`.""")
+page(
     Explicit(
         "",
         "the slope beside the law",
         g - lam * ((T_max / (c * T_s)) ** b / b - s / b),
         beside,
         {"": {T_s: T_max * q ** (-1 / b), g: lam * (q - s) / b}},
-    ),
-    """It rises with `c`. So the cost falls before the law and rises after it, and
-    between two bounds the best period is the law, clipped.""",
-    Positive("", "it rises with the period", sp.Derivative(beside, c), 0),
-    """Where `s + b g/lambda` is not positive there is no such period. Then the cost
-    only rises if `b` is negative, and the shortest period is best; it only falls
-    if `b` is positive, and the longest one is best.""",
-    Positive("", "no law, and the shortest is best", g - lam * h, 0, turned(-1)),
-    Positive("", "no law, and the longest is best", lam * h - g, 0, turned(1)),
-    """The laws of the table are four of this family. The cost of each can be
-    written down at once. Law 1: the error that is reached, squared, and the
-    departure from the longest period, squared. The slope is put in factors, and the
-    law is the period at which one of them is zero.""",
+    )
+)
+
+page("""It rises with `c`. So the cost falls before the law and rises after it, and
+    between two bounds the best period is the law, clipped.""")
+page(Positive("", "it rises with the period", sp.Derivative(beside, c), 0))
+
+page("""Where `s + b g/lambda` is not positive there is no such period. Then the cost
+    only rises if `b` is negative, and the shortest period is best; it only falls if `b`
+    is positive, and the longest one is best.""")
+page(Positive("", "no law, and the shortest is best", g - lam * h, 0, turned(-1)))
+page(Positive("", "no law, and the longest is best", lam * h - g, 0, turned(1)))
+
+page("""The laws of the table are four of this family. The cost of each can be written
+    down at once. Law 1: the error that is reached, squared, and the departure from the
+    longest period, squared. The slope is put in factors, and the law is the period at
+    which one of them is zero.""")
+page(
     slope_of(
         "quadratic",
         Gradient(rho**2 * T + (T - T_max) / alpha, of=T),
         Line((rho**2 + 1 / alpha) * T - T_max / alpha, why="collect the period"),
         Line((rho**2 + 1 / alpha) * (T - T_max / (alpha * rho**2 + 1)), why="factor"),
-    ),
-    best("quadratic"),
-    "Law 2: the area under the error, and the departure squared.",
+    )
+)
+page(best("quadratic"))
+
+page("Law 2: the area under the error, and the departure squared.")
+page(
     slope_of(
         "absolute",
         Gradient(rho * T + (T - T_max) / alpha, of=T),
         Line((rho + 1 / alpha) * T - T_max / alpha, why="collect the period"),
         Line((rho + 1 / alpha) * (T - T_max / (alpha * rho + 1)), why="factor"),
-    ),
-    best("absolute"),
-    """Law 3: the error that is reached, and a price for each sample a second. A
-    period is positive, so that only one of the two roots is one.""",
+    )
+)
+page(best("absolute"))
+
+page("""Law 3: the error that is reached, and a price for each sample a second. A period
+    is positive, so that only one of the two roots is one.""")
+page(
     slope_of(
         "root",
         Gradient(rho - C**2 / T**2, of=T),
@@ -168,37 +189,39 @@ PAGE = (
             rho * (T + C / sp.sqrt(rho)) * (T - C / sp.sqrt(rho)) / T**2,
             why="a difference of squares",
         ),
-    ),
-    best("root"),
-    "Law 4: the error that is reached, and the departure squared.",
+    )
+)
+page(best("root"))
+
+page("Law 4: the error that is reached, and the departure squared.")
+page(
     slope_of(
         "linear",
         Gradient(rho + (T - T_max) / K, of=T),
         Line((T - (T_max - K * rho)) / K, why="factor"),
-    ),
-    best("linear"),
-    "In each `kappa` is positive, so that the law is the minimum.",
-    Positive("Table II", "the factors are positive", kappa, 0, of_each(kappa)),
-    "Each is a law of the family, and its cost is one of the family.",
+    )
+)
+page(best("linear"))
+
+page("In each `kappa` is positive, so that the law is the minimum.")
+page(Positive("Table II", "the factors are positive", kappa, 0, of_each(kappa)))
+
+page("Each is a law of the family, and its cost is one of the family.")
+page(
     Explicit(
         "Table II",
         "the laws of the family",
         T_max * q ** (-1 / b),
         T_s,
         of_each(b, q, T_s),
-    ),
+    )
+)
+page(
     Explicit(
         "Table II",
         "and their costs",
         T**k * (rho**a - lam * saving),
         sp.Derivative(J, T),
         of_each(a, b, s, k, lam, J),
-    ),
+    )
 )
-
-
-@cache
-def derive():
-    """The page."""
-    source = f"{SOURCE}, Table II; the objectives are our own"
-    return Derivation(page=PAGE, letters=periods, source=source)

@@ -35,7 +35,12 @@ J, h = (sp.Function(name)(T) for name in "Jh")  # cost of a period, saving per s
 n, m = sp.symbols("n m", integer=True, positive=True)
 t, S = sp.Symbol("t", nonnegative=True), sp.Symbol("s")
 letters = Notation()
-chain, define = letters.chain, letters.define
+chain, let, steady, suppose = (
+    letters.chain,
+    letters.let,
+    letters.steady,
+    letters.suppose,
+)
 
 A = letters("A", n, n, "moves the state")
 B = letters("B", n, m, "what the input does to it")

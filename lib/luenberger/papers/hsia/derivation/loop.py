@@ -6,11 +6,9 @@ has a closed form, and the rate of its error jumps where the input does.
 Source: Hsia (1974), (17).
 """
 
-from functools import cache
-
 import sympy as sp
 
-from matrixproof import Derivation, Explicit, Identity
+from matrixproof import Explicit, Identity, Page
 
 from .letters import *
 
@@ -39,33 +37,35 @@ def of_plant(*wanted):
 
 # -- the page -------------------------------------------------------------------------
 
-PAGE = (
-    "The plant has two integrators and a zero: a position and a velocity.",
+
+page = Page(letters=letters, source=f"{SOURCE}, (17)")
+
+
+page("The plant has two integrators and a zero: a position and a velocity.")
+page(
     Explicit(
         "",
         "the transfer function of the plant",
         C_p * (S * Identity(n) - A).I * B,
         G,
         of_plant(A, B, C_p, G),
-    ),
-    "Closed all the time, and at rest before the step, the loop moves as follows.",
+    )
+)
+
+page("Closed all the time, and at rest before the step, the loop moves as follows.")
+page(
     Explicit(
         "17",
         "the continuous loop",
         A * x + B * (step - C_p * x),
         x_dot,
         of_plant(A, B, C_p, step, x, x_dot),
-    ),
-    Explicit("17", "it starts at rest", x_0, ZeroMatrix(n, 1), of_plant(x_0)),
-    Explicit("17", "its response", C_p * x, y_star, of_plant(C_p, x, y_star)),
-    """The rate of the output is `C A x + C B u`. A sampled loop holds `u`, which
-    jumps at a sample, and the rate jumps with it. So it matters whether the rate
-    is read before the jump or after it.""",
-    Explicit("", "by how much it jumps", C_p * B, jump, of_plant(C_p, B, jump)),
+    )
 )
+page(Explicit("17", "it starts at rest", x_0, ZeroMatrix(n, 1), of_plant(x_0)))
+page(Explicit("17", "its response", C_p * x, y_star, of_plant(C_p, x, y_star)))
 
-
-@cache
-def derive():
-    """The page."""
-    return Derivation(page=PAGE, letters=letters, source=f"{SOURCE}, (17)")
+page("""The rate of the output is `C A x + C B u`. A sampled loop holds `u`, which jumps
+    at a sample, and the rate jumps with it. So it matters whether the rate is read
+    before the jump or after it.""")
+page(Explicit("", "by how much it jumps", C_p * B, jump, of_plant(C_p, B, jump)))

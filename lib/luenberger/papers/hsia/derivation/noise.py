@@ -9,76 +9,66 @@ the instants of Hsia (1974); the doubling is our own.
 
 from functools import cache
 
-from matrixproof import BlockMatrix, Derivation, Differential, Line, Stage, Substitute
+from matrixproof import (
+    BlockMatrix,
+    Derivation,
+    Differential,
+    Line,
+    Page,
+    Stage,
+    Substitute,
+)
 
 from .letters import *
 
-PAGE = (
-    """White noise of intensity `Q` adds up to a covariance `P` in the time `t`. It is
-    an integral, of which the rate is known, and which is zero at `t = 0`.""",
-    flows := define(dPhi, Phi * A),
-    is_rate := define(dP, Phi * Q * Phi.T),
-    """The exponential of the block matrix `[-A, Q; 0, A'] t` has `Phi'` in its
-    lower right corner. The blocks above it have rates as well.""",
-    is_Block := define(Block, BlockMatrix([[-A, Q], [ZeroMatrix(n, n), A.T]])),
-    is_E := define(E, BlockMatrix([[U, X], [ZeroMatrix(n, n), Phi.T]])),
-    is_dE := define(dE, BlockMatrix([[dU, dX], [ZeroMatrix(n, n), dPhi.T]])),
-    is_dU := define(dU, -A * U),
-    is_dX := define(dX, Q * Phi.T - A * X),
-    chain(
-        "",
-        "the rate of the exponential",
-        Block * E,
-        Substitute(
-            BlockMatrix([[-A * U, Q * Phi.T - A * X], [ZeroMatrix(n, n), A.T * Phi.T]]),
-            by=(is_Block, is_E),
-        ),
-        Substitute(dE, by=(is_dE, is_dU, is_dX, flows)),
+page = Page(letters=letters, source="Van Loan (1978)")
+
+
+page("""White noise of intensity `Q` adds up to a covariance `P` in the time `t`. It is
+    an integral, of which the rate is known, and which is zero at `t = 0`.""")
+flows = page(suppose(dPhi, Phi * A))
+is_rate = page(suppose(dP, Phi * Q * Phi.T))
+
+page("""The exponential of the block matrix `[-A, Q; 0, A'] t` has `Phi'` in its lower
+    right corner. The blocks above it have rates as well.""")
+is_Block = page(let(Block, BlockMatrix([[-A, Q], [ZeroMatrix(n, n), A.T]])))
+is_E = page(let(E, BlockMatrix([[U, X], [ZeroMatrix(n, n), Phi.T]])))
+is_dE = page(let(dE, BlockMatrix([[dU, dX], [ZeroMatrix(n, n), dPhi.T]])))
+is_dU = page(suppose(dU, -A * U))
+is_dX = page(suppose(dX, Q * Phi.T - A * X))
+page.chain(
+    "",
+    "the rate of the exponential",
+    Block * E,
+    Substitute(
+        BlockMatrix([[-A * U, Q * Phi.T - A * X], [ZeroMatrix(n, n), A.T * Phi.T]]),
+        by=(is_Block, is_E),
     ),
-    "The product `Phi X` has the rate of the integral.",
-    chain(
-        "",
-        "the rate of the product",
-        Phi * X,
-        Differential(dPhi * X + Phi * dX, of={Phi: dPhi, X: dX}),
-        Line(Phi * A * X + Phi * (Q * Phi.T - A * X), by=(flows, is_dX)),
-        Line(dP, by=(is_rate,)),
-    ),
-    "It begins with zero as well. So it is the integral.",
-    starts := define(X_0, ZeroMatrix(n, n)),
-    chain(
-        "",
-        "where the product begins",
-        Phi_0 * X_0,
-        Line(ZeroMatrix(n, n), by=(starts,)),
-    ),
-    is_P := define(P, Phi * X),
-    "The rate `Phi Q Phi'` is symmetric, and so is what it adds up to.",
-    even := define(P, P.T),
+    Substitute(dE, by=(is_dE, is_dU, is_dX, flows)),
 )
-DOUBLED = (
-    """A first period has added `P_h`. Let it go on for the time `t`, which adds
-    `H P H'`. The rate is that of the integral at this time, because `H Phi` is what
-    a state becomes in both.""",
-    chain(
-        "",
-        "the rate of what is added",
-        P_h + H * P * H.T,
-        Differential(H * dP * H.T, of={P: dP}, held=(P_h, H)),
-        Line(H * Phi * Q * (H * Phi).T, by=(is_rate,)),
-    ),
-    "So it is the integral. Let it go on for as long again: `H` is then `Phi`.",
-    is_P_2 := define(P_2, P_h + H * P * H.T),
-    as_long := define(H, Phi),
-    as_much := define(P_h, P),
-    doubled := chain(
-        "",
-        "a period twice as long",
-        P_2,
-        Line(P_h + H * P * H.T, by=(is_P_2,)),
-        Line(P + Phi * P * Phi.T, by=(as_long, as_much)),
-    ),
+
+page("The product `Phi X` has the rate of the integral.")
+page.chain(
+    "",
+    "the rate of the product",
+    Phi * X,
+    Differential(dPhi * X + Phi * dX, of={Phi: dPhi, X: dX}),
+    Line(Phi * A * X + Phi * (Q * Phi.T - A * X), by=(flows, is_dX)),
+    Line(dP, by=(is_rate,)),
 )
+
+page("It begins with zero as well. So it is the integral.")
+starts = page(suppose(X_0, ZeroMatrix(n, n)))
+page.chain(
+    "",
+    "where the product begins",
+    Phi_0 * X_0,
+    Line(ZeroMatrix(n, n), by=(starts,)),
+)
+is_P = page(let(P, Phi * X))
+
+page("The rate `Phi Q Phi'` is symmetric, and so is what it adds up to.")
+even = page(suppose(P, P.T))
 
 
 def stage_list(given, stage, says):
@@ -93,11 +83,41 @@ def noise_block():
     return stage_list((A, Q), stage, "the block matrix of the noise")
 
 
+page(noise_block())
+
+
 @cache
 def noise_of_a_period():
     """Q of one period by Van Loan's exponential."""
     stage = Stage(P, Phi * X, symmetric=True, by=(is_P, even))
     return stage_list((Phi, X), stage, "what the noise adds in a period")
+
+
+page(noise_of_a_period())
+
+
+page("""A first period has added `P_h`. Let it go on for the time `t`, which adds `H P
+    H'`. The rate is that of the integral at this time, because `H Phi` is what a state
+    becomes in both.""")
+page.chain(
+    "",
+    "the rate of what is added",
+    P_h + H * P * H.T,
+    Differential(H * dP * H.T, of={P: dP}, held=(P_h, H)),
+    Line(H * Phi * Q * (H * Phi).T, by=(is_rate,)),
+)
+
+page("So it is the integral. Let it go on for as long again: `H` is then `Phi`.")
+is_P_2 = page(let(P_2, P_h + H * P * H.T))
+as_long = page(let(H, Phi))
+as_much = page(let(P_h, P))
+doubled = page.chain(
+    "",
+    "a period twice as long",
+    P_2,
+    Line(P_h + H * P * H.T, by=(is_P_2,)),
+    Line(P + Phi * P * Phi.T, by=(as_long, as_much)),
+)
 
 
 @cache
@@ -107,8 +127,4 @@ def noise_doubled():
     return stage_list((Phi, P), stage, "what it adds in a period twice as long")
 
 
-@cache
-def derive():
-    """The page."""
-    page = (*PAGE, noise_block(), noise_of_a_period(), *DOUBLED, noise_doubled())
-    return Derivation(page=page, letters=letters, source="Van Loan (1978)")
+page(noise_doubled())

@@ -13,7 +13,16 @@ from functools import cache
 
 import sympy as sp
 
-from matrixproof import Construction, Derivation, Equation, Explicit, Iff, Line, Stage
+from matrixproof import (
+    Construction,
+    Derivation,
+    Equation,
+    Explicit,
+    Iff,
+    Line,
+    Page,
+    Stage,
+)
 
 from .form import over_patterns, picks
 from .letters import *
@@ -97,107 +106,81 @@ def rows():
 
 row_block = T_i * A_U - A_i * T_h - D_i * C_U
 
-RECURSION = (
-    """Sort Kawazoe's coordinates by level, those with the highest power of `A`
-    first. This is a staircase: below the diagonal it has the ones that move each
-    row to the next, and nothing else. The outputs are the last entries.""",
-    Explicit("11", "a staircase of ones", Pi * Phi, A_U * Pi, over_patterns(by_level)),
-    """The observer is found block by block; `S_i` picks one row block of it, and
-    `S_h` the one above. `F` is chosen as the part of `A_U` below the diagonal: in
-    these rows it has the stair `A_i` alone, in the columns of the block above.
-    The first row block has none above it, and no part in `F`.""",
-    is_T_i := define(S_i * T_U, T_i),
-    is_T_h := define(S_h * T_U, T_h),
-    is_D_i := define(S_i * D, D_i),
-    below := define(S_i * F, A_i * S_h),
-    chain(
-        "VD 4, 10",
-        "one row block of the equation",
-        S_i * (T_U * A_U - F * T_U - D * C_U),
-        Line(S_i * T_U * A_U - A_i * S_h * T_U - S_i * D * C_U, by=(below,)),
-        Line(T_i * A_U - A_i * T_h - D_i * C_U, by=(is_T_i, is_T_h, is_D_i)),
-    ),
-    """Take it column block by column block. A column block of `A_U` has entries
-    down to the diagonal, and below it one stair. So it meets the entries of the
-    row block that are known, and those that come next.""",
-    reaches := define(A_U * N_c, K_c * A_c + N_n * S_c),
-    unseen := define(C_U * N_c, ZeroMatrix(m, r_c)),
-    is_T_c := define(T_i * K_c, T_c),
-    is_T_n := define(T_i * N_n, T_n),
-    is_T_hc := define(T_h * N_c, T_hc),
-    chain(
-        "VD 10",
-        "one column block of it",
-        row_block * N_c,
-        Line(T_i * (K_c * A_c + N_n * S_c) - A_i * T_h * N_c, by=(reaches, unseen)),
-        Line(T_c * A_c + T_n * S_c - A_i * T_hc, by=(is_T_c, is_T_n, is_T_hc)),
-    ),
-    """The columns of a stair are independent, so it has a left inverse. That gives
-    what comes next; with a stair of ones it is a matter of picking rows.""",
-    wanted := define(T_c * A_c + T_n * S_c, A_i * T_hc),
-    inverse := define(J_c * S_c, Identity(r_c)),
+
+page = Page(letters=letters, source=f"{SOURCE}, with the rows of Van Dooren (1984)")
+
+
+page("""Sort Kawazoe's coordinates by level, those with the highest power of `A` first.
+    This is a staircase: below the diagonal it has the ones that move each row to the
+    next, and nothing else. The outputs are the last entries.""")
+page(Explicit("11", "a staircase of ones", Pi * Phi, A_U * Pi, over_patterns(by_level)))
+
+page("""The observer is found block by block; `S_i` picks one row block of it, and `S_h`
+    the one above. `F` is chosen as the part of `A_U` below the diagonal: in these rows
+    it has the stair `A_i` alone, in the columns of the block above. The first row block
+    has none above it, and no part in `F`.""")
+is_T_i = page(suppose(S_i * T_U, T_i))
+is_T_h = page(suppose(S_h * T_U, T_h))
+is_D_i = page(suppose(S_i * D, D_i))
+below = page(suppose(S_i * F, A_i * S_h))
+page.chain(
+    "VD 4, 10",
+    "one row block of the equation",
+    S_i * (T_U * A_U - F * T_U - D * C_U),
+    Line(S_i * T_U * A_U - A_i * S_h * T_U - S_i * D * C_U, by=(below,)),
+    Line(T_i * A_U - A_i * T_h - D_i * C_U, by=(is_T_i, is_T_h, is_D_i)),
+)
+
+page("""Take it column block by column block. A column block of `A_U` has entries down
+    to the diagonal, and below it one stair. So it meets the entries of the row block
+    that are known, and those that come next.""")
+reaches = page(suppose(A_U * N_c, K_c * A_c + N_n * S_c))
+unseen = page(suppose(C_U * N_c, ZeroMatrix(m, r_c)))
+is_T_c = page(suppose(T_i * K_c, T_c))
+is_T_n = page(suppose(T_i * N_n, T_n))
+is_T_hc = page(suppose(T_h * N_c, T_hc))
+page.chain(
+    "VD 10",
+    "one column block of it",
+    row_block * N_c,
+    Line(T_i * (K_c * A_c + N_n * S_c) - A_i * T_h * N_c, by=(reaches, unseen)),
+    Line(T_c * A_c + T_n * S_c - A_i * T_hc, by=(is_T_c, is_T_n, is_T_hc)),
+)
+
+page("""The columns of a stair are independent, so it has a left inverse. That gives
+    what comes next; with a stair of ones it is a matter of picking rows.""")
+wanted = page(suppose(T_c * A_c + T_n * S_c, A_i * T_hc))
+inverse = page(suppose(J_c * S_c, Identity(r_c)))
+page(
     Construction(
         "VD 10",
         "the next entries of the row block",
         {T_n: (A_i * T_hc - T_c * A_c) * J_c},
         satisfies=(wanted,),
         by=(inverse,),
-    ),
-    "The library takes these entries.",
-    is_next := define(T_n, (A_i * T_hc - T_c * A_c) * J_c, "VD 10"),
-    "The last column block, the one that is measured, says what `D` is.",
-    is_A_m := define(A_U * N_m, A_m),
-    is_T_hm := define(T_h * N_m, T_hm),
-    measured := define(C_U * N_m, Identity(m)),
-    chain(
-        "VD 10",
-        "the gain of the measurement",
-        Equation(row_block * N_m, ZeroMatrix(p_i, m)),
-        Iff(
-            Equation(T_i * A_m - A_i * T_hm - D_i, ZeroMatrix(p_i, m)),
-            by=(is_A_m, is_T_hm, measured),
-        ),
-        Iff(Equation(D_i, T_i * A_m - A_i * T_hm)),
-    ),
-    "This block of the equation is to hold, too.",
-    holds := define(row_block * N_m, ZeroMatrix(p_i, m), "VD 10"),
+    )
 )
 
-OBSERVER = (
-    "Written out, with a symbol for every entry of `Phi` that may differ from zero:",
-    Explicit(
-        "VD 4, 10",
-        "the observer",
-        T_U * A_U - F * T_U,
-        D * C_U,
-        over_patterns(observer),
+page("The library takes these entries.")
+is_next = page(suppose(T_n, (A_i * T_hc - T_c * A_c) * J_c, "VD 10"))
+
+page("The last column block, the one that is measured, says what `D` is.")
+is_A_m = page(suppose(A_U * N_m, A_m))
+is_T_hm = page(suppose(T_h * N_m, T_hm))
+measured = page(suppose(C_U * N_m, Identity(m)))
+page.chain(
+    "VD 10",
+    "the gain of the measurement",
+    Equation(row_block * N_m, ZeroMatrix(p_i, m)),
+    Iff(
+        Equation(T_i * A_m - A_i * T_hm - D_i, ZeroMatrix(p_i, m)),
+        by=(is_A_m, is_T_hm, measured),
     ),
-    """`T_U` is a unit triangle. So `T_U` above `C_U` is invertible: no state is
-    left out.""",
-    Explicit(
-        "VD 13",
-        "the determinant is one",
-        sp.Determinant(S_U),
-        sp.S.One,
-        over_patterns(stacked),
-    ),
-    """`F` has zeros on its diagonal. So each row solves Van Dooren's system with
-    the pole zero: the deadbeat observer is his, with all poles at zero.""",
-    Explicit("VD 18, 20", "each row solves his system", x_i * M_i, -a_f, rows()),
-    """That all poles are zero only says that `F` vanishes after `n - m` steps. It
-    does so earlier. If a power of it is zero in the block above, the next power is
-    zero in this one. The first block is zero at once, and there are `p_M - 1`
-    blocks. So the observer is exact from sample number `p_M` on, whatever it began
-    with.""",
-    gone := define(S_h * F_l, ZeroMatrix(r_h, n - m)),
-    chain(
-        "",
-        "one more power and one more block",
-        S_i * F * F_l,
-        Line(A_i * S_h * F_l, by=(below,)),
-        Line(ZeroMatrix(p_i, n - m), by=(gone,)),
-    ),
+    Iff(Equation(D_i, T_i * A_m - A_i * T_hm)),
 )
+
+page("This block of the equation is to hold, too.")
+holds = page(suppose(row_block * N_m, ZeroMatrix(p_i, m), "VD 10"))
 
 
 @cache
@@ -216,6 +199,9 @@ def next_entries():
     )
 
 
+page(next_entries())
+
+
 @cache
 def measured_gain():
     """A row block of D, from that of T and the column block that is measured."""
@@ -229,9 +215,45 @@ def measured_gain():
     )
 
 
-@cache
-def derive():
-    """The page."""
-    page = (*RECURSION, next_entries(), measured_gain(), *OBSERVER)
-    source = f"{SOURCE}, with the rows of Van Dooren (1984)"
-    return Derivation(page=page, letters=letters, source=source)
+page(measured_gain())
+
+
+page("Written out, with a symbol for every entry of `Phi` that may differ from zero:")
+page(
+    Explicit(
+        "VD 4, 10",
+        "the observer",
+        T_U * A_U - F * T_U,
+        D * C_U,
+        over_patterns(observer),
+    )
+)
+
+page("""`T_U` is a unit triangle. So `T_U` above `C_U` is invertible: no state is left
+    out.""")
+page(
+    Explicit(
+        "VD 13",
+        "the determinant is one",
+        sp.Determinant(S_U),
+        sp.S.One,
+        over_patterns(stacked),
+    )
+)
+
+page("""`F` has zeros on its diagonal. So each row solves Van Dooren's system with the
+    pole zero: the deadbeat observer is his, with all poles at zero.""")
+page(Explicit("VD 18, 20", "each row solves his system", x_i * M_i, -a_f, rows()))
+
+page("""That all poles are zero only says that `F` vanishes after `n - m` steps. It does
+    so earlier. If a power of it is zero in the block above, the next power is zero in
+    this one. The first block is zero at once, and there are `p_M - 1` blocks. So the
+    observer is exact from sample number `p_M` on, whatever it began with.""")
+gone = page(suppose(S_h * F_l, ZeroMatrix(r_h, n - m)))
+page.chain(
+    "",
+    "one more power and one more block",
+    S_i * F * F_l,
+    Line(A_i * S_h * F_l, by=(below,)),
+    Line(ZeroMatrix(p_i, n - m), by=(gone,)),
+)

@@ -8,11 +8,9 @@ entry.
 Source: Kawazoe (1978), (1)-(14), (19); the order of the search is our own.
 """
 
-from functools import cache
-
 import sympy as sp
 
-from matrixproof import BlockMatrix, Cyclic, Derivation, Explicit, Line
+from matrixproof import BlockMatrix, Cyclic, Explicit, Line, Page
 
 from .letters import *
 
@@ -110,183 +108,201 @@ I = Identity(n)  # noqa: E741
 found_first = BlockMatrix([[C_1], [C_1 * A], [C_1 * A * A]])
 found_by_level = BlockMatrix([[C_1], [C_2], [C_2 * A]])
 
-PAGE = (
-    "The plant, in discrete time, and the rows of what it measures.",
-    is_x := define(x_next, A * x + B * u, "1"),
-    is_y := define(y, C * x, "2"),
-    is_C_i := define(C_i, e_i * C, "4"),
-    """Coordinates are rows `C_i A^k`, searched in the order `C_1` to `C_m`, then
-    those times `A`, and so on. A row is kept if it is independent of the rows
-    before it. If it is not, no later row of that output is either, because `A`
-    takes the rows before it to rows before the next one.""",
-    depends := define(c_k, a * R, "5"),
-    next_row := define(c_next, c_k * A, "5"),
-    before := define(R * A, M * R_next, "5"),
-    chain(
-        "5",
-        "behind a row that depends all rows depend",
-        c_next,
-        Line(c_k * A, by=(next_row,)),
-        Line(a * R * A, by=(depends,)),
-        Line(a * M * R_next, by=(before,)),
-    ),
-    """So output `i` contributes `C_i`, `C_i A` and so on, `p_i` rows. The rows of
-    `C` come first and are independent, so each output contributes one at least. The
-    page leaves the order open, and it matters. Take this plant, and search output
-    by output: the first one contributes everything.""",
+
+page = Page(letters=letters, source=f"{SOURCE}, (1)-(14), (19)")
+
+
+page("The plant, in discrete time, and the rows of what it measures.")
+is_x = page(let(x_next, A * x + B * u, "1"))
+is_y = page(let(y, C * x, "2"))
+is_C_i = page(let(C_i, e_i * C, "4"))
+
+page("""Coordinates are rows `C_i A^k`, searched in the order `C_1` to `C_m`, then those
+    times `A`, and so on. A row is kept if it is independent of the rows before it. If
+    it is not, no later row of that output is either, because `A` takes the rows before
+    it to rows before the next one.""")
+depends = page(let(c_k, a * R, "5"))
+next_row = page(let(c_next, c_k * A, "5"))
+before = page(suppose(R * A, M * R_next, "5"))
+page.chain(
+    "5",
+    "behind a row that depends all rows depend",
+    c_next,
+    Line(c_k * A, by=(next_row,)),
+    Line(a * R * A, by=(depends,)),
+    Line(a * M * R_next, by=(before,)),
+)
+
+page("""So output `i` contributes `C_i`, `C_i A` and so on, `p_i` rows. The rows of `C`
+    come first and are independent, so each output contributes one at least. The page
+    leaves the order open, and it matters. Take this plant, and search output by output:
+    the first one contributes everything.""")
+page(
     Explicit(
         "5, 6",
         "row by row the first output contributes everything",
         found_first,
         P_r,
         of_plant(A, C_1, P_r),
-    ),
-    """Three samples seem to be needed, and `C_2` is not the first row of a block.
-    In the order above `C_1 A` is not kept, for it is `C_2`.""",
-    Explicit("5", "a row that depends", C_1 * A, C_2, of_plant(A, C_1, C_2)),
-    "What is kept is `C_1`, `C_2` and `C_2 A`: two samples are enough.",
+    )
+)
+
+page("""Three samples seem to be needed, and `C_2` is not the first row of a block. In
+    the order above `C_1 A` is not kept, for it is `C_2`.""")
+page(Explicit("5", "a row that depends", C_1 * A, C_2, of_plant(A, C_1, C_2)))
+
+page("What is kept is `C_1`, `C_2` and `C_2 A`: two samples are enough.")
+page(
     Explicit(
         "5, 6",
         "the rows that are kept are independent",
         found_by_level,
         I,
         of_plant(A, C_1, C_2),
-    ),
-    """Sorted by output the rows that are kept are `P`, which has a block for each
-    output. Block `i` begins with `C_i`. `A` takes each of its rows to the next,
-    and the last one to a combination `phi_i` of all rows.""",
-    is_head := define(e_v * P, C_i, "6"),
-    goes_on := define(e_k * P * A, e_kn * P, "6"),
-    is_last := define(e_p * P * A, phi_i * P, "6"),
-    """Each row is in one block. With two outputs, of which `E_1` and `E_2` pick
-    the blocks, the indices therefore add up to `n`; each further output adds a
-    term.""",
-    split := define(E_1.T * E_1 + E_2.T * E_2, I, "6"),
-    size_1 := define(E_1 * E_1.T, Identity(p_1), "6"),
-    size_2 := define(E_2 * E_2.T, Identity(p_2), "6"),
-    chain(
-        "7",
-        "the indices add up",
-        n,
-        Line(sp.Trace(E_1.T * E_1 + E_2.T * E_2), by=(split,)),
-        Cyclic(sp.Trace(E_1 * E_1.T) + sp.Trace(E_2 * E_2.T)),
-        Line(p_1 + p_2, by=(size_1, size_2)),
-    ),
-    """The new coordinates are `w = P x`. The matrix `Phi` that moves them has a row
-    for each row of `P`: ones above the diagonal, and the combinations `phi_i`.""",
-    shifts := define(e_k * Phi, e_kn, "11"),
-    is_full := define(e_p * Phi, phi_i, "11"),
-    chain(
-        "11",
-        "a row of a block that is not its last",
-        e_k * P * A,
-        Line(e_kn * P, by=(goes_on,)),
-        Line(e_k * Phi * P, by=(shifts,)),
-    ),
-    chain(
-        "11",
-        "the last row of a block",
-        e_p * P * A,
-        Line(phi_i * P, by=(is_last,)),
-        Line(e_p * Phi * P, by=(is_full,)),
-    ),
-    "These are all rows, so both sides are equal.",
-    turned := define(P * A, Phi * P, "11"),
-    chain(
-        "11",
-        "what moves the new coordinates",
-        Phi,
-        Line(Phi * P * P.I, why="put in an inverse"),
-        Line(P * A * P.I, by=(turned,)),
-    ),
-    """Written out, `Z` has the ones and `phi` the combinations. The order of the
+    )
+)
+
+page("""Sorted by output the rows that are kept are `P`, which has a block for each
+    output. Block `i` begins with `C_i`. `A` takes each of its rows to the next, and the
+    last one to a combination `phi_i` of all rows.""")
+is_head = page(suppose(e_v * P, C_i, "6"))
+goes_on = page(suppose(e_k * P * A, e_kn * P, "6"))
+is_last = page(suppose(e_p * P * A, phi_i * P, "6"))
+
+page("""Each row is in one block. With two outputs, of which `E_1` and `E_2` pick the
+    blocks, the indices therefore add up to `n`; each further output adds a term.""")
+split = page(suppose(E_1.T * E_1 + E_2.T * E_2, I, "6"))
+size_1 = page(suppose(E_1 * E_1.T, Identity(p_1), "6"))
+size_2 = page(suppose(E_2 * E_2.T, Identity(p_2), "6"))
+page.chain(
+    "7",
+    "the indices add up",
+    n,
+    Line(sp.Trace(E_1.T * E_1 + E_2.T * E_2), by=(split,)),
+    Cyclic(sp.Trace(E_1 * E_1.T) + sp.Trace(E_2 * E_2.T)),
+    Line(p_1 + p_2, by=(size_1, size_2)),
+)
+
+page("""The new coordinates are `w = P x`. The matrix `Phi` that moves them has a row
+    for each row of `P`: ones above the diagonal, and the combinations `phi_i`.""")
+shifts = page(suppose(e_k * Phi, e_kn, "11"))
+is_full = page(suppose(e_p * Phi, phi_i, "11"))
+page.chain(
+    "11",
+    "a row of a block that is not its last",
+    e_k * P * A,
+    Line(e_kn * P, by=(goes_on,)),
+    Line(e_k * Phi * P, by=(shifts,)),
+)
+page.chain(
+    "11",
+    "the last row of a block",
+    e_p * P * A,
+    Line(phi_i * P, by=(is_last,)),
+    Line(e_p * Phi * P, by=(is_full,)),
+)
+
+page("These are all rows, so both sides are equal.")
+turned = page(suppose(P * A, Phi * P, "11"))
+page.chain(
+    "11",
+    "what moves the new coordinates",
+    Phi,
+    Line(Phi * P * P.I, why="put in an inverse"),
+    Line(P * A * P.I, by=(turned,)),
+)
+
+page("""Written out, `Z` has the ones and `phi` the combinations. The order of the
     search makes some of their entries zero: a row is a combination of rows before
-    it.""",
-    Explicit("6, 11", "the pattern", Z + E_p.T * phi, Phi, over_patterns(rows_of_Phi)),
-    """Each combination `phi_i` has one part for each block, with as many entries as
-    the block has rows. `E_j` picks block `j`, and `E_o` the others.""",
-    parts := define(E_j.T * E_j + E_o.T * E_o, I, "12"),
-    is_phi_ij := define(phi_ij, phi_i * E_j.T, "12"),
-    is_phi_o := define(phi_o, phi_i * E_o.T, "12"),
-    is_P_j := define(P_j, E_j * P),
-    is_P_o := define(P_o, E_o * P),
-    chain(
-        "12",
-        "each block has its own coefficients",
-        e_p * P * A,
-        Line(phi_i * P, by=(is_last,)),
-        Line(phi_i * (E_j.T * E_j + E_o.T * E_o) * P, by=(parts,)),
-        Line(phi_ij * P_j + phi_o * P_o, by=(is_phi_ij, is_phi_o, is_P_j, is_P_o)),
-    ),
-    """With one output they are minus the coefficients of the characteristic
-    polynomial of `A`, by Cayley and Hamilton.""",
+    it.""")
+page(Explicit("6, 11", "the pattern", Z + E_p.T * phi, Phi, over_patterns(rows_of_Phi)))
+
+page("""Each combination `phi_i` has one part for each block, with as many entries as
+    the block has rows. `E_j` picks block `j`, and `E_o` the others.""")
+parts = page(suppose(E_j.T * E_j + E_o.T * E_o, I, "12"))
+is_phi_ij = page(let(phi_ij, phi_i * E_j.T, "12"))
+is_phi_o = page(let(phi_o, phi_i * E_o.T, "12"))
+is_P_j = page(let(P_j, E_j * P))
+is_P_o = page(let(P_o, E_o * P))
+page.chain(
+    "12",
+    "each block has its own coefficients",
+    e_p * P * A,
+    Line(phi_i * P, by=(is_last,)),
+    Line(phi_i * (E_j.T * E_j + E_o.T * E_o) * P, by=(parts,)),
+    Line(phi_ij * P_j + phi_o * P_o, by=(is_phi_ij, is_phi_o, is_P_j, is_P_o)),
+)
+
+page("""With one output they are minus the coefficients of the characteristic polynomial
+    of `A`, by Cayley and Hamilton.""")
+page(
     Explicit(
         "11",
         "one output and the characteristic polynomial",
         P * A,
         Phi * P,
         {f"n = {size}": by_polynomial(size) for size in (2, 3)},
-    ),
-    "The outputs are read off the first entries of the blocks.",
-    is_h := define(e_i * H, e_v, "14"),
-    chain(
-        "4, 14",
-        "a row of the measurement",
-        e_i * H * P,
-        Line(e_v * P, by=(is_h,)),
-        Line(C_i, by=(is_head,)),
-        Line(e_i * C, by=(is_C_i,)),
-    ),
-    "That is so for every output, so both sides are equal.",
-    read := define(C, H * P, "14"),
-    chain(
-        "14",
-        "what reads the outputs",
-        H,
-        Line(H * P * P.I, why="put in an inverse"),
-        Line(C * P.I, by=(read,)),
-    ),
-    "Block `i` ends with entry `v_i`, and begins with entry `1 + v_i - p_i`.",
-    Explicit("19", "where the blocks end", L * p, v, over_patterns(ends)),
-    Explicit(
-        "14, 19", "where they begin", H * count, v - p + ones, over_patterns(heads)
-    ),
-    "In these coordinates the plant moves and is measured as follows.",
-    is_w := define(w, P * x, "8"),
-    is_w_next := define(w_next, P * x_next, "8"),
-    is_G := define(G, P * B, "13"),
-    chain(
-        "9",
-        "the plant in these coordinates",
-        w_next,
-        Line(P * x_next, by=(is_w_next,)),
-        Line(P * A * x + P * B * u, by=(is_x,)),
-        Line(Phi * P * x + G * u, by=(turned, is_G)),
-        Line(Phi * w + G * u, by=(is_w,)),
-    ),
-    chain(
-        "10",
-        "the measurement in these coordinates",
-        y,
-        Line(C * x, by=(is_y,)),
-        Line(H * P * x, by=(read,)),
-        Line(H * w, by=(is_w,)),
-    ),
-    """A row of the one observability matrix is the same row of the other, times
-    `P`. So the new pair is observable exactly if the old one is.""",
-    so_far := define(C * A_l, H * Phi_l * P, "3"),
-    chain(
-        "3",
-        "the rows of both observability matrices",
-        C * A_l * A,
-        Line(H * Phi_l * P * A, by=(so_far,)),
-        Line(H * Phi_l * Phi * P, by=(turned,)),
-    ),
+    )
 )
 
+page("The outputs are read off the first entries of the blocks.")
+is_h = page(suppose(e_i * H, e_v, "14"))
+page.chain(
+    "4, 14",
+    "a row of the measurement",
+    e_i * H * P,
+    Line(e_v * P, by=(is_h,)),
+    Line(C_i, by=(is_head,)),
+    Line(e_i * C, by=(is_C_i,)),
+)
 
-@cache
-def derive():
-    """The page."""
-    source = f"{SOURCE}, (1)-(14), (19)"
-    return Derivation(page=PAGE, letters=letters, source=source)
+page("That is so for every output, so both sides are equal.")
+read = page(suppose(C, H * P, "14"))
+page.chain(
+    "14",
+    "what reads the outputs",
+    H,
+    Line(H * P * P.I, why="put in an inverse"),
+    Line(C * P.I, by=(read,)),
+)
+
+page("Block `i` ends with entry `v_i`, and begins with entry `1 + v_i - p_i`.")
+page(Explicit("19", "where the blocks end", L * p, v, over_patterns(ends)))
+page(
+    Explicit(
+        "14, 19", "where they begin", H * count, v - p + ones, over_patterns(heads)
+    )
+)
+
+page("In these coordinates the plant moves and is measured as follows.")
+is_w = page(let(w, P * x, "8"))
+is_w_next = page(let(w_next, P * x_next, "8"))
+is_G = page(let(G, P * B, "13"))
+page.chain(
+    "9",
+    "the plant in these coordinates",
+    w_next,
+    Line(P * x_next, by=(is_w_next,)),
+    Line(P * A * x + P * B * u, by=(is_x,)),
+    Line(Phi * P * x + G * u, by=(turned, is_G)),
+    Line(Phi * w + G * u, by=(is_w,)),
+)
+page.chain(
+    "10",
+    "the measurement in these coordinates",
+    y,
+    Line(C * x, by=(is_y,)),
+    Line(H * P * x, by=(read,)),
+    Line(H * w, by=(is_w,)),
+)
+
+page("""A row of the one observability matrix is the same row of the other, times `P`.
+    So the new pair is observable exactly if the old one is.""")
+so_far = page(suppose(C * A_l, H * Phi_l * P, "3"))
+page.chain(
+    "3",
+    "the rows of both observability matrices",
+    C * A_l * A,
+    Line(H * Phi_l * P * A, by=(so_far,)),
+    Line(H * Phi_l * Phi * P, by=(turned,)),
+)

@@ -15,7 +15,12 @@ SOURCE = "Kawazoe (1978)"
 n, m, r, s = symbols("n m r s", integer=True, nonnegative=True)
 p_i, p_j, p_1, p_2 = symbols("p_i p_j p_1 p_2", integer=True, positive=True)
 letters = Notation()
-chain, define = letters.chain, letters.define
+chain, let, steady, suppose = (
+    letters.chain,
+    letters.let,
+    letters.steady,
+    letters.suppose,
+)
 
 # -- the plant ------------------------------------------------------------------------
 

@@ -7,11 +7,9 @@ evaluated at several index patterns, with outputs that are run symbol by symbol.
 Source: Kawazoe (1978), (15)-(26).
 """
 
-from functools import cache
-
 import sympy as sp
 
-from matrixproof import Derivation, Explicit, Line
+from matrixproof import Explicit, Line, Page
 
 from .form import is_h, is_w, named, over_patterns, picks
 from .letters import *
@@ -84,148 +82,161 @@ def one_sample_less(of):
 
 # -- the page -------------------------------------------------------------------------
 
-PAGE = (
-    """The plant in Kawazoe's coordinates. Output `i` is the first entry of block
-    `i`, so `m` entries of `w` are read.""",
-    is_y := define(y, H * w, "10"),
-    is_h,
-    chain(
-        "18",
-        "what is read",
-        e_i * y,
-        Line(e_i * H * w, by=(is_y,)),
-        Line(e_v * w, by=(is_h,)),
-    ),
-    """A later output shows the state of the moment, and what the inputs since have
-    added.""",
-    later := define(w_l, Phi_l * w + s_l, "15"),
-    powers := define(Phi_next, Phi * Phi_l),
-    added := define(s_next, Phi * s_l + G * u, "15"),
-    chain(
-        "15",
-        "one more sample",
-        Phi * w_l + G * u,
-        Line(Phi * Phi_l * w + Phi * s_l + G * u, by=(later,)),
-        Line(Phi_next * w + s_next, by=(powers, added)),
-    ),
-    is_y_l := define(y_l, H * w_l, "10"),
-    chain(
-        "15",
-        "a later output",
-        y_l,
-        Line(H * w_l, by=(is_y_l,)),
-        Line(H * Phi_l * w + H * s_l, by=(later,)),
-    ),
-    """Take output `i`. As long as `l < p_i`, each further `Phi` moves the one in
-    `e_v` on by one entry.""",
-    so_far := define(e_v * Phi_l, e_l),
-    commute := define(Phi * Phi_l, Phi_l * Phi),
-    moves := define(e_l * Phi, e_ln, "11"),
-    chain(
-        "16",
-        "the coefficient moves on by one entry",
-        e_v * Phi_next,
-        Line(e_v * Phi_l * Phi, by=(powers, commute)),
-        Line(e_l * Phi, by=(so_far,)),
-        Line(e_ln, by=(moves,)),
-    ),
-    "So the output shows that entry of the state. All of them make the identity.",
-    shown := chain(
-        "16",
-        "an output after some samples",
-        e_i * y_l,
-        Line(e_i * H * w_l, by=(is_y_l,)),
-        Line(e_v * w_l, by=(is_h,)),
-        Line(e_v * Phi_l * w + e_v * s_l, by=(later,)),
-        Line(e_l * w + e_v * s_l, by=(so_far,)),
-    ),
+
+page = Page(letters=letters, source=f"{SOURCE}, (15)-(26)")
+
+
+page("""The plant in Kawazoe's coordinates. Output `i` is the first entry of block `i`,
+    so `m` entries of `w` are read.""")
+is_y = page(let(y, H * w, "10"))
+page(is_h)
+page.chain(
+    "18",
+    "what is read",
+    e_i * y,
+    Line(e_i * H * w, by=(is_y,)),
+    Line(e_v * w, by=(is_h,)),
+)
+
+page("""A later output shows the state of the moment, and what the inputs since have
+    added.""")
+later = page(let(w_l, Phi_l * w + s_l, "15"))
+powers = page(let(Phi_next, Phi * Phi_l))
+added = page(let(s_next, Phi * s_l + G * u, "15"))
+page.chain(
+    "15",
+    "one more sample",
+    Phi * w_l + G * u,
+    Line(Phi * Phi_l * w + Phi * s_l + G * u, by=(later,)),
+    Line(Phi_next * w + s_next, by=(powers, added)),
+)
+is_y_l = page(let(y_l, H * w_l, "10"))
+page.chain(
+    "15",
+    "a later output",
+    y_l,
+    Line(H * w_l, by=(is_y_l,)),
+    Line(H * Phi_l * w + H * s_l, by=(later,)),
+)
+
+page("""Take output `i`. As long as `l < p_i`, each further `Phi` moves the one in `e_v`
+    on by one entry.""")
+so_far = page(suppose(e_v * Phi_l, e_l))
+commute = page(suppose(Phi * Phi_l, Phi_l * Phi))
+moves = page(suppose(e_l * Phi, e_ln, "11"))
+page.chain(
+    "16",
+    "the coefficient moves on by one entry",
+    e_v * Phi_next,
+    Line(e_v * Phi_l * Phi, by=(powers, commute)),
+    Line(e_l * Phi, by=(so_far,)),
+    Line(e_ln, by=(moves,)),
+)
+
+page("So the output shows that entry of the state. All of them make the identity.")
+shown = page.chain(
+    "16",
+    "an output after some samples",
+    e_i * y_l,
+    Line(e_i * H * w_l, by=(is_y_l,)),
+    Line(e_v * w_l, by=(is_h,)),
+    Line(e_v * Phi_l * w + e_v * s_l, by=(later,)),
+    Line(e_l * w + e_v * s_l, by=(so_far,)),
+)
+page(
     Explicit(
         "16",
         "the coefficients of the state",
         K,
         Identity(n),
         over_patterns(coefficients),
-    ),
-    "Hence the state is these outputs, less what the inputs contribute.",
-    chain(
-        "17, 20",
-        "an entry of the state",
-        e_l * w,
-        Line(e_i * y_l - e_v * s_l, by=(shown,)),
-    ),
-    """What they contribute follows row by row: an input that has moved an entry
-    of the block, with a row `g_l` of `G`, has moved the entry before it one sample
-    later.""",
-    row_of_G := define(g_l, e_l * G, "13"),
-    chain(
-        "25",
-        "a row of the contributions from the next one",
-        e_l * s_next,
-        Line(e_l * Phi * s_l + e_l * G * u, by=(added,)),
-        Line(e_ln * s_l + g_l * u, by=(moves, row_of_G)),
-    ),
-    """For a whole block this is a matrix `D_b` times the inputs. Its first row is
-    zero, since the first entry is read; the other rows are `Delta_i`, and `Y_i`
-    has the outputs from the next sample on.""",
-    is_block := define(w_b, Y_b - D_b * u_p, "17"),
-    is_w_v := define(w_v, E_v * w_b, "23"),
-    is_Y_i := define(Y_i, E_v * Y_b, "24"),
-    is_Delta := define(Delta_i, E_v * D_b, "25"),
-    chain(
-        "22, 23, 24",
-        "what is computed of a block",
-        w_v,
-        Line(E_v * w_b, by=(is_w_v,)),
-        Line(E_v * Y_b - E_v * D_b * u_p, by=(is_block,)),
-        Line(Y_i - Delta_i * u_p, by=(is_Y_i, is_Delta)),
-    ),
-    "What is read and what is computed make the block.",
-    together := define(e_1.T * e_1 + E_v.T * E_v, Identity(p_i)),
-    chain(
-        "18, 23",
-        "both together are the block",
-        w_b,
-        Line((e_1.T * e_1 + E_v.T * E_v) * w_b, by=(together,)),
-        Line(e_1.T * e_1 * w_b + E_v.T * w_v, by=(is_w_v,)),
-    ),
-    """Written out, all of it is as follows, with inputs that differ at every
-    sample. Each block of `Delta` is a lower block Toeplitz matrix.""",
+    )
+)
+
+page("Hence the state is these outputs, less what the inputs contribute.")
+page.chain(
+    "17, 20",
+    "an entry of the state",
+    e_l * w,
+    Line(e_i * y_l - e_v * s_l, by=(shown,)),
+)
+
+page("""What they contribute follows row by row: an input that has moved an entry of the
+    block, with a row `g_l` of `G`, has moved the entry before it one sample later.""")
+row_of_G = page(let(g_l, e_l * G, "13"))
+page.chain(
+    "25",
+    "a row of the contributions from the next one",
+    e_l * s_next,
+    Line(e_l * Phi * s_l + e_l * G * u, by=(added,)),
+    Line(e_ln * s_l + g_l * u, by=(moves, row_of_G)),
+)
+
+page("""For a whole block this is a matrix `D_b` times the inputs. Its first row is
+    zero, since the first entry is read; the other rows are `Delta_i`, and `Y_i` has the
+    outputs from the next sample on.""")
+is_block = page(let(w_b, Y_b - D_b * u_p, "17"))
+is_w_v = page(let(w_v, E_v * w_b, "23"))
+is_Y_i = page(let(Y_i, E_v * Y_b, "24"))
+is_Delta = page(let(Delta_i, E_v * D_b, "25"))
+page.chain(
+    "22, 23, 24",
+    "what is computed of a block",
+    w_v,
+    Line(E_v * w_b, by=(is_w_v,)),
+    Line(E_v * Y_b - E_v * D_b * u_p, by=(is_block,)),
+    Line(Y_i - Delta_i * u_p, by=(is_Y_i, is_Delta)),
+)
+
+page("What is read and what is computed make the block.")
+together = page(suppose(e_1.T * e_1 + E_v.T * E_v, Identity(p_i)))
+page.chain(
+    "18, 23",
+    "both together are the block",
+    w_b,
+    Line((e_1.T * e_1 + E_v.T * E_v) * w_b, by=(together,)),
+    Line(e_1.T * e_1 * w_b + E_v.T * w_v, by=(is_w_v,)),
+)
+
+page("""Written out, all of it is as follows, with inputs that differ at every sample.
+    Each block of `Delta` is a lower block Toeplitz matrix.""")
+page(
     Explicit(
         "16, 17",
         "the state from outputs and inputs",
         y_s - d_s,
         w,
         of_window(y_s, d_s, w),
-    ),
+    )
+)
+page(
     Explicit(
         "20, 22, 25",
         "what is computed of all blocks",
         y_o - Delta * u_p,
         w_o,
         of_window(y_o, Delta, u_p, w_o),
-    ),
-    """That takes `p_M` samples, the largest of the indices. One sample less does
-    not see the last entry of the longest block.""",
+    )
+)
+
+page("""That takes `p_M` samples, the largest of the indices. One sample less does not
+    see the last entry of the longest block.""")
+page(
     Explicit(
         "21",
         "one sample less is not enough",
         O_s * b,
         ZeroMatrix(s, 1),
         over_patterns(one_sample_less),
-    ),
-    "The state of the plant follows from that of its coordinates.",
-    is_w,
-    chain(
-        "26",
-        "the way back",
-        x,
-        Line(P.I * P * x, why="P is invertible"),
-        Line(P.I * w, by=(is_w,)),
-    ),
+    )
 )
 
-
-@cache
-def derive():
-    """The page."""
-    return Derivation(page=PAGE, letters=letters, source=f"{SOURCE}, (15)-(26)")
+page("The state of the plant follows from that of its coordinates.")
+page(is_w)
+page.chain(
+    "26",
+    "the way back",
+    x,
+    Line(P.I * P * x, why="P is invertible"),
+    Line(P.I * w, by=(is_w,)),
+)

@@ -12,7 +12,15 @@ from functools import cache
 
 from sympy import symbols
 
-from matrixproof import BlockMatrix, Derivation, Line, Stage, Substitute, ZeroMatrix
+from matrixproof import (
+    BlockMatrix,
+    Derivation,
+    Line,
+    Page,
+    Stage,
+    Substitute,
+    ZeroMatrix,
+)
 
 from .letters import *
 from .start import here
@@ -40,70 +48,78 @@ eps_bar = letters("eps_bar", both, 1, "state and error, of the input alone")
 e_bar = letters("e_bar", q, 1, "error of the estimate, of the input alone")
 gone = ZeroMatrix
 
-PAGE = (
-    "An observer of `L_any x` need not satisfy the conditions. Two residuals are left.",
-    is_N_1 := define(N_1, T_next * A - F * T - D * C, "9"),
-    is_N_3 := define(N_3, P_any * T + V_any * C - L_any, "13"),
-    """Beside it stands the state itself, with its sign turned. The following matrices
-    belong to both.""",
-    is_z := define(z_both, BlockMatrix([[gone(n, 1)], [z]])),
-    is_T := define(T_both, BlockMatrix([[-I], [T]])),
-    is_T_ahead := define(T_ahead, BlockMatrix([[-I], [T_next]])),
-    is_F := define(F_both, BlockMatrix([[A, gone(n, r)], [-N_1, F]])),
-    is_D := define(D_both, BlockMatrix([[gone(n, p)], [D]])),
-    is_P := define(P_both, BlockMatrix([[N_3, P_any]])),
-    here,
-    is_eps := define(eps_both, z_both - T_both * x, "8"),
-    chain(
-        "8",
-        "the error of both is the state and the error",
-        eps_both,
-        Line(z_both - T_both * x, by=(is_eps,)),
-        Substitute(BlockMatrix([[x], [z - T * x]]), by=(is_z, is_T)),
-        Substitute(BlockMatrix([[x], [eps]]), by=(here,)),
+
+page = Page(letters=letters, source=f"our own; {SOURCE}, (9)")
+
+
+page("""An observer of `L_any x` need not satisfy the conditions. Two residuals are
+    left.""")
+is_N_1 = page(let(N_1, T_next * A - F * T - D * C, "9"))
+is_N_3 = page(let(N_3, P_any * T + V_any * C - L_any, "13"))
+
+page("""Beside it stands the state itself, with its sign turned. The following matrices
+    belong to both.""")
+is_z = page(let(z_both, BlockMatrix([[gone(n, 1)], [z]])))
+is_T = page(let(T_both, BlockMatrix([[-I], [T]])))
+is_T_ahead = page(let(T_ahead, BlockMatrix([[-I], [T_next]])))
+is_F = page(let(F_both, BlockMatrix([[A, gone(n, r)], [-N_1, F]])))
+is_D = page(let(D_both, BlockMatrix([[gone(n, p)], [D]])))
+is_P = page(let(P_both, BlockMatrix([[N_3, P_any]])))
+page(here)
+is_eps = page(let(eps_both, z_both - T_both * x, "8"))
+page.chain(
+    "8",
+    "the error of both is the state and the error",
+    eps_both,
+    Line(z_both - T_both * x, by=(is_eps,)),
+    Substitute(BlockMatrix([[x], [z - T * x]]), by=(is_z, is_T)),
+    Substitute(BlockMatrix([[x], [eps]]), by=(here,)),
+)
+
+page("They satisfy the condition on the dynamics, whatever the observer is.")
+page.chain(
+    "9",
+    "both together satisfy the condition on the dynamics",
+    F_both * T_both + D_both * C,
+    Substitute(BlockMatrix([[-A], [N_1 + F * T + D * C]]), by=(is_F, is_T, is_D)),
+    Substitute(BlockMatrix([[-A], [T_next * A]]), by=(is_N_1,)),
+    Substitute(T_ahead * A, by=(is_T_ahead,)),
+)
+
+page("And the estimate of both is unbiased.")
+page.chain(
+    "13",
+    "both together estimate without bias",
+    P_both * T_both + V_any * C,
+    Substitute(P_any * T + V_any * C - N_3, by=(is_P, is_T)),
+    Line(L_any, by=(is_N_3,)),
+)
+
+page("""A known input drives state and error. The observer of both gets it as the one
+    observer does, and two more residuals are left.""")
+is_N_2 = page(let(N_2, T_next * B - G - D * E, "10"))
+is_N_4 = page(let(N_4, W_any + V_any * E, "12"))
+is_G = page(let(G_both, BlockMatrix([[gone(n, m)], [G]])))
+is_B = page(let(B_both, BlockMatrix([[B], [-N_2]])))
+page.chain(
+    "10",
+    "what the input does to state and error",
+    G_both + D_both * E - T_ahead * B,
+    Substitute(
+        BlockMatrix([[B], [G + D * E - T_next * B]]), by=(is_G, is_D, is_T_ahead)
     ),
-    "They satisfy the condition on the dynamics, whatever the observer is.",
-    chain(
-        "9",
-        "both together satisfy the condition on the dynamics",
-        F_both * T_both + D_both * C,
-        Substitute(BlockMatrix([[-A], [N_1 + F * T + D * C]]), by=(is_F, is_T, is_D)),
-        Substitute(BlockMatrix([[-A], [T_next * A]]), by=(is_N_1,)),
-        Substitute(T_ahead * A, by=(is_T_ahead,)),
-    ),
-    "And the estimate of both is unbiased.",
-    chain(
-        "13",
-        "both together estimate without bias",
-        P_both * T_both + V_any * C,
-        Substitute(P_any * T + V_any * C - N_3, by=(is_P, is_T)),
-        Line(L_any, by=(is_N_3,)),
-    ),
-    """A known input drives state and error. The observer of both gets it as the one
-    observer does, and two more residuals are left.""",
-    is_N_2 := define(N_2, T_next * B - G - D * E, "10"),
-    is_N_4 := define(N_4, W_any + V_any * E, "12"),
-    is_G := define(G_both, BlockMatrix([[gone(n, m)], [G]])),
-    is_B := define(B_both, BlockMatrix([[B], [-N_2]])),
-    chain(
-        "10",
-        "what the input does to state and error",
-        G_both + D_both * E - T_ahead * B,
-        Substitute(
-            BlockMatrix([[B], [G + D * E - T_next * B]]), by=(is_G, is_D, is_T_ahead)
-        ),
-        Substitute(BlockMatrix([[B], [-N_2]]), by=(is_N_2,)),
-        Substitute(B_both, by=(is_B,)),
-    ),
-    "The estimate passes on what is left of both.",
-    shows := define(e_bar, P_both * eps_bar + (W_any + V_any * E) * u, "12"),
-    answer := chain(
-        "12",
-        "the error that the input leaves",
-        e_bar,
-        Line(P_both * eps_bar + (W_any + V_any * E) * u, by=(shows,)),
-        Line(P_both * eps_bar + N_4 * u, by=(is_N_4,)),
-    ),
+    Substitute(BlockMatrix([[B], [-N_2]]), by=(is_N_2,)),
+    Substitute(B_both, by=(is_B,)),
+)
+
+page("The estimate passes on what is left of both.")
+shows = page(let(e_bar, P_both * eps_bar + (W_any + V_any * E) * u, "12"))
+answer = page.chain(
+    "12",
+    "the error that the input leaves",
+    e_bar,
+    Line(P_both * eps_bar + (W_any + V_any * E) * u, by=(shows,)),
+    Line(P_both * eps_bar + N_4 * u, by=(is_N_4,)),
 )
 
 
@@ -126,6 +142,9 @@ def beside_the_state():
     )
 
 
+page(beside_the_state())
+
+
 @cache
 def driven_beside_the_state():
     """What the known input does to state and error."""
@@ -136,6 +155,9 @@ def driven_beside_the_state():
         letters=letters,
         says="what the known input does to state and error",
     )
+
+
+page(driven_beside_the_state())
 
 
 @cache
@@ -150,9 +172,4 @@ def error_of_input():
     )
 
 
-@cache
-def derive():
-    """The page."""
-    lists = beside_the_state(), driven_beside_the_state(), error_of_input()
-    page = (*PAGE, *lists)
-    return Derivation(page=page, letters=letters, source=f"our own; {SOURCE}, (9)")
+page(error_of_input())

@@ -16,6 +16,7 @@ from matrixproof import (
     Derivation,
     Identity,
     Line,
+    Page,
     Solve,
     Stage,
     ZeroMatrix,
@@ -41,17 +42,19 @@ def spread(X):
     return Trace(W_e * X * M * X.T)
 
 
-PAGE = (
-    """The gain of least covariance and its letters are those of the quadratic.""",
-    is_M,
-    is_N,
-    is_Kmv,
-    """Now the accurate outputs are treated as exact: the estimate must show what they
+page = Page(letters=letters, source=f"{SOURCE}, section III")
+
+
+page("The gain of least covariance and its letters are those of the quadratic.")
+page(is_M, is_N, is_Kmv)
+
+page("""Now the accurate outputs are treated as exact: the estimate must show what they
     show, `S_1 C K = S_1`. Let `Gamma_1` push each accurate output to its value, and let
-    `Phat` span what the accurate outputs do not see.""",
-    push := define(S1 * C * Gamma_1, Identity(m1), "47"),
-    unseen := define(S1 * C * Phat, ZeroMatrix(m1, r), "47"),
-    is_Delta := define(Delta, S1 - S1 * C * Kmv),
+    `Phat` span what the accurate outputs do not see.""")
+push = page(suppose(S1 * C * Gamma_1, Identity(m1), "47"))
+unseen = page(suppose(S1 * C * Phat, ZeroMatrix(m1, r), "47"))
+is_Delta = page(let(Delta, S1 - S1 * C * Kmv))
+page(
     letters.derive(
         "24",
         "gains that meet the condition",
@@ -59,23 +62,29 @@ PAGE = (
     )
     .use(push, unseen)
     .put(is_Delta)
-    .expand(),
-    """There are no others, because `Gamma_1` and `Phat` together span everything. The
-    free part of a gain is `Z = That (K - K_mv)`.""",
-    exact := define(S1 * C * K, S1),
-    whole := define(Gamma_1 * S1 * C + Phat * That, I, "47"),
+    .expand()
+)
+
+page("""There are no others, because `Gamma_1` and `Phat` together span everything. The
+    free part of a gain is `Z = That (K - K_mv)`.""")
+exact = page(suppose(S1 * C * K, S1))
+whole = page(suppose(Gamma_1 * S1 * C + Phat * That, I, "47"))
+page(
     letters.derive("24", "every gain that meets it is one of these", K - Kmv)
     .insert((Gamma_1 * S1 * C + Phat * That) * (K - Kmv), whole)
     .expand()
     .use(exact)
     .fold(is_Delta)
-    .factor(),
-    """A choice costs more than the Kalman filter by the trace of the square. If
+    .factor()
+)
+
+page("""A choice costs more than the Kalman filter by the trace of the square. If
     `Gamma_1` is orthogonal to `Phat` in the weight, the two parts cost separately, and
-    the free part costs least where it is zero.""",
-    shortest := define(Gamma_1.T * W_e * Phat, ZeroMatrix(m1, r)),
-    root_M,
-    root_W := define(W_e, L_W * L_W.T),
+    the free part costs least where it is zero.""")
+shortest = page(suppose(Gamma_1.T * W_e * Phat, ZeroMatrix(m1, r)))
+page(root_M)
+root_W = page(suppose(W_e, L_W * L_W.T))
+page(
     letters.derive(
         "30–33",
         "what a gain costs beyond the Kalman filter",
@@ -83,9 +92,12 @@ PAGE = (
     )
     .expand()
     .use(shortest)
-    .drop(root_W, root_M, of=Z),
-    "Such a push exists for every weight that is positive definite.",
-    is_G_1 := define(G_1, S1 * C * W_e.I * C.T * S1.T),
+    .drop(root_W, root_M, of=Z)
+)
+
+page("Such a push exists for every weight that is positive definite.")
+is_G_1 = page(let(G_1, S1 * C * W_e.I * C.T * S1.T))
+page(
     Construction(
         "19",
         "the push of least weight",
@@ -93,13 +105,16 @@ PAGE = (
         satisfies=(push, shortest),
         by=(is_G_1, unseen),
         symmetric=letters.symmetric,
-    ),
-    """A weight that is only semidefinite, as that of a few combinations of the state,
+    )
+)
+
+page("""A weight that is only semidefinite, as that of a few combinations of the state,
     leaves the push free where it weighs nothing. Take any push `Gamma_0`, and let the
     observer take back of it what the weight sees. How much that is, least squares tell:
-    `X_0` is the pseudoinverse of `L_W' Phat`, and satisfies its normal equations.""",
-    any_push := define(S1 * C * Gamma_0, Identity(m1)),
-    normal := define(Phat.T * L_W * L_W.T * Phat * X_0, Phat.T * L_W),
+    `X_0` is the pseudoinverse of `L_W' Phat`, and satisfies its normal equations.""")
+any_push = page(suppose(S1 * C * Gamma_0, Identity(m1)))
+normal = page(suppose(Phat.T * L_W * L_W.T * Phat * X_0, Phat.T * L_W))
+page(
     Construction(
         "19",
         "a push of least weight for every weight",
@@ -107,96 +122,76 @@ PAGE = (
         satisfies=(push, shortest),
         by=(any_push, unseen, root_W, normal),
         symmetric=letters.symmetric,
-    ),
-    """The paper's own choice of rows in (19) amounts to a weight as well: the one in
-    which the accurate outputs and the chosen rows are coordinates of length one.""",
-    other_rows := define(That * Gamma_1, ZeroMatrix(r, m1), "47"),
+    )
+)
+
+page("""The paper's own choice of rows in (19) amounts to a weight as well: the one in
+    which the accurate outputs and the chosen rows are coordinates of length one.""")
+other_rows = page(suppose(That * Gamma_1, ZeroMatrix(r, m1), "47"))
+page(
     letters.derive(
         "19",
         "the weight that belongs to the paper's coordinates",
         Gamma_1.T * (C.T * S1.T * S1 * C + That.T * That) * Phat,
     )
     .use(unseen)
-    .use(other_rows),
-    """So the best gain that treats the accurate outputs as exact is the following. In
+    .use(other_rows)
+)
+
+page("""So the best gain that treats the accurate outputs as exact is the following. In
     the last line the push has columns for all outputs, zero for those that are not
-    accurate: then `Gamma = 0` is the Kalman filter, and one recursion serves all.""",
-    is_K := define(K, Kmv + Gamma_1 * Delta, "33"),
-    is_Gamma := define(Gamma, Gamma_1 * S1),
-    gain := letters.derive("33", "the gain that runs", K)
+    accurate: then `Gamma = 0` is the Kalman filter, and one recursion serves all.""")
+is_K = page(suppose(K, Kmv + Gamma_1 * Delta, "33"))
+is_Gamma = page(let(Gamma, Gamma_1 * S1))
+gain = page(
+    letters.derive("33", "the gain that runs", K)
     .put(is_K)
     .put(is_Delta)
     .expand()
-    .fold(is_Gamma),
-    """Its price is the noise of the accurate outputs, as far as the Kalman filter
-    would have removed it.""",
-    noise := letters.derive(
-        "", "what is left of the accurate outputs is their noise", Delta * M
-    )
+    .fold(is_Gamma)
+)
+
+page("""Its price is the noise of the accurate outputs, as far as the Kalman filter
+    would have removed it.""")
+noise = page(
+    letters.derive("", "what is left of the accurate outputs is their noise", Delta * M)
     .put(is_Delta)
     .use(is_Kmv)
     .put(is_N, is_M)
-    .expand(),
+    .expand()
+)
+page(
     letters.derive("", "the price of treating noise as signal", Sigma_next)
     .put(square)
     .put(is_K)
     .expand()
-    .use(noise),
-    """Where the accurate outputs have no noise there is nothing to pay and nothing to
-    choose: the gain is the Kalman filter's.""",
-    perfect := define(S1 * R, ZeroMatrix(m1, p)),
-    nothing_left := chain(
-        "",
-        "perfect outputs leave nothing",
-        Delta,
-        Line(Delta * M * M.I, why="the innovation covariance has an inverse"),
-        Line(S1 * R * M.I, by=(noise,)),
-        Line(ZeroMatrix(m1, p), by=(perfect,)),
-    ),
-    as_kalman := letters.derive(
-        "", "with perfect outputs the gain is the Kalman filter's", K
-    )
-    .put(is_K)
-    .use(nothing_left),
+    .use(noise)
 )
 
-OBSERVER = (
-    """Written as an observer, a gain that meets the condition is the weight of the
-    measurement, and `Phat` the weight of the observer. What it follows is the part of
-    the state that the gain leaves, seen through `That`.""",
-    met := letters.derive("24", "the accurate outputs are met", Gamma * C * K)
-    .put(is_Gamma)
-    .use(exact)
-    .fold(is_Gamma),
-    is_P := define(P, Phat, "24"),
-    is_V := define(V, K, "24"),
-    is_T := define(T, That * (I - K * C), "25"),
-    letters.derive("13", "its estimate is unbiased", P * T + V * C)
-    .put(is_P, is_V, is_T)
-    .use(whole)
-    .fold(is_Gamma)
-    .use(met),
-    """The accurate outputs are met to the last digit by a gain that is put together
-    from its two parts.""",
-    parts := letters.derive("24", "the two parts of a gain", K)
-    .insert((Gamma_1 * S1 * C + Phat * That) * K, whole)
-    .use(exact)
-    .fold(is_Gamma),
-    """Its other matrices are Huddle's, for the plant with independent noises; the input
-    takes the feedthrough along.""",
-    is_F_s,
-    is_D_s,
-    driven,
-    is_W,
+page("""Where the accurate outputs have no noise there is nothing to pay and nothing to
+    choose: the gain is the Kalman filter's.""")
+perfect = page(suppose(S1 * R, ZeroMatrix(m1, p)))
+nothing_left = page.chain(
+    "",
+    "perfect outputs leave nothing",
+    Delta,
+    Line(Delta * M * M.I, why="the innovation covariance has an inverse"),
+    Line(S1 * R * M.I, by=(noise,)),
+    Line(ZeroMatrix(m1, p), by=(perfect,)),
 )
+as_kalman = page(
+    letters.derive("", "with perfect outputs the gain is the Kalman filter's", K)
+    .put(is_K)
+    .use(nothing_left)
+)
+
+
 gain_stage = Stage(K, gain.right, by=(gain,))
-RECURSION = (
-    """One step of the recursion goes from the covariance of an error to the gain, and
-    to the covariance of the next.""",
-    is_Omega,
-    is_Y,
-    is_Sigma_next,
-)
+
+
+page("""One step of the recursion goes from the covariance of an error to the gain, and
+    to the covariance of the next.""")
+page(is_Omega, is_Y, is_Sigma_next)
 
 
 @cache
@@ -225,6 +220,43 @@ def gain_step():
     )
 
 
+page(gain_step())
+
+
+page("""Written as an observer, a gain that meets the condition is the weight of the
+    measurement, and `Phat` the weight of the observer. What it follows is the part of
+    the state that the gain leaves, seen through `That`.""")
+met = page(
+    letters.derive("24", "the accurate outputs are met", Gamma * C * K)
+    .put(is_Gamma)
+    .use(exact)
+    .fold(is_Gamma)
+)
+is_P = page(let(P, Phat, "24"))
+is_V = page(let(V, K, "24"))
+is_T = page(let(T, That * (I - K * C), "25"))
+page(
+    letters.derive("13", "its estimate is unbiased", P * T + V * C)
+    .put(is_P, is_V, is_T)
+    .use(whole)
+    .fold(is_Gamma)
+    .use(met)
+)
+
+page("""The accurate outputs are met to the last digit by a gain that is put together
+    from its two parts.""")
+parts = page(
+    letters.derive("24", "the two parts of a gain", K)
+    .insert((Gamma_1 * S1 * C + Phat * That) * K, whole)
+    .use(exact)
+    .fold(is_Gamma)
+)
+
+page("""Its other matrices are Huddle's, for the plant with independent noises; the
+    input takes the feedthrough along.""")
+page(is_F_s, is_D_s, driven, is_W)
+
+
 @cache
 def exact_gain():
     """A gain K put together anew, so that C V meets the accurate outputs exactly."""
@@ -235,6 +267,9 @@ def exact_gain():
         letters=letters,
         says="a gain from its two parts",
     )
+
+
+page(exact_gain())
 
 
 @cache
@@ -256,8 +291,4 @@ def observer():
     )
 
 
-@cache
-def derive():
-    """The page."""
-    page = (*PAGE, *RECURSION, gain_step(), *OBSERVER, exact_gain(), observer())
-    return Derivation(page=page, letters=letters, source=f"{SOURCE}, section III")
+page(observer())

@@ -7,11 +7,9 @@ first entries are what the accurate outputs measure.  That the inverse exists is
 Source: Leondes and Novak (1974), section III, (16)-(23).
 """
 
-from functools import cache
-
 from sympy import Trace
 
-from matrixproof import BlockMatrix, Derivation, Expect, Line, Substitute, ZeroMatrix
+from matrixproof import BlockMatrix, Expect, Line, Page, Substitute, ZeroMatrix
 
 from .letters import *
 from .stochastic_system import plant
@@ -23,127 +21,126 @@ V_q = letters("V_q", n, p, "weight of the measurement, in canonical coordinates"
 e_q = letters("e_q", n, 1, "error of the estimate, in canonical coordinates")
 kept, other = Identity(m1), Identity(p2)
 
-PAGE = (
-    """The outputs are split into accurate ones and the others, and their rows are
+
+page = Page(letters=letters, source=f"{SOURCE}, section III")
+
+
+page("""The outputs are split into accurate ones and the others, and their rows are
     completed to an invertible matrix. The paper writes M for it, a letter that is the
-    covariance of the innovation here.""",
-    is_C := define(C, BlockMatrix([[C_1], [C_2]]), "16"),
-    is_Mbar_2 := define(Mbar_2, BlockMatrix([[C_2], [L]]), "19"),
-    is_Mbar := define(Mbar, BlockMatrix([[C_1], [Mbar_2]]), "19"),
-    """In these coordinates the measurement picks states. The other outputs pick the
-    first of the lower ones.""",
-    is_H_2 := define(H_2, BlockMatrix([[other, ZeroMatrix(p2, n - p)]]), "23"),
-    is_H := define(
-        H, BlockMatrix([[kept, ZeroMatrix(m1, r)], [ZeroMatrix(p2, m1), H_2]]), "18"
-    ),
-    lower := chain(
-        "23",
-        "the other outputs pick the first of the lower states",
-        H_2 * Mbar_2,
-        Substitute(C_2, by=(is_H_2, is_Mbar_2)),
-    ),
-    picked := chain(
-        "18",
-        "the measurement picks states",
-        H * Mbar,
-        Substitute(BlockMatrix([[C_1], [H_2 * Mbar_2]]), by=(is_H, is_Mbar)),
-        Line(BlockMatrix([[C_1], [C_2]]), by=(lower,)),
-        Substitute(C, by=(is_C,)),
-    ),
-    measured := chain(
-        "18",
-        "the measurement matrix in these coordinates",
-        C * Mbar.I,
-        Line(H * Mbar * Mbar.I, by=(picked,)),
-        Line(H, why="cancel"),
-    ),
-    """The state `q` of these coordinates moves with a plant of its own. The rows may
+    covariance of the innovation here.""")
+is_C = page(let(C, BlockMatrix([[C_1], [C_2]]), "16"))
+is_Mbar_2 = page(let(Mbar_2, BlockMatrix([[C_2], [L]]), "19"))
+is_Mbar = page(let(Mbar, BlockMatrix([[C_1], [Mbar_2]]), "19"))
+
+page("""In these coordinates the measurement picks states. The other outputs pick the
+    first of the lower ones.""")
+is_H_2 = page(let(H_2, BlockMatrix([[other, ZeroMatrix(p2, n - p)]]), "23"))
+is_H = page(
+    let(H, BlockMatrix([[kept, ZeroMatrix(m1, r)], [ZeroMatrix(p2, m1), H_2]]), "18")
+)
+lower = page.chain(
+    "23",
+    "the other outputs pick the first of the lower states",
+    H_2 * Mbar_2,
+    Substitute(C_2, by=(is_H_2, is_Mbar_2)),
+)
+picked = page.chain(
+    "18",
+    "the measurement picks states",
+    H * Mbar,
+    Substitute(BlockMatrix([[C_1], [H_2 * Mbar_2]]), by=(is_H, is_Mbar)),
+    Line(BlockMatrix([[C_1], [C_2]]), by=(lower,)),
+    Substitute(C, by=(is_C,)),
+)
+measured = page.chain(
+    "18",
+    "the measurement matrix in these coordinates",
+    C * Mbar.I,
+    Line(H * Mbar * Mbar.I, by=(picked,)),
+    Line(H, why="cancel"),
+)
+
+page("""The state `q` of these coordinates moves with a plant of its own. The rows may
     differ from one instant to the next, and the input, which the page leaves out, is
-    carried along.""",
-    is_q := define(q, Mbar * x, "19"),
-    is_q_next := define(q_next, Mbar_next * x_next, "19"),
-    plant,
-    back := chain(
-        "19",
-        "the way back",
-        x,
-        Line(Mbar.I * Mbar * x, why="insert the inverse"),
-        Line(Mbar.I * q, by=(is_q,)),
-    ),
-    moves := chain(
-        "17, 20",
-        "the plant in these coordinates",
-        q_next,
-        Line(Mbar_next * x_next, by=(is_q_next,)),
-        Line(Mbar_next * (A * x + B * u + w), by=(plant,)),
-        Line(
-            Mbar_next * A * Mbar.I * q + Mbar_next * B * u + Mbar_next * w, by=(back,)
-        ),
-    ),
-    chain(
-        "16, 18",
-        "the measurement in these coordinates",
-        C * x + v,
-        Line(C * Mbar.I * q + v, by=(back,)),
-        Line(H * q + v, by=(measured,)),
-    ),
-    split_q := define(q, BlockMatrix([[q_1], [q_2]]), "17"),
-    split_v := define(v, BlockMatrix([[v_1], [v_2]]), "16"),
-    chain(
-        "21, 22",
-        "accurate outputs show the first states",
-        H * q + v,
-        Substitute(
-            BlockMatrix([[q_1 + v_1], [H_2 * q_2 + v_2]]), by=(is_H, split_q, split_v)
-        ),
-    ),
-    """What is designed in these coordinates returns with its certificates. An estimate
-    that is unbiased in `q` is unbiased in `x`.""",
-    T_back := define(T, T_q * Mbar),
-    P_back := define(P, Mbar.I * P_q),
-    V_back := define(V, Mbar.I * V_q),
-    unbiased_q := define(P_q * T_q + V_q * H, I, "13"),
-    chain(
-        "13",
-        "an unbiased estimate stays unbiased",
-        P * T + V * C,
-        Line(Mbar.I * P_q * T_q * Mbar + Mbar.I * V_q * C, by=(T_back, P_back, V_back)),
-        Line(Mbar.I * P_q * T_q * Mbar + Mbar.I * V_q * H * Mbar, by=(picked,)),
-        Line(Mbar.I * (P_q * T_q + V_q * H) * Mbar, why="factor"),
-        Line(I, by=(unbiased_q,)),
-    ),
-    """The observer's own equations return as they are: what it follows is the same,
-    written in other coordinates.""",
-    T_back_next := define(T_next, T_q_next * Mbar_next),
-    dynamics_q := define(
-        T_q_next * Mbar_next * A * Mbar.I, F * T_q + D * H, "9", name="in q"
-    ),
-    chain(
-        "9",
-        "the condition on the dynamics returns",
-        F * T + D * C,
-        Line(F * T_q * Mbar + D * C, by=(T_back,)),
-        Line(F * T_q * Mbar + D * H * Mbar, by=(picked,)),
-        Line((F * T_q + D * H) * Mbar, why="factor"),
-        Line(T_q_next * Mbar_next * A, by=(dynamics_q,)),
-        Line(T_next * A, by=(T_back_next,)),
-    ),
-    """The error trace is not the same number. The trace that the paper minimises, of
-    the error in `q`, is a weighted trace of the error in `x`.""",
-    is_e_q := define(e_q, Mbar * e),
-    is_Sigma := moment(e * e.T, Sigma),
-    chain(
-        "27",
-        "the trace in these coordinates is weighted",
-        Trace(e_q * e_q.T),
-        Line(Trace(Mbar * e * e.T * Mbar.T), by=(is_e_q,)),
-        Expect(Trace(Mbar * Sigma * Mbar.T), moments=(is_Sigma,)),
-        Line(Trace(Mbar.T * Mbar * Sigma), why="the trace is cyclic"),
+    carried along.""")
+is_q = page(let(q, Mbar * x, "19"))
+is_q_next = page(let(q_next, Mbar_next * x_next, "19"))
+page(plant)
+back = page.chain(
+    "19",
+    "the way back",
+    x,
+    Line(Mbar.I * Mbar * x, why="insert the inverse"),
+    Line(Mbar.I * q, by=(is_q,)),
+)
+moves = page.chain(
+    "17, 20",
+    "the plant in these coordinates",
+    q_next,
+    Line(Mbar_next * x_next, by=(is_q_next,)),
+    Line(Mbar_next * (A * x + B * u + w), by=(plant,)),
+    Line(Mbar_next * A * Mbar.I * q + Mbar_next * B * u + Mbar_next * w, by=(back,)),
+)
+page.chain(
+    "16, 18",
+    "the measurement in these coordinates",
+    C * x + v,
+    Line(C * Mbar.I * q + v, by=(back,)),
+    Line(H * q + v, by=(measured,)),
+)
+split_q = page(suppose(q, BlockMatrix([[q_1], [q_2]]), "17"))
+split_v = page(let(v, BlockMatrix([[v_1], [v_2]]), "16"))
+page.chain(
+    "21, 22",
+    "accurate outputs show the first states",
+    H * q + v,
+    Substitute(
+        BlockMatrix([[q_1 + v_1], [H_2 * q_2 + v_2]]), by=(is_H, split_q, split_v)
     ),
 )
 
+page("""What is designed in these coordinates returns with its certificates. An estimate
+    that is unbiased in `q` is unbiased in `x`.""")
+T_back = page(let(T, T_q * Mbar))
+P_back = page(let(P, Mbar.I * P_q))
+V_back = page(let(V, Mbar.I * V_q))
+unbiased_q = page(suppose(P_q * T_q + V_q * H, I, "13"))
+page.chain(
+    "13",
+    "an unbiased estimate stays unbiased",
+    P * T + V * C,
+    Line(Mbar.I * P_q * T_q * Mbar + Mbar.I * V_q * C, by=(T_back, P_back, V_back)),
+    Line(Mbar.I * P_q * T_q * Mbar + Mbar.I * V_q * H * Mbar, by=(picked,)),
+    Line(Mbar.I * (P_q * T_q + V_q * H) * Mbar, why="factor"),
+    Line(I, by=(unbiased_q,)),
+)
 
-@cache
-def derive():
-    """The page."""
-    return Derivation(page=PAGE, letters=letters, source=f"{SOURCE}, section III")
+page("""The observer's own equations return as they are: what it follows is the same,
+    written in other coordinates.""")
+T_back_next = page(let(T_next, T_q_next * Mbar_next))
+dynamics_q = page(
+    suppose(T_q_next * Mbar_next * A * Mbar.I, F * T_q + D * H, "9", name="in q")
+)
+page.chain(
+    "9",
+    "the condition on the dynamics returns",
+    F * T + D * C,
+    Line(F * T_q * Mbar + D * C, by=(T_back,)),
+    Line(F * T_q * Mbar + D * H * Mbar, by=(picked,)),
+    Line((F * T_q + D * H) * Mbar, why="factor"),
+    Line(T_q_next * Mbar_next * A, by=(dynamics_q,)),
+    Line(T_next * A, by=(T_back_next,)),
+)
+
+page("""The error trace is not the same number. The trace that the paper minimises, of
+    the error in `q`, is a weighted trace of the error in `x`.""")
+is_e_q = page(let(e_q, Mbar * e))
+is_Sigma = page(moment(e * e.T, Sigma))
+page.chain(
+    "27",
+    "the trace in these coordinates is weighted",
+    Trace(e_q * e_q.T),
+    Line(Trace(Mbar * e * e.T * Mbar.T), by=(is_e_q,)),
+    Expect(Trace(Mbar * Sigma * Mbar.T), moments=(is_Sigma,)),
+    Line(Trace(Mbar.T * Mbar * Sigma), why="the trace is cyclic"),
+)

@@ -11,7 +11,7 @@ from functools import cache
 
 from sympy import Symbol
 
-from matrixproof import Derivation, Expect, Line, Stage, ZeroMatrix
+from matrixproof import Derivation, Expect, Line, Page, Stage, ZeroMatrix
 
 from .huddle import error, error_equation, unbiased
 from .letters import *
@@ -19,58 +19,64 @@ from .letters import *
 t = Symbol("t", real=True)
 gone = ZeroMatrix
 
-PAGE = (
-    """The paper's noises are independent of each other, (5). The library lets them be
+
+page = Page(letters=letters, source=f"our own; {SOURCE}, (5), (11)")
+
+
+page("""The paper's noises are independent of each other, (5). The library lets them be
     correlated. Then what `v` tells of `w` is known and can be taken out, with a matrix
-    `J` that solves `J R = S`.""",
-    is_Q := moment(w * w.T, Q, "4"),
-    is_R := moment(v * v.T, R, "4"),
-    is_S := moment(w * v.T, S),
-    told := define(S, J * R),
-    """Such a matrix exists, also where `R` is singular: a combination of outputs
+    `J` that solves `J R = S`.""")
+is_Q = page(moment(w * w.T, Q, "4"))
+is_R = page(moment(v * v.T, R, "4"))
+is_S = page(moment(w * v.T, S))
+told = page(suppose(S, J * R))
+
+page("""Such a matrix exists, also where `R` is singular: a combination of outputs
     without noise is correlated with nothing. A variance is not negative, and the
-    following one is linear in `t`, so its slope is zero.""",
-    silent := define(R * a, gone(p, 1)),
-    chain(
-        "",
-        "outputs without noise are correlated with nothing",
-        (b.T * w + t * a.T * v) * (b.T * w + t * a.T * v).T,
-        Expect(
-            b.T * Q * b + t * b.T * S * a + t * a.T * S.T * b + t**2 * a.T * R * a,
-            moments=(is_Q, is_R, is_S),
-        ),
-        Line(b.T * Q * b + t * b.T * S * a + t * a.T * S.T * b, by=(silent,)),
+    following one is linear in `t`, so its slope is zero.""")
+silent = page(suppose(R * a, gone(p, 1)))
+page.chain(
+    "",
+    "outputs without noise are correlated with nothing",
+    (b.T * w + t * a.T * v) * (b.T * w + t * a.T * v).T,
+    Expect(
+        b.T * Q * b + t * b.T * S * a + t * a.T * S.T * b + t**2 * a.T * R * a,
+        moments=(is_Q, is_R, is_S),
     ),
-    is_As := define(As, A - J * C),
-    chain(
-        "",
-        "the same plant, with what is told taken out",
-        A * x + w,
-        Line((A - J * C) * x + J * (C * x + v) + (w - J * v), why="add and subtract"),
-        Line(As * x + J * (C * x + v) + (w - J * v), by=(is_As,)),
-    ),
-    chain(
-        "",
-        "what is left is independent of the measurement noise",
-        (w - J * v) * v.T,
-        Expect(S - J * R, moments=(is_S, is_R)),
-        Line(gone(n, p), by=(told,)),
-    ),
-    is_Qs := define(Qs, Q - J * S.T),
-    chain(
-        "",
-        "the covariance of what is left",
-        (w - J * v) * (w - J * v).T,
-        Expect(Q - J * S.T - S * J.T + J * R * J.T, moments=(is_Q, is_R, is_S)),
-        Line(Q - J * S.T - J * R * J.T + J * R * J.T, by=(told,)),
-        Line(Qs, by=(is_Qs,)),
-    ),
-    """Every error of an observer then has a covariance by recursion, whatever its
-    matrices are. The two crossed terms are those that (5) sets to zero.""",
-    is_X := moment(eps * eps.T, X),
-    past_w := moment(eps * w.T, gone(r, n)),
-    past_v := moment(eps * v.T, gone(r, p)),
-    is_X_next := define(
+    Line(b.T * Q * b + t * b.T * S * a + t * a.T * S.T * b, by=(silent,)),
+)
+is_As = page(let(As, A - J * C))
+page.chain(
+    "",
+    "the same plant, with what is told taken out",
+    A * x + w,
+    Line((A - J * C) * x + J * (C * x + v) + (w - J * v), why="add and subtract"),
+    Line(As * x + J * (C * x + v) + (w - J * v), by=(is_As,)),
+)
+page.chain(
+    "",
+    "what is left is independent of the measurement noise",
+    (w - J * v) * v.T,
+    Expect(S - J * R, moments=(is_S, is_R)),
+    Line(gone(n, p), by=(told,)),
+)
+is_Qs = page(let(Qs, Q - J * S.T))
+page.chain(
+    "",
+    "the covariance of what is left",
+    (w - J * v) * (w - J * v).T,
+    Expect(Q - J * S.T - S * J.T + J * R * J.T, moments=(is_Q, is_R, is_S)),
+    Line(Q - J * S.T - J * R * J.T + J * R * J.T, by=(told,)),
+    Line(Qs, by=(is_Qs,)),
+)
+
+page("""Every error of an observer then has a covariance by recursion, whatever its
+    matrices are. The two crossed terms are those that (5) sets to zero.""")
+is_X = page(moment(eps * eps.T, X))
+past_w = page(moment(eps * w.T, gone(r, n)))
+past_v = page(moment(eps * v.T, gone(r, p)))
+is_X_next = page(
+    let(
         X_next,
         F * X * F.T
         + D * R * D.T
@@ -79,50 +85,51 @@ PAGE = (
         - T_next * S * D.T,
         "11",
         name="covariance of the observer's error",
+    )
+)
+page.chain(
+    "4, 5, 11",
+    "the covariance of the error moves by a recursion",
+    eps_next * eps_next.T,
+    Line(
+        (F * eps + D * v - T_next * w) * (F * eps + D * v - T_next * w).T,
+        by=(error_equation,),
     ),
-    chain(
-        "4, 5, 11",
-        "the covariance of the error moves by a recursion",
-        eps_next * eps_next.T,
-        Line(
-            (F * eps + D * v - T_next * w) * (F * eps + D * v - T_next * w).T,
-            by=(error_equation,),
-        ),
-        Expect(
-            F * X * F.T
-            + D * R * D.T
-            + T_next * Q * T_next.T
-            - D * S.T * T_next.T
-            - T_next * S * D.T,
-            moments=(is_X, is_Q, is_R, is_S, past_w, past_v),
-        ),
-        Line(X_next, by=(is_X_next,)),
+    Expect(
+        F * X * F.T
+        + D * R * D.T
+        + T_next * Q * T_next.T
+        - D * S.T * T_next.T
+        - T_next * S * D.T,
+        moments=(is_X, is_Q, is_R, is_S, past_w, past_v),
     ),
-    is_Sigma := define(Sigma, P * X * P.T + V * R * V.T, "27"),
-    chain(
-        "26, 27",
-        "the covariance of the estimate",
-        e * e.T,
-        Line((P * eps + V * v) * (P * eps + V * v).T, by=(error,)),
-        Expect(P * X * P.T + V * R * V.T, moments=(is_X, is_R, past_v)),
-        Line(Sigma, by=(is_Sigma,)),
+    Line(X_next, by=(is_X_next,)),
+)
+is_Sigma = page(let(Sigma, P * X * P.T + V * R * V.T, "27"))
+page.chain(
+    "26, 27",
+    "the covariance of the estimate",
+    e * e.T,
+    Line((P * eps + V * v) * (P * eps + V * v).T, by=(error,)),
+    Expect(P * X * P.T + V * R * V.T, moments=(is_X, is_R, past_v)),
+    Line(Sigma, by=(is_Sigma,)),
+)
+
+page("""Huddle's equations for the plant with independent noises are the same, with `As`
+    in place of `A`; what is told enters through the measurement.""")
+page(unbiased)
+is_F_s = page(let(F, T_next * As * P, "14"))
+is_D_s = page(let(D, T_next * As * V + T_next * J, "15"))
+page.chain(
+    "9",
+    "the solution for correlated noises",
+    F * T + D * C,
+    Line(
+        T_next * As * P * T + T_next * As * V * C + T_next * J * C,
+        by=(is_F_s, is_D_s),
     ),
-    """Huddle's equations for the plant with independent noises are the same, with `As`
-    in place of `A`; what is told enters through the measurement.""",
-    unbiased,
-    is_F_s := define(F, T_next * As * P, "14"),
-    is_D_s := define(D, T_next * As * V + T_next * J, "15"),
-    chain(
-        "9",
-        "the solution for correlated noises",
-        F * T + D * C,
-        Line(
-            T_next * As * P * T + T_next * As * V * C + T_next * J * C,
-            by=(is_F_s, is_D_s),
-        ),
-        Line(T_next * As + T_next * J * C, by=(unbiased,)),
-        Line(T_next * A, by=(is_As,)),
-    ),
+    Line(T_next * As + T_next * J * C, by=(unbiased,)),
+    Line(T_next * A, by=(is_As,)),
 )
 
 
@@ -148,6 +155,9 @@ def decorrelation():
     )
 
 
+page(decorrelation())
+
+
 @cache
 def error_recursion():
     """Covariance of any observer's error: X = cov(eps), Sigma = cov(P eps + V v)."""
@@ -171,9 +181,4 @@ def error_recursion():
     )
 
 
-@cache
-def derive():
-    """The page."""
-    page = (*PAGE, decorrelation(), error_recursion())
-    source = f"our own; {SOURCE}, (5), (11)"
-    return Derivation(page=page, letters=letters, source=source)
+page(error_recursion())

@@ -9,7 +9,7 @@ Source: Leondes and Novak (1974), (41)-(43); the residual is our own.
 
 from functools import cache
 
-from matrixproof import Derivation, Line, Stage, ZeroMatrix
+from matrixproof import Derivation, Line, Page, Stage, ZeroMatrix
 
 from .best_coordinates import exact
 from .correlated_noise import is_As
@@ -28,58 +28,63 @@ rho = running("rho", p, 1, "what the estimate leaves of the measurement")
 rho_next = running("rho_next", p, 1, "the same one step on")
 innovation = running("innovation", p, 1, "what the prediction leaves of it")
 
-PAGE = (
-    """The plant moves as in (1); of its noise, `J v` is told by the measurement. The
-    residual of an estimate is its own error and the noise of the measurement.""",
-    plant := define(truth_next, A * truth + B * u + J * v + w, "1"),
-    left := define(rho, C * (truth - x) + v),
-    is_e := define(e, x - truth),
-    is_As,
-    """The prediction takes along what the residual tells.""",
-    is_minus := define(x_minus, A * x + B * u + J * rho, "43"),
-    before := chain(
-        "43",
-        "the error of the prediction",
-        x_minus - truth_next,
-        Line(A * x + B * u + J * rho - truth_next, by=(is_minus,)),
-        Line(A * x + J * rho - A * truth - J * v - w, by=(plant,)),
-        Line(A * x + J * C * (truth - x) - A * truth - w, by=(left,)),
-        Line((A - J * C) * (x - truth) - w, why="collect the error"),
-        Line(As * e - w, by=(is_As, is_e)),
+
+page = Page(letters=running, source=f"{SOURCE}, (41)-(43)")
+
+
+page("""The plant moves as in (1); of its noise, `J v` is told by the measurement. The
+    residual of an estimate is its own error and the noise of the measurement.""")
+plant = page(let(truth_next, A * truth + B * u + J * v + w, "1"))
+left = page(let(rho, C * (truth - x) + v))
+is_e = page(let(e, x - truth))
+page(is_As)
+
+page("The prediction takes along what the residual tells.")
+is_minus = page(let(x_minus, A * x + B * u + J * rho, "43"))
+before = page.chain(
+    "43",
+    "the error of the prediction",
+    x_minus - truth_next,
+    Line(A * x + B * u + J * rho - truth_next, by=(is_minus,)),
+    Line(A * x + J * rho - A * truth - J * v - w, by=(plant,)),
+    Line(A * x + J * C * (truth - x) - A * truth - w, by=(left,)),
+    Line((A - J * C) * (x - truth) - w, why="collect the error"),
+    Line(As * e - w, by=(is_As, is_e)),
+)
+
+page("""The next measurement is compared with what the prediction leads one to expect,
+    and the difference corrects it.""")
+measured = page(let(y, C * truth_next + E * u_next + v_next, "2"))
+is_innovation = page(let(innovation, y - E * u_next - C * x_minus, "43"))
+corrects = page(let(x_next, x_minus + K * innovation, "43"))
+page.chain(
+    "26, 43",
+    "the error of the estimate",
+    x_next - truth_next,
+    Line(x_minus + K * innovation - truth_next, by=(corrects,)),
+    Line(
+        x_minus + K * (y - E * u_next - C * x_minus) - truth_next,
+        by=(is_innovation,),
     ),
-    """The next measurement is compared with what the prediction leads one to expect,
-    and the difference corrects it.""",
-    measured := define(y, C * truth_next + E * u_next + v_next, "2"),
-    is_innovation := define(innovation, y - E * u_next - C * x_minus, "43"),
-    corrects := define(x_next, x_minus + K * innovation, "43"),
-    chain(
-        "26, 43",
-        "the error of the estimate",
-        x_next - truth_next,
-        Line(x_minus + K * innovation - truth_next, by=(corrects,)),
-        Line(
-            x_minus + K * (y - E * u_next - C * x_minus) - truth_next,
-            by=(is_innovation,),
-        ),
-        Line(
-            x_minus + K * (C * truth_next + v_next - C * x_minus) - truth_next,
-            by=(measured,),
-        ),
-        Line((I - K * C) * (x_minus - truth_next) + K * v_next, why="collect"),
-        Line((I - K * C) * (As * e - w) + K * v_next, by=(before,)),
+    Line(
+        x_minus + K * (C * truth_next + v_next - C * x_minus) - truth_next,
+        by=(measured,),
     ),
-    """A gain that treats outputs as exact leaves nothing of them in the residual.""",
-    is_rho_next := define(rho_next, y - E * u_next - C * x_next),
-    exact,
-    chain(
-        "24",
-        "accurate outputs are met",
-        S1 * rho_next,
-        Line(S1 * (y - E * u_next - C * x_next), by=(is_rho_next,)),
-        Line(S1 * (y - E * u_next - C * x_minus - C * K * innovation), by=(corrects,)),
-        Line(S1 * innovation - S1 * C * K * innovation, by=(is_innovation,)),
-        Line(ZeroMatrix(m1, 1), by=(exact,)),
-    ),
+    Line((I - K * C) * (x_minus - truth_next) + K * v_next, why="collect"),
+    Line((I - K * C) * (As * e - w) + K * v_next, by=(before,)),
+)
+
+page("A gain that treats outputs as exact leaves nothing of them in the residual.")
+is_rho_next = page(let(rho_next, y - E * u_next - C * x_next))
+page(exact)
+page.chain(
+    "24",
+    "accurate outputs are met",
+    S1 * rho_next,
+    Line(S1 * (y - E * u_next - C * x_next), by=(is_rho_next,)),
+    Line(S1 * (y - E * u_next - C * x_minus - C * K * innovation), by=(corrects,)),
+    Line(S1 * innovation - S1 * C * K * innovation, by=(is_innovation,)),
+    Line(ZeroMatrix(m1, 1), by=(exact,)),
 )
 
 
@@ -102,8 +107,4 @@ def estimate_step():
     )
 
 
-@cache
-def derive():
-    """The page."""
-    page = (*PAGE, estimate_step())
-    return Derivation(page=page, letters=running, source=f"{SOURCE}, (41)-(43)")
+page(estimate_step())

@@ -9,11 +9,9 @@ Source: Bierman (1977), "Factorization methods for discrete sequential estimatio
 sections V.3 and VI.4; Thornton (1976).
 """
 
-from functools import cache
-
 from sympy import symbols
 
-from matrixproof import Derivation, Identity, Line, ZeroMatrix
+from matrixproof import Identity, Line, Page, ZeroMatrix
 
 from .letters import *
 
@@ -23,7 +21,7 @@ factored = letters.here(
     Omega="covariance before a reading",
     Sigma="covariance after it",
 )
-chain, define = factored.chain, factored.define
+let, suppose = factored.let, factored.suppose
 c = factored("c", n, 1, "what one output measures, as a column")
 K = factored("k", n, 1, "the gain of least variance of its reading")
 kappa = factored("kappa", n, 1, "`Omega c`, which the columns add up")
@@ -46,91 +44,86 @@ t_j = factored("t_j", n, 1, "what each row has of the last one")
 
 a = beta + delta * phi**2  # the variance with this column
 
-PAGE = (
-    """A reading of one output is a row `c'` of `C` with noise of variance `rho`, and
+
+page = Page(letters=factored, source=SOURCE)
+
+
+page("""A reading of one output is a row `c'` of `C` with noise of variance `rho`, and
     `Omega = U D U'`. The columns of `U` are taken one after the other. Those before
     this one have left a column `k_j` and a variance `beta`, which begins with `rho`;
     `phi` is what the output sees of this column, an entry of `U' c`. With this column
-    they are `k_j + delta phi u_j` and `beta + delta phi^2`.""",
-    is_k := define(k_new, k_j + delta * phi * u_j),
-    is_u := define(u_new, u_j - phi / beta * k_j),
-    column := chain(
-        "",
-        "one column of a reading",
-        delta * beta / a * u_new * u_new.T - 1 / beta * k_j * k_j.T,
-        Line(
-            delta * beta / a * (u_j - phi / beta * k_j) * (u_j - phi / beta * k_j).T
-            - 1 / beta * k_j * k_j.T,
-            by=(is_u,),
-        ),
-        Line(
-            delta * u_j * u_j.T
-            - 1 / a * (k_j + delta * phi * u_j) * (k_j + delta * phi * u_j).T,
-            why="multiply out",
-        ),
-        Line(delta * u_j * u_j.T - 1 / a * k_new * k_new.T, by=(is_k,)),
+    they are `k_j + delta phi u_j` and `beta + delta phi^2`.""")
+is_k = page(let(k_new, k_j + delta * phi * u_j))
+is_u = page(let(u_new, u_j - phi / beta * k_j))
+column = page.chain(
+    "",
+    "one column of a reading",
+    delta * beta / a * u_new * u_new.T - 1 / beta * k_j * k_j.T,
+    Line(
+        delta * beta / a * (u_j - phi / beta * k_j) * (u_j - phi / beta * k_j).T
+        - 1 / beta * k_j * k_j.T,
+        by=(is_u,),
     ),
-    """So the column `u_new` with the variance `delta beta / (beta + delta phi^2)` takes
-    the place of `u_j` with `delta`, and the sum over all columns is what is left of
-    `U D U'`. A first reading without noise finds `beta = 0`, and leaves the variance
-    zero. After the last column the two sums are `Omega c` and the variance of the
-    innovation, and this is the covariance that the gain of least variance leaves.""",
-    is_kappa := define(kappa, Omega * c),
-    is_alpha := define(c.T * Omega * c, (alpha - rho) * Identity(1)),
-    is_K := define(K, 1 / alpha * kappa),
-    chain(
-        "27",
-        "what a reading leaves",
-        (I - K * c.T) * Omega * (I - K * c.T).T + rho * K * K.T,
-        Line(
-            Omega
-            - K * kappa.T
-            - kappa * K.T
-            + K * c.T * Omega * c * K.T
-            + rho * K * K.T,
-            by=(is_kappa,),
-        ),
-        Line(Omega - K * kappa.T - kappa * K.T + alpha * K * K.T, by=(is_alpha,)),
-        Line(Omega - 1 / alpha * kappa * kappa.T, by=(is_K,)),
+    Line(
+        delta * u_j * u_j.T
+        - 1 / a * (k_j + delta * phi * u_j) * (k_j + delta * phi * u_j).T,
+        why="multiply out",
     ),
-    """A prediction has the covariance `W_0 D_q W_0'`, with `W_0 = [A U, G]` and the
-    variances `D_q` of what drives its columns. What every row has of the last one is
-    taken off. That is a column of the next `U`; nothing of the last row is left.""",
-    is_delta := define(w_j.T * D_q * w_j, delta * Identity(1)),
-    is_t := define(W_0 * D_q * w_j, delta * t_j),
-    is_W_1 := define(W_1, W_0 - t_j * w_j.T),
-    chain(
-        "44",
-        "one row of a prediction",
-        W_1 * D_q * W_1.T + delta * t_j * t_j.T,
-        Line(
-            (W_0 - t_j * w_j.T) * D_q * (W_0 - t_j * w_j.T).T + delta * t_j * t_j.T,
-            by=(is_W_1,),
-        ),
-        Line(
-            W_0 * D_q * W_0.T
-            - 2 * delta * t_j * t_j.T
-            + t_j * w_j.T * D_q * w_j * t_j.T
-            + delta * t_j * t_j.T,
-            by=(is_t,),
-        ),
-        Line(W_0 * D_q * W_0.T, by=(is_delta,)),
-    ),
-    chain(
-        "",
-        "nothing of the last row is left",
-        W_1 * D_q * w_j,
-        Line(W_0 * D_q * w_j - t_j * w_j.T * D_q * w_j, by=(is_W_1,)),
-        Line(delta * t_j - delta * t_j, by=(is_t, is_delta)),
-        Line(ZeroMatrix(n, 1), why="subtract"),
-    ),
-    """The last row itself has `1` of itself, and rows that are done have nothing, so
-    `U` is a triangle with ones on its diagonal. Where the last row has no variance
-    there is nothing to take off: its column of `U` is free.""",
+    Line(delta * u_j * u_j.T - 1 / a * k_new * k_new.T, by=(is_k,)),
 )
 
+page("""So the column `u_new` with the variance `delta beta / (beta + delta phi^2)`
+    takes the place of `u_j` with `delta`, and the sum over all columns is what is left
+    of `U D U'`. A first reading without noise finds `beta = 0`, and leaves the variance
+    zero. After the last column the two sums are `Omega c` and the variance of the
+    innovation, and this is the covariance that the gain of least variance leaves.""")
+is_kappa = page(let(kappa, Omega * c))
+is_alpha = page(suppose(c.T * Omega * c, (alpha - rho) * Identity(1)))
+is_K = page(let(K, 1 / alpha * kappa))
+page.chain(
+    "27",
+    "what a reading leaves",
+    (I - K * c.T) * Omega * (I - K * c.T).T + rho * K * K.T,
+    Line(
+        Omega - K * kappa.T - kappa * K.T + K * c.T * Omega * c * K.T + rho * K * K.T,
+        by=(is_kappa,),
+    ),
+    Line(Omega - K * kappa.T - kappa * K.T + alpha * K * K.T, by=(is_alpha,)),
+    Line(Omega - 1 / alpha * kappa * kappa.T, by=(is_K,)),
+)
 
-@cache
-def derive():
-    """The page."""
-    return Derivation(page=PAGE, letters=factored, source=SOURCE)
+page("""A prediction has the covariance `W_0 D_q W_0'`, with `W_0 = [A U, G]` and the
+    variances `D_q` of what drives its columns. What every row has of the last one is
+    taken off. That is a column of the next `U`; nothing of the last row is left.""")
+is_delta = page(suppose(w_j.T * D_q * w_j, delta * Identity(1)))
+is_t = page(suppose(W_0 * D_q * w_j, delta * t_j))
+is_W_1 = page(let(W_1, W_0 - t_j * w_j.T))
+page.chain(
+    "44",
+    "one row of a prediction",
+    W_1 * D_q * W_1.T + delta * t_j * t_j.T,
+    Line(
+        (W_0 - t_j * w_j.T) * D_q * (W_0 - t_j * w_j.T).T + delta * t_j * t_j.T,
+        by=(is_W_1,),
+    ),
+    Line(
+        W_0 * D_q * W_0.T
+        - 2 * delta * t_j * t_j.T
+        + t_j * w_j.T * D_q * w_j * t_j.T
+        + delta * t_j * t_j.T,
+        by=(is_t,),
+    ),
+    Line(W_0 * D_q * W_0.T, by=(is_delta,)),
+)
+page.chain(
+    "",
+    "nothing of the last row is left",
+    W_1 * D_q * w_j,
+    Line(W_0 * D_q * w_j - t_j * w_j.T * D_q * w_j, by=(is_W_1,)),
+    Line(delta * t_j - delta * t_j, by=(is_t, is_delta)),
+    Line(ZeroMatrix(n, 1), why="subtract"),
+)
+
+page("""The last row itself has `1` of itself, and rows that are done have nothing, so
+    `U` is a triangle with ones on its diagonal. Where the last row has no variance
+    there is nothing to take off: its column of `U` is free.""")

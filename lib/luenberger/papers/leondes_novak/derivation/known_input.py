@@ -17,6 +17,7 @@ from matrixproof import (
     Expect,
     Identity,
     Line,
+    Page,
     Stage,
     Substitute,
     ZeroMatrix,
@@ -28,7 +29,7 @@ from .letters import *
 j = symbols("n_u", integer=True, nonnegative=True)
 both, noises = j + n, j + m + n + p
 letters = letters.here()
-chain, define, moment = letters.chain, letters.define, letters.moment
+let, moment, suppose = letters.let, letters.moment, letters.suppose
 gone = ZeroMatrix
 A_1 = letters("A1", n, n, "what a multiplicative noise does to the state")
 C_1 = letters("C1", p, n, "what it does to the measurement")
@@ -60,49 +61,55 @@ C1_in = letters("C1_in", p + m, both, "what it does to both measurements")
 picked = letters("Pi_x", n, both, "rows of the identity that pick the plant's states")
 placed = letters("Pi_y", p + m, p, "columns of it that place the plant's measurement")
 
-PLANT = (
-    "The input comes from a model with noises of its own.",
-    is_s_next := define(s_next, A_u * s + w_u),
-    is_u := define(u, C_u * s + v_u),
-    plant,
-    measured,
-    """Model and plant have these states, and the input stands beside the
-    measurement.""",
-    is_x_in := define(x_in, BlockMatrix([[s], [x]])),
-    is_x_in_next := define(x_in_next, BlockMatrix([[s_next], [x_next]])),
-    is_y_in := define(y_in, BlockMatrix([[y], [u]])),
-    is_A_in := define(A_in, BlockMatrix([[A_u, gone(j, n)], [B * C_u, A]])),
-    is_C_in := define(C_in, BlockMatrix([[E * C_u, C], [C_u, gone(m, n)]])),
-    is_w_in := define(w_in, BlockMatrix([[w_u], [B * v_u + w]])),
-    is_v_in := define(v_in, BlockMatrix([[E * v_u + v], [v_u]])),
-    "They move as a plant without input does,",
-    chain(
-        "1",
-        "model and plant without an input",
-        x_in_next,
-        Substitute(BlockMatrix([[s_next], [x_next]]), by=(is_x_in_next,)),
-        Substitute(
-            BlockMatrix([[A_u * s + w_u], [A * x + B * (C_u * s + v_u) + w]]),
-            by=(is_s_next, plant, is_u),
-        ),
-        Substitute(A_in * x_in + w_in, by=(is_A_in, is_x_in, is_w_in)),
+
+page = Page(letters=letters, source=f"our own; {SOURCE}, (1)-(5)")
+
+
+page("The input comes from a model with noises of its own.")
+is_s_next = page(let(s_next, A_u * s + w_u))
+is_u = page(let(u, C_u * s + v_u))
+page(plant, measured)
+
+page("Model and plant have these states, and the input stands beside the measurement.")
+is_x_in = page(let(x_in, BlockMatrix([[s], [x]])))
+is_x_in_next = page(let(x_in_next, BlockMatrix([[s_next], [x_next]])))
+is_y_in = page(let(y_in, BlockMatrix([[y], [u]])))
+is_A_in = page(let(A_in, BlockMatrix([[A_u, gone(j, n)], [B * C_u, A]])))
+is_C_in = page(let(C_in, BlockMatrix([[E * C_u, C], [C_u, gone(m, n)]])))
+is_w_in = page(let(w_in, BlockMatrix([[w_u], [B * v_u + w]])))
+is_v_in = page(let(v_in, BlockMatrix([[E * v_u + v], [v_u]])))
+
+page("They move as a plant without input does,")
+page.chain(
+    "1",
+    "model and plant without an input",
+    x_in_next,
+    Substitute(BlockMatrix([[s_next], [x_next]]), by=(is_x_in_next,)),
+    Substitute(
+        BlockMatrix([[A_u * s + w_u], [A * x + B * (C_u * s + v_u) + w]]),
+        by=(is_s_next, plant, is_u),
     ),
-    "and measurement and input are what is measured of it.",
-    chain(
-        "2",
-        "measurement and input of both",
-        y_in,
-        Substitute(BlockMatrix([[y], [u]]), by=(is_y_in,)),
-        Substitute(
-            BlockMatrix([[C * x + E * (C_u * s + v_u) + v], [C_u * s + v_u]]),
-            by=(measured, is_u),
-        ),
-        Substitute(C_in * x_in + v_in, by=(is_C_in, is_x_in, is_v_in)),
+    Substitute(A_in * x_in + w_in, by=(is_A_in, is_x_in, is_w_in)),
+)
+
+page("and measurement and input are what is measured of it.")
+page.chain(
+    "2",
+    "measurement and input of both",
+    y_in,
+    Substitute(BlockMatrix([[y], [u]]), by=(is_y_in,)),
+    Substitute(
+        BlockMatrix([[C * x + E * (C_u * s + v_u) + v], [C_u * s + v_u]]),
+        by=(measured, is_u),
     ),
-    """Its noises come from four white ones. Those of the input are independent of those
-    of the plant.""",
-    is_omega := define(omega, BlockMatrix([[w_u], [v_u], [w], [v]])),
-    is_N_w := define(
+    Substitute(C_in * x_in + v_in, by=(is_C_in, is_x_in, is_v_in)),
+)
+
+page("""Its noises come from four white ones. Those of the input are independent of
+    those of the plant.""")
+is_omega = page(let(omega, BlockMatrix([[w_u], [v_u], [w], [v]])))
+is_N_w = page(
+    let(
         N_w,
         BlockMatrix(
             [
@@ -110,8 +117,10 @@ PLANT = (
                 [gone(n, j), B, I, gone(n, p)],
             ]
         ),
-    ),
-    is_N_v := define(
+    )
+)
+is_N_v = page(
+    let(
         N_v,
         BlockMatrix(
             [
@@ -119,9 +128,11 @@ PLANT = (
                 [gone(m, j), Identity(m), gone(m, n), gone(m, p)],
             ]
         ),
-    ),
-    is_omega_omega := moment(omega * omega.T, Q_all),
-    is_Q_all := define(
+    )
+)
+is_omega_omega = page(moment(omega * omega.T, Q_all))
+is_Q_all = page(
+    suppose(
         Q_all,
         BlockMatrix(
             [
@@ -131,82 +142,89 @@ PLANT = (
                 [gone(p, j), gone(p, m), S.T, R],
             ]
         ),
-    ),
-    is_Q_in := define(
+    )
+)
+is_Q_in = page(
+    let(
         Q_in,
         BlockMatrix([[Q_u, S_u * B.T], [B * S_u.T, Q + B * R_u * B.T]]),
-    ),
-    is_R_in := define(
+    )
+)
+is_R_in = page(
+    let(
         R_in,
         BlockMatrix([[R + E * R_u * E.T, E * R_u], [R_u * E.T, R_u]]),
-    ),
-    is_S_in := define(
+    )
+)
+is_S_in = page(
+    let(
         S_in,
         BlockMatrix([[S_u * E.T, S_u], [S + B * R_u * E.T, B * R_u]]),
-    ),
-    to_states := chain(
-        "4",
-        "the noise of the states",
-        w_in,
-        Substitute(N_w * omega, by=(is_w_in, is_N_w, is_omega)),
-    ),
-    to_outputs := chain(
-        "4",
-        "the noise of the measurements",
-        v_in,
-        Substitute(N_v * omega, by=(is_v_in, is_N_v, is_omega)),
-    ),
-    of_states := chain(
-        "4",
-        "the covariance of the noise of the states",
-        w_in * w_in.T,
-        Line(N_w * omega * omega.T * N_w.T, by=(to_states,)),
-        Expect(N_w * Q_all * N_w.T, moments=(is_omega_omega,)),
-        Substitute(Q_in, by=(is_Q_in, is_N_w, is_Q_all)),
-    ),
-    of_outputs := chain(
-        "4",
-        "the covariance of the noise of the measurements",
-        v_in * v_in.T,
-        Line(N_v * omega * omega.T * N_v.T, by=(to_outputs,)),
-        Expect(N_v * Q_all * N_v.T, moments=(is_omega_omega,)),
-        Substitute(R_in, by=(is_R_in, is_N_v, is_Q_all)),
-    ),
-    of_both := chain(
-        "5",
-        "the covariance of both noises",
-        w_in * v_in.T,
-        Line(N_w * omega * omega.T * N_v.T, by=(to_states, to_outputs)),
-        Expect(N_w * Q_all * N_v.T, moments=(is_omega_omega,)),
-        Substitute(S_in, by=(is_S_in, is_N_w, is_N_v, is_Q_all)),
-    ),
-    "A noise that multiplies the state of the plant acts on that state alone.",
-    is_picked := define(picked, BlockMatrix([[gone(n, j), I]])),
-    is_placed := define(placed, BlockMatrix([[Identity(p)], [gone(m, p)]])),
-    is_A1_in := define(A1_in, picked.T * A_1 * picked),
-    is_C1_in := define(C1_in, placed * C_1 * picked),
-    own := chain(
-        "1",
-        "the state of the plant",
-        picked * x_in,
-        Substitute(x, by=(is_picked, is_x_in)),
-    ),
-    chain(
-        "1",
-        "what a multiplicative noise does to both states",
-        A1_in * x_in,
-        Line(picked.T * A_1 * picked * x_in, by=(is_A1_in,)),
-        Line(picked.T * A_1 * x, by=(own,)),
-        Substitute(BlockMatrix([[gone(j, 1)], [A_1 * x]]), by=(is_picked,)),
-    ),
-    chain(
-        "2",
-        "what it does to both measurements",
-        C1_in * x_in,
-        Line(placed * C_1 * picked * x_in, by=(is_C1_in,)),
-        Line(placed * C_1 * x, by=(own,)),
-        Substitute(BlockMatrix([[C_1 * x], [gone(m, 1)]]), by=(is_placed,)),
-    ),
+    )
+)
+to_states = page.chain(
+    "4",
+    "the noise of the states",
+    w_in,
+    Substitute(N_w * omega, by=(is_w_in, is_N_w, is_omega)),
+)
+to_outputs = page.chain(
+    "4",
+    "the noise of the measurements",
+    v_in,
+    Substitute(N_v * omega, by=(is_v_in, is_N_v, is_omega)),
+)
+of_states = page.chain(
+    "4",
+    "the covariance of the noise of the states",
+    w_in * w_in.T,
+    Line(N_w * omega * omega.T * N_w.T, by=(to_states,)),
+    Expect(N_w * Q_all * N_w.T, moments=(is_omega_omega,)),
+    Substitute(Q_in, by=(is_Q_in, is_N_w, is_Q_all)),
+)
+of_outputs = page.chain(
+    "4",
+    "the covariance of the noise of the measurements",
+    v_in * v_in.T,
+    Line(N_v * omega * omega.T * N_v.T, by=(to_outputs,)),
+    Expect(N_v * Q_all * N_v.T, moments=(is_omega_omega,)),
+    Substitute(R_in, by=(is_R_in, is_N_v, is_Q_all)),
+)
+of_both = page.chain(
+    "5",
+    "the covariance of both noises",
+    w_in * v_in.T,
+    Line(N_w * omega * omega.T * N_v.T, by=(to_states, to_outputs)),
+    Expect(N_w * Q_all * N_v.T, moments=(is_omega_omega,)),
+    Substitute(S_in, by=(is_S_in, is_N_w, is_N_v, is_Q_all)),
+)
+
+page("A noise that multiplies the state of the plant acts on that state alone.")
+is_picked = page(let(picked, BlockMatrix([[gone(n, j), I]])))
+is_placed = page(let(placed, BlockMatrix([[Identity(p)], [gone(m, p)]])))
+is_A1_in = page(let(A1_in, picked.T * A_1 * picked))
+is_C1_in = page(let(C1_in, placed * C_1 * picked))
+own = page.chain(
+    "1",
+    "the state of the plant",
+    picked * x_in,
+    Substitute(x, by=(is_picked, is_x_in)),
+)
+page.chain(
+    "1",
+    "what a multiplicative noise does to both states",
+    A1_in * x_in,
+    Line(picked.T * A_1 * picked * x_in, by=(is_A1_in,)),
+    Line(picked.T * A_1 * x, by=(own,)),
+    Substitute(BlockMatrix([[gone(j, 1)], [A_1 * x]]), by=(is_picked,)),
+)
+page.chain(
+    "2",
+    "what it does to both measurements",
+    C1_in * x_in,
+    Line(placed * C_1 * picked * x_in, by=(is_C1_in,)),
+    Line(placed * C_1 * x, by=(own,)),
+    Substitute(BlockMatrix([[C_1 * x], [gone(m, 1)]]), by=(is_placed,)),
 )
 
 
@@ -228,6 +246,9 @@ def driven_plant():
     )
 
 
+page(driven_plant())
+
+
 @cache
 def driven_pair():
     """A multiplicative noise of that plant."""
@@ -243,8 +264,4 @@ def driven_pair():
     )
 
 
-@cache
-def derive():
-    """The page."""
-    page = (*PLANT, driven_plant(), driven_pair())
-    return Derivation(page=page, letters=letters, source=f"our own; {SOURCE}, (1)-(5)")
+page(driven_pair())

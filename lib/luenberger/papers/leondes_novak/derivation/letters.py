@@ -17,7 +17,13 @@ m1 = n - r  # accurate outputs
 p2 = p - m1  # the others
 named_m1 = symbols("m_1")
 letters = Notation({m1: named_m1, p2: p - named_m1})
-chain, define, moment = letters.chain, letters.define, letters.moment
+chain, let, moment, steady, suppose = (
+    letters.chain,
+    letters.let,
+    letters.moment,
+    letters.steady,
+    letters.suppose,
+)
 I = Identity(n)
 
 

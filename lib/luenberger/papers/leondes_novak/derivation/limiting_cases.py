@@ -7,9 +7,7 @@ corrects.
 Source: Leondes and Novak (1974), section IV, (37)-(44).
 """
 
-from functools import cache
-
-from matrixproof import BlockMatrix, Derivation, Line, Relation, Substitute, ZeroMatrix
+from matrixproof import BlockMatrix, Line, Page, Relation, Substitute, ZeroMatrix
 
 from .correlated_noise import is_Sigma
 from .huddle import is_D, is_F
@@ -33,114 +31,107 @@ def at(order):
 
 least, whole = at(n - p), at(n)
 
-LEAST = (
-    """If all outputs are accurate, `m_1 = p`, the second gain has no columns. The
+
+page = Page(
+    letters=letters, source=f"{SOURCE}, section IV", limits=({r: n - p}, {r: n})
+)
+
+
+page("""If all outputs are accurate, `m_1 = p`, the second gain has no columns. The
     matrices of (24) and (25) lose theirs, and what is left satisfies (13) as it
-    stands.""",
-    least_P := define(
-        least(P), BlockMatrix([[ZeroMatrix(p, n - p)], [Identity(n - p)]]), "38"
-    ),
-    least_V := define(V, BlockMatrix([[Identity(p)], [least(K_1)]]), "38"),
-    least_T := define(least(T), BlockMatrix([[-least(K_1), Identity(n - p)]]), "38"),
-    least_H := define(H, BlockMatrix([[Identity(p), ZeroMatrix(p, n - p)]]), "18"),
-    chain(
-        "38",
-        "the observer of least order is unbiased",
-        least(P) * least(T) + V * H,
-        Substitute(I, by=(least_P, least_T, least_V, least_H)),
-    ),
-    """Of the equation for the gains one block is left. It gives the gain of the earlier
-    paper.""",
-    one_block := define(M, least(Omega_11) + least(R_11), "33"),
-    one_column := define(least(N_low), least(Omega_21), "33"),
-    only_gain := define(least(K_1) * M, least(N_low), "33"),
-    chain(
-        "37",
-        "the gain of least order",
-        least(K_1),
-        Line(least(K_1) * M * M.I, why="insert the inverse"),
-        Line(least(N_low) * M.I, by=(only_gain,)),
-        Line(
-            least(Omega_21) * (least(Omega_11) + least(R_11)).I,
-            by=(one_block, one_column),
-        ),
-    ),
+    stands.""")
+least_P = page(
+    let(least(P), BlockMatrix([[ZeroMatrix(p, n - p)], [Identity(n - p)]]), "38")
+)
+least_V = page(let(V, BlockMatrix([[Identity(p)], [least(K_1)]]), "38"))
+least_T = page(let(least(T), BlockMatrix([[-least(K_1), Identity(n - p)]]), "38"))
+least_H = page(let(H, BlockMatrix([[Identity(p), ZeroMatrix(p, n - p)]]), "18"))
+page.chain(
+    "38",
+    "the observer of least order is unbiased",
+    least(P) * least(T) + V * H,
+    Substitute(I, by=(least_P, least_T, least_V, least_H)),
 )
 
-KALMAN = (
-    """If none is accurate, `m_1 = 0`, the first gain has no columns and the other is
-    `n` by `p`.""",
-    whole_P := define(whole(P), I, "40"),
-    whole_V := define(V, K, "39"),
-    whole_T := define(whole(T), I - K * C, "40"),
-    chain(
-        "40",
-        "the observer of full order is unbiased",
-        whole(P) * whole(T) + V * C,
-        Line(I - K * C + K * C, by=(whole_P, whole_V, whole_T)),
-        Line(I, why="cancel"),
-    ),
-    """Its gain solves (33) with all rows of `N` instead of the lower ones: it is the
-    gain of the Kalman filter.""",
-    is_N,
-    all_rows := define(K * M, whole(P).T * N, "33"),
-    chain(
-        "33, 39",
-        "the gain is that of the Kalman filter",
-        K,
-        Line(K * M * M.I, why="insert the inverse"),
-        Line(whole(P).T * N * M.I, by=(all_rows,)),
-        Line(N * M.I, by=(whole_P,)),
-        Line(Omega * C.T * M.I, by=(is_N,)),
-    ),
-)
-
-INNOVATION = (
-    """The observer can be written so that it predicts and corrects. This holds for
-    every order, not only for the Kalman filter, where `P = I` and `V = K`.""",
-    moves_alone := define(z_next, F * z + D * y, "7"),
-    is_F,
-    is_D,
-    shows := define(x_hat, P * z + V * y, "12"),
-    next_shows := define(x_hat_next, P_next * z_next + V_next * y_next, "41"),
-    predicted := chain(
-        "42",
-        "the observer predicts",
-        z_next,
-        Line(F * z + D * y, by=(moves_alone,)),
-        Line(T_next * A * P * z + T_next * A * V * y, by=(is_F, is_D)),
-        Line(T_next * A * (P * z + V * y), why="factor"),
-        Line(T_next * A * x_hat, by=(shows,)),
-    ),
-    still_unbiased := define(P_next * T_next + V_next * C, I, "13"),
-    chain(
-        "41–43",
-        "the estimate corrects what is predicted",
-        x_hat_next,
-        Line(P_next * z_next + V_next * y_next, by=(next_shows,)),
-        Line(P_next * T_next * A * x_hat + V_next * y_next, by=(predicted,)),
-        Line(
-            A * x_hat - V_next * C * A * x_hat + V_next * y_next, by=(still_unbiased,)
-        ),
-        Line(A * x_hat + V_next * (y_next - C * A * x_hat), why="factor"),
-    ),
-    """The covariance of the predicted error is the one that the Kalman filter uses.""",
-    is_Sigma,
-    is_Omega,
-    chain(
-        "44",
-        "the predicted covariance",
-        A * P * X * P.T * A.T + A * V * R * V.T * A.T + Q,
-        Line(A * (P * X * P.T + V * R * V.T) * A.T + Q, why="factor"),
-        Line(A * Sigma * A.T + Q, by=(is_Sigma,)),
-        Line(Omega, by=(is_Omega,)),
+page("""Of the equation for the gains one block is left. It gives the gain of the
+    earlier paper.""")
+one_block = page(let(M, least(Omega_11) + least(R_11), "33"))
+one_column = page(let(least(N_low), least(Omega_21), "33"))
+only_gain = page(suppose(least(K_1) * M, least(N_low), "33"))
+page.chain(
+    "37",
+    "the gain of least order",
+    least(K_1),
+    Line(least(K_1) * M * M.I, why="insert the inverse"),
+    Line(least(N_low) * M.I, by=(only_gain,)),
+    Line(
+        least(Omega_21) * (least(Omega_11) + least(R_11)).I,
+        by=(one_block, one_column),
     ),
 )
 
 
-@cache
-def derive():
-    """The page."""
-    page = (*LEAST, *KALMAN, *INNOVATION)
-    source, limits = f"{SOURCE}, section IV", ({r: n - p}, {r: n})
-    return Derivation(page=page, letters=letters, source=source, limits=limits)
+page("""If none is accurate, `m_1 = 0`, the first gain has no columns and the other is
+    `n` by `p`.""")
+whole_P = page(let(whole(P), I, "40"))
+whole_V = page(suppose(V, K, "39"))
+whole_T = page(let(whole(T), I - K * C, "40"))
+page.chain(
+    "40",
+    "the observer of full order is unbiased",
+    whole(P) * whole(T) + V * C,
+    Line(I - K * C + K * C, by=(whole_P, whole_V, whole_T)),
+    Line(I, why="cancel"),
+)
+
+page("""Its gain solves (33) with all rows of `N` instead of the lower ones: it is the
+    gain of the Kalman filter.""")
+page(is_N)
+all_rows = page(suppose(K * M, whole(P).T * N, "33"))
+page.chain(
+    "33, 39",
+    "the gain is that of the Kalman filter",
+    K,
+    Line(K * M * M.I, why="insert the inverse"),
+    Line(whole(P).T * N * M.I, by=(all_rows,)),
+    Line(N * M.I, by=(whole_P,)),
+    Line(Omega * C.T * M.I, by=(is_N,)),
+)
+
+
+page("""The observer can be written so that it predicts and corrects. This holds for
+    every order, not only for the Kalman filter, where `P = I` and `V = K`.""")
+moves_alone = page(let(z_next, F * z + D * y, "7"))
+page(is_F, is_D)
+shows = page(let(x_hat, P * z + V * y, "12"))
+next_shows = page(let(x_hat_next, P_next * z_next + V_next * y_next, "41"))
+predicted = page.chain(
+    "42",
+    "the observer predicts",
+    z_next,
+    Line(F * z + D * y, by=(moves_alone,)),
+    Line(T_next * A * P * z + T_next * A * V * y, by=(is_F, is_D)),
+    Line(T_next * A * (P * z + V * y), why="factor"),
+    Line(T_next * A * x_hat, by=(shows,)),
+)
+still_unbiased = page(suppose(P_next * T_next + V_next * C, I, "13"))
+page.chain(
+    "41–43",
+    "the estimate corrects what is predicted",
+    x_hat_next,
+    Line(P_next * z_next + V_next * y_next, by=(next_shows,)),
+    Line(P_next * T_next * A * x_hat + V_next * y_next, by=(predicted,)),
+    Line(A * x_hat - V_next * C * A * x_hat + V_next * y_next, by=(still_unbiased,)),
+    Line(A * x_hat + V_next * (y_next - C * A * x_hat), why="factor"),
+)
+
+page("The covariance of the predicted error is the one that the Kalman filter uses.")
+page(is_Sigma, is_Omega)
+page.chain(
+    "44",
+    "the predicted covariance",
+    A * P * X * P.T * A.T + A * V * R * V.T * A.T + Q,
+    Line(A * (P * X * P.T + V * R * V.T) * A.T + Q, why="factor"),
+    Line(A * Sigma * A.T + Q, by=(is_Sigma,)),
+    Line(Omega, by=(is_Omega,)),
+)

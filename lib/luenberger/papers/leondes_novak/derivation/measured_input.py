@@ -10,7 +10,7 @@ from functools import cache
 
 from sympy import symbols
 
-from matrixproof import BlockMatrix, Derivation, Line, Stage, Substitute
+from matrixproof import BlockMatrix, Derivation, Line, Page, Stage, Substitute
 
 from . import known_input
 from .any_observer import is_N_1, is_N_2
@@ -34,7 +34,7 @@ from .letters import *
 
 q = symbols("q", integer=True, nonnegative=True)
 letters = known_input.letters.here()
-chain, define = letters.chain, letters.define
+let = letters.let
 L_any = letters("L_any", q, n, "what is estimated of the state")
 P_any = letters("P_any", q, r, "weight of the observer in the estimate of that")
 V_any = letters("V_any", q, p, "weight of the measurement in it")
@@ -48,71 +48,68 @@ T_in = letters("T_in", r, both, "what the observer follows of both")
 T_ahead = letters("T_ahead", r, both, "what it follows one step on")
 L_in = letters("L_in", q, both, "what is estimated of both")
 
-OBSERVER = (
-    """An observer uses the input as it uses a measurement. What it follows and what it
-    estimates are of the plant.""",
-    is_x_in,
-    is_y_in,
-    moves,
-    estimates := define(w_hat, P_any * z + V_any * y + W_any * u, "12"),
-    is_D_in := define(D_in, BlockMatrix([[D, G]])),
-    is_V_in := define(V_in, BlockMatrix([[V_any, W_any]])),
-    chain(
-        "7",
-        "the observer has no input",
-        z_next,
-        Line(F * z + G * u + D * y, by=(moves,)),
-        Substitute(F * z + D_in * y_in, by=(is_D_in, is_y_in)),
-    ),
-    chain(
-        "12",
-        "its estimate has none",
-        w_hat,
-        Line(P_any * z + V_any * y + W_any * u, by=(estimates,)),
-        Substitute(P_any * z + V_in * y_in, by=(is_V_in, is_y_in)),
-    ),
-    is_picked,
-    own,
-    is_T_in := define(T_in, T * picked),
-    is_T_ahead := define(T_ahead, T_next * picked),
-    is_L_in := define(L_in, L_any * picked),
-    chain(
-        "8",
-        "it follows the plant",
-        T_in * x_in,
-        Line(T * picked * x_in, by=(is_T_in,)),
-        Line(T * x, by=(own,)),
-    ),
-    chain(
-        "13",
-        "it estimates the plant",
-        L_in * x_in,
-        Line(L_any * picked * x_in, by=(is_L_in,)),
-        Line(L_any * x, by=(own,)),
-    ),
-    """What Luenberger's condition leaves of both is what the two conditions on the
-    plant leave. An observer that meets these two is exact for every input.""",
-    is_N_1,
-    is_N_2,
-    is_A_in,
-    is_C_in,
-    chain(
-        "9, 10",
-        "what is left of the condition on both",
-        T_ahead * A_in - F * T_in - D_in * C_in,
-        Substitute(
-            BlockMatrix(
+
+page = Page(letters=letters, source=f"our own; {SOURCE}, (7)-(13)")
+
+
+page("""An observer uses the input as it uses a measurement. What it follows and what it
+    estimates are of the plant.""")
+page(is_x_in, is_y_in, moves)
+estimates = page(let(w_hat, P_any * z + V_any * y + W_any * u, "12"))
+is_D_in = page(let(D_in, BlockMatrix([[D, G]])))
+is_V_in = page(let(V_in, BlockMatrix([[V_any, W_any]])))
+page.chain(
+    "7",
+    "the observer has no input",
+    z_next,
+    Line(F * z + G * u + D * y, by=(moves,)),
+    Substitute(F * z + D_in * y_in, by=(is_D_in, is_y_in)),
+)
+page.chain(
+    "12",
+    "its estimate has none",
+    w_hat,
+    Line(P_any * z + V_any * y + W_any * u, by=(estimates,)),
+    Substitute(P_any * z + V_in * y_in, by=(is_V_in, is_y_in)),
+)
+page(is_picked, own)
+is_T_in = page(let(T_in, T * picked))
+is_T_ahead = page(let(T_ahead, T_next * picked))
+is_L_in = page(let(L_in, L_any * picked))
+page.chain(
+    "8",
+    "it follows the plant",
+    T_in * x_in,
+    Line(T * picked * x_in, by=(is_T_in,)),
+    Line(T * x, by=(own,)),
+)
+page.chain(
+    "13",
+    "it estimates the plant",
+    L_in * x_in,
+    Line(L_any * picked * x_in, by=(is_L_in,)),
+    Line(L_any * x, by=(own,)),
+)
+
+page("""What Luenberger's condition leaves of both is what the two conditions on the
+    plant leave. An observer that meets these two is exact for every input.""")
+page(is_N_1, is_N_2, is_A_in, is_C_in)
+page.chain(
+    "9, 10",
+    "what is left of the condition on both",
+    T_ahead * A_in - F * T_in - D_in * C_in,
+    Substitute(
+        BlockMatrix(
+            [
                 [
-                    [
-                        T_next * B * C_u - D * E * C_u - G * C_u,
-                        T_next * A - F * T - D * C,
-                    ]
+                    T_next * B * C_u - D * E * C_u - G * C_u,
+                    T_next * A - F * T - D * C,
                 ]
-            ),
-            by=(is_T_ahead, is_T_in, is_picked, is_A_in, is_D_in, is_C_in),
+            ]
         ),
-        Substitute(BlockMatrix([[N_2 * C_u, N_1]]), by=(is_N_1, is_N_2)),
+        by=(is_T_ahead, is_T_in, is_picked, is_A_in, is_D_in, is_C_in),
     ),
+    Substitute(BlockMatrix([[N_2 * C_u, N_1]]), by=(is_N_1, is_N_2)),
 )
 
 
@@ -133,8 +130,4 @@ def observer_of_both():
     )
 
 
-@cache
-def derive():
-    """The page."""
-    page = (*OBSERVER, observer_of_both())
-    return Derivation(page=page, letters=letters, source=f"our own; {SOURCE}, (7)-(13)")
+page(observer_of_both())

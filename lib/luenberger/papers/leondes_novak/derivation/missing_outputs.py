@@ -8,11 +8,9 @@ on what is missing.
 Source: our own; the step is Leondes and Novak's (1974), (27)-(33).
 """
 
-from functools import cache
-
 from sympy import Trace, symbols
 
-from matrixproof import Derivation, Gradient, Line, ZeroMatrix
+from matrixproof import Gradient, Line, Page, ZeroMatrix
 
 from .letters import *
 from .quadratic import is_M, joseph
@@ -35,91 +33,88 @@ M_s = letters(
 N_a = letters("N_a", n, pa, "block of `N`: what arrived")
 N_m = letters("N_m", n, pm, "block of `N`: what is missing")
 
-PAGE = (
-    """A gain that may use only what arrived is `K = K_a Pick`. Its cost is that of the
-    shorter problem, in which `Pick C` is measured with the noise that is picked.""",
-    is_K := define(K, K_a * Pick),
-    chain(
-        "27",
-        "the cost is that of the shorter problem",
-        joseph(K, C, Omega, R),
-        Line(joseph(K_a, Pick * C, Omega, Pick * R * Pick.T), by=(is_K,)),
-    ),
-    is_M,
-    chain(
-        "33",
-        "the innovation is that of the shorter problem",
-        Pick * C * Omega * (Pick * C).T + Pick * R * Pick.T,
-        Line(Pick * (C * Omega * C.T + R) * Pick.T, why="factor"),
-        Line(Pick * M * Pick.T, by=(is_M,)),
-    ),
-    "So the gradient vanishes where the shorter problem's does.",
-    chain(
-        "32",
-        "the gradient is that of the shorter problem",
-        Trace(W_e * joseph(K_a, Pick * C, Omega, Pick * R * Pick.T)),
-        Gradient(
-            2
-            * W_e
-            * (K_a * Pick * (C * Omega * C.T + R) * Pick.T - Omega * C.T * Pick.T),
-            of=K_a,
-        ),
-        Line(2 * W_e * (K_a * Pick * M * Pick.T - Omega * C.T * Pick.T), by=(is_M,)),
-    ),
-    """If an accurate output is missing, with the row `c`, the others leave one
-    direction more free: the one that it alone would have shown.""",
-    others := define(C_1 * N_c, ZeroMatrix(m1, r - 1)),
-    too := define(c * N_c, ZeroMatrix(1, r - 1)),
-    alone := define(C_1 * g_c, ZeroMatrix(m1, 1)),
-    shown := define(c * g_c, Identity(1)),
-    chain(
-        "",
-        "the others show nothing of it",
-        C_1 * (N_c * k_c + g_c * t_c),
-        Line(C_1 * g_c * t_c, by=(others,)),
-        Line(ZeroMatrix(m1, 1), by=(alone,)),
-    ),
-    chain(
-        "",
-        "the missing output would show the new direction",
-        c * (N_c * k_c + g_c * t_c),
-        Line(c * g_c * t_c, by=(too,)),
-        Line(t_c, by=(shown,)),
-    ),
-    """Another way to leave an output out is to give it infinite noise. In blocks of
-    what arrived and what is missing, the gain solves two equations. The Schur
-    complement `M_s` grows with the noise, so `K_m` goes to zero, and what is left of
-    `K_a` is the gain without the missing outputs.""",
-    is_M_s := define(M_s, M_mm - M_ma * M_aa.I * M_ma.T),
-    is_K_m := define(K_m, (N_m - N_a * M_aa.I * M_ma.T) * M_s.I),
-    is_K_a := define(K_a, (N_a - K_m * M_ma) * M_aa.I),
-    chain(
-        "33",
-        "the columns of what arrived",
-        K_a * M_aa + K_m * M_ma,
-        Line((N_a - K_m * M_ma) * M_aa.I * M_aa + K_m * M_ma, by=(is_K_a,)),
-        Line(N_a, why="cancel"),
-    ),
-    chain(
-        "33",
-        "the columns of what is missing",
-        K_a * M_ma.T + K_m * M_mm,
-        Line((N_a - K_m * M_ma) * M_aa.I * M_ma.T + K_m * M_mm, by=(is_K_a,)),
-        Line(N_a * M_aa.I * M_ma.T + K_m * M_s, by=(is_M_s,)),
-        Line(N_m, by=(is_K_m,)),
-    ),
-    no_gain := define(K_m, ZeroMatrix(n, pm)),
-    chain(
-        "33",
-        "the limit of infinite noise",
-        K_a,
-        Line((N_a - K_m * M_ma) * M_aa.I, by=(is_K_a,)),
-        Line(N_a * M_aa.I, by=(no_gain,)),
-    ),
+
+page = Page(letters=letters, source="our own")
+
+
+page("""A gain that may use only what arrived is `K = K_a Pick`. Its cost is that of the
+    shorter problem, in which `Pick C` is measured with the noise that is picked.""")
+is_K = page(let(K, K_a * Pick))
+page.chain(
+    "27",
+    "the cost is that of the shorter problem",
+    joseph(K, C, Omega, R),
+    Line(joseph(K_a, Pick * C, Omega, Pick * R * Pick.T), by=(is_K,)),
+)
+page(is_M)
+page.chain(
+    "33",
+    "the innovation is that of the shorter problem",
+    Pick * C * Omega * (Pick * C).T + Pick * R * Pick.T,
+    Line(Pick * (C * Omega * C.T + R) * Pick.T, why="factor"),
+    Line(Pick * M * Pick.T, by=(is_M,)),
 )
 
+page("So the gradient vanishes where the shorter problem's does.")
+page.chain(
+    "32",
+    "the gradient is that of the shorter problem",
+    Trace(W_e * joseph(K_a, Pick * C, Omega, Pick * R * Pick.T)),
+    Gradient(
+        2 * W_e * (K_a * Pick * (C * Omega * C.T + R) * Pick.T - Omega * C.T * Pick.T),
+        of=K_a,
+    ),
+    Line(2 * W_e * (K_a * Pick * M * Pick.T - Omega * C.T * Pick.T), by=(is_M,)),
+)
 
-@cache
-def derive():
-    """The page."""
-    return Derivation(page=PAGE, letters=letters, source="our own")
+page("""If an accurate output is missing, with the row `c`, the others leave one
+    direction more free: the one that it alone would have shown.""")
+others = page(suppose(C_1 * N_c, ZeroMatrix(m1, r - 1)))
+too = page(suppose(c * N_c, ZeroMatrix(1, r - 1)))
+alone = page(suppose(C_1 * g_c, ZeroMatrix(m1, 1)))
+shown = page(suppose(c * g_c, Identity(1)))
+page.chain(
+    "",
+    "the others show nothing of it",
+    C_1 * (N_c * k_c + g_c * t_c),
+    Line(C_1 * g_c * t_c, by=(others,)),
+    Line(ZeroMatrix(m1, 1), by=(alone,)),
+)
+page.chain(
+    "",
+    "the missing output would show the new direction",
+    c * (N_c * k_c + g_c * t_c),
+    Line(c * g_c * t_c, by=(too,)),
+    Line(t_c, by=(shown,)),
+)
+
+page("""Another way to leave an output out is to give it infinite noise. In blocks of
+    what arrived and what is missing, the gain solves two equations. The Schur
+    complement `M_s` grows with the noise, so `K_m` goes to zero, and what is left of
+    `K_a` is the gain without the missing outputs.""")
+is_M_s = page(let(M_s, M_mm - M_ma * M_aa.I * M_ma.T))
+is_K_m = page(let(K_m, (N_m - N_a * M_aa.I * M_ma.T) * M_s.I))
+is_K_a = page(let(K_a, (N_a - K_m * M_ma) * M_aa.I))
+page.chain(
+    "33",
+    "the columns of what arrived",
+    K_a * M_aa + K_m * M_ma,
+    Line((N_a - K_m * M_ma) * M_aa.I * M_aa + K_m * M_ma, by=(is_K_a,)),
+    Line(N_a, why="cancel"),
+)
+page.chain(
+    "33",
+    "the columns of what is missing",
+    K_a * M_ma.T + K_m * M_mm,
+    Line((N_a - K_m * M_ma) * M_aa.I * M_ma.T + K_m * M_mm, by=(is_K_a,)),
+    Line(N_a * M_aa.I * M_ma.T + K_m * M_s, by=(is_M_s,)),
+    Line(N_m, by=(is_K_m,)),
+)
+no_gain = page(suppose(K_m, ZeroMatrix(n, pm)))
+page.chain(
+    "33",
+    "the limit of infinite noise",
+    K_a,
+    Line((N_a - K_m * M_ma) * M_aa.I, by=(is_K_a,)),
+    Line(N_a * M_aa.I, by=(no_gain,)),
+)

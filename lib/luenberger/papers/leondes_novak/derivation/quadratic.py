@@ -6,11 +6,9 @@ it.  Multiplied out and completed to a square, the covariance shows which gain i
 Source: Leondes and Novak (1974), section III, (27)-(33), in any coordinates.
 """
 
-from functools import cache
-
 from sympy import Trace
 
-from matrixproof import Derivation, Expect, Line, ZeroMatrix
+from matrixproof import Expect, Line, Page, ZeroMatrix
 
 from .letters import *
 
@@ -21,63 +19,72 @@ def joseph(K, C, Omega, R):
     return Y * Omega * Y.T + K * R * K.T
 
 
-PAGE = (
-    """A prediction errs by `A e - w`, where `e` is the error of the estimate that is
-    moved on. Noise is independent of everything that was measured before it.""",
-    is_Sigma := moment(e * e.T, Sigma, "27"),
-    is_Q := moment(w * w.T, Q, "4"),
-    apart := moment(e * w.T, ZeroMatrix(n, n)),
-    is_Omega := define(Omega, A * Sigma * A.T + Q, "44"),
-    chain(
-        "28, 44",
-        "the covariance of a prediction",
-        (A * e - w) * (A * e - w).T,
-        Expect(A * Sigma * A.T + Q, moments=(is_Sigma, is_Q, apart)),
-        Line(Omega, by=(is_Omega,)),
-    ),
-    """The next measurement corrects it. For any gain `K` an unbiased estimate errs as
-    follows, so its covariance has two terms.""",
-    is_e_next := define(e_next, Y * e_minus + K * v_next, "26"),
-    is_e_minus := moment(e_minus * e_minus.T, Omega),
-    is_R := moment(v_next * v_next.T, R, "4"),
-    fresh := moment(e_minus * v_next.T, ZeroMatrix(n, p)),
-    is_Sigma_next := define(Sigma_next, Y * Omega * Y.T + K * R * K.T, "27"),
+page = Page(letters=letters, source=f"{SOURCE}, section III")
+
+
+page("""A prediction errs by `A e - w`, where `e` is the error of the estimate that is
+    moved on. Noise is independent of everything that was measured before it.""")
+is_Sigma = page(moment(e * e.T, Sigma, "27"))
+is_Q = page(moment(w * w.T, Q, "4"))
+apart = page(moment(e * w.T, ZeroMatrix(n, n)))
+is_Omega = page(let(Omega, A * Sigma * A.T + Q, "44"))
+page.chain(
+    "28, 44",
+    "the covariance of a prediction",
+    (A * e - w) * (A * e - w).T,
+    Expect(A * Sigma * A.T + Q, moments=(is_Sigma, is_Q, apart)),
+    Line(Omega, by=(is_Omega,)),
+)
+
+page("""The next measurement corrects it. For any gain `K` an unbiased estimate errs as
+    follows, so its covariance has two terms.""")
+is_e_next = page(let(e_next, Y * e_minus + K * v_next, "26"))
+is_e_minus = page(moment(e_minus * e_minus.T, Omega))
+is_R = page(moment(v_next * v_next.T, R, "4"))
+fresh = page(moment(e_minus * v_next.T, ZeroMatrix(n, p)))
+is_Sigma_next = page(let(Sigma_next, Y * Omega * Y.T + K * R * K.T, "27"))
+page(
     letters.derive("27", "the covariance of the error, for any gain", e_next * e_next.T)
     .put(is_e_next)
     .expect(is_e_minus, is_R, fresh)
-    .fold(is_Sigma_next),
-    """Multiplied out it is a quadratic in the gain. Three composites get letters.""",
-    is_Y := define(Y, I - K * C, "13"),
-    is_M := define(M, C * Omega * C.T + R, "33"),
-    is_N := define(N, Omega * C.T, "33"),
-    multiplied := letters.derive(
+    .fold(is_Sigma_next)
+)
+
+page("Multiplied out it is a quadratic in the gain. Three composites get letters.")
+is_Y = page(let(Y, I - K * C, "13"))
+is_M = page(let(M, C * Omega * C.T + R, "33"))
+is_N = page(let(N, Omega * C.T, "33"))
+multiplied = page(
+    letters.derive(
         "27–29", "the error covariance is a quadratic in the gain", Sigma_next
     )
     .put(is_Sigma_next)
     .put(is_Y)
     .expand()
     .fold(is_M)
-    .fold(is_N),
-    """The gradient of the weighted trace vanishes where `K M = N`: that is (32), which
-    the gain `K_mv` solves.""",
-    slope := letters.derive("32", "the gradient in the gain", Trace(W_e * Sigma_next))
-    .put(multiplied)
-    .gradient(K),
-    is_Kmv := slope.solve(K, "33", name=Kmv),
-    """A quadratic can be completed to a square. Only the last term has `K` in it, and
-    it is never negative. Without a condition on the gain `K_mv` is therefore best, for
-    the trace and for every weight: that is the Kalman filter.""",
-    square := letters.derive("33", "the completed square", Sigma_next)
-    .put(multiplied)
-    .square(K, is_Kmv),
-    root_M := define(M, L_M * L_M.T),
-    letters.derive(
-        "33", "no gain does better than the Kalman filter's", square.right
-    ).drop(root_M),
+    .fold(is_N)
 )
 
+page("""The gradient of the weighted trace vanishes where `K M = N`: that is (32), which
+    the gain `K_mv` solves.""")
+slope = page(
+    letters.derive("32", "the gradient in the gain", Trace(W_e * Sigma_next))
+    .put(multiplied)
+    .gradient(K)
+)
+is_Kmv = page(slope.solve(K, "33", name=Kmv))
 
-@cache
-def derive():
-    """The page."""
-    return Derivation(page=PAGE, letters=letters, source=f"{SOURCE}, section III")
+page("""A quadratic can be completed to a square. Only the last term has `K` in it, and
+    it is never negative. Without a condition on the gain `K_mv` is therefore best, for
+    the trace and for every weight: that is the Kalman filter.""")
+square = page(
+    letters.derive("33", "the completed square", Sigma_next)
+    .put(multiplied)
+    .square(K, is_Kmv)
+)
+root_M = page(suppose(M, L_M * L_M.T))
+page(
+    letters.derive(
+        "33", "no gain does better than the Kalman filter's", square.right
+    ).drop(root_M)
+)

@@ -8,11 +8,9 @@ The estimates then drift apart slowly.
 Source: our own.
 """
 
-from functools import cache
-
 from sympy import sqrt
 
-from matrixproof import AtMost, Derivation, Identity, Line
+from matrixproof import AtMost, Identity, Line, Page
 
 from .letters import *
 from .quadratic import is_Kmv, is_M, is_N
@@ -23,7 +21,7 @@ ratio = letters.here(
     Sigma_next="covariance of the next estimate",
     K="the gain",
 )
-chain, define = ratio.chain, ratio.define
+let, suppose = ratio.let, ratio.suppose
 Sigma_f = ratio("Sigma_f", n, n, "that of the full recursion", symmetric=True)
 Omega_f = ratio("Omega_f", n, n, "the same of its prediction", symmetric=True)
 M_f = ratio("M_f", p, p, "the same of its innovation", symmetric=True)
@@ -48,124 +46,120 @@ def joseph(X, covariance):
     return Y * covariance * Y.T + X * R * X.T
 
 
-PAGE = (
-    """Let `Sigma_f` be at most `(1 + g) Sigma`. Noise is the same in both, so a
-    prediction keeps the ratio.""",
-    is_Omega := define(Omega, As * Sigma * As.T + Qs, "44"),
-    is_Omega_f := define(Omega_f, As * Sigma_f * As.T + Qs, "44"),
-    is_R_s := define((1 + g) * Sigma, Sigma_f + R_s * R_s.T),
-    is_R_Q := define(Qs, R_Q * R_Q.T),
-    chain(
-        "",
-        "a prediction keeps the ratio",
-        Omega_f,
-        Line(As * Sigma_f * As.T + Qs, by=(is_Omega_f,)),
-        AtMost(As * (1 + g) * Sigma * As.T + Qs, by=(is_R_s,), root=As * R_s),
-        AtMost((1 + g) * (As * Sigma * As.T + Qs), by=(is_R_Q,), root=sqrt(g) * R_Q),
-        Line((1 + g) * Omega, by=(is_Omega,)),
-    ),
-    """So does a reading: no gain leaves less than the gain of minimum variance, and any
-    gain makes of both covariances what keeps the ratio.""",
-    is_N,
-    is_M,
-    is_Kmv,
-    is_N_f := define(N_f, Omega_f * C.T),
-    is_M_f := define(M_f, C * Omega_f * C.T + R),
-    is_Kmv_f := define(Kmv_f * M_f, N_f),
-    is_R_f := define(M_f, R_f * R_f.T),
-    is_R_o := define((1 + g) * Omega, Omega_f + R_o * R_o.T),
-    is_R_R := define(R, R_R * R_R.T),
-    chain(
-        "",
-        "a reading keeps the ratio",
-        Omega_f - N_f * Kmv_f.T,
-        AtMost(
-            Omega_f - N_f * Kmv_f.T + (Kmv - Kmv_f) * M_f * (Kmv - Kmv_f).T,
-            by=(is_R_f,),
-            root=(Kmv - Kmv_f) * R_f,
-        ),
-        Line(Omega_f - N_f * Kmv.T - Kmv * N_f.T + Kmv * M_f * Kmv.T, by=(is_Kmv_f,)),
-        Line(joseph(Kmv, Omega_f), by=(is_N_f, is_M_f)),
-        AtMost(
-            (I - Kmv * C) * (1 + g) * Omega * (I - Kmv * C).T + Kmv * R * Kmv.T,
-            by=(is_R_o,),
-            root=(I - Kmv * C) * R_o,
-        ),
-        AtMost((1 + g) * joseph(Kmv, Omega), by=(is_R_R,), root=sqrt(g) * Kmv * R_R),
-        Line((1 + g) * (Omega - N * Kmv.T), by=(is_N, is_M, is_Kmv)),
-    ),
-    """Accurate outputs cost `W_a M W_a'` beside that, where `W_a M = Gamma R`. It grows
-    where `M` shrinks; but `M` keeps the ratio too, in either direction.""",
-    noise := chain(
-        "",
-        "what is left of accurate outputs",
-        (Identity(p) - C * Kmv) * M,
-        Line(M - C * N, by=(is_Kmv,)),
-        Line(R, by=(is_M, is_N)),
-    ),
-    is_W_a := define(W_a, Gamma - Gamma * C * Kmv),
-    cost := chain(
-        "",
-        "what accurate outputs add to the gain",
-        W_a * M,
-        Line(Gamma * (Identity(p) - C * Kmv) * M, by=(is_W_a,)),
-        Line(Gamma * R, by=(noise,)),
-    ),
-    is_W_f := define(W_f * M_f, Gamma * R),
-    is_R_M := define(M, R_M * R_M.T),
-    is_R_m := define((1 + g) * M_f, M + R_m * R_m.T),
-    chain(
-        "",
-        "what accurate outputs cost keeps the ratio",
-        (1 + g) * W_f * M_f * W_f.T,
-        AtMost(
-            (1 + g) * W_f * M_f * W_f.T
-            + (W_f - (1 + g) * W_a) * M * (W_f - (1 + g) * W_a).T,
-            by=(is_R_M,),
-            root=(W_f - (1 + g) * W_a) * R_M,
-        ),
-        Line(
-            (1 + g) ** 2 * W_a * M * W_a.T
-            - ((1 + g) * W_f * M_f * W_f.T - W_f * M * W_f.T),
-            by=(cost, is_W_f),
-        ),
-        AtMost((1 + g) ** 2 * W_a * M * W_a.T, by=(is_R_m,), root=W_f * R_m),
-    ),
-    """With `Sigma` and `Sigma_f` in each other's place the same holds in the other
-    direction. So the predictions differ by no more than `g Omega`. A difference of
-    estimates does not grow, measured by the covariances: not from a prediction to its
-    estimate, and not from there to the next prediction.""",
-    is_R_u := define((1 + g) * Omega_f, Omega + R_u * R_u.T),
-    chain(
-        "",
-        "how far the predictions differ from below",
-        (1 + g) * (Omega - Omega_f),
-        AtMost(
-            (1 + g) * (Omega - Omega_f) + (1 + g) * Omega_f - Omega,
-            by=(is_R_u,),
-            root=R_u,
-        ),
-        Line(g * Omega, why="collect"),
-    ),
-    is_Joseph := define(Sigma_next, joseph(K, Omega), "27"),
-    chain(
-        "",
-        "a reading makes no difference larger",
-        (I - K * C) * Omega * (I - K * C).T,
-        AtMost(joseph(K, Omega), by=(is_R_R,), root=K * R_R),
-        Line(Sigma_next, by=(is_Joseph,)),
-    ),
-    chain(
-        "",
-        "nor does a prediction",
-        As * Sigma * As.T,
-        AtMost(As * Sigma * As.T + Qs, by=(is_R_Q,), root=R_Q),
-        Line(Omega, by=(is_Omega,)),
-    ),
+page = Page(letters=ratio, source="our own")
+
+
+page("""Let `Sigma_f` be at most `(1 + g) Sigma`. Noise is the same in both, so a
+    prediction keeps the ratio.""")
+is_Omega = page(let(Omega, As * Sigma * As.T + Qs, "44"))
+is_Omega_f = page(let(Omega_f, As * Sigma_f * As.T + Qs, "44"))
+is_R_s = page(suppose((1 + g) * Sigma, Sigma_f + R_s * R_s.T))
+is_R_Q = page(suppose(Qs, R_Q * R_Q.T))
+page.chain(
+    "",
+    "a prediction keeps the ratio",
+    Omega_f,
+    Line(As * Sigma_f * As.T + Qs, by=(is_Omega_f,)),
+    AtMost(As * (1 + g) * Sigma * As.T + Qs, by=(is_R_s,), root=As * R_s),
+    AtMost((1 + g) * (As * Sigma * As.T + Qs), by=(is_R_Q,), root=sqrt(g) * R_Q),
+    Line((1 + g) * Omega, by=(is_Omega,)),
 )
 
+page("""So does a reading: no gain leaves less than the gain of minimum variance, and
+    any gain makes of both covariances what keeps the ratio.""")
+page(is_N, is_M, is_Kmv)
+is_N_f = page(let(N_f, Omega_f * C.T))
+is_M_f = page(let(M_f, C * Omega_f * C.T + R))
+is_Kmv_f = page(suppose(Kmv_f * M_f, N_f))
+is_R_f = page(suppose(M_f, R_f * R_f.T))
+is_R_o = page(suppose((1 + g) * Omega, Omega_f + R_o * R_o.T))
+is_R_R = page(suppose(R, R_R * R_R.T))
+page.chain(
+    "",
+    "a reading keeps the ratio",
+    Omega_f - N_f * Kmv_f.T,
+    AtMost(
+        Omega_f - N_f * Kmv_f.T + (Kmv - Kmv_f) * M_f * (Kmv - Kmv_f).T,
+        by=(is_R_f,),
+        root=(Kmv - Kmv_f) * R_f,
+    ),
+    Line(Omega_f - N_f * Kmv.T - Kmv * N_f.T + Kmv * M_f * Kmv.T, by=(is_Kmv_f,)),
+    Line(joseph(Kmv, Omega_f), by=(is_N_f, is_M_f)),
+    AtMost(
+        (I - Kmv * C) * (1 + g) * Omega * (I - Kmv * C).T + Kmv * R * Kmv.T,
+        by=(is_R_o,),
+        root=(I - Kmv * C) * R_o,
+    ),
+    AtMost((1 + g) * joseph(Kmv, Omega), by=(is_R_R,), root=sqrt(g) * Kmv * R_R),
+    Line((1 + g) * (Omega - N * Kmv.T), by=(is_N, is_M, is_Kmv)),
+)
 
-@cache
-def derive():
-    """The page."""
-    return Derivation(page=PAGE, letters=ratio, source="our own")
+page("""Accurate outputs cost `W_a M W_a'` beside that, where `W_a M = Gamma R`. It
+    grows where `M` shrinks; but `M` keeps the ratio too, in either direction.""")
+noise = page.chain(
+    "",
+    "what is left of accurate outputs",
+    (Identity(p) - C * Kmv) * M,
+    Line(M - C * N, by=(is_Kmv,)),
+    Line(R, by=(is_M, is_N)),
+)
+is_W_a = page(let(W_a, Gamma - Gamma * C * Kmv))
+cost = page.chain(
+    "",
+    "what accurate outputs add to the gain",
+    W_a * M,
+    Line(Gamma * (Identity(p) - C * Kmv) * M, by=(is_W_a,)),
+    Line(Gamma * R, by=(noise,)),
+)
+is_W_f = page(suppose(W_f * M_f, Gamma * R))
+is_R_M = page(suppose(M, R_M * R_M.T))
+is_R_m = page(suppose((1 + g) * M_f, M + R_m * R_m.T))
+page.chain(
+    "",
+    "what accurate outputs cost keeps the ratio",
+    (1 + g) * W_f * M_f * W_f.T,
+    AtMost(
+        (1 + g) * W_f * M_f * W_f.T
+        + (W_f - (1 + g) * W_a) * M * (W_f - (1 + g) * W_a).T,
+        by=(is_R_M,),
+        root=(W_f - (1 + g) * W_a) * R_M,
+    ),
+    Line(
+        (1 + g) ** 2 * W_a * M * W_a.T
+        - ((1 + g) * W_f * M_f * W_f.T - W_f * M * W_f.T),
+        by=(cost, is_W_f),
+    ),
+    AtMost((1 + g) ** 2 * W_a * M * W_a.T, by=(is_R_m,), root=W_f * R_m),
+)
+
+page("""With `Sigma` and `Sigma_f` in each other's place the same holds in the other
+    direction. So the predictions differ by no more than `g Omega`. A difference of
+    estimates does not grow, measured by the covariances: not from a prediction to its
+    estimate, and not from there to the next prediction.""")
+is_R_u = page(suppose((1 + g) * Omega_f, Omega + R_u * R_u.T))
+page.chain(
+    "",
+    "how far the predictions differ from below",
+    (1 + g) * (Omega - Omega_f),
+    AtMost(
+        (1 + g) * (Omega - Omega_f) + (1 + g) * Omega_f - Omega,
+        by=(is_R_u,),
+        root=R_u,
+    ),
+    Line(g * Omega, why="collect"),
+)
+is_Joseph = page(let(Sigma_next, joseph(K, Omega), "27"))
+page.chain(
+    "",
+    "a reading makes no difference larger",
+    (I - K * C) * Omega * (I - K * C).T,
+    AtMost(joseph(K, Omega), by=(is_R_R,), root=K * R_R),
+    Line(Sigma_next, by=(is_Joseph,)),
+)
+page.chain(
+    "",
+    "nor does a prediction",
+    As * Sigma * As.T,
+    AtMost(As * Sigma * As.T + Qs, by=(is_R_Q,), root=R_Q),
+    Line(Omega, by=(is_Omega,)),
+)

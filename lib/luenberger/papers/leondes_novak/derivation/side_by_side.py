@@ -10,14 +10,14 @@ from functools import cache
 
 from sympy import symbols
 
-from matrixproof import Derivation, Line, Stage, ZeroMatrix
+from matrixproof import Derivation, Line, Page, Stage, ZeroMatrix
 
 from .huddle import driven, dynamics, follows, follows_next, moves
 from .letters import *
 
 d, q = symbols("d q", integer=True, nonnegative=True)
 letters = letters.here()
-chain, define = letters.chain, letters.define
+let, suppose = letters.let, letters.suppose
 L = letters("L", q, n, "what is wanted of the state")
 P = letters("P", q, r, "weight of the observer in the estimate")
 V = letters("V", q, p, "weight of the measurement in the estimate")
@@ -29,54 +29,54 @@ xi = letters("xi", d, 1, "white noise of variance one")
 Hw = letters("Hw", n, d, "its part in the process noise")
 Hv = letters("Hv", p, d, "its part in the measurement noise")
 
-OBSERVER = (
-    """Both noises of the plant come from one white vector `xi`, so that they may be
-    correlated.""",
-    plant := define(x_next, A * x + B * u + Hw * xi, "1"),
-    measured := define(y, C * x + E * u + Hv * xi, "2"),
-    """The observer moves as any observer does, and Luenberger's conditions hold.""",
-    moves,
-    follows,
-    follows_next,
-    dynamics,
-    driven,
-    error := chain(
-        "11",
-        "the error is driven by the noises alone",
-        eps_next,
-        Line(z_next - T_next * x_next, by=(follows_next,)),
-        Line(
-            F * z + G * u + D * y - T_next * (A * x + B * u + Hw * xi),
-            by=(moves, plant),
-        ),
-        Line(
-            F * (T * x + eps)
-            + G * u
-            + D * (C * x + E * u + Hv * xi)
-            - T_next * (A * x + B * u + Hw * xi),
-            by=(follows, measured),
-        ),
-        Line(F * eps + (D * Hv - T_next * Hw) * xi, by=(dynamics, driven)),
+
+page = Page(letters=letters, source=SOURCE)
+
+
+page("""Both noises of the plant come from one white vector `xi`, so that they may be
+    correlated.""")
+plant = page(let(x_next, A * x + B * u + Hw * xi, "1"))
+measured = page(let(y, C * x + E * u + Hv * xi, "2"))
+
+page("The observer moves as any observer does, and Luenberger's conditions hold.")
+page(moves, follows, follows_next, dynamics, driven)
+error = page.chain(
+    "11",
+    "the error is driven by the noises alone",
+    eps_next,
+    Line(z_next - T_next * x_next, by=(follows_next,)),
+    Line(
+        F * z + G * u + D * y - T_next * (A * x + B * u + Hw * xi),
+        by=(moves, plant),
     ),
-    """What is wanted is `L x`. Its estimate combines the observer with measurement and
-    input, and is unbiased if two residuals vanish, as in (13).""",
-    wanted := define(w, L * x),
-    estimate := define(w_hat, P * z + V * y + W * u, "12"),
-    unbiased := define(P * T + V * C, L, "13"),
-    is_W := define(W, -V * E),
-    is_e := define(e, w_hat - w),
-    chain(
-        "26",
-        "the error of the estimate",
-        e,
-        Line(w_hat - w, by=(is_e,)),
-        Line(P * z + V * y + W * u - L * x, by=(estimate, wanted)),
-        Line(
-            P * (T * x + eps) + V * (C * x + E * u + Hv * xi) + W * u - L * x,
-            by=(follows, measured),
-        ),
-        Line(P * eps + V * Hv * xi, by=(unbiased, is_W)),
+    Line(
+        F * (T * x + eps)
+        + G * u
+        + D * (C * x + E * u + Hv * xi)
+        - T_next * (A * x + B * u + Hw * xi),
+        by=(follows, measured),
     ),
+    Line(F * eps + (D * Hv - T_next * Hw) * xi, by=(dynamics, driven)),
+)
+
+page("""What is wanted is `L x`. Its estimate combines the observer with measurement and
+    input, and is unbiased if two residuals vanish, as in (13).""")
+wanted = page(let(w, L * x))
+estimate = page(let(w_hat, P * z + V * y + W * u, "12"))
+unbiased = page(suppose(P * T + V * C, L, "13"))
+is_W = page(let(W, -V * E))
+is_e = page(let(e, w_hat - w))
+page.chain(
+    "26",
+    "the error of the estimate",
+    e,
+    Line(w_hat - w, by=(is_e,)),
+    Line(P * z + V * y + W * u - L * x, by=(estimate, wanted)),
+    Line(
+        P * (T * x + eps) + V * (C * x + E * u + Hv * xi) + W * u - L * x,
+        by=(follows, measured),
+    ),
+    Line(P * eps + V * Hv * xi, by=(unbiased, is_W)),
 )
 
 
@@ -95,10 +95,11 @@ def observer_step():
     )
 
 
-BOTH = (
-    "Neither error holds the input, so that a simulation of the error leaves it out.",
-    no_input := define(u, ZeroMatrix(m, 1)),
-)
+page(observer_step())
+
+
+page("Neither error holds the input, so that a simulation of the error leaves it out.")
+no_input = page(suppose(u, ZeroMatrix(m, 1)))
 
 
 @cache
@@ -120,8 +121,4 @@ def side_by_side():
     )
 
 
-@cache
-def derive():
-    """The page."""
-    page = (*OBSERVER, observer_step(), *BOTH, side_by_side())
-    return Derivation(page=page, letters=letters, source=SOURCE)
+page(side_by_side())

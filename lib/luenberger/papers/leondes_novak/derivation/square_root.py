@@ -11,7 +11,15 @@ from functools import cache
 
 from sympy import symbols
 
-from matrixproof import BlockMatrix, Derivation, Line, Stage, Substitute, ZeroMatrix
+from matrixproof import (
+    BlockMatrix,
+    Derivation,
+    Line,
+    Page,
+    Stage,
+    Substitute,
+    ZeroMatrix,
+)
 
 from .best_coordinates import gain_stage
 from .letters import *
@@ -19,7 +27,7 @@ from .quadratic import is_M, is_N, is_Sigma_next, is_Y
 
 d, k, q, s = symbols("d k q s", integer=True, nonnegative=True)
 letters = letters.here()
-chain, define = letters.chain, letters.define
+let, suppose = letters.let, letters.suppose
 H = letters("H", n, d, "factor of `Sigma`")
 H_minus = letters("H_minus", n, k, "factor of `Omega`")
 G = letters("G", n, q, "factor of `Qs`")
@@ -37,71 +45,75 @@ U_Z = letters("U_Z", p, s, "left singular vectors of `Z`, in units of rounding")
 D_Z = letters("D_Z", s, s, "singular values that are more than rounding")
 T_Z = letters("T_Z", k + q, s, "right singular vectors")
 
-GAIN = (
-    """A factor of a covariance moves as the error does, and a factor of the noise
-    stands beside it.""",
-    is_H := define(H * H.T, Sigma),
-    is_G := define(G * G.T, Qs),
-    is_Omega := define(Omega, As * Sigma * As.T + Qs, "44"),
-    chain(
-        "44",
-        "a factor of the covariance of the prediction",
-        BlockMatrix([[As * H, G]]) * BlockMatrix([[As * H, G]]).T,
-        Line(As * H * H.T * As.T + G * G.T, why="multiply out"),
-        Line(As * Sigma * As.T + Qs, by=(is_H, is_G)),
-        Line(Omega, by=(is_Omega,)),
-    ),
-    """The gain takes from it what the outputs show.""",
-    is_H_minus := define(H_minus * H_minus.T, Omega),
-    is_L := define(L, C * H_minus),
-    is_M,
-    is_N,
-    factored_M := chain(
-        "33",
-        "the covariance of the innovation in factors",
-        M,
-        Line(C * Omega * C.T + R, by=(is_M,)),
-        Line(C * H_minus * H_minus.T * C.T + R, by=(is_H_minus,)),
-        Line(L * L.T + R, by=(is_L,)),
-    ),
-    factored_N := chain(
-        "33",
-        "the other composite in factors",
-        N,
-        Line(Omega * C.T, by=(is_N,)),
-        Line(H_minus * H_minus.T * C.T, by=(is_H_minus,)),
-        Line(H_minus * L.T, by=(is_L,)),
-    ),
+WITNESS = {Y: -4, Z: [[-4, 1], [-2, -3]], kept: -8}
+
+
+page = Page(letters=letters, source=f"our own; {SOURCE}", witness=WITNESS)
+
+
+page("""A factor of a covariance moves as the error does, and a factor of the noise
+    stands beside it.""")
+is_H = page(suppose(H * H.T, Sigma))
+is_G = page(suppose(G * G.T, Qs))
+is_Omega = page(let(Omega, As * Sigma * As.T + Qs, "44"))
+page.chain(
+    "44",
+    "a factor of the covariance of the prediction",
+    BlockMatrix([[As * H, G]]) * BlockMatrix([[As * H, G]]).T,
+    Line(As * H * H.T * As.T + G * G.T, why="multiply out"),
+    Line(As * Sigma * As.T + Qs, by=(is_H, is_G)),
+    Line(Omega, by=(is_Omega,)),
+)
+
+page("The gain takes from it what the outputs show.")
+is_H_minus = page(suppose(H_minus * H_minus.T, Omega))
+is_L = page(let(L, C * H_minus))
+page(is_M, is_N)
+factored_M = page.chain(
+    "33",
+    "the covariance of the innovation in factors",
+    M,
+    Line(C * Omega * C.T + R, by=(is_M,)),
+    Line(C * H_minus * H_minus.T * C.T + R, by=(is_H_minus,)),
+    Line(L * L.T + R, by=(is_L,)),
+)
+factored_N = page.chain(
+    "33",
+    "the other composite in factors",
+    N,
+    Line(Omega * C.T, by=(is_N,)),
+    Line(H_minus * H_minus.T * C.T, by=(is_H_minus,)),
+    Line(H_minus * L.T, by=(is_L,)),
 )
 
 
-UPDATE = (
-    """A factor `Z` of `M` takes the place of `M`, which holds half of the digits.""",
-    is_R := define(V * V.T, R),
-    is_Z := define(Z, BlockMatrix([[L, V]])),
-    is_H_0 := define(H_0, BlockMatrix([[H_minus, ZeroMatrix(n, q)]])),
-    root_of_M := chain(
-        "33",
-        "a factor of the covariance of the innovation",
-        M,
-        Line(L * L.T + R, by=(factored_M,)),
-        Line(L * L.T + V * V.T, by=(is_R,)),
-        Substitute(Z * Z.T, by=(is_Z,)),
-    ),
-    root_of_N := chain(
-        "33",
-        "the other composite by that factor",
-        N,
-        Line(H_minus * L.T, by=(factored_N,)),
-        Substitute(H_0 * Z.T, by=(is_H_0, is_Z)),
-    ),
-    """Where `M` is positive definite, `Z'` is a product of orthonormal columns and a
+page("A factor `Z` of `M` takes the place of `M`, which holds half of the digits.")
+is_R = page(suppose(V * V.T, R))
+is_Z = page(let(Z, BlockMatrix([[L, V]])))
+is_H_0 = page(let(H_0, BlockMatrix([[H_minus, ZeroMatrix(n, q)]])))
+root_of_M = page.chain(
+    "33",
+    "a factor of the covariance of the innovation",
+    M,
+    Line(L * L.T + R, by=(factored_M,)),
+    Line(L * L.T + V * V.T, by=(is_R,)),
+    Substitute(Z * Z.T, by=(is_Z,)),
+)
+root_of_N = page.chain(
+    "33",
+    "the other composite by that factor",
+    N,
+    Line(H_minus * L.T, by=(factored_N,)),
+    Substitute(H_0 * Z.T, by=(is_H_0, is_Z)),
+)
+
+page("""Where `M` is positive definite, `Z'` is a product of orthonormal columns and a
     triangle. They give the gain: `K_mv'` is the least-squares answer to `Z' K_mv' =
-    H_0'`.""",
-    triangle := define(Z, R_Z.T * Q_Z.T),
-    columns := define(Q_Z.T * Q_Z, Identity(p)),
-    definite := define(Kmv, H_0 * Q_Z * R_Z.T.I, "33"),
-    chain(
+    H_0'`.""")
+with page.scope(suppose(Z, R_Z.T * Q_Z.T)) as triangle:
+    columns = page(suppose(Q_Z.T * Q_Z, Identity(p)))
+    definite = page(let(Kmv, H_0 * Q_Z * R_Z.T.I, "33"))
+    page.chain(
         "33",
         "the gain where the covariance is positive definite",
         Kmv * M,
@@ -109,14 +121,15 @@ UPDATE = (
         Line(H_0 * Q_Z * R_Z, by=(triangle, columns)),
         Line(H_0 * Z.T, by=(triangle,)),
         Line(N, by=(root_of_N,)),
-    ),
-    """Where `M` is singular, the singular values of `Z` that are rounding are left out.
-    The rest give a gain that solves `K_mv M = N`.""",
-    parts := define(Z, W_Z * U_Z * D_Z * T_Z.T),
-    left := define(U_Z.T * U_Z, Identity(s)),
-    right := define(T_Z.T * T_Z, Identity(s)),
-    singular := define(Kmv, H_0 * T_Z * D_Z.I * U_Z.T * W_Z.I, "33"),
-    chain(
+    )
+
+page("""Where `M` is singular, the singular values of `Z` that are rounding are left
+    out. The rest give a gain that solves `K_mv M = N`.""")
+with page.scope(suppose(Z, W_Z * U_Z * D_Z * T_Z.T)) as parts:
+    left = page(suppose(U_Z.T * U_Z, Identity(s)))
+    right = page(suppose(T_Z.T * T_Z, Identity(s)))
+    singular = page(let(Kmv, H_0 * T_Z * D_Z.I * U_Z.T * W_Z.I, "33"))
+    page.chain(
         "33",
         "the gain where the covariance is singular",
         Kmv * M,
@@ -124,42 +137,45 @@ UPDATE = (
         Line(H_0 * T_Z * T_Z.T * Z.T, by=(parts, left)),
         Line(H_0 * Z.T, by=(parts, right)),
         Line(N, by=(root_of_N,)),
-    ),
-    """Outputs without noise may determine the state: `K_mv` reads it off, and lets no
-    noise in. That gain needs no solve and is right for every `Omega`.""",
-    read := define(Kmv * C, I),
-    quiet := define(Kmv * R, ZeroMatrix(n, p)),
-    chain(
+    )
+
+page("""Outputs without noise may determine the state: `K_mv` reads it off, and lets no
+    noise in. That gain needs no solve and is right for every `Omega`.""")
+with page.scope(suppose(Kmv * C, I), suppose(Kmv * R, ZeroMatrix(n, p))) as (
+    read,
+    quiet,
+):
+    page.chain(
         "33",
         "the gain that reads the state off",
         Kmv * M,
         Line(Kmv * C * Omega * C.T + Kmv * R, by=(is_M,)),
         Line(Omega * C.T, by=(read, quiet)),
         Line(N, by=(is_N,)),
-    ),
-    """The next covariance is a sum of two squares for any gain, and each has a factor.
-    Side by side they are a factor of the sum.""",
-    is_Y,
-    is_Sigma_next,
-    is_kept := define(kept, Y * H_minus),
-    is_drawn := define(drawn, K * V),
-    chain(
-        "27",
-        "a factor of the next covariance, for any gain",
-        kept * kept.T + drawn * drawn.T,
-        Line(Y * H_minus * H_minus.T * Y.T + K * V * V.T * K.T, by=(is_kept, is_drawn)),
-        Line(Y * Omega * Y.T + K * R * K.T, by=(is_H_minus, is_R)),
-        Line(Sigma_next, by=(is_Sigma_next,)),
-    ),
-    """So a factor gets wider at every step. A matrix with orthogonal rows between the
-    two factors brings it back to `n` columns.""",
-    orthogonal := define(U * U.T, Identity(d)),
-    chain(
-        "",
-        "orthogonal rows change no covariance",
-        (H * U) * (H * U).T,
-        Line(H * H.T, by=(orthogonal,)),
-    ),
+    )
+
+page("""The next covariance is a sum of two squares for any gain, and each has a factor.
+    Side by side they are a factor of the sum.""")
+page(is_Y, is_Sigma_next)
+is_kept = page(let(kept, Y * H_minus))
+is_drawn = page(let(drawn, K * V))
+page.chain(
+    "27",
+    "a factor of the next covariance, for any gain",
+    kept * kept.T + drawn * drawn.T,
+    Line(Y * H_minus * H_minus.T * Y.T + K * V * V.T * K.T, by=(is_kept, is_drawn)),
+    Line(Y * Omega * Y.T + K * R * K.T, by=(is_H_minus, is_R)),
+    Line(Sigma_next, by=(is_Sigma_next,)),
+)
+
+page("""So a factor gets wider at every step. A matrix with orthogonal rows between the
+    two factors brings it back to `n` columns.""")
+orthogonal = page(suppose(U * U.T, Identity(d)))
+page.chain(
+    "",
+    "orthogonal rows change no covariance",
+    (H * U) * (H * U).T,
+    Line(H * H.T, by=(orthogonal,)),
 )
 
 
@@ -180,13 +196,4 @@ def root_update():
     )
 
 
-WITNESS = {Y: -4, Z: [[-4, 1], [-2, -3]], kept: -8}
-
-
-@cache
-def derive():
-    """The page."""
-    page = (*GAIN, *UPDATE, root_update())
-    return Derivation(
-        page=page, letters=letters, source=f"our own; {SOURCE}", witness=WITNESS
-    )
+page(root_update())

@@ -15,6 +15,7 @@ from matrixproof import (
     Derivation,
     Expect,
     Line,
+    Page,
     Stage,
     Substitute,
     ZeroMatrix,
@@ -31,73 +32,70 @@ z_bar = letters("z_bar", r, 1, "mean of the observer")
 d_z = letters("d_z", r, 1, "deviation of the observer from its mean")
 H_eps = letters("H_eps", r, k + 1, "a root of the second moment of the error")
 
-PAGE = (
-    """The observer starts at what is known of the first state. It then errs by what is
-    not known, and the recursion starts with (36).""",
-    starts := define(z_next, T_next * (A * x_bar + B * u), "34"),
-    errs := define(eps_next, z_next - T_next * x_next, "8"),
-    start := chain(
-        "34",
-        "the error at the start",
-        eps_next,
-        Line(z_next - T_next * x_next, by=(errs,)),
-        Line(T_next * (A * x_bar + B * u) - T_next * x_next, by=(starts,)),
-        Line(-T_next * (A * d + w), by=(deviation,)),
+
+page = Page(letters=letters, source=f"{SOURCE}, section III")
+
+
+page("""The observer starts at what is known of the first state. It then errs by what is
+    not known, and the recursion starts with (36).""")
+starts = page(let(z_next, T_next * (A * x_bar + B * u), "34"))
+errs = page(let(eps_next, z_next - T_next * x_next, "8"))
+start = page.chain(
+    "34",
+    "the error at the start",
+    eps_next,
+    Line(z_next - T_next * x_next, by=(errs,)),
+    Line(T_next * (A * x_bar + B * u) - T_next * x_next, by=(starts,)),
+    Line(-T_next * (A * d + w), by=(deviation,)),
+)
+page(is_d, is_Sigma_x, is_Q, white, is_Omega)
+page.chain(
+    "35, 36",
+    "its covariance",
+    eps_next * eps_next.T,
+    Line(T_next * (A * d + w) * (A * d + w).T * T_next.T, by=(start,)),
+    Expect(
+        T_next * (A * Sigma * A.T + Q) * T_next.T,
+        moments=(is_Sigma_x, is_Q, white),
     ),
-    is_Sigma_x,
-    is_Q,
-    white,
-    is_Omega,
-    chain(
-        "35, 36",
-        "its covariance",
-        eps_next * eps_next.T,
-        Line(T_next * (A * d + w) * (A * d + w).T * T_next.T, by=(start,)),
-        Expect(
-            T_next * (A * Sigma * A.T + Q) * T_next.T,
-            moments=(is_Sigma_x, is_Q, white),
-        ),
-        Line(T_next * Omega * T_next.T, by=(is_Omega,)),
-    ),
-    """An observer that starts at some other `z` errs by what the mean of the state
+    Line(T_next * Omega * T_next.T, by=(is_Omega,)),
+)
+
+page("""An observer that starts at some other `z` errs by what the mean of the state
     does not explain, too. Its start may depend on what is known of the past, such as a
     first input, and then deviates from its own mean as the state does. Both deviations
     have a root in common, with `H_x` and `H_z` for its rows. In a root of the second
-    moment the difference of the means is a single column beside it.""",
-    is_d,
-    is_d_z := define(d_z, z - z_bar),
-    here := define(eps, z - T * x, "8"),
-    elsewhere := chain(
-        "8",
-        "the error of any start",
-        eps,
-        Line(z - T * x, by=(here,)),
-        Line(
-            (z_bar - T * x_bar) + (z - z_bar) - T * (x - x_bar), why="add and subtract"
-        ),
-        Line((z_bar - T * x_bar) + d_z - T * d, by=(is_d, is_d_z)),
+    moment the difference of the means is a single column beside it.""")
+is_d_z = page(let(d_z, z - z_bar))
+here = page(let(eps, z - T * x, "8"))
+elsewhere = page.chain(
+    "8",
+    "the error of any start",
+    eps,
+    Line(z - T * x, by=(here,)),
+    Line((z_bar - T * x_bar) + (z - z_bar) - T * (x - x_bar), why="add and subtract"),
+    Line((z_bar - T * x_bar) + d_z - T * d, by=(is_d, is_d_z)),
+)
+centred = page(moment(d, ZeroMatrix(n, 1), "6"))
+centred_z = page(moment(d_z, ZeroMatrix(r, 1)))
+is_xx = page(moment(d * d.T, H_x * H_x.T))
+is_xz = page(moment(d * d_z.T, H_x * H_z.T))
+is_zz = page(moment(d_z * d_z.T, H_z * H_z.T))
+is_H_eps = page(let(H_eps, BlockMatrix([[T * H_x - H_z, z_bar - T * x_bar]])))
+page.chain(
+    "35",
+    "the second moment of any start",
+    eps * eps.T,
+    Line(
+        ((z_bar - T * x_bar) + d_z - T * d) * ((z_bar - T * x_bar) + d_z - T * d).T,
+        by=(elsewhere,),
     ),
-    centred := moment(d, ZeroMatrix(n, 1), "6"),
-    centred_z := moment(d_z, ZeroMatrix(r, 1)),
-    is_xx := moment(d * d.T, H_x * H_x.T),
-    is_xz := moment(d * d_z.T, H_x * H_z.T),
-    is_zz := moment(d_z * d_z.T, H_z * H_z.T),
-    is_H_eps := define(H_eps, BlockMatrix([[T * H_x - H_z, z_bar - T * x_bar]])),
-    chain(
-        "35",
-        "the second moment of any start",
-        eps * eps.T,
-        Line(
-            ((z_bar - T * x_bar) + d_z - T * d) * ((z_bar - T * x_bar) + d_z - T * d).T,
-            by=(elsewhere,),
-        ),
-        Expect(
-            (T * H_x - H_z) * (T * H_x - H_z).T
-            + (z_bar - T * x_bar) * (z_bar - T * x_bar).T,
-            moments=(is_xx, is_xz, is_zz, centred, centred_z),
-        ),
-        Substitute(H_eps * H_eps.T, by=(is_H_eps,)),
+    Expect(
+        (T * H_x - H_z) * (T * H_x - H_z).T
+        + (z_bar - T * x_bar) * (z_bar - T * x_bar).T,
+        moments=(is_xx, is_xz, is_zz, centred, centred_z),
     ),
+    Substitute(H_eps * H_eps.T, by=(is_H_eps,)),
 )
 
 
@@ -113,8 +111,4 @@ def start_root():
     )
 
 
-@cache
-def derive():
-    """The page."""
-    page = (*PAGE, start_root())
-    return Derivation(page=page, letters=letters, source=f"{SOURCE}, section III")
+page(start_root())

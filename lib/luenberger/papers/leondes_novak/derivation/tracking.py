@@ -8,11 +8,9 @@ the example, with symbols for the time between scans and for the variances.
 Source: Leondes and Novak (1974), section V, (54)-(58).
 """
 
-from functools import cache
-
 import sympy as sp
 
-from matrixproof import Derivation, Explicit, Notation
+from matrixproof import Explicit, Notation, Page
 
 from .letters import SOURCE, n, p
 
@@ -112,17 +110,23 @@ def limits():
 whole, alone = limits()
 EXAMPLE = "n = 3, p = 2"
 
-PAGE = (
-    """A target moves with constant acceleration between scans; a manoeuvre changes the
+
+page = Page(letters=letters, source=f"{SOURCE}, section V")
+
+
+page("""A target moves with constant acceleration between scans; a manoeuvre changes the
     acceleration at random. The state has position, velocity and acceleration. What
-    moves it solves the equation of motion.""",
+    moves it solves the equation of motion.""")
+page(
     Explicit(
         "54",
         "the motion between scans",
         dA,
         N_d * A_t,
         {EXAMPLE: {dA: A_of.diff(t), N_d: N_value, A_t: A_of}},
-    ),
+    )
+)
+page(
     Explicit(
         "54",
         "the state at the next scan",
@@ -138,8 +142,11 @@ PAGE = (
                 g: PUSH,
             }
         },
-    ),
-    "The radar measures position and velocity, with independent noises.",
+    )
+)
+
+page("The radar measures position and velocity, with independent noises.")
+page(
     Explicit(
         "55",
         "what the radar shows without noise",
@@ -152,57 +159,75 @@ PAGE = (
                 x: sp.Matrix(state),
             }
         },
-    ),
+    )
+)
+page(
     Explicit(
         "56",
         "the noises are independent",
         D_v * D_v.T,
         R,
         {EXAMPLE: {D_v: sp.diag(s_x, s_v), R: R_value}},
-    ),
-    "The last three positions determine a parabola, and the start is its state now.",
+    )
+)
+
+page("The last three positions determine a parabola, and the start is its state now.")
+page(
     Explicit(
         "57",
         "the parabola meets all three positions",
         C_3 * x_bar,
         Y_3,
         {EXAMPLE: {C_3: C_3_value, x_bar: start, Y_3: Y_value}},
-    ),
+    )
+)
+page(
     Explicit(
         "57",
         "the start is what the paper prints",
         x_bar,
         x_printed,
         {EXAMPLE: {x_bar: start, x_printed: start_printed}},
-    ),
-    """The state drops out of the error: what is left are the noises of three positions
-    and of two manoeuvres.""",
+    )
+)
+
+page("""The state drops out of the error: what is left are the noises of three positions
+    and of two manoeuvres.""")
+page(
     Explicit(
         "57",
         "the error of the start holds noises only",
         e_0,
         G_n * noises,
         {EXAMPLE: {e_0: error_value, G_n: G_value, noises: noise_value}},
-    ),
-    """All five are independent, so the covariance is a sum of squares. It is what the
-    paper prints.""",
+    )
+)
+
+page("""All five are independent, so the covariance is a sum of squares. It is what the
+    paper prints.""")
+page(
     Explicit(
         "58",
         "the covariance of the start",
         G_n * D_n * (G_n * D_n).T,
         Sigma_0,
         {EXAMPLE: {G_n: G_value, D_n: deviations, Sigma_0: Sigma_value}},
-    ),
+    )
+)
+page(
     Explicit(
         "58",
         "the covariance is what the paper prints",
         Sigma_0,
         Sigma_printed,
         {EXAMPLE: {Sigma_0: Sigma_value, Sigma_printed: covariance_printed}},
-    ),
-    """If the velocity is measured ever worse, the gain (33) goes to that from positions
-    alone. Its lower rows are then the gain (37) of the observer of least order, and the
-    whole is that of a Kalman filter without the velocity.""",
+    )
+)
+
+page("""If the velocity is measured ever worse, the gain (33) goes to that from
+    positions alone. Its lower rows are then the gain (37) of the observer of least
+    order, and the whole is that of a Kalman filter without the velocity.""")
+page(
     Explicit(
         "33, 37, Fig. 3",
         "a useless velocity leaves the gain from positions",
@@ -210,11 +235,5 @@ PAGE = (
         K_p,
         {EXAMPLE: {K_l: whole, K_p: alone}},
         why="in the limit of infinite noise",
-    ),
+    )
 )
-
-
-@cache
-def derive():
-    """The page."""
-    return Derivation(page=PAGE, letters=letters, source=f"{SOURCE}, section V")

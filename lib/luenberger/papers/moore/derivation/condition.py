@@ -10,103 +10,108 @@ Source: Moore (1973), (5), (10), (12), (13); this form of them is our own.
 
 from functools import cache
 
-from matrixproof import Derivation, Line, Stage
+from matrixproof import Derivation, Line, Page, Stage
 
 from .letters import *
 
-PAGE = (
-    """Let `F` be a companion form: `N` moves rows up, and row `i` of `L` has one
-    coefficient `b` of the polynomial, in the column of the first row. A polynomial
-    in factors has a block for each of them, which feeds the block before it; then
-    the first row of the factor is meant.""",
-    is_F := define(F, N - L),
-    up := define(e_i * N, e_next),
-    coefficient := define(e_i * L, b * e_f),
-    first := define(e_f * T, k, "7"),
-    is_t := define(e_i * T, t),
-    is_d := define(e_i * D, d),
-    row := chain(
-        "5",
-        "what one row says",
-        e_i * (T * A - F * T - D * C),
-        Line(e_i * T * A - e_i * N * T + e_i * L * T - e_i * D * C, by=(is_F,)),
-        Line(t * A - e_i * N * T + e_i * L * T - d * C, by=(is_t, is_d)),
-        Line(t * A + b * k - d * C - e_next * T, by=(up, coefficient, first)),
+page = Page(letters=letters, source=f"{SOURCE}, (5), (10), (12), (13)")
+
+
+page("""Let `F` be a companion form: `N` moves rows up, and row `i` of `L` has one
+    coefficient `b` of the polynomial, in the column of the first row. A polynomial in
+    factors has a block for each of them, which feeds the block before it; then the
+    first row of the factor is meant.""")
+is_F = page(let(F, N - L))
+up = page(suppose(e_i * N, e_next))
+coefficient = page(suppose(e_i * L, b * e_f))
+first = page(suppose(e_f * T, k, "7"))
+is_t = page(suppose(e_i * T, t))
+is_d = page(suppose(e_i * D, d))
+row = page.chain(
+    "5",
+    "what one row says",
+    e_i * (T * A - F * T - D * C),
+    Line(e_i * T * A - e_i * N * T + e_i * L * T - e_i * D * C, by=(is_F,)),
+    Line(t * A - e_i * N * T + e_i * L * T - d * C, by=(is_t, is_d)),
+    Line(t * A + b * k - d * C - e_next * T, by=(up, coefficient, first)),
+)
+
+page("""So every row of `T` follows from the row above it. The first is `k`, because `P`
+    reads the first state; behind the last there is none, and the row that would follow
+    must be zero.""")
+tracked = page(suppose(T * A, F * T + D * C, "5"))
+is_t_next = page(let(t_next, e_next * T))
+step = page.chain(
+    "5",
+    "a row from the row above it",
+    t_next,
+    Line(e_next * T, by=(is_t_next,)),
+    Line(
+        t * A + b * k - d * C - e_i * (T * A - F * T - D * C),
+        by=(row,),
     ),
-    """So every row of `T` follows from the row above it. The first is `k`, because
-    `P` reads the first state; behind the last there is none, and the row that
-    would follow must be zero.""",
-    tracked := define(T * A, F * T + D * C, "5"),
-    is_t_next := define(t_next, e_next * T),
-    step := chain(
-        "5",
-        "a row from the row above it",
-        t_next,
-        Line(e_next * T, by=(is_t_next,)),
-        Line(
-            t * A + b * k - d * C - e_i * (T * A - F * T - D * C),
-            by=(row,),
-        ),
-        Line(t * A + b * k - d * C, by=(tracked,)),
-    ),
-    """Row after row that is Horner's scheme for `k beta(A)`, less what `D` takes
-    away. The first row has `h = k` and `s = 0`; if a row is `h - s`, so is the
-    next. With one factor `h_f = k` and `s_f = 0` throughout.""",
-    closed := define(t, h - s),
-    closed_first := define(k, h_f - s_f),
-    is_h_next := define(h_next, h * A + b * h_f),
-    is_s_next := define(s_next, s * A + b * s_f + d * C),
-    chain(
-        "13",
-        "all rows by Horner's scheme",
-        t_next,
-        Line(t * A + b * k - d * C, by=(step,)),
-        Line((h - s) * A + b * (h_f - s_f) - d * C, by=(closed, closed_first)),
-        Line(h_next - s_next, by=(is_h_next, is_s_next)),
-    ),
-    """Behind the last row `h` is `k beta(A)`, and `s` is a combination of the rows
-    of `C`, `C A`, up to `C A^(r-1)`, with coefficients `D` that are free. So an
-    observer with the polynomial `beta` exists if `k beta(A)` is such a
-    combination. Whether it is, shows beside the states that none of these rows
-    see.""",
-    is_s := define(s, d_all * O),
-    unseen := define(O * X, ZeroMatrix(o, 1)),
-    chain(
-        "13",
-        "beside what is not seen",
-        (h - s) * X,
-        Line(h * X - d_all * O * X, by=(is_s,)),
-        Line(h * X, by=(unseen,)),
-    ),
-    """Every observer obeys the condition. Take any `F`, `P` with the polynomial
-    `beta`, and rows that begin with `q = P` and go on as follows. This loses
-    nothing, because they turn `F`, `P` into companion form.""",
-    is_q_next := define(q_next, q * F + b * P),
-    is_q := define(e_i * Q, q),
-    heads := define(e_f * Q, P),
-    follows := define(e_next * Q, q_next),
-    chain(
-        "12",
-        "these rows lead to companion form",
-        e_i * (N - L) * Q,
-        Line(e_next * Q - b * e_f * Q, by=(up, coefficient)),
-        Line(q_next - b * P, by=(follows, heads)),
-        Line(q * F, by=(is_q_next,)),
-        Line(e_i * Q * F, by=(is_q,)),
-    ),
-    """Applied to `T` they obey the rule above, with `d = q D`. Behind the last row
-    `q` is `P beta(F)`, again by Horner's scheme, which is zero by Cayley and
-    Hamilton. So `k beta(A)` is a combination of those rows.""",
-    read := define(P * T, k, "7"),
-    own := define(q * T, t),
-    chain(
-        "10, 13",
-        "an observer's own rows follow the same rule",
-        q_next * T,
-        Line((q * F + b * P) * T, by=(is_q_next,)),
-        Line(q * (T * A - D * C) + b * P * T, by=(tracked,)),
-        Line(t * A + b * k - q * D * C, by=(own, read)),
-    ),
+    Line(t * A + b * k - d * C, by=(tracked,)),
+)
+
+page("""Row after row that is Horner's scheme for `k beta(A)`, less what `D` takes away.
+    The first row has `h = k` and `s = 0`; if a row is `h - s`, so is the next. With one
+    factor `h_f = k` and `s_f = 0` throughout.""")
+closed = page(suppose(t, h - s))
+closed_first = page(suppose(k, h_f - s_f))
+is_h_next = page(let(h_next, h * A + b * h_f))
+is_s_next = page(let(s_next, s * A + b * s_f + d * C))
+page.chain(
+    "13",
+    "all rows by Horner's scheme",
+    t_next,
+    Line(t * A + b * k - d * C, by=(step,)),
+    Line((h - s) * A + b * (h_f - s_f) - d * C, by=(closed, closed_first)),
+    Line(h_next - s_next, by=(is_h_next, is_s_next)),
+)
+
+page("""Behind the last row `h` is `k beta(A)`, and `s` is a combination of the rows of
+    `C`, `C A`, up to `C A^(r-1)`, with coefficients `D` that are free. So an observer
+    with the polynomial `beta` exists if `k beta(A)` is such a combination. Whether it
+    is, shows beside the states that none of these rows see.""")
+is_s = page(suppose(s, d_all * O))
+unseen = page(suppose(O * X, ZeroMatrix(o, 1)))
+page.chain(
+    "13",
+    "beside what is not seen",
+    (h - s) * X,
+    Line(h * X - d_all * O * X, by=(is_s,)),
+    Line(h * X, by=(unseen,)),
+)
+
+page("""Every observer obeys the condition. Take any `F`, `P` with the polynomial
+    `beta`, and rows that begin with `q = P` and go on as follows. This loses nothing,
+    because they turn `F`, `P` into companion form.""")
+is_q_next = page(let(q_next, q * F + b * P))
+is_q = page(suppose(e_i * Q, q))
+heads = page(suppose(e_f * Q, P))
+follows = page(suppose(e_next * Q, q_next))
+page.chain(
+    "12",
+    "these rows lead to companion form",
+    e_i * (N - L) * Q,
+    Line(e_next * Q - b * e_f * Q, by=(up, coefficient)),
+    Line(q_next - b * P, by=(follows, heads)),
+    Line(q * F, by=(is_q_next,)),
+    Line(e_i * Q * F, by=(is_q,)),
+)
+
+page("""Applied to `T` they obey the rule above, with `d = q D`. Behind the last row `q`
+    is `P beta(F)`, again by Horner's scheme, which is zero by Cayley and Hamilton. So
+    `k beta(A)` is a combination of those rows.""")
+read = page(suppose(P * T, k, "7"))
+own = page(suppose(q * T, t))
+page.chain(
+    "10, 13",
+    "an observer's own rows follow the same rule",
+    q_next * T,
+    Line((q * F + b * P) * T, by=(is_q_next,)),
+    Line(q * (T * A - D * C) + b * P * T, by=(tracked,)),
+    Line(t * A + b * k - q * D * C, by=(own, read)),
 )
 
 
@@ -127,8 +132,4 @@ def companion_row():
     )
 
 
-@cache
-def derive():
-    """The page."""
-    source = f"{SOURCE}, (5), (10), (12), (13)"
-    return Derivation(page=(*PAGE, companion_row()), letters=letters, source=source)
+page(companion_row())

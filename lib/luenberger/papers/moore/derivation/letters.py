@@ -16,7 +16,12 @@ SOURCE = "Moore (1973)"
 
 n, p, m, r, o = symbols("n p m r o", integer=True, nonnegative=True)
 letters = Notation()
-chain, define = letters.chain, letters.define
+chain, let, steady, suppose = (
+    letters.chain,
+    letters.let,
+    letters.steady,
+    letters.suppose,
+)
 
 # -- the plant and the observer -------------------------------------------------------
 

@@ -19,6 +19,7 @@ from matrixproof import (
     Equation,
     Iff,
     Line,
+    Page,
     Stage,
 )
 
@@ -37,161 +38,176 @@ turn, back = (
     for side in (-T, T)
 )
 
-PAGE = (
-    """The plant and an observer that has no direct path from the measurement to
-    the estimate.""",
-    is_x := define(x_next, A * x + B * u, "1"),
-    is_y := define(y, C * x + E * u, "1"),
-    is_z := define(z_next, F * z + G * u + D * y, "3"),
-    is_w := define(w, P * z, "3"),
-    """Let the observer's state track `T x`, for a `T` still to be found. Its error
-    is driven by itself, by the state and by the input.""",
-    is_eps := define(eps, z - T * x, "4"),
-    is_eps_next := define(eps_next, z_next - T * x_next, "4"),
-    moves := chain(
-        "4",
-        "how the error moves",
-        eps_next,
-        Line(z_next - T * x_next, by=(is_eps_next,)),
-        Line(
-            F * z + G * u + D * (C * x + E * u) - T * (A * x + B * u),
-            by=(is_z, is_y, is_x),
-        ),
-        Line(F * eps - dynamics * x - drive * u, by=(is_eps,)),
+
+page = Page(letters=letters, source=f"{SOURCE}, (1)-(7) and after (13)")
+
+
+page("""The plant and an observer that has no direct path from the measurement to the
+    estimate.""")
+is_x = page(let(x_next, A * x + B * u, "1"))
+is_y = page(let(y, C * x + E * u, "1"))
+is_z = page(let(z_next, F * z + G * u + D * y, "3"))
+is_w = page(let(w, P * z, "3"))
+
+page("""Let the observer's state track `T x`, for a `T` still to be found. Its error is
+    driven by itself, by the state and by the input.""")
+is_eps = page(let(eps, z - T * x, "4"))
+is_eps_next = page(let(eps_next, z_next - T * x_next, "4"))
+moves = page.chain(
+    "4",
+    "how the error moves",
+    eps_next,
+    Line(z_next - T * x_next, by=(is_eps_next,)),
+    Line(
+        F * z + G * u + D * (C * x + E * u) - T * (A * x + B * u),
+        by=(is_z, is_y, is_x),
     ),
-    seen := chain(
-        "4",
-        "the error of the estimate",
-        w - k * x,
-        Line(P * z - k * x, by=(is_w,)),
-        Line(P * eps + (P * T - k) * x, by=(is_eps,)),
+    Line(F * eps - dynamics * x - drive * u, by=(is_eps,)),
+)
+seen = page.chain(
+    "4",
+    "the error of the estimate",
+    w - k * x,
+    Line(P * z - k * x, by=(is_w,)),
+    Line(P * eps + (P * T - k) * x, by=(is_eps,)),
+)
+
+page("""`T` is chosen so that the state does not drive the error. In `x` and the error
+    plant and observer then fall apart, which is how the paper arranges it.""")
+tracked = page(suppose(T * A, F * T + D * C, "5"))
+page.chain(
+    "4, 5",
+    "plant and observer fall apart",
+    turn * moved * back,
+    Line(parted, by=(tracked,)),
+)
+is_J = page(let(J, G + D * E - T * B))
+driven = page.chain(
+    "4, 5",
+    "only the input is left to drive the error",
+    eps_next,
+    Line(F * eps - dynamics * x - drive * u, by=(moves,)),
+    Line(F * eps + J * u, by=(tracked, is_J)),
+)
+
+page("""Let the error tend to zero for all starts and inputs. With `u = 0` this says
+    that `F` is stable: after `j` steps the error is `F^j` times what it was. With a
+    constant `u` the error settles, and what it settles at is zero. So `J u = 0` for
+    every `u`, and `J = 0`.""")
+settled = page(suppose(eps, no_column))
+still = page(suppose(eps_next, no_column))
+page.chain(
+    "6",
+    "the input must not drive the error",
+    J * u,
+    Line(eps_next - F * eps, by=(driven,)),
+    Line(no_column, by=(settled, still)),
+)
+
+page("""That is enough as well: if `J = 0` and `F` is stable, the error obeys an
+    equation of its own and dies out.""")
+undriven = page(suppose(J, ZeroMatrix(r, m), "6"))
+page.chain(
+    "6",
+    "then nothing drives it",
+    eps_next,
+    Line(F * eps + J * u, by=(driven,)),
+    Line(F * eps, by=(undriven,)),
+)
+gain = page.chain(
+    "6",
+    "the gain of the input",
+    G,
+    Line(J + T * B - D * E, by=(is_J,)),
+    Line(T * B - D * E, by=(undriven,)),
+)
+
+page("The estimate is right in the limit if besides `P T = k`.")
+read = page(suppose(P * T, k, "7"))
+page.chain(
+    "7",
+    "the estimate errs by what is left of the error",
+    w - k * x,
+    Line(P * eps + (P * T - k) * x, by=(seen,)),
+    Line(P * eps, by=(read,)),
+)
+
+page("""None of this can be avoided. Let `w - k x` tend to zero for all starts and
+    inputs, let `A`, `B` be controllable and `F`, `P` observable. From rest the error
+    must then be zero for every input, since any input can be continued so that the
+    error stays. Take all pairs `x`, `z` that some input reaches from rest. They have
+    every `x` among them, because the plant is controllable. A pair with `x = 0` moves
+    on to `x = 0` and `F z` without an input, always with `P z = 0`; so `z = 0`, because
+    `F`, `P` is observable. Hence `z` is a function of `x`, and a linear one: `z = T x`.
+    The pairs that are reached stay among themselves, which is (5) and (6) once it holds
+    for every `x` and `u`.""")
+graph = page(suppose(z, T * x))
+page.chain(
+    "5, 6",
+    "the graph is never left",
+    Equation(z_next, T * x_next),
+    Iff(
+        Equation(F * T * x + G * u + D * (C * x + E * u), T * A * x + T * B * u),
+        by=(is_x, is_y, is_z, graph),
     ),
-    """`T` is chosen so that the state does not drive the error. In `x` and the
-    error plant and observer then fall apart, which is how the paper arranges it.""",
-    tracked := define(T * A, F * T + D * C, "5"),
-    chain(
-        "4, 5",
-        "plant and observer fall apart",
-        turn * moved * back,
-        Line(parted, by=(tracked,)),
-    ),
-    is_J := define(J, G + D * E - T * B),
-    driven := chain(
-        "4, 5",
-        "only the input is left to drive the error",
-        eps_next,
-        Line(F * eps - dynamics * x - drive * u, by=(moves,)),
-        Line(F * eps + J * u, by=(tracked, is_J)),
-    ),
-    """Let the error tend to zero for all starts and inputs. With `u = 0` this says
-    that `F` is stable: after `j` steps the error is `F^j` times what it was. With
-    a constant `u` the error settles, and what it settles at is zero. So `J u = 0`
-    for every `u`, and `J = 0`.""",
-    settled := define(eps, no_column),
-    still := define(eps_next, no_column),
-    chain(
-        "6",
-        "the input must not drive the error",
-        J * u,
-        Line(eps_next - F * eps, by=(driven,)),
-        Line(no_column, by=(settled, still)),
-    ),
-    """That is enough as well: if `J = 0` and `F` is stable, the error obeys an
-    equation of its own and dies out.""",
-    undriven := define(J, ZeroMatrix(r, m), "6"),
-    chain(
-        "6",
-        "then nothing drives it",
-        eps_next,
-        Line(F * eps + J * u, by=(driven,)),
-        Line(F * eps, by=(undriven,)),
-    ),
-    gain := chain(
-        "6",
-        "the gain of the input",
-        G,
-        Line(J + T * B - D * E, by=(is_J,)),
-        Line(T * B - D * E, by=(undriven,)),
-    ),
-    "The estimate is right in the limit if besides `P T = k`.",
-    read := define(P * T, k, "7"),
-    chain(
-        "7",
-        "the estimate errs by what is left of the error",
-        w - k * x,
-        Line(P * eps + (P * T - k) * x, by=(seen,)),
-        Line(P * eps, by=(read,)),
-    ),
-    """None of this can be avoided. Let `w - k x` tend to zero for all starts and
-    inputs, let `A`, `B` be controllable and `F`, `P` observable. From rest the
-    error must then be zero for every input, since any input can be continued so
-    that the error stays. Take all pairs `x`, `z` that some input reaches from
-    rest. They have every `x` among them, because the plant is controllable. A pair
-    with `x = 0` moves on to `x = 0` and `F z` without an input, always with `P z =
-    0`; so `z = 0`, because `F`, `P` is observable. Hence `z` is a function of `x`,
-    and a linear one: `z = T x`. The pairs that are reached stay among themselves,
-    which is (5) and (6) once it holds for every `x` and `u`.""",
-    graph := define(z, T * x),
-    chain(
-        "5, 6",
-        "the graph is never left",
-        Equation(z_next, T * x_next),
-        Iff(
-            Equation(F * T * x + G * u + D * (C * x + E * u), T * A * x + T * B * u),
-            by=(is_x, is_y, is_z, graph),
-        ),
-        Iff(Equation(dynamics * x, -drive * u)),
-    ),
-    "On it the error vanishes for every `x`, which is (7).",
-    chain(
-        "7",
-        "the error vanishes on the graph",
-        Equation(w, k * x),
-        Iff(Equation(P * T * x, k * x), by=(is_w, graph)),
-    ),
-    """There is only one such `T`. The difference of two is not seen by `F`, `P`,
-    and what is not seen is zero.""",
-    apart := define(F * Delta, Delta * A),
-    unread := define(P * Delta, ZeroMatrix(1, n)),
-    so_far := define(F_j * Delta, Delta * A_j),
-    chain(
-        "7",
-        "powers of the difference",
-        F * F_j * Delta,
-        Line(F * Delta * A_j, by=(so_far,)),
-        Line(Delta * A * A_j, by=(apart,)),
-    ),
-    chain(
-        "7",
-        "the difference of two solutions is not seen",
-        P * F_j * Delta,
-        Line(P * Delta * A_j, by=(so_far,)),
-        Line(ZeroMatrix(1, n), by=(unread,)),
-    ),
-    """For a given `T` of full row rank the paper solves `P T = k` by a formula.
-    Its answer is the only row there can be.""",
-    is_M := define(M, T * T.T),
-    solves := define(k, P_0 * T),
-    chain(
-        "after 13",
-        "the row that reads the estimate",
-        k * T.T * M.I,
-        Line(P_0 * T * T.T * M.I, by=(solves,)),
-        Line(P_0 * M * M.I, by=(is_M,)),
-        Line(P_0, why="the inverse cancels"),
-    ),
-    """If there is none, the formula still answers: with least squares, whose
-    residual is orthogonal to the rows of `T`.""",
-    chain(
-        "after 13",
-        "otherwise it is least squares",
-        (k * T.T * M.I * T - k) * T.T,
-        Line(k * T.T * M.I * T * T.T - k * T.T, why="multiply out"),
-        Line(k * T.T * M.I * M - k * T.T, by=(is_M,)),
-        Line(ZeroMatrix(1, r), why="the inverse cancels"),
-    ),
-    """That is no observer. A cart's velocity from its position with one state: (5)
-    holds with the pole -1, and the formula answers 1/2.""",
+    Iff(Equation(dynamics * x, -drive * u)),
+)
+
+page("On it the error vanishes for every `x`, which is (7).")
+page.chain(
+    "7",
+    "the error vanishes on the graph",
+    Equation(w, k * x),
+    Iff(Equation(P * T * x, k * x), by=(is_w, graph)),
+)
+
+page("""There is only one such `T`. The difference of two is not seen by `F`, `P`, and
+    what is not seen is zero.""")
+apart = page(suppose(F * Delta, Delta * A))
+unread = page(suppose(P * Delta, ZeroMatrix(1, n)))
+so_far = page(suppose(F_j * Delta, Delta * A_j))
+page.chain(
+    "7",
+    "powers of the difference",
+    F * F_j * Delta,
+    Line(F * Delta * A_j, by=(so_far,)),
+    Line(Delta * A * A_j, by=(apart,)),
+)
+page.chain(
+    "7",
+    "the difference of two solutions is not seen",
+    P * F_j * Delta,
+    Line(P * Delta * A_j, by=(so_far,)),
+    Line(ZeroMatrix(1, n), by=(unread,)),
+)
+
+page("""For a given `T` of full row rank the paper solves `P T = k` by a formula. Its
+    answer is the only row there can be.""")
+is_M = page(suppose(M, T * T.T))
+solves = page(suppose(k, P_0 * T))
+page.chain(
+    "after 13",
+    "the row that reads the estimate",
+    k * T.T * M.I,
+    Line(P_0 * T * T.T * M.I, by=(solves,)),
+    Line(P_0 * M * M.I, by=(is_M,)),
+    Line(P_0, why="the inverse cancels"),
+)
+
+page("""If there is none, the formula still answers: with least squares, whose residual
+    is orthogonal to the rows of `T`.""")
+page.chain(
+    "after 13",
+    "otherwise it is least squares",
+    (k * T.T * M.I * T - k) * T.T,
+    Line(k * T.T * M.I * T * T.T - k * T.T, why="multiply out"),
+    Line(k * T.T * M.I * M - k * T.T, by=(is_M,)),
+    Line(ZeroMatrix(1, r), why="the inverse cancels"),
+)
+
+page("""That is no observer. A cart's velocity from its position with one state: (5)
+    holds with the pole -1, and the formula answers 1/2.""")
+page(
     Counterexample(
         "after 13",
         "a formula that answers where there is no observer",
@@ -206,7 +222,7 @@ PAGE = (
             k: Matrix([[1, 0]]),
         },
         given=(tracked,),
-    ),
+    )
 )
 
 
@@ -219,8 +235,4 @@ def observer():
     )
 
 
-@cache
-def derive():
-    """The page."""
-    source = f"{SOURCE}, (1)-(7) and after (13)"
-    return Derivation(page=(*PAGE, observer()), letters=letters, source=source)
+page(observer())

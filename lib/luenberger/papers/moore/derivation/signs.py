@@ -11,12 +11,11 @@ Source: Moore (1973), the remark after (13); weak signs, `k = C` without signs a
 discrete time are our own.
 """
 
-from functools import cache
 from itertools import product
 
 import sympy as sp
 
-from matrixproof import Derivation, Explicit, Line, Positive
+from matrixproof import Explicit, Line, Page, Positive
 
 from .letters import *
 from .recurrence import at_sizes, named_beta, observable_form, recurrence_rows
@@ -64,67 +63,75 @@ def discrete_observer():
 RECURRENCE, OBSERVER = discrete_observer()
 no_rows = ZeroMatrix(n - r, 1)
 
-PAGE = (
-    """In continuous time a stable polynomial is a product of `s + a` for each real
+
+page = Page(letters=letters, source=f"{SOURCE}, the remark after (13)")
+
+
+page("""In continuous time a stable polynomial is a product of `s + a` for each real
     root and `s^2 + 2 c s + d` for each pair, all positive. Multiplied out, every
-    coefficient is a sum of products of positive numbers.""",
+    coefficient is a sum of products of positive numbers.""")
+page(
     Positive(
         "after 13",
         "a stable polynomial has positive coefficients",
         beta,
         0,
         stable_coefficients(),
-    ),
-    "Then the rows of `S` add up to a row of positive numbers as well.",
+    )
+)
+
+page("Then the rows of `S` add up to a row of positive numbers as well.")
+page(
     Positive(
         "after 13",
         "the rows of the recurrence add up to a positive row",
         ones * S,
         0,
         at_sizes(positive_rows),
-    ),
-    """If the sequence obeys the recurrence, that row times the sequence is zero.
-    With all entries of one sign it could only be zero if every entry were. So
-    there is no such observer, even if some entries are zero, where a single row
-    need not contradict.""",
-    obeys := define(S * kappa, no_rows, "13"),
-    chain(
-        "after 13",
-        "the sum of the rows as well",
-        ones * S * kappa,
-        Line(no_entry := ZeroMatrix(1, 1), by=(obeys,)),
-    ),
-    """The paper's example is `k = C`: filtering the output itself. It is ruled out
-    whatever the signs are, because the last row of the recurrence says 1 = 0.""",
+    )
+)
+
+page("""If the sequence obeys the recurrence, that row times the sequence is zero. With
+    all entries of one sign it could only be zero if every entry were. So there is no
+    such observer, even if some entries are zero, where a single row need not
+    contradict.""")
+obeys = page(suppose(S * kappa, no_rows, "13"))
+page.chain(
+    "after 13",
+    "the sum of the rows as well",
+    ones * S * kappa,
+    Line(ZeroMatrix(1, 1), by=(obeys,)),
+)
+
+page("""The paper's example is `k = C`: filtering the output itself. It is ruled out
+    whatever the signs are, because the last row of the recurrence says 1 = 0.""")
+page(
     Explicit(
         "after 13",
         "the output itself never obeys the recurrence",
         S * c.T,
         last,
         at_sizes(output_row),
-    ),
-    """In discrete time the remark is false: 1, 1/2 are both positive and obey the
-    recurrence with the stable pole 1/2. The observer moves by `z_next = z/2 + D
-    y`.""",
+    )
+)
+
+page("""In discrete time the remark is false: 1, 1/2 are both positive and obey the
+    recurrence with the stable pole 1/2. The observer moves by `z_next = z/2 + D y`.""")
+page(
     Explicit(
         "after 13",
         "a sequence of one sign in discrete time",
         S * kappa,
         no_rows,
         {"n = 2, r = 1": RECURRENCE},
-    ),
+    )
+)
+page(
     Explicit(
         "after 13",
         "its observer",
         T * A - F * T,
         D_1 * c,
         {"n = 2, r = 1": OBSERVER},
-    ),
+    )
 )
-
-
-@cache
-def derive():
-    """The page."""
-    source = f"{SOURCE}, the remark after (13)"
-    return Derivation(page=PAGE, letters=letters, source=source)

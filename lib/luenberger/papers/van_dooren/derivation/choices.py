@@ -7,11 +7,9 @@ them only the coordinates of the observer's state are open, which the triangles 
 Source: ours; the rows are those of Van Dooren (1984), (13)-(20), remark 2(b).
 """
 
-from functools import cache
-
 import sympy as sp
 
-from matrixproof import Derivation, Equation, Explicit, Iff, Line
+from matrixproof import Equation, Explicit, Iff, Line, Page
 
 from .letters import *
 
@@ -62,122 +60,128 @@ def lower_part(X, diagonal):
     return X.lower_triangular(-1) + sp.diag(*diagonal)
 
 
-PAGE = (
-    """Take any row and correct it by the left inverse. What comes out solves the
-    system of the row.""",
-    left := define(L * M, I, "20"),
-    chain(
-        "20",
-        "a solution from any row",
-        (y_i + (-a_f - y_i * M) * L) * M,
-        Line(y_i * M + (-a_f - y_i * M) * L * M, why="multiply out"),
-        Line(y_i * M - a_f - y_i * M, by=(left,)),
-        Line(-a_f, why="collect"),
-    ),
-    """A row that is a solution already stays as it is. So every solution is reached,
-    from itself.""",
-    solves := define(x_i * M, -a_f, "20"),
-    chain(
-        "20",
-        "each solution is reached",
-        x_i + (-a_f - x_i * M) * L,
-        Line(x_i, by=(solves,)),
-    ),
-    """The left inverse of back substitution corrects the leading entries alone. The
-    others, `r - 1` of them, are free, and the leading ones follow by one triangle.""",
-    whole := define(S_t * S + E_rt * E_r, Identity(n + r - 1)),
-    is_X := define(S * M, X, "20"),
-    is_M_r := define(E_r * M, M_r),
-    is_x_l := define(x_i * S_t, x_l),
-    is_x_r := define(x_i * E_rt, x_r),
-    split := chain(
-        "remark 2(b)",
-        "leading and free entries of a row",
-        x_i * M,
-        Line(x_i * (S_t * S + E_rt * E_r) * M, by=(whole,)),
-        Line(x_l * S * M + x_r * E_r * M, by=(is_x_l, is_x_r)),
-        Line(x_l * X + x_r * M_r, by=(is_X, is_M_r)),
-    ),
-    chain(
-        "remark 2(b)",
-        "the leading entries follow",
-        Equation(x_i * M, -a_f),
-        Iff(Equation(x_l * X + x_r * M_r, -a_f), by=(split,)),
-        Iff(Equation(x_l * X, -a_f - x_r * M_r)),
-    ),
-    """Which coordinates has the state of the observer? A lower triangle keeps a lower
-    triangle `F`, with its poles in their order.""",
-    solved := define(T_U * A_U, F * T_U + D * C_U, "10"),
-    moved := define(N_T * F, F_N * N_T),
-    chain(
-        "11, 12",
-        "a solution in coordinates of a triangle",
-        N_T * T_U * A_U - F_N * N_T * T_U,
-        Line(N_T * (F * T_U + D * C_U) - F_N * N_T * T_U, by=(solved,)),
-        Line(N_T * D * C_U, by=(moved,)),
-    ),
+page = Page(letters=letters, source="ours")
+
+
+page("""Take any row and correct it by the left inverse. What comes out solves the
+    system of the row.""")
+left = page(suppose(L * M, I, "20"))
+page.chain(
+    "20",
+    "a solution from any row",
+    (y_i + (-a_f - y_i * M) * L) * M,
+    Line(y_i * M + (-a_f - y_i * M) * L * M, why="multiply out"),
+    Line(y_i * M - a_f - y_i * M, by=(left,)),
+    Line(-a_f, why="collect"),
+)
+
+page("""A row that is a solution already stays as it is. So every solution is reached,
+    from itself.""")
+solves = page(suppose(x_i * M, -a_f, "20"))
+page.chain(
+    "20",
+    "each solution is reached",
+    x_i + (-a_f - x_i * M) * L,
+    Line(x_i, by=(solves,)),
+)
+
+page("""The left inverse of back substitution corrects the leading entries alone. The
+    others, `r - 1` of them, are free, and the leading ones follow by one triangle.""")
+whole = page(suppose(S_t * S + E_rt * E_r, Identity(n + r - 1)))
+is_X = page(suppose(S * M, X, "20"))
+is_M_r = page(suppose(E_r * M, M_r))
+is_x_l = page(suppose(x_i * S_t, x_l))
+is_x_r = page(suppose(x_i * E_rt, x_r))
+split = page.chain(
+    "remark 2(b)",
+    "leading and free entries of a row",
+    x_i * M,
+    Line(x_i * (S_t * S + E_rt * E_r) * M, by=(whole,)),
+    Line(x_l * S * M + x_r * E_r * M, by=(is_x_l, is_x_r)),
+    Line(x_l * X + x_r * M_r, by=(is_X, is_M_r)),
+)
+page.chain(
+    "remark 2(b)",
+    "the leading entries follow",
+    Equation(x_i * M, -a_f),
+    Iff(Equation(x_l * X + x_r * M_r, -a_f), by=(split,)),
+    Iff(Equation(x_l * X, -a_f - x_r * M_r)),
+)
+
+page("""Which coordinates has the state of the observer? A lower triangle keeps a lower
+    triangle `F`, with its poles in their order.""")
+solved = page(suppose(T_U * A_U, F * T_U + D * C_U, "10"))
+moved = page(suppose(N_T * F, F_N * N_T))
+page.chain(
+    "11, 12",
+    "a solution in coordinates of a triangle",
+    N_T * T_U * A_U - F_N * N_T * T_U,
+    Line(N_T * (F * T_U + D * C_U) - F_N * N_T * T_U, by=(solved,)),
+    Line(N_T * D * C_U, by=(moved,)),
+)
+page(
     Explicit(
         "11, 12",
         "the poles stay where they are",
         N_1 * F_1,
         F_2 * N_1,
         {f"size {size}": turned(size) for size in SIZES},
-    ),
-    """And it makes a unit triangle of the first columns of `T_U`, by elimination,
+    )
+)
+
+page("""And it makes a unit triangle of the first columns of `T_U`, by elimination,
     where their leading minors are not zero. So the rows of (13), (14) reach all
     observers with these poles but those for which a minor is zero, and these may be
-    reached with the poles in another order.""",
+    reached with the poles in another order.""")
+page(
     Explicit(
         "13",
         "elimination makes a unit triangle",
         N_1 * W_1,
         U_1,
         {f"size {size}": eliminated(size) for size in SIZES},
-    ),
-    """A search wants slopes. When rows above move, `M` moves in the rows that hold
-    them, and the solution with it. Its leading entries are found with the same
-    triangle.""",
-    moves := define(dx_i * M + x_i * dM, ZeroMatrix(1, n)),
-    above := define(x_i * dM, -f_i * dT_i),
-    is_dx_l := define(dx_i * S_t, dx_l),
-    is_dx_r := define(dx_i * E_rt, dx_r),
-    followed := chain(
-        "",
-        "how a solution moves",
-        dx_l * X,
-        Line(dx_i * S_t * S * M, by=(is_dx_l, is_X)),
-        Line(dx_i * M - dx_i * E_rt * E_r * M, by=(whole,)),
-        Line(dx_i * M - dx_r * M_r, by=(is_dx_r, is_M_r)),
-        Line(-x_i * dM - dx_r * M_r, by=(moves,)),
-        Line(f_i * dT_i - dx_r * M_r, by=(above,)),
-    ),
-    """So one triangle, solved with the gradient on its right, gives the gradient in the
-    free entries, and what the row adds to the gradient in the rows above it.""",
-    is_dJ := define(dJ, dx_l * g_l + dx_r * g_r),
-    is_z := define(X * z_l, g_l),
-    chain(
-        "",
-        "the slope in the free entries and in the rows above",
-        dJ,
-        Line(dx_l * g_l + dx_r * g_r, by=(is_dJ,)),
-        Line(dx_l * X * z_l + dx_r * g_r, by=(is_z,)),
-        Line((f_i * dT_i - dx_r * M_r) * z_l + dx_r * g_r, by=(followed,)),
-        Line(f_i * dT_i * z_l + dx_r * (g_r - M_r * z_l), why="collect"),
-    ),
-    "The condition of `Theta` depends on its inverse, which moves as follows.",
-    inverse := define(both * back, I),
-    held := define(dback * both + back * dTheta, ZeroMatrix(n, n)),
-    chain(
-        "",
-        "how the inverse moves",
-        dback,
-        Line(dback * both * back, by=(inverse,)),
-        Line(-back * dTheta * back, by=(held,)),
-    ),
+    )
 )
 
+page("""A search wants slopes. When rows above move, `M` moves in the rows that hold
+    them, and the solution with it. Its leading entries are found with the same
+    triangle.""")
+moves = page(suppose(dx_i * M + x_i * dM, ZeroMatrix(1, n)))
+above = page(suppose(x_i * dM, -f_i * dT_i))
+is_dx_l = page(suppose(dx_i * S_t, dx_l))
+is_dx_r = page(suppose(dx_i * E_rt, dx_r))
+followed = page.chain(
+    "",
+    "how a solution moves",
+    dx_l * X,
+    Line(dx_i * S_t * S * M, by=(is_dx_l, is_X)),
+    Line(dx_i * M - dx_i * E_rt * E_r * M, by=(whole,)),
+    Line(dx_i * M - dx_r * M_r, by=(is_dx_r, is_M_r)),
+    Line(-x_i * dM - dx_r * M_r, by=(moves,)),
+    Line(f_i * dT_i - dx_r * M_r, by=(above,)),
+)
 
-@cache
-def derive():
-    """The page."""
-    return Derivation(page=PAGE, letters=letters, source="ours")
+page("""So one triangle, solved with the gradient on its right, gives the gradient in
+    the free entries, and what the row adds to the gradient in the rows above it.""")
+is_dJ = page(let(dJ, dx_l * g_l + dx_r * g_r))
+is_z = page(suppose(X * z_l, g_l))
+page.chain(
+    "",
+    "the slope in the free entries and in the rows above",
+    dJ,
+    Line(dx_l * g_l + dx_r * g_r, by=(is_dJ,)),
+    Line(dx_l * X * z_l + dx_r * g_r, by=(is_z,)),
+    Line((f_i * dT_i - dx_r * M_r) * z_l + dx_r * g_r, by=(followed,)),
+    Line(f_i * dT_i * z_l + dx_r * (g_r - M_r * z_l), why="collect"),
+)
+
+page("The condition of `Theta` depends on its inverse, which moves as follows.")
+inverse = page(suppose(both * back, I))
+held = page(suppose(dback * both + back * dTheta, ZeroMatrix(n, n)))
+page.chain(
+    "",
+    "how the inverse moves",
+    dback,
+    Line(dback * both * back, by=(inverse,)),
+    Line(-back * dTheta * back, by=(held,)),
+)

@@ -14,7 +14,12 @@ SOURCE = "Van Dooren (1984)"
 
 n, m, r, i, s = symbols("n m r i s", integer=True, nonnegative=True)
 letters = Notation()
-chain, define = letters.chain, letters.define
+chain, let, steady, suppose = (
+    letters.chain,
+    letters.let,
+    letters.steady,
+    letters.suppose,
+)
 I = Identity(n)  # noqa: E741
 
 # -- the plant and the observer -------------------------------------------------------

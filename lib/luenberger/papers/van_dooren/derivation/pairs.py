@@ -10,12 +10,10 @@ Source: Van Dooren (1984), (26)-(33), remark 1; the complex row, `tau = b/X` and
 the form of the stairs matters are our own.
 """
 
-from functools import cache
-
 import sympy as sp
 from sympy.matrices import kronecker_product
 
-from matrixproof import Derivation, Equation, Explicit, Iff, Line
+from matrixproof import Equation, Explicit, Iff, Line, Page
 
 from .letters import *
 from .rows import Pattern, patterns, picks, row_symbols, triangle
@@ -143,122 +141,141 @@ def over_patterns(values, wanted=lambda p, i: True):
 
 # -- the page -------------------------------------------------------------------------
 
-PAGE = (
-    """A real plant should have a real observer. For a pair of poles there is a
-    block of `F` that is real.""",
+
+page = Page(letters=letters, source=f"{SOURCE}, (26)-(33)")
+
+
+page("""A real plant should have a real observer. For a pair of poles there is a block
+    of `F` that is real.""")
+page(
     Explicit(
         "26, remark 1",
         "the eigenvalues of the block",
         Lam * Y,
         Y * Delta,
         {"": block()},
+    )
+)
+
+page("""The rows `i` and `i + 1` of the equation are solved together: what is known on
+    the left, unknown `f_p` and `d_p` on the right.""")
+is_F = page(suppose(F_p * T_U, f_p * T_i + Lam * T_p, "27"))
+known_left = page.chain(
+    "28, 29",
+    "the two rows of the equation",
+    T_p * A_U - F_p * T_U - d_p * C_U,
+    Line(T_p * A_U - Lam * T_p - f_p * T_i - d_p * C_U, by=(is_F,)),
+)
+page.chain(
+    "28, 29",
+    "what is known stands on the left",
+    Equation(T_p * A_U - F_p * T_U - d_p * C_U, ZeroMatrix(2, n)),
+    Iff(
+        Equation(T_p * A_U - Lam * T_p, f_p * T_i + d_p * C_U),
+        by=(known_left,),
     ),
-    """The rows `i` and `i + 1` of the equation are solved together: what is known
-    on the left, unknown `f_p` and `d_p` on the right.""",
-    is_F := define(F_p * T_U, f_p * T_i + Lam * T_p, "27"),
-    known_left := chain(
-        "28, 29",
-        "the two rows of the equation",
-        T_p * A_U - F_p * T_U - d_p * C_U,
-        Line(T_p * A_U - Lam * T_p - f_p * T_i - d_p * C_U, by=(is_F,)),
-    ),
-    chain(
-        "28, 29",
-        "what is known stands on the left",
-        Equation(T_p * A_U - F_p * T_U - d_p * C_U, ZeroMatrix(2, n)),
-        Iff(
-            Equation(T_p * A_U - Lam * T_p, f_p * T_i + d_p * C_U),
-            by=(known_left,),
-        ),
-    ),
-    """The page makes one vector of them, row `i + 1` before row `i` in every
-    column, and one matrix of Kronecker products.""",
+)
+
+page("""The page makes one vector of them, row `i + 1` before row `i` in every column,
+    and one matrix of Kronecker products.""")
+page(
     Explicit(
         "31, 33",
         "two rows as one, times the Kronecker products",
         t_b * K_b,
         rho,
         over_patterns(order_of_a_pair),
-    ),
-    """The rows of that matrix below the known entry, with `T_i` above and `C_U`
-    below them, make the system for the pair. Here `tau`, the entry of row `i + 1`
-    above which row `i` begins its unknowns, is one of the unknowns.""",
+    )
+)
+
+page("""The rows of that matrix below the known entry, with `T_i` above and `C_U` below
+    them, make the system for the pair. Here `tau`, the entry of row `i + 1` above which
+    row `i` begins its unknowns, is one of the unknowns.""")
+page(
     Explicit(
         "30, 31, 32",
         "the system of doubled size",
         x_b * M_b + a_b,
         rho,
         over_patterns(system_of_a_pair),
-    ),
-    "It can always be solved: its leading rows make a triangle, as for one row.",
+    )
+)
+
+page("It can always be solved: its leading rows make a triangle, as for one row.")
+page(
     Explicit(
         "32",
         "with tau unknown the leading rows make a triangle",
         S_b * M_b,
         X_b,
         over_patterns(repaired),
-    ),
-    """The page puts `tau = 1`, as (28) has it, and leaves its row out. That is
-    sound where this row leads no column, which is so where the local stair is
-    wider than one.""",
+    )
+)
+
+page("""The page puts `tau = 1`, as (28) has it, and leaves its row out. That is
+    sound where this row leads no column, which is so where the local stair is wider
+    than one.""")
+page(
     Explicit(
         "32",
         "where a stair is wide enough the printed rows do as well",
         S_c * M_c,
         X_b,
         over_patterns(printed_and_sound, lambda p, i: not p.one_wide(i)),
-    ),
-    """Elsewhere it is wrong. Whether a stair is wide enough depends on its form:
-    the stairs (1, 2, 2) pass with the triangle in the last rows of the tall stair,
-    and fail with (8) as printed.""",
+    )
+)
+
+page("""Elsewhere it is wrong. Whether a stair is wide enough depends on its form: the
+    stairs (1, 2, 2) pass with the triangle in the last rows of the tall stair, and fail
+    with (8) as printed.""")
+page(
     Explicit(
         "32",
         "a column that leads only to the entry beside the one",
         M * v_i,
         e_i,
         over_patterns(entry_that_is_met, Pattern.one_wide),
-    ),
+    )
+)
+page(
     Explicit(
         "32",
         "the printed system has no left inverse",
         M_c * v_b,
         ZeroMatrix(2 * (n + r) - 3, 1),
         over_patterns(printed_and_singular, Pattern.one_wide),
-    ),
-    """The pair is one complex row as well: the row `w` turns the block into the
-    pole `a + j b`, and the two rows into the system of one row. So no doubled
-    system is needed.""",
-    eigenrow := define(w * Lam, N * w),
-    chain(
-        "29",
-        "the pair is one complex row",
-        w * (T_p * A_U - Lam * T_p - f_p * T_i - d_p * C_U),
-        Line(w * T_p * A_U - N * w * T_p - w * f_p * T_i - w * d_p * C_U, (eigenrow,)),
-    ),
-    """Its imaginary part has `tau`. Times that column the system gives the entry
+    )
+)
+
+page("""The pair is one complex row as well: the row `w` turns the block into the pole
+    `a + j b`, and the two rows into the system of one row. So no doubled system is
+    needed.""")
+eigenrow = page(suppose(w * Lam, N * w))
+page.chain(
+    "29",
+    "the pair is one complex row",
+    w * (T_p * A_U - Lam * T_p - f_p * T_i - d_p * C_U),
+    Line(w * T_p * A_U - N * w * T_p - w * f_p * T_i - w * d_p * C_U, (eigenrow,)),
+)
+
+page("""Its imaginary part has `tau`. Times that column the system gives the entry
     beside the one, of which `tau` is the imaginary part: `b` over the entry of the
-    stair, which is zero only if `b` is. Where the stair is wider `tau` stays free.""",
-    solved := define(x_i * M, -a_f, "18"),
-    met := define(M * v_i, e_i),
-    chain(
-        "32",
-        "what the entry beside the one must be",
-        x_i * e_i,
-        Line(x_i * M * v_i, by=(met,)),
-        Line(-a_f * v_i, by=(solved,)),
-    ),
+    stair, which is zero only if `b` is. Where the stair is wider `tau` stays free.""")
+solved = page(suppose(x_i * M, -a_f, "18"))
+met = page(suppose(M * v_i, e_i))
+page.chain(
+    "32",
+    "what the entry beside the one must be",
+    x_i * e_i,
+    Line(x_i * M * v_i, by=(met,)),
+    Line(-a_f * v_i, by=(solved,)),
+)
+page(
     Explicit(
         "32",
         "its imaginary part is b over the entry of the stair",
         (a_0 - a_f) * v_i,
         sp.I * tau,
         over_patterns(forced, Pattern.one_wide),
-    ),
+    )
 )
-
-
-@cache
-def derive():
-    """The page."""
-    source = f"{SOURCE}, (26)-(33)"
-    return Derivation(page=PAGE, letters=letters, source=source)

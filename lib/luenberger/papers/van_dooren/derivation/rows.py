@@ -8,18 +8,16 @@ columns make a triangle.  So an observer with any spectrum exists: it is constru
 Source: Van Dooren (1984), (13)-(21), remark 2(b).
 """
 
-from functools import cache
-
 import sympy as sp
 
 from matrixproof import (
     BlockMatrix,
     Construction,
-    Derivation,
     Equation,
     Explicit,
     Iff,
     Line,
+    Page,
 )
 
 from .letters import *
@@ -137,95 +135,100 @@ def compound(stairs):
 unknowns = BlockMatrix([[f_i, t_i, d]])
 system = BlockMatrix([[-T_i], [A_f], [-C_U]])
 
-PAGE = (
-    """Look for `T_U` as a triangle with ones on its diagonal. Whatever its other
-    entries are, `T_U` above `C_U` is then invertible, because `C_k` is.""",
+
+page = Page(letters=letters, source=f"{SOURCE}, section 3, to (21)")
+
+
+page("""Look for `T_U` as a triangle with ones on its diagonal. Whatever its other
+    entries are, `T_U` above `C_U` is then invertible, because `C_k` is.""")
+page(
     Explicit(
         "10, 13",
         "the determinant is that of the outputs",
         sp.Determinant(both),
         sp.Determinant(C_k),
         {f"stairs {stairs}": compound(stairs) for stairs in STAIRS[:3]},
-    ),
-    """Row `i` of `F` has unknown entries, the pole `f_ii`, and zeros. Row `i` of
-    `T_U` has zeros, a one, and unknown entries. So no row of `T_U` below it takes
-    part.""",
-    is_f := define(f * T_U, f_i * T_i + t * L_f, "14"),
-    is_t := define(t, e + t_i * E, "14"),
-    is_a := define(e * (A_U - L_f), a_f, "19"),
-    is_A_f := define(E * (A_U - L_f), A_f, "19"),
-    row := chain(
-        "15, 16, 18",
-        "a row of the equation is linear in what is left",
-        t * A_U - f * T_U - d * C_U,
-        Line(t * (A_U - L_f) - f_i * T_i - d * C_U, by=(is_f,)),
-        Line(e * (A_U - L_f) + t_i * E * (A_U - L_f) - f_i * T_i - d * C_U, by=(is_t,)),
-        Line(a_f + t_i * A_f - f_i * T_i - d * C_U, by=(is_a, is_A_f)),
-        Line(a_f + unknowns * system, why="collect the unknowns"),
-    ),
-    """In the first row there is no `f_i` and no `T_i`. With a letter for the
-    unknowns and one for the matrix, it is one linear system for each row. The paper
-    has lost a minus sign here.""",
-    is_x := define(unknowns * system, x_i * M, "18"),
-    chain(
-        "17, 20",
-        "the system of one row",
-        Equation(t * A_U - f * T_U - d * C_U, ZeroMatrix(1, n)),
-        Iff(Equation(a_f + x_i * M, ZeroMatrix(1, n)), by=(row, is_x)),
-        Iff(Equation(x_i * M, -a_f)),
-    ),
-    """In every column of `M` the last entry that is not zero is `-1` or an entry
-    of a stair, each in a row of its own. These rows make a triangle whose diagonal
-    does not contain the pole.""",
+    )
+)
+
+page("""Row `i` of `F` has unknown entries, the pole `f_ii`, and zeros. Row `i` of `T_U`
+    has zeros, a one, and unknown entries. So no row of `T_U` below it takes part.""")
+is_f = page(suppose(f * T_U, f_i * T_i + t * L_f, "14"))
+is_t = page(suppose(t, e + t_i * E, "14"))
+is_a = page(suppose(e * (A_U - L_f), a_f, "19"))
+is_A_f = page(suppose(E * (A_U - L_f), A_f, "19"))
+row = page.chain(
+    "15, 16, 18",
+    "a row of the equation is linear in what is left",
+    t * A_U - f * T_U - d * C_U,
+    Line(t * (A_U - L_f) - f_i * T_i - d * C_U, by=(is_f,)),
+    Line(e * (A_U - L_f) + t_i * E * (A_U - L_f) - f_i * T_i - d * C_U, by=(is_t,)),
+    Line(a_f + t_i * A_f - f_i * T_i - d * C_U, by=(is_a, is_A_f)),
+    Line(a_f + unknowns * system, why="collect the unknowns"),
+)
+
+page("""In the first row there is no `f_i` and no `T_i`. With a letter for the unknowns
+    and one for the matrix, it is one linear system for each row. The paper has lost a
+    minus sign here.""")
+is_x = page(suppose(unknowns * system, x_i * M, "18"))
+page.chain(
+    "17, 20",
+    "the system of one row",
+    Equation(t * A_U - f * T_U - d * C_U, ZeroMatrix(1, n)),
+    Iff(Equation(a_f + x_i * M, ZeroMatrix(1, n)), by=(row, is_x)),
+    Iff(Equation(x_i * M, -a_f)),
+)
+
+page("""In every column of `M` the last entry that is not zero is `-1` or an entry of a
+    stair, each in a row of its own. These rows make a triangle whose diagonal does not
+    contain the pole.""")
+page(
     Explicit(
         "18, 20",
         "the rows that lead the columns make a triangle",
         S * M,
         X,
         leading_rows(),
-    ),
-    "So the system can be solved, whatever the pole is.",
-    picked := define(S * M, X, "20"),
-    left := define(L * M, I, "20"),
-    Construction("20", "a left inverse", {L: X.I * S}, satisfies=(left,), by=(picked,)),
-    """That is back substitution: it costs less than anything else, uses the rows
-    of the stairs alone, and may give a sensitive solution.""",
-    chain(
-        "remark 2(b)",
-        "a solution by back substitution",
-        -a_f * X.I * S * M,
-        Line(-a_f * X.I * X, by=(picked,)),
-        Line(-a_f, why="the inverse cancels"),
-    ),
-    "The solution of least norm uses all rows. It comes from a factorisation.",
-    factors := define(M, Q * R, "21"),
-    orthonormal := define(Qs * Q, I, "21"),
-    chain(
-        "21",
-        "a solution from the factors",
-        -a_f * R.I * Qs * M,
-        Line(-a_f * R.I * Qs * Q * R, by=(factors,)),
-        Line(-a_f * R.I * R, by=(orthonormal,)),
-        Line(-a_f, why="the inverse cancels"),
-    ),
-    """Every other solution differs by an `h` with `h M = 0`, so that `h Q = 0`. It
-    is longer by `h h^*`.""",
-    no_part := define(h * Q, ZeroMatrix(1, n)),
-    no_part_too := define(Qs * h_star, ZeroMatrix(n, 1)),
-    chain(
-        "21",
-        "no solution is shorter",
-        (h - a_f * R.I * Qs) * (h_star - Q * Rs.I * a_star),
-        Line(
-            h * h_star + a_f * R.I * Qs * Q * Rs.I * a_star, by=(no_part, no_part_too)
-        ),
-        Line(h * h_star + a_f * R.I * Rs.I * a_star, by=(orthonormal,)),
-    ),
+    )
 )
 
+page("So the system can be solved, whatever the pole is.")
+picked = page(suppose(S * M, X, "20"))
+left = page(suppose(L * M, I, "20"))
+page(
+    Construction("20", "a left inverse", {L: X.I * S}, satisfies=(left,), by=(picked,))
+)
 
-@cache
-def derive():
-    """The page."""
-    source = f"{SOURCE}, section 3, to (21)"
-    return Derivation(page=PAGE, letters=letters, source=source)
+page("""That is back substitution: it costs less than anything else, uses the rows of
+    the stairs alone, and may give a sensitive solution.""")
+page.chain(
+    "remark 2(b)",
+    "a solution by back substitution",
+    -a_f * X.I * S * M,
+    Line(-a_f * X.I * X, by=(picked,)),
+    Line(-a_f, why="the inverse cancels"),
+)
+
+page("The solution of least norm uses all rows. It comes from a factorisation.")
+factors = page(suppose(M, Q * R, "21"))
+orthonormal = page(suppose(Qs * Q, I, "21"))
+page.chain(
+    "21",
+    "a solution from the factors",
+    -a_f * R.I * Qs * M,
+    Line(-a_f * R.I * Qs * Q * R, by=(factors,)),
+    Line(-a_f * R.I * R, by=(orthonormal,)),
+    Line(-a_f, why="the inverse cancels"),
+)
+
+page("""Every other solution differs by an `h` with `h M = 0`, so that `h Q = 0`. It is
+    longer by `h h^*`.""")
+no_part = page(suppose(h * Q, ZeroMatrix(1, n)))
+no_part_too = page(suppose(Qs * h_star, ZeroMatrix(n, 1)))
+page.chain(
+    "21",
+    "no solution is shorter",
+    (h - a_f * R.I * Qs) * (h_star - Q * Rs.I * a_star),
+    Line(h * h_star + a_f * R.I * Qs * Q * Rs.I * a_star, by=(no_part, no_part_too)),
+    Line(h * h_star + a_f * R.I * Rs.I * a_star, by=(orthonormal,)),
+)

@@ -6,9 +6,7 @@ kinds of time: the index + is the next instant or the derivative.
 Source: Van Dooren (1984), (1)-(12), (24), remark 2(c); reflectors after Householder.
 """
 
-from functools import cache
-
-from matrixproof import BlockMatrix, Construction, Derivation, Line
+from matrixproof import BlockMatrix, Construction, Line, Page
 
 from .letters import *
 
@@ -19,213 +17,219 @@ def stacked(*blocks):
 
 nothing = ZeroMatrix(r - 1, 1)
 
-PAGE = (
-    "The plant, the observer, and its estimate of the whole state.",
-    is_x := define(x_next, A * x + B * u, "1"),
-    is_y := define(y, C * x, "1"),
-    is_z := define(z_next, F * z + D * y + G * u, "2"),
-    is_estimate := define(x_hat, P * z + V * y, "3"),
-    "The theorem asks for a `T` with two properties, and takes the gains from it.",
-    tracked := define(T * A, F * T + D * C, "4"),
-    driven := define(G, T * B, "5"),
-    whole := define(P * T + V * C, I, "5"),
-    """Then the observer's state tracks `T x`, with an error that nothing drives.
-    The estimate errs by a multiple of it.""",
-    is_eps := define(eps, z - T * x),
-    is_eps_next := define(eps_next, z_next - T * x_next),
-    free := chain(
-        "1, 2, 4, 5",
-        "the error moves by itself",
-        eps_next,
-        Line(z_next - T * x_next, by=(is_eps_next,)),
-        Line(F * z + D * C * x + G * u - T * (A * x + B * u), by=(is_z, is_y, is_x)),
-        Line(F * z + D * C * x - T * A * x, by=(driven,)),
-        Line(F * z - F * T * x, by=(tracked,)),
-        Line(F * eps, by=(is_eps,)),
+
+page = Page(letters=letters, source=f"{SOURCE}, sections 1 and 2")
+
+
+page("The plant, the observer, and its estimate of the whole state.")
+is_x = page(let(x_next, A * x + B * u, "1"))
+is_y = page(let(y, C * x, "1"))
+is_z = page(let(z_next, F * z + D * y + G * u, "2"))
+is_estimate = page(let(x_hat, P * z + V * y, "3"))
+
+page("The theorem asks for a `T` with two properties, and takes the gains from it.")
+tracked = page(suppose(T * A, F * T + D * C, "4"))
+driven = page(let(G, T * B, "5"))
+whole = page(suppose(P * T + V * C, I, "5"))
+
+page("""Then the observer's state tracks `T x`, with an error that nothing drives. The
+    estimate errs by a multiple of it.""")
+is_eps = page(let(eps, z - T * x))
+is_eps_next = page(let(eps_next, z_next - T * x_next))
+free = page.chain(
+    "1, 2, 4, 5",
+    "the error moves by itself",
+    eps_next,
+    Line(z_next - T * x_next, by=(is_eps_next,)),
+    Line(F * z + D * C * x + G * u - T * (A * x + B * u), by=(is_z, is_y, is_x)),
+    Line(F * z + D * C * x - T * A * x, by=(driven,)),
+    Line(F * z - F * T * x, by=(tracked,)),
+    Line(F * eps, by=(is_eps,)),
+)
+errs = page.chain(
+    "3, 5",
+    "the estimate errs by a multiple of it",
+    x_hat - x,
+    Line(P * z + V * C * x - x, by=(is_estimate, is_y)),
+    Line(P * z - P * T * x, by=(whole,)),
+    Line(P * eps, by=(is_eps,)),
+)
+
+page("""So the error is `F^t` times what it was at the start; in continuous time, for
+    which alone the paper writes it, `e^(F t)` times. Both begin with the identity and
+    both move by `F`, and an error that moves so has no choice.""")
+flows = page(let(Phi_next, F * Phi))
+carried = page(suppose(eps, Phi * eps_0))
+page.chain(
+    "6",
+    "the error at any time",
+    eps_next,
+    Line(F * eps, by=(free,)),
+    Line(F * Phi * eps_0, by=(carried,)),
+    Line(Phi_next * eps_0, by=(flows,)),
+)
+page.chain(
+    "6",
+    "the error of the estimate at any time",
+    x_hat - x,
+    Line(P * eps, by=(errs,)),
+    Line(P * Phi * eps_0, by=(carried,)),
+)
+
+page("""Unitary coordinates neither enlarge a rounding error nor change how sensitive
+    the solution is. They turn the equation for `T` into one for `T_U`.""")
+inverse = page(suppose(U * Us, I, "7"))
+is_A_U = page(let(A_U, Us * A * U, "7"))
+is_C_U = page(let(C_U, C * U, "7"))
+is_T_U = page(let(T_U, T * U, "10"))
+page.chain(
+    "9, 10",
+    "the equation in these coordinates",
+    T_U * A_U - F * T_U,
+    Line(T * U * Us * A * U - F * T * U, by=(is_T_U, is_A_U)),
+    Line(T * A * U - F * T * U, by=(inverse,)),
+    Line(D * C * U, by=(tracked,)),
+    Line(D * C_U, by=(is_C_U,)),
+)
+page.chain(
+    "9, 10",
+    "both are invertible or none is",
+    stacked(T, C) * U,
+    Line(stacked(T * U, C * U), why="multiply out"),
+    Line(stacked(T_U, C_U), by=(is_T_U, is_C_U)),
+)
+
+page("A solution in these coordinates leads back, with both gains.")
+solved = page(suppose(T_U * A_U, F * T_U + D * C_U, "10"))
+is_T = page(suppose(T, T_U * Us))
+page.chain(
+    "4, 10",
+    "back to the coordinates of the plant",
+    T * A - F * T,
+    Line(T_U * Us * A - F * T_U * Us, by=(is_T,)),
+    Line(T_U * A_U * Us - F * T_U * Us, by=(is_A_U, inverse)),
+    Line(D * C_U * Us, by=(solved,)),
+    Line(D * C, by=(is_C_U, inverse)),
+)
+page.chain(
+    "24",
+    "the gain of the input",
+    G,
+    Line(T * B, by=(driven,)),
+    Line(T_U * Us * B, by=(is_T,)),
+)
+left_inverse = page(suppose(X_1 * T_U + X_2 * C_U, I))
+page.chain(
+    "24",
+    "the gains of the estimate",
+    U * X_1 * T + U * X_2 * C,
+    Line(U * X_1 * T_U * Us + U * X_2 * C, by=(is_T,)),
+    Line(U * (X_1 * T_U + X_2 * C_U) * Us, by=(is_C_U, inverse)),
+    Line(U * Us, by=(left_inverse,)),
+    Line(I, by=(inverse,)),
+)
+
+page("""A unitary change of the observer's state brings `F` to triangular form, and
+    changes `T_U` and `D` with it. So a triangular `F` loses nothing.""")
+turned = page(suppose(W * Ws, Identity(n - r)))
+page.chain(
+    "11, 12",
+    "the observer in other coordinates",
+    Ws * T_U * A_U - Ws * F * W * Ws * T_U,
+    Line(Ws * T_U * A_U - Ws * F * T_U, by=(turned,)),
+    Line(Ws * D * C_U, by=(solved,)),
+)
+page.chain(
+    "11, 12",
+    "and its matrix is invertible as before",
+    BlockMatrix([[W, ZeroMatrix(n - r, r)], [ZeroMatrix(r, n - r), Identity(r)]])
+    * stacked(Ws * T_U, C_U),
+    Line(stacked(W * Ws * T_U, C_U), why="multiply out"),
+    Line(stacked(T_U, C_U), by=(turned,)),
+)
+
+page("""That the stairs can be triangles is a construction. A reflector takes a column
+    to any other of the same length; for complex entries the phase of `b_s` is chosen so
+    that `b_s^* a_s` is real.""")
+is_v = page(let(v, a_s - b_s))
+is_vs = page(let(vs, as_s - bs_s))
+long = page(suppose(bs_s * b_s, as_s * a_s))
+real = page(suppose(as_s * b_s, bs_s * a_s))
+doubled = page.chain(
+    "8",
+    "how long the vector of a reflector is",
+    vs * v,
+    Line((as_s - bs_s) * (a_s - b_s), by=(is_v, is_vs)),
+    Line(
+        as_s * a_s - as_s * b_s - bs_s * a_s + bs_s * b_s,
+        why="multiply out",
     ),
-    errs := chain(
-        "3, 5",
-        "the estimate errs by a multiple of it",
-        x_hat - x,
-        Line(P * z + V * C * x - x, by=(is_estimate, is_y)),
-        Line(P * z - P * T * x, by=(whole,)),
-        Line(P * eps, by=(is_eps,)),
-    ),
-    """So the error is `F^t` times what it was at the start; in continuous time,
-    for which alone the paper writes it, `e^(F t)` times. Both begin with the
-    identity and both move by `F`, and an error that moves so has no choice.""",
-    flows := define(Phi_next, F * Phi),
-    carried := define(eps, Phi * eps_0),
-    chain(
-        "6",
-        "the error at any time",
-        eps_next,
-        Line(F * eps, by=(free,)),
-        Line(F * Phi * eps_0, by=(carried,)),
-        Line(Phi_next * eps_0, by=(flows,)),
-    ),
-    chain(
-        "6",
-        "the error of the estimate at any time",
-        x_hat - x,
-        Line(P * eps, by=(errs,)),
-        Line(P * Phi * eps_0, by=(carried,)),
-    ),
-    """Unitary coordinates neither enlarge a rounding error nor change how
-    sensitive the solution is. They turn the equation for `T` into one for `T_U`.""",
-    inverse := define(U * Us, I, "7"),
-    is_A_U := define(A_U, Us * A * U, "7"),
-    is_C_U := define(C_U, C * U, "7"),
-    is_T_U := define(T_U, T * U, "10"),
-    chain(
-        "9, 10",
-        "the equation in these coordinates",
-        T_U * A_U - F * T_U,
-        Line(T * U * Us * A * U - F * T * U, by=(is_T_U, is_A_U)),
-        Line(T * A * U - F * T * U, by=(inverse,)),
-        Line(D * C * U, by=(tracked,)),
-        Line(D * C_U, by=(is_C_U,)),
-    ),
-    chain(
-        "9, 10",
-        "both are invertible or none is",
-        stacked(T, C) * U,
-        Line(stacked(T * U, C * U), why="multiply out"),
-        Line(stacked(T_U, C_U), by=(is_T_U, is_C_U)),
-    ),
-    "A solution in these coordinates leads back, with both gains.",
-    solved := define(T_U * A_U, F * T_U + D * C_U, "10"),
-    is_T := define(T, T_U * Us),
-    chain(
-        "4, 10",
-        "back to the coordinates of the plant",
-        T * A - F * T,
-        Line(T_U * Us * A - F * T_U * Us, by=(is_T,)),
-        Line(T_U * A_U * Us - F * T_U * Us, by=(is_A_U, inverse)),
-        Line(D * C_U * Us, by=(solved,)),
-        Line(D * C, by=(is_C_U, inverse)),
-    ),
-    chain(
-        "24",
-        "the gain of the input",
-        G,
-        Line(T * B, by=(driven,)),
-        Line(T_U * Us * B, by=(is_T,)),
-    ),
-    left_inverse := define(X_1 * T_U + X_2 * C_U, I),
-    chain(
-        "24",
-        "the gains of the estimate",
-        U * X_1 * T + U * X_2 * C,
-        Line(U * X_1 * T_U * Us + U * X_2 * C, by=(is_T,)),
-        Line(U * (X_1 * T_U + X_2 * C_U) * Us, by=(is_C_U, inverse)),
-        Line(U * Us, by=(left_inverse,)),
-        Line(I, by=(inverse,)),
-    ),
-    """A unitary change of the observer's state brings `F` to triangular form, and
-    changes `T_U` and `D` with it. So a triangular `F` loses nothing.""",
-    turned := define(W * Ws, Identity(n - r)),
-    chain(
-        "11, 12",
-        "the observer in other coordinates",
-        Ws * T_U * A_U - Ws * F * W * Ws * T_U,
-        Line(Ws * T_U * A_U - Ws * F * T_U, by=(turned,)),
-        Line(Ws * D * C_U, by=(solved,)),
-    ),
-    chain(
-        "11, 12",
-        "and its matrix is invertible as before",
-        BlockMatrix([[W, ZeroMatrix(n - r, r)], [ZeroMatrix(r, n - r), Identity(r)]])
-        * stacked(Ws * T_U, C_U),
-        Line(stacked(W * Ws * T_U, C_U), why="multiply out"),
-        Line(stacked(T_U, C_U), by=(turned,)),
-    ),
-    """That the stairs can be triangles is a construction. A reflector takes a
-    column to any other of the same length; for complex entries the phase of `b_s`
-    is chosen so that `b_s^* a_s` is real.""",
-    is_v := define(v, a_s - b_s),
-    is_vs := define(vs, as_s - bs_s),
-    long := define(bs_s * b_s, as_s * a_s),
-    real := define(as_s * b_s, bs_s * a_s),
-    doubled := chain(
-        "8",
-        "how long the vector of a reflector is",
-        vs * v,
-        Line((as_s - bs_s) * (a_s - b_s), by=(is_v, is_vs)),
-        Line(
-            as_s * a_s - as_s * b_s - bs_s * a_s + bs_s * b_s,
-            why="multiply out",
-        ),
-        Line(2 * as_s * a_s - 2 * bs_s * a_s, by=(long, real)),
-        Line(2 * vs * a_s, by=(is_vs,)),
-    ),
-    """So there is a `beta`, unless the columns are the same and nothing is to be
-    done.""",
-    scaled := define(beta * vs * a_s, Identity(1)),
-    chain(
-        "8",
-        "a reflector leaves one entry of a column",
-        (I - v * beta * vs) * a_s,
-        Line(a_s - v * beta * vs * a_s, why="multiply out"),
-        Line(a_s - v, by=(scaled,)),
-        Line(b_s, by=(is_v,)),
-    ),
-    norm := chain(
-        "8",
-        "the factor of a reflector",
-        beta * vs * v,
-        Line(2 * beta * vs * a_s, by=(doubled,)),
-        Line(2 * Identity(1), by=(scaled,)),
-    ),
-    chain(
-        "8",
-        "a reflector is its own inverse",
-        (I - v * beta * vs) * (I - v * beta * vs),
-        Line(I - 2 * v * beta * vs + v * beta * vs * v * beta * vs, why="multiply out"),
-        Line(I, by=(norm,)),
-    ),
-    """One reflector for each column makes a triangle of a stair: if what is left
-    behind the first column has a triangle, so has the whole.""",
-    smaller := define(Qs_r * A_r, R_r),
-    chain(
-        "8",
-        "one column after the other",
-        BlockMatrix([[Identity(1), ZeroMatrix(1, r - 1)], [nothing, Qs_r]])
-        * BlockMatrix([[rho_s, h_s], [nothing, A_r]]),
-        Line(BlockMatrix([[rho_s, h_s], [nothing, Qs_r * A_r]]), why="multiply out"),
-        Line(BlockMatrix([[rho_s, h_s], [nothing, R_r]]), by=(smaller,)),
-    ),
-    """Independent columns make all entries of its diagonal different from zero.
-    The reflectors turn the states of the next stair, which is made a triangle
-    after it, and so on; the last ones turn the outputs.""",
-    factors := define(A_s * W_s, Q_s * J_s * R_s),
-    unitary := define(Qs_s * Q_s, Identity(r)),
-    chain(
-        "8",
-        "a stair becomes a triangle",
-        Qs_s * A_s * W_s,
-        Line(Qs_s * Q_s * J_s * R_s, by=(factors,)),
-        Line(J_s * R_s, by=(unitary,)),
-    ),
-    """Whoever may not turn the outputs begins at the other end, with the columns
-    of `C_k`, and gets triangles in the last rows of tall stairs. Whoever may turn
-    them needs no independent outputs either: what is left of dependent ones is
-    `C`.""",
-    spanned := define(Y_1 * C, C_all),
-    orthonormal := define(Y_1s * Y_1, Identity(r)),
-    for_all := define(D_all * C_all, T * A - F * T, "4"),
+    Line(2 * as_s * a_s - 2 * bs_s * a_s, by=(long, real)),
+    Line(2 * vs * a_s, by=(is_vs,)),
+)
+
+page("So there is a `beta`, unless the columns are the same and nothing is to be done.")
+scaled = page(suppose(beta * vs * a_s, Identity(1)))
+page.chain(
+    "8",
+    "a reflector leaves one entry of a column",
+    (I - v * beta * vs) * a_s,
+    Line(a_s - v * beta * vs * a_s, why="multiply out"),
+    Line(a_s - v, by=(scaled,)),
+    Line(b_s, by=(is_v,)),
+)
+norm = page.chain(
+    "8",
+    "the factor of a reflector",
+    beta * vs * v,
+    Line(2 * beta * vs * a_s, by=(doubled,)),
+    Line(2 * Identity(1), by=(scaled,)),
+)
+page.chain(
+    "8",
+    "a reflector is its own inverse",
+    (I - v * beta * vs) * (I - v * beta * vs),
+    Line(I - 2 * v * beta * vs + v * beta * vs * v * beta * vs, why="multiply out"),
+    Line(I, by=(norm,)),
+)
+
+page("""One reflector for each column makes a triangle of a stair: if what is left
+    behind the first column has a triangle, so has the whole.""")
+smaller = page(suppose(Qs_r * A_r, R_r))
+page.chain(
+    "8",
+    "one column after the other",
+    BlockMatrix([[Identity(1), ZeroMatrix(1, r - 1)], [nothing, Qs_r]])
+    * BlockMatrix([[rho_s, h_s], [nothing, A_r]]),
+    Line(BlockMatrix([[rho_s, h_s], [nothing, Qs_r * A_r]]), why="multiply out"),
+    Line(BlockMatrix([[rho_s, h_s], [nothing, R_r]]), by=(smaller,)),
+)
+
+page("""Independent columns make all entries of its diagonal different from zero. The
+    reflectors turn the states of the next stair, which is made a triangle after it, and
+    so on; the last ones turn the outputs.""")
+factors = page(suppose(A_s * W_s, Q_s * J_s * R_s))
+unitary = page(suppose(Qs_s * Q_s, Identity(r)))
+page.chain(
+    "8",
+    "a stair becomes a triangle",
+    Qs_s * A_s * W_s,
+    Line(Qs_s * Q_s * J_s * R_s, by=(factors,)),
+    Line(J_s * R_s, by=(unitary,)),
+)
+
+page("""Whoever may not turn the outputs begins at the other end, with the columns of
+    `C_k`, and gets triangles in the last rows of tall stairs. Whoever may turn them
+    needs no independent outputs either: what is left of dependent ones is `C`.""")
+spanned = page(suppose(Y_1 * C, C_all))
+orthonormal = page(suppose(Y_1s * Y_1, Identity(r)))
+for_all = page(suppose(D_all * C_all, T * A - F * T, "4"))
+page(
     Construction(
         "remark 2(c)",
         "an observer of all outputs, dependent or not",
         {D_all: D * Y_1s},
         satisfies=(for_all,),
         by=(spanned, orthonormal, tracked),
-    ),
+    )
 )
-
-
-@cache
-def derive():
-    """The page."""
-    source = f"{SOURCE}, sections 1 and 2"
-    return Derivation(page=PAGE, letters=letters, source=source)
