@@ -191,6 +191,18 @@ def test_scopes_stand_in_scopes():
     assert page.check() == []
 
 
+def test_what_a_scope_says_again_holds_after_it():
+    """A scope ends where its own first words stand, not where these stood before."""
+    page = new()
+    is_A = page(suppose(A, I))
+    page.chain("", "before", A * B, Line(B, by=(is_A,)))
+    with page.scope(is_A, suppose(B, I)) as (_, is_B):
+        page.chain("", "both", A * B, Line(I, by=(is_A, is_B)))
+    page.chain("", "after", B * A, Line(B, by=(is_A,)))
+    refused(page, letters.chain("", "b", B, Line(I, by=(is_B,))), "B = I, whose")
+    assert page.check() == []
+
+
 def test_several_hypotheses_end_together():
     page = new()
     with page.scope(suppose(A, I), suppose(B, I)) as (one, two):

@@ -1,10 +1,14 @@
 """Pages of derivations: all of a page holds, is used, and notices damage."""
 
+import random
+
 import pytest
 from damage import fails
 from page_damage import idle_values, stage_lists, wrong_definitions, wrong_stages
 
 from luenberger.ledger import evidence
+from matrixproof import Relation
+from matrixproof.derivation import End, misplaced
 
 PAGES = (
     "haddad_bernstein.augmented",
@@ -84,6 +88,17 @@ page = evidence.derivation
 def test_everything_on_a_page_holds_and_is_used(name):
     assert page(name).check() == []
     assert page(name).steps and page(name).source
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_what_is_left_out_is_missed_where_it_is_cited(name):
+    """Some of what a page introduces, each left out in turn."""
+    items = [item for item in page(name).page if not isinstance(item, End)]
+    introduced = [item for item in items if isinstance(item, Relation)]
+    for gone in random.Random(name).sample(introduced, min(4, len(introduced))):
+        rest = [item for item in items if item != gone]
+        found = [f for k, item in enumerate(rest) for f in misplaced(item, rest[:k])]
+        assert any(f"{gone.name} is cited and not introduced" in f for f in found)
 
 
 @pytest.mark.parametrize("name", PAGES)

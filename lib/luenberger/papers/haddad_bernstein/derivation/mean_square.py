@@ -95,22 +95,21 @@ page.chain(
 
 page("""The first block depends on itself alone, the second on itself and the first, the
     third on itself and the other two. So the map is triangular.""")
-no_Q1 = page(suppose(Q1, none(n, n)))
-no_Q12 = page(suppose(Q12, none(n, r)))
-page.chain(
-    "lemma 4.1",
-    "what the first block adds to the second",
-    F12,
-    Line(is_F12.right, by=(is_F12,)),
-    Line(none(n, r), by=(no_Q1,)),
-)
-page.chain(
-    "lemma 4.1",
-    "what both add to the third",
-    F2,
-    Line(is_F2.right, by=(is_F2,)),
-    Line(none(r, r), by=(no_Q1, no_Q12)),
-)
+with page.scope(suppose(Q1, none(n, n)), suppose(Q12, none(n, r))) as (no_Q1, no_Q12):
+    page.chain(
+        "lemma 4.1",
+        "what the first block adds to the second",
+        F12,
+        Line(is_F12.right, by=(is_F12,)),
+        Line(none(n, r), by=(no_Q1,)),
+    )
+    page.chain(
+        "lemma 4.1",
+        "what both add to the third",
+        F2,
+        Line(is_F2.right, by=(is_F2,)),
+        Line(none(r, r), by=(no_Q1, no_Q12)),
+    )
 
 page("""The lemma writes the map as a matrix of Kronecker products, with the entries of
     the moment in a column. At order one it is this matrix. Its eigenvalues stand on the

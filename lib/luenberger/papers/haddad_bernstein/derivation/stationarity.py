@@ -95,14 +95,14 @@ in_Ae = page.chain(
 )
 
 page("Suppose that it vanishes.")
-no_slope_Ae = page(suppose(gradAe, ZeroMatrix(r, r), "4.8"))
-page.chain(
-    "3.10'",
-    "the estimator's own matrix from its gradient",
-    Ae,
-    Line(Ae - P2.I * gradAe * Q2.I / 2, by=(no_slope_Ae,)),
-    Line(Gam * A * G.T - Be * C * G.T, by=(in_Ae,)),
-)
+with page.scope(suppose(gradAe, ZeroMatrix(r, r), "4.8")) as no_slope_Ae:
+    page.chain(
+        "3.10'",
+        "the estimator's own matrix from its gradient",
+        Ae,
+        Line(Ae - P2.I * gradAe * Q2.I / 2, by=(no_slope_Ae,)),
+        Line(Gam * A * G.T - Be * C * G.T, by=(in_Ae,)),
+    )
 
 page("Conversely, with this matrix it vanishes.")
 is_Ae = page(let(Ae, Gam * A * G.T - Be * C * G.T, "3.10'"))
@@ -134,18 +134,19 @@ in_Be = page.chain(
 )
 
 page("Suppose that this one vanishes, too.")
-no_slope_Be = page(suppose(gradBe, ZeroMatrix(r, l), "4.9"))
-page.chain(
-    "3.11",
-    "the input matrix from the gradients",
-    Be,
-    Line(
-        Be - P2.I * (gradBe - gradAe * G * C.T) * V2s.I / 2,
-        by=(no_slope_Ae, no_slope_Be),
-    ),
-    Line(Gam * Qs * V2s.I, by=(in_Ae, in_Be)),
-    Line(Gam * Kq, by=(is_K,)),
-)
+no_slope_Be = suppose(gradBe, ZeroMatrix(r, l), "4.9")
+with page.scope(no_slope_Ae, no_slope_Be):
+    page.chain(
+        "3.11",
+        "the input matrix from the gradients",
+        Be,
+        Line(
+            Be - P2.I * (gradBe - gradAe * G * C.T) * V2s.I / 2,
+            by=(no_slope_Ae, no_slope_Be),
+        ),
+        Line(Gam * Qs * V2s.I, by=(in_Ae, in_Be)),
+        Line(Gam * Kq, by=(is_K,)),
+    )
 
 page("Conversely, with these two matrices it vanishes.")
 is_Be = page(let(Be, Gam * Kq, "3.11"))
@@ -180,14 +181,14 @@ in_Ce = page.chain(
 )
 
 page("Suppose that it vanishes.")
-no_slope_Ce = page(suppose(gradCe, ZeroMatrix(q, r), "4.10"))
-page.chain(
-    "3.12",
-    "the output matrix from its gradient",
-    Ce,
-    Line(Ce - R.I * gradCe * Q2.I / 2, by=(no_slope_Ce,)),
-    Line((L - De * C) * G.T, by=(in_Ce,)),
-)
+with page.scope(suppose(gradCe, ZeroMatrix(q, r), "4.10")) as no_slope_Ce:
+    page.chain(
+        "3.12",
+        "the output matrix from its gradient",
+        Ce,
+        Line(Ce - R.I * gradCe * Q2.I / 2, by=(no_slope_Ce,)),
+        Line((L - De * C) * G.T, by=(in_Ce,)),
+    )
 
 page("Conversely, with this matrix it vanishes.")
 is_Ce = page(let(Ce, (L - De * C) * G.T, "3.12"))
@@ -218,17 +219,18 @@ in_De = page.chain(
 )
 
 page("Suppose that this one vanishes, too.")
-no_slope_De = page(suppose(gradDe, ZeroMatrix(q, l), "4.11"))
-page.chain(
-    "3.13",
-    "the static gain from the gradients",
-    De,
-    Line(
-        De - R.I * (gradDe - gradCe * G * C.T) * V2s.I / 2,
-        by=(no_slope_Ce, no_slope_De),
-    ),
-    Line(L * Q * C.T * V2s.I, by=(in_Ce, in_De)),
-)
+no_slope_De = suppose(gradDe, ZeroMatrix(q, l), "4.11")
+with page.scope(no_slope_Ce, no_slope_De):
+    page.chain(
+        "3.13",
+        "the static gain from the gradients",
+        De,
+        Line(
+            De - R.I * (gradDe - gradCe * G * C.T) * V2s.I / 2,
+            by=(no_slope_Ce, no_slope_De),
+        ),
+        Line(L * Q * C.T * V2s.I, by=(in_Ce, in_De)),
+    )
 
 page("Conversely, with these two matrices it vanishes.")
 is_De = page(suppose(De * V2s, L * Q * C.T, "3.13"))

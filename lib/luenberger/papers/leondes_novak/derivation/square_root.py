@@ -141,10 +141,8 @@ with page.scope(suppose(Z, W_Z * U_Z * D_Z * T_Z.T)) as parts:
 
 page("""Outputs without noise may determine the state: `K_mv` reads it off, and lets no
     noise in. That gain needs no solve and is right for every `Omega`.""")
-with page.scope(suppose(Kmv * C, I), suppose(Kmv * R, ZeroMatrix(n, p))) as (
-    read,
-    quiet,
-):
+read, quiet = suppose(Kmv * C, I), suppose(Kmv * R, ZeroMatrix(n, p))
+with page.scope(read, quiet):
     page.chain(
         "33",
         "the gain that reads the state off",

@@ -94,15 +94,14 @@ page("""Let the error tend to zero for all starts and inputs. With `u = 0` this 
     that `F` is stable: after `j` steps the error is `F^j` times what it was. With a
     constant `u` the error settles, and what it settles at is zero. So `J u = 0` for
     every `u`, and `J = 0`.""")
-settled = page(suppose(eps, no_column))
-still = page(suppose(eps_next, no_column))
-page.chain(
-    "6",
-    "the input must not drive the error",
-    J * u,
-    Line(eps_next - F * eps, by=(driven,)),
-    Line(no_column, by=(settled, still)),
-)
+with page.scope(suppose(eps, no_column), suppose(eps_next, no_column)) as resting:
+    page.chain(
+        "6",
+        "the input must not drive the error",
+        J * u,
+        Line(eps_next - F * eps, by=(driven,)),
+        Line(no_column, by=resting),
+    )
 
 page("""That is enough as well: if `J = 0` and `F` is stable, the error obeys an
     equation of its own and dies out.""")
@@ -141,25 +140,25 @@ page("""None of this can be avoided. Let `w - k x` tend to zero for all starts a
     `F`, `P` is observable. Hence `z` is a function of `x`, and a linear one: `z = T x`.
     The pairs that are reached stay among themselves, which is (5) and (6) once it holds
     for every `x` and `u`.""")
-graph = page(suppose(z, T * x))
-page.chain(
-    "5, 6",
-    "the graph is never left",
-    Equation(z_next, T * x_next),
-    Iff(
-        Equation(F * T * x + G * u + D * (C * x + E * u), T * A * x + T * B * u),
-        by=(is_x, is_y, is_z, graph),
-    ),
-    Iff(Equation(dynamics * x, -drive * u)),
-)
+with page.scope(suppose(z, T * x)) as graph:
+    page.chain(
+        "5, 6",
+        "the graph is never left",
+        Equation(z_next, T * x_next),
+        Iff(
+            Equation(F * T * x + G * u + D * (C * x + E * u), T * A * x + T * B * u),
+            by=(is_x, is_y, is_z, graph),
+        ),
+        Iff(Equation(dynamics * x, -drive * u)),
+    )
 
-page("On it the error vanishes for every `x`, which is (7).")
-page.chain(
-    "7",
-    "the error vanishes on the graph",
-    Equation(w, k * x),
-    Iff(Equation(P * T * x, k * x), by=(is_w, graph)),
-)
+    page("On it the error vanishes for every `x`, which is (7).")
+    page.chain(
+        "7",
+        "the error vanishes on the graph",
+        Equation(w, k * x),
+        Iff(Equation(P * T * x, k * x), by=(is_w, graph)),
+    )
 
 page("""There is only one such `T`. The difference of two is not seen by `F`, `P`, and
     what is not seen is zero.""")

@@ -59,22 +59,22 @@ page("""So the error is `F^t` times what it was at the start; in continuous time
     which alone the paper writes it, `e^(F t)` times. Both begin with the identity and
     both move by `F`, and an error that moves so has no choice.""")
 flows = page(let(Phi_next, F * Phi))
-carried = page(suppose(eps, Phi * eps_0))
-page.chain(
-    "6",
-    "the error at any time",
-    eps_next,
-    Line(F * eps, by=(free,)),
-    Line(F * Phi * eps_0, by=(carried,)),
-    Line(Phi_next * eps_0, by=(flows,)),
-)
-page.chain(
-    "6",
-    "the error of the estimate at any time",
-    x_hat - x,
-    Line(P * eps, by=(errs,)),
-    Line(P * Phi * eps_0, by=(carried,)),
-)
+with page.scope(suppose(eps, Phi * eps_0)) as carried:
+    page.chain(
+        "6",
+        "the error at any time",
+        eps_next,
+        Line(F * eps, by=(free,)),
+        Line(F * Phi * eps_0, by=(carried,)),
+        Line(Phi_next * eps_0, by=(flows,)),
+    )
+    page.chain(
+        "6",
+        "the error of the estimate at any time",
+        x_hat - x,
+        Line(P * eps, by=(errs,)),
+        Line(P * Phi * eps_0, by=(carried,)),
+    )
 
 page("""Unitary coordinates neither enlarge a rounding error nor change how sensitive
     the solution is. They turn the equation for `T` into one for `T_U`.""")
