@@ -41,13 +41,15 @@ class End:
     """
 
     relations: tuple
+    also: tuple = ()  # what else was introduced there
 
     def stated(self, show: Any) -> str:
-        """What is no longer said, as a sentence."""
+        """What is no longer supposed, as a sentence."""
         said = [r.show(show) for r in self.relations]
         said = " and ".join(f"${x}$" if show is latex else x for x in said)
-        are = "are" if len(self.relations) > 1 else "is"
-        return f"From here on {said} {are} no longer supposed."
+        them = "it" if len(self.relations) == 1 else "them"
+        rest = f", nor on what was introduced with {them}" if self.also else ""
+        return f"What follows does not rest on {said}{rest}."
 
     def __str__(self):
         return self.stated(text)
@@ -330,13 +332,14 @@ class Page(Derivation):
         """`with page.scope(suppose(X, Y)) as name:` what is supposed only inside."""
         if not statements or not all(isinstance(r, Relation) for r in statements):
             raise ValueError("a scope begins with what is supposed in it")
-        before = self.page, self.steps
+        before, first = (self.page, self.steps), len(self.page) + len(statements)
         try:
             yield self(*statements)
         except BaseException:
             self._write(*before)  # nothing of it is said
             raise
-        self(End(statements))
+        inside = open_before(self.page)[len(open_before(self.page[:first])) :]
+        self(End(statements, tuple(r for r in inside if isinstance(r, Relation))))
 
     def _write(self, items, steps):
         for name, value in (("page", items), ("steps", steps)):

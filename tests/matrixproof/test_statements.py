@@ -154,8 +154,8 @@ def test_what_is_supposed_ends_with_its_scope():
     refused(page, Derivation((A,), (stage,), says="a list"), "a list: rests on A B = I")
     page.chain("", "free", X.T, Line(B.T * A.T, by=(other,)))  # needs no hypothesis
     assert page.check() == []
-    assert str(page).count("From here on A B = I is no longer supposed.") == 1
-    assert "From here on $A B = I$ is no longer supposed." in page._repr_markdown_()
+    assert str(page).count("What follows does not rest on A B = I.") == 1
+    assert "What follows does not rest on $A B = I$." in page._repr_markdown_()
 
 
 def test_a_derivation_of_items_is_held_to_the_same():
@@ -207,7 +207,32 @@ def test_several_hypotheses_end_together():
     page = new()
     with page.scope(suppose(A, I), suppose(B, I)) as (one, two):
         page.chain("", "both", A * B, Line(I, by=(one, two)))
-    assert "From here on A = I and B = I are no longer supposed." in str(page)
+    assert "What follows does not rest on A = I and B = I." in str(page)
+
+
+def test_the_end_of_a_scope_says_whether_more_was_introduced():
+    page = new()
+    with page.scope(suppose(A, I)) as one:
+        with page.scope(suppose(B, I)) as two:
+            page.chain("", "both", A * B, Line(I, by=(one, two)))
+        page("words")
+    with page.scope(suppose(A, I), suppose(B, I)) as both:
+        is_X = page(let(X, A * B))
+        page.chain("", "it", X, Line(I, by=(is_X, *both)))
+    with page.scope(suppose(A, I)):
+        page(let(Y, A))
+    ends = [str(item) for item in page.page if isinstance(item, End)]
+    assert ends == [
+        "What follows does not rest on B = I.",
+        "What follows does not rest on A = I.",
+        "What follows does not rest on A = I and B = I, nor on what was introduced "
+        "with them.",
+        "What follows does not rest on A = I, nor on what was introduced with it.",
+    ]
+
+
+def test_a_scope_begins_with_what_is_supposed():
+    page = new()
     for nothing in ((), ("words",)):
         with pytest.raises(ValueError, match="begins with what is supposed"):
             with page.scope(*nothing):

@@ -28,7 +28,6 @@ z_S = letters("z_S", s, 1, "state of the observer in the new coordinates")
 
 page = Page(letters=letters, source=SOURCE)
 
-
 page("""The state of the observer in new coordinates is `S z`, and `U` leads back as far
     as the estimate shows: what `S` leaves out moves neither the rest nor the estimate.
     Where `S` is nonsingular and `U` its inverse, nothing is left out.""")

@@ -17,7 +17,6 @@ SOURCE = "ours"
 
 page = Page(letters=letters, source=SOURCE)
 
-
 page("""Let each row of `H` be a combination of the estimates. The output map of the
     observer is combined in the same way, and so is what it estimates.""")
 is_L = page(let(L_H, H * L))

@@ -32,7 +32,6 @@ WITNESS = {
 
 page = Page(letters=letters, source=SOURCE, witness=WITNESS)
 
-
 page("The Gramians change with the coordinates, as do the inputs.")
 inverse = page(suppose(U * S, I))
 is_F = page(let(F_S, S * F * U))

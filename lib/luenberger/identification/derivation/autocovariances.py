@@ -20,7 +20,6 @@ SOURCE = "Mehra (1970); Odelson, Rajamani and Rawlings (2006)"
 
 page = Page(letters=letters, source=SOURCE)
 
-
 page("""Predict a state with any gain `L` for which the error dies out. What the inputs
     do is known and left out here.""")
 plant = page(let(x_next, A * x + w))

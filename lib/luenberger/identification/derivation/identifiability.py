@@ -22,7 +22,6 @@ SOURCE = "Mehra (1970); Faurre (1976)"
 
 page = Page(letters=letters, source=SOURCE)
 
-
 page("""Outputs may not show all of a state. Let the rows of `T` span what they show,
     now or later: those of `C`, of `C A` and so on. So the rows of `C` and of `T A` are
     combinations of them.""")

@@ -33,7 +33,6 @@ M_all = letters("M_all", N_all, N_all, "that of the innovations", symmetric=True
 
 page = Page(letters=letters, source=SOURCE)
 
-
 page("""A measurement is what the filter predicts from those before it, and the
     innovation. So the record is a lower triangle times its innovations, with ones on
     the diagonal. The innovations are independent: `M_all` has their covariances `M` on

@@ -23,7 +23,6 @@ of_one_row = plus(
 
 page = Page(letters=letters, source=SOURCE)
 
-
 page("""Suppose that the likelihood of the rows to come has the gradient `eta_next` in
     the next prediction, and `1/2 (eta_next eta_next' - Pi_next)` in its covariance.
     After the last row both are zero. A row adds its own density, and passes on what the

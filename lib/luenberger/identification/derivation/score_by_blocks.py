@@ -15,7 +15,6 @@ from .score import SOURCE, half, is_h, is_k, is_Pi_J, is_Z
 
 page = Page(letters=letters, source=SOURCE)
 
-
 page("""The gradients of a row are those of the page on the score. By blocks they are
     the following. Products that come back have letters.""")
 page(is_Z, is_k, is_Pi_J, is_h)

@@ -32,7 +32,6 @@ Y_g = letters("Y_g", n, n, "what the gain leaves of an error")
 
 page = Page(letters=letters, source=SOURCE)
 
-
 page("""Let a state have the covariance `kappa v v' + P_f`, and read one output. If it
     has something of the direction, `s_j` is not zero, the variance of the innovation
     grows with `kappa`, and so does what state and innovation have in common.""")

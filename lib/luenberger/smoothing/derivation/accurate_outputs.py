@@ -41,7 +41,6 @@ WITNESS = {Sigma_s: 0, Sigma_c: 2, U_next: 0, x_s: -1, x_c: 0}
 
 page = Page(letters=letters, source="our own", witness=WITNESS)
 
-
 page("""The residual of the smoothed estimate is the estimate of the measurement noise.
     It is made of the record, so it is uncorrelated with the smoothed error.""")
 is_v = page(let(v, rho_s + C * e_s))

@@ -28,7 +28,6 @@ page = Page(
     source="our own; Bryson and Frazier (1963), Rauch, Tung and Striebel (1965)",
 )
 
-
 page("""Suppose that later rows correct the next prediction by `Omega_next lamda_next`,
     and that `Lambda_next` says by how much they lessen its covariance. Then they
     correct this estimate by `Sigma theta`, and no gain has to be found.""")

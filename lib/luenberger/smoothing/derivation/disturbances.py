@@ -37,7 +37,6 @@ v_s = letters("v_s", p, 1, "smoothed measurement noise")
 
 page = Page(letters=letters, source="our own")
 
-
 page("""The next prediction errs by the process noise, among others. A gain takes out of
     the noise all that the next state would show of it.""")
 page(moves, is_Q, apart)

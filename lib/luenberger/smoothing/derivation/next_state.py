@@ -32,7 +32,6 @@ gone = ZeroMatrix(n, n)
 
 page = Page(letters=letters, source=SOURCE)
 
-
 page("""The filter's estimate errs by `e`. Its prediction of the next state errs by what
     the plant makes of `e`, less the process noise. Both errors are correlated.""")
 moves = page(let(e_minus_next, As * e - w))

@@ -28,7 +28,6 @@ def average(number, says, left, right, moments, named):
 
 page = Page(letters=letters, source=SOURCE)
 
-
 page("""The parameters of the plant are noisy: a white noise `nu_1` of unit variance
     multiplies `A_1` and `C_1`. The estimator sees the measurement alone.""")
 is_x_next = page(let(x_next, (A + nu * A1) * x + w1, "3.1"))

@@ -52,7 +52,6 @@ Lambda = square("Lambda", "the cost of noise that enters now and is remembered")
 
 page = Page(letters=letters, source=f"our own; {SOURCE}, (4.4)")
 
-
 page("The system `A_theta` moves the state, and depends on a parameter `theta`.")
 is_A_theta = page(let(A_theta, A + theta * A_1))
 

@@ -35,7 +35,6 @@ def stays(which, step, *lines):
 
 page = Page(letters=letters, source="our own")
 
-
 page("""Suppose (3.14) to (3.16), the alignments and the gains (3.10) to (3.13). Take
     `Q_2` and `P_2` from the hats, and let the moments be what the theorem says.""")
 page(is_tau, is_Q2, is_P2, is_Q12, is_P12, is_Qe, is_Pe, is_Q1)

@@ -39,7 +39,6 @@ corner = C1.T * De.T * R * De * C1
 
 page = Page(letters=letters, source=SOURCE)
 
-
 page("Recalled are the measurement, the state of both, and the moments in blocks.")
 page(is_y, is_x_nu, is_xt, is_Q, is_Qt, is_Qxy, is_Qyy, is_V2)
 

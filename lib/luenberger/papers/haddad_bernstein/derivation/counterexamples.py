@@ -218,7 +218,6 @@ lifted = G.T * Q2 * P2 * Gam
 exact = {k: x for name in examples() for k, x in not_stationary(name).items()}
 page = Page(letters=letters, source="our own", steps=exact | not_stable())
 
-
 page("""A weaker reading of (3.17) asks for `tau = M M#` with the group inverse of the
     product `M` of the two hats between projections. It says nothing: the equation holds
     for every product of two biorthogonal factors.""")

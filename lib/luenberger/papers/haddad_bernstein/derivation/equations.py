@@ -58,7 +58,6 @@ WITNESS = {root_Qt: diag(1, 0), Kq: 0}
 
 page = Page(letters=letters, source=SOURCE, witness=WITNESS)
 
-
 page("Recalled are the hats, and what the estimator's matrices are made of.")
 page(is_Qh, is_Ph, is_Qe, is_Pe, is_Q1, is_Q12, is_Ce)
 page(is_Qs, is_V2s, is_K, is_Aq, is_Lq)

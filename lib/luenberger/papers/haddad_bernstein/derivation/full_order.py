@@ -53,7 +53,6 @@ S_0 = (L - De0 * C) * Q12 * Ce.T
 
 page = Page(letters=letters, source=SOURCE, limits=({r: n},))
 
-
 page("""With `n_e = n` the product `Gamma G' = I` is that of two square matrices. In a
     basis of one's choice both are the identity, and so is the projection.""")
 is_G = page(suppose(G_n, I))

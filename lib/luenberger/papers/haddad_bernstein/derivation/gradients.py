@@ -38,7 +38,6 @@ def slope(number, says, of, gradient, gain):
 
 page = Page(letters=letters, source=SOURCE)
 
-
 page("""To minimise the cost with (4.4) as a constraint, add the constraint times a
     multiplier. The gradients in the multiplier and in the moment are the two equations
     again.""")

@@ -65,7 +65,6 @@ def growing():
 
 page = Page(letters=letters, source=SOURCE)
 
-
 page("""Lemma 4.1 asks when the moment of both settles. Without new noise one step takes
     it through the two matrices of the system, block by block.""")
 page(is_At, is_At1, is_Qt)

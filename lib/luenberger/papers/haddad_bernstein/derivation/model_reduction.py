@@ -36,7 +36,6 @@ def side_by_side(top, low):
 
 page = Page(letters=letters, source="our own")
 
-
 page("""In continuous time the second moment of plant and model satisfies `F_c Q~ + Q~
     F_c' + B_c B_c' = 0`. The Cayley transform with the step `h^2` moves both in
     discrete time, where the moment satisfies (4.4). Both equations are one.""")

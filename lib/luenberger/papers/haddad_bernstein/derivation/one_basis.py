@@ -109,7 +109,6 @@ WITNESS = {
 
 page = Page(letters=letters, source=SOURCE, witness=WITNESS)
 
-
 page("""For matrices that are not negative there is a basis in which both are diagonal,
     even if both are singular. Write the first hat as `F F'`, and take the columns of
     `F` in a basis in which `F' Ph F` is diagonal. Those with an entry that is not zero

@@ -41,7 +41,6 @@ def stays(number, says, block, equation, one_step):
 
 page = Page(letters=letters, source=SOURCE)
 
-
 page("Recalled are the factors of the moments and the gains of the best estimator.")
 page(is_Q12, is_P12, is_Qe)
 is_Pe = page(let(P_e, Gam.T * P2 * Gam, "section 4"))

@@ -46,7 +46,6 @@ one_state = Identity(r)
 
 page = Page(letters=letters, source=SOURCE)
 
-
 page("""Lemma 3.1 takes a projection apart. A matrix of rank `n_e` is a product of two
     factors of full rank, and these have one-sided inverses. If the matrix is
     idempotent, the factors are biorthogonal.""")

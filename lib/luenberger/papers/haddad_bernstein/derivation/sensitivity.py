@@ -49,7 +49,6 @@ def slope_moves(says, gradient, named):
 
 page = Page(letters=letters, source=SOURCE)
 
-
 page("Recalled are the gradients, and what drives the moments and their duals.")
 page(is_gradAe, is_gradBe, is_gradCe, is_gradDe, is_N12, is_N2, is_M12, is_M2)
 

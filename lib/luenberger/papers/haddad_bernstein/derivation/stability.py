@@ -61,7 +61,6 @@ MODES = {W_r: [[0, 0], [-1, 0]], M_c: [[1, 0], [0, -1]], Qt: [[1, 0], [0, 1]]}
 
 page = Page(letters=letters, source="our own", witness={Ce: [1, 0], **MODES})
 
-
 page("""Let `V_e` span the real modes of an eigenvalue of `A_e`, and `c` be its squared
     modulus. The dual of the estimator's moment is driven by what its output shows.""")
 page(turn, is_Ae)

@@ -20,7 +20,6 @@ missing = Ce - (L - De * C) * G.T
 
 page = Page(letters=letters, source=SOURCE)
 
-
 page("""Where the estimator is controllable and observable, `Q_2` and `P_2` have
     inverses. So the mixed moments can be written with a `G` and a `Gamma`. The moment
     of the state is split into that of `xhat = G' x_e` and the rest.""")

@@ -104,7 +104,6 @@ beside = lam * q * (1 - c**-b) / b
 
 page = Page(letters=periods, source=f"{SOURCE}, Table II; the objectives are our own")
 
-
 page("""A period `T` has the cost `J(T)`. To make it a little longer costs `g` in
     accuracy and saves `lambda h(T)` in samples. Both are weighted by `T^k`, which moves
     no minimum: it only makes the cost a simple one.""")

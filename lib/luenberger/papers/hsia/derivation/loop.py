@@ -40,7 +40,6 @@ def of_plant(*wanted):
 
 page = Page(letters=letters, source=f"{SOURCE}, (17)")
 
-
 page("The plant has two integrators and a zero: a position and a velocity.")
 page(
     Explicit(

@@ -23,7 +23,6 @@ from .letters import *
 
 page = Page(letters=letters, source="Van Loan (1978)")
 
-
 page("""White noise of intensity `Q` adds up to a covariance `P` in the time `t`. It is
     an integral, of which the rate is known, and which is zero at `t = 0`.""")
 flows = page(suppose(dPhi, Phi * A))

@@ -109,7 +109,6 @@ row_block = T_i * A_U - A_i * T_h - D_i * C_U
 
 page = Page(letters=letters, source=f"{SOURCE}, with the rows of Van Dooren (1984)")
 
-
 page("""Sort Kawazoe's coordinates by level, those with the highest power of `A` first.
     This is a staircase: below the diagonal it has the ones that move each row to the
     next, and nothing else. The outputs are the last entries.""")

@@ -111,7 +111,6 @@ found_by_level = BlockMatrix([[C_1], [C_2], [C_2 * A]])
 
 page = Page(letters=letters, source=f"{SOURCE}, (1)-(14), (19)")
 
-
 page("The plant, in discrete time, and the rows of what it measures.")
 is_x = page(let(x_next, A * x + B * u, "1"))
 is_y = page(let(y, C * x, "2"))

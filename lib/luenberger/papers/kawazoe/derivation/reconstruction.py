@@ -85,7 +85,6 @@ def one_sample_less(of):
 
 page = Page(letters=letters, source=f"{SOURCE}, (15)-(26)")
 
-
 page("""The plant in Kawazoe's coordinates. Output `i` is the first entry of block `i`,
     so `m` entries of `w` are read.""")
 is_y = page(let(y, H * w, "10"))

@@ -51,7 +51,6 @@ gone = ZeroMatrix
 
 page = Page(letters=letters, source=f"our own; {SOURCE}, (9)")
 
-
 page("""An observer of `L_any x` need not satisfy the conditions. Two residuals are
     left.""")
 is_N_1 = page(let(N_1, T_next * A - F * T - D * C, "9"))

@@ -44,7 +44,6 @@ def spread(X):
 
 page = Page(letters=letters, source=f"{SOURCE}, section III")
 
-
 page("The gain of least covariance and its letters are those of the quadratic.")
 page(is_M, is_N, is_Kmv)
 

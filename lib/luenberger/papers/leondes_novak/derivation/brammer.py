@@ -29,7 +29,6 @@ z_hat_next = letters("z_hat_next", r, 1, "the same one step on")
 
 page = Page(letters=letters, source=f"{SOURCE}, (45)-(53); Brammer (1968)")
 
-
 page("""The accurate outputs have no noise, `y_1 = C_1 x`. The estimate puts them in
     their place and takes the rest from `z_hat`. The equations (47) say what `Gamma_1`
     and `Phat` are.""")

@@ -38,7 +38,6 @@ WITNESS = {Sigma: zeros(2, 2), L_M: eye(2)}
 
 page = Page(letters=letters, source=f"{SOURCE}, section III", witness=WITNESS)
 
-
 page("""The accurate outputs are kept as they are, so the observer follows the other
     states alone. Two gains are free.""")
 is_P = page(let(P, BlockMatrix([[zero(m1, r)], [rest]]), "24"))

@@ -24,7 +24,6 @@ kept, other = Identity(m1), Identity(p2)
 
 page = Page(letters=letters, source=f"{SOURCE}, section III")
 
-
 page("""The outputs are split into accurate ones and the others, and their rows are
     completed to an invertible matrix. The paper writes M for it, a letter that is the
     covariance of the innovation here.""")

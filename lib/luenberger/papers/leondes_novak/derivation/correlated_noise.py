@@ -22,7 +22,6 @@ gone = ZeroMatrix
 
 page = Page(letters=letters, source=f"our own; {SOURCE}, (5), (11)")
 
-
 page("""The paper's noises are independent of each other, (5). The library lets them be
     correlated. Then what `v` tells of `w` is known and can be taken out, with a matrix
     `J` that solves `J R = S`.""")

@@ -31,7 +31,6 @@ innovation = running("innovation", p, 1, "what the prediction leaves of it")
 
 page = Page(letters=running, source=f"{SOURCE}, (41)-(43)")
 
-
 page("""The plant moves as in (1); of its noise, `J v` is told by the measurement. The
     residual of an estimate is its own error and the noise of the measurement.""")
 plant = page(let(truth_next, A * truth + B * u + J * v + w, "1"))

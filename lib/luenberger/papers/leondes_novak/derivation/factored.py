@@ -47,7 +47,6 @@ a = beta + delta * phi**2  # the variance with this column
 
 page = Page(letters=factored, source=SOURCE)
 
-
 page("""A reading of one output is a row `c'` of `C` with noise of variance `rho`, and
     `Omega = U D U'`. The columns of `U` are taken one after the other. Those before
     this one have left a column `k_j` and a variance `beta`, which begins with `rho`;

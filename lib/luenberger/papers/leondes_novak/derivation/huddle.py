@@ -21,7 +21,6 @@ gone = ZeroMatrix
 
 page = Page(letters=letters, source=f"{SOURCE}, section II")
 
-
 page("""An observer is a linear system that is driven by input and measurement. It is to
     follow `T x`, and its error is `eps`.""")
 page(plant, measured)

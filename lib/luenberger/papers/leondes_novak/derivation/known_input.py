@@ -64,7 +64,6 @@ placed = letters("Pi_y", p + m, p, "columns of it that place the plant's measure
 
 page = Page(letters=letters, source=f"our own; {SOURCE}, (1)-(5)")
 
-
 page("The input comes from a model with noises of its own.")
 is_s_next = page(let(s_next, A_u * s + w_u))
 is_u = page(let(u, C_u * s + v_u))

@@ -36,7 +36,6 @@ page = Page(
     letters=letters, source=f"{SOURCE}, section IV", limits=({r: n - p}, {r: n})
 )
 
-
 page("""If all outputs are accurate, `m_1 = p`, the second gain has no columns. The
     matrices of (24) and (25) lose theirs, and what is left satisfies (13) as it
     stands.""")

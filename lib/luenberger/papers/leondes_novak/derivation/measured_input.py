@@ -51,7 +51,6 @@ L_in = letters("L_in", q, both, "what is estimated of both")
 
 page = Page(letters=letters, source=f"our own; {SOURCE}, (7)-(13)")
 
-
 page("""An observer uses the input as it uses a measurement. What it follows and what it
     estimates are of the plant.""")
 page(is_x_in, is_y_in, moves)

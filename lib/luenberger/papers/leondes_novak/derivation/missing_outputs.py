@@ -36,7 +36,6 @@ N_m = letters("N_m", n, pm, "block of `N`: what is missing")
 
 page = Page(letters=letters, source="our own")
 
-
 page("""A gain that may use only what arrived is `K = K_a Pick`. Its cost is that of the
     shorter problem, in which `Pick C` is measured with the noise that is picked.""")
 is_K = page(let(K, K_a * Pick))

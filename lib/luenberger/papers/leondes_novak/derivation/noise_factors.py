@@ -34,7 +34,6 @@ Z = letters("Z", n, q, "what may be added to `J`")
 
 page = Page(letters=letters, source=f"our own; {SOURCE}")
 
-
 page("""The error of any observer has a factor as well. If the noises are correlated
     they share one, with `Nw` and `Nv` for its rows.""")
 is_X = page(suppose(H * H.T, X))

@@ -21,7 +21,6 @@ def joseph(K, C, Omega, R):
 
 page = Page(letters=letters, source=f"{SOURCE}, section III")
 
-
 page("""A prediction errs by `A e - w`, where `e` is the error of the estimate that is
     moved on. Noise is independent of everything that was measured before it.""")
 is_Sigma = page(moment(e * e.T, Sigma, "27"))

@@ -48,7 +48,6 @@ def joseph(X, covariance):
 
 page = Page(letters=ratio, source="our own")
 
-
 page("""Let `Sigma_f` be at most `(1 + g) Sigma`. Noise is the same in both, so a
     prediction keeps the ratio.""")
 is_Omega = page(let(Omega, As * Sigma * As.T + Qs, "44"))

@@ -32,7 +32,6 @@ Hv = letters("Hv", p, d, "its part in the measurement noise")
 
 page = Page(letters=letters, source=SOURCE)
 
-
 page("""Both noises of the plant come from one white vector `xi`, so that they may be
     correlated.""")
 plant = page(let(x_next, A * x + B * u + Hw * xi, "1"))

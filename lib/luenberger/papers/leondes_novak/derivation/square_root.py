@@ -50,7 +50,6 @@ WITNESS = {Y: -4, Z: [[-4, 1], [-2, -3]], kept: -8}
 
 page = Page(letters=letters, source=f"our own; {SOURCE}", witness=WITNESS)
 
-
 page("""A factor of a covariance moves as the error does, and a factor of the noise
     stands beside it.""")
 is_H = page(suppose(H * H.T, Sigma))

@@ -35,7 +35,6 @@ H_eps = letters("H_eps", r, k + 1, "a root of the second moment of the error")
 
 page = Page(letters=letters, source=f"{SOURCE}, section III")
 
-
 page("""The observer starts at what is known of the first state. It then errs by what is
     not known, and the recursion starts with (36).""")
 starts = page(let(z_next, T_next * (A * x_bar + B * u), "34"))

@@ -42,7 +42,6 @@ Gradient_K = letters("Gradient", n, p, "gradient of the steady trace in the gain
 
 page = Page(letters=letters, source="our own")
 
-
 page("A step starts from a covariance. If that moves, `Omega` moves with the plant.")
 is_dOmega = page(let(dOmega, A * dSigma_0 * A.T))
 page.chain(

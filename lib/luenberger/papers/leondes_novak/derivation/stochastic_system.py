@@ -12,7 +12,6 @@ from .letters import *
 
 page = Page(letters=letters, source=f"{SOURCE}, section I")
 
-
 page("""The plant is linear, and what is measured of it as well. The paper has no
     feedthrough, `E = 0`; carrying it along costs nothing.""")
 plant = page(let(x_next, A * x + B * u + w, "1"))

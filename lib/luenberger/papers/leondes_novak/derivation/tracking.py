@@ -113,7 +113,6 @@ EXAMPLE = "n = 3, p = 2"
 
 page = Page(letters=letters, source=f"{SOURCE}, section V")
 
-
 page("""A target moves with constant acceleration between scans; a manoeuvre changes the
     acceleration at random. The state has position, velocity and acceleration. What
     moves it solves the equation of motion.""")

@@ -38,7 +38,6 @@ ONES = Matrix.ones(2, 2)
 
 page = Page(letters=letters, source=f"our own; {SOURCE}, after (33)")
 
-
 page("""A change of the gains from the minimum costs `tr(Delta_K M Delta_K')`. If `M =
     L_M L_M'` with an invertible root this is a sum of squares, zero for no change but
     none.""")

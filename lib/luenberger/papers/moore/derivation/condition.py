@@ -16,7 +16,6 @@ from .letters import *
 
 page = Page(letters=letters, source=f"{SOURCE}, (5), (10), (12), (13)")
 
-
 page("""Let `F` be a companion form: `N` moves rows up, and row `i` of `L` has one
     coefficient `b` of the polynomial, in the column of the first row. A polynomial in
     factors has a block for each of them, which feeds the block before it; then the

@@ -41,7 +41,6 @@ turn, back = (
 
 page = Page(letters=letters, source=f"{SOURCE}, (1)-(7) and after (13)")
 
-
 page("""The plant and an observer that has no direct path from the measurement to the
     estimate.""")
 is_x = page(let(x_next, A * x + B * u, "1"))

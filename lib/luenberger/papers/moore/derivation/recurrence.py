@@ -99,7 +99,6 @@ no_entry, no_column = ZeroMatrix(1, 1), ZeroMatrix(r, 1)
 
 page = Page(letters=letters, source=f"{SOURCE}, (2), (8)-(13)")
 
-
 page("""In observable companion form the plant moves every entry down by one, and the
     last column has the coefficients of its polynomial. The one output is the last
     entry.""")

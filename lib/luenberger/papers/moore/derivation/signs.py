@@ -66,7 +66,6 @@ no_rows = ZeroMatrix(n - r, 1)
 
 page = Page(letters=letters, source=f"{SOURCE}, the remark after (13)")
 
-
 page("""In continuous time a stable polynomial is a product of `s + a` for each real
     root and `s^2 + 2 c s + d` for each pair, all positive. Multiplied out, every
     coefficient is a sum of products of positive numbers.""")

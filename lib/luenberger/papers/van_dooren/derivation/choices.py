@@ -62,7 +62,6 @@ def lower_part(X, diagonal):
 
 page = Page(letters=letters, source="ours")
 
-
 page("""Take any row and correct it by the left inverse. What comes out solves the
     system of the row.""")
 left = page(suppose(L * M, I, "20"))

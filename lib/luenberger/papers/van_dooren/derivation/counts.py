@@ -60,7 +60,6 @@ def patterned():
 
 page = Page(letters=letters, source=f"{SOURCE}, (21)-(25), (34), remark 2")
 
-
 page("""The matrix of one row has `r` entries below a diagonal. A reflector of `r`
     entries for column `j` is applied to the `n - j` columns from there on, with two
     multiply-adds for each entry it meets.""")

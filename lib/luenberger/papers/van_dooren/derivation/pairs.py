@@ -144,7 +144,6 @@ def over_patterns(values, wanted=lambda p, i: True):
 
 page = Page(letters=letters, source=f"{SOURCE}, (26)-(33)")
 
-
 page("""A real plant should have a real observer. For a pair of poles there is a block
     of `F` that is real.""")
 page(

@@ -138,7 +138,6 @@ system = BlockMatrix([[-T_i], [A_f], [-C_U]])
 
 page = Page(letters=letters, source=f"{SOURCE}, section 3, to (21)")
 
-
 page("""Look for `T_U` as a triangle with ones on its diagonal. Whatever its other
     entries are, `T_U` above `C_U` is then invertible, because `C_k` is.""")
 page(

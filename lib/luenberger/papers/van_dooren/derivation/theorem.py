@@ -20,7 +20,6 @@ nothing = ZeroMatrix(r - 1, 1)
 
 page = Page(letters=letters, source=f"{SOURCE}, sections 1 and 2")
 
-
 page("The plant, the observer, and its estimate of the whole state.")
 is_x = page(let(x_next, A * x + B * u, "1"))
 is_y = page(let(y, C * x, "1"))
