@@ -134,7 +134,7 @@ def test_a_form_is_what_the_page_says(seed):
         page.w_next: found.P @ states[1],
         page.y: plant.C @ x,
     }
-    tried, failed = broken_relations(form.PAGE, values)
+    tried, failed = broken_relations(form.page.page, values)
     assert failed == [] and tried == 7
     y = np.hstack(states[:4]).T @ plant.C.T + u @ plant.E.T
     k = found.samples - 1

@@ -61,7 +61,7 @@ def test_a_design_is_what_the_theorem_says(redundant, complex_, units):
     }
     Y, Ys = form.Y[:, :2] * pair.outputs[:, None], form.Y[:, :2].conj().T / pair.outputs
     values |= {page.C: Ys @ plant.C, page.V: o.V @ Y, page.Y_1: Y, page.Y_1s: Ys}
-    tried, failed = broken_relations(theorem.PAGE, values)
+    tried, failed = broken_relations(theorem.page.page, values)
     assert failed == [] and tried == 13
 
 
@@ -161,7 +161,7 @@ def test_a_pair_solves_the_system_of_the_page(stairs, method):
 
 def statement(says, **sizes):
     """The loops of a count on the page, run through at given sizes."""
-    (item,) = (x for x in counts.PAGE if getattr(x, "says", "") == says)
+    (item,) = (x for x in counts.page.page if getattr(x, "says", "") == says)
     return item.left.subs({getattr(counts, k): v for k, v in sizes.items()}).doit()
 
 
