@@ -381,7 +381,7 @@ def test_the_state_is_read_off_exact_outputs(Q, C, unit, noisy, monkeypatch):
 
     The recursion, whose M is singular there, is not asked: it has other fixed points.
     """
-    monkeypatch.setattr(steady_gain, "_settled_gain", None)
+    monkeypatch.setattr(steady_gain, "_fixed_point", None)
     d = np.array([1.0, unit])
     A, C, R = np.array([[1.5, 0.2], [0.1, 2.0]]), np.array(C, float), np.zeros((2, 2))
     if noisy:

@@ -13,7 +13,7 @@ import numpy as np
 import scipy.linalg
 
 from .. import kernels
-from ..errors import CertificateError, DesignError
+from ..errors import DesignError
 from ..numeric import Matrix
 from ..numeric.factors import factor
 from ..numeric.linalg import RANK_TOL, modes
@@ -110,17 +110,6 @@ def read_off(now: Setting) -> Matrix | None:
     K = np.linalg.pinv(unit * seen) @ (unit * now.blind.T)
     pushed = kernels.compiled(root_update, "K")
     return pushed(C=now.C, Gamma=now.Gamma, Kmv=K)["K"]
-
-
-def overflow(growth: float) -> CertificateError:
-    """The refusal of a plant whose covariance overflows; `growth` in one step."""
-    why = "entries too large to compute with. Scale the states and the outputs"
-    if growth > 1:
-        why = f"modes of the plant grow {growth:.3g} times in a step. Sample "
-        why += "faster, or scale the states"
-    return CertificateError(
-        f"the covariance overflows on the way to its steady state: {why}."
-    )
 
 
 def _pencil(now: Setting) -> tuple[Pencil, float]:

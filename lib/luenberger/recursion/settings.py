@@ -127,37 +127,34 @@ def _decorrelated(
     return Move(As, G @ G.T, G, np.abs(A) + np.abs(J) @ np.abs(C))
 
 
-def require_noise(plant: Plant) -> tuple[Matrix, Matrix]:
-    """Q and R, or DesignError unless a filter can be made of what the plant says."""
+def require_noise(plant: Plant) -> None:
+    """Raise unless a filter can be made of what the plant says of its noise."""
     require_real("the filter", plant)
     if plant.dt == 0:
         raise DesignError(
             f"the filter is for discrete time but the plant has dt = 0; {SAMPLE}"
         )
-    Q, R = plant.Q, plant.R
-    if Q is None or R is None:
-        name, meaning = ("Q", "process") if Q is None else ("R", "measurement")
-        raise DesignError(
-            f"the plant has no {name}, the covariance of the {meaning} noise; "
-            f"give Plant(..., {name}=...), zeros if there is none; {FIT}"
-        )
+    for name, meaning in ("Q", "process"), ("R", "measurement"):
+        if getattr(plant, name) is None:
+            raise DesignError(
+                f"the plant has no {name}, the covariance of the {meaning} noise; "
+                f"give Plant(..., {name}=...), zeros if there is none; {FIT}"
+            )
     if plant.multiplicative:
         raise DesignError(
             "the plant has multiplicative noise, which this filter does not model and "
             "whose error covariance would come out too small. Use fixed_order_filter, "
             "or leave it out knowingly, with Plant(..., multiplicative=())."
         )
-    return Q, R
 
 
-def require_start(plant: Plant) -> Matrix:
-    """P0, or DesignError if the plant has none."""
+def require_start(plant: Plant) -> None:
+    """Raise unless the plant has P0."""
     if plant.P0 is None:
         raise DesignError(
             "a time-varying filter starts from the covariance P0 of the initial "
             "state; give Plant(..., P0=...), zeros if the state is known exactly"
         )
-    return plant.P0
 
 
 def accurate_outputs(plant: Plant, m1: int | Sequence[int | str]) -> tuple[int, ...]:

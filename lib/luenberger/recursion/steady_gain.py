@@ -18,7 +18,7 @@ from ..numeric.covariance_maps import Sums
 from ..numeric.detectability import require_detectable
 from ..numeric.linalg import ROUNDING, UNIT_TOL, lyapunov, radius, symmetrise
 from ..papers.leondes_novak.derivation import step_differential
-from .excitation import overflow, read_off, require_excited, require_noise_enough
+from .excitation import read_off, require_excited, require_noise_enough
 from .root_step import Spread
 from .settings import Setting
 from .units import in_units, natural
@@ -35,16 +35,23 @@ def steady_gain(now: Setting, accurate: Sequence[int]) -> Matrix:
     require_detectable(now.As, now.C)
     K = read_off(now)  # where there is one, M is singular and others are as good
     if K is None:
-        K = _settled_gain(now, accurate)
+        try:
+            with np.errstate(over="raise"):
+                K = _fixed_point(now, accurate)
+        except FloatingPointError:
+            raise _overflow(radius(now.As)) from None
     return K * states[:, None] / outputs
 
 
-def _settled_gain(now: Setting, accurate: Sequence[int]) -> Matrix:
-    try:
-        with np.errstate(over="raise"):
-            return _fixed_point(now, accurate)
-    except FloatingPointError:
-        raise overflow(radius(now.As)) from None
+def _overflow(growth: float) -> CertificateError:
+    """The refusal of a plant whose covariance overflows; `growth` in one step."""
+    why = "entries too large to compute with. Scale the states and the outputs"
+    if growth > 1:
+        why = f"modes of the plant grow {growth:.3g} times in a step. Sample "
+        why += "faster, or scale the states"
+    return CertificateError(
+        f"the covariance overflows on the way to its steady state: {why}."
+    )
 
 
 def _fixed_point(now: Setting, accurate: Sequence[int]) -> Matrix:
