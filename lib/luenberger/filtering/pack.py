@@ -165,30 +165,25 @@ def times(X: Matrix, M: Matrix) -> Matrix:
     return found
 
 
-def fed(plant: Plant, instant: int, u: Matrix) -> Matrix:
-    """E u of rows behind an instant; of many records (M, N, m) too."""
-    if plant.E.ndim == 2:
-        return times(u, plant.E)
-    at = np.minimum(instant + 1 + np.arange(u.shape[-2]), len(plant.E) - 1)
-    return _each_times(plant.E[at], u)
-
-
-def driven(plant: Plant, origin: int, instant: int, u: Matrix) -> Matrix:
-    """B u that leads to each row behind an instant, u of the rows before; as `fed`."""
-    if not plant.m:
-        return np.zeros((len(u), plant.n))
-    if plant.B.ndim == 2:
-        return times(u, plant.B)
-    at = np.clip(instant - origin + np.arange(u.shape[-2]), 0, len(plant.B) - 1)
-    return _each_times(plant.B[at], u)
-
-
-def _each_times(M: Matrix, X: Matrix) -> Matrix:
-    """M x of each row, as `times` does it."""
+def by_rows(M: Matrix, first: int, X: Matrix) -> Matrix:
+    """M x of each row, as `times`; of a stack each row has its own, from `first` on."""
+    if M.ndim == 2:
+        return times(X, M)
+    M = M[np.clip(first + np.arange(X.shape[-2]), 0, len(M) - 1)]
     found = np.zeros((*X.shape[:-1], M.shape[1]))
     for j in range(M.shape[2]):
         found += M[:, :, j] * X[..., j, None]
     return found
+
+
+def fed(plant: Plant, instant: int, u: Matrix) -> Matrix:
+    """E u of rows behind an instant; of many records (M, N, m) too."""
+    return by_rows(plant.E, instant + 1, u)
+
+
+def driven(plant: Plant, origin: int, instant: int, u: Matrix) -> Matrix:
+    """B u that leads to each row behind an instant, u of the rows before; as `fed`."""
+    return by_rows(plant.B, instant - origin, u)
 
 
 def _alike(

@@ -11,7 +11,7 @@ from ..arguments import expect
 from ..at_work import start
 from ..certificate import require_real
 from ..errors import SAMPLE, short
-from ..filtering.compiling import Text
+from ..filtering.pack import by_rows
 from ..formats import dataframes
 from ..numeric import Given, Matrix, Vector
 from ..observer import Observer
@@ -19,6 +19,7 @@ from . import checked
 from .clock import Clock, Place, row
 from .fleet import of_record, stack_of
 from .record import Record
+from .simulate import along, each
 
 
 @overload
@@ -140,50 +141,18 @@ def estimated(
             f"y has {done + N} rows, the filter was designed for {observer.steps}; "
             f"design it with steps={done + N}, or Filter(plant).run(y) takes any number"
         )
-    F, G, D, P, V, W = _rows(observer, slice(done, done + N))
-    both = (np.concatenate(X, axis=-2) for X in ((F, P), (D, V), (G, W)))
-    S = np.concatenate([*both], axis=-1).mT
-    S = np.ascontiguousarray(S if S.ndim == 3 else S[None])
-    ys, us = (np.ascontiguousarray(X if X.ndim == 3 else X[None]) for X in (y, u))
-    after = np.tile(z, (len(ys), 1)).astype(float)
-    found = np.empty((*ys.shape[:2], P.shape[-2]))
-    with np.errstate(over="ignore", invalid="ignore"):
-        steps(S, ys, us, after, found)
     one = y.ndim == 2
-    return (done + N, after[0] if one else after), found[0] if one else found
-
-
-@Text
-def steps(S: Matrix, y: Matrix, u: Matrix, z: Matrix, found: Matrix) -> None:
-    """[z+, w^] = S' [z, y, u] of each row of records; z (M, r) becomes what is last.
-
-    S is one matrix (1, r + p + m, r + q), or one for each row; u may be one record for
-    all.
-    """
-    (M, rows, p), r, m = y.shape, z.shape[1], u.shape[2]
-    last, wide = len(S) - 1, S.shape[2]
-    now, out = np.zeros(r + p + m), np.zeros(wide)
-    for s in range(M):
-        acts = u[s if len(u) > 1 else 0]
-        for i in range(r):
-            now[i] = z[s, i]
-        for k in range(rows):
-            for i in range(p):
-                now[r + i] = y[s, k, i]
-            for i in range(m):
-                now[r + p + i] = acts[k, i]
-            T = S[min(k, last)]
-            out[:] = 0
-            for j in range(r + p + m):
-                row, a = T[j], now[j]
-                for i in range(wide):
-                    out[i] += row[i] * a
-            for i in range(r):
-                now[i] = out[i]
-            for i in range(r, wide):
-                found[s, k, i - r] = out[i]
-        for i in range(r):
-            z[s, i] = now[i]
+    y, u = (X[None] if X.ndim == 2 else X for X in (y, u))
+    with np.errstate(over="ignore", invalid="ignore"):
+        o = observer
+        drive = by_rows(o.D, done, y) + by_rows(o.G, done, u)
+        states = np.empty((N + 1, o.order, len(y)))
+        states[0] = z[:, None]
+        along(each(o.F)[done * (o.F.ndim > 2) :], drive.transpose(1, 2, 0), states)
+        states, z = states[:-1].transpose(2, 0, 1), states[-1, :, 0]
+        found = by_rows(o.P, done, states) + by_rows(o.V, done, y)
+        found += by_rows(o.W, done, u)
+    return (done + N, z), found[0] if one else found
 
 
 def _of_many(observer: Observer, record: Record, z: Vector) -> Any:
@@ -227,15 +196,9 @@ def plain(
     kept: Callable[[Vector], Vector] = np.positive,
 ) -> Matrix:
     """Estimates of a constant observer from z0 on; of each state it keeps kept(z)."""
-    F, G, D, P, V, W = _rows(observer, slice(0, len(y)))
-    z, drive, states = kept(observer.z0), u @ G.T + y @ D.T, []
+    o = observer
+    z, drive, states = kept(o.z0), u @ o.G.T + y @ o.D.T, []
     for now in drive:
         states.append(z)
-        z = kept(F @ z + now)
-    return np.array(states).reshape(drive.shape) @ P.T + y @ V.T + u @ W.T
-
-
-def _rows(observer: Observer, here: slice) -> list[Matrix]:
-    """F, G, D, P, V, W, at the rows `here` if they change."""
-    every = (np.ascontiguousarray(getattr(observer, name), float) for name in "FGDPVW")
-    return [X if X.ndim == 2 else X[here] for X in every]
+        z = kept(o.F @ z + now)
+    return np.array(states).reshape(drive.shape) @ o.P.T + y @ o.V.T + u @ o.W.T

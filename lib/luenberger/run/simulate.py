@@ -148,7 +148,7 @@ def trajectory(
     drive = noise[:, :n] + times(B, full[..., None])
     begin = int(varying and plant.at_first and steps > 0)
     x[begin] = x[0]
-    F, at_once = _each(A), 1 if plant.multiplicative else max(steps - begin, 1)
+    F, at_once = each(A), 1 if plant.multiplicative else max(steps - begin, 1)
     for i in range(begin, steps, at_once):
         along(F[i * (A.ndim > 2) :], drive[i : i + at_once], x[i:])
         for (A1, _), g in zip(plant.multiplicative, gains[i]):
@@ -238,11 +238,11 @@ def follow(
     drive = times(D, y) + times(G, u)
     z = np.empty((N, r, y.shape[-1]))
     z[0] = state[:, None]
-    along(_each(F), drive[:-1], z)
+    along(each(F), drive[:-1], z)
     return z, times(P, z) + times(V, y) + times(W, u)
 
 
-def _each(X: Matrix) -> Matrix:
+def each(X: Matrix) -> Matrix:
     """The matrices of rows, or one for all, as compiled code takes them."""
     return np.ascontiguousarray(X[None] if X.ndim == 2 else X, dtype=float)
 
