@@ -82,6 +82,13 @@ class Let(Relation):
 
     word = "Let"
 
+    def mapped(self, put: Callable[[Formula], Formula]) -> Any:
+        """Where another formula takes the place of the letter, a hypothesis."""
+        found = super().mapped(put)
+        if getattr(found.left, "is_symbol", False):
+            return found
+        return Relation(found.name, found.left, found.right)
+
 
 class Steady(Relation):
     """A fixed point, X = f(X): what a recursion of X has in the long run."""

@@ -75,6 +75,15 @@ def test_each_kind_looks_different():
     assert r"\text{Let }X" in let(X, A)._repr_latex_()
 
 
+def test_a_definition_in_other_letters():
+    """It stays one of a letter, and is a hypothesis of anything else."""
+    is_X = let(X, A * B, "3")
+    renamed = is_X.mapped(lambda e: e.subs(X, Y))
+    assert str(renamed) == "Let (3) Y = A B"
+    product = is_X.mapped(lambda e: e.subs(X, K * Y))
+    assert str(product) == "Suppose (3) K Y = A B"
+
+
 def test_a_statement_returns_what_it_is_given():
     page = new()
     is_X = let(X, A * B)

@@ -289,6 +289,15 @@ def test_docstrings_are_read_as_meant(site):
 
 
 @pytest.mark.site
+def test_derivations_say_what_is_defined_supposed_and_steady(site):
+    folder = site / "pages" / "derivations"
+    text = (folder / "haddad-bernstein.html").read_text(encoding="utf-8")
+    for word in ("Let", "Suppose", "Steady:"):
+        assert f"<span>{word} <span" in text
+    assert "What follows does not rest on <span" in text
+
+
+@pytest.mark.site
 def test_derivations_lead_to_their_source(site):
     rooms = "luenberger/**/derivation/*"
     sources = {
