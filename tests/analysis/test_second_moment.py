@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import scipy
 
 import luenberger as lb
 from luenberger.analysis import mean_square
@@ -20,7 +21,7 @@ def solved(monkeypatch, d, answer):
         calls.append(left)
         return answer * left, 0
 
-    monkeypatch.setattr(mean_square, "gmres", instead)
+    monkeypatch.setattr(scipy.sparse.linalg, "gmres", instead)
     return mean_square._solve(A, stack(A, []), V, (1 + d) * X), len(calls)
 
 
@@ -38,7 +39,8 @@ def test_rounding_is_judged_by_the_variances_that_were_added(monkeypatch):
     monkeypatch.setattr(mean_square, "semidefinite", lambda X, size: size)
     A, noise = np.array([[4.0, -2], [0, 0.5]]), np.array([[[0.0, 1], [0, 0]]])
     V, X = np.diag([7.0, 0]), np.full((2, 2), 9.0)
-    monkeypatch.setattr(mean_square, "gmres", lambda _, left, **options: (0 * left, 0))
+    solver = lambda _, left, **options: (0 * left, 0)  # noqa: E731
+    monkeypatch.setattr(scipy.sparse.linalg, "gmres", solver)
     size = mean_square._solve(A / 8, noise / 8, V, X)
     np.testing.assert_array_equal(size, [(18**2 + 3**2) / 64 + 7, 1.5**2 / 64])
 

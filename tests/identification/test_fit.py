@@ -246,37 +246,6 @@ TWO = lb.Plant([[0.5]], None, [[1], [1]], dt=1.0)
 HALF = lb.Plant([[0.5]], None, [[1]], dt=1.0)
 
 
-def test_what_no_record_determines_is_kept_where_the_start_has_it():
-    """White noise through a state that is forgotten: only Q + R is determined."""
-    plant = lb.Plant([[0]], None, [[1]], dt=1.0)
-    y = np.random.default_rng(3).normal(size=(600, 1)) * np.sqrt(5)
-    options = dict(unidentifiable="fix", start={"Q": [[2.0]], "R": [[3.0]]})
-    fit = lb.fit_noise(plant, y, **options)
-    Q, R = fit.plant.Q[0, 0], fit.plant.R[0, 0]
-    assert Q + R == pytest.approx(np.mean(y[1:] ** 2), rel=1e-5)
-    assert (Q - 2) / 4 == pytest.approx((R - 3) / 9, rel=1e-4)  # in units of the start
-    assert "the sum Q[0,0] + R[0,0]. The fit keeps the rest" in fit.unidentifiable[0]
-    walk = drawn(9, 300, LEVEL, np.eye(1), np.eye(1))
-    assert lb.fit_noise(LEVEL, walk, **options).unidentifiable == []
-    for start in (None, {"Q": [[2.0]]}):  # where the record's own sizes put the search
-        fit = lb.fit_noise(plant, y, unidentifiable="fix", start=start)
-        Q, R = fit.plant.Q[0, 0], fit.plant.R[0, 0]
-        assert min(Q, R) > 0.1 and Q + R == pytest.approx(np.mean(y[1:] ** 2), rel=1e-4)
-
-
-def test_a_part_that_is_kept_leaves_the_rest_its_best():
-    Q, R = np.array([[0.5, 0.1], [0.1, 0.2]]), np.array([[1.0]])
-    y = drawn(4, 600, POSITION, Q, R)
-    start = {"Q": Q, "R": R}
-    fit = lb.fit_noise(POSITION, y, unidentifiable="fix", start=start)
-    G = np.linalg.cholesky(Q)
-    others = lb.fit_noise(POSITION, y, Q=G)  # two unknowns of three
-    assert fit.log_likelihood >= others.log_likelihood - 1e-6
-    D = lb.identifiability(POSITION).directions[0]["Q"]
-    unit = np.outer(Q.diagonal(), Q.diagonal())
-    assert abs((D * (fit.plant.Q - Q) / unit).sum()) < 1e-5
-
-
 Y = drawn(1, 50, LEVEL, np.eye(1), np.eye(1))
 
 
@@ -295,8 +264,6 @@ Y = drawn(1, 50, LEVEL, np.eye(1), np.eye(1))
         (LEVEL, Y, dict(method=np.ones(2)), "method must be one of"),
         (LEVEL, 1e200 * Y, {}, "'y1' has readings up to .* larger unit"),
         (LEVEL, Y, dict(start=[1]), "start must be a dict"),
-        (LEVEL, Y, dict(unidentifiable="keep"), "'refuse' or 'fix'"),
-        (POSITION, Y, dict(unidentifiable="fix", method="autocovariance"), "has none"),
         (LEVEL, Y, dict(Q="round"), "Q must be 'full'"),
         (LEVEL, Y, dict(Q="scaled"), "times a number, and the plant has none"),
         (LEVEL, Y, dict(S=[[1, 2]]), "S must be 1 x 1"),

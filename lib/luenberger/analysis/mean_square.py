@@ -15,7 +15,6 @@ from typing import NamedTuple
 
 import numpy as np
 import scipy  # its parts load when first used
-from scipy.sparse.linalg import LinearOperator, gmres
 
 from .. import kernels
 from ..errors import FIT, SAMPLE, CertificateError, DesignError
@@ -112,7 +111,9 @@ def _solve(A: Matrix, noise: Matrix, V: Matrix, X: Matrix) -> Matrix:
     def left_over(packed: Vector) -> Vector:
         return packed - pack(sums(spread(noise, unpack(packed))))
 
-    operator = LinearOperator((pack(V).size,) * 2, matvec=left_over, dtype=float)
+    operator = scipy.sparse.linalg.LinearOperator(
+        (pack(V).size,) * 2, matvec=left_over, dtype=float
+    )
     best = np.inf, X
     for _ in range(ROUNDS):
         gap = _ahead(A, noise, X, V) - X
@@ -124,7 +125,9 @@ def _solve(A: Matrix, noise: Matrix, V: Matrix, X: Matrix) -> Matrix:
         if residual <= ROUNDING:
             break
         left = pack(sums(gap))
-        more, _ = gmres(operator, left, rtol=1e-6, restart=KRYLOV, maxiter=9)
+        more, _ = scipy.sparse.linalg.gmres(
+            operator, left, rtol=1e-6, restart=KRYLOV, maxiter=9
+        )
         X = X + unpack(more)
     residual, X = best
     if not residual <= RESIDUAL_TOL:

@@ -24,7 +24,7 @@ from . import records as recorded
 from .autocovariance import start_of
 from .identifiability import identifiability
 from .parameters import parameters_of
-from .search import NONE, Likelihood, held, least
+from .search import NONE, Likelihood, least
 from .standard_errors import errors, face, spread_of
 from .whiteness import Whiteness, whiteness
 
@@ -111,7 +111,6 @@ def fit_noise(
     method: str = "likelihood",
     parameters: Any = None,
     start: Any = None,
-    unidentifiable: str = "refuse",
     progress: Progress = False,
 ) -> NoiseFit:
     """Find the noise covariances of a plant, and unknown entries, from records.
@@ -145,9 +144,6 @@ def fit_noise(
         where to begin: ``(made, {"g": 4.0, "offset": 0.0})``.
     start : dict, optional
         ``{"Q": ..., "R": ...}``: where to begin; for a function, its q.
-    unidentifiable : "refuse" or "fix", default "refuse"
-        Refuse what no record could determine, or keep each combination that leaves no
-        trace where the search begins, and say so in `unidentifiable` of the fit.
     progress : bool or callable, default False
         As in `monte_carlo`.
 
@@ -181,10 +177,6 @@ def fit_noise(
             f"start must be a dict with 'Q' and 'R', each where to begin; got "
             f"{short(start)}. Parameters have their start in `parameters`"
         )
-    if not isinstance(unidentifiable, str) or unidentifiable not in ("refuse", "fix"):
-        raise ValueError(
-            f"unidentifiable must be 'refuse' or 'fix', got {short(unidentifiable)}"
-        )
     data, begin, alone = recorded.read(plant, y, u), start or {}, method != METHODS[0]
     S = _known(plant, S)
     noise: dict[str, Any] = dict(Q=np.eye(plant.n), R=np.eye(plant.p), S=None)
@@ -196,13 +188,7 @@ def fit_noise(
     first = more.plant(np.array(more.begin, dtype=float))
     seen = None if len(data) != 1 else ~np.isnan(data[0][0])
     told = identifiability(first, Q=Q, R=R, start=begin, seen=seen)
-    if unidentifiable == "refuse":
-        told.require()
-    elif told.directions and alone:
-        raise DesignError(
-            "unidentifiable='fix' keeps what no record determines where a search "
-            f"begins, and method={method!r} has none. Use method='likelihood'"
-        )
+    told.require()
     recorded.require_enough(plant, data, told.determined + len(more.names))
     found = start_of(first, data, Q, R, S, begin, more, alone)
     theta = found.theta
@@ -216,17 +202,10 @@ def fit_noise(
             )
         return _found(likelihood, found.squares, found.spread)
     with reporting(progress, BUDGET, "pass") as report:
-        objective = held(likelihood.per_reading, found.unknowns, told.directions, theta)
         information = likelihood.information(theta, found.information)
-        theta = least(objective, theta, information, report)
+        theta = least(likelihood.per_reading, theta, information, report)
     _require_noise_left(likelihood, theta, data)
-    fit = _found(likelihood, theta)
-    kept = [
-        f"No record determines {sentence} The fit keeps the rest as it was where its "
-        "search began."
-        for sentence in told.sentences
-    ]
-    return dataclasses.replace(fit, unidentifiable=kept + fit.unidentifiable)
+    return _found(likelihood, theta)
 
 
 def _known(plant: Plant, S: Any) -> Matrix | None:

@@ -178,33 +178,3 @@ def least(
         if before - best[0] <= ENOUGH or (found.success and inside):
             break
     return best[1]
-
-
-def held(
-    objective: Objective, unknowns: Unknowns, fixed: tuple[Matrices, ...], at: Vector
-) -> Objective:
-    """The objective, with what no record determines kept where the search begins.
-
-    The likelihood is flat along such a direction.  A square of the distance along it
-    has its least value, zero, at the start, and moves nothing that is determined.
-    """
-    begin, pulls = unknowns.noises(at), list[Matrices]()
-    size = {k: np.sqrt(np.where((d := X.diagonal()) > 0, d, 1.0))
-            for k, X in begin.items()}  # fmt: skip
-    for one in fixed:
-        pull = {k: one[k] / size[k] / size[k][:, None] for k in begin}
-        length = np.sqrt(sum((X**2).sum() for X in pull.values()))
-        pulls.append({k: X / size[k] / size[k][:, None] / length
-                      for k, X in pull.items()})  # fmt: skip
-
-    def along(X: Matrices) -> Vector:
-        return np.array([sum((pull[k] * X[k]).sum() for k in X) for pull in pulls])
-
-    def value(theta: Vector) -> tuple[float, Vector]:
-        least, slope = objective(theta)
-        far = along(unknowns.noises(theta)) - along(begin)
-        moves = [along(X) for X in unknowns.ways(theta)]
-        slope[: len(moves)] += np.array(moves) @ far
-        return least + 0.5 * float(far @ far), slope
-
-    return value if fixed else objective

@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 
 import numpy as np
+import scipy  # its parts load when first used
 from numpy.typing import ArrayLike
-from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigs
 
 from ..errors import CertificateError
 from . import Matrix
@@ -78,14 +78,16 @@ def dominant(move: Callable[[Matrix], Matrix], n: int) -> float:
     if n <= DENSE_LIMIT:
         basis = unpack(np.eye(n * (n + 1) // 2))
         return radius(pack(move(basis)))
-    operator = LinearOperator(
+    operator = scipy.sparse.linalg.LinearOperator(
         (n * (n + 1) // 2,) * 2, matvec=lambda v: pack(move(unpack(v))), dtype=float
     )
     for kept in (20, 60):
         try:
-            found = eigs(operator, 1, which="LR", v0=pack(X), ncv=kept, tol=1e-13)[0]
+            found = scipy.sparse.linalg.eigs(
+                operator, 1, which="LR", v0=pack(X), ncv=kept, tol=1e-13
+            )[0]
             return float(found[0].real)
-        except ArpackNoConvergence:
+        except scipy.sparse.linalg.ArpackNoConvergence:
             continue
     raise CertificateError(
         "mean-square stability was not decided: Arnoldi's iteration for the spectral "

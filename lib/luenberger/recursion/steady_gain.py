@@ -6,10 +6,10 @@ and stable error dynamics.
 """
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
-import scipy.linalg
-from scipy.sparse.linalg import LinearOperator, gmres
+import scipy  # its parts load when first used
 
 from .. import kernels
 from ..errors import CertificateError
@@ -154,10 +154,10 @@ def _newton_step(now: Setting, new: Matrices, gap: Matrix) -> Matrix:
         matrix = moved(basis)[:, rows, columns].T
         solution = np.linalg.lstsq(matrix, gap[rows, columns], rcond=None)[0]
         return np.tensordot(solution, basis, 1)
-    operator = LinearOperator(
+    operator = scipy.sparse.linalg.LinearOperator(
         (n * n, n * n), matvec=lambda v: moved(symmetrise(v.reshape(n, n))).ravel()
     )
-    solution, _ = gmres(
+    solution, _ = scipy.sparse.linalg.gmres(
         operator,
         gap.ravel(),
         rtol=1e-10,
@@ -168,7 +168,7 @@ def _newton_step(now: Setting, new: Matrices, gap: Matrix) -> Matrix:
     return symmetrise(solution.reshape(n, n))
 
 
-def _of_fixed_gain(Phi: Matrix) -> LinearOperator | None:
+def _of_fixed_gain(Phi: Matrix) -> Any:
     """The inverse of 1 - Df as if the gain did not move: d = Phi d Phi' + right side.
 
     Nearly the inverse of the whole, and for the Kalman filter exactly; None where the
@@ -181,7 +181,7 @@ def _of_fixed_gain(Phi: Matrix) -> LinearOperator | None:
     def solved(v: Vector) -> Vector:
         return sums(v.reshape(Phi.shape)).ravel()
 
-    return LinearOperator((Phi.size, Phi.size), matvec=solved)
+    return scipy.sparse.linalg.LinearOperator((Phi.size, Phi.size), matvec=solved)
 
 
 def steady_cost(
