@@ -184,6 +184,12 @@ def test_a_late_reading_that_contradicts_is_named_with_its_instant():
     y, due = [[1, nan], [1, nan], [nan, 2], [nan, nan]], np.full((4, 2), 3.0)
     with pytest.raises(DesignError, match=r"at instant 3 the reading of 'b' contra"):
         lb.Filter(exact_walk()).run(lb.Record(y, arrival=due))
+    with pytest.raises(DesignError, match=r"by the noise-free outputs \['b'\] or by"):
+        lb.Filter(exact_walk()).run(lb.Record(y, arrival=due))
+    y, due = [[nan, 1], *[[1, 1]] * 3, [1, 2]], np.arange(5.0)[:, None] + [[0, 0]]
+    due[0] = 1  # at rows behind it nothing is late
+    with pytest.raises(DesignError, match=r"at instant 5 .* outputs \['a', 'b'\] or"):
+        lb.Filter(exact_walk()).run(lb.Record(y, arrival=due))
     now = lb.Filter(exact_walk()).live(horizon=3)
     for _ in range(3):
         x, _ = now.measure([1, nan])

@@ -14,7 +14,8 @@ from exact_filter import Model, rational, zeros
 
 import luenberger as lb
 from luenberger.errors import DesignError
-from luenberger.filtering import pack, quick
+from luenberger.filtering import pack, passes, quick
+from luenberger.filtering.maps import Settings
 from luenberger.papers.leondes_novak.derivation import best_coordinates
 from matrixproof import evaluate
 
@@ -266,6 +267,74 @@ def test_a_covariance_close_to_singular_is_left_to_factors(monkeypatch):
     assert np.array_equal(found.x, lb.Filter(plant).run(y).x)
 
 
+@pytest.mark.parametrize("grows", [1.5, 2.5])
+def test_a_covariance_of_an_unstable_plant_stays_symmetric(monkeypatch, grows):
+    """What is not symmetric grows by the square of this at each row."""
+    plant, y = many_states()
+    plant = replace(plant, A=grows * plant.A)
+    found = lb.Filter(plant).run(y)
+    assert np.array_equal(found.end.P, found.end.P.T)
+    monkeypatch.setattr(pack, "is_quick", lambda *_: False)
+    factors = lb.Filter(plant).run(y)
+    assert np.allclose(found.std, factors.std, rtol=1e-9, atol=0)
+
+
+def test_a_sensor_that_leaves_few_digits_is_left_to_factors():
+    """The next rows would hide it: eight of them are filtered before a test."""
+    plant, y = many_states(1e-11)
+    y[:] = np.where(np.arange(60)[:, None] == 2, y, np.nan)
+    found = lb.Filter(plant).run(y[:7])
+    assert found.end.P is None
+
+
+def hostile(seed):
+    """Many states: sensors of any accuracy, Q of any rank, an unstable plant, gaps."""
+    rng = np.random.default_rng([77, seed])
+    n, p, N = (int(rng.choice(sizes)) for sizes in ([7, 8, 11], [1, 2, 4], [3, 13, 40]))
+    A = np.eye(n) + np.eye(n, k=1) * rng.choice([0.01, 1])
+    if rng.random() < 0.7:
+        A = rng.integers(-2, 3, (n, n)) * (rng.random((n, n)) < 0.5)
+        A = A * rng.choice([0.5, 0.99, 1.2, 2]) / (abs(np.linalg.eigvals(A)).max() or 1)
+    C = (
+        np.eye(n)[rng.integers(0, n, p)]
+        if rng.random() < 0.5
+        else rng.normal(size=(p, n))
+    )
+    C[-1] = C[0] + rng.choice([0, 1e-6, 1]) * C[-1]
+    G = rng.integers(-2, 3, (n, rng.integers(0, n + 1)))
+    Q = 10.0 ** rng.integers(-8, 3) * G @ G.T + 10.0 ** rng.integers(-15, 0) * np.eye(n)
+    r = 10.0 ** rng.choice([-15, -12, -8, -4, -1, 0, 1], p)
+    start = 10.0 ** rng.choice([-6, 0, 0, 3, 8])
+    plant = lb.Plant(A, None, C, dt=1.0, Q=Q, R=np.diag(r), P0=start * np.eye(n))
+    y = np.where(rng.random((N, p)) < 0.1, np.nan, rng.normal(size=(N, p)))
+    return plant, y
+
+
+@pytest.mark.parametrize("first", range(0, 150, 50))
+def test_the_covariance_itself_is_right_or_not_used(monkeypatch, first):
+    tried, used = pack.is_quick, 0
+    for seed in range(first, first + 50):
+        plant, y = hostile(seed)
+        settings = Settings(plant)
+        begin = pack.begin(settings, np.zeros(0)), y, np.zeros((len(y), 0)), "back"
+        monkeypatch.setattr(pack, "is_quick", tried)
+        try:
+            found = pack.over(settings, *begin)
+        except DesignError as error:
+            assert "digits" in str(error)
+            continue
+        if found.end.P is None:
+            continue
+        used += 1
+        monkeypatch.setattr(pack, "is_quick", lambda *_: False)
+        V, D = pack.over(settings, *begin).tape[2:4]
+        P = np.einsum("tka,tk,tkb->tab", V, D, V)
+        std = np.sqrt(np.diagonal(P, axis1=1, axis2=2))
+        off = (found.tape.V - P) / std[:, None] / std[:, :, None]
+        assert np.abs(off).max() < 1e-5, seed
+    assert used > 10
+
+
 def test_an_elimination_finds_what_is_not_definite():
     P = np.eye(4) + 0.1
     room = np.zeros((4, 4))
@@ -287,3 +356,25 @@ def test_what_cancels_to_rounding_is_no_contradiction(P0):
     y[2, 1] = 1e-6
     with pytest.raises(DesignError, match="at instant 3 the reading of"):
         lb.Filter(plant).run(y)
+
+
+def test_a_small_variance_beside_large_ones_is_no_rounding():
+    """What a variance is made of is that of its own row, times what it reads."""
+    made, W, V, D = np.zeros(2), np.zeros((2, 3)), np.eye(2), np.array([2.0, 3.0])
+    B, G = np.diag([1e-8, 1.0]), np.array([[0.0], [5.0]])
+    passes.rows_ahead(B, G, V, D, W, 0, made)
+    assert np.allclose(made, [2e-16, 28], rtol=1e-14, atol=0)
+    plant = lb.Plant(
+        B, None, [[0, 1]], dt=1.0, Q=np.zeros((2, 2)), R=[[1]], P0=np.eye(2)
+    )
+    assert np.isclose(lb.Filter(plant).run([[np.nan]]).std[0, 0], 1e-8, rtol=1e-12)
+
+
+def test_noises_that_outputs_share_begin_each_row_as_nothing():
+    """Two readings that differ contradict, however small they are."""
+    plant = lb.Plant(
+        [[1]], None, [[1], [1]], dt=1.0, Q=[[0]], R=np.ones((2, 2)), P0=[[0]]
+    )  # fmt: skip
+    assert lb.Filter(plant).run([[1e-9, 1e-9]] * 2).x[-1] == 0
+    with pytest.raises(DesignError, match="at instant 2 the reading of 'y2'"):
+        lb.Filter(plant).run([[1e-9, 1e-9], [1e-9, 2e-9]])

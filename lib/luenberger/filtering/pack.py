@@ -137,12 +137,15 @@ def packed(
     if prior and rows:
         drive[0] = 0.0
     if plant.steps is None:
-        found, at, y = _alike(settings, end, y, seen)
+        found, at = _alike(settings, end, seen)
     else:
-        found, at, y = _each(settings, end, y, seen, of)
+        found, at = _each(settings, end, seen, of)
+    maps, mix = settings.stack(tuple(found))
+    if any(L is not settings.as_is for _, L in found):
+        y = np.array(y)
+        passes.mixed(y, at, mix)
     if prior:
         at[0] = -1
-    maps, mix = settings.stack(tuple(found))
     return Packed(np.ascontiguousarray(y), drive, at, maps, mix)
 
 
@@ -186,12 +189,9 @@ def driven(plant: Plant, origin: int, instant: int, u: Matrix) -> Matrix:
     return by_rows(plant.B, instant - origin, u)
 
 
-def _alike(
-    settings: Settings, end: End, y: Matrix, seen: Matrix
-) -> tuple[list[Any], Vector, Matrix]:
+def _alike(settings: Settings, end: End, seen: Matrix) -> tuple[list[Any], Vector]:
     """Of a plant that does not change: one map for all rows with the same outputs."""
-    whole = bool(seen.all())
-    if whole and len(seen):
+    if len(seen) and seen.all():
         # where outputs share no noise, no gap is in what leads to the next row
         first = [1] if settings.way == "nothing" or end.seen.all() else [0, 1]
         at = np.full(len(seen) + 1, len(first) - 1)
@@ -199,32 +199,18 @@ def _alike(
     else:
         code = np.concatenate([end.seen[None], seen]) @ (1 << np.arange(seen.shape[1]))
         _, first, at = np.unique(code, return_index=True, return_inverse=True)
-    found, mixed = [], y
-    for k, row in enumerate(first):
-        pattern = seen[row - 1] if row else end.seen
-        found.append(settings.at(1, pattern))
-        L = found[-1][1]
-        if L is not settings.as_is:
-            if pattern.all() and whole:
-                mixed = times(y, L)
-                continue
-            mixed = y.copy() if mixed is y else mixed
-            rows = at[1:] == k
-            values = times(np.where(pattern, y[rows], 0.0), L)
-            mixed[rows] = np.where(pattern, values, np.nan)
-    return found, at.astype(np.int64, copy=False), mixed
+    found = [settings.at(1, seen[row - 1] if row else end.seen) for row in first]
+    return found, at.astype(np.int64, copy=False)
 
 
 def _each(
-    settings: Settings, end: End, y: Matrix, seen: Matrix, of: Vector
-) -> tuple[list[Any], Vector, Matrix]:
+    settings: Settings, end: End, seen: Matrix, of: Vector
+) -> tuple[list[Any], Vector]:
     """Of a plant that changes: a map a row."""
-    found, mixed = [settings.at(end.instant, end.seen)], y.copy()
+    found = [settings.at(end.instant, end.seen)]
     for k, now in enumerate(seen):
         found.append(settings.at(end.instant + 1 + int(of[k]), now))
-        L = found[-1][1]
-        mixed[k] = np.where(now, times(np.where(now, y[k], 0.0)[None], L)[0], np.nan)
-    return found, np.arange(len(y) + 1), mixed
+    return found, np.arange(len(seen) + 1)
 
 
 def blank(
@@ -344,10 +330,12 @@ def _in_factors(
 def _in_covariance(
     pack: Packed, z: Vector, P: Matrix, x: Matrix, variances: Matrix, tape: Tape
 ) -> tail.Way:
+    Q = pack.maps.G @ pack.maps.G.mT
+
     def rows(part: slice) -> int:
         y, drive, at = pack.y[part], pack.drive[part], pack.at[part.start :]
         rest = x[part], variances[part], settled.part(tape, part)
-        return int(quick.forward.fast(y, drive, at, pack.maps, z, P, *rest))
+        return int(quick.forward.fast(y, drive, at, pack.maps, Q, z, P, *rest))
 
     def settle(V: Matrix, D: Vector) -> None:
         P[:] = (V.T * D) @ V

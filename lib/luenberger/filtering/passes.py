@@ -514,6 +514,19 @@ def combine(X, M, out):
 
 
 @Text
+def mixed(y, at, mix):
+    """Combine the readings of each row, NaN for none, by its triangle of `mix`."""
+    for t in range(len(y)):
+        row, L = y[t], mix[at[t + 1]]
+        for i in range(len(row) - 1, -1, -1):
+            s = row[i] - row[i]
+            for k in range(i + 1 if s == 0 else 0):
+                if row[k] == row[k]:
+                    s += L[i, k] * row[k]
+            row[i] = s
+
+
+@Text
 def unread(K, c, share, nu, a, A, h):
     """Put into a and A what a reading says before it is read; `share` is 1 / pivot.
 

@@ -2,10 +2,14 @@
 
 Products of matrices go to BLAS, which makes this two to three times as fast as the
 factors of `passes` from seven states on.  It is right only while the covariance is
-well away from singular, so every reading must have noise, and an elimination tests
-every eighth row; where the test fails, the whole record is filtered in factors.
+well away from singular, so every reading must have noise, and not much less than what
+it tells of; an elimination tests every eighth row.  Where a test fails, the whole
+record is filtered in factors.
 
-Source: Joseph's form of (27) in Leondes and Novak (1974), for one output.
+P stays symmetric to the last bit: what is not symmetric in it grows as an unstable
+plant does, and no reading makes it smaller.
+
+Source: (27) in Leondes and Novak (1974) at its least, for one output.
 """
 
 import numpy as np
@@ -13,7 +17,7 @@ import numpy as np
 from .compiling import Text
 
 EVERY = 8  # rows from one test to the next
-CLEAR = 1e-10  # of a variance: a pivot above it leaves six digits
+CLEAR = 1e-10  # of a variance: what is left of it, if it is more, has six digits
 
 
 @Text
@@ -38,22 +42,21 @@ def definite(P, L):
 
 
 @Text
-def forward(y, drive, at, maps, z, P, xs, variances, tape):
+def forward(y, drive, at, maps, Q, z, P, xs, variances, tape):
     """Filter the rows of y as `passes.forward` does, where every reading has noise.
 
-    z (n,) and P (n, n) are the estimate and its covariance; a tape has P as V.
-    Returns the first row at which P is not clear of singular, or -1.
+    Q (k, n, n) is G G' of the maps; z (n,) and P (n, n) are the estimate and its
+    covariance; a tape has P as V.  Returns the first row at which P is not clear of
+    singular, or -1.
     """
     (rows, p), n = y.shape, len(z)
-    T, Q, L = np.zeros((n, n)), np.zeros((n, n)), np.zeros((n, n))
-    v, K, s, q = np.zeros(n), np.zeros(n), -1, -1
-    B, Bt, C, r = maps.B[0], maps.B[0].T.copy(), maps.C[0], maps.r[0]
+    T, L, v, w = np.zeros((n, n)), np.zeros((n, n)), np.zeros(n), np.zeros(n)
+    B, Bt, C, r, s, q = maps.B[0], maps.B[0].T.copy(), maps.C[0], maps.r[0], 0, -1
     for t in range(rows):
         if at[t] >= 0:
             if at[t] != s:
                 s = at[t]
                 B, Bt = maps.B[s], maps.B[s].T.copy()
-                Q = np.dot(maps.G[s], maps.G[s].T)
             for i in range(n):
                 row, a = B[i], drive[t, i]
                 for k in range(n):
@@ -63,8 +66,9 @@ def forward(y, drive, at, maps, z, P, xs, variances, tape):
             np.dot(B, P, T)
             np.dot(T, Bt, P)
             for i in range(n):
-                for k in range(n):
-                    P[i, k] += Q[i, k]
+                for k in range(i + 1):
+                    P[i, k] += Q[s, i, k]
+                    P[k, i] = P[i, k]
         if len(tape.ahead):
             tape.ahead[t] = z
         if at[t + 1] != q:
@@ -73,7 +77,9 @@ def forward(y, drive, at, maps, z, P, xs, variances, tape):
         for j in range(p):
             nu, pivot = y[t, j], -1.0
             if nu == nu:
-                pivot, nu = absorb(P, C[j], r[j], nu, z, v, K)
+                pivot, nu = absorb(P, C[j], r[j], nu, z, v, w)
+                if not r[j] > CLEAR * pivot:
+                    return t
             if len(tape.pivot):
                 tape.pivot[t, j], tape.nu[t, j] = pivot, nu
             if len(tape.K):
@@ -86,32 +92,29 @@ def forward(y, drive, at, maps, z, P, xs, variances, tape):
                 return t
         if len(tape.z):
             tape.z[t], tape.V[t] = z, P
-        xs[t] = z
         for i in range(n):
-            variances[t, i] = P[i, i]
+            xs[t, i], variances[t, i] = z[i], P[i, i]
     return -1
 
 
 @Text
-def absorb(P, c, r, y, z, v, K):
+def absorb(P, c, r, y, z, v, w):
     """Take in a reading y of c z: the pivot and the innovation; v becomes P c."""
     n, pivot, nu = len(z), r, y
     for i in range(n):
-        a = 0.0
+        row, a = P[i], 0.0
         for k in range(n):
-            a += P[i, k] * c[k]
+            a += row[k] * c[k]
         v[i] = a
         pivot += a * c[i]
         nu -= c[i] * z[i]
-    share = 1.0 / pivot
+    root = 1.0 / np.sqrt(pivot)
+    move = nu * root
     for i in range(n):
-        K[i] = v[i] * share
-        z[i] += K[i] * nu
-    for i in range(n):  # (I - K c') P (I - K c')' + r K K', a row at a time
-        k_i = K[i]
-        a = -k_i * r
+        w[i] = v[i] * root
+        z[i] += w[i] * move
+    for i in range(n):
+        row, a = P[i], w[i]
         for k in range(n):
-            a += (P[i, k] - k_i * v[k]) * c[k]
-        for k in range(n):
-            P[i, k] -= k_i * v[k] + a * K[k]
+            row[k] -= a * w[k]
     return pivot, nu
