@@ -171,7 +171,7 @@ def with_gaps(
     mixed = bool(np.tril(pack.mix, -1).any())
     told, maps = AS_IS, pack.maps
     if mixed:
-        told = _by_pattern(settings, pack, like.instant)
+        told = _by_pattern(settings, pack, like.instant, ~np.isnan(y))
         maps = maps._replace(C=told[0].reshape(-1, p, plant.n))
     raw, (y, drive) = y, _beside(settings, begin, y, u)
     state = _state(*(np.array(X) for X in (begin.z, begin.V, begin.D)))
@@ -203,17 +203,20 @@ def with_gaps(
     return x, variances, Ends(end, state.z, state.V, state.D, seen, last, begun, least)
 
 
-def _by_pattern(settings: Settings, pack: Packed, instant: int) -> tuple[Matrix, ...]:
-    """C, r and what mixes readings, of each row for each set of outputs that arrive."""
-    p = settings.plant.p
-    found = []
-    for i in range(len(pack.mix)):
-        for code in range(1 << p):
-            seen = np.array([code >> j & 1 for j in reversed(range(p))], dtype=bool)
-            maps, L = settings.at(instant + i, seen)
-            found.append((maps.C, maps.r, L))
-    sets = len(pack.mix), 1 << p
-    return tuple(np.reshape(X, (*sets, *X[0].shape)) for X in zip(*found))
+def _by_pattern(
+    settings: Settings, pack: Packed, instant: int, seen: Matrix
+) -> tuple[Matrix, ...]:
+    """C, r and what mixes readings, of each row for each set that arrives."""
+    k, p, n = pack.maps.C.shape
+    sets = 1 << np.arange(p)[::-1]
+    codes = (seen @ sets)[..., None] & -sets  # of those up to each output too
+    C, r = np.zeros((k, 1 << p, p, n)), np.ones((k, 1 << p, p))
+    mix = np.tile(np.eye(p), (k, 1 << p, 1, 1))
+    for i in range(k):
+        for code in np.unique(codes[:, pack.at[1:] == i]):
+            maps, mix[i, code] = settings.at(instant + i, (code & sets) > 0)
+            C[i, code], r[i, code] = maps.C, maps.r
+    return C, r, mix
 
 
 def each(
