@@ -302,6 +302,12 @@ def test_an_input_is_not_replaced(here, call):
     assert (here / "data.csv").read_bytes() == before
 
 
+def test_an_observer_in_continuous_time_is_refused(here, call):
+    dataclasses.replace(OBSERVER, dt=0.0).to_json("observer.json")
+    status, _, err = call("observer.json", "data.csv", "--out", "x.csv")
+    assert status == 1 and "need a discrete observer; this one has dt = 0" in err
+
+
 def test_a_time_column_and_an_estimate_of_the_same_name(here, call):
     names = ("position", "time")
     OBSERVER.named(

@@ -101,17 +101,22 @@ def estimate(
     """
     expect(observer=observer)
     require_real("estimate", observer)
-    if observer.dt == 0:
-        raise ValueError(
-            "recorded data need a discrete observer; this one has dt = 0. Design it "
-            f"for the sampled plant: {SAMPLE}."
-        )
+    require_samples(observer)
     u0 = dataframes.entries("u0", u0, observer.input_names)
     x0 = dataframes.entries("x0", x0, observer.state_names)
     z = start(observer, u0, z0, x0)
     record = Record(y, u, time)
     found = _of_many if record.many else _of_one
     return found(observer, record, z)
+
+
+def require_samples(observer: Observer) -> None:
+    """Raise unless the observer is discrete."""
+    if observer.dt == 0:
+        raise ValueError(
+            "recorded data need a discrete observer; this one has dt = 0. Design it "
+            f"for the sampled plant: {SAMPLE}."
+        )
 
 
 def _of_one(o: Observer, record: Record, z: Vector) -> Any:

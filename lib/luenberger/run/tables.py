@@ -27,7 +27,7 @@ from ..observer import Observer
 from ..plant import Plant
 from .arrivals import known
 from .clock import Column
-from .estimate import estimated, require_finite
+from .estimate import estimated, require_finite, require_samples
 from .filter import Filter
 from .record import Rows
 from .smoothed import over
@@ -111,6 +111,7 @@ def estimates(
         Naming line and column, if a value is missing, an estimate overflows, or a
         time is none or contradicts dt.
     """
+    require_samples(observer)
     x0 = None
     if plant is not None:
         require_match(observer, plant)
