@@ -221,3 +221,13 @@ def test_a_gap_ends_where_its_readings_arrive():
             now.measure(row)
             now.advance()
     assert now.instant == 13
+
+
+def test_a_row_that_its_late_reading_completes_is_in_no_gap():
+    now = lb.Filter(plant_of()).live()
+    with pytest.raises(lb.DesignError, match="outputs are missing from instant 5 on"):
+        for k, row in enumerate(record(20)):
+            now.measure(row)
+            if k == 3:  # the first row without a reading
+                now.arrived(0, 0, 1.0)
+            now.advance()
