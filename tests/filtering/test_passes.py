@@ -189,6 +189,22 @@ def test_scalars_find_the_way_back(monkeypatch, n, kind, P0):
     np.testing.assert_allclose(scalars.w, loops.w, rtol=0, atol=1e-9)
 
 
+def test_each_of_many_outputs_may_be_missing():
+    """More than a number has bits; their noises differ, and are correlated."""
+    p = 70
+    R = np.diag(np.arange(1.0, p + 1)) + 0.5
+    plant = lb.Plant([[1]], None, np.ones((p, 1)), dt=1.0, Q=[[0]], R=R, P0=[[1]])
+    y = np.random.default_rng(0).normal(size=(3, p))
+    for k in range(2):
+        y[k, p - 1 - k] = np.nan
+    found, information, told = lb.Filter(plant).run(y), 1.0, 0.0
+    for row, x, P in zip(y, found.x, found.P):
+        some = ~np.isnan(row)
+        weights = np.linalg.solve(R[np.ix_(some, some)], np.ones(some.sum()))
+        information, told = information + weights.sum(), told + weights @ row[some]
+        assert np.allclose([x[0], P[0, 0]], [told / information, 1 / information])
+
+
 def by_the_page(A, Q, C, R, Sigma):
     """One step of the recursion that `best_coordinates` derives, in Fractions."""
     step = best_coordinates.gain_step()

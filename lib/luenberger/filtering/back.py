@@ -17,7 +17,7 @@ from ..numeric import Matrix, Vector
 from ..numeric.linalg import solve_right
 from . import passes, unknown
 from .maps import Settings
-from .pack import Passage, fed, loops, text
+from .pack import Passage, fed, loops, sets_of, text
 from .passes import Maps, State, Tape
 from .unknown import LARGE
 
@@ -253,8 +253,8 @@ class Told(NamedTuple):
         rows = np.arange(len(self.y))
         if self.settings.plant.steps is not None:
             return list(rows[:, None])
-        code = ~np.isnan(self.y) @ (1 << np.arange(self.y.shape[1]))
-        return [rows[code == one] for one in np.unique(code)]
+        sets, at = sets_of(~np.isnan(self.y))
+        return [rows[at == k] for k in range(len(sets))]
 
     def left(self, x: Matrix) -> Matrix:
         """What estimates leave of the measurements; zero where none arrived."""

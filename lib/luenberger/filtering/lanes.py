@@ -102,7 +102,7 @@ class Told:
         self.picks.append(f"{one} = {found[0]}")
 
 
-def text(size: Sizes, alike: bool, noisy: bool = False, mixed: bool = False) -> str:
+def text(size: Sizes, alike: bool, mixed: bool = False) -> str:
     """`passes.forward` over lanes, without a tape.
 
     Each has gaps of its own; or they are `alike`: nothing is missing, and all have the
@@ -111,8 +111,8 @@ def text(size: Sizes, alike: bool, noisy: bool = False, mixed: bool = False) -> 
     Where readings are `mixed`, a reading is combined with those before it that arrived:
     `told` has C, r and what combines them for each set of outputs.
     """
-    row, n, p = Row(size, noisy=noisy), size.n, size.p
-    sure = alike or noisy
+    row, n, p = Row(size), size.n, size.p
+    sure = alike or size.noisy
     own = [f"z_{i}" for i in range(n)] if alike else row.own()
     met = [f"met_{i}" for i in range(0 if sure else n)]
     spread = [f"v_{i}" for i in range(0 if alike else n)]

@@ -83,9 +83,10 @@ def again(
     x, variances = np.empty((rows, n)), np.empty((rows, n))
     done = int((np.arange(rows) - since + 1).sum())
     run = pack.text("replay", settings, packed.maps, done)
+    readings, drive, at, maps = packed.part()
     t, clash = run(
-        packed.y, packed.drive, packed.at, found.first, found.known, since, span,
-        packed.maps, state, x, variances, tape, oldest, before,
+        readings, drive, at, found.first, found.known, since, span, maps, state, x,
+        variances, tape, oldest, before,
     )  # fmt: skip
     if clash >= 0:
         row, j = divmod(int(clash), p)

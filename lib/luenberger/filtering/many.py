@@ -177,8 +177,9 @@ def with_gaps(
     state = _state(*(np.array(X) for X in (begin.z, begin.V, begin.D)))
     x, variances = np.empty((2, M, rows, plant.n))  # one piece of memory is quicker
     clash, none = np.full(M, -1), (np.zeros((0, 0, 0)), np.zeros((0, 0)))
-    noisy = bool((maps.r > 0).all() and (told[1] > 0).all())
-    run = lanes.over(sizes(maps), False, noisy, mixed)
+    size = sizes(maps)
+    size = size._replace(noisy=size.noisy and bool((told[1] > 0).all()))
+    run = lanes.over(size, False, mixed)
     run(y, drive, pack.at, maps, told, state, x, variances, *none, clash)
     begun, least = np.array(begin.begun), np.array(begin.least)
     rows_ = np.empty(M, dtype=np.int64)

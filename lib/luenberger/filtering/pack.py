@@ -9,11 +9,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..errors import DesignError
+from ..kernels.jit import jitted
 from ..numeric import Matrix, Vector
 from ..plant import Plant
 from ..recursion.settings import require_start
 from . import digits, passes, quick, scalars, settled, tail, unknown
-from .compiling import early
+from .compiling import early, installed
 from .maps import Settings, factors
 from .passes import FEW, TINY, Maps, State, Tape
 
@@ -57,20 +58,23 @@ class End(NamedTuple):
     awaited: Any = None
 
 
+EVERY = slice(None)
+
+
 class Packed(NamedTuple):
     """Rows as `passes.forward` takes them.
 
     Attributes
     ----------
     y : (N, p) ndarray
-        Readings less E u, combined where the noises of outputs are correlated.
+        Readings less E u.
     drive : (N, n) ndarray
         B u of the row before.
     at : (N + 1,) ndarray of int
         The maps of the row before the first one, or -1, and of each row.
     maps : Maps
     mix : (k, p, p) ndarray
-        What combines the readings of each map.
+        What combines the readings of each map, so that their noises are independent.
     """
 
     y: np.ndarray
@@ -78,6 +82,14 @@ class Packed(NamedTuple):
     at: np.ndarray
     maps: Maps
     mix: np.ndarray
+
+    def part(self, rows: slice = EVERY) -> tuple[Any, ...]:
+        """Combined readings of rows, and what else `passes.forward` takes of them."""
+        y, at = self.y[rows], self.at[rows.start or 0 :]
+        if np.tril(self.mix, -1).any():
+            y = np.array(y)
+            passes.mixed(y, at, self.mix)
+        return y, self.drive[rows], at, self.maps
 
 
 class Passage(NamedTuple):
@@ -137,13 +149,17 @@ def packed(
     if prior and rows:
         drive[0] = 0.0
     if plant.steps is None:
-        found, at = _alike(settings, end, seen)
-    else:
-        found, at = _each(settings, end, seen, of)
+        # where outputs share no noise, no gap is in what leads to the next row
+        first = seen[:1] if settings.way == "nothing" and rows else end.seen[None]
+        sets, at = sets_of(np.concatenate([first, seen]))
+        found = [settings.at(1, one) for one in sets]
+    else:  # a map a row
+        at, of = np.arange(len(y) + 1), np.append(0, of + 1)
+        found = [
+            settings.at(end.instant + int(k), one)
+            for k, one in zip(of, [end.seen, *seen])
+        ]
     maps, mix = settings.stack(tuple(found))
-    if any(L is not settings.as_is for _, L in found):
-        y = np.array(y)
-        passes.mixed(y, at, mix)
     if prior:
         at[0] = -1
     return Packed(np.ascontiguousarray(y), drive, at, maps, mix)
@@ -189,28 +205,17 @@ def driven(plant: Plant, origin: int, instant: int, u: Matrix) -> Matrix:
     return by_rows(plant.B, instant - origin, u)
 
 
-def _alike(settings: Settings, end: End, seen: Matrix) -> tuple[list[Any], Vector]:
-    """Of a plant that does not change: one map for all rows with the same outputs."""
-    if len(seen) and seen.all():
-        # where outputs share no noise, no gap is in what leads to the next row
-        first = [1] if settings.way == "nothing" or end.seen.all() else [0, 1]
-        at = np.full(len(seen) + 1, len(first) - 1)
+def sets_of(seen: Matrix) -> tuple[Matrix, Vector]:
+    """The sets of outputs that arrive in rows, and the number of that of each row."""
+    if seen[1:].all():
+        at = np.full(len(seen), 0 if seen[0].all() else 1)
         at[0] = 0
-    else:
-        code = np.concatenate([end.seen[None], seen]) @ (1 << np.arange(seen.shape[1]))
-        _, first, at = np.unique(code, return_index=True, return_inverse=True)
-    found = [settings.at(1, seen[row - 1] if row else end.seen) for row in first]
-    return found, at.astype(np.int64, copy=False)
-
-
-def _each(
-    settings: Settings, end: End, seen: Matrix, of: Vector
-) -> tuple[list[Any], Vector]:
-    """Of a plant that changes: a map a row."""
-    found = [settings.at(end.instant, end.seen)]
-    for k, now in enumerate(seen):
-        found.append(settings.at(end.instant + 1 + int(of[k]), now))
-    return found, np.arange(len(seen) + 1)
+        return seen[: at[-1] + 1], at
+    first, *more = np.packbits(seen, axis=1).T  # bytes are sorted quickly
+    _, rows, at = np.unique(first, return_index=True, return_inverse=True)
+    for byte in more:
+        _, rows, at = np.unique(256 * at + byte, return_index=True, return_inverse=True)
+    return seen[rows], at.astype(np.int64, copy=False)
 
 
 def blank(
@@ -245,7 +250,7 @@ def first_rows(
     state = State(*(X.copy() for X in end.state))
     tape = _room(settings, end, rows, keep)
     x, variances = np.empty((2, rows, n))
-    done, clash = unknown.forward(*pack[:-1], state, x, variances, tape)
+    done, clash = unknown.forward(*pack.part(), state, x, variances, tape)
     if clash >= 0:
         row, j = divmod(clash, settings.plant.p)
         refuse(settings, end.instant + 1 + row, j, ~np.isnan(y[row]))
@@ -307,19 +312,18 @@ def _along(
     """What `tail.over` finds; what is kept on a tape is the full recursion's."""
     plain = settings.plant.steps is None and settings.way == "nothing"
     if keep == "settled" and plain and (pack.maps.r > 0).all():
-        return -1, 0, settled.forward(way, *pack[:4], tape)
+        return -1, 0, settled.forward(way, pack, tape)
     if keep or not plain:
         return way.rows(slice(0, len(pack.y))), 0, []
-    return tail.over(way, pack, partial(settings.steady, run), end.calm)
+    return tail.over(way, pack, partial(settings.steady, run), end.calm, one_gain)
 
 
 def _in_factors(
     run: Any, pack: Packed, state: State, x: Matrix, variances: Matrix, tape: Tape
 ) -> tail.Way:
     def rows(part: slice) -> int:
-        y, drive, at = pack.y[part], pack.drive[part], pack.at[part.start :]
         rest = x[part], variances[part], settled.part(tape, part)
-        return int(run(y, drive, at, pack.maps, state, *rest))
+        return int(run(*pack.part(part), state, *rest))
 
     def settle(V: Matrix, D: Vector) -> None:
         state.V[:], state.D[:] = V, D
@@ -333,9 +337,8 @@ def _in_covariance(
     Q = pack.maps.G @ pack.maps.G.mT
 
     def rows(part: slice) -> int:
-        y, drive, at = pack.y[part], pack.drive[part], pack.at[part.start :]
         rest = x[part], variances[part], settled.part(tape, part)
-        return int(quick.forward.fast(y, drive, at, pack.maps, Q, z, P, *rest))
+        return int(quick.forward.fast(*pack.part(part), Q, z, P, *rest))
 
     def settle(V: Matrix, D: Vector) -> None:
         P[:] = (V.T * D) @ V
@@ -374,6 +377,13 @@ def text(name: str, settings: Settings, maps: Maps, rows: int) -> Any:
         if rows >= MANY or scalars.known(name, maps):
             return scalars.function(name, maps)
     return loops(name, n)
+
+
+def one_gain(y: Matrix, J: Matrix) -> Any:
+    """The text that goes over rows y with one gain; as `text`."""
+    if installed() and len(y) >= MANY and len(J) <= FEW:
+        return jitted(scalars.one_gain(len(J), y.shape[1], J.shape[1]))
+    return passes.one_gain if len(J) <= FEW else passes.one_gain.fast
 
 
 def loops(name: str, n: int) -> Any:

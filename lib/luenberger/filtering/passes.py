@@ -480,24 +480,22 @@ def replay(y, drive, at, first, known, since, span, maps, state, xs, variances, 
 
 @Text
 def one_gain(y, drive, A, J, K, z, sizes, xs, variances):
-    """Filter rows with the same gain, z+ = A z + J drive + K y; `sizes` are variances.
+    """Filter rows with the same gain, z+ = K y + J drive + A z; `sizes` are variances.
 
     J has no columns where there is no input.
     """
     n, p, now = len(z), y.shape[1], z.copy()
     for t in range(len(y)):
-        for i in range(n):
-            s = A[i, 0] * now[0]
-            for k in range(1, n):
-                s += A[i, k] * now[k]
+        for i in range(n):  # first what need not wait for the row before
+            s = K[i, 0] * y[t, 0]
+            for j in range(1, p):
+                s += K[i, j] * y[t, j]
             for k in range(J.shape[1]):
                 s += J[i, k] * drive[t, k]
-            for j in range(p):
-                s += K[i, j] * y[t, j]
-            xs[t, i] = s
-        for i in range(n):
-            now[i] = xs[t, i]
-            variances[t, i] = sizes[i]
+            for k in range(n):
+                s += A[i, k] * now[k]
+            xs[t, i], variances[t, i] = s, sizes[i]
+        put(xs[t], now)
     put(now, z)
 
 

@@ -196,12 +196,15 @@ class Sizes(NamedTuple):
         States, outputs, columns of G.
     known : tuple of (str, tuple)
         For M, G and C the entries that are 0 or 1 in every row, None elsewhere; M is B.
+    noisy : bool
+        Whether every reading has noise: pivots are positive, and nothing contradicts.
     """
 
     n: int
     p: int
     g: int
     known: tuple[tuple[str, tuple[float | None, ...]], ...]
+    noisy: bool
 
 
 def sizes(maps: Maps) -> Sizes:
@@ -213,7 +216,7 @@ def sizes(maps: Maps) -> Sizes:
         flat = zip(X[0].ravel().tolist(), same.ravel().tolist())
         known.append((name, tuple(v if s else None for v, s in flat)))
     n, p, g = maps.B.shape[1], maps.C.shape[1], maps.G.shape[2]
-    return Sizes(n, p, g, tuple(known))
+    return Sizes(n, p, g, tuple(known), bool((maps.r > 0).all()))
 
 
 def known(name: str, maps: Maps) -> bool:
@@ -290,8 +293,7 @@ CHOICES = [_source(one) for one in (passes.clear, passes.over, passes.part)]
 class Row:
     """The statements of one row: of the prediction, of each reading, of variances.
 
-    `r` are the variances of readings where they are known for good; or it is known that
-    all readings are `noisy`, so that all pivots are positive.
+    `r` are the variances of readings where they are known for good.
     """
 
     def __init__(
@@ -299,10 +301,8 @@ class Row:
         size: Sizes,
         r: Sequence[float] | None = None,
         tiny: float = TINY,
-        noisy: bool = False,
     ) -> None:
         n, p, g = size.n, size.p, size.g
-        self.noisy = noisy
         self.size, self.to = size, Statements(tiny)
         known = {name: iter(values) for name, values in size.known}
         self.tables = {
@@ -368,7 +368,7 @@ class Row:
         y = self.to.given(f"y_{j}")
         c, r = self.tables["C"][j], self.r[j]
         more = {"absorb": partial(self._moved, j)} if given else {}
-        self.to.positive = self.noisy or (not isinstance(r, Name) and r > 0)
+        self.to.positive = self.size.noisy or (not isinstance(r, Name) and r > 0)
         pivot, nu, made = self.to.does(passes.read, y, V, D, c, r, z, met, K, f, **more)
         self.to.positive = False
         return z, V, D, met, K, pivot, nu, made
@@ -418,7 +418,7 @@ def names(
 
 def statements(size: Sizes) -> str:
     """The function `run` that does what `passes.forward` does."""
-    row, n, p = Row(size), size.n, size.p
+    row, n, p, sure = Row(size), size.n, size.p, size.noisy
     out = [
         "def run(y, drive, at, maps, state, xs, variances, tape):",
         "    B, G, C, R = maps.B, maps.G, maps.C, maps.r",
@@ -436,7 +436,7 @@ def statements(size: Sizes) -> str:
     out += [f"    {one} = {load[one].replace('at_', '0')}" for one in load]
     for one in own:
         out.append(f"    {one} = {read_back[one[0]].format(*one.split('_')[1:])}")
-    out += [f"    met_{i} = abs(z_{i})" for i in range(n)]
+    out += [f"    met_{i} = abs(z_{i})" for i in range(0 if sure else n)]
     out += ["    for t in range(y.shape[0]):", "        if at[t] >= 0:"]
     if ahead:
         out += ["            if at[t] != s:", "                s = at[t]"]
@@ -445,7 +445,7 @@ def statements(size: Sizes) -> str:
         ]
     out += [f"            drive_{i} = drive[t, {i}]" for i in range(n)]
     z, V, D, met = row.predict()
-    out += _block(names(z, V, D, met), 12, "p")
+    out += _block(names(z, V, D, () if sure else met), 12, "p")
     keep = lambda what, lines: [f"        if len(tape.{what}):"] + [  # noqa: E731
         f"            {line}" for line in lines]  # fmt: skip
     out += keep("ahead", [f"tape.ahead[t, {i}] = z_{i}" for i in range(n)])
@@ -453,8 +453,10 @@ def statements(size: Sizes) -> str:
     out += [f"            {one} = {load[one].replace('at_', 'k')}" for one in behind]
     for j in range(p):
         z, V, D, met, K, pivot, nu, made = row.read(j)
-        found = names(z, V, D, met) + [("pivot", pivot), ("nu", nu)]
-        found += [("size", made), *((f"K_{i}", K[i]) for i in range(n))]
+        found = names(z, V, D, () if sure else met) + [("pivot", pivot), ("nu", nu)]
+        found += [*((f"K_{i}", K[i]) for i in range(n))]
+        if not sure:
+            found.append(("size", made))
         out += [
             f"        y_{j} = y[t, {j}]",
             "        pivot, nu = -1.0, 0.0",
@@ -463,10 +465,11 @@ def statements(size: Sizes) -> str:
             *_block(found, 12, f"r{j}_"),
         ]
         contradicts = f"pivot == 0.0 and abs(nu) > {CLASH!r} * size"
-        out += [
-            f"            if clash < 0 and {contradicts}:",
-            f"                clash = t * {p} + {j}",
-        ]
+        if not sure:
+            out += [
+                f"            if clash < 0 and {contradicts}:",
+                f"                clash = t * {p} + {j}",
+            ]
         out += keep("pivot", [f"tape.pivot[t, {j}] = pivot", f"tape.nu[t, {j}] = nu"])
         out += keep("K", [f"tape.K[t, {j}, {i}] = K_{i}" for i in range(n)])
     rest = [f"tape.z[t, {i}] = z_{i}" for i in range(n)]
@@ -482,6 +485,30 @@ def statements(size: Sizes) -> str:
     for one in own:
         out.append(f"    {read_back[one[0]].format(*one.split('_')[1:])} = {one}")
     return "\n".join([*out, "    return clash", ""])
+
+
+def one_gain(n: int, p: int, m: int) -> str:
+    """The text of `passes.one_gain` for n states, p outputs and m columns of J."""
+    wide = dict(K=p, J=m, A=n)
+    acts = dict(K="y", J="drive", A="z")
+    of = lambda text, count: [text.format(i) for i in range(count)]  # noqa: E731
+    sums = [
+        " + ".join(f"{X}_{i}_{k} * {acts[X]}_{k}" for X in wide for k in range(wide[X]))
+        for i in range(n)
+    ]
+    out = [
+        "def run(y, drive, A, J, K, z, sizes, xs, variances):",
+        *(f"    {X}_{i}_{k} = {X}[{i}, {k}]"
+          for X in wide for i in range(n) for k in range(wide[X])),
+        *of("    z_{0}, v_{0} = z[{0}], sizes[{0}]", n),
+        "    for t in range(len(y)):",
+        *of("        y_{0} = y[t, {0}]", p),
+        *of("        drive_{0} = drive[t, {0}]", m),
+        f"        {', '.join(of('z_{}', n))} = {', '.join(sums)}",
+        *of("        xs[t, {0}], variances[t, {0}] = z_{0}, v_{0}", n),
+        *of("    z[{0}] = z_{0}", n),
+    ]  # fmt: skip
+    return "\n".join([*out, ""])
 
 
 def way_back(size: Sizes) -> str:

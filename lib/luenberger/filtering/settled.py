@@ -18,6 +18,7 @@ from .compiling import Text
 from .passes import FEW, Maps, Tape, score
 
 if TYPE_CHECKING:
+    from .pack import Packed
     from .tail import Way
 
 STILL = 1e-12  # of a covariance, that a row may still change
@@ -118,27 +119,26 @@ def same_entries(one: Matrix, other: Matrix) -> bool:
     return bool((np.abs(other - one) <= STILL * unit * unit[:, None]).all())
 
 
-def forward(
-    way: Way, y: Matrix, drive: Matrix, at: Vector, maps: Maps, tape: Tape
-) -> list[slice]:
+def forward(way: Way, pack: Packed, tape: Tape) -> list[slice]:
     """Pass over rows and write their tape; returns those with the gain before them.
 
     No estimates of these are found.
     """
-    found, done = list[slice](), 0
-    for a, b in stretches(y):
+    found, done, rows = list[slice](), 0, len(pack.y)
+    for a, b in stretches(pack.y):
         way.rows(slice(done, a))
         over = lambda rows, a=a: way.rows(slice(a + rows.start, a + rows.stop))  # noqa: E731
         now = lambda: tuple(X.copy() for X in way.factors())  # noqa: E731
         k, done = a + settled(b - a, over, now, same_covariance), b
-        rest, last, full = slice(k, b), k - 1, at[k]
+        rest, last = slice(k, b), k - 1
         if k < b:
             found.append(rest)
             K, pivot = tape.K[last].copy(), tape.pivot[last].copy()
-            given = y[rest], drive[rest], maps.B[full], maps.C[full], K, 1 / pivot
+            y, drive, at, maps = pack.part(rest)
+            given = y, drive, maps.B[at[0]], maps.C[at[0]], K, 1 / pivot
             text(same_gain, len(K.T))(*given, way.z, tape.nu[rest])
             tape.K[rest], tape.pivot[rest] = K, pivot
-    way.rows(slice(done, len(y)))
+    way.rows(slice(done, rows))
     return found
 
 

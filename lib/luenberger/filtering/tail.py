@@ -21,7 +21,7 @@ from scipy.linalg import solve_triangular
 
 from ..numeric import Matrix, Vector
 from .maps import factors
-from .passes import FEW, Maps, State, Tape, one_gain
+from .passes import Maps, State, Tape
 
 if TYPE_CHECKING:
     from .pack import Packed
@@ -125,20 +125,19 @@ class Way(NamedTuple):
 
 
 def over(
-    way: Way, pack: Packed, found: Callable[[], Steady | None], calm: int
-) -> tuple[int, int, list[int]]:
+    way: Way, pack: Packed, found: Callable[[], Steady | None], calm: int,
+    gained: Callable[..., Callable],
+) -> tuple[int, int, list[int]]:  # fmt: skip
     """Pass over rows behind so many complete ones; -1 where the filter is settled.
 
+    `gained` is the text that goes over so many rows with one gain.
     Returns what `passes.forward` does, how many complete rows there are at the end,
     and the rows from which on there was one gain.
     """
-    y, drive, at, maps, _ = pack
+    y, drive, at, maps, mix = pack
     rows, k, settled = len(y), 0, []
     n = len(way.z)
-    gained = one_gain if n <= FEW else one_gain.fast
-    gone = np.isnan(y)
-    broken = np.flatnonzero(gone.any(axis=1)) if gone.any() else np.empty(0, int)
-    broken = np.append(broken, rows)
+    broken = np.append(np.flatnonzero(np.isnan(y)) // y.shape[1], rows)
     while k < rows:
         ends = broken[np.searchsorted(broken, k) :]
         if calm < 0 and (one := found()):
@@ -149,9 +148,10 @@ def over(
                 A, given = maps.B[full], drive[part]
                 J = np.eye(n) - one.K @ maps.C[full]
                 J, A = J[:, : n if given.any() else 0].copy(), J @ A
+                K = one.K @ mix[full]
                 sizes = (one.W**2).sum(axis=1)
                 rest = way.z, sizes, way.x[part], way.variances[part]
-                gained(y[part], given, A, J, one.K, *rest)
+                gained(y[part], J)(y[part], given, A, J, K, *rest)
             calm = -1 if stop == rows else 0
         else:
             firsts = np.append(k - calm, ends[:-1] + 1)

@@ -224,5 +224,5 @@ def stack_of(record: Record, p: int, m: int) -> tuple[Matrix, Matrix]:
 
 def _finite(name: str, bad: Matrix, what: str) -> None:
     """ValueError naming the record and the row of what is bad."""
-    for k, row, _ in np.argwhere(bad)[:1]:
+    for k, row, _ in np.argwhere(bad)[:1] if bad.any() else ():
         raise ValueError(f"{name} is {what} in record {k}, row {row}")

@@ -33,10 +33,9 @@ class Few(Functions):
         if self.correlated:
             known["C"], r = [None] * (p * n), None
             self.exact = [*range(p)] if self.exact else []
-        size = scalars.Sizes(
-            n, p, maps.G.shape[1], tuple((k, tuple(x)) for k, x in known.items())
-        )
-        self.row = scalars.Row(size, r, self.tiny, noisy=not self.exact)
+        entries = tuple((k, tuple(x)) for k, x in known.items())
+        size = scalars.Sizes(n, p, maps.G.shape[1], entries, not self.exact)
+        self.row = scalars.Row(size, r, self.tiny)
         below = [self.first["V"][j, i] for j in range(n) for i in range(j)]
         self.first["V"] = np.array(below)
         self.sizes = dict(x=n, met=n if self.exact else 0, D=n, V=len(below))
