@@ -1,18 +1,20 @@
 """The equation ledger: every equation of the papers, our theorems, and their evidence.
 
-The entries are data, one file for each paper in `entries/` and one for the theorems
-that are in no paper, `entries/ours.toml`; they point at code.  An entry's evidence is a
-proved step of a derivation, or a test; `ledger.evidence` finds it.  The tests run every
-piece of evidence, damage it, and see it fail.
+What an entry says, how well it is established and what vouches for it is found on the
+pages of the derivations: in what carries the number of the equation.  Kept by hand, in
+`entries/`, is what no page knows: the order of the numbers, what uses an equation,
+where a notebook shows it, and what the paper misprints.
 
 >>> from luenberger import ledger
 >>> entry, = ledger.entries("leondes", number="(37)")
->>> entry.says
-With every output accurate the gain is K₁ = Ω₂₁ (Ω₁₁ + R₁₁)⁻¹.
+>>> entry.says[0]
+the gain of least order: K₁ = Ω₂₁ (Ω₁₁ + R₁₁)⁻¹
+>>> entry.level
+'proved at symbolic sizes, and at n = 3, p = 2'
 
 What asks or prints the entries enters here; an entry is a row of a file in
-`entries/`.  It uses `matrixproof`, `formats` and `show`, and loads a derivation by the
-pointer "room.module" of an entry.
+`entries/`.  It uses `matrixproof`, `formats` and `show`, and loads a page when something
+is asked that only this page knows.
 """
 
 from pathlib import Path
@@ -29,10 +31,10 @@ from .records import find_paper as find_paper
 from .records import misprints as misprints
 from .records import title as title
 from .tables import by_paper as by_paper
+from .tables import levels as levels
 from .tables import misprint_table as misprint_table
 from .tables import summary as summary
 from .tables import table as table
-from .words import Words as Words
 
 
 def write_page(
@@ -47,8 +49,8 @@ def write_page(
     paper : str, optional
         One paper, or "ours", instead of all.
     formulas : bool
-        With the proved claims, as MathML; this runs the derivations, which takes half
-        a minute.  Without them the page is written at once.
+        With formulas and proofs as MathML; this checks all that is proved, which takes
+        half a minute, and says what is not.  Without them it is plain text.
 
     Raises
     ------

@@ -5,14 +5,11 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 from textwrap import dedent
-
-from matrixproof import Chain, latex
-from matrixproof.prose import typeset
+from typing import Any
 
 from ..formats import atomic
-from . import evidence
+from matrixproof import Chain, latex
 from .records import PARTS, Entry, count, entries, find_paper, misprints, title
-from .words import Words
 
 Papers = tuple[str, ...]
 
@@ -37,12 +34,16 @@ th { text-align: left; border-bottom: 2px solid #444; }
 th, td { padding: .35em .7em .35em 0; vertical-align: top; }
 td { border-bottom: 1px solid #ddd; }
 code { font: .88em ui-monospace, Menlo, Consolas, monospace; overflow-wrap: anywhere; }
-summary { cursor: pointer; color: #0072b2; }
+summary { cursor: pointer; }
+summary::marker { color: #0072b2; }
 .scrolls { overflow: auto hidden; padding: .15em 0; }
 pre { overflow-x: auto; margin: .3em 0; }
 table { table-layout: fixed; }
-th:nth-child(1) { width: 10%; } th:nth-child(2) { width: 36%; }
-th:nth-child(3) { width: 8%; } th:nth-child(5) { width: 16%; }
+th:nth-child(1) { width: 10%; } th:nth-child(2) { width: 46%; }
+th:nth-child(4) { width: 14%; }
+.says, details { padding: .1em 0; overflow-x: auto; }
+td p { margin: 0 0 .3em; }
+.failed { color: #b00020; font-weight: bold; }
 .slip { margin: .3em 0 0; padding-left: .6em; border-left: 3px solid #d55e00; }
 .count { display: none; }
 @media (max-width: 45em) { /* a row is a card */
@@ -67,12 +68,13 @@ def render(paper: str | None = None, formulas: bool = True) -> str:
     body = [
         "<h1>The equation ledger</h1>",
         "<p>Every numbered equation of the papers, and the theorems that are in none, "
-        "in our words and letters: how well each is established, what vouches for it, "
-        "what uses it, where a notebook shows it, and what the paper misprints.</p>",
+        "in our letters: what defines it and what is proved of it, for which sizes, "
+        "what uses it, where a notebook shows it, and what is wrong in our scan, in "
+        "print, or in the mathematics.</p>",
         *_controls(papers),
         "<main>",
         *_counts(papers),
-        "<table><thead><tr><th>equation</th><th>says</th><th>kind</th>"
+        "<table><thead><tr><th>equation</th><th>says</th>"
         "<th>evidence</th><th>used by, shown in</th></tr></thead><tbody>",
         *rows,
         "</tbody></table></main>",
@@ -116,54 +118,58 @@ def _counts(papers: Papers) -> Iterator[str]:
 
 def _row(entry: Entry, formulas: bool) -> str:
     slip = " misprinted" if entry.misprints else ""
-    says = f'<div class="scrolls">{_says(entry.says, formulas)}</div>' + "".join(
-        f'<p class="slip">Printed: {html.escape(s.printed)}<br>'
-        f"Correct: {html.escape(s.correct)}</p>"
-        for s in entry.misprints
-    )
     where = f"<code>{html.escape(entry.used.removeprefix('luenberger.'))}</code>"
     where += f"<br>{html.escape(entry.shown.partition(': ')[0])}"
+    faults = entry.check() if formulas else []
+    level = html.escape(f"not proved: {faults[0]}" if faults else entry.level)
     cells = [
         f"{html.escape(entry.number)}<br><small>{html.escape(entry.source)}</small>",
-        says,
-        entry.kind,
-        f"{html.escape(entry.level)}{_details(entry, formulas)}",
+        "".join([*_says(entry, formulas), *_slips(entry)]),
+        (f'<b class="failed">{level}</b>' if faults else level) + _pointers(entry),
         where,
     ]
     inner = "".join(f"<td>{cell}</td>" for cell in cells)
     return f'<tr class="entry {entry.paper}{slip}">{inner}</tr>'
 
 
-def _says(words: Words, formulas: bool) -> str:
-    """A sentence, its formulas as MathML if formulas are wanted."""
-    if not formulas:
-        return html.escape(str(words))
-    return "".join(
-        _mathml(piece) if is_latex else html.escape(piece)
-        for is_latex, piece in typeset(words.source)
-    )
-
-
-def _details(entry: Entry, formulas: bool) -> str:
-    lines = []
-    for pointer in entry.evidence:
-        lines.append(f"<div><code>{html.escape(pointer)}</code></div>")
-        if formulas and not evidence.is_test(pointer):
-            lines += _formulas(pointer)
-    return "<details><summary>evidence</summary>" + "".join(lines) + "</details>"
-
-
-def _formulas(pointer: str) -> Iterator[str]:
-    """The lines of chains as MathML; what else is proved as a terminal shows it."""
-    for step in evidence.steps(pointer).values():
-        if not isinstance(step, Chain):
-            _, _, shown = str(step).partition("\n")
-            yield f"<pre>{html.escape(dedent(shown))}</pre>"
+def _says(entry: Entry, formulas: bool) -> Iterator[str]:
+    """What is stated, line by line; with formulas, each unfolds to its proof."""
+    rows = list(entry.says.rows(_mathml if formulas else None))
+    for row in rows[: -len(entry.says) or None]:
+        yield f"<p>{row}</p>"
+    for row, one in zip(rows[len(rows) - len(entry.says) :], entry.says, strict=True):
+        if not (formulas and one.proved):
+            yield f'<div class="says">{row}</div>'
             continue
-        for row in step.rows(latex):
-            line = _mathml(f"{row.left} {row.sign} {row.right}")
-            reason = f"<br><small>{_mathml(row.reason)}</small>" if row.reason else ""
-            yield f'<div class="scrolls">{line}{reason}</div>'
+        mark = " ✗" if one.check() else "" if one.sizes else " ✓"
+        proof = "".join(_proof(one.item))
+        yield f"<details><summary>{row}{mark}</summary>{proof}</details>"
+
+
+def _pointers(entry: Entry) -> str:
+    """Where its evidence stands."""
+    found = (f"<div><code>{html.escape(one)}</code></div>" for one in entry.evidence)
+    return f"<details><summary>evidence</summary>{''.join(found)}</details>"
+
+
+def _slips(entry: Entry) -> Iterator[str]:
+    for slip in entry.misprints:
+        yield (
+            f'<p class="slip">{slip.where.capitalize()}: {html.escape(slip.printed)}'
+            f"<br>Correct: {html.escape(slip.correct)}</p>"
+        )
+
+
+def _proof(item: Any) -> Iterator[str]:
+    """The lines of a chain as MathML; what else is proved as a terminal shows it."""
+    if not isinstance(item, Chain):
+        _, _, shown = str(item).partition("\n")
+        yield f"<pre>{html.escape(dedent(shown))}</pre>"
+        return
+    for row in item.rows(latex):
+        line = _mathml(f"{row.left} {row.sign} {row.right}")
+        reason = f"<br><small>{_mathml(row.reason)}</small>" if row.reason else ""
+        yield f'<div class="scrolls">{line}{reason}</div>'
 
 
 def _mathml(latex: str) -> str:

@@ -3,52 +3,79 @@
 import html
 
 from ..show import Table
-from .records import KINDS, PARTS, count, entries, misprints, title
+from .records import KINDS, PARTS, Entry, count, entries, find_paper, misprints, title
 
 
 def table(paper: str | None = None) -> Table:
-    """The entries as a `show.Table`: number, what it says, kind, level, user."""
-    header = ["equation", "says", "kind", "evidence", "used by"]
+    """The entries as a `show.Table`: number, what it says, level, user."""
+    header = ["equation", "says", "level", "used by"]
     header = header if paper is not None else ["paper", *header]
     rows = []
     for e in entries(paper):
-        row = [e.number, e.says, e.kind, e.level, e.used.removeprefix("luenberger.")]
+        row = [e.number, e.says, e.level, e.used.removeprefix("luenberger.")]
         rows.append(row if paper is not None else [e.source, *row])
     return Table(header, rows)
 
 
 def summary() -> Table:
-    """One row for each paper, one for our own: entries by kind, and misprints.
+    """One row for each paper, one for our own: entries, and what is wrong by kind.
 
     >>> print(str(summary()).splitlines()[2].split())
-    ['Moore', '(1973)', '15', '5', '7', '3', '0', '10']
+    ['Moore', '(1973)', '15', '6', '1', '3']
     """
+    header = ["paper", "entries", *(f"wrong {where}" for where in KINDS.values())]
     rows = [_counted(title(paper), paper) for paper in PARTS]
-    return Table(
-        [
-            "paper",
-            "entries",
-            *(f"{kind}s" for kind in KINDS[:3]),
-            "data",
-            "misprinted or lost",
-        ],
-        [*rows, _counted("all")],
-        marked={len(rows)},
-    )
+    return Table(header, [*rows, _counted("all")], marked={len(rows)})
 
 
 def _counted(name: str, paper: str | None = None) -> list[object]:
-    kinds = [entry.kind for entry in entries(paper)]
-    of_kind = [kinds.count(kind) for kind in KINDS]
-    return [name, len(kinds), *of_kind, len(misprints(paper))]
+    kinds = [slip.kind for _, slip in misprints(paper)]
+    return [name, count(paper), *map(kinds.count, KINDS)]
+
+
+LEVELS = (
+    "definitions",
+    "proved at all sizes",
+    "in part at explicit sizes",
+    "at explicit sizes",
+    "by numbers",
+)
+
+
+def _level(entry: Entry) -> str:
+    """Which of `LEVELS` an entry is at."""
+    proved = [one for one in entry.says if one.proved]
+    explicit = [one for one in proved if one.explicit]
+    if not entry.says:
+        return "by numbers"
+    if not proved:
+        return "definitions"
+    if not explicit:
+        return "proved at all sizes"
+    part = len(explicit) < len(proved)
+    return "in part at explicit sizes" if part else "at explicit sizes"
+
+
+def levels(paper: str | None = None) -> Table:
+    """Entries by how they are established: a row for each paper, or for one."""
+    parts = PARTS if paper is None else (find_paper(paper),)
+    rows = []
+    for part in (*parts, None)[: len(parts) + (paper is None)]:
+        found = list(map(_level, entries(part)))
+        counts = map(found.count, LEVELS)
+        rows.append([title(part) if part else "all", len(found), *counts])
+    marked = {len(PARTS)} if paper is None else ()
+    return Table(["paper", "entries", *LEVELS], rows, marked=marked)
 
 
 def misprint_table(paper: str | None = None) -> Table:
-    """What is printed, and what is correct, place by place."""
+    """What our scan has, what is correct, and whose fault it is, place by place."""
     rows = [
-        [e.source, e.number, slip.printed, slip.correct] for e, slip in misprints(paper)
+        [e.source, e.number, slip.printed, slip.correct, slip.where]
+        for e, slip in misprints(paper)
     ]
-    return Table(["paper", "equation", "printed or scanned", "correct"], rows)
+    header = ["paper", "equation", "is", "should be", "where"]
+    return Table(header, rows)
 
 
 class Folded:

@@ -16,7 +16,6 @@ from luenberger.ledger import evidence
 from matrixproof.names import GREEK
 from matrixproof.prose import as_latex
 
-LONGEST = 420  # characters of LaTeX; a longer claim is named, not shown
 AUTHORS = {key: ledger.title(key).partition(" ")[0] for key in ledger.PAPERS}
 AUTHORS["van_dooren"] = "Van Dooren"
 
@@ -39,23 +38,9 @@ def modules(paper):
         for name in re.findall(r"^`(\w+)`$", inspect.getdoc(front), flags=re.M):
             if name.endswith("letters"):  # each page shows those that it uses
                 continue
-            if paper_of(loaded(f"{room}.{name}")) == paper:
+            if paper_of(evidence.module(f"{room}.{name}")) == paper:
                 found.append(f"{room}.{name}")
     return found
-
-
-def loaded(name):
-    """The module of "room.module"."""
-    room, _, module = name.partition(".")
-    return import_module(f"{evidence.package(room)}.{module}")
-
-
-def pointers(name):
-    """ "paper.module", and each "paper.module.function" of the ledger's pointers."""
-    module = loaded(name)
-    found = [name] if hasattr(module, "page") else []
-    named = {p.partition(": ")[0] for e in ledger.entries() for p in e.evidence}
-    return found + sorted(n for n in named if n.startswith(f"{name}."))
 
 
 def page_of(module):
@@ -73,7 +58,7 @@ class Derivations(SphinxDirective):
         return [self.section(name) for name in modules(self.arguments[0])]
 
     def section(self, name):
-        module = loaded(name)
+        module = evidence.module(name)
         full = module.__name__
         heading, _, rest = inspect.getdoc(module).partition("\n")
         section = nodes.section()
@@ -86,8 +71,6 @@ class Derivations(SphinxDirective):
         section += self.parse_text_to_nodes(as_set(plain_bars(rest)))
         if derivation:
             section += chapter(derivation, partial(self.address, name, derivation))
-        for pointer in [] if derivation else pointers(name):
-            section += self.claims(pointer)
         section += [self.whole(full, function) for function in self.shown(module)]
         section += self.rows(name, module)
         return section
@@ -120,24 +103,6 @@ class Derivations(SphinxDirective):
             if getattr(value, "__module__", "") == module.__name__
         ]
         return ["page"] if hasattr(module, "page") else own[:1]
-
-    def claims(self, pointer):
-        derivation = evidence.derivation(pointer)
-        for stage in derivation.stages:
-            yield self.formula(stage)
-        for k, (step, claim) in enumerate(derivation.steps.items(), 1):
-            yield target(self.state.document, f"step-{nodes.make_id(pointer)}-{k}")
-            yield nodes.paragraph("", step, classes=["step"])
-            if getattr(claim, "algebra", None) is not None:
-                yield self.formula(claim)
-
-    def formula(self, shown):
-        latex = shown._repr_latex_().strip("$").removeprefix("\\displaystyle ")
-        if len(latex) > LONGEST or latex == "0 = 0":
-            return nodes.comment()
-        block = nodes.math_block("", latex, docname=self.env.docname)
-        block["no-wrap"], block["number"], block["label"] = False, None, None
-        return block
 
 
 def tried(name, module):

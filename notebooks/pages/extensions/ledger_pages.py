@@ -10,20 +10,22 @@ import tomllib
 import zlib
 from pathlib import Path
 
+from broken_formulas import spaced
 from chapters import words as sentence
 from docutils import nodes
 from sphinx import addnodes
 from sphinx.util.docutils import SphinxDirective
 
 from luenberger import ledger
-from luenberger.ledger import evidence
+from luenberger.ledger.evidence import derivation
+from matrixproof import latex
+from matrixproof.prose import plain
 
 WORDS = Path(__file__).parents[1] / "misprints.toml"
 FILTER = """<form class="filter" role="search" aria-label="{what}">
 <label>Paper <select name="paper"><option value="">all</option>{papers}</select></label>
 <label>Words <input type="search" name="words" autocomplete="off"></label>
 {more}<output></output></form>"""
-KINDS = ("scan", "print", "mathematics")
 KIND = (
     '<label>Kind <select name="kind"><option value="">all</option>{}</select></label>'
 )
@@ -58,18 +60,27 @@ def api_link(name, docname):
     return addnodes.pending_xref("", shown, refdoc=docname, refwarn=True, **target)
 
 
-def step_links(pointer, docname):
-    """Links to the steps that a pointer names, as `derivation_pages` labels them."""
+def step_label(pointer):
+    """The address of "room.module: step", as `derivation_pages` gives it."""
     module, _, step = pointer.partition(": ")
-    if evidence.is_test(pointer):
-        return [nodes.literal("", pointer)]
-    known = list(evidence.derivation(module).steps)
-    first = next(iter(evidence.steps(pointer)))
-    label = f"step-{nodes.make_id(module)}-{known.index(first) + 1}"
-    return [link(label, f"{module}: {step}", docname)]
+    known = list(derivation(module).steps)
+    return f"step-{nodes.make_id(module)}-{known.index(step) + 1}"
+
+
+def statement(one, docname):
+    """What is stated, in a paragraph; what it is called leads to its proof."""
+    first, *rest = one.pieces(latex)
+    shown = spaced([first, *(f"{{}}{piece}" for piece in rest)])
+    if not one.proved:
+        return nodes.paragraph("", "", *shown)
+    called = [link(step_label(one.pointer), plain(one.says), docname)]
+    sizes = nodes.Text(f" ({one.sizes})" if one.sizes else "")
+    return nodes.paragraph("", "", *called, nodes.Text(": "), *shown, sizes)
 
 
 def notebook_link(entry, docname):
+    if not entry.shown:
+        return nodes.Text("")
     return link(f"shown-{slug(entry)}", entry.shown.partition(": ")[0], docname)
 
 
@@ -95,7 +106,7 @@ def form(what, parts, more=""):
 class Ledger(SphinxDirective):
     """Every entry as a row."""
 
-    COLUMNS = {"equation": 2, "says": 5, "kind": 1, "evidence": 5, "used, shown": 3}
+    COLUMNS = {"equation": 2, "says": 8, "evidence": 4, "used, shown": 3}
 
     def run(self):
         note_papers(self.env)
@@ -113,17 +124,19 @@ class Ledger(SphinxDirective):
     def entry(self, entry):
         doc = self.env.docname
         number = nodes.strong("", entry.number)
-        says = [sentence(entry.says.source)]
-        for k, _ in enumerate(entry.misprints, 1):
+        says = [sentence(entry.says.heading)] if entry.says.heading else []
+        says += [statement(one, doc) for one in entry.says]
+        for k, slip in enumerate(entry.misprints, 1):
             label = f"misprint-{slug(entry)}-{k}"
-            says += lines([link(label, "misprinted", doc)])
-        proofs = [step_links(pointer, doc) for pointer in entry.evidence]
+            says += lines([link(label, f"wrong {slip.where}", doc)])
+        rest = [one for one in entry.proofs if one not in entry.says]
+        proofs = [[link(step_label(p.pointer), p.pointer, doc)] for p in rest]
+        proofs += [[nodes.literal("", test)] for test in entry.tests]
         shown = [api_link(entry.used, doc)], [notebook_link(entry, doc)]
         row = self.row(
             [target(self.state.document, f"ledger-{slug(entry)}")]
             + lines([number], [nodes.Text(entry.source)]),
             says,
-            lines([nodes.Text(entry.kind)]),
             lines([nodes.Text(entry.level)], *proofs),
             lines(*shown),
         )
@@ -139,7 +152,10 @@ class Misprints(SphinxDirective):
         words = self.words()
         note_papers(self.env)
         self.env.note_dependency(str(WORDS))
-        kinds = KIND.format("".join(f"<option>{kind}" for kind in KINDS)) + "</label>"
+        kinds = (
+            KIND.format("".join(f"<option>{kind}" for kind in ledger.KINDS))
+            + "</label>"
+        )
         found = [form("Filter the misprints", ledger.PAPERS, kinds)]
         for paper in ledger.PAPERS:
             section = nodes.section(ids=[f"misprints-{nodes.make_id(paper)}"])
@@ -166,23 +182,25 @@ class Misprints(SphinxDirective):
 
     def one(self, entry, slip, k, words):
         doc = self.env.docname
-        label, kind = f"misprint-{slug(entry)}-{k}", words["kind"]
-        if kind not in KINDS:
-            raise self.error(f"{WORDS.name}: {kind!r} is none of {KINDS}")
+        label = f"misprint-{slug(entry)}-{k}"
         said = [
-            ("Printed", [nodes.inline("", slip.printed, classes=["printed"])]),
+            (
+                slip.where.capitalize(),
+                [nodes.inline("", slip.printed, classes=["printed"])],
+            ),
             ("Correct", self.inline(words["correct"])),
             ("How one sees it", self.inline(words["seen"])),
         ]
         proof = [link(f"ledger-{slug(entry)}", "the ledger's entry", doc)]
         if slip.tried:
             proof += [nodes.Text(", "), *tried_link(slip.tried, doc)]
-        proof += [nodes.Text(", notebook "), notebook_link(entry, doc)]
+        if entry.shown:
+            proof += [nodes.Text(", notebook "), notebook_link(entry, doc)]
         said.append(("Evidence", proof))
-        classes = ["entry", "misprint", f"of-{entry.paper}", f"is-{kind}"]
+        classes = ["entry", "misprint", f"of-{entry.paper}", f"is-{slip.kind}"]
         card = nodes.container(classes=classes)
         card += target(self.state.document, label)
-        card += nodes.rubric("", f"{entry.number} · {kind}")
+        card += nodes.rubric("", f"{entry.number} · {slip.where}")
         fields = nodes.field_list()
         for name, body in said:
             body = nodes.field_body("", *lines(body))
@@ -199,11 +217,11 @@ class Misprints(SphinxDirective):
 def tried_link(pointer, docname):
     """Where the printed form is tried: a test, a step, or a row of an errata module."""
     module, _, _ = pointer.partition(": ")
-    if evidence.is_test(pointer):
+    if pointer.startswith("tests/"):
         return [nodes.literal("", pointer)]
     try:
-        return step_links(pointer, docname)
-    except (LookupError, AttributeError):
+        return [link(step_label(pointer), pointer, docname)]
+    except LookupError:
         return [nodes.Text("tried in "), link(tried_label(pointer), module, docname)]
 
 
