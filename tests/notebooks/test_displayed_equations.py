@@ -1,7 +1,7 @@
 """A displayed equation with a number is the one that the ledger has under that number.
 
-The equations in the ledger's words are those that its evidence proves, so a sign or a
-letter that is changed in a sentence of a notebook is noticed here, and its cell named.
+The ledger has what the pages prove and define, so a sign or a letter that is changed in
+a sentence of a notebook is noticed here, and its cell named.
 An equation that the ledger does not have is compared with the list below.
 """
 
@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from luenberger import ledger
+from matrixproof import Chain, latex
 
 HERE = Path(__file__).parents[2] / "notebooks"
 LESSONS = {
@@ -185,12 +186,24 @@ def in_ledger(name, tag):
     low, high = (numbers(tag)[k] for k in (0, -1))
     for entry in ledger.entries(LESSONS[name]):
         if any(low <= one <= high for one in numbers(entry.number)):
-            for formula in re.findall(r"\$(.*?)\$", entry.says._repr_markdown_(), re.S):
+            for formula in (x for one in entry.says for x in formulas(one)):
                 for equation in equations(formula):
                     for old, new in AS_HERE.get(name, {}).get(tag, {}).items():
                         equation = equation.replace(old, new)
                     yield equation
                     yield from equation.split("=")
+
+
+def formulas(one):
+    """What is stated, line by line, and what its proof rests on, or is evaluated at."""
+    item = one.item
+    yield " ".join(one.pieces(latex))
+    yield from (relation.show(latex) for relation in getattr(item, "relations", ()))
+    if isinstance(item, Chain):
+        start = item.start(latex)
+        yield from (f"{start} = {line.body(latex)}" for line in item.lines[:-1])
+    for letter, value in next(iter(getattr(item, "cases", {}).values()), {}).items():
+        yield f"{latex(letter)} = {latex(value)}"
 
 
 def numbers(tag):

@@ -68,8 +68,10 @@ def broken_step(step):
 def damaged_sides(right):
     """A line's right side with the sign of a term turned, or doubled if it is zero."""
     if isinstance(right, Equation):
-        for what, side in damaged_sides(right.left):
-            yield what, dataclasses.replace(right, left=side)
+        zero = isinstance(right.right, sp.ZeroMatrix)  # twice nothing is nothing
+        part = "right" if zero else "left"
+        for what, side in damaged_sides(getattr(right, part)):
+            yield what, dataclasses.replace(right, **{part: side})
     elif isinstance(right, sp.ZeroMatrix):
         yield "one for zero", ones_of(right)
     elif right == 0:

@@ -13,8 +13,8 @@ the gain of least order: K₁ = Ω₂₁ (Ω₁₁ + R₁₁)⁻¹
 'proved at symbolic sizes, and at n = 3, p = 2'
 
 What asks or prints the entries enters here; an entry is a row of a file in
-`entries/`.  It uses `matrixproof`, `formats` and `show`, and loads a page when something
-is asked that only this page knows.
+`entries/`.  It uses `matrixproof`, `formats` and `show`, and loads a page when
+something is asked that only this page knows.
 """
 
 from pathlib import Path

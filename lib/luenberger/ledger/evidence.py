@@ -4,6 +4,7 @@ from importlib import import_module
 from types import ModuleType
 
 from matrixproof.derivation import Derivation
+
 from .records import PAPERS
 
 ROOMS = (

@@ -7,8 +7,9 @@ from pathlib import Path
 from textwrap import dedent
 from typing import Any
 
-from ..formats import atomic
 from matrixproof import Chain, latex
+
+from ..formats import atomic
 from .records import PARTS, Entry, count, entries, find_paper, misprints, title
 
 Papers = tuple[str, ...]

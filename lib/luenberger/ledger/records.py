@@ -109,7 +109,7 @@ class Entry:
         for page in self.pages:
             if self.paper == OURS:
                 found += proofs(derivation(page), page)
-            for label in self._labels:
+            for label in self.labels:
                 found += carried(derivation(page), label, self.about, page)
         alike: dict[Any, Any] = {}  # what several pages say is said once
         for one in found:
@@ -121,7 +121,7 @@ class Entry:
         return says
 
     @property
-    def _labels(self):
+    def labels(self):
         """Its number as pages write it."""
         if self.paper == OURS:
             return ()

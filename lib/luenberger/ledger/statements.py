@@ -31,7 +31,7 @@ class Statement:
     ----------
     page : str
         Where it stands, "room.module".
-    item : Relation, Chain, Construction, Counterexample or Explicit
+    item : Relation, Chain, Construction, Counterexample, Explicit or Derivation
     """
 
     page: str
@@ -234,12 +234,17 @@ def proofs(derivation: Derivation, page: str = "") -> tuple[Statement, ...]:
 def resting(
     found: Iterable[Statement], derivation: Derivation, page: str
 ) -> Iterator[Statement]:
-    """What a page proves by those definitions that nothing found rests on so far."""
+    """What a page proves by those definitions that nothing found rests on so far.
+
+    A stage list rests on what its stages cite.
+    """
     known = {r for one in found if one.proved for r in one.item.relations}
     loose = {one.item for one in found if not one.proved} - known
-    for one in proofs(derivation, page):
-        if loose & set(one.item.relations):
-            yield one
+    for item in derivation.page:
+        stages = getattr(item, "stages", ())
+        cited = [r for stage in stages for r in stage.reasons]
+        if loose & {*cited, *getattr(item, "relations", ())}:
+            yield Statement(page, item)
 
 
 # -- levels ----------------------------------------------------------------------------
