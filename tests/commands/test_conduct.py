@@ -246,6 +246,7 @@ def test_refused_with_one_line_and_status_1(here, call, line, why):
         "export report/observer.json",
         "ledger --html a.html --json",
         "ledger --html a.html --misprints",
+        "ledger --prove --json",
         "design tracker.json",
         "design tracker.json --out=",
         "check ''",
@@ -882,9 +883,12 @@ def test_the_ledger_is_printed_whole(call):
     _, out, _ = call("ledger --paper moore")
     text = " ".join(out.split())
     for entry in ledger.entries("moore"):
-        assert f"{entry.number} {' '.join(str(entry.says).split())}" in text
+        assert all(" ".join(str(one).split()) in text for one in entry.says)
+        assert f"{entry.number} {entry.level};" in text
+    _, out, _ = call("ledger --prove --paper moore")
+    assert out.splitlines()[-1].split()[2] == str(ledger.count("moore"))
     _, out, _ = call("ledger --misprints")
-    assert out.count("  printed: ") == len(ledger.misprints())
+    assert out.count("  correct: ") == len(ledger.misprints())
     _, out, _ = call("ledger --json")
     assert len(json.loads(out)["entries"]) == ledger.count()
     _, out, _ = call("ledger --misprints --json --paper hsia")

@@ -6,6 +6,7 @@ import pytest
 from damage import fails
 from page_damage import idle_values, stage_lists, wrong_definitions, wrong_stages
 
+<<<<<<< HEAD
 from luenberger.ledger import evidence
 from matrixproof import Relation
 from matrixproof.derivation import End, misplaced
@@ -80,7 +81,11 @@ PAGES = (
     "forms.gramians",
 )
 
+=======
+from luenberger.ledger import entries, evidence
+>>>>>>> ad8df32 (Say how an entry of the ledger comes about)
 
+PAGES = list(dict.fromkeys(page for entry in entries() for page in entry.pages))
 page = evidence.derivation
 
 

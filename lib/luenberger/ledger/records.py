@@ -47,7 +47,7 @@ class Misprint:
 
     @property
     def where(self) -> str:
-        """Where it is: "in our scan", "in print" or "in the paper"."""
+        """Where it is, as in "wrong in our scan"."""
         return KINDS[self.kind]
 
 
@@ -101,7 +101,7 @@ class Entry:
 
     @cached_property
     def says(self) -> Any:
-        """What the pages say under the number: definitions, and what is proved."""
+        """What the pages say under the number, definitions and what is proved."""
         from .evidence import derivation, module
         from .statements import Says, carried, proofs
 
@@ -121,7 +121,7 @@ class Entry:
         return says
 
     @property
-    def labels(self):
+    def labels(self) -> tuple[str, ...]:
         """Its number as pages write it."""
         if self.paper == OURS:
             return ()
@@ -156,7 +156,7 @@ class Entry:
 
     @property
     def evidence(self) -> tuple[str, ...]:
-        """Where its proofs stand, "room.module: title", and its tests."""
+        """Where its proofs stand, and its tests."""
         return (*(one.pointer for one in self.proofs), *self.tests)
 
     def check(self) -> list[str]:

@@ -1,7 +1,7 @@
 """What a page of a derivation says under a number, and how well it is established."""
 
 import html
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -44,12 +44,12 @@ class Statement:
 
     @property
     def says(self) -> str:
-        """What it is called, in a few words; a definition has none."""
-        return self.item.says if self.proved else ""
+        """What it is called in a few words; of what is not proved, how it is meant."""
+        return self.item.says if self.proved else self.item.word.lower().rstrip(":")
 
     @property
     def pointer(self) -> str:
-        """Where it stands: "room.module: title"."""
+        """Where it stands, by its page and its title."""
         return f"{self.page}: {title(self.item) if self.proved else self.item.name}"
 
     def check(self) -> list[str]:
@@ -75,10 +75,16 @@ class Statement:
         """
         return ends(self.item, show)
 
+    def called(self, show: Callable[[str], str]) -> str:
+        """What stands before the formula."""
+        if not self.says:
+            return ""
+        return f"{show(self.says)}: " if self.proved else f"{self.says} "
+
     def unbroken(self) -> str:
         """It in Unicode, with no-break spaces where a line must not end."""
         found = " ".join(x.replace(" ", "\u00a0") for x in self.pieces(text))
-        found = f"{plain(self.says)}: {found}" if self.says else found
+        found = f"{self.called(plain)}{found}"
         return f"{found} ({self.sizes})" if self.sizes else found
 
     def __str__(self) -> str:
@@ -122,7 +128,7 @@ class Says(tuple[Statement, ...]):
                 continue
             first, *rest = one.pieces(latex)
             shown = " ".join(map(math, (first, *(f"{{}}{x}" for x in rest))))
-            says = f"{with_formulas(one.says, math)}: " if one.says else ""
+            says = one.called(lambda words: with_formulas(words, math))
             sizes = html.escape(f" ({one.sizes})") if one.sizes else ""
             yield f"{says}{shown}{sizes}"
 
@@ -207,8 +213,8 @@ def carried(
     Examples
     --------
     >>> from luenberger.papers.leondes_novak.derivation import start
-    >>> carried(start.derive(), "34")
-    (z₊ = T₊ (A x̄ + B u), the error at the start: ε₊ = -T₊ (A d + w))
+    >>> carried(start.page, "34")
+    (let z₊ = T₊ (A x̄ + B u), the error at the start: ε₊ = -T₊ (A d + w))
     """
     return tuple(
         Statement(page, item)
@@ -227,7 +233,7 @@ def sides(item: Any) -> tuple:
 
 def proofs(derivation: Derivation, page: str = "") -> tuple[Statement, ...]:
     """All that is proved on a page."""
-    steps = (x for x in derivation.page if not isinstance(x, str | Relation))
+    steps = (x for x in derivation.page if hasattr(x, "check"))
     return tuple(Statement(page, x) for x in steps if not isinstance(x, Derivation))
 
 
@@ -258,7 +264,7 @@ def where(cases: Iterable[str]) -> str:
     return f"at {' and '.join(named)}" if named else "for all values of the symbols"
 
 
-def level(found: Iterable[Statement]) -> str:
+def level(found: Collection[Statement]) -> str:
     """How well statements are established: what stays at explicit sizes says so."""
     proved = [one for one in found if one.proved]
     explicit = [one.item for one in proved if one.explicit]
@@ -267,4 +273,7 @@ def level(found: Iterable[Statement]) -> str:
         parts.append(where(name for item in explicit for name in item.cases))
     if any(isinstance(one.item, Counterexample) for one in proved):
         parts.append("by a counterexample")
-    return f"proved {', and '.join(parts)}" if parts else "a definition"
+    if parts:
+        return f"proved {', and '.join(parts)}"
+    lets = all(isinstance(one.item, Let) for one in found)
+    return "a definition" if lets else "a supposition"
