@@ -41,6 +41,7 @@ from matrixproof import (
     Expect,
     Explicit,
     Iff,
+    Let,
     Line,
     MatrixSymbol,
     Moment,
@@ -113,7 +114,7 @@ def modules():
     for room in evidence.ROOMS:
         folder = Path(importlib.import_module(evidence.package(room)).__file__).parent
         for path in sorted(folder.glob("*.py")):
-            if "\ndef derive(" in path.read_text("utf-8"):
+            if "\npage = " in path.read_text("utf-8"):
                 yield f"{room}.{path.stem}"
 
 
@@ -159,7 +160,7 @@ def test_fields_are_filled():
 n = symbols("n", integer=True, positive=True)
 A, B, X = (MatrixSymbol(letter, n, n) for letter in "ABX")
 x, w = (MatrixSymbol(letter, n, 1) for letter in "xw")
-means = Relation("(2) X = A B", X, A * B)
+means = Let("(2) X = A B", X, A * B)
 MEAN = Moment("(1) E[w w'] = B", w * w.T, B)
 PROVED = Chain("1–3, 7", "a product", A * X, [Line(A * A * B, by=[means])])
 SWAP = {A: Matrix([[0, 1], [1, 0]])}
@@ -172,6 +173,7 @@ DENIED = Counterexample("3", "not so", A * B, B * A, {A: Matrix([[1]])})
     ("item", "shown"),
     [
         (means, "X = A B"),
+        (MEAN, "E[w w'] = B"),
         (PROVED, "A X = A A B"),
         (Chain("", "", x * x.T, [Expect(A, moments=[MEAN])]), "E[x x'] = A"),
         (Chain("", "", A * A.T + B, [AtLeast(B, root=A)]), "A A' + B ≥ B"),
@@ -200,6 +202,7 @@ def test_a_page_is_asked_by_number():
     ("items", "says"),
     [
         ([means], "a definition"),
+        ([means, MEAN], "a supposition"),
         ([means, PROVED], "proved at symbolic sizes"),
         ([PROVED, AT_TWO], "proved at symbolic sizes, and at n = 2"),
         ([AT_TWO], "proved at n = 2"),
@@ -219,7 +222,7 @@ def test_many_cases_are_counted():
 
 def test_what_two_pages_say_is_said_once_and_a_definition_has_what_rests_on_it():
     (start,) = ledger.entries("leondes", number="(12)")
-    assert [str(one) for one in start.says].count("x̂ = P z + V y + W u") == 1
+    assert [str(one) for one in start.says].count("let x̂ = P z + V y + W u") == 1
     (moves,) = ledger.entries("moore", number="(3)")
     assert moves.level == "a definition" and moves.proofs
     assert all(not one.proved for one in moves.says)

@@ -113,7 +113,7 @@ class Entry:
                 found += carried(derivation(page), label, self.about, page)
         alike: dict[Any, Any] = {}  # what several pages say is said once
         for one in found:
-            alike.setdefault((one.proved, str(one)), one)
+            alike.setdefault(one.key, one)
         says = Says(alike.values())
         says.heading = self.words
         if self.paper == OURS:
@@ -132,8 +132,8 @@ class Entry:
     def level(self) -> str:
         """How well it is established, from the kind of its evidence.
 
-        "a definition", "proved at symbolic sizes", "proved at n = 3, ..", or, where
-        tests vouch for numbers, "reproduced to ..".
+        "a definition" or "a supposition", "proved at symbolic sizes", "proved at
+        n = 3, ..", or, where tests vouch for numbers, "reproduced to ..".
         """
         from .statements import level
 

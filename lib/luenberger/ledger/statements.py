@@ -11,6 +11,7 @@ from matrixproof import (
     Counterexample,
     Derivation,
     Explicit,
+    Let,
     Relation,
     latex,
     text,
@@ -86,6 +87,11 @@ class Statement:
         found = " ".join(x.replace(" ", "\u00a0") for x in self.pieces(text))
         found = f"{self.called(plain)}{found}"
         return f"{found} ({self.sizes})" if self.sizes else found
+
+    @property
+    def key(self) -> tuple[str, ...]:
+        """What two pages that say the same have in common."""
+        return (self.says * self.proved, *self.pieces(text))
 
     def __str__(self) -> str:
         return self.unbroken().replace("\u00a0", " ")
@@ -246,7 +252,7 @@ def resting(
     """
     known = {r for one in found if one.proved for r in one.item.relations}
     loose = {one.item for one in found if not one.proved} - known
-    for item in derivation.page:
+    for item in (x for x in derivation.page if hasattr(x, "check")):
         stages = getattr(item, "stages", ())
         cited = [r for stage in stages for r in stage.reasons]
         if loose & {*cited, *getattr(item, "relations", ())}:

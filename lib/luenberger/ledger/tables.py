@@ -34,7 +34,7 @@ def _counted(name: str, paper: str | None = None) -> list[object]:
 
 
 LEVELS = (
-    "definitions",
+    "let or supposed",
     "proved at all sizes",
     "in part at explicit sizes",
     "at explicit sizes",
@@ -49,7 +49,7 @@ def _level(entry: Entry) -> str:
     if not entry.says:
         return "by numbers"
     if not proved:
-        return "definitions"
+        return "let or supposed"
     if not explicit:
         return "proved at all sizes"
     part = len(explicit) < len(proved)
