@@ -18,6 +18,7 @@ something is asked that only this page knows.
 """
 
 from pathlib import Path
+from typing import Any
 
 from .records import KINDS as KINDS
 from .records import OURS as OURS
@@ -63,3 +64,28 @@ def write_page(
     from .page import write
 
     write(path, paper, formulas)
+
+
+def carried(derivation: Any, number: str) -> tuple[Any, ...]:
+    """What a page of a derivation says under a number.
+
+    Parameters
+    ----------
+    derivation : Derivation
+    number : str
+        As the page writes it, "33" or "section 2".
+
+    Returns
+    -------
+    tuple of Statement
+        Definitions and suppositions, and what is proved.
+
+    Examples
+    --------
+    >>> from luenberger.papers.leondes_novak.derivation import start
+    >>> carried(start.page, "34")
+    (let z₊ = T₊ (A x̄ + B u), the error at the start: ε₊ = -T₊ (A d + w))
+    """
+    from .statements import carried
+
+    return carried(derivation, number)

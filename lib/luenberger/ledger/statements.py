@@ -215,12 +215,6 @@ def carried(
         The name of a letter: only what has it alone on one side.
     page : str
         How the page is called in what is found.
-
-    Examples
-    --------
-    >>> from luenberger.papers.leondes_novak.derivation import start
-    >>> carried(start.page, "34")
-    (let z₊ = T₊ (A x̄ + B u), the error at the start: ε₊ = -T₊ (A d + w))
     """
     return tuple(
         Statement(page, item)
