@@ -105,7 +105,7 @@ class Entry:
         from .evidence import derivation, module
         from .statements import Says, carried, proofs
 
-        found = []
+        found: list[Any] = []
         for page in self.pages:
             if self.paper == OURS:
                 found += proofs(derivation(page), page)

@@ -21,7 +21,7 @@ def summary() -> Table:
     """One row for each paper, one for our own: entries, and what is wrong by kind.
 
     >>> print(str(summary()).splitlines()[2].split())
-    ['Moore', '(1973)', '15', '6', '1', '3']
+    ['Moore', '(1973)', '15', '7', '0', '3']
     """
     header = ["paper", "entries", *(f"wrong {where}" for where in KINDS.values())]
     rows = [_counted(title(paper), paper) for paper in PARTS]
