@@ -6,84 +6,11 @@ import pytest
 from damage import fails
 from page_damage import idle_values, stage_lists, wrong_definitions, wrong_stages
 
-<<<<<<< HEAD
-from luenberger.ledger import evidence
+from luenberger.ledger import entries, evidence
 from matrixproof import Relation
 from matrixproof.derivation import End, misplaced
 
-PAGES = (
-    "haddad_bernstein.augmented",
-    "haddad_bernstein.cost",
-    "haddad_bernstein.gradients",
-    "haddad_bernstein.stationarity",
-    "haddad_bernstein.projection",
-    "haddad_bernstein.equations",
-    "haddad_bernstein.remarks",
-    "haddad_bernstein.full_order",
-    "haddad_bernstein.sensitivity",
-    "haddad_bernstein.one_basis",
-    "haddad_bernstein.converse",
-    "haddad_bernstein.counterexamples",
-    "haddad_bernstein.mean_square",
-    "haddad_bernstein.stability",
-    "haddad_bernstein.constant_parameter",
-    "haddad_bernstein.model_reduction",
-    "leondes_novak.stochastic_system",
-    "leondes_novak.huddle",
-    "leondes_novak.correlated_noise",
-    "leondes_novak.coordinates",
-    "leondes_novak.quadratic",
-    "leondes_novak.canonical_gain",
-    "leondes_novak.start",
-    "leondes_novak.any_observer",
-    "leondes_novak.known_input",
-    "leondes_novak.measured_input",
-    "leondes_novak.uniqueness",
-    "leondes_novak.best_coordinates",
-    "leondes_novak.steady_gain",
-    "leondes_novak.settled_ratio",
-    "leondes_novak.limiting_cases",
-    "leondes_novak.estimate",
-    "leondes_novak.brammer",
-    "leondes_novak.missing_outputs",
-    "leondes_novak.tracking",
-    "leondes_novak.square_root",
-    "leondes_novak.noise_factors",
-    "leondes_novak.factored",
-    "leondes_novak.side_by_side",
-    "moore.observer",
-    "moore.condition",
-    "moore.recurrence",
-    "moore.signs",
-    "van_dooren.theorem",
-    "van_dooren.rows",
-    "van_dooren.counts",
-    "van_dooren.pairs",
-    "van_dooren.choices",
-    "kawazoe.form",
-    "kawazoe.reconstruction",
-    "kawazoe.deadbeat",
-    "hsia.laws",
-    "hsia.loop",
-    "hsia.noise",
-    "identification.likelihood",
-    "identification.score",
-    "identification.score_by_blocks",
-    "identification.unknown_start",
-    "identification.autocovariances",
-    "identification.identifiability",
-    "smoothing.next_state",
-    "smoothing.adjoint",
-    "smoothing.disturbances",
-    "smoothing.accurate_outputs",
-    "forms.change",
-    "forms.combinations",
-    "forms.gramians",
-)
-
-=======
-from luenberger.ledger import entries, evidence
->>>>>>> ad8df32 (Say how an entry of the ledger comes about)
+PAGES = list(dict.fromkeys(page for entry in entries() for page in entry.pages))
 
 PAGES = list(dict.fromkeys(page for entry in entries() for page in entry.pages))
 page = evidence.derivation
