@@ -11,8 +11,6 @@ from matrixproof import Relation
 from matrixproof.derivation import End, misplaced
 
 PAGES = list(dict.fromkeys(page for entry in entries() for page in entry.pages))
-
-PAGES = list(dict.fromkeys(page for entry in entries() for page in entry.pages))
 page = evidence.derivation
 
 
