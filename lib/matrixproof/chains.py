@@ -7,9 +7,12 @@
 as `calc` in Lean and `also ... finally` in Isabelle.
 """
 
+from __future__ import annotations
+
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import sympy as sp
 
@@ -17,6 +20,7 @@ from .contents import parts
 from .dependence import behind, declared, hidden
 from .equivalences import Equation, Implies
 from .exact import plain
+from .foundations import Foundation, foundation
 from .inequalities import AtLeast
 from .lines import Line
 from .operators import Derivative, Operator
@@ -25,6 +29,9 @@ from .reasons import WIDEST_REASON
 from .relations import Reasons, Relation, Result, unfounded
 from .typeset import Show, columns, latex, padded, text
 from .words import Formula, Symbols, Values, kept
+
+if TYPE_CHECKING:
+    from .instances import Instance
 
 CHECKED, FAILED = "✓", "✗"
 
@@ -217,11 +224,15 @@ class Chain:
         """What is wrong with a line; one that cannot even be read says so."""
         try:
             found = unfounded(line.cites, self._known)
-            return found + line.complaints(left, self._known) + line.too_wide()
+            return found + line.complaints(left, self._known) + self.too_wide(line)
         except (TypeError, ValueError) as e:
             blocks = any(isinstance(r.right, sp.BlockMatrix) for r in line.cites)
             mend = "; blocks are put in by Substitute" if blocks else ""
             return [f"cannot be checked: {e}{mend}"]
+
+    def too_wide(self, line: Line) -> list[str]:
+        """A complaint if a line that is shown does not fit on a page."""
+        return line.too_wide()
 
     def _without_model(self):
         """A complaint if what its lines cite cannot all hold at once."""
@@ -236,13 +247,84 @@ class Chain:
         """The symbols that equal their transposes: those told, and those made so."""
         return declared(self.symmetric, self.expressions)
 
+    # -- used ---------------------------------------------------------------------
+
+    def rests_on(self) -> Foundation:
+        """What the chain rests on, through every chain that it cites.
+
+        Examples
+        --------
+        >>> from matrixproof import derive, letters
+        >>> K, M, N, W, X = letters("K:n*p M:p*p N:n*p W:n*n X:n*n")
+        >>> gain = derive(2 * W * (K * M - N)).solve(K)
+        >>> derive(X * X.I * K * M).use(gain).rests_on()
+        K M = N, if W can be inverted
+        X can be inverted
+        W can be inverted
+        """
+        return foundation([self])
+
+    def at(
+        self,
+        letters: Mapping[Any, Formula],
+        *given: Any,
+        number: str = "",
+        says: str = "",
+        symmetric: Symbols = (),
+    ) -> Instance:
+        """The theorem in other letters, which is checked anew.
+
+        Parameters
+        ----------
+        letters : dict of letter to expression, and of size to size
+            What the letters of the theorem stand for; one that is not named stands
+            for itself.
+        *given : Relation or Chain
+            What the theorem supposes, in these letters.  What becomes an identity
+            need not be given.
+        number, says : str
+            Of the instance.  Without words it says what the theorem does.
+        symmetric : iterable of MatrixSymbol
+            Letters that equal their transposes.  A letter that stands for a symmetric
+            one is among them.
+
+        Raises
+        ------
+        ValueError
+            Something that the theorem supposes is not given.
+
+        Examples
+        --------
+        >>> from matrixproof import Relation, derive, letters
+        >>> A, B, M, N = letters("A:n*n B:n*n M:n*n N:n*n")
+        >>> F, G, L = letters("F:r*r G:r*r L:r*r")
+        >>> n, r = A.rows, F.rows
+        >>> known = Relation("A M = N", A * M, N)
+        >>> theorem = derive(B * A * M, says="a product").use(known)
+        >>> used = Relation("F G = L", F * G, L)
+        >>> print(theorem.at({n: r, A: F, B: F.T, M: G, N: L}, used))
+        a product
+          F' F G
+            = F' L  theorem: a product, with F G = L  ✓
+        >>> theorem.at({n: r, A: F, B: F, M: G, N: L})
+        Traceback (most recent call last):
+            ...
+        ValueError: a product rests on A M = N, which is here F G = L: give it, as in \
+.at({...}, relation)
+        """
+        from .instances import Instance, instance
+
+        made = instance(self, letters, given, tuple(symmetric))
+        says = says or self.says
+        return Instance(number, says, made.left, made.lines, made.symmetric, {}, self)
+
     # -- shown --------------------------------------------------------------------
 
     def __str__(self):
         start = self.start(text)
         rows = [
-            (str(line), line.reason(text), FAILED if faults else CHECKED)
-            for line, faults in zip(self.lines, self._faults)
+            (f"{head} {sign} {body}".strip(), reason, FAILED if faults else CHECKED)
+            for head, sign, body, _, reason, faults in self.displayed(text)
         ]
         wide = [max((columns(row[k]) for row in rows), default=0) for k in range(2)]
         out = [*filter(None, [self.title]), f"  {start}"]
@@ -273,15 +355,29 @@ class Chain:
         equation, it has a row without a sign.
         """
         start, rows = self.start(show), []
-        if self._stated or (self.lines and isinstance(self.lines[0], Operator)):
+        shown = self.displayed(show)
+        if self._stated or (shown and shown[0][0]):  # an operation begins
             rows.append(Row("", "", start))
             start = ""
-        for line, faults in zip(self.lines, self._faults):
-            sign = line.latex_sign if show is latex else line.sign
-            parts = start or line.head(show), sign, line.body(show), line.reason(show)
-            rows.append(Row(*parts, tuple(line.pieces(show)), not faults))
+        for head, sign, body, pieces, reason, faults in shown:
+            parts = start or head, sign, body, reason
+            rows.append(Row(*parts, tuple(pieces), not faults))
             start = ""
         return rows
+
+    def displayed(self, show: Show) -> list[tuple]:
+        """Of each line that is shown: head, sign, body, pieces, reason, faults."""
+        return [
+            (
+                line.head(show),
+                line.latex_sign if show is latex else line.sign,
+                line.body(show),
+                line.pieces(show),
+                line.reason(show),
+                faults,
+            )
+            for line, faults in zip(self.lines, self._faults)
+        ]
 
     @property
     def _stated(self):

@@ -22,6 +22,8 @@ from .constructions import Construction, Counterexample
 from .dependence import behind, hidden, letters, sides
 from .deriving import Derived
 from .explicit import Explicit, Positive
+from .foundations import Foundation, foundation
+from .instances import Instance
 from .page_model import impossible
 from .polynomials import Sum
 from .relations import Let, Relation, Result
@@ -29,7 +31,8 @@ from .stages import faults
 from .typeset import latex, padded, text
 from .words import Formula, refuse_truth, same_shape
 
-CHECKED = Chain, Derived, Construction, Counterexample, Explicit, Positive  # by itself
+# by itself
+CHECKED = Chain, Derived, Instance, Construction, Counterexample, Explicit, Positive
 
 
 @dataclass(frozen=True, repr=False)
@@ -241,6 +244,13 @@ class Derivation:
         """True if there are steps, or stages with reasons, and nothing is wrong."""
         reasoned = bool(self.steps) or any(stage.by for stage in self.stages)
         return reasoned and not self.unproved()
+
+    def rests_on(self) -> Foundation:
+        """What its chains and its stages rest on, through all that they cite."""
+        lists = [self, *(x for x in self.page if isinstance(x, Derivation))]
+        cited = [r for found in lists for stage in found.stages for r in stage.reasons]
+        chains = [x for x in self.steps.values() if isinstance(x, Chain)]
+        return foundation(chains, cited)
 
     # -- shown --------------------------------------------------------------------
 

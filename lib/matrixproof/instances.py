@@ -1,0 +1,265 @@
+"""A theorem in other letters: its lines, and all that they cite, put in and checked."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+import sympy as sp
+
+from .chains import Chain
+from .core import Algebra
+from .dependence import declared, letters
+from .equivalences import Equation, Iff
+from .exact import plain
+from .inequalities import AtLeast
+from .lines import Cyclic, Line, Substitute
+from .operators import Operator
+from .reasons import cited_latex, cited_text, words
+from .relations import Moment, Relation, Result, named
+from .symbols import plus
+from .typeset import Show, latex, text
+from .words import ShapeError, Symbols, same_shape
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Instance(Chain):
+    """A theorem in other letters, as `Chain.at` makes it.
+
+    Its lines are those of the theorem and are checked as any others are; what is shown
+    is where it starts and ends.
+
+    Attributes
+    ----------
+    of : Chain
+        The theorem.
+    """
+
+    of: Any = None
+
+    @property
+    def full(self) -> Chain:
+        """The chain with all its lines."""
+        return Chain(
+            self.number, self.says, self.left, self.lines, self.symmetric, self.witness
+        )
+
+    def displayed(self, show: Show) -> list[tuple]:
+        """Where it ends, and where it ended before each operation but the first."""
+        cuts = [k for k, x in enumerate(self.lines) if isinstance(x, Operator)]
+        cuts = [*(cuts or [0]), len(self.lines)]
+        found = []
+        for k, (first, after) in enumerate(zip(cuts, cuts[1:])):
+            part = self.lines[0 if k == 0 else first : after]
+            sign = signed(part, show)
+            head, last = self.lines[first].head(show), part[-1]
+            faults = [x for x in self._faults[first:after] if x]
+            why = self._why(show) if after == len(self.lines) else ""
+            found.append((head, sign, last.body(show), last.pieces(show), why, faults))
+        return found
+
+    def _why(self, show):
+        """The theorem, and what it was given."""
+        cite, word = (cited_latex, words) if show is latex else (cited_text, str)
+        said = [cite(r) for r in self.supposed]
+        theorem = f"theorem: {self.of.title}" + ", with " * bool(said)
+        return word(theorem) + (r",\; " if show is latex else ", ").join(said)
+
+    @property
+    def supposed(self) -> tuple[Relation, ...]:
+        """What it was given: all that it rests on but its own steps."""
+        waiting, found = list(self.relations), []
+        while waiting:
+            r = waiting.pop(0)
+            own = isinstance(r, Result) and isinstance(r.chain, Step)
+            waiting[:0] = r.chain.relations if own else ()
+            found += [] if own else [r]
+        return tuple(dict.fromkeys(found))
+
+    def too_wide(self, line: Line) -> list[str]:
+        return line.too_wide() if line is self.lines[-1] else []
+
+
+class Step(Instance):
+    """A chain that a theorem cites, in the letters of its instance."""
+
+
+def signed(lines, show):
+    """The sign between the first side and the last."""
+    signs = [x for x in lines if x.sign != "="]
+    weak = [x for x in signs if isinstance(x, AtLeast) or not isinstance(x, Iff)]
+    line = (weak or signs or lines)[0]
+    return line.latex_sign if show is latex else line.sign
+
+
+def instance(
+    chain: Chain, put: Mapping[Any, Any], given: Any, symmetric: Symbols
+) -> Mapped:
+    """A theorem and what it cites, with other letters; see `Chain.at`."""
+    made = Mapped(chain, put, named(given), symmetric)
+    if made.missing:
+        said = " and ".join(
+            f"{old.show(text)}, which is here {new.show(text)}"
+            for old, new in made.missing.items()
+        )
+        raise ValueError(
+            f"{chain.title} rests on {said}: give it, as in .at({{...}}, relation)"
+        )
+    return made
+
+
+class Mapped:
+    """What a theorem becomes in other letters."""
+
+    def __init__(self, chain, put, given, symmetric):
+        self.given, self.missing, self.known = given, {}, {}
+        self.map = {sp.sympify(x): plain(y) for x, y in put.items()}
+        self.renames = all(
+            isinstance(y, sp.Symbol | sp.MatrixSymbol) for y in self.map.values()
+        )
+        self.fits()
+        own = declared(chain.symmetric, chain.expressions)
+        turned = [self.put(x) for x in own]
+        self.symmetric = (
+            *symmetric,
+            *(
+                x
+                for x in turned
+                if isinstance(x, sp.MatrixSymbol) and x not in symmetric
+            ),
+        )
+        self.algebra = Algebra(declared(self.symmetric, turned))
+        for x, value in zip(own, turned):
+            if x in (*chain.supposes, *declared((), [x])) and not self.same(
+                value, value.T
+            ):
+                raise ValueError(
+                    f"{text(x)} is symmetric in {chain.title}, and nothing shows that "
+                    f"{text(value)} is: name its symmetric letters, symmetric=(...)"
+                )
+        self.left, self.lines = self.put(chain.left), self.of(chain)
+
+    def fits(self):
+        """Raise if a letter stands for something of another shape."""
+        for x, value in self.map.items():
+            if not isinstance(x, sp.Symbol | sp.MatrixSymbol):
+                raise ValueError(f"{text(x)} is no letter of a theorem")
+            shape = tuple(self.put(d) for d in getattr(x, "shape", ()))
+            other = getattr(value, "shape", ())
+            if bool(shape) != bool(other) or (shape and not same_shape(shape, other)):
+                raise ShapeError(
+                    f"{text(x)} is {shape or 'a number'} in these letters, and "
+                    f"{text(value)} is {other or 'a number'}"
+                )
+
+    def put(self, expr):
+        """An expression in the other letters; the terms of a sum keep their order."""
+        if isinstance(expr, Equation):
+            return Equation(self.put(expr.left), self.put(expr.right))
+        expr = plain(expr)
+        if isinstance(expr, sp.Add) and not isinstance(expr, sp.MatAdd):
+            return plus(*(self.put(term) for term in expr.args))
+        return expr.xreplace(self.map)
+
+    def same(self, a, b):
+        """Whether two expressions are equal, multiplied out."""
+        if a == b:
+            return True
+        try:
+            a, b = self.algebra.normal(a), self.algebra.normal(b)
+        except (TypeError, ValueError):
+            return False
+        return a.shape == b.shape and (a - b).is_zero
+
+    def cited(self, relation):
+        """What stands here for a relation of the theorem; None for an identity."""
+        if relation not in self.known:
+            self.known[relation] = self._cited(relation)
+        return self.known[relation]
+
+    def _cited(self, relation):
+        left, right = self.put(relation.left), self.put(relation.right)
+        mean = isinstance(relation, Moment)
+        if not mean and self.same(left, right):
+            return None
+        for r in self.given:
+            if isinstance(r, Moment) == mean and (
+                (self.same(left, r.left) and self.same(right, r.right))
+                or (not mean and self.same(left, r.right) and self.same(right, r.left))
+            ):
+                return r
+        if isinstance(relation, Result):
+            chain = relation.chain
+            lines = self.of(chain)
+            step = Step(
+                "", chain.says, left, lines, self.symmetric, chain.witness, chain
+            )
+            return step.relation
+        self.missing[relation] = replace(relation, left=left, right=right)
+        return relation
+
+    def of(self, chain):
+        """The lines of a chain; those that say nothing any more are left out."""
+        before, found = self.put(chain.left), []
+        for line in chain.lines:
+            new = self.line(line)
+            if type(new) is Line and new.right == before and not new.by:
+                continue
+            if not self.missing and not self.renames:
+                new = self.lean(new, before)
+            found.append(new)
+            before = new.right
+        return tuple(found)
+
+    def line(self, line):
+        """A line in the other letters."""
+        new = {x.name: getattr(line, x.name) for x in fields(line)}
+        for name, value in new.items():
+            if name in ("right", "root"):
+                new[name] = self.put(value)
+            elif name in ("by", "moments"):
+                found = [self.cited(r) for r in value]
+                new[name] = tuple(dict.fromkeys(r for r in found if r is not None))
+            elif name == "held":
+                found = [letters(self.put(x)) for x in value]
+                new[name] = tuple(sorted(frozenset().union(*found), key=str))
+            elif name == "of" and isinstance(value, Mapping):
+                new[name] = {self.letter(x): self.letter(d) for x, d in value.items()}
+            elif name == "of":
+                new[name] = self.letter(value)
+        kind = type(line)
+        if kind is Substitute and not all(
+            isinstance(r.left, sp.MatrixSymbol | sp.Symbol) for r in new["by"]
+        ):
+            kind = Line
+        if kind in (Line, Substitute) and not new["by"]:
+            kind, new["why"] = Line, new["why"] or "multiply out"
+        return kind(**new)
+
+    def letter(self, x):
+        found = self.put(x)
+        if not isinstance(found, sp.Symbol | sp.MatrixSymbol):
+            raise ValueError(f"{text(x)} moves, so {text(found)} cannot stand for it")
+        return found
+
+    def lean(self, line, left):
+        """The line without what it does not need in these letters."""
+        known = declared(self.symmetric, (left, line.right, *line.cites))
+        while True:
+            try:
+                idle = line.complaints(left, known)
+            except (TypeError, ValueError):
+                return line  # whose check says so
+            said = [x.removeprefix("does not need ") for x in idle]
+            if type(line) is Cyclic and said == ["that the trace is cyclic"]:
+                return Line(line.right, why="multiply out")
+            for name in ("by", "moments"):
+                cites = getattr(line, name, ())
+                spare = [r for r in cites if {cited_text(r), r.show(text)} & set(said)]
+                if spare:
+                    kept = tuple(r for r in cites if r is not spare[0])
+                    line = replace(line, **{name: kept})
+                    break
+            else:
+                return line
