@@ -25,6 +25,7 @@ from house import (
 EVERYWHERE = {"numpy", "scipy"}
 SPECIAL = {
     "matrixproof": {"sympy"},
+    "theory": {"sympy"},
     "derivation": {"sympy"},
     "kernels": {"sympy", "numpy"},
     "ledger": {"sympy"},

@@ -146,6 +146,12 @@ class Chain:
         """Everything cited, each once, in order."""
         return tuple(dict.fromkeys(r for line in self.lines for r in line.cites))
 
+    @property
+    def equates(self) -> bool:
+        """Whether it proves that its two ends are equal."""
+        kinds = Operator, AtLeast
+        return not self._stated and not any(isinstance(x, kinds) for x in self.lines)
+
     @cached_property
     def relation(self) -> Relation:
         """What the chain has proved, for a later chain or a stage to cite.
@@ -155,7 +161,7 @@ class Chain:
         TypeError
             It does not prove that its two ends are equal.
         """
-        if self._stated or any(isinstance(x, (Operator, AtLeast)) for x in self.lines):
+        if not self.equates:
             raise TypeError(f"chain ({self.number}) {self.says} proves no equality")
         number = f"({self.number}) " if self.number else ""
         says = f"{text(self.left)} = {text(self.right)}"
@@ -276,9 +282,9 @@ class Chain:
 
         Parameters
         ----------
-        letters : dict of letter to expression, and of size to size
+        letters : dict of letter to expression, or of size to size
             What the letters of the theorem stand for; one that is not named stands
-            for itself.
+            for itself.  Sizes follow from the letters.
         *given : Relation or Chain
             What the theorem supposes, in these letters.  What becomes an identity
             need not be given.
@@ -298,15 +304,14 @@ class Chain:
         >>> from matrixproof import Relation, derive, letters
         >>> A, B, M, N = letters("A:n*n B:n*n M:n*n N:n*n")
         >>> F, G, L = letters("F:r*r G:r*r L:r*r")
-        >>> n, r = A.rows, F.rows
         >>> known = Relation("A M = N", A * M, N)
         >>> theorem = derive(B * A * M, says="a product").use(known)
         >>> used = Relation("F G = L", F * G, L)
-        >>> print(theorem.at({n: r, A: F, B: F.T, M: G, N: L}, used))
+        >>> print(theorem.at({A: F, B: F.T, M: G, N: L}, used))
         a product
           F' F G
             = F' L  theorem: a product, with F G = L  ✓
-        >>> theorem.at({n: r, A: F, B: F, M: G, N: L})
+        >>> theorem.at({A: F, B: F, M: G, N: L})
         Traceback (most recent call last):
             ...
         ValueError: a product rests on A M = N, which is here F G = L: give it, as in \

@@ -337,6 +337,17 @@ class Page(Derivation):
         """Write a chain in the letters of the page, as `Notation.chain` makes it."""
         return self(self.letters.chain(*said, **more))
 
+    def at(self, number: str, says: str, theorem: Chain, to: Any = ()) -> Instance:
+        """Write a theorem in the letters of the page; see `Chain.at`.
+
+        What it supposes must stand on the page, as a relation or as a chain's result.
+        """
+        said = open_before(self.page)
+        given = [x for x in said if isinstance(x, Relation)]
+        given += [x.relation for x in said if isinstance(x, Chain) and x.equates]
+        more = {"number": number, "says": says, "symmetric": self.letters.symmetric}
+        return self(theorem.at(dict(to), *given, **more))
+
     @contextmanager
     def scope(self, *statements: Relation) -> Iterator[Any]:
         """`with page.scope(suppose(X, Y)) as name:` what is supposed only inside."""

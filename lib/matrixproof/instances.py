@@ -7,6 +7,7 @@ from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import sympy as sp
+from sympy.matrices.expressions.matexpr import MatrixExpr
 
 from .chains import Chain
 from .core import Algebra
@@ -16,9 +17,9 @@ from .exact import plain
 from .inequalities import AtLeast
 from .lines import Cyclic, Line, Substitute
 from .operators import Operator
-from .reasons import cited_latex, cited_text, words
-from .relations import Moment, Relation, Result, named
-from .symbols import plus
+from .reasons import cited_latex, cited_text, numbered, words
+from .relations import Moment, Reasons, Relation, Result, named
+from .symbols import MatrixProduct, ZeroMatrix, plus
 from .typeset import Show, latex, text
 from .words import ShapeError, Symbols, same_shape
 
@@ -62,14 +63,15 @@ class Instance(Chain):
     def _why(self, show):
         """The theorem, and what it was given."""
         cite, word = (cited_latex, words) if show is latex else (cited_text, str)
-        said = [cite(r) for r in self.supposed]
+        said = [(numbered(r)[0], r) for r in self.supposed]
+        said = dict.fromkeys(word(k) if k else cite(r) for k, r in said)
         theorem = f"theorem: {self.of.title}" + ", with " * bool(said)
         return word(theorem) + (r",\; " if show is latex else ", ").join(said)
 
     @property
     def supposed(self) -> tuple[Relation, ...]:
         """What it was given: all that it rests on but its own steps."""
-        waiting, found = list(self.relations), []
+        waiting, found = list(super().relations), []
         while waiting:
             r = waiting.pop(0)
             own = isinstance(r, Result) and isinstance(r.chain, Step)
@@ -77,12 +79,20 @@ class Instance(Chain):
             found += [] if own else [r]
         return tuple(dict.fromkeys(found))
 
+    @property
+    def relations(self) -> Reasons:
+        """Everything that its lines cite, and its steps."""
+        return tuple(dict.fromkeys((*super().relations, *self.supposed)))
+
     def too_wide(self, line: Line) -> list[str]:
         return line.too_wide() if line is self.lines[-1] else []
 
 
 class Step(Instance):
     """A chain that a theorem cites, in the letters of its instance."""
+
+    def too_wide(self, line: Line) -> list[str]:
+        return []
 
 
 def signed(lines, show):
@@ -113,12 +123,12 @@ class Mapped:
     """What a theorem becomes in other letters."""
 
     def __init__(self, chain, put, given, symmetric):
-        self.given, self.missing, self.known = given, {}, {}
+        self.given, self.missing, self.known, self.normals = given, {}, {}, {}
         self.map = {sp.sympify(x): plain(y) for x, y in put.items()}
         self.renames = all(
             isinstance(y, sp.Symbol | sp.MatrixSymbol) for y in self.map.values()
         )
-        self.fits()
+        self.sizes()
         own = declared(chain.symmetric, chain.expressions)
         turned = [self.put(x) for x in own]
         self.symmetric = (
@@ -140,18 +150,23 @@ class Mapped:
                 )
         self.left, self.lines = self.put(chain.left), self.of(chain)
 
-    def fits(self):
-        """Raise if a letter stands for something of another shape."""
+    def sizes(self):
+        """Sizes are what letters of these sizes stand for; no two may differ."""
+        told = {x: y for x, y in self.map.items() if not hasattr(x, "shape")}
         for x, value in self.map.items():
-            if not isinstance(x, sp.Symbol | sp.MatrixSymbol):
-                raise ValueError(f"{text(x)} is no letter of a theorem")
-            shape = tuple(self.put(d) for d in getattr(x, "shape", ()))
-            other = getattr(value, "shape", ())
-            if bool(shape) != bool(other) or (shape and not same_shape(shape, other)):
+            if not isinstance(x, sp.MatrixSymbol):
+                continue
+            here = getattr(value, "shape", ())
+            for old, new in zip(x.shape, here):
+                if not old.is_Integer:
+                    told.setdefault(old, sp.sympify(new))
+            shape = tuple(d.xreplace(told) for d in x.shape)
+            if not here or not same_shape(shape, here):
                 raise ShapeError(
-                    f"{text(x)} is {shape or 'a number'} in these letters, and "
-                    f"{text(value)} is {other or 'a number'}"
+                    f"{text(x)} is {shape} in these letters, and {text(value)} is "
+                    f"{here or 'a number'}"
                 )
+        self.map |= told
 
     def put(self, expr):
         """An expression in the other letters; the terms of a sum keep their order."""
@@ -159,18 +174,28 @@ class Mapped:
             return Equation(self.put(expr.left), self.put(expr.right))
         expr = plain(expr)
         if isinstance(expr, sp.Add) and not isinstance(expr, sp.MatAdd):
-            return plus(*(self.put(term) for term in expr.args))
-        return expr.xreplace(self.map)
+            return plus(*filter(None, map(self.put, expr.args)))
+        found = expr.xreplace(self.map)
+        return found if self.renames else tidy(found)
 
     def same(self, a, b):
         """Whether two expressions are equal, multiplied out."""
         if a == b:
             return True
+        a, b = self.normal(a), self.normal(b)
         try:
-            a, b = self.algebra.normal(a), self.algebra.normal(b)
-        except (TypeError, ValueError):
+            return a is not None and b is not None and (a - b).is_zero
+        except (TypeError, ValueError):  # of other shapes
             return False
-        return a.shape == b.shape and (a - b).is_zero
+
+    def normal(self, expr):
+        """An expression multiplied out, or None for what is not."""
+        if expr not in self.normals:
+            try:
+                self.normals[expr] = self.algebra.normal(expr)
+            except (TypeError, ValueError):
+                self.normals[expr] = None
+        return self.normals[expr]
 
     def cited(self, relation):
         """What stands here for a relation of the theorem; None for an identity."""
@@ -184,10 +209,7 @@ class Mapped:
         if not mean and self.same(left, right):
             return None
         for r in self.given:
-            if isinstance(r, Moment) == mean and (
-                (self.same(left, r.left) and self.same(right, r.right))
-                or (not mean and self.same(left, r.right) and self.same(right, r.left))
-            ):
+            if isinstance(r, Moment) == mean and self.says(r, left, right, mean):
                 return r
         if isinstance(relation, Result):
             chain = relation.chain
@@ -198,6 +220,17 @@ class Mapped:
             return step.relation
         self.missing[relation] = replace(relation, left=left, right=right)
         return relation
+
+    def says(self, relation, left, right, mean):
+        """Whether a relation says this, perhaps turned round or transposed."""
+        if self.same(left, relation.left) and self.same(right, relation.right):
+            return True
+        shapes = [getattr(side, "shape", ()) for side in (left, relation.left)]
+        if mean or not all(shapes):
+            turned = self.same(left, relation.right), self.same(right, relation.left)
+            return not mean and all(turned)
+        one, other = left - right, relation.left - relation.right
+        return any(self.same(one, x) for x in (other, -other, other.T, -other.T))
 
     def of(self, chain):
         """The lines of a chain; those that say nothing any more are left out."""
@@ -263,3 +296,21 @@ class Mapped:
                     break
             else:
                 return line
+
+
+def tidy(expr):
+    """An expression without products that vanish, and without factors that are I."""
+    if not expr.args or isinstance(expr, sp.MatrixSymbol | sp.Identity | sp.ZeroMatrix):
+        return expr
+    args = [tidy(x) for x in expr.args]
+    if isinstance(expr, sp.MatMul):
+        if any(isinstance(x, sp.ZeroMatrix) for x in args):
+            return ZeroMatrix(*expr.shape)
+        kept = [x for x in args if not isinstance(x, sp.Identity)]
+        several = any(isinstance(x, MatrixExpr) for x in kept)
+        return MatrixProduct(*(kept if several else args))
+    if isinstance(expr, sp.Transpose | sp.Trace) and isinstance(
+        args[0], sp.Identity | sp.ZeroMatrix
+    ):
+        return args[0].T if isinstance(expr, sp.Transpose) else sp.Trace(args[0]).doit()
+    return expr.func(*args)

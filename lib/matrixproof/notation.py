@@ -13,7 +13,6 @@ from .chains import Chain
 from .dependence import letters as inside
 from .deriving import Derived
 from .exact import plain
-from .instances import Instance
 from .lines import Line
 from .names import BACK
 from .relations import Let, Moment, Relation, Steady
@@ -168,14 +167,6 @@ class Notation:
     ) -> Chain:
         """A chain in these letters."""
         return Chain(number, says, left, lines, self.symmetric, witness or {})
-
-    def at(
-        self, number: str, says: str, theorem: Chain, to: Mapping[Any, Any], *given: Any
-    ) -> Instance:
-        """A theorem in these letters; see `Chain.at`."""
-        return theorem.at(
-            to, *given, number=number, says=says, symmetric=self.symmetric
-        )
 
     def derive(self, number: str, says: str, left: Formula) -> Derived:
         """A derivation in these letters, whose operations find its lines."""

@@ -10,7 +10,8 @@ from luenberger.ledger import entries, evidence
 from matrixproof import Relation
 from matrixproof.derivation import End, misplaced
 
-PAGES = list(dict.fromkeys(page for entry in entries() for page in entry.pages))
+COMMON = ["theory.observer", "theory.regression"]  # cited by the others
+PAGES = COMMON + sorted({page for entry in entries() for page in entry.pages})
 page = evidence.derivation
 
 

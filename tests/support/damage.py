@@ -16,6 +16,8 @@ from matrixproof import (
     Line,
     MatrixSymbol,
 )
+from matrixproof.instances import Step
+from matrixproof.relations import Result
 
 SIGNS = 4  # terms, or entries of an explicit matrix, whose sign is tried
 
@@ -141,6 +143,9 @@ def steps_of(chain):
 
 def line_fails(left, line, symmetric):
     """Whether a line has complaints; most that are damaged are refuted by numbers."""
+    steps = (r.chain for r in line.cites if isinstance(r, Result))
+    if any(isinstance(chain, Step) and fails(chain) for chain in steps):
+        return True  # of a theorem in other letters
     if type(line) is Line and not line.follows(left, line.by, symmetric):
         return True
     return bool(line.complaints(left, symmetric))

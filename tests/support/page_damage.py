@@ -8,6 +8,8 @@ from damage import damaged_sides, fails
 from worlds import one_wrong_sign
 
 from matrixproof import Derivation, Explicit, Relation
+from matrixproof.instances import Step
+from matrixproof.relations import Result
 
 
 def stage_lists(derivation):
@@ -44,8 +46,7 @@ def cited_instead(derivation, old, new):
             stages = tuple(with_reason(stage, old, new) for stage in item.stages)
             swapped = dataclasses.replace(item, stages=stages, steps={})
         elif hasattr(item, "lines"):
-            lines = [with_reason(line, old, new) for line in item.lines]
-            swapped = dataclasses.replace(item, lines=lines)
+            swapped = with_lines(item, old, new)
         elif hasattr(item, "given"):
             swapped = with_reason(item, old, new, "given")
         elif hasattr(item, "satisfies"):
@@ -55,6 +56,19 @@ def cited_instead(derivation, old, new):
         if old in cited(item):
             changed.append((swapped, item))
     return changed
+
+
+def with_lines(chain, old, new):
+    """A chain that cites `new` for `old`, also where a theorem cites it before."""
+    deeper = {
+        r: with_lines(r.chain, old, new).relation
+        for r in chain.relations
+        if isinstance(r, Result) and isinstance(r.chain, Step)
+    }
+    lines = chain.lines
+    for a, b in {**deeper, old: new}.items():
+        lines = [with_reason(line, a, b) for line in lines]
+    return dataclasses.replace(chain, lines=lines)
 
 
 def cited(item):

@@ -17,6 +17,8 @@ ROOMS = (
 
 def package(room: str) -> str:
     """Where the derivations of a room are: of a paper, or of our own."""
+    if room == "theory":
+        return "luenberger.theory"
     return f"luenberger.{'papers.' if room in PAPERS else ''}{room}.derivation"
 
 

@@ -9,6 +9,7 @@ Source: Leondes and Novak (1974), section II, (7)-(15); Aoki and Huddle (1967).
 
 from matrixproof import Line, Page, ZeroMatrix
 
+from ....theory import observer
 from .letters import *
 from .stochastic_system import measured, plant
 
@@ -27,41 +28,24 @@ page(plant, measured)
 moves = page(let(z_next, F * z + G * u + D * y, "7"))
 follows = page(let(z, T * x + eps, "8"))
 follows_next = page(let(eps_next, z_next - T_next * x_next, "8"))
-collected = page(
-    letters.derive("7, 8", "what drives the error", eps_next)
-    .put(follows_next)
-    .put(moves, plant)
-    .put(follows, measured)
-    .collect(x, u)
-)
+collected = page.at("7, 8", "what drives the error", observer.collected)
 
 page("""State and input can be anything, so both brackets must vanish. These are
     Luenberger's conditions, which are necessary and sufficient.""")
 dynamics = page(suppose(T_next * A, F * T + D * C, "9"))
 driven = page(suppose(T_next * B, G + D * E, "10"))
-error_equation = page(
-    letters.derive("11", "the error is driven by the noises alone", eps_next)
-    .put(collected)
-    .use(dynamics, driven)
-)
+error_equation = page.at("11", "the error is driven by the noises alone", observer.free)
 
 page("""The estimate combines the observer with the measurement of the moment. It is
     unbiased for every state and input exactly if two more residuals vanish.""")
 estimate = page(let(x_hat, P * z + V * y + W * u, "12"))
 is_e = page(let(e, x_hat - x))
-biased = page(
-    letters.derive("12", "the error of an estimate", e)
-    .put(is_e)
-    .put(estimate)
-    .put(follows, measured)
-    .collect(x, u)
-)
+of_the_state = {observer.L: I, observer.w_hat: x_hat}
+biased = page.at("12", "the error of an estimate", observer.biased, of_the_state)
 unbiased = page(suppose(P * T + V * C, I, "13"))
 is_W = page(let(W, -V * E))
-error = page(
-    letters.derive("13, 26", "the error of an unbiased estimate", e)
-    .put(biased)
-    .use(unbiased, is_W)
+error = page.at(
+    "13, 26", "the error of an unbiased estimate", observer.error, of_the_state
 )
 
 page("""A state that neither the observer follows nor the measurement shows must then be

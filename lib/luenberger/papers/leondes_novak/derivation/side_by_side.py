@@ -10,8 +10,9 @@ from functools import cache
 
 from sympy import symbols
 
-from matrixproof import Derivation, Line, Page, Stage, ZeroMatrix
+from matrixproof import Derivation, Page, Stage, ZeroMatrix
 
+from ....theory import observer
 from .huddle import driven, dynamics, follows, follows_next, moves
 from .letters import *
 
@@ -39,24 +40,8 @@ measured = page(let(y, C * x + E * u + Hv * xi, "2"))
 
 page("The observer moves as any observer does, and Luenberger's conditions hold.")
 page(moves, follows, follows_next, dynamics, driven)
-error = page.chain(
-    "11",
-    "the error is driven by the noises alone",
-    eps_next,
-    Line(z_next - T_next * x_next, by=(follows_next,)),
-    Line(
-        F * z + G * u + D * y - T_next * (A * x + B * u + Hw * xi),
-        by=(moves, plant),
-    ),
-    Line(
-        F * (T * x + eps)
-        + G * u
-        + D * (C * x + E * u + Hv * xi)
-        - T_next * (A * x + B * u + Hw * xi),
-        by=(follows, measured),
-    ),
-    Line(F * eps + (D * Hv - T_next * Hw) * xi, by=(dynamics, driven)),
-)
+noises = {observer.w: Hw * xi, observer.v: Hv * xi}
+page.at("11", "the error is driven by the noises alone", observer.free, noises)
 
 page("""What is wanted is `L x`. Its estimate combines the observer with measurement and
     input, and is unbiased if two residuals vanish, as in (13).""")
@@ -64,19 +49,8 @@ wanted = page(let(w, L * x))
 estimate = page(let(w_hat, P * z + V * y + W * u, "12"))
 unbiased = page(suppose(P * T + V * C, L, "13"))
 is_W = page(let(W, -V * E))
-is_e = page(let(e, w_hat - w))
-page.chain(
-    "26",
-    "the error of the estimate",
-    e,
-    Line(w_hat - w, by=(is_e,)),
-    Line(P * z + V * y + W * u - L * x, by=(estimate, wanted)),
-    Line(
-        P * (T * x + eps) + V * (C * x + E * u + Hv * xi) + W * u - L * x,
-        by=(follows, measured),
-    ),
-    Line(P * eps + V * Hv * xi, by=(unbiased, is_W)),
-)
+is_e = page(let(e, w_hat - L * x))
+page.at("26", "the error of the estimate", observer.error, noises)
 
 
 @cache
@@ -110,7 +84,7 @@ def side_by_side():
             Stage(y, C * x + Hv * xi, "(2)", by=(measured, no_input)),
             Stage(w, L * x, by=(wanted,)),
             Stage(w_hat, P * z + V * y, by=(estimate, no_input)),
-            Stage(e, w_hat - w, by=(is_e,)),
+            Stage(e, w_hat - w, by=(is_e, wanted)),
             Stage(z_next, F * z + D * y, "(7)", by=(moves, no_input)),
             Stage(x_next, A * x + Hw * xi, "(1)", by=(plant, no_input)),
         ),

@@ -24,6 +24,7 @@ from matrixproof import (
 )
 
 from ....certificate import residuals
+from ....theory import observer as theory
 from .condition import companion_row as companion_row
 from .letters import *
 
@@ -52,24 +53,18 @@ page("""Let the observer's state track `T x`, for a `T` still to be found. Its e
     driven by itself, by the state and by the input.""")
 is_eps = page(let(eps, z - T * x, "4"))
 is_eps_next = page(let(eps_next, z_next - T * x_next, "4"))
-moves = page.chain(
-    "4",
-    "how the error moves",
-    eps_next,
-    Line(z_next - T * x_next, by=(is_eps_next,)),
-    Line(
-        F * z + G * u + D * (C * x + E * u) - T * (A * x + B * u),
-        by=(is_z, is_y, is_x),
-    ),
-    Line(F * eps - dynamics * x - drive * u, by=(is_eps,)),
-)
-seen = page.chain(
-    "4",
-    "the error of the estimate",
-    w - k * x,
-    Line(P * z - k * x, by=(is_w,)),
-    Line(P * eps + (P * T - k) * x, by=(is_eps,)),
-)
+any_observer = {
+    theory.L: k,
+    theory.T_next: T,
+    theory.V: ZeroMatrix(1, p),
+    theory.W: ZeroMatrix(1, m),
+    theory.w: ZeroMatrix(n, 1),
+    theory.v: ZeroMatrix(p, 1),
+    theory.w_hat: w,
+    theory.e: w - k * x,
+}
+moves = page.at("4", "how the error moves", theory.collected, any_observer)
+page.at("4", "the error of the estimate", theory.biased, any_observer)
 
 page("""`T` is chosen so that the state does not drive the error. In `x` and the error
     plant and observer then fall apart, which is how the paper arranges it.""")
@@ -81,12 +76,11 @@ page.chain(
     Line(parted, by=(tracked,)),
 )
 is_J = page(let(J, G + D * E - T * B))
-driven = page.chain(
-    "4, 5",
-    "only the input is left to drive the error",
-    eps_next,
-    Line(F * eps - dynamics * x - drive * u, by=(moves,)),
-    Line(F * eps + J * u, by=(tracked, is_J)),
+driven = page(
+    letters.derive("4, 5", "only the input is left to drive the error", eps_next)
+    .put(moves)
+    .use(tracked)
+    .fold(is_J)
 )
 
 page("""Let the error tend to zero for all starts and inputs. With `u = 0` this says
@@ -122,12 +116,8 @@ gain = page.chain(
 
 page("The estimate is right in the limit if besides `P T = k`.")
 read = page(suppose(P * T, k, "7"))
-page.chain(
-    "7",
-    "the estimate errs by what is left of the error",
-    w - k * x,
-    Line(P * eps + (P * T - k) * x, by=(seen,)),
-    Line(P * eps, by=(read,)),
+page.at(
+    "7", "the estimate errs by what is left of the error", theory.error, any_observer
 )
 
 page("""None of this can be avoided. Let `w - k x` tend to zero for all starts and

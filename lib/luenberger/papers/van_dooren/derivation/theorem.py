@@ -8,6 +8,7 @@ Source: Van Dooren (1984), (1)-(12), (24), remark 2(c); reflectors after Househo
 
 from matrixproof import BlockMatrix, Construction, Line, Page
 
+from ....theory import observer
 from .letters import *
 
 
@@ -35,23 +36,21 @@ page("""Then the observer's state tracks `T x`, with an error that nothing drive
     estimate errs by a multiple of it.""")
 is_eps = page(let(eps, z - T * x))
 is_eps_next = page(let(eps_next, z_next - T * x_next))
-free = page.chain(
-    "1, 2, 4, 5",
-    "the error moves by itself",
-    eps_next,
-    Line(z_next - T * x_next, by=(is_eps_next,)),
-    Line(F * z + D * C * x + G * u - T * (A * x + B * u), by=(is_z, is_y, is_x)),
-    Line(F * z + D * C * x - T * A * x, by=(driven,)),
-    Line(F * z - F * T * x, by=(tracked,)),
-    Line(F * eps, by=(is_eps,)),
-)
-errs = page.chain(
-    "3, 5",
-    "the estimate errs by a multiple of it",
-    x_hat - x,
-    Line(P * z + V * C * x - x, by=(is_estimate, is_y)),
-    Line(P * z - P * T * x, by=(whole,)),
-    Line(P * eps, by=(is_eps,)),
+no_noise = {
+    observer.C: C,
+    observer.E: ZeroMatrix(r, m),
+    observer.L: I,
+    observer.T: T,
+    observer.T_next: T,
+    observer.W: ZeroMatrix(n, m),
+    observer.w: ZeroMatrix(n, 1),
+    observer.v: ZeroMatrix(r, 1),
+    observer.w_hat: x_hat,
+    observer.e: x_hat - x,
+}
+free = page.at("1, 2, 4, 5", "the error moves by itself", observer.free, no_noise)
+errs = page.at(
+    "3, 5", "the estimate errs by a multiple of it", observer.error, no_noise
 )
 
 page("""So the error is `F^t` times what it was at the start; in continuous time, for
