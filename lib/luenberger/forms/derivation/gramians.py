@@ -17,6 +17,7 @@ from .letters import *
 
 SOURCE = "Moore (1981); Laub, Heath, Paige and Ward (1987)"
 nothing = ZeroMatrix(r, r)
+across = {F: F.T, N: P.T, S: U.T, U: S.T, X: Y, F_S: F_S.T, N_S: P_S.T, X_S: Y_S}
 
 WITNESS = {
     F: [[0, -1], [1, 0]],
@@ -42,7 +43,7 @@ is_Y = page(let(Y_S, U.T * Y * U))
 
 page("In discrete time they are what these equations say, and remain so.")
 reached = page(steady(X, F * X * F.T + N * N.T, name="reached from sample to sample"))
-page.chain(
+moves = page.chain(
     "",
     "what inputs reach from sample to sample",
     X_S,
@@ -52,19 +53,11 @@ page.chain(
     Line(F_S * X_S * F_S.T + N_S * N_S.T, by=(is_F, is_X)),
 )
 shown = page(steady(Y, F.T * Y * F + P.T * P, name="shown from sample to sample"))
-page.chain(
-    "",
-    "what the estimate shows from sample to sample",
-    Y_S,
-    Line(U.T * Y * U, by=(is_Y,)),
-    Line(U.T * (F.T * Y * F + P.T * P) * U, by=(shown,)),
-    Line((S * F * U).T * U.T * Y * U * S * F * U + P_S.T * P_S, by=(inverse, is_P)),
-    Line(F_S.T * Y_S * F_S + P_S.T * P_S, by=(is_F, is_Y)),
-)
+page.at("", "what the estimate shows from sample to sample", moves, across)
 
 page("In continuous time they are what these say, and remain so as well.")
 reached_c = page(suppose(F * X + X * F.T + N * N.T, nothing, name="reached in time"))
-page.chain(
+moves_c = page.chain(
     "",
     "what inputs reach in time",
     F_S * X_S + X_S * F_S.T + N_S * N_S.T,
@@ -76,17 +69,7 @@ page.chain(
     Line(nothing, by=(reached_c,)),
 )
 shown_c = page(suppose(F.T * Y + Y * F + P.T * P, nothing, name="shown in time"))
-page.chain(
-    "",
-    "what the estimate shows in time",
-    F_S.T * Y_S + Y_S * F_S + P_S.T * P_S,
-    Line(
-        (S * F * U).T * U.T * Y * U + U.T * Y * U * S * F * U + (P * U).T * P * U,
-        by=(is_F, is_Y, is_P),
-    ),
-    Line(U.T * (F.T * Y + Y * F + P.T * P) * U, by=(inverse,)),
-    Line(nothing, by=(shown_c,)),
-)
+page.at("", "what the estimate shows in time", moves_c, across)
 
 page("""Take roots of both Gramians, and the singular values of their product. No
     Gramian is inverted, and none is squared.""")

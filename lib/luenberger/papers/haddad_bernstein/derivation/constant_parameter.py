@@ -9,10 +9,11 @@ Source: our own; the system is that of Haddad and Bernstein (1987), (3.1), (4.4)
 
 from functools import cache
 
-from sympy import Rational, Trace, symbols
+from sympy import Rational, symbols
 
-from matrixproof import Cyclic, Derivation, Line, Page, Stage, Substitute
+from matrixproof import Derivation, Line, Page, Stage, Substitute, ZeroMatrix
 
+from . import cost
 from .letters import SOURCE, n
 from .letters import letters as paper
 
@@ -163,22 +164,11 @@ page("""A cost adds up what noise does now and later. So both effects are traces
     drives them, and their quotient is the factor by which white noise must be stronger
     than the constant to cost the same.""")
 dual = page(steady(Lambda, A.T * Lambda * A + M))
-page.chain(
-    "white",
-    "what white noise costs",
-    Trace(M * X_w),
-    Line(Trace(Lambda * X_w) - Trace(A.T * Lambda * A * X_w), by=(dual,)),
-    Cyclic(Trace(Lambda * (X_w - A * X_w * A.T))),
-    Line(Trace(Lambda * B_w), by=(is_X_w,)),
-)
-page.chain(
-    "constant",
-    "what a constant costs",
-    Trace(M * X_2),
-    Line(Trace(Lambda * X_2) - Trace(A.T * Lambda * A * X_2), by=(dual,)),
-    Cyclic(Trace(Lambda * (X_2 - A * X_2 * A.T))),
-    Line(Trace(Lambda * B_2), by=(is_X_2,)),
-)
+once = {cost.Pt: Lambda, cost.Rt: M, cost.At: A, cost.At1: ZeroMatrix(n, n)}
+white = once | {cost.Qt: X_w, cost.Wt: B_w}
+page.at("white", "what white noise costs", cost.pairing, white)
+constant = once | {cost.Qt: X_2, cost.Wt: B_2}
+page.at("constant", "what a constant costs", cost.pairing, constant)
 
 
 @cache

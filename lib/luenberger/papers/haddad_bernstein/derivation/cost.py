@@ -132,7 +132,7 @@ page(is_At, is_At1, is_steady)
 
 page("A dual of the moment, driven by the weight, gives the same cost.")
 dual = page(steady(Pt, At.T * Pt * At + At1.T * Pt * At1 + Rt, "4.5"))
-page.chain(
+pairing = page.chain(
     "4.5",
     "the dual gives the same cost",
     Trace(Qt * Rt),
