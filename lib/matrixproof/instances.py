@@ -223,12 +223,13 @@ class Mapped:
 
     def says(self, relation, left, right, mean):
         """Whether a relation says this, perhaps turned round or transposed."""
-        if self.same(left, relation.left) and self.same(right, relation.right):
+        said = relation.left, relation.right
+        if all(map(self.same, (left, right), said)):
             return True
-        shapes = [getattr(side, "shape", ()) for side in (left, relation.left)]
-        if mean or not all(shapes):
-            turned = self.same(left, relation.right), self.same(right, relation.left)
-            return not mean and all(turned)
+        if not all(getattr(side, "shape", ()) for side in (left, relation.left)):
+            return not mean and all(map(self.same, (right, left), said))
+        if mean:
+            return all(map(self.same, (left.T, right.T), said))
         one, other = left - right, relation.left - relation.right
         return any(self.same(one, x) for x in (other, -other, other.T, -other.T))
 

@@ -11,6 +11,7 @@ from sympy import symbols
 
 from matrixproof import Expect, Line, Page, ZeroMatrix
 
+from ...theory import regression
 from .adjoint import is_lamda_next
 from .letters import *
 from .next_state import apart, is_Q, moves
@@ -50,12 +51,19 @@ in_the_way = page.chain(
     Expect(-Q, moments=(is_Q, apart)),
 )
 common = page(moment(w * e_minus_next.T, -Q))
-page.chain(
+by_next = {
+    regression.e: w,
+    regression.y: e_minus_next,
+    regression.M: Omega_next,
+    regression.N: -Q,
+    regression.G: -G_w,
+    regression.d: w + G_w * e_minus_next,
+}
+page.at(
     "",
     "what is left of it is uncorrelated with the prediction's error",
-    (w + G_w * e_minus_next) * e_minus_next.T,
-    Expect(-Q + G_w * Omega_next, moments=(common, ahead)),
-    Line(ZeroMatrix(n, n), by=(is_G_w,)),
+    regression.apart,
+    by_next,
 )
 
 page("The smoothed estimate takes the place of the next state, and no gain is found.")
@@ -77,14 +85,15 @@ parts = page(let(v, J_v * v_seen + v_left))
 tells = page(suppose(J_v * R_seen, R_all))
 is_R_seen = page(moment(v_seen * v_seen.T, R_seen))
 is_R_all = page(moment(v * v_seen.T, R_all))
-page.chain(
-    "",
-    "the rest is uncorrelated with what arrived",
-    v_left * v_seen.T,
-    Line((v - J_v * v_seen) * v_seen.T, by=(parts,)),
-    Expect(R_all - J_v * R_seen, moments=(is_R_all, is_R_seen)),
-    Line(ZeroMatrix(p, pa), by=(tells,)),
-)
+by_seen = {
+    regression.e: v,
+    regression.y: v_seen,
+    regression.M: R_seen,
+    regression.N: R_all,
+    regression.G: J_v,
+    regression.d: v_left,
+}
+page.at("", "the rest is uncorrelated with what arrived", regression.apart, by_seen)
 is_S = page(moment(w_all * v.T, S))
 is_S_left = page(let(S_left, S - J * R_all.T))
 independent = page(moment(w * v_seen.T, ZeroMatrix(n, pa)))

@@ -7,10 +7,9 @@ inverted: a gain is any solution of its equation.
 Source: Rauch, Tung and Striebel (1965) for the smoother; the equations are our own.
 """
 
-from sympy import Trace
-
 from matrixproof import Expect, Line, Page, ZeroMatrix
 
+from ...theory import regression
 from .letters import *
 
 letters = letters.here()
@@ -60,30 +59,22 @@ page(
 )
 
 page("""Were the next state known, so would be `e_minus_next`, and any gain `X` could
-    take its share out of `e`. The slope of the trace vanishes for one gain, which
-    solves an equation that is solvable also where `Omega_next` is singular. Completed
-    to a square, the covariance shows that it is the best one.""")
+    take its share out of `e`. The best one solves an equation that is solvable also
+    where `Omega_next` is singular.""")
 both = page(moment(e_minus_next * e.T, T))
 ahead = page(moment(e_minus_next * e_minus_next.T, Omega_next))
-any_gain = page(
-    letters.derive(
-        "",
-        "the covariance of what any gain leaves",
-        (e - X * e_minus_next) * (e - X * e_minus_next).T,
-    ).expect(is_Sigma, both, ahead)
-)
-slope = page(
-    letters.derive("", "the slope of its trace", Trace(any_gain.right)).gradient(X)
-)
-is_G = page(slope.solve(X, name=G))
+by_next = {
+    regression.y: e_minus_next,
+    regression.Omega: Sigma,
+    regression.M: Omega_next,
+    regression.N: T.T,
+    regression.K: X,
+    regression.L_M: L_O,
+}
+page.at("", "the covariance of what any gain leaves", regression.any_gain, by_next)
+is_G = page(suppose(G * Omega_next, T.T))
 root = page(suppose(Omega_next, L_O * L_O.T))
-page(
-    letters.derive("", "no gain does better if the next state is known", any_gain.left)
-    .expect(is_Sigma, both, ahead)
-    .square(X, is_G)
-    .fold(is_G)
-    .drop(root)
-)
+page.at("", "no gain does better if the next state is known", regression.least, by_next)
 
 page("""What is left is uncorrelated with the predicted error, and so with all that
     later rows can show, because they speak of the next state and of noises to come.""")

@@ -13,6 +13,7 @@ from sympy import Symbol
 
 from matrixproof import Derivation, Expect, Line, Page, Stage, ZeroMatrix
 
+from ....theory import regression
 from .huddle import error, error_equation, unbiased
 from .letters import *
 
@@ -52,22 +53,20 @@ page.chain(
     Line((A - J * C) * x + J * (C * x + v) + (w - J * v), why="add and subtract"),
     Line(As * x + J * (C * x + v) + (w - J * v), by=(is_As,)),
 )
-page.chain(
-    "",
-    "what is left is independent of the measurement noise",
-    (w - J * v) * v.T,
-    Expect(S - J * R, moments=(is_S, is_R)),
-    Line(gone(n, p), by=(told,)),
-)
+by_v = {
+    regression.e: w,
+    regression.y: v,
+    regression.Omega: Q,
+    regression.M: R,
+    regression.N: S,
+    regression.G: J,
+    regression.d: w - J * v,
+    regression.D: Qs,
+}
+says = "what is left is independent of the measurement noise"
+page.at("", says, regression.apart, by_v)
 is_Qs = page(let(Qs, Q - J * S.T))
-page.chain(
-    "",
-    "the covariance of what is left",
-    (w - J * v) * (w - J * v).T,
-    Expect(Q - J * S.T - S * J.T + J * R * J.T, moments=(is_Q, is_R, is_S)),
-    Line(Q - J * S.T - J * R * J.T + J * R * J.T, by=(told,)),
-    Line(Qs, by=(is_Qs,)),
-)
+page.at("", "the covariance of what is left", regression.left, by_v)
 
 page("""Every error of an observer then has a covariance by recursion, whatever its
     matrices are. The two crossed terms are those that (5) sets to zero.""")
