@@ -64,9 +64,13 @@ class Instance(Chain):
         """The theorem, and what it was given."""
         cite, word = (cited_latex, words) if show is latex else (cited_text, str)
         said = [(numbered(r)[0], r) for r in self.supposed]
-        said = dict.fromkeys(word(k) if k else cite(r) for k, r in said)
+        said = [
+            r.show(show) if isinstance(r, Moment) else word(k) if k else cite(r)
+            for k, r in said
+        ]
         theorem = f"theorem: {self.of.title}" + ", with " * bool(said)
-        return word(theorem) + (r",\; " if show is latex else ", ").join(said)
+        joint = r",\; " if show is latex else ", "
+        return word(theorem) + joint.join(dict.fromkeys(said))
 
     @property
     def supposed(self) -> tuple[Relation, ...]:

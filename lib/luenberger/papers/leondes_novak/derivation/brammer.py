@@ -7,15 +7,7 @@ observer of Leondes and Novak.
 Source: Leondes and Novak (1974), section IV.C, (45)-(53); Brammer (1968).
 """
 
-from matrixproof import (
-    AtLeast,
-    BlockMatrix,
-    Expect,
-    Line,
-    Page,
-    Substitute,
-    ZeroMatrix,
-)
+from matrixproof import BlockMatrix, Expect, Page, Substitute, ZeroMatrix
 
 from .best_coordinates import exact, is_Delta, nothing_left, push, unseen, whole
 from .canonical_gain import is_V
@@ -36,106 +28,77 @@ page(push, unseen, whole)
 other_rows = page(suppose(That * Gamma_1, ZeroMatrix(r, m1), "47"))
 inverse = page(suppose(That * Phat, Identity(r), "47"))
 shows = page(let(x_hat, Phat * z_hat + Gamma_1 * S1 * y, "46"))
-page.chain(
-    "46",
-    "the estimate shows what was estimated",
-    That * x_hat,
-    Line(That * Phat * z_hat + That * Gamma_1 * S1 * y, by=(shows,)),
-    Line(z_hat, by=(inverse, other_rows)),
+page(
+    letters.derive("46", "the estimate shows what was estimated", That * x_hat)
+    .put(shows)
+    .expand()
+    .use(inverse, other_rows)
 )
-page.chain(
-    "46",
-    "the estimate shows the accurate outputs",
-    S1 * C * x_hat,
-    Line(S1 * C * Phat * z_hat + S1 * C * Gamma_1 * S1 * y, by=(shows,)),
-    Line(S1 * y, by=(unseen, push)),
+page(
+    letters.derive("46", "the estimate shows the accurate outputs", S1 * C * x_hat)
+    .put(shows)
+    .expand()
+    .use(unseen, push)
 )
 perfect = page(suppose(S1 * y, S1 * C * x, "45"))
 is_eps = page(let(eps, z_hat - That * x))
-error = page.chain(
-    "45, 46",
-    "the error is that of the rest",
-    x_hat - x,
-    Line(Phat * z_hat + Gamma_1 * S1 * y - x, by=(shows,)),
-    Line(Phat * z_hat + Gamma_1 * S1 * C * x - x, by=(perfect,)),
-    Line(Phat * z_hat - Phat * That * x, by=(whole,)),
-    Line(Phat * eps, by=(is_eps,)),
+error = page(
+    letters.derive("45, 46", "the error is that of the rest", x_hat - x)
+    .put(shows)
+    .use(perfect)
+    .use(whole)
+    .by(Phat * eps, is_eps)
 )
 
 
 page("""The rest is corrected as the Kalman filter would, and its gain meets the perfect
     outputs by itself: that is (49) with no noise in them.""")
 page(is_Delta, is_N, is_Kmv)
-page.chain(
-    "49",
-    "the Kalman gain shows perfect outputs as they are",
-    S1 * C * Kmv,
-    Line(S1 - Delta, by=(is_Delta,)),
-    Line(S1, by=(nothing_left,)),
+page(
+    letters.derive(
+        "49", "the Kalman gain shows perfect outputs as they are", S1 * C * Kmv
+    )
+    .by(S1 - Delta, is_Delta)
+    .use(nothing_left)
 )
-page.chain(
-    "49",
-    "the gain",
-    Kmv,
-    Line(Kmv * M * M.I, why="insert the inverse"),
-    Line(N * M.I, by=(is_Kmv,)),
-    Line(Omega * C.T * M.I, by=(is_N,)),
+page(
+    letters.derive("49", "the gain", Kmv)
+    .insert(Kmv * M * M.I, why="insert the inverse")
+    .by(Omega * C.T * M.I, is_Kmv, is_N)
 )
 page(exact)
 moves = page(let(z_hat_next, That * (A * x_hat + K * (y_next - C * A * x_hat)), "48"))
 shows_next = page(let(x_hat_next, Phat * z_hat_next + Gamma_1 * S1 * y_next, "46"))
-page.chain(
-    "46, 48",
-    "the filter is that of Kalman",
-    x_hat_next,
-    Line(Phat * z_hat_next + Gamma_1 * S1 * y_next, by=(shows_next,)),
-    Line(
-        Phat * That * (A * x_hat + K * (y_next - C * A * x_hat))
-        + Gamma_1 * S1 * y_next,
-        by=(moves,),
-    ),
-    Line(
-        (I - Gamma_1 * S1 * C) * (A * x_hat + K * (y_next - C * A * x_hat))
-        + Gamma_1 * S1 * y_next,
-        by=(whole,),
-    ),
-    Line(A * x_hat + K * (y_next - C * A * x_hat), by=(exact,)),
+page(
+    letters.derive("46, 48", "the filter is that of Kalman", x_hat_next)
+    .put(shows_next)
+    .put(moves)
+    .by(A * x_hat + K * (y_next - C * A * x_hat), whole, exact)
 )
 
 
 page("""Let `z = z_hat - That K y`. The estimate is then that of the observer with `P`
     the basis and `V` the gain.""")
 is_z = page(let(z, z_hat - That * K * y))
-parted = page.chain(
-    "24",
-    "the gain is a push and a rest",
-    K,
-    Line((Gamma_1 * S1 * C + Phat * That) * K, by=(whole,)),
-    Line(Gamma_1 * S1 + Phat * That * K, by=(exact,)),
+parted = page(
+    letters.derive("24", "the gain is a push and a rest", K)
+    .insert((Gamma_1 * S1 * C + Phat * That) * K, whole)
+    .use(exact)
 )
-page.chain(
-    "12, 46",
-    "the estimate in the new variable",
-    x_hat,
-    Line(Phat * z_hat + Gamma_1 * S1 * y, by=(shows,)),
-    Line(Phat * z + Phat * That * K * y + Gamma_1 * S1 * y, by=(is_z,)),
-    Line(Phat * z + K * y, by=(parted,)),
+page(
+    letters.derive("12, 46", "the estimate in the new variable", x_hat)
+    .put(shows)
+    .by(Phat * z + K * y, is_z, parted)
 )
 
 page("It moves as the observer does: Fig. 2 is Fig. 1.")
 is_z_next = page(let(z_next, z_hat_next - That * K * y_next))
 is_T = page(let(T_next, That * (I - K * C), "25"))
-page.chain(
-    "42, 48",
-    "one system drawn twice",
-    z_next,
-    Line(z_hat_next - That * K * y_next, by=(is_z_next,)),
-    Line(
-        That * (A * x_hat + K * (y_next - C * A * x_hat)) - That * K * y_next,
-        by=(moves,),
-    ),
-    Line(That * (I - K * C) * A * x_hat, why="collect"),
-    Line(T_next * A * x_hat, by=(is_T,)),
+page(
+    letters.derive("42, 48", "one system drawn twice", z_next)
+    .put(is_z_next)
+    .put(moves)
+    .by(T_next * A * x_hat, is_T)
 )
 
 
@@ -150,17 +113,11 @@ page.chain(
     Expect(A * Phat * X * Phat.T * A.T + Q, moments=(is_X, is_Q, apart)),
 )
 kalman = page(suppose(K, Kmv, "49"))
-page.chain(
-    "51",
-    "the covariance of the rest",
-    That * Sigma_next * That.T,
-    Line(
-        That * (Omega - N * Kmv.T + (K - Kmv) * M * (K - Kmv).T) * That.T,
-        by=(square,),
-    ),
-    Line(That * (Omega - N * Kmv.T) * That.T, by=(kalman,)),
-    Line(That * (Omega - Kmv * N.T) * That.T, by=(is_Kmv,)),
-    Line(That * (I - Kmv * C) * Omega * That.T, by=(is_N,)),
+page(
+    letters.derive("51", "the covariance of the rest", That * Sigma_next * That.T)
+    .put(square)
+    .put(kalman)
+    .by(That * (I - Kmv * C) * Omega * That.T, is_Kmv, is_N)
 )
 
 
@@ -201,38 +158,27 @@ page("""The gains (33) of Leondes and Novak solve the lower rows of the equation
     Kalman gain. If the accurate outputs are perfect, the upper rows agree as well.""")
 lower = page(suppose(K_low * M, That * N, "33"))
 solved = page(suppose(K * M, N, "33"))
-rows = page.chain(
-    "33, 52",
-    "the gains are the lower rows of the Kalman gain",
-    K_low,
-    Line(K_low * M * M.I, why="insert the inverse"),
-    Line(That * N * M.I, by=(lower,)),
-    Line(That * K * M * M.I, by=(solved,)),
-    Line(That * K, why="cancel"),
+rows = page(
+    letters.derive("33, 52", "the gains are the lower rows of the Kalman gain", K_low)
+    .insert(K_low * M * M.I, why="insert the inverse")
+    .by(That * K, lower, solved)
 )
-page.chain(
-    "after 44",
-    "for perfect outputs the weight is the Kalman gain",
-    V,
-    Line(Gamma_1 * S1 + Phat * K_low, by=(weight,)),
-    Line(Gamma_1 * S1 + Phat * That * K, by=(rows,)),
-    Line(K, by=(parted,)),
+page(
+    letters.derive(
+        "after 44", "for perfect outputs the weight is the Kalman gain", V
+    ).by(K, weight, rows, parted)
 )
 
 page("""No other weight of the measurement errs less. So this is one of the observers
     that Tse and Athans, and Yoshikawa and Kobayashi, ask for: those of least error.""")
 page(root_M)
-page.chain(
-    "after 53",
-    "no observer does better",
-    Sigma_next,
-    Line(Omega - N * Kmv.T + (K - Kmv) * M * (K - Kmv).T, by=(square,)),
-    AtLeast(Omega - N * Kmv.T, by=(root_M,), root=(K - Kmv) * L_M),
+page(
+    letters.derive("after 53", "no observer does better", Sigma_next)
+    .put(square)
+    .drop(root_M)
 )
-page.chain(
-    "after 53",
-    "the least error is reached",
-    Sigma_next,
-    Line(Omega - N * Kmv.T + (K - Kmv) * M * (K - Kmv).T, by=(square,)),
-    Line(Omega - N * Kmv.T, by=(kalman,)),
+page(
+    letters.derive("after 53", "the least error is reached", Sigma_next)
+    .put(square)
+    .use(kalman)
 )

@@ -8,10 +8,11 @@ on what is missing.
 Source: our own; the step is Leondes and Novak's (1974), (27)-(33).
 """
 
-from sympy import Trace, symbols
+from sympy import symbols
 
-from matrixproof import Gradient, Line, Page, ZeroMatrix
+from matrixproof import Line, Page, ZeroMatrix
 
+from . import quadratic
 from .letters import *
 from .quadratic import is_M, joseph
 
@@ -55,16 +56,17 @@ page.chain(
 )
 
 page("So the gradient vanishes where the shorter problem's does.")
-page.chain(
-    "32",
-    "the gradient is that of the shorter problem",
-    Trace(W_e * joseph(K_a, Pick * C, Omega, Pick * R * Pick.T)),
-    Gradient(
-        2 * W_e * (K_a * Pick * (C * Omega * C.T + R) * Pick.T - Omega * C.T * Pick.T),
-        of=K_a,
-    ),
-    Line(2 * W_e * (K_a * Pick * M * Pick.T - Omega * C.T * Pick.T), by=(is_M,)),
-)
+shorter = {
+    quadratic.K: K_a,
+    quadratic.C: Pick * C,
+    quadratic.R: Pick * R * Pick.T,
+    quadratic.M: Pick * M * Pick.T,
+    quadratic.N: Omega * C.T * Pick.T,
+    quadratic.Y: I - K_a * Pick * C,
+    quadratic.Sigma_next: joseph(K_a, Pick * C, Omega, Pick * R * Pick.T),
+}
+says = "the gradient is that of the shorter problem"
+page.at("32", says, quadratic.slope, shorter)
 
 page("""If an accurate output is missing, with the row `c`, the others leave one
     direction more free: the one that it alone would have shown.""")
