@@ -1,5 +1,6 @@
 """The recursion against rational arithmetic: in floats, and its text in Fractions."""
 
+import pickle
 import subprocess
 import sys
 from dataclasses import replace
@@ -394,3 +395,20 @@ def test_noises_that_outputs_share_begin_each_row_as_nothing():
     assert lb.Filter(plant).run([[1e-9, 1e-9]] * 2).x[-1] == 0
     with pytest.raises(DesignError, match="at instant 2 the reading of 'y2'"):
         lb.Filter(plant).run([[1e-9, 1e-9], [1e-9, 2e-9]])
+
+
+def test_a_plant_keeps_the_matrices_of_its_filter():
+    """Not those of other filters, nor for a copy that may be another plant."""
+    more = dict(Q=np.eye(2), P0=np.eye(2), dt=1.0)
+    plant = lb.Plant(np.eye(2) / 2, None, np.eye(2), R=np.eye(2), **more)
+    y = np.random.default_rng(0).normal(size=(9, 2))
+    x = lb.Filter(plant).run(y).x
+    assert lb.Filter(plant).settings is lb.Filter(plant).settings
+    exact = lb.Filter(plant, m1=1)
+    assert exact.settings.accurate and exact.settings is not lb.Filter(plant).settings
+    assert np.allclose(exact.run(y).x[:, 0], y[:, 0])
+    other = replace(plant, R=9 * np.eye(2))
+    assert abs(lb.Filter(other).run(y).x - x).max() > 0.1
+    copy = pickle.loads(pickle.dumps(plant))
+    assert "_filter" in vars(plant) and "_filter" not in vars(copy)
+    assert np.array_equal(lb.Filter(copy).run(y).x, x)

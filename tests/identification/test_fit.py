@@ -128,6 +128,17 @@ def test_several_records_of_one_plant(method):
     assert alone.innovations.shape == (400, 1)  # a list of rows is one record
 
 
+def test_a_filter_of_the_plant_leaves_no_trace_in_a_fit():
+    """A plant keeps the matrices of its filter; those that are tried have theirs."""
+    y = drawn(2, 200, LEVEL, np.eye(1), np.eye(1))
+    first, other = (
+        dataclasses.replace(LEVEL, Q=[[9.0]], R=[[9.0]], P0=[[1.0]]) for _ in "ab"
+    )
+    lb.Filter(first).run(y)
+    found, same = (lb.fit_noise(plant, y).log_likelihood for plant in (first, other))
+    assert found == same
+
+
 def test_units_change_nothing_but_the_numbers():
     x, y = np.array([2.0**40, 2.0**-37]), 2.0**-40
     Q, R = np.diag([0.5, 0.2]), np.array([[1.0]])
