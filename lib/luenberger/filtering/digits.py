@@ -116,10 +116,11 @@ def followed(
         if row < 0:
             return Gap(begun, least)
         wide = np.sqrt(variances[row] / np.where(least > 0, least, np.inf))
-        if wide.max() > ALONE or _alike(P(row)):
+        alone = not wide.max() < ALONE  # nor where a variance is no number any more
+        if alone or _alike(P(row)):
             break
         since, step = row + step, 2 * step  # independent states: look seldom
-    count = 1 if wide.max() > ALONE else 2
+    count = 1 if alone else 2
     most = np.argsort(-wide)[:count]
     names = settings.plant.state_names
     who = " and ".join(repr(names[j]) for j in sorted(most.tolist()))
