@@ -877,6 +877,15 @@ def test_a_file_that_does_not_say_what_it_is_is_known_by_its_keys(here, call, pa
     assert contents(here / "a") == contents(here / "b")
 
 
+def test_a_ledger_that_is_not_proved_is_a_refusal(call, monkeypatch):
+    from luenberger import ledger
+
+    monkeypatch.setattr(ledger.Entry, "check", lambda entry: ["line 1 does not follow"])
+    status, out, err = call("ledger --prove --paper moore")
+    assert status == 1 and "15 of the entries are not proved" in err
+    assert out.count("not proved: line 1 does not follow") == 15
+
+
 def test_the_ledger_is_printed_whole(call):
     from luenberger import ledger
 

@@ -477,6 +477,18 @@ def test_counts_agree():
         assert [paper, total] == row[:2] and sum(map(int, levels)) == int(total)
 
 
+def test_levels_are_counted():
+    *_, explicit, by_numbers = ledger.levels().rows[-1]
+    evaluated = [
+        e
+        for e in ENTRIES
+        if "proved" in e.level and not e.level.startswith("proved at symbolic sizes")
+    ]
+    example = [e for e in evaluated if e.level == "proved by a counterexample"]
+    assert int(explicit) == len(evaluated) - len(example) > 20
+    assert int(by_numbers) == sum(not entry.says for entry in ENTRIES)
+
+
 def test_tables_hold_every_entry():
     assert [row[1] for row in ledger.table().rows] == [e.number for e in ENTRIES]
     moore = ledger.table("moore")
