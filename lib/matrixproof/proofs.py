@@ -1,6 +1,7 @@
 """Prove that an equation follows from others, with a certificate to be checked."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -208,6 +209,27 @@ def prove(
     return proof
 
 
+KEEPING: list[list[Proof]] = []  # the lists of `kept`
+
+
+@contextmanager
+def kept() -> Iterator[list[Proof]]:
+    """A list to which every proof is added that is found in the block, by any caller.
+
+    >>> from matrixproof import letters
+    >>> A, B = letters("A:n*n B:n*n")
+    >>> with kept() as found:
+    ...     proof = prove(A * (B + A), A * B + A * A)
+    >>> found == [proof]
+    True
+    """
+    KEEPING.append([])
+    try:
+        yield KEEPING[-1]
+    finally:
+        KEEPING.pop()
+
+
 def attempted(left, right, given=(), symmetric=(), limits=LIMITS):
     """The proof, or None; the last search, the algebra in which it was read, the end.
 
@@ -221,7 +243,10 @@ def attempted(left, right, given=(), symmetric=(), limits=LIMITS):
         outcome = search.run()
         if outcome == "proved":
             told = *certified(search), given, symmetric
-            return Proof(left, right, *told), search, free, outcome
+            proof = Proof(left, right, *told)
+            for found in KEEPING:
+                found.append(proof)
+            return proof, search, free, outcome
         if outcome == "complete":
             break
     return None, search, free, outcome

@@ -5,7 +5,7 @@ from argparse import Namespace
 from types import ModuleType
 from typing import Any
 
-from .registration import as_json, dry_run, file, register
+from .registration import as_json, dry_run, file, folder, register
 from .terminal import say, tell, tell_json, written
 
 WIDE, INDENT = 79, " " * 6
@@ -28,6 +28,7 @@ def add(commands: Any) -> None:
             "ledger --paper ours",
             "ledger --prove --paper moore",
             "ledger --paper hsia --html ledger.html",
+            "ledger --paper moore --coq lemmas",
         ],
     )
     one.add_argument(
@@ -52,6 +53,14 @@ def add(commands: Any) -> None:
         help="write a page with every equation and its proved formulas, which runs "
         "the derivations: half a minute for all papers",
     )
+    one.add_argument(
+        "--coq",
+        type=folder,
+        metavar="DIR",
+        help="write every proof as a lemma of Coq, in a file for each page; this runs "
+        "the derivations, two minutes for all papers; compile them there with "
+        "coq_makefile -f _CoqProject -o Makefile && make -j2",
+    )
     dry_run(one)
 
 
@@ -66,6 +75,8 @@ def run(options: Namespace) -> None:
         options.wrong("--prove goes without --json, --misprints and --html")
     if options.prove:
         return _prove(ledger, options)
+    if options.coq is not None:
+        return _lemmas(options)
     if options.html is None:
         return _print(ledger, options)
     if options.json or options.misprints:
@@ -88,6 +99,17 @@ def _prove(ledger: ModuleType, options: Namespace) -> None:
     if failed:
         raise ValueError(f"{failed} of the entries are not proved")
     tell(ledger.levels(options.paper))
+
+
+def _lemmas(options: Namespace) -> None:
+    from ..ledger import coq
+
+    if options.prove or options.html or options.json or options.misprints:
+        options.wrong("--coq goes without --prove, --html, --json and --misprints")
+    if not options.dry_run:
+        say("running the derivations, for their proofs")
+        tell(str(coq.write(options.coq, options.paper)))
+    written(coq.paths(options.coq, options.paper).values(), options.dry_run)
 
 
 def _print(ledger: ModuleType, options: Namespace) -> None:
