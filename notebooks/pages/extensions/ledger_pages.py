@@ -72,7 +72,7 @@ def statement(one, docname):
     first, *rest = one.pieces(latex)
     shown = spaced([first, *(f"{{}}{piece}" for piece in rest)])
     if not one.proved:
-        return nodes.paragraph("", "", *shown)
+        return nodes.paragraph("", "", nodes.Text(one.called(plain)), *shown)
     called = [link(step_label(one.pointer), plain(one.says), docname)]
     sizes = nodes.Text(f" ({one.sizes})" if one.sizes else "")
     return nodes.paragraph("", "", *called, nodes.Text(": "), *shown, sizes)
