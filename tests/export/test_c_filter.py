@@ -43,7 +43,7 @@ def in_python(source, y, u, m1=0, weight=None):
     tape = Tape(*(np.empty((0, *shape)) for shape in
                   ((n,), (N,), (N, N), (N,), (p, N), (p,), (p,))))  # fmt: skip
     x, variances = np.empty((len(y), n)), np.empty((len(y), n))
-    given = pack.y, pack.drive, pack.at, pack.maps, state, x, variances, tape
+    given = *pack.part(), state, x, variances, tape
     assert passes.forward.exact(*given) == -1
     return x, variances
 
@@ -164,11 +164,11 @@ def ahead(source, y, u, m1=0):
     """The members of a state ahead of the row behind a record, by `passes`."""
     settings = Settings(source, m1)
     end, unsaid = begin(settings, np.zeros(source.m)), [[NAN] * source.p]
-    pack = packed(settings, end, np.vstack([y, unsaid]), np.vstack([u, u[:1]]))
+    pack = packed(settings, end, np.vstack([y, unsaid]), np.vstack([u, 0 * end.u]))
     maps, at, (z, V, D, E, e) = pack.maps, pack.at, (X.copy() for X in end.state)
     n, N, g = source.n, len(z), maps.G.shape[2]
     wide, met = N + g + maps.O.shape[2] * source.p, np.abs(z)
-    for t, row in enumerate(pack.y):
+    for t, row in enumerate(pack.part()[0]):
         if (s := at[t]) >= 0:
             given = maps.M[s], maps.B[s], maps.G[s], maps.X[s], maps.d[s]
             passes.predict.on()(

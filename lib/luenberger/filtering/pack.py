@@ -83,7 +83,7 @@ class Packed(NamedTuple):
     maps: Maps
     mix: np.ndarray
 
-    def part(self, rows: slice = EVERY) -> tuple[Any, ...]:
+    def part(self, rows: slice = EVERY) -> tuple[Matrix, Matrix, Vector, Maps]:
         """Combined readings of rows, and what else `passes.forward` takes of them."""
         y, at = self.y[rows], self.at[rows.start or 0 :]
         if np.tril(self.mix, -1).any():
@@ -208,9 +208,9 @@ def driven(plant: Plant, origin: int, instant: int, u: Matrix) -> Matrix:
 def sets_of(seen: Matrix) -> tuple[Matrix, Vector]:
     """The sets of outputs that arrive in rows, and the number of that of each row."""
     if seen[1:].all():
-        at = np.full(len(seen), 0 if seen[0].all() else 1)
-        at[0] = 0
-        return seen[: at[-1] + 1], at
+        at = np.full(len(seen), 0 if seen[:1].all() else 1)
+        at[:1] = 0
+        return seen[: at.max(initial=0) + 1], at
     first, *more = np.packbits(seen, axis=1).T  # bytes are sorted quickly
     _, rows, at = np.unique(first, return_index=True, return_inverse=True)
     for byte in more:

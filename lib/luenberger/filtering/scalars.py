@@ -243,7 +243,8 @@ def python(maps: Maps) -> Callable:
 
     def over(*given: Any) -> Any:  # entries of memoryviews are numbers of Python
         return run(*(
-            type(X)(*map(memoryview, X)) if isinstance(X, tuple) else memoryview(X)
+            type(X)(*(memoryview(one) for one in X))
+            if isinstance(X, tuple) else memoryview(X)
             for X in given
         ))  # fmt: skip
 
