@@ -9,13 +9,13 @@ Source: ours; that a change of coordinates keeps what a system does is common kn
 
 from functools import cache
 
-from matrixproof import Derivation, Line, Page, Stage
+from matrixproof import Derivation, Page, Stage
 
 from .letters import *
 
 SOURCE = "ours"
 letters = letters.here()
-let, suppose = letters.let, letters.suppose
+derive, let, suppose = letters.derive, letters.let, letters.suppose
 S = letters("S", s, r, "changes the coordinates, and leaves out what is not shown")
 U = letters("U", r, s, "changes them back")
 F_S = letters("F_S", s, s, "`F` in the new coordinates")
@@ -44,74 +44,52 @@ is_T = page(let(T_S, S * T))
 
 page("The observer moves in the new coordinates as it did in the old ones.")
 moves = page(let(z_next, F * z + G * u + D * y))
-page.chain(
-    "",
-    "the same motion",
-    S * z_next,
-    Line(S * (F * z + G * u + D * y), by=(moves,)),
-    Line(S * F * U * S * z + S * G * u + S * D * y, by=(rest,)),
-    Line(F_S * z_S + G_S * u + D_S * y, by=(is_F, is_z, is_G, is_D)),
+page(
+    derive("", "the same motion", S * z_next)
+    .put(moves)
+    .by(S * F * U * S * z + S * G * u + S * D * y, rest)
+    .fold(is_F, is_z, is_G, is_D)
 )
 
 page("The estimate is the same at every instant, from every start and for every input.")
 is_w = page(let(w_hat, P * z + V * y + W * u))
-page.chain(
-    "",
-    "the same estimate",
-    w_hat,
-    Line(P * z + V * y + W * u, by=(is_w,)),
-    Line(P * U * S * z + V * y + W * u, by=(shown,)),
-    Line(P_S * z_S + V * y + W * u, by=(is_P, is_z)),
+page(
+    derive("", "the same estimate", w_hat)
+    .put(is_w)
+    .by(P * U * S * z + V * y + W * u, shown)
+    .fold(is_P, is_z)
 )
 
 page("""What makes an observer of these matrices are equations between them and the
     plant. The feedthrough has none of the matrices that change.""")
 dynamics = page(suppose(T * A, F * T + D * C))
-page.chain(
-    "",
-    "the error moves as before",
-    T_S * A,
-    Line(S * T * A, by=(is_T,)),
-    Line(S * (F * T + D * C), by=(dynamics,)),
-    Line(S * F * U * S * T + S * D * C, by=(rest,)),
-    Line(F_S * T_S + D_S * C, by=(is_F, is_T, is_D)),
+page(
+    derive("", "the error moves as before", T_S * A)
+    .put(is_T)
+    .use(dynamics)
+    .by(S * F * U * S * T + S * D * C, rest)
+    .fold(is_F, is_T, is_D)
 )
 enters = page(suppose(T * B, G + D * E))
-page.chain(
-    "",
-    "the known input enters as before",
-    T_S * B,
-    Line(S * T * B, by=(is_T,)),
-    Line(S * (G + D * E), by=(enters,)),
-    Line(G_S + D_S * E, by=(is_G, is_D)),
+page(
+    derive("", "the known input enters as before", T_S * B)
+    .put(is_T)
+    .use(enters)
+    .fold(is_G, is_D)
 )
 output = page(let(L, P * T + V * C))
-page.chain(
-    "",
-    "the estimate shows what it did",
-    L,
-    Line(P * T + V * C, by=(output,)),
-    Line(P * U * S * T + V * C, by=(shown,)),
-    Line(P_S * T_S + V * C, by=(is_P, is_T)),
+page(
+    derive("", "the estimate shows what it did", L)
+    .put(output)
+    .by(P * U * S * T + V * C, shown)
+    .fold(is_P, is_T)
 )
 
 page("""A program that makes the new matrices in another way is measured by two
     equations without an inverse of its own. Where nothing is left out, the first also
     says that the poles are the same.""")
-page.chain(
-    "",
-    "what is measured of the motion",
-    F_S * S,
-    Line(S * F * U * S, by=(is_F,)),
-    Line(S * F, by=(rest,)),
-)
-page.chain(
-    "",
-    "what is measured of the estimate",
-    P_S * S,
-    Line(P * U * S, by=(is_P,)),
-    Line(P, by=(shown,)),
-)
+page(derive("", "what is measured of the motion", F_S * S).put(is_F).use(rest))
+page(derive("", "what is measured of the estimate", P_S * S).put(is_P).use(shown))
 
 
 @cache

@@ -8,7 +8,7 @@ Source: ours; that an observer of the state estimates each `k x` is common knowl
 
 from functools import cache
 
-from matrixproof import Derivation, Line, Page, Stage, ZeroMatrix
+from matrixproof import Derivation, Page, Stage, ZeroMatrix
 
 from .letters import *
 
@@ -27,33 +27,24 @@ is_W = page(let(W_H, H * W))
 page("The new estimate is the combination of the old ones, at every instant.")
 shows = page(let(w_hat, P * z + V * y + W * u))
 combined = page(let(w_H, H * w_hat))
-page.chain(
-    "",
-    "the combined estimate",
-    w_H,
-    Line(H * w_hat, by=(combined,)),
-    Line(H * (P * z + V * y + W * u), by=(shows,)),
-    Line(P_H * z + V_H * y + W_H * u, by=(is_P, is_V, is_W)),
+page(
+    derive("", "the combined estimate", w_H).put(combined, shows).fold(is_P, is_V, is_W)
 )
 
 page("""Of the four equations that make an observer, two are about its motion, and they
     stay. The others are about its estimate, and they hold for each combination.""")
 output = page(suppose(P * T + V * C, L))
-page.chain(
-    "",
-    "the combinations are unbiased",
-    P_H * T + V_H * C,
-    Line(H * (P * T + V * C), by=(is_P, is_V)),
-    Line(H * L, by=(output,)),
-    Line(L_H, by=(is_L,)),
+page(
+    derive("", "the combinations are unbiased", P_H * T + V_H * C)
+    .put(is_P, is_V)
+    .use(output)
+    .fold(is_L)
 )
 through = page(suppose(W + V * E, ZeroMatrix(q, m)))
-page.chain(
-    "",
-    "the known input does not disturb the combinations",
-    W_H + V_H * E,
-    Line(H * (W + V * E), by=(is_W, is_V)),
-    Line(ZeroMatrix(s, m), by=(through,)),
+page(
+    derive("", "the known input does not disturb the combinations", W_H + V_H * E)
+    .put(is_W, is_V)
+    .use(through)
 )
 
 

@@ -6,8 +6,9 @@ from matrixproof import Identity, Notation
 
 n, r, m, p, q, s = symbols("n r m p q s", integer=True, positive=True)
 letters = Notation()
-chain, let, steady, suppose = (
+chain, derive, let, steady, suppose = (
     letters.chain,
+    letters.derive,
     letters.let,
     letters.steady,
     letters.suppose,

@@ -9,8 +9,9 @@ n, p = symbols("n p", integer=True, positive=True)
 r = symbols("r", integer=True, positive=True)  # rows of an observability matrix
 q = symbols("q", integer=True, positive=True)  # how much of the state the outputs show
 letters = Notation()
-chain, let, moment, steady, suppose = (
+chain, derive, let, moment, steady, suppose = (
     letters.chain,
+    letters.derive,
     letters.let,
     letters.moment,
     letters.steady,

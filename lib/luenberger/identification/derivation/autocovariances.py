@@ -11,7 +11,7 @@ method for estimating noise covariances", (5)-(11).
 
 from functools import cache
 
-from matrixproof import Derivation, Expect, Line, Page, Stage
+from matrixproof import Derivation, Page, Stage
 
 from .any_gain_letters import *
 
@@ -28,22 +28,13 @@ is_e = page(let(x_hat, x - e, name="the error of the prediction"))
 is_nu = page(let(nu, y - C * x_hat))
 predicts = page(let(x_hat_next, A * x_hat + L * nu))
 is_A_L = page(let(A_L, A - L * C))
-shows = page.chain(
-    "",
-    "what an innovation shows",
-    nu,
-    Line(y - C * x_hat, by=(is_nu,)),
-    Line(C * x + v - C * (x - e), by=(measured, is_e)),
-    Line(C * e + v, why="the state cancels"),
-)
-moves = page.chain(
-    "",
-    "how the error moves",
-    x_next - x_hat_next,
-    Line(A * x + w - A * x_hat - L * nu, by=(plant, predicts)),
-    Line(A * x + w - A * (x - e) - L * nu, by=(is_e,)),
-    Line(A * e + w - L * (C * e + v), by=(shows,)),
-    Line(A_L * e + w - L * v, by=(is_A_L,)),
+shows = page(derive("", "what an innovation shows", nu).put(is_nu, measured, is_e))
+moves = page(
+    derive("", "how the error moves", x_next - x_hat_next)
+    .put(plant)
+    .use(predicts)
+    .put(is_e, shows)
+    .fold(is_A_L)
 )
 
 page("""Both noises are white, and independent of the error, which stems from
@@ -56,52 +47,42 @@ is_P = page(moment(e * e.T, P))
 past_w = page(moment(e * w.T, ZeroMatrix(n, n)))
 past_v = page(moment(e * v.T, ZeroMatrix(n, p)))
 is_W = page(let(W, Q - S * L.T - L * S.T + L * R * L.T))
-drives = page.chain(
-    "",
-    "the covariance of what drives the error",
-    (w - L * v) * (w - L * v).T,
-    Expect(
-        Q - S * L.T - L * S.T + L * R * L.T,
-        moments=(is_Q, is_S, is_R),
-    ),
-    Line(W, by=(is_W,)),
+drives = page(
+    derive("", "the covariance of what drives the error", (w - L * v) * (w - L * v).T)
+    .expect(is_Q, is_S, is_R)
+    .fold(is_W)
 )
 is_P_next = page(let(P_next, A_L * P * A_L.T + W))
-page.chain(
-    "",
-    "the covariance of the error",
-    (A_L * e + w - L * v) * (A_L * e + w - L * v).T,
-    Expect(
-        A_L * P * A_L.T + Q - S * L.T - L * S.T + L * R * L.T,
-        moments=(is_P, is_Q, is_S, is_R, past_w, past_v),
-    ),
-    Line(A_L * P * A_L.T + W, by=(is_W,)),
-    Line(P_next, by=(is_P_next,)),
+page(
+    derive(
+        "",
+        "the covariance of the error",
+        (A_L * e + w - L * v) * (A_L * e + w - L * v).T,
+    )
+    .expect(is_P, is_Q, is_S, is_R, past_w, past_v)
+    .fold(is_W, is_P_next)
 )
 
 page("""With a constant gain it settles where `P_next` is `P`. The innovation then has
     the covariance `Lambda_0`.""")
 is_Lambda_0 = page(let(Lambda_0, C * P * C.T + R))
-page.chain(
-    "",
-    "the covariance of the innovation",
-    (C * e + v) * (C * e + v).T,
-    Expect(C * P * C.T + R, moments=(is_P, is_R, past_v)),
-    Line(Lambda_0, by=(is_Lambda_0,)),
+page(
+    derive("", "the covariance of the innovation", (C * e + v) * (C * e + v).T)
+    .expect(is_P, is_R, past_v)
+    .fold(is_Lambda_0)
 )
 
 page("""The next error is correlated with this innovation: through the error before it,
     and through the noises that both contain.""")
 is_N_1 = page(let(N_1, A_L * P * C.T + S - L * R))
-page.chain(
-    "",
-    "the covariance of the next error and the innovation",
-    (A_L * e + w - L * v) * (C * e + v).T,
-    Expect(
-        A_L * P * C.T + S - L * R,
-        moments=(is_P, is_S, is_R, past_w, past_v),
-    ),
-    Line(N_1, by=(is_N_1,)),
+page(
+    derive(
+        "",
+        "the covariance of the next error and the innovation",
+        (A_L * e + w - L * v) * (C * e + v).T,
+    )
+    .expect(is_P, is_S, is_R, past_w, past_v)
+    .fold(is_N_1)
 )
 
 page("""From there on only the dynamics carry the correlation, because later noises are
@@ -111,21 +92,17 @@ later_w = page(moment(w_late * nu.T, ZeroMatrix(n, p)))
 later_v = page(moment(v_late * nu.T, ZeroMatrix(p, p)))
 is_later = page(let(N_next, A_L * N_k))
 later = page(let(e_later, A_L * e_late + w_late - L * v_late))
-page.chain(
-    "",
-    "how it is carried on",
-    e_later * nu.T,
-    Line((A_L * e_late + w_late - L * v_late) * nu.T, by=(later,)),
-    Expect(A_L * N_k, moments=(is_N_k, later_w, later_v)),
-    Line(N_next, by=(is_later,)),
+page(
+    derive("", "how it is carried on", e_later * nu.T)
+    .put(later)
+    .expect(is_N_k, later_w, later_v)
+    .fold(is_later)
 )
 is_Lambda_k = page(let(Lambda_k, C * N_k))
-page.chain(
-    "",
-    "the autocovariance at a lag",
-    (C * e_late + v_late) * nu.T,
-    Expect(C * N_k, moments=(is_N_k, later_v)),
-    Line(Lambda_k, by=(is_Lambda_k,)),
+page(
+    derive("", "the autocovariance at a lag", (C * e_late + v_late) * nu.T)
+    .expect(is_N_k, later_v)
+    .fold(is_Lambda_k)
 )
 
 

@@ -12,7 +12,7 @@ matrices that realise the same autocovariances.
 
 from functools import cache
 
-from matrixproof import Derivation, Expect, Line, Page, Stage
+from matrixproof import Derivation, Page, Stage
 
 from .any_gain_letters import *
 from .autocovariances import is_A_L
@@ -29,37 +29,17 @@ plant = page(let(x_next, A * x + w))
 measured = page(let(y, C * x + v))
 is_A_T = page(suppose(T * A, A_T * T))
 is_C_T = page(suppose(C, C_T * T))
-page.chain(
-    "",
-    "what is shown moves by itself",
-    T * x_next,
-    Line(T * (A * x + w), by=(plant,)),
-    Line(A_T * (T * x) + T * w, by=(is_A_T,)),
-)
-page.chain(
-    "",
-    "and alone is measured",
-    y,
-    Line(C * x + v, by=(measured,)),
-    Line(C_T * (T * x) + v, by=(is_C_T,)),
-)
+page(derive("", "what is shown moves by itself", T * x_next).put(plant).use(is_A_T))
+page(derive("", "and alone is measured", y).put(measured, is_C_T))
 
 page("""So a record is one of the plant `A_T, C_T`, which is observable, whose process
     noise is `T w`.""")
 is_Q = page(moment(w * w.T, Q))
 is_S = page(moment(w * v.T, S))
-page.chain(
-    "",
-    "the covariance of its process noise",
-    (T * w) * (T * w).T,
-    Expect(T * Q * T.T, moments=(is_Q,)),
+page(
+    derive("", "the covariance of its process noise", (T * w) * (T * w).T).expect(is_Q)
 )
-page.chain(
-    "",
-    "and of this and the measurement noise",
-    (T * w) * v.T,
-    Expect(T * S, moments=(is_S,)),
-)
+page(derive("", "and of this and the measurement noise", (T * w) * v.T).expect(is_S))
 
 page("""What `T Q T'` and `T S` leave out of `Q` and `S` no record shows. From here on
     the plant is that one, so it is observable, and its letters are `A` and `C` again.
@@ -77,47 +57,28 @@ page("""Take any symmetric `X` at every instant, and change the noises as follow
 is_dQ = page(let(dQ, X_next - A * X * A.T))
 is_dR = page(let(dR, -C * X * C.T))
 is_dS = page(let(dS, -A * X * C.T))
-page.chain(
-    "",
-    "such a change drives the error as the matrix moves",
-    A_L * X * A_L.T + dQ - dS * L.T - L * dS.T + L * dR * L.T,
-    Line(
-        (A - L * C) * X * (A - L * C).T + dQ - dS * L.T - L * dS.T + L * dR * L.T,
-        by=(is_A_L,),
-    ),
-    Line(
-        (A - L * C) * X * (A - L * C).T
-        + X_next
-        - A * X * A.T
-        + A * X * C.T * L.T
-        + L * C * X * A.T
-        - L * C * X * C.T * L.T,
-        by=(is_dQ, is_dR, is_dS),
-    ),
-    Line(X_next, why="multiply out"),
+page(
+    derive(
+        "",
+        "such a change drives the error as the matrix moves",
+        A_L * X * A_L.T + dQ - dS * L.T - L * dS.T + L * dR * L.T,
+    )
+    .put(is_A_L, is_dQ, is_dR, is_dS)
+    .expand()
 )
 
 page("""So `X` is the change of the error's covariance: it satisfies the same
     equation, and the gain is stable, so there is no other solution. No
     autocovariance changes.""")
-page.chain(
-    "",
-    "the covariance of the innovation stays",
-    dLambda_0,
-    Line(C * X * C.T + dR, by=(is_dLambda,)),
-    Line(ZeroMatrix(p, p), by=(is_dR,)),
+page(
+    derive("", "the covariance of the innovation stays", dLambda_0)
+    .put(is_dLambda)
+    .use(is_dR)
 )
-page.chain(
-    "",
-    "and so does what all other lags are made of",
-    dN_1,
-    Line(A_L * X * C.T + dS - L * dR, by=(is_dN,)),
-    Line((A - L * C) * X * C.T + dS - L * dR, by=(is_A_L,)),
-    Line(
-        (A - L * C) * X * C.T - A * X * C.T + L * C * X * C.T,
-        by=(is_dR, is_dS),
-    ),
-    Line(ZeroMatrix(n, p), why="multiply out"),
+page(
+    derive("", "and so does what all other lags are made of", dN_1)
+    .put(is_dN, is_A_L, is_dR, is_dS)
+    .expand()
 )
 
 page("""Conversely, let a change leave all autocovariances as they are. The lags after
@@ -126,74 +87,45 @@ page("""Conversely, let a change leave all autocovariances as they are. The lags
     what `C` does not see moves with `A_L` as it does with `A`.""")
 motion = page(suppose(A * a, mode * a))
 unseen = page(suppose(C * a, ZeroMatrix(p, 1)))
-page.chain(
-    "",
-    "a gain hides no motion and shows none",
-    A_L * a,
-    Line((A - L * C) * a, by=(is_A_L,)),
-    Line(mode * a - L * C * a, by=(motion,)),
-    Line(mode * a, by=(unseen,)),
+page(
+    derive("", "a gain hides no motion and shows none", A_L * a)
+    .put(is_A_L)
+    .use(motion, unseen)
 )
 inverse = page(suppose(J * O, I))
 no_lag = page(suppose(O * dN_1, ZeroMatrix(r, p)))
-nothing = page.chain(
-    "",
-    "no lag changes, so this does not either",
-    dN_1,
-    Line(J * O * dN_1, by=(inverse,)),
-    Line(ZeroMatrix(n, p), by=(no_lag,)),
+nothing = page(
+    derive("", "no lag changes, so this does not either", dN_1)
+    .by(J * O * dN_1, inverse)
+    .use(no_lag)
 )
 
 page("""Then the change of `R` is that of some `X`: the change of the error's
     covariance.""")
 stays = page(suppose(dLambda_0, ZeroMatrix(p, p)))
-found_dR = page.chain(
-    "",
-    "the change of R is made of it",
-    dR,
-    Line(dLambda_0 - C * X * C.T, by=(is_dLambda,)),
-    Line(-C * X * C.T, by=(stays,)),
+found_dR = page(
+    derive("", "the change of R is made of it", dR)
+    .by(dLambda_0 - C * X * C.T, is_dLambda)
+    .put(stays)
 )
 
 page("And so is that of `S`,")
-found_dS = page.chain(
-    "",
-    "the change of S is made of it",
-    dS,
-    Line(dN_1 - A_L * X * C.T + L * dR, by=(is_dN,)),
-    Line(-A_L * X * C.T + L * dR, by=(nothing,)),
-    Line(-A_L * X * C.T - L * C * X * C.T, by=(found_dR,)),
-    Line(-(A - L * C) * X * C.T - L * C * X * C.T, by=(is_A_L,)),
-    Line(-A * X * C.T, why="multiply out"),
+found_dS = page(
+    derive("", "the change of S is made of it", dS)
+    .by(dN_1 - A_L * X * C.T + L * dR, is_dN)
+    .put(nothing, found_dR, is_A_L)
+    .expand()
 )
 
 page("and that of `Q`.")
-page.chain(
-    "",
-    "the change of Q is made of it",
-    dQ,
-    Line(dW + dS * L.T + L * dS.T - L * dR * L.T, by=(is_dW,)),
-    Line(
-        X_next - A_L * X * A_L.T + dS * L.T + L * dS.T - L * dR * L.T,
-        by=(is_X_next,),
-    ),
-    Line(
-        X_next
-        - A_L * X * A_L.T
-        - A * X * C.T * L.T
-        - L * C * X * A.T
-        + L * C * X * C.T * L.T,
-        by=(found_dR, found_dS),
-    ),
-    Line(
-        X_next
-        - (A - L * C) * X * (A - L * C).T
-        - A * X * C.T * L.T
-        - L * C * X * A.T
-        + L * C * X * C.T * L.T,
-        by=(is_A_L,),
-    ),
-    Line(X_next - A * X * A.T, why="multiply out"),
+page(
+    derive("", "the change of Q is made of it", dQ)
+    .by(dW + dS * L.T + L * dS.T - L * dR * L.T, is_dW)
+    .use(is_X_next)
+    .put(found_dR)
+    .use(found_dS)
+    .put(is_A_L)
+    .expand()
 )
 
 page("""The gain is gone. So the noises of an observable plant can be told apart exactly

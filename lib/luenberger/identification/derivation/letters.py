@@ -11,8 +11,9 @@ c = symbols(
     "c", integer=True, positive=True
 )  # columns: one, or one more for each state
 letters = Notation()
-chain, let, moment, steady, suppose = (
+chain, derive, let, moment, steady, suppose = (
     letters.chain,
+    letters.derive,
     letters.let,
     letters.moment,
     letters.steady,

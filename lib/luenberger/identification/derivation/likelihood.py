@@ -12,7 +12,7 @@ from functools import cache
 
 from sympy import Symbol
 
-from matrixproof import Derivation, Line, Page, Solve, Stage
+from matrixproof import Derivation, Page, Solve, Stage
 
 from ...papers.leondes_novak.derivation.estimate import innovation, running
 from ...papers.leondes_novak.derivation.letters import *
@@ -39,16 +39,14 @@ page("""A measurement is what the filter predicts from those before it, and the
     its diagonal, and zeros elsewhere.""")
 triangle = page(let(y_all, T_all * nu_all))
 is_V = page(suppose(T_all * M_all, V_all * T_all.T.I))
-page.chain(
-    "",
-    "the exponent of the density, from the innovations",
-    y_all.T * V_all.I * y_all,
-    Line(nu_all.T * T_all.T * V_all.I * T_all * nu_all, by=(triangle,)),
-    Line(
-        nu_all.T * T_all.T * V_all.I * T_all * M_all * M_all.I * nu_all,
-        why="`M_all` has an inverse",
-    ),
-    Line(nu_all.T * M_all.I * nu_all, by=(is_V,)),
+page(
+    derive(
+        "",
+        "the exponent of the density, from the innovations",
+        y_all.T * V_all.I * y_all,
+    )
+    .use(triangle)
+    .by(nu_all.T * M_all.I * nu_all, is_V)
 )
 
 page("""The determinant of such a triangle is one, so that of `V_all` is the product of

@@ -9,7 +9,7 @@ Shephard (1992), "Exact score for time series models in state space form".
 
 from sympy import Rational, Trace
 
-from matrixproof import BlockMatrix, Gradient, Line, Page, Substitute, plus
+from matrixproof import BlockMatrix, Line, Page, Substitute, plus
 
 from .letters import *
 
@@ -51,20 +51,24 @@ page.chain(
         by=(is_h,),
     ),
 )
-page.chain(
-    "",
-    "it is stationary in that unknown",
-    half * Trace(h.T * M * h) - Trace(h.T * nu) + Trace(eta_next.T * N * h),
-    Gradient(M * h - nu + N.T * eta_next, of=h, held=(M, N, nu)),
-    Line(M * (h - e + G.T * eta_next), by=(is_e, is_G)),
-    Line(ZeroMatrix(p, c), by=(is_h,)),
+page(
+    derive(
+        "",
+        "it is stationary in that unknown",
+        half * Trace(h.T * M * h) - Trace(h.T * nu) + Trace(eta_next.T * N * h),
+    )
+    .gradient(h, held=(M, N, nu))
+    .fold(is_e, is_G)
+    .use(is_h)
 )
-page.chain(
-    "",
-    "it is stationary in the gain",
-    Trace(Pi_next * (X - G * N.T - N * G.T + G * M * G.T)),
-    Gradient(2 * Pi_next * (G * M - N), of=G, held=(M, N)),
-    Line(ZeroMatrix(n, p), by=(is_G,)),
+page(
+    derive(
+        "",
+        "it is stationary in the gain",
+        Trace(Pi_next * (X - G * N.T - N * G.T + G * M * G.T)),
+    )
+    .gradient(G, held=(M, N))
+    .use(is_G)
 )
 
 page("""Now put the next state above the measurement. Before the measurement is used,
@@ -114,25 +118,20 @@ page("""So the whole is one line, and each gradient of it is one line as well. T
     of the next row.""")
 by_both = page(let(eta, Z.T * k))
 Pi_of_both = page(let(Pi, Z.T * Pi_J * Z))
-page.chain(
-    "",
-    "the gradient in the prediction",
-    of_one_row,
-    Gradient(Z.T * k, of=x, held=(Pi_J,)),
-    Line(eta, by=(by_both,)),
+page(
+    derive("", "the gradient in the prediction", of_one_row)
+    .gradient(x, held=(Pi_J,))
+    .fold(by_both)
 )
-page.chain(
-    "",
-    "the gradient in its covariance",
-    of_one_row,
-    Gradient(half * (Z.T * k * k.T * Z - Z.T * Pi_J * Z), of=Omega, held=(Pi_J,)),
-    Line(half * (eta * eta.T - Pi), by=(by_both, Pi_of_both)),
+page(
+    derive("", "the gradient in its covariance", of_one_row)
+    .gradient(Omega, held=(Pi_J,))
+    .fold(by_both, Pi_of_both)
+    .factor()
 )
 is_gJ = page(let(gJ, half * (k * k.T - Pi_J)))
-page.chain(
-    "",
-    "the gradient in the covariance of the noises",
-    of_one_row,
-    Gradient(half * (k * k.T - Pi_J), of=J, held=(Pi_J,)),
-    Line(gJ, by=(is_gJ,)),
+page(
+    derive("", "the gradient in the covariance of the noises", of_one_row)
+    .gradient(J, held=(Pi_J,))
+    .fold(is_gJ)
 )

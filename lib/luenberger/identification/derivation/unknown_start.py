@@ -8,14 +8,14 @@ Source: our own; the limit is that of de Jong (1991), "The diffuse Kalman filter
 
 from sympy import Symbol
 
-from matrixproof import Line, Page, Substitute
+from matrixproof import Page
 
 from .letters import *
 
 SOURCE = "our own; de Jong (1991)"
 
 letters = letters.here()
-let, suppose = letters.let, letters.suppose
+derive, let, suppose = letters.derive, letters.let, letters.suppose
 kappa = Symbol("kappa", positive=True)
 v = letters("v", n, 1, "a direction of which nothing is known")
 a = letters("a", n, 1, "any column")
@@ -39,42 +39,35 @@ is_s = page(let(s_j, C_j * v))
 is_M = page(let(M_j, C_j * (kappa * v * v.T + P_f) * C_j.T + r_j))
 is_N = page(let(N_j, (kappa * v * v.T + P_f) * C_j.T))
 is_m = page(let(m_j, C_j * P_f * C_j.T + r_j))
-page.chain(
-    "",
-    "the variance of the innovation has a leading term",
-    M_j,
-    Substitute(kappa * s_j * s_j.T + m_j, by=(is_M, is_s, is_m)),
+page(
+    derive("", "the variance of the innovation has a leading term", M_j)
+    .put(is_M)
+    .fold(is_s, is_m)
 )
-page.chain(
-    "",
-    "so has what the state and the innovation have in common",
-    N_j,
-    Substitute(kappa * v * s_j.T + P_f * C_j.T, by=(is_N, is_s)),
+page(
+    derive("", "so has what the state and the innovation have in common", N_j)
+    .put(is_N)
+    .fold(is_s)
 )
 
 page("""The gain, the quotient of both, has that of the leading terms as its limit, and
     the gain meets the direction.""")
 is_g = page(suppose(g * s_j, v))
 is_Y = page(let(Y_g, Identity(n) - g * C_j))
-none_left = page.chain(
-    "",
-    "nothing of the direction is left",
-    Y_g * v,
-    Line(v - g * C_j * v, by=(is_Y,)),
-    Line(v - g * s_j, by=(is_s,)),
-    Line(ZeroMatrix(n, 1), by=(is_g,)),
+none_left = page(
+    derive("", "nothing of the direction is left", Y_g * v)
+    .use(is_Y)
+    .fold(is_s)
+    .use(is_g)
 )
 
 page("""So what is finite of the covariance matters only up to parts along the
     direction: another mean and another finite part along it lead to the same. That is
     why terms that do not lead may be dropped.""")
-page.chain(
-    "",
-    "parts along the direction are forgotten",
-    Y_g * (P_f + v * a.T + a * v.T) * Y_g.T,
-    Line(
-        Y_g * P_f * Y_g.T + Y_g * v * a.T * Y_g.T + Y_g * a * v.T * Y_g.T,
-        why="expand",
-    ),
-    Line(Y_g * P_f * Y_g.T, by=(none_left,)),
+page(
+    derive(
+        "",
+        "parts along the direction are forgotten",
+        Y_g * (P_f + v * a.T + a * v.T) * Y_g.T,
+    ).use(none_left)
 )

@@ -8,13 +8,18 @@ Source: our own; the push is that of the filter of Leondes and Novak (1974), (30
 
 from sympy import Trace, symbols
 
-from matrixproof import AtLeast, Expect, Identity, Line, Page, ZeroMatrix, plus
+from matrixproof import AtLeast, Identity, Line, Page, ZeroMatrix, plus
 
 from .letters import *
 
 m1, r = symbols("m_1 r", integer=True, nonnegative=True)
 letters = letters.here()
-let, moment, suppose = letters.let, letters.moment, letters.suppose
+derive, let, moment, suppose = (
+    letters.derive,
+    letters.let,
+    letters.moment,
+    letters.suppose,
+)
 S_1 = letters("S_1", m1, p, "rows of the identity that pick the accurate outputs")
 Gamma_1 = letters("Gamma_1", n, m1, "the direction in which accurate outputs push")
 Gamma = letters("Gamma", n, p, "the same beside zeros for the other outputs")
@@ -49,19 +54,19 @@ is_Sigma_s = page(moment(e_s * e_s.T, Sigma_s))
 is_R_s = page(moment(rho_s * rho_s.T, R_s))
 made = page(moment(rho_s * e_s.T, ZeroMatrix(p, n)))
 halves = page(suppose(R, R_s + C * Sigma_s * C.T))
-page.chain(
-    "",
-    "the covariance of the noise",
-    (rho_s + C * e_s) * (rho_s + C * e_s).T,
-    Line(v * v.T, by=(is_v,)),
-    Expect(R, moments=(is_R,)),
+page(
+    derive("", "the covariance of the noise", (rho_s + C * e_s) * (rho_s + C * e_s).T)
+    .fold(is_v)
+    .expect(is_R)
 )
-page.chain(
-    "",
-    "is that of what was found of it, and of the rest",
-    (rho_s + C * e_s) * (rho_s + C * e_s).T,
-    Expect(R_s + C * Sigma_s * C.T, moments=(is_R_s, is_Sigma_s, made)),
-    Line(R, by=(halves,)),
+page(
+    derive(
+        "",
+        "is that of what was found of it, and of the rest",
+        (rho_s + C * e_s) * (rho_s + C * e_s).T,
+    )
+    .expect(is_R_s, is_Sigma_s, made)
+    .fold(halves)
 )
 
 page("""An estimate from the record that meets the accurate outputs differs from the
@@ -74,24 +79,19 @@ shortest = page(suppose(Gamma_1.T * W_e * Phat, ZeroMatrix(m1, r)))
 root_W = page(suppose(W_e, L_W * L_W.T))
 is_Z = page(moment(rho_s * z.T, Z_z))
 is_z = page(moment(z * z.T, L_z * L_z.T))
-page.chain(
-    "",
-    "such an estimate shows what the accurate outputs show",
-    S_1 * rho_s - S_1 * C * (Gamma_1 * S_1 * rho_s + Phat * z),
-    Line(-S_1 * C * Phat * z, by=(push,)),
-    Line(ZeroMatrix(m1, 1), by=(unseen,)),
+page(
+    derive(
+        "",
+        "such an estimate shows what the accurate outputs show",
+        S_1 * rho_s - S_1 * C * (Gamma_1 * S_1 * rho_s + Phat * z),
+    ).use(push, unseen)
 )
-page.chain(
-    "",
-    "what it differs by has a covariance",
-    (Gamma_1 * S_1 * rho_s + Phat * z) * (Gamma_1 * S_1 * rho_s + Phat * z).T,
-    Expect(
-        Gamma_1 * S_1 * R_s * S_1.T * Gamma_1.T
-        + Gamma_1 * S_1 * Z_z * Phat.T
-        + Phat * Z_z.T * S_1.T * Gamma_1.T
-        + Phat * L_z * L_z.T * Phat.T,
-        moments=(is_R_s, is_Z, is_z),
-    ),
+page(
+    derive(
+        "",
+        "what it differs by has a covariance",
+        (Gamma_1 * S_1 * rho_s + Phat * z) * (Gamma_1 * S_1 * rho_s + Phat * z).T,
+    ).expect(is_R_s, is_Z, is_z)
 )
 page.chain(
     "",
@@ -122,26 +122,24 @@ page.chain(
 page("So the estimate is pushed, and its covariance grows by what the push lets in.")
 pushed = page(let(x_c, x_s + Gamma_1 * S_1 * rho_s))
 is_Sigma_c = page(let(Sigma_c, Sigma_s + Gamma * R_s * Gamma.T))
-estimate = page.chain(
-    "",
-    "the estimate that meets the accurate outputs",
-    x_c,
-    Line(x_s + Gamma_1 * S_1 * rho_s, by=(pushed,)),
-    Line(x_s + Gamma * rho_s, by=(is_Gamma,)),
+estimate = page(
+    derive("", "the estimate that meets the accurate outputs", x_c)
+    .put(pushed)
+    .fold(is_Gamma)
 )
-page.chain(
-    "",
-    "the covariance of the pushed error",
-    (e_s + Gamma * rho_s) * (e_s + Gamma * rho_s).T,
-    Expect(Sigma_s + Gamma * R_s * Gamma.T, moments=(is_Sigma_s, is_R_s, made)),
-    Line(Sigma_c, by=(is_Sigma_c,)),
+page(
+    derive(
+        "",
+        "the covariance of the pushed error",
+        (e_s + Gamma * rho_s) * (e_s + Gamma * rho_s).T,
+    )
+    .expect(is_Sigma_s, is_R_s, made)
+    .fold(is_Sigma_c)
 )
-covariance = page.chain(
-    "",
-    "the same by the covariances that are there",
-    Sigma_c,
-    Line(Sigma_s + Gamma * R_s * Gamma.T, by=(is_Sigma_c,)),
-    Line(Sigma_s + Gamma * (R - C * Sigma_s * C.T) * Gamma.T, by=(halves,)),
+covariance = page(
+    derive("", "the same by the covariances that are there", Sigma_c)
+    .put(is_Sigma_c)
+    .by(Sigma_s + Gamma * (R - C * Sigma_s * C.T) * Gamma.T, halves)
 )
 
 page("""Neighbours are pushed by residuals that have something in common: the noises are
@@ -152,39 +150,33 @@ is_U = page(moment(e_s_next * e_s.T, U_next))
 is_R_u = page(moment(rho_s_next * rho_s.T, R_u))
 made_before = page(moment(e_s_next * rho_s.T, ZeroMatrix(n, p)))
 made_behind = page(moment(rho_s_next * e_s.T, ZeroMatrix(p, n)))
-page.chain(
-    "",
-    "the noises of neighbours have nothing in common",
-    (rho_s_next + C_next * e_s_next) * (rho_s + C * e_s).T,
-    Line(v_next * v.T, by=(is_v, is_v_next)),
-    Expect(ZeroMatrix(p, p), moments=(white,)),
+page(
+    derive(
+        "",
+        "the noises of neighbours have nothing in common",
+        (rho_s_next + C_next * e_s_next) * (rho_s + C * e_s).T,
+    )
+    .fold(is_v, is_v_next)
+    .expect(white)
 )
 opposite = page(suppose(R_u, -C_next * U_next * C.T))
-page.chain(
-    "",
-    "so the residuals have what the errors have, with the other sign",
-    (rho_s_next + C_next * e_s_next) * (rho_s + C * e_s).T,
-    Expect(
-        R_u + C_next * U_next * C.T,
-        moments=(is_R_u, is_U, made_before, made_behind),
-    ),
-    Line(ZeroMatrix(p, p), by=(opposite,)),
+page(
+    derive(
+        "",
+        "so the residuals have what the errors have, with the other sign",
+        (rho_s_next + C_next * e_s_next) * (rho_s + C * e_s).T,
+    )
+    .expect(is_R_u, is_U, made_before, made_behind)
+    .use(opposite)
 )
 is_U_c = page(let(U_c, U_next + Gamma_next * R_u * Gamma.T))
-page.chain(
-    "",
-    "the covariance of pushed neighbours",
-    (e_s_next + Gamma_next * rho_s_next) * (e_s + Gamma * rho_s).T,
-    Expect(
-        U_next + Gamma_next * R_u * Gamma.T,
-        moments=(is_U, is_R_u, made_before, made_behind),
-    ),
-    Line(U_c, by=(is_U_c,)),
+page(
+    derive(
+        "",
+        "the covariance of pushed neighbours",
+        (e_s_next + Gamma_next * rho_s_next) * (e_s + Gamma * rho_s).T,
+    )
+    .expect(is_U, is_R_u, made_before, made_behind)
+    .fold(is_U_c)
 )
-neighbours = page.chain(
-    "",
-    "the same by what is there",
-    U_c,
-    Line(U_next + Gamma_next * R_u * Gamma.T, by=(is_U_c,)),
-    Line(U_next - Gamma_next * C_next * U_next * C.T * Gamma.T, by=(opposite,)),
-)
+neighbours = page(derive("", "the same by what is there", U_c).put(is_U_c, opposite))

@@ -9,13 +9,13 @@ Source: Bryson and Frazier (1963) for the idea, in the form for discrete measure
 the equations are our own.
 """
 
-from matrixproof import Identity, Line, Page
+from matrixproof import Identity, Page
 
 from .letters import *
 from .next_state import corrects, is_G, is_T, recursion
 
 letters = letters.here()
-let, suppose = letters.let, letters.suppose
+derive, let, suppose = letters.derive, letters.let, letters.suppose
 B = letters("B", p, k, "a root of an inverse of `M`, as far as it has one")
 Left = letters("Left", n, n, "what smoothing leaves of the estimate's error")
 h = letters("h", n, p, "what later rows say of what the gain brings in")
@@ -38,28 +38,17 @@ is_Lambda_next = page(
 )
 is_theta = page(let(theta, As.T * lamda_next))
 is_Theta = page(let(Theta, As.T * Lambda_next * As))
-estimate = page.chain(
-    "",
-    "later rows correct the estimate",
-    x_s,
-    Line(x + G * (x_s_next - x_minus_next), by=(corrects,)),
-    Line(x + G * Omega_next * lamda_next, by=(is_lamda_next,)),
-    Line(x + T.T * lamda_next, by=(is_G,)),
-    Line(x + Sigma * As.T * lamda_next, by=(is_T,)),
-    Line(x + Sigma * theta, by=(is_theta,)),
+estimate = page(
+    derive("", "later rows correct the estimate", x_s)
+    .put(corrects)
+    .use(is_lamda_next, is_G, is_T)
+    .fold(is_theta)
 )
-covariance = page.chain(
-    "",
-    "and lessen its covariance",
-    Sigma_s,
-    Line(Sigma + G * (Sigma_s_next - Omega_next) * G.T, by=(recursion,)),
-    Line(
-        Sigma - G * Omega_next * Lambda_next * Omega_next * G.T,
-        by=(is_Lambda_next,),
-    ),
-    Line(Sigma - T.T * Lambda_next * T, by=(is_G,)),
-    Line(Sigma - Sigma * As.T * Lambda_next * As * Sigma, by=(is_T,)),
-    Line(Sigma - Sigma * Theta * Sigma, by=(is_Theta,)),
+covariance = page(
+    derive("", "and lessen its covariance", Sigma_s)
+    .put(recursion)
+    .use(is_Lambda_next, is_G, is_T)
+    .fold(is_Theta)
 )
 
 
@@ -70,14 +59,12 @@ is_Y = page(let(Y, I - K * C))
 is_M = page(let(M, C * Omega * C.T + R))
 is_K = page(suppose(K * M, Omega * C.T))
 joseph = page(suppose(Sigma, Y * Omega * Y.T + K * R * K.T))
-shorter = page.chain(
-    "",
-    "the covariance that the gain of least variance leaves",
-    Sigma,
-    Line(Y * Omega * Y.T + K * R * K.T, by=(joseph,)),
-    Line(Y * Omega - (Omega * C.T - K * (C * Omega * C.T + R)) * K.T, by=(is_Y,)),
-    Line(Y * Omega - (Omega * C.T - K * M) * K.T, by=(is_M,)),
-    Line(Y * Omega, by=(is_K,)),
+shorter = page(
+    derive("", "the covariance that the gain of least variance leaves", Sigma)
+    .put(joseph)
+    .by(Y * Omega - (Omega * C.T - K * (C * Omega * C.T + R)) * K.T, is_Y)
+    .fold(is_M)
+    .use(is_K)
 )
 
 page("""An innovation says `C' W innovation` of the prediction. The matrix `W` is any
@@ -86,32 +73,22 @@ page("""An innovation says `C' W innovation` of the prediction. The matrix `W` i
 is_W = page(suppose(Omega * C.T * W, K))
 is_lamda = page(let(lamda, C.T * W * innovation + Y.T * theta))
 is_Lambda = page(let(Lambda, C.T * W * C + Y.T * Theta * Y))
-page.chain(
-    "",
-    "this row and later ones correct the prediction",
-    x_s - x_minus,
-    Line(x + Sigma * theta - x_minus, by=(estimate,)),
-    Line(K * innovation + Sigma * theta, by=(updates,)),
-    Line(K * innovation + Omega * Y.T * theta, by=(shorter,)),
-    Line(Omega * C.T * W * innovation + Omega * Y.T * theta, by=(is_W,)),
-    Line(Omega * lamda, by=(is_lamda,)),
+page(
+    derive("", "this row and later ones correct the prediction", x_s - x_minus)
+    .put(estimate)
+    .use(updates)
+    .by(K * innovation + Omega * Y.T * theta, shorter)
+    .fold(is_W, is_lamda)
 )
-left = page.chain(
-    "",
-    "what is left of the prediction's error",
-    I - Omega * Lambda,
-    Line(I - Omega * C.T * W * C - Omega * Y.T * Theta * Y, by=(is_Lambda,)),
-    Line(I - K * C - Omega * Y.T * Theta * Y, by=(is_W,)),
-    Line(I - K * C - Sigma * Theta * Y, by=(shorter,)),
-    Line(Y - Sigma * Theta * Y, by=(is_Y,)),
+left = page(
+    derive("", "what is left of the prediction's error", I - Omega * Lambda)
+    .use(is_Lambda, is_W)
+    .fold(shorter, is_Y)
 )
-page.chain(
-    "",
-    "and lessen the prediction's covariance",
-    Sigma_s - Omega,
-    Line(Y * Omega - Sigma * Theta * Y * Omega - Omega, by=(covariance, shorter)),
-    Line((I - Omega * Lambda) * Omega - Omega, by=(left,)),
-    Line(-Omega * Lambda * Omega, why="multiply out"),
+page(
+    derive("", "and lessen the prediction's covariance", Sigma_s - Omega)
+    .by(Y * Omega - Sigma * Theta * Y * Omega - Omega, covariance, shorter)
+    .fold(left)
 )
 
 page("""Those are the suppositions again, one row earlier. Behind the last row nothing
@@ -119,23 +96,17 @@ page("""Those are the suppositions again, one row earlier. Behind the last row n
     covariance, `W` is its inverse; elsewhere it takes a root of an inverse on the
     combinations of outputs that are not known before.""")
 by_solve = page(suppose(W * M, Identity(p)))
-page.chain(
-    "",
-    "the inverse does it",
-    Omega * C.T * W,
-    Line(Omega * C.T * W * M * M.I, why="the covariance has an inverse"),
-    Line(Omega * C.T * M.I, by=(by_solve,)),
-    Line(K * M * M.I, by=(is_K,)),
-    Line(K, why="cancel"),
+page(
+    derive("", "the inverse does it", Omega * C.T * W)
+    .by(Omega * C.T * M.I, by_solve)
+    .fold(is_K)
 )
 by_root = page(suppose(W, B * B.T))
 gain_of_root = page(suppose(K, Omega * C.T * B * B.T))
-page.chain(
-    "",
-    "a root does it as well",
-    Omega * C.T * W,
-    Line(Omega * C.T * B * B.T, by=(by_root,)),
-    Line(K, by=(gain_of_root,)),
+page(
+    derive("", "a root does it as well", Omega * C.T * W)
+    .put(by_root)
+    .fold(gain_of_root)
 )
 
 
@@ -143,24 +114,10 @@ page("""Readings are taken back one at a time, so `W` is one over the covariance
     innovation. The gain is taken off what is said on both sides.""")
 is_h = page(let(h, Theta * K))
 is_new = page(let(new, W * innovation - K.T * theta))
-page.chain(
-    "",
-    "the vector that is carried",
-    lamda,
-    Line(C.T * W * innovation + (I - K * C).T * theta, by=(is_lamda, is_Y)),
-    Line(theta + C.T * (W * innovation - K.T * theta), why="factor"),
-    Line(theta + C.T * new, by=(is_new,)),
-)
+page(derive("", "the vector that is carried", lamda).put(is_lamda, is_Y).fold(is_new))
 is_New = page(let(New, W + K.T * h))
-page.chain(
-    "",
-    "the matrix that is carried",
-    Lambda,
-    Line(C.T * W * C + Y.T * Theta * Y, by=(is_Lambda,)),
-    Line(C.T * W * C + (I - K * C).T * Theta * (I - K * C), by=(is_Y,)),
-    Line(
-        Theta - Theta * K * C - C.T * K.T * Theta + C.T * (W + K.T * Theta * K) * C,
-        why="multiply out",
-    ),
-    Line(Theta - h * C - C.T * h.T + C.T * New * C, by=(is_h, is_New)),
+page(
+    derive("", "the matrix that is carried", Lambda)
+    .put(is_Lambda, is_Y)
+    .fold(is_h, is_New)
 )

@@ -14,8 +14,9 @@ SOURCE = "our own; Rauch, Tung and Striebel (1965)"
 
 n, p, m, k, q = symbols("n p m k q", integer=True, nonnegative=True)
 letters = Notation()
-chain, let, moment, steady, suppose = (
+chain, derive, let, moment, steady, suppose = (
     letters.chain,
+    letters.derive,
     letters.let,
     letters.moment,
     letters.steady,

@@ -113,12 +113,8 @@ page.chain(
 
 page("The estimate passes on what is left of both.")
 shows = page(let(e_bar, P_both * eps_bar + (W_any + V_any * E) * u, "12"))
-answer = page.chain(
-    "12",
-    "the error that the input leaves",
-    e_bar,
-    Line(P_both * eps_bar + (W_any + V_any * E) * u, by=(shows,)),
-    Line(P_both * eps_bar + N_4 * u, by=(is_N_4,)),
+answer = page(
+    derive("12", "the error that the input leaves", e_bar).put(shows).fold(is_N_4)
 )
 
 

@@ -9,7 +9,7 @@ Source: Leondes and Novak (1974), section III, (16)-(23).
 
 from sympy import Trace
 
-from matrixproof import BlockMatrix, Expect, Line, Page, Substitute, ZeroMatrix
+from matrixproof import BlockMatrix, Line, Page, Substitute, ZeroMatrix
 
 from .letters import *
 from .stochastic_system import plant
@@ -37,11 +37,10 @@ is_H_2 = page(let(H_2, BlockMatrix([[other, ZeroMatrix(p2, n - p)]]), "23"))
 is_H = page(
     let(H, BlockMatrix([[kept, ZeroMatrix(m1, r)], [ZeroMatrix(p2, m1), H_2]]), "18")
 )
-lower = page.chain(
-    "23",
-    "the other outputs pick the first of the lower states",
-    H_2 * Mbar_2,
-    Substitute(C_2, by=(is_H_2, is_Mbar_2)),
+lower = page(
+    derive(
+        "23", "the other outputs pick the first of the lower states", H_2 * Mbar_2
+    ).multiply(is_H_2, is_Mbar_2)
 )
 picked = page.chain(
     "18",
@@ -51,12 +50,10 @@ picked = page.chain(
     Line(BlockMatrix([[C_1], [C_2]]), by=(lower,)),
     Substitute(C, by=(is_C,)),
 )
-measured = page.chain(
-    "18",
-    "the measurement matrix in these coordinates",
-    C * Mbar.I,
-    Line(H * Mbar * Mbar.I, by=(picked,)),
-    Line(H, why="cancel"),
+measured = page(
+    derive("18", "the measurement matrix in these coordinates", C * Mbar.I)
+    .fold(picked)
+    .expand()
 )
 
 page("""The state `q` of these coordinates moves with a plant of its own. The rows may
@@ -65,37 +62,23 @@ page("""The state `q` of these coordinates moves with a plant of its own. The ro
 is_q = page(let(q, Mbar * x, "19"))
 is_q_next = page(let(q_next, Mbar_next * x_next, "19"))
 page(plant)
-back = page.chain(
-    "19",
-    "the way back",
-    x,
-    Line(Mbar.I * Mbar * x, why="insert the inverse"),
-    Line(Mbar.I * q, by=(is_q,)),
+back = page(derive("19", "the way back", x).by(Mbar.I * q, is_q))
+moves = page(
+    derive("17, 20", "the plant in these coordinates", q_next)
+    .put(is_q_next, plant)
+    .use(back)
 )
-moves = page.chain(
-    "17, 20",
-    "the plant in these coordinates",
-    q_next,
-    Line(Mbar_next * x_next, by=(is_q_next,)),
-    Line(Mbar_next * (A * x + B * u + w), by=(plant,)),
-    Line(Mbar_next * A * Mbar.I * q + Mbar_next * B * u + Mbar_next * w, by=(back,)),
-)
-page.chain(
-    "16, 18",
-    "the measurement in these coordinates",
-    C * x + v,
-    Line(C * Mbar.I * q + v, by=(back,)),
-    Line(H * q + v, by=(measured,)),
+page(
+    derive("16, 18", "the measurement in these coordinates", C * x + v)
+    .put(back)
+    .use(measured)
 )
 split_q = page(suppose(q, BlockMatrix([[q_1], [q_2]]), "17"))
 split_v = page(let(v, BlockMatrix([[v_1], [v_2]]), "16"))
-page.chain(
-    "21, 22",
-    "accurate outputs show the first states",
-    H * q + v,
-    Substitute(
-        BlockMatrix([[q_1 + v_1], [H_2 * q_2 + v_2]]), by=(is_H, split_q, split_v)
-    ),
+page(
+    derive("21, 22", "accurate outputs show the first states", H * q + v).multiply(
+        is_H, split_q, split_v
+    )
 )
 
 page("""What is designed in these coordinates returns with its certificates. An estimate
@@ -104,14 +87,11 @@ T_back = page(let(T, T_q * Mbar))
 P_back = page(let(P, Mbar.I * P_q))
 V_back = page(let(V, Mbar.I * V_q))
 unbiased_q = page(suppose(P_q * T_q + V_q * H, I, "13"))
-page.chain(
-    "13",
-    "an unbiased estimate stays unbiased",
-    P * T + V * C,
-    Line(Mbar.I * P_q * T_q * Mbar + Mbar.I * V_q * C, by=(T_back, P_back, V_back)),
-    Line(Mbar.I * P_q * T_q * Mbar + Mbar.I * V_q * H * Mbar, by=(picked,)),
-    Line(Mbar.I * (P_q * T_q + V_q * H) * Mbar, why="factor"),
-    Line(I, by=(unbiased_q,)),
+page(
+    derive("13", "an unbiased estimate stays unbiased", P * T + V * C)
+    .put(T_back, P_back, V_back)
+    .fold(picked)
+    .use(unbiased_q)
 )
 
 page("""The observer's own equations return as they are: what it follows is the same,
@@ -120,26 +100,18 @@ T_back_next = page(let(T_next, T_q_next * Mbar_next))
 dynamics_q = page(
     suppose(T_q_next * Mbar_next * A * Mbar.I, F * T_q + D * H, "9", name="in q")
 )
-page.chain(
-    "9",
-    "the condition on the dynamics returns",
-    F * T + D * C,
-    Line(F * T_q * Mbar + D * C, by=(T_back,)),
-    Line(F * T_q * Mbar + D * H * Mbar, by=(picked,)),
-    Line((F * T_q + D * H) * Mbar, why="factor"),
-    Line(T_q_next * Mbar_next * A, by=(dynamics_q,)),
-    Line(T_next * A, by=(T_back_next,)),
+page(
+    derive("9", "the condition on the dynamics returns", F * T + D * C)
+    .put(T_back)
+    .fold(picked, dynamics_q, T_back_next)
 )
 
 page("""The error trace is not the same number. The trace that the paper minimises, of
     the error in `q`, is a weighted trace of the error in `x`.""")
 is_e_q = page(let(e_q, Mbar * e))
 is_Sigma = page(moment(e * e.T, Sigma))
-page.chain(
-    "27",
-    "the trace in these coordinates is weighted",
-    Trace(e_q * e_q.T),
-    Line(Trace(Mbar * e * e.T * Mbar.T), by=(is_e_q,)),
-    Expect(Trace(Mbar * Sigma * Mbar.T), moments=(is_Sigma,)),
-    Line(Trace(Mbar.T * Mbar * Sigma), why="the trace is cyclic"),
+page(
+    derive("27", "the trace in these coordinates is weighted", Trace(e_q * e_q.T))
+    .use(is_e_q)
+    .expect(is_Sigma)
 )

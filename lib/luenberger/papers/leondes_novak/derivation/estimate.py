@@ -9,7 +9,7 @@ Source: Leondes and Novak (1974), (41)-(43); the residual is our own.
 
 from functools import cache
 
-from matrixproof import Derivation, Line, Page, Stage, ZeroMatrix
+from matrixproof import Derivation, Page, Stage
 
 from .best_coordinates import exact
 from .correlated_noise import is_As
@@ -40,15 +40,12 @@ page(is_As)
 
 page("The prediction takes along what the residual tells.")
 is_minus = page(let(x_minus, A * x + B * u + J * rho, "43"))
-before = page.chain(
-    "43",
-    "the error of the prediction",
-    x_minus - truth_next,
-    Line(A * x + B * u + J * rho - truth_next, by=(is_minus,)),
-    Line(A * x + J * rho - A * truth - J * v - w, by=(plant,)),
-    Line(A * x + J * C * (truth - x) - A * truth - w, by=(left,)),
-    Line((A - J * C) * (x - truth) - w, why="collect the error"),
-    Line(As * e - w, by=(is_As, is_e)),
+before = page(
+    derive("43", "the error of the prediction", x_minus - truth_next)
+    .put(is_minus)
+    .use(plant)
+    .put(left)
+    .fold(is_As, is_e)
 )
 
 page("""The next measurement is compared with what the prediction leads one to expect,
@@ -56,34 +53,20 @@ page("""The next measurement is compared with what the prediction leads one to e
 measured = page(let(y, C * truth_next + E * u_next + v_next, "2"))
 is_innovation = page(let(innovation, y - E * u_next - C * x_minus, "43"))
 corrects = page(let(x_next, x_minus + K * innovation, "43"))
-page.chain(
-    "26, 43",
-    "the error of the estimate",
-    x_next - truth_next,
-    Line(x_minus + K * innovation - truth_next, by=(corrects,)),
-    Line(
-        x_minus + K * (y - E * u_next - C * x_minus) - truth_next,
-        by=(is_innovation,),
-    ),
-    Line(
-        x_minus + K * (C * truth_next + v_next - C * x_minus) - truth_next,
-        by=(measured,),
-    ),
-    Line((I - K * C) * (x_minus - truth_next) + K * v_next, why="collect"),
-    Line((I - K * C) * (As * e - w) + K * v_next, by=(before,)),
+page(
+    derive("26, 43", "the error of the estimate", x_next - truth_next)
+    .put(corrects, is_innovation, measured)
+    .use(before)
 )
 
 page("A gain that treats outputs as exact leaves nothing of them in the residual.")
 is_rho_next = page(let(rho_next, y - E * u_next - C * x_next))
 page(exact)
-page.chain(
-    "24",
-    "accurate outputs are met",
-    S1 * rho_next,
-    Line(S1 * (y - E * u_next - C * x_next), by=(is_rho_next,)),
-    Line(S1 * (y - E * u_next - C * x_minus - C * K * innovation), by=(corrects,)),
-    Line(S1 * innovation - S1 * C * K * innovation, by=(is_innovation,)),
-    Line(ZeroMatrix(m1, 1), by=(exact,)),
+page(
+    derive("24", "accurate outputs are met", S1 * rho_next)
+    .put(is_rho_next, corrects)
+    .fold(is_innovation)
+    .use(exact)
 )
 
 

@@ -11,7 +11,7 @@ sections V.3 and VI.4; Thornton (1976).
 
 from sympy import symbols
 
-from matrixproof import Identity, Line, Page, ZeroMatrix
+from matrixproof import Identity, Line, Page
 
 from .letters import *
 
@@ -21,7 +21,7 @@ factored = letters.here(
     Omega="covariance before a reading",
     Sigma="covariance after it",
 )
-let, suppose = factored.let, factored.suppose
+derive, let, suppose = factored.derive, factored.let, factored.suppose
 c = factored("c", n, 1, "what one output measures, as a column")
 K = factored("k", n, 1, "the gain of least variance of its reading")
 kappa = factored("kappa", n, 1, "`Omega c`, which the columns add up")
@@ -54,21 +54,18 @@ page("""A reading of one output is a row `c'` of `C` with noise of variance `rho
     they are `k_j + delta phi u_j` and `beta + delta phi^2`.""")
 is_k = page(let(k_new, k_j + delta * phi * u_j))
 is_u = page(let(u_new, u_j - phi / beta * k_j))
-column = page.chain(
-    "",
-    "one column of a reading",
-    delta * beta / a * u_new * u_new.T - 1 / beta * k_j * k_j.T,
-    Line(
-        delta * beta / a * (u_j - phi / beta * k_j) * (u_j - phi / beta * k_j).T
-        - 1 / beta * k_j * k_j.T,
-        by=(is_u,),
-    ),
-    Line(
+column = page(
+    derive(
+        "",
+        "one column of a reading",
+        delta * beta / a * u_new * u_new.T - 1 / beta * k_j * k_j.T,
+    )
+    .put(is_u)
+    .by(
         delta * u_j * u_j.T
-        - 1 / a * (k_j + delta * phi * u_j) * (k_j + delta * phi * u_j).T,
-        why="multiply out",
-    ),
-    Line(delta * u_j * u_j.T - 1 / a * k_new * k_new.T, by=(is_k,)),
+        - 1 / a * (k_j + delta * phi * u_j) * (k_j + delta * phi * u_j).T
+    )
+    .fold(is_k)
 )
 
 page("""So the column `u_new` with the variance `delta beta / (beta + delta phi^2)`
@@ -79,16 +76,17 @@ page("""So the column `u_new` with the variance `delta beta / (beta + delta phi^
 is_kappa = page(let(kappa, Omega * c))
 is_alpha = page(suppose(c.T * Omega * c, (alpha - rho) * Identity(1)))
 is_K = page(let(K, 1 / alpha * kappa))
-page.chain(
-    "27",
-    "what a reading leaves",
-    (I - K * c.T) * Omega * (I - K * c.T).T + rho * K * K.T,
-    Line(
+page(
+    derive(
+        "27",
+        "what a reading leaves",
+        (I - K * c.T) * Omega * (I - K * c.T).T + rho * K * K.T,
+    )
+    .by(
         Omega - K * kappa.T - kappa * K.T + K * c.T * Omega * c * K.T + rho * K * K.T,
-        by=(is_kappa,),
-    ),
-    Line(Omega - K * kappa.T - kappa * K.T + alpha * K * K.T, by=(is_alpha,)),
-    Line(Omega - 1 / alpha * kappa * kappa.T, by=(is_K,)),
+        is_kappa,
+    )
+    .use(is_alpha, is_K)
 )
 
 page("""A prediction has the covariance `W_0 D_q W_0'`, with `W_0 = [A U, G]` and the
@@ -114,13 +112,10 @@ page.chain(
     ),
     Line(W_0 * D_q * W_0.T, by=(is_delta,)),
 )
-page.chain(
-    "",
-    "nothing of the last row is left",
-    W_1 * D_q * w_j,
-    Line(W_0 * D_q * w_j - t_j * w_j.T * D_q * w_j, by=(is_W_1,)),
-    Line(delta * t_j - delta * t_j, by=(is_t, is_delta)),
-    Line(ZeroMatrix(n, 1), why="subtract"),
+page(
+    derive("", "nothing of the last row is left", W_1 * D_q * w_j).use(
+        is_W_1, is_t, is_delta
+    )
 )
 
 page("""The last row itself has `1` of itself, and rows that are done have nothing, so

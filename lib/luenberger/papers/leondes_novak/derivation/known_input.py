@@ -29,7 +29,12 @@ from .letters import *
 j = symbols("n_u", integer=True, nonnegative=True)
 both, noises = j + n, j + m + n + p
 letters = letters.here()
-let, moment, suppose = letters.let, letters.moment, letters.suppose
+derive, let, moment, suppose = (
+    letters.derive,
+    letters.let,
+    letters.moment,
+    letters.suppose,
+)
 gone = ZeroMatrix
 A_1 = letters("A1", n, n, "what a multiplicative noise does to the state")
 C_1 = letters("C1", p, n, "what it does to the measurement")
@@ -203,27 +208,20 @@ is_picked = page(let(picked, BlockMatrix([[gone(n, j), I]])))
 is_placed = page(let(placed, BlockMatrix([[Identity(p)], [gone(m, p)]])))
 is_A1_in = page(let(A1_in, picked.T * A_1 * picked))
 is_C1_in = page(let(C1_in, placed * C_1 * picked))
-own = page.chain(
-    "1",
-    "the state of the plant",
-    picked * x_in,
-    Substitute(x, by=(is_picked, is_x_in)),
+own = page(
+    derive("1", "the state of the plant", picked * x_in).multiply(is_picked, is_x_in)
 )
-page.chain(
-    "1",
-    "what a multiplicative noise does to both states",
-    A1_in * x_in,
-    Line(picked.T * A_1 * picked * x_in, by=(is_A1_in,)),
-    Line(picked.T * A_1 * x, by=(own,)),
-    Substitute(BlockMatrix([[gone(j, 1)], [A_1 * x]]), by=(is_picked,)),
+page(
+    derive("1", "what a multiplicative noise does to both states", A1_in * x_in)
+    .put(is_A1_in)
+    .use(own)
+    .multiply(is_picked)
 )
-page.chain(
-    "2",
-    "what it does to both measurements",
-    C1_in * x_in,
-    Line(placed * C_1 * picked * x_in, by=(is_C1_in,)),
-    Line(placed * C_1 * x, by=(own,)),
-    Substitute(BlockMatrix([[C_1 * x], [gone(m, 1)]]), by=(is_placed,)),
+page(
+    derive("2", "what it does to both measurements", C1_in * x_in)
+    .put(is_C1_in)
+    .use(own)
+    .multiply(is_placed)
 )
 
 

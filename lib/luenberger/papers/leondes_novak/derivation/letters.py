@@ -17,8 +17,9 @@ m1 = n - r  # accurate outputs
 p2 = p - m1  # the others
 named_m1 = symbols("m_1")
 letters = Notation({m1: named_m1, p2: p - named_m1})
-chain, let, moment, steady, suppose = (
+chain, derive, let, moment, steady, suppose = (
     letters.chain,
+    letters.derive,
     letters.let,
     letters.moment,
     letters.steady,

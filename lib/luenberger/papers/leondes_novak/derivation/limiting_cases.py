@@ -7,7 +7,7 @@ corrects.
 Source: Leondes and Novak (1974), section IV, (37)-(44).
 """
 
-from matrixproof import BlockMatrix, Line, Page, Relation, Substitute, ZeroMatrix
+from matrixproof import BlockMatrix, Page, Relation, ZeroMatrix
 
 from .correlated_noise import is_Sigma
 from .huddle import is_D, is_F
@@ -45,11 +45,10 @@ least_P = page(
 least_V = page(let(V, BlockMatrix([[Identity(p)], [least(K_1)]]), "38"))
 least_T = page(let(least(T), BlockMatrix([[-least(K_1), Identity(n - p)]]), "38"))
 least_H = page(let(H, BlockMatrix([[Identity(p), ZeroMatrix(p, n - p)]]), "18"))
-page.chain(
-    "38",
-    "the observer of least order is unbiased",
-    least(P) * least(T) + V * H,
-    Substitute(I, by=(least_P, least_T, least_V, least_H)),
+page(
+    derive(
+        "38", "the observer of least order is unbiased", least(P) * least(T) + V * H
+    ).multiply(least_P, least_T, least_V, least_H)
 )
 
 page("""Of the equation for the gains one block is left. It gives the gain of the
@@ -57,16 +56,10 @@ page("""Of the equation for the gains one block is left. It gives the gain of th
 one_block = page(let(M, least(Omega_11) + least(R_11), "33"))
 one_column = page(let(least(N_low), least(Omega_21), "33"))
 only_gain = page(suppose(least(K_1) * M, least(N_low), "33"))
-page.chain(
-    "37",
-    "the gain of least order",
-    least(K_1),
-    Line(least(K_1) * M * M.I, why="insert the inverse"),
-    Line(least(N_low) * M.I, by=(only_gain,)),
-    Line(
-        least(Omega_21) * (least(Omega_11) + least(R_11)).I,
-        by=(one_block, one_column),
-    ),
+page(
+    derive("37", "the gain of least order", least(K_1))
+    .by(least(N_low) * M.I, only_gain)
+    .put(one_block, one_column)
 )
 
 
@@ -75,26 +68,23 @@ page("""If none is accurate, `m_1 = 0`, the first gain has no columns and the ot
 whole_P = page(let(whole(P), I, "40"))
 whole_V = page(suppose(V, K, "39"))
 whole_T = page(let(whole(T), I - K * C, "40"))
-page.chain(
-    "40",
-    "the observer of full order is unbiased",
-    whole(P) * whole(T) + V * C,
-    Line(I - K * C + K * C, by=(whole_P, whole_V, whole_T)),
-    Line(I, why="cancel"),
+page(
+    derive("40", "the observer of full order is unbiased", whole(P) * whole(T) + V * C)
+    .put(whole_P)
+    .use(whole_V)
+    .put(whole_T)
+    .expand()
 )
 
 page("""Its gain solves (33) with all rows of `N` instead of the lower ones: it is the
     gain of the Kalman filter.""")
 page(is_N)
 all_rows = page(suppose(K * M, whole(P).T * N, "33"))
-page.chain(
-    "33, 39",
-    "the gain is that of the Kalman filter",
-    K,
-    Line(K * M * M.I, why="insert the inverse"),
-    Line(whole(P).T * N * M.I, by=(all_rows,)),
-    Line(N * M.I, by=(whole_P,)),
-    Line(Omega * C.T * M.I, by=(is_N,)),
+page(
+    derive("33, 39", "the gain is that of the Kalman filter", K)
+    .by(whole(P).T * N * M.I, all_rows)
+    .use(whole_P)
+    .put(is_N)
 )
 
 
@@ -104,33 +94,25 @@ moves_alone = page(let(z_next, F * z + D * y, "7"))
 page(is_F, is_D)
 shows = page(let(x_hat, P * z + V * y, "12"))
 next_shows = page(let(x_hat_next, P_next * z_next + V_next * y_next, "41"))
-predicted = page.chain(
-    "42",
-    "the observer predicts",
-    z_next,
-    Line(F * z + D * y, by=(moves_alone,)),
-    Line(T_next * A * P * z + T_next * A * V * y, by=(is_F, is_D)),
-    Line(T_next * A * (P * z + V * y), why="factor"),
-    Line(T_next * A * x_hat, by=(shows,)),
+predicted = page(
+    derive("42", "the observer predicts", z_next)
+    .put(moves_alone, is_F, is_D)
+    .fold(shows)
 )
 still_unbiased = page(suppose(P_next * T_next + V_next * C, I, "13"))
-page.chain(
-    "41–43",
-    "the estimate corrects what is predicted",
-    x_hat_next,
-    Line(P_next * z_next + V_next * y_next, by=(next_shows,)),
-    Line(P_next * T_next * A * x_hat + V_next * y_next, by=(predicted,)),
-    Line(A * x_hat - V_next * C * A * x_hat + V_next * y_next, by=(still_unbiased,)),
-    Line(A * x_hat + V_next * (y_next - C * A * x_hat), why="factor"),
+page(
+    derive("41–43", "the estimate corrects what is predicted", x_hat_next)
+    .put(next_shows, predicted)
+    .use(still_unbiased)
+    .factor()
 )
 
 page("The covariance of the predicted error is the one that the Kalman filter uses.")
 page(is_Sigma, is_Omega)
-page.chain(
-    "44",
-    "the predicted covariance",
-    A * P * X * P.T * A.T + A * V * R * V.T * A.T + Q,
-    Line(A * (P * X * P.T + V * R * V.T) * A.T + Q, why="factor"),
-    Line(A * Sigma * A.T + Q, by=(is_Sigma,)),
-    Line(Omega, by=(is_Omega,)),
+page(
+    derive(
+        "44",
+        "the predicted covariance",
+        A * P * X * P.T * A.T + A * V * R * V.T * A.T + Q,
+    ).fold(is_Sigma, is_Omega)
 )

@@ -75,20 +75,8 @@ page(is_picked, own)
 is_T_in = page(let(T_in, T * picked))
 is_T_ahead = page(let(T_ahead, T_next * picked))
 is_L_in = page(let(L_in, L_any * picked))
-page.chain(
-    "8",
-    "it follows the plant",
-    T_in * x_in,
-    Line(T * picked * x_in, by=(is_T_in,)),
-    Line(T * x, by=(own,)),
-)
-page.chain(
-    "13",
-    "it estimates the plant",
-    L_in * x_in,
-    Line(L_any * picked * x_in, by=(is_L_in,)),
-    Line(L_any * x, by=(own,)),
-)
+page(derive("8", "it follows the plant", T_in * x_in).put(is_T_in).use(own))
+page(derive("13", "it estimates the plant", L_in * x_in).put(is_L_in).use(own))
 
 page("""What Luenberger's condition leaves of both is what the two conditions on the
     plant leave. An observer that meets these two is exact for every input.""")

@@ -10,7 +10,7 @@ from functools import cache
 
 from sympy import symbols
 
-from matrixproof import Derivation, Line, Page, Stage, ZeroMatrix
+from matrixproof import Derivation, Page, Stage, ZeroMatrix
 
 from .correlated_noise import is_Qs, is_Sigma, is_X_next, told
 from .letters import *
@@ -19,7 +19,7 @@ from .steady_gain import over
 
 k, q = symbols("k q", integer=True, nonnegative=True)
 letters = letters.here()
-let, suppose = letters.let, letters.suppose
+derive, let, suppose = letters.derive, letters.let, letters.suppose
 H = letters("H", r, k, "factor of `X`")
 G = letters("G", n, q, "factor of `Qs`")
 Nw = letters("Nw", n, q, "rows of the common factor: the process noise")
@@ -43,42 +43,32 @@ is_S = page(suppose(Nw * Nv.T, S))
 is_moved = page(let(moved, F * H, "11"))
 is_drive = page(let(drive, D * Nv - T_next * Nw, "11"))
 page(is_X_next)
-noises = page.chain(
-    "11",
-    "what the noises add",
-    drive * drive.T,
-    Line((D * Nv - T_next * Nw) * (D * Nv - T_next * Nw).T, by=(is_drive,)),
-    Line(
-        D * Nv * Nv.T * D.T
-        + T_next * Nw * Nw.T * T_next.T
-        - D * Nv * Nw.T * T_next.T
-        - T_next * Nw * Nv.T * D.T,
-        why="multiply out",
-    ),
-    Line(
-        D * R * D.T + T_next * Q * T_next.T - D * S.T * T_next.T - T_next * S * D.T,
-        by=(is_R, is_Q, is_S),
-    ),
+noises = page(
+    derive("11", "what the noises add", drive * drive.T)
+    .put(is_drive)
+    .use(is_R, is_Q, is_S)
 )
-page.chain(
-    "11",
-    "a factor of the covariance of the observer's error",
-    moved * moved.T + drive * drive.T,
-    Line(F * H * H.T * F.T + drive * drive.T, by=(is_moved,)),
-    Line(F * X * F.T + drive * drive.T, by=(is_X,)),
-    Line(F * X * F.T + noises.right, by=(noises,)),
-    Line(X_next, by=(is_X_next,)),
+page(
+    derive(
+        "11",
+        "a factor of the covariance of the observer's error",
+        moved * moved.T + drive * drive.T,
+    )
+    .use(is_moved, is_X, noises)
+    .fold(is_X_next)
 )
 is_shown = page(let(shown, P * H, "26"))
 is_drawn = page(let(drawn, V * Nv, "26"))
 page(is_Sigma)
-page.chain(
-    "26",
-    "a factor of the covariance of the estimate",
-    shown * shown.T + drawn * drawn.T,
-    Line(P * H * H.T * P.T + V * Nv * Nv.T * V.T, by=(is_shown, is_drawn)),
-    Line(P * X * P.T + V * R * V.T, by=(is_X, is_R)),
-    Line(Sigma, by=(is_Sigma,)),
+page(
+    derive(
+        "26",
+        "a factor of the covariance of the estimate",
+        shown * shown.T + drawn * drawn.T,
+    )
+    .put(is_shown)
+    .use(is_drawn, is_X, is_R)
+    .fold(is_Sigma)
 )
 
 
@@ -110,40 +100,35 @@ page("""What the measurement's noise tells of the process noise is taken out of 
 page(told)
 is_what_is_left = page(let(G, Nw - J * Nv))
 page(is_Qs)
-page.chain(
-    "",
-    "a factor of the covariance of what is left",
-    G * G.T,
-    Line((Nw - J * Nv) * (Nw - J * Nv).T, by=(is_what_is_left,)),
-    Line(Q - J * S.T - S * J.T + J * R * J.T, by=(is_Q, is_S, is_R)),
-    Line(Q - J * S.T - J * R * J.T + J * R * J.T, by=(told,)),
-    Line(Qs, by=(is_Qs,)),
+page(
+    derive("", "a factor of the covariance of what is left", G * G.T)
+    .put(is_what_is_left)
+    .use(is_Q, is_S, is_R)
+    .fold(told, is_Qs)
 )
 
 page("""Where `R` is singular, `J R = S` leaves `J` free in the directions `b` without
     noise.""")
 page(is_M, is_N)
 silent = page(suppose(b.T * R, ZeroMatrix(q, p)))
-page.chain(
-    "",
-    "what may be added to the matrix that is told",
-    (J + Z * b.T) * R,
-    Line(J * R, by=(silent,)),
-    Line(S, by=(told,)),
+page(
+    derive("", "what may be added to the matrix that is told", (J + Z * b.T) * R)
+    .use(silent)
+    .fold(told)
 )
 
 page("""The prediction then differs by what `b` shows of the residual. That part of the
     residual vanishes for the Kalman filter, and for accurate outputs without noise.
     Beside a noisy output that is treated as exact it does not vanish.""")
-page.chain(
-    "",
-    "what combinations without noise show of the residual",
-    b.T * (Identity(p) - C * K) * M,
-    Line(b.T * M - b.T * C * K * M, why="multiply out"),
-    Line(b.T * M - b.T * C * N - b.T * C * Gamma * R, by=(over,)),
-    Line(b.T * M - b.T * C * Omega * C.T - b.T * C * Gamma * R, by=(is_N,)),
-    Line(b.T * R - b.T * C * Gamma * R, by=(is_M,)),
-    Line(-b.T * C * Gamma * R, by=(silent,)),
+page(
+    derive(
+        "",
+        "what combinations without noise show of the residual",
+        b.T * (Identity(p) - C * K) * M,
+    )
+    .use(over)
+    .put(is_N)
+    .use(is_M, silent)
 )
 
 

@@ -21,7 +21,7 @@ ratio = letters.here(
     Sigma_next="covariance of the next estimate",
     K="the gain",
 )
-let, suppose = ratio.let, ratio.suppose
+derive, let, suppose = ratio.derive, ratio.let, ratio.suppose
 Sigma_f = ratio("Sigma_f", n, n, "that of the full recursion", symmetric=True)
 Omega_f = ratio("Omega_f", n, n, "the same of its prediction", symmetric=True)
 M_f = ratio("M_f", p, p, "the same of its innovation", symmetric=True)
@@ -95,20 +95,15 @@ page.chain(
 
 page("""Accurate outputs cost `W_a M W_a'` beside that, where `W_a M = Gamma R`. It
     grows where `M` shrinks; but `M` keeps the ratio too, in either direction.""")
-noise = page.chain(
-    "",
-    "what is left of accurate outputs",
-    (Identity(p) - C * Kmv) * M,
-    Line(M - C * N, by=(is_Kmv,)),
-    Line(R, by=(is_M, is_N)),
+noise = page(
+    derive("", "what is left of accurate outputs", (Identity(p) - C * Kmv) * M)
+    .use(is_Kmv)
+    .put(is_M)
+    .use(is_N)
 )
 is_W_a = page(let(W_a, Gamma - Gamma * C * Kmv))
-cost = page.chain(
-    "",
-    "what accurate outputs add to the gain",
-    W_a * M,
-    Line(Gamma * (Identity(p) - C * Kmv) * M, by=(is_W_a,)),
-    Line(Gamma * R, by=(noise,)),
+cost = page(
+    derive("", "what accurate outputs add to the gain", W_a * M).put(is_W_a).use(noise)
 )
 is_W_f = page(suppose(W_f * M_f, Gamma * R))
 is_R_M = page(suppose(M, R_M * R_M.T))

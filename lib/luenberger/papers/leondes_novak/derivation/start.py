@@ -39,25 +39,15 @@ page("""The observer starts at what is known of the first state. It then errs by
     not known, and the recursion starts with (36).""")
 starts = page(let(z_next, T_next * (A * x_bar + B * u), "34"))
 errs = page(let(eps_next, z_next - T_next * x_next, "8"))
-start = page.chain(
-    "34",
-    "the error at the start",
-    eps_next,
-    Line(z_next - T_next * x_next, by=(errs,)),
-    Line(T_next * (A * x_bar + B * u) - T_next * x_next, by=(starts,)),
-    Line(-T_next * (A * d + w), by=(deviation,)),
+start = page(
+    derive("34", "the error at the start", eps_next).put(errs, starts).use(deviation)
 )
 page(is_d, is_Sigma_x, is_Q, white, is_Omega)
-page.chain(
-    "35, 36",
-    "its covariance",
-    eps_next * eps_next.T,
-    Line(T_next * (A * d + w) * (A * d + w).T * T_next.T, by=(start,)),
-    Expect(
-        T_next * (A * Sigma * A.T + Q) * T_next.T,
-        moments=(is_Sigma_x, is_Q, white),
-    ),
-    Line(T_next * Omega * T_next.T, by=(is_Omega,)),
+page(
+    derive("35, 36", "its covariance", eps_next * eps_next.T)
+    .put(start)
+    .expect(is_Sigma_x, is_Q, white)
+    .fold(is_Omega)
 )
 
 page("""An observer that starts at some other `z` errs by what the mean of the state
@@ -67,13 +57,10 @@ page("""An observer that starts at some other `z` errs by what the mean of the s
     moment the difference of the means is a single column beside it.""")
 is_d_z = page(let(d_z, z - z_bar))
 here = page(let(eps, z - T * x, "8"))
-elsewhere = page.chain(
-    "8",
-    "the error of any start",
-    eps,
-    Line(z - T * x, by=(here,)),
-    Line((z_bar - T * x_bar) + (z - z_bar) - T * (x - x_bar), why="add and subtract"),
-    Line((z_bar - T * x_bar) + d_z - T * d, by=(is_d, is_d_z)),
+elsewhere = page(
+    derive("8", "the error of any start", eps)
+    .put(here)
+    .by((z_bar - T * x_bar) + d_z - T * d, is_d, is_d_z)
 )
 centred = page(moment(d, ZeroMatrix(n, 1), "6"))
 centred_z = page(moment(d_z, ZeroMatrix(r, 1)))

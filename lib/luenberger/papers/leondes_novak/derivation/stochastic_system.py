@@ -6,7 +6,7 @@ What each assumption of the paper is good for is seen in the reasons of the line
 Source: Leondes and Novak (1974), section I, (1)-(6).
 """
 
-from matrixproof import Expect, Line, Page, ZeroMatrix
+from matrixproof import Page, ZeroMatrix
 
 from .letters import *
 
@@ -22,30 +22,23 @@ page("""Both noises have mean zero and are white. The state has a mean and devia
 mean_w = page(moment(w, ZeroMatrix(n, 1), "3"))
 mean_v = page(moment(v, ZeroMatrix(p, 1), "3"))
 mean_x = page(moment(x, x_bar, "6"))
-page.chain(
-    "1, 3",
-    "the mean of the state moves without the noise",
-    x_next,
-    Line(A * x + B * u + w, by=(plant,)),
-    Expect(A * x_bar + B * u, moments=(mean_x, mean_w)),
+page(
+    derive("1, 3", "the mean of the state moves without the noise", x_next)
+    .put(plant)
+    .expect(mean_x, mean_w)
 )
-page.chain(
-    "2, 3",
-    "the mean of the measurement",
-    y,
-    Line(C * x + E * u + v, by=(measured,)),
-    Expect(C * x_bar + E * u, moments=(mean_x, mean_v)),
+page(
+    derive("2, 3", "the mean of the measurement", y)
+    .put(measured)
+    .expect(mean_x, mean_v)
 )
 
 page("So the deviation moves with the plant, and noise is added to it.")
 is_d = page(let(d, x - x_bar, "6"))
-deviation = page.chain(
-    "1, 6",
-    "the deviation from the mean",
-    x_next - (A * x_bar + B * u),
-    Line(A * x + B * u + w - A * x_bar - B * u, by=(plant,)),
-    Line(A * (x - x_bar) + w, why="the input is known"),
-    Line(A * d + w, by=(is_d,)),
+deviation = page(
+    derive("1, 6", "the deviation from the mean", x_next - (A * x_bar + B * u))
+    .put(plant)
+    .fold(is_d)
 )
 
 page("""The noise of an instant is independent of all that was before it. The covariance
@@ -53,11 +46,10 @@ page("""The noise of an instant is independent of all that was before it. The co
 is_Sigma_x = page(moment(d * d.T, Sigma, "6"))
 is_Q = page(moment(w * w.T, Q, "4"))
 white = page(moment(d * w.T, ZeroMatrix(n, n), "4"))
-page.chain(
-    "4, 6",
-    "the covariance of the state",
-    (A * d + w) * (A * d + w).T,
-    Expect(A * Sigma * A.T + Q, moments=(is_Sigma_x, is_Q, white)),
+page(
+    derive("4, 6", "the covariance of the state", (A * d + w) * (A * d + w).T).expect(
+        is_Sigma_x, is_Q, white
+    )
 )
 
 page("""A measurement has the covariance of what it shows and of its noise. The two are
@@ -65,9 +57,8 @@ page("""A measurement has the covariance of what it shows and of its noise. The 
     noise.""")
 is_R = page(moment(v * v.T, R, "4"))
 apart = page(moment(d * v.T, ZeroMatrix(n, p), "5"))
-page.chain(
-    "4, 5",
-    "the covariance of the measurement",
-    (C * d + v) * (C * d + v).T,
-    Expect(C * Sigma * C.T + R, moments=(is_Sigma_x, is_R, apart)),
+page(
+    derive(
+        "4, 5", "the covariance of the measurement", (C * d + v) * (C * d + v).T
+    ).expect(is_Sigma_x, is_R, apart)
 )
