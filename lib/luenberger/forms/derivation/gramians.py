@@ -11,7 +11,7 @@ from functools import cache
 
 from sympy import eye
 
-from matrixproof import Derivation, Line, Page, Stage, ZeroMatrix
+from matrixproof import Derivation, Page, Stage, ZeroMatrix
 
 from .letters import *
 
@@ -43,30 +43,21 @@ is_Y = page(let(Y_S, U.T * Y * U))
 
 page("In discrete time they are what these equations say, and remain so.")
 reached = page(steady(X, F * X * F.T + N * N.T, name="reached from sample to sample"))
-moves = page.chain(
-    "",
-    "what inputs reach from sample to sample",
-    X_S,
-    Line(S * X * S.T, by=(is_X,)),
-    Line(S * (F * X * F.T + N * N.T) * S.T, by=(reached,)),
-    Line(S * F * U * S * X * S.T * (S * F * U).T + N_S * N_S.T, by=(inverse, is_N)),
-    Line(F_S * X_S * F_S.T + N_S * N_S.T, by=(is_F, is_X)),
+moves = page(
+    derive("", "what inputs reach from sample to sample", X_S)
+    .put(is_X, reached)
+    .by(S * F * U * S * X * S.T * (S * F * U).T + N_S * N_S.T, inverse, is_N)
+    .fold(is_F, is_X)
 )
 shown = page(steady(Y, F.T * Y * F + P.T * P, name="shown from sample to sample"))
 page.at("", "what the estimate shows from sample to sample", moves, across)
 
 page("In continuous time they are what these say, and remain so as well.")
 reached_c = page(suppose(F * X + X * F.T + N * N.T, nothing, name="reached in time"))
-moves_c = page.chain(
-    "",
-    "what inputs reach in time",
-    F_S * X_S + X_S * F_S.T + N_S * N_S.T,
-    Line(
-        S * F * U * S * X * S.T + S * X * S.T * (S * F * U).T + S * N * (S * N).T,
-        by=(is_F, is_X, is_N),
-    ),
-    Line(S * (F * X + X * F.T + N * N.T) * S.T, by=(inverse,)),
-    Line(nothing, by=(reached_c,)),
+moves_c = page(
+    derive("", "what inputs reach in time", F_S * X_S + X_S * F_S.T + N_S * N_S.T)
+    .put(is_F, is_X, is_N)
+    .use(inverse, reached_c)
 )
 shown_c = page(suppose(F.T * Y + Y * F + P.T * P, nothing, name="shown in time"))
 page.at("", "what the estimate shows in time", moves_c, across)
@@ -84,37 +75,30 @@ is_S = page(suppose(S, k * Q_1.T * M))
 is_U = page(suppose(U, R * Q_2 * k))
 
 page("These two matrices undo each other.")
-page.chain(
-    "",
-    "one is the inverse of the other",
-    S * U,
-    Line(k * Q_1.T * M * R * Q_2 * k, by=(is_S, is_U)),
-    Line(k * Q_1.T * Q_1 * Sigma * Q_2.T * Q_2 * k, by=(values,)),
-    Line(k * Sigma * k, by=(orthogonal_1, orthogonal_2)),
-    Line(k * h * h * k, by=(roots,)),
-    Line(I, by=(inverse_roots,)),
+page(
+    derive("", "one is the inverse of the other", S * U)
+    .put(is_S, is_U)
+    .use(values, orthogonal_1, orthogonal_2)
+    .put(roots)
+    .use(inverse_roots)
 )
 
 page("Both Gramians are diagonal in the new coordinates, and they are equal.")
-page.chain(
-    "",
-    "what inputs reach is diagonal",
-    X_S,
-    Line(S * R * R.T * S.T, by=(is_X, root_X)),
-    Line(k * Q_1.T * M * R * (k * Q_1.T * M * R).T, by=(is_S,)),
-    Line(k * Sigma * Sigma * k, by=(values, orthogonal_1, orthogonal_2)),
-    Line(k * h * h * h * h * k, by=(roots,)),
-    Line(Sigma, by=(inverse_roots, roots)),
+page(
+    derive("", "what inputs reach is diagonal", X_S)
+    .put(is_X, root_X, is_S)
+    .use(values, orthogonal_1, orthogonal_2)
+    .put(roots)
+    .use(inverse_roots)
+    .fold(roots)
 )
-page.chain(
-    "",
-    "what the estimate shows is diagonal",
-    Y_S,
-    Line(U.T * M.T * M * U, by=(is_Y, root_Y)),
-    Line((M * R * Q_2 * k).T * M * R * Q_2 * k, by=(is_U,)),
-    Line(k * Sigma * Sigma * k, by=(values, orthogonal_1, orthogonal_2)),
-    Line(k * h * h * h * h * k, by=(roots,)),
-    Line(Sigma, by=(inverse_roots, roots)),
+page(
+    derive("", "what the estimate shows is diagonal", Y_S)
+    .put(is_Y, root_Y, is_U)
+    .use(values, orthogonal_1, orthogonal_2)
+    .put(roots)
+    .use(inverse_roots)
+    .fold(roots)
 )
 
 

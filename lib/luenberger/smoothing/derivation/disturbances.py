@@ -9,7 +9,7 @@ Source: our own.
 
 from sympy import symbols
 
-from matrixproof import Expect, Line, Page, ZeroMatrix
+from matrixproof import Page, ZeroMatrix
 
 from ...theory import regression
 from .adjoint import is_lamda_next
@@ -18,7 +18,12 @@ from .next_state import apart, is_Q, moves
 
 pa = symbols("p_a", integer=True, nonnegative=True)
 letters = letters.here()
-let, moment, suppose = letters.let, letters.moment, letters.suppose
+derive, let, moment, suppose = (
+    letters.derive,
+    letters.let,
+    letters.moment,
+    letters.suppose,
+)
 v_seen = letters("v_seen", pa, 1, "their noise")
 rho_s = letters("rho_s", pa, 1, "what the smoothed estimate leaves of them")
 v = letters("v", p, 1, "measurement noise, of all outputs")
@@ -43,12 +48,10 @@ page("""The next prediction errs by the process noise, among others. A gain take
 page(moves, is_Q, apart)
 is_G_w = page(suppose(G_w * Omega_next, Q))
 ahead = page(moment(e_minus_next * e_minus_next.T, Omega_next))
-in_the_way = page.chain(
-    "",
-    "the process noise in the next prediction",
-    w * e_minus_next.T,
-    Line(w * (As * e - w).T, by=(moves,)),
-    Expect(-Q, moments=(is_Q, apart)),
+in_the_way = page(
+    derive("", "the process noise in the next prediction", w * e_minus_next.T)
+    .put(moves)
+    .expect(is_Q, apart)
 )
 common = page(moment(w * e_minus_next.T, -Q))
 by_next = {
@@ -68,12 +71,10 @@ page.at(
 
 page("The smoothed estimate takes the place of the next state, and no gain is found.")
 page(is_lamda_next)
-process = page.chain(
-    "",
-    "the process noise that is left, smoothed",
-    G_w * (x_s_next - x_minus_next),
-    Line(G_w * Omega_next * lamda_next, by=(is_lamda_next,)),
-    Line(Q * lamda_next, by=(is_G_w,)),
+process = page(
+    derive(
+        "", "the process noise that is left, smoothed", G_w * (x_s_next - x_minus_next)
+    ).use(is_lamda_next, is_G_w)
 )
 
 
@@ -97,49 +98,35 @@ page.at("", "the rest is uncorrelated with what arrived", regression.apart, by_s
 is_S = page(moment(w_all * v.T, S))
 is_S_left = page(let(S_left, S - J * R_all.T))
 independent = page(moment(w * v_seen.T, ZeroMatrix(n, pa)))
-page.chain(
-    "",
-    "what the process noise has in common with the rest",
-    (w_all - J * v_seen) * (v - J_v * v_seen).T,
-    Line((w_all - J * v_seen) * v.T - w * v_seen.T * J_v.T, by=(whole,)),
-    Expect(S - J * R_all.T, moments=(is_S, is_R_all, independent)),
-    Line(S_left, by=(is_S_left,)),
+page(
+    derive(
+        "",
+        "what the process noise has in common with the rest",
+        (w_all - J * v_seen) * (v - J_v * v_seen).T,
+    )
+    .by((w_all - J * v_seen) * v.T - w * v_seen.T * J_v.T, whole)
+    .expect(is_S, is_R_all, independent)
+    .fold(is_S_left)
 )
 
 page("So the rest is seen in the next prediction as the process noise is.")
 is_G_v = page(suppose(G_v * Omega_next, S_left.T))
 is_common = page(moment(w * v_left.T, S_left))
 not_yet = page(moment(e * v_left.T, ZeroMatrix(n, p)))
-page.chain(
-    "",
-    "the rest in the next prediction",
-    v_left * e_minus_next.T,
-    Line(v_left * (As * e - w).T, by=(moves,)),
-    Expect(-S_left.T, moments=(is_common, not_yet)),
-    Line(-G_v * Omega_next, by=(is_G_v,)),
+page(
+    derive("", "the rest in the next prediction", v_left * e_minus_next.T)
+    .put(moves)
+    .expect(is_common, not_yet)
+    .fold(is_G_v)
 )
-rest = page.chain(
-    "",
-    "the rest, smoothed",
-    G_v * (x_s_next - x_minus_next),
-    Line(G_v * Omega_next * lamda_next, by=(is_lamda_next,)),
-    Line(S_left.T * lamda_next, by=(is_G_v,)),
+rest = page(
+    derive("", "the rest, smoothed", G_v * (x_s_next - x_minus_next)).use(
+        is_lamda_next, is_G_v
+    )
 )
 
 page("Both noises are put together again.")
 is_w_s = page(let(w_s, J * rho_s + G_w * (x_s_next - x_minus_next)))
 is_v_s = page(let(v_s, J_v * rho_s + G_v * (x_s_next - x_minus_next)))
-page.chain(
-    "",
-    "the process noise, smoothed",
-    w_s,
-    Line(J * rho_s + G_w * (x_s_next - x_minus_next), by=(is_w_s,)),
-    Line(J * rho_s + Q * lamda_next, by=(process,)),
-)
-page.chain(
-    "",
-    "the measurement noise, smoothed",
-    v_s,
-    Line(J_v * rho_s + G_v * (x_s_next - x_minus_next), by=(is_v_s,)),
-    Line(J_v * rho_s + S_left.T * lamda_next, by=(rest,)),
-)
+page(derive("", "the process noise, smoothed", w_s).put(is_w_s).use(process))
+page(derive("", "the measurement noise, smoothed", v_s).put(is_v_s).use(rest))

@@ -11,7 +11,7 @@ from functools import cache
 
 from sympy import Symbol
 
-from matrixproof import Derivation, Expect, Line, Page, Stage, ZeroMatrix
+from matrixproof import Derivation, Page, Stage, ZeroMatrix
 
 from ....theory import regression
 from .huddle import error, error_equation, unbiased
@@ -35,23 +35,20 @@ page("""Such a matrix exists, also where `R` is singular: a combination of outpu
     without noise is correlated with nothing. A variance is not negative, and the
     following one is linear in `t`, so its slope is zero.""")
 silent = page(suppose(R * a, gone(p, 1)))
-page.chain(
-    "",
-    "outputs without noise are correlated with nothing",
-    (b.T * w + t * a.T * v) * (b.T * w + t * a.T * v).T,
-    Expect(
-        b.T * Q * b + t * b.T * S * a + t * a.T * S.T * b + t**2 * a.T * R * a,
-        moments=(is_Q, is_R, is_S),
-    ),
-    Line(b.T * Q * b + t * b.T * S * a + t * a.T * S.T * b, by=(silent,)),
+page(
+    derive(
+        "",
+        "outputs without noise are correlated with nothing",
+        (b.T * w + t * a.T * v) * (b.T * w + t * a.T * v).T,
+    )
+    .expect(is_Q, is_R, is_S)
+    .use(silent)
 )
 is_As = page(let(As, A - J * C))
-page.chain(
-    "",
-    "the same plant, with what is told taken out",
-    A * x + w,
-    Line((A - J * C) * x + J * (C * x + v) + (w - J * v), why="add and subtract"),
-    Line(As * x + J * (C * x + v) + (w - J * v), by=(is_As,)),
+page(
+    derive("", "the same plant, with what is told taken out", A * x + w).by(
+        As * x + J * (C * x + v) + (w - J * v), is_As
+    )
 )
 by_v = {
     regression.e: w,
@@ -85,32 +82,22 @@ is_X_next = page(
         name="covariance of the observer's error",
     )
 )
-page.chain(
-    "4, 5, 11",
-    "the covariance of the error moves by a recursion",
-    eps_next * eps_next.T,
-    Line(
-        (F * eps + D * v - T_next * w) * (F * eps + D * v - T_next * w).T,
-        by=(error_equation,),
-    ),
-    Expect(
-        F * X * F.T
-        + D * R * D.T
-        + T_next * Q * T_next.T
-        - D * S.T * T_next.T
-        - T_next * S * D.T,
-        moments=(is_X, is_Q, is_R, is_S, past_w, past_v),
-    ),
-    Line(X_next, by=(is_X_next,)),
+page(
+    derive(
+        "4, 5, 11",
+        "the covariance of the error moves by a recursion",
+        eps_next * eps_next.T,
+    )
+    .put(error_equation)
+    .expect(is_X, is_Q, is_R, is_S, past_w, past_v)
+    .fold(is_X_next)
 )
 is_Sigma = page(let(Sigma, P * X * P.T + V * R * V.T, "27"))
-page.chain(
-    "26, 27",
-    "the covariance of the estimate",
-    e * e.T,
-    Line((P * eps + V * v) * (P * eps + V * v).T, by=(error,)),
-    Expect(P * X * P.T + V * R * V.T, moments=(is_X, is_R, past_v)),
-    Line(Sigma, by=(is_Sigma,)),
+page(
+    derive("26, 27", "the covariance of the estimate", e * e.T)
+    .put(error)
+    .expect(is_X, is_R, past_v)
+    .fold(is_Sigma)
 )
 
 page("""Huddle's equations for the plant with independent noises are the same, with `As`
@@ -118,16 +105,10 @@ page("""Huddle's equations for the plant with independent noises are the same, w
 page(unbiased)
 is_F_s = page(let(F, T_next * As * P, "14"))
 is_D_s = page(let(D, T_next * As * V + T_next * J, "15"))
-page.chain(
-    "9",
-    "the solution for correlated noises",
-    F * T + D * C,
-    Line(
-        T_next * As * P * T + T_next * As * V * C + T_next * J * C,
-        by=(is_F_s, is_D_s),
-    ),
-    Line(T_next * As + T_next * J * C, by=(unbiased,)),
-    Line(T_next * A, by=(is_As,)),
+page(
+    derive("9", "the solution for correlated noises", F * T + D * C)
+    .put(is_F_s)
+    .use(is_D_s, unbiased, is_As)
 )
 
 
