@@ -128,7 +128,8 @@ page(
     )
     .use(over)
     .put(is_N)
-    .use(is_M, silent)
+    .use(is_M)
+    .use(silent)
 )
 
 
