@@ -71,7 +71,8 @@ def lemma(name: str, proof: Proof) -> str:
         A number in it is no rational function of letters, or the certificate rests on
         p q = c I having q p = c I.
     """
-    return f"(* {proof.left} = {proof.right} *)\n" + Writer(proof).lemma(name)
+    said = f"{proof.left} = {proof.right}".replace("*)", "* )").replace("(*", "( *")
+    return f"(* {said} *)\n" + Writer(proof).lemma(name)
 
 
 class Writer:

@@ -65,6 +65,12 @@ def test_names_are_words_of_coq_and_each_thing_has_its_own():
     assert sorted(declared) == ["X", "X_2", "forall_2", "i_2"]
 
 
+def test_a_star_before_a_bracket_ends_no_comment():
+    u, v = letters("u^*:n*n v^*:n*n")
+    said = lemma("told", prove((v - u) * u, v * u - u * u)).partition("Lemma")[0]
+    assert said.count("*)") == said.count("(*") == 1
+
+
 def test_a_number_that_is_no_rational_function_is_not_written():
     proof = prove(sqrt(s) * (A + B), sqrt(s) * B + sqrt(s) * A)
     with pytest.raises(NotWritten, match=r"sqrt\(s\) is no rational function"):
