@@ -80,6 +80,7 @@ from .operators import Differential, Gradient, Transposed
 from .polynomials import Polynomial, Traces
 from .proofs import Proof, Unproved, prove
 from .relations import Let, Moment, Relation, Steady
+from .same import equivalent
 from .stages import Solve, Stage
 from .symbols import BlockMatrix, Identity, MatrixSymbol, ZeroMatrix, matrices, plus
 from .typeset import latex, text
@@ -130,6 +131,7 @@ __all__ = [
     "derive",
     "evaluate",
     "holds",
+    "equivalent",
     "latex",
     "letters",
     "matrices",

@@ -142,6 +142,14 @@ class Chain:
         return self.lines[-1].right if self.lines else self.left
 
     @property
+    def ends(self) -> tuple[Formula, ...]:
+        """What it begins and ends with; both sides of an equation."""
+        sides = self.left, self.right
+        return tuple(
+            plain(e) for side in sides for e in getattr(side, "expressions", (side,))
+        )
+
+    @property
     def relations(self) -> Reasons:
         """Everything cited, each once, in order."""
         return tuple(dict.fromkeys(r for line in self.lines for r in line.cites))

@@ -23,6 +23,7 @@ from .dependence import behind, hidden, letters, sides
 from .deriving import Derived
 from .explicit import Explicit, Positive
 from .foundations import Foundation, foundation
+from .foundations import behind as every
 from .instances import Instance
 from .page_model import impossible
 from .polynomials import Sum
@@ -251,6 +252,28 @@ class Derivation:
         cited = [r for found in lists for stage in found.stages for r in stage.reasons]
         chains = [x for x in self.steps.values() if isinstance(x, Chain)]
         return foundation(chains, cited)
+
+    def tied(self) -> dict[Any, tuple[str, ...]]:
+        """What says something of each target of a stage list: titles of theorems.
+
+        They end with it, or begin, or cite what it is.  Where there are none it is
+        ("definition",): the stage is what its letter stands for, and nothing follows.
+        """
+        chains = list(every(x for x in self.steps.values() if isinstance(x, Chain)))
+        lists = [self, *(x for x in self.page if isinstance(x, Derivation))]
+        found = {}
+        for stage in (stage for found in lists for stage in found.stages):
+            cited = [r for r in stage.reasons if isinstance(r, Result)]
+            own = {r for r in stage.reasons if stage.target in letters(sp.Tuple(*r))}
+            says = [r.chain.title for r in cited]
+            says += [
+                chain.title
+                for chain in chains
+                if own & set(chain.relations)
+                or stage.target in letters(sp.Tuple(*chain.ends))
+            ]
+            found[stage.target] = tuple(dict.fromkeys(says)) or ("definition",)
+        return found
 
     # -- shown --------------------------------------------------------------------
 

@@ -23,7 +23,7 @@ from .lines import Cyclic, Line, Substitute
 from .operators import Differential, Gradient, Transposed
 from .polynomials import Polynomial, Traces
 from .proofs import prove
-from .reasons import cited_text
+from .reasons import cited_text, follows
 from .relations import Relation, named
 from .symbols import MatrixProduct, MatrixSum, Own, ZeroMatrix, plus
 from .terms import (
@@ -245,8 +245,12 @@ class Derived(Chain):
         given = named(relations)
         symmetric = self._algebra(right, *given).symmetric
         cited = prove(self.right, right, given, symmetric).cited
-        needed = [r for r in given if r.name in cited]
-        return self._then(Line(right, tuple(needed), "" if needed else "multiply out"))
+        needed = tuple(r for r in given if r.name in cited)
+        for r in needed:  # a proof may use what another one does without
+            others = tuple(x for x in needed if x is not r)
+            if follows(self.right, right, others, symmetric):
+                needed = others
+        return self._then(Line(right, needed, "" if needed else "multiply out"))
 
     def insert(self, right: Formula, *relations: Any, why: str = "inserted") -> Derived:
         """A line that is typed, as where an identity is put between two factors.

@@ -54,6 +54,24 @@ def test_explicit_values_matter(name):
     assert list(idle_values(page(name))) == []
 
 
+LOOSE = {  # these only name a factor, or are concluded about on another page
+    "haddad_bernstein.cost": "J",
+    "haddad_bernstein.stationarity": "X_G X_Gamma I_e tau",
+    "identification.likelihood": "W e",
+    "identification.score_by_blocks": "h",
+    "leondes_novak.best_coordinates": "F D G W",
+    "leondes_novak.side_by_side": "w",
+    "leondes_novak.square_root": "Y",
+}
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_a_theorem_of_the_page_says_something_of_what_a_stage_assigns(name):
+    tied = page(name).tied()
+    loose = [target.name for target, says in tied.items() if says == ("definition",)]
+    assert loose == LOOSE.get(name, "").split()
+
+
 @pytest.mark.parametrize("name", PAGES)
 def test_a_page_is_shown(name):
     derivation = page(name)

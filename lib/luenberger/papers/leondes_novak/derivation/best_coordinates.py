@@ -185,7 +185,7 @@ as_kalman = page(
 )
 
 
-gain_stage = Stage(K, gain.right, by=(gain,))
+gain_stage = Stage(K, gain.right, "(33)", by=(gain,))
 
 
 page("""One step of the recursion goes from the covariance of an error to the gain, and

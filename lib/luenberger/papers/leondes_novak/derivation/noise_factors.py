@@ -10,9 +10,16 @@ from functools import cache
 
 from sympy import symbols
 
-from matrixproof import Derivation, Page, Stage, ZeroMatrix
+from matrixproof import Derivation, Page, Stage, ZeroMatrix, equivalent
 
-from .correlated_noise import is_Qs, is_Sigma, is_X_next, told
+from .correlated_noise import (
+    decorrelation,
+    error_recursion,
+    is_Qs,
+    is_Sigma,
+    is_X_next,
+    told,
+)
 from .letters import *
 from .quadratic import is_M, is_N
 from .steady_gain import over
@@ -43,33 +50,9 @@ is_S = page(suppose(Nw * Nv.T, S))
 is_moved = page(let(moved, F * H, "11"))
 is_drive = page(let(drive, D * Nv - T_next * Nw, "11"))
 page(is_X_next)
-noises = page(
-    derive("11", "what the noises add", drive * drive.T)
-    .put(is_drive)
-    .use(is_R, is_Q, is_S)
-)
-page(
-    derive(
-        "11",
-        "a factor of the covariance of the observer's error",
-        moved * moved.T + drive * drive.T,
-    )
-    .use(is_moved, is_X, noises)
-    .fold(is_X_next)
-)
 is_shown = page(let(shown, P * H, "26"))
 is_drawn = page(let(drawn, V * Nv, "26"))
 page(is_Sigma)
-page(
-    derive(
-        "26",
-        "a factor of the covariance of the estimate",
-        shown * shown.T + drawn * drawn.T,
-    )
-    .put(is_shown)
-    .use(is_drawn, is_X, is_R)
-    .fold(is_Sigma)
-)
 
 
 @cache
@@ -93,6 +76,12 @@ def root_error():
 
 
 page(root_error())
+squares = {
+    moved * moved.T + drive * drive.T: X_next,
+    shown * shown.T + drawn * drawn.T: Sigma,
+}
+known = is_X, is_R, is_Q, is_S
+page(*equivalent(root_error(), error_recursion(), *known, same=squares))
 
 
 page("""What the measurement's noise tells of the process noise is taken out of the
@@ -100,13 +89,6 @@ page("""What the measurement's noise tells of the process noise is taken out of 
 page(told)
 is_what_is_left = page(let(G, Nw - J * Nv))
 page(is_Qs)
-page(
-    derive("", "a factor of the covariance of what is left", G * G.T)
-    .put(is_what_is_left)
-    .use(is_Q, is_S, is_R)
-    .fold(told, is_Qs)
-)
-
 page("""Where `R` is singular, `J R = S` leaves `J` free in the directions `b` without
     noise.""")
 page(is_M, is_N)
@@ -146,3 +128,5 @@ def root_decorrelation():
 
 
 page(root_decorrelation())
+square = {"same": {G * G.T: Qs}, "says": "a factor of the covariance of what is left"}
+page(*equivalent(root_decorrelation(), decorrelation(), *known, **square))

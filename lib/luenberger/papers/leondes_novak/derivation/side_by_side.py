@@ -59,7 +59,7 @@ def observer_step():
     return Derivation(
         (F, G, D, P, V, W, z, u, y),
         (
-            Stage(w_hat, P * z + V * y + W * u, by=(estimate,)),
+            Stage(w_hat, P * z + V * y + W * u, "(12)", by=(estimate,)),
             Stage(z_next, F * z + G * u + D * y, "(7)", by=(moves,)),
         ),
         source=SOURCE,
@@ -83,7 +83,7 @@ def side_by_side():
         (
             Stage(y, C * x + Hv * xi, "(2)", by=(measured, no_input)),
             Stage(w, L * x, by=(wanted,)),
-            Stage(w_hat, P * z + V * y, by=(estimate, no_input)),
+            Stage(w_hat, P * z + V * y, "(12)", by=(estimate, no_input)),
             Stage(e, w_hat - w, by=(is_e, wanted)),
             Stage(z_next, F * z + D * y, "(7)", by=(moves, no_input)),
             Stage(x_next, A * x + Hw * xi, "(1)", by=(plant, no_input)),

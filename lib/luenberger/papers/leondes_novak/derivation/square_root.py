@@ -19,9 +19,10 @@ from matrixproof import (
     Stage,
     Substitute,
     ZeroMatrix,
+    equivalent,
 )
 
-from .best_coordinates import gain_stage
+from .best_coordinates import gain_stage, gain_step
 from .letters import *
 from .quadratic import is_M, is_N, is_Sigma_next, is_Y
 
@@ -156,24 +157,6 @@ page("""The next covariance is a sum of two squares for any gain, and each has a
 page(is_Y, is_Sigma_next)
 is_kept = page(let(kept, Y * H_minus))
 is_drawn = page(let(drawn, K * V))
-page.chain(
-    "27",
-    "a factor of the next covariance, for any gain",
-    kept * kept.T + drawn * drawn.T,
-    Line(Y * H_minus * H_minus.T * Y.T + K * V * V.T * K.T, by=(is_kept, is_drawn)),
-    Line(Y * Omega * Y.T + K * R * K.T, by=(is_H_minus, is_R)),
-    Line(Sigma_next, by=(is_Sigma_next,)),
-)
-
-page("""So a factor gets wider at every step. A matrix with orthogonal rows between the
-    two factors brings it back to `n` columns.""")
-orthogonal = page(suppose(U * U.T, Identity(d)))
-page.chain(
-    "",
-    "orthogonal rows change no covariance",
-    (H * U) * (H * U).T,
-    Line(H * H.T, by=(orthogonal,)),
-)
 
 
 @cache
@@ -194,3 +177,15 @@ def root_update():
 
 
 page(root_update())
+square = {kept * kept.T + drawn * drawn.T: Sigma_next}
+page(*equivalent(root_update(), gain_step(), is_H_minus, is_R, same=square))
+
+page("""So a factor gets wider at every step. A matrix with orthogonal rows between the
+    two factors brings it back to `n` columns.""")
+orthogonal = page(suppose(U * U.T, Identity(d)))
+page.chain(
+    "",
+    "orthogonal rows change no covariance",
+    (H * U) * (H * U).T,
+    Line(H * H.T, by=(orthogonal,)),
+)
