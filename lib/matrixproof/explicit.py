@@ -23,6 +23,7 @@ from .words import Formula, denied, exact, kept
 
 LISTED = 6  # choices that are named; of more, the first three
 WIDEST_LINE = 72  # characters; a wider matrix has a line for each row
+LATEX_MARKS = {"✓": r"\checkmark", "(✓)": r"(\checkmark)", "✗": r"\times"}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -57,7 +58,9 @@ class Explicit:
       S S v = v
         S = [0 1; 1 0]
         v = [a; b]
-        evaluated for n = 2  ✓
+        evaluated for n = 2  (✓)
+
+    The mark in brackets says that it is so at these sizes, and not proved for all.
     """
 
     number: str
@@ -111,6 +114,13 @@ class Explicit:
     # -- shown ------------------------------------------------------------------------
 
     @property
+    def mark(self) -> str:
+        """✓ or ✗; (✓) where letters of any size have some sizes only."""
+        sizes = (d for chosen in self.cases.values() for x in chosen for d in shape(x))
+        right = "(✓)" if any(sp.sympify(d).free_symbols for d in sizes) else "✓"
+        return "✗" if self.check() else right
+
+    @property
     def _shown(self):
         return next(iter(self.cases.values()), {})
 
@@ -126,13 +136,13 @@ class Explicit:
         title = f"({self.number}) {self.says}" if self.number else self.says
         out = [title, f"  {text(self.left)} {self.sign} {text(self.right)}"]
         out += [line for pair in self._shown.items() for line in rows_of(*pair)]
-        out.append(f"    {plain(self.reason())}  {'✗' if self.check() else '✓'}")
+        out.append(f"    {plain(self.reason())}  {self.mark}")
         return "\n".join([*out, *(f"  {fault}" for fault in self.check())])
 
     __repr__ = __str__
 
     def _repr_latex_(self):
-        mark = r"\times" if self.check() else r"\checkmark"
+        mark = LATEX_MARKS[self.mark]
         rows = [f"{latex(self.left)} &{self.latex_sign} {latex(self.right)}"]
         rows += [f"{latex(s)} &= {latex(v)}" for s, v in self._shown.items()]
         rows.append(f"&{words(self.reason())} && {mark}")
@@ -177,6 +187,10 @@ class Positive(Explicit):
         entries = value(self.left, self._shown)
         several = isinstance(entries, sp.MatrixBase) and len(entries) > 1
         return ("every entry, " if several else "") + super().reason()
+
+
+def shape(letter):
+    return getattr(letter, "shape", ())
 
 
 def rows_of(symbol, matrix):

@@ -13,6 +13,8 @@ from typing import Any
 import sympy as sp
 
 from .attempts import Model, models
+from .dependence import letters
+from .exact import plain
 from .joint import Joint, NotLinear
 from .relations import Moment, Relation
 from .settings import Setting
@@ -111,7 +113,10 @@ def impossible(
     """
     relations, also = tuple(relations), tuple(also)
     known = frozenset(symmetric)
-    given = tuple(values_of(witness or {}, known).items())
+    sides = [plain(e) for e in (*(e for r in relations for e in r), *also)]
+    occur = set().union(*map(letters, sides))  # before the end of a scope, not all
+    values = values_of(witness or {}, known)
+    given = tuple((x, value) for x, value in values.items() if x in occur)
     asked = frozenset(relations), known, frozenset(also)
     if not given and any(all(map(frozenset.issubset, asked, had)) for had in KNOWN):
         return []

@@ -106,12 +106,14 @@ class Setting:
 
     def _in_turn(self, key):
         """Sizes in the order that `key` makes, at which what is known has its shape."""
-        sizes = _in_turn(self.dimensions, tuple(self.caps.items()), key)
         shapes = [
             (sp.sympify(d), k)
             for s, value in self.values.items()
             for d, k in zip(getattr(s, "shape", ()), getattr(value, "shape", ()))
         ]
+        fixed = dict(shapes)
+        ranges = {s: (fixed.get(s, 1), fixed.get(s, k)) for s, k in self.caps.items()}
+        sizes = _in_turn(self.dimensions, tuple(ranges.items()), key)
         fits = lambda size: all(d.xreplace(size) == k for d, k in shapes)  # noqa: E731
         return [size for size in sizes if fits(size)] if shapes else sizes
 
@@ -150,12 +152,12 @@ def _alike(dimensions):
 
 
 @cache
-def _in_turn(dimensions, caps, key):
-    """Sizes up to the caps that leave no matrix empty, by what `key` makes of them."""
+def _in_turn(dimensions, ends, key):
+    """Sizes between ends that leave no matrix empty, by what `key` makes of them."""
     dimensions = sorted((d for d in dimensions if d.free_symbols), key=str)
-    names = [symbol for symbol, _ in caps]
+    names = [symbol for symbol, _ in ends]
     at = sp.lambdify(names, dimensions, "math", dummify=True)
-    ranges = [range(1, cap + 1) for _, cap in caps]
+    ranges = [range(low, high + 1) for _, (low, high) in ends]
     found = [(at(*values), values) for values in islice(product(*ranges), MOST)]
     found = [pair for pair in found if all(d >= 1 for d in pair[0])]
     found.sort(key=lambda pair: key(pair[0]))

@@ -16,7 +16,7 @@ from luenberger import ledger
 
 NOTEBOOKS = sorted((ROOT / "notebooks").glob("[0-9]*.ipynb"))
 ASSIGNMENTS = sorted((ROOT / "notebooks" / "coursework" / "source").glob("*/*.ipynb"))
-MARK = re.compile(r"&& \\(?:checkmark|times)\b")
+MARK = re.compile(r"&& \(?\\(?:checkmark|times)\b")
 REGION = re.compile(r"### BEGIN (\w+)[^\n]*\n(.*?)\n[^\n]*### END \1", re.S)
 QUIET = {"code", "pre", "script", "style", "textarea", "title"}
 VOID = {"area", "base", "br", "col", "embed", "hr", "img", "input", "link", "meta"}

@@ -30,6 +30,7 @@ from matrixproof.typeset import columns
 SHORT = 10  # columns of what a chain begins with, to stand before the first sign
 SEPARATOR = r",\; "
 DISPLAYED = r"\displaystyle "
+MARK = {True: "✓", False: "✗"}
 
 
 def chapter(derivation, address):
@@ -124,7 +125,7 @@ def instance(item):
     grid += nodes.paragraph("", "", *spaced(values, "with "), classes=["start"])
     grid += nodes.paragraph("", classes=["left"])
     grid += nodes.paragraph("", "", formula(rf"{left} \ne {right}"), classes=["right"])
-    return marked(grid, not item.check())
+    return marked(grid, MARK[not item.check()])
 
 
 def construction(item):
@@ -136,7 +137,8 @@ def construction(item):
     grid += nodes.paragraph("", "", nodes.Text("satisfies"), classes=["left"])
     wanted = spaced([relation.show(latex) for relation in item.satisfies], "")
     grid += nodes.paragraph("", "", *wanted, classes=["right"])
-    return marked(grid, not item.check(), SEPARATOR.join(map(cited_latex, item.by)))
+    because = SEPARATOR.join(map(cited_latex, item.by))
+    return marked(grid, MARK[not item.check()], because)
 
 
 def evaluated(item):
@@ -150,7 +152,7 @@ def evaluated(item):
         grid += nodes.paragraph("", "", shown, classes=["start"])
     grid += nodes.paragraph("", classes=["left"])
     grid += nodes.paragraph("", item.reason(), classes=["right"])
-    return marked(grid, not item.check())
+    return marked(grid, item.mark)
 
 
 def upright(symbol, value):
@@ -162,9 +164,9 @@ def upright(symbol, value):
     return f"{latex(symbol)} = {latex(value)}"
 
 
-def marked(grid, right, because="", wide=False):
+def marked(grid, mark, because="", wide=False):
     """A line of a grid, ended by its mark and its reason; below it, if it is wide."""
-    grid += nodes.paragraph("", "✓" if right else "✗", classes=["checked"])
+    grid += nodes.paragraph("", mark, classes=["checked"])
     classes = ["reason", "below"][: 1 + wide]
     grid += nodes.paragraph("", "", *reason(because), classes=classes)
     return grid
@@ -195,7 +197,7 @@ def lines(chain):
         body = spaced([f"{row.sign} {first}", *(f"{{}}{piece}" for piece in rest)])
         wide = columns(plain.right) + columns(plain.left if left else "") > WIDE
         grid += nodes.paragraph("", "", *body, classes=["right", "wide"][: 1 + wide])
-        marked(grid, row.follows, row.reason, wide)
+        marked(grid, MARK[row.follows], row.reason, wide)
     return grid
 
 

@@ -13,7 +13,7 @@ from sphinx.transforms import SphinxTransform
 
 WHOLE = re.compile(r"\\begin\{aligned\}(.*)\\end\{aligned\}", re.DOTALL)
 NEXT_ROW = r"\\[2pt]"
-MARKS = {r"\checkmark": True, r"\times": False}
+MARKS = {r"\checkmark": "✓", r"(\checkmark)": "(✓)", r"\times": "✗"}
 WORDS = re.compile(r"\\text\{([^{}]*)\}")
 START = 7  # columns of what a line begins with, to stand before its sign
 BESIDE = 28  # columns of a line that has its reason beside it

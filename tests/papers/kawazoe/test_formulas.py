@@ -134,8 +134,13 @@ def test_a_form_is_what_the_page_says(seed):
         page.w_next: found.P @ states[1],
         page.y: plant.C @ x,
     }
+    last = [end - 1 for end in form.Pattern(found.indices).ends]
+    within, every = [k for k in range(5) if k not in last], np.eye(5)
+    values |= {page.E_0: every[within], page.E_n: every[[k + 1 for k in within]]}
+    values |= {page.Z: values[page.E_0].T @ values[page.E_n], page.E_p: every[last]}
+    values[page.phi] = found.Phi[last]
     tried, failed = broken_relations(form.page.page, values)
-    assert failed == [] and tried == 7
+    assert failed == [] and tried == 13
     y = np.hstack(states[:4]).T @ plant.C.T + u @ plant.E.T
     k = found.samples - 1
     for at, wanted in (("start", states), ("end", states[k:])):

@@ -16,10 +16,7 @@ import sympy as sp
 from matrixproof import (
     Construction,
     Derivation,
-    Equation,
     Explicit,
-    Iff,
-    Line,
     Page,
     Stage,
 )
@@ -122,12 +119,15 @@ is_T_i = page(suppose(S_i * T_U, T_i))
 is_T_h = page(suppose(S_h * T_U, T_h))
 is_D_i = page(suppose(S_i * D, D_i))
 below = page(suppose(S_i * F, A_i * S_h))
-page.chain(
-    "VD 4, 10",
-    "one row block of the equation",
-    S_i * (T_U * A_U - F * T_U - D * C_U),
-    Line(S_i * T_U * A_U - A_i * S_h * T_U - S_i * D * C_U, by=(below,)),
-    Line(T_i * A_U - A_i * T_h - D_i * C_U, by=(is_T_i, is_T_h, is_D_i)),
+page(
+    letters.derive(
+        "VD 4, 10",
+        "one row block of the equation",
+        S_i * (T_U * A_U - F * T_U - D * C_U),
+    )
+    .expand()
+    .use(below)
+    .use(is_T_i, is_T_h, is_D_i)
 )
 
 page("""Take it column block by column block. A column block of `A_U` has entries down
@@ -138,12 +138,11 @@ unseen = page(suppose(C_U * N_c, ZeroMatrix(m, r_c)))
 is_T_c = page(suppose(T_i * K_c, T_c))
 is_T_n = page(suppose(T_i * N_n, T_n))
 is_T_hc = page(suppose(T_h * N_c, T_hc))
-page.chain(
-    "VD 10",
-    "one column block of it",
-    row_block * N_c,
-    Line(T_i * (K_c * A_c + N_n * S_c) - A_i * T_h * N_c, by=(reaches, unseen)),
-    Line(T_c * A_c + T_n * S_c - A_i * T_hc, by=(is_T_c, is_T_n, is_T_hc)),
+page(
+    letters.derive("VD 10", "one column block of it", row_block * N_c)
+    .expand()
+    .use(reaches, unseen)
+    .use(is_T_c, is_T_n, is_T_hc)
 )
 
 page("""The columns of a stair are independent, so it has a left inverse. That gives
@@ -167,19 +166,19 @@ page("The last column block, the one that is measured, says what `D` is.")
 is_A_m = page(suppose(A_U * N_m, A_m))
 is_T_hm = page(suppose(T_h * N_m, T_hm))
 measured = page(suppose(C_U * N_m, Identity(m)))
-page.chain(
-    "VD 10",
-    "the gain of the measurement",
-    Equation(row_block * N_m, ZeroMatrix(p_i, m)),
-    Iff(
-        Equation(T_i * A_m - A_i * T_hm - D_i, ZeroMatrix(p_i, m)),
-        by=(is_A_m, is_T_hm, measured),
-    ),
-    Iff(Equation(D_i, T_i * A_m - A_i * T_hm)),
+page(
+    letters.derive("VD 10", "the column block that is measured", row_block * N_m)
+    .expand()
+    .use(is_A_m, is_T_hm, measured)
 )
 
 page("This block of the equation is to hold, too.")
 holds = page(suppose(row_block * N_m, ZeroMatrix(p_i, m), "VD 10"))
+gain = page(
+    letters.derive("VD 10", "the gain of the measurement", D_i).by(
+        T_i * A_m - A_i * T_hm, holds, is_A_m, is_T_hm, measured
+    )
+)
 
 
 @cache
@@ -204,10 +203,9 @@ page(next_entries())
 @cache
 def measured_gain():
     """A row block of D, from that of T and the column block that is measured."""
-    by = (holds, is_A_m, is_T_hm, measured)
     return Derivation(
         (A_i, T_hm, T_i, A_m),
-        (Stage(D_i, T_i * A_m - A_i * T_hm, "(VD 10)", by=by),),
+        (Stage(D_i, T_i * A_m - A_i * T_hm, "(VD 10)", by=(gain,)),),
         source=f"{SOURCE}, with the rows of Van Dooren (1984)",
         letters=letters,
         says="a row block of D",
@@ -245,14 +243,13 @@ page("""`F` has zeros on its diagonal. So each row solves Van Dooren's system wi
 page(Explicit("VD 18, 20", "each row solves his system", x_i * M_i, -a_f, rows()))
 
 page("""That all poles are zero only says that `F` vanishes after `n - m` steps. It does
-    so earlier. If a power of it is zero in the block above, the next power is zero in
-    this one. The first block is zero at once, and there are `p_M - 1` blocks. So the
+    so earlier. The first block is zero at once. If a power of it is zero in the block
+    above, the next power is zero in this one. By induction over the `p_M - 1` blocks,
+    `F` is zero after as many steps. So the
     observer is exact from sample number `p_M` on, whatever it began with.""")
 gone = page(suppose(S_h * F_l, ZeroMatrix(r_h, n - m)))
-page.chain(
-    "",
-    "one more power and one more block",
-    S_i * F * F_l,
-    Line(A_i * S_h * F_l, by=(below,)),
-    Line(ZeroMatrix(p_i, n - m), by=(gone,)),
+page(
+    letters.derive("", "one more power and one more block", S_i * F * F_l)
+    .use(below)
+    .use(gone)
 )

@@ -1,16 +1,15 @@
 """Kawazoe's coordinates, and the form that they give the plant.
 
-The coordinates are outputs, of now and of later samples.  What holds for every size is
-proved in letters.  What rests on the pattern of zeros and ones in (11) and (14) is
-evaluated for several lists of indices `p_1` to `p_m`, with a symbol for every other
-entry.
+The coordinates are outputs, of now and of later samples.  The form follows from the
+order in which they are searched, for every size.  What it looks like is written out for
+several lists of indices `p_1` to `p_m`, with a symbol for every entry that is free.
 
 Source: Kawazoe (1978), (1)-(14), (19); the order of the search is our own.
 """
 
 import sympy as sp
 
-from matrixproof import BlockMatrix, Cyclic, Explicit, Line, Page
+from matrixproof import BlockMatrix, Explicit, Page
 
 from .letters import *
 
@@ -67,26 +66,23 @@ def rows_of_Phi(of):
     return {Z: of.Phi - chosen.T * full, E_p: chosen, phi: full, Phi: of.Phi}
 
 
-def ends(of):
-    below = sp.ones(of.m).lower_triangular()
-    return {L: below, p: sp.Matrix(of.indices), v: sp.Matrix(of.ends)}
+def example():
+    """A plant with p = (2, 1) in its own coordinates, with all that is picked of it."""
+    first, last = picks([0, 1], 3), picks([2], 3)
+    moves, outputs = sp.Matrix([[0, 1, 0], [1, 2, 0], [1, 0, 1]]), picks([0, 2], 3)
+    rows = picks([0, 2, 1], 3)
+    found = {letter: sp.eye(3) for letter in (P, P_q, X_q, E_to)}
+    found |= {A: moves, A_l: moves, Phi_l: moves, C: outputs, R: rows, R_next: rows}
+    found |= {E_0: picks([0], 3), E_n: picks([1], 3), E_p: picks([1, 2], 3)}
+    found |= {E_h: first, E_j: first, E_i: last, E_o: last}
+    found |= {J: rows, K_P: rows, K_R: rows}
+    return found | {A_p: sp.Matrix([[1, 0, 2], [1, 1, 0]])}
 
 
 def heads(of):
     numbers = sp.Matrix(range(1, of.n + 1))
     sizes = {p: sp.Matrix(of.indices), v: sp.Matrix(of.ends)}
     return {H: of.H, count: numbers, **sizes, ones: sp.ones(of.m, 1)}
-
-
-def by_polynomial(size):
-    """A plant with one output, and minus the coefficients of its polynomial in Phi."""
-    moves, row = named("a", size, size), named("c", 1, size)
-    last = -sp.Matrix([moves.charpoly().all_coeffs()[:0:-1]])
-    up = sp.Matrix(size - 1, size, lambda i, j: int(j == i + 1))
-    rows = [row]
-    for _ in range(size - 1):
-        rows.append((rows[-1] * moves).expand())
-    return {P: sp.Matrix.vstack(*rows), A: moves, Phi: up.col_join(last)}
 
 
 PLANT = {
@@ -109,7 +105,7 @@ found_first = BlockMatrix([[C_1], [C_1 * A], [C_1 * A * A]])
 found_by_level = BlockMatrix([[C_1], [C_2], [C_2 * A]])
 
 
-page = Page(letters=letters, source=f"{SOURCE}, (1)-(14), (19)")
+page = Page(letters=letters, source=f"{SOURCE}, (1)-(14), (19)", witness=example())
 
 page("The plant, in discrete time, and the rows of what it measures.")
 is_x = page(let(x_next, A * x + B * u, "1"))
@@ -123,13 +119,44 @@ page("""Coordinates are rows `C_i A^k`, searched in the order `C_1` to `C_m`, th
 depends = page(let(c_k, a * R, "5"))
 next_row = page(let(c_next, c_k * A, "5"))
 before = page(suppose(R * A, M * R_next, "5"))
-page.chain(
-    "5",
-    "behind a row that depends all rows depend",
-    c_next,
-    Line(c_k * A, by=(next_row,)),
-    Line(a * R * A, by=(depends,)),
-    Line(a * M * R_next, by=(before,)),
+page(
+    letters.derive("5", "behind a row that depends all rows depend", c_next)
+    .put(next_row, depends)
+    .use(before)
+)
+
+page("""By induction, all rows that have been looked at are combinations of those that
+    are kept. So is a row that depends on them, and a row that is kept is one of
+    those.""")
+with page.scope(suppose(R, K_R * P_q, "6")) as so_far:
+    page(
+        letters.derive(
+            "6", "a row that depends is a combination of what is kept", c_k
+        ).put(depends, so_far)
+    )
+
+page("""At the end `R` is the whole table. Observability gives it a left inverse, and
+    independence gives one to the right of the rows that are kept. They are `n` rows.
+    """)
+table = page(suppose(R, K_R * P_q, "6"))
+observable = page(suppose(J * R, I, "3"))
+independent = page(suppose(P_q * X_q, Identity(q), "5"))
+spans = page(
+    letters.derive("6", "the rows that are kept span", I)
+    .insert(J * R, observable)
+    .put(table)
+)
+both = page(
+    letters.derive("6", "their inverse is an inverse on both sides", X_q * P_q)
+    .insert(J * K_R * P_q * X_q * P_q, spans)
+    .use(independent)
+    .use(spans)
+)
+page(
+    letters.derive("6", "how many rows are kept", n)
+    .insert(sp.Trace(X_q * P_q), both)
+    .cyclic(P_q)
+    .use(independent)
 )
 
 page("""So output `i` contributes `C_i`, `C_i A` and so on, `p_i` rows. The rows of `C`
@@ -161,112 +188,110 @@ page(
     )
 )
 
-page("""Sorted by output the rows that are kept are `P`, which has a block for each
-    output. Block `i` begins with `C_i`. `A` takes each of its rows to the next, and the
-    last one to a combination `phi_i` of all rows.""")
-is_head = page(suppose(e_v * P, C_i, "6"))
-goes_on = page(suppose(e_k * P * A, e_kn * P, "6"))
-is_last = page(suppose(e_p * P * A, phi_i * P, "6"))
-
-page("""Each row is in one block. With two outputs, of which `E_1` and `E_2` pick the
-    blocks, the indices therefore add up to `n`; each further output adds a term.""")
-split = page(suppose(E_1.T * E_1 + E_2.T * E_2, I, "6"))
-size_1 = page(suppose(E_1 * E_1.T, Identity(p_1), "6"))
-size_2 = page(suppose(E_2 * E_2.T, Identity(p_2), "6"))
-page.chain(
-    "7",
-    "the indices add up",
-    n,
-    Line(sp.Trace(E_1.T * E_1 + E_2.T * E_2), by=(split,)),
-    Cyclic(sp.Trace(E_1 * E_1.T) + sp.Trace(E_2 * E_2.T)),
-    Line(p_1 + p_2, by=(size_1, size_2)),
+page("""Sorted by output the rows that are kept are `P`, which has an inverse. It has a
+    block for each output. `A` takes each row that is not the last of its block to the
+    next: in the table it is the next power. What follows a last row depends, on rows
+    of the table, which are combinations of `P`.""")
+goes_on = page(suppose(E_0 * P * A, E_n * P, "6"))
+follows = page(suppose(E_p * P * A, A_p * R, "5"))
+in_P = page(suppose(R, K_P * P, "6"))
+is_phi = page(let(phi, A_p * K_P, "11"))
+ends = page(
+    letters.derive("11", "the last rows one step on", E_p * P * A)
+    .use(follows)
+    .put(in_P)
+    .fold(is_phi)
 )
 
-page("""The new coordinates are `w = P x`. The matrix `Phi` that moves them has a row
-    for each row of `P`: ones above the diagonal, and the combinations `phi_i`.""")
-shifts = page(suppose(e_k * Phi, e_kn, "11"))
-is_full = page(suppose(e_p * Phi, phi_i, "11"))
-page.chain(
-    "11",
-    "a row of a block that is not its last",
-    e_k * P * A,
-    Line(e_kn * P, by=(goes_on,)),
-    Line(e_k * Phi * P, by=(shifts,)),
-)
-page.chain(
-    "11",
-    "the last row of a block",
-    e_p * P * A,
-    Line(phi_i * P, by=(is_last,)),
-    Line(e_p * Phi * P, by=(is_full,)),
+page("""Each row is in one block. By induction over the blocks, block `i` ends where the
+    blocks before it end and `p_i` rows further. So the last one ends at the sum of all
+    indices, which is `n`.""")
+split = page(suppose(E_to.T * E_to, E_h.T * E_h + E_i.T * E_i, "6"))
+size_to = page(suppose(E_to * E_to.T, Identity(v_i), "6"))
+size_h = page(suppose(E_h * E_h.T, Identity(v_h), "6"))
+size_i = page(suppose(E_i * E_i.T, Identity(p_i), "6"))
+page(
+    letters.derive("7, 19", "the indices add up", v_i)
+    .insert(sp.Trace(E_to * E_to.T), size_to)
+    .cyclic(E_to.T)
+    .use(split)
+    .by(v_h + p_i, size_h, size_i)
 )
 
-page("These are all rows, so both sides are equal.")
-turned = page(suppose(P * A, Phi * P, "11"))
-page.chain(
-    "11",
-    "what moves the new coordinates",
-    Phi,
-    Line(Phi * P * P.I, why="put in an inverse"),
-    Line(P * A * P.I, by=(turned,)),
+page("""The new coordinates are `w = P x`. The matrix `Phi` that moves them has ones
+    that take each row to the next, and the combinations `phi` in the last rows.""")
+is_Z = page(let(Z, E_0.T * E_n, "11"))
+is_Phi = page(let(Phi, Z + E_p.T * phi, "11"))
+whole = page(suppose(E_0.T * E_0 + E_p.T * E_p, I, "6"))
+turned = page(
+    letters.derive("11", "the rows that are kept one step on", P * A)
+    .insert((E_0.T * E_0 + E_p.T * E_p) * P * A, whole)
+    .expand()
+    .use(goes_on, ends)
+    .fold(is_Z, is_Phi)
+)
+page(letters.derive("11", "what moves the new coordinates", P * A * P.I).use(turned))
+
+page("So a row of `Phi` is a row of the identity, or it is one of the combinations.")
+alone = page(suppose(E_0 * E_0.T, Identity(n - m), "6"))
+alone_too = page(suppose(E_p * E_p.T, Identity(m), "6"))
+apart = page(suppose(E_0 * E_p.T, ZeroMatrix(n - m, m), "6"))
+shifts = page(
+    letters.derive("11", "a row of a block that is not its last", E_0 * Phi)
+    .put(is_Phi, is_Z)
+    .expand()
+    .use(alone, apart)
+)
+page(
+    letters.derive("11", "the last row of a block", E_p * Phi)
+    .put(is_Phi, is_Z)
+    .expand()
+    .use(apart, alone_too)
 )
 
-page("""Written out, `Z` has the ones and `phi` the combinations. The order of the
-    search makes some of their entries zero: a row is a combination of rows before
-    it.""")
+page("""Written out it is as follows. The order of the search makes some entries of
+    `phi` zero: a row is a combination of rows before it.""")
 page(Explicit("6, 11", "the pattern", Z + E_p.T * phi, Phi, over_patterns(rows_of_Phi)))
 
-page("""Each combination `phi_i` has one part for each block, with as many entries as
-    the block has rows. `E_j` picks block `j`, and `E_o` the others.""")
+page("""Each row of `phi` has one part for each block, with as many entries as the block
+    has rows. `E_j` picks block `j`, and `E_o` the others.""")
 parts = page(suppose(E_j.T * E_j + E_o.T * E_o, I, "12"))
+is_phi_i = page(let(phi_i, e_i * phi, "12"))
 is_phi_ij = page(let(phi_ij, phi_i * E_j.T, "12"))
 is_phi_o = page(let(phi_o, phi_i * E_o.T, "12"))
 is_P_j = page(let(P_j, E_j * P))
 is_P_o = page(let(P_o, E_o * P))
-page.chain(
-    "12",
-    "each block has its own coefficients",
-    e_p * P * A,
-    Line(phi_i * P, by=(is_last,)),
-    Line(phi_i * (E_j.T * E_j + E_o.T * E_o) * P, by=(parts,)),
-    Line(phi_ij * P_j + phi_o * P_o, by=(is_phi_ij, is_phi_o, is_P_j, is_P_o)),
-)
-
-page("""With one output they are minus the coefficients of the characteristic polynomial
-    of `A`, by Cayley and Hamilton.""")
 page(
-    Explicit(
-        "11",
-        "one output and the characteristic polynomial",
-        P * A,
-        Phi * P,
-        {f"n = {size}": by_polynomial(size) for size in (2, 3)},
+    letters.derive("12", "each block has its own coefficients", e_i * E_p * P * A)
+    .use(ends)
+    .fold(is_phi_i)
+    .insert(phi_i * (E_j.T * E_j + E_o.T * E_o) * P, parts)
+    .expand()
+    .fold(is_phi_ij, is_phi_o, is_P_j, is_P_o)
+)
+
+page("""With one output the last row times `A` is `C A^n`. By Cayley and Hamilton it is
+    minus the combination of `C`, `C A` and so on that the characteristic polynomial of
+    `A` has.""")
+with page.scope(suppose(E_p * P * A, -alpha * P, "11")) as hamilton:
+    page(
+        letters.derive("11", "one output and the characteristic polynomial", phi)
+        .insert(E_p * P * A * P.I, ends)
+        .use(hamilton)
     )
-)
 
-page("The outputs are read off the first entries of the blocks.")
+page("The outputs are read off the first entries of the blocks, which are rows of `C`.")
+read = page(suppose(H * P, C, "6, 14"))
 is_h = page(suppose(e_i * H, e_v, "14"))
-page.chain(
-    "4, 14",
-    "a row of the measurement",
-    e_i * H * P,
-    Line(e_v * P, by=(is_h,)),
-    Line(C_i, by=(is_head,)),
-    Line(e_i * C, by=(is_C_i,)),
+page(
+    letters.derive("4, 14", "a row of the measurement", C_i)
+    .put(is_C_i)
+    .fold(read)
+    .use(is_h)
 )
+page(letters.derive("14", "what reads the outputs", C * P.I).fold(read).expand())
 
-page("That is so for every output, so both sides are equal.")
-read = page(suppose(C, H * P, "14"))
-page.chain(
-    "14",
-    "what reads the outputs",
-    H,
-    Line(H * P * P.I, why="put in an inverse"),
-    Line(C * P.I, by=(read,)),
-)
-
-page("Block `i` ends with entry `v_i`, and begins with entry `1 + v_i - p_i`.")
-page(Explicit("19", "where the blocks end", L * p, v, over_patterns(ends)))
+page("Block `i` ends with entry `v_i`. So it begins with entry `1 + v_i - p_i`.")
 page(
     Explicit(
         "14, 19", "where they begin", H * count, v - p + ones, over_patterns(heads)
@@ -277,31 +302,26 @@ page("In these coordinates the plant moves and is measured as follows.")
 is_w = page(let(w, P * x, "8"))
 is_w_next = page(let(w_next, P * x_next, "8"))
 is_G = page(let(G, P * B, "13"))
-page.chain(
-    "9",
-    "the plant in these coordinates",
-    w_next,
-    Line(P * x_next, by=(is_w_next,)),
-    Line(P * A * x + P * B * u, by=(is_x,)),
-    Line(Phi * P * x + G * u, by=(turned, is_G)),
-    Line(Phi * w + G * u, by=(is_w,)),
+page(
+    letters.derive("9", "the plant in these coordinates", w_next)
+    .put(is_w_next, is_x)
+    .expand()
+    .use(turned)
+    .fold(is_w, is_G)
 )
-page.chain(
-    "10",
-    "the measurement in these coordinates",
-    y,
-    Line(C * x, by=(is_y,)),
-    Line(H * P * x, by=(read,)),
-    Line(H * w, by=(is_w,)),
+page(
+    letters.derive("10", "the measurement in these coordinates", y)
+    .put(is_y)
+    .fold(read)
+    .fold(is_w)
 )
 
-page("""A row of the one observability matrix is the same row of the other, times `P`.
-    So the new pair is observable exactly if the old one is.""")
+page("""By induction, a row of the one observability matrix is the same row of the
+    other, times `P`: for the first rows that is `C = H P`. So the new pair is
+    observable exactly if the old one is.""")
 so_far = page(suppose(C * A_l, H * Phi_l * P, "3"))
-page.chain(
-    "3",
-    "the rows of both observability matrices",
-    C * A_l * A,
-    Line(H * Phi_l * P * A, by=(so_far,)),
-    Line(H * Phi_l * Phi * P, by=(turned,)),
+page(
+    letters.derive("3", "the rows of both observability matrices", C * A_l * A)
+    .use(so_far)
+    .use(turned)
 )

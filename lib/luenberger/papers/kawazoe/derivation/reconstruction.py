@@ -9,9 +9,9 @@ Source: Kawazoe (1978), (15)-(26).
 
 import sympy as sp
 
-from matrixproof import Explicit, Line, Page
+from matrixproof import BlockMatrix, Explicit, Page
 
-from .form import is_h, is_w, named, over_patterns, picks
+from .form import is_h, is_w, named, over_patterns, shifts
 from .letters import *
 
 INPUTS = 2  # concrete number r of inputs
@@ -69,17 +69,6 @@ def of_window(*wanted):
     return over_patterns(lambda of: {letter: window(of)[letter] for letter in wanted})
 
 
-def coefficients(of):
-    rows = [of.H[i, :] * of.Phi**k for i in range(of.m) for k in range(of.indices[i])]
-    return {K: sp.Matrix.vstack(*rows)}
-
-
-def one_sample_less(of):
-    rows = [of.H * of.Phi**k for k in range(of.samples - 1)]
-    end = of.ends[of.indices.index(of.samples)] - 1
-    return {O_s: sp.Matrix.vstack(*rows), b: picks([end], of.n).T}
-
-
 # -- the page -------------------------------------------------------------------------
 
 
@@ -89,112 +78,111 @@ page("""The plant in Kawazoe's coordinates. Output `i` is the first entry of blo
     so `m` entries of `w` are read.""")
 is_y = page(let(y, H * w, "10"))
 page(is_h)
-page.chain(
-    "18",
-    "what is read",
-    e_i * y,
-    Line(e_i * H * w, by=(is_y,)),
-    Line(e_v * w, by=(is_h,)),
-)
+page(letters.derive("18", "what is read", e_i * y).put(is_y).use(is_h))
 
 page("""A later output shows the state of the moment, and what the inputs since have
     added.""")
 later = page(let(w_l, Phi_l * w + s_l, "15"))
 powers = page(let(Phi_next, Phi * Phi_l))
 added = page(let(s_next, Phi * s_l + G * u, "15"))
-page.chain(
-    "15",
-    "one more sample",
-    Phi * w_l + G * u,
-    Line(Phi * Phi_l * w + Phi * s_l + G * u, by=(later,)),
-    Line(Phi_next * w + s_next, by=(powers, added)),
+page(
+    letters.derive("15", "one more sample", Phi * w_l + G * u)
+    .put(later)
+    .expand()
+    .fold(powers, added)
 )
 is_y_l = page(let(y_l, H * w_l, "10"))
-page.chain(
-    "15",
-    "a later output",
-    y_l,
-    Line(H * w_l, by=(is_y_l,)),
-    Line(H * Phi_l * w + H * s_l, by=(later,)),
-)
+page(letters.derive("15", "a later output", y_l).put(is_y_l, later).expand())
 
-page("""Take output `i`. As long as `l < p_i`, each further `Phi` moves the one in `e_v`
-    on by one entry.""")
-so_far = page(suppose(e_v * Phi_l, e_l))
-commute = page(suppose(Phi * Phi_l, Phi_l * Phi))
-moves = page(suppose(e_l * Phi, e_ln, "11"))
-page.chain(
-    "16",
-    "the coefficient moves on by one entry",
-    e_v * Phi_next,
-    Line(e_v * Phi_l * Phi, by=(powers, commute)),
-    Line(e_l * Phi, by=(so_far,)),
-    Line(e_ln, by=(moves,)),
-)
-
-page("So the output shows that entry of the state. All of them make the identity.")
-shown = page.chain(
-    "16",
-    "an output after some samples",
-    e_i * y_l,
-    Line(e_i * H * w_l, by=(is_y_l,)),
-    Line(e_v * w_l, by=(is_h,)),
-    Line(e_v * Phi_l * w + e_v * s_l, by=(later,)),
-    Line(e_l * w + e_v * s_l, by=(so_far,)),
-)
-page(
-    Explicit(
-        "16",
-        "the coefficients of the state",
-        K,
-        Identity(n),
-        over_patterns(coefficients),
+page("""By induction over the samples, what the inputs add is a sum: the powers of `Phi`
+    times `G` side by side, times all inputs.""")
+with page.scope(suppose(s_l, Gam_l * u_p, "15")) as summed:
+    longer = page(let(Gam_next, BlockMatrix([[Phi * Gam_l, G]])))
+    stacked = page(let(u_next, BlockMatrix([[u_p], [u]])))
+    page(
+        letters.derive("15", "the sum of one sample more", Gam_next * u_next)
+        .multiply(longer, stacked)
+        .fold(summed)
+        .fold(added)
     )
+
+page("""Take output `i`. After `l` samples the state is seen through `e_v Phi^l`. As
+    long as entry `l + 1` of the block is not its last, one more `Phi` moves the one in
+    that row on by one entry.""")
+so_far = page(suppose(e_v * Phi_l, e_l, "16"))
+commute = page(suppose(Phi * Phi_l, Phi_l * Phi))
+row_of_G = page(let(g_l, e_l * G, "13"))
+is_next = page(let(e_ln, f_l * E_n, "6"))
+with page.scope(suppose(e_l, f_l * E_0, "6")) as not_last:
+    moves = page(
+        letters.derive("11", "a one moves on by one entry", e_l * Phi)
+        .put(not_last)
+        .use(shifts)
+        .fold(is_next)
+    )
+    page(
+        letters.derive("16", "the coefficient moves on by one entry", e_v * Phi_next)
+        .put(powers)
+        .use(commute)
+        .use(so_far)
+        .use(moves)
+    )
+
+    page("""So do the contributions of the inputs: an input that has moved an entry of
+        the block, with a row `g_l` of `G`, has moved the entry before it one sample
+        later.""")
+    page(
+        letters.derive(
+            "25", "a row of the contributions from the next one", e_l * s_next
+        )
+        .put(added)
+        .expand()
+        .use(moves)
+        .fold(row_of_G)
+    )
+
+page("""By induction from `l = 0`, where both are `e_v`, that is so for every `l < p_i`:
+    the output shows one entry of the state. `K` has the coefficients of all of them as
+    rows. Each is the row of the identity, so `K` is the identity.""")
+shown = page(
+    letters.derive("16", "an output after some samples", e_i * y_l)
+    .put(is_y_l)
+    .use(is_h)
+    .put(later)
+    .expand()
+    .use(so_far)
+)
+is_K = page(suppose(e_l * K, e_v * Phi_l, "16"))
+page(
+    letters.derive("16", "the coefficients of the state", e_l * K).use(is_K).use(so_far)
 )
 
 page("Hence the state is these outputs, less what the inputs contribute.")
-page.chain(
-    "17, 20",
-    "an entry of the state",
-    e_l * w,
-    Line(e_i * y_l - e_v * s_l, by=(shown,)),
+page(
+    letters.derive("17, 20", "an entry of the state", e_i * y_l - e_v * s_l).use(shown)
 )
 
-page("""What they contribute follows row by row: an input that has moved an entry of the
-    block, with a row `g_l` of `G`, has moved the entry before it one sample later.""")
-row_of_G = page(let(g_l, e_l * G, "13"))
-page.chain(
-    "25",
-    "a row of the contributions from the next one",
-    e_l * s_next,
-    Line(e_l * Phi * s_l + e_l * G * u, by=(added,)),
-    Line(e_ln * s_l + g_l * u, by=(moves, row_of_G)),
-)
-
-page("""For a whole block this is a matrix `D_b` times the inputs. Its first row is
-    zero, since the first entry is read; the other rows are `Delta_i`, and `Y_i` has the
-    outputs from the next sample on.""")
+page("""What the inputs contribute to a block is a matrix `D_b` times them. Its first
+    row is zero, since the first entry is read; the other rows are `Delta_i`, and `Y_i`
+    has the outputs from the next sample on.""")
 is_block = page(let(w_b, Y_b - D_b * u_p, "17"))
 is_w_v = page(let(w_v, E_v * w_b, "23"))
 is_Y_i = page(let(Y_i, E_v * Y_b, "24"))
 is_Delta = page(let(Delta_i, E_v * D_b, "25"))
-page.chain(
-    "22, 23, 24",
-    "what is computed of a block",
-    w_v,
-    Line(E_v * w_b, by=(is_w_v,)),
-    Line(E_v * Y_b - E_v * D_b * u_p, by=(is_block,)),
-    Line(Y_i - Delta_i * u_p, by=(is_Y_i, is_Delta)),
+page(
+    letters.derive("22, 23, 24", "what is computed of a block", w_v)
+    .put(is_w_v, is_block)
+    .expand()
+    .fold(is_Y_i, is_Delta)
 )
 
 page("What is read and what is computed make the block.")
 together = page(suppose(e_1.T * e_1 + E_v.T * E_v, Identity(p_i)))
-page.chain(
-    "18, 23",
-    "both together are the block",
-    w_b,
-    Line((e_1.T * e_1 + E_v.T * E_v) * w_b, by=(together,)),
-    Line(e_1.T * e_1 * w_b + E_v.T * w_v, by=(is_w_v,)),
+page(
+    letters.derive("18, 23", "both together are the block", w_b)
+    .insert((e_1.T * e_1 + E_v.T * E_v) * w_b, together)
+    .expand()
+    .fold(is_w_v)
 )
 
 page("""Written out, all of it is as follows, with inputs that differ at every sample.
@@ -218,24 +206,21 @@ page(
     )
 )
 
-page("""That takes `p_M` samples, the largest of the indices. One sample less does not
-    see the last entry of the longest block.""")
+page("""That takes `p_M` samples, the largest of the indices, and no fewer. The last row
+    of the longest block was kept. The rows of one sample less come before it in the
+    search, so they are combinations of the other rows of `P`. The last row alone sees
+    the state `b`, and they do not.""")
+is_b = page(let(b, P.I * e_k.T, "21"))
+before = page(suppose(O_s, M_s * E_r * P, "6"))
+others = page(suppose(E_r * e_k.T, ZeroMatrix(n - 1, 1), "6"))
 page(
-    Explicit(
-        "21",
-        "one sample less is not enough",
-        O_s * b,
-        ZeroMatrix(s, 1),
-        over_patterns(one_sample_less),
-    )
+    letters.derive("21", "one sample less is not enough", O_s * b)
+    .put(before, is_b)
+    .use(others)
 )
+alone = page(suppose(e_k * e_k.T, Identity(1), "6"))
+page(letters.derive("21", "the last row sees it", e_k * P * b).put(is_b).use(alone))
 
 page("The state of the plant follows from that of its coordinates.")
 page(is_w)
-page.chain(
-    "26",
-    "the way back",
-    x,
-    Line(P.I * P * x, why="P is invertible"),
-    Line(P.I * w, by=(is_w,)),
-)
+page(letters.derive("26", "the way back", P.I * w).put(is_w).expand())
