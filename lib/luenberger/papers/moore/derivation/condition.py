@@ -10,7 +10,7 @@ Source: Moore (1973), (5), (10), (12), (13); this form of them is our own.
 
 from functools import cache
 
-from matrixproof import Derivation, Line, Page, Stage
+from matrixproof import Derivation, Page, Stage
 
 from .letters import *
 
@@ -26,13 +26,12 @@ coefficient = page(suppose(e_i * L, b * e_f))
 first = page(suppose(e_f * T, k, "7"))
 is_t = page(suppose(e_i * T, t))
 is_d = page(suppose(e_i * D, d))
-row = page.chain(
-    "5",
-    "what one row says",
-    e_i * (T * A - F * T - D * C),
-    Line(e_i * T * A - e_i * N * T + e_i * L * T - e_i * D * C, by=(is_F,)),
-    Line(t * A - e_i * N * T + e_i * L * T - d * C, by=(is_t, is_d)),
-    Line(t * A + b * k - d * C - e_next * T, by=(up, coefficient, first)),
+row = page(
+    letters.derive("5", "what one row says", e_i * (T * A - F * T - D * C))
+    .put(is_F)
+    .expand()
+    .use(is_t, is_d, up, coefficient)
+    .use(first)
 )
 
 page("""So every row of `T` follows from the row above it. The first is `k`, because `P`
@@ -40,16 +39,11 @@ page("""So every row of `T` follows from the row above it. The first is `k`, bec
     must be zero.""")
 tracked = page(suppose(T * A, F * T + D * C, "5"))
 is_t_next = page(let(t_next, e_next * T))
-step = page.chain(
-    "5",
-    "a row from the row above it",
-    t_next,
-    Line(e_next * T, by=(is_t_next,)),
-    Line(
-        t * A + b * k - d * C - e_i * (T * A - F * T - D * C),
-        by=(row,),
-    ),
-    Line(t * A + b * k - d * C, by=(tracked,)),
+step = page(
+    letters.derive("5", "a row from the row above it", t_next)
+    .put(is_t_next)
+    .insert(t * A + b * k - d * C - e_i * (T * A - F * T - D * C), row)
+    .use(tracked)
 )
 
 page("""Row after row that is Horner's scheme for `k beta(A)`, less what `D` takes away.
@@ -59,13 +53,12 @@ closed = page(suppose(t, h - s))
 closed_first = page(suppose(k, h_f - s_f))
 is_h_next = page(let(h_next, h * A + b * h_f))
 is_s_next = page(let(s_next, s * A + b * s_f + d * C))
-page.chain(
-    "13",
-    "all rows by Horner's scheme",
-    t_next,
-    Line(t * A + b * k - d * C, by=(step,)),
-    Line((h - s) * A + b * (h_f - s_f) - d * C, by=(closed, closed_first)),
-    Line(h_next - s_next, by=(is_h_next, is_s_next)),
+page(
+    letters.derive("13", "all rows by Horner's scheme", t_next)
+    .put(step)
+    .put(closed, closed_first)
+    .expand()
+    .fold(is_h_next, is_s_next)
 )
 
 page("""Behind the last row `h` is `k beta(A)`, and `s` is a combination of the rows of
@@ -74,12 +67,11 @@ page("""Behind the last row `h` is `k beta(A)`, and `s` is a combination of the 
     is, shows beside the states that none of these rows see.""")
 is_s = page(suppose(s, d_all * O))
 unseen = page(suppose(O * X, ZeroMatrix(o, 1)))
-page.chain(
-    "13",
-    "beside what is not seen",
-    (h - s) * X,
-    Line(h * X - d_all * O * X, by=(is_s,)),
-    Line(h * X, by=(unseen,)),
+page(
+    letters.derive("13", "beside what is not seen", (h - s) * X)
+    .put(is_s)
+    .expand()
+    .use(unseen)
 )
 
 page("""Every observer obeys the condition. Take any `F`, `P` with the polynomial
@@ -89,14 +81,14 @@ is_q_next = page(let(q_next, q * F + b * P))
 is_q = page(suppose(e_i * Q, q))
 heads = page(suppose(e_f * Q, P))
 follows = page(suppose(e_next * Q, q_next))
-page.chain(
-    "12",
-    "these rows lead to companion form",
-    e_i * (N - L) * Q,
-    Line(e_next * Q - b * e_f * Q, by=(up, coefficient)),
-    Line(q_next - b * P, by=(follows, heads)),
-    Line(q * F, by=(is_q_next,)),
-    Line(e_i * Q * F, by=(is_q,)),
+page(
+    letters.derive("12", "these rows lead to companion form", e_i * (N - L) * Q)
+    .expand()
+    .use(up, coefficient)
+    .use(follows, heads)
+    .put(is_q_next)
+    .expand()
+    .fold(is_q)
 )
 
 page("""Applied to `T` they obey the rule above, with `d = q D`. Behind the last row `q`
@@ -104,13 +96,12 @@ page("""Applied to `T` they obey the rule above, with `d = q D`. Behind the last
     `k beta(A)` is a combination of those rows.""")
 read = page(suppose(P * T, k, "7"))
 own = page(suppose(q * T, t))
-page.chain(
-    "10, 13",
-    "an observer's own rows follow the same rule",
-    q_next * T,
-    Line((q * F + b * P) * T, by=(is_q_next,)),
-    Line(q * (T * A - D * C) + b * P * T, by=(tracked,)),
-    Line(t * A + b * k - q * D * C, by=(own, read)),
+page(
+    letters.derive("10, 13", "an observer's own rows follow the same rule", q_next * T)
+    .put(is_q_next)
+    .expand()
+    .insert(q * (T * A - D * C) + b * P * T, tracked)
+    .use(own, read)
 )
 
 

@@ -1,16 +1,17 @@
 """Moore's own route, (8)-(13): the functional as a sequence with a recurrence.
 
 In observable companion form `T` is a Krylov matrix, so that `S T' = 0` by Cayley and
-Hamilton.  So `k` is a combination of its rows exactly if `S k' = 0`: the entries of `k`
-obey the recurrence whose polynomial is `beta`.  In any coordinates they are `k A^i g`,
-where `g` is the state that `C`, `C A` and so on, but the last of `n` rows, do not see.
+Hamilton, for every order.  So `k` is a combination of its rows exactly if `S k' = 0`:
+the entries of `k` obey the recurrence whose polynomial is `beta`.  In any coordinates
+they are `k A^i g`, where `g` is the state that `C`, `C A` and so on, but the last of
+`n` rows, do not see.
 
 Source: Moore (1973), (2), (8)-(13); the sequence in other coordinates is our own.
 """
 
 import sympy as sp
 
-from matrixproof import Construction, Explicit, Line, Page
+from matrixproof import Construction, Page
 
 from .letters import *
 
@@ -68,33 +69,9 @@ def at_sizes(values, sizes=SIZES):
     return {f"n = {size}, r = {order}": values(size, order) for size, order in sizes}
 
 
-def pattern(size, order):
-    """S and T of (9), (11) with the coefficients of the observer's own polynomial."""
-    F_, t_ = observer_pair(order)
-    return {S: recurrence_rows(characteristic(F_), size), T: krylov(F_, t_, size)}
-
-
-def behind_the_cut(size, order):
-    return {S_2: recurrence_rows(named_beta(order), size)[:, order:]}
-
-
-def in_another_unit(size, order):
-    """S and kappa where time is measured in units of tau, and what that multiplies."""
-    tau, beta_ = sp.Symbol("tau", positive=True), named_beta(order)
-    scaled = [b / tau ** (order - j) for j, b in enumerate(beta_)]
-    sequence = sp.Matrix(sp.symbols(f"kappa_:{size}"))
-    return {
-        S_T: recurrence_rows(scaled, size),
-        k_T: sp.diag(*(tau**-i for i in range(size))) * sequence,
-        Lam: sp.diag(*(tau ** -(i + order) for i in range(size - order))),
-        S: recurrence_rows(beta_, size),
-        kappa: sequence,
-    }
-
-
 # -- the page -------------------------------------------------------------------------
 
-no_entry, no_column = ZeroMatrix(1, 1), ZeroMatrix(r, 1)
+no_entry, no_column, one = ZeroMatrix(1, 1), ZeroMatrix(r, 1), Identity(n - r)
 
 
 page = Page(letters=letters, source=f"{SOURCE}, (2), (8)-(13)")
@@ -109,84 +86,96 @@ page("""Let `T` have the columns `t_1`, `F t_1`, and so on up to `F^(n-1) t_1`. 
     `D` is minus the plant's polynomial at `F`, times `t_1`.""")
 columns = page(suppose(T * Z, F * T - f * c, "9"))
 is_D = page(let(D_1, -(f + T * alpha), "8"))
-page.chain(
-    "5, 8, 9",
-    "these solve the equation",
-    T * A - F * T,
-    Line(T * Z - T * alpha * c - F * T, by=(is_A,)),
-    Line(-f * c - T * alpha * c, by=(columns,)),
-    Line(D_1 * c, by=(is_D,)),
+page(
+    letters.derive("5, 8, 9", "these solve the equation", T * A - F * T)
+    .put(is_A)
+    .expand()
+    .use(columns)
+    .fold(is_D)
 )
 
 page("Nothing else does, for the equation moves the columns of `T` in the same way.")
 solved = page(suppose(T * A, F * T + D_1 * c, "5"))
-page.chain(
-    "5, 9",
-    "nothing else solves it",
-    T * Z,
-    Line(T * A + T * alpha * c, by=(is_A,)),
-    Line(F * T + (D_1 + T * alpha) * c, by=(solved,)),
+page(
+    letters.derive("5, 9", "nothing else solves it", T * Z)
+    .insert(T * (A + alpha * c), is_A)
+    .expand()
+    .use(solved)
+    .collect(c)
 )
 
-page("""Let `beta` be the polynomial of `F`. The first row of `S` gives `T S'` the
-    column `beta(F) t_1`, which is zero by Cayley and Hamilton. Every further row of `S`
-    is the one before it, moved by one place; the one before it ends with a zero.""")
+page("""Let `beta` be the polynomial of `F`. The first row of `S`, `i_1` picks it, gives
+    `T S'` the column `beta(F) t_1`, which is zero by Cayley and Hamilton. Every further
+    row of `S` is the one before it, moved by one place; the one before it ends with a
+    zero.""")
+first_row = page(suppose(T * S.T * i_1, T_1 * beta.T + f_r, "11"))
+cayley = page(suppose(f_r, -T_1 * beta.T, "12"))
+page(
+    letters.derive("11, 12", "the first row of all", T * S.T * i_1)
+    .use(first_row)
+    .put(cayley)
+    .expand()
+)
 next_row = page(let(s_in, Z * s_i, "11"))
 ends = page(suppose(c * s_i, no_entry, "11"))
-gone = page(suppose(T * s_i, no_column))
-page.chain(
-    "11, 12",
-    "one row after the other",
-    T * s_in,
-    Line(T * Z * s_i, by=(next_row,)),
-    Line(F * T * s_i - f * c * s_i, by=(columns,)),
-    Line(no_column, by=(gone, ends)),
-)
-page(
-    Explicit(
-        "11, 12",
-        "all rows, written out",
-        S * T.T,
-        ZeroMatrix(n - r, r),
-        at_sizes(pattern),
-        why="Cayley and Hamilton",
+with page.scope(suppose(T * s_i, no_column)) as gone:
+    page(
+        letters.derive("11, 12", "one row after the other", T * s_in)
+        .put(next_row)
+        .use(columns)
+        .use(gone, ends)
     )
-)
 
-page("If `k` is a combination of the rows of `T`, its entries obey the recurrence.")
+page("""By induction all columns of `T S'` are zero. If `k` is a combination of the rows
+    of `T`, its entries obey the recurrence.""")
 read = page(suppose(k, P * T, "7"))
-annihilated = page(suppose(T * S.T, ZeroMatrix(r, n - r)))
-page.chain(
-    "10",
-    "a combination of rows obeys the recurrence",
-    k * S.T,
-    Line(P * T * S.T, by=(read,)),
-    Line(ZeroMatrix(1, n - r), by=(annihilated,)),
+annihilated = page(suppose(T * S.T, ZeroMatrix(r, n - r), "12"))
+page(
+    letters.derive("10", "a combination of rows obeys the recurrence", k * S.T)
+    .put(read)
+    .use(annihilated)
 )
 
-page("""Conversely let `k` obey it. Cut `S`, `T` and `k` behind column `r`. The cut
-    makes `T_1` a controllability matrix, which has an inverse, and `S_2` a triangle
-    with ones on its diagonal.""")
+page("""A controllable `F`, `t_1` has a companion form. `t_1` to `F^(r-1) t_1`, the
+    first columns `T_1` of `T`, are independent, and take `F` to it.""")
+shifted = page(suppose(T_1 * Z_r, F * T_1 - f_r * c_r, "2"))
+is_F_c = page(let(F_c, Z_r - beta.T * c_r, "2"))
 page(
-    Explicit(
-        "11",
-        "the last columns have the determinant one",
-        sp.Determinant(S_2),
-        sp.S.One,
-        at_sizes(behind_the_cut),
-    )
+    letters.derive("2", "the observer in companion form", T_1 * F_c)
+    .put(is_F_c)
+    .expand()
+    .use(shifted)
+    .put(cayley)
+    .expand()
 )
+
+page("""Conversely let `k` obey the recurrence. Cut `S`, `T` and `k` behind column `r`.
+    The cut makes `T_1`, which has an inverse, and `S_2`, a triangle with ones on its
+    diagonal. What it has beside them, `N_b`, vanishes after `n - r` steps. So it has an
+    inverse, a sum of as many terms, by induction from `X_j = I`: each term more leaves
+    a power more, until nothing is left.""")
+is_S_2 = page(suppose(S_2, one + N_b, "11"))
+more = page(let(X_jn, one - N_b * X_j))
+power = page(let(W_jn, -N_b * W_j))
+with page.scope(suppose(X_j + N_b * X_j, one - W_j)) as so_far:
+    page(
+        letters.derive("11", "the last columns have an inverse", S_2 * X_jn)
+        .put(is_S_2, more)
+        .expand()
+        .use(so_far)
+        .fold(power)
+    )
 cut_T = page(suppose(T_2 * S_2.T, -T_1 * S_1.T))
 cut_k = page(suppose(k_2 * S_2.T, -k_1 * S_1.T))
-continued = page.chain(
-    "10",
-    "the recurrence continues both alike",
-    k_1 * T_1.I * T_2,
-    Line(k_1 * T_1.I * T_2 * S_2.T * S_2.T.I, why="put in an inverse"),
-    Line(-k_1 * T_1.I * T_1 * S_1.T * S_2.T.I, by=(cut_T,)),
-    Line(-k_1 * S_1.T * S_2.T.I, why="the inverse cancels"),
-    Line(k_2 * S_2.T * S_2.T.I, by=(cut_k,)),
-    Line(k_2, why="the inverse cancels"),
+alike = page(
+    letters.derive("10", "the recurrence continues both", k_1 * T_1.I * T_2 * S_2.T)
+    .use(cut_T)
+    .fold(cut_k)
+)
+continued = page(
+    letters.derive("10", "the recurrence continues both alike", k_1 * T_1.I * T_2)
+    .insert(k_2 * S_2.T * S_2.T.I, alike)
+    .expand()
 )
 read_1 = page(suppose(P * T_1, k_1, "7"))
 read_2 = page(suppose(P * T_2, k_2, "7"))
@@ -207,13 +196,13 @@ page("""In other coordinates there is a state `g` that `C`, `C A`, up to `C A^(n
 moved = page(suppose(K * Z, A * K - g_n * c))
 hamilton = page(suppose(g_n, -K * alpha, "12"))
 is_form = page(suppose(A_o, Z - alpha * c, "2"))
-page.chain(
-    "1, 2",
-    "the plant in observable companion form",
-    K * A_o,
-    Line(K * Z - K * alpha * c, by=(is_form,)),
-    Line(A * K - g_n * c - K * alpha * c, by=(moved,)),
-    Line(A * K, by=(hamilton,)),
+page(
+    letters.derive("1, 2", "the plant in observable companion form", K * A_o)
+    .put(is_form)
+    .expand()
+    .use(moved)
+    .put(hamilton)
+    .expand()
 )
 
 page("""So Moore's entries of `k` are the numbers `k A^i g`. They are also what the
@@ -222,36 +211,41 @@ page("""So Moore's entries of `k` are the numbers `k A^i g`. They are also what 
 next_g = page(let(g_in, A * g_i))
 hidden = page(suppose(c_1 * g_i, no_entry))
 solved_1 = page(suppose(T * A, F * T + D_1 * c_1, "5"))
-page.chain(
-    "10",
-    "what is tracked moves as the observer does",
-    T * g_in,
-    Line(T * A * g_i, by=(next_g,)),
-    Line(F * T * g_i + D_1 * c_1 * g_i, by=(solved_1,)),
-    Line(F * T * g_i, by=(hidden,)),
+page(
+    letters.derive("10", "what is tracked moves as the observer does", T * g_in)
+    .put(next_g)
+    .use(solved_1)
+    .use(hidden)
 )
 
 page("""The first row of `S` turns these columns into `beta(A) g`, and each further row
     is the one before it moved by one place. So row `i` of the recurrence says that `k
     beta(A) A^i g` is zero: the condition for any number of outputs, beside the states
     that `C`, `C A`, up to `C A^(r-1)` do not see.""")
-page.chain(
-    "13",
-    "one row of the recurrence after the other",
-    K * s_in,
-    Line(K * Z * s_i, by=(next_row,)),
-    Line(A * K * s_i - g_n * c * s_i, by=(moved,)),
-    Line(A * K * s_i, by=(ends,)),
+page(
+    letters.derive("13", "one row of the recurrence after the other", K * s_in)
+    .put(next_row)
+    .use(moved)
+    .use(ends)
 )
 
 page("""Time can be measured in any unit. With a unit of `tau` the sequence is divided
-    by powers of `tau`, the coefficients as well, and so is each row.""")
-page(
-    Explicit(
-        "13",
-        "another unit of time divides each row",
-        S_T * k_T,
-        Lam * S * kappa,
-        at_sizes(in_another_unit),
+    by powers of `tau`, and `Lambda` has them on its diagonal. Row `i` with coefficients
+    in this unit is called `s_tau`. By induction from the first row, whose coefficients
+    are divided by powers as well, each row is that of before, divided by a number.""")
+turns = page(suppose(Lam * Z, Z * Lam / tau))
+scaled = page(let(k_T, Lam * kappa))
+further = page(let(s_Tn, Z * s_T, "11"))
+with page.scope(suppose(Lam * s_T, lam * s_i, "13")) as divided:
+    page(
+        letters.derive("13", "another unit of time divides the next row", Lam * s_Tn)
+        .put(further)
+        .use(turns)
+        .use(divided)
+        .fold(next_row)
     )
-)
+    page(
+        letters.derive("13", "another unit of time divides each row", s_T.T * k_T)
+        .put(scaled)
+        .use(divided)
+    )

@@ -15,7 +15,7 @@ from itertools import product
 
 import sympy as sp
 
-from matrixproof import Explicit, Line, Page, Positive
+from matrixproof import Explicit, Page, Positive
 
 from .letters import *
 from .recurrence import at_sizes, named_beta, observable_form, recurrence_rows
@@ -95,11 +95,10 @@ page("""If the sequence obeys the recurrence, that row times the sequence is zer
     such observer, even if some entries are zero, where a single row need not
     contradict.""")
 obeys = page(suppose(S * kappa, no_rows, "13"))
-page.chain(
-    "after 13",
-    "the sum of the rows as well",
-    ones * S * kappa,
-    Line(ZeroMatrix(1, 1), by=(obeys,)),
+page(
+    letters.derive("after 13", "the sum of the rows as well", ones * S * kappa).use(
+        obeys
+    )
 )
 
 page("""The paper's example is `k = C`: filtering the output itself. It is ruled out
