@@ -4,6 +4,8 @@
     The letters of Van Dooren (1984), each with its size and what it stands for.
 `theorem`
     Theorem 1, the change of coordinates, and why the stairs can be triangles.
+`staircase`
+    The staircase exists: every observable pair is brought to it, by induction.
 `rows`
     The rows of the observer, one after the other: each solves a linear system.
 `counts`

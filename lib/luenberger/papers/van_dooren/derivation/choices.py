@@ -9,7 +9,7 @@ Source: ours; the rows are those of Van Dooren (1984), (13)-(20), remark 2(b).
 
 import sympy as sp
 
-from matrixproof import Equation, Explicit, Iff, Line, Page
+from matrixproof import Equation, Explicit, Iff, Page
 
 from .letters import *
 
@@ -65,23 +65,19 @@ page = Page(letters=letters, source="ours")
 page("""Take any row and correct it by the left inverse. What comes out solves the
     system of the row.""")
 left = page(suppose(L * M, I, "20"))
-page.chain(
-    "20",
-    "a solution from any row",
-    (y_i + (-a_f - y_i * M) * L) * M,
-    Line(y_i * M + (-a_f - y_i * M) * L * M, why="multiply out"),
-    Line(y_i * M - a_f - y_i * M, by=(left,)),
-    Line(-a_f, why="collect"),
+page(
+    letters.derive("20", "a solution from any row", (y_i + (-a_f - y_i * M) * L) * M)
+    .expand()
+    .use(left)
 )
 
 page("""A row that is a solution already stays as it is. So every solution is reached,
     from itself.""")
 solves = page(suppose(x_i * M, -a_f, "20"))
-page.chain(
-    "20",
-    "each solution is reached",
-    x_i + (-a_f - x_i * M) * L,
-    Line(x_i, by=(solves,)),
+page(
+    letters.derive("20", "each solution is reached", x_i + (-a_f - x_i * M) * L).use(
+        solves
+    )
 )
 
 page("""The left inverse of back substitution corrects the leading entries alone. The
@@ -91,13 +87,11 @@ is_X = page(suppose(S * M, X, "20"))
 is_M_r = page(suppose(E_r * M, M_r))
 is_x_l = page(suppose(x_i * S_t, x_l))
 is_x_r = page(suppose(x_i * E_rt, x_r))
-split = page.chain(
-    "remark 2(b)",
-    "leading and free entries of a row",
-    x_i * M,
-    Line(x_i * (S_t * S + E_rt * E_r) * M, by=(whole,)),
-    Line(x_l * S * M + x_r * E_r * M, by=(is_x_l, is_x_r)),
-    Line(x_l * X + x_r * M_r, by=(is_X, is_M_r)),
+split = page(
+    letters.derive("remark 2(b)", "leading and free entries of a row", x_i * M)
+    .insert(x_i * (S_t * S + E_rt * E_r) * M, whole)
+    .expand()
+    .use(is_x_l, is_x_r, is_X, is_M_r)
 )
 page.chain(
     "remark 2(b)",
@@ -111,12 +105,14 @@ page("""Which coordinates has the state of the observer? A lower triangle keeps 
     triangle `F`, with its poles in their order.""")
 solved = page(suppose(T_U * A_U, F * T_U + D * C_U, "10"))
 moved = page(suppose(N_T * F, F_N * N_T))
-page.chain(
-    "11, 12",
-    "a solution in coordinates of a triangle",
-    N_T * T_U * A_U - F_N * N_T * T_U,
-    Line(N_T * (F * T_U + D * C_U) - F_N * N_T * T_U, by=(solved,)),
-    Line(N_T * D * C_U, by=(moved,)),
+page(
+    letters.derive(
+        "11, 12",
+        "a solution in coordinates of a triangle",
+        N_T * T_U * A_U - F_N * N_T * T_U,
+    )
+    .use(solved)
+    .use(moved)
 )
 page(
     Explicit(
@@ -149,38 +145,31 @@ moves = page(suppose(dx_i * M + x_i * dM, ZeroMatrix(1, n)))
 above = page(suppose(x_i * dM, -f_i * dT_i))
 is_dx_l = page(suppose(dx_i * S_t, dx_l))
 is_dx_r = page(suppose(dx_i * E_rt, dx_r))
-followed = page.chain(
-    "",
-    "how a solution moves",
-    dx_l * X,
-    Line(dx_i * S_t * S * M, by=(is_dx_l, is_X)),
-    Line(dx_i * M - dx_i * E_rt * E_r * M, by=(whole,)),
-    Line(dx_i * M - dx_r * M_r, by=(is_dx_r, is_M_r)),
-    Line(-x_i * dM - dx_r * M_r, by=(moves,)),
-    Line(f_i * dT_i - dx_r * M_r, by=(above,)),
+followed = page(
+    letters.derive("", "how a solution moves", dx_l * X)
+    .insert(dx_i * S_t * S * M, is_dx_l, is_X)
+    .use(whole)
+    .use(moves, is_dx_r, is_M_r)
+    .use(above)
 )
 
 page("""So one triangle, solved with the gradient on its right, gives the gradient in
     the free entries, and what the row adds to the gradient in the rows above it.""")
 is_dJ = page(let(dJ, dx_l * g_l + dx_r * g_r))
 is_z = page(suppose(X * z_l, g_l))
-page.chain(
-    "",
-    "the slope in the free entries and in the rows above",
-    dJ,
-    Line(dx_l * g_l + dx_r * g_r, by=(is_dJ,)),
-    Line(dx_l * X * z_l + dx_r * g_r, by=(is_z,)),
-    Line((f_i * dT_i - dx_r * M_r) * z_l + dx_r * g_r, by=(followed,)),
-    Line(f_i * dT_i * z_l + dx_r * (g_r - M_r * z_l), why="collect"),
+page(
+    letters.derive("", "the slope in the free entries and in the rows above", dJ)
+    .put(is_dJ)
+    .insert(dx_l * X * z_l + dx_r * g_r, is_z)
+    .use(followed)
+    .factor()
 )
 
 page("The condition of `Theta` depends on its inverse, which moves as follows.")
 inverse = page(suppose(both * back, I))
 held = page(suppose(dback * both + back * dTheta, ZeroMatrix(n, n)))
-page.chain(
-    "",
-    "how the inverse moves",
-    dback,
-    Line(dback * both * back, by=(inverse,)),
-    Line(-back * dTheta * back, by=(held,)),
+page(
+    letters.derive("", "how the inverse moves", dback)
+    .insert(dback * both * back, inverse)
+    .use(held)
 )

@@ -12,7 +12,7 @@ from matrixproof import ZeroMatrix as ZeroMatrix
 
 SOURCE = "Van Dooren (1984)"
 
-n, m, r, i, s = symbols("n m r i s", integer=True, nonnegative=True)
+n, m, r, i, s, q = symbols("n m r i s q", integer=True, nonnegative=True)
 letters = Notation()
 chain, let, steady, suppose = (
     letters.chain,
@@ -75,6 +75,36 @@ Q_s = letters("Q_s", r, r, "unitary: a product of reflectors")
 Qs_s = letters("Q_s^*", r, r, "its conjugate transpose")
 R_s = letters("R_s", s, s, "an upper triangle with an inverse")
 J_s = letters("J_s", r, s, "the identity above zeros")
+
+# -- that the staircase exists --------------------------------------------------------
+
+v_0 = letters("v_0", n, 1, "a column of length one that `C` does not see")
+Q_0 = letters("Q_0", n, n, "unitary, with that column first")
+Q_1 = letters("Q_1", n, n - 1, "its other columns")
+W_a = letters("W_a", n - 1, n - q - 1, "of a unitary matrix, columns that are not seen")
+W_b = letters("W_b", n - 1, q, "its last columns, which are seen")
+U_0 = letters("U_0", n, n, "both unitary matrices, one after the other")
+C_1 = letters("C_1", r, q, "what `C` becomes; its columns are independent")
+U_C = letters("U_C", n, n, "unitary: the coordinates in which `C` has become that")
+Us_C = letters("U_C^*", n, n, "its conjugate transpose")
+A_b = letters("A_b", n, n, "`A` in these coordinates")
+C_b = letters("C_b", r, n, "`C` in these coordinates")
+U_a = letters("U_a", n, n - q, "its columns that `C` does not see")
+U_as = letters("U_a^*", n - q, n, "their conjugate transpose")
+U_b = letters("U_b", n, q, "its other columns")
+U_bs = letters("U_b^*", q, n, "their conjugate transpose")
+A_1 = letters("A_1", n - q, n - q, "moves the states that `C` does not see")
+A_2 = letters("A_2", n - q, q, "what the other states do to them")
+A_3 = letters("A_3", q, n - q, "what they do to the other states")
+A_4 = letters("A_4", q, q, "moves the other states")
+V_0 = letters("V_0", n - q, s, "columns that the smaller pair hides")
+M_0 = letters("M_0", s, s, "which combinations of themselves they are taken to")
+U_2 = letters("U_2", n - q, n - q, "unitary: the staircase of the smaller pair")
+Us_2 = letters("U_2^*", n - q, n - q, "its conjugate transpose")
+D_2 = letters("D_2", n, n, "`U_2` beside the identity")
+Ds_2 = letters("D_2^*", n, n, "its conjugate transpose")
+A_t = letters("A_t", n - q, n - q, "the staircase of the smaller pair")
+A_l = letters("A_l", q, n - q, "its outputs: zero but for the last columns")
 
 # -- one row at a time ----------------------------------------------------------------
 

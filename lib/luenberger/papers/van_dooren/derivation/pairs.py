@@ -13,7 +13,7 @@ the form of the stairs matters are our own.
 import sympy as sp
 from sympy.matrices import kronecker_product
 
-from matrixproof import Equation, Explicit, Iff, Line, Page
+from matrixproof import Equation, Explicit, Iff, Page
 
 from .letters import *
 from .rows import Pattern, patterns, picks, row_symbols, triangle
@@ -159,11 +159,10 @@ page(
 page("""The rows `i` and `i + 1` of the equation are solved together: what is known on
     the left, unknown `f_p` and `d_p` on the right.""")
 is_F = page(suppose(F_p * T_U, f_p * T_i + Lam * T_p, "27"))
-known_left = page.chain(
-    "28, 29",
-    "the two rows of the equation",
-    T_p * A_U - F_p * T_U - d_p * C_U,
-    Line(T_p * A_U - Lam * T_p - f_p * T_i - d_p * C_U, by=(is_F,)),
+known_left = page(
+    letters.derive(
+        "28, 29", "the two rows of the equation", T_p * A_U - F_p * T_U - d_p * C_U
+    ).use(is_F)
 )
 page.chain(
     "28, 29",
@@ -250,11 +249,14 @@ page("""The pair is one complex row as well: the row `w` turns the block into th
     `a + j b`, and the two rows into the system of one row. So no doubled system is
     needed.""")
 eigenrow = page(suppose(w * Lam, N * w))
-page.chain(
-    "29",
-    "the pair is one complex row",
-    w * (T_p * A_U - Lam * T_p - f_p * T_i - d_p * C_U),
-    Line(w * T_p * A_U - N * w * T_p - w * f_p * T_i - w * d_p * C_U, (eigenrow,)),
+page(
+    letters.derive(
+        "29",
+        "the pair is one complex row",
+        w * (T_p * A_U - Lam * T_p - f_p * T_i - d_p * C_U),
+    )
+    .expand()
+    .use(eigenrow)
 )
 
 page("""Its imaginary part has `tau`. Times that column the system gives the entry
@@ -262,12 +264,10 @@ page("""Its imaginary part has `tau`. Times that column the system gives the ent
     stair, which is zero only if `b` is. Where the stair is wider `tau` stays free.""")
 solved = page(suppose(x_i * M, -a_f, "18"))
 met = page(suppose(M * v_i, e_i))
-page.chain(
-    "32",
-    "what the entry beside the one must be",
-    x_i * e_i,
-    Line(x_i * M * v_i, by=(met,)),
-    Line(-a_f * v_i, by=(solved,)),
+page(
+    letters.derive("32", "what the entry beside the one must be", x_i * e_i)
+    .fold(met)
+    .use(solved)
 )
 page(
     Explicit(

@@ -16,7 +16,6 @@ from matrixproof import (
     Equation,
     Explicit,
     Iff,
-    Line,
     Page,
 )
 
@@ -156,14 +155,17 @@ is_f = page(suppose(f * T_U, f_i * T_i + t * L_f, "14"))
 is_t = page(suppose(t, e + t_i * E, "14"))
 is_a = page(suppose(e * (A_U - L_f), a_f, "19"))
 is_A_f = page(suppose(E * (A_U - L_f), A_f, "19"))
-row = page.chain(
-    "15, 16, 18",
-    "a row of the equation is linear in what is left",
-    t * A_U - f * T_U - d * C_U,
-    Line(t * (A_U - L_f) - f_i * T_i - d * C_U, by=(is_f,)),
-    Line(e * (A_U - L_f) + t_i * E * (A_U - L_f) - f_i * T_i - d * C_U, by=(is_t,)),
-    Line(a_f + t_i * A_f - f_i * T_i - d * C_U, by=(is_a, is_A_f)),
-    Line(a_f + unknowns * system, why="collect the unknowns"),
+row = page(
+    letters.derive(
+        "15, 16, 18",
+        "a row of the equation is linear in what is left",
+        t * A_U - f * T_U - d * C_U,
+    )
+    .use(is_f)
+    .put(is_t)
+    .expand()
+    .use(is_a, is_A_f)
+    .insert(a_f + unknowns * system, why="collect the unknowns")
 )
 
 page("""In the first row there is no `f_i` and no `T_i`. With a letter for the unknowns
@@ -200,34 +202,31 @@ page(
 
 page("""That is back substitution: it costs less than anything else, uses the rows of
     the stairs alone, and may give a sensitive solution.""")
-page.chain(
-    "remark 2(b)",
-    "a solution by back substitution",
-    -a_f * X.I * S * M,
-    Line(-a_f * X.I * X, by=(picked,)),
-    Line(-a_f, why="the inverse cancels"),
+page(
+    letters.derive(
+        "remark 2(b)", "a solution by back substitution", -a_f * X.I * S * M
+    ).use(picked)
 )
 
 page("The solution of least norm uses all rows. It comes from a factorisation.")
 factors = page(suppose(M, Q * R, "21"))
 orthonormal = page(suppose(Qs * Q, I, "21"))
-page.chain(
-    "21",
-    "a solution from the factors",
-    -a_f * R.I * Qs * M,
-    Line(-a_f * R.I * Qs * Q * R, by=(factors,)),
-    Line(-a_f * R.I * R, by=(orthonormal,)),
-    Line(-a_f, why="the inverse cancels"),
+page(
+    letters.derive("21", "a solution from the factors", -a_f * R.I * Qs * M)
+    .put(factors)
+    .use(orthonormal)
 )
 
 page("""Every other solution differs by an `h` with `h M = 0`, so that `h Q = 0`. It is
     longer by `h h^*`.""")
 no_part = page(suppose(h * Q, ZeroMatrix(1, n)))
 no_part_too = page(suppose(Qs * h_star, ZeroMatrix(n, 1)))
-page.chain(
-    "21",
-    "no solution is shorter",
-    (h - a_f * R.I * Qs) * (h_star - Q * Rs.I * a_star),
-    Line(h * h_star + a_f * R.I * Qs * Q * Rs.I * a_star, by=(no_part, no_part_too)),
-    Line(h * h_star + a_f * R.I * Rs.I * a_star, by=(orthonormal,)),
+page(
+    letters.derive(
+        "21",
+        "no solution is shorter",
+        (h - a_f * R.I * Qs) * (h_star - Q * Rs.I * a_star),
+    )
+    .expand()
+    .use(no_part, no_part_too, orthonormal)
 )
