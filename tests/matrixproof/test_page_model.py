@@ -213,6 +213,18 @@ def test_a_witness_takes_the_place_of_a_search():
         impossible([suppose(P, A)], [P], witness={P: [[1, 2], [3, 4]]})
 
 
+def test_a_witness_has_sizes_of_its_own_and_letters_that_do_not_occur():
+    """More sizes than are tried in turn, and one of them larger than any tried."""
+    sizes = symbols("a:9", integer=True, positive=True)
+    tall = [letters(f"T_{k}", size, n, "tall") for k, size in enumerate(sizes)]
+    items = [suppose(T.T * T, I) for T in tall]
+    known = {T: [[1, 0], [0, 1]] for T in tall} | {
+        tall[0]: [[0, 0]] * 2 + [[1, 0], [0, 1]]
+    }
+    assert impossible(items, witness=known | {X: [[1]]}) == []
+    assert impossible(items, witness=known | {tall[1]: [[1, 0], [0, 2]]})
+
+
 def test_a_joint_moment_is_not_negative():
     assert not_negative([[2, 1, 1], [1, 1, 0], [1, 0, 1]])
     assert not not_negative([[2, 1, 2], [1, 1, 0], [2, 0, 1]])
