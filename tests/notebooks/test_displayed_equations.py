@@ -35,7 +35,6 @@ AS_HERE = {  # what the ledger writes, and the notebook's letters for it
         "46, 47": {"S_1y": "y_1"},
     },
     "05-staircase-observer": {"18, 20": {"xM": "[f'|t'|d']M", "a_f": "a'"}},
-    "06-canonical-form-and-deadbeat": {"6–8": {"p_1+p_2": r"\sump"}},
     "07-functional-observers": {"3–7": {"-DE": ""}},  # no feedthrough
     "09-optimal-projection": {
         "3.10–3.13": {"Q_sV_2s^⁻1": "K_q"},
@@ -81,7 +80,10 @@ ONLY_HERE = {
             "y=[1|0|0;0|0|1]x+[0;1]u",
         ],
         "5": [r"[C_1|C_1A|C_1A^2|\ldots;C_2|C_2A|C_2A^2|\ldots]"],
-        "6–8": [r"P=[C_1';(C_1A)';\ldots;(C_1A^p_1⁻1)';C_2';\ldots]'"],
+        "6–8": [
+            r"P=[C_1';(C_1A)';\ldots;(C_1A^p_1⁻1)';C_2';\ldots]'",
+            r"\sump=n",  # there block by block
+        ],
         "21": [r"p_M=\maxp"],
         "15": [r"y_ik⁺l=h\Phi^lw+\sum_j⁼0^l⁻1h\Phi^l⁻1⁻jGu_k⁺j"],
         "22–26": [r"w_(i)=[y_ik⁺1;\vdots;y_ik⁺p⁻1]-\Delta_p[u;\vdots;u_k⁺p_M⁻2]"],
