@@ -38,7 +38,8 @@ class Limit:
 class Completion(Rewriter):
     """Rules that are completed a batch at a time.
 
-    `goal` is called with each new lead; when it returns True the search is over.
+    `goal` is called with each new lead, and with None where a polynomial is set aside;
+    when it returns True the search is over.
     """
 
     def __init__(self, generators, flip, weight=None, solid=lambda c: True, turn=True):
@@ -47,7 +48,7 @@ class Completion(Rewriter):
         self.queue, self.order = [], count()
         self.skipped = set()  # degrees of overlaps beyond the limit
         self.beyond = lambda lead, tail, node: ()  # what follows otherwise
-        self.set_aside = 0  # polynomials whose leading coefficient might vanish
+        self.set_aside = []  # polynomials whose leading coefficient might vanish
         for k in range(len(generators)):
             self.consider(generators[k], [(1, (), k, ())])
             if turn:
@@ -100,8 +101,9 @@ class Completion(Rewriter):
         why = why + [(-c, u, ref, v) for c, u, ref, v in used]
         lead = self.derive(rest, why)
         if lead is None:
-            self.set_aside += 1
-            return False
+            self.nodes.append(why)
+            self.set_aside.append((rest, len(self.nodes) - 1))
+            return goal(lead)
         tail, node = self.rules[lead]
         self.simplify(lead)
         if self.turn:

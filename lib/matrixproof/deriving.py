@@ -20,7 +20,7 @@ from .exact import plain
 from .expectations import Expect, Moments
 from .inequalities import AtLeast
 from .lines import Cyclic, Line, Substitute
-from .operators import Differential, Gradient, Transposed
+from .operators import Differential, Gradient, Transposed, as_traces
 from .polynomials import Polynomial, Traces
 from .proofs import prove
 from .reasons import cited_text, follows
@@ -465,9 +465,11 @@ in first, or say that it is held
         line = self._constant(Gradient(0, why="differentiate", of=of, held=tuple(held)))
         if isinstance(of, sp.Symbol):
             return self._then(replace(line, right=line.applied(self.right, ())))
-        value = self._normal(Traces, "only a trace has a gradient in a matrix")
-        found = value.algebra.gradient(value, of)
-        return self._then(replace(line, right=together(found)))
+        scalar, inverses = as_traces(self.right, self._algebra())
+        said = "only a trace has a gradient in a matrix"
+        value = replace(self, left=scalar, lines=())._normal(Traces, said)
+        found = together(value.algebra.gradient(value, of)).xreplace(inverses)
+        return self._then(replace(line, right=found))
 
     def differential(self, increments: dict[Any, Any], held: Any = ()) -> Derived:
         """The first differential, for letters that move by these increments.

@@ -15,6 +15,7 @@ from .exact import plain
 from .lines import Line
 from .polynomials import Traces
 from .reasons import cited_text, words
+from .symbols import MatrixSymbol, Symmetric
 from .typeset import Show, latex, text
 from .words import Formula, Symbols, kept
 
@@ -138,9 +139,14 @@ class Gradient(Derivative):
     >>> Gradient(2 * t - 1 / t**2, of=t).complaints(t**2 + 1 / t, ())
     []
 
+    It knows that d log det M = tr(M^-1 dM).
+
+    >>> from sympy import Determinant, log
+    >>> Gradient(X.T.I, of=X).complaints(log(Determinant(X)), ())
+    []
+
     What it cannot differentiate is refused.
 
-    >>> from sympy import Determinant
     >>> print(*Gradient(0 * X, of=X).complaints(Determinant(X), ()))
     cannot be worked out: the derivative of det(X) is not known here
     """
@@ -152,7 +158,9 @@ class Gradient(Derivative):
         return frozenset([self.of])
 
     def applied(self, left: Formula, symmetric: Symbols) -> Formula:
-        value = Algebra(symmetric).normal(left)
+        algebra = Algebra(symmetric)
+        left, inverses = as_traces(left, algebra)
+        value = algebra.normal(left)
         if not isinstance(value, Traces):
             raise TypeError("only a scalar has a gradient")
         refuse_functions(value, "the derivative")
@@ -165,7 +173,8 @@ class Gradient(Derivative):
             if found.has(sp.Derivative, sp.Subs):
                 raise TypeError(f"the derivative of {left} is not known here")
             return found
-        return value.algebra.gradient(value, self.of).as_expr()
+        found = value.algebra.gradient(value, self.of).as_expr()
+        return plain(found).xreplace(inverses)
 
     def marks(self, show: Show) -> tuple[str, str]:
         d, latex_d = "∂", r"\partial "
@@ -222,6 +231,20 @@ class Differential(Derivative):
 
     def marks(self, show: Show) -> tuple[str, str]:
         return (r"\mathrm{d}" if show is latex else "d"), ""
+
+
+def as_traces(scalar, algebra):
+    """What has the gradient of a scalar: tr(W M) for log det M, and {W: M^-1}."""
+    scalar, inverses = plain(scalar), {}
+    for term in sorted(scalar.atoms(sp.log), key=str):
+        if isinstance(term.args[0], sp.Determinant):
+            M = term.args[0].arg
+            same = not algebra.normal(M - M.T).terms
+            made = Symmetric if same else MatrixSymbol
+            W = made(f"inverse {len(inverses) + 1}", *M.shape)
+            inverses[W] = M.I
+            scalar = scalar.xreplace({term: sp.Trace(W * M)})
+    return scalar, inverses
 
 
 def refuse_functions(value, what, numbers=()):

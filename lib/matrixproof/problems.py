@@ -150,6 +150,13 @@ class Problem:
         free = not self.statement.given and not c.free_symbols & self.sizes
         return c != 0 if free else c.is_zero is False
 
+    def multiple(self, a, c):
+        """What c is multiplied by to be a, where nothing is divided by; else 0."""
+        if self.field is None or not a:
+            return 0
+        _, below = sp.fraction(sp.cancel(self.coefficient(a / c)))
+        return a / c if below.is_number else 0
+
 
 def is_symmetric(terms, known):
     """Whether a plain polynomial is its own transpose, given the symmetric letters."""

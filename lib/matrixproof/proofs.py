@@ -5,16 +5,21 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+import sympy as sp
+from sympy.matrices.expressions.matexpr import MatrixExpr
+
 from .certificates import spelled_out
 from .checker import complaints
 from .completion import Limit
+from .core import Algebra
 from .dependence import declared
 from .models import NoModel, possible, refute
 from .polynomials import Polynomial, Traces
 from .relations import Given, named, unfounded
+from .rewriting import Contradiction
 from .search import LIMITS, searches
 from .statements import Statement, read
-from .words import Formula, Symbols, Values
+from .words import Formula, Symbols, Values, same_size
 
 
 @dataclass(frozen=True)
@@ -279,6 +284,7 @@ def lemma(problem, p, q, c, node):
 
 def unproved(left, right, given, symmetric, search, free, outcome):
     """The exception, with what is left over and a counterexample if there is one."""
+    refuse_traces(given, symmetric)
     claim, rest = next((c, rest) for c, (rest, _) in search.targets.items() if rest)
     over = normal_form(search.problem, free, claim, rest)
     complete = outcome == "complete"
@@ -293,6 +299,19 @@ def unproved(left, right, given, symmetric, search, free, outcome):
     return Unproved(
         f"not proved{block}: {why}; left over: {over}", over, complete, found
     )
+
+
+def refuse_traces(given, symmetric):
+    """Raise for a relation whose trace is that of nothing, as of X Y - Y X = I."""
+    for r in named(given):
+        square = isinstance(r.left, MatrixExpr) and same_size(*r.left.shape)
+        if square and not sp.sympify(r.left - r.right).has(sp.BlockMatrix):
+            terms = Algebra(symmetric).normal(sp.Trace(r.left - r.right)).terms
+            if [*terms] == [()] and sp.sympify(terms[()]).is_zero is False:
+                raise Contradiction(
+                    f"the trace of {r.name} says that {abs(terms[()])} = 0: no "
+                    "matrices satisfy it"
+                )
 
 
 def normal_form(problem, free, claim, rest):

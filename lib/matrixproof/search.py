@@ -124,9 +124,27 @@ class Completing(Search):
 
     def _goal(self, lead):
         self.made += 1
-        if self.reduce():
+        if self.reduce() or self._multiples():
             return True
         return bool(self.scalar) and self.made % EVERY == 0 and self._solve()
+
+    def _multiples(self):
+        """Targets that are a number times what was set aside; True when all are done.
+
+        So (a - b) x = 0 is used where it is wanted, though nothing is known of x.
+        """
+        for terms, node in self.engine.set_aside:
+            word, c = next(iter(terms.items()))
+            for claim, (rest, why) in self.targets.items():
+                factor = self.problem.multiple(rest.get(word, 0), c)
+                if claim in self.scalar or not factor:
+                    continue
+                left = dict(rest)
+                for w, d in terms.items():
+                    add(left, w, -factor * d)
+                if not left:
+                    self.targets[claim] = left, [*why, (factor, (), node, ())]
+        return self.done
 
     def _exchanged(self, lead, tail, node):
         """q p = c I wherever a rule says p q = c I of square matrices."""

@@ -222,7 +222,7 @@ RULES = (
     (sp.Derivative, Printer._derivative),
     (sp.exp, lambda p, e: (p.style.power("e", p.show(e.exp)), POSTFIX)),
     (
-        (AppliedUndef, sp.sin, sp.cos),
+        (AppliedUndef, sp.sin, sp.cos, sp.log),
         lambda p, e: p._call(p.style.function(e.func.__name__), *e.args),
     ),
     (sp.BlockMatrix, lambda p, e: of_blocks(p, e.blocks.tolist())),

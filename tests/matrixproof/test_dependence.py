@@ -143,7 +143,7 @@ def test_what_a_random_letter_is_measured_from_may_be_constant():
 
 FUNCTIONS = {
     "determinant": Determinant(X),
-    "its logarithm": sp.log(Determinant(X)),
+    "square of its logarithm": sp.log(Determinant(X)) ** 2,
     "an entry": X[0, 0] ** 2,
     "its trace times a trace": Determinant(X) * Trace(A),
     "square of a trace": Trace(X) ** 2,

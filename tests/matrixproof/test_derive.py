@@ -25,6 +25,7 @@ from luenberger.smoothing.derivation import next_state
 from matrixproof import (
     BlockMatrix,
     Chain,
+    Gradient,
     Identity,
     Line,
     Moment,
@@ -857,3 +858,15 @@ def test_a_step_that_is_unknown_has_near_ones():
         KeyError, match=r"near it are '\(32\) the gradient in the gain'"
     ):
         page.steps["(32) the gradient of the gain"]
+
+
+def test_the_gradient_of_the_logarithm_of_a_determinant():
+    C, P, R, X = letters("C:p*n P:n*n= R:p*p= X:n*n")
+    M = C * P * C.T + R
+    cost = sp.log(sp.Determinant(M)) + sp.Trace(R * M.I)
+    assert derive(sp.log(sp.Determinant(M))).gradient(P).right == C.T * M.I * C
+    assert not derive(cost).gradient(P).check()
+    assert not Gradient(X.T.I, of=X).complaints(sp.log(sp.Determinant(X)), ())
+    assert Gradient(X.I, of=X).complaints(sp.log(sp.Determinant(X)), ())
+    with pytest.raises(TypeError, match="not linear in traces"):
+        derive(sp.log(sp.Determinant(X)) * sp.Trace(X)).gradient(X)

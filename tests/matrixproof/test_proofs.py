@@ -23,11 +23,13 @@ from matrixproof import (
     ZeroMatrix,
     checker,
     evaluate,
+    letters,
     prove,
 )
 from matrixproof.checker import complaints, fact
 from matrixproof.models import denial
 from matrixproof.reasons import follows
+from matrixproof.rewriting import Contradiction
 
 n, m = sp.symbols("n m", integer=True, positive=True)
 A, B, C, S = (MatrixSymbol(name, n, n) for name in "ABCS")
@@ -264,3 +266,35 @@ def test_every_line_of_the_library_has_a_certificate(monkeypatch):
     monkeypatch.setattr(Proof, "faults", lambda proof: ["left over"])
     with pytest.raises(AssertionError, match="does not hold"):
         Line(A * (B + C)).complaints(A * B + A * C, ())
+
+
+# -- what is known only times a number ------------------------------------------------
+
+
+def test_eigenvectors_of_a_symmetric_matrix_are_orthogonal():
+    A, u, v, a, b = letters("A:n*n= u:n v:n alpha beta")
+    known = [(A * u, a * u), (A * v, b * v)]
+    proof = prove(a * u.T * v, b * u.T * v, known)
+    assert proof.check() and len(proof.cited) == 2
+    with pytest.raises(Unproved) as e:  # where a = b they need not be
+        prove(u.T * v, 0, known)
+    assert e.value.counterexample
+    with pytest.raises(Unproved):
+        prove(a * u.T * v, b * u.T * v, known[:1])
+
+
+def test_eigenvectors_on_both_sides_without_a_division():
+    M, B, X, w, v, a, b = letters("M:n*n B:m*m X:n*m w:1*n v:m alpha beta")
+    known = [(w * M, a * w), (B * v, b * v), (M * X, X * B)]
+    twice = a**2 * w * X * v - a * b * w * X * v
+    assert prove(twice, 0, known).check()
+    with pytest.raises(Unproved):
+        prove(a * w * X * v + b * w * X * v, 0, known)
+
+
+def test_a_commutator_is_no_identity():
+    X, Y, Z = letters("X:n*n Y:n*n Z:n*n")
+    with pytest.raises(Contradiction, match="the trace of .* says that n = 0"):
+        prove(X * Y, Y * X, [(X * Y - Y * X, Identity(X.rows))])
+    with pytest.raises(Unproved):
+        prove(X * Y, Y * X, [(X * Y - Y * X, Z)])

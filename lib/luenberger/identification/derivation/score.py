@@ -7,7 +7,7 @@ Source: our own; that the score is made of what a smoother finds is due to Koopm
 Shephard (1992), "Exact score for time series models in state space form".
 """
 
-from sympy import Rational, Trace
+from sympy import Determinant, Rational, Trace, log
 
 from matrixproof import BlockMatrix, Line, Page, Substitute, plus
 
@@ -74,6 +74,8 @@ page(
 page("""Now put the next state above the measurement. Before the measurement is used,
     the two have the mean `Z x + b u` and the covariance `Z Omega Z' + J`. The logarithm
     of the determinant of `M` has the gradient `W`, its inverse.""")
+is_W = page(let(W, M.I))
+page(derive("", "what a logarithm gives", log(Determinant(M))).gradient(M).fold(is_W))
 is_Z = page(let(Z, BlockMatrix([[A], [C]])))
 is_b = page(let(b, BlockMatrix([[B], [E]])))
 is_d = page(let(d, BlockMatrix([[ZeroMatrix(n, c)], [y]])))
