@@ -26,9 +26,12 @@ FOUND = {
 
 
 def written():
-    """Where the derivations' functions return stages, as "package.module.function"."""
+    """Where the derivations have or return stages, as "package.module.name"."""
     for module in map(import_module, MODULES):
         for name, function in vars(module).items():
+            page = getattr(module, "page", Derivation()).page
+            if type(function) is Derivation and any(function is x for x in page):
+                yield f"{module.__name__}.{name}"
             ours = getattr(function, "__module__", "") == module.__name__
             if not (ours and hasattr(function, "cache_clear")):
                 continue

@@ -21,7 +21,7 @@ class StageList:
     package : str
         The package of the paper's derivations.
     where : str
-        "module.function" in there; its docstring says what the names mean.
+        "module.name" in there: the stage list, or a function that makes it.
     computes : str
         The names of what it assigns, in order, with a blank between them.
 
@@ -40,8 +40,9 @@ class StageList:
 
     def __call__(self) -> Any:
         """The `Derivation`: its stages, and the proof of what is claimed of them."""
-        module, _, function = self.where.partition(".")
-        return getattr(import_module(f"{self.package}.{module}"), function)()
+        module, _, name = self.where.partition(".")
+        found = getattr(import_module(f"{self.package}.{module}"), name)
+        return found() if callable(found) else found
 
 
 def stage_lists(package: str) -> dict[str, StageList]:

@@ -5,7 +5,7 @@ list*: what a program is to compute, and why.
 """
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from difflib import get_close_matches
@@ -28,7 +28,7 @@ from .instances import Instance
 from .page_model import impossible
 from .polynomials import Sum
 from .relations import Let, Relation, Result
-from .stages import faults
+from .stages import Stage, faults
 from .typeset import latex, padded, text
 from .words import Formula, refuse_truth, same_shape
 
@@ -371,6 +371,39 @@ class Page(Derivation):
         more = {"number": number, "says": says, "symmetric": self.letters.symmetric}
         return self(theorem.at(dict(to), *given, **more))
 
+    def program(self, says: str, given: Iterable[Any], *stages: Any) -> Derivation:
+        """Write a stage list in the letters of the page.
+
+        Parameters
+        ----------
+        says : str
+            What it does, in a few words.
+        given : iterable of MatrixSymbol
+            What it needs, by name.
+        *stages : Stage, Relation or pair
+            What it computes, in order.  A relation gives its left side the value of its
+            right side; in a pair, the number of the equation comes behind it.
+
+        Examples
+        --------
+        >>> from sympy import symbols
+        >>> from matrixproof import Notation, Page
+        >>> n = symbols("n", integer=True, positive=True)
+        >>> letters = Notation()
+        >>> A = letters("A", n, n, "moves the state")
+        >>> P = letters("P", n, n, "covariance of the state", symmetric=True)
+        >>> P_next = letters("P_next", n, n, "the same one step on", symmetric=True)
+        >>> page = Page(letters=letters)
+        >>> moves = page(letters.let(P_next, A * P * A.T))
+        >>> print(page.program("a step", (A, P), (moves, "(4)")))
+        a step
+          P₊ = A P A'  (4)
+        """
+        symmetric = getattr(self.letters, "symmetric", ())
+        made = tuple(assigned(stage, symmetric) for stage in stages)
+        more = {"source": self.source, "letters": self.letters, "says": says}
+        return self(Derivation(tuple(given), made, **more))
+
     @contextmanager
     def scope(self, *statements: Relation) -> Iterator[Any]:
         """`with page.scope(suppose(X, Y)) as name:` what is supposed only inside."""
@@ -390,6 +423,14 @@ class Page(Derivation):
             object.__setattr__(self, name, value)
         self.__dict__.pop("_faults", None)  # which were those of another page
         self.__post_init__()
+
+
+def assigned(said, symmetric):
+    """The stage that a relation, or a pair of it and of its number, stands for."""
+    if isinstance(said, Stage):
+        return said
+    by, equation = said if isinstance(said, tuple) else (said, "")
+    return Stage(by.left, by.right, equation, by.left in symmetric, (by,))
 
 
 def open_before(page):

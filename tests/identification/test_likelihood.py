@@ -1,7 +1,6 @@
 """The likelihood of a record, against statsmodels, exact rationals and batches."""
 
 import dataclasses
-from fractions import Fraction
 
 import generators
 import numpy as np
@@ -24,7 +23,6 @@ from fractional_passes import factored
 import luenberger as lb
 from luenberger.filtering import likelihood, passes
 from luenberger.filtering.passes import Maps, State, Tape, forward
-from luenberger.identification.derivation import score_step
 
 nan = float("nan")
 
@@ -158,7 +156,7 @@ def test_outputs_that_are_correlated_are_scored_together():
 def test_the_text_of_the_score_is_the_page_on_fractions(seed):
     """One reading at a time, some of them missing, equals whole rows to the last digit.
 
-    The rows are those of identification/derivation/score_by_blocks.py.
+    The rows are those of identification/derivation/score.py.
     """
     rng = np.random.default_rng(seed)
     n, p, rows = (int(k) for k in rng.integers(1, 4, 3))
@@ -200,41 +198,25 @@ def test_the_text_of_the_score_is_the_page_on_fractions(seed):
         W = inverse(product(Ck, Omega, Ck.T) + Rk)[0] if len(here) else zeros(0, 0)
         G_k = product(product(A, Omega, Ck.T) + Sk, W)
         nu = y[k, here][:, None] - product(Ck, x)
-        kept.append((here, dict(A=A, C=Ck, G=G_k, W=W, e=product(W, nu))))
+        kept.append((here, Ck, G_k, W, product(W, nu)))
         M = product(Ck, Omega, Ck.T) + Rk
         Omega = product(A, Omega, A.T) + Q - product(G_k, M, G_k.T)
         x = product(A, x) + product(G_k, nu)
     eta, Pi = zeros(n, 1), zeros(n, n)
     wanted = zeros(n, n), zeros(p, p), zeros(n, p)
-    for here, given in reversed(kept):
-        row = exactly(score_step(), given | dict(eta_next=eta, Pi_next=Pi))
-        wanted[0][:] += 2 * row["gQ"]
-        wanted[1][np.ix_(here, here)] += 2 * row["gR"]
-        wanted[2][:, here] += row["gS"]
-        eta, Pi = row["eta"], row["Pi"]
+    for here, C_k, G_k, W, e in reversed(kept):
+        Z, k = np.vstack([A, C_k]), np.vstack([eta, e - product(G_k.T, eta)])
+        told = np.hstack([np.eye(n, dtype=int), -G_k])
+        Pi_J = product(told.T, Pi, told)
+        Pi_J[n:, n:] += W
+        gJ = product(k, k.T) - Pi_J  # twice
+        wanted[0][:] += gJ[:n, :n]
+        wanted[1][np.ix_(here, here)] += gJ[n:, n:]
+        wanted[2][:, here] += gJ[:n, n:]
+        eta, Pi = product(Z.T, k), product(Z.T, Pi_J, Z)
     wanted[0][:] += product(eta, eta.T) - Pi  # of the noise before the first row
     for one, other in zip(found, wanted):
         assert (one.reshape(other.shape) == other).all()
-
-
-def exactly(stages, known):
-    """What a stage list finds, on Fractions."""
-    known = dict(known)
-    for stage in stages.stages:
-        known[stage.target.name] = evaluated(stage.formula, known)
-    return known
-
-
-def evaluated(e, known):
-    if e.is_MatAdd:
-        return sum(evaluated(a, known) for a in e.args)
-    if e.is_MatMul:
-        factors = [evaluated(a, known) for a in e.args if a.is_Matrix]
-        number = [Fraction(str(a)) for a in e.args if not a.is_Matrix]
-        return (number or [1])[0] * product(*factors)
-    if hasattr(e, "arg"):
-        return evaluated(e.arg, known).T
-    return known[e.name]
 
 
 # -- records ---------------------------------------------------------------------------

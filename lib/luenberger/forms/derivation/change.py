@@ -7,9 +7,7 @@ the estimate never shows can be left out on the way.
 Source: ours; that a change of coordinates keeps what a system does is common knowledge.
 """
 
-from functools import cache
-
-from matrixproof import Derivation, Page, Stage
+from matrixproof import Page
 
 from .letters import *
 
@@ -91,25 +89,13 @@ page("""A program that makes the new matrices in another way is measured by two
 page(derive("", "what is measured of the motion", F_S * S).put(is_F).use(rest))
 page(derive("", "what is measured of the estimate", P_S * S).put(is_P).use(shown))
 
-
-@cache
-def changed():
-    """All that changes of an observer, in the coordinates S z; U leads back."""
-    stages = (
-        Stage(F_S, S * F * U, by=(is_F,)),
-        Stage(G_S, S * G, by=(is_G,)),
-        Stage(D_S, S * D, by=(is_D,)),
-        Stage(P_S, P * U, by=(is_P,)),
-        Stage(T_S, S * T, by=(is_T,)),
-        Stage(z_S, S * z, by=(is_z,)),
-    )
-    return Derivation(
-        (F, G, D, P, T, z, S, U),
-        stages,
-        source=SOURCE,
-        letters=letters,
-        says="the observer in new coordinates",
-    )
-
-
-page(changed())
+changed = page.program(
+    "the observer in new coordinates",
+    (F, G, D, P, T, z, S, U),
+    is_F,
+    is_G,
+    is_D,
+    is_P,
+    is_T,
+    is_z,
+)

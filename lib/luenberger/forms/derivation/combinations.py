@@ -6,9 +6,7 @@ belong to it.  The state of the observer and its motion stay as they are.
 Source: ours; that an observer of the state estimates each `k x` is common knowledge.
 """
 
-from functools import cache
-
-from matrixproof import Derivation, Page, Stage, ZeroMatrix
+from matrixproof import Page, ZeroMatrix
 
 from .letters import *
 
@@ -47,23 +45,6 @@ page(
     .use(through)
 )
 
-
-@cache
-def combined_estimates():
-    """The output map of the combinations H w, and what they are of the state."""
-    stages = (
-        Stage(P_H, H * P, by=(is_P,)),
-        Stage(V_H, H * V, by=(is_V,)),
-        Stage(W_H, H * W, by=(is_W,)),
-        Stage(L_H, H * L, by=(is_L,)),
-    )
-    return Derivation(
-        (P, V, W, L, H),
-        stages,
-        source=SOURCE,
-        letters=letters,
-        says="the output map of combinations",
-    )
-
-
-page(combined_estimates())
+combined_estimates = page.program(
+    "the output map of combinations", (P, V, W, L, H), is_P, is_V, is_W, is_L
+)

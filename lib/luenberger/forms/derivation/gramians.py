@@ -7,11 +7,9 @@ Source: B. C. Moore, IEEE Trans. Automat. Contr. 26 (1981) 17-32; the square roo
 of A. J. Laub, M. T. Heath, C. C. Paige and R. C. Ward, the same 32 (1987) 115-122.
 """
 
-from functools import cache
-
 from sympy import eye
 
-from matrixproof import Derivation, Page, Stage, ZeroMatrix
+from matrixproof import Page, Stage, ZeroMatrix
 
 from .letters import *
 
@@ -101,18 +99,9 @@ page(
     .fold(roots)
 )
 
-
-@cache
-def balancing():
-    """The balanced coordinates, and the way back."""
-    stages = (Stage(S, k * Q_1.T * M, by=(is_S,)), Stage(U, R * Q_2 * k, by=(is_U,)))
-    return Derivation(
-        (R, M, Q_1, Q_2, k),
-        stages,
-        source=SOURCE,
-        letters=letters,
-        says="balanced coordinates and the way back",
-    )
-
-
-page(balancing())
+balancing = page.program(
+    "balanced coordinates and the way back",
+    (R, M, Q_1, Q_2, k),
+    Stage(S, k * Q_1.T * M, by=(is_S,)),
+    Stage(U, R * Q_2 * k, by=(is_U,)),
+)

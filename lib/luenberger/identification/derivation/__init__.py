@@ -6,8 +6,6 @@
     The letters of a predictor, of its likelihood and of how that changes.
 `score`
     The score: how the likelihood changes with the covariances of the noises.
-`score_by_blocks`
-    The score by blocks: a row of the pass back, one reading at a time.
 `unknown_start`
     A start of which nothing is known: the limit of wide ones.
 `any_gain_letters`
@@ -23,9 +21,6 @@ A proof or a stage list of a record enters here.
 from ...stage_list import StageList
 
 weighed = StageList(__name__, "likelihood.weighed", "W e")
-score_step = StageList(
-    __name__, "score_by_blocks.score_step", "h eta F T V Pi Y gQ gR gS"
-)
 error_noise = StageList(__name__, "autocovariances.error_noise", "W")
 first_autocovariances = StageList(
     __name__, "autocovariances.first_autocovariances", "Lambda_0 N_1"

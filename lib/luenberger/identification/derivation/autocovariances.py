@@ -9,9 +9,7 @@ filtering"; Odelson, Rajamani and Rawlings (2006), "A new autocovariance least-s
 method for estimating noise covariances", (5)-(11).
 """
 
-from functools import cache
-
-from matrixproof import Derivation, Page, Stage
+from matrixproof import Page
 
 from .any_gain_letters import *
 
@@ -28,7 +26,9 @@ is_e = page(let(x_hat, x - e, name="the error of the prediction"))
 is_nu = page(let(nu, y - C * x_hat))
 predicts = page(let(x_hat_next, A * x_hat + L * nu))
 is_A_L = page(let(A_L, A - L * C))
-shows = page(derive("", "what an innovation shows", nu).put(is_nu, measured, is_e))
+shows = page(
+    derive("", "what an innovation shows", nu).put(is_nu, measured, is_e).expand()
+)
 moves = page(
     derive("", "how the error moves", x_next - x_hat_next)
     .put(plant)
@@ -105,53 +105,15 @@ page(
     .fold(is_Lambda_k)
 )
 
+error_noise = page.program("what drives the error of a predictor", (Q, R, S, L), is_W)
 
-@cache
-def error_noise():
-    """The covariance of what drives the error of a predictor with the gain L."""
-    return Derivation(
-        (Q, R, S, L),
-        (Stage(W, is_W.right, symmetric=True, by=(is_W,)),),
-        source=SOURCE,
-        letters=letters,
-        says="what drives the error of a predictor",
-    )
+first_autocovariances = page.program(
+    "the innovation with itself, and the next error with it",
+    (A_L, C, L, R, S, P),
+    is_Lambda_0,
+    is_N_1,
+)
 
-
-page(error_noise())
-
-
-@cache
-def first_autocovariances():
-    """Of the innovation with itself, and of the next error with it."""
-    return Derivation(
-        (A_L, C, L, R, S, P),
-        (
-            Stage(Lambda_0, C * P * C.T + R, symmetric=True, by=(is_Lambda_0,)),
-            Stage(N_1, A_L * P * C.T + S - L * R, by=(is_N_1,)),
-        ),
-        source=SOURCE,
-        letters=letters,
-        says="the innovation with itself, and the next error with it",
-    )
-
-
-page(first_autocovariances())
-
-
-@cache
-def autocovariance_step():
-    """The autocovariance at a lag, and what the next one is made of."""
-    return Derivation(
-        (A_L, C, N_k),
-        (
-            Stage(Lambda_k, C * N_k, by=(is_Lambda_k,)),
-            Stage(N_next, A_L * N_k, by=(is_later,)),
-        ),
-        source=SOURCE,
-        letters=letters,
-        says="one lag, and the step to the next",
-    )
-
-
-page(autocovariance_step())
+autocovariance_step = page.program(
+    "one lag, and the step to the next", (A_L, C, N_k), is_Lambda_k, is_later
+)

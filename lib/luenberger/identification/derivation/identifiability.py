@@ -10,9 +10,7 @@ of the map for one gain, and Faurre (1976), "Stochastic realization algorithms",
 matrices that realise the same autocovariances.
 """
 
-from functools import cache
-
-from matrixproof import Derivation, Page, Stage
+from matrixproof import Page, Stage
 
 from .any_gain_letters import *
 from .autocovariances import is_A_L
@@ -132,41 +130,19 @@ page("""The gain is gone. So the noises of an observable plant can be told apart
     if, of the changes that one allows, none but zero is made of an `X`. Of any plant
     that is asked of what becomes of the changes: `T dQ T'`, `dR` and `T dS`.""")
 
+silent_change = page.program(
+    "a change of the noises that no record shows",
+    (A, C, X, X_next),
+    is_dQ,
+    is_dR,
+    is_dS,
+)
 
-@cache
-def silent_change():
-    """The change of Q, R and S that a symmetric X makes, and no record shows."""
-    return Derivation(
-        (A, C, X, X_next),
-        (
-            Stage(dQ, X_next - A * X * A.T, symmetric=True, by=(is_dQ,)),
-            Stage(dR, -C * X * C.T, symmetric=True, by=(is_dR,)),
-            Stage(dS, -A * X * C.T, by=(is_dS,)),
-        ),
-        source=SOURCE,
-        letters=letters,
-        says="a change of the noises that no record shows",
-    )
-
-
-page(silent_change())
-
-
-@cache
-def change_step():
-    """What a change of the noises does to the error, and what a record shows."""
-    return Derivation(
-        (A_L, C, L, dQ, dR, dS, X),
-        (
-            Stage(dW, is_dW.right, symmetric=True, by=(is_dW,)),
-            Stage(X_next, A_L * X * A_L.T + dW, symmetric=True, by=(is_X_next,)),
-            Stage(dLambda_0, C * X * C.T + dR, symmetric=True, by=(is_dLambda,)),
-            Stage(dN_1, A_L * X * C.T + dS - L * dR, by=(is_dN,)),
-        ),
-        source=SOURCE,
-        letters=letters,
-        says="what an instant shows of a change of the noises",
-    )
-
-
-page(change_step())
+change_step = page.program(
+    "what an instant shows of a change of the noises",
+    (A_L, C, L, dQ, dR, dS, X),
+    is_dW,
+    Stage(X_next, A_L * X * A_L.T + dW, symmetric=True, by=(is_X_next,)),
+    is_dLambda,
+    is_dN,
+)

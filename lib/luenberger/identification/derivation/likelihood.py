@@ -8,11 +8,9 @@ Source: our own; the factorisation is that of Schweppe (1965), "Evaluation of
 likelihood functions for Gaussian signals".
 """
 
-from functools import cache
-
 from sympy import Symbol
 
-from matrixproof import Derivation, Page, Solve, Stage
+from matrixproof import Page, Solve, Stage
 
 from ...papers.leondes_novak.derivation.estimate import innovation, running
 from ...papers.leondes_novak.derivation.letters import *
@@ -56,23 +54,9 @@ page("""The determinant of such a triangle is one, so that of `V_all` is the pro
 is_W = page(suppose(W * M, Identity(p)))
 is_e = page(let(e, W * innovation))
 
-
-WEIGHED = (
+weighed = page.program(
+    "an innovation, weighed",
+    (M, innovation),
     Stage(W, Solve(Identity(p), M), by=(is_W,)),
-    Stage(e, W * innovation, by=(is_e,)),
+    is_e,
 )
-
-
-@cache
-def weighed():
-    """The inverse of an innovation's covariance, and the innovation weighed by it."""
-    return Derivation(
-        (M, innovation),
-        WEIGHED,
-        source=SOURCE,
-        letters=letters,
-        says="an innovation, weighed",
-    )
-
-
-page(weighed())

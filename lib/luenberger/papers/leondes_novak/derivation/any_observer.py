@@ -8,13 +8,10 @@ covariance of (11) and (26).
 Source: our own; the conditions are those of Leondes and Novak (1974), (9), (13).
 """
 
-from functools import cache
-
 from sympy import symbols
 
 from matrixproof import (
     BlockMatrix,
-    Derivation,
     Line,
     Page,
     Stage,
@@ -117,54 +114,23 @@ answer = page(
     derive("12", "the error that the input leaves", e_bar).put(shows).fold(is_N_4)
 )
 
+beside_the_state = page.program(
+    "state and error as the error of one observer",
+    (A, F, D, P_any, T, T_next, z, N_1, N_3),
+    is_F,
+    is_D,
+    is_P,
+    is_T,
+    is_T_ahead,
+    is_z,
+)
 
-@cache
-def beside_the_state():
-    """What state and error are for (11) and (26), where the state drives the error."""
-    return Derivation(
-        (A, F, D, P_any, T, T_next, z, N_1, N_3),
-        (
-            Stage(F_both, is_F.right, by=(is_F,)),
-            Stage(D_both, is_D.right, by=(is_D,)),
-            Stage(P_both, is_P.right, by=(is_P,)),
-            Stage(T_both, is_T.right, by=(is_T,)),
-            Stage(T_ahead, is_T_ahead.right, by=(is_T_ahead,)),
-            Stage(z_both, is_z.right, by=(is_z,)),
-        ),
-        source="our own",
-        letters=letters,
-        says="state and error as the error of one observer",
-    )
+driven_beside_the_state = page.program(
+    "what the known input does to state and error", (B, N_2), (is_B, "(10)")
+)
 
-
-page(beside_the_state())
-
-
-@cache
-def driven_beside_the_state():
-    """What the known input does to state and error."""
-    return Derivation(
-        (B, N_2),
-        (Stage(B_both, is_B.right, "(10)", by=(is_B,)),),
-        source="our own",
-        letters=letters,
-        says="what the known input does to state and error",
-    )
-
-
-page(driven_beside_the_state())
-
-
-@cache
-def error_of_input():
-    """The error of the estimate that state, error and input make."""
-    return Derivation(
-        (P_both, N_4, eps_bar, u),
-        (Stage(e_bar, P_both * eps_bar + N_4 * u, "(12)", by=(answer,)),),
-        source="our own",
-        letters=letters,
-        says="the error that the input leaves in the estimate",
-    )
-
-
-page(error_of_input())
+error_of_input = page.program(
+    "the error that the input leaves in the estimate",
+    (P_both, N_4, eps_bar, u),
+    Stage(e_bar, P_both * eps_bar + N_4 * u, "(12)", by=(answer,)),
+)

@@ -114,4 +114,5 @@ page(
     derive("27", "the trace in these coordinates is weighted", Trace(e_q * e_q.T))
     .use(is_e_q)
     .expect(is_Sigma)
+    .cyclic(Mbar.T)
 )

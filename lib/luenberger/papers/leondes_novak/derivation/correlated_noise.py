@@ -7,11 +7,9 @@ a covariance that moves by a recursion.
 Source: our own; Leondes and Novak (1974), (5), have independent noises.
 """
 
-from functools import cache
-
 from sympy import Symbol
 
-from matrixproof import Derivation, Page, Stage, ZeroMatrix
+from matrixproof import Page, Stage, ZeroMatrix
 
 from ....theory import regression
 from .huddle import error, error_equation, unbiased
@@ -111,53 +109,18 @@ page(
     .use(is_D_s, unbiased, is_As)
 )
 
+decorrelation = page.program(
+    "correlated noises, and the plant with independent ones",
+    (A, C, Q, S, J),
+    is_As,
+    Stage(Qs, Q - J * S.T, symmetric=True, by=(is_Qs, told)),
+)
 
-@cache
-def decorrelation():
-    """The plant driven by the part of w that v does not show, J = S R^+.
-
-    Where R is singular, J R = S leaves J free in the directions b with b'R = 0, and
-    J + Z b' adds Z b'rho to the prediction.  That is zero for the Kalman filter, which
-    meets noise-free outputs exactly, and for accurate outputs without noise.  Beside a
-    noisy output treated as exact it is -b'C Gamma R M^-1 times the innovation: there
-    the gain (33), and its trace, are those of the J that is taken (`noise_factors`).
-    """
-    return Derivation(
-        (A, C, Q, S, J),
-        (
-            Stage(As, A - J * C, by=(is_As,)),
-            Stage(Qs, Q - J * S.T, symmetric=True, by=(is_Qs, told)),
-        ),
-        source="our own",
-        letters=letters,
-        says="correlated noises, and the plant with independent ones",
-    )
-
-
-page(decorrelation())
-
-
-@cache
-def error_recursion():
-    """Covariance of any observer's error: X = cov(eps), Sigma = cov(P eps + V v)."""
-    crossed = D * S.T * T_next.T
-    moved = F * X * F.T + D * R * D.T + T_next * Q * T_next.T - crossed - crossed.T
-    return Derivation(
-        (F, D, T_next, P, V, Q, R, S, X),
-        (
-            Stage(X_next, moved, "(11)", symmetric=True, by=(is_X_next,)),
-            Stage(
-                Sigma,
-                P * X * P.T + V * R * V.T,
-                "(26)",
-                symmetric=True,
-                by=(is_Sigma,),
-            ),
-        ),
-        source=SOURCE,
-        letters=letters,
-        says="the covariance of any observer's error, one step",
-    )
-
-
-page(error_recursion())
+crossed = D * S.T * T_next.T
+moved = F * X * F.T + D * R * D.T + T_next * Q * T_next.T - crossed - crossed.T
+error_recursion = page.program(
+    "the covariance of any observer's error, one step",
+    (F, D, T_next, P, V, Q, R, S, X),
+    Stage(X_next, moved, "(11)", symmetric=True, by=(is_X_next,)),
+    (is_Sigma, "(26)"),
+)

@@ -7,9 +7,7 @@ kept as a residual from one instant to the next.
 Source: Leondes and Novak (1974), (41)-(43); the residual is our own.
 """
 
-from functools import cache
-
-from matrixproof import Derivation, Page, Stage
+from matrixproof import Page
 
 from .best_coordinates import exact
 from .correlated_noise import is_As
@@ -56,7 +54,7 @@ corrects = page(let(x_next, x_minus + K * innovation, "43"))
 page(
     derive("26, 43", "the error of the estimate", x_next - truth_next)
     .put(corrects, is_innovation, measured)
-    .use(before)
+    .by((I - K * C) * (As * e - w) + K * v_next, before)
 )
 
 page("A gain that treats outputs as exact leaves nothing of them in the residual.")
@@ -69,24 +67,11 @@ page(
     .use(exact)
 )
 
-
-@cache
-def estimate_step():
-    """One step of the estimate; rho is the measurement's residual after the update."""
-    return Derivation(
-        (A, B, C, E, J, K, x, u, rho, y, u_next),
-        (
-            Stage(x_minus, A * x + B * u + J * rho, "(43)", by=(is_minus,)),
-            Stage(
-                innovation, y - E * u_next - C * x_minus, "(43)", by=(is_innovation,)
-            ),
-            Stage(x_next, x_minus + K * innovation, "(43)", by=(corrects,)),
-            Stage(rho_next, y - E * u_next - C * x_next, by=(is_rho_next,)),
-        ),
-        source=SOURCE,
-        letters=running,
-        says="one step of the estimate",
-    )
-
-
-page(estimate_step())
+estimate_step = page.program(
+    "one step of the estimate",
+    (A, B, C, E, J, K, x, u, rho, y, u_next),
+    (is_minus, "(43)"),
+    (is_innovation, "(43)"),
+    (corrects, "(43)"),
+    is_rho_next,
+)

@@ -7,18 +7,14 @@ without input holds for one that is driven.
 Source: our own; the plant is that of Leondes and Novak (1974), (1)-(5).
 """
 
-from functools import cache
-
 from sympy import symbols
 
 from matrixproof import (
     BlockMatrix,
-    Derivation,
     Expect,
     Identity,
     Line,
     Page,
-    Stage,
     Substitute,
     ZeroMatrix,
 )
@@ -224,41 +220,19 @@ page(
     .multiply(is_placed)
 )
 
+driven_plant = page.program(
+    "model of the input and plant as one plant",
+    (A, B, C, E, Q, R, S, A_u, C_u, Q_u, R_u, S_u),
+    (is_A_in, "(1)"),
+    (is_C_in, "(2)"),
+    (is_Q_in, "(4)"),
+    (is_R_in, "(4)"),
+    (is_S_in, "(5)"),
+)
 
-@cache
-def driven_plant():
-    """Model and plant as one plant without input, with y and u as measurements."""
-    return Derivation(
-        (A, B, C, E, Q, R, S, A_u, C_u, Q_u, R_u, S_u),
-        (
-            Stage(A_in, is_A_in.right, "(1)", by=(is_A_in,)),
-            Stage(C_in, is_C_in.right, "(2)", by=(is_C_in,)),
-            Stage(Q_in, is_Q_in.right, "(4)", symmetric=True, by=(is_Q_in,)),
-            Stage(R_in, is_R_in.right, "(4)", symmetric=True, by=(is_R_in,)),
-            Stage(S_in, is_S_in.right, "(5)", by=(is_S_in,)),
-        ),
-        source="our own",
-        letters=letters,
-        says="model of the input and plant as one plant",
-    )
-
-
-page(driven_plant())
-
-
-@cache
-def driven_pair():
-    """A multiplicative noise of that plant."""
-    return Derivation(
-        (A_1, C_1, picked, placed),
-        (
-            Stage(A1_in, is_A1_in.right, "(1)", by=(is_A1_in,)),
-            Stage(C1_in, is_C1_in.right, "(2)", by=(is_C1_in,)),
-        ),
-        source="our own",
-        letters=letters,
-        says="a multiplicative noise of model and plant",
-    )
-
-
-page(driven_pair())
+driven_pair = page.program(
+    "a multiplicative noise of model and plant",
+    (A_1, C_1, picked, placed),
+    (is_A1_in, "(1)"),
+    (is_C1_in, "(2)"),
+)

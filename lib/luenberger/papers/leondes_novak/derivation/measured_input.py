@@ -6,11 +6,9 @@ itself.
 Source: our own; the conditions are those of Leondes and Novak (1974), (7)-(13).
 """
 
-from functools import cache
-
 from sympy import symbols
 
-from matrixproof import BlockMatrix, Derivation, Line, Page, Stage, Substitute
+from matrixproof import BlockMatrix, Line, Page, Substitute
 
 from . import known_input
 from .any_observer import is_N_1, is_N_2
@@ -99,22 +97,11 @@ page.chain(
     Substitute(BlockMatrix([[N_2 * C_u, N_1]]), by=(is_N_1, is_N_2)),
 )
 
-
-@cache
-def observer_of_both():
-    """An observer as one of model and plant; its F and P stay."""
-    return Derivation(
-        (D, G, V_any, W_any, T, L_any, picked),
-        (
-            Stage(D_in, is_D_in.right, "(7)", by=(is_D_in,)),
-            Stage(V_in, is_V_in.right, "(12)", by=(is_V_in,)),
-            Stage(T_in, is_T_in.right, "(8)", by=(is_T_in,)),
-            Stage(L_in, is_L_in.right, "(13)", by=(is_L_in,)),
-        ),
-        source="our own",
-        letters=letters,
-        says="an observer as one of model and plant",
-    )
-
-
-page(observer_of_both())
+observer_of_both = page.program(
+    "an observer as one of model and plant",
+    (D, G, V_any, W_any, T, L_any, picked),
+    (is_D_in, "(7)"),
+    (is_V_in, "(12)"),
+    (is_T_in, "(8)"),
+    (is_L_in, "(13)"),
+)

@@ -6,11 +6,9 @@ for each.  What one noise tells of the other is taken out of it.
 Source: our own; the recursions are Leondes and Novak's (1974), (11), (26).
 """
 
-from functools import cache
-
 from sympy import symbols
 
-from matrixproof import Derivation, Page, Stage, ZeroMatrix, equivalent
+from matrixproof import Page, ZeroMatrix, equivalent
 
 from .correlated_noise import (
     decorrelation,
@@ -54,34 +52,20 @@ is_shown = page(let(shown, P * H, "26"))
 is_drawn = page(let(drawn, V * Nv, "26"))
 page(is_Sigma)
 
-
-@cache
-def root_error():
-    """A factor H of cov(eps) one step on, and of the error itself: (11), (26).
-
-    Nw and Nv are the rows of a factor of [[Q, S], [S', R]].
-    """
-    return Derivation(
-        (F, D, T_next, P, V, Nw, Nv, H),
-        (
-            Stage(moved, F * H, "(11)", by=(is_moved,)),
-            Stage(drive, D * Nv - T_next * Nw, "(11)", by=(is_drive,)),
-            Stage(shown, P * H, "(26)", by=(is_shown,)),
-            Stage(drawn, V * Nv, "(26)", by=(is_drawn,)),
-        ),
-        source="our own",
-        letters=letters,
-        says="a factor of the covariance of any observer's error",
-    )
-
-
-page(root_error())
+root_error = page.program(
+    "a factor of the covariance of any observer's error",
+    (F, D, T_next, P, V, Nw, Nv, H),
+    (is_moved, "(11)"),
+    (is_drive, "(11)"),
+    (is_shown, "(26)"),
+    (is_drawn, "(26)"),
+)
 squares = {
     moved * moved.T + drive * drive.T: X_next,
     shown * shown.T + drawn * drawn.T: Sigma,
 }
 known = is_X, is_R, is_Q, is_S
-page(*equivalent(root_error(), error_recursion(), *known, same=squares))
+page(*equivalent(root_error, error_recursion, *known, same=squares))
 
 
 page("""What the measurement's noise tells of the process noise is taken out of the
@@ -114,19 +98,8 @@ page(
     .use(silent)
 )
 
-
-@cache
-def root_decorrelation():
-    """A factor G of Qs, from the rows Nw, Nv of one of [[Q, S], [S', R]]."""
-    return Derivation(
-        (Nw, Nv, J),
-        (Stage(G, Nw - J * Nv, by=(is_what_is_left,)),),
-        source="our own",
-        letters=letters,
-        says="a factor of the process noise that is left",
-    )
-
-
-page(root_decorrelation())
+root_decorrelation = page.program(
+    "a factor of the process noise that is left", (Nw, Nv, J), is_what_is_left
+)
 square = {"same": {G * G.T: Qs}, "says": "a factor of the covariance of what is left"}
-page(*equivalent(root_decorrelation(), decorrelation(), *known, **square))
+page(*equivalent(root_decorrelation, decorrelation, *known, **square))

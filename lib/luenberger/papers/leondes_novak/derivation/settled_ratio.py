@@ -8,9 +8,7 @@ The estimates then drift apart slowly.
 Source: our own.
 """
 
-from sympy import sqrt
-
-from matrixproof import AtMost, Identity, Line, Page
+from matrixproof import Identity, Page
 
 from .letters import *
 from .quadratic import is_Kmv, is_M, is_N
@@ -52,45 +50,37 @@ page("""Let `Sigma_f` be at most `(1 + g) Sigma`. Noise is the same in both, so 
     prediction keeps the ratio.""")
 is_Omega = page(let(Omega, As * Sigma * As.T + Qs, "44"))
 is_Omega_f = page(let(Omega_f, As * Sigma_f * As.T + Qs, "44"))
-is_R_s = page(suppose((1 + g) * Sigma, Sigma_f + R_s * R_s.T))
 is_R_Q = page(suppose(Qs, R_Q * R_Q.T))
-page.chain(
-    "",
-    "a prediction keeps the ratio",
-    Omega_f,
-    Line(As * Sigma_f * As.T + Qs, by=(is_Omega_f,)),
-    AtMost(As * (1 + g) * Sigma * As.T + Qs, by=(is_R_s,), root=As * R_s),
-    AtMost((1 + g) * (As * Sigma * As.T + Qs), by=(is_R_Q,), root=sqrt(g) * R_Q),
-    Line((1 + g) * Omega, by=(is_Omega,)),
+is_R_s = page(suppose((1 + g) * Sigma, Sigma_f + R_s * R_s.T))
+page(
+    derive("", "a prediction keeps the ratio", (1 + g) * Omega)
+    .put(is_Omega)
+    .by(As * Sigma_f * As.T + As * R_s * (As * R_s).T + Qs + g * Qs, is_R_s)
+    .drop(of=R_s)
+    .drop(is_R_Q, of=g)
+    .fold(is_Omega_f)
 )
 
-page("""So does a reading: no gain leaves less than the gain of minimum variance, and
-    any gain makes of both covariances what keeps the ratio.""")
+page("""So does a reading: any gain makes of both covariances what keeps the ratio, and
+    no gain leaves less than the gain of minimum variance.""")
 page(is_N, is_M, is_Kmv)
 is_N_f = page(let(N_f, Omega_f * C.T))
 is_M_f = page(let(M_f, C * Omega_f * C.T + R))
 is_Kmv_f = page(suppose(Kmv_f * M_f, N_f))
 is_R_f = page(suppose(M_f, R_f * R_f.T))
-is_R_o = page(suppose((1 + g) * Omega, Omega_f + R_o * R_o.T))
 is_R_R = page(suppose(R, R_R * R_R.T))
-page.chain(
-    "",
-    "a reading keeps the ratio",
-    Omega_f - N_f * Kmv_f.T,
-    AtMost(
-        Omega_f - N_f * Kmv_f.T + (Kmv - Kmv_f) * M_f * (Kmv - Kmv_f).T,
-        by=(is_R_f,),
-        root=(Kmv - Kmv_f) * R_f,
-    ),
-    Line(Omega_f - N_f * Kmv.T - Kmv * N_f.T + Kmv * M_f * Kmv.T, by=(is_Kmv_f,)),
-    Line(joseph(Kmv, Omega_f), by=(is_N_f, is_M_f)),
-    AtMost(
-        (I - Kmv * C) * (1 + g) * Omega * (I - Kmv * C).T + Kmv * R * Kmv.T,
-        by=(is_R_o,),
-        root=(I - Kmv * C) * R_o,
-    ),
-    AtMost((1 + g) * joseph(Kmv, Omega), by=(is_R_R,), root=sqrt(g) * Kmv * R_R),
-    Line((1 + g) * (Omega - N * Kmv.T), by=(is_N, is_M, is_Kmv)),
+is_R_o = page(suppose((1 + g) * Omega, Omega_f + R_o * R_o.T))
+page(
+    derive("", "a reading keeps the ratio", (1 + g) * (Omega - N * Kmv.T))
+    .by((1 + g) * joseph(Kmv, Omega), is_N, is_M, is_Kmv)
+    .insert(joseph(Kmv, Omega_f + R_o * R_o.T) + g * Kmv * R * Kmv.T, is_R_o)
+    .drop(is_R_R, of=g)
+    .by(joseph(Kmv, Omega_f) + (I - Kmv * C) * R_o * ((I - Kmv * C) * R_o).T)
+    .drop(of=R_o)
+    .expand()
+    .fold(is_M_f, is_N_f)
+    .square(Kmv, is_Kmv_f)
+    .drop(is_R_f)
 )
 
 page("""Accurate outputs cost `W_a M W_a'` beside that, where `W_a M = Gamma R`. It
@@ -98,8 +88,8 @@ page("""Accurate outputs cost `W_a M W_a'` beside that, where `W_a M = Gamma R`.
 noise = page(
     derive("", "what is left of accurate outputs", (Identity(p) - C * Kmv) * M)
     .use(is_Kmv)
-    .put(is_M)
-    .use(is_N)
+    .put(is_M, is_N)
+    .expand()
 )
 is_W_a = page(let(W_a, Gamma - Gamma * C * Kmv))
 cost = page(
@@ -108,22 +98,20 @@ cost = page(
 is_W_f = page(suppose(W_f * M_f, Gamma * R))
 is_R_M = page(suppose(M, R_M * R_M.T))
 is_R_m = page(suppose((1 + g) * M_f, M + R_m * R_m.T))
-page.chain(
-    "",
-    "what accurate outputs cost keeps the ratio",
-    (1 + g) * W_f * M_f * W_f.T,
-    AtMost(
-        (1 + g) * W_f * M_f * W_f.T
-        + (W_f - (1 + g) * W_a) * M * (W_f - (1 + g) * W_a).T,
-        by=(is_R_M,),
-        root=(W_f - (1 + g) * W_a) * R_M,
-    ),
-    Line(
-        (1 + g) ** 2 * W_a * M * W_a.T
-        - ((1 + g) * W_f * M_f * W_f.T - W_f * M * W_f.T),
-        by=(cost, is_W_f),
-    ),
-    AtMost((1 + g) ** 2 * W_a * M * W_a.T, by=(is_R_m,), root=W_f * R_m),
+more = W_f - (1 + g) * W_a
+says = "what accurate outputs cost keeps the ratio"
+page(
+    derive(
+        "", "what accurate outputs cost keeps the ratio", (1 + g) ** 2 * W_a * M * W_a.T
+    )
+    .by(
+        (1 + g) * W_f * M_f * W_f.T + more * M * more.T + W_f * R_m * R_m.T * W_f.T,
+        cost,
+        is_W_f,
+        is_R_m,
+    )
+    .drop(is_R_M, of=W_a)
+    .drop(of=R_m)
 )
 
 page("""With `Sigma` and `Sigma_f` in each other's place the same holds in the other
@@ -131,29 +119,12 @@ page("""With `Sigma` and `Sigma_f` in each other's place the same holds in the o
     estimates does not grow, measured by the covariances: not from a prediction to its
     estimate, and not from there to the next prediction.""")
 is_R_u = page(suppose((1 + g) * Omega_f, Omega + R_u * R_u.T))
-page.chain(
-    "",
-    "how far the predictions differ from below",
-    (1 + g) * (Omega - Omega_f),
-    AtMost(
-        (1 + g) * (Omega - Omega_f) + (1 + g) * Omega_f - Omega,
-        by=(is_R_u,),
-        root=R_u,
-    ),
-    Line(g * Omega, why="collect"),
+page(
+    derive("", "how far the predictions differ from below", g * Omega)
+    .by((1 + g) * (Omega - Omega_f) + R_u * R_u.T, is_R_u)
+    .drop(of=R_u)
 )
 is_Joseph = page(let(Sigma_next, joseph(K, Omega), "27"))
-page.chain(
-    "",
-    "a reading makes no difference larger",
-    (I - K * C) * Omega * (I - K * C).T,
-    AtMost(joseph(K, Omega), by=(is_R_R,), root=K * R_R),
-    Line(Sigma_next, by=(is_Joseph,)),
-)
-page.chain(
-    "",
-    "nor does a prediction",
-    As * Sigma * As.T,
-    AtMost(As * Sigma * As.T + Qs, by=(is_R_Q,), root=R_Q),
-    Line(Omega, by=(is_Omega,)),
-)
+says = "a reading makes no difference larger"
+page(derive("", says, Sigma_next).put(is_Joseph).drop(is_R_R))
+page(derive("", "nor does a prediction", Omega).put(is_Omega).drop(is_R_Q))

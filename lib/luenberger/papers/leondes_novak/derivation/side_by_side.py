@@ -6,11 +6,9 @@ the step of both, a run over a record that of the observer.
 Source: Leondes and Novak (1974), (1), (2), (7)-(13), (26).
 """
 
-from functools import cache
-
 from sympy import symbols
 
-from matrixproof import Derivation, Page, Stage, ZeroMatrix
+from matrixproof import Page, Stage, ZeroMatrix
 
 from ....theory import observer
 from .huddle import driven, dynamics, follows, follows_next, moves
@@ -52,46 +50,24 @@ is_W = page(let(W, -V * E))
 is_e = page(let(e, w_hat - L * x))
 page.at("26", "the error of the estimate", observer.error, noises)
 
-
-@cache
-def observer_step():
-    """One step of any observer, z+ = F z + G u + D y and w^ = P z + V y + W u."""
-    return Derivation(
-        (F, G, D, P, V, W, z, u, y),
-        (
-            Stage(w_hat, P * z + V * y + W * u, "(12)", by=(estimate,)),
-            Stage(z_next, F * z + G * u + D * y, "(7)", by=(moves,)),
-        ),
-        source=SOURCE,
-        letters=letters,
-        says="one step of any observer",
-    )
-
-
-page(observer_step())
+observer_step = page.program(
+    "one step of any observer",
+    (F, G, D, P, V, W, z, u, y),
+    (estimate, "(12)"),
+    Stage(z_next, F * z + G * u + D * y, "(7)", by=(moves,)),
+)
 
 
 page("Neither error holds the input, so that a simulation of the error leaves it out.")
 no_input = page(suppose(u, ZeroMatrix(m, 1)))
 
-
-@cache
-def side_by_side():
-    """x, z and xi at one instant to x, z at the next, and the error in between."""
-    return Derivation(
-        (A, C, L, F, D, P, V, Hw, Hv, x, z, xi),
-        (
-            Stage(y, C * x + Hv * xi, "(2)", by=(measured, no_input)),
-            Stage(w, L * x, by=(wanted,)),
-            Stage(w_hat, P * z + V * y, "(12)", by=(estimate, no_input)),
-            Stage(e, w_hat - w, by=(is_e, wanted)),
-            Stage(z_next, F * z + D * y, "(7)", by=(moves, no_input)),
-            Stage(x_next, A * x + Hw * xi, "(1)", by=(plant, no_input)),
-        ),
-        source=SOURCE,
-        letters=letters,
-        says="one step of plant and observer",
-    )
-
-
-page(side_by_side())
+side_by_side = page.program(
+    "one step of plant and observer",
+    (A, C, L, F, D, P, V, Hw, Hv, x, z, xi),
+    Stage(y, C * x + Hv * xi, "(2)", by=(measured, no_input)),
+    wanted,
+    Stage(w_hat, P * z + V * y, "(12)", by=(estimate, no_input)),
+    Stage(e, w_hat - w, by=(is_e, wanted)),
+    Stage(z_next, F * z + D * y, "(7)", by=(moves, no_input)),
+    Stage(x_next, A * x + Hw * xi, "(1)", by=(plant, no_input)),
+)

@@ -6,17 +6,13 @@ observer that starts elsewhere errs by the difference as well.
 Source: Leondes and Novak (1974), section III, (34)-(36); the root is our own.
 """
 
-from functools import cache
-
 from sympy import symbols
 
 from matrixproof import (
     BlockMatrix,
-    Derivation,
     Expect,
     Line,
     Page,
-    Stage,
     Substitute,
     ZeroMatrix,
 )
@@ -84,17 +80,8 @@ page.chain(
     Substitute(H_eps * H_eps.T, by=(is_H_eps,)),
 )
 
-
-@cache
-def start_root():
-    """Of E[eps eps'], eps = z - T x; means z_bar, x_bar, roots H_z, H_x of the rest."""
-    return Derivation(
-        (T, H_x, H_z, z_bar, x_bar),
-        (Stage(H_eps, is_H_eps.right, "(35)", by=(is_H_eps,)),),
-        source="our own",
-        letters=letters,
-        says="a root of the second moment of the error at any start",
-    )
-
-
-page(start_root())
+start_root = page.program(
+    "a root of the second moment of the error at any start",
+    (T, H_x, H_z, z_bar, x_bar),
+    (is_H_eps, "(35)"),
+)

@@ -7,12 +7,9 @@ for another weight: what an error made now will have cost in the end.
 Source: our own; the step is that of Leondes and Novak (1974), (27)-(33), (44).
 """
 
-from functools import cache
-
 from sympy import Trace
 
 from matrixproof import (
-    Derivation,
     Page,
     Solve,
     Stage,
@@ -94,43 +91,17 @@ page(
     .fold(is_Y, is_dSigma)
 )
 
-
-@cache
-def closed_loop():
-    """What a constant gain makes of errors and noises (A and Q after decorrelation)."""
-    return Derivation(
-        (A, Q, C, R, K, Phat, That),
-        (
-            Stage(Y, I - K * C, "(13)", by=(is_Y,)),
-            Stage(Phi, Y * A, by=(is_Phi, is_Y)),
-            Stage(Q_c, Y * Q * Y.T + K * R * K.T, symmetric=True, by=(is_Q_c, is_Y)),
-            Stage(F, That * Phi * Phat, "(14)", by=(moves,)),
-        ),
-        source="our own",
-        letters=letters,
-        says="what a constant gain makes of errors and noises",
-    )
-
-
-@cache
-def step_differential():
-    """How the gain and Sigma_next of `gain_step` move with Sigma, by dSigma_0."""
-    moved = (I - Gamma * C) * (I - Kmv * C) * dOmega * C.T
-    change = Y * dOmega * Y.T + dK * R * Gamma.T + Gamma * R * dK.T
-    return Derivation(
-        (A, C, R, Gamma, M, Kmv, Y, dSigma_0),
-        (
-            Stage(dOmega, A * dSigma_0 * A.T, by=(is_dOmega,)),
-            Stage(dK, Solve(moved, M), by=(is_dK, is_dKmv)),
-            Stage(dSigma, change, symmetric=True, by=(is_dSigma,)),
-        ),
-        source="our own",
-        letters=letters,
-        says="how a step moves with what it starts from",
-    )
-
-
-page(step_differential())
+step_differential = page.program(
+    "how a step moves with what it starts from",
+    (A, C, R, Gamma, M, Kmv, Y, dSigma_0),
+    Stage(dOmega, A * dSigma_0 * A.T, by=(is_dOmega,)),
+    Stage(
+        dK,
+        Solve((I - Gamma * C) * (I - Kmv * C) * dOmega * C.T, M),
+        by=(is_dK, is_dKmv),
+    ),
+    is_dSigma,
+)
 
 
 page("""With a constant gain the error moves by `Phi`, and its covariance settles where
@@ -192,21 +163,17 @@ page(
     .use(over, orthogonal)
 )
 
+closed_loop = page.program(
+    "what a constant gain makes of errors and noises",
+    (A, Q, C, R, K, Phat, That),
+    Stage(Y, I - K * C, "(13)", by=(is_Y,)),
+    Stage(Phi, Y * A, by=(is_Phi, is_Y)),
+    Stage(Q_c, Y * Q * Y.T + K * R * K.T, symmetric=True, by=(is_Q_c, is_Y)),
+    Stage(F, That * Phi * Phat, "(14)", by=(moves,)),
+)
 
-page(closed_loop())
-
-
-@cache
-def steady_gradient():
-    """Gradient of the steady weighted trace with respect to a constant gain K."""
-    slope = 2 * Lambda * (K * M - Omega * C.T)
-    return Derivation(
-        (K, M, Omega, C, Lambda),
-        (Stage(Gradient_K, slope, by=(is_Gradient, is_N)),),
-        source="our own",
-        letters=letters,
-        says="the gradient of the steady trace in a constant gain",
-    )
-
-
-page(steady_gradient())
+steady_gradient = page.program(
+    "the gradient of the steady trace in a constant gain",
+    (K, M, Omega, C, Lambda),
+    Stage(Gradient_K, 2 * Lambda * (K * M - Omega * C.T), by=(is_Gradient, is_N)),
+)
