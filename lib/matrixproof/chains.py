@@ -18,9 +18,11 @@ import sympy as sp
 
 from .contents import parts
 from .dependence import behind, declared, hidden
+from .dependence import letters as inside
 from .equivalences import Equation, Implies
 from .exact import plain
 from .foundations import Foundation, foundation
+from .foundations import behind as all_behind
 from .inequalities import AtLeast
 from .lines import Line
 from .operators import Derivative, Operator
@@ -280,11 +282,12 @@ class Chain:
 
     def at(
         self,
-        letters: Mapping[Any, Formula],
+        letters: Mapping[Any, Any],
         *given: Any,
         number: str = "",
         says: str = "",
         symmetric: Symbols = (),
+        **named: Any,
     ) -> Instance:
         """The theorem in other letters, which is checked anew.
 
@@ -301,6 +304,9 @@ class Chain:
         symmetric : iterable of MatrixSymbol
             Letters that equal their transposes.  A letter that stands for a symmetric
             one is among them.
+        **named : expression
+            What letters stand for, by their names; one that the theorem does not have
+            is passed over, so that several theorems can share what is named.
 
         Raises
         ------
@@ -315,7 +321,7 @@ class Chain:
         >>> known = Relation("A M = N", A * M, N)
         >>> theorem = derive(B * A * M, says="a product").use(known)
         >>> used = Relation("F G = L", F * G, L)
-        >>> print(theorem.at({A: F, B: F.T, M: G, N: L}, used))
+        >>> print(theorem.at({}, used, A=F, B=F.T, M=G, N=L))
         a product
           F' F G
             = F' L  theorem: a product, with F G = L  ✓
@@ -327,7 +333,10 @@ class Chain:
         """
         from .instances import Instance, instance
 
-        made = instance(self, letters, given, tuple(symmetric))
+        every = [e for chain in all_behind([self]) for e in chain.expressions]
+        known = {x.name: x for e in every for x in inside(plain(e))}
+        put = {known[x]: value for x, value in named.items() if x in known}
+        made = instance(self, {**letters, **put}, given, tuple(symmetric))
         says = says or self.says
         return Instance(number, says, made.left, made.lines, made.symmetric, {}, self)
 

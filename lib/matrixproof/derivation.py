@@ -360,8 +360,8 @@ class Page(Derivation):
         """Write a chain in the letters of the page, as `Notation.chain` makes it."""
         return self(self.letters.chain(*said, **more))
 
-    def at(self, number: str, says: str, theorem: Chain, to: Any = ()) -> Instance:
-        """Write a theorem in the letters of the page; see `Chain.at`.
+    def at(self, number: str, says: str, theorem: Chain, **letters: Any) -> Instance:
+        """Write a theorem in the letters of the page, named as in `Chain.at`.
 
         What it supposes must stand on the page, as a relation or as a chain's result.
         """
@@ -369,7 +369,7 @@ class Page(Derivation):
         given = [x for x in said if isinstance(x, Relation)]
         given += [x.relation for x in said if isinstance(x, Chain) and x.equates]
         more = {"number": number, "says": says, "symmetric": self.letters.symmetric}
-        return self(theorem.at(dict(to), *given, **more))
+        return self(theorem.at({}, *given, **more, **letters))
 
     def program(self, says: str, given: Iterable[Any], *stages: Any) -> Derivation:
         """Write a stage list in the letters of the page.

@@ -206,9 +206,9 @@ def test_a_page_gives_a_theorem_all_that_it_says():
     C, D = (notation(x, F.rows, F.rows, f"the matrix {x}") for x in "CD")
     page = Page(letters=notation, source="us")
     with pytest.raises(ValueError, match="C D = I: give it"):
-        page.at("1", "too early", theorem, {A: C, B: D})
+        page.at("1", "too early", theorem, A=C, B=D)
     page(notation.suppose(C * D, Identity(F.rows)))
-    found = page.at("1", "a product", theorem, {A: C, B: D})
+    found = page.at("1", "a product", theorem, A=C, B=D)
     later = page.chain("2", "used", D * C * D, Line(D, by=[page.page[0]]))
     assert page.page[-2:] == (found, later) and page.check() == []
 

@@ -15,7 +15,7 @@ from .letters import *
 
 SOURCE = "Moore (1981); Laub, Heath, Paige and Ward (1987)"
 nothing = ZeroMatrix(r, r)
-across = {F: F.T, N: P.T, S: U.T, U: S.T, X: Y, F_S: F_S.T, N_S: P_S.T, X_S: Y_S}
+across = dict(F=F.T, N=P.T, S=U.T, U=S.T, X=Y, F_S=F_S.T, N_S=P_S.T, X_S=Y_S)
 
 WITNESS = {
     F: [[0, -1], [1, 0]],
@@ -48,7 +48,7 @@ moves = page(
     .fold(is_F, is_X)
 )
 shown = page(steady(Y, F.T * Y * F + P.T * P, name="shown from sample to sample"))
-page.at("", "what the estimate shows from sample to sample", moves, across)
+page.at("", "what the estimate shows from sample to sample", moves, **across)
 
 page("In continuous time they are what these say, and remain so as well.")
 reached_c = page(suppose(F * X + X * F.T + N * N.T, nothing, name="reached in time"))
@@ -58,7 +58,7 @@ moves_c = page(
     .use(inverse, reached_c)
 )
 shown_c = page(suppose(F.T * Y + Y * F + P.T * P, nothing, name="shown in time"))
-page.at("", "what the estimate shows in time", moves_c, across)
+page.at("", "what the estimate shows in time", moves_c, **across)
 
 page("""Take roots of both Gramians, and the singular values of their product. No
     Gramian is inverted, and none is squared.""")

@@ -54,20 +54,9 @@ in_the_way = page(
     .expect(is_Q, apart)
 )
 common = page(moment(w * e_minus_next.T, -Q))
-by_next = {
-    regression.e: w,
-    regression.y: e_minus_next,
-    regression.M: Omega_next,
-    regression.N: -Q,
-    regression.G: -G_w,
-    regression.d: w + G_w * e_minus_next,
-}
-page.at(
-    "",
-    "what is left of it is uncorrelated with the prediction's error",
-    regression.apart,
-    by_next,
-)
+by_next = dict(e=w, y=e_minus_next, M=Omega_next, N=-Q, G=-G_w)
+says = "what is left of it is uncorrelated with the prediction's error"
+page.at("", says, regression.apart, d=w + G_w * e_minus_next, **by_next)
 
 page("The smoothed estimate takes the place of the next state, and no gain is found.")
 page(is_lamda_next)
@@ -86,15 +75,8 @@ parts = page(let(v, J_v * v_seen + v_left))
 tells = page(suppose(J_v * R_seen, R_all))
 is_R_seen = page(moment(v_seen * v_seen.T, R_seen))
 is_R_all = page(moment(v * v_seen.T, R_all))
-by_seen = {
-    regression.e: v,
-    regression.y: v_seen,
-    regression.M: R_seen,
-    regression.N: R_all,
-    regression.G: J_v,
-    regression.d: v_left,
-}
-page.at("", "the rest is uncorrelated with what arrived", regression.apart, by_seen)
+by_seen = dict(e=v, y=v_seen, M=R_seen, N=R_all, G=J_v, d=v_left)
+page.at("", "the rest is uncorrelated with what arrived", regression.apart, **by_seen)
 is_S = page(moment(w_all * v.T, S))
 is_S_left = page(let(S_left, S - J * R_all.T))
 independent = page(moment(w * v_seen.T, ZeroMatrix(n, pa)))

@@ -63,18 +63,12 @@ page("""Were the next state known, so would be `e_minus_next`, and any gain `X` 
     where `Omega_next` is singular.""")
 both = page(moment(e_minus_next * e.T, T))
 ahead = page(moment(e_minus_next * e_minus_next.T, Omega_next))
-by_next = {
-    regression.y: e_minus_next,
-    regression.Omega: Sigma,
-    regression.M: Omega_next,
-    regression.N: T.T,
-    regression.K: X,
-    regression.L_M: L_O,
-}
-page.at("", "the covariance of what any gain leaves", regression.any_gain, by_next)
+by_next = dict(y=e_minus_next, Omega=Sigma, M=Omega_next, N=T.T, K=X, L_M=L_O)
+page.at("", "the covariance of what any gain leaves", regression.any_gain, **by_next)
 is_G = page(suppose(G * Omega_next, T.T))
 root = page(suppose(Omega_next, L_O * L_O.T))
-page.at("", "no gain does better if the next state is known", regression.least, by_next)
+says = "no gain does better if the next state is known"
+page.at("", says, regression.least, **by_next)
 
 page("""What is left is uncorrelated with the predicted error, and so with all that
     later rows can show, because they speak of the next state and of noises to come.""")

@@ -164,11 +164,11 @@ page("""A cost adds up what noise does now and later. So both effects are traces
     drives them, and their quotient is the factor by which white noise must be stronger
     than the constant to cost the same.""")
 dual = page(steady(Lambda, A.T * Lambda * A + M))
-once = {cost.Pt: Lambda, cost.Rt: M, cost.At: A, cost.At1: ZeroMatrix(n, n)}
-white = once | {cost.Qt: X_w, cost.Wt: B_w}
-page.at("white", "what white noise costs", cost.pairing, white)
-constant = once | {cost.Qt: X_2, cost.Wt: B_2}
-page.at("constant", "what a constant costs", cost.pairing, constant)
+once = dict(P_tilde=Lambda, R_tilde=M, A_tilde=A, A_tilde_1=ZeroMatrix(n, n))
+white = dict(Q_tilde=X_w, W_tilde=B_w)
+page.at("white", "what white noise costs", cost.pairing, **once, **white)
+constant = dict(Q_tilde=X_2, W_tilde=B_2)
+page.at("constant", "what a constant costs", cost.pairing, **once, **constant)
 
 
 @cache

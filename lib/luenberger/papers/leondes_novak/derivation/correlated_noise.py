@@ -48,20 +48,11 @@ page(
         As * x + J * (C * x + v) + (w - J * v), is_As
     )
 )
-by_v = {
-    regression.e: w,
-    regression.y: v,
-    regression.Omega: Q,
-    regression.M: R,
-    regression.N: S,
-    regression.G: J,
-    regression.d: w - J * v,
-    regression.D: Qs,
-}
+by_v = dict(e=w, y=v, Omega=Q, M=R, N=S, G=J, d=w - J * v, D=Qs)
 says = "what is left is independent of the measurement noise"
-page.at("", says, regression.apart, by_v)
+page.at("", says, regression.apart, **by_v)
 is_Qs = page(let(Qs, Q - J * S.T))
-page.at("", "the covariance of what is left", regression.left, by_v)
+page.at("", "the covariance of what is left", regression.left, **by_v)
 
 page("""Every error of an observer then has a covariance by recursion, whatever its
     matrices are. The two crossed terms are those that (5) sets to zero.""")

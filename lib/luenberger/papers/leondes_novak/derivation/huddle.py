@@ -40,12 +40,12 @@ page("""The estimate combines the observer with the measurement of the moment. I
     unbiased for every state and input exactly if two more residuals vanish.""")
 estimate = page(let(x_hat, P * z + V * y + W * u, "12"))
 is_e = page(let(e, x_hat - x))
-of_the_state = {observer.L: I, observer.w_hat: x_hat}
-biased = page.at("12", "the error of an estimate", observer.biased, of_the_state)
+of_state = dict(L=I, w_hat=x_hat)
+biased = page.at("12", "the error of an estimate", observer.biased, **of_state)
 unbiased = page(suppose(P * T + V * C, I, "13"))
 is_W = page(let(W, -V * E))
 error = page.at(
-    "13, 26", "the error of an unbiased estimate", observer.error, of_the_state
+    "13, 26", "the error of an unbiased estimate", observer.error, **of_state
 )
 
 page("""A state that neither the observer follows nor the measurement shows must then be

@@ -56,17 +56,12 @@ page.chain(
 )
 
 page("So the gradient vanishes where the shorter problem's does.")
-shorter = {
-    quadratic.K: K_a,
-    quadratic.C: Pick * C,
-    quadratic.R: Pick * R * Pick.T,
-    quadratic.M: Pick * M * Pick.T,
-    quadratic.N: Omega * C.T * Pick.T,
-    quadratic.Y: I - K_a * Pick * C,
-    quadratic.Sigma_next: joseph(K_a, Pick * C, Omega, Pick * R * Pick.T),
-}
+arrived, noise = Pick * C, Pick * R * Pick.T
+shorter = dict(K=K_a, C=arrived, R=noise, M=Pick * M * Pick.T, N=Omega * C.T * Pick.T)
+cost = joseph(K_a, arrived, Omega, noise)
 says = "the gradient is that of the shorter problem"
-page.at("32", says, quadratic.slope, shorter)
+left = I - K_a * arrived
+page.at("32", says, quadratic.slope, Y=left, Sigma_next=cost, **shorter)
 
 page("""If an accurate output is missing, with the row `c`, the others leave one
     direction more free: the one that it alone would have shown.""")

@@ -38,8 +38,8 @@ measured = page(let(y, C * x + E * u + Hv * xi, "2"))
 
 page("The observer moves as any observer does, and Luenberger's conditions hold.")
 page(moves, follows, follows_next, dynamics, driven)
-noises = {observer.w: Hw * xi, observer.v: Hv * xi}
-page.at("11", "the error is driven by the noises alone", observer.free, noises)
+noises = dict(w=Hw * xi, v=Hv * xi)
+page.at("11", "the error is driven by the noises alone", observer.free, **noises)
 
 page("""What is wanted is `L x`. Its estimate combines the observer with measurement and
     input, and is unbiased if two residuals vanish, as in (13).""")
@@ -48,7 +48,7 @@ estimate = page(let(w_hat, P * z + V * y + W * u, "12"))
 unbiased = page(suppose(P * T + V * C, L, "13"))
 is_W = page(let(W, -V * E))
 is_e = page(let(e, w_hat - L * x))
-page.at("26", "the error of the estimate", observer.error, noises)
+page.at("26", "the error of the estimate", observer.error, **noises)
 
 observer_step = page.program(
     "one step of any observer",

@@ -53,18 +53,10 @@ page("""Let the observer's state track `T x`, for a `T` still to be found. Its e
     driven by itself, by the state and by the input.""")
 is_eps = page(let(eps, z - T * x, "4"))
 is_eps_next = page(let(eps_next, z_next - T * x_next, "4"))
-any_observer = {
-    theory.L: k,
-    theory.T_next: T,
-    theory.V: ZeroMatrix(1, p),
-    theory.W: ZeroMatrix(1, m),
-    theory.w: ZeroMatrix(n, 1),
-    theory.v: ZeroMatrix(p, 1),
-    theory.w_hat: w,
-    theory.e: w - k * x,
-}
-moves = page.at("4", "how the error moves", theory.collected, any_observer)
-page.at("4", "the error of the estimate", theory.biased, any_observer)
+no_noise = dict(w=ZeroMatrix(n, 1), v=ZeroMatrix(p, 1), T_next=T)
+shown = dict(L=k, V=ZeroMatrix(1, p), W=ZeroMatrix(1, m), w_hat=w, e=w - k * x)
+moves = page.at("4", "how the error moves", theory.collected, **no_noise)
+page.at("4", "the error of the estimate", theory.biased, **no_noise, **shown)
 
 page("""`T` is chosen so that the state does not drive the error. In `x` and the error
     plant and observer then fall apart, which is how the paper arranges it.""")
@@ -116,9 +108,8 @@ gain = page.chain(
 
 page("The estimate is right in the limit if besides `P T = k`.")
 read = page(suppose(P * T, k, "7"))
-page.at(
-    "7", "the estimate errs by what is left of the error", theory.error, any_observer
-)
+says = "the estimate errs by what is left of the error"
+page.at("7", says, theory.error, **no_noise, **shown)
 
 page("""None of this can be avoided. Let `w - k x` tend to zero for all starts and
     inputs, let `A`, `B` be controllable and `F`, `P` observable. From rest the error

@@ -36,22 +36,12 @@ page("""Then the observer's state tracks `T x`, with an error that nothing drive
     estimate errs by a multiple of it.""")
 is_eps = page(let(eps, z - T * x))
 is_eps_next = page(let(eps_next, z_next - T * x_next))
-no_noise = {
-    observer.C: C,
-    observer.E: ZeroMatrix(r, m),
-    observer.L: I,
-    observer.T: T,
-    observer.T_next: T,
-    observer.W: ZeroMatrix(n, m),
-    observer.w: ZeroMatrix(n, 1),
-    observer.v: ZeroMatrix(r, 1),
-    observer.w_hat: x_hat,
-    observer.e: x_hat - x,
-}
-free = page.at("1, 2, 4, 5", "the error moves by itself", observer.free, no_noise)
-errs = page.at(
-    "3, 5", "the estimate errs by a multiple of it", observer.error, no_noise
-)
+no_noise = dict(C=C, T=T, T_next=T, w=ZeroMatrix(n, 1), v=ZeroMatrix(r, 1))
+no_noise |= dict(E=ZeroMatrix(r, m), W=ZeroMatrix(n, m))
+free = page.at("1, 2, 4, 5", "the error moves by itself", observer.free, **no_noise)
+shown = dict(L=I, w_hat=x_hat, e=x_hat - x)
+says = "the estimate errs by a multiple of it"
+errs = page.at("3, 5", says, observer.error, **no_noise, **shown)
 
 page("""So the error is `F^t` times what it was at the start; in continuous time, for
     which alone the paper writes it, `e^(F t)` times. Both begin with the identity and
