@@ -5,8 +5,12 @@ import dataclasses
 import pytest
 from page_damage import wrong_stages
 
-from luenberger.papers.leondes_novak.derivation import noise_factors, square_root
-from luenberger.papers.leondes_novak.derivation.best_coordinates import gain_step
+from luenberger.papers.leondes_novak.derivation import (
+    gain_step,
+    root_decorrelation,
+    root_update,
+    square_root,
+)
 from luenberger.papers.leondes_novak.derivation.letters import (
     C,
     K,
@@ -63,7 +67,7 @@ def test_it_is_said_which_target_differs_and_what_is_left():
 
 @pytest.mark.parametrize("gone", range(2))
 def test_what_is_known_of_what_they_are_given_is_needed(gone):
-    pair = square_root.root_update(), slow
+    pair = root_update(), slow
     known = [square_root.is_H_minus, square_root.is_R]
     (found,) = equivalent(*pair, *known, same=square_root.square)
     assert set(known) <= set(found.rests_on().relations)
@@ -74,4 +78,4 @@ def test_what_is_known_of_what_they_are_given_is_needed(gone):
 
 def test_lists_without_a_common_target_are_not_compared():
     with pytest.raises(ValueError, match="say what equals what"):
-        equivalent(noise_factors.root_decorrelation(), slow)
+        equivalent(root_decorrelation(), slow)
