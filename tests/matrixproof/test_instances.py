@@ -131,6 +131,8 @@ def test_a_mean_is_no_equation():
     for wrong in ((y * y.T, S), Moment("", S, y * y.T)):
         with pytest.raises(ValueError, match=r"E\[y y'\] = S: give it"):
             variance.at({x: y}, wrong)
+    with pytest.raises(ValueError, match="give it"):  # it averages, and is no identity
+        variance.at({x: y, S: y * y.T})
     (fault,) = variance.at({x: A * y}, Moment("", A * y * (A * y).T, S)).check()
     assert "is not one or two symbols" in fault
 
