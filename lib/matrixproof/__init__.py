@@ -43,9 +43,8 @@ relations could never be satisfied is found out by asking for a `model` of them.
 >>> refute(A * B, B.T * A.T) is None
 False
 
-A `Claim` is two sides in an `Algebra` whose relations are applied from left to right
-as they are written.  A `Chain` is a derivation that reads: every line is checked
-against exactly the reasons it cites.  `derive` finds the lines of one.  Chains,
+A `Chain` is a derivation that reads: every line is checked against exactly the reasons
+it cites.  `derive` finds the lines of one.  Chains,
 definitions and the words between them make a page, which is a `Derivation`; its
 stages are the assignments that a program is to carry out.
 
@@ -66,7 +65,6 @@ from .chains import Chain
 from .claims import Claim
 from .completion import Limit
 from .constructions import Construction, Counterexample
-from .core import Algebra
 from .derivation import Derivation, Page, holds, title, vanishes
 from .deriving import derive
 from .equivalences import Equation, Iff, Implies
@@ -87,7 +85,6 @@ from .typeset import latex, text
 from .words import Letter, ShapeError
 
 __all__ = [
-    "Algebra",
     "AtLeast",
     "AtMost",
     "BlockMatrix",

@@ -1,6 +1,5 @@
-"""The algebra: which symbols are symmetric, which relations hold, and calculus."""
+"""The algebra: normal forms, which symbols are symmetric, and calculus."""
 
-from functools import cached_property
 from typing import Any
 
 import sympy as sp
@@ -8,7 +7,6 @@ from sympy.matrices.expressions.matexpr import MatrixExpr
 
 from .blocks import Blocks, product
 from .polynomials import Polynomial, Traces
-from .relations import Given, refuse_means
 from .symbols import MatrixSymbol, Own, Symmetric
 from .words import (
     Formula,
@@ -17,6 +15,7 @@ from .words import (
     Symbols,
     Terms,
     Word,
+    cancelled,
     exact,
     rotations,
     same_shape,
@@ -25,51 +24,24 @@ from .words import (
 )
 
 KINDS = MatrixSymbol, Own, Symmetric, sp.MatrixSymbol  # of letters
-DEEPEST = 300  # rewritings of one word, one inside the other, before we give up
 
 
 class Algebra:
-    """Symbols with what is known of them.
+    """Symbols, of which some equal their transpose; nothing else is known of them.
 
     Parameters
     ----------
     symmetric : iterable of MatrixSymbol
         Symbols equal to their transpose.
-    relations : iterable of (left, right)
-        Equations between matrix expressions.  The left side must be one product of
-        symbols; wherever it occurs, also transposed and, in a trace, also across the
-        cyclic seam, it is replaced by the right side.
 
     Notes
     -----
     A symbol X may be inverted by writing ``X.I``; X times X.I cancels.  A composite
-    must be named first, which is no loss: solve its definition for another symbol
-    and give that as a relation, e.g. ``(R, M - C * Omega * C.T)``.
+    must be named first.  What follows from relations is found by `prove`.
     """
 
-    def __init__(self, symmetric: Symbols = (), relations: Given = ()) -> None:
+    def __init__(self, symmetric: Symbols = ()) -> None:
         self.symmetric = frozenset(symmetric)
-        self.relations = tuple(relations)
-        refuse_means(self.relations)
-        self._known, self._known_cyclic = dict[Word, Any](), dict[Word, Any]()
-
-    def __eq__(self, other):
-        if not isinstance(other, Algebra):
-            return NotImplemented
-        return self._knows() == other._knows()
-
-    def __hash__(self):
-        return hash(self._knows())
-
-    def _knows(self):
-        return self.symmetric, frozenset(map(tuple, self.relations))
-
-    @cached_property
-    def _rules(self):
-        """(word, {word: coefficient}) pairs, made when first needed."""
-        plain = Algebra(self.symmetric) if self.relations else self
-        rules = (plain._rule(left, right) for left, right in self.relations)
-        return [rule for pair in rules for rule in pair]
 
     # -- words ------------------------------------------------------------------
 
@@ -82,81 +54,19 @@ class Algebra:
         """The transpose of a word."""
         return tuple(self.letter(a, not t, i) for a, t, i in reversed(word))
 
-    def _rule(self, left, right):
-        left, right = self.normal(left), self.normal(right)
-        if left.terms and left.is_scaled_identity:  # I = A B says what A B is
-            left, right = right, left
-        single = len(left.terms) == 1 and not left.is_scaled_identity
-        if not (single and same_shape(left.shape, right.shape)):
-            raise ShapeError(f"{left} = {right} is not a relation word = polynomial")
-        ((word, c),) = left.terms.items()
-        if sp.sympify(c).is_zero is not False:
-            why = f"{c} may be zero; say that it is not, as Symbol(name, nonzero=True)"
-            raise ValueError(f"{left} = {right} is no rule for {text(word)}: {why}")
-        right = (1 / sp.sympify(c)) * right
-        flipped = self.flipped(word)
-        rules = [(word, right.terms)]
-        return rules if flipped == word else [*rules, (flipped, right.T.terms)]
-
-    def _rewritten(self, word):
-        """{word: coefficient} after one rewriting, or None if nothing applies."""
-        for i in range(len(word) - 1):
-            a, b = word[i], word[i + 1]
-            if a == (b.atom, b.transposed, not b.inverted):
-                return {word[:i] + word[i + 2 :]: 1}
-        for pattern, terms in self._rules:
-            k = len(pattern)
-            for i in range(len(word) - k + 1):
-                if word[i : i + k] == pattern:
-                    return {word[:i] + w + word[i + k :]: c for w, c in terms.items()}
-        return None
-
-    def _reduce(self, word, depth=0):
-        """{word: coefficient} that no relation can simplify further."""
-        if word not in self._known:
-            if depth > DEEPEST:
-                raise RecursionError(f"rewriting does not stop at {text(word)}")
-            step = self._rewritten(word)
-            self._known[word] = (
-                {word: 1} if step is None else self._combine(step, self._reduce, depth)
-            )
-        return self._known[word]
-
-    def _reduce_cyclic(self, word, depth=0):
-        """The same for a trace: modulo cyclic shift and transposition."""
-        if not word:
-            return {(): 1}
-        if word not in self._known_cyclic:
-            if depth > DEEPEST:
-                raise RecursionError(f"rewriting does not stop at tr {text(word)}")
-            turned = rotations(word) + rotations(self.flipped(word))
-            for w in turned:
-                step = self._rewritten(w)
-                if step is not None:
-                    # the trace of what has become the identity is its size
-                    step = {v: c if v else c * w[0].rows for v, c in step.items()}
-                    done = self._combine(step, self._reduce_cyclic, depth)
-                    break
-            else:
-                done = {min(turned, key=text): 1}
-            self._known_cyclic[word] = done
-        return self._known_cyclic[word]
-
-    @staticmethod
-    def _combine(terms, reduce, depth):
-        total = {}
-        for word, c in terms.items():
-            for w, d in reduce(word, depth + 1).items():
-                total[w] = total.get(w, 0) + c * d
-        return total
-
     def reduced(self, pairs: Terms) -> Terms:
-        """Rewrite each (word, coefficient) as far as the relations go."""
-        return ((w, c * d) for word, c in pairs for w, d in self._reduce(word).items())
+        """(word, coefficient) pairs in which what meets its own inverse is gone."""
+        return ((cancelled(word), c) for word, c in pairs)
 
     def reduced_cyclically(self, pairs: Terms) -> Terms:
-        cyclic = self._reduce_cyclic
-        return ((w, c * d) for word, c in pairs for w, d in cyclic(word).items())
+        """The same for traces: modulo cyclic shift and transposition."""
+        for word, c in pairs:
+            short = cancelled(word, cyclic=True)
+            if short:
+                turned = rotations(short) + rotations(self.flipped(short))
+                yield min(turned, key=text), c
+            else:  # the trace of what has become the identity is its size
+                yield short, c * word[0].rows if word else c
 
     def spelled(self, expr: Formula) -> Formula:
         """An expression as it is shown; nothing stands for anything else here."""
@@ -176,14 +86,12 @@ class Algebra:
     def _adopted(self, value):
         """A normal form of this algebra, or of one that knows no more than this."""
         known = value.algebra
-        if known is self or known == self:
+        if known is self or known.symmetric == self.symmetric:
             return value
-        extra = [r for r in known.relations if r not in self.relations]
-        extra += sorted(known.symmetric - self.symmetric, key=str)
-        if extra:
+        if extra := sorted(known.symmetric - self.symmetric, key=str):
             raise ValueError(
-                f"a normal form made with {extra[0]} is not one of this algebra, "
-                "which does not know that; give the expression itself"
+                f"a normal form made with {extra[0]} symmetric is not one of this "
+                "algebra, which does not know that; give the expression itself"
             )
         return self.normal(value.as_expr())
 

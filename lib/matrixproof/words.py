@@ -57,6 +57,24 @@ def rotations(word):
     return [word[i:] + word[:i] for i in range(max(len(word), 1))]
 
 
+def cancelled(word, cyclic=False):
+    """The word without what stands beside its own inverse; in a trace, also the ends.
+
+    >>> A, B = (Letter(sp.MatrixSymbol(name, 2, 2)) for name in "AB")
+    >>> text(cancelled((A, B, A._replace(inverted=True)), cyclic=True))
+    'B'
+    """
+    found = []
+    for x in word:
+        if found and found[-1] == x._replace(inverted=not x.inverted):
+            found.pop()
+        else:
+            found.append(x)
+    while cyclic and len(found) > 1 and cancelled((found[-1], found[0])) == ():
+        found = found[1:-1]
+    return tuple(found)
+
+
 def exact(expr, real=True):
     """The expression, if its numbers are exact, and real where that is asked.
 
@@ -99,13 +117,13 @@ def refuse_truth(step: Any, what: str) -> None:
     Traceback (most recent call last):
         ...
     TypeError: a step is False, the outcome of a comparison, which proves nothing: \
-write Claim(left, right, algebra) or Equation(left, right) instead of ==
+write Claim(left, right) or Equation(left, right) instead of ==
     """
     kind = str(getattr(step, "dtype", ""))  # of NumPy
     if isinstance(step, bool | BooleanAtom) or kind == "bool":
         raise TypeError(
             f"{what} is {step}, the outcome of a comparison, which proves nothing: "
-            "write Claim(left, right, algebra) or Equation(left, right) instead of =="
+            "write Claim(left, right) or Equation(left, right) instead of =="
         )
 
 

@@ -6,8 +6,9 @@ import sympy as sp
 from sympy import BlockMatrix, Identity, MatrixSymbol, Trace, ZeroMatrix
 from worlds import Numbers
 
-from matrixproof import Algebra, Claim, ShapeError
+from matrixproof import Claim, ShapeError
 from matrixproof.blocks import product
+from matrixproof.core import Algebra
 
 n, p, m1 = sp.symbols("n p m_1", integer=True, nonnegative=True)
 A, B = MatrixSymbol("A", n, n), MatrixSymbol("B", n, n)
@@ -98,8 +99,6 @@ REFUSED = {
     "partition": lambda: KNOWN.normal(
         BlockMatrix([[A], [X.T]]) + BlockMatrix([[X.T], [A]])
     ),
-    "relation": lambda: Algebra([], [(A * X, X.T)]).normal(A * X),
-    "relation of two words": lambda: Algebra([], [(A + B, A)]).normal(A),
 }
 
 
@@ -120,33 +119,17 @@ def test_unnamed_inverse_is_refused():
         KNOWN.normal(Trace(A) * Trace(B))
 
 
-def test_relations_apply_inside_products_and_to_transposes():
-    N, C = MatrixSymbol("N", n, n - m1), MatrixSymbol("C", m1, n)
-    G = MatrixSymbol("G", n, m1)
-    known = Algebra([S], [(C * N, ZeroMatrix(m1, n - m1)), (C * G, Identity(m1))])
-    assert known.normal(A * G * C * N).is_zero
-    assert known.normal((A * G * C * N).T).is_zero
-    assert known.normal(G.T * C.T) == Identity(m1)
-    assert not known.normal(N * N.T).is_zero
-
-
-def test_relations_apply_across_the_seam_of_a_trace():
-    C, G = MatrixSymbol("C", m1, n), MatrixSymbol("G", n, m1)
-    known = Algebra([], [(C * G, Identity(m1))])
-    assert known.normal(Trace(G * C)) == m1
-    assert known.normal(Trace(G * C * G * C)) == m1
-    assert known.normal(Trace(G * C * A)) == Trace(A * G * C)
-
-
-def test_relations_that_never_end_are_reported():
-    with pytest.raises(RecursionError, match="does not stop"):
-        Algebra([], [(A, A * B)]).normal(A)
-
-
 def test_mutual_inverses_cancel_and_others_do_not():
     assert KNOWN.normal(X * M.I * M * X.T) == X * X.T
     assert KNOWN.normal(A.T * (A.I).T) == Identity(n)
     assert not KNOWN.normal(A * (A.I).T).is_scaled_identity
+
+
+def test_inverses_cancel_across_the_seam_of_a_trace():
+    assert KNOWN.normal(Trace(B * A * X * X.T * B.I)) == Trace(X * X.T * A)
+    assert KNOWN.normal(Trace(A * B * A.I)) == Trace(B)
+    assert KNOWN.normal(Trace(A * B * B.I * A.I)) == n
+    assert KNOWN.normal(Trace(A * B * (A.I).T)) != Trace(B)
 
 
 def blocks(sizes=None):
@@ -200,14 +183,9 @@ def test_block_value():
     )
 
 
-def test_claim_shows_its_sides_and_proves_them():
-    claim = Claim((A + B) * S, A * S + B * S, KNOWN)
-    assert claim.is_zero
-    assert claim._repr_latex_().count("=") == 1
-    assert not Claim((A + B) * S, A * S - B * S, KNOWN).is_zero
+def test_a_claim_is_evaluated():
     assert Claim(sp.Matrix([[2]]), sp.Matrix([[2]])).is_zero
     assert not Claim(sp.eye(2)).is_zero
-    assert Claim(A - A, 0, KNOWN).is_zero
 
 
 def test_canary_sympy_differentiates_a_sum_of_traces_to_zero():

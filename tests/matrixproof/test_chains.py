@@ -10,12 +10,10 @@ from sympy import Matrix, Trace
 
 from luenberger.papers.leondes_novak import derivation as recursions
 from matrixproof import (
-    Algebra,
     AtLeast,
     AtMost,
     BlockMatrix,
     Chain,
-    Claim,
     Construction,
     Counterexample,
     Cyclic,
@@ -386,15 +384,12 @@ def test_a_derivation_is_shown_as_its_stages():
     assert r"K_{\mathrm{mv}} &= \Omega C' M^{-1} && \text{(33)}" in latex
 
 
-def test_a_stage_and_a_claim_are_shown():
+def test_a_stage_is_shown():
     stage = recursions.estimate_step().stages[0]
     assert str(stage) == "x₋ = A x + B u + J ρ  (43)"
     assert stage._repr_latex_() == (
         r"$\displaystyle x_{-} = A x + B u + J \rho \qquad \text{(43)}$"
     )
-    claim = Claim(MatrixSymbol("z_next", n, n) * A.T, Q.I, Algebra())
-    assert repr(claim) == "z₊ A' = Q⁻¹"
-    assert claim._repr_latex_() == r"$\displaystyle z_{+} A' = Q^{-1}$"
 
 
 def test_a_stage_of_blocks_puts_its_definition_in():

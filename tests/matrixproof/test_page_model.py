@@ -4,8 +4,6 @@ import pytest
 from sympy import symbols
 
 from matrixproof import (
-    Algebra,
-    Claim,
     Derivation,
     Equation,
     Expect,
@@ -188,14 +186,6 @@ def test_an_average_is_by_moments_that_exist():
     ):
         (fault,) = Expect(right, moments=moments).complaints(left, ())
         assert "no model was found" in fault
-
-
-def test_a_claim_rests_on_relations_that_can_hold():
-    for relations in ([(A * Y, I), (Y * A, 2 * I)], [(A * A, O), (A * B, I)]):
-        assert not Claim(A, A, Algebra(relations=relations)).is_zero
-        assert Claim(A, A, Algebra(relations=relations[:1])).is_zero
-    assert not Claim(A * A * A.I, O, Algebra(relations=[(A * A, O)])).is_zero
-    assert Claim(A * A * B, O, Algebra(relations=[(A * A, O)])).is_zero
 
 
 def test_a_witness_takes_the_place_of_a_search():

@@ -29,7 +29,6 @@ from matrixproof import (
     ZeroMatrix,
     prove,
 )
-from matrixproof.core import Algebra
 
 n, m, p = symbols("n m p", integer=True, positive=True)
 A, B, C, D, S, X, Y, Z = (MatrixSymbol(name, n, n) for name in "ABCDSXYZ")
@@ -231,7 +230,7 @@ def test_the_outcome_of_a_comparison_is_no_step(step):
 
 
 def test_a_residual_and_a_claim_are_steps():
-    steps = {"residual": sp.Integer(0), "claim": Claim(A * B, A * B, Algebra())}
+    steps = {"residual": sp.Integer(0), "claim": Claim(sp.eye(2), sp.eye(2))}
     assert Derivation(steps=steps).proved()
     assert not Derivation(steps={"residual": sp.Integer(1)}).proved()
 
@@ -254,7 +253,7 @@ def test_a_mean_is_not_cited_as_an_equation(kind):
     "steps",
     [
         {},
-        {"A = A": Claim(A, A, Algebra())},
+        {"1 = 1": Claim(sp.eye(1), sp.eye(1))},
         {"zero": sp.Integer(0)},
         {"a chain": chain("a chain", A * (B + C), Line(A * B + A * C))},
     ],

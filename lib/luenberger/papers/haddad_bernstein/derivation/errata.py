@@ -11,7 +11,8 @@ Source: Haddad and Bernstein (1987), as scanned.
 
 import sympy as sp
 
-from matrixproof import Algebra, BlockMatrix, Claim, Identity
+from matrixproof import BlockMatrix, Claim, Identity, Unproved, prove
+from matrixproof.core import Algebra
 
 from . import augmented, cost, equations, gradients, mean_square, projection
 from . import stationarity as best
@@ -45,12 +46,19 @@ def put_in(expr, meant):
 
 
 def tried(left, right, relations=()):
-    """The claim, or a word for what cannot be multiplied."""
+    """0 where the claim is proved, or a word for what cannot be multiplied.
+
+    Of what is refuted by explicit matrices, what is left over.
+    """
     try:
-        found = Claim(left(), right, Algebra(letters.symmetric, relations))
-        return found if found.residual is not None else NOT_CONFORMABLE
+        proof = prove(left(), right, relations, letters.symmetric)
     except ValueError:  # ShapeError, ours or that of SymPy
         return NOT_CONFORMABLE
+    except Unproved as refused:
+        assert refused.counterexample, str(refused)
+        return refused.left_over
+    assert proof.check()
+    return sp.Integer(0)
 
 
 def compared(truth, ours, printed, relations=(), meant=()):

@@ -8,7 +8,8 @@ Source: Leondes and Novak (1974), (24)-(33), as scanned.
 
 from sympy import Trace
 
-from matrixproof import Algebra, BlockMatrix, Identity, ShapeError
+from matrixproof import BlockMatrix, Identity, ShapeError
+from matrixproof.core import Algebra
 
 from . import canonical_gain, coordinates, uniqueness
 from .letters import *
