@@ -11,13 +11,12 @@ from typing import Any
 
 import sympy as sp
 
-from .polynomials import Polynomial, Traces
+from .polynomials import Normal, Polynomial, Traces
 from .symbols import BlockMatrix
-from .typeset import latex
 from .words import Formula, Shape, ShapeError, Size, same_shape, same_size
 
 
-class Blocks:
+class Blocks(Normal):
     """A matrix of `Polynomial` entries with row sizes and column sizes."""
 
     def __init__(self, algebra: Any, entries: Sequence[Sequence[Polynomial]]) -> None:
@@ -113,12 +112,6 @@ class Blocks:
     def __rmul__(self, scalar):
         return self.map(lambda x: scalar * x)
 
-    def __neg__(self):
-        return -1 * self
-
-    def __sub__(self, other):
-        return self + (-self.algebra.normal(other))
-
     def trace(self) -> Traces:
         if not same(self.rows, self.cols):
             raise ShapeError(f"no trace of blocks {self.rows} x {self.cols}")
@@ -129,12 +122,6 @@ class Blocks:
     def as_expr(self) -> BlockMatrix:
         """Back to SymPy."""
         return BlockMatrix([[x.as_expr() for x in row] for row in self.entries])
-
-    def __repr__(self):
-        return str(self.as_expr())
-
-    def _repr_latex_(self):
-        return f"$\\displaystyle {latex(self.as_expr())}$"
 
 
 def same(a, b):

@@ -10,12 +10,12 @@ from .typeset import (
     PRODUCT,
     Printer,
     latex,
-    plain,
     signed,
     split,
     width,
     word_spaced,
 )
+from .words import plain
 
 WORD = r"\\mathrm\{\w{2,}\}"
 LONG = 24  # columns of a product that a page may break as well
@@ -57,7 +57,7 @@ def factors_in_pieces(e, printer, least=POSTFIX):
         number, factors = split(e)
         found = [one for x in factors for one in factors_in_pieces(x, printer)]
         if printer.style is LATEX:
-            found = apart(found)
+            found = thinly_spaced(found)
         return found if number == 1 else enclosed(f"{printer.show(number)} ", found, "")
     if isinstance(e, sp.Trace):
         return enclosed(f"{tr}(", terms_in_pieces(e.arg, printer), ")")
@@ -73,7 +73,7 @@ def factors_in_pieces(e, printer, least=POSTFIX):
     return [printer.show(e, least)]
 
 
-def apart(factors):
+def thinly_spaced(factors):
     """Factors in LaTeX with thin spaces around letters that are words."""
     found = factors[:1]
     for before, factor in zip(factors, factors[1:]):

@@ -20,7 +20,6 @@ from .contents import parts
 from .dependence import behind, declared, hidden
 from .dependence import letters as inside
 from .equivalences import Equation, Implies
-from .exact import plain
 from .foundations import Foundation, foundation
 from .foundations import behind as all_behind
 from .inequalities import AtLeast
@@ -30,7 +29,7 @@ from .page_model import impossible
 from .reasons import WIDEST_REASON
 from .relations import Reasons, Relation, Result, unfounded
 from .typeset import Show, columns, latex, padded, text
-from .words import Formula, Symbols, Values, kept
+from .words import Formula, Symbols, Values, kept, plain
 
 if TYPE_CHECKING:
     from .instances import Instance

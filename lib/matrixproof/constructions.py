@@ -91,7 +91,7 @@ class Construction:
         known = tuple(s for s in self.symmetric if s not in self.values)
         wanted = {
             f"{cited_text(r)} is not satisfied": [
-                put_in(side, self.values) for side in (r.left, r.right)
+                sp.sympify(side).xreplace(dict(self.values)) for side in r
             ]
             for r in self.satisfies
         }
@@ -270,8 +270,3 @@ def symbols(*expressions):
 
 def listed(letters):
     return " and ".join(sorted(map(text, letters)))
-
-
-def put_in(expr, values):
-    """Symbols replaced by what is constructed for them."""
-    return sp.sympify(expr).xreplace(values)

@@ -8,7 +8,8 @@ from typing import NamedTuple
 
 import sympy as sp
 
-from .exact import base_of_inverse, plain
+from .exact import base_of_inverse
+from .words import plain
 
 KEPT = 20_000  # expressions of which it is kept what is in them
 

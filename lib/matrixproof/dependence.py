@@ -12,10 +12,9 @@ from typing import Any
 import sympy as sp
 
 from .contents import KEPT
-from .exact import plain
 from .relations import Moment, Relation, Result
 from .symbols import Symmetric
-from .words import Formula
+from .words import Formula, plain
 
 Tied = dict[Any, Relation]  # by which relation each letter moves
 

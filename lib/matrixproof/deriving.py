@@ -16,7 +16,6 @@ from .blocks import Blocks
 from .chains import Chain
 from .core import Algebra
 from .dependence import Scope, declared, letters
-from .exact import plain
 from .expectations import Expect, Moments
 from .inequalities import AtLeast
 from .lines import Cyclic, Line, Substitute
@@ -42,7 +41,7 @@ from .terms import (
     written,
 )
 from .typeset import Show, latex, text
-from .words import Formula, Symbols, rotations, same_size
+from .words import Formula, Symbols, plain, rotations, same_size
 
 
 @dataclass(frozen=True, repr=False)

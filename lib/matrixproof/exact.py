@@ -13,7 +13,7 @@ from functools import cache
 import sympy as sp
 from sympy.matrices.expressions.matexpr import MatrixExpr
 
-from .words import exact
+from .words import exact, plain
 
 # -- polynomials: {monomial: coefficient}, a monomial a sorted tuple of unknowns ----
 
@@ -124,11 +124,6 @@ def base_of_inverse(node):
     if not (isinstance(node, sp.MatPow) and node.exp.is_negative):
         return None
     return node.base.arg if isinstance(node.base, sp.Transpose) else node.base
-
-
-def plain(expr):
-    """A SymPy expression; a normal form is written out."""
-    return expr.as_expr() if hasattr(expr, "algebra") else sp.sympify(expr)
 
 
 class World:

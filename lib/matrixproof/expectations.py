@@ -4,14 +4,13 @@ from dataclasses import dataclass
 
 from .core import Algebra
 from .dependence import Scope, letters
-from .exact import plain
 from .operators import Operator, refuse_functions
 from .page_model import impossible
 from .polynomials import Polynomial, Traces
 from .reasons import cited_text
 from .relations import Moment, Reasons, named
 from .typeset import Show, latex, text
-from .words import Formula, Symbols, rotations
+from .words import Formula, Symbols, plain, rotations
 
 
 @dataclass(frozen=True, eq=False)

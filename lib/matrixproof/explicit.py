@@ -14,10 +14,9 @@ from sympy.matrices.expressions.matexpr import MatrixExpr
 
 from .chains import framed
 from .claims import Claim
-from .models import sizes_that_fit
+from .models import sizes_of
 from .prose import plain
 from .reasons import words
-from .systems import Unsolvable
 from .typeset import columns, latex, padded, text
 from .words import Formula, denied, exact, kept
 
@@ -220,24 +219,13 @@ def value(expr, values):
     for symbol, x in values.items():
         if says := denied(symbol, x):
             raise ValueError(says)
-    gaps = [
-        a - b
-        for symbol, matrix in values.items()
-        if hasattr(symbol, "shape")
-        for a, b in zip(symbol.shape, matrix.shape)
-    ]
-    gaps = [gap for gap in gaps if gap != 0]
-    try:
-        sizes = sizes_that_fit(gaps)
-    except Unsolvable as e:
-        why = str(e) or "the shapes of these matrices do not fit"
-        raise ValueError(why) from None
+    sizes, free = sizes_of(values)
     if says := [why for pair in sizes.items() if (why := denied(*pair))]:
         raise ValueError(says[0])
     put = {symbol: sp.sympify(x) for symbol, x in values.items()}
     found = sp.sympify(expr)
     for size in sorted(symbols_beside(found, put) & set(sizes), key=str):
-        if not decided(size, gaps):
+        if size in free:
             raise ValueError(f"no value says what the size {size} is")
     found = folded(found.xreplace({**put, **sizes})).doit()
     if getattr(found, "is_Matrix", False):
@@ -250,14 +238,6 @@ def symbols_beside(expr, values):
     if expr in values or isinstance(expr, sp.Symbol):
         return {expr} - set(values)
     return set().union(*(symbols_beside(arg, values) for arg in expr.args))
-
-
-def decided(size, equations):
-    """Whether linear equations have one value for a size."""
-    names = sorted(set().union(*(e.free_symbols for e in equations)), key=str)
-    rows, _ = sp.linear_eq_to_matrix(equations, names)
-    mine = sp.Matrix([[int(name == size) for name in names]])
-    return rows.rank() == rows.col_join(mine).rank()
 
 
 def folded(expr):

@@ -46,10 +46,7 @@ def numbers(statement):
 
     (a, ()) stands for a = a', and (a, b) for a b = b a.
     """
-    pairs = [*statement.claims.values(), *statement.given.values()]
-    sides = [side for pair in pairs for side in pair] + [*statement.inverses.values()]
-    loops = {x for _, terms in sides for w in terms for x in scalars(statement, w)}
-    loops = sorted(loops)
+    loops = sorted({x for w in statement.words for x in scalars(statement, w)})
     yield from ((a, ()) for a in loops)
     yield from ((a, b) for i, a in enumerate(loops) for b in loops[:i])
 

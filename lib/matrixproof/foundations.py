@@ -8,10 +8,10 @@ import sympy as sp
 
 from .contents import parts
 from .dependence import declared
-from .exact import plain
 from .relations import Relation, Result
 from .symbols import Symmetric
 from .typeset import Show, latex, text
+from .words import plain
 
 TYPED = "inserted"  # how a derivation says that a line was not found but typed
 

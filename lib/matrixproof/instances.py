@@ -13,7 +13,6 @@ from .chains import Chain
 from .core import Algebra
 from .dependence import declared, letters
 from .equivalences import Equation, Iff
-from .exact import plain
 from .inequalities import AtLeast
 from .lines import Cyclic, Line, Substitute
 from .operators import Operator
@@ -21,7 +20,7 @@ from .reasons import cited_latex, cited_text, numbered, words
 from .relations import Moment, Reasons, Relation, Result, named
 from .symbols import MatrixProduct, ZeroMatrix, plus
 from .typeset import Show, latex, text
-from .words import ShapeError, Symbols, same_shape
+from .words import ShapeError, Symbols, plain, same_shape
 
 
 @dataclass(frozen=True, eq=False, repr=False)

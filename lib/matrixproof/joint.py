@@ -9,7 +9,6 @@ Source: our own.
 """
 
 from collections.abc import Iterable
-from fractions import Fraction
 from functools import reduce
 from operator import add
 from typing import Any
@@ -19,10 +18,10 @@ import sympy as sp
 from .blocks import Blocks
 from .core import Algebra
 from .dependence import sides
-from .exact import plain
 from .polynomials import Polynomial
 from .relations import Moment, Relation
 from .symbols import BlockMatrix, Identity, MatrixSymbol, ZeroMatrix
+from .words import plain
 
 ONE = None  # stands among the columns for the number 1
 
@@ -110,8 +109,8 @@ class Joint:
         self.made[x] = new
         for y, parts in self.made.items():
             if x in parts:
-                self.made[y] = combined(put_in(parts, x, new))
-        self.kept = [(r, combined(put_in(t, x, new))) for r, t in self.kept]
+                self.made[y] = combined(replaced(parts, x, new))
+        self.kept = [(r, combined(replaced(t, x, new))) for r, t in self.kept]
 
     def _difference(self, relation):
         """Left less right as {column: coefficient}, of columns nothing is known of."""
@@ -119,7 +118,7 @@ class Joint:
         for side, sign in ((relation.left, 1), (relation.right, -1)):
             for x, c in self._columns_of(Algebra().normal(plain(side)), relation):
                 known = self.made.get(x, {x: None})
-                pairs += [(y, sign * product(c, d)) for y, d in known.items()]
+                pairs += [(y, sign * applied(c, d)) for y, d in known.items()]
         return combined(pairs)
 
     def _columns_of(self, value, relation):
@@ -162,7 +161,7 @@ class Joint:
             self._equate(self._moment(*pair), moment.right, moment.name)
         for relation, total in self.kept:
             for z in (ONE, *self.columns):
-                found = [product(c, self._block(x, z)) for x, c in total.items()]
+                found = [applied(c, self._block(x, z)) for x, c in total.items()]
                 if found := [t for t in found if not t.is_ZeroMatrix]:
                     right = ZeroMatrix(*found[0].shape)
                     self._equate(reduce(add, found), right, relation.name)
@@ -213,7 +212,7 @@ class Joint:
         first = one if x is ONE else self.made.get(x, {x: None})
         second = one if y is ONE else self.made.get(y, {y: None})
         terms = [
-            product(product(c, self._block(a, b)), None if d is None else d.T)
+            applied(applied(c, self._block(a, b)), None if d is None else d.T)
             for a, c in first.items()
             for b, d in second.items()
         ]
@@ -229,7 +228,8 @@ class Joint:
         for x in names:
             blocks = [world.value(self._block(x, y)) for y in names]
             rows += [sum(parts, []) for parts in zip(*blocks)]
-        return not_negative([[Fraction(p.get((), 0)) for p in row] for row in rows])
+        numbers = [[sp.Rational(p.get((), 0)) for p in row] for row in rows]
+        return sp.Matrix(numbers).is_positive_semidefinite
 
 
 def of(relation):
@@ -252,7 +252,7 @@ def sign_of(c):
     return int(terms[()]) if set(terms) == {()} and abs(terms[()]) == 1 else 0
 
 
-def product(c, d):
+def applied(c, d):
     """A product in which None stands for the identity."""
     if d is None:
         return c
@@ -263,11 +263,11 @@ def product(c, d):
     return c * d
 
 
-def put_in(total, x, made):
+def replaced(total, x, made):
     """(Column, coefficient) pairs with what a column is made of in its place."""
     for y, c in total.items():
         if y == x:
-            yield from ((z, product(c, d)) for z, d in made.items())
+            yield from ((z, applied(c, d)) for z, d in made.items())
         else:
             yield y, c
 
@@ -282,20 +282,3 @@ def combined(pairs):
 
 def vanishing(c):
     return not c.has(sp.BlockMatrix) and Algebra().normal(c).is_zero
-
-
-def not_negative(rows):
-    """Whether a symmetric matrix of fractions is positive semidefinite.
-
-    >>> not_negative([[1, 2], [2, 4]]), not_negative([[0, 1], [1, 5]])
-    (True, False)
-    """
-    rows = [list(row) for row in rows]
-    for k in range(len(rows)):
-        pivot = rows[k][k]
-        if pivot < 0 or (pivot == 0 and any(rows[k][k:])):
-            return False
-        for i in range(k + 1, len(rows)):
-            ratio = Fraction(rows[i][k]) / pivot if pivot else 0
-            rows[i] = [a - ratio * b for a, b in zip(rows[i], rows[k])]
-    return True

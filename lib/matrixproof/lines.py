@@ -15,6 +15,7 @@ from .core import Algebra
 from .prose import plain
 from .reasons import Gap, cited_latex, cited_text, follows, gap, idle, vacuous, words
 from .relations import Reasons, named, refuse_means
+from .terms import opened
 from .typeset import WIDEST, Show, latex, text, width
 from .words import Formula, ShapeError, Symbols
 
@@ -135,7 +136,11 @@ class Cyclic(Line):
 
     def complaints(self, left: Formula, symmetric: Symbols) -> list[str]:
         found = super().complaints(left, symmetric)
-        if not found and not self.by and as_written(left) == as_written(self.right):
+        if (
+            not found
+            and not self.by
+            and opened(left, Algebra()) == opened(self.right, Algebra())
+        ):
             found = ["does not need that the trace is cyclic"]
         return found
 
@@ -143,23 +148,6 @@ class Cyclic(Line):
         said = super().reason(show)
         mine = words("the trace is cyclic") if show is latex else "the trace is cyclic"
         return f"{said}, {mine}" if said else mine
-
-
-def as_written(expr):
-    """Traces multiplied out, the words neither rotated nor transposed."""
-    total = {}
-    for number, inner in traces(sp.expand(expr)):
-        for word, c in Algebra().normal(inner).terms.items():
-            total[word] = sp.expand(total.get(word, 0) + number * c)
-    return {word: c for word, c in total.items() if c != 0}
-
-
-def traces(scalar):
-    """(coefficient, matrix) pairs of a sum of traces."""
-    for term in sp.Add.make_args(scalar):
-        found = [f for f in sp.Mul.make_args(term) if isinstance(f, sp.Trace)]
-        if found:
-            yield term / found[0], found[0].arg
 
 
 @dataclass(frozen=True, eq=False)
@@ -196,10 +184,10 @@ class Substitute(Line):
     def _with_meanings(self, left: Formula, cited: Reasons) -> tuple[Formula, Formula]:
         meant = {r.left: r.right for r in cited}
         left, right = self.equation(left)
-        return put_in(left, meant), put_in(right, meant)
+        return with_meanings(left, meant), with_meanings(right, meant)
 
 
-def put_in(expr, meant):
+def with_meanings(expr, meant):
     """Definitions put in until nothing changes."""
     for _ in range(len(meant)):
         expr = expr.xreplace(meant)

@@ -18,11 +18,11 @@ import sympy as sp
 
 from .attempts import Model, models, paired
 from .contents import parts
-from .exact import World, as_matrix, as_table, constant, plain, rational
+from .exact import World, as_matrix, as_table, constant, rational
 from .relations import Given, named
 from .settings import FIRST, Setting
 from .systems import System, Unsolvable
-from .words import Formula, Symbols, Values
+from .words import Formula, Symbols, Values, plain
 
 PATIENT, QUICK = 150, 90  # attempts to find a model, and to refute
 
@@ -225,42 +225,51 @@ def differ(left, right, values):
 
 def world_of(values):
     """Explicit matrices as a `World`; the sizes are solved from their shapes."""
-    of, equations = {}, []
-    for symbol, value in values.items():
-        if isinstance(symbol, sp.Symbol):
-            of[symbol] = constant(rational(value))
-            continue
-        value = sp.ImmutableMatrix(value)
-        of[symbol] = as_table(value)
-        equations += [a - b for a, b in zip(symbol.shape, value.shape)]
+    values = {
+        s: x if isinstance(s, sp.Symbol) else sp.ImmutableMatrix(x)
+        for s, x in values.items()
+    }
+    of = {
+        s: constant(rational(x)) if isinstance(s, sp.Symbol) else as_table(x)
+        for s, x in values.items()
+    }
+    return World(sizes_of(values)[0], of)
+
+
+def sizes_of(values):
+    """The sizes that the shapes of values give, and those that they leave open.
+
+    What is left open is small.
+
+    >>> n, m = sp.symbols("n m", integer=True, positive=True)
+    >>> sizes_of({sp.MatrixSymbol("A", n - m, 1): sp.ones(2, 1)})
+    ({m: 1, n: 3}, [m, n])
+    """
+    system, names = System(), set()
     try:
-        return World(sizes_that_fit([e for e in equations if e != 0]), of)
+        for symbol in filter(lambda s: hasattr(s, "shape"), values):
+            for size, number in zip(symbol.shape, values[symbol].shape):
+                if (gap := sp.sympify(size - number)) != 0:
+                    system.require(linear(gap))
+                    names |= gap.free_symbols
+        return fitting(system, sorted(names, key=str))
     except Unsolvable as e:
         why = str(e) or "the shapes of these matrices do not fit"
         raise ValueError(why) from None
 
 
-def sizes_that_fit(equations):
-    """Positive sizes that solve the equations; those left open are small.
-
-    >>> n, m = sp.symbols("n m", integer=True, positive=True)
-    >>> sizes_that_fit([n - m - 2])
-    {m: 1, n: 3}
-    """
-    system = System()
-    for equation in equations:
-        system.require(linear(equation))
-    names = set().union(*(e.free_symbols for e in equations))
-    free = [s for s in sorted(names, key=str) if s not in system.solved]
+def fitting(system, names):
+    """{size: its value} of positive sizes that solve a system, and the open ones."""
+    free = [s for s in names if s not in system.solved]
     for value in range(1, 10):
         tried = system.copy()
         for s in free:
             tried.fix(s, value)
-        sizes = {s: tried.solved[s].get((), 0) for s in sorted(names, key=str)}
+        sizes = {s: tried.solved[s].get((), 0) for s in names}
         if all(size >= (1 if free else 0) for size in sizes.values()):
             if part := [s for s, size in sizes.items() if size != int(size)]:
                 raise Unsolvable(f"{part[0]} = {sizes[part[0]]} is no size")
-            return sizes
+            return sizes, [s for s in names if set(system.reduced({(s,): 1})) - {()}]
     raise Unsolvable
 
 

@@ -12,13 +12,12 @@ import sympy as sp
 from .chains import Chain
 from .dependence import letters as inside
 from .deriving import Derived
-from .exact import plain
 from .lines import Line
 from .names import BACK
 from .relations import Let, Moment, Relation, Steady
 from .symbols import MatrixSymbol, Symmetric
 from .typeset import text
-from .words import Formula, Size, Values
+from .words import Formula, Size, Values, plain
 
 TERM = r"(\d+|\d*[A-Za-z]\w*)"  # of a size
 KNOWN = frozenset(ascii_letters + digits + "_^*+-#").union(BACK)

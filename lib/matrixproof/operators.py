@@ -11,13 +11,12 @@ import sympy as sp
 from .blocks import Blocks
 from .core import Algebra
 from .dependence import Scope, letters
-from .exact import plain
 from .lines import Line
 from .polynomials import Traces
 from .reasons import cited_text, words
 from .symbols import MatrixSymbol, Symmetric
 from .typeset import Show, latex, text
-from .words import Formula, Symbols, kept
+from .words import Formula, Symbols, kept, plain
 
 
 @dataclass(frozen=True, eq=False)

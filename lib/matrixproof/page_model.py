@@ -14,12 +14,11 @@ import sympy as sp
 
 from .attempts import Model, models
 from .dependence import letters
-from .exact import plain
 from .joint import Joint, NotLinear
 from .relations import Moment, Relation
 from .settings import Setting
 from .typeset import text
-from .words import Formula, Symbols, Values
+from .words import Formula, Symbols, Values, plain
 
 KNOWN: deque[tuple[frozenset, ...]] = deque(maxlen=200)  # what has a model
 LIMIT = 160  # attempts to find a model, at generic sizes and at small ones

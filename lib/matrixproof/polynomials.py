@@ -20,7 +20,23 @@ from .words import (
 )
 
 
-class Sum:
+class Normal:
+    """What all normal forms share: `algebra`, `+`, and `as_expr` back to SymPy."""
+
+    def __neg__(self):
+        return -1 * self
+
+    def __sub__(self, other):
+        return self + (-self.algebra.normal(other))
+
+    def __repr__(self):
+        return str(self.algebra.spelled(self.as_expr()))
+
+    def _repr_latex_(self):
+        return f"$\\displaystyle {latex(self.as_expr())}$"
+
+
+class Sum(Normal):
     """A linear combination of words; what the two normal forms share."""
 
     def __init__(self, algebra, terms):
@@ -44,12 +60,6 @@ class Sum:
     def __rmul__(self, scalar):
         return self.like((w, scalar * c) for w, c in self.terms.items())
 
-    def __neg__(self):
-        return -1 * self
-
-    def __sub__(self, other):
-        return self + (-self.algebra.normal(other))
-
     def __radd__(self, other):
         return self.algebra.normal(other) + self
 
@@ -60,12 +70,6 @@ class Sum:
         return (self - other).is_zero
 
     __hash__ = None  # type: ignore[assignment]
-
-    def __repr__(self):
-        return str(self.algebra.spelled(self.as_expr()))
-
-    def _repr_latex_(self):
-        return f"$\\displaystyle {latex(self.as_expr())}$"
 
 
 class Polynomial(Sum):

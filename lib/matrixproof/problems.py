@@ -82,11 +82,8 @@ class Problem:
     @property
     def turns(self):
         """Whether the transposes of relations can matter."""
-        sides = [*self.statement.claims.values(), *self.statement.given.values()]
-        words = [w for pair in sides for _, terms in pair for w in terms]
-        words += [w for _, terms in self.statement.inverses.values() for w in terms]
         known = bool(self.symmetric or self.numbers)
-        return known or any(t for w in words for _, t in w)
+        return known or any(t for w in self.statement.words for _, t in w)
 
     def word(self, plain):
         return tuple(self.index[x] for x in plain)
@@ -173,8 +170,7 @@ def is_symmetric(terms, known):
 
 def field_of(statement):
     """The SymPy field of the coefficients, None for the rationals; and its zero."""
-    pairs = [*statement.claims.values(), *statement.given.values()]
-    sides = [side for pair in pairs for side in pair] + [*statement.inverses.values()]
+    sides = statement.every_side
     numbers = {sp.sympify(c) for _, terms in sides for c in terms.values()}
     if any(shape is None for shape, _ in sides):  # the trace of an identity is a size
         numbers |= {sp.sympify(d) for size in statement.sizes.values() for d in size}
@@ -189,9 +185,7 @@ def field_of(statement):
 
 def appearance(statement):
     """The names in the order in which they appear."""
-    pairs = [*statement.claims.values(), *statement.given.values()]
-    sides = [side for pair in pairs for side in pair] + [*statement.inverses.values()]
-    seen = {name: 0 for _, terms in sides for word in terms for name, _ in word}
+    seen = {name: 0 for word in statement.words for name, _ in word}
     return [*seen, *(name for name in statement.sizes if name not in seen)]
 
 

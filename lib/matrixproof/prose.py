@@ -68,19 +68,19 @@ def setting(formula, style, signs):
             entries = [[setting(x.strip(), style, signs) for x in row] for row in rows]
             found.append(style.rows(entries))
         elif token[0] == "^" and len(token) > 1:
-            found = raised(found, style)
+            found = in_braces(found, style)
             found.append(style.power("", token[1:].strip("()")))
         elif token[0] == "_" and len(token) > 1:
             found.append(f"_{{{token[2:-1]}}}" if style is LATEX else token)
         elif token[0].isalpha() and token[-1] != "[" and token not in WORDS:
             found.append(style.name(token))
         else:
-            found = raised(found, style) if token == "'" else found
+            found = in_braces(found, style) if token == "'" else found
             found.append(signs.get(token, token))
     return "".join(found)
 
 
-def raised(found, style):
+def in_braces(found, style):
     """What a second mark can be set on: LaTeX refuses two on one letter."""
     *before, last = found
     return [*before, f"{{{last}}}"] if style is LATEX and "^" in last else found
@@ -94,18 +94,6 @@ def markdown(words: str) -> str:
 def plain(words: str) -> str:
     """Words with their formulas in Unicode."""
     return FORMULA.sub(lambda found: as_text(found[1]), words)
-
-
-def unbroken(words: str) -> str:
-    """The same with no-break spaces where a line must not end.
-
-    >>> unbroken("Some `x = A x + w`.")
-    'Some x\\xa0=\\xa0A\\xa0x\\xa0+\\xa0w.'
-    """
-    parts = lambda found: " ".join(  # noqa: E731
-        as_text(part).replace(" ", "\u00a0") for part in broken(found[1])
-    )
-    return FORMULA.sub(parts, words)
 
 
 def typeset(words: str) -> Iterator[tuple[bool, str]]:

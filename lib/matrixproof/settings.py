@@ -9,7 +9,7 @@ import sympy as sp
 
 from .contents import KEPT, monomials, parts, unknowns
 from .dependence import declared
-from .exact import plain
+from .words import plain
 
 LARGEST = 3  # of the sizes that are tried, unless a power asks for more
 MOST = 3**8  # combinations of sizes that are looked at

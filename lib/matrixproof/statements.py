@@ -13,12 +13,11 @@ from sympy import Pow
 from .blocks import Blocks, same
 from .contents import is_partial, parts
 from .core import Algebra
-from .exact import plain
 from .finite import product
 from .polynomials import Polynomial, Traces
 from .relations import named, refuse_means
 from .symbols import Identity, Own
-from .words import Letter, ShapeError, exact, same_shape, same_size
+from .words import Letter, ShapeError, exact, plain, same_shape, same_size
 
 
 @dataclass(frozen=True)
@@ -45,6 +44,17 @@ class Statement:
     symmetric: frozenset = frozenset()
     sizes: dict = field(default_factory=dict)
     lemmas: dict = field(default_factory=dict)
+
+    @property
+    def every_side(self):
+        """The sides of the claims, of the relations, and what is inverted."""
+        pairs = (*self.claims.values(), *self.given.values())
+        return [*(side for pair in pairs for side in pair), *self.inverses.values()]
+
+    @property
+    def words(self):
+        """Every word of them, as often as it occurs."""
+        return [word for _, terms in self.every_side for word in terms]
 
     def sides(self, claim):
         """Left and right of a claim or a lemma."""

@@ -12,7 +12,7 @@ def apart(rows):
     return "  " if any(" " in cell for row in rows for cell in row) else " "
 
 
-def raised(exponent):
+def with_caret(exponent):
     """An exponent that has no superscript of its own."""
     return f"^{exponent}" if exponent.isalnum() else f"^({exponent})"
 
@@ -67,7 +67,7 @@ TEXT = Style(
     determinant="det",
     series=lambda k, a, b, body: f"Σ[{k} = {a} .. {b}] {body}",
     power=lambda base, k: (
-        base + (k.translate(HIGH) if k.lstrip("-").isdigit() else raised(k))
+        base + (k.translate(HIGH) if k.lstrip("-").isdigit() else with_caret(k))
     ),
     fraction=lambda p, q: f"{p}/{q}",
     quotient=lambda above, below: f"{above}/{below}",

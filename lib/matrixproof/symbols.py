@@ -179,10 +179,10 @@ class MatrixSum(Operators, sp.MatAdd):
         return kept[0] if kept else ZeroMatrix(*terms[0].shape)
 
     def _sympystr(self, printer):
-        return signed([printer._print(x) for x in self.args])
+        return joined_by_sign([printer._print(x) for x in self.args])
 
     def _latex(self, printer):
-        return signed([printer._print(x) for x in self.args])
+        return joined_by_sign([printer._print(x) for x in self.args])
 
 
 class MatrixProduct(Operators, sp.MatMul):
@@ -253,7 +253,7 @@ def brief(expr):
     return text if len(text) < 60 else text[:50] + " ..."
 
 
-def signed(terms):
+def joined_by_sign(terms):
     """Terms joined by their signs, in the order given."""
     text = terms[0]
     for term in terms[1:]:

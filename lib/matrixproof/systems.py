@@ -63,7 +63,7 @@ class System:
         if any(len(m) > 1 for m in p):
             raise ValueError("this equation is not linear")
         x, c = pivot[0], p[pivot]
-        row = {m: quotient(-d, c) for m, d in p.items() if m != pivot}
+        row = {m: ratio(-d, c) for m, d in p.items() if m != pivot}
         self._put(x, row)
 
     def _put(self, x, row):
@@ -90,7 +90,7 @@ def substituted(row, x, replacement):
     return plus(rest, {m: c * d for m, d in replacement.items()}) if c else rest
 
 
-def quotient(a, b):
+def ratio(a, b):
     value = Fraction(a) / b
     return value.numerator if value.denominator == 1 else value
 
@@ -170,7 +170,7 @@ def roots(p):
     root = square_root(c[1] ** 2 - 4 * c[2] * c[0])
     if root is None:
         return []
-    return sorted({quotient(-c[1] + s * root, 2 * c[2]) for s in (1, -1)})
+    return sorted({ratio(-c[1] + s * root, 2 * c[2]) for s in (1, -1)})
 
 
 def square_root(q):

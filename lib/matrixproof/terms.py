@@ -22,7 +22,7 @@ from .words import gather, rotations
 OFTEN = 50  # rewritings of one line, after which a relation does not come to an end
 
 
-def product(word, c, rows):
+def term(word, c, rows):
     """A word with its coefficient as an expression; `rows` is the size of its I."""
     one = () if word else (Identity(rows),)
     return MatrixProduct(c, *(x.as_expr() for x in word), *one)
@@ -30,7 +30,7 @@ def product(word, c, rows):
 
 def summed(terms, rows, columns):
     """A sum of (word, coefficient) pairs in that order, but no minus in front."""
-    found = [(c, product(word, c, rows)) for word, c in terms]
+    found = [(c, term(word, c, rows)) for word, c in terms]
     first = next((k for k, (c, _) in enumerate(found) if not negative(c)), 0)
     found = [
         x for _, x in (*found[first : first + 1], *found[:first], *found[first + 1 :])
@@ -82,7 +82,7 @@ def put_in(expr, old, new):
 
 def scalar(terms):
     """{word: coefficient} as a sum of traces; the empty word stands for 1."""
-    return plus(*(c * sp.Trace(product(w, 1, 0)) if w else c for w, c in terms.items()))
+    return plus(*(c * sp.Trace(term(w, 1, 0)) if w else c for w, c in terms.items()))
 
 
 def opened(expr, algebra):

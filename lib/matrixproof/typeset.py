@@ -16,7 +16,7 @@ from sympy.matrices.expressions.matexpr import MatrixExpr
 
 from .names import latex_name
 from .styles import LATEX, TEXT, slashed
-from .words import Formula
+from .words import Formula, plain
 
 SUM, PRODUCT, POSTFIX, ATOM = range(4)  # how tightly an expression holds together
 WIDEST = 110  # characters of one side in Unicode; a page breaks it between terms
@@ -87,11 +87,6 @@ def padded(string, wide):
     return string + " " * (wide - columns(string))
 
 
-def plain(expr):
-    """A SymPy expression; a normal form is written out."""
-    return expr.as_expr() if hasattr(expr, "algebra") else sp.sympify(expr)
-
-
 class Printer:
     """Sets expressions in one style."""
 
@@ -156,7 +151,7 @@ class Printer:
 
     def _transpose(self, e):
         inner = e.arg
-        if isinstance(inner, (sp.MatPow, sp.Pow)) or raised(inner):
+        if isinstance(inner, (sp.MatPow, sp.Pow)) or has_mark_above(inner):
             return self._grouped(self.show(inner, POSTFIX)) + "'", POSTFIX
         return self.show(inner, ATOM) + "'", POSTFIX
 
@@ -167,7 +162,7 @@ class Printer:
             return self._quotient(above, below)
         if exponent == sp.S.Half:
             return self.style.root(self.show(base, self.style.tight)), ATOM
-        if isinstance(base, sp.Transpose) or raised(base):
+        if isinstance(base, sp.Transpose) or has_mark_above(base):
             shown = self._grouped(self.show(base, POSTFIX))
         else:
             shown = self.inner.show(base, ATOM)
@@ -276,6 +271,6 @@ def rebuilt(number, factors, like):
     return kind(*args, evaluate=False)
 
 
-def raised(e):
+def has_mark_above(e):
     """Whether a symbol's own name has something above it already."""
     return isinstance(e, sp.MatrixSymbol) and "^" in latex_name(e.name)

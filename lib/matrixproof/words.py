@@ -110,6 +110,11 @@ def _inexact(expr, real):
     return ""
 
 
+def plain(expr):
+    """A SymPy expression; a normal form is written out."""
+    return expr.as_expr() if hasattr(expr, "algebra") else sp.sympify(expr)
+
+
 def refuse_truth(step: Any, what: str) -> None:
     """Raise for the outcome of a comparison, which would be taken for 0.
 

@@ -16,7 +16,6 @@ from matrixproof import (
     page_model,
     text,
 )
-from matrixproof.joint import not_negative
 from matrixproof.page_model import impossible
 
 n, p = symbols("n p", integer=True, positive=True)
@@ -213,13 +212,6 @@ def test_a_witness_has_sizes_of_its_own_and_letters_that_do_not_occur():
     }
     assert impossible(items, witness=known | {X: [[1]]}) == []
     assert impossible(items, witness=known | {tall[1]: [[1, 0], [0, 2]]})
-
-
-def test_a_joint_moment_is_not_negative():
-    assert not_negative([[2, 1, 1], [1, 1, 0], [1, 0, 1]])
-    assert not not_negative([[2, 1, 2], [1, 1, 0], [2, 0, 1]])
-    assert not not_negative([[1, 0], [0, -1]])
-    assert not_negative([[0, 0], [0, 1]]) and not not_negative([[0, 1], [1, 1]])
 
 
 # -- what an implication rests on -----------------------------------------------------
