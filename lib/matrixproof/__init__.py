@@ -38,15 +38,15 @@ Relations that are given have names, and a proof says which it used:
 ('K M = N',)
 
 What is false is refuted by explicit matrices where the search finds some, and what
-relations could never be satisfied is found out by asking for a `model` of them.
+relations could never be satisfied is found out by asking for a `models.model` of them.
 
 >>> refute(A * B, B.T * A.T) is None
 False
 
 A `Chain` is a derivation that reads: every line is checked against exactly the reasons
-it cites.  `derive` finds the lines of one.  Chains,
-definitions and the words between them make a page, which is a `Derivation`; its
-stages are the assignments that a program is to carry out.
+it cites.  `derive` finds the lines of one.  Chains, definitions and the words between
+them make a page, which is a `Derivation`; its stages are the assignments that a program
+is to carry out.
 
 Two things are used that equations between words do not say: square matrices with
 A B = I have B A = I, and a 1 x 1 matrix is a number.  What rests on signs, as that
@@ -60,37 +60,29 @@ what has no inverse, and cannot reduce modulo relations.
 It needs SymPy alone.
 """
 
-from .blocks import Blocks
 from .chains import Chain
-from .claims import Claim
-from .completion import Limit
 from .constructions import Construction, Counterexample
-from .derivation import Derivation, Page, holds, title, vanishes
+from .derivation import Derivation, Page
 from .deriving import derive
-from .equivalences import Equation, Iff, Implies
+from .equivalences import Equation, Iff
 from .expectations import Expect
 from .explicit import Explicit, Positive
-from .inequalities import AtLeast, AtMost
+from .inequalities import AtLeast
 from .lines import Cyclic, Line, Substitute
-from .models import NoModel, evaluate, model, refute
+from .models import evaluate, refute
 from .notation import Notation, letters
-from .operators import Differential, Gradient, Transposed
-from .polynomials import Polynomial, Traces
-from .proofs import Proof, Unproved, prove
-from .relations import Let, Moment, Relation, Steady
+from .operators import Differential, Gradient
+from .proofs import Unproved, prove
+from .relations import Relation
 from .same import equivalent
 from .stages import Solve, Stage
-from .symbols import BlockMatrix, Identity, MatrixSymbol, ZeroMatrix, matrices, plus
+from .symbols import BlockMatrix, Identity, MatrixSymbol, ZeroMatrix, plus
 from .typeset import latex, text
-from .words import Letter, ShapeError
 
 __all__ = [
     "AtLeast",
-    "AtMost",
     "BlockMatrix",
-    "Blocks",
     "Chain",
-    "Claim",
     "Construction",
     "Counterexample",
     "Cyclic",
@@ -102,41 +94,24 @@ __all__ = [
     "Gradient",
     "Identity",
     "Iff",
-    "Implies",
-    "Let",
-    "Letter",
-    "Limit",
     "Line",
     "MatrixSymbol",
-    "Moment",
-    "NoModel",
     "Notation",
     "Page",
-    "Polynomial",
     "Positive",
-    "Proof",
     "Relation",
-    "ShapeError",
     "Solve",
     "Stage",
-    "Steady",
     "Substitute",
-    "Traces",
-    "Transposed",
     "Unproved",
     "ZeroMatrix",
     "derive",
-    "evaluate",
-    "holds",
     "equivalent",
+    "evaluate",
     "latex",
     "letters",
-    "matrices",
-    "model",
     "plus",
     "prove",
     "refute",
     "text",
-    "title",
-    "vanishes",
 ]

@@ -414,7 +414,8 @@ class Derived(Chain):
 
         Examples
         --------
-        >>> from matrixproof import Moment, derive, letters
+        >>> from matrixproof import derive, letters
+        >>> from matrixproof.relations import Moment
         >>> A, e, w, P, Q = letters("A:n*n e:n w:n P:n*n= Q:n*n=")
         >>> noise = (e * e.T, P), (w * w.T, Q), (e * w.T, 0 * A)
         >>> print(derive((A * e - w) * (A * e - w).T).expect(*noise))

@@ -48,7 +48,8 @@ def one_model(
 
     Examples
     --------
-    >>> from matrixproof import Identity, MatrixSymbol, Moment
+    >>> from matrixproof import Identity, MatrixSymbol
+    >>> from matrixproof.relations import Moment
     >>> n = sp.symbols("n", integer=True, positive=True)
     >>> w, one = MatrixSymbol("w", n, 1), Identity(n)
     >>> one_model((Moment("", w * w.T, one),)) is None

@@ -14,7 +14,7 @@ import sympy as sp
 from sympy.matrices.expressions.matexpr import MatrixExpr
 from sympy.printing.precedence import PRECEDENCE
 
-from .words import ShapeError, Size, same_shape, same_size
+from .words import ShapeError, same_shape, same_size
 
 
 class Operators:
@@ -269,11 +269,6 @@ def _node(cls, *args):
 def _square(matrix, so):
     if not same_size(*matrix.shape):
         raise ShapeError(f"{matrix} is {matrix.shape}, not square: {so}")
-
-
-def matrices(names: str, rows: Size, cols: Size) -> list[MatrixSymbol]:
-    """Matrix symbols of one shape, from a string of names."""
-    return [MatrixSymbol(name, rows, cols) for name in names.split()]
 
 
 def plus(*terms: sp.Expr) -> sp.Expr:

@@ -41,17 +41,15 @@ from matrixproof import (
     Expect,
     Explicit,
     Iff,
-    Let,
     Line,
     MatrixSymbol,
-    Moment,
     Relation,
-    Transposed,
-    holds,
     latex,
     text,
-    vanishes,
 )
+from matrixproof.derivation import holds, vanishes
+from matrixproof.operators import Transposed
+from matrixproof.relations import Let, Moment
 from tests.papers.hsia import test_loop
 
 ROOT = Path(__file__).parents[2]

@@ -6,9 +6,10 @@ import sympy as sp
 from sympy import BlockMatrix, Identity, MatrixSymbol, Trace, ZeroMatrix
 from worlds import Numbers
 
-from matrixproof import Claim, ShapeError
 from matrixproof.blocks import product
+from matrixproof.claims import Claim
 from matrixproof.core import Algebra
+from matrixproof.words import ShapeError
 
 n, p, m1 = sp.symbols("n p m_1", integer=True, nonnegative=True)
 A, B = MatrixSymbol("A", n, n), MatrixSymbol("B", n, n)

@@ -11,7 +11,6 @@ from sympy import Matrix, Trace
 from luenberger.papers.leondes_novak import derivation as recursions
 from matrixproof import (
     AtLeast,
-    AtMost,
     BlockMatrix,
     Chain,
     Construction,
@@ -23,16 +22,17 @@ from matrixproof import (
     Gradient,
     Identity,
     Iff,
-    Implies,
     Line,
     MatrixSymbol,
     Notation,
     Relation,
     Stage,
     Substitute,
-    Transposed,
     ZeroMatrix,
 )
+from matrixproof.equivalences import Implies
+from matrixproof.inequalities import AtMost
+from matrixproof.operators import Transposed
 
 n, p = sp.symbols("n p", integer=True, positive=True)
 A, B, M, Q, X, Y = (MatrixSymbol(name, n, n) for name in "ABMQXY")

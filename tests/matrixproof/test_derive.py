@@ -28,7 +28,6 @@ from matrixproof import (
     Gradient,
     Identity,
     Line,
-    Moment,
     Relation,
     Unproved,
     ZeroMatrix,
@@ -38,6 +37,7 @@ from matrixproof import (
     prove,
     refute,
 )
+from matrixproof.relations import Moment
 
 SEEDS = range(8)
 SIZES = {"n": 2, "m": 3}

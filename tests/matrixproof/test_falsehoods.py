@@ -6,9 +6,7 @@ from sympy import Determinant, Dummy, Matrix, Rational, Symbol, Trace, sqrt, sym
 
 from matrixproof import (
     AtLeast,
-    AtMost,
     BlockMatrix,
-    Claim,
     Counterexample,
     Derivation,
     Differential,
@@ -20,14 +18,16 @@ from matrixproof import (
     Notation,
     Positive,
     Relation,
-    ShapeError,
     Stage,
     Unproved,
     ZeroMatrix,
     prove,
 )
+from matrixproof.claims import Claim
 from matrixproof.core import Algebra
+from matrixproof.inequalities import AtMost
 from matrixproof.reasons import cited_latex, cited_text, numbered, words
+from matrixproof.words import ShapeError
 
 n, m, k = symbols("n m k", integer=True, positive=True)
 A, B, C, X = (MatrixSymbol(name, n, n) for name in "ABCX")

@@ -14,16 +14,16 @@ from matrixproof import (
     Chain,
     Identity,
     Line,
-    Moment,
     Notation,
     Page,
     Relation,
-    ShapeError,
     ZeroMatrix,
     derive,
     letters,
 )
 from matrixproof.dependence import behind
+from matrixproof.relations import Moment
+from matrixproof.words import ShapeError
 
 A, B, K, M, N, P = letters("A:n*n B:n*n K:n*p M:p*p= N:n*p P:n*n=")
 F, G, H, X = letters("F:r*r G:r*r H:r*r X:r*r")

@@ -7,8 +7,8 @@ import sympy as sp
 from identities import FALSE, TRUE, parts
 from sympy import Identity, Matrix, MatrixSymbol, Rational, Trace, ZeroMatrix
 
-from matrixproof import NoModel, Relation, evaluate, model, prove, refute
-from matrixproof.models import differ
+from matrixproof import Relation, evaluate, prove, refute
+from matrixproof.models import NoModel, differ, model
 from matrixproof.systems import System, Unsolvable, roots
 
 n, p, m = sp.symbols("n p m", integer=True, positive=True)

@@ -15,10 +15,8 @@ from sympy import Determinant, Matrix, Rational, Symbol, Trace, symbols
 
 from matrixproof import (
     AtLeast,
-    AtMost,
     BlockMatrix,
     Chain,
-    Claim,
     Construction,
     Counterexample,
     Derivation,
@@ -27,13 +25,10 @@ from matrixproof import (
     Explicit,
     Gradient,
     Identity,
-    Implies,
     Line,
     MatrixSymbol,
-    Moment,
     Notation,
     Relation,
-    ShapeError,
     Unproved,
     ZeroMatrix,
     evaluate,
@@ -41,9 +36,14 @@ from matrixproof import (
     refute,
 )
 from matrixproof.checker import complaints
+from matrixproof.claims import Claim
+from matrixproof.equivalences import Implies
+from matrixproof.inequalities import AtMost
 from matrixproof.reasons import cited_latex, cited_text
+from matrixproof.relations import Moment
 from matrixproof.statements import Statement
 from matrixproof.symbols import Own
+from matrixproof.words import ShapeError
 
 n, m = symbols("n m", integer=True, positive=True)
 A, B, C, Q, X, Y = (MatrixSymbol(name, n, n) for name in "ABCQXY")

@@ -8,7 +8,6 @@ from matrixproof import (
     Equation,
     Expect,
     Identity,
-    Implies,
     Line,
     Notation,
     Stage,
@@ -16,6 +15,7 @@ from matrixproof import (
     page_model,
     text,
 )
+from matrixproof.equivalences import Implies
 from matrixproof.page_model import impossible
 
 n, p = symbols("n p", integer=True, positive=True)

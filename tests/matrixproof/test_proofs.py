@@ -14,10 +14,8 @@ from in_use import derivations
 from matrixproof import (
     BlockMatrix,
     Identity,
-    Limit,
     Line,
     MatrixSymbol,
-    Proof,
     Relation,
     Unproved,
     ZeroMatrix,
@@ -27,7 +25,9 @@ from matrixproof import (
     prove,
 )
 from matrixproof.checker import complaints, fact
+from matrixproof.completion import Limit
 from matrixproof.models import denial
+from matrixproof.proofs import Proof
 from matrixproof.reasons import follows
 from matrixproof.rewriting import Contradiction
 

@@ -9,18 +9,14 @@ from sympy import Trace, symbols
 
 from matrixproof import (
     AtLeast,
-    AtMost,
     Chain,
-    Claim,
     Construction,
     Derivation,
     Equation,
     Expect,
     Identity,
-    Implies,
     Line,
     MatrixSymbol,
-    Moment,
     Notation,
     Relation,
     Solve,
@@ -29,6 +25,10 @@ from matrixproof import (
     ZeroMatrix,
     prove,
 )
+from matrixproof.claims import Claim
+from matrixproof.equivalences import Implies
+from matrixproof.inequalities import AtMost
+from matrixproof.relations import Moment
 
 n, m, p = symbols("n m p", integer=True, positive=True)
 A, B, C, D, S, X, Y, Z = (MatrixSymbol(name, n, n) for name in "ABCDSXYZ")

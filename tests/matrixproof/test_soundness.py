@@ -4,18 +4,11 @@ import pytest
 import sympy as sp
 from sympy import Trace, symbols
 
-from matrixproof import (
-    BlockMatrix,
-    Claim,
-    Identity,
-    MatrixSymbol,
-    ShapeError,
-    Unproved,
-    ZeroMatrix,
-    prove,
-)
+from matrixproof import BlockMatrix, Identity, MatrixSymbol, Unproved, ZeroMatrix, prove
+from matrixproof.claims import Claim
 from matrixproof.core import Algebra
 from matrixproof.rewriting import Contradiction
+from matrixproof.words import ShapeError
 
 n, m, p, q = symbols("n m p q", integer=True, positive=True)
 a = symbols("a")

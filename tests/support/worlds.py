@@ -13,7 +13,8 @@ from sympy.matrices.expressions.matexpr import MatrixExpr
 
 from luenberger.papers.leondes_novak import derivation as recursions
 from luenberger.stage_list import stage_lists
-from matrixproof import ShapeError, Solve
+from matrixproof import Solve
+from matrixproof.words import ShapeError
 
 # The stage lists on the pages of Leondes and Novak, by name.
 STAGE_LISTS = [

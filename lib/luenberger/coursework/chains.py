@@ -4,7 +4,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from matrixproof import Chain, Line, ShapeError, text
+from matrixproof import Chain, Line, text
+from matrixproof.words import ShapeError
 
 from .given import described, require
 

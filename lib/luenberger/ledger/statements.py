@@ -11,7 +11,6 @@ from matrixproof import (
     Counterexample,
     Derivation,
     Explicit,
-    Let,
     Relation,
     latex,
     text,
@@ -21,6 +20,7 @@ from matrixproof.derivation import title
 from matrixproof.operators import Operator
 from matrixproof.prose import plain, typeset
 from matrixproof.reading import numbered
+from matrixproof.relations import Let
 from matrixproof.typeset import Show
 
 

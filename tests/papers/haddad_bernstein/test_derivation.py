@@ -11,7 +11,8 @@ from worlds import symbols
 from luenberger.papers.haddad_bernstein import derivation
 from luenberger.papers.haddad_bernstein.derivation import errata
 from luenberger.stage_list import stage_lists
-from matrixproof import Solve, vanishes
+from matrixproof import Solve
+from matrixproof.derivation import vanishes
 
 LISTS = {name: make() for name, make in stage_lists(derivation.__name__).items()}
 MODULES = re.findall(r"^`(\w+)`$", inspect.getdoc(derivation), flags=re.M)

@@ -13,7 +13,7 @@ from luenberger.papers.moore.derivation import (
     observer_input,
     recurrence,
 )
-from matrixproof import vanishes
+from matrixproof.derivation import vanishes
 
 
 def test_no_recurrence_is_violated_at_full_order():

@@ -11,7 +11,7 @@ from luenberger.numeric import staircase_climb, staircase_form
 from luenberger.papers.van_dooren import design as design
 from luenberger.papers.van_dooren import rows_of_T
 from luenberger.papers.van_dooren.derivation import counts, errata
-from matrixproof import vanishes
+from matrixproof.derivation import vanishes
 
 METHODS = ("minimum-norm", "back-substitution")
 

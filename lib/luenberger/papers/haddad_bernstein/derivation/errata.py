@@ -11,7 +11,8 @@ Source: Haddad and Bernstein (1987), as scanned.
 
 import sympy as sp
 
-from matrixproof import BlockMatrix, Claim, Identity, Unproved, prove
+from matrixproof import BlockMatrix, Identity, Unproved, prove
+from matrixproof.claims import Claim
 from matrixproof.core import Algebra
 
 from . import augmented, cost, equations, gradients, mean_square, projection

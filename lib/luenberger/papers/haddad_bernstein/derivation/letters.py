@@ -11,7 +11,8 @@ for any number: their noises are independent, so each adds terms like its own.
 
 from sympy import symbols
 
-from matrixproof import Derivation, Identity, Notation, Stage, title
+from matrixproof import Derivation, Identity, Notation, Stage
+from matrixproof.derivation import title
 
 SOURCE = "Haddad and Bernstein (1987)"
 

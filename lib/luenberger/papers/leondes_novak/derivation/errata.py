@@ -8,8 +8,9 @@ Source: Leondes and Novak (1974), (24)-(33), as scanned.
 
 from sympy import Trace
 
-from matrixproof import BlockMatrix, Identity, ShapeError
+from matrixproof import BlockMatrix, Identity
 from matrixproof.core import Algebra
+from matrixproof.words import ShapeError
 
 from . import canonical_gain, coordinates, uniqueness
 from .letters import *
