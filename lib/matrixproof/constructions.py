@@ -120,16 +120,16 @@ class Construction:
         if not made:
             return ["nothing is constructed"]
         for r in self.by:
-            if named := made & symbols(r.left, r.right):
+            if named := made & letters_of(r.left, r.right):
                 found.append(f"{cited_text(r)} supposes {listed(named)}, made here")
         for s, value in self.values.items():
-            if named := made & symbols(value):
+            if named := made & letters_of(value):
                 found.append(f"{text(s)} is constructed from {listed(named)}")
             if not same_shape(s.shape, value.shape):
                 found.append(
                     f"{text(s)} has the shape {s.shape}, and its value {value.shape}"
                 )
-        asked = symbols(*(side for r in self.satisfies for side in r))
+        asked = letters_of(*(side for r in self.satisfies for side in r))
         if idle_ones := made - asked:
             found.append(f"nothing is asked of {listed(idle_ones)}")
         return found
@@ -263,7 +263,7 @@ class Counterexample:
         return framed(rows, self.number)
 
 
-def symbols(*expressions):
+def letters_of(*expressions):
     """The matrix symbols in expressions."""
     return {s for e in expressions for s in sp.sympify(e).atoms(sp.MatrixSymbol)}
 

@@ -78,15 +78,15 @@ def monomials(expr):
         return {()}
     if isinstance(expr, (sp.MatPow, sp.Pow)):
         whole = expr.exp.is_Integer and expr.exp.is_nonnegative
-        return together([monomials(expr.base)] * (int(expr.exp) if whole else 2))
+        return crossed([monomials(expr.base)] * (int(expr.exp) if whole else 2))
     if isinstance(expr, sp.MatrixBase):
         return set().union({()}, *(monomials(x) for x in expr))
     if isinstance(expr, (sp.MatMul, sp.Mul)):
-        return together([monomials(part) for part in expr.args])
+        return crossed([monomials(part) for part in expr.args])
     return set().union({()}, *(monomials(part) for part in expr.args))
 
 
-def together(factors):
+def crossed(factors):
     """Every product of one monomial from each factor."""
     total = {()}
     for factor in factors:

@@ -20,7 +20,7 @@ from .words import (
     rotations,
     same_shape,
     same_size,
-    text,
+    spelling,
 )
 
 KINDS = MatrixSymbol, Own, Symmetric, sp.MatrixSymbol  # of letters
@@ -64,7 +64,7 @@ class Algebra:
             short = cancelled(word, cyclic=True)
             if short:
                 turned = rotations(short) + rotations(self.flipped(short))
-                yield min(turned, key=text), c
+                yield min(turned, key=spelling), c
             else:  # the trace of what has become the identity is its size
                 yield short, c * word[0].rows if word else c
 

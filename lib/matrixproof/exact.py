@@ -24,7 +24,7 @@ def constant(value):
     return {(): value} if value else {}
 
 
-def plus(p, q):
+def poly_plus(p, q):
     return increased(dict(p), q)
 
 
@@ -40,10 +40,10 @@ def increased(total, q):
 
 
 def minus(p, q):
-    return plus(p, {m: -c for m, c in q.items()})
+    return poly_plus(p, {m: -c for m, c in q.items()})
 
 
-def times(p, q):
+def poly_times(p, q):
     for one, other in ((p, q), (q, p)):  # most are numbers
         if len(one) == 1 and () in one:
             return {m: one[()] * c for m, c in other.items()}
@@ -65,7 +65,7 @@ def rational(number):
 
 
 def added(a, b):
-    return [[plus(x, y) for x, y in zip(r, s)] for r, s in zip(a, b)]
+    return [[poly_plus(x, y) for x, y in zip(r, s)] for r, s in zip(a, b)]
 
 
 def multiplied(a, b):
@@ -77,12 +77,12 @@ def dot(row, column):
     total = {}
     for x, y in zip(row, column):
         if x and y:
-            increased(total, times(x, y))
+            increased(total, poly_times(x, y))
     return total
 
 
 def scaled(c, a):
-    return [[times(c, x) for x in row] for row in a]
+    return [[poly_times(c, x) for x in row] for row in a]
 
 
 def transposed(a):
@@ -100,7 +100,7 @@ def diagonal(n, value=1):
 def trace(a):
     total = {}
     for i, row in enumerate(a):
-        total = plus(total, row[i])
+        total = poly_plus(total, row[i])
     return total
 
 
@@ -228,9 +228,9 @@ class World:
     def _scalar(self, expr):
         expr = sp.sympify(expr)
         if isinstance(expr, sp.Add):
-            return fold(plus, [self._scalar(a) for a in expr.args])
+            return fold(poly_plus, [self._scalar(a) for a in expr.args])
         if isinstance(expr, sp.Mul):
-            return fold(times, [self._scalar(a) for a in expr.args])
+            return fold(poly_times, [self._scalar(a) for a in expr.args])
         if isinstance(expr, sp.Trace):
             return trace(self._table(expr.arg))
         if isinstance(expr, sp.Symbol):
@@ -252,7 +252,7 @@ class World:
             if set(value) != {()}:
                 raise ZeroDivisionError(f"{base} is not a number other than zero")
             value = constant(Fraction(1) / value[()])
-        return fold(times, [value] * abs(exponent), None)
+        return fold(poly_times, [value] * abs(exponent), None)
 
 
 def fold(operation, values, size=None):

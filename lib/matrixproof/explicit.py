@@ -227,7 +227,7 @@ def value(expr, values):
     for size in sorted(symbols_beside(found, put) & set(sizes), key=str):
         if size in free:
             raise ValueError(f"no value says what the size {size} is")
-    found = folded(found.xreplace({**put, **sizes})).doit()
+    found = made_one(found.xreplace({**put, **sizes})).doit()
     if getattr(found, "is_Matrix", False):
         return found.as_explicit().applyfunc(sp.expand)
     return found
@@ -240,13 +240,13 @@ def symbols_beside(expr, values):
     return set().union(*(symbols_beside(arg, values) for arg in expr.args))
 
 
-def folded(expr):
+def made_one(expr):
     """Sums and products of explicit matrices made one, also inside of a determinant."""
     if isinstance(expr, sp.MatrixBase) or not expr.has(MatrixExpr, sp.MatrixBase):
         return expr
     if isinstance(expr, sp.BlockMatrix):
-        rows = [[folded(block) for block in row] for row in expr.blocks.tolist()]
+        rows = [[made_one(block) for block in row] for row in expr.blocks.tolist()]
         return sp.BlockMatrix(rows).as_explicit()
     if not isinstance(expr, sp.MatrixSymbol | sp.Identity | sp.ZeroMatrix):
-        expr = expr.func(*map(folded, expr.args))
+        expr = expr.func(*map(made_one, expr.args))
     return expr.doit().as_explicit() if isinstance(expr, MatrixExpr) else expr

@@ -41,7 +41,7 @@ def product(p, q):
     return found
 
 
-def numbers(statement):
+def one_by_one(statement):
     """Pairs of plain words that say what a 1 x 1 matrix does.
 
     (a, ()) stands for a = a', and (a, b) for a b = b a.

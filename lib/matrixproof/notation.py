@@ -125,13 +125,13 @@ class Notation:
                 f"{text(letter)} stands for {text(right)}, in which it occurs: write "
                 "steady(...) of a fixed point, or suppose(...)"
             )
-        return Let(named(number, name, letter, right), letter, right)
+        return Let(with_number(number, name, letter, right), letter, right)
 
     def suppose(
         self, left: Formula, right: Formula, number: str = "", name: str = ""
     ) -> Relation:
         """An equation that is a hypothesis."""
-        return Relation(named(number, name, left, right), left, right)
+        return Relation(with_number(number, name, left, right), left, right)
 
     def steady(
         self, letter: Formula, right: Formula, number: str = "", name: str = ""
@@ -148,7 +148,7 @@ class Notation:
                 f"{text(letter)} does not occur in {text(right)}, so that is no fixed "
                 "point: write let(...) or suppose(...)"
             )
-        return Steady(named(number, name, letter, right), letter, right)
+        return Steady(with_number(number, name, letter, right), letter, right)
 
     def moment(self, left: Formula, right: Formula, number: str = "") -> Moment:
         """The expectation of a product, or of a vector, that is supposed."""
@@ -198,7 +198,7 @@ def letters(declared: str) -> tuple[Any, ...]:
         if not sizes:
             found.append(taken.scalar(name, item, real=True))
             continue
-        shape = [size(part, item) for part in sizes.rstrip("=").split("*")]
+        shape = [size_of(part, item) for part in sizes.rstrip("=").split("*")]
         if len(shape) > 2:
             raise ValueError(f"{item!r} has {len(shape)} sizes: write {name}:n*m")
         shape += [sp.S.One] * (2 - len(shape))
@@ -207,7 +207,7 @@ def letters(declared: str) -> tuple[Any, ...]:
     return tuple(found)
 
 
-def size(part, item):
+def size_of(part, item):
     """A number of rows or columns, as `3`, `2n` or `n-r`."""
     if not re.fullmatch(TERM + f"([+-]{TERM})*", part):
         raise ValueError(f"{part!r} in {item!r} is no size: write A:n*m")
@@ -218,7 +218,7 @@ def size(part, item):
     return total
 
 
-def named(number, name, left, right):
+def with_number(number, name, left, right):
     """The name of a relation: the paper's number of it, and what it says."""
     says = name or f"{text(left)} = {text(right)}"
     return f"({number}) {says}" if number else says

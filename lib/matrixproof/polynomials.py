@@ -16,7 +16,7 @@ from .words import (
     gather,
     same_shape,
     same_size,
-    text,
+    spelling,
 )
 
 
@@ -54,7 +54,7 @@ class Sum(Normal):
     def ordered(self):
         """(word, coefficient) pairs in an order that does not change between runs."""
         return sorted(
-            self.terms.items(), key=lambda term: (len(term[0]), text(term[0]))
+            self.terms.items(), key=lambda term: (len(term[0]), spelling(term[0]))
         )
 
     def __rmul__(self, scalar):

@@ -5,7 +5,7 @@ from fractions import Fraction
 import sympy as sp
 
 from .certificates import flip
-from .finite import numbers
+from .finite import one_by_one
 from .words import same_size
 
 
@@ -42,7 +42,7 @@ class Problem:
         heavy = heavy_names(statement) if order == "definitions" else {}
         self.weight = [heavy.get(name, 1) for name, _ in self.letters]
         self.facts, self.generators, self.scalars = {}, [], []
-        self.numbers = list(numbers(statement))
+        self.numbers = list(one_by_one(statement))
         self._collect()
 
     def _all_symmetric(self):

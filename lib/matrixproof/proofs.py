@@ -97,11 +97,11 @@ class Proof:
         lines = [f"{self.left} - ({self.right}) ="]
         for claim, terms in self.certificates.items():
             lines += [f" {claim}:"] if len(self.certificates) > 1 else []
-            lines += [f"  {text(term)}" for term in terms] or ["  0"]
+            lines += [f"  {as_line(term)}" for term in terms] or ["  0"]
         return "\n".join(lines)
 
 
-def text(term):
+def as_line(term):
     """One term of a certificate as a line."""
     c, u, (kind, name, transposed), v = term
     mark = lambda word: " ".join(n + "'" * t for n, t in word)  # noqa: E731

@@ -61,10 +61,10 @@ def gap(left, right, cited, symmetric):
         return Gap(e.left_over, e.counterexample, (left, right))
     except Contradiction as e:
         return Gap(why=str(e))
-    return certified(proof)
+    return refuse_faulty(proof)
 
 
-def certified(proof):
+def refuse_faulty(proof):
     """Nothing, of a proof whose certificate holds; a model is sought once a line."""
     if proof.faults():
         sides = f"{proof.left} = {proof.right}"
@@ -82,7 +82,7 @@ def follows(left, right, cited, symmetric):
         proof = attempted(left, right, cited, symmetric)[0]
     except Contradiction:
         return False
-    return proof is not None and certified(proof) is None
+    return proof is not None and refuse_faulty(proof) is None
 
 
 def idle(cited, holds):

@@ -10,7 +10,7 @@ Source: our own.
 from fractions import Fraction
 from math import isqrt
 
-from .exact import constant, increased, plus, times
+from .exact import constant, increased, poly_plus, poly_times
 
 TRIES = (0, 1, -1, 2, -2)  # in any order, and mostly before the others
 FRACTIONS = (Fraction(3, 5), Fraction(4, 5), Fraction(1, 2))  # 3-4-5 makes rotations
@@ -48,7 +48,7 @@ class System:
         for m, c in p.items():
             term = {(): c}
             for x in m:
-                term = times(term, self.solved[x] if x in self.solved else {(x,): 1})
+                term = poly_times(term, self.solved.get(x, {(x,): 1}))
             increased(total, term)
         return total
 
@@ -87,7 +87,7 @@ def substituted(row, x, replacement):
     """A linear polynomial with x replaced."""
     c = row.get((x,), 0)
     rest = {m: d for m, d in row.items() if m != (x,)}
-    return plus(rest, {m: c * d for m, d in replacement.items()}) if c else rest
+    return poly_plus(rest, {m: c * d for m, d in replacement.items()}) if c else rest
 
 
 def ratio(a, b):
@@ -167,13 +167,13 @@ def roots(p):
     if degree > 2:
         tries = (*TRIES, *FRACTIONS)
         return [t for t in tries if sum(d * t**k for k, d in enumerate(c)) == 0]
-    root = square_root(c[1] ** 2 - 4 * c[2] * c[0])
+    root = rational_root(c[1] ** 2 - 4 * c[2] * c[0])
     if root is None:
         return []
     return sorted({ratio(-c[1] + s * root, 2 * c[2]) for s in (1, -1)})
 
 
-def square_root(q):
+def rational_root(q):
     """The rational square root of a fraction, or None."""
     if q < 0:
         return None

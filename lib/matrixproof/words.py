@@ -47,7 +47,7 @@ Terms = Iterable[tuple[Word, Any]]  # with their coefficients
 Symbols = Iterable[sp.MatrixSymbol]
 
 
-def text(word):
+def spelling(word):
     """A word as a string: what words are ordered and printed by."""
     return " ".join(str(letter) for letter in word)
 
@@ -61,7 +61,7 @@ def cancelled(word, cyclic=False):
     """The word without what stands beside its own inverse; in a trace, also the ends.
 
     >>> A, B = (Letter(sp.MatrixSymbol(name, 2, 2)) for name in "AB")
-    >>> text(cancelled((A, B, A._replace(inverted=True)), cyclic=True))
+    >>> spelling(cancelled((A, B, A._replace(inverted=True)), cyclic=True))
     'B'
     """
     found = []
