@@ -12,7 +12,10 @@ from luenberger.smoothing.derivation import next_state
 from luenberger.theory import observer
 from matrixproof import (
     Chain,
+    Equation,
     Identity,
+    Iff,
+    Implies,
     Line,
     Notation,
     Page,
@@ -201,6 +204,22 @@ def test_it_is_shown_short_and_its_lines_are_there():
     assert "≥" in str(square.at({K: K}, *square.relations))
     wrong = dataclasses.replace(found, lines=[Line(F, by=[given])])
     assert "✗" in str(wrong) and wrong.check() != []
+
+
+def test_lines_that_are_not_shown_may_be_wide():
+    grown = F * G + F * F * F * F - F * F * F * F
+    chain = Chain("", "and back", F * G, [Line(grown), Line(F * G)])
+    (long,) = letters("L" * 30 + ":r*r")
+    found = chain.at({}, F=long)
+    assert found.check() == [] and "needs a letter" in found.full.check()[0]
+
+
+def test_the_sign_between_its_ends_is_the_weakest():
+    same, less = Equation(F * H, G), Equation(F * H * X, G * X)
+    both = Chain("", "both ways", Equation(F, G * H.I), [Iff(same)])
+    one = Chain("", "one way", Equation(F, G * H.I), [Iff(same), Implies(less)])
+    assert "⇔ F H = G" in str(both.at({})) and "⇒ F H X = G X" in str(one.at({}))
+    assert "⇔" not in str(one.at({}))
 
 
 def test_a_page_gives_a_theorem_all_that_it_says():
