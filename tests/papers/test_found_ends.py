@@ -55,6 +55,15 @@ ENDS = {
         D_i = T_i A_m - A_i T_h_m
         S_i F F_l = 0
     """,
+    "moore.observer": """
+        ε₊ = F ε + J u
+        ε₊ = F ε
+        G = T B - D E
+        F F_j Δ = Δ A A_j
+        P F_j Δ = 0
+        k T' M⁻¹ = P₀
+        (k T' M⁻¹ T - k) T' = 0
+    """,
     "moore.condition": """
         e_i (T A - F T - D C) = t A - e₊ T + b k - d C
         t₊ = t A + b k - d C
@@ -81,6 +90,23 @@ ENDS = {
     """,
     "moore.signs": """
         j S κ = 0
+    """,
+    "van_dooren.theorem": """
+        ε₊ = Φ₊ ε₀
+        x̂ - x = P Φ ε₀
+        T_U A_U - F T_U = D C_U
+        [T; C] U = [T_U; C_U]
+        T A - F T = D C
+        G = T_U U* B
+        U X₁ T + U X₂ C = I
+        W* T_U A_U - W* F W W* T_U = W* D C_U
+        [W 0; 0 I] [W* T_U; C_U] = [T_U; C_U]
+        v* v = 2 v* a_s
+        (I - v β v*) a_s = b_s
+        β v* v = 2 I
+        (I - v β v*) (I - v β v*) = I
+        [I 0; 0 Q_r*] [ρ_s h_s; 0 A_r] = [ρ_s h_s; 0 R_r]
+        Q_s* A_s W_s = J_s R_s
     """,
     "van_dooren.staircase": """
         C Q₀ = [0  C Q₁]

@@ -91,19 +91,11 @@ with page.scope(suppose(eps, no_column), suppose(eps_next, no_column)) as restin
 page("""That is enough as well: if `J = 0` and `F` is stable, the error obeys an
     equation of its own and dies out.""")
 undriven = page(suppose(J, ZeroMatrix(r, m), "6"))
-page.chain(
-    "6",
-    "then nothing drives it",
-    eps_next,
-    Line(F * eps + J * u, by=(driven,)),
-    Line(F * eps, by=(undriven,)),
-)
-gain = page.chain(
-    "6",
-    "the gain of the input",
-    G,
-    Line(J + T * B - D * E, by=(is_J,)),
-    Line(T * B - D * E, by=(undriven,)),
+page(letters.derive("6", "then nothing drives it", eps_next).put(driven).use(undriven))
+gain = page(
+    letters.derive("6", "the gain of the input", G)
+    .insert(J + T * B - D * E, is_J)
+    .put(undriven)
 )
 
 page("The estimate is right in the limit if besides `P T = k`.")
@@ -145,43 +137,38 @@ page("""There is only one such `T`. The difference of two is not seen by `F`, `P
 apart = page(suppose(F * Delta, Delta * A))
 unread = page(suppose(P * Delta, ZeroMatrix(1, n)))
 so_far = page(suppose(F_j * Delta, Delta * A_j))
-page.chain(
-    "7",
-    "powers of the difference",
-    F * F_j * Delta,
-    Line(F * Delta * A_j, by=(so_far,)),
-    Line(Delta * A * A_j, by=(apart,)),
+page(
+    letters.derive("7", "powers of the difference", F * F_j * Delta)
+    .use(so_far)
+    .use(apart)
 )
-page.chain(
-    "7",
-    "the difference of two solutions is not seen",
-    P * F_j * Delta,
-    Line(P * Delta * A_j, by=(so_far,)),
-    Line(ZeroMatrix(1, n), by=(unread,)),
+page(
+    letters.derive("7", "the difference of two solutions is not seen", P * F_j * Delta)
+    .use(so_far)
+    .use(unread)
 )
 
 page("""For a given `T` of full row rank the paper solves `P T = k` by a formula. Its
     answer is the only row there can be.""")
 is_M = page(suppose(M, T * T.T))
 solves = page(suppose(k, P_0 * T))
-page.chain(
-    "after 13",
-    "the row that reads the estimate",
-    k * T.T * M.I,
-    Line(P_0 * T * T.T * M.I, by=(solves,)),
-    Line(P_0 * M * M.I, by=(is_M,)),
-    Line(P_0, why="the inverse cancels"),
+page(
+    letters.derive("after 13", "the row that reads the estimate", k * T.T * M.I)
+    .put(solves)
+    .insert(P_0 * M * M.I, is_M)
+    .expand()
 )
 
 page("""If there is none, the formula still answers: with least squares, whose residual
     is orthogonal to the rows of `T`.""")
-page.chain(
-    "after 13",
-    "otherwise it is least squares",
-    (k * T.T * M.I * T - k) * T.T,
-    Line(k * T.T * M.I * T * T.T - k * T.T, why="multiply out"),
-    Line(k * T.T * M.I * M - k * T.T, by=(is_M,)),
-    Line(ZeroMatrix(1, r), why="the inverse cancels"),
+page(
+    letters.derive(
+        "after 13",
+        "otherwise it is least squares",
+        (k * T.T * M.I * T - k) * T.T,
+    )
+    .expand()
+    .fold(is_M)
 )
 
 page("""That is no observer. A cart's velocity from its position with one state: (5)

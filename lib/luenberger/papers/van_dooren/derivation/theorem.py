@@ -6,7 +6,7 @@ kinds of time: the index + is the next instant or the derivative.
 Source: Van Dooren (1984), (1)-(12), (24), remark 2(c); reflectors after Householder.
 """
 
-from matrixproof import BlockMatrix, Construction, Line, Page
+from matrixproof import BlockMatrix, Construction, Page
 
 from ....theory import observer
 from .letters import *
@@ -48,20 +48,16 @@ page("""So the error is `F^t` times what it was at the start; in continuous time
     both move by `F`, and an error that moves so has no choice.""")
 flows = page(let(Phi_next, F * Phi))
 with page.scope(suppose(eps, Phi * eps_0)) as carried:
-    page.chain(
-        "6",
-        "the error at any time",
-        eps_next,
-        Line(F * eps, by=(free,)),
-        Line(F * Phi * eps_0, by=(carried,)),
-        Line(Phi_next * eps_0, by=(flows,)),
+    page(
+        letters.derive("6", "the error at any time", eps_next)
+        .put(free)
+        .put(carried)
+        .fold(flows)
     )
-    page.chain(
-        "6",
-        "the error of the estimate at any time",
-        x_hat - x,
-        Line(P * eps, by=(errs,)),
-        Line(P * Phi * eps_0, by=(carried,)),
+    page(
+        letters.derive("6", "the error of the estimate at any time", x_hat - x)
+        .use(errs)
+        .put(carried)
     )
 
 page("""Unitary coordinates neither enlarge a rounding error nor change how sensitive
@@ -70,70 +66,61 @@ inverse = page(suppose(U * Us, I, "7"))
 is_A_U = page(let(A_U, Us * A * U, "7"))
 is_C_U = page(let(C_U, C * U, "7"))
 is_T_U = page(let(T_U, T * U, "10"))
-page.chain(
-    "9, 10",
-    "the equation in these coordinates",
-    T_U * A_U - F * T_U,
-    Line(T * U * Us * A * U - F * T * U, by=(is_T_U, is_A_U)),
-    Line(T * A * U - F * T * U, by=(inverse,)),
-    Line(D * C * U, by=(tracked,)),
-    Line(D * C_U, by=(is_C_U,)),
+page(
+    letters.derive("9, 10", "the equation in these coordinates", T_U * A_U - F * T_U)
+    .put(is_T_U, is_A_U)
+    .use(inverse)
+    .use(tracked)
+    .fold(is_C_U)
 )
-page.chain(
-    "9, 10",
-    "both are invertible or none is",
-    stacked(T, C) * U,
-    Line(stacked(T * U, C * U), why="multiply out"),
-    Line(stacked(T_U, C_U), by=(is_T_U, is_C_U)),
+page(
+    letters.derive("9, 10", "both are invertible or none is", stacked(T, C) * U)
+    .multiply()
+    .fold(is_T_U, is_C_U)
 )
 
 page("A solution in these coordinates leads back, with both gains.")
 solved = page(suppose(T_U * A_U, F * T_U + D * C_U, "10"))
 is_T = page(suppose(T, T_U * Us))
-page.chain(
-    "4, 10",
-    "back to the coordinates of the plant",
-    T * A - F * T,
-    Line(T_U * Us * A - F * T_U * Us, by=(is_T,)),
-    Line(T_U * A_U * Us - F * T_U * Us, by=(is_A_U, inverse)),
-    Line(D * C_U * Us, by=(solved,)),
-    Line(D * C, by=(is_C_U, inverse)),
+page(
+    letters.derive("4, 10", "back to the coordinates of the plant", T * A - F * T)
+    .put(is_T)
+    .insert(T_U * A_U * Us - F * T_U * Us, is_A_U, inverse)
+    .use(solved)
+    .put(is_C_U)
+    .use(inverse)
 )
-page.chain(
-    "24",
-    "the gain of the input",
-    G,
-    Line(T * B, by=(driven,)),
-    Line(T_U * Us * B, by=(is_T,)),
-)
+page(letters.derive("24", "the gain of the input", G).put(driven, is_T))
 left_inverse = page(suppose(X_1 * T_U + X_2 * C_U, I))
-page.chain(
-    "24",
-    "the gains of the estimate",
-    U * X_1 * T + U * X_2 * C,
-    Line(U * X_1 * T_U * Us + U * X_2 * C, by=(is_T,)),
-    Line(U * (X_1 * T_U + X_2 * C_U) * Us, by=(is_C_U, inverse)),
-    Line(U * Us, by=(left_inverse,)),
-    Line(I, by=(inverse,)),
+page(
+    letters.derive("24", "the gains of the estimate", U * X_1 * T + U * X_2 * C)
+    .put(is_T)
+    .insert(U * (X_1 * T_U + X_2 * C_U) * Us, is_C_U, inverse)
+    .use(left_inverse)
+    .use(inverse)
 )
 
 page("""A unitary change of the observer's state brings `F` to triangular form, and
     changes `T_U` and `D` with it. So a triangular `F` loses nothing.""")
 turned = page(suppose(W * Ws, Identity(n - r)))
-page.chain(
-    "11, 12",
-    "the observer in other coordinates",
-    Ws * T_U * A_U - Ws * F * W * Ws * T_U,
-    Line(Ws * T_U * A_U - Ws * F * T_U, by=(turned,)),
-    Line(Ws * D * C_U, by=(solved,)),
+page(
+    letters.derive(
+        "11, 12",
+        "the observer in other coordinates",
+        Ws * T_U * A_U - Ws * F * W * Ws * T_U,
+    )
+    .use(turned)
+    .use(solved)
 )
-page.chain(
-    "11, 12",
-    "and its matrix is invertible as before",
-    BlockMatrix([[W, ZeroMatrix(n - r, r)], [ZeroMatrix(r, n - r), Identity(r)]])
-    * stacked(Ws * T_U, C_U),
-    Line(stacked(W * Ws * T_U, C_U), why="multiply out"),
-    Line(stacked(T_U, C_U), by=(turned,)),
+page(
+    letters.derive(
+        "11, 12",
+        "and its matrix is invertible as before",
+        BlockMatrix([[W, ZeroMatrix(n - r, r)], [ZeroMatrix(r, n - r), Identity(r)]])
+        * stacked(Ws * T_U, C_U),
+    )
+    .multiply()
+    .use(turned)
 )
 
 page("""That the stairs can be triangles is a construction. A reflector takes a column
@@ -143,54 +130,53 @@ is_v = page(let(v, a_s - b_s))
 is_vs = page(let(vs, as_s - bs_s))
 long = page(suppose(bs_s * b_s, as_s * a_s))
 real = page(suppose(as_s * b_s, bs_s * a_s))
-doubled = page.chain(
-    "8",
-    "how long the vector of a reflector is",
-    vs * v,
-    Line((as_s - bs_s) * (a_s - b_s), by=(is_v, is_vs)),
-    Line(
-        as_s * a_s - as_s * b_s - bs_s * a_s + bs_s * b_s,
-        why="multiply out",
-    ),
-    Line(2 * as_s * a_s - 2 * bs_s * a_s, by=(long, real)),
-    Line(2 * vs * a_s, by=(is_vs,)),
+doubled = page(
+    letters.derive("8", "how long the vector of a reflector is", vs * v)
+    .put(is_v, is_vs)
+    .expand()
+    .use(long, real)
+    .factor()
+    .fold(is_vs)
 )
 
 page("So there is a `beta`, unless the columns are the same and nothing is to be done.")
 scaled = page(suppose(beta * vs * a_s, Identity(1)))
-page.chain(
-    "8",
-    "a reflector leaves one entry of a column",
-    (I - v * beta * vs) * a_s,
-    Line(a_s - v * beta * vs * a_s, why="multiply out"),
-    Line(a_s - v, by=(scaled,)),
-    Line(b_s, by=(is_v,)),
+page(
+    letters.derive(
+        "8", "a reflector leaves one entry of a column", (I - v * beta * vs) * a_s
+    )
+    .expand()
+    .use(scaled)
+    .put(is_v)
+    .expand()
 )
-norm = page.chain(
-    "8",
-    "the factor of a reflector",
-    beta * vs * v,
-    Line(2 * beta * vs * a_s, by=(doubled,)),
-    Line(2 * Identity(1), by=(scaled,)),
+norm = page(
+    letters.derive("8", "the factor of a reflector", beta * vs * v)
+    .use(doubled)
+    .use(scaled)
 )
-page.chain(
-    "8",
-    "a reflector is its own inverse",
-    (I - v * beta * vs) * (I - v * beta * vs),
-    Line(I - 2 * v * beta * vs + v * beta * vs * v * beta * vs, why="multiply out"),
-    Line(I, by=(norm,)),
+page(
+    letters.derive(
+        "8",
+        "a reflector is its own inverse",
+        (I - v * beta * vs) * (I - v * beta * vs),
+    )
+    .expand()
+    .use(norm)
 )
 
 page("""One reflector for each column makes a triangle of a stair: if what is left
     behind the first column has a triangle, so has the whole.""")
 smaller = page(suppose(Qs_r * A_r, R_r))
-page.chain(
-    "8",
-    "one column after the other",
-    BlockMatrix([[Identity(1), ZeroMatrix(1, r - 1)], [nothing, Qs_r]])
-    * BlockMatrix([[rho_s, h_s], [nothing, A_r]]),
-    Line(BlockMatrix([[rho_s, h_s], [nothing, Qs_r * A_r]]), why="multiply out"),
-    Line(BlockMatrix([[rho_s, h_s], [nothing, R_r]]), by=(smaller,)),
+page(
+    letters.derive(
+        "8",
+        "one column after the other",
+        BlockMatrix([[Identity(1), ZeroMatrix(1, r - 1)], [nothing, Qs_r]])
+        * BlockMatrix([[rho_s, h_s], [nothing, A_r]]),
+    )
+    .multiply()
+    .use(smaller)
 )
 
 page("""Independent columns make all entries of its diagonal different from zero. The
@@ -198,12 +184,10 @@ page("""Independent columns make all entries of its diagonal different from zero
     so on; the last ones turn the outputs.""")
 factors = page(suppose(A_s * W_s, Q_s * J_s * R_s))
 unitary = page(suppose(Qs_s * Q_s, Identity(r)))
-page.chain(
-    "8",
-    "a stair becomes a triangle",
-    Qs_s * A_s * W_s,
-    Line(Qs_s * Q_s * J_s * R_s, by=(factors,)),
-    Line(J_s * R_s, by=(unitary,)),
+page(
+    letters.derive("8", "a stair becomes a triangle", Qs_s * A_s * W_s)
+    .use(factors)
+    .use(unitary)
 )
 
 page("""Whoever may not turn the outputs begins at the other end, with the columns of
