@@ -104,14 +104,11 @@ page.chain(
         by=(is_k, is_Pi_J, is_Z, is_J, is_X, is_N, is_M),
     ),
 )
-page.chain(
-    "",
-    "what the means give, in both together",
-    Trace(k.T * (Z * x + b * u - d)),
-    Substitute(
-        Trace(eta_next.T * (A * x + B * u)) - Trace(h.T * nu),
-        by=(is_k, is_Z, is_b, is_d, is_nu),
-    ),
+says = "what the means give, in both together"
+page(
+    derive("", says, Trace(k.T * (Z * x + b * u - d)))
+    .multiply(is_k, is_Z, is_b, is_d)
+    .fold(is_nu)
 )
 
 

@@ -12,10 +12,8 @@ from sympy import symbols
 
 from matrixproof import (
     BlockMatrix,
-    Line,
     Page,
     Stage,
-    Substitute,
     ZeroMatrix,
 )
 
@@ -63,32 +61,26 @@ is_D = page(let(D_both, BlockMatrix([[gone(n, p)], [D]])))
 is_P = page(let(P_both, BlockMatrix([[N_3, P_any]])))
 page(here)
 is_eps = page(let(eps_both, z_both - T_both * x, "8"))
-page.chain(
-    "8",
-    "the error of both is the state and the error",
-    eps_both,
-    Line(z_both - T_both * x, by=(is_eps,)),
-    Substitute(BlockMatrix([[x], [z - T * x]]), by=(is_z, is_T)),
-    Substitute(BlockMatrix([[x], [eps]]), by=(here,)),
+page(
+    derive("8", "the error of both is the state and the error", eps_both)
+    .put(is_eps)
+    .multiply(is_z, is_T)
+    .fold(here)
 )
 
 page("They satisfy the condition on the dynamics, whatever the observer is.")
-page.chain(
-    "9",
-    "both together satisfy the condition on the dynamics",
-    F_both * T_both + D_both * C,
-    Substitute(BlockMatrix([[-A], [N_1 + F * T + D * C]]), by=(is_F, is_T, is_D)),
-    Substitute(BlockMatrix([[-A], [T_next * A]]), by=(is_N_1,)),
-    Substitute(T_ahead * A, by=(is_T_ahead,)),
+says = "both together satisfy the condition on the dynamics"
+page(
+    derive("9", says, F_both * T_both + D_both * C - T_ahead * A)
+    .multiply(is_F, is_T, is_D, is_T_ahead)
+    .use(is_N_1)
 )
 
 page("And the estimate of both is unbiased.")
-page.chain(
-    "13",
-    "both together estimate without bias",
-    P_both * T_both + V_any * C,
-    Substitute(P_any * T + V_any * C - N_3, by=(is_P, is_T)),
-    Line(L_any, by=(is_N_3,)),
+page(
+    derive("13", "both together estimate without bias", P_both * T_both + V_any * C)
+    .multiply(is_P, is_T)
+    .use(is_N_3)
 )
 
 page("""A known input drives state and error. The observer of both gets it as the one
@@ -97,15 +89,11 @@ is_N_2 = page(let(N_2, T_next * B - G - D * E, "10"))
 is_N_4 = page(let(N_4, W_any + V_any * E, "12"))
 is_G = page(let(G_both, BlockMatrix([[gone(n, m)], [G]])))
 is_B = page(let(B_both, BlockMatrix([[B], [-N_2]])))
-page.chain(
-    "10",
-    "what the input does to state and error",
-    G_both + D_both * E - T_ahead * B,
-    Substitute(
-        BlockMatrix([[B], [G + D * E - T_next * B]]), by=(is_G, is_D, is_T_ahead)
-    ),
-    Substitute(BlockMatrix([[B], [-N_2]]), by=(is_N_2,)),
-    Substitute(B_both, by=(is_B,)),
+says = "what the input does to state and error"
+page(
+    derive("10", says, G_both + D_both * E - T_ahead * B - B_both)
+    .multiply(is_G, is_D, is_T_ahead, is_B)
+    .use(is_N_2)
 )
 
 page("The estimate passes on what is left of both.")

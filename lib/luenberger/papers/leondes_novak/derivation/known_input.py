@@ -80,29 +80,19 @@ is_w_in = page(let(w_in, BlockMatrix([[w_u], [B * v_u + w]])))
 is_v_in = page(let(v_in, BlockMatrix([[E * v_u + v], [v_u]])))
 
 page("They move as a plant without input does,")
-page.chain(
-    "1",
-    "model and plant without an input",
-    x_in_next,
-    Substitute(BlockMatrix([[s_next], [x_next]]), by=(is_x_in_next,)),
-    Substitute(
-        BlockMatrix([[A_u * s + w_u], [A * x + B * (C_u * s + v_u) + w]]),
-        by=(is_s_next, plant, is_u),
-    ),
-    Substitute(A_in * x_in + w_in, by=(is_A_in, is_x_in, is_w_in)),
+page(
+    derive("1", "model and plant without an input", A_in * x_in + w_in - x_in_next)
+    .multiply(is_A_in, is_x_in, is_w_in, is_x_in_next)
+    .put(is_s_next, plant, is_u)
+    .expand()
 )
 
 page("and measurement and input are what is measured of it.")
-page.chain(
-    "2",
-    "measurement and input of both",
-    y_in,
-    Substitute(BlockMatrix([[y], [u]]), by=(is_y_in,)),
-    Substitute(
-        BlockMatrix([[C * x + E * (C_u * s + v_u) + v], [C_u * s + v_u]]),
-        by=(measured, is_u),
-    ),
-    Substitute(C_in * x_in + v_in, by=(is_C_in, is_x_in, is_v_in)),
+page(
+    derive("2", "measurement and input of both", C_in * x_in + v_in - y_in)
+    .multiply(is_C_in, is_x_in, is_v_in, is_y_in)
+    .put(measured, is_u)
+    .expand()
 )
 
 page("""Its noises come from four white ones. Those of the input are independent of

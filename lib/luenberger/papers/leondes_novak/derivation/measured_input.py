@@ -8,7 +8,7 @@ Source: our own; the conditions are those of Leondes and Novak (1974), (7)-(13).
 
 from sympy import symbols
 
-from matrixproof import BlockMatrix, Line, Page, Substitute
+from matrixproof import BlockMatrix, Page
 
 from . import known_input
 from .any_observer import is_N_1, is_N_2
@@ -16,7 +16,6 @@ from .huddle import moves
 from .known_input import (
     A_in,
     C_in,
-    C_u,
     both,
     is_A_in,
     is_C_in,
@@ -55,19 +54,17 @@ page(is_x_in, is_y_in, moves)
 estimates = page(let(w_hat, P_any * z + V_any * y + W_any * u, "12"))
 is_D_in = page(let(D_in, BlockMatrix([[D, G]])))
 is_V_in = page(let(V_in, BlockMatrix([[V_any, W_any]])))
-page.chain(
-    "7",
-    "the observer has no input",
-    z_next,
-    Line(F * z + G * u + D * y, by=(moves,)),
-    Substitute(F * z + D_in * y_in, by=(is_D_in, is_y_in)),
+page(
+    derive("7", "the observer has no input", F * z + D_in * y_in - z_next)
+    .multiply(is_D_in, is_y_in)
+    .put(moves)
+    .expand()
 )
-page.chain(
-    "12",
-    "its estimate has none",
-    w_hat,
-    Line(P_any * z + V_any * y + W_any * u, by=(estimates,)),
-    Substitute(P_any * z + V_in * y_in, by=(is_V_in, is_y_in)),
+page(
+    derive("12", "its estimate has none", P_any * z + V_in * y_in - w_hat)
+    .multiply(is_V_in, is_y_in)
+    .put(estimates)
+    .expand()
 )
 page(is_picked, own)
 is_T_in = page(let(T_in, T * picked))
@@ -79,22 +76,12 @@ page(derive("13", "it estimates the plant", L_in * x_in).put(is_L_in).use(own))
 page("""What Luenberger's condition leaves of both is what the two conditions on the
     plant leave. An observer that meets these two is exact for every input.""")
 page(is_N_1, is_N_2, is_A_in, is_C_in)
-page.chain(
-    "9, 10",
-    "what is left of the condition on both",
-    T_ahead * A_in - F * T_in - D_in * C_in,
-    Substitute(
-        BlockMatrix(
-            [
-                [
-                    T_next * B * C_u - D * E * C_u - G * C_u,
-                    T_next * A - F * T - D * C,
-                ]
-            ]
-        ),
-        by=(is_T_ahead, is_T_in, is_picked, is_A_in, is_D_in, is_C_in),
-    ),
-    Substitute(BlockMatrix([[N_2 * C_u, N_1]]), by=(is_N_1, is_N_2)),
+rest = T_ahead * A_in - F * T_in - D_in * C_in
+page(
+    derive("9, 10", "what is left of the condition on both", rest)
+    .put(is_T_ahead, is_T_in)
+    .multiply(is_picked, is_A_in, is_D_in, is_C_in)
+    .fold(is_N_1, is_N_2)
 )
 
 observer_of_both = page.program(
